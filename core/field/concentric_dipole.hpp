@@ -1,0 +1,69 @@
+// Coupling between a concentric source triad and a concentric sensor triad in the dipole near field, (3)-(6).
+#pragma once
+
+#include "core/geometry/rotations.hpp"
+#include "core/geometry/types.hpp"
+
+namespace tricoil::field {
+
+/// The coupling strength at which the model is stated: C of (3), in coupling units times cubic metres.
+template <typename Scalar>
+using CouplingConstant = Scalar;
+
+/// D(u) = P^T S P = 3/2 u u^T - 1/2 I of (6): the dipole field's direction factor. u: unit vector to the sensor.
+template <typename Scalar>
+Mat3<Scalar> dipole_factor(const Vec3<Scalar>& u) {
+    return Scalar(1.5) * u * u.transpose() - Scalar(0.5) * Mat3<Scalar>::Identity();
+}
+
+/// k = C / rho^3, the coupling along the line of sight.
+template <typename Scalar>
+Scalar coupling_strength(CouplingConstant<Scalar> c, Scalar range_m) {
+    return c / (range_m * range_m * range_m);
+}
+
+/// X = (C / rho^3) O D(u) of (6); X(i, j) = output of sensor coil i while source state S_j is excited.
+/// position_m: sensor in the source frame, not zero; o: source components to sensor components.
+template <typename Scalar>
+Mat3<Scalar> signal_matrix(CouplingConstant<Scalar> c, const Vec3<Scalar>& position_m, const Mat3<Scalar>& o) {
+    const Scalar range = position_m.norm();
+    return coupling_strength(c, range) * o * dipole_factor<Scalar>(position_m / range);
+}
+
+/// One column of X and its derivatives with respect to (position, small rotation), both in the source frame.
+template <typename Scalar>
+struct ColumnModel {
+    Vec3<Scalar> column;                              // coupling units
+    Eigen::Matrix<Scalar, 3, 3> by_position_per_m;    // d column / d position
+    Eigen::Matrix<Scalar, 3, 3> by_rotation_per_rad;  // d column / d r, attitude q -> exp(r) q
+};
+
+/// Column j (0-2) of (6) with its analytic Jacobian: from B = C (3 (u.m) u - m) / (2 rho^3), m = e_j.
+template <typename Scalar>
+ColumnModel<Scalar> column_model(CouplingConstant<Scalar> c, const Vec3<Scalar>& position_m, const Mat3<Scalar>& o, int j) {
+    const Scalar range = position_m.norm();
+    const Vec3<Scalar> u = position_m / range;
+    const Vec3<Scalar> m = Vec3<Scalar>::Unit(j);
+    const Scalar k = coupling_strength(c, range);
+    const Vec3<Scalar> b = k * (Scalar(1.5) * u(j) * u - Scalar(0.5) * m);
+    // dB/dp = (3k / 2 rho) (u m^T + m u^T + (u.m) (I - 5 u u^T)).
+    const Mat3<Scalar> db = (Scalar(1.5) * k / range) *
+                            (u * m.transpose() + m * u.transpose() + u(j) * (Mat3<Scalar>::Identity() - 5 * u * u.transpose()));
+    // O -> O exp(-[r]x), so d(O B) = -O (r x B) = O [B]x r.
+    return {o * b, o * db, o * geometry::skew<Scalar>(b)};
+}
+
+/// Jacobian of vec(X), column after column, with respect to (position, small rotation), source frame: 9 x 6.
+template <typename Scalar>
+Eigen::Matrix<Scalar, 9, 6> signal_matrix_jacobian(CouplingConstant<Scalar> c, const Vec3<Scalar>& position_m,
+                                                   const Mat3<Scalar>& o) {
+    Eigen::Matrix<Scalar, 9, 6> jacobian;
+    for (int j = 0; j < 3; ++j) {
+        const ColumnModel<Scalar> model = column_model(c, position_m, o, j);
+        jacobian.template block<3, 3>(3 * j, 0) = model.by_position_per_m;
+        jacobian.template block<3, 3>(3 * j, 3) = model.by_rotation_per_rad;
+    }
+    return jacobian;
+}
+
+}  // namespace tricoil::field

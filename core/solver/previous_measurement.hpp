@@ -1,0 +1,58 @@
+// The classic technique (8)-(18): linearise about the previous pose, read six increments off the signal matrix, add them.
+#pragma once
+
+#include "core/base/status.hpp"
+#include "core/geometry/angles.hpp"
+#include "core/geometry/types.hpp"
+
+namespace tricoil::solver {
+
+/// Range and the five small angles of one measurement in the tracking frame, (15) and (16).
+template <typename Scalar>
+struct TrackingIncrements {
+    Scalar range_m;             // rho~
+    Scalar position_azimuth;    // a0, rad
+    Scalar position_elevation;  // b0, rad
+    Vec3<Scalar> rotation;      // (phi0, theta0, psi0), rad: a passive small rotation about the tracking frame's x, y, z
+};
+
+/// The paper's form: six angles and lengths. Singular where |beta| or |theta| is a quarter turn.
+template <typename Scalar>
+struct AnglePose {
+    geometry::Spherical<Scalar> position;
+    geometry::Euler<Scalar> attitude;
+};
+
+/// The pole-free form: range, unit vector and attitude matrix O. Defined everywhere.
+template <typename Scalar>
+struct VectorPose {
+    Scalar range_m = 1;
+    Vec3<Scalar> direction = Vec3<Scalar>::UnitX();
+    Mat3<Scalar> attitude = Mat3<Scalar>::Identity();
+};
+
+/// (15) with W11, and (16), from W = P^ O^^T X P^^T.
+/// Errors: not_converged when W11 <= 0: the previous pose is more than 54.7 degrees off.
+template <typename Scalar>
+Result<TrackingIncrements<Scalar>> tracking_increments(const Mat3<Scalar>& w, Scalar coupling_constant);
+
+/// One measurement by (15)-(18) in angles. `passes` > 1 repeats the step on the same X from its own result.
+/// The increments are added as the paper does: angles are not wrapped, so a full turn stays visible.
+/// Errors: not_finite, not_converged (as above, or a previous pose exactly on a pole).
+template <typename Scalar>
+Result<AnglePose<Scalar>> step_angles(const Mat3<Scalar>& x, Scalar coupling_constant, const AnglePose<Scalar>& previous,
+                                      int passes = 1);
+
+/// The same measurement with (17), (18) replaced by small rotations of u and O: equal to first order, no pole.
+template <typename Scalar>
+Result<VectorPose<Scalar>> step_vectors(const Mat3<Scalar>& x, Scalar coupling_constant, const VectorPose<Scalar>& previous,
+                                        int passes = 1);
+
+extern template Result<TrackingIncrements<float>> tracking_increments(const Mat3<float>&, float);
+extern template Result<TrackingIncrements<double>> tracking_increments(const Mat3<double>&, double);
+extern template Result<AnglePose<float>> step_angles(const Mat3<float>&, float, const AnglePose<float>&, int);
+extern template Result<AnglePose<double>> step_angles(const Mat3<double>&, double, const AnglePose<double>&, int);
+extern template Result<VectorPose<float>> step_vectors(const Mat3<float>&, float, const VectorPose<float>&, int);
+extern template Result<VectorPose<double>> step_vectors(const Mat3<double>&, double, const VectorPose<double>&, int);
+
+}  // namespace tricoil::solver
