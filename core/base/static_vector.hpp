@@ -1,0 +1,33 @@
+// A sequence of at most Capacity elements, stored in place.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+namespace tricoil {
+
+template <typename T, std::size_t Capacity>
+class StaticVector {
+public:
+    /// Appends; returns false, and changes nothing, when full.
+    constexpr bool push_back(const T& value) {
+        if (size_ == Capacity) {
+            return false;
+        }
+        items_[size_++] = value;
+        return true;
+    }
+
+    [[nodiscard]] constexpr std::size_t size() const { return size_; }
+    [[nodiscard]] constexpr bool empty() const { return size_ == 0; }
+    [[nodiscard]] constexpr const T& operator[](std::size_t index) const { return items_[index]; }
+    [[nodiscard]] constexpr T& operator[](std::size_t index) { return items_[index]; }
+    [[nodiscard]] constexpr const T* begin() const { return items_.data(); }
+    [[nodiscard]] constexpr const T* end() const { return items_.data() + size_; }
+
+private:
+    std::array<T, Capacity> items_{};
+    std::size_t size_ = 0;
+};
+
+}  // namespace tricoil

@@ -1,0 +1,39 @@
+// One column of the signal matrix: what the demodulator delivers and the tracker takes.
+#pragma once
+
+#include <cstdint>
+
+#include "core/base/flag_set.hpp"
+#include "core/base/time.hpp"
+#include "core/geometry/types.hpp"
+#include "core/signal/excitation.hpp"
+
+namespace tricoil {
+
+/// What was wrong with the samples behind a column (bit numbers).
+enum class ColumnFlag : std::uint8_t {
+    saturated,     // a code at full scale
+    clipped,       // flat tops below full scale: an amplifier at its rail
+    stuck,         // a channel that never moves
+    no_reference,  // no reference current: the coupling has no scale and no sign
+    dc_offset,     // mean beyond the allowed part of full scale
+    low_signal,    // all three entries below the detection limit
+    overrun,       // the converter lost samples within the block
+};
+using ColumnFlags = FlagSet<ColumnFlag>;
+
+/// Couplings of the three sensor coils to one source coil, relative to its reference current.
+template <typename Scalar>
+struct Column {
+    std::uint8_t sensor = 0;
+    Excitation state = Excitation::off;  // s1, s2 or s3: which column of X this is
+    std::uint32_t state_sequence = 0;    // counts excitation states; equal for the three columns of an FDM block
+    DeviceTime midpoint{};               // of the demodulation window
+    Vec3<Scalar> in_phase = Vec3<Scalar>::Zero();
+    Vec3<Scalar> quadrature = Vec3<Scalar>::Zero();  // eddy-current metal shows here first
+    Vec3<Scalar> sigma = Vec3<Scalar>::Zero();       // standard deviation per entry, never below the quantisation floor
+    std::uint32_t sequence = 0;                      // of the block it came from
+    ColumnFlags flags;
+};
+
+}  // namespace tricoil

@@ -1,0 +1,91 @@
+#include "core/signal/demodulator.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/signal/block_health.hpp"
+
+namespace tricoil::signal {
+
+template <typename Scalar>
+Demodulator<Scalar>::Demodulator(const AcquisitionPlan& plan, const DemodulatorParams<Scalar>& params)
+    : plan_(plan), params_(params), noise_estimator_(plan) {
+    for (std::size_t j = 0; j < static_cast<std::size_t>(plan.carriers()); ++j) {
+        oscillators_[j] = Oscillator<Scalar>(plan.window_cycles[j], plan.window_samples);
+    }
+    const double middle_samples = plan.params.guard_samples + 0.5 * (plan.window_samples - 1);
+    midpoint_offset_ = microseconds_from_seconds(middle_samples / plan.params.sample_rate_hz);
+}
+
+template <typename Scalar>
+Result<Columns<Scalar>> Demodulator<Scalar>::demodulate(const SampleBlock& block) {
+    if (block.samples.size() != static_cast<std::size_t>(plan_.block_samples)) {
+        return Status{StatusCode::invalid_argument, "block is not of the planned length"};
+    }
+    const bool state_fits = plan_.is_tdm() ? coil_index(block.state) >= 0 : block.state == Excitation::all;
+    if (!state_fits) {
+        return Status{StatusCode::invalid_argument, "block was sampled in an excitation state that the plan does not use"};
+    }
+    const auto window = block.samples.subspan(static_cast<std::size_t>(plan_.params.guard_samples));
+    const ColumnFlags flags = inspect_window(window, plan_, block.full_scale, params_.dc_limit);
+    update_noise(window);
+
+    Columns<Scalar> columns;
+    for (int carrier = 0; carrier < plan_.carriers(); ++carrier) {
+        const int source_coil = plan_.is_tdm() ? coil_index(block.state) : carrier;
+        const auto phasors = lock_in(oscillators_[static_cast<std::size_t>(carrier)], window);
+        columns.push_back(make_column(block, source_coil, carrier, phasors, flags));
+    }
+    return columns;
+}
+
+template <typename Scalar>
+void Demodulator<Scalar>::update_noise(std::span<const Sample> window) {
+    const auto sigma = noise_estimator_.sample_sigma(window);
+    const Scalar weight = has_noise_ ? params_.noise_smoothing : Scalar(1);
+    for (std::size_t channel = 0; channel < kChannels; ++channel) {
+        sample_power_[channel] += weight * (sigma[channel] * sigma[channel] - sample_power_[channel]);
+    }
+    has_noise_ = true;
+}
+
+template <typename Scalar>
+Column<Scalar> Demodulator<Scalar>::make_column(const SampleBlock& block, int source_coil, int carrier,
+                                                const ChannelPhasors<Scalar>& phasors, ColumnFlags flags) const {
+    Column<Scalar> column;
+    column.sensor = block.sensor;
+    column.state = single_coil(source_coil);
+    column.state_sequence = block.sequence;
+    column.sequence = block.sequence;
+    column.midpoint = block.start + midpoint_offset_;
+    column.flags = flags;
+    column.flags.set_if(block.overrun_count != 0, ColumnFlag::overrun);
+
+    const std::complex<Scalar> reference = phasors[kReferenceChannel];
+    const Scalar reference_amplitude = std::abs(reference);
+    if (reference_amplitude * static_cast<Scalar>(block.scale) < params_.min_reference_v) {
+        column.flags.set(ColumnFlag::no_reference);
+        column.sigma.setConstant(params_.sigma_floor);
+        return column;
+    }
+    const Scalar amplitude_noise = std::sqrt(Scalar(2) / static_cast<Scalar>(plan_.window_samples)) / reference_amplitude;
+    const Scalar reference_power = sample_power_[kReferenceChannel];
+    for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
+        const std::complex<Scalar> response = params_.response[static_cast<std::size_t>(carrier)][coil];
+        const std::complex<Scalar> ratio = phasors[coil] / reference;
+        const std::complex<Scalar> coupling = ratio / response;
+        const auto entry = static_cast<Eigen::Index>(coil);
+        column.in_phase(entry) = coupling.real();
+        column.quadrature(entry) = coupling.imag();
+        // Noise of the coil's own channel, and that of the reference scaled by the ratio.
+        const Scalar power = sample_power_[coil] + std::norm(ratio) * reference_power;
+        column.sigma(entry) = std::max(params_.sigma_floor, amplitude_noise * std::sqrt(power) / std::abs(response));
+    }
+    column.flags.set_if(column.in_phase.norm() < params_.low_signal_ratio * column.sigma.maxCoeff(), ColumnFlag::low_signal);
+    return column;
+}
+
+template class Demodulator<float>;
+template class Demodulator<double>;
+
+}  // namespace tricoil::signal

@@ -1,0 +1,23 @@
+// The excitation states of the source, (1).
+#pragma once
+
+#include <cstdint>
+
+namespace tricoil {
+
+/// Which source coils carry current: none, one (S1-S3, TDM) or all three at their own carriers (FDM).
+enum class Excitation : std::uint8_t { off, s1, s2, s3, all };
+
+constexpr int kSourceCoils = 3;
+constexpr int kSensorCoils = 3;
+
+/// State that drives source coil j (0-2) alone.
+constexpr Excitation single_coil(int j) { return static_cast<Excitation>(static_cast<int>(Excitation::s1) + j); }
+
+/// Index of the coil that `state` drives alone; -1 for off and all.
+constexpr int coil_index(Excitation state) {
+    const int j = static_cast<int>(state) - static_cast<int>(Excitation::s1);
+    return j >= 0 && j < kSourceCoils ? j : -1;
+}
+
+}  // namespace tricoil

@@ -1,0 +1,61 @@
+#include "core/signal/lock_in.hpp"
+
+#include <algorithm>
+
+namespace tricoil::signal {
+namespace {
+
+/// In-phase and quadrature sums of the four channels, as plain arrays that a compiler keeps in registers.
+template <typename Scalar>
+struct Sums {
+    std::array<Scalar, kChannels> re{};
+    std::array<Scalar, kChannels> im{};
+};
+
+/// Sums over one segment; adding segments rather than samples also keeps the rounding of long float sums small.
+template <typename Scalar>
+Sums<Scalar> sum_segment(std::complex<Scalar> start, std::complex<Scalar> step, std::span<const Sample> segment) {
+    Sums<Scalar> sums;
+    Scalar c = start.real();
+    Scalar s = start.imag();
+    const Scalar step_c = step.real();
+    const Scalar step_s = step.imag();
+    for (const Sample& sample : segment) {
+        for (std::size_t channel = 0; channel < kChannels; ++channel) {
+            const auto value = static_cast<Scalar>(sample[channel]);
+            sums.re[channel] += value * c;
+            sums.im[channel] += value * s;
+        }
+        const Scalar next_c = c * step_c - s * step_s;
+        s = c * step_s + s * step_c;
+        c = next_c;
+    }
+    return sums;
+}
+
+}  // namespace
+
+template <typename Scalar>
+ChannelPhasors<Scalar> lock_in(const Oscillator<Scalar>& oscillator, std::span<const Sample> window) {
+    Sums<Scalar> total;
+    for (std::size_t begin = 0, segment = 0; begin < window.size(); begin += kSegmentSamples, ++segment) {
+        const std::size_t length = std::min<std::size_t>(kSegmentSamples, window.size() - begin);
+        const auto sums =
+            sum_segment(oscillator.at_segment(static_cast<int>(segment)), oscillator.step(), window.subspan(begin, length));
+        for (std::size_t channel = 0; channel < kChannels; ++channel) {
+            total.re[channel] += sums.re[channel];
+            total.im[channel] += sums.im[channel];
+        }
+    }
+    const Scalar scale = Scalar(2) / static_cast<Scalar>(window.size());
+    ChannelPhasors<Scalar> phasors;
+    for (std::size_t channel = 0; channel < kChannels; ++channel) {
+        phasors[channel] = {scale * total.re[channel], scale * total.im[channel]};
+    }
+    return phasors;
+}
+
+template ChannelPhasors<float> lock_in(const Oscillator<float>&, std::span<const Sample>);
+template ChannelPhasors<double> lock_in(const Oscillator<double>&, std::span<const Sample>);
+
+}  // namespace tricoil::signal

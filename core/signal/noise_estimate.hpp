@@ -1,0 +1,34 @@
+// Noise of the samples, measured beside the signal: what is left after a short filter that no carrier passes.
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "core/signal/acquisition_plan.hpp"
+#include "core/signal/sample_block.hpp"
+
+namespace tricoil::signal {
+
+/// The filter (1 - z^-1) times (1 - 2 cos(w) z^-1 + z^-2) for each carrier has exact zeros at direct current and at the carriers,
+/// so neither offset nor signal passes, and a slow change of amplitude hardly; white noise passes with a known gain.
+/// Unlike a fit's residual it needs no difference of large numbers, which keeps it usable in float at 100 dB and more.
+template <typename Scalar>
+class NoiseEstimator {
+public:
+    NoiseEstimator() = default;
+    explicit NoiseEstimator(const AcquisitionPlan& plan);
+
+    /// Standard deviation of one sample, in codes, per channel. White noise is assumed; interference counts as noise.
+    [[nodiscard]] std::array<Scalar, kChannels> sample_sigma(std::span<const Sample> window) const;
+
+private:
+    static constexpr int kMaxTaps = 2 + 2 * kSourceCoils;
+    std::array<Scalar, kMaxTaps> taps_{};
+    int tap_count_ = 0;
+    Scalar noise_gain_ = 1;  // sum of squared taps
+};
+
+extern template class NoiseEstimator<float>;
+extern template class NoiseEstimator<double>;
+
+}  // namespace tricoil::signal

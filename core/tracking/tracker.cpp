@@ -1,0 +1,273 @@
+#include "core/tracking/tracker.hpp"
+
+#include <cmath>
+
+#include "core/field/concentric_dipole.hpp"
+#include "core/solver/direct.hpp"
+#include "core/solver/pose_covariance.hpp"
+
+namespace tricoil::tracking {
+namespace {
+
+/// cos of the largest turn of u between two poses that still tells which sign is the near one.
+constexpr double kContinuityCosine = 0.1;
+constexpr int kMaxPasses = 10;
+
+template <typename Scalar>
+solver::AnglePose<Scalar> to_angles(const solver::VectorPose<Scalar>& pose) {
+    return {geometry::to_spherical<Scalar>(pose.range_m * pose.direction), geometry::to_euler(pose.attitude)};
+}
+
+template <typename Scalar>
+solver::VectorPose<Scalar> to_vectors(const solver::AnglePose<Scalar>& pose) {
+    return {pose.position.range_m, geometry::direction(pose.position.azimuth_rad, pose.position.elevation_rad),
+            geometry::attitude_matrix(pose.attitude)};
+}
+
+template <typename Scalar>
+bool is_positive(Scalar value) {
+    return std::isfinite(value) && value > 0;
+}
+
+}  // namespace
+
+Microseconds column_span(const signal::AcquisitionPlan& plan) {
+    return plan.is_tdm() ? microseconds_from_seconds(2.5 * plan.block_s()) : Microseconds{0};
+}
+
+template <typename Scalar>
+Status check(const TrackerParams<Scalar>& params) {
+    if (!is_positive(params.coupling_constant)) {
+        return {StatusCode::invalid_argument, "coupling constant must be positive and finite"};
+    }
+    if (!is_positive(params.min_snr) || !is_positive(params.max_misfit) || !is_positive(params.distortion_gate)) {
+        return {StatusCode::invalid_argument, "signal limits must be positive and finite"};
+    }
+    if (params.passes < 1 || params.passes > kMaxPasses) {
+        return {StatusCode::invalid_argument, "passes must be 1 to 10"};
+    }
+    if (params.max_column_span.count() < 0 || params.lost_after.count() <= 0 || params.search_after < params.lost_after) {
+        return {StatusCode::invalid_argument, "times must be positive, and search_after not shorter than lost_after"};
+    }
+    if (!params.hemisphere.allFinite()) {
+        return {StatusCode::invalid_argument, "hemisphere must be a finite direction, or zero for unknown"};
+    }
+    return {};
+}
+
+template <typename Scalar>
+Tracker<Scalar>::Tracker(const TrackerParams<Scalar>& params) : params_(params), assembler_(params.max_column_span) {}
+
+template <typename Scalar>
+Status Tracker<Scalar>::set_hemisphere(const Vec3<Scalar>& towards) {
+    if (!towards.allFinite()) {
+        return {StatusCode::not_finite, "hemisphere must be a finite direction, or zero for unknown"};
+    }
+    params_.hemisphere = towards;
+    hemisphere_known_ = !towards.isZero();
+    if (has_last_ && last_.pose.direction.dot(towards) < 0) {
+        last_.pose.direction = -last_.pose.direction;
+        last_.angles = to_angles(last_.pose);
+    }
+    return {};
+}
+
+template <typename Scalar>
+std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::update(const Column<Scalar>& column) {
+    if (const auto reason = why_refused(column)) {
+        ++counters_.rejected[static_cast<std::size_t>(*reason)];
+        return std::nullopt;
+    }
+    ++counters_.accepted;
+    states_at_newest_ = (column.midpoint == newest_column_ && has_column_) ? states_at_newest_ : 0U;
+    states_at_newest_ |= 1U << static_cast<unsigned>(coil_index(column.state));
+    newest_column_ = column.midpoint;
+    has_column_ = true;
+
+    const auto matrix = assembler_.add(column);
+    if (!matrix) {
+        return std::nullopt;
+    }
+    PoseEstimate<Scalar> estimate;
+    estimate.sensor = column.sensor;
+    estimate.sequence = static_cast<std::uint32_t>(counters_.poses++);
+    estimate.time = matrix->newest;
+    estimate.signal_matrix = matrix->x;
+    estimate.flags = signal_flags(*matrix);
+    Result<Followed> solved = follow(matrix->x);
+    if (!solved.ok()) {
+        solved = acquire(matrix->x);
+    }
+    if (solved.ok()) {
+        judge(*matrix, solved->pose, estimate);
+        if (estimate.valid()) {
+            last_ = *solved;
+            has_last_ = true;
+        }
+        estimate.flags.set_if(!hemisphere_known_, PoseFlag::hemisphere_unknown);
+    } else {
+        estimate.flags.set(solved.status().code() == StatusCode::degenerate ? PoseFlag::no_sensor : PoseFlag::not_converged);
+    }
+    advance(estimate.valid(), estimate.time);
+    estimate.state = state_;
+    counters_.invalid_poses += estimate.valid() ? 0U : 1U;
+    if (estimate.valid()) {
+        last_estimate_ = estimate;
+    }
+    return estimate;
+}
+
+template <typename Scalar>
+std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::tick(DeviceTime now) {
+    if (counters_.acquisitions == 0 || now - last_valid_ <= params_.lost_after) {
+        return std::nullopt;
+    }
+    advance(false, now);
+    PoseEstimate<Scalar> estimate = last_estimate_;
+    estimate.sequence = static_cast<std::uint32_t>(counters_.poses++);
+    estimate.flags.set(PoseFlag::stale);
+    estimate.state = state_;
+    ++counters_.invalid_poses;
+    return estimate;
+}
+
+template <typename Scalar>
+std::optional<Rejection> Tracker<Scalar>::why_refused(const Column<Scalar>& column) const {
+    const int coil = coil_index(column.state);
+    if (coil < 0) {
+        return Rejection::unknown_state;
+    }
+    if (!column.in_phase.allFinite() || !column.quadrature.allFinite()) {
+        return Rejection::not_finite;
+    }
+    if (!column.sigma.allFinite() || !(column.sigma.minCoeff() > 0)) {
+        return Rejection::bad_sigma;
+    }
+    if (has_column_ && column.midpoint < newest_column_) {
+        return Rejection::time_backwards;
+    }
+    if (has_column_ && column.midpoint == newest_column_ && (states_at_newest_ >> static_cast<unsigned>(coil) & 1U) != 0U) {
+        return Rejection::duplicate;
+    }
+    return std::nullopt;
+}
+
+template <typename Scalar>
+PoseFlags Tracker<Scalar>::signal_flags(const SignalMatrix<Scalar>& matrix) const {
+    PoseFlags flags;
+    flags.set_if(matrix.flags.has_any({ColumnFlag::saturated, ColumnFlag::clipped}), PoseFlag::saturated);
+    flags.set_if(matrix.flags.has(ColumnFlag::no_reference), PoseFlag::no_reference);
+    flags.set_if(matrix.flags.has(ColumnFlag::low_signal), PoseFlag::low_signal);
+    flags.set_if(matrix.flags.has(ColumnFlag::stuck), PoseFlag::no_sensor);
+    return flags;
+}
+
+/// The previous-measurement step from the last pose. Not ready when there is none to follow or the method does not follow;
+/// not converged when the step leaves its domain or lands on a pose that explains the couplings worse than any sensor would.
+template <typename Scalar>
+auto Tracker<Scalar>::follow(const Mat3<Scalar>& x) const -> Result<Followed> {
+    if (params_.method == Method::direct || state_ != TrackerState::tracking || !has_last_) {
+        return Status{StatusCode::not_ready, "no pose to follow"};
+    }
+    Followed next;
+    if (params_.method == Method::previous) {
+        const auto stepped = solver::step_vectors(x, params_.coupling_constant, last_.pose, params_.passes);
+        if (!stepped.ok()) {
+            return stepped.status();
+        }
+        next.pose = *stepped;
+    } else {
+        const auto stepped = solver::step_angles(x, params_.coupling_constant, last_.angles, params_.passes);
+        if (!stepped.ok()) {
+            return stepped.status();
+        }
+        next = {to_vectors(*stepped), *stepped};
+    }
+    if (misfit_squared(x, next.pose) > params_.max_misfit * x.squaredNorm()) {
+        return Status{StatusCode::not_converged, "the step from the last pose does not explain the couplings"};
+    }
+    return next;
+}
+
+/// The direct solution, in the hemisphere that continuity or the setting tells.
+template <typename Scalar>
+auto Tracker<Scalar>::acquire(const Mat3<Scalar>& x) -> Result<Followed> {
+    const auto direct = solver::solve_direct(x, params_.coupling_constant);
+    if (!direct.ok()) {
+        return direct.status();
+    }
+    Pose pose{direct->range_m, direct->direction, direct->attitude};
+    hemisphere_known_ = resolve_hemisphere(pose);
+    return Followed{pose, to_angles(pose)};
+}
+
+/// Chooses the sign of u: by continuity while tracking, by the setting otherwise. False if it is a guess.
+template <typename Scalar>
+bool Tracker<Scalar>::resolve_hemisphere(Pose& pose) {
+    const auto turn_towards = [&pose](const Vec3<Scalar>& towards) {
+        if (pose.direction.dot(towards) < 0) {
+            pose.direction = -pose.direction;
+        }
+    };
+    if (has_last_) {
+        turn_towards(last_.pose.direction);
+        if (state_ == TrackerState::tracking && pose.direction.dot(last_.pose.direction) > Scalar(kContinuityCosine)) {
+            return true;
+        }
+    }
+    if (params_.hemisphere.isZero()) {
+        return false;
+    }
+    turn_towards(params_.hemisphere);
+    return true;
+}
+
+template <typename Scalar>
+Scalar Tracker<Scalar>::misfit_squared(const Mat3<Scalar>& x, const Pose& pose) const {
+    const Scalar k = field::coupling_strength(params_.coupling_constant, pose.range_m);
+    return (x - k * pose.attitude * field::dipole_factor(pose.direction)).squaredNorm();
+}
+
+/// Fills in the pose with covariance and diagnostics, and adds the flags that depend on it.
+template <typename Scalar>
+void Tracker<Scalar>::judge(const SignalMatrix<Scalar>& matrix, const Pose& pose, PoseEstimate<Scalar>& estimate) const {
+    const Scalar k = field::coupling_strength(params_.coupling_constant, pose.range_m);
+    const Scalar misfit = misfit_squared(matrix.x, pose);
+    const Scalar snr = k / matrix.sigma;
+    estimate.position_m = pose.range_m * pose.direction;
+    estimate.q_source_sensor = geometry::attitude_quaternion(pose.attitude);
+    estimate.covariance = solver::pose_covariance(k, pose.range_m, pose.direction, matrix.sigma);
+    estimate.distortion_chi_square = misfit / (matrix.sigma * matrix.sigma);
+    estimate.snr_db = 20 * std::log10(snr);
+    estimate.flags.set_if(matrix.x.determinant() < 0, PoseFlag::wrong_handedness);
+    estimate.flags.set_if(snr < params_.min_snr, PoseFlag::low_signal);
+    const bool significant = estimate.distortion_chi_square > params_.distortion_gate;
+    estimate.flags.set_if(significant, PoseFlag::distorted);
+    estimate.flags.set_if(significant && misfit > params_.max_misfit * matrix.x.squaredNorm(), PoseFlag::no_sensor);
+}
+
+/// searching -> tracking on a valid pose; tracking -> lost after lost_after without one; lost -> searching after search_after.
+template <typename Scalar>
+void Tracker<Scalar>::advance(bool valid, DeviceTime time) {
+    if (valid) {
+        counters_.acquisitions += state_ == TrackerState::tracking ? 0U : 1U;
+        state_ = TrackerState::tracking;
+        last_valid_ = time;
+        return;
+    }
+    const Microseconds age = time - last_valid_;
+    if (state_ == TrackerState::tracking && age > params_.lost_after) {
+        state_ = TrackerState::lost;
+    }
+    if (state_ == TrackerState::lost && age > params_.search_after) {
+        state_ = TrackerState::searching;
+        has_last_ = false;
+    }
+}
+
+template Status check(const TrackerParams<float>&);
+template Status check(const TrackerParams<double>&);
+template class Tracker<float>;
+template class Tracker<double>;
+
+}  // namespace tricoil::tracking

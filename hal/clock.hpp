@@ -1,0 +1,23 @@
+// Device time.
+#pragma once
+
+#include "core/base/time.hpp"
+
+namespace tricoil::hal {
+
+/// A monotonic clock in the device's time base: the one that blocks of samples are stamped with.
+class Clock {
+public:
+    Clock() = default;
+    Clock(const Clock&) = delete;
+    Clock& operator=(const Clock&) = delete;
+    virtual ~Clock() = default;
+
+    /// Any context, interrupts included; never goes back.
+    [[nodiscard]] DeviceTime now() const { return do_now(); }
+
+private:
+    [[nodiscard]] virtual DeviceTime do_now() const = 0;
+};
+
+}  // namespace tricoil::hal
