@@ -91,7 +91,8 @@ Excitation MainLoop<Scalar>::next_state() const {
 
 template <typename Scalar>
 void MainLoop<Scalar>::count_gap(std::uint32_t sequence) {
-    counters_.lost_blocks += static_cast<std::uint32_t>(sequence - expected_sequence_);
+    const auto gap = static_cast<std::int32_t>(sequence - expected_sequence_);  // wraps as the sequence does
+    counters_.lost_blocks += gap > 0 ? static_cast<std::uint32_t>(gap) : 0U;
     expected_sequence_ = sequence + 1;
 }
 

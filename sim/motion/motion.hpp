@@ -1,0 +1,28 @@
+// How a sensor moves: the truth of every simulation.
+#pragma once
+
+#include "core/geometry/types.hpp"
+
+namespace tricoil::sim {
+
+/// Position (m) and attitude of the sensor in the source frame; v_source = q_source_sensor v_sensor.
+struct Pose {
+    Vec3<double> position_m = Vec3<double>::Zero();
+    Quat<double> q_source_sensor = Quat<double>::Identity();
+};
+
+/// A motion is a smooth function of time, so that every ADC sample has its own pose. Times outside a finite motion give its ends.
+class Motion {
+public:
+    Motion() = default;
+    Motion(const Motion&) = delete;
+    Motion& operator=(const Motion&) = delete;
+    virtual ~Motion() = default;
+
+    [[nodiscard]] Pose at(double time_s) const { return do_at(time_s); }
+
+private:
+    [[nodiscard]] virtual Pose do_at(double time_s) const = 0;
+};
+
+}  // namespace tricoil::sim

@@ -1,0 +1,32 @@
+// A recorded trajectory as a smooth motion: repeats dropped, smoothed without phase shift, re-timed and placed.
+#pragma once
+
+#include <vector>
+
+#include "sim/motion/cubic_spline.hpp"
+#include "sim/motion/motion.hpp"
+
+namespace tricoil::sim {
+
+struct RecordedMotionParams {
+    double sample_rate_hz = 100;      // of the recording
+    double cutoff_hz = 6;             // of the zero-phase smoothing: a hand's band
+    double speed = 1;                 // 2 plays it twice as fast
+    Vec3<double> place_m{0.9, 0, 0};  // where the mean position goes
+};
+
+class RecordedMotion final : public Motion {
+public:
+    /// Throws InputError if rates are not positive, the cutoff is not below half the sample rate, or too few samples differ.
+    RecordedMotion(const std::vector<Pose>& recording, const RecordedMotionParams& params);
+
+    [[nodiscard]] double duration_s() const { return spline_.end_s() / speed_; }
+
+private:
+    static constexpr int kDimension = 7;  // position, quaternion
+    [[nodiscard]] Pose do_at(double time_s) const override;
+    CubicSpline<kDimension> spline_;
+    double speed_;
+};
+
+}  // namespace tricoil::sim

@@ -1,0 +1,71 @@
+#include "sim/motion/simple_motions.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+namespace tricoil::sim {
+namespace {
+
+constexpr double kTurn = 2 * std::numbers::pi;
+
+/// Integral from 0 to t of offset + a sin(a t).
+double integrated_rate(double a, double offset, double t) { return offset * t + 1 - std::cos(a * t); }
+
+}  // namespace
+
+LineMotion::LineMotion(const Pose& centre, const Vec3<double>& amplitude_m, double rate_hz)
+    : centre_(centre), amplitude_m_(amplitude_m), rate_rad_s_(kTurn * rate_hz) {}
+
+Pose LineMotion::do_at(double time_s) const {
+    return {centre_.position_m + amplitude_m_ * std::sin(rate_rad_s_ * time_s), centre_.q_source_sensor};
+}
+
+CircleMotion::CircleMotion(const Vec3<double>& centre_m, double radius_m, double rate_hz)
+    : centre_m_(centre_m), radius_m_(radius_m), rate_rad_s_(kTurn * rate_hz) {}
+
+Pose CircleMotion::do_at(double time_s) const {
+    const double angle = rate_rad_s_ * time_s;
+    const Vec3<double> offset(std::cos(angle), std::sin(angle), 0);
+    return {centre_m_ + radius_m_ * offset, geometry::rotation_vector_to_quaternion<double>({0, 0, angle})};
+}
+
+Pose PaperMotion::do_at(double time_s) const {
+    const PaperRates& r = rates_;
+    constexpr double kRangeRate = 10 * std::numbers::pi;
+    const double range = r.start_range_m + 0.3 * time_s + 0.2 * (1 - std::cos(kRangeRate * time_s)) / kRangeRate;
+    const double azimuth = integrated_rate(r.azimuth_amplitude, r.azimuth_offset, time_s);
+    const double elevation = integrated_rate(r.elevation_amplitude, r.elevation_offset, time_s);
+    const double turned = integrated_rate(r.attitude_amplitude, 0, time_s);
+    const Mat3<double> o = geometry::attitude_matrix(geometry::Euler<double>{turned, turned, turned});
+    return {geometry::to_cartesian(geometry::Spherical<double>{range, azimuth, elevation}), geometry::attitude_quaternion(o)};
+}
+
+HandMotion::HandMotion(const Vec3<double>& centre_m, std::uint64_t seed) : centre_m_(centre_m) {
+    std::mt19937_64 random(seed);
+    std::uniform_real_distribution<double> unit(0, 1);
+    const auto random_vector = [&] { return Vec3<double>(unit(random), unit(random), unit(random)); };
+    const auto fill = [&](std::array<Sine, kSines>& sines, double amplitude) {
+        for (std::size_t n = 0; n < kSines; ++n) {
+            // Rates spread evenly on a log scale over the band; amplitudes fall with the rate, as a hand's do.
+            const double rate_hz = 0.2 * std::pow(12.5, (static_cast<double>(n) + unit(random)) / kSines);
+            const double share = amplitude / std::sqrt(1 + rate_hz * rate_hz);
+            sines[n] = {share * (2 * random_vector() - Vec3<double>::Ones()), kTurn * random_vector(), kTurn * rate_hz};
+        }
+    };
+    fill(position_, 0.18);  // m
+    fill(rotation_, 0.9);   // rad
+}
+
+Pose HandMotion::do_at(double time_s) const {
+    const auto sum = [time_s](const std::array<Sine, kSines>& sines) {
+        Vec3<double> total = Vec3<double>::Zero();
+        for (const Sine& sine : sines) {
+            total += sine.amplitude.cwiseProduct((sine.phase_rad.array() + sine.rate_rad_s * time_s).sin().matrix());
+        }
+        return total;
+    };
+    return {centre_m_ + sum(position_), geometry::rotation_vector_to_quaternion<double>(sum(rotation_))};
+}
+
+}  // namespace tricoil::sim

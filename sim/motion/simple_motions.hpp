@@ -1,0 +1,84 @@
+// Motions given by a formula: still, line, circle, the paper's rates, and a hand-like wander.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/geometry/angles.hpp"
+#include "sim/motion/motion.hpp"
+
+namespace tricoil::sim {
+
+class StillMotion final : public Motion {
+public:
+    explicit StillMotion(const Pose& pose) : pose_(pose) {}
+
+private:
+    [[nodiscard]] Pose do_at(double) const override { return pose_; }
+    Pose pose_;
+};
+
+/// To and fro along a line, sinusoidally, attitude fixed.
+class LineMotion final : public Motion {
+public:
+    /// centre_m +- amplitude_m, `rate_hz` times a second.
+    LineMotion(const Pose& centre, const Vec3<double>& amplitude_m, double rate_hz);
+
+private:
+    [[nodiscard]] Pose do_at(double time_s) const override;
+    Pose centre_;
+    Vec3<double> amplitude_m_;
+    double rate_rad_s_;
+};
+
+/// Around a circle in a plane of constant z, turning about z with it.
+class CircleMotion final : public Motion {
+public:
+    CircleMotion(const Vec3<double>& centre_m, double radius_m, double rate_hz);
+
+private:
+    [[nodiscard]] Pose do_at(double time_s) const override;
+    Vec3<double> centre_m_;
+    double radius_m_;
+    double rate_rad_s_;
+};
+
+/// The paper's motions, (40) and (41), integrated exactly: alpha' = B + A sin(A t), beta' likewise, rho' = 0.3 + 0.2 sin(10 pi
+/// t), psi' = theta' = phi' = W sin(W t).
+struct PaperRates {
+    double azimuth_amplitude = 0;    // A_alpha, rad/s
+    double azimuth_offset = 0;       // B_alpha, rad/s
+    double elevation_amplitude = 0;  // A_beta, rad/s
+    double elevation_offset = 0;     // B_beta, rad/s
+    double attitude_amplitude = 0;   // W, rad/s
+    double start_range_m = 0.5;
+};
+class PaperMotion final : public Motion {
+public:
+    explicit PaperMotion(const PaperRates& rates) : rates_(rates) {}
+
+private:
+    [[nodiscard]] Pose do_at(double time_s) const override;
+    PaperRates rates_;
+};
+
+/// A seeded sum of sines that moves and turns like a busy hand: band 0.2 to 2.5 Hz, speed peaks of about 2 m/s, 0.2 m about its
+/// centre.
+class HandMotion final : public Motion {
+public:
+    HandMotion(const Vec3<double>& centre_m, std::uint64_t seed);
+
+private:
+    static constexpr std::size_t kSines = 5;
+    struct Sine {
+        Vec3<double> amplitude;
+        Vec3<double> phase_rad;
+        double rate_rad_s;
+    };
+    [[nodiscard]] Pose do_at(double time_s) const override;
+    Vec3<double> centre_m_;
+    std::array<Sine, kSines> position_{};
+    std::array<Sine, kSines> rotation_{};
+};
+
+}  // namespace tricoil::sim
