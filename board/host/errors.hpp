@@ -1,28 +1,25 @@
-// What a host command throws at its outer edge; main prints it as one line and exits with its code.
+// How a host command ends: exit codes, and what it throws at its outer edge; main prints the text as one line.
 #pragma once
 
 #include <stdexcept>
 #include <string>
+
+#include "sim/io/input_error.hpp"
 
 namespace tricoil::host {
 
 /// Exit codes of the `tricoil` program.
 enum class ExitCode : int { fine = 0, check_failed = 1, bad_input = 2, device_trouble = 3 };
 
-/// One line for the user: what, where, what to do.
-class CommandError : public std::runtime_error {
-public:
-    CommandError(ExitCode code, const std::string& line) : std::runtime_error(line), code_(code) {}
-    [[nodiscard]] ExitCode code() const { return code_; }
+constexpr int to_int(ExitCode code) { return static_cast<int>(code); }
 
-private:
-    ExitCode code_;
-};
+/// Wrong usage or wrong input (exit code 2). One line: what, where, what to do.
+using InputError = sim::InputError;
 
-/// Wrong usage or wrong input (exit code 2).
-class InputError : public CommandError {
+/// A device, disk or bus that fails (exit code 3). One line: what, where, what to do.
+class DeviceError : public std::runtime_error {
 public:
-    explicit InputError(const std::string& line) : CommandError(ExitCode::bad_input, line) {}
+    using std::runtime_error::runtime_error;
 };
 
 }  // namespace tricoil::host

@@ -5,26 +5,54 @@
 
 #include "board/host/commands/commands.hpp"
 #include "board/host/errors.hpp"
+#include "board/host/names.hpp"
 
 namespace {
 
-constexpr int to_int(tricoil::host::ExitCode code) { return static_cast<int>(code); }
+using tricoil::host::ExitCode;
+using tricoil::host::to_int;
+
+constexpr const char* kDescription =
+    "tricoil: an open AC electromagnetic tracker.\n"
+    "From the nine couplings of three source and three sensor coils to where the sensor is and how it is turned.";
+constexpr const char* kFooter = "Exit codes: 0 fine, 1 a check failed, 2 bad usage or input, 3 device trouble.";
+
+/// CLI11 takes an unknown subcommand for a stray argument; name it and the nearest there is.
+void refuse_unknown_command(const CLI::App& program, int argc, char** argv) {
+    if (argc < 2 || argv[1][0] == '-') {
+        return;
+    }
+    std::vector<std::string> names;
+    for (const CLI::App* command : program.get_subcommands({})) {
+        names.push_back(command->get_name());
+    }
+    tricoil::host::index_of_name("command", argv[1], names);
+}
 
 int run_program(int argc, char** argv) {
-    CLI::App program{
-        "tricoil: an open AC electromagnetic tracker. Exit codes: 0 fine, 1 check failed, 2 bad usage or input, 3 device "
-        "trouble."};
+    CLI::App program{kDescription, "tricoil"};
+    program.footer(kFooter);
     program.set_version_flag("--version", "tricoil " TRICOIL_VERSION);
     program.require_subcommand(1);
     tricoil::host::Action action;
+    tricoil::host::add_run_command(program, action);
+    tricoil::host::add_demodulate_command(program, action);
+    refuse_unknown_command(program, argc, argv);
     try {
         program.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
-        const bool is_answer = error.get_exit_code() == 0;  // --help and --version arrive as exceptions too
-        program.exit(error);
-        return to_int(is_answer ? tricoil::host::ExitCode::fine : tricoil::host::ExitCode::bad_input);
+        if (error.get_exit_code() == 0) {  // --help and --version arrive as exceptions too
+            program.exit(error);
+            return to_int(ExitCode::fine);
+        }
+        throw tricoil::host::InputError(std::string(error.what()) + "; see tricoil --help");
     }
     return action();
+}
+
+int report(ExitCode code, const char* line) {
+    fmt::print(stderr, "tricoil: {}\n", line);
+    return to_int(code);
 }
 
 }  // namespace
@@ -32,11 +60,9 @@ int run_program(int argc, char** argv) {
 int main(int argc, char** argv) {
     try {
         return run_program(argc, argv);
-    } catch (const tricoil::host::CommandError& error) {
-        fmt::print(stderr, "tricoil: {}\n", error.what());
-        return to_int(error.code());
+    } catch (const tricoil::host::InputError& error) {
+        return report(ExitCode::bad_input, error.what());
     } catch (const std::exception& error) {
-        fmt::print(stderr, "tricoil: unexpected: {}\n", error.what());
-        return to_int(tricoil::host::ExitCode::device_trouble);
+        return report(ExitCode::device_trouble, error.what());
     }
 }

@@ -1,16 +1,11 @@
-// Names that a person types: look them up, and answer a wrong one with the nearest right one.
+// Names that a person types, looked up with a suggestion for a wrong one.
 #pragma once
 
-#include <string>
-#include <string_view>
-#include <vector>
+#include "sim/io/nearest_name.hpp"
 
 namespace tricoil::host {
 
-/// The choice nearest to `typed` by edit distance; empty if none is near enough to suggest.
-std::string nearest_name(std::string_view typed, const std::vector<std::string>& choices);
-
-/// Index of `typed` in `choices`. Throws InputError: "unknown WHAT 'typed'; did you mean '...'?" or the list of choices.
-std::size_t index_of_name(std::string_view what, std::string_view typed, const std::vector<std::string>& choices);
+using sim::index_of_name;
+using sim::nearest_name;
 
 }  // namespace tricoil::host

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <numeric>
 
 namespace tricoil::signal {
 namespace {
@@ -9,7 +10,7 @@ namespace {
 constexpr double kWholeTolerance = 1e-6;  // relative: decimal frequencies are rarely exact in binary
 constexpr double kHighestCarrierShare = 0.45;
 constexpr int kFewestCycles = 4;
-constexpr int kFewestCyclesApart = 4;
+constexpr int kFewestCyclesApart = 2;
 constexpr double kTdmCarrierHz = 10e3;
 constexpr std::array<double, kSourceCoils> kFdmCarriersHz{7.7e3, 10e3, 13.4e3};
 constexpr int kGuardDivisor = 5;
@@ -72,9 +73,10 @@ AcquisitionParams default_acquisition(Multiplexing multiplexing, double frame_ra
     const int block = static_cast<int>(std::lround(samples_per_block(params)));
     const bool is_tdm = multiplexing == Multiplexing::tdm;
     params.guard_samples = is_tdm ? block / kGuardDivisor : 0;
-    const double window_s = (block - params.guard_samples) / sample_rate_hz;
+    // Whole cycles in the window and in the block too: the carrier then meets every block in the same phase.
+    const double common_s = std::gcd(block, block - params.guard_samples) / sample_rate_hz;
     for (std::size_t j = 0; j < kSourceCoils; ++j) {
-        params.carrier_hz[j] = snap_to_cycles(is_tdm ? kTdmCarrierHz : kFdmCarriersHz[j], window_s);
+        params.carrier_hz[j] = snap_to_cycles(is_tdm ? kTdmCarrierHz : kFdmCarriersHz[j], common_s);
     }
     return params;
 }
@@ -98,7 +100,7 @@ Result<AcquisitionPlan> plan_acquisition(const AcquisitionParams& params) {
         plan.window_cycles[j] = static_cast<int>(std::lround(cycles));
         for (std::size_t other = 0; other < j && !plan.is_tdm(); ++other) {
             if (std::abs(plan.window_cycles[j] - plan.window_cycles[other]) < kFewestCyclesApart) {
-                return invalid("FDM carriers are closer than four cycles per window: spread them");
+                return invalid("FDM carriers are closer than two cycles per window: spread them");
             }
         }
     }

@@ -41,7 +41,7 @@ AcquisitionParams default_acquisition(Multiplexing multiplexing, double frame_ra
 
 /// Errors (invalid_argument, the message names the parameter): a rate not positive or not finite; blocks not of whole samples or
 /// too long; guard not shorter than the block; carriers beyond 0.45 of the sample rate, not whole cycles per window, or closer
-/// together than four cycles per window (FDM); fewer than four cycles per window, as in TDM at high frame rates.
+/// together than two cycles per window (FDM); fewer than four cycles per window, as in TDM at high frame rates.
 Result<AcquisitionPlan> plan_acquisition(const AcquisitionParams& params);
 
 }  // namespace tricoil::signal

@@ -29,14 +29,32 @@ Result<Columns<Scalar>> Demodulator<Scalar>::demodulate(const SampleBlock& block
     const auto window = block.samples.subspan(static_cast<std::size_t>(plan_.params.guard_samples));
     const ColumnFlags flags = inspect_window(window, plan_, block.full_scale, params_.dc_limit);
     update_noise(window);
+    const std::optional<Sample> before = sample_before_window(block);
+    last_sample_ = window.back();
+    last_sequence_ = block.sequence;
 
     Columns<Scalar> columns;
     for (int carrier = 0; carrier < plan_.carriers(); ++carrier) {
         const int source_coil = plan_.is_tdm() ? coil_index(block.state) : carrier;
-        const auto phasors = lock_in(oscillators_[static_cast<std::size_t>(carrier)], window);
+        const auto& oscillator = oscillators_[static_cast<std::size_t>(carrier)];
+        auto phasors = lock_in(oscillator, window);
+        if (before) {
+            const auto hum = hum_leakage(oscillator, *before, window);
+            for (std::size_t channel = 0; channel < kChannels; ++channel) {
+                phasors[channel] -= hum[channel];
+            }
+        }
         columns.push_back(make_column(block, source_coil, carrier, phasors, flags));
     }
     return columns;
+}
+
+template <typename Scalar>
+std::optional<Sample> Demodulator<Scalar>::sample_before_window(const SampleBlock& block) const {
+    if (plan_.params.guard_samples > 0) {
+        return block.samples[static_cast<std::size_t>(plan_.params.guard_samples - 1)];
+    }
+    return block.sequence == last_sequence_ + 1 ? last_sample_ : std::nullopt;
 }
 
 template <typename Scalar>

@@ -55,7 +55,21 @@ ChannelPhasors<Scalar> lock_in(const Oscillator<Scalar>& oscillator, std::span<c
     return phasors;
 }
 
+template <typename Scalar>
+ChannelPhasors<Scalar> hum_leakage(const Oscillator<Scalar>& oscillator, const Sample& before, std::span<const Sample> window) {
+    // Differences y[n] = x[n] - x[n-1] have the transform (1 - e) X - (x[-1] - x[N-1]) with e = exp(-i w).
+    const std::complex<Scalar> factor =
+        Scalar(2) / (static_cast<Scalar>(window.size()) * (std::complex<Scalar>(1) - oscillator.step()));
+    ChannelPhasors<Scalar> leakage;
+    for (std::size_t channel = 0; channel < kChannels; ++channel) {
+        leakage[channel] = factor * (static_cast<Scalar>(before[channel]) - static_cast<Scalar>(window.back()[channel]));
+    }
+    return leakage;
+}
+
 template ChannelPhasors<float> lock_in(const Oscillator<float>&, std::span<const Sample>);
 template ChannelPhasors<double> lock_in(const Oscillator<double>&, std::span<const Sample>);
+template ChannelPhasors<float> hum_leakage(const Oscillator<float>&, const Sample&, std::span<const Sample>);
+template ChannelPhasors<double> hum_leakage(const Oscillator<double>&, const Sample&, std::span<const Sample>);
 
 }  // namespace tricoil::signal

@@ -6,9 +6,11 @@
 
 namespace tricoil::host {
 
-/// What the chosen subcommand does once the line is parsed; returns the exit code, may throw CommandError.
+/// What the chosen subcommand does once the line is parsed; returns the exit code, may throw InputError or DeviceError.
 using Action = std::function<int()>;
 
 // Each adds its subcommand with options to `program` and, when the user picks it, sets `action`.
+void add_run_command(CLI::App& program, Action& action);
+void add_demodulate_command(CLI::App& program, Action& action);
 
 }  // namespace tricoil::host

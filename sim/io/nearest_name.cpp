@@ -1,4 +1,4 @@
-#include "board/host/names.hpp"
+#include "sim/io/nearest_name.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <numeric>
 
-#include "board/host/errors.hpp"
+#include "sim/io/input_error.hpp"
 
-namespace tricoil::host {
+namespace tricoil::sim {
 namespace {
 
 /// Levenshtein's distance: insertions, deletions and substitutions that turn a into b.
@@ -52,4 +52,4 @@ std::size_t index_of_name(std::string_view what, std::string_view typed, const s
     throw InputError(fmt::format("unknown {} '{}'; {}choices: {}", what, typed, hint, fmt::join(choices, ", ")));
 }
 
-}  // namespace tricoil::host
+}  // namespace tricoil::sim

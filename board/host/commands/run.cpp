@@ -1,0 +1,93 @@
+// tricoil run: the tracker against a simulated board.
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "board/host/commands/commands.hpp"
+#include "board/host/errors.hpp"
+#include "board/host/run/flag_names.hpp"
+#include "board/host/run/report.hpp"
+
+namespace tricoil::host {
+namespace {
+
+struct RunCommand {
+    RunOptions options;
+    std::string device = "sim:";
+    std::vector<double> place{0.9, 0, 0};
+    double duration_s = 0;
+    bool json = false;
+    bool list = false;
+};
+
+int list_scenarios() {
+    for (const auto& scenario : sim::builtin_scenarios()) {
+        fmt::print("{:<10}  {}\n", scenario.name, scenario.description);
+    }
+    return to_int(ExitCode::fine);
+}
+
+void check_vector(const std::vector<double>& v, const char* option) {
+    if (!std::isfinite(v[0] + v[1] + v[2])) {
+        throw InputError(std::string(option) + ": must be three finite numbers");
+    }
+}
+
+int run(RunCommand& command, bool duration_given) {
+    if (command.list) {
+        return list_scenarios();
+    }
+    if (command.device != "sim:") {
+        throw InputError("--device '" + command.device + "': this build knows the simulated board only; use sim:");
+    }
+    check_vector(command.place, "--place");
+    check_vector(command.options.hemisphere, "--hemisphere");
+    command.options.place_m = Vec3<double>(command.place[0], command.place[1], command.place[2]);
+    if (duration_given) {
+        command.options.duration_s = command.duration_s;
+    }
+    command.options.show_live = !command.json;
+    const RunReport report = run_simulated(command.options);
+    fmt::print("{}", command.json ? summary_json(report) : summary_text(report));
+    if (report.score.scored == 0 && report.score.invalid > 0) {
+        fmt::print(stderr, "tricoil: no valid pose: {}\n", to_text(report.seen_flags));
+        return to_int(ExitCode::check_failed);
+    }
+    return to_int(ExitCode::fine);
+}
+
+}  // namespace
+
+void add_run_command(CLI::App& program, Action& action) {
+    auto command = std::make_shared<RunCommand>();
+    RunOptions& o = command->options;
+    CLI::App* sub = program.add_subcommand("run", "Track a simulated sensor and compare every pose with the truth");
+    sub->add_option("--scenario", o.scenario, "Built-in scenario (see --list) or a .toml file")->capture_default_str();
+    sub->add_flag("--list", command->list, "List the built-in scenarios");
+    sub->add_option("--trajectory", o.trajectory, "Recorded path to move along: 4x4 matrices at 100 Hz");
+    sub->add_option("--place", command->place, "Where the recorded path's centre goes: x,y,z in metres")
+        ->delimiter(',')
+        ->expected(3)
+        ->capture_default_str();
+    sub->add_option("--speed", o.speed, "Play the recorded path faster (2) or slower (0.5)")->capture_default_str();
+    sub->add_option("--device", command->device, "Where the coils are; sim: is the simulated board")->capture_default_str();
+    sub->add_option("--mux", o.multiplexing, "tdm (coils in turn) or fdm (all at once)")->capture_default_str();
+    sub->add_option("--tracker", o.tracker, "direct, previous or previous-angles")->capture_default_str();
+    sub->add_option("--passes", o.passes, "Passes of the previous-measurement step per frame, 1-10")->capture_default_str();
+    sub->add_option("--rate-hz", o.frame_rate_hz, "Frames per second")->capture_default_str();
+    CLI::Option* duration = sub->add_option("--duration", command->duration_s, "Seconds to simulate; default: the scenario's");
+    sub->add_option("--fault", o.faults, "Break something: NAME[:ARG][@BEGIN-END], as open_coil:S2@1-1.5; repeatable");
+    sub->add_option("--hemisphere", o.hemisphere, "Half space the sensor starts in, x,y,z; 0,0,0: unknown")
+        ->delimiter(',')
+        ->expected(3)
+        ->capture_default_str();
+    sub->add_flag("--no-noise", o.no_noise, "No converter noise, no mains; quantisation stays");
+    sub->add_flag("--realtime", o.realtime, "Let time pass as it does outside");
+    sub->add_option("--seed", o.seed, "Of noise and of the hand's motion")->capture_default_str();
+    sub->add_option("--out", o.out_csv, "Write every pose beside the truth to this CSV file");
+    sub->add_flag("--json", command->json, "Summary as JSON");
+    sub->callback(
+        [command, duration, &action] { action = [command, duration] { return run(*command, duration->count() > 0); }; });
+}
+
+}  // namespace tricoil::host

@@ -1,0 +1,36 @@
+#include "board/host/run/flag_names.hpp"
+
+#include <array>
+
+namespace tricoil::host {
+namespace {
+
+// In the order of PoseFlag.
+constexpr std::array<const char*, 9> kFlags{"saturated", "low_signal",    "no_sensor",          "distorted",   "wrong_handedness",
+                                            "stale",     "not_converged", "hemisphere_unknown", "no_reference"};
+
+}  // namespace
+
+std::string to_text(tracking::PoseFlags flags) {
+    std::string text;
+    for (std::size_t bit = 0; bit < kFlags.size(); ++bit) {
+        if (flags.has(static_cast<tracking::PoseFlag>(bit))) {
+            text += (text.empty() ? "" : ", ") + std::string(kFlags[bit]);
+        }
+    }
+    return text;
+}
+
+const char* to_text(tracking::TrackerState state) {
+    switch (state) {
+        case tracking::TrackerState::searching:
+            return "searching";
+        case tracking::TrackerState::tracking:
+            return "tracking";
+        case tracking::TrackerState::lost:
+            break;
+    }
+    return "lost";
+}
+
+}  // namespace tricoil::host

@@ -1,0 +1,30 @@
+// Poses beside the truth as CSV, one line each, complete after every line.
+#pragma once
+
+#include <cstdio>
+#include <string>
+
+#include "board/host/run/run_score.hpp"
+
+namespace tricoil::host {
+
+class PoseCsv {
+public:
+    /// Opens and writes the header. Throws InputError if the file cannot be made.
+    explicit PoseCsv(const std::string& path);
+    ~PoseCsv();
+    PoseCsv(const PoseCsv&) = delete;
+    PoseCsv& operator=(const PoseCsv&) = delete;
+
+    void write(const tracking::PoseEstimate<double>& estimate, const PoseError& error);
+
+    /// Flushes to the disk. Throws DeviceError if anything could not be written.
+    void close();
+
+private:
+    std::string path_;
+    std::FILE* file_;
+    bool failed_ = false;
+};
+
+}  // namespace tricoil::host

@@ -1,0 +1,63 @@
+// Compares every pose of a simulated run with the truth at its own midpoint time.
+#pragma once
+
+#include <vector>
+
+#include "board/host/run/statistics.hpp"
+#include "core/signal/acquisition_plan.hpp"
+#include "core/tracking/pose_estimate.hpp"
+#include "sim/hal/simulated_hal.hpp"
+#include "sim/motion/motion.hpp"
+#include "sim/world/coil_world.hpp"
+
+namespace tricoil::host {
+
+/// One pose beside the truth.
+struct PoseError {
+    sim::Pose truth;
+    double time_s = 0;  // since the run began
+    double position_m = 0;
+    double orientation_rad = 0;
+};
+
+struct ScoreSummary {
+    ErrorSummary position_m;
+    ErrorSummary orientation_rad;
+    double bound_position_m = 0;  // RMS of the Cramer-Rao bound of simultaneous columns, with the window's motion blur
+    double bound_orientation_rad = 0;
+    double blur_position_m = 0;  // RMS of the blur alone
+    double snr_db = 0;           // 20 log10(k / sigma), mean over the scored poses
+    std::size_t scored = 0;
+    std::size_t invalid = 0;       // after the settling time, left out
+    std::size_t out_of_range = 0;  // truth outside the scored range, left out
+    std::size_t distorted = 0;     // scored, but flagged
+};
+
+/// The first half second, invalid poses, and poses outside 0.15 to 2 m are left out of the score, and counted.
+class RunScore {
+public:
+    static constexpr double kSettling_s = 0.5;
+    static constexpr double kNearest_m = 0.15;
+    static constexpr double kFarthest_m = 2.0;
+
+    RunScore(const sim::Motion& motion, const sim::CoilWorld& world, const sim::SimulatedClock& clock,
+             const signal::AcquisitionPlan& plan);
+
+    /// The error of one estimate; scored if it qualifies.
+    PoseError add(const tracking::PoseEstimate<double>& estimate);
+
+    [[nodiscard]] ScoreSummary summary() const;
+
+private:
+    void add_bound(const PoseError& error);
+
+    const sim::Motion& motion_;
+    const sim::CoilWorld& world_;
+    const sim::SimulatedClock& clock_;
+    double window_s_;
+    std::vector<double> position_m_;
+    std::vector<double> orientation_rad_;
+    ScoreSummary totals_;  // counts, and sums of squares of the bounds
+};
+
+}  // namespace tricoil::host

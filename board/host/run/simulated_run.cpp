@@ -1,0 +1,175 @@
+#include "board/host/run/simulated_run.hpp"
+
+#include <chrono>
+#include <cmath>
+#include <thread>
+
+#include "board/host/errors.hpp"
+#include "board/host/interrupt.hpp"
+#include "board/host/names.hpp"
+#include "board/host/run/live_view.hpp"
+#include "board/host/run/pose_csv.hpp"
+#include "sim/hal/simulated_hal.hpp"
+#include "sim/motion/recorded_motion.hpp"
+#include "sim/motion/trajectory_file.hpp"
+
+namespace tricoil::host {
+namespace {
+
+using SteadyClock = std::chrono::steady_clock;
+
+double seconds_since(SteadyClock::time_point start) { return std::chrono::duration<double>(SteadyClock::now() - start).count(); }
+
+sim::Scenario make_scenario(const RunOptions& options) {
+    sim::Scenario scenario = sim::load_scenario(options.scenario, options.seed);
+    if (!options.trajectory.empty()) {
+        sim::RecordedMotionParams params;
+        params.place_m = options.place_m;
+        params.speed = options.speed;
+        auto motion = std::make_unique<sim::RecordedMotion>(sim::read_trajectory(options.trajectory), params);
+        scenario.name = options.trajectory;
+        scenario.duration_s = motion->duration_s();
+        scenario.motion = std::move(motion);
+    }
+    for (const std::string& fault : options.faults) {
+        scenario.faults.push_back(sim::parse_fault(fault));
+    }
+    if (options.no_noise) {
+        scenario.world.converter.noise_v_per_sqrt_hz = 0;
+        scenario.world.mains_v = 0;
+    }
+    scenario.duration_s = options.duration_s.value_or(scenario.duration_s);
+    return scenario;
+}
+
+signal::AcquisitionPlan make_plan(const RunOptions& options) {
+    const std::size_t index = index_of_name("--mux", options.multiplexing, {"tdm", "fdm"});
+    const auto multiplexing = index == 0 ? signal::Multiplexing::tdm : signal::Multiplexing::fdm;
+    const auto plan = signal::plan_acquisition(signal::default_acquisition(multiplexing, options.frame_rate_hz));
+    if (!plan.ok()) {
+        throw InputError("--rate-hz " + std::to_string(options.frame_rate_hz) + " with --mux " + options.multiplexing + ": " +
+                         plan.status().message());
+    }
+    return *plan;
+}
+
+tracking::TrackerParams<double> make_tracker(const RunOptions& options, const sim::WorldParams& world,
+                                             const signal::AcquisitionPlan& plan) {
+    constexpr std::array kMethods{tracking::Method::direct, tracking::Method::previous, tracking::Method::previous_angles};
+    tracking::TrackerParams<double> params;
+    params.method = kMethods[index_of_name("--tracker", options.tracker, {"direct", "previous", "previous-angles"})];
+    params.passes = options.passes;
+    params.coupling_constant = world.coupling_constant_m3;
+    params.hemisphere = Vec3<double>(options.hemisphere[0], options.hemisphere[1], options.hemisphere[2]);
+    params.max_column_span = tracking::column_span(plan);
+    if (const Status status = tracking::check(params); !status.ok()) {
+        throw InputError(std::string("tracker: ") + status.message());
+    }
+    return params;
+}
+
+/// The converter's quantisation, as a floor of every sigma: in force without noise too.
+double sigma_floor(const sim::CoilWorld& world, const signal::AcquisitionPlan& plan) {
+    return world.volts_per_code() / std::sqrt(12.0) * std::sqrt(2.0 / plan.window_samples);
+}
+
+/// Lets virtual time pass no faster than real time.
+void keep_pace(SteadyClock::time_point start, double simulated_s) {
+    std::this_thread::sleep_until(start +
+                                  std::chrono::duration_cast<SteadyClock::duration>(std::chrono::duration<double>(simulated_s)));
+}
+
+struct Pace {
+    double update_s = 0;
+    std::uint64_t updates = 0;
+    double total_s = 0;
+};
+
+/// Runs the loop to its end or an interrupt.
+Pace drive(app::MainLoop<double>& loop, const sim::SimulatedClock& clock, const InterruptGuard& guard, bool realtime) {
+    Pace pace;
+    const auto start = SteadyClock::now();
+    while (!guard.interrupted()) {
+        const Status status = loop.acquire();
+        if (status.code() == StatusCode::end_of_stream) {
+            break;
+        }
+        if (!status.ok() && status.code() != StatusCode::timed_out) {
+            throw DeviceError(std::string("simulated board: ") + status.message());
+        }
+        const auto before = SteadyClock::now();
+        loop.process();
+        pace.update_s += seconds_since(before);
+        ++pace.updates;
+        if (realtime) {
+            keep_pace(start, clock.elapsed_s());
+        }
+    }
+    loop.stop();
+    pace.total_s = seconds_since(start);
+    return pace;
+}
+
+}  // namespace
+
+RunReport run_simulated(const RunOptions& options) {
+    sim::Scenario scenario = make_scenario(options);
+    const signal::AcquisitionPlan plan = make_plan(options);
+    if (!std::isfinite(scenario.duration_s) || scenario.duration_s < plan.block_s()) {
+        throw InputError("--duration must be a finite number of seconds, at least one block");
+    }
+    sim::CoilWorld world(scenario.world, *scenario.motion, scenario.faults);
+    world.configure(plan);
+    sim::SimulatedClock clock;
+    clock.begin(plan.params.sample_rate_hz);
+    sim::SimulatedCoilDriver coils;
+    sim::SimulatedCoilSampler sampler(world, coils, clock, scenario.duration_s);
+
+    RunReport report;
+    RunScore score(*scenario.motion, world, clock, plan);
+    std::optional<PoseCsv> csv;
+    if (!options.out_csv.empty()) {
+        csv.emplace(options.out_csv);
+    }
+    {
+        LiveView live(stderr, options.show_live, scenario.duration_s);
+        sim::SimulatedLink<double> link([&](const tracking::PoseEstimate<double>& estimate) {
+            const PoseError error = score.add(estimate);
+            if (error.time_s >= RunScore::kSettling_s) {
+                report.seen_flags |= estimate.flags;
+            }
+            if (csv) {
+                csv->write(estimate, error);
+            }
+            live.show(estimate, error);
+        });
+        app::MainLoopParams<double> params{plan, {}, make_tracker(options, scenario.world, plan)};
+        params.demodulator.response = world.channel_response();
+        params.demodulator.sigma_floor = sigma_floor(world, plan);
+        app::MainLoop<double> loop(params, {clock, coils, sampler, link});
+        const InterruptGuard guard;
+        if (const Status started = loop.start(); !started.ok()) {
+            throw DeviceError(std::string("simulated board: ") + started.message());
+        }
+        const Pace pace = drive(loop, clock, guard, options.realtime);
+        report.interrupted = guard.interrupted();
+        report.loop = loop.counters();
+        report.tracker = loop.tracker().counters();
+        report.mean_update_us = pace.updates > 0 ? 1e6 * pace.update_s / static_cast<double>(pace.updates) : 0;
+        report.simulated_s_per_s = pace.total_s > 0 ? clock.elapsed_s() / pace.total_s : 0;
+    }
+    if (csv) {
+        csv->close();
+    }
+    report.scenario = scenario.name;
+    report.plan = plan;
+    report.world = scenario.world;
+    report.coupling_sigma = world.coupling_sigma();
+    report.duration_s = scenario.duration_s;
+    report.simulated_s = clock.elapsed_s();
+    report.coils_at_end = coils.state();
+    report.score = score.summary();
+    return report;
+}
+
+}  // namespace tricoil::host

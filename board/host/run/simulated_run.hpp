@@ -1,0 +1,53 @@
+// One run of the main loop against the simulated HAL, scored against the truth.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "board/app/main_loop.hpp"
+#include "board/host/run/run_score.hpp"
+#include "sim/scenarios/scenario.hpp"
+
+namespace tricoil::host {
+
+struct RunOptions {
+    std::string scenario = "hand";
+    std::string trajectory;  // file; replaces the scenario's motion
+    Vec3<double> place_m{0.9, 0, 0};
+    double speed = 1;
+    std::string multiplexing = "fdm";
+    std::string tracker = "direct";
+    int passes = 1;
+    double frame_rate_hz = 240;
+    std::optional<double> duration_s;
+    std::vector<std::string> faults;
+    std::vector<double> hemisphere{1, 0, 0};
+    bool no_noise = false;
+    bool realtime = false;
+    bool show_live = true;
+    std::uint64_t seed = 1;
+    std::string out_csv;
+};
+
+struct RunReport {
+    std::string scenario;
+    signal::AcquisitionPlan plan;
+    sim::WorldParams world;
+    double coupling_sigma = 0;
+    double duration_s = 0;
+    double simulated_s = 0;
+    bool interrupted = false;
+    Excitation coils_at_end = Excitation::off;
+    ScoreSummary score;
+    app::MainLoopCounters loop;
+    tracking::TrackerCounters tracker;
+    double mean_update_us = 0;       // demodulation and tracking of one block
+    double simulated_s_per_s = 0;    // the whole loop, simulation included
+    tracking::PoseFlags seen_flags;  // of all poses after the settling time
+};
+
+/// Runs to the end or until interrupted. Throws InputError for options that cannot be run, DeviceError if the CSV cannot be kept.
+RunReport run_simulated(const RunOptions& options);
+
+}  // namespace tricoil::host

@@ -1,0 +1,34 @@
+// RMS, percentiles and maximum of a series of errors.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace tricoil::host {
+
+struct ErrorSummary {
+    double rms = 0;
+    double median = 0;
+    double p95 = 0;
+    double max = 0;
+};
+
+/// All zero for an empty series. Percentiles by the nearest rank.
+inline ErrorSummary summarise(std::vector<double> errors) {
+    if (errors.empty()) {
+        return {};
+    }
+    std::sort(errors.begin(), errors.end());
+    double squares = 0;
+    for (const double error : errors) {
+        squares += error * error;
+    }
+    const auto rank = [&](double share) {
+        const auto n = static_cast<std::size_t>(std::ceil(share * static_cast<double>(errors.size())));
+        return errors[n == 0 ? 0 : n - 1];
+    };
+    return {std::sqrt(squares / static_cast<double>(errors.size())), rank(0.5), rank(0.95), errors.back()};
+}
+
+}  // namespace tricoil::host

@@ -1,0 +1,50 @@
+#include "sim/hal/simulated_hal.hpp"
+
+namespace tricoil::sim {
+
+Status SimulatedCoilDriver::do_excite(Excitation state) {
+    changes_ += state == state_ ? 0U : 1U;
+    state_ = state;
+    return {};
+}
+
+SimulatedCoilSampler::SimulatedCoilSampler(CoilWorld& world, const SimulatedCoilDriver& coils, SimulatedClock& clock,
+                                           double duration_s)
+    : world_(world), coils_(coils), clock_(clock), duration_s_(duration_s) {}
+
+Status SimulatedCoilSampler::do_start(const signal::AcquisitionPlan& plan) {
+    plan_ = plan;
+    world_.configure(plan);
+    clock_.begin(plan.params.sample_rate_hz);
+    samples_.resize(static_cast<std::size_t>(plan.block_samples));
+    sequence_ = 0;
+    running_ = true;
+    return {};
+}
+
+Status SimulatedCoilSampler::do_poll(SampleBlock& block) {
+    if (!running_) {
+        return {StatusCode::not_ready, "sampler is stopped; call start()"};
+    }
+    const double start_s = clock_.elapsed_s();
+    if (start_s + plan_.block_s() > duration_s_ + 1e-9) {
+        return {StatusCode::end_of_stream, "the simulated time is over"};
+    }
+    const bool arrived = world_.sample(coils_.state(), start_s, samples_);
+    clock_.advance(samples_.size());
+    const std::uint32_t sequence = sequence_++;
+    if (!arrived) {
+        return {StatusCode::timed_out, "the block was lost"};
+    }
+    block = SampleBlock{};
+    block.state = coils_.state();
+    block.scale = static_cast<float>(world_.volts_per_code());
+    block.full_scale = world_.full_scale();
+    block.start = clock_.at(start_s);
+    block.midpoint = clock_.at(start_s + 0.5 * (plan_.block_samples - 1) / plan_.params.sample_rate_hz);
+    block.sequence = sequence;
+    block.samples = samples_;
+    return {};
+}
+
+}  // namespace tricoil::sim

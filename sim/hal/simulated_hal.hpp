@@ -1,0 +1,83 @@
+// Every hal interface, in virtual time, in front of a CoilWorld.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "hal/clock.hpp"
+#include "hal/coil_driver.hpp"
+#include "hal/coil_sampler.hpp"
+#include "hal/link.hpp"
+#include "sim/world/coil_world.hpp"
+
+namespace tricoil::sim {
+
+/// Time advances only by sampling: each poll takes as much of it as its block lasts.
+class SimulatedClock final : public hal::Clock {
+public:
+    explicit SimulatedClock(DeviceTime start = {}) : start_(start) {}
+    void begin(double sample_rate_hz) { sample_rate_hz_ = sample_rate_hz; }
+    void advance(std::size_t samples) { samples_ += static_cast<std::int64_t>(samples); }
+    [[nodiscard]] double elapsed_s() const { return static_cast<double>(samples_) / sample_rate_hz_; }
+    [[nodiscard]] DeviceTime at(double elapsed_s) const { return start_ + microseconds_from_seconds(elapsed_s); }
+    [[nodiscard]] double elapsed_s(DeviceTime time) const { return to_seconds(time - start_); }
+
+private:
+    [[nodiscard]] DeviceTime do_now() const override { return at(elapsed_s()); }
+    DeviceTime start_;
+    double sample_rate_hz_ = 1;
+    std::int64_t samples_ = 0;
+};
+
+class SimulatedCoilDriver final : public hal::CoilDriver {
+public:
+    [[nodiscard]] Excitation state() const { return state_; }
+    [[nodiscard]] std::uint64_t changes() const { return changes_; }
+
+private:
+    Status do_excite(Excitation state) override;
+    void do_switch_off() override { state_ = Excitation::off; }
+    Excitation state_ = Excitation::off;
+    std::uint64_t changes_ = 0;
+};
+
+class SimulatedCoilSampler final : public hal::CoilSampler {
+public:
+    /// Ends the stream after duration_s of virtual time.
+    SimulatedCoilSampler(CoilWorld& world, const SimulatedCoilDriver& coils, SimulatedClock& clock, double duration_s);
+
+private:
+    Status do_start(const signal::AcquisitionPlan& plan) override;
+    Status do_poll(SampleBlock& block) override;
+    void do_stop() override { running_ = false; }
+
+    CoilWorld& world_;
+    const SimulatedCoilDriver& coils_;
+    SimulatedClock& clock_;
+    double duration_s_;
+    signal::AcquisitionPlan plan_;
+    std::vector<Sample> samples_;
+    std::uint32_t sequence_ = 0;
+    bool running_ = false;
+};
+
+/// Hands every estimate to a function, and never fails unless told to.
+template <typename Scalar>
+class SimulatedLink final : public hal::Link<Scalar> {
+public:
+    using Receiver = std::function<void(const tracking::PoseEstimate<Scalar>&)>;
+    explicit SimulatedLink(Receiver receiver) : receiver_(std::move(receiver)) {}
+    void fail_with(Status status) { status_ = status; }
+
+private:
+    Status do_send(const tracking::PoseEstimate<Scalar>& estimate) override {
+        if (status_.ok()) {
+            receiver_(estimate);
+        }
+        return status_;
+    }
+    Receiver receiver_;
+    Status status_;
+};
+
+}  // namespace tricoil::sim

@@ -1,0 +1,43 @@
+// One source coil with its drive: a carrier in steady state plus the transient that switching leaves behind.
+#pragma once
+
+#include <complex>
+
+namespace tricoil::sim {
+
+/// Current as a share of nominal, and its rate of change divided by the reference angular frequency (so that a steady carrier at
+/// that frequency has a derivative of the same size). Complex parts carry the quadrature for channels with a phase error.
+struct CoilCurrent {
+    std::complex<double> current;
+    std::complex<double> derivative;
+};
+
+/// A series R-L circuit, solved exactly: after a change of drive the current keeps its value, and the difference to the new
+/// steady state dies out with the time constant L/R.
+class CoilCircuit {
+public:
+    CoilCircuit() = default;
+
+    /// A steady current amplitude cos(w t + phase) once settled; time_constant_s = L/R.
+    CoilCircuit(double amplitude, double carrier_rad_s, double phase_rad, double time_constant_s, double reference_rad_s);
+
+    /// Goes to `time_s` and switches the drive on or off there. Call at the start of every block.
+    void begin_block(double time_s, double sample_s, bool on);
+
+    /// Current at the present sample; then steps to the next.
+    CoilCurrent next();
+
+private:
+    double amplitude_ = 0;
+    double carrier_rad_s_ = 0;
+    double phase_rad_ = 0;
+    double time_constant_s_ = 1;
+    double reference_rad_s_ = 1;
+    bool on_ = false;
+    double transient_ = 0;
+    double decay_ = 0;                   // of the transient per sample
+    std::complex<double> phasor_{1, 0};  // exp(i (w t + phase))
+    std::complex<double> step_{1, 0};
+};
+
+}  // namespace tricoil::sim

@@ -1,0 +1,162 @@
+#include "sim/world/coil_world.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include "core/geometry/angles.hpp"
+#include "sim/io/input_error.hpp"
+#include "sim/world/pose_track.hpp"
+
+namespace tricoil::sim {
+namespace {
+
+constexpr double kTurn = 2 * std::numbers::pi;
+constexpr double kReferenceRadS = kTurn * 10e3;  // couplings are stated at 10 kHz: a coil's voltage grows with the frequency
+
+/// (3 r r^T / |r|^2 - I) / (2 |r|^3): the dipole field per unit moment, of which C times it is X for an unrotated sensor, (6).
+Mat3<double> dipole_field(const Vec3<double>& r) {
+    const double squared = r.squaredNorm();
+    const double inverse_cube = 1 / (squared * std::sqrt(squared));
+    return inverse_cube * (1.5 / squared * r * r.transpose() - 0.5 * Mat3<double>::Identity());
+}
+
+double mains_shape(double phase_rad) { return std::sin(phase_rad) + std::sin(3 * phase_rad) / 3 + std::sin(5 * phase_rad) / 5; }
+
+void need(bool ok, const char* what) {
+    if (!ok) {
+        throw InputError(std::string("world: ") + what);
+    }
+}
+
+}  // namespace
+
+void check(const WorldParams& p) {
+    const auto positive = [](double value) { return std::isfinite(value) && value > 0; };
+    const auto not_negative = [](double value) { return std::isfinite(value) && value >= 0; };
+    need(positive(p.coupling_constant_m3), "coupling constant must be positive");
+    need(positive(p.coil_resistance_ohm) && positive(p.coil_inductance_h), "coil resistance and inductance must be positive");
+    need(p.converter.bits >= 8 && p.converter.bits <= 31, "converter bits must be 8 to 31");
+    need(positive(p.converter.range_v) && positive(p.converter.rail_v), "converter range and rail must be positive");
+    need(not_negative(p.converter.noise_v_per_sqrt_hz) && not_negative(p.mains_v), "noise and mains must not be negative");
+    need(positive(p.mains_hz), "mains frequency must be positive");
+    need(std::abs(p.source_matrix.determinant()) > 1e-3, "source matrix must not be singular");
+    need(std::abs(p.sensor_matrix.determinant()) > 1e-3, "sensor matrix must not be singular");
+}
+
+CoilWorld::CoilWorld(const WorldParams& params, const Motion& motion, std::vector<Fault> faults)
+    : params_(params), motion_(motion), faults_(std::move(faults)), random_(params.seed), drop_random_(params.seed + 1) {
+    check(params_);
+    for (std::size_t c = 0; c < kSensorCoils; ++c) {
+        channel_[c] = std::polar(params_.channel_gain[c], params_.channel_phase_rad[c]);
+    }
+}
+
+void CoilWorld::configure(const signal::AcquisitionPlan& plan) {
+    plan_ = plan;
+    const double rate = plan.params.sample_rate_hz;
+    const double middle_s = (plan.params.guard_samples + 0.5 * (plan.window_samples - 1)) / rate;
+    const double time_constant_s = params_.coil_inductance_h / params_.coil_resistance_ohm;
+    for (int j = 0; j < kSourceCoils; ++j) {
+        const double carrier = kTurn * plan.params.carrier_hz[static_cast<std::size_t>(j)];
+        const double phase = -carrier * middle_s;
+        circuits_[static_cast<std::size_t>(j)] = CoilCircuit(drive_amplitude(j), carrier, phase, time_constant_s, kReferenceRadS);
+    }
+    converters_.assign(kChannels, Converter(params_.converter, rate));
+    mains_.clear();
+    const double period = rate / params_.mains_hz;
+    if (std::abs(period - std::round(period)) < 1e-9) {
+        for (int n = 0; n < static_cast<int>(std::lround(period)); ++n) {
+            mains_.push_back(params_.mains_v * mains_shape(kTurn * n / period));
+        }
+    }
+}
+
+bool CoilWorld::sample(Excitation state, double start_s, std::span<Sample> samples) {
+    const FaultEffect effect = effect_at(faults_, start_s);
+    const double sample_s = 1 / plan_.params.sample_rate_hz;
+    for (int j = 0; j < kSourceCoils; ++j) {
+        const bool on = (state == Excitation::all || coil_index(state) == j) && effect.current(j) > 0;
+        circuits_[static_cast<std::size_t>(j)].begin_block(start_s, sample_s, on);
+    }
+    PoseTrack track(motion_, start_s, sample_s);
+    Mat3<double> before = coupling(track.at(-1), effect);
+    for (std::size_t n = 0; n < samples.size(); ++n) {
+        const double time_s = start_s + static_cast<double>(n) * sample_s;
+        const Mat3<double> x = coupling(track.at(static_cast<int>(n)), effect);
+        Vec3<std::complex<double>> current;
+        Vec3<std::complex<double>> derivative;
+        for (Eigen::Index j = 0; j < kSourceCoils; ++j) {
+            const CoilCurrent coil = circuits_[static_cast<std::size_t>(j)].next();
+            current(j) = coil.current;
+            derivative(j) = coil.derivative;
+        }
+        // Induction: the derivative of (coupling times current); motion adds a small voltage of its own.
+        const Mat3<double> dx = (x - before) / (sample_s * kReferenceRadS);
+        const Vec3<std::complex<double>> induced = x * derivative + dx * current;
+        before = x;
+        Vec3<double> sensor_v;
+        for (Eigen::Index c = 0; c < kSensorCoils; ++c) {
+            sensor_v(c) = (channel_[static_cast<std::size_t>(c)] * induced(c)).real();
+        }
+        samples[n] = convert(sensor_v, current.sum().real(), time_s, effect);
+    }
+    return std::uniform_real_distribution<double>(0, 1)(drop_random_) >= effect.drop_share;
+}
+
+Sample CoilWorld::convert(const Vec3<double>& sensor_v, double reference_v, double time_s, const FaultEffect& effect) {
+    double mains = 0;
+    if (params_.mains_v > 0) {
+        const auto n = static_cast<std::size_t>(std::llround(time_s * plan_.params.sample_rate_hz));
+        mains = mains_.empty() ? params_.mains_v * mains_shape(kTurn * params_.mains_hz * time_s) : mains_[n % mains_.size()];
+    }
+    Sample sample;
+    for (std::size_t c = 0; c < kChannels; ++c) {
+        const double volts = c == kReferenceChannel ? reference_v : sensor_v(static_cast<Eigen::Index>(c)) + mains;
+        const std::int32_t code = converters_[c].convert(volts, random_);
+        sample[c] = effect.stuck[c] ? 0 : code;
+    }
+    return sample;
+}
+
+Mat3<double> CoilWorld::coupling(const Pose& pose) const { return coupling(pose, FaultEffect{}); }
+
+Mat3<double> CoilWorld::coupling(const Pose& pose, const FaultEffect& effect) const {
+    if (effect.unplugged) {
+        return params_.crosstalk * Mat3<double>::Ones();
+    }
+    Mat3<double> field = dipole_field(pose.position_m);
+    if (effect.metal) {
+        // A conducting sphere much thicker than the skin depth answers the field at its place with a dipole of -2 pi a^3 / mu0
+        // times it (Jackson, Classical Electrodynamics, section 5.11, with the field kept out of the sphere).
+        const double a = effect.metal_radius_m;
+        field -= a * a * a * dipole_field(pose.position_m - effect.metal_position_m) * dipole_field(effect.metal_position_m);
+    }
+    const Mat3<double> o = geometry::attitude_matrix(pose.q_source_sensor);
+    return params_.coupling_constant_m3 * effect.sensor * params_.sensor_matrix * o * field * params_.source_matrix *
+           effect.source;
+}
+
+double CoilWorld::drive_amplitude(int j) const {
+    return plan_.is_tdm() ? 1.0 : 0.5 * kReferenceRadS / (kTurn * plan_.params.carrier_hz[static_cast<std::size_t>(j)]);
+}
+
+signal::ChannelResponse<double> CoilWorld::channel_response() const {
+    auto response = signal::unit_response<double>();
+    for (std::size_t j = 0; j < kSourceCoils; ++j) {
+        const double ratio = kTurn * plan_.params.carrier_hz[j] / kReferenceRadS;
+        for (std::size_t c = 0; c < kSensorCoils; ++c) {
+            response[j][c] = std::complex<double>(0, ratio) * channel_[c];
+        }
+    }
+    return response;
+}
+
+double CoilWorld::coupling_sigma() const {
+    const Converter& converter = converters_.front();
+    const double quantisation = converter.volts_per_code() / std::sqrt(12.0);
+    const double sample_v = std::hypot(converter.noise_v(), quantisation);
+    const double ratio = kTurn * plan_.params.carrier_hz[0] / kReferenceRadS;
+    return sample_v * std::sqrt(2.0 / plan_.window_samples) / (drive_amplitude(0) * ratio * std::abs(channel_[0]));
+}
+
+}  // namespace tricoil::sim

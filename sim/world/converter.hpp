@@ -1,0 +1,35 @@
+// The analogue end of one channel: noise, interference, and an ADC with bits, range and saturation.
+#pragma once
+
+#include <cstdint>
+#include <random>
+
+namespace tricoil::sim {
+
+struct ConverterParams {
+    int bits = 24;
+    double range_v = 2.5;                // codes span +- this
+    double noise_v_per_sqrt_hz = 33e-9;  // white; 106 dB in 72 kHz, as an ADS1274 has
+    double offset_v = 0;
+    double rail_v = 1e9;  // where the preamplifier clips
+};
+
+class Converter {
+public:
+    Converter(const ConverterParams& params, double sample_rate_hz);
+
+    [[nodiscard]] double volts_per_code() const { return volts_per_code_; }
+    [[nodiscard]] std::int32_t full_scale() const { return full_scale_; }
+    [[nodiscard]] double noise_v() const { return noise_v_; }  // standard deviation per sample, quantisation not included
+
+    std::int32_t convert(double volts, std::mt19937_64& random);
+
+private:
+    ConverterParams params_;
+    double volts_per_code_;
+    std::int32_t full_scale_;
+    double noise_v_;
+    std::normal_distribution<double> normal_{0, 1};
+};
+
+}  // namespace tricoil::sim

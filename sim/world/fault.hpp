@@ -1,0 +1,52 @@
+// Faults that a simulated tracker can be given, by name.
+#pragma once
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "core/geometry/types.hpp"
+
+namespace tricoil::sim {
+
+enum class FaultKind : std::uint8_t {
+    open_coil,       // argument: source coil S1-S3 carries no current
+    reversed_coil,   // argument: S1-S3 or sensor coil C1-C3 connected the wrong way round
+    swapped_coils,   // argument: two of S1-S3, or two of C1-C3
+    stuck_channel,   // argument: C1-C3 or R; the converter repeats one code
+    dropped_blocks,  // argument: share of blocks that never arrive, 0 to 1
+    metal,           // argument: x,y,z,radius in metres: a conducting sphere, a secondary dipole
+    unplugged,       // no sensor: open inputs that pick up a little of the drive, all alike
+    overload,        // argument: factor on the sensor's signals, until they clip or saturate
+};
+
+/// One fault and when it is there.
+struct Fault {
+    FaultKind kind = FaultKind::open_coil;
+    std::vector<std::string> arguments;
+    double begin_s = 0;
+    double end_s = std::numeric_limits<double>::infinity();
+};
+
+/// The names, in the order of FaultKind.
+const std::vector<std::string>& fault_names();
+
+/// Reads NAME[:ARG[,ARG...]][@BEGIN[-END]], for instance "open_coil:S2@1.0-1.5" or "metal:0.6,0.2,0,0.05". Throws InputError for
+/// an unknown name (with the names there are), wrong arguments, or times out of order.
+Fault parse_fault(const std::string& text);
+
+/// The effect of all faults that are active at one time.
+struct FaultEffect {
+    Mat3<double> source = Mat3<double>::Identity();  // applied to the source coils' currents
+    Mat3<double> sensor = Mat3<double>::Identity();  // applied to the sensor coils' signals
+    Vec3<double> current = Vec3<double>::Ones();     // share of each coil's current that flows
+    std::array<bool, 4> stuck{};
+    double drop_share = 0;
+    bool unplugged = false;
+    bool metal = false;
+    Vec3<double> metal_position_m = Vec3<double>::Zero();
+    double metal_radius_m = 0;
+};
+FaultEffect effect_at(const std::vector<Fault>& faults, double time_s);
+
+}  // namespace tricoil::sim
