@@ -27,6 +27,7 @@ public:
 private:
     ConverterParams params_;
     double volts_per_code_;
+    double codes_per_volt_;
     std::int32_t full_scale_;
     double noise_v_;
     std::normal_distribution<double> normal_{0, 1};
