@@ -35,7 +35,7 @@ std::string script_of(const Picture& picture) {
         for (std::size_t n = 0; n < panel.curves.size(); ++n) {
             text += (n == 0 ? "" : ", \\\n     ") + curve_text(panel.curves[n]);
         }
-        text += "\nunset logscale\nset autoscale\nset format '%g'\nset key default\n";
+        text += "\nunset logscale\nset autoscale\nset format '%g'\nset key above right horizontal samplen 2\n";
     }
     return text + "unset multiplot\nunset output\nreset\n";
 }
@@ -75,10 +75,10 @@ void draw(const std::filesystem::path& folder, const std::vector<Picture>& pictu
     const std::string log_name = "gnuplot.log";
     {
         std::ofstream script(folder / script_name);
-        script << "set encoding utf8\nset datafile separator ','\nset grid lc rgb '#dddddd'\nset tics nomirror\nset border 3\n";
+        script << "set encoding utf8\nset datafile separator ','\nset grid lc rgb '#dddddd'\nset tics nomirror\nset border 3\nset key above right horizontal samplen 2\n";
         for (const Picture& picture : pictures) {
             script << script_of(picture);
-            script << "set datafile separator ','\nset grid lc rgb '#dddddd'\nset tics nomirror\nset border 3\n";
+            script << "set datafile separator ','\nset grid lc rgb '#dddddd'\nset tics nomirror\nset border 3\nset key above right horizontal samplen 2\n";
         }
         if (!script.flush()) {
             throw InputError(fmt::format("cannot write {}; is the disk full?", (folder / script_name).string()));

@@ -55,7 +55,7 @@ Curve position_curve(const std::string& csv, const char* title, const char* styl
 
 Panel position_panel(const std::string& title, std::vector<Curve> curves) {
     return {title, "Time (s)", "|position error| (mm)", std::move(curves),
-            "set logscale y\nset yrange [1e-6:1e5]\nset format y '10^{%T}'\nset key bottom right horizontal"};
+            "set logscale y\nset yrange [1e-6:1e5]\nset format y '10^{%T}'"};
 }
 
 struct NamedMotion {
@@ -110,7 +110,7 @@ Panel scatter_panel(const char* title, const char* unit, const char* x, const ch
             fmt::format("Predicted RMS ({})", unit),
             {{"budget.csv", x, y, "one motion", "points pt 7 ps 0.6 lc rgb '#cc0000'"},
              {"budget.csv", x, fmt::format("(column('{}'))", x), "equal", "lines lw 1 lc rgb 'black'"}},
-            "set key top left"};
+            ""};
 }
 
 }  // namespace
@@ -126,10 +126,10 @@ Picture loop_figure(const fs::path& folder) {
     const auto iii_one = write_case(folder, "loop_III_closed_vectors_1.csv", {"III", Loop::closed, Form::vectors, 1});
     const auto iii_two = write_case(folder, "loop_III_closed_vectors_2.csv", {"III", Loop::closed, Form::vectors, 2});
     return {"loops.svg",
-            {error_panel(i_open, "Example I, open loop", "e_α (rad)", "e_alpha_rad"),
-             error_panel(i_closed, "Example I, closed loop", "e_α (rad)", "e_alpha_rad"),
-             error_panel(ii_open, "Example II, open loop", "e_β (rad)", "e_beta_rad"),
-             error_panel(ii_closed, "Example II, closed loop", "e_β (rad)", "e_beta_rad"),
+            {error_panel(i_open, "Example I, open loop", "{e_α} (rad)", "e_alpha_rad"),
+             error_panel(i_closed, "Example I, closed loop", "{e_α} (rad)", "e_alpha_rad"),
+             error_panel(ii_open, "Example II, open loop", "{e_β} (rad)", "e_beta_rad"),
+             error_panel(ii_closed, "Example II, closed loop", "{e_β} (rad)", "e_beta_rad"),
              position_panel("Example III, open loop", {position_curve(iii_open, "angle form", kMeasuredStyle)}),
              position_panel("Example III, closed loop",
                             {position_curve(iii_closed, "angle form", kMeasuredStyle),
@@ -166,7 +166,7 @@ Picture budget_figure(const fs::path& folder, const fs::path& recordings) {
                    "z error (mm)",
                    {{"budget_instants.csv", "time_s", "(1000*column('measured_z_m'))", "Simulated", kMeasuredStyle},
                     {"budget_instants.csv", "time_s", "(1000*column('predicted_z_m'))", "Predicted", kCalculatedStyle}},
-                   "set xrange [0.5:1.5]\nset key top left"};
+                   "set xrange [0.5:0.6]"};
     return {
         "budget.svg",
         {scatter_panel("Position, TDM 240 Hz", "mm", "measured_position_rms_mm", "predicted_position_rms_mm"),

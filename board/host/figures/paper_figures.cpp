@@ -36,22 +36,22 @@ Panel measured_only(const std::string& csv, const char* title, const char* label
 }
 
 Panel range_panel(const std::string& csv, const char* style = kMeasuredStyle) {
-    return compare(csv, "(a) Range error", "e_ρ (m)", "e_rho_m", "predicted_e_rho_m", style);
+    return compare(csv, "(a) Range error", "{e_ρ} (m)", "e_rho_m", "predicted_e_rho_m", style);
 }
 
 Panel azimuth_panel(const std::string& csv, const char* style = kMeasuredStyle) {
-    return compare(csv, "(b) Azimuth error", "e_α (rad)", "e_alpha_rad", "predicted_e_alpha_rad", style);
+    return compare(csv, "(b) Azimuth error", "{e_α} (rad)", "e_alpha_rad", "predicted_e_alpha_rad", style);
 }
 
 Panel elevation_panel(const std::string& csv, const char* title, const char* style = kMeasuredStyle) {
-    return compare(csv, title, "e_β (rad)", "e_beta_rad", "predicted_e_beta_rad", style);
+    return compare(csv, title, "{e_β} (rad)", "e_beta_rad", "predicted_e_beta_rad", style);
 }
 
 /// The measured error at fixed orientation, Fig. 3(b), is repeated in red.
 Panel azimuth_panel_of_fig6(const std::string& csv, const std::string& fixed_csv) {
     Panel panel = azimuth_panel(csv, kBlue);
-    panel.curves[0].title = "Measured, changing orientation";
-    panel.curves.push_back({fixed_csv, kTime, "e_alpha_rad", "Measured, constant orientation", kMeasuredStyle});
+    panel.curves[0].title = "Measured, turning";
+    panel.curves.push_back({fixed_csv, kTime, "e_alpha_rad", "Measured, not turning", kMeasuredStyle});
     return panel;
 }
 
@@ -64,8 +64,8 @@ std::vector<Picture> paper_figures(const std::filesystem::path& folder) {
     const auto five = write(folder, "fig5.csv", "orientation");
     const auto six = write(folder, "fig6.csv", "IIIo");
     write(folder, "fig4.csv", "III");
-    // The rates peak at some thousand rad/s where a pole is all but hit; a symmetric logarithm shows them and the rest.
-    Panel rate = compare("fig4.csv", "Error of the azimuth rate, example III", "e_{dα/dt} (rad/s)", "e_alpha_rate_rad_s",
+    // Where a pole is all but hit the rate peaks at some ten thousand rad/s: cut off, so that the others can be seen.
+    Panel rate = compare("fig4.csv", "Error of the azimuth rate, example III", "{e_{dα/dt}} (rad/s)", "e_alpha_rate_rad_s",
                          "predicted_e_alpha_rate_rad_s");
     rate.settings = "set yrange [-2000:2000]";
     return {
@@ -74,9 +74,9 @@ std::vector<Picture> paper_figures(const std::filesystem::path& folder) {
         {"fig3.svg", {range_panel(three), azimuth_panel(three), elevation_panel(three, "(c) Elevation error")}},
         {"fig4.svg", {rate}, 1, 720, 360},
         {"fig5.svg",
-         {measured_only(five, "(a) Orientation: azimuth error", "e_ψ (rad)", "e_psi_rad"),
-          measured_only(five, "(b) Orientation: elevation error", "e_θ (rad)", "e_theta_rad"),
-          measured_only(five, "(c) Orientation: roll error", "e_φ (rad)", "e_phi_rad")}},
+         {measured_only(five, "(a) Orientation: azimuth error", "{e_ψ} (rad)", "e_psi_rad"),
+          measured_only(five, "(b) Orientation: elevation error", "{e_θ} (rad)", "e_theta_rad"),
+          measured_only(five, "(c) Orientation: roll error", "{e_φ} (rad)", "e_phi_rad")}},
         {"fig6.svg",
          {range_panel(six, kBlue), azimuth_panel_of_fig6(six, three), elevation_panel(six, "(c) Elevation error", kBlue)}},
     };
