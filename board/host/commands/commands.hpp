@@ -14,5 +14,6 @@ void add_run_command(CLI::App& program, Action& action);
 void add_demodulate_command(CLI::App& program, Action& action);
 void add_figures_command(CLI::App& program, Action& action);
 void add_motion_command(CLI::App& program, Action& action);
+void add_selfcheck_command(CLI::App& program, Action& action);
 
 }  // namespace tricoil::host

@@ -75,10 +75,12 @@ void draw(const std::filesystem::path& folder, const std::vector<Picture>& pictu
     const std::string log_name = "gnuplot.log";
     {
         std::ofstream script(folder / script_name);
-        script << "set encoding utf8\nset datafile separator ','\nset grid lc rgb '#dddddd'\nset tics nomirror\nset border 3\nset key above right horizontal samplen 2\n";
+        script << "set encoding utf8\nset datafile separator ','\nset grid lc rgb '#dddddd'\nset tics nomirror\nset border "
+                  "3\nset key above right horizontal samplen 2\n";
         for (const Picture& picture : pictures) {
             script << script_of(picture);
-            script << "set datafile separator ','\nset grid lc rgb '#dddddd'\nset tics nomirror\nset border 3\nset key above right horizontal samplen 2\n";
+            script << "set datafile separator ','\nset grid lc rgb '#dddddd'\nset tics nomirror\nset border 3\nset key above "
+                      "right horizontal samplen 2\n";
         }
         if (!script.flush()) {
             throw InputError(fmt::format("cannot write {}; is the disk full?", (folder / script_name).string()));
