@@ -43,8 +43,10 @@ public:
 
     [[nodiscard]] bool ok() const { return value_.has_value(); }
     [[nodiscard]] Status status() const { return status_; }
-    [[nodiscard]] const T& value() const { return *value_; }
-    [[nodiscard]] const T& operator*() const { return *value_; }
+    [[nodiscard]] const T& value() const& { return *value_; }
+    [[nodiscard]] const T& operator*() const& { return *value_; }
+    [[nodiscard]] T value() && { return *std::move(value_); }  // by value: a reference into a temporary would dangle
+    [[nodiscard]] T operator*() && { return *std::move(value_); }
     [[nodiscard]] const T* operator->() const { return &*value_; }
 
 private:

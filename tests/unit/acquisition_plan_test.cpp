@@ -1,0 +1,83 @@
+#include "core/signal/acquisition_plan.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace tricoil::signal {
+namespace {
+
+using ::testing::HasSubstr;
+
+AcquisitionParams tdm() { return default_acquisition(Multiplexing::tdm, 240); }
+AcquisitionParams fdm() { return default_acquisition(Multiplexing::fdm, 240); }
+
+TEST(AcquisitionPlan, DefaultsAreValidAtTheUsualRates) {
+    for (const double rate : {60.0, 120.0, 240.0, 480.0}) {
+        const auto params = default_acquisition(Multiplexing::tdm, rate);
+        const auto plan = plan_acquisition(params);
+        if (rate < 120) {
+            EXPECT_THAT(plan.status().message(), HasSubstr("1024 samples"));
+            continue;
+        }
+        ASSERT_TRUE(plan.ok()) << rate << ": " << plan.status().message();
+        EXPECT_NEAR(plan->block_samples * 3 * rate, 144e3, 1e-6);
+    }
+    for (const double rate : {160.0, 240.0, 480.0, 960.0}) {
+        const auto plan = plan_acquisition(default_acquisition(Multiplexing::fdm, rate));
+        ASSERT_TRUE(plan.ok()) << rate << ": " << plan.status().message();
+        EXPECT_EQ(plan->window_samples, plan->block_samples);
+    }
+}
+
+TEST(AcquisitionPlan, TdmDefaultMeetsEveryBlockInTheSamePhase) {
+    const auto plan = plan_acquisition(tdm());
+    EXPECT_EQ(plan->block_samples, 200);
+    EXPECT_EQ(plan->window_samples, 160);
+    const double cycles_per_block = plan->params.carrier_hz[0] * plan->block_s();
+    EXPECT_NEAR(cycles_per_block, std::round(cycles_per_block), 1e-9);
+}
+
+struct Refusal {
+    const char* message;
+    AcquisitionParams params;
+};
+
+AcquisitionParams changed(AcquisitionParams params, void (*change)(AcquisitionParams&)) {
+    change(params);
+    return params;
+}
+
+TEST(AcquisitionPlan, EachImpossibleParameterIsNamed) {
+    constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+    const Refusal refusals[] = {
+        {"sample rate must be", changed(tdm(), [](auto& p) { p.sample_rate_hz = 0; })},
+        {"sample rate must be", changed(tdm(), [](auto& p) { p.sample_rate_hz = kNan; })},
+        {"frame rate must be", changed(tdm(), [](auto& p) { p.frame_rate_hz = -240; })},
+        {"frame rate must be", changed(tdm(), [](auto& p) { p.frame_rate_hz = std::numeric_limits<double>::infinity(); })},
+        {"whole number of samples", changed(tdm(), [](auto& p) { p.frame_rate_hz = 241; })},
+        {"whole number of samples", changed(fdm(), [](auto& p) { p.frame_rate_hz = 1e9; })},
+        {"1024 samples", changed(fdm(), [](auto& p) { p.frame_rate_hz = 1; })},
+        {"guard must be", changed(tdm(), [](auto& p) { p.guard_samples = 200; })},
+        {"guard must be", changed(tdm(), [](auto& p) { p.guard_samples = -1; })},
+        {"carrier frequency must be", changed(tdm(), [](auto& p) { p.carrier_hz[0] = kNan; })},
+        {"Nyquist", changed(tdm(), [](auto& p) { p.carrier_hz[0] = 70e3; })},
+        {"whole cycles", changed(tdm(), [](auto& p) { p.carrier_hz[0] = 10'123; })},
+        {"four carrier cycles", changed(tdm(), [](auto& p) { p.carrier_hz[0] = 900; })},
+        {"closer than two cycles", changed(fdm(), [](auto& p) { p.carrier_hz[1] = p.carrier_hz[0] + 240; })},
+    };
+    for (const Refusal& refusal : refusals) {
+        const auto plan = plan_acquisition(refusal.params);
+        ASSERT_FALSE(plan.ok()) << refusal.message;
+        EXPECT_THAT(plan.status().message(), HasSubstr(refusal.message));
+        EXPECT_EQ(plan.status().code(), StatusCode::invalid_argument);
+    }
+}
+
+TEST(AcquisitionPlan, At960HertzTheSlotsOfTdmHoldTooFewCycles) {
+    EXPECT_FALSE(plan_acquisition(default_acquisition(Multiplexing::tdm, 960)).ok());
+}
+
+}  // namespace
+}  // namespace tricoil::signal

@@ -1,0 +1,192 @@
+#include "core/signal/demodulator.hpp"
+
+#include <gtest/gtest.h>
+
+#include "core/signal/phase_calibration.hpp"
+#include "tests/support/tones.hpp"
+
+namespace tricoil::signal {
+namespace {
+
+constexpr double kFullScale = 8388607;
+
+/// Blocks in which the sensor coils carry given couplings (relative to the reference) at given channel phases.
+class DemodulatorTest : public ::testing::Test {
+protected:
+    SampleBlock block(const AcquisitionPlan& plan, Excitation state, const test::ToneBlock& tones) {
+        samples_ = test::render(tones, plan, random_, first_);
+        first_ += plan.block_samples;
+        SampleBlock b;
+        b.state = state;
+        b.full_scale = static_cast<std::int32_t>(kFullScale);
+        b.scale = static_cast<float>(2.5 / kFullScale);
+        b.start = device_time_us(1'000'000);
+        b.sequence = sequence_++;
+        b.samples = samples_;
+        return b;
+    }
+
+    static test::ToneBlock coupled(const Vec3<double>& couplings, const Vec3<double>& phases, double reference = 3e6) {
+        test::ToneBlock tones;
+        for (std::size_t c = 0; c < 3; ++c) {
+            const auto i = static_cast<Eigen::Index>(c);
+            tones.tones[c][0] = {reference * couplings(i), phases(i) + 0.7};
+        }
+        tones.tones[3][0] = {reference, 0.7};
+        return tones;
+    }
+
+    const AcquisitionPlan tdm_ = *plan_acquisition(default_acquisition(Multiplexing::tdm, 240));
+    const AcquisitionPlan fdm_ = *plan_acquisition(default_acquisition(Multiplexing::fdm, 240));
+    std::mt19937_64 random_{4};
+    std::vector<Sample> samples_;
+    long first_ = 0;
+    std::uint32_t sequence_ = 0;
+};
+
+TEST_F(DemodulatorTest, TdmGivesOneSignedColumnAtTheWindowsMidpoint) {
+    Demodulator<double> demodulator(tdm_, {});
+    const auto columns = demodulator.demodulate(block(tdm_, Excitation::s2, coupled({0.5, -0.25, 0.125}, {0, 0, 0})));
+    ASSERT_TRUE(columns.ok());
+    ASSERT_EQ(columns->size(), 1U);
+    const auto& column = (*columns)[0];
+    EXPECT_EQ(column.state, Excitation::s2);
+    EXPECT_TRUE(column.in_phase.isApprox(Vec3<double>(0.5, -0.25, 0.125), 1e-6));
+    EXPECT_LT(column.quadrature.norm(), 1e-6);
+    const double middle = (40 + 79.5) / 144e3;
+    EXPECT_NEAR(to_seconds(column.midpoint), 1.0 + middle, 1e-6);
+    EXPECT_TRUE(column.flags.empty());
+}
+
+TEST_F(DemodulatorTest, FdmGivesThreeColumnsOfOneTime) {
+    test::ToneBlock tones;
+    for (std::size_t j = 0; j < 3; ++j) {
+        tones.tones[3][j] = {1e6, 0.2};
+        tones.tones[0][j] = {1e5 * static_cast<double>(j + 1), 0.2};
+        tones.tones[1][j] = {-2e5, 0.2};
+    }
+    Demodulator<float> demodulator(fdm_, {});
+    const auto columns = demodulator.demodulate(block(fdm_, Excitation::all, tones));
+    ASSERT_TRUE(columns.ok());
+    ASSERT_EQ(columns->size(), 3U);
+    for (std::size_t j = 0; j < 3; ++j) {
+        EXPECT_EQ((*columns)[j].state, single_coil(static_cast<int>(j)));
+        EXPECT_EQ((*columns)[j].midpoint, (*columns)[0].midpoint);
+        EXPECT_NEAR((*columns)[j].in_phase(0), 0.1F * static_cast<float>(j + 1), 1e-5F);
+        EXPECT_NEAR((*columns)[j].in_phase(1), -0.2F, 1e-5F);
+    }
+}
+
+TEST_F(DemodulatorTest, SigmaIsTheScatterOfTheCouplings) {
+    auto tones = coupled({0.5, -0.25, 0.125}, {0, 0, 0});
+    tones.noise = 100;
+    Demodulator<double> demodulator(tdm_, {});
+    Vec3<double> squares = Vec3<double>::Zero();
+    Vec3<double> estimated = Vec3<double>::Zero();
+    constexpr int kBlocks = 400;
+    for (int i = 0; i < kBlocks; ++i) {
+        const auto columns = demodulator.demodulate(block(tdm_, Excitation::s1, tones));
+        squares += ((*columns)[0].in_phase - Vec3<double>(0.5, -0.25, 0.125)).cwiseAbs2() / kBlocks;
+        estimated += (*columns)[0].sigma / kBlocks;
+    }
+    for (Eigen::Index i = 0; i < 3; ++i) {
+        EXPECT_NEAR(estimated(i) / std::sqrt(squares(i)), 1, 0.12);  // standard error of the scatter: 0.035
+    }
+}
+
+TEST_F(DemodulatorTest, PhaseCalibrationMakesCouplingsReal) {
+    const Vec3<double> phases(0.5, 0.62, 0.41);
+    PhaseCalibration<double> calibration;
+    Demodulator<double> uncalibrated(tdm_, {});
+    const Vec3<double> couplings[] = {{0.5, -0.25, 0.3}, {-0.2, 0.4, 0.1}, {0.1, 0.3, -0.6}};
+    for (int j = 0; j < 3; ++j) {
+        calibration.add((*uncalibrated.demodulate(block(tdm_, single_coil(j), coupled(couplings[j], phases))))[0]);
+    }
+    DemodulatorParams<double> params;
+    for (std::size_t c = 0; c < 3; ++c) {
+        EXPECT_NEAR(calibration.phases()[c], phases(static_cast<Eigen::Index>(c)), 1e-6);
+        params.response[0][c] = std::polar(1.0, calibration.phases()[c]);
+    }
+    Demodulator<double> calibrated(tdm_, params);
+    const auto column = (*calibrated.demodulate(block(tdm_, Excitation::s1, coupled(couplings[0], phases))))[0];
+    EXPECT_TRUE(column.in_phase.isApprox(couplings[0], 1e-5));
+    EXPECT_LT(column.quadrature.norm(), 1e-5);
+}
+
+TEST_F(DemodulatorTest, FlagsWhatIsWrongWithTheSamples) {
+    const auto flags = [&](const test::ToneBlock& tones, auto spoil) {
+        Demodulator<double> demodulator(tdm_, {});
+        SampleBlock b = block(tdm_, Excitation::s1, tones);
+        spoil(samples_);
+        return (*demodulator.demodulate(b))[0].flags;
+    };
+    const auto nothing = [](auto&) {};
+    const auto good = coupled({0.5, -0.25, 0.125}, {0, 0, 0});
+    EXPECT_TRUE(flags(good, nothing).empty());
+
+    EXPECT_TRUE(flags(good, [](auto& s) { s[100][1] = 8388607; }).has(ColumnFlag::saturated));
+    EXPECT_TRUE(flags(good, [](auto& s) {
+                    for (auto& sample : s) {
+                        sample[0] = std::clamp(sample[0], -1'200'000, 1'200'000);
+                    }
+                }).has(ColumnFlag::clipped));
+    EXPECT_TRUE(flags(good, [](auto& s) {
+                    for (auto& sample : s) {
+                        sample[2] = 77;
+                    }
+                }).has(ColumnFlag::stuck));
+    auto offset = good;
+    offset.offset[1] = 3e6;
+    EXPECT_TRUE(flags(offset, nothing).has(ColumnFlag::dc_offset));
+    EXPECT_TRUE(flags(coupled({0.5, 0.5, 0.5}, {0, 0, 0}, 100), nothing).has(ColumnFlag::no_reference));
+    auto weak = coupled({1e-6, -1e-6, 1e-6}, {0, 0, 0});
+    weak.noise = 300;
+    EXPECT_TRUE(flags(weak, nothing).has(ColumnFlag::low_signal));
+}
+
+TEST_F(DemodulatorTest, ASineIsNotTakenForClippedAtAnyPhase) {
+    for (const auto& plan : {tdm_, fdm_}) {
+        Demodulator<double> demodulator(plan, {});
+        for (double phase = 0; phase < 6.3; phase += 0.05) {
+            test::ToneBlock tones;
+            for (auto& channel : tones.tones) {
+                channel = {{{2e6, phase}, {plan.is_tdm() ? 0 : 2e6, 2 * phase}, {plan.is_tdm() ? 0 : 2e6, 0.1}}};
+            }
+            const auto columns = demodulator.demodulate(block(plan, plan.is_tdm() ? Excitation::s1 : Excitation::all, tones));
+            EXPECT_FALSE((*columns)[0].flags.has(ColumnFlag::clipped)) << phase;
+        }
+    }
+}
+
+TEST_F(DemodulatorTest, RefusesBlocksThatDoNotFitThePlan) {
+    Demodulator<double> demodulator(tdm_, {});
+    auto b = block(tdm_, Excitation::off, {});
+    EXPECT_EQ(demodulator.demodulate(b).status().code(), StatusCode::invalid_argument);
+    b.state = Excitation::all;
+    EXPECT_EQ(demodulator.demodulate(b).status().code(), StatusCode::invalid_argument);
+    b.state = Excitation::s1;
+    b.samples = b.samples.first(100);
+    EXPECT_EQ(demodulator.demodulate(b).status().code(), StatusCode::invalid_argument);
+    b.samples = {};
+    EXPECT_EQ(demodulator.demodulate(b).status().code(), StatusCode::invalid_argument);
+}
+
+TEST_F(DemodulatorTest, ABlockOfZerosIsNoSignalAndNoCrash) {
+    Demodulator<float> demodulator(fdm_, {});
+    const auto columns = demodulator.demodulate(block(fdm_, Excitation::all, {}));
+    ASSERT_TRUE(columns.ok());
+    EXPECT_TRUE((*columns)[0].flags.has(ColumnFlag::no_reference));
+    EXPECT_TRUE((*columns)[0].in_phase.isZero());
+    EXPECT_GT((*columns)[0].sigma.minCoeff(), 0);
+}
+
+TEST_F(DemodulatorTest, SigmaNeverFallsBelowItsFloor) {
+    DemodulatorParams<double> params;
+    params.sigma_floor = 1e-3;
+    Demodulator<double> demodulator(tdm_, params);
+    const auto columns = demodulator.demodulate(block(tdm_, Excitation::s1, coupled({0.5, -0.25, 0.125}, {0, 0, 0})));
+    EXPECT_DOUBLE_EQ((*columns)[0].sigma.minCoeff(), 1e-3);
+}
+
+}  // namespace
+}  // namespace tricoil::signal

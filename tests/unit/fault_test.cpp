@@ -1,0 +1,60 @@
+#include "sim/world/fault.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sim/io/input_error.hpp"
+
+namespace tricoil::sim {
+namespace {
+
+std::string complaint(const std::string& text) {
+    try {
+        parse_fault(text);
+    } catch (const InputError& error) {
+        return error.what();
+    }
+    return "";
+}
+
+TEST(Fault, ParsesNameArgumentsAndTimes) {
+    const Fault fault = parse_fault("metal:0.6,-0.2,1e-1,0.05@1.5-2");
+    EXPECT_EQ(fault.kind, FaultKind::metal);
+    EXPECT_EQ(fault.arguments.size(), 4U);
+    EXPECT_DOUBLE_EQ(fault.begin_s, 1.5);
+    EXPECT_DOUBLE_EQ(fault.end_s, 2);
+    EXPECT_EQ(parse_fault("unplugged@3").end_s, std::numeric_limits<double>::infinity());
+}
+
+TEST(Fault, ActsOnlyInItsTime) {
+    const std::vector<Fault> faults{parse_fault("open_coil:S2@1-2"), parse_fault("reversed_coil:C1")};
+    EXPECT_EQ(effect_at(faults, 0.5).current, Vec3<double>::Ones());
+    EXPECT_EQ(effect_at(faults, 1.0).current, Vec3<double>(1, 0, 1));
+    EXPECT_EQ(effect_at(faults, 2.0).current, Vec3<double>::Ones());
+    EXPECT_EQ(effect_at(faults, 0.5).sensor(0, 0), -1);
+}
+
+TEST(Fault, SwappingActsOnColumnsOfTheTriad) {
+    const auto effect = effect_at({parse_fault("swapped_coils:S1,S3")}, 0);
+    EXPECT_DOUBLE_EQ(effect.source.determinant(), -1);
+    EXPECT_EQ(effect.source(2, 0), 1);
+}
+
+TEST(Fault, EveryMistakeIsNamed) {
+    using ::testing::HasSubstr;
+    EXPECT_THAT(complaint("open_coyl:S1"), HasSubstr("open_coil"));
+    EXPECT_THAT(complaint("open_coil:S4"), HasSubstr("S1 to S3"));
+    EXPECT_THAT(complaint("open_coil"), HasSubstr("S1 to S3"));
+    EXPECT_THAT(complaint("swapped_coils:S1,C1"), HasSubstr("two coils of one triad"));
+    EXPECT_THAT(complaint("dropped_blocks:1.5"), HasSubstr("0 to 1"));
+    EXPECT_THAT(complaint("dropped_blocks:nan"), HasSubstr("not a number"));
+    EXPECT_THAT(complaint("metal:1,2,3"), HasSubstr("x,y,z,radius"));
+    EXPECT_THAT(complaint("metal:1,2,3,-1"), HasSubstr("positive"));
+    EXPECT_THAT(complaint("unplugged:now"), HasSubstr("no argument"));
+    EXPECT_THAT(complaint("unplugged@2-1"), HasSubstr("in order"));
+    EXPECT_THAT(complaint("unplugged@soon"), HasSubstr("not a number"));
+    EXPECT_THAT(complaint(""), HasSubstr("choices"));
+}
+
+}  // namespace
+}  // namespace tricoil::sim

@@ -1,0 +1,92 @@
+#include <gtest/gtest.h>
+
+#include <array>
+#include <numbers>
+
+#include "core/geometry/angles.hpp"
+#include "tests/support/random_poses.hpp"
+
+namespace tricoil::geometry {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+TEST(Rotations, FollowTable1) {
+    // Passive: a frame turned by 90 degrees about z sees the source's x axis along its -y.
+    EXPECT_TRUE((rotation_z(kPi / 2) * Vec3<double>::UnitX()).isApprox(-Vec3<double>::UnitY(), 1e-15));
+    EXPECT_TRUE((rotation_y(kPi / 2) * Vec3<double>::UnitX()).isApprox(Vec3<double>::UnitZ(), 1e-15));
+    EXPECT_TRUE((rotation_x(kPi / 2) * Vec3<double>::UnitY()).isApprox(-Vec3<double>::UnitZ(), 1e-15));
+}
+
+TEST(Spherical, PositiveElevationPointsDown) {
+    const Vec3<double> p = to_cartesian(Spherical<double>{2, 0, kPi / 6});
+    EXPECT_NEAR(p.x(), std::sqrt(3.0), 1e-15);
+    EXPECT_NEAR(p.z(), -1, 1e-15);
+}
+
+TEST(Spherical, DirectionIsTheFirstRowOfP) {
+    const Mat3<double> p = line_of_sight_rotation(0.7, -0.4);
+    EXPECT_TRUE(p.row(0).transpose().isApprox(direction(0.7, -0.4), 1e-15));
+}
+
+TEST(Spherical, RoundTripInAllOctantsAndAtThePoles) {
+    test::RandomPoses random(1);
+    for (int i = 0; i < 1000; ++i) {
+        const Vec3<double> p = random.uniform(0.1, 2) * random.direction();
+        EXPECT_TRUE(to_cartesian(to_spherical(p)).isApprox(p, 1e-14));
+    }
+    for (const double z : {-1.0, 1.0}) {
+        const Spherical<double> s = to_spherical(Vec3<double>(0, 0, z));
+        EXPECT_DOUBLE_EQ(s.elevation_rad, -z * kPi / 2);
+        EXPECT_TRUE(to_cartesian(s).isApprox(Vec3<double>(0, 0, z), 1e-15));
+    }
+}
+
+TEST(Euler, RoundTripsThroughMatrixAndQuaternion) {
+    test::RandomPoses random(2);
+    for (int i = 0; i < 1000; ++i) {
+        const Mat3<double> o = attitude_matrix(random.attitude());
+        EXPECT_TRUE(attitude_matrix(to_euler(o)).isApprox(o, 1e-13));
+        EXPECT_TRUE(attitude_matrix(attitude_quaternion(o)).isApprox(o, 1e-13));
+    }
+}
+
+TEST(Euler, AtTheGimbalPoleTheMatrixSurvives) {
+    for (const double theta : {-kPi / 2, kPi / 2}) {
+        const Mat3<double> o = attitude_matrix(Euler<double>{0.3, theta, -0.8});
+        const Euler<double> e = to_euler(o);
+        EXPECT_NEAR(e.elevation_rad, theta, 1e-7);
+        EXPECT_TRUE(attitude_matrix(e).isApprox(o, 1e-7));
+    }
+}
+
+TEST(SmallRotations, ExponentialAndLogarithmAreInverseAtAwkwardSizes) {
+    const Vec3<double> axis = Vec3<double>(1, -2, 0.5).normalized();
+    for (const double angle : {0.0, 1e-12, 1e-5, 2e-4, 1.0, kPi - 1e-6}) {
+        const Vec3<double> r = angle * axis;
+        const Quat<double> q = rotation_vector_to_quaternion(r);
+        EXPECT_NEAR(q.norm(), 1, 1e-12) << angle;
+        EXPECT_TRUE((quaternion_to_rotation_vector(q) - r).norm() < 1e-12) << angle;
+        const Mat3<double> exact = Eigen::AngleAxisd(angle, axis).toRotationMatrix();
+        EXPECT_TRUE(q.toRotationMatrix().isApprox(exact, 1e-12)) << angle;
+    }
+}
+
+TEST(TransverseAxes, CompleteARightHandedTriadEverywhere) {
+    test::RandomPoses random(3);
+    for (int i = 0; i < 1000; ++i) {
+        const Vec3<double> x = i == 0 ? Vec3<double>(0, 0, -1) : i == 1 ? Vec3<double>(0, 0, 1) : random.direction();
+        Mat3<double> triad;
+        triad << x, transverse_axes(x);
+        EXPECT_TRUE((triad.transpose() * triad).isIdentity(1e-14));
+        EXPECT_NEAR(triad.determinant(), 1, 1e-14);
+    }
+}
+
+TEST(WrapTurns, RemovesWholeTurnsOnly) {
+    EXPECT_NEAR(wrap_turns(5 * kPi + 0.25), -kPi + 0.25, 1e-12);
+    EXPECT_DOUBLE_EQ(wrap_turns(0.25), 0.25);
+}
+
+}  // namespace
+}  // namespace tricoil::geometry

@@ -1,0 +1,52 @@
+#include "sim/scenarios/scenario.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "sim/io/input_error.hpp"
+
+namespace tricoil::sim {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string complaint(const std::string& text) {
+    const std::string path = ::testing::TempDir() + "tricoil_scenario_test.toml";
+    std::ofstream(path, std::ios::binary) << text;
+    try {
+        load_scenario(path, 1);
+    } catch (const InputError& error) {
+        return error.what();
+    }
+    return "";
+}
+
+TEST(Scenario, EveryBuiltInOneLoads) {
+    ASSERT_GE(builtin_scenarios().size(), 9U);
+    for (const auto& [name, description] : builtin_scenarios()) {
+        const Scenario scenario = load_scenario(name, 1);
+        EXPECT_FALSE(description.empty()) << name;
+        EXPECT_GT(scenario.duration_s, 0) << name;
+        EXPECT_GT(scenario.motion->at(0.1).position_m.norm(), 0.1) << name;
+    }
+}
+
+TEST(Scenario, MistakesAreNamedByFileLineAndKey) {
+    EXPECT_EQ(complaint("[motion]\nkind = \"still\"\n"), "");
+    EXPECT_THAT(complaint("[motion]\nkind = \"stil\"\n"), AllOf(HasSubstr("toml:2"), HasSubstr("did you mean 'still'")));
+    EXPECT_THAT(complaint("duration_s = -1\n[motion]\nkind = \"still\"\n"), AllOf(HasSubstr("toml:1"), HasSubstr("duration_s")));
+    EXPECT_THAT(complaint("[motion]\nkind = \"still\"\npositon_m = [1,2,3]\n"),
+                AllOf(HasSubstr("toml:3"), HasSubstr("did you mean 'position_m'")));
+    EXPECT_THAT(complaint("[motion]\nkind = \"still\"\nposition_m = [1,2]\n"), HasSubstr("three finite numbers"));
+    EXPECT_THAT(complaint("[motion]\nkind = \"still\"\n[world]\nmains_v = nan\n"), HasSubstr("world.mains_v"));
+    EXPECT_THAT(complaint("[motion]\nkind = \"still\"\n[world]\nconverter_bits = 64\n"), HasSubstr("8 to 31"));
+    EXPECT_THAT(complaint("faults = [\"open_coil:S9\"]\n[motion]\nkind = \"still\"\n"), HasSubstr("S1 to S3"));
+    EXPECT_THAT(complaint("[motion\n"), HasSubstr("toml:1"));
+    EXPECT_THAT(complaint("description = \"x\"\n"), HasSubstr("motion.kind"));
+    EXPECT_THROW(load_scenario("hnad", 1), InputError);
+}
+
+}  // namespace
+}  // namespace tricoil::sim

@@ -1,0 +1,227 @@
+#include "core/tracking/tracker.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <vector>
+
+#include "tests/support/random_poses.hpp"
+
+namespace tricoil::tracking {
+namespace {
+
+constexpr double kSigma = 1e-4;
+constexpr Microseconds kSlot{1389};
+
+/// Feeds a tracker columns of exact couplings, one slot after another.
+class TrackerTest : public ::testing::Test {
+protected:
+    TrackerParams<double> params() const {
+        TrackerParams<double> p;
+        p.coupling_constant = 1.0;
+        p.max_column_span = Microseconds{3500};
+        return p;
+    }
+
+    Column<double> column(const Mat3<double>& x, int j) {
+        Column<double> c;
+        c.state = single_coil(j);
+        c.midpoint = time_;
+        c.in_phase = x.col(j);
+        c.sigma.setConstant(kSigma);
+        return c;
+    }
+
+    std::optional<PoseEstimate<double>> feed_frame(Tracker<double>& tracker, const Mat3<double>& x) {
+        std::optional<PoseEstimate<double>> last;
+        for (int j = 0; j < 3; ++j) {
+            last = tracker.update(column(x, j));
+            time_ += kSlot;
+        }
+        return last;
+    }
+
+    const Vec3<double> position_{0.4, 0.2, -0.1};
+    const Quat<double> attitude_ = Quat<double>(0.9, 0.1, -0.3, 0.2).normalized();
+    const Mat3<double> x_ = test::unit_signal(position_, attitude_);
+    DeviceTime time_ = device_time_us((std::int64_t{1} << 32) - 2000);  // crosses 32 bits at once
+};
+
+TEST_F(TrackerTest, EveryMethodFindsAStillSensor) {
+    for (const Method method : {Method::direct, Method::previous, Method::previous_angles}) {
+        auto p = params();
+        p.method = method;
+        Tracker<double> tracker(p);
+        feed_frame(tracker, x_);
+        const auto estimate = feed_frame(tracker, x_);
+        ASSERT_TRUE(estimate.has_value());
+        EXPECT_TRUE(estimate->valid());
+        EXPECT_LT((estimate->position_m - position_).norm(), 1e-12);
+        EXPECT_LT(geometry::angle_between(estimate->q_source_sensor, attitude_), 1e-12);
+        EXPECT_EQ(estimate->time, time_ - kSlot);
+        EXPECT_EQ(tracker.state(), TrackerState::tracking);
+        EXPECT_LT(estimate->distortion_chi_square, 1e-9);
+    }
+}
+
+TEST_F(TrackerTest, HemisphereBySettingAndByContinuity) {
+    Tracker<double> tracker(params());
+    ASSERT_TRUE(tracker.set_hemisphere(-position_).ok());
+    EXPECT_LT((feed_frame(tracker, x_)->position_m + position_).norm(), 1e-12);
+
+    // Through x = 0, against the setting: continuity holds the side.
+    Tracker<double> follower(params());
+    std::optional<PoseEstimate<double>> estimate;
+    for (double x = 0.3; x > -0.3; x -= 0.02) {
+        const Vec3<double> p(x, 0.4, 0);
+        estimate = feed_frame(follower, test::unit_signal(p, attitude_));
+        EXPECT_LT((estimate->position_m - p).norm(), 1e-12);
+        EXPECT_TRUE(estimate->valid());
+    }
+}
+
+TEST_F(TrackerTest, WithoutHemisphereThePoseIsAGuessAndNotValid) {
+    auto p = params();
+    p.hemisphere.setZero();
+    Tracker<double> tracker(p);
+    EXPECT_TRUE(feed_frame(tracker, x_)->flags.has(PoseFlag::hemisphere_unknown));
+    EXPECT_EQ(tracker.state(), TrackerState::searching);
+    ASSERT_TRUE(tracker.set_hemisphere(position_).ok());
+    EXPECT_TRUE(feed_frame(tracker, x_)->valid());
+    EXPECT_EQ(tracker.set_hemisphere({std::numeric_limits<double>::quiet_NaN(), 0, 0}).code(), StatusCode::not_finite);
+}
+
+TEST_F(TrackerTest, LosesASilentSensorWithinBoundedTimeAndFindsItAgain) {
+    Tracker<double> tracker(params());
+    feed_frame(tracker, x_);
+    EXPECT_FALSE(tracker.tick(time_ + Microseconds{50'000}).has_value());
+    const auto stale = tracker.tick(time_ + Microseconds{150'000});
+    ASSERT_TRUE(stale.has_value());
+    EXPECT_TRUE(stale->flags.has(PoseFlag::stale));
+    EXPECT_EQ(tracker.state(), TrackerState::lost);
+    tracker.tick(time_ + Microseconds{1'500'000});
+    EXPECT_EQ(tracker.state(), TrackerState::searching);
+    time_ += Microseconds{2'000'000};
+    EXPECT_TRUE(feed_frame(tracker, x_)->valid());
+    EXPECT_EQ(tracker.counters().acquisitions, 2U);
+}
+
+TEST_F(TrackerTest, FlagsSayWhatIsWrong) {
+    const auto flags_of = [&](const Mat3<double>& x, ColumnFlags column_flags, double sigma) {
+        Tracker<double> tracker(params());
+        std::optional<PoseEstimate<double>> estimate;
+        for (int j = 0; j < 3; ++j) {
+            auto c = column(x, j);
+            c.flags = column_flags;
+            c.sigma.setConstant(sigma);
+            estimate = tracker.update(c);
+            time_ += kSlot;
+        }
+        return estimate->flags;
+    };
+    Mat3<double> reversed = x_;
+    reversed.row(2) *= -1;
+    EXPECT_TRUE(flags_of(reversed, {}, kSigma).has(PoseFlag::wrong_handedness));
+    EXPECT_TRUE(flags_of(x_, {ColumnFlag::saturated}, kSigma).has(PoseFlag::saturated));
+    EXPECT_TRUE(flags_of(x_, {ColumnFlag::no_reference}, kSigma).has(PoseFlag::no_reference));
+    EXPECT_TRUE(flags_of(x_, {}, 10.0).has(PoseFlag::low_signal));
+    EXPECT_TRUE(flags_of(Mat3<double>::Ones(), {}, kSigma).has(PoseFlag::no_sensor));
+    EXPECT_TRUE(flags_of(Mat3<double>::Zero(), {}, kSigma).has(PoseFlag::no_sensor));
+    Mat3<double> crosstalk = Mat3<double>::Ones();
+    crosstalk.diagonal() *= 1.3;
+    EXPECT_TRUE(flags_of(crosstalk, {}, kSigma).has(PoseFlag::no_sensor));
+    Mat3<double> metal = x_;
+    metal.row(1) *= 1.05;
+    const auto distorted = flags_of(metal, {}, kSigma);
+    EXPECT_TRUE(distorted.has(PoseFlag::distorted));
+    EXPECT_FALSE(distorted.has_any(kInvalidating));
+}
+
+TEST_F(TrackerTest, DistortionChiSquareHasThreeDegreesOfFreedom) {
+    test::RandomPoses random(11);
+    Tracker<double> tracker(params());
+    double sum = 0;
+    constexpr int kFrames = 4000;
+    for (int i = 0; i < kFrames; ++i) {
+        sum += feed_frame(tracker, x_ + kSigma * random.gaussian_matrix())->distortion_chi_square;
+    }
+    EXPECT_NEAR(sum / kFrames, 3.0, 0.12);  // standard error sqrt(6 / 4000) = 0.039
+}
+
+TEST_F(TrackerTest, BadColumnsAreRefusedCountedAndChangeNothing) {
+    Tracker<double> tracker(params());
+    feed_frame(tracker, x_);
+    const auto refuse = [&](auto spoil, Rejection reason) {
+        auto bad = column(x_, 0);
+        spoil(bad);
+        const auto before = tracker.counters().of(reason);
+        EXPECT_FALSE(tracker.update(bad).has_value());
+        EXPECT_EQ(tracker.counters().of(reason), before + 1);
+    };
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    refuse([&](auto& c) { c.in_phase(1) = nan; }, Rejection::not_finite);
+    refuse([&](auto& c) { c.quadrature(2) = std::numeric_limits<double>::infinity(); }, Rejection::not_finite);
+    refuse([&](auto& c) { c.sigma(0) = 0; }, Rejection::bad_sigma);
+    refuse([&](auto& c) { c.sigma(0) = nan; }, Rejection::bad_sigma);
+    refuse([&](auto& c) { c.state = Excitation::all; }, Rejection::unknown_state);
+    refuse([&](auto& c) { c.midpoint -= Microseconds{100'000}; }, Rejection::time_backwards);
+    refuse([&](auto& c) { c.midpoint = time_ - kSlot, c.state = Excitation::s3; }, Rejection::duplicate);
+    const auto estimate = feed_frame(tracker, x_);
+    EXPECT_TRUE(estimate->valid());
+    EXPECT_LT((estimate->position_m - position_).norm(), 1e-12);
+}
+
+TEST_F(TrackerTest, ALostColumnIsNotBridged) {
+    Tracker<double> tracker(params());
+    feed_frame(tracker, x_);
+    EXPECT_TRUE(tracker.update(column(x_, 0)).has_value());
+    time_ += 2 * kSlot;  // the S2 column never comes
+    EXPECT_FALSE(tracker.update(column(x_, 2)).has_value());
+}
+
+TEST_F(TrackerTest, SimultaneousColumnsGiveOnePoseAFrame) {
+    auto p = params();
+    p.max_column_span = Microseconds{0};
+    Tracker<double> tracker(p);
+    for (int frame = 0; frame < 3; ++frame) {
+        EXPECT_FALSE(tracker.update(column(x_, 0)).has_value());
+        EXPECT_FALSE(tracker.update(column(x_, 1)).has_value());
+        EXPECT_TRUE(tracker.update(column(x_, 2)).has_value());
+        time_ += kSlot;
+    }
+}
+
+TEST_F(TrackerTest, PreviousMethodReacquiresAfterAJump) {
+    auto p = params();
+    p.method = Method::previous;
+    Tracker<double> tracker(p);
+    feed_frame(tracker, x_);
+    const Vec3<double> elsewhere(0.1, -0.5, 0.3);
+    const auto estimate = feed_frame(tracker, test::unit_signal(elsewhere, attitude_.conjugate()));
+    ASSERT_TRUE(estimate.has_value());
+    for (int i = 0; i < 4; ++i) {
+        feed_frame(tracker, test::unit_signal(elsewhere, attitude_.conjugate()));
+    }
+    const auto settled = feed_frame(tracker, test::unit_signal(elsewhere, attitude_.conjugate()));
+    const double off = std::min((settled->position_m - elsewhere).norm(), (settled->position_m + elsewhere).norm());
+    EXPECT_LT(off, 1e-9);
+}
+
+TEST(TrackerParams, NonsenseIsRefusedWithAReason) {
+    const auto refused = [](auto spoil) {
+        TrackerParams<float> p;
+        spoil(p);
+        return !check(p).ok();
+    };
+    EXPECT_TRUE(check(TrackerParams<float>{}).ok());
+    EXPECT_TRUE(refused([](auto& p) { p.coupling_constant = 0; }));
+    EXPECT_TRUE(refused([](auto& p) { p.coupling_constant = std::numeric_limits<float>::quiet_NaN(); }));
+    EXPECT_TRUE(refused([](auto& p) { p.passes = 0; }));
+    EXPECT_TRUE(refused([](auto& p) { p.passes = 11; }));
+    EXPECT_TRUE(refused([](auto& p) { p.min_snr = -1; }));
+    EXPECT_TRUE(refused([](auto& p) { p.lost_after = Microseconds{0}; }));
+    EXPECT_TRUE(refused([](auto& p) { p.hemisphere.x() = std::numeric_limits<float>::infinity(); }));
+}
+
+}  // namespace
+}  // namespace tricoil::tracking
