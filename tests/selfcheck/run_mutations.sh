@@ -29,7 +29,7 @@ check() {
 mutate() {
     dir=$work/$1
     mkdir -p "$dir"
-    cp -r "$source_dir/core" "$dir/core"
+    cp -r "$work/unchanged/core" "$dir/core"
     replace_once "$dir/$2" "$3" "$4" || { echo "STALE   $1: '$3' is not exactly once in $2"; return 1; }
     status=0
     check "$dir" || status=$?
@@ -53,6 +53,7 @@ replace_once() {
 
 mkdir -p "$work/unchanged"
 cp -r "$source_dir/core" "$work/unchanged/core"
+sed -i '/^template .*float/d' "$work"/unchanged/core/solver/*.cpp "$work"/unchanged/core/selfcheck/*_checks.cpp  # one precision is enough
 check "$work/unchanged" || { echo "the unchanged core does not pass"; cat "$work/unchanged"/*.log; exit 1; }
 
 number=0
