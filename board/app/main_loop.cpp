@@ -17,6 +17,7 @@ template <typename Scalar>
 Status MainLoop<Scalar>::start() {
     slot_ = 0;
     expected_sequence_ = 0;
+    settling_blocks_ = plan_.is_tdm() ? 0 : 1;
     const Status status = devices_.sampler.start(plan_);
     if (!status.ok()) {
         stop();
@@ -54,9 +55,10 @@ Status MainLoop<Scalar>::acquire() {
         stop();
         return polled;
     }
-    has_block_ = true;
     ++counters_.blocks;
     count_gap(block_.sequence);
+    has_block_ = settling_blocks_ == 0;
+    settling_blocks_ = 0;
     return {};
 }
 

@@ -30,7 +30,7 @@ struct MainLoopParams {
 };
 
 struct MainLoopCounters {
-    std::uint64_t blocks = 0;
+    std::uint64_t blocks = 0;          // received
     std::uint64_t lost_blocks = 0;     // gaps in the sequence, and polls that timed out
     std::uint64_t refused_blocks = 0;  // that the demodulator refused
     std::uint64_t unsent_poses = 0;    // that the link did not take
@@ -46,7 +46,8 @@ public:
     MainLoop(const MainLoop&) = delete;
     MainLoop& operator=(const MainLoop&) = delete;
 
-    /// Begins sampling. Errors: those of CoilSampler::start.
+    /// Begins sampling. The first FDM block is dropped: it holds the switching-on, which TDM has a guard for in every slot.
+    /// Errors: those of CoilSampler::start.
     Status start();
 
     /// One block: acquire() then process(). Errors: those of acquire().
@@ -78,6 +79,7 @@ private:
     bool has_block_ = false;
     std::uint32_t expected_sequence_ = 0;
     int slot_ = 0;
+    int settling_blocks_ = 0;  // still to be dropped
     MainLoopCounters counters_;
 };
 
