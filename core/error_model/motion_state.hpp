@@ -12,7 +12,9 @@ struct MotionState {
     Quat<Scalar> q_source_sensor = Quat<Scalar>::Identity();  // v_source = q v_sensor
     Vec3<Scalar> velocity_m_s = Vec3<Scalar>::Zero();
     Vec3<Scalar> angular_rate_rad_s = Vec3<Scalar>::Zero();
-    Vec3<Scalar> acceleration_m_s2 = Vec3<Scalar>::Zero();  // only the blur of a window needs it; zero if unknown
+    // Only the blur of a window needs these; zero if unknown.
+    Vec3<Scalar> acceleration_m_s2 = Vec3<Scalar>::Zero();
+    Vec3<Scalar> angular_acceleration_rad_s2 = Vec3<Scalar>::Zero();
 };
 
 }  // namespace tricoil::error_model

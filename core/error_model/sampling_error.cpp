@@ -64,7 +64,8 @@ PoseError<Scalar> blur_error(const MotionState<Scalar>& state, Scalar window_s) 
         const Vec3<Scalar> o_db = model.by_position_per_m * state.velocity_m_s;
         const Vec3<Scalar> still_b = field_curvature(state.position_m, state.velocity_m_s, j);
         const Vec3<Scalar> curvature = o * (spin * (spin * b) - 2 * spin * (o.transpose() * o_db) + still_b) +
-                                       model.by_position_per_m * state.acceleration_m_s2;
+                                       model.by_position_per_m * state.acceleration_m_s2 +
+                                       model.by_rotation_per_rad * state.angular_acceleration_rad_s2;
         g.template head<3>() += model.by_position_per_m.transpose() * curvature;
         g.template tail<3>() += model.by_rotation_per_rad.transpose() * curvature;
     }

@@ -15,7 +15,7 @@ using PoseError = Vec6<Scalar>;
 template <typename Scalar>
 PoseError<Scalar> skew_error(const MotionState<Scalar>& state, const Vec3<Scalar>& column_age_s);
 
-/// Error at a window's middle: its boxcar yields X + X'' tau^2 / 24. Of a motion with constant acceleration and angular rate.
+/// Error at a window's middle: its boxcar yields X + X'' tau^2 / 24. First order in tau^2.
 template <typename Scalar>
 PoseError<Scalar> blur_error(const MotionState<Scalar>& state, Scalar window_s);
 

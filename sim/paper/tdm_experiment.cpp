@@ -64,6 +64,9 @@ MotionState<double> motion_state(const sim::Motion& motion, double time_s) {
     MotionState<double> state = state_from(after, before, 2 * kStep);
     state.position_m = now.position_m;
     state.q_source_sensor = now.q_source_sensor;
+    const Vec3<double> turn_after = rotation_between(now.q_source_sensor, after.q_source_sensor);
+    const Vec3<double> turn_before = rotation_between(before.q_source_sensor, now.q_source_sensor);
+    state.angular_acceleration_rad_s2 = (turn_after - turn_before) / (kStep * kStep);
     state.acceleration_m_s2 = (after.position_m - 2 * now.position_m + before.position_m) / (kStep * kStep);
     return state;
 }

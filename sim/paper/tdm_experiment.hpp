@@ -42,7 +42,7 @@ std::vector<TdmPose> simulate_tdm(const sim::Motion& motion, const TdmParams& pa
 
 TdmReport summarise(const std::vector<TdmPose>& poses);
 
-/// Velocity, angular rate and acceleration of a motion by central differences.
+/// Rates and accelerations of a motion by central differences.
 error_model::MotionState<double> motion_state(const sim::Motion& motion, double time_s);
 
 }  // namespace tricoil::paper

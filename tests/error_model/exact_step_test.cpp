@@ -34,17 +34,20 @@ private:
 };
 
 Mat3<double> signal_matrix(const AnglePose& pose) {
-    return field::signal_matrix<double>(kCoupling, geometry::to_cartesian(pose.position), geometry::attitude_matrix(pose.attitude));
+    return field::signal_matrix<double>(kCoupling, geometry::to_cartesian(pose.position),
+                                        geometry::attitude_matrix(pose.attitude));
 }
 
 double worst(const PoseAngleError<double>& error, const AnglePose& real, const AnglePose& measured) {
     const auto& [rp, ra] = real;
     const auto& [mp, ma] = measured;
     Vec6<double> difference;
-    difference << error.position.range_m - (rp.range_m - mp.range_m), error.position.azimuth_rad - (rp.azimuth_rad - mp.azimuth_rad),
+    difference << error.position.range_m - (rp.range_m - mp.range_m),
+        error.position.azimuth_rad - (rp.azimuth_rad - mp.azimuth_rad),
         error.position.elevation_rad - (rp.elevation_rad - mp.elevation_rad),
         error.attitude.azimuth_rad - (ra.azimuth_rad - ma.azimuth_rad),
-        error.attitude.elevation_rad - (ra.elevation_rad - ma.elevation_rad), error.attitude.roll_rad - (ra.roll_rad - ma.roll_rad);
+        error.attitude.elevation_rad - (ra.elevation_rad - ma.elevation_rad),
+        error.attitude.roll_rad - (ra.roll_rad - ma.roll_rad);
     return difference.cwiseAbs().maxCoeff();
 }
 
@@ -95,7 +98,8 @@ TEST(ExactStep, ReducesToThePositionFormulasAtFixedOrientation) {
         const auto error = exact_step_error(real, before, before);
         ASSERT_TRUE(error.ok());
         const double b = before.position.elevation_rad;
-        const LineOfSightStep<double> step{b, real.position.azimuth_rad - before.position.azimuth_rad, real.position.elevation_rad - b};
+        const LineOfSightStep<double> step{b, real.position.azimuth_rad - before.position.azimuth_rad,
+                                           real.position.elevation_rad - b};
         EXPECT_NEAR(error->position.azimuth_rad, azimuth_increment_error(KappaForm::exact, step, 0.0), 1e-12);
         EXPECT_NEAR(error->position.elevation_rad, elevation_increment_error(KappaForm::exact, step), 1e-12);
         EXPECT_NEAR(error->position.range_m, range_error(real.position.range_m, kappa_exact(step)), 1e-12);

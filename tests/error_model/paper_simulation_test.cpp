@@ -75,9 +75,7 @@ TEST(PaperExamples, OneAndTwoClosed) {
     EXPECT_NEAR(two, 0.001904, 1e-6);
 }
 
-TEST(PaperExamples, ThreeIsAStaircaseToMinusSevenTenths) {
-    EXPECT_NEAR(largest(run("III", Loop::open), e_beta), 0.71, 0.01);
-}
+TEST(PaperExamples, ThreeIsAStaircaseToMinusSevenTenths) { EXPECT_NEAR(largest(run("III", Loop::open), e_beta), 0.71, 0.01); }
 
 TEST(PaperExamples, ThreeClosedPassesThePolesWithoutPoles) {
     const double one_pass = largest(run_vectors("III", 1), position_error);
@@ -89,7 +87,8 @@ TEST(PaperExamples, ThreeClosedPassesThePolesWithoutPoles) {
     EXPECT_GT(largest(run("III", Loop::closed), position_error), 0.3) << "the angle form jumps";
 }
 
-/// Exact steps chained, orientation included, are the simulation: of every example, in both loops, up to the poles' amplification.
+/// Exact steps chained, orientation included, are the simulation: of every example, in both loops, up to the poles'
+/// amplification.
 TEST(PaperExamples, ExactStepsFollowTheOrientationExamples) {
     SimulationParams params;
     params.duration_s = 0.3;  // before the first pole of theta

@@ -37,8 +37,8 @@ constexpr TimeSource kSteady{&steady_now, nullptr};
 TEST(SelfCheck, PassesOnThisMachine) {
     const Report report = run(kSteady);
     for (const Check& check : report.checks()) {
-        EXPECT_NE(check.outcome, Outcome::fail) << check.what << " (" << name_of(check.precision) << "): " << check.measured
-                                                << " above " << check.limit;
+        EXPECT_NE(check.outcome, Outcome::fail)
+            << check.what << " (" << name_of(check.precision) << "): " << check.measured << " above " << check.limit;
     }
     EXPECT_TRUE(report.passed());
     EXPECT_GT(report.checks().size(), 60U);

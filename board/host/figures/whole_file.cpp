@@ -37,9 +37,10 @@ StagedFolder::StagedFolder(const fs::path& target) : target_(fs::absolute(target
         target_ = target_.parent_path();  // a trailing slash
     }
     std::error_code error;
-    created_target_ = fs::create_directory(target_, error);
-    if (error || !fs::is_directory(target_)) {
-        const std::string why = error ? error.message() : "it is a file";
+    const bool is_other = fs::exists(target_, error) && !fs::is_directory(target_, error);
+    created_target_ = !is_other && fs::create_directory(target_, error);
+    if (error || is_other) {
+        const std::string why = is_other ? "it is a file" : error.message();
         throw InputError(
             fmt::format("cannot use output folder {}: {}; create its parent or choose another", target.string(), why));
     }
