@@ -120,14 +120,14 @@ AngleLoopResult run_angle_loop(double update_s) {
 }
 
 /// The same in the paper's angles: the frame's share comes on top. It is known to second order in the turn, so what it leaves
-/// falls with the update time.
+/// falls at least in proportion to the update time.
 TEST(Budget, FramePropagationIsWhatTheAngleLoopAdds) {
     const auto at_240 = run_angle_loop(kUpdate);
     const auto at_480 = run_angle_loop(kUpdate / 2);
     const auto at_960 = run_angle_loop(kUpdate / 4);
     EXPECT_LT(at_960.with_frame, 0.05);
-    EXPECT_NEAR(at_480.with_frame / at_240.with_frame, 0.5, 0.1);
-    EXPECT_NEAR(at_960.with_frame / at_480.with_frame, 0.5, 0.1);
+    EXPECT_LT(at_480.with_frame / at_240.with_frame, 0.55);
+    EXPECT_LT(at_960.with_frame / at_480.with_frame, 0.55);
     EXPECT_GT(at_960.without_frame, 0.2);
 }
 
