@@ -107,7 +107,10 @@ double transverse_axes() {
 
 template <typename Scalar>
 double whole_turns() {
-    return std::abs(static_cast<double>(geometry::wrap_turns(Scalar(7))) - 0.71681469282041377);
+    const auto off = [](double angle, double answer) {
+        return std::abs(static_cast<double>(geometry::wrap_turns(static_cast<Scalar>(angle))) - answer);
+    };
+    return std::max(off(7, 0.71681469282041377), off(4, -2.2831853071795862));  // 4 tells whole turns from half ones
 }
 
 }  // namespace

@@ -152,6 +152,9 @@ std::string to_text(const MotionResult& r) {
                         s.worst_prediction.e_rho_m, s.worst_prediction.e_alpha_rad, s.worst_prediction.e_beta_rad);
     text += fmt::format("position error at most {:.6g} mm, orientation error at most {:.6g} deg\n", 1e3 * s.max_position_error_m,
                         s.max_rotation_error_rad * 180 / std::numbers::pi);
+    if (r.params.form == paper::Form::vectors) {
+        return text + "(the prediction is the angle form's: it has poles, which the pole-free form has not)\n";
+    }
     const auto& q = r.singularities;
     text +=
         fmt::format("singular instants: {} predicted; {} jumps of the azimuth error: {} predicted, {} missed, {} false alarms\n",
