@@ -16,6 +16,7 @@ struct SignalMatrix {
     Scalar sigma = 0;   // root mean square of the nine entries' noise
     ColumnFlags flags;  // of all three columns
     DeviceTime newest{};
+    Vec3<Scalar> column_age_s = Vec3<Scalar>::Zero();  // of each column against the newest
 };
 
 template <typename Scalar>
@@ -40,6 +41,8 @@ public:
             matrix.x.col(static_cast<Eigen::Index>(j)) = columns_[j].in_phase;
             matrix.flags |= columns_[j].flags;
             variance += columns_[j].sigma.squaredNorm();
+            matrix.column_age_s(static_cast<Eigen::Index>(j)) =
+                static_cast<Scalar>(to_seconds(newest->midpoint - columns_[j].midpoint));
         }
         matrix.sigma = std::sqrt(variance / 9);
         matrix.newest = newest->midpoint;

@@ -34,6 +34,17 @@ TEST(Run, TdmTakesMovingColumnsForSimultaneousAndPaysForIt) {
     EXPECT_LT(still["position_rms_m"].get<double>(), 1.2 * still["bound_position_rms_m"].get<double>());
 }
 
+TEST(Run, PosesPredictTheirOwnErrors) {
+    for (const char* options : {"--mux tdm", "--mux fdm", "--mux tdm --tracker previous"}) {
+        const auto json = run("--duration 6 " + std::string(options));
+        const double position = json["predicted_position_rms_m"].get<double>() / json["position_rms_m"].get<double>();
+        const double orientation =
+            json["predicted_orientation_rms_deg"].get<double>() / json["orientation_rms_deg"].get<double>();
+        EXPECT_NEAR(position, 1, 0.15) << options;
+        EXPECT_NEAR(orientation, 1, 0.15) << options;
+    }
+}
+
 TEST(Run, PreviousMeasurementFollowsTheHandInBothForms) {
     const auto direct = run("--duration 4 --mux fdm");
     for (const char* tracker : {"previous --passes 2", "previous-angles --passes 2"}) {

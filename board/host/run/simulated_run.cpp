@@ -62,6 +62,7 @@ tracking::TrackerParams<double> make_tracker(const RunOptions& options, const si
     params.coupling_constant = world.coupling_constant_m3;
     params.hemisphere = Vec3<double>(options.hemisphere[0], options.hemisphere[1], options.hemisphere[2]);
     params.max_column_span = tracking::column_span(plan);
+    params.window_s = plan.window_s();
     if (const Status status = tracking::check(params); !status.ok()) {
         throw InputError(std::string("tracker: ") + status.message());
     }
