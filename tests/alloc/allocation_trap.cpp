@@ -13,10 +13,12 @@ void note() { allocations += armed ? 1U : 0U; }
 }  // namespace
 
 extern "C" {
+// NOLINTBEGIN(readability-identifier-naming): glibc's own names
 void* __libc_malloc(std::size_t size);
 void* __libc_calloc(std::size_t count, std::size_t size);
 void* __libc_realloc(void* pointer, std::size_t size);
 void* __libc_memalign(std::size_t alignment, std::size_t size);
+// NOLINTEND(readability-identifier-naming)
 
 // glibc lets a program put its own functions in front of these; operator new ends up here as well.
 void* malloc(std::size_t size) {
