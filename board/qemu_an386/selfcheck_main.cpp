@@ -1,0 +1,23 @@
+// The core's self-check on the emulated processor: the report on the console, the verdict as exit status.
+#include "board/qemu_an386/report_printer.hpp"
+#include "board/qemu_an386/stack.hpp"
+#include "core/selfcheck/selfcheck.hpp"
+#include "drivers/semihosting/clock.hpp"
+#include "drivers/semihosting/console.hpp"
+
+namespace {
+
+tricoil::DeviceTime now(const void* clock) { return static_cast<const tricoil::hal::Clock*>(clock)->now(); }
+
+tricoil::selfcheck::Report report;  // 2 KiB that need not lie on the stack
+
+}  // namespace
+
+int main() {
+    tricoil::semihosting::Console console;
+    const tricoil::semihosting::Clock clock;
+    report = tricoil::selfcheck::run({&now, static_cast<const tricoil::hal::Clock*>(&clock)});
+    const bool printed = tricoil::board::print(report, console).ok();
+    const bool counted = tricoil::board::print_stack_use(console).ok();
+    return report.passed() && printed && counted ? 0 : 1;
+}

@@ -1,0 +1,34 @@
+#include "board/qemu_an386/stack.hpp"
+
+#include <cstdint>
+
+extern "C" {
+// NOLINTNEXTLINE(readability-identifier-naming): names of the linker script
+extern std::uint32_t stack_bottom[], stack_top[];
+}
+
+namespace tricoil::board {
+namespace {
+
+constexpr std::uint32_t kPaint = 0x5AFE57ACU;
+constexpr std::size_t kOwnFrameWords = 32;  // left alone below this function's frame
+
+}  // namespace
+
+// Not inlined, so that its frame lies below the caller's.
+[[gnu::noinline]] void paint_stack() {
+    auto* const here = static_cast<std::uint32_t*>(__builtin_frame_address(0));
+    for (volatile std::uint32_t* word = stack_bottom; word < here - kOwnFrameWords; ++word) {
+        *word = kPaint;  // volatile: no call to memset, whose frame would lie in what is painted
+    }
+}
+
+std::size_t used_stack_bytes() {
+    const std::uint32_t* word = stack_bottom;
+    while (word != stack_top && *word == kPaint) {
+        ++word;
+    }
+    return static_cast<std::size_t>(stack_top - word) * sizeof(std::uint32_t);
+}
+
+}  // namespace tricoil::board

@@ -1,0 +1,17 @@
+// How much of the stack was ever used: it is painted at reset and read afterwards.
+#pragma once
+
+#include <cstddef>
+
+namespace tricoil::board {
+
+/// Exit status of an image that met a fault or called what must not be called.
+constexpr int kExitFault = 99;
+
+/// Fills the stack below the caller's frame. Once, at reset, before anything of value lies there.
+void paint_stack();
+
+/// Bytes from the top of the stack down to the lowest word that was ever overwritten; the whole stack if it was full.
+[[nodiscard]] std::size_t used_stack_bytes();
+
+}  // namespace tricoil::board

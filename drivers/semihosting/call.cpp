@@ -1,0 +1,12 @@
+#include "drivers/semihosting/call.hpp"
+
+namespace tricoil::semihosting {
+
+std::int32_t call(Operation operation, const void* argument) {
+    register auto r0 asm("r0") = static_cast<std::uint32_t>(operation);
+    register auto r1 asm("r1") = argument;
+    asm volatile("bkpt 0xAB" : "+r"(r0) : "r"(r1) : "memory");
+    return static_cast<std::int32_t>(r0);
+}
+
+}  // namespace tricoil::semihosting

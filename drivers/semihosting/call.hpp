@@ -1,0 +1,19 @@
+// The semihosting call itself (ARM, "Semihosting for AArch32 and AArch64", release 2.0).
+#pragma once
+
+#include <cstdint>
+
+namespace tricoil::semihosting {
+
+enum class Operation : std::uint32_t {
+    open = 0x01,
+    write = 0x05,
+    exit_extended = 0x20,
+    elapsed = 0x30,
+    tick_frequency = 0x31,
+};
+
+/// `argument` points to the operation's block of words, or is null. The answer is the operation's.
+std::int32_t call(Operation operation, const void* argument);
+
+}  // namespace tricoil::semihosting

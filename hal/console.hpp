@@ -1,0 +1,25 @@
+// Where a board without a screen says things to a person: reports, not poses.
+#pragma once
+
+#include <string_view>
+
+#include "core/base/status.hpp"
+
+namespace tricoil::hal {
+
+class Console {
+public:
+    Console() = default;
+    Console(const Console&) = delete;
+    Console& operator=(const Console&) = delete;
+    virtual ~Console() = default;
+
+    /// Prints `text` as it is. Thread context; may take long.
+    /// ok; device_lost: nobody reads any more.
+    Status write(std::string_view text) { return do_write(text); }
+
+private:
+    virtual Status do_write(std::string_view text) = 0;
+};
+
+}  // namespace tricoil::hal
