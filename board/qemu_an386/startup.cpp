@@ -27,7 +27,10 @@ extern void (*init_array_end[])();
     for (void (**constructor)() = init_array_begin; constructor != init_array_end; ++constructor) {
         (*constructor)();
     }
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpedantic"  // nothing but the start-up code may call main
     tricoil::semihosting::exit(main());
+#pragma GCC diagnostic pop
 }
 
 /// Switches the floating-point unit on before any instruction of it can run (CPACR, ARMv7-M B3.2.20).

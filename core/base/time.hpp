@@ -24,6 +24,12 @@ constexpr std::int64_t to_us(DeviceTime time) { return time.time_since_epoch().c
 constexpr double to_seconds(DeviceTime time) { return 1e-6 * static_cast<double>(to_us(time)); }
 constexpr double to_seconds(Microseconds duration) { return 1e-6 * static_cast<double>(duration.count()); }
 
+/// The same in the precision of the caller: a part without double precision in hardware computes no double.
+template <typename Scalar>
+constexpr Scalar seconds_as(Microseconds duration) {
+    return Scalar(1e-6) * static_cast<Scalar>(duration.count());
+}
+
 /// Nearest microsecond to `seconds`, which must be finite and within the range of 64-bit microseconds.
 constexpr Microseconds microseconds_from_seconds(double seconds) {
     const double us = seconds * 1e6;

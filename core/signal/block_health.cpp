@@ -8,8 +8,9 @@ namespace tricoil::signal {
 namespace {
 
 constexpr float kNearPeak = 0.99F;
-constexpr int kFewestFlatTops = 3;         // fewer may be chance
-constexpr float kClearSignalCodes = 1000;  // below it, quantisation itself looks flat
+constexpr float kNearPeakWidth_rad = 0.28307857F;  // 2 acos(0.99): how long a cosine stays that near
+constexpr int kFewestFlatTops = 3;                 // fewer may be chance
+constexpr float kClearSignalCodes = 1000;          // below it, quantisation itself looks flat
 
 struct ChannelRange {
     std::int32_t lowest = 0;
@@ -32,8 +33,8 @@ ChannelRange measure(std::span<const Sample> window, std::size_t channel) {
 /// Longest run of samples that a cosine of the window's slowest carrier spends within 1 % of its peak, plus one for luck.
 int longest_natural_run(const AcquisitionPlan& plan) {
     const int cycles = *std::min_element(plan.window_cycles.begin(), plan.window_cycles.end());
-    const double step_rad = 2 * std::numbers::pi * cycles / plan.window_samples;
-    return static_cast<int>(2 * std::acos(static_cast<double>(kNearPeak)) / step_rad) + 2;
+    const float step_rad = 2 * std::numbers::pi_v<float> * static_cast<float>(cycles) / static_cast<float>(plan.window_samples);
+    return static_cast<int>(kNearPeakWidth_rad / step_rad) + 2;
 }
 
 bool has_flat_tops(std::span<const Sample> window, std::size_t channel, const ChannelRange& range, int natural_run) {

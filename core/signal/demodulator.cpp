@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/signal/block_health.hpp"
+#include "core/signal/complex_division.hpp"
 
 namespace tricoil::signal {
 
@@ -89,8 +90,8 @@ Column<Scalar> Demodulator<Scalar>::make_column(const SampleBlock& block, int so
     const Scalar reference_power = sample_power_[kReferenceChannel];
     for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
         const std::complex<Scalar> response = params_.response[static_cast<std::size_t>(carrier)][coil];
-        const std::complex<Scalar> ratio = phasors[coil] / reference;
-        const std::complex<Scalar> coupling = ratio / response;
+        const std::complex<Scalar> ratio = divide(phasors[coil], reference);
+        const std::complex<Scalar> coupling = divide(ratio, response);
         const auto entry = static_cast<Eigen::Index>(coil);
         column.in_phase(entry) = coupling.real();
         column.quadrature(entry) = coupling.imag();

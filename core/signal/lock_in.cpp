@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/signal/complex_division.hpp"
+
 namespace tricoil::signal {
 namespace {
 
@@ -59,8 +61,8 @@ template <typename Scalar>
 ChannelPhasors<Scalar> hum_leakage(const Oscillator<Scalar>& oscillator, const std::array<Scalar, kChannels>& step,
                                    std::size_t window_samples) {
     // With e = exp(-i w) and whole cycles, differences y[n] = x[n] - x[n-1] have the transform (1 - e) X - (x[-1] - x[N-1]).
-    const std::complex<Scalar> factor =
-        Scalar(2) / (static_cast<Scalar>(window_samples) * (std::complex<Scalar>(1) - oscillator.step()));
+    const std::complex<Scalar> factor = divide(std::complex<Scalar>(Scalar(2) / static_cast<Scalar>(window_samples)),
+                                               std::complex<Scalar>(1) - oscillator.step());
     ChannelPhasors<Scalar> leakage;
     for (std::size_t channel = 0; channel < kChannels; ++channel) {
         leakage[channel] = factor * step[channel];

@@ -29,7 +29,7 @@ public:
         if (!before.used || step <= Microseconds{0} || step > longest_frame) {
             return std::nullopt;
         }
-        const auto per_second = static_cast<Scalar>(1 / to_seconds(step));
+        const Scalar per_second = 1 / seconds_as<Scalar>(step);
         error_model::MotionState<Scalar> state;
         state.position_m = position_m;
         state.q_source_sensor = q_source_sensor;

@@ -41,8 +41,7 @@ public:
             matrix.x.col(static_cast<Eigen::Index>(j)) = columns_[j].in_phase;
             matrix.flags |= columns_[j].flags;
             variance += columns_[j].sigma.squaredNorm();
-            matrix.column_age_s(static_cast<Eigen::Index>(j)) =
-                static_cast<Scalar>(to_seconds(newest->midpoint - columns_[j].midpoint));
+            matrix.column_age_s(static_cast<Eigen::Index>(j)) = seconds_as<Scalar>(newest->midpoint - columns_[j].midpoint);
         }
         matrix.sigma = std::sqrt(variance / 9);
         matrix.newest = newest->midpoint;

@@ -271,7 +271,7 @@ void Tracker<Scalar>::predict_error(const SignalMatrix<Scalar>& matrix, PoseEsti
         return;
     }
     error_model::BudgetParams<Scalar> budget;
-    budget.timing.update_s = static_cast<Scalar>(to_seconds(estimate.time - last_estimate_.time));
+    budget.timing.update_s = seconds_as<Scalar>(estimate.time - last_estimate_.time);
     budget.timing.column_age_s = matrix.column_age_s;
     budget.timing.window_s = params_.window_s;
     budget.timing.latency_s = params_.latency_s;

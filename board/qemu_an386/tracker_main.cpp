@@ -1,0 +1,60 @@
+// The main loop of every board, in single precision, on the emulated processor: what it needs of flash, RAM and stack is what a
+// real board will need beside its own drivers.
+#include <optional>
+
+#include "board/app/main_loop.hpp"
+#include "board/qemu_an386/report_printer.hpp"
+#include "board/qemu_an386/still_coils.hpp"
+#include "core/field/concentric_dipole.hpp"
+#include "drivers/semihosting/console.hpp"
+#include "drivers/semihosting/pose_link.hpp"
+
+namespace {
+
+using namespace tricoil;
+
+constexpr float kCoupling_m3 = 0.01F;
+constexpr std::uint32_t kBlocks = 30;
+
+// Static, as a board without a heap keeps what lives as long as it runs.
+board::StillCoilDriver coils;
+board::SampleClock sample_clock;
+std::optional<board::StillCoilSampler> sampler;
+std::optional<app::MainLoop<float>> loop;
+
+Mat3<float> couplings() {
+    const Mat3<float> attitude = geometry::attitude_matrix(geometry::Euler<float>{0.4F, -0.6F, 1.1F});
+    return field::signal_matrix<float>(kCoupling_m3, Vec3<float>(0.3F, 0.2F, -0.1F), attitude);
+}
+
+int run(hal::Link<float>& link) {
+    const auto plan = signal::plan_acquisition(signal::default_acquisition(signal::Multiplexing::tdm, 240));
+    if (!plan.ok()) {
+        return 2;
+    }
+    app::MainLoopParams<float> params;
+    params.plan = *plan;
+    params.tracker.method = tracking::Method::previous;
+    params.tracker.coupling_constant = kCoupling_m3;
+    params.tracker.max_column_span = tracking::column_span(*plan);
+    sampler.emplace(coils, sample_clock, couplings(), kBlocks);
+    loop.emplace(params, app::Devices<float>{sample_clock, coils, *sampler, link});
+    if (!loop->start().ok()) {
+        return 3;
+    }
+    Status status;
+    while (status.ok()) {
+        status = loop->step();
+    }
+    const bool whole = status.code() == StatusCode::end_of_stream && loop->counters().blocks == kBlocks;
+    return whole && coils.state() == Excitation::off ? 0 : 1;
+}
+
+}  // namespace
+
+int main() {
+    semihosting::Console console;
+    semihosting::PoseLink link(console);
+    const int status = run(link);
+    return board::print_stack_use(console).ok() ? status : 1;
+}
