@@ -14,5 +14,6 @@ struct Kernel {
 
 /// Every group of kernels; kernels_main runs them all.
 std::span<const Kernel> float_kernels();
+std::span<const Kernel> fixed_kernels();
 
 }  // namespace tricoil::target

@@ -37,8 +37,10 @@ void measure(const Kernel& kernel, tricoil::hal::Console& console) {
 int main() {
     tricoil::semihosting::Console console;
     measure(kEmpty, console);
-    for (const Kernel& kernel : tricoil::target::float_kernels()) {
-        measure(kernel, console);
+    for (const auto kernels : {tricoil::target::float_kernels(), tricoil::target::fixed_kernels()}) {
+        for (const Kernel& kernel : kernels) {
+            measure(kernel, console);
+        }
     }
     return tricoil::board::print_stack_use(console).ok() ? 0 : 1;
 }

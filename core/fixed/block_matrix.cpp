@@ -1,0 +1,81 @@
+#include "core/fixed/block_matrix.hpp"
+
+#include <bit>
+
+namespace tricoil::fixed {
+namespace {
+
+constexpr std::int64_t kOne_q30 = std::int64_t{1} << 30;
+
+std::uint64_t size_of(std::int64_t value) {
+    return value < 0 ? 0U - static_cast<std::uint64_t>(value) : static_cast<std::uint64_t>(value);
+}
+
+/// value 2^-shift for either sign of shift; rounds.
+std::int64_t scaled(std::int64_t value, int shift) {
+    return shift >= 0 ? shift_right_rounded(value, shift) : value * (std::int64_t{1} << -shift);
+}
+
+}  // namespace
+
+NormalisedBlock normalise(const BlockMatrix& x) {
+    std::uint64_t all = 0;
+    for (Eigen::Index i = 0; i < 9; ++i) {
+        all |= size_of(x.mantissa(i));  // its highest bit is the largest entry's
+    }
+    NormalisedBlock block;
+    if (all == 0) {
+        return block;
+    }
+    const int shift = 64 - std::countl_zero(all) - Entry::kFractionBits;
+    for (Eigen::Index i = 0; i < 9; ++i) {
+        block.y(i) = Entry::from_raw(static_cast<std::int32_t>(scaled(x.mantissa(i), shift)));
+    }
+    block.exponent = x.exponent + shift + Entry::kFractionBits;
+    block.zero = false;
+    return block;
+}
+
+Vec3<Unit> unit_vector(const Vec3<std::int64_t>& v) {
+    // To 30 bits, so that the sum of squares stays below 3 2^60; then one division for the reciprocal.
+    const std::uint64_t all = size_of(v(0)) | size_of(v(1)) | size_of(v(2));
+    const int shift = 64 - std::countl_zero(all) - 30;
+    Vec3<std::int64_t> w;
+    std::uint64_t squared = 0;
+    for (Eigen::Index i = 0; i < 3; ++i) {
+        w(i) = scaled(v(i), shift);
+        squared += static_cast<std::uint64_t>(w(i) * w(i));
+    }
+    const auto norm = static_cast<std::int64_t>(square_root(squared));  // 2^29 to sqrt(3) 2^30
+    const std::int64_t reciprocal = ((std::int64_t{1} << 60) + norm / 2) / norm;
+    Vec3<Unit> u;
+    for (Eigen::Index i = 0; i < 3; ++i) {
+        u(i) = Unit::from_raw(saturate(shift_right_rounded(w(i) * reciprocal, 30)));
+    }
+    return u;
+}
+
+Eigen::Matrix<Unit, 3, 2> transverse_axes(const Vec3<Unit>& x) {
+    const bool down = x.z().raw() < 0;
+    const Unit sign = Unit::from_raw(static_cast<std::int32_t>(down ? -kOne_q30 : kOne_q30));
+    const std::int64_t denominator = kOne_q30 + static_cast<std::int64_t>(size_of(x.z().raw()));  // 1 to 2
+    const auto inverse = static_cast<std::int32_t>(((std::int64_t{1} << 60) + denominator / 2) / denominator);
+    const Unit a = Unit::from_raw(down ? inverse : -inverse);
+    const auto flip = [down](Unit value) { return down ? -value : value; };
+    const Unit b = x.x() * x.y() * a;
+    Eigen::Matrix<Unit, 3, 2> axes;
+    axes.col(0) << Unit(1) + flip(x.x() * x.x() * a), flip(b), flip(-x.x());
+    axes.col(1) << b, sign + x.y() * x.y() * a, -x.y();
+    return axes;
+}
+
+Unit ratio(std::int64_t numerator, std::int64_t denominator) {
+    const int shift = 64 - std::countl_zero(static_cast<std::uint64_t>(denominator)) - 31;  // to 31 bits
+    const std::int64_t divisor = scaled(denominator, shift > 0 ? shift : 0);
+    const std::int64_t dividend = scaled(numerator, shift > 0 ? shift : 0);
+    constexpr std::int64_t kLargest = std::int64_t{1} << 32;  // beyond it the ratio exceeds two anyway
+    const std::int64_t limited = dividend > kLargest ? kLargest : (dividend < -kLargest ? -kLargest : dividend);
+    return Unit::from_raw(saturate(limited * kOne_q30 / divisor));
+}
+
+}  // namespace tricoil::fixed

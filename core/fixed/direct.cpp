@@ -1,0 +1,166 @@
+#include "core/fixed/direct.hpp"
+
+#include <algorithm>
+#include <bit>
+
+namespace tricoil::fixed {
+namespace {
+
+/// A symmetric matrix that is not negative: xx, xy, xz, yy, yz, zz. Its largest entry is on the diagonal.
+struct Symmetric {
+    std::int64_t xx, xy, xz, yy, yz, zz;
+
+    [[nodiscard]] std::int64_t trace() const { return xx + yy + zz; }
+
+    /// By a power of two, so that the largest entry has 29 bits: the trace is below 3 2^29, its square and the squares' trace
+    /// below 9 2^58.
+    void normalise() {
+        const auto largest = static_cast<std::uint64_t>(std::max({xx, yy, zz, std::int64_t{1}}));
+        const int shift = 64 - std::countl_zero(largest) - 29;
+        for (std::int64_t* entry : {&xx, &xy, &xz, &yy, &yz, &zz}) {
+            *entry = shift >= 0 ? shift_right_rounded(*entry, shift) : *entry * (std::int64_t{1} << -shift);
+        }
+    }
+
+    [[nodiscard]] Symmetric squared() const {
+        return {xx * xx + xy * xy + xz * xz, xx * xy + xy * yy + xz * yz, xx * xz + xy * yz + xz * zz,
+                xy * xy + yy * yy + yz * yz, xy * xz + yy * yz + yz * zz, xz * xz + yz * yz + zz * zz};
+    }
+};
+
+constexpr int kMostSquarings = 10;
+
+/// First right singular vector of y: squaring Y^T Y squares the ratio of its eigenvalues, 4 for a dipole, until a single one is
+/// left; every column is then a multiple of its vector. Entries of y are at most 1, of Y^T Y at most 3 2^56 units.
+Vec3<Unit> first_right_singular_vector(const Mat3<Entry>& y) {
+    const auto gram = [&y](Eigen::Index i, Eigen::Index j) {
+        std::int64_t sum = 0;
+        for (Eigen::Index n = 0; n < 3; ++n) {
+            sum += std::int64_t{y(n, i).raw()} * y(n, j).raw();
+        }
+        return sum;
+    };
+    Symmetric g{gram(0, 0), gram(0, 1), gram(0, 2), gram(1, 1), gram(1, 2), gram(2, 2)};
+    g.normalise();
+    for (int n = 0; n < kMostSquarings; ++n) {
+        const Symmetric square = g.squared();
+        // With eigenvalue ratio r << 1, 1 - tr(G^2) / (tr G)^2 is about 2 r or 4 r; squared once more, r^2 is below 2^-30.
+        const std::int64_t whole = g.trace() * g.trace();
+        const bool single = whole - square.trace() < (whole >> 14);
+        g = square;
+        g.normalise();
+        if (single) {
+            break;
+        }
+    }
+    if (g.xx >= g.yy && g.xx >= g.zz) {
+        return unit_vector({g.xx, g.xy, g.xz});
+    }
+    return g.yy >= g.zz ? unit_vector({g.xy, g.yy, g.yz}) : unit_vector({g.xz, g.yz, g.zz});
+}
+
+/// Q28 from the sum of squares of Q28 numbers; the sum must be below 2^64 units of Q56.
+std::int64_t root_q28(std::int64_t squared_q56) { return square_root(static_cast<std::uint64_t>(squared_q56)); }
+
+std::int64_t squared_norm(const Vec3<Entry>& v) {
+    std::int64_t sum = 0;
+    for (Eigen::Index i = 0; i < 3; ++i) {
+        sum += std::int64_t{v(i).raw()} * v(i).raw();
+    }
+    return sum;
+}
+
+Vec3<std::int64_t> widened(const Vec3<Entry>& v) { return {v(0).raw(), v(1).raw(), v(2).raw()}; }
+
+/// The plane normal to the first singular vector, where the two other singular values may coincide.
+/// Entries of ye are at most 3, so b <= 9 2^56 units of Q56; their Q27 forms at most 9, root at most 9, sum at most 6.
+struct Plane {
+    Vec3<Entry> ye1, ye2;
+    std::int64_t b11, b22, b12;  // Q27
+    Vec3<Fixed<27>> normal;      // ye1 x ye2
+    std::int64_t root;           // s2 s3, Q27
+    std::int64_t sum;            // s2 + s3, Q28
+
+    Plane(const Mat3<Entry>& y, const Eigen::Matrix<Unit, 3, 2>& e)
+        : ye1(multiply<28>(y, e.col(0))), ye2(multiply<28>(y, e.col(1))), normal(cross<27>(ye1, ye2)) {
+        const std::int64_t b11_q56 = squared_norm(ye1);
+        const std::int64_t b22_q56 = squared_norm(ye2);
+        std::int64_t b12_q56 = 0;
+        std::uint64_t normal_squared_q54 = 0;
+        for (Eigen::Index i = 0; i < 3; ++i) {
+            b12_q56 += std::int64_t{ye1(i).raw()} * ye2(i).raw();
+            normal_squared_q54 += static_cast<std::uint64_t>(std::int64_t{normal(i).raw()} * normal(i).raw());
+        }
+        b11 = shift_right_rounded(b11_q56, 29);
+        b22 = shift_right_rounded(b22_q56, 29);
+        b12 = shift_right_rounded(b12_q56, 29);
+        root = square_root(normal_squared_q54);
+        sum = root_q28(b11_q56 + b22_q56 + root * (std::int64_t{1} << 30));
+    }
+
+    /// Columns of the polar factor: ye [b22 + r, -b12; -b12, b11 + r] / (sum r). Products stay below 3 18 2 2^55 units.
+    [[nodiscard]] Eigen::Matrix<Unit, 3, 2> polar() const {
+        const std::int64_t denominator = sum * root;  // Q55
+        Eigen::Matrix<Unit, 3, 2> result;
+        for (Eigen::Index i = 0; i < 3; ++i) {
+            const std::int64_t first = ye1(i).raw();
+            const std::int64_t second = ye2(i).raw();
+            result(i, 0) = ratio(first * (b22 + root) - second * b12, denominator);
+            result(i, 1) = ratio(second * (b11 + root) - first * b12, denominator);
+        }
+        return result;
+    }
+
+    /// |s2 - s3| = sqrt((b11 - b22)^2 + 4 b12^2) / sum in Q28; the squares stay below 2^63 units of Q54.
+    [[nodiscard]] std::int64_t difference() const {
+        const std::int64_t d = b11 - b22;
+        const auto squared = static_cast<std::uint64_t>(d * d) + 4 * static_cast<std::uint64_t>(b12 * b12);
+        return (std::int64_t{square_root(squared)} * (std::int64_t{1} << 29)) / sum;
+    }
+};
+
+constexpr std::int64_t kLeastRoot_q27 = 1 << 15;  // below it, 12 bits are left of s2 s3
+
+}  // namespace
+
+Result<DirectSolution> solve_direct(const BlockMatrix& x, Scaled coupling_constant) {
+    if (coupling_constant.mantissa <= 0) {
+        return Status{StatusCode::invalid_argument, "coupling constant must be positive"};
+    }
+    const NormalisedBlock block = normalise(x);
+    if (block.zero) {
+        return Status{StatusCode::degenerate, "signal matrix is zero: no field at the sensor"};
+    }
+    const Vec3<Unit> v1 = first_right_singular_vector(block.y);
+    const Eigen::Matrix<Unit, 3, 2> e = transverse_axes(v1);
+    const Plane plane(block.y, e);
+    if (plane.root < kLeastRoot_q27) {
+        return Status{StatusCode::degenerate, "signal matrix has rank below three: a coil or a channel is dead"};
+    }
+    const Vec3<Entry> image = multiply<28>(block.y, v1);
+    const std::int64_t s1 = root_q28(squared_norm(image));
+    const Vec3<Unit> u1 = unit_vector(widened(image));
+    const Eigen::Matrix<Unit, 3, 2> polar = plane.polar();
+
+    DirectSolution solution;
+    solution.strength = normalise((2 * s1 + plane.sum) * (std::int64_t{1} << 31) / 3, block.exponent - 28 - 31);
+    solution.range_m = to_fixed<28>(cube_root(divide(coupling_constant, solution.strength)));
+    solution.direction = v1;
+    for (Eigen::Index i = 0; i < 3; ++i) {
+        for (Eigen::Index j = 0; j < 3; ++j) {
+            // Three products of unit entries: below 3 2^60 units.
+            const std::int64_t sum = std::int64_t{u1(i).raw()} * v1(j).raw() - std::int64_t{polar(i, 0).raw()} * e(j, 0).raw() -
+                                     std::int64_t{polar(i, 1).raw()} * e(j, 1).raw();
+            solution.attitude(i, j) = Unit::from_raw(saturate(shift_right_rounded(sum, 30)));
+        }
+    }
+    const std::int64_t off = s1 - plane.sum;             // |off| <= 6
+    const std::int64_t difference = plane.difference();  // at most s1, hence 3
+    const std::int64_t misfit = off * off / 3 + difference * difference / 2;
+    const std::int64_t power = s1 * s1 + squared_norm(plane.ye1) + squared_norm(plane.ye2);
+    solution.misfit_share = ratio(misfit, power);
+    solution.right_handed = dot<27>(u1, plane.normal).raw() > 0;
+    return solution;
+}
+
+}  // namespace tricoil::fixed

@@ -1,0 +1,25 @@
+// The direct solution in integers: solver::solve_direct for parts without a floating-point unit.
+#pragma once
+
+#include "core/base/status.hpp"
+#include "core/fixed/block_matrix.hpp"
+
+namespace tricoil::fixed {
+
+/// Lengths: up to 8 m, in steps of 4 nm.
+using Metres = Fixed<28>;
+
+struct DirectSolution {
+    Scaled strength;       // k, in coupling units
+    Metres range_m;        // (C / k)^(1/3); saturates at 8 m
+    Vec3<Unit> direction;  // u, up to its sign
+    Mat3<Unit> attitude;   // O; a proper rotation only if right_handed
+    Unit misfit_share;     // squared distance of X to the nearest dipole matrix as a share of |X|^2; one at most
+    bool right_handed;     // det X > 0
+};
+
+/// coupling_constant: C, normalised and positive.
+/// Errors: invalid_argument (C is not positive), degenerate (X is zero, or s2 s3 below 2^-12 of the largest entry's square).
+Result<DirectSolution> solve_direct(const BlockMatrix& x, Scaled coupling_constant);
+
+}  // namespace tricoil::fixed

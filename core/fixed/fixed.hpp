@@ -1,0 +1,114 @@
+// A number on a 32-bit integer whose type says where the binary point is: arithmetic for parts without a floating-point unit.
+#pragma once
+
+#include <cmath>
+#include <compare>
+#include <cstdint>
+#include <limits>
+
+namespace tricoil::fixed {
+
+/// The nearest 32-bit integer range: what does not fit becomes the largest or smallest value there is.
+constexpr std::int32_t saturate(std::int64_t value) {
+    constexpr std::int64_t kLargest = std::numeric_limits<std::int32_t>::max();
+    constexpr std::int64_t kSmallest = std::numeric_limits<std::int32_t>::min();
+    return static_cast<std::int32_t>(value > kLargest ? kLargest : (value < kSmallest ? kSmallest : value));
+}
+
+/// value / 2^bits, rounded to nearest, halves up. 0 <= bits <= 63; defined for every value.
+constexpr std::int64_t shift_right_rounded(std::int64_t value, int bits) {
+    return bits == 0 ? value : (value >> bits) + ((value >> (bits - 1)) & 1);
+}
+
+/// raw / 2^F: F bits behind the binary point, 31 - F before it, one sign. Everything saturates and nothing wraps; sums are exact
+/// where they fit, products and quotients within half a unit of the last place, 2^-(F+1).
+template <int F>
+class Fixed {
+    static_assert(F >= 0 && F <= 31);
+
+public:
+    static constexpr int kFractionBits = F;
+
+    constexpr Fixed() = default;
+    /// Whole numbers, as Eigen writes 0 and 1.
+    constexpr Fixed(int whole)
+        : raw_(saturate(static_cast<std::int64_t>(whole) * (std::int64_t{1} << F))) {}  // NOLINT: meant to convert
+
+    static constexpr Fixed from_raw(std::int32_t raw) {
+        Fixed value;
+        value.raw_ = raw;
+        return value;
+    }
+    /// Nearest; not a number becomes zero. For constants and for tests: a part without floating-point unit computes no double.
+    static constexpr Fixed from(double value) {
+        const double scaled = value * static_cast<double>(std::int64_t{1} << F);
+        if (!(scaled < 2147483647.0)) {
+            return from_raw(value != value ? 0 : std::numeric_limits<std::int32_t>::max());
+        }
+        if (scaled <= -2147483648.0) {
+            return from_raw(std::numeric_limits<std::int32_t>::min());
+        }
+        return from_raw(saturate(static_cast<std::int64_t>(scaled < 0 ? scaled - 0.5 : scaled + 0.5)));
+    }
+    /// From another format; rounds or saturates.
+    template <int G>
+    static constexpr Fixed from(Fixed<G> other) {
+        if constexpr (G >= F) {
+            return from_raw(saturate(shift_right_rounded(other.raw(), G - F)));
+        } else {
+            return from_raw(saturate(static_cast<std::int64_t>(other.raw()) * (std::int64_t{1} << (F - G))));
+        }
+    }
+
+    [[nodiscard]] constexpr std::int32_t raw() const { return raw_; }
+    [[nodiscard]] constexpr double to_double() const {
+        return static_cast<double>(raw_) / static_cast<double>(std::int64_t{1} << F);
+    }
+
+    static constexpr Fixed largest() { return from_raw(std::numeric_limits<std::int32_t>::max()); }
+    static constexpr Fixed smallest() { return from_raw(std::numeric_limits<std::int32_t>::min()); }
+
+    friend constexpr Fixed operator+(Fixed a, Fixed b) { return from_raw(saturate(std::int64_t{a.raw_} + b.raw_)); }
+    friend constexpr Fixed operator-(Fixed a, Fixed b) { return from_raw(saturate(std::int64_t{a.raw_} - b.raw_)); }
+    friend constexpr Fixed operator-(Fixed a) { return from_raw(saturate(-std::int64_t{a.raw_})); }
+    friend constexpr Fixed operator*(Fixed a, Fixed b) {
+        return from_raw(saturate(shift_right_rounded(std::int64_t{a.raw_} * b.raw_, F)));
+    }
+    /// By zero: the largest or smallest number, by the dividend's sign; 0 / 0 is 0.
+    friend constexpr Fixed operator/(Fixed a, Fixed b) {
+        if (b.raw_ == 0) {
+            return a.raw_ == 0 ? a : (a.raw_ > 0 ? largest() : smallest());
+        }
+        const std::int64_t dividend = std::int64_t{a.raw_} * (std::int64_t{1} << F);
+        const std::int64_t quotient = dividend / b.raw_;
+        const std::int64_t rest = dividend % b.raw_;
+        const std::int64_t twice = 2 * (rest < 0 ? -rest : rest);
+        const std::int64_t divisor = b.raw_ < 0 ? -std::int64_t{b.raw_} : b.raw_;
+        const bool negative = (a.raw_ < 0) != (b.raw_ < 0);
+        return from_raw(saturate(quotient + (twice >= divisor ? (negative ? -1 : 1) : 0)));
+    }
+    constexpr Fixed& operator+=(Fixed b) { return *this = *this + b; }
+    constexpr Fixed& operator-=(Fixed b) { return *this = *this - b; }
+    constexpr Fixed& operator*=(Fixed b) { return *this = *this * b; }
+    constexpr Fixed& operator/=(Fixed b) { return *this = *this / b; }
+
+    friend constexpr bool operator==(Fixed, Fixed) = default;
+    friend constexpr auto operator<=>(Fixed, Fixed) = default;
+
+private:
+    std::int32_t raw_ = 0;
+};
+
+template <int F>
+constexpr Fixed<F> abs(Fixed<F> value) {
+    return value.raw() < 0 ? -value : value;
+}
+
+/// a b in a third format, rounded once.
+template <int Out, int A, int B>
+constexpr Fixed<Out> product(Fixed<A> a, Fixed<B> b) {
+    static_assert(A + B >= Out);
+    return Fixed<Out>::from_raw(saturate(shift_right_rounded(std::int64_t{a.raw()} * b.raw(), A + B - Out)));
+}
+
+}  // namespace tricoil::fixed

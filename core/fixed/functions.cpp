@@ -1,0 +1,176 @@
+#include "core/fixed/functions.hpp"
+
+#include <array>
+#include <bit>
+
+namespace tricoil::fixed {
+namespace {
+
+constexpr std::uint32_t kEighth = 1U << 29;
+constexpr std::uint32_t kQuarter = 1U << 30;
+constexpr std::uint32_t kHalf = 1U << 31;
+constexpr std::int64_t kPi_q29 = 1'686'629'713;              // pi 2^29
+constexpr std::int64_t kTurnsPerRadian_q34 = 2'734'261'102;  // 2^34 / (2 pi)
+
+/// c[0] + c[1] x + c[2] x^2 + ..., all in Q30 with |x| <= 1; one rounding of half a unit per term.
+template <std::size_t N>
+std::int64_t polynomial(const std::array<std::int32_t, N>& c, std::int64_t x) {
+    std::int64_t sum = c[N - 1];
+    for (std::size_t n = N - 1; n-- > 0;) {
+        sum = c[n] + shift_right_rounded(sum * x, 30);
+    }
+    return sum;
+}
+
+constexpr std::int32_t q30(double value) { return Unit::from(value).raw(); }
+
+// Taylor series up to an eighth of a turn: the first term left out is below 1e-11 (sine) and 1e-11 (cosine) there.
+constexpr std::array<std::int32_t, 6> kSine{q30(1.0),         q30(-1.0 / 6),     q30(1.0 / 120),
+                                            q30(-1.0 / 5040), q30(1.0 / 362880), q30(-1.0 / 39916800)};
+constexpr std::array<std::int32_t, 7> kCosine{q30(1.0),         q30(-0.5),           q30(1.0 / 24),       q30(-1.0 / 720),
+                                              q30(1.0 / 40320), q30(-1.0 / 3628800), q30(1.0 / 479001600)};
+// arctan(x) / x in x^2 up to tan(pi/8): the first term left out is below 2e-10.
+constexpr std::array<std::int32_t, 11> kArctangent{q30(1.0),      q30(-1.0 / 3),  q30(1.0 / 5),  q30(-1.0 / 7),
+                                                   q30(1.0 / 9),  q30(-1.0 / 11), q30(1.0 / 13), q30(-1.0 / 15),
+                                                   q30(1.0 / 17), q30(-1.0 / 19), q30(1.0 / 21)};
+constexpr std::int64_t kTanPi8_q30 = 444'758'426;
+
+/// For -pi/4 <= x <= pi/4 in Q30.
+SineCosine near_zero(std::int64_t x) {
+    const std::int64_t squared = shift_right_rounded(x * x, 30);
+    const std::int64_t sine = shift_right_rounded(polynomial(kSine, squared) * x, 30);
+    return {Unit::from_raw(saturate(sine)), Unit::from_raw(saturate(polynomial(kCosine, squared)))};
+}
+
+}  // namespace
+
+Angle Angle::from_radians(Fixed<29> rad) {
+    // Q29 radians times turns per radian in Q34 is Q63 turns; 32 bits are wanted.
+    return {static_cast<std::uint32_t>(shift_right_rounded(std::int64_t{rad.raw()} * kTurnsPerRadian_q34, 31))};
+}
+
+Fixed<29> Angle::radians() const {
+    const auto signed_turns = static_cast<std::int32_t>(turns);  // 2^31 to half a turn
+    return Fixed<29>::from_raw(saturate(shift_right_rounded(signed_turns * kPi_q29, 31)));
+}
+
+SineCosine sine_cosine(Angle angle) {
+    const std::uint32_t quadrant = (angle.turns + kEighth) / kQuarter;  // 0 to 3, and 0 again behind the wrap
+    const auto rest = static_cast<std::int32_t>(angle.turns - quadrant * kQuarter);
+    // 2^32 turns to Q30 radians: times 2 pi / 4 = pi / 2, in Q29 half of pi's.
+    const SineCosine near = near_zero(shift_right_rounded(rest * kPi_q29, 30));
+    switch (quadrant & 3U) {
+        case 0:
+            return near;
+        case 1:
+            return {near.cosine, -near.sine};
+        case 2:
+            return {-near.sine, -near.cosine};
+        default:
+            return {-near.cosine, near.sine};
+    }
+}
+
+Angle arctangent(std::int32_t y, std::int32_t x) {
+    const std::int64_t ax = x < 0 ? -std::int64_t{x} : x;
+    const std::int64_t ay = y < 0 ? -std::int64_t{y} : y;
+    const std::int64_t larger = ax > ay ? ax : ay;
+    if (larger == 0) {
+        return {};
+    }
+    const std::int64_t smaller = ax > ay ? ay : ax;
+    // t = smaller / larger, or (t - 1) / (t + 1) with an eighth of a turn to add: either is at most tan(pi/8).
+    std::int64_t t = (smaller * (std::int64_t{1} << 30) + larger / 2) / larger;
+    std::uint32_t offset = 0;
+    if (t > kTanPi8_q30) {
+        const std::int64_t sum = smaller + larger;
+        const std::int64_t difference = smaller - larger;
+        t = (difference * (std::int64_t{1} << 30) - sum / 2) / sum;
+        offset = kEighth;
+    }
+    const std::int64_t squared = shift_right_rounded(t * t, 30);
+    const std::int64_t rad_q30 = shift_right_rounded(polynomial(kArctangent, squared) * t, 30);
+    const std::int64_t turns = shift_right_rounded(rad_q30 * kTurnsPerRadian_q34, 32);
+    std::uint32_t angle = offset + static_cast<std::uint32_t>(turns);
+    if (ay > ax) {
+        angle = kQuarter - angle;
+    }
+    if (x < 0) {
+        angle = kHalf - angle;
+    }
+    return {y < 0 ? 0U - angle : angle};
+}
+
+std::uint32_t square_root(std::uint64_t value) {
+    if (value == 0) {
+        return 0;
+    }
+    // Bit by bit from the highest that can be set: no division, and nothing to converge.
+    std::uint64_t bit = std::uint64_t{1} << ((63 - std::countl_zero(value)) & ~1);
+    std::uint64_t rest = value;
+    std::uint64_t root = 0;
+    for (; bit != 0; bit >>= 2) {
+        const std::uint64_t trial = root + bit;
+        root >>= 1;
+        if (rest >= trial) {
+            rest -= trial;
+            root += bit;
+        }
+    }
+    return static_cast<std::uint32_t>(root);
+}
+
+std::uint32_t cube_root(std::uint64_t value) {
+    std::uint64_t root = 0;
+    for (int shift = 63; shift >= 0; shift -= 3) {
+        root *= 2;
+        const std::uint64_t step = 3 * root * (root + 1) + 1;  // (root + 1)^3 - root^3
+        if ((value >> shift) >= step) {
+            value -= step << shift;
+            ++root;
+        }
+    }
+    return static_cast<std::uint32_t>(root);
+}
+
+Scaled normalise(std::int64_t value, int exponent) {
+    if (value == 0) {
+        return {};
+    }
+    const bool negative = value < 0;
+    const std::uint64_t size = negative ? 0U - static_cast<std::uint64_t>(value) : static_cast<std::uint64_t>(value);
+    const int shift = 33 - std::countl_zero(size);  // to 31 bits
+    std::uint64_t mantissa = shift <= 0 ? size << -shift : (size >> shift) + ((size >> (shift - 1)) & 1U);
+    int shifted = exponent + shift;
+    if (mantissa >> 31 != 0) {  // rounded up to the next power of two
+        mantissa >>= 1;
+        ++shifted;
+    }
+    const auto whole = static_cast<std::int32_t>(mantissa);
+    return {negative ? -whole : whole, shifted};
+}
+
+Scaled divide(Scaled a, Scaled b) {
+    const std::int64_t quotient = std::int64_t{a.mantissa} * (std::int64_t{1} << 31) / b.mantissa;
+    return normalise(quotient, a.exponent - b.exponent - 31);
+}
+
+Scaled cube_root(Scaled value) {
+    if (value.mantissa <= 0) {
+        return {};
+    }
+    // As m 2^(3 n) with m of up to 63 bits, whose root has 21: then one Newton step in integers, r -= (r^3 - m) / (3 r^2).
+    int shift = 30;
+    while ((value.exponent - shift) % 3 != 0) {
+        ++shift;
+    }
+    const std::uint64_t m = static_cast<std::uint64_t>(value.mantissa) << shift;
+    const std::uint64_t root = cube_root(m);
+    const auto rest = static_cast<std::int64_t>(m - root * root * root);  // below 3 r^2 + 3 r + 1, hence 2^44
+    // Ten more bits: root + rest / (3 root^2 + 3 root) is off by less than 2^-22 of a unit of the last of 21.
+    const auto slope = static_cast<std::int64_t>(3 * root * root + 3 * rest / static_cast<std::int64_t>(3 * root));
+    const std::int64_t fraction = rest * (1 << 10) / slope;
+    return normalise(static_cast<std::int64_t>(root) * (1 << 10) + fraction, (value.exponent - shift) / 3 - 10);
+}
+
+}  // namespace tricoil::fixed

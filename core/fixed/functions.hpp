@@ -1,0 +1,69 @@
+// Elementary functions in integers. Stated errors are worst cases over the whole domain, held by tests/fixed.
+#pragma once
+
+#include <cstdint>
+
+#include "core/fixed/fixed.hpp"
+
+namespace tricoil::fixed {
+
+/// Numbers that stay below two in size: sines, entries of rotations, unit vectors.
+using Unit = Fixed<30>;
+
+/// An angle as a share of a turn, 2^32 to a turn: it wraps as angles do. Resolution 1.5e-9 rad.
+struct Angle {
+    std::uint32_t turns = 0;
+
+    /// Of `rad` radians within [-4, 4). Error below 2e-9 rad.
+    static Angle from_radians(Fixed<29> rad);
+    /// In [-pi, pi). Error below 2e-9 rad.
+    [[nodiscard]] Fixed<29> radians() const;
+    friend constexpr bool operator==(Angle, Angle) = default;
+};
+
+struct SineCosine {
+    Unit sine;
+    Unit cosine;
+};
+
+/// Error of either below 4e-9.
+SineCosine sine_cosine(Angle angle);
+
+/// Angle of (x, y), as std::atan2; zero for (0, 0). Only the ratio counts: x and y in any one format. Error below 4e-9 rad.
+Angle arctangent(std::int32_t y, std::int32_t x);
+
+/// floor(sqrt(value)), exact.
+std::uint32_t square_root(std::uint64_t value);
+
+/// floor(cbrt(value)), exact; at most 2^21.
+std::uint32_t cube_root(std::uint64_t value);
+
+/// A number of any size: mantissa 2^exponent. Normalised: 2^30 <= |mantissa| < 2^31, or zero.
+struct Scaled {
+    std::int32_t mantissa = 0;
+    int exponent = 0;
+    friend constexpr bool operator==(Scaled, Scaled) = default;
+};
+
+/// value 2^exponent, normalised; rounds once, relative error below 2^-31.
+Scaled normalise(std::int64_t value, int exponent);
+/// a / b for normalised b that is not zero; relative error below 2^-29.
+Scaled divide(Scaled a, Scaled b);
+/// Cube root of a normalised number that is not negative; relative error below 1e-8.
+Scaled cube_root(Scaled value);
+
+/// In format F; saturates, or rounds to nearest.
+template <int F>
+Fixed<F> to_fixed(Scaled value) {
+    const int shift = -(value.exponent + F);  // raw = mantissa 2^(exponent + F)
+    if (shift >= 63) {
+        return {};
+    }
+    if (shift >= 0) {
+        return Fixed<F>::from_raw(saturate(shift_right_rounded(value.mantissa, shift)));
+    }
+    const int left = -shift > 32 ? 32 : -shift;
+    return Fixed<F>::from_raw(saturate(static_cast<std::int64_t>(value.mantissa) * (std::int64_t{1} << left)));
+}
+
+}  // namespace tricoil::fixed

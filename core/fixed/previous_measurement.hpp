@@ -1,0 +1,20 @@
+// The previous-measurement step without poles, in integers: solver::step_vectors for parts without a floating-point unit.
+#pragma once
+
+#include "core/fixed/direct.hpp"
+
+namespace tricoil::fixed {
+
+struct VectorPose {
+    Metres range_m = 1;
+    Vec3<Unit> direction = Vec3<Unit>(1, 0, 0);
+    Mat3<Unit> attitude = Mat3<Unit>::Identity();
+};
+
+/// (15), (16) and small rotations of u and O.
+/// Errors: invalid_argument (C is not positive, or the previous pose no unit vector with a rotation), degenerate (X is zero),
+/// not_converged (W11 below 1/16 of the largest entry's power of two, or an increment above one: the previous pose is too far
+/// off).
+Result<VectorPose> step_vectors(const BlockMatrix& x, Scaled coupling_constant, const VectorPose& previous, int passes = 1);
+
+}  // namespace tricoil::fixed

@@ -1,0 +1,41 @@
+// Couplings as a 24-bit converter delivers them.
+#pragma once
+
+#include <cmath>
+
+#include "core/fixed/block_matrix.hpp"
+
+namespace tricoil::fixed {
+
+/// Full scale is the coupling at 0.15 m for C = 1 with room for the factor of its direction; the unit is 2^-13.
+constexpr int kCodeExponent = -13;
+
+/// X of C = 1 in whole codes: at 0.15 m up to 2.4 million of them, at 1.2 m 4,700.
+inline BlockMatrix as_codes(const Mat3<double>& x) {
+    BlockMatrix codes;
+    codes.exponent = kCodeExponent;
+    for (Eigen::Index i = 0; i < 9; ++i) {
+        codes.mantissa(i) = static_cast<std::int32_t>(std::lround(std::ldexp(x(i), -kCodeExponent)));
+    }
+    return codes;
+}
+
+/// What those codes say in double.
+inline Mat3<double> as_double(const BlockMatrix& x) { return std::ldexp(1.0, x.exponent) * x.mantissa.cast<double>(); }
+
+template <typename Derived>
+auto to_double(const Eigen::MatrixBase<Derived>& m) {
+    Eigen::Matrix<double, Derived::RowsAtCompileTime, Derived::ColsAtCompileTime> result;
+    for (Eigen::Index i = 0; i < m.size(); ++i) {
+        result(i) = m(i).to_double();
+    }
+    return result;
+}
+
+inline Scaled scaled(double value) {
+    int exponent = 0;
+    const double mantissa = std::frexp(value, &exponent);
+    return normalise(std::llround(std::ldexp(mantissa, 62)), exponent - 62);
+}
+
+}  // namespace tricoil::fixed

@@ -1,0 +1,84 @@
+#include <array>
+
+#include "core/field/concentric_dipole.hpp"
+#include "core/fixed/previous_measurement.hpp"
+#include "core/geometry/angles.hpp"
+#include "tests/target/kernels/kernel.hpp"
+
+namespace tricoil::target {
+namespace {
+
+constexpr int kPoses = 12;
+constexpr float kNearby_rad = 0.03F;
+constexpr int kCodeExponent = -13;  // of the couplings' unit
+constexpr fixed::Scaled kOne{1 << 30, -30};
+
+struct Inputs {
+    fixed::BlockMatrix x;
+    fixed::VectorPose previous;
+    fixed::Angle angle;
+};
+
+struct Outputs {
+    fixed::DirectSolution direct;
+    fixed::VectorPose vectors;
+    fixed::SineCosine sine_cosine;
+    fixed::Angle angle;
+    bool ok;
+};
+
+Inputs inputs;
+Outputs outputs;
+
+fixed::Unit unit(float value) { return fixed::Unit::from_raw(static_cast<std::int32_t>(value * 1073741824.0F)); }
+
+/// The poses of the floating-point kernels.
+void prepare(int run) {
+    const auto n = static_cast<float>(run);
+    const float range = 0.2F + 0.06F * n;
+    const Vec3<float> direction = run == 0 ? Vec3<float>(0, 0, 1) : geometry::direction(0.9F * n, 0.31F * n - 1.5F);
+    const Mat3<float> attitude = geometry::attitude_matrix(geometry::Euler<float>{1.1F * n, 0.3F * n - 1.4F, 2.3F * n});
+    const Mat3<float> x = field::signal_matrix<float>(1, range * direction, attitude);
+    const Mat3<float> turn = geometry::rotation_z(kNearby_rad);
+    const Vec3<float> before = turn * direction;
+    const Mat3<float> attitude_before = attitude * turn;
+    inputs.x.exponent = kCodeExponent;
+    inputs.previous.range_m = fixed::Metres::from_raw(static_cast<std::int32_t>(range * 268435456.0F));
+    for (Eigen::Index i = 0; i < 9; ++i) {
+        inputs.x.mantissa(i) = static_cast<std::int32_t>(x(i) * 8192.0F);
+        inputs.previous.attitude(i) = unit(attitude_before(i));
+    }
+    for (Eigen::Index i = 0; i < 3; ++i) {
+        inputs.previous.direction(i) = unit(before(i));
+    }
+    inputs.angle.turns = 357'913'941U * static_cast<std::uint32_t>(run);
+}
+
+void run_direct(int) {
+    const auto solution = fixed::solve_direct(inputs.x, kOne);
+    outputs.ok = solution.ok();
+    outputs.direct = *solution;
+}
+
+void run_previous(int) {
+    const auto next = fixed::step_vectors(inputs.x, kOne, inputs.previous);
+    outputs.ok = next.ok();
+    outputs.vectors = *next;
+}
+
+void run_sine_cosine(int) { outputs.sine_cosine = fixed::sine_cosine(inputs.angle); }
+
+void run_arctangent(int) { outputs.angle = fixed::arctangent(inputs.x.mantissa(0), inputs.x.mantissa(4)); }
+
+constexpr std::array<Kernel, 4> kKernels{{
+    {"fixed-direct", kPoses, prepare, run_direct},
+    {"fixed-previous", kPoses, prepare, run_previous},
+    {"fixed-sine-cosine", kPoses, prepare, run_sine_cosine},
+    {"fixed-arctangent", kPoses, prepare, run_arctangent},
+}};
+
+}  // namespace
+
+std::span<const Kernel> fixed_kernels() { return kKernels; }
+
+}  // namespace tricoil::target
