@@ -12,7 +12,7 @@ namespace tricoil {
 /// Appends in call order. What does not fit is dropped; overflowed() tells.
 class TextLine {
 public:
-    static constexpr std::size_t kCapacity = 160;
+    static constexpr std::size_t kCapacity = 192;
 
     constexpr TextLine& text(std::string_view text) {
         for (const char c : text) {

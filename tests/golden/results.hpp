@@ -1,0 +1,28 @@
+// One golden case, solved and printed.
+#pragma once
+
+#include <cstdint>
+
+#include "hal/console.hpp"
+
+namespace tricoil::golden {
+
+constexpr int kExponent = -13;  // of the mantissas: X = mantissa 2^-13, with C = 1
+
+/// Mantissas of X by columns; then the pose to step from: range (Q28 metres), direction and O by columns (Q30).
+struct Input {
+    std::int32_t x[9];
+    std::int32_t range;
+    std::int32_t direction[3];
+    std::int32_t attitude[9];
+};
+
+int cases();
+
+/// Prints, per case and solver, "golden CASE SOLVER-ARITHMETIC" and thirteen numbers: range, direction, attitude by columns.
+/// float and double as the hexadecimal words of their bits, fixed as whole numbers.
+Status print_float(int n, hal::Console& console);
+Status print_double(int n, hal::Console& console);
+Status print_fixed(int n, hal::Console& console);
+
+}  // namespace tricoil::golden
