@@ -1,6 +1,7 @@
 #include <array>
 
 #include "core/field/concentric_dipole.hpp"
+#include "core/fixed/demodulator.hpp"
 #include "core/fixed/previous_measurement.hpp"
 #include "core/geometry/angles.hpp"
 #include "tests/target/kernels/kernel.hpp"
@@ -70,9 +71,39 @@ void run_sine_cosine(int) { outputs.sine_cosine = fixed::sine_cosine(inputs.angl
 
 void run_arctangent(int) { outputs.angle = fixed::arctangent(inputs.x.mantissa(0), inputs.x.mantissa(4)); }
 
-constexpr std::array<Kernel, 4> kKernels{{
+constexpr int kBlock = 200;
+constexpr int kCycles = 10;
+const fixed::Oscillator oscillator(kCycles, kBlock);
+std::array<Sample, kBlock> samples;
+std::array<fixed::Phasor, kChannels> phasors;
+fixed::BlockColumn column;
+
+void prepare_samples(int) {
+    for (std::size_t n = 0; n < kBlock; ++n) {
+        const auto turns = static_cast<std::uint32_t>((std::uint64_t{n} * kCycles << 32) / kBlock);
+        const std::int32_t carrier = fixed::sine_cosine({turns}).cosine.raw() >> 8;
+        samples[n] = {carrier / 2, -carrier / 3, carrier / 5, carrier};
+    }
+}
+
+void run_lock_in(int) { phasors = fixed::lock_in(oscillator, std::span<const Sample>(samples)); }
+
+void prepare_phasors(int run) {
+    prepare_samples(run);
+    run_lock_in(run);
+}
+
+void run_couplings(int) {
+    const auto couplings = fixed::couplings(phasors, kBlock, 1000);
+    outputs.ok = couplings.ok();
+    column = *couplings;
+}
+
+constexpr std::array<Kernel, 6> kKernels{{
     {"fixed-direct", kPoses, prepare, run_direct},
     {"fixed-previous", kPoses, prepare, run_previous},
+    {"fixed-lock-in", 1, prepare_samples, run_lock_in},
+    {"fixed-couplings", 1, prepare_phasors, run_couplings},
     {"fixed-sine-cosine", kPoses, prepare, run_sine_cosine},
     {"fixed-arctangent", kPoses, prepare, run_arctangent},
 }};

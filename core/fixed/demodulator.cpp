@@ -1,0 +1,113 @@
+#include "core/fixed/demodulator.hpp"
+
+#include <algorithm>
+#include <bit>
+
+namespace tricoil::fixed {
+namespace {
+
+constexpr std::int32_t kLargestCode = 1 << 23;
+
+std::uint64_t size_of(std::int64_t value) {
+    return value < 0 ? 0U - static_cast<std::uint64_t>(value) : static_cast<std::uint64_t>(value);
+}
+
+/// exp(-i w n).
+SineCosine phasor(int cycles, int window_samples, long n) {
+    const auto part = static_cast<std::uint64_t>((n * cycles) % window_samples);
+    const auto window = static_cast<std::uint64_t>(window_samples);
+    const auto turns = static_cast<std::uint32_t>(((part << 32) + window / 2) / window);
+    return sine_cosine({0U - turns});
+}
+
+/// a b, rounded once per part. Sizes stay below 1 + 32 2^-30 over a segment.
+SineCosine turned(const SineCosine& a, const SineCosine& b) {
+    const auto wide = [](Unit x, Unit y) { return std::int64_t{x.raw()} * y.raw(); };
+    const std::int64_t cosine = wide(a.cosine, b.cosine) - wide(a.sine, b.sine);
+    const std::int64_t sine = wide(a.cosine, b.sine) + wide(a.sine, b.cosine);
+    return {Unit::from_raw(static_cast<std::int32_t>(shift_right_rounded(sine, 30))),
+            Unit::from_raw(static_cast<std::int32_t>(shift_right_rounded(cosine, 30)))};
+}
+
+/// Brought to 30 bits together: value 2^-shift.
+std::int64_t brought(std::int64_t value, int shift) {
+    return shift >= 0 ? shift_right_rounded(value, shift) : value * (std::int64_t{1} << -shift);
+}
+
+}  // namespace
+
+Oscillator::Oscillator(int cycles, int window_samples) : step_(phasor(cycles, window_samples, 1)) {
+    for (std::size_t segment = 0; segment < segments_.size(); ++segment) {
+        segments_[segment] = phasor(cycles, window_samples, static_cast<long>(segment) * signal::kSegmentSamples);
+    }
+}
+
+std::array<Phasor, kChannels> lock_in(const Oscillator& oscillator, std::span<const Sample> window) {
+    // Segment by segment: first the reference, then one channel after the other, whose two 64-bit sums then stay in registers.
+    std::array<SineCosine, signal::kSegmentSamples> reference;
+    std::array<Phasor, kChannels> sums{};
+    for (std::size_t begin = 0, segment = 0; begin < window.size(); begin += signal::kSegmentSamples, ++segment) {
+        const std::size_t length = std::min<std::size_t>(signal::kSegmentSamples, window.size() - begin);
+        SineCosine next = oscillator.at_segment(segment);
+        for (std::size_t n = 0; n < length; ++n) {
+            reference[n] = next;
+            next = turned(next, oscillator.step());
+        }
+        for (std::size_t channel = 0; channel < kChannels; ++channel) {
+            Phasor sum = sums[channel];
+            for (std::size_t n = 0; n < length; ++n) {
+                const std::int64_t code = std::clamp(window[begin + n][channel], -kLargestCode, kLargestCode);
+                sum.re += code * reference[n].cosine.raw();
+                sum.im += code * reference[n].sine.raw();
+            }
+            sums[channel] = sum;
+        }
+    }
+    return sums;
+}
+
+Result<BlockColumn> couplings(const std::array<Phasor, kChannels>& phasors, std::size_t window_samples,
+                              std::int32_t least_reference) {
+    const Phasor& reference = phasors[kReferenceChannel];
+    const std::uint64_t reference_size = size_of(reference.re) | size_of(reference.im);
+    // Of amplitude a the sum is a N / 2 2^30, in one part or spread over both.
+    const std::uint64_t least = (static_cast<std::uint64_t>(std::max<std::int32_t>(least_reference, 1)) * window_samples) << 28;
+    if (std::max(size_of(reference.re), size_of(reference.im)) < least) {
+        return Status{StatusCode::degenerate, "no reference current"};
+    }
+    std::uint64_t all = 1;
+    for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
+        all |= size_of(phasors[coil].re) | size_of(phasors[coil].im);
+    }
+    const int reference_shift = 64 - std::countl_zero(reference_size) - 30;
+    const int shift = 64 - std::countl_zero(all) - 30;
+    const std::int64_t re = brought(reference.re, reference_shift);
+    const std::int64_t im = brought(reference.im, reference_shift);
+    // |r|^2 lies between 2^58 and 2^61, numerators below 2^61: their ratio is below 8 and given in eighths.
+    const std::int64_t power = re * re + im * im;
+    BlockColumn column;
+    column.exponent = shift - reference_shift + 3 - 30;
+    for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
+        const std::int64_t a = brought(phasors[coil].re, shift);
+        const std::int64_t b = brought(phasors[coil].im, shift);
+        const auto i = static_cast<Eigen::Index>(coil);
+        column.in_phase(i) = ratio(shift_right_rounded(a * re + b * im, 3), power).raw();
+        column.quadrature(i) = ratio(shift_right_rounded(b * re - a * im, 3), power).raw();
+    }
+    return column;
+}
+
+BlockMatrix assemble(const std::array<BlockColumn, 3>& columns) {
+    BlockMatrix x;
+    x.exponent = std::max({columns[0].exponent, columns[1].exponent, columns[2].exponent});
+    for (std::size_t j = 0; j < 3; ++j) {
+        const int shift = std::min(x.exponent - columns[j].exponent, 62);
+        for (Eigen::Index i = 0; i < 3; ++i) {
+            x.mantissa(i, static_cast<Eigen::Index>(j)) =
+                static_cast<std::int32_t>(shift_right_rounded(columns[j].in_phase(i), shift));
+        }
+    }
+    return x;
+}
+
+}  // namespace tricoil::fixed

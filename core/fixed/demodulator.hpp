@@ -1,0 +1,53 @@
+// From samples to couplings in integers: the lock-in of signal::lock_in and the division by the reference current.
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "core/base/status.hpp"
+#include "core/fixed/block_matrix.hpp"
+#include "core/signal/oscillator.hpp"
+#include "core/signal/sample_block.hpp"
+
+namespace tricoil::fixed {
+
+/// Reference oscillator exp(-i w n): exact at the head of each segment, by recurrence within; off by less than 4e-8 anywhere.
+class Oscillator {
+public:
+    /// `cycles` whole cycles in `window_samples` samples; 0 < cycles < window_samples <= kMaxBlockSamples.
+    Oscillator(int cycles, int window_samples);
+
+    [[nodiscard]] SineCosine step() const { return step_; }
+    [[nodiscard]] SineCosine at_segment(std::size_t segment) const { return segments_[segment]; }
+
+private:
+    SineCosine step_;
+    std::array<SineCosine, kMaxBlockSamples / signal::kSegmentSamples> segments_;
+};
+
+/// Sum of x[n] exp(-i w n) in codes times 2^30: half the window's length times the amplitude.
+struct Phasor {
+    std::int64_t re = 0;
+    std::int64_t im = 0;
+};
+
+/// Samples are those of a converter of at most 24 bits; what is larger counts as the largest code. Then a sum over 1024 samples
+/// stays below 2^23 2^30 2^10 2/pi < 2^63: exact, no rounding at all but the oscillator's. Windows of at most kMaxBlockSamples.
+std::array<Phasor, kChannels> lock_in(const Oscillator& oscillator, std::span<const Sample> window);
+
+/// Couplings of one column: mantissa 2^exponent.
+struct BlockColumn {
+    Vec3<std::int32_t> in_phase = Vec3<std::int32_t>::Zero();
+    Vec3<std::int32_t> quadrature = Vec3<std::int32_t>::Zero();
+    int exponent = 0;
+};
+
+/// Sensor channels over the reference channel. Error below 2^-28 of the largest entry.
+/// Errors: degenerate (no reference: its amplitude is below least_reference codes).
+Result<BlockColumn> couplings(const std::array<Phasor, kChannels>& phasors, std::size_t window_samples,
+                              std::int32_t least_reference);
+
+/// The signal matrix of three columns, on the largest of their exponents.
+BlockMatrix assemble(const std::array<BlockColumn, 3>& columns);
+
+}  // namespace tricoil::fixed
