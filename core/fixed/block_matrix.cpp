@@ -5,7 +5,7 @@
 namespace tricoil::fixed {
 namespace {
 
-constexpr std::int64_t kOne_q30 = std::int64_t{1} << 30;
+constexpr std::int64_t kOneQ30 = std::int64_t{1} << 30;
 
 std::uint64_t size_of(std::int64_t value) {
     return value < 0 ? 0U - static_cast<std::uint64_t>(value) : static_cast<std::uint64_t>(value);
@@ -57,8 +57,8 @@ Vec3<Unit> unit_vector(const Vec3<std::int64_t>& v) {
 
 Eigen::Matrix<Unit, 3, 2> transverse_axes(const Vec3<Unit>& x) {
     const bool down = x.z().raw() < 0;
-    const Unit sign = Unit::from_raw(static_cast<std::int32_t>(down ? -kOne_q30 : kOne_q30));
-    const std::int64_t denominator = kOne_q30 + static_cast<std::int64_t>(size_of(x.z().raw()));  // 1 to 2
+    const Unit sign = Unit::from_raw(static_cast<std::int32_t>(down ? -kOneQ30 : kOneQ30));
+    const std::int64_t denominator = kOneQ30 + static_cast<std::int64_t>(size_of(x.z().raw()));  // 1 to 2
     const auto inverse = static_cast<std::int32_t>(((std::int64_t{1} << 60) + denominator / 2) / denominator);
     const Unit a = Unit::from_raw(down ? inverse : -inverse);
     const auto flip = [down](Unit value) { return down ? -value : value; };
@@ -75,7 +75,7 @@ Unit ratio(std::int64_t numerator, std::int64_t denominator) {
     const std::int64_t dividend = scaled(numerator, shift > 0 ? shift : 0);
     constexpr std::int64_t kLargest = std::int64_t{1} << 32;  // beyond it the ratio exceeds two anyway
     const std::int64_t limited = dividend > kLargest ? kLargest : (dividend < -kLargest ? -kLargest : dividend);
-    return Unit::from_raw(saturate(limited * kOne_q30 / divisor));
+    return Unit::from_raw(saturate(limited * kOneQ30 / divisor));
 }
 
 }  // namespace tricoil::fixed

@@ -119,7 +119,7 @@ struct Plane {
     }
 };
 
-constexpr std::int64_t kLeastRoot_q27 = 1 << 15;  // below it, 12 bits are left of s2 s3
+constexpr std::int64_t kLeastRootQ27 = 1 << 15;  // below it, 12 bits are left of s2 s3
 
 }  // namespace
 
@@ -134,7 +134,7 @@ Result<DirectSolution> solve_direct(const BlockMatrix& x, Scaled coupling_consta
     const Vec3<Unit> v1 = first_right_singular_vector(block.y);
     const Eigen::Matrix<Unit, 3, 2> e = transverse_axes(v1);
     const Plane plane(block.y, e);
-    if (plane.root < kLeastRoot_q27) {
+    if (plane.root < kLeastRootQ27) {
         return Status{StatusCode::degenerate, "signal matrix has rank below three: a coil or a channel is dead"};
     }
     const Vec3<Entry> image = multiply<28>(block.y, v1);

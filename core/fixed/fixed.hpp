@@ -1,7 +1,6 @@
 // A number on a 32-bit integer whose type says where the binary point is: arithmetic for parts without a floating-point unit.
 #pragma once
 
-#include <cmath>
 #include <compare>
 #include <cstdint>
 #include <limits>
@@ -93,7 +92,7 @@ public:
     constexpr Fixed& operator/=(Fixed b) { return *this = *this / b; }
 
     friend constexpr bool operator==(Fixed, Fixed) = default;
-    friend constexpr auto operator<=>(Fixed, Fixed) = default;
+    friend constexpr std::strong_ordering operator<=>(Fixed a, Fixed b) { return a.raw_ <=> b.raw_; }
 
 private:
     std::int32_t raw_ = 0;

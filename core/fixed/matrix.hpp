@@ -14,6 +14,7 @@ struct NumTraits<tricoil::fixed::Fixed<F>> : GenericNumTraits<tricoil::fixed::Fi
     using Real = Self;
     using NonInteger = Self;
     using Nested = Self;
+    // NOLINTNEXTLINE(readability-identifier-naming): Eigen's names
     enum { IsComplex = 0, IsInteger = 0, IsSigned = 1, RequireInitialization = 0, ReadCost = 1, AddCost = 4, MulCost = 8 };
     static Self epsilon() { return Self::from_raw(1); }
     static Self dummy_precision() { return Self::from_raw(4); }

@@ -37,10 +37,11 @@ struct Worst {
     double azimuth_rad = 0;
     double elevation_rad = 0;
 
-    void include(double range, double azimuth, double elevation) {
-        range_m = std::max(range_m, std::abs(range));
-        azimuth_rad = std::max(azimuth_rad, std::abs(azimuth));
-        elevation_rad = std::max(elevation_rad, std::abs(elevation));
+    template <typename Scalar>
+    void include(Scalar range, Scalar azimuth, Scalar elevation) {
+        range_m = std::max(range_m, std::abs(static_cast<double>(range)));
+        azimuth_rad = std::max(azimuth_rad, std::abs(static_cast<double>(azimuth)));
+        elevation_rad = std::max(elevation_rad, std::abs(static_cast<double>(elevation)));
     }
 };
 
