@@ -9,7 +9,7 @@
 namespace tricoil::fixed {
 namespace {
 
-using Wide = __int128;
+__extension__ using Wide = __int128;
 
 /// Numbers of every size and both signs, the ends of the range among them.
 class Raws {

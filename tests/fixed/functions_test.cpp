@@ -65,7 +65,7 @@ TEST(FixedFunctions, ArctangentInAllOctantsAndSizes) {
 TEST(FixedFunctions, RootsAreExact) {
     std::mt19937_64 random(3);
     const auto check = [](std::uint64_t value) {
-        using Wide = unsigned __int128;
+        __extension__ using Wide = unsigned __int128;
         const Wide square = square_root(value);
         ASSERT_TRUE(square * square <= value && (square + 1) * (square + 1) > value) << value;
         const Wide cube = cube_root(value);
