@@ -56,7 +56,7 @@ Status check(const TrackerParams<Scalar>& params) {
 }
 
 template <typename Scalar>
-Tracker<Scalar>::Tracker(const TrackerParams<Scalar>& params) : params_(params), assembler_(params.max_column_span) {}
+Tracker<Scalar>::Tracker(const TrackerParams<Scalar>& params) : params_(params), assembler_(params.max_column_span, params.deskew) {}
 
 template <typename Scalar>
 Status Tracker<Scalar>::set_hemisphere(const Vec3<Scalar>& towards) {

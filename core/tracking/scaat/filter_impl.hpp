@@ -1,0 +1,338 @@
+// Definitions of Filter; include only where it is instantiated for a field model.
+#pragma once
+
+#include "core/tracking/scaat/filter.hpp"
+
+namespace tricoil::tracking::scaat {
+
+/// Columns that say nothing about the couplings.
+constexpr ColumnFlags kUnusable{ColumnFlag::no_reference, ColumnFlag::saturated, ColumnFlag::clipped, ColumnFlag::stuck,
+                                ColumnFlag::overrun};
+
+constexpr PoseFlags pose_flags(ColumnFlags column) {
+    PoseFlags flags;
+    flags.set_if(column.has_any({ColumnFlag::saturated, ColumnFlag::clipped}), PoseFlag::saturated);
+    flags.set_if(column.has(ColumnFlag::no_reference), PoseFlag::no_reference);
+    flags.set_if(column.has(ColumnFlag::low_signal), PoseFlag::low_signal);
+    flags.set_if(column.has(ColumnFlag::stuck), PoseFlag::no_sensor);
+    flags.set_if(column.has(ColumnFlag::overrun), PoseFlag::unconfirmed);
+    return flags;
+}
+
+template <typename Scalar, MeasurementModel<Scalar> Model>
+Filter<Scalar, Model>::Filter(const Params<Scalar>& params, const Model& model)
+    : params_(params), model_(model), raw_(params.max_column_span), accepted_(params.max_column_span, true) {
+    reset_adaptation();
+}
+
+template <typename Scalar, MeasurementModel<Scalar> Model>
+std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::update(const Column<Scalar>& column) {
+    if (const auto reason = why_refused(column)) {
+        ++counters_.rejected[static_cast<std::size_t>(*reason)];
+        return std::nullopt;
+    }
+    ++counters_.accepted;
+    sensor_ = column.sensor;
+    const bool late = has_column_ && column.midpoint < newest_column_;
+    remember(column);
+    if (mode_ == TrackerState::tracking && !late && column.midpoint - last_used_ > params_.lost_after) {
+        lose(column.midpoint);
+    }
+    if (mode_ != TrackerState::tracking) {
+        lose(column.midpoint);
+        return search(column);
+    }
+    int simultaneous = 0;
+    for (const Seen& seen : recent_) {
+        simultaneous += seen.state != Excitation::off && seen.midpoint == column.midpoint ? 1 : 0;
+    }
+    const bool is_frame = params_.max_column_span.count() == 0;
+    return track(column, !is_frame || simultaneous == kSourceCoils);
+}
+
+template <typename Scalar, MeasurementModel<Scalar> Model>
+std::optional<Rejection> Filter<Scalar, Model>::why_refused(const Column<Scalar>& column) const {
+    if (coil_index(column.state) < 0) {
+        return Rejection::unknown_state;
+    }
+    if (!column.in_phase.allFinite() || !column.quadrature.allFinite()) {
+        return Rejection::not_finite;
+    }
+    if (!column.sigma.allFinite() || !(column.sigma.minCoeff() > 0)) {
+        return Rejection::bad_sigma;
+    }
+    if (!has_column_ || column.midpoint > newest_column_) {
+        return std::nullopt;
+    }
+    for (const Seen& seen : recent_) {
+        if (seen.state == column.state && seen.midpoint == column.midpoint) {
+            return Rejection::duplicate;
+        }
+    }
+    const bool too_late = newest_column_ - column.midpoint > params_.max_lateness;
+    const bool cannot_use = mode_ != TrackerState::tracking && column.midpoint < newest_column_;
+    return too_late || cannot_use ? std::optional(Rejection::time_backwards) : std::nullopt;
+}
+
+template <typename Scalar, MeasurementModel<Scalar> Model>
+void Filter<Scalar, Model>::remember(const Column<Scalar>& column) {
+    recent_[next_recent_] = {column.midpoint, column.state};
+    next_recent_ = (next_recent_ + 1) % kRecent;
+    newest_column_ = has_column_ ? std::max(newest_column_, column.midpoint) : column.midpoint;
+    has_column_ = true;
+}
+
+/// One column while tracking.
+template <typename Scalar, MeasurementModel<Scalar> Model>
+std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::track(const Column<Scalar>& column, bool frame_complete) {
+    flags_of_state_[static_cast<std::size_t>(coil_index(column.state))] = pose_flags(column.flags);
+    PoseFlags flags = flags_of_state_[0] | flags_of_state_[1] | flags_of_state_[2];  // a state that is not heard leaves directions open
+    const bool in_order = column.midpoint >= state_.time;
+    if (in_order) {
+        propagate(state_, intensity(), column.midpoint);
+    }
+    if (column.flags.has_any(kUnusable)) {
+        return frame_complete ? std::optional(report(flags, params_.predict_ahead)) : std::nullopt;
+    }
+    const auto raw = in_order ? raw_.add(column) : std::nullopt;
+    const bool accepted = use(column);
+    if (left_behind(accepted, coil_index(column.state))) {
+        ++counters_.reopened;
+        if (!raw || !start(*raw)) {
+            lose(column.midpoint);
+            flags |= health_.flags;
+        }
+        flags.set(PoseFlag::unconfirmed);
+        return report(flags, params_.predict_ahead);
+    }
+    if (accepted && in_order) {
+        const auto matrix = accepted_.add(column);
+        if (matrix && ++since_health_ >= kSourceCoils) {
+            since_health_ = 0;
+            (void)examine(*matrix);  // what it finds stands in health_
+        }
+    }
+    flags.set_if(!accepted || refused_in_row_ > 0, PoseFlag::unconfirmed);
+    return frame_complete ? std::optional(report(flags, params_.predict_ahead)) : std::nullopt;
+}
+
+/// Updates with a column if it passes the gate.
+template <typename Scalar, MeasurementModel<Scalar> Model>
+bool Filter<Scalar, Model>::use(const Column<Scalar>& column) {
+    const auto innovation = column_innovation<Scalar>(model_, state_, state_, column);
+    if (!innovation.ok) {
+        return false;
+    }
+    const Vec3<Scalar> whitened = innovation.whitened();
+    const Scalar nis = whitened.squaredNorm();
+    const bool accepted = nis <= params_.gate;
+    const bool settled = settled_ == kSettlingColumns;
+    if (settled && (accepted || refused_in_row_ > 0)) {
+        adapt(innovation, whitened);
+    }
+    if (!accepted) {
+        ++counters_.outliers;
+        return false;
+    }
+    consistency_ += settled ? params_.consistency_gain * (nis / 3 - consistency_) : Scalar(0);
+    apply(state_, innovation);
+    last_used_ = std::max(last_used_, column.midpoint);
+    settled_ = std::min(settled_ + 1, kSettlingColumns);
+    return true;
+}
+
+template <typename Scalar, MeasurementModel<Scalar> Model>
+void Filter<Scalar, Model>::adapt(const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened) {
+    const auto& n = params_.process;
+    const auto share = [&](int block) -> Mat3<Scalar> {
+        const Eigen::Matrix<Scalar, 3, 3> h = innovation.h.template middleCols<3>(block);
+        const Mat3<Scalar> a = h * state_.covariance.template block<3, 3>(block, block) * h.transpose();
+        const Mat3<Scalar> half = innovation.s.matrixL().solve(a);
+        return innovation.s.matrixL().solve(half.transpose());
+    };
+    process_.log_translation = std::clamp(
+        adapted_log<Scalar>(process_.log_translation, process_.information_translation, process_.score_translation, share(0), whitened, n),
+        std::log(n.least_m2_s3), std::log(n.most_m2_s3));
+    process_.log_rotation =
+        std::clamp(adapted_log<Scalar>(process_.log_rotation, process_.information_rotation, process_.score_rotation, share(3), whitened, n),
+                   std::log(n.least_rad2_s3), std::log(n.most_rad2_s3));
+}
+
+/// Counts refusals in a row, of all columns and per state: a jump refuses all, a coil that changed only its own.
+template <typename Scalar, MeasurementModel<Scalar> Model>
+bool Filter<Scalar, Model>::left_behind(bool accepted, int coil) {
+    int& of_state = refused_of_state_[static_cast<std::size_t>(coil)];
+    refused_in_row_ = accepted ? 0 : refused_in_row_ + 1;
+    of_state = accepted ? 0 : of_state + 1;
+    return refused_in_row_ >= kMostRefused || of_state >= kMostRefused;
+}
+
+/// One column while searching or lost.
+template <typename Scalar, MeasurementModel<Scalar> Model>
+std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::search(const Column<Scalar>& column) {
+    const auto matrix = raw_.add(column);
+    if (!matrix) {
+        return std::nullopt;
+    }
+    PoseFlags flags = pose_flags(matrix->flags);
+    if (matrix->flags.has_any(kUnusable) || !start(*matrix)) {
+        PoseEstimate<Scalar> estimate = report(flags | health_.flags, Microseconds{0});
+        estimate.flags.set(PoseFlag::stale);
+        estimate.time = column.midpoint;
+        return estimate;
+    }
+    return report(flags, params_.predict_ahead);
+}
+
+/// Begins to track from the three columns of `matrix`; false, with the reason in health_, if they are no pose.
+template <typename Scalar, MeasurementModel<Scalar> Model>
+bool Filter<Scalar, Model>::start(const SignalMatrix<Scalar>& matrix) {
+    auto pose = examine(matrix);
+    if (!pose.ok() || health_.flags.has_any({PoseFlag::no_sensor, PoseFlag::wrong_handedness})) {
+        return false;
+    }
+    StartPose<Scalar> chosen = *pose;
+    hemisphere_known_ = resolve_hemisphere(chosen);
+    state_ = start_state<Scalar>(model_, chosen, raw_, params_);
+    counters_.acquisitions += mode_ == TrackerState::tracking ? 0U : 1U;
+    mode_ = TrackerState::tracking;
+    has_last_ = true;
+    last_used_ = state_.time;
+    accepted_.clear();
+    reset_adaptation();
+    return true;
+}
+
+/// The direct pose of a matrix; flags, distortion and signal to noise go to health_.
+template <typename Scalar, MeasurementModel<Scalar> Model>
+Result<StartPose<Scalar>> Filter<Scalar, Model>::examine(const SignalMatrix<Scalar>& matrix) {
+    const auto pose = model_.start(matrix.x);
+    health_ = Health{};
+    health_.x = matrix.x;
+    if (!pose.ok()) {
+        health_.flags.set(PoseFlag::no_sensor);
+        return pose;
+    }
+    const Scalar variance = matrix.sigma * matrix.sigma;
+    const Scalar snr = pose->strength / matrix.sigma;
+    health_.distortion_chi_square = pose->misfit_squared / variance;
+    health_.snr_db = 20 * std::log10(snr);
+    const bool significant = health_.distortion_chi_square > params_.distortion_gate;
+    health_.flags.set_if(!pose->right_handed, PoseFlag::wrong_handedness);
+    health_.flags.set_if(snr < params_.min_snr, PoseFlag::low_signal);
+    health_.flags.set_if(significant, PoseFlag::distorted);
+    health_.flags.set_if(significant && pose->misfit_squared > params_.max_misfit * matrix.x.squaredNorm(), PoseFlag::no_sensor);
+    return pose;
+}
+
+/// The sign of the position: from the model where it knows, by continuity from a recent pose, by the setting. False: a guess.
+template <typename Scalar, MeasurementModel<Scalar> Model>
+bool Filter<Scalar, Model>::resolve_hemisphere(StartPose<Scalar>& pose) const {
+    if (pose.hemisphere_from_data) {
+        return true;
+    }
+    const Vec3<Scalar>& towards = has_last_ ? state_.position_m : params_.hemisphere;
+    if (pose.position_m.dot(towards) < 0) {
+        pose.position_m = -pose.position_m;
+    }
+    return has_last_ ? hemisphere_known_ : !params_.hemisphere.isZero();
+}
+
+template <typename Scalar, MeasurementModel<Scalar> Model>
+void Filter<Scalar, Model>::reset_adaptation() {
+    process_ = {std::log(params_.process.start_m2_s3), std::log(params_.process.start_rad2_s3), Scalar(1), Scalar(1), Scalar(0), Scalar(0)};
+    consistency_ = 1;
+    settled_ = kSourceCoils;
+    flags_of_state_.fill({});
+    refused_in_row_ = 0;
+    refused_of_state_.fill(0);
+    since_health_ = 0;
+}
+
+/// Tracking -> lost at once; lost -> searching, the last pose forgotten, after search_after.
+template <typename Scalar, MeasurementModel<Scalar> Model>
+void Filter<Scalar, Model>::lose(DeviceTime time) {
+    if (mode_ == TrackerState::tracking) {
+        mode_ = TrackerState::lost;
+        accepted_.clear();
+    }
+    if (mode_ == TrackerState::lost && time - last_used_ > params_.search_after) {
+        mode_ = TrackerState::searching;
+        has_last_ = false;
+    }
+}
+
+template <typename Scalar, MeasurementModel<Scalar> Model>
+PoseEstimate<Scalar> Filter<Scalar, Model>::report(PoseFlags flags, Microseconds ahead) {
+    const bool moved = ahead.count() > 0;
+    const State<Scalar> later = moved ? predicted(static_cast<Scalar>(to_seconds(ahead))) : State<Scalar>{};
+    const State<Scalar>& state = moved ? later : state_;
+    PoseEstimate<Scalar> estimate;
+    estimate.sensor = sensor_;
+    estimate.sequence = static_cast<std::uint32_t>(counters_.poses++);
+    estimate.time = state.time;
+    estimate.state = mode_;
+    estimate.position_m = state.position_m;
+    estimate.q_source_sensor = state.q_source_sensor;
+    // A window of innovations larger than predicted: some assumption is wrong; say so in the covariance before the flag does.
+    estimate.covariance = state.covariance.template topLeftCorner<6, 6>() * std::max(Scalar(1), consistency_);
+    estimate.flags = flags | health_.flags;
+    estimate.flags.set_if(!hemisphere_known_, PoseFlag::hemisphere_unknown);
+    estimate.flags.set_if(settled_ < kSettlingColumns, PoseFlag::not_converged);
+    estimate.flags.set_if(consistency_ > params_.inconsistent_above, PoseFlag::inconsistent);
+    estimate.flags.set_if(mode_ != TrackerState::tracking || state_.time - last_used_ > params_.coast_limit, PoseFlag::stale);
+    estimate.distortion_chi_square = health_.distortion_chi_square;
+    estimate.snr_db = health_.snr_db;
+    estimate.signal_matrix = health_.x;
+    counters_.invalid_poses += estimate.valid() ? 0U : 1U;
+    return estimate;
+}
+
+template <typename Scalar, MeasurementModel<Scalar> Model>
+std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::tick(DeviceTime now) {
+    if (counters_.acquisitions == 0 || now <= last_used_) {
+        return std::nullopt;
+    }
+    const Microseconds age = now - last_used_;
+    if (mode_ != TrackerState::tracking || age > params_.lost_after) {
+        lose(now);
+        return report({PoseFlag::stale}, Microseconds{0});
+    }
+    const Microseconds ahead = now > state_.time ? now - state_.time : Microseconds{0};
+    PoseFlags flags{PoseFlag::coasting};
+    flags.set_if(age > params_.coast_limit, PoseFlag::stale);
+    return report(flags, ahead + params_.predict_ahead);
+}
+
+template <typename Scalar, MeasurementModel<Scalar> Model>
+Status Filter<Scalar, Model>::set_hemisphere(const Vec3<Scalar>& towards) {
+    if (!towards.allFinite()) {
+        return {StatusCode::not_finite, "hemisphere must be a finite direction, or zero for unknown"};
+    }
+    params_.hemisphere = towards;
+    hemisphere_known_ = !towards.isZero();
+    if (has_last_ && state_.position_m.dot(towards) < 0) {
+        // X is the same at -p, and at -p moving with -v; only the rotation block keeps its sign.
+        state_.position_m = -state_.position_m;
+        state_.velocity_m_s = -state_.velocity_m_s;
+        Vec12<Scalar> sign = Vec12<Scalar>::Ones();
+        sign.template segment<3>(0).setConstant(-1);
+        sign.template segment<3>(6).setConstant(-1);
+        state_.covariance = sign.asDiagonal() * state_.covariance * sign.asDiagonal();
+    }
+    return {};
+}
+
+template <typename Scalar, MeasurementModel<Scalar> Model>
+State<Scalar> Filter<Scalar, Model>::predicted(Scalar ahead_s) const {
+    State<Scalar> state = state_;
+    propagate(state, intensity(), state_.time + microseconds_from_seconds(static_cast<double>(ahead_s)));
+    return state;
+}
+
+template <typename Scalar, MeasurementModel<Scalar> Model>
+Intensity<Scalar> Filter<Scalar, Model>::intensity() const {
+    return {std::exp(process_.log_translation), std::exp(process_.log_rotation)};
+}
+
+}  // namespace tricoil::tracking::scaat
