@@ -30,6 +30,7 @@ Status MainLoop<Scalar>::start() {
     slot_ = 0;
     blocks_of_slot_ = 0;
     expected_sequence_ = 0;
+    settling_blocks_ = plan_.is_tdm() ? 0 : sensor_count_;
     const Status status = devices_.sampler.start(plan_);
     if (!status.ok()) {
         stop();
@@ -72,9 +73,10 @@ Status MainLoop<Scalar>::acquire() {
         stop();
         return polled;
     }
-    has_block_ = true;
     ++counters_.blocks;
     count_gap(block_.sequence);
+    has_block_ = settling_blocks_ == 0;
+    settling_blocks_ = std::max(settling_blocks_ - 1, 0);
     return {};
 }
 

@@ -33,14 +33,14 @@ struct MainLoopParams {
 };
 
 struct MainLoopCounters {
-    std::uint64_t blocks = 0;
+    std::uint64_t blocks = 0;          // received
     std::uint64_t lost_blocks = 0;     // gaps in the sequence, and polls that timed out
     std::uint64_t refused_blocks = 0;  // that the demodulator refused, or of a sensor that is not there
     std::uint64_t unsent_poses = 0;    // that the link did not take
 };
 
-/// Owns a demodulator and a tracker per sensor, not the devices. Memory for kMaxSensors is part of the object. The coils are off before start(), after any error and after
-/// destruction.
+/// Owns a demodulator and a tracker per sensor, not the devices; memory for kMaxSensors is part of the object. The coils are off
+/// before start(), after any error and after destruction.
 template <typename Scalar>
 class MainLoop {
 public:
@@ -49,14 +49,15 @@ public:
     MainLoop(const MainLoop&) = delete;
     MainLoop& operator=(const MainLoop&) = delete;
 
-    /// Begins sampling. Errors: invalid_argument for a number of sensors outside 1-4, and those of CoilSampler::start.
+    /// Begins sampling. A sensor's first FDM block is dropped: it holds the switching-on, which TDM has a guard for in every slot.
+    /// Errors: invalid_argument for a number of sensors outside 1-4, and those of CoilSampler::start.
     Status start();
 
     /// One block: acquire() then process(). Errors: those of acquire().
     Status step();
 
-    /// Excites the next state, when the one before has brought a block for each sensor, and waits for a block. timed_out is survived (counted as lost); any other error has stopped the
-    /// loop.
+    /// Excites the next state, when the one before has brought a block for each sensor, and waits for a block. timed_out is
+    /// survived (counted as lost); any other error has stopped the loop.
     Status acquire();
 
     /// Demodulates, tracks and sends the block that acquire() brought.
@@ -87,7 +88,8 @@ private:
     bool has_block_ = false;
     std::uint32_t expected_sequence_ = 0;
     int slot_ = 0;
-    int blocks_of_slot_ = 0;  // polled since the last excitation
+    int blocks_of_slot_ = 0;   // polled since the last excitation
+    int settling_blocks_ = 0;  // still to be dropped
     MainLoopCounters counters_;
 };
 

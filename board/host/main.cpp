@@ -37,6 +37,9 @@ int run_program(int argc, char** argv) {
     tricoil::host::Action action;
     tricoil::host::add_run_command(program, action);
     tricoil::host::add_demodulate_command(program, action);
+    tricoil::host::add_figures_command(program, action);
+    tricoil::host::add_motion_command(program, action);
+    tricoil::host::add_selfcheck_command(program, action);
     refuse_unknown_command(program, argc, argv);
     try {
         program.parse(argc, argv);

@@ -14,6 +14,7 @@ constexpr int kFewestCyclesApart = 2;
 constexpr double kTdmCarrierHz = 10e3;
 constexpr std::array<double, kSourceCoils> kFdmCarriersHz{7.7e3, 10e3, 13.4e3};
 constexpr int kGuardDivisor = 5;
+constexpr double kFarthestShare = 0.2;  // that a carrier may be moved for the sake of equal phases
 
 constexpr Status invalid(const char* message) { return {StatusCode::invalid_argument, message}; }
 
@@ -63,6 +64,15 @@ Status check_carrier(double carrier_hz, double cycles, double sample_rate_hz) {
 
 double snap_to_cycles(double nominal_hz, double window_s) { return std::max(1.0, std::round(nominal_hz * window_s)) / window_s; }
 
+/// Whole cycles in the window; in the block too, if that is not far off, so that the carrier meets every block in the same phase.
+double choose_carrier(double nominal_hz, int block, int guard, double sample_rate_hz) {
+    const double in_both = snap_to_cycles(nominal_hz, std::gcd(block, block - guard) / sample_rate_hz);
+    if (std::abs(in_both - nominal_hz) < kFarthestShare * nominal_hz) {
+        return in_both;
+    }
+    return snap_to_cycles(nominal_hz, (block - guard) / sample_rate_hz);
+}
+
 }  // namespace
 
 AcquisitionParams default_acquisition(Multiplexing multiplexing, double frame_rate_hz, double sample_rate_hz) {
@@ -73,10 +83,9 @@ AcquisitionParams default_acquisition(Multiplexing multiplexing, double frame_ra
     const int block = static_cast<int>(std::lround(samples_per_block(params)));
     const bool is_tdm = multiplexing == Multiplexing::tdm;
     params.guard_samples = is_tdm ? block / kGuardDivisor : 0;
-    // Whole cycles in the window and in the block too: the carrier then meets every block in the same phase.
-    const double common_s = std::gcd(block, block - params.guard_samples) / sample_rate_hz;
     for (std::size_t j = 0; j < kSourceCoils; ++j) {
-        params.carrier_hz[j] = snap_to_cycles(is_tdm ? kTdmCarrierHz : kFdmCarriersHz[j], common_s);
+        params.carrier_hz[j] =
+            choose_carrier(is_tdm ? kTdmCarrierHz : kFdmCarriersHz[j], block, params.guard_samples, sample_rate_hz);
     }
     return params;
 }

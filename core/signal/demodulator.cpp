@@ -29,32 +29,31 @@ Result<Columns<Scalar>> Demodulator<Scalar>::demodulate(const SampleBlock& block
     const auto window = block.samples.subspan(static_cast<std::size_t>(plan_.params.guard_samples));
     const ColumnFlags flags = inspect_window(window, plan_, block.full_scale, params_.dc_limit);
     update_noise(window);
-    const std::optional<Sample> before = sample_before_window(block);
-    last_sample_ = window.back();
-    last_sequence_ = block.sequence;
-
+    const CarrierPhasors phasors = read_carriers(window);
     Columns<Scalar> columns;
     for (int carrier = 0; carrier < plan_.carriers(); ++carrier) {
         const int source_coil = plan_.is_tdm() ? coil_index(block.state) : carrier;
-        const auto& oscillator = oscillators_[static_cast<std::size_t>(carrier)];
-        auto phasors = lock_in(oscillator, window);
-        if (before) {
-            const auto hum = hum_leakage(oscillator, *before, window);
-            for (std::size_t channel = 0; channel < kChannels; ++channel) {
-                phasors[channel] -= hum[channel];
-            }
-        }
-        columns.push_back(make_column(block, source_coil, carrier, phasors, flags));
+        columns.push_back(make_column(block, source_coil, carrier, phasors[static_cast<std::size_t>(carrier)], flags));
     }
     return columns;
 }
 
+/// Amplitude and phase of each carrier, hum taken out.
 template <typename Scalar>
-std::optional<Sample> Demodulator<Scalar>::sample_before_window(const SampleBlock& block) const {
-    if (plan_.params.guard_samples > 0) {
-        return block.samples[static_cast<std::size_t>(plan_.params.guard_samples - 1)];
+auto Demodulator<Scalar>::read_carriers(std::span<const Sample> window) const -> CarrierPhasors {
+    const auto count = static_cast<std::size_t>(plan_.carriers());
+    CarrierPhasors phasors{};
+    for (std::size_t j = 0; j < count; ++j) {
+        phasors[j] = lock_in(oscillators_[j], window);
     }
-    return block.sequence == last_sequence_ + 1 ? last_sample_ : std::nullopt;
+    const auto step = hum_step<Scalar>(std::span(oscillators_).first(count), std::span(phasors).first(count), window);
+    for (std::size_t j = 0; j < count; ++j) {
+        const auto hum = hum_leakage(oscillators_[j], step, window.size());
+        for (std::size_t channel = 0; channel < kChannels; ++channel) {
+            phasors[j][channel] -= hum[channel];
+        }
+    }
+    return phasors;
 }
 
 template <typename Scalar>

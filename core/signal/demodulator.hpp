@@ -3,7 +3,6 @@
 
 #include <array>
 #include <complex>
-#include <optional>
 
 #include "core/base/static_vector.hpp"
 #include "core/signal/acquisition_plan.hpp"
@@ -49,12 +48,13 @@ public:
     Demodulator(const AcquisitionPlan& plan, const DemodulatorParams<Scalar>& params);
 
     /// The couplings of one block. A column with a flag is still delivered; no_reference leaves its values zero.
-    /// Mains hum is taken out where the sample before the window is known: in the guard, or at the end of the block before.
+    /// Mains hum is taken out.
     /// Errors (invalid_argument): block of another length than planned, or of a state that the plan does not use.
     Result<Columns<Scalar>> demodulate(const SampleBlock& block);
 
 private:
-    [[nodiscard]] std::optional<Sample> sample_before_window(const SampleBlock& block) const;
+    using CarrierPhasors = std::array<ChannelPhasors<Scalar>, kSourceCoils>;
+    [[nodiscard]] CarrierPhasors read_carriers(std::span<const Sample> window) const;
     void update_noise(std::span<const Sample> window);
     Column<Scalar> make_column(const SampleBlock& block, int source_coil, int carrier, const ChannelPhasors<Scalar>& phasors,
                                ColumnFlags flags) const;
@@ -65,8 +65,6 @@ private:
     NoiseEstimator<Scalar> noise_estimator_;
     std::array<Scalar, kChannels> sample_power_{};  // running noise power per channel, codes squared
     bool has_noise_ = false;
-    std::optional<Sample> last_sample_;  // of the block before, which lies directly before a window without guard
-    std::uint32_t last_sequence_ = 0;
     Microseconds midpoint_offset_{};  // from a block's first sample to the middle of its window
 };
 

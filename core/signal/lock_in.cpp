@@ -56,20 +56,44 @@ ChannelPhasors<Scalar> lock_in(const Oscillator<Scalar>& oscillator, std::span<c
 }
 
 template <typename Scalar>
-ChannelPhasors<Scalar> hum_leakage(const Oscillator<Scalar>& oscillator, const Sample& before, std::span<const Sample> window) {
-    // Differences y[n] = x[n] - x[n-1] have the transform (1 - e) X - (x[-1] - x[N-1]) with e = exp(-i w).
+ChannelPhasors<Scalar> hum_leakage(const Oscillator<Scalar>& oscillator, const std::array<Scalar, kChannels>& step,
+                                   std::size_t window_samples) {
+    // With e = exp(-i w) and whole cycles, differences y[n] = x[n] - x[n-1] have the transform (1 - e) X - (x[-1] - x[N-1]).
     const std::complex<Scalar> factor =
-        Scalar(2) / (static_cast<Scalar>(window.size()) * (std::complex<Scalar>(1) - oscillator.step()));
+        Scalar(2) / (static_cast<Scalar>(window_samples) * (std::complex<Scalar>(1) - oscillator.step()));
     ChannelPhasors<Scalar> leakage;
     for (std::size_t channel = 0; channel < kChannels; ++channel) {
-        leakage[channel] = factor * (static_cast<Scalar>(before[channel]) - static_cast<Scalar>(window.back()[channel]));
+        leakage[channel] = factor * step[channel];
     }
     return leakage;
 }
 
+template <typename Scalar>
+std::array<Scalar, kChannels> hum_step(std::span<const Oscillator<Scalar>> oscillators,
+                                       std::span<const ChannelPhasors<Scalar>> carriers, std::span<const Sample> window) {
+    const auto samples = static_cast<Scalar>(window.size());
+    std::array<Scalar, kChannels> step{};
+    for (std::size_t channel = 0; channel < kChannels; ++channel) {
+        auto first = static_cast<Scalar>(window.front()[channel]);
+        auto last = static_cast<Scalar>(window.back()[channel]);
+        for (std::size_t j = 0; j < carriers.size(); ++j) {
+            first -= carriers[j][channel].real();
+            last -= (carriers[j][channel] * oscillators[j].step()).real();  // exp(i w (N - 1)) = exp(-i w)
+        }
+        // Window ends lie N - 1 samples apart, not N; and each carrier as read holds the hum's leakage, which takes a share of
+        // 2/N of the step away with it.
+        step[channel] = (first - last) * samples / (samples - 1 - 2 * static_cast<Scalar>(carriers.size()));
+    }
+    return step;
+}
+
 template ChannelPhasors<float> lock_in(const Oscillator<float>&, std::span<const Sample>);
 template ChannelPhasors<double> lock_in(const Oscillator<double>&, std::span<const Sample>);
-template ChannelPhasors<float> hum_leakage(const Oscillator<float>&, const Sample&, std::span<const Sample>);
-template ChannelPhasors<double> hum_leakage(const Oscillator<double>&, const Sample&, std::span<const Sample>);
+template ChannelPhasors<float> hum_leakage(const Oscillator<float>&, const std::array<float, kChannels>&, std::size_t);
+template ChannelPhasors<double> hum_leakage(const Oscillator<double>&, const std::array<double, kChannels>&, std::size_t);
+template std::array<float, kChannels> hum_step(std::span<const Oscillator<float>>, std::span<const ChannelPhasors<float>>,
+                                               std::span<const Sample>);
+template std::array<double, kChannels> hum_step(std::span<const Oscillator<double>>, std::span<const ChannelPhasors<double>>,
+                                                std::span<const Sample>);
 
 }  // namespace tricoil::signal

@@ -14,6 +14,7 @@ struct TrackingIncrements {
     Scalar position_azimuth;    // a0, rad
     Scalar position_elevation;  // b0, rad
     Vec3<Scalar> rotation;      // (phi0, theta0, psi0), rad: a passive small rotation about the tracking frame's x, y, z
+    Scalar mean_roll;           // phi0 again, rad: the mean of (16)'s two forms, where `rotation` has the first
 };
 
 /// The paper's form: six angles and lengths. Singular where |beta| or |theta| is a quarter turn.
@@ -36,6 +37,11 @@ struct VectorPose {
 template <typename Scalar>
 Result<TrackingIncrements<Scalar>> tracking_increments(const Mat3<Scalar>& w, Scalar coupling_constant);
 
+/// (17) and (18): tracking-frame increments to increments of the source-frame angles, added to the previous ones.
+/// Errors: not_converged (a previous pose exactly on a pole).
+template <typename Scalar>
+Result<AnglePose<Scalar>> add_increments(const AnglePose<Scalar>& previous, const TrackingIncrements<Scalar>& step);
+
 /// One measurement by (15)-(18) in angles. `passes` > 1 repeats the step on the same X from its own result.
 /// The increments are added as the paper does: angles are not wrapped, so a full turn stays visible.
 /// Errors: not_finite, not_converged (as above, or a previous pose exactly on a pole).
@@ -50,6 +56,8 @@ Result<VectorPose<Scalar>> step_vectors(const Mat3<Scalar>& x, Scalar coupling_c
 
 extern template Result<TrackingIncrements<float>> tracking_increments(const Mat3<float>&, float);
 extern template Result<TrackingIncrements<double>> tracking_increments(const Mat3<double>&, double);
+extern template Result<AnglePose<float>> add_increments(const AnglePose<float>&, const TrackingIncrements<float>&);
+extern template Result<AnglePose<double>> add_increments(const AnglePose<double>&, const TrackingIncrements<double>&);
 extern template Result<AnglePose<float>> step_angles(const Mat3<float>&, float, const AnglePose<float>&, int);
 extern template Result<AnglePose<double>> step_angles(const Mat3<double>&, double, const AnglePose<double>&, int);
 extern template Result<VectorPose<float>> step_vectors(const Mat3<float>&, float, const VectorPose<float>&, int);

@@ -10,6 +10,7 @@ template <typename Scalar>
 struct DeskewedColumn {
     Vec3<Scalar> in_phase;
     Scalar variance_factor;  // of its noise: extrapolating costs (1 + a)^2 + a^2
+    DeviceTime time;         // that in_phase stands for
 };
 
 /// Linear extrapolation of `latest` to `time` with the slope from `before`, the column of the same state one frame earlier
@@ -20,10 +21,10 @@ DeskewedColumn<Scalar> deskew(const Column<Scalar>& before, const Column<Scalar>
                               Microseconds longest_gap) {
     const Microseconds gap = latest.midpoint - before.midpoint;
     if (before.state != latest.state || gap.count() <= 0 || gap > longest_gap) {
-        return {latest.in_phase, Scalar(1)};
+        return {latest.in_phase, Scalar(1), latest.midpoint};
     }
     const auto a = static_cast<Scalar>(to_seconds(time - latest.midpoint) / to_seconds(gap));
-    return {latest.in_phase + a * (latest.in_phase - before.in_phase), (1 + a) * (1 + a) + a * a};
+    return {latest.in_phase + a * (latest.in_phase - before.in_phase), (1 + a) * (1 + a) + a * a, time};
 }
 
 }  // namespace tricoil::tracking

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "core/base/flag_set.hpp"
 #include "core/base/time.hpp"
+#include "core/error_model/error_budget.hpp"
 #include "core/geometry/types.hpp"
 
 namespace tricoil::tracking {
@@ -47,6 +49,9 @@ struct PoseEstimate {
     Scalar distortion_chi_square = 0;                         // 3 degrees of freedom; expectation 3 without distortion
     Scalar snr_db = 0;                                        // 20 log10(k / sigma)
     Mat3<Scalar> signal_matrix = Mat3<Scalar>::Zero();        // X as it was solved
+
+    // The error to expect from motion and noise at this pose, term by term; nothing until the motion is known.
+    std::optional<error_model::ErrorBudget<Scalar>> predicted_error;
 
     [[nodiscard]] bool valid() const { return !flags.has_any(kInvalidating); }
 };

@@ -16,6 +16,7 @@ struct SignalMatrix {
     Scalar sigma = 0;   // root mean square of the nine entries' noise
     ColumnFlags flags;  // of all three columns
     DeviceTime newest{};
+    Vec3<Scalar> column_age_s = Vec3<Scalar>::Zero();  // of what x holds of each column, against the newest
 };
 
 template <typename Scalar>
@@ -61,6 +62,7 @@ private:
             matrix.x.col(static_cast<Eigen::Index>(j)) = column.in_phase;
             matrix.flags |= columns_[j].flags;
             variance += columns_[j].sigma.squaredNorm() * column.variance_factor;
+            matrix.column_age_s(static_cast<Eigen::Index>(j)) = static_cast<Scalar>(to_seconds(newest - column.time));
         }
         matrix.sigma = std::sqrt(variance / 9);
         return matrix;

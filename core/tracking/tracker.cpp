@@ -24,6 +24,18 @@ solver::VectorPose<Scalar> to_vectors(const solver::AnglePose<Scalar>& pose) {
             geometry::attitude_matrix(pose.attitude)};
 }
 
+error_model::SolverForm form_of(Method method) {
+    switch (method) {
+        case Method::direct:
+            break;
+        case Method::previous:
+            return error_model::SolverForm::previous_vectors;
+        case Method::previous_angles:
+            return error_model::SolverForm::previous_angles;
+    }
+    return error_model::SolverForm::direct;
+}
+
 template <typename Scalar>
 bool is_positive(Scalar value) {
     return std::isfinite(value) && value > 0;
@@ -49,6 +61,9 @@ Status check(const TrackerParams<Scalar>& params) {
     if (params.max_column_span.count() < 0 || params.lost_after.count() <= 0 || params.search_after < params.lost_after) {
         return {StatusCode::invalid_argument, "times must be positive, and search_after not shorter than lost_after"};
     }
+    if (!std::isfinite(params.window_s) || params.window_s < 0 || !std::isfinite(params.latency_s) || params.latency_s < 0) {
+        return {StatusCode::invalid_argument, "window and latency must be finite and not negative"};
+    }
     if (!params.hemisphere.allFinite()) {
         return {StatusCode::invalid_argument, "hemisphere must be a finite direction, or zero for unknown"};
     }
@@ -56,7 +71,10 @@ Status check(const TrackerParams<Scalar>& params) {
 }
 
 template <typename Scalar>
-Tracker<Scalar>::Tracker(const TrackerParams<Scalar>& params) : params_(params), assembler_(params.max_column_span, params.deskew) {}
+Tracker<Scalar>::Tracker(const TrackerParams<Scalar>& params)
+    : params_(params),
+      assembler_(params.max_column_span, params.deskew),
+      motion_(params.max_column_span.count() > 0 ? kSourceCoils : 1) {}
 
 template <typename Scalar>
 Status Tracker<Scalar>::set_hemisphere(const Vec3<Scalar>& towards) {
@@ -112,6 +130,7 @@ std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::update(const Column<Scalar>
     estimate.state = state_;
     counters_.invalid_poses += estimate.valid() ? 0U : 1U;
     if (estimate.valid()) {
+        predict_error(*matrix, estimate);
         last_estimate_ = estimate;
     }
     return estimate;
@@ -246,6 +265,23 @@ void Tracker<Scalar>::judge(const SignalMatrix<Scalar>& matrix, const Pose& pose
     estimate.flags.set_if(significant && misfit > params_.max_misfit * matrix.x.squaredNorm(), PoseFlag::no_sensor);
 }
 
+/// The error model's budget for this pose, with the motion as the poses show it and the columns' ages as they are.
+template <typename Scalar>
+void Tracker<Scalar>::predict_error(const SignalMatrix<Scalar>& matrix, PoseEstimate<Scalar>& estimate) {
+    const auto motion = motion_.add(estimate.time, estimate.position_m, estimate.q_source_sensor, params_.lost_after);
+    if (!motion) {
+        return;
+    }
+    error_model::BudgetParams<Scalar> budget;
+    budget.timing.update_s = static_cast<Scalar>(to_seconds(estimate.time - last_estimate_.time));
+    budget.timing.column_age_s = matrix.column_age_s;
+    budget.timing.window_s = params_.window_s;
+    budget.timing.latency_s = params_.latency_s;
+    budget.solver = form_of(params_.method);
+    const Scalar k = field::coupling_strength(params_.coupling_constant, estimate.position_m.norm());
+    estimate.predicted_error = error_model::error_budget(*motion, matrix.sigma / k, budget);
+}
+
 /// searching -> tracking on a valid pose; tracking -> lost after lost_after without one; lost -> searching after search_after.
 template <typename Scalar>
 void Tracker<Scalar>::advance(bool valid, DeviceTime time) {
@@ -255,6 +291,7 @@ void Tracker<Scalar>::advance(bool valid, DeviceTime time) {
         last_valid_ = time;
         return;
     }
+    motion_.clear();
     const Microseconds age = time - last_valid_;
     if (state_ == TrackerState::tracking && age > params_.lost_after) {
         state_ = TrackerState::lost;

@@ -9,6 +9,7 @@
 #include "core/signal/acquisition_plan.hpp"
 #include "core/signal/column.hpp"
 #include "core/solver/previous_measurement.hpp"
+#include "core/tracking/motion_estimate.hpp"
 #include "core/tracking/pose_estimate.hpp"
 #include "core/tracking/tracker_counters.hpp"
 #include "core/tracking/signal_matrix_assembler.hpp"
@@ -30,6 +31,8 @@ struct TrackerParams {
     Vec3<Scalar> hemisphere = Vec3<Scalar>::UnitX();  // towards the half space the sensor starts in; zero: unknown
     Microseconds max_column_span{0};                  // see SignalMatrixAssembler; column_span() derives it from a plan
     bool deskew = false;                              // TDM: extrapolate each column to the newest one's time
+    Scalar window_s = 0;                              // length of a demodulation window, for the predicted blur
+    Scalar latency_s = 0;                             // from a pose's time to its use, for the predicted error
     Scalar min_snr = 10;                              // k / sigma below which a pose is flagged (20 dB)
     Scalar max_misfit = Scalar(0.1);                  // share of the couplings' power that no dipole explains: no sensor.
                                                       // Rank-one crosstalk has 1/3; the worst real sensor seen so far 0.034
@@ -80,10 +83,12 @@ private:
     bool resolve_hemisphere(Pose& pose);
     [[nodiscard]] Scalar misfit_squared(const Mat3<Scalar>& x, const Pose& pose) const;
     void judge(const SignalMatrix<Scalar>& matrix, const Pose& pose, PoseEstimate<Scalar>& estimate) const;
+    void predict_error(const SignalMatrix<Scalar>& matrix, PoseEstimate<Scalar>& estimate);
     void advance(bool valid, DeviceTime time);
 
     TrackerParams<Scalar> params_;
     SignalMatrixAssembler<Scalar> assembler_;
+    MotionEstimate<Scalar> motion_;
     TrackerState state_ = TrackerState::searching;
     Followed last_;
     bool has_last_ = false;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "sim/io/input_error.hpp"
+#include "sim/io/nearest_name.hpp"
 #include "sim/io/text_table.hpp"
 
 namespace tricoil::sim {
@@ -107,17 +108,8 @@ Fault parse_fault(const std::string& text) {
     const auto at = text.find('@');
     const std::string head = text.substr(0, at);
     const auto colon = head.find(':');
-    const auto& names = fault_names();
-    const auto found = std::find(names.begin(), names.end(), head.substr(0, colon));
-    if (found == names.end()) {
-        std::string list;
-        for (const std::string& name : names) {
-            list += (list.empty() ? "" : ", ") + name;
-        }
-        complain(text, "no such fault; choices: " + list);
-    }
     Fault fault;
-    fault.kind = static_cast<FaultKind>(found - names.begin());
+    fault.kind = static_cast<FaultKind>(index_of_name("fault", head.substr(0, colon), fault_names()));
     if (colon != std::string::npos) {
         for (const auto field : split(std::string_view(head).substr(colon + 1), ',')) {
             fault.arguments.emplace_back(field);

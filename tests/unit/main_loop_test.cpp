@@ -113,7 +113,7 @@ TEST_F(MainLoopTest, ASilentSamplerMakesTheLastPoseStale) {
 
 TEST_F(MainLoopTest, FaultsNeverGiveAWrongValidPose) {
     for (const char* fault :
-         {"open_coil:S2", "reversed_coil:C1", "stuck_channel:C3", "stuck_channel:R", "unplugged", "overload:40"}) {
+         {"open_coil:S2", "reversed_coil:C1", "stuck_channel:C3", "stuck_channel:R", "unplugged", "overload:200"}) {
         for (const auto multiplexing : {signal::Multiplexing::tdm, signal::Multiplexing::fdm}) {
             worst_m_ = 0;
             estimates_.clear();

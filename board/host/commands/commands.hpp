@@ -12,5 +12,8 @@ using Action = std::function<int()>;
 // Each adds its subcommand with options to `program` and, when the user picks it, sets `action`.
 void add_run_command(CLI::App& program, Action& action);
 void add_demodulate_command(CLI::App& program, Action& action);
+void add_figures_command(CLI::App& program, Action& action);
+void add_motion_command(CLI::App& program, Action& action);
+void add_selfcheck_command(CLI::App& program, Action& action);
 
 }  // namespace tricoil::host

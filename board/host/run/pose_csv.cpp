@@ -13,7 +13,8 @@ namespace {
 
 constexpr const char* kHeader =
     "sequence,time_us,x_m,y_m,z_m,qw,qx,qy,qz,std_x_m,std_y_m,std_z_m,std_rx_rad,std_ry_rad,std_rz_rad,valid,flags,state,"
-    "distortion_chi_square,snr_db,true_x_m,true_y_m,true_z_m,true_qw,true_qx,true_qy,true_qz,error_position_m,"
+    "distortion_chi_square,snr_db,predicted_error_mm,predicted_error_deg,true_x_m,true_y_m,true_z_m,true_qw,true_qx,true_qy,true_"
+    "qz,error_position_m,"
     "error_orientation_rad\n";
 
 std::string fields(const Vec3<double>& v) { return fmt::format("{:.7f},{:.7f},{:.7f}", v.x(), v.y(), v.z()); }
@@ -43,6 +44,9 @@ void PoseCsv::write(const tracking::PoseEstimate<double>& e, const PoseError& er
     }
     line += fmt::format("{:d},{},{},{:.3f},{:.2f},", e.valid(), e.flags.bits(), static_cast<int>(e.state),
                         e.distortion_chi_square, e.snr_db);
+    line += e.predicted_error
+                ? fmt::format("{:.4f},{:.5f},", e.predicted_error->total.position_mm, e.predicted_error->total.orientation_deg)
+                : std::string(",,");  // not known yet
     line += fmt::format("{},{},{:.4e},{:.4e}\n", fields(error.truth.position_m), fields(error.truth.q_source_sensor),
                         error.position_m, error.orientation_rad);
     failed_ = failed_ || std::fwrite(line.data(), 1, line.size(), file_) != line.size();

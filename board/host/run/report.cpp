@@ -66,6 +66,8 @@ std::string summary_text(const RunReport& r) {
     text += fmt::format("  orientation  RMS {:.4f} deg  95 % {:.4f} deg  max {:.4f} deg  (bound {:.4f} deg)\n",
                         kDegrees * s.orientation_rad.rms, kDegrees * s.orientation_rad.p95, kDegrees * s.orientation_rad.max,
                         kDegrees * s.bound_orientation_rad);
+    text += fmt::format("  predicted    RMS {:.3f} mm, {:.4f} deg by the poses themselves, from their motion and noise\n",
+                        1e3 * s.predicted_position_m, kDegrees * s.predicted_orientation_rad);
     text += fmt::format("  poses        {} scored, {} invalid, {} out of range, {} distorted; mean signal to noise {:.1f} dB\n",
                         s.scored, s.invalid, s.out_of_range, s.distorted, s.snr_db);
     text += fmt::format("  blocks       {} received, {} lost, {} refused; {} columns rejected; {} acquisitions\n", r.loop.blocks,
@@ -96,6 +98,8 @@ std::string summary_json(const RunReport& r) {
         {"bound_position_rms_m", s.bound_position_m},
         {"bound_orientation_rms_deg", kDegrees * s.bound_orientation_rad},
         {"blur_position_rms_m", s.blur_position_m},
+        {"predicted_position_rms_m", s.predicted_position_m},
+        {"predicted_orientation_rms_deg", kDegrees * s.predicted_orientation_rad},
         {"mean_snr_db", s.snr_db},
         {"poses_scored", s.scored},
         {"poses_invalid", s.invalid},

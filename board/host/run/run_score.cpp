@@ -1,6 +1,7 @@
 #include "board/host/run/run_score.hpp"
 
 #include <cmath>
+#include <numbers>
 
 #include "core/field/concentric_dipole.hpp"
 #include "core/geometry/angles.hpp"
@@ -32,6 +33,9 @@ PoseError RunScore::add(const tracking::PoseEstimate<double>& estimate) {
         orientation_rad_.push_back(error.orientation_rad);
         totals_.distorted += estimate.flags.has(tracking::PoseFlag::distorted) ? 1U : 0U;
         add_bound(error);
+        if (estimate.predicted_error) {
+            add_prediction(estimate.predicted_error->total);
+        }
     }
     return error;
 }
@@ -65,6 +69,14 @@ void RunScore::add_bound(const PoseError& error) {
     totals_.snr_db += 20 * std::log10(k / sigma);
 }
 
+void RunScore::add_prediction(const error_model::ErrorTerm<double>& total) {
+    const double position_m = 1e-3 * total.position_mm;
+    const double orientation_rad = total.orientation_deg * std::numbers::pi / 180;
+    totals_.predicted_position_m += position_m * position_m;
+    totals_.predicted_orientation_rad += orientation_rad * orientation_rad;
+    ++predictions_;
+}
+
 ScoreSummary RunScore::summary() const {
     ScoreSummary summary = totals_;
     summary.scored = position_m_.size();
@@ -74,6 +86,9 @@ ScoreSummary RunScore::summary() const {
     summary.bound_position_m = std::sqrt(totals_.bound_position_m / n);
     summary.bound_orientation_rad = std::sqrt(totals_.bound_orientation_rad / n);
     summary.blur_position_m = std::sqrt(totals_.blur_position_m / n);
+    const double predictions = predictions_ == 0 ? 1 : static_cast<double>(predictions_);
+    summary.predicted_position_m = std::sqrt(totals_.predicted_position_m / predictions);
+    summary.predicted_orientation_rad = std::sqrt(totals_.predicted_orientation_rad / predictions);
     summary.snr_db = totals_.snr_db / n;
     return summary;
 }

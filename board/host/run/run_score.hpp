@@ -25,8 +25,10 @@ struct ScoreSummary {
     ErrorSummary orientation_rad;
     double bound_position_m = 0;  // RMS of the Cramer-Rao bound of simultaneous columns, with the window's motion blur
     double bound_orientation_rad = 0;
-    double blur_position_m = 0;  // RMS of the blur alone
-    double snr_db = 0;           // 20 log10(k / sigma), mean over the scored poses
+    double blur_position_m = 0;       // RMS of the blur alone
+    double predicted_position_m = 0;  // RMS of the errors that the poses predict of themselves
+    double predicted_orientation_rad = 0;
+    double snr_db = 0;  // 20 log10(k / sigma), mean over the scored poses
     std::size_t scored = 0;
     std::size_t invalid = 0;       // after the settling time, left out
     std::size_t out_of_range = 0;  // truth outside the scored range, left out
@@ -50,6 +52,7 @@ public:
 
 private:
     void add_bound(const PoseError& error);
+    void add_prediction(const error_model::ErrorTerm<double>& total);
 
     const sim::Motion& motion_;
     const sim::CoilWorld& world_;
@@ -57,6 +60,7 @@ private:
     double window_s_;
     std::vector<double> position_m_;
     std::vector<double> orientation_rad_;
+    std::size_t predictions_ = 0;
     ScoreSummary totals_;  // counts, and sums of squares of the bounds
 };
 

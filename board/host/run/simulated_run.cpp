@@ -66,6 +66,7 @@ tracking::TrackerParams<double> make_tracker(const RunOptions& options, const si
     params.hemisphere = hemisphere;
     params.max_column_span = tracking::column_span(plan);
     params.deskew = plan.is_tdm() && !options.no_deskew && params.method == tracking::Method::direct;
+    params.window_s = plan.window_s();
     if (const Status status = tracking::check(params); !status.ok()) {
         throw InputError(std::string("tracker: ") + status.message());
     }

@@ -1,0 +1,50 @@
+// tricoil figures: the paper's figures and two of our own, as CSV and SVG.
+#include "board/host/figures/figures.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <memory>
+
+#include "board/host/commands/commands.hpp"
+#include "board/host/errors.hpp"
+#include "board/host/figures/whole_file.hpp"
+
+namespace tricoil::host {
+namespace {
+
+struct FiguresCommand {
+    std::string out;
+    std::string hand_motion;
+    bool csv_only = false;
+};
+
+int figures(const FiguresCommand& command) {
+    StagedFolder folder(command.out);
+    std::vector<Picture> pictures = paper_figures(folder.path());
+    pictures.push_back(loop_figure(folder.path()));
+    pictures.push_back(budget_figure(folder.path(), command.hand_motion));
+    if (!command.csv_only) {
+        draw(folder.path(), pictures);
+    }
+    folder.publish();
+    for (const Picture& picture : pictures) {
+        fmt::print("{}\n", (std::filesystem::path(command.out) / picture.file).string());
+    }
+    return to_int(ExitCode::fine);
+}
+
+}  // namespace
+
+void add_figures_command(CLI::App& program, Action& action) {
+    auto c = std::make_shared<FiguresCommand>();
+    CLI::App* sub =
+        program.add_subcommand("figures", "The paper's figures 1 to 6, closed against open loop, error budget: CSV and SVG");
+    sub->add_option("--out", c->out, "Folder; created if its parent exists")->required();
+    sub->add_option("--hand-motion", c->hand_motion,
+                    "Folder of recorded .traj files for the error budget; else generated motions");
+    sub->add_flag("--csv-only", c->csv_only, "Numbers without pictures");
+    sub->callback([c, &action] { action = [c] { return figures(*c); }; });
+}
+
+}  // namespace tricoil::host

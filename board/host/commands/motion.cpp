@@ -1,0 +1,201 @@
+// tricoil motion: the movement-induced error model against simulation, for the paper's examples or own rates.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "board/host/commands/commands.hpp"
+#include "board/host/errors.hpp"
+#include "board/host/figures/error_csv.hpp"
+#include "board/host/figures/error_maxima.hpp"
+#include "board/host/names.hpp"
+#include "sim/paper/paper_simulation.hpp"
+#include "sim/paper/singularities.hpp"
+
+namespace tricoil::host {
+namespace {
+
+using paper::Update;
+
+const std::vector<std::string> kLoops{"open", "closed"};
+const std::vector<std::string> kKappas{"exact", "paper", "two"};
+const std::vector<std::string> kForms{"angles", "vectors"};
+
+struct MotionCommand {
+    std::string example;
+    std::string loop = "open";
+    std::string kappa = "exact";
+    std::string form = "angles";
+    std::vector<double> azimuth, elevation, range, attitude;  // A, B of (40)
+    int passes = 1;
+    double rate_hz = 240;
+    double duration_s = 10;
+    double start_range_m = 0.5;
+    double start_time_s = 0;
+    std::string out;
+    bool json = false;
+};
+
+struct MotionResult {
+    paper::Example example;
+    paper::SimulationParams params;
+    std::vector<Update> updates;
+    paper::SingularityReport singularities;
+};
+
+bool has_own_rates(const MotionCommand& c) {
+    return !(c.azimuth.empty() && c.elevation.empty() && c.range.empty() && c.attitude.empty());
+}
+
+paper::Example make_example(const MotionCommand& c) {
+    if (c.example.empty() && !has_own_rates(c)) {
+        throw InputError(
+            "motion needs --example I|II|III|orientation|IIIo or own rates: --azimuth, --elevation, --range, --attitude");
+    }
+    paper::Example example;
+    example.name = "own rates";
+    if (!c.example.empty()) {
+        example = paper::example(c.example);
+    }
+    const auto set = [](const std::vector<double>& ab, paper::Rate& rate) {
+        rate = ab.empty() ? rate : paper::paper_angle_rate(ab[0], ab[1]);
+    };
+    set(c.azimuth, example.azimuth);
+    set(c.elevation, example.elevation);
+    set(c.attitude, example.attitude);
+    if (!c.range.empty()) {
+        example.range = {c.range[1], c.range[0], 10 * std::numbers::pi};  // (40): the range's frequency is fixed
+    }
+    example.start.range_m = c.start_range_m;
+    return example;
+}
+
+paper::SimulationParams make_params(const MotionCommand& c) {
+    if (!(c.rate_hz > 0) || !std::isfinite(c.rate_hz)) {
+        throw InputError(fmt::format("--rate-hz must be positive; got {}", c.rate_hz));
+    }
+    if (!(c.start_time_s >= 0 && c.start_time_s <= 1e9)) {
+        throw InputError(fmt::format("--start-time must be 0 to 1e9 s; got {}", c.start_time_s));
+    }
+    paper::SimulationParams params;
+    params.loop = static_cast<error_model::Loop>(index_of_name("loop", c.loop, kLoops));
+    params.kappa = static_cast<error_model::KappaForm>(index_of_name("kappa", c.kappa, kKappas));
+    params.form = static_cast<paper::Form>(index_of_name("form", c.form, kForms));
+    params.passes = c.passes;
+    params.update_s = 1 / c.rate_hz;
+    params.duration_s = c.duration_s;
+    params.start = DeviceTime{microseconds_from_seconds(c.start_time_s)};
+    return params;
+}
+
+nlohmann::ordered_json json_of(const ErrorMaxima& m) {
+    return {{"max_abs_e_rho_m", m.max_abs_e_rho_m},
+            {"max_abs_e_alpha_rad", m.max_abs_e_alpha_rad},
+            {"max_abs_e_beta_rad", m.max_abs_e_beta_rad},
+            {"final_e_beta_rad", m.final_e_beta_rad}};
+}
+
+std::string to_json(const MotionResult& r) {
+    const Summary s = summarise(r.updates);
+    nlohmann::ordered_json json = {{"example", r.example.name},
+                                   {"loop", kLoops[static_cast<std::size_t>(r.params.loop)]},
+                                   {"kappa", kKappas[static_cast<std::size_t>(r.params.kappa)]},
+                                   {"form", kForms[static_cast<std::size_t>(r.params.form)]},
+                                   {"passes", r.params.passes},
+                                   {"update_s", r.params.update_s},
+                                   {"updates", r.updates.size() - 1},
+                                   {"measured", json_of(s.measured)},
+                                   {"predicted", json_of(s.predicted)}};
+    json["max_abs_predicted_minus_measured"] = {{"e_rho_m", s.worst_prediction.e_rho_m},
+                                                {"e_alpha_rad", s.worst_prediction.e_alpha_rad},
+                                                {"e_beta_rad", s.worst_prediction.e_beta_rad}};
+    if (paper::has_exact_chain(r.params)) {
+        json["exact_step"] = json_of(s.exact);
+        json["max_abs_exact_step_minus_measured"] = {{"e_rho_m", s.worst_exact.e_rho_m},
+                                                     {"e_alpha_rad", s.worst_exact.e_alpha_rad},
+                                                     {"e_beta_rad", s.worst_exact.e_beta_rad}};
+    }
+    json["max_position_error_m"] = s.max_position_error_m;
+    json["max_orientation_error_rad"] = s.max_rotation_error_rad;
+    json["singularities"] = {{"predicted", r.singularities.predicted_s.size()},
+                             {"measured_passages", r.singularities.passages_s.size()},
+                             {"measured_jumps", r.singularities.jumps_s.size()},
+                             {"hits", r.singularities.hits},
+                             {"missed", r.singularities.missed},
+                             {"false_alarms", r.singularities.false_alarms},
+                             {"worst_hit_distance_s", r.singularities.worst_distance_s},
+                             {"predicted_s", r.singularities.predicted_s},
+                             {"jumps_s", r.singularities.jumps_s}};
+    return json.dump(2) + "\n";
+}
+
+std::string row(const char* name, const ErrorMaxima& m) {
+    return fmt::format("  {:<12} {:>14.9f} {:>14.9f} {:>14.9f} {:>14.9f}\n", name, m.max_abs_e_rho_m, m.max_abs_e_alpha_rad,
+                       m.max_abs_e_beta_rad, m.final_e_beta_rad);
+}
+
+std::string to_text(const MotionResult& r) {
+    const Summary s = summarise(r.updates);
+    std::string text =
+        fmt::format("{}, {} loop, {} form, {} updates of {:.6f} s; prediction with kappa {}\n", r.example.name,
+                    kLoops[static_cast<std::size_t>(r.params.loop)], kForms[static_cast<std::size_t>(r.params.form)],
+                    r.updates.size() - 1, r.params.update_s, kKappas[static_cast<std::size_t>(r.params.kappa)]);
+    text += fmt::format("  {:<12} {:>14} {:>14} {:>14} {:>14}\n", "", "max|e_rho| m", "max|e_alpha|", "max|e_beta| rad",
+                        "final e_beta");
+    text += row("measured", s.measured) + row("predicted", s.predicted);
+    if (paper::has_exact_chain(r.params)) {
+        text += row("exact steps", s.exact);
+    }
+    text += fmt::format("predicted minus measured, at most: e_rho {:.2e} m, e_alpha {:.2e} rad, e_beta {:.2e} rad\n",
+                        s.worst_prediction.e_rho_m, s.worst_prediction.e_alpha_rad, s.worst_prediction.e_beta_rad);
+    text += fmt::format("position error at most {:.6g} mm, orientation error at most {:.6g} deg\n", 1e3 * s.max_position_error_m,
+                        s.max_rotation_error_rad * 180 / std::numbers::pi);
+    if (r.params.form == paper::Form::vectors) {
+        return text + "(the prediction is the angle form's: it has poles, which the pole-free form has not)\n";
+    }
+    const auto& q = r.singularities;
+    text +=
+        fmt::format("singular instants: {} predicted; {} jumps of the azimuth error: {} predicted, {} missed, {} false alarms\n",
+                    q.predicted_s.size(), q.jumps_s.size(), q.hits, q.missed, q.false_alarms);
+    return text;
+}
+
+int motion(const MotionCommand& command) {
+    MotionResult result;
+    result.example = make_example(command);
+    result.params = make_params(command);
+    result.updates = paper::simulate(result.example, result.params);
+    result.singularities = paper::compare_singularities(result.updates, result.params.update_s);
+    if (!command.out.empty()) {
+        write_error_csv(command.out, result.updates);
+    }
+    fmt::print("{}", command.json ? to_json(result) : to_text(result));
+    return to_int(ExitCode::fine);
+}
+
+}  // namespace
+
+void add_motion_command(CLI::App& program, Action& action) {
+    auto c = std::make_shared<MotionCommand>();
+    CLI::App* sub = program.add_subcommand("motion", "Movement-induced error model against simulation (the paper's examples)");
+    sub->add_option("--example", c->example, "I, II, III, orientation or IIIo");
+    sub->add_option("--loop", c->loop, "open: the paper's; closed: a device's")->capture_default_str();
+    sub->add_option("--kappa", c->kappa, "Of the prediction: exact, paper or two")->capture_default_str();
+    sub->add_option("--form", c->form, "angles: the paper's; vectors: without poles, closed loop")->capture_default_str();
+    sub->add_option("--passes", c->passes, "Steps on each sample")->capture_default_str();
+    sub->add_option("--azimuth", c->azimuth, "A,B: azimuth rate B + A sin(A t), rad/s")->delimiter(',')->expected(2);
+    sub->add_option("--elevation", c->elevation, "A,B: elevation rate, likewise")->delimiter(',')->expected(2);
+    sub->add_option("--attitude", c->attitude, "A,B: rate of psi, theta and phi, likewise")->delimiter(',')->expected(2);
+    sub->add_option("--range", c->range, "A,B: range rate B + A sin(10 pi t), m/s")->delimiter(',')->expected(2);
+    sub->add_option("--start-range", c->start_range_m, "m")->capture_default_str();
+    sub->add_option("--start-time", c->start_time_s, "Of the device's clock, s")->capture_default_str();
+    sub->add_option("--rate-hz", c->rate_hz, "Updates per second")->capture_default_str();
+    sub->add_option("--duration", c->duration_s, "s")->capture_default_str();
+    sub->add_option("--out", c->out, "All updates as CSV");
+    sub->add_flag("--json", c->json, "Result as JSON");
+    sub->callback([c, &action] { action = [c] { return motion(*c); }; });
+}
+
+}  // namespace tricoil::host

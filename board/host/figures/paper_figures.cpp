@@ -1,0 +1,85 @@
+#include "board/host/figures/error_csv.hpp"
+#include "board/host/figures/figures.hpp"
+#include "board/host/figures/whole_file.hpp"
+#include "sim/paper/paper_simulation.hpp"
+
+namespace tricoil::host {
+namespace {
+
+constexpr const char* kTime = "time_s";
+constexpr const char* kBlue = "lines lw 1.2 lc rgb '#0044cc'";
+
+/// As the paper plots: range (37) and elevation (28) with kappa of (29), azimuth by (35), which has kappa = 2.
+std::vector<paper::Update> simulate_as_plotted(const char* example) {
+    paper::SimulationParams params;
+    params.kappa = error_model::KappaForm::paper;
+    params.azimuth_kappa = error_model::KappaForm::two;
+    return paper::simulate(paper::example(example), params);
+}
+
+std::string write(const std::filesystem::path& folder, const std::string& name, const char* example) {
+    write_whole_file(folder / name, error_csv(simulate_as_plotted(example)));
+    return name;
+}
+
+Panel compare(const std::string& csv, const char* title, const char* label, const std::string& measured,
+              const std::string& predicted, const char* style = kMeasuredStyle) {
+    return {title,
+            "Time (s)",
+            label,
+            {{csv, kTime, measured, "Measured", style}, {csv, kTime, predicted, "Calculated", kCalculatedStyle}},
+            ""};
+}
+
+Panel measured_only(const std::string& csv, const char* title, const char* label, const std::string& column) {
+    return {title, "Time (s)", label, {{csv, kTime, column, "Measured", kMeasuredStyle}}, ""};
+}
+
+Panel range_panel(const std::string& csv, const char* style = kMeasuredStyle) {
+    return compare(csv, "(a) Range error", "{e_ρ} (m)", "e_rho_m", "predicted_e_rho_m", style);
+}
+
+Panel azimuth_panel(const std::string& csv, const char* style = kMeasuredStyle) {
+    return compare(csv, "(b) Azimuth error", "{e_α} (rad)", "e_alpha_rad", "predicted_e_alpha_rad", style);
+}
+
+Panel elevation_panel(const std::string& csv, const char* title, const char* style = kMeasuredStyle) {
+    return compare(csv, title, "{e_β} (rad)", "e_beta_rad", "predicted_e_beta_rad", style);
+}
+
+/// The measured error at fixed orientation, Fig. 3(b), is repeated in red.
+Panel azimuth_panel_of_fig6(const std::string& csv, const std::string& fixed_csv) {
+    Panel panel = azimuth_panel(csv, kBlue);
+    panel.curves[0].title = "Measured, turning";
+    panel.curves.push_back({fixed_csv, kTime, "e_alpha_rad", "Measured, not turning", kMeasuredStyle});
+    return panel;
+}
+
+}  // namespace
+
+std::vector<Picture> paper_figures(const std::filesystem::path& folder) {
+    const auto one = write(folder, "fig1.csv", "I");
+    const auto two = write(folder, "fig2.csv", "II");
+    const auto three = write(folder, "fig3.csv", "III");
+    const auto five = write(folder, "fig5.csv", "orientation");
+    const auto six = write(folder, "fig6.csv", "IIIo");
+    write(folder, "fig4.csv", "III");
+    // Where a pole is all but hit the rate peaks at some ten thousand rad/s: cut off, so that the others can be seen.
+    Panel rate = compare("fig4.csv", "Error of the azimuth rate, example III", "{e_{dα/dt}} (rad/s)", "e_alpha_rate_rad_s",
+                         "predicted_e_alpha_rate_rad_s");
+    rate.settings = "set yrange [-2000:2000]";
+    return {
+        {"fig1.svg", {range_panel(one), azimuth_panel(one)}},
+        {"fig2.svg", {range_panel(two), elevation_panel(two, "(b) Elevation error")}},
+        {"fig3.svg", {range_panel(three), azimuth_panel(three), elevation_panel(three, "(c) Elevation error")}},
+        {"fig4.svg", {rate}, 1, 720, 360},
+        {"fig5.svg",
+         {measured_only(five, "(a) Orientation: azimuth error", "{e_ψ} (rad)", "e_psi_rad"),
+          measured_only(five, "(b) Orientation: elevation error", "{e_θ} (rad)", "e_theta_rad"),
+          measured_only(five, "(c) Orientation: roll error", "{e_φ} (rad)", "e_phi_rad")}},
+        {"fig6.svg",
+         {range_panel(six, kBlue), azimuth_panel_of_fig6(six, three), elevation_panel(six, "(c) Elevation error", kBlue)}},
+    };
+}
+
+}  // namespace tricoil::host

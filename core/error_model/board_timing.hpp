@@ -1,0 +1,48 @@
+// When a board samples what: update time, multiplexing, window and latency.
+#pragma once
+
+#include "core/geometry/types.hpp"
+
+namespace tricoil::error_model {
+
+/// Times in seconds. All from the instant that the pose is stamped with, ages backwards.
+template <typename Scalar>
+struct BoardTiming {
+    Scalar update_s = 0;                               // from one pose to the next; what (19)-(37) call Delta T_u
+    Vec3<Scalar> column_age_s = Vec3<Scalar>::Zero();  // of S1, S2, S3: zero in FDM
+    Scalar window_s = 0;                               // length of one demodulation window
+    Scalar latency_s = 0;  // from the stamp to the use of the pose; zero if the user reckons with the stamp
+};
+
+/// Which state a pose ends on, the others before it in turn: S1 S2 S3 S1 ... A tracker that solves on every column meets all.
+enum class LastState { s1, s2, s3 };
+
+/// Time-division multiplexing with one state per slot, stamped with the middle of the last slot.
+template <typename Scalar>
+BoardTiming<Scalar> tdm_timing(Scalar slot_s, Scalar window_s, LastState last = LastState::s3) {
+    BoardTiming<Scalar> timing;
+    timing.update_s = 3 * slot_s;
+    timing.window_s = window_s;
+    const int newest = static_cast<int>(last);
+    for (int j = 0; j < 3; ++j) {
+        timing.column_age_s(j) = static_cast<Scalar>((newest - j + 3) % 3) * slot_s;
+    }
+    return timing;
+}
+
+/// Frequency-division multiplexing: all at once over one window, stamped with its middle.
+template <typename Scalar>
+BoardTiming<Scalar> fdm_timing(Scalar frame_s) {
+    BoardTiming<Scalar> timing;
+    timing.update_s = frame_s;
+    timing.window_s = frame_s;
+    return timing;
+}
+
+/// Remark 4: with processing and multiplexing gaps the paper's formulas hold with a larger update time.
+template <typename Scalar>
+Scalar effective_update_time(Scalar update_s, Scalar processing_s, Scalar multiplexing_gap_s) {
+    return update_s + processing_s + multiplexing_gap_s;
+}
+
+}  // namespace tricoil::error_model

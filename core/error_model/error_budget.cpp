@@ -1,0 +1,70 @@
+#include "core/error_model/error_budget.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include "core/error_model/step_error.hpp"
+#include "core/solver/pose_covariance.hpp"
+
+namespace tricoil::error_model {
+namespace {
+
+template <typename Scalar>
+ErrorTerm<Scalar> term(Scalar position_m, Scalar rotation_rad) {
+    return {1000 * position_m, rotation_rad * (180 / std::numbers::pi_v<Scalar>)};
+}
+
+template <typename Scalar>
+ErrorTerm<Scalar> term(const PoseError<Scalar>& error) {
+    return term<Scalar>(error.template head<3>().norm(), error.template tail<3>().norm());
+}
+
+}  // namespace
+
+template <typename Scalar>
+SystematicErrors<Scalar> systematic_errors(const MotionState<Scalar>& state, const BudgetParams<Scalar>& params) {
+    SystematicErrors<Scalar> errors;
+    const BoardTiming<Scalar>& timing = params.timing;
+    if (params.solver != SolverForm::direct) {
+        const StepForm form = params.solver == SolverForm::previous_angles ? StepForm::angles : StepForm::vectors;
+        errors.linearization = linearization_error(state, timing.update_s, form);
+    }
+    if (params.solver == SolverForm::previous_angles) {
+        errors.frame_propagation = frame_propagation_error(state, timing.update_s);
+    }
+    if (!timing.column_age_s.isZero(0)) {
+        errors.skew = skew_error(state, timing.column_age_s);
+    }
+    if (timing.window_s > 0) {
+        errors.blur = blur_error(state, timing.window_s);
+    }
+    errors.latency = latency_error(state, timing.latency_s);
+    return errors;
+}
+
+template <typename Scalar>
+ErrorBudget<Scalar> error_budget(const MotionState<Scalar>& state, Scalar noise_ratio, const BudgetParams<Scalar>& params) {
+    const SystematicErrors<Scalar> errors = systematic_errors(state, params);
+    const Scalar range = state.position_m.norm();
+    const Mat6<Scalar> covariance = solver::pose_covariance<Scalar>(Scalar(1), range, state.position_m / range, noise_ratio);
+    const Scalar position_variance = covariance.template topLeftCorner<3, 3>().trace();
+    const Scalar rotation_variance = covariance.template bottomRightCorner<3, 3>().trace();
+    const PoseError<Scalar> sum = errors.sum();
+    ErrorBudget<Scalar> budget;
+    budget.linearization = term(errors.linearization);
+    budget.frame_propagation = term(errors.frame_propagation);
+    budget.skew = term(errors.skew);
+    budget.blur = term(errors.blur);
+    budget.latency = term(errors.latency);
+    budget.noise = term(std::sqrt(position_variance), std::sqrt(rotation_variance));
+    budget.total = term(std::sqrt(sum.template head<3>().squaredNorm() + position_variance),
+                        std::sqrt(sum.template tail<3>().squaredNorm() + rotation_variance));
+    return budget;
+}
+
+template SystematicErrors<float> systematic_errors(const MotionState<float>&, const BudgetParams<float>&);
+template SystematicErrors<double> systematic_errors(const MotionState<double>&, const BudgetParams<double>&);
+template ErrorBudget<float> error_budget(const MotionState<float>&, float, const BudgetParams<float>&);
+template ErrorBudget<double> error_budget(const MotionState<double>&, double, const BudgetParams<double>&);
+
+}  // namespace tricoil::error_model

@@ -1,0 +1,70 @@
+// What one update measures of a turn, and its error: (28)-(36) and the exact expressions that they expand. Fixed orientation.
+#pragma once
+
+#include <cmath>
+
+#include "core/error_model/kappa.hpp"
+#include "core/error_model/line_of_sight_step.hpp"
+
+namespace tricoil::error_model {
+
+/// The measured increment of elevation, Delta beta~: exactly (2 / kappa) cos(g) (sin db + cos b sin b^ (1 - cos da)), which
+/// is (16), (17) with the exact R; (28) is its expansion and (32) that with kappa = 2.
+template <typename Scalar>
+Scalar measured_elevation_increment(KappaForm form, const LineOfSightStep<Scalar>& step) {
+    const Scalar da = step.d_azimuth_rad;
+    const Scalar db = step.d_elevation_rad;
+    if (form == KappaForm::exact) {
+        // 1 - cos(da) as 2 sin^2(da / 2): no cancellation for the small steps that the formula is made for.
+        const Scalar half = std::sin(da / 2);
+        const Scalar out_of_plane = std::cos(step.end_elevation_rad()) * std::sin(step.elevation_rad) * 2 * half * half;
+        return (2 / kappa_exact(step)) * cosine_of_turn(step) * (std::sin(db) + out_of_plane);
+    }
+    const Scalar sine = std::sin(da);
+    return (std::sin(2 * db) * std::cos(da) + std::sin(2 * step.elevation_rad) * sine * sine / 2) / kappa(form, step);
+}
+
+/// The measured increment of azimuth, Delta alpha~: exactly (2 / kappa) cos(g) cos(b) sin(da) / cos(b^measured). The divisor is
+/// (17)'s, and the device knows only its own estimate of the elevation, beta_1 - e_beta: the propagation of (34)-(36).
+template <typename Scalar>
+Scalar measured_azimuth_increment(KappaForm form, const LineOfSightStep<Scalar>& step, Scalar measured_elevation_rad) {
+    const Scalar divisor = std::cos(measured_elevation_rad);
+    const Scalar sine = std::sin(step.d_azimuth_rad);
+    if (form == KappaForm::exact) {
+        return (2 / kappa_exact(step)) * cosine_of_turn(step) * std::cos(step.end_elevation_rad()) * sine / divisor;
+    }
+    return (2 / kappa(form, step)) * sine * std::cos(step.d_elevation_rad) * std::cos(step.elevation_rad) / divisor;
+}
+
+/// e_Delta_beta (20): (28) times the update time, (32) for kappa = 2.
+template <typename Scalar>
+Scalar elevation_increment_error(KappaForm form, const LineOfSightStep<Scalar>& step) {
+    return step.d_elevation_rad - measured_elevation_increment(form, step);
+}
+
+/// e_Delta_alpha (25), (36); e_beta: the elevation error that the device carries when it divides.
+template <typename Scalar>
+Scalar azimuth_increment_error(KappaForm form, const LineOfSightStep<Scalar>& step, Scalar elevation_error_rad) {
+    return step.d_azimuth_rad - measured_azimuth_increment(form, step, step.elevation_rad - elevation_error_rad);
+}
+
+/// e_beta' (19), (28), (31): error of the measured rate over one update; rate_rad_s is the true rate where it starts.
+template <typename Scalar>
+Scalar elevation_rate_error(KappaForm form, const LineOfSightStep<Scalar>& step, Scalar rate_rad_s, Scalar update_s) {
+    return rate_rad_s - measured_elevation_increment(form, step) / update_s;
+}
+
+/// e_alpha' (24), (33)-(35).
+template <typename Scalar>
+Scalar azimuth_rate_error(KappaForm form, const LineOfSightStep<Scalar>& step, Scalar elevation_error_rad, Scalar rate_rad_s,
+                          Scalar update_s) {
+    return rate_rad_s - measured_azimuth_increment(form, step, step.elevation_rad - elevation_error_rad) / update_s;
+}
+
+/// (21): the increment's error from the rate's.
+template <typename Scalar>
+Scalar increment_error_from_rate_error(Scalar rate_error_rad_s, Scalar increment_rad, Scalar rate_rad_s, Scalar update_s) {
+    return increment_rad - rate_rad_s * update_s + rate_error_rad_s * update_s;
+}
+
+}  // namespace tricoil::error_model

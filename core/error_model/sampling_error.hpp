@@ -1,0 +1,35 @@
+// Pose errors because a signal matrix is not sampled at one instant: multiplexing skew and the blur of the window.
+#pragma once
+
+#include "core/error_model/board_timing.hpp"
+#include "core/error_model/motion_state.hpp"
+
+namespace tricoil::error_model {
+
+/// True minus measured: position (m), then small rotation (rad), both in the source frame (attitude q -> exp(r) q).
+template <typename Scalar>
+using PoseError = Vec6<Scalar>;
+
+/// Error at the stamp if columns of different ages are solved as if they were simultaneous: the measured matrix lacks
+/// dX = X' diag(age), pushed through the least-squares solver's Jacobian (J^T J)^-1 J^T. First order in age.
+template <typename Scalar>
+PoseError<Scalar> skew_error(const MotionState<Scalar>& state, const Vec3<Scalar>& column_age_s);
+
+/// Error at a window's middle: its boxcar yields X + X'' tau^2 / 24. First order in tau^2.
+template <typename Scalar>
+PoseError<Scalar> blur_error(const MotionState<Scalar>& state, Scalar window_s);
+
+/// Error of a pose that is used `latency_s` after its stamp: the sensor has moved on.
+template <typename Scalar>
+PoseError<Scalar> latency_error(const MotionState<Scalar>& state, Scalar latency_s) {
+    PoseError<Scalar> error;
+    error << latency_s * state.velocity_m_s, latency_s * state.angular_rate_rad_s;
+    return error;
+}
+
+extern template PoseError<float> skew_error(const MotionState<float>&, const Vec3<float>&);
+extern template PoseError<double> skew_error(const MotionState<double>&, const Vec3<double>&);
+extern template PoseError<float> blur_error(const MotionState<float>&, float);
+extern template PoseError<double> blur_error(const MotionState<double>&, double);
+
+}  // namespace tricoil::error_model

@@ -1,0 +1,42 @@
+// The groups of checks. Each adds its rows to the report; known answers come from an independent computation in double.
+#pragma once
+
+#include "core/selfcheck/report.hpp"
+
+namespace tricoil::selfcheck {
+
+/// Rotations, angles, quaternions.
+template <typename Scalar>
+void check_geometry(Report& report);
+
+/// Signal matrix and its Jacobian.
+template <typename Scalar>
+void check_field(Report& report);
+
+/// Direct solver, covariance, previous-measurement step, and what they must refuse.
+template <typename Scalar>
+void check_solver(Report& report);
+
+/// The paper's examples, shortened: predicted against measured errors, open and closed loop, poles; the error budget.
+template <typename Scalar>
+void check_error_model(Report& report);
+
+/// The processor's arithmetic: denormals, rounding, no excess precision, 64-bit time.
+void check_numbers(Report& report);
+
+/// Lock-in of a tone of known amplitude and phase.
+template <typename Scalar>
+void check_demodulator(Report& report);
+
+extern template void check_geometry<float>(Report&);
+extern template void check_geometry<double>(Report&);
+extern template void check_field<float>(Report&);
+extern template void check_field<double>(Report&);
+extern template void check_solver<float>(Report&);
+extern template void check_solver<double>(Report&);
+extern template void check_error_model<float>(Report&);
+extern template void check_error_model<double>(Report&);
+extern template void check_demodulator<float>(Report&);
+extern template void check_demodulator<double>(Report&);
+
+}  // namespace tricoil::selfcheck

@@ -1,0 +1,40 @@
+// Comparison of a result with its known answer, and of a limit with the precision it is computed in.
+#pragma once
+
+#include <limits>
+
+#include "core/geometry/types.hpp"
+#include "core/selfcheck/report.hpp"
+
+namespace tricoil::selfcheck {
+
+template <typename Scalar>
+constexpr Precision precision_of() {
+    return sizeof(Scalar) == sizeof(float) ? Precision::single : Precision::twofold;
+}
+
+/// `count` roundings at size one.
+template <typename Scalar>
+constexpr double roundings(double count) {
+    return count * static_cast<double>(std::numeric_limits<Scalar>::epsilon());
+}
+
+/// Largest difference of any entry; infinite if one is not a number.
+template <typename A, typename B>
+double worst_difference(const Eigen::MatrixBase<A>& result, const Eigen::MatrixBase<B>& answer) {
+    const double worst = static_cast<double>((result - answer.template cast<typename A::Scalar>()).cwiseAbs().maxCoeff());
+    return result.allFinite() ? worst : std::numeric_limits<double>::infinity();
+}
+
+template <int Rows, int Columns, typename... Entries>
+Eigen::Matrix<double, Rows, Columns> known(Entries... entries) {
+    const double row_by_row[] = {entries...};
+    static_assert(sizeof...(Entries) == static_cast<std::size_t>(Rows * Columns));
+    Eigen::Matrix<double, Rows, Columns> m;
+    for (int i = 0; i < Rows * Columns; ++i) {
+        m(i / Columns, i % Columns) = row_by_row[i];
+    }
+    return m;
+}
+
+}  // namespace tricoil::selfcheck

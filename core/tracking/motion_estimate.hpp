@@ -1,0 +1,57 @@
+// How the sensor moves, from the poses themselves: what the error budget of a pose needs to know.
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "core/base/time.hpp"
+#include "core/error_model/motion_state.hpp"
+#include "core/geometry/rotations.hpp"
+
+namespace tricoil::tracking {
+
+/// Velocity and angular rate as the difference to the pose one whole frame earlier. In TDM that pose ended on the same state, so
+/// that the skew error, which depends on the order of the states, is in both and drops out. Their noise is that of two poses over
+/// one frame; accelerations stay zero.
+template <typename Scalar>
+class MotionEstimate {
+public:
+    /// poses_per_frame: three in TDM, where every column gives a pose; one in FDM.
+    explicit MotionEstimate(int poses_per_frame) : poses_per_frame_(static_cast<std::size_t>(poses_per_frame)) {}
+
+    /// Takes a pose; the motion there, unless the pose a frame earlier is missing or older than longest_frame.
+    std::optional<error_model::MotionState<Scalar>> add(DeviceTime time, const Vec3<Scalar>& position_m,
+                                                        const Quat<Scalar>& q_source_sensor, Microseconds longest_frame) {
+        const Entry before = entries_[next_ % poses_per_frame_];
+        entries_[next_ % poses_per_frame_] = {time, position_m, q_source_sensor, true};
+        ++next_;
+        const Microseconds step = time - before.time;
+        if (!before.used || step <= Microseconds{0} || step > longest_frame) {
+            return std::nullopt;
+        }
+        const auto per_second = static_cast<Scalar>(1 / to_seconds(step));
+        error_model::MotionState<Scalar> state;
+        state.position_m = position_m;
+        state.q_source_sensor = q_source_sensor;
+        state.velocity_m_s = per_second * (position_m - before.position_m);
+        const Quat<Scalar> turn = q_source_sensor * before.q_source_sensor.conjugate();
+        state.angular_rate_rad_s = per_second * geometry::quaternion_to_rotation_vector(turn);
+        return state;
+    }
+
+    /// Forgets: the poses that follow are not continuous with those before.
+    void clear() { entries_ = {}; }
+
+private:
+    struct Entry {
+        DeviceTime time{};
+        Vec3<Scalar> position_m = Vec3<Scalar>::Zero();
+        Quat<Scalar> q_source_sensor = Quat<Scalar>::Identity();
+        bool used = false;
+    };
+    std::size_t poses_per_frame_;
+    std::array<Entry, 3> entries_{};
+    std::size_t next_ = 0;
+};
+
+}  // namespace tricoil::tracking

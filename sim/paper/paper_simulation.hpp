@@ -1,0 +1,55 @@
+// The simulation of the paper's sections 3.3 and 4, over the real forward model and solver, in open and closed loop.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "core/base/time.hpp"
+#include "core/error_model/accumulated_error.hpp"
+#include "core/error_model/exact_step.hpp"
+#include "core/solver/previous_measurement.hpp"
+#include "sim/paper/paper_example.hpp"
+
+namespace tricoil::paper {
+
+/// How the estimate is carried from one update to the next.
+enum class Form { angles, vectors };
+
+struct SimulationParams {
+    error_model::Loop loop = error_model::Loop::open;
+    error_model::KappaForm kappa = error_model::KappaForm::exact;  // of the prediction
+    std::optional<error_model::KappaForm> azimuth_kappa;           // if another one for the azimuth
+    Form form = Form::angles;                                      // vectors: closed loop only
+    int passes = 1;                                                // of the step on each sample
+    double update_s = 1.0 / 240;                                   // T
+    double duration_s = 10;
+    DeviceTime start{};  // of the device's clock
+};
+
+/// One update. Errors are true minus measured, angles continuous (whole turns visible).
+struct Update {
+    double time_s = 0;  // since the start
+    DeviceTime stamp{};
+    solver::AnglePose<double> real;
+    error_model::PoseAngleError<double> measured;     // of the simulated device
+    error_model::LineOfSightError<double> predicted;  // by the error model from the true motion alone
+    error_model::PoseAngleError<double>
+        exact;  // by chained exact one-step expressions, orientation included; see has_exact_chain
+    Vec3<double> position_error_m = Vec3<double>::Zero();
+    double rotation_error_rad = 0;
+    double measured_elevation_rad = 0;
+    double predicted_elevation_rad = 0;            // beta - e_beta of the model
+    double measured_azimuth_rate_error_rad_s = 0;  // e_alpha' of (24), over the last update
+    double predicted_azimuth_rate_error_rad_s = 0;
+};
+
+/// The exact one-step expressions are those of the angle form with one pass: then Update::exact is filled in.
+constexpr bool has_exact_chain(const SimulationParams& params) { return params.form == Form::angles && params.passes == 1; }
+
+/// Throws sim::InputError when the step leaves its domain (rates too high for the update time) or parameters make no sense.
+std::vector<Update> simulate(const Example& example, const SimulationParams& params);
+
+/// Throws sim::InputError, naming the parameter, for values that are zero, negative, not finite or absurd.
+void check(const Example& example, const SimulationParams& params);
+
+}  // namespace tricoil::paper

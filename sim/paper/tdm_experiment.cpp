@@ -1,0 +1,146 @@
+#include "sim/paper/tdm_experiment.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <deque>
+
+#include "core/field/concentric_dipole.hpp"
+#include "core/geometry/angles.hpp"
+#include "core/solver/direct.hpp"
+#include "sim/io/input_error.hpp"
+
+namespace tricoil::paper {
+namespace {
+
+using error_model::MotionState;
+using error_model::PoseError;
+using sim::Pose;
+
+constexpr double kCouplingConstant = 1;
+
+/// Rotation (rad, source frame) that takes attitude `from` to `to`: to = exp(r) from.
+Vec3<double> rotation_between(const Quat<double>& from, const Quat<double>& to) {
+    return geometry::quaternion_to_rotation_vector<double>(to * from.conjugate());
+}
+
+MotionState<double> state_from(const Pose& pose, const Pose& before, double step_s) {
+    MotionState<double> state;
+    state.position_m = pose.position_m;
+    state.q_source_sensor = pose.q_source_sensor;
+    state.velocity_m_s = (pose.position_m - before.position_m) / step_s;
+    state.angular_rate_rad_s = rotation_between(before.q_source_sensor, pose.q_source_sensor) / step_s;
+    return state;
+}
+
+Vec3<double> column(const Pose& pose, int j) {
+    const Mat3<double> o = geometry::attitude_matrix(pose.q_source_sensor);
+    return field::signal_matrix<double>(kCouplingConstant, pose.position_m, o).col(j);
+}
+
+/// The direct solution, in the hemisphere of the truth.
+Pose solve(const Mat3<double>& x, const Vec3<double>& true_position_m) {
+    const auto solution = solver::solve_direct(x, kCouplingConstant);
+    if (!solution.ok()) {
+        throw sim::InputError(fmt::format("TDM experiment: {}", solution.status().message()));
+    }
+    const double sign = std::copysign(1.0, solution->direction.dot(true_position_m));
+    return {sign * solution->range_m * solution->direction, geometry::attitude_quaternion(solution->attitude)};
+}
+
+double correlation(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b) {
+    const Eigen::ArrayXd x = a - a.mean();
+    const Eigen::ArrayXd y = b - b.mean();
+    return (x * y).sum() / std::sqrt(x.square().sum() * y.square().sum());
+}
+
+}  // namespace
+
+MotionState<double> motion_state(const sim::Motion& motion, double time_s) {
+    constexpr double kStep = 1e-4;
+    const Pose now = motion.at(time_s);
+    const Pose before = motion.at(time_s - kStep);
+    const Pose after = motion.at(time_s + kStep);
+    MotionState<double> state = state_from(after, before, 2 * kStep);
+    state.position_m = now.position_m;
+    state.q_source_sensor = now.q_source_sensor;
+    const Vec3<double> turn_after = rotation_between(now.q_source_sensor, after.q_source_sensor);
+    const Vec3<double> turn_before = rotation_between(before.q_source_sensor, now.q_source_sensor);
+    state.angular_acceleration_rad_s2 = (turn_after - turn_before) / (kStep * kStep);
+    state.acceleration_m_s2 = (after.position_m - 2 * now.position_m + before.position_m) / (kStep * kStep);
+    return state;
+}
+
+std::vector<TdmPose> simulate_tdm(const sim::Motion& motion, const TdmParams& params) {
+    const auto slots = static_cast<int>(params.duration_s / params.slot_s);
+    Mat3<double> x = Mat3<double>::Zero();
+    std::deque<Pose> solved;  // the latest three frames' poses: their mean error from skew turns with the states, period three
+    std::vector<TdmPose> poses;
+    for (int n = 0; n < slots; ++n) {
+        const double time_s = n * params.slot_s;
+        const Pose truth = motion.at(time_s);
+        x.col(n % 3) = column(truth, n % 3);
+        if (n < 2) {
+            continue;
+        }
+        const Pose measured = solve(x, truth.position_m);
+        solved.push_back(measured);
+        const double range = truth.position_m.norm();
+        const bool scored = time_s >= params.settle_s && range >= params.min_range_m && range <= params.max_range_m;
+        if (solved.size() > 3 && scored) {
+            error_model::BudgetParams<double> budget;
+            budget.timing = error_model::tdm_timing<double>(params.slot_s, 0, static_cast<error_model::LastState>(n % 3));
+            TdmPose pose;
+            pose.time_s = time_s;
+            pose.measured << truth.position_m - measured.position_m,
+                rotation_between(measured.q_source_sensor, truth.q_source_sensor);
+            pose.predicted = error_model::systematic_errors(motion_state(motion, time_s), budget).sum();
+            const auto own_state = state_from(measured, solved.front(), 3 * params.slot_s);
+            pose.predicted_by_device = error_model::systematic_errors(own_state, budget).sum();
+            poses.push_back(pose);
+        }
+        if (solved.size() > 3) {
+            solved.pop_front();
+        }
+    }
+    if (poses.empty()) {
+        throw sim::InputError(
+            fmt::format("TDM experiment: no pose to score; the motion must last longer than {} s and come within "
+                        "{} to {} m",
+                        params.settle_s, params.min_range_m, params.max_range_m));
+    }
+    return poses;
+}
+
+TdmReport summarise(const std::vector<TdmPose>& poses) {
+    const auto n = static_cast<Eigen::Index>(poses.size());
+    struct Series {
+        Eigen::Array3Xd position, rotation;
+    };
+    const auto collect = [&](error_model::PoseError<double> TdmPose::*which) {
+        Series series{Eigen::Array3Xd(3, n), Eigen::Array3Xd(3, n)};
+        for (Eigen::Index i = 0; i < n; ++i) {
+            const auto& error = poses[static_cast<std::size_t>(i)].*which;
+            series.position.col(i) = error.head<3>().array();
+            series.rotation.col(i) = error.tail<3>().array();
+        }
+        return series;
+    };
+    const Series measured = collect(&TdmPose::measured);
+    const Series predicted = collect(&TdmPose::predicted);
+    const Series device = collect(&TdmPose::predicted_by_device);
+    const auto rms = [n](const Eigen::Array3Xd& rows) { return std::sqrt(rows.square().sum() / static_cast<double>(n)); };
+    TdmReport report;
+    report.poses = poses.size();
+    report.measured_position_rms_m = rms(measured.position);
+    report.predicted_position_rms_m = rms(predicted.position);
+    report.device_position_rms_m = rms(device.position);
+    report.measured_rotation_rms_rad = rms(measured.rotation);
+    report.predicted_rotation_rms_rad = rms(predicted.rotation);
+    report.device_rotation_rms_rad = rms(device.rotation);
+    report.position_correlation = correlation(measured.position.reshaped(), predicted.position.reshaped());
+    report.rotation_correlation = correlation(measured.rotation.reshaped(), predicted.rotation.reshaped());
+    return report;
+}
+
+}  // namespace tricoil::paper

@@ -1,0 +1,48 @@
+// The error budget against simulation: a motion sampled by time-division multiplexing, solved as if it were sampled at once.
+#pragma once
+
+#include <vector>
+
+#include "core/error_model/error_budget.hpp"
+#include "sim/motion/motion.hpp"
+
+namespace tricoil::paper {
+
+struct TdmParams {
+    double slot_s = 1.0 / 720;
+    double settle_s = 0.5;      // not scored
+    double duration_s = 0;      // of the motion
+    double min_range_m = 0.15;  // poses outside are not scored
+    double max_range_m = 2;
+};
+
+/// One pose, at its last column's time. Errors are true minus measured, source frame.
+struct TdmPose {
+    double time_s = 0;
+    error_model::PoseError<double> measured;
+    error_model::PoseError<double> predicted;            // from the true motion
+    error_model::PoseError<double> predicted_by_device;  // from what the device itself knows: differences of its own poses
+};
+
+struct TdmReport {
+    double measured_position_rms_m = 0;
+    double predicted_position_rms_m = 0;
+    double device_position_rms_m = 0;
+    double measured_rotation_rms_rad = 0;
+    double predicted_rotation_rms_rad = 0;
+    double device_rotation_rms_rad = 0;
+    double position_correlation = 0;  // of the components of predicted and measured errors, instant by instant
+    double rotation_correlation = 0;
+    std::size_t poses = 0;
+};
+
+/// A pose on every column, by the direct solver on the latest three columns; no noise. Throws sim::InputError if the motion is
+/// shorter than what is not scored, or never within range.
+std::vector<TdmPose> simulate_tdm(const sim::Motion& motion, const TdmParams& params);
+
+TdmReport summarise(const std::vector<TdmPose>& poses);
+
+/// Rates and accelerations of a motion by central differences.
+error_model::MotionState<double> motion_state(const sim::Motion& motion, double time_s);
+
+}  // namespace tricoil::paper

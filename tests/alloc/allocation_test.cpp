@@ -1,0 +1,91 @@
+// The tracker and the demodulator never touch the heap.
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <vector>
+
+#include "core/signal/demodulator.hpp"
+#include "core/tracking/tracker.hpp"
+#include "tests/alloc/allocation_trap.hpp"
+#include "tests/support/random_poses.hpp"
+#include "tests/support/tones.hpp"
+
+namespace tricoil {
+namespace {
+
+/// Keeps a compiler from seeing that an allocation is of no use.
+void use(const void* pointer) { asm volatile("" : : "g"(pointer) : "memory"); }
+
+TEST(AllocationTrap, FiresOnEveryWayToTheHeap) {
+    const auto fires = [](auto allocate) {
+        const test::AllocationTrap trap;
+        allocate();
+        return trap.count() > 0;
+    };
+    EXPECT_TRUE(fires([] { use(std::make_unique<int>(1).get()); }));
+    EXPECT_TRUE(fires([] { use(std::vector<double>(100).data()); }));
+    EXPECT_TRUE(fires([] {
+        void* memory = std::malloc(8);
+        use(memory);
+        std::free(memory);
+    }));
+    EXPECT_TRUE(fires([] { use(Eigen::MatrixXd(Eigen::MatrixXd::Zero(4, 4)).data()); }));
+    const test::AllocationTrap trap;
+    EXPECT_EQ(trap.count(), 0U);
+}
+
+template <typename Scalar>
+class Allocations : public ::testing::Test {};
+using Scalars = ::testing::Types<float, double>;
+TYPED_TEST_SUITE(Allocations, Scalars);
+
+TYPED_TEST(Allocations, NoneInTheDemodulator) {
+    for (const auto multiplexing : {signal::Multiplexing::tdm, signal::Multiplexing::fdm}) {
+        const auto plan = *signal::plan_acquisition(signal::default_acquisition(multiplexing, 240));
+        test::ToneBlock tones;
+        for (auto& channel : tones.tones) {
+            channel.fill({1e6, 0.3});
+        }
+        std::mt19937_64 random(1);
+        const auto samples = test::render(tones, plan, random);
+        SampleBlock block;
+        block.state = plan.is_tdm() ? Excitation::s1 : Excitation::all;
+        block.samples = samples;
+        block.full_scale = 8388607;
+        signal::Demodulator<TypeParam> demodulator(plan, {});
+        const test::AllocationTrap trap;
+        for (int i = 0; i < 10; ++i) {
+            const bool demodulated = demodulator.demodulate(block).ok();
+            EXPECT_TRUE(demodulated);
+        }
+        EXPECT_EQ(trap.count(), 0U);
+    }
+}
+
+TYPED_TEST(Allocations, NoneInTheTracker) {
+    using tracking::Method;
+    for (const Method method : {Method::direct, Method::previous, Method::previous_angles}) {
+        tracking::TrackerParams<TypeParam> params;
+        params.method = method;
+        params.passes = 2;
+        params.max_column_span = Microseconds{3500};
+        tracking::Tracker<TypeParam> tracker(params);
+        const Mat3<TypeParam> x = test::unit_signal({0.4, 0.1, -0.2}, Quat<double>::Identity()).cast<TypeParam>();
+        Column<TypeParam> column;
+        column.sigma.setConstant(TypeParam(1e-4));
+        int poses = 0;
+        const test::AllocationTrap trap;
+        for (int i = 0; i < 100; ++i) {
+            column.state = single_coil(i % 3);
+            column.in_phase = x.col(i % 3);
+            column.midpoint += Microseconds{1389};
+            poses += tracker.update(column).has_value() ? 1 : 0;
+        }
+        tracker.tick(column.midpoint + Microseconds{200'000});
+        EXPECT_EQ(trap.count(), 0U);
+        EXPECT_GT(poses, 90);
+    }
+}
+
+}  // namespace
+}  // namespace tricoil

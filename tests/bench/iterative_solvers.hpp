@@ -1,0 +1,42 @@
+// Iterative least-squares solvers to measure the closed form against; both with analytic Jacobians, from a given start.
+#pragma once
+
+#include "core/field/concentric_dipole.hpp"
+#include "core/geometry/angles.hpp"
+#include "core/geometry/types.hpp"
+
+namespace tricoil::bench {
+
+struct SolvedPose {
+    Vec3<double> position_m;
+    Quat<double> q_source_sensor;
+};
+
+/// Residuals of X with C = 1 at `start` changed by d = (position, small rotation in the source frame).
+struct Problem {
+    Mat3<double> x;
+    SolvedPose start;
+
+    [[nodiscard]] SolvedPose at(const Vec6<double>& d) const {
+        return {start.position_m + d.head<3>(),
+                geometry::rotation_vector_to_quaternion<double>(d.tail<3>()) * start.q_source_sensor};
+    }
+    [[nodiscard]] Eigen::Matrix<double, 9, 1> residuals(const Vec6<double>& d) const {
+        const SolvedPose pose = at(d);
+        return (field::signal_matrix<double>(1.0, pose.position_m, geometry::attitude_matrix(pose.q_source_sensor)) - x)
+            .reshaped();
+    }
+    /// By d, exact where d's rotation is small against one (the start is the truth, so it is a thousandth).
+    [[nodiscard]] Eigen::Matrix<double, 9, 6> jacobian(const Vec6<double>& d) const {
+        const SolvedPose pose = at(d);
+        return field::signal_matrix_jacobian<double>(1.0, pose.position_m, geometry::attitude_matrix(pose.q_source_sensor));
+    }
+};
+
+/// Eigen's unsupported Levenberg-Marquardt.
+SolvedPose solve_levenberg_marquardt(const Problem& problem);
+
+/// Ceres, dense QR, default options but for silence.
+SolvedPose solve_ceres(const Problem& problem);
+
+}  // namespace tricoil::bench

@@ -1,0 +1,44 @@
+#include "tests/cli/cli_runner.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+namespace tricoil::test {
+
+std::string path_in_temp(const std::string& name) {
+    return ::testing::TempDir() + "tricoil_" + std::to_string(getpid()) + "_" + name;
+}
+
+std::string read_file(const std::string& path) {
+    std::ostringstream text;
+    text << std::ifstream(path, std::ios::binary).rdbuf();
+    return text.str();
+}
+
+std::string write_file(const std::string& name, const std::string& content) {
+    const std::string path = path_in_temp(name);
+    std::ofstream(path, std::ios::binary) << content;
+    return path;
+}
+
+CliResult tricoil(const std::string& arguments) {
+    const std::string out = path_in_temp("out.txt");
+    const std::string err = path_in_temp("err.txt");
+    const std::string command = std::string(TRICOIL_PROGRAM) + " " + arguments + " >" + out + " 2>" + err + " </dev/null";
+    const int status = std::system(command.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_file(out), read_file(err)};
+}
+
+std::string recordings_folder() {
+    const char* set = std::getenv("TRICOIL_DATA_DIR");
+    const std::string folder = set != nullptr ? set : std::string(TRICOIL_SOURCE_DIR) + "/../shared/data";
+    return std::filesystem::is_directory(folder) ? folder : "";
+}
+
+}  // namespace tricoil::test

@@ -1,0 +1,28 @@
+// Runs the tricoil program as a person would, and keeps what it said.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace tricoil::test {
+
+struct CliResult {
+    int exit_code = 0;  // 128 + signal if it was killed by one
+    std::string out;
+    std::string err;
+
+    [[nodiscard]] nlohmann::json json() const { return nlohmann::json::parse(out); }
+};
+
+/// Runs `tricoil ARGUMENTS` through a shell, from a folder of its own.
+CliResult tricoil(const std::string& arguments);
+
+/// Writes a file into the test's folder; returns its path.
+std::string write_file(const std::string& name, const std::string& content);
+std::string read_file(const std::string& path);
+std::string path_in_temp(const std::string& name);
+
+/// Folder of recordings that the project does not ship; empty, after saying so, if there is none. Set by TRICOIL_DATA_DIR.
+std::string recordings_folder();
+
+}  // namespace tricoil::test

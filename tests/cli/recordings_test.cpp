@@ -1,0 +1,53 @@
+// Recordings of real hardware and real hands, which the project does not ship.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/cli/cli_runner.hpp"
+
+namespace tricoil::test {
+namespace {
+
+class Recordings : public ::testing::Test {
+protected:
+    void SetUp() override {
+        folder_ = recordings_folder();
+        if (folder_.empty()) {
+            GTEST_SKIP() << "no recordings: set TRICOIL_DATA_DIR to a folder with hand-motion/ and adc-captures/";
+        }
+    }
+    std::string capture(const std::string& name) const {
+        return folder_ + "/adc-captures/" + name + " --carrier-hz 10000 --rate-hz 200000 --json";
+    }
+    std::string folder_;
+};
+
+TEST_F(Recordings, ASensorFarAwayIsASensor) {
+    const auto result = tricoil("demodulate " + capture("far_sensor.csv"));
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    const auto json = result.json();
+    EXPECT_EQ(json["reference_channel"], 3);
+    EXPECT_EQ(json["repeats"], 10);
+    EXPECT_GT(json["determinant"].get<double>(), 0);
+    EXPECT_NEAR(json["snr_db"].get<double>(), 31.3, 1);
+    EXPECT_LT(json["misfit_share"].get<double>(), 0.05);
+}
+
+TEST_F(Recordings, OpenInputsAreNoSensor) {
+    const auto result = tricoil("demodulate " + capture("no_sensor.csv"));
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_THAT(result.err, ::testing::HasSubstr("no sensor"));
+    EXPECT_GT(result.json()["misfit_share"].get<double>(), 0.15);
+}
+
+TEST_F(Recordings, AHandIsTrackedToTheBoundWithFdm) {
+    const std::string options = "run --json --trajectory " + folder_ + "/hand-motion/user1_cup0.traj";
+    const auto fdm = tricoil(options + " --mux fdm --tracker direct").json();
+    EXPECT_LT(fdm["position_rms_m"].get<double>(), 1.2 * fdm["bound_position_rms_m"].get<double>());
+    EXPECT_EQ(fdm["poses_invalid"], 0);
+    const auto tdm = tricoil(options + " --mux tdm --tracker previous").json();
+    EXPECT_GT(tdm["position_rms_m"].get<double>(), 4e-3);
+    EXPECT_LT(tdm["position_rms_m"].get<double>(), 10e-3);
+}
+
+}  // namespace
+}  // namespace tricoil::test

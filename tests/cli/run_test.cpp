@@ -1,0 +1,101 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/cli/cli_runner.hpp"
+
+namespace tricoil::test {
+namespace {
+
+nlohmann::json run(const std::string& arguments) {
+    const CliResult result = tricoil("run --json " + arguments);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return result.json();
+}
+
+TEST(Run, FdmDirectReachesItsBound) {
+    for (const char* scenario : {"hand", "line", "circle", "still"}) {
+        const auto json = run("--duration 4 --mux fdm --tracker direct --scenario " + std::string(scenario));
+        const double ratio = json["position_rms_m"].get<double>() / json["bound_position_rms_m"].get<double>();
+        EXPECT_LT(ratio, 1.2) << scenario;
+        EXPECT_GT(ratio, 0.8) << scenario;
+        EXPECT_EQ(json["poses_invalid"], 0) << scenario;
+        EXPECT_EQ(json["blocks_lost"], 0) << scenario;
+        EXPECT_TRUE(json["coils_off"]) << scenario;
+    }
+}
+
+TEST(Run, TdmTakesMovingColumnsForSimultaneousAndPaysForIt) {
+    const auto naive = run("--duration 4 --mux tdm");
+    EXPECT_GT(naive["position_rms_m"].get<double>(), 10 * naive["bound_position_rms_m"].get<double>());
+    const auto still = run("--duration 4 --mux tdm --scenario still");
+    EXPECT_LT(still["position_rms_m"].get<double>(), 1.2 * still["bound_position_rms_m"].get<double>());
+}
+
+TEST(Run, PosesPredictTheirOwnErrors) {
+    for (const char* options : {"--mux tdm", "--mux fdm", "--mux tdm --tracker previous"}) {
+        const auto json = run("--duration 6 " + std::string(options));
+        const double position = json["predicted_position_rms_m"].get<double>() / json["position_rms_m"].get<double>();
+        const double orientation =
+            json["predicted_orientation_rms_deg"].get<double>() / json["orientation_rms_deg"].get<double>();
+        EXPECT_NEAR(position, 1, 0.15) << options;
+        EXPECT_NEAR(orientation, 1, 0.15) << options;
+    }
+}
+
+TEST(Run, PreviousMeasurementFollowsTheHandInBothForms) {
+    const auto direct = run("--duration 4 --mux fdm");
+    for (const char* tracker : {"previous --passes 2", "previous-angles --passes 2"}) {
+        const auto json = run("--duration 4 --mux fdm --tracker " + std::string(tracker));
+        EXPECT_LT(json["position_rms_m"].get<double>(), 1.3 * direct["position_rms_m"].get<double>()) << tracker;
+        EXPECT_EQ(json["acquisitions"], 1) << tracker;
+    }
+}
+
+TEST(Run, EqualSeedsGiveEqualRuns) {
+    const auto without_timing = [](nlohmann::json json) {
+        json.erase("update_us");
+        json.erase("simulated_s_per_s");
+        return json;
+    };
+    EXPECT_EQ(without_timing(run("--duration 1 --seed 5")), without_timing(run("--duration 1 --seed 5")));
+    EXPECT_NE(run("--duration 1 --seed 5")["position_rms_m"], run("--duration 1 --seed 6")["position_rms_m"]);
+}
+
+TEST(Run, CsvHoldsEveryPoseBesideTheTruth) {
+    const std::string path = path_in_temp("poses.csv");
+    run("--duration 1 --out " + path);
+    const std::string text = read_file(path);
+    EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1 + 239);  // the first block of 240 settles
+    EXPECT_TRUE(text.starts_with("sequence,time_us,"));
+    EXPECT_EQ(text.find("nan"), std::string::npos);
+}
+
+TEST(Run, FaultsAreSeenAndSurvived) {
+    const auto drops = run("--duration 3 --fault dropped_blocks:0.3@1-2");
+    EXPECT_GT(drops["blocks_lost"].get<int>(), 30);
+    EXPECT_LT(drops["position_max_m"].get<double>(), 5e-3);
+    const auto plug = run("--scenario unplugged");
+    EXPECT_THAT(plug["flags_seen"].get<std::string>(), ::testing::HasSubstr("no_sensor"));
+    EXPECT_NEAR(plug["poses_invalid"].get<double>(), 480, 5);
+    EXPECT_LT(plug["position_max_m"].get<double>(), 1e-3);
+    EXPECT_GE(plug["acquisitions"].get<int>(), 2);
+}
+
+TEST(Run, NoValidPoseIsAFailedCheck) {
+    const CliResult result = tricoil("run --duration 1 --fault reversed_coil:S1");
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_THAT(result.err, ::testing::HasSubstr("wrong_handedness"));
+}
+
+TEST(Run, MetalRaisesTheDistortion) {
+    const auto clean = run("--duration 3");
+    const auto metal = run("--duration 3 --scenario metal");
+    EXPECT_GT(metal["poses_distorted"].get<double>(), 5 * clean["poses_distorted"].get<double>());
+    EXPECT_GT(metal["position_rms_m"].get<double>(), clean["position_rms_m"].get<double>());
+}
+
+}  // namespace
+}  // namespace tricoil::test

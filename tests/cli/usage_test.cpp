@@ -1,0 +1,78 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/cli/cli_runner.hpp"
+
+namespace tricoil::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// Bad usage: exit code 2 and exactly one line that starts with the program's name.
+void expect_complaint(const std::string& arguments, const std::string& says) {
+    const CliResult result = tricoil(arguments);
+    EXPECT_EQ(result.exit_code, 2) << arguments;
+    EXPECT_THAT(result.err, HasSubstr(says)) << arguments;
+    EXPECT_TRUE(result.err.starts_with("tricoil: ")) << arguments << "\n" << result.err;
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << arguments << "\n" << result.err;
+    EXPECT_EQ(result.out, "") << arguments;
+}
+
+TEST(Usage, HelpAndVersionAnswer) {
+    EXPECT_THAT(tricoil("--version").out, HasSubstr("tricoil 0."));
+    const CliResult help = tricoil("--help");
+    EXPECT_EQ(help.exit_code, 0);
+    EXPECT_THAT(help.out, HasSubstr("demodulate"));
+    EXPECT_THAT(help.out, HasSubstr("Exit codes"));
+    EXPECT_THAT(tricoil("run --help").out, HasSubstr("--trajectory"));
+    EXPECT_THAT(tricoil("run --list").out, HasSubstr("paper-iii"));
+}
+
+TEST(Usage, UnknownNamesGetTheNearestOne) {
+    expect_complaint("rum", "did you mean 'run'");
+    expect_complaint("run --mux tmd", "did you mean 'tdm'");
+    expect_complaint("run --tracker previus", "did you mean 'previous'");
+    expect_complaint("run --scenario hnd", "did you mean 'hand'");
+    expect_complaint("run --fault open_coyl:S1", "did you mean 'open_coil'");
+    expect_complaint("run --nonsense", "--nonsense");
+    expect_complaint("", "subcommand");
+}
+
+TEST(Usage, ImpossibleNumbersAreNamed) {
+    expect_complaint("run --rate-hz 0", "frame rate");
+    expect_complaint("run --rate-hz nan", "frame rate");
+    expect_complaint("run --rate-hz -240", "frame rate");
+    expect_complaint("run --rate-hz 241", "whole number of samples");
+    expect_complaint("run --rate-hz 960 --mux tdm", "use FDM");
+    expect_complaint("run --rate-hz fast", "--rate-hz");
+    expect_complaint("run --duration 0", "--duration");
+    expect_complaint("run --duration nan", "--duration");
+    expect_complaint("run --duration -1", "--duration");
+    expect_complaint("run --passes 0", "passes");
+    expect_complaint("run --hemisphere 1,0", "--hemisphere");
+    expect_complaint("run --hemisphere inf,0,0", "--hemisphere");
+    expect_complaint("run --fault dropped_blocks:2", "0 to 1");
+    expect_complaint("run --device can:vcan0", "sim:");
+    expect_complaint("run --seed -1", "--seed");
+}
+
+TEST(Usage, FilesThatCannotBeUsedAreNamed) {
+    expect_complaint("run --trajectory /no/such.traj", "/no/such.traj");
+    expect_complaint("run --trajectory /tmp", "folder");
+    expect_complaint("run --trajectory " + write_file("short.traj", "1 0 0 0\n"), "short.traj:1");
+    expect_complaint("run --trajectory " + write_file("empty.traj", ""), "is empty");
+    expect_complaint("run --scenario " + write_file("bad.toml", "duration_s = true\n"), "bad.toml:1");
+    expect_complaint("run --out /no/such/folder/x.csv", "/no/such/folder/x.csv");
+    expect_complaint("demodulate /no/such.csv --carrier-hz 1e4 --rate-hz 2e5", "/no/such.csv");
+}
+
+TEST(Usage, AFullDiskIsDeviceTrouble) {
+    const CliResult result = tricoil("run --duration 1 --out /dev/full");
+    EXPECT_EQ(result.exit_code, 3);
+    EXPECT_THAT(result.err, HasSubstr("/dev/full"));
+}
+
+}  // namespace
+}  // namespace tricoil::test

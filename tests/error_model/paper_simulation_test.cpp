@@ -1,0 +1,159 @@
+// The paper's examples: reference numbers of an independent prototype.
+#include "sim/paper/paper_simulation.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "core/error_model/whole_turns.hpp"
+#include "sim/io/input_error.hpp"
+#include "sim/paper/singularities.hpp"
+
+namespace tricoil::paper {
+namespace {
+
+using error_model::KappaForm;
+using error_model::Loop;
+
+double largest(const std::vector<Update>& updates, double (*value)(const Update&)) {
+    double worst = 0;
+    for (const Update& update : updates) {
+        worst = std::max(worst, std::abs(value(update)));
+    }
+    return worst;
+}
+
+double e_rho(const Update& u) { return u.measured.position.range_m; }
+double e_alpha(const Update& u) { return u.measured.position.azimuth_rad; }
+double e_beta(const Update& u) { return u.measured.position.elevation_rad; }
+double predicted_e_alpha(const Update& u) { return u.predicted.azimuth_rad; }
+double rho_difference(const Update& u) { return u.predicted.range_m - u.measured.position.range_m; }
+double beta_difference(const Update& u) { return u.predicted.elevation_rad - u.measured.position.elevation_rad; }
+double position_error(const Update& u) { return u.position_error_m.norm(); }
+
+std::vector<Update> run(const char* name, Loop loop, KappaForm kappa = KappaForm::exact) {
+    SimulationParams params;
+    params.loop = loop;
+    params.kappa = kappa;
+    return simulate(example(name), params);
+}
+
+std::vector<Update> run_vectors(const char* name, int passes) {
+    SimulationParams params;
+    params.loop = Loop::closed;
+    params.form = Form::vectors;
+    params.passes = passes;
+    return simulate(example(name), params);
+}
+
+TEST(PaperExamples, OneOpen) {
+    const auto updates = run("I", Loop::open);
+    ASSERT_EQ(updates.size(), 2'401U);
+    EXPECT_NEAR(largest(updates, e_rho), 0.030113, 5e-7);
+    EXPECT_NEAR(largest(updates, e_alpha), 0.019278, 5e-7);
+    EXPECT_EQ(largest(updates, e_beta), 0);
+    EXPECT_LT(largest(updates, rho_difference), 1e-12);
+    EXPECT_NEAR(largest(run("I", Loop::open, KappaForm::two), predicted_e_alpha), 0.003797, 5e-7);
+}
+
+TEST(PaperExamples, TwoOpen) {
+    const auto updates = run("II", Loop::open);
+    EXPECT_NEAR(largest(updates, e_rho), 0.030333, 5e-7);
+    EXPECT_NEAR(updates.back().measured.position.elevation_rad, -4.56889, 5e-6);
+    EXPECT_LT(largest(updates, rho_difference), 1e-12);
+    EXPECT_LT(largest(updates, beta_difference), 1e-6);
+    EXPECT_NEAR(run("II", Loop::open, KappaForm::two).back().predicted.elevation_rad, 3.5764, 5e-5);
+}
+
+TEST(PaperExamples, OneAndTwoClosed) {
+    const double one = largest(run("I", Loop::closed), e_alpha);
+    EXPECT_LE(one, 0.00182);
+    EXPECT_NEAR(one, 0.001811, 1e-6);
+    const double two = largest(run("II", Loop::closed), e_beta);
+    EXPECT_LE(two, 0.00191);
+    EXPECT_NEAR(two, 0.001904, 1e-6);
+}
+
+TEST(PaperExamples, ThreeIsAStaircaseToMinusSevenTenths) { EXPECT_NEAR(largest(run("III", Loop::open), e_beta), 0.71, 0.01); }
+
+TEST(PaperExamples, ThreeClosedPassesThePolesWithoutPoles) {
+    const double one_pass = largest(run_vectors("III", 1), position_error);
+    EXPECT_LE(one_pass, 0.0182);
+    EXPECT_NEAR(one_pass, 0.018153, 1e-5);
+    const double two_passes = largest(run_vectors("III", 2), position_error);
+    EXPECT_LT(two_passes, 1e-6);
+    EXPECT_GT(two_passes, 1e-7);
+    EXPECT_GT(largest(run("III", Loop::closed), position_error), 0.3) << "the angle form jumps";
+}
+
+/// Exact steps chained, orientation included, are the simulation: of every example, in both loops, up to the poles'
+/// amplification.
+TEST(PaperExamples, ExactStepsFollowTheOrientationExamples) {
+    SimulationParams params;
+    params.duration_s = 0.3;  // before the first pole of theta
+    for (const Loop loop : {Loop::open, Loop::closed}) {
+        params.loop = loop;
+        for (const char* name : {"orientation", "IIIo"}) {
+            for (const Update& update : simulate(example(name), params)) {
+                EXPECT_NEAR(update.exact.attitude.roll_rad, update.measured.attitude.roll_rad, 1e-10) << name;
+                EXPECT_NEAR(update.exact.attitude.azimuth_rad, update.measured.attitude.azimuth_rad, 1e-10) << name;
+                EXPECT_NEAR(update.exact.position.azimuth_rad, update.measured.position.azimuth_rad, 1e-10) << name;
+            }
+        }
+    }
+}
+
+TEST(Singularities, OfThreeArePredictedWithinOneUpdate) {
+    SimulationParams params;
+    const auto report = compare_singularities(simulate(example("III"), params), params.update_s);
+    EXPECT_EQ(report.predicted_s.size(), 15U);
+    EXPECT_EQ(report.jumps_s.size(), 14U);
+    EXPECT_EQ(report.hits, 14);
+    EXPECT_EQ(report.missed, 0);
+    EXPECT_EQ(report.false_alarms, 1);
+    EXPECT_LE(report.worst_distance_s, params.update_s);
+    ASSERT_EQ(report.passages_s.size(), report.predicted_s.size());
+    for (std::size_t n = 0; n < report.passages_s.size(); ++n) {
+        EXPECT_NEAR(report.passages_s[n], report.predicted_s[n], params.update_s);
+    }
+}
+
+/// Instants are 64-bit microseconds: the same motion across 2^32 of them.
+TEST(Singularities, DoNotMindThe32BitWrap) {
+    SimulationParams params;
+    params.duration_s = 2;
+    const auto reference = compare_singularities(simulate(example("III"), params), params.update_s);
+    params.start = device_time_us((std::int64_t{1} << 32) - 440'000);  // the first pole is passed at 442 ms
+    const auto updates = simulate(example("III"), params);
+    const auto report = compare_singularities(updates, params.update_s);
+    EXPECT_GT(to_us(updates.back().stamp), std::int64_t{1} << 32);
+    ASSERT_EQ(report.predicted_s.size(), reference.predicted_s.size());
+    for (std::size_t n = 0; n < report.predicted_s.size(); ++n) {
+        EXPECT_DOUBLE_EQ(report.predicted_s[n], reference.predicted_s[n]);
+    }
+}
+
+TEST(BadInput, IsRefusedByName) {
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    for (const double update_s : {0.0, -1.0, nan, 2.0, 1e-9}) {
+        SimulationParams params;
+        params.update_s = update_s;
+        EXPECT_THROW(simulate(example("I"), params), sim::InputError) << update_s;
+    }
+    for (const double rate : {nan, 1e300, -1e5}) {
+        Example bad = example("I");
+        bad.azimuth.amplitude = rate;
+        EXPECT_THROW(simulate(bad, {}), sim::InputError) << rate;
+    }
+    EXPECT_THROW(example("IV"), sim::InputError);
+    Example too_fast = example("II");
+    too_fast.elevation.offset = 300;  // more than 54.7 degrees per update
+    EXPECT_THROW(simulate(too_fast, {}), sim::InputError);
+    SimulationParams open_vectors;
+    open_vectors.form = Form::vectors;
+    EXPECT_THROW(simulate(example("I"), open_vectors), sim::InputError);
+}
+
+}  // namespace
+}  // namespace tricoil::paper
