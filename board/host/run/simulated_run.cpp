@@ -84,6 +84,7 @@ std::optional<tracking::scaat::Params<double>> make_filter(const RunOptions& opt
     tracking::scaat::Params<double> params;
     params.hemisphere = tracker.hemisphere;
     params.max_column_span = tracker.max_column_span;
+    params.window_s = tracker.window_s;
     params.predict_ahead = microseconds_from_seconds(options.predict_ahead_s);
     if (const Status status = tracking::scaat::check(params); !status.ok()) {
         throw InputError(std::string("tracker: ") + status.message());

@@ -64,7 +64,7 @@ State<Scalar> start_state(const Model& model, const StartPose<Scalar>& start, co
         propagate(state, q, column->midpoint);
         const auto innovation = column_innovation<Scalar>(model, state, state, *column);
         if (innovation.ok) {
-            apply(state, innovation);
+            (void)apply(state, innovation);
         }
     }
     return state;

@@ -4,7 +4,7 @@
 #include <Eigen/Cholesky>
 
 #include "core/tracking/scaat/measurement_model.hpp"
-#include "core/tracking/scaat/state.hpp"
+#include "core/tracking/scaat/propagate.hpp"
 
 namespace tricoil::tracking::scaat {
 
@@ -52,8 +52,9 @@ Innovation<Scalar> innovation(const Model& model, const State<Scalar>& state, co
     Quat<Scalar> q = around.q_source_sensor;
     Quat<Scalar> back = Quat<Scalar>::Identity();
     if (late_s > 0) {
-        position -= late_s * around.velocity_m_s;
-        back = geometry::rotation_vector_to_quaternion<Scalar>(-late_s * around.rate_rad_s);
+        position += way<Scalar>(around.velocity_m_s, around.acceleration_m_s2, -late_s);
+        back = geometry::rotation_vector_to_quaternion<Scalar>(
+            way<Scalar>(around.rate_rad_s, around.angular_acceleration_rad_s2, -late_s));
         q = back * q;
     }
     const auto predicted = model.column(position, q.toRotationMatrix().transpose(), j);
@@ -94,12 +95,14 @@ void correct(State<Scalar>& state, const Vec12<Scalar>& error) {
 /// x += K y and P = (I - K H) P (I - K H)^T + K R K^T (Joseph). In float a column can be 10^4 times surer than the prediction; the
 /// short form P - K G^T then leaves rounding errors of the size of the result, to first order in the error of K, and P turns
 /// indefinite. Joseph's is quadratic in that error. Only the upper triangle is formed and mirrored, so P stays symmetric exactly.
+/// Returns K y.
 template <typename Scalar>
-void apply(State<Scalar>& state, const Innovation<Scalar>& innovation) {
+Vec12<Scalar> apply(State<Scalar>& state, const Innovation<Scalar>& innovation) {
     using Gain = Eigen::Matrix<Scalar, kErrorStates, 3>;
     const Gain k = innovation.s.solve(innovation.gain_numerator.transpose()).transpose();
-    correct<Scalar>(state, k * innovation.y);
     Mat12<Scalar>& p = state.covariance;
+    const Vec12<Scalar> error = k * innovation.y;
+    correct(state, error);
     const Mat12<Scalar> half = p - k * innovation.gain_numerator.transpose();  // (I - K H) P
     // (I - K H) P H^T equals K R but for rounding; the difference is what the second factor takes away.
     const Gain rest = times_h_transposed<Scalar>(half, innovation.h, innovation.late_s) - k * innovation.r.asDiagonal();
@@ -109,6 +112,7 @@ void apply(State<Scalar>& state, const Innovation<Scalar>& innovation) {
             p(j, i) = p(i, j);
         }
     }
+    return error;
 }
 
 }  // namespace tricoil::tracking::scaat

@@ -49,9 +49,14 @@ private:
 
     [[nodiscard]] std::optional<Rejection> why_refused(const Column<Scalar>& column) const;
     void remember(const Column<Scalar>& column);
-    std::optional<PoseEstimate<Scalar>> track(const Column<Scalar>& column, bool frame_complete);
+    std::optional<PoseEstimate<Scalar>> track(const Column<Scalar>& column);
+    [[nodiscard]] bool in_frames() const { return params_.max_column_span.count() == 0; }
+    [[nodiscard]] bool frame_complete() const;
     std::optional<PoseEstimate<Scalar>> search(const Column<Scalar>& column);
-    bool use(const Column<Scalar>& column);
+    bool use_frame(const SignalMatrix<Scalar>& matrix);
+    bool use(const Column<Scalar>& column, const State<Scalar>& around, bool trusted);
+    void open(Scalar factor);
+    [[nodiscard]] bool contradicted_before(int coil) const;
     void adapt(const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened);
     bool left_behind(bool accepted, int coil);
     bool start(const SignalMatrix<Scalar>& matrix);
@@ -60,8 +65,11 @@ private:
     void reset_adaptation();
     void lose(DeviceTime time);
     [[nodiscard]] PoseEstimate<Scalar> report(PoseFlags flags, Microseconds ahead);
+    [[nodiscard]] error_model::ErrorBudget<Scalar> expected_error(const State<Scalar>& state, const Mat6<Scalar>& covariance) const;
 
     static constexpr int kSettlingColumns = 6;  // until velocity is known: two of each state
+    static constexpr int kLearningColumns = 24;  // until its corrections tell of accelerations
+    static constexpr int kMostOpenings = 4;     // for one column
     static constexpr int kMostRefused = 3;      // in a row, of any or of one state
     static constexpr std::size_t kRecent = 12;  // columns remembered against duplicates
 
@@ -76,9 +84,10 @@ private:
     Health health_;
     bool hemisphere_known_ = false;
     bool has_last_ = false;  // state_ holds a pose, if an old one
-    int settled_ = 0;        // columns used since the start, up to kSettlingColumns
+    int settled_ = 0;        // columns used since the start, up to kLearningColumns
     int refused_in_row_ = 0;
     std::array<int, kSourceCoils> refused_of_state_{};
+    std::array<bool, kSourceCoils> far_of_state_{};  // refused for so much that the sensor must have jumped
     std::array<PoseFlags, kSourceCoils> flags_of_state_{};  // of the newest column of each state
     int since_health_ = 0;
     DeviceTime last_used_{};
@@ -96,6 +105,6 @@ private:
 
 extern template class Filter<float, ConcentricMeasurement<float>>;
 extern template class Filter<double, ConcentricMeasurement<double>>;
-static_assert(sizeof(Filter<float>) <= 2600, "one sensor's filter in float, of 32 KiB RAM for four");
+static_assert(sizeof(Filter<float>) <= 2700, "one sensor's filter in float, of 32 KiB RAM for four");
 
 }  // namespace tricoil::tracking::scaat

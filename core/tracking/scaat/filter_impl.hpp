@@ -1,6 +1,7 @@
 // Definitions of Filter; include only where it is instantiated for a field model.
 #pragma once
 
+#include "core/geometry/angles.hpp"
 #include "core/tracking/scaat/filter.hpp"
 
 namespace tricoil::tracking::scaat {
@@ -42,12 +43,7 @@ std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::update(const Column<S
         lose(column.midpoint);
         return search(column);
     }
-    int simultaneous = 0;
-    for (const Seen& seen : recent_) {
-        simultaneous += seen.state != Excitation::off && seen.midpoint == column.midpoint ? 1 : 0;
-    }
-    const bool is_frame = params_.max_column_span.count() == 0;
-    return track(column, !is_frame || simultaneous == kSourceCoils);
+    return track(column);
 }
 
 template <typename Scalar, MeasurementModel<Scalar> Model>
@@ -82,21 +78,33 @@ void Filter<Scalar, Model>::remember(const Column<Scalar>& column) {
     has_column_ = true;
 }
 
+/// Whether the newest instant has brought all three columns, usable or not.
+template <typename Scalar, MeasurementModel<Scalar> Model>
+bool Filter<Scalar, Model>::frame_complete() const {
+    int simultaneous = 0;
+    for (const Seen& seen : recent_) {
+        simultaneous += seen.state != Excitation::off && seen.midpoint == newest_column_ ? 1 : 0;
+    }
+    return simultaneous == kSourceCoils;
+}
+
 /// One column while tracking.
 template <typename Scalar, MeasurementModel<Scalar> Model>
-std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::track(const Column<Scalar>& column, bool frame_complete) {
-    flags_of_state_[static_cast<std::size_t>(coil_index(column.state))] = pose_flags(column.flags);
+std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::track(const Column<Scalar>& column) {
+    const int coil = coil_index(column.state);
+    flags_of_state_[static_cast<std::size_t>(coil)] = pose_flags(column.flags);
     PoseFlags flags = flags_of_state_[0] | flags_of_state_[1] | flags_of_state_[2];  // a state that is not heard leaves directions open
     const bool in_order = column.midpoint >= state_.time;
     if (in_order) {
         propagate(state_, intensity(), column.midpoint);
     }
-    if (column.flags.has_any(kUnusable)) {
-        return frame_complete ? std::optional(report(flags, params_.predict_ahead)) : std::nullopt;
+    const bool reports = !in_frames() || frame_complete();
+    const auto raw = in_order && !column.flags.has_any(kUnusable) ? raw_.add(column) : std::nullopt;
+    if (column.flags.has_any(kUnusable) || (in_frames() && in_order && !raw)) {
+        return reports ? std::optional(report(flags, params_.predict_ahead)) : std::nullopt;
     }
-    const auto raw = in_order ? raw_.add(column) : std::nullopt;
-    const bool accepted = use(column);
-    if (left_behind(accepted, coil_index(column.state))) {
+    const bool accepted = in_frames() && in_order ? use_frame(*raw) : use(column, state_, contradicted_before(coil));
+    if (left_behind(accepted, coil)) {
         ++counters_.reopened;
         if (!raw || !start(*raw)) {
             lose(column.midpoint);
@@ -105,7 +113,7 @@ std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::track(const Column<Sc
         flags.set(PoseFlag::unconfirmed);
         return report(flags, params_.predict_ahead);
     }
-    if (accepted && in_order) {
+    if (accepted && in_order && !in_frames()) {
         const auto matrix = accepted_.add(column);
         if (matrix && ++since_health_ >= kSourceCoils) {
             since_health_ = 0;
@@ -113,31 +121,64 @@ std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::track(const Column<Sc
         }
     }
     flags.set_if(!accepted || refused_in_row_ > 0, PoseFlag::unconfirmed);
-    return frame_complete ? std::optional(report(flags, params_.predict_ahead)) : std::nullopt;
+    return reports ? std::optional(report(flags, params_.predict_ahead)) : std::nullopt;
 }
 
-/// Updates with a column if it passes the gate.
+/// Three simultaneous columns. Their direct pose is where the model is linearised: exact however far the prediction is off. Nine
+/// numbers that agree on a pose are no outliers, so a prediction that they contradict is opened at once. False if most are refused.
 template <typename Scalar, MeasurementModel<Scalar> Model>
-bool Filter<Scalar, Model>::use(const Column<Scalar>& column) {
-    const auto innovation = column_innovation<Scalar>(model_, state_, state_, column);
+bool Filter<Scalar, Model>::use_frame(const SignalMatrix<Scalar>& matrix) {
+    const auto pose = examine(matrix);
+    State<Scalar> around = state_;
+    const bool agree = pose.ok() && !health_.flags.has(PoseFlag::distorted);
+    if (agree) {
+        StartPose<Scalar> direct = *pose;
+        (void)resolve_hemisphere(direct);
+        around.position_m = direct.position_m;
+        around.q_source_sensor = geometry::attitude_quaternion(direct.attitude);
+    }
+    int refused = 0;
+    for (int j = 0; j < kSourceCoils; ++j) {
+        refused += use(raw_.latest(j), agree ? around : state_, agree) ? 0 : 1;
+    }
+    return 2 * refused < kSourceCoils;
+}
+
+/// Updates with a column if it passes the gate, linearised at `around`. One that does not pass is left out as an outlier, unless
+/// `trusted`: then the sensor has accelerated beyond what was thought possible, and the prediction is opened until it passes.
+template <typename Scalar, MeasurementModel<Scalar> Model>
+bool Filter<Scalar, Model>::use(const Column<Scalar>& column, const State<Scalar>& around, bool trusted) {
+    auto innovation = column_innovation<Scalar>(model_, state_, around, column);
     if (!innovation.ok) {
         return false;
     }
+    const auto coil = static_cast<std::size_t>(coil_index(column.state));
+    const bool far = innovation.y.norm() > params_.most_opened * column.in_phase.norm();
+    const bool may_open = trusted && !far && !far_of_state_[0] && !far_of_state_[1] && !far_of_state_[2];
+    for (int n = 0; may_open && innovation.ok && innovation.whitened().squaredNorm() > params_.gate && n < kMostOpenings; ++n) {
+        open(innovation.whitened().squaredNorm() / 3);
+        innovation = column_innovation<Scalar>(model_, state_, around, column);
+    }
     const Vec3<Scalar> whitened = innovation.whitened();
     const Scalar nis = whitened.squaredNorm();
-    const bool accepted = nis <= params_.gate;
-    const bool settled = settled_ == kSettlingColumns;
-    if (settled && (accepted || refused_in_row_ > 0)) {
-        adapt(innovation, whitened);
-    }
-    if (!accepted) {
+    if (!innovation.ok || !(nis <= params_.gate)) {
+        far_of_state_[coil] = far;
         ++counters_.outliers;
         return false;
     }
+    far_of_state_[coil] = false;
+    const bool settled = settled_ >= kSettlingColumns;
+    if (settled) {
+        adapt(innovation, whitened);
+    }
     consistency_ += settled ? params_.consistency_gain * (nis / 3 - consistency_) : Scalar(0);
-    apply(state_, innovation);
+    const auto gains_per_s = acceleration_gains_per_s(state_.covariance);
+    const Vec12<Scalar> correction = apply(state_, innovation);
+    if (settled_ >= kLearningColumns) {
+        learn_acceleration(state_, correction, gains_per_s);
+    }
     last_used_ = std::max(last_used_, column.midpoint);
-    settled_ = std::min(settled_ + 1, kSettlingColumns);
+    settled_ = std::min(settled_ + 1, kLearningColumns);
     return true;
 }
 
@@ -156,6 +197,22 @@ void Filter<Scalar, Model>::adapt(const Innovation<Scalar>& innovation, const Ve
     process_.log_rotation =
         std::clamp(adapted_log<Scalar>(process_.log_rotation, process_.information_rotation, process_.score_rotation, share(3), whitened, n),
                    std::log(n.least_rad2_s3), std::log(n.most_rad2_s3));
+}
+
+/// Whether the column before, or the last of this source coil, was refused: two that contradict the prediction are no outliers.
+template <typename Scalar, MeasurementModel<Scalar> Model>
+bool Filter<Scalar, Model>::contradicted_before(int coil) const {
+    return refused_in_row_ > 0 || refused_of_state_[static_cast<std::size_t>(coil)] > 0;
+}
+
+/// Multiplies the prediction's covariance, and the intensity that led to it.
+template <typename Scalar, MeasurementModel<Scalar> Model>
+void Filter<Scalar, Model>::open(Scalar factor) {
+    const auto& n = params_.process;
+    state_.covariance *= factor;
+    process_.log_translation = std::min(process_.log_translation + std::log(factor), std::log(n.most_m2_s3));
+    process_.log_rotation = std::min(process_.log_rotation + std::log(factor), std::log(n.most_rad2_s3));
+    ++counters_.opened;
 }
 
 /// Counts refusals in a row, of all columns and per state: a jump refuses all, a coil that changed only its own.
@@ -246,6 +303,7 @@ void Filter<Scalar, Model>::reset_adaptation() {
     flags_of_state_.fill({});
     refused_in_row_ = 0;
     refused_of_state_.fill(0);
+    far_of_state_.fill(false);
     since_health_ = 0;
 }
 
@@ -285,7 +343,22 @@ PoseEstimate<Scalar> Filter<Scalar, Model>::report(PoseFlags flags, Microseconds
     estimate.snr_db = health_.snr_db;
     estimate.signal_matrix = health_.x;
     counters_.invalid_poses += estimate.valid() ? 0U : 1U;
+    if (estimate.valid()) {
+        estimate.predicted_error = expected_error(state, estimate.covariance);
+    }
     return estimate;
+}
+
+/// Of the error model's terms a filter keeps the window's blur, the latency, and its own covariance in place of the noise.
+template <typename Scalar, MeasurementModel<Scalar> Model>
+error_model::ErrorBudget<Scalar> Filter<Scalar, Model>::expected_error(const State<Scalar>& state,
+                                                                       const Mat6<Scalar>& covariance) const {
+    error_model::BudgetParams<Scalar> budget;
+    budget.timing.window_s = params_.window_s;
+    budget.timing.latency_s = params_.latency_s;
+    const error_model::MotionState<Scalar> motion{state.position_m, state.q_source_sensor,   state.velocity_m_s,
+                                                  state.rate_rad_s, state.acceleration_m_s2, state.angular_acceleration_rad_s2};
+    return error_model::error_budget(motion, covariance, budget);
 }
 
 template <typename Scalar, MeasurementModel<Scalar> Model>

@@ -13,8 +13,11 @@ template <typename Scalar>
 struct Params {
     Vec3<Scalar> hemisphere = Vec3<Scalar>::UnitX();  // towards the half space the sensor starts in; zero: unknown
     Microseconds max_column_span{0};                  // of three columns that start the filter; zero: simultaneous (FDM)
+    Scalar window_s = 0;   // length of a demodulation window, for the predicted blur
+    Scalar latency_s = 0;  // from a pose's time to its use, for the predicted error
     ProcessNoiseParams<Scalar> process;
     Scalar gate = 30;                           // squared innovation over its covariance, 3 degrees of freedom: passed once in 7e5
+    Scalar most_opened = Scalar(0.05);          // innovation over coupling up to which a manoeuvre is followed rather than searched
     Scalar start_speed_m_s = 3;                 // standard deviation of the velocity when the filter starts: a fast hand
     Scalar start_rate_rad_s = 20;               // likewise of the angular rate
     Scalar consistency_gain = Scalar(1) / 24;   // weight of a column in the windowed consistency: 24 columns are 33 ms of TDM
@@ -34,7 +37,7 @@ template <typename Scalar>
 Status check(const Params<Scalar>& p) {
     const auto& n = p.process;
     for (const Scalar value : {n.least_m2_s3, n.most_m2_s3, n.start_m2_s3, n.least_rad2_s3, n.most_rad2_s3, n.start_rad2_s3,
-                               n.rise, n.information_floor, n.largest_step, p.gate, p.start_speed_m_s, p.start_rate_rad_s,
+                               n.rise, n.smoothing, n.information_floor, n.largest_step, p.gate, p.most_opened, p.start_speed_m_s, p.start_rate_rad_s,
                                p.inconsistent_above, p.min_snr, p.max_misfit, p.distortion_gate}) {
         if (!std::isfinite(value) || !(value > 0)) {
             return {StatusCode::invalid_argument, "filter parameters must be positive and finite"};
@@ -46,6 +49,9 @@ Status check(const Params<Scalar>& p) {
     }
     if (!(n.gain > 0 && n.gain < 1) || !(p.consistency_gain > 0 && p.consistency_gain < 1)) {
         return {StatusCode::invalid_argument, "weights of a column must lie between 0 and 1"};
+    }
+    if (!std::isfinite(p.window_s) || p.window_s < 0 || !std::isfinite(p.latency_s) || p.latency_s < 0) {
+        return {StatusCode::invalid_argument, "window and latency must be finite and not negative"};
     }
     constexpr Microseconds kLongest{10'000'000};
     for (const Microseconds time : {p.max_column_span, p.max_lateness, p.predict_ahead}) {
