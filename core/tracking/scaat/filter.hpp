@@ -69,6 +69,9 @@ private:
 
     static constexpr int kSettlingColumns = 6;  // until velocity is known: two of each state
     static constexpr int kLearningColumns = 24;  // until its corrections tell of accelerations
+    // Over the recorded motions squared errors are 0.9 to 1.0 of the filter's own covariance, and a second of motion is only some
+    // twenty independent errors: users are told a little more rather than a little less.
+    static constexpr double kMargin = 1.1;
     static constexpr int kMostOpenings = 4;     // for one column
     static constexpr int kMostRefused = 3;      // in a row, of any or of one state
     static constexpr std::size_t kRecent = 12;  // columns remembered against duplicates

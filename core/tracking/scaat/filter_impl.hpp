@@ -333,7 +333,7 @@ PoseEstimate<Scalar> Filter<Scalar, Model>::report(PoseFlags flags, Microseconds
     estimate.position_m = state.position_m;
     estimate.q_source_sensor = state.q_source_sensor;
     // A window of innovations larger than predicted: some assumption is wrong; say so in the covariance before the flag does.
-    estimate.covariance = state.covariance.template topLeftCorner<6, 6>() * std::max(Scalar(1), consistency_);
+    estimate.covariance = state.covariance.template topLeftCorner<6, 6>() * (Scalar(kMargin) * std::max(Scalar(1), consistency_));
     estimate.flags = flags | health_.flags;
     estimate.flags.set_if(!hemisphere_known_, PoseFlag::hemisphere_unknown);
     estimate.flags.set_if(settled_ < kSettlingColumns, PoseFlag::not_converged);
