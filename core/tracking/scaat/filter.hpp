@@ -60,7 +60,7 @@ private:
     void adapt(const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened);
     bool left_behind(bool accepted, int coil);
     bool start(const SignalMatrix<Scalar>& matrix);
-    [[nodiscard]] Result<StartPose<Scalar>> examine(const SignalMatrix<Scalar>& matrix);
+    [[nodiscard]] Result<StartPose<Scalar>> examine(const SignalMatrix<Scalar>& matrix, bool beside);
     bool resolve_hemisphere(StartPose<Scalar>& pose) const;
     void reset_adaptation();
     void lose(DeviceTime time);

@@ -117,7 +117,7 @@ std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::track(const Column<Sc
         const auto matrix = accepted_.add(column);
         if (matrix && ++since_health_ >= kSourceCoils) {
             since_health_ = 0;
-            (void)examine(*matrix);  // what it finds stands in health_
+            (void)examine(*matrix, true);  // what it finds stands in health_
         }
     }
     flags.set_if(!accepted || refused_in_row_ > 0, PoseFlag::unconfirmed);
@@ -128,14 +128,12 @@ std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::track(const Column<Sc
 /// numbers that agree on a pose are no outliers, so a prediction that they contradict is opened at once. False if most are refused.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 bool Filter<Scalar, Model>::use_frame(const SignalMatrix<Scalar>& matrix) {
-    const auto pose = examine(matrix);
+    const auto pose = examine(matrix, true);
     State<Scalar> around = state_;
     const bool agree = pose.ok() && !health_.flags.has(PoseFlag::distorted);
     if (agree) {
-        StartPose<Scalar> direct = *pose;
-        (void)resolve_hemisphere(direct);
-        around.position_m = direct.position_m;
-        around.q_source_sensor = geometry::attitude_quaternion(direct.attitude);
+        around.position_m = pose->position_m;
+        around.q_source_sensor = geometry::attitude_quaternion(pose->attitude);
     }
     int refused = 0;
     for (int j = 0; j < kSourceCoils; ++j) {
@@ -244,7 +242,7 @@ std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::search(const Column<S
 /// Begins to track from the three columns of `matrix`; false, with the reason in health_, if they are no pose.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 bool Filter<Scalar, Model>::start(const SignalMatrix<Scalar>& matrix) {
-    auto pose = examine(matrix);
+    auto pose = examine(matrix, false);
     if (!pose.ok() || health_.flags.has_any({PoseFlag::no_sensor, PoseFlag::wrong_handedness})) {
         return false;
     }
@@ -260,10 +258,10 @@ bool Filter<Scalar, Model>::start(const SignalMatrix<Scalar>& matrix) {
     return true;
 }
 
-/// The direct pose of a matrix; flags, distortion and signal to noise go to health_.
+/// The pose of a matrix, sought beside the present state or from nothing; flags, distortion and signal to noise go to health_.
 template <typename Scalar, MeasurementModel<Scalar> Model>
-Result<StartPose<Scalar>> Filter<Scalar, Model>::examine(const SignalMatrix<Scalar>& matrix) {
-    const auto pose = model_.start(matrix.x);
+Result<StartPose<Scalar>> Filter<Scalar, Model>::examine(const SignalMatrix<Scalar>& matrix, bool beside) {
+    const auto pose = beside ? model_.near(matrix.x, state_.position_m, state_.q_source_sensor) : model_.start(matrix.x);
     health_ = Health{};
     health_.x = matrix.x;
     if (!pose.ok()) {

@@ -1,4 +1,4 @@
-// What the filter needs of a field model, and the concentric dipole as the first that offers it.
+// What the filter needs of a field model, and the concentric dipole that offers it.
 #pragma once
 
 #include <concepts>
@@ -22,11 +22,13 @@ struct StartPose {
 
 /// The one interface between the filter and field/:
 ///   column(p, O, j)  coupling column j (0-2) at a pose with its Jacobian by position (1/m) and small rotation (1/rad), source frame;
-///   start(X)         a pose from three columns taken as simultaneous; errors as solve_direct.
+///   start(X)         a pose from three columns taken as simultaneous, with nothing known before; errors as solve_direct;
+///   near(X, p, q)    the same beside the pose (p, q).
 template <typename Model, typename Scalar>
 concept MeasurementModel = requires(const Model& model, const Vec3<Scalar>& p, const Mat3<Scalar>& m, int j) {
     { model.column(p, m, j) } -> std::same_as<field::ColumnModel<Scalar>>;
     { model.start(m) } -> std::same_as<Result<StartPose<Scalar>>>;
+    { model.near(m, p, Quat<Scalar>()) } -> std::same_as<Result<StartPose<Scalar>>>;
 };
 
 /// Concentric triads, (6). X is even in the position's direction, at rest and in motion alike: no trajectory resolves the
@@ -46,6 +48,18 @@ struct ConcentricMeasurement {
         }
         return StartPose<Scalar>{direct->range_m * direct->direction, direct->attitude,     direct->strength,
                                  direct->misfit_squared,              direct->right_handed, false};
+    }
+
+    /// The direct solution needs no neighbour; only its sign does.
+    [[nodiscard]] Result<StartPose<Scalar>> near(const Mat3<Scalar>& x, const Vec3<Scalar>& position_m,
+                                                 const Quat<Scalar>& /*q*/) const {
+        auto pose = start(x);
+        if (!pose.ok() || pose->position_m.dot(position_m) >= 0) {
+            return pose;
+        }
+        StartPose<Scalar> mirrored = *pose;
+        mirrored.position_m = -mirrored.position_m;
+        return mirrored;
     }
 };
 
