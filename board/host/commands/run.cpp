@@ -89,6 +89,16 @@ void add_run_command(CLI::App& program, Action& action) {
     sub->add_flag("--realtime", o.realtime, "Let time pass as it does outside");
     sub->add_option("--seed", o.seed, "Of noise and of the hand's motion")->check(CLI::NonNegativeNumber)->capture_default_str();
     sub->add_option("--out", o.out_csv, "Write every pose beside the truth to this CSV file");
+    sub->add_option("--tip", o.output.tip_m, "CSV: report this point of the tool, x,y,z in metres from the sensor, in its axes")
+        ->delimiter(',')
+        ->expected(3);
+    sub->add_option("--align", o.output.align_points,
+                    "CSV: report in the frame of three points, metres: its origin, one on its x axis, one towards its y axis")
+        ->delimiter(',')
+        ->expected(9);
+    sub->add_flag("--boresight", o.output.boresight, "CSV: the first valid pose's attitude reads zero");
+    sub->add_option("--units", o.output.unit, "CSV: unit of positions: m, mm, cm or in")->capture_default_str();
+    sub->add_option("--euler", o.output.euler, "CSV: add three angles, in this order of turns about the sensor's own axes, as zyx");
     sub->add_flag("--json", command->json, "Summary as JSON");
     sub->callback(
         [command, duration, &action] { action = [command, duration] { return run(*command, duration->count() > 0); }; });

@@ -154,11 +154,12 @@ RunReport run_simulated(const RunOptions& options) {
     sim::SimulatedCoilDriver coils;
     sim::SimulatedCoilSampler sampler(world, coils, clock, scenario.duration_s);
 
+    const OutputFormat format = make_output_format(options.output);
     RunReport report;
     RunScore score(*scenario.motion, world, clock, plan);
     std::optional<PoseCsv> csv;
     if (!options.out_csv.empty()) {
-        csv.emplace(options.out_csv);
+        csv.emplace(options.out_csv, format);
     }
     {
         LiveView live(stderr, options.show_live, scenario.duration_s);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "board/app/main_loop.hpp"
+#include "board/host/run/output_format.hpp"
 #include "board/host/run/run_score.hpp"
 #include "sim/scenarios/scenario.hpp"
 
@@ -30,6 +31,7 @@ struct RunOptions {
     bool show_live = true;
     std::uint64_t seed = 1;
     std::string out_csv;
+    OutputOptions output;  // of the CSV; scores stay in the source frame
 };
 
 struct RunReport {
