@@ -37,7 +37,6 @@ void add_file(const sim::RecordedMotion& motion, const test::ReplayParams& param
     totals.naive_over_deskew.push_back(scores[0].position().rms / scores[1].position().rms);
     totals.nees_position.push_back(scores[2].nees_position_per_dof());
     totals.nees_rotation.push_back(scores[2].nees_rotation_per_dof());
-    if (std::getenv("VERBOSE")) fmt::print("{} naive {:.2f} deskew {:.3f} scaat {:.4f} ratio {:.1f} max {:.3f} nees {:.2f} {:.2f} inv {} start {:.2f} bound {:.2f}\n", totals.nees_rotation.size(), 1e3*scores[0].position().rms, 1e3*scores[1].position().rms, 1e3*scores[2].position().rms, totals.naive_over_scaat.back(), 1e3*scores[2].position().max, totals.nees_position.back(), totals.nees_rotation.back(), scores[2].invalid, start.x(), 1e3*scores[2].static_bound_m());
 }
 
 void print_range(const char* name, const std::vector<double>& values) {

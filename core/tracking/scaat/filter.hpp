@@ -61,6 +61,7 @@ private:
     bool left_behind(bool accepted, int coil);
     bool start(const SignalMatrix<Scalar>& matrix);
     [[nodiscard]] Result<StartPose<Scalar>> examine(const SignalMatrix<Scalar>& matrix, bool beside);
+    [[nodiscard]] Scalar deskew_remainder() const;
     bool resolve_hemisphere(StartPose<Scalar>& pose) const;
     void reset_adaptation();
     void lose(DeviceTime time);
