@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "board/host/errors.hpp"
+#include "board/host/figures/whole_file.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -39,8 +40,9 @@ tracking::PoseEstimate<double> pose_of(const sim::Pose& truth) {
 
 }  // namespace
 
-PoseCsv::PoseCsv(const std::string& path, OutputFormat format)
-    : path_(path), format_(std::move(format)), file_(std::fopen(path.c_str(), "w")) {
+PoseCsv::PoseCsv(const std::string& path, OutputFormat format) : path_(path), format_(std::move(format)) {
+    refuse_write_protected(path);
+    file_ = std::fopen(path.c_str(), "w");  // through links, and to pipes and devices as they are
     if (file_ == nullptr) {
         throw InputError(fmt::format("{}: cannot be written ({}); choose another --out", path, std::strerror(errno)));
     }

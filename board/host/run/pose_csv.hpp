@@ -25,7 +25,7 @@ public:
 private:
     std::string path_;
     OutputFormat format_;
-    std::FILE* file_;
+    std::FILE* file_ = nullptr;
     bool failed_ = false;
 };
 
