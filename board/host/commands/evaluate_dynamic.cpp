@@ -8,6 +8,7 @@
 #include "board/host/errors.hpp"
 #include "board/host/figures/gnuplot.hpp"
 #include "board/host/figures/whole_file.hpp"
+#include "board/host/interrupt.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -37,9 +38,10 @@ int evaluate_dynamic(const DynamicOptions& options) {
     const auto tracker = PoseStream::read(options.files.at(1));
     const auto report = dynamic_report(tracker, reference, align_streams(tracker, reference, options.time_offset_s));
     if (!options.out.empty()) {
+        const InterruptGuard guard;
         StagedFolder folder(options.out);
         write_whole_file(folder.path() / kCsv, dynamic_csv(report));
-        draw(folder.path(), {picture()});
+        draw(folder.path(), {picture()}, guard);
         folder.publish();
     }
     fmt::print("{}", options.json ? dynamic_json(report) : dynamic_text(report));
