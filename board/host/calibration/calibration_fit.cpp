@@ -22,6 +22,8 @@ namespace {
 constexpr int kRigid = 6;  // translation (units of 0.1 m), rotation vector (rad) on top of the start's rotation
 using RigidBlock = std::array<double, kRigid>;
 
+const double kLever_m = getenv("LEVER") ? atof(getenv("LEVER")) : 0.2;
+const double kMisfitShare = getenv("SHARE") ? atof(getenv("SHARE")) : 0.5;
 constexpr double kFirstLoss_m = 5e-3;     // of the robust loss before the residuals' own spread is known
 constexpr double kLossDeviations = 4;     // afterwards, in robust standard deviations
 constexpr double kOutlierDeviations = 8;  // named as set aside
@@ -50,7 +52,7 @@ struct PoseResidual {
     Mat3<double> named;         // N
     Mat3<double> jig_start;     // rotation that the jig block turns on
     double coupling_constant;
-    double weight_m;  // metres per coupling unit
+    Eigen::Matrix<double, 9, 9> weight;  // metres per coupling unit, see pose_weight
     bool finite;
 
     template <typename T>
@@ -64,12 +66,29 @@ struct PoseResidual {
         const Mat3<T> o_transposed = turned * fixture_rotation * rotation_of(jig + 3) * jig_start.cast<T>();
         const Mat3<T> o = o_transposed.transpose();
         const Mat3<T> x = couplings<T>(model, position, o, finite);
+        Eigen::Matrix<T, 9, 1> difference;
         for (int k = 0; k < 9; ++k) {
-            residual[k] = T(weight_m) * (x(k) - T(pose.x(k)));
+            difference(k) = x(k) - T(pose.x(k));
         }
+        Eigen::Map<Eigen::Matrix<T, 9, 1>>(residual, 9) = weight.cast<T>() * difference;
         return true;
     }
 };
+
+/// What matters in the end is the pose: couplings' differences as the position and rotation that they would be taken for (J+),
+/// and with less weight what no pose explains. Symmetric root of J+^T diag(1, lever^2) J+ + share^2 metres^2 (I - J J+).
+Eigen::Matrix<double, 9, 9> pose_weight(const field::GeneralDipole<double>& model, const solver::RigidPose<double>& pose,
+                                        double metres) {
+    const Mat3<double> o = pose.q_source_sensor.toRotationMatrix().transpose();
+    Eigen::Matrix<double, 9, 6> jacobian = field::signal_model<double>(model, pose.position_m, o).jacobian;
+    jacobian.rightCols<3>() /= kLever_m;
+    const Mat6<double> inverse = (jacobian.transpose() * jacobian).inverse();
+    const Eigen::Matrix<double, 6, 9> pseudo = inverse * jacobian.transpose();
+    Eigen::Matrix<double, 9, 9> square = pseudo.transpose() * pseudo;
+    const double share = kMisfitShare * metres;
+    square += share * share * (Eigen::Matrix<double, 9, 9>::Identity() - jacobian * pseudo);
+    return Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>>(square).operatorSqrt();
+}
 
 double robust_deviation(std::vector<double> absolute) {
     const auto middle = absolute.begin() + static_cast<std::ptrdiff_t>(absolute.size() / 2);
@@ -225,7 +244,8 @@ private:
             double* fixture = options_.fixtures == FixtureModel::named ? fixture_[0].data() : fixture_[m].data();
             for (const MeasuredPose& pose : files_[f].poses) {
                 const Mat3<double>& jig = jig_start_[m];
-                const double weight = weight_m(pose);
+                const auto weight =
+                    pose_weight(model_of<double>(magnetic_.data(), coupling_constant_), current_pose(s, m, pose), weight_m(pose));
                 auto* functor = new PoseResidual{pose, source_start_[s], named_[m], jig, coupling_constant_, weight, finite};
                 auto* cost = new ceres::AutoDiffCostFunction<PoseResidual, 9, kMagnetic, kRigid, kRigid, kRigid>(functor);
                 problem_->AddResidualBlock(cost, new ceres::CauchyLoss(loss_m), magnetic_.data(), source_[s].data(), fixture,
@@ -244,6 +264,20 @@ private:
         if (!summary.IsSolutionUsable()) {
             throw InputError("the calibration does not converge: " + summary.message);
         }
+    }
+
+    [[nodiscard]] Rigid mount_of(std::size_t m) const {
+        const RigidBlock& block = options_.fixtures == FixtureModel::named ? fixture_[0] : fixture_[m];
+        const Mat3<double> turned = named_[m] * rotation_of(block.data() + 3);
+        return {turned * rotation_of(jig_.data() + 3) * jig_start_[m], length_of(block.data()) + turned * length_of(jig_.data())};
+    }
+
+    [[nodiscard]] Rigid source_of(std::size_t s) const {
+        return {rotation_of(source_[s].data() + 3) * source_start_[s], length_of(source_[s].data())};
+    }
+
+    [[nodiscard]] solver::RigidPose<double> current_pose(std::size_t s, std::size_t m, const MeasuredPose& pose) const {
+        return true_pose(source_of(s), pose, mount_of(m));
     }
 
     /// Metres per coupling unit: a coupling falls by 3 k / rho per metre.
@@ -312,14 +346,10 @@ private:
         CalibrationFit fit;
         fit.model = model_of<double>(magnetic_.data(), coupling_constant_);
         for (std::size_t s = 0; s < source_.size(); ++s) {
-            fit.source_stage[source_names_[s]] = {rotation_of(source_[s].data() + 3) * source_start_[s],
-                                                  length_of(source_[s].data())};
+            fit.source_stage[source_names_[s]] = source_of(s);
         }
         for (std::size_t m = 0; m < sensor_names_.size(); ++m) {
-            const RigidBlock& block = options_.fixtures == FixtureModel::named ? fixture_[0] : fixture_[m];
-            const Mat3<double> turned = named_[m] * rotation_of(block.data() + 3);
-            fit.mount_sensor[sensor_names_[m]] = {turned * rotation_of(jig_.data() + 3) * jig_start_[m],
-                                                  length_of(block.data()) + turned * length_of(jig_.data())};
+            fit.mount_sensor[sensor_names_[m]] = mount_of(m);
         }
         fit.stage_turns_left_handed = left_handed_;
         fit.start_position_rms_m = start_rms_m_;
