@@ -22,14 +22,16 @@ namespace {
 constexpr int kRigid = 6;  // translation (units of 0.1 m), rotation vector (rad) on top of the start's rotation
 using RigidBlock = std::array<double, kRigid>;
 
-const double kLever_m = getenv("LEVER") ? atof(getenv("LEVER")) : 0.2;
-const double kMisfitShare = getenv("SHARE") ? atof(getenv("SHARE")) : 0.5;
+constexpr double kLever_m = 0.1;          // a rad counts as much as this length: a hand's breadth, a stylus
+constexpr double kMisfitShare = 0.5;      // weight of what no pose explains, against what moves the pose
 constexpr double kFirstLoss_m = 5e-3;     // of the robust loss before the residuals' own spread is known
 constexpr double kLossDeviations = 4;     // afterwards, in robust standard deviations
 constexpr double kOutlierDeviations = 8;  // named as set aside
 constexpr double kWorstCondition = 1e6;   // of the normalised Jacobian; beyond, parameters are not determined
 constexpr double kWarnCondition = 2e4;
-constexpr double kMixedFactor = 4;  // a file's residuals against the median file's
+constexpr double kMixedFactor = 4;         // a file's residuals against the median file's
+constexpr double kMixedShare = 5e-3;       // and only if they are at least this share of the couplings
+constexpr double kUnexplainedShare = 0.1;  // residuals beyond this are no calibration
 constexpr double kFixtureTolerance_deg = 5;
 
 template <typename T>
@@ -90,10 +92,10 @@ Eigen::Matrix<double, 9, 9> pose_weight(const field::GeneralDipole<double>& mode
     return Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>>(square).operatorSqrt();
 }
 
-double robust_deviation(std::vector<double> absolute) {
-    const auto middle = absolute.begin() + static_cast<std::ptrdiff_t>(absolute.size() / 2);
-    std::nth_element(absolute.begin(), middle, absolute.end());
-    return 1.4826 * *middle;
+double median(std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
 }
 
 double degrees_between(const Mat3<double>& a, const Mat3<double>& b) {
@@ -334,13 +336,17 @@ private:
         return values;
     }
 
-    double deviation_m() {
-        std::vector<double> values = residuals();
-        for (double& v : values) {
-            v = std::abs(v);
+    /// Length of each pose's residual: metres, position and rotation at the lever together.
+    std::vector<double> pose_norms() {
+        const std::vector<double> values = residuals();
+        std::vector<double> norms;
+        for (std::size_t at = 0; at < values.size(); at += 9) {
+            norms.push_back(Eigen::Map<const Eigen::Matrix<double, 9, 1>>(values.data() + at).norm());
         }
-        return robust_deviation(std::move(values));
+        return norms;
     }
+
+    double deviation_m() { return median(pose_norms()); }
 
     CalibrationFit result() {
         CalibrationFit fit;
@@ -353,6 +359,7 @@ private:
         }
         fit.stage_turns_left_handed = left_handed_;
         fit.start_position_rms_m = start_rms_m_;
+        fit.coupling_constant = coupling_constant_;
         fit.poses = count_poses(files_);
         judge_residuals(fit);
         judge_parameters(fit);
@@ -360,57 +367,57 @@ private:
         return fit;
     }
 
-    /// RMS by file, without poses beyond kOutlierDeviations, which are named.
+    /// RMS of couplings by file, without poses beyond kOutlierDeviations, which are named.
     void judge_residuals(CalibrationFit& fit) {
-        const std::vector<double> values = residuals();
-        const double deviation = deviation_m();
+        const std::vector<double> norms = pose_norms();
+        const double limit = kOutlierDeviations * median(norms) + 1e-12;
         std::size_t at = 0;
         double all = 0;
         double all_count = 0;
         std::vector<double> by_file;
-        for (const PoseFile& file : files_) {
+        std::vector<std::size_t> bad_by_file;
+        for (std::size_t f = 0; f < files_.size(); ++f) {
             double squares = 0;
             double count = 0;
-            for (const MeasuredPose& pose : file.poses) {
-                const Eigen::Map<const Eigen::Matrix<double, 9, 1>> r(values.data() + at, 9);
-                at += 9;
-                if (r.cwiseAbs().maxCoeff() > kOutlierDeviations * deviation) {
-                    fit.outliers.push_back(fmt::format("{}:{}", file.path, pose.line));
+            for (const MeasuredPose& pose : files_[f].poses) {
+                if (norms[at++] > limit) {
+                    fit.outliers.push_back(fmt::format("{}:{}", files_[f].path, pose.line));
+                    continue;
                 }
-                const double strength = pose.x.norm() / std::sqrt(1.5);
-                const double share = r.norm() / (weight_m(pose) * strength * 3);  // root mean square of the nine
-                if (r.cwiseAbs().maxCoeff() <= kOutlierDeviations * deviation) {
-                    squares += share * share;
-                    count += 1;
-                }
+                const auto at_pose = current_pose(source_index_[f], sensor_index_[f], pose);
+                const Mat3<double> o = at_pose.q_source_sensor.toRotationMatrix().transpose();
+                squares += (field::signal_matrix<double>(fit.model, at_pose.position_m, o) - pose.x).squaredNorm() /
+                           pose.x.squaredNorm();
+                count += 1;
             }
-            by_file.push_back(robust_rms(squares, count));
-            fit.residual_rms_by_file[file.path] = by_file.back();
+            by_file.push_back(count > 0 ? std::sqrt(squares / count) : 1);
+            bad_by_file.push_back(files_[f].poses.size() - static_cast<std::size_t>(count));
+            fit.residual_rms_by_file[files_[f].path] = by_file.back();
             all += squares;
             all_count += count;
         }
-        fit.residual_rms = robust_rms(all, all_count);
-        refuse_mixed_sets(by_file, fit);
+        fit.residual_rms = std::sqrt(all / std::max(all_count, 1.0));
+        refuse_mixed_sets(by_file, bad_by_file);
     }
 
-    static double robust_rms(double squares, double count) { return count > 0 ? std::sqrt(squares / count) : 0; }
-
     /// A file that most of its own poses do not fit was recorded with other coils or another mounting.
-    void refuse_mixed_sets(const std::vector<double>& by_file, const CalibrationFit& fit) {
+    void refuse_mixed_sets(const std::vector<double>& by_file, const std::vector<std::size_t>& bad_by_file) {
         for (std::size_t f = 0; f < files_.size(); ++f) {
-            std::size_t bad = 0;
-            for (const std::string& place : fit.outliers) {
-                bad += place.starts_with(files_[f].path + ":") ? 1U : 0U;
-            }
             std::vector<double> others = by_file;
             others.erase(others.begin() + static_cast<std::ptrdiff_t>(f));
-            std::nth_element(others.begin(), others.begin() + static_cast<std::ptrdiff_t>(others.size() / 2), others.end());
-            const bool worse = !others.empty() && by_file[f] > kMixedFactor * others[others.size() / 2] && by_file[f] > 1e-3;
-            if (4 * bad > files_[f].poses.size() || worse) {
+            const bool worse = !others.empty() && by_file[f] > kMixedFactor * median(others) && by_file[f] > kMixedShare;
+            if (2 * bad_by_file[f] > files_[f].poses.size() || worse) {
                 throw InputError(
-                    fmt::format("{}: {} of {} poses do not fit the model of the whole set; it was recorded with other coils, "
-                                "gains or mounting: calibrate it by itself",
-                                files_[f].path, bad, files_[f].poses.size()));
+                    fmt::format("{}: {} of {} poses do not fit the model of the whole set (residual {:.2g} of the couplings); it "
+                                "was recorded with "
+                                "other coils, gains or mounting: calibrate it by itself",
+                                files_[f].path, bad_by_file[f], files_[f].poses.size(), by_file[f]));
+            }
+            if (by_file[f] > kUnexplainedShare) {
+                throw InputError(
+                    fmt::format("{}: the model leaves {:.0f} % of the couplings unexplained; a coil was reversed or swapped "
+                                "within the set, or the stage's numbers do not belong to the couplings",
+                                files_[f].path, 100 * by_file[f]));
             }
         }
     }
@@ -430,7 +437,8 @@ private:
         const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(normalised.transpose() * normalised);
         const double least = std::max(eigen.eigenvalues()(0), 1e-300);
         fit.condition = std::sqrt(eigen.eigenvalues()(eigen.eigenvalues().size() - 1) / least);
-        name_parameters(fit, weakest_of(fit, eigen, norms));
+        eigen.eigenvectors().col(0).cwiseAbs().maxCoeff(&weakest_index_);
+        name_parameters(fit, deviations(jacobian, eigen, norms));
         if (fit.condition > kWorstCondition) {
             throw InputError(
                 fmt::format("the poses do not determine all parameters (condition {:.1e}); weakest: {}. Add poses that turn "
@@ -443,13 +451,23 @@ private:
         }
     }
 
-    Eigen::VectorXd weakest_of(const CalibrationFit& fit, const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>& eigen,
+    /// Standard deviations that hold whatever the residuals' distribution, poses being independent of each other:
+    /// (J^T J)^-1 (sum over poses of J_k^T r_k r_k^T J_k) (J^T J)^-1 (White 1980, Econometrica 48(4)).
+    Eigen::VectorXd deviations(const Eigen::MatrixXd& jacobian, const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>& eigen,
                                const Eigen::VectorXd& norms) {
+        const std::vector<double> values = residuals();
         const Eigen::VectorXd inverse = eigen.eigenvalues().cwiseMax(1e-300).cwiseInverse();
-        const Eigen::MatrixXd covariance = eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
-        eigen.eigenvectors().col(0).cwiseAbs().maxCoeff(&weakest_index_);
-        (void)fit;
-        return deviation_m() * covariance.diagonal().cwiseSqrt().cwiseQuotient(norms);
+        const Eigen::MatrixXd bread = eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
+        const double limit = kOutlierDeviations * deviation_m() + 1e-12;
+        Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(jacobian.rows() / 9, jacobian.cols());
+        for (Eigen::Index k = 0; k < scores.rows(); ++k) {
+            const Eigen::Map<const Eigen::Matrix<double, 9, 1>> r(values.data() + 9 * k);
+            if (r.norm() <= limit) {
+                scores.row(k) = r.transpose() * jacobian.middleRows<9>(9 * k) * norms.cwiseInverse().asDiagonal();
+            }
+        }
+        const Eigen::MatrixXd spread = scores * bread;
+        return spread.colwise().norm().transpose().cwiseQuotient(norms);
     }
 
     void name_parameters(CalibrationFit& fit, const Eigen::VectorXd& deviations) {

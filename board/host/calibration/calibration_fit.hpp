@@ -46,6 +46,7 @@ struct CalibrationFit {
     std::vector<std::string> outliers;  // FILE:LINE of poses that the robust loss set aside
     double condition = 0;               // of the normalised Jacobian
     std::size_t poses = 0;
+    double coupling_constant = 1;     // unit of the printed moments
     double start_position_rms_m = 0;  // of the closed-form start
 };
 
@@ -55,7 +56,8 @@ std::string source_fixture_name(const PoseFile& file);
 
 /// Levenberg-Marquardt (Ceres) from guess_start. Gauge: moments and sensitivities are symmetric matrices, the latter with trace
 /// three; offsets of each side sum to zero; where the stage only turns about z, the first mount's offset along z is zero.
-/// Residuals weigh as metres: a coupling's error over its gradient at that range. Cauchy loss at four robust deviations.
+/// Residuals are taken as the error of the pose that they would cause (metres; a rad counts as 0.1 m), what no pose explains with
+/// half that weight. Cauchy loss at four times their median.
 /// Throws InputError: as guess_start; unknown fixture names with FixtureModel::named; no convergence; parameters that the poses
 /// do not determine; files that contradict each other (one whose residuals are far above the others').
 CalibrationFit fit_calibration(const std::vector<PoseFile>& files, const FitOptions& options);

@@ -15,5 +15,7 @@ void add_demodulate_command(CLI::App& program, Action& action);
 void add_figures_command(CLI::App& program, Action& action);
 void add_motion_command(CLI::App& program, Action& action);
 void add_selfcheck_command(CLI::App& program, Action& action);
+void add_calibrate_command(CLI::App& program, Action& action);
+void add_evaluate_command(CLI::App& program, Action& action);
 
 }  // namespace tricoil::host
