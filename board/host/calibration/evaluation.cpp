@@ -11,6 +11,7 @@
 #include "board/host/calibration/initial_guess.hpp"
 #include "board/host/errors.hpp"
 #include "core/calibration/apply.hpp"
+#include "core/geometry/angles.hpp"
 #include "core/solver/cold_start.hpp"
 #include "core/solver/direct.hpp"
 
