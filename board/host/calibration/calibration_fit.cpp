@@ -1,7 +1,6 @@
 #include "board/host/calibration/calibration_fit.hpp"
 
 #include <ceres/ceres.h>
-#include <ceres/rotation.h>
 #include <fmt/format.h>
 
 #include <Eigen/Dense>
@@ -14,16 +13,12 @@
 #include "board/host/calibration/fit_parameters.hpp"
 #include "board/host/calibration/fixture_name.hpp"
 #include "board/host/calibration/initial_guess.hpp"
+#include "board/host/calibration/pose_residual.hpp"
 #include "board/host/errors.hpp"
 
 namespace tricoil::host {
 namespace {
 
-constexpr int kRigid = 6;  // translation (units of 0.1 m), rotation vector (rad) on top of the start's rotation
-using RigidBlock = std::array<double, kRigid>;
-
-constexpr double kLever_m = 0.1;          // a rad counts as much as this length: a hand's breadth, a stylus
-constexpr double kMisfitShare = 0.5;      // weight of what no pose explains, against what moves the pose
 constexpr double kFirstLoss_m = 5e-3;     // of the robust loss before the residuals' own spread is known
 constexpr double kLossDeviations = 4;     // afterwards, in robust standard deviations
 constexpr double kOutlierDeviations = 8;  // named as set aside
@@ -31,66 +26,9 @@ constexpr double kWorstCondition = 1e6;   // of the normalised Jacobian; beyond,
 constexpr double kWarnCondition = 2e4;
 constexpr double kMixedFactor = 4;         // a file's residuals against the median file's
 constexpr double kMixedShare = 5e-3;       // and only if they are at least this share of the couplings
-constexpr double kUnexplainedShare = 0.1;  // residuals beyond this are no calibration
+constexpr double kPoorShare = 0.02;        // residuals beyond this deserve a warning
+constexpr double kUnexplainedShare = 0.3;  // residuals beyond this are no calibration
 constexpr double kFixtureTolerance_deg = 5;
-
-template <typename T>
-Mat3<T> rotation_of(const T* vector) {
-    Mat3<T> rotation;
-    ceres::AngleAxisToRotationMatrix(vector, ceres::ColumnMajorAdapter3x3(rotation.data()));
-    return rotation;
-}
-
-template <typename T>
-Vec3<T> length_of(const T* p) {
-    return Vec3<T>(p[0], p[1], p[2]) * T(kLengthUnit_m);
-}
-
-/// Couplings of one pose against the model, as metres.
-/// Sensor frame to mount: d + N W (j + J .), with the named rotation N, the fixture's own (d, W) and the jig's common (j, J).
-struct PoseResidual {
-    const MeasuredPose& pose;
-    Mat3<double> source_start;  // rotation stage -> source that the source block turns on
-    Mat3<double> named;         // N
-    Mat3<double> jig_start;     // rotation that the jig block turns on
-    double coupling_constant;
-    Eigen::Matrix<double, 9, 9> weight;  // metres per coupling unit, see pose_weight
-    bool finite;
-
-    template <typename T>
-    bool operator()(const T* magnetic, const T* source, const T* fixture, const T* jig, T* residual) const {
-        const auto model = model_of<T>(magnetic, coupling_constant);
-        const Mat3<T> stage_source = rotation_of(source + 3) * source_start.cast<T>();
-        const Mat3<T> fixture_rotation = named.cast<T>() * rotation_of(fixture + 3);
-        const Vec3<T> mount = length_of(fixture) + fixture_rotation * length_of(jig);
-        const Mat3<T> turned = stage_source * pose.stage_rotation.cast<T>();
-        const Vec3<T> position = length_of(source) + stage_source * pose.stage_position_m.cast<T>() + turned * mount;
-        const Mat3<T> o_transposed = turned * fixture_rotation * rotation_of(jig + 3) * jig_start.cast<T>();
-        const Mat3<T> o = o_transposed.transpose();
-        const Mat3<T> x = couplings<T>(model, position, o, finite);
-        Eigen::Matrix<T, 9, 1> difference;
-        for (int k = 0; k < 9; ++k) {
-            difference(k) = x(k) - T(pose.x(k));
-        }
-        Eigen::Map<Eigen::Matrix<T, 9, 1>>(residual, 9) = weight.cast<T>() * difference;
-        return true;
-    }
-};
-
-/// What matters in the end is the pose: couplings' differences as the position and rotation that they would be taken for (J+),
-/// and with less weight what no pose explains. Symmetric root of J+^T diag(1, lever^2) J+ + share^2 metres^2 (I - J J+).
-Eigen::Matrix<double, 9, 9> pose_weight(const field::GeneralDipole<double>& model, const solver::RigidPose<double>& pose,
-                                        double metres) {
-    const Mat3<double> o = pose.q_source_sensor.toRotationMatrix().transpose();
-    Eigen::Matrix<double, 9, 6> jacobian = field::signal_model<double>(model, pose.position_m, o).jacobian;
-    jacobian.rightCols<3>() /= kLever_m;
-    const Mat6<double> inverse = (jacobian.transpose() * jacobian).inverse();
-    const Eigen::Matrix<double, 6, 9> pseudo = inverse * jacobian.transpose();
-    Eigen::Matrix<double, 9, 9> square = pseudo.transpose() * pseudo;
-    const double share = kMisfitShare * metres;
-    square += share * share * (Eigen::Matrix<double, 9, 9>::Identity() - jacobian * pseudo);
-    return Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>>(square).operatorSqrt();
-}
 
 double median(std::vector<double> values) {
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -398,6 +336,10 @@ private:
         }
         fit.residual_rms = std::sqrt(all / std::max(all_count, 1.0));
         refuse_mixed_sets(by_file, bad_by_file);
+        if (fit.residual_rms > kPoorShare) {
+            fit.warnings.push_back(fmt::format("the model leaves {:.1f} % of the couplings unexplained{}", 100 * fit.residual_rms,
+                                               options_.model == FitModel::concentric ? "; try --model general" : ""));
+        }
     }
 
     /// A file that most of its own poses do not fit was recorded with other coils or another mounting.

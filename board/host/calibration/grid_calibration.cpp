@@ -85,6 +85,41 @@ void check_nodes(const std::vector<GridFrame>& frames) {
     }
 }
 
+double extent_of(const Eigen::Matrix3Xd& nodes) {
+    return std::sqrt((nodes.colwise() - nodes.rowwise().mean().eval()).squaredNorm() / static_cast<double>(nodes.cols()));
+}
+
+GridCalibration result_of(const Parameters& p, double c, const Similarity& start, const std::vector<double>& residuals,
+                          std::size_t frames, double extent, double misfit_before) {
+    GridCalibration result;
+    result.sensor =
+        symmetric_matrix<double>(p.sensor[0], p.sensor[1], 3 - p.sensor[0] - p.sensor[1], p.sensor[2], p.sensor[3], p.sensor[4]);
+    result.source_moment =
+        c * symmetric_matrix<double>(p.moment[0], p.moment[1], p.moment[2], p.moment[3], p.moment[4], p.moment[5]);
+    Mat3<double> turn;
+    ceres::AngleAxisToRotationMatrix(p.grid.data() + 3, turn.data());
+    result.source_grid = {turn * start.rotation, kLengthUnit_m * Vec3<double>(p.grid[0], p.grid[1], p.grid[2])};
+    result.pivot_m = kLengthUnit_m * Vec3<double>(p.pivot[0], p.pivot[1], p.pivot[2]);
+    double position = 0;
+    double misfit = 0;
+    for (std::size_t at = 0; at < residuals.size(); at += 12) {
+        position += Eigen::Map<const Vec3<double>>(residuals.data() + at).squaredNorm();
+        misfit += Eigen::Map<const Eigen::Matrix<double, 9, 1>>(residuals.data() + at + 3).squaredNorm();
+    }
+    const auto count = static_cast<double>(frames);
+    result.position_rms_m = std::sqrt(position / count);
+    result.misfit_before = misfit_before;
+    result.misfit_after = std::sqrt(misfit / count / 1.5) / kMisfitLever_m;
+    result.scale_deviation = 3 * result.position_rms_m / (extent * std::sqrt(count));
+    if (result.position_rms_m > kWorstFit * extent) {
+        throw InputError(
+            fmt::format("the positions miss the grid by {:.1f} mm: nodes and couplings do not belong together, or the grid "
+                        "reaches through the source's plane",
+                        1e3 * result.position_rms_m));
+    }
+    return result;
+}
+
 }  // namespace
 
 GridCalibration calibrate_on_grid(const std::vector<GridFrame>& frames, double spacing_m, const Vec3<double>& hemisphere) {
@@ -136,34 +171,7 @@ GridCalibration calibrate_on_grid(const std::vector<GridFrame>& frames, double s
     evaluate.apply_loss_function = false;
     problem.Evaluate(evaluate, nullptr, &residuals, nullptr, nullptr);
 
-    GridCalibration result;
-    result.sensor =
-        symmetric_matrix<double>(p.sensor[0], p.sensor[1], 3 - p.sensor[0] - p.sensor[1], p.sensor[2], p.sensor[3], p.sensor[4]);
-    result.source_moment =
-        c * symmetric_matrix<double>(p.moment[0], p.moment[1], p.moment[2], p.moment[3], p.moment[4], p.moment[5]);
-    Mat3<double> turn;
-    ceres::AngleAxisToRotationMatrix(p.grid.data() + 3, turn.data());
-    result.source_grid = {turn * start.rotation, kLengthUnit_m * Vec3<double>(p.grid[0], p.grid[1], p.grid[2])};
-    result.pivot_m = kLengthUnit_m * Vec3<double>(p.pivot[0], p.pivot[1], p.pivot[2]);
-    double position = 0;
-    double misfit = 0;
-    for (std::size_t at = 0; at < residuals.size(); at += 12) {
-        position += Eigen::Map<const Vec3<double>>(residuals.data() + at).squaredNorm();
-        misfit += Eigen::Map<const Eigen::Matrix<double, 9, 1>>(residuals.data() + at + 3).squaredNorm();
-    }
-    const auto count = static_cast<double>(frames.size());
-    result.position_rms_m = std::sqrt(position / count);
-    result.misfit_before = gains.misfit_before;
-    result.misfit_after = std::sqrt(misfit / count / 1.5) / kMisfitLever_m;
-    const double extent = std::sqrt((nodes.colwise() - nodes.rowwise().mean().eval()).squaredNorm() / count);
-    result.scale_deviation = 3 * result.position_rms_m / (extent * std::sqrt(count));
-    if (result.position_rms_m > kWorstFit * extent) {
-        throw InputError(
-            fmt::format("the positions miss the grid by {:.1f} mm: nodes and couplings do not belong together, or the grid "
-                        "reaches through the source's plane",
-                        1e3 * result.position_rms_m));
-    }
-    return result;
+    return result_of(p, c, start, residuals, frames.size(), extent_of(nodes), gains.misfit_before);
 }
 
 }  // namespace tricoil::host

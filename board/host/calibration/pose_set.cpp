@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <complex>
@@ -57,7 +58,9 @@ void check_couplings(const Mat3<double>& x, const sim::TextPlace& place) {
     }
 }
 
-MeasuredPose parse_ilemt(const std::vector<std::string_view>& fields, const sim::TextPlace& place) {
+/// `squared`: sums of squared couplings by sensor channel; their phase is twice the channel's whatever the couplings' signs.
+MeasuredPose parse_ilemt(const std::vector<std::string_view>& fields, const sim::TextPlace& place,
+                         std::array<std::complex<double>, 3>& squared) {
     if (fields.size() != kStageFields + kCouplings && fields.size() != kStageFields + 2 * kCouplings) {
         throw InputError(fmt::format("{}: {} fields; a line has 6 stage numbers and 9 or 18 couplings; it was cut off or garbled",
                                      place.str(), fields.size()));
@@ -79,6 +82,7 @@ MeasuredPose parse_ilemt(const std::vector<std::string_view>& fields, const sim:
         if (i < kCouplings) {
             pose.x(static_cast<Eigen::Index>(i / 3), static_cast<Eigen::Index>(i % 3)) =
                 std::copysign(std::abs(coupling), coupling.real());
+            squared[i / 3] += coupling * coupling;
         }
     }
     return pose;
@@ -123,17 +127,21 @@ PoseFile read_pose_file(const std::string& path) {
         file.source_fixture = match[1];
         file.sensor_fixture = match[2];
     }
+    std::array<std::complex<double>, 3> squared{};
     for (std::size_t i = csv ? 1 : 0; i < lines.size(); ++i) {
         const sim::TextPlace place{path, i + 1};
         const auto fields = sim::split(lines[i], csv ? ',' : ' ');
         if (fields.empty() || (fields.size() == 1 && fields[0].empty())) {
             continue;
         }
-        file.poses.push_back(csv ? parse_csv(fields, place) : parse_ilemt(fields, place));
+        file.poses.push_back(csv ? parse_csv(fields, place) : parse_ilemt(fields, place, squared));
         check_couplings(file.poses.back().x, place);
     }
     if (file.poses.empty()) {
         throw InputError(path + ": holds no poses");
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+        file.phase_rad(static_cast<Eigen::Index>(i)) = std::arg(squared[i]) / 2;
     }
     return file;
 }

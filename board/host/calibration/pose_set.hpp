@@ -22,6 +22,7 @@ struct PoseFile {
     std::string source_fixture;  // as the file's name says, "YoutZup" for soYoutZup_...; empty if it does not
     std::string sensor_fixture;
     std::vector<MeasuredPose> poses;
+    Vec3<double> phase_rad = Vec3<double>::Zero();  // of each sensor channel, where the format has complex couplings
 };
 
 /// Reads either format. Throws InputError, naming file and line.

@@ -160,6 +160,9 @@ CalibrationFile calibrate_on_stage(const CalibrateCommand& command, Report& repo
     file.stage_turns_left_handed = fit.stage_turns_left_handed;
     file.residual_rms = fit.residual_rms;
     file.calibration.hemisphere = mean_direction(files, fit);
+    for (const PoseFile& one : files) {
+        file.calibration.phase_rad += one.phase_rad / static_cast<double>(files.size());
+    }
     const auto solver = options.model == FitModel::concentric ? EvaluationSolver::direct : EvaluationSolver::refined;
     const auto errors = evaluate(file, files, solver);
     const ErrorSummary position = position_summary(errors);
