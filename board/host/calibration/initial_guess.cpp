@@ -246,7 +246,7 @@ InitialGuess guess_start(const std::vector<PoseFile>& files) {
     for (const auto& [pose, file] : list_of(files)) {
         frames.push_back(pose->x);
     }
-    const SelfCalibration gains = self_calibrate(frames);
+    const SelfCalibration gains = self_calibrate(frames, 0.02);
     const InitialGuess as_read = guess_with_sense(files, gains);
     std::vector<PoseFile> turned = files;
     turn_other_way(turned);

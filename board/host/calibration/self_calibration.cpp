@@ -1,6 +1,7 @@
 #include "board/host/calibration/self_calibration.hpp"
 
 #include <ceres/ceres.h>
+#include <ceres/normal_prior.h>
 #include <fmt/format.h>
 
 #include <Eigen/Dense>
@@ -114,7 +115,7 @@ Mat3<double> corrected(const Mat3<double>& x, const Mat3<double>& sensor, const 
     return sensor.transpose().inverse() * x * source.inverse();
 }
 
-SelfCalibration self_calibrate(const std::vector<Mat3<double>>& frames) {
+SelfCalibration self_calibrate(const std::vector<Mat3<double>>& frames, double prior) {
     if (frames.size() < kFewestFrames) {
         throw InputError(fmt::format("{} frames are too few to calibrate from free motion; at least {} are needed", frames.size(),
                                      kFewestFrames));
@@ -128,6 +129,13 @@ SelfCalibration self_calibrate(const std::vector<Mat3<double>>& frames) {
             new ceres::NumericDiffCostFunction<MisfitFunctor, ceres::CENTRAL, 9, kShape, kShape>(new MisfitFunctor{frame}),
             new ceres::CauchyLoss(kRobustShare), sensor.data(), source.data());
     }
+    if (prior > 0) {
+        const double weight = prior * std::sqrt(static_cast<double>(frames.size()));
+        for (Shape* shape : {&sensor, &source}) {
+            const Eigen::Matrix<double, kShape, kShape> stiffness = weight * Eigen::Matrix<double, kShape, kShape>::Identity();
+            problem.AddResidualBlock(new ceres::NormalPrior(stiffness, *shape), nullptr, shape->data());
+        }
+    }
     ceres::Solver::Options options;
     options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
     options.logging_type = ceres::SILENT;
@@ -139,7 +147,9 @@ SelfCalibration self_calibrate(const std::vector<Mat3<double>>& frames) {
     result.converged = summary.IsSolutionUsable() && summary.termination_type == ceres::CONVERGENCE;
     result.sensor = symmetric(sensor.data());
     result.source = symmetric(source.data());
-    judge(problem, {sensor.data(), source.data()}, result);
+    if (prior == 0) {
+        judge(problem, {sensor.data(), source.data()}, result);
+    }
     const Spread before = spread_of(frames, Mat3<double>::Identity(), Mat3<double>::Identity());
     const Spread after = spread_of(frames, result.sensor, result.source);
     result.misfit_before = before.misfit;

@@ -27,7 +27,9 @@ struct SelfCalibration {
 
 /// Robust least squares (Cauchy loss) on the misfit of every frame to its nearest dipole matrix, from ideal triads on.
 /// Throws InputError: fewer than 30 frames, or motion that leaves a parameter undetermined.
-SelfCalibration self_calibrate(const std::vector<Mat3<double>>& frames);
+/// prior: weight of the expectation that triads are ideal, against one frame's misfit, per root of the frames. Zero, as for a
+/// result: none. A start for something better takes 0.02: what the frames hardly show then stays ideal, and nothing is refused.
+SelfCalibration self_calibrate(const std::vector<Mat3<double>>& frames, double prior = 0);
 
 /// X of ideal triads: sensor^-T X source^-1.
 Mat3<double> corrected(const Mat3<double>& x, const Mat3<double>& sensor, const Mat3<double>& source);

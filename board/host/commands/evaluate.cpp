@@ -29,9 +29,7 @@ struct EvaluateCommand {
 };
 
 nlohmann::ordered_json json_of(const ErrorBand& band) {
-    return {{"from_m", band.from_m},
-            {"to_m", band.to_m},
-            {"poses", band.poses},
+    return {{"poses", band.poses},
             {"position_rms_m", band.position_m.rms},
             {"position_median_m", band.position_m.median},
             {"position_p95_m", band.position_m.p95},
@@ -44,8 +42,6 @@ nlohmann::ordered_json json_of(const ErrorBand& band) {
 
 std::string to_json(const EvaluateCommand& command, const ErrorReport& report) {
     nlohmann::ordered_json json = json_of(report.all);
-    json.erase("from_m");
-    json.erase("to_m");
     json["poses_not_converged"] = report.not_converged;
     json["iterations_max"] = report.iterations_max;
     json["misfit_share_max"] = report.misfit_share_max;
@@ -53,7 +49,10 @@ std::string to_json(const EvaluateCommand& command, const ErrorReport& report) {
     json["fixtures"] = command.refit_fixtures ? "refitted on this data" : "from the calibration";
     json["bands"] = nlohmann::ordered_json::array();
     for (const ErrorBand& band : report.bands) {
-        json["bands"].push_back(json_of(band));
+        auto entry = json_of(band);
+        entry["from_m"] = band.from_m;
+        entry["to_m"] = band.to_m;
+        json["bands"].push_back(entry);
     }
     json["residual"] = {{"stage_axes_rms_m", {report.axis_rms_m(0), report.axis_rms_m(1), report.axis_rms_m(2)}},
                         {"smooth_in_position_m", report.smooth_rms_m},
