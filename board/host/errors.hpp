@@ -22,4 +22,14 @@ public:
     using std::runtime_error::runtime_error;
 };
 
+/// Ended by a signal before there was a result (exit code 128 + signal, as the shell reports it).
+class Interrupted : public std::runtime_error {
+public:
+    explicit Interrupted(int signal) : std::runtime_error("interrupted; nothing was written"), signal_(signal) {}
+    [[nodiscard]] int exit_code() const { return 128 + signal_; }
+
+private:
+    int signal_;
+};
+
 }  // namespace tricoil::host

@@ -15,7 +15,9 @@ using tricoil::host::to_int;
 constexpr const char* kDescription =
     "tricoil: an open AC electromagnetic tracker.\n"
     "From the nine couplings of three source and three sensor coils to where the sensor is and how it is turned.";
-constexpr const char* kFooter = "Exit codes: 0 fine, 1 a check failed, 2 bad usage or input, 3 device trouble.";
+constexpr const char* kFooter =
+    "Exit codes: 0 fine, 1 a check failed, 2 bad usage or input, 3 device trouble;\n"
+    "128 + signal: interrupted before there was a result.";
 
 /// CLI11 takes an unknown subcommand for a stray argument; name it and the nearest there is.
 void refuse_unknown_command(const CLI::App& program, int argc, char** argv) {
@@ -27,6 +29,26 @@ void refuse_unknown_command(const CLI::App& program, int argc, char** argv) {
         names.push_back(command->get_name());
     }
     tricoil::host::index_of_name("command", argv[1], names);
+}
+
+/// CLI11 says which value it could not convert, but not to what.
+std::string what_is_expected(const CLI::App& program, const CLI::ParseError& error) {
+    const std::string text = error.what();
+    const auto begin = text.find("--");
+    if (dynamic_cast<const CLI::ConversionError*>(&error) == nullptr || begin == std::string::npos) {
+        return "";
+    }
+    const std::string name = text.substr(begin, text.find(' ', begin) - begin);
+    const auto commands = program.get_subcommands();
+    const CLI::Option* const option = commands.empty() ? nullptr : commands.front()->get_option_no_throw(name);
+    if (option == nullptr) {
+        return "";
+    }
+    std::string expected = option->get_type_name() == "FLOAT" ? "a number" : "a whole number";
+    if (option->get_items_expected_max() > 1) {
+        expected = fmt::format("{} numbers, with commas between them", option->get_items_expected_max());
+    }
+    return fmt::format(" (expected: {})", expected);
 }
 
 int run_program(int argc, char** argv) {
@@ -50,7 +72,7 @@ int run_program(int argc, char** argv) {
             program.exit(error);
             return to_int(ExitCode::fine);
         }
-        throw tricoil::host::InputError(std::string(error.what()) + "; see tricoil --help");
+        throw tricoil::host::InputError(error.what() + what_is_expected(program, error) + "; see tricoil --help");
     }
     return action();
 }
@@ -67,6 +89,9 @@ int main(int argc, char** argv) {
         return run_program(argc, argv);
     } catch (const tricoil::host::InputError& error) {
         return report(ExitCode::bad_input, error.what());
+    } catch (const tricoil::host::Interrupted& interrupt) {
+        fmt::print(stderr, "tricoil: {}\n", interrupt.what());
+        return interrupt.exit_code();
     } catch (const std::exception& error) {
         return report(ExitCode::device_trouble, error.what());
     }

@@ -19,6 +19,24 @@ ErrorTerm<Scalar> term(const PoseError<Scalar>& error) {
     return term<Scalar>(error.template head<3>().norm(), error.template tail<3>().norm());
 }
 
+/// Linearization and frame propagation. A further pass on the same matrix starts at the error that the one before left: to it,
+/// that error is the motion.
+template <typename Scalar>
+void add_step_errors(MotionState<Scalar> state, const BudgetParams<Scalar>& params, SystematicErrors<Scalar>& errors) {
+    const bool angles = params.solver == SolverForm::previous_angles;
+    Scalar duration_s = params.timing.update_s;
+    for (int pass = 0; pass < params.passes; ++pass) {
+        errors.linearization = linearization_error(state, duration_s, angles ? StepForm::angles : StepForm::vectors);
+        if (angles) {
+            errors.frame_propagation = frame_propagation_error(state, duration_s);
+        }
+        const PoseError<Scalar> left = errors.linearization + errors.frame_propagation;
+        state.velocity_m_s = left.template head<3>();
+        state.angular_rate_rad_s = left.template tail<3>();
+        duration_s = 1;
+    }
+}
+
 }  // namespace
 
 template <typename Scalar>
@@ -26,11 +44,7 @@ SystematicErrors<Scalar> systematic_errors(const MotionState<Scalar>& state, con
     SystematicErrors<Scalar> errors;
     const BoardTiming<Scalar>& timing = params.timing;
     if (params.solver != SolverForm::direct) {
-        const StepForm form = params.solver == SolverForm::previous_angles ? StepForm::angles : StepForm::vectors;
-        errors.linearization = linearization_error(state, timing.update_s, form);
-    }
-    if (params.solver == SolverForm::previous_angles) {
-        errors.frame_propagation = frame_propagation_error(state, timing.update_s);
+        add_step_errors(state, params, errors);
     }
     if (!timing.column_age_s.isZero(0)) {
         errors.skew = skew_error(state, timing.column_age_s);

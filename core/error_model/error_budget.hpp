@@ -40,6 +40,7 @@ template <typename Scalar>
 struct BudgetParams {
     BoardTiming<Scalar> timing;
     SolverForm solver = SolverForm::direct;
+    int passes = 1;  // of the previous-measurement step per pose: a second one leaves next to nothing of the first one's error
 };
 
 /// The systematic errors as vectors, true minus measured, source frame.

@@ -39,7 +39,7 @@ double spherical() {
     return std::max(worst_difference(p, answer), worst_difference(angles, known<3, 1>(1.3, 0.8, 0.35)));
 }
 
-/// Away from the poles, and at one: there roll is zero by choice.
+/// Away from the poles, and at one: there roll is zero by choice. Ever so near to one it is not.
 template <typename Scalar>
 double attitude() {
     const auto answer =
@@ -50,7 +50,12 @@ double attitude() {
     const Vec3<Scalar> angles(back.azimuth_rad, back.elevation_rad, back.roll_rad);
     const auto pole = geometry::to_euler<Scalar>(known<3, 3>(0., 0., -1., -0.6, 0.8, 0., 0.8, 0.6, 0.).cast<Scalar>());
     const Vec3<Scalar> pole_angles(pole.azimuth_rad, pole.elevation_rad, pole.roll_rad);
-    return std::max({worst_difference(o, answer), worst_difference(angles, known<3, 1>(0.4, -0.6, 1.1)),
+    const geometry::Euler<Scalar> near{Scalar(0.4), Scalar(std::numbers::pi / 2 - 0.01), Scalar(1.1)};
+    const auto near_back = geometry::to_euler<Scalar>(geometry::attitude_matrix(near));
+    const Vec3<Scalar> near_angles(near_back.azimuth_rad, near_back.elevation_rad, near_back.roll_rad);
+    // Divided by the cosine, roundings count a hundredfold.
+    const double near_pole = worst_difference(near_angles, known<3, 1>(0.4, std::numbers::pi / 2 - 0.01, 1.1)) / 100;
+    return std::max({near_pole, worst_difference(o, answer), worst_difference(angles, known<3, 1>(0.4, -0.6, 1.1)),
                      worst_difference(pole_angles, known<3, 1>(0.64350110879328437, std::numbers::pi / 2, 0.))});
 }
 
@@ -64,10 +69,20 @@ double quaternion() {
     const auto answer = known<4, 1>(0.76752566605146277, 0.53944098183175115, -0.14771225481213238, 0.31319142525134741);
     const auto o = geometry::attitude_matrix(geometry::Euler<Scalar>{Scalar(0.4), Scalar(-0.6), Scalar(1.1)});
     const auto q = geometry::attitude_quaternion(o);
-    const auto unit = Quat<Scalar>::Identity();
-    // |q| = 1 and w = cos(half the angle).
-    const double angle = std::abs(static_cast<double>(geometry::angle_between(unit, q)) - 1.3916483040573628);
-    return std::max({worst_difference(wxyz(q), answer), worst_difference(geometry::attitude_matrix(q), o), angle});
+    return std::max(worst_difference(wxyz(q), answer), worst_difference(geometry::attitude_matrix(q), o));
+}
+
+/// Between two attitudes of which neither is the identity, and with one of them written as its negative, which is the same turn.
+template <typename Scalar>
+double angle_between() {
+    const Quat<Scalar> a(Scalar(0.5), Scalar(0.5), Scalar(-0.5), Scalar(0.5));
+    const Quat<Scalar> b(Scalar(0.2), Scalar(0.4), Scalar(0.4), Scalar(0.8));
+    const Quat<Scalar> minus_b(-b.w(), -b.x(), -b.y(), -b.z());
+    constexpr double kAnswer = 2.0943951023931953;  // a . b = 0.5: 2 acos(0.5)
+    const auto off = [&](const Quat<Scalar>& to) {
+        return std::abs(static_cast<double>(geometry::angle_between(a, to)) - kAnswer);
+    };
+    return std::max(off(b), off(minus_b));
 }
 
 template <typename Scalar>
@@ -77,6 +92,8 @@ double small_rotation() {
     const auto q = geometry::rotation_vector_to_quaternion<Scalar>(vector.cast<Scalar>());
     const auto tiny = geometry::rotation_vector_to_quaternion<Scalar>({Scalar(1e-5), 0, 0});
     const Quat<Scalar> tiny_turn(1, 0, Scalar(5e-8), 0);
+    // Small, but not so small that an arc is its sine; as sine and cosine of its half.
+    const Quat<Scalar> small_turn(Scalar(0.99999687500162762), Scalar(0), Scalar(0), Scalar(0.0024999973958341471));
     const auto back = geometry::quaternion_to_rotation_vector<Scalar>(q);
     const Quat<Scalar> opposite(-q.w(), -q.x(), -q.y(), -q.z());  // the same turn
     const Vec3<Scalar> cross = geometry::skew<Scalar>(vector.cast<Scalar>()) * Vec3<Scalar>(1, 2, 4);
@@ -84,6 +101,7 @@ double small_rotation() {
                      worst_difference(geometry::quaternion_to_rotation_vector<Scalar>(opposite), vector),
                      worst_difference(cross, known<3, 1>(-1., -0.5, 0.5)),
                      1e5 * std::abs(static_cast<double>(tiny.x()) - 4.9999999999791667e-06),
+                     1e2 * std::abs(static_cast<double>(geometry::quaternion_to_rotation_vector(small_turn).z()) - 5e-3),
                      1e7 * std::abs(static_cast<double>(geometry::quaternion_to_rotation_vector(tiny_turn).y()) - 1e-7)});
 }
 
@@ -123,7 +141,7 @@ void check_geometry(Report& report) {
     report.add(CheckId::line_of_sight, p, "line of sight", line_of_sight<Scalar>(), limit);
     report.add(CheckId::spherical, p, "spherical coordinates", spherical<Scalar>(), limit);
     report.add(CheckId::attitude, p, "Euler angles", attitude<Scalar>(), limit);
-    report.add(CheckId::quaternion, p, "quaternion", quaternion<Scalar>(), limit);
+    report.add(CheckId::quaternion, p, "quaternion", std::max(quaternion<Scalar>(), angle_between<Scalar>()), limit);
     report.add(CheckId::small_rotation, p, "small rotations", small_rotation<Scalar>(), limit);
     report.add(CheckId::transverse_axes, p, "transverse axes", transverse_axes<Scalar>(), limit);
     report.add(CheckId::whole_turns, p, "whole turns (rad)", whole_turns<Scalar>(), limit);

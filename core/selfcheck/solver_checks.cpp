@@ -142,6 +142,14 @@ int step_refusals() {
     int wrong = solver::step_angles<Scalar>(x, c, sideways).status().code() == StatusCode::not_converged ? 0 : 1;
     wrong += solver::step_vectors<Scalar>(x, c, as_vectors(sideways)).status().code() == StatusCode::not_converged ? 0 : 1;
     wrong += solver::step_angles<Scalar>(x, c, lost).ok() ? 1 : 0;
+    // A W that is not finite where W11 is; and increments that make the angles so, as a pole does.
+    Mat3<Scalar> w = x;
+    w(0, 0) = 1;
+    w(1, 2) = std::numeric_limits<Scalar>::quiet_NaN();
+    wrong += solver::tracking_increments<Scalar>(w, c).status().code() == StatusCode::not_finite ? 0 : 1;
+    solver::TrackingIncrements<Scalar> endless{1, std::numeric_limits<Scalar>::infinity(), 0, Vec3<Scalar>::Zero(), 0};
+    const auto beyond = solver::add_increments<Scalar>(sample_pose<Scalar>(), endless);
+    wrong += beyond.status().code() == StatusCode::not_converged ? 0 : 1;
     return wrong;
 }
 

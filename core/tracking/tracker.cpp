@@ -84,6 +84,7 @@ Status Tracker<Scalar>::set_hemisphere(const Vec3<Scalar>& towards) {
     if (has_last_ && last_.pose.direction.dot(towards) < 0) {
         last_.pose.direction = -last_.pose.direction;
         last_.angles = to_angles(last_.pose);
+        motion_.clear();  // the next pose is on the other side: their difference is no motion
     }
     return {};
 }
@@ -111,7 +112,8 @@ std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::update(const Column<Scalar>
     estimate.signal_matrix = matrix->x;
     estimate.flags = signal_flags(*matrix);
     Result<Followed> solved = follow(matrix->x);
-    if (!solved.ok()) {
+    const bool followed = solved.ok();
+    if (!followed) {
         solved = acquire(matrix->x);
     }
     if (solved.ok()) {
@@ -128,7 +130,7 @@ std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::update(const Column<Scalar>
     estimate.state = state_;
     counters_.invalid_poses += estimate.valid() ? 0U : 1U;
     if (estimate.valid()) {
-        predict_error(*matrix, estimate);
+        predict_error(*matrix, followed ? form_of(params_.method) : error_model::SolverForm::direct, estimate);
         last_estimate_ = estimate;
     }
     return estimate;
@@ -265,7 +267,8 @@ void Tracker<Scalar>::judge(const SignalMatrix<Scalar>& matrix, const Pose& pose
 
 /// The error model's budget for this pose, with the motion as the poses show it and the columns' ages as they are.
 template <typename Scalar>
-void Tracker<Scalar>::predict_error(const SignalMatrix<Scalar>& matrix, PoseEstimate<Scalar>& estimate) {
+void Tracker<Scalar>::predict_error(const SignalMatrix<Scalar>& matrix, error_model::SolverForm form,
+                                    PoseEstimate<Scalar>& estimate) {
     const auto motion = motion_.add(estimate.time, estimate.position_m, estimate.q_source_sensor, params_.lost_after);
     if (!motion) {
         return;
@@ -275,7 +278,8 @@ void Tracker<Scalar>::predict_error(const SignalMatrix<Scalar>& matrix, PoseEsti
     budget.timing.column_age_s = matrix.column_age_s;
     budget.timing.window_s = params_.window_s;
     budget.timing.latency_s = params_.latency_s;
-    budget.solver = form_of(params_.method);
+    budget.solver = form;
+    budget.passes = params_.passes;
     const Scalar k = field::coupling_strength(params_.coupling_constant, estimate.position_m.norm());
     estimate.predicted_error = error_model::error_budget(*motion, matrix.sigma / k, budget);
 }

@@ -95,7 +95,7 @@ private:
     bool resolve_hemisphere(Pose& pose);
     [[nodiscard]] Scalar misfit_squared(const Mat3<Scalar>& x, const Pose& pose) const;
     void judge(const SignalMatrix<Scalar>& matrix, const Pose& pose, PoseEstimate<Scalar>& estimate) const;
-    void predict_error(const SignalMatrix<Scalar>& matrix, PoseEstimate<Scalar>& estimate);
+    void predict_error(const SignalMatrix<Scalar>& matrix, error_model::SolverForm form, PoseEstimate<Scalar>& estimate);
     void advance(bool valid, DeviceTime time);
 
     TrackerParams<Scalar> params_;

@@ -31,15 +31,19 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 std::string nearest_name(std::string_view typed, const std::vector<std::string>& choices) {
     std::string best;
+    bool tied = false;
     std::size_t best_distance = std::max<std::size_t>(2, typed.size() / 2) + 1;
     for (const std::string& choice : choices) {
         const std::size_t distance = edit_distance(typed, choice);
         if (distance < best_distance) {
             best = choice;
             best_distance = distance;
+            tied = false;
+        } else if (distance == best_distance) {
+            tied = true;
         }
     }
-    return best;
+    return tied ? "" : best;
 }
 
 std::size_t index_of_name(std::string_view what, std::string_view typed, const std::vector<std::string>& choices) {

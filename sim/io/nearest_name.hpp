@@ -7,7 +7,7 @@
 
 namespace tricoil::sim {
 
-/// The choice nearest to `typed` by edit distance; empty if none is near enough to suggest.
+/// The choice nearest to `typed` by edit distance; empty if none is near enough to suggest, or several are equally near.
 std::string nearest_name(std::string_view typed, const std::vector<std::string>& choices);
 
 /// Index of `typed` in `choices`. Throws InputError: "unknown WHAT 'typed'; did you mean '...'?" or the list of choices.

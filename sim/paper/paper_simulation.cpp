@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "core/error_model/cartesian_error.hpp"
+#include "core/error_model/pole_free_loop.hpp"
 #include "core/field/concentric_dipole.hpp"
 #include "sim/io/input_error.hpp"
 
@@ -43,6 +45,27 @@ Mat3<double> signal_matrix(const AnglePose& pose) {
                                         geometry::attitude_matrix(pose.attitude));
 }
 
+/// As angles continued from the true ones, which are within half a turn.
+AnglePose angles_near(const VectorPose& vectors, const AnglePose& real) {
+    AnglePose pose{geometry::to_spherical<double>(vectors.range_m * vectors.direction), geometry::to_euler(vectors.attitude)};
+    // The true elevation runs on past the pole: there the same point has the supplementary elevation and the opposite azimuth.
+    if (std::cos(real.position.elevation_rad) < 0) {
+        pose.position.elevation_rad = std::numbers::pi - pose.position.elevation_rad;
+        pose.position.azimuth_rad += std::numbers::pi;
+    }
+    if (std::cos(real.attitude.elevation_rad) < 0) {
+        pose.attitude.elevation_rad = std::numbers::pi - pose.attitude.elevation_rad;
+        pose.attitude.azimuth_rad += std::numbers::pi;
+        pose.attitude.roll_rad += std::numbers::pi;
+    }
+    pose.position.azimuth_rad = nearest_turn(pose.position.azimuth_rad, real.position.azimuth_rad);
+    pose.position.elevation_rad = nearest_turn(pose.position.elevation_rad, real.position.elevation_rad);
+    pose.attitude.azimuth_rad = nearest_turn(pose.attitude.azimuth_rad, real.attitude.azimuth_rad);
+    pose.attitude.elevation_rad = nearest_turn(pose.attitude.elevation_rad, real.attitude.elevation_rad);
+    pose.attitude.roll_rad = nearest_turn(pose.attitude.roll_rad, real.attitude.roll_rad);
+    return pose;
+}
+
 /// The device under test: takes a signal matrix per update and carries its estimate along.
 class Device {
 public:
@@ -58,30 +81,9 @@ public:
         return params_.loop == Loop::closed ? update_closed(x) : update_open(x, real_before);
     }
 
-    /// The estimate as angles; the vector form's continued from the true ones, which are within half a turn.
+    /// The estimate as angles.
     [[nodiscard]] AnglePose angles(const AnglePose& real) const {
-        if (params_.form == Form::angles) {
-            return angles_;
-        }
-        AnglePose pose{geometry::to_spherical<double>(vectors_.range_m * vectors_.direction),
-                       geometry::to_euler(vectors_.attitude)};
-        // The true elevation runs on past the pole: there the same point has the supplementary elevation and the opposite
-        // azimuth.
-        if (std::cos(real.position.elevation_rad) < 0) {
-            pose.position.elevation_rad = std::numbers::pi - pose.position.elevation_rad;
-            pose.position.azimuth_rad += std::numbers::pi;
-        }
-        if (std::cos(real.attitude.elevation_rad) < 0) {
-            pose.attitude.elevation_rad = std::numbers::pi - pose.attitude.elevation_rad;
-            pose.attitude.azimuth_rad += std::numbers::pi;
-            pose.attitude.roll_rad += std::numbers::pi;
-        }
-        pose.position.azimuth_rad = nearest_turn(pose.position.azimuth_rad, real.position.azimuth_rad);
-        pose.position.elevation_rad = nearest_turn(pose.position.elevation_rad, real.position.elevation_rad);
-        pose.attitude.azimuth_rad = nearest_turn(pose.attitude.azimuth_rad, real.attitude.azimuth_rad);
-        pose.attitude.elevation_rad = nearest_turn(pose.attitude.elevation_rad, real.attitude.elevation_rad);
-        pose.attitude.roll_rad = nearest_turn(pose.attitude.roll_rad, real.attitude.roll_rad);
-        return pose;
+        return params_.form == Form::angles ? angles_ : angles_near(vectors_, real);
     }
 
     [[nodiscard]] VectorPose vectors() const { return params_.form == Form::vectors ? vectors_ : to_vectors(angles_); }
@@ -143,6 +145,45 @@ void compare(const Device& device, Update& update) {
         geometry::angle_between(geometry::attitude_quaternion(real.attitude), geometry::attitude_quaternion(estimate.attitude));
 }
 
+/// The error model's view of the same motion: it sees true positions only.
+class Prediction {
+public:
+    Prediction(const SimulationParams& params, const geometry::Spherical<double>& start)
+        : params_(params),
+          angles_(params.kappa, params.azimuth_kappa.value_or(params.kappa), params.loop, start),
+          vectors_(params.passes, geometry::to_cartesian(start)) {}
+
+    void update(Update& update) {
+        const auto& real = update.real.position;
+        if (!has_prediction(params_)) {
+            constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+            update.predicted = {kNone, kNone, kNone};
+            update.predicted_position_error_m.setConstant(kNone);
+            update.predicted_elevation_rad = kNone;
+            return;
+        }
+        if (params_.form == Form::angles) {
+            update.predicted = angles_.update(real);
+        } else {
+            vectors_.update(geometry::to_cartesian(real));
+            const VectorPose estimate{vectors_.measured_range_m(), vectors_.measured_direction(),
+                                      geometry::attitude_matrix(update.real.attitude)};
+            const auto measured = angles_near(estimate, update.real).position;
+            update.predicted = {real.range_m - measured.range_m, real.azimuth_rad - measured.azimuth_rad,
+                                real.elevation_rad - measured.elevation_rad};
+        }
+        const auto& e = update.predicted;
+        update.predicted_position_error_m =
+            error_model::cartesian_error<double>(real, {e.range_m, e.azimuth_rad, e.elevation_rad});
+        update.predicted_elevation_rad = real.elevation_rad - e.elevation_rad;
+    }
+
+private:
+    SimulationParams params_;
+    error_model::AccumulatedError<double> angles_;
+    error_model::PoleFreeLoop<double> vectors_;
+};
+
 void check_rate(const char* what, const Rate& rate, double largest) {
     const double size = std::abs(rate.offset) + std::abs(rate.amplitude);
     if (!std::isfinite(size) || size > largest || !std::isfinite(rate.frequency_rad_s)) {
@@ -165,11 +206,15 @@ void check(const Example& example, const SimulationParams& params) {
     check_rate("elevation rate (rad/s)", example.elevation, 1e3);
     check_rate("attitude rate (rad/s)", example.attitude, 1e3);
     check_rate("range rate (m/s)", example.range, 1e2);
-    if (!(example.start.range_m > 0) || !std::isfinite(example.start.range_m)) {
-        throw sim::InputError(fmt::format("start range must be positive; got {} m", example.start.range_m));
+    if (!(example.start.range_m >= kMinStartRange && example.start.range_m <= kMaxStartRange)) {
+        throw sim::InputError(
+            fmt::format("start range must be {} to {} m; got {}", kMinStartRange, kMaxStartRange, example.start.range_m));
     }
     if (params.form == Form::vectors && params.loop == Loop::open) {
         throw sim::InputError("the pole-free form has no open loop: the paper's adds up angles; use --loop closed");
+    }
+    if (params.form == Form::vectors && params.kappa != error_model::KappaForm::exact) {
+        throw sim::InputError("the paper's kappa and kappa = 2 are stated in angles; the pole-free form has --kappa exact only");
     }
     if (params.passes < 1 || params.passes > 10 || (params.passes > 1 && params.loop == Loop::open)) {
         throw sim::InputError(fmt::format("passes must be 1 to 10, and 1 in open loop; got {}", params.passes));
@@ -182,8 +227,7 @@ std::vector<Update> simulate(const Example& example, const SimulationParams& par
     const double dt_s = params.update_s / kSubsteps;
     AnglePose real{example.start, {}};
     Device device(params, real);
-    error_model::AccumulatedError<double> model(params.kappa, params.azimuth_kappa.value_or(params.kappa), params.loop,
-                                                example.start);
+    Prediction model(params, example.start);
     std::vector<Update> updates;
     updates.reserve(count + 1);
     Update first;
@@ -213,8 +257,7 @@ std::vector<Update> simulate(const Example& example, const SimulationParams& par
         if (has_exact_chain(params)) {
             update.exact = exact_error(real, updates.back(), params.loop);
         }
-        update.predicted = model.update(real.position);
-        update.predicted_elevation_rad = model.measured_elevation_rad();
+        model.update(update);
         // (24): the true rate is that of the start of the update, as in (30).
         const double rate = example.azimuth.at(update.time_s - params.update_s);
         const double turn = real.position.azimuth_rad - before.position.azimuth_rad;

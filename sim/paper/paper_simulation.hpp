@@ -32,7 +32,8 @@ struct Update {
     DeviceTime stamp{};
     solver::AnglePose<double> real;
     error_model::PoseAngleError<double> measured;     // of the simulated device
-    error_model::LineOfSightError<double> predicted;  // by the error model from the true motion alone
+    error_model::LineOfSightError<double> predicted;  // by the error model from the true motion alone; NaN: see has_prediction
+    Vec3<double> predicted_position_error_m = Vec3<double>::Zero();
     error_model::PoseAngleError<double>
         exact;  // by chained exact one-step expressions, orientation included; see has_exact_chain
     Vec3<double> position_error_m = Vec3<double>::Zero();
@@ -45,6 +46,14 @@ struct Update {
 
 /// The exact one-step expressions are those of the angle form with one pass: then Update::exact is filled in.
 constexpr bool has_exact_chain(const SimulationParams& params) { return params.form == Form::angles && params.passes == 1; }
+
+/// The angle form's prediction, (19)-(37), is that of one pass; the pole-free form's takes any number. Both assume a known
+/// attitude.
+constexpr bool has_prediction(const SimulationParams& params) { return params.form == Form::vectors || params.passes == 1; }
+
+/// What a simulation starts from, m: as with the rates, anything else is a slip of the pen.
+constexpr double kMinStartRange = 1e-3;
+constexpr double kMaxStartRange = 1e3;
 
 /// Throws sim::InputError when the step leaves its domain (rates too high for the update time) or parameters make no sense.
 std::vector<Update> simulate(const Example& example, const SimulationParams& params);

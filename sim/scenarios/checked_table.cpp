@@ -1,5 +1,7 @@
 #include "sim/scenarios/checked_table.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "sim/io/input_error.hpp"
@@ -150,7 +152,7 @@ const toml::node* CheckedTable::find(const std::string& key) {
 }
 
 void CheckedTable::complain(const std::string& key, const toml::node* node, const std::string& what) const {
-    const std::string line = node == nullptr ? "" : ":" + std::to_string(node->source().begin.line);
+    const std::string line = node == nullptr ? "" : fmt::format(":{}", node->source().begin.line);
     throw InputError(file_ + line + ": '" + prefix_ + key + "' " + what);
 }
 

@@ -27,10 +27,10 @@ std::string write_file(const std::string& name, const std::string& content) {
     return path;
 }
 
-CliResult tricoil(const std::string& arguments) {
+CliResult tricoil(const std::string& arguments, const std::string& setup) {
     const std::string out = path_in_temp("out.txt");
     const std::string err = path_in_temp("err.txt");
-    const std::string command = std::string(TRICOIL_PROGRAM) + " " + arguments + " >" + out + " 2>" + err + " </dev/null";
+    const std::string command = setup + "; " + TRICOIL_PROGRAM + " " + arguments + " >" + out + " 2>" + err + " </dev/null";
     const int status = std::system(command.c_str());
     return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_file(out), read_file(err)};
 }

@@ -14,8 +14,8 @@ struct CliResult {
     [[nodiscard]] nlohmann::json json() const { return nlohmann::json::parse(out); }
 };
 
-/// Runs `tricoil ARGUMENTS` through a shell, from a folder of its own.
-CliResult tricoil(const std::string& arguments);
+/// Runs `tricoil ARGUMENTS` through a shell, after the shell commands `setup`.
+CliResult tricoil(const std::string& arguments, const std::string& setup = ":");
 
 /// Writes a file into the test's folder; returns its path.
 std::string write_file(const std::string& name, const std::string& content);

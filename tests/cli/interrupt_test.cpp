@@ -1,4 +1,4 @@
-// Ctrl-C in the middle of a run: summary, complete CSV, coils off.
+// Ctrl-C in the middle: a run ends with summary, complete CSV and coils off; figures leave nothing behind.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,9 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <thread>
 
 #include "tests/cli/cli_runner.hpp"
@@ -38,7 +40,7 @@ int interrupt_run(int signal, const std::string& csv, const std::string& out) {
 }
 
 TEST(Interrupt, EndsInOrder) {
-    for (const int signal : {SIGINT, SIGTERM}) {
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
         const std::string csv = path_in_temp("interrupted.csv");
         const std::string out = path_in_temp("interrupted.json");
         std::filesystem::remove(csv);
@@ -52,6 +54,111 @@ TEST(Interrupt, EndsInOrder) {
         const auto last_line = text.substr(text.rfind('\n', text.size() - 2) + 1);
         EXPECT_EQ(std::count(last_line.begin(), last_line.end(), ','), columns);
     }
+}
+
+namespace fs = std::filesystem;
+
+class FiguresInterrupted : public ::testing::Test {
+protected:
+    void SetUp() override {
+        fs::remove_all(folder_);
+        fs::create_directory(folder_);
+    }
+    void TearDown() override { fs::remove_all(folder_); }
+
+    /// Starts `tricoil figures`; `bin`, unless empty, is where it looks for programs.
+    [[nodiscard]] pid_t start(const std::string& bin = "") const {
+        const pid_t child = fork();
+        if (child == 0) {
+            if (!bin.empty()) {
+                setenv("PATH", (bin + ":/usr/bin:/bin").c_str(), 1);
+            }
+            dup2(open(err_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDERR_FILENO);
+            execl(TRICOIL_PROGRAM, TRICOIL_PROGRAM, "figures", "--out", out_.c_str(), nullptr);
+            _exit(127);
+        }
+        return child;
+    }
+
+    /// False if it does not come true for 20 s.
+    template <typename Condition>
+    static bool wait_for(Condition condition) {
+        for (int i = 0; i < 2000; ++i) {
+            if (condition()) {
+                return true;
+            }
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        }
+        return false;
+    }
+
+    static int end(pid_t child, int signal) {
+        kill(child, signal);
+        int status = 0;
+        waitpid(child, &status, 0);
+        return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+    }
+
+    /// The first file there is proof that simulations are under way.
+    [[nodiscard]] bool has_begun() const {
+        std::error_code error;
+        for (const auto& entry : fs::recursive_directory_iterator(out_, error)) {
+            if (entry.path().extension() == ".csv" && entry.path().string().find("/.unfinished-") != std::string::npos) {
+                return true;
+            }
+        }
+        return false;
+    }
+
+    const std::string folder_ = path_in_temp("figures_interrupted");
+    const std::string out_ = folder_ + "/out";
+    const std::string err_ = folder_ + "/err.txt";
+};
+
+TEST_F(FiguresInterrupted, LeaveNothing) {
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+        const pid_t child = start();
+        ASSERT_TRUE(wait_for([this] { return has_begun(); }));
+        EXPECT_EQ(end(child, signal), 128 + signal);
+        EXPECT_FALSE(fs::exists(out_)) << signal;
+        EXPECT_EQ(read_file(err_), "tricoil: interrupted; nothing was written\n");
+    }
+}
+
+TEST_F(FiguresInterrupted, KeepWhatWasThere) {
+    fs::create_directory(out_);
+    std::ofstream(out_ + "/fig1.csv") << "mine";
+    const pid_t child = start();
+    ASSERT_TRUE(wait_for([this] { return has_begun(); }));
+    EXPECT_EQ(end(child, SIGINT), 128 + SIGINT);
+    EXPECT_EQ(read_file(out_ + "/fig1.csv"), "mine");
+    EXPECT_EQ(std::distance(fs::directory_iterator(out_), {}), 1);
+}
+
+TEST_F(FiguresInterrupted, StopGnuplotToo) {
+    fs::create_directory(folder_ + "/bin");
+    const std::string pid_file = folder_ + "/gnuplot.pid";
+    std::ofstream(folder_ + "/bin/gnuplot") << "#!/bin/sh\necho $$ > " << pid_file << ".new\nmv " << pid_file << ".new "
+                                            << pid_file << "\nexec sleep 600\n";
+    fs::permissions(folder_ + "/bin/gnuplot", fs::perms::owner_all);
+    const pid_t child = start(folder_ + "/bin");
+    ASSERT_TRUE(wait_for([&] { return fs::exists(pid_file); }));
+    const pid_t gnuplot = std::stoi(read_file(pid_file));
+    EXPECT_EQ(kill(gnuplot, 0), 0);
+    EXPECT_EQ(end(child, SIGTERM), 128 + SIGTERM);
+    EXPECT_EQ(kill(gnuplot, 0), -1) << "gnuplot lives on";
+    EXPECT_FALSE(fs::exists(out_));
+}
+
+TEST_F(FiguresInterrupted, WhatAKilledOneLeftIsSweptUpByTheNext) {
+    const pid_t killed = start();
+    ASSERT_TRUE(wait_for([this] { return has_begun(); }));
+    EXPECT_EQ(end(killed, SIGKILL), -SIGKILL);
+    ASSERT_TRUE(fs::exists(out_ + "/.unfinished-" + std::to_string(killed)));
+    const pid_t next = start();
+    EXPECT_TRUE(wait_for([&] { return !fs::exists(out_ + "/.unfinished-" + std::to_string(killed)); }));
+    EXPECT_EQ(end(next, SIGINT), 128 + SIGINT);
+    EXPECT_TRUE(fs::is_empty(out_));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
 
 #include "tests/cli/cli_runner.hpp"
 
@@ -38,6 +39,7 @@ TEST(Usage, UnknownNamesGetTheNearestOne) {
     expect_complaint("run --fault open_coyl:S1", "did you mean 'open_coil'");
     expect_complaint("run --nonsense", "--nonsense");
     expect_complaint("", "subcommand");
+    expect_complaint("motion --example IV", "unknown example 'IV'; choices: I, II, III,");
 }
 
 TEST(Usage, ImpossibleNumbersAreNamed) {
@@ -56,6 +58,9 @@ TEST(Usage, ImpossibleNumbersAreNamed) {
     expect_complaint("run --fault dropped_blocks:2", "0 to 1");
     expect_complaint("run --device can:vcan0", "sim:");
     expect_complaint("run --seed -1", "--seed");
+    expect_complaint("run --rate-hz fast", "expected: a number");
+    expect_complaint("run --passes 1.5", "expected: a whole number");
+    expect_complaint("motion --azimuth fast,1", "expected: 2 numbers");
 }
 
 TEST(Usage, FilesThatCannotBeUsedAreNamed) {
@@ -65,13 +70,19 @@ TEST(Usage, FilesThatCannotBeUsedAreNamed) {
     expect_complaint("run --trajectory " + write_file("empty.traj", ""), "is empty");
     expect_complaint("run --scenario " + write_file("bad.toml", "duration_s = true\n"), "bad.toml:1");
     expect_complaint("run --out /no/such/folder/x.csv", "/no/such/folder/x.csv");
+    expect_complaint("run --out ''", "--out");
+    const std::string mine = write_file("protected.csv", "mine");
+    std::filesystem::permissions(mine, std::filesystem::perms::owner_read);
+    expect_complaint("run --duration 0.1 --out " + mine, "write-protected");
+    EXPECT_EQ(read_file(mine), "mine");
     expect_complaint("demodulate /no/such.csv --carrier-hz 1e4 --rate-hz 2e5", "/no/such.csv");
 }
 
 TEST(Usage, AFullDiskIsDeviceTrouble) {
-    const CliResult result = tricoil("run --duration 1 --out /dev/full");
+    // As good as full: no file may grow beyond some kilobytes.
+    const CliResult result = tricoil("run --duration 1 --out " + path_in_temp("full.csv"), "trap '' XFSZ; ulimit -f 16");
     EXPECT_EQ(result.exit_code, 3);
-    EXPECT_THAT(result.err, HasSubstr("/dev/full"));
+    EXPECT_THAT(result.err, HasSubstr("full.csv"));
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "core/error_model/step_error.hpp"
 #include "core/field/concentric_dipole.hpp"
@@ -153,9 +154,13 @@ TEST(Budget, TotalAddsSystematicTermsAsVectorsAndNoiseInSquares) {
     const auto budget = error_budget(state, 1e-3, params);
     const auto sum = systematic_errors(state, params).sum();
     EXPECT_NEAR(budget.total.position_mm, std::hypot(1e3 * sum.head<3>().norm(), budget.noise.position_mm), 1e-9);
+    const double rotation_deg = sum.tail<3>().norm() * 180 / std::numbers::pi;
+    EXPECT_NEAR(budget.total.orientation_deg, std::hypot(rotation_deg, budget.noise.orientation_deg), 1e-12);
     EXPECT_NEAR(budget.latency.position_mm, 2, 1e-9);
     // Section 2: at 60 dB and 0.5 m the bound is 1.06 mm.
     EXPECT_NEAR(budget.noise.position_mm, 1.06, 0.01);
+    // And there sqrt(8 + 8 + 2) n in all for the three angles.
+    EXPECT_NEAR(budget.noise.orientation_deg, std::sqrt(18.0) * 1e-3 * 180 / std::numbers::pi, 1e-9);
 }
 
 TEST(Budget, DirectSolverHasNeitherLinearizationNorFrameError) {
@@ -169,6 +174,28 @@ TEST(Budget, DirectSolverHasNeitherLinearizationNorFrameError) {
     EXPECT_EQ(budget.frame_propagation.orientation_deg, 0);
     EXPECT_EQ(budget.skew.position_mm, 0);
     EXPECT_GT(budget.blur.position_mm, 0);
+}
+
+/// Each further pass cubes what is left, nearly.
+TEST(Budget, FurtherPassesLeaveNextToNothing) {
+    MotionState<double> state;
+    state.position_m << 0.5, 0.2, 0.1;
+    state.velocity_m_s << 1, 2, -1;
+    state.angular_rate_rad_s << 4, -3, 5;
+    BudgetParams<double> params;
+    params.timing = fdm_timing(kUpdate);
+    for (const SolverForm form : {SolverForm::previous_vectors, SolverForm::previous_angles}) {
+        params.solver = form;
+        params.passes = 1;
+        const double one_mm = error_budget(state, 0.0, params).linearization.position_mm;
+        params.passes = 2;
+        const auto two = error_budget(state, 0.0, params);
+        EXPECT_GT(one_mm, 0.05);
+        EXPECT_LT(two.linearization.position_mm, 1e-3 * one_mm);
+        EXPECT_LT(two.frame_propagation.position_mm, 1e-3 * one_mm);
+    }
+    state.velocity_m_s << 0, 1'000, 0;
+    EXPECT_TRUE(std::isnan(error_budget(state, 0.0, params).total.position_mm));
 }
 
 TEST(Budget, IsNotANumberWhereTheStepLeavesItsDomain) {

@@ -1,15 +1,20 @@
 // The commands as a user meets them: exit codes, one line per mistake, nothing half-written.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
+#include <thread>
 
+#include "board/host/errors.hpp"
 #include "board/host/figures/whole_file.hpp"
 
 namespace tricoil::host {
@@ -23,8 +28,10 @@ struct Answer {
     std::string output;
 };
 
-Answer tricoil(const std::string& arguments) {
-    const std::string line = std::string(TRICOIL_PROGRAM) + " " + arguments + " 2>&1";
+/// search_path: where it finds other programs; empty: as here.
+Answer tricoil(const std::string& arguments, const std::string& search_path = "") {
+    const std::string environment = search_path.empty() ? "" : "PATH=" + search_path + " ";
+    const std::string line = environment + TRICOIL_PROGRAM + " " + arguments + " 2>&1";
     FILE* pipe = ::popen(line.c_str(), "r");
     Answer answer;
     std::array<char, 4096> buffer{};
@@ -35,8 +42,14 @@ Answer tricoil(const std::string& arguments) {
     return answer;
 }
 
-void expect_refused(const std::string& arguments, const std::string& names) {
-    const Answer answer = tricoil(arguments);
+std::string text_of(const fs::path& path) {
+    std::ostringstream text;
+    text << std::ifstream(path).rdbuf();
+    return text.str();
+}
+
+void expect_refused(const std::string& arguments, const std::string& names, const std::string& search_path = "") {
+    const Answer answer = tricoil(arguments, search_path);
     EXPECT_EQ(answer.exit_code, 2) << arguments << "\n" << answer.output;
     EXPECT_THAT(answer.output, HasSubstr(names)) << arguments;
     EXPECT_EQ(std::count(answer.output.begin(), answer.output.end(), '\n'), 1) << answer.output;
@@ -74,19 +87,70 @@ TEST(MotionCommand, TakesOwnRates) {
 
 TEST(MotionCommand, RefusesBadInputInOneLine) {
     expect_refused("motion", "--example");
-    expect_refused("motion --example IIII", "did you mean 'III'?");
+    expect_refused("motion --example orientatoin", "did you mean 'orientation'?");
+    expect_refused("motion --example IIII", "unknown example 'IIII'; choices: I, II, III,");  // as near to IIIo
     expect_refused("motion --example I --loop opne", "did you mean 'open'?");
     expect_refused("motion --example I --kappa tow", "did you mean 'two'?");
     expect_refused("motion --example I --rate-hz 0", "--rate-hz");
     expect_refused("motion --example I --rate-hz -240", "--rate-hz");
     expect_refused("motion --example I --rate-hz nan", "--rate-hz");
-    expect_refused("motion --example I --rate-hz 1e300", "update time");
+    expect_refused("motion --example I --rate-hz 1e300", "--rate-hz must be 1 to 100000; got 1e+300");
+    expect_refused("motion --example I --rate-hz 1e-9", "--rate-hz must be 1 to 100000; got 1e-09");
+    expect_refused("motion --example I --rate-hz inf", "--rate-hz must be 1 to 100000; got inf");
+    expect_refused("motion --example I --start-range 1e300", "--start-range must be");
+    expect_refused("motion --example I --start-range 1e-300", "--start-range must be");
+    expect_refused("motion --example I --gap -0.001", "--gap must be");
+    expect_refused("motion --example I --kappa two --form vectors --loop closed", "--kappa exact only");
+    expect_refused("motion --example I --out ''", "--out");
     expect_refused("motion --azimuth nan,0", "azimuth rate");
     expect_refused("motion --azimuth 1e9,0", "azimuth rate");
     expect_refused("motion --elevation 0,300", "lower the rates");
     expect_refused("motion --range 0,-1", "runs into the source");
     expect_refused("motion --example I --duration 0", "duration");
     expect_refused("motion --example I --out /nonexistent/x.csv", "/nonexistent/x.csv");
+}
+
+nlohmann::json motion(const std::string& arguments) {
+    const Answer answer = tricoil("motion --json " + arguments);
+    EXPECT_EQ(answer.exit_code, 0) << answer.output;
+    return nlohmann::json::parse(answer.output);
+}
+
+/// Nearly all of what one pass leaves is range, by (37) with the loop's own turn per update.
+TEST(MotionCommand, PredictsThePoleFreeLoop) {
+    const auto one = motion("--example III --loop closed --form vectors");
+    EXPECT_NEAR(one["measured"]["max_abs_e_rho_m"], 0.018056, 5e-7);
+    EXPECT_NEAR(one["predicted"]["max_abs_e_rho_m"], one["measured"]["max_abs_e_rho_m"], 1e-12);
+    EXPECT_LT(one["max_abs_predicted_minus_measured"]["e_alpha_rad"], 1e-10);
+    EXPECT_NEAR(one["max_position_error_m"], 0.018153, 5e-7);
+    EXPECT_NEAR(one["predicted_max_position_error_m"], 0.018153, 5e-7);
+    EXPECT_FALSE(one.contains("singularities")) << "it has none";
+    const auto two = motion("--example III --loop closed --form vectors --passes 2");
+    EXPECT_NEAR(two["predicted_max_position_error_m"], 5.46e-7, 1e-9);
+    EXPECT_THAT(tricoil("motion --example III --loop closed --form vectors").output,
+                HasSubstr("position error at most 18.1532 mm (predicted 18.1532)"));
+}
+
+TEST(MotionCommand, PrintsNoPredictionThatDoesNotApply) {
+    const auto json = motion("--example III --loop closed --passes 2");
+    for (const char* key :
+         {"predicted", "max_abs_predicted_minus_measured", "predicted_max_position_error_m", "singularities", "exact_step"}) {
+        EXPECT_FALSE(json.contains(key)) << key;
+    }
+    EXPECT_TRUE(json.contains("measured"));
+    const std::string text = tricoil("motion --example III --loop closed --passes 2").output;
+    EXPECT_THAT(text, HasSubstr("no prediction"));
+    EXPECT_THAT(text, testing::Not(HasSubstr("singular instants")));
+    EXPECT_THAT(text, testing::Not(HasSubstr("\n  predicted")));
+}
+
+/// Remark 4: a gap makes the update longer, nothing else.
+TEST(MotionCommand, AGapLengthensTheUpdate) {
+    const auto gap = motion("--example I --gap 0.0015 --duration 2");
+    const auto slower = motion("--example I --rate-hz 176.47058823529412 --duration 2");  // 1 / (1/240 + 0.0015)
+    EXPECT_NEAR(gap["update_s"], 1.0 / 240 + 0.0015, 1e-15);
+    EXPECT_NEAR(gap["measured"]["max_abs_e_rho_m"], slower["measured"]["max_abs_e_rho_m"], 1e-9);
+    EXPECT_GT(gap["measured"]["max_abs_e_rho_m"], motion("--example I --duration 2")["measured"]["max_abs_e_rho_m"]);
 }
 
 TEST(SelfcheckCommand, PassesHere) {
@@ -114,13 +178,112 @@ TEST_F(Folder, FiguresWriteTheirNumbers) {
     const fs::path out = path_ / "out";
     const Answer answer = tricoil("figures --csv-only --out " + out.string() + "/");
     ASSERT_EQ(answer.exit_code, 0) << answer.output;
-    for (int n = 1; n <= 6; ++n) {
+    for (const int n : {1, 2, 3, 5, 6}) {  // 4 shows the rate that fig3.csv holds
         EXPECT_GT(fs::file_size(out / ("fig" + std::to_string(n) + ".csv")), 100'000U);
     }
     EXPECT_TRUE(fs::exists(out / "budget.csv"));
     for (const auto& entry : fs::directory_iterator(out)) {
         EXPECT_EQ(entry.path().extension(), ".csv") << entry.path();
     }
+}
+
+TEST_F(Folder, FiguresDrawThem) {
+    if (std::system("gnuplot --version >/dev/null 2>&1") != 0) {
+        GTEST_SKIP() << "gnuplot is not installed";
+    }
+    const fs::path out = path_ / "out";
+    const Answer answer = tricoil("figures --out " + out.string());
+    ASSERT_EQ(answer.exit_code, 0) << answer.output;
+    for (const char* name : {"fig1", "fig2", "fig3", "fig4", "fig5", "fig6", "loops", "budget"}) {
+        const std::string svg = text_of(out / (std::string(name) + ".svg"));
+        EXPECT_THAT(svg, HasSubstr("</svg>")) << name;
+        EXPECT_THAT(svg, HasSubstr("<path")) << name;
+        EXPECT_THAT(answer.output, HasSubstr(std::string(name) + ".svg"));
+    }
+    // The space before a unit is one that does not vanish after a subscript.
+    EXPECT_THAT(text_of(out / "fig1.svg"), HasSubstr("\u00a0(rad)"));
+    for (const auto& entry : fs::directory_iterator(out)) {
+        EXPECT_THAT(entry.path().extension(), testing::AnyOf(fs::path(".csv"), fs::path(".svg"))) << entry.path();
+    }
+}
+
+TEST_F(Folder, FiguresSayWhatIsWrongWithGnuplot) {
+    const std::string out = (path_ / "out").string();
+    expect_refused("figures --out " + out, "gnuplot is not installed", (path_ / "nothing").string());
+    const fs::path fake = path_ / "gnuplot";
+    std::ofstream(fake) << "#!/bin/sh\necho 'line 3: undefined variable' >&2\nexit 1\n";
+    fs::permissions(fake, fs::perms::owner_all);
+    expect_refused("figures --out " + out, "gnuplot failed: line 3: undefined variable", path_.string());
+    EXPECT_FALSE(fs::exists(out));
+}
+
+TEST_F(Folder, FiguresReplaceNothingButFiles) {
+    const fs::path out = path_ / "out";
+    fs::create_directory(out);
+    ASSERT_EQ(::mkfifo((out / "fig3.csv").c_str(), 0600), 0);
+    expect_refused("figures --csv-only --out " + out.string(), "fig3.csv: it is no regular file");
+    EXPECT_TRUE(fs::is_fifo(out / "fig3.csv"));
+    EXPECT_EQ(std::distance(fs::directory_iterator(out), {}), 1) << "published in part";
+    expect_refused("figures --out ''", "--out");
+}
+
+TEST_F(Folder, AWholeFileGoesThroughASymbolicLink) {
+    write_whole_file(path_ / "real", "old");
+    fs::create_directory(path_ / "sub");
+    fs::create_symlink("../real", path_ / "sub" / "link");
+    write_whole_file(path_ / "sub" / "link", "new");
+    EXPECT_TRUE(fs::is_symlink(path_ / "sub" / "link"));
+    EXPECT_EQ(text_of(path_ / "real"), "new");
+    fs::create_symlink("not-yet", path_ / "dangling");
+    write_whole_file(path_ / "dangling", "made");
+    EXPECT_TRUE(fs::is_symlink(path_ / "dangling"));
+    EXPECT_EQ(text_of(path_ / "not-yet"), "made");
+    fs::create_symlink("loop", path_ / "loop");
+    EXPECT_THROW(write_whole_file(path_ / "loop", "x"), InputError);
+}
+
+TEST_F(Folder, AWholeFileGoesIntoAPipeAsItIs) {
+    const fs::path fifo = path_ / "fifo";
+    ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
+    std::string read;
+    std::thread reader([&] { read = text_of(fifo); });
+    write_whole_file(fifo, "text");
+    EXPECT_TRUE(fs::is_fifo(fifo));
+    if (!fs::is_fifo(fifo)) {  // replaced: let the reader go
+        fs::remove(fifo);
+        reader.detach();
+        return;
+    }
+    reader.join();
+    EXPECT_EQ(read, "text");
+}
+
+TEST_F(Folder, AWholeFileKeepsPermissionsAndHeedsThem) {
+    const fs::path file = path_ / "file";
+    write_whole_file(file, "old");
+    fs::permissions(file, fs::perms::owner_read | fs::perms::owner_write);
+    write_whole_file(file, "new");
+    EXPECT_EQ(fs::status(file).permissions(), fs::perms::owner_read | fs::perms::owner_write);
+    fs::permissions(file, fs::perms::owner_read);
+    EXPECT_THROW(write_whole_file(file, "newer"), InputError);
+    EXPECT_EQ(text_of(file), "new");
+    EXPECT_THROW(write_whole_file(path_, "a folder"), InputError);
+    EXPECT_EQ(entries(), 1);
+}
+
+/// By a link of our own, so that a mistake replaces only that.
+TEST_F(Folder, StandardOutputTakesCsvAndSummary) {
+    const std::string out = (path_ / "stdout").string();
+    fs::create_symlink("/proc/self/fd/1", out);
+    const Answer answer = tricoil("motion --example I --duration 0.1 --out " + out);  // a pipe, here
+    EXPECT_EQ(answer.exit_code, 0) << answer.output;
+    EXPECT_THAT(answer.output, HasSubstr("time_s,stamp_us"));
+    EXPECT_THAT(answer.output, HasSubstr("position error at most"));
+    const std::string line =
+        std::string(TRICOIL_PROGRAM) + " motion --example I --duration 0.1 --out " + out + " >" + (path_ / "both").string();
+    ASSERT_EQ(std::system(line.c_str()), 0);
+    EXPECT_THAT(text_of(path_ / "both"), HasSubstr("time_s,stamp_us"));
+    EXPECT_THAT(text_of(path_ / "both"), HasSubstr("position error at most"));
 }
 
 TEST_F(Folder, StagedFolderKeepsOtherFiles) {

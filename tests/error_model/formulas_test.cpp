@@ -70,6 +70,27 @@ TEST(RateErrors, Equation21LeadsFromTheRatesErrorToTheIncrements) {
     }
 }
 
+/// (29), (28) and (33) term by term, at steps that leave none of them small.
+TEST(PaperForm, IsEquations28And29And33AsPrinted) {
+    for (const Step& step : {Step{0.3, 0.1, 0.07}, Step{-0.9, 0.4, -0.3}, Step{1.2, -0.2, 0.35}}) {
+        const double b = step.elevation_rad;
+        const double da = step.d_azimuth_rad;
+        const double db = step.d_elevation_rad;
+        const double kappa_29 =
+            2 - 3 * std::pow(std::sin(db), 2) - 3 * std::pow(std::cos(b), 2) * std::cos(2 * db) * std::pow(std::sin(da), 2);
+        EXPECT_NEAR(kappa(KappaForm::paper, step), kappa_29, 1e-15);
+        const double elevation_28 =
+            db - (2 / kappa_29) * (std::sin(2 * db) * std::cos(da) / 2 + std::sin(2 * b) * std::pow(std::sin(da), 2) / 4);
+        EXPECT_NEAR(elevation_increment_error(KappaForm::paper, step), elevation_28, 1e-15);
+        const double azimuth_33 = da - (2 / kappa_29) * std::sin(da) * std::cos(db) * std::cos(b) / std::cos(b - 0.05);
+        EXPECT_NEAR(azimuth_increment_error(KappaForm::paper, step, 0.05), azimuth_33, 1e-15);
+    }
+    // Numbers, computed elsewhere, so that no reading of the formulas above is on trial alone.
+    EXPECT_NEAR(kappa(KappaForm::paper, Step{0.3, 0.1, 0.07}), 1.958302099867667, 1e-15);
+    EXPECT_NEAR(elevation_increment_error(KappaForm::paper, Step{0.3, 0.1, 0.07}), -0.0023380700629357792, 1e-15);
+    EXPECT_NEAR(azimuth_increment_error(KappaForm::paper, Step{0.3, 0.1, 0.07}, 0.05), -0.0002843562900388258, 1e-15);
+}
+
 TEST(RateErrors, KappaTwoIsEquation32AsPrinted) {
     const Step step{0.3, 0.1, 0.07};
     const double printed = 0.07 - std::sin(0.14) * std::cos(0.1) / 2 - std::sin(0.6) * std::pow(std::sin(0.1), 2) / 4;
@@ -166,6 +187,7 @@ TEST(BoardTiming, EffectiveUpdateTimeEntersWithItsCube) {
     const double rate = 10;
     const double update_s = 1.0 / 240;
     const double longer_s = effective_update_time(update_s, 0.001, 0.0005);
+    EXPECT_NEAR(longer_s, update_s + 0.0015, 1e-15);
     const auto error = [&](double t) { return elevation_increment_error(KappaForm::exact, Step{0.0, 0.0, rate * t}); };
     EXPECT_NEAR(error(longer_s) / error(update_s), std::pow(longer_s / update_s, 3), 0.02);
 }

@@ -1,11 +1,7 @@
 // The known-answer part of the self-check as one small program, for mutated copies of the core. Exit status 1: a check failed.
 #include <cstdio>
 
-#include "core/selfcheck/field_checks.cpp"
-#include "core/selfcheck/geometry_checks.cpp"
-#include "core/selfcheck/solver_checks.cpp"
-#include "core/solver/direct.cpp"
-#include "core/solver/previous_measurement.cpp"
+#include "core/selfcheck/checks.hpp"
 
 int main() {
     tricoil::selfcheck::Report report;

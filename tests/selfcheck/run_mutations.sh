@@ -2,6 +2,7 @@
 # Usage: run_mutations.sh SOURCE_DIR WORK_DIR   (CXX and EIGEN_INCLUDE in the environment)
 # Copies the core, applies one line of mutations.txt at a time, compiles the known-answer checks with it and demands that they
 # fail. The unchanged core must pass. A line that does not match exactly once in its file is an error: the table is stale.
+# Only the unit in whose checks a mutation belongs is compiled again, without optimisation and in one precision.
 set -eu
 source_dir=$1
 work=$2
@@ -18,10 +19,37 @@ cat > "$work/prefix.hpp" <<'PREFIX'
 PREFIX
 "$CXX" -std=c++20 -O0 -isystem "$EIGEN_INCLUDE" -x c++-header "$work/prefix.hpp" -o "$work/prefix.hpp.gch"
 
-# check DIR: 0 if the self-check built from DIR/core passes, 1 if it fails, 2 if it does not compile
+units="selfcheck/geometry_checks selfcheck/field_checks selfcheck/solver_checks solver/direct solver/previous_measurement"
+
+# affected FILE: the units to compile again when FILE changes
+affected() {
+    case $1 in
+        core/geometry/*) echo selfcheck/geometry_checks ;;
+        core/field/*) echo selfcheck/field_checks ;;
+        core/solver/pose_covariance.hpp) echo selfcheck/solver_checks ;;
+        core/solver/*.cpp) basename "$1" .cpp | sed 's,^,solver/,' ;;
+        *) echo "$units" ;;
+    esac
+}
+
+# compile DIR SOURCE OBJECT
+compile() {
+    "$CXX" -std=c++20 -O0 -Winvalid-pch -include "$work/prefix.hpp" -I"$1" -isystem "$EIGEN_INCLUDE" -c "$2" -o "$3" 2>> "$1/compiler.log"
+}
+
+# check DIR UNITS: 0 if the self-check with these UNITS of DIR/core passes, 1 if it fails, 2 if it does not compile
 check() {
-    "$CXX" -std=c++20 -O0 -Winvalid-pch -include "$work/prefix.hpp" -I"$1" -isystem "$EIGEN_INCLUDE" "$here/known_answers_main.cpp" \
-        -o "$1/check" 2> "$1/compiler.log" || return 2
+    changed=""
+    for unit in $2; do
+        compile "$1" "$1/core/$unit.cpp" "$1/$(basename "$unit").o" || return 2
+        changed="$changed $1/$(basename "$unit").o"
+    done
+    others=""
+    for unit in $units; do
+        [ -e "$1/$(basename "$unit").o" ] || others="$others $work/unchanged/$(basename "$unit").o"
+    done
+    # First come, first linked: a changed inline function is the one that all units use.
+    "$CXX" $changed $others "$work/main.o" -o "$1/check" 2>> "$1/compiler.log" || return 2
     "$1/check" > "$1/check.log" || return 1
 }
 
@@ -32,7 +60,7 @@ mutate() {
     cp -r "$work/unchanged/core" "$dir/core"
     replace_once "$dir/$2" "$3" "$4" || { echo "STALE   $1: '$3' is not exactly once in $2"; return 1; }
     status=0
-    check "$dir" || status=$?
+    check "$dir" "$(affected "$2")" || status=$?
     case $status in
         1) echo "caught  $1: $2: $3 -> $4 ($(cat "$dir/check.log"))"; rm -rf "$dir" ;;
         0) echo "MISSED  $1: $2: $3 -> $4"; return 1 ;;
@@ -54,7 +82,8 @@ replace_once() {
 mkdir -p "$work/unchanged"
 cp -r "$source_dir/core" "$work/unchanged/core"
 sed -i '/^template .*float/d' "$work"/unchanged/core/solver/*.cpp "$work"/unchanged/core/selfcheck/*_checks.cpp  # one precision is enough
-check "$work/unchanged" || { echo "the unchanged core does not pass"; cat "$work/unchanged"/*.log; exit 1; }
+compile "$work/unchanged" "$here/known_answers_main.cpp" "$work/main.o"
+check "$work/unchanged" "$units" || { echo "the unchanged core does not pass"; cat "$work/unchanged"/*.log; exit 1; }
 
 number=0
 failed=0

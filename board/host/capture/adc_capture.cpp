@@ -17,7 +17,7 @@ constexpr std::size_t kFields = 3 + kChannels;
 
 Excitation parse_state(std::string_view field, const sim::TextPlace& place) {
     for (int j = 0; j < kSourceCoils; ++j) {
-        if (field == "S" + std::to_string(j + 1)) {
+        if (field == fmt::format("S{}", j + 1)) {
             return single_coil(j);
         }
     }

@@ -9,6 +9,7 @@
 #include "board/host/commands/commands.hpp"
 #include "board/host/errors.hpp"
 #include "board/host/figures/whole_file.hpp"
+#include "board/host/interrupt.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -20,13 +21,15 @@ struct FiguresCommand {
 };
 
 int figures(const FiguresCommand& command) {
+    const InterruptGuard guard;
     StagedFolder folder(command.out);
-    std::vector<Picture> pictures = paper_figures(folder.path());
-    pictures.push_back(loop_figure(folder.path()));
-    pictures.push_back(budget_figure(folder.path(), command.hand_motion));
+    std::vector<Picture> pictures = paper_figures(folder.path(), guard);
+    pictures.push_back(loop_figure(folder.path(), guard));
+    pictures.push_back(budget_figure(folder.path(), command.hand_motion, guard));
     if (!command.csv_only) {
-        draw(folder.path(), pictures);
+        draw(folder.path(), pictures, guard);
     }
+    guard.check();
     folder.publish();
     for (const Picture& picture : pictures) {
         fmt::print("{}\n", (std::filesystem::path(command.out) / picture.file).string());
@@ -40,7 +43,7 @@ void add_figures_command(CLI::App& program, Action& action) {
     auto c = std::make_shared<FiguresCommand>();
     CLI::App* sub =
         program.add_subcommand("figures", "The paper's figures 1 to 6, closed against open loop, error budget: CSV and SVG");
-    sub->add_option("--out", c->out, "Folder; created if its parent exists")->required();
+    sub->add_option("--out", c->out, "Folder; created if its parent exists")->required()->check(refuse_empty);
     sub->add_option("--hand-motion", c->hand_motion,
                     "Folder of recorded .traj files for the error budget; else generated motions");
     sub->add_flag("--csv-only", c->csv_only, "Numbers without pictures");

@@ -1,7 +1,6 @@
 // tricoil motion: the movement-induced error model against simulation, for the paper's examples or own rates.
 #include <fmt/format.h>
 
-#include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -11,6 +10,7 @@
 #include "board/host/figures/error_csv.hpp"
 #include "board/host/figures/error_maxima.hpp"
 #include "board/host/names.hpp"
+#include "core/error_model/board_timing.hpp"
 #include "sim/paper/paper_simulation.hpp"
 #include "sim/paper/singularities.hpp"
 
@@ -31,6 +31,7 @@ struct MotionCommand {
     std::vector<double> azimuth, elevation, range, attitude;  // A, B of (40)
     int passes = 1;
     double rate_hz = 240;
+    double gap_s = 0;
     double duration_s = 10;
     double start_range_m = 0.5;
     double start_time_s = 0;
@@ -47,6 +48,12 @@ struct MotionResult {
 
 bool has_own_rates(const MotionCommand& c) {
     return !(c.azimuth.empty() && c.elevation.empty() && c.range.empty() && c.attitude.empty());
+}
+
+void check_option(const char* option, double value, double least, double largest) {
+    if (!(value >= least && value <= largest)) {
+        throw InputError(fmt::format("{} must be {} to {}; got {}", option, least, largest, value));
+    }
 }
 
 paper::Example make_example(const MotionCommand& c) {
@@ -68,23 +75,21 @@ paper::Example make_example(const MotionCommand& c) {
     if (!c.range.empty()) {
         example.range = {c.range[1], c.range[0], 10 * std::numbers::pi};  // (40): the range's frequency is fixed
     }
+    check_option("--start-range", c.start_range_m, paper::kMinStartRange, paper::kMaxStartRange);
     example.start.range_m = c.start_range_m;
     return example;
 }
 
 paper::SimulationParams make_params(const MotionCommand& c) {
-    if (!(c.rate_hz > 0) || !std::isfinite(c.rate_hz)) {
-        throw InputError(fmt::format("--rate-hz must be positive; got {}", c.rate_hz));
-    }
-    if (!(c.start_time_s >= 0 && c.start_time_s <= 1e9)) {
-        throw InputError(fmt::format("--start-time must be 0 to 1e9 s; got {}", c.start_time_s));
-    }
+    check_option("--rate-hz", c.rate_hz, 1, 1e5);
+    check_option("--gap", c.gap_s, 0, 1);
+    check_option("--start-time", c.start_time_s, 0, 1e9);
     paper::SimulationParams params;
     params.loop = static_cast<error_model::Loop>(index_of_name("loop", c.loop, kLoops));
     params.kappa = static_cast<error_model::KappaForm>(index_of_name("kappa", c.kappa, kKappas));
     params.form = static_cast<paper::Form>(index_of_name("form", c.form, kForms));
     params.passes = c.passes;
-    params.update_s = 1 / c.rate_hz;
+    params.update_s = error_model::effective_update_time(1 / c.rate_hz, 0.0, c.gap_s);
     params.duration_s = c.duration_s;
     params.start = DeviceTime{microseconds_from_seconds(c.start_time_s)};
     return params;
@@ -97,6 +102,11 @@ nlohmann::ordered_json json_of(const ErrorMaxima& m) {
             {"final_e_beta_rad", m.final_e_beta_rad}};
 }
 
+/// Singular instants are predicted for the angle form with one pass; the pole-free form has none.
+bool has_poles(const paper::SimulationParams& params) {
+    return params.form == paper::Form::angles && paper::has_prediction(params);
+}
+
 std::string to_json(const MotionResult& r) {
     const Summary s = summarise(r.updates);
     nlohmann::ordered_json json = {{"example", r.example.name},
@@ -106,11 +116,13 @@ std::string to_json(const MotionResult& r) {
                                    {"passes", r.params.passes},
                                    {"update_s", r.params.update_s},
                                    {"updates", r.updates.size() - 1},
-                                   {"measured", json_of(s.measured)},
-                                   {"predicted", json_of(s.predicted)}};
-    json["max_abs_predicted_minus_measured"] = {{"e_rho_m", s.worst_prediction.e_rho_m},
-                                                {"e_alpha_rad", s.worst_prediction.e_alpha_rad},
-                                                {"e_beta_rad", s.worst_prediction.e_beta_rad}};
+                                   {"measured", json_of(s.measured)}};
+    if (paper::has_prediction(r.params)) {
+        json["predicted"] = json_of(s.predicted);
+        json["max_abs_predicted_minus_measured"] = {{"e_rho_m", s.worst_prediction.e_rho_m},
+                                                    {"e_alpha_rad", s.worst_prediction.e_alpha_rad},
+                                                    {"e_beta_rad", s.worst_prediction.e_beta_rad}};
+    }
     if (paper::has_exact_chain(r.params)) {
         json["exact_step"] = json_of(s.exact);
         json["max_abs_exact_step_minus_measured"] = {{"e_rho_m", s.worst_exact.e_rho_m},
@@ -118,7 +130,13 @@ std::string to_json(const MotionResult& r) {
                                                      {"e_beta_rad", s.worst_exact.e_beta_rad}};
     }
     json["max_position_error_m"] = s.max_position_error_m;
+    if (paper::has_prediction(r.params)) {
+        json["predicted_max_position_error_m"] = s.predicted_max_position_error_m;
+    }
     json["max_orientation_error_rad"] = s.max_rotation_error_rad;
+    if (!has_poles(r.params)) {
+        return json.dump(2) + "\n";
+    }
     json["singularities"] = {{"predicted", r.singularities.predicted_s.size()},
                              {"measured_passages", r.singularities.passages_s.size()},
                              {"measured_jumps", r.singularities.jumps_s.size()},
@@ -138,27 +156,35 @@ std::string row(const char* name, const ErrorMaxima& m) {
 
 std::string to_text(const MotionResult& r) {
     const Summary s = summarise(r.updates);
-    std::string text =
-        fmt::format("{}, {} loop, {} form, {} updates of {:.6f} s; prediction with kappa {}\n", r.example.name,
-                    kLoops[static_cast<std::size_t>(r.params.loop)], kForms[static_cast<std::size_t>(r.params.form)],
-                    r.updates.size() - 1, r.params.update_s, kKappas[static_cast<std::size_t>(r.params.kappa)]);
+    const bool has_prediction = paper::has_prediction(r.params);
+    std::string text = fmt::format("{}, {} loop, {} form, {} updates of {:.6f} s", r.example.name,
+                                   kLoops[static_cast<std::size_t>(r.params.loop)],
+                                   kForms[static_cast<std::size_t>(r.params.form)], r.updates.size() - 1, r.params.update_s);
+    text += r.params.passes > 1 ? fmt::format(", {} passes", r.params.passes) : "";
+    text += has_prediction ? fmt::format("; prediction with kappa {}\n", kKappas[static_cast<std::size_t>(r.params.kappa)])
+                           : "; no prediction: the angle form's is that of one pass\n";
     text += fmt::format("  {:<12} {:>14} {:>14} {:>14} {:>14}\n", "", "max|e_rho| m", "max|e_alpha|", "max|e_beta| rad",
                         "final e_beta");
-    text += row("measured", s.measured) + row("predicted", s.predicted);
+    text += row("measured", s.measured);
+    if (has_prediction) {
+        text += row("predicted", s.predicted);
+    }
     if (paper::has_exact_chain(r.params)) {
         text += row("exact steps", s.exact);
     }
-    text += fmt::format("predicted minus measured, at most: e_rho {:.2e} m, e_alpha {:.2e} rad, e_beta {:.2e} rad\n",
-                        s.worst_prediction.e_rho_m, s.worst_prediction.e_alpha_rad, s.worst_prediction.e_beta_rad);
-    text += fmt::format("position error at most {:.6g} mm, orientation error at most {:.6g} deg\n", 1e3 * s.max_position_error_m,
-                        s.max_rotation_error_rad * 180 / std::numbers::pi);
-    if (r.params.form == paper::Form::vectors) {
-        return text + "(the prediction is the angle form's: it has poles, which the pole-free form has not)\n";
+    if (has_prediction) {
+        text += fmt::format("predicted minus measured, at most: e_rho {:.2e} m, e_alpha {:.2e} rad, e_beta {:.2e} rad\n",
+                            s.worst_prediction.e_rho_m, s.worst_prediction.e_alpha_rad, s.worst_prediction.e_beta_rad);
     }
-    const auto& q = r.singularities;
-    text +=
-        fmt::format("singular instants: {} predicted; {} jumps of the azimuth error: {} predicted, {} missed, {} false alarms\n",
-                    q.predicted_s.size(), q.jumps_s.size(), q.hits, q.missed, q.false_alarms);
+    text += fmt::format("position error at most {:.6g} mm", 1e3 * s.max_position_error_m);
+    text += has_prediction ? fmt::format(" (predicted {:.6g})", 1e3 * s.predicted_max_position_error_m) : "";
+    text += fmt::format(", orientation error at most {:.6g} deg\n", s.max_rotation_error_rad * 180 / std::numbers::pi);
+    if (has_poles(r.params)) {
+        const auto& q = r.singularities;
+        text += fmt::format(
+            "singular instants: {} predicted; {} jumps of the azimuth error: {} predicted, {} missed, {} false alarms\n",
+            q.predicted_s.size(), q.jumps_s.size(), q.hits, q.missed, q.false_alarms);
+    }
     return text;
 }
 
@@ -167,7 +193,9 @@ int motion(const MotionCommand& command) {
     result.example = make_example(command);
     result.params = make_params(command);
     result.updates = paper::simulate(result.example, result.params);
-    result.singularities = paper::compare_singularities(result.updates, result.params.update_s);
+    if (has_poles(result.params)) {
+        result.singularities = paper::compare_singularities(result.updates, result.params.update_s);
+    }
     if (!command.out.empty()) {
         write_error_csv(command.out, result.updates);
     }
@@ -192,8 +220,9 @@ void add_motion_command(CLI::App& program, Action& action) {
     sub->add_option("--start-range", c->start_range_m, "m")->capture_default_str();
     sub->add_option("--start-time", c->start_time_s, "Of the device's clock, s")->capture_default_str();
     sub->add_option("--rate-hz", c->rate_hz, "Updates per second")->capture_default_str();
+    sub->add_option("--gap", c->gap_s, "Processing and multiplexing gap that lengthens each update, s")->capture_default_str();
     sub->add_option("--duration", c->duration_s, "s")->capture_default_str();
-    sub->add_option("--out", c->out, "All updates as CSV");
+    sub->add_option("--out", c->out, "All updates as CSV")->check(refuse_empty);
     sub->add_flag("--json", c->json, "Result as JSON");
     sub->callback([c, &action] { action = [c] { return motion(*c); }; });
 }

@@ -84,7 +84,7 @@ void add_run_command(CLI::App& program, Action& action) {
     sub->add_flag("--no-noise", o.no_noise, "No converter noise, no mains; quantisation stays");
     sub->add_flag("--realtime", o.realtime, "Let time pass as it does outside");
     sub->add_option("--seed", o.seed, "Of noise and of the hand's motion")->check(CLI::NonNegativeNumber)->capture_default_str();
-    sub->add_option("--out", o.out_csv, "Write every pose beside the truth to this CSV file");
+    sub->add_option("--out", o.out_csv, "Write every pose beside the truth to this CSV file")->check(refuse_empty);
     sub->add_flag("--json", command->json, "Summary as JSON");
     sub->callback(
         [command, duration, &action] { action = [command, duration] { return run(*command, duration->count() > 0); }; });

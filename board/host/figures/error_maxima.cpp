@@ -37,6 +37,8 @@ Summary summarise(const std::vector<paper::Update>& updates) {
         include(summary.worst_prediction, update.predicted, update.measured.position);
         include(summary.worst_exact, update.exact.position, update.measured.position);
         summary.max_position_error_m = std::max(summary.max_position_error_m, update.position_error_m.norm());
+        summary.predicted_max_position_error_m =
+            std::max(summary.predicted_max_position_error_m, update.predicted_position_error_m.norm());
         summary.max_rotation_error_rad = std::max(summary.max_rotation_error_rad, update.rotation_error_rad);
     }
     return summary;

@@ -29,6 +29,7 @@ struct Summary {
     WorstDifference worst_prediction;
     WorstDifference worst_exact;
     double max_position_error_m = 0;
+    double predicted_max_position_error_m = 0;
     double max_rotation_error_rad = 0;
 };
 

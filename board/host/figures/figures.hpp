@@ -1,21 +1,23 @@
-// The figures: each writes its CSV files into a folder and returns the pictures to draw from them.
+// The figures: each writes its CSV files into a folder and returns the pictures to draw from them; throws Interrupted between two
+// simulations if the guard has seen a signal.
 #pragma once
 
 #include <filesystem>
 #include <vector>
 
 #include "board/host/figures/gnuplot.hpp"
+#include "board/host/interrupt.hpp"
 
 namespace tricoil::host {
 
 /// Figs. 1 to 6 in the paper's arrangement: open loop, measured solid red (Fig. 6 blue), calculated dash-dotted black.
-std::vector<Picture> paper_figures(const std::filesystem::path& folder);
+std::vector<Picture> paper_figures(const std::filesystem::path& folder, const InterruptGuard& guard);
 
 /// Closed loop beside open loop, examples I, II and III.
-Picture loop_figure(const std::filesystem::path& folder);
+Picture loop_figure(const std::filesystem::path& folder, const InterruptGuard& guard);
 
 /// The error budget against simulation, TDM at 240 Hz. recordings: folder of .traj files; empty: generated hand-like motions.
 /// Throws InputError if the folder holds no trajectory.
-Picture budget_figure(const std::filesystem::path& folder, const std::filesystem::path& recordings);
+Picture budget_figure(const std::filesystem::path& folder, const std::filesystem::path& recordings, const InterruptGuard& guard);
 
 }  // namespace tricoil::host

@@ -6,7 +6,10 @@
 #include <sys/wait.h>
 
 #include <array>
+#include <chrono>
+#include <csignal>
 #include <fstream>
+#include <thread>
 
 #include "board/host/errors.hpp"
 
@@ -14,6 +17,11 @@ extern char** environ;
 
 namespace tricoil::host {
 namespace {
+
+constexpr const char* kSettings =
+    "set datafile separator ','\nset grid lc rgb '#dddddd'\nset tics nomirror\nset border 3\n"
+    "set key above right horizontal samplen 2\n";
+constexpr auto kLook = std::chrono::milliseconds(10);  // between two looks at gnuplot and at the guard
 
 std::string curve_text(const Curve& curve) {
     const std::string title = curve.title.empty() ? "notitle" : fmt::format("title '{}'", curve.title);
@@ -48,8 +56,10 @@ std::string first_line(const std::filesystem::path& file) {
     return line;
 }
 
-/// Runs gnuplot in `folder`, its messages going to `log`. The exit status, or 127 if there is no such program.
-int run_gnuplot(const std::filesystem::path& folder, const std::string& script, const std::string& log) {
+/// Runs gnuplot in `folder`, its messages going to `log`. The exit status, or 127 if there is no such program. Throws
+/// Interrupted, with gnuplot ended, if the guard sees a signal.
+int run_gnuplot(const std::filesystem::path& folder, const std::string& script, const std::string& log,
+                const InterruptGuard& guard) {
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
     posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
@@ -64,29 +74,34 @@ int run_gnuplot(const std::filesystem::path& folder, const std::string& script, 
         return 127;
     }
     int status = 0;
-    ::waitpid(child, &status, 0);
+    while (::waitpid(child, &status, WNOHANG) == 0) {
+        if (guard.interrupted()) {
+            ::kill(child, SIGKILL);  // it writes into the staging folder only, and that goes
+            ::waitpid(child, &status, 0);
+        }
+        guard.check();
+        std::this_thread::sleep_for(kLook);
+    }
+    guard.check();  // a signal from the terminal ends gnuplot too
     return WIFEXITED(status) ? WEXITSTATUS(status) : 1;
 }
 
 }  // namespace
 
-void draw(const std::filesystem::path& folder, const std::vector<Picture>& pictures) {
+void draw(const std::filesystem::path& folder, const std::vector<Picture>& pictures, const InterruptGuard& guard) {
     const std::string script_name = "draw.gp";
     const std::string log_name = "gnuplot.log";
     {
         std::ofstream script(folder / script_name);
-        script << "set encoding utf8\nset datafile separator ','\nset grid lc rgb '#dddddd'\nset tics nomirror\nset border "
-                  "3\nset key above right horizontal samplen 2\n";
+        script << "set encoding utf8\n";
         for (const Picture& picture : pictures) {
-            script << script_of(picture);
-            script << "set datafile separator ','\nset grid lc rgb '#dddddd'\nset tics nomirror\nset border 3\nset key above "
-                      "right horizontal samplen 2\n";
+            script << kSettings << script_of(picture);
         }
         if (!script.flush()) {
             throw InputError(fmt::format("cannot write {}; is the disk full?", (folder / script_name).string()));
         }
     }
-    const int status = run_gnuplot(folder, script_name, log_name);
+    const int status = run_gnuplot(folder, script_name, log_name, guard);
     if (status == 127) {
         throw InputError("gnuplot is not installed: install the package gnuplot-nox, or take --csv-only");
     }

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "board/host/interrupt.hpp"
+
 namespace tricoil::host {
 
 /// One curve of a CSV file with a header line.
@@ -36,7 +38,8 @@ struct Picture {
 constexpr const char* kMeasuredStyle = "lines lw 1.2 lc rgb '#cc0000'";
 constexpr const char* kCalculatedStyle = "lines lw 1.4 dt '_.' lc rgb 'black'";
 
-/// Draws into `folder`, where the CSV files are too. Throws InputError if gnuplot is not installed or refuses.
-void draw(const std::filesystem::path& folder, const std::vector<Picture>& pictures);
+/// Draws into `folder`, where the CSV files are too. Throws InputError if gnuplot is not installed or refuses, Interrupted, with
+/// gnuplot stopped, if the guard sees a signal.
+void draw(const std::filesystem::path& folder, const std::vector<Picture>& pictures, const InterruptGuard& guard);
 
 }  // namespace tricoil::host

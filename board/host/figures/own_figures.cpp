@@ -30,7 +30,8 @@ struct LoopCase {
     int passes;
 };
 
-std::string write_case(const fs::path& folder, const std::string& name, const LoopCase& which) {
+std::string write_case(const fs::path& folder, const std::string& name, const LoopCase& which, const InterruptGuard& guard) {
+    guard.check();
     paper::SimulationParams params;
     params.loop = which.loop;
     params.form = which.form;
@@ -64,7 +65,7 @@ struct NamedMotion {
     double duration_s;
 };
 
-std::vector<NamedMotion> recorded_motions(const fs::path& recordings) {
+std::vector<NamedMotion> recorded_motions(const fs::path& recordings, const InterruptGuard& guard) {
     std::vector<fs::path> files;
     std::error_code error;
     for (const auto& entry : fs::directory_iterator(recordings, error)) {
@@ -78,6 +79,7 @@ std::vector<NamedMotion> recorded_motions(const fs::path& recordings) {
     std::sort(files.begin(), files.end());
     std::vector<NamedMotion> motions;
     for (const fs::path& file : files) {
+        guard.check();
         auto motion = std::make_unique<sim::RecordedMotion>(sim::read_trajectory(file.string()), sim::RecordedMotionParams{});
         const double duration_s = motion->duration_s();
         motions.push_back({file.stem().string(), std::move(motion), duration_s});
@@ -115,21 +117,21 @@ Panel scatter_panel(const char* title, const char* unit, const char* x, const ch
 
 }  // namespace
 
-Picture loop_figure(const fs::path& folder) {
+Picture loop_figure(const fs::path& folder, const InterruptGuard& guard) {
     using paper::Form;
-    const auto i_open = write_case(folder, "loop_I_open.csv", {"I", Loop::open, Form::angles, 1});
-    const auto i_closed = write_case(folder, "loop_I_closed.csv", {"I", Loop::closed, Form::angles, 1});
-    const auto ii_open = write_case(folder, "loop_II_open.csv", {"II", Loop::open, Form::angles, 1});
-    const auto ii_closed = write_case(folder, "loop_II_closed.csv", {"II", Loop::closed, Form::angles, 1});
-    const auto iii_open = write_case(folder, "loop_III_open.csv", {"III", Loop::open, Form::angles, 1});
-    const auto iii_closed = write_case(folder, "loop_III_closed.csv", {"III", Loop::closed, Form::angles, 1});
-    const auto iii_one = write_case(folder, "loop_III_closed_vectors_1.csv", {"III", Loop::closed, Form::vectors, 1});
-    const auto iii_two = write_case(folder, "loop_III_closed_vectors_2.csv", {"III", Loop::closed, Form::vectors, 2});
+    const auto i_open = write_case(folder, "loop_I_open.csv", {"I", Loop::open, Form::angles, 1}, guard);
+    const auto i_closed = write_case(folder, "loop_I_closed.csv", {"I", Loop::closed, Form::angles, 1}, guard);
+    const auto ii_open = write_case(folder, "loop_II_open.csv", {"II", Loop::open, Form::angles, 1}, guard);
+    const auto ii_closed = write_case(folder, "loop_II_closed.csv", {"II", Loop::closed, Form::angles, 1}, guard);
+    const auto iii_open = write_case(folder, "loop_III_open.csv", {"III", Loop::open, Form::angles, 1}, guard);
+    const auto iii_closed = write_case(folder, "loop_III_closed.csv", {"III", Loop::closed, Form::angles, 1}, guard);
+    const auto iii_one = write_case(folder, "loop_III_closed_vectors_1.csv", {"III", Loop::closed, Form::vectors, 1}, guard);
+    const auto iii_two = write_case(folder, "loop_III_closed_vectors_2.csv", {"III", Loop::closed, Form::vectors, 2}, guard);
     return {"loops.svg",
-            {error_panel(i_open, "Example I, open loop", "{e_α} (rad)", "e_alpha_rad"),
-             error_panel(i_closed, "Example I, closed loop", "{e_α} (rad)", "e_alpha_rad"),
-             error_panel(ii_open, "Example II, open loop", "{e_β} (rad)", "e_beta_rad"),
-             error_panel(ii_closed, "Example II, closed loop", "{e_β} (rad)", "e_beta_rad"),
+            {error_panel(i_open, "Example I, open loop", "{e_α}\u00a0(rad)", "e_alpha_rad"),
+             error_panel(i_closed, "Example I, closed loop", "{e_α}\u00a0(rad)", "e_alpha_rad"),
+             error_panel(ii_open, "Example II, open loop", "{e_β}\u00a0(rad)", "e_beta_rad"),
+             error_panel(ii_closed, "Example II, closed loop", "{e_β}\u00a0(rad)", "e_beta_rad"),
              position_panel("Example III, open loop", {position_curve(iii_open, "angle form", kMeasuredStyle)}),
              position_panel("Example III, closed loop",
                             {position_curve(iii_closed, "angle form", kMeasuredStyle),
@@ -140,12 +142,13 @@ Picture loop_figure(const fs::path& folder) {
             280};
 }
 
-Picture budget_figure(const fs::path& folder, const fs::path& recordings) {
-    const auto motions = recordings.empty() ? generated_motions() : recorded_motions(recordings);
+Picture budget_figure(const fs::path& folder, const fs::path& recordings, const InterruptGuard& guard) {
+    const auto motions = recordings.empty() ? generated_motions() : recorded_motions(recordings, guard);
     std::string table =
         "motion,poses,measured_position_rms_mm,predicted_position_rms_mm,device_position_rms_mm,measured_rotation_rms_deg,"
         "predicted_rotation_rms_deg,device_rotation_rms_deg,position_correlation,rotation_correlation\n";
     for (std::size_t n = 0; n < motions.size(); ++n) {
+        guard.check();
         paper::TdmParams params;
         params.duration_s = motions[n].duration_s;
         const auto poses = paper::simulate_tdm(*motions[n].motion, params);

@@ -6,6 +6,7 @@
 namespace tricoil::host {
 namespace {
 
+// In labels, the space before a unit is one that does not break: after a subscript gnuplot swallows a plain one.
 constexpr const char* kTime = "time_s";
 constexpr const char* kBlue = "lines lw 1.2 lc rgb '#0044cc'";
 
@@ -17,7 +18,9 @@ std::vector<paper::Update> simulate_as_plotted(const char* example) {
     return paper::simulate(paper::example(example), params);
 }
 
-std::string write(const std::filesystem::path& folder, const std::string& name, const char* example) {
+std::string write(const std::filesystem::path& folder, const std::string& name, const char* example,
+                  const InterruptGuard& guard) {
+    guard.check();
     write_whole_file(folder / name, error_csv(simulate_as_plotted(example)));
     return name;
 }
@@ -36,15 +39,15 @@ Panel measured_only(const std::string& csv, const char* title, const char* label
 }
 
 Panel range_panel(const std::string& csv, const char* style = kMeasuredStyle) {
-    return compare(csv, "(a) Range error", "{e_ρ} (m)", "e_rho_m", "predicted_e_rho_m", style);
+    return compare(csv, "(a) Range error", "{e_ρ}\u00a0(m)", "e_rho_m", "predicted_e_rho_m", style);
 }
 
 Panel azimuth_panel(const std::string& csv, const char* style = kMeasuredStyle) {
-    return compare(csv, "(b) Azimuth error", "{e_α} (rad)", "e_alpha_rad", "predicted_e_alpha_rad", style);
+    return compare(csv, "(b) Azimuth error", "{e_α}\u00a0(rad)", "e_alpha_rad", "predicted_e_alpha_rad", style);
 }
 
 Panel elevation_panel(const std::string& csv, const char* title, const char* style = kMeasuredStyle) {
-    return compare(csv, title, "{e_β} (rad)", "e_beta_rad", "predicted_e_beta_rad", style);
+    return compare(csv, title, "{e_β}\u00a0(rad)", "e_beta_rad", "predicted_e_beta_rad", style);
 }
 
 /// The measured error at fixed orientation, Fig. 3(b), is repeated in red.
@@ -57,15 +60,14 @@ Panel azimuth_panel_of_fig6(const std::string& csv, const std::string& fixed_csv
 
 }  // namespace
 
-std::vector<Picture> paper_figures(const std::filesystem::path& folder) {
-    const auto one = write(folder, "fig1.csv", "I");
-    const auto two = write(folder, "fig2.csv", "II");
-    const auto three = write(folder, "fig3.csv", "III");
-    const auto five = write(folder, "fig5.csv", "orientation");
-    const auto six = write(folder, "fig6.csv", "IIIo");
-    write(folder, "fig4.csv", "III");
+std::vector<Picture> paper_figures(const std::filesystem::path& folder, const InterruptGuard& guard) {
+    const auto one = write(folder, "fig1.csv", "I", guard);
+    const auto two = write(folder, "fig2.csv", "II", guard);
+    const auto three = write(folder, "fig3.csv", "III", guard);
+    const auto five = write(folder, "fig5.csv", "orientation", guard);
+    const auto six = write(folder, "fig6.csv", "IIIo", guard);
     // Where a pole is all but hit the rate peaks at some ten thousand rad/s: cut off, so that the others can be seen.
-    Panel rate = compare("fig4.csv", "Error of the azimuth rate, example III", "{e_{dα/dt}} (rad/s)", "e_alpha_rate_rad_s",
+    Panel rate = compare(three, "Error of the azimuth rate, example III", "{e_{dα/dt}}\u00a0(rad/s)", "e_alpha_rate_rad_s",
                          "predicted_e_alpha_rate_rad_s");
     rate.settings = "set yrange [-2000:2000]";
     return {
@@ -74,9 +76,9 @@ std::vector<Picture> paper_figures(const std::filesystem::path& folder) {
         {"fig3.svg", {range_panel(three), azimuth_panel(three), elevation_panel(three, "(c) Elevation error")}},
         {"fig4.svg", {rate}, 1, 720, 360},
         {"fig5.svg",
-         {measured_only(five, "(a) Orientation: azimuth error", "{e_ψ} (rad)", "e_psi_rad"),
-          measured_only(five, "(b) Orientation: elevation error", "{e_θ} (rad)", "e_theta_rad"),
-          measured_only(five, "(c) Orientation: roll error", "{e_φ} (rad)", "e_phi_rad")}},
+         {measured_only(five, "(a) Orientation: azimuth error", "{e_ψ}\u00a0(rad)", "e_psi_rad"),
+          measured_only(five, "(b) Orientation: elevation error", "{e_θ}\u00a0(rad)", "e_theta_rad"),
+          measured_only(five, "(c) Orientation: roll error", "{e_φ}\u00a0(rad)", "e_phi_rad")}},
         {"fig6.svg",
          {range_panel(six, kBlue), azimuth_panel_of_fig6(six, three), elevation_panel(six, "(c) Elevation error", kBlue)}},
     };

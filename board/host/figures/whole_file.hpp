@@ -6,10 +6,16 @@
 
 namespace tricoil::host {
 
-/// Writes `text` beside `path` and renames it into place. Throws InputError, naming the path, if that fails.
+/// Writes `text` beside `path` and renames it into place, through symbolic links to where they lead. What is there and is no
+/// regular file (a pipe, a terminal) is written to directly, never replaced. Throws InputError, naming the path, if it is a
+/// folder or write-protected or the file cannot be made; DeviceError if a pipe or device takes only a part.
 void write_whole_file(const std::filesystem::path& path, const std::string& text);
 
+/// Throws InputError if `path` is an existing file without permission to write: the owner protects it, root or not.
+void refuse_write_protected(const std::filesystem::path& path);
+
 /// A folder being filled: hidden beside its target until publish() moves its files there; removed with all in it otherwise.
+/// Locked while it is in use: what a killed program left behind is not, and is swept up by the next one.
 class StagedFolder {
 public:
     /// Creates the target folder if need be and proves that it can be written. Throws InputError, naming it, if not.
@@ -20,12 +26,14 @@ public:
 
     [[nodiscard]] const std::filesystem::path& path() const { return staging_; }
 
-    /// Moves every file into the target, over older ones of the same name.
+    /// Moves every file into the target, over older ones of the same name. Throws InputError, before the first is moved, if one
+    /// of those is no regular file or write-protected.
     void publish();
 
 private:
     std::filesystem::path target_;
     std::filesystem::path staging_;
+    int lock_ = -1;  // descriptor of the staging folder
     bool created_target_ = false;
     bool published_ = false;
 };

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "board/host/errors.hpp"
+#include "board/host/figures/whole_file.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -23,7 +24,9 @@ std::string fields(const Quat<double>& q) { return fmt::format("{:.8f},{:.8f},{:
 
 }  // namespace
 
-PoseCsv::PoseCsv(const std::string& path) : path_(path), file_(std::fopen(path.c_str(), "w")) {
+PoseCsv::PoseCsv(const std::string& path) : path_(path) {
+    refuse_write_protected(path);
+    file_ = std::fopen(path.c_str(), "w");  // through links, and to pipes and devices as they are
     if (file_ == nullptr) {
         throw InputError(fmt::format("{}: cannot be written ({}); choose another --out", path, std::strerror(errno)));
     }

@@ -23,7 +23,7 @@ public:
 
 private:
     std::string path_;
-    std::FILE* file_;
+    std::FILE* file_ = nullptr;
     bool failed_ = false;
 };
 

@@ -1,5 +1,7 @@
 #include "board/host/run/simulated_run.hpp"
 
+#include <fmt/format.h>
+
 #include <chrono>
 #include <cmath>
 #include <thread>
@@ -96,7 +98,7 @@ Pace drive(app::MainLoop<double>& loop, const sim::SimulatedClock& clock, const 
             break;
         }
         if (!status.ok() && status.code() != StatusCode::timed_out) {
-            throw DeviceError(std::string("simulated board: ") + status.message());
+            throw DeviceError(fmt::format("simulated board: {}", status.message()));
         }
         const auto before = SteadyClock::now();
         loop.process();
