@@ -19,7 +19,7 @@ struct RigidPose {
 template <typename Scalar>
 struct RefineParams {
     int max_iterations = 20;                 // Jacobians and trial steps, accepted or not
-    Scalar step_tolerance = Scalar(2e-5);    // of a step, as share of the range and in rad. Steps shrink quadratically, so
+    Scalar step_tolerance = Scalar(1e-4);    // of a step, as share of the range and in rad. Steps shrink quadratically, so
                                              // what remains after the last one is its square
     Scalar max_range_step = Scalar(0.35);    // of one step, as share of the range: the field's third power must stay near
     Scalar max_rotation_step = Scalar(0.7);  // rad
