@@ -178,7 +178,9 @@ private:
 
     static Vec3<Scalar> direction_of(int i) {
         const int cell = i < 13 ? i : i + 1;  // the middle of the 3 x 3 x 3 cells is no direction
-        return Vec3<Scalar>(Scalar(cell % 3 - 1), Scalar(cell / 3 % 3 - 1), Scalar(cell / 9 - 1)).normalized();
+        const int row = cell / 3 % 3;
+        const int layer = cell / 9;
+        return Vec3<Scalar>(Scalar(cell % 3 - 1), Scalar(row - 1), Scalar(layer - 1)).normalized();
     }
 
     /// Given the direction u, the attitude that fits best is the polar factor of X D(u), by (6); then the corrected passes.

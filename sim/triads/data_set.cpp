@@ -103,7 +103,9 @@ std::string ilemt_text(const RealTriads& triads, const StageParams& stage, int s
     for (const double turn_deg : stage.turns_deg) {
         const Mat3<double> turn = geometry::rotation_z<double>(turn_deg * kRadians).transpose();
         for (int n = 0; n < stage.steps * stage.steps * stage.steps; ++n) {
-            const Vec3<double> cell(n % stage.steps, n / stage.steps % stage.steps, n / stage.steps / stage.steps);
+            const int row = n / stage.steps % stage.steps;
+            const int layer = n / stage.steps / stage.steps;
+            const Vec3<double> cell(n % stage.steps, row, layer);
             const Vec3<double> t = stage.half_width_m * (2 * cell / (stage.steps - 1) - Vec3<double>::Ones());
             const Vec3<double> true_t = t + stage.position_sigma_m * random_vector(random);
             const Vec3<double> p = source_offset + source_stage * (true_t + turn * mount_offset);

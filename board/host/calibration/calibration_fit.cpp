@@ -24,9 +24,10 @@ constexpr double kLossDeviations = 4;     // afterwards, in robust standard devi
 constexpr double kOutlierDeviations = 8;  // named as set aside
 constexpr double kWorstCondition = 1e6;   // of the normalised Jacobian; beyond, parameters are not determined
 constexpr double kWarnCondition = 2e4;
-constexpr double kMixedFactor = 4;         // a file's residuals against the median file's
-constexpr double kMixedShare = 5e-3;       // and only if they are at least this share of the couplings
-constexpr double kPoorShare = 0.02;        // residuals beyond this deserve a warning
+constexpr double kMixedFactor = 4;    // a file's residuals against the median file's
+constexpr double kMixedShare = 5e-3;  // and only if they are at least this share of the couplings
+constexpr double kPoorShare = 0.02;   // residuals beyond this deserve a warning
+constexpr double kUnexplainedByGeneralShare = 0.05;
 constexpr double kUnexplainedShare = 0.3;  // residuals beyond this are no calibration
 constexpr double kFixtureTolerance_deg = 5;
 
@@ -355,12 +356,16 @@ private:
                                 "other coils, gains or mounting: calibrate it by itself",
                                 files_[f].path, bad_by_file[f], files_[f].poses.size(), by_file[f]));
             }
-            if (by_file[f] > kUnexplainedShare) {
-                throw InputError(
-                    fmt::format("{}: the model leaves {:.0f} % of the couplings unexplained; a coil was reversed or swapped "
-                                "within the set, or the stage's numbers do not belong to the couplings",
-                                files_[f].path, 100 * by_file[f]));
-            }
+        }
+        // Concentric triads may be a poor model of good data; a place for every coil leaves per mille of it.
+        const double limit = options_.model == FitModel::concentric ? kUnexplainedShare : kUnexplainedByGeneralShare;
+        const auto worst = std::max_element(by_file.begin(), by_file.end());
+        if (*worst > limit) {
+            throw InputError(fmt::format(
+                "{}: the model leaves {:.0f} % of the couplings unexplained, most of all in this file; files of different coils "
+                "or gains "
+                "are mixed, a coil was reversed or swapped within the set, or the stage's numbers do not belong to the couplings",
+                files_[static_cast<std::size_t>(worst - by_file.begin())].path, 100 * *worst));
         }
     }
 

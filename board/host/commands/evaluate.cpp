@@ -14,6 +14,7 @@
 #include "board/host/errors.hpp"
 #include "board/host/figures/gnuplot.hpp"
 #include "board/host/figures/whole_file.hpp"
+#include "board/host/interrupt.hpp"
 #include "board/host/names.hpp"
 
 namespace tricoil::host {
@@ -117,9 +118,10 @@ int evaluate_command(const EvaluateCommand& command) {
     const auto errors = evaluate(calibration, files, solver);
     const ErrorReport report = summarise_errors(errors, files);
     if (!command.out.empty()) {
+        const InterruptGuard interrupt;
         StagedFolder folder(command.out);
         write_whole_file(folder.path() / "pose_errors.csv", error_csv(errors, files));
-        draw(folder.path(), {error_picture(errors)});
+        draw(folder.path(), {error_picture(errors)}, interrupt);
         folder.publish();
     }
     fmt::print("{}", command.json ? to_json(command, report) : to_text(command, report));
