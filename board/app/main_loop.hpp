@@ -28,8 +28,9 @@ struct MainLoopParams {
     signal::AcquisitionPlan plan;  // from plan_acquisition()
     signal::DemodulatorParams<Scalar> demodulator;
     tracking::TrackerParams<Scalar> tracker;  // must pass check()
-    std::optional<tracking::scaat::Params<Scalar>> filter = std::nullopt;  // if given (and check()ed): track with the filter instead
-    int sensors = 1;  // blocks that each excitation brings, one a sensor, in the order 0, 1, ...; at most kMaxSensors
+    std::optional<tracking::scaat::Params<Scalar>> filter =
+        std::nullopt;  // if given (and check()ed): track with the filter instead
+    int sensors = 1;   // blocks that each excitation brings, one a sensor, in the order 0, 1, ...; at most kMaxSensors
 };
 
 struct MainLoopCounters {
@@ -49,8 +50,8 @@ public:
     MainLoop(const MainLoop&) = delete;
     MainLoop& operator=(const MainLoop&) = delete;
 
-    /// Begins sampling. A sensor's first FDM block is dropped: it holds the switching-on, which TDM has a guard for in every slot.
-    /// Errors: invalid_argument for a number of sensors outside 1-4, and those of CoilSampler::start.
+    /// Begins sampling. A sensor's first FDM block is dropped: it holds the switching-on, which TDM has a guard for in every
+    /// slot. Errors: invalid_argument for a number of sensors outside 1-4, and those of CoilSampler::start.
     Status start();
 
     /// One block: acquire() then process(). Errors: those of acquire().

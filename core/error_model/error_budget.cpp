@@ -63,7 +63,8 @@ ErrorBudget<Scalar> error_budget(const MotionState<Scalar>& state, Scalar noise_
 }
 
 template <typename Scalar>
-ErrorBudget<Scalar> error_budget(const MotionState<Scalar>& state, const Mat6<Scalar>& covariance, const BudgetParams<Scalar>& params) {
+ErrorBudget<Scalar> error_budget(const MotionState<Scalar>& state, const Mat6<Scalar>& covariance,
+                                 const BudgetParams<Scalar>& params) {
     const SystematicErrors<Scalar> errors = systematic_errors(state, params);
     const Scalar position_variance = covariance.template topLeftCorner<3, 3>().trace();
     const Scalar rotation_variance = covariance.template bottomRightCorner<3, 3>().trace();

@@ -65,7 +65,8 @@ ErrorBudget<Scalar> error_budget(const MotionState<Scalar>& state, Scalar noise_
 
 /// The same with the noise given as the covariance of the pose (position m, small rotation rad): that of a filter.
 template <typename Scalar>
-ErrorBudget<Scalar> error_budget(const MotionState<Scalar>& state, const Mat6<Scalar>& covariance, const BudgetParams<Scalar>& params);
+ErrorBudget<Scalar> error_budget(const MotionState<Scalar>& state, const Mat6<Scalar>& covariance,
+                                 const BudgetParams<Scalar>& params);
 
 extern template SystematicErrors<float> systematic_errors(const MotionState<float>&, const BudgetParams<float>&);
 extern template SystematicErrors<double> systematic_errors(const MotionState<double>&, const BudgetParams<double>&);

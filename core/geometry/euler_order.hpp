@@ -14,7 +14,8 @@ using AxisOrder = std::array<int, 3>;
 
 /// Angles a, b, c (rad) of the rotation q for three different axes; a and c in (-pi, pi], b in [-pi/2, pi/2]. Where b is +-90 deg
 /// only a + c or a - c is determined: c is zero there by choice. From the entries of R = R_i(a) R_j(b) R_k(c), s = +1 for cyclic
-/// orders and -1 for the others: R_ik = s sin b, R_jk = -s sin a cos b, R_kk = cos a cos b, R_ij = -s cos b sin c, R_ii = cos b cos c.
+/// orders and -1 for the others: R_ik = s sin b, R_jk = -s sin a cos b, R_kk = cos a cos b, R_ij = -s cos b sin c, R_ii = cos b
+/// cos c.
 template <typename Scalar>
 Vec3<Scalar> euler_angles(const Quat<Scalar>& q, const AxisOrder& order) {
     const auto [i, j, k] = order;

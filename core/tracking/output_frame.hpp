@@ -10,10 +10,10 @@ namespace tricoil::tracking {
 /// Applied to a pose in the order of the members. As it is, it changes nothing.
 template <typename Scalar>
 struct OutputFrame {
-    Vec3<Scalar> tip_m = Vec3<Scalar>::Zero();                           // of the tool, sensor frame
-    Quat<Scalar> q_sensor_boresight = Quat<Scalar>::Identity();          // the sensor's axes turned to those that are reported
-    Vec3<Scalar> origin_m = Vec3<Scalar>::Zero();                        // of the alignment frame, source frame
-    Quat<Scalar> q_source_alignment = Quat<Scalar>::Identity();          // v_source = q v_alignment
+    Vec3<Scalar> tip_m = Vec3<Scalar>::Zero();                   // of the tool, sensor frame
+    Quat<Scalar> q_sensor_boresight = Quat<Scalar>::Identity();  // the sensor's axes turned to those that are reported
+    Vec3<Scalar> origin_m = Vec3<Scalar>::Zero();                // of the alignment frame, source frame
+    Quat<Scalar> q_source_alignment = Quat<Scalar>::Identity();  // v_source = q v_alignment
 };
 
 /// `estimate` as seen in `frame`: position of the tip in the alignment frame, attitude of the boresighted sensor against it. A
@@ -41,10 +41,11 @@ void boresight(OutputFrame<Scalar>& frame, const Quat<Scalar>& q_source_sensor,
     frame.q_sensor_boresight = (q_source_sensor.conjugate() * frame.q_source_alignment * reading).normalized();
 }
 
-/// Alignment frame from three points touched with the tip (source frame, m): its origin, a point on its x axis, and a point in its
-/// x-y plane on the side of positive y. Errors: not_finite; degenerate when the points are on a line or within a millimetre.
+/// Alignment frame from three points touched with the tip (source frame, m): its origin, a point on its x axis, and a point in
+/// its x-y plane on the side of positive y. Errors: not_finite; degenerate when the points are on a line or within a millimetre.
 template <typename Scalar>
-Status align(OutputFrame<Scalar>& frame, const Vec3<Scalar>& origin_m, const Vec3<Scalar>& on_x_m, const Vec3<Scalar>& towards_y_m) {
+Status align(OutputFrame<Scalar>& frame, const Vec3<Scalar>& origin_m, const Vec3<Scalar>& on_x_m,
+             const Vec3<Scalar>& towards_y_m) {
     constexpr Scalar kShortest_m = Scalar(1e-3);
     constexpr Scalar kFlattest = Scalar(0.01);  // sine of the angle between the two arms
     const Vec3<Scalar> x = on_x_m - origin_m;

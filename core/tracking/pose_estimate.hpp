@@ -29,10 +29,10 @@ enum class PoseFlag : std::uint8_t {
 using PoseFlags = FlagSet<PoseFlag>;
 
 /// With one of these the pose must not be used. `distorted` (with a figure, distortion_chi_square) and `coasting` are warnings.
-constexpr PoseFlags kInvalidating{PoseFlag::saturated,    PoseFlag::low_signal,        PoseFlag::no_sensor,
-                                  PoseFlag::stale,        PoseFlag::wrong_handedness,  PoseFlag::not_converged,
-                                  PoseFlag::no_reference, PoseFlag::hemisphere_unknown,
-                                  PoseFlag::unconfirmed,  PoseFlag::inconsistent};
+constexpr PoseFlags kInvalidating{PoseFlag::saturated,    PoseFlag::low_signal,         PoseFlag::no_sensor,
+                                  PoseFlag::stale,        PoseFlag::wrong_handedness,   PoseFlag::not_converged,
+                                  PoseFlag::no_reference, PoseFlag::hemisphere_unknown, PoseFlag::unconfirmed,
+                                  PoseFlag::inconsistent};
 
 enum class TrackerState : std::uint8_t { searching, tracking, lost };
 

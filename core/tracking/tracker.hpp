@@ -11,8 +11,8 @@
 #include "core/solver/previous_measurement.hpp"
 #include "core/tracking/motion_estimate.hpp"
 #include "core/tracking/pose_estimate.hpp"
-#include "core/tracking/tracker_counters.hpp"
 #include "core/tracking/signal_matrix_assembler.hpp"
+#include "core/tracking/tracker_counters.hpp"
 
 namespace tricoil::tracking {
 

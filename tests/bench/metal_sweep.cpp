@@ -15,8 +15,8 @@ namespace {
 using namespace tricoil;
 
 constexpr int kPlacesPerSize = 3000;
-constexpr int kFrames = 24;            // 0.1 s
-constexpr double kNotable_m = 1e-3;    // an error that a user would mind
+constexpr int kFrames = 24;          // 0.1 s
+constexpr double kNotable_m = 1e-3;  // an error that a user would mind
 
 struct Tally {
     int notable = 0;
@@ -31,10 +31,11 @@ Vec3<double> random_vector(std::mt19937_64& random) {
     return {normal(random), normal(random), normal(random)};
 }
 
-/// What a perfectly conducting sphere adds to (6): it answers the field B at its centre with the moment -2 pi r^3 B / mu_0 (Jackson,
-/// Classical Electrodynamics, section 5.9), in the units of (6) a dipole of -r^3 B. No eddy current lags in it, so that the quadrature
-/// part, where real metal shows first, stays silent: the hardest case.
-Mat3<double> sphere_couplings(const Vec3<double>& centre_m, double radius_m, const Vec3<double>& sensor_m, const Mat3<double>& o) {
+/// What a perfectly conducting sphere adds to (6): it answers the field B at its centre with the moment -2 pi r^3 B / mu_0
+/// (Jackson, Classical Electrodynamics, section 5.9), in the units of (6) a dipole of -r^3 B. No eddy current lags in it, so that
+/// the quadrature part, where real metal shows first, stays silent: the hardest case.
+Mat3<double> sphere_couplings(const Vec3<double>& centre_m, double radius_m, const Vec3<double>& sensor_m,
+                              const Mat3<double>& o) {
     const Mat3<double> at_sphere = field::signal_matrix<double>(test::kCoupling, centre_m, Mat3<double>::Identity());
     const Mat3<double> onwards = field::signal_matrix<double>(radius_m * radius_m * radius_m, sensor_m - centre_m, o);
     return -onwards * at_sphere;
@@ -77,8 +78,11 @@ void add_place(double radius_m, std::mt19937_64& random, Tally& tally) {
 }  // namespace
 
 int main() {
-    fmt::print("conducting sphere 3 to 43 cm from the surface of a resting sensor, sensor at 0.25 to 0.9 m; noise costs 0.05 mm at 0.75 m\n");
-    fmt::print("{:>9} {:>18} {:>9} {:>22} {:>18}\n", "radius", "places > 1 mm off", "flagged", "worst unflagged error", "flagged below 1 mm");
+    fmt::print(
+        "conducting sphere 3 to 43 cm from the surface of a resting sensor, sensor at 0.25 to 0.9 m; noise costs 0.05 mm at 0.75 "
+        "m\n");
+    fmt::print("{:>9} {:>18} {:>9} {:>22} {:>18}\n", "radius", "places > 1 mm off", "flagged", "worst unflagged error",
+               "flagged below 1 mm");
     std::mt19937_64 random(1);
     for (const double radius_m : {0.005, 0.01, 0.02, 0.04, 0.08}) {
         Tally tally;

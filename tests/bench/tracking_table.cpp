@@ -23,13 +23,15 @@ struct Totals {
 };
 
 void add_file(const sim::RecordedMotion& motion, const test::ReplayParams& params, Totals& totals) {
-    const Vec3<double> start = motion.at(0).position_m;  // which half space that is must be told: some paths begin behind the source
+    const Vec3<double> start =
+        motion.at(0).position_m;  // which half space that is must be told: some paths begin behind the source
     auto naive = test::direct_tracker<double>(params.tdm, false, start);
     auto deskewed = test::direct_tracker<double>(params.tdm, true, start);
     auto filter = test::scaat_filter<double>(test::scaat_params<double>(params.tdm, start));
     auto filter_float = test::scaat_filter<float>(test::scaat_params<float>(params.tdm, start));
     const std::array<Score, 4> scores{test::play<double>(motion, params, naive), test::play<double>(motion, params, deskewed),
-                                      test::play<double>(motion, params, filter), test::play<float>(motion, params, filter_float)};
+                                      test::play<double>(motion, params, filter),
+                                      test::play<float>(motion, params, filter_float)};
     for (std::size_t n = 0; n < scores.size(); ++n) {
         totals.score[n].add(scores[n]);
     }

@@ -58,7 +58,8 @@ TEST(Run, WritesPosesAsUsersWantThem) {
 }
 
 TEST(Run, PosesPredictTheirOwnErrors) {
-    for (const char* options : {"--mux tdm --no-deskew", "--mux fdm", "--mux tdm --tracker previous", "--mux tdm --tracker scaat"}) {
+    for (const char* options :
+         {"--mux tdm --no-deskew", "--mux fdm", "--mux tdm --tracker previous", "--mux tdm --tracker scaat"}) {
         const auto json = run("--duration 6 " + std::string(options));
         const double position = json["predicted_position_rms_m"].get<double>() / json["position_rms_m"].get<double>();
         const double orientation =

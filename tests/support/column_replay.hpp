@@ -19,9 +19,9 @@
 
 namespace tricoil::test {
 
-constexpr double kCoupling = 6.75e-3;     // C of the simulated world
-constexpr double kSigmaFloor = 1e-8;      // its converter's quantisation over a window
-constexpr double kSlotsPerSecond = 720;   // 240 Hz frames
+constexpr double kCoupling = 6.75e-3;    // C of the simulated world
+constexpr double kSigmaFloor = 1e-8;     // its converter's quantisation over a window
+constexpr double kSlotsPerSecond = 720;  // 240 Hz frames
 constexpr Microseconds kTdmSpan{3500};
 
 /// Per-entry noise that costs the direct solution `cost_m` RMS at 0.75 m (physics 2).

@@ -56,8 +56,8 @@ private:
     [[nodiscard]] sim::Pose do_at(double t) const override {
         const Vec3<double> start = radius_m_ * geometry::transverse_axes<double>(axis_).col(0);
         const Quat<double> turn = geometry::rotation_vector_to_quaternion<double>(rate_rad_s_ * t * axis_);
-        const Quat<double> tumble =
-            geometry::rotation_vector_to_quaternion<double>({0, 3 * t, 0}) * geometry::rotation_vector_to_quaternion<double>({2 * t, 0, 0});
+        const Quat<double> tumble = geometry::rotation_vector_to_quaternion<double>({0, 3 * t, 0}) *
+                                    geometry::rotation_vector_to_quaternion<double>({2 * t, 0, 0});
         return {turn * start, tumble};
     }
     double radius_m_;

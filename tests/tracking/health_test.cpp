@@ -13,7 +13,7 @@ constexpr double kBegin_s = 2;
 constexpr double kEnd_s = 3;
 
 struct FaultRun {
-    double first_flag_s = 1e9;  // after the fault's begin
+    double first_flag_s = 1e9;   // after the fault's begin
     double valid_again_s = 1e9;  // after its end
     std::size_t valid = 0;
     std::size_t lies = 0;  // valid, yet beyond 5 sigma

@@ -77,9 +77,7 @@ TEST_F(FilterInput, UnknownState) {
     }
 }
 
-TEST_F(FilterInput, Duplicate) {
-    expect_refused(last_, Rejection::duplicate);
-}
+TEST_F(FilterInput, Duplicate) { expect_refused(last_, Rejection::duplicate); }
 
 TEST_F(FilterInput, TimeBackwards) {
     Column<double> c = last_;

@@ -91,8 +91,10 @@ TEST(Latency, ConstantVelocityDoesNotLag) {
                 EXPECT_EQ(e->time, column.midpoint);
                 const auto truth = motion.at(t);
                 lag_s -= (e->position_m - truth.position_m).dot(velocity) / velocity.squaredNorm();
-                turn_lag_s -= geometry::quaternion_to_rotation_vector<double>(e->q_source_sensor * truth.q_source_sensor.conjugate())
-                                  .dot(rate) / rate.squaredNorm();
+                turn_lag_s -=
+                    geometry::quaternion_to_rotation_vector<double>(e->q_source_sensor * truth.q_source_sensor.conjugate())
+                        .dot(rate) /
+                    rate.squaredNorm();
                 ++poses;
             });
         }
@@ -156,13 +158,15 @@ TEST(Step, IsReachedWithinThreeFrames) {
         auto filter = test::scaat_filter<double>(test::scaat_params<double>(true));
         std::optional<PoseEstimate<double>> last;
         const double end_s = jump_s + 9.5 / test::kSlotsPerSecond;
-        test::replay<double>(motion, {true, sigma, static_cast<std::uint64_t>(run + 1), 0, end_s}, [&](const Column<double>& column) {
-            last = filter.update(column);
-            const double t = to_seconds(column.midpoint);
-            if (last && last->valid() && t > 0.1) {
-                EXPECT_LT((last->position_m - motion.at(t).position_m).norm(), 0.02) << "valid but left behind, at " << t - jump_s;
-            }
-        });
+        test::replay<double>(motion, {true, sigma, static_cast<std::uint64_t>(run + 1), 0, end_s},
+                             [&](const Column<double>& column) {
+                                 last = filter.update(column);
+                                 const double t = to_seconds(column.midpoint);
+                                 if (last && last->valid() && t > 0.1) {
+                                     EXPECT_LT((last->position_m - motion.at(t).position_m).norm(), 0.02)
+                                         << "valid but left behind, at " << t - jump_s;
+                                 }
+                             });
         ASSERT_TRUE(last.has_value());
         EXPECT_TRUE(last->valid());
         EXPECT_EQ(filter.counters().reopened, 1U);
@@ -193,7 +197,8 @@ TEST(Step, IsNotImagined) {
 
 /// Poles of position and attitude, the hemisphere boundary, all octants: nothing happens there.
 TEST(Everywhere, NoJumpNoFlagNoNaN) {
-    const std::array<Vec3<double>, 4> axes{Vec3<double>{0, 1, 0}, Vec3<double>{1, 0, 0}, Vec3<double>{0, 0, 1}, Vec3<double>{1, 1, 1}};
+    const std::array<Vec3<double>, 4> axes{Vec3<double>{0, 1, 0}, Vec3<double>{1, 0, 0}, Vec3<double>{0, 0, 1},
+                                           Vec3<double>{1, 1, 1}};
     for (const auto& axis : axes) {
         const test::OrbitMotion motion(0.5, axis, 1.0);
         for (const bool tdm : {true, false}) {

@@ -53,8 +53,7 @@ TEST(OutputFrame, BoresightReadsZeroAndTurnsWithTheTool) {
         // A turn of the tool about an axis of the alignment frame is a turn of the reading about the same axis.
         const Quat<double> turn = random.rotation();
         auto turned = e;
-        turned.q_source_sensor =
-            frame.q_source_alignment * turn * frame.q_source_alignment.conjugate() * e.q_source_sensor;
+        turned.q_source_sensor = frame.q_source_alignment * turn * frame.q_source_alignment.conjugate() * e.q_source_sensor;
         EXPECT_LT(geometry::angle_between(in_frame(turned, frame).q_source_sensor, turn * reading), 1e-13);
     }
 }

@@ -131,8 +131,7 @@ TEST_P(Sensors, OneUnpluggedDoesNotDisturbTheOthers) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Multiplexings, Sensors,
-                         ::testing::Values(signal::Multiplexing::tdm, signal::Multiplexing::fdm));
+INSTANTIATE_TEST_SUITE_P(Multiplexings, Sensors, ::testing::Values(signal::Multiplexing::tdm, signal::Multiplexing::fdm));
 
 TEST(SensorCount, BeyondFourIsRefused) {
     EXPECT_EQ(run_bank(5, signal::Multiplexing::fdm).started.code(), StatusCode::invalid_argument);

@@ -139,11 +139,13 @@ void add_evaluate_command(CLI::App& program, Action& action) {
     auto c = std::make_shared<EvaluateCommand>();
     CLI::App* sub = program.add_subcommand("evaluate", "Pose errors of a calibrated tracker against ground truth");
     sub->add_option("--calibration", c->calibration, "TOML file of tricoil calibrate");
-    sub->add_option("data", c->data, "Couplings at stage poses: ILEMT text or CSV; with --dynamic TRUTH.csv POSES.csv")->required();
+    sub->add_option("data", c->data, "Couplings at stage poses: ILEMT text or CSV; with --dynamic TRUTH.csv POSES.csv")
+        ->required();
     sub->add_option("--solver", c->solver, "direct | refined")->capture_default_str();
     sub->add_flag("--refit-fixtures", c->refit_fixtures, "Fit the fixtures to this very data; the output says so");
     sub->add_flag("--dynamic", c->dynamic, "Compare a recorded pose stream with a reference's: clock, frames, what motion costs");
-    sub->add_option("--time-offset", c->time_offset_s, "--dynamic: reference clock less the tracker's, s; then a lag is measured");
+    sub->add_option("--time-offset", c->time_offset_s,
+                    "--dynamic: reference clock less the tracker's, s; then a lag is measured");
     sub->add_option("--out", c->out, "Folder for the errors as CSV and picture");
     sub->add_flag("--json", c->json, "Result as JSON");
     sub->callback([c, &action] { action = [c] { return evaluate_command(*c); }; });

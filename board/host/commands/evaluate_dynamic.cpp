@@ -19,12 +19,21 @@ Picture picture() {
     const std::string dots = "points pt 7 ps 0.25 lc rgb '#cc0000'";
     Picture picture;
     picture.file = "dynamic_errors.svg";
-    picture.panels = {
-        {"Position error against speed", "Speed (m/s)", "Error (mm)", {{kCsv, "speed_m_s", "column('position_error_mm')", "", dots}}, ""},
-        {"Position error against acceleration", "Acceleration (m/s^2)", "Error (mm)",
-         {{kCsv, "acceleration_m_s2", "column('position_error_mm')", "", dots}}, ""},
-        {"Orientation error against speed", "Speed (m/s)", "Error (deg)",
-         {{kCsv, "speed_m_s", "column('orientation_error_deg')", "", dots}}, ""}};
+    picture.panels = {{"Position error against speed",
+                       "Speed (m/s)",
+                       "Error (mm)",
+                       {{kCsv, "speed_m_s", "(column('position_error_mm'))", "", dots}},
+                       ""},
+                      {"Position error against acceleration",
+                       "Acceleration (m/s^2)",
+                       "Error (mm)",
+                       {{kCsv, "acceleration_m_s2", "(column('position_error_mm'))", "", dots}},
+                       ""},
+                      {"Orientation error against speed",
+                       "Speed (m/s)",
+                       "Error (deg)",
+                       {{kCsv, "speed_m_s", "(column('orientation_error_deg'))", "", dots}},
+                       ""}};
     return picture;
 }
 

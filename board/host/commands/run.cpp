@@ -74,7 +74,8 @@ void add_run_command(CLI::App& program, Action& action) {
     sub->add_option("--speed", o.speed, "Play the recorded path faster (2) or slower (0.5)")->capture_default_str();
     sub->add_option("--device", command->device, "Where the coils are; sim: is the simulated board")->capture_default_str();
     sub->add_option("--mux", o.multiplexing, "tdm (coils in turn) or fdm (all at once)")->capture_default_str();
-    sub->add_option("--tracker", o.tracker, "direct, previous, previous-angles or scaat (the motion-proof filter)")->capture_default_str();
+    sub->add_option("--tracker", o.tracker, "direct, previous, previous-angles or scaat (the motion-proof filter)")
+        ->capture_default_str();
     sub->add_option("--passes", o.passes, "Passes of the previous-measurement step per frame, 1-10")->capture_default_str();
     sub->add_option("--rate-hz", o.frame_rate_hz, "Frames per second")->capture_default_str();
     CLI::Option* duration = sub->add_option("--duration", command->duration_s, "Seconds to simulate; default: the scenario's");
@@ -98,7 +99,8 @@ void add_run_command(CLI::App& program, Action& action) {
         ->expected(9);
     sub->add_flag("--boresight", o.output.boresight, "CSV: the first valid pose's attitude reads zero");
     sub->add_option("--units", o.output.unit, "CSV: unit of positions: m, mm, cm or in")->capture_default_str();
-    sub->add_option("--euler", o.output.euler, "CSV: add three angles, in this order of turns about the sensor's own axes, as zyx");
+    sub->add_option("--euler", o.output.euler,
+                    "CSV: add three angles, in this order of turns about the sensor's own axes, as zyx");
     sub->add_flag("--json", command->json, "Summary as JSON");
     sub->callback(
         [command, duration, &action] { action = [command, duration] { return run(*command, duration->count() > 0); }; });

@@ -130,20 +130,21 @@ std::string dynamic_csv(const DynamicReport& report) {
 }
 
 std::string dynamic_text(const DynamicReport& r) {
-    std::string text = fmt::format("{} poses against the reference; its clock is {:+.3f} ms from the tracker's\n", r.errors.size(),
-                                   1e3 * r.alignment.time_offset_s);
+    std::string text = fmt::format("{} poses against the reference; its clock is {:+.3f} ms from the tracker's\n",
+                                   r.errors.size(), 1e3 * r.alignment.time_offset_s);
     text += fmt::format("  position     RMS {:.3f} mm   95 % {:.3f} mm   max {:.3f} mm\n", 1e3 * r.position_m.rms,
                         1e3 * r.position_m.p95, 1e3 * r.position_m.max);
     text += fmt::format("  orientation  RMS {:.4f} deg  95 % {:.4f} deg  max {:.4f} deg\n", r.orientation_deg.rms,
                         r.orientation_deg.p95, r.orientation_deg.max);
     for (const SpeedBand& b : r.bands) {
         if (b.poses > 0) {
-            text += fmt::format("  {:>13} m/s  {:6} poses  RMS {:.3f} mm  {:.4f} deg\n", band_name(b), b.poses, 1e3 * b.position_rms_m,
-                                b.orientation_rms_deg);
+            text += fmt::format("  {:>13} m/s  {:6} poses  RMS {:.3f} mm  {:.4f} deg\n", band_name(b), b.poses,
+                                1e3 * b.position_rms_m, b.orientation_rms_deg);
         }
     }
-    text += fmt::format("  position error^2 = ({:.3f} mm)^2 + ({:.3f} ms speed)^2 + ({:.2f} ms^2 acceleration)^2; lag {:+.3f} ms\n",
-                        1e3 * r.at_rest_m, 1e3 * r.per_speed_s, 1e6 * r.per_acceleration_s2, 1e3 * r.lag_s);
+    text +=
+        fmt::format("  position error^2 = ({:.3f} mm)^2 + ({:.3f} ms speed)^2 + ({:.2f} ms^2 acceleration)^2; lag {:+.3f} ms\n",
+                    1e3 * r.at_rest_m, 1e3 * r.per_speed_s, 1e6 * r.per_acceleration_s2, 1e3 * r.lag_s);
     return text;
 }
 

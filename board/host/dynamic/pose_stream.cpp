@@ -43,7 +43,8 @@ Columns find_columns(const std::vector<std::string_view>& names, const sim::Text
     for (std::size_t n = 0; n < kColumns.size(); ++n) {
         columns.pose[n] = find(kColumns[n]);
         if (columns.pose[n] == names.size()) {
-            throw InputError(fmt::format("{}: no column {} in the header; poses are x_m,y_m,z_m,qw,qx,qy,qz", place.str(), kColumns[n]));
+            throw InputError(
+                fmt::format("{}: no column {} in the header; poses are x_m,y_m,z_m,qw,qx,qy,qz", place.str(), kColumns[n]));
         }
     }
     columns.valid = find("valid");
@@ -98,7 +99,8 @@ PoseStream::PoseStream(std::vector<TimedPose> poses, const std::string& name) : 
 }
 
 MovingPose PoseStream::at(double time_s) const {
-    const auto after = std::upper_bound(poses_.begin(), poses_.end(), time_s, [](double t, const auto& p) { return t < p.time_s; });
+    const auto after =
+        std::upper_bound(poses_.begin(), poses_.end(), time_s, [](double t, const auto& p) { return t < p.time_s; });
     const auto last = static_cast<std::ptrdiff_t>(poses_.size()) - 2;
     const auto i = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(after - poses_.begin() - 1, 0, last));
     const TimedPose& a = poses_[i];

@@ -24,9 +24,9 @@ struct MovingPose {
 /// Samples in order of time, neighbouring quaternions on the same half sphere.
 class PoseStream {
 public:
-    /// Reads a CSV file with a header: time_us or time_s, x_m, y_m, z_m, qw, qx, qy, qz in any order; lines with valid = 0 are left
-    /// out, further columns are ignored. Throws InputError naming file and line: columns missing, no number, time not rising, a
-    /// quaternion far from unit length, fewer than 20 poses.
+    /// Reads a CSV file with a header: time_us or time_s, x_m, y_m, z_m, qw, qx, qy, qz in any order; lines with valid = 0 are
+    /// left out, further columns are ignored. Throws InputError naming file and line: columns missing, no number, time not
+    /// rising, a quaternion far from unit length, fewer than 20 poses.
     static PoseStream read(const std::string& path);
 
     /// Throws InputError (named by `name`) as read() does.

@@ -18,11 +18,11 @@ struct StreamAlignment {
     [[nodiscard]] MovingPose applied(const PoseStream& reference, double tracker_time_s) const;
 };
 
-/// Estimates all of it. Start: time offset within +-2 s by the best correlation of angular speeds, which no frame changes; attitudes
-/// from q_tracker q_mount^-1 = q_world q_reference, linear in the two unknown quaternions; then positions, linear in the two
-/// vectors. All thirteen parameters are then refined together by Levenberg-Marquardt on position and attitude errors, a milliradian
-/// weighing as much as 0.5 mm. `given_offset_s` fixes the clocks instead: then a lag shows as an error along the velocity.
-/// Throws InputError: streams that do not overlap for a second, motion that does not turn about two axes.
+/// Estimates all of it. Start: time offset within +-2 s by the best correlation of angular speeds, which no frame changes;
+/// attitudes from q_tracker q_mount^-1 = q_world q_reference, linear in the two unknown quaternions; then positions, linear in
+/// the two vectors. All thirteen parameters are then refined together by Levenberg-Marquardt on position and attitude errors, a
+/// milliradian weighing as much as 0.5 mm. `given_offset_s` fixes the clocks instead: then a lag shows as an error along the
+/// velocity. Throws InputError: streams that do not overlap for a second, motion that does not turn about two axes.
 StreamAlignment align_streams(const PoseStream& tracker, const PoseStream& reference, std::optional<double> given_offset_s);
 
 }  // namespace tricoil::host

@@ -37,8 +37,9 @@ OutputFormat make_output_format(const OutputOptions& options) {
         format.frame.tip_m = point(options.tip_m, 0, "--tip");
     }
     if (!options.align_points.empty()) {
-        const Status status = tracking::align(format.frame, point(options.align_points, 0, "--align"),
-                                              point(options.align_points, 3, "--align"), point(options.align_points, 6, "--align"));
+        const Status status =
+            tracking::align(format.frame, point(options.align_points, 0, "--align"), point(options.align_points, 3, "--align"),
+                            point(options.align_points, 6, "--align"));
         if (!status.ok()) {
             throw InputError(fmt::format("--align: {}", status.message()));
         }

@@ -11,11 +11,12 @@
 namespace tricoil::host {
 
 struct OutputOptions {
-    std::vector<double> tip_m;         // x, y, z in the sensor frame; empty: the sensor itself
-    std::vector<double> align_points;  // origin, a point on the x axis, one towards y: nine numbers, m, source frame; empty: source
-    bool boresight = false;            // the first valid pose's attitude reads zero
-    std::string unit = "m";            // m, mm, cm or in
-    std::string euler;                 // as zyx; empty: no angles
+    std::vector<double> tip_m;  // x, y, z in the sensor frame; empty: the sensor itself
+    std::vector<double>
+        align_points;        // origin, a point on the x axis, one towards y: nine numbers, m, source frame; empty: source
+    bool boresight = false;  // the first valid pose's attitude reads zero
+    std::string unit = "m";  // m, mm, cm or in
+    std::string euler;       // as zyx; empty: no angles
 };
 
 struct OutputFormat {

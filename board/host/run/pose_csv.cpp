@@ -63,7 +63,8 @@ void PoseCsv::write(const tracking::PoseEstimate<double>& estimate, const PoseEr
     const auto e = tracking::in_frame(estimate, format_.frame);
     const auto truth = tracking::in_frame(pose_of(error.truth), format_.frame);
     const double scale = format_.units_per_m;
-    std::string line = fmt::format("{},{},{},{},", e.sequence, to_us(e.time), fields(scale * e.position_m), fields(e.q_source_sensor));
+    std::string line =
+        fmt::format("{},{},{},{},", e.sequence, to_us(e.time), fields(scale * e.position_m), fields(e.q_source_sensor));
     Vec6<double> deviation = e.covariance.diagonal().cwiseSqrt();
     deviation.head<3>() *= scale;
     for (const double value : deviation) {

@@ -25,7 +25,8 @@ Vec3<Scalar> resolvable_variance(const Vec3<Scalar>& sigma, const Innovation<Sca
 template <typename Scalar, MeasurementModel<Scalar> Model>
 Innovation<Scalar> column_innovation(const Model& model, const State<Scalar>& state, const State<Scalar>& around,
                                      const Column<Scalar>& column) {
-    const Scalar late_s = column.midpoint < state.time ? static_cast<Scalar>(to_seconds(state.time - column.midpoint)) : Scalar(0);
+    const Scalar late_s =
+        column.midpoint < state.time ? static_cast<Scalar>(to_seconds(state.time - column.midpoint)) : Scalar(0);
     const int j = coil_index(column.state);
     auto result = innovation<Scalar>(model, state, around, j, column.in_phase, column.sigma.cwiseAbs2(), late_s);
     const Vec3<Scalar> variance = resolvable_variance<Scalar>(column.sigma, result);
@@ -41,8 +42,8 @@ Innovation<Scalar> column_innovation(const Model& model, const State<Scalar>& st
 
 /// State at the newest of the assembler's three columns. The prior is the direct pose of the three as if simultaneous, with a
 /// standard deviation that covers what moved between them; taking the columns again counts them twice, but with a prior this wide
-/// that adds less than 1 % of information. Position and velocity come out correlated as they must: the next three columns are what
-/// tells the velocity, which is the difference of two deskewed poses, weighted by the noise.
+/// that adds less than 1 % of information. Position and velocity come out correlated as they must: the next three columns are
+/// what tells the velocity, which is the difference of two deskewed poses, weighted by the noise.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 State<Scalar> start_state(const Model& model, const StartPose<Scalar>& start, const SignalMatrixAssembler<Scalar>& columns,
                           const Params<Scalar>& params) {

@@ -11,13 +11,13 @@ namespace tricoil::tracking::scaat {
 /// Innovation of one column and what follows from it. Coupling units; H has shape 3 x 6 (position, small rotation).
 template <typename Scalar>
 struct Innovation {
-    Vec3<Scalar> y;                                     // measured less predicted
-    Eigen::Matrix<Scalar, 3, 6> h;                      // by the pose at the column's time
+    Vec3<Scalar> y;                                         // measured less predicted
+    Eigen::Matrix<Scalar, 3, 6> h;                          // by the pose at the column's time
     Eigen::Matrix<Scalar, kErrorStates, 3> gain_numerator;  // G = P H^T
-    Vec3<Scalar> r;                                     // measurement variances
-    Eigen::LLT<Mat3<Scalar>> s;                         // of S = H P H^T + R
-    Scalar late_s = 0;                                  // state's time less the column's
-    bool ok = false;                                    // S is positive definite and everything finite
+    Vec3<Scalar> r;                                         // measurement variances
+    Eigen::LLT<Mat3<Scalar>> s;                             // of S = H P H^T + R
+    Scalar late_s = 0;                                      // state's time less the column's
+    bool ok = false;                                        // S is positive definite and everything finite
 
     [[nodiscard]] Vec3<Scalar> whitened() const { return s.matrixL().solve(y); }
 };
@@ -85,15 +85,14 @@ Innovation<Scalar> innovation(const Model& model, const State<Scalar>& state, co
 template <typename Scalar>
 void correct(State<Scalar>& state, const Vec12<Scalar>& error) {
     state.position_m += error.template segment<3>(0);
-    state.q_source_sensor =
-        geometry::rotation_vector_to_quaternion<Scalar>(error.template segment<3>(3)) * state.q_source_sensor;
+    state.q_source_sensor = geometry::rotation_vector_to_quaternion<Scalar>(error.template segment<3>(3)) * state.q_source_sensor;
     state.q_source_sensor.normalize();
     state.velocity_m_s += error.template segment<3>(6);
     state.rate_rad_s += error.template segment<3>(9);
 }
 
-/// x += K y and P = (I - K H) P (I - K H)^T + K R K^T (Joseph). In float a column can be 10^4 times surer than the prediction; the
-/// short form P - K G^T then leaves rounding errors of the size of the result, to first order in the error of K, and P turns
+/// x += K y and P = (I - K H) P (I - K H)^T + K R K^T (Joseph). In float a column can be 10^4 times surer than the prediction;
+/// the short form P - K G^T then leaves rounding errors of the size of the result, to first order in the error of K, and P turns
 /// indefinite. Joseph's is quadratic in that error. Only the upper triangle is formed and mirrored, so P stays symmetric exactly.
 /// Returns K y.
 template <typename Scalar>

@@ -10,16 +10,16 @@
 namespace tricoil::tracking::scaat {
 
 /// Searches with the direct solver until three columns give a pose, then filters. A column that contradicts the prediction is
-/// refused and the pose flagged unconfirmed; three in a row, or three of one state in a row, mean that the filter was left behind:
-/// it starts anew from the last three columns. Not used: columns saturated, clipped, stuck, overrun or without reference.
+/// refused and the pose flagged unconfirmed; three in a row, or three of one state in a row, mean that the filter was left
+/// behind: it starts anew from the last three columns. Not used: columns saturated, clipped, stuck, overrun or without reference.
 template <typename Scalar, MeasurementModel<Scalar> Model = ConcentricMeasurement<Scalar>>
 class Filter {
 public:
     /// `params` must pass check().
     Filter(const Params<Scalar>& params, const Model& model);
 
-    /// Takes one column, in order or late by at most max_lateness; a pose for each while tracking (FDM: for the last of three), and
-    /// a flagged one per complete matrix while searching. A refused column is counted and changes nothing else.
+    /// Takes one column, in order or late by at most max_lateness; a pose for each while tracking (FDM: for the last of three),
+    /// and a flagged one per complete matrix while searching. A refused column is counted and changes nothing else.
     std::optional<PoseEstimate<Scalar>> update(const Column<Scalar>& column);
 
     /// Called when a column did not come: the pose predicted to `now`, flagged coasting, and stale beyond coast_limit.
@@ -66,9 +66,10 @@ private:
     void reset_adaptation();
     void lose(DeviceTime time);
     [[nodiscard]] PoseEstimate<Scalar> report(PoseFlags flags, Microseconds ahead);
-    [[nodiscard]] error_model::ErrorBudget<Scalar> expected_error(const State<Scalar>& state, const Mat6<Scalar>& covariance) const;
+    [[nodiscard]] error_model::ErrorBudget<Scalar> expected_error(const State<Scalar>& state,
+                                                                  const Mat6<Scalar>& covariance) const;
 
-    static constexpr int kSettlingColumns = 6;  // until velocity is known: two of each state
+    static constexpr int kSettlingColumns = 6;   // until velocity is known: two of each state
     static constexpr int kLearningColumns = 24;  // until its corrections tell of accelerations
     // Over the recorded motions squared errors are 0.9 to 1.0 of the filter's own covariance, and a second of motion is only some
     // twenty independent errors: users are told a little more rather than a little less.
@@ -91,7 +92,7 @@ private:
     int settled_ = 0;        // columns used since the start, up to kLearningColumns
     int refused_in_row_ = 0;
     std::array<int, kSourceCoils> refused_of_state_{};
-    std::array<bool, kSourceCoils> far_of_state_{};  // refused for so much that the sensor must have jumped
+    std::array<bool, kSourceCoils> far_of_state_{};         // refused for so much that the sensor must have jumped
     std::array<PoseFlags, kSourceCoils> flags_of_state_{};  // of the newest column of each state
     int since_health_ = 0;
     DeviceTime last_used_{};

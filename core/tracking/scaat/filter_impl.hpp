@@ -93,7 +93,8 @@ template <typename Scalar, MeasurementModel<Scalar> Model>
 std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::track(const Column<Scalar>& column) {
     const int coil = coil_index(column.state);
     flags_of_state_[static_cast<std::size_t>(coil)] = pose_flags(column.flags);
-    PoseFlags flags = flags_of_state_[0] | flags_of_state_[1] | flags_of_state_[2];  // a state that is not heard leaves directions open
+    PoseFlags flags =
+        flags_of_state_[0] | flags_of_state_[1] | flags_of_state_[2];  // a state that is not heard leaves directions open
     const bool in_order = column.midpoint >= state_.time;
     if (in_order) {
         propagate(state_, intensity(), column.midpoint);
@@ -126,7 +127,8 @@ std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::track(const Column<Sc
 }
 
 /// Three simultaneous columns. Their direct pose is where the model is linearised: exact however far the prediction is off. Nine
-/// numbers that agree on a pose are no outliers, so a prediction that they contradict is opened at once. False if most are refused.
+/// numbers that agree on a pose are no outliers, so a prediction that they contradict is opened at once. False if most are
+/// refused.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 bool Filter<Scalar, Model>::use_frame(const SignalMatrix<Scalar>& matrix) {
     const auto pose = examine(matrix, true);
@@ -190,12 +192,12 @@ void Filter<Scalar, Model>::adapt(const Innovation<Scalar>& innovation, const Ve
         const Mat3<Scalar> half = innovation.s.matrixL().solve(a);
         return innovation.s.matrixL().solve(half.transpose());
     };
-    process_.log_translation = std::clamp(
-        adapted_log<Scalar>(process_.log_translation, process_.information_translation, process_.score_translation, share(0), whitened, n),
-        std::log(n.least_m2_s3), std::log(n.most_m2_s3));
-    process_.log_rotation =
-        std::clamp(adapted_log<Scalar>(process_.log_rotation, process_.information_rotation, process_.score_rotation, share(3), whitened, n),
-                   std::log(n.least_rad2_s3), std::log(n.most_rad2_s3));
+    process_.log_translation = std::clamp(adapted_log<Scalar>(process_.log_translation, process_.information_translation,
+                                                              process_.score_translation, share(0), whitened, n),
+                                          std::log(n.least_m2_s3), std::log(n.most_m2_s3));
+    process_.log_rotation = std::clamp(
+        adapted_log<Scalar>(process_.log_rotation, process_.information_rotation, process_.score_rotation, share(3), whitened, n),
+        std::log(n.least_rad2_s3), std::log(n.most_rad2_s3));
 }
 
 /// Whether the column before, or the last of this source coil, was refused: two that contradict the prediction are no outliers.
@@ -282,19 +284,19 @@ Result<StartPose<Scalar>> Filter<Scalar, Model>::examine(const SignalMatrix<Scal
     return pose;
 }
 
-/// What deskewing leaves of a coupling in motion, over the coupling strength k: linear extrapolation by a share a of the frame T errs
-/// by (a + a^2) T^2 X''/2, at most with a = 2/3. X'' from k / rho^3 and the turning of u and O; root mean square of the nine entries
-/// of (6). Metal that does less cannot be told from motion.
+/// What deskewing leaves of a coupling in motion, over the coupling strength k: linear extrapolation by a share a of the frame T
+/// errs by (a + a^2) T^2 X''/2, at most with a = 2/3. X'' from k / rho^3 and the turning of u and O; root mean square of the nine
+/// entries of (6). Metal that does less cannot be told from motion.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 Scalar Filter<Scalar, Model>::deskew_remainder() const {
     constexpr Scalar kShare = Scalar(2) / 3;
-    constexpr Scalar kEntry = Scalar(0.41);  // sqrt(3/2) / 3
+    constexpr Scalar kEntry = Scalar(0.41);                                               // sqrt(3/2) / 3
     const auto frame_s = static_cast<Scalar>(1.2 * to_seconds(params_.max_column_span));  // three slots; the span is 2.5
     const Scalar range = state_.position_m.norm();
     const Scalar v = state_.velocity_m_s.norm() / range;
     const Scalar w = state_.rate_rad_s.norm();
-    const Scalar curvature = 3 * state_.acceleration_m_s2.norm() / range + 12 * v * v + 6 * v * w + w * w +
-                             state_.angular_acceleration_rad_s2.norm();
+    const Scalar curvature =
+        3 * state_.acceleration_m_s2.norm() / range + 12 * v * v + 6 * v * w + w * w + state_.angular_acceleration_rad_s2.norm();
     return kEntry * (kShare + kShare * kShare) / 2 * frame_s * frame_s * curvature;
 }
 
@@ -313,7 +315,12 @@ bool Filter<Scalar, Model>::resolve_hemisphere(StartPose<Scalar>& pose) const {
 
 template <typename Scalar, MeasurementModel<Scalar> Model>
 void Filter<Scalar, Model>::reset_adaptation() {
-    process_ = {std::log(params_.process.start_m2_s3), std::log(params_.process.start_rad2_s3), Scalar(1), Scalar(1), Scalar(0), Scalar(0)};
+    process_ = {std::log(params_.process.start_m2_s3),
+                std::log(params_.process.start_rad2_s3),
+                Scalar(1),
+                Scalar(1),
+                Scalar(0),
+                Scalar(0)};
     consistency_ = 1;
     settled_ = kSourceCoils;
     flags_of_state_.fill({});

@@ -49,8 +49,8 @@ struct GeneralMeasurement {
     }
 
 private:
-    /// Columns taken as simultaneous while the sensor moves, or metal, may leave more than a wrong minimum does; whether what is left
-    /// is too much to be a sensor the filter decides.
+    /// Columns taken as simultaneous while the sensor moves, or metal, may leave more than a wrong minimum does; whether what is
+    /// left is too much to be a sensor the filter decides.
     static solver::RefineParams<Scalar> tolerant() {
         solver::RefineParams<Scalar> params;
         params.max_misfit_share = Scalar(0.3);

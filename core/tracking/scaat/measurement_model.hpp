@@ -21,8 +21,8 @@ struct StartPose {
 };
 
 /// The one interface between the filter and field/:
-///   column(p, O, j)  coupling column j (0-2) at a pose with its Jacobian by position (1/m) and small rotation (1/rad), source frame;
-///   start(X)         a pose from three columns taken as simultaneous, with nothing known before; errors as solve_direct;
+///   column(p, O, j)  coupling column j (0-2) at a pose with its Jacobian by position (1/m) and small rotation (1/rad), source
+///   frame; start(X)         a pose from three columns taken as simultaneous, with nothing known before; errors as solve_direct;
 ///   near(X, p, q)    the same beside the pose (p, q).
 template <typename Model, typename Scalar>
 concept MeasurementModel = requires(const Model& model, const Vec3<Scalar>& p, const Mat3<Scalar>& m, int j) {
@@ -46,8 +46,12 @@ struct ConcentricMeasurement {
         if (!direct.ok()) {
             return direct.status();
         }
-        return StartPose<Scalar>{direct->range_m * direct->direction, direct->attitude,     direct->strength,
-                                 direct->misfit_squared,              direct->right_handed, false};
+        return StartPose<Scalar>{direct->range_m * direct->direction,
+                                 direct->attitude,
+                                 direct->strength,
+                                 direct->misfit_squared,
+                                 direct->right_handed,
+                                 false};
     }
 
     /// The direct solution needs no neighbour; only its sign does.

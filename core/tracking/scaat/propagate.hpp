@@ -44,7 +44,8 @@ void move(State<Scalar>& state, Scalar dt) {
 }
 
 /// P -> F P F^T + Q with F = [I, dt I; 0, I] in blocks of six and white acceleration of the given intensities over dt >= 0 (s).
-/// Left out of F: the turn of a rotation error with the body, w dt (0.014 rad per slot at 10 rad/s), which changes no gain by more.
+/// Left out of F: the turn of a rotation error with the body, w dt (0.014 rad per slot at 10 rad/s), which changes no gain by
+/// more.
 template <typename Scalar>
 void grow_covariance(Mat12<Scalar>& p, const Intensity<Scalar>& q, Scalar dt) {
     auto pose = p.template topLeftCorner<6, 6>();
@@ -69,18 +70,20 @@ void grow_covariance(Mat12<Scalar>& p, const Intensity<Scalar>& q, Scalar dt) {
 }
 
 /// Longest time over which accelerations of consecutive intervals are taken as independent. A hand's are not: across a gap its
-/// acceleration stays, the error grows with t^4 instead of t^3, and the intensity seen column by column is too small by t over this.
+/// acceleration stays, the error grows with t^4 instead of t^3, and the intensity seen column by column is too small by t over
+/// this.
 constexpr double kIndependent_s = 4e-3;
 
 /// Shares of velocity and rate corrections that count as accelerations (1/s), for a correction made with the covariance p. In an
 /// alpha-beta-gamma filter (Kalata 1984, gamma = beta^2/alpha) the acceleration takes beta/(alpha T) of each velocity correction,
-/// the ratio of velocity gain to position gain: P_vp / P_pp, here by the traces. A part of that keeps the uncertainty small that the
-/// error state does not carry. Noise slows the filter, and the learning with it.
+/// the ratio of velocity gain to position gain: P_vp / P_pp, here by the traces. A part of that keeps the uncertainty small that
+/// the error state does not carry. Noise slows the filter, and the learning with it.
 template <typename Scalar>
 std::array<Scalar, 2> acceleration_gains_per_s(const Mat12<Scalar>& p) {
     const auto gain = [&p](int block) {
         const Scalar ratio = p.template block<3, 3>(block, block + 6).trace() / p.template block<3, 3>(block, block).trace();
-        return static_cast<Scalar>(kAccelerationShare) * std::clamp(ratio, Scalar(0), static_cast<Scalar>(kFastestLearning_per_s));
+        return static_cast<Scalar>(kAccelerationShare) *
+               std::clamp(ratio, Scalar(0), static_cast<Scalar>(kFastestLearning_per_s));
     };
     return {gain(0), gain(3)};
 }

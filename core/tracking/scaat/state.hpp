@@ -13,9 +13,9 @@ using Vec12 = Eigen::Matrix<Scalar, kErrorStates, 1>;
 template <typename Scalar>
 using Mat12 = Eigen::Matrix<Scalar, kErrorStates, kErrorStates>;
 
-/// Everything in the source frame. The error state is (position m, small rotation rad, velocity m/s, angular rate rad/s): the pose
-/// first, so that the pose and its rates are two blocks of six. Attitude error r: q_true = exp(r) q. The accelerations are not part
-/// of the error state: they are learnt from the velocity corrections (learn_acceleration) and only steer the prediction.
+/// Everything in the source frame. The error state is (position m, small rotation rad, velocity m/s, angular rate rad/s): the
+/// pose first, so that the pose and its rates are two blocks of six. Attitude error r: q_true = exp(r) q. The accelerations are
+/// not part of the error state: they are learnt from the velocity corrections (learn_acceleration) and only steer the prediction.
 template <typename Scalar>
 struct State {
     DeviceTime time{};
