@@ -1,11 +1,20 @@
 #include "board/app/main_loop.hpp"
 
+#include <algorithm>
+
 namespace tricoil::app {
 
 template <typename Scalar>
 MainLoop<Scalar>::MainLoop(const MainLoopParams<Scalar>& params, Devices<Scalar> devices)
-    : plan_(params.plan), demodulator_(params.plan, params.demodulator), tracker_(params.tracker), devices_(devices) {
+    : plan_(params.plan), sensor_count_(params.sensors), devices_(devices) {
     devices_.coils.switch_off();
+    for (int n = 0; n < std::min(sensor_count_, tracking::kMaxSensors); ++n) {
+        using tracking::SensorTracker;
+        const auto tracker = params.filter ? SensorTracker<Scalar>(*params.filter, params.tracker.coupling_constant)
+                                           : SensorTracker<Scalar>(params.tracker);
+        sensors_[static_cast<std::size_t>(n)].emplace(
+            Sensor{signal::Demodulator<Scalar>(params.plan, params.demodulator), tracker});
+    }
 }
 
 template <typename Scalar>
@@ -15,9 +24,13 @@ MainLoop<Scalar>::~MainLoop() {
 
 template <typename Scalar>
 Status MainLoop<Scalar>::start() {
+    if (sensor_count_ < 1 || sensor_count_ > tracking::kMaxSensors) {
+        return {StatusCode::invalid_argument, "number of sensors must be 1 to 4"};
+    }
     slot_ = 0;
+    blocks_of_slot_ = 0;
     expected_sequence_ = 0;
-    settling_blocks_ = plan_.is_tdm() ? 0 : 1;
+    settling_blocks_ = plan_.is_tdm() ? 0 : sensor_count_;
     const Status status = devices_.sampler.start(plan_);
     if (!status.ok()) {
         stop();
@@ -37,17 +50,22 @@ Status MainLoop<Scalar>::step() {
 template <typename Scalar>
 Status MainLoop<Scalar>::acquire() {
     has_block_ = false;
-    if (const Status excited = devices_.coils.excite(next_state()); !excited.ok()) {
-        stop();
-        return excited;
+    if (blocks_of_slot_ == 0) {
+        if (const Status excited = devices_.coils.excite(next_state()); !excited.ok()) {
+            stop();
+            return excited;
+        }
+        ++slot_;
     }
-    ++slot_;
+    blocks_of_slot_ = (blocks_of_slot_ + 1) % sensor_count_;
     const Status polled = devices_.sampler.poll(block_);
     if (polled.code() == StatusCode::timed_out) {
         ++counters_.lost_blocks;
         ++expected_sequence_;
-        if (const auto estimate = tracker_.tick(devices_.clock.now())) {
-            send(*estimate);
+        for (auto& sensor : sensors_) {
+            if (const auto estimate = sensor ? sensor->tracker.tick(devices_.clock.now()) : std::nullopt) {
+                send(*estimate);
+            }
         }
         return polled;
     }
@@ -58,7 +76,7 @@ Status MainLoop<Scalar>::acquire() {
     ++counters_.blocks;
     count_gap(block_.sequence);
     has_block_ = settling_blocks_ == 0;
-    settling_blocks_ = 0;
+    settling_blocks_ = std::max(settling_blocks_ - 1, 0);
     return {};
 }
 
@@ -67,13 +85,18 @@ void MainLoop<Scalar>::process() {
     if (!has_block_) {
         return;
     }
-    const auto columns = demodulator_.demodulate(block_);
+    if (block_.sensor >= sensors_.size() || !sensors_[block_.sensor]) {
+        ++counters_.refused_blocks;
+        return;
+    }
+    Sensor& sensor = *sensors_[block_.sensor];
+    const auto columns = sensor.demodulator.demodulate(block_);
     if (!columns.ok()) {
         ++counters_.refused_blocks;
         return;
     }
     for (const Column<Scalar>& column : *columns) {
-        if (const auto estimate = tracker_.update(column)) {
+        if (const auto estimate = sensor.tracker.update(column)) {
             send(*estimate);
         }
     }

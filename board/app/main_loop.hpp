@@ -3,9 +3,10 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "core/signal/demodulator.hpp"
-#include "core/tracking/tracker.hpp"
+#include "core/tracking/sensor_tracker.hpp"
 #include "hal/clock.hpp"
 #include "hal/coil_driver.hpp"
 #include "hal/coil_sampler.hpp"
@@ -27,17 +28,20 @@ struct MainLoopParams {
     signal::AcquisitionPlan plan;  // from plan_acquisition()
     signal::DemodulatorParams<Scalar> demodulator;
     tracking::TrackerParams<Scalar> tracker;  // must pass check()
+    std::optional<tracking::scaat::Params<Scalar>> filter =
+        std::nullopt;  // if given (and check()ed): track with the filter instead
+    int sensors = 1;   // blocks that each excitation brings, one a sensor, in the order 0, 1, ...; at most kMaxSensors
 };
 
 struct MainLoopCounters {
     std::uint64_t blocks = 0;          // received
     std::uint64_t lost_blocks = 0;     // gaps in the sequence, and polls that timed out
-    std::uint64_t refused_blocks = 0;  // that the demodulator refused
+    std::uint64_t refused_blocks = 0;  // that the demodulator refused, or of a sensor that is not there
     std::uint64_t unsent_poses = 0;    // that the link did not take
 };
 
-/// Owns the demodulator and the tracker, not the devices. The coils are off before start(), after any error and after
-/// destruction.
+/// Owns a demodulator and a tracker per sensor, not the devices; memory for kMaxSensors is part of the object. The coils are off
+/// before start(), after any error and after destruction.
 template <typename Scalar>
 class MainLoop {
 public:
@@ -46,15 +50,15 @@ public:
     MainLoop(const MainLoop&) = delete;
     MainLoop& operator=(const MainLoop&) = delete;
 
-    /// Begins sampling. The first FDM block is dropped: it holds the switching-on, which TDM has a guard for in every slot.
-    /// Errors: those of CoilSampler::start.
+    /// Begins sampling. A sensor's first FDM block is dropped: it holds the switching-on, which TDM has a guard for in every
+    /// slot. Errors: invalid_argument for a number of sensors outside 1-4, and those of CoilSampler::start.
     Status start();
 
     /// One block: acquire() then process(). Errors: those of acquire().
     Status step();
 
-    /// Excites the next state and waits for its block. timed_out is survived (counted as lost); any other error has stopped the
-    /// loop.
+    /// Excites the next state, when the one before has brought a block for each sensor, and waits for a block. timed_out is
+    /// survived (counted as lost); any other error has stopped the loop.
     Status acquire();
 
     /// Demodulates, tracks and sends the block that acquire() brought.
@@ -64,21 +68,28 @@ public:
     void stop();
 
     [[nodiscard]] const MainLoopCounters& counters() const { return counters_; }
-    [[nodiscard]] tracking::Tracker<Scalar>& tracker() { return tracker_; }
+    /// Of sensor 0 to sensors - 1.
+    [[nodiscard]] tracking::SensorTracker<Scalar>& tracker(std::size_t sensor = 0) { return sensors_[sensor]->tracker; }
 
 private:
     [[nodiscard]] Excitation next_state() const;
     void count_gap(std::uint32_t sequence);
     void send(const tracking::PoseEstimate<Scalar>& estimate);
 
+    struct Sensor {
+        signal::Demodulator<Scalar> demodulator;
+        tracking::SensorTracker<Scalar> tracker;
+    };
+
     signal::AcquisitionPlan plan_;
-    signal::Demodulator<Scalar> demodulator_;
-    tracking::Tracker<Scalar> tracker_;
+    std::array<std::optional<Sensor>, tracking::kMaxSensors> sensors_;  // the first sensor_count_ are there
+    int sensor_count_;
     Devices<Scalar> devices_;
     SampleBlock block_;
     bool has_block_ = false;
     std::uint32_t expected_sequence_ = 0;
     int slot_ = 0;
+    int blocks_of_slot_ = 0;   // polled since the last excitation
     int settling_blocks_ = 0;  // still to be dropped
     MainLoopCounters counters_;
 };

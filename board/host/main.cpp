@@ -62,6 +62,8 @@ int run_program(int argc, char** argv) {
     tricoil::host::add_figures_command(program, action);
     tricoil::host::add_motion_command(program, action);
     tricoil::host::add_selfcheck_command(program, action);
+    tricoil::host::add_calibrate_command(program, action);
+    tricoil::host::add_evaluate_command(program, action);
     refuse_unknown_command(program, argc, argv);
     try {
         program.parse(argc, argv);

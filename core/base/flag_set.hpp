@@ -26,6 +26,7 @@ public:
         bits_ |= other.bits_;
         return *this;
     }
+    friend constexpr FlagSet operator|(FlagSet a, FlagSet b) { return a |= b; }
     friend constexpr bool operator==(FlagSet, FlagSet) = default;
 
 private:

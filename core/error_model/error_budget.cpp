@@ -58,9 +58,14 @@ SystematicErrors<Scalar> systematic_errors(const MotionState<Scalar>& state, con
 
 template <typename Scalar>
 ErrorBudget<Scalar> error_budget(const MotionState<Scalar>& state, Scalar noise_ratio, const BudgetParams<Scalar>& params) {
-    const SystematicErrors<Scalar> errors = systematic_errors(state, params);
     const Scalar range = state.position_m.norm();
-    const Mat6<Scalar> covariance = solver::pose_covariance<Scalar>(Scalar(1), range, state.position_m / range, noise_ratio);
+    return error_budget(state, solver::pose_covariance<Scalar>(Scalar(1), range, state.position_m / range, noise_ratio), params);
+}
+
+template <typename Scalar>
+ErrorBudget<Scalar> error_budget(const MotionState<Scalar>& state, const Mat6<Scalar>& covariance,
+                                 const BudgetParams<Scalar>& params) {
+    const SystematicErrors<Scalar> errors = systematic_errors(state, params);
     const Scalar position_variance = covariance.template topLeftCorner<3, 3>().trace();
     const Scalar rotation_variance = covariance.template bottomRightCorner<3, 3>().trace();
     const PoseError<Scalar> sum = errors.sum();
@@ -80,5 +85,7 @@ template SystematicErrors<float> systematic_errors(const MotionState<float>&, co
 template SystematicErrors<double> systematic_errors(const MotionState<double>&, const BudgetParams<double>&);
 template ErrorBudget<float> error_budget(const MotionState<float>&, float, const BudgetParams<float>&);
 template ErrorBudget<double> error_budget(const MotionState<double>&, double, const BudgetParams<double>&);
+template ErrorBudget<float> error_budget(const MotionState<float>&, const Mat6<float>&, const BudgetParams<float>&);
+template ErrorBudget<double> error_budget(const MotionState<double>&, const Mat6<double>&, const BudgetParams<double>&);
 
 }  // namespace tricoil::error_model

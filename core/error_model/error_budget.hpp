@@ -63,9 +63,16 @@ SystematicErrors<Scalar> systematic_errors(const MotionState<Scalar>& state, con
 template <typename Scalar>
 ErrorBudget<Scalar> error_budget(const MotionState<Scalar>& state, Scalar noise_ratio, const BudgetParams<Scalar>& params);
 
+/// The same with the noise given as the covariance of the pose (position m, small rotation rad): that of a filter.
+template <typename Scalar>
+ErrorBudget<Scalar> error_budget(const MotionState<Scalar>& state, const Mat6<Scalar>& covariance,
+                                 const BudgetParams<Scalar>& params);
+
 extern template SystematicErrors<float> systematic_errors(const MotionState<float>&, const BudgetParams<float>&);
 extern template SystematicErrors<double> systematic_errors(const MotionState<double>&, const BudgetParams<double>&);
 extern template ErrorBudget<float> error_budget(const MotionState<float>&, float, const BudgetParams<float>&);
 extern template ErrorBudget<double> error_budget(const MotionState<double>&, double, const BudgetParams<double>&);
+extern template ErrorBudget<float> error_budget(const MotionState<float>&, const Mat6<float>&, const BudgetParams<float>&);
+extern template ErrorBudget<double> error_budget(const MotionState<double>&, const Mat6<double>&, const BudgetParams<double>&);
 
 }  // namespace tricoil::error_model

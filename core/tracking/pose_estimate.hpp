@@ -22,13 +22,17 @@ enum class PoseFlag : std::uint8_t {
     not_converged,       // the solver left its domain
     hemisphere_unknown,  // the sign of the position is a guess
     no_reference,        // no source current seen
+    unconfirmed,         // the newest column contradicts the filter: an outlier, or the sensor jumped; the next columns tell
+    inconsistent,        // innovations over a window are far larger than their covariance
+    coasting,            // no new column since the last pose: predicted, and its covariance with it
 };
 using PoseFlags = FlagSet<PoseFlag>;
 
-/// With one of these the pose must not be used. `distorted` alone is a warning with a figure (distortion_chi_square).
-constexpr PoseFlags kInvalidating{PoseFlag::saturated,    PoseFlag::low_signal,        PoseFlag::no_sensor,
-                                  PoseFlag::stale,        PoseFlag::wrong_handedness,  PoseFlag::not_converged,
-                                  PoseFlag::no_reference, PoseFlag::hemisphere_unknown};
+/// With one of these the pose must not be used. `distorted` (with a figure, distortion_chi_square) and `coasting` are warnings.
+constexpr PoseFlags kInvalidating{PoseFlag::saturated,    PoseFlag::low_signal,         PoseFlag::no_sensor,
+                                  PoseFlag::stale,        PoseFlag::wrong_handedness,   PoseFlag::not_converged,
+                                  PoseFlag::no_reference, PoseFlag::hemisphere_unknown, PoseFlag::unconfirmed,
+                                  PoseFlag::inconsistent};
 
 enum class TrackerState : std::uint8_t { searching, tracking, lost };
 

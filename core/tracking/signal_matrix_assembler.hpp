@@ -5,7 +5,7 @@
 #include <array>
 #include <optional>
 
-#include "core/signal/column.hpp"
+#include "core/tracking/deskew.hpp"
 
 namespace tricoil::tracking {
 
@@ -16,18 +16,21 @@ struct SignalMatrix {
     Scalar sigma = 0;   // root mean square of the nine entries' noise
     ColumnFlags flags;  // of all three columns
     DeviceTime newest{};
-    Vec3<Scalar> column_age_s = Vec3<Scalar>::Zero();  // of each column against the newest
+    Vec3<Scalar> column_age_s = Vec3<Scalar>::Zero();  // of what x holds of each column, against the newest
 };
 
 template <typename Scalar>
 class SignalMatrixAssembler {
 public:
     /// max_span: longest time between the oldest and the newest column of one matrix. Zero asks for simultaneous columns (FDM).
-    explicit SignalMatrixAssembler(Microseconds max_span) : max_span_(max_span) {}
+    /// deskew: extrapolate every column to the newest one's time; has no effect on simultaneous ones.
+    explicit SignalMatrixAssembler(Microseconds max_span, bool deskew = false) : max_span_(max_span), deskew_(deskew) {}
 
     /// Takes a column of state s1-s3; the matrix if it is complete with it.
     std::optional<SignalMatrix<Scalar>> add(const Column<Scalar>& column) {
-        columns_[static_cast<std::size_t>(coil_index(column.state))] = column;
+        const auto index = static_cast<std::size_t>(coil_index(column.state));
+        before_[index] = columns_[index];
+        columns_[index] = column;
         const auto by_time = [](const auto& a, const auto& b) { return a.midpoint < b.midpoint; };
         const auto [oldest, newest] = std::minmax_element(columns_.begin(), columns_.end(), by_time);
         const bool complete =
@@ -35,22 +38,40 @@ public:
         if (!complete || newest->midpoint - oldest->midpoint > max_span_) {
             return std::nullopt;
         }
-        SignalMatrix<Scalar> matrix;
-        Scalar variance = 0;
-        for (std::size_t j = 0; j < kSourceCoils; ++j) {
-            matrix.x.col(static_cast<Eigen::Index>(j)) = columns_[j].in_phase;
-            matrix.flags |= columns_[j].flags;
-            variance += columns_[j].sigma.squaredNorm();
-            matrix.column_age_s(static_cast<Eigen::Index>(j)) = seconds_as<Scalar>(newest->midpoint - columns_[j].midpoint);
-        }
-        matrix.sigma = std::sqrt(variance / 9);
-        matrix.newest = newest->midpoint;
-        return matrix;
+        return assemble(newest->midpoint);
+    }
+
+    /// The latest column of source coil j (0-2); its state is off if there was none.
+    [[nodiscard]] const Column<Scalar>& latest(int j) const { return columns_[static_cast<std::size_t>(j)]; }
+
+    /// Forgets all columns.
+    void clear() {
+        columns_ = {};
+        before_ = {};
     }
 
 private:
+    [[nodiscard]] SignalMatrix<Scalar> assemble(DeviceTime newest) const {
+        SignalMatrix<Scalar> matrix;
+        matrix.newest = newest;
+        // Two spans: a state's columns are a frame apart, a frame is one slot longer than the span of its columns.
+        const Microseconds longest_gap = deskew_ ? 2 * max_span_ : Microseconds{0};
+        Scalar variance = 0;
+        for (std::size_t j = 0; j < kSourceCoils; ++j) {
+            const auto column = deskew<Scalar>(before_[j], columns_[j], newest, longest_gap);
+            matrix.x.col(static_cast<Eigen::Index>(j)) = column.in_phase;
+            matrix.flags |= columns_[j].flags;
+            variance += columns_[j].sigma.squaredNorm() * column.variance_factor;
+            matrix.column_age_s(static_cast<Eigen::Index>(j)) = seconds_as<Scalar>(newest - column.time);
+        }
+        matrix.sigma = std::sqrt(variance / 9);
+        return matrix;
+    }
+
     Microseconds max_span_;
+    bool deskew_;
     std::array<Column<Scalar>, kSourceCoils> columns_{};
+    std::array<Column<Scalar>, kSourceCoils> before_{};
 };
 
 }  // namespace tricoil::tracking

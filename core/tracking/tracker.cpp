@@ -72,7 +72,9 @@ Status check(const TrackerParams<Scalar>& params) {
 
 template <typename Scalar>
 Tracker<Scalar>::Tracker(const TrackerParams<Scalar>& params)
-    : params_(params), assembler_(params.max_column_span), motion_(params.max_column_span.count() > 0 ? kSourceCoils : 1) {}
+    : params_(params),
+      assembler_(params.max_column_span, params.deskew),
+      motion_(params.max_column_span.count() > 0 ? kSourceCoils : 1) {}
 
 template <typename Scalar>
 Status Tracker<Scalar>::set_hemisphere(const Vec3<Scalar>& towards) {

@@ -12,6 +12,7 @@
 #include "core/tracking/motion_estimate.hpp"
 #include "core/tracking/pose_estimate.hpp"
 #include "core/tracking/signal_matrix_assembler.hpp"
+#include "core/tracking/tracker_counters.hpp"
 
 namespace tricoil::tracking {
 
@@ -29,6 +30,7 @@ struct TrackerParams {
     Scalar coupling_constant = 1;                     // C, coupling units times m^3
     Vec3<Scalar> hemisphere = Vec3<Scalar>::UnitX();  // towards the half space the sensor starts in; zero: unknown
     Microseconds max_column_span{0};                  // see SignalMatrixAssembler; column_span() derives it from a plan
+    bool deskew = false;                              // TDM: extrapolate each column to the newest one's time
     Scalar window_s = 0;                              // length of a demodulation window, for the predicted blur
     Scalar latency_s = 0;                             // from a pose's time to its use, for the predicted error
     Scalar min_snr = 10;                              // k / sigma below which a pose is flagged (20 dB)
@@ -37,20 +39,6 @@ struct TrackerParams {
     Scalar distortion_gate = Scalar(16.27);           // chi-square of 3 degrees of freedom passed once in 1,000
     Microseconds lost_after{100'000};                 // without a valid pose
     Microseconds search_after{1'000'000};             // when lost: forget the last pose
-};
-
-/// Why a column was refused.
-enum class Rejection : std::uint8_t { not_finite, bad_sigma, unknown_state, time_backwards, duplicate };
-constexpr std::size_t kRejections = 5;
-
-struct TrackerCounters {
-    std::uint64_t accepted = 0;
-    std::array<std::uint64_t, kRejections> rejected{};  // by Rejection
-    std::uint64_t poses = 0;
-    std::uint64_t invalid_poses = 0;
-    std::uint64_t acquisitions = 0;  // searching or lost -> tracking
-
-    [[nodiscard]] std::uint64_t of(Rejection reason) const { return rejected[static_cast<std::size_t>(reason)]; }
 };
 
 /// max_column_span for a plan: FDM columns are simultaneous; three TDM slots in turn span two, and a lost one must not be

@@ -4,7 +4,9 @@
 #include <memory>
 #include <vector>
 
+#include "core/calibration/blob.hpp"
 #include "core/signal/demodulator.hpp"
+#include "core/solver/cold_start.hpp"
 #include "core/tracking/tracker.hpp"
 #include "tests/alloc/allocation_trap.hpp"
 #include "tests/support/random_poses.hpp"
@@ -85,6 +87,33 @@ TYPED_TEST(Allocations, NoneInTheTracker) {
         EXPECT_EQ(trap.count(), 0U);
         EXPECT_GT(poses, 90);
     }
+}
+
+TYPED_TEST(Allocations, NoneInTheRefinedSolverWarmColdAndLost) {
+    using Scalar = TypeParam;
+    field::GeneralDipole<Scalar> model;
+    model.source_offset_m = Scalar(0.026) * Mat3<Scalar>::Identity();
+    model.source_octupole_m2.setConstant(Scalar(-1e-4));
+    const Vec3<Scalar> p(Scalar(0.13), Scalar(0.05), Scalar(-0.04));
+    const Mat3<Scalar> x = field::signal_matrix<Scalar>(model, p, Mat3<Scalar>::Identity());
+    const Mat3<Scalar> nonsense = (Mat3<Scalar>() << 1, 5, -3, 2, 2, 7, -4, 1, 1).finished();
+    const Mat3<Scalar> weights = Mat3<Scalar>::Ones();
+    const solver::RigidPose<Scalar> start{Scalar(1.1) * p, Quat<Scalar>::Identity()};
+    const test::AllocationTrap trap;
+    const bool warm = solver::refine<Scalar>(model, x, weights, start).ok();
+    const bool cold = solver::solve_cold<Scalar>(model, x, weights).ok();
+    const bool lost = solver::solve_cold<Scalar>(model, nonsense, weights).ok();
+    EXPECT_EQ(trap.count(), 0U);
+    EXPECT_TRUE(warm && cold && lost);
+}
+
+TEST(CalibrationBlob, TouchesNoHeap) {
+    const calibration::Calibration<double> calibration;
+    const test::AllocationTrap trap;
+    const auto blob = calibration::encode(calibration);
+    const bool read = calibration::decode(blob).ok();
+    EXPECT_EQ(trap.count(), 0U);
+    EXPECT_TRUE(read);
 }
 
 }  // namespace

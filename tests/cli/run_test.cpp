@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <fstream>
 
 #include "tests/cli/cli_runner.hpp"
 
@@ -28,14 +30,36 @@ TEST(Run, FdmDirectReachesItsBound) {
 }
 
 TEST(Run, TdmTakesMovingColumnsForSimultaneousAndPaysForIt) {
-    const auto naive = run("--duration 4 --mux tdm");
+    const auto naive = run("--duration 4 --mux tdm --no-deskew");
     EXPECT_GT(naive["position_rms_m"].get<double>(), 10 * naive["bound_position_rms_m"].get<double>());
-    const auto still = run("--duration 4 --mux tdm --scenario still");
+    const auto still = run("--duration 4 --mux tdm --no-deskew --scenario still");
     EXPECT_LT(still["position_rms_m"].get<double>(), 1.2 * still["bound_position_rms_m"].get<double>());
 }
 
+/// What was taken as simultaneous above, brought to one instant; and every column at its own time.
+TEST(Run, DeskewAndTheFilterDoNotPay) {
+    const auto naive = run("--duration 4 --mux tdm --no-deskew");
+    const auto deskewed = run("--duration 4 --mux tdm");
+    const auto filtered = run("--duration 4 --mux tdm --tracker scaat");
+    EXPECT_NE(deskewed["assumed"]["columns"], naive["assumed"]["columns"]);
+    EXPECT_LT(deskewed["position_rms_m"].get<double>(), naive["position_rms_m"].get<double>() / 8);
+    EXPECT_LT(filtered["position_rms_m"].get<double>(), naive["position_rms_m"].get<double>() / 15);
+}
+
+TEST(Run, WritesPosesAsUsersWantThem) {
+    const std::string csv = ::testing::TempDir() + "tricoil_output_frame.csv";
+    run("--duration 1 --mux tdm --tracker scaat --units mm --euler zyx --tip 0.1,0,0 --out " + csv);
+    std::ifstream file(csv);
+    std::string header;
+    std::getline(file, header);
+    EXPECT_NE(header.find("x_mm"), std::string::npos);
+    EXPECT_NE(header.find("euler_zyx_3_deg"), std::string::npos);
+    std::remove(csv.c_str());
+}
+
 TEST(Run, PosesPredictTheirOwnErrors) {
-    for (const char* options : {"--mux tdm", "--mux fdm", "--mux tdm --tracker previous"}) {
+    for (const char* options :
+         {"--mux tdm --no-deskew", "--mux fdm", "--mux tdm --tracker previous", "--mux tdm --tracker scaat"}) {
         const auto json = run("--duration 6 " + std::string(options));
         const double position = json["predicted_position_rms_m"].get<double>() / json["position_rms_m"].get<double>();
         const double orientation =

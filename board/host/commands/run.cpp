@@ -41,7 +41,9 @@ int run(RunCommand& command, bool duration_given) {
         throw InputError("--device '" + command.device + "': this build knows the simulated board only; use sim:");
     }
     check_vector(command.place, "--place");
-    check_vector(command.options.hemisphere, "--hemisphere");
+    if (!command.options.hemisphere.empty()) {
+        check_vector(command.options.hemisphere, "--hemisphere");
+    }
     command.options.place_m = Vec3<double>(command.place[0], command.place[1], command.place[2]);
     if (duration_given) {
         command.options.duration_s = command.duration_s;
@@ -72,19 +74,33 @@ void add_run_command(CLI::App& program, Action& action) {
     sub->add_option("--speed", o.speed, "Play the recorded path faster (2) or slower (0.5)")->capture_default_str();
     sub->add_option("--device", command->device, "Where the coils are; sim: is the simulated board")->capture_default_str();
     sub->add_option("--mux", o.multiplexing, "tdm (coils in turn) or fdm (all at once)")->capture_default_str();
-    sub->add_option("--tracker", o.tracker, "direct, previous or previous-angles")->capture_default_str();
+    sub->add_option("--tracker", o.tracker, "direct, previous, previous-angles or scaat (the motion-proof filter)")
+        ->capture_default_str();
     sub->add_option("--passes", o.passes, "Passes of the previous-measurement step per frame, 1-10")->capture_default_str();
     sub->add_option("--rate-hz", o.frame_rate_hz, "Frames per second")->capture_default_str();
     CLI::Option* duration = sub->add_option("--duration", command->duration_s, "Seconds to simulate; default: the scenario's");
     sub->add_option("--fault", o.faults, "Break something: NAME[:ARG][@BEGIN-END], as open_coil:S2@1-1.5; repeatable");
-    sub->add_option("--hemisphere", o.hemisphere, "Half space the sensor starts in, x,y,z; 0,0,0: unknown")
+    sub->add_option("--hemisphere", o.hemisphere,
+                    "Half space the sensor starts in, x,y,z; 0,0,0: unknown; default: where the simulated motion begins")
         ->delimiter(',')
-        ->expected(3)
-        ->capture_default_str();
+        ->expected(3);
+    sub->add_flag("--no-deskew", o.no_deskew, "TDM, direct: take the latest three columns as simultaneous");
+    sub->add_option("--predict", o.predict_ahead_s, "scaat: deliver poses this many seconds ahead of the newest column");
     sub->add_flag("--no-noise", o.no_noise, "No converter noise, no mains; quantisation stays");
     sub->add_flag("--realtime", o.realtime, "Let time pass as it does outside");
     sub->add_option("--seed", o.seed, "Of noise and of the hand's motion")->check(CLI::NonNegativeNumber)->capture_default_str();
     sub->add_option("--out", o.out_csv, "Write every pose beside the truth to this CSV file")->check(refuse_empty);
+    sub->add_option("--tip", o.output.tip_m, "CSV: report this point of the tool, x,y,z in metres from the sensor, in its axes")
+        ->delimiter(',')
+        ->expected(3);
+    sub->add_option("--align", o.output.align_points,
+                    "CSV: report in the frame of three points, metres: its origin, one on its x axis, one towards its y axis")
+        ->delimiter(',')
+        ->expected(9);
+    sub->add_flag("--boresight", o.output.boresight, "CSV: the first valid pose's attitude reads zero");
+    sub->add_option("--units", o.output.unit, "CSV: unit of positions: m, mm, cm or in")->capture_default_str();
+    sub->add_option("--euler", o.output.euler,
+                    "CSV: add three angles, in this order of turns about the sensor's own axes, as zyx");
     sub->add_flag("--json", command->json, "Summary as JSON");
     sub->callback(
         [command, duration, &action] { action = [command, duration] { return run(*command, duration->count() > 0); }; });

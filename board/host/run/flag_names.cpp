@@ -6,8 +6,9 @@ namespace tricoil::host {
 namespace {
 
 // In the order of PoseFlag.
-constexpr std::array<const char*, 9> kFlags{"saturated", "low_signal",    "no_sensor",          "distorted",   "wrong_handedness",
-                                            "stale",     "not_converged", "hemisphere_unknown", "no_reference"};
+constexpr std::array<const char*, 12> kFlags{"saturated",        "low_signal",  "no_sensor",     "distorted",
+                                             "wrong_handedness", "stale",       "not_converged", "hemisphere_unknown",
+                                             "no_reference",     "unconfirmed", "inconsistent",  "coasting"};
 
 }  // namespace
 

@@ -1,9 +1,10 @@
-// Poses beside the truth as CSV, one line each, complete after every line.
+// Poses beside the truth as CSV, one line each, complete after every line; both in the frame, unit and angles asked for.
 #pragma once
 
 #include <cstdio>
 #include <string>
 
+#include "board/host/run/output_format.hpp"
 #include "board/host/run/run_score.hpp"
 
 namespace tricoil::host {
@@ -11,7 +12,7 @@ namespace tricoil::host {
 class PoseCsv {
 public:
     /// Opens and writes the header. Throws InputError if the file cannot be made.
-    explicit PoseCsv(const std::string& path);
+    explicit PoseCsv(const std::string& path, OutputFormat format = {});
     ~PoseCsv();
     PoseCsv(const PoseCsv&) = delete;
     PoseCsv& operator=(const PoseCsv&) = delete;
@@ -23,6 +24,7 @@ public:
 
 private:
     std::string path_;
+    OutputFormat format_;
     std::FILE* file_ = nullptr;
     bool failed_ = false;
 };

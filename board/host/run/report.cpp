@@ -21,6 +21,16 @@ std::uint64_t rejected(const RunReport& report) {
     return std::accumulate(report.tracker.rejected.begin(), report.tracker.rejected.end(), std::uint64_t{0});
 }
 
+const char* columns(const RunReport& r) {
+    if (!r.plan.is_tdm()) {
+        return "simultaneous";
+    }
+    if (r.tracker_name == "scaat") {
+        return "each at its own time";
+    }
+    return r.deskewed ? "the latest three extrapolated to the newest one's time" : "the latest three taken as simultaneous";
+}
+
 nlohmann::ordered_json assumptions(const RunReport& r) {
     const auto& world = r.world;
     return {{"noise_v_per_sqrt_hz", world.converter.noise_v_per_sqrt_hz},
@@ -30,7 +40,7 @@ nlohmann::ordered_json assumptions(const RunReport& r) {
             {"coupling_constant_m3", world.coupling_constant_m3},
             {"coupling_sigma", r.coupling_sigma},
             {"channel_phase_and_gain", "known exactly"},
-            {"columns", r.plan.is_tdm() ? "the latest three taken as simultaneous" : "simultaneous"}};
+            {"columns", columns(r)}};
 }
 
 nlohmann::ordered_json acquisition(const RunReport& r) {
@@ -78,6 +88,7 @@ std::string summary_json(const RunReport& r) {
     }
     const nlohmann::ordered_json json = {
         {"scenario", r.scenario},
+        {"tracker", r.tracker_name},
         {"position_rms_m", s.position_m.rms},
         {"position_p95_m", s.position_m.p95},
         {"position_max_m", s.position_m.max},
@@ -101,6 +112,8 @@ std::string summary_json(const RunReport& r) {
         {"blocks_refused", r.loop.refused_blocks},
         {"columns_rejected", rejections},
         {"acquisitions", r.tracker.acquisitions},
+        {"outliers", r.tracker.outliers},
+        {"reopened", r.tracker.reopened},
         {"flags_seen", to_text(r.seen_flags)},
         {"duration_s", r.simulated_s},
         {"interrupted", r.interrupted},

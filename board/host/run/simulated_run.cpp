@@ -55,20 +55,48 @@ signal::AcquisitionPlan make_plan(const RunOptions& options) {
     return *plan;
 }
 
+constexpr const char* kFilterName = "scaat";
+
 tracking::TrackerParams<double> make_tracker(const RunOptions& options, const sim::WorldParams& world,
-                                             const signal::AcquisitionPlan& plan) {
-    constexpr std::array kMethods{tracking::Method::direct, tracking::Method::previous, tracking::Method::previous_angles};
+                                             const signal::AcquisitionPlan& plan, const Vec3<double>& hemisphere) {
+    constexpr std::array kMethods{tracking::Method::direct, tracking::Method::previous, tracking::Method::previous_angles,
+                                  tracking::Method::direct};
     tracking::TrackerParams<double> params;
-    params.method = kMethods[index_of_name("--tracker", options.tracker, {"direct", "previous", "previous-angles"})];
+    params.method = kMethods[index_of_name("--tracker", options.tracker, {"direct", "previous", "previous-angles", kFilterName})];
     params.passes = options.passes;
     params.coupling_constant = world.coupling_constant_m3;
-    params.hemisphere = Vec3<double>(options.hemisphere[0], options.hemisphere[1], options.hemisphere[2]);
+    params.hemisphere = hemisphere;
     params.max_column_span = tracking::column_span(plan);
+    params.deskew = plan.is_tdm() && !options.no_deskew && params.method == tracking::Method::direct;
     params.window_s = plan.window_s();
     if (const Status status = tracking::check(params); !status.ok()) {
         throw InputError(std::string("tracker: ") + status.message());
     }
     return params;
+}
+
+std::optional<tracking::scaat::Params<double>> make_filter(const RunOptions& options,
+                                                           const tracking::TrackerParams<double>& tracker) {
+    if (options.tracker != kFilterName) {
+        return std::nullopt;
+    }
+    if (!(std::abs(options.predict_ahead_s) <= 10)) {
+        throw InputError("--predict must be a number of seconds, 0 to 10");
+    }
+    tracking::scaat::Params<double> params;
+    params.hemisphere = tracker.hemisphere;
+    params.max_column_span = tracker.max_column_span;
+    params.window_s = tracker.window_s;
+    params.predict_ahead = microseconds_from_seconds(options.predict_ahead_s);
+    if (const Status status = tracking::scaat::check(params); !status.ok()) {
+        throw InputError(std::string("tracker: ") + status.message());
+    }
+    return params;
+}
+
+Vec3<double> make_hemisphere(const RunOptions& options, const sim::Motion& motion) {
+    const auto& h = options.hemisphere;
+    return h.empty() ? motion.at(0).position_m : Vec3<double>(h[0], h[1], h[2]);
 }
 
 /// The converter's quantisation, as a floor of every sigma: in force without noise too.
@@ -128,11 +156,12 @@ RunReport run_simulated(const RunOptions& options) {
     sim::SimulatedCoilDriver coils;
     sim::SimulatedCoilSampler sampler(world, coils, clock, scenario.duration_s);
 
+    const OutputFormat format = make_output_format(options.output);
     RunReport report;
     RunScore score(*scenario.motion, world, clock, plan);
     std::optional<PoseCsv> csv;
     if (!options.out_csv.empty()) {
-        csv.emplace(options.out_csv);
+        csv.emplace(options.out_csv, format);
     }
     {
         LiveView live(stderr, options.show_live, scenario.duration_s);
@@ -146,7 +175,10 @@ RunReport run_simulated(const RunOptions& options) {
             }
             live.show(estimate, error);
         });
-        app::MainLoopParams<double> params{plan, {}, make_tracker(options, scenario.world, plan)};
+        const Vec3<double> hemisphere = make_hemisphere(options, *scenario.motion);
+        app::MainLoopParams<double> params{plan, {}, make_tracker(options, scenario.world, plan, hemisphere)};
+        params.filter = make_filter(options, params.tracker);
+        report.deskewed = params.tracker.deskew;
         params.demodulator.response = world.channel_response();
         params.demodulator.sigma_floor = sigma_floor(world, plan);
         app::MainLoop<double> loop(params, {clock, coils, sampler, link});
@@ -166,6 +198,7 @@ RunReport run_simulated(const RunOptions& options) {
     }
     report.scenario = scenario.name;
     report.plan = plan;
+    report.tracker_name = options.tracker;
     report.world = scenario.world;
     report.coupling_sigma = world.coupling_sigma();
     report.duration_s = scenario.duration_s;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "board/app/main_loop.hpp"
+#include "board/host/run/output_format.hpp"
 #include "board/host/run/run_score.hpp"
 #include "sim/scenarios/scenario.hpp"
 
@@ -22,17 +23,22 @@ struct RunOptions {
     double frame_rate_hz = 240;
     std::optional<double> duration_s;
     std::vector<std::string> faults;
-    std::vector<double> hemisphere{1, 0, 0};
+    std::vector<double> hemisphere;  // empty: where the simulated motion begins
     bool no_noise = false;
+    bool no_deskew = false;
+    double predict_ahead_s = 0;
     bool realtime = false;
     bool show_live = true;
     std::uint64_t seed = 1;
     std::string out_csv;
+    OutputOptions output;  // of the CSV; scores stay in the source frame
 };
 
 struct RunReport {
     std::string scenario;
     signal::AcquisitionPlan plan;
+    std::string tracker_name;
+    bool deskewed = false;
     sim::WorldParams world;
     double coupling_sigma = 0;
     double duration_s = 0;

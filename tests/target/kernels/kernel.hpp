@@ -14,6 +14,7 @@ struct Kernel {
 
 /// Every group of kernels; kernels_main runs them all.
 std::span<const Kernel> float_kernels();
+std::span<const Kernel> filter_kernels();
 std::span<const Kernel> fixed_kernels();
 
 }  // namespace tricoil::target

@@ -37,7 +37,8 @@ void measure(const Kernel& kernel, tricoil::hal::Console& console) {
 int main() {
     tricoil::semihosting::Console console;
     measure(kEmpty, console);
-    for (const auto kernels : {tricoil::target::float_kernels(), tricoil::target::fixed_kernels()}) {
+    for (const auto kernels :
+         {tricoil::target::float_kernels(), tricoil::target::filter_kernels(), tricoil::target::fixed_kernels()}) {
         for (const Kernel& kernel : kernels) {
             measure(kernel, console);
         }

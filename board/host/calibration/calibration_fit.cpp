@@ -1,0 +1,510 @@
+#include "board/host/calibration/calibration_fit.hpp"
+
+#include <ceres/ceres.h>
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+
+#include "board/host/calibration/fit_parameters.hpp"
+#include "board/host/calibration/fixture_name.hpp"
+#include "board/host/calibration/initial_guess.hpp"
+#include "board/host/calibration/pose_residual.hpp"
+#include "board/host/errors.hpp"
+
+namespace tricoil::host {
+namespace {
+
+constexpr double kFirstLoss_m = 5e-3;     // of the robust loss before the residuals' own spread is known
+constexpr double kLossDeviations = 4;     // afterwards, in robust standard deviations
+constexpr double kOutlierDeviations = 8;  // named as set aside
+constexpr double kWorstCondition = 1e6;   // of the normalised Jacobian; beyond, parameters are not determined
+constexpr double kWarnCondition = 2e4;
+constexpr double kMixedFactor = 4;    // a file's residuals against the median file's
+constexpr double kMixedShare = 5e-3;  // and only if they are at least this share of the couplings
+constexpr double kPoorShare = 0.02;   // residuals beyond this deserve a warning
+constexpr double kUnexplainedByGeneralShare = 0.05;
+constexpr double kUnexplainedShare = 0.3;  // residuals beyond this are no calibration
+constexpr double kFixtureTolerance_deg = 5;
+
+double median(std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+double degrees_between(const Mat3<double>& a, const Mat3<double>& b) {
+    return geometry::angle_between(Quat<double>(a), Quat<double>(b)) * 180 / std::numbers::pi;
+}
+
+/// One fit: the parameter blocks, the Ceres problem, and what comes out of it.
+class Fit {
+public:
+    Fit(std::vector<PoseFile> files, const FitOptions& options) : files_(std::move(files)), options_(options) {}
+
+    CalibrationFit run() {
+        group_fixtures();
+        start();
+        solve(FitModel::concentric, kFirstLoss_m);
+        double loss_m = kLossDeviations * deviation_m();
+        const auto last = static_cast<int>(options_.model);
+        for (int stage = 0; stage <= last; ++stage) {
+            for (int round = 0; round < 2; ++round) {
+                solve(static_cast<FitModel>(stage), loss_m);
+                loss_m = std::max(kLossDeviations * deviation_m(), 1e-9);
+            }
+        }
+        return result();
+    }
+
+private:
+    void group_fixtures() {
+        for (const PoseFile& file : files_) {
+            source_index_.push_back(index_in(source_names_, source_fixture_name(file)));
+            sensor_index_.push_back(index_in(sensor_names_, sensor_fixture_name(file)));
+        }
+        named_.assign(sensor_names_.size(), Mat3<double>::Identity());
+        if (options_.fixtures == FixtureModel::named) {
+            for (std::size_t i = 0; i < sensor_names_.size(); ++i) {
+                const auto rotation = rotation_of_fixture(sensor_names_[i]);
+                if (!rotation) {
+                    throw InputError(
+                        fmt::format("sensor fixture '{}' names no directions such as YoutZup; without names of that kind "
+                                    "fixtures must be estimated: leave out --fixtures named",
+                                    sensor_names_[i]));
+                }
+                named_[i] = *rotation;
+            }
+        }
+    }
+
+    static std::size_t index_in(std::vector<std::string>& names, const std::string& name) {
+        const auto found = std::find(names.begin(), names.end(), name);
+        if (found != names.end()) {
+            return static_cast<std::size_t>(found - names.begin());
+        }
+        names.push_back(name);
+        return names.size() - 1;
+    }
+
+    void start() {
+        source_.assign(source_names_.size(), {});
+        fixture_.assign(sensor_names_.size(), {});
+        source_start_.assign(source_names_.size(), Mat3<double>::Identity());
+        jig_start_.assign(sensor_names_.size(), Mat3<double>::Identity());
+        magnetic_ = {};
+        for (std::size_t s = 0; s < source_names_.size(); ++s) {
+            start_source(s);
+        }
+        if (options_.fixtures == FixtureModel::named) {
+            check_names();
+            std::fill(jig_start_.begin(), jig_start_.end(), (named_[0].transpose() * mount_start_[0]).eval());
+        } else {
+            jig_start_ = mount_start_;
+        }
+    }
+
+    /// Everything from the closed form for the files of one source fixture; the magnetic start from the first.
+    void start_source(std::size_t s) {
+        std::vector<PoseFile> mine;
+        std::vector<std::size_t> sensor;
+        for (std::size_t f = 0; f < files_.size(); ++f) {
+            if (source_index_[f] == s) {
+                mine.push_back(files_[f]);
+                sensor.push_back(sensor_index_[f]);
+            }
+        }
+        const InitialGuess guess = guess_start(mine);
+        if (s == 0) {
+            coupling_constant_ = guess.coupling_constant;
+            start_rms_m_ = guess.position_rms_m;
+            left_handed_ = guess.stage_turns_left_handed;
+            const Mat3<double>& m = guess.source;
+            const Mat3<double>& n = guess.sensor;
+            magnetic_ = {m(0, 0), m(1, 1), m(2, 2), m(0, 1), m(0, 2), m(1, 2), n(0, 0), n(1, 1), n(0, 1), n(0, 2), n(1, 2)};
+        } else if (guess.stage_turns_left_handed != left_handed_) {
+            throw InputError("the files disagree on the sense in which the stage turns; they are no one set");
+        }
+        if (guess.stage_turns_left_handed) {
+            for (std::size_t f = 0; f < files_.size(); ++f) {
+                if (source_index_[f] == s) {
+                    std::vector<PoseFile> one{std::move(files_[f])};
+                    turn_other_way(one);
+                    files_[f] = std::move(one[0]);
+                }
+            }
+        }
+        set_translation(source_[s], guess.source_stage.translation_m);
+        source_start_[s] = guess.source_stage.rotation;
+        mount_start_.resize(sensor_names_.size(), Mat3<double>::Identity());
+        for (std::size_t i = 0; i < mine.size(); ++i) {
+            set_translation(fixture_[sensor[i]], guess.mount_sensor[i].translation_m);
+            mount_start_[sensor[i]] = guess.mount_sensor[i].rotation;
+        }
+    }
+
+    static void set_translation(RigidBlock& block, const Vec3<double>& translation_m) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            block[k] = translation_m(static_cast<Eigen::Index>(k)) / kLengthUnit_m;
+        }
+    }
+
+    void check_names() {
+        for (std::size_t i = 1; i < named_.size(); ++i) {
+            const double off = degrees_between(named_[0].transpose() * mount_start_[0], named_[i].transpose() * mount_start_[i]);
+            if (off > 3 * kFixtureTolerance_deg) {
+                throw InputError(
+                    fmt::format("the couplings turn the sensor by {:.0f} deg from what the fixture names '{}' and '{}' say; a "
+                                "name is wrong, or leave out --fixtures named",
+                                off, sensor_names_[0], sensor_names_[i]));
+            }
+        }
+    }
+
+    /// Whether the stage turns about one axis (z) only: the mounts' offsets along it are then the source's.
+    [[nodiscard]] bool turns_about_z_only() const {
+        double most = 0;
+        for (const PoseFile& file : files_) {
+            for (const MeasuredPose& pose : file.poses) {
+                most = std::max(most, 1 - pose.stage_rotation(2, 2));
+            }
+        }
+        return most < 1e-4;
+    }
+
+    void solve(FitModel model, double loss_m) {
+        problem_ = std::make_unique<ceres::Problem>();
+        const bool finite = model == FitModel::finite;
+        for (std::size_t f = 0; f < files_.size(); ++f) {
+            const std::size_t s = source_index_[f];
+            const std::size_t m = sensor_index_[f];
+            double* fixture = options_.fixtures == FixtureModel::named ? fixture_[0].data() : fixture_[m].data();
+            for (const MeasuredPose& pose : files_[f].poses) {
+                const Mat3<double>& jig = jig_start_[m];
+                const auto weight =
+                    pose_weight(model_of<double>(magnetic_.data(), coupling_constant_), current_pose(s, m, pose), weight_m(pose));
+                auto* functor = new PoseResidual{pose, source_start_[s], named_[m], jig, coupling_constant_, weight, finite};
+                auto* cost = new ceres::AutoDiffCostFunction<PoseResidual, 9, kMagnetic, kRigid, kRigid, kRigid>(functor);
+                problem_->AddResidualBlock(cost, new ceres::CauchyLoss(loss_m), magnetic_.data(), source_[s].data(), fixture,
+                                           jig_.data());
+            }
+        }
+        fix_gauge(model);
+        ceres::Solver::Options options;
+        options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
+        options.logging_type = ceres::SILENT;
+        options.max_num_iterations = 100;
+        options.function_tolerance = 1e-10;
+        options.num_threads = 2;
+        ceres::Solver::Summary summary;
+        ceres::Solve(options, problem_.get(), &summary);
+        if (!summary.IsSolutionUsable()) {
+            throw InputError("the calibration does not converge: " + summary.message);
+        }
+    }
+
+    [[nodiscard]] Rigid mount_of(std::size_t m) const {
+        const RigidBlock& block = options_.fixtures == FixtureModel::named ? fixture_[0] : fixture_[m];
+        const Mat3<double> turned = named_[m] * rotation_of(block.data() + 3);
+        return {turned * rotation_of(jig_.data() + 3) * jig_start_[m], length_of(block.data()) + turned * length_of(jig_.data())};
+    }
+
+    [[nodiscard]] Rigid source_of(std::size_t s) const {
+        return {rotation_of(source_[s].data() + 3) * source_start_[s], length_of(source_[s].data())};
+    }
+
+    [[nodiscard]] solver::RigidPose<double> current_pose(std::size_t s, std::size_t m, const MeasuredPose& pose) const {
+        return true_pose(source_of(s), pose, mount_of(m));
+    }
+
+    /// Metres per coupling unit: a coupling falls by 3 k / rho per metre.
+    [[nodiscard]] double weight_m(const MeasuredPose& pose) const {
+        const double strength = pose.x.norm() / std::sqrt(1.5);
+        const double range = std::cbrt(coupling_constant_ / strength);
+        return range / (3 * strength);
+    }
+
+    void fix_gauge(FitModel model) {
+        std::vector<int> constant;
+        const int free = model == FitModel::concentric ? kSourceOffsets : model == FitModel::general ? kOctupoles : kMagnetic;
+        for (int k = free; k < kMagnetic; ++k) {
+            constant.push_back(k);
+        }
+        if (!constant.empty()) {
+            problem_->SetManifold(magnetic_.data(), new ceres::SubsetManifold(kMagnetic, constant));
+        }
+        const bool named = options_.fixtures == FixtureModel::named;
+        const bool about_z = turns_about_z_only();
+        if (named) {
+            // The one mount has a place only: its rotation is the names', what is left is the jig's.
+            std::vector<int> held{3, 4, 5};
+            if (about_z) {
+                held.insert(held.begin(), 2);
+                fixture_[0][2] = 0;
+            }
+            problem_->SetManifold(fixture_[0].data(), new ceres::SubsetManifold(kRigid, held));
+        } else {
+            problem_->SetParameterBlockConstant(jig_.data());
+            if (about_z) {
+                // One z is the gauge; it moves into the source's translation.
+                problem_->SetManifold(fixture_[0].data(), new ceres::SubsetManifold(kRigid, {2}));
+            }
+        }
+    }
+
+    /// In the order of the Jacobian's columns: the magnetic block first.
+    [[nodiscard]] std::vector<double*> free_blocks() const {
+        std::vector<double*> all;
+        std::vector<double*> free;
+        problem_->GetParameterBlocks(&all);
+        std::copy_if(all.begin(), all.end(), std::back_inserter(free),
+                     [&](const double* block) { return !problem_->IsParameterBlockConstant(block); });
+        return free;
+    }
+
+    std::vector<double> residuals(ceres::CRSMatrix* jacobian = nullptr) {
+        ceres::Problem::EvaluateOptions options;
+        options.apply_loss_function = false;
+        options.parameter_blocks = free_blocks();
+        std::vector<double> values;
+        problem_->Evaluate(options, nullptr, &values, nullptr, jacobian);
+        return values;
+    }
+
+    /// Length of each pose's residual: metres, position and rotation at the lever together.
+    std::vector<double> pose_norms() {
+        const std::vector<double> values = residuals();
+        std::vector<double> norms;
+        for (std::size_t at = 0; at < values.size(); at += 9) {
+            norms.push_back(Eigen::Map<const Eigen::Matrix<double, 9, 1>>(values.data() + at).norm());
+        }
+        return norms;
+    }
+
+    double deviation_m() { return median(pose_norms()); }
+
+    CalibrationFit result() {
+        CalibrationFit fit;
+        fit.model = model_of<double>(magnetic_.data(), coupling_constant_);
+        for (std::size_t s = 0; s < source_.size(); ++s) {
+            fit.source_stage[source_names_[s]] = source_of(s);
+        }
+        for (std::size_t m = 0; m < sensor_names_.size(); ++m) {
+            fit.mount_sensor[sensor_names_[m]] = mount_of(m);
+        }
+        fit.stage_turns_left_handed = left_handed_;
+        fit.start_position_rms_m = start_rms_m_;
+        fit.coupling_constant = coupling_constant_;
+        fit.poses = count_poses(files_);
+        judge_residuals(fit);
+        judge_parameters(fit);
+        compare_with_names(fit);
+        return fit;
+    }
+
+    /// RMS of couplings by file, without poses beyond kOutlierDeviations, which are named.
+    void judge_residuals(CalibrationFit& fit) {
+        const std::vector<double> norms = pose_norms();
+        const double limit = kOutlierDeviations * median(norms) + 1e-12;
+        std::size_t at = 0;
+        double all = 0;
+        double all_count = 0;
+        std::vector<double> by_file;
+        std::vector<std::size_t> bad_by_file;
+        for (std::size_t f = 0; f < files_.size(); ++f) {
+            double squares = 0;
+            double count = 0;
+            for (const MeasuredPose& pose : files_[f].poses) {
+                if (norms[at++] > limit) {
+                    fit.outliers.push_back(fmt::format("{}:{}", files_[f].path, pose.line));
+                    continue;
+                }
+                const auto at_pose = current_pose(source_index_[f], sensor_index_[f], pose);
+                const Mat3<double> o = at_pose.q_source_sensor.toRotationMatrix().transpose();
+                squares += (field::signal_matrix<double>(fit.model, at_pose.position_m, o) - pose.x).squaredNorm() /
+                           pose.x.squaredNorm();
+                count += 1;
+            }
+            by_file.push_back(count > 0 ? std::sqrt(squares / count) : 1);
+            bad_by_file.push_back(files_[f].poses.size() - static_cast<std::size_t>(count));
+            fit.residual_rms_by_file[files_[f].path] = by_file.back();
+            all += squares;
+            all_count += count;
+        }
+        fit.residual_rms = std::sqrt(all / std::max(all_count, 1.0));
+        refuse_mixed_sets(by_file, bad_by_file);
+        if (fit.residual_rms > kPoorShare) {
+            fit.warnings.push_back(fmt::format("the model leaves {:.1f} % of the couplings unexplained{}", 100 * fit.residual_rms,
+                                               options_.model == FitModel::concentric ? "; try --model general" : ""));
+        }
+    }
+
+    /// A file that most of its own poses do not fit was recorded with other coils or another mounting.
+    void refuse_mixed_sets(const std::vector<double>& by_file, const std::vector<std::size_t>& bad_by_file) {
+        for (std::size_t f = 0; f < files_.size(); ++f) {
+            std::vector<double> others = by_file;
+            others.erase(others.begin() + static_cast<std::ptrdiff_t>(f));
+            const bool worse = !others.empty() && by_file[f] > kMixedFactor * median(others) && by_file[f] > kMixedShare;
+            if (2 * bad_by_file[f] > files_[f].poses.size() || worse) {
+                throw InputError(
+                    fmt::format("{}: {} of {} poses do not fit the model of the whole set (residual {:.2g} of the couplings); it "
+                                "was recorded with "
+                                "other coils, gains or mounting: calibrate it by itself",
+                                files_[f].path, bad_by_file[f], files_[f].poses.size(), by_file[f]));
+            }
+        }
+        // Concentric triads may be a poor model of good data; a place for every coil leaves per mille of it.
+        const double limit = options_.model == FitModel::concentric ? kUnexplainedShare : kUnexplainedByGeneralShare;
+        const auto worst = std::max_element(by_file.begin(), by_file.end());
+        if (*worst > limit) {
+            throw InputError(fmt::format(
+                "{}: the model leaves {:.0f} % of the couplings unexplained, most of all in this file; files of different coils "
+                "or gains "
+                "are mixed, a coil was reversed or swapped within the set, or the stage's numbers do not belong to the couplings",
+                files_[static_cast<std::size_t>(worst - by_file.begin())].path, 100 * *worst));
+        }
+    }
+
+    /// Standard deviations from the Jacobian at the solution; scale of the residuals from the robust deviation.
+    void judge_parameters(CalibrationFit& fit) {
+        ceres::CRSMatrix sparse;
+        residuals(&sparse);
+        Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(sparse.num_rows, sparse.num_cols);
+        for (int row = 0; row < sparse.num_rows; ++row) {
+            for (int k = sparse.rows[static_cast<std::size_t>(row)]; k < sparse.rows[static_cast<std::size_t>(row) + 1]; ++k) {
+                jacobian(row, sparse.cols[static_cast<std::size_t>(k)]) = sparse.values[static_cast<std::size_t>(k)];
+            }
+        }
+        const Eigen::VectorXd norms = jacobian.colwise().norm().cwiseMax(1e-300);
+        const Eigen::MatrixXd normalised = jacobian * norms.cwiseInverse().asDiagonal();
+        const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(normalised.transpose() * normalised);
+        const double least = std::max(eigen.eigenvalues()(0), 1e-300);
+        fit.condition = std::sqrt(eigen.eigenvalues()(eigen.eigenvalues().size() - 1) / least);
+        eigen.eigenvectors().col(0).cwiseAbs().maxCoeff(&weakest_index_);
+        name_parameters(fit, deviations(jacobian, eigen, norms));
+        if (fit.condition > kWorstCondition) {
+            throw InputError(
+                fmt::format("the poses do not determine all parameters (condition {:.1e}); weakest: {}. Add poses that turn "
+                            "and move the sensor in more directions, or use --model concentric",
+                            fit.condition, weakest_name_));
+        }
+        if (fit.condition > kWarnCondition) {
+            fit.warnings.push_back(
+                fmt::format("parameters are weakly determined (condition {:.1e}); weakest: {}", fit.condition, weakest_name_));
+        }
+    }
+
+    /// Standard deviations that hold whatever the residuals' distribution, poses being independent of each other:
+    /// (J^T J)^-1 (sum over poses of J_k^T r_k r_k^T J_k) (J^T J)^-1 (White 1980, Econometrica 48(4)).
+    Eigen::VectorXd deviations(const Eigen::MatrixXd& jacobian, const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>& eigen,
+                               const Eigen::VectorXd& norms) {
+        const std::vector<double> values = residuals();
+        const Eigen::VectorXd inverse = eigen.eigenvalues().cwiseMax(1e-300).cwiseInverse();
+        const Eigen::MatrixXd bread = eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
+        const double limit = kOutlierDeviations * deviation_m() + 1e-12;
+        Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(jacobian.rows() / 9, jacobian.cols());
+        for (Eigen::Index k = 0; k < scores.rows(); ++k) {
+            const Eigen::Map<const Eigen::Matrix<double, 9, 1>> r(values.data() + 9 * k);
+            if (r.norm() <= limit) {
+                scores.row(k) = r.transpose() * jacobian.middleRows<9>(9 * k) * norms.cwiseInverse().asDiagonal();
+            }
+        }
+        const Eigen::MatrixXd spread = scores * bread;
+        return spread.colwise().norm().transpose().cwiseQuotient(norms);
+    }
+
+    void name_parameters(CalibrationFit& fit, const Eigen::VectorXd& deviations) {
+        static const std::array<const char*, kMagnetic> names{"moment xx",
+                                                              "moment yy",
+                                                              "moment zz",
+                                                              "moment xy",
+                                                              "moment xz",
+                                                              "moment yz",
+                                                              "sensitivity xx",
+                                                              "sensitivity yy",
+                                                              "sensitivity xy",
+                                                              "sensitivity xz",
+                                                              "sensitivity yz",
+                                                              "source 1 x mm",
+                                                              "source 1 y mm",
+                                                              "source 1 z mm",
+                                                              "source 2 x mm",
+                                                              "source 2 y mm",
+                                                              "source 2 z mm",
+                                                              "sensor 1 x mm",
+                                                              "sensor 1 y mm",
+                                                              "sensor 1 z mm",
+                                                              "sensor 2 x mm",
+                                                              "sensor 2 y mm",
+                                                              "sensor 2 z mm",
+                                                              "source 1 octupole mm2",
+                                                              "source 2 octupole mm2",
+                                                              "source 3 octupole mm2",
+                                                              "sensor 1 octupole mm2",
+                                                              "sensor 2 octupole mm2",
+                                                              "sensor 3 octupole mm2"};
+        const int free = options_.model == FitModel::concentric ? kSourceOffsets
+                         : options_.model == FitModel::general  ? kOctupoles
+                                                                : kMagnetic;
+        for (int k = 0; k < free; ++k) {
+            const double unit = k < kSourceOffsets ? 1
+                                : k < kOctupoles   ? 1e3 * kLengthUnit_m
+                                                   : 1e6 * kLengthUnit_m * kLengthUnit_m;
+            fit.parameters.push_back(
+                {names[static_cast<std::size_t>(k)], unit * magnetic_[static_cast<std::size_t>(k)], unit * deviations(k)});
+        }
+        // Ceres orders the columns by first use: magnetic first.
+        weakest_name_ = weakest_index_ < free ? names[static_cast<std::size_t>(weakest_index_)] : "a fixture's place or rotation";
+    }
+
+    void compare_with_names(CalibrationFit& fit) const {
+        for (std::size_t i = 1; i < sensor_names_.size(); ++i) {
+            const auto first = rotation_of_fixture(sensor_names_[0]);
+            const auto other = rotation_of_fixture(sensor_names_[i]);
+            if (!first || !other) {
+                continue;
+            }
+            const double off = degrees_between(first->transpose() * fit.mount_sensor.at(sensor_names_[0]).rotation,
+                                               other->transpose() * fit.mount_sensor.at(sensor_names_[i]).rotation);
+            if (off > kFixtureTolerance_deg) {
+                fit.warnings.push_back(
+                    fmt::format("fixture '{}' is turned by {:.1f} deg from what its name says beside '{}': a wrong name, "
+                                "or coils of the sensor reversed or swapped between the files",
+                                sensor_names_[i], off, sensor_names_[0]));
+            }
+        }
+    }
+
+    std::vector<PoseFile> files_;
+    FitOptions options_;
+    std::vector<std::string> source_names_, sensor_names_;
+    std::vector<std::size_t> source_index_, sensor_index_;  // by file
+    std::vector<Mat3<double>> named_, source_start_, jig_start_, mount_start_;
+    std::array<double, kMagnetic> magnetic_{};
+    std::vector<RigidBlock> source_, fixture_;
+    RigidBlock jig_{};
+    double coupling_constant_ = 1;
+    double start_rms_m_ = 0;
+    bool left_handed_ = false;
+    std::unique_ptr<ceres::Problem> problem_;
+    Eigen::Index weakest_index_ = 0;
+    std::string weakest_name_;
+};
+
+}  // namespace
+
+std::string sensor_fixture_name(const PoseFile& file) {
+    return file.sensor_fixture.empty() ? std::filesystem::path(file.path).stem().string() : file.sensor_fixture;
+}
+
+std::string source_fixture_name(const PoseFile& file) { return file.source_fixture.empty() ? "source" : file.source_fixture; }
+
+CalibrationFit fit_calibration(const std::vector<PoseFile>& files, const FitOptions& options) {
+    return Fit(files, options).run();
+}
+
+}  // namespace tricoil::host

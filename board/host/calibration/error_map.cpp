@@ -1,0 +1,138 @@
+#include "board/host/calibration/error_map.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+
+namespace tricoil::host {
+namespace {
+
+constexpr double kDegrees = 180 / std::numbers::pi;
+constexpr double kBand_m = 0.05;
+
+ErrorBand band_of(const std::vector<PoseError>& errors, double from_m, double to_m) {
+    std::vector<double> position;
+    std::vector<double> orientation;
+    for (const PoseError& e : errors) {
+        const double range = e.truth_m.norm();
+        if (range >= from_m && range < to_m) {
+            position.push_back(e.error_m.norm());
+            orientation.push_back(kDegrees * e.rotation_error_rad.norm());
+        }
+    }
+    return {from_m, to_m, position.size(), summarise(position), summarise(orientation)};
+}
+
+double rms(const Eigen::MatrixXd& rows) { return std::sqrt(rows.squaredNorm() / static_cast<double>(rows.rows())); }
+
+/// All monomials of the centred position up to the third power: 20.
+Eigen::RowVectorXd monomials(const Vec3<double>& p) {
+    Eigen::RowVectorXd row(20);
+    Eigen::Index at = 0;
+    for (int a = 0; a <= 3; ++a) {
+        for (int b = 0; a + b <= 3; ++b) {
+            for (int c = 0; a + b + c <= 3; ++c) {
+                row(at++) = std::pow(p.x(), a) * std::pow(p.y(), b) * std::pow(p.z(), c);
+            }
+        }
+    }
+    return row;
+}
+
+/// Part of `wanted` that lies in the span of `features`.
+Eigen::MatrixXd explained(const Eigen::MatrixXd& features, const Eigen::MatrixXd& wanted) {
+    return features * features.completeOrthogonalDecomposition().solve(wanted);
+}
+
+void split(const std::vector<PoseError>& errors, const std::vector<PoseFile>& files, ErrorReport& report) {
+    const auto n = static_cast<Eigen::Index>(errors.size());
+    Eigen::MatrixXd error(n, 3);
+    Eigen::MatrixXd position(n, 20);
+    Eigen::MatrixXd attitude = Eigen::MatrixXd::Zero(n, 9 * static_cast<Eigen::Index>(files.size()));
+    Vec3<double> centre = Vec3<double>::Zero();
+    for (const PoseError& e : errors) {
+        centre += e.truth_m / static_cast<double>(n);
+    }
+    std::size_t at = 0;
+    for (std::size_t f = 0; f < files.size(); ++f) {
+        for (const MeasuredPose& pose : files[f].poses) {
+            const auto row = static_cast<Eigen::Index>(at);
+            const PoseError& e = errors[at++];
+            error.row(row) = e.error_m.transpose();
+            position.row(row) = monomials(10 * (e.truth_m - centre));
+            attitude.row(row).segment(9 * static_cast<Eigen::Index>(f), 9) = pose.stage_rotation.reshaped().transpose();
+        }
+    }
+    const Eigen::MatrixXd smooth = explained(position, error);
+    const Eigen::MatrixXd turned = explained(attitude, error - smooth);
+    report.axis_rms_m = (error.colwise().squaredNorm() / static_cast<double>(n)).cwiseSqrt().transpose();
+    report.smooth_rms_m = rms(smooth);
+    report.attitude_rms_m = rms(turned);
+    report.rough_rms_m = rms(error - smooth - turned);
+}
+
+}  // namespace
+
+ErrorReport summarise_errors(const std::vector<PoseError>& errors, const std::vector<PoseFile>& files) {
+    ErrorReport report;
+    double nearest = 1e9;
+    double farthest = 0;
+    for (const PoseError& e : errors) {
+        nearest = std::min(nearest, e.truth_m.norm());
+        farthest = std::max(farthest, e.truth_m.norm());
+        report.not_converged += e.converged ? 0U : 1U;
+        report.iterations_max = std::max(report.iterations_max, e.iterations);
+        report.misfit_share_max = std::max(report.misfit_share_max, e.misfit_share);
+    }
+    report.all = band_of(errors, 0, 1e9);
+    for (double from = kBand_m * std::floor(nearest / kBand_m); from <= farthest; from += kBand_m) {
+        ErrorBand band = band_of(errors, from, from + kBand_m);
+        if (band.poses > 0) {
+            report.bands.push_back(band);
+        }
+    }
+    split(errors, files, report);
+    return report;
+}
+
+std::string error_csv(const std::vector<PoseError>& errors, const std::vector<PoseFile>& files) {
+    std::string text = "file,line,x_mm,y_mm,z_mm,ex_mm,ey_mm,ez_mm,rx_deg,ry_deg,rz_deg,misfit_share,iterations,converged\n";
+    for (const PoseError& e : errors) {
+        const Vec3<double> p = 1e3 * e.truth_m;
+        const Vec3<double> d = 1e3 * e.error_m;
+        const Vec3<double> r = kDegrees * e.rotation_error_rad;
+        text += fmt::format("{},{},{:.3f},{:.3f},{:.3f},{:.5f},{:.5f},{:.5f},{:.5f},{:.5f},{:.5f},{:.6f},{},{}\n",
+                            std::filesystem::path(files[e.file].path).filename().string(), e.line, p.x(), p.y(), p.z(), d.x(),
+                            d.y(), d.z(), r.x(), r.y(), r.z(), e.misfit_share, e.iterations, e.converged ? 1 : 0);
+    }
+    return text;
+}
+
+Picture error_picture(const std::vector<PoseError>& errors) {
+    double largest = 1e-9;
+    for (const PoseError& e : errors) {
+        largest = std::max(largest, e.error_m.norm());
+    }
+    // Round magnification that draws the largest error about 20 mm long.
+    const double magnification = std::pow(10, std::floor(std::log10(0.02 / largest))) *
+                                 std::max(1.0, std::floor(0.02 / largest / std::pow(10, std::floor(std::log10(0.02 / largest)))));
+    const auto view = [&](const char* horizontal, const char* vertical) {
+        const std::string y = fmt::format("(column('{}_mm')):({}*column('e{}_mm')):({}*column('e{}_mm'))", vertical,
+                                          magnification, horizontal, magnification, vertical);
+        const std::string title = fmt::format("error vectors, {:.0f} times; seen along the third axis", magnification);
+        return Panel{
+            title,
+            fmt::format("{} (mm)", horizontal),
+            fmt::format("{} (mm)", vertical),
+            {{"pose_errors.csv", fmt::format("{}_mm", horizontal), y, "", "vectors head size 2,20 filled lc rgb '#cc0000'"}},
+            "set size ratio -1"};
+    };
+    Picture picture{"error_vectors.svg", {view("x", "y"), view("x", "z"), view("y", "z")}, 3, 520, 480};
+    return picture;
+}
+
+}  // namespace tricoil::host

@@ -1,0 +1,43 @@
+// Pose errors summarised, as a table and as a picture.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "board/host/calibration/evaluation.hpp"
+#include "board/host/figures/gnuplot.hpp"
+#include "board/host/run/statistics.hpp"
+
+namespace tricoil::host {
+
+struct ErrorBand {
+    double from_m = 0;
+    double to_m = 0;
+    std::size_t poses = 0;
+    ErrorSummary position_m;
+    ErrorSummary orientation_deg;
+};
+
+struct ErrorReport {
+    ErrorBand all;
+    std::vector<ErrorBand> bands;  // of 50 mm of range
+    std::size_t not_converged = 0;
+    int iterations_max = 0;
+    double misfit_share_max = 0;
+    Vec3<double> axis_rms_m = Vec3<double>::Zero();  // along the source frame's axes
+    // The position error split by least squares: a cubic polynomial of the position (surroundings, field shape, stage), what then
+    // follows the attitude within each file (sensor's shape, its fixture), and the rest (stage's repeatability, noise).
+    double smooth_rms_m = 0;
+    double attitude_rms_m = 0;
+    double rough_rms_m = 0;
+};
+
+ErrorReport summarise_errors(const std::vector<PoseError>& errors, const std::vector<PoseFile>& files);
+
+/// One line a pose: file, line, truth, error, rotation error, misfit, iterations.
+std::string error_csv(const std::vector<PoseError>& errors, const std::vector<PoseFile>& files);
+
+/// Error vectors over the workspace in three views, from pose_errors.csv.
+Picture error_picture(const std::vector<PoseError>& errors);
+
+}  // namespace tricoil::host

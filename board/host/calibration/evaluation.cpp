@@ -1,0 +1,216 @@
+#include "board/host/calibration/evaluation.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "board/host/calibration/calibration_fit.hpp"
+#include "board/host/calibration/initial_guess.hpp"
+#include "board/host/errors.hpp"
+#include "core/calibration/apply.hpp"
+#include "core/geometry/angles.hpp"
+#include "core/solver/cold_start.hpp"
+#include "core/solver/direct.hpp"
+
+namespace tricoil::host {
+namespace {
+
+struct Found {
+    solver::RigidPose<double> pose;
+    bool converged = false;
+    int iterations = 0;
+    double misfit_share = 0;
+};
+
+Found solve_direct_pose(const calibration::Calibration<double>& c, const Mat3<double>& x, const std::string& place) {
+    const auto solution = solver::solve_direct<double>(calibration::ideal_couplings(c, x), 1.0);
+    if (!solution.ok()) {
+        throw InputError(place + ": " + solution.status().message());
+    }
+    const double side = solution->direction.dot(c.hemisphere) < 0 ? -1 : 1;
+    return {{side * solution->range_m * solution->direction, geometry::attitude_quaternion(solution->attitude)},
+            solution->right_handed,
+            0,
+            std::sqrt(solution->misfit_squared / 1.5) / solution->strength};
+}
+
+Found solve_refined_pose(const calibration::Calibration<double>& c, const Mat3<double>& x, const std::string& place) {
+    solver::ColdStartParams<double> params;
+    params.hemisphere = c.hemisphere;
+    params.refine.max_iterations = 40;
+    const auto solution = solver::solve_cold<double>(c.model, x, Mat3<double>::Ones(), params);
+    if (!solution.ok()) {
+        throw InputError(place + ": " + solution.status().message());
+    }
+    const auto& r = solution->refinement;
+    return {r.pose, r.converged() && solution->right_handed, solution->iterations, r.misfit_share};
+}
+
+const Rigid& fixture_of(const std::map<std::string, Rigid>& known, const std::string& name, const char* side,
+                        const PoseFile& file) {
+    const auto found = known.find(name);
+    if (found == known.end()) {
+        std::vector<std::string> names;
+        for (const auto& [key, rigid] : known) {
+            names.push_back(key);
+        }
+        throw InputError(
+            fmt::format("{}: {} fixture '{}' is not in the calibration, which has: {}; use a file with one of these, or "
+                        "--refit-fixtures",
+                        file.path, side, name, fmt::join(names, ", ")));
+    }
+    return found->second;
+}
+
+}  // namespace
+
+std::vector<PoseError> evaluate(const CalibrationFile& calibration, const std::vector<PoseFile>& files, EvaluationSolver solver) {
+    std::vector<PoseFile> turned = files;
+    if (calibration.stage_turns_left_handed) {
+        turn_other_way(turned);
+    }
+    const auto& c = calibration.calibration;
+    std::vector<PoseError> errors;
+    for (std::size_t f = 0; f < turned.size(); ++f) {
+        const PoseFile& file = turned[f];
+        const Rigid& source = fixture_of(calibration.source_stage, source_fixture_name(file), "source", file);
+        const Rigid& mount = fixture_of(calibration.mount_sensor, sensor_fixture_name(file), "sensor", file);
+        for (const MeasuredPose& pose : file.poses) {
+            const std::string place = fmt::format("{}:{}", file.path, pose.line);
+            const Found found =
+                solver == EvaluationSolver::direct ? solve_direct_pose(c, pose.x, place) : solve_refined_pose(c, pose.x, place);
+            const auto truth = true_pose(source, pose, mount);
+            PoseError error;
+            error.file = f;
+            error.line = pose.line;
+            error.converged = found.converged;
+            error.iterations = found.iterations;
+            error.truth_m = truth.position_m;
+            error.error_m = calibration::corrected_position(c, found.pose.position_m) - truth.position_m;
+            error.rotation_error_rad =
+                geometry::quaternion_to_rotation_vector<double>(found.pose.q_source_sensor * truth.q_source_sensor.conjugate());
+            error.misfit_share = found.misfit_share;
+            errors.push_back(error);
+        }
+    }
+    return errors;
+}
+
+void fit_output_correction(CalibrationFile& calibration, const std::vector<PoseError>& errors) {
+    std::vector<double> sizes;
+    for (const PoseError& e : errors) {
+        sizes.push_back(e.error_m.norm());
+    }
+    std::vector<double> sorted = sizes;
+    std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
+    const double limit = 5 * sorted[sorted.size() / 2] + 1e-9;
+    Eigen::MatrixXd features(errors.size(), 4);
+    Eigen::MatrixXd wanted(errors.size(), 3);
+    for (std::size_t i = 0; i < errors.size(); ++i) {
+        const auto row = static_cast<Eigen::Index>(i);
+        const double weight = sizes[i] < limit && errors[i].converged ? 1 : 0;
+        const Vec3<double> measured = errors[i].truth_m + errors[i].error_m;
+        features.row(row) << weight * measured.transpose(), weight;
+        wanted.row(row) = -weight * errors[i].error_m.transpose();
+    }
+    const Eigen::MatrixXd solution = features.colPivHouseholderQr().solve(wanted);
+    calibration.calibration.output_linear = Mat3<double>::Identity() + solution.topRows<3>().transpose();
+    calibration.calibration.output_offset_m = solution.row(3).transpose();
+}
+
+namespace {
+
+Mat3<double> nearest_rotation(const Mat3<double>& m) {
+    const Eigen::JacobiSVD<Mat3<double>> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const Mat3<double> u = svd.matrixU();
+    const double sign = (u * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
+    return u * Vec3<double>(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
+}
+
+/// Gauss-Newton on the pose errors of one file pair of fixtures, alternating: small, linear, and few.
+void improve(CalibrationFile& c, const std::vector<PoseFile>& files, const std::vector<PoseError>& errors) {
+    std::map<std::string, Eigen::Index> column;
+    for (const PoseFile& file : files) {
+        column.try_emplace("source " + source_fixture_name(file), 6 * static_cast<Eigen::Index>(column.size()));
+        column.try_emplace("mount " + sensor_fixture_name(file), 6 * static_cast<Eigen::Index>(column.size()));
+    }
+    Eigen::MatrixXd jacobian =
+        Eigen::MatrixXd::Zero(6 * static_cast<Eigen::Index>(errors.size()), 6 * static_cast<Eigen::Index>(column.size()));
+    Eigen::VectorXd residual(jacobian.rows());
+    constexpr double kLever_m = 0.1;
+    std::size_t at = 0;
+    for (std::size_t f = 0; f < files.size(); ++f) {
+        const Rigid& source = c.source_stage.at(source_fixture_name(files[f]));
+        const Rigid& mount = c.mount_sensor.at(sensor_fixture_name(files[f]));
+        const Eigen::Index s = column.at("source " + source_fixture_name(files[f]));
+        const Eigen::Index m = column.at("mount " + sensor_fixture_name(files[f]));
+        for (const MeasuredPose& pose : files[f].poses) {
+            const auto row = 6 * static_cast<Eigen::Index>(at);
+            const PoseError& e = errors[at++];
+            const Mat3<double> turned = source.rotation * pose.stage_rotation;
+            const Vec3<double> arm = e.truth_m - source.translation_m;
+            // Truth moves by d_source + w_source x arm + A R d_mount; turns by w_source + A R B w_mount' (w' in the mount).
+            jacobian.block<3, 3>(row, s).setIdentity();
+            jacobian.block<3, 3>(row, s + 3) = -geometry::skew<double>(arm);
+            jacobian.block<3, 3>(row, m) = turned;
+            jacobian.block<3, 3>(row + 3, s + 3) = kLever_m * Mat3<double>::Identity();
+            jacobian.block<3, 3>(row + 3, m + 3) = kLever_m * turned;
+            residual.segment<3>(row) = e.error_m;
+            residual.segment<3>(row + 3) = kLever_m * e.rotation_error_rad;
+            (void)mount;
+        }
+    }
+    const Eigen::VectorXd step = jacobian.completeOrthogonalDecomposition().solve(residual);
+    const auto turn = [](const Vec3<double>& w, const Mat3<double>& r) -> Mat3<double> {
+        return geometry::rotation_vector_to_quaternion<double>(w).toRotationMatrix() * r;
+    };
+    for (auto& [name, rigid] : c.source_stage) {
+        const auto found = column.find("source " + name);
+        if (found != column.end()) {
+            rigid.translation_m += step.segment<3>(found->second);
+            rigid.rotation = nearest_rotation(turn(step.segment<3>(found->second + 3), rigid.rotation));
+        }
+    }
+    for (auto& [name, rigid] : c.mount_sensor) {
+        const auto found = column.find("mount " + name);
+        if (found != column.end()) {
+            rigid.translation_m += step.segment<3>(found->second);
+            rigid.rotation = nearest_rotation(turn(step.segment<3>(found->second + 3), rigid.rotation));
+        }
+    }
+}
+
+}  // namespace
+
+CalibrationFile with_refitted_fixtures(const CalibrationFile& calibration, const std::vector<PoseFile>& files,
+                                       EvaluationSolver solver) {
+    CalibrationFile result = calibration;
+    std::map<std::string, std::vector<PoseFile>> by_source;
+    for (const PoseFile& file : files) {
+        by_source[source_fixture_name(file)].push_back(file);
+    }
+    for (const auto& [name, group] : by_source) {
+        const InitialGuess guess = guess_start(group);
+        // The guess has gauges of its own; it serves only where the calibration has no fixture of that name.
+        if (result.source_stage.try_emplace(name, guess.source_stage).second) {
+            result.stage_turns_left_handed = guess.stage_turns_left_handed;
+        }
+        for (std::size_t i = 0; i < group.size(); ++i) {
+            result.mount_sensor.try_emplace(sensor_fixture_name(group[i]), guess.mount_sensor[i]);
+        }
+    }
+    std::vector<PoseFile> turned = files;
+    if (result.stage_turns_left_handed) {
+        turn_other_way(turned);
+    }
+    constexpr int kRounds = 5;
+    for (int round = 0; round < kRounds; ++round) {
+        improve(result, turned, evaluate(result, files, solver));
+    }
+    return result;
+}
+
+}  // namespace tricoil::host

@@ -1,0 +1,177 @@
+#include "board/host/calibration/grid_calibration.hpp"
+
+#include <ceres/ceres.h>
+#include <ceres/rotation.h>
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <array>
+#include <cmath>
+
+#include "board/host/calibration/fit_parameters.hpp"
+#include "board/host/calibration/self_calibration.hpp"
+#include "board/host/errors.hpp"
+#include "core/field/concentric_dipole.hpp"
+#include "core/solver/direct.hpp"
+
+namespace tricoil::host {
+namespace {
+
+constexpr double kMisfitLever_m = 0.02;  // a misfit of the whole coupling weighs as this length
+constexpr double kLoss_m = 3e-3;         // a sensor held badly is not worth more than this
+constexpr double kWorstFit =
+    0.1;  // RMS of positions against the grid's extent: beyond, nodes and couplings do not belong together
+
+struct Parameters {
+    std::array<double, 5> sensor{1, 1, 0, 0, 0};
+    std::array<double, 6> moment{1, 1, 1, 0, 0, 0};  // in units of the start's coupling constant
+    std::array<double, 6> grid{};                    // translation (0.1 m), rotation vector on top of the start's
+    std::array<double, 3> pivot{};                   // 0.1 m
+};
+
+struct NodeResidual {
+    Vec3<double> node_m;
+    Mat3<double> x;
+    Mat3<double> grid_start;
+    double coupling_constant;
+    Vec3<double> hemisphere;
+
+    bool operator()(const double* n, const double* m, const double* grid, const double* pivot, double* residual) const {
+        const Mat3<double> sensor = symmetric_matrix<double>(n[0], n[1], 3 - n[0] - n[1], n[2], n[3], n[4]);
+        const Mat3<double> moment = coupling_constant * symmetric_matrix<double>(m[0], m[1], m[2], m[3], m[4], m[5]);
+        const Mat3<double> ideal = corrected(x, sensor, moment);
+        const auto s = solver::solve_direct<double>(ideal, 1.0);
+        if (!s.ok()) {
+            return false;
+        }
+        const double side = s->direction.dot(hemisphere) < 0 ? -1 : 1;
+        const Vec3<double> position = side * s->range_m * s->direction;
+        Mat3<double> turn;
+        ceres::AngleAxisToRotationMatrix(grid + 3, turn.data());
+        const Vec3<double> node = kLengthUnit_m * Vec3<double>(grid[0], grid[1], grid[2]) + turn * grid_start * node_m;
+        const Vec3<double> arm = s->attitude.transpose() * (kLengthUnit_m * Vec3<double>(pivot[0], pivot[1], pivot[2]));
+        Eigen::Map<Vec3<double>>(residual, 3) = position - node - arm;
+        Eigen::Map<Mat3<double>>(residual + 3, 3, 3) =
+            kMisfitLever_m * (ideal / s->strength - s->attitude * field::dipole_factor<double>(s->direction));
+        return true;
+    }
+};
+
+/// Rotation and scale that take nodes to positions with C = 1, about their means.
+struct Similarity {
+    double scale = 1;
+    Mat3<double> rotation;
+    Vec3<double> translation;
+};
+
+Similarity fit_similarity(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to) {
+    const Eigen::Matrix4d m = Eigen::umeyama(from, to, true);
+    Similarity s;
+    s.scale = std::cbrt(m.topLeftCorner<3, 3>().determinant());
+    s.rotation = m.topLeftCorner<3, 3>() / s.scale;
+    s.translation = m.topRightCorner<3, 1>();
+    return s;
+}
+
+void check_nodes(const std::vector<GridFrame>& frames) {
+    Eigen::Matrix3Xd nodes(3, frames.size());
+    for (std::size_t k = 0; k < frames.size(); ++k) {
+        nodes.col(static_cast<Eigen::Index>(k)) = frames[k].node;
+    }
+    nodes.colwise() -= nodes.rowwise().mean().eval();
+    const Vec3<double> extent = nodes.jacobiSvd().singularValues();
+    if (extent(1) < 0.05 * extent(0) || !(extent(0) > 0)) {
+        throw InputError("the grid's nodes lie on one line; rest the sensor on nodes of several rows and columns");
+    }
+}
+
+double extent_of(const Eigen::Matrix3Xd& nodes) {
+    return std::sqrt((nodes.colwise() - nodes.rowwise().mean().eval()).squaredNorm() / static_cast<double>(nodes.cols()));
+}
+
+GridCalibration result_of(const Parameters& p, double c, const Similarity& start, const std::vector<double>& residuals,
+                          std::size_t frames, double extent, double misfit_before) {
+    GridCalibration result;
+    result.sensor =
+        symmetric_matrix<double>(p.sensor[0], p.sensor[1], 3 - p.sensor[0] - p.sensor[1], p.sensor[2], p.sensor[3], p.sensor[4]);
+    result.source_moment =
+        c * symmetric_matrix<double>(p.moment[0], p.moment[1], p.moment[2], p.moment[3], p.moment[4], p.moment[5]);
+    Mat3<double> turn;
+    ceres::AngleAxisToRotationMatrix(p.grid.data() + 3, turn.data());
+    result.source_grid = {turn * start.rotation, kLengthUnit_m * Vec3<double>(p.grid[0], p.grid[1], p.grid[2])};
+    result.pivot_m = kLengthUnit_m * Vec3<double>(p.pivot[0], p.pivot[1], p.pivot[2]);
+    double position = 0;
+    double misfit = 0;
+    for (std::size_t at = 0; at < residuals.size(); at += 12) {
+        position += Eigen::Map<const Vec3<double>>(residuals.data() + at).squaredNorm();
+        misfit += Eigen::Map<const Eigen::Matrix<double, 9, 1>>(residuals.data() + at + 3).squaredNorm();
+    }
+    const auto count = static_cast<double>(frames);
+    result.position_rms_m = std::sqrt(position / count);
+    result.misfit_before = misfit_before;
+    result.misfit_after = std::sqrt(misfit / count / 1.5) / kMisfitLever_m;
+    result.scale_deviation = 3 * result.position_rms_m / (extent * std::sqrt(count));
+    if (result.position_rms_m > kWorstFit * extent) {
+        throw InputError(
+            fmt::format("the positions miss the grid by {:.1f} mm: nodes and couplings do not belong together, or the grid "
+                        "reaches through the source's plane",
+                        1e3 * result.position_rms_m));
+    }
+    return result;
+}
+
+}  // namespace
+
+GridCalibration calibrate_on_grid(const std::vector<GridFrame>& frames, double spacing_m, const Vec3<double>& hemisphere) {
+    if (!(spacing_m > 0 && spacing_m < 1)) {
+        throw InputError(fmt::format("--spacing-mm must be between 0 and 1000; got {}", 1e3 * spacing_m));
+    }
+    check_nodes(frames);
+    std::vector<Mat3<double>> couplings;
+    for (const GridFrame& frame : frames) {
+        couplings.push_back(frame.x);
+    }
+    const SelfCalibration gains = self_calibrate(couplings);
+    Eigen::Matrix3Xd nodes(3, frames.size());
+    Eigen::Matrix3Xd positions(3, frames.size());
+    for (std::size_t k = 0; k < frames.size(); ++k) {
+        const auto s = solver::solve_direct<double>(corrected(frames[k].x, gains.sensor, gains.source), 1.0);
+        if (!s.ok() || !s->right_handed) {
+            throw InputError(
+                fmt::format("line {}: the couplings are left-handed or degenerate; mend the wiring", frames[k].line));
+        }
+        const double side = s->direction.dot(hemisphere) < 0 ? -1 : 1;
+        nodes.col(static_cast<Eigen::Index>(k)) = spacing_m * frames[k].node;
+        positions.col(static_cast<Eigen::Index>(k)) = side * s->range_m * s->direction;
+    }
+    const Similarity start = fit_similarity(nodes, positions);
+    const double c = 1 / std::pow(start.scale, 3);
+    Parameters p;
+    const Mat3<double>& n = gains.sensor;
+    const Mat3<double>& m = gains.source;
+    p.sensor = {n(0, 0), n(1, 1), n(0, 1), n(0, 2), n(1, 2)};
+    p.moment = {m(0, 0), m(1, 1), m(2, 2), m(0, 1), m(0, 2), m(1, 2)};
+    for (std::size_t k = 0; k < 3; ++k) {
+        p.grid[k] = start.translation(static_cast<Eigen::Index>(k)) / start.scale / kLengthUnit_m;
+    }
+    ceres::Problem problem;
+    for (const GridFrame& frame : frames) {
+        problem.AddResidualBlock(new ceres::NumericDiffCostFunction<NodeResidual, ceres::CENTRAL, 12, 5, 6, 6, 3>(
+                                     new NodeResidual{spacing_m * frame.node, frame.x, start.rotation, c, hemisphere}),
+                                 new ceres::CauchyLoss(kLoss_m), p.sensor.data(), p.moment.data(), p.grid.data(), p.pivot.data());
+    }
+    ceres::Solver::Options options;
+    options.linear_solver_type = ceres::DENSE_QR;
+    options.logging_type = ceres::SILENT;
+    options.max_num_iterations = 100;
+    ceres::Solver::Summary summary;
+    ceres::Solve(options, &problem, &summary);
+    std::vector<double> residuals;
+    ceres::Problem::EvaluateOptions evaluate;
+    evaluate.apply_loss_function = false;
+    problem.Evaluate(evaluate, nullptr, &residuals, nullptr, nullptr);
+
+    return result_of(p, c, start, residuals, frames.size(), extent_of(nodes), gains.misfit_before);
+}
+
+}  // namespace tricoil::host

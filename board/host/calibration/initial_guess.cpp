@@ -1,0 +1,258 @@
+#include "board/host/calibration/initial_guess.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "board/host/calibration/self_calibration.hpp"
+#include "board/host/errors.hpp"
+#include "core/solver/direct.hpp"
+
+namespace tricoil::host {
+namespace {
+
+constexpr std::size_t kFewestPoses = 20;
+constexpr double kFewestSpread = 0.02;  // of the smallest principal extent of the stage's positions against the largest
+
+/// A pose of all files with what the direct solution says about it.
+struct Solved {
+    const MeasuredPose* pose;
+    std::size_t file;
+    Vec3<double> position_m;  // with C = 1, sign as chosen so far
+    Mat3<double> attitude;    // O
+    double weight = 1;
+};
+
+using PoseList = std::vector<std::pair<const MeasuredPose*, std::size_t>>;
+
+PoseList list_of(const std::vector<PoseFile>& files) {
+    PoseList list;
+    for (std::size_t f = 0; f < files.size(); ++f) {
+        for (const MeasuredPose& pose : files[f].poses) {
+            list.emplace_back(&pose, f);
+        }
+    }
+    return list;
+}
+
+void check_spread(const PoseList& list) {
+    if (list.size() < kFewestPoses) {
+        throw InputError(fmt::format("{} poses are too few to calibrate; at least {} are needed, spread over the workspace",
+                                     list.size(), kFewestPoses));
+    }
+    Eigen::Matrix3Xd positions(3, list.size());
+    for (std::size_t i = 0; i < list.size(); ++i) {
+        positions.col(static_cast<Eigen::Index>(i)) = list[i].first->stage_position_m;
+    }
+    positions.colwise() -= positions.rowwise().mean().eval();
+    const Vec3<double> extent = positions.jacobiSvd().singularValues();
+    if (extent(2) < kFewestSpread * extent(0)) {
+        throw InputError(
+            "the stage's positions lie in one plane or on one line; calibration needs poses spread in all three directions");
+    }
+    Mat3<double> mean = Mat3<double>::Zero();
+    for (const auto& [pose, file] : list) {
+        mean += pose->stage_rotation / static_cast<double>(list.size());
+    }
+    if (mean.jacobiSvd().singularValues()(2) > 0.999) {
+        throw InputError("the stage never turns; calibration needs poses in different attitudes (20 degrees and more)");
+    }
+}
+
+std::vector<Solved> solve_all(const PoseList& list, const std::vector<PoseFile>& files, const InitialGuess& guess) {
+    std::vector<Solved> solved;
+    std::size_t left_handed = 0;
+    for (const auto& [pose, file] : list) {
+        const Mat3<double> x = corrected(pose->x, guess.sensor, guess.source);
+        const auto solution = solver::solve_direct<double>(x, 1.0);
+        if (!solution.ok()) {
+            throw InputError(fmt::format("{}:{}: {}", files[file].path, pose->line, solution.status().message()));
+        }
+        left_handed += solution->right_handed ? 0U : 1U;
+        solved.push_back({pose, file, solution->range_m * solution->direction, solution->attitude});
+    }
+    if (2 * left_handed > list.size()) {
+        throw InputError(
+            "the couplings are left-handed (det X < 0): one coil, or all three of one side, is reversed, or two are "
+            "swapped; mend the wiring or the signs");
+    }
+    return solved;
+}
+
+/// A pair of poses near on the stage must be near, not opposite, in the source frame. Grows a tree from pose to nearest pose.
+void align_hemispheres(std::vector<Solved>& solved) {
+    const std::size_t n = solved.size();
+    std::vector<double> distance(n, std::numeric_limits<double>::max());
+    std::vector<std::size_t> parent(n, 0);
+    std::vector<bool> done(n, false);
+    distance[0] = 0;
+    for (std::size_t step = 0; step < n; ++step) {
+        std::size_t next = n;
+        for (std::size_t i = 0; i < n; ++i) {
+            if (!done[i] && (next == n || distance[i] < distance[next])) {
+                next = i;
+            }
+        }
+        done[next] = true;
+        if (step > 0 && solved[next].position_m.dot(solved[parent[next]].position_m) < 0) {
+            solved[next].position_m *= -1;
+        }
+        for (std::size_t i = 0; i < n; ++i) {
+            // A turn of the mount moves the sensor too: a radian counts as a hand's breadth.
+            const double turn = (solved[i].pose->stage_rotation - solved[next].pose->stage_rotation).norm() / std::sqrt(2.0);
+            const double other_file = solved[i].file == solved[next].file ? 0 : 0.05;
+            const double d =
+                (solved[i].pose->stage_position_m - solved[next].pose->stage_position_m).norm() + 0.1 * turn + other_file;
+            if (!done[i] && d < distance[i]) {
+                distance[i] = d;
+                parent[i] = next;
+            }
+        }
+    }
+}
+
+/// p = G t + R-dependent part + c: the linear part, for each component of p by itself.
+Mat3<double> linear_part(const std::vector<Solved>& solved, std::size_t files) {
+    const auto n = static_cast<Eigen::Index>(solved.size());
+    Eigen::MatrixXd features = Eigen::MatrixXd::Zero(n, 4 + 9 * static_cast<Eigen::Index>(files));
+    Eigen::MatrixXd positions(n, 3);
+    for (Eigen::Index i = 0; i < n; ++i) {
+        const Solved& s = solved[static_cast<std::size_t>(i)];
+        features.row(i).head<3>() = s.weight * s.pose->stage_position_m;
+        features(i, 3) = s.weight;
+        features.row(i).segment<9>(4 + 9 * static_cast<Eigen::Index>(s.file)) = s.weight * s.pose->stage_rotation.reshaped();
+        positions.row(i) = s.weight * s.position_m;
+    }
+    const Eigen::MatrixXd solution = features.completeOrthogonalDecomposition().solve(positions);
+    return solution.topRows<3>().transpose();
+}
+
+Mat3<double> nearest_rotation(const Mat3<double>& m) {
+    const Eigen::JacobiSVD<Mat3<double>> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const Mat3<double> u = svd.matrixU();
+    const Mat3<double> v = svd.matrixV();
+    const double sign = (u * v.transpose()).determinant() < 0 ? -1 : 1;
+    return u * Vec3<double>(1, 1, sign).asDiagonal() * v.transpose();
+}
+
+/// Given scale and rotation of stage to source: c and the mount's offset of each file from p / s - A t = A R d + c.
+void fit_offsets(const std::vector<Solved>& solved, double scale, InitialGuess& guess) {
+    const auto n = static_cast<Eigen::Index>(solved.size());
+    const auto unknowns = 3 + 3 * static_cast<Eigen::Index>(guess.mount_sensor.size());
+    Eigen::MatrixXd features = Eigen::MatrixXd::Zero(3 * n, unknowns);
+    Eigen::VectorXd rest(3 * n);
+    const Mat3<double>& a = guess.source_stage.rotation;
+    for (Eigen::Index i = 0; i < n; ++i) {
+        const Solved& s = solved[static_cast<std::size_t>(i)];
+        features.block<3, 3>(3 * i, 0) = s.weight * Mat3<double>::Identity();
+        features.block<3, 3>(3 * i, 3 + 3 * static_cast<Eigen::Index>(s.file)) = s.weight * a * s.pose->stage_rotation;
+        rest.segment<3>(3 * i) = s.weight * (s.position_m / scale - a * s.pose->stage_position_m);
+    }
+    const Eigen::VectorXd solution = features.completeOrthogonalDecomposition().solve(rest);
+    guess.source_stage.translation_m = solution.head<3>();
+    for (std::size_t f = 0; f < guess.mount_sensor.size(); ++f) {
+        guess.mount_sensor[f].translation_m = solution.segment<3>(3 + 3 * static_cast<Eigen::Index>(f));
+    }
+}
+
+void fit_mount_rotations(const std::vector<Solved>& solved, InitialGuess& guess) {
+    std::vector<Mat3<double>> sum(guess.mount_sensor.size(), Mat3<double>::Zero());
+    for (const Solved& s : solved) {  // O^T = A R B
+        sum[s.file] += s.weight * (guess.source_stage.rotation * s.pose->stage_rotation).transpose() * s.attitude.transpose();
+    }
+    for (std::size_t f = 0; f < sum.size(); ++f) {
+        guess.mount_sensor[f].rotation = nearest_rotation(sum[f]);
+    }
+}
+
+/// Errors of the closed-form positions against the stage; poses far off the rest get no weight in the next round.
+double reweigh(std::vector<Solved>& solved, double scale, const InitialGuess& guess) {
+    std::vector<double> errors;
+    for (const Solved& s : solved) {
+        const auto truth = true_pose(guess.source_stage, *s.pose, guess.mount_sensor[s.file]);
+        errors.push_back((s.position_m / scale - truth.position_m).norm());
+    }
+    std::vector<double> sorted = errors;
+    std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
+    const double median = sorted[sorted.size() / 2];
+    double squares = 0;
+    double count = 0;
+    for (std::size_t i = 0; i < solved.size(); ++i) {
+        solved[i].weight = errors[i] < 5 * median + 1e-9 ? 1 : 0;
+        squares += solved[i].weight * errors[i] * errors[i];
+        count += solved[i].weight;
+    }
+    return std::sqrt(squares / count);
+}
+
+/// How well the attitudes agree with one rotation of each mount: RMS of the rotation left over, rad.
+double attitude_rms(const std::vector<Solved>& solved, const InitialGuess& guess) {
+    double squares = 0;
+    double weights = 0;
+    for (const Solved& s : solved) {
+        const auto truth = true_pose(guess.source_stage, *s.pose, guess.mount_sensor[s.file]);
+        const double chord = (truth.q_source_sensor.toRotationMatrix() - s.attitude.transpose()).squaredNorm() / 2;
+        squares += s.weight * chord;
+        weights += s.weight;
+    }
+    return std::sqrt(squares / weights);
+}
+
+InitialGuess guess_with_sense(const std::vector<PoseFile>& files, const SelfCalibration& gains) {
+    const PoseList list = list_of(files);
+    InitialGuess guess;
+    guess.mount_sensor.resize(files.size());
+    guess.sensor = gains.sensor;
+    guess.source = gains.source;
+    auto solved = solve_all(list, files, guess);
+    align_hemispheres(solved);
+    constexpr int kRounds = 3;
+    for (int round = 0; round < kRounds; ++round) {
+        Mat3<double> linear = linear_part(solved, files.size());
+        if (linear.determinant() < 0) {  // the whole set sits in the other hemisphere
+            for (Solved& s : solved) {
+                s.position_m *= -1;
+            }
+            linear *= -1;
+        }
+        const double scale = std::cbrt(linear.determinant());  // lengths with C = 1 are C^(-1/3) of true ones
+        guess.coupling_constant = 1 / (scale * scale * scale);
+        guess.source_stage.rotation = nearest_rotation(linear);
+        fit_offsets(solved, scale, guess);
+        fit_mount_rotations(solved, guess);
+        guess.attitude_rms_rad = attitude_rms(solved, guess);
+        guess.position_rms_m = reweigh(solved, scale, guess);
+    }
+    return guess;
+}
+
+}  // namespace
+
+void turn_other_way(std::vector<PoseFile>& files) {
+    for (PoseFile& file : files) {
+        for (MeasuredPose& pose : file.poses) {
+            pose.stage_rotation.transposeInPlace();
+        }
+    }
+}
+
+InitialGuess guess_start(const std::vector<PoseFile>& files) {
+    check_spread(list_of(files));
+    std::vector<Mat3<double>> frames;
+    for (const auto& [pose, file] : list_of(files)) {
+        frames.push_back(pose->x);
+    }
+    const SelfCalibration gains = self_calibrate(frames, 0.02);
+    const InitialGuess as_read = guess_with_sense(files, gains);
+    std::vector<PoseFile> turned = files;
+    turn_other_way(turned);
+    InitialGuess reversed = guess_with_sense(turned, gains);
+    reversed.stage_turns_left_handed = true;
+    return reversed.attitude_rms_rad < as_read.attitude_rms_rad ? reversed : as_read;
+}
+
+}  // namespace tricoil::host

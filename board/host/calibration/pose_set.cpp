@@ -1,0 +1,171 @@
+#include "board/host/calibration/pose_set.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <complex>
+#include <filesystem>
+#include <numbers>
+#include <regex>
+#include <set>
+
+#include "board/host/errors.hpp"
+#include "sim/io/text_table.hpp"
+
+namespace tricoil::host {
+namespace {
+
+constexpr const char* kCsvHeader = "x_m,y_m,z_m,qw,qx,qy,qz,x11,x12,x13,x21,x22,x23,x31,x32,x33";
+constexpr std::size_t kStageFields = 6;
+constexpr std::size_t kCouplings = 9;
+constexpr double kQuaternionTolerance = 1e-3;
+
+/// +0.171918451-0.000000586i; throws InputError unless the field is that, all of it, and finite.
+std::complex<double> parse_complex(std::string_view field, const sim::TextPlace& place) {
+    const auto bad = [&] {
+        return InputError(fmt::format("{}: '{}' is not a coupling such as +0.12-0.03i", place.str(), field.substr(0, 32)));
+    };
+    if (field.size() < 4 || field.back() != 'i') {
+        throw bad();
+    }
+    double parts[2] = {0, 0};
+    const char* at = field.data();
+    const char* end = field.data() + field.size() - 1;
+    for (double& part : parts) {
+        at += at != end && *at == '+' ? 1 : 0;
+        const auto [next, error] = std::from_chars(at, end, part);
+        if (error != std::errc{} || !std::isfinite(part)) {
+            throw bad();
+        }
+        at = next;
+    }
+    if (at != end) {
+        throw bad();
+    }
+    return {parts[0], parts[1]};
+}
+
+void check_couplings(const Mat3<double>& x, const sim::TextPlace& place) {
+    const double scale = x.norm();
+    if (!(scale > 0)) {
+        throw InputError(place.str() + ": all nine couplings are zero; remove the line");
+    }
+    if (std::abs(x.determinant()) < 1e-6 * scale * scale * scale) {
+        throw InputError(place.str() + ": the couplings have rank below three: a coil or a channel was dead; remove the line");
+    }
+}
+
+/// `squared`: sums of squared couplings by sensor channel; their phase is twice the channel's whatever the couplings' signs.
+MeasuredPose parse_ilemt(const std::vector<std::string_view>& fields, const sim::TextPlace& place,
+                         std::array<std::complex<double>, 3>& squared) {
+    if (fields.size() != kStageFields + kCouplings && fields.size() != kStageFields + 2 * kCouplings) {
+        throw InputError(fmt::format("{}: {} fields; a line has 6 stage numbers and 9 or 18 couplings; it was cut off or garbled",
+                                     place.str(), fields.size()));
+    }
+    double stage[kStageFields];
+    for (std::size_t i = 0; i < kStageFields; ++i) {
+        stage[i] = sim::parse_number(fields[i], place);
+    }
+    MeasuredPose pose;
+    pose.line = place.line;
+    pose.stage_position_m = 1e-3 * Vec3<double>(stage[0], stage[1], stage[2]);
+    constexpr double kRadians = std::numbers::pi / 180;
+    using Axis = Eigen::AngleAxisd;
+    pose.stage_rotation = (Axis(kRadians * stage[5], Vec3<double>::UnitZ()) * Axis(kRadians * stage[4], Vec3<double>::UnitY()) *
+                           Axis(kRadians * stage[3], Vec3<double>::UnitX()))
+                              .toRotationMatrix();
+    for (std::size_t i = 0; i < fields.size() - kStageFields; ++i) {
+        const std::complex<double> coupling = parse_complex(fields[kStageFields + i], place);
+        if (i < kCouplings) {
+            pose.x(static_cast<Eigen::Index>(i / 3), static_cast<Eigen::Index>(i % 3)) =
+                std::copysign(std::abs(coupling), coupling.real());
+            squared[i / 3] += coupling * coupling;
+        }
+    }
+    return pose;
+}
+
+MeasuredPose parse_csv(const std::vector<std::string_view>& fields, const sim::TextPlace& place) {
+    constexpr std::size_t kFields = 7 + kCouplings;
+    if (fields.size() != kFields) {
+        throw InputError(fmt::format("{}: {} columns; {} are needed", place.str(), fields.size(), kFields));
+    }
+    double v[kFields];
+    for (std::size_t i = 0; i < kFields; ++i) {
+        v[i] = sim::parse_number(fields[i], place);
+    }
+    const Quat<double> q(v[3], v[4], v[5], v[6]);
+    if (std::abs(q.norm() - 1) > kQuaternionTolerance) {
+        throw InputError(fmt::format("{}: the quaternion's length is {:.6g}, not 1", place.str(), q.norm()));
+    }
+    MeasuredPose pose;
+    pose.line = place.line;
+    pose.stage_position_m = {v[0], v[1], v[2]};
+    pose.stage_rotation = q.normalized().toRotationMatrix();
+    for (std::size_t i = 0; i < kCouplings; ++i) {
+        pose.x(static_cast<Eigen::Index>(i / 3), static_cast<Eigen::Index>(i % 3)) = v[7 + i];
+    }
+    return pose;
+}
+
+}  // namespace
+
+PoseFile read_pose_file(const std::string& path) {
+    const auto lines = sim::read_lines(path);
+    const bool csv = lines.front().find(',') != std::string::npos;
+    if (csv && lines.front() != kCsvHeader) {
+        throw InputError(path + ":1: the header must be " + kCsvHeader);
+    }
+    PoseFile file;
+    file.path = path;
+    std::smatch match;
+    const std::string name = std::filesystem::path(path).filename().string();
+    if (static const std::regex pattern("so([A-Za-z0-9]+)_se([A-Za-z0-9]+).*"); std::regex_match(name, match, pattern)) {
+        file.source_fixture = match[1];
+        file.sensor_fixture = match[2];
+    }
+    std::array<std::complex<double>, 3> squared{};
+    for (std::size_t i = csv ? 1 : 0; i < lines.size(); ++i) {
+        const sim::TextPlace place{path, i + 1};
+        const auto fields = sim::split(lines[i], csv ? ',' : ' ');
+        if (fields.empty() || (fields.size() == 1 && fields[0].empty())) {
+            continue;
+        }
+        file.poses.push_back(csv ? parse_csv(fields, place) : parse_ilemt(fields, place, squared));
+        check_couplings(file.poses.back().x, place);
+    }
+    if (file.poses.empty()) {
+        throw InputError(path + ": holds no poses");
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+        file.phase_rad(static_cast<Eigen::Index>(i)) = std::arg(squared[i]) / 2;
+    }
+    return file;
+}
+
+std::vector<PoseFile> read_pose_files(const std::vector<std::string>& paths) {
+    std::vector<PoseFile> files;
+    std::set<std::string> seen;
+    for (const std::string& path : paths) {
+        std::error_code error;
+        const auto canonical = std::filesystem::weakly_canonical(path, error).string();
+        if (!seen.insert(error ? path : canonical).second) {
+            throw InputError(path + ": named twice; name each file once");
+        }
+        files.push_back(read_pose_file(path));
+    }
+    return files;
+}
+
+std::size_t count_poses(const std::vector<PoseFile>& files) {
+    std::size_t count = 0;
+    for (const PoseFile& file : files) {
+        count += file.poses.size();
+    }
+    return count;
+}
+
+}  // namespace tricoil::host

@@ -1,0 +1,164 @@
+#include "board/host/calibration/self_calibration.hpp"
+
+#include <ceres/ceres.h>
+#include <ceres/normal_prior.h>
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+
+#include "board/host/errors.hpp"
+#include "core/field/concentric_dipole.hpp"
+#include "core/solver/direct.hpp"
+
+namespace tricoil::host {
+namespace {
+
+constexpr std::size_t kFewestFrames = 30;
+constexpr int kShape = 5;              // of one triad: symmetric with trace three
+constexpr double kWeakest = 1e-4;      // below this share of the best seen direction a parameter counts as undetermined
+constexpr double kRobustShare = 0.02;  // misfits beyond this are down-weighted
+
+using Shape = Eigen::Matrix<double, kShape, 1>;
+
+/// (xx, yy, xy, xz, yz) with zz = 3 - xx - yy.
+Mat3<double> symmetric(const double* p) {
+    Mat3<double> m;
+    m << p[0], p[2], p[3], p[2], p[1], p[4], p[3], p[4], 3 - p[0] - p[1];
+    return m;
+}
+
+/// X minus its nearest dipole matrix, over its strength: smooth in X, also where two singular values coincide.
+struct MisfitFunctor {
+    Mat3<double> x;
+
+    bool operator()(const double* sensor, const double* source, double* residual) const {
+        const auto ideal = corrected(x, symmetric(sensor), symmetric(source));
+        const auto s = solver::solve_direct<double>(ideal, 1.0);
+        if (!s.ok()) {
+            return false;
+        }
+        Eigen::Map<Mat3<double>>(residual, 3, 3) = ideal / s->strength - s->attitude * field::dipole_factor<double>(s->direction);
+        return true;
+    }
+};
+
+struct Spread {
+    double misfit = 0;
+    Vec3<double> ratios = Vec3<double>::Zero();
+    Vec3<double> deviation = Vec3<double>::Zero();
+};
+
+Spread spread_of(const std::vector<Mat3<double>>& frames, const Mat3<double>& sensor, const Mat3<double>& source) {
+    Spread spread;
+    Vec3<double> sum = Vec3<double>::Zero();
+    Eigen::Array2d mean = Eigen::Array2d::Zero();
+    Eigen::Array2d squares = Eigen::Array2d::Zero();
+    for (const Mat3<double>& frame : frames) {
+        const Vec3<double> s = corrected(frame, sensor, source).jacobiSvd().singularValues();
+        sum += s / s.norm();
+        const Eigen::Array2d ratio(s(0) / (s(1) + s(2)), s(1) / s(2));
+        mean += ratio;
+        squares += ratio.square();
+        const double a = s(0) - s(1) - s(2);
+        const double b = s(1) - s(2);
+        spread.misfit += (a * a / 3 + b * b / 2) / s.squaredNorm();
+    }
+    const auto n = static_cast<double>(frames.size());
+    mean /= n;
+    spread.misfit = std::sqrt(spread.misfit / n);
+    spread.ratios = sum / sum(2);
+    spread.deviation << (squares / n - mean.square()).max(0.0).sqrt(), spread.misfit;
+    return spread;
+}
+
+Mat3<double> entries_of(const Eigen::VectorXd& deviation, double last) {
+    Mat3<double> m;
+    m << deviation(0), deviation(2), deviation(3), deviation(2), deviation(1), deviation(4), deviation(3), deviation(4), last;
+    return m;
+}
+
+/// Standard deviations from the Jacobian at the solution, scaled by the residuals themselves; fills `weakest`.
+void judge(ceres::Problem& problem, std::vector<double*> blocks, SelfCalibration& result) {
+    ceres::Problem::EvaluateOptions options;
+    options.parameter_blocks = std::move(blocks);
+    ceres::CRSMatrix sparse;
+    double cost = 0;
+    problem.Evaluate(options, &cost, nullptr, nullptr, &sparse);
+    Eigen::Matrix<double, 2 * kShape, 2 * kShape> information = Eigen::Matrix<double, 2 * kShape, 2 * kShape>::Zero();
+    for (int row = 0; row < sparse.num_rows; ++row) {
+        Eigen::Matrix<double, 2 * kShape, 1> j = Eigen::Matrix<double, 2 * kShape, 1>::Zero();
+        for (int at = sparse.rows[static_cast<std::size_t>(row)]; at < sparse.rows[static_cast<std::size_t>(row) + 1]; ++at) {
+            j(sparse.cols[static_cast<std::size_t>(at)]) = sparse.values[static_cast<std::size_t>(at)];
+        }
+        information += j * j.transpose();
+    }
+    const Eigen::SelfAdjointEigenSolver<decltype(information)> eigen(information);
+    result.weakest = std::sqrt(std::max(0.0, eigen.eigenvalues()(0)) / eigen.eigenvalues()(2 * kShape - 1));
+    if (result.weakest < kWeakest) {
+        throw InputError(
+            "free motion did not determine all gains and angles: turn the sensor through all attitudes and move it "
+            "around the source");
+    }
+    const double frames = sparse.num_rows / 9.0;
+    const double variance = 2 * cost / (3 * frames - 2 * kShape);  // three residual degrees of freedom per frame
+    const Eigen::Matrix<double, 2 * kShape, 2 * kShape> covariance = variance * information.inverse();
+    const auto last = [&](int first) { return std::sqrt(covariance.block<2, 2>(first, first).sum()); };
+    const Eigen::VectorXd deviation = covariance.diagonal().cwiseSqrt();
+    result.sensor_deviation = entries_of(deviation.head<kShape>(), last(0));
+    result.source_deviation = entries_of(deviation.tail<kShape>(), last(kShape));
+}
+
+}  // namespace
+
+Mat3<double> corrected(const Mat3<double>& x, const Mat3<double>& sensor, const Mat3<double>& source) {
+    return sensor.transpose().inverse() * x * source.inverse();
+}
+
+SelfCalibration self_calibrate(const std::vector<Mat3<double>>& frames, double prior) {
+    if (frames.size() < kFewestFrames) {
+        throw InputError(fmt::format("{} frames are too few to calibrate from free motion; at least {} are needed", frames.size(),
+                                     kFewestFrames));
+    }
+    Shape sensor;
+    sensor << 1, 1, 0, 0, 0;
+    Shape source = sensor;
+    ceres::Problem problem;
+    for (const Mat3<double>& frame : frames) {
+        problem.AddResidualBlock(
+            new ceres::NumericDiffCostFunction<MisfitFunctor, ceres::CENTRAL, 9, kShape, kShape>(new MisfitFunctor{frame}),
+            new ceres::CauchyLoss(kRobustShare), sensor.data(), source.data());
+    }
+    if (prior > 0) {
+        const double weight = prior * std::sqrt(static_cast<double>(frames.size()));
+        for (Shape* shape : {&sensor, &source}) {
+            const Eigen::Matrix<double, kShape, kShape> stiffness = weight * Eigen::Matrix<double, kShape, kShape>::Identity();
+            problem.AddResidualBlock(new ceres::NormalPrior(stiffness, *shape), nullptr, shape->data());
+        }
+    }
+    ceres::Solver::Options options;
+    options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
+    options.logging_type = ceres::SILENT;
+    options.max_num_iterations = 60;
+    options.function_tolerance = 1e-12;
+    ceres::Solver::Summary summary;
+    ceres::Solve(options, &problem, &summary);
+    SelfCalibration result;
+    result.converged = summary.IsSolutionUsable() && summary.termination_type == ceres::CONVERGENCE;
+    result.sensor = symmetric(sensor.data());
+    result.source = symmetric(source.data());
+    if (prior == 0) {
+        judge(problem, {sensor.data(), source.data()}, result);
+    }
+    const Spread before = spread_of(frames, Mat3<double>::Identity(), Mat3<double>::Identity());
+    const Spread after = spread_of(frames, result.sensor, result.source);
+    result.misfit_before = before.misfit;
+    result.misfit_after = after.misfit;
+    result.ratios_before = before.ratios;
+    result.ratios_after = after.ratios;
+    result.spread_before = before.deviation;
+    result.spread_after = after.deviation;
+    return result;
+}
+
+}  // namespace tricoil::host

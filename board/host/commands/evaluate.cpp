@@ -1,0 +1,154 @@
+// tricoil evaluate: pose errors of a calibrated tracker against ground truth.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <optional>
+
+#include "board/host/calibration/error_map.hpp"
+#include "board/host/calibration/evaluation.hpp"
+#include "board/host/commands/commands.hpp"
+#include "board/host/commands/evaluate_dynamic.hpp"
+#include "board/host/errors.hpp"
+#include "board/host/figures/gnuplot.hpp"
+#include "board/host/figures/whole_file.hpp"
+#include "board/host/interrupt.hpp"
+#include "board/host/names.hpp"
+
+namespace tricoil::host {
+namespace {
+
+const std::vector<std::string> kSolvers{"direct", "refined"};
+
+struct EvaluateCommand {
+    std::string calibration;
+    std::vector<std::string> data;
+    std::string solver = "refined";
+    std::string out;
+    bool refit_fixtures = false;
+    bool dynamic = false;
+    std::optional<double> time_offset_s;
+    bool json = false;
+};
+
+nlohmann::ordered_json json_of(const ErrorBand& band) {
+    return {{"poses", band.poses},
+            {"position_rms_m", band.position_m.rms},
+            {"position_median_m", band.position_m.median},
+            {"position_p95_m", band.position_m.p95},
+            {"position_max_m", band.position_m.max},
+            {"orientation_rms_deg", band.orientation_deg.rms},
+            {"orientation_median_deg", band.orientation_deg.median},
+            {"orientation_p95_deg", band.orientation_deg.p95},
+            {"orientation_max_deg", band.orientation_deg.max}};
+}
+
+std::string to_json(const EvaluateCommand& command, const ErrorReport& report) {
+    nlohmann::ordered_json json = json_of(report.all);
+    json["poses_not_converged"] = report.not_converged;
+    json["iterations_max"] = report.iterations_max;
+    json["misfit_share_max"] = report.misfit_share_max;
+    json["solver"] = command.solver;
+    json["fixtures"] = command.refit_fixtures ? "refitted on this data" : "from the calibration";
+    json["bands"] = nlohmann::ordered_json::array();
+    for (const ErrorBand& band : report.bands) {
+        auto entry = json_of(band);
+        entry["from_m"] = band.from_m;
+        entry["to_m"] = band.to_m;
+        json["bands"].push_back(entry);
+    }
+    json["residual"] = {{"stage_axes_rms_m", {report.axis_rms_m(0), report.axis_rms_m(1), report.axis_rms_m(2)}},
+                        {"smooth_in_position_m", report.smooth_rms_m},
+                        {"rough_m", report.rough_rms_m},
+                        {"repeats_with_attitude_m", report.attitude_rms_m}};
+    return json.dump(2) + "\n";
+}
+
+std::string row(const std::string& name, const ErrorBand& b) {
+    return fmt::format("  {:<14} {:>6} {:>9.4f} {:>8.4f} {:>8.4f} {:>8.4f}   {:>8.4f} {:>8.4f} {:>8.4f} {:>8.4f}\n", name,
+                       b.poses, 1e3 * b.position_m.rms, 1e3 * b.position_m.median, 1e3 * b.position_m.p95, 1e3 * b.position_m.max,
+                       b.orientation_deg.rms, b.orientation_deg.median, b.orientation_deg.p95, b.orientation_deg.max);
+}
+
+std::string to_text(const EvaluateCommand& command, const ErrorReport& report) {
+    std::string text =
+        fmt::format("{} poses, {} solver, fixtures {}; {} did not converge\n", report.all.poses, command.solver,
+                    command.refit_fixtures ? "REFITTED on this data" : "from the calibration", report.not_converged);
+    text += fmt::format("  {:<14} {:>6} {:>9} {:>8} {:>8} {:>8}   {:>8} {:>8} {:>8} {:>8}\n", "range", "poses", "RMS mm",
+                        "median", "95 %", "max", "RMS deg", "median", "95 %", "max");
+    for (const ErrorBand& band : report.bands) {
+        text += row(fmt::format("{:.2f}-{:.2f} m", band.from_m, band.to_m), band);
+    }
+    text += row("all", report.all);
+    text += fmt::format(
+        "  what is left: smooth over the workspace {:.3f} mm, with the attitude {:.3f} mm, the rest {:.3f} mm (RMS)\n",
+        1e3 * report.smooth_rms_m, 1e3 * report.attitude_rms_m, 1e3 * report.rough_rms_m);
+    return text;
+}
+
+/// Which of the two ways to evaluate, and whether the options belong to it.
+void check_options(const EvaluateCommand& command) {
+    if (command.dynamic && (command.data.size() != 2 || !command.calibration.empty() || command.refit_fixtures)) {
+        throw InputError("--dynamic takes two files, TRUTH.csv and POSES.csv, and no calibration");
+    }
+    if (!command.dynamic && command.calibration.empty()) {
+        throw InputError("--calibration is required: the TOML file of tricoil calibrate (or use --dynamic)");
+    }
+    if (!command.dynamic && command.time_offset_s) {
+        throw InputError("--time-offset belongs to --dynamic");
+    }
+}
+
+int evaluate_command(const EvaluateCommand& command) {
+    check_options(command);
+    if (command.dynamic) {
+        return evaluate_dynamic({command.data, command.time_offset_s, command.out, command.json});
+    }
+    const auto solver = static_cast<EvaluationSolver>(index_of_name("solver", command.solver, kSolvers));
+    CalibrationFile calibration = read_calibration(command.calibration);
+    const auto files = read_pose_files(command.data);
+    if (calibration.source_stage.empty() && !command.refit_fixtures) {
+        throw InputError(command.calibration + ": holds no fixtures (it was not made on a stage); use --refit-fixtures");
+    }
+    if (command.refit_fixtures) {
+        calibration = with_refitted_fixtures(calibration, files, solver);
+    }
+    const auto errors = evaluate(calibration, files, solver);
+    const ErrorReport report = summarise_errors(errors, files);
+    if (!command.out.empty()) {
+        const InterruptGuard interrupt;
+        StagedFolder folder(command.out);
+        write_whole_file(folder.path() / "pose_errors.csv", error_csv(errors, files));
+        draw(folder.path(), {error_picture(errors)}, interrupt);
+        folder.publish();
+    }
+    fmt::print("{}", command.json ? to_json(command, report) : to_text(command, report));
+    if (report.not_converged > 0) {
+        fmt::print(stderr, "tricoil: {} poses did not converge; they are counted with the pose where the solver stopped\n",
+                   report.not_converged);
+        return to_int(ExitCode::check_failed);
+    }
+    return to_int(ExitCode::fine);
+}
+
+}  // namespace
+
+void add_evaluate_command(CLI::App& program, Action& action) {
+    auto c = std::make_shared<EvaluateCommand>();
+    CLI::App* sub = program.add_subcommand("evaluate", "Pose errors of a calibrated tracker against ground truth");
+    sub->add_option("--calibration", c->calibration, "TOML file of tricoil calibrate");
+    sub->add_option("data", c->data, "Couplings at stage poses: ILEMT text or CSV; with --dynamic TRUTH.csv POSES.csv")
+        ->required();
+    sub->add_option("--solver", c->solver, "direct | refined")->capture_default_str();
+    sub->add_flag("--refit-fixtures", c->refit_fixtures, "Fit the fixtures to this very data; the output says so");
+    sub->add_flag("--dynamic", c->dynamic, "Compare a recorded pose stream with a reference's: clock, frames, what motion costs");
+    sub->add_option("--time-offset", c->time_offset_s,
+                    "--dynamic: reference clock less the tracker's, s; then a lag is measured");
+    sub->add_option("--out", c->out, "Folder for the errors as CSV and picture");
+    sub->add_flag("--json", c->json, "Result as JSON");
+    sub->callback([c, &action] { action = [c] { return evaluate_command(*c); }; });
+}
+
+}  // namespace tricoil::host

@@ -1,0 +1,130 @@
+#include "board/host/dynamic/pose_stream.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "board/host/errors.hpp"
+#include "sim/io/input_error.hpp"
+#include "sim/io/text_table.hpp"
+
+namespace tricoil::host {
+namespace {
+
+constexpr std::size_t kFewestPoses = 20;
+constexpr double kQuaternionTolerance = 0.01;
+constexpr std::array<const char*, 7> kColumns{"x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"};
+
+/// Where the header puts what.
+struct Columns {
+    std::size_t time = 0;
+    double seconds_per_unit = 1;
+    std::array<std::size_t, kColumns.size()> pose{};
+    std::size_t valid = 0;
+    bool has_valid = false;
+    std::size_t count = 0;
+};
+
+Columns find_columns(const std::vector<std::string_view>& names, const sim::TextPlace& place) {
+    const auto find = [&names](std::string_view name) {
+        return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+    };
+    Columns columns;
+    columns.count = names.size();
+    const std::size_t us = find("time_us");
+    columns.time = us < names.size() ? us : find("time_s");
+    columns.seconds_per_unit = us < names.size() ? 1e-6 : 1;
+    if (columns.time == names.size()) {
+        throw InputError(place.str() + ": no column time_us or time_s in the header");
+    }
+    for (std::size_t n = 0; n < kColumns.size(); ++n) {
+        columns.pose[n] = find(kColumns[n]);
+        if (columns.pose[n] == names.size()) {
+            throw InputError(
+                fmt::format("{}: no column {} in the header; poses are x_m,y_m,z_m,qw,qx,qy,qz", place.str(), kColumns[n]));
+        }
+    }
+    columns.valid = find("valid");
+    columns.has_valid = columns.valid < names.size();
+    return columns;
+}
+
+TimedPose parse_pose(const std::vector<std::string_view>& fields, const Columns& columns, const sim::TextPlace& place) {
+    std::array<double, kColumns.size()> v{};
+    for (std::size_t n = 0; n < v.size(); ++n) {
+        v[n] = sim::parse_number(fields[columns.pose[n]], place);
+    }
+    const Quat<double> q(v[3], v[4], v[5], v[6]);
+    if (std::abs(q.norm() - 1) > kQuaternionTolerance) {
+        throw InputError(fmt::format("{}: quaternion has length {:.3f}, not 1", place.str(), q.norm()));
+    }
+    return {columns.seconds_per_unit * sim::parse_number(fields[columns.time], place), {v[0], v[1], v[2]}, q.normalized()};
+}
+
+}  // namespace
+
+PoseStream PoseStream::read(const std::string& path) {
+    const auto lines = sim::read_lines(path);
+    const Columns columns = find_columns(sim::split(lines.front(), ','), {path, 1});
+    std::vector<TimedPose> poses;
+    for (std::size_t n = 1; n < lines.size(); ++n) {
+        const sim::TextPlace place{path, n + 1};
+        const auto fields = sim::split(lines[n], ',');
+        if (fields.size() != columns.count) {
+            throw InputError(fmt::format("{}: {} fields where the header has {}", place.str(), fields.size(), columns.count));
+        }
+        if (columns.has_valid && sim::parse_number(fields[columns.valid], place) == 0) {
+            continue;
+        }
+        poses.push_back(parse_pose(fields, columns, place));
+        if (poses.size() > 1 && !(poses.back().time_s > poses[poses.size() - 2].time_s)) {
+            throw InputError(place.str() + ": time does not rise");
+        }
+    }
+    return {std::move(poses), path};
+}
+
+PoseStream::PoseStream(std::vector<TimedPose> poses, const std::string& name) : poses_(std::move(poses)) {
+    if (poses_.size() < kFewestPoses) {
+        throw InputError(fmt::format("{}: {} valid poses; at least {} are needed", name, poses_.size(), kFewestPoses));
+    }
+    for (std::size_t n = 1; n < poses_.size(); ++n) {
+        if (poses_[n].q.dot(poses_[n - 1].q) < 0) {
+            poses_[n].q.coeffs() = -poses_[n].q.coeffs();
+        }
+    }
+}
+
+MovingPose PoseStream::at(double time_s) const {
+    const auto after =
+        std::upper_bound(poses_.begin(), poses_.end(), time_s, [](double t, const auto& p) { return t < p.time_s; });
+    const auto last = static_cast<std::ptrdiff_t>(poses_.size()) - 2;
+    const auto i = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(after - poses_.begin() - 1, 0, last));
+    const TimedPose& a = poses_[i];
+    const TimedPose& b = poses_[i + 1];
+    const double h = b.time_s - a.time_s;
+    const double s = std::clamp((time_s - a.time_s) / h, 0.0, 1.0);
+    const auto slope = [this](std::size_t n) -> Vec3<double> {
+        const std::size_t from = n == 0 ? 0 : n - 1;
+        const std::size_t to = std::min(n + 1, poses_.size() - 1);
+        return (poses_[to].position_m - poses_[from].position_m) / (poses_[to].time_s - poses_[from].time_s);
+    };
+    // Cubic Hermite with central differences as slopes.
+    const Vec3<double> va = h * slope(i);
+    const Vec3<double> vb = h * slope(i + 1);
+    const Vec3<double> d = b.position_m - a.position_m;
+    const Vec3<double> c2 = 3 * d - 2 * va - vb;
+    const Vec3<double> c3 = va + vb - 2 * d;
+    MovingPose result;
+    result.pose.time_s = time_s;
+    result.pose.position_m = a.position_m + s * (va + s * (c2 + s * c3));
+    result.pose.q = a.q.slerp(s, b.q);
+    result.velocity_m_s = (va + s * (2 * c2 + 3 * s * c3)) / h;
+    result.acceleration_m_s2 = (2 * c2 + 6 * s * c3) / (h * h);
+    return result;
+}
+
+}  // namespace tricoil::host

@@ -1,0 +1,46 @@
+// A recorded stream of poses against time, and the pose at any instant in between.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/geometry/types.hpp"
+
+namespace tricoil::host {
+
+struct TimedPose {
+    double time_s = 0;
+    Vec3<double> position_m = Vec3<double>::Zero();
+    Quat<double> q = Quat<double>::Identity();
+};
+
+/// A pose with its rates, in the stream's own frame.
+struct MovingPose {
+    TimedPose pose;
+    Vec3<double> velocity_m_s = Vec3<double>::Zero();
+    Vec3<double> acceleration_m_s2 = Vec3<double>::Zero();
+};
+
+/// Samples in order of time, neighbouring quaternions on the same half sphere.
+class PoseStream {
+public:
+    /// Reads a CSV file with a header: time_us or time_s, x_m, y_m, z_m, qw, qx, qy, qz in any order; lines with valid = 0 are
+    /// left out, further columns are ignored. Throws InputError naming file and line: columns missing, no number, time not
+    /// rising, a quaternion far from unit length, fewer than 20 poses.
+    static PoseStream read(const std::string& path);
+
+    /// Throws InputError (named by `name`) as read() does.
+    PoseStream(std::vector<TimedPose> poses, const std::string& name);
+
+    [[nodiscard]] const std::vector<TimedPose>& poses() const { return poses_; }
+    [[nodiscard]] double begin_s() const { return poses_.front().time_s; }
+    [[nodiscard]] double end_s() const { return poses_.back().time_s; }
+
+    /// Position by a cubic through four samples, attitude by the shortest turn between two. Clamped to the stream's ends.
+    [[nodiscard]] MovingPose at(double time_s) const;
+
+private:
+    std::vector<TimedPose> poses_;
+};
+
+}  // namespace tricoil::host

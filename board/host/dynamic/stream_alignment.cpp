@@ -1,0 +1,216 @@
+#include "board/host/dynamic/stream_alignment.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <unsupported/Eigen/NonLinearOptimization>
+#include <unsupported/Eigen/NumericalDiff>
+
+#include "board/host/errors.hpp"
+#include "core/geometry/rotations.hpp"
+
+namespace tricoil::host {
+namespace {
+
+constexpr double kLargestOffset_s = 2;
+constexpr double kOffsetStep_s = 2e-3;
+constexpr double kShortestOverlap_s = 1;
+constexpr double kMetresPerRadian = 0.5;
+constexpr std::size_t kMostSamples = 3000;
+constexpr double kLeastTurning = 1e-3;  // singular value per sample below which attitudes leave the alignment open
+
+Quat<double> quaternion(const Eigen::Vector4d& wxyz) { return Quat<double>(wxyz(0), wxyz(1), wxyz(2), wxyz(3)).normalized(); }
+
+Eigen::Matrix4d left_product(const Quat<double>& q) {
+    Eigen::Matrix4d m;
+    m << q.w(), -q.x(), -q.y(), -q.z(), q.x(), q.w(), -q.z(), q.y(), q.y(), q.z(), q.w(), -q.x(), q.z(), -q.y(), q.x(), q.w();
+    return m;
+}
+
+Eigen::Matrix4d right_product(const Quat<double>& q) {
+    Eigen::Matrix4d m;
+    m << q.w(), -q.x(), -q.y(), -q.z(), q.x(), q.w(), q.z(), -q.y(), q.y(), -q.z(), q.w(), q.x(), q.z(), q.y(), -q.x(), q.w();
+    return m;
+}
+
+double angular_speed(const PoseStream& stream, double time_s) {
+    constexpr double kHalf_s = 0.02;
+    return geometry::angle_between(stream.at(time_s - kHalf_s).pose.q, stream.at(time_s + kHalf_s).pose.q) / (2 * kHalf_s);
+}
+
+/// Tracker times to compare at: evenly chosen, inside the reference with the given room for the offset.
+std::vector<std::size_t> chosen(const PoseStream& tracker, const PoseStream& reference, double offset_s, double room_s) {
+    std::vector<std::size_t> all;
+    for (std::size_t n = 0; n < tracker.poses().size(); ++n) {
+        const double t = tracker.poses()[n].time_s + offset_s;
+        if (t >= reference.begin_s() + room_s && t <= reference.end_s() - room_s) {
+            all.push_back(n);
+        }
+    }
+    const std::size_t step = all.size() / kMostSamples + 1;
+    std::vector<std::size_t> some;
+    for (std::size_t n = 0; n < all.size(); n += step) {
+        some.push_back(all[n]);
+    }
+    return some;
+}
+
+double correlation(const PoseStream& tracker, const PoseStream& reference, double offset_s) {
+    double sum_ab = 0;
+    double sum_a = 0;
+    double sum_b = 0;
+    double sum_aa = 0;
+    double sum_bb = 0;
+    double n = 0;
+    const double begin = std::max(tracker.begin_s(), reference.begin_s() - offset_s);
+    const double end = std::min(tracker.end_s(), reference.end_s() - offset_s);
+    if (end - begin < kShortestOverlap_s) {
+        return -1;
+    }
+    for (double t = begin; t <= end; t += std::max(0.01, (end - begin) / 1000)) {
+        const double a = angular_speed(tracker, t);
+        const double b = angular_speed(reference, t + offset_s);
+        sum_ab += a * b;
+        sum_a += a;
+        sum_b += b;
+        sum_aa += a * a;
+        sum_bb += b * b;
+        ++n;
+    }
+    const double spread = (sum_aa - sum_a * sum_a / n) * (sum_bb - sum_b * sum_b / n);
+    return spread > 0 ? (sum_ab - sum_a * sum_b / n) / std::sqrt(spread) : -1;
+}
+
+double best_offset(const PoseStream& tracker, const PoseStream& reference) {
+    double best = 0;
+    double highest = -1;
+    const auto look = [&](double from, double to, double step) {
+        for (double offset = from; offset <= to; offset += step) {
+            const double c = correlation(tracker, reference, offset);
+            if (c > highest) {
+                highest = c;
+                best = offset;
+            }
+        }
+    };
+    constexpr double kCoarse_s = 0.02;
+    look(-kLargestOffset_s, kLargestOffset_s, kCoarse_s);
+    const double near = best;
+    look(near - kCoarse_s, near + kCoarse_s, kOffsetStep_s);
+    if (highest < 0) {
+        throw InputError("the two streams do not overlap for a second within 2 s of each other, or do not turn");
+    }
+    return best;
+}
+
+/// q_tracker m = q_world q_reference with m = q_mount^-1: eight unknowns up to scale, from the smallest singular vector.
+void solve_attitudes(const PoseStream& tracker, const PoseStream& reference, const std::vector<std::size_t>& samples,
+                     StreamAlignment& alignment) {
+    Eigen::Matrix<double, 8, 8> normal = Eigen::Matrix<double, 8, 8>::Zero();
+    for (const std::size_t n : samples) {
+        const TimedPose& p = tracker.poses()[n];
+        Eigen::Matrix<double, 4, 8> row;
+        row << left_product(p.q), -right_product(reference.at(p.time_s + alignment.time_offset_s).pose.q);
+        normal += row.transpose() * row / static_cast<double>(samples.size());
+    }
+    const Eigen::JacobiSVD<Eigen::Matrix<double, 8, 8>> svd(normal, Eigen::ComputeFullV);
+    if (svd.singularValues()(6) < kLeastTurning) {
+        throw InputError("the motion does not turn about two axes: world frame and mount cannot be told apart");
+    }
+    const Eigen::Matrix<double, 8, 1> v = svd.matrixV().col(7);
+    alignment.q_mount = quaternion(v.head<4>()).conjugate();
+    alignment.q_world = quaternion(v.tail<4>());
+}
+
+/// p_tracker = R_world p_reference + R_world R_reference mount + world: linear in mount and world.
+void solve_positions(const PoseStream& tracker, const PoseStream& reference, const std::vector<std::size_t>& samples,
+                     StreamAlignment& alignment) {
+    Mat6<double> normal = Mat6<double>::Zero();
+    Vec6<double> right = Vec6<double>::Zero();
+    for (const std::size_t n : samples) {
+        const TimedPose& p = tracker.poses()[n];
+        const TimedPose r = reference.at(p.time_s + alignment.time_offset_s).pose;
+        Eigen::Matrix<double, 3, 6> row;
+        row << (alignment.q_world * r.q).toRotationMatrix(), Mat3<double>::Identity();
+        normal += row.transpose() * row;
+        right += row.transpose() * (p.position_m - alignment.q_world * r.position_m);
+    }
+    const Vec6<double> solution = normal.ldlt().solve(right);
+    alignment.mount_m = solution.head<3>();
+    alignment.world_m = solution.tail<3>();
+}
+
+/// Residuals of the refinement; parameters: offset, small turn of the world, world, small turn of the mount, mount.
+struct Residuals {
+    using Scalar = double;
+    using InputType = Eigen::VectorXd;
+    using ValueType = Eigen::VectorXd;
+    using JacobianType = Eigen::MatrixXd;
+    enum { InputsAtCompileTime = Eigen::Dynamic, ValuesAtCompileTime = Eigen::Dynamic };
+
+    const PoseStream* tracker;
+    const PoseStream* reference;
+    const std::vector<std::size_t>* samples;
+    StreamAlignment start;
+    bool fixed_offset;
+
+    [[nodiscard]] int inputs() const { return 13; }
+    [[nodiscard]] int values() const { return static_cast<int>(6 * samples->size()); }
+
+    [[nodiscard]] StreamAlignment moved(const Eigen::VectorXd& x) const {
+        StreamAlignment a = start;
+        a.time_offset_s += fixed_offset ? 0 : x(0);
+        a.q_world = geometry::rotation_vector_to_quaternion<double>(x.segment<3>(1)) * a.q_world;
+        a.world_m += x.segment<3>(4);
+        a.q_mount = geometry::rotation_vector_to_quaternion<double>(x.segment<3>(7)) * a.q_mount;
+        a.mount_m += x.segment<3>(10);
+        return a;
+    }
+
+    int operator()(const Eigen::VectorXd& x, Eigen::VectorXd& residuals) const {
+        const StreamAlignment a = moved(x);
+        for (std::size_t n = 0; n < samples->size(); ++n) {
+            const TimedPose& p = tracker->poses()[(*samples)[n]];
+            const TimedPose r = a.applied(*reference, p.time_s).pose;
+            const auto at = static_cast<Eigen::Index>(6 * n);
+            residuals.segment<3>(at) = p.position_m - r.position_m;
+            residuals.segment<3>(at + 3) =
+                kMetresPerRadian * geometry::quaternion_to_rotation_vector<double>(p.q * r.q.conjugate());
+        }
+        return 0;
+    }
+};
+
+}  // namespace
+
+MovingPose StreamAlignment::applied(const PoseStream& reference, double tracker_time_s) const {
+    MovingPose r = reference.at(tracker_time_s + time_offset_s);
+    r.pose.time_s = tracker_time_s;
+    r.pose.position_m = q_world * (r.pose.position_m + r.pose.q * mount_m) + world_m;
+    r.pose.q = (q_world * r.pose.q * q_mount).normalized();
+    r.velocity_m_s = q_world * r.velocity_m_s;
+    r.acceleration_m_s2 = q_world * r.acceleration_m_s2;
+    return r;
+}
+
+StreamAlignment align_streams(const PoseStream& tracker, const PoseStream& reference, std::optional<double> given_offset_s) {
+    StreamAlignment alignment;
+    alignment.time_offset_s = given_offset_s ? *given_offset_s : best_offset(tracker, reference);
+    const auto samples = chosen(tracker, reference, alignment.time_offset_s, given_offset_s ? 0 : 2 * kOffsetStep_s);
+    if (samples.size() < 20) {
+        throw InputError("the two streams overlap in fewer than 20 poses; check the times or --time-offset");
+    }
+    solve_attitudes(tracker, reference, samples, alignment);
+    solve_positions(tracker, reference, samples, alignment);
+    const Residuals residuals{&tracker, &reference, &samples, alignment, given_offset_s.has_value()};
+    Eigen::NumericalDiff<Residuals, Eigen::Central> differentiated(residuals, 1e-10);
+    Eigen::LevenbergMarquardt<Eigen::NumericalDiff<Residuals, Eigen::Central>> solver(differentiated);
+    Eigen::VectorXd x = Eigen::VectorXd::Zero(residuals.inputs());
+    solver.minimize(x);
+    return residuals.moved(x);
+}
+
+}  // namespace tricoil::host

@@ -1,0 +1,28 @@
+// Brings a tracker's poses and a reference's together: clocks, world frames, and where the sensor sits on the reference body.
+#pragma once
+
+#include <optional>
+
+#include "board/host/dynamic/pose_stream.hpp"
+
+namespace tricoil::host {
+
+/// tracker pose(t) = world * reference pose(t + time_offset) * mount.
+struct StreamAlignment {
+    double time_offset_s = 0;
+    Quat<double> q_world = Quat<double>::Identity();  // reference's world to the tracker's source frame
+    Vec3<double> world_m = Vec3<double>::Zero();
+    Quat<double> q_mount = Quat<double>::Identity();  // sensor on the reference body
+    Vec3<double> mount_m = Vec3<double>::Zero();
+
+    [[nodiscard]] MovingPose applied(const PoseStream& reference, double tracker_time_s) const;
+};
+
+/// Estimates all of it. Start: time offset within +-2 s by the best correlation of angular speeds, which no frame changes;
+/// attitudes from q_tracker q_mount^-1 = q_world q_reference, linear in the two unknown quaternions; then positions, linear in
+/// the two vectors. All thirteen parameters are then refined together by Levenberg-Marquardt on position and attitude errors, a
+/// milliradian weighing as much as 0.5 mm. `given_offset_s` fixes the clocks instead: then a lag shows as an error along the
+/// velocity. Throws InputError: streams that do not overlap for a second, motion that does not turn about two axes.
+StreamAlignment align_streams(const PoseStream& tracker, const PoseStream& reference, std::optional<double> given_offset_s);
+
+}  // namespace tricoil::host

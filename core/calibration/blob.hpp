@@ -1,0 +1,27 @@
+// A calibration as bytes for flash: magic, version, length, numbers, CRC-32.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "core/calibration/calibration.hpp"
+
+namespace tricoil::calibration {
+
+constexpr std::uint32_t kBlobMagic = 0x4C414354;  // "TCAL", little-endian
+constexpr std::uint16_t kBlobVersion = 1;
+constexpr std::size_t kBlobNumbers = 60;
+constexpr std::size_t kBlobHeaderBytes = 8;  // magic (4), version (2), payload's bytes (2)
+constexpr std::size_t kBlobBytes = kBlobHeaderBytes + 8 * kBlobNumbers + 4;
+static_assert(kBlobBytes <= 512, "half a kilobyte is set aside in every board's flash");
+
+using Blob = std::array<std::uint8_t, kBlobBytes>;
+
+Blob encode(const Calibration<double>& calibration);
+
+/// Bit for bit what was encoded. Errors (invalid_argument): wrong length, other magic or version, CRC that does not match; and
+/// those of check().
+Result<Calibration<double>> decode(std::span<const std::uint8_t> bytes);
+
+}  // namespace tricoil::calibration

@@ -1,0 +1,52 @@
+// What a calibrated tracker knows about its coils.
+#pragma once
+
+#include <cmath>
+
+#include "core/base/status.hpp"
+#include "core/field/general_dipole.hpp"
+
+namespace tricoil::calibration {
+
+template <typename Scalar>
+struct Calibration {
+    field::GeneralDipole<Scalar> model;                     // moments and sensitivities hold gains and non-orthogonality
+    Vec3<Scalar> phase_rad = Vec3<Scalar>::Zero();          // of each sensor channel against the reference current
+    Vec3<Scalar> hemisphere = Vec3<Scalar>::Zero();         // half space that the calibration's poses were in; zero: unknown
+    Mat3<Scalar> output_linear = Mat3<Scalar>::Identity();  // corrected position = linear * position + offset, source frame
+    Vec3<Scalar> output_offset_m = Vec3<Scalar>::Zero();
+
+    template <typename Other>
+    [[nodiscard]] Calibration<Other> cast() const {
+        return {model.template cast<Other>(), phase_rad.template cast<Other>(), hemisphere.template cast<Other>(),
+                output_linear.template cast<Other>(), output_offset_m.template cast<Other>()};
+    }
+};
+
+/// Errors: not_finite (NaN or infinity anywhere), invalid_argument (dependent moments or sensitivities; an offset beyond 1 m; an
+/// output correction by more than a tenth).
+template <typename Scalar>
+Status check(const Calibration<Scalar>& c) {
+    const bool finite =
+        c.model.source_moment.allFinite() && c.model.sensor_sensitivity.allFinite() && c.model.source_offset_m.allFinite() &&
+        c.model.sensor_offset_m.allFinite() && c.model.source_octupole_m2.allFinite() && c.model.sensor_octupole_m2.allFinite() &&
+        c.phase_rad.allFinite() && c.hemisphere.allFinite() && c.output_linear.allFinite() && c.output_offset_m.allFinite();
+    if (!finite) {
+        return {StatusCode::not_finite, "calibration holds NaN or infinity"};
+    }
+    const auto independent = [](const Mat3<Scalar>& m) {
+        return std::abs(m.determinant()) > Scalar(1e-3) * m.col(0).norm() * m.col(1).norm() * m.col(2).norm();
+    };
+    if (!independent(c.model.source_moment) || !independent(c.model.sensor_sensitivity)) {
+        return {StatusCode::invalid_argument, "calibration: three moments, or three sensitivities, do not span space"};
+    }
+    if (c.model.source_offset_m.cwiseAbs().maxCoeff() > 1 || c.model.sensor_offset_m.cwiseAbs().maxCoeff() > 1) {
+        return {StatusCode::invalid_argument, "calibration: a coil lies more than a metre off; offsets are in metres"};
+    }
+    if ((c.output_linear - Mat3<Scalar>::Identity()).cwiseAbs().maxCoeff() > Scalar(0.1)) {
+        return {StatusCode::invalid_argument, "calibration: the output correction is more than a tenth"};
+    }
+    return {};
+}
+
+}  // namespace tricoil::calibration

@@ -1,0 +1,263 @@
+#include "core/solver/cold_start.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "core/geometry/angles.hpp"
+#include "core/solver/direct.hpp"
+
+namespace tricoil::solver {
+namespace {
+
+template <typename Scalar>
+using Model = field::GeneralDipole<Scalar>;
+
+/// Takes couplings to those of ideal triads in one place, and back.
+template <typename Scalar>
+struct Gains {
+    explicit Gains(const Model<Scalar>& model)
+        : source_inverse(model.source_moment.inverse()), sensor_inverse(model.sensor_sensitivity.transpose().inverse()) {}
+
+    [[nodiscard]] Mat3<Scalar> undo(const Mat3<Scalar>& x) const { return sensor_inverse * x * source_inverse; }
+
+    Mat3<Scalar> source_inverse;
+    Mat3<Scalar> sensor_inverse;
+};
+
+template <typename Scalar>
+RigidPose<Scalar> pose_of(const DirectSolution<Scalar>& solution, const Vec3<Scalar>& towards) {
+    const Scalar side = solution.direction.dot(towards) < 0 ? Scalar(-1) : Scalar(1);
+    return {side * solution.range_m * solution.direction, geometry::attitude_quaternion(solution.attitude)};
+}
+
+template <typename Scalar>
+Mat3<Scalar> model_at(const Model<Scalar>& model, const RigidPose<Scalar>& pose) {
+    return field::signal_matrix<Scalar>(model, pose.position_m, pose.q_source_sensor.toRotationMatrix().transpose());
+}
+
+/// What ideal triads in one place would have measured, if the sensor were at `guess`.
+template <typename Scalar>
+Mat3<Scalar> as_concentric(const Model<Scalar>& model, const Gains<Scalar>& gains, const Mat3<Scalar>& x,
+                           const RigidPose<Scalar>& guess) {
+    const Mat3<Scalar> ideal =
+        field::signal_matrix<Scalar>(Scalar(1), guess.position_m, guess.q_source_sensor.toRotationMatrix().transpose());
+    return gains.undo(x - model_at(model, guess)) + ideal;
+}
+
+/// The model with both frames' origins in the middle of their coils, where one dipole for all three is the best approximation.
+template <typename Scalar>
+struct Centred {
+    explicit Centred(const Model<Scalar>& original)
+        : model(original),
+          source_m(original.source_offset_m.rowwise().mean()),
+          sensor_m(original.sensor_offset_m.rowwise().mean()) {
+        model.source_offset_m.colwise() -= source_m;
+        model.sensor_offset_m.colwise() -= sensor_m;
+    }
+
+    /// A pose between the centred frames as one between the original frames.
+    [[nodiscard]] RigidPose<Scalar> original(const RigidPose<Scalar>& pose) const {
+        return {pose.position_m + source_m - pose.q_source_sensor * sensor_m, pose.q_source_sensor};
+    }
+
+    Model<Scalar> model;
+    Vec3<Scalar> source_m;
+    Vec3<Scalar> sensor_m;
+};
+
+/// A start: a pose, and how badly it explains the couplings.
+template <typename Scalar>
+struct Start {
+    RigidPose<Scalar> pose;
+    Scalar cost = std::numeric_limits<Scalar>::max();
+};
+
+template <typename Scalar>
+Start<Scalar> rated(const Model<Scalar>& model, const Mat3<Scalar>& x, const Mat3<Scalar>& weights,
+                    const RigidPose<Scalar>& pose) {
+    const Mat3<Scalar> difference = weights.cwiseProduct(model_at(model, pose) - x);
+    const Scalar cost = difference.squaredNorm();
+    return {pose, std::isfinite(cost) ? cost : std::numeric_limits<Scalar>::max()};
+}
+
+/// The best of the passes: close to the coils they need not converge.
+template <typename Scalar>
+Start<Scalar> best_pass(const Model<Scalar>& model, const Gains<Scalar>& gains, const Mat3<Scalar>& x,
+                        const Mat3<Scalar>& weights, RigidPose<Scalar> pose, int passes) {
+    Start<Scalar> best = rated(model, x, weights, pose);
+    for (int pass = 0; pass < passes; ++pass) {
+        const auto solution = solve_direct<Scalar>(as_concentric(model, gains, x, pose), Scalar(1));
+        if (!solution.ok()) {
+            break;
+        }
+        pose = pose_of<Scalar>(*solution, pose.position_m);
+        const Start<Scalar> next = rated(model, x, weights, pose);
+        if (next.cost < best.cost) {
+            best = next;
+        }
+    }
+    return best;
+}
+
+/// One search; keeps the best refinement so far.
+template <typename Scalar>
+class Search {
+public:
+    Search(const Model<Scalar>& model, const Mat3<Scalar>& x, const Mat3<Scalar>& weights, const ColdStartParams<Scalar>& params)
+        : model_(model), x_(x), weights_(weights), params_(params), centred_(model), gains_(model) {}
+
+    Status run() {
+        const auto direct = solve_direct<Scalar>(gains_.undo(x_), Scalar(1));
+        if (!direct.ok()) {
+            return direct.status();
+        }
+        best_.right_handed = direct->right_handed;
+        const bool known = params_.hemisphere.squaredNorm() > 0;
+        const RigidPose<Scalar> near = pose_of<Scalar>(*direct, known ? params_.hemisphere : direct->direction);
+        const Status status = try_sides(near, known);
+        const bool all_sides = !best_.refinement.converged() || (!beyond_doubt() && among_the_coils());
+        return status.ok() && all_sides ? try_directions(near.position_m, known) : status;
+    }
+
+    [[nodiscard]] const ColdSolution<Scalar>& best() const { return best_; }
+
+private:
+    /// Refines the likelier side; the other one too unless the first explains the couplings beyond doubt.
+    Status try_sides(const RigidPose<Scalar>& near, bool known) {
+        Start<Scalar> first = best_pass(centred_.model, gains_, x_, weights_, near, params_.passes);
+        if (known) {
+            return try_start(first.pose);
+        }
+        const RigidPose<Scalar> far{-near.position_m, near.q_source_sensor};
+        Start<Scalar> second = best_pass(centred_.model, gains_, x_, weights_, far, params_.passes);
+        if (second.cost < first.cost) {
+            std::swap(first, second);
+        }
+        const Status status = try_start(first.pose);
+        return !status.ok() || beyond_doubt() ? status : try_start(second.pose);
+    }
+
+    [[nodiscard]] bool beyond_doubt() const {
+        return best_.refinement.converged() &&
+               best_.refinement.misfit_share < params_.clear_share * params_.refine.max_misfit_share;
+    }
+
+    /// Where the offsets are no small share of the range: minima that are no mirror image of each other have been seen there.
+    [[nodiscard]] bool among_the_coils() const {
+        constexpr Scalar kNearness = 7;
+        const Scalar source = centred_.model.source_offset_m.colwise().norm().maxCoeff();
+        const Scalar sensor = centred_.model.sensor_offset_m.colwise().norm().maxCoeff();
+        return best_.refinement.pose.position_m.norm() < kNearness * (source + sensor);
+    }
+
+    /// So near the coils that the direct solution misleads: starts from all sides, those that explain the couplings best first.
+    Status try_directions(const Vec3<Scalar>& near_m, bool known) {
+        std::array<Start<Scalar>, kDirections> starts{};
+        std::size_t count = 0;
+        for (int i = 0; i < kDirections; ++i) {
+            const Vec3<Scalar> u = direction_of(i);
+            if (!known || u.dot(near_m) >= 0) {
+                starts[count++] = start_towards(u, near_m.norm());
+            }
+        }
+        std::sort(starts.begin(), starts.begin() + count, [](const auto& a, const auto& b) { return a.cost < b.cost; });
+        for (std::size_t i = 0; i < std::min<std::size_t>(count, kDirectionStarts) && !beyond_doubt(); ++i) {
+            const Status status = try_start(starts[i].pose);
+            if (!status.ok()) {
+                return status;
+            }
+        }
+        return {};
+    }
+
+    static constexpr int kDirections = 26;  // to the faces, edges and corners of a cube
+    static constexpr std::size_t kDirectionStarts = 10;
+
+    static Vec3<Scalar> direction_of(int i) {
+        const int cell = i < 13 ? i : i + 1;  // the middle of the 3 x 3 x 3 cells is no direction
+        const int row = cell / 3 % 3;
+        const int layer = cell / 9;
+        return Vec3<Scalar>(Scalar(cell % 3 - 1), Scalar(row - 1), Scalar(layer - 1)).normalized();
+    }
+
+    /// Given the direction u, the attitude that fits best is the polar factor of X D(u), by (6); then the corrected passes.
+    Start<Scalar> start_towards(const Vec3<Scalar>& u, Scalar range_m) {
+        Mat3<Scalar> polar = gains_.undo(x_) * field::dipole_factor<Scalar>(u);
+        polar /= polar.norm();
+        for (int i = 0; i < 12; ++i) {  // Newton's iteration for the polar factor
+            polar = Scalar(0.5) * (polar + polar.inverse().transpose()).eval();
+        }
+        const RigidPose<Scalar> pose{range_m * u, geometry::attitude_quaternion(polar)};
+        return best_pass(centred_.model, gains_, x_, weights_, pose, 1);
+    }
+
+    Status try_start(const RigidPose<Scalar>& start) {
+        const auto refined = refine<Scalar>(model_, x_, weights_, centred_.original(start), params_.refine);
+        if (!refined.ok()) {
+            return refined.status();
+        }
+        ++best_.starts;
+        best_.iterations += refined->iterations;
+        const bool better =
+            best_.starts == 1 || (refined->converged() && !best_.refinement.converged()) ||
+            (refined->converged() == best_.refinement.converged() && refined->misfit_squared < best_.refinement.misfit_squared);
+        if (better) {
+            best_.refinement = *refined;
+        }
+        return {};
+    }
+
+    const Model<Scalar>& model_;
+    const Mat3<Scalar>& x_;
+    const Mat3<Scalar>& weights_;
+    const ColdStartParams<Scalar>& params_;
+    Centred<Scalar> centred_;
+    Gains<Scalar> gains_;
+    ColdSolution<Scalar> best_;
+};
+
+}  // namespace
+
+template <typename Scalar>
+Result<RigidPose<Scalar>> corrected_direct(const Model<Scalar>& model, const Mat3<Scalar>& x, const Vec3<Scalar>& towards,
+                                           int passes) {
+    const Centred<Scalar> centred(model);
+    const Gains<Scalar> gains(model);
+    Mat3<Scalar> corrected = gains.undo(x);
+    Vec3<Scalar> side = towards;
+    for (int pass = 0;; ++pass) {
+        const auto solution = solve_direct<Scalar>(corrected, Scalar(1));
+        if (!solution.ok()) {
+            return solution.status();
+        }
+        const RigidPose<Scalar> pose = pose_of<Scalar>(*solution, side);
+        if (pass == passes) {
+            return centred.original(pose);
+        }
+        corrected = as_concentric(centred.model, gains, x, pose);
+        side = pose.position_m;
+    }
+}
+
+template <typename Scalar>
+Result<ColdSolution<Scalar>> solve_cold(const Model<Scalar>& model, const Mat3<Scalar>& x, const Mat3<Scalar>& weights,
+                                        const ColdStartParams<Scalar>& params) {
+    Search<Scalar> search(model, x, weights, params);
+    const Status status = search.run();
+    if (!status.ok()) {
+        return status;
+    }
+    return search.best();
+}
+
+template Result<RigidPose<float>> corrected_direct(const Model<float>&, const Mat3<float>&, const Vec3<float>&, int);
+template Result<RigidPose<double>> corrected_direct(const Model<double>&, const Mat3<double>&, const Vec3<double>&, int);
+template Result<ColdSolution<float>> solve_cold(const Model<float>&, const Mat3<float>&, const Mat3<float>&,
+                                                const ColdStartParams<float>&);
+template Result<ColdSolution<double>> solve_cold(const Model<double>&, const Mat3<double>&, const Mat3<double>&,
+                                                 const ColdStartParams<double>&);
+
+}  // namespace tricoil::solver

@@ -1,0 +1,65 @@
+// Pose from one signal matrix of real coils: Levenberg-Marquardt on six parameters, from a start that is near.
+#pragma once
+
+#include <cstdint>
+
+#include "core/base/status.hpp"
+#include "core/field/general_dipole.hpp"
+#include "core/geometry/types.hpp"
+
+namespace tricoil::solver {
+
+/// Where the sensor's frame is, and how it is turned.
+template <typename Scalar>
+struct RigidPose {
+    Vec3<Scalar> position_m = Vec3<Scalar>::UnitX();  // source frame
+    Quat<Scalar> q_source_sensor = Quat<Scalar>::Identity();
+};
+
+template <typename Scalar>
+struct RefineParams {
+    int max_iterations = 20;                 // Jacobians and trial steps, accepted or not
+    Scalar step_tolerance = Scalar(1e-4);    // of a step, as share of the range and in rad. Steps shrink quadratically, so
+                                             // what remains after the last one is its square
+    Scalar max_range_step = Scalar(0.35);    // of one step, as share of the range: the field's third power must stay near
+    Scalar max_rotation_step = Scalar(0.7);  // rad
+    Scalar max_misfit_share = Scalar(0.01);  // misfit over signal, root sum squares, beyond noise: more is a wrong minimum,
+                                             // or a field that is not this model's (false minima measured: see README)
+    Scalar noise_gate = 0;                   // chi-square that noise alone may leave, where weights are 1 / sigma: 16.27
+                                             // (three degrees of freedom) is passed once in 1,000 poses
+    Scalar max_condition = Scalar(1e6);      // of the scaled normal matrix (an ideal triad's is about 60)
+};
+
+enum class RefineEnd : std::uint8_t {
+    converged,
+    iteration_limit,  // steps were still large
+    wrong_minimum,    // steps ended where the model does not explain the couplings
+    singular,         // the couplings do not determine six parameters here
+};
+
+template <typename Scalar>
+struct Refinement {
+    RigidPose<Scalar> pose;
+    RefineEnd end = RefineEnd::iteration_limit;
+    int iterations = 0;
+    Scalar condition = 0;                            // of the normal matrix with lengths in units of the range, at the last step
+    Scalar misfit_squared = 0;                       // sum of squared weighted residuals: chi-square if the weights are 1 / sigma
+    Scalar misfit_share = 0;                         // the same over the squared weighted couplings, root
+    Mat6<Scalar> covariance = Mat6<Scalar>::Zero();  // (position, small rotation), source frame; true if weights are 1 / sigma
+
+    [[nodiscard]] bool converged() const { return end == RefineEnd::converged; }
+};
+
+/// Minimises the sum over i, j of (weight_ij (model_ij(pose) - x_ij))^2. At most max_iterations, no heap.
+/// weights: 1 / sigma of each entry, finite and not negative; equal weights of any size give the same pose, but not the noise
+/// gate and the covariance. Errors: not_finite (x, weights or start), degenerate (x or weights zero).
+template <typename Scalar>
+Result<Refinement<Scalar>> refine(const field::GeneralDipole<Scalar>& model, const Mat3<Scalar>& x, const Mat3<Scalar>& weights,
+                                  const RigidPose<Scalar>& start, const RefineParams<Scalar>& params = {});
+
+extern template Result<Refinement<float>> refine(const field::GeneralDipole<float>&, const Mat3<float>&, const Mat3<float>&,
+                                                 const RigidPose<float>&, const RefineParams<float>&);
+extern template Result<Refinement<double>> refine(const field::GeneralDipole<double>&, const Mat3<double>&, const Mat3<double>&,
+                                                  const RigidPose<double>&, const RefineParams<double>&);
+
+}  // namespace tricoil::solver

@@ -1,0 +1,73 @@
+// The filter's first state: a direct pose, opened wide, and narrowed by its three columns at their own times.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "core/tracking/scaat/column_update.hpp"
+#include "core/tracking/scaat/params.hpp"
+#include "core/tracking/scaat/propagate.hpp"
+#include "core/tracking/signal_matrix_assembler.hpp"
+
+namespace tricoil::tracking::scaat {
+
+/// Measurement variances, at no less than a share of the prediction's own: one column may not shrink a variance by more than what
+/// the scalar type resolves (float: 10^5). Only the first columns after a start, with noise far below a micrometre, notice.
+template <typename Scalar>
+Vec3<Scalar> resolvable_variance(const Vec3<Scalar>& sigma, const Innovation<Scalar>& innovation) {
+    constexpr Scalar kShare = 64 * std::numeric_limits<Scalar>::epsilon();
+    const Scalar predicted = (innovation.h * innovation.gain_numerator.template topRows<6>()).trace();
+    return sigma.cwiseAbs2().cwiseMax(kShare * predicted);
+}
+
+/// Innovation of a column with its variance kept resolvable. `around` as in innovation().
+template <typename Scalar, MeasurementModel<Scalar> Model>
+Innovation<Scalar> column_innovation(const Model& model, const State<Scalar>& state, const State<Scalar>& around,
+                                     const Column<Scalar>& column) {
+    const Scalar late_s = column.midpoint < state.time ? seconds_as<Scalar>(state.time - column.midpoint) : Scalar(0);
+    const int j = coil_index(column.state);
+    auto result = innovation<Scalar>(model, state, around, j, column.in_phase, column.sigma.cwiseAbs2(), late_s);
+    const Vec3<Scalar> variance = resolvable_variance<Scalar>(column.sigma, result);
+    if (variance != result.r) {
+        Mat3<Scalar> s = h_times(result.h, result.gain_numerator, late_s);
+        s.diagonal() += variance;
+        result.r = variance;
+        result.s.compute(s);
+        result.ok = result.ok && result.s.info() == Eigen::Success;
+    }
+    return result;
+}
+
+/// State at the newest of the assembler's three columns. The prior is the direct pose of the three as if simultaneous, with a
+/// standard deviation that covers what moved between them; taking the columns again counts them twice, but with a prior this wide
+/// that adds less than 1 % of information. Position and velocity come out correlated as they must: the next three columns are
+/// what tells the velocity, which is the difference of two deskewed poses, weighted by the noise.
+template <typename Scalar, MeasurementModel<Scalar> Model>
+State<Scalar> start_state(const Model& model, const StartPose<Scalar>& start, const SignalMatrixAssembler<Scalar>& columns,
+                          const Params<Scalar>& params) {
+    std::array<const Column<Scalar>*, kSourceCoils> order{&columns.latest(0), &columns.latest(1), &columns.latest(2)};
+    std::sort(order.begin(), order.end(), [](const auto* a, const auto* b) { return a->midpoint < b->midpoint; });
+    State<Scalar> state;
+    state.time = order.front()->midpoint;
+    state.position_m = start.position_m;
+    state.q_source_sensor = Quat<Scalar>(Mat3<Scalar>(start.attitude.transpose())).normalized();
+    const Scalar span_s = seconds_as<Scalar>(order.back()->midpoint - order.front()->midpoint);
+    Vec12<Scalar> deviation;
+    deviation.template segment<3>(0).setConstant(Scalar(0.03) * start.position_m.norm() + span_s * params.start_speed_m_s);
+    deviation.template segment<3>(3).setConstant(Scalar(0.1) + span_s * params.start_rate_rad_s);
+    deviation.template segment<3>(6).setConstant(params.start_speed_m_s);
+    deviation.template segment<3>(9).setConstant(params.start_rate_rad_s);
+    state.covariance = deviation.cwiseAbs2().asDiagonal();
+    const Intensity<Scalar> q{params.process.start_m2_s3, params.process.start_rad2_s3};
+    for (const auto* column : order) {
+        propagate(state, q, column->midpoint);
+        const auto innovation = column_innovation<Scalar>(model, state, state, *column);
+        if (innovation.ok) {
+            (void)apply(state, innovation);
+        }
+    }
+    return state;
+}
+
+}  // namespace tricoil::tracking::scaat

@@ -1,0 +1,118 @@
+// One column against the state: innovation, gate quantities, and the Joseph update.
+#pragma once
+
+#include <Eigen/Cholesky>
+
+#include "core/geometry/solve_columns.hpp"
+#include "core/tracking/scaat/measurement_model.hpp"
+#include "core/tracking/scaat/propagate.hpp"
+
+namespace tricoil::tracking::scaat {
+
+/// Innovation of one column and what follows from it. Coupling units; H has shape 3 x 6 (position, small rotation).
+template <typename Scalar>
+struct Innovation {
+    Vec3<Scalar> y;                                         // measured less predicted
+    Eigen::Matrix<Scalar, 3, 6> h;                          // by the pose at the column's time
+    Eigen::Matrix<Scalar, kErrorStates, 3> gain_numerator;  // G = P H^T
+    Vec3<Scalar> r;                                         // measurement variances
+    Eigen::LLT<Mat3<Scalar>> s;                             // of S = H P H^T + R
+    Scalar late_s = 0;                                      // state's time less the column's
+    bool ok = false;                                        // S is positive definite and everything finite
+
+    [[nodiscard]] Vec3<Scalar> whitened() const { return s.matrixL().solve(y); }
+};
+
+/// P H^T for a measurement of the pose `late_s` before the state: the pose then is the pose now less late_s times the rates.
+template <typename Scalar>
+Eigen::Matrix<Scalar, kErrorStates, 3> times_h_transposed(const Mat12<Scalar>& p, const Eigen::Matrix<Scalar, 3, 6>& h,
+                                                          Scalar late_s) {
+    Eigen::Matrix<Scalar, kErrorStates, 3> g = p.template leftCols<6>() * h.transpose();
+    if (late_s > 0) {
+        g.noalias() -= late_s * (p.template rightCols<6>() * h.transpose());
+    }
+    return g;
+}
+
+/// H G, likewise.
+template <typename Scalar>
+Mat3<Scalar> h_times(const Eigen::Matrix<Scalar, 3, 6>& h, const Eigen::Matrix<Scalar, kErrorStates, 3>& g, Scalar late_s) {
+    Mat3<Scalar> product = h * g.template topRows<6>();
+    if (late_s > 0) {
+        product.noalias() -= late_s * (h * g.template bottomRows<6>());
+    }
+    return product;
+}
+
+/// Innovation of the couplings z (variances r, column j) taken late_s before `state`. `around`: state to linearise at, usually
+/// `state` itself; another one re-linearises (iterated extended Kalman filter, Bar-Shalom et al. 2001, section 10.5.2).
+template <typename Scalar, MeasurementModel<Scalar> Model>
+Innovation<Scalar> innovation(const Model& model, const State<Scalar>& state, const State<Scalar>& around, int j,
+                              const Vec3<Scalar>& z, const Vec3<Scalar>& r, Scalar late_s) {
+    Vec3<Scalar> position = around.position_m;
+    Quat<Scalar> q = around.q_source_sensor;
+    Quat<Scalar> back = Quat<Scalar>::Identity();
+    if (late_s > 0) {
+        position += way<Scalar>(around.velocity_m_s, around.acceleration_m_s2, -late_s);
+        back = geometry::rotation_vector_to_quaternion<Scalar>(
+            way<Scalar>(around.rate_rad_s, around.angular_acceleration_rad_s2, -late_s));
+        q = back * q;
+    }
+    const auto predicted = model.column(position, q.toRotationMatrix().transpose(), j);
+    Innovation<Scalar> result;
+    result.late_s = late_s;
+    result.h.template leftCols<3>() = predicted.by_position_per_m;
+    result.h.template rightCols<3>() = predicted.by_rotation_per_rad;
+    if (late_s > 0) {
+        result.h.template rightCols<3>() *= back.toRotationMatrix();  // a rotation error now, seen from then
+    }
+    result.y = z - predicted.column;
+    if (&around != &state) {
+        Vec6<Scalar> offset;
+        offset << state.position_m - around.position_m,
+            geometry::quaternion_to_rotation_vector<Scalar>(state.q_source_sensor * around.q_source_sensor.conjugate());
+        result.y -= result.h * offset;
+    }
+    result.r = r;
+    result.gain_numerator = times_h_transposed(state.covariance, result.h, late_s);
+    Mat3<Scalar> s = h_times(result.h, result.gain_numerator, late_s);
+    s.diagonal() += r;
+    result.s.compute(s);
+    result.ok = result.y.allFinite() && s.allFinite() && result.s.info() == Eigen::Success;
+    return result;
+}
+
+/// Adds an error state to the state.
+template <typename Scalar>
+void correct(State<Scalar>& state, const Vec12<Scalar>& error) {
+    state.position_m += error.template segment<3>(0);
+    state.q_source_sensor = geometry::rotation_vector_to_quaternion<Scalar>(error.template segment<3>(3)) * state.q_source_sensor;
+    state.q_source_sensor.normalize();
+    state.velocity_m_s += error.template segment<3>(6);
+    state.rate_rad_s += error.template segment<3>(9);
+}
+
+/// x += K y and P = (I - K H) P (I - K H)^T + K R K^T (Joseph). In float a column can be 10^4 times surer than the prediction;
+/// the short form P - K G^T then leaves rounding errors of the size of the result, to first order in the error of K, and P turns
+/// indefinite. Joseph's is quadratic in that error. Only the upper triangle is formed and mirrored, so P stays symmetric exactly.
+/// Returns K y.
+template <typename Scalar>
+Vec12<Scalar> apply(State<Scalar>& state, const Innovation<Scalar>& innovation) {
+    using Gain = Eigen::Matrix<Scalar, kErrorStates, 3>;
+    const Gain k = solve_columns(innovation.s, innovation.gain_numerator.transpose()).transpose();
+    Mat12<Scalar>& p = state.covariance;
+    const Vec12<Scalar> error = k * innovation.y;
+    correct(state, error);
+    const Mat12<Scalar> half = p - k * innovation.gain_numerator.transpose();  // (I - K H) P
+    // (I - K H) P H^T equals K R but for rounding; the difference is what the second factor takes away.
+    const Gain rest = times_h_transposed<Scalar>(half, innovation.h, innovation.late_s) - k * innovation.r.asDiagonal();
+    for (int j = 0; j < kErrorStates; ++j) {
+        for (int i = 0; i <= j; ++i) {
+            p(i, j) = half(i, j) - rest.row(i).dot(k.row(j));
+            p(j, i) = p(i, j);
+        }
+    }
+    return error;
+}
+
+}  // namespace tricoil::tracking::scaat

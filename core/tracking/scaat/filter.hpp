@@ -1,0 +1,115 @@
+// The motion-proof tracker of one sensor: every column at its own time (single constraint at a time, Welch and Bishop 1997).
+#pragma once
+
+#include <optional>
+
+#include "core/tracking/pose_estimate.hpp"
+#include "core/tracking/scaat/acquisition.hpp"
+#include "core/tracking/tracker_counters.hpp"
+
+namespace tricoil::tracking::scaat {
+
+/// Searches with the direct solver until three columns give a pose, then filters. A column that contradicts the prediction is
+/// refused and the pose flagged unconfirmed; three in a row, or three of one state in a row, mean that the filter was left
+/// behind: it starts anew from the last three columns. Not used: columns saturated, clipped, stuck, overrun or without reference.
+template <typename Scalar, MeasurementModel<Scalar> Model = ConcentricMeasurement<Scalar>>
+class Filter {
+public:
+    /// `params` must pass check().
+    Filter(const Params<Scalar>& params, const Model& model);
+
+    /// Takes one column, in order or late by at most max_lateness; a pose for each while tracking (FDM: for the last of three),
+    /// and a flagged one per complete matrix while searching. A refused column is counted and changes nothing else.
+    std::optional<PoseEstimate<Scalar>> update(const Column<Scalar>& column);
+
+    /// Called when a column did not come: the pose predicted to `now`, flagged coasting, and stale beyond coast_limit.
+    std::optional<PoseEstimate<Scalar>> tick(DeviceTime now);
+
+    /// Points to the half space in which the sensor is now; zero makes it unknown. Refused (not_finite) if not finite.
+    Status set_hemisphere(const Vec3<Scalar>& towards);
+
+    /// Pose and covariance `ahead_s` (0 to 10 s) after the newest column, at the present rates; as PoseEstimate does it.
+    [[nodiscard]] State<Scalar> predicted(Scalar ahead_s) const;
+
+    [[nodiscard]] TrackerState state() const { return mode_; }
+    [[nodiscard]] const State<Scalar>& motion() const { return state_; }
+    [[nodiscard]] Intensity<Scalar> intensity() const;
+    /// Windowed mean of squared innovations per degree of freedom; expectation 1.
+    [[nodiscard]] Scalar consistency() const { return consistency_; }
+    [[nodiscard]] const TrackerCounters& counters() const { return counters_; }
+
+private:
+    /// What the last whole frame's signal matrix said; needs no motion model.
+    struct Health {
+        PoseFlags flags;
+        Scalar distortion_chi_square = 0;
+        Scalar snr_db = 0;
+        Mat3<Scalar> x = Mat3<Scalar>::Zero();
+    };
+
+    [[nodiscard]] std::optional<Rejection> why_refused(const Column<Scalar>& column) const;
+    void remember(const Column<Scalar>& column);
+    std::optional<PoseEstimate<Scalar>> track(const Column<Scalar>& column);
+    [[nodiscard]] bool in_frames() const { return params_.max_column_span.count() == 0; }
+    [[nodiscard]] bool frame_complete() const;
+    std::optional<PoseEstimate<Scalar>> search(const Column<Scalar>& column);
+    bool use_frame(const SignalMatrix<Scalar>& matrix);
+    bool use(const Column<Scalar>& column, const State<Scalar>& around, bool trusted);
+    void open(Scalar factor);
+    [[nodiscard]] bool contradicted_before(int coil) const;
+    void adapt(const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened);
+    bool left_behind(bool accepted, int coil);
+    bool start(const SignalMatrix<Scalar>& matrix);
+    [[nodiscard]] Result<StartPose<Scalar>> examine(const SignalMatrix<Scalar>& matrix, bool beside);
+    [[nodiscard]] Scalar deskew_remainder() const;
+    bool resolve_hemisphere(StartPose<Scalar>& pose) const;
+    void reset_adaptation();
+    void lose(DeviceTime time);
+    [[nodiscard]] PoseEstimate<Scalar> report(PoseFlags flags, Microseconds ahead);
+    [[nodiscard]] error_model::ErrorBudget<Scalar> expected_error(const State<Scalar>& state,
+                                                                  const Mat6<Scalar>& covariance) const;
+
+    static constexpr int kSettlingColumns = 6;   // until velocity is known: two of each state
+    static constexpr int kLearningColumns = 24;  // until its corrections tell of accelerations
+    // Over the recorded motions squared errors are 0.9 to 1.0 of the filter's own covariance, and a second of motion is only some
+    // twenty independent errors: users are told a little more rather than a little less.
+    static constexpr double kMargin = 1.1;
+    static constexpr int kMostOpenings = 4;     // for one column
+    static constexpr int kMostRefused = 3;      // in a row, of any or of one state
+    static constexpr std::size_t kRecent = 12;  // columns remembered against duplicates
+
+    Params<Scalar> params_;
+    Model model_;
+    SignalMatrixAssembler<Scalar> raw_;       // every usable column: to start from
+    SignalMatrixAssembler<Scalar> accepted_;  // deskewed, what the gate passed: to judge health by
+    TrackerState mode_ = TrackerState::searching;
+    State<Scalar> state_;
+    ProcessNoiseState<Scalar> process_;
+    Scalar consistency_ = 1;
+    Health health_;
+    bool hemisphere_known_ = false;
+    bool has_last_ = false;  // state_ holds a pose, if an old one
+    int settled_ = 0;        // columns used since the start, up to kLearningColumns
+    int refused_in_row_ = 0;
+    std::array<int, kSourceCoils> refused_of_state_{};
+    std::array<bool, kSourceCoils> far_of_state_{};         // refused for so much that the sensor must have jumped
+    std::array<PoseFlags, kSourceCoils> flags_of_state_{};  // of the newest column of each state
+    int since_health_ = 0;
+    DeviceTime last_used_{};
+    DeviceTime newest_column_{};
+    bool has_column_ = false;
+    struct Seen {
+        DeviceTime midpoint{};
+        Excitation state = Excitation::off;
+    };
+    std::array<Seen, kRecent> recent_{};
+    std::size_t next_recent_ = 0;
+    std::uint8_t sensor_ = 0;
+    TrackerCounters counters_;
+};
+
+extern template class Filter<float, ConcentricMeasurement<float>>;
+extern template class Filter<double, ConcentricMeasurement<double>>;
+static_assert(sizeof(Filter<float>) <= 2700, "one sensor's filter in float, of 32 KiB RAM for four");
+
+}  // namespace tricoil::tracking::scaat

@@ -1,0 +1,82 @@
+// Real coils, each with its own place and moment, as the filter's field model.
+#pragma once
+
+#include "core/field/general_dipole.hpp"
+#include "core/solver/cold_start.hpp"
+#include "core/tracking/scaat/measurement_model.hpp"
+
+namespace tricoil::tracking::scaat {
+
+/// General dipole (physics 7). Coil offsets make X uneven in the position: where they are large enough against what noise and
+/// motion leave unexplained, the couplings themselves tell the hemisphere.
+template <typename Scalar>
+struct GeneralMeasurement {
+    field::GeneralDipole<Scalar> coils;
+
+    [[nodiscard]] field::ColumnModel<Scalar> column(const Vec3<Scalar>& position_m, const Mat3<Scalar>& o, int j) const {
+        return field::column_model(coils, position_m, o, j);
+    }
+
+    [[nodiscard]] Result<StartPose<Scalar>> start(const Mat3<Scalar>& x) const {
+        solver::ColdStartParams<Scalar> params;
+        params.refine = tolerant();
+        const auto cold = solver::solve_cold<Scalar>(coils, x, Mat3<Scalar>::Ones(), params);
+        if (!cold.ok()) {
+            return cold.status();
+        }
+        if (!cold->right_handed) {
+            StartPose<Scalar> pose = start_pose(x, cold->refinement);
+            pose.right_handed = false;
+            return pose;
+        }
+        if (!cold->refinement.converged()) {
+            return Status{StatusCode::not_converged, "no pose explains the couplings"};
+        }
+        StartPose<Scalar> pose = start_pose(x, cold->refinement);
+        pose.hemisphere_from_data = beats_its_mirror(x, cold->refinement);
+        return pose;
+    }
+
+    [[nodiscard]] Result<StartPose<Scalar>> near(const Mat3<Scalar>& x, const Vec3<Scalar>& position_m,
+                                                 const Quat<Scalar>& q) const {
+        const auto refined = solver::refine<Scalar>(coils, x, Mat3<Scalar>::Ones(), {position_m, q}, tolerant());
+        if (!refined.ok() || !refined->converged()) {
+            return start(x);
+        }
+        StartPose<Scalar> pose = start_pose(x, *refined);
+        pose.hemisphere_from_data = true;  // continuity told it
+        return pose;
+    }
+
+private:
+    /// Columns taken as simultaneous while the sensor moves, or metal, may leave more than a wrong minimum does; whether what is
+    /// left is too much to be a sensor the filter decides.
+    static solver::RefineParams<Scalar> tolerant() {
+        solver::RefineParams<Scalar> params;
+        params.max_misfit_share = Scalar(0.3);
+        return params;
+    }
+
+    /// A mirror image that explains the couplings nearly as well leaves the hemisphere open.
+    [[nodiscard]] bool beats_its_mirror(const Mat3<Scalar>& x, const solver::Refinement<Scalar>& best) const {
+        constexpr Scalar kClearly = 9;  // in squares: a third of the misfit
+        const auto mirror = solver::refine<Scalar>(coils, x, Mat3<Scalar>::Ones(),
+                                                   {-best.pose.position_m, best.pose.q_source_sensor}, tolerant());
+        const bool elsewhere = mirror.ok() && mirror->pose.position_m.dot(best.pose.position_m) < 0;
+        return !elsewhere || mirror->misfit_squared > kClearly * best.misfit_squared;
+    }
+
+    /// |X|^2 = 3/2 k^2 for ideal triads, by (6).
+    static StartPose<Scalar> start_pose(const Mat3<Scalar>& x, const solver::Refinement<Scalar>& refinement) {
+        StartPose<Scalar> pose;
+        pose.position_m = refinement.pose.position_m;
+        pose.attitude = refinement.pose.q_source_sensor.toRotationMatrix().transpose();
+        pose.strength = std::sqrt(x.squaredNorm() / Scalar(1.5));
+        pose.misfit_squared = refinement.misfit_squared;
+        pose.right_handed = true;
+        pose.hemisphere_from_data = false;
+        return pose;
+    }
+};
+
+}  // namespace tricoil::tracking::scaat

@@ -1,0 +1,108 @@
+// Moves the state through time: constant velocity and angular rate, bent by slowly fading mean accelerations.
+#pragma once
+
+#include <algorithm>
+#include <array>
+
+#include "core/geometry/rotations.hpp"
+#include "core/tracking/scaat/state.hpp"
+
+namespace tricoil::tracking::scaat {
+
+/// Spectral densities of the white accelerations: translation m^2/s^3, rotation rad^2/s^3.
+template <typename Scalar>
+struct Intensity {
+    Scalar translation_m2_s3 = 0;
+    Scalar rotation_rad2_s3 = 0;
+};
+
+/// A mean acceleration fades with this time constant: hands turn back (6 Hz motion: 27 ms per radian). It and kAccelerationShare
+/// were chosen on the recorded hand motions; errors change by 3 % when either is halved or doubled.
+constexpr double kAccelerationMemory_s = 0.1;
+constexpr double kAccelerationShare = 0.2;
+/// Fastest rate at which a velocity correction counts as an acceleration: with no noise the filter is as fast as its columns.
+constexpr double kFastestLearning_per_s = 500;
+
+/// Way made in dt (s, either sign; rad for a turn) from a velocity and an acceleration.
+template <typename Scalar>
+Vec3<Scalar> way(const Vec3<Scalar>& velocity, const Vec3<Scalar>& acceleration, Scalar dt) {
+    return dt * velocity + (dt * dt / 2) * acceleration;
+}
+
+/// `state` moved by dt >= 0 (s) with its own rates and what is left of its accelerations; exact for constant rates.
+template <typename Scalar>
+void move(State<Scalar>& state, Scalar dt) {
+    const Scalar kept = 1 / (1 + dt / Scalar(kAccelerationMemory_s));
+    state.acceleration_m_s2 *= kept;
+    state.angular_acceleration_rad_s2 *= kept;
+    state.position_m += way<Scalar>(state.velocity_m_s, state.acceleration_m_s2, dt);
+    const Vec3<Scalar> turn = way<Scalar>(state.rate_rad_s, state.angular_acceleration_rad_s2, dt);
+    state.q_source_sensor = geometry::rotation_vector_to_quaternion<Scalar>(turn) * state.q_source_sensor;
+    state.q_source_sensor.normalize();
+    state.velocity_m_s += dt * state.acceleration_m_s2;
+    state.rate_rad_s += dt * state.angular_acceleration_rad_s2;
+}
+
+/// P -> F P F^T + Q with F = [I, dt I; 0, I] in blocks of six and white acceleration of the given intensities over dt >= 0 (s).
+/// Left out of F: the turn of a rotation error with the body, w dt (0.014 rad per slot at 10 rad/s), which changes no gain by
+/// more.
+template <typename Scalar>
+void grow_covariance(Mat12<Scalar>& p, const Intensity<Scalar>& q, Scalar dt) {
+    auto pose = p.template topLeftCorner<6, 6>();
+    auto cross = p.template topRightCorner<6, 6>();
+    auto rate = p.template bottomRightCorner<6, 6>();
+    const Mat6<Scalar> moved = cross + dt * rate;
+    const Mat6<Scalar> pair = dt * (cross + moved.transpose());  // dt B + dt B^T + dt^2 D, symmetric up to rounding
+    for (int j = 0; j < 6; ++j) {
+        for (int i = 0; i <= j; ++i) {
+            pose(i, j) += (pair(i, j) + pair(j, i)) / 2;
+            pose(j, i) = pose(i, j);
+        }
+    }
+    cross = moved;
+    for (int i = 0; i < 6; ++i) {
+        const Scalar intensity = i < 3 ? q.translation_m2_s3 : q.rotation_rad2_s3;
+        pose(i, i) += intensity * dt * dt * dt / 3;
+        cross(i, i) += intensity * dt * dt / 2;
+        rate(i, i) += intensity * dt;
+    }
+    p.template bottomLeftCorner<6, 6>() = cross.transpose();
+}
+
+/// Longest time over which accelerations of consecutive intervals are taken as independent. A hand's are not: across a gap its
+/// acceleration stays, the error grows with t^4 instead of t^3, and the intensity seen column by column is too small by t over
+/// this.
+constexpr double kIndependent_s = 4e-3;
+
+/// Shares of velocity and rate corrections that count as accelerations (1/s), for a correction made with the covariance p. In an
+/// alpha-beta-gamma filter (Kalata 1984, gamma = beta^2/alpha) the acceleration takes beta/(alpha T) of each velocity correction,
+/// the ratio of velocity gain to position gain: P_vp / P_pp, here by the traces. A part of that keeps the uncertainty small that
+/// the error state does not carry. Noise slows the filter, and the learning with it.
+template <typename Scalar>
+std::array<Scalar, 2> acceleration_gains_per_s(const Mat12<Scalar>& p) {
+    const auto gain = [&p](int block) {
+        const Scalar ratio = p.template block<3, 3>(block, block + 6).trace() / p.template block<3, 3>(block, block).trace();
+        return static_cast<Scalar>(kAccelerationShare) *
+               std::clamp(ratio, Scalar(0), static_cast<Scalar>(kFastestLearning_per_s));
+    };
+    return {gain(0), gain(3)};
+}
+
+/// Corrections of velocity and rate that keep pointing one way are an acceleration.
+template <typename Scalar>
+void learn_acceleration(State<Scalar>& state, const Vec12<Scalar>& correction, const std::array<Scalar, 2>& gains_per_s) {
+    state.acceleration_m_s2 += gains_per_s[0] * correction.template segment<3>(6);
+    state.angular_acceleration_rad_s2 += gains_per_s[1] * correction.template segment<3>(9);
+}
+
+/// State and covariance at `time`, not before the state's own.
+template <typename Scalar>
+void propagate(State<Scalar>& state, const Intensity<Scalar>& q, DeviceTime time) {
+    const Scalar dt = seconds_as<Scalar>(time - state.time);
+    move(state, dt);
+    const Scalar persistence = std::max(Scalar(1), dt / static_cast<Scalar>(kIndependent_s));
+    grow_covariance(state.covariance, {q.translation_m2_s3 * persistence, q.rotation_rad2_s3 * persistence}, dt);
+    state.time = time;
+}
+
+}  // namespace tricoil::tracking::scaat

@@ -1,0 +1,32 @@
+// The filter's state: a moving pose and how sure it is.
+#pragma once
+
+#include "core/base/time.hpp"
+#include "core/geometry/types.hpp"
+
+namespace tricoil::tracking::scaat {
+
+constexpr int kErrorStates = 12;
+
+template <typename Scalar>
+using Vec12 = Eigen::Matrix<Scalar, kErrorStates, 1>;
+template <typename Scalar>
+using Mat12 = Eigen::Matrix<Scalar, kErrorStates, kErrorStates>;
+
+/// Everything in the source frame. The error state is (position m, small rotation rad, velocity m/s, angular rate rad/s): the
+/// pose first, so that the pose and its rates are two blocks of six. Attitude error r: q_true = exp(r) q. The accelerations are
+/// not part of the error state: they are learnt from the velocity corrections (learn_acceleration) and only steer the prediction.
+template <typename Scalar>
+struct State {
+    DeviceTime time{};
+    Vec3<Scalar> position_m = Vec3<Scalar>::Zero();
+    Quat<Scalar> q_source_sensor = Quat<Scalar>::Identity();
+    Vec3<Scalar> velocity_m_s = Vec3<Scalar>::Zero();
+    Vec3<Scalar> rate_rad_s = Vec3<Scalar>::Zero();
+    Vec3<Scalar> acceleration_m_s2 = Vec3<Scalar>::Zero();
+    Vec3<Scalar> angular_acceleration_rad_s2 = Vec3<Scalar>::Zero();
+    Mat12<Scalar> covariance = Mat12<Scalar>::Zero();
+};
+static_assert(sizeof(State<float>) <= 704, "a filter's state in float: 12x12 covariance, 19 numbers and a time");
+
+}  // namespace tricoil::tracking::scaat

@@ -1,0 +1,35 @@
+// A cylindrical winding as filaments: its field by the Biot-Savart law, its pick-up by the flux through its turns.
+#pragma once
+
+#include <vector>
+
+#include "core/geometry/types.hpp"
+
+namespace tricoil::sim {
+
+struct WoundCoilParams {
+    Vec3<double> centre_m = Vec3<double>::Zero();
+    Vec3<double> axis = Vec3<double>::UnitZ();  // need not be of unit length: its length scales the strength
+    double radius_m = 0.01;
+    double length_m = 0.01;
+    int turns = 5;      // filaments along the length
+    int segments = 32;  // per turn
+};
+
+/// A straight piece of a turn.
+struct Filament {
+    Vec3<double> middle_m;
+    Vec3<double> along_m;  // from its start to its end
+};
+
+/// Turns as polygons whose area is the circle's. In the frame of `params`.
+std::vector<Filament> filaments_of(const WoundCoilParams& params);
+
+/// Neumann's double integral over the filaments of two windings, sum of dl1.dl2 / |r|: times winding_scale it is the coupling of
+/// the pair in the units of field::dipole_pair. No multipole is assumed. Both lists in one frame.
+double mutual_coupling(const std::vector<Filament>& source, const std::vector<Filament>& sensor);
+
+/// What brings a pair's mutual_coupling to that of unit dipoles times the lengths of the axes.
+double winding_scale(const WoundCoilParams& source, const WoundCoilParams& sensor);
+
+}  // namespace tricoil::sim

@@ -1,0 +1,197 @@
+// Calibration without a stage: free motion, a printed grid, the wiring; names and files.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <iostream>
+#include <numbers>
+
+#include "board/host/calibration/calibration_file.hpp"
+#include "board/host/calibration/fixture_name.hpp"
+#include "board/host/calibration/frame_file.hpp"
+#include "board/host/calibration/grid_calibration.hpp"
+#include "board/host/calibration/self_calibration.hpp"
+#include "board/host/calibration/wiring.hpp"
+#include "board/host/errors.hpp"
+#include "sim/motion/simple_motions.hpp"
+#include "sim/triads/data_set.hpp"
+#include "tests/support/random_poses.hpp"
+
+namespace tricoil::host {
+namespace {
+
+constexpr double kDegrees = 180 / std::numbers::pi;
+
+/// Gains spread by 5 %, axes 3 degrees out of square.
+Mat3<double> crooked(test::RandomPoses& random) {
+    Mat3<double> m;
+    for (int c = 0; c < 3; ++c) {
+        const Vec3<double> turn = 3 / kDegrees * random.direction();
+        m.col(c) = random.uniform(0.95, 1.05) * (geometry::rotation_vector_to_quaternion<double>(turn) * Vec3<double>::Unit(c));
+    }
+    return m;
+}
+
+/// What is observable of a triad: lengths of its columns and angles between them, at mean squared length one.
+struct Shape {
+    Vec3<double> gain;
+    Vec3<double> angle_deg;
+};
+Shape shape_of(Mat3<double> m) {
+    m *= std::sqrt(3.0) / m.norm();
+    Shape s;
+    s.gain = m.colwise().norm();
+    for (int c = 0; c < 3; ++c) {
+        s.angle_deg(c) = kDegrees * std::acos(m.col(c).normalized().dot(m.col((c + 1) % 3).normalized()));
+    }
+    return s;
+}
+
+/// Frames of a hand's motion, column j taken j * skew frame periods late.
+std::vector<Mat3<double>> hand_frames(const Mat3<double>& sensor, const Mat3<double>& source, double seconds, double rate_hz,
+                                      double snr, double skew) {
+    const sim::HandMotion motion({0.45, 0.1, 0.1}, 5);
+    test::RandomPoses random(61);
+    std::vector<Mat3<double>> frames;
+    for (int k = 0; k < seconds * rate_hz; ++k) {
+        Mat3<double> x;
+        double strength = 0;
+        for (int j = 0; j < 3; ++j) {
+            const auto pose = motion.at((k + j * skew) / rate_hz);
+            const Mat3<double> ideal = test::unit_signal(pose.position_m, pose.q_source_sensor);
+            strength = ideal.norm() / std::sqrt(1.5);
+            x.col(j) = (sensor.transpose() * ideal * source).col(j);
+        }
+        frames.push_back(x + strength / snr * random.gaussian_matrix());
+    }
+    return frames;
+}
+
+TEST(SelfCalibration, FindsGainsAndAnglesFromAMinuteOfHandMotionAt60Decibels) {
+    test::RandomPoses random(60);
+    const Mat3<double> sensor = crooked(random);
+    const Mat3<double> source = crooked(random);
+    const auto found = self_calibrate(deskewed(hand_frames(sensor, source, 60, 60, 1000, 1.0 / 3), 1.0 / 3));
+    double worst_gain = 0;
+    double worst_angle = 0;
+    for (const auto& [truth, estimate] :
+         {std::pair{shape_of(sensor), shape_of(found.sensor)}, {shape_of(source), shape_of(found.source)}}) {
+        worst_gain = std::max(worst_gain, (estimate.gain.cwiseQuotient(truth.gain) - Vec3<double>::Ones()).cwiseAbs().maxCoeff());
+        worst_angle = std::max(worst_angle, (estimate.angle_deg - truth.angle_deg).cwiseAbs().maxCoeff());
+    }
+    std::cout << "gains to " << 100 * worst_gain << " %, angles to " << worst_angle << " deg; misfit " << found.misfit_before
+              << " before, " << found.misfit_after << " after\n";
+    EXPECT_TRUE(found.converged);
+    EXPECT_LT(worst_gain, 0.002);
+    EXPECT_LT(worst_angle, 0.2);
+    EXPECT_LT(found.misfit_after, 0.1 * found.misfit_before);
+}
+
+TEST(SelfCalibration, DeskewingMatters) {
+    const Mat3<double> ideal = Mat3<double>::Identity();
+    const auto frames = hand_frames(ideal, ideal, 20, 240, 1e6, 1.0 / 3);
+    const auto skewed = self_calibrate(frames);
+    const auto straight = self_calibrate(deskewed(frames, 1.0 / 3));
+    std::cout << "misfit of skewed columns " << skewed.misfit_after << ", deskewed " << straight.misfit_after << "\n";
+    EXPECT_GT(skewed.misfit_after, 1e-3);
+    EXPECT_LT(straight.misfit_after, 0.1 * skewed.misfit_after);
+}
+
+TEST(SelfCalibration, RefusesWhatDeterminesNothing) {
+    const Mat3<double> x = test::unit_signal({0.4, 0.1, -0.2}, Quat<double>::Identity());
+    EXPECT_THROW(self_calibrate(std::vector<Mat3<double>>(10, x)), InputError);
+    EXPECT_THROW(self_calibrate(std::vector<Mat3<double>>(500, x)), InputError);  // it never moves
+}
+
+TEST(GridCalibration, FindsScaleGainsAndPivotFromAPrintedGrid) {
+    test::RandomPoses random(62);
+    const Mat3<double> sensor = crooked(random);
+    const Mat3<double> source = 2.5e-3 * crooked(random);
+    const Vec3<double> pivot(0.004, -0.003, 0.012);
+    const Quat<double> turned = Quat<double>(0.98, 0.1, -0.1, 0.15).normalized();
+    std::vector<GridFrame> frames;
+    for (int column = 0; column < 6; ++column) {
+        for (int row = 0; row < 5; ++row) {
+            for (int turn = 0; turn < 6; ++turn) {
+                GridFrame frame;
+                frame.node = {double(column), double(row), 0};
+                const Quat<double> q = random.attitude();
+                const Vec3<double> p =
+                    Vec3<double>(0.25, -0.1, -0.1) + turned * (0.05 * frame.node) + q * pivot + 0.0003 * random.gaussian_vector();
+                const Mat3<double> ideal = test::unit_signal(p, q);
+                frame.x = sensor.transpose() * ideal * source +
+                          1e-3 * 2.5e-3 * ideal.norm() / std::sqrt(1.5) * random.gaussian_matrix();
+                frames.push_back(frame);
+            }
+        }
+    }
+    const auto found = calibrate_on_grid(frames, 0.05, Vec3<double>::UnitX());
+    const auto truth = shape_of(source);
+    const auto shape = shape_of(found.source_moment);
+    // The constant that lengths depend on: the product of both sides' scales.
+    const double scale = std::cbrt((found.source_moment.determinant() * found.sensor.determinant()) /
+                                   (source.determinant() * sensor.determinant()));
+    std::cout << "C off by " << 100 * (scale - 1) << " % (+- " << 100 * found.scale_deviation << "), pivot "
+              << 1e3 * found.pivot_m.transpose() << " mm, positions " << 1e3 * found.position_rms_m << " mm\n";
+    EXPECT_NEAR(scale, 1, 0.005);
+    EXPECT_LT((shape.gain - truth.gain).cwiseAbs().maxCoeff(), 0.003);
+    EXPECT_LT((shape.angle_deg - truth.angle_deg).cwiseAbs().maxCoeff(), 0.3);
+    EXPECT_NEAR(found.pivot_m.norm(), pivot.norm(), 5e-4);  // its direction turns with the sensor frame's own rotation
+    EXPECT_LT(found.position_rms_m, 1.5e-3);
+    std::vector<GridFrame> one_row;
+    std::copy_if(frames.begin(), frames.end(), std::back_inserter(one_row), [](const GridFrame& f) { return f.node.y() == 0; });
+    EXPECT_THROW(calibrate_on_grid(one_row, 0.05, Vec3<double>::UnitX()), InputError);
+}
+
+TEST(Wiring, FindsEveryOrderAndSignThatLeavesTheHandednessAlone) {
+    test::RandomPoses random(63);
+    const Vec3<double> direction(0.4, 0.2, 0.1);
+    const Mat3<double> ideal = test::unit_signal(direction, Quat<double>::Identity());
+    const std::array<std::array<int, 3>, 6> orders{{{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}};
+    int tried = 0;
+    for (const auto& sensor_order : orders) {
+        for (int sensor_signs = 0; sensor_signs < 8; ++sensor_signs) {
+            for (const auto& source_order : orders) {
+                for (int source_signs = 0; source_signs < 8; ++source_signs) {
+                    CoilOrder sensor{sensor_order, {}};
+                    CoilOrder source{source_order, {}};
+                    for (std::size_t c = 0; c < 3; ++c) {
+                        sensor.sign[c] = (sensor_signs >> c & 1) != 0 ? -1 : 1;
+                        source.sign[c] = (source_signs >> c & 1) != 0 ? -1 : 1;
+                    }
+                    if (++tried % 29 != 0) {
+                        continue;
+                    }
+                    const Mat3<double> x =
+                        sensor.matrix() * ideal * source.matrix().transpose() + 0.02 * ideal.norm() * random.gaussian_matrix();
+                    const Wiring found = identify_wiring({x}, direction);
+                    EXPECT_TRUE(found.certain());
+                    const Mat3<double> again = found.sensor.matrix() * ideal * found.source.matrix().transpose();
+                    EXPECT_TRUE(again.isApprox(sensor.matrix() * ideal * source.matrix().transpose(), 1e-9))
+                        << to_text(found.sensor);
+                    const bool all_reversed = found.sensor.matrix() == -sensor.matrix();
+                    EXPECT_TRUE(found.sensor.matrix() == sensor.matrix() || all_reversed);
+                }
+            }
+        }
+    }
+    EXPECT_THROW(identify_wiring({ideal}, Vec3<double>(1, 0, 0)), InputError);
+    EXPECT_THROW(identify_wiring({ideal}, Vec3<double>(1, 1, 0.5)), InputError);
+}
+
+TEST(FixtureName, NamesAreRotations) {
+    EXPECT_TRUE(rotation_of_fixture("YoutZup")->isIdentity());
+    for (const char* name : {"ZinXdown", "ZinYup", "XleftYdown"}) {
+        const auto r = rotation_of_fixture(name);
+        ASSERT_TRUE(r) << name;
+        EXPECT_NEAR(r->determinant(), 1, 1e-12);
+    }
+    EXPECT_EQ(Vec3<double>(rotation_of_fixture("ZinXdown")->col(2)), Vec3<double>(0, -1, 0));
+    EXPECT_EQ(Vec3<double>(rotation_of_fixture("ZinXdown")->col(0)), Vec3<double>(0, 0, -1));
+    for (const char* name : {"", "YoutYup", "YoutZin", "somewhere", "YoutZupp"}) {
+        EXPECT_FALSE(rotation_of_fixture(name)) << name;
+    }
+}
+
+}  // namespace
+}  // namespace tricoil::host

@@ -1,0 +1,85 @@
+// The figures on couplings that others recorded with a robot stage, which the project does not ship.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "tests/cli/cli_runner.hpp"
+
+namespace tricoil::test {
+namespace {
+
+class RecordedStage : public ::testing::Test {
+protected:
+    void SetUp() override {
+        folder_ = recordings_folder();
+        if (folder_.empty() || !std::filesystem::is_directory(folder_ + "/ilemt-concentric")) {
+            GTEST_SKIP() << "no recordings: set TRICOIL_DATA_DIR to a folder with ilemt-concentric/ and adc-captures/";
+        }
+    }
+    [[nodiscard]] std::string set(const std::string& suffix) const {
+        std::string files;
+        for (const char* fixture : {"YoutZup", "ZinXdown", "ZinYup"}) {
+            files += " " + folder_ + "/ilemt-concentric/soYoutZup_se" + fixture + "_" + suffix + ".dat";
+        }
+        return files;
+    }
+    struct Figures {
+        double position_m;
+        double orientation_deg;
+    };
+    /// Calibrates on the medium set, evaluates on the large one.
+    [[nodiscard]] Figures figures(const std::string& options, const std::string& solver) const {
+        const std::string cal = path_in_temp("recorded.toml");
+        const auto fit = tricoil("calibrate " + options + " --out " + cal + set("md"));
+        EXPECT_EQ(fit.exit_code, 0) << fit.err;
+        const auto test = tricoil("evaluate --json --solver " + solver + " --calibration " + cal + set("ld"));
+        EXPECT_EQ(test.exit_code, 0) << test.err;
+        EXPECT_EQ(test.json()["poses"], 1896);
+        EXPECT_EQ(test.json()["poses_not_converged"], 0);
+        const Figures f{test.json()["position_rms_m"], test.json()["orientation_rms_deg"]};
+        std::cout << options << ", " << solver << ": " << 1e3 * f.position_m << " mm, " << f.orientation_deg << " deg RMS\n";
+        return f;
+    }
+    std::string folder_;
+};
+
+TEST_F(RecordedStage, ConcentricModelAndClosedForm) {
+    const auto f = figures("--model concentric", "direct");
+    EXPECT_LE(f.position_m, 0.90e-3);
+    EXPECT_LE(f.orientation_deg, 0.52);
+}
+
+TEST_F(RecordedStage, GeneralModelWithFixturesExactlyAsNamed) {
+    const auto f = figures("--model general --fixtures named", "refined");
+    EXPECT_LE(f.position_m, 0.46e-3);
+    EXPECT_LE(f.orientation_deg, 0.28);
+}
+
+TEST_F(RecordedStage, GeneralModelByDefault) {
+    const auto f = figures("--model general", "refined");
+    EXPECT_LE(f.position_m, 0.30e-3);
+    EXPECT_LE(f.orientation_deg, 0.14);
+}
+
+TEST_F(RecordedStage, AffineCorrectionAndFiniteCoils) {
+    const auto affine = figures("--model general --affine", "refined");
+    EXPECT_LE(affine.position_m, 0.30e-3);
+    const auto finite = figures("--model finite", "refined");
+    EXPECT_LE(finite.position_m, 0.20e-3);
+    EXPECT_LE(finite.orientation_deg, 0.10);
+}
+
+TEST_F(RecordedStage, FreeMotionOfARealCircleTightensTheSingularRatios) {
+    const std::string circle = folder_ + "/adc-captures/circle_signal_matrices.csv";
+    const auto r = tricoil("calibrate --free-motion --json --out " + path_in_temp("circle.toml") + " " + circle);
+    ASSERT_EQ(r.exit_code, 0) << r.err;
+    std::cout << r.json()["ratio_spread_before"] << " before, " << r.json()["ratio_spread_after"] << " after\n";
+    for (int k = 0; k < 2; ++k) {
+        EXPECT_LT(r.json()["ratio_spread_after"][k], r.json()["ratio_spread_before"][k]);
+    }
+    EXPECT_LT(r.json()["misfit_after"].get<double>(), 0.3 * r.json()["misfit_before"].get<double>());
+}
+
+}  // namespace
+}  // namespace tricoil::test

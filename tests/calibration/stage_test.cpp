@@ -1,0 +1,239 @@
+// tricoil calibrate and evaluate as a person runs them, on generated data sets in the text format of recorded ones.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "core/calibration/blob.hpp"
+#include "sim/triads/data_set.hpp"
+#include "tests/cli/cli_runner.hpp"
+
+namespace tricoil::test {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+/// Source coils 45 mm apart, 3 deg out of square, wound on 20 mm radius; three files to calibrate and three to test.
+class Stage : public ::testing::Test {
+protected:
+    static void SetUpTestSuite() {
+        folder_ = path_in_temp("stage");
+        fs::create_directories(folder_);
+        triads_ = new sim::RealTriads(sim::make_triads(0.045, 3, 0.02, 9));
+        sim::StageParams md;
+        md.position_sigma_m = 5e-5;
+        md.noise_share = 1e-4;
+        md.turns_deg = {-90, 0, 90};
+        sim::StageParams ld = md;
+        ld.steps = 4;
+        ld.half_width_m = 0.045;
+        ld.turns_deg = {-60, 10, 70};
+        ld.seed = 2;
+        for (int fixture = 0; fixture < 3; ++fixture) {
+            write(sim::ilemt_name(fixture, "md"), sim::ilemt_text(*triads_, md, fixture));
+            write(sim::ilemt_name(fixture, "ld"), sim::ilemt_text(*triads_, ld, fixture));
+        }
+    }
+    static void TearDownTestSuite() {
+        fs::remove_all(folder_);
+        delete triads_;
+    }
+
+    static void write(const std::string& name, const std::string& text) {
+        std::ofstream(folder_ + "/" + name, std::ios::binary) << text;
+    }
+    static std::string path(const std::string& name) { return folder_ + "/" + name; }
+    static std::string set(const std::string& suffix) {
+        std::string files;
+        for (int fixture = 0; fixture < 3; ++fixture) {
+            files += " " + path(sim::ilemt_name(fixture, suffix));
+        }
+        return files;
+    }
+    static std::vector<std::string> lines_of(const std::string& name) {
+        std::ifstream file(path(name));
+        std::vector<std::string> lines;
+        for (std::string line; std::getline(file, line);) {
+            lines.push_back(line);
+        }
+        return lines;
+    }
+    static std::string joined(const std::vector<std::string>& lines) {
+        std::string text;
+        for (const std::string& line : lines) {
+            text += line + "\n";
+        }
+        return text;
+    }
+    static void expect_refused(const CliResult& r, const std::string& what) {
+        EXPECT_EQ(r.exit_code, 2) << r.out << r.err;
+        EXPECT_THAT(r.err, HasSubstr(what));
+        EXPECT_EQ(std::count(r.err.begin(), r.err.end(), '\n'), 1) << r.err;
+    }
+
+    static inline std::string folder_;
+    static inline sim::RealTriads* triads_ = nullptr;
+};
+
+double number(const CliResult& r, const char* key) { return r.json()[key].get<double>(); }
+
+TEST_F(Stage, WideCoilsConvergeFromTheDataAlone) {
+    const std::string cal = path("wide.toml");
+    const std::string blob = path("wide.bin");
+    for (const char* model : {"general", "finite"}) {
+        const auto fit =
+            tricoil("calibrate --json --model " + std::string(model) + " --out " + cal + " --blob " + blob + set("md"));
+        ASSERT_EQ(fit.exit_code, 0) << fit.err;
+        const auto test = tricoil("evaluate --json --calibration " + cal + set("ld"));
+        ASSERT_EQ(test.exit_code, 0) << test.err;
+        std::cout << model << ": " << 1e3 * number(test, "position_rms_m") << " mm, " << number(test, "orientation_rms_deg")
+                  << " deg\n";
+        EXPECT_EQ(number(test, "poses_not_converged"), 0);
+        EXPECT_LT(number(test, "position_rms_m"), std::string(model) == "finite" ? 1.5e-4 : 6e-4);
+        EXPECT_LT(number(test, "orientation_rms_deg"), 0.1);
+    }
+    // The offsets found are those built in, about their middle.
+    const auto fit = tricoil("calibrate --json --model finite --out " + cal + " --blob " + blob + set("md"));
+    const auto bytes = read_file(blob);
+    const auto read = calibration::decode({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+    ASSERT_TRUE(read.ok()) << read.status().message();
+    const Mat3<double>& offset = read->model.source_offset_m;
+    for (int j = 0; j < 3; ++j) {
+        EXPECT_NEAR((offset.col(j) - offset.col((j + 1) % 3)).norm(), 0.045, 5e-4);
+    }
+}
+
+TEST_F(Stage, OneFixtureAloneConvergesToo) {
+    for (int fixture = 0; fixture < 3; ++fixture) {
+        const auto fit = tricoil("calibrate --json --out " + path("one.toml") + " " + path(sim::ilemt_name(fixture, "md")));
+        ASSERT_EQ(fit.exit_code, 0) << fit.err;
+        EXPECT_LT(number(fit, "position_rms_m"), 5e-4) << fixture;
+    }
+}
+
+TEST_F(Stage, ConcentricModelIsWorseOnWideCoilsAndSaysWhatItLeaves) {
+    const auto concentric = tricoil("calibrate --json --model concentric --out " + path("c.toml") + set("md"));
+    const auto general = tricoil("calibrate --json --model general --out " + path("g.toml") + set("md"));
+    ASSERT_EQ(concentric.exit_code, 0) << concentric.err;
+    EXPECT_GT(number(concentric, "residual_rms"), 5 * number(general, "residual_rms"));
+    const auto direct = tricoil("evaluate --json --solver direct --calibration " + path("c.toml") + set("ld"));
+    EXPECT_EQ(direct.exit_code, 0);
+    EXPECT_GT(number(direct, "position_rms_m"), 1e-3);
+}
+
+TEST_F(Stage, NamedFixturesAndRefitting) {
+    const auto fit = tricoil("calibrate --json --fixtures named --out " + path("n.toml") + set("md"));
+    ASSERT_EQ(fit.exit_code, 0) << fit.err;
+    const auto test = tricoil("evaluate --json --calibration " + path("n.toml") + set("ld"));
+    EXPECT_THAT(test.json()["fixtures"].get<std::string>(), "from the calibration");
+    const auto refitted = tricoil("evaluate --json --refit-fixtures --calibration " + path("n.toml") + set("ld"));
+    ASSERT_EQ(refitted.exit_code, 0) << refitted.err;
+    EXPECT_THAT(refitted.json()["fixtures"].get<std::string>(), HasSubstr("refitted"));
+    EXPECT_LT(number(refitted, "position_rms_m"), number(test, "position_rms_m"));
+}
+
+TEST_F(Stage, WritesResidualsAndAPicture) {
+    ASSERT_EQ(tricoil("calibrate --affine --out " + path("p.toml") + set("md")).exit_code, 0);
+    const auto test = tricoil("evaluate --calibration " + path("p.toml") + " --out " + path("pictures") + set("ld"));
+    ASSERT_EQ(test.exit_code, 0) << test.err;
+    const std::string csv = read_file(path("pictures") + "/pose_errors.csv");
+    EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 1 + 3 * 3 * 64);
+    EXPECT_THAT(read_file(path("pictures") + "/error_vectors.svg"), HasSubstr("<svg"));
+}
+
+TEST_F(Stage, BadLinesAreSetAsideByName) {
+    auto lines = lines_of(sim::ilemt_name(1, "md"));
+    std::swap(lines[10], lines[70]);  // harmless: order does not matter
+    const auto tab = lines[40].find('\t');
+    lines[40] = "12.00000" + lines[40].substr(tab);  // the stage was elsewhere
+    write("soYoutZup_seZinXdown_bad.dat", joined(lines));
+    const auto fit = tricoil("calibrate --json --out " + path("b.toml") + " " + path(sim::ilemt_name(0, "md")) + " " +
+                             path("soYoutZup_seZinXdown_bad.dat") + " " + path(sim::ilemt_name(2, "md")));
+    ASSERT_EQ(fit.exit_code, 0) << fit.err;
+    ASSERT_EQ(fit.json()["outliers"].size(), 1U) << fit.out;
+    EXPECT_THAT(fit.json()["outliers"][0].get<std::string>(), HasSubstr("bad.dat:41"));
+    const auto test = tricoil("evaluate --json --calibration " + path("b.toml") + set("ld"));
+    EXPECT_LT(number(test, "position_rms_m"), 6e-4);
+}
+
+TEST_F(Stage, GarbledInputNamesFileAndLine) {
+    auto lines = lines_of(sim::ilemt_name(0, "md"));
+    auto cut = lines;
+    cut[7] = cut[7].substr(0, cut[7].size() / 2);
+    write("cut.dat", joined(cut));
+    expect_refused(tricoil("calibrate --out " + path("x.toml") + " " + path("cut.dat")), "cut.dat:8: ");
+    auto garbled = lines;
+    garbled[3].replace(garbled[3].find("i\t"), 1, "?");
+    write("garbled.dat", joined(garbled));
+    expect_refused(tricoil("calibrate --out " + path("x.toml") + " " + path("garbled.dat")), "garbled.dat:4: ");
+    expect_refused(tricoil("calibrate --out " + path("x.toml") + " " + path("missing.dat")), "cannot be opened");
+    write("few.dat", joined({lines.begin(), lines.begin() + 10}));
+    expect_refused(tricoil("calibrate --out " + path("x.toml") + " " + path("few.dat")), "too few");
+    EXPECT_FALSE(fs::exists(path("x.toml")));
+}
+
+TEST_F(Stage, DegeneratePosesAreRefused) {
+    const auto lines = lines_of(sim::ilemt_name(0, "md"));
+    std::vector<std::string> plane;
+    std::vector<std::string> one_turn;
+    for (const std::string& line : lines) {
+        if (line.find("\t0.00000\t0.00000\t0.00000\t", line.find('\t', line.find('\t') + 1) + 1) != std::string::npos) {
+            one_turn.push_back(line);
+        }
+        const auto second = line.find('\t', line.find('\t') + 1);
+        if (line.substr(second + 1).starts_with("0.00000") || line.substr(second + 1).starts_with("-0.00000")) {
+            plane.push_back(line);
+        }
+    }
+    write("plane.dat", joined(plane));
+    expect_refused(tricoil("calibrate --out " + path("x.toml") + " " + path("plane.dat")), "plane");
+    write("one_turn.dat", joined(one_turn));
+    expect_refused(tricoil("calibrate --out " + path("x.toml") + " " + path("one_turn.dat")), "never turns");
+}
+
+TEST_F(Stage, WrongNamesMixedSetsAndReversedCoilsAreTold) {
+    const auto first = lines_of(sim::ilemt_name(0, "md"));
+    const auto second = lines_of(sim::ilemt_name(1, "md"));
+    // The file says one fixture, the couplings another.
+    write("soYoutZup_seZinYup_wrong.dat", joined(second));
+    const std::string wrong = " " + path(sim::ilemt_name(0, "md")) + " " + path("soYoutZup_seZinYup_wrong.dat");
+    const auto warned = tricoil("calibrate --json --out " + path("w.toml") + wrong);
+    ASSERT_EQ(warned.exit_code, 0) << warned.err;
+    EXPECT_THAT(warned.json()["warnings"].dump(), HasSubstr("ZinYup"));
+    expect_refused(tricoil("calibrate --fixtures named --out " + path("x.toml") + wrong), "fixture names");
+    // Another tracker's file among them.
+    const auto other = sim::make_triads(0.045, 3, 0.02, 123);
+    write("soYoutZup_seZinXdown_other.dat", sim::ilemt_text(other, {}, 1));
+    expect_refused(tricoil("calibrate --out " + path("x.toml") + " " + path(sim::ilemt_name(0, "md")) + " " +
+                           path("soYoutZup_seZinXdown_other.dat") + " " + path(sim::ilemt_name(2, "md"))),
+                   "other");
+    // One source coil reversed: every coupling of it changes its sign.
+    auto reversed = *triads_;
+    reversed.source[1].axis *= -1;
+    write("soYoutZup_seYoutZup_reversed.dat", sim::ilemt_text(reversed, {}, 0));
+    expect_refused(tricoil("calibrate --out " + path("x.toml") + " " + path("soYoutZup_seYoutZup_reversed.dat")), "reversed");
+    // An unknown fixture at evaluation.
+    ASSERT_EQ(tricoil("calibrate --out " + path("k.toml") + set("md")).exit_code, 0);
+    write("soYoutZup_seXupYin_ld.dat", joined(first));
+    expect_refused(tricoil("evaluate --calibration " + path("k.toml") + " " + path("soYoutZup_seXupYin_ld.dat")), "XupYin");
+    EXPECT_FALSE(fs::exists(path("x.toml")));
+}
+
+TEST_F(Stage, AnExistingCalibrationSurvivesAFailure) {
+    ASSERT_EQ(tricoil("calibrate --out " + path("keep.toml") + set("md")).exit_code, 0);
+    const std::string before = read_file(path("keep.toml"));
+    expect_refused(tricoil("calibrate --out " + path("keep.toml") + " " + path(sim::ilemt_name(0, "md")) + " /dev/null"), "");
+    EXPECT_EQ(read_file(path("keep.toml")), before);
+    // A damaged one is refused by name.
+    std::string damaged = before;
+    damaged.replace(damaged.find("sensitivity"), 11, "sensitiveness");
+    write("damaged.toml", damaged);
+    expect_refused(tricoil("evaluate --calibration " + path("damaged.toml") + set("ld")), "damaged.toml");
+    write("half.toml", before.substr(0, before.size() / 2));
+    expect_refused(tricoil("evaluate --calibration " + path("half.toml") + set("ld")), "half.toml");
+}
+
+}  // namespace
+}  // namespace tricoil::test

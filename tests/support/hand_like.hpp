@@ -1,0 +1,68 @@
+// A seeded hand for tests that need no data: the simulated hand of sim/, which reaches about 2 m/s.
+#pragma once
+
+#include "sim/motion/simple_motions.hpp"
+
+namespace tricoil::test {
+
+/// The simulated hand of sim/ at 0.7 of its pace: as fast as the recorded hands, at whose speeds the ratios are stated.
+class HandLike final : public sim::Motion {
+public:
+    explicit HandLike(std::uint64_t seed) : hand_({0.75, 0, 0}, seed) {}
+
+private:
+    [[nodiscard]] sim::Pose do_at(double t) const override { return hand_.at(0.7 * t); }
+    sim::HandMotion hand_;
+};
+
+inline HandLike hand_like(std::uint64_t seed) { return HandLike(seed); }
+
+/// Straight at constant speed and turning at a constant rate.
+class RampMotion final : public sim::Motion {
+public:
+    RampMotion(const sim::Pose& start, const Vec3<double>& velocity_m_s, const Vec3<double>& rate_rad_s)
+        : start_(start), velocity_m_s_(velocity_m_s), rate_rad_s_(rate_rad_s) {}
+
+private:
+    [[nodiscard]] sim::Pose do_at(double t) const override {
+        return {start_.position_m + t * velocity_m_s_,
+                geometry::rotation_vector_to_quaternion<double>(t * rate_rad_s_) * start_.q_source_sensor};
+    }
+    sim::Pose start_;
+    Vec3<double> velocity_m_s_;
+    Vec3<double> rate_rad_s_;
+};
+
+/// At rest, then at rest elsewhere.
+class StepMotion final : public sim::Motion {
+public:
+    StepMotion(const sim::Pose& before, const sim::Pose& after, double at_s) : before_(before), after_(after), at_s_(at_s) {}
+
+private:
+    [[nodiscard]] sim::Pose do_at(double t) const override { return t < at_s_ ? before_ : after_; }
+    sim::Pose before_;
+    sim::Pose after_;
+    double at_s_;
+};
+
+/// Around the source on a great circle tilted out of every coordinate plane, tumbling about all axes: through both poles when the
+/// circle is vertical, and through all octants otherwise.
+class OrbitMotion final : public sim::Motion {
+public:
+    OrbitMotion(double radius_m, const Vec3<double>& axis, double turns_per_s)
+        : radius_m_(radius_m), axis_(axis.normalized()), rate_rad_s_(2 * 3.14159265358979323846 * turns_per_s) {}
+
+private:
+    [[nodiscard]] sim::Pose do_at(double t) const override {
+        const Vec3<double> start = radius_m_ * geometry::transverse_axes<double>(axis_).col(0);
+        const Quat<double> turn = geometry::rotation_vector_to_quaternion<double>(rate_rad_s_ * t * axis_);
+        const Quat<double> tumble = geometry::rotation_vector_to_quaternion<double>({0, 3 * t, 0}) *
+                                    geometry::rotation_vector_to_quaternion<double>({2 * t, 0, 0});
+        return {turn * start, tumble};
+    }
+    double radius_m_;
+    Vec3<double> axis_;
+    double rate_rad_s_;
+};
+
+}  // namespace tricoil::test

@@ -1,0 +1,113 @@
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "core/tracking/scaat/filter_impl.hpp"
+#include "core/tracking/scaat/general_measurement.hpp"
+#include "tests/target/kernels/kernel.hpp"
+
+namespace tricoil::target {
+namespace {
+
+namespace scaat = tracking::scaat;
+using Concentric = scaat::ConcentricMeasurement<float>;
+using General = scaat::GeneralMeasurement<float>;
+
+constexpr int kRuns = 24;       // columns that are counted
+constexpr int kSettling = 60;   // before them
+constexpr int kSlot_us = 1389;  // TDM at 240 frames/s
+constexpr float kSigma = 1e-4F;
+
+Column<float> column;
+bool given;
+
+/// Couplings with C = 1 of a sensor that circles and turns at about a metre and two radians per second.
+template <typename Model>
+void make_column(const Model& model, int n) {
+    const float t = 1e-6F * kSlot_us * static_cast<float>(n);
+    const Vec3<float> position(0.5F + 0.1F * std::cos(10 * t), 0.1F * std::sin(10 * t), 0.2F + 0.05F * t);
+    const Mat3<float> o = geometry::attitude_matrix(geometry::Euler<float>{2 * t, 0.3F, -t});
+    column.state = single_coil(n % 3);
+    column.midpoint = device_time_us(std::int64_t{kSlot_us} * n);
+    column.in_phase = model.column(position, o, n % 3).column;
+    column.sigma.setConstant(kSigma);
+}
+
+template <typename Model>
+class Tracking {
+public:
+    /// Run 0 starts anew and settles; every run is the next column.
+    void prepare(const Model& model, int run) {
+        if (run == 0) {
+            scaat::Params<float> params;
+            params.max_column_span = Microseconds{5 * kSlot_us / 2};
+            filter_.emplace(params, model);
+            for (int n = 0; n < kSettling; ++n) {
+                make_column(model, n);
+                (void)filter_->update(column);
+            }
+        }
+        make_column(model, kSettling + run);
+    }
+
+    void run() { given = filter_->update(column).has_value(); }
+
+private:
+    std::optional<scaat::Filter<float, Model>> filter_;
+};
+
+/// Source coils 45 mm and sensor coils 6 mm apart.
+General wide_coils() {
+    General model{field::GeneralDipole<float>::concentric(1)};
+    model.coils.source_offset_m = 0.03F * Mat3<float>::Identity();
+    model.coils.sensor_offset_m = 0.004F * Mat3<float>::Identity();
+    return model;
+}
+
+Tracking<Concentric> concentric;
+Tracking<General> general;
+
+void prepare_concentric(int run) { concentric.prepare(Concentric{}, run); }
+void run_concentric(int) { concentric.run(); }
+void prepare_general(int run) { general.prepare(wide_coils(), run); }
+void run_general(int) { general.run(); }
+
+/// The filter's arithmetic alone: propagation to the column's time, innovation, Joseph update.
+scaat::State<float> state;
+std::optional<scaat::Innovation<float>> innovation;
+
+template <typename Model>
+void prepare_update(const Model& model, int run) {
+    make_column(model, run);
+    state = {};
+    state.position_m = Vec3<float>(0.6F, 0, 0.2F);
+    state.covariance.setIdentity();
+    state.covariance *= 1e-6F;
+}
+
+template <typename Model>
+void run_update(const Model& model, int run) {
+    scaat::propagate(state, scaat::Intensity<float>{}, column.midpoint);
+    const Vec3<float> variance = column.sigma.cwiseAbs2();
+    innovation = scaat::innovation(model, state, state, run % 3, column.in_phase, variance, 0.0F);
+    (void)scaat::apply(state, *innovation);
+}
+
+void prepare_concentric_update(int run) { prepare_update(Concentric{}, run); }
+void run_concentric_update(int run) { run_update(Concentric{}, run); }
+void prepare_general_update(int run) { prepare_update(wide_coils(), run); }
+const General kWide = wide_coils();
+void run_general_update(int run) { run_update(kWide, run); }
+
+constexpr std::array<Kernel, 4> kKernels{{
+    {"filter-update", 12, prepare_concentric_update, run_concentric_update},
+    {"filter-update-general", 12, prepare_general_update, run_general_update},
+    {"filter", kRuns, prepare_concentric, run_concentric},
+    {"filter-general", kRuns, prepare_general, run_general},
+}};
+
+}  // namespace
+
+std::span<const Kernel> filter_kernels() { return kKernels; }
+
+}  // namespace tricoil::target

@@ -1,0 +1,104 @@
+// The filter on coils 45 mm apart: with the right model it tracks as on ideal coils, and the couplings tell the hemisphere.
+#include <gtest/gtest.h>
+
+#include "core/tracking/scaat/filter_impl.hpp"
+#include "core/tracking/scaat/general_measurement.hpp"
+#include "tests/support/column_replay.hpp"
+#include "tests/support/hand_like.hpp"
+
+namespace tricoil::tracking {
+namespace {
+
+using Model = scaat::GeneralMeasurement<double>;
+
+/// Source coils 45 mm from one another and 3 degrees out of square; sensor coils 6 mm apart.
+field::GeneralDipole<double> wide_triad() {
+    auto coils = field::GeneralDipole<double>::concentric(test::kCoupling);
+    const double d = 0.045 / std::sqrt(2.0);
+    coils.source_offset_m.diagonal().setConstant(d);
+    coils.source_offset_m.array() -= d / 3;
+    coils.sensor_offset_m.diagonal().setConstant(0.006);
+    const double slant = std::sin(3 * 3.14159265358979 / 180);
+    coils.source_moment(0, 1) = slant * test::kCoupling;
+    coils.source_moment(2, 0) = -slant * test::kCoupling;
+    return coils;
+}
+
+/// Columns as test::replay makes them, but of these coils.
+template <typename Take>
+void replay_wide(const sim::Motion& motion, const test::ReplayParams& params, Take&& take) {
+    const auto coils = wide_triad();
+    std::mt19937_64 random(params.seed);
+    std::normal_distribution<double> normal(0, 1);
+    test::ReplayParams silent = params;
+    silent.sigma = 0;
+    test::replay<double>(motion, silent, [&](Column<double> column) {
+        const auto truth = motion.at(to_seconds(column.midpoint));
+        const auto o = geometry::attitude_matrix(truth.q_source_sensor);
+        column.in_phase = field::column_model(coils, truth.position_m, o, coil_index(column.state)).column;
+        column.in_phase += params.sigma * Vec3<double>(normal(random), normal(random), normal(random));
+        column.sigma.setConstant(std::max(params.sigma, test::kSigmaFloor));
+        take(column);
+    });
+}
+
+test::Score play_wide(const sim::Motion& motion, const test::ReplayParams& params, scaat::Filter<double, Model>& filter) {
+    test::Score score;
+    replay_wide(motion, params, [&](const Column<double>& column) {
+        if (const auto e = filter.update(column)) {
+            score.add(*e, motion, params.sigma);
+        }
+    });
+    return score;
+}
+
+TEST(WideTriad, TracksMotionInTurn) {
+    test::Score wide;
+    test::Score ideal;
+    test::Score wrong;
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+        const auto motion = test::hand_like(seed);
+        const test::ReplayParams params{true, test::sigma_for_cost(0.05e-3), seed, 0, 5};
+        scaat::Filter<double, Model> filter(test::scaat_params<double>(true), {wide_triad()});
+        wide.add(play_wide(motion, params, filter));
+        EXPECT_EQ(filter.counters().reopened, 0U);
+        auto concentric = test::scaat_filter<double>(test::scaat_params<double>(true));
+        ideal.add(test::play<double>(motion, params, concentric));
+        auto misled = test::scaat_filter<double>(test::scaat_params<double>(true));
+        replay_wide(motion, params, [&](const Column<double>& column) {
+            if (const auto e = misled.update(column)) {
+                wrong.add(*e, motion, params.sigma);
+            }
+        });
+    }
+    std::printf("45 mm triad %.4f mm, ideal triad %.4f mm; concentric model on the 45 mm triad: %zu poses, %zu called invalid\n",
+                1e3 * wide.position().rms, 1e3 * ideal.position().rms, wrong.position_m.size(), wrong.invalid);
+    EXPECT_LT(wide.position().rms, 1.1 * ideal.position().rms);
+    EXPECT_EQ(wide.invalid, 0U);
+    EXPECT_GT(wide.nees_position_per_dof(), 0.5);
+    EXPECT_LT(wide.nees_position_per_dof(), 1.5);
+}
+
+TEST(WideTriad, TracksFrames) {
+    const auto motion = test::hand_like(4);
+    scaat::Filter<double, Model> filter(test::scaat_params<double>(false), {wide_triad()});
+    const auto score = play_wide(motion, {false, test::sigma_for_cost(0.05e-3), 1, 0, 5}, filter);
+    EXPECT_LT(score.position().rms, 0.2e-3);
+    EXPECT_EQ(score.invalid, 0U);
+}
+
+/// No setting, or a wrong one: offsets of 45 mm tell the half space at half a metre, in motion and at once.
+TEST(WideTriad, TellsTheHemisphere) {
+    for (const Vec3<double>& setting : {Vec3<double>(0, 0, 0), Vec3<double>(-1, 0, 0)}) {
+        for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+            const auto motion = test::hand_like(seed);
+            scaat::Filter<double, Model> filter(test::scaat_params<double>(true, setting), {wide_triad()});
+            const auto score = play_wide(motion, {true, test::sigma_for_cost(0.05e-3), seed, 0, 1}, filter);
+            EXPECT_EQ(score.invalid, 0U) << score.flags.bits();
+            EXPECT_LT(score.position().max, 5e-3);
+        }
+    }
+}
+
+}  // namespace
+}  // namespace tricoil::tracking

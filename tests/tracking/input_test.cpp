@@ -1,0 +1,173 @@
+// What the filter must not take: each is refused with its reason, counted, and leaves the state as it was.
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <limits>
+
+#include "tests/support/column_replay.hpp"
+#include "tests/support/hand_like.hpp"
+
+namespace tricoil::tracking::scaat {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+class FilterInput : public ::testing::Test {
+protected:
+    void SetUp() override {
+        const auto motion = test::hand_like(3);
+        test::ReplayParams params;
+        params.sigma = 1e-6;
+        test::replay<double>(motion, params, [&](const Column<double>& column) {
+            filter_.update(column);
+            last_ = column;
+        });
+        ASSERT_EQ(filter_.state(), TrackerState::tracking);
+    }
+
+    /// A good next column.
+    Column<double> next() const {
+        Column<double> c = last_;
+        c.midpoint += Microseconds{1389};
+        return c;
+    }
+
+    void expect_refused(const Column<double>& column, Rejection reason) {
+        const State<double> before = filter_.motion();
+        const auto counted = filter_.counters().of(reason);
+        EXPECT_FALSE(filter_.update(column).has_value());
+        EXPECT_EQ(filter_.counters().of(reason), counted + 1);
+        const State<double>& after = filter_.motion();
+        EXPECT_EQ(before.time, after.time);
+        EXPECT_EQ(before.position_m, after.position_m);
+        EXPECT_EQ(before.q_source_sensor.coeffs(), after.q_source_sensor.coeffs());
+        EXPECT_EQ(before.velocity_m_s, after.velocity_m_s);
+        EXPECT_EQ(before.rate_rad_s, after.rate_rad_s);
+        EXPECT_EQ(before.covariance, after.covariance);
+    }
+
+    Filter<double> filter_ = test::scaat_filter<double>(test::scaat_params<double>(true));
+    Column<double> last_;
+};
+
+TEST_F(FilterInput, NotFinite) {
+    for (const double bad : {kNaN, std::numeric_limits<double>::infinity()}) {
+        Column<double> c = next();
+        c.in_phase(1) = bad;
+        expect_refused(c, Rejection::not_finite);
+        c = next();
+        c.quadrature(0) = bad;
+        expect_refused(c, Rejection::not_finite);
+    }
+}
+
+TEST_F(FilterInput, BadSigma) {
+    for (const double bad : {0.0, -1.0, kNaN, std::numeric_limits<double>::infinity()}) {
+        Column<double> c = next();
+        c.sigma(2) = bad;
+        expect_refused(c, Rejection::bad_sigma);
+    }
+}
+
+TEST_F(FilterInput, UnknownState) {
+    for (const auto state : {Excitation::off, Excitation::all, static_cast<Excitation>(77)}) {
+        Column<double> c = next();
+        c.state = state;
+        expect_refused(c, Rejection::unknown_state);
+    }
+}
+
+TEST_F(FilterInput, Duplicate) { expect_refused(last_, Rejection::duplicate); }
+
+TEST_F(FilterInput, TimeBackwards) {
+    Column<double> c = last_;
+    c.midpoint -= Microseconds{10'001};
+    expect_refused(c, Rejection::time_backwards);
+}
+
+/// Columns that overtake each other by less than the bound are used, and are worth more than nothing.
+TEST(FilterLate, LateColumnsAreBetterThanNone) {
+    const auto motion = test::hand_like(4);
+    const double sigma = test::sigma_for_cost(0.2e-3);
+    std::vector<Column<double>> columns;
+    test::replay<double>(motion, {true, sigma, 1, 0, 10}, [&](const Column<double>& c) { columns.push_back(c); });
+    const auto play = [&](bool deliver_late) {
+        auto filter = test::scaat_filter<double>(test::scaat_params<double>(true));
+        test::Score score;
+        for (std::size_t n = 0; n < columns.size(); ++n) {
+            if (n < 100 || n % 3 != 0 || n + 3 > columns.size()) {
+                if (const auto e = filter.update(columns[n])) {
+                    score.add(*e, motion, sigma);
+                }
+            }
+            if (n >= 102 && (n - 2) % 3 == 0 && deliver_late) {  // every column of state 1 comes after the next two: 2.8 ms late
+                (void)filter.update(columns[n - 2]);
+            }
+        }
+        EXPECT_EQ(filter.counters().of(Rejection::time_backwards), 0U);
+        return score;
+    };
+    const double late = play(true).position().rms;
+    const double without = play(false).position().rms;
+    std::printf("one state late: %.3f mm, one state missing: %.3f mm\n", 1e3 * late, 1e3 * without);
+    EXPECT_LT(late, 0.8 * without);
+}
+
+/// Ten seconds of nothing: stale at once, lost, and tracking again three columns after the columns return.
+TEST_F(FilterInput, LongGap) {
+    const auto stale = filter_.tick(last_.midpoint + Microseconds{60'000});
+    ASSERT_TRUE(stale.has_value());
+    EXPECT_TRUE(stale->flags.has(PoseFlag::stale));
+    const auto motion = test::hand_like(3);
+    test::ReplayParams params;
+    params.sigma = 1e-6;
+    params.begin_s = 11;
+    params.duration_s = 9.5 / test::kSlotsPerSecond;
+    int poses = 0;
+    test::replay<double>(motion, params, [&](const Column<double>& column) {
+        const auto estimate = filter_.update(column);
+        poses += estimate && estimate->valid() ? 1 : 0;
+        if (estimate && estimate->valid()) {
+            EXPECT_LT((estimate->position_m - motion.at(to_seconds(estimate->time)).position_m).norm(), 2e-3);
+        }
+    });
+    EXPECT_EQ(filter_.state(), TrackerState::tracking);
+    EXPECT_GE(poses, 3);
+    EXPECT_EQ(filter_.counters().acquisitions, 2U);
+}
+
+TEST(FilterParams, OutOfRangeIsRefusedWithAReason) {
+    const auto expect_bad = [](auto change) {
+        Params<float> p;
+        change(p);
+        const Status status = check(p);
+        EXPECT_EQ(status.code(), StatusCode::invalid_argument);
+        EXPECT_NE(std::strlen(status.message()), 0U);
+    };
+    EXPECT_TRUE(check(Params<float>{}).ok());
+    EXPECT_TRUE(check(Params<double>{}).ok());
+    expect_bad([](auto& p) { p.gate = 0; });
+    expect_bad([](auto& p) { p.gate = std::numeric_limits<float>::quiet_NaN(); });
+    expect_bad([](auto& p) { p.process.gain = 1; });
+    expect_bad([](auto& p) { p.process.least_m2_s3 = 2; });
+    expect_bad([](auto& p) { p.process.most_rad2_s3 = -1; });
+    expect_bad([](auto& p) { p.start_speed_m_s = -3; });
+    expect_bad([](auto& p) { p.coast_limit = Microseconds{0}; });
+    expect_bad([](auto& p) { p.lost_after = Microseconds{1000}; });
+    expect_bad([](auto& p) { p.max_lateness = Microseconds{-1}; });
+    expect_bad([](auto& p) { p.predict_ahead = Microseconds{20'000'000}; });
+    expect_bad([](auto& p) { p.hemisphere.x() = std::numeric_limits<float>::infinity(); });
+}
+
+TEST(FilterSizes, ArePrinted) {
+    RecordProperty("sizeof_params_float", static_cast<int>(sizeof(Params<float>)));
+    RecordProperty("sizeof_state_float", static_cast<int>(sizeof(State<float>)));
+    RecordProperty("sizeof_filter_float", static_cast<int>(sizeof(Filter<float>)));
+    std::printf("float: Params %zu, State %zu, Filter %zu, Tracker %zu bytes\n", sizeof(Params<float>), sizeof(State<float>),
+                sizeof(Filter<float>), sizeof(Tracker<float>));
+    std::printf("double: Params %zu, State %zu, Filter %zu, Tracker %zu bytes\n", sizeof(Params<double>), sizeof(State<double>),
+                sizeof(Filter<double>), sizeof(Tracker<double>));
+}
+
+}  // namespace
+}  // namespace tricoil::tracking::scaat

@@ -1,0 +1,247 @@
+// What motion costs each tracker, on generated motion: ratios, lag, prediction, rest, jumps, poles.
+#include <gtest/gtest.h>
+
+#include "tests/support/column_replay.hpp"
+#include "tests/support/hand_like.hpp"
+
+namespace tricoil::tracking {
+namespace {
+
+using test::ReplayParams;
+using test::Score;
+
+Score play_filter(const sim::Motion& motion, const ReplayParams& params) {
+    auto filter = test::scaat_filter<double>(test::scaat_params<double>(params.tdm, motion.at(params.begin_s).position_m));
+    return test::play<double>(motion, params, filter);
+}
+
+Score play_direct(const sim::Motion& motion, const ReplayParams& params, bool deskew) {
+    auto tracker = test::direct_tracker<double>(params.tdm, deskew, motion.at(params.begin_s).position_m);
+    return test::play<double>(motion, params, tracker);
+}
+
+/// Naive, deskewed and filtered over several seeded hands.
+std::array<Score, 3> play_hands(double sigma) {
+    std::array<Score, 3> scores;
+    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+        const auto motion = test::hand_like(seed);
+        ReplayParams params;
+        params.sigma = sigma;
+        params.seed = seed;
+        params.duration_s = 10;
+        scores[0].add(play_direct(motion, params, false));
+        scores[1].add(play_direct(motion, params, true));
+        scores[2].add(play_filter(motion, params));
+    }
+    return scores;
+}
+
+TEST(GeneratedHand, WithoutNoise) {
+    const auto [naive, deskewed, filtered] = play_hands(0);
+    std::printf("naive %.3f mm, deskewed 1/%.1f, filtered 1/%.1f\n", 1e3 * naive.position().rms,
+                naive.position().rms / deskewed.position().rms, naive.position().rms / filtered.position().rms);
+    EXPECT_GT(naive.position().rms, 3e-3);
+    EXPECT_GT(naive.position().rms / filtered.position().rms, 100);
+    EXPECT_GT(naive.orientation().rms / filtered.orientation().rms, 100);
+    EXPECT_GT(naive.position().rms / deskewed.position().rms, 12);
+    EXPECT_LT(filtered.position().max, 1e-3);
+}
+
+TEST(GeneratedHand, WithLittleNoise) {
+    const auto [naive, deskewed, filtered] = play_hands(test::sigma_for_cost(0.05e-3));
+    std::printf("naive %.3f mm, filtered 1/%.1f\n", 1e3 * naive.position().rms, naive.position().rms / filtered.position().rms);
+    EXPECT_GT(naive.position().rms / filtered.position().rms, 15);
+    EXPECT_EQ(filtered.invalid, 0U);
+}
+
+TEST(GeneratedHand, WithMuchNoise) {
+    const auto [naive, deskewed, filtered] = play_hands(test::sigma_for_cost(0.5e-3));
+    std::printf("bound %.3f mm, filtered %.3f mm\n", 1e3 * filtered.static_bound_m(), 1e3 * filtered.position().rms);
+    EXPECT_LT(filtered.position().rms, 0.7 * filtered.static_bound_m());
+}
+
+TEST(GeneratedHand, CovarianceIsHonest) {
+    for (const double cost_m : {0.05e-3, 0.5e-3}) {
+        const auto filtered = play_hands(test::sigma_for_cost(cost_m))[2];
+        EXPECT_GT(filtered.nees_position_per_dof(), 0.5);
+        EXPECT_LT(filtered.nees_position_per_dof(), 1.5);
+        EXPECT_GT(filtered.nees_rotation_per_dof(), 0.5);
+        EXPECT_LT(filtered.nees_rotation_per_dof(), 1.5);
+        EXPECT_LE(static_cast<double>(filtered.beyond_5_sigma), 1e-3 * filtered.count());
+    }
+}
+
+/// A pose belongs to its newest column's midpoint: at constant velocity nothing may trail.
+TEST(Latency, ConstantVelocityDoesNotLag) {
+    const Vec3<double> velocity(0.1, 0.9, -0.3);
+    const Vec3<double> rate(0.5, -2, 4);
+    const test::RampMotion motion({{0.5, -0.4, 0.2}, Quat<double>::Identity()}, velocity, rate);
+    for (const double sigma : {0.0, test::sigma_for_cost(0.5e-3)}) {
+        double lag_s = 0;
+        double turn_lag_s = 0;
+        int poses = 0;
+        for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+            auto filter = test::scaat_filter<double>(test::scaat_params<double>(true));
+            test::replay<double>(motion, {true, sigma, seed, 0, 1.0}, [&](const Column<double>& column) {
+                const auto e = filter.update(column);
+                const double t = to_seconds(column.midpoint);
+                if (!e || t < 0.5) {
+                    return;
+                }
+                EXPECT_EQ(e->time, column.midpoint);
+                const auto truth = motion.at(t);
+                lag_s -= (e->position_m - truth.position_m).dot(velocity) / velocity.squaredNorm();
+                turn_lag_s -=
+                    geometry::quaternion_to_rotation_vector<double>(e->q_source_sensor * truth.q_source_sensor.conjugate())
+                        .dot(rate) /
+                    rate.squaredNorm();
+                ++poses;
+            });
+        }
+        std::printf("sigma %.1e: lag %.2f us, turning %.2f us\n", sigma, 1e6 * lag_s / poses, 1e6 * turn_lag_s / poses);
+        EXPECT_LT(std::abs(lag_s / poses), 1e-4);
+        EXPECT_LT(std::abs(turn_lag_s / poses), 1e-4);
+    }
+}
+
+TEST(Prediction, BeatsHoldingTheLastPose) {
+    constexpr Microseconds kAhead{20'000};
+    const auto motion = test::hand_like(7);
+    auto params = test::scaat_params<double>(true);
+    params.predict_ahead = kAhead;
+    auto filter = test::scaat_filter<double>(params);
+    Score predicted;
+    Score held;
+    test::replay<double>(motion, {true, test::sigma_for_cost(0.05e-3), 1, 0, 10}, [&](const Column<double>& column) {
+        const auto e = filter.update(column);
+        if (!e) {
+            return;
+        }
+        EXPECT_EQ(e->time, column.midpoint + kAhead);
+        predicted.add(*e, motion, 0);
+        auto last = *e;
+        last.position_m = filter.motion().position_m;
+        last.q_source_sensor = filter.motion().q_source_sensor;
+        held.add(last, motion, 0);
+    });
+    std::printf("20 ms ahead: %.2f mm, held %.2f mm\n", 1e3 * predicted.position().rms, 1e3 * held.position().rms);
+    EXPECT_GT(held.position().rms / predicted.position().rms, 3);
+    EXPECT_GT(held.orientation().rms / predicted.orientation().rms, 3);
+}
+
+TEST(Still, NoiseIsHalfOfTheDirectSolversAtMost) {
+    const sim::Pose pose{{0.3, 0.4, 0}, geometry::rotation_vector_to_quaternion<double>({0.3, -0.2, 0.6})};
+    const sim::StillMotion motion(pose);
+    for (const bool tdm : {true, false}) {
+        const ReplayParams params{tdm, test::sigma_for_snr(60, 0.5), 5, 0, 10.5};
+        const double direct = play_direct(motion, params, false).position().rms;
+        const Score filtered = play_filter(motion, params);
+        std::printf("%s: direct %.3f mm, filtered %.3f mm\n", tdm ? "tdm" : "fdm", 1e3 * direct, 1e3 * filtered.position().rms);
+        EXPECT_LT(filtered.position().rms, 0.5 * direct);
+        EXPECT_EQ(filtered.invalid, 0U);
+        EXPECT_EQ(filtered.beyond_5_sigma, 0U);
+    }
+}
+
+/// A jump of 10 cm: the first column after it is refused, the third re-opens the filter, and three frames later it has settled.
+TEST(Step, IsReachedWithinThreeFrames) {
+    const sim::Pose before{{0.5, 0, 0}, geometry::rotation_vector_to_quaternion<double>({0.3, -0.2, 0.6})};
+    sim::Pose after = before;
+    after.position_m.y() += 0.1;
+    const double sigma = test::sigma_for_snr(60, 0.5);
+    const double direct = 1.06e-3 * 1.04;  // of the direct solver at the pose after: physics 2, range 0.51 m
+    double squares = 0;
+    constexpr int kRuns = 60;
+    for (int run = 0; run < kRuns; ++run) {
+        const double jump_s = 1.0 + run % 3 / test::kSlotsPerSecond;  // at each phase of the frame
+        const test::StepMotion motion(before, after, jump_s - 1e-4);
+        auto filter = test::scaat_filter<double>(test::scaat_params<double>(true));
+        std::optional<PoseEstimate<double>> last;
+        const double end_s = jump_s + 9.5 / test::kSlotsPerSecond;
+        test::replay<double>(motion, {true, sigma, static_cast<std::uint64_t>(run + 1), 0, end_s},
+                             [&](const Column<double>& column) {
+                                 last = filter.update(column);
+                                 const double t = to_seconds(column.midpoint);
+                                 if (last && last->valid() && t > 0.1) {
+                                     EXPECT_LT((last->position_m - motion.at(t).position_m).norm(), 0.02)
+                                         << "valid but left behind, at " << t - jump_s;
+                                 }
+                             });
+        ASSERT_TRUE(last.has_value());
+        EXPECT_TRUE(last->valid());
+        EXPECT_EQ(filter.counters().reopened, 1U);
+        squares += (last->position_m - after.position_m).squaredNorm();
+    }
+    std::printf("after three frames: %.2f mm RMS over %d jumps\n", 1e3 * std::sqrt(squares / kRuns), kRuns);
+    EXPECT_LT(std::sqrt(squares / kRuns), 1e-3 + direct);
+}
+
+/// How often the filter re-opens for nothing: never, in ten minutes of hands and rest under noise.
+TEST(Step, IsNotImagined) {
+    std::uint64_t reopened = 0;
+    std::uint64_t outliers = 0;
+    std::uint64_t columns = 0;
+    for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+        const auto motion = test::hand_like(seed);
+        auto filter = test::scaat_filter<double>(test::scaat_params<double>(true));
+        test::play<double>(motion, {true, test::sigma_for_cost(0.2e-3), seed, 0, 60}, filter);
+        reopened += filter.counters().reopened;
+        outliers += filter.counters().outliers;
+        columns += filter.counters().accepted;
+    }
+    std::printf("%llu columns: %llu refused by the gate, %llu re-openings\n", static_cast<unsigned long long>(columns),
+                static_cast<unsigned long long>(outliers), static_cast<unsigned long long>(reopened));
+    EXPECT_EQ(reopened, 0U);
+    EXPECT_LT(outliers, 10U);
+}
+
+/// Poles of position and attitude, the hemisphere boundary, all octants: nothing happens there.
+TEST(Everywhere, NoJumpNoFlagNoNaN) {
+    const std::array<Vec3<double>, 4> axes{Vec3<double>{0, 1, 0}, Vec3<double>{1, 0, 0}, Vec3<double>{0, 0, 1},
+                                           Vec3<double>{1, 1, 1}};
+    for (const auto& axis : axes) {
+        const test::OrbitMotion motion(0.5, axis, 1.0);
+        for (const bool tdm : {true, false}) {
+            const double sigma = test::sigma_for_snr(60, 0.5);
+            auto filter = test::scaat_filter<double>(test::scaat_params<double>(tdm, motion.at(0).position_m));
+            Vec3<double> before = motion.at(0).position_m;
+            int poses = 0;
+            int distorted = 0;  // a warning that noise alone gives once in 1,000
+            test::replay<double>(motion, {tdm, sigma, 9, 0, 5}, [&](const Column<double>& column) {
+                const auto e = filter.update(column);
+                if (!e || poses++ < 10) {
+                    return;
+                }
+                ASSERT_TRUE(e->position_m.allFinite() && e->q_source_sensor.coeffs().allFinite() && e->covariance.allFinite());
+                EXPECT_TRUE(e->valid()) << e->flags.bits();
+                distorted += e->flags.has(PoseFlag::distorted) ? 1 : 0;
+                EXPECT_LT((e->position_m - motion.at(to_seconds(e->time)).position_m).norm(), 8e-3);
+                EXPECT_LT((e->position_m - before).norm(), poses > 11 ? 0.025 : 1);
+                before = e->position_m;
+            });
+            EXPECT_GT(poses, 1000);
+            EXPECT_LT(distorted, poses / 250);
+            EXPECT_EQ(filter.counters().reopened, 0U);
+        }
+    }
+}
+
+TEST(PaperExampleIII, SimultaneousColumns) {
+    sim::PaperRates rates;
+    rates.azimuth_amplitude = 8 * 3.14159265358979323846;
+    rates.elevation_amplitude = 1.5 * 3.14159265358979323846;
+    const sim::PaperMotion motion(rates);
+    const ReplayParams fdm{false, 0, 1, 0, 5};
+    const ReplayParams tdm{true, 0, 1, 0, 5};
+    const Score at_once = play_filter(motion, fdm);
+    const Score in_turn = play_filter(motion, tdm);
+    std::printf("FDM: max %.4f mm; TDM: RMS %.2f mm, max %.2f mm, deskewed direct RMS %.2f mm max %.2f mm, naive RMS %.1f mm\n",
+                1e3 * at_once.position().max, 1e3 * in_turn.position().rms, 1e3 * in_turn.position().max,
+                1e3 * play_direct(motion, tdm, true).position().rms, 1e3 * play_direct(motion, tdm, true).position().max,
+                1e3 * play_direct(motion, tdm, false).position().rms);
+    EXPECT_LT(at_once.position().max, 1e-4);
+    EXPECT_EQ(at_once.invalid, 0U) << at_once.flags.bits();
+}
+
+}  // namespace
+}  // namespace tricoil::tracking

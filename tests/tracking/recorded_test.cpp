@@ -1,0 +1,110 @@
+// The recorded hand motions, all of them: the ratios that the filter is for. Skipped where the data are not.
+#include <gtest/gtest.h>
+
+#include "tests/support/column_replay.hpp"
+
+namespace tricoil::tracking {
+namespace {
+
+struct Totals {
+    test::Score naive;
+    test::Score deskewed;
+    test::Score filtered;
+    double least_nees = 1e9;
+    double most_nees = 0;
+};
+
+class Recorded : public ::testing::Test {
+protected:
+    void SetUp() override {
+        files_ = test::recorded_files(TRICOIL_DEFAULT_DATA_DIR);
+        if (files_.empty()) {
+            GTEST_SKIP() << "no recorded hand motions: set TRICOIL_DATA_DIR to the folder that holds hand-motion/";
+        }
+    }
+
+    Totals play_all(double sigma) const {
+        Totals totals;
+        std::uint64_t seed = 0;
+        for (const auto& file : files_) {
+            const auto motion = test::recorded_motion(file);
+            const test::ReplayParams params{true, sigma, ++seed, 0, motion->duration_s()};
+            const Vec3<double> start = motion->at(0).position_m;
+            auto naive = test::direct_tracker<double>(true, false, start);
+            auto deskewed = test::direct_tracker<double>(true, true, start);
+            auto filter = test::scaat_filter<double>(test::scaat_params<double>(true, start));
+            totals.naive.add(test::play<double>(*motion, params, naive));
+            totals.deskewed.add(test::play<double>(*motion, params, deskewed));
+            const auto score = test::play<double>(*motion, params, filter);
+            totals.filtered.add(score);
+            for (const double nees : {score.nees_position_per_dof(), score.nees_rotation_per_dof()}) {
+                totals.least_nees = std::min(totals.least_nees, nees);
+                totals.most_nees = std::max(totals.most_nees, nees);
+            }
+        }
+        return totals;
+    }
+
+    std::vector<std::string> files_;
+};
+
+TEST_F(Recorded, WithoutNoise) {
+    const auto t = play_all(0);
+    const double naive = t.naive.position().rms;
+    std::printf("naive %.3f mm, deskewed 1/%.1f, filtered 1/%.1f, orientation 1/%.1f\n", 1e3 * naive,
+                naive / t.deskewed.position().rms, naive / t.filtered.position().rms,
+                t.naive.orientation().rms / t.filtered.orientation().rms);
+    EXPECT_GT(naive, 4e-3);
+    EXPECT_LT(naive, 10e-3);
+    EXPECT_GT(naive / t.filtered.position().rms, 100);
+    EXPECT_GT(t.naive.orientation().rms / t.filtered.orientation().rms, 100);
+    EXPECT_GT(naive / t.deskewed.position().rms, 12);
+}
+
+TEST_F(Recorded, WithLittleNoise) {
+    const auto t = play_all(test::sigma_for_cost(0.05e-3));
+    std::printf("naive / filtered %.2f, error^2 / covariance %.2f to %.2f\n", t.naive.position().rms / t.filtered.position().rms,
+                t.least_nees, t.most_nees);
+    EXPECT_GT(t.naive.position().rms / t.filtered.position().rms, 15);
+    EXPECT_GT(t.least_nees, 0.5);
+    EXPECT_LT(t.most_nees, 1.5);
+    EXPECT_LE(static_cast<double>(t.filtered.beyond_5_sigma), 1e-3 * t.filtered.count());
+}
+
+TEST_F(Recorded, WithMuchNoise) {
+    const auto t = play_all(test::sigma_for_cost(0.5e-3));
+    std::printf("filtered / static bound %.3f, error^2 / covariance %.2f to %.2f\n",
+                t.filtered.position().rms / t.filtered.static_bound_m(), t.least_nees, t.most_nees);
+    EXPECT_LT(t.filtered.position().rms, 0.7 * t.filtered.static_bound_m());
+    EXPECT_GT(t.least_nees, 0.5);
+    EXPECT_LT(t.most_nees, 1.5);
+    EXPECT_LE(static_cast<double>(t.filtered.beyond_5_sigma), 1e-3 * t.filtered.count());
+}
+
+TEST_F(Recorded, PredictionBeatsHolding) {
+    test::Score predicted;
+    test::Score held;
+    for (const auto& file : files_) {
+        const auto motion = test::recorded_motion(file);
+        auto params = test::scaat_params<double>(true, motion->at(0).position_m);
+        params.predict_ahead = Microseconds{20'000};
+        auto filter = test::scaat_filter<double>(params);
+        const double duration_s = motion->duration_s() - 0.03;  // the truth must go on for what is predicted
+        test::replay<double>(*motion, {true, 0, 1, 0, duration_s}, [&](const Column<double>& column) {
+            if (const auto e = filter.update(column)) {
+                predicted.add(*e, *motion, 0);
+                auto last = *e;
+                last.position_m = filter.motion().position_m;
+                last.q_source_sensor = filter.motion().q_source_sensor;
+                held.add(last, *motion, 0);
+            }
+        });
+    }
+    std::printf("20 ms ahead: %.3f mm, held %.3f mm (%.1f times)\n", 1e3 * predicted.position().rms, 1e3 * held.position().rms,
+                held.position().rms / predicted.position().rms);
+    EXPECT_GT(held.position().rms / predicted.position().rms, 3);
+    EXPECT_GT(held.orientation().rms / predicted.orientation().rms, 3);
+}
+
+}  // namespace
+}  // namespace tricoil::tracking

@@ -1,0 +1,142 @@
+// Several sensors on one source: the loop keeps them apart, and one of them failing does not disturb the others.
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <vector>
+
+#include "board/app/main_loop.hpp"
+#include "sim/hal/simulated_hal.hpp"
+#include "sim/motion/simple_motions.hpp"
+
+namespace tricoil::app {
+namespace {
+
+constexpr double kDuration_s = 1.5;
+
+/// One simulated converter per sensor, read in turn; all hear the same coils at the same time.
+class SensorBank final : public hal::CoilSampler {
+public:
+    SensorBank(const std::vector<std::unique_ptr<sim::CoilWorld>>& worlds, const sim::SimulatedCoilDriver& coils,
+               std::vector<sim::SimulatedClock>& clocks) {
+        for (std::size_t n = 0; n < worlds.size(); ++n) {
+            samplers_.push_back(std::make_unique<sim::SimulatedCoilSampler>(*worlds[n], coils, clocks[n], kDuration_s));
+        }
+    }
+
+private:
+    Status do_start(const signal::AcquisitionPlan& plan) override {
+        for (auto& sampler : samplers_) {
+            if (const Status status = sampler->start(plan); !status.ok()) {
+                return status;
+            }
+        }
+        return {};
+    }
+    Status do_poll(SampleBlock& block) override {
+        const std::size_t sensor = polls_ % samplers_.size();
+        const Status status = samplers_[sensor]->poll(block);
+        block.sensor = static_cast<std::uint8_t>(sensor);
+        block.sequence = polls_++;
+        return status;
+    }
+    void do_stop() override {
+        for (auto& sampler : samplers_) {
+            sampler->stop();
+        }
+    }
+
+    std::vector<std::unique_ptr<sim::SimulatedCoilSampler>> samplers_;
+    std::uint32_t polls_ = 0;
+};
+
+struct Bank {
+    std::vector<double> worst_m;
+    std::vector<std::size_t> valid;
+    std::vector<std::size_t> invalid;
+    MainLoopCounters counters;
+    Status started;
+};
+
+Vec3<double> place(std::size_t sensor) { return {0.5, 0.15 * static_cast<double>(sensor) - 0.2, 0.1}; }
+
+/// `sensors` sensors at rest in different places, tracked by the filter; a fault in one of them.
+Bank run_bank(int sensors, signal::Multiplexing multiplexing, const std::string& fault_of_second = "") {
+    std::vector<std::unique_ptr<sim::StillMotion>> motions;
+    std::vector<std::unique_ptr<sim::CoilWorld>> worlds;
+    std::vector<sim::SimulatedClock> clocks(static_cast<std::size_t>(sensors));
+    const auto plan = *signal::plan_acquisition(signal::default_acquisition(multiplexing, 240));
+    for (std::size_t n = 0; n < clocks.size(); ++n) {
+        motions.push_back(std::make_unique<sim::StillMotion>(sim::Pose{place(n), Quat<double>::Identity()}));
+        std::vector<sim::Fault> faults;
+        if (n == 1 && !fault_of_second.empty()) {
+            faults.push_back(sim::parse_fault(fault_of_second));
+        }
+        worlds.push_back(std::make_unique<sim::CoilWorld>(sim::WorldParams{}, *motions[n], faults));
+        worlds[n]->configure(plan);
+        clocks[n].begin(plan.params.sample_rate_hz);
+    }
+    Bank bank;
+    bank.worst_m.resize(clocks.size());
+    bank.valid.resize(clocks.size());
+    bank.invalid.resize(clocks.size());
+    sim::SimulatedCoilDriver coils;
+    SensorBank sampler(worlds, coils, clocks);
+    sim::SimulatedLink<double> link([&](const tracking::PoseEstimate<double>& e) {
+        if (!e.valid()) {
+            ++bank.invalid[e.sensor];
+            return;
+        }
+        ++bank.valid[e.sensor];
+        bank.worst_m[e.sensor] = std::max(bank.worst_m[e.sensor], (e.position_m - place(e.sensor)).norm());
+    });
+    MainLoopParams<double> params{plan, {}, {}};
+    params.demodulator.response = worlds[0]->channel_response();
+    params.tracker.coupling_constant = worlds[0]->params().coupling_constant_m3;
+    params.filter.emplace();
+    params.filter->max_column_span = tracking::column_span(plan);
+    params.sensors = sensors;
+    MainLoop<double> loop(params, {clocks[0], coils, sampler, link});
+    bank.started = loop.start();
+    while (bank.started.ok()) {
+        const Status status = loop.step();
+        if (!status.ok() && status.code() != StatusCode::timed_out) {
+            break;
+        }
+    }
+    bank.counters = loop.counters();
+    EXPECT_EQ(coils.state(), Excitation::off);
+    return bank;
+}
+
+class Sensors : public ::testing::TestWithParam<signal::Multiplexing> {};
+
+TEST_P(Sensors, FourAreTrackedEachInItsPlace) {
+    const Bank one = run_bank(1, GetParam());
+    const Bank four = run_bank(4, GetParam());
+    for (std::size_t n = 0; n < 4; ++n) {
+        EXPECT_LT(four.worst_m[n], 2e-3) << n;
+        EXPECT_NEAR(static_cast<double>(four.valid[n]), static_cast<double>(one.valid[0]), 2.0) << n;
+    }
+    EXPECT_EQ(four.counters.refused_blocks, 0U);
+    EXPECT_EQ(four.counters.lost_blocks, 0U);
+}
+
+TEST_P(Sensors, OneUnpluggedDoesNotDisturbTheOthers) {
+    const Bank bank = run_bank(3, GetParam(), "unplugged");
+    EXPECT_EQ(bank.valid[1], 0U);
+    EXPECT_GT(bank.invalid[1], 100U);
+    for (const std::size_t n : {0U, 2U}) {
+        EXPECT_LT(bank.worst_m[n], 2e-3);
+        EXPECT_GT(bank.valid[n], 300U);
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Multiplexings, Sensors, ::testing::Values(signal::Multiplexing::tdm, signal::Multiplexing::fdm));
+
+TEST(SensorCount, BeyondFourIsRefused) {
+    EXPECT_EQ(run_bank(5, signal::Multiplexing::fdm).started.code(), StatusCode::invalid_argument);
+    EXPECT_EQ(tracking::kMaxSensors, 4);
+}
+
+}  // namespace
+}  // namespace tricoil::app

@@ -1,0 +1,135 @@
+// Dynamic verification on streams whose clock, frames, lag and errors are known.
+#include "board/host/dynamic/dynamic_report.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <random>
+
+#include "board/host/errors.hpp"
+#include "core/geometry/rotations.hpp"
+#include "sim/io/input_error.hpp"
+#include "sim/motion/simple_motions.hpp"
+
+namespace tricoil::host {
+namespace {
+
+struct Known {
+    double offset_s = 0.137;
+    Quat<double> q_world = geometry::rotation_vector_to_quaternion<double>({0.4, -1.1, 0.7});
+    Vec3<double> world_m{0.3, -0.2, 1.1};
+    Quat<double> q_mount = geometry::rotation_vector_to_quaternion<double>({-0.6, 0.2, 1.9});
+    Vec3<double> mount_m{0.05, 0.12, -0.03};
+};
+
+PoseStream reference_of(const sim::Motion& motion, double duration_s) {
+    std::vector<TimedPose> poses;
+    for (double t = 0; t < duration_s; t += 1.0 / 200) {
+        const auto p = motion.at(t);
+        poses.push_back({t, p.position_m, p.q_source_sensor});
+    }
+    return {poses, "reference"};
+}
+
+/// What a tracker would have delivered with this lag and noise.
+PoseStream tracker_of(const sim::Motion& motion, const Known& k, double duration_s, double lag_s, double noise_m) {
+    std::mt19937_64 random(3);
+    std::normal_distribution<double> normal(0, 1);
+    std::vector<TimedPose> poses;
+    for (double t = 0; t < duration_s - 1; t += 1.0 / 240) {
+        const auto p = motion.at(t + k.offset_s - lag_s);
+        const Vec3<double> noise(normal(random), normal(random), normal(random));
+        poses.push_back({t,
+                         k.q_world * (p.position_m + p.q_source_sensor * k.mount_m) + k.world_m + noise_m / std::sqrt(3) * noise,
+                         k.q_world * p.q_source_sensor * k.q_mount});
+    }
+    return {poses, "tracker"};
+}
+
+TEST(Dynamic, FindsClockFramesAndMount) {
+    const sim::HandMotion motion({0.6, 0, 0}, 4);
+    const Known known;
+    const auto reference = reference_of(motion, 12);
+    const auto tracker = tracker_of(motion, known, 12, 0, 0.2e-3);
+    const auto found = align_streams(tracker, reference, std::nullopt);
+    EXPECT_NEAR(found.time_offset_s, known.offset_s, 20e-6);
+    EXPECT_LT(geometry::angle_between(found.q_world, known.q_world), 1e-3);
+    EXPECT_LT(geometry::angle_between(found.q_mount, known.q_mount), 1e-3);
+    EXPECT_LT((found.world_m - known.world_m).norm(), 1e-3);
+    EXPECT_LT((found.mount_m - known.mount_m).norm(), 1e-3);
+    const auto report = dynamic_report(tracker, reference, found);
+    EXPECT_NEAR(report.position_m.rms, 0.2e-3, 0.02e-3);
+    EXPECT_NEAR(report.at_rest_m, 0.2e-3, 0.03e-3);
+    EXPECT_LT(std::abs(report.lag_s), 10e-6);
+}
+
+TEST(Dynamic, WithCommonClocksALagIsMeasured) {
+    const sim::HandMotion motion({0.6, 0, 0}, 4);
+    Known known;
+    known.offset_s = 0;
+    const auto reference = reference_of(motion, 12);
+    const auto tracker = tracker_of(motion, known, 12, 2e-3, 0.1e-3);
+    const auto report = dynamic_report(tracker, reference, align_streams(tracker, reference, 0.0));
+    EXPECT_NEAR(report.lag_s, 2e-3, 0.1e-3);
+    EXPECT_NEAR(report.per_speed_s, 2e-3, 0.3e-3);
+    const auto& slow = report.bands[2];
+    const auto& fast = report.bands[4];
+    ASSERT_GT(slow.poses, 20U);
+    ASSERT_GT(fast.poses, 20U);
+    EXPECT_LT(slow.position_rms_m, fast.position_rms_m);
+}
+
+TEST(Dynamic, MotionWithoutTurningIsRefused) {
+    const sim::CircleMotion motion({0.6, 0, 0}, 0.1, 1.0);
+    std::vector<TimedPose> poses;
+    for (double t = 0; t < 5; t += 0.01) {
+        poses.push_back({t, motion.at(t).position_m, Quat<double>::Identity()});
+    }
+    const PoseStream stream(poses, "stream");
+    EXPECT_THROW(align_streams(stream, stream, 0.0), InputError);
+    EXPECT_THROW(align_streams(stream, stream, std::nullopt), InputError);
+    EXPECT_THROW(align_streams(stream, stream, 100.0), InputError);
+}
+
+class StreamFile : public ::testing::Test {
+protected:
+    void write(const std::string& text) const { std::ofstream(path_) << text; }
+    void TearDown() override { std::remove(path_.c_str()); }
+
+    static std::string lines(int count, int bad, const std::string& replacement) {
+        std::string text = "time_s,x_m,y_m,z_m,qw,qx,qy,qz\n";
+        for (int n = 0; n < count; ++n) {
+            text += n == bad ? replacement : std::to_string(0.01 * n) + ",0,0,1,1,0,0,0\n";
+        }
+        return text;
+    }
+
+    /// The message of the refusal, empty if there was none.
+    [[nodiscard]] std::string refusal(const std::string& text) const {
+        write(text);
+        try {
+            (void)PoseStream::read(path_);
+        } catch (const std::exception& error) {
+            return error.what();
+        }
+        return {};
+    }
+
+    std::string path_ = ::testing::TempDir() + "tricoil_stream.csv";
+};
+
+TEST_F(StreamFile, SaysWhatIsWrongAndWhere) {
+    EXPECT_EQ(refusal(lines(30, -1, "")), "");
+    EXPECT_NE(refusal(lines(30, 5, "0.05,0,0\n")).find(":7: 3 fields"), std::string::npos);
+    EXPECT_NE(refusal(lines(30, 5, "0.05,0,0,nan,1,0,0,0\n")).find(":7"), std::string::npos);
+    EXPECT_NE(refusal(lines(30, 5, "0.01,0,0,1,1,0,0,0\n")).find("time does not rise"), std::string::npos);
+    EXPECT_NE(refusal(lines(30, 5, "0.05,0,0,1,2,0,0,0\n")).find("quaternion"), std::string::npos);
+    EXPECT_NE(refusal(lines(10, -1, "")).find("at least 20"), std::string::npos);
+    EXPECT_NE(refusal("a,b\n1,2\n").find("time_us"), std::string::npos);
+    EXPECT_NE(refusal("time_s,x_m,y_m\n1,2,3\n").find("z_m"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tricoil::host
