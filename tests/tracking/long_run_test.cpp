@@ -14,7 +14,7 @@ namespace {
 std::atomic<long> allocations{0};
 }
 // glibc's own allocator behind a count: Eigen's heap goes through malloc, not operator new.
-extern "C" void* __libc_malloc(std::size_t size);
+extern "C" void* __libc_malloc(std::size_t size);  // NOLINT(readability-identifier-naming): glibc's name
 extern "C" void* malloc(std::size_t size) {
     ++allocations;
     return __libc_malloc(size);

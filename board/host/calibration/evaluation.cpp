@@ -125,7 +125,7 @@ namespace {
 
 Mat3<double> nearest_rotation(const Mat3<double>& m) {
     const Eigen::JacobiSVD<Mat3<double>> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    const Mat3<double> u = svd.matrixU();
+    const Mat3<double>& u = svd.matrixU();
     const double sign = (u * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
     return u * Vec3<double>(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
 }

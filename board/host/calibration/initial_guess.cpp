@@ -133,8 +133,8 @@ Mat3<double> linear_part(const std::vector<Solved>& solved, std::size_t files) {
 
 Mat3<double> nearest_rotation(const Mat3<double>& m) {
     const Eigen::JacobiSVD<Mat3<double>> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    const Mat3<double> u = svd.matrixU();
-    const Mat3<double> v = svd.matrixV();
+    const Mat3<double>& u = svd.matrixU();
+    const Mat3<double>& v = svd.matrixV();
     const double sign = (u * v.transpose()).determinant() < 0 ? -1 : 1;
     return u * Vec3<double>(1, 1, sign).asDiagonal() * v.transpose();
 }

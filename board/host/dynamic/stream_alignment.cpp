@@ -149,6 +149,7 @@ struct Residuals {
     using InputType = Eigen::VectorXd;
     using ValueType = Eigen::VectorXd;
     using JacobianType = Eigen::MatrixXd;
+    // Eigen's names.  NOLINTNEXTLINE(readability-identifier-naming)
     enum { InputsAtCompileTime = Eigen::Dynamic, ValuesAtCompileTime = Eigen::Dynamic };
 
     const PoseStream* tracker;
