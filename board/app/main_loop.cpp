@@ -9,11 +9,7 @@ MainLoop<Scalar>::MainLoop(const MainLoopParams<Scalar>& params, Devices<Scalar>
     : plan_(params.plan), sensor_count_(params.sensors), devices_(devices) {
     devices_.coils.switch_off();
     for (int n = 0; n < std::min(sensor_count_, tracking::kMaxSensors); ++n) {
-        using tracking::SensorTracker;
-        const auto tracker = params.filter ? SensorTracker<Scalar>(*params.filter, params.tracker.coupling_constant)
-                                           : SensorTracker<Scalar>(params.tracker);
-        sensors_[static_cast<std::size_t>(n)].emplace(
-            Sensor{signal::Demodulator<Scalar>(params.plan, params.demodulator), tracker});
+        sensors_[static_cast<std::size_t>(n)].emplace(params);
     }
 }
 

@@ -77,6 +77,9 @@ private:
     void send(const tracking::PoseEstimate<Scalar>& estimate);
 
     struct Sensor {
+        explicit Sensor(const MainLoopParams<Scalar>& params)
+            : demodulator(params.plan, params.demodulator), tracker(params.tracker, params.filter) {}
+
         signal::Demodulator<Scalar> demodulator;
         tracking::SensorTracker<Scalar> tracker;
     };

@@ -27,10 +27,11 @@ Mat3<float> couplings() {
     return field::signal_matrix<float>(kCoupling_m3, Vec3<float>(0.3F, 0.2F, -0.1F), attitude);
 }
 
-int run(hal::Link<float>& link) {
+/// False if the acquisition cannot be planned. Not inlined: what it sets up need not stay on the stack while the loop runs.
+[[gnu::noinline]] bool set_up(hal::Link<float>& link) {
     const auto plan = signal::plan_acquisition(signal::default_acquisition(signal::Multiplexing::tdm, 240));
     if (!plan.ok()) {
-        return 2;
+        return false;
     }
     app::MainLoopParams<float> params;
     params.plan = *plan;
@@ -39,6 +40,13 @@ int run(hal::Link<float>& link) {
     params.tracker.max_column_span = tracking::column_span(*plan);
     sampler.emplace(coils, sample_clock, couplings(), kBlocks);
     loop.emplace(params, app::Devices<float>{sample_clock, coils, *sampler, link});
+    return true;
+}
+
+int run(hal::Link<float>& link) {
+    if (!set_up(link)) {
+        return 2;
+    }
     if (!loop->start().ok()) {
         return 3;
     }

@@ -1,6 +1,8 @@
 // One sensor's tracker, whichever kind was chosen: a solver without memory of motion, or the filter.
 #pragma once
 
+#include <optional>
+#include <utility>
 #include <variant>
 
 #include "core/tracking/scaat/filter.hpp"
@@ -14,9 +16,15 @@ constexpr int kMaxSensors = 4;
 template <typename Scalar>
 class SensorTracker {
 public:
-    explicit SensorTracker(const TrackerParams<Scalar>& params) : tracker_(Tracker<Scalar>(params)) {}
-    SensorTracker(const scaat::Params<Scalar>& params, Scalar coupling_constant)
-        : tracker_(scaat::Filter<Scalar>(params, {coupling_constant})) {}
+    /// A solver, or the filter if its parameters are given; then only the coupling constant is taken of `params`. Made in place:
+    /// a copy of a filter would be most of a small processor's stack.
+    explicit SensorTracker(const TrackerParams<Scalar>& params, const std::optional<scaat::Params<Scalar>>& filter = std::nullopt)
+        : tracker_(std::in_place_type<Tracker<Scalar>>, params) {
+        if (filter) {
+            tracker_.template emplace<scaat::Filter<Scalar>>(*filter,
+                                                             scaat::ConcentricMeasurement<Scalar>{params.coupling_constant});
+        }
+    }
 
     std::optional<PoseEstimate<Scalar>> update(const Column<Scalar>& column) {
         return visit([&](auto& tracker) { return tracker.update(column); });

@@ -9,34 +9,44 @@
 
 namespace tricoil::tracking::scaat {
 
+template <typename Scalar>
+using PoseJacobian = Eigen::Matrix<Scalar, 3, 6>;  // of a column by position and small rotation
+template <typename Scalar>
+using GainMatrix = Eigen::Matrix<Scalar, kErrorStates, 3, Eigen::RowMajor>;
+
 /// Innovation of one column and what follows from it. Coupling units; H has shape 3 x 6 (position, small rotation).
 template <typename Scalar>
 struct Innovation {
-    Vec3<Scalar> y;                                         // measured less predicted
-    Eigen::Matrix<Scalar, 3, 6> h;                          // by the pose at the column's time
-    Eigen::Matrix<Scalar, kErrorStates, 3> gain_numerator;  // G = P H^T
-    Vec3<Scalar> r;                                         // measurement variances
-    Eigen::LLT<Mat3<Scalar>> s;                             // of S = H P H^T + R
-    Scalar late_s = 0;                                      // state's time less the column's
-    bool ok = false;                                        // S is positive definite and everything finite
+    Vec3<Scalar> y;                     // measured less predicted
+    PoseJacobian<Scalar> h;             // by the pose at the column's time
+    GainMatrix<Scalar> gain_numerator;  // G = P H^T
+    Vec3<Scalar> r;                     // measurement variances
+    Eigen::LLT<Mat3<Scalar>> s;         // of S = H P H^T + R
+    Scalar late_s = 0;                  // state's time less the column's
+    bool ok = false;                    // S is positive definite and everything finite
 
     [[nodiscard]] Vec3<Scalar> whitened() const { return s.matrixL().solve(y); }
 };
 
-/// P H^T for a measurement of the pose `late_s` before the state: the pose then is the pose now less late_s times the rates.
+/// A H^T, for a measurement of the pose `late_s` before the state: the pose then is the pose now less late_s times the rates.
+/// Row by row, which keeps H in registers.
 template <typename Scalar>
-Eigen::Matrix<Scalar, kErrorStates, 3> times_h_transposed(const Mat12<Scalar>& p, const Eigen::Matrix<Scalar, 3, 6>& h,
-                                                          Scalar late_s) {
-    Eigen::Matrix<Scalar, kErrorStates, 3> g = p.template leftCols<6>() * h.transpose();
+GainMatrix<Scalar> times_h_transposed(const Mat12<Scalar>& a, const PoseJacobian<Scalar>& h, Scalar late_s) {
+    GainMatrix<Scalar> g;
+    for (int i = 0; i < kErrorStates; ++i) {
+        g.row(i) = (h * a.template block<1, 6>(i, 0).transpose()).transpose();
+    }
     if (late_s > 0) {
-        g.noalias() -= late_s * (p.template rightCols<6>() * h.transpose());
+        for (int i = 0; i < kErrorStates; ++i) {
+            g.row(i) -= late_s * (h * a.template block<1, 6>(i, 6).transpose()).transpose();
+        }
     }
     return g;
 }
 
 /// H G, likewise.
 template <typename Scalar>
-Mat3<Scalar> h_times(const Eigen::Matrix<Scalar, 3, 6>& h, const Eigen::Matrix<Scalar, kErrorStates, 3>& g, Scalar late_s) {
+Mat3<Scalar> h_times(const PoseJacobian<Scalar>& h, const GainMatrix<Scalar>& g, Scalar late_s) {
     Mat3<Scalar> product = h * g.template topRows<6>();
     if (late_s > 0) {
         product.noalias() -= late_s * (h * g.template bottomRows<6>());
@@ -92,26 +102,49 @@ void correct(State<Scalar>& state, const Vec12<Scalar>& error) {
     state.rate_rad_s += error.template segment<3>(9);
 }
 
-/// x += K y and P = (I - K H) P (I - K H)^T + K R K^T (Joseph). In float a column can be 10^4 times surer than the prediction;
-/// the short form P - K G^T then leaves rounding errors of the size of the result, to first order in the error of K, and P turns
-/// indefinite. Joseph's is quadratic in that error. Only the upper triangle is formed and mirrored, so P stays symmetric exactly.
-/// Returns K y.
+/// A -= K B^T: the first columns in full, of the others the upper triangle.
 template <typename Scalar>
-Vec12<Scalar> apply(State<Scalar>& state, const Innovation<Scalar>& innovation) {
-    using Gain = Eigen::Matrix<Scalar, kErrorStates, 3>;
-    const Gain k = solve_columns(innovation.s, innovation.gain_numerator.transpose()).transpose();
-    Mat12<Scalar>& p = state.covariance;
-    const Vec12<Scalar> error = k * innovation.y;
-    correct(state, error);
-    const Mat12<Scalar> half = p - k * innovation.gain_numerator.transpose();  // (I - K H) P
-    // (I - K H) P H^T equals K R but for rounding; the difference is what the second factor takes away.
-    const Gain rest = times_h_transposed<Scalar>(half, innovation.h, innovation.late_s) - k * innovation.r.asDiagonal();
+void subtract_product(Mat12<Scalar>& a, const GainMatrix<Scalar>& k, const GainMatrix<Scalar>& b, int full_columns) {
     for (int j = 0; j < kErrorStates; ++j) {
-        for (int i = 0; i <= j; ++i) {
-            p(i, j) = half(i, j) - rest.row(i).dot(k.row(j));
+        const Vec3<Scalar> b_j = b.row(j);
+        const int rows = j < full_columns ? kErrorStates : j + 1;
+        for (int i = 0; i < rows; ++i) {
+            a(i, j) -= k.row(i).dot(b_j);
+        }
+    }
+}
+
+template <typename Scalar>
+void mirror_upper_triangle(Mat12<Scalar>& p) {
+    for (int j = 1; j < kErrorStates; ++j) {
+        for (int i = 0; i < j; ++i) {
             p(j, i) = p(i, j);
         }
     }
+}
+
+/// x += K y and P = (I - K H) P (I - K H)^T + K R K^T (Joseph). In float a column can be 10^4 times surer than the prediction;
+/// the short form P - K G^T then leaves rounding errors of the size of the result, to first order in the error of K, and P turns
+/// indefinite. Joseph's is quadratic in that error. Of the last product only the upper triangle is formed and mirrored, so P
+/// stays symmetric exactly; of the first, what the two after it read. Returns K y.
+template <typename Scalar>
+Vec12<Scalar> apply(State<Scalar>& state, const Innovation<Scalar>& innovation) {
+    const GainMatrix<Scalar>& g = innovation.gain_numerator;
+    const GainMatrix<Scalar> k = solve_columns(innovation.s, g.transpose()).transpose();
+    Vec12<Scalar> error;
+    for (int i = 0; i < kErrorStates; ++i) {
+        error(i) = k.row(i).dot(innovation.y);
+    }
+    correct(state, error);
+    Mat12<Scalar>& p = state.covariance;
+    subtract_product(p, k, g, innovation.late_s > 0 ? kErrorStates : kErrorStates / 2);  // (I - K H) P
+    // (I - K H) P H^T equals K R but for rounding; the difference is what the second factor takes away.
+    GainMatrix<Scalar> rest = times_h_transposed<Scalar>(p, innovation.h, innovation.late_s);
+    for (int i = 0; i < kErrorStates; ++i) {
+        rest.row(i) -= k.row(i).cwiseProduct(innovation.r.transpose());
+    }
+    subtract_product(p, rest, k, 0);
+    mirror_upper_triangle(p);
     return error;
 }
 

@@ -52,10 +52,10 @@ void grow_covariance(Mat12<Scalar>& p, const Intensity<Scalar>& q, Scalar dt) {
     auto cross = p.template topRightCorner<6, 6>();
     auto rate = p.template bottomRightCorner<6, 6>();
     const Mat6<Scalar> moved = cross + dt * rate;
-    const Mat6<Scalar> pair = dt * (cross + moved.transpose());  // dt B + dt B^T + dt^2 D, symmetric up to rounding
+    // dt B + dt B^T + dt^2 D, symmetric up to rounding: the mean of both triangles
     for (int j = 0; j < 6; ++j) {
         for (int i = 0; i <= j; ++i) {
-            pose(i, j) += (pair(i, j) + pair(j, i)) / 2;
+            pose(i, j) += dt / 2 * (cross(i, j) + cross(j, i) + moved(i, j) + moved(j, i));
             pose(j, i) = pose(i, j);
         }
     }
