@@ -12,7 +12,6 @@ namespace {
 using error_model::Loop;
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr ShortExample kOne{10 * kPi, 0, 0};
 constexpr ShortExample kTwo{0, 0, 10 * kPi};
 constexpr ShortExample kThree{8 * kPi, 1.5 * kPi, 0};

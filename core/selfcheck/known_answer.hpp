@@ -8,6 +8,9 @@
 
 namespace tricoil::selfcheck {
 
+/// The error of a result that is not there.
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
 template <typename Scalar>
 constexpr Precision precision_of() {
     return sizeof(Scalar) == sizeof(float) ? Precision::single : Precision::twofold;
@@ -23,7 +26,7 @@ constexpr double roundings(double count) {
 template <typename A, typename B>
 double worst_difference(const Eigen::MatrixBase<A>& result, const Eigen::MatrixBase<B>& answer) {
     const double worst = static_cast<double>((result - answer.template cast<typename A::Scalar>()).cwiseAbs().maxCoeff());
-    return result.allFinite() ? worst : std::numeric_limits<double>::infinity();
+    return result.allFinite() ? worst : kInfinite;
 }
 
 template <int Rows, int Columns, typename... Entries>

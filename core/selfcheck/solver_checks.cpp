@@ -11,8 +11,6 @@
 namespace tricoil::selfcheck {
 namespace {
 
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
-
 /// sample_signal_matrix() with an addition that no dipole explains, so that all three singular values count.
 Mat3<double> distorted_matrix() {
     return sample_signal_matrix() + known<3, 3>(0.05, -0.02, 0.03, 0.01, 0.04, -0.06, -0.03, 0.02, 0.05);

@@ -1,6 +1,7 @@
 // The excitation states of the source, (1).
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 namespace tricoil {
@@ -10,6 +11,7 @@ enum class Excitation : std::uint8_t { off, s1, s2, s3, all };
 
 constexpr int kSourceCoils = 3;
 constexpr int kSensorCoils = 3;
+constexpr std::size_t kCouplings = kSourceCoils * kSensorCoils;
 
 /// State that drives source coil j (0-2) alone.
 constexpr Excitation single_coil(int j) { return static_cast<Excitation>(static_cast<int>(Excitation::s1) + j); }

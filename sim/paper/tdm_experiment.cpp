@@ -17,7 +17,7 @@ using error_model::MotionState;
 using error_model::PoseError;
 using sim::Pose;
 
-constexpr double kCouplingConstant = 1;
+constexpr double kCoupling = 1;
 
 /// Rotation (rad, source frame) that takes attitude `from` to `to`: to = exp(r) from.
 Vec3<double> rotation_between(const Quat<double>& from, const Quat<double>& to) {
@@ -35,12 +35,12 @@ MotionState<double> state_from(const Pose& pose, const Pose& before, double step
 
 Vec3<double> column(const Pose& pose, int j) {
     const Mat3<double> o = geometry::attitude_matrix(pose.q_source_sensor);
-    return field::signal_matrix<double>(kCouplingConstant, pose.position_m, o).col(j);
+    return field::signal_matrix<double>(kCoupling, pose.position_m, o).col(j);
 }
 
 /// The direct solution, in the hemisphere of the truth.
 Pose solve(const Mat3<double>& x, const Vec3<double>& true_position_m) {
-    const auto solution = solver::solve_direct(x, kCouplingConstant);
+    const auto solution = solver::solve_direct(x, kCoupling);
     if (!solution.ok()) {
         throw sim::InputError(fmt::format("TDM experiment: {}", solution.status().message()));
     }

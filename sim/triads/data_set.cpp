@@ -6,12 +6,12 @@
 #include <numbers>
 #include <random>
 
+#include "core/base/angle_units.hpp"
 #include "core/geometry/rotations.hpp"
 
 namespace tricoil::sim {
 namespace {
 
-constexpr double kRadians = std::numbers::pi / 180;
 constexpr std::array<const char*, 3> kFixtures{"YoutZup", "ZinXdown", "ZinYup"};
 
 Mat3<double> fixture_rotation(int fixture) {

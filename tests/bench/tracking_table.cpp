@@ -5,14 +5,13 @@
 #include <cstdio>
 #include <numbers>
 
+#include "core/base/angle_units.hpp"
 #include "tests/support/column_replay.hpp"
 
 namespace {
 
 using namespace tricoil;
 using test::Score;
-
-constexpr double kDegrees = 180 / std::numbers::pi;
 
 struct Totals {
     std::array<Score, 4> score;  // naive, deskewed direct, scaat, scaat in float

@@ -13,14 +13,13 @@
 #include "board/host/calibration/self_calibration.hpp"
 #include "board/host/calibration/wiring.hpp"
 #include "board/host/errors.hpp"
+#include "core/base/angle_units.hpp"
 #include "sim/motion/simple_motions.hpp"
 #include "sim/triads/data_set.hpp"
 #include "tests/support/random_poses.hpp"
 
 namespace tricoil::host {
 namespace {
-
-constexpr double kDegrees = 180 / std::numbers::pi;
 
 /// Gains spread by 5 %, axes 3 degrees out of square.
 Mat3<double> crooked(test::RandomPoses& random) {

@@ -13,8 +13,8 @@ namespace {
 
 using AnglePose = solver::AnglePose<double>;
 
-constexpr std::uint64_t kSeed = 20240611;
-constexpr double kCoupling = 0.8;
+constexpr std::uint64_t kPosesSeed = 20240611;
+constexpr double kStrength = 0.8;
 
 class Sweep {
 public:
@@ -29,12 +29,12 @@ public:
 private:
     double share() { return unit_(random_); }
     double angle(double size) { return size * (2 * unit_(random_) - 1); }
-    std::mt19937_64 random_{kSeed};
+    std::mt19937_64 random_{kPosesSeed};
     std::uniform_real_distribution<double> unit_{0, 1};
 };
 
 Mat3<double> signal_matrix(const AnglePose& pose) {
-    return field::signal_matrix<double>(kCoupling, geometry::to_cartesian(pose.position),
+    return field::signal_matrix<double>(kStrength, geometry::to_cartesian(pose.position),
                                         geometry::attitude_matrix(pose.attitude));
 }
 
@@ -57,11 +57,11 @@ TEST(ExactStep, EqualsTheSolverInClosedLoop) {
     for (int n = 0; n < 20'000; ++n) {
         const AnglePose real = sweep.pose();
         const AnglePose estimate = sweep.near(real, 0.25);
-        const auto measured = solver::step_angles(signal_matrix(real), kCoupling, estimate);
+        const auto measured = solver::step_angles(signal_matrix(real), kStrength, estimate);
         const auto predicted = exact_step_error(real, estimate, estimate);
-        ASSERT_EQ(measured.ok(), predicted.ok()) << "seed " << kSeed << ", pose " << n;
+        ASSERT_EQ(measured.ok(), predicted.ok()) << "seed " << kPosesSeed << ", pose " << n;
         if (measured.ok()) {
-            ASSERT_LT(worst(*predicted, real, *measured), 1e-10) << "seed " << kSeed << ", pose " << n;
+            ASSERT_LT(worst(*predicted, real, *measured), 1e-10) << "seed " << kPosesSeed << ", pose " << n;
             ++steps;
         }
     }
@@ -76,15 +76,15 @@ TEST(ExactStep, EqualsTheSolverInOpenLoop) {
         const AnglePose estimate = sweep.near(real, 0.4);  // an accumulated error of its own
         const auto p = geometry::line_of_sight_rotation(before.position.azimuth_rad, before.position.elevation_rad);
         const Mat3<double> w = p * geometry::attitude_matrix(before.attitude).transpose() * signal_matrix(real) * p.transpose();
-        const auto step = solver::tracking_increments(w, kCoupling);
+        const auto step = solver::tracking_increments(w, kStrength);
         const auto predicted = exact_step_error(real, before, estimate);
-        ASSERT_EQ(step.ok(), predicted.ok()) << "seed " << kSeed << ", pose " << n;
+        ASSERT_EQ(step.ok(), predicted.ok()) << "seed " << kPosesSeed << ", pose " << n;
         if (!step.ok()) {
             continue;
         }
         const auto measured = solver::add_increments(estimate, *step);
         ASSERT_TRUE(measured.ok());
-        ASSERT_LT(worst(*predicted, real, *measured), 1e-10) << "seed " << kSeed << ", pose " << n;
+        ASSERT_LT(worst(*predicted, real, *measured), 1e-10) << "seed " << kPosesSeed << ", pose " << n;
     }
 }
 

@@ -12,7 +12,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-std::string complaint(const std::string& text) {
+std::string refusal(const std::string& text) {
     const std::string path = ::testing::TempDir() + "tricoil_scenario_test.toml";
     std::ofstream(path, std::ios::binary) << text;
     try {
@@ -34,17 +34,17 @@ TEST(Scenario, EveryBuiltInOneLoads) {
 }
 
 TEST(Scenario, MistakesAreNamedByFileLineAndKey) {
-    EXPECT_EQ(complaint("[motion]\nkind = \"still\"\n"), "");
-    EXPECT_THAT(complaint("[motion]\nkind = \"stil\"\n"), AllOf(HasSubstr("toml:2"), HasSubstr("did you mean 'still'")));
-    EXPECT_THAT(complaint("duration_s = -1\n[motion]\nkind = \"still\"\n"), AllOf(HasSubstr("toml:1"), HasSubstr("duration_s")));
-    EXPECT_THAT(complaint("[motion]\nkind = \"still\"\npositon_m = [1,2,3]\n"),
+    EXPECT_EQ(refusal("[motion]\nkind = \"still\"\n"), "");
+    EXPECT_THAT(refusal("[motion]\nkind = \"stil\"\n"), AllOf(HasSubstr("toml:2"), HasSubstr("did you mean 'still'")));
+    EXPECT_THAT(refusal("duration_s = -1\n[motion]\nkind = \"still\"\n"), AllOf(HasSubstr("toml:1"), HasSubstr("duration_s")));
+    EXPECT_THAT(refusal("[motion]\nkind = \"still\"\npositon_m = [1,2,3]\n"),
                 AllOf(HasSubstr("toml:3"), HasSubstr("did you mean 'position_m'")));
-    EXPECT_THAT(complaint("[motion]\nkind = \"still\"\nposition_m = [1,2]\n"), HasSubstr("three finite numbers"));
-    EXPECT_THAT(complaint("[motion]\nkind = \"still\"\n[world]\nmains_v = nan\n"), HasSubstr("world.mains_v"));
-    EXPECT_THAT(complaint("[motion]\nkind = \"still\"\n[world]\nconverter_bits = 64\n"), HasSubstr("8 to 31"));
-    EXPECT_THAT(complaint("faults = [\"open_coil:S9\"]\n[motion]\nkind = \"still\"\n"), HasSubstr("S1 to S3"));
-    EXPECT_THAT(complaint("[motion\n"), HasSubstr("toml:1"));
-    EXPECT_THAT(complaint("description = \"x\"\n"), HasSubstr("motion.kind"));
+    EXPECT_THAT(refusal("[motion]\nkind = \"still\"\nposition_m = [1,2]\n"), HasSubstr("three finite numbers"));
+    EXPECT_THAT(refusal("[motion]\nkind = \"still\"\n[world]\nmains_v = nan\n"), HasSubstr("world.mains_v"));
+    EXPECT_THAT(refusal("[motion]\nkind = \"still\"\n[world]\nconverter_bits = 64\n"), HasSubstr("8 to 31"));
+    EXPECT_THAT(refusal("faults = [\"open_coil:S9\"]\n[motion]\nkind = \"still\"\n"), HasSubstr("S1 to S3"));
+    EXPECT_THAT(refusal("[motion\n"), HasSubstr("toml:1"));
+    EXPECT_THAT(refusal("description = \"x\"\n"), HasSubstr("motion.kind"));
     EXPECT_THROW(load_scenario("hnad", 1), InputError);
 }
 

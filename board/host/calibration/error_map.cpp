@@ -1,4 +1,5 @@
 #include "board/host/calibration/error_map.hpp"
+#include "core/base/angle_units.hpp"
 
 #include <fmt/format.h>
 
@@ -11,7 +12,6 @@
 namespace tricoil::host {
 namespace {
 
-constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr double kBand_m = 0.05;
 
 ErrorBand band_of(const std::vector<PoseError>& errors, double from_m, double to_m) {

@@ -9,6 +9,7 @@
 
 #include "board/host/calibration/calibration_fit.hpp"
 #include "board/host/calibration/initial_guess.hpp"
+#include "board/host/calibration/nearest_rotation.hpp"
 #include "board/host/errors.hpp"
 #include "core/calibration/apply.hpp"
 #include "core/geometry/angles.hpp"
@@ -122,13 +123,6 @@ void fit_output_correction(CalibrationFile& calibration, const std::vector<PoseE
 }
 
 namespace {
-
-Mat3<double> nearest_rotation(const Mat3<double>& m) {
-    const Eigen::JacobiSVD<Mat3<double>> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    const Mat3<double>& u = svd.matrixU();
-    const double sign = (u * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
-    return u * Vec3<double>(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
-}
 
 /// Gauss-Newton on the pose errors of one file pair of fixtures, alternating: small, linear, and few.
 void improve(CalibrationFile& c, const std::vector<PoseFile>& files, const std::vector<PoseError>& errors) {

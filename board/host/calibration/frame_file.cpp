@@ -5,12 +5,11 @@
 #include <cmath>
 
 #include "board/host/errors.hpp"
+#include "core/signal/excitation.hpp"
 #include "sim/io/text_table.hpp"
 
 namespace tricoil::host {
 namespace {
-
-constexpr std::size_t kCouplings = 9;
 
 /// How many columns stand before the couplings; throws InputError unless the header ends in all nine, in order.
 std::size_t columns_before(const std::string& path, const std::string& header) {

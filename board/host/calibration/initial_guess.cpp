@@ -8,6 +8,7 @@
 #include <limits>
 #include <numeric>
 
+#include "board/host/calibration/nearest_rotation.hpp"
 #include "board/host/calibration/self_calibration.hpp"
 #include "board/host/errors.hpp"
 #include "core/solver/direct.hpp"
@@ -129,14 +130,6 @@ Mat3<double> linear_part(const std::vector<Solved>& solved, std::size_t files) {
     }
     const Eigen::MatrixXd solution = features.completeOrthogonalDecomposition().solve(positions);
     return solution.topRows<3>().transpose();
-}
-
-Mat3<double> nearest_rotation(const Mat3<double>& m) {
-    const Eigen::JacobiSVD<Mat3<double>> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    const Mat3<double>& u = svd.matrixU();
-    const Mat3<double>& v = svd.matrixV();
-    const double sign = (u * v.transpose()).determinant() < 0 ? -1 : 1;
-    return u * Vec3<double>(1, 1, sign).asDiagonal() * v.transpose();
 }
 
 /// Given scale and rotation of stage to source: c and the mount's offset of each file from p / s - A t = A R d + c.

@@ -13,6 +13,8 @@
 #include <set>
 
 #include "board/host/errors.hpp"
+#include "core/base/angle_units.hpp"
+#include "core/signal/excitation.hpp"
 #include "sim/io/text_table.hpp"
 
 namespace tricoil::host {
@@ -20,7 +22,6 @@ namespace {
 
 constexpr const char* kCsvHeader = "x_m,y_m,z_m,qw,qx,qy,qz,x11,x12,x13,x21,x22,x23,x31,x32,x33";
 constexpr std::size_t kStageFields = 6;
-constexpr std::size_t kCouplings = 9;
 constexpr double kQuaternionTolerance = 1e-3;
 
 /// +0.171918451-0.000000586i; throws InputError unless the field is that, all of it, and finite.
@@ -72,7 +73,6 @@ MeasuredPose parse_ilemt(const std::vector<std::string_view>& fields, const sim:
     MeasuredPose pose;
     pose.line = place.line;
     pose.stage_position_m = 1e-3 * Vec3<double>(stage[0], stage[1], stage[2]);
-    constexpr double kRadians = std::numbers::pi / 180;
     using Axis = Eigen::AngleAxisd;
     pose.stage_rotation = (Axis(kRadians * stage[5], Vec3<double>::UnitZ()) * Axis(kRadians * stage[4], Vec3<double>::UnitY()) *
                            Axis(kRadians * stage[3], Vec3<double>::UnitX()))

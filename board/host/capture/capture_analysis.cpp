@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "board/host/errors.hpp"
+#include "core/base/angle_units.hpp"
 #include "core/signal/demodulator.hpp"
 #include "core/signal/phase_calibration.hpp"
 #include "core/solver/direct.hpp"
@@ -18,7 +19,6 @@
 namespace tricoil::host {
 namespace {
 
-constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr double kReferenceStandsOut = 1.5;  // times the next channel's carrier, in the block where it is closest
 constexpr double kMinReferenceCodes = 10;
 

@@ -15,10 +15,12 @@
 #include "board/host/calibration/self_calibration.hpp"
 #include "board/host/calibration/wiring.hpp"
 #include "board/host/commands/commands.hpp"
+#include "board/host/commands/json_rows.hpp"
 #include "board/host/errors.hpp"
 #include "board/host/figures/whole_file.hpp"
 #include "board/host/names.hpp"
 #include "board/host/run/statistics.hpp"
+#include "core/base/angle_units.hpp"
 #include "core/calibration/blob.hpp"
 
 namespace tricoil::host {
@@ -28,7 +30,6 @@ using Json = nlohmann::ordered_json;
 
 const std::vector<std::string> kModels{"concentric", "general", "finite"};
 const std::vector<std::string> kFixtures{"free", "named"};
-constexpr double kDegrees = 180 / std::numbers::pi;
 
 struct CalibrateCommand {
     std::string model = "general";
@@ -52,14 +53,6 @@ struct Report {
     Json json;
     std::vector<std::string> warnings;
 };
-
-Json rows_of(const Mat3<double>& m) {
-    auto rows = Json::array();
-    for (Eigen::Index i = 0; i < 3; ++i) {
-        rows.push_back({m(i, 0), m(i, 1), m(i, 2)});
-    }
-    return rows;
-}
 
 Json list_of(const Vec3<double>& v) { return {v(0), v(1), v(2)}; }
 

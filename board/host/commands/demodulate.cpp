@@ -6,6 +6,7 @@
 
 #include "board/host/capture/capture_analysis.hpp"
 #include "board/host/commands/commands.hpp"
+#include "board/host/commands/json_rows.hpp"
 #include "board/host/errors.hpp"
 
 namespace tricoil::host {
@@ -33,14 +34,6 @@ std::vector<std::string> names_of(ColumnFlags flags) {
     return names;
 }
 
-nlohmann::ordered_json rows_of(const Mat3<double>& m) {
-    auto rows = nlohmann::ordered_json::array();
-    for (Eigen::Index i = 0; i < 3; ++i) {
-        rows.push_back({m(i, 0), m(i, 1), m(i, 2)});
-    }
-    return rows;
-}
-
 std::string to_json(const CaptureAnalysis& a) {
     const nlohmann::ordered_json json = {
         {"sensor_present", a.sensor_present},
@@ -63,7 +56,7 @@ std::string to_json(const CaptureAnalysis& a) {
     return json.dump(2) + "\n";
 }
 
-std::string to_text(const CaptureAnalysis& a) {
+std::string text_of(const CaptureAnalysis& a) {
     std::string text = fmt::format("reference current on channel {} ({:.0f} codes); {} repeats\n", a.reference_channel,
                                    a.reference_amplitude_codes, a.repeats);
     text += "signal matrix (rows: sensor channels; columns: S1 S2 S3) +- scatter between repeats\n";
@@ -89,7 +82,7 @@ int demodulate(const DemodulateCommand& command) {
     }
     const Capture capture = read_capture(command.capture, command.bits);
     const auto analysis = analyse_capture(capture, command.carrier_hz, command.rate_hz, command.guard_samples);
-    fmt::print("{}", command.json ? to_json(analysis) : to_text(analysis));
+    fmt::print("{}", command.json ? to_json(analysis) : text_of(analysis));
     if (!analysis.sensor_present) {
         fmt::print(stderr, "tricoil: {}: {}\n", command.capture, analysis.verdict);
         return to_int(ExitCode::check_failed);

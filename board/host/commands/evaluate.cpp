@@ -72,7 +72,7 @@ std::string row(const std::string& name, const ErrorBand& b) {
                        b.orientation_deg.rms, b.orientation_deg.median, b.orientation_deg.p95, b.orientation_deg.max);
 }
 
-std::string to_text(const EvaluateCommand& command, const ErrorReport& report) {
+std::string text_of(const EvaluateCommand& command, const ErrorReport& report) {
     std::string text =
         fmt::format("{} poses, {} solver, fixtures {}; {} did not converge\n", report.all.poses, command.solver,
                     command.refit_fixtures ? "REFITTED on this data" : "from the calibration", report.not_converged);
@@ -124,7 +124,7 @@ int evaluate_command(const EvaluateCommand& command) {
         draw(folder.path(), {error_picture(errors)}, interrupt);
         folder.publish();
     }
-    fmt::print("{}", command.json ? to_json(command, report) : to_text(command, report));
+    fmt::print("{}", command.json ? to_json(command, report) : text_of(command, report));
     if (report.not_converged > 0) {
         fmt::print(stderr, "tricoil: {} poses did not converge; they are counted with the pose where the solver stopped\n",
                    report.not_converged);

@@ -154,7 +154,7 @@ std::string row(const char* name, const ErrorMaxima& m) {
                        m.max_abs_e_beta_rad, m.final_e_beta_rad);
 }
 
-std::string to_text(const MotionResult& r) {
+std::string text_of(const MotionResult& r) {
     const Summary s = summarise(r.updates);
     const bool has_prediction = paper::has_prediction(r.params);
     std::string text = fmt::format("{}, {} loop, {} form, {} updates of {:.6f} s", r.example.name,
@@ -199,7 +199,7 @@ int motion(const MotionCommand& command) {
     if (!command.out.empty()) {
         write_error_csv(command.out, result.updates);
     }
-    fmt::print("{}", command.json ? to_json(result) : to_text(result));
+    fmt::print("{}", command.json ? to_json(result) : text_of(result));
     return to_int(ExitCode::fine);
 }
 

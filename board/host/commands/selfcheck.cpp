@@ -22,7 +22,7 @@ DeviceTime steady_now(const void*) {
     return DeviceTime{std::chrono::duration_cast<Microseconds>(std::chrono::steady_clock::now().time_since_epoch())};
 }
 
-std::string to_text(const Report& report) {
+std::string text_of(const Report& report) {
     std::string text = fmt::format("{:<6} {:<36} {:<7} {:>12} {:>12}  {}\n", "id", "check", "in", "measured", "limit", "");
     int failed = 0;
     for (const Check& check : report.checks()) {
@@ -56,7 +56,7 @@ std::string to_json(const Report& report) {
 
 int run_selfcheck(bool json) {
     const Report report = selfcheck::run({&steady_now, nullptr});
-    fmt::print("{}", json ? to_json(report) : to_text(report));
+    fmt::print("{}", json ? to_json(report) : text_of(report));
     return to_int(report.passed() ? ExitCode::fine : ExitCode::check_failed);
 }
 

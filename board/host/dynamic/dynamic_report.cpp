@@ -8,12 +8,12 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "core/base/angle_units.hpp"
 #include "core/geometry/rotations.hpp"
 
 namespace tricoil::host {
 namespace {
 
-constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr std::array kSpeedEdges_m_s{0.0, 0.1, 0.25, 0.5, 1.0, 2.0, 1e9};
 
 DynamicError error_of(const TimedPose& measured, const MovingPose& truth) {

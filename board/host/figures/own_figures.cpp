@@ -9,6 +9,7 @@
 #include "board/host/figures/error_csv.hpp"
 #include "board/host/figures/figures.hpp"
 #include "board/host/figures/whole_file.hpp"
+#include "core/base/angle_units.hpp"
 #include "sim/motion/recorded_motion.hpp"
 #include "sim/motion/simple_motions.hpp"
 #include "sim/motion/trajectory_file.hpp"
@@ -20,8 +21,6 @@ namespace {
 
 using error_model::Loop;
 namespace fs = std::filesystem;
-
-constexpr double kDegrees = 180 / std::numbers::pi;
 
 struct LoopCase {
     const char* example;

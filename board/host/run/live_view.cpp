@@ -8,6 +8,7 @@
 #include <string>
 
 #include "board/host/run/flag_names.hpp"
+#include "core/base/angle_units.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -15,7 +16,6 @@ namespace {
 constexpr auto kInterval = std::chrono::milliseconds(100);
 constexpr int kBarCells = 16;
 constexpr double kSpeedSpan_s = 0.05;  // long enough that noise does not show as speed
-constexpr double kDegrees = 180 / std::numbers::pi;
 
 std::string bar(double share) {
     const int filled = static_cast<int>(std::clamp(share, 0.0, 1.0) * kBarCells);

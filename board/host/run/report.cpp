@@ -7,11 +7,11 @@
 #include <numeric>
 
 #include "board/host/run/flag_names.hpp"
+#include "core/base/angle_units.hpp"
 
 namespace tricoil::host {
 namespace {
 
-constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr std::array<const char*, tracking::TrackerCounters{}.rejected.size()> kRejectionNames{
     "not_finite", "bad_sigma", "unknown_state", "time_backwards", "duplicate"};
 

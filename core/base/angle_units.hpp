@@ -1,0 +1,11 @@
+// Angles are in radians everywhere; these are for what people read and write.
+#pragma once
+
+#include <numbers>
+
+namespace tricoil {
+
+constexpr double kDegrees = 180 / std::numbers::pi;  // degrees in a radian
+constexpr double kRadians = std::numbers::pi / 180;  // radians in a degree
+
+}  // namespace tricoil
