@@ -91,7 +91,8 @@ int open_matching(const UsbAddress& address, UsbDevice& device) {
 }  // namespace
 
 Status open_usb(const UsbAddress& address, UsbDevice& device, Text& why) {
-    device = {};
+    device.close();
+    device.in = device.out = 0;
     libusb_context* context = nullptr;
     if (const int error = libusb_init(&context); error != 0) {
         why.print("USB cannot be used here (%s)", libusb_error_name(error));

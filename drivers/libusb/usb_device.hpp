@@ -35,6 +35,11 @@ struct UsbDevice {
     std::uint8_t in = 0;  // endpoint addresses
     std::uint8_t out = 0;
     int packet_bytes = 64;  // of the incoming endpoint
+
+    void close() {  // in this order; assignment would take the context away first
+        handle.reset();
+        context.reset();
+    }
 };
 
 /// device_lost, with the reason in `why`: not there, no permission, in use, or without bulk endpoints.

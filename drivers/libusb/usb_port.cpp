@@ -24,7 +24,7 @@ timeval to_timeval(Microseconds time) {
 Status UsbPort::do_open() {
     do_close();
     if (const Status status = open_usb(address_, device_, why_); !status.ok()) {
-        device_ = {};
+        device_.close();
         return status;
     }
     reader_.reset();
@@ -76,8 +76,7 @@ void UsbPort::do_close() {
     std::for_each(incoming_.begin(), incoming_.end(), free_transfer);
     std::for_each(outgoing_.begin(), outgoing_.end(), free_transfer);
     libusb_release_interface(device_.handle.get(), 0);
-    device_.handle.reset();
-    device_.context.reset();
+    device_.close();
 }
 
 bool UsbPort::in_flight() const {
