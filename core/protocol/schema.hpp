@@ -181,7 +181,7 @@ struct Schema<IdentifyMessage> {
         field(&IdentifyMessage::sensors, "sensors", code(WireType::u8, 1, 4, "how many it has")),
         field(&IdentifyMessage::serial, "serial", count(WireType::u64, "unique to the device")),
         field(&IdentifyMessage::firmware, "firmware", count(WireType::u32, "version: major << 16, minor << 8, patch")),
-        field(&IdentifyMessage::product, "product", code(WireType::u16, 1, 1, "1: tricoil")),
+        field(&IdentifyMessage::product, "product", count(WireType::u16, "1: tricoil")),
         field(&IdentifyMessage::multiplexing, "multiplexing", code(WireType::u8, 0, 1, "0 coils in turn, 1 all at once")),
         field(&IdentifyMessage::drives_coils, "drives_coils",
               code(WireType::u8, 0, 1, "0: the host switches them, 1: the device")),
