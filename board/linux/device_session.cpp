@@ -94,7 +94,8 @@ void DeviceSession::excited(Excitation state, std::uint32_t sequence) {
 void DeviceSession::keep_alive(std::int64_t now_us) {
     now_us_ = now_us;
     fed_us_ = now_us;
-    command(Opcode::keep_alive, columns_.started() ? columns_.newest() : 0);
+    const protocol::SequenceCheck& data = columns_.started() ? columns_ : poses_;
+    command(Opcode::keep_alive, data.started() ? data.newest() : 0);
 }
 
 void DeviceSession::stop() {

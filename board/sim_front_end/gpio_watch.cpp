@@ -35,7 +35,13 @@ Excitation GpioWatch::look(std::int64_t now_us) {
         enabled_ = false;
         report_.longest_enable_us = std::max(report_.longest_enable_us, now_us - beat_us_);
     }
-    const std::array<bool, kSourceCoils> on{level(0), level(1), level(2)};
+    std::array<bool, kSourceCoils> on{level(0), level(1), level(2)};
+    if (std::count(on.begin(), on.end(), true) > 1) {
+        // One may have gone off between two reads: only what is still on was on together with the later ones.
+        for (std::size_t coil = 0; coil < on.size(); ++coil) {
+            on[coil] = on[coil] && level(coil);
+        }
+    }
     judge(on);
     report_.on_at_end = on[0] || on[1] || on[2];
     report_.enabled_at_end = enabled_;

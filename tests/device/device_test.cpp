@@ -199,6 +199,7 @@ TEST_F(Lines, FollowTheStatesInTurnAndThePosesAreTheSame) {
 
 TEST_F(Lines, AreOffAfterSigtermAndTheEnableDropsAfterSigkill) {
     for (const int signal : {SIGTERM, SIGINT, SIGKILL}) {
+        std::filesystem::remove("/run/poses.csv");
         Program peer(front_end(watched() + "--duration 60 --watchdog-us 60000"));
         Program tracker(tricoil(config()));
         ASSERT_TRUE(test::eventually([] { return lines(test::read_text("/run/poses.csv")).size() > 50; })) << complaints();
@@ -264,7 +265,7 @@ TEST_F(Device, ColumnsAcrossATransitionAreRefused) {
 }
 
 TEST_F(Device, ASilentFrontEndIsStartedAgain) {
-    const json s = run_with("--fault silence@300-312 --pace lockstep", 2);
+    const json s = run_with("--fault silence@300-400", 2);
     EXPECT_GE(s["silences"], 1);
     EXPECT_GE(s["starts"], 2);
 }

@@ -17,10 +17,20 @@ constexpr const char* kTypeNames[] = {"u8", "u16", "u32", "u64", "i16", "i24", "
 
 const char* name_of(WireType type) { return kTypeNames[static_cast<int>(type)]; }
 
+/// In plain decimals: not every reader of DBC files knows exponents.
+std::string decimal(double value) {
+    std::string text = fmt::format("{:.12f}", value);
+    text.erase(text.find_last_not_of('0') + 1);
+    return text.back() == '.' ? text.substr(0, text.size() - 1) : text;
+}
+
 /// One signal line: SG_ name : start|bits@1(sign) (scale,offset) [low|high] "unit" receiver.
 std::string signal(const char* name, WireType type, std::size_t at, double scale, double low, double high, const char* unit) {
+    const bool any = type == WireType::f32 && low == lowest(type);  // [0|0]: no limits
+    low = any ? 0 : low;
+    high = any ? 0 : high;
     return fmt::format(" SG_ {} : {}|{}@1{} ({},0) [{}|{}] \"{}\" Vector__XXX\n", name, 8 * at, 8 * size_of(type),
-                       is_signed(type) || type == WireType::f32 ? '-' : '+', scale, low, high, unit);
+                       is_signed(type) || type == WireType::f32 ? '-' : '+', decimal(scale), decimal(low), decimal(high), unit);
 }
 
 const char* sender(const char* from) { return std::string(from) == "host" ? "HOST" : "DEVICE"; }
