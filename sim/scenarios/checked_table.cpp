@@ -59,6 +59,30 @@ double CheckedTable::positive(const std::string& key, double fallback) {
     return value;
 }
 
+bool CheckedTable::flag(const std::string& key, bool fallback) {
+    const toml::node* node = find(key);
+    if (node == nullptr) {
+        return fallback;
+    }
+    const auto value = node->value_exact<bool>();
+    if (!value) {
+        complain(key, node, "must be true or false");
+    }
+    return *value;
+}
+
+std::uint64_t CheckedTable::whole(const std::string& key, std::uint64_t fallback, std::uint64_t most) {
+    const toml::node* node = find(key);
+    if (node == nullptr) {
+        return fallback;
+    }
+    const auto value = node->value_exact<std::int64_t>();
+    if (!value || *value < 0 || static_cast<std::uint64_t>(*value) > most) {
+        complain(key, node, fmt::format("must be a whole number from 0 to {}", most));
+    }
+    return static_cast<std::uint64_t>(*value);
+}
+
 std::string CheckedTable::text(const std::string& key, const std::string& fallback) {
     const toml::node* node = find(key);
     if (node == nullptr) {
@@ -134,6 +158,12 @@ CheckedTable CheckedTable::child(const std::string& key) {
         complain(key, node, "must be a table, [" + key + "]");
     }
     return {file_, prefix_ + key + ".", node == nullptr ? kEmptyTable : *node->as_table()};
+}
+
+void CheckedTable::demand(bool good, const std::string& key, const std::string& what) {
+    if (!good) {
+        complain(key, find(key), what);
+    }
 }
 
 void CheckedTable::finish() const {

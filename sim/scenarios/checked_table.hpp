@@ -2,6 +2,7 @@
 #pragma once
 
 #include <toml++/toml.h>
+#include <cstdint>
 #include <set>
 #include <string>
 #include <string_view>
@@ -22,12 +23,17 @@ public:
 
     double number(const std::string& key, double fallback);
     double positive(const std::string& key, double fallback);
+    bool flag(const std::string& key, bool fallback);
+    std::uint64_t whole(const std::string& key, std::uint64_t fallback, std::uint64_t most);  // 0 to most
     std::string text(const std::string& key, const std::string& fallback);
     std::string choice(const std::string& key, const std::vector<std::string>& choices);  // required
     std::vector<std::string> texts(const std::string& key);
     Vec3<double> vector(const std::string& key, const Vec3<double>& fallback);
     Mat3<double> matrix(const std::string& key, const Mat3<double>& fallback);  // three rows of three
     CheckedTable child(const std::string& key);                                 // an absent table is an empty one
+
+    /// Throws InputError with the key's place unless `good`; `what` says what it must be.
+    void demand(bool good, const std::string& key, const std::string& what);
 
     /// Complains about keys that no getter asked for.
     void finish() const;

@@ -7,6 +7,7 @@
 #include "board/host/errors.hpp"
 #include "board/host/run/flag_names.hpp"
 #include "board/host/run/report.hpp"
+#include "board/linux/device_run.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -14,6 +15,8 @@ namespace {
 struct RunCommand {
     RunOptions options;
     std::string device = "sim:";
+    std::string config;
+    double wait_s = 5;
     std::vector<double> place{0.9, 0, 0};
     double duration_s = 0;
     bool json = false;
@@ -33,12 +36,47 @@ void check_vector(const std::vector<double>& v, const char* option) {
     }
 }
 
-int run(RunCommand& command, bool duration_given) {
+/// A real device: its own options, and those of the simulation have no meaning.
+int run_on_device(const RunCommand& command, bool duration_given, bool device_given) {
+    linux_board::DeviceRunOptions options;
+    if (!command.config.empty()) {
+        options.config = linux_board::load_device_config(command.config);
+    }
+    if (device_given) {
+        options.config.device = command.device;
+    }
+    if (options.config.device.empty()) {
+        throw InputError(command.config + ": 'device' is missing; name it there or with --device");
+    }
+    if (command.options.tracker != "direct" || command.config.empty()) {
+        options.config.method = command.options.tracker;
+    }
+    if (!command.options.hemisphere.empty()) {
+        const auto& h = command.options.hemisphere;
+        check_vector(h, "--hemisphere");
+        options.config.hemisphere = Vec3<double>(h[0], h[1], h[2]);
+    }
+    if (!command.options.out_csv.empty()) {
+        options.config.csv = command.options.out_csv;
+    }
+    if (duration_given && !(std::isfinite(command.duration_s) && command.duration_s > 0)) {
+        throw InputError("--duration must be a positive number of seconds");
+    }
+    if (!(std::isfinite(command.wait_s) && command.wait_s >= 0)) {
+        throw InputError("--wait must be a number of seconds, 0 or more");
+    }
+    options.duration_s = duration_given ? command.duration_s : 0;
+    options.wait_s = command.wait_s;
+    options.json = command.json;
+    return linux_board::run_device(options);
+}
+
+int run(RunCommand& command, bool duration_given, bool device_given) {
     if (command.list) {
         return list_scenarios();
     }
-    if (command.device != "sim:") {
-        throw InputError("--device '" + command.device + "': this build knows the simulated board only; use sim:");
+    if (command.device != "sim:" || !command.config.empty()) {
+        return run_on_device(command, duration_given, device_given);
     }
     check_vector(command.place, "--place");
     if (!command.options.hemisphere.empty()) {
@@ -63,7 +101,8 @@ int run(RunCommand& command, bool duration_given) {
 void add_run_command(CLI::App& program, Action& action) {
     auto command = std::make_shared<RunCommand>();
     RunOptions& o = command->options;
-    CLI::App* sub = program.add_subcommand("run", "Track a simulated sensor and compare every pose with the truth");
+    CLI::App* sub =
+        program.add_subcommand("run", "Track: a simulated sensor, every pose compared with the truth; or a real device");
     sub->add_option("--scenario", o.scenario, "Built-in scenario (see --list) or a .toml file")->capture_default_str();
     sub->add_flag("--list", command->list, "List the built-in scenarios");
     sub->add_option("--trajectory", o.trajectory, "Recorded path to move along: 4x4 matrices at 100 Hz");
@@ -72,13 +111,21 @@ void add_run_command(CLI::App& program, Action& action) {
         ->expected(3)
         ->capture_default_str();
     sub->add_option("--speed", o.speed, "Play the recorded path faster (2) or slower (0.5)")->capture_default_str();
-    sub->add_option("--device", command->device, "Where the coils are; sim: is the simulated board")->capture_default_str();
+    CLI::Option* device =
+        sub->add_option("--device", command->device,
+                        "Where the coils are: sim:, can:INTERFACE[#NODE], usb:VENDOR:PRODUCT[:SERIAL], serial:PATH")
+            ->capture_default_str();
+    sub->add_option("--config", command->config, "What hangs on this board: a TOML file; --device goes before its own")
+        ->check(refuse_empty);
+    sub->add_option("--wait", command->wait_s, "Seconds to wait for the device at the start; 0: for ever")->capture_default_str();
     sub->add_option("--mux", o.multiplexing, "tdm (coils in turn) or fdm (all at once)")->capture_default_str();
     sub->add_option("--tracker", o.tracker, "direct, previous, previous-angles or scaat (the motion-proof filter)")
         ->capture_default_str();
     sub->add_option("--passes", o.passes, "Passes of the previous-measurement step per frame, 1-10")->capture_default_str();
     sub->add_option("--rate-hz", o.frame_rate_hz, "Frames per second")->capture_default_str();
-    CLI::Option* duration = sub->add_option("--duration", command->duration_s, "Seconds to simulate; default: the scenario's");
+    CLI::Option* duration =
+        sub->add_option("--duration", command->duration_s,
+                        "Seconds to simulate, or of the device's time; default: the scenario's, or until a signal comes");
     sub->add_option("--fault", o.faults, "Break something: NAME[:ARG][@BEGIN-END], as open_coil:S2@1-1.5; repeatable");
     sub->add_option("--hemisphere", o.hemisphere,
                     "Half space the sensor starts in, x,y,z; 0,0,0: unknown; default: where the simulated motion begins")
@@ -102,8 +149,9 @@ void add_run_command(CLI::App& program, Action& action) {
     sub->add_option("--euler", o.output.euler,
                     "CSV: add three angles, in this order of turns about the sensor's own axes, as zyx");
     sub->add_flag("--json", command->json, "Summary as JSON");
-    sub->callback(
-        [command, duration, &action] { action = [command, duration] { return run(*command, duration->count() > 0); }; });
+    sub->callback([command, duration, device, &action] {
+        action = [command, duration, device] { return run(*command, duration->count() > 0, device->count() > 0); };
+    });
 }
 
 }  // namespace tricoil::host

@@ -1,0 +1,51 @@
+// tricoil protocol: the wire protocol as DBC file and page.
+#include <fmt/format.h>
+
+#include <fstream>
+#include <memory>
+
+#include "board/host/commands/commands.hpp"
+#include "board/host/errors.hpp"
+#include "board/host/protocol/protocol_files.hpp"
+
+namespace tricoil::host {
+namespace {
+
+struct ProtocolCommand {
+    std::string dbc;
+    std::string page;
+};
+
+void write(const std::string& path, const std::string& text, const char* option) {
+    std::ofstream file(path);
+    file << text << std::flush;
+    if (!file.good()) {
+        throw InputError(fmt::format("{}: cannot be written; choose another {}", path, option));
+    }
+}
+
+int run_protocol(const ProtocolCommand& command) {
+    if (command.dbc.empty() && command.page.empty()) {
+        fmt::print("{}", protocol_page());
+    }
+    if (!command.dbc.empty()) {
+        write(command.dbc, dbc_file(), "--dbc");
+    }
+    if (!command.page.empty()) {
+        write(command.page, protocol_page(), "--page");
+    }
+    return to_int(ExitCode::fine);
+}
+
+}  // namespace
+
+void add_protocol_command(CLI::App& program, Action& action) {
+    auto command = std::make_shared<ProtocolCommand>();
+    CLI::App* sub =
+        program.add_subcommand("protocol", "The wire protocol: prints its page, or writes it and a DBC file for CAN tools");
+    sub->add_option("--dbc", command->dbc, "Write a DBC file (node 0)")->check(refuse_empty);
+    sub->add_option("--page", command->page, "Write the page, Markdown")->check(refuse_empty);
+    sub->callback([command, &action] { action = [command] { return run_protocol(*command); }; });
+}
+
+}  // namespace tricoil::host

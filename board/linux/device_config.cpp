@@ -1,0 +1,105 @@
+#include "board/linux/device_config.hpp"
+
+#include <fstream>
+#include <limits>
+#include <sstream>
+
+#include "board/host/errors.hpp"
+#include "board/linux/device_uri.hpp"
+#include "sim/scenarios/checked_table.hpp"
+
+namespace tricoil::linux_board {
+namespace {
+
+using sim::CheckedTable;
+
+CoilLines coil_lines(CheckedTable table) {
+    const std::string chip = table.text("chip", "");
+    table.demand(!chip.empty(), "chip", "is missing: the GPIO chip's name or label, as gpiodetect shows it");
+    const bool active_low = table.flag("active_low", false);
+    CoilLines lines;
+    constexpr std::array<const char*, 3> kKeys{"s1", "s2", "s3"};
+    for (std::size_t i = 0; i < kKeys.size(); ++i) {
+        lines.coils[i] = {chip, table.text(kKeys[i], ""), active_low};
+        table.demand(!lines.coils[i].line.empty(), kKeys[i], "is missing: the line's name, as gpioinfo shows it");
+        for (std::size_t other = 0; other < i; ++other) {
+            table.demand(lines.coils[other].line != lines.coils[i].line, kKeys[i], "is the line of another coil");
+        }
+    }
+    const auto optional_line = [&](const char* key) {
+        const std::string name = table.text(key, "");
+        return name.empty() ? std::nullopt : std::optional(drivers::GpioLineName{chip, name, false});
+    };
+    lines.heartbeat = optional_line("heartbeat");
+    lines.sync = optional_line("sync");
+    table.finish();
+    return lines;
+}
+
+void read_front_end(CheckedTable table, DeviceConfig& config) {
+    config.serial = table.whole("serial", 0, std::numeric_limits<std::int64_t>::max());
+    table.finish();
+}
+
+void read_calibration(CheckedTable table, DeviceConfig& config) {
+    config.coupling_constant_m3 = table.positive("coupling_constant_m3", config.coupling_constant_m3);
+    table.finish();
+}
+
+void read_tracker(CheckedTable table, DeviceConfig& config) {
+    const std::string method = table.text("method", "");
+    config.method = method.empty() ? config.method : table.choice("method", {"direct", "previous", "previous-angles", "scaat"});
+    config.hemisphere = table.vector("hemisphere", config.hemisphere);
+    table.finish();
+}
+
+void read_outputs(CheckedTable table, DeviceConfig& config) {
+    config.csv = table.text("csv", "");
+    config.publish = table.flag("publish", false);
+    table.finish();
+}
+
+void read_realtime(CheckedTable table, DeviceConfig& config) {
+    config.priority = static_cast<int>(table.whole("priority", 0, 99));
+    config.lock_memory = table.flag("lock_memory", true);
+    table.finish();
+}
+
+}  // namespace
+
+DeviceConfig parse_device_config(const std::string& name, std::string_view text) {
+    const toml::table parsed = sim::parse_toml(name, text);
+    CheckedTable root(name, "", parsed);
+    DeviceConfig config;
+    config.device = root.text("device", "");
+    if (!config.device.empty()) {
+        try {
+            parse_device_uri(config.device);
+        } catch (const host::InputError& error) {
+            root.demand(false, "device", error.what());
+        }
+    }
+    const CheckedTable coils = root.child("coils");
+    if (parsed.contains("coils")) {
+        config.coils = coil_lines(coils);
+    }
+    read_front_end(root.child("front_end"), config);
+    read_calibration(root.child("calibration"), config);
+    read_tracker(root.child("tracker"), config);
+    read_outputs(root.child("outputs"), config);
+    read_realtime(root.child("realtime"), config);
+    root.finish();
+    return config;
+}
+
+DeviceConfig load_device_config(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    std::ostringstream text;
+    text << file.rdbuf();
+    if (!file.good()) {
+        throw host::InputError(path + ": cannot be read; give --config a TOML file (see board/linux/README.md)");
+    }
+    return parse_device_config(path, text.str());
+}
+
+}  // namespace tricoil::linux_board

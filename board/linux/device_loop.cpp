@@ -1,0 +1,203 @@
+#include "board/linux/device_loop.hpp"
+
+#include <algorithm>
+
+#include "core/protocol/convert.hpp"
+#include "core/signal/acquisition_plan.hpp"
+#include "drivers/posix/monotonic_clock.hpp"
+
+namespace tricoil::linux_board {
+namespace {
+
+constexpr Microseconds kWait{5000};
+constexpr std::int64_t kSilenceUs = 150'000;  // without a column, before poses are flagged stale
+
+/// The timing that a front end tells of itself.
+struct Timing {
+    bool is_tdm = true;
+    Microseconds max_column_span{0};
+    double window_s = 0;
+};
+
+Timing timing_of(const protocol::IdentifyMessage& identity) {
+    Timing timing;
+    timing.is_tdm = identity.multiplexing == 0;
+    timing.window_s = 1e-6 * identity.window_us;
+    const auto multiplexing = timing.is_tdm ? signal::Multiplexing::tdm : signal::Multiplexing::fdm;
+    const auto plan = signal::plan_acquisition(signal::default_acquisition(multiplexing, 1e-3 * identity.frame_rate_mhz));
+    if (plan.ok()) {
+        timing.max_column_span = tracking::column_span(*plan);
+    } else if (timing.is_tdm) {
+        timing.max_column_span = microseconds_from_seconds(0.8e3 / identity.frame_rate_mhz);
+    }
+    return timing;
+}
+
+}  // namespace
+
+DeviceLoop::DeviceLoop(hal::MessagePort& port, HostLines lines, const DeviceLoopParams& params, PoseSink sink)
+    : port_(port), lines_(lines), params_(params), sink_(std::move(sink)), session_(port, params.session) {
+    switch_off();
+}
+
+DeviceLoop::~DeviceLoop() { stop(); }
+
+void DeviceLoop::stop() {
+    switch_off();
+    session_.stop();
+}
+
+void DeviceLoop::switch_off() {
+    if (lines_.coils != nullptr) {
+        lines_.coils->switch_off();
+    }
+}
+
+void DeviceLoop::step() {
+    const std::int64_t now = drivers::monotonic_us();
+    const SessionEvent event = session_.service(now);
+    if (event == SessionEvent::silent) {
+        switch_off();
+    }
+    if (session_.phase() == Phase::closed) {
+        timespec pause{0, kWait.count() * 1000};
+        ::nanosleep(&pause, nullptr);
+        return;
+    }
+    if (port_.wait(kWait).code() == StatusCode::device_lost) {
+        switch_off();
+        session_.on_device_lost(now);
+        return;
+    }
+    bool any = false;
+    hal::ReceivedMessage message;
+    Status status = port_.receive(message);
+    for (; status.ok(); status = port_.receive(message)) {
+        take(message);
+        any = true;
+    }
+    follow_sync();
+    if (any && session_.phase() == Phase::running && lines_.coils == nullptr) {
+        session_.keep_alive(drivers::monotonic_us());
+    }
+    if (status.code() == StatusCode::device_lost) {
+        switch_off();
+        session_.on_device_lost(now);
+    }
+    tick(now);
+}
+
+void DeviceLoop::take(const hal::ReceivedMessage& message) {
+    switch (session_.take(message)) {
+        case SessionEvent::started:
+            begin();
+            break;
+        case SessionEvent::column:
+            track(message);
+            break;
+        case SessionEvent::pose: {
+            deliver(session_.pose_message(), session_.pose().valid(), message.host_time_us);
+            break;
+        }
+        default:
+            break;
+    }
+    if (session_.take_window_over() && lines_.sync == nullptr) {
+        next_state();
+    }
+}
+
+void DeviceLoop::begin() {
+    const Timing timing = timing_of(session_.identity());
+    is_tdm_ = timing.is_tdm;
+    tracking::TrackerParams<double> params;
+    params.method = params_.method;
+    params.coupling_constant = params_.coupling_constant_m3;
+    params.hemisphere = params_.hemisphere;
+    params.max_column_span = timing.max_column_span;
+    params.deskew = timing.is_tdm && params_.method == tracking::Method::direct;
+    params.window_s = timing.window_s;
+    tracking::scaat::Params<double> filter;
+    filter.hemisphere = params.hemisphere;
+    filter.max_column_span = params.max_column_span;
+    filter.window_s = params.window_s;
+    for (std::size_t n = 0; n < std::min<std::size_t>(session_.identity().sensors, trackers_.size()); ++n) {
+        if (params_.filter) {
+            trackers_[n].emplace(filter, params.coupling_constant);
+        } else {
+            trackers_[n].emplace(params);
+        }
+    }
+    state_sequence_ = 0;
+    column_us_ = 0;
+    (void)session_.take_window_over();
+    next_state();
+}
+
+void DeviceLoop::next_state() {
+    if (lines_.coils == nullptr || session_.phase() != Phase::running) {
+        return;
+    }
+    const Excitation state = is_tdm_ ? single_coil(static_cast<int>(state_sequence_ % kSourceCoils)) : Excitation::all;
+    if (!lines_.coils->excite(state).ok()) {
+        ++counters_.lines_lost;
+        return;
+    }
+    if (lines_.heartbeat != nullptr) {
+        (void)lines_.heartbeat->beat();  // a line that is gone lets the enable drop: the safe side
+    }
+    ++counters_.excitations;
+    session_.excited(state, ++state_sequence_);
+}
+
+void DeviceLoop::follow_sync() {
+    std::int64_t edge_us = 0;
+    while (lines_.sync != nullptr && lines_.sync->next_edge(edge_us).ok()) {
+        ++counters_.sync_edges;
+        next_state();
+    }
+}
+
+void DeviceLoop::track(const hal::ReceivedMessage& message) {
+    const Column<double>& column = session_.column();
+    column_us_ = drivers::monotonic_us();
+    if (column.sensor >= trackers_.size() || !trackers_[column.sensor]) {
+        return;
+    }
+    if (const auto estimate = trackers_[column.sensor]->update(column)) {
+        deliver(protocol::to_message(*estimate), estimate->valid(), message.host_time_us);
+    }
+}
+
+void DeviceLoop::deliver(const protocol::PoseMessage& pose, bool valid, std::int64_t received_us) {
+    ++counters_.poses;
+    counters_.valid_poses += valid ? 1U : 0U;
+    latency_.add(drivers::monotonic_us() - received_us);
+    sink_(pose);
+    if (params_.publish && session_.identity().role == static_cast<std::uint8_t>(protocol::Role::front_end)) {
+        protocol::PoseMessage published = pose;
+        published.sequence = pose_sequence_++;
+        const std::size_t size = protocol::encode(published, bytes_);
+        counters_.unpublished += port_.send(std::span(bytes_).first(size)).ok() ? 0U : 1U;
+    }
+}
+
+/// Silence shows in the poses too: the last one, flagged stale.
+void DeviceLoop::tick(std::int64_t now_us) {
+    const std::int64_t silence_us = now_us - column_us_;
+    if (session_.phase() != Phase::running || column_us_ == 0 || silence_us < kSilenceUs) {
+        return;
+    }
+    const DeviceTime now = session_.column().midpoint + Microseconds{silence_us};
+    for (auto& tracker : trackers_) {
+        if (const auto estimate = tracker ? tracker->tick(now) : std::nullopt) {
+            deliver(protocol::to_message(*estimate), false, now_us);
+        }
+    }
+}
+
+tracking::TrackerCounters DeviceLoop::tracker_counters() const {
+    return trackers_[0] ? trackers_[0]->counters() : tracking::TrackerCounters{};
+}
+
+}  // namespace tricoil::linux_board

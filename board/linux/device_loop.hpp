@@ -1,0 +1,87 @@
+// The loop of a Linux board: messages in, coils switched, columns tracked, poses out. No heap, no exceptions in its steps.
+#pragma once
+
+#include <functional>
+#include <optional>
+
+#include "board/linux/device_session.hpp"
+#include "board/linux/latency_histogram.hpp"
+#include "core/tracking/sensor_tracker.hpp"
+#include "hal/coil_driver.hpp"
+#include "hal/heartbeat.hpp"
+#include "hal/sync_line.hpp"
+
+namespace tricoil::linux_board {
+
+/// What the host switches itself; null where there is none. All must outlive the loop.
+struct HostLines {
+    hal::CoilDriver* coils = nullptr;
+    hal::Heartbeat* heartbeat = nullptr;
+    hal::SyncLine* sync = nullptr;
+};
+
+struct DeviceLoopParams {
+    SessionParams session;
+    tracking::Method method = tracking::Method::direct;
+    bool filter = false;
+    double coupling_constant_m3 = 6.75e-3;
+    Vec3<double> hemisphere = Vec3<double>::UnitX();
+    bool publish = false;
+};
+
+struct DeviceLoopCounters {
+    std::uint64_t poses = 0;
+    std::uint64_t valid_poses = 0;
+    std::uint64_t excitations = 0;
+    std::uint64_t sync_edges = 0;
+    std::uint64_t lines_lost = 0;
+    std::uint64_t unpublished = 0;
+};
+
+class DeviceLoop {
+public:
+    using PoseSink = std::function<void(const protocol::PoseMessage&)>;
+
+    /// `sink` gets every pose as the wire holds it.
+    DeviceLoop(hal::MessagePort& port, HostLines lines, const DeviceLoopParams& params, PoseSink sink);
+    ~DeviceLoop();
+    DeviceLoop(const DeviceLoop&) = delete;
+    DeviceLoop& operator=(const DeviceLoop&) = delete;
+
+    /// Takes what has come, or waits for it, 5 ms at most.
+    void step();
+
+    /// Coils off, front end stopped. The destructor does it too.
+    void stop();
+
+    [[nodiscard]] const DeviceSession& session() const { return session_; }
+    [[nodiscard]] const DeviceLoopCounters& counters() const { return counters_; }
+    [[nodiscard]] const LatencyHistogram& latency() const { return latency_; }
+    [[nodiscard]] tracking::TrackerCounters tracker_counters() const;
+
+private:
+    void take(const hal::ReceivedMessage& message);
+    void begin();
+    void track(const hal::ReceivedMessage& message);
+    void deliver(const protocol::PoseMessage& pose, bool valid, std::int64_t received_us);
+    void follow_sync();
+    void next_state();
+    void switch_off();
+    void tick(std::int64_t now_us);
+
+    hal::MessagePort& port_;
+    HostLines lines_;
+    DeviceLoopParams params_;
+    PoseSink sink_;
+    DeviceSession session_;
+    std::array<std::optional<tracking::SensorTracker<double>>, tracking::kMaxSensors> trackers_;
+    std::array<std::uint8_t, protocol::kMaxFrameBytes> bytes_{};
+    std::uint32_t state_sequence_ = 0;
+    std::uint32_t pose_sequence_ = 0;
+    std::int64_t column_us_ = 0;  // when the newest came; 0: none since the start
+    bool is_tdm_ = true;
+    LatencyHistogram latency_;
+    DeviceLoopCounters counters_;
+};
+
+}  // namespace tricoil::linux_board

@@ -1,0 +1,182 @@
+#include "board/linux/device_run.hpp"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "board/host/errors.hpp"
+#include "board/host/interrupt.hpp"
+#include "board/linux/device_loop.hpp"
+#include "board/linux/device_uri.hpp"
+#include "board/linux/fault_reporter.hpp"
+#include "board/linux/pose_writer.hpp"
+#include "board/linux/realtime.hpp"
+#include "drivers/gpiod/gpio_coil_driver.hpp"
+#include "drivers/gpiod/gpio_signals.hpp"
+#include "drivers/posix/monotonic_clock.hpp"
+#include "sim/io/nearest_name.hpp"
+
+namespace tricoil::linux_board {
+namespace {
+
+/// The lines of the configuration, taken; empty without [coils].
+struct OpenLines {
+    drivers::GpioCoilDriver coils;
+    drivers::GpioHeartbeat heartbeat;
+    drivers::GpioSyncLine sync;
+    HostLines lines;
+};
+
+void open_lines(const CoilLines& wanted, OpenLines& open) {
+    drivers::Text why;
+    const auto check = [&](const Status& status) {
+        if (!status.ok()) {
+            throw host::DeviceError(why.c_str());
+        }
+    };
+    check(open.coils.open(wanted.coils, why));
+    open.lines.coils = &open.coils;
+    if (wanted.heartbeat) {
+        check(open.heartbeat.open(*wanted.heartbeat, why));
+        open.lines.heartbeat = &open.heartbeat;
+    }
+    if (wanted.sync) {
+        check(open.sync.open(*wanted.sync, why));
+        open.lines.sync = &open.sync;
+    }
+}
+
+DeviceLoopParams loop_params(const DeviceConfig& config) {
+    constexpr std::array kMethods{tracking::Method::direct, tracking::Method::previous, tracking::Method::previous_angles,
+                                  tracking::Method::direct};
+    const std::size_t n = sim::index_of_name("--tracker", config.method, {"direct", "previous", "previous-angles", "scaat"});
+    DeviceLoopParams params;
+    params.session.serial = config.serial;
+    params.session.host_drives_coils = config.coils.has_value();
+    params.method = kMethods[n];
+    params.filter = n + 1 == kMethods.size();
+    params.coupling_constant_m3 = config.coupling_constant_m3;
+    params.hemisphere = config.hemisphere;
+    params.publish = config.publish;
+    return params;
+}
+
+nlohmann::ordered_json summary(const DeviceConfig& config, const DeviceLoop& loop, const hal::MessagePort& port,
+                               const RealtimeHabits& habits) {
+    const DeviceSession& session = loop.session();
+    nlohmann::ordered_json refused = nlohmann::ordered_json::object();
+    for (std::size_t kind = 1; kind < protocol::kWireErrors; ++kind) {
+        const auto error = static_cast<protocol::WireError>(kind);
+        refused[protocol::kWireErrorNames[kind]] = session.refused().of(error) + port.wire_errors().of(error);
+    }
+    const LatencyHistogram& latency = loop.latency();
+    return {{"device", config.device},
+            {"serial", session.identity().serial},
+            {"starts", session.counters().starts},
+            {"silences", session.counters().silences},
+            {"columns", session.counters().columns},
+            {"columns_lost", session.counters().lost_columns},
+            {"poses_lost", session.counters().lost_poses},
+            {"poses", loop.counters().poses},
+            {"poses_valid", loop.counters().valid_poses},
+            {"refused", refused},
+            {"send_queue_full", port.counters().send_queue_full},
+            {"receive_dropped", port.counters().receive_dropped},
+            {"link_faults", port.counters().link_faults},
+            {"link_losses", port.counters().link_losses},
+            {"excitations", loop.counters().excitations},
+            {"sync_edges", loop.counters().sync_edges},
+            {"unpublished", loop.counters().unpublished},
+            {"latency_us", {{"median", latency.quantile_us(0.5)}, {"p99", latency.quantile_us(0.99)}, {"max", latency.max_us()}}},
+            {"clock_drift_ppm", 1e6 * session.clock_map().drift()},
+            {"clock_error_bound_us", session.clock_map().ready() ? session.clock_map().error_bound_us() : 0},
+            {"memory_locked", habits.memory_locked},
+            {"fifo", habits.fifo}};
+}
+
+std::string text_of(const nlohmann::ordered_json& s) {
+    const auto number = [&](const char* key) { return s[key].get<std::uint64_t>(); };
+    std::uint64_t refused = 0;
+    for (const auto& count : s["refused"]) {
+        refused += count.get<std::uint64_t>();
+    }
+    return fmt::format(
+        "{}: {} poses, {} valid\n  columns  {} received, {} lost, {} messages refused; started {} times\n"
+        "  latency  median {:.0f} us, 99 % {:.0f} us, max {} us from the frame's arrival to the pose\n  coils    off\n",
+        s["device"].get<std::string>(), number("poses"), number("poses_valid"), number("columns"), number("columns_lost"),
+        refused, number("starts"), s["latency_us"]["median"].get<double>(), s["latency_us"]["p99"].get<double>(),
+        s["latency_us"]["max"].get<std::int64_t>());
+}
+
+/// Adds up the device's time over its restarts.
+class DeviceStopwatch {
+public:
+    void see(std::int64_t time_us) {
+        const std::int64_t step = time_us - last_us_;
+        elapsed_us_ += step > 0 && step < kLongestStepUs ? step : 0;
+        last_us_ = time_us;
+    }
+    [[nodiscard]] double elapsed_s() const { return 1e-6 * static_cast<double>(elapsed_us_); }
+
+private:
+    static constexpr std::int64_t kLongestStepUs = 1'000'000;
+    std::int64_t last_us_ = 0;
+    std::int64_t elapsed_us_ = 0;
+};
+
+}  // namespace
+
+int run_device(const DeviceRunOptions& options) {
+    const DeviceConfig& config = options.config;
+    const DeviceUri uri = parse_device_uri(config.device);
+    const DeviceLoopParams params = loop_params(config);
+    OpenLines lines;
+    if (config.coils) {
+        open_lines(*config.coils, lines);
+    }
+    std::optional<PoseWriter> csv;
+    if (!config.csv.empty()) {
+        csv.emplace(config.csv, PoseFormat::csv);
+    }
+    PoseWriter json(stdout, PoseFormat::json);
+    const auto port = make_port(uri);
+    DeviceStopwatch stopwatch;
+    DeviceLoop loop(*port, lines.lines, params, [&](const protocol::PoseMessage& pose) {
+        stopwatch.see(pose.time_us);
+        if (csv) {
+            csv->write(pose);
+        }
+        if (options.json) {
+            json.write(pose);
+        }
+    });
+    FaultReporter reporter(config.device);
+    const RealtimeHabits habits = take_realtime_habits(config.lock_memory, config.priority);
+    const host::InterruptGuard guard;
+    const std::int64_t begin_us = drivers::monotonic_us();
+    while (!guard.interrupted() && (options.duration_s <= 0 || stopwatch.elapsed_s() < options.duration_s)) {
+        loop.step();
+        const std::int64_t now_us = drivers::monotonic_us();
+        reporter.look(loop.session(), *port, now_us);
+        const bool waits_in_vain = options.wait_s > 0 && loop.session().counters().starts == 0 &&
+                                   static_cast<double>(now_us - begin_us) > 1e6 * options.wait_s;
+        if (waits_in_vain) {
+            throw host::DeviceError(fmt::format("{}: {}", config.device, loop.session().detail()));
+        }
+    }
+    loop.stop();
+    if (csv) {
+        csv->close();
+    }
+    const auto closing = summary(config, loop, *port, habits);
+    port->close();
+    if (options.json) {
+        json.close();
+        fmt::print("{}\n", closing.dump());
+    } else {
+        fmt::print("{}", text_of(closing));
+    }
+    return to_int(loop.counters().valid_poses > 0 ? host::ExitCode::fine : host::ExitCode::check_failed);
+}
+
+}  // namespace tricoil::linux_board

@@ -1,0 +1,21 @@
+// `tricoil run --device`: tracks with real coils, or poses of a tracker board, until told to stop.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "board/linux/device_config.hpp"
+
+namespace tricoil::linux_board {
+
+struct DeviceRunOptions {
+    DeviceConfig config;
+    double duration_s = 0;  // of the device's time; 0: until a signal comes
+    double wait_s = 5;      // for the device at the start; 0: for ever
+    bool json = false;
+};
+
+/// Returns the exit code. Throws InputError for what cannot be run, DeviceError if the device does not come or lines are taken.
+int run_device(const DeviceRunOptions& options);
+
+}  // namespace tricoil::linux_board

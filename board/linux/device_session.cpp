@@ -1,0 +1,274 @@
+#include "board/linux/device_session.hpp"
+
+#include <algorithm>
+#include <cinttypes>
+
+#include "core/protocol/convert.hpp"
+#include "core/protocol/negotiation.hpp"
+
+namespace tricoil::linux_board {
+namespace {
+
+using protocol::MessageType;
+using protocol::Opcode;
+using protocol::WireError;
+
+constexpr std::int64_t kOpenPauseUs = 100'000;
+constexpr std::int64_t kGreetPauseUs = 100'000;
+constexpr std::int64_t kSilenceUs = 500'000;
+constexpr std::int64_t kConflictUs = 1'000'000;
+constexpr std::int64_t kFeedUs = 20'000;  // at least so often
+constexpr std::uint16_t kProduct = 1;
+
+}  // namespace
+
+void DeviceSession::command(Opcode opcode, std::uint32_t argument, Excitation state) {
+    protocol::CommandMessage m;
+    m.sequence = command_sequence_++;
+    m.time_us = now_us_;
+    m.opcode = static_cast<std::uint8_t>(opcode);
+    m.state = static_cast<std::uint8_t>(state);
+    m.request = ++request_;
+    m.argument = argument;
+    const std::size_t size = protocol::encode(m, bytes_);
+    (void)port_.send(std::span(bytes_).first(size));  // counted by the port; everything here is repeated or timed
+}
+
+SessionEvent DeviceSession::service(std::int64_t now_us) {
+    now_us_ = now_us;
+    if (phase_ == Phase::running && now_us - heard_us_ > kSilenceUs) {
+        ++counters_.silences;
+        begin_greeting(now_us);
+        why_.print("the device is silent");
+        return SessionEvent::silent;
+    }
+    if (phase_ == Phase::running) {
+        if (now_us - fed_us_ > kFeedUs) {
+            keep_alive(now_us);
+        }
+        return SessionEvent::none;
+    }
+    if (now_us < due_us_) {
+        return SessionEvent::none;
+    }
+    due_us_ = now_us + kGreetPauseUs;
+    if (phase_ == Phase::closed) {
+        if (!port_.open().ok()) {
+            why_.print("%s", port_.detail());
+            due_us_ = now_us + kOpenPauseUs;
+            return SessionEvent::none;
+        }
+        begin_greeting(now_us);
+    }
+    if (phase_ == Phase::starting && now_us - heard_us_ < kSilenceUs) {
+        command(Opcode::start, params_.host_drives_coils ? 1 : 0);
+    } else {
+        phase_ = Phase::greeting;
+        command(Opcode::hello, protocol::hello_argument({}));
+    }
+    return SessionEvent::none;
+}
+
+void DeviceSession::begin_greeting(std::int64_t now_us) {
+    phase_ = Phase::greeting;
+    has_identity_ = false;
+    due_us_ = now_us;
+    why_.print("no answer yet");
+}
+
+void DeviceSession::on_device_lost(std::int64_t now_us) {
+    counters_.silences += phase_ == Phase::running ? 1U : 0U;
+    phase_ = Phase::closed;
+    has_identity_ = false;
+    why_.print("%s", port_.detail());
+    due_us_ = now_us + kOpenPauseUs;
+}
+
+void DeviceSession::excited(Excitation state, std::uint32_t sequence) {
+    newest_excited_ = (newest_excited_ + 1) % excited_.size();
+    excited_[newest_excited_] = {sequence, state};
+    command(Opcode::excite, sequence, state);
+    fed_us_ = now_us_;
+}
+
+void DeviceSession::keep_alive(std::int64_t now_us) {
+    now_us_ = now_us;
+    fed_us_ = now_us;
+    const protocol::SequenceCheck& data = columns_.started() ? columns_ : poses_;
+    command(Opcode::keep_alive, data.started() ? data.newest() : 0);
+}
+
+void DeviceSession::stop() {
+    if (phase_ == Phase::starting || phase_ == Phase::running) {
+        command(Opcode::stop, 0);
+    }
+    phase_ = Phase::closed;
+}
+
+SessionEvent DeviceSession::refuse(WireError error) {
+    refused_.count(error);
+    return SessionEvent::none;
+}
+
+SessionEvent DeviceSession::take(const hal::ReceivedMessage& message) {
+    WireError error = WireError::none;
+    const MessageType type = protocol::type_of(message.bytes, error);
+    if (error != WireError::none) {
+        return refuse(error);
+    }
+    now_us_ = std::max(now_us_, message.host_time_us);
+    switch (type) {
+        case MessageType::identify:
+            return take_identity(message);
+        case MessageType::ack:
+            return take_ack(message);
+        case MessageType::column:
+            return take_column(message);
+        case MessageType::pose:
+            return take_pose(message);
+        case MessageType::status: {
+            protocol::StatusMessage status;
+            if (const WireError bad = protocol::decode(message.bytes, status); bad != WireError::none) {
+                return refuse(bad);
+            }
+            status_ = status;
+            heard_us_ = phase_ == Phase::running && status.device_state != 1 ? heard_us_ : now_us_;
+            return SessionEvent::none;
+        }
+        case MessageType::command:
+            return refuse(WireError::wrong_sender);
+        default:
+            return SessionEvent::none;  // right, and of no use here
+    }
+}
+
+SessionEvent DeviceSession::take_identity(const hal::ReceivedMessage& message) {
+    protocol::IdentifyMessage identity;
+    if (const WireError error = protocol::decode(message.bytes, identity); error != WireError::none) {
+        return refuse(error);
+    }
+    if (has_identity_ && identity.serial != identity_.serial) {
+        conflict_us_ = now_us_ + kConflictUs;
+        begin_greeting(now_us_);
+        due_us_ = conflict_us_;
+        why_.print("devices %" PRIu64 " and %" PRIu64 " answer to one address; give one of them another node number",
+                   identity_.serial, identity.serial);
+        return refuse(WireError::duplicate_node);
+    }
+    if (identity.product != kProduct) {
+        why_.print("the device is of product %u, no tricoil; disconnect it, or choose another node", identity.product);
+        return refuse(WireError::impossible);
+    }
+    if (protocol::common_version({identity.oldest_version, identity.newest_version}, {}) == 0) {
+        why_.print("the device speaks versions %u to %u of the protocol, this program %u to %u; update the older one",
+                   identity.oldest_version, identity.newest_version, protocol::kOldestVersion, protocol::kNewestVersion);
+        return refuse(WireError::unknown_version);
+    }
+    if (params_.serial != 0 && identity.serial != params_.serial) {
+        why_.print("the device has serial number %" PRIu64 ", the configuration asks for %" PRIu64, identity.serial,
+                   params_.serial);
+        return refuse(WireError::wrong_sender);
+    }
+    if (!params_.any_coils && params_.host_drives_coils == (identity.drives_coils != 0)) {
+        why_.print(params_.host_drives_coils ? "the device drives the coils itself; remove [coils] from the configuration"
+                                             : "the device leaves the coils to the host; name their lines under [coils]");
+        return refuse(WireError::wrong_sender);
+    }
+    if (phase_ != Phase::greeting || now_us_ < conflict_us_) {
+        return SessionEvent::none;
+    }
+    identity_ = identity;
+    has_identity_ = true;
+    heard_us_ = now_us_;
+    why_.clear();
+    if (params_.start) {
+        phase_ = Phase::starting;
+        due_us_ = now_us_;
+    }
+    return SessionEvent::identified;
+}
+
+SessionEvent DeviceSession::take_ack(const hal::ReceivedMessage& message) {
+    protocol::AckMessage ack;
+    if (const WireError error = protocol::decode(message.bytes, ack); error != WireError::none) {
+        return refuse(error);
+    }
+    if (phase_ != Phase::starting || ack.opcode != static_cast<std::uint8_t>(Opcode::start)) {
+        return SessionEvent::none;
+    }
+    if (ack.result != 0) {
+        why_.print("the device refuses to start (%u)", ack.result);
+        return SessionEvent::none;
+    }
+    phase_ = Phase::running;
+    heard_us_ = now_us_;
+    columns_.restart();
+    poses_.restart();
+    clock_map_ = {};
+    excited_ = {};
+    ++counters_.starts;
+    return SessionEvent::started;
+}
+
+bool DeviceSession::in_order(protocol::SequenceCheck& check, std::uint32_t sequence, std::uint64_t& lost) {
+    const std::uint64_t before = check.lost();
+    const protocol::Order order = check.check(sequence);
+    if (order == protocol::Order::old || order == protocol::Order::strange) {
+        refused_.count(WireError::out_of_order);
+        return false;
+    }
+    lost += check.lost() - before;
+    return true;
+}
+
+bool DeviceSession::was_excited(const Column<double>& column) const {
+    return std::any_of(excited_.begin(), excited_.end(), [&](const Excited& e) {
+        return e.sequence == column.state_sequence && (e.state == column.state || e.state == Excitation::all);
+    });
+}
+
+SessionEvent DeviceSession::take_column(const hal::ReceivedMessage& message) {
+    protocol::ColumnMessage m;
+    if (const WireError error = protocol::decode(message.bytes, m); error != WireError::none) {
+        return refuse(error);
+    }
+    if (phase_ != Phase::running || identity_.role != static_cast<std::uint8_t>(protocol::Role::front_end) ||
+        m.sensor >= identity_.sensors) {
+        return refuse(WireError::wrong_sender);
+    }
+    if (!in_order(columns_, m.sequence, counters_.lost_columns)) {
+        return SessionEvent::none;
+    }
+    heard_us_ = now_us_;
+    window_over_ = true;
+    clock_map_.observe(m.time_us, message.host_time_us);
+    if (const WireError error = protocol::from_message(m, column_); error != WireError::none) {
+        return refuse(error);
+    }
+    if (params_.host_drives_coils && !was_excited(column_)) {
+        return refuse(WireError::transition);
+    }
+    ++counters_.columns;
+    return SessionEvent::column;
+}
+
+SessionEvent DeviceSession::take_pose(const hal::ReceivedMessage& message) {
+    if (const WireError error = protocol::decode(message.bytes, pose_message_); error != WireError::none) {
+        return refuse(error);
+    }
+    if (phase_ != Phase::running || identity_.role != static_cast<std::uint8_t>(protocol::Role::tracker)) {
+        return refuse(WireError::wrong_sender);
+    }
+    if (!in_order(poses_, pose_message_.sequence, counters_.lost_poses)) {
+        return SessionEvent::none;
+    }
+    heard_us_ = now_us_;
+    clock_map_.observe(pose_message_.time_us, message.host_time_us);
+    if (const WireError error = protocol::from_message(pose_message_, pose_); error != WireError::none) {
+        return refuse(error);
+    }
+    ++counters_.poses;
+    return SessionEvent::pose;
+}
+
+}  // namespace tricoil::linux_board

@@ -1,0 +1,68 @@
+#include "board/linux/device_uri.hpp"
+
+#include <charconv>
+
+#include "board/host/errors.hpp"
+#include "drivers/libusb/usb_port.hpp"
+#include "drivers/serial/serial_port.hpp"
+#include "drivers/socketcan/can_port.hpp"
+
+namespace tricoil::linux_board {
+namespace {
+
+constexpr const char* kForms = "use sim:, can:INTERFACE[#NODE], usb:VENDOR:PRODUCT[:SERIAL] or serial:PATH";
+
+/// All of `text` as a number in this base, at most `most`.
+std::uint16_t number(const std::string& text, int base, unsigned most, const std::string& uri, const char* what) {
+    unsigned value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, base);
+    if (error != std::errc() || end != text.data() + text.size() || value > most) {
+        throw host::InputError("device '" + uri + "': '" + text + "' is no " + what + "; " + kForms);
+    }
+    return static_cast<std::uint16_t>(value);
+}
+
+}  // namespace
+
+DeviceUri parse_device_uri(const std::string& text) {
+    const auto colon = text.find(':');
+    const std::string scheme = text.substr(0, colon);
+    const std::string rest = colon == std::string::npos ? "" : text.substr(colon + 1);
+    if (rest.empty() || (scheme != "can" && scheme != "usb" && scheme != "serial")) {
+        throw host::InputError("device '" + text + "' is none that this program knows; " + kForms);
+    }
+    DeviceUri uri;
+    if (scheme == "can") {
+        const auto hash = rest.find('#');
+        uri.path = rest.substr(0, hash);
+        if (hash != std::string::npos) {
+            uri.node = static_cast<std::uint8_t>(number(rest.substr(hash + 1), 10, 15, text, "node number, 0 to 15"));
+        }
+    } else if (scheme == "serial") {
+        uri.kind = LinkKind::serial;
+        uri.path = rest;
+    } else {
+        uri.kind = LinkKind::usb;
+        const auto second = rest.find(':');
+        const auto third = second == std::string::npos ? second : rest.find(':', second + 1);
+        const std::string product = second == std::string::npos ? "" : rest.substr(second + 1, third - second - 1);
+        uri.vendor = number(rest.substr(0, second), 16, 0xFFFF, text, "vendor number of four hexadecimal digits");
+        uri.product = number(product, 16, 0xFFFF, text, "product number of four hexadecimal digits");
+        uri.serial = third == std::string::npos ? "" : rest.substr(third + 1);
+    }
+    return uri;
+}
+
+std::unique_ptr<hal::MessagePort> make_port(const DeviceUri& uri) {
+    switch (uri.kind) {
+        case LinkKind::can:
+            return std::make_unique<drivers::CanPort>(drivers::CanPortParams{uri.path, uri.node, drivers::CanSide::host});
+        case LinkKind::usb:
+            return std::make_unique<drivers::UsbPort>(drivers::UsbAddress{uri.vendor, uri.product, uri.serial});
+        case LinkKind::serial:
+            return std::make_unique<drivers::SerialPort>(uri.path);
+    }
+    return nullptr;
+}
+
+}  // namespace tricoil::linux_board

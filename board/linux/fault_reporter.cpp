@@ -1,0 +1,51 @@
+#include "board/linux/fault_reporter.hpp"
+
+#include <cinttypes>
+#include <cstdio>
+#include <cstring>
+
+namespace tricoil::linux_board {
+namespace {
+
+constexpr std::int64_t kPauseUs = 1'000'000;
+
+constexpr std::array<const char*, protocol::kWireErrors> kMeanings{"",
+                                                                   "too short for any message",
+                                                                   "of an unknown protocol version; update one of the two sides",
+                                                                   "of an unknown type",
+                                                                   "of a wrong length",
+                                                                   "with values that cannot be",
+                                                                   "with a wrong check value; look at cable and shielding",
+                                                                   "wrongly framed",
+                                                                   "longer than any message",
+                                                                   "from a sender that has no business to send them",
+                                                                   "of a second device at the same address",
+                                                                   "out of order or twice",
+                                                                   "measured while the coils changed"};
+
+}  // namespace
+
+void FaultReporter::look(const DeviceSession& session, const hal::MessagePort& port, std::int64_t now_us) {
+    for (std::size_t kind = 1; kind < kMeanings.size(); ++kind) {
+        const auto error = static_cast<protocol::WireError>(kind);
+        const std::uint64_t count = session.refused().of(error) + port.wire_errors().of(error);
+        if (count > told_[kind] && (told_us_[kind] == 0 || now_us - told_us_[kind] >= kPauseUs)) {
+            std::fprintf(stderr, "tricoil: %s: refused %" PRIu64 " messages %s\n", device_.c_str(), count - told_[kind],
+                         kMeanings[kind]);
+            told_[kind] = count;
+            told_us_[kind] = now_us;
+        }
+    }
+    const char* const detail = session.detail();
+    const bool is_new = std::strcmp(detail, told_detail_.data()) != 0;
+    if (is_new && detail[0] == '\0') {
+        std::fprintf(stderr, "tricoil: %s: connected\n", device_.c_str());
+        told_detail_[0] = '\0';
+    } else if (is_new && now_us - detail_us_ >= kPauseUs) {
+        std::fprintf(stderr, "tricoil: %s: %s\n", device_.c_str(), detail);
+        std::snprintf(told_detail_.data(), told_detail_.size(), "%s", detail);
+        detail_us_ = now_us;
+    }
+}
+
+}  // namespace tricoil::linux_board

@@ -1,0 +1,73 @@
+#include "board/sim_front_end/gpio_watch.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+#include "board/host/errors.hpp"
+
+namespace tricoil::sim_front_end {
+
+GpioWatch::GpioWatch(const std::string& folder, std::int64_t hold_us, bool has_heartbeat)
+    : hold_us_(hold_us), has_heartbeat_(has_heartbeat) {
+    for (std::size_t line = 0; line < values_.size(); ++line) {
+        const std::string path = folder + "/sim_gpio" + std::to_string(line) + "/value";
+        values_[line].reset(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+        if (!values_[line].is_open()) {
+            throw host::DeviceError(path + ": no simulated GPIO line there; give --gpio the chip's folder in sysfs");
+        }
+    }
+}
+
+bool GpioWatch::level(std::size_t line) const {
+    char value = '0';
+    return ::pread(values_[line].get(), &value, 1, 0) == 1 && value == '1';
+}
+
+Excitation GpioWatch::look(std::int64_t now_us) {
+    const bool beat = level(3);
+    if (beat != beat_level_) {
+        beat_level_ = beat;
+        beat_us_ = now_us;
+        enabled_ = true;
+    } else if (enabled_ && now_us - beat_us_ > hold_us_) {
+        enabled_ = false;
+        report_.longest_enable_us = std::max(report_.longest_enable_us, now_us - beat_us_);
+    }
+    std::array<bool, kSourceCoils> on{level(0), level(1), level(2)};
+    if (std::count(on.begin(), on.end(), true) > 1) {
+        // One may have gone off between two reads: only what is still on was on together with the later ones.
+        for (std::size_t coil = 0; coil < on.size(); ++coil) {
+            on[coil] = on[coil] && level(coil);
+        }
+    }
+    judge(on);
+    report_.on_at_end = on[0] || on[1] || on[2];
+    report_.enabled_at_end = enabled_;
+    if (has_heartbeat_ && !enabled_) {
+        return Excitation::off;
+    }
+    const auto count = std::count(on.begin(), on.end(), true);
+    if (count == kSourceCoils) {
+        return Excitation::all;
+    }
+    const auto first = std::find(on.begin(), on.end(), true) - on.begin();
+    return count == 1 ? single_coil(static_cast<int>(first)) : Excitation::off;
+}
+
+void GpioWatch::judge(const std::array<bool, kSourceCoils>& on) {
+    report_.several_on += std::count(on.begin(), on.end(), true) > 1 ? 1U : 0U;
+    for (int coil = 0; coil < kSourceCoils; ++coil) {
+        const auto k = static_cast<std::size_t>(coil);
+        if (on[k] && !on_[k]) {
+            const bool in_turn = last_coil_ < 0 || coil == (last_coil_ + 1) % kSourceCoils;
+            report_.out_of_turn += in_turn ? 0U : 1U;
+            ++report_.turned_on;
+            last_coil_ = coil;
+        }
+    }
+    on_ = on;
+}
+
+}  // namespace tricoil::sim_front_end

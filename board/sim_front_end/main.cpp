@@ -1,0 +1,185 @@
+// The `tricoil-front-end` program: a simulated front end or tracker board on a real link.
+#include <fmt/format.h>
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "board/host/errors.hpp"
+#include "board/host/interrupt.hpp"
+#include "board/linux/device_uri.hpp"
+#include "board/sim_front_end/gpio_watch.hpp"
+#include "drivers/posix/monotonic_clock.hpp"
+#include "drivers/serial/serial_port.hpp"
+#include "drivers/socketcan/can_port.hpp"
+#include "sim/front_end/front_end.hpp"
+#include "sim/io/nearest_name.hpp"
+#include "sim/usb/gadget_port.hpp"
+#include "sim/usb/usbip_port.hpp"
+
+namespace tricoil::sim_front_end {
+namespace {
+
+struct Options {
+    std::string link = "pty:";
+    std::string mux = "tdm";
+    std::string pace = "lockstep";
+    std::vector<std::string> faults;
+    sim::FrontEndParams front_end;
+    std::string gpio;
+    double hold_ms = 47;
+    bool heartbeat = false;
+    double replug_s = 0;
+    std::string report;
+    int linger_ms = 300;
+};
+
+std::unique_ptr<hal::MessagePort> make_port(const std::string& link) {
+    if (link.starts_with("can:")) {
+        const auto uri = linux_board::parse_device_uri(link);
+        return std::make_unique<drivers::CanPort>(drivers::CanPortParams{uri.path, uri.node, drivers::CanSide::device});
+    }
+    if (link == "usbip:") {
+        return std::make_unique<sim::UsbIpPort>(sim::UsbIpParams{});
+    }
+    if (link.starts_with("gadget:")) {
+        const char* folder = std::getenv("USB_FUNCTION");
+        return std::make_unique<sim::GadgetPort>(
+            sim::GadgetParams{folder == nullptr ? "/run/gadget" : folder, link.substr(7), "dummy_udc.0"});
+    }
+    if (link == "pty:") {
+        auto port = std::make_unique<drivers::PtyPort>();
+        fmt::print("{}\n", port->path());
+        std::fflush(stdout);
+        return port;
+    }
+    throw host::InputError("--link '" + link + "': use can:INTERFACE, usbip:, gadget:FOLDER or pty:");
+}
+
+nlohmann::ordered_json report(const sim::SimulatedFrontEnd& front_end, const hal::MessagePort& port, const GpioWatch* gpio) {
+    const auto& c = front_end.counters();
+    nlohmann::ordered_json json = {{"slots", c.slots},
+                                   {"sent", c.sent},
+                                   {"unsent", c.unsent},
+                                   {"transitions", c.transitions},
+                                   {"watchdogs", c.watchdogs},
+                                   {"starts", c.starts},
+                                   {"coils_off_after_ms", 1e-3 * static_cast<double>(c.longest_silence_us)},
+                                   {"coils_on", front_end.coils_on()},
+                                   {"link_losses", port.counters().link_losses}};
+    if (gpio != nullptr) {
+        const GpioReport& g = gpio->report();
+        json["gpio"] = {
+            {"turned_on", g.turned_on},       {"several_on", g.several_on},
+            {"out_of_turn", g.out_of_turn},   {"enable_dropped_after_ms", 1e-3 * static_cast<double>(g.longest_enable_us)},
+            {"lines_on_at_end", g.on_at_end}, {"enabled_at_end", g.enabled_at_end}};
+    }
+    return json;
+}
+
+/// Serves the link until everything has been told or a signal comes; opens it again whenever it is lost.
+void serve(sim::SimulatedFrontEnd& front_end, hal::MessagePort& port, const Options& o, GpioWatch* gpio) {
+    const host::InterruptGuard guard;
+    std::int64_t finished_us = 0;
+    std::int64_t replug_us = drivers::monotonic_us() + static_cast<std::int64_t>(1e6 * o.replug_s);
+    while (!guard.interrupted()) {
+        const std::int64_t now = drivers::monotonic_us();
+        hal::ReceivedMessage none;
+        if (o.replug_s > 0 && now > replug_us) {
+            port.close();
+            ::usleep(300'000);
+            (void)port.open();
+            replug_us = drivers::monotonic_us() + static_cast<std::int64_t>(1e6 * o.replug_s);
+        }
+        front_end.step(now);
+        if (port.wait(Microseconds{0}).code() == StatusCode::device_lost && !port.open().ok()) {
+            ::usleep(20'000);
+        }
+        if (gpio != nullptr) {
+            gpio->look(drivers::monotonic_us());
+        }
+        finished_us = front_end.finished() && finished_us == 0 ? now : finished_us;
+        if (finished_us != 0 && now - finished_us > 1000 * o.linger_ms) {
+            return;
+        }
+    }
+}
+
+int run(Options& o) {
+    using sim::index_of_name;
+    o.front_end.multiplexing =
+        index_of_name("--mux", o.mux, {"tdm", "fdm"}) == 0 ? signal::Multiplexing::tdm : signal::Multiplexing::fdm;
+    o.front_end.pace = index_of_name("--pace", o.pace, {"real", "lockstep"}) == 0 ? sim::Pace::real : sim::Pace::lockstep;
+    for (const std::string& fault : o.faults) {
+        o.front_end.faults.push_back(sim::parse_peer_fault(fault));
+    }
+    std::optional<GpioWatch> gpio;
+    if (!o.gpio.empty()) {
+        gpio.emplace(o.gpio, static_cast<std::int64_t>(1e3 * o.hold_ms), o.heartbeat);
+        o.front_end.sense_coils = [&gpio] { return gpio->look(drivers::monotonic_us()); };
+    }
+    const auto port = make_port(o.link);
+    if (!port->open().ok()) {
+        throw host::DeviceError(port->detail());
+    }
+    sim::SimulatedFrontEnd front_end(*port, o.front_end);
+    serve(front_end, *port, o, gpio ? &*gpio : nullptr);
+    const std::string text = report(front_end, *port, gpio ? &*gpio : nullptr).dump(2) + "\n";
+    if (!o.report.empty()) {
+        std::ofstream(o.report) << text;
+    } else {
+        fmt::print("{}", text);
+    }
+    return 0;
+}
+
+int main_program(int argc, char** argv) {
+    Options o;
+    CLI::App program{"A simulated front end, or tracker board, on a real link", "tricoil-front-end"};
+    program.add_option("--link", o.link, "can:INTERFACE[#NODE], usbip:, gadget:FOLDER or pty: (prints its path)")
+        ->capture_default_str();
+    program.add_option("--scenario", o.front_end.scenario, "Built-in scenario or a .toml file")->capture_default_str();
+    program.add_option("--mux", o.mux, "tdm or fdm")->capture_default_str();
+    program.add_option("--rate-hz", o.front_end.frame_rate_hz, "Frames per second")->capture_default_str();
+    program.add_option("--seed", o.front_end.seed, "Of noise and motion")->capture_default_str();
+    program.add_option("--duration", o.front_end.duration_s, "Seconds of the world's time to measure")->capture_default_str();
+    program.add_option("--pace", o.pace, "real, or lockstep: wait for the host")->capture_default_str();
+    program.add_flag("--tracks", o.front_end.tracks, "Be a tracker board: send poses");
+    program.add_option("--serial", o.front_end.serial, "Serial number")->capture_default_str();
+    program.add_option("--watchdog-us", o.front_end.watchdog_us, "Silence after which the coils go off")->capture_default_str();
+    program.add_option("--fault", o.faults, "NAME@FIRST-LAST, by number of message: drop, swap, twice, truncate, corrupt, ...");
+    program.add_option("--gpio", o.gpio, "The coils hang on this simulated GPIO chip (its folder in sysfs)");
+    program.add_option("--hold-ms", o.hold_ms, "Time of the hardware enable's monostable")->capture_default_str();
+    program.add_flag("--heartbeat", o.heartbeat, "The coils need heartbeats");
+    program.add_option("--replug", o.replug_s, "Pull the plug every so many seconds, and put it in again");
+    program.add_option("--linger-ms", o.linger_ms, "Stay on the link so long after the last slot")->capture_default_str();
+    program.add_option("--report", o.report, "Write the closing report to this file");
+    try {
+        program.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        if (error.get_exit_code() == 0) {
+            program.exit(error);
+            return 0;
+        }
+        throw host::InputError(error.what());
+    }
+    return run(o);
+}
+
+}  // namespace
+}  // namespace tricoil::sim_front_end
+
+int main(int argc, char** argv) {
+    using tricoil::host::ExitCode;
+    try {
+        return tricoil::sim_front_end::main_program(argc, argv);
+    } catch (const tricoil::host::InputError& error) {
+        fmt::print(stderr, "tricoil-front-end: {}\n", error.what());
+        return to_int(ExitCode::bad_input);
+    } catch (const std::exception& error) {
+        fmt::print(stderr, "tricoil-front-end: {}\n", error.what());
+        return to_int(ExitCode::device_trouble);
+    }
+}

@@ -1,0 +1,116 @@
+// Device time beside the host's: from pairs of the time a message tells and the time it was received. Messages are late by
+// varying amounts and never early, so that the least late of each stretch lie on the line that the two clocks make; its slope is
+// their drift.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+namespace tricoil::protocol {
+
+class ClockMap {
+public:
+    static constexpr std::int64_t kStretchUs = 500'000;
+    static constexpr std::size_t kStretches = 16;
+
+    /// Both in microseconds. A device clock that goes back, or leaps by more than the whole memory, starts the map anew.
+    void observe(std::int64_t device_us, std::int64_t host_us) {
+        const bool leapt = count_ > 0 && (device_us < newest_us_ || device_us - newest_us_ > kMemoryUs);
+        if (leapt) {
+            *this = {};
+        }
+        newest_us_ = device_us;
+        const Point point{device_us, host_us - device_us};
+        const bool first_stretch = count_ == 0;
+        if (first_stretch || device_us - begin_us_ >= kStretchUs) {
+            begin_us_ = device_us;
+            newest_ = first_stretch ? 0 : (newest_ + 1) % kStretches;
+            count_ = count_ < kStretches ? count_ + 1 : kStretches;
+            least_[newest_] = point;
+            fit();
+        } else if (point.lateness_us < least_[newest_].lateness_us) {
+            least_[newest_] = point;
+            if (count_ == 1) {
+                fit();
+            }
+        }
+    }
+
+    [[nodiscard]] bool ready() const { return count_ > 0; }
+
+    /// When the device's instant is on the host's clock; the shortest delay of the link is part of it. Needs ready().
+    [[nodiscard]] std::int64_t to_host_us(std::int64_t device_us) const {
+        return device_us + std::llround(offset_us_ + drift_ * static_cast<double>(device_us - origin_us_));
+    }
+    [[nodiscard]] std::int64_t to_device_us(std::int64_t host_us) const {
+        const double since = static_cast<double>(host_us - origin_us_) - offset_us_;
+        return origin_us_ + std::llround(since / (1 + drift_));
+    }
+
+    /// Of the host's clock against the device's, as a share.
+    [[nodiscard]] double drift() const { return drift_; }
+
+    /// How far the least late messages lie from the line: the error of the map but for the link's shortest delay. Needs ready().
+    [[nodiscard]] double error_bound_us() const { return bound_us_; }
+
+private:
+    static constexpr std::int64_t kMemoryUs = kStretchUs * static_cast<std::int64_t>(kStretches);
+    static constexpr std::size_t kFewestForDrift = 4;
+
+    struct Point {
+        std::int64_t device_us = 0;
+        std::int64_t lateness_us = 0;
+    };
+
+    /// Through the least late of each whole stretch; of the one under way only while there is no other.
+    void fit() {
+        const std::size_t origin = count_ == 1 ? newest_ : (newest_ + kStretches - 1) % kStretches;
+        origin_us_ = least_[origin].device_us;
+        const std::int64_t base = least_[origin].lateness_us;
+        const auto counts = [&](std::size_t i) { return count_ == 1 || i != newest_; };
+        double n = 0;
+        double x = 0;
+        double y = 0;
+        double xx = 0;
+        double xy = 0;
+        for (std::size_t i = 0; i < count_; ++i) {
+            if (!counts(i)) {
+                continue;
+            }
+            const auto dx = static_cast<double>(least_[i].device_us - origin_us_);
+            const auto dy = static_cast<double>(least_[i].lateness_us - base);
+            n += 1;
+            x += dx;
+            y += dy;
+            xx += dx * dx;
+            xy += dx * dy;
+        }
+        const double spread = n * xx - x * x;
+        drift_ = count_ >= kFewestForDrift && spread > 0 ? (n * xy - x * y) / spread : 0;
+        const double intercept = (y - drift_ * x) / n;
+        offset_us_ = static_cast<double>(base) + intercept;
+        bound_us_ = 1;  // both clocks tick in whole microseconds
+        for (std::size_t i = 0; i < count_; ++i) {
+            if (!counts(i)) {
+                continue;
+            }
+            const auto dx = static_cast<double>(least_[i].device_us - origin_us_);
+            const auto dy = static_cast<double>(least_[i].lateness_us - base);
+            bound_us_ = std::fmax(bound_us_, 1 + std::abs(dy - intercept - drift_ * dx));
+        }
+    }
+
+    std::array<Point, kStretches> least_{};
+    std::size_t count_ = 0;
+    std::size_t newest_ = 0;
+    std::int64_t begin_us_ = 0;
+    std::int64_t newest_us_ = 0;
+    std::int64_t origin_us_ = 0;
+    double offset_us_ = 0;
+    double drift_ = 0;
+    double bound_us_ = 0;
+};
+
+}  // namespace tricoil::protocol

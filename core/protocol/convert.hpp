@@ -1,0 +1,172 @@
+// Between the numbers of the wire and what the tracker uses.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <type_traits>
+
+#include "core/protocol/messages.hpp"
+#include "core/protocol/schema.hpp"
+#include "core/protocol/wire_error.hpp"
+#include "core/signal/column.hpp"
+#include "core/tracking/pose_estimate.hpp"
+
+namespace tricoil::protocol {
+
+static_assert(static_cast<int>(tracking::PoseFlag::coasting) == 11, "the schema lists the pose flags by number");
+static_assert(static_cast<int>(ColumnFlag::overrun) == 6, "the schema lists the column flags by number");
+
+/// On the wire only: the receiver must refuse such a column.
+constexpr std::uint16_t kTransitionFlag = 1U << 7U;
+
+/// Nearest number on the wire; the nearest there is for values out of range, 0 for NaN.
+template <typename Raw, typename Scalar>
+Raw to_wire(Scalar value, Scalar per_unit, double low, double high) {
+    const double scaled = static_cast<double>(value * per_unit);
+    if (!(scaled > low)) {
+        return std::isnan(scaled) ? Raw{0} : static_cast<Raw>(low);
+    }
+    return scaled >= high ? static_cast<Raw>(high) : static_cast<Raw>(std::lround(scaled));
+}
+
+/// Wire numbers per unit.
+constexpr double kPositionPerMetre = 1e7;
+constexpr double kQuaternionPerUnit = 8e6;
+constexpr double kDeviationPerUnit = 1e7;
+
+template <typename Scalar>
+PoseMessage to_message(const tracking::PoseEstimate<Scalar>& e) {
+    PoseMessage m;
+    m.sequence = e.sequence;
+    m.time_us = std::max<std::int64_t>(to_us(e.time), 0);
+    m.sensor = e.sensor;
+    m.tracker_state = static_cast<std::uint8_t>(e.state);
+    tracking::PoseFlags flags = e.flags;
+    const bool finite = e.position_m.allFinite() && e.q_source_sensor.coeffs().allFinite();
+    flags.set_if(!finite, tracking::PoseFlag::not_converged);
+    m.flags = static_cast<std::uint16_t>(flags.bits());
+    if (finite) {
+        const Quat<Scalar>& q = e.q_source_sensor;
+        const std::array<Scalar, 4> wxyz{q.w(), q.x(), q.y(), q.z()};
+        for (std::size_t i = 0; i < 3; ++i) {
+            m.position[i] =
+                to_wire<std::int32_t>(e.position_m[static_cast<Eigen::Index>(i)], Scalar(kPositionPerMetre), -1e9, 1e9);
+        }
+        for (std::size_t i = 0; i < 4; ++i) {
+            m.quaternion[i] = to_wire<std::int32_t>(wxyz[i], Scalar(kQuaternionPerUnit), -8e6, 8e6);
+        }
+    }
+    for (std::size_t i = 0; i < 6; ++i) {
+        const auto k = static_cast<Eigen::Index>(i);
+        m.deviation[i] = to_wire<std::uint32_t>(std::sqrt(std::max(e.covariance(k, k), Scalar(0))), Scalar(kDeviationPerUnit), 0,
+                                                highest(WireType::u24));
+    }
+    m.distortion = to_wire<std::uint16_t>(e.distortion_chi_square, Scalar(100), 0, highest(WireType::u16));
+    m.snr_cdb = to_wire<std::int16_t>(e.snr_db, Scalar(100), lowest(WireType::i16), highest(WireType::i16));
+    return m;
+}
+
+/// impossible: a quaternion that is none. The covariance holds the variances only; couplings and prediction stay empty.
+template <typename Scalar>
+[[nodiscard]] WireError from_message(const PoseMessage& m, tracking::PoseEstimate<Scalar>& e) {
+    e = {};
+    e.sensor = m.sensor;
+    e.sequence = m.sequence;
+    e.time = device_time_us(m.time_us);
+    e.state = static_cast<tracking::TrackerState>(m.tracker_state);
+    for (int bit = 0; bit <= static_cast<int>(tracking::PoseFlag::coasting); ++bit) {
+        e.flags.set_if((m.flags >> bit & 1) != 0, static_cast<tracking::PoseFlag>(bit));
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+        e.position_m[static_cast<Eigen::Index>(i)] = static_cast<Scalar>(m.position[i] / kPositionPerMetre);
+    }
+    std::array<Scalar, 4> q{};
+    for (std::size_t i = 0; i < 4; ++i) {
+        q[i] = static_cast<Scalar>(m.quaternion[i] / kQuaternionPerUnit);
+    }
+    e.q_source_sensor = Quat<Scalar>(q[0], q[1], q[2], q[3]);
+    for (std::size_t i = 0; i < 6; ++i) {
+        const auto deviation = static_cast<Scalar>(m.deviation[i] / kDeviationPerUnit);
+        e.covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i)) = deviation * deviation;
+    }
+    e.distortion_chi_square = Scalar(m.distortion) / 100;
+    e.snr_db = Scalar(m.snr_cdb) / 100;
+    constexpr Scalar kLengthTolerance = Scalar(1e-5);  // of the squared length: four rounded numbers
+    return std::abs(e.q_source_sensor.squaredNorm() - 1) < kLengthTolerance ? WireError::none : WireError::impossible;
+}
+
+/// A coupling that is not finite travels as 0 with the flag `no_reference`; a standard deviation stays within its field's range.
+template <typename Scalar>
+ColumnMessage to_message(const Column<Scalar>& c, std::uint32_t message_sequence, bool transition = false) {
+    ColumnMessage m;
+    m.sequence = message_sequence;
+    m.time_us = std::max<std::int64_t>(to_us(c.midpoint), 0);
+    m.sensor = c.sensor;
+    m.state = static_cast<std::uint8_t>(coil_index(c.state) + 1);
+    ColumnFlags flags = c.flags;
+    const bool finite = c.in_phase.allFinite() && c.quadrature.allFinite() && c.sigma.allFinite();
+    flags.set_if(!finite, ColumnFlag::no_reference);
+    m.flags = static_cast<std::uint16_t>(flags.bits() | (transition ? kTransitionFlag : 0U));
+    m.state_sequence = c.state_sequence;
+    for (std::size_t i = 0; finite && i < 3; ++i) {
+        const auto k = static_cast<Eigen::Index>(i);
+        m.in_phase[i] = std::clamp(static_cast<float>(c.in_phase[k]), -1e6F, 1e6F);
+        m.quadrature[i] = std::clamp(static_cast<float>(c.quadrature[k]), -1e6F, 1e6F);
+        m.sigma[i] = std::clamp(static_cast<float>(c.sigma[k]), 1e-11F, 1e6F);
+    }
+    return m;
+}
+
+/// transition: the coils changed within the window; the column must not be used.
+template <typename Scalar>
+[[nodiscard]] WireError from_message(const ColumnMessage& m, Column<Scalar>& c) {
+    c = {};
+    if ((m.flags & kTransitionFlag) != 0) {
+        return WireError::transition;
+    }
+    c.sensor = m.sensor;
+    c.state = single_coil(m.state - 1);
+    c.state_sequence = m.state_sequence;
+    c.sequence = m.sequence;
+    c.midpoint = device_time_us(m.time_us);
+    for (int bit = 0; bit <= static_cast<int>(ColumnFlag::overrun); ++bit) {
+        c.flags.set_if((m.flags >> bit & 1) != 0, static_cast<ColumnFlag>(bit));
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+        const auto k = static_cast<Eigen::Index>(i);
+        c.in_phase[k] = static_cast<Scalar>(m.in_phase[i]);
+        c.quadrature[k] = static_cast<Scalar>(m.quadrature[i]);
+        c.sigma[k] = static_cast<Scalar>(m.sigma[i]);
+    }
+    return WireError::none;
+}
+
+template <typename Scalar>
+CouplingsMessage couplings_message(const tracking::PoseEstimate<Scalar>& e) {
+    CouplingsMessage m;
+    m.sequence = e.sequence;
+    m.time_us = std::max<std::int64_t>(to_us(e.time), 0);
+    m.sensor = e.sensor;
+    for (std::size_t i = 0; i < m.x.size() && e.signal_matrix.allFinite(); ++i) {
+        m.x[i] = std::clamp(static_cast<float>(e.signal_matrix.data()[i]), -1e6F, 1e6F);
+    }
+    return m;
+}
+
+template <typename Scalar>
+CovarianceMessage covariance_message(const tracking::PoseEstimate<Scalar>& e) {
+    CovarianceMessage m;
+    m.sequence = e.sequence;
+    m.time_us = std::max<std::int64_t>(to_us(e.time), 0);
+    m.sensor = e.sensor;
+    std::size_t at = 0;
+    for (Eigen::Index i = 0; i < 6 && e.covariance.allFinite(); ++i) {
+        for (Eigen::Index j = i; j < 6; ++j) {
+            m.upper[at++] = std::clamp(static_cast<float>(e.covariance(i, j)), -1e6F, 1e6F);
+        }
+    }
+    return m;
+}
+
+}  // namespace tricoil::protocol

@@ -1,0 +1,124 @@
+// The messages as C++ structures that hold the numbers of the wire: integers in the unit that schema.hpp gives each, so that
+// encoding and decoding lose nothing. convert.hpp turns them into what the tracker uses.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "core/protocol/message_type.hpp"
+
+namespace tricoil::protocol {
+
+/// In every message, after version and type.
+struct Stamp {
+    std::uint32_t sequence = 0;  // counts the messages of this type from this sender
+    std::int64_t time_us = 0;    // sender's device time of what is told: for columns and poses the middle of the window
+};
+
+struct CommandMessage : Stamp {
+    std::uint8_t opcode = 0;
+    std::uint8_t state = 0;
+    std::uint16_t request = 0;
+    std::uint32_t argument = 0;
+};
+
+struct AckMessage : Stamp {
+    std::uint8_t opcode = 0;
+    std::uint8_t result = 0;
+    std::uint16_t request = 0;
+    std::uint32_t argument = 0;
+};
+
+struct StatusMessage : Stamp {
+    std::uint8_t device_state = 0;
+    std::uint8_t state = 0;
+    std::uint16_t faults = 0;
+    std::uint32_t dropped = 0;
+    std::uint32_t overruns = 0;
+    std::uint32_t transitions = 0;
+    std::int16_t temperature_cdeg = 0;
+    std::uint16_t supply_mv = 0;
+};
+
+struct ColumnMessage : Stamp {
+    std::uint8_t sensor = 0;
+    std::uint8_t state = 1;
+    std::uint16_t flags = 0;
+    std::uint32_t state_sequence = 0;
+    std::array<float, 3> in_phase{};
+    std::array<float, 3> quadrature{};
+    std::array<float, 3> sigma{1, 1, 1};
+};
+
+struct PoseMessage : Stamp {
+    std::uint8_t sensor = 0;
+    std::uint8_t tracker_state = 0;
+    std::uint16_t flags = 0;
+    std::array<std::int32_t, 3> position{};
+    std::array<std::int32_t, 4> quaternion{8'000'000, 0, 0, 0};
+    std::array<std::uint32_t, 6> deviation{};
+    std::uint16_t distortion = 0;
+    std::int16_t snr_cdb = 0;
+};
+
+struct IdentifyMessage : Stamp {
+    std::uint8_t role = 1;
+    std::uint8_t oldest_version = kOldestVersion;
+    std::uint8_t newest_version = kNewestVersion;
+    std::uint8_t sensors = 1;
+    std::uint64_t serial = 0;
+    std::uint32_t firmware = 0;
+    std::uint16_t product = 1;
+    std::uint8_t multiplexing = 0;
+    std::uint8_t drives_coils = 1;
+    std::uint32_t frame_rate_mhz = 240'000;
+    std::uint32_t window_us = 0;
+    std::uint32_t watchdog_us = 0;
+};
+
+struct CouplingsMessage : Stamp {
+    std::uint8_t sensor = 0;
+    std::array<float, 9> x{};
+};
+
+struct CovarianceMessage : Stamp {
+    std::uint8_t sensor = 0;
+    std::array<float, 21> upper{};
+};
+
+struct CheckMessage : Stamp {
+    std::uint16_t id = 0;
+    std::uint8_t precision = 0;
+    std::uint8_t outcome = 0;
+    std::uint8_t index = 0;
+    std::uint8_t count = 0;
+    float limit = 0;
+    float measured = 0;
+};
+
+/// A burst of samples in parts; the tail holds four 32-bit codes a sample, channel by channel.
+struct RawBlockMessage : Stamp {
+    std::uint8_t sensor = 0;
+    std::uint8_t state = 0;
+    std::uint8_t gain_step = 0;
+    std::uint8_t decimation = 1;
+    std::uint16_t first = 0;
+    std::uint16_t total = 1;
+    std::int32_t full_scale = 0;
+    float scale = 1;
+    std::uint32_t state_sequence = 0;
+    std::uint32_t block_sequence = 0;
+    std::uint32_t sample_rate_mhz = 1;
+    std::uint32_t overruns = 0;
+    std::uint32_t dropped = 0;
+    std::span<const std::uint8_t> tail{};
+};
+
+/// The tail is a calibration blob; empty: there is none.
+struct CalibrationMessage : Stamp {
+    std::uint16_t request = 0;
+    std::span<const std::uint8_t> tail{};
+};
+
+}  // namespace tricoil::protocol

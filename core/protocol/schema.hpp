@@ -1,0 +1,319 @@
+// The one definition of the wire: every message, its fields in their order, and each field's type, scale, unit and range. Codec,
+// DBC file and protocol page are made from it.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <tuple>
+
+#include "core/protocol/messages.hpp"
+#include "core/protocol/wire_type.hpp"
+
+namespace tricoil::protocol {
+
+/// Longest message on any link; also what ISO-TP's 12-bit length can tell.
+constexpr std::size_t kMaxMessageBytes = 4095;
+/// Longest message that fits a CAN FD frame.
+constexpr std::size_t kMaxFrameBytes = 64;
+
+/// What a reader of one field must know; physical value = scale * number on the wire.
+struct FieldInfo {
+    WireType type;
+    double scale;
+    const char* unit;
+    double low;  // permitted numbers on the wire
+    double high;
+    const char* what;
+};
+
+/// A field of N equal elements of a message, each with its own name.
+template <typename Message, typename Member, std::size_t N>
+struct Field {
+    Member Message::*member;
+    std::array<const char*, N> names;
+    FieldInfo info;
+};
+
+struct MessageInfo {
+    MessageType type;
+    const char* name;
+    const char* from;  // who sends it
+    const char* what;
+    std::size_t tail_unit = 0;  // bytes of one element of the tail; 0: there is no tail
+    const char* tail_what = "";
+};
+
+constexpr FieldInfo info(WireType type, double scale, const char* unit, const char* what) {
+    return {type, scale, unit, lowest(type), highest(type), what};
+}
+constexpr FieldInfo info(WireType type, double scale, const char* unit, double low, double high, const char* what) {
+    return {type, scale, unit, low, high, what};
+}
+constexpr FieldInfo count(WireType type, const char* what) { return info(type, 1, "", what); }
+constexpr FieldInfo code(WireType type, double low, double high, const char* what) { return info(type, 1, "", low, high, what); }
+
+template <typename Message, typename Member>
+constexpr Field<Message, Member, 1> field(Member Message::*member, const char* name, FieldInfo info) {
+    return {member, {name}, info};
+}
+template <typename Message, typename Element, std::size_t N>
+constexpr Field<Message, std::array<Element, N>, N> fields(std::array<Element, N> Message::*member,
+                                                           const std::array<const char*, N>& names, FieldInfo info) {
+    return {member, names, info};
+}
+
+/// First in every message.
+constexpr std::size_t kPrefixBytes = 2;  // version, type
+inline constexpr auto kStampFields =
+    std::tuple{field(&Stamp::sequence, "sequence", count(WireType::u32, "counts the sender's messages of this type")),
+               field(&Stamp::time_us, "time", info(WireType::i64, 1e-6, "s", 0, 9.2e18, "device time; middle of the window"))};
+
+namespace detail {
+inline constexpr double kPositionScale = 1e-7;
+inline constexpr double kQuaternionScale = 1.25e-7;
+inline constexpr std::array<const char*, 3> kInPhase{"in_phase_1", "in_phase_2", "in_phase_3"};
+inline constexpr std::array<const char*, 3> kQuadrature{"quadrature_1", "quadrature_2", "quadrature_3"};
+inline constexpr std::array<const char*, 3> kSigma{"sigma_1", "sigma_2", "sigma_3"};
+inline constexpr std::array<const char*, 3> kPosition{"x", "y", "z"};
+inline constexpr std::array<const char*, 4> kQuaternion{"qw", "qx", "qy", "qz"};
+inline constexpr std::array<const char*, 6> kDeviation{"std_x", "std_y", "std_z", "std_rx", "std_ry", "std_rz"};
+inline constexpr std::array<const char*, 9> kCouplings{"x11", "x21", "x31", "x12", "x22", "x32", "x13", "x23", "x33"};
+inline constexpr std::array<const char*, 21> kUpper{"c11", "c12", "c13", "c14", "c15", "c16", "c22", "c23", "c24", "c25", "c26",
+                                                    "c33", "c34", "c35", "c36", "c44", "c45", "c46", "c55", "c56", "c66"};
+inline constexpr FieldInfo kSensor = code(WireType::u8, 0, 3, "index of the sensor");
+inline constexpr FieldInfo kState = code(WireType::u8, 0, 4, "excitation: 0 off, 1-3 S1-S3, 4 all");
+inline constexpr FieldInfo kOpcode = code(WireType::u8, 1, 8, "which command");
+inline constexpr FieldInfo kRequest = count(WireType::u16, "number that ties an answer to its question");
+}  // namespace detail
+
+template <typename Message>
+struct Schema;
+
+template <>
+struct Schema<CommandMessage> {
+    static constexpr MessageInfo info{MessageType::command, "command", "host", "asks the device to do something"};
+    static constexpr auto list = std::tuple{field(&CommandMessage::opcode, "opcode", detail::kOpcode),
+                                            field(&CommandMessage::state, "state", detail::kState),
+                                            field(&CommandMessage::request, "request", detail::kRequest),
+                                            field(&CommandMessage::argument, "argument", count(WireType::u32, "by opcode"))};
+};
+
+template <>
+struct Schema<AckMessage> {
+    static constexpr MessageInfo info{MessageType::ack, "ack", "device", "what became of a command"};
+    static constexpr auto list = std::tuple{
+        field(&AckMessage::opcode, "opcode", detail::kOpcode),
+        field(&AckMessage::result, "result", code(WireType::u8, 0, 4, "0 done, 1 refused, 2 unknown command, 3 busy, 4 failed")),
+        field(&AckMessage::request, "request", detail::kRequest),
+        field(&AckMessage::argument, "argument", count(WireType::u32, "by opcode"))};
+};
+
+template <>
+struct Schema<StatusMessage> {
+    static constexpr MessageInfo info{MessageType::status, "status", "device",
+                                      "state and faults; ten times a second or on change"};
+    static constexpr auto list =
+        std::tuple{field(&StatusMessage::device_state, "device_state", code(WireType::u8, 0, 2, "0 idle, 1 running, 2 fault")),
+                   field(&StatusMessage::state, "state", detail::kState),
+                   field(&StatusMessage::faults, "faults",
+                         count(WireType::u16,
+                               "bits: 0 host silent, 1 overcurrent, 2 converter, 3 calibration, 4 temperature, 5 supply, "
+                               "6 coils changed in a window, 7 send queue overflowed")),
+                   field(&StatusMessage::dropped, "dropped", count(WireType::u32, "messages that could not be sent")),
+                   field(&StatusMessage::overruns, "overruns", count(WireType::u32, "samples that the converter lost")),
+                   field(&StatusMessage::transitions, "transitions", count(WireType::u32, "windows in which the coils changed")),
+                   field(&StatusMessage::temperature_cdeg, "temperature",
+                         protocol::info(WireType::i16, 1e-2, "degC", -10000, 20000, "of the power stages")),
+                   field(&StatusMessage::supply_mv, "supply", protocol::info(WireType::u16, 1e-3, "V", "of the power stages"))};
+};
+
+template <>
+struct Schema<ColumnMessage> {
+    static constexpr MessageInfo info{MessageType::column, "column", "front end", "one column of the signal matrix"};
+    static constexpr auto list = std::tuple{
+        field(&ColumnMessage::sensor, "sensor", detail::kSensor),
+        field(&ColumnMessage::state, "state", code(WireType::u8, 1, 3, "the source coil: 1-3")),
+        field(&ColumnMessage::flags, "flags",
+              code(WireType::u16, 0, 255,
+                   "bits: 0 saturated, 1 clipped, 2 stuck, 3 no reference, 4 offset, 5 low signal, "
+                   "6 overrun, 7 the coils changed within the window")),
+        field(&ColumnMessage::state_sequence, "state_sequence", count(WireType::u32, "of the excitation that was measured")),
+        fields(&ColumnMessage::in_phase, detail::kInPhase,
+               protocol::info(WireType::f32, 1, "", -1e6, 1e6, "coupling to each sensor coil")),
+        fields(&ColumnMessage::quadrature, detail::kQuadrature,
+               protocol::info(WireType::f32, 1, "", -1e6, 1e6, "a quarter turn later: metal shows here")),
+        fields(&ColumnMessage::sigma, detail::kSigma,
+               protocol::info(WireType::f32, 1, "", 1e-12, 1e6, "standard deviation of a coupling"))};
+};
+
+template <>
+struct Schema<PoseMessage> {
+    static constexpr MessageInfo info{MessageType::pose, "pose", "tracker", "where the sensor is and how it is turned"};
+    static constexpr auto list = std::tuple{
+        field(&PoseMessage::sensor, "sensor", detail::kSensor),
+        field(&PoseMessage::tracker_state, "tracker_state", code(WireType::u8, 0, 2, "0 searching, 1 tracking, 2 lost")),
+        field(&PoseMessage::flags, "flags",
+              code(WireType::u16, 0, 4095,
+                   "bits: 0 saturated, 1 low signal, 2 no sensor, 3 distorted, 4 wrong handedness, 5 stale, "
+                   "6 not converged, 7 hemisphere unknown, 8 no reference, 9 unconfirmed, "
+                   "10 inconsistent, 11 coasting; 0 or 3 and 11 alone: valid")),
+        fields(&PoseMessage::position, detail::kPosition,
+               protocol::info(WireType::i32, detail::kPositionScale, "m", -1e9, 1e9, "sensor in the source frame")),
+        fields(&PoseMessage::quaternion, detail::kQuaternion,
+               protocol::info(WireType::i24, detail::kQuaternionScale, "", -8e6, 8e6, "v_source = q v_sensor; w, x, y, z")),
+        fields(&PoseMessage::deviation, detail::kDeviation,
+               protocol::info(WireType::u24, 1e-7, "m or rad",
+                              "standard deviations: position, small rotation, source frame; "
+                              "the largest number: that or more")),
+        field(&PoseMessage::distortion, "distortion",
+              protocol::info(WireType::u16, 1e-2, "", "chi-square of 3 degrees of freedom; the largest number: that or more")),
+        field(&PoseMessage::snr_cdb, "snr", protocol::info(WireType::i16, 1e-2, "dB", "20 log10(k / sigma)"))};
+};
+
+template <>
+struct Schema<IdentifyMessage> {
+    static constexpr MessageInfo info{MessageType::identify, "identify", "device", "who the device is and what it speaks"};
+    static constexpr auto list = std::tuple{
+        field(&IdentifyMessage::role, "role", code(WireType::u8, 1, 2, "1 front end, 2 tracker")),
+        field(&IdentifyMessage::oldest_version, "oldest_version", code(WireType::u8, 1, 255, "of this protocol that it speaks")),
+        field(&IdentifyMessage::newest_version, "newest_version", code(WireType::u8, 1, 255, "of this protocol that it speaks")),
+        field(&IdentifyMessage::sensors, "sensors", code(WireType::u8, 1, 4, "how many it has")),
+        field(&IdentifyMessage::serial, "serial", count(WireType::u64, "unique to the device")),
+        field(&IdentifyMessage::firmware, "firmware", count(WireType::u32, "version: major << 16, minor << 8, patch")),
+        field(&IdentifyMessage::product, "product", count(WireType::u16, "1: tricoil")),
+        field(&IdentifyMessage::multiplexing, "multiplexing", code(WireType::u8, 0, 1, "0 coils in turn, 1 all at once")),
+        field(&IdentifyMessage::drives_coils, "drives_coils",
+              code(WireType::u8, 0, 1, "0: the host switches them, 1: the device")),
+        field(&IdentifyMessage::frame_rate_mhz, "frame_rate",
+              protocol::info(WireType::u32, 1e-3, "Hz", 1e3, 1e8, "signal matrices a second")),
+        field(&IdentifyMessage::window_us, "window", protocol::info(WireType::u32, 1e-6, "s", 0, 1e6, "that is demodulated")),
+        field(&IdentifyMessage::watchdog_us, "watchdog",
+              protocol::info(WireType::u32, 1e-6, "s", 0, 1e7, "silence of the host after which the coils go off"))};
+};
+
+template <>
+struct Schema<CouplingsMessage> {
+    static constexpr MessageInfo info{MessageType::couplings, "couplings", "tracker",
+                                      "the signal matrix behind the pose of equal time"};
+    static constexpr auto list =
+        std::tuple{field(&CouplingsMessage::sensor, "sensor", detail::kSensor),
+                   fields(&CouplingsMessage::x, detail::kCouplings,
+                          protocol::info(WireType::f32, 1, "", -1e6, 1e6, "sensor coil, source coil; column by column"))};
+};
+
+template <>
+struct Schema<CovarianceMessage> {
+    static constexpr MessageInfo info{MessageType::covariance, "covariance", "tracker",
+                                      "of the pose of equal time; longer than a CAN frame"};
+    static constexpr auto list =
+        std::tuple{field(&CovarianceMessage::sensor, "sensor", detail::kSensor),
+                   fields(&CovarianceMessage::upper, detail::kUpper,
+                          protocol::info(WireType::f32, 1, "m^2, m rad, rad^2", -1e6, 1e6,
+                                         "upper triangle, row by row: position, small rotation, source frame"))};
+};
+
+template <>
+struct Schema<CheckMessage> {
+    static constexpr MessageInfo info{MessageType::check, "check", "device", "one row of the self-check"};
+    static constexpr auto list =
+        std::tuple{field(&CheckMessage::id, "id", count(WireType::u16, "which check")),
+                   field(&CheckMessage::precision, "precision", code(WireType::u8, 0, 2, "0 none, 1 single, 2 double")),
+                   field(&CheckMessage::outcome, "outcome", code(WireType::u8, 0, 2, "0 pass, 1 fail, 2 absent")),
+                   field(&CheckMessage::index, "index", count(WireType::u8, "of the row")),
+                   field(&CheckMessage::count, "count", code(WireType::u8, 1, 255, "of rows")),
+                   field(&CheckMessage::limit, "limit", protocol::info(WireType::f32, 1, "", "largest value that passes")),
+                   field(&CheckMessage::measured, "measured", protocol::info(WireType::f32, 1, "", "value found"))};
+};
+
+template <>
+struct Schema<RawBlockMessage> {
+    static constexpr MessageInfo info{
+        MessageType::raw_block,       "raw_block", "front end",
+        "part of a burst of samples", 16,          "samples: four 32-bit codes each, sensor coils 1-3 and the reference current"};
+    static constexpr auto list = std::tuple{
+        field(&RawBlockMessage::sensor, "sensor", detail::kSensor),
+        field(&RawBlockMessage::state, "state", detail::kState),
+        field(&RawBlockMessage::gain_step, "gain_step", count(WireType::u8, "of the amplifier")),
+        field(&RawBlockMessage::decimation, "decimation", code(WireType::u8, 1, 255, "one sample sent of so many")),
+        field(&RawBlockMessage::first, "first", code(WireType::u16, 0, 1023, "index in the block of this part's first sample")),
+        field(&RawBlockMessage::total, "total", code(WireType::u16, 1, 1024, "samples of the whole block")),
+        field(&RawBlockMessage::full_scale, "full_scale", code(WireType::i32, 0, 2147483647, "largest code; 0: unknown")),
+        field(&RawBlockMessage::scale, "scale", protocol::info(WireType::f32, 1, "V", 1e-15, 1e3, "of one code")),
+        field(&RawBlockMessage::state_sequence, "state_sequence", count(WireType::u32, "of the excitation that was sampled")),
+        field(&RawBlockMessage::block_sequence, "block_sequence", count(WireType::u32, "counts blocks, those not sent included")),
+        field(&RawBlockMessage::sample_rate_mhz, "sample_rate", protocol::info(WireType::u32, 1e-3, "Hz", "before decimation")),
+        field(&RawBlockMessage::overruns, "overruns", count(WireType::u32, "samples that the converter lost in this block")),
+        field(&RawBlockMessage::dropped, "dropped", count(WireType::u32, "blocks that were not sent since the last one"))};
+};
+
+template <>
+struct Schema<CalibrationMessage> {
+    static constexpr MessageInfo info{MessageType::calibration,
+                                      "calibration",
+                                      "both",
+                                      "a calibration, read or to be written",
+                                      1,
+                                      "a calibration blob with its own CRC; none: the device has no calibration"};
+    static constexpr auto list = std::tuple{field(&CalibrationMessage::request, "request", detail::kRequest)};
+};
+
+/// Calls visit(Schema<Message>{}) for every message there is.
+template <typename Visitor>
+constexpr void for_each_message(Visitor visit) {
+    visit(Schema<CommandMessage>{});
+    visit(Schema<AckMessage>{});
+    visit(Schema<StatusMessage>{});
+    visit(Schema<ColumnMessage>{});
+    visit(Schema<PoseMessage>{});
+    visit(Schema<IdentifyMessage>{});
+    visit(Schema<CouplingsMessage>{});
+    visit(Schema<CovarianceMessage>{});
+    visit(Schema<CheckMessage>{});
+    visit(Schema<RawBlockMessage>{});
+    visit(Schema<CalibrationMessage>{});
+}
+
+/// Calls visit(name, info, byte offset) for every number of a message, stamp included.
+template <typename AnySchema, typename Visitor>
+constexpr void for_each_field(AnySchema, Visitor visit) {
+    std::size_t at = kPrefixBytes;
+    const auto one = [&](const auto& f) {
+        for (const char* name : f.names) {
+            visit(name, f.info, at);
+            at += size_of(f.info.type);
+        }
+    };
+    std::apply([&](const auto&... f) { (one(f), ...); }, kStampFields);
+    std::apply([&](const auto&... f) { (one(f), ...); }, AnySchema::list);
+}
+
+/// Bytes of a message without its tail.
+template <typename AnySchema>
+constexpr std::size_t fixed_bytes(AnySchema schema) {
+    std::size_t bytes = 0;
+    for_each_field(schema, [&](const char*, const FieldInfo& f, std::size_t at) { bytes = at + size_of(f.type); });
+    return bytes;
+}
+template <typename Message>
+constexpr std::size_t kFixedBytes = fixed_bytes(Schema<Message>{});
+
+static_assert(kFixedBytes<PoseMessage> == kMaxFrameBytes, "a pose fills one CAN FD frame");
+static_assert(kFixedBytes<ColumnMessage> <= kMaxFrameBytes, "a column fits one CAN FD frame");
+
+/// Bytes without the tail, and of one element of the tail, for a type's number; {0, 0} for a number that no message has.
+struct MessageSize {
+    std::size_t fixed = 0;
+    std::size_t tail_unit = 0;
+};
+constexpr MessageSize size_of_type(std::uint8_t type) {
+    MessageSize size;
+    for_each_message([&](auto schema) {
+        if (static_cast<std::uint8_t>(schema.info.type) == type) {
+            size = {fixed_bytes(schema), schema.info.tail_unit};
+        }
+    });
+    return size;
+}
+
+}  // namespace tricoil::protocol

@@ -1,0 +1,45 @@
+#include "drivers/gpiod/gpio_coil_driver.hpp"
+
+namespace tricoil::drivers {
+namespace {
+
+bool carries_current(Excitation state, std::size_t coil) {
+    return state == Excitation::all || coil_index(state) == static_cast<int>(coil);
+}
+
+}  // namespace
+
+Status GpioCoilDriver::open(const std::array<GpioLineName, kSourceCoils>& lines, Text& why) {
+    close();
+    return lines_.request({lines.begin(), lines.end()}, why);
+}
+
+void GpioCoilDriver::close() {
+    do_switch_off();
+    lines_.release();
+}
+
+Status GpioCoilDriver::do_excite(Excitation state) {
+    // First everything that goes off, then what goes on: no two coils of different states at once.
+    for (const bool target : {false, true}) {
+        for (std::size_t coil = 0; coil < on_.size(); ++coil) {
+            if (carries_current(state, coil) != target || on_[coil] == target) {
+                continue;
+            }
+            if (const Status status = lines_.set(coil, target); !status.ok()) {
+                return status;
+            }
+            on_[coil] = target;
+        }
+    }
+    return {};
+}
+
+void GpioCoilDriver::do_switch_off() {
+    for (std::size_t coil = 0; coil < lines_.size(); ++coil) {
+        (void)lines_.set(coil, false);  // a line that is gone is the hardware enable's to switch off
+    }
+    on_ = {};
+}
+
+}  // namespace tricoil::drivers

@@ -1,0 +1,58 @@
+// Finding a USB device and opening its pair of bulk endpoints.
+#pragma once
+
+#include <libusb.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/base/status.hpp"
+#include "drivers/posix/text.hpp"
+
+namespace tricoil::drivers {
+
+struct UsbAddress {
+    std::uint16_t vendor = 0x1209;
+    std::uint16_t product = 0x0001;
+    std::string serial;  // empty: the first that is there
+};
+
+struct UsbContextCloser {
+    void operator()(libusb_context* context) const { libusb_exit(context); }
+};
+struct UsbHandleCloser {
+    void operator()(libusb_device_handle* handle) const { libusb_close(handle); }
+};
+using UsbContext = std::unique_ptr<libusb_context, UsbContextCloser>;
+using UsbHandle = std::unique_ptr<libusb_device_handle, UsbHandleCloser>;
+
+/// An open device with interface 0 claimed. Members close in the right order.
+struct UsbDevice {
+    UsbContext context;
+    UsbHandle handle;
+    std::uint8_t in = 0;  // endpoint addresses
+    std::uint8_t out = 0;
+    int packet_bytes = 64;  // of the incoming endpoint
+
+    void close() {  // in this order; assignment would take the context away first
+        handle.reset();
+        context.reset();
+    }
+};
+
+/// device_lost, with the reason in `why`: not there, no permission, in use, or without bulk endpoints.
+Status open_usb(const UsbAddress& address, UsbDevice& device, Text& why);
+
+struct UsbListing {
+    std::uint8_t bus = 0;
+    std::uint8_t address = 0;
+    std::string serial;  // empty: not readable
+    std::string product;
+};
+
+/// The devices of that vendor and product.
+std::vector<UsbListing> list_usb(std::uint16_t vendor, std::uint16_t product);
+
+}  // namespace tricoil::drivers

@@ -1,0 +1,73 @@
+// Protocol messages over a pair of USB bulk endpoints.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/protocol/stream_framing.hpp"
+#include "drivers/libusb/usb_device.hpp"
+#include "hal/message_port.hpp"
+
+namespace tricoil::drivers {
+
+class UsbPort final : public hal::MessagePort {
+public:
+    explicit UsbPort(UsbAddress address) : address_(std::move(address)) {}
+    ~UsbPort() override { do_close(); }
+
+private:
+    static constexpr std::size_t kTransfers = 8;  // in flight in each direction
+    static constexpr std::size_t kLongestPacket = 1024;
+    static constexpr std::size_t kPackets = 256;  // received and not yet read
+
+    struct Outgoing {
+        libusb_transfer* transfer = nullptr;
+        bool busy = false;
+        std::array<std::uint8_t, protocol::kMaxFramedBytes> bytes{};
+    };
+    struct Incoming {
+        libusb_transfer* transfer = nullptr;
+        bool busy = false;
+        std::array<std::uint8_t, kLongestPacket> bytes{};
+    };
+    struct Packet {
+        std::int64_t time_us = 0;
+        std::size_t size = 0;
+        std::array<std::uint8_t, kLongestPacket> bytes{};
+    };
+
+    Status do_open() override;
+    void do_close() override;
+    Status do_send(std::span<const std::uint8_t> message) override;
+    Status do_receive(hal::ReceivedMessage& message) override;
+    Status do_wait(Microseconds timeout) override;
+    [[nodiscard]] const char* do_detail() const override { return why_.c_str(); }
+
+    static void on_received(libusb_transfer* transfer);
+    static void on_sent(libusb_transfer* transfer);
+    void take(const libusb_transfer& transfer);
+    void note_fault(const libusb_transfer& transfer);
+    void submit(Incoming& incoming);
+    bool unframe(hal::ReceivedMessage& message);
+    Status handle_events(Microseconds timeout);
+    void repair();
+    [[nodiscard]] bool in_flight() const;
+
+    UsbAddress address_;
+    UsbDevice device_;
+    std::array<Incoming, kTransfers> incoming_;
+    std::array<Outgoing, kTransfers> outgoing_;
+    std::array<Packet, kPackets> packets_;
+    std::size_t first_packet_ = 0;
+    std::size_t packet_count_ = 0;
+    std::size_t packet_at_ = 0;  // read of the first one
+    protocol::StreamReader reader_;
+    bool lost_ = false;
+    bool closing_ = false;
+    bool in_stalled_ = false;
+    bool out_stalled_ = false;
+    std::int64_t fault_us_ = 0;  // of the last failed transfer
+    Text why_;
+};
+
+}  // namespace tricoil::drivers

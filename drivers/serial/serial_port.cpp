@@ -1,0 +1,71 @@
+#include "drivers/serial/serial_port.hpp"
+
+#include <fcntl.h>
+#include <sys/ioctl.h>
+#include <termios.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+
+namespace tricoil::drivers {
+namespace {
+
+bool make_raw(int fd) {
+    termios settings{};
+    if (::tcgetattr(fd, &settings) != 0) {
+        return false;
+    }
+    ::cfmakeraw(&settings);
+    settings.c_cc[VMIN] = 1;
+    settings.c_cc[VTIME] = 0;
+    return ::tcsetattr(fd, TCSANOW, &settings) == 0;
+}
+
+}  // namespace
+
+int SerialPort::open_descriptor() {
+    FileDescriptor fd(::open(path_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+    if (!fd.is_open()) {
+        const char* mend = errno == EACCES  ? "; add yourself to the group dialout"
+                           : errno == EBUSY ? "; another program has it"
+                                            : "; is it plugged in?";
+        why().print("%s: cannot be opened (%s)%s", path_.c_str(), std::strerror(errno), mend);
+        return -1;
+    }
+    if (!make_raw(fd.get())) {
+        why().print("%s: is no serial line", path_.c_str());
+        return -1;
+    }
+    if (::ioctl(fd.get(), TIOCEXCL) != 0) {
+        why().print("%s: cannot be had for this program alone (%s)", path_.c_str(), std::strerror(errno));
+        return -1;
+    }
+    ::tcflush(fd.get(), TCIOFLUSH);
+    return ::fcntl(fd.get(), F_DUPFD_CLOEXEC, 0);
+}
+
+PtyPort::PtyPort() {
+    master_.reset(::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC));
+    std::array<char, 64> name{};
+    if (!master_.is_open() || ::grantpt(master_.get()) != 0 || ::unlockpt(master_.get()) != 0 ||
+        ::ptsname_r(master_.get(), name.data(), name.size()) != 0) {
+        return;
+    }
+    path_ = name.data();
+    slave_.reset(::open(path_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC));
+    make_raw(slave_.get());
+}
+
+int PtyPort::open_descriptor() {
+    const int fd = ::fcntl(master_.get(), F_DUPFD_CLOEXEC, 0);
+    if (fd < 0) {
+        why().print("no pseudo terminal is to be had; is /dev/pts mounted?");
+        return -1;
+    }
+    ::fcntl(fd, F_SETFL, O_NONBLOCK);
+    return fd;
+}
+
+}  // namespace tricoil::drivers

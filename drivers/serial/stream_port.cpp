@@ -1,0 +1,101 @@
+#include "drivers/serial/stream_port.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+
+#include "drivers/posix/monotonic_clock.hpp"
+#include "drivers/posix/poll.hpp"
+
+namespace tricoil::drivers {
+
+Status StreamPort::do_open() {
+    fd_.reset(open_descriptor());
+    reader_.reset();
+    received_size_ = received_at_ = unsent_size_ = 0;
+    if (!fd_.is_open()) {
+        return {StatusCode::device_lost, "serial line cannot be opened"};
+    }
+    why_.clear();
+    return {};
+}
+
+Status StreamPort::lost(const char* what) {
+    ++counts().link_losses;
+    why_.print("serial line: %s (%s)", what, std::strerror(errno));
+    do_close();
+    return {StatusCode::device_lost, "serial line is gone"};
+}
+
+/// Writes what is waiting; false if the line is gone.
+bool StreamPort::flush() {
+    while (unsent_size_ > 0) {
+        const ssize_t written = ::write(fd_.get(), unsent_.data(), unsent_size_);
+        if (written < 0) {
+            return errno == EAGAIN || errno == EINTR;
+        }
+        unsent_size_ -= static_cast<std::size_t>(written);
+        std::memmove(unsent_.data(), unsent_.data() + written, unsent_size_);
+    }
+    return true;
+}
+
+Status StreamPort::do_send(std::span<const std::uint8_t> message) {
+    if (!fd_.is_open()) {
+        return {StatusCode::device_lost, "serial line is closed"};
+    }
+    if (message.empty() || message.size() > protocol::kMaxMessageBytes) {
+        return {StatusCode::invalid_argument, "message is longer than any may be"};
+    }
+    if (!flush()) {
+        return lost("writing failed");
+    }
+    const std::size_t bytes = protocol::frame(message, std::span(unsent_).subspan(unsent_size_));
+    if (bytes == 0) {
+        ++counts().send_queue_full;
+        return {StatusCode::not_ready, "the line is slower than what is sent"};
+    }
+    unsent_size_ += bytes;
+    ++counts().sent;
+    return flush() ? Status{} : lost("writing failed");
+}
+
+Status StreamPort::do_receive(hal::ReceivedMessage& message) {
+    if (!fd_.is_open()) {
+        return {StatusCode::device_lost, "serial line is closed"};
+    }
+    if (!flush()) {
+        return lost("writing failed");
+    }
+    for (;;) {
+        while (received_at_ < received_size_) {
+            if (reader_.push(received_[received_at_++])) {
+                message = {reader_.message(), received_us_, 0};
+                ++counts().received;
+                return {};
+            }
+            damaged().count(reader_.error());
+        }
+        const ssize_t bytes = ::read(fd_.get(), received_.data(), received_.size());
+        if (bytes == 0 || (bytes < 0 && errno != EAGAIN && errno != EINTR)) {
+            return lost("the other end is gone");
+        }
+        if (bytes < 0) {
+            return {StatusCode::not_ready, "nothing came"};
+        }
+        received_us_ = monotonic_us();
+        received_size_ = static_cast<std::size_t>(bytes);
+        received_at_ = 0;
+    }
+}
+
+Status StreamPort::do_wait(Microseconds timeout) {
+    if (!fd_.is_open()) {
+        return {StatusCode::device_lost, "serial line is closed"};
+    }
+    return received_at_ < received_size_ ? Status{} : wait_readable(fd_.get(), timeout);
+}
+
+}  // namespace tricoil::drivers

@@ -1,0 +1,42 @@
+// Framed messages on a descriptor: serial line or pseudo terminal.
+#pragma once
+
+#include <array>
+
+#include "core/protocol/stream_framing.hpp"
+#include "drivers/posix/file_descriptor.hpp"
+#include "drivers/posix/text.hpp"
+#include "hal/message_port.hpp"
+
+namespace tricoil::drivers {
+
+class StreamPort : public hal::MessagePort {
+protected:
+    [[nodiscard]] Text& why() { return why_; }
+
+private:
+    /// An open descriptor that does not block; -1, with the reason in why(), if there is none.
+    virtual int open_descriptor() = 0;
+
+    Status do_open() final;
+    void do_close() final { fd_.reset(); }
+    Status do_send(std::span<const std::uint8_t> message) final;
+    Status do_receive(hal::ReceivedMessage& message) final;
+    Status do_wait(Microseconds timeout) final;
+    [[nodiscard]] const char* do_detail() const final { return why_.c_str(); }
+
+    bool flush();
+    Status lost(const char* what);
+
+    FileDescriptor fd_;
+    protocol::StreamReader reader_;
+    std::array<std::uint8_t, 4096> received_{};
+    std::size_t received_size_ = 0;
+    std::size_t received_at_ = 0;
+    std::int64_t received_us_ = 0;
+    std::array<std::uint8_t, 2 * protocol::kMaxFramedBytes> unsent_{};
+    std::size_t unsent_size_ = 0;
+    Text why_;
+};
+
+}  // namespace tricoil::drivers

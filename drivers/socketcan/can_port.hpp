@@ -1,0 +1,63 @@
+// Protocol messages over one node's identifiers on a CAN FD interface.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "core/protocol/iso_tp.hpp"
+#include "drivers/socketcan/can_socket.hpp"
+#include "hal/message_port.hpp"
+
+namespace tricoil::drivers {
+
+/// Which end of the conversation this program is.
+enum class CanSide : std::uint8_t { host, device };
+
+struct CanPortParams {
+    std::string interface = "can0";
+    std::uint8_t node = 0;  // 0-15
+    CanSide side = CanSide::host;
+};
+
+/// Bus states that pass by themselves.
+enum class CanLink : std::uint8_t { up, down, bus_off };
+
+/// Long messages travel in segments while wait() and receive() are called. A segment that fails drops its message and is counted
+/// as bad framing.
+class CanPort final : public hal::MessagePort {
+public:
+    explicit CanPort(CanPortParams params) : params_(std::move(params)) {}
+
+    [[nodiscard]] CanLink link() const { return link_; }
+
+private:
+    Status do_open() override;
+    void do_close() override;
+    Status do_send(std::span<const std::uint8_t> message) override;
+    Status do_receive(hal::ReceivedMessage& message) override;
+    Status do_wait(Microseconds timeout) override;
+    [[nodiscard]] const char* do_detail() const override { return why_.c_str(); }
+
+    Status send_frame(const protocol::CanFrame& frame);
+    void send_segments();
+    bool take_frame(hal::ReceivedMessage& message);
+    bool take_segment(hal::ReceivedMessage& message);
+    void note_error_frame();
+    void set_link(CanLink link);
+    Status vanished();
+
+    CanPortParams params_;
+    CanSocket socket_;
+    CanReception reception_;
+    protocol::Segmenter segmenter_;
+    protocol::Reassembler reassembler_;
+    std::array<std::uint8_t, protocol::kMaxMessageBytes> outgoing_{};
+    std::int64_t next_segment_us_ = 0;
+    std::int64_t segment_deadline_us_ = 0;
+    std::uint32_t dropped_seen_ = 0;
+    CanLink link_ = CanLink::up;
+    Text why_;
+};
+
+}  // namespace tricoil::drivers

@@ -1,0 +1,47 @@
+// A raw CAN socket: opening, sending and receiving single frames with their times.
+#pragma once
+
+#include <linux/can.h>
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "core/base/status.hpp"
+#include "core/protocol/can_mapping.hpp"
+#include "drivers/posix/file_descriptor.hpp"
+#include "drivers/posix/text.hpp"
+
+namespace tricoil::drivers {
+
+/// One frame from the kernel.
+struct CanReception {
+    protocol::CanFrame frame;
+    bool is_error = false;  // an error frame: `frame.id` holds its class bits
+    bool is_fd = false;
+    std::int64_t host_time_us = 0;
+    std::int64_t hardware_time_us = 0;
+    std::uint32_t dropped = 0;  // by the kernel since the socket was opened, for want of room
+};
+
+class CanSocket {
+public:
+    /// Bound to the interface, receiving identifiers that match a filter, and error frames. Fills `why` if not ok. device_lost:
+    /// no such interface, no CAN interface, classic CAN only, or no permission. An interface that is down is no error here.
+    Status open(const std::string& interface, std::span<const can_filter> filters, Text& why);
+    void close() { fd_.reset(); }
+
+    /// ok; not_ready: the queue is full, or the link is down (`link_down` tells which); device_lost: the interface vanished.
+    Status send(const protocol::CanFrame& frame, bool& link_down);
+
+    /// ok; not_ready: no frame; timed_out: the link went down; device_lost: the interface vanished.
+    Status receive(CanReception& reception);
+
+    [[nodiscard]] int fd() const { return fd_.get(); }
+    [[nodiscard]] bool is_open() const { return fd_.is_open(); }
+
+private:
+    FileDescriptor fd_;
+};
+
+}  // namespace tricoil::drivers

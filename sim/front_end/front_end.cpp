@@ -1,0 +1,302 @@
+#include "sim/front_end/front_end.hpp"
+
+#include <cmath>
+
+#include "core/protocol/convert.hpp"
+#include "core/protocol/negotiation.hpp"
+#include "sim/io/input_error.hpp"
+
+namespace tricoil::sim {
+namespace {
+
+using protocol::Opcode;
+
+constexpr std::int64_t kPatienceUs = 100'000;  // lockstep: how long a host may take over a slot
+constexpr std::int64_t kStatusUs = 100'000;
+constexpr Microseconds kWait{1000};
+
+signal::AcquisitionPlan make_plan(const FrontEndParams& params) {
+    const auto plan = signal::plan_acquisition(signal::default_acquisition(params.multiplexing, params.frame_rate_hz));
+    if (!plan.ok()) {
+        throw InputError(std::string("frame rate: ") + plan.status().message());
+    }
+    return *plan;
+}
+
+signal::DemodulatorParams<double> demodulation(const CoilWorld& world, const signal::AcquisitionPlan& plan) {
+    signal::DemodulatorParams<double> params;
+    params.response = world.channel_response();
+    params.sigma_floor = world.volts_per_code() / std::sqrt(12.0) * std::sqrt(2.0 / plan.window_samples);
+    return params;
+}
+
+CoilWorld configured(const Scenario& scenario, const signal::AcquisitionPlan& plan) {
+    CoilWorld world(scenario.world, *scenario.motion, scenario.faults);
+    world.configure(plan);
+    return world;
+}
+
+}  // namespace
+
+ColumnSource::ColumnSource(const FrontEndParams& params)
+    : scenario_(load_scenario(params.scenario, params.seed)),
+      plan_(make_plan(params)),
+      world_(configured(scenario_, plan_)),
+      demodulator_(plan_, demodulation(world_, plan_)),
+      samples_(static_cast<std::size_t>(plan_.block_samples)) {}
+
+signal::Columns<double> ColumnSource::measure(Excitation state) {
+    const double start_s = elapsed_s();
+    const auto sequence = static_cast<std::uint32_t>(slot_++);
+    if (!world_.sample(state, start_s, samples_)) {
+        return {};
+    }
+    SampleBlock block;
+    block.state = state;
+    block.scale = static_cast<float>(world_.volts_per_code());
+    block.full_scale = world_.full_scale();
+    block.start = DeviceTime{microseconds_from_seconds(start_s)};
+    block.midpoint = DeviceTime{microseconds_from_seconds(start_s + plan_.block_s() / 2)};
+    block.sequence = sequence;
+    block.samples = samples_;
+    const auto columns = demodulator_.demodulate(block);
+    return columns.ok() ? *columns : signal::Columns<double>{};
+}
+
+tracking::TrackerParams<double> ColumnSource::tracker_params() const {
+    tracking::TrackerParams<double> params;
+    params.coupling_constant = scenario_.world.coupling_constant_m3;
+    params.hemisphere = scenario_.motion->at(0).position_m;
+    params.max_column_span = tracking::column_span(plan_);
+    params.deskew = plan_.is_tdm();
+    params.window_s = plan_.window_s();
+    return params;
+}
+
+SimulatedFrontEnd::SimulatedFrontEnd(hal::MessagePort& port, FrontEndParams params) : port_(port), params_(std::move(params)) {
+    make_plan(params_);  // complains now
+}
+
+void SimulatedFrontEnd::step(std::int64_t now_us) {
+    serve(now_us);
+    if (running_ && now_us - heard_us_ > params_.watchdog_us) {
+        counters_.longest_silence_us = std::max(counters_.longest_silence_us, now_us - heard_us_);
+        ++counters_.watchdogs;
+        watchdog_bit_ = true;
+        stop();
+    }
+    if (now_us - status_us_ > kStatusUs) {
+        send_status(now_us);
+    }
+    if (running_ && slot_is_due(now_us)) {
+        run_slot();
+        slot_begin_us_ = now_us;
+        return;
+    }
+    (void)port_.wait(kWait);
+}
+
+void SimulatedFrontEnd::serve(std::int64_t now_us) {
+    hal::ReceivedMessage message;
+    while (port_.receive(message).ok()) {
+        protocol::CommandMessage command;
+        if (protocol::decode(message.bytes, command) == protocol::WireError::none) {
+            heard_us_ = now_us;
+            obey(command, now_us);
+        }
+    }
+}
+
+void SimulatedFrontEnd::obey(const protocol::CommandMessage& command, std::int64_t now_us) {
+    protocol::AckMessage ack;
+    ack.opcode = command.opcode;
+    ack.request = command.request;
+    switch (static_cast<Opcode>(command.opcode)) {
+        case Opcode::hello:
+            send_identity(params_.serial);
+            if (fault_at(sequence_) != nullptr && fault_at(sequence_)->kind == PeerFaultKind::stranger) {
+                send_identity(params_.serial + 1);
+            }
+            return;
+        case Opcode::excite:
+            excited_ = command.argument;
+            excited_state_ = static_cast<Excitation>(command.state);
+            acknowledged_ = sequence_;  // it answers the newest column
+            return;
+        case Opcode::keep_alive:
+            acknowledged_ = command.argument + 1;
+            return;
+        case Opcode::start:
+            start(now_us);
+            break;
+        case Opcode::stop:
+            stop();
+            break;
+        default:
+            ack.result = static_cast<std::uint8_t>(protocol::AckResult::unknown);
+    }
+    transmit(stamped(ack));
+}
+
+void SimulatedFrontEnd::start(std::int64_t now_us) {
+    if (running_ && slot_ == 0) {
+        return;  // asked twice
+    }
+    source_ = std::make_unique<ColumnSource>(params_);
+    tracker_.reset();
+    if (params_.tracks) {
+        tracker_.emplace(source_->tracker_params());
+    }
+    ++counters_.starts;
+    running_ = true;
+    watchdog_bit_ = false;
+    acknowledged_ = sequence_;
+    slot_ = 0;
+    excited_ = 0;
+    begin_us_ = slot_begin_us_ = now_us;
+    held_.clear();
+}
+
+void SimulatedFrontEnd::stop() { running_ = false; }
+
+bool SimulatedFrontEnd::slot_is_due(std::int64_t now_us) const {
+    const bool impatient = now_us - slot_begin_us_ > kPatienceUs;
+    if (params_.sense_coils && excited_ < slot_ + 1 && !impatient) {
+        return false;
+    }
+    if (params_.pace == Pace::real) {
+        return static_cast<double>(now_us - begin_us_) >= 1e6 * source_->plan().block_s() * (slot_ + 1.0);
+    }
+    return sequence_ - acknowledged_ < params_.ahead || impatient;
+}
+
+void SimulatedFrontEnd::run_slot() {
+    if (source_->elapsed_s() + source_->plan().block_s() > params_.duration_s + 1e-9) {
+        finished_ = true;
+        stop();
+        return;
+    }
+    const bool is_tdm = source_->plan().is_tdm();
+    const Excitation own = is_tdm ? single_coil(static_cast<int>(slot_ % kSourceCoils)) : Excitation::all;
+    const bool late = params_.sense_coils && excited_ < slot_ + 1;
+    const Excitation state = params_.sense_coils ? params_.sense_coils() : own;
+    const bool transition = late || (params_.sense_coils && state != excited_state_);
+    counters_.transitions += transition ? 1U : 0U;
+    ++slot_;
+    ++counters_.slots;
+    for (Column<double> column : source_->measure(state == Excitation::off ? own : state)) {
+        column.state_sequence = params_.sense_coils ? excited_ : slot_;
+        if (tracker_) {
+            if (const auto pose = tracker_->update(column)) {
+                send_pose(*pose);
+            }
+        } else {
+            send_column(column, transition);
+        }
+    }
+}
+
+const PeerFault* SimulatedFrontEnd::fault_at(std::uint32_t number) const {
+    for (const PeerFault& fault : params_.faults) {
+        if (fault.hits(number)) {
+            return &fault;
+        }
+    }
+    return nullptr;
+}
+
+template <typename Message>
+std::vector<std::uint8_t> SimulatedFrontEnd::stamped(Message message) {
+    if (message.sequence == 0) {
+        message.sequence = other_sequence_++;
+    }
+    std::vector<std::uint8_t> bytes(protocol::kMaxMessageBytes);
+    bytes.resize(protocol::encode(message, bytes));
+    return bytes;
+}
+
+bool SimulatedFrontEnd::transmit(std::span<const std::uint8_t> bytes) {
+    const bool sent = port_.send(bytes).ok();
+    ++(sent ? counters_.sent : counters_.unsent);
+    return sent;
+}
+
+void SimulatedFrontEnd::send_column(const Column<double>& column, bool transition) {
+    const std::uint32_t number = sequence_++;
+    std::vector<std::uint8_t> bytes(protocol::kMaxFrameBytes);
+    bytes.resize(protocol::encode(protocol::to_message(column, number, transition), bytes));
+    send_data(std::move(bytes), number);
+}
+
+void SimulatedFrontEnd::send_pose(const tracking::PoseEstimate<double>& pose) {
+    const std::uint32_t number = sequence_++;
+    auto message = protocol::to_message(pose);
+    message.sequence = number;
+    std::vector<std::uint8_t> bytes(protocol::kMaxFrameBytes);
+    bytes.resize(protocol::encode(message, bytes));
+    send_data(std::move(bytes), number);
+}
+
+void SimulatedFrontEnd::send_data(std::vector<std::uint8_t> bytes, std::uint32_t number) {
+    constexpr std::size_t kFlagsAt = 16;
+    const PeerFault* const fault = fault_at(number);
+    const auto kind = fault == nullptr ? std::optional<PeerFaultKind>() : fault->kind;
+    if (kind == PeerFaultKind::drop || kind == PeerFaultKind::silence) {
+        return;
+    }
+    if (kind == PeerFaultKind::swap && held_.empty()) {
+        held_ = std::move(bytes);
+        return;
+    }
+    if (kind == PeerFaultKind::truncate) {
+        bytes.resize(bytes.size() / 2);
+    } else if (kind == PeerFaultKind::corrupt) {
+        std::fill(bytes.begin() + kFlagsAt, bytes.end(), std::uint8_t{0xFF});
+    } else if (kind == PeerFaultKind::version) {
+        bytes[0] = 99;
+    } else if (kind == PeerFaultKind::type) {
+        bytes[1] = 13;
+    } else if (kind == PeerFaultKind::transition) {
+        bytes[kFlagsAt] |= static_cast<std::uint8_t>(protocol::kTransitionFlag);
+    }
+    transmit(bytes);
+    if (kind == PeerFaultKind::twice) {
+        transmit(bytes);
+    }
+    if (!held_.empty()) {
+        transmit(held_);
+        held_.clear();
+    }
+}
+
+void SimulatedFrontEnd::send_identity(std::uint64_t serial) {
+    const signal::AcquisitionPlan plan = make_plan(params_);
+    protocol::IdentifyMessage m;
+    m.role = static_cast<std::uint8_t>(params_.tracks ? protocol::Role::tracker : protocol::Role::front_end);
+    m.serial = serial;
+    m.firmware = 0x000100;
+    m.multiplexing = plan.is_tdm() ? 0 : 1;
+    m.drives_coils = params_.sense_coils ? 0 : 1;
+    m.frame_rate_mhz = static_cast<std::uint32_t>(std::lround(1e3 * params_.frame_rate_hz));
+    m.window_us = static_cast<std::uint32_t>(std::lround(1e6 * plan.window_s()));
+    m.watchdog_us = params_.watchdog_us;
+    transmit(stamped(m));
+}
+
+void SimulatedFrontEnd::send_status(std::int64_t now_us) {
+    status_us_ = now_us;
+    const PeerFault* const fault = fault_at(sequence_);
+    if (fault != nullptr && fault->kind == PeerFaultKind::silence) {
+        return;
+    }
+    protocol::StatusMessage m;
+    m.time_us = source_ ? microseconds_from_seconds(source_->elapsed_s()).count() : 0;
+    m.device_state = static_cast<std::uint8_t>(running_ ? protocol::DeviceState::running : protocol::DeviceState::idle);
+    m.faults = static_cast<std::uint16_t>((watchdog_bit_ ? static_cast<unsigned>(protocol::Fault::watchdog) : 0U) |
+                                          (counters_.transitions > 0 ? static_cast<unsigned>(protocol::Fault::transition) : 0U));
+    m.dropped = static_cast<std::uint32_t>(counters_.unsent);
+    m.transitions = static_cast<std::uint32_t>(counters_.transitions);
+    transmit(stamped(m));
+}
+
+}  // namespace tricoil::sim

@@ -1,0 +1,119 @@
+// A front end or tracker board as a peer on a link.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/protocol/codec.hpp"
+#include "core/signal/demodulator.hpp"
+#include "core/tracking/tracker.hpp"
+#include "hal/message_port.hpp"
+#include "sim/front_end/peer_fault.hpp"
+#include "sim/scenarios/scenario.hpp"
+
+namespace tricoil::sim {
+
+enum class Pace : std::uint8_t { real, lockstep };
+
+struct FrontEndParams {
+    std::string scenario = "hand";
+    std::uint64_t seed = 1;
+    signal::Multiplexing multiplexing = signal::Multiplexing::tdm;
+    double frame_rate_hz = 240;
+    double duration_s = 10;  // then it stops sending
+    Pace pace = Pace::lockstep;
+    std::uint32_t ahead = 64;  // lockstep: messages sent beyond what the host has acknowledged
+    bool tracks = false;       // sends poses: a tracker board
+    std::uint64_t serial = 1;
+    std::uint32_t watchdog_us = 100'000;
+    std::vector<PeerFault> faults;
+
+    /// The state that the host's lines put the coils in; empty: the front end drives them itself.
+    std::function<Excitation()> sense_coils;
+};
+
+struct FrontEndCounters {
+    std::uint64_t slots = 0;
+    std::uint64_t sent = 0;
+    std::uint64_t unsent = 0;       // the link had no room
+    std::uint64_t transitions = 0;  // windows in which the coils were not what the host had said
+    std::uint64_t watchdogs = 0;    // times that the host fell silent
+    std::uint64_t starts = 0;
+    std::int64_t longest_silence_us = 0;  // of the host, after which the coils were off
+};
+
+/// The one way from a world to columns, for the front end and for whoever wants to know what it must have measured.
+class ColumnSource {
+public:
+    ColumnSource(const FrontEndParams& params);
+
+    /// Measures the next slot in this state. Columns: one (TDM), three (FDM), none if the faults of the world lose it.
+    signal::Columns<double> measure(Excitation state);
+
+    [[nodiscard]] const signal::AcquisitionPlan& plan() const { return plan_; }
+    [[nodiscard]] double elapsed_s() const { return static_cast<double>(slot_) * plan_.block_s(); }
+    [[nodiscard]] const Scenario& scenario() const { return scenario_; }
+    [[nodiscard]] tracking::TrackerParams<double> tracker_params() const;
+
+private:
+    Scenario scenario_;
+    signal::AcquisitionPlan plan_;
+    CoilWorld world_;
+    signal::Demodulator<double> demodulator_;
+    std::vector<Sample> samples_;
+    std::uint64_t slot_ = 0;
+};
+
+class SimulatedFrontEnd {
+public:
+    SimulatedFrontEnd(hal::MessagePort& port, FrontEndParams params);
+
+    /// Serves the link, and measures a slot when one is due; `now_us`: the host's monotonic clock. Waits a millisecond at most.
+    void step(std::int64_t now_us);
+
+    [[nodiscard]] bool finished() const { return finished_; }
+    [[nodiscard]] bool coils_on() const { return running_; }
+    [[nodiscard]] const FrontEndCounters& counters() const { return counters_; }
+
+private:
+    void serve(std::int64_t now_us);
+    void obey(const protocol::CommandMessage& command, std::int64_t now_us);
+    void start(std::int64_t now_us);
+    void stop();
+    [[nodiscard]] bool slot_is_due(std::int64_t now_us) const;
+    void run_slot();
+    void send_column(const Column<double>& column, bool transition);
+    void send_pose(const tracking::PoseEstimate<double>& pose);
+    void send_data(std::vector<std::uint8_t> bytes, std::uint32_t number);
+    void send_identity(std::uint64_t serial);
+    void send_status(std::int64_t now_us);
+    template <typename Message>
+    std::vector<std::uint8_t> stamped(Message message);
+    bool transmit(std::span<const std::uint8_t> bytes);
+    [[nodiscard]] const PeerFault* fault_at(std::uint32_t number) const;
+
+    hal::MessagePort& port_;
+    FrontEndParams params_;
+    std::unique_ptr<ColumnSource> source_;
+    std::optional<tracking::Tracker<double>> tracker_;
+    bool running_ = false;
+    bool finished_ = false;
+    bool watchdog_bit_ = false;
+    std::uint32_t sequence_ = 0;  // of columns or poses
+    std::uint32_t other_sequence_ = 0;
+    std::uint32_t acknowledged_ = 0;  // newest column that the host has
+    std::uint32_t slot_ = 0;
+    std::uint32_t excited_ = 0;  // newest state sequence that the host told
+    Excitation excited_state_ = Excitation::off;
+    std::int64_t begin_us_ = 0;
+    std::int64_t heard_us_ = 0;
+    std::int64_t slot_begin_us_ = 0;
+    std::int64_t status_us_ = 0;
+    std::vector<std::uint8_t> held_;  // to be sent after the next one
+    FrontEndCounters counters_;
+};
+
+}  // namespace tricoil::sim

@@ -1,0 +1,77 @@
+// A USB device whose every transfer this program answers, plugged into the kernel's virtual host controller.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "core/protocol/stream_framing.hpp"
+#include "hal/message_port.hpp"
+
+namespace tricoil::sim {
+
+struct UsbIpParams {
+    std::uint16_t vendor = 0x1209;
+    std::uint16_t product = 0x0001;
+    std::string serial = "SIM0001";
+};
+
+/// open() plugs it in, close() pulls it out. Vendor class, one interface, bulk endpoints 0x81 and 0x01 of 512 bytes.
+class UsbIpPort final : public hal::MessagePort {
+public:
+    explicit UsbIpPort(UsbIpParams params) : params_(std::move(params)) {}
+    ~UsbIpPort() override { do_close(); }
+
+    /// The next transfers from the device are answered with a stall.
+    void stall_next(int transfers) { stalls_ = transfers; }
+    /// One packet as it is, framed or not.
+    void send_packet(std::vector<std::uint8_t> bytes);
+    /// While set, what the host sends is not taken and nothing is delivered: its transfers time out.
+    void hang(bool hung) { hung_ = hung; }
+
+private:
+    struct Request {
+        std::uint32_t command = 0;
+        std::uint32_t number = 0;
+        bool to_host = false;
+        std::uint32_t endpoint = 0;
+        std::uint32_t length = 0;
+        std::array<std::uint8_t, 8> setup{};
+    };
+    struct Pending {
+        std::uint32_t number = 0;
+        std::uint32_t length = 0;
+    };
+
+    Status do_open() override;
+    void do_close() override;
+    Status do_send(std::span<const std::uint8_t> message) override;
+    Status do_receive(hal::ReceivedMessage& message) override;
+    Status do_wait(Microseconds timeout) override;
+    [[nodiscard]] const char* do_detail() const override { return why_.c_str(); }
+
+    void pump();
+    void handle(const Request& request, std::span<const std::uint8_t> data);
+    void control(const Request& request);
+    void unlink(const Request& request, std::uint32_t victim);
+    void deliver();
+    void answer(std::uint32_t command, std::uint32_t number, int status, std::span<const std::uint8_t> data, std::size_t actual);
+
+    UsbIpParams params_;
+    unsigned attached_ = 0;  // how often it was tried
+    int fd_ = -1;
+    std::vector<std::uint8_t> input_;
+    std::deque<Pending> pending_;
+    std::deque<Request> withheld_;  // what the host sent while hung
+    std::deque<std::vector<std::uint8_t>> packets_;
+    std::deque<std::vector<std::uint8_t>> messages_;
+    std::vector<std::uint8_t> message_;
+    protocol::StreamReader reader_;
+    int stalls_ = 0;
+    bool hung_ = false;
+    std::string why_;
+};
+
+}  // namespace tricoil::sim

@@ -1,0 +1,358 @@
+// `tricoil run --device` against the simulated front end in a process of its own, on the kernel's real CAN, USB and GPIO: the
+// same poses as in one process, and every fault recovered from without a wrong valid pose.
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "board/linux/pose_writer.hpp"
+#include "core/geometry/angles.hpp"
+#include "tests/device/program.hpp"
+#include "tests/device/reference.hpp"
+
+namespace tricoil {
+namespace {
+
+using nlohmann::json;
+using test::Program;
+
+const std::string kFrontEnd = TRICOIL_FRONT_END;
+const std::string kTricoil = TRICOIL_PROGRAM;
+
+std::string lines_of_reference(const sim::FrontEndParams& params, double duration_s) {
+    const std::string path = "/run/reference.csv";
+    linux_board::PoseWriter writer(path, linux_board::PoseFormat::csv);
+    for (const auto& pose : test::reference_poses(params, duration_s)) {
+        writer.write(pose);
+    }
+    writer.close();
+    return test::read_text(path);
+}
+
+std::vector<std::string> lines(const std::string& text) {
+    std::istringstream stream(text);
+    std::vector<std::string> found;
+    for (std::string line; std::getline(stream, line);) {
+        found.push_back(line);
+    }
+    return found;
+}
+
+/// The poses that came, against the first as many of the reference: equal in every digit.
+void expect_equal_poses(const std::string& csv, const sim::FrontEndParams& params, double duration_s, std::size_t at_least) {
+    const auto got = lines(test::read_text(csv));
+    const auto expected = lines(lines_of_reference(params, duration_s + 1));
+    ASSERT_GE(got.size(), at_least);
+    ASSERT_GE(expected.size(), got.size());
+    for (std::size_t i = 0; i < got.size(); ++i) {
+        ASSERT_EQ(got[i], expected[i]) << "line " << i;
+    }
+    std::printf("%s: %zu poses equal those of one process in every digit\n", csv.c_str(), got.size() - 1);
+}
+
+struct Judged {
+    std::size_t valid = 0;
+    std::size_t invalid = 0;
+    double worst_mm = 0;
+};
+
+/// Every valid pose against the truth at its own time.
+Judged judge(const std::string& csv) {
+    const sim::ColumnSource world(sim::FrontEndParams{});
+    Judged judged;
+    const auto rows = lines(test::read_text(csv));
+    for (std::size_t i = 1; i < rows.size(); ++i) {
+        std::vector<double> fields;
+        std::istringstream row(rows[i]);
+        for (std::string field; std::getline(row, field, ',');) {
+            fields.push_back(std::stod(field));
+        }
+        if (fields.at(16) == 0) {
+            ++judged.invalid;
+            continue;
+        }
+        ++judged.valid;
+        const Vec3<double> position(fields[3], fields[4], fields[5]);
+        const auto truth = world.scenario().motion->at(1e-6 * fields[1]);
+        judged.worst_mm = std::max(judged.worst_mm, 1e3 * (position - truth.position_m).norm());
+    }
+    return judged;
+}
+
+constexpr double kWrongMm = 25;  // the hand's noise and skew stay below half of it; a wrong coil or sign costs ten times as much
+
+class Device : public ::testing::Test {
+protected:
+    void SetUp() override {
+        test::shell("ip link set vcan0 up");
+        std::filesystem::remove("/run/poses.csv");
+    }
+
+    /// The front end with these options, on CAN.
+    static std::string front_end(const std::string& options) {
+        return kFrontEnd + " --link can:vcan0 --report /run/report.json " + options + " 2>/run/front-end.err";
+    }
+    /// The tracker's last line as JSON.
+    static json summary() {
+        const auto output = lines(test::read_text("/run/tricoil.out"));
+        return output.empty() ? json() : json::parse(output.back());
+    }
+    static json report() { return json::parse(test::read_text("/run/report.json")); }
+    static std::string tricoil(const std::string& options) {
+        return kTricoil + " run --json --out /run/poses.csv " + options + " >/run/tricoil.out 2>/run/tricoil.err";
+    }
+    static std::string complaints() { return test::read_text("/run/tricoil.err"); }
+
+    /// A run through faults: both programs, to the end.
+    static json run_with(const std::string& front_end_options, double duration_s = 2) {
+        Program peer(front_end("--duration 6 " + front_end_options));
+        Program tracker(tricoil("--device can:vcan0 --duration " + std::to_string(duration_s)));
+        EXPECT_EQ(tracker.wait(), 0) << complaints();
+        const Judged judged = judge("/run/poses.csv");
+        EXPECT_GT(judged.valid, 100U);
+        EXPECT_LT(judged.worst_mm, kWrongMm);
+        return summary();
+    }
+};
+
+TEST_F(Device, TracksOverCanToTheLastBitWithoutLoss) {
+    Program peer(front_end("--duration 6"));
+    Program tracker(tricoil("--device can:vcan0 --duration 4"));
+    ASSERT_EQ(tracker.wait(), 0) << complaints();
+    expect_equal_poses("/run/poses.csv", {}, 4, 2800);
+    const json s = summary();
+    EXPECT_EQ(s["columns_lost"], 0);
+    EXPECT_EQ(s["receive_dropped"], 0);
+    EXPECT_GE(s["columns"], 4 * 720 - 3);
+    std::printf("latency from the frame's arrival: median %.0f us, 99 %% %.0f us, max %ld us\n",
+                s["latency_us"]["median"].get<double>(), s["latency_us"]["p99"].get<double>(),
+                s["latency_us"]["max"].get<long>());
+}
+
+TEST_F(Device, TracksOverUsbToTheLastBitWithoutLoss) {
+    const std::string gadget = std::getenv("USB_GADGET");
+    for (const std::string& link : {std::string("usbip:"), "gadget:" + gadget}) {
+        Program peer(kFrontEnd + " --link " + link + " --duration 4 --report /run/report.json");
+        Program tracker(tricoil("--device usb:1209:0001 --duration 2"));
+        ASSERT_EQ(tracker.wait(), 0) << complaints();
+        expect_equal_poses("/run/poses.csv", {}, 2, 1400);
+        EXPECT_EQ(summary()["columns_lost"], 0) << link;
+        peer.send(SIGTERM);
+        peer.wait();
+        EXPECT_TRUE(test::eventually([] { return std::system("grep -qs 1209 /sys/bus/usb/devices/*/idVendor") != 0; }));
+    }
+}
+
+TEST_F(Device, TracksFdmAtNineHundredAndSixtyFrames) {
+    sim::FrontEndParams params;
+    params.multiplexing = signal::Multiplexing::fdm;
+    params.frame_rate_hz = 960;
+    Program peer(front_end("--mux fdm --rate-hz 960 --duration 4"));
+    Program tracker(tricoil("--device can:vcan0 --duration 2"));
+    ASSERT_EQ(tracker.wait(), 0) << complaints();
+    expect_equal_poses("/run/poses.csv", params, 2, 1900);
+    EXPECT_EQ(summary()["columns_lost"], 0);
+}
+
+TEST_F(Device, ShowsWhatATrackerBoardSends) {
+    Program log("candump -L vcan0 > $OUT/tracker-board.log");
+    Program peer(front_end("--tracks --duration 3"));
+    Program tracker(tricoil("--device can:vcan0 --duration 1"));
+    ASSERT_EQ(tracker.wait(), 0) << complaints();
+    const Judged judged = judge("/run/poses.csv");
+    EXPECT_GT(judged.valid, 600U);
+    EXPECT_LT(judged.worst_mm, kWrongMm);
+    test::shell("cp /run/tricoil.out $OUT/tracker-board.json");
+}
+
+class Lines : public Device {
+protected:
+    static std::string config(const std::string& more = "") {
+        test::write_text(
+            "/run/board.toml",
+            "device = \"can:vcan0\"\n[coils]\nchip = \"tracker-sim\"\ns1 = \"coil_s1\"\ns2 = \"coil_s2\"\ns3 = \"coil_s3\"\n"
+            "heartbeat = \"heartbeat\"\n" +
+                more);
+        return "--config /run/board.toml ";
+    }
+    static std::string watched() { return "--gpio " + std::string(std::getenv("GPIO_SIM")) + " --heartbeat "; }
+};
+
+TEST_F(Lines, FollowTheStatesInTurnAndThePosesAreTheSame) {
+    Program peer(front_end(watched() + "--duration 4 --linger-ms 500"));
+    Program tracker(tricoil(config() + "--duration 2"));
+    ASSERT_EQ(tracker.wait(), 0) << complaints();
+    expect_equal_poses("/run/poses.csv", {}, 2, 1400);
+    EXPECT_FALSE(test::gpio_level(0) || test::gpio_level(1) || test::gpio_level(2)) << "off at the exit";
+    test::pause_ms(100);
+    peer.send(SIGTERM);
+    peer.wait();
+    const json gpio = report()["gpio"];
+    EXPECT_GE(gpio["turned_on"], 1440);
+    EXPECT_EQ(gpio["several_on"], 0);
+    EXPECT_EQ(gpio["out_of_turn"], 0);
+    EXPECT_EQ(report()["transitions"], 0);
+    EXPECT_EQ(gpio["lines_on_at_end"], false);
+}
+
+TEST_F(Lines, AreOffAfterSigtermAndTheEnableDropsAfterSigkill) {
+    for (const int signal : {SIGTERM, SIGINT, SIGKILL}) {
+        std::filesystem::remove("/run/poses.csv");
+        Program peer(front_end(watched() + "--duration 60 --watchdog-us 60000"));
+        Program tracker(tricoil(config()));
+        ASSERT_TRUE(test::eventually([] { return lines(test::read_text("/run/poses.csv")).size() > 50; })) << complaints();
+        tracker.send(signal);
+        EXPECT_EQ(tracker.wait(), signal == SIGKILL ? 128 + SIGKILL : 0);
+        test::pause_ms(250);
+        peer.send(SIGTERM);
+        peer.wait();
+        const json r = report();
+        EXPECT_EQ(r["gpio"]["enabled_at_end"], false) << signal;
+        EXPECT_EQ(r["coils_on"], false);
+        if (signal == SIGKILL) {
+            EXPECT_GE(r["watchdogs"], 1);
+            EXPECT_LT(r["coils_off_after_ms"], 60 + 15);
+            EXPECT_LT(r["gpio"]["enable_dropped_after_ms"], 47 + 15);
+            std::printf("killed: front end off after %.1f ms, enable dropped after %.1f ms\n",
+                        r["coils_off_after_ms"].get<double>(), r["gpio"]["enable_dropped_after_ms"].get<double>());
+        } else {
+            EXPECT_EQ(r["gpio"]["lines_on_at_end"], false) << signal;
+        }
+        test::shell("gpioset tracker-sim 0=0 1=0 2=0");
+    }
+}
+
+TEST_F(Lines, ThatAreTakenEndTheProgramWithOneLine) {
+    Program holder("gpioset --mode=signal tracker-sim 1=0");
+    test::pause_ms(100);
+    Program tracker(tricoil(config()));
+    EXPECT_EQ(tracker.wait(), 3);
+    EXPECT_EQ(complaints(),
+              "tricoil: GPIO line 'coil_s2' of 'tracker-sim' is in use by 'gpioset'; end that program, or choose another line\n");
+}
+
+TEST_F(Device, LostColumnsAreCounted) {
+    const json s = run_with("--fault drop@100-110 --fault drop@400");
+    EXPECT_EQ(s["columns_lost"], 12);
+    EXPECT_EQ(s["starts"], 1);
+}
+
+TEST_F(Device, ReorderedAndDoubledColumnsAreRefused) {
+    const json s = run_with("--fault swap@200 --fault swap@300 --fault twice@500-504");
+    EXPECT_EQ(s["refused"]["out_of_order"], 7);
+    EXPECT_EQ(s["starts"], 1);
+}
+
+TEST_F(Device, DamagedMessagesAreRefusedByKindAndToldOnceASecond) {
+    const json s = run_with("--fault truncate@100-119 --fault corrupt@200-219 --fault version@300-319 --fault type@400-419");
+    EXPECT_EQ(s["refused"]["wrong_length"], 20);
+    EXPECT_EQ(s["refused"]["impossible"], 20);
+    EXPECT_EQ(s["refused"]["unknown_version"], 20);
+    EXPECT_EQ(s["starts"], 1);
+    for (const char* what : {"of a wrong length", "with values that cannot be", "of an unknown protocol version"}) {
+        const std::string text = complaints();
+        const auto first = text.find(what);
+        ASSERT_NE(first, std::string::npos) << what;
+    }
+    EXPECT_LT(lines(complaints()).size(), 12U);
+}
+
+TEST_F(Device, ColumnsAcrossATransitionAreRefused) {
+    const json s = run_with("--fault transition@100-149");
+    EXPECT_EQ(s["refused"]["transition"], 50);
+}
+
+TEST_F(Device, ASilentFrontEndIsStartedAgain) {
+    const json s = run_with("--fault silence@300-400", 2);
+    EXPECT_GE(s["silences"], 1);
+    EXPECT_GE(s["starts"], 2);
+}
+
+TEST_F(Device, TwoDevicesAtOneAddressAreNotTrusted) {
+    Program peer(front_end("--duration 6 --fault stranger@0-1000000"));
+    Program tracker(tricoil("--device can:vcan0 --duration 1 --wait 2"));
+    EXPECT_EQ(tracker.wait(), 3);
+    EXPECT_THAT(complaints(),
+                ::testing::HasSubstr("devices 1 and 2 answer to one address; give one of them another node number"));
+    EXPECT_EQ(judge("/run/poses.csv").valid, 0U);
+}
+
+TEST_F(Device, TheLinkGoesDownAndUp) {
+    Program peer(front_end("--duration 20"));
+    Program tracker(tricoil("--device can:vcan0 --duration 3"));
+    for (int i = 0; i < 3; ++i) {
+        test::pause_ms(400);
+        test::shell("ip link set vcan0 down; sleep 0.2; ip link set vcan0 up");
+    }
+    ASSERT_EQ(tracker.wait(), 0) << complaints();
+    EXPECT_LT(judge("/run/poses.csv").worst_mm, kWrongMm);
+    EXPECT_GE(summary()["link_losses"], 1);
+}
+
+TEST_F(Device, TheControllerGoesBusOffAndRestarts) {
+    Program peer(front_end("--duration 20"));
+    Program tracker(tricoil("--device can:vcan0 --duration 3"));
+    test::pause_ms(500);
+    test::shell("cansend vcan0 20000040#0000000000000000; sleep 0.1; cansend vcan0 20000100#0000000000000000");
+    ASSERT_EQ(tracker.wait(), 0) << complaints();
+    EXPECT_LT(judge("/run/poses.csv").worst_mm, kWrongMm);
+    EXPECT_GE(summary()["link_faults"], 1);
+}
+
+TEST_F(Device, ForeignTrafficFillsTheBus) {
+    Program flood("cangen vcan0 -g 0.2 -I 7A0 -L 8 -p 1");  // nine tenths of what the machine carries
+    Program peer(front_end("--duration 6"));
+    Program tracker(tricoil("--device can:vcan0 --duration 2"));
+    ASSERT_EQ(tracker.wait(), 0) << complaints();
+    EXPECT_LT(judge("/run/poses.csv").worst_mm, kWrongMm);
+    EXPECT_EQ(summary()["columns_lost"], 0);
+}
+
+TEST_F(Device, TheFrontEndIsStartedAnew) {
+    auto peer = std::make_unique<Program>(front_end("--duration 60"));
+    Program tracker(tricoil("--device can:vcan0 --duration 3"));
+    for (int i = 0; i < 2; ++i) {
+        ASSERT_TRUE(test::eventually([] { return lines(test::read_text("/run/poses.csv")).size() > 100; }));
+        peer->send(SIGKILL);
+        peer->wait();
+        peer = std::make_unique<Program>(front_end("--duration 60"));
+        test::pause_ms(900);
+    }
+    ASSERT_EQ(tracker.wait(), 0) << complaints();
+    EXPECT_LT(judge("/run/poses.csv").worst_mm, kWrongMm);
+    EXPECT_GE(summary()["starts"], 2);
+}
+
+TEST_F(Device, TheUsbPlugIsPulledAgainAndAgain) {
+    Program peer(kFrontEnd + " --link usbip: --duration 600 --replug 0.8 --report /run/report.json");
+    Program tracker(tricoil("--device usb:1209:0001 --duration 4"));
+    ASSERT_EQ(tracker.wait(), 0) << complaints();
+    EXPECT_LT(judge("/run/poses.csv").worst_mm, kWrongMm);
+    std::printf("starts %d, unplugged %d times\n", summary()["starts"].get<int>(), summary()["link_losses"].get<int>());
+}
+
+TEST_F(Device, WhatIsNotThereOrCannotBeEndsWithOneLine) {
+    const std::map<std::string, std::pair<int, std::string>> cases{
+        {"--device can:vcan9 --wait 0.3", {3, "vcan9: no such network interface"}},
+        {"--device can:vcan1 --wait 0.3", {3, "classic CAN interface"}},
+        {"--device can:vcan0 --wait 0.3", {3, "can:vcan0: no answer yet"}},
+        {"--device usb:1209:0001 --wait 0.3", {3, "not there; is it plugged in"}},
+        {"--device serial:/dev/nothing --wait 0.3", {3, "/dev/nothing: cannot be opened"}},
+        {"--device can:vcan0#16", {2, "'16' is no node number, 0 to 15"}},
+        {"--device usb:12:zz", {2, "'zz' is no product number"}},
+        {"--device tcp:host", {2, "is none that this program knows"}},
+        {"--device can:", {2, "is none that this program knows"}},
+        {"--config /nothing.toml", {2, "/nothing.toml: cannot be read"}},
+    };
+    for (const auto& [options, expected] : cases) {
+        Program tracker(tricoil(options));
+        EXPECT_EQ(tracker.wait(), expected.first) << options;
+        EXPECT_THAT(complaints(), ::testing::HasSubstr(expected.second)) << options;
+        EXPECT_LE(lines(complaints()).size(), 3U) << complaints();
+    }
+}
+
+}  // namespace
+}  // namespace tricoil

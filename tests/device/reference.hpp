@@ -1,0 +1,38 @@
+// What a tracker must make of a simulated front end's columns: the same world, demodulator, wire and tracker in one process.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/protocol/convert.hpp"
+#include "core/tracking/tracker.hpp"
+#include "sim/front_end/front_end.hpp"
+
+namespace tricoil::test {
+
+/// The poses of the first `duration_s`, as the wire holds them; Euclidean hemisphere as `tricoil run` has it by default.
+inline std::vector<protocol::PoseMessage> reference_poses(const sim::FrontEndParams& params, double duration_s) {
+    sim::ColumnSource source(params);
+    auto tracker_params = source.tracker_params();
+    tracker_params.hemisphere = Vec3<double>::UnitX();
+    tracker_params.window_s = 1e-6 * static_cast<double>(std::lround(1e6 * tracker_params.window_s));
+    tracking::Tracker<double> tracker(tracker_params);
+    std::vector<protocol::PoseMessage> poses;
+    std::uint32_t number = 0;
+    for (std::uint32_t slot = 0; source.elapsed_s() + source.plan().block_s() <= duration_s + 1e-9; ++slot) {
+        const Excitation state = source.plan().is_tdm() ? single_coil(static_cast<int>(slot % 3)) : Excitation::all;
+        for (Column<double> column : source.measure(state)) {
+            column.state_sequence = slot + 1;
+            Column<double> received;
+            if (protocol::from_message(protocol::to_message(column, number++), received) != protocol::WireError::none) {
+                continue;
+            }
+            if (const auto pose = tracker.update(received)) {
+                poses.push_back(protocol::to_message(*pose));
+            }
+        }
+    }
+    return poses;
+}
+
+}  // namespace tricoil::test

@@ -1,0 +1,174 @@
+// Coil lines on the kernel's simulated GPIO chip; their order proved by the kernel's own trace of GPIO changes.
+#include <gmock/gmock.h>
+#include <sys/wait.h>
+
+#include <array>
+#include <csignal>
+
+#include "drivers/gpiod/gpio_coil_driver.hpp"
+#include "drivers/gpiod/gpio_signals.hpp"
+#include "drivers/posix/monotonic_clock.hpp"
+#include "tests/drivers/shell.hpp"
+
+namespace tricoil::drivers {
+namespace {
+
+const std::array<GpioLineName, 3> kCoils{{{"tracker-sim", "coil_s1"}, {"tracker-sim", "coil_s2"}, {"tracker-sim", "coil_s3"}}};
+constexpr const char* kTracing = "/sys/kernel/tracing/";
+
+std::array<bool, 3> levels() { return {test::gpio_level(0), test::gpio_level(1), test::gpio_level(2)}; }
+
+/// Every change of an output since begin(), as "0+" (line 0 on) or "0-", from the kernel's trace events.
+class GpioTrace {
+public:
+    void begin() {
+        test::write_text(std::string(kTracing) + "trace", "");
+        test::write_text(std::string(kTracing) + "events/gpio/gpio_value/enable", "1");
+    }
+    std::vector<std::string> end() {
+        test::write_text(std::string(kTracing) + "events/gpio/gpio_value/enable", "0");
+        std::istringstream lines(test::read_text(std::string(kTracing) + "trace"));
+        std::vector<std::string> changes;
+        std::array<int, 3> before{0, 0, 0};
+        for (std::string line; std::getline(lines, line);) {
+            const auto at = line.find("gpio_value: ");
+            unsigned gpio = 0;
+            int value = 0;
+            if (at == std::string::npos || std::sscanf(line.c_str() + at, "gpio_value: %u set %d", &gpio, &value) != 2) {
+                continue;
+            }
+            base_ = std::min(base_, gpio);
+            const unsigned coil = gpio - base_;
+            if (coil < 3 && value != before[coil]) {
+                before[coil] = value;
+                changes.push_back(std::to_string(coil) + (value == 1 ? "+" : "-"));
+            }
+        }
+        return changes;
+    }
+
+private:
+    unsigned base_ = 4096;
+};
+
+TEST(GpioCoils, AreOffWhenTakenAndFollowEveryState) {
+    Text why;
+    GpioCoilDriver coils;
+    ASSERT_TRUE(coils.open(kCoils, why).ok()) << why.c_str();
+    EXPECT_THAT(levels(), ::testing::ElementsAre(false, false, false));
+    ASSERT_TRUE(coils.excite(Excitation::s2).ok());
+    EXPECT_THAT(levels(), ::testing::ElementsAre(false, true, false));
+    ASSERT_TRUE(coils.excite(Excitation::all).ok());
+    EXPECT_THAT(levels(), ::testing::ElementsAre(true, true, true));
+    ASSERT_TRUE(coils.excite(Excitation::s3).ok());
+    EXPECT_THAT(levels(), ::testing::ElementsAre(false, false, true));
+    coils.switch_off();
+    EXPECT_THAT(levels(), ::testing::ElementsAre(false, false, false));
+    ASSERT_TRUE(coils.excite(Excitation::s1).ok());
+    coils.close();
+    EXPECT_THAT(levels(), ::testing::ElementsAre(false, false, false));
+}
+
+TEST(GpioCoils, BreakBeforeMakeInTheKernelsOwnTrace) {
+    Text why;
+    GpioCoilDriver coils;
+    ASSERT_TRUE(coils.open(kCoils, why).ok()) << why.c_str();
+    GpioTrace trace;
+    trace.begin();
+    constexpr int kFrames = 50;
+    for (int frame = 0; frame < kFrames; ++frame) {
+        for (const Excitation state : {Excitation::s1, Excitation::s2, Excitation::s3, Excitation::off}) {
+            ASSERT_TRUE(coils.excite(state).ok());
+        }
+        for (const Excitation state : {Excitation::s3, Excitation::s1, Excitation::off}) {
+            ASSERT_TRUE(coils.excite(state).ok());
+        }
+    }
+    const auto changes = trace.end();
+    ASSERT_EQ(changes.size(), static_cast<std::size_t>(kFrames) * 10);
+    int on = 0;
+    for (std::size_t i = 0; i < changes.size(); ++i) {
+        static const std::array<const char*, 10> kExpected{"0+", "0-", "1+", "1-", "2+", "2-", "2+", "2-", "0+", "0-"};
+        EXPECT_EQ(changes[i], kExpected[i % kExpected.size()]) << i;
+        on += changes[i][1] == '+' ? 1 : -1;
+        ASSERT_LE(on, 1) << "two coils at once at change " << i;
+    }
+}
+
+TEST(GpioCoils, ASecondProgramIsRefusedByNameAndDisturbsNothing) {
+    Text why;
+    GpioCoilDriver first;
+    ASSERT_TRUE(first.open(kCoils, why).ok());
+    ASSERT_TRUE(first.excite(Excitation::s2).ok());
+    GpioCoilDriver second;
+    EXPECT_EQ(second.open(kCoils, why).code(), StatusCode::device_lost);
+    EXPECT_STREQ(why.c_str(),
+                 "GPIO line 'coil_s1' of 'tracker-sim' is in use by 'tricoil'; end that program, or choose another line");
+    EXPECT_EQ(second.excite(Excitation::s1).code(), StatusCode::device_lost);
+    EXPECT_THAT(levels(), ::testing::ElementsAre(false, true, false));
+}
+
+TEST(GpioCoils, NameWhatIsMissing) {
+    Text why;
+    GpioCoilDriver coils;
+    auto lines = kCoils;
+    lines[1].line = "coil_s9";
+    EXPECT_FALSE(coils.open(lines, why).ok());
+    EXPECT_STREQ(why.c_str(), "GPIO chip 'tracker-sim' has no line 'coil_s9'; see: gpioinfo tracker-sim");
+    lines[1].chip = "nowhere";
+    EXPECT_FALSE(coils.open(lines, why).ok());
+    EXPECT_THAT(why.c_str(), ::testing::HasSubstr("GPIO chip 'nowhere': cannot be opened"));
+    lines = kCoils;
+    lines[2].line = "2";
+    EXPECT_TRUE(coils.open(lines, why).ok()) << "by offset; the lines of the failed try are free again. " << why.c_str();
+}
+
+TEST(GpioCoils, ActiveLowLinesAreOffWhenHigh) {
+    Text why;
+    GpioCoilDriver coils;
+    auto lines = kCoils;
+    for (auto& line : lines) {
+        line.active_low = true;
+    }
+    ASSERT_TRUE(coils.open(lines, why).ok());
+    EXPECT_THAT(levels(), ::testing::ElementsAre(true, true, true));
+    ASSERT_TRUE(coils.excite(Excitation::s1).ok());
+    EXPECT_THAT(levels(), ::testing::ElementsAre(false, true, true));
+}
+
+TEST(GpioHeartbeat, ChangesItsLineWithEveryBeatAndEndsLow) {
+    Text why;
+    {
+        GpioHeartbeat heartbeat;
+        ASSERT_TRUE(heartbeat.open({"tracker-sim", "heartbeat"}, why).ok()) << why.c_str();
+        for (int i = 0; i < 5; ++i) {
+            ASSERT_TRUE(heartbeat.beat().ok());
+            EXPECT_EQ(test::gpio_level(3), i % 2 == 0);
+        }
+    }
+    EXPECT_FALSE(test::gpio_level(3));
+}
+
+TEST(GpioSync, TellsRisingEdgesWithTheKernelsTime) {
+    Text why;
+    test::gpio_drive(4, false);
+    GpioSyncLine sync;
+    ASSERT_TRUE(sync.open({"tracker-sim", "sync"}, why).ok()) << why.c_str();
+    std::int64_t edge_us = 0;
+    EXPECT_EQ(sync.next_edge(edge_us).code(), StatusCode::not_ready);
+    EXPECT_EQ(sync.wait(Microseconds{2000}).code(), StatusCode::timed_out);
+    for (int i = 0; i < 5; ++i) {
+        const std::int64_t before = monotonic_us();
+        test::gpio_drive(4, true);
+        ASSERT_TRUE(sync.wait(Microseconds{500'000}).ok());
+        ASSERT_TRUE(sync.next_edge(edge_us).ok());
+        EXPECT_GE(edge_us, before);
+        EXPECT_LE(edge_us, monotonic_us());
+        test::gpio_drive(4, false);
+        test::pause_ms(3);
+        EXPECT_EQ(sync.next_edge(edge_us).code(), StatusCode::not_ready) << "a falling edge is none";
+    }
+}
+
+}  // namespace
+}  // namespace tricoil::drivers

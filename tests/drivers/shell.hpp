@@ -1,0 +1,52 @@
+// What a test has the test kernel's own tools do.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <thread>
+
+namespace tricoil::test {
+
+inline void shell(const std::string& command) { ASSERT_EQ(std::system(command.c_str()), 0) << command; }
+
+inline std::string read_text(const std::string& path) {
+    std::ostringstream text;
+    text << std::ifstream(path).rdbuf();
+    return text.str();
+}
+
+inline void write_text(const std::string& path, const std::string& text) {
+    std::ofstream file(path);
+    file << text << std::flush;
+    ASSERT_TRUE(file.good()) << path;
+}
+
+/// Simulated GPIO line's level, as the other end of the wire sees it.
+inline bool gpio_level(int line) {
+    return read_text(std::string(std::getenv("GPIO_SIM")) + "/sim_gpio" + std::to_string(line) + "/value") == "1\n";
+}
+inline void gpio_drive(int line, bool high) {
+    write_text(std::string(std::getenv("GPIO_SIM")) + "/sim_gpio" + std::to_string(line) + "/pull",
+               high ? "pull-up" : "pull-down");
+}
+
+inline void pause_ms(int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); }
+
+/// Until `done` or two seconds are over.
+template <typename Done>
+bool eventually(Done done) {
+    for (int i = 0; i < 400; ++i) {
+        if (done()) {
+            return true;
+        }
+        pause_ms(5);
+    }
+    return false;
+}
+
+}  // namespace tricoil::test

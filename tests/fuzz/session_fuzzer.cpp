@@ -1,0 +1,46 @@
+// Any messages, in any order, into the session of a host: pieces of the input become the messages of a device.
+#include <array>
+#include <cstdlib>
+
+#include "board/linux/device_session.hpp"
+
+namespace {
+
+using namespace tricoil;  // NOLINT(google-build-using-namespace): a program of one file
+
+/// Takes everything, gives nothing.
+class NoPort final : public hal::MessagePort {
+    Status do_open() override { return {}; }
+    void do_close() override {}
+    Status do_send(std::span<const std::uint8_t>) override { return {}; }
+    Status do_receive(hal::ReceivedMessage&) override { return {StatusCode::not_ready, ""}; }
+    Status do_wait(Microseconds) override { return {}; }
+    [[nodiscard]] const char* do_detail() const override { return ""; }
+};
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {  // NOLINT(readability-identifier-naming)
+    std::span<const std::uint8_t> bytes(data, size);
+    NoPort port;
+    linux_board::DeviceSession session(port, {});
+    std::int64_t now_us = 1;
+    session.service(now_us);
+    while (bytes.size() > 2) {
+        const std::size_t length = std::min<std::size_t>(bytes[0], bytes.size() - 2);
+        now_us += 1000 * bytes[1];
+        hal::ReceivedMessage message;
+        message.bytes = bytes.subspan(2, length);
+        message.host_time_us = now_us;
+        const auto event = session.take(message);
+        if (event == linux_board::SessionEvent::column && !session.column().in_phase.allFinite()) {
+            std::abort();
+        }
+        if (event == linux_board::SessionEvent::pose && !session.pose().position_m.allFinite()) {
+            std::abort();
+        }
+        session.service(now_us);
+        bytes = bytes.subspan(2 + length);
+    }
+    return 0;
+}

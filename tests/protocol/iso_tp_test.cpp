@@ -1,0 +1,92 @@
+#include "core/protocol/iso_tp.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/protocol/random_messages.hpp"
+
+namespace tricoil::protocol {
+namespace {
+
+using Data = std::array<std::uint8_t, kMaxFrameBytes>;
+
+/// Carries one message across; `flow` answers. Returns what arrived, empty if it was dropped.
+std::vector<std::uint8_t> carry(Segmenter& from, Reassembler& to, std::span<const std::uint8_t> flow) {
+    Data data{};
+    for (int frames = 0; frames < 200; ++frames) {
+        const std::size_t length = from.next(data);
+        if (length == 0) {
+            if (!from.waits()) {
+                return {};
+            }
+            from.on_flow_control(flow);
+            continue;
+        }
+        if (to.on_frame(std::span(data).first(length)) == SegmentEvent::complete) {
+            return {to.message().begin(), to.message().end()};
+        }
+    }
+    return {};
+}
+
+TEST(IsoTp, CarriesEveryLengthFromAFrameToTheLongest) {
+    std::mt19937_64 random(11);
+    Segmenter from;
+    Reassembler to;
+    for (std::size_t bytes = kMaxFrameBytes + 1; bytes <= kMaxMessageBytes; bytes += 1 + random() % 37) {
+        const auto message = test::random_bytes(bytes, random);
+        ASSERT_TRUE(from.begin(message));
+        ASSERT_EQ(carry(from, to, Reassembler::flow_control()), message) << bytes;
+        ASSERT_FALSE(from.busy());
+    }
+    const auto longest = test::random_bytes(kMaxMessageBytes, random);
+    ASSERT_TRUE(from.begin(longest));
+    EXPECT_EQ(carry(from, to, std::array<std::uint8_t, 3>{0x30, 3, 0xF5}), longest) << "three frames at a time";
+    EXPECT_EQ(from.gap_us(), 500U);
+}
+
+TEST(IsoTp, TakesOneMessageAtATimeOfALengthThatNeedsIt) {
+    const std::vector<std::uint8_t> message(100);
+    const std::vector<std::uint8_t> longer(kMaxMessageBytes + 1);
+    Segmenter s;
+    EXPECT_FALSE(s.begin(std::span(message).first(64)));
+    EXPECT_FALSE(s.begin(longer));
+    EXPECT_TRUE(s.begin(message));
+    EXPECT_FALSE(s.begin(message));
+    Data data{};
+    EXPECT_EQ(s.next(data), 64U);
+    EXPECT_EQ(s.next(data), 0U) << "the receiver has to speak first";
+    s.on_flow_control(std::array<std::uint8_t, 3>{0x31, 0, 0});
+    EXPECT_TRUE(s.waits()) << "wait";
+    s.on_flow_control(std::array<std::uint8_t, 3>{0x32, 0, 0});
+    EXPECT_FALSE(s.busy()) << "overflow";
+}
+
+TEST(IsoTp, DropsWhatLacksAFrame) {
+    std::mt19937_64 random(12);
+    const auto message = test::random_bytes(500, random);
+    for (int lost = 1; lost < 8; ++lost) {
+        Segmenter from;
+        Reassembler to;
+        ASSERT_TRUE(from.begin(message));
+        Data data{};
+        SegmentEvent last = SegmentEvent::none;
+        bool error = false;
+        for (int n = 0; from.busy(); ++n) {
+            const std::size_t length = from.next(data);
+            from.on_flow_control(Reassembler::flow_control());
+            if (length > 0 && n != lost) {
+                last = to.on_frame(std::span(data).first(length));
+                error = error || last == SegmentEvent::error;
+            }
+        }
+        EXPECT_NE(last, SegmentEvent::complete) << lost;
+        ASSERT_TRUE(from.begin(message));
+        const auto after = carry(from, to, Reassembler::flow_control());
+        const auto again =
+            after.empty() ? (from.cancel(), from.begin(message), carry(from, to, Reassembler::flow_control())) : after;
+        EXPECT_EQ(again, message) << "the second one at the latest comes whole";
+    }
+}
+
+}  // namespace
+}  // namespace tricoil::protocol
