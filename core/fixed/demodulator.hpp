@@ -14,7 +14,8 @@ namespace tricoil::fixed {
 /// Reference oscillator exp(-i w n): exact at the head of each segment, by recurrence within; off by less than 4e-8 anywhere.
 class Oscillator {
 public:
-    /// `cycles` whole cycles in `window_samples` samples; 0 < cycles < window_samples <= kMaxBlockSamples.
+    /// `cycles` whole cycles in `window_samples` samples; 0 < cycles < window_samples <= kMaxBlockSamples. What lies outside
+    /// counts as the nearest of these.
     Oscillator(int cycles, int window_samples);
 
     [[nodiscard]] SineCosine step() const { return step_; }
@@ -32,7 +33,8 @@ struct Phasor {
 };
 
 /// Samples are those of a converter of at most 24 bits; what is larger counts as the largest code. Then a sum over 1024 samples
-/// stays below 2^23 2^30 2^10 2/pi < 2^63: exact, no rounding at all but the oscillator's. Windows of at most kMaxBlockSamples.
+/// stays below 2^23 2^30 2^10 2/pi < 2^63: exact, no rounding at all but the oscillator's. Of longer windows only the first
+/// kMaxBlockSamples are read.
 std::array<Phasor, kChannels> lock_in(const Oscillator& oscillator, std::span<const Sample> window);
 
 /// Couplings of one column: mantissa 2^exponent.
