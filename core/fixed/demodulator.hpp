@@ -14,6 +14,7 @@ namespace tricoil::fixed {
 /// Reference oscillator exp(-i w n): exact at the head of each segment, by recurrence within; off by less than 4e-8 anywhere.
 class Oscillator {
 public:
+    Oscillator() = default;
     /// `cycles` whole cycles in `window_samples` samples; 0 < cycles < window_samples <= kMaxBlockSamples. What lies outside
     /// counts as the nearest of these.
     Oscillator(int cycles, int window_samples);
@@ -23,7 +24,7 @@ public:
 
 private:
     SineCosine step_;
-    std::array<SineCosine, kMaxBlockSamples / signal::kSegmentSamples> segments_;
+    std::array<SineCosine, kMaxBlockSamples / signal::kSegmentSamples> segments_{};
 };
 
 /// Sum of x[n] exp(-i w n) in codes times 2^30: half the window's length times the amplitude.
