@@ -31,7 +31,7 @@ NormalisedBlock normalise(const BlockMatrix& x) {
     for (Eigen::Index i = 0; i < 9; ++i) {
         block.y(i) = Entry::from_raw(static_cast<std::int32_t>(scaled(x.mantissa(i), shift)));
     }
-    block.exponent = x.exponent + shift + Entry::kFractionBits;
+    block.exponent = bounded_exponent(x.exponent) + shift + Entry::kFractionBits;
     block.zero = false;
     return block;
 }
@@ -39,6 +39,9 @@ NormalisedBlock normalise(const BlockMatrix& x) {
 Vec3<Unit> unit_vector(const Vec3<std::int64_t>& v) {
     // To 30 bits, so that the sum of squares stays below 3 2^60; then one division for the reciprocal.
     const std::uint64_t all = size_of(v(0)) | size_of(v(1)) | size_of(v(2));
+    if (all == 0) {
+        return Vec3<Unit>::Zero();
+    }
     const int shift = 64 - std::countl_zero(all) - 30;
     Vec3<std::int64_t> w;
     std::uint64_t squared = 0;
@@ -70,6 +73,9 @@ Eigen::Matrix<Unit, 3, 2> transverse_axes(const Vec3<Unit>& x) {
 }
 
 Unit ratio(std::int64_t numerator, std::int64_t denominator) {
+    if (denominator <= 0) {
+        return numerator == 0 ? Unit(0) : (numerator > 0 ? Unit::largest() : Unit::smallest());
+    }
     const int shift = 64 - std::countl_zero(static_cast<std::uint64_t>(denominator)) - 31;  // to 31 bits
     const std::int64_t divisor = scaled(denominator, shift > 0 ? shift : 0);
     const std::int64_t dividend = scaled(numerator, shift > 0 ? shift : 0);

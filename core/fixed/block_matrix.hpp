@@ -25,14 +25,14 @@ struct NormalisedBlock {
 /// Rounds to nearest where mantissas are longer than 28 bits: an error of at most 2^-29 of the largest entry's power of two.
 NormalisedBlock normalise(const BlockMatrix& x);
 
-/// The unit vector along v; v must not be zero and its entries below 2^31 in size, the largest at least 2^26 for full precision.
-/// Error per entry below 2^-28 then.
+/// The unit vector along v; zero for zero. Error per entry below 2^-28 if the largest entry is at least 2^26 in size.
 Vec3<Unit> unit_vector(const Vec3<std::int64_t>& v);
 
 /// Two unit vectors that complete x to a right-handed triad, as columns: geometry::transverse_axes in fixed point.
 Eigen::Matrix<Unit, 3, 2> transverse_axes(const Vec3<Unit>& x);
 
-/// numerator / denominator in Q30, saturating; denominator > 0.
+/// numerator / denominator in Q30, saturating; denominator >= 0. By zero: the end of the range, by the numerator's sign; 0 / 0 is
+/// 0.
 Unit ratio(std::int64_t numerator, std::int64_t denominator);
 
 }  // namespace tricoil::fixed

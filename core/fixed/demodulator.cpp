@@ -13,9 +13,9 @@ std::uint64_t size_of(std::int64_t value) {
 }
 
 /// exp(-i w n).
-SineCosine phasor(int cycles, int window_samples, long n) {
-    const auto part = static_cast<std::uint64_t>((n * cycles) % window_samples);
+SineCosine phasor(int cycles, int window_samples, std::size_t n) {
     const auto window = static_cast<std::uint64_t>(window_samples);
+    const std::uint64_t part = n * static_cast<std::uint64_t>(cycles) % window;
     const auto turns = static_cast<std::uint32_t>(((part << 32) + window / 2) / window);
     return sine_cosine({0U - turns});
 }
@@ -36,14 +36,18 @@ std::int64_t brought(std::int64_t value, int shift) {
 
 }  // namespace
 
-Oscillator::Oscillator(int cycles, int window_samples) : step_(phasor(cycles, window_samples, 1)) {
+Oscillator::Oscillator(int cycles, int window_samples) {
+    window_samples = std::clamp(window_samples, 1, kMaxBlockSamples);
+    cycles = std::clamp(cycles, 0, window_samples);
+    step_ = phasor(cycles, window_samples, 1);
     for (std::size_t segment = 0; segment < segments_.size(); ++segment) {
-        segments_[segment] = phasor(cycles, window_samples, static_cast<long>(segment) * signal::kSegmentSamples);
+        segments_[segment] = phasor(cycles, window_samples, segment * signal::kSegmentSamples);
     }
 }
 
 std::array<Phasor, kChannels> lock_in(const Oscillator& oscillator, std::span<const Sample> window) {
     // Segment by segment: first the reference, then one channel after the other, whose two 64-bit sums then stay in registers.
+    window = window.first(std::min<std::size_t>(window.size(), kMaxBlockSamples));
     std::array<SineCosine, signal::kSegmentSamples> reference;
     std::array<Phasor, kChannels> sums{};
     for (std::size_t begin = 0, segment = 0; begin < window.size(); begin += signal::kSegmentSamples, ++segment) {
@@ -71,7 +75,9 @@ Result<BlockColumn> couplings(const std::array<Phasor, kChannels>& phasors, std:
     const Phasor& reference = phasors[kReferenceChannel];
     const std::uint64_t reference_size = size_of(reference.re) | size_of(reference.im);
     // Of amplitude a the sum is a N / 2 2^30, in one part or spread over both.
-    const std::uint64_t least = (static_cast<std::uint64_t>(std::max<std::int32_t>(least_reference, 1)) * window_samples) << 28;
+    window_samples = std::clamp<std::size_t>(window_samples, 1, kMaxBlockSamples);
+    const auto least_code = static_cast<std::uint64_t>(std::clamp<std::int32_t>(least_reference, 1, kLargestCode));
+    const std::uint64_t least = (least_code * window_samples) << 28;  // at most 2^23 2^10 2^28
     if (std::max(size_of(reference.re), size_of(reference.im)) < least) {
         return Status{StatusCode::degenerate, "no reference current"};
     }
@@ -99,9 +105,9 @@ Result<BlockColumn> couplings(const std::array<Phasor, kChannels>& phasors, std:
 
 BlockMatrix assemble(const std::array<BlockColumn, 3>& columns) {
     BlockMatrix x;
-    x.exponent = std::max({columns[0].exponent, columns[1].exponent, columns[2].exponent});
+    x.exponent = bounded_exponent(std::max({columns[0].exponent, columns[1].exponent, columns[2].exponent}));
     for (std::size_t j = 0; j < 3; ++j) {
-        const int shift = std::min(x.exponent - columns[j].exponent, 62);
+        const int shift = std::min(x.exponent - bounded_exponent(columns[j].exponent), 62);
         for (Eigen::Index i = 0; i < 3; ++i) {
             x.mantissa(i, static_cast<Eigen::Index>(j)) =
                 static_cast<std::int32_t>(shift_right_rounded(columns[j].in_phase(i), shift));

@@ -14,7 +14,9 @@ namespace tricoil::fixed {
 /// Reference oscillator exp(-i w n): exact at the head of each segment, by recurrence within; off by less than 4e-8 anywhere.
 class Oscillator {
 public:
-    /// `cycles` whole cycles in `window_samples` samples; 0 < cycles < window_samples <= kMaxBlockSamples.
+    Oscillator() = default;
+    /// `cycles` whole cycles in `window_samples` samples; 0 < cycles < window_samples <= kMaxBlockSamples. What lies outside
+    /// counts as the nearest of these.
     Oscillator(int cycles, int window_samples);
 
     [[nodiscard]] SineCosine step() const { return step_; }
@@ -22,7 +24,7 @@ public:
 
 private:
     SineCosine step_;
-    std::array<SineCosine, kMaxBlockSamples / signal::kSegmentSamples> segments_;
+    std::array<SineCosine, kMaxBlockSamples / signal::kSegmentSamples> segments_{};
 };
 
 /// Sum of x[n] exp(-i w n) in codes times 2^30: half the window's length times the amplitude.
@@ -32,7 +34,8 @@ struct Phasor {
 };
 
 /// Samples are those of a converter of at most 24 bits; what is larger counts as the largest code. Then a sum over 1024 samples
-/// stays below 2^23 2^30 2^10 2/pi < 2^63: exact, no rounding at all but the oscillator's. Windows of at most kMaxBlockSamples.
+/// stays below 2^23 2^30 2^10 2/pi < 2^63: exact, no rounding at all but the oscillator's. Of longer windows only the first
+/// kMaxBlockSamples are read.
 std::array<Phasor, kChannels> lock_in(const Oscillator& oscillator, std::span<const Sample> window);
 
 /// Couplings of one column: mantissa 2^exponent.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 
 #include "core/fixed/fixed.hpp"
 #include "core/geometry/types.hpp"
@@ -27,15 +28,18 @@ struct NumTraits<tricoil::fixed::Fixed<F>> : GenericNumTraits<tricoil::fixed::Fi
 
 namespace tricoil::fixed {
 
-/// a . b in format Out. The sum of three products of 31 bits needs 64: exact as long as every |a_i b_i| is below 2^61 units,
-/// which each use states in its range analysis.
+/// a . b in format Out, rounded once. Two products of 32-bit numbers fit into 64 bits but for the one sum 2^63, three may not:
+/// then the sum stops at the end of its range, as the result does.
 template <int Out, typename A, typename B>
 Fixed<Out> dot(const Eigen::MatrixBase<A>& a, const Eigen::MatrixBase<B>& b) {
     constexpr int kBits = A::Scalar::kFractionBits + B::Scalar::kFractionBits - Out;
-    static_assert(A::SizeAtCompileTime == 3 && B::SizeAtCompileTime == 3 && kBits >= 0);
+    static_assert(A::SizeAtCompileTime == 3 && B::SizeAtCompileTime == 3 && kBits >= 0 && kBits <= 31);  // 2^63 saturates
     std::int64_t sum = 0;
     for (Eigen::Index i = 0; i < 3; ++i) {
-        sum += std::int64_t{a(i).raw()} * b(i).raw();
+        const std::int64_t product = std::int64_t{a(i).raw()} * b(i).raw();
+        if (__builtin_add_overflow(sum, product, &sum)) {
+            sum = product > 0 ? std::numeric_limits<std::int64_t>::max() : std::numeric_limits<std::int64_t>::min();
+        }
     }
     return Fixed<Out>::from_raw(saturate(shift_right_rounded(sum, kBits)));
 }
@@ -54,7 +58,7 @@ Eigen::Matrix<Fixed<Out>, A::RowsAtCompileTime, B::ColsAtCompileTime> multiply(c
     return result;
 }
 
-/// a x b in format Out; |a_i b_j| below 2^61 units.
+/// a x b in format Out. Differences of two products stay within 64 bits: the largest is 2^63 - 2^31.
 template <int Out, typename A, typename B>
 Vec3<Fixed<Out>> cross(const Eigen::MatrixBase<A>& a, const Eigen::MatrixBase<B>& b) {
     constexpr int kBits = A::Scalar::kFractionBits + B::Scalar::kFractionBits - Out;

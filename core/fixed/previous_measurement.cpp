@@ -127,6 +127,9 @@ Result<VectorPose> step_vectors(const BlockMatrix& x, Scaled coupling_constant, 
     if (coupling_constant.mantissa <= 0) {
         return Status{StatusCode::invalid_argument, "coupling constant must be positive"};
     }
+    if (passes < 1 || passes > kMostPasses) {
+        return Status{StatusCode::invalid_argument, "passes must be 1 to 10"};
+    }
     if (!is_pose(previous)) {
         return Status{StatusCode::invalid_argument, "previous pose is no unit vector with a rotation"};
     }

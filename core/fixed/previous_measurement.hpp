@@ -11,10 +11,12 @@ struct VectorPose {
     Mat3<Unit> attitude = Mat3<Unit>::Identity();
 };
 
+constexpr int kMostPasses = 10;
+
 /// (15), (16) and small rotations of u and O.
-/// Errors: invalid_argument (C is not positive, or the previous pose no unit vector with a rotation), degenerate (X is zero),
-/// not_converged (W11 below 1/16 of the largest entry's power of two, or an increment above one: the previous pose is too far
-/// off).
+/// Errors: invalid_argument (C is not positive, passes outside 1-10, or the previous pose no unit vector with a rotation),
+/// degenerate (X is zero), not_converged (W11 below 1/16 of the largest entry's power of two, or an increment above one: the
+/// previous pose is too far off).
 Result<VectorPose> step_vectors(const BlockMatrix& x, Scaled coupling_constant, const VectorPose& previous, int passes = 1);
 
 }  // namespace tricoil::fixed

@@ -4,9 +4,10 @@
 #include <cmath>
 
 #include "core/base/text_line.hpp"
-#include "core/fixed/previous_measurement.hpp"
+#include "core/fixed/tracker.hpp"
 #include "core/solver/direct.hpp"
 #include "core/solver/previous_measurement.hpp"
+#include "tests/support/integer_blocks.hpp"
 
 namespace tricoil::golden {
 namespace {
@@ -74,6 +75,56 @@ Status print_solutions(int n, const char* direct_name, const char* previous_name
     return status.ok() ? print(n, previous_name, next->range_m, next->direction, next->attitude, console) : status;
 }
 
+/// The sensor turns by 0.01 rad about its z with every block: X <- R X.
+Mat3<std::int32_t> turned(const Mat3<std::int32_t>& x) {
+    constexpr std::int64_t kCosine = 1'073'688'138;
+    constexpr std::int64_t kSine = 10'737'239;
+    Mat3<std::int32_t> next = x;
+    for (Eigen::Index j = 0; j < 3; ++j) {
+        next(0, j) = static_cast<std::int32_t>((kCosine * x(0, j) + kSine * x(1, j)) >> 30);
+        next(1, j) = static_cast<std::int32_t>((kCosine * x(1, j) - kSine * x(0, j)) >> 30);
+    }
+    return next;
+}
+
+/// The last pose of eight blocks: acquired with the third, followed by the others.
+Status print_tracker(int n, hal::Console& console) {
+    constexpr int kBlocks = 8;
+    fixed::TrackerParams params;
+    params.coupling_constant = {1 << 30, -30 - (22 + kExponent)};  // IntegerBlocks reads the mantissas in 2^-22, not 2^-13
+    params.hemisphere = Vec3<fixed::Unit>(1, 1, 1);
+    fixed::Tracker tracker(test::IntegerBlocks::kAcquisition, {}, params);
+    test::IntegerBlocks blocks;
+    Mat3<std::int32_t> x;
+    for (Eigen::Index i = 0; i < 9; ++i) {
+        x(i) = kInputs[n].x[i];
+    }
+    std::optional<fixed::PoseEstimate> pose;
+    for (int block = 0; block < kBlocks; ++block) {
+        pose = tracker.update(blocks.next(x));
+        x = turned(x);
+    }
+    if (!pose) {
+        return {StatusCode::not_converged, "a golden case gave no pose"};
+    }
+    TextLine place;
+    place.text("golden ").decimal(n).text(" tracker-fixed place");
+    for (Eigen::Index i = 0; i < 3; ++i) {
+        put(place, pose->position_m(i));
+    }
+    place.text(" ").decimal(static_cast<std::int32_t>(pose->flags.bits()));
+    const Status status = console.write(place.text("\n").view());
+    TextLine attitude;
+    attitude.text("golden ").decimal(n).text(" tracker-fixed attitude");
+    const fixed::Quaternion& q = pose->q_source_sensor;
+    for (const fixed::Unit part : {q.w, q.x, q.y, q.z}) {
+        put(attitude, part);
+    }
+    put(attitude, pose->noise_share);
+    put(attitude, pose->misfit_share);
+    return status.ok() ? console.write(attitude.text("\n").view()) : status;
+}
+
 }  // namespace
 
 int cases() { return static_cast<int>(sizeof(kInputs) / sizeof(kInputs[0])); }
@@ -104,7 +155,9 @@ Status print_fixed(int n, hal::Console& console) {
         return {StatusCode::not_converged, "a golden case was refused"};
     }
     const Status status = print(n, "direct-fixed", direct->range_m, direct->direction, direct->attitude, console);
-    return status.ok() ? print(n, "previous-fixed", next->range_m, next->direction, next->attitude, console) : status;
+    const Status second =
+        status.ok() ? print(n, "previous-fixed", next->range_m, next->direction, next->attitude, console) : status;
+    return second.ok() ? print_tracker(n, console) : second;
 }
 
 }  // namespace tricoil::golden

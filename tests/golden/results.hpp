@@ -20,6 +20,7 @@ struct Input {
 int cases();
 
 /// Prints, per case and solver, "golden CASE SOLVER-ARITHMETIC" and thirteen numbers: range, direction, attitude by columns.
+/// Fixed also "tracker-fixed": the last pose of a few blocks of samples, with its flags and shares.
 /// float and double as the hexadecimal words of their bits, fixed as whole numbers.
 Status print_float(int n, hal::Console& console);
 Status print_double(int n, hal::Console& console);

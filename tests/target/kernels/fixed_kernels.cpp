@@ -1,9 +1,9 @@
 #include <array>
 
 #include "core/field/concentric_dipole.hpp"
-#include "core/fixed/demodulator.hpp"
-#include "core/fixed/previous_measurement.hpp"
+#include "core/fixed/tracker.hpp"
 #include "core/geometry/angles.hpp"
+#include "tests/support/integer_blocks.hpp"
 #include "tests/target/kernels/kernel.hpp"
 
 namespace tricoil::target {
@@ -99,13 +99,28 @@ void run_couplings(int) {
     column = *couplings;
 }
 
-constexpr std::array<Kernel, 6> kKernels{{
+// A whole block through the loop: 200 samples of 4 channels, a pose with its flags; the third block acquires, the others follow.
+test::IntegerBlocks integer_blocks;
+fixed::Tracker tracker(test::IntegerBlocks::kAcquisition, {}, {});
+SampleBlock block;
+
+void prepare_block(int run) {
+    Mat3<std::int32_t> x;
+    x << 400'000, 30'000, -20'000, 25'000, -210'000, 15'000, -15'000, 10'000, -190'000;
+    x(0, 1) += 2'000 * run;
+    block = integer_blocks.next(x);
+}
+
+void run_tracker(int) { outputs.ok = tracker.update(block).has_value(); }
+
+constexpr std::array<Kernel, 7> kKernels{{
     {"fixed-direct", kPoses, prepare, run_direct},
     {"fixed-previous", kPoses, prepare, run_previous},
     {"fixed-lock-in", 1, prepare_samples, run_lock_in},
     {"fixed-couplings", 1, prepare_phasors, run_couplings},
     {"fixed-sine-cosine", kPoses, prepare, run_sine_cosine},
     {"fixed-arctangent", kPoses, prepare, run_arctangent},
+    {"fixed-tracker", 9, prepare_block, run_tracker},
 }};
 
 }  // namespace

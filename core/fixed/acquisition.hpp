@@ -1,0 +1,61 @@
+// What a part without floating-point unit needs of an acquisition plan: lengths and cycles in whole numbers.
+#pragma once
+
+#include <algorithm>
+#include <array>
+
+#include "core/base/status.hpp"
+#include "core/signal/acquisition_plan.hpp"
+
+namespace tricoil::fixed {
+
+/// Whole numbers only, so that a firmware may hold them as constants.
+struct Acquisition {
+    signal::Multiplexing multiplexing = signal::Multiplexing::tdm;
+    int sample_rate_hz = 144'000;
+    int block_samples = 200;
+    int guard_samples = 40;                         // dropped at the head of each block
+    std::array<int, kSourceCoils> window_cycles{};  // whole carrier cycles in the window; TDM uses the first
+
+    [[nodiscard]] constexpr bool is_tdm() const { return multiplexing == signal::Multiplexing::tdm; }
+    [[nodiscard]] constexpr std::size_t carriers() const { return is_tdm() ? 1 : kSourceCoils; }
+    [[nodiscard]] constexpr int window_samples() const { return block_samples - guard_samples; }
+    /// `halves` half samples, to the nearest microsecond.
+    [[nodiscard]] constexpr Microseconds half_samples(int halves) const {
+        const std::int64_t rate = sample_rate_hz;
+        return Microseconds{(std::int64_t{halves} * 1'000'000 + rate) / (2 * rate)};
+    }
+    /// From a block's first sample to the middle of its window.
+    [[nodiscard]] constexpr Microseconds midpoint_offset() const {
+        return half_samples(2 * guard_samples + window_samples() - 1);
+    }
+    /// Longest span of the columns of one matrix: see tracking::column_span.
+    [[nodiscard]] constexpr Microseconds column_span() const {
+        return is_tdm() ? half_samples(5 * block_samples) : Microseconds{0};
+    }
+};
+
+/// Errors (invalid_argument): rate, lengths or cycles out of range.
+constexpr Status check(const Acquisition& acquisition) {
+    if (acquisition.sample_rate_hz < 1) {
+        return {StatusCode::invalid_argument, "sample rate must be positive"};
+    }
+    if (acquisition.block_samples < 16 || acquisition.block_samples > kMaxBlockSamples || acquisition.guard_samples < 0 ||
+        acquisition.guard_samples > acquisition.block_samples - 16) {
+        return {StatusCode::invalid_argument, "blocks must hold 16 to 1024 samples, 16 of them behind the guard"};
+    }
+    for (std::size_t j = 0; j < acquisition.carriers(); ++j) {
+        if (acquisition.window_cycles[j] < 1 || 2 * acquisition.window_cycles[j] >= acquisition.window_samples()) {
+            return {StatusCode::invalid_argument, "carriers must have whole cycles in the window, below half the sample rate"};
+        }
+    }
+    return {};
+}
+
+/// Of a plan made in double, which must have a sample rate of whole hertz below 2^31.
+inline Acquisition acquisition_of(const signal::AcquisitionPlan& plan) {
+    return {plan.params.multiplexing, static_cast<int>(plan.params.sample_rate_hz), plan.block_samples, plan.params.guard_samples,
+            plan.window_cycles};
+}
+
+}  // namespace tricoil::fixed

@@ -1,0 +1,69 @@
+// From a block of samples to couplings with their noise and flags, in integers: signal::Demodulator.
+#pragma once
+
+#include "core/base/static_vector.hpp"
+#include "core/fixed/acquisition.hpp"
+#include "core/fixed/demodulator.hpp"
+#include "core/fixed/noise_estimate.hpp"
+#include "core/signal/column.hpp"
+
+namespace tricoil::fixed {
+
+/// What a quotient of phasors is multiplied by to leave the real coupling: the reciprocal of signal::ChannelResponse, as
+/// (re + i im) 2^exponent with parts of at most one in size.
+struct Correction {
+    Unit re = 1;
+    Unit im = 0;
+    int exponent = 0;
+};
+
+struct DemodulatorParams {
+    std::array<std::array<Correction, kSensorCoils>, kSourceCoils> corrections{};  // [carrier][coil]
+    std::int32_t least_reference = 33'554;  // amplitude in codes: 10 mV of 2.5 V in 24 bits
+    std::int32_t low_signal_ratio = 10;     // a column shorter than this many sigma is too little signal (20 dB)
+    int noise_shift = 4;                    // a new block's weight in the running noise power: 2^-noise_shift
+};
+
+/// Couplings of the three sensor coils to one source coil.
+struct Column {
+    Excitation state = Excitation::off;
+    DeviceTime midpoint{};
+    BlockColumn couplings;
+    Scaled variance;  // mean of the three entries', coupling units squared
+    ColumnFlags flags;
+};
+
+using Columns = StaticVector<Column, kSourceCoils>;
+
+class Demodulator {
+public:
+    /// `acquisition` must pass check().
+    Demodulator(const Acquisition& acquisition, const DemodulatorParams& params);
+
+    /// The couplings of one block, mains hum taken out. no_reference leaves them zero.
+    /// Errors (invalid_argument): block of another length than planned, or of a state that the plan does not use.
+    Result<Columns> demodulate(const SampleBlock& block);
+
+    [[nodiscard]] bool fits_length(const SampleBlock& block) const {
+        return block.samples.size() == static_cast<std::size_t>(acquisition_.block_samples);
+    }
+
+private:
+    using Phasors = std::array<Phasor, kChannels>;
+
+    void update_noise(std::span<const Sample> window);
+    [[nodiscard]] Column make_column(const SampleBlock& block, std::size_t source_coil, std::size_t carrier,
+                                     const Phasors& phasors, ColumnFlags flags) const;
+    void correct(std::size_t carrier, BlockColumn& column) const;
+    void judge_noise(std::size_t carrier, const Phasor& reference, Column& column) const;
+
+    Acquisition acquisition_;
+    DemodulatorParams params_;
+    StaticVector<Oscillator, kSourceCoils> oscillators_;
+    NoiseEstimator noise_estimator_;
+    SampleVariances sample_variance_{};
+    bool has_noise_ = false;
+    int natural_run_;
+};
+
+}  // namespace tricoil::fixed

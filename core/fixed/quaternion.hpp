@@ -1,0 +1,21 @@
+// Attitude as a quaternion, in integers.
+#pragma once
+
+#include "core/fixed/functions.hpp"
+#include "core/fixed/matrix.hpp"
+
+namespace tricoil::fixed {
+
+struct Quaternion {
+    Unit w = 1;
+    Unit x = 0;
+    Unit y = 0;
+    Unit z = 0;
+    friend constexpr bool operator==(const Quaternion&, const Quaternion&) = default;
+};
+
+/// q_source_sensor (v_source = q v_sensor) of O, a rotation; w or else the largest part is not negative. Error below 4e-9 for a
+/// rotation; for any other matrix four numbers of no meaning.
+Quaternion attitude_quaternion(const Mat3<Unit>& o);
+
+}  // namespace tricoil::fixed

@@ -1,0 +1,266 @@
+#include "core/fixed/tracker.hpp"
+
+#include <algorithm>
+
+#include "core/fixed/model_fit.hpp"
+
+namespace tricoil::fixed {
+namespace {
+
+using tracking::PoseFlag;
+using tracking::PoseFlags;
+using tracking::TrackerState;
+
+/// cos of the largest turn of u between two poses that still tells which sign is the near one.
+constexpr Unit kContinuityCosine = Unit::from(0.1);
+
+constexpr Status kUnexplained{StatusCode::not_converged, "the step from the last pose does not explain the couplings"};
+
+/// Differences of such times, and sums with a block's length, stay within 64 bits.
+bool is_time(DeviceTime time) {
+    constexpr std::int64_t kMost_us = std::int64_t{1} << 61;
+    return to_us(time) > -kMost_us && to_us(time) < kMost_us;
+}
+
+PoseFlags signal_flags(ColumnFlags columns) {
+    PoseFlags flags;
+    flags.set_if(columns.has_any({ColumnFlag::saturated, ColumnFlag::clipped}), PoseFlag::saturated);
+    flags.set_if(columns.has(ColumnFlag::no_reference), PoseFlag::no_reference);
+    flags.set_if(columns.has(ColumnFlag::low_signal), PoseFlag::low_signal);
+    flags.set_if(columns.has(ColumnFlag::stuck), PoseFlag::no_sensor);
+    flags.set_if(columns.has(ColumnFlag::overrun), PoseFlag::unconfirmed);  // samples are missing: the phase is not known
+    return flags;
+}
+
+}  // namespace
+
+Status check(const TrackerParams& params) {
+    if (params.coupling_constant.mantissa < 1 << 30) {
+        return {StatusCode::invalid_argument, "coupling constant must be positive and normalised"};
+    }
+    if (params.passes < 1 || params.passes > kMostPasses) {
+        return {StatusCode::invalid_argument, "passes must be 1 to 10"};
+    }
+    if (params.min_snr < 1 || params.max_misfit.raw() <= 0 || params.distortion_gate.raw() <= 0) {
+        return {StatusCode::invalid_argument, "signal limits must be positive"};
+    }
+    if (params.lost_after.count() <= 0 || params.search_after < params.lost_after) {
+        return {StatusCode::invalid_argument, "times must be positive, and search_after not shorter than lost_after"};
+    }
+    return {};
+}
+
+Tracker::Tracker(const Acquisition& acquisition, const DemodulatorParams& demodulator, const TrackerParams& params)
+    : params_(params), demodulator_(acquisition, demodulator), max_column_span_(acquisition.column_span()) {}
+
+void Tracker::set_hemisphere(const Vec3<Unit>& towards) {
+    params_.hemisphere = towards;
+    hemisphere_known_ = !(towards == Vec3<Unit>::Zero());
+    if (has_last_ && dot<29>(last_.direction, towards).raw() < 0) {
+        last_.direction = -last_.direction;
+    }
+}
+
+std::optional<PoseEstimate> Tracker::update(const SampleBlock& block) {
+    if (is_out_of_order(block)) {
+        return std::nullopt;
+    }
+    const auto columns = demodulator_.demodulate(block);
+    if (!columns.ok()) {
+        refuse(demodulator_.fits_length(block) ? Rejection::unknown_state : Rejection::wrong_length);
+        return std::nullopt;
+    }
+    counters_.lost_blocks += has_block_ ? block.sequence - last_sequence_ - 1 : 0U;
+    ++counters_.accepted;
+    has_block_ = true;
+    last_sequence_ = block.sequence;
+    last_start_ = block.start;
+    for (const Column& column : *columns) {
+        columns_[static_cast<std::size_t>(coil_index(column.state))] = column;
+    }
+    const auto measurement = assemble_columns();
+    if (!measurement) {
+        return std::nullopt;
+    }
+    PoseEstimate estimate = solve(*measurement);
+    estimate.sensor = block.sensor;
+    advance(estimate.valid(), estimate.time);
+    estimate.state = state_;
+    counters_.invalid_poses += estimate.valid() ? 0U : 1U;
+    if (estimate.valid()) {
+        last_estimate_ = estimate;
+    }
+    return estimate;
+}
+
+std::optional<PoseEstimate> Tracker::tick(DeviceTime now) {
+    if (counters_.acquisitions == 0 || !is_time(now) || now - last_valid_ <= params_.lost_after) {
+        return std::nullopt;
+    }
+    advance(false, now);
+    PoseEstimate estimate = last_estimate_;
+    estimate.sequence = counters_.poses++;
+    estimate.flags.set(PoseFlag::stale);
+    estimate.state = state_;
+    ++counters_.invalid_poses;
+    return estimate;
+}
+
+bool Tracker::refuse(Rejection reason) {
+    ++counters_.rejected[static_cast<std::size_t>(reason)];
+    return true;
+}
+
+bool Tracker::is_out_of_order(const SampleBlock& block) {
+    if (!is_time(block.start)) {
+        return refuse(Rejection::bad_time);
+    }
+    const bool repeated = has_block_ && static_cast<std::int32_t>(block.sequence - last_sequence_) <= 0;
+    const bool backwards = has_block_ && block.start <= last_start_;
+    if (!repeated && !backwards) {
+        out_of_order_ = 0;
+        return false;
+    }
+    if (++out_of_order_ <= kPatience) {
+        return refuse(backwards ? Rejection::time_backwards : Rejection::repeated_sequence);
+    }
+    begin_anew();
+    return false;
+}
+
+void Tracker::begin_anew() {
+    ++counters_.restarts;
+    columns_ = {};
+    state_ = TrackerState::searching;
+    has_last_ = false;
+    has_block_ = false;
+    hemisphere_known_ = false;
+    out_of_order_ = 0;
+}
+
+std::optional<Tracker::Measurement> Tracker::assemble_columns() const {
+    Measurement measurement{assemble({columns_[0].couplings, columns_[1].couplings, columns_[2].couplings}), {}, {}, {}};
+    DeviceTime oldest = columns_[0].midpoint;
+    measurement.newest = oldest;
+    for (const Column& column : columns_) {
+        if (column.state == Excitation::off) {
+            return std::nullopt;
+        }
+        oldest = std::min(oldest, column.midpoint);
+        measurement.newest = std::max(measurement.newest, column.midpoint);
+        measurement.flags |= column.flags;
+        measurement.variance = add(measurement.variance, column.variance);
+    }
+    if (measurement.newest - oldest > max_column_span_) {
+        return std::nullopt;
+    }
+    measurement.variance = divide(measurement.variance, normalise(kSourceCoils, 0));
+    return measurement;
+}
+
+PoseEstimate Tracker::solve(const Measurement& measurement) {
+    PoseEstimate estimate;
+    estimate.sequence = counters_.poses++;
+    estimate.time = measurement.newest;
+    estimate.flags = signal_flags(measurement.flags);
+    Result<VectorPose> solved = follow(measurement);
+    if (!solved.ok()) {
+        solved = acquire(measurement);
+    }
+    if (!solved.ok()) {
+        estimate.flags.set(solved.status().code() == StatusCode::degenerate ? PoseFlag::no_sensor : PoseFlag::not_converged);
+        return estimate;
+    }
+    judge(measurement, *solved, estimate);
+    if (estimate.valid()) {
+        last_ = *solved;
+        has_last_ = true;
+    }
+    estimate.flags.set_if(!hemisphere_known_, PoseFlag::hemisphere_unknown);
+    return estimate;
+}
+
+/// The previous-measurement step from the last pose; not converged also where it lands on a pose that explains the couplings
+/// worse than any sensor would.
+Result<VectorPose> Tracker::follow(const Measurement& measurement) const {
+    if (state_ != TrackerState::tracking || !has_last_) {
+        return Status{StatusCode::not_ready, "no pose to follow"};
+    }
+    const auto stepped = step_vectors(measurement.x, params_.coupling_constant, last_, params_.passes);
+    if (!stepped.ok()) {
+        return stepped.status();
+    }
+    const ModelFit fit = fit_of(normalise(measurement.x), params_.coupling_constant, *stepped);
+    return fit.misfit_share > params_.max_misfit ? Result<VectorPose>(kUnexplained) : stepped;
+}
+
+/// The direct solution, in the hemisphere that continuity or the setting tells.
+Result<VectorPose> Tracker::acquire(const Measurement& measurement) {
+    const auto direct = solve_direct(measurement.x, params_.coupling_constant);
+    if (!direct.ok()) {
+        return direct.status();
+    }
+    VectorPose pose{direct->range_m, direct->direction, direct->attitude};
+    hemisphere_known_ = resolve_hemisphere(pose.direction);
+    return pose;
+}
+
+/// Chooses the sign of u: by continuity while tracking, by the setting otherwise. False if it is a guess.
+bool Tracker::resolve_hemisphere(Vec3<Unit>& direction) const {
+    const auto turn_towards = [&direction](const Vec3<Unit>& towards) {
+        if (dot<29>(direction, towards).raw() < 0) {
+            direction = -direction;
+        }
+    };
+    if (has_last_) {
+        turn_towards(last_.direction);
+        if (state_ == TrackerState::tracking && dot<30>(direction, last_.direction) > kContinuityCosine) {
+            return true;
+        }
+    }
+    if (params_.hemisphere == Vec3<Unit>::Zero()) {
+        return false;
+    }
+    turn_towards(params_.hemisphere);
+    return true;
+}
+
+/// Fills in the pose with its diagnostics, and adds the flags that depend on it.
+void Tracker::judge(const Measurement& measurement, const VectorPose& pose, PoseEstimate& estimate) const {
+    const ModelFit fit = fit_of(normalise(measurement.x), params_.coupling_constant, pose);
+    for (Eigen::Index i = 0; i < 3; ++i) {
+        estimate.position_m(i) = product<28>(pose.range_m, pose.direction(i));
+    }
+    estimate.q_source_sensor = attitude_quaternion(pose.attitude);
+    estimate.misfit_share = fit.misfit_share;
+    const Scaled noise_squared = divide(measurement.variance, multiply(fit.strength, fit.strength));
+    estimate.noise_share = to_fixed<31>(square_root(noise_squared));
+    const std::int64_t least_snr = params_.min_snr;
+    const Scaled snr_squared = multiply(normalise(least_snr * least_snr, 0), noise_squared);
+    const bool significant =
+        is_less(multiply(normalise(params_.distortion_gate.raw(), -16), measurement.variance), fit.misfit_squared);
+    estimate.flags.set_if(!fit.right_handed, PoseFlag::wrong_handedness);
+    estimate.flags.set_if(is_less(normalise(1, 0), snr_squared), PoseFlag::low_signal);
+    estimate.flags.set_if(significant, PoseFlag::distorted);
+    estimate.flags.set_if(significant && fit.misfit_share > params_.max_misfit, PoseFlag::no_sensor);
+}
+
+/// searching -> tracking on a valid pose; tracking -> lost after lost_after without one; lost -> searching after search_after.
+void Tracker::advance(bool valid, DeviceTime time) {
+    if (valid) {
+        counters_.acquisitions += state_ == TrackerState::tracking ? 0U : 1U;
+        state_ = TrackerState::tracking;
+        last_valid_ = time;
+        return;
+    }
+    const Microseconds age = time - last_valid_;
+    if (state_ == TrackerState::tracking && age > params_.lost_after) {
+        state_ = TrackerState::lost;
+    }
+    if (state_ == TrackerState::lost && age > params_.search_after) {
+        state_ = TrackerState::searching;
+        has_last_ = false;
+    }
+}
+
+}  // namespace tricoil::fixed

@@ -1,0 +1,116 @@
+// The tracker of one sensor in integers: blocks of samples in, poses out. Acquires by the direct solution, follows by the
+// previous-measurement step, and keeps the hemisphere and its flags as tracking::Tracker does.
+#pragma once
+
+#include <optional>
+
+#include "core/fixed/block_demodulator.hpp"
+#include "core/fixed/previous_measurement.hpp"
+#include "core/fixed/quaternion.hpp"
+#include "core/tracking/pose_flags.hpp"
+
+namespace tricoil::fixed {
+
+struct TrackerParams {
+    Scaled coupling_constant{1 << 30, -30};              // C, coupling units times m^3
+    int passes = 1;                                      // of the previous-measurement step per matrix
+    Vec3<Unit> hemisphere = Vec3<Unit>(1, 0, 0);         // towards the half space the sensor starts in; zero: unknown
+    std::int32_t min_snr = 10;                           // k / sigma below which a pose is flagged (20 dB)
+    Unit max_misfit = Unit::from(0.1);                   // share of the couplings' power that no dipole explains: no sensor
+    Fixed<16> distortion_gate = Fixed<16>::from(16.27);  // chi-square of 3 degrees of freedom passed once in 1,000
+    Microseconds lost_after{100'000};                    // without a valid pose
+    Microseconds search_after{1'000'000};                // when lost: forget the last pose
+};
+
+/// Errors (invalid_argument): coupling constant, limits or times not positive, passes outside 1-10.
+Status check(const TrackerParams& params);
+
+/// Why a block was refused.
+enum class Rejection : std::uint8_t { wrong_length, unknown_state, repeated_sequence, time_backwards, bad_time };
+constexpr std::size_t kRejections = 5;
+
+struct TrackerCounters {
+    std::uint32_t accepted = 0;
+    std::array<std::uint32_t, kRejections> rejected{};  // by Rejection
+    std::uint32_t lost_blocks = 0;                      // gaps in the sequence
+    std::uint32_t restarts = 0;                         // sequence or time began anew
+    std::uint32_t poses = 0;
+    std::uint32_t invalid_poses = 0;
+    std::uint32_t acquisitions = 0;  // searching or lost -> tracking
+
+    [[nodiscard]] std::uint32_t of(Rejection reason) const { return rejected[static_cast<std::size_t>(reason)]; }
+};
+
+struct PoseEstimate {
+    std::uint8_t sensor = 0;
+    tracking::TrackerState state = tracking::TrackerState::searching;
+    tracking::PoseFlags flags;
+    std::uint32_t sequence = 0;                      // counts estimates
+    DeviceTime time{};                               // midpoint of the newest window used
+    Vec3<Metres> position_m = Vec3<Metres>::Zero();  // sensor in the source frame; saturates at 8 m
+    Quaternion q_source_sensor;                      // v_source = q v_sensor
+    Fixed<31> noise_share;                           // sigma / k: noise of a coupling relative to the coupling
+    Unit misfit_share;                               // of the couplings' power that no dipole explains
+
+    [[nodiscard]] bool valid() const { return !flags.has_any(tracking::kInvalidating); }
+};
+static_assert(sizeof(PoseEstimate) <= 64);
+
+class Tracker {
+public:
+    /// All parameters must pass check().
+    Tracker(const Acquisition& acquisition, const DemodulatorParams& demodulator, const TrackerParams& params);
+
+    /// Takes one block; a pose once it completes a signal matrix. A refused block is counted and changes nothing else, but for
+    /// the one that shows that sequence or time began anew (kPatience in a row are out of order): then all is forgotten.
+    std::optional<PoseEstimate> update(const SampleBlock& block);
+
+    /// Called when time passes without blocks: the last pose, flagged stale, once it is older than lost_after.
+    std::optional<PoseEstimate> tick(DeviceTime now);
+
+    /// Points to the half space in which the sensor is now; zero makes it unknown.
+    void set_hemisphere(const Vec3<Unit>& towards);
+
+    [[nodiscard]] tracking::TrackerState state() const { return state_; }
+    [[nodiscard]] const TrackerCounters& counters() const { return counters_; }
+
+    static constexpr int kPatience = 16;
+
+private:
+    /// Three columns as one matrix.
+    struct Measurement {
+        BlockMatrix x;
+        Scaled variance;  // mean of the nine entries'
+        ColumnFlags flags;
+        DeviceTime newest{};
+    };
+
+    bool refuse(Rejection reason);
+    bool is_out_of_order(const SampleBlock& block);
+    void begin_anew();
+    [[nodiscard]] std::optional<Measurement> assemble_columns() const;
+    PoseEstimate solve(const Measurement& measurement);
+    [[nodiscard]] Result<VectorPose> follow(const Measurement& measurement) const;
+    [[nodiscard]] Result<VectorPose> acquire(const Measurement& measurement);
+    bool resolve_hemisphere(Vec3<Unit>& direction) const;
+    void judge(const Measurement& measurement, const VectorPose& pose, PoseEstimate& estimate) const;
+    void advance(bool valid, DeviceTime time);
+
+    TrackerParams params_;
+    Demodulator demodulator_;
+    Microseconds max_column_span_;
+    std::array<Column, kSourceCoils> columns_{};
+    tracking::TrackerState state_ = tracking::TrackerState::searching;
+    VectorPose last_;
+    bool has_last_ = false;
+    bool hemisphere_known_ = false;
+    bool has_block_ = false;
+    std::uint32_t last_sequence_ = 0;
+    DeviceTime last_start_{};
+    int out_of_order_ = 0;
+    DeviceTime last_valid_{};
+    PoseEstimate last_estimate_;
+    TrackerCounters counters_;
+};
+
+}  // namespace tricoil::fixed

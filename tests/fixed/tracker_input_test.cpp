@@ -1,0 +1,163 @@
+// Blocks that no tracker should be given: refused and counted, or flagged; nothing undefined.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "core/fixed/tracker.hpp"
+#include "tests/support/integer_blocks.hpp"
+
+namespace tricoil::fixed {
+namespace {
+
+using tracking::PoseFlag;
+using tracking::TrackerState;
+
+constexpr std::int32_t kMost = std::numeric_limits<std::int32_t>::max();
+constexpr std::int32_t kLeast = std::numeric_limits<std::int32_t>::min();
+
+class FixedTrackerInput : public testing::Test {
+protected:
+    FixedTrackerInput() {
+        x_ << 400'000, 0, 0, 0, -200'000, 0, 0, 0, -200'000;  // straight ahead
+        for (int n = 0; n < 6; ++n) {
+            (void)tracker_.update(next());
+        }
+        EXPECT_EQ(tracker_.state(), TrackerState::tracking);
+    }
+
+    SampleBlock next() { return blocks_.next(x_); }
+
+    /// Refused for that reason, and the next good block is a pose again.
+    void expect_refused(const SampleBlock& block, Rejection reason) {
+        const auto before = tracker_.counters();
+        EXPECT_FALSE(tracker_.update(block));
+        EXPECT_EQ(tracker_.counters().of(reason), before.of(reason) + 1);
+        EXPECT_EQ(tracker_.counters().accepted, before.accepted);
+        EXPECT_EQ(tracker_.state(), TrackerState::tracking);
+    }
+
+    test::IntegerBlocks blocks_;
+    Mat3<std::int32_t> x_;
+    Tracker tracker_{test::IntegerBlocks::kAcquisition, {}, {}};
+};
+
+TEST_F(FixedTrackerInput, RefusesAndCounts) {
+    const SampleBlock good = next();
+    SampleBlock bad = good;
+    bad.samples = bad.samples.first(100);
+    expect_refused(bad, Rejection::wrong_length);
+    bad.samples = {};
+    expect_refused(bad, Rejection::wrong_length);
+    for (const int state : {0, 4, 5, 200}) {
+        bad = good;
+        bad.state = static_cast<Excitation>(state);
+        expect_refused(bad, Rejection::unknown_state);
+    }
+    bad = good;
+    bad.start = device_time_us(10);
+    expect_refused(bad, Rejection::time_backwards);
+    for (const std::int64_t us : {std::numeric_limits<std::int64_t>::min(), std::numeric_limits<std::int64_t>::max()}) {
+        bad.start = device_time_us(us);
+        expect_refused(bad, Rejection::bad_time);
+        EXPECT_FALSE(tracker_.tick(bad.start));
+    }
+    bad = good;
+    bad.sequence -= 1;
+    expect_refused(bad, Rejection::repeated_sequence);
+    EXPECT_TRUE(tracker_.update(good)->valid());
+    EXPECT_EQ(tracker_.counters().lost_blocks, 0U);
+    EXPECT_EQ(tracker_.counters().restarts, 0U);
+}
+
+TEST_F(FixedTrackerInput, ADeviceThatBeganAnewIsFollowed) {
+    for (int n = 0; n < 60; ++n) {
+        (void)tracker_.update(next());
+    }
+    test::IntegerBlocks anew;
+    bool valid = false;
+    for (int n = 0; n < Tracker::kPatience + 4 + 6; ++n) {
+        const auto pose = tracker_.update(anew.next(x_));
+        valid = pose && pose->valid();
+    }
+    EXPECT_TRUE(valid);
+    EXPECT_EQ(tracker_.counters().restarts, 1U);
+}
+
+TEST_F(FixedTrackerInput, OverrunsAreNotTrusted) {
+    SampleBlock block = next();
+    block.overrun_count = 1;
+    EXPECT_TRUE(tracker_.update(block)->flags.has(PoseFlag::unconfirmed));
+}
+
+TEST_F(FixedTrackerInput, ABlockOfZerosIsNoReference) {
+    SampleBlock block = next();
+    blocks_.samples().fill({});
+    const auto pose = tracker_.update(block);
+    ASSERT_TRUE(pose);
+    EXPECT_TRUE(pose->flags.has(PoseFlag::no_reference));
+    EXPECT_FALSE(pose->valid());
+}
+
+TEST_F(FixedTrackerInput, SaturatedCodesAreFlagged) {
+    SampleBlock block = next();
+    blocks_.samples()[100][1] = block.full_scale;
+    EXPECT_TRUE(tracker_.update(block)->flags.has(PoseFlag::saturated));
+}
+
+TEST_F(FixedTrackerInput, HemisphereTurnsThePosition) {
+    const auto ahead = tracker_.update(next());
+    tracker_.set_hemisphere(Vec3<Unit>(-1, 0, 0));
+    const auto behind = tracker_.update(next());
+    EXPECT_GT(ahead->position_m.x().raw(), 0);
+    EXPECT_LT(behind->position_m.x().raw(), 0);
+    EXPECT_TRUE(behind->valid());
+}
+
+/// Codes of any size in any channel: a pose, flagged or not, whose quaternion is one; and the good blocks afterwards are good.
+TEST_F(FixedTrackerInput, SurvivesAnyCodes) {
+    std::mt19937_64 random(61);
+    for (int n = 0; n < 600; ++n) {
+        SampleBlock block = next();
+        const auto bits = static_cast<int>(random() % 32);
+        for (Sample& sample : blocks_.samples()) {
+            for (std::int32_t& code : sample) {
+                const bool end = random() % 4 == 0 && n % 2 == 0;
+                code = end ? (random() % 2 == 0 ? kMost : kLeast)
+                           : static_cast<std::int32_t>(static_cast<std::uint32_t>(random())) >> bits;
+            }
+        }
+        block.full_scale = n % 3 == 0 ? 0 : (n % 3 == 1 ? kMost : kLeast);
+        const auto pose = tracker_.update(block);
+        ASSERT_TRUE(!pose || pose->q_source_sensor.w.raw() != kLeast);
+    }
+    bool valid = false;
+    for (int n = 0; n < 200; ++n) {
+        const auto pose = tracker_.update(next());
+        valid = pose && pose->valid();
+    }
+    EXPECT_TRUE(valid);
+}
+
+TEST(FixedParameters, AreChecked) {
+    EXPECT_TRUE(check(TrackerParams{}).ok());
+    const auto refused = [](auto&& change) {
+        TrackerParams params;
+        change(params);
+        return check(params).code() == StatusCode::invalid_argument;
+    };
+    EXPECT_TRUE(refused([](auto& p) { p.coupling_constant = {}; }));
+    EXPECT_TRUE(refused([](auto& p) { p.passes = 0; }));
+    EXPECT_TRUE(refused([](auto& p) { p.min_snr = 0; }));
+    EXPECT_TRUE(refused([](auto& p) { p.max_misfit = Unit(0); }));
+    EXPECT_TRUE(refused([](auto& p) { p.search_after = Microseconds{1}; }));
+    Acquisition acquisition = test::IntegerBlocks::kAcquisition;
+    EXPECT_TRUE(check(acquisition).ok());
+    acquisition.window_cycles[0] = 80;
+    EXPECT_FALSE(check(acquisition).ok());
+    acquisition = test::IntegerBlocks::kAcquisition;
+    acquisition.guard_samples = 190;
+    EXPECT_FALSE(check(acquisition).ok());
+}
+
+}  // namespace
+}  // namespace tricoil::fixed

@@ -1,0 +1,255 @@
+// The integer tracker against the one in double, on the same simulated samples; then faults.
+#include "core/fixed/tracker.hpp"
+
+#include <gtest/gtest.h>
+
+#include "core/tracking/tracker.hpp"
+#include "sim/hal/simulated_hal.hpp"
+#include "sim/motion/simple_motions.hpp"
+#include "tests/fixed/converter.hpp"
+
+namespace tricoil::fixed {
+namespace {
+
+using tracking::PoseFlag;
+using tracking::PoseFlags;
+using tracking::TrackerState;
+
+Correction correction_of(std::complex<double> response) {
+    const std::complex<double> g = 1.0 / response;
+    int exponent = 0;
+    (void)std::frexp(std::max(std::abs(g.real()), std::abs(g.imag())), &exponent);
+    return {Unit::from(std::ldexp(g.real(), -exponent)), Unit::from(std::ldexp(g.imag(), -exponent)), exponent};
+}
+
+/// A simulated world with both trackers behind it.
+class Pair {
+public:
+    Pair(signal::Multiplexing multiplexing, const sim::Motion& motion, const sim::WorldParams& world_params,
+         std::vector<sim::Fault> faults = {}, double duration_s = 1e9)
+        : plan_(*signal::plan_acquisition(signal::default_acquisition(multiplexing, 240))),
+          world_(world_params, motion, std::move(faults)),
+          sampler_(world_, coils_, clock_, duration_s) {
+        world_.configure(plan_);
+        signal::DemodulatorParams<double> demodulator;
+        demodulator.response = world_.channel_response();
+        demodulator_.emplace(plan_, demodulator);
+        tracking::TrackerParams<double> params;
+        params.method = tracking::Method::previous;
+        params.coupling_constant = world_params.coupling_constant_m3;
+        params.max_column_span = tracking::column_span(plan_);
+        exact_.emplace(params);
+        DemodulatorParams fixed_demodulator;
+        fixed_demodulator.least_reference = static_cast<std::int32_t>(10e-3 / world_.volts_per_code());
+        for (std::size_t j = 0; j < kSourceCoils; ++j) {
+            for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
+                fixed_demodulator.corrections[j][coil] = correction_of(demodulator.response[j][coil]);
+            }
+        }
+        TrackerParams fixed_params;
+        fixed_params.coupling_constant = scaled(world_params.coupling_constant_m3);
+        ours_.emplace(acquisition_of(plan_), fixed_demodulator, fixed_params);
+        EXPECT_TRUE(static_cast<hal::CoilSampler&>(sampler_).start(plan_).ok());
+    }
+
+    struct Poses {
+        std::optional<tracking::PoseEstimate<double>> exact;
+        std::optional<PoseEstimate> ours;
+        bool arrived = false;
+    };
+
+    /// One block through both.
+    Poses step() {
+        const Excitation state = plan_.is_tdm() ? single_coil(static_cast<int>(blocks_++ % 3)) : Excitation::all;
+        EXPECT_TRUE(static_cast<hal::CoilDriver&>(coils_).excite(state).ok());
+        SampleBlock block;
+        Poses poses;
+        poses.arrived = static_cast<hal::CoilSampler&>(sampler_).poll(block).ok();
+        if (!poses.arrived) {
+            const DeviceTime now = static_cast<hal::Clock&>(clock_).now();
+            poses.exact = exact_->tick(now);
+            poses.ours = ours_->tick(now);
+            return poses;
+        }
+        const auto columns = demodulator_->demodulate(block);
+        for (const auto& column : *columns) {
+            if (const auto estimate = exact_->update(column)) {
+                poses.exact = estimate;
+            }
+        }
+        poses.ours = ours_->update(block);
+        return poses;
+    }
+
+    [[nodiscard]] Tracker& ours() { return *ours_; }
+    [[nodiscard]] double elapsed_s() const { return clock_.elapsed_s(); }
+
+private:
+    signal::AcquisitionPlan plan_;
+    sim::CoilWorld world_;
+    sim::SimulatedCoilDriver coils_;
+    sim::SimulatedClock clock_;
+    sim::SimulatedCoilSampler sampler_;
+    std::optional<signal::Demodulator<double>> demodulator_;
+    std::optional<tracking::Tracker<double>> exact_;
+    std::optional<Tracker> ours_;
+    unsigned blocks_ = 0;
+};
+
+struct Worst {
+    double position_m = 0;
+    double attitude_rad = 0;
+    double noise_share = 0;  // relative
+    int valid = 0;
+    int different_flags = 0;
+};
+
+Quat<double> to_double(const Quaternion& q) { return {q.w.to_double(), q.x.to_double(), q.y.to_double(), q.z.to_double()}; }
+
+Worst compare(signal::Multiplexing multiplexing, int bits, double seconds) {
+    const sim::HandMotion motion({0.45, 0.1, -0.15}, 3);
+    sim::WorldParams world;
+    world.converter.bits = bits;
+    Pair pair(multiplexing, motion, world);
+    Worst worst;
+    while (pair.elapsed_s() < seconds) {
+        const auto [exact, ours, arrived] = pair.step();
+        EXPECT_EQ(exact.has_value(), ours.has_value());
+        if (!exact || !ours) {
+            continue;
+        }
+        worst.different_flags += exact->flags == ours->flags && exact->time == ours->time ? 0 : 1;
+        worst.valid += ours->valid() ? 1 : 0;
+        worst.position_m = std::max(worst.position_m, (to_double(ours->position_m) - exact->position_m).norm());
+        worst.attitude_rad =
+            std::max(worst.attitude_rad, to_double(ours->q_source_sensor).angularDistance(exact->q_source_sensor));
+        const double noise = std::pow(10, -exact->snr_db / 20);
+        worst.noise_share = std::max(worst.noise_share, std::abs(ours->noise_share.to_double() / noise - 1));
+    }
+    std::printf("%d bits: position %.2g mm, attitude %.2g deg, noise share %.2g from double; %d poses, %d with other flags\n",
+                bits, worst.position_m * 1e3, worst.attitude_rad * 57.29578, worst.noise_share, worst.valid,
+                worst.different_flags);
+    return worst;
+}
+
+TEST(FixedTracker, StaysWithDoubleOnTimeDivision) {
+    const Worst worst = compare(signal::Multiplexing::tdm, 24, 6);
+    EXPECT_GT(worst.valid, 4000);
+    EXPECT_LT(worst.position_m, 1e-6);
+    EXPECT_LT(worst.attitude_rad, 4e-6);
+    EXPECT_LT(worst.noise_share, 0.02);
+    EXPECT_LE(worst.different_flags, worst.valid / 100);
+}
+
+TEST(FixedTracker, StaysWithDoubleOnSixteenBits) {
+    const Worst worst = compare(signal::Multiplexing::tdm, 16, 3);
+    EXPECT_GT(worst.valid, 2000);
+    EXPECT_LT(worst.position_m, 4e-6);  // a code is 76 microvolts
+    EXPECT_LT(worst.attitude_rad, 4e-6);
+}
+
+TEST(FixedTracker, StaysWithDoubleOnFrequencyDivision) {
+    const Worst worst = compare(signal::Multiplexing::fdm, 24, 4);
+    EXPECT_GT(worst.valid, 900);
+    EXPECT_LT(worst.position_m, 1e-6);
+    EXPECT_LT(worst.attitude_rad, 4e-6);
+    EXPECT_LE(worst.different_flags, worst.valid / 100);
+}
+
+struct FaultRun {
+    double first_invalid_s = 1e9;  // after the fault's begin
+    double valid_again_s = 1e9;    // after its end
+    int valid_within = 0;          // valid poses 20 ms into the fault and later
+    PoseFlags flags;               // seen within the fault
+    double worst_valid_m = 0;      // from the truth, whenever called valid outside the fault
+    TrackerState state_at_end{};
+    TrackerCounters counters;
+};
+
+FaultRun play(const std::string& fault, double begin_s = 0.5, double end_s = 1) {
+    const sim::Pose pose{{0.3, 0.15, -0.1}, Quat<double>(0.9, 0.2, -0.3, 0.1).normalized()};
+    const sim::StillMotion motion(pose);
+    Pair pair(signal::Multiplexing::tdm, motion, {},
+              {sim::parse_fault(fault + "@" + std::to_string(begin_s) + "-" + std::to_string(end_s))});
+    FaultRun run;
+    while (pair.elapsed_s() < end_s + 0.3) {
+        const double t = pair.elapsed_s();
+        const auto [exact, ours, arrived] = pair.step();
+        EXPECT_EQ(exact.has_value(), ours.has_value());
+        if (!ours) {
+            continue;
+        }
+        if (t >= begin_s && t < end_s) {
+            run.flags |= ours->flags;
+            run.first_invalid_s = ours->valid() ? run.first_invalid_s : std::min(run.first_invalid_s, t - begin_s);
+            run.valid_within += ours->valid() && t > begin_s + 0.02 ? 1 : 0;
+            EXPECT_EQ(ours->valid(), exact->valid()) << fault << " at " << t;
+            run.state_at_end = ours->state;
+        } else if (ours->valid()) {
+            run.worst_valid_m = std::max(run.worst_valid_m, (to_double(ours->position_m) - pose.position_m).norm());
+            run.valid_again_s = t >= end_s ? std::min(run.valid_again_s, t - end_s) : run.valid_again_s;
+        }
+    }
+    run.counters = pair.ours().counters();
+    EXPECT_EQ(pair.ours().state(), TrackerState::tracking) << fault;
+    EXPECT_LT(run.worst_valid_m, 1e-4) << fault;
+    EXPECT_LT(run.valid_again_s, 0.02) << fault;
+    return run;
+}
+
+TEST(FixedTrackerFault, Unplugged) {
+    const FaultRun run = play("unplugged");
+    EXPECT_LT(run.first_invalid_s, 0.01);
+    EXPECT_TRUE(run.flags.has(PoseFlag::no_sensor));
+    EXPECT_EQ(run.valid_within, 0);
+    EXPECT_EQ(run.state_at_end, TrackerState::lost);
+    EXPECT_EQ(run.counters.acquisitions, 2U);
+}
+
+TEST(FixedTrackerFault, Overload) {
+    const FaultRun run = play("overload:40");
+    EXPECT_LT(run.first_invalid_s, 0.01);
+    EXPECT_TRUE(run.flags.has(PoseFlag::saturated));
+    EXPECT_EQ(run.valid_within, 0);
+}
+
+TEST(FixedTrackerFault, StuckChannel) {
+    const FaultRun run = play("stuck_channel:C2");
+    EXPECT_LT(run.first_invalid_s, 0.01);
+    EXPECT_TRUE(run.flags.has(PoseFlag::no_sensor));
+    EXPECT_EQ(run.valid_within, 0);
+}
+
+TEST(FixedTrackerFault, NoReference) {
+    const FaultRun run = play("stuck_channel:R");
+    EXPECT_TRUE(run.flags.has(PoseFlag::no_reference));
+    EXPECT_EQ(run.valid_within, 0);
+}
+
+TEST(FixedTrackerFault, ReversedCoil) {
+    const FaultRun run = play("reversed_coil:C1");
+    EXPECT_TRUE(run.flags.has(PoseFlag::wrong_handedness));
+    EXPECT_EQ(run.valid_within, 0);
+}
+
+TEST(FixedTrackerFault, Dropout) {
+    const FaultRun run = play("dropped_blocks:1");
+    EXPECT_TRUE(run.flags.has(PoseFlag::stale));
+    EXPECT_LT(run.first_invalid_s, 0.12);
+    EXPECT_EQ(run.state_at_end, TrackerState::lost);
+    EXPECT_NEAR(run.counters.lost_blocks, 360, 2);
+}
+
+TEST(FixedTrackerFault, HalfOfTheBlocksDropped) {
+    const FaultRun run = play("dropped_blocks:0.5");
+    EXPECT_GT(run.counters.lost_blocks, 100U);
+}
+
+TEST(FixedTrackerFault, LongDropoutForgetsThePose) {
+    const FaultRun run = play("dropped_blocks:1", 0.5, 2);
+    EXPECT_EQ(run.state_at_end, TrackerState::searching);
+    EXPECT_EQ(run.counters.acquisitions, 2U);
+}
+
+}  // namespace
+}  // namespace tricoil::fixed
