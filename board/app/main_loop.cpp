@@ -59,8 +59,8 @@ Status MainLoop<Scalar>::acquire() {
         ++counters_.lost_blocks;
         ++expected_sequence_;
         for (auto& sensor : sensors_) {
-            if (const auto estimate = sensor ? sensor->tracker.tick(devices_.clock.now()) : std::nullopt) {
-                send(*estimate);
+            if (sensor) {
+                tick(*sensor);
             }
         }
         return polled;
@@ -89,12 +89,25 @@ void MainLoop<Scalar>::process() {
     const auto columns = sensor.demodulator.demodulate(block_);
     if (!columns.ok()) {
         ++counters_.refused_blocks;
+        tick(sensor);
         return;
     }
+    bool silent = true;
     for (const Column<Scalar>& column : *columns) {
         if (const auto estimate = sensor.tracker.update(column)) {
             send(*estimate);
+            silent = false;
         }
+    }
+    if (silent) {
+        tick(sensor);
+    }
+}
+
+template <typename Scalar>
+void MainLoop<Scalar>::tick(Sensor& sensor) {
+    if (const auto estimate = sensor.tracker.tick(devices_.clock.now())) {
+        send(*estimate);
     }
 }
 

@@ -61,7 +61,8 @@ public:
     /// survived (counted as lost); any other error has stopped the loop.
     Status acquire();
 
-    /// Demodulates, tracks and sends the block that acquire() brought.
+    /// Demodulates, tracks and sends the block that acquire() brought. A block that gives no pose is as good as none: the tracker
+    /// is told the time.
     void process();
 
     /// Coils off, sampling ended; start() may follow.
@@ -72,10 +73,6 @@ public:
     [[nodiscard]] tracking::SensorTracker<Scalar>& tracker(std::size_t sensor = 0) { return sensors_[sensor]->tracker; }
 
 private:
-    [[nodiscard]] Excitation next_state() const;
-    void count_gap(std::uint32_t sequence);
-    void send(const tracking::PoseEstimate<Scalar>& estimate);
-
     struct Sensor {
         explicit Sensor(const MainLoopParams<Scalar>& params)
             : demodulator(params.plan, params.demodulator), tracker(params.tracker, params.filter) {}
@@ -83,6 +80,11 @@ private:
         signal::Demodulator<Scalar> demodulator;
         tracking::SensorTracker<Scalar> tracker;
     };
+
+    [[nodiscard]] Excitation next_state() const;
+    void count_gap(std::uint32_t sequence);
+    void tick(Sensor& sensor);
+    void send(const tracking::PoseEstimate<Scalar>& estimate);
 
     signal::AcquisitionPlan plan_;
     std::array<std::optional<Sensor>, tracking::kMaxSensors> sensors_;  // the first sensor_count_ are there

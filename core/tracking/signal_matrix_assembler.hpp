@@ -61,6 +61,9 @@ private:
             const auto column = deskew<Scalar>(before_[j], columns_[j], newest, longest_gap);
             matrix.x.col(static_cast<Eigen::Index>(j)) = column.in_phase;
             matrix.flags |= columns_[j].flags;
+            if (column.variance_factor != Scalar(1)) {  // extrapolated, from the one before
+                matrix.flags |= before_[j].flags;
+            }
             variance += columns_[j].sigma.squaredNorm() * column.variance_factor;
             matrix.column_age_s(static_cast<Eigen::Index>(j)) = seconds_as<Scalar>(newest - column.time);
         }

@@ -1,5 +1,6 @@
 #include "core/tracking/tracker.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/field/concentric_dipole.hpp"
@@ -9,8 +10,9 @@
 namespace tricoil::tracking {
 namespace {
 
-/// cos of the largest turn of u between two poses that still tells which sign is the near one.
-constexpr double kContinuityCosine = 0.1;
+/// What makes a matrix worthless to extrapolate from, even by one column of it.
+constexpr PoseFlags kBad{PoseFlag::saturated, PoseFlag::no_sensor, PoseFlag::wrong_handedness, PoseFlag::not_converged,
+                         PoseFlag::no_reference};
 constexpr int kMaxPasses = 10;
 
 template <typename Scalar>
@@ -74,15 +76,16 @@ template <typename Scalar>
 Tracker<Scalar>::Tracker(const TrackerParams<Scalar>& params)
     : params_(params),
       assembler_(params.max_column_span, params.deskew),
-      motion_(params.max_column_span.count() > 0 ? kSourceCoils : 1) {}
+      motion_(params.max_column_span.count() > 0 ? kSourceCoils : 1),
+      time_base_(Microseconds{0}, params.lost_after),
+      hemisphere_(params.hemisphere, params.confined) {}
 
 template <typename Scalar>
 Status Tracker<Scalar>::set_hemisphere(const Vec3<Scalar>& towards) {
     if (!towards.allFinite()) {
         return {StatusCode::not_finite, "hemisphere must be a finite direction, or zero for unknown"};
     }
-    params_.hemisphere = towards;
-    hemisphere_known_ = !towards.isZero();
+    hemisphere_.set(towards);
     if (has_last_ && last_.pose.direction.dot(towards) < 0) {
         last_.pose.direction = -last_.pose.direction;
         last_.angles = to_angles(last_.pose);
@@ -98,11 +101,6 @@ std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::update(const Column<Scalar>
         return std::nullopt;
     }
     ++counters_.accepted;
-    states_at_newest_ = (column.midpoint == newest_column_ && has_column_) ? states_at_newest_ : 0U;
-    states_at_newest_ |= 1U << static_cast<unsigned>(coil_index(column.state));
-    newest_column_ = column.midpoint;
-    has_column_ = true;
-
     const auto matrix = assembler_.add(column);
     if (!matrix) {
         return std::nullopt;
@@ -116,17 +114,19 @@ std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::update(const Column<Scalar>
     Result<Followed> solved = follow(matrix->x);
     const bool followed = solved.ok();
     if (!followed) {
-        solved = acquire(matrix->x);
+        solved = acquire(*matrix);
     }
     if (solved.ok()) {
         judge(*matrix, solved->pose, estimate);
-        if (estimate.valid()) {
-            last_ = *solved;
-            has_last_ = true;
-        }
-        estimate.flags.set_if(!hemisphere_known_, PoseFlag::hemisphere_unknown);
+        estimate.flags.set_if(!hemisphere_.known(), PoseFlag::hemisphere_unknown);
     } else {
         estimate.flags.set(solved.status().code() == StatusCode::degenerate ? PoseFlag::no_sensor : PoseFlag::not_converged);
+    }
+    doubt_history(estimate);
+    if (estimate.valid()) {
+        last_ = *solved;
+        has_last_ = true;
+        hemisphere_.follow(estimate.position_m, estimate.time);
     }
     advance(estimate.valid(), estimate.time);
     estimate.state = state_;
@@ -140,7 +140,8 @@ std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::update(const Column<Scalar>
 
 template <typename Scalar>
 std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::tick(DeviceTime now) {
-    if (counters_.acquisitions == 0 || now - last_valid_ <= params_.lost_after) {
+    if (counters_.acquisitions == 0 || now > TimeBase::kLatest || now < TimeBase::kEarliest ||
+        now - last_valid_ <= params_.lost_after) {
         return std::nullopt;
     }
     advance(false, now);
@@ -153,24 +154,34 @@ std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::tick(DeviceTime now) {
 }
 
 template <typename Scalar>
-std::optional<Rejection> Tracker<Scalar>::why_refused(const Column<Scalar>& column) const {
-    const int coil = coil_index(column.state);
-    if (coil < 0) {
-        return Rejection::unknown_state;
+std::optional<Rejection> Tracker<Scalar>::why_refused(const Column<Scalar>& column) {
+    if (const auto reason = why_unusable(column)) {
+        return reason;
     }
-    if (!column.in_phase.allFinite() || !column.quadrature.allFinite()) {
-        return Rejection::not_finite;
+    const auto verdict = time_base_.take(coil_index(column.state), column.midpoint, false);
+    if (verdict == TimeBase::Verdict::restarted) {  // nothing that was known has a time any more
+        ++counters_.clock_restarts;
+        state_ = TrackerState::searching;
+        has_last_ = false;
+        last_valid_ = column.midpoint;
+        assembler_.clear();
+        motion_.clear();
+        hemisphere_.forget();
     }
-    if (!column.sigma.allFinite() || !(column.sigma.minCoeff() > 0)) {
-        return Rejection::bad_sigma;
+    return reason_of(verdict);
+}
+
+/// A column of a bad matrix looks good beside two others where nothing is left over to tell. It stays one of those that deskewing
+/// extrapolates from for two columns of each state.
+template <typename Scalar>
+void Tracker<Scalar>::doubt_history(PoseEstimate<Scalar>& estimate) {
+    constexpr int kHistory = 2 * kSourceCoils;
+    if (!params_.deskew) {
+        return;
     }
-    if (has_column_ && column.midpoint < newest_column_) {
-        return Rejection::time_backwards;
-    }
-    if (has_column_ && column.midpoint == newest_column_ && (states_at_newest_ >> static_cast<unsigned>(coil) & 1U) != 0U) {
-        return Rejection::duplicate;
-    }
-    return std::nullopt;
+    const bool bad = estimate.flags.has_any(kBad);
+    estimate.flags.set_if(doubtful_ > 0, PoseFlag::unconfirmed);
+    doubtful_ = bad ? kHistory : std::max(doubtful_ - 1, 0);
 }
 
 template <typename Scalar>
@@ -212,35 +223,16 @@ auto Tracker<Scalar>::follow(const Mat3<Scalar>& x) const -> Result<Followed> {
 
 /// The direct solution, in the hemisphere that continuity or the setting tells.
 template <typename Scalar>
-auto Tracker<Scalar>::acquire(const Mat3<Scalar>& x) -> Result<Followed> {
-    const auto direct = solver::solve_direct(x, params_.coupling_constant);
+auto Tracker<Scalar>::acquire(const SignalMatrix<Scalar>& matrix) -> Result<Followed> {
+    const auto direct = solver::solve_direct(matrix.x, params_.coupling_constant);
     if (!direct.ok()) {
         return direct.status();
     }
     Pose pose{direct->range_m, direct->direction, direct->attitude};
-    hemisphere_known_ = resolve_hemisphere(pose);
+    if (hemisphere_.must_turn(pose.range_m * pose.direction, matrix.newest)) {
+        pose.direction = -pose.direction;
+    }
     return Followed{pose, to_angles(pose)};
-}
-
-/// Chooses the sign of u: by continuity while tracking, by the setting otherwise. False if it is a guess.
-template <typename Scalar>
-bool Tracker<Scalar>::resolve_hemisphere(Pose& pose) {
-    const auto turn_towards = [&pose](const Vec3<Scalar>& towards) {
-        if (pose.direction.dot(towards) < 0) {
-            pose.direction = -pose.direction;
-        }
-    };
-    if (has_last_) {
-        turn_towards(last_.pose.direction);
-        if (state_ == TrackerState::tracking && pose.direction.dot(last_.pose.direction) > Scalar(kContinuityCosine)) {
-            return true;
-        }
-    }
-    if (params_.hemisphere.isZero()) {
-        return false;
-    }
-    turn_towards(params_.hemisphere);
-    return true;
 }
 
 template <typename Scalar>

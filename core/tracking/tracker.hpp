@@ -9,6 +9,8 @@
 #include "core/signal/acquisition_plan.hpp"
 #include "core/signal/column.hpp"
 #include "core/solver/previous_measurement.hpp"
+#include "core/tracking/column_check.hpp"
+#include "core/tracking/hemisphere.hpp"
 #include "core/tracking/motion_estimate.hpp"
 #include "core/tracking/pose_estimate.hpp"
 #include "core/tracking/signal_matrix_assembler.hpp"
@@ -29,6 +31,7 @@ struct TrackerParams {
     int passes = 1;                                   // of the previous-measurement step per matrix
     Scalar coupling_constant = 1;                     // C, coupling units times m^3
     Vec3<Scalar> hemisphere = Vec3<Scalar>::UnitX();  // towards the half space the sensor starts in; zero: unknown
+    bool confined = false;                            // to that half space, by a wall or a table: told again after every loss
     Microseconds max_column_span{0};                  // see SignalMatrixAssembler; column_span() derives it from a plan
     bool deskew = false;                              // TDM: extrapolate each column to the newest one's time
     Scalar window_s = 0;                              // length of a demodulation window, for the predicted blur
@@ -76,11 +79,11 @@ private:
         solver::AnglePose<Scalar> angles;
     };
 
-    [[nodiscard]] std::optional<Rejection> why_refused(const Column<Scalar>& column) const;
+    [[nodiscard]] std::optional<Rejection> why_refused(const Column<Scalar>& column);
     [[nodiscard]] PoseFlags signal_flags(const SignalMatrix<Scalar>& matrix) const;
     [[nodiscard]] Result<Followed> follow(const Mat3<Scalar>& x) const;
-    [[nodiscard]] Result<Followed> acquire(const Mat3<Scalar>& x);
-    bool resolve_hemisphere(Pose& pose);
+    [[nodiscard]] Result<Followed> acquire(const SignalMatrix<Scalar>& matrix);
+    void doubt_history(PoseEstimate<Scalar>& estimate);
     [[nodiscard]] Scalar misfit_squared(const Mat3<Scalar>& x, const Pose& pose) const;
     void judge(const SignalMatrix<Scalar>& matrix, const Pose& pose, PoseEstimate<Scalar>& estimate) const;
     void predict_error(const SignalMatrix<Scalar>& matrix, error_model::SolverForm form, PoseEstimate<Scalar>& estimate);
@@ -92,14 +95,15 @@ private:
     TrackerState state_ = TrackerState::searching;
     Followed last_;
     bool has_last_ = false;
-    bool hemisphere_known_ = false;
-    DeviceTime newest_column_{};
-    std::uint32_t states_at_newest_ = 0;  // bit per source coil: columns already seen at that time
-    bool has_column_ = false;
+    TimeBase time_base_;
+    Hemisphere<Scalar> hemisphere_;
+    int doubtful_ = 0;  // columns still to come until no older one is extrapolated from that was part of a bad matrix
     DeviceTime last_valid_{};
     PoseEstimate<Scalar> last_estimate_;
     TrackerCounters counters_;
 };
+
+static_assert(sizeof(Tracker<float>) <= 1600, "one sensor's tracker without a filter, in float");
 
 extern template Status check(const TrackerParams<float>&);
 extern template Status check(const TrackerParams<double>&);

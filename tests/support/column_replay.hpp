@@ -129,13 +129,18 @@ struct Score {
 };
 
 template <typename Scalar>
-tracking::Tracker<Scalar> direct_tracker(bool tdm, bool deskew, const Vec3<double>& hemisphere = Vec3<double>::UnitX()) {
+tracking::TrackerParams<Scalar> direct_params(bool tdm, bool deskew, const Vec3<double>& hemisphere = Vec3<double>::UnitX()) {
     tracking::TrackerParams<Scalar> p;
     p.coupling_constant = static_cast<Scalar>(kCoupling);
     p.max_column_span = tdm ? kTdmSpan : Microseconds{0};
     p.deskew = deskew;
     p.hemisphere = hemisphere.cast<Scalar>();
-    return tracking::Tracker<Scalar>(p);
+    return p;
+}
+
+template <typename Scalar>
+tracking::Tracker<Scalar> direct_tracker(bool tdm, bool deskew, const Vec3<double>& hemisphere = Vec3<double>::UnitX()) {
+    return tracking::Tracker<Scalar>(direct_params<Scalar>(tdm, deskew, hemisphere));
 }
 
 template <typename Scalar>

@@ -25,7 +25,9 @@ struct FaultRun {
 FaultRun play_fault(const std::function<bool(Column<double>&)>& spoil, std::uint64_t seed = 2) {
     const auto motion = test::hand_like(seed);
     const double sigma = test::sigma_for_cost(0.2e-3);
-    auto filter = test::scaat_filter<double>(test::scaat_params<double>(true));
+    auto params = test::scaat_params<double>(true);
+    params.confined = true;  // a second unseen is long enough to cross the boundary
+    auto filter = test::scaat_filter<double>(params);
     FaultRun run;
     test::Score all;
     test::replay<double>(motion, {true, sigma, seed, 0, 5}, [&](const Column<double>& good) {

@@ -15,20 +15,22 @@ namespace tricoil::tracking::scaat {
 /// Measurement variances, at no less than a share of the prediction's own: one column may not shrink a variance by more than what
 /// the scalar type resolves (float: 10^5). Only the first columns after a start, with noise far below a micrometre, notice.
 template <typename Scalar>
-Vec3<Scalar> resolvable_variance(const Vec3<Scalar>& sigma, const Innovation<Scalar>& innovation) {
+Vec3<Scalar> resolvable_variance(const Vec3<Scalar>& variance, const Innovation<Scalar>& innovation) {
     constexpr Scalar kShare = 64 * std::numeric_limits<Scalar>::epsilon();
     const Scalar predicted = (innovation.h * innovation.gain_numerator.template topRows<6>()).trace();
-    return sigma.cwiseAbs2().cwiseMax(kShare * predicted);
+    return variance.cwiseMax(kShare * predicted);
 }
 
-/// Innovation of a column with its variance kept resolvable. `around` as in innovation().
+/// Innovation of a column with its variance kept resolvable. `around` as in innovation(); beside_noise: variance of what is wrong
+/// with the couplings besides noise, coupling units squared.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 Innovation<Scalar> column_innovation(const Model& model, const State<Scalar>& state, const State<Scalar>& around,
-                                     const Column<Scalar>& column) {
+                                     const Column<Scalar>& column, Scalar beside_noise = 0) {
     const Scalar late_s = column.midpoint < state.time ? seconds_as<Scalar>(state.time - column.midpoint) : Scalar(0);
     const int j = coil_index(column.state);
-    auto result = innovation<Scalar>(model, state, around, j, column.in_phase, column.sigma.cwiseAbs2(), late_s);
-    const Vec3<Scalar> variance = resolvable_variance<Scalar>(column.sigma, result);
+    const Vec3<Scalar> measured = column.sigma.cwiseAbs2().array() + beside_noise;
+    auto result = innovation<Scalar>(model, state, around, j, column.in_phase, measured, late_s);
+    const Vec3<Scalar> variance = resolvable_variance<Scalar>(measured, result);
     if (variance != result.r) {
         Mat3<Scalar> s = h_times(result.h, result.gain_numerator, late_s);
         s.diagonal() += variance;

@@ -3,9 +3,13 @@
 
 #include <optional>
 
+#include "core/tracking/column_check.hpp"
+#include "core/tracking/hemisphere.hpp"
 #include "core/tracking/pose_estimate.hpp"
 #include "core/tracking/scaat/acquisition.hpp"
-#include "core/tracking/tracker_counters.hpp"
+#include "core/tracking/scaat/coil_record.hpp"
+#include "core/tracking/scaat/signal_curvature.hpp"
+#include "core/tracking/time_base.hpp"
 
 namespace tricoil::tracking::scaat {
 
@@ -15,11 +19,15 @@ namespace tricoil::tracking::scaat {
 template <typename Scalar, MeasurementModel<Scalar> Model = ConcentricMeasurement<Scalar>>
 class Filter {
 public:
-    /// `params` must pass check().
+    /// Errors (invalid_argument): those of the parameters and of the model.
+    [[nodiscard]] static Status check(const Params<Scalar>& params, const Model& model);
+
+    /// `params` and `model` must pass check().
     Filter(const Params<Scalar>& params, const Model& model);
 
-    /// Takes one column, in order or late by at most max_lateness; a pose for each while tracking (FDM: for the last of three),
-    /// and a flagged one per complete matrix while searching. A refused column is counted and changes nothing else.
+    /// Takes one column, in order or late by at most max_lateness; a pose for each while tracking (FDM: for the last of three, or
+    /// with the next frame's first if one did not come), and a flagged one per complete matrix while searching. A refused column
+    /// is counted and changes nothing else.
     std::optional<PoseEstimate<Scalar>> update(const Column<Scalar>& column);
 
     /// Called when a column did not come: the pose predicted to `now`, flagged coasting, and stale beyond coast_limit.
@@ -47,22 +55,23 @@ private:
         Mat3<Scalar> x = Mat3<Scalar>::Zero();
     };
 
-    [[nodiscard]] std::optional<Rejection> why_refused(const Column<Scalar>& column) const;
-    void remember(const Column<Scalar>& column);
+    [[nodiscard]] std::optional<Rejection> why_refused(const Column<Scalar>& column, bool& late);
+    void forget();
     std::optional<PoseEstimate<Scalar>> track(const Column<Scalar>& column);
+    std::optional<PoseEstimate<Scalar>> follow_frame(const Column<Scalar>& column);
+    PoseEstimate<Scalar> judge(const std::optional<SignalMatrix<Scalar>>& raw);
     [[nodiscard]] bool in_frames() const { return params_.max_column_span.count() == 0; }
-    [[nodiscard]] bool frame_complete() const;
     std::optional<PoseEstimate<Scalar>> search(const Column<Scalar>& column);
+    void use_pending();
     bool use_frame(const SignalMatrix<Scalar>& matrix);
+    [[nodiscard]] bool is_beside(const StartPose<Scalar>& pose, Scalar sigma) const;
     bool use(const Column<Scalar>& column, const State<Scalar>& around, bool trusted);
     void open(Scalar factor);
-    [[nodiscard]] bool contradicted_before(int coil) const;
     void adapt(const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened);
-    bool left_behind(bool accepted, int coil);
     bool start(const SignalMatrix<Scalar>& matrix);
     [[nodiscard]] Result<StartPose<Scalar>> examine(const SignalMatrix<Scalar>& matrix, bool beside);
-    [[nodiscard]] Scalar deskew_remainder() const;
-    bool resolve_hemisphere(StartPose<Scalar>& pose) const;
+    void resolve_hemisphere(StartPose<Scalar>& pose, const SignalMatrix<Scalar>& matrix);
+    void cover_blur(PoseEstimate<Scalar>& estimate) const;
     void reset_adaptation();
     void lose(DeviceTime time);
     [[nodiscard]] PoseEstimate<Scalar> report(PoseFlags flags, Microseconds ahead);
@@ -74,9 +83,14 @@ private:
     // Over the recorded motions squared errors are 0.9 to 1.0 of the filter's own covariance, and a second of motion is only some
     // twenty independent errors: users are told a little more rather than a little less.
     static constexpr double kMargin = 1.1;
-    static constexpr int kMostOpenings = 4;     // for one column
-    static constexpr int kMostRefused = 3;      // in a row, of any or of one state
-    static constexpr std::size_t kRecent = 12;  // columns remembered against duplicates
+    // An outlier that just passes the gate moves the pose by as many of its sigmas: said in the covariance until others outvote
+    // it.
+    static constexpr double kSurprising = 7;  // squared innovation, 3 degrees of freedom: passed once in 14
+    static constexpr double kSurpriseKept = 0.9;
+    // Most of the blur looks like a pose and changes slowly: nothing to hold against a column. The share that does neither, over
+    // the recorded motions and the paper's example III; more makes the filter trail behind the direct pose, less makes it refuse.
+    static constexpr double kRestlessBlur = 0.1;
+    static constexpr int kMostOpenings = 4;  // for one column
 
     Params<Scalar> params_;
     Model model_;
@@ -86,30 +100,23 @@ private:
     State<Scalar> state_;
     ProcessNoiseState<Scalar> process_;
     Scalar consistency_ = 1;
+    Scalar surprise_ = 0;  // of recent columns: squared innovation over kSurprising, fading
     Health health_;
-    bool hemisphere_known_ = false;
-    bool has_last_ = false;  // state_ holds a pose, if an old one
-    int settled_ = 0;        // columns used since the start, up to kLearningColumns
-    int refused_in_row_ = 0;
-    std::array<int, kSourceCoils> refused_of_state_{};
-    std::array<bool, kSourceCoils> far_of_state_{};         // refused for so much that the sensor must have jumped
+    Scalar blur_variance_ = 0;  // of a coupling, because windows are not points; coupling units squared
+    TimeBase time_base_;
+    Hemisphere<Scalar> hemisphere_;
+    CoilRecord record_;
+    int settled_ = 0;       // columns used since the start, up to kLearningColumns
+    unsigned pending_ = 0;  // FDM: coils (bit each) whose columns of this instant have come and wait for the others
     std::array<PoseFlags, kSourceCoils> flags_of_state_{};  // of the newest column of each state
     int since_health_ = 0;
     DeviceTime last_used_{};
-    DeviceTime newest_column_{};
-    bool has_column_ = false;
-    struct Seen {
-        DeviceTime midpoint{};
-        Excitation state = Excitation::off;
-    };
-    std::array<Seen, kRecent> recent_{};
-    std::size_t next_recent_ = 0;
     std::uint8_t sensor_ = 0;
     TrackerCounters counters_;
 };
 
 extern template class Filter<float, ConcentricMeasurement<float>>;
 extern template class Filter<double, ConcentricMeasurement<double>>;
-static_assert(sizeof(Filter<float>) <= 2700, "one sensor's filter in float, of 32 KiB RAM for four");
+static_assert(sizeof(Filter<float>) <= 2304, "one sensor's filter in float, of 32 KiB RAM for four");
 
 }  // namespace tricoil::tracking::scaat

@@ -1,7 +1,11 @@
 // Definitions of Filter; include only where it is instantiated for a field model.
 #pragma once
 
+#include <cmath>
+#include <numbers>
+
 #include "core/geometry/angles.hpp"
+#include "core/solver/pose_covariance.hpp"
 #include "core/tracking/scaat/filter.hpp"
 
 namespace tricoil::tracking::scaat {
@@ -9,6 +13,13 @@ namespace tricoil::tracking::scaat {
 /// Columns that say nothing about the couplings.
 constexpr ColumnFlags kUnusable{ColumnFlag::no_reference, ColumnFlag::saturated, ColumnFlag::clipped, ColumnFlag::stuck,
                                 ColumnFlag::overrun};
+
+constexpr unsigned kAllCoils = 7;  // bit each
+
+/// Poses from which the side of the source cannot be continued; those that only wait to be confirmed are near enough for that.
+constexpr PoseFlags kDiscontinuous{PoseFlag::saturated,         PoseFlag::no_sensor,    PoseFlag::stale,
+                                   PoseFlag::wrong_handedness,  PoseFlag::no_reference, PoseFlag::inconsistent,
+                                   PoseFlag::hemisphere_unknown};
 
 constexpr PoseFlags pose_flags(ColumnFlags column) {
     PoseFlags flags;
@@ -21,23 +32,37 @@ constexpr PoseFlags pose_flags(ColumnFlags column) {
 }
 
 template <typename Scalar, MeasurementModel<Scalar> Model>
+Status Filter<Scalar, Model>::check(const Params<Scalar>& params, const Model& model) {
+    const Status status = scaat::check(params);
+    return status.ok() ? model.check() : status;
+}
+
+template <typename Scalar, MeasurementModel<Scalar> Model>
 Filter<Scalar, Model>::Filter(const Params<Scalar>& params, const Model& model)
-    : params_(params), model_(model), raw_(params.max_column_span), accepted_(params.max_column_span, true) {
+    : params_(params),
+      model_(model),
+      raw_(params.max_column_span),
+      accepted_(params.max_column_span, true),
+      time_base_(params.max_lateness, params.lost_after),
+      hemisphere_(params.hemisphere, params.confined) {
     reset_adaptation();
 }
 
 template <typename Scalar, MeasurementModel<Scalar> Model>
 std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::update(const Column<Scalar>& column) {
-    if (const auto reason = why_refused(column)) {
+    bool late = false;
+    if (const auto reason = why_refused(column, late)) {
         ++counters_.rejected[static_cast<std::size_t>(*reason)];
         return std::nullopt;
     }
     ++counters_.accepted;
     sensor_ = column.sensor;
-    const bool late = has_column_ && column.midpoint < newest_column_;
-    remember(column);
-    if (mode_ == TrackerState::tracking && !late && column.midpoint - last_used_ > params_.lost_after) {
-        lose(column.midpoint);
+    if (mode_ == TrackerState::tracking && !late) {
+        // Without this coil the state may have strayed to a false solution: it does not go on from there.
+        const bool returns = record_.silence(coil_index(column.state), column.midpoint) > params_.coast_limit;
+        if (returns || record_.silence(column.midpoint) > params_.lost_after) {
+            lose(column.midpoint);
+        }
     }
     if (mode_ != TrackerState::tracking) {
         lose(column.midpoint);
@@ -47,74 +72,50 @@ std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::update(const Column<S
 }
 
 template <typename Scalar, MeasurementModel<Scalar> Model>
-std::optional<Rejection> Filter<Scalar, Model>::why_refused(const Column<Scalar>& column) const {
-    if (coil_index(column.state) < 0) {
-        return Rejection::unknown_state;
+std::optional<Rejection> Filter<Scalar, Model>::why_refused(const Column<Scalar>& column, bool& late) {
+    if (const auto reason = why_unusable(column)) {
+        return reason;
     }
-    if (!column.in_phase.allFinite() || !column.quadrature.allFinite()) {
-        return Rejection::not_finite;
+    using Verdict = TimeBase::Verdict;
+    const Verdict verdict = time_base_.take(coil_index(column.state), column.midpoint, mode_ == TrackerState::tracking);
+    late = verdict == Verdict::late;
+    if (verdict == Verdict::restarted) {
+        forget();
+        last_used_ = column.midpoint;
     }
-    if (!column.sigma.allFinite() || !(column.sigma.minCoeff() > 0)) {
-        return Rejection::bad_sigma;
-    }
-    if (!has_column_ || column.midpoint > newest_column_) {
-        return std::nullopt;
-    }
-    for (const Seen& seen : recent_) {
-        if (seen.state == column.state && seen.midpoint == column.midpoint) {
-            return Rejection::duplicate;
-        }
-    }
-    const bool too_late = newest_column_ - column.midpoint > params_.max_lateness;
-    const bool cannot_use = mode_ != TrackerState::tracking && column.midpoint < newest_column_;
-    return too_late || cannot_use ? std::optional(Rejection::time_backwards) : std::nullopt;
+    return reason_of(verdict);
 }
 
+/// The clock started anew: nothing that was known has a time any more.
 template <typename Scalar, MeasurementModel<Scalar> Model>
-void Filter<Scalar, Model>::remember(const Column<Scalar>& column) {
-    recent_[next_recent_] = {column.midpoint, column.state};
-    next_recent_ = (next_recent_ + 1) % kRecent;
-    newest_column_ = has_column_ ? std::max(newest_column_, column.midpoint) : column.midpoint;
-    has_column_ = true;
-}
-
-/// Whether the newest instant has brought all three columns, usable or not.
-template <typename Scalar, MeasurementModel<Scalar> Model>
-bool Filter<Scalar, Model>::frame_complete() const {
-    int simultaneous = 0;
-    for (const Seen& seen : recent_) {
-        simultaneous += seen.state != Excitation::off && seen.midpoint == newest_column_ ? 1 : 0;
-    }
-    return simultaneous == kSourceCoils;
+void Filter<Scalar, Model>::forget() {
+    ++counters_.clock_restarts;
+    mode_ = TrackerState::searching;
+    raw_.clear();
+    accepted_.clear();
+    hemisphere_.forget();
+    pending_ = 0;
 }
 
 /// One column while tracking.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::track(const Column<Scalar>& column) {
     const int coil = coil_index(column.state);
-    flags_of_state_[static_cast<std::size_t>(coil)] = pose_flags(column.flags);
-    PoseFlags flags =
-        flags_of_state_[0] | flags_of_state_[1] | flags_of_state_[2];  // a state that is not heard leaves directions open
     const bool in_order = column.midpoint >= state_.time;
+    if (in_frames() && in_order) {
+        return follow_frame(column);
+    }
+    flags_of_state_[static_cast<std::size_t>(coil)] = pose_flags(column.flags);
     if (in_order) {
         propagate(state_, intensity(), column.midpoint);
     }
-    const bool reports = !in_frames() || frame_complete();
-    const auto raw = in_order && !column.flags.has_any(kUnusable) ? raw_.add(column) : std::nullopt;
-    if (column.flags.has_any(kUnusable) || (in_frames() && in_order && !raw)) {
-        return reports ? std::optional(report(flags, params_.predict_ahead)) : std::nullopt;
+    if (column.flags.has_any(kUnusable)) {
+        return judge(std::nullopt);
     }
-    const bool accepted = in_frames() && in_order ? use_frame(*raw) : use(column, state_, contradicted_before(coil));
-    if (left_behind(accepted, coil)) {
-        ++counters_.reopened;
-        if (!raw || !start(*raw)) {
-            lose(column.midpoint);
-            flags |= health_.flags;
-        }
-        flags.set(PoseFlag::unconfirmed);
-        return report(flags, params_.predict_ahead);
-    }
-    if (accepted && in_order && !in_frames()) {
+    const auto raw = in_order ? raw_.add(column) : std::nullopt;
+    const bool accepted = use(column, state_, record_.contradicted_beside(coil));
+    record_.measured(accepted);
+    if (accepted && in_order) {
         const auto matrix = accepted_.add(column);
         const bool deskewed = settled_ >= 3 * kSourceCoils;  // two columns of each state since the start's three
         if (matrix && deskewed && ++since_health_ >= kSourceCoils) {
@@ -122,18 +123,79 @@ std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::track(const Column<Sc
             (void)examine(*matrix, true);  // what it finds stands in health_
         }
     }
-    flags.set_if(!accepted || refused_in_row_ > 0, PoseFlag::unconfirmed);
-    return reports ? std::optional(report(flags, params_.predict_ahead)) : std::nullopt;
+    return in_frames() ? std::nullopt : std::optional(judge(raw));
+}
+
+/// One of three simultaneous columns. They are used together when all have come, and those that came when the next frame begins.
+template <typename Scalar, MeasurementModel<Scalar> Model>
+std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::follow_frame(const Column<Scalar>& column) {
+    std::optional<PoseEstimate<Scalar>> ended;
+    if (column.midpoint > state_.time) {
+        if (pending_ != 0U) {
+            use_pending();
+            ended = judge(std::nullopt);
+        }
+        if (mode_ != TrackerState::tracking) {
+            (void)search(column);
+            return ended;
+        }
+        propagate(state_, intensity(), column.midpoint);
+    }
+    const int coil = coil_index(column.state);
+    flags_of_state_[static_cast<std::size_t>(coil)] = pose_flags(column.flags);
+    std::optional<SignalMatrix<Scalar>> raw;
+    if (!column.flags.has_any(kUnusable)) {
+        raw = raw_.add(column);
+        pending_ |= 1U << static_cast<unsigned>(coil);
+    }
+    if (time_base_.coils_at_newest() != kAllCoils) {
+        return ended;
+    }
+    if (raw) {
+        pending_ = 0;
+        record_.measured(use_frame(*raw));
+    } else {
+        use_pending();
+    }
+    return judge(raw);
+}
+
+/// The columns of a frame that lacks one or two, each for itself.
+template <typename Scalar, MeasurementModel<Scalar> Model>
+void Filter<Scalar, Model>::use_pending() {
+    for (int j = 0; j < kSourceCoils; ++j) {
+        if ((pending_ >> static_cast<unsigned>(j) & 1U) != 0U) {
+            record_.measured(use(raw_.latest(j), state_, record_.contradicted_beside(j)));
+        }
+    }
+    pending_ = 0;
+}
+
+/// What is reported after a measurement; starts anew from the three columns of `raw` if the filter was left behind.
+template <typename Scalar, MeasurementModel<Scalar> Model>
+PoseEstimate<Scalar> Filter<Scalar, Model>::judge(const std::optional<SignalMatrix<Scalar>>& raw) {
+    PoseFlags flags = flags_of_state_[0] | flags_of_state_[1] | flags_of_state_[2];
+    if (record_.left_behind()) {
+        ++counters_.reopened;
+        if (!raw || !start(*raw)) {
+            lose(state_.time);
+            flags |= health_.flags;
+        } else if (!in_frames()) {
+            record_.open();  // one of the three may be an outlier
+        }
+        flags.set(PoseFlag::unconfirmed);
+    }
+    return report(flags, params_.predict_ahead);
 }
 
 /// Three simultaneous columns. Their direct pose is where the model is linearised: exact however far the prediction is off. Nine
-/// numbers that agree on a pose are no outliers, so a prediction that they contradict is opened at once. False if most are
-/// refused.
+/// numbers that agree on a pose are no outliers, so a prediction that they contradict is opened at once; what is left over may
+/// be blur or metal, but it is a sensor. False if most are refused, or the state does not come to lie beside the direct pose.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 bool Filter<Scalar, Model>::use_frame(const SignalMatrix<Scalar>& matrix) {
     const auto pose = examine(matrix, true);
     State<Scalar> around = state_;
-    const bool agree = pose.ok() && !health_.flags.has(PoseFlag::distorted);
+    const bool agree = pose.ok() && !health_.flags.has_any({PoseFlag::no_sensor, PoseFlag::wrong_handedness});
     if (agree) {
         around.position_m = pose->position_m;
         around.q_source_sensor = geometry::attitude_quaternion(pose->attitude);
@@ -142,32 +204,49 @@ bool Filter<Scalar, Model>::use_frame(const SignalMatrix<Scalar>& matrix) {
     for (int j = 0; j < kSourceCoils; ++j) {
         refused += use(raw_.latest(j), agree ? around : state_, agree) ? 0 : 1;
     }
-    return 2 * refused < kSourceCoils;
+    return 2 * refused < kSourceCoils && (!agree || is_beside(*pose, matrix.sigma));
+}
+
+/// Whether the state lies within the gate of the direct pose of the columns that it has just taken.
+template <typename Scalar, MeasurementModel<Scalar> Model>
+bool Filter<Scalar, Model>::is_beside(const StartPose<Scalar>& pose, Scalar sigma) const {
+    const Vec3<Scalar> apart = state_.position_m - pose.position_m;
+    const Scalar range = pose.position_m.norm();
+    const Mat6<Scalar> direct =
+        solver::pose_covariance<Scalar>(pose.strength, range, pose.position_m / range, std::sqrt(sigma * sigma + blur_variance_));
+    const Mat3<Scalar> expected = state_.covariance.template topLeftCorner<3, 3>() + direct.template topLeftCorner<3, 3>();
+    const Eigen::LLT<Mat3<Scalar>> factors(expected);
+    return factors.info() == Eigen::Success && factors.matrixL().solve(apart).squaredNorm() <= params_.gate;
 }
 
 /// Updates with a column if it passes the gate, linearised at `around`. One that does not pass is left out as an outlier, unless
 /// `trusted`: then the sensor has accelerated beyond what was thought possible, and the prediction is opened until it passes.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 bool Filter<Scalar, Model>::use(const Column<Scalar>& column, const State<Scalar>& around, bool trusted) {
-    auto innovation = column_innovation<Scalar>(model_, state_, around, column);
-    if (!innovation.ok) {
-        return false;
-    }
-    const auto coil = static_cast<std::size_t>(coil_index(column.state));
+    const int coil = coil_index(column.state);
+    const Scalar restless = Scalar(kRestlessBlur * kRestlessBlur) * blur_variance_;
+    auto innovation = column_innovation<Scalar>(model_, state_, around, column, restless);
     const bool far = innovation.y.norm() > params_.most_opened * column.in_phase.norm();
-    const bool may_open = trusted && !far && !far_of_state_[0] && !far_of_state_[1] && !far_of_state_[2];
-    for (int n = 0; may_open && innovation.ok && innovation.whitened().squaredNorm() > params_.gate && n < kMostOpenings; ++n) {
-        open(innovation.whitened().squaredNorm() / 3);
-        innovation = column_innovation<Scalar>(model_, state_, around, column);
+    const bool may_open = trusted && !far && !record_.any_far();
+    Vec3<Scalar> whitened = innovation.whitened();
+    Scalar nis = whitened.squaredNorm();
+    int openings = 0;
+    for (; may_open && innovation.ok && nis > params_.gate && openings < kMostOpenings; ++openings) {
+        open(nis / 3);
+        innovation = column_innovation<Scalar>(model_, state_, around, column, restless);
+        whitened = innovation.whitened();
+        nis = whitened.squaredNorm();
     }
-    const Vec3<Scalar> whitened = innovation.whitened();
-    const Scalar nis = whitened.squaredNorm();
     if (!innovation.ok || !(nis <= params_.gate)) {
-        far_of_state_[coil] = far;
+        record_.refuse(coil, far);
         ++counters_.outliers;
         return false;
     }
-    far_of_state_[coil] = false;
+    record_.accept(coil, column.midpoint);
+    if (openings > 0 && !in_frames()) {
+        record_.open();
+    }
+    surprise_ = std::max(nis / Scalar(kSurprising), Scalar(kSurpriseKept) * surprise_);
     const bool settled = settled_ >= kSettlingColumns;
     if (settled) {
         adapt(innovation, whitened);
@@ -200,12 +279,6 @@ void Filter<Scalar, Model>::adapt(const Innovation<Scalar>& innovation, const Ve
         std::log(n.least_rad2_s3), std::log(n.most_rad2_s3));
 }
 
-/// Whether the column before, or the last of this source coil, was refused: two that contradict the prediction are no outliers.
-template <typename Scalar, MeasurementModel<Scalar> Model>
-bool Filter<Scalar, Model>::contradicted_before(int coil) const {
-    return refused_in_row_ > 0 || refused_of_state_[static_cast<std::size_t>(coil)] > 0;
-}
-
 /// Multiplies the prediction's covariance, and the intensity that led to it.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 void Filter<Scalar, Model>::open(Scalar factor) {
@@ -214,15 +287,6 @@ void Filter<Scalar, Model>::open(Scalar factor) {
     process_.log_translation = std::min(process_.log_translation + std::log(factor), std::log(n.most_m2_s3));
     process_.log_rotation = std::min(process_.log_rotation + std::log(factor), std::log(n.most_rad2_s3));
     ++counters_.opened;
-}
-
-/// Counts refusals in a row, of all columns and per state: a jump refuses all, a coil that changed only its own.
-template <typename Scalar, MeasurementModel<Scalar> Model>
-bool Filter<Scalar, Model>::left_behind(bool accepted, int coil) {
-    int& of_state = refused_of_state_[static_cast<std::size_t>(coil)];
-    refused_in_row_ = accepted ? 0 : refused_in_row_ + 1;
-    of_state = accepted ? 0 : of_state + 1;
-    return refused_in_row_ >= kMostRefused || of_state >= kMostRefused;
 }
 
 /// One column while searching or lost.
@@ -250,12 +314,12 @@ bool Filter<Scalar, Model>::start(const SignalMatrix<Scalar>& matrix) {
         return false;
     }
     StartPose<Scalar> chosen = *pose;
-    hemisphere_known_ = resolve_hemisphere(chosen);
+    resolve_hemisphere(chosen, matrix);
     state_ = start_state<Scalar>(model_, chosen, raw_, params_);
     counters_.acquisitions += mode_ == TrackerState::tracking ? 0U : 1U;
     mode_ = TrackerState::tracking;
-    has_last_ = true;
     last_used_ = state_.time;
+    record_.start(state_.time);
     accepted_.clear();
     reset_adaptation();
     return true;
@@ -271,8 +335,11 @@ Result<StartPose<Scalar>> Filter<Scalar, Model>::examine(const SignalMatrix<Scal
         health_.flags.set(PoseFlag::no_sensor);
         return pose;
     }
-    const Scalar remainder = beside ? pose->strength * deskew_remainder() : Scalar(0);
-    const Scalar variance = matrix.sigma * matrix.sigma + remainder * remainder;
+    const Scalar bend = beside ? pose->strength * signal_curvature(state_) : Scalar(0);
+    const Scalar remainder = bend * deskew_remainder_s2(seconds_as<Scalar>(params_.max_column_span));
+    const Scalar blur = bend * blur_s2(params_.window_s);
+    blur_variance_ = blur * blur;
+    const Scalar variance = matrix.sigma * matrix.sigma + remainder * remainder + blur_variance_;
     const Scalar snr = pose->strength / matrix.sigma;
     health_.distortion_chi_square = pose->misfit_squared / variance;
     health_.snr_db = 20 * std::log10(snr);
@@ -284,33 +351,21 @@ Result<StartPose<Scalar>> Filter<Scalar, Model>::examine(const SignalMatrix<Scal
     return pose;
 }
 
-/// What deskewing leaves of a coupling in motion, over the coupling strength k: linear extrapolation by a share a of the frame T
-/// errs by (a + a^2) T^2 X''/2, at most with a = 2/3. X'' from k / rho^3 and the turning of u and O; root mean square of the nine
-/// entries of (6). Metal that does less cannot be told from motion.
+/// The sign of the position: from the model where it knows, otherwise told or continued.
 template <typename Scalar, MeasurementModel<Scalar> Model>
-Scalar Filter<Scalar, Model>::deskew_remainder() const {
-    constexpr Scalar kShare = Scalar(2) / 3;
-    constexpr Scalar kEntry = Scalar(0.41);                                            // sqrt(3/2) / 3
-    const Scalar frame_s = Scalar(1.2) * seconds_as<Scalar>(params_.max_column_span);  // three slots; the span is 2.5
-    const Scalar range = state_.position_m.norm();
-    const Scalar v = state_.velocity_m_s.norm() / range;
-    const Scalar w = state_.rate_rad_s.norm();
-    const Scalar curvature =
-        3 * state_.acceleration_m_s2.norm() / range + 12 * v * v + 6 * v * w + w * w + state_.angular_acceleration_rad_s2.norm();
-    return kEntry * (kShare + kShare * kShare) / 2 * frame_s * frame_s * curvature;
-}
-
-/// The sign of the position: from the model where it knows, by continuity from a recent pose, by the setting. False: a guess.
-template <typename Scalar, MeasurementModel<Scalar> Model>
-bool Filter<Scalar, Model>::resolve_hemisphere(StartPose<Scalar>& pose) const {
+void Filter<Scalar, Model>::resolve_hemisphere(StartPose<Scalar>& pose, const SignalMatrix<Scalar>& matrix) {
     if (pose.hemisphere_from_data) {
-        return true;
+        hemisphere_.resolved_by_data();
+        return;
     }
-    const Vec3<Scalar>& towards = has_last_ ? state_.position_m : params_.hemisphere;
-    if (pose.position_m.dot(towards) < 0) {
-        pose.position_m = -pose.position_m;
+    if (!hemisphere_.must_turn(pose.position_m, matrix.newest)) {
+        return;
     }
-    return has_last_ ? hemisphere_known_ : !params_.hemisphere.isZero();
+    pose.position_m = -pose.position_m;
+    if constexpr (!Model::kEven) {  // beside the mirror image, not at it
+        const auto turned = model_.near(matrix.x, pose.position_m, geometry::attitude_quaternion(pose.attitude));
+        pose = turned.ok() ? *turned : pose;
+    }
 }
 
 template <typename Scalar, MeasurementModel<Scalar> Model>
@@ -322,15 +377,15 @@ void Filter<Scalar, Model>::reset_adaptation() {
                 Scalar(0),
                 Scalar(0)};
     consistency_ = 1;
+    surprise_ = 0;
     settled_ = kSourceCoils;
     flags_of_state_.fill({});
-    refused_in_row_ = 0;
-    refused_of_state_.fill(0);
-    far_of_state_.fill(false);
     since_health_ = 0;
+    pending_ = 0;
+    blur_variance_ = 0;
 }
 
-/// Tracking -> lost at once; lost -> searching, the last pose forgotten, after search_after.
+/// Tracking -> lost at once; lost -> searching after search_after.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 void Filter<Scalar, Model>::lose(DeviceTime time) {
     if (mode_ == TrackerState::tracking) {
@@ -339,7 +394,6 @@ void Filter<Scalar, Model>::lose(DeviceTime time) {
     }
     if (mode_ == TrackerState::lost && time - last_used_ > params_.search_after) {
         mode_ = TrackerState::searching;
-        has_last_ = false;
     }
 }
 
@@ -356,20 +410,36 @@ PoseEstimate<Scalar> Filter<Scalar, Model>::report(PoseFlags flags, Microseconds
     estimate.position_m = state.position_m;
     estimate.q_source_sensor = state.q_source_sensor;
     // A window of innovations larger than predicted: some assumption is wrong; say so in the covariance before the flag does.
-    estimate.covariance = state.covariance.template topLeftCorner<6, 6>() * (Scalar(kMargin) * std::max(Scalar(1), consistency_));
+    estimate.covariance =
+        state.covariance.template topLeftCorner<6, 6>() * (Scalar(kMargin) * std::max({Scalar(1), consistency_, surprise_}));
     estimate.flags = flags | health_.flags;
-    estimate.flags.set_if(!hemisphere_known_, PoseFlag::hemisphere_unknown);
+    estimate.flags.set_if(!hemisphere_.known(), PoseFlag::hemisphere_unknown);
+    estimate.flags.set_if(!record_.confirmed(), PoseFlag::unconfirmed);
     estimate.flags.set_if(settled_ < kSettlingColumns, PoseFlag::not_converged);
     estimate.flags.set_if(consistency_ > params_.inconsistent_above, PoseFlag::inconsistent);
-    estimate.flags.set_if(mode_ != TrackerState::tracking || state_.time - last_used_ > params_.coast_limit, PoseFlag::stale);
+    estimate.flags.set_if(mode_ != TrackerState::tracking || record_.silence(state_.time) > params_.coast_limit, PoseFlag::stale);
     estimate.distortion_chi_square = health_.distortion_chi_square;
     estimate.snr_db = health_.snr_db;
     estimate.signal_matrix = health_.x;
     counters_.invalid_poses += estimate.valid() ? 0U : 1U;
     if (estimate.valid()) {
         estimate.predicted_error = expected_error(state, estimate.covariance);
+        cover_blur(estimate);
+    }
+    if (!estimate.flags.has_any(kDiscontinuous)) {
+        hemisphere_.follow(state_.position_m, state_.time);
     }
     return estimate;
+}
+
+/// Blur is no noise: it stays the same from column to column and no averaging takes it away, so its size goes into the covariance
+/// as it is, whatever its direction.
+template <typename Scalar, MeasurementModel<Scalar> Model>
+void Filter<Scalar, Model>::cover_blur(PoseEstimate<Scalar>& estimate) const {
+    const Scalar position_m = estimate.predicted_error->blur.position_mm / 1000;
+    const Scalar rotation_rad = estimate.predicted_error->blur.orientation_deg * (std::numbers::pi_v<Scalar> / 180);
+    estimate.covariance.diagonal().template head<3>().array() += position_m * position_m / 3;
+    estimate.covariance.diagonal().template tail<3>().array() += rotation_rad * rotation_rad / 3;
 }
 
 /// Of the error model's terms a filter keeps the window's blur, the latency, and its own covariance in place of the noise.
@@ -386,10 +456,16 @@ error_model::ErrorBudget<Scalar> Filter<Scalar, Model>::expected_error(const Sta
 
 template <typename Scalar, MeasurementModel<Scalar> Model>
 std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::tick(DeviceTime now) {
-    if (counters_.acquisitions == 0 || now <= last_used_) {
+    if (counters_.acquisitions == 0 || now > TimeBase::kLatest || now < TimeBase::kEarliest) {
         return std::nullopt;
     }
-    const Microseconds age = now - last_used_;
+    if (now <= last_used_) {
+        return last_used_ - now > params_.lost_after ? std::optional(report({PoseFlag::stale}, Microseconds{0})) : std::nullopt;
+    }
+    if (mode_ == TrackerState::tracking) {
+        use_pending();
+    }
+    const Microseconds age = record_.silence(now);
     if (mode_ != TrackerState::tracking || age > params_.lost_after) {
         lose(now);
         return report({PoseFlag::stale}, Microseconds{0});
@@ -405,16 +481,13 @@ Status Filter<Scalar, Model>::set_hemisphere(const Vec3<Scalar>& towards) {
     if (!towards.allFinite()) {
         return {StatusCode::not_finite, "hemisphere must be a finite direction, or zero for unknown"};
     }
-    params_.hemisphere = towards;
-    hemisphere_known_ = !towards.isZero();
-    if (has_last_ && state_.position_m.dot(towards) < 0) {
-        // X is the same at -p, and at -p moving with -v; only the rotation block keeps its sign.
-        state_.position_m = -state_.position_m;
-        state_.velocity_m_s = -state_.velocity_m_s;
-        Vec12<Scalar> sign = Vec12<Scalar>::Ones();
-        sign.template segment<3>(0).setConstant(-1);
-        sign.template segment<3>(6).setConstant(-1);
-        state_.covariance = sign.asDiagonal() * state_.covariance * sign.asDiagonal();
+    hemisphere_.set(towards);
+    if (state_.position_m.dot(towards) < 0) {
+        if constexpr (Model::kEven) {
+            mirror(state_);
+        } else {  // where X is not even, the other side is another motion: sought anew
+            lose(state_.time);
+        }
     }
     return {};
 }
@@ -422,7 +495,10 @@ Status Filter<Scalar, Model>::set_hemisphere(const Vec3<Scalar>& towards) {
 template <typename Scalar, MeasurementModel<Scalar> Model>
 State<Scalar> Filter<Scalar, Model>::predicted(Scalar ahead_s) const {
     State<Scalar> state = state_;
-    propagate(state, intensity(), state_.time + microseconds_from_seconds(static_cast<double>(ahead_s)));
+    if (ahead_s > 0) {  // not for a NaN either
+        const Scalar longest_s = 10;
+        propagate(state, intensity(), state_.time + microseconds_from_seconds(static_cast<double>(std::min(ahead_s, longest_s))));
+    }
     return state;
 }
 

@@ -1,6 +1,7 @@
 // What the filter needs of a field model, and the concentric dipole that offers it.
 #pragma once
 
+#include <cmath>
 #include <concepts>
 
 #include "core/base/status.hpp"
@@ -23,19 +24,30 @@ struct StartPose {
 /// The one interface between the filter and field/:
 ///   column(p, O, j)  coupling column j (0-2) at a pose with its Jacobian by position (1/m) and small rotation (1/rad), source
 ///   frame; start(X)         a pose from three columns taken as simultaneous, with nothing known before; errors as solve_direct;
-///   near(X, p, q)    the same beside the pose (p, q).
+///   near(X, p, q)    the same beside the pose (p, q);
+///   kEven            whether X is the same at -p, so that a motion may be mirrored;
+///   check()          whether the model can be used (invalid_argument).
 template <typename Model, typename Scalar>
 concept MeasurementModel = requires(const Model& model, const Vec3<Scalar>& p, const Mat3<Scalar>& m, int j) {
     { model.column(p, m, j) } -> std::same_as<field::ColumnModel<Scalar>>;
     { model.start(m) } -> std::same_as<Result<StartPose<Scalar>>>;
     { model.near(m, p, Quat<Scalar>()) } -> std::same_as<Result<StartPose<Scalar>>>;
+    { Model::kEven } -> std::convertible_to<bool>;
+    { model.check() } -> std::same_as<Status>;
 };
 
 /// Concentric triads, (6). X is even in the position's direction, at rest and in motion alike: no trajectory resolves the
 /// hemisphere, so start() leaves it open.
 template <typename Scalar>
 struct ConcentricMeasurement {
+    static constexpr bool kEven = true;
     Scalar coupling_constant = 1;  // C, coupling units times m^3
+
+    [[nodiscard]] Status check() const {
+        return std::isfinite(coupling_constant) && coupling_constant > 0
+                   ? Status{}
+                   : Status{StatusCode::invalid_argument, "coupling constant must be positive and finite"};
+    }
 
     [[nodiscard]] field::ColumnModel<Scalar> column(const Vec3<Scalar>& position_m, const Mat3<Scalar>& o, int j) const {
         return field::column_model(coupling_constant, position_m, o, j);

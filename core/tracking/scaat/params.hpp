@@ -12,6 +12,7 @@ namespace tricoil::tracking::scaat {
 template <typename Scalar>
 struct Params {
     Vec3<Scalar> hemisphere = Vec3<Scalar>::UnitX();  // towards the half space the sensor starts in; zero: unknown
+    bool confined = false;                            // to that half space, by a wall or a table: told again after every loss
     Microseconds max_column_span{0};                  // of three columns that start the filter; zero: simultaneous (FDM)
     Scalar window_s = 0;                              // length of a demodulation window, for the predicted blur
     Scalar latency_s = 0;                             // from a pose's time to its use, for the predicted error
@@ -28,11 +29,14 @@ struct Params {
     Microseconds max_lateness{10'000};         // a column older than the newest by more is refused: two frames at 240 Hz
     Microseconds coast_limit{40'000};          // prediction without columns beyond which a pose is stale
     Microseconds lost_after{100'000};          // without a valid pose
-    Microseconds search_after{1'000'000};      // when lost: forget the last pose, and with it the hemisphere
+    Microseconds search_after{1'000'000};      // when lost: give the last pose up
     Microseconds predict_ahead{0};             // deliver the pose this long after the newest column, to hide a display's delay
 };
 
-/// Errors (invalid_argument): a number not positive or not finite, limits out of order, times negative or beyond 10 s.
+static_assert(sizeof(Params<float>) <= 152, "set once, kept by every filter");
+
+/// Errors (invalid_argument): a number not positive or not finite, or with which no filter works; limits out of order, times
+/// negative or beyond 10 s.
 template <typename Scalar>
 Status check(const Params<Scalar>& p) {
     const auto& n = p.process;
@@ -50,6 +54,12 @@ Status check(const Params<Scalar>& p) {
     if (!(n.gain > 0 && n.gain < 1) || !(p.consistency_gain > 0 && p.consistency_gain < 1)) {
         return {StatusCode::invalid_argument, "weights of a column must lie between 0 and 1"};
     }
+    if (n.smoothing > 1 || n.rise < 1 || n.rise > 10 || n.largest_step > 10) {
+        return {StatusCode::invalid_argument, "process noise: smoothing at most 1, rise 1 to 10, largest step at most 10"};
+    }
+    if (p.gate < 3 || p.distortion_gate < 3) {  // their expectation
+        return {StatusCode::invalid_argument, "gates of 3 degrees of freedom must be at least 3"};
+    }
     if (!std::isfinite(p.window_s) || p.window_s < 0 || !std::isfinite(p.latency_s) || p.latency_s < 0) {
         return {StatusCode::invalid_argument, "window and latency must be finite and not negative"};
     }
@@ -59,9 +69,9 @@ Status check(const Params<Scalar>& p) {
             return {StatusCode::invalid_argument, "column span, lateness and prediction must lie between 0 and 10 s"};
         }
     }
-    if (p.coast_limit.count() <= 0 || p.lost_after < p.coast_limit || p.search_after < p.lost_after ||
-        p.search_after > kLongest) {
-        return {StatusCode::invalid_argument, "times must be 0 < coast_limit <= lost_after <= search_after <= 10 s"};
+    constexpr Microseconds kShortest{1'000};
+    if (p.coast_limit < kShortest || p.lost_after < p.coast_limit || p.search_after < p.lost_after || p.search_after > kLongest) {
+        return {StatusCode::invalid_argument, "times must be 1 ms <= coast_limit <= lost_after <= search_after <= 10 s"};
     }
     if (!p.hemisphere.allFinite()) {
         return {StatusCode::invalid_argument, "hemisphere must be a finite direction, or zero for unknown"};

@@ -29,4 +29,16 @@ struct State {
 };
 static_assert(sizeof(State<float>) <= 704, "a filter's state in float: 12x12 covariance, 19 numbers and a time");
 
+/// The same motion on the other side of the source: at -p, moving with -v, bent by -a. Only what turns keeps its sign.
+template <typename Scalar>
+void mirror(State<Scalar>& state) {
+    state.position_m = -state.position_m;
+    state.velocity_m_s = -state.velocity_m_s;
+    state.acceleration_m_s2 = -state.acceleration_m_s2;
+    Vec12<Scalar> sign = Vec12<Scalar>::Ones();
+    sign.template segment<3>(0).setConstant(-1);
+    sign.template segment<3>(6).setConstant(-1);
+    state.covariance = sign.asDiagonal() * state.covariance * sign.asDiagonal();
+}
+
 }  // namespace tricoil::tracking::scaat

@@ -1,0 +1,138 @@
+// Which time stamps can be: duplicates, time backwards, and stamps that no clock has given are refused here for all trackers.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "core/base/time.hpp"
+
+namespace tricoil::tracking {
+
+/// Follows the stamps of one sensor's columns. A stamp implausibly far ahead is held back until a later one agrees with it; when
+/// stamps keep coming that are too old but agree among themselves, the device's clock has started anew, and the base with it.
+class TimeBase {
+public:
+    enum class Verdict : std::uint8_t { in_order, late, restarted, duplicate, time_backwards, time_ahead };
+
+    /// max_lateness: how much older than the newest a column may be. longest_step: how much newer, without a second witness.
+    TimeBase(Microseconds max_lateness, Microseconds longest_step) : max_lateness_(max_lateness), longest_step_(longest_step) {}
+
+    /// Judges the stamp of a column of source coil 0-2, and remembers it unless it is refused. late_allowed: whether the tracker
+    /// can use one older than the newest at present.
+    Verdict take(int coil, DeviceTime time, bool late_allowed) {
+        if (time > kLatest || time < kEarliest) {
+            return time > kLatest ? Verdict::time_ahead : Verdict::time_backwards;
+        }
+        if (started_ && time <= newest_) {
+            return time == newest_ ? same_instant(coil) : before_newest(coil, time, late_allowed);
+        }
+        if (started_ && time - newest_ > longest_step_ && !agrees_with_held(time)) {
+            return Verdict::time_ahead;
+        }
+        begin(coil, time);
+        return Verdict::in_order;
+    }
+
+    /// Source coils (bit each) whose columns have the newest stamp.
+    [[nodiscard]] unsigned coils_at_newest() const { return instants_[newest_index_].coils; }
+
+    /// Beyond these, differences of stamps would not fit: 36,000 years.
+    static constexpr DeviceTime kLatest = device_time_us(std::int64_t{1} << 60);
+    static constexpr DeviceTime kEarliest = device_time_us(-(std::int64_t{1} << 60));
+
+private:
+    struct Instant {
+        DeviceTime time = kEarliest;
+        unsigned coils = 0;
+    };
+    static constexpr std::size_t kInstants = 12;  // 12 ms of FDM at 960 Hz; older ones cannot be told from duplicates
+    static constexpr int kAgreeing = 8;           // instants in a row, too old, that make a new base: 11 ms of 240 Hz TDM
+
+    static unsigned bit(int coil) { return 1U << static_cast<unsigned>(coil); }
+
+    /// An entry for a new instant, in place of the oldest entry.
+    std::size_t enter(int coil, DeviceTime time) {
+        const std::size_t index = next_;
+        forgotten_ = std::max(forgotten_, instants_[index].time);
+        instants_[index] = {time, bit(coil)};
+        next_ = (next_ + 1) % kInstants;
+        return index;
+    }
+
+    void begin(int coil, DeviceTime time) {
+        newest_index_ = enter(coil, time);
+        newest_ = time;
+        started_ = true;
+        held_ = false;
+        too_old_in_row_ = 0;
+    }
+
+    Verdict same_instant(int coil) { return add_to(instants_[newest_index_], coil, Verdict::in_order); }
+
+    static Verdict add_to(Instant& instant, int coil, Verdict verdict) {
+        if ((instant.coils & bit(coil)) != 0U) {
+            return Verdict::duplicate;
+        }
+        instant.coils |= bit(coil);
+        return verdict;
+    }
+
+    Verdict before_newest(int coil, DeviceTime time, bool late_allowed) {
+        if (newest_ - time > max_lateness_) {
+            return too_old(coil, time);
+        }
+        const auto known = std::find_if(instants_.begin(), instants_.end(), [&](const auto& i) { return i.time == time; });
+        if (known != instants_.end() && (known->coils & bit(coil)) != 0U) {
+            return Verdict::duplicate;
+        }
+        if (!late_allowed || (known == instants_.end() && time <= forgotten_)) {
+            return too_old(coil, time);
+        }
+        if (known != instants_.end()) {
+            return add_to(*known, coil, Verdict::late);
+        }
+        (void)enter(coil, time);
+        return Verdict::late;
+    }
+
+    /// Counts instants that follow one another.
+    Verdict too_old(int coil, DeviceTime time) {
+        const bool follows = too_old_in_row_ > 0 && time >= last_too_old_ && time - last_too_old_ <= longest_step_;
+        too_old_in_row_ = follows ? too_old_in_row_ + (time > last_too_old_ ? 1 : 0) : 1;
+        last_too_old_ = time;
+        if (too_old_in_row_ < kAgreeing) {
+            return Verdict::time_backwards;
+        }
+        instants_ = {};
+        forgotten_ = kEarliest;
+        begin(coil, time);
+        return Verdict::restarted;
+    }
+
+    /// Whether `time` confirms the stamp that is held back: later, and nearer to it than that was to the past. Holds it if not.
+    bool agrees_with_held(DeviceTime time) {
+        if (held_ && time > held_time_ && time - held_time_ <= held_time_ - newest_) {
+            return true;
+        }
+        held_ = true;
+        held_time_ = time;
+        return false;
+    }
+
+    Microseconds max_lateness_;
+    Microseconds longest_step_;
+    std::array<Instant, kInstants> instants_{};
+    std::size_t next_ = 0;
+    std::size_t newest_index_ = 0;
+    DeviceTime newest_ = kEarliest;
+    DeviceTime forgotten_ = kEarliest;  // the newest instant that had to make room
+    DeviceTime held_time_{};
+    DeviceTime last_too_old_{};
+    int too_old_in_row_ = 0;
+    bool started_ = false;
+    bool held_ = false;
+};
+
+}  // namespace tricoil::tracking

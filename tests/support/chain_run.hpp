@@ -1,0 +1,73 @@
+// The real chain: simulated field, circuits and converters, the main loop with demodulator and tracker, and a score of its poses.
+#pragma once
+
+#include "board/app/main_loop.hpp"
+#include "sim/hal/simulated_hal.hpp"
+#include "tests/support/column_replay.hpp"
+
+namespace tricoil::test {
+
+struct ChainParams {
+    bool tdm = true;
+    bool filtered = true;  // the filter; otherwise the direct solver, deskewed in TDM
+    double duration_s = 5;
+    bool noise = true;
+    std::vector<std::string> faults;  // as parse_fault() reads them
+    std::uint64_t seed = 1;
+    double frame_rate_hz = 240;
+    bool confined = false;  // the trackers are told that the sensor stays on its side of the source
+};
+
+/// Plays `motion` through the chain; `take` sees every pose, and the time at which it was sent (s).
+template <typename Take>
+void run_chain(const sim::Motion& motion, const ChainParams& chain, Take&& take) {
+    const auto mode = chain.tdm ? signal::Multiplexing::tdm : signal::Multiplexing::fdm;
+    const auto plan = *signal::plan_acquisition(signal::default_acquisition(mode, chain.frame_rate_hz));
+    sim::WorldParams world_params;
+    world_params.seed = chain.seed;
+    if (!chain.noise) {
+        world_params.converter.noise_v_per_sqrt_hz = 0;
+        world_params.mains_v = 0;
+    }
+    std::vector<sim::Fault> faults;
+    for (const auto& fault : chain.faults) {
+        faults.push_back(sim::parse_fault(fault));
+    }
+    sim::CoilWorld world(world_params, motion, faults);
+    world.configure(plan);
+    sim::SimulatedClock clock;
+    clock.begin(plan.params.sample_rate_hz);
+    sim::SimulatedCoilDriver coils;
+    sim::SimulatedCoilSampler sampler(world, coils, clock, chain.duration_s);
+    sim::SimulatedLink<double> link([&](const tracking::PoseEstimate<double>& e) { take(e, clock.elapsed_s()); });
+    app::MainLoopParams<double> params{plan, {}, {}};
+    params.demodulator.response = world.channel_response();
+    params.demodulator.sigma_floor = world.volts_per_code() / std::sqrt(12.0) * std::sqrt(2.0 / plan.window_samples);
+    params.tracker.coupling_constant = world_params.coupling_constant_m3;
+    params.tracker.hemisphere = motion.at(0).position_m;
+    params.tracker.confined = chain.confined;
+    params.tracker.max_column_span = tracking::column_span(plan);
+    params.tracker.deskew = chain.tdm;
+    params.tracker.window_s = plan.window_s();
+    if (chain.filtered) {
+        params.filter.emplace();
+        params.filter->hemisphere = params.tracker.hemisphere;
+        params.filter->confined = chain.confined;
+        params.filter->max_column_span = params.tracker.max_column_span;
+        params.filter->window_s = params.tracker.window_s;
+    }
+    app::MainLoop<double> loop(params, {clock, coils, sampler, link});
+    Status status = loop.start();
+    while (status.ok() || status.code() == StatusCode::timed_out) {
+        status = loop.step();
+    }
+}
+
+/// The score of every pose.
+inline Score score_chain(const sim::Motion& motion, const ChainParams& chain) {
+    Score score;
+    run_chain(motion, chain, [&](const tracking::PoseEstimate<double>& e, double) { score.add(e, motion, 0); });
+    return score;
+}
+
+}  // namespace tricoil::test

@@ -1,0 +1,126 @@
+// Which side of the source: a setting, then continuity, and after a loss only what cannot have changed meanwhile.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <numbers>
+
+#include "tests/support/column_replay.hpp"
+#include "tests/support/hand_like.hpp"
+
+namespace tricoil::tracking {
+namespace {
+
+/// Along a function of time, without turning.
+class Path final : public sim::Motion {
+public:
+    explicit Path(std::function<Vec3<double>(double)> place) : place_(std::move(place)) {}
+
+private:
+    [[nodiscard]] sim::Pose do_at(double t) const override { return {place_(t), Quat<double>::Identity()}; }
+    std::function<Vec3<double>(double)> place_;
+};
+
+/// From one place to another between two times.
+Path moved(const Vec3<double>& from, const Vec3<double>& to, double begin_s, double end_s) {
+    return Path([=](double t) -> Vec3<double> {
+        const double s = std::clamp((t - begin_s) / (end_s - begin_s), 0.0, 1.0);
+        return from + s * s * (3 - 2 * s) * (to - from);
+    });
+}
+
+struct Seen {
+    std::size_t valid_before = 0;
+    std::size_t valid_after = 0;
+    std::size_t wrong = 0;  // valid, yet more than 5 cm off
+    std::size_t unknown_after = 0;
+};
+
+/// Plays four seconds with no columns in [gap_begin, gap_end).
+template <typename Tracker>
+Seen play(const sim::Motion& motion, double gap_begin_s, double gap_end_s, Tracker tracker) {
+    Seen seen;
+    test::replay<double>(motion, {true, 1e-6, 1, 0, 4}, [&](const Column<double>& column) {
+        const double t = to_seconds(column.midpoint);
+        const bool gap = t >= gap_begin_s && t < gap_end_s;
+        const auto e = gap ? tracker.tick(column.midpoint) : tracker.update(column);
+        if (!e || gap) {
+            return;
+        }
+        const bool after = t >= gap_end_s;
+        seen.unknown_after += after && e->flags.has(PoseFlag::hemisphere_unknown) ? 1U : 0U;
+        if (e->valid()) {
+            ++(after ? seen.valid_after : seen.valid_before);
+            seen.wrong += (e->position_m - motion.at(t).position_m).norm() > 0.05 ? 1U : 0U;
+        }
+    });
+    return seen;
+}
+
+void expect_unknown_after(const Seen& seen) {
+    EXPECT_GT(seen.valid_before, 500U);
+    EXPECT_EQ(seen.wrong, 0U);
+    EXPECT_EQ(seen.valid_after, 0U);
+    EXPECT_GT(seen.unknown_after, 500U);
+}
+
+const Path kWalkedBehind([](double t) -> Vec3<double> {
+    const double angle = std::min(t, 1.0) * std::numbers::pi;
+    return 0.5 * Vec3<double>(std::cos(angle), std::sin(angle), 0.1);
+});
+
+TEST(AfterLoss, BehindTheSourceTheSettingIsNotUsedAgain) {
+    expect_unknown_after(play(kWalkedBehind, 1.5, 2.7, test::scaat_filter<double>(test::scaat_params<double>(true))));
+    expect_unknown_after(play(kWalkedBehind, 1.5, 2.7, test::direct_tracker<double>(true, true)));
+}
+
+TEST(AfterLoss, MovedThroughTheBoundaryMeanwhile) {
+    const Path path = moved({0.5, 0, 0.05}, {-0.3, 0.4, 0.05}, 1, 1.5);
+    expect_unknown_after(play(path, 1, 1.5, test::scaat_filter<double>(test::scaat_params<double>(true))));
+    expect_unknown_after(play(path, 1, 1.5, test::direct_tracker<double>(true, true)));
+}
+
+TEST(AfterLoss, TooShortToHaveCrossedItStaysKnown) {
+    const Path path = moved({0.5, 0, 0.05}, {0.5, 0.2, 0.05}, 1, 1.2);
+    for (const Seen& seen : {play(path, 1, 1.2, test::scaat_filter<double>(test::scaat_params<double>(true))),
+                             play(path, 1, 1.2, test::direct_tracker<double>(true, true))}) {
+        EXPECT_EQ(seen.wrong, 0U);
+        EXPECT_GT(seen.valid_after, 1900U);
+    }
+}
+
+/// Thrown by 100 degrees: the mirror image is the nearer one.
+TEST(AThrow, AcrossTheBoundaryLeavesTheSideOpen) {
+    const Path path = moved({0.5, 0, 0.05}, {-0.1, 0.5, 0.05}, 1, 1.001);
+    expect_unknown_after(play(path, 1.001, 1.001, test::scaat_filter<double>(test::scaat_params<double>(true))));
+    expect_unknown_after(play(path, 1.001, 1.001, test::direct_tracker<double>(true, true)));
+}
+
+/// Told the half space in motion: mirrored accelerations too, so that no innovation is worse than without a flip.
+TEST(SetHemisphere, MirrorsTheWholeMotion) {
+    std::array<double, 2> worst{};
+    for (const bool flip : {false, true}) {
+        for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+            const auto motion = test::hand_like(seed);
+            auto filter = test::scaat_filter<double>(test::scaat_params<double>(true, Vec3<double>(flip ? -1 : 1, 0, 0)));
+            bool told = false;
+            test::replay<double>(motion, {true, test::sigma_for_cost(0.05e-3), seed, 0, 2.05}, [&](const Column<double>& c) {
+                if (to_seconds(c.midpoint) > 2 && !told) {
+                    const Vec3<double> before = filter.motion().acceleration_m_s2;
+                    told = filter.set_hemisphere(Vec3<double>::UnitX()).ok();
+                    EXPECT_EQ(filter.motion().acceleration_m_s2, flip ? Vec3<double>(-before) : before);
+                }
+                const auto e = filter.update(c);
+                if (e && told) {
+                    const Vec3<double> d = e->position_m - motion.at(to_seconds(c.midpoint)).position_m;
+                    worst[flip ? 1 : 0] =
+                        std::max(worst[flip ? 1 : 0], std::sqrt(d.dot(e->covariance.topLeftCorner<3, 3>().ldlt().solve(d))));
+                }
+            });
+        }
+    }
+    EXPECT_LT(worst[1], 1.01 * worst[0]);
+}
+
+}  // namespace
+}  // namespace tricoil::tracking
