@@ -6,7 +6,8 @@
 namespace tricoil::fixed {
 namespace {
 
-constexpr std::int32_t kLargestCode = 1 << 23;
+constexpr std::int32_t kLargestCode =
+    (1 << 23) - 1;  // 1024 of them at a constant phase: 2^63 - 2^40, with room for the oscillator's size
 
 std::uint64_t size_of(std::int64_t value) {
     return value < 0 ? 0U - static_cast<std::uint64_t>(value) : static_cast<std::uint64_t>(value);
