@@ -49,7 +49,7 @@ bool has_flat_tops(std::span<const Sample> window, std::size_t channel, const Ch
     return flat_tops >= kFewestFlatTops;
 }
 
-std::int64_t size_of(std::int64_t value) { return value < 0 ? -value : value; }
+std::int64_t magnitude(std::int64_t value) { return value < 0 ? -value : value; }
 
 }  // namespace
 
@@ -73,7 +73,7 @@ ColumnFlags inspect_window(std::span<const Sample> window, int natural_run, std:
         const bool known = full_scale > 0;
         flags.set_if(known && (range.highest >= full_scale || range.lowest <= -full_scale), ColumnFlag::saturated);
         // |sum| / N > full scale / 4; at most 2^33 N.
-        flags.set_if(known && kDcDivisor * size_of(range.sum) > samples * full_scale, ColumnFlag::dc_offset);
+        flags.set_if(known && kDcDivisor * magnitude(range.sum) > samples * full_scale, ColumnFlag::dc_offset);
         flags.set_if(range.lowest == range.highest && channel != kReferenceChannel, ColumnFlag::stuck);
         flags.set_if(has_flat_tops(window, channel, range, natural_run), ColumnFlag::clipped);
     }

@@ -2,14 +2,12 @@
 
 #include <bit>
 
+#include "core/fixed/sizes.hpp"
+
 namespace tricoil::fixed {
 namespace {
 
 constexpr std::int64_t kOneQ30 = std::int64_t{1} << 30;
-
-std::uint64_t size_of(std::int64_t value) {
-    return value < 0 ? 0U - static_cast<std::uint64_t>(value) : static_cast<std::uint64_t>(value);
-}
 
 /// value 2^-shift for either sign of shift; rounds.
 std::int64_t scaled(std::int64_t value, int shift) {

@@ -3,15 +3,13 @@
 #include <algorithm>
 #include <bit>
 
+#include "core/fixed/sizes.hpp"
+
 namespace tricoil::fixed {
 namespace {
 
-constexpr std::int32_t kLargestCode =
-    (1 << 23) - 1;  // 1024 of them at a constant phase: 2^63 - 2^40, with room for the oscillator's size
-
-std::uint64_t size_of(std::int64_t value) {
-    return value < 0 ? 0U - static_cast<std::uint64_t>(value) : static_cast<std::uint64_t>(value);
-}
+// 1024 of them at a constant phase: 2^63 - 2^40, with room for the oscillator's size.
+constexpr std::int32_t kLargestCode = kFullScaleCode - 1;
 
 /// exp(-i w n).
 SineCosine phasor(int cycles, int window_samples, std::size_t n) {

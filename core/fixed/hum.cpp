@@ -2,11 +2,12 @@
 
 #include <algorithm>
 
+#include "core/fixed/sizes.hpp"
+
 namespace tricoil::fixed {
 namespace {
 
-constexpr std::int64_t kLargestCode = 1 << 23;
-constexpr std::int64_t kMostStep = kLargestCode << 8;  // full scale, Q8
+constexpr std::int64_t kMostStep = kFullScaleCode << 8;  // full scale, Q8
 
 }  // namespace
 
@@ -20,7 +21,7 @@ HumStep hum_step(std::span<const Oscillator> oscillators, std::span<const std::a
     HumStep step{};
     for (std::size_t channel = 0; channel < kChannels; ++channel) {
         const auto code = [channel](const Sample& sample) {
-            return std::clamp<std::int64_t>(sample[channel], -kLargestCode, kLargestCode) * (1 << 8);
+            return std::clamp<std::int64_t>(sample[channel], -kFullScaleCode, kFullScaleCode) * (1 << 8);
         };
         std::int64_t first = code(window.front());
         std::int64_t last = code(window.back());

@@ -1,6 +1,7 @@
 #include "core/fixed/noise_estimate.hpp"
 
 #include "core/fixed/functions.hpp"
+#include "core/fixed/sizes.hpp"
 
 namespace tricoil::fixed {
 namespace {
@@ -9,7 +10,6 @@ constexpr std::size_t kStride = 2;  // as in signal::NoiseEstimator: every secon
 constexpr int kTapBits = 25;
 constexpr int kOutputBits = 4;  // outputs in sixteenths of a code
 constexpr std::int64_t kMostOutput = std::int64_t{1} << (19 + kOutputBits);
-constexpr std::int64_t kLargestCode = 1 << 23;
 
 }  // namespace
 
@@ -51,7 +51,8 @@ SampleVariances NoiseEstimator::sample_variance(std::span<const Sample> window) 
         for (std::size_t n = 0; n + tap_count_ <= window.size(); n += kStride) {
             std::int64_t output = 0;  // codes of 24 bits times 128 in Q25: below 2^55
             for (std::size_t t = 0; t < tap_count_; ++t) {
-                output += std::int64_t{taps_[t]} * std::clamp<std::int64_t>(window[n + t][channel], -kLargestCode, kLargestCode);
+                output +=
+                    std::int64_t{taps_[t]} * std::clamp<std::int64_t>(window[n + t][channel], -kFullScaleCode, kFullScaleCode);
             }
             const std::int64_t kept = std::clamp(shift_right_rounded(output, kTapBits - kOutputBits), -kMostOutput, kMostOutput);
             power += kept * kept;

@@ -11,7 +11,7 @@ namespace tricoil::protocol {
 /// Bytes that encode() will write.
 template <typename Message>
 std::size_t encoded_bytes(const Message& message) {
-    if constexpr (Schema<Message>::info.tail_unit > 0) {
+    if constexpr (Schema<Message>::kInfo.tail_unit > 0) {
         return kFixedBytes<Message> + message.tail.size();
     } else {
         return kFixedBytes<Message>;
@@ -68,11 +68,11 @@ std::size_t encode(const Message& message, std::span<std::uint8_t> out) {
     }
     std::uint8_t* at = out.data();
     *at++ = kNewestVersion;
-    *at++ = static_cast<std::uint8_t>(S::info.type);
+    *at++ = static_cast<std::uint8_t>(S::kInfo.type);
     std::apply([&](const auto&... f) { (detail::put_field(message, f, at), ...); }, kStampFields);
-    std::apply([&](const auto&... f) { (detail::put_field(message, f, at), ...); }, S::list);
-    if constexpr (S::info.tail_unit > 0) {
-        if (message.tail.size() % S::info.tail_unit != 0) {
+    std::apply([&](const auto&... f) { (detail::put_field(message, f, at), ...); }, S::kFields);
+    if constexpr (S::kInfo.tail_unit > 0) {
+        if (message.tail.size() % S::kInfo.tail_unit != 0) {
             return 0;
         }
         for (const std::uint8_t byte : message.tail) {
@@ -117,15 +117,15 @@ template <typename Message>
     if (error != WireError::none) {
         return error;
     }
-    if (type != S::info.type) {
+    if (type != S::kInfo.type) {
         return WireError::unknown_type;
     }
     const std::uint8_t* at = bytes.data() + kPrefixBytes;
     bool possible = true;
     const auto read = [&](const auto&... f) { ((possible = detail::get_field(message, f, at) && possible), ...); };
     std::apply(read, kStampFields);
-    std::apply(read, S::list);
-    if constexpr (S::info.tail_unit > 0) {
+    std::apply(read, S::kFields);
+    if constexpr (S::kInfo.tail_unit > 0) {
         message.tail = bytes.subspan(kFixedBytes<Message>);
     }
     return possible ? WireError::none : WireError::impossible;

@@ -92,17 +92,17 @@ struct Schema;
 
 template <>
 struct Schema<CommandMessage> {
-    static constexpr MessageInfo info{MessageType::command, "command", "host", "asks the device to do something"};
-    static constexpr auto list = std::tuple{field(&CommandMessage::opcode, "opcode", detail::kOpcode),
-                                            field(&CommandMessage::state, "state", detail::kState),
-                                            field(&CommandMessage::request, "request", detail::kRequest),
-                                            field(&CommandMessage::argument, "argument", count(WireType::u32, "by opcode"))};
+    static constexpr MessageInfo kInfo{MessageType::command, "command", "host", "asks the device to do something"};
+    static constexpr auto kFields = std::tuple{field(&CommandMessage::opcode, "opcode", detail::kOpcode),
+                                               field(&CommandMessage::state, "state", detail::kState),
+                                               field(&CommandMessage::request, "request", detail::kRequest),
+                                               field(&CommandMessage::argument, "argument", count(WireType::u32, "by opcode"))};
 };
 
 template <>
 struct Schema<AckMessage> {
-    static constexpr MessageInfo info{MessageType::ack, "ack", "device", "what became of a command"};
-    static constexpr auto list = std::tuple{
+    static constexpr MessageInfo kInfo{MessageType::ack, "ack", "device", "what became of a command"};
+    static constexpr auto kFields = std::tuple{
         field(&AckMessage::opcode, "opcode", detail::kOpcode),
         field(&AckMessage::result, "result", code(WireType::u8, 0, 4, "0 done, 1 refused, 2 unknown command, 3 busy, 4 failed")),
         field(&AckMessage::request, "request", detail::kRequest),
@@ -111,9 +111,9 @@ struct Schema<AckMessage> {
 
 template <>
 struct Schema<StatusMessage> {
-    static constexpr MessageInfo info{MessageType::status, "status", "device",
-                                      "state and faults; ten times a second or on change"};
-    static constexpr auto list =
+    static constexpr MessageInfo kInfo{MessageType::status, "status", "device",
+                                       "state and faults; ten times a second or on change"};
+    static constexpr auto kFields =
         std::tuple{field(&StatusMessage::device_state, "device_state", code(WireType::u8, 0, 2, "0 idle, 1 running, 2 fault")),
                    field(&StatusMessage::state, "state", detail::kState),
                    field(&StatusMessage::faults, "faults",
@@ -124,14 +124,14 @@ struct Schema<StatusMessage> {
                    field(&StatusMessage::overruns, "overruns", count(WireType::u32, "samples that the converter lost")),
                    field(&StatusMessage::transitions, "transitions", count(WireType::u32, "windows in which the coils changed")),
                    field(&StatusMessage::temperature_cdeg, "temperature",
-                         protocol::info(WireType::i16, 1e-2, "degC", -10000, 20000, "of the power stages")),
-                   field(&StatusMessage::supply_mv, "supply", protocol::info(WireType::u16, 1e-3, "V", "of the power stages"))};
+                         info(WireType::i16, 1e-2, "degC", -10000, 20000, "of the power stages")),
+                   field(&StatusMessage::supply_mv, "supply", info(WireType::u16, 1e-3, "V", "of the power stages"))};
 };
 
 template <>
 struct Schema<ColumnMessage> {
-    static constexpr MessageInfo info{MessageType::column, "column", "front end", "one column of the signal matrix"};
-    static constexpr auto list = std::tuple{
+    static constexpr MessageInfo kInfo{MessageType::column, "column", "front end", "one column of the signal matrix"};
+    static constexpr auto kFields = std::tuple{
         field(&ColumnMessage::sensor, "sensor", detail::kSensor),
         field(&ColumnMessage::state, "state", code(WireType::u8, 1, 3, "the source coil: 1-3")),
         field(&ColumnMessage::flags, "flags",
@@ -139,18 +139,17 @@ struct Schema<ColumnMessage> {
                    "bits: 0 saturated, 1 clipped, 2 stuck, 3 no reference, 4 offset, 5 low signal, "
                    "6 overrun, 7 the coils changed within the window")),
         field(&ColumnMessage::state_sequence, "state_sequence", count(WireType::u32, "of the excitation that was measured")),
-        fields(&ColumnMessage::in_phase, detail::kInPhase,
-               protocol::info(WireType::f32, 1, "", -1e6, 1e6, "coupling to each sensor coil")),
+        fields(&ColumnMessage::in_phase, detail::kInPhase, info(WireType::f32, 1, "", -1e6, 1e6, "coupling to each sensor coil")),
         fields(&ColumnMessage::quadrature, detail::kQuadrature,
-               protocol::info(WireType::f32, 1, "", -1e6, 1e6, "a quarter turn later: metal shows here")),
+               info(WireType::f32, 1, "", -1e6, 1e6, "a quarter turn later: metal shows here")),
         fields(&ColumnMessage::sigma, detail::kSigma,
-               protocol::info(WireType::f32, 1, "", 1e-12, 1e6, "standard deviation of a coupling"))};
+               info(WireType::f32, 1, "", 1e-12, 1e6, "standard deviation of a coupling"))};
 };
 
 template <>
 struct Schema<PoseMessage> {
-    static constexpr MessageInfo info{MessageType::pose, "pose", "tracker", "where the sensor is and how it is turned"};
-    static constexpr auto list = std::tuple{
+    static constexpr MessageInfo kInfo{MessageType::pose, "pose", "tracker", "where the sensor is and how it is turned"};
+    static constexpr auto kFields = std::tuple{
         field(&PoseMessage::sensor, "sensor", detail::kSensor),
         field(&PoseMessage::tracker_state, "tracker_state", code(WireType::u8, 0, 2, "0 searching, 1 tracking, 2 lost")),
         field(&PoseMessage::flags, "flags",
@@ -159,22 +158,22 @@ struct Schema<PoseMessage> {
                    "6 not converged, 7 hemisphere unknown, 8 no reference, 9 unconfirmed, "
                    "10 inconsistent, 11 coasting; 0 or 3 and 11 alone: valid")),
         fields(&PoseMessage::position, detail::kPosition,
-               protocol::info(WireType::i32, detail::kPositionScale, "m", -1e9, 1e9, "sensor in the source frame")),
+               info(WireType::i32, detail::kPositionScale, "m", -1e9, 1e9, "sensor in the source frame")),
         fields(&PoseMessage::quaternion, detail::kQuaternion,
-               protocol::info(WireType::i24, detail::kQuaternionScale, "", -8e6, 8e6, "v_source = q v_sensor; w, x, y, z")),
+               info(WireType::i24, detail::kQuaternionScale, "", -8e6, 8e6, "v_source = q v_sensor; w, x, y, z")),
         fields(&PoseMessage::deviation, detail::kDeviation,
-               protocol::info(WireType::u24, 1e-7, "m or rad",
-                              "standard deviations: position, small rotation, source frame; "
-                              "the largest number: that or more")),
+               info(WireType::u24, 1e-7, "m or rad",
+                    "standard deviations: position, small rotation, source frame; "
+                    "the largest number: that or more")),
         field(&PoseMessage::distortion, "distortion",
-              protocol::info(WireType::u16, 1e-2, "", "chi-square of 3 degrees of freedom; the largest number: that or more")),
-        field(&PoseMessage::snr_cdb, "snr", protocol::info(WireType::i16, 1e-2, "dB", "20 log10(k / sigma)"))};
+              info(WireType::u16, 1e-2, "", "chi-square of 3 degrees of freedom; the largest number: that or more")),
+        field(&PoseMessage::snr_cdb, "snr", info(WireType::i16, 1e-2, "dB", "20 log10(k / sigma)"))};
 };
 
 template <>
 struct Schema<IdentifyMessage> {
-    static constexpr MessageInfo info{MessageType::identify, "identify", "device", "who the device is and what it speaks"};
-    static constexpr auto list = std::tuple{
+    static constexpr MessageInfo kInfo{MessageType::identify, "identify", "device", "who the device is and what it speaks"};
+    static constexpr auto kFields = std::tuple{
         field(&IdentifyMessage::role, "role", code(WireType::u8, 1, 2, "1 front end, 2 tracker")),
         field(&IdentifyMessage::oldest_version, "oldest_version", code(WireType::u8, 1, 255, "of this protocol that it speaks")),
         field(&IdentifyMessage::newest_version, "newest_version", code(WireType::u8, 1, 255, "of this protocol that it speaks")),
@@ -186,52 +185,52 @@ struct Schema<IdentifyMessage> {
         field(&IdentifyMessage::drives_coils, "drives_coils",
               code(WireType::u8, 0, 1, "0: the host switches them, 1: the device")),
         field(&IdentifyMessage::frame_rate_mhz, "frame_rate",
-              protocol::info(WireType::u32, 1e-3, "Hz", 1e3, 1e8, "signal matrices a second")),
-        field(&IdentifyMessage::window_us, "window", protocol::info(WireType::u32, 1e-6, "s", 0, 1e6, "that is demodulated")),
+              info(WireType::u32, 1e-3, "Hz", 1e3, 1e8, "signal matrices a second")),
+        field(&IdentifyMessage::window_us, "window", info(WireType::u32, 1e-6, "s", 0, 1e6, "that is demodulated")),
         field(&IdentifyMessage::watchdog_us, "watchdog",
-              protocol::info(WireType::u32, 1e-6, "s", 0, 1e7, "silence of the host after which the coils go off"))};
+              info(WireType::u32, 1e-6, "s", 0, 1e7, "silence of the host after which the coils go off"))};
 };
 
 template <>
 struct Schema<CouplingsMessage> {
-    static constexpr MessageInfo info{MessageType::couplings, "couplings", "tracker",
-                                      "the signal matrix behind the pose of equal time"};
-    static constexpr auto list =
+    static constexpr MessageInfo kInfo{MessageType::couplings, "couplings", "tracker",
+                                       "the signal matrix behind the pose of equal time"};
+    static constexpr auto kFields =
         std::tuple{field(&CouplingsMessage::sensor, "sensor", detail::kSensor),
                    fields(&CouplingsMessage::x, detail::kCouplings,
-                          protocol::info(WireType::f32, 1, "", -1e6, 1e6, "sensor coil, source coil; column by column"))};
+                          info(WireType::f32, 1, "", -1e6, 1e6, "sensor coil, source coil; column by column"))};
 };
 
 template <>
 struct Schema<CovarianceMessage> {
-    static constexpr MessageInfo info{MessageType::covariance, "covariance", "tracker",
-                                      "of the pose of equal time; longer than a CAN frame"};
-    static constexpr auto list =
+    static constexpr MessageInfo kInfo{MessageType::covariance, "covariance", "tracker",
+                                       "of the pose of equal time; longer than a CAN frame"};
+    static constexpr auto kFields =
         std::tuple{field(&CovarianceMessage::sensor, "sensor", detail::kSensor),
                    fields(&CovarianceMessage::upper, detail::kUpper,
-                          protocol::info(WireType::f32, 1, "m^2, m rad, rad^2", -1e6, 1e6,
-                                         "upper triangle, row by row: position, small rotation, source frame"))};
+                          info(WireType::f32, 1, "m^2, m rad, rad^2", -1e6, 1e6,
+                               "upper triangle, row by row: position, small rotation, source frame"))};
 };
 
 template <>
 struct Schema<CheckMessage> {
-    static constexpr MessageInfo info{MessageType::check, "check", "device", "one row of the self-check"};
-    static constexpr auto list =
+    static constexpr MessageInfo kInfo{MessageType::check, "check", "device", "one row of the self-check"};
+    static constexpr auto kFields =
         std::tuple{field(&CheckMessage::id, "id", count(WireType::u16, "which check")),
                    field(&CheckMessage::precision, "precision", code(WireType::u8, 0, 2, "0 none, 1 single, 2 double")),
                    field(&CheckMessage::outcome, "outcome", code(WireType::u8, 0, 2, "0 pass, 1 fail, 2 absent")),
                    field(&CheckMessage::index, "index", count(WireType::u8, "of the row")),
                    field(&CheckMessage::count, "count", code(WireType::u8, 1, 255, "of rows")),
-                   field(&CheckMessage::limit, "limit", protocol::info(WireType::f32, 1, "", "largest value that passes")),
-                   field(&CheckMessage::measured, "measured", protocol::info(WireType::f32, 1, "", "value found"))};
+                   field(&CheckMessage::limit, "limit", info(WireType::f32, 1, "", "largest value that passes")),
+                   field(&CheckMessage::measured, "measured", info(WireType::f32, 1, "", "value found"))};
 };
 
 template <>
 struct Schema<RawBlockMessage> {
-    static constexpr MessageInfo info{
+    static constexpr MessageInfo kInfo{
         MessageType::raw_block,       "raw_block", "front end",
         "part of a burst of samples", 16,          "samples: four 32-bit codes each, sensor coils 1-3 and the reference current"};
-    static constexpr auto list = std::tuple{
+    static constexpr auto kFields = std::tuple{
         field(&RawBlockMessage::sensor, "sensor", detail::kSensor),
         field(&RawBlockMessage::state, "state", detail::kState),
         field(&RawBlockMessage::gain_step, "gain_step", count(WireType::u8, "of the amplifier")),
@@ -239,23 +238,23 @@ struct Schema<RawBlockMessage> {
         field(&RawBlockMessage::first, "first", code(WireType::u16, 0, 1023, "index in the block of this part's first sample")),
         field(&RawBlockMessage::total, "total", code(WireType::u16, 1, 1024, "samples of the whole block")),
         field(&RawBlockMessage::full_scale, "full_scale", code(WireType::i32, 0, 2147483647, "largest code; 0: unknown")),
-        field(&RawBlockMessage::scale, "scale", protocol::info(WireType::f32, 1, "V", 1e-15, 1e3, "of one code")),
+        field(&RawBlockMessage::scale, "scale", info(WireType::f32, 1, "V", 1e-15, 1e3, "of one code")),
         field(&RawBlockMessage::state_sequence, "state_sequence", count(WireType::u32, "of the excitation that was sampled")),
         field(&RawBlockMessage::block_sequence, "block_sequence", count(WireType::u32, "counts blocks, those not sent included")),
-        field(&RawBlockMessage::sample_rate_mhz, "sample_rate", protocol::info(WireType::u32, 1e-3, "Hz", "before decimation")),
+        field(&RawBlockMessage::sample_rate_mhz, "sample_rate", info(WireType::u32, 1e-3, "Hz", "before decimation")),
         field(&RawBlockMessage::overruns, "overruns", count(WireType::u32, "samples that the converter lost in this block")),
         field(&RawBlockMessage::dropped, "dropped", count(WireType::u32, "blocks that were not sent since the last one"))};
 };
 
 template <>
 struct Schema<CalibrationMessage> {
-    static constexpr MessageInfo info{MessageType::calibration,
-                                      "calibration",
-                                      "both",
-                                      "a calibration, read or to be written",
-                                      1,
-                                      "a calibration blob with its own CRC; none: the device has no calibration"};
-    static constexpr auto list = std::tuple{field(&CalibrationMessage::request, "request", detail::kRequest)};
+    static constexpr MessageInfo kInfo{MessageType::calibration,
+                                       "calibration",
+                                       "both",
+                                       "a calibration, read or to be written",
+                                       1,
+                                       "a calibration blob with its own CRC; none: the device has no calibration"};
+    static constexpr auto kFields = std::tuple{field(&CalibrationMessage::request, "request", detail::kRequest)};
 };
 
 /// Calls visit(Schema<Message>{}) for every message there is.
@@ -285,7 +284,7 @@ constexpr void for_each_field(AnySchema, Visitor visit) {
         }
     };
     std::apply([&](const auto&... f) { (one(f), ...); }, kStampFields);
-    std::apply([&](const auto&... f) { (one(f), ...); }, AnySchema::list);
+    std::apply([&](const auto&... f) { (one(f), ...); }, AnySchema::kFields);
 }
 
 /// Bytes of a message without its tail.
@@ -309,8 +308,8 @@ struct MessageSize {
 constexpr MessageSize size_of_type(std::uint8_t type) {
     MessageSize size;
     for_each_message([&](auto schema) {
-        if (static_cast<std::uint8_t>(schema.info.type) == type) {
-            size = {fixed_bytes(schema), schema.info.tail_unit};
+        if (static_cast<std::uint8_t>(schema.kInfo.type) == type) {
+            size = {fixed_bytes(schema), schema.kInfo.tail_unit};
         }
     });
     return size;

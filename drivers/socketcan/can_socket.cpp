@@ -137,7 +137,7 @@ Status CanSocket::receive(CanReception& reception) {
     reception.host_time_us = monotonic_us();
     reception.is_fd = bytes == static_cast<ssize_t>(CANFD_MTU);
     reception.is_error = (raw.can_id & CAN_ERR_FLAG) != 0;
-    reception.frame.id = raw.can_id & (reception.is_error ? CAN_ERR_MASK : CAN_EFF_MASK);
+    reception.frame.id = raw.can_id & CAN_EFF_MASK;
     reception.frame.length = std::min<std::uint8_t>(raw.len, CANFD_MAX_DLEN);
     std::memcpy(reception.frame.data.data(), raw.data, reception.frame.length);
     for (cmsghdr* header = CMSG_FIRSTHDR(&message); header != nullptr; header = CMSG_NXTHDR(&message, header)) {

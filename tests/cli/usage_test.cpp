@@ -42,6 +42,23 @@ TEST(Usage, UnknownNamesGetTheNearestOne) {
     expect_complaint("motion --example IV", "unknown example 'IV'; choices: I, II, III,");
 }
 
+TEST(Usage, ABoardsConfigurationIsRefusedByLine) {
+    const auto refuse = [](const std::string& text, const std::string& says) {
+        const std::string path = write_file("board.toml", text);
+        expect_complaint("run --config " + path, path + ":" + says);
+    };
+    refuse("device = \"can:can0#16\"", "1: 'device' device 'can:can0#16': '16' is no node number, 0 to 15");
+    refuse("device = \"can:can0\"\nspeed = 3", "2: 'speed' is not a known key");
+    refuse("\n\n[coils]\nchip = \"x\"\ns1 = \"a\"\ns2 = \"b\"\ns3 = \"a\"", "7: 'coils.s3' is the line of another coil");
+    refuse("[coils]\nchip = 1", "2: 'coils.chip' must be a text in quotes");
+    refuse("[tracker]\nmethod = \"scat\"", "2: 'tracker.method' unknown tracker.method 'scat'; did you mean 'scaat'?");
+    refuse("[realtime]\npriority = 100", "2: 'realtime.priority' must be a whole number from 0 to 99");
+    refuse("[outputs]\npublish = 1", "2: 'outputs.publish' must be true or false");
+    refuse("[tracker", "1: ");
+    expect_complaint("run --config " + write_file("empty.toml", ""), "'device' is missing");
+    expect_complaint("run --config /no/such/file", "/no/such/file: cannot be read");
+}
+
 TEST(Usage, ImpossibleNumbersAreNamed) {
     expect_complaint("run --rate-hz 0", "frame rate");
     expect_complaint("run --rate-hz nan", "frame rate");
@@ -56,7 +73,7 @@ TEST(Usage, ImpossibleNumbersAreNamed) {
     expect_complaint("run --hemisphere 1,0", "--hemisphere");
     expect_complaint("run --hemisphere inf,0,0", "--hemisphere");
     expect_complaint("run --fault dropped_blocks:2", "0 to 1");
-    expect_complaint("run --device can:vcan0", "sim:");
+    expect_complaint("run --device tcp:host", "use sim:, can:INTERFACE");
     expect_complaint("run --seed -1", "--seed");
     expect_complaint("run --rate-hz fast", "expected: a number");
     expect_complaint("run --passes 1.5", "expected: a whole number");

@@ -23,13 +23,13 @@ TYPED_TEST(EveryMessage, ComesBackByteForByteAndNumberForNumber) {
     for (int i = 0; i < 2000; ++i) {
         TypeParam sent = test::random_message<TypeParam>(random);
         const auto tail = test::random_bytes(16 * (random() % 9), random);
-        if constexpr (Schema<TypeParam>::info.tail_unit > 0) {
+        if constexpr (Schema<TypeParam>::kInfo.tail_unit > 0) {
             sent.tail = tail;
         }
         const auto bytes = test::bytes_of(sent);
         ASSERT_EQ(bytes.size(), encoded_bytes(sent));
         TypeParam received;
-        ASSERT_EQ(decode(std::span<const std::uint8_t>(bytes), received), WireError::none) << Schema<TypeParam>::info.name;
+        ASSERT_EQ(decode(std::span<const std::uint8_t>(bytes), received), WireError::none) << Schema<TypeParam>::kInfo.name;
         EXPECT_EQ(test::bytes_of(received), bytes);
         EXPECT_EQ(received.sequence, sent.sequence);
         EXPECT_EQ(received.time_us, sent.time_us);
@@ -114,8 +114,8 @@ TEST(Schema, NamesAndNumbersAreUnique) {
     std::vector<std::string> names;
     std::vector<int> numbers;
     for_each_message([&](auto schema) {
-        names.emplace_back(schema.info.name);
-        numbers.push_back(static_cast<int>(schema.info.type));
+        names.emplace_back(schema.kInfo.name);
+        numbers.push_back(static_cast<int>(schema.kInfo.type));
         std::vector<std::string> fields;
         for_each_field(schema, [&](const char* name, const FieldInfo& f, std::size_t) {
             fields.emplace_back(name);
@@ -124,7 +124,7 @@ TEST(Schema, NamesAndNumbersAreUnique) {
             EXPECT_LE(f.high, highest(f.type)) << name;
         });
         std::sort(fields.begin(), fields.end());
-        EXPECT_EQ(std::adjacent_find(fields.begin(), fields.end()), fields.end()) << schema.info.name;
+        EXPECT_EQ(std::adjacent_find(fields.begin(), fields.end()), fields.end()) << schema.kInfo.name;
     });
     std::sort(names.begin(), names.end());
     EXPECT_EQ(std::adjacent_find(names.begin(), names.end()), names.end());

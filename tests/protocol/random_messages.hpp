@@ -40,7 +40,7 @@ Message random_message(std::mt19937_64& random) {
         }
     };
     std::apply([&](const auto&... f) { (fill(f), ...); }, protocol::kStampFields);
-    std::apply([&](const auto&... f) { (fill(f), ...); }, protocol::Schema<Message>::list);
+    std::apply([&](const auto&... f) { (fill(f), ...); }, protocol::Schema<Message>::kFields);
     return message;
 }
 

@@ -140,17 +140,17 @@ int show_info(const DeviceCommand& command) {
 void print_message(const hal::ReceivedMessage& message, bool json) {
     std::string line;
     protocol::for_each_message([&](auto schema) {
-        if (static_cast<std::uint8_t>(schema.info.type) != message.bytes[1] || message.bytes.size() < fixed_bytes(schema)) {
+        if (static_cast<std::uint8_t>(schema.kInfo.type) != message.bytes[1] || message.bytes.size() < fixed_bytes(schema)) {
             return;
         }
-        ordered_json fields = {{"message", schema.info.name}};
+        ordered_json fields = {{"message", schema.kInfo.name}};
         protocol::for_each_field(schema, [&](const char* name, const protocol::FieldInfo& f, std::size_t at) {
             const std::uint8_t* const bytes = message.bytes.data() + at;
             fields[name] = f.type == protocol::WireType::f32
                                ? static_cast<double>(protocol::get<float>(bytes, f.type))
                                : f.scale * static_cast<double>(protocol::get<std::int64_t>(bytes, f.type));
         });
-        line = json ? fields.dump() : fmt::format("{:<10} {}", schema.info.name, fields.dump().substr(0, 110));
+        line = json ? fields.dump() : fmt::format("{:<10} {}", schema.kInfo.name, fields.dump().substr(0, 110));
     });
     if (!line.empty()) {
         fmt::print("{}\n", line);

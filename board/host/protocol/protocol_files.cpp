@@ -44,14 +44,14 @@ std::string dbc_file() {
     std::string formats;
     protocol::for_each_message([&](auto schema) {
         const std::size_t bytes = protocol::fixed_bytes(schema);
-        if (bytes > protocol::kMaxFrameBytes || schema.info.tail_unit > 0) {
+        if (bytes > protocol::kMaxFrameBytes || schema.kInfo.tail_unit > 0) {
             return;
         }
-        const std::uint32_t id = protocol::can_id(schema.info.type, 0);
-        fmt::format_to(std::back_inserter(messages), "\nBO_ {} {}: {} {}\n", id, schema.info.name, protocol::can_fd_length(bytes),
-                       sender(schema.info.from));
+        const std::uint32_t id = protocol::can_id(schema.kInfo.type, 0);
+        fmt::format_to(std::back_inserter(messages), "\nBO_ {} {}: {} {}\n", id, schema.kInfo.name,
+                       protocol::can_fd_length(bytes), sender(schema.kInfo.from));
         messages += signal("version", WireType::u8, 0, 1, 0, 255, "") + signal("type", WireType::u8, 1, 1, 0, 255, "");
-        fmt::format_to(std::back_inserter(comments), "CM_ BO_ {} \"{}\";\n", id, schema.info.what);
+        fmt::format_to(std::back_inserter(comments), "CM_ BO_ {} \"{}\";\n", id, schema.kInfo.what);
         fmt::format_to(std::back_inserter(formats), "BA_ \"VFrameFormat\" BO_ {} 14;\n", id);
         protocol::for_each_field(schema, [&](const char* name, const FieldInfo& f, std::size_t at) {
             messages += signal(name, f.type, at, f.scale, f.scale * f.low, f.scale * f.high, f.unit);
@@ -95,15 +95,15 @@ std::string protocol_page() {
             std::back_inserter(page),
             "\n## {} ({})\n\nFrom: {}. {}{}.\n\n| byte | field | type | scale | unit | range | "
             "|\n|---|---|---|---|---|---|---|\n",
-            schema.info.name, static_cast<int>(schema.info.type), schema.info.from, schema.info.what,
-            schema.info.tail_unit > 0 ? fmt::format("; {} bytes and a tail", bytes) : fmt::format("; {} bytes", bytes));
+            schema.kInfo.name, static_cast<int>(schema.kInfo.type), schema.kInfo.from, schema.kInfo.what,
+            schema.kInfo.tail_unit > 0 ? fmt::format("; {} bytes and a tail", bytes) : fmt::format("; {} bytes", bytes));
         protocol::for_each_field(schema, [&](const char* name, const FieldInfo& f, std::size_t at) {
             fmt::format_to(std::back_inserter(page), "| {} | {} | {} | {} | {} | {:.6g} to {:.6g} | {} |\n", at, name,
                            name_of(f.type), f.scale, f.unit, f.scale * f.low, f.scale * f.high, f.what);
         });
-        if (schema.info.tail_unit > 0) {
-            fmt::format_to(std::back_inserter(page), "| {} | (tail) | {} bytes each | | | | {} |\n", bytes, schema.info.tail_unit,
-                           schema.info.tail_what);
+        if (schema.kInfo.tail_unit > 0) {
+            fmt::format_to(std::back_inserter(page), "| {} | (tail) | {} bytes each | | | | {} |\n", bytes,
+                           schema.kInfo.tail_unit, schema.kInfo.tail_what);
         }
     });
     return page;
