@@ -105,6 +105,41 @@ TEST_F(MainLoopTest, CountsLostBlocksAndGoesOn) {
     EXPECT_LT(worst_m_, 1e-3);
 }
 
+/// Columns that the tracker refuses are as good as none: it is told the time, and says that it is coasting, stale, lost.
+TEST_F(MainLoopTest, RefusedColumnsDoNotSilenceTheTracker) {
+    const sim::StillMotion motion({{0.5, 0.1, 0.2}, Quat<double>::Identity()});
+    sim::CoilWorld world({}, motion, {});
+    world.configure(*signal::plan_acquisition(signal::default_acquisition(signal::Multiplexing::fdm, 240)));
+    sim::SimulatedClock clock;
+    sim::SimulatedCoilSampler sampler(world, coils_, clock, 1);
+    std::vector<tracking::PoseEstimate<double>> sent;
+    sim::SimulatedLink<double> link([&](const auto& estimate) { sent.push_back(estimate); });
+    auto p = params(signal::Multiplexing::fdm, world);
+    p.filter.emplace();
+    p.filter->window_s = p.plan.window_s();
+    MainLoop<double> loop(p, {clock, coils_, sampler, link});
+    ASSERT_TRUE(loop.start().ok());
+    for (int block = 0; block < 100; ++block) {
+        ASSERT_TRUE(loop.step().ok());
+    }
+    ASSERT_TRUE(sent.back().valid());
+    // Columns of the future: every one that follows is too old, until the clock is taken to have started anew.
+    Column<double> stray;
+    stray.midpoint = clock.now() + Microseconds{90'000};
+    stray.in_phase.setConstant(1e-3);
+    stray.sigma.setConstant(1e-6);
+    for (int j = 0; j < kSourceCoils; ++j) {
+        stray.state = single_coil(j);
+        (void)loop.tracker().update(stray);
+    }
+    const std::size_t before = sent.size();
+    for (int block = 0; block < 6; ++block) {
+        ASSERT_TRUE(loop.step().ok());
+    }
+    EXPECT_EQ(sent.size(), before + 6);
+    EXPECT_FALSE(sent.back().valid());
+}
+
 TEST_F(MainLoopTest, ASilentSamplerMakesTheLastPoseStale) {
     run("dropped_blocks:1@0.5-1", signal::Multiplexing::fdm, 0.9);
     EXPECT_TRUE(estimates_.back().flags.has(tracking::PoseFlag::stale));

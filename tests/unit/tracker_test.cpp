@@ -102,6 +102,11 @@ TEST_F(TrackerTest, LosesASilentSensorWithinBoundedTimeAndFindsItAgain) {
     tracker.tick(time_ + Microseconds{1'500'000});
     EXPECT_EQ(tracker.state(), TrackerState::searching);
     time_ += Microseconds{2'000'000};
+    feed_frame(tracker, x_);  // a column this far ahead waits for the next to agree
+    EXPECT_EQ(tracker.counters().of(Rejection::time_ahead), 1U);
+    // In two seconds it may have gone to the other side.
+    EXPECT_TRUE(feed_frame(tracker, x_)->flags.has(PoseFlag::hemisphere_unknown));
+    ASSERT_TRUE(tracker.set_hemisphere(position_).ok());
     EXPECT_TRUE(feed_frame(tracker, x_)->valid());
     EXPECT_EQ(tracker.counters().acquisitions, 2U);
 }
