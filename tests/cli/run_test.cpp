@@ -5,6 +5,9 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
 
 #include "tests/cli/cli_runner.hpp"
 
@@ -54,6 +57,28 @@ TEST(Run, WritesPosesAsUsersWantThem) {
     std::getline(file, header);
     EXPECT_NE(header.find("x_mm"), std::string::npos);
     EXPECT_NE(header.find("euler_zyx_3_deg"), std::string::npos);
+    // The error is that of what is reported, the tip.
+    std::vector<std::string> names;
+    std::vector<std::string> last;
+    const auto split = [](const std::string& line) {
+        std::vector<std::string> fields;
+        std::istringstream stream(line);
+        for (std::string field; std::getline(stream, field, ',');) {
+            fields.push_back(field);
+        }
+        return fields;
+    };
+    names = split(header);
+    for (std::string line; std::getline(file, line);) {
+        last = split(line);
+    }
+    const auto value = [&](const std::string& name) {
+        return std::stod(last.at(static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin())));
+    };
+    const double x = value("x_mm") - value("true_x_mm");
+    const double y = value("y_mm") - value("true_y_mm");
+    const double z = value("z_mm") - value("true_z_mm");
+    EXPECT_NEAR(1e3 * value("error_position_m"), std::sqrt(x * x + y * y + z * z), 1e-3);
     std::remove(csv.c_str());
 }
 
@@ -101,7 +126,7 @@ TEST(Run, FaultsAreSeenAndSurvived) {
     const auto drops = run("--duration 3 --fault dropped_blocks:0.3@1-2");
     EXPECT_GT(drops["blocks_lost"].get<int>(), 30);
     EXPECT_LT(drops["position_max_m"].get<double>(), 5e-3);
-    const auto plug = run("--scenario unplugged");
+    const auto plug = run("--scenario unplugged --confined");  // two seconds unseen: long enough to change sides
     EXPECT_THAT(plug["flags_seen"].get<std::string>(), ::testing::HasSubstr("no_sensor"));
     EXPECT_NEAR(plug["poses_invalid"].get<double>(), 480, 5);
     EXPECT_LT(plug["position_max_m"].get<double>(), 1e-3);

@@ -59,6 +59,19 @@ TEST(Usage, ABoardsConfigurationIsRefusedByLine) {
     expect_complaint("run --config /no/such/file", "/no/such/file: cannot be read");
 }
 
+TEST(Usage, OptionsThatWouldDoNothingAreRefused) {
+    expect_complaint("run --duration 1 --predict 0.02", "--tracker scaat");
+    expect_complaint("run --duration 1 --predict -1", "--predict");
+    expect_complaint("run --duration 1 --tracker scaat --predict -0.1", "--predict");
+    expect_complaint("run --duration 1 --tracker scaat --mux tdm --no-deskew", "--no-deskew");
+    expect_complaint("run --duration 1 --mux fdm --no-deskew", "--no-deskew");
+    for (const char* option : {"--tip 0.1,0,0", "--align 0,0,0,1,0,0,0,1,0", "--boresight", "--units mm", "--euler zyx"}) {
+        expect_complaint(std::string("run --duration 1 ") + option, "--out");
+    }
+    expect_complaint("run --duration 1 --euler ''", "--euler");
+    expect_complaint("run --duration 1 --out /dev/null --tip 1e308,1e308,0", "--tip");
+}
+
 TEST(Usage, ImpossibleNumbersAreNamed) {
     expect_complaint("run --rate-hz 0", "frame rate");
     expect_complaint("run --rate-hz nan", "frame rate");

@@ -93,6 +93,76 @@ TEST(Dynamic, MotionWithoutTurningIsRefused) {
     EXPECT_THROW(align_streams(stream, stream, 100.0), InputError);
 }
 
+/// The lag is told from frames that could imitate a part of it, with the sensor on the body and away from it.
+TEST(Dynamic, ALagIsNotSharedOutToTheFrames) {
+    const sim::HandMotion motion({0.6, 0, 0}, 4);
+    for (const Vec3<double>& mount_m : {Vec3<double>(0, 0, 0), Vec3<double>(0.2, 0, 0.1)}) {
+        Known known;
+        known.offset_s = 0;
+        known.mount_m = mount_m;
+        const auto reference = reference_of(motion, 4);
+        const auto tracker = tracker_of(motion, known, 4, 2e-3, 0.1e-3);
+        const auto report = dynamic_report(tracker, reference, align_streams(tracker, reference, 0.0));
+        EXPECT_NEAR(report.lag_s, 2e-3, 0.02e-3);
+        EXPECT_EQ(report.alignment.time_offset_s, 0);
+    }
+}
+
+/// A body that only turns moves a sensor that stands off from it.
+TEST(Dynamic, SpeedIsTheSensorsNotTheBodys) {
+    const sim::HandMotion hand({0.6, 0, 0}, 4);
+    const Known known;
+    std::vector<TimedPose> poses;
+    for (double t = 0; t < 10; t += 1.0 / 200) {
+        poses.push_back({t, {0, 0, 0}, hand.at(t).q_source_sensor});
+    }
+    const PoseStream reference(poses, "reference");
+    StreamAlignment alignment;
+    alignment.mount_m = known.mount_m;
+    for (double t = 1; t < 9; t += 0.1) {
+        const auto place = [&](double at) -> Vec3<double> { return hand.at(at).q_source_sensor * known.mount_m; };
+        const auto moving = alignment.applied(reference, t);
+        const Vec3<double> velocity = (place(t + 1e-4) - place(t - 1e-4)) / 2e-4;
+        const Vec3<double> acceleration = (place(t + 1e-3) - 2 * place(t) + place(t - 1e-3)) / 1e-6;
+        EXPECT_LT((moving.velocity_m_s - velocity).norm(), 0.01 + 0.05 * velocity.norm());
+        EXPECT_LT((moving.acceleration_m_s2 - acceleration).norm(), 0.3 + 0.15 * acceleration.norm());
+    }
+}
+
+/// Where the reference has no samples nothing is compared, and it is said how much that is.
+TEST(Dynamic, GapsAreLeftOut) {
+    const sim::HandMotion motion({0.6, 0, 0}, 4);
+    Known known;
+    known.offset_s = 0;
+    std::vector<TimedPose> poses;
+    const auto whole = reference_of(motion, 12);
+    for (const TimedPose& p : whole.poses()) {
+        if (p.time_s < 4 || p.time_s > 6) {
+            poses.push_back(p);
+        }
+    }
+    const PoseStream reference(poses, "reference");
+    const auto tracker = tracker_of(motion, known, 12, 0, 0.2e-3);
+    const auto report = dynamic_report(tracker, reference, align_streams(tracker, reference, std::nullopt));
+    EXPECT_NEAR(report.position_m.rms, 0.2e-3, 0.02e-3);
+    EXPECT_NEAR(static_cast<double>(report.in_gaps), 480, 10);
+    EXPECT_GE(report.in_gaps + report.errors.size() + 2, tracker.poses().size());  // the ends may lie a microsecond outside
+}
+
+/// Streams of different motions, and clocks further apart than is searched, are no measurement.
+TEST(Dynamic, StrangersAreRefused) {
+    const auto reference = reference_of(sim::HandMotion({0.6, 0, 0}, 4), 12);
+    const sim::HandMotion other({0.6, 0, 0}, 5);
+    Known known;
+    known.offset_s = 0;
+    EXPECT_THROW(align_streams(tracker_of(other, known, 12, 0, 1e-4), reference, std::nullopt), InputError);
+    EXPECT_THROW(align_streams(tracker_of(other, known, 12, 0, 1e-4), reference, 0.0), InputError);
+    known.offset_s = 3;
+    const sim::HandMotion same({0.6, 0, 0}, 4);
+    EXPECT_THROW(align_streams(tracker_of(same, known, 8, 0, 1e-4), reference, std::nullopt), InputError);
+    EXPECT_NEAR(align_streams(tracker_of(same, known, 8, 0, 1e-4), reference, 3.0).lag_s, 0, 20e-6);
+}
+
 class StreamFile : public ::testing::Test {
 protected:
     void write(const std::string& text) const { std::ofstream(path_) << text; }
@@ -126,6 +196,7 @@ TEST_F(StreamFile, SaysWhatIsWrongAndWhere) {
     EXPECT_NE(refusal(lines(30, 5, "0.05,0,0,nan,1,0,0,0\n")).find(":7"), std::string::npos);
     EXPECT_NE(refusal(lines(30, 5, "0.01,0,0,1,1,0,0,0\n")).find("time does not rise"), std::string::npos);
     EXPECT_NE(refusal(lines(30, 5, "0.05,0,0,1,2,0,0,0\n")).find("quaternion"), std::string::npos);
+    EXPECT_NE(refusal(lines(30, 5, "0.05,1e300,0,1,1,0,0,0\n")).find("metres"), std::string::npos);
     EXPECT_NE(refusal(lines(10, -1, "")).find("at least 20"), std::string::npos);
     EXPECT_NE(refusal("a,b\n1,2\n").find("time_us"), std::string::npos);
     EXPECT_NE(refusal("time_s,x_m,y_m\n1,2,3\n").find("z_m"), std::string::npos);

@@ -86,6 +86,11 @@ int run(RunCommand& command, bool duration_given, bool device_given) {
     if (duration_given) {
         command.options.duration_s = command.duration_s;
     }
+    const OutputOptions& output = command.options.output;
+    if (command.options.out_csv.empty() && (!output.tip_m.empty() || !output.align_points.empty() || output.boresight ||
+                                            output.unit != OutputOptions{}.unit || !output.euler.empty())) {
+        throw InputError("--tip, --align, --boresight, --units and --euler change the CSV only; add --out FILE");
+    }
     command.options.show_live = !command.json;
     const RunReport report = run_simulated(command.options);
     fmt::print("{}", command.json ? summary_json(report) : summary_text(report));
@@ -131,6 +136,7 @@ void add_run_command(CLI::App& program, Action& action) {
                     "Half space the sensor starts in, x,y,z; 0,0,0: unknown; default: where the simulated motion begins")
         ->delimiter(',')
         ->expected(3);
+    sub->add_flag("--confined", o.confined, "The sensor never leaves that half space: it is known again after every loss");
     sub->add_flag("--no-deskew", o.no_deskew, "TDM, direct: take the latest three columns as simultaneous");
     sub->add_option("--predict", o.predict_ahead_s, "scaat: deliver poses this many seconds ahead of the newest column");
     sub->add_flag("--no-noise", o.no_noise, "No converter noise, no mains; quantisation stays");
@@ -147,7 +153,8 @@ void add_run_command(CLI::App& program, Action& action) {
     sub->add_flag("--boresight", o.output.boresight, "CSV: the first valid pose's attitude reads zero");
     sub->add_option("--units", o.output.unit, "CSV: unit of positions: m, mm, cm or in")->capture_default_str();
     sub->add_option("--euler", o.output.euler,
-                    "CSV: add three angles, in this order of turns about the sensor's own axes, as zyx");
+                    "CSV: add three angles, in this order of turns about the sensor's own axes, as zyx")
+        ->check(refuse_empty);
     sub->add_flag("--json", command->json, "Summary as JSON");
     sub->callback([command, duration, device, &action] {
         action = [command, duration, device] { return run(*command, duration->count() > 0, device->count() > 0); };

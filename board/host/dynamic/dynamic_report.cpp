@@ -88,7 +88,11 @@ void fit_growth(DynamicReport& report) {
     report.at_rest_m = std::sqrt(squares(0));
     report.per_speed_s = std::sqrt(squares(1));
     report.per_acceleration_s2 = std::sqrt(squares(2));
-    report.lag_s = weight > 0 ? along / weight : 0;
+    if (report.alignment.lag_s != 0) {
+        report.lag_s = report.alignment.lag_s;
+    } else {
+        report.lag_s = weight > 0 ? along / weight : 0;
+    }
 }
 
 std::string band_name(const SpeedBand& b) {
@@ -104,7 +108,8 @@ DynamicReport dynamic_report(const PoseStream& tracker, const PoseStream& refere
     std::vector<double> orientation;
     for (const TimedPose& p : tracker.poses()) {
         const double t = p.time_s + alignment.time_offset_s;
-        if (t < reference.begin_s() || t > reference.end_s()) {
+        if (!reference.covers(t)) {
+            report.in_gaps += t >= reference.begin_s() && t <= reference.end_s() ? 1U : 0U;
             continue;
         }
         report.errors.push_back(error_of(p, alignment.applied(reference, p.time_s)));
@@ -132,6 +137,9 @@ std::string dynamic_csv(const DynamicReport& report) {
 std::string dynamic_text(const DynamicReport& r) {
     std::string text = fmt::format("{} poses against the reference; its clock is {:+.3f} ms from the tracker's\n",
                                    r.errors.size(), 1e3 * r.alignment.time_offset_s);
+    if (r.in_gaps > 0) {
+        text += fmt::format("  {} poses left out: the reference has gaps there\n", r.in_gaps);
+    }
     text += fmt::format("  position     RMS {:.3f} mm   95 % {:.3f} mm   max {:.3f} mm\n", 1e3 * r.position_m.rms,
                         1e3 * r.position_m.p95, 1e3 * r.position_m.max);
     text += fmt::format("  orientation  RMS {:.4f} deg  95 % {:.4f} deg  max {:.4f} deg\n", r.orientation_deg.rms,
@@ -159,6 +167,7 @@ std::string dynamic_json(const DynamicReport& r) {
                                 {"orientation_max_deg", r.orientation_deg.max},
                                 {"time_offset_s", r.alignment.time_offset_s},
                                 {"lag_s", r.lag_s},
+                                {"poses_in_gaps", r.in_gaps},
                                 {"error_at_rest_m", r.at_rest_m},
                                 {"error_per_speed_s", r.per_speed_s},
                                 {"error_per_acceleration_s2", r.per_acceleration_s2},

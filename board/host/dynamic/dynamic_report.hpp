@@ -36,7 +36,8 @@ struct DynamicReport {
     double at_rest_m = 0;
     double per_speed_s = 0;          // m of error per m/s: a time
     double per_acceleration_s2 = 0;  // m of error per m/s^2: a time squared
-    double lag_s = 0;                // mean of -along over speed, weighted by squared speed: what the time offset left
+    double lag_s = 0;                // with a given time offset, fitted; otherwise the mean of -along over speed, which it left
+    std::size_t in_gaps = 0;         // tracker poses not compared, as the reference has a gap there
 };
 
 DynamicReport dynamic_report(const PoseStream& tracker, const PoseStream& reference, const StreamAlignment& alignment);

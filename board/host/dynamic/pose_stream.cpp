@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "board/host/errors.hpp"
+#include "core/geometry/rotations.hpp"
 #include "sim/io/input_error.hpp"
 #include "sim/io/text_table.hpp"
 
@@ -16,6 +17,8 @@ namespace {
 
 constexpr std::size_t kFewestPoses = 20;
 constexpr double kQuaternionTolerance = 0.01;
+constexpr double kFarthest_m = 1000;
+constexpr double kGap = 4;  // median sample intervals
 constexpr std::array<const char*, 7> kColumns{"x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"};
 
 /// Where the header puts what.
@@ -61,7 +64,12 @@ TimedPose parse_pose(const std::vector<std::string_view>& fields, const Columns&
     if (std::abs(q.norm() - 1) > kQuaternionTolerance) {
         throw InputError(fmt::format("{}: quaternion has length {:.3f}, not 1", place.str(), q.norm()));
     }
-    return {columns.seconds_per_unit * sim::parse_number(fields[columns.time], place), {v[0], v[1], v[2]}, q.normalized()};
+    const Vec3<double> position(v[0], v[1], v[2]);
+    if (!(position.cwiseAbs().maxCoeff() <= kFarthest_m)) {
+        throw InputError(
+            fmt::format("{}: a place {:g} m away; positions are in metres", place.str(), position.cwiseAbs().maxCoeff()));
+    }
+    return {columns.seconds_per_unit * sim::parse_number(fields[columns.time], place), position, q.normalized()};
 }
 
 }  // namespace
@@ -96,13 +104,30 @@ PoseStream::PoseStream(std::vector<TimedPose> poses, const std::string& name) : 
             poses_[n].q.coeffs() = -poses_[n].q.coeffs();
         }
     }
+    std::vector<double> intervals;
+    for (std::size_t n = 1; n < poses_.size(); ++n) {
+        intervals.push_back(poses_[n].time_s - poses_[n - 1].time_s);
+    }
+    const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
+    std::nth_element(intervals.begin(), middle, intervals.end());
+    longest_interval_s_ = kGap * *middle;
 }
 
-MovingPose PoseStream::at(double time_s) const {
+/// Index of the sample before `time_s`, of all that have one after them.
+std::size_t PoseStream::interval_of(double time_s) const {
     const auto after =
         std::upper_bound(poses_.begin(), poses_.end(), time_s, [](double t, const auto& p) { return t < p.time_s; });
     const auto last = static_cast<std::ptrdiff_t>(poses_.size()) - 2;
-    const auto i = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(after - poses_.begin() - 1, 0, last));
+    return static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(after - poses_.begin() - 1, 0, last));
+}
+
+bool PoseStream::covers(double time_s) const {
+    const std::size_t i = interval_of(time_s);
+    return time_s >= begin_s() && time_s <= end_s() && poses_[i + 1].time_s - poses_[i].time_s <= longest_interval_s_;
+}
+
+MovingPose PoseStream::at(double time_s) const {
+    const std::size_t i = interval_of(time_s);
     const TimedPose& a = poses_[i];
     const TimedPose& b = poses_[i + 1];
     const double h = b.time_s - a.time_s;
@@ -122,6 +147,16 @@ MovingPose PoseStream::at(double time_s) const {
     result.pose.time_s = time_s;
     result.pose.position_m = a.position_m + s * (va + s * (c2 + s * c3));
     result.pose.q = a.q.slerp(s, b.q);
+    const auto rate = [this](std::size_t n) -> Vec3<double> {
+        return geometry::quaternion_to_rotation_vector<double>(poses_[n + 1].q * poses_[n].q.conjugate()) /
+               (poses_[n + 1].time_s - poses_[n].time_s);
+    };
+    const std::size_t before = i == 0 ? 0 : i - 1;
+    const std::size_t behind = std::min(i + 1, poses_.size() - 2);
+    const double apart_s =
+        (poses_[behind].time_s + poses_[behind + 1].time_s - poses_[before].time_s - poses_[before + 1].time_s) / 2;
+    result.angular_acceleration_rad_s2 = (rate(behind) - rate(before)) / apart_s;
+    result.rate_rad_s = rate(i) + (s - 0.5) * h * result.angular_acceleration_rad_s2;
     result.velocity_m_s = (va + s * (2 * c2 + 3 * s * c3)) / h;
     result.acceleration_m_s2 = (2 * c2 + 6 * s * c3) / (h * h);
     return result;

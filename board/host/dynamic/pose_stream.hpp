@@ -17,6 +17,8 @@ struct TimedPose {
 /// A pose with its rates, in the stream's own frame.
 struct MovingPose {
     TimedPose pose;
+    Vec3<double> rate_rad_s = Vec3<double>::Zero();
+    Vec3<double> angular_acceleration_rad_s2 = Vec3<double>::Zero();
     Vec3<double> velocity_m_s = Vec3<double>::Zero();
     Vec3<double> acceleration_m_s2 = Vec3<double>::Zero();
 };
@@ -26,7 +28,8 @@ class PoseStream {
 public:
     /// Reads a CSV file with a header: time_us or time_s, x_m, y_m, z_m, qw, qx, qy, qz in any order; lines with valid = 0 are
     /// left out, further columns are ignored. Throws InputError naming file and line: columns missing, no number, time not
-    /// rising, a quaternion far from unit length, fewer than 20 poses.
+    /// rising, a quaternion far from unit length, a place
+    /// further than 1 km, fewer than 20 poses.
     static PoseStream read(const std::string& path);
 
     /// Throws InputError (named by `name`) as read() does.
@@ -36,11 +39,17 @@ public:
     [[nodiscard]] double begin_s() const { return poses_.front().time_s; }
     [[nodiscard]] double end_s() const { return poses_.back().time_s; }
 
+    /// Whether the samples on both sides of `time_s` are neighbours: not in a gap of more than 4 median sample intervals, where
+    /// nobody knows what happened, nor beyond the ends.
+    [[nodiscard]] bool covers(double time_s) const;
+
     /// Position by a cubic through four samples, attitude by the shortest turn between two. Clamped to the stream's ends.
     [[nodiscard]] MovingPose at(double time_s) const;
 
 private:
+    [[nodiscard]] std::size_t interval_of(double time_s) const;
     std::vector<TimedPose> poses_;
+    double longest_interval_s_ = 0;  // that is not a gap
 };
 
 }  // namespace tricoil::host

@@ -16,11 +16,14 @@ namespace tricoil::host {
 namespace {
 
 constexpr double kLargestOffset_s = 2;
+constexpr double kCoarseOffset_s = 0.02;
 constexpr double kOffsetStep_s = 2e-3;
 constexpr double kShortestOverlap_s = 1;
 constexpr double kMetresPerRadian = 0.5;
 constexpr std::size_t kMostSamples = 3000;
-constexpr double kLeastTurning = 1e-3;  // singular value per sample below which attitudes leave the alignment open
+constexpr double kLeastCorrelation = 0.7;
+constexpr double kLargestResidual = 0.5;  // share of how far the tracker's poses are spread
+constexpr double kLeastTurning = 1e-3;    // singular value per sample below which attitudes leave the alignment open
 
 Quat<double> quaternion(const Eigen::Vector4d& wxyz) { return Quat<double>(wxyz(0), wxyz(1), wxyz(2), wxyz(3)).normalized(); }
 
@@ -36,8 +39,12 @@ Eigen::Matrix4d right_product(const Quat<double>& q) {
     return m;
 }
 
-double angular_speed(const PoseStream& stream, double time_s) {
+/// Nothing where the stream has a gap.
+std::optional<double> angular_speed(const PoseStream& stream, double time_s) {
     constexpr double kHalf_s = 0.02;
+    if (!stream.covers(time_s - kHalf_s) || !stream.covers(time_s + kHalf_s)) {
+        return std::nullopt;
+    }
     return geometry::angle_between(stream.at(time_s - kHalf_s).pose.q, stream.at(time_s + kHalf_s).pose.q) / (2 * kHalf_s);
 }
 
@@ -46,7 +53,7 @@ std::vector<std::size_t> chosen(const PoseStream& tracker, const PoseStream& ref
     std::vector<std::size_t> all;
     for (std::size_t n = 0; n < tracker.poses().size(); ++n) {
         const double t = tracker.poses()[n].time_s + offset_s;
-        if (t >= reference.begin_s() + room_s && t <= reference.end_s() - room_s) {
+        if (reference.covers(t - room_s) && reference.covers(t + room_s)) {
             all.push_back(n);
         }
     }
@@ -71,8 +78,13 @@ double correlation(const PoseStream& tracker, const PoseStream& reference, doubl
         return -1;
     }
     for (double t = begin; t <= end; t += std::max(0.01, (end - begin) / 1000)) {
-        const double a = angular_speed(tracker, t);
-        const double b = angular_speed(reference, t + offset_s);
+        const auto of_tracker = angular_speed(tracker, t);
+        const auto of_reference = angular_speed(reference, t + offset_s);
+        if (!of_tracker || !of_reference) {
+            continue;
+        }
+        const double a = *of_tracker;
+        const double b = *of_reference;
         sum_ab += a * b;
         sum_a += a;
         sum_b += b;
@@ -96,12 +108,17 @@ double best_offset(const PoseStream& tracker, const PoseStream& reference) {
             }
         }
     };
-    constexpr double kCoarse_s = 0.02;
-    look(-kLargestOffset_s, kLargestOffset_s, kCoarse_s);
+    look(-kLargestOffset_s, kLargestOffset_s, kCoarseOffset_s);
     const double near = best;
-    look(near - kCoarse_s, near + kCoarse_s, kOffsetStep_s);
+    look(near - kCoarseOffset_s, near + kCoarseOffset_s, kOffsetStep_s);
     if (highest < 0) {
         throw InputError("the two streams do not overlap for a second within 2 s of each other, or do not turn");
+    }
+    if (highest < kLeastCorrelation) {
+        throw InputError(fmt::format(
+            "the two streams do not turn alike (correlation {:.2f} at best within 2 s): other motions, or clocks further apart; "
+            "give --time-offset",
+            highest));
     }
     return best;
 }
@@ -163,7 +180,7 @@ struct Residuals {
 
     [[nodiscard]] StreamAlignment moved(const Eigen::VectorXd& x) const {
         StreamAlignment a = start;
-        a.time_offset_s += fixed_offset ? 0 : x(0);
+        (fixed_offset ? a.lag_s : a.time_offset_s) += fixed_offset ? -x(0) : x(0);
         a.q_world = geometry::rotation_vector_to_quaternion<double>(x.segment<3>(1)) * a.q_world;
         a.world_m += x.segment<3>(4);
         a.q_mount = geometry::rotation_vector_to_quaternion<double>(x.segment<3>(7)) * a.q_mount;
@@ -175,7 +192,7 @@ struct Residuals {
         const StreamAlignment a = moved(x);
         for (std::size_t n = 0; n < samples->size(); ++n) {
             const TimedPose& p = tracker->poses()[(*samples)[n]];
-            const TimedPose r = a.applied(*reference, p.time_s).pose;
+            const TimedPose r = a.applied(*reference, p.time_s - a.lag_s).pose;
             const auto at = static_cast<Eigen::Index>(6 * n);
             residuals.segment<3>(at) = p.position_m - r.position_m;
             residuals.segment<3>(at + 3) =
@@ -185,15 +202,44 @@ struct Residuals {
     }
 };
 
+/// Frames can be fitted to any two streams; whether they are of one motion the residuals tell.
+void refuse_strangers(const PoseStream& tracker, const std::vector<std::size_t>& samples, const Residuals& residuals,
+                      const Eigen::VectorXd& x) {
+    Vec3<double> mean = Vec3<double>::Zero();
+    for (const std::size_t n : samples) {
+        mean += tracker.poses()[n].position_m / static_cast<double>(samples.size());
+    }
+    double spread = 0;
+    for (const std::size_t n : samples) {
+        spread += (tracker.poses()[n].position_m - mean).squaredNorm();
+    }
+    Eigen::VectorXd r(residuals.values());
+    residuals(x, r);
+    double left = 0;
+    for (std::size_t n = 0; n < samples.size(); ++n) {
+        left += r.segment<3>(static_cast<Eigen::Index>(6 * n)).squaredNorm();
+    }
+    if (!(left <= kLargestResidual * kLargestResidual * spread)) {
+        throw InputError(fmt::format("no frames bring the two streams together: {:.1f} mm are left of {:.1f} mm of motion",
+                                     1e3 * std::sqrt(left / static_cast<double>(samples.size())),
+                                     1e3 * std::sqrt(spread / static_cast<double>(samples.size()))));
+    }
+}
+
 }  // namespace
 
 MovingPose StreamAlignment::applied(const PoseStream& reference, double tracker_time_s) const {
     MovingPose r = reference.at(tracker_time_s + time_offset_s);
+    const Vec3<double> lever = r.pose.q * mount_m;
+    const Vec3<double> swing = r.rate_rad_s.cross(lever);
+    r.velocity_m_s = q_world * (r.velocity_m_s + swing);
+    r.acceleration_m_s2 =
+        q_world * (r.acceleration_m_s2 + r.angular_acceleration_rad_s2.cross(lever) + r.rate_rad_s.cross(swing));
+    r.rate_rad_s = q_world * r.rate_rad_s;
+    r.angular_acceleration_rad_s2 = q_world * r.angular_acceleration_rad_s2;
     r.pose.time_s = tracker_time_s;
-    r.pose.position_m = q_world * (r.pose.position_m + r.pose.q * mount_m) + world_m;
+    r.pose.position_m = q_world * (r.pose.position_m + lever) + world_m;
     r.pose.q = (q_world * r.pose.q * q_mount).normalized();
-    r.velocity_m_s = q_world * r.velocity_m_s;
-    r.acceleration_m_s2 = q_world * r.acceleration_m_s2;
     return r;
 }
 
@@ -211,7 +257,12 @@ StreamAlignment align_streams(const PoseStream& tracker, const PoseStream& refer
     Eigen::LevenbergMarquardt<Eigen::NumericalDiff<Residuals, Eigen::Central>> solver(differentiated);
     Eigen::VectorXd x = Eigen::VectorXd::Zero(residuals.inputs());
     solver.minimize(x);
-    return residuals.moved(x);
+    const StreamAlignment found = residuals.moved(x);
+    if (!given_offset_s && std::abs(found.time_offset_s) > kLargestOffset_s + kCoarseOffset_s) {
+        throw InputError("the clocks are more than 2 s apart; give --time-offset");
+    }
+    refuse_strangers(tracker, samples, residuals, x);
+    return found;
 }
 
 }  // namespace tricoil::host

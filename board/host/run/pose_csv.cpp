@@ -75,7 +75,9 @@ void PoseCsv::write(const tracking::PoseEstimate<double>& estimate, const PoseEr
     line += e.predicted_error
                 ? fmt::format("{:.4f},{:.5f},", e.predicted_error->total.position_mm, e.predicted_error->total.orientation_deg)
                 : std::string(",,");  // not known yet
-    line += fmt::format("{},{},{:.4e},{:.4e}", fields(scale * truth.position_m), fields(truth.q_source_sensor), error.position_m,
+    // Of what is reported: with a tip, the tip's.
+    const double error_m = (e.position_m - truth.position_m).norm();
+    line += fmt::format("{},{},{:.4e},{:.4e}", fields(scale * truth.position_m), fields(truth.q_source_sensor), error_m,
                         error.orientation_rad);
     if (format_.euler) {
         const Vec3<double> angles = geometry::euler_angles<double>(e.q_source_sensor, *format_.euler) * (180 / std::numbers::pi);

@@ -13,7 +13,7 @@ namespace tricoil::host {
 namespace {
 
 constexpr std::array<const char*, tracking::TrackerCounters{}.rejected.size()> kRejectionNames{
-    "not_finite", "bad_sigma", "unknown_state", "time_backwards", "duplicate"};
+    "not_finite", "bad_sigma", "unknown_state", "time_backwards", "duplicate", "time_ahead"};
 
 const char* multiplexing(const RunReport& report) { return report.plan.is_tdm() ? "tdm" : "fdm"; }
 
@@ -114,6 +114,7 @@ std::string summary_json(const RunReport& r) {
         {"acquisitions", r.tracker.acquisitions},
         {"outliers", r.tracker.outliers},
         {"reopened", r.tracker.reopened},
+        {"clock_restarts", r.tracker.clock_restarts},
         {"flags_seen", to_text(r.seen_flags)},
         {"duration_s", r.simulated_s},
         {"interrupted", r.interrupted},

@@ -66,8 +66,13 @@ tracking::TrackerParams<double> make_tracker(const RunOptions& options, const si
     params.passes = options.passes;
     params.coupling_constant = world.coupling_constant_m3;
     params.hemisphere = hemisphere;
+    params.confined = options.confined;
     params.max_column_span = tracking::column_span(plan);
-    params.deskew = plan.is_tdm() && !options.no_deskew && params.method == tracking::Method::direct;
+    const bool can_deskew = plan.is_tdm() && params.method == tracking::Method::direct && options.tracker != kFilterName;
+    if (options.no_deskew && !can_deskew) {
+        throw InputError("--no-deskew: only --mux tdm with --tracker direct deskews");
+    }
+    params.deskew = can_deskew && !options.no_deskew;
     params.window_s = plan.window_s();
     if (const Status status = tracking::check(params); !status.ok()) {
         throw InputError(std::string("tracker: ") + status.message());
@@ -77,18 +82,22 @@ tracking::TrackerParams<double> make_tracker(const RunOptions& options, const si
 
 std::optional<tracking::scaat::Params<double>> make_filter(const RunOptions& options,
                                                            const tracking::TrackerParams<double>& tracker) {
-    if (options.tracker != kFilterName) {
-        return std::nullopt;
-    }
-    if (!(std::abs(options.predict_ahead_s) <= 10)) {
+    if (!(options.predict_ahead_s >= 0 && options.predict_ahead_s <= 10)) {
         throw InputError("--predict must be a number of seconds, 0 to 10");
+    }
+    if (options.tracker != kFilterName) {
+        if (options.predict_ahead_s > 0) {
+            throw InputError("--predict: only --tracker scaat knows the motion");
+        }
+        return std::nullopt;
     }
     tracking::scaat::Params<double> params;
     params.hemisphere = tracker.hemisphere;
+    params.confined = tracker.confined;
     params.max_column_span = tracker.max_column_span;
     params.window_s = tracker.window_s;
     params.predict_ahead = microseconds_from_seconds(options.predict_ahead_s);
-    if (const Status status = tracking::scaat::check(params); !status.ok()) {
+    if (const Status status = tracking::scaat::Filter<double>::check(params, {tracker.coupling_constant}); !status.ok()) {
         throw InputError(std::string("tracker: ") + status.message());
     }
     return params;

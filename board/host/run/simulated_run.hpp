@@ -24,6 +24,7 @@ struct RunOptions {
     std::optional<double> duration_s;
     std::vector<std::string> faults;
     std::vector<double> hemisphere;  // empty: where the simulated motion begins
+    bool confined = false;           // the sensor never leaves it
     bool no_noise = false;
     bool no_deskew = false;
     double predict_ahead_s = 0;
