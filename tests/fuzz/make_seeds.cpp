@@ -20,6 +20,33 @@ Bytes message(std::mt19937_64& random) {
     return test::bytes_of(test::random_message<Message>(random));
 }
 
+void append(Bytes& session, const Bytes& bytes) {
+    session.push_back(static_cast<std::uint8_t>(bytes.size()));
+    session.push_back(1);
+    session.insert(session.end(), bytes.begin(), bytes.end());
+}
+
+/// A device that says who it is, is started, and sends data.
+Bytes conversation(protocol::Role role) {
+    Bytes session;
+    protocol::IdentifyMessage identity;
+    identity.role = static_cast<std::uint8_t>(role);
+    append(session, test::bytes_of(identity));
+    protocol::AckMessage started;
+    started.opcode = static_cast<std::uint8_t>(protocol::Opcode::start);
+    append(session, test::bytes_of(started));
+    for (std::uint32_t n = 0; n < 6; ++n) {
+        protocol::ColumnMessage column;
+        column.sequence = n;
+        column.time_us = 1389 * n;
+        protocol::PoseMessage pose;
+        pose.sequence = n;
+        pose.time_us = 4167 * n;
+        append(session, role == protocol::Role::tracker ? test::bytes_of(pose) : test::bytes_of(column));
+    }
+    return session;
+}
+
 }  // namespace
 
 int main(int, char** arguments) {
@@ -44,10 +71,11 @@ int main(int, char** arguments) {
         framed[0] = 3;
         framed.resize(1 + protocol::frame(bytes, std::span(framed).subspan(1)));
         save(folder / "wire" / (name + "-stream"), framed);
-        session.push_back(static_cast<std::uint8_t>(bytes.size()));
-        session.push_back(5);
-        session.insert(session.end(), bytes.begin(), bytes.end());
+        append(session, bytes);
     }
     save(folder / "session" / "every-type", session);
+    for (const auto role : {protocol::Role::front_end, protocol::Role::tracker}) {
+        save(folder / "session" / (role == protocol::Role::tracker ? "poses" : "columns"), conversation(role));
+    }
     return 0;
 }
