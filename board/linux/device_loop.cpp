@@ -10,7 +10,7 @@ namespace tricoil::linux_board {
 namespace {
 
 constexpr Microseconds kWait{5000};
-constexpr std::int64_t kSilenceUs = 150'000;  // without a column, before poses are flagged stale
+constexpr std::int64_t kColumnSilenceUs = 150'000;  // without a column, before poses are flagged stale
 
 /// The timing that a front end tells of itself.
 struct Timing {
@@ -122,11 +122,7 @@ void DeviceLoop::begin() {
     filter.max_column_span = params.max_column_span;
     filter.window_s = params.window_s;
     for (std::size_t n = 0; n < std::min<std::size_t>(session_.identity().sensors, trackers_.size()); ++n) {
-        if (params_.filter) {
-            trackers_[n].emplace(filter, params.coupling_constant);
-        } else {
-            trackers_[n].emplace(params);
-        }
+        trackers_[n].emplace(params, params_.filter ? std::optional(filter) : std::nullopt);
     }
     state_sequence_ = 0;
     column_us_ = 0;
@@ -185,7 +181,7 @@ void DeviceLoop::deliver(const protocol::PoseMessage& pose, bool valid, std::int
 /// Silence shows in the poses too: the last one, flagged stale.
 void DeviceLoop::tick(std::int64_t now_us) {
     const std::int64_t silence_us = now_us - column_us_;
-    if (session_.phase() != Phase::running || column_us_ == 0 || silence_us < kSilenceUs) {
+    if (session_.phase() != Phase::running || column_us_ == 0 || silence_us < kColumnSilenceUs) {
         return;
     }
     const DeviceTime now = session_.column().midpoint + Microseconds{silence_us};
