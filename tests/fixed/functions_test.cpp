@@ -65,10 +65,10 @@ TEST(FixedFunctions, ArctangentInAllOctantsAndSizes) {
 TEST(FixedFunctions, RootsAreExact) {
     std::mt19937_64 random(3);
     const auto check = [](std::uint64_t value) {
-        __extension__ using Wide = unsigned __int128;
-        const Wide square = square_root(value);
+        __extension__ using Exact = unsigned __int128;
+        const Exact square = square_root(value);
         ASSERT_TRUE(square * square <= value && (square + 1) * (square + 1) > value) << value;
-        const Wide cube = cube_root(value);
+        const Exact cube = cube_root(value);
         ASSERT_TRUE(cube * cube * cube <= value && (cube + 1) * (cube + 1) * (cube + 1) > value) << value;
     };
     for (int n = 0; n < 300'000; ++n) {

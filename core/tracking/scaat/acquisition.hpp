@@ -24,7 +24,7 @@ Vec3<Scalar> resolvable_variance(const Vec3<Scalar>& variance, const Innovation<
 /// Innovation of a column with its variance kept resolvable. `around` as in innovation(); beside_noise: variance of what is wrong
 /// with the couplings besides noise, coupling units squared.
 template <typename Scalar, MeasurementModel<Scalar> Model>
-Innovation<Scalar> column_innovation(const Model& model, const State<Scalar>& state, const State<Scalar>& around,
+Innovation<Scalar> column_innovation(const Model& model, const State<Scalar>& state, const Motion<Scalar>& around,
                                      const Column<Scalar>& column, Scalar beside_noise = 0) {
     const Scalar late_s = column.midpoint < state.time ? seconds_as<Scalar>(state.time - column.midpoint) : Scalar(0);
     const int j = coil_index(column.state);

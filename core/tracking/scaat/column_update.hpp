@@ -57,7 +57,7 @@ Mat3<Scalar> h_times(const PoseJacobian<Scalar>& h, const GainMatrix<Scalar>& g,
 /// Innovation of the couplings z (variances r, column j) taken late_s before `state`. `around`: state to linearise at, usually
 /// `state` itself; another one re-linearises (iterated extended Kalman filter, Bar-Shalom et al. 2001, section 10.5.2).
 template <typename Scalar, MeasurementModel<Scalar> Model>
-Innovation<Scalar> innovation(const Model& model, const State<Scalar>& state, const State<Scalar>& around, int j,
+Innovation<Scalar> innovation(const Model& model, const State<Scalar>& state, const Motion<Scalar>& around, int j,
                               const Vec3<Scalar>& z, const Vec3<Scalar>& r, Scalar late_s) {
     Vec3<Scalar> position = around.position_m;
     Quat<Scalar> q = around.q_source_sensor;
@@ -77,7 +77,7 @@ Innovation<Scalar> innovation(const Model& model, const State<Scalar>& state, co
         result.h.template rightCols<3>() *= back.toRotationMatrix();  // a rotation error now, seen from then
     }
     result.y = z - predicted.column;
-    if (&around != &state) {
+    if (&around != static_cast<const Motion<Scalar>*>(&state)) {
         Vec6<Scalar> offset;
         offset << state.position_m - around.position_m,
             geometry::quaternion_to_rotation_vector<Scalar>(state.q_source_sensor * around.q_source_sensor.conjugate());

@@ -58,6 +58,7 @@ private:
     [[nodiscard]] std::optional<Rejection> why_refused(const Column<Scalar>& column, bool& late);
     void forget();
     std::optional<PoseEstimate<Scalar>> track(const Column<Scalar>& column);
+    [[nodiscard]] State<Scalar> moved_on(Microseconds ahead) const;
     std::optional<PoseEstimate<Scalar>> follow_frame(const Column<Scalar>& column);
     PoseEstimate<Scalar> judge(const std::optional<SignalMatrix<Scalar>>& raw);
     [[nodiscard]] bool in_frames() const { return params_.max_column_span.count() == 0; }
@@ -65,7 +66,7 @@ private:
     void use_pending();
     bool use_frame(const SignalMatrix<Scalar>& matrix);
     [[nodiscard]] bool is_beside(const StartPose<Scalar>& pose, Scalar sigma) const;
-    bool use(const Column<Scalar>& column, const State<Scalar>& around, bool trusted);
+    bool use(const Column<Scalar>& column, const Motion<Scalar>& around, bool trusted);
     void open(Scalar factor);
     void adapt(const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened);
     bool start(const SignalMatrix<Scalar>& matrix);

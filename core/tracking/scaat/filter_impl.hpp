@@ -68,7 +68,7 @@ std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::update(const Column<S
         lose(column.midpoint);
         return search(column);
     }
-    return track(column);
+    return in_frames() && column.midpoint >= state_.time ? follow_frame(column) : track(column);
 }
 
 template <typename Scalar, MeasurementModel<Scalar> Model>
@@ -97,14 +97,11 @@ void Filter<Scalar, Model>::forget() {
     pending_ = 0;
 }
 
-/// One column while tracking.
+/// One column by itself while tracking.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::track(const Column<Scalar>& column) {
     const int coil = coil_index(column.state);
     const bool in_order = column.midpoint >= state_.time;
-    if (in_frames() && in_order) {
-        return follow_frame(column);
-    }
     flags_of_state_[static_cast<std::size_t>(coil)] = pose_flags(column.flags);
     if (in_order) {
         propagate(state_, intensity(), column.midpoint);
@@ -136,7 +133,7 @@ std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::follow_frame(const Co
             ended = judge(std::nullopt);
         }
         if (mode_ != TrackerState::tracking) {
-            (void)search(column);
+            (void)raw_.add(column);  // the frame's others will find it there
             return ended;
         }
         propagate(state_, intensity(), column.midpoint);
@@ -194,7 +191,7 @@ PoseEstimate<Scalar> Filter<Scalar, Model>::judge(const std::optional<SignalMatr
 template <typename Scalar, MeasurementModel<Scalar> Model>
 bool Filter<Scalar, Model>::use_frame(const SignalMatrix<Scalar>& matrix) {
     const auto pose = examine(matrix, true);
-    State<Scalar> around = state_;
+    Motion<Scalar> around = state_;
     const bool agree = pose.ok() && !health_.flags.has_any({PoseFlag::no_sensor, PoseFlag::wrong_handedness});
     if (agree) {
         around.position_m = pose->position_m;
@@ -202,7 +199,7 @@ bool Filter<Scalar, Model>::use_frame(const SignalMatrix<Scalar>& matrix) {
     }
     int refused = 0;
     for (int j = 0; j < kSourceCoils; ++j) {
-        refused += use(raw_.latest(j), agree ? around : state_, agree) ? 0 : 1;
+        refused += use(raw_.latest(j), agree ? around : static_cast<const Motion<Scalar>&>(state_), agree) ? 0 : 1;
     }
     return 2 * refused < kSourceCoils && (!agree || is_beside(*pose, matrix.sigma));
 }
@@ -222,7 +219,7 @@ bool Filter<Scalar, Model>::is_beside(const StartPose<Scalar>& pose, Scalar sigm
 /// Updates with a column if it passes the gate, linearised at `around`. One that does not pass is left out as an outlier, unless
 /// `trusted`: then the sensor has accelerated beyond what was thought possible, and the prediction is opened until it passes.
 template <typename Scalar, MeasurementModel<Scalar> Model>
-bool Filter<Scalar, Model>::use(const Column<Scalar>& column, const State<Scalar>& around, bool trusted) {
+bool Filter<Scalar, Model>::use(const Column<Scalar>& column, const Motion<Scalar>& around, bool trusted) {
     const int coil = coil_index(column.state);
     const Scalar restless = Scalar(kRestlessBlur * kRestlessBlur) * blur_variance_;
     auto innovation = column_innovation<Scalar>(model_, state_, around, column, restless);
@@ -400,7 +397,7 @@ void Filter<Scalar, Model>::lose(DeviceTime time) {
 template <typename Scalar, MeasurementModel<Scalar> Model>
 PoseEstimate<Scalar> Filter<Scalar, Model>::report(PoseFlags flags, Microseconds ahead) {
     const bool moved = ahead.count() > 0;
-    const State<Scalar> later = moved ? predicted(seconds_as<Scalar>(ahead)) : State<Scalar>{};
+    const State<Scalar> later = moved ? moved_on(ahead) : State<Scalar>{};
     const State<Scalar>& state = moved ? later : state_;
     PoseEstimate<Scalar> estimate;
     estimate.sensor = sensor_;
@@ -494,11 +491,16 @@ Status Filter<Scalar, Model>::set_hemisphere(const Vec3<Scalar>& towards) {
 
 template <typename Scalar, MeasurementModel<Scalar> Model>
 State<Scalar> Filter<Scalar, Model>::predicted(Scalar ahead_s) const {
+    constexpr Scalar kLongest_s = 10;
+    const bool forward = ahead_s > 0;  // not for a NaN either
+    const Scalar us = forward ? Scalar(1e6) * std::min(ahead_s, kLongest_s) : Scalar(0);
+    return moved_on(Microseconds{static_cast<std::int32_t>(us + Scalar(0.5))});
+}
+
+template <typename Scalar, MeasurementModel<Scalar> Model>
+State<Scalar> Filter<Scalar, Model>::moved_on(Microseconds ahead) const {
     State<Scalar> state = state_;
-    if (ahead_s > 0) {  // not for a NaN either
-        const Scalar longest_s = 10;
-        propagate(state, intensity(), state_.time + microseconds_from_seconds(static_cast<double>(std::min(ahead_s, longest_s))));
-    }
+    propagate(state, intensity(), state_.time + ahead);
     return state;
 }
 

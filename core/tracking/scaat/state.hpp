@@ -13,11 +13,9 @@ using Vec12 = Eigen::Matrix<Scalar, kErrorStates, 1>;
 template <typename Scalar>
 using Mat12 = Eigen::Matrix<Scalar, kErrorStates, kErrorStates>;
 
-/// Everything in the source frame. The error state is (position m, small rotation rad, velocity m/s, angular rate rad/s): the
-/// pose first, so that the pose and its rates are two blocks of six. Attitude error r: q_true = exp(r) q. The accelerations are
-/// not part of the error state: they are learnt from the velocity corrections (learn_acceleration) and only steer the prediction.
+/// A moving pose, in the source frame.
 template <typename Scalar>
-struct State {
+struct Motion {
     DeviceTime time{};
     Vec3<Scalar> position_m = Vec3<Scalar>::Zero();
     Quat<Scalar> q_source_sensor = Quat<Scalar>::Identity();
@@ -25,6 +23,13 @@ struct State {
     Vec3<Scalar> rate_rad_s = Vec3<Scalar>::Zero();
     Vec3<Scalar> acceleration_m_s2 = Vec3<Scalar>::Zero();
     Vec3<Scalar> angular_acceleration_rad_s2 = Vec3<Scalar>::Zero();
+};
+
+/// Covariance in the source frame too. The error state is (position m, small rotation rad, velocity m/s, angular rate rad/s): the
+/// pose first, so that the pose and its rates are two blocks of six. Attitude error r: q_true = exp(r) q. The accelerations are
+/// not part of the error state: they are learnt from the velocity corrections (learn_acceleration) and only steer the prediction.
+template <typename Scalar>
+struct State : Motion<Scalar> {
     Mat12<Scalar> covariance = Mat12<Scalar>::Zero();
 };
 static_assert(sizeof(State<float>) <= 704, "a filter's state in float: 12x12 covariance, 19 numbers and a time");
