@@ -3,16 +3,13 @@
 #include <algorithm>
 
 #include "core/fixed/model_fit.hpp"
+#include "core/tracking/signal_flags.hpp"
 
 namespace tricoil::fixed {
 namespace {
 
 using tracking::PoseFlag;
-using tracking::PoseFlags;
 using tracking::TrackerState;
-
-/// cos of the largest turn of u between two poses that still tells which sign is the near one.
-constexpr Unit kContinuityCosine = Unit::from(0.1);
 
 constexpr Status kUnexplained{StatusCode::not_converged, "the step from the last pose does not explain the couplings"};
 
@@ -22,14 +19,12 @@ bool is_time(DeviceTime time) {
     return to_us(time) > -kMost_us && to_us(time) < kMost_us;
 }
 
-PoseFlags signal_flags(ColumnFlags columns) {
-    PoseFlags flags;
-    flags.set_if(columns.has_any({ColumnFlag::saturated, ColumnFlag::clipped}), PoseFlag::saturated);
-    flags.set_if(columns.has(ColumnFlag::no_reference), PoseFlag::no_reference);
-    flags.set_if(columns.has(ColumnFlag::low_signal), PoseFlag::low_signal);
-    flags.set_if(columns.has(ColumnFlag::stuck), PoseFlag::no_sensor);
-    flags.set_if(columns.has(ColumnFlag::overrun), PoseFlag::unconfirmed);  // samples are missing: the phase is not known
-    return flags;
+Vec3<Metres> in_metres(const Vec3<Unit>& direction) {
+    return direction.unaryExpr([](Unit entry) { return Metres::from(entry); });
+}
+
+Vec3<Metres> position_m(const VectorPose& pose) {
+    return pose.direction.unaryExpr([&](Unit entry) { return product<28>(pose.range_m, entry); });
 }
 
 }  // namespace
@@ -51,11 +46,13 @@ Status check(const TrackerParams& params) {
 }
 
 Tracker::Tracker(const Acquisition& acquisition, const DemodulatorParams& demodulator, const TrackerParams& params)
-    : params_(params), demodulator_(acquisition, demodulator), max_column_span_(acquisition.column_span()) {}
+    : params_(params),
+      demodulator_(acquisition, demodulator),
+      max_column_span_(acquisition.column_span()),
+      hemisphere_(in_metres(params.hemisphere), params.confined) {}
 
 void Tracker::set_hemisphere(const Vec3<Unit>& towards) {
-    params_.hemisphere = towards;
-    hemisphere_known_ = !(towards == Vec3<Unit>::Zero());
+    hemisphere_.set(in_metres(towards));
     if (has_last_ && dot<29>(last_.direction, towards).raw() < 0) {
         last_.direction = -last_.direction;
     }
@@ -134,7 +131,7 @@ void Tracker::begin_anew() {
     state_ = TrackerState::searching;
     has_last_ = false;
     has_block_ = false;
-    hemisphere_known_ = false;
+    hemisphere_.forget();
     out_of_order_ = 0;
 }
 
@@ -162,7 +159,7 @@ PoseEstimate Tracker::solve(const Measurement& measurement) {
     PoseEstimate estimate;
     estimate.sequence = counters_.poses++;
     estimate.time = measurement.newest;
-    estimate.flags = signal_flags(measurement.flags);
+    estimate.flags = tracking::signal_flags(measurement.flags);
     Result<VectorPose> solved = follow(measurement);
     if (!solved.ok()) {
         solved = acquire(measurement);
@@ -175,8 +172,9 @@ PoseEstimate Tracker::solve(const Measurement& measurement) {
     if (estimate.valid()) {
         last_ = *solved;
         has_last_ = true;
+        hemisphere_.follow(estimate.position_m, estimate.time);
     }
-    estimate.flags.set_if(!hemisphere_known_, PoseFlag::hemisphere_unknown);
+    estimate.flags.set_if(!hemisphere_.known(), PoseFlag::hemisphere_unknown);
     return estimate;
 }
 
@@ -201,36 +199,16 @@ Result<VectorPose> Tracker::acquire(const Measurement& measurement) {
         return direct.status();
     }
     VectorPose pose{direct->range_m, direct->direction, direct->attitude};
-    hemisphere_known_ = resolve_hemisphere(pose.direction);
+    if (hemisphere_.must_turn(position_m(pose), measurement.newest)) {
+        pose.direction = -pose.direction;
+    }
     return pose;
-}
-
-/// Chooses the sign of u: by continuity while tracking, by the setting otherwise. False if it is a guess.
-bool Tracker::resolve_hemisphere(Vec3<Unit>& direction) const {
-    const auto turn_towards = [&direction](const Vec3<Unit>& towards) {
-        if (dot<29>(direction, towards).raw() < 0) {
-            direction = -direction;
-        }
-    };
-    if (has_last_) {
-        turn_towards(last_.direction);
-        if (state_ == TrackerState::tracking && dot<30>(direction, last_.direction) > kContinuityCosine) {
-            return true;
-        }
-    }
-    if (params_.hemisphere == Vec3<Unit>::Zero()) {
-        return false;
-    }
-    turn_towards(params_.hemisphere);
-    return true;
 }
 
 /// Fills in the pose with its diagnostics, and adds the flags that depend on it.
 void Tracker::judge(const Measurement& measurement, const VectorPose& pose, PoseEstimate& estimate) const {
     const ModelFit fit = fit_of(normalise(measurement.x), params_.coupling_constant, pose);
-    for (Eigen::Index i = 0; i < 3; ++i) {
-        estimate.position_m(i) = product<28>(pose.range_m, pose.direction(i));
-    }
+    estimate.position_m = position_m(pose);
     estimate.q_source_sensor = attitude_quaternion(pose.attitude);
     estimate.misfit_share = fit.misfit_share;
     const Scaled noise_squared = divide(measurement.variance, multiply(fit.strength, fit.strength));

@@ -7,6 +7,8 @@
 #include "core/fixed/block_demodulator.hpp"
 #include "core/fixed/previous_measurement.hpp"
 #include "core/fixed/quaternion.hpp"
+#include "core/fixed/sides.hpp"
+#include "core/tracking/hemisphere.hpp"
 #include "core/tracking/pose_flags.hpp"
 
 namespace tricoil::fixed {
@@ -15,6 +17,7 @@ struct TrackerParams {
     Scaled coupling_constant{1 << 30, -30};              // C, coupling units times m^3
     int passes = 1;                                      // of the previous-measurement step per matrix
     Vec3<Unit> hemisphere = Vec3<Unit>(1, 0, 0);         // towards the half space the sensor starts in; zero: unknown
+    bool confined = false;                               // to that half space, by a wall or a table: told again after every loss
     std::int32_t min_snr = 10;                           // k / sigma below which a pose is flagged (20 dB)
     Unit max_misfit = Unit::from(0.1);                   // share of the couplings' power that no dipole explains: no sensor
     Fixed<16> distortion_gate = Fixed<16>::from(16.27);  // chi-square of 3 degrees of freedom passed once in 1,000
@@ -92,7 +95,6 @@ private:
     PoseEstimate solve(const Measurement& measurement);
     [[nodiscard]] Result<VectorPose> follow(const Measurement& measurement) const;
     [[nodiscard]] Result<VectorPose> acquire(const Measurement& measurement);
-    bool resolve_hemisphere(Vec3<Unit>& direction) const;
     void judge(const Measurement& measurement, const VectorPose& pose, PoseEstimate& estimate) const;
     void advance(bool valid, DeviceTime time);
 
@@ -103,7 +105,7 @@ private:
     tracking::TrackerState state_ = tracking::TrackerState::searching;
     VectorPose last_;
     bool has_last_ = false;
-    bool hemisphere_known_ = false;
+    tracking::Hemisphere<Metres, Sides> hemisphere_;
     bool has_block_ = false;
     std::uint32_t last_sequence_ = 0;
     DeviceTime last_start_{};

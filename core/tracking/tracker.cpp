@@ -6,6 +6,7 @@
 #include "core/field/concentric_dipole.hpp"
 #include "core/solver/direct.hpp"
 #include "core/solver/pose_covariance.hpp"
+#include "core/tracking/signal_flags.hpp"
 
 namespace tricoil::tracking {
 namespace {
@@ -110,7 +111,7 @@ std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::update(const Column<Scalar>
     estimate.sequence = static_cast<std::uint32_t>(counters_.poses++);
     estimate.time = matrix->newest;
     estimate.signal_matrix = matrix->x;
-    estimate.flags = signal_flags(*matrix);
+    estimate.flags = signal_flags(matrix->flags);
     Result<Followed> solved = follow(matrix->x);
     const bool followed = solved.ok();
     if (!followed) {
@@ -182,16 +183,6 @@ void Tracker<Scalar>::doubt_history(PoseEstimate<Scalar>& estimate) {
     const bool bad = estimate.flags.has_any(kBad);
     estimate.flags.set_if(doubtful_ > 0, PoseFlag::unconfirmed);
     doubtful_ = bad ? kHistory : std::max(doubtful_ - 1, 0);
-}
-
-template <typename Scalar>
-PoseFlags Tracker<Scalar>::signal_flags(const SignalMatrix<Scalar>& matrix) const {
-    PoseFlags flags;
-    flags.set_if(matrix.flags.has_any({ColumnFlag::saturated, ColumnFlag::clipped}), PoseFlag::saturated);
-    flags.set_if(matrix.flags.has(ColumnFlag::no_reference), PoseFlag::no_reference);
-    flags.set_if(matrix.flags.has(ColumnFlag::low_signal), PoseFlag::low_signal);
-    flags.set_if(matrix.flags.has(ColumnFlag::stuck), PoseFlag::no_sensor);
-    return flags;
 }
 
 /// The previous-measurement step from the last pose. Not ready when there is none to follow or the method does not follow;

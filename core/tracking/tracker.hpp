@@ -80,7 +80,6 @@ private:
     };
 
     [[nodiscard]] std::optional<Rejection> why_refused(const Column<Scalar>& column);
-    [[nodiscard]] PoseFlags signal_flags(const SignalMatrix<Scalar>& matrix) const;
     [[nodiscard]] Result<Followed> follow(const Mat3<Scalar>& x) const;
     [[nodiscard]] Result<Followed> acquire(const SignalMatrix<Scalar>& matrix);
     void doubt_history(PoseEstimate<Scalar>& estimate);

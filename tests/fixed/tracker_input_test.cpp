@@ -15,6 +15,12 @@ using tracking::TrackerState;
 constexpr std::int32_t kMost = std::numeric_limits<std::int32_t>::max();
 constexpr std::int32_t kLeast = std::numeric_limits<std::int32_t>::min();
 
+TrackerParams confined() {
+    TrackerParams params;
+    params.confined = true;
+    return params;
+}
+
 class FixedTrackerInput : public testing::Test {
 protected:
     FixedTrackerInput() {
@@ -38,7 +44,7 @@ protected:
 
     test::IntegerBlocks blocks_;
     Mat3<std::int32_t> x_;
-    Tracker tracker_{test::IntegerBlocks::kAcquisition, {}, {}};
+    Tracker tracker_{test::IntegerBlocks::kAcquisition, {}, confined()};
 };
 
 TEST_F(FixedTrackerInput, RefusesAndCounts) {
@@ -81,6 +87,24 @@ TEST_F(FixedTrackerInput, ADeviceThatBeganAnewIsFollowed) {
     }
     EXPECT_TRUE(valid);
     EXPECT_EQ(tracker_.counters().restarts, 1U);
+}
+
+/// Where the sensor has gone meanwhile nobody knows, unless it is confined.
+TEST(FixedTrackerAnew, HasToBeToldTheHemisphere) {
+    const Mat3<std::int32_t> x = Vec3<std::int32_t>(400'000, -200'000, -200'000).asDiagonal();
+    Tracker tracker(test::IntegerBlocks::kAcquisition, {}, {});
+    std::optional<PoseEstimate> pose;
+    for (int begin = 0; begin < 2; ++begin) {
+        test::IntegerBlocks blocks;
+        for (int n = 0; n < 60; ++n) {
+            pose = tracker.update(blocks.next(x));
+        }
+        ASSERT_TRUE(pose);
+        EXPECT_EQ(pose->flags.has(PoseFlag::hemisphere_unknown), begin == 1);
+    }
+    EXPECT_EQ(tracker.counters().restarts, 1U);
+    tracker.set_hemisphere(Vec3<Unit>(1, 0, 0));
+    EXPECT_FALSE(tracker.tick(DeviceTime{}));
 }
 
 TEST_F(FixedTrackerInput, OverrunsAreNotTrusted) {

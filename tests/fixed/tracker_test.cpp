@@ -3,10 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "core/tracking/tracker.hpp"
 #include "sim/hal/simulated_hal.hpp"
 #include "sim/motion/simple_motions.hpp"
 #include "tests/fixed/converter.hpp"
+#include "tests/support/paths.hpp"
 
 namespace tricoil::fixed {
 namespace {
@@ -26,10 +29,10 @@ Correction correction_of(std::complex<double> response) {
 class Pair {
 public:
     Pair(signal::Multiplexing multiplexing, const sim::Motion& motion, const sim::WorldParams& world_params,
-         std::vector<sim::Fault> faults = {}, double duration_s = 1e9)
+         std::vector<sim::Fault> faults = {}, bool confined = false)
         : plan_(*signal::plan_acquisition(signal::default_acquisition(multiplexing, 240))),
           world_(world_params, motion, std::move(faults)),
-          sampler_(world_, coils_, clock_, duration_s) {
+          sampler_(world_, coils_, clock_, 1e9) {
         world_.configure(plan_);
         signal::DemodulatorParams<double> demodulator;
         demodulator.response = world_.channel_response();
@@ -38,6 +41,7 @@ public:
         params.method = tracking::Method::previous;
         params.coupling_constant = world_params.coupling_constant_m3;
         params.max_column_span = tracking::column_span(plan_);
+        params.confined = confined;
         exact_.emplace(params);
         DemodulatorParams fixed_demodulator;
         fixed_demodulator.least_reference = static_cast<std::int32_t>(10e-3 / world_.volts_per_code());
@@ -48,6 +52,7 @@ public:
         }
         TrackerParams fixed_params;
         fixed_params.coupling_constant = scaled(world_params.coupling_constant_m3);
+        fixed_params.confined = confined;
         ours_.emplace(acquisition_of(plan_), fixed_demodulator, fixed_params);
         EXPECT_TRUE(static_cast<hal::CoilSampler&>(sampler_).start(plan_).ok());
     }
@@ -171,7 +176,7 @@ FaultRun play(const std::string& fault, double begin_s = 0.5, double end_s = 1) 
     const sim::Pose pose{{0.3, 0.15, -0.1}, Quat<double>(0.9, 0.2, -0.3, 0.1).normalized()};
     const sim::StillMotion motion(pose);
     Pair pair(signal::Multiplexing::tdm, motion, {},
-              {sim::parse_fault(fault + "@" + std::to_string(begin_s) + "-" + std::to_string(end_s))});
+              {sim::parse_fault(fault + "@" + std::to_string(begin_s) + "-" + std::to_string(end_s))}, true);
     FaultRun run;
     while (pair.elapsed_s() < end_s + 0.3) {
         const double t = pair.elapsed_s();
@@ -252,6 +257,78 @@ TEST(FixedTrackerFault, LongDropoutForgetsThePose) {
     const FaultRun run = play("dropped_blocks:1", 0.5, 2);
     EXPECT_EQ(run.state_at_end, TrackerState::searching);
     EXPECT_EQ(run.counters.acquisitions, 2U);
+}
+
+struct AfterLoss {
+    int valid = 0;
+    int unknown = 0;
+    int wrong = 0;      // valid, yet on the other side
+    int different = 0;  // hemisphere known to one tracker of the two only
+};
+
+AfterLoss lose_within(const sim::Motion& motion, double begin_s, double end_s) {
+    Pair pair(signal::Multiplexing::tdm, motion, {},
+              {sim::parse_fault("dropped_blocks:1@" + std::to_string(begin_s) + "-" + std::to_string(end_s))});
+    AfterLoss seen;
+    while (pair.elapsed_s() < end_s + 0.5) {
+        const auto [exact, ours, arrived] = pair.step();
+        if (!ours || !exact || pair.elapsed_s() < end_s + 0.02) {
+            continue;
+        }
+        const bool unknown = ours->flags.has(PoseFlag::hemisphere_unknown);
+        seen.valid += ours->valid() ? 1 : 0;
+        seen.unknown += unknown ? 1 : 0;
+        seen.different += unknown == exact->flags.has(PoseFlag::hemisphere_unknown) ? 0 : 1;
+        const Vec3<double> off = to_double(ours->position_m) - motion.at(pair.elapsed_s()).position_m;
+        seen.wrong += ours->valid() && off.norm() > 0.05 ? 1 : 0;
+    }
+    return seen;
+}
+
+void expect_unknown(const AfterLoss& seen) {
+    EXPECT_EQ(seen.valid, 0);
+    EXPECT_GT(seen.unknown, 300);
+    EXPECT_EQ(seen.different, 0);
+}
+
+TEST(FixedHemisphere, IsNotTakenFromTheSettingAfterALoss) {
+    expect_unknown(lose_within(test::walked_behind(), 1.2, 2.4));
+    expect_unknown(lose_within(test::moved({0.5, 0, 0.05}, {-0.3, 0.4, 0.05}, 0.5, 1), 0.5, 1));
+}
+
+TEST(FixedHemisphere, StaysKnownThroughALossTooShortToCrossTheBoundary) {
+    const AfterLoss seen = lose_within(test::moved({0.5, 0, 0.05}, {0.5, 0.2, 0.05}, 0.5, 0.7), 0.5, 0.7);
+    EXPECT_GT(seen.valid, 300);
+    EXPECT_EQ(seen.unknown + seen.wrong + seen.different, 0);
+}
+
+/// The integer answer is the exact one but within a rounding of either limit.
+TEST(FixedSides, AnswerAsDoubleDoes) {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> entry(-1.2, 1.2);
+    std::uniform_int_distribution<std::int64_t> age(0, 600'000);
+    using Real = tracking::Sides<double>;
+    int excluded = 0;
+    for (int n = 0; n < 100'000; ++n) {
+        const Vec3<double> a(entry(random), entry(random), entry(random));
+        Vec3<double> b(entry(random), entry(random), entry(random));
+        b *= a.dot(b) < 0 ? -1 : 1;
+        const Microseconds unseen{age(random)};
+        const auto fixed = [](const Vec3<double>& v) -> Vec3<Metres> {
+            return v.unaryExpr([](double e) { return Metres::from(e); });
+        };
+        const bool answer = Sides::is_mirror_excluded(fixed(a), fixed(b), unseen);
+        const bool shorter = Real::is_mirror_excluded(a, b, unseen - Microseconds{2});
+        const bool longer = Real::is_mirror_excluded(a, b, unseen + Microseconds{2});
+        excluded += answer ? 1 : 0;
+        ASSERT_TRUE(answer == shorter || answer == longer) << a.transpose() << " / " << b.transpose() << " " << unseen.count();
+        ASSERT_EQ(Sides::are_opposite(fixed(a), fixed(-b)), a.dot(-b) < 0);
+    }
+    EXPECT_GT(excluded, 20'000);
+    EXPECT_FALSE(Sides::is_mirror_excluded(Vec3<Metres>::Zero(), Vec3<Metres>::Zero(), Microseconds{0}));
+    const Vec3<Metres> corner(Metres::smallest(), Metres::largest(), Metres::largest());
+    EXPECT_TRUE(Sides::is_mirror_excluded(corner, corner, Microseconds{1}));
+    EXPECT_FALSE(Sides::is_mirror_excluded(corner, corner, Microseconds::max()));
 }
 
 }  // namespace

@@ -2,32 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <functional>
-#include <numbers>
 
 #include "tests/support/column_replay.hpp"
 #include "tests/support/hand_like.hpp"
+#include "tests/support/paths.hpp"
 
 namespace tricoil::tracking {
 namespace {
-
-/// Along a function of time, without turning.
-class Path final : public sim::Motion {
-public:
-    explicit Path(std::function<Vec3<double>(double)> place) : place_(std::move(place)) {}
-
-private:
-    [[nodiscard]] sim::Pose do_at(double t) const override { return {place_(t), Quat<double>::Identity()}; }
-    std::function<Vec3<double>(double)> place_;
-};
-
-/// From one place to another between two times.
-Path moved(const Vec3<double>& from, const Vec3<double>& to, double begin_s, double end_s) {
-    return Path([=](double t) -> Vec3<double> {
-        const double s = std::clamp((t - begin_s) / (end_s - begin_s), 0.0, 1.0);
-        return from + s * s * (3 - 2 * s) * (to - from);
-    });
-}
 
 struct Seen {
     std::size_t valid_before = 0;
@@ -64,24 +45,19 @@ void expect_unknown_after(const Seen& seen) {
     EXPECT_GT(seen.unknown_after, 500U);
 }
 
-const Path kWalkedBehind([](double t) -> Vec3<double> {
-    const double angle = std::min(t, 1.0) * std::numbers::pi;
-    return 0.5 * Vec3<double>(std::cos(angle), std::sin(angle), 0.1);
-});
-
 TEST(AfterLoss, BehindTheSourceTheSettingIsNotUsedAgain) {
-    expect_unknown_after(play(kWalkedBehind, 1.5, 2.7, test::scaat_filter<double>(test::scaat_params<double>(true))));
-    expect_unknown_after(play(kWalkedBehind, 1.5, 2.7, test::direct_tracker<double>(true, true)));
+    expect_unknown_after(play(test::walked_behind(), 1.5, 2.7, test::scaat_filter<double>(test::scaat_params<double>(true))));
+    expect_unknown_after(play(test::walked_behind(), 1.5, 2.7, test::direct_tracker<double>(true, true)));
 }
 
 TEST(AfterLoss, MovedThroughTheBoundaryMeanwhile) {
-    const Path path = moved({0.5, 0, 0.05}, {-0.3, 0.4, 0.05}, 1, 1.5);
+    const test::Path path = test::moved({0.5, 0, 0.05}, {-0.3, 0.4, 0.05}, 1, 1.5);
     expect_unknown_after(play(path, 1, 1.5, test::scaat_filter<double>(test::scaat_params<double>(true))));
     expect_unknown_after(play(path, 1, 1.5, test::direct_tracker<double>(true, true)));
 }
 
 TEST(AfterLoss, TooShortToHaveCrossedItStaysKnown) {
-    const Path path = moved({0.5, 0, 0.05}, {0.5, 0.2, 0.05}, 1, 1.2);
+    const test::Path path = test::moved({0.5, 0, 0.05}, {0.5, 0.2, 0.05}, 1, 1.2);
     for (const Seen& seen : {play(path, 1, 1.2, test::scaat_filter<double>(test::scaat_params<double>(true))),
                              play(path, 1, 1.2, test::direct_tracker<double>(true, true))}) {
         EXPECT_EQ(seen.wrong, 0U);
@@ -91,7 +67,7 @@ TEST(AfterLoss, TooShortToHaveCrossedItStaysKnown) {
 
 /// Thrown by 100 degrees: the mirror image is the nearer one.
 TEST(AThrow, AcrossTheBoundaryLeavesTheSideOpen) {
-    const Path path = moved({0.5, 0, 0.05}, {-0.1, 0.5, 0.05}, 1, 1.001);
+    const test::Path path = test::moved({0.5, 0, 0.05}, {-0.1, 0.5, 0.05}, 1, 1.001);
     expect_unknown_after(play(path, 1.001, 1.001, test::scaat_filter<double>(test::scaat_params<double>(true))));
     expect_unknown_after(play(path, 1.001, 1.001, test::direct_tracker<double>(true, true)));
 }

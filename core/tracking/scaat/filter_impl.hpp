@@ -7,6 +7,7 @@
 #include "core/geometry/angles.hpp"
 #include "core/solver/pose_covariance.hpp"
 #include "core/tracking/scaat/filter.hpp"
+#include "core/tracking/signal_flags.hpp"
 
 namespace tricoil::tracking::scaat {
 
@@ -20,16 +21,6 @@ constexpr unsigned kAllCoils = 7;  // bit each
 constexpr PoseFlags kDiscontinuous{PoseFlag::saturated,         PoseFlag::no_sensor,    PoseFlag::stale,
                                    PoseFlag::wrong_handedness,  PoseFlag::no_reference, PoseFlag::inconsistent,
                                    PoseFlag::hemisphere_unknown};
-
-constexpr PoseFlags pose_flags(ColumnFlags column) {
-    PoseFlags flags;
-    flags.set_if(column.has_any({ColumnFlag::saturated, ColumnFlag::clipped}), PoseFlag::saturated);
-    flags.set_if(column.has(ColumnFlag::no_reference), PoseFlag::no_reference);
-    flags.set_if(column.has(ColumnFlag::low_signal), PoseFlag::low_signal);
-    flags.set_if(column.has(ColumnFlag::stuck), PoseFlag::no_sensor);
-    flags.set_if(column.has(ColumnFlag::overrun), PoseFlag::unconfirmed);
-    return flags;
-}
 
 template <typename Scalar, MeasurementModel<Scalar> Model>
 Status Filter<Scalar, Model>::check(const Params<Scalar>& params, const Model& model) {
@@ -102,7 +93,7 @@ template <typename Scalar, MeasurementModel<Scalar> Model>
 std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::track(const Column<Scalar>& column) {
     const int coil = coil_index(column.state);
     const bool in_order = column.midpoint >= state_.time;
-    flags_of_state_[static_cast<std::size_t>(coil)] = pose_flags(column.flags);
+    flags_of_state_[static_cast<std::size_t>(coil)] = signal_flags(column.flags);
     if (in_order) {
         propagate(state_, intensity(), column.midpoint);
     }
@@ -139,7 +130,7 @@ std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::follow_frame(const Co
         propagate(state_, intensity(), column.midpoint);
     }
     const int coil = coil_index(column.state);
-    flags_of_state_[static_cast<std::size_t>(coil)] = pose_flags(column.flags);
+    flags_of_state_[static_cast<std::size_t>(coil)] = signal_flags(column.flags);
     std::optional<SignalMatrix<Scalar>> raw;
     if (!column.flags.has_any(kUnusable)) {
         raw = raw_.add(column);
@@ -293,7 +284,7 @@ std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::search(const Column<S
     if (!matrix) {
         return std::nullopt;
     }
-    PoseFlags flags = pose_flags(matrix->flags);
+    PoseFlags flags = signal_flags(matrix->flags);
     if (matrix->flags.has_any(kUnusable) || !start(*matrix)) {
         PoseEstimate<Scalar> estimate = report(flags | health_.flags, Microseconds{0});
         estimate.flags.set(PoseFlag::stale);

@@ -1,0 +1,19 @@
+// What the flags of columns say about a pose that is computed from them: one answer for all trackers.
+#pragma once
+
+#include "core/signal/column.hpp"
+#include "core/tracking/pose_flags.hpp"
+
+namespace tricoil::tracking {
+
+constexpr PoseFlags signal_flags(ColumnFlags columns) {
+    PoseFlags flags;
+    flags.set_if(columns.has_any({ColumnFlag::saturated, ColumnFlag::clipped}), PoseFlag::saturated);
+    flags.set_if(columns.has(ColumnFlag::no_reference), PoseFlag::no_reference);
+    flags.set_if(columns.has(ColumnFlag::low_signal), PoseFlag::low_signal);
+    flags.set_if(columns.has(ColumnFlag::stuck), PoseFlag::no_sensor);
+    flags.set_if(columns.has(ColumnFlag::overrun), PoseFlag::unconfirmed);  // samples are missing: the phase is not known
+    return flags;
+}
+
+}  // namespace tricoil::tracking
