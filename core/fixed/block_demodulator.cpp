@@ -36,7 +36,8 @@ Result<Columns> Demodulator::demodulate(const SampleBlock& block) {
         return Status{StatusCode::invalid_argument, "block was sampled in an excitation state that the plan does not use"};
     }
     const auto window = block.samples.subspan(static_cast<std::size_t>(acquisition_.guard_samples));
-    const ColumnFlags flags = inspect_window(window, natural_run_, block.full_scale);
+    const ColumnFlags flags =
+        inspect_window(window, natural_run_, product<0>(params_.linear_share, Fixed<0>(block.full_scale)).raw());
     update_noise(window);
     std::array<Phasors, kSourceCoils> phasors{};
     const std::size_t count = oscillators_.size();
@@ -59,7 +60,8 @@ void Demodulator::update_noise(std::span<const Sample> window) {
     for (std::size_t channel = 0; channel < kChannels; ++channel) {
         std::int64_t& running = sample_variance_[channel];  // below 2^63 as the estimates are
         const std::int64_t change = variances[channel] - running;
-        running += has_noise_ ? shift_right_rounded(change, std::clamp(params_.noise_shift, 0, 16)) : change;
+        const bool slowly = has_noise_ && variances[channel] / std::max(params_.noise_jump, 1) <= running;
+        running += slowly ? shift_right_rounded(change, std::clamp(params_.noise_shift, 0, 16)) : change;
     }
     has_noise_ = true;
 }

@@ -21,7 +21,9 @@ struct DemodulatorParams {
     std::array<std::array<Correction, kSensorCoils>, kSourceCoils> corrections{};  // [carrier][coil]
     std::int32_t least_reference = 33'554;  // amplitude in codes: 10 mV of 2.5 V in 24 bits
     std::int32_t low_signal_ratio = 10;     // a column shorter than this many sigma is too little signal (20 dB)
+    Unit linear_share = 1;                  // of full scale, up to which the amplifiers before the converter are linear
     int noise_shift = 4;                    // a new block's weight in the running noise power: 2^-noise_shift
+    int noise_jump = 4;                     // a block with so many times the running power counts as noisy at once
 };
 
 /// Couplings of the three sensor coils to one source coil.

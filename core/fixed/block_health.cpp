@@ -62,7 +62,7 @@ int longest_natural_run(const Acquisition& acquisition) {
     return static_cast<int>((kNearPeakTurnsQ32 * acquisition.window_samples() / slowest) >> 32) + 2;
 }
 
-ColumnFlags inspect_window(std::span<const Sample> window, int natural_run, std::int32_t full_scale) {
+ColumnFlags inspect_window(std::span<const Sample> window, int natural_run, std::int32_t linear_range) {
     ColumnFlags flags;
     if (window.empty()) {
         return flags;
@@ -70,10 +70,10 @@ ColumnFlags inspect_window(std::span<const Sample> window, int natural_run, std:
     const auto samples = static_cast<std::int64_t>(window.size());
     for (std::size_t channel = 0; channel < kChannels; ++channel) {
         const ChannelRange range = measure(window, channel);
-        const bool known = full_scale > 0;
-        flags.set_if(known && (range.highest >= full_scale || range.lowest <= -full_scale), ColumnFlag::saturated);
+        const bool known = linear_range > 0;
+        flags.set_if(known && (range.highest >= linear_range || range.lowest <= -linear_range), ColumnFlag::saturated);
         // |sum| / N > full scale / 4; at most 2^33 N.
-        flags.set_if(known && kDcDivisor * magnitude(range.sum) > samples * full_scale, ColumnFlag::dc_offset);
+        flags.set_if(known && kDcDivisor * magnitude(range.sum) > samples * linear_range, ColumnFlag::dc_offset);
         flags.set_if(range.lowest == range.highest && channel != kReferenceChannel, ColumnFlag::stuck);
         flags.set_if(has_flat_tops(window, channel, range, natural_run), ColumnFlag::clipped);
     }

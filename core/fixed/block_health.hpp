@@ -12,7 +12,8 @@ namespace tricoil::fixed {
 int longest_natural_run(const Acquisition& acquisition);
 
 /// Flags of `window`, whichever channel shows them: saturated, clipped, stuck (a sensor channel), dc_offset (a mean beyond a
-/// quarter of full scale). full_scale: largest code magnitude; 0 or less: unknown. Any codes; an empty window has no flags.
-ColumnFlags inspect_window(std::span<const Sample> window, int natural_run, std::int32_t full_scale);
+/// quarter of the range). linear_range: largest code magnitude that is still linear; 0 or less: unknown. Any codes; an empty
+/// window has no flags.
+ColumnFlags inspect_window(std::span<const Sample> window, int natural_run, std::int32_t linear_range);
 
 }  // namespace tricoil::fixed

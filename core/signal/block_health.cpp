@@ -59,13 +59,15 @@ bool has_flat_tops(std::span<const Sample> window, std::size_t channel, const Ch
 
 }  // namespace
 
-ColumnFlags inspect_window(std::span<const Sample> window, const AcquisitionPlan& plan, std::int32_t full_scale, float dc_limit) {
+ColumnFlags inspect_window(std::span<const Sample> window, const AcquisitionPlan& plan, std::int32_t linear_range,
+                           float dc_limit) {
     ColumnFlags flags;
     const int natural_run = longest_natural_run(plan);
     for (std::size_t channel = 0; channel < kChannels; ++channel) {
         const ChannelRange range = measure(window, channel);
-        flags.set_if(full_scale > 0 && (range.highest >= full_scale || range.lowest <= -full_scale), ColumnFlag::saturated);
-        flags.set_if(full_scale > 0 && std::abs(range.mean) > dc_limit * static_cast<float>(full_scale), ColumnFlag::dc_offset);
+        flags.set_if(linear_range > 0 && (range.highest >= linear_range || range.lowest <= -linear_range), ColumnFlag::saturated);
+        flags.set_if(linear_range > 0 && std::abs(range.mean) > dc_limit * static_cast<float>(linear_range),
+                     ColumnFlag::dc_offset);
         flags.set_if(range.lowest == range.highest && channel != kReferenceChannel, ColumnFlag::stuck);
         flags.set_if(has_flat_tops(window, channel, range, natural_run), ColumnFlag::clipped);
     }

@@ -8,9 +8,10 @@
 namespace tricoil::signal {
 
 /// Flags of `window`, whichever channel shows them: saturated, clipped, stuck (a sensor channel), dc_offset.
-/// full_scale: largest code magnitude, 0 if unknown. dc_limit: allowed |mean| as a share of full scale.
-/// Clipping below full scale is told by flat tops: more samples in a row within 1 % of the peak than the plan's fastest carrier
+/// linear_range: largest code magnitude that is still linear, 0 if unknown. dc_limit: allowed |mean| as a share of it.
+/// Clipping below that is told by flat tops: more samples in a row within 1 % of the peak than the plan's fastest carrier
 /// allows.
-ColumnFlags inspect_window(std::span<const Sample> window, const AcquisitionPlan& plan, std::int32_t full_scale, float dc_limit);
+ColumnFlags inspect_window(std::span<const Sample> window, const AcquisitionPlan& plan, std::int32_t linear_range,
+                           float dc_limit);
 
 }  // namespace tricoil::signal

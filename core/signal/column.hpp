@@ -16,9 +16,10 @@ enum class ColumnFlag : std::uint8_t {
     clipped,       // flat tops below full scale: an amplifier at its rail
     stuck,         // a channel that never moves
     no_reference,  // no reference current: the coupling has no scale and no sign
-    dc_offset,     // mean beyond the allowed part of full scale
-    low_signal,    // all three entries below the detection limit
-    overrun,       // the converter lost samples within the block
+    dc_offset,   // mean beyond the allowed part of full scale: interference that leaves too little of it, and is more than can be
+                 // taken out
+    low_signal,  // all three entries below the detection limit
+    overrun,     // the converter lost samples within the block
 };
 using ColumnFlags = FlagSet<ColumnFlag>;
 

@@ -7,6 +7,13 @@
 #include "core/signal/complex_division.hpp"
 
 namespace tricoil::signal {
+namespace {
+
+std::int32_t linear_range(std::int32_t full_scale, float share) {
+    return share < 1 ? static_cast<std::int32_t>(share * static_cast<float>(full_scale)) : full_scale;
+}
+
+}  // namespace
 
 template <typename Scalar>
 Demodulator<Scalar>::Demodulator(const AcquisitionPlan& plan, const DemodulatorParams<Scalar>& params)
@@ -28,7 +35,8 @@ Result<Columns<Scalar>> Demodulator<Scalar>::demodulate(const SampleBlock& block
         return Status{StatusCode::invalid_argument, "block was sampled in an excitation state that the plan does not use"};
     }
     const auto window = block.samples.subspan(static_cast<std::size_t>(plan_.params.guard_samples));
-    const ColumnFlags flags = inspect_window(window, plan_, block.full_scale, params_.dc_limit);
+    const ColumnFlags flags =
+        inspect_window(window, plan_, linear_range(block.full_scale, params_.linear_share), params_.dc_limit);
     update_noise(window);
     const CarrierPhasors phasors = read_carriers(window);
     Columns<Scalar> columns;
@@ -60,9 +68,11 @@ auto Demodulator<Scalar>::read_carriers(std::span<const Sample> window) const ->
 template <typename Scalar>
 void Demodulator<Scalar>::update_noise(std::span<const Sample> window) {
     const auto sigma = noise_estimator_.sample_sigma(window);
-    const Scalar weight = has_noise_ ? params_.noise_smoothing : Scalar(1);
     for (std::size_t channel = 0; channel < kChannels; ++channel) {
-        sample_power_[channel] += weight * (sigma[channel] * sigma[channel] - sample_power_[channel]);
+        Scalar& running = sample_power_[channel];
+        const Scalar power = sigma[channel] * sigma[channel];
+        const bool slowly = has_noise_ && !(power > params_.noise_jump * running);
+        running += (slowly ? params_.noise_smoothing : Scalar(1)) * (power - running);
     }
     has_noise_ = true;
 }

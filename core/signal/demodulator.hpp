@@ -34,8 +34,10 @@ struct DemodulatorParams {
     Scalar sigma_floor = Scalar(1e-9);          // coupling units: the converter's quantisation, in force even without noise
     Scalar min_reference_v = Scalar(10e-3);     // amplitude of the reference current's channel below which there is none
     Scalar low_signal_ratio = 10;               // a column shorter than this many sigma is too little signal (20 dB)
-    float dc_limit = 0.25F;                     // allowed offset as a share of full scale
+    float linear_share = 1;                     // of full scale, up to which the amplifiers before the converter are linear
+    float dc_limit = 0.25F;                     // allowed offset as a share of that
     Scalar noise_smoothing = Scalar(1.0 / 16);  // weight of a new block in the running noise power
+    Scalar noise_jump = 4;                      // a block with so many times the running power counts as noisy at once
 };
 
 /// Columns of one block: one for TDM, three for FDM.

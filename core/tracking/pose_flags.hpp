@@ -9,7 +9,7 @@ namespace tricoil::tracking {
 
 /// Reasons that travel with a pose (bit numbers).
 enum class PoseFlag : std::uint8_t {
-    saturated,           // a channel was at full scale or clipped: couplings are too small
+    saturated,           // a channel was at full scale or clipped, so that couplings are too small, or an offset drives it there
     low_signal,          // signal to noise below the limit
     no_sensor,           // the couplings are no dipole's: crosstalk into open inputs, or a dead channel
     distorted,           // couplings differ from a dipole's by more than their noise: metal, motion between columns

@@ -8,7 +8,7 @@ namespace tricoil::tracking {
 
 constexpr PoseFlags signal_flags(ColumnFlags columns) {
     PoseFlags flags;
-    flags.set_if(columns.has_any({ColumnFlag::saturated, ColumnFlag::clipped}), PoseFlag::saturated);
+    flags.set_if(columns.has_any({ColumnFlag::saturated, ColumnFlag::clipped, ColumnFlag::dc_offset}), PoseFlag::saturated);
     flags.set_if(columns.has(ColumnFlag::no_reference), PoseFlag::no_reference);
     flags.set_if(columns.has(ColumnFlag::low_signal), PoseFlag::low_signal);
     flags.set_if(columns.has(ColumnFlag::stuck), PoseFlag::no_sensor);

@@ -23,13 +23,6 @@ signal::AcquisitionPlan make_plan(const FrontEndParams& params) {
     return *plan;
 }
 
-signal::DemodulatorParams<double> demodulation(const CoilWorld& world, const signal::AcquisitionPlan& plan) {
-    signal::DemodulatorParams<double> params;
-    params.response = world.channel_response();
-    params.sigma_floor = world.volts_per_code() / std::sqrt(12.0) * std::sqrt(2.0 / plan.window_samples);
-    return params;
-}
-
 CoilWorld configured(const Scenario& scenario, const signal::AcquisitionPlan& plan) {
     CoilWorld world(scenario.world, *scenario.motion, scenario.faults);
     world.configure(plan);
@@ -42,7 +35,7 @@ ColumnSource::ColumnSource(const FrontEndParams& params)
     : scenario_(load_scenario(params.scenario, params.seed)),
       plan_(make_plan(params)),
       world_(configured(scenario_, plan_)),
-      demodulator_(plan_, demodulation(world_, plan_)),
+      demodulator_(plan_, world_.demodulation()),
       samples_(static_cast<std::size_t>(plan_.block_samples)) {}
 
 signal::Columns<double> ColumnSource::measure(Excitation state) {

@@ -109,6 +109,7 @@ Sample CoilWorld::convert(const Vec3<double>& sensor_v, double reference_v, doub
         const auto n = static_cast<std::size_t>(std::llround(time_s * plan_.params.sample_rate_hz));
         mains = mains_.empty() ? params_.mains_v * mains_shape(kTurn * params_.mains_hz * time_s) : mains_[n % mains_.size()];
     }
+    mains += effect.overload_ranges * params_.converter.range_v * std::sin(kTurn * params_.mains_hz * time_s);
     Sample sample;
     for (std::size_t c = 0; c < kChannels; ++c) {
         const double volts = c == kReferenceChannel ? reference_v : sensor_v(static_cast<Eigen::Index>(c)) + mains;
@@ -149,6 +150,15 @@ signal::ChannelResponse<double> CoilWorld::channel_response() const {
         }
     }
     return response;
+}
+
+signal::DemodulatorParams<double> CoilWorld::demodulation() const {
+    constexpr double kBelowRail = 0.99;  // what is added up to the rail by noise still shows as the rail
+    signal::DemodulatorParams<double> params;
+    params.response = channel_response();
+    params.sigma_floor = volts_per_code() / std::sqrt(12.0) * std::sqrt(2.0 / plan_.window_samples);
+    params.linear_share = static_cast<float>(std::min(1.0, kBelowRail * params_.converter.rail_v / params_.converter.range_v));
+    return params;
 }
 
 double CoilWorld::coupling_sigma() const {

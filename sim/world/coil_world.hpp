@@ -49,8 +49,9 @@ public:
     /// Fills `samples` from `start_s` on; false if the faults lose this block (the time passes all the same).
     bool sample(Excitation state, double start_s, std::span<Sample> samples);
 
-    /// What the demodulator's response must be for this world's channels: a perfect phase and gain calibration.
-    [[nodiscard]] signal::ChannelResponse<double> channel_response() const;
+    /// What a demodulator must know of these channels: gains and phases calibrated perfectly, the converter's quantisation as a
+    /// floor of every sigma (in force without noise too), and how far the amplifiers are linear.
+    [[nodiscard]] signal::DemodulatorParams<double> demodulation() const;
 
     /// Standard deviation of one coupling entry that the converters' noise makes, both demodulated parts taken alike.
     [[nodiscard]] double coupling_sigma() const;
@@ -65,6 +66,7 @@ public:
 private:
     [[nodiscard]] Mat3<double> coupling(const Pose& pose, const FaultEffect& effect) const;
     [[nodiscard]] double drive_amplitude(int j) const;
+    [[nodiscard]] signal::ChannelResponse<double> channel_response() const;
     Sample convert(const Vec3<double>& sensor_v, double reference_v, double time_s, const FaultEffect& effect);
 
     WorldParams params_;

@@ -57,7 +57,7 @@ void check_arguments(const Fault& fault, const std::string& text) {
         case FaultKind::unplugged:
             return need(a.empty(), "takes no argument");
         case FaultKind::overload:
-            return need(a.size() == 1 && number(a[0], text) > 0, "give a positive factor");
+            return need(a.size() == 1 && number(a[0], text) > 0, "give its amplitude in converter ranges, above 0");
     }
 }
 
@@ -91,7 +91,7 @@ void apply(const Fault& fault, FaultEffect& effect) {
             effect.unplugged = true;
             break;
         case FaultKind::overload:
-            effect.sensor *= value(0);
+            effect.overload_ranges += value(0);
             break;
     }
 }

@@ -17,7 +17,7 @@ enum class FaultKind : std::uint8_t {
     dropped_blocks,  // argument: share of blocks that never arrive, 0 to 1
     metal,           // argument: x,y,z,radius in metres: a conducting sphere, a secondary dipole
     unplugged,       // no sensor: open inputs that pick up a little of the drive, all alike
-    overload,        // argument: factor on the sensor's signals, until they clip or saturate
+    overload,        // argument: amplitude of a mains-frequency interference on the sensor's inputs, in converter ranges
 };
 
 /// One fault and when it is there.
@@ -41,6 +41,7 @@ struct FaultEffect {
     Mat3<double> sensor = Mat3<double>::Identity();  // applied to the sensor coils' signals
     Vec3<double> current = Vec3<double>::Ones();     // share of each coil's current that flows
     std::array<bool, 4> stuck{};
+    double overload_ranges = 0;
     double drop_share = 0;
     bool unplugged = false;
     bool metal = false;

@@ -34,8 +34,7 @@ public:
           world_(world_params, motion, std::move(faults)),
           sampler_(world_, coils_, clock_, 1e9) {
         world_.configure(plan_);
-        signal::DemodulatorParams<double> demodulator;
-        demodulator.response = world_.channel_response();
+        const signal::DemodulatorParams<double> demodulator = world_.demodulation();
         demodulator_.emplace(plan_, demodulator);
         tracking::TrackerParams<double> params;
         params.method = tracking::Method::previous;
@@ -44,6 +43,7 @@ public:
         params.confined = confined;
         exact_.emplace(params);
         DemodulatorParams fixed_demodulator;
+        fixed_demodulator.linear_share = Unit::from(static_cast<double>(demodulator.linear_share));
         fixed_demodulator.least_reference = static_cast<std::int32_t>(10e-3 / world_.volts_per_code());
         for (std::size_t j = 0; j < kSourceCoils; ++j) {
             for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {

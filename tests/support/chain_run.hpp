@@ -40,9 +40,7 @@ void run_chain(const sim::Motion& motion, const ChainParams& chain, Take&& take)
     sim::SimulatedCoilDriver coils;
     sim::SimulatedCoilSampler sampler(world, coils, clock, chain.duration_s);
     sim::SimulatedLink<double> link([&](const tracking::PoseEstimate<double>& e) { take(e, clock.elapsed_s()); });
-    app::MainLoopParams<double> params{plan, {}, {}};
-    params.demodulator.response = world.channel_response();
-    params.demodulator.sigma_floor = world.volts_per_code() / std::sqrt(12.0) * std::sqrt(2.0 / plan.window_samples);
+    app::MainLoopParams<double> params{plan, world.demodulation(), {}};
     params.tracker.coupling_constant = world_params.coupling_constant_m3;
     params.tracker.hemisphere = motion.at(0).position_m;
     params.tracker.confined = chain.confined;

@@ -89,8 +89,7 @@ Bank run_bank(int sensors, signal::Multiplexing multiplexing, const std::string&
         ++bank.valid[e.sensor];
         bank.worst_m[e.sensor] = std::max(bank.worst_m[e.sensor], (e.position_m - place(e.sensor)).norm());
     });
-    MainLoopParams<double> params{plan, {}, {}};
-    params.demodulator.response = worlds[0]->channel_response();
+    MainLoopParams<double> params{plan, worlds[0]->demodulation(), {}};
     params.tracker.coupling_constant = worlds[0]->params().coupling_constant_m3;
     params.filter.emplace();
     params.filter->max_column_span = tracking::column_span(plan);

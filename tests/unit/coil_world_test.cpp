@@ -28,9 +28,7 @@ WorldParams quiet() {
 /// The signal matrix that the demodulator reads from the world, averaged over a few frames after the start.
 Mat3<double> demodulated(CoilWorld& world, const signal::AcquisitionPlan& plan) {
     world.configure(plan);
-    signal::DemodulatorParams<double> params;
-    params.response = world.channel_response();
-    signal::Demodulator<double> demodulator(plan, params);
+    signal::Demodulator<double> demodulator(plan, world.demodulation());
     std::vector<Sample> samples(static_cast<std::size_t>(plan.block_samples));
     Mat3<double> x = Mat3<double>::Zero();
     for (std::uint32_t n = 0; n < 6; ++n) {

@@ -48,8 +48,7 @@ class MainLoopTest : public ::testing::Test {
 protected:
     MainLoopParams<double> params(signal::Multiplexing multiplexing, const sim::CoilWorld& world) {
         const auto plan = *signal::plan_acquisition(signal::default_acquisition(multiplexing, 240));
-        MainLoopParams<double> p{plan, {}, {}};
-        p.demodulator.response = world.channel_response();
+        MainLoopParams<double> p{plan, world.demodulation(), {}};
         p.tracker.coupling_constant = world.params().coupling_constant_m3;
         p.tracker.max_column_span = tracking::column_span(plan);
         return p;

@@ -108,11 +108,6 @@ Vec3<double> make_hemisphere(const RunOptions& options, const sim::Motion& motio
     return h.empty() ? motion.at(0).position_m : Vec3<double>(h[0], h[1], h[2]);
 }
 
-/// The converter's quantisation, as a floor of every sigma: in force without noise too.
-double sigma_floor(const sim::CoilWorld& world, const signal::AcquisitionPlan& plan) {
-    return world.volts_per_code() / std::sqrt(12.0) * std::sqrt(2.0 / plan.window_samples);
-}
-
 /// Lets virtual time pass no faster than real time.
 void keep_pace(SteadyClock::time_point start, double simulated_s) {
     std::this_thread::sleep_until(start +
@@ -185,11 +180,9 @@ RunReport run_simulated(const RunOptions& options) {
             live.show(estimate, error);
         });
         const Vec3<double> hemisphere = make_hemisphere(options, *scenario.motion);
-        app::MainLoopParams<double> params{plan, {}, make_tracker(options, scenario.world, plan, hemisphere)};
+        app::MainLoopParams<double> params{plan, world.demodulation(), make_tracker(options, scenario.world, plan, hemisphere)};
         params.filter = make_filter(options, params.tracker);
         report.deskewed = params.tracker.deskew;
-        params.demodulator.response = world.channel_response();
-        params.demodulator.sigma_floor = sigma_floor(world, plan);
         app::MainLoop<double> loop(params, {clock, coils, sampler, link});
         const InterruptGuard guard;
         if (const Status started = loop.start(); !started.ok()) {

@@ -15,7 +15,8 @@ namespace tricoil::tracking::scaat {
 
 /// Searches with the direct solver until three columns give a pose, then filters. A column that contradicts the prediction is
 /// refused and the pose flagged unconfirmed; three in a row, or three of one state in a row, mean that the filter was left
-/// behind: it starts anew from the last three columns. Not used: columns saturated, clipped, stuck, overrun or without reference.
+/// behind: it starts anew from the last three columns. Not used: columns saturated, clipped, offset, stuck, overrun or without
+/// reference.
 template <typename Scalar, MeasurementModel<Scalar> Model = ConcentricMeasurement<Scalar>>
 class Filter {
 public:

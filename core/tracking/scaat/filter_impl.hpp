@@ -12,8 +12,8 @@
 namespace tricoil::tracking::scaat {
 
 /// Columns that say nothing about the couplings.
-constexpr ColumnFlags kUnusable{ColumnFlag::no_reference, ColumnFlag::saturated, ColumnFlag::clipped, ColumnFlag::stuck,
-                                ColumnFlag::overrun};
+constexpr ColumnFlags kUnusable{ColumnFlag::no_reference, ColumnFlag::saturated, ColumnFlag::clipped,
+                                ColumnFlag::stuck,        ColumnFlag::overrun,   ColumnFlag::dc_offset};
 
 constexpr unsigned kAllCoils = 7;  // bit each
 
