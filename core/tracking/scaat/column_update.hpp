@@ -92,6 +92,15 @@ Innovation<Scalar> innovation(const Model& model, const State<Scalar>& state, co
     return result;
 }
 
+/// Multiplies the measurement's variances, as if it had been that much noisier.
+template <typename Scalar>
+void weaken(Innovation<Scalar>& innovation, Scalar factor) {
+    innovation.r *= factor;
+    Mat3<Scalar> s = h_times(innovation.h, innovation.gain_numerator, innovation.late_s);
+    s.diagonal() += innovation.r;
+    innovation.s.compute(s);
+}
+
 /// Adds an error state to the state.
 template <typename Scalar>
 void correct(State<Scalar>& state, const Vec12<Scalar>& error) {

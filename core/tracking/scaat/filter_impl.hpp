@@ -207,8 +207,10 @@ bool Filter<Scalar, Model>::is_beside(const StartPose<Scalar>& pose, Scalar sigm
     return factors.info() == Eigen::Success && factors.matrixL().solve(apart).squaredNorm() <= params_.gate;
 }
 
-/// Updates with a column if it passes the gate, linearised at `around`. One that does not pass is left out as an outlier, unless
-/// `trusted`: then the sensor has accelerated beyond what was thought possible, and the prediction is opened until it passes.
+/// Updates with a column if it passes the gate, linearised at `around`; with less weight the nearer it comes to the gate, unless
+/// it is late: many such are outliers too, and a manoeuvre is told again by the next. One that does not pass is left out as an
+/// outlier, unless `trusted`: then the sensor has accelerated beyond what was thought possible, and the prediction is opened
+/// until it passes.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 bool Filter<Scalar, Model>::use(const Column<Scalar>& column, const Motion<Scalar>& around, bool trusted) {
     const int coil = coil_index(column.state);
@@ -233,6 +235,10 @@ bool Filter<Scalar, Model>::use(const Column<Scalar>& column, const Motion<Scala
     record_.accept(coil, column.midpoint);
     if (openings > 0 && !in_frames()) {
         record_.open();
+    }
+    if (!trusted && innovation.late_s <= 0 && nis > Scalar(kDoubtful)) {
+        const Scalar excess = nis / Scalar(kDoubtful);
+        weaken(innovation, excess * excess * excess);
     }
     surprise_ = std::max(nis / Scalar(kSurprising), Scalar(kSurpriseKept) * surprise_);
     const bool settled = settled_ >= kSettlingColumns;
