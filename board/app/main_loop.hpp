@@ -28,9 +28,9 @@ struct MainLoopParams {
     signal::AcquisitionPlan plan;  // from plan_acquisition()
     signal::DemodulatorParams<Scalar> demodulator;
     tracking::TrackerParams<Scalar> tracker;  // must pass check()
-    std::optional<tracking::scaat::Params<Scalar>> filter =
-        std::nullopt;  // if given (and check()ed): track with the filter instead
-    int sensors = 1;   // blocks that each excitation brings, one a sensor, in the order 0, 1, ...; at most kMaxSensors
+    /// If given, and check()ed: what tracks is the filter.
+    std::optional<tracking::scaat::Params<Scalar>> filter = std::nullopt;
+    int sensors = 1;  // blocks that each excitation brings, one a sensor, in the order 0, 1, ...; at most kMaxSensors
 };
 
 struct MainLoopCounters {
