@@ -1,5 +1,6 @@
 #include "board/linux/device_config.hpp"
 
+#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <sstream>
@@ -42,6 +43,7 @@ void read_front_end(CheckedTable table, DeviceConfig& config) {
 }
 
 void read_calibration(CheckedTable table, DeviceConfig& config) {
+    config.calibration = table.text("file", "");
     config.coupling_constant_m3 = table.positive("coupling_constant_m3", config.coupling_constant_m3);
     table.finish();
 }
@@ -49,7 +51,9 @@ void read_calibration(CheckedTable table, DeviceConfig& config) {
 void read_tracker(CheckedTable table, DeviceConfig& config) {
     const std::string method = table.text("method", "");
     config.method = method.empty() ? config.method : table.choice("method", {"direct", "previous", "previous-angles", "scaat"});
-    config.hemisphere = table.vector("hemisphere", config.hemisphere);
+    const Vec3<double> unsaid = Vec3<double>::Constant(std::numeric_limits<double>::quiet_NaN());
+    const Vec3<double> hemisphere = table.vector("hemisphere", unsaid);
+    config.hemisphere = hemisphere.allFinite() ? std::optional(hemisphere) : std::nullopt;
     table.finish();
 }
 
@@ -61,7 +65,8 @@ void read_outputs(CheckedTable table, DeviceConfig& config) {
 
 void read_realtime(CheckedTable table, DeviceConfig& config) {
     config.priority = static_cast<int>(table.whole("priority", 0, 99));
-    config.lock_memory = table.flag("lock_memory", true);
+    const bool by_default = table.flag("lock_memory", true);
+    config.lock_memory = table.flag("lock_memory", false) == by_default ? std::optional(by_default) : std::nullopt;
     table.finish();
 }
 
@@ -99,7 +104,11 @@ DeviceConfig load_device_config(const std::string& path) {
     if (!file.good()) {
         throw host::InputError(path + ": cannot be read; give --config a TOML file (see board/linux/README.md)");
     }
-    return parse_device_config(path, text.str());
+    DeviceConfig config = parse_device_config(path, text.str());
+    if (!config.calibration.empty()) {
+        config.calibration = (std::filesystem::path(path).parent_path() / config.calibration).string();
+    }
+    return config;
 }
 
 }  // namespace tricoil::linux_board

@@ -23,12 +23,13 @@ struct DeviceConfig {
     std::optional<CoilLines> coils;  // none: the front end drives them
     std::uint64_t serial = 0;        // of the front end; 0: any
     double coupling_constant_m3 = 6.75e-3;
+    std::string calibration;  // a file that tricoil calibrate wrote; empty: none
     std::string method = "direct";
-    Vec3<double> hemisphere = Vec3<double>::UnitX();
-    std::string csv;       // empty: none
-    bool publish = false;  // poses back onto the link
-    int priority = 0;      // SCHED_FIFO; 0: ordinary
-    bool lock_memory = true;
+    std::optional<Vec3<double>> hemisphere;  // none: the calibration's, or +x
+    std::string csv;                         // empty: none
+    bool publish = false;                    // poses back onto the link
+    int priority = 0;                        // SCHED_FIFO; 0: ordinary
+    std::optional<bool> lock_memory;         // none: where allowed
 };
 
 /// Throws InputError: FILE:LINE and the key that is unknown, missing or out of range.

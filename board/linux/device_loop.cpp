@@ -10,6 +10,7 @@ namespace tricoil::linux_board {
 namespace {
 
 constexpr Microseconds kWait{5000};
+constexpr Microseconds kSyncWait{200};              // an edge must not wait for a message
 constexpr std::int64_t kColumnSilenceUs = 150'000;  // without a column, before poses are flagged stale
 
 /// The timing that a front end tells of itself.
@@ -64,7 +65,7 @@ void DeviceLoop::step() {
         ::nanosleep(&pause, nullptr);
         return;
     }
-    if (port_.wait(kWait).code() == StatusCode::device_lost) {
+    if (port_.wait(lines_.sync != nullptr ? kSyncWait : kWait).code() == StatusCode::device_lost) {
         switch_off();
         session_.on_device_lost(now);
         return;
@@ -126,6 +127,9 @@ void DeviceLoop::begin() {
     }
     state_sequence_ = 0;
     column_us_ = 0;
+    std::int64_t old_edge_us = 0;
+    while (lines_.sync != nullptr && lines_.sync->next_edge(old_edge_us).ok()) {
+    }
     (void)session_.take_window_over();
     next_state();
 }
@@ -155,14 +159,21 @@ void DeviceLoop::follow_sync() {
 }
 
 void DeviceLoop::track(const hal::ReceivedMessage& message) {
-    const Column<double>& column = session_.column();
+    Column<double> column = session_.column();
     column_us_ = drivers::monotonic_us();
+    if (params_.calibration) {
+        params_.calibration->apply(coil_index(column.state), column.in_phase, column.quadrature, column.sigma);
+    }
     if (column.sensor >= trackers_.size() || !trackers_[column.sensor]) {
         return;
     }
     if (const auto estimate = trackers_[column.sensor]->update(column)) {
-        deliver(protocol::to_message(*estimate), estimate->valid(), message.host_time_us);
+        deliver(seen(*estimate), estimate->valid(), message.host_time_us);
     }
+}
+
+protocol::PoseMessage DeviceLoop::seen(const tracking::PoseEstimate<double>& estimate) const {
+    return protocol::to_message(params_.calibration ? tracking::in_frame(estimate, params_.output) : estimate);
 }
 
 void DeviceLoop::deliver(const protocol::PoseMessage& pose, bool valid, std::int64_t received_us) {
@@ -187,7 +198,7 @@ void DeviceLoop::tick(std::int64_t now_us) {
     const DeviceTime now = session_.column().midpoint + Microseconds{silence_us};
     for (auto& tracker : trackers_) {
         if (const auto estimate = tracker ? tracker->tick(now) : std::nullopt) {
-            deliver(protocol::to_message(*estimate), false, now_us);
+            deliver(seen(*estimate), false, now_us);
         }
     }
 }

@@ -6,6 +6,8 @@
 
 #include "board/linux/device_session.hpp"
 #include "board/linux/latency_histogram.hpp"
+#include "core/calibration/concentric_columns.hpp"
+#include "core/tracking/output_frame.hpp"
 #include "core/tracking/sensor_tracker.hpp"
 #include "hal/coil_driver.hpp"
 #include "hal/heartbeat.hpp"
@@ -25,6 +27,8 @@ struct DeviceLoopParams {
     tracking::Method method = tracking::Method::direct;
     bool filter = false;
     double coupling_constant_m3 = 6.75e-3;
+    std::optional<calibration::ConcentricColumns<double>> calibration;  // then the coupling constant is 1
+    tracking::OutputFrame<double> output;                               // in which poses are delivered
     Vec3<double> hemisphere = Vec3<double>::UnitX();
     bool publish = false;
 };
@@ -63,6 +67,7 @@ private:
     void take(const hal::ReceivedMessage& message);
     void begin();
     void track(const hal::ReceivedMessage& message);
+    [[nodiscard]] protocol::PoseMessage seen(const tracking::PoseEstimate<double>& estimate) const;
     void deliver(const protocol::PoseMessage& pose, bool valid, std::int64_t received_us);
     void follow_sync();
     void next_state();

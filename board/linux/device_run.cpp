@@ -2,15 +2,16 @@
 
 #include <fmt/format.h>
 
+#include <cstring>
 #include <nlohmann/json.hpp>
 
 #include "board/host/errors.hpp"
-#include "board/host/interrupt.hpp"
 #include "board/linux/device_loop.hpp"
 #include "board/linux/device_uri.hpp"
 #include "board/linux/fault_reporter.hpp"
 #include "board/linux/pose_writer.hpp"
 #include "board/linux/realtime.hpp"
+#include "board/process/interrupt.hpp"
 #include "drivers/gpiod/gpio_coil_driver.hpp"
 #include "drivers/gpiod/gpio_signals.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
@@ -56,9 +57,30 @@ DeviceLoopParams loop_params(const DeviceConfig& config) {
     params.method = kMethods[n];
     params.filter = n + 1 == kMethods.size();
     params.coupling_constant_m3 = config.coupling_constant_m3;
-    params.hemisphere = config.hemisphere;
+    params.hemisphere = config.hemisphere.value_or(Vec3<double>::UnitX());
     params.publish = config.publish;
     return params;
+}
+
+/// Trackers here know ideal triads in one place; what else a calibration says is refused, not left out.
+void take_calibration(const DeviceRunOptions& options, DeviceLoopParams& params) {
+    const calibration::Calibration<double>& c = *options.calibration;
+    const auto columns = calibration::ConcentricColumns<double>::make(c);
+    const auto refuse = [&](const char* why) {
+        throw host::InputError(options.config.calibration + ": " + why +
+                               "; a device is tracked with concentric coils: calibrate with --model concentric");
+    };
+    if (!columns.ok()) {
+        refuse(columns.status().message());
+    }
+    if (!c.output_linear.isIdentity(0) || !c.output_offset_m.isZero(0)) {
+        refuse("it holds an output correction");
+    }
+    params.calibration = *columns;
+    params.coupling_constant_m3 = 1;
+    params.output.q_source_alignment = Quat<double>(columns->axes()).conjugate().normalized();
+    const bool is_told = options.config.hemisphere || c.hemisphere.isZero(0);
+    params.hemisphere = columns->axes().transpose() * (is_told ? params.hemisphere : c.hemisphere);
 }
 
 nlohmann::ordered_json summary(const DeviceConfig& config, const DeviceLoop& loop, const hal::MessagePort& port,
@@ -92,6 +114,20 @@ nlohmann::ordered_json summary(const DeviceConfig& config, const DeviceLoop& loo
             {"clock_error_bound_us", session.clock_map().ready() ? session.clock_map().error_bound_us() : 0},
             {"memory_locked", habits.memory_locked},
             {"fifo", habits.fifo}};
+}
+
+/// What was asked for and not granted; the loop runs on without it.
+void tell_refusals(const DeviceConfig& config, const RealtimeHabits& habits) {
+    if (config.lock_memory.value_or(false) && !habits.memory_locked) {
+        fmt::print(stderr,
+                   "tricoil: memory is not locked ({}); poses may come late: raise its limit (ulimit -l, or LimitMEMLOCK)\n",
+                   std::strerror(habits.memory_error));
+    }
+    if (config.priority > 0 && !habits.fifo) {
+        fmt::print(stderr,
+                   "tricoil: no real-time priority {} ({}); poses may come late: raise its limit (ulimit -r, or LimitRTPRIO)\n",
+                   config.priority, std::strerror(habits.fifo_error));
+    }
 }
 
 std::string text_of(const nlohmann::ordered_json& s) {
@@ -129,7 +165,10 @@ private:
 int run_device(const DeviceRunOptions& options) {
     const DeviceConfig& config = options.config;
     const DeviceUri uri = parse_device_uri(config.device);
-    const DeviceLoopParams params = loop_params(config);
+    DeviceLoopParams params = loop_params(config);
+    if (options.calibration) {
+        take_calibration(options, params);
+    }
     OpenLines lines;
     if (config.coils) {
         open_lines(*config.coils, lines);
@@ -151,7 +190,8 @@ int run_device(const DeviceRunOptions& options) {
         }
     });
     FaultReporter reporter(config.device);
-    const RealtimeHabits habits = take_realtime_habits(config.lock_memory, config.priority);
+    const RealtimeHabits habits = take_realtime_habits(config.lock_memory.value_or(true), config.priority);
+    tell_refusals(config, habits);
     const host::InterruptGuard guard;
     const std::int64_t begin_us = drivers::monotonic_us();
     while (!guard.interrupted() && (options.duration_s <= 0 || stopwatch.elapsed_s() < options.duration_s)) {

@@ -5,13 +5,15 @@
 #include <string>
 
 #include "board/linux/device_config.hpp"
+#include "core/calibration/calibration.hpp"
 
 namespace tricoil::linux_board {
 
 struct DeviceRunOptions {
     DeviceConfig config;
-    double duration_s = 0;  // of the device's time; 0: until a signal comes
-    double wait_s = 5;      // for the device at the start; 0: for ever
+    std::optional<calibration::Calibration<double>> calibration;  // what config.calibration holds
+    double duration_s = 0;                                        // of the device's time; 0: until a signal comes
+    double wait_s = 5;                                            // for the device at the start; 0: for ever
     bool json = false;
 };
 

@@ -22,13 +22,13 @@ constexpr std::uint16_t kProduct = 1;
 
 }  // namespace
 
-void DeviceSession::command(Opcode opcode, std::uint32_t argument, Excitation state) {
+void DeviceSession::command(Opcode opcode, std::uint16_t request, std::uint32_t argument, Excitation state) {
     protocol::CommandMessage m;
     m.sequence = command_sequence_++;
     m.time_us = now_us_;
     m.opcode = static_cast<std::uint8_t>(opcode);
     m.state = static_cast<std::uint8_t>(state);
-    m.request = ++request_;
+    m.request = request;
     m.argument = argument;
     const std::size_t size = protocol::encode(m, bytes_);
     (void)port_.send(std::span(bytes_).first(size));  // counted by the port; everything here is repeated or timed
@@ -61,10 +61,10 @@ SessionEvent DeviceSession::service(std::int64_t now_us) {
         begin_greeting(now_us);
     }
     if (phase_ == Phase::starting && now_us - heard_us_ < kSilenceUs) {
-        command(Opcode::start, params_.host_drives_coils ? 1 : 0);
+        tell(Opcode::start, params_.host_drives_coils ? 1 : 0);
     } else {
         phase_ = Phase::greeting;
-        command(Opcode::hello, protocol::hello_argument({}));
+        tell(Opcode::hello, protocol::hello_argument({}));
     }
     return SessionEvent::none;
 }
@@ -87,7 +87,7 @@ void DeviceSession::on_device_lost(std::int64_t now_us) {
 void DeviceSession::excited(Excitation state, std::uint32_t sequence) {
     newest_excited_ = (newest_excited_ + 1) % excited_.size();
     excited_[newest_excited_] = {sequence, state};
-    command(Opcode::excite, sequence, state);
+    tell(Opcode::excite, sequence, state);
     fed_us_ = now_us_;
 }
 
@@ -95,12 +95,12 @@ void DeviceSession::keep_alive(std::int64_t now_us) {
     now_us_ = now_us;
     fed_us_ = now_us;
     const protocol::SequenceCheck& data = columns_.started() ? columns_ : poses_;
-    command(Opcode::keep_alive, data.started() ? data.newest() : 0);
+    tell(Opcode::keep_alive, data.started() ? data.newest() : 0);
 }
 
 void DeviceSession::stop() {
     if (phase_ == Phase::starting || phase_ == Phase::running) {
-        command(Opcode::stop, 0);
+        tell(Opcode::stop, 0);
     }
     phase_ = Phase::closed;
 }

@@ -62,6 +62,9 @@ public:
     /// Coils off; the conversation is over.
     void stop();
 
+    /// Any command; answers that carry `request` belong to it. It may get lost: whoever needs an answer asks again.
+    void command(protocol::Opcode opcode, std::uint16_t request, std::uint32_t argument, Excitation state);
+
     [[nodiscard]] Phase phase() const { return phase_; }
     [[nodiscard]] const protocol::IdentifyMessage& identity() const { return identity_; }
     [[nodiscard]] const protocol::StatusMessage& device_status() const { return status_; }
@@ -82,7 +85,9 @@ private:
     };
 
     void begin_greeting(std::int64_t now_us);
-    void command(protocol::Opcode opcode, std::uint32_t argument, Excitation state = Excitation::off);
+    void tell(protocol::Opcode opcode, std::uint32_t argument, Excitation state = Excitation::off) {
+        command(opcode, ++request_, argument, state);
+    }
     SessionEvent take_identity(const hal::ReceivedMessage& message);
     SessionEvent take_column(const hal::ReceivedMessage& message);
     SessionEvent take_pose(const hal::ReceivedMessage& message);

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <string_view>
 
 #include "board/host/errors.hpp"
 
@@ -17,6 +18,14 @@ GpioWatch::GpioWatch(const std::string& folder, std::int64_t hold_us, bool has_h
         if (!values_[line].is_open()) {
             throw host::DeviceError(path + ": no simulated GPIO line there; give --gpio the chip's folder in sysfs");
         }
+    }
+    sync_.reset(::open((folder + "/sim_gpio4/pull").c_str(), O_WRONLY | O_CLOEXEC));
+}
+
+void GpioWatch::drive_sync(bool high) {
+    const std::string_view pull = high ? "pull-up" : "pull-down";
+    if (::pwrite(sync_.get(), pull.data(), pull.size(), 0) != std::ssize(pull)) {
+        throw host::DeviceError("the simulated sync line cannot be driven");
     }
 }
 

@@ -26,6 +26,8 @@ public:
 
     /// Looks at the lines once.
     Excitation look(std::int64_t now_us);
+    /// Drives line 4, which the host sees. Throws DeviceError if it cannot be driven.
+    void drive_sync(bool high);
     [[nodiscard]] bool enabled() const { return enabled_; }
     [[nodiscard]] const GpioReport& report() const { return report_; }
 
@@ -34,6 +36,7 @@ private:
     void judge(const std::array<bool, kSourceCoils>& on);
 
     std::array<drivers::FileDescriptor, 4> values_;
+    drivers::FileDescriptor sync_;  // the simulated chip's pull of line 4
     std::int64_t hold_us_;
     bool has_heartbeat_;
     bool enabled_ = false;

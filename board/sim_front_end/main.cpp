@@ -6,10 +6,11 @@
 #include <CLI/CLI.hpp>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "board/host/errors.hpp"
-#include "board/host/interrupt.hpp"
 #include "board/linux/device_uri.hpp"
+#include "board/process/interrupt.hpp"
 #include "board/sim_front_end/gpio_watch.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
 #include "drivers/serial/serial_port.hpp"
@@ -31,9 +32,14 @@ struct Options {
     std::string gpio;
     double hold_ms = 47;
     bool heartbeat = false;
-    double replug_s = 0;
+    std::uint64_t replug_slots = 0;
+    std::uint64_t replug_times = 1;
+    int stalls = 0;
+    std::uint64_t stall_slot = 300;
     std::string report;
     int linger_ms = 300;
+    bool sync = false;
+    std::string calibration;
 };
 
 std::unique_ptr<hal::MessagePort> make_port(const std::string& link) {
@@ -79,19 +85,38 @@ nlohmann::ordered_json report(const sim::SimulatedFrontEnd& front_end, const hal
     return json;
 }
 
+/// Empty if there is no such file.
+std::vector<std::uint8_t> read_blob(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+void keep_blob(const std::string& path, const std::vector<std::uint8_t>& blob) {
+    if (!path.empty() && !blob.empty()) {
+        std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(blob.data()), std::ssize(blob));
+    }
+}
+
 /// Serves the link until everything has been told or a signal comes; opens it again whenever it is lost.
 void serve(sim::SimulatedFrontEnd& front_end, hal::MessagePort& port, const Options& o, GpioWatch* gpio) {
     const host::InterruptGuard guard;
     std::int64_t finished_us = 0;
-    std::int64_t replug_us = drivers::monotonic_us() + static_cast<std::int64_t>(1e6 * o.replug_s);
+    auto* const usb = dynamic_cast<sim::UsbIpPort*>(&port);
+    int stalls = o.stalls;
+    std::uint64_t replugs = 0;
+    std::uint64_t plugged_in = 0;  // slots measured by then
     while (!guard.interrupted()) {
         const std::int64_t now = drivers::monotonic_us();
-        hal::ReceivedMessage none;
-        if (o.replug_s > 0 && now > replug_us) {
+        const std::uint64_t slots = front_end.counters().slots;
+        if (o.replug_slots > 0 && replugs < o.replug_times && slots - plugged_in >= o.replug_slots) {
+            ++replugs;
+            plugged_in = slots;
             port.close();
-            ::usleep(300'000);
+            ::usleep(100'000);
             (void)port.open();
-            replug_us = drivers::monotonic_us() + static_cast<std::int64_t>(1e6 * o.replug_s);
+        }
+        if (usb != nullptr && stalls > 0 && slots >= o.stall_slot) {
+            usb->stall_next(std::exchange(stalls, 0));
         }
         front_end.step(now);
         if (port.wait(Microseconds{0}).code() == StatusCode::device_lost && !port.open().ok()) {
@@ -118,14 +143,27 @@ int run(Options& o) {
     std::optional<GpioWatch> gpio;
     if (!o.gpio.empty()) {
         gpio.emplace(o.gpio, static_cast<std::int64_t>(1e3 * o.hold_ms), o.heartbeat);
-        o.front_end.sense_coils = [&gpio] { return gpio->look(drivers::monotonic_us()); };
+        o.front_end.sense_coils = [&gpio, sync = o.sync] {
+            if (sync) {  // high from the end of a window to the beginning of the next: edges a millisecond apart get lost here
+                gpio->drive_sync(false);
+            }
+            return gpio->look(drivers::monotonic_us());
+        };
     }
+    if (o.sync && !gpio) {
+        throw host::InputError("--sync needs --gpio: the line is on that chip");
+    }
+    if (o.sync) {
+        o.front_end.window_over = [&gpio] { gpio->drive_sync(true); };
+    }
+    o.front_end.calibration = read_blob(o.calibration);
     const auto port = make_port(o.link);
     if (!port->open().ok()) {
         throw host::DeviceError(port->detail());
     }
     sim::SimulatedFrontEnd front_end(*port, o.front_end);
     serve(front_end, *port, o, gpio ? &*gpio : nullptr);
+    keep_blob(o.calibration, front_end.calibration());
     const std::string text = report(front_end, *port, gpio ? &*gpio : nullptr).dump(2) + "\n";
     if (!o.report.empty()) {
         std::ofstream(o.report) << text;
@@ -153,7 +191,12 @@ int main_program(int argc, char** argv) {
     program.add_option("--gpio", o.gpio, "The coils hang on this simulated GPIO chip (its folder in sysfs)");
     program.add_option("--hold-ms", o.hold_ms, "Time of the hardware enable's monostable")->capture_default_str();
     program.add_flag("--heartbeat", o.heartbeat, "The coils need heartbeats");
-    program.add_option("--replug", o.replug_s, "Pull the plug every so many seconds, and put it in again");
+    program.add_flag("--sync", o.sync, "Pulse that chip's line 4 when a window is over");
+    program.add_option("--calibration", o.calibration, "Its flash: where its calibration is read from, and written at the end");
+    program.add_option("--replug", o.replug_slots, "Pull the plug after every so many slots, and put it in again");
+    program.add_option("--replug-times", o.replug_times, "So often")->capture_default_str();
+    program.add_option("--stall", o.stalls, "usbip: so many transfers stall");
+    program.add_option("--stall-slot", o.stall_slot, "After so many slots")->capture_default_str();
     program.add_option("--linger-ms", o.linger_ms, "Stay on the link so long after the last slot")->capture_default_str();
     program.add_option("--report", o.report, "Write the closing report to this file");
     try {

@@ -38,8 +38,10 @@ enum class Opcode : std::uint8_t {
     read_calibration = 6,   // answered by calibration
     write_calibration = 7,  // acknowledges the calibration message that went before
     self_check = 8,         // answered by check messages
+    read_block = 9,         // excite `state` for one block; answered by its raw_block messages
 };
 
+/// refused: not while it measures, or not by this device; busy: later; failed: tried in vain.
 enum class AckResult : std::uint8_t { done = 0, refused = 1, unknown = 2, busy = 3, failed = 4 };
 
 enum class DeviceState : std::uint8_t { idle = 0, running = 1, fault = 2 };

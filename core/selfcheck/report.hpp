@@ -72,6 +72,14 @@ public:
         check.limit = static_cast<float>(limit);
         check.measured = static_cast<float>(measured);
         check.what = what;
+        add(check);
+    }
+
+    /// One that was made elsewhere. What claims to pass beyond its limit fails.
+    void add(Check check) {
+        if (check.outcome == Outcome::pass && !(check.measured <= check.limit)) {
+            check.outcome = Outcome::fail;
+        }
         overflowed_ = !checks_.push_back(check) || overflowed_;
     }
 
@@ -81,7 +89,7 @@ public:
         check.id = id;
         check.outcome = Outcome::absent;
         check.what = what;
-        overflowed_ = !checks_.push_back(check) || overflowed_;
+        add(check);
     }
 
     [[nodiscard]] const StaticVector<Check, kMaxChecks>& checks() const { return checks_; }

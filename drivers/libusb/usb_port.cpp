@@ -23,7 +23,7 @@ timeval to_timeval(Microseconds time) {
 
 Status UsbPort::do_open() {
     do_close();
-    if (const Status status = open_usb(address_, device_, why_); !status.ok()) {
+    if (const Status status = open_usb(address_, device_, why()); !status.ok()) {
         device_.close();
         return status;
     }
@@ -43,7 +43,7 @@ Status UsbPort::do_open() {
         libusb_fill_bulk_transfer(in.transfer, device_.handle.get(), device_.in, in.bytes.data(), packet, &on_received, this, 0);
         submit(in);
     }
-    why_.clear();
+    why().clear();
     return {};
 }
 
@@ -169,7 +169,7 @@ Status UsbPort::handle_events(Microseconds timeout) {
     const int error = libusb_handle_events_timeout_completed(device_.context.get(), &time, nullptr);
     if (lost_ || error == LIBUSB_ERROR_NO_DEVICE) {
         ++counts().link_losses;
-        why_.print("USB device %04x:%04x: it was pulled out", address_.vendor, address_.product);
+        why().print("USB device %04x:%04x: it was pulled out", address_.vendor, address_.product);
         do_close();
         return {StatusCode::device_lost, "USB device is gone"};
     }

@@ -6,11 +6,11 @@
 
 #include "core/protocol/stream_framing.hpp"
 #include "drivers/libusb/usb_device.hpp"
-#include "hal/message_port.hpp"
+#include "drivers/posix/reporting_port.hpp"
 
 namespace tricoil::drivers {
 
-class UsbPort final : public hal::MessagePort {
+class UsbPort final : public ReportingPort {
 public:
     explicit UsbPort(UsbAddress address) : address_(std::move(address)) {}
     ~UsbPort() override { do_close(); }
@@ -41,7 +41,6 @@ private:
     Status do_send(std::span<const std::uint8_t> message) override;
     Status do_receive(hal::ReceivedMessage& message) override;
     Status do_wait(Microseconds timeout) override;
-    [[nodiscard]] const char* do_detail() const override { return why_.c_str(); }
 
     static void on_received(libusb_transfer* transfer);
     static void on_sent(libusb_transfer* transfer);
@@ -67,7 +66,6 @@ private:
     bool in_stalled_ = false;
     bool out_stalled_ = false;
     std::int64_t fault_us_ = 0;  // of the last failed transfer
-    Text why_;
 };
 
 }  // namespace tricoil::drivers

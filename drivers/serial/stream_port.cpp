@@ -1,5 +1,6 @@
 #include "drivers/serial/stream_port.hpp"
 
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -18,13 +19,21 @@ Status StreamPort::do_open() {
     if (!fd_.is_open()) {
         return {StatusCode::device_lost, "serial line cannot be opened"};
     }
-    why_.clear();
+    why().clear();
     return {};
+}
+
+/// Whoever else holds the line open must not keep it ours.
+void StreamPort::do_close() {
+    if (fd_.is_open()) {
+        ::ioctl(fd_.get(), TIOCNXCL);
+    }
+    fd_.reset();
 }
 
 Status StreamPort::lost(const char* what) {
     ++counts().link_losses;
-    why_.print("serial line: %s (%s)", what, std::strerror(errno));
+    why().print("serial line: %s (%s)", what, std::strerror(errno));
     do_close();
     return {StatusCode::device_lost, "serial line is gone"};
 }

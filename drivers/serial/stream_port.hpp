@@ -5,25 +5,20 @@
 
 #include "core/protocol/stream_framing.hpp"
 #include "drivers/posix/file_descriptor.hpp"
-#include "drivers/posix/text.hpp"
-#include "hal/message_port.hpp"
+#include "drivers/posix/reporting_port.hpp"
 
 namespace tricoil::drivers {
 
-class StreamPort : public hal::MessagePort {
-protected:
-    [[nodiscard]] Text& why() { return why_; }
-
+class StreamPort : public ReportingPort {
 private:
     /// An open descriptor that does not block; -1, with the reason in why(), if there is none.
     virtual int open_descriptor() = 0;
 
     Status do_open() final;
-    void do_close() final { fd_.reset(); }
+    void do_close() final;
     Status do_send(std::span<const std::uint8_t> message) final;
     Status do_receive(hal::ReceivedMessage& message) final;
     Status do_wait(Microseconds timeout) final;
-    [[nodiscard]] const char* do_detail() const final { return why_.c_str(); }
 
     bool flush();
     Status lost(const char* what);
@@ -36,7 +31,6 @@ private:
     std::int64_t received_us_ = 0;
     std::array<std::uint8_t, 2 * protocol::kMaxFramedBytes> unsent_{};
     std::size_t unsent_size_ = 0;
-    Text why_;
 };
 
 }  // namespace tricoil::drivers

@@ -37,10 +37,10 @@ Status CanPort::do_open() {
         }
     }
     filters[count++] = {protocol::can_id(in_channel(params_.side), params_.node), kExact};
-    why_.clear();
+    why().clear();
     link_ = CanLink::up;
     dropped_seen_ = 0;
-    return socket_.open(params_.interface, std::span(filters).first(count), why_);
+    return socket_.open(params_.interface, std::span(filters).first(count), why());
 }
 
 void CanPort::do_close() {
@@ -215,20 +215,20 @@ void CanPort::set_link(CanLink link) {
     }
     link_ = link;
     if (link == CanLink::up) {
-        why_.clear();
+        why().clear();
     } else if (link == CanLink::down) {
         ++counts().link_losses;
-        why_.print("%s: link is down; bring it up: ip link set %s up", params_.interface.c_str(), params_.interface.c_str());
+        why().print("%s: link is down; bring it up: ip link set %s up", params_.interface.c_str(), params_.interface.c_str());
     } else {
         ++counts().link_faults;
-        why_.print("%s: bus-off; check the wiring; the kernel restarts by itself with: ip link set %s type can restart-ms 100",
-                   params_.interface.c_str(), params_.interface.c_str());
+        why().print("%s: bus-off; check the wiring; the kernel restarts by itself with: ip link set %s type can restart-ms 100",
+                    params_.interface.c_str(), params_.interface.c_str());
     }
 }
 
 Status CanPort::vanished() {
     ++counts().link_losses;
-    why_.print("%s: the interface is gone; plug it in again", params_.interface.c_str());
+    why().print("%s: the interface is gone; plug it in again", params_.interface.c_str());
     do_close();
     return {StatusCode::device_lost, "CAN interface is gone"};
 }

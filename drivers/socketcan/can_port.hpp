@@ -6,8 +6,8 @@
 #include <string>
 
 #include "core/protocol/iso_tp.hpp"
+#include "drivers/posix/reporting_port.hpp"
 #include "drivers/socketcan/can_socket.hpp"
-#include "hal/message_port.hpp"
 
 namespace tricoil::drivers {
 
@@ -25,7 +25,7 @@ enum class CanLink : std::uint8_t { up, down, bus_off };
 
 /// Long messages travel in segments while wait() and receive() are called. A segment that fails drops its message and is counted
 /// as bad framing.
-class CanPort final : public hal::MessagePort {
+class CanPort final : public ReportingPort {
 public:
     explicit CanPort(CanPortParams params) : params_(std::move(params)) {}
 
@@ -37,7 +37,6 @@ private:
     Status do_send(std::span<const std::uint8_t> message) override;
     Status do_receive(hal::ReceivedMessage& message) override;
     Status do_wait(Microseconds timeout) override;
-    [[nodiscard]] const char* do_detail() const override { return why_.c_str(); }
 
     Status send_frame(const protocol::CanFrame& frame);
     void send_segments();
@@ -57,7 +56,6 @@ private:
     std::int64_t segment_deadline_us_ = 0;
     std::uint32_t dropped_seen_ = 0;
     CanLink link_ = CanLink::up;
-    Text why_;
 };
 
 }  // namespace tricoil::drivers

@@ -38,11 +38,11 @@ ColumnSource::ColumnSource(const FrontEndParams& params)
       demodulator_(plan_, world_.demodulation()),
       samples_(static_cast<std::size_t>(plan_.block_samples)) {}
 
-signal::Columns<double> ColumnSource::measure(Excitation state) {
+std::optional<SampleBlock> ColumnSource::sample(Excitation state) {
     const double start_s = elapsed_s();
     const auto sequence = static_cast<std::uint32_t>(slot_++);
     if (!world_.sample(state, start_s, samples_)) {
-        return {};
+        return std::nullopt;
     }
     SampleBlock block;
     block.state = state;
@@ -52,7 +52,12 @@ signal::Columns<double> ColumnSource::measure(Excitation state) {
     block.midpoint = DeviceTime{microseconds_from_seconds(start_s + plan_.block_s() / 2)};
     block.sequence = sequence;
     block.samples = samples_;
-    const auto columns = demodulator_.demodulate(block);
+    return block;
+}
+
+signal::Columns<double> ColumnSource::measure(Excitation state) {
+    const auto block = sample(state);
+    const auto columns = block ? demodulator_.demodulate(*block) : Result<signal::Columns<double>>(signal::Columns<double>{});
     return columns.ok() ? *columns : signal::Columns<double>{};
 }
 
@@ -66,12 +71,14 @@ tracking::TrackerParams<double> ColumnSource::tracker_params() const {
     return params;
 }
 
-SimulatedFrontEnd::SimulatedFrontEnd(hal::MessagePort& port, FrontEndParams params) : port_(port), params_(std::move(params)) {
+SimulatedFrontEnd::SimulatedFrontEnd(hal::MessagePort& port, FrontEndParams params)
+    : port_(port), params_(std::move(params)), services_(port, params_.calibration) {
     make_plan(params_);  // complains now
 }
 
 void SimulatedFrontEnd::step(std::int64_t now_us) {
     serve(now_us);
+    services_.flush();
     if (running_ && now_us - heard_us_ > params_.watchdog_us) {
         counters_.longest_silence_us = std::max(counters_.longest_silence_us, now_us - heard_us_);
         ++counters_.watchdogs;
@@ -93,41 +100,91 @@ void SimulatedFrontEnd::serve(std::int64_t now_us) {
     hal::ReceivedMessage message;
     while (port_.receive(message).ok()) {
         protocol::CommandMessage command;
+        protocol::CalibrationMessage calibration;
         if (protocol::decode(message.bytes, command) == protocol::WireError::none) {
-            heard_us_ = now_us;
             obey(command, now_us);
+        } else if (protocol::decode(message.bytes, calibration) == protocol::WireError::none) {
+            keep_calibration(calibration);
         }
     }
 }
 
+/// Only the host that has it measure feeds its watchdog: whoever asks something meanwhile does not keep the coils on.
 void SimulatedFrontEnd::obey(const protocol::CommandMessage& command, std::int64_t now_us) {
-    protocol::AckMessage ack;
-    ack.opcode = command.opcode;
-    ack.request = command.request;
-    switch (static_cast<Opcode>(command.opcode)) {
+    const auto opcode = static_cast<Opcode>(command.opcode);
+    switch (opcode) {
         case Opcode::hello:
             send_identity(params_.serial);
             if (fault_at(sequence_) != nullptr && fault_at(sequence_)->kind == PeerFaultKind::stranger) {
                 send_identity(params_.serial + 1);
             }
-            return;
+            break;
         case Opcode::excite:
+            heard_us_ = now_us;
             excited_ = command.argument;
             excited_state_ = static_cast<Excitation>(command.state);
             acknowledged_ = sequence_;  // it answers the newest column
-            return;
+            break;
         case Opcode::keep_alive:
+            heard_us_ = now_us;
             acknowledged_ = command.argument + 1;
-            return;
+            break;
         case Opcode::start:
+            heard_us_ = now_us;
             start(now_us);
+            acknowledge(opcode, command.request, protocol::AckResult::done);
             break;
         case Opcode::stop:
             stop();
+            acknowledge(opcode, command.request, protocol::AckResult::done);
             break;
         default:
-            ack.result = static_cast<std::uint8_t>(protocol::AckResult::unknown);
+            if (const auto result = answer(command); result != protocol::AckResult::done) {
+                acknowledge(opcode, command.request, result);
+            }
     }
+}
+
+/// Questions are answered by their own messages; none while it measures.
+protocol::AckResult SimulatedFrontEnd::answer(const protocol::CommandMessage& command) {
+    using protocol::AckResult;
+    const auto opcode = static_cast<Opcode>(command.opcode);
+    if (opcode == Opcode::read_calibration) {
+        services_.tell_calibration(command.request);
+        return AckResult::done;
+    }
+    if (opcode != Opcode::self_check && opcode != Opcode::read_block) {
+        return AckResult::unknown;
+    }
+    const bool has_coils = opcode == Opcode::self_check || !params_.sense_coils;
+    if (running_ || !has_coils) {
+        return AckResult::refused;
+    }
+    if (opcode == Opcode::self_check) {
+        services_.self_check();
+        return AckResult::done;
+    }
+    if (!bench_) {
+        bench_ = std::make_unique<ColumnSource>(params_);
+    }
+    const auto block = bench_->sample(static_cast<Excitation>(command.state));
+    if (!block) {
+        return AckResult::failed;
+    }
+    services_.tell_block(*block, bench_->plan().params.sample_rate_hz);
+    return AckResult::done;
+}
+
+void SimulatedFrontEnd::keep_calibration(const protocol::CalibrationMessage& message) {
+    const auto result = running_ ? protocol::AckResult::refused : services_.keep_calibration(message.tail);
+    acknowledge(Opcode::write_calibration, message.request, result);
+}
+
+void SimulatedFrontEnd::acknowledge(Opcode opcode, std::uint16_t request, protocol::AckResult result) {
+    protocol::AckMessage ack;
+    ack.opcode = static_cast<std::uint8_t>(opcode);
+    ack.request = request;
+    ack.result = static_cast<std::uint8_t>(result);
     transmit(stamped(ack));
 }
 
@@ -177,7 +234,11 @@ void SimulatedFrontEnd::run_slot() {
     counters_.transitions += transition ? 1U : 0U;
     ++slot_;
     ++counters_.slots;
-    for (Column<double> column : source_->measure(state == Excitation::off ? own : state)) {
+    const auto columns = source_->measure(state == Excitation::off ? own : state);
+    if (params_.window_over) {
+        params_.window_over();
+    }
+    for (Column<double> column : columns) {
         column.state_sequence = params_.sense_coils ? excited_ : slot_;
         if (tracker_) {
             if (const auto pose = tracker_->update(column)) {
@@ -231,7 +292,9 @@ void SimulatedFrontEnd::send_pose(const tracking::PoseEstimate<double>& pose) {
 }
 
 void SimulatedFrontEnd::send_data(std::vector<std::uint8_t> bytes, std::uint32_t number) {
+    constexpr std::size_t kStateAt = 15;
     constexpr std::size_t kFlagsAt = 16;
+    constexpr std::size_t kStateSequenceAt = 18;
     const PeerFault* const fault = fault_at(number);
     const auto kind = fault == nullptr ? std::optional<PeerFaultKind>() : fault->kind;
     if (kind == PeerFaultKind::drop || kind == PeerFaultKind::silence) {
@@ -251,6 +314,10 @@ void SimulatedFrontEnd::send_data(std::vector<std::uint8_t> bytes, std::uint32_t
         bytes[1] = 13;
     } else if (kind == PeerFaultKind::transition) {
         bytes[kFlagsAt] |= static_cast<std::uint8_t>(protocol::kTransitionFlag);
+    } else if (kind == PeerFaultKind::misecho) {
+        bytes[kStateSequenceAt + 3] ^= 0x40U;
+    } else if (kind == PeerFaultKind::misstate) {
+        bytes[kStateAt] = static_cast<std::uint8_t>(bytes[kStateAt] % kSourceCoils + 1);
     }
     transmit(bytes);
     if (kind == PeerFaultKind::twice) {

@@ -12,6 +12,7 @@
 #include "core/tracking/tracker.hpp"
 #include "hal/message_port.hpp"
 #include "sim/front_end/peer_fault.hpp"
+#include "sim/front_end/services.hpp"
 #include "sim/scenarios/scenario.hpp"
 
 namespace tricoil::sim {
@@ -33,6 +34,10 @@ struct FrontEndParams {
 
     /// The state that the host's lines put the coils in; empty: the front end drives them itself.
     std::function<Excitation()> sense_coils;
+    /// Called when a window is over, ahead of its columns: the sync line; empty: there is none.
+    std::function<void()> window_over;
+    /// The calibration that it has; empty: none.
+    std::vector<std::uint8_t> calibration;
 };
 
 struct FrontEndCounters {
@@ -49,6 +54,9 @@ struct FrontEndCounters {
 class ColumnSource {
 public:
     ColumnSource(const FrontEndParams& params);
+
+    /// Samples the next slot in this state; the samples stay valid until the next call. None if the faults of the world lose it.
+    std::optional<SampleBlock> sample(Excitation state);
 
     /// Measures the next slot in this state. Columns: one (TDM), three (FDM), none if the faults of the world lose it.
     signal::Columns<double> measure(Excitation state);
@@ -77,10 +85,14 @@ public:
     [[nodiscard]] bool finished() const { return finished_; }
     [[nodiscard]] bool coils_on() const { return running_; }
     [[nodiscard]] const FrontEndCounters& counters() const { return counters_; }
+    [[nodiscard]] const std::vector<std::uint8_t>& calibration() const { return services_.blob(); }
 
 private:
     void serve(std::int64_t now_us);
     void obey(const protocol::CommandMessage& command, std::int64_t now_us);
+    [[nodiscard]] protocol::AckResult answer(const protocol::CommandMessage& command);
+    void keep_calibration(const protocol::CalibrationMessage& message);
+    void acknowledge(protocol::Opcode opcode, std::uint16_t request, protocol::AckResult result);
     void start(std::int64_t now_us);
     void stop();
     [[nodiscard]] bool slot_is_due(std::int64_t now_us) const;
@@ -97,7 +109,9 @@ private:
 
     hal::MessagePort& port_;
     FrontEndParams params_;
+    FrontEndServices services_;
     std::unique_ptr<ColumnSource> source_;
+    std::unique_ptr<ColumnSource> bench_;  // what raw blocks are sampled from: a world of its own
     std::optional<tracking::Tracker<double>> tracker_;
     bool running_ = false;
     bool finished_ = false;

@@ -25,9 +25,9 @@ PeerFault parse_peer_fault(const std::string& text) {
         throw InputError("fault '" + text + "' has no place; write NAME@FIRST-LAST");
     }
     PeerFault fault;
-    fault.kind = static_cast<PeerFaultKind>(
-        index_of_name("fault", text.substr(0, at),
-                      {"drop", "swap", "twice", "truncate", "corrupt", "version", "type", "transition", "silence", "stranger"}));
+    fault.kind = static_cast<PeerFaultKind>(index_of_name("fault", text.substr(0, at),
+                                                          {"drop", "swap", "twice", "truncate", "corrupt", "version", "type",
+                                                           "transition", "misecho", "misstate", "silence", "stranger"}));
     const std::string place = text.substr(at + 1);
     const auto dash = place.find('-');
     fault.first = number(place.substr(0, dash), text);

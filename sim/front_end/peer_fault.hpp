@@ -15,6 +15,8 @@ enum class PeerFaultKind : std::uint8_t {
     version,     // of a version nobody speaks
     type,        // of a type that there is not
     transition,  // says that the coils changed within the window
+    misecho,     // a column that echoes a state sequence which was never told
+    misstate,    // a column of another coil than that of the sequence which it echoes
     silence,     // nothing is sent, status included
     stranger,    // another device answers too
 };

@@ -68,7 +68,7 @@ Strings strings() {
 }  // namespace
 
 Status GadgetPort::fail(const char* what) {
-    why_ = std::string("USB gadget: ") + what + " (" + std::strerror(errno) + ")";
+    why() = std::string("USB gadget: ") + what + " (" + std::strerror(errno) + ")";
     do_close();
     return {StatusCode::device_lost, "USB gadget cannot be used"};
 }
@@ -100,7 +100,7 @@ Status GadgetPort::do_open() {
     start(&GadgetPort::serve_control);
     start(&GadgetPort::read_endpoint);
     start(&GadgetPort::write_endpoint);
-    why_.clear();
+    why().clear();
     return {};
 }
 
@@ -134,7 +134,7 @@ void GadgetPort::do_close() {
         }
         *fd = -1;
     }
-    messages_.clear();
+    forget_arrived();
     outgoing_.clear();
 }
 
@@ -162,7 +162,7 @@ void GadgetPort::read_endpoint() {
         for (ssize_t i = 0; i < size; ++i) {
             if (reader.push(bytes[static_cast<std::size_t>(i)])) {
                 const std::lock_guard lock(mutex_);
-                messages_.emplace_back(reader.message().begin(), reader.message().end());
+                arrived(reader.message());
                 arrived_.notify_all();
             }
         }
@@ -212,19 +212,12 @@ Status GadgetPort::do_receive(hal::ReceivedMessage& message) {
         return {StatusCode::device_lost, "gadget is closed"};
     }
     const std::lock_guard lock(mutex_);
-    if (messages_.empty()) {
-        return {StatusCode::not_ready, "nothing came"};
-    }
-    message_ = std::move(messages_.front());
-    messages_.pop_front();
-    message = {message_, 0, 0};
-    ++counts().received;
-    return {};
+    return take_arrived(message);
 }
 
 Status GadgetPort::do_wait(Microseconds timeout) {
     std::unique_lock lock(mutex_);
-    const bool any = arrived_.wait_for(lock, timeout, [&] { return !messages_.empty(); });
+    const bool any = arrived_.wait_for(lock, timeout, [&] { return any_arrived(); });
     return any ? Status{} : Status{StatusCode::timed_out, "nothing came"};
 }
 

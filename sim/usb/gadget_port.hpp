@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/protocol/stream_framing.hpp"
-#include "hal/message_port.hpp"
+#include "sim/usb/peer_port.hpp"
 
 namespace tricoil::sim {
 
@@ -24,7 +24,7 @@ struct GadgetParams {
 
 /// open() writes the descriptors and binds the gadget to its controller; close() unbinds it, which the host sees as unplugged.
 /// Reading and writing the endpoints blocks, and so has a thread each.
-class GadgetPort final : public hal::MessagePort {
+class GadgetPort final : public PeerPort {
 public:
     explicit GadgetPort(GadgetParams params) : params_(std::move(params)) {}
     ~GadgetPort() override { do_close(); }
@@ -35,7 +35,6 @@ private:
     Status do_send(std::span<const std::uint8_t> message) override;
     Status do_receive(hal::ReceivedMessage& message) override;
     Status do_wait(Microseconds timeout) override;
-    [[nodiscard]] const char* do_detail() const override { return why_.c_str(); }
 
     bool bind(const std::string& controller);
     void start(void (GadgetPort::*serve)());
@@ -54,10 +53,7 @@ private:
     std::mutex mutex_;
     std::condition_variable arrived_;
     std::condition_variable to_send_;
-    std::deque<std::vector<std::uint8_t>> messages_;
     std::deque<std::vector<std::uint8_t>> outgoing_;
-    std::vector<std::uint8_t> message_;
-    std::string why_;
 };
 
 }  // namespace tricoil::sim

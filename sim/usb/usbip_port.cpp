@@ -76,7 +76,7 @@ Status UsbIpPort::do_open() {
     do_close();
     std::array<int, 2> ends{-1, -1};
     if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
-        why_ = "no socket for the virtual USB device";
+        why() = "no socket for the virtual USB device";
         return {StatusCode::device_lost, "no socket"};
     }
     bool attached = false;
@@ -94,11 +94,11 @@ Status UsbIpPort::do_open() {
     ::close(ends[1]);
     if (!attached) {
         ::close(ends[0]);
-        why_ = "the virtual USB host controller does not take the device; is vhci_hcd there, and the port free?";
+        why() = "the virtual USB host controller does not take the device; is vhci_hcd there, and the port free?";
         return {StatusCode::device_lost, "no virtual host controller"};
     }
     fd_ = ends[0];
-    why_.clear();
+    why().clear();
     return {};
 }
 
@@ -110,7 +110,7 @@ void UsbIpPort::do_close() {
     input_.clear();
     pending_.clear();
     packets_.clear();
-    messages_.clear();
+    forget_arrived();
     withheld_.clear();
     reader_.reset();
 }
@@ -188,7 +188,7 @@ void UsbIpPort::handle(const Request& request, std::span<const std::uint8_t> dat
     } else {
         for (const std::uint8_t byte : data) {
             if (reader_.push(byte)) {
-                messages_.emplace_back(reader_.message().begin(), reader_.message().end());
+                arrived(reader_.message());
             }
         }
         answer(kSubmitted, request.number, 0, {}, request.length);
@@ -257,14 +257,7 @@ Status UsbIpPort::do_receive(hal::ReceivedMessage& message) {
         return {StatusCode::device_lost, "not plugged in"};
     }
     pump();
-    if (messages_.empty()) {
-        return {StatusCode::not_ready, "nothing came"};
-    }
-    message_ = std::move(messages_.front());
-    messages_.pop_front();
-    message = {message_, 0, 0};
-    ++counts().received;
-    return {};
+    return take_arrived(message);
 }
 
 Status UsbIpPort::do_wait(Microseconds timeout) {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/protocol/stream_framing.hpp"
-#include "hal/message_port.hpp"
+#include "sim/usb/peer_port.hpp"
 
 namespace tricoil::sim {
 
@@ -19,7 +19,7 @@ struct UsbIpParams {
 };
 
 /// open() plugs it in, close() pulls it out. Vendor class, one interface, bulk endpoints 0x81 and 0x01 of 512 bytes.
-class UsbIpPort final : public hal::MessagePort {
+class UsbIpPort final : public PeerPort {
 public:
     explicit UsbIpPort(UsbIpParams params) : params_(std::move(params)) {}
     ~UsbIpPort() override { do_close(); }
@@ -50,7 +50,6 @@ private:
     Status do_send(std::span<const std::uint8_t> message) override;
     Status do_receive(hal::ReceivedMessage& message) override;
     Status do_wait(Microseconds timeout) override;
-    [[nodiscard]] const char* do_detail() const override { return why_.c_str(); }
 
     void pump();
     void handle(const Request& request, std::span<const std::uint8_t> data);
@@ -66,12 +65,9 @@ private:
     std::deque<Pending> pending_;
     std::deque<Request> withheld_;  // what the host sent while hung
     std::deque<std::vector<std::uint8_t>> packets_;
-    std::deque<std::vector<std::uint8_t>> messages_;
-    std::vector<std::uint8_t> message_;
     protocol::StreamReader reader_;
     int stalls_ = 0;
     bool hung_ = false;
-    std::string why_;
 };
 
 }  // namespace tricoil::sim

@@ -34,6 +34,7 @@ public:
         }
     }
 
+    [[nodiscard]] pid_t pid() const { return pid_; }
     void send(int signal) const { ::kill(pid_, signal); }
 
     /// Its exit code, 128 + signal if one ended it.

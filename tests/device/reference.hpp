@@ -1,12 +1,16 @@
 // What a tracker must make of a simulated front end's columns: the same world, demodulator, wire and tracker in one process.
 #pragma once
 
+#include <cstdio>
+#include <sstream>
 #include <string>
 #include <vector>
 
+#include "board/linux/pose_writer.hpp"
 #include "core/protocol/convert.hpp"
 #include "core/tracking/tracker.hpp"
 #include "sim/front_end/front_end.hpp"
+#include "tests/drivers/shell.hpp"
 
 namespace tricoil::test {
 
@@ -33,6 +37,34 @@ inline std::vector<protocol::PoseMessage> reference_poses(const sim::FrontEndPar
         }
     }
     return poses;
+}
+
+inline std::vector<std::string> lines(const std::string& text) {
+    std::istringstream stream(text);
+    std::vector<std::string> found;
+    for (std::string line; std::getline(stream, line);) {
+        found.push_back(line);
+    }
+    return found;
+}
+
+/// The poses that came, against the first as many of the reference: equal in every digit.
+inline void expect_equal_poses(const std::string& csv, const sim::FrontEndParams& params, double duration_s,
+                               std::size_t at_least) {
+    const std::string reference = csv + ".reference";
+    linux_board::PoseWriter writer(reference, linux_board::PoseFormat::csv);
+    for (const auto& pose : reference_poses(params, duration_s + 1)) {
+        writer.write(pose);
+    }
+    writer.close();
+    const auto got = lines(read_text(csv));
+    const auto expected = lines(read_text(reference));
+    ASSERT_GE(got.size(), at_least);
+    ASSERT_GE(expected.size(), got.size());
+    for (std::size_t i = 0; i < got.size(); ++i) {
+        ASSERT_EQ(got[i], expected[i]) << "line " << i;
+    }
+    std::printf("%s: %zu poses equal those of one process in every digit\n", csv.c_str(), got.size() - 1);
 }
 
 }  // namespace tricoil::test

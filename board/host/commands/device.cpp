@@ -1,4 +1,4 @@
-// tricoil device: which devices there are, who one is, and what it says.
+// tricoil device: which devices there are, who one is, what it says and keeps.
 #include <fmt/format.h>
 #include <net/if.h>
 
@@ -8,16 +8,14 @@
 
 #include "board/host/commands/commands.hpp"
 #include "board/host/errors.hpp"
-#include "board/host/interrupt.hpp"
-#include "board/linux/device_session.hpp"
-#include "board/linux/device_uri.hpp"
+#include "board/host/figures/whole_file.hpp"
+#include "board/linux/device_inquiry.hpp"
+#include "core/calibration/blob.hpp"
 #include "drivers/libusb/usb_device.hpp"
-#include "drivers/posix/monotonic_clock.hpp"
 
 namespace tricoil::host {
 namespace {
 
-using linux_board::DeviceSession;
 using nlohmann::ordered_json;
 
 constexpr std::uint16_t kVendor = 0x1209;
@@ -29,6 +27,8 @@ struct DeviceCommand {
     double wait_s = 2;
     double duration_s = 0;
     bool json = false;
+    std::string file;
+    int repeats = 10;
 };
 
 /// CAN interfaces, by the kernel's list; FD by their MTU.
@@ -72,39 +72,6 @@ int list_devices(const DeviceCommand& command) {
     return to_int(ExitCode::fine);
 }
 
-/// Greets the device and calls each(message) until it returns false, `seconds` are over (0: never) or a signal comes.
-template <typename Each>
-void converse(hal::MessagePort& port, DeviceSession& session, double seconds, Each each) {
-    const InterruptGuard guard;
-    const std::int64_t begin = drivers::monotonic_us();
-    bool going = true;
-    while (going && !guard.interrupted()) {
-        const std::int64_t now = drivers::monotonic_us();
-        if (seconds > 0 && static_cast<double>(now - begin) > 1e6 * seconds) {
-            return;
-        }
-        session.service(now);
-        hal::ReceivedMessage message;
-        if (port.wait(Microseconds{5000}).code() == StatusCode::device_lost) {
-            session.on_device_lost(now);
-            ::timespec pause{0, 5'000'000};
-            ::nanosleep(&pause, nullptr);
-            continue;
-        }
-        while (going && port.receive(message).ok()) {
-            session.take(message);
-            going = each(message);
-        }
-    }
-}
-
-linux_board::SessionParams listening() {
-    linux_board::SessionParams params;
-    params.start = false;
-    params.any_coils = true;
-    return params;
-}
-
 ordered_json identity_json(const protocol::IdentifyMessage& m) {
     return {{"role", m.role == 1 ? "front end" : "tracker"},
             {"serial", m.serial},
@@ -119,13 +86,8 @@ ordered_json identity_json(const protocol::IdentifyMessage& m) {
 }
 
 int show_info(const DeviceCommand& command) {
-    const auto port = linux_board::make_port(linux_board::parse_device_uri(command.uri));
-    DeviceSession session(*port, listening());
-    converse(*port, session, command.wait_s, [&](const hal::ReceivedMessage&) { return !session.has_identity(); });
-    if (!session.has_identity()) {
-        throw DeviceError(fmt::format("{}: {}", command.uri, session.detail()));
-    }
-    const ordered_json identity = identity_json(session.identity());
+    linux_board::DeviceInquiry inquiry(command.uri, command.wait_s);
+    const ordered_json identity = identity_json(inquiry.identify());
     if (command.json) {
         fmt::print("{}\n", identity.dump(2));
         return to_int(ExitCode::fine);
@@ -136,39 +98,112 @@ int show_info(const DeviceCommand& command) {
     return to_int(ExitCode::fine);
 }
 
-/// One line a message, with the first fields that every message has.
-void print_message(const hal::ReceivedMessage& message, bool json) {
+/// What a field says: whole numbers stay whole.
+ordered_json value_of(const protocol::FieldInfo& f, const std::uint8_t* bytes) {
+    if (f.type == protocol::WireType::f32) {
+        return static_cast<double>(protocol::get<float>(bytes, f.type));
+    }
+    const auto number = protocol::get<std::int64_t>(bytes, f.type);
+    if (f.scale != 1) {
+        return f.scale * static_cast<double>(number);
+    }
+    return protocol::is_signed(f.type) ? ordered_json(number) : ordered_json(static_cast<std::uint64_t>(number));
+}
+
+/// One line a message: its fields, or, where it is none, why.
+std::string line_of(std::span<const std::uint8_t> bytes, bool json) {
+    protocol::WireError error = protocol::WireError::none;
+    const auto type = protocol::type_of(bytes, error);
+    if (error != protocol::WireError::none) {
+        const char* const why = protocol::kWireErrorNames[static_cast<std::size_t>(error)];
+        return json ? ordered_json{{"damaged", why}}.dump() : fmt::format("{:<11} {}", "damaged", why);
+    }
     std::string line;
     protocol::for_each_message([&](auto schema) {
-        if (static_cast<std::uint8_t>(schema.kInfo.type) != message.bytes[1] || message.bytes.size() < fixed_bytes(schema)) {
+        if (schema.kInfo.type != type) {
             return;
         }
-        ordered_json fields = {{"message", schema.kInfo.name}};
+        ordered_json fields = ordered_json::object();
         protocol::for_each_field(schema, [&](const char* name, const protocol::FieldInfo& f, std::size_t at) {
-            const std::uint8_t* const bytes = message.bytes.data() + at;
-            fields[name] = f.type == protocol::WireType::f32
-                               ? static_cast<double>(protocol::get<float>(bytes, f.type))
-                               : f.scale * static_cast<double>(protocol::get<std::int64_t>(bytes, f.type));
+            fields[name] = value_of(f, bytes.data() + at);
         });
-        line = json ? fields.dump() : fmt::format("{:<10} {}", schema.kInfo.name, fields.dump().substr(0, 110));
+        if (json) {
+            ordered_json whole = {{"message", schema.kInfo.name}};
+            whole.update(fields);
+            line = whole.dump();
+            return;
+        }
+        line = fmt::format("{:<11}", schema.kInfo.name);
+        for (const auto& [name, value] : fields.items()) {
+            line += fmt::format(" {}={}", name,
+                                value.is_number_float() ? fmt::format("{:.6g}", value.template get<double>()) : value.dump());
+        }
     });
-    if (!line.empty()) {
-        fmt::print("{}\n", line);
-    }
+    return line;
 }
 
 int watch(const DeviceCommand& command) {
-    const auto port = linux_board::make_port(linux_board::parse_device_uri(command.uri));
-    DeviceSession session(*port, listening());
-    std::uint64_t shown = 0;
-    converse(*port, session, command.duration_s, [&](const hal::ReceivedMessage& message) {
-        print_message(message, command.json);
-        ++shown;
-        return true;
+    linux_board::DeviceInquiry inquiry(command.uri, command.wait_s);
+    const auto heard = inquiry.listen(command.duration_s, [&](const hal::ReceivedMessage& message) {
+        fmt::print("{}\n", line_of(message.bytes, command.json));
+        std::fflush(stdout);  // for whoever reads along
     });
-    if (shown == 0) {
-        throw DeviceError(fmt::format("{}: {}", command.uri, session.detail()));
+    if (heard == 0) {
+        throw DeviceError(fmt::format("{}: {}", command.uri, inquiry.detail()));
     }
+    return to_int(ExitCode::fine);
+}
+
+int fetch_calibration(const DeviceCommand& command) {
+    linux_board::DeviceInquiry inquiry(command.uri, command.wait_s);
+    const auto blob = inquiry.read_calibration();
+    if (blob.empty()) {
+        fmt::print(stderr, "tricoil: {}: it has no calibration; write one with: tricoil device write-calibration\n", command.uri);
+        return to_int(ExitCode::check_failed);
+    }
+    if (const auto calibration = calibration::decode(blob); !calibration.ok()) {
+        throw DeviceError(
+            fmt::format("{}: what it calls its calibration is none: {}", command.uri, calibration.status().message()));
+    }
+    write_whole_file(command.file, std::string(blob.begin(), blob.end()));
+    fmt::print("{}: {} bytes\n", command.file, blob.size());
+    return to_int(ExitCode::fine);
+}
+
+int send_calibration(const DeviceCommand& command) {
+    std::ifstream file(command.file, std::ios::binary);
+    const std::vector<std::uint8_t> blob{std::istreambuf_iterator<char>(file), {}};
+    if (!file.good() && blob.empty()) {
+        throw InputError(command.file + ": cannot be read; give the file that tricoil calibrate --blob wrote");
+    }
+    if (const auto calibration = calibration::decode(blob); !calibration.ok()) {
+        throw InputError(fmt::format("{}: {}; give the file that tricoil calibrate --blob wrote", command.file,
+                                     calibration.status().message()));
+    }
+    linux_board::DeviceInquiry inquiry(command.uri, command.wait_s);
+    inquiry.write_calibration(blob);
+    fmt::print("{}: keeps {}\n", command.uri, command.file);
+    return to_int(ExitCode::fine);
+}
+
+/// Every state in turn, as tricoil demodulate wants them.
+int capture_blocks(const DeviceCommand& command) {
+    linux_board::DeviceInquiry inquiry(command.uri, command.wait_s);
+    std::string text = "state,repeat,sample,adc0,adc1,adc2,adc3\n";
+    double rate_hz = 0;
+    for (int repeat = 0; repeat < command.repeats; ++repeat) {
+        for (int coil = 0; coil < kSourceCoils; ++coil) {
+            const auto burst = inquiry.read_block(single_coil(coil));
+            rate_hz = 1e-3 * burst.about.sample_rate_mhz / burst.about.decimation;
+            int n = 0;
+            for (const Sample& sample : burst.samples) {
+                text += fmt::format("S{},{},{},{}\n", coil + 1, repeat, n++, fmt::join(sample, ","));
+            }
+        }
+    }
+    write_whole_file(command.file, text);
+    fmt::print("{}: {} repeats; tricoil demodulate {} --rate-hz {:g} --carrier-hz ...\n", command.file, command.repeats,
+               command.file, rate_hz);
     return to_int(ExitCode::fine);
 }
 
@@ -176,23 +211,42 @@ int watch(const DeviceCommand& command) {
 
 void add_device_command(CLI::App& program, Action& action) {
     auto command = std::make_shared<DeviceCommand>();
-    CLI::App* sub = program.add_subcommand("device", "Front ends and tracker boards: which there are, who one is, what it says");
+    CLI::App* sub = program.add_subcommand("device", "Front ends and tracker boards: which there are, and what one has to say");
     sub->require_subcommand(1);
     const auto add = [&](const char* name, const char* what, int (*act)(const DeviceCommand&)) {
         CLI::App* const one = sub->add_subcommand(name, what);
-        one->add_flag("--json", command->json, "As JSON");
         one->callback([command, act, &action] { action = [command, act] { return act(*command); }; });
         return one;
     };
-    add("list", "CAN interfaces and USB devices of this machine", &list_devices);
-    CLI::App* const info = add("info", "Ask a device who it is", &show_info);
-    info->add_option("device", command->uri, "can:INTERFACE[#NODE], usb:VENDOR:PRODUCT[:SERIAL] or serial:PATH")->required();
-    info->add_option("--wait", command->wait_s, "Seconds to wait for its answer")
-        ->check(CLI::PositiveNumber)
-        ->capture_default_str();
-    CLI::App* const watched = add("watch", "Print every message of a device, leaving it as it is", &watch);
-    watched->add_option("device", command->uri, "can:INTERFACE[#NODE], usb:VENDOR:PRODUCT[:SERIAL] or serial:PATH")->required();
-    watched->add_option("--duration", command->duration_s, "Seconds; default: until a signal comes")->check(CLI::PositiveNumber);
+    const auto add_json = [&](CLI::App* one) {
+        one->add_flag("--json", command->json, "As JSON");
+        return one;
+    };
+    const auto add_device = [&](CLI::App* one) {
+        one->add_option("device", command->uri, "can:INTERFACE[#NODE], usb:VENDOR:PRODUCT[:SERIAL] or serial:PATH")->required();
+        return one;
+    };
+    const auto add_wait = [&](CLI::App* one) {
+        one->add_option("--wait", command->wait_s, "Seconds to wait for its answer")
+            ->check(CLI::PositiveNumber)
+            ->capture_default_str();
+        return one;
+    };
+    add_json(add("list", "CAN interfaces and USB devices of this machine", &list_devices));
+    add_wait(add_device(add_json(add("info", "Ask a device who it is", &show_info))));
+    add_device(add_json(add("watch", "Print every message of a device, leaving it as it is", &watch)))
+        ->add_option("--duration", command->duration_s, "Seconds; default: until a signal comes")
+        ->check(CLI::PositiveNumber);
+    add_wait(add_device(add("read-calibration", "Fetch a device's calibration", &fetch_calibration)))
+        ->add_option("--out", command->file, "For the bytes, as tricoil calibrate --blob writes them")
+        ->required();
+    add_wait(add_device(add("write-calibration", "Have a device keep a calibration", &send_calibration)))
+        ->add_option("file", command->file, "What tricoil calibrate --blob wrote")
+        ->required();
+    CLI::App* const captured =
+        add_wait(add_device(add("capture", "Raw samples of every coil, for tricoil demodulate", &capture_blocks)));
+    captured->add_option("--out", command->file, "CSV file")->required();
+    captured->add_option("--repeats", command->repeats, "Of all three coils")->check(CLI::Range(1, 1000))->capture_default_str();
 }
 
 }  // namespace tricoil::host

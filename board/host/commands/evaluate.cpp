@@ -14,8 +14,8 @@
 #include "board/host/errors.hpp"
 #include "board/host/figures/gnuplot.hpp"
 #include "board/host/figures/whole_file.hpp"
-#include "board/host/interrupt.hpp"
 #include "board/host/names.hpp"
+#include "board/process/interrupt.hpp"
 
 namespace tricoil::host {
 namespace {

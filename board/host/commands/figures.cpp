@@ -9,7 +9,7 @@
 #include "board/host/commands/commands.hpp"
 #include "board/host/errors.hpp"
 #include "board/host/figures/whole_file.hpp"
-#include "board/host/interrupt.hpp"
+#include "board/process/interrupt.hpp"
 
 namespace tricoil::host {
 namespace {

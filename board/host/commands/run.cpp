@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "board/host/calibration/calibration_file.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/host/errors.hpp"
 #include "board/host/run/flag_names.hpp"
@@ -64,6 +65,9 @@ int run_on_device(const RunCommand& command, bool duration_given, bool device_gi
     }
     if (!(std::isfinite(command.wait_s) && command.wait_s >= 0)) {
         throw InputError("--wait must be a number of seconds, 0 or more");
+    }
+    if (!options.config.calibration.empty()) {
+        options.calibration = read_calibration(options.config.calibration).calibration;
     }
     options.duration_s = duration_given ? command.duration_s : 0;
     options.wait_s = command.wait_s;

@@ -1,8 +1,9 @@
-// tricoil selfcheck: the core's self-check on this machine.
+// tricoil selfcheck: the core's self-check, on this machine or on a device.
 #include "core/selfcheck/selfcheck.hpp"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <iterator>
 #include <memory>
@@ -10,6 +11,7 @@
 
 #include "board/host/commands/commands.hpp"
 #include "board/host/errors.hpp"
+#include "board/linux/device_inquiry.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -54,20 +56,56 @@ std::string to_json(const Report& report) {
     return json.dump(2) + "\n";
 }
 
-int run_selfcheck(bool json) {
-    const Report report = selfcheck::run({&steady_now, nullptr});
-    fmt::print("{}", json ? to_json(report) : text_of(report));
+struct SelfcheckCommand {
+    std::string device;
+    double wait_s = 10;
+    bool json = false;
+};
+
+/// The rows that a device sends hold numbers only: the words are those of the same checks here.
+Report report_of(const std::vector<protocol::CheckMessage>& rows, const Report& here) {
+    Report report;
+    for (const protocol::CheckMessage& row : rows) {
+        const auto is_it = [&](const Check& check) { return static_cast<std::uint16_t>(check.id) == row.id; };
+        const auto* known = here.checks().begin() + std::min<std::size_t>(row.index, here.checks().size() - 1);
+        if (!is_it(*known)) {  // several rows may share an id: those of equal software stand in equal places
+            known = std::find_if(here.checks().begin(), here.checks().end(), is_it);
+        }
+        Check check;
+        check.id = static_cast<selfcheck::CheckId>(row.id);
+        check.precision = static_cast<selfcheck::Precision>(row.precision);
+        check.outcome = static_cast<Outcome>(row.outcome);
+        check.limit = row.limit;
+        check.measured = row.measured;
+        check.what = known == here.checks().end() ? "of its own" : known->what;
+        report.add(check);
+    }
+    return report;
+}
+
+Report report_of_device(const SelfcheckCommand& command, const Report& here) {
+    linux_board::DeviceInquiry inquiry(command.device, command.wait_s);
+    return report_of(inquiry.self_check(), here);
+}
+
+int run_selfcheck(const SelfcheckCommand& command) {
+    const Report here = selfcheck::run({&steady_now, nullptr});
+    const Report report = command.device.empty() ? here : report_of_device(command, here);
+    fmt::print("{}", command.json ? to_json(report) : text_of(report));
     return to_int(report.passed() ? ExitCode::fine : ExitCode::check_failed);
 }
 
 }  // namespace
 
 void add_selfcheck_command(CLI::App& program, Action& action) {
-    auto json = std::make_shared<bool>(false);
-    CLI::App* sub =
-        program.add_subcommand("selfcheck", "The core's self-check on this machine: known answers, error model, numbers");
-    sub->add_flag("--json", *json, "Report as JSON");
-    sub->callback([json, &action] { action = [json] { return run_selfcheck(*json); }; });
+    auto command = std::make_shared<SelfcheckCommand>();
+    CLI::App* sub = program.add_subcommand("selfcheck", "The core's self-check: known answers, error model, numbers");
+    sub->add_flag("--json", command->json, "Report as JSON");
+    sub->add_option("--device", command->device, "On this device, not here: can:..., usb:... or serial:...");
+    sub->add_option("--wait", command->wait_s, "Seconds to wait for its answer")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    sub->callback([command, &action] { action = [command] { return run_selfcheck(*command); }; });
 }
 
 }  // namespace tricoil::host

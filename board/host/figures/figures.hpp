@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "board/host/figures/gnuplot.hpp"
-#include "board/host/interrupt.hpp"
+#include "board/process/interrupt.hpp"
 
 namespace tricoil::host {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "board/host/interrupt.hpp"
+#include "board/process/interrupt.hpp"
 
 namespace tricoil::host {
 

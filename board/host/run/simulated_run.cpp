@@ -7,10 +7,10 @@
 #include <thread>
 
 #include "board/host/errors.hpp"
-#include "board/host/interrupt.hpp"
 #include "board/host/names.hpp"
 #include "board/host/run/live_view.hpp"
 #include "board/host/run/pose_csv.hpp"
+#include "board/process/interrupt.hpp"
 #include "sim/hal/simulated_hal.hpp"
 #include "sim/motion/recorded_motion.hpp"
 #include "sim/motion/trajectory_file.hpp"

@@ -1,4 +1,4 @@
-#include "board/host/interrupt.hpp"
+#include "board/process/interrupt.hpp"
 
 #include "board/host/errors.hpp"
 

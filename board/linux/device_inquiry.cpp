@@ -1,0 +1,231 @@
+#include "board/linux/device_inquiry.hpp"
+
+#include <fmt/format.h>
+
+#include <map>
+
+#include "board/host/errors.hpp"
+#include "board/linux/device_uri.hpp"
+#include "board/process/interrupt.hpp"
+#include "drivers/posix/monotonic_clock.hpp"
+
+namespace tricoil::linux_board {
+namespace {
+
+using protocol::Opcode;
+using protocol::WireError;
+
+constexpr Microseconds kPatience{5000};
+constexpr std::int64_t kAskAgainUs = 1'000'000;
+
+SessionParams listening() {
+    SessionParams params;
+    params.start = false;
+    params.any_coils = true;
+    return params;
+}
+
+const char* text_of(std::uint8_t result) {
+    switch (static_cast<protocol::AckResult>(result)) {
+        case protocol::AckResult::refused:
+            return "refused; it is measuring for another program, or leaves the coils to its host";
+        case protocol::AckResult::unknown:
+            return "it does not know this command; update its firmware";
+        case protocol::AckResult::busy:
+            return "it is busy; try again";
+        default:
+            return "it tried, and failed";
+    }
+}
+
+std::vector<Sample> samples_of(std::span<const std::uint8_t> tail) {
+    std::vector<Sample> samples(tail.size() / sizeof(Sample));
+    for (std::size_t n = 0; n < samples.size() * kChannels; ++n) {
+        const std::uint64_t bits = protocol::get_bytes(tail.data() + 4 * n, 4);
+        samples[n / kChannels][n % kChannels] = static_cast<std::int32_t>(protocol::sign_extended(bits, 4));
+    }
+    return samples;
+}
+
+/// Puts the parts of one block together, in whatever order they come; a part of another block begins anew.
+class BlockParts {
+public:
+    /// True when the block is whole.
+    bool add(const protocol::RawBlockMessage& part) {
+        const std::vector<Sample> samples = samples_of(part.tail);
+        const bool is_other = parts_.empty() || part.block_sequence != about_.block_sequence || part.total != about_.total;
+        if (is_other) {
+            parts_.clear();
+            about_ = part;
+            about_.tail = {};
+        }
+        if (!samples.empty() && part.first + samples.size() <= part.total) {
+            parts_[part.first] = samples;
+        }
+        std::size_t next = 0;
+        for (const auto& [first, some] : parts_) {
+            next = first == next ? next + some.size() : part.total + std::size_t{1};
+        }
+        return next == part.total;
+    }
+
+    [[nodiscard]] RawBurst burst() const {
+        RawBurst burst{about_, {}};
+        for (const auto& [first, some] : parts_) {
+            burst.samples.insert(burst.samples.end(), some.begin(), some.end());
+        }
+        return burst;
+    }
+
+private:
+    protocol::RawBlockMessage about_;
+    std::map<std::size_t, std::vector<Sample>> parts_;
+};
+
+}  // namespace
+
+DeviceInquiry::DeviceInquiry(const std::string& uri, double wait_s)
+    : uri_(uri),
+      wait_s_(wait_s),
+      port_(make_port(parse_device_uri(uri))),
+      session_(*port_, listening()),
+      request_(static_cast<std::uint16_t>(drivers::monotonic_us() >> 10U)) {}  // unlike that of a program before this one
+
+/// Until `seconds` (0: no end) are over or a signal comes: the device is greeted, then asked at once and every second; true as
+/// soon as is_done(message).
+bool DeviceInquiry::converse(double seconds, const host::InterruptGuard& guard, const Ask& ask, const Take& is_done) {
+    const std::int64_t begin = drivers::monotonic_us();
+    std::int64_t due = begin;
+    for (std::int64_t now = begin; !guard.interrupted() && (seconds <= 0 || static_cast<double>(now - begin) <= 1e6 * seconds);
+         now = drivers::monotonic_us()) {
+        if (!session_.has_identity()) {
+            session_.service(now);
+        } else if (ask && now >= due) {
+            ask();
+            due = now + kAskAgainUs;
+        }
+        if (port_->wait(kPatience).code() == StatusCode::device_lost) {
+            session_.on_device_lost(now);
+            const ::timespec pause{0, kPatience.count() * 1000};
+            ::nanosleep(&pause, nullptr);
+            continue;
+        }
+        hal::ReceivedMessage message;
+        while (port_->receive(message).ok()) {
+            session_.take(message);
+            if (is_done(message)) {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
+/// Asks until is_answer(message); `what` for the complaint if there is none.
+void DeviceInquiry::inquire(const char* what, Opcode opcode, const Ask& ask, const Take& is_answer) {
+    std::string trouble;
+    const auto is_over = [&](const hal::ReceivedMessage& message) {
+        protocol::AckMessage ack;
+        const bool is_ours = protocol::decode(message.bytes, ack) == WireError::none && ack.request == request_ &&
+                             ack.opcode == static_cast<std::uint8_t>(opcode);
+        if (is_ours && ack.result != 0 && ack.result != static_cast<std::uint8_t>(protocol::AckResult::busy)) {
+            trouble = text_of(ack.result);
+        }
+        return !trouble.empty() || (session_.has_identity() && is_answer(message));
+    };
+    const host::InterruptGuard guard;
+    ++request_;
+    if (!converse(wait_s_, guard, ask, is_over)) {
+        guard.check();
+        trouble = session_.has_identity() ? fmt::format("no answer within {:g} s", wait_s_) : session_.detail();
+    }
+    if (!trouble.empty()) {
+        throw host::DeviceError(fmt::format("{}: {}: {}", uri_, what, trouble));
+    }
+}
+
+void DeviceInquiry::command(Opcode opcode, Excitation state) { session_.command(opcode, request_, 0, state); }
+
+const protocol::IdentifyMessage& DeviceInquiry::identify() {
+    inquire("who it is", Opcode::hello, {}, [](const auto&) { return true; });
+    return session_.identity();
+}
+
+std::vector<protocol::CheckMessage> DeviceInquiry::self_check() {
+    std::map<int, protocol::CheckMessage> rows;
+    const auto is_answer = [&](const hal::ReceivedMessage& message) {
+        protocol::CheckMessage row;
+        if (protocol::decode(message.bytes, row) != WireError::none || row.index >= row.count) {
+            return false;
+        }
+        if (!rows.empty() && rows.begin()->second.count != row.count) {
+            rows.clear();
+        }
+        rows[row.index] = row;
+        return rows.size() == row.count;
+    };
+    inquire(
+        "self-check", Opcode::self_check, [&] { command(Opcode::self_check); }, is_answer);
+    std::vector<protocol::CheckMessage> in_order;
+    for (const auto& [index, row] : rows) {
+        in_order.push_back(row);
+    }
+    return in_order;
+}
+
+std::vector<std::uint8_t> DeviceInquiry::read_calibration() {
+    std::vector<std::uint8_t> blob;
+    const auto is_answer = [&](const hal::ReceivedMessage& message) {
+        protocol::CalibrationMessage answer;
+        const bool is_ours = protocol::decode(message.bytes, answer) == WireError::none && answer.request == request_;
+        if (is_ours) {
+            blob.assign(answer.tail.begin(), answer.tail.end());
+        }
+        return is_ours;
+    };
+    inquire(
+        "its calibration", Opcode::read_calibration, [&] { command(Opcode::read_calibration); }, is_answer);
+    return blob;
+}
+
+void DeviceInquiry::write_calibration(const std::vector<std::uint8_t>& blob) {
+    const auto ask = [&] {
+        protocol::CalibrationMessage message;
+        message.request = request_;
+        message.tail = blob;
+        std::vector<std::uint8_t> bytes(protocol::kMaxMessageBytes);
+        bytes.resize(protocol::encode(message, bytes));
+        (void)port_->send(bytes);  // lost, or no room: asked again
+    };
+    const auto is_answer = [&](const hal::ReceivedMessage& message) {
+        protocol::AckMessage ack;
+        return protocol::decode(message.bytes, ack) == WireError::none && ack.request == request_ && ack.result == 0 &&
+               ack.opcode == static_cast<std::uint8_t>(Opcode::write_calibration);
+    };
+    inquire("writing its calibration", Opcode::write_calibration, ask, is_answer);
+}
+
+RawBurst DeviceInquiry::read_block(Excitation state) {
+    BlockParts parts;
+    const auto is_answer = [&](const hal::ReceivedMessage& message) {
+        protocol::RawBlockMessage part;
+        return protocol::decode(message.bytes, part) == WireError::none && part.state == static_cast<std::uint8_t>(state) &&
+               parts.add(part);
+    };
+    inquire(
+        "a block of samples", Opcode::read_block, [&] { command(Opcode::read_block, state); }, is_answer);
+    return parts.burst();
+}
+
+std::uint64_t DeviceInquiry::listen(double seconds, const std::function<void(const hal::ReceivedMessage&)>& each) {
+    std::uint64_t heard = 0;
+    const host::InterruptGuard guard;
+    converse(seconds, guard, {}, [&](const hal::ReceivedMessage& message) {
+        ++heard;
+        each(message);
+        return false;
+    });
+    return heard;
+}
+
+}  // namespace tricoil::linux_board

@@ -1,0 +1,20 @@
+// A port that says in words what is wrong with it.
+#pragma once
+
+#include "drivers/posix/text.hpp"
+#include "hal/message_port.hpp"
+
+namespace tricoil::drivers {
+
+class ReportingPort : public hal::MessagePort {
+protected:
+    /// What detail() tells.
+    [[nodiscard]] Text& why() { return why_; }
+
+private:
+    [[nodiscard]] const char* do_detail() const final { return why_.c_str(); }
+
+    Text why_;
+};
+
+}  // namespace tricoil::drivers

@@ -1,0 +1,43 @@
+// What the device's side of a link keeps, whichever way its bytes travel: messages that came, and what is wrong.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "hal/message_port.hpp"
+
+namespace tricoil::sim {
+
+class PeerPort : public hal::MessagePort {
+protected:
+    void arrived(std::span<const std::uint8_t> message) { messages_.emplace_back(message.begin(), message.end()); }
+    [[nodiscard]] bool any_arrived() const { return !messages_.empty(); }
+    void forget_arrived() { messages_.clear(); }
+
+    /// The oldest that came. ok; not_ready: none.
+    Status take_arrived(hal::ReceivedMessage& message) {
+        if (messages_.empty()) {
+            return {StatusCode::not_ready, "nothing came"};
+        }
+        message_ = std::move(messages_.front());
+        messages_.pop_front();
+        message = {message_, 0, 0};
+        ++counts().received;
+        return {};
+    }
+
+    /// What detail() tells.
+    [[nodiscard]] std::string& why() { return why_; }
+
+private:
+    [[nodiscard]] const char* do_detail() const final { return why_.c_str(); }
+
+    std::deque<std::vector<std::uint8_t>> messages_;
+    std::vector<std::uint8_t> message_;  // the one that was taken last
+    std::string why_;
+};
+
+}  // namespace tricoil::sim

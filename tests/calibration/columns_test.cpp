@@ -1,0 +1,97 @@
+// ConcentricColumns against the general dipole: couplings of crooked coils come out as those of ideal ones.
+#include <gmock/gmock.h>
+
+#include <random>
+
+#include "core/calibration/concentric_columns.hpp"
+#include "core/solver/direct.hpp"
+
+namespace tricoil::calibration {
+namespace {
+
+using Columns = ConcentricColumns<double>;
+
+Vec3<double> random_vector(std::mt19937_64& random) {
+    std::normal_distribution<> normal;
+    return {normal(random), normal(random), normal(random)};
+}
+
+Mat3<double> random_rotation(std::mt19937_64& random) {
+    return Eigen::AngleAxisd(random_vector(random).norm(), random_vector(random).normalized()).toRotationMatrix();
+}
+
+/// Gains, signs, phases, angles between the sensor coils, a turned source; every third one with a reversed source coil.
+Calibration<double> crooked(int n, std::mt19937_64& random) {
+    Calibration<double> c;
+    const Vec3<double> gain(5e-3, 7e-3, n % 3 == 0 ? -9e-3 : 9e-3);
+    const Mat3<double> turn = Eigen::AngleAxisd(0.3, random_vector(random).normalized()).toRotationMatrix();
+    c.model.source_moment = turn * gain.asDiagonal();
+    c.model.sensor_sensitivity = Mat3<double>::Identity() + 0.1 * Mat3<double>::Random();
+    c.phase_rad = 0.2 * random_vector(random);
+    return c;
+}
+
+TEST(ConcentricColumns, MakeCrookedCoilsIdealAtEveryPose) {
+    std::mt19937_64 random(7);
+    std::printf("seed 7\n");
+    for (int n = 0; n < 500; ++n) {
+        const auto c = crooked(n, random);
+        const auto columns = Columns::make(c);
+        ASSERT_TRUE(columns.ok()) << columns.status().message();
+        const Vec3<double> position = (0.2 + 0.01 * (n % 100)) * random_vector(random).normalized();
+        const Mat3<double> attitude = random_rotation(random);  // O: sensor from source
+        const Mat3<double> x = field::signal_matrix(c.model, position, attitude);
+        Mat3<double> ideal;
+        for (int j = 0; j < 3; ++j) {
+            Vec3<double> in_phase = c.phase_rad.array().cos() * x.col(j).array();
+            Vec3<double> quadrature = c.phase_rad.array().sin() * x.col(j).array();
+            Vec3<double> sigma = Vec3<double>::Ones();
+            columns->apply(j, in_phase, quadrature, sigma);
+            ideal.col(j) = in_phase;
+            EXPECT_LT(quadrature.norm(), 1e-12 * in_phase.norm()) << "all of it is in phase";
+            EXPECT_NEAR(sigma.mean(), 1 / c.model.source_moment.col(j).norm(), 0.4 / c.model.source_moment.col(j).norm());
+        }
+        const auto pose = solver::solve_direct(ideal, 1.0);
+        ASSERT_TRUE(pose.ok());
+        const Vec3<double> found = columns->axes() * (pose->range_m * pose->direction);
+        const double sign = found.dot(position) < 0 ? -1 : 1;  // even in the direction
+        EXPECT_LT((sign * found - position).norm(), 1e-9);
+        EXPECT_LT((pose->attitude * columns->axes().transpose() - attitude).norm(), 1e-9);
+    }
+}
+
+TEST(ConcentricColumns, OfIdealCoilsChangeNothingButTheScale) {
+    Calibration<double> c;
+    const auto columns = Columns::make(c);
+    ASSERT_TRUE(columns.ok());
+    Vec3<double> in_phase(1, 2, 3);
+    Vec3<double> quadrature(4, 5, 6);
+    Vec3<double> sigma(7, 8, 9);
+    columns->apply(1, in_phase, quadrature, sigma);
+    EXPECT_TRUE(in_phase.isApprox(Vec3<double>(1, 2, 3)));
+    EXPECT_TRUE(quadrature.isApprox(Vec3<double>(4, 5, 6)));
+    EXPECT_TRUE(sigma.isApprox(Vec3<double>(7, 8, 9)));
+    EXPECT_TRUE(columns->axes().isIdentity());
+}
+
+TEST(ConcentricColumns, RefuseWhatOneColumnCannotUndo) {
+    const auto why = [](const Calibration<double>& c) { return std::string(Columns::make(c).status().message()); };
+    Calibration<double> skewed;
+    skewed.model.source_moment(0, 1) = 0.01;
+    EXPECT_THAT(why(skewed), ::testing::HasSubstr("not square"));
+    Calibration<double> apart;
+    apart.model.source_offset_m(0, 0) = 0.005;
+    EXPECT_THAT(why(apart), ::testing::HasSubstr("off their triad's place"));
+    Calibration<double> large;
+    large.model.sensor_octupole_m2(1) = 1e-3;
+    EXPECT_THAT(why(large), ::testing::HasSubstr("too large"));
+    Calibration<double> broken;
+    broken.phase_rad(0) = std::nan("");
+    EXPECT_THAT(why(broken), ::testing::HasSubstr("NaN"));
+    Calibration<double> nearly;
+    nearly.model.source_moment(0, 1) = 5e-4;
+    EXPECT_TRUE(Columns::make(nearly).ok());
+}
+
+}  // namespace
+}  // namespace tricoil::calibration

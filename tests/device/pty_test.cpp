@@ -1,0 +1,251 @@
+// The program against the simulated front end over a pseudo terminal: tracking, and everything that `tricoil device` and
+// `tricoil selfcheck --device` ask. Needs no test kernel.
+#include <gmock/gmock.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "core/calibration/blob.hpp"
+#include "tests/device/program.hpp"
+#include "tests/device/reference.hpp"
+
+namespace tricoil {
+namespace {
+
+using nlohmann::json;
+using test::Program;
+
+class Pty : public ::testing::Test {
+protected:
+    void SetUp() override {
+        std::string name = ::testing::TempDir() + "tricoil-pty-XXXXXX";
+        ASSERT_NE(::mkdtemp(name.data()), nullptr);
+        folder = name + "/";
+    }
+    void TearDown() override { std::filesystem::remove_all(folder); }
+
+    /// Starts the front end, and waits for the line that it made.
+    void plug_in(const std::string& options) {
+        std::filesystem::remove(in("line"));
+        peer = std::make_unique<Program>(std::string(TRICOIL_FRONT_END) + " --link pty: " + options + " >" + in("line") + " 2>" +
+                                         in("front-end.err"));
+        ASSERT_TRUE(test::eventually([&] { return test::read_text(in("line")).find('\n') != std::string::npos; }));
+        device = "serial:" + test::lines(test::read_text(in("line"))).front();
+    }
+    [[nodiscard]] std::string in(const std::string& file) const { return folder + file; }
+
+    /// Exit code of `tricoil ARGUMENTS`; what it says is in `out` and `err`.
+    int tricoil(const std::string& arguments) {
+        Program program(std::string(TRICOIL_PROGRAM) + " " + arguments + " >" + in("out") + " 2>" + in("err"));
+        const int code = program.wait();
+        out = test::read_text(in("out"));
+        err = test::read_text(in("err"));
+        return code;
+    }
+
+    std::string folder;
+    std::string device;
+    std::string out;
+    std::string err;
+    std::unique_ptr<Program> peer;
+};
+
+TEST_F(Pty, TracksToTheLastBitWithoutLoss) {
+    plug_in("--duration 4");
+    ASSERT_EQ(tricoil("run --json --device " + device + " --duration 2 --out " + in("poses.csv")), 0) << err;
+    test::expect_equal_poses(in("poses.csv"), {}, 2, 1400);
+    const json summary = json::parse(test::lines(out).back());
+    EXPECT_EQ(summary["columns_lost"], 0);
+    EXPECT_EQ(summary["starts"], 1);
+    EXPECT_EQ(summary["device"], device);
+}
+
+TEST_F(Pty, TheFrontEndIsPulledOutAndTheLineIsGone) {
+    plug_in("--duration 600");
+    Program tracker(std::string(TRICOIL_PROGRAM) + " run --device " + device + " --out " + in("poses.csv") + " 2>" + in("err") +
+                    " >" + in("out"));
+    ASSERT_TRUE(test::eventually([&] { return test::lines(test::read_text(in("poses.csv"))).size() > 100; }));
+    peer->send(SIGKILL);
+    peer->wait();
+    EXPECT_TRUE(test::eventually([&] { return test::read_text(in("err")).find("cannot be opened") != std::string::npos; }))
+        << test::read_text(in("err"));
+    tracker.send(SIGTERM);
+    EXPECT_EQ(tracker.wait(), 0);
+}
+
+TEST_F(Pty, InfoTellsWhoItIs) {
+    plug_in("--duration 4 --serial 4711 --mux fdm --rate-hz 960");
+    ASSERT_EQ(tricoil("device info --json " + device), 0) << err;
+    const json info = json::parse(out);
+    EXPECT_EQ(info["serial"], 4711);
+    EXPECT_EQ(info["role"], "front end");
+    EXPECT_EQ(info["multiplexing"], "fdm");
+    EXPECT_EQ(info["frame_rate_hz"], 960);
+    EXPECT_EQ(info["drives_coils"], true);
+    ASSERT_EQ(tricoil("device info " + device), 0) << err;
+    EXPECT_THAT(out, ::testing::HasSubstr("serial         4711\n"));
+}
+
+TEST_F(Pty, WatchPrintsEveryMessageAndStartsNothing) {
+    plug_in("--duration 4 --serial 18446744073709551615");
+    ASSERT_EQ(tricoil("device watch --json --duration 0.6 " + device), 0) << err;
+    int statuses = 0;
+    bool identified = false;
+    for (const std::string& line : test::lines(out)) {
+        const json message = json::parse(line);
+        identified = identified || (message["message"] == "identify" && message["serial"] == 18446744073709551615U);
+        statuses += message["message"] == "status" && message["device_state"] == 0 ? 1 : 0;
+    }
+    EXPECT_TRUE(identified) << out;
+    EXPECT_GE(statuses, 2) << out;
+    ASSERT_EQ(tricoil("device watch --duration 0.3 " + device), 0) << err;
+    EXPECT_THAT(out, ::testing::HasSubstr("status      sequence="));
+}
+
+TEST_F(Pty, SelfcheckReportsTheDevicesRows) {
+    plug_in("--duration 4");
+    ASSERT_EQ(tricoil("selfcheck --json"), 0) << err;
+    const json here = json::parse(out);
+    ASSERT_EQ(tricoil("selfcheck --json --device " + device), 0) << err;
+    const json there = json::parse(out);
+    EXPECT_EQ(there["passed"], true);
+    ASSERT_EQ(there["checks"].size(), here["checks"].size());
+    for (std::size_t i = 0; i < here["checks"].size(); ++i) {
+        EXPECT_EQ(there["checks"][i]["id"], here["checks"][i]["id"]);
+        EXPECT_EQ(there["checks"][i]["what"], here["checks"][i]["what"]);
+        EXPECT_EQ(there["checks"][i].value("limit", 0.0), here["checks"][i].value("limit", 0.0));
+    }
+}
+
+TEST_F(Pty, ACalibrationIsWrittenReadAndKept) {
+    calibration::Calibration<double> c;
+    c.model.source_moment *= 7e-3;
+    c.phase_rad = Vec3<double>(0.01, -0.02, 0.03);
+    const auto blob = calibration::encode(c);
+    std::ofstream(in("cal.bin"), std::ios::binary).write(reinterpret_cast<const char*>(blob.data()), std::ssize(blob));
+    plug_in("--duration 4 --calibration " + in("flash"));
+    EXPECT_EQ(tricoil("device read-calibration --out " + in("got.bin") + " " + device), 1);
+    EXPECT_THAT(err, ::testing::HasSubstr("it has no calibration"));
+    ASSERT_EQ(tricoil("device write-calibration " + device + " " + in("cal.bin")), 0) << err;
+    ASSERT_EQ(tricoil("device read-calibration --out " + in("got.bin") + " " + device), 0) << err;
+    EXPECT_EQ(test::read_text(in("got.bin")), test::read_text(in("cal.bin")));
+    peer->send(SIGTERM);
+    peer->wait();
+    plug_in("--duration 4 --calibration " + in("flash"));
+    ASSERT_EQ(tricoil("device read-calibration --out " + in("again.bin") + " " + device), 0) << err;
+    EXPECT_EQ(test::read_text(in("again.bin")), test::read_text(in("cal.bin")));
+
+    std::string damaged = test::read_text(in("cal.bin"));
+    damaged[100] = static_cast<char>(damaged[100] ^ 1);
+    test::write_text(in("bad.bin"), damaged);
+    EXPECT_EQ(tricoil("device write-calibration " + device + " " + in("bad.bin")), 2);
+    EXPECT_THAT(err, ::testing::HasSubstr("bad.bin: "));
+    EXPECT_EQ(tricoil("device write-calibration " + device + " " + in("nothing.bin")), 2);
+    EXPECT_THAT(err, ::testing::HasSubstr("cannot be read"));
+}
+
+TEST_F(Pty, CapturedBlocksDemodulateToASensor) {
+    plug_in("--duration 4 --scenario still");
+    ASSERT_EQ(tricoil("device capture --repeats 3 --out " + in("capture.csv") + " " + device), 0) << err;
+    EXPECT_THAT(out, ::testing::HasSubstr("--rate-hz 144000"));
+    const auto plan = signal::default_acquisition(signal::Multiplexing::tdm, 240);
+    const std::string acquisition = " --rate-hz 144000 --carrier-hz " + std::to_string(plan.carrier_hz[0]) + " --guard " +
+                                    std::to_string(plan.guard_samples) + " --bits 24";
+    ASSERT_EQ(tricoil("demodulate --json " + in("capture.csv") + acquisition), 0) << err;
+    const json analysis = json::parse(out);
+    EXPECT_EQ(analysis["sensor_present"], true);
+    EXPECT_EQ(analysis["repeats"], 3);
+    EXPECT_GT(analysis["determinant"], 0);
+}
+
+TEST_F(Pty, SilenceEndsWithOneLine) {
+    plug_in("--duration 600");
+    peer->send(SIGSTOP);
+    EXPECT_EQ(tricoil("device info --wait 0.3 " + device), 3);
+    EXPECT_EQ(err, "tricoil: " + device + ": who it is: no answer yet\n");
+    EXPECT_EQ(tricoil("selfcheck --wait 0.3 --device " + device), 3);
+    EXPECT_EQ(tricoil("device watch --duration 0.3 " + device), 3);
+    EXPECT_EQ(tricoil("device info serial:" + in("nothing")), 3);
+    EXPECT_THAT(err, ::testing::HasSubstr("cannot be opened"));
+    EXPECT_EQ(tricoil("device info fax:1"), 2);
+    EXPECT_EQ(tricoil("device"), 2);
+    EXPECT_EQ(tricoil("device watch --duration -1 " + device), 2);
+}
+
+TEST_F(Pty, ListIsJsonWhateverThisMachineHas) {
+    ASSERT_EQ(tricoil("device list --json"), 0) << err;
+    EXPECT_TRUE(json::parse(out).is_array());
+    ASSERT_EQ(tricoil("device list"), 0) << err;
+    EXPECT_FALSE(out.empty());
+}
+
+std::string vector_text(const Vec3<double>& v) {
+    std::array<char, 128> text{};
+    std::snprintf(text.data(), text.size(), "[%.17g, %.17g, %.17g]", v(0), v(1), v(2));
+    return text.data();
+}
+std::string matrix_text(const Mat3<double>& m) {
+    std::string text = "[";
+    for (int i = 0; i < 3; ++i) {
+        text += vector_text(m.row(i)) + (i < 2 ? ", " : "]");
+    }
+    return text;
+}
+
+std::vector<double> numbers(const std::string& row) {
+    std::vector<double> fields;
+    std::istringstream stream(row);
+    for (std::string field; std::getline(stream, field, ',');) {
+        fields.push_back(std::stod(field));
+    }
+    return fields;
+}
+
+TEST_F(Pty, TheConfigurationsCalibrationReachesTheTracker) {
+    // The simulated coils are ideal: a calibration that says that they are turned must turn the poses.
+    const Mat3<double> turn = Eigen::AngleAxisd(0.4, Vec3<double>(1, 2, -1).normalized()).toRotationMatrix();
+    const auto board = [&](const std::string& calibration) {
+        test::write_text(in("board.toml"), "device = \"" + device + "\"\n[calibration]\nfile = \"cal.toml\"\n");
+        test::write_text(in("cal.toml"), "version = 1\nmodel = \"concentric\"\n" + calibration);
+    };
+    const std::string sensor = "[sensor]\nsensitivity = " + matrix_text(Mat3<double>::Identity()) + "\n";
+    plug_in("--duration 4");
+    board("[source]\nmoment = " + matrix_text(6.75e-3 * turn) + "\n" + sensor);
+    ASSERT_EQ(tricoil("run --config " + in("board.toml") + " --duration 1 --out " + in("turned.csv")), 0) << err;
+    peer->send(SIGTERM);
+    peer->wait();
+    plug_in("--duration 4");
+    ASSERT_EQ(tricoil("run --device " + device + " --duration 1 --out " + in("plain.csv")), 0) << err;
+    const auto turned = test::lines(test::read_text(in("turned.csv")));
+    const auto plain = test::lines(test::read_text(in("plain.csv")));
+    ASSERT_GT(turned.size(), 600U);
+    double worst_um = 0;
+    for (std::size_t i = 1; i < std::min(turned.size(), plain.size()); ++i) {
+        const auto a = numbers(turned[i]);
+        const auto b = numbers(plain[i]);
+        const Vec3<double> difference = Vec3<double>(a[3], a[4], a[5]) - turn * Vec3<double>(b[3], b[4], b[5]);
+        worst_um = std::max(worst_um, 1e6 * difference.norm());
+    }
+    std::printf("turned by the calibration: %zu poses, at most %.2f um from the turned ones\n", turned.size() - 1, worst_um);
+    EXPECT_LT(worst_um, 1) << "the wire's rounding";
+
+    Mat3<double> skewed = Mat3<double>::Identity();
+    skewed(0, 1) = 0.05;
+    board("[source]\nmoment = " + matrix_text(skewed) + "\n" + sensor);
+    EXPECT_EQ(tricoil("run --config " + in("board.toml")), 2);
+    EXPECT_THAT(err, ::testing::HasSubstr("cal.toml: its source coils are not square to each other"));
+    board("[source]\nmoment = " + matrix_text(Mat3<double>::Identity()) +
+          "\noffset_m = " + matrix_text(0.01 * Mat3<double>::Identity()) + "\n" + sensor);
+    EXPECT_EQ(tricoil("run --config " + in("board.toml")), 2);
+    EXPECT_THAT(err, ::testing::HasSubstr("more than 0.5 mm off"));
+    test::write_text(in("cal.toml"), "nonsense\n");
+    EXPECT_EQ(tricoil("run --config " + in("board.toml")), 2);
+    EXPECT_THAT(err, ::testing::HasSubstr("cal.toml"));
+    EXPECT_EQ(test::lines(err).size(), 1U) << err;
+    std::filesystem::remove(in("cal.toml"));
+    EXPECT_EQ(tricoil("run --config " + in("board.toml")), 2);
+    EXPECT_THAT(err, ::testing::HasSubstr("cal.toml"));
+}
+
+}  // namespace
+}  // namespace tricoil

@@ -1,0 +1,138 @@
+// The host's side of the conversation where it drives the coils: which columns it believes.
+#include <gtest/gtest.h>
+
+#include "board/linux/device_session.hpp"
+#include "core/protocol/convert.hpp"
+#include "tests/protocol/random_messages.hpp"
+
+namespace tricoil::linux_board {
+namespace {
+
+using protocol::WireError;
+
+/// Takes everything, gives nothing.
+class DeafPort final : public hal::MessagePort {
+    Status do_open() override { return {}; }
+    void do_close() override {}
+    Status do_send(std::span<const std::uint8_t>) override { return {}; }
+    Status do_receive(hal::ReceivedMessage&) override { return {StatusCode::not_ready, ""}; }
+    Status do_wait(Microseconds) override { return {}; }
+    [[nodiscard]] const char* do_detail() const override { return ""; }
+};
+
+SessionParams host_drives() {
+    SessionParams params;
+    params.host_drives_coils = true;
+    return params;
+}
+
+class SessionOfCoils : public ::testing::Test {
+protected:
+    void SetUp() override {
+        session.service(now_us);
+        protocol::IdentifyMessage identity;
+        identity.drives_coils = 0;
+        say(identity);
+        protocol::AckMessage started;
+        started.opcode = static_cast<std::uint8_t>(protocol::Opcode::start);
+        ASSERT_EQ(say(started), SessionEvent::started);
+    }
+
+    template <typename Message>
+    SessionEvent say(const Message& message) {
+        const auto bytes = test::bytes_of(message);
+        hal::ReceivedMessage received;
+        received.bytes = bytes;
+        received.host_time_us = ++now_us;
+        return session.take(received);
+    }
+
+    /// A column of coil `coil` (1-3) that echoes `state_sequence`.
+    protocol::ColumnMessage column(int coil, std::uint32_t state_sequence) {
+        protocol::ColumnMessage m;
+        m.sequence = next++;
+        m.time_us = 1389 * static_cast<std::int64_t>(next);
+        m.state = static_cast<std::uint8_t>(coil);
+        m.state_sequence = state_sequence;
+        m.sigma = {1e-6F, 1e-6F, 1e-6F};
+        return m;
+    }
+
+    std::uint64_t refused() const { return session.refused().of(WireError::transition); }
+
+    DeafPort port;
+    DeviceSession session{port, host_drives()};
+    std::int64_t now_us = 1;
+    std::uint32_t next = 0;
+};
+
+TEST_F(SessionOfCoils, BelievesAColumnThatEchoesWhatTheHostSwitched) {
+    session.excited(Excitation::s1, 1);
+    EXPECT_EQ(say(column(1, 1)), SessionEvent::column);
+    session.excited(Excitation::s2, 2);
+    EXPECT_EQ(say(column(2, 2)), SessionEvent::column);
+    EXPECT_EQ(refused(), 0U);
+}
+
+TEST_F(SessionOfCoils, RefusesASequenceThatWasNeverTold) {
+    session.excited(Excitation::s1, 1);
+    EXPECT_EQ(say(column(1, 2)), SessionEvent::none);
+    EXPECT_EQ(say(column(1, 0)), SessionEvent::none) << "before the first";
+    EXPECT_EQ(say(column(1, 0x40000001)), SessionEvent::none);
+    EXPECT_EQ(refused(), 3U);
+    EXPECT_EQ(session.counters().columns, 0U);
+    EXPECT_TRUE(session.take_window_over()) << "its window is over all the same";
+}
+
+TEST_F(SessionOfCoils, RefusesTheRightSequenceOfAnotherCoil) {
+    session.excited(Excitation::s1, 1);
+    session.excited(Excitation::s2, 2);
+    EXPECT_EQ(say(column(2, 1)), SessionEvent::none);
+    EXPECT_EQ(say(column(3, 2)), SessionEvent::none);
+    EXPECT_EQ(say(column(2, 2)), SessionEvent::column);
+    EXPECT_EQ(refused(), 2U);
+}
+
+TEST_F(SessionOfCoils, RefusesAnEchoOfLongAgo) {
+    for (std::uint32_t n = 1; n <= 5; ++n) {
+        session.excited(single_coil(static_cast<int>((n - 1) % 3)), n);
+    }
+    EXPECT_EQ(say(column(1, 1)), SessionEvent::none) << "four changes later";
+    EXPECT_EQ(say(column(2, 5)), SessionEvent::column);
+    EXPECT_EQ(refused(), 1U);
+}
+
+TEST_F(SessionOfCoils, RefusesAColumnThatSpansATransition) {
+    session.excited(Excitation::s1, 1);
+    auto spanning = column(1, 1);
+    spanning.flags |= protocol::kTransitionFlag;
+    EXPECT_EQ(say(spanning), SessionEvent::none);
+    EXPECT_EQ(say(column(1, 1)), SessionEvent::column);
+    EXPECT_EQ(refused(), 1U);
+}
+
+TEST_F(SessionOfCoils, BelievesEveryColumnOfAllCoilsAtOnce) {
+    session.excited(Excitation::all, 1);
+    for (const int coil : {1, 2, 3}) {
+        EXPECT_EQ(say(column(coil, 1)), SessionEvent::column);
+    }
+    EXPECT_EQ(say(column(1, 2)), SessionEvent::none);
+    EXPECT_EQ(refused(), 1U);
+}
+
+TEST_F(SessionOfCoils, ForgetsWhatItSwitchedBeforeTheDeviceWasStartedAnew) {
+    session.excited(Excitation::s1, 1);
+    session.service(now_us += 600'000);  // silence
+    session.service(now_us += 200'000);
+    protocol::IdentifyMessage identity;
+    identity.drives_coils = 0;
+    say(identity);
+    protocol::AckMessage started;
+    started.opcode = static_cast<std::uint8_t>(protocol::Opcode::start);
+    ASSERT_EQ(say(started), SessionEvent::started);
+    EXPECT_EQ(say(column(1, 1)), SessionEvent::none);
+    EXPECT_EQ(refused(), 1U);
+}
+
+}  // namespace
+}  // namespace tricoil::linux_board
