@@ -6,82 +6,16 @@
 #include <nlohmann/json.hpp>
 
 #include "board/host/errors.hpp"
-#include "board/linux/device_loop.hpp"
+#include "board/linux/device_setup.hpp"
 #include "board/linux/device_uri.hpp"
 #include "board/linux/fault_reporter.hpp"
 #include "board/linux/pose_writer.hpp"
 #include "board/linux/realtime.hpp"
 #include "board/process/interrupt.hpp"
-#include "drivers/gpiod/gpio_coil_driver.hpp"
-#include "drivers/gpiod/gpio_signals.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
-#include "sim/io/nearest_name.hpp"
 
 namespace tricoil::linux_board {
 namespace {
-
-/// The lines of the configuration, taken; empty without [coils].
-struct OpenLines {
-    drivers::GpioCoilDriver coils;
-    drivers::GpioHeartbeat heartbeat;
-    drivers::GpioSyncLine sync;
-    HostLines lines;
-};
-
-void open_lines(const CoilLines& wanted, OpenLines& open) {
-    drivers::Text why;
-    const auto check = [&](const Status& status) {
-        if (!status.ok()) {
-            throw host::DeviceError(why.c_str());
-        }
-    };
-    check(open.coils.open(wanted.coils, why));
-    open.lines.coils = &open.coils;
-    if (wanted.heartbeat) {
-        check(open.heartbeat.open(*wanted.heartbeat, why));
-        open.lines.heartbeat = &open.heartbeat;
-    }
-    if (wanted.sync) {
-        check(open.sync.open(*wanted.sync, why));
-        open.lines.sync = &open.sync;
-    }
-}
-
-DeviceLoopParams loop_params(const DeviceConfig& config) {
-    constexpr std::array kMethods{tracking::Method::direct, tracking::Method::previous, tracking::Method::previous_angles,
-                                  tracking::Method::direct};
-    const std::size_t n = sim::index_of_name("--tracker", config.method, {"direct", "previous", "previous-angles", "scaat"});
-    DeviceLoopParams params;
-    params.session.serial = config.serial;
-    params.session.host_drives_coils = config.coils.has_value();
-    params.method = kMethods[n];
-    params.filter = n + 1 == kMethods.size();
-    params.coupling_constant_m3 = config.coupling_constant_m3;
-    params.hemisphere = config.hemisphere.value_or(Vec3<double>::UnitX());
-    params.publish = config.publish;
-    return params;
-}
-
-/// Trackers here know ideal triads in one place; what else a calibration says is refused, not left out.
-void take_calibration(const DeviceRunOptions& options, DeviceLoopParams& params) {
-    const calibration::Calibration<double>& c = *options.calibration;
-    const auto columns = calibration::ConcentricColumns<double>::make(c);
-    const auto refuse = [&](const char* why) {
-        throw host::InputError(options.config.calibration + ": " + why +
-                               "; a device is tracked with concentric coils: calibrate with --model concentric");
-    };
-    if (!columns.ok()) {
-        refuse(columns.status().message());
-    }
-    if (!c.output_linear.isIdentity(0) || !c.output_offset_m.isZero(0)) {
-        refuse("it holds an output correction");
-    }
-    params.calibration = *columns;
-    params.coupling_constant_m3 = 1;
-    params.output.q_source_alignment = Quat<double>(columns->axes()).conjugate().normalized();
-    const bool is_told = options.config.hemisphere || c.hemisphere.isZero(0);
-    params.hemisphere = columns->axes().transpose() * (is_told ? params.hemisphere : c.hemisphere);
-}
 
 nlohmann::ordered_json summary(const DeviceConfig& config, const DeviceLoop& loop, const hal::MessagePort& port,
                                const RealtimeHabits& habits) {
@@ -165,14 +99,8 @@ private:
 int run_device(const DeviceRunOptions& options) {
     const DeviceConfig& config = options.config;
     const DeviceUri uri = parse_device_uri(config.device);
-    DeviceLoopParams params = loop_params(config);
-    if (options.calibration) {
-        take_calibration(options, params);
-    }
-    OpenLines lines;
-    if (config.coils) {
-        open_lines(*config.coils, lines);
-    }
+    const DeviceLoopParams params = loop_params(config, options.calibration);
+    const OpenLines lines(config.coils);
     std::optional<PoseWriter> csv;
     if (!config.csv.empty()) {
         csv.emplace(config.csv, PoseFormat::csv);
@@ -180,7 +108,7 @@ int run_device(const DeviceRunOptions& options) {
     PoseWriter json(stdout, PoseFormat::json);
     const auto port = make_port(uri);
     DeviceStopwatch stopwatch;
-    DeviceLoop loop(*port, lines.lines, params, [&](const protocol::PoseMessage& pose) {
+    DeviceLoop loop(*port, lines.lines(), params, [&](const protocol::PoseMessage& pose) {
         stopwatch.see(pose.time_us);
         if (csv) {
             csv->write(pose);

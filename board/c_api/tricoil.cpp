@@ -1,0 +1,131 @@
+#include "board/c_api/tricoil.h"
+
+#include <array>
+#include <cstdio>
+#include <deque>
+#include <exception>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "board/host/calibration/calibration_file.hpp"
+#include "board/linux/device_setup.hpp"
+#include "board/linux/device_uri.hpp"
+#include "core/protocol/convert.hpp"
+#include "drivers/posix/monotonic_clock.hpp"
+
+namespace {
+
+using namespace tricoil;
+
+constexpr std::size_t kMostKept = 256;  // poses: a quarter of a second at 960 Hz
+
+bool ends_with(const std::string& text, const std::string& end) {
+    return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+linux_board::DeviceConfig configuration(const std::string& device, const char* tracker) {
+    linux_board::DeviceConfig config;
+    if (ends_with(device, ".toml")) {
+        config = linux_board::load_device_config(device);
+    } else {
+        config.device = device;
+    }
+    config.method = tracker != nullptr ? tracker : config.method;
+    return config;
+}
+
+std::optional<calibration::Calibration<double>> calibration_of(const linux_board::DeviceConfig& config) {
+    return config.calibration.empty() ? std::nullopt : std::optional(host::read_calibration(config.calibration).calibration);
+}
+
+tricoil_pose to_pose(const protocol::PoseMessage& m) {
+    tricoil_pose pose{};
+    pose.time_us = m.time_us;
+    pose.sequence = m.sequence;
+    pose.sensor = m.sensor;
+    pose.flags = m.flags;
+    pose.valid = (m.flags & tracking::kInvalidating.bits()) == 0 ? 1 : 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+        pose.position_m[i] = m.position[i] / protocol::kPositionPerMetre;
+        pose.position_std_m[i] = m.deviation[i] / protocol::kDeviationPerUnit;
+        pose.rotation_std_rad[i] = m.deviation[i + 3] / protocol::kDeviationPerUnit;
+    }
+    for (std::size_t i = 0; i < 4; ++i) {
+        pose.quaternion_wxyz[i] = m.quaternion[i] / protocol::kQuaternionPerUnit;
+    }
+    return pose;
+}
+
+}  // namespace
+
+/// Port before loop, lines before both: the coils are off before anything is released.
+struct tricoil_tracker {  // NOLINT(readability-identifier-naming): C
+    explicit tricoil_tracker(const linux_board::DeviceConfig& config)
+        : lines(config.coils),
+          port(linux_board::make_port(linux_board::parse_device_uri(config.device))),
+          loop(*port, lines.lines(), linux_board::loop_params(config, calibration_of(config)),
+               [this](const protocol::PoseMessage& pose) { keep(pose); }) {}
+
+    void keep(const protocol::PoseMessage& pose) {
+        if (poses.size() == kMostKept) {
+            poses.pop_front();
+        }
+        poses.push_back(to_pose(pose));
+    }
+
+    std::deque<tricoil_pose> poses;
+    linux_board::OpenLines lines;
+    std::unique_ptr<hal::MessagePort> port;
+    linux_board::DeviceLoop loop;
+    std::string status;
+};
+
+tricoil_tracker* tricoil_open(const char* device, const char* tracker, char* error, size_t error_size) {
+    const auto fail = [&](const char* why) -> tricoil_tracker* {
+        if (error != nullptr && error_size > 0) {
+            (void)std::snprintf(error, error_size, "%s", why);
+        }
+        return nullptr;
+    };
+    if (device == nullptr) {
+        return fail("no device named; give can:INTERFACE, usb:VENDOR:PRODUCT, serial:PATH or a .toml file");
+    }
+    try {
+        return new tricoil_tracker(configuration(device, tracker));
+    } catch (const std::exception& e) {
+        return fail(e.what());
+    }
+}
+
+int tricoil_poll(tricoil_tracker* tracker, tricoil_pose* pose, int timeout_ms) {
+    if (tracker == nullptr || pose == nullptr) {
+        return -1;
+    }
+    const std::int64_t end_us = drivers::monotonic_us() + 1000 * std::int64_t{timeout_ms};
+    do {
+        tracker->loop.step();
+    } while (tracker->poses.empty() && drivers::monotonic_us() < end_us);
+    if (tracker->poses.empty()) {
+        return 0;
+    }
+    *pose = tracker->poses.front();
+    tracker->poses.pop_front();
+    return 1;
+}
+
+const char* tricoil_status(tricoil_tracker* tracker) {
+    if (tracker == nullptr) {
+        return "not open";
+    }
+    tracker->status = tracker->loop.session().detail();
+    return tracker->status.c_str();
+}
+
+void tricoil_close(tricoil_tracker* tracker) {
+    if (tracker != nullptr) {
+        tracker->loop.stop();
+        tracker->port->close();
+        delete tracker;
+    }
+}
