@@ -44,6 +44,8 @@ void read_front_end(CheckedTable table, DeviceConfig& config) {
 
 void read_calibration(CheckedTable table, DeviceConfig& config) {
     config.calibration = table.text("file", "");
+    const bool is_constant_said = table.positive("coupling_constant_m3", 1) == table.positive("coupling_constant_m3", 2);
+    table.demand(config.calibration.empty() || !is_constant_said, "coupling_constant_m3", "is part of the file named beside it");
     config.coupling_constant_m3 = table.positive("coupling_constant_m3", config.coupling_constant_m3);
     table.finish();
 }
@@ -65,8 +67,9 @@ void read_outputs(CheckedTable table, DeviceConfig& config) {
 
 void read_realtime(CheckedTable table, DeviceConfig& config) {
     config.priority = static_cast<int>(table.whole("priority", 0, 99));
-    const bool by_default = table.flag("lock_memory", true);
-    config.lock_memory = table.flag("lock_memory", false) == by_default ? std::optional(by_default) : std::nullopt;
+    const bool lock = table.flag("lock_memory", true);
+    const bool is_said = table.flag("lock_memory", false) == lock;
+    config.lock_memory = is_said ? std::optional(lock) : std::nullopt;
     table.finish();
 }
 

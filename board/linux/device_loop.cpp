@@ -11,6 +11,7 @@ namespace {
 
 constexpr Microseconds kWait{5000};
 constexpr Microseconds kSyncWait{200};              // an edge must not wait for a message
+constexpr int kMostEdges = 16;                      // in a step; as many as the kernel keeps
 constexpr std::int64_t kColumnSilenceUs = 150'000;  // without a column, before poses are flagged stale
 
 /// The timing that a front end tells of itself.
@@ -127,9 +128,7 @@ void DeviceLoop::begin() {
     }
     state_sequence_ = 0;
     column_us_ = 0;
-    std::int64_t old_edge_us = 0;
-    while (lines_.sync != nullptr && lines_.sync->next_edge(old_edge_us).ok()) {
-    }
+    take_edges();  // of what was before
     (void)session_.take_window_over();
     next_state();
 }
@@ -151,11 +150,20 @@ void DeviceLoop::next_state() {
 }
 
 void DeviceLoop::follow_sync() {
-    std::int64_t edge_us = 0;
-    while (lines_.sync != nullptr && lines_.sync->next_edge(edge_us).ok()) {
+    for (int edges = take_edges(); edges > 0; --edges) {
         ++counters_.sync_edges;
         next_state();
     }
+}
+
+/// How many came since; a line that never rests does not stop the loop.
+int DeviceLoop::take_edges() {
+    int edges = 0;
+    std::int64_t edge_us = 0;
+    while (lines_.sync != nullptr && edges < kMostEdges && lines_.sync->next_edge(edge_us).ok()) {
+        ++edges;
+    }
+    return edges;
 }
 
 void DeviceLoop::track(const hal::ReceivedMessage& message) {

@@ -70,6 +70,7 @@ private:
     [[nodiscard]] protocol::PoseMessage seen(const tracking::PoseEstimate<double>& estimate) const;
     void deliver(const protocol::PoseMessage& pose, bool valid, std::int64_t received_us);
     void follow_sync();
+    int take_edges();
     void next_state();
     void switch_off();
     void tick(std::int64_t now_us);

@@ -38,6 +38,7 @@ struct Options {
     std::uint64_t stall_slot = 300;
     std::string report;
     int linger_ms = 300;
+    int patience_ms = 100;
     bool sync = false;
     std::string calibration;
 };
@@ -156,6 +157,7 @@ int run(Options& o) {
     if (o.sync) {
         o.front_end.window_over = [&gpio] { gpio->drive_sync(true); };
     }
+    o.front_end.patience_us = 1000 * std::int64_t{o.patience_ms};
     o.front_end.calibration = read_blob(o.calibration);
     const auto port = make_port(o.link);
     if (!port->open().ok()) {
@@ -184,6 +186,7 @@ int main_program(int argc, char** argv) {
     program.add_option("--seed", o.front_end.seed, "Of noise and motion")->capture_default_str();
     program.add_option("--duration", o.front_end.duration_s, "Seconds of the world's time to measure")->capture_default_str();
     program.add_option("--pace", o.pace, "real, or lockstep: wait for the host")->capture_default_str();
+    program.add_option("--patience-ms", o.patience_ms, "How long the host may take over a slot")->capture_default_str();
     program.add_flag("--tracks", o.front_end.tracks, "Be a tracker board: send poses");
     program.add_option("--serial", o.front_end.serial, "Serial number")->capture_default_str();
     program.add_option("--watchdog-us", o.front_end.watchdog_us, "Silence after which the coils go off")->capture_default_str();

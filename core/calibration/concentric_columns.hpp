@@ -15,9 +15,9 @@ template <typename Scalar>
 class ConcentricColumns {
 public:
     /// What may be left out of account: at half a metre it moves a pose by some 0.5 mm and 1 mrad.
-    static constexpr Scalar kSquareness = Scalar(1e-3);   // cosine between two source coils
-    static constexpr Scalar kOffset_m = Scalar(5e-4);     // of a coil from its triad's place
-    static constexpr Scalar kOctupole_m2 = Scalar(1e-4);  // of a coil's finite size
+    static constexpr Scalar kSquareness = Scalar(1e-3);  // cosine between two source coils
+    static constexpr Scalar kOffset_m = Scalar(5e-4);    // of a coil from its triad's place
+    static constexpr Scalar kOctupole = Scalar(1e-4);    // m^2, of a coil's finite size
 
     /// Errors: those of check(); invalid_argument, with the reason, for a calibration of another kind.
     static Result<ConcentricColumns> make(const Calibration<Scalar>& c) {
@@ -27,7 +27,7 @@ public:
         if (largest(c.model.source_offset_m) > kOffset_m || largest(c.model.sensor_offset_m) > kOffset_m) {
             return Status{StatusCode::invalid_argument, "its coils lie more than 0.5 mm off their triad's place"};
         }
-        if (largest(c.model.source_octupole_m2) > kOctupole_m2 || largest(c.model.sensor_octupole_m2) > kOctupole_m2) {
+        if (largest(c.model.source_octupole_m2) > kOctupole || largest(c.model.sensor_octupole_m2) > kOctupole) {
             return Status{StatusCode::invalid_argument, "its coils are too large to be taken for points"};
         }
         ConcentricColumns columns;

@@ -83,7 +83,9 @@ inline constexpr std::array<const char*, 21> kUpper{"c11", "c12", "c13", "c14", 
                                                     "c33", "c34", "c35", "c36", "c44", "c45", "c46", "c55", "c56", "c66"};
 inline constexpr FieldInfo kSensor = code(WireType::u8, 0, 3, "index of the sensor");
 inline constexpr FieldInfo kState = code(WireType::u8, 0, 4, "excitation: 0 off, 1-3 S1-S3, 4 all");
-inline constexpr FieldInfo kOpcode = code(WireType::u8, 1, 9, "which command");
+inline constexpr FieldInfo kOpcode = code(WireType::u8, 1, 9,
+                                          "1 hello, 2 start, 3 stop, 4 excite, 5 keep alive, 6 read calibration, 7 write "
+                                          "calibration, 8 self-check, 9 read a raw block");
 inline constexpr FieldInfo kRequest = count(WireType::u16, "number that ties an answer to its question");
 }  // namespace detail
 

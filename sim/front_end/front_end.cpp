@@ -11,7 +11,6 @@ namespace {
 
 using protocol::Opcode;
 
-constexpr std::int64_t kPatienceUs = 100'000;  // lockstep: how long a host may take over a slot
 constexpr std::int64_t kStatusUs = 100'000;
 constexpr Microseconds kWait{1000};
 
@@ -210,7 +209,7 @@ void SimulatedFrontEnd::start(std::int64_t now_us) {
 void SimulatedFrontEnd::stop() { running_ = false; }
 
 bool SimulatedFrontEnd::slot_is_due(std::int64_t now_us) const {
-    const bool impatient = now_us - slot_begin_us_ > kPatienceUs;
+    const bool impatient = now_us - slot_begin_us_ > params_.patience_us;
     if (params_.sense_coils && excited_ < slot_ + 1 && !impatient) {
         return false;
     }

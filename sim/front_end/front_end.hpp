@@ -26,8 +26,9 @@ struct FrontEndParams {
     double frame_rate_hz = 240;
     double duration_s = 10;  // then it stops sending
     Pace pace = Pace::lockstep;
-    std::uint32_t ahead = 64;  // lockstep: messages sent beyond what the host has acknowledged
-    bool tracks = false;       // sends poses: a tracker board
+    std::uint32_t ahead = 64;            // lockstep: messages sent beyond what the host has acknowledged
+    std::int64_t patience_us = 100'000;  // how long a host may take over a slot
+    bool tracks = false;                 // sends poses: a tracker board
     std::uint64_t serial = 1;
     std::uint32_t watchdog_us = 100'000;
     std::vector<PeerFault> faults;

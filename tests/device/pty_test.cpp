@@ -27,8 +27,9 @@ protected:
     /// Starts the front end, and waits for the line that it made.
     void plug_in(const std::string& options) {
         std::filesystem::remove(in("line"));
-        peer = std::make_unique<Program>(std::string(TRICOIL_FRONT_END) + " --link pty: " + options + " >" + in("line") + " 2>" +
-                                         in("front-end.err"));
+        peer =
+            std::make_unique<Program>(std::string(TRICOIL_FRONT_END) + " --link pty: --watchdog-us 5000000 --patience-ms 5000 " +
+                                      options + " >" + in("line") + " 2>" + in("front-end.err"));
         ASSERT_TRUE(test::eventually([&] { return test::read_text(in("line")).find('\n') != std::string::npos; }));
         device = "serial:" + test::lines(test::read_text(in("line"))).front();
     }

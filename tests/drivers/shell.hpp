@@ -37,10 +37,10 @@ inline void gpio_drive(int line, bool high) {
 
 inline void pause_ms(int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); }
 
-/// Until `done` or two seconds are over.
+/// Until `done`, or twenty seconds are over: long enough for a busy machine.
 template <typename Done>
 bool eventually(Done done) {
-    for (int i = 0; i < 400; ++i) {
+    for (int i = 0; i < 4000; ++i) {
         if (done()) {
             return true;
         }

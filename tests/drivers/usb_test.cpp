@@ -26,7 +26,7 @@ using test::bytes_of;
                                                               : ::testing::AssertionFailure() << port.detail();
 }
 
-std::vector<std::uint8_t> next(UsbPort& port, int tries = 60) {
+std::vector<std::uint8_t> next(UsbPort& port, int tries = 600) {
     hal::ReceivedMessage message;
     for (int i = 0; i < tries; ++i) {
         const Status status = port.receive(message);
@@ -158,7 +158,7 @@ TEST(Usb, ADeviceThatTakesNothingTimesOutAndNeverBlocksTheLoop) {
         code = host.send(message).code();
     }
     EXPECT_EQ(code, StatusCode::not_ready);
-    EXPECT_LT(monotonic_us() - begin, 100'000);
+    EXPECT_LT(monotonic_us() - begin, 1'000'000) << "twenty time-outs are four seconds";
     ASSERT_TRUE(test::eventually([&] {
         (void)host.wait(Microseconds{5000});
         return host.counters().link_faults >= 8;

@@ -70,7 +70,7 @@ TEST(StreamFraming, OneDamagedByteCostsAtMostTwoMessagesAndPassesNoWrongOne) {
 
 TEST(StreamFraming, SaysWhatWasWrong) {
     StreamReader reader;
-    const auto error_of = [&](Bytes stream) {
+    const auto error_of = [&](const Bytes& stream) {
         WireError error = WireError::none;
         for (const std::uint8_t byte : stream) {
             reader.push(byte);

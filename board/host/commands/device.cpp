@@ -172,8 +172,10 @@ int fetch_calibration(const DeviceCommand& command) {
 
 int send_calibration(const DeviceCommand& command) {
     std::ifstream file(command.file, std::ios::binary);
-    const std::vector<std::uint8_t> blob{std::istreambuf_iterator<char>(file), {}};
-    if (!file.good() && blob.empty()) {
+    std::vector<std::uint8_t> blob(calibration::kBlobBytes + 1);  // one that is longer is none either
+    file.read(reinterpret_cast<char*>(blob.data()), std::ssize(blob));
+    blob.resize(static_cast<std::size_t>(file.gcount()));
+    if (blob.empty()) {
         throw InputError(command.file + ": cannot be read; give the file that tricoil calibrate --blob wrote");
     }
     if (const auto calibration = calibration::decode(blob); !calibration.ok()) {

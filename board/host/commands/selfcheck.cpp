@@ -90,7 +90,7 @@ Report report_of_device(const SelfcheckCommand& command, const Report& here) {
 
 int run_selfcheck(const SelfcheckCommand& command) {
     const Report here = selfcheck::run({&steady_now, nullptr});
-    const Report report = command.device.empty() ? here : report_of_device(command, here);
+    const Report report = command.device.empty() || command.device == "sim:" ? here : report_of_device(command, here);
     fmt::print("{}", command.json ? to_json(report) : text_of(report));
     return to_int(report.passed() ? ExitCode::fine : ExitCode::check_failed);
 }
