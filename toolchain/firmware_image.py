@@ -1,22 +1,40 @@
 """What an ELF image for an ARM processor without an operating system holds: functions, their calls, stack frames and sizes."""
 
+import collections
 import functools
 import pathlib
 import re
 import subprocess
 
 TOOLS = "arm-none-eabi-"
-HELPERS = re.compile(r"__aeabi_(c?d[a-z0-9]*|[a-z]+2d)$")  # the compiler's arithmetic on double, named by the ARM runtime ABI
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+# The compiler's arithmetic on double: as the ARM runtime ABI names it, and as libgcc does.
+HELPERS = re.compile(r"__aeabi_(c?d[a-z0-9]*|[a-z]+2d)$|__[a-z]+df[a-z]*\d?$")
+RAM_BEGIN = 0x20000000  # of every ARMv7-M processor
+
+Symbol = collections.namedtuple("Symbol", "address size kind name")  # kind as nm has it; functions without the Thumb bit
 
 
-def _run(tool, *arguments):
-    return subprocess.run([TOOLS + tool, *map(str, arguments)], check=True, capture_output=True, text=True).stdout
+class Unusable(Exception):
+    """Input that nothing can be measured from; the message names it and the mend."""
+
+
+def run_tool(tool, *arguments, text=None):
+    """Standard output of one of the compiler's tools."""
+    try:
+        done = subprocess.run([TOOLS + tool, *map(str, arguments)], input=text, capture_output=True, text=True)
+    except FileNotFoundError:
+        raise Unusable(f"{TOOLS}{tool}: not installed; run toolchain/install-deps test") from None
+    if done.returncode != 0:
+        raise Unusable(f"{done.stderr.strip().splitlines()[-1] if done.stderr else tool}; is it an image for ARM?")
+    return done.stdout
 
 
 class Function:
-    def __init__(self, name):
-        self.name = name  # as linked, mangled
-        self.calls = set()  # names
+    def __init__(self, address, name):
+        self.address = address
+        self.name = name  # the first of its names, mangled
+        self.calls = set()  # addresses
         self.calls_indirectly = False
         self.frame = 0  # bytes of stack that it takes itself
 
@@ -33,7 +51,7 @@ def _register_count(registers):
 _PUSH = re.compile(r"\t(?:push|stmdb|vpush|vstmdb)(?:\.w)?\t(?:sp!, )?\{(.*?)\}")
 _SUB = re.compile(r"\t(?:sub|subw|sub\.w)\tsp, (?:sp, )?#(\d+)")
 _STORE_DOWN = re.compile(r"\tstr[db]?(?:\.w)?\t.*\[sp, #-(\d+)\]!")
-_CALL = re.compile(r"\t(?:bl|b|b\.w|b\.n|[a-z]+\.w|[a-z]+\.n|cbn?z)\t.*?[0-9a-f]+ <([^>+]+)>")
+_CALL = re.compile(r"\t(bl|b|b\.w|b\.n|[a-z]+\.w|[a-z]+\.n|cbn?z)\t.*?([0-9a-f]+) <([^>+]+)(\+0x[0-9a-f]+)?>")
 _INDIRECT = re.compile(r"\t(?:blx|bx)\t(?!lr)")
 
 
@@ -41,24 +59,35 @@ class Image:
     def __init__(self, path):
         self.path = pathlib.Path(path)
         if not self.path.exists():
-            raise SystemExit(f"{path}: no such image; build it first")
+            raise Unusable(f"{path}: no such image; build it first")
 
     @functools.cached_property
     def symbols(self):
-        """(name, kind as nm has it, size) of everything linked."""
+        """Everything linked that has a name; aliases too."""
         rows = []
-        for line in _run("nm", "-S", self.path).splitlines():
+        for line in run_tool("nm", "-S", self.path).splitlines():
             fields = line.split()
-            if len(fields) == 4:
-                rows.append((fields[3], fields[2], int(fields[1], 16)))
-            elif len(fields) == 3:
-                rows.append((fields[2], fields[1], 0))
+            if len(fields) in (3, 4):
+                size = int(fields[1], 16) if len(fields) == 4 else 0
+                code = fields[-2] in "tTwW"
+                rows.append(Symbol(int(fields[0], 16) & (~1 if code else ~0), size, fields[-2], fields[-1]))
         return rows
+
+    @functools.cached_property
+    def names_at(self):
+        names = collections.defaultdict(list)
+        for symbol in self.symbols:
+            names[symbol.address].append(symbol.name)
+        return names
+
+    @functools.cached_property
+    def address_of(self):
+        return {symbol.name: symbol.address for symbol in self.symbols}
 
     @functools.cached_property
     def sections(self):
         sizes = {}
-        for line in _run("size", "-A", self.path).splitlines():
+        for line in run_tool("size", "-A", self.path).splitlines():
             fields = line.split()
             if len(fields) == 3 and fields[0].startswith("."):
                 sizes[fields[0]] = int(fields[1])
@@ -75,11 +104,13 @@ class Image:
 
     @functools.cached_property
     def functions(self):
+        """By address: names need not be unique, nor a function have but one."""
         functions = {}
         current = None
-        for line in _run("objdump", "-d", "--no-show-raw-insn", self.path).splitlines():
-            if header := re.match(r"[0-9a-f]+ <(.+)>:$", line):
-                current = functions.setdefault(header[1], Function(header[1]))
+        for line in run_tool("objdump", "-d", "--no-show-raw-insn", self.path).splitlines():
+            if header := re.match(r"([0-9a-f]+) <(.+)>:$", line):
+                address = int(header[1], 16)
+                current = functions.setdefault(address, Function(address, header[2]))
                 continue
             if current is None:
                 continue
@@ -88,39 +119,84 @@ class Image:
             elif amount := _SUB.search(line) or _STORE_DOWN.search(line):
                 current.frame += int(amount[1])
             elif call := _CALL.search(line):
-                if call[1] != current.name:
-                    current.calls.add(call[1])
+                target = int(call[2], 16) - int(call[4] or "0", 16)
+                # A branch into itself is a loop; only with a link does it come back, and take the frame once more.
+                if target != current.address or (call[1] == "bl" and not call[4]):
+                    current.calls.add(target)
             elif _INDIRECT.search(line):
                 current.calls_indirectly = True
         return functions
 
     @functools.cached_property
     def demangled(self):
-        names = list({name for name, _, _ in self.symbols} | set(self.functions))
-        text = subprocess.run([TOOLS + "c++filt"], input="\n".join(names), check=True, capture_output=True, text=True).stdout
+        names = list({symbol.name for symbol in self.symbols} | {function.name for function in self.functions.values()})
+        # What initialises a file's statics is named after one of its symbols.
+        text = run_tool("c++filt", text="\n".join(re.sub("^_GLOBAL__sub_I_(?=_Z)", "", name) for name in names))
         return dict(zip(names, text.splitlines()))
 
     def plain_name(self, name):
         """Qualified name without return type and parameters: "tricoil::solver::solve_direct<float>"."""
         return plain_name(self.demangled.get(name, name))
 
+    def is_helper(self, address):
+        """Of the compiler's arithmetic on double, by any of its names."""
+        return any(HELPERS.match(name) for name in self.names_at.get(address, ()))
+
     def double_users(self):
         """Names of the functions that call a double-precision helper, apart from the helpers themselves."""
         return sorted(
-            name
-            for name, function in self.functions.items()
-            if any(HELPERS.match(call) for call in function.calls) and not name.startswith(("__aeabi_", "__adddf3", "__muldf3"))
+            function.name
+            for function in self.functions.values()
+            if any(self.is_helper(call) for call in function.calls) and not self.is_helper(function.address)
         )
 
     def module_of(self, name):
         """Folder of the project that a symbol belongs to, from its namespace; "library" if none."""
-        if ours := re.match(r"_Z(?:GV|T[VIS])?N?K?7tricoil(\d+)(\w+)", name):
-            return ours[2][: int(ours[1])]
-        return "library" if not name.startswith("_ZN12_GLOBAL__N_1") else "board"
+        if _STARTUP.match(name) or name.startswith("_ZN12_GLOBAL__N_1"):
+            return "board"
+        plain = self.plain_name(name)
+        while plain != (plain := re.sub(r"<[^<>]*>", "", plain)):
+            pass
+        path = plain.split("::")
+        if path[0] != "tricoil":
+            return "library"
+        return path[1] if path[1] in _namespaces() and len(path) > 2 else "base"
+
+    def modules(self):
+        """Of each module: bytes of flash and of static RAM. Every address counts once; what has no name (string constants, padding)
+        is "unnamed", so that the sums are the image's."""
+        sizes = collections.defaultdict(lambda: [0, 0])
+        largest = {}
+        for symbol in self.symbols:
+            if symbol.size > largest.get(symbol.address, (0, ""))[0]:
+                largest[symbol.address] = (symbol.size, symbol.name)
+        data_end = RAM_BEGIN + self.sections.get(".data", 0)
+        starts = sorted(largest)
+        for address, following in zip(starts, [*starts[1:], float("inf")]):
+            size, name = largest[address]
+            size = min(size, following - address)  # the compiler's arithmetic has entries in the midst of others
+            entry = sizes[self.module_of(name)]
+            entry[0] += size if address < data_end else 0  # initialised data lie in flash as well
+            entry[1] += size if address >= RAM_BEGIN else 0
+        for n, whole in enumerate((self.flash, self.ram)):
+            sizes["unnamed"][n] = whole - sum(entry[n] for entry in sizes.values())
+        return dict(sizes)
+
+
+# Ours, with names that the processor, the linker or the runtime ABI gives: board/qemu_an386/startup.cpp.
+_STARTUP = re.compile(r"(reset_handler|start_program|fault_handler|main|abort|kVectors|__cxa_pure_virtual|__dso_handle|_ZdlPvj?"
+                      r"|__aeabi_atexit|__aeabi_unwind_cpp_pr\d)$")
+
+
+@functools.cache
+def _namespaces():
+    """Each folder with code has a namespace of its name."""
+    tops = ("core", "drivers", "board", "tests")
+    return {folder.name for top in tops for folder in (ROOT / top).iterdir() if folder.is_dir()} | set(tops) | {"hal", "sim"}
 
 
 def plain_name(signature):
-    signature = signature.split(" [with ")[0]
+    signature = re.sub("^(guard variable|vtable|typeinfo|typeinfo name|VTT) for ", "", signature.split(" [with ")[0])
     depth = 0
     start = 0
     signature = signature.replace("(anonymous namespace)", "{anonymous}").replace("operator()", "operator{}")
@@ -137,37 +213,67 @@ def plain_name(signature):
     return signature[start:].lstrip("*&")
 
 
+def overload(signature):
+    """What tells functions of one name apart, whichever tool writes the types: name without template arguments, how many
+    parameters, and the arithmetic that it is instantiated for."""
+    types = re.findall(r"= (float|double)\b", signature) or re.findall(r"<(float|double)\b", signature)
+    name = re.sub(r"<.*>", "", plain_name(signature))
+    bare = re.sub(r"operator\(\)|\(anonymous namespace\)| \[with .*", "", signature)
+    while bare != (bare := re.sub(r"<[^<>]*>", "", bare)):
+        pass
+    parameters = re.search(r"\((.*)\)", bare)
+    count = len([p for p in parameters[1].split(",") if p.strip() not in ("", "void")]) if parameters else 0
+    return name, count, types[0] if types else ""
+
+
 class StackAnalysis:
     """Deepest stack below each function, summed over the call graph of the linked image."""
 
     def __init__(self, image, indirect):
         self.image = image
-        self.indirect = [(re.compile(caller), re.compile(callee)) for caller, callee in indirect]
+        self.indirect = indirect  # (caller, callee) as compiled expressions
         self.depths = {}
         self.problems = []
 
+    def plain_name(self, address):
+        return self.image.plain_name(self.image.functions[address].name)
+
     def callees(self, function):
-        names = set(function.calls)
+        addresses = set(function.calls)
         if function.calls_indirectly:
             plain = self.image.plain_name(function.name)
             patterns = [callee for caller, callee in self.indirect if caller.search(plain)]
             if not patterns:
                 self.problems.append(f"{plain} calls through a pointer; say what in [stack.indirect]")
             for pattern in patterns:
-                names |= {other for other in self.image.functions if pattern.search(self.image.plain_name(other))}
-        return names
+                addresses |= {other for other in self.image.functions if pattern.search(self.plain_name(other))}
+        return addresses
 
-    def depth(self, name, above=()):
-        if name in above:
-            self.problems.append(f"{self.image.plain_name(name)} calls itself, over {len(above)} others")
+    def depth_of(self, name):
+        if name not in self.image.address_of:
+            raise Unusable(f"{self.image.path}: has no {name}; is it an image of this project?")
+        return self.depth(self.image.address_of[name])
+
+    def depth(self, address, above=()):
+        function = self.image.functions.get(address)
+        if function is None:
             return 0
-        if name not in self.depths:
-            function = self.image.functions.get(name)
-            if function is None:
-                return 0
-            below = [self.depth(callee, (*above, name)) for callee in self.callees(function)]
-            self.depths[name] = function.frame + max(below, default=0)
-        return self.depths[name]
+        if address in above:
+            others = len(above) - 1 - above.index(address)
+            self.problems.append(f"{self.plain_name(address)} calls itself" + (f", over {others} others" if others else ""))
+            return 0
+        if address not in self.depths:
+            below = [self.depth(callee, (*above, address)) for callee in self.callees(function)]
+            self.depths[address] = function.frame + max(below, default=0)
+        return self.depths[address]
+
+    def deepest_path(self, address):
+        """(frame, name) from a function down to the end of its deepest calls; for whoever has to make it shorter."""
+        path = []
+        while (function := self.image.functions.get(address)) is not None:
+            path.append((function.frame, self.plain_name(address)))
+            address = max(self.callees(function), key=self.depth, default=None)
+        return path
 
     def check_against_compiler(self, build_folder):
         """The frames that the compiler reported with -fstack-usage must not exceed those read off the instructions."""
@@ -175,15 +281,16 @@ class StackAnalysis:
         for file in pathlib.Path(build_folder).rglob("*.su"):
             for line in file.read_text().splitlines():
                 where, size, kind = line.split("\t")
-                name = re.sub(r"<.*>", "", plain_name(where.split(":", 3)[3]))
+                signature = where.split(":", 3)[3]
                 if "dynamic" in kind and "bounded" not in kind:
-                    self.problems.append(f"{name} takes a stack frame of unknown size")
-                reported.setdefault(name, []).append(int(size))
+                    self.problems.append(f"{plain_name(signature)} takes a stack frame of unknown size")
+                reported.setdefault(overload(signature), []).append(int(size))
         compared = 0
-        for name, function in self.image.functions.items():
-            sizes = reported.get(re.sub(r"<.*>", "", self.image.plain_name(name)))
+        for function in self.image.functions.values():
+            sizes = reported.get(overload(self.image.demangled[function.name]))
             if sizes:
                 compared += 1
                 if function.frame < min(sizes):
-                    self.problems.append(f"{self.image.plain_name(name)}: frame of {function.frame}, the compiler says {min(sizes)}")
+                    name = self.image.plain_name(function.name)
+                    self.problems.append(f"{name}: frame of {function.frame}, the compiler says {min(sizes)}")
         return compared

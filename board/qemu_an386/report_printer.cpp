@@ -40,7 +40,9 @@ Status print(const selfcheck::Report& report, hal::Console& console) {
 Status print_stack_use(hal::Console& console) {
     TextLine line;
     line.text("stack ").decimal(static_cast<std::int32_t>(used_stack_bytes())).text(" bytes\n");
-    return console.write(line.view());
+    const Status written = console.write(line.view());
+    return written.ok() && stack_was_full() ? Status{StatusCode::degenerate, "the stack was full; what lies below may be lost"}
+                                            : written;
 }
 
 }  // namespace tricoil::board

@@ -11,7 +11,8 @@ namespace tricoil::board {
 namespace {
 
 constexpr std::uint32_t kPaint = 0x5AFE57ACU;
-constexpr std::size_t kOwnFrameWords = 32;  // left alone below this function's frame
+constexpr std::size_t kOwnFrameWords = 32;   // left alone below this function's frame
+constexpr std::size_t kLeastLeftBytes = 64;  // a deeper call may have left its last words unwritten
 
 }  // namespace
 
@@ -30,5 +31,7 @@ std::size_t used_stack_bytes() {
     }
     return static_cast<std::size_t>(stack_top - word) * sizeof(std::uint32_t);
 }
+
+bool stack_was_full() { return used_stack_bytes() + kLeastLeftBytes > static_cast<std::size_t>(stack_top - stack_bottom) * 4; }
 
 }  // namespace tricoil::board

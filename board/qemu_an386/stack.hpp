@@ -14,4 +14,7 @@ void paint_stack();
 /// Bytes from the top of the stack down to the lowest word that was ever overwritten; the whole stack if it was full.
 [[nodiscard]] std::size_t used_stack_bytes();
 
+/// Whether next to nothing of it was left: then what lies below may have been overwritten too.
+[[nodiscard]] bool stack_was_full();
+
 }  // namespace tricoil::board

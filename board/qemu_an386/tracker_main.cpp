@@ -1,5 +1,6 @@
-// The main loop of every board, in single precision, on the emulated processor: what it needs of flash, RAM and stack is what a
-// real board will need beside its own drivers.
+// The main loop of every board, in single precision, on the emulated processor, with the previous-measurement technique and with
+// the filter: what it needs of flash, RAM and stack is what a real board will need beside its own drivers.
+#include <algorithm>
 #include <optional>
 
 #include "board/app/main_loop.hpp"
@@ -14,6 +15,7 @@ namespace {
 using namespace tricoil;
 
 constexpr float kCoupling_m3 = 0.01F;
+constexpr float kWindow_s = 160 / 144e3F;  // of the acquisition below
 constexpr std::uint32_t kBlocks = 30;
 
 // Static, as a board without a heap keeps what lives as long as it runs.
@@ -28,7 +30,7 @@ Mat3<float> couplings() {
 }
 
 /// False if the acquisition cannot be planned. Not inlined: what it sets up need not stay on the stack while the loop runs.
-[[gnu::noinline]] bool set_up(hal::Link<float>& link) {
+[[gnu::noinline]] bool set_up(hal::Link<float>& link, bool filtered) {
     const auto plan = signal::plan_acquisition(signal::default_acquisition(signal::Multiplexing::tdm, 240));
     if (!plan.ok()) {
         return false;
@@ -38,13 +40,18 @@ Mat3<float> couplings() {
     params.tracker.method = tracking::Method::previous;
     params.tracker.coupling_constant = kCoupling_m3;
     params.tracker.max_column_span = tracking::column_span(*plan);
+    if (filtered) {
+        params.filter.emplace();
+        params.filter->max_column_span = params.tracker.max_column_span;
+        params.filter->window_s = kWindow_s;
+    }
     sampler.emplace(coils, sample_clock, couplings(), kBlocks);
     loop.emplace(params, app::Devices<float>{sample_clock, coils, *sampler, link});
     return true;
 }
 
-int run(hal::Link<float>& link) {
-    if (!set_up(link)) {
+int run(hal::Link<float>& link, bool filtered) {
+    if (!set_up(link, filtered)) {
         return 2;
     }
     if (!loop->start().ok()) {
@@ -63,6 +70,9 @@ int run(hal::Link<float>& link) {
 int main() {
     semihosting::Console console;
     semihosting::PoseLink link(console);
-    const int status = run(link);
+    int status = 0;
+    for (const bool filtered : {false, true}) {
+        status = std::max(status, console.write(filtered ? "filter\n" : "previous\n").ok() ? run(link, filtered) : 1);
+    }
     return board::print_stack_use(console).ok() ? status : 1;
 }

@@ -14,8 +14,8 @@ struct Acquisition {
     signal::Multiplexing multiplexing = signal::Multiplexing::tdm;
     int sample_rate_hz = 144'000;
     int block_samples = 200;
-    int guard_samples = 40;                         // dropped at the head of each block
-    std::array<int, kSourceCoils> window_cycles{};  // whole carrier cycles in the window; TDM uses the first
+    int guard_samples = 40;                                 // dropped at the head of each block
+    std::array<int, kSourceCoils> window_cycles{11, 0, 0};  // whole carrier cycles in the window; TDM uses the first
 
     [[nodiscard]] constexpr bool is_tdm() const { return multiplexing == signal::Multiplexing::tdm; }
     [[nodiscard]] constexpr std::size_t carriers() const { return is_tdm() ? 1 : kSourceCoils; }
@@ -52,10 +52,17 @@ constexpr Status check(const Acquisition& acquisition) {
     return {};
 }
 
-/// Of a plan made in double, which must have a sample rate of whole hertz below 2^31.
-inline Acquisition acquisition_of(const signal::AcquisitionPlan& plan) {
-    return {plan.params.multiplexing, static_cast<int>(plan.params.sample_rate_hz), plan.block_samples, plan.params.guard_samples,
-            plan.window_cycles};
+/// Of a plan made in double. Errors (invalid_argument): a sample rate that is not of whole hertz below 2^31, and those of
+/// check().
+inline Result<Acquisition> acquisition_of(const signal::AcquisitionPlan& plan) {
+    const double rate_hz = plan.params.sample_rate_hz;
+    if (!(rate_hz >= 1 && rate_hz < 2147483648.0) || rate_hz != static_cast<double>(static_cast<std::int32_t>(rate_hz))) {
+        return Status{StatusCode::invalid_argument, "sample rate must be of whole hertz, below 2^31"};
+    }
+    const Acquisition acquisition{plan.params.multiplexing, static_cast<std::int32_t>(rate_hz), plan.block_samples,
+                                  plan.params.guard_samples, plan.window_cycles};
+    const Status status = check(acquisition);
+    return status.ok() ? Result<Acquisition>(acquisition) : status;
 }
 
 }  // namespace tricoil::fixed

@@ -2,9 +2,12 @@
 
 #include "core/fixed/block_health.hpp"
 #include "core/fixed/hum.hpp"
+#include "core/fixed/sizes.hpp"
 
 namespace tricoil::fixed {
 namespace {
+
+constexpr std::uint64_t kMostCorrection = 64;  // of an exponent: no gain is larger or smaller
 
 /// (a^2 + b^2) 2^(2 exponent); parts of 32 bits.
 Scaled squared_size(std::int32_t a, std::int32_t b, int exponent) {
@@ -19,6 +22,26 @@ Scaled squared_size(const Phasor& phasor) {
 }
 
 }  // namespace
+
+Status check(const DemodulatorParams& params) {
+    for (const auto& carrier : params.corrections) {
+        for (const Correction& correction : carrier) {
+            if (abs(correction.re) > Unit(1) || abs(correction.im) > Unit(1) || size_of(correction.exponent) > kMostCorrection) {
+                return {StatusCode::invalid_argument, "corrections must have parts of at most one and exponents within 64"};
+            }
+        }
+    }
+    if (params.least_reference < 1 || params.least_reference > kFullScaleCode || params.low_signal_ratio < 1) {
+        return {StatusCode::invalid_argument, "reference must be 1 to 2^23 codes, and the signal ratio positive"};
+    }
+    if (params.linear_share.raw() <= 0 || params.linear_share > Unit(1)) {
+        return {StatusCode::invalid_argument, "linear share of full scale must be above zero, at most one"};
+    }
+    if (params.noise_shift < 0 || params.noise_shift > 16 || params.noise_jump < 1) {
+        return {StatusCode::invalid_argument, "noise shift must be 0 to 16, and noise jump at least 1"};
+    }
+    return {};
+}
 
 Demodulator::Demodulator(const Acquisition& acquisition, const DemodulatorParams& params)
     : acquisition_(acquisition), params_(params), noise_estimator_(acquisition), natural_run_(longest_natural_run(acquisition)) {
@@ -117,8 +140,8 @@ void Demodulator::judge_noise(std::size_t carrier, const Phasor& reference, Colu
     for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
         const auto i = static_cast<Eigen::Index>(coil);
         const Correction& g = params_.corrections[carrier][coil];
-        const Scaled own =
-            multiply(normalise(sample_variance_[coil], -16), squared_size(g.re.raw(), g.im.raw(), g.exponent - 30));
+        const Scaled own = multiply(normalise(sample_variance_[coil], -16),
+                                    squared_size(g.re.raw(), g.im.raw(), bounded_exponent(g.exponent) - 30));
         const Scaled carried = multiply(squared_size(x.in_phase(i), x.quadrature(i), x.exponent), reference_variance);
         const Scaled variance = multiply(factor, add(own, carried));
         sum = add(sum, variance);

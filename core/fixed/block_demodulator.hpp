@@ -26,6 +26,9 @@ struct DemodulatorParams {
     int noise_jump = 4;                     // a block with so many times the running power counts as noisy at once
 };
 
+/// Errors (invalid_argument): corrections beyond one or with exponents beyond 64, limits out of range.
+Status check(const DemodulatorParams& params);
+
 /// Couplings of the three sensor coils to one source coil.
 struct Column {
     Excitation state = Excitation::off;
@@ -39,7 +42,7 @@ using Columns = StaticVector<Column, kSourceCoils>;
 
 class Demodulator {
 public:
-    /// `acquisition` must pass check().
+    /// Both must pass check().
     Demodulator(const Acquisition& acquisition, const DemodulatorParams& params);
 
     /// The couplings of one block, mains hum taken out. no_reference leaves them zero.

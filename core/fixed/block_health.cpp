@@ -1,5 +1,7 @@
 #include "core/fixed/block_health.hpp"
 
+#include "core/fixed/sizes.hpp"
+
 namespace tricoil::fixed {
 namespace {
 
@@ -49,8 +51,6 @@ bool has_flat_tops(std::span<const Sample> window, std::size_t channel, const Ch
     return flat_tops >= kFewestFlatTops;
 }
 
-std::int64_t magnitude(std::int64_t value) { return value < 0 ? -value : value; }
-
 }  // namespace
 
 int longest_natural_run(const Acquisition& acquisition) {
@@ -59,7 +59,7 @@ int longest_natural_run(const Acquisition& acquisition) {
         slowest = std::min(slowest, acquisition.window_cycles[j]);
     }
     // 2^28 2^10 at most.
-    return static_cast<int>((kNearPeakTurnsQ32 * acquisition.window_samples() / slowest) >> 32) + 2;
+    return static_cast<int>((kNearPeakTurnsQ32 * acquisition.window_samples() / std::max(slowest, 1)) >> 32) + 2;
 }
 
 ColumnFlags inspect_window(std::span<const Sample> window, int natural_run, std::int32_t linear_range) {
@@ -73,7 +73,8 @@ ColumnFlags inspect_window(std::span<const Sample> window, int natural_run, std:
         const bool known = linear_range > 0;
         flags.set_if(known && (range.highest >= linear_range || range.lowest <= -linear_range), ColumnFlag::saturated);
         // |sum| / N > full scale / 4; at most 2^33 N.
-        flags.set_if(known && kDcDivisor * magnitude(range.sum) > samples * linear_range, ColumnFlag::dc_offset);
+        flags.set_if(known && kDcDivisor * static_cast<std::int64_t>(size_of(range.sum)) > samples * linear_range,
+                     ColumnFlag::dc_offset);
         flags.set_if(range.lowest == range.highest && channel != kReferenceChannel, ColumnFlag::stuck);
         flags.set_if(has_flat_tops(window, channel, range, natural_run), ColumnFlag::clipped);
     }

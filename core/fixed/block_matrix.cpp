@@ -1,6 +1,6 @@
 #include "core/fixed/block_matrix.hpp"
 
-#include <bit>
+#include <algorithm>
 
 #include "core/fixed/sizes.hpp"
 
@@ -8,11 +8,6 @@ namespace tricoil::fixed {
 namespace {
 
 constexpr std::int64_t kOneQ30 = std::int64_t{1} << 30;
-
-/// value 2^-shift for either sign of shift; rounds.
-std::int64_t scaled(std::int64_t value, int shift) {
-    return shift >= 0 ? shift_right_rounded(value, shift) : value * (std::int64_t{1} << -shift);
-}
 
 }  // namespace
 
@@ -25,9 +20,9 @@ NormalisedBlock normalise(const BlockMatrix& x) {
     if (all == 0) {
         return block;
     }
-    const int shift = 64 - std::countl_zero(all) - Entry::kFractionBits;
+    const int shift = excess_bits(all, Entry::kFractionBits);
     for (Eigen::Index i = 0; i < 9; ++i) {
-        block.y(i) = Entry::from_raw(static_cast<std::int32_t>(scaled(x.mantissa(i), shift)));
+        block.y(i) = Entry::from_raw(static_cast<std::int32_t>(scaled_down(x.mantissa(i), shift)));
     }
     block.exponent = bounded_exponent(x.exponent) + shift + Entry::kFractionBits;
     block.zero = false;
@@ -40,11 +35,11 @@ Vec3<Unit> unit_vector(const Vec3<std::int64_t>& v) {
     if (all == 0) {
         return Vec3<Unit>::Zero();
     }
-    const int shift = 64 - std::countl_zero(all) - 30;
+    const int shift = excess_bits(all, 30);
     Vec3<std::int64_t> w;
     std::uint64_t squared = 0;
     for (Eigen::Index i = 0; i < 3; ++i) {
-        w(i) = scaled(v(i), shift);
+        w(i) = scaled_down(v(i), shift);
         squared += static_cast<std::uint64_t>(w(i) * w(i));
     }
     const auto norm = static_cast<std::int64_t>(square_root(squared));  // 2^29 to sqrt(3) 2^30
@@ -74,9 +69,9 @@ Unit ratio(std::int64_t numerator, std::int64_t denominator) {
     if (denominator <= 0) {
         return numerator == 0 ? Unit(0) : (numerator > 0 ? Unit::largest() : Unit::smallest());
     }
-    const int shift = 64 - std::countl_zero(static_cast<std::uint64_t>(denominator)) - 31;  // to 31 bits
-    const std::int64_t divisor = scaled(denominator, shift > 0 ? shift : 0);
-    const std::int64_t dividend = scaled(numerator, shift > 0 ? shift : 0);
+    const int shift = std::max(excess_bits(static_cast<std::uint64_t>(denominator), 31), 0);
+    const std::int64_t divisor = shift_right_rounded(denominator, shift);
+    const std::int64_t dividend = shift_right_rounded(numerator, shift);
     constexpr std::int64_t kLargest = std::int64_t{1} << 32;  // beyond it the ratio exceeds two anyway
     const std::int64_t limited = dividend > kLargest ? kLargest : (dividend < -kLargest ? -kLargest : dividend);
     return Unit::from_raw(saturate(limited * kOneQ30 / divisor));

@@ -3,6 +3,7 @@
 
 #include "core/fixed/functions.hpp"
 #include "core/fixed/matrix.hpp"
+#include "core/fixed/scaled.hpp"
 
 namespace tricoil::fixed {
 

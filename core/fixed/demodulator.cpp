@@ -1,7 +1,6 @@
 #include "core/fixed/demodulator.hpp"
 
 #include <algorithm>
-#include <bit>
 
 #include "core/fixed/sizes.hpp"
 
@@ -26,11 +25,6 @@ SineCosine turned(const SineCosine& a, const SineCosine& b) {
     const std::int64_t sine = wide(a.cosine, b.sine) + wide(a.sine, b.cosine);
     return {Unit::from_raw(static_cast<std::int32_t>(shift_right_rounded(sine, 30))),
             Unit::from_raw(static_cast<std::int32_t>(shift_right_rounded(cosine, 30)))};
-}
-
-/// Brought to 30 bits together: value 2^-shift.
-std::int64_t brought(std::int64_t value, int shift) {
-    return shift >= 0 ? shift_right_rounded(value, shift) : value * (std::int64_t{1} << -shift);
 }
 
 }  // namespace
@@ -84,17 +78,18 @@ Result<BlockColumn> couplings(const std::array<Phasor, kChannels>& phasors, std:
     for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
         all |= size_of(phasors[coil].re) | size_of(phasors[coil].im);
     }
-    const int reference_shift = 64 - std::countl_zero(reference_size) - 30;
-    const int shift = 64 - std::countl_zero(all) - 30;
-    const std::int64_t re = brought(reference.re, reference_shift);
-    const std::int64_t im = brought(reference.im, reference_shift);
+    // Brought to 30 bits together.
+    const int reference_shift = excess_bits(reference_size, 30);
+    const int shift = excess_bits(all, 30);
+    const std::int64_t re = scaled_down(reference.re, reference_shift);
+    const std::int64_t im = scaled_down(reference.im, reference_shift);
     // |r|^2 lies between 2^58 and 2^61, numerators below 2^61: their ratio is below 8 and given in eighths.
     const std::int64_t power = re * re + im * im;
     BlockColumn column;
     column.exponent = shift - reference_shift + 3 - 30;
     for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
-        const std::int64_t a = brought(phasors[coil].re, shift);
-        const std::int64_t b = brought(phasors[coil].im, shift);
+        const std::int64_t a = scaled_down(phasors[coil].re, shift);
+        const std::int64_t b = scaled_down(phasors[coil].im, shift);
         const auto i = static_cast<Eigen::Index>(coil);
         column.in_phase(i) = ratio(shift_right_rounded(a * re + b * im, 3), power).raw();
         column.quadrature(i) = ratio(shift_right_rounded(b * re - a * im, 3), power).raw();

@@ -11,7 +11,8 @@
 
 namespace tricoil::fixed {
 
-/// Reference oscillator exp(-i w n): exact at the head of each segment, by recurrence within; off by less than 4e-8 anywhere.
+/// Reference oscillator exp(-i w n): exact at the head of each segment, by recurrence within; off by less than 8e-8
+/// anywhere.
 class Oscillator {
 public:
     Oscillator() = default;
@@ -45,7 +46,7 @@ struct BlockColumn {
     int exponent = 0;
 };
 
-/// Sensor channels over the reference channel. Error below 2^-28 of the largest entry.
+/// Sensor channels over the reference channel. Error below 2^-24 of the largest entry: quotients are kept in eighths.
 /// Errors: degenerate (no reference: its amplitude is below least_reference codes).
 Result<BlockColumn> couplings(const std::array<Phasor, kChannels>& phasors, std::size_t window_samples,
                               std::int32_t least_reference);

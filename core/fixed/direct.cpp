@@ -1,7 +1,8 @@
 #include "core/fixed/direct.hpp"
 
 #include <algorithm>
-#include <bit>
+
+#include "core/fixed/sizes.hpp"
 
 namespace tricoil::fixed {
 namespace {
@@ -16,9 +17,9 @@ struct Symmetric {
     /// below 9 2^58.
     void normalise() {
         const auto largest = static_cast<std::uint64_t>(std::max({xx, yy, zz, std::int64_t{1}}));
-        const int shift = 64 - std::countl_zero(largest) - 29;
+        const int shift = excess_bits(largest, 29);
         for (std::int64_t* entry : {&xx, &xy, &xz, &yy, &yz, &zz}) {
-            *entry = shift >= 0 ? shift_right_rounded(*entry, shift) : *entry * (std::int64_t{1} << -shift);
+            *entry = scaled_down(*entry, shift);
         }
     }
 

@@ -18,7 +18,8 @@ struct DirectSolution {
     bool right_handed;     // det X > 0
 };
 
-/// coupling_constant: C, normalised and positive.
+/// coupling_constant: C, normalised and positive. The maximum-likelihood solution for every dipole matrix with noise; on matrices
+/// far from any dipole (entries saturated, signs at random) its squared misfit is above the least by up to 1e-4 of |X|^2.
 /// Errors: invalid_argument (C is not positive), degenerate (X is zero, or s2 s3 below 2^-12 of the largest entry's square).
 Result<DirectSolution> solve_direct(const BlockMatrix& x, Scaled coupling_constant);
 

@@ -22,9 +22,19 @@ bool is_unit(const Vec3<Unit>& v) {
     return off < (std::int64_t{1} << 55) && off > -(std::int64_t{1} << 55);
 }
 
-bool is_pose(const VectorPose& pose) {
-    return is_unit(pose.direction) && is_unit(pose.attitude.row(0)) && is_unit(pose.attitude.row(1)) &&
-           is_unit(pose.attitude.row(2));
+/// Rows of unit length, the first two normal to each other, the third their cross product; each within a thirty-second.
+bool is_rotation(const Mat3<Unit>& o) {
+    const Unit tolerance = Unit::from(1.0 / 32);
+    if (!is_unit(o.row(0)) || !is_unit(o.row(1)) || !is_unit(o.row(2)) || abs(dot<30>(o.row(0), o.row(1))) > tolerance) {
+        return false;
+    }
+    const Vec3<Unit> third = cross<30>(o.row(0), o.row(1));
+    for (Eigen::Index i = 0; i < 3; ++i) {
+        if (abs(third(i) - o(2, i)) > tolerance) {
+            return false;
+        }
+    }
+    return true;
 }
 
 /// Increments of (15) and (16): strength in the block's unit, the rest in radians, each at most one.
@@ -130,7 +140,7 @@ Result<VectorPose> step_vectors(const BlockMatrix& x, Scaled coupling_constant, 
     if (passes < 1 || passes > kMostPasses) {
         return Status{StatusCode::invalid_argument, "passes must be 1 to 10"};
     }
-    if (!is_pose(previous)) {
+    if (!is_unit(previous.direction) || !is_rotation(previous.attitude)) {
         return Status{StatusCode::invalid_argument, "previous pose is no unit vector with a rotation"};
     }
     const NormalisedBlock block = normalise(x);

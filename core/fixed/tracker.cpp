@@ -67,6 +67,7 @@ std::optional<PoseEstimate> Tracker::update(const SampleBlock& block) {
         refuse(demodulator_.fits_length(block) ? Rejection::unknown_state : Rejection::wrong_length);
         return std::nullopt;
     }
+    out_of_order_ = 0;
     counters_.lost_blocks += has_block_ ? block.sequence - last_sequence_ - 1 : 0U;
     ++counters_.accepted;
     has_block_ = true;
@@ -115,17 +116,17 @@ bool Tracker::is_out_of_order(const SampleBlock& block) {
     const bool repeated = has_block_ && static_cast<std::int32_t>(block.sequence - last_sequence_) <= 0;
     const bool backwards = has_block_ && block.start <= last_start_;
     if (!repeated && !backwards) {
-        out_of_order_ = 0;
         return false;
     }
     if (++out_of_order_ <= kPatience) {
         return refuse(backwards ? Rejection::time_backwards : Rejection::repeated_sequence);
     }
-    begin_anew();
+    begin_anew(block.start);
     return false;
 }
 
-void Tracker::begin_anew() {
+/// The clock began anew: what was known has no time any more, and the last pose counts as of now.
+void Tracker::begin_anew(DeviceTime now) {
     ++counters_.restarts;
     columns_ = {};
     state_ = TrackerState::searching;
@@ -133,6 +134,7 @@ void Tracker::begin_anew() {
     has_block_ = false;
     hemisphere_.forget();
     out_of_order_ = 0;
+    last_valid_ = now;
 }
 
 std::optional<Tracker::Measurement> Tracker::assemble_columns() const {

@@ -90,7 +90,7 @@ private:
 
     bool refuse(Rejection reason);
     bool is_out_of_order(const SampleBlock& block);
-    void begin_anew();
+    void begin_anew(DeviceTime now);
     [[nodiscard]] std::optional<Measurement> assemble_columns() const;
     PoseEstimate solve(const Measurement& measurement);
     [[nodiscard]] Result<VectorPose> follow(const Measurement& measurement) const;

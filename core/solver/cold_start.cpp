@@ -83,10 +83,11 @@ Start<Scalar> rated(const Model<Scalar>& model, const Mat3<Scalar>& x, const Mat
     return {pose, std::isfinite(cost) ? cost : std::numeric_limits<Scalar>::max()};
 }
 
-/// The best of the passes: close to the coils they need not converge.
+/// The best of the passes: close to the coils they need not converge. Not inlined, as the other stages of the search: what one of
+/// them needs is gone from the stack before the next.
 template <typename Scalar>
-Start<Scalar> best_pass(const Model<Scalar>& model, const Gains<Scalar>& gains, const Mat3<Scalar>& x,
-                        const Mat3<Scalar>& weights, RigidPose<Scalar> pose, int passes) {
+[[gnu::noinline]] Start<Scalar> best_pass(const Model<Scalar>& model, const Gains<Scalar>& gains, const Mat3<Scalar>& x,
+                                          const Mat3<Scalar>& weights, RigidPose<Scalar> pose, int passes) {
     Start<Scalar> best = rated(model, x, weights, pose);
     for (int pass = 0; pass < passes; ++pass) {
         const auto solution = solve_direct<Scalar>(as_concentric(model, gains, x, pose), Scalar(1));
@@ -110,14 +111,12 @@ public:
         : model_(model), x_(x), weights_(weights), params_(params), centred_(model), gains_(model) {}
 
     Status run() {
-        const auto direct = solve_direct<Scalar>(gains_.undo(x_), Scalar(1));
-        if (!direct.ok()) {
-            return direct.status();
-        }
-        best_.right_handed = direct->right_handed;
         const bool known = params_.hemisphere.squaredNorm() > 0;
-        const RigidPose<Scalar> near = pose_of<Scalar>(*direct, known ? params_.hemisphere : direct->direction);
-        const Status status = try_sides(near, known);
+        RigidPose<Scalar> near;
+        Status status = solve_concentric(known, near);
+        if (status.ok()) {
+            status = try_sides(near, known);
+        }
         const bool all_sides = !best_.refinement.converged() || (!beyond_doubt() && among_the_coils());
         return status.ok() && all_sides ? try_directions(near.position_m, known) : status;
     }
@@ -125,8 +124,19 @@ public:
     [[nodiscard]] const ColdSolution<Scalar>& best() const { return best_; }
 
 private:
+    /// The direct solution as if the coils were ideal triads in one place.
+    [[gnu::noinline]] Status solve_concentric(bool known, RigidPose<Scalar>& near) {
+        const auto direct = solve_direct<Scalar>(gains_.undo(x_), Scalar(1));
+        if (!direct.ok()) {
+            return direct.status();
+        }
+        best_.right_handed = direct->right_handed;
+        near = pose_of<Scalar>(*direct, known ? params_.hemisphere : direct->direction);
+        return {};
+    }
+
     /// Refines the likelier side; the other one too unless the first explains the couplings beyond doubt.
-    Status try_sides(const RigidPose<Scalar>& near, bool known) {
+    [[gnu::noinline]] Status try_sides(const RigidPose<Scalar>& near, bool known) {
         Start<Scalar> first = best_pass(centred_.model, gains_, x_, weights_, near, params_.passes);
         if (known) {
             return try_start(first.pose);
@@ -154,18 +164,22 @@ private:
     }
 
     /// So near the coils that the direct solution misleads: starts from all sides, those that explain the couplings best first.
-    Status try_directions(const Vec3<Scalar>& near_m, bool known) {
-        std::array<Start<Scalar>, kDirections> starts{};
-        std::size_t count = 0;
-        for (int i = 0; i < kDirections; ++i) {
+    /// Of each only the cost is kept; those that are tried are found once more.
+    [[gnu::noinline]] Status try_directions(const Vec3<Scalar>& near_m, bool known) {
+        constexpr Scalar kNever = std::numeric_limits<Scalar>::infinity();
+        const Scalar range_m = near_m.norm();
+        std::array<Scalar, kDirections> costs;
+        for (std::size_t i = 0; i < kDirections; ++i) {
             const Vec3<Scalar> u = direction_of(i);
-            if (!known || u.dot(near_m) >= 0) {
-                starts[count++] = start_towards(u, near_m.norm());
-            }
+            costs[i] = !known || u.dot(near_m) >= 0 ? start_towards(u, range_m).cost : kNever;
         }
-        std::sort(starts.begin(), starts.begin() + count, [](const auto& a, const auto& b) { return a.cost < b.cost; });
-        for (std::size_t i = 0; i < std::min<std::size_t>(count, kDirectionStarts) && !beyond_doubt(); ++i) {
-            const Status status = try_start(starts[i].pose);
+        for (int tried = 0; tried < kDirectionStarts && !beyond_doubt(); ++tried) {
+            const auto best = static_cast<std::size_t>(std::min_element(costs.begin(), costs.end()) - costs.begin());
+            if (costs[best] == kNever) {
+                break;
+            }
+            costs[best] = kNever;
+            const Status status = try_start(start_towards(direction_of(best), range_m).pose);
             if (!status.ok()) {
                 return status;
             }
@@ -173,18 +187,18 @@ private:
         return {};
     }
 
-    static constexpr int kDirections = 26;  // to the faces, edges and corners of a cube
-    static constexpr std::size_t kDirectionStarts = 10;
+    static constexpr std::size_t kDirections = 26;  // to the faces, edges and corners of a cube
+    static constexpr int kDirectionStarts = 10;
 
-    static Vec3<Scalar> direction_of(int i) {
-        const int cell = i < 13 ? i : i + 1;  // the middle of the 3 x 3 x 3 cells is no direction
+    static Vec3<Scalar> direction_of(std::size_t i) {
+        const int cell = static_cast<int>(i < 13 ? i : i + 1);  // the middle of the 3 x 3 x 3 cells is no direction
         const int row = cell / 3 % 3;
         const int layer = cell / 9;
         return Vec3<Scalar>(Scalar(cell % 3 - 1), Scalar(row - 1), Scalar(layer - 1)).normalized();
     }
 
     /// Given the direction u, the attitude that fits best is the polar factor of X D(u), by (6); then the corrected passes.
-    Start<Scalar> start_towards(const Vec3<Scalar>& u, Scalar range_m) {
+    [[gnu::noinline]] Start<Scalar> start_towards(const Vec3<Scalar>& u, Scalar range_m) {
         Mat3<Scalar> polar = gains_.undo(x_) * field::dipole_factor<Scalar>(u);
         polar /= polar.norm();
         for (int i = 0; i < 12; ++i) {  // Newton's iteration for the polar factor
@@ -194,8 +208,8 @@ private:
         return best_pass(centred_.model, gains_, x_, weights_, pose, 1);
     }
 
-    Status try_start(const RigidPose<Scalar>& start) {
-        const auto refined = refine<Scalar>(model_, x_, weights_, centred_.original(start), params_.refine);
+    [[gnu::noinline]] Status try_start(const RigidPose<Scalar>& start) {
+        const auto refined = minimise<Scalar>(model_, x_, weights_, centred_.original(start), params_.refine);
         if (!refined.ok()) {
             return refined.status();
         }

@@ -18,10 +18,10 @@ struct ColdStartParams {
 
 template <typename Scalar>
 struct ColdSolution {
-    Refinement<Scalar> refinement;  // of the best start
-    int starts = 0;                 // refinements run
-    int iterations = 0;             // of all of them together
-    bool right_handed = true;       // otherwise a coil is reversed or two are swapped, and the pose means nothing
+    Minimum<Scalar> refinement;  // of the best start
+    int starts = 0;              // refinements run
+    int iterations = 0;          // of all of them together
+    bool right_handed = true;    // otherwise a coil is reversed or two are swapped, and the pose means nothing
 };
 
 /// The direct solution on couplings from which gains and the difference of general and concentric model have been taken, the

@@ -15,31 +15,28 @@ namespace {
 template <typename Scalar>
 using Vec9 = Eigen::Matrix<Scalar, 9, 1>;
 
-/// The model at a pose against the couplings, weighted; columns of the Jacobian in units of range and rad.
+/// The normal equations at a pose, J^T J and J^T r of the weighted residuals; lengths in units of range, angles in rad.
 template <typename Scalar>
-struct Linearised {
-    Eigen::Matrix<Scalar, 9, 6> jacobian;
-    Vec9<Scalar> residual;
+struct NormalEquations {
+    Mat6<Scalar> information;
+    Vec6<Scalar> gradient;
     Scalar cost = 0;
     Scalar range_m = 1;
-
-    /// J^T J, entry by entry: nine rows are enough for Eigen to choose its product for large matrices, which names malloc.
-    [[nodiscard]] Mat6<Scalar> information() const { return jacobian.transpose().lazyProduct(jacobian); }
 };
 
+/// Not inlined: the Jacobian need not stay on the stack while a step is tried.
 template <typename Scalar>
-Linearised<Scalar> linearise(const field::GeneralDipole<Scalar>& model, const Mat3<Scalar>& x, const Mat3<Scalar>& weights,
-                             const RigidPose<Scalar>& pose) {
-    const Mat3<Scalar> o = pose.q_source_sensor.toRotationMatrix().transpose();
-    const auto at = field::signal_model<Scalar>(model, pose.position_m, o);
-    const Vec9<Scalar> w = weights.reshaped();
-    Linearised<Scalar> result;
+[[gnu::noinline]] void linearise(const field::GeneralDipole<Scalar>& model, const Mat3<Scalar>& x, const Mat3<Scalar>& weights,
+                                 const RigidPose<Scalar>& pose, NormalEquations<Scalar>& result) {
+    auto at = field::signal_model<Scalar>(model, pose.position_m, pose.q_source_sensor.toRotationMatrix().transpose());
     result.range_m = pose.position_m.norm();
-    result.residual = w.cwiseProduct((at.x - x).reshaped());
-    result.jacobian = w.asDiagonal() * at.jacobian;
-    result.jacobian.template leftCols<3>() *= result.range_m;
-    result.cost = result.residual.squaredNorm();
-    return result;
+    const Vec9<Scalar> residual = weights.reshaped().cwiseProduct((at.x - x).reshaped());
+    at.jacobian.array().colwise() *= weights.reshaped().array();
+    at.jacobian.template leftCols<3>() *= result.range_m;
+    result.cost = residual.squaredNorm();
+    // Entry by entry: nine rows are enough for Eigen to choose its product for large matrices, which names malloc.
+    result.information.noalias() = at.jacobian.transpose().lazyProduct(at.jacobian);
+    result.gradient.noalias() = at.jacobian.transpose().lazyProduct(residual);
 }
 
 template <typename Scalar>
@@ -77,41 +74,57 @@ public:
               const RigidPose<Scalar>& start, const RefineParams<Scalar>& params)
         : model_(model), x_(x), weights_(weights), params_(params), signal_(x.cwiseProduct(weights).squaredNorm()) {
         result_.pose = start;
-        at_ = linearise(model_, x_, weights_, start);
-        result_.iterations = 0;
+        linearise(model_, x_, weights_, start, at_);
     }
 
-    Refinement<Scalar> run() {
-        while (result_.iterations < params_.max_iterations) {
-            const Mat6<Scalar> information = at_.information();
-            const Vec6<Scalar> gradient = at_.jacobian.transpose() * at_.residual;
-            if (!descend(information, gradient)) {
-                result_.end = RefineEnd::singular;
-                return finish();
-            }
-            if (small_step_) {
-                result_.end = explained() ? RefineEnd::converged : RefineEnd::wrong_minimum;
-                return finish();
-            }
+    Minimum<Scalar> run() {
+        result_.end = end_of_steps();
+        result_.misfit_squared = at_.cost;
+        result_.misfit_share = std::sqrt(at_.cost / signal_);
+        const Scalar reciprocal = reciprocal_condition(at_.information);
+        result_.condition = reciprocal > 0 ? 1 / reciprocal : std::numeric_limits<Scalar>::max();
+        if (result_.condition > params_.max_condition && result_.end == RefineEnd::converged) {
+            result_.end = RefineEnd::singular;
         }
-        return finish();
+        return result_;
+    }
+
+    /// After run(): (position, small rotation), source frame; zero if the couplings do not determine them.
+    [[nodiscard]] Mat6<Scalar> covariance() const {
+        const Eigen::LLT<Mat6<Scalar>> cholesky(at_.information);
+        if (cholesky.info() != Eigen::Success || !(cholesky.rcond() > 0)) {
+            return Mat6<Scalar>::Zero();
+        }
+        Vec6<Scalar> units = Vec6<Scalar>::Ones();
+        units.template head<3>().setConstant(at_.range_m);
+        return units.asDiagonal() * solve_columns(cholesky, Mat6<Scalar>::Identity()) * units.asDiagonal();
     }
 
 private:
+    RefineEnd end_of_steps() {
+        while (result_.iterations < params_.max_iterations) {
+            if (!descend()) {
+                return RefineEnd::singular;
+            }
+            if (small_step_) {
+                return explained() ? RefineEnd::converged : RefineEnd::wrong_minimum;
+            }
+        }
+        return RefineEnd::iteration_limit;
+    }
+
     /// Tries steps with growing damping until one does not raise the cost. False if the normal matrix is not definite.
-    bool descend(const Mat6<Scalar>& information, const Vec6<Scalar>& gradient) {
+    bool descend() {
         while (result_.iterations < params_.max_iterations) {
             ++result_.iterations;
-            Mat6<Scalar> damped = information;
-            damped.diagonal() *= 1 + damping_;
-            const Eigen::LLT<Mat6<Scalar>> cholesky(damped);
-            if (cholesky.info() != Eigen::Success) {
+            Vec6<Scalar> step;
+            if (!damped_step(at_, damping_, step)) {
                 return false;
             }
-            const Vec6<Scalar> full = -cholesky.solve(gradient);
-            const Vec6<Scalar> step = limited(full, params_);
+            step = limited(step, params_);
             const RigidPose<Scalar> trial = moved(result_.pose, step, at_.range_m);
-            const auto there = linearise(model_, x_, weights_, trial);
+            NormalEquations<Scalar> there;
+            linearise(model_, x_, weights_, trial, there);
             const bool tiny = step.cwiseAbs().maxCoeff() < params_.step_tolerance;
             // A tiny step may raise the cost by rounding alone.
             if (std::isfinite(there.cost) && (tiny || there.cost <= at_.cost)) {
@@ -126,26 +139,23 @@ private:
         return true;
     }
 
-    [[nodiscard]] bool explained() const {
-        return at_.cost <= params_.noise_gate + params_.max_misfit_share * params_.max_misfit_share * signal_;
+    /// Not inlined: its factors are gone before the next linearisation. False if the normal matrix is not definite.
+    [[gnu::noinline]] static bool damped_step(const NormalEquations<Scalar>& at, Scalar damping, Vec6<Scalar>& step) {
+        Mat6<Scalar> damped = at.information;
+        damped.diagonal() *= 1 + damping;
+        const Eigen::LLT<Mat6<Scalar>> cholesky(damped);
+        step = -cholesky.solve(at.gradient);
+        return cholesky.info() == Eigen::Success;
     }
 
-    Refinement<Scalar> finish() {
-        const Mat6<Scalar> information = at_.information();
+    /// Zero if the matrix is not definite. Not inlined: likewise.
+    [[gnu::noinline]] static Scalar reciprocal_condition(const Mat6<Scalar>& information) {
         const Eigen::LLT<Mat6<Scalar>> cholesky(information);
-        const Scalar reciprocal = cholesky.info() == Eigen::Success ? cholesky.rcond() : Scalar(0);
-        result_.condition = reciprocal > 0 ? 1 / reciprocal : std::numeric_limits<Scalar>::max();
-        if (result_.condition > params_.max_condition && result_.end == RefineEnd::converged) {
-            result_.end = RefineEnd::singular;
-        }
-        if (reciprocal > 0) {
-            Vec6<Scalar> units = Vec6<Scalar>::Ones();
-            units.template head<3>().setConstant(at_.range_m);
-            result_.covariance = units.asDiagonal() * solve_columns(cholesky, Mat6<Scalar>::Identity()) * units.asDiagonal();
-        }
-        result_.misfit_squared = at_.cost;
-        result_.misfit_share = std::sqrt(at_.cost / signal_);
-        return result_;
+        return cholesky.info() == Eigen::Success ? cholesky.rcond() : Scalar(0);
+    }
+
+    [[nodiscard]] bool explained() const {
+        return at_.cost <= params_.noise_gate + params_.max_misfit_share * params_.max_misfit_share * signal_;
     }
 
     const field::GeneralDipole<Scalar>& model_;
@@ -155,8 +165,8 @@ private:
     Scalar signal_;
     Scalar damping_ = 0;
     bool small_step_ = false;
-    Linearised<Scalar> at_;
-    Refinement<Scalar> result_;
+    NormalEquations<Scalar> at_;
+    Minimum<Scalar> result_;
 };
 
 }  // namespace
@@ -168,6 +178,18 @@ Result<Refinement<Scalar>> refine(const field::GeneralDipole<Scalar>& model, con
     if (!status.ok()) {
         return status;
     }
+    Iteration<Scalar> iteration(model, x, weights, start, params);
+    const Minimum<Scalar> minimum = iteration.run();
+    return Refinement<Scalar>{minimum, iteration.covariance()};
+}
+
+template <typename Scalar>
+Result<Minimum<Scalar>> minimise(const field::GeneralDipole<Scalar>& model, const Mat3<Scalar>& x, const Mat3<Scalar>& weights,
+                                 const RigidPose<Scalar>& start, const RefineParams<Scalar>& params) {
+    const Status status = check(x, weights, start);
+    if (!status.ok()) {
+        return status;
+    }
     return Iteration<Scalar>(model, x, weights, start, params).run();
 }
 
@@ -175,5 +197,9 @@ template Result<Refinement<float>> refine(const field::GeneralDipole<float>&, co
                                           const RigidPose<float>&, const RefineParams<float>&);
 template Result<Refinement<double>> refine(const field::GeneralDipole<double>&, const Mat3<double>&, const Mat3<double>&,
                                            const RigidPose<double>&, const RefineParams<double>&);
+template Result<Minimum<float>> minimise(const field::GeneralDipole<float>&, const Mat3<float>&, const Mat3<float>&,
+                                         const RigidPose<float>&, const RefineParams<float>&);
+template Result<Minimum<double>> minimise(const field::GeneralDipole<double>&, const Mat3<double>&, const Mat3<double>&,
+                                          const RigidPose<double>&, const RefineParams<double>&);
 
 }  // namespace tricoil::solver

@@ -37,17 +37,22 @@ enum class RefineEnd : std::uint8_t {
     singular,         // the couplings do not determine six parameters here
 };
 
+/// Where the steps ended.
 template <typename Scalar>
-struct Refinement {
+struct Minimum {
     RigidPose<Scalar> pose;
     RefineEnd end = RefineEnd::iteration_limit;
     int iterations = 0;
-    Scalar condition = 0;                            // of the normal matrix with lengths in units of the range, at the last step
-    Scalar misfit_squared = 0;                       // sum of squared weighted residuals: chi-square if the weights are 1 / sigma
-    Scalar misfit_share = 0;                         // the same over the squared weighted couplings, root
-    Mat6<Scalar> covariance = Mat6<Scalar>::Zero();  // (position, small rotation), source frame; true if weights are 1 / sigma
+    Scalar condition = 0;       // of the normal matrix with lengths in units of the range, at the last step
+    Scalar misfit_squared = 0;  // sum of squared weighted residuals: chi-square if the weights are 1 / sigma
+    Scalar misfit_share = 0;    // the same over the squared weighted couplings, root
 
     [[nodiscard]] bool converged() const { return end == RefineEnd::converged; }
+};
+
+template <typename Scalar>
+struct Refinement : Minimum<Scalar> {
+    Mat6<Scalar> covariance = Mat6<Scalar>::Zero();  // (position, small rotation), source frame; true if weights are 1 / sigma
 };
 
 /// Minimises the sum over i, j of (weight_ij (model_ij(pose) - x_ij))^2. At most max_iterations, no heap.
@@ -57,9 +62,18 @@ template <typename Scalar>
 Result<Refinement<Scalar>> refine(const field::GeneralDipole<Scalar>& model, const Mat3<Scalar>& x, const Mat3<Scalar>& weights,
                                   const RigidPose<Scalar>& start, const RefineParams<Scalar>& params = {});
 
+/// The same without a covariance.
+template <typename Scalar>
+Result<Minimum<Scalar>> minimise(const field::GeneralDipole<Scalar>& model, const Mat3<Scalar>& x, const Mat3<Scalar>& weights,
+                                 const RigidPose<Scalar>& start, const RefineParams<Scalar>& params = {});
+
 extern template Result<Refinement<float>> refine(const field::GeneralDipole<float>&, const Mat3<float>&, const Mat3<float>&,
                                                  const RigidPose<float>&, const RefineParams<float>&);
 extern template Result<Refinement<double>> refine(const field::GeneralDipole<double>&, const Mat3<double>&, const Mat3<double>&,
                                                   const RigidPose<double>&, const RefineParams<double>&);
+extern template Result<Minimum<float>> minimise(const field::GeneralDipole<float>&, const Mat3<float>&, const Mat3<float>&,
+                                                const RigidPose<float>&, const RefineParams<float>&);
+extern template Result<Minimum<double>> minimise(const field::GeneralDipole<double>&, const Mat3<double>&, const Mat3<double>&,
+                                                 const RigidPose<double>&, const RefineParams<double>&);
 
 }  // namespace tricoil::solver

@@ -63,6 +63,78 @@ TEST(FixedDemodulator, AgreesWithDoubleOverTheConvertersRange) {
     EXPECT_LT(worst_share, 1e-7);
 }
 
+/// Of every sample of a window, by a pulse there: a pulse's sum is the oscillator times its code.
+long double worst_of_oscillator(int cycles, int window) {
+    constexpr std::int32_t kPulse = 1 << 22;
+    long double worst = 0;
+    const Oscillator oscillator(cycles, window);
+    std::vector<Sample> samples(static_cast<std::size_t>(window));
+    for (std::size_t n = 0; n < samples.size(); n += kChannels) {
+        for (std::size_t c = 0; c < kChannels && n + c < samples.size(); ++c) {
+            samples[n + c][c] = kPulse;
+        }
+        const auto sums = lock_in(oscillator, samples);
+        for (std::size_t c = 0; c < kChannels && n + c < samples.size(); ++c) {
+            const long double angle = -2 * std::numbers::pi_v<long double> * cycles * static_cast<long double>(n + c) /
+                                      static_cast<long double>(window);
+            const auto scale = std::ldexp(1.0L, -52);
+            worst = std::max({worst, std::abs(static_cast<long double>(sums[c].re) * scale - std::cos(angle)),
+                              std::abs(static_cast<long double>(sums[c].im) * scale - std::sin(angle))});
+            samples[n + c][c] = 0;
+        }
+    }
+    return worst;
+}
+
+TEST(FixedDemodulator, OscillatorStaysWithinWhatIsStated) {
+    long double worst = worst_of_oscillator(113, 757);
+    for (int window = 16; window <= kMaxBlockSamples; window += 37) {
+        for (const int cycles : {1, window / 7, window / 3, (window - 1) / 2}) {
+            worst = std::max(worst, worst_of_oscillator(cycles, window));
+        }
+    }
+    std::printf("oscillator: %.3Lg\n", worst);
+    EXPECT_LT(worst, 8e-8L);
+    EXPECT_GT(worst, 4e-8L);
+}
+
+/// Phasors of any size, against exact quotients.
+TEST(FixedDemodulator, CouplingsStayWithinWhatIsStated) {
+    std::mt19937_64 random(43);
+    const auto any = [&random](int bits) {
+        return static_cast<std::int64_t>(random()) >> (2 + random() % static_cast<unsigned>(bits));
+    };
+    long double worst = 0;
+    for (int n = 0; n < 300'000; ++n) {
+        std::array<Phasor, kChannels> phasors;
+        for (Phasor& phasor : phasors) {
+            phasor = {any(30), any(30)};
+        }
+        const auto column = couplings(phasors, 200, 1);
+        if (!column.ok()) {
+            continue;
+        }
+        const long double re = static_cast<long double>(phasors[kReferenceChannel].re);
+        const long double im = static_cast<long double>(phasors[kReferenceChannel].im);
+        long double largest = 0;
+        long double off = 0;
+        for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
+            const auto i = static_cast<Eigen::Index>(coil);
+            const long double a = static_cast<long double>(phasors[coil].re);
+            const long double b = static_cast<long double>(phasors[coil].im);
+            const long double x = (a * re + b * im) / (re * re + im * im);
+            const long double y = (b * re - a * im) / (re * re + im * im);
+            largest = std::max({largest, std::abs(x), std::abs(y)});
+            off = std::max({off, std::abs(std::ldexp(static_cast<long double>(column->in_phase(i)), column->exponent) - x),
+                            std::abs(std::ldexp(static_cast<long double>(column->quadrature(i)), column->exponent) - y)});
+        }
+        worst = std::max(worst, off / largest);
+    }
+    std::printf("couplings: 2^%.2Lf of the largest\n", std::log2(worst));
+    EXPECT_LT(worst, 0x1p-24L);
+    EXPECT_GT(worst, 0x1p-26L);
+}
+
 TEST(FixedDemodulator, LargestCodesDoNotOverflow) {
     std::vector<Sample> samples(kMaxBlockSamples);
     constexpr int kCycles = 64;

@@ -116,10 +116,16 @@ TEST(FixedDirect, RefusesWhatDeterminesNothing) {
     EXPECT_FALSE(solve_direct(reversed, scaled(1))->right_handed);
 }
 
+double misfit_squared(const DirectSolution& s, const Mat3<double>& x) {
+    const double k = std::ldexp(s.strength.mantissa, s.strength.exponent);
+    return (x - k * to_double(s.attitude) * field::dipole_factor<double>(to_double(s.direction))).squaredNorm();
+}
+
 /// Anything at all: an answer or a refusal, unit vectors and rotations where there is one, and nothing undefined on the way.
 TEST(FixedDirect, SurvivesArbitraryMantissas) {
     std::mt19937_64 random(23);
     int solved = 0;
+    double worst_above = 0;
     for (int n = 0; n < 50'000; ++n) {
         BlockMatrix x;
         x.exponent = static_cast<int>(random() % 200) - 100;
@@ -135,7 +141,14 @@ TEST(FixedDirect, SurvivesArbitraryMantissas) {
         ASSERT_NEAR(to_double(s->direction).norm(), 1, 1e-7);
         ASSERT_GE(s->range_m.raw(), 0);
         ASSERT_LE(std::abs(s->misfit_share.to_double()), 1.0);
+        const auto exact = solver::solve_direct<double>(as_double(x), 0.01);
+        if (exact.ok()) {
+            const double power = as_double(x).squaredNorm();
+            worst_above = std::max(worst_above, (misfit_squared(*s, as_double(x)) - exact->misfit_squared) / power);
+        }
     }
+    std::printf("misfit above the least: %.3g of |X|^2\n", worst_above);
+    EXPECT_LT(worst_above, 1e-4);
     EXPECT_GT(solved, 5'000);
 }
 

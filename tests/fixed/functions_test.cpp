@@ -6,6 +6,8 @@
 #include <numbers>
 #include <random>
 
+#include "core/fixed/scaled.hpp"
+
 namespace tricoil::fixed {
 namespace {
 

@@ -84,6 +84,21 @@ TEST(FixedPreviousMeasurement, SaysWhenThePoseIsTooFarOff) {
     EXPECT_EQ(step_vectors(codes, Scaled{}, {}).status().code(), StatusCode::invalid_argument);
 }
 
+TEST(FixedPreviousMeasurement, RefusesWhatIsNoPose) {
+    const auto codes = as_codes(test::unit_signal({0.5, 0, 0}, Quat<double>::Identity()));
+    const auto refused = [&codes](auto&& change) {
+        VectorPose pose;
+        change(pose);
+        return step_vectors(codes, scaled(1), pose).status().code() == StatusCode::invalid_argument;
+    };
+    EXPECT_FALSE(refused([](VectorPose&) {}));
+    EXPECT_TRUE(refused([](VectorPose& p) { p.direction = Vec3<Unit>(1, 1, 0); }));
+    EXPECT_TRUE(refused([](VectorPose& p) { p.attitude.rowwise() = Eigen::Matrix<Unit, 1, 3>(1, 0, 0); }));  // equal rows
+    EXPECT_TRUE(refused([](VectorPose& p) { p.attitude(2, 2) = Unit(-1); }));                                // a reflection
+    EXPECT_TRUE(refused([](VectorPose& p) { p.attitude.col(0) = p.attitude.col(1); }));
+    EXPECT_TRUE(refused([](VectorPose& p) { p.attitude.row(1) << Unit::from(0.1), Unit::from(0.995), Unit(0); }));  // sheared
+}
+
 TEST(FixedPreviousMeasurement, SurvivesArbitraryInput) {
     std::mt19937_64 random(32);
     const auto any = [&random] { return static_cast<std::int32_t>(static_cast<std::uint32_t>(random())); };

@@ -3,6 +3,7 @@
 
 #include <random>
 
+#include "core/fixed/block_health.hpp"
 #include "core/fixed/tracker.hpp"
 #include "tests/support/integer_blocks.hpp"
 
@@ -86,6 +87,40 @@ TEST_F(FixedTrackerInput, ADeviceThatBeganAnewIsFollowed) {
         valid = pose && pose->valid();
     }
     EXPECT_TRUE(valid);
+    EXPECT_EQ(tracker_.counters().restarts, 1U);
+}
+
+/// After a clock that began anew, time passes as before: the old clock's times are forgotten.
+TEST_F(FixedTrackerInput, ADeviceThatBeganAnewWithoutASensorGoesStale) {
+    for (int n = 0; n < 600; ++n) {
+        (void)tracker_.update(next());
+    }
+    test::IntegerBlocks anew;
+    SampleBlock block;
+    for (int n = 0; n < Tracker::kPatience + 4; ++n) {
+        block = anew.next(Mat3<std::int32_t>::Zero());
+        (void)tracker_.update(block);
+    }
+    ASSERT_EQ(tracker_.counters().restarts, 1U);
+    EXPECT_FALSE(tracker_.tick(block.start));
+    const auto stale = tracker_.tick(block.start + Microseconds{200'000});
+    ASSERT_TRUE(stale);
+    EXPECT_TRUE(stale->flags.has(PoseFlag::stale));
+}
+
+/// What is refused for its length is no sign of order: it does not hide that the sequence began anew.
+TEST_F(FixedTrackerInput, RefusedBlocksDoNotHideANewSequence) {
+    const SampleBlock good = next();
+    SampleBlock repeated = good;
+    repeated.sequence -= 1;
+    SampleBlock cut = good;
+    cut.samples = cut.samples.first(100);
+    for (int n = 0; n < Tracker::kPatience; ++n) {
+        (void)tracker_.update(repeated);
+        (void)tracker_.update(cut);
+    }
+    EXPECT_EQ(tracker_.counters().restarts, 0U);
+    (void)tracker_.update(repeated);
     EXPECT_EQ(tracker_.counters().restarts, 1U);
 }
 
@@ -174,6 +209,7 @@ TEST(FixedParameters, AreChecked) {
     EXPECT_TRUE(refused([](auto& p) { p.min_snr = 0; }));
     EXPECT_TRUE(refused([](auto& p) { p.max_misfit = Unit(0); }));
     EXPECT_TRUE(refused([](auto& p) { p.search_after = Microseconds{1}; }));
+    EXPECT_TRUE(check(Acquisition{}).ok());
     Acquisition acquisition = test::IntegerBlocks::kAcquisition;
     EXPECT_TRUE(check(acquisition).ok());
     acquisition.window_cycles[0] = 80;
@@ -181,6 +217,50 @@ TEST(FixedParameters, AreChecked) {
     acquisition = test::IntegerBlocks::kAcquisition;
     acquisition.guard_samples = 190;
     EXPECT_FALSE(check(acquisition).ok());
+}
+
+TEST(FixedParameters, OfTheDemodulatorAreChecked) {
+    EXPECT_TRUE(check(DemodulatorParams{}).ok());
+    const auto refused = [](auto&& change) {
+        DemodulatorParams params;
+        change(params);
+        return check(params).code() == StatusCode::invalid_argument;
+    };
+    EXPECT_TRUE(refused([](auto& p) { p.corrections[2][1].exponent = kLeast; }));
+    EXPECT_TRUE(refused([](auto& p) { p.corrections[0][0].re = Unit::smallest(); }));
+    EXPECT_TRUE(refused([](auto& p) { p.corrections[1][2].im = Unit::from(1.001); }));
+    EXPECT_TRUE(refused([](auto& p) { p.least_reference = 0; }));
+    EXPECT_TRUE(refused([](auto& p) { p.least_reference = kMost; }));
+    EXPECT_TRUE(refused([](auto& p) { p.low_signal_ratio = 0; }));
+    EXPECT_TRUE(refused([](auto& p) { p.linear_share = Unit(0); }));
+    EXPECT_TRUE(refused([](auto& p) { p.noise_shift = 17; }));
+    EXPECT_TRUE(refused([](auto& p) { p.noise_jump = 0; }));
+}
+
+/// Parameters that nobody checked: wrong couplings perhaps, but nothing undefined.
+TEST(FixedParameters, UncheckedOnesDoNoHarm) {
+    for (const int exponent : {kLeast, kMost}) {
+        DemodulatorParams params;
+        params.corrections[0][0] = {Unit::smallest(), Unit::smallest(), exponent};
+        Tracker tracker(Acquisition{}, params, {});
+        test::IntegerBlocks blocks;
+        for (int n = 0; n < 6; ++n) {
+            (void)tracker.update(blocks.next(Mat3<std::int32_t>::Constant(-400'000)));
+        }
+        EXPECT_EQ(tracker.counters().accepted, 6U);
+    }
+    Acquisition still;
+    still.window_cycles = {};
+    EXPECT_EQ(longest_natural_run(still), longest_natural_run({signal::Multiplexing::tdm, 144'000, 200, 40, {1, 0, 0}}));
+}
+
+TEST(FixedParameters, PlansOfUnfitRatesAreRefused) {
+    auto plan = *signal::plan_acquisition(signal::default_acquisition(signal::Multiplexing::tdm, 240));
+    EXPECT_TRUE(acquisition_of(plan).ok());
+    for (const double rate_hz : {144'000.5, 0.0, -1.0, 3e9, std::numeric_limits<double>::quiet_NaN()}) {
+        plan.params.sample_rate_hz = rate_hz;
+        EXPECT_EQ(acquisition_of(plan).status().code(), StatusCode::invalid_argument) << rate_hz;
+    }
 }
 
 }  // namespace

@@ -53,7 +53,7 @@ public:
         TrackerParams fixed_params;
         fixed_params.coupling_constant = scaled(world_params.coupling_constant_m3);
         fixed_params.confined = confined;
-        ours_.emplace(acquisition_of(plan_), fixed_demodulator, fixed_params);
+        ours_.emplace(*acquisition_of(plan_), fixed_demodulator, fixed_params);
         EXPECT_TRUE(static_cast<hal::CoilSampler&>(sampler_).start(plan_).ok());
     }
 

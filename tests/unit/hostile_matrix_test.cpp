@@ -5,8 +5,11 @@
 #include <vector>
 
 #include "core/field/concentric_dipole.hpp"
+#include "core/solver/cold_start.hpp"
 #include "core/solver/direct.hpp"
 #include "core/solver/previous_measurement.hpp"
+#include "core/solver/refine.hpp"
+#include "core/tracking/scaat/filter.hpp"
 
 namespace tricoil::solver {
 namespace {
@@ -81,6 +84,74 @@ TYPED_TEST(HostileMatrix, PreviousMeasurementIsFiniteOrRefuses) {
     EXPECT_EQ(step_vectors<TypeParam>(zero, 1, VectorPose<TypeParam>{}).status().code(), StatusCode::not_converged);
     EXPECT_EQ(step_angles<TypeParam>(zero, 1, AnglePose<TypeParam>{{1, 0, 0}, {0, 0, 0}}).status().code(),
               StatusCode::not_converged);
+}
+
+/// A general model of coils that are 30 mm off their triad's middle.
+template <typename Scalar>
+field::GeneralDipole<Scalar> wide_coils() {
+    auto model = field::GeneralDipole<Scalar>::concentric(1);
+    model.source_offset_m = Scalar(0.03) * Mat3<Scalar>::Identity();
+    return model;
+}
+
+template <typename Scalar>
+bool is_finite(const RigidPose<Scalar>& pose) {
+    return pose.position_m.allFinite() && pose.q_source_sensor.coeffs().allFinite();
+}
+
+TYPED_TEST(HostileMatrix, RefinementIsFiniteOrDoesNotConverge) {
+    using Scalar = TypeParam;
+    const auto model = wide_coils<Scalar>();
+    const RigidPose<Scalar> start{{Scalar(0.6), Scalar(0.64), Scalar(0.48)}, Quat<Scalar>::Identity()};
+    for (const auto& x : this->matrices()) {
+        const auto refined = refine<Scalar>(model, x, Mat3<Scalar>::Ones(), start);
+        if (refined.ok() && refined->converged()) {
+            EXPECT_TRUE(is_finite(refined->pose) && refined->covariance.allFinite()) << x;
+        }
+        const auto cold = solve_cold<Scalar>(model, x, Mat3<Scalar>::Ones());
+        if (cold.ok() && cold->refinement.converged()) {
+            EXPECT_TRUE(is_finite(cold->refinement.pose)) << x;
+        }
+        if (!x.allFinite()) {
+            EXPECT_EQ(refined.status().code(), StatusCode::not_finite) << x;
+            EXPECT_EQ(cold.status().code(), StatusCode::not_finite) << x;
+        }
+    }
+}
+
+/// The filter told such matrices column by column: what it calls valid is finite, and good columns afterwards are followed.
+TYPED_TEST(HostileMatrix, FilterIsFiniteOrFlags) {
+    using Scalar = TypeParam;
+    namespace scaat = tracking::scaat;
+    scaat::Params<Scalar> params;
+    params.confined = true;  // so that the hemisphere is told again after every loss
+    params.max_column_span = Microseconds{3500};
+    scaat::Filter<Scalar> filter(params, scaat::ConcentricMeasurement<Scalar>{});
+    int n = 0;
+    bool valid = false;
+    const auto tell = [&](const Mat3<Scalar>& x) {
+        Column<Scalar> column;
+        column.state = single_coil(n % 3);
+        column.midpoint = device_time_us(std::int64_t{1389} * ++n);
+        column.in_phase = x.col(coil_index(column.state));
+        column.sigma.setConstant(Scalar(1e-4));
+        const auto estimate = filter.update(column);
+        valid = estimate && estimate->valid();
+        if (valid) {
+            ASSERT_TRUE(estimate->position_m.allFinite() && estimate->q_source_sensor.coeffs().allFinite() &&
+                        estimate->covariance.allFinite())
+                << x;
+        }
+    };
+    for (const auto& x : this->matrices()) {
+        for (int column = 0; column < 12; ++column) {
+            tell(x);
+        }
+        for (int column = 0; column < 120; ++column) {
+            tell(this->scaled(1));
+        }
+        ASSERT_TRUE(valid) << x;
+    }
 }
 
 }  // namespace

@@ -1,9 +1,9 @@
 // The filter's first state: a direct pose, opened wide, and narrowed by its three columns at their own times.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <limits>
+#include <utility>
 
 #include "core/tracking/scaat/column_update.hpp"
 #include "core/tracking/scaat/params.hpp"
@@ -41,16 +41,28 @@ Innovation<Scalar> column_innovation(const Model& model, const State<Scalar>& st
     return result;
 }
 
-/// State at the newest of the assembler's three columns. The prior is the direct pose of the three as if simultaneous, with a
-/// standard deviation that covers what moved between them; taking the columns again counts them twice, but with a prior this wide
-/// that adds less than 1 % of information. Position and velocity come out correlated as they must: the next three columns are
-/// what tells the velocity, which is the difference of two deskewed poses, weighted by the noise.
-template <typename Scalar, MeasurementModel<Scalar> Model>
-State<Scalar> start_state(const Model& model, const StartPose<Scalar>& start, const SignalMatrixAssembler<Scalar>& columns,
-                          const Params<Scalar>& params) {
+/// An assembler's three latest columns, oldest first. By compare and swap: a library's sort brings its recursion along.
+template <typename Scalar>
+std::array<const Column<Scalar>*, kSourceCoils> oldest_first(const SignalMatrixAssembler<Scalar>& columns) {
     std::array<const Column<Scalar>*, kSourceCoils> order{&columns.latest(0), &columns.latest(1), &columns.latest(2)};
-    std::sort(order.begin(), order.end(), [](const auto* a, const auto* b) { return a->midpoint < b->midpoint; });
-    State<Scalar> state;
+    for (const auto& [i, j] : {std::pair{0U, 1U}, {1U, 2U}, {0U, 1U}}) {
+        if (order[j]->midpoint < order[i]->midpoint) {
+            std::swap(order[i], order[j]);
+        }
+    }
+    return order;
+}
+
+/// Sets `state` to that at the newest of the assembler's three columns. The prior is the direct pose of the three as if
+/// simultaneous, with a standard deviation that covers what moved between them; taking the columns again counts them twice, but
+/// with a prior this wide that adds less than 1 % of information. Position and velocity come out correlated as they must: the
+/// next three columns are what tells the velocity, which is the difference of two deskewed poses, weighted by the noise. In
+/// place: a state on the stack would be a quarter of a small processor's.
+template <typename Scalar, MeasurementModel<Scalar> Model>
+[[gnu::noinline]] void start_state(State<Scalar>& state, const Model& model, const StartPose<Scalar>& start,
+                                   const SignalMatrixAssembler<Scalar>& columns, const Params<Scalar>& params) {
+    const auto order = oldest_first(columns);
+    state = State<Scalar>{};
     state.time = order.front()->midpoint;
     state.position_m = start.position_m;
     state.q_source_sensor = Quat<Scalar>(Mat3<Scalar>(start.attitude.transpose())).normalized();
@@ -69,7 +81,6 @@ State<Scalar> start_state(const Model& model, const StartPose<Scalar>& start, co
             (void)apply(state, innovation);
         }
     }
-    return state;
 }
 
 }  // namespace tricoil::tracking::scaat

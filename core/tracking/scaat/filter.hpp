@@ -61,9 +61,12 @@ private:
     std::optional<PoseEstimate<Scalar>> track(const Column<Scalar>& column);
     [[nodiscard]] State<Scalar> moved_on(Microseconds ahead) const;
     std::optional<PoseEstimate<Scalar>> follow_frame(const Column<Scalar>& column);
-    PoseEstimate<Scalar> judge(const std::optional<SignalMatrix<Scalar>>& raw);
+    std::optional<PoseEstimate<Scalar>> end_frame(const Column<Scalar>& next);
+    std::optional<SignalMatrix<Scalar>> take_into_frame(const Column<Scalar>& column);
+    std::optional<PoseEstimate<Scalar>> judge(const std::optional<SignalMatrix<Scalar>>& raw);
     [[nodiscard]] bool in_frames() const { return params_.max_column_span.count() == 0; }
     std::optional<PoseEstimate<Scalar>> search(const Column<Scalar>& column);
+    std::optional<PoseEstimate<Scalar>> begin(const SignalMatrix<Scalar>& matrix, DeviceTime time);
     void use_pending();
     bool use_frame(const SignalMatrix<Scalar>& matrix);
     [[nodiscard]] bool is_beside(const StartPose<Scalar>& pose, Scalar sigma) const;
@@ -76,7 +79,7 @@ private:
     void cover_blur(PoseEstimate<Scalar>& estimate) const;
     void reset_adaptation();
     void lose(DeviceTime time);
-    [[nodiscard]] PoseEstimate<Scalar> report(PoseFlags flags, Microseconds ahead);
+    [[nodiscard]] std::optional<PoseEstimate<Scalar>> report(PoseFlags flags, Microseconds ahead);
     [[nodiscard]] error_model::ErrorBudget<Scalar> expected_error(const State<Scalar>& state,
                                                                   const Mat6<Scalar>& covariance) const;
 

@@ -111,33 +111,21 @@ std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::track(const Column<Sc
             (void)examine(*matrix, true);  // what it finds stands in health_
         }
     }
-    return in_frames() ? std::nullopt : std::optional(judge(raw));
+    if (in_frames()) {
+        return std::nullopt;
+    }
+    return judge(raw);
 }
 
 /// One of three simultaneous columns. They are used together when all have come, and those that came when the next frame begins.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::follow_frame(const Column<Scalar>& column) {
-    std::optional<PoseEstimate<Scalar>> ended;
-    if (column.midpoint > state_.time) {
-        if (pending_ != 0U) {
-            use_pending();
-            ended = judge(std::nullopt);
-        }
-        if (mode_ != TrackerState::tracking) {
-            (void)raw_.add(column);  // the frame's others will find it there
-            return ended;
-        }
-        propagate(state_, intensity(), column.midpoint);
+    if (column.midpoint > state_.time && pending_ != 0U) {
+        return end_frame(column);
     }
-    const int coil = coil_index(column.state);
-    flags_of_state_[static_cast<std::size_t>(coil)] = signal_flags(column.flags);
-    std::optional<SignalMatrix<Scalar>> raw;
-    if (!column.flags.has_any(kUnusable)) {
-        raw = raw_.add(column);
-        pending_ |= 1U << static_cast<unsigned>(coil);
-    }
+    const std::optional<SignalMatrix<Scalar>> raw = take_into_frame(column);
     if (time_base_.coils_at_newest() != kAllCoils) {
-        return ended;
+        return std::nullopt;
     }
     if (raw) {
         pending_ = 0;
@@ -146,6 +134,33 @@ std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::follow_frame(const Co
         use_pending();
     }
     return judge(raw);
+}
+
+/// A frame that lacks one or two columns, now that the next one's first has come.
+template <typename Scalar, MeasurementModel<Scalar> Model>
+std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::end_frame(const Column<Scalar>& next) {
+    use_pending();
+    auto ended = judge(std::nullopt);
+    (void)take_into_frame(next);
+    return ended;
+}
+
+/// Moves the state to the column's time; the frame's three columns if this is the last of them.
+template <typename Scalar, MeasurementModel<Scalar> Model>
+std::optional<SignalMatrix<Scalar>> Filter<Scalar, Model>::take_into_frame(const Column<Scalar>& column) {
+    if (mode_ != TrackerState::tracking) {  // the frame before could not be followed
+        return raw_.add(column);            // the frame's others will find it there
+    }
+    if (column.midpoint > state_.time) {
+        propagate(state_, intensity(), column.midpoint);
+    }
+    const int coil = coil_index(column.state);
+    flags_of_state_[static_cast<std::size_t>(coil)] = signal_flags(column.flags);
+    if (column.flags.has_any(kUnusable)) {
+        return std::nullopt;
+    }
+    pending_ |= 1U << static_cast<unsigned>(coil);
+    return raw_.add(column);
 }
 
 /// The columns of a frame that lacks one or two, each for itself.
@@ -161,7 +176,7 @@ void Filter<Scalar, Model>::use_pending() {
 
 /// What is reported after a measurement; starts anew from the three columns of `raw` if the filter was left behind.
 template <typename Scalar, MeasurementModel<Scalar> Model>
-PoseEstimate<Scalar> Filter<Scalar, Model>::judge(const std::optional<SignalMatrix<Scalar>>& raw) {
+std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::judge(const std::optional<SignalMatrix<Scalar>>& raw) {
     PoseFlags flags = flags_of_state_[0] | flags_of_state_[1] | flags_of_state_[2];
     if (record_.left_behind()) {
         ++counters_.reopened;
@@ -180,7 +195,7 @@ PoseEstimate<Scalar> Filter<Scalar, Model>::judge(const std::optional<SignalMatr
 /// numbers that agree on a pose are no outliers, so a prediction that they contradict is opened at once; what is left over may
 /// be blur or metal, but it is a sensor. False if most are refused, or the state does not come to lie beside the direct pose.
 template <typename Scalar, MeasurementModel<Scalar> Model>
-bool Filter<Scalar, Model>::use_frame(const SignalMatrix<Scalar>& matrix) {
+[[gnu::noinline]] bool Filter<Scalar, Model>::use_frame(const SignalMatrix<Scalar>& matrix) {
     const auto pose = examine(matrix, true);
     Motion<Scalar> around = state_;
     const bool agree = pose.ok() && !health_.flags.has_any({PoseFlag::no_sensor, PoseFlag::wrong_handedness});
@@ -290,14 +305,21 @@ std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::search(const Column<S
     if (!matrix) {
         return std::nullopt;
     }
-    PoseFlags flags = signal_flags(matrix->flags);
-    if (matrix->flags.has_any(kUnusable) || !start(*matrix)) {
-        PoseEstimate<Scalar> estimate = report(flags | health_.flags, Microseconds{0});
-        estimate.flags.set(PoseFlag::stale);
-        estimate.time = column.midpoint;
-        return estimate;
+    return begin(*matrix, column.midpoint);
+}
+
+/// What is reported when a matrix has come while searching.
+template <typename Scalar, MeasurementModel<Scalar> Model>
+[[gnu::noinline]] std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::begin(const SignalMatrix<Scalar>& matrix,
+                                                                                   DeviceTime time) {
+    const PoseFlags flags = signal_flags(matrix.flags);
+    const bool started = !matrix.flags.has_any(kUnusable) && start(matrix);
+    auto estimate = report(started ? flags : flags | health_.flags, started ? params_.predict_ahead : Microseconds{0});
+    if (!started) {
+        estimate->flags.set(PoseFlag::stale);
+        estimate->time = time;
     }
-    return report(flags, params_.predict_ahead);
+    return estimate;
 }
 
 /// Begins to track from the three columns of `matrix`; false, with the reason in health_, if they are no pose.
@@ -309,7 +331,7 @@ bool Filter<Scalar, Model>::start(const SignalMatrix<Scalar>& matrix) {
     }
     StartPose<Scalar> chosen = *pose;
     resolve_hemisphere(chosen, matrix);
-    state_ = start_state<Scalar>(model_, chosen, raw_, params_);
+    start_state<Scalar>(state_, model_, chosen, raw_, params_);
     counters_.acquisitions += mode_ == TrackerState::tracking ? 0U : 1U;
     mode_ = TrackerState::tracking;
     last_used_ = state_.time;
@@ -321,7 +343,7 @@ bool Filter<Scalar, Model>::start(const SignalMatrix<Scalar>& matrix) {
 
 /// The pose of a matrix, sought beside the present state or from nothing; flags, distortion and signal to noise go to health_.
 template <typename Scalar, MeasurementModel<Scalar> Model>
-Result<StartPose<Scalar>> Filter<Scalar, Model>::examine(const SignalMatrix<Scalar>& matrix, bool beside) {
+[[gnu::noinline]] Result<StartPose<Scalar>> Filter<Scalar, Model>::examine(const SignalMatrix<Scalar>& matrix, bool beside) {
     const auto pose = beside ? model_.near(matrix.x, state_.position_m, state_.q_source_sensor) : model_.start(matrix.x);
     health_ = Health{};
     health_.x = matrix.x;
@@ -391,12 +413,14 @@ void Filter<Scalar, Model>::lose(DeviceTime time) {
     }
 }
 
+/// Always one; as an option, so that all who hand it on do so in place.
 template <typename Scalar, MeasurementModel<Scalar> Model>
-PoseEstimate<Scalar> Filter<Scalar, Model>::report(PoseFlags flags, Microseconds ahead) {
+std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::report(PoseFlags flags, Microseconds ahead) {
     const bool moved = ahead.count() > 0;
     const State<Scalar> later = moved ? moved_on(ahead) : State<Scalar>{};
     const State<Scalar>& state = moved ? later : state_;
-    PoseEstimate<Scalar> estimate;
+    std::optional<PoseEstimate<Scalar>> reported(std::in_place);
+    PoseEstimate<Scalar>& estimate = *reported;
     estimate.sensor = sensor_;
     estimate.sequence = static_cast<std::uint32_t>(counters_.poses++);
     estimate.time = state.time;
@@ -423,7 +447,7 @@ PoseEstimate<Scalar> Filter<Scalar, Model>::report(PoseFlags flags, Microseconds
     if (!estimate.flags.has_any(kDiscontinuous)) {
         hemisphere_.follow(state_.position_m, state_.time);
     }
-    return estimate;
+    return reported;
 }
 
 /// Blur is no noise: it stays the same from column to column and no averaging takes it away, so its size goes into the covariance
@@ -454,7 +478,10 @@ std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::tick(DeviceTime now) 
         return std::nullopt;
     }
     if (now <= last_used_) {
-        return last_used_ - now > params_.lost_after ? std::optional(report({PoseFlag::stale}, Microseconds{0})) : std::nullopt;
+        if (last_used_ - now <= params_.lost_after) {
+            return std::nullopt;
+        }
+        return report({PoseFlag::stale}, Microseconds{0});
     }
     if (mode_ == TrackerState::tracking) {
         use_pending();

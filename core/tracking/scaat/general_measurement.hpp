@@ -24,38 +24,44 @@ struct GeneralMeasurement {
         return field::column_model(coils, position_m, o, j);
     }
 
-    [[nodiscard]] Result<StartPose<Scalar>> start(const Mat3<Scalar>& x) const {
+    [[nodiscard]] Result<StartPose<Scalar>> start(const Mat3<Scalar>& x) const { return start_pose(x, search(x), false); }
+
+    [[nodiscard]] Result<StartPose<Scalar>> near(const Mat3<Scalar>& x, const Vec3<Scalar>& position_m,
+                                                 const Quat<Scalar>& q) const {
+        const Result<Found> found = beside(x, {position_m, q});
+        return found.ok() ? start_pose(x, found, true) : start(x);
+    }
+
+private:
+    /// A pose that explains the couplings.
+    struct Found {
+        solver::RigidPose<Scalar> pose;
+        Scalar misfit_squared;
+        bool right_handed;
+    };
+
+    // The stages are not inlined: what one of them needs is gone from the stack before the next.
+    [[nodiscard, gnu::noinline]] Result<Found> search(const Mat3<Scalar>& x) const {
         solver::ColdStartParams<Scalar> params;
         params.refine = tolerant();
         const auto cold = solver::solve_cold<Scalar>(coils, x, Mat3<Scalar>::Ones(), params);
         if (!cold.ok()) {
             return cold.status();
         }
-        if (!cold->right_handed) {
-            StartPose<Scalar> pose = start_pose(x, cold->refinement);
-            pose.right_handed = false;
-            return pose;
-        }
-        if (!cold->refinement.converged()) {
+        if (cold->right_handed && !cold->refinement.converged()) {
             return Status{StatusCode::not_converged, "no pose explains the couplings"};
         }
-        StartPose<Scalar> pose = start_pose(x, cold->refinement);
-        pose.hemisphere_from_data = beats_its_mirror(x, cold->refinement);
-        return pose;
+        return Found{cold->refinement.pose, cold->refinement.misfit_squared, cold->right_handed};
     }
 
-    [[nodiscard]] Result<StartPose<Scalar>> near(const Mat3<Scalar>& x, const Vec3<Scalar>& position_m,
-                                                 const Quat<Scalar>& q) const {
-        const auto refined = solver::refine<Scalar>(coils, x, Mat3<Scalar>::Ones(), {position_m, q}, tolerant());
+    [[nodiscard, gnu::noinline]] Result<Found> beside(const Mat3<Scalar>& x, const solver::RigidPose<Scalar>& pose) const {
+        const auto refined = solver::minimise<Scalar>(coils, x, Mat3<Scalar>::Ones(), pose, tolerant());
         if (!refined.ok() || !refined->converged()) {
-            return start(x);
+            return Status{StatusCode::not_converged, "no pose near there explains the couplings"};
         }
-        StartPose<Scalar> pose = start_pose(x, *refined);
-        pose.hemisphere_from_data = true;  // continuity told it
-        return pose;
+        return Found{refined->pose, refined->misfit_squared, true};
     }
 
-private:
     /// Columns taken as simultaneous while the sensor moves, or metal, may leave more than a wrong minimum does; whether what is
     /// left is too much to be a sensor the filter decides.
     static solver::RefineParams<Scalar> tolerant() {
@@ -65,23 +71,27 @@ private:
     }
 
     /// A mirror image that explains the couplings nearly as well leaves the hemisphere open.
-    [[nodiscard]] bool beats_its_mirror(const Mat3<Scalar>& x, const solver::Refinement<Scalar>& best) const {
+    [[nodiscard, gnu::noinline]] bool beats_its_mirror(const Mat3<Scalar>& x, const Found& best) const {
         constexpr Scalar kClearly = 9;  // in squares: a third of the misfit
-        const auto mirror = solver::refine<Scalar>(coils, x, Mat3<Scalar>::Ones(),
-                                                   {-best.pose.position_m, best.pose.q_source_sensor}, tolerant());
+        const auto mirror = solver::minimise<Scalar>(coils, x, Mat3<Scalar>::Ones(),
+                                                     {-best.pose.position_m, best.pose.q_source_sensor}, tolerant());
         const bool elsewhere = mirror.ok() && mirror->pose.position_m.dot(best.pose.position_m) < 0;
         return !elsewhere || mirror->misfit_squared > kClearly * best.misfit_squared;
     }
 
-    /// |X|^2 = 3/2 k^2 for ideal triads, by (6).
-    static StartPose<Scalar> start_pose(const Mat3<Scalar>& x, const solver::Refinement<Scalar>& refinement) {
+    /// continued: continuity told the hemisphere. |X|^2 = 3/2 k^2 for ideal triads, by (6).
+    [[nodiscard, gnu::noinline]] Result<StartPose<Scalar>> start_pose(const Mat3<Scalar>& x, const Result<Found>& found,
+                                                                      bool continued) const {
+        if (!found.ok()) {
+            return found.status();
+        }
         StartPose<Scalar> pose;
-        pose.position_m = refinement.pose.position_m;
-        pose.attitude = refinement.pose.q_source_sensor.toRotationMatrix().transpose();
+        pose.position_m = found->pose.position_m;
+        pose.attitude = found->pose.q_source_sensor.toRotationMatrix().transpose();
         pose.strength = std::sqrt(x.squaredNorm() / Scalar(1.5));
-        pose.misfit_squared = refinement.misfit_squared;
-        pose.right_handed = true;
-        pose.hemisphere_from_data = false;
+        pose.misfit_squared = found->misfit_squared;
+        pose.right_handed = found->right_handed;
+        pose.hemisphere_from_data = continued || (found->right_handed && beats_its_mirror(x, *found));
         return pose;
     }
 };

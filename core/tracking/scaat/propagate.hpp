@@ -95,9 +95,10 @@ void learn_acceleration(State<Scalar>& state, const Vec12<Scalar>& correction, c
     state.angular_acceleration_rad_s2 += gains_per_s[1] * correction.template segment<3>(9);
 }
 
-/// State and covariance at `time`, not before the state's own.
+/// State and covariance at `time`, not before the state's own. Not inlined: its temporaries would stay on the stack of what
+/// follows.
 template <typename Scalar>
-void propagate(State<Scalar>& state, const Intensity<Scalar>& q, DeviceTime time) {
+[[gnu::noinline]] void propagate(State<Scalar>& state, const Intensity<Scalar>& q, DeviceTime time) {
     const Scalar dt = seconds_as<Scalar>(time - state.time);
     move(state, dt);
     const Scalar persistence = std::max(Scalar(1), dt / static_cast<Scalar>(kIndependent_s));

@@ -1,0 +1,85 @@
+// The filter with real coils through what costs it most: starts from nothing, jumps that make it start anew, a frame so near the
+// coils that the start searches all sides, and columns that nothing explains. What a tracker with such coils needs of the stack.
+#include <optional>
+
+#include "board/qemu_an386/report_printer.hpp"
+#include "core/base/text_line.hpp"
+#include "core/tracking/scaat/filter_impl.hpp"
+#include "core/tracking/scaat/general_measurement.hpp"
+#include "drivers/semihosting/console.hpp"
+
+namespace {
+
+using namespace tricoil;
+namespace scaat = tracking::scaat;
+using General = scaat::GeneralMeasurement<float>;
+using Filter = scaat::Filter<float, General>;
+
+constexpr int kSlot_us = 1389;
+constexpr int kColumns = 90;  // at each place
+
+General coils{field::GeneralDipole<float>::concentric(0.01F)};
+std::optional<Filter> filter;
+Vec3<float> last_m;
+const Vec3<float> places[] = {{0.4F, 0.1F, 0.2F}, {0.3F, -0.3F, 0.1F}, {0.09F, 0.02F, -0.03F}, {0.5F, 0, -0.2F}};
+Column<float> column;
+
+/// Of a sensor that rests at `position`; simultaneous columns share a time. Not inlined, as nothing here that is no part of the
+/// filter: its temporaries would count as the filter's.
+[[gnu::noinline]] void make_column(int n, bool simultaneous, const Vec3<float>& position) {
+    const Mat3<float> o = geometry::attitude_matrix(geometry::Euler<float>{4 * position.x(), 0.3F, -position.z()});
+    column.state = single_coil(n % 3);
+    column.midpoint = device_time_us(std::int64_t{kSlot_us} * (simultaneous ? n / 3 * 3 : n));
+    column.in_phase = coils.column(position, o, n % 3).column;
+    column.sigma.setConstant(1e-5F * column.in_phase.norm());
+}
+
+[[gnu::noinline]] void spoil_column() { column.in_phase = column.in_phase.reverse().cwiseProduct(Vec3<float>(1, -3, 2)).eval(); }
+
+[[gnu::noinline]] void set_up(bool simultaneous) {
+    scaat::Params<float> params;
+    params.max_column_span = simultaneous ? Microseconds{0} : Microseconds{5 * kSlot_us / 2};
+    filter.emplace(params, coils);
+}
+
+[[gnu::noinline]] void take_column() {
+    if (const auto estimate = filter->update(column)) {
+        last_m = estimate->position_m;
+    }
+}
+
+/// From place to place; the distance from the last of them at the end, in metres.
+float follow(bool simultaneous) {
+    set_up(simultaneous);
+    int n = 0;
+    for (const Vec3<float>& place : places) {
+        for (int end = n + kColumns; n < end; ++n) {
+            make_column(n, simultaneous, place);
+            take_column();
+        }
+        for (int end = n + 9; n < end; ++n) {  // what no pose explains
+            make_column(n, simultaneous, place);
+            spoil_column();
+            take_column();
+        }
+    }
+    return (last_m - places[3]).norm();
+}
+
+bool print(const char* what, float error_m, hal::Console& console) {
+    TextLine line;
+    line.text(what).text(" ").scientific(error_m).text(" m, acquired ");
+    line.decimal(static_cast<std::int32_t>(filter->counters().acquisitions)).text("\n");
+    return console.write(line.view()).ok() && error_m < 1e-3F;
+}
+
+}  // namespace
+
+int main() {
+    semihosting::Console console;
+    coils.coils.source_offset_m = 0.03F * Mat3<float>::Identity();
+    coils.coils.sensor_offset_m = 0.004F * Mat3<float>::Identity();
+    const bool in_turn = print("in turn", follow(false), console);
+    const bool at_once = print("at once", follow(true), console);
+    return board::print_stack_use(console).ok() && in_turn && at_once ? 0 : 1;
+}
