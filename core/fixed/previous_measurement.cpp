@@ -78,12 +78,12 @@ Mat3<Unit> rotation_back(const Vec3<Unit>& r) {
         }
         return sum;
     };
-    static constexpr Square kSine[6] = {Square::from(1.0),         Square::from(-1.0 / 6),     Square::from(1.0 / 120),
-                                        Square::from(-1.0 / 5040), Square::from(1.0 / 362880), Square::from(-1.0 / 39916800)};
+    static constexpr Square kSineOver[6] = {Square::from(1.0),         Square::from(-1.0 / 6),     Square::from(1.0 / 120),
+                                            Square::from(-1.0 / 5040), Square::from(1.0 / 362880), Square::from(-1.0 / 39916800)};
     static constexpr Square kVersine[6] = {Square::from(0.5),           Square::from(-1.0 / 24),
                                            Square::from(1.0 / 720),     Square::from(-1.0 / 40320),
                                            Square::from(1.0 / 3628800), Square::from(-1.0 / 479001600)};
-    const Square a = series(kSine);
+    const Square a = series(kSineOver);
     const Square b = series(kVersine);
     const Vec3<Unit> ar(product<30>(a, r.x()), product<30>(a, r.y()), product<30>(a, r.z()));
     // [r]x^2 = r r^T - |r|^2 I
