@@ -59,6 +59,6 @@ private:
 
     Either tracker_;
 };
-static_assert(sizeof(SensorTracker<float>) * kMaxSensors <= 9472, "trackers of all sensors, of 32 KiB RAM");
+static_assert(sizeof(SensorTracker<float>) * kMaxSensors <= 10496, "trackers of all sensors, of 32 KiB RAM");
 
 }  // namespace tricoil::tracking

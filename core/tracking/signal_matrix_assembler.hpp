@@ -26,9 +26,12 @@ public:
     /// deskew: extrapolate every column to the newest one's time; has no effect on simultaneous ones.
     explicit SignalMatrixAssembler(Microseconds max_span, bool deskew = false) : max_span_(max_span), deskew_(deskew) {}
 
-    /// Takes a column of state s1-s3; the matrix if it is complete with it.
+    /// Takes a column of state s1-s3; the matrix if it is complete with it. One older than what is held of its state is left out.
     std::optional<SignalMatrix<Scalar>> add(const Column<Scalar>& column) {
         const auto index = static_cast<std::size_t>(coil_index(column.state));
+        if (columns_[index].state != Excitation::off && column.midpoint < columns_[index].midpoint) {
+            return std::nullopt;
+        }
         before_[index] = columns_[index];
         columns_[index] = column;
         const auto by_time = [](const auto& a, const auto& b) { return a.midpoint < b.midpoint; };

@@ -119,6 +119,37 @@ TEST(FilterLate, LateColumnsAreBetterThanNone) {
 }
 
 /// Ten seconds of nothing: stale at once, lost, and tracking again three columns after the columns return.
+/// Neighbours swapped from the start: the filter acquires all the same.
+TEST(FilterLate, TracksFromColumnsOutOfOrder) {
+    const auto motion = test::hand_like(4);
+    std::vector<Column<double>> columns;
+    test::replay<double>(motion, {true, 1e-6, 1, 0, 2}, [&](const Column<double>& c) { columns.push_back(c); });
+    auto filter = test::scaat_filter<double>(test::scaat_params<double>(true));
+    std::size_t valid = 0;
+    for (std::size_t n = 0; n + 1 < columns.size(); n += 2) {
+        for (const std::size_t k : {n + 1, n}) {
+            const auto e = filter.update(columns[k]);
+            valid += e && e->valid() ? 1U : 0U;
+        }
+    }
+    EXPECT_GT(valid, columns.size() * 9 / 10);
+    EXPECT_EQ(filter.counters().of(Rejection::time_backwards), 0U);
+}
+
+/// A good column that comes late says nothing about a newer one of its coil.
+TEST_F(FilterInput, ALateColumnDoesNotClearTheFlagsOfANewerOne) {
+    Column<double> saturated = next();
+    saturated.state = last_.state;
+    saturated.midpoint = last_.midpoint + Microseconds{4167};
+    saturated.flags.set(ColumnFlag::saturated);
+    EXPECT_FALSE(filter_.update(saturated)->valid());
+    Column<double> late = last_;
+    late.midpoint += Microseconds{100};
+    const auto e = filter_.update(late);
+    ASSERT_TRUE(e);
+    EXPECT_TRUE(e->flags.has(PoseFlag::saturated));
+}
+
 TEST_F(FilterInput, LongGap) {
     const auto stale = filter_.tick(last_.midpoint + Microseconds{60'000});
     ASSERT_TRUE(stale.has_value());
@@ -165,6 +196,11 @@ TEST(FilterParams, OutOfRangeIsRefusedWithAReason) {
     expect_bad([](auto& p) { p.process.most_rad2_s3 = -1; });
     expect_bad([](auto& p) { p.start_speed_m_s = -3; });
     expect_bad([](auto& p) { p.coast_limit = Microseconds{0}; });
+    expect_bad([](auto& p) { p.coast_limit = p.max_column_span; });
+    expect_bad([](auto& p) { p.window_s = 1e300; });
+    expect_bad([](auto& p) { p.start_speed_m_s = 1e200; });
+    expect_bad([](auto& p) { p.process.most_m2_s3 = 1e300; });
+    expect_bad([](auto& p) { p.inconsistent_above = 1e-9; });
     expect_bad([](auto& p) { p.lost_after = Microseconds{1000}; });
     expect_bad([](auto& p) { p.max_lateness = Microseconds{-1}; });
     expect_bad([](auto& p) { p.predict_ahead = Microseconds{20'000'000}; });

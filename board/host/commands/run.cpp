@@ -99,7 +99,9 @@ int run(RunCommand& command, bool duration_given, bool device_given) {
     const RunReport report = run_simulated(command.options);
     fmt::print("{}", command.json ? summary_json(report) : summary_text(report));
     if (report.score.scored == 0 && report.score.invalid > 0) {
-        fmt::print(stderr, "tricoil: no valid pose: {}\n", to_text(report.seen_flags));
+        const bool side_unknown = report.seen_flags.has(tracking::PoseFlag::hemisphere_unknown);
+        fmt::print(stderr, "tricoil: no valid pose: {}{}\n", to_text(report.seen_flags),
+                   side_unknown ? "; say where the sensor stays by --hemisphere X,Y,Z or --confined" : "");
         return to_int(ExitCode::check_failed);
     }
     return to_int(ExitCode::fine);
@@ -137,10 +139,11 @@ void add_run_command(CLI::App& program, Action& action) {
                         "Seconds to simulate, or of the device's time; default: the scenario's, or until a signal comes");
     sub->add_option("--fault", o.faults, "Break something: NAME[:ARG][@BEGIN-END], as open_coil:S2@1-1.5; repeatable");
     sub->add_option("--hemisphere", o.hemisphere,
-                    "Half space the sensor starts in, x,y,z; 0,0,0: unknown; default: where the simulated motion begins")
+                    "Half space that the sensor stays in, x,y,z; 0,0,0: unknown; default: where the motion begins, then followed")
         ->delimiter(',')
         ->expected(3);
-    sub->add_flag("--confined", o.confined, "The sensor never leaves that half space: it is known again after every loss");
+    sub->add_flag("--confined", o.confined,
+                  "The sensor never leaves the half space in which it begins: it is known again after every loss");
     sub->add_flag("--no-deskew", o.no_deskew, "TDM, direct: take the latest three columns as simultaneous");
     sub->add_option("--predict", o.predict_ahead_s, "scaat: deliver poses this many seconds ahead of the newest column");
     sub->add_flag("--no-noise", o.no_noise, "No converter noise, no mains; quantisation stays");

@@ -66,7 +66,7 @@ tracking::TrackerParams<double> make_tracker(const RunOptions& options, const si
     params.passes = options.passes;
     params.coupling_constant = world.coupling_constant_m3;
     params.hemisphere = hemisphere;
-    params.confined = options.confined;
+    params.confined = options.confined || !options.hemisphere.empty();
     params.max_column_span = tracking::column_span(plan);
     const bool can_deskew = plan.is_tdm() && params.method == tracking::Method::direct && options.tracker != kFilterName;
     if (options.no_deskew && !can_deskew) {

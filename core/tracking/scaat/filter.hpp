@@ -8,6 +8,7 @@
 #include "core/tracking/pose_estimate.hpp"
 #include "core/tracking/scaat/acquisition.hpp"
 #include "core/tracking/scaat/coil_record.hpp"
+#include "core/tracking/scaat/noise_check.hpp"
 #include "core/tracking/scaat/signal_curvature.hpp"
 #include "core/tracking/time_base.hpp"
 
@@ -69,6 +70,7 @@ private:
     std::optional<PoseEstimate<Scalar>> begin(const SignalMatrix<Scalar>& matrix, DeviceTime time);
     void use_pending();
     bool use_frame(const SignalMatrix<Scalar>& matrix);
+    [[nodiscard]] bool is_evenly_noisy() const;
     [[nodiscard]] bool is_beside(const StartPose<Scalar>& pose, Scalar sigma) const;
     bool use(const Column<Scalar>& column, const Motion<Scalar>& around, bool trusted);
     void open(Scalar factor);
@@ -108,6 +110,7 @@ private:
     State<Scalar> state_;
     ProcessNoiseState<Scalar> process_;
     Scalar consistency_ = 1;
+    NoiseCheck<Scalar> noise_;
     Scalar surprise_ = 0;  // of recent columns: squared innovation over kSurprising, fading
     Health health_;
     Scalar blur_variance_ = 0;  // of a coupling, because windows are not points; coupling units squared
@@ -125,6 +128,6 @@ private:
 
 extern template class Filter<float, ConcentricMeasurement<float>>;
 extern template class Filter<double, ConcentricMeasurement<double>>;
-static_assert(sizeof(Filter<float>) <= 2304, "one sensor's filter in float, of 32 KiB RAM for four");
+static_assert(sizeof(Filter<float>) <= 2560, "one sensor's filter in float, of 32 KiB RAM for four");
 
 }  // namespace tricoil::tracking::scaat

@@ -68,7 +68,7 @@ std::optional<Rejection> Filter<Scalar, Model>::why_refused(const Column<Scalar>
         return reason;
     }
     using Verdict = TimeBase::Verdict;
-    const Verdict verdict = time_base_.take(coil_index(column.state), column.midpoint, mode_ == TrackerState::tracking);
+    const Verdict verdict = time_base_.take(coil_index(column.state), column.midpoint, true);
     late = verdict == Verdict::late;
     if (verdict == Verdict::restarted) {
         forget();
@@ -93,8 +93,8 @@ template <typename Scalar, MeasurementModel<Scalar> Model>
 std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::track(const Column<Scalar>& column) {
     const int coil = coil_index(column.state);
     const bool in_order = column.midpoint >= state_.time;
-    flags_of_state_[static_cast<std::size_t>(coil)] = signal_flags(column.flags);
     if (in_order) {
+        flags_of_state_[static_cast<std::size_t>(coil)] = signal_flags(column.flags);
         propagate(state_, intensity(), column.midpoint);
     }
     if (column.flags.has_any(kUnusable)) {
@@ -198,7 +198,8 @@ template <typename Scalar, MeasurementModel<Scalar> Model>
 [[gnu::noinline]] bool Filter<Scalar, Model>::use_frame(const SignalMatrix<Scalar>& matrix) {
     const auto pose = examine(matrix, true);
     Motion<Scalar> around = state_;
-    const bool agree = pose.ok() && !health_.flags.has_any({PoseFlag::no_sensor, PoseFlag::wrong_handedness});
+    const bool agree =
+        pose.ok() && !health_.flags.has_any({PoseFlag::no_sensor, PoseFlag::wrong_handedness}) && is_evenly_noisy();
     if (agree) {
         around.position_m = pose->position_m;
         around.q_source_sensor = geometry::attitude_quaternion(pose->attitude);
@@ -208,6 +209,19 @@ template <typename Scalar, MeasurementModel<Scalar> Model>
         refused += use(raw_.latest(j), agree ? around : static_cast<const Motion<Scalar>&>(state_), agree) ? 0 : 1;
     }
     return 2 * refused < kSourceCoils && (!agree || is_beside(*pose, matrix.sigma));
+}
+
+/// Whether the direct pose, to which all nine numbers count alike, is as good as the best of them allow.
+template <typename Scalar, MeasurementModel<Scalar> Model>
+bool Filter<Scalar, Model>::is_evenly_noisy() const {
+    constexpr Scalar kMostUneven = 30;
+    Scalar least = raw_.latest(0).sigma.minCoeff();
+    Scalar most = raw_.latest(0).sigma.maxCoeff();
+    for (int j = 1; j < kSourceCoils; ++j) {
+        least = std::min(least, raw_.latest(j).sigma.minCoeff());
+        most = std::max(most, raw_.latest(j).sigma.maxCoeff());
+    }
+    return most <= kMostUneven * least;
 }
 
 /// Whether the state lies within the gate of the direct pose of the columns that it has just taken.
@@ -222,16 +236,17 @@ bool Filter<Scalar, Model>::is_beside(const StartPose<Scalar>& pose, Scalar sigm
     return factors.info() == Eigen::Success && factors.matrixL().solve(apart).squaredNorm() <= params_.gate;
 }
 
-/// Updates with a column if it passes the gate, linearised at `around`; with less weight the nearer it comes to the gate, unless
-/// it is late: many such are outliers too, and a manoeuvre is told again by the next. One that does not pass is left out as an
-/// outlier, unless `trusted`: then the sensor has accelerated beyond what was thought possible, and the prediction is opened
-/// until it passes.
+/// Updates with a column if it passes the gate, linearised at `around`; with less weight the nearer it comes to the gate: many
+/// such columns are outliers too, and a manoeuvre is told again by the next one. (A late column is told by none and keeps its
+/// weight.) One that does not pass is left out as an outlier, unless `trusted`: then the sensor has accelerated beyond what was
+/// thought possible, and the prediction is opened until it passes.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 bool Filter<Scalar, Model>::use(const Column<Scalar>& column, const Motion<Scalar>& around, bool trusted) {
     const int coil = coil_index(column.state);
     const Scalar restless = Scalar(kRestlessBlur * kRestlessBlur) * blur_variance_;
     auto innovation = column_innovation<Scalar>(model_, state_, around, column, restless);
-    const bool far = innovation.y.norm() > params_.most_opened * column.in_phase.norm();
+    const bool at_direct_pose = &around != static_cast<const Motion<Scalar>*>(&state_);  // however far that is
+    const bool far = !at_direct_pose && innovation.y.norm() > params_.most_opened * column.in_phase.norm();
     const bool may_open = trusted && !far && !record_.any_far();
     Vec3<Scalar> whitened = innovation.whitened();
     Scalar nis = whitened.squaredNorm();
@@ -248,6 +263,9 @@ bool Filter<Scalar, Model>::use(const Column<Scalar>& column, const Motion<Scala
         return false;
     }
     record_.accept(coil, column.midpoint);
+    if (innovation.late_s <= 0) {
+        noise_.add(column);
+    }
     if (openings > 0 && !in_frames()) {
         record_.open();
     }
@@ -271,6 +289,7 @@ bool Filter<Scalar, Model>::use(const Column<Scalar>& column, const Motion<Scala
     return true;
 }
 
+/// The restlessness from an innovation as surprising as it was, but with the share in it that the column's weight left.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 void Filter<Scalar, Model>::adapt(const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened) {
     const auto& n = params_.process;
@@ -394,6 +413,7 @@ void Filter<Scalar, Model>::reset_adaptation() {
                 Scalar(0)};
     consistency_ = 1;
     surprise_ = 0;
+    noise_.restart();
     settled_ = kSourceCoils;
     flags_of_state_.fill({});
     since_health_ = 0;
@@ -428,13 +448,14 @@ std::optional<PoseEstimate<Scalar>> Filter<Scalar, Model>::report(PoseFlags flag
     estimate.position_m = state.position_m;
     estimate.q_source_sensor = state.q_source_sensor;
     // A window of innovations larger than predicted: some assumption is wrong; say so in the covariance before the flag does.
-    estimate.covariance =
-        state.covariance.template topLeftCorner<6, 6>() * (Scalar(kMargin) * std::max({Scalar(1), consistency_, surprise_}));
+    estimate.covariance = state.covariance.template topLeftCorner<6, 6>() *
+                          (Scalar(kMargin) * std::max({noise_.excess(), consistency_, surprise_}));
     estimate.flags = flags | health_.flags;
     estimate.flags.set_if(!hemisphere_.known(), PoseFlag::hemisphere_unknown);
     estimate.flags.set_if(!record_.confirmed(), PoseFlag::unconfirmed);
+    estimate.flags.set_if(ahead > params_.coast_limit, PoseFlag::coasting);
     estimate.flags.set_if(settled_ < kSettlingColumns, PoseFlag::not_converged);
-    estimate.flags.set_if(consistency_ > params_.inconsistent_above, PoseFlag::inconsistent);
+    estimate.flags.set_if(std::max(consistency_, noise_.excess()) > params_.inconsistent_above, PoseFlag::inconsistent);
     estimate.flags.set_if(mode_ != TrackerState::tracking || record_.silence(state_.time) > params_.coast_limit, PoseFlag::stale);
     estimate.distortion_chi_square = health_.distortion_chi_square;
     estimate.snr_db = health_.snr_db;

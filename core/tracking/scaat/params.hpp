@@ -51,6 +51,10 @@ Status check(const Params<Scalar>& p) {
         n.start_rad2_s3 > n.most_rad2_s3) {
         return {StatusCode::invalid_argument, "process noise must be least <= start <= most"};
     }
+    constexpr Scalar kMost = Scalar(1e12);  // squares of it fit into a float
+    if (n.most_m2_s3 > kMost || n.most_rad2_s3 > kMost || p.start_speed_m_s > Scalar(1e4) || p.start_rate_rad_s > Scalar(1e4)) {
+        return {StatusCode::invalid_argument, "process noise beyond 1e12, or a start speed or rate beyond 1e4, is no sensor's"};
+    }
     if (!(n.gain > 0 && n.gain < 1) || !(p.consistency_gain > 0 && p.consistency_gain < 1)) {
         return {StatusCode::invalid_argument, "weights of a column must lie between 0 and 1"};
     }
@@ -60,8 +64,11 @@ Status check(const Params<Scalar>& p) {
     if (p.gate < 3 || p.distortion_gate < 3) {  // their expectation
         return {StatusCode::invalid_argument, "gates of 3 degrees of freedom must be at least 3"};
     }
-    if (!std::isfinite(p.window_s) || p.window_s < 0 || !std::isfinite(p.latency_s) || p.latency_s < 0) {
-        return {StatusCode::invalid_argument, "window and latency must be finite and not negative"};
+    if (!(p.window_s >= 0 && p.window_s <= 1) || !(p.latency_s >= 0 && p.latency_s <= 10)) {
+        return {StatusCode::invalid_argument, "window must lie between 0 and 1 s, latency between 0 and 10 s"};
+    }
+    if (p.inconsistent_above < 1) {  // its expectation
+        return {StatusCode::invalid_argument, "inconsistent_above must be at least 1"};
     }
     constexpr Microseconds kLongest{10'000'000};
     for (const Microseconds time : {p.max_column_span, p.max_lateness, p.predict_ahead}) {
@@ -72,6 +79,9 @@ Status check(const Params<Scalar>& p) {
     constexpr Microseconds kShortest{1'000};
     if (p.coast_limit < kShortest || p.lost_after < p.coast_limit || p.search_after < p.lost_after || p.search_after > kLongest) {
         return {StatusCode::invalid_argument, "times must be 1 ms <= coast_limit <= lost_after <= search_after <= 10 s"};
+    }
+    if (5 * p.coast_limit < 6 * p.max_column_span) {  // see column_span(): a frame is three slots, that is two and a half
+        return {StatusCode::invalid_argument, "coast_limit must be at least a frame: 1.2 times max_column_span"};
     }
     if (!p.hemisphere.allFinite()) {
         return {StatusCode::invalid_argument, "hemisphere must be a finite direction, or zero for unknown"};

@@ -1,0 +1,50 @@
+// How many poses were called valid, and how many of those lie.
+#pragma once
+
+#include <algorithm>
+#include <cstdio>
+
+#include <Eigen/Cholesky>
+
+#include "core/tracking/pose_estimate.hpp"
+#include "sim/motion/motion.hpp"
+
+namespace tricoil::test {
+
+struct Tally {
+    std::size_t valid = 0;
+    std::size_t lies = 0;  // valid, yet beyond 5 sigma
+    std::size_t poses = 0;
+    double worst_lie_m = 0;
+    double first_flag_s = 1e9;     // after the fault began
+    double longest_silence_s = 0;  // between poses
+    double last_s = 0;
+
+    void add(const tracking::PoseEstimate<double>& e, const sim::Motion& motion, double begin_s) {
+        const double t = to_seconds(e.time);
+        longest_silence_s = poses++ > 0 ? std::max(longest_silence_s, t - last_s) : 0;
+        last_s = t;
+        if (!e.valid()) {
+            first_flag_s = t >= begin_s ? std::min(first_flag_s, t - begin_s) : first_flag_s;
+            return;
+        }
+        ++valid;
+        const Vec3<double> d = e.position_m - motion.at(t).position_m;
+        if (d.dot(e.covariance.topLeftCorner<3, 3>().ldlt().solve(d)) > 25) {
+            ++lies;
+            worst_lie_m = std::max(worst_lie_m, d.norm());
+        }
+    }
+    void add(const Tally& other) {
+        valid += other.valid;
+        lies += other.lies;
+        poses += other.poses;
+        worst_lie_m = std::max(worst_lie_m, other.worst_lie_m);
+    }
+    void print(const char* what) const {
+        std::printf("%s: %zu of %zu valid poses beyond 5 sigma, worst %.1f mm, %zu poses\n", what, lies, valid, 1e3 * worst_lie_m,
+                    poses);
+    }
+};
+
+}  // namespace tricoil::test

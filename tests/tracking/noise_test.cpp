@@ -1,0 +1,83 @@
+// Sigmas that are not true, and such as differ from channel to channel.
+#include <gtest/gtest.h>
+
+#include "tests/support/column_replay.hpp"
+#include "tests/support/hand_like.hpp"
+#include "tests/support/tally.hpp"
+
+namespace tricoil::tracking {
+namespace {
+
+struct Stated {
+    test::Tally tally;
+    std::size_t inconsistent = 0;
+};
+
+/// Columns with `factor` times the noise that they state.
+Stated play_understated(const sim::Motion& motion, bool tdm, double factor, std::uint64_t seed) {
+    auto filter = test::scaat_filter<double>(test::scaat_params<double>(tdm));
+    Stated stated;
+    test::replay<double>(motion, {tdm, test::sigma_for_cost(0.05e-3), seed, 0, 6}, [&](Column<double> column) {
+        column.sigma /= factor;
+        if (const auto e = filter.update(column); e && to_seconds(column.midpoint) > 0.5) {
+            stated.tally.add(*e, motion, 0);
+            stated.inconsistent += e->flags.has(PoseFlag::inconsistent) ? 1U : 0U;
+        }
+    });
+    return stated;
+}
+
+/// The motion model could take all of it for motion: the covariance grows, or the pose is flagged.
+TEST(UnderstatedNoise, IsNoticed) {
+    for (const bool tdm : {true, false}) {
+        for (const double factor : {1.0, 2.0, 3.0, 5.0, 10.0}) {
+            Stated all;
+            for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+                const auto hand = test::hand_like(seed);
+                const sim::StillMotion still(hand.at(0));
+                for (const sim::Motion* motion :
+                     {static_cast<const sim::Motion*>(&hand), static_cast<const sim::Motion*>(&still)}) {
+                    const Stated one = play_understated(*motion, tdm, factor, seed);
+                    all.tally.add(one.tally);
+                    all.inconsistent += one.inconsistent;
+                }
+            }
+            all.tally.print((std::string(tdm ? "tdm" : "fdm") + ", stated sigma over " + std::to_string(factor)).c_str());
+            const double flagged = static_cast<double>(all.inconsistent) / static_cast<double>(all.tally.poses);
+            if (factor < 3) {
+                EXPECT_LE(static_cast<double>(all.tally.lies), 1e-3 * static_cast<double>(all.tally.valid)) << factor;
+                EXPECT_LT(flagged, 1e-3) << factor;
+            } else {
+                EXPECT_GT(flagged, 0.98) << factor;
+                EXPECT_LE(static_cast<double>(all.tally.lies), 2e-3 * static_cast<double>(all.tally.poses)) << factor;
+            }
+        }
+    }
+}
+
+/// One noisy channel among good ones, all sigmas true: its pose must not be what the good ones are linearised at.
+TEST(UnevenNoise, OfOneSensorChannelIsWeighed) {
+    for (const double factor : {10.0, 100.0, 300.0}) {
+        test::Tally tally;
+        for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+            const auto motion = test::hand_like(seed);
+            auto filter = test::scaat_filter<double>(test::scaat_params<double>(false));
+            std::mt19937_64 random(seed);
+            std::normal_distribution<double> normal(0, 1);
+            const double sigma = test::sigma_for_cost(0.05e-3);
+            test::replay<double>(motion, {false, sigma, seed, 0, 6}, [&](Column<double> column) {
+                column.in_phase(1) += factor * sigma * normal(random);
+                column.sigma(1) = std::hypot(1.0, factor) * sigma;
+                if (const auto e = filter.update(column); e && to_seconds(column.midpoint) > 0.5) {
+                    tally.add(*e, motion, 0);
+                }
+            });
+        }
+        tally.print(("one channel times " + std::to_string(factor)).c_str());
+        EXPECT_LE(static_cast<double>(tally.lies), 1e-3 * static_cast<double>(tally.valid)) << factor;
+        EXPECT_GT(tally.valid, tally.poses / 2) << factor;
+    }
+}
+
+}  // namespace
+}  // namespace tricoil::tracking
