@@ -96,6 +96,9 @@ void DeviceLoop::take(const hal::ReceivedMessage& message) {
             track(message);
             break;
         case SessionEvent::pose: {
+            if (params_.tap != nullptr) {
+                params_.tap->pose(session_.pose());
+            }
             deliver(session_.pose_message(), session_.pose().valid(), message.host_time_us);
             break;
         }
@@ -123,6 +126,9 @@ void DeviceLoop::begin() {
     filter.window_s = params.window_s;
     for (std::size_t n = 0; n < std::min<std::size_t>(session_.identity().sensors, trackers_.size()); ++n) {
         trackers_[n].emplace(params, params_.filter ? std::optional(filter) : std::nullopt);
+    }
+    if (params_.tap != nullptr) {
+        params_.tap->begin({params, params_.filter ? std::optional(filter) : std::nullopt, session_.identity().sensors});
     }
     state_sequence_ = 0;
     column_us_ = 0;
@@ -160,7 +166,13 @@ void DeviceLoop::track(const hal::ReceivedMessage& message) {
     if (column.sensor >= trackers_.size() || !trackers_[column.sensor]) {
         return;
     }
+    if (params_.tap != nullptr) {
+        params_.tap->column(column);
+    }
     if (const auto estimate = trackers_[column.sensor]->update(column)) {
+        if (params_.tap != nullptr) {
+            params_.tap->pose(*estimate);
+        }
         deliver(protocol::to_message(*estimate), estimate->valid(), message.host_time_us);
     }
 }
@@ -185,8 +197,15 @@ void DeviceLoop::tick(std::int64_t now_us) {
         return;
     }
     const DeviceTime now = session_.column().midpoint + Microseconds{silence_us};
-    for (auto& tracker : trackers_) {
+    for (std::size_t n = 0; n < trackers_.size(); ++n) {
+        auto& tracker = trackers_[n];
+        if (params_.tap != nullptr && tracker) {
+            params_.tap->tick(static_cast<std::uint8_t>(n), now);
+        }
         if (const auto estimate = tracker ? tracker->tick(now) : std::nullopt) {
+            if (params_.tap != nullptr) {
+                params_.tap->pose(*estimate);
+            }
             deliver(protocol::to_message(*estimate), false, now_us);
         }
     }

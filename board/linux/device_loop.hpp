@@ -10,6 +10,7 @@
 #include "hal/coil_driver.hpp"
 #include "hal/heartbeat.hpp"
 #include "hal/sync_line.hpp"
+#include "hal/tracker_tap.hpp"
 
 namespace tricoil::linux_board {
 
@@ -27,6 +28,7 @@ struct DeviceLoopParams {
     double coupling_constant_m3 = 6.75e-3;
     Vec3<double> hemisphere = Vec3<double>::UnitX();
     bool publish = false;
+    hal::TrackerTap<double>* tap = nullptr;  // sees what the trackers are given and answer; must outlive the loop
 };
 
 struct DeviceLoopCounters {

@@ -6,6 +6,8 @@
 
 #include "board/host/errors.hpp"
 #include "board/host/interrupt.hpp"
+#include "board/host/record/recorder.hpp"
+#include "board/host/record/tap_fan_out.hpp"
 #include "board/linux/device_loop.hpp"
 #include "board/linux/device_uri.hpp"
 #include "board/linux/fault_reporter.hpp"
@@ -94,6 +96,14 @@ nlohmann::ordered_json summary(const DeviceConfig& config, const DeviceLoop& loo
             {"fifo", habits.fifo}};
 }
 
+/// Where the columns come from, for a recording.
+nlohmann::ordered_json describe_source(const DeviceConfig& config) {
+    return {{"kind", "device"},
+            {"device", config.device},
+            {"serial", config.serial},
+            {"host_drives_coils", config.coils.has_value()}};
+}
+
 std::string text_of(const nlohmann::ordered_json& s) {
     const auto number = [&](const char* key) { return s[key].get<std::uint64_t>(); };
     std::uint64_t refused = 0;
@@ -129,7 +139,7 @@ private:
 int run_device(const DeviceRunOptions& options) {
     const DeviceConfig& config = options.config;
     const DeviceUri uri = parse_device_uri(config.device);
-    const DeviceLoopParams params = loop_params(config);
+    DeviceLoopParams params = loop_params(config);
     OpenLines lines;
     if (config.coils) {
         open_lines(*config.coils, lines);
@@ -139,6 +149,12 @@ int run_device(const DeviceRunOptions& options) {
         csv.emplace(config.csv, PoseFormat::csv);
     }
     PoseWriter json(stdout, PoseFormat::json);
+    std::optional<host::Recorder> recorder;
+    if (!options.record.empty()) {
+        recorder.emplace(options.record, describe_source(config), host::Journal::Patience::never_wait);
+    }
+    host::TapFanOut taps{options.tap, recorder ? &*recorder : nullptr};
+    params.tap = taps.any() ? &taps : nullptr;
     const auto port = make_port(uri);
     DeviceStopwatch stopwatch;
     DeviceLoop loop(*port, lines.lines, params, [&](const protocol::PoseMessage& pose) {
@@ -168,6 +184,7 @@ int run_device(const DeviceRunOptions& options) {
     if (csv) {
         csv->close();
     }
+    const std::string recording_trouble = recorder ? recorder->close() : "";
     const auto closing = summary(config, loop, *port, habits);
     port->close();
     if (options.json) {
@@ -175,6 +192,9 @@ int run_device(const DeviceRunOptions& options) {
         fmt::print("{}\n", closing.dump());
     } else {
         fmt::print("{}", text_of(closing));
+    }
+    if (!recording_trouble.empty()) {
+        throw host::DeviceError(recording_trouble);
     }
     return to_int(loop.counters().valid_poses > 0 ? host::ExitCode::fine : host::ExitCode::check_failed);
 }

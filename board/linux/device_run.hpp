@@ -5,6 +5,7 @@
 #include <string>
 
 #include "board/linux/device_config.hpp"
+#include "hal/tracker_tap.hpp"
 
 namespace tricoil::linux_board {
 
@@ -13,6 +14,8 @@ struct DeviceRunOptions {
     double duration_s = 0;  // of the device's time; 0: until a signal comes
     double wait_s = 5;      // for the device at the start; 0: for ever
     bool json = false;
+    std::string record;                      // folder; empty: none
+    hal::TrackerTap<double>* tap = nullptr;  // sees what the trackers are given and answer
 };
 
 /// Returns the exit code. Throws InputError for what cannot be run, DeviceError if the device does not come or lines are taken.

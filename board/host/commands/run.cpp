@@ -65,6 +65,7 @@ int run_on_device(const RunCommand& command, bool duration_given, bool device_gi
     if (!(std::isfinite(command.wait_s) && command.wait_s >= 0)) {
         throw InputError("--wait must be a number of seconds, 0 or more");
     }
+    options.record = command.options.record;
     options.duration_s = duration_given ? command.duration_s : 0;
     options.wait_s = command.wait_s;
     options.json = command.json;
@@ -94,6 +95,9 @@ int run(RunCommand& command, bool duration_given, bool device_given) {
     command.options.show_live = !command.json;
     const RunReport report = run_simulated(command.options);
     fmt::print("{}", command.json ? summary_json(report) : summary_text(report));
+    if (!report.recording_trouble.empty()) {
+        throw DeviceError(report.recording_trouble);
+    }
     if (report.score.scored == 0 && report.score.invalid > 0) {
         fmt::print(stderr, "tricoil: no valid pose: {}\n", to_text(report.seen_flags));
         return to_int(ExitCode::check_failed);
@@ -143,6 +147,8 @@ void add_run_command(CLI::App& program, Action& action) {
     sub->add_flag("--realtime", o.realtime, "Let time pass as it does outside");
     sub->add_option("--seed", o.seed, "Of noise and of the hand's motion")->check(CLI::NonNegativeNumber)->capture_default_str();
     sub->add_option("--out", o.out_csv, "Write every pose beside the truth to this CSV file")->check(refuse_empty);
+    sub->add_option("--record", o.record, "Record the run into this new folder, for tricoil replay and convert")
+        ->check(refuse_empty);
     sub->add_option("--tip", o.output.tip_m, "CSV: report this point of the tool, x,y,z in metres from the sensor, in its axes")
         ->delimiter(',')
         ->expected(3);

@@ -9,6 +9,8 @@
 #include "board/host/errors.hpp"
 #include "board/host/interrupt.hpp"
 #include "board/host/names.hpp"
+#include "board/host/record/recorder.hpp"
+#include "board/host/record/tap_fan_out.hpp"
 #include "board/host/run/live_view.hpp"
 #include "board/host/run/pose_csv.hpp"
 #include "sim/hal/simulated_hal.hpp"
@@ -126,7 +128,8 @@ struct Pace {
 };
 
 /// Runs the loop to its end or an interrupt.
-Pace drive(app::MainLoop<double>& loop, const sim::SimulatedClock& clock, const InterruptGuard& guard, bool realtime) {
+Pace drive(app::MainLoop<double>& loop, const sim::SimulatedClock& clock, const InterruptGuard& guard, bool realtime,
+           const RunCompany& company) {
     Pace pace;
     const auto start = SteadyClock::now();
     while (!guard.interrupted()) {
@@ -141,6 +144,9 @@ Pace drive(app::MainLoop<double>& loop, const sim::SimulatedClock& clock, const 
         loop.process();
         pace.update_s += seconds_since(before);
         ++pace.updates;
+        if (company.each_block) {
+            company.each_block(loop);
+        }
         if (realtime) {
             keep_pace(start, clock.elapsed_s());
         }
@@ -152,7 +158,19 @@ Pace drive(app::MainLoop<double>& loop, const sim::SimulatedClock& clock, const 
 
 }  // namespace
 
-RunReport run_simulated(const RunOptions& options) {
+nlohmann::ordered_json describe_source(const RunOptions& o) {
+    nlohmann::ordered_json source{{"kind", "simulation"},       {"scenario", o.scenario}, {"multiplexing", o.multiplexing},
+                                  {"rate_hz", o.frame_rate_hz}, {"seed", o.seed},         {"faults", o.faults},
+                                  {"noise", !o.no_noise}};
+    if (!o.trajectory.empty()) {
+        source["trajectory"] = o.trajectory;
+        source["speed"] = o.speed;
+        source["place_m"] = {o.place_m.x(), o.place_m.y(), o.place_m.z()};
+    }
+    return source;
+}
+
+RunReport run_simulated(const RunOptions& options, const RunCompany& company) {
     sim::Scenario scenario = make_scenario(options);
     const signal::AcquisitionPlan plan = make_plan(options);
     if (!std::isfinite(scenario.duration_s) || scenario.duration_s < plan.block_s()) {
@@ -173,8 +191,11 @@ RunReport run_simulated(const RunOptions& options) {
         csv.emplace(options.out_csv, format);
     }
     {
-        LiveView live(stderr, options.show_live, scenario.duration_s);
+        LiveView live(stderr, options.show_live && company.score, scenario.duration_s);
         sim::SimulatedLink<double> link([&](const tracking::PoseEstimate<double>& estimate) {
+            if (!company.score) {
+                return;
+            }
             const PoseError error = score.add(estimate);
             if (error.time_s >= RunScore::kSettling_s) {
                 report.seen_flags |= estimate.flags;
@@ -190,12 +211,20 @@ RunReport run_simulated(const RunOptions& options) {
         report.deskewed = params.tracker.deskew;
         params.demodulator.response = world.channel_response();
         params.demodulator.sigma_floor = sigma_floor(world, plan);
-        app::MainLoop<double> loop(params, {clock, coils, sampler, link});
+        std::optional<Recorder> recorder;
+        if (!options.record.empty()) {
+            recorder.emplace(options.record, describe_source(options),
+                             options.realtime ? Journal::Patience::never_wait : Journal::Patience::wait);
+        }
+        TapFanOut taps{company.tap, recorder ? &*recorder : nullptr};
+        app::MainLoop<double> loop(params, {clock, coils, sampler, link, taps.any() ? &taps : nullptr});
+        taps.begin({params.tracker, params.filter, params.sensors});
         const InterruptGuard guard;
         if (const Status started = loop.start(); !started.ok()) {
             throw DeviceError(std::string("simulated board: ") + started.message());
         }
-        const Pace pace = drive(loop, clock, guard, options.realtime);
+        const Pace pace = drive(loop, clock, guard, options.realtime, company);
+        report.recording_trouble = recorder ? recorder->close() : "";
         report.interrupted = guard.interrupted();
         report.loop = loop.counters();
         report.tracker = loop.tracker().counters();
