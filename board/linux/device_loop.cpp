@@ -211,6 +211,16 @@ void DeviceLoop::tick(std::int64_t now_us) {
     }
 }
 
+void DeviceLoop::set_hemisphere(std::size_t sensor, const Vec3<double>& towards) {
+    if (sensor >= trackers_.size() || !trackers_[sensor]) {
+        return;
+    }
+    if (params_.tap != nullptr) {
+        params_.tap->hemisphere(static_cast<std::uint8_t>(sensor), towards);
+    }
+    (void)trackers_[sensor]->set_hemisphere(towards);  // refused, and as it was, if not finite
+}
+
 tracking::TrackerCounters DeviceLoop::tracker_counters() const {
     return trackers_[0] ? trackers_[0]->counters() : tracking::TrackerCounters{};
 }

@@ -53,6 +53,9 @@ public:
     /// Takes what has come, or waits for it, 5 ms at most.
     void step();
 
+    /// SensorTracker::set_hemisphere of a sensor that is tracked here; else nothing happens.
+    void set_hemisphere(std::size_t sensor, const Vec3<double>& towards);
+
     /// Coils off, front end stopped. The destructor does it too.
     void stop();
 

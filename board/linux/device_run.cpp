@@ -172,6 +172,9 @@ int run_device(const DeviceRunOptions& options) {
     const std::int64_t begin_us = drivers::monotonic_us();
     while (!guard.interrupted() && (options.duration_s <= 0 || stopwatch.elapsed_s() < options.duration_s)) {
         loop.step();
+        if (options.each_step) {
+            options.each_step(loop);
+        }
         const std::int64_t now_us = drivers::monotonic_us();
         reporter.look(loop.session(), *port, now_us);
         const bool waits_in_vain = options.wait_s > 0 && loop.session().counters().starts == 0 &&

@@ -1,10 +1,12 @@
 // `tricoil run --device`: tracks with real coils, or poses of a tracker board, until told to stop.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 
 #include "board/linux/device_config.hpp"
+#include "board/linux/device_loop.hpp"
 #include "hal/tracker_tap.hpp"
 
 namespace tricoil::linux_board {
@@ -14,8 +16,9 @@ struct DeviceRunOptions {
     double duration_s = 0;  // of the device's time; 0: until a signal comes
     double wait_s = 5;      // for the device at the start; 0: for ever
     bool json = false;
-    std::string record;                      // folder; empty: none
-    hal::TrackerTap<double>* tap = nullptr;  // sees what the trackers are given and answer
+    std::string record;                          // folder; empty: none
+    hal::TrackerTap<double>* tap = nullptr;      // sees what the trackers are given and answer
+    std::function<void(DeviceLoop&)> each_step;  // called between steps; empty: nobody
 };
 
 /// Returns the exit code. Throws InputError for what cannot be run, DeviceError if the device does not come or lines are taken.
