@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "board/host/errors.hpp"
 #include "board/host/interrupt.hpp"
@@ -96,14 +98,6 @@ nlohmann::ordered_json summary(const DeviceConfig& config, const DeviceLoop& loo
             {"fifo", habits.fifo}};
 }
 
-/// Where the columns come from, for a recording.
-nlohmann::ordered_json describe_source(const DeviceConfig& config) {
-    return {{"kind", "device"},
-            {"device", config.device},
-            {"serial", config.serial},
-            {"host_drives_coils", config.coils.has_value()}};
-}
-
 std::string text_of(const nlohmann::ordered_json& s) {
     const auto number = [&](const char* key) { return s[key].get<std::uint64_t>(); };
     std::uint64_t refused = 0;
@@ -135,6 +129,13 @@ private:
 };
 
 }  // namespace
+
+nlohmann::ordered_json describe_source(const DeviceConfig& config) {
+    return {{"kind", "device"},
+            {"device", config.device},
+            {"serial", config.serial},
+            {"host_drives_coils", config.coils.has_value()}};
+}
 
 int run_device(const DeviceRunOptions& options) {
     const DeviceConfig& config = options.config;
@@ -171,6 +172,11 @@ int run_device(const DeviceRunOptions& options) {
     const host::InterruptGuard guard;
     const std::int64_t begin_us = drivers::monotonic_us();
     while (!guard.interrupted() && (options.duration_s <= 0 || stopwatch.elapsed_s() < options.duration_s)) {
+        if (options.paused && options.paused()) {
+            loop.stop();
+            std::this_thread::sleep_for(std::chrono::milliseconds(20));
+            continue;
+        }
         loop.step();
         if (options.each_step) {
             options.each_step(loop);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
@@ -19,7 +20,11 @@ struct DeviceRunOptions {
     std::string record;                          // folder; empty: none
     hal::TrackerTap<double>* tap = nullptr;      // sees what the trackers are given and answer
     std::function<void(DeviceLoop&)> each_step;  // called between steps; empty: nobody
+    std::function<bool()> paused;                // asked between steps: whether to hold, coils off; empty: never
 };
+
+/// Where the columns of such a run come from, for a recording.
+nlohmann::ordered_json describe_source(const DeviceConfig& config);
 
 /// Returns the exit code. Throws InputError for what cannot be run, DeviceError if the device does not come or lines are taken.
 int run_device(const DeviceRunOptions& options);

@@ -5,6 +5,8 @@
 
 #include <thread>
 
+#include "board/host/serve/silence_watch.hpp"
+
 namespace tricoil::host {
 namespace {
 
@@ -55,6 +57,22 @@ TEST(PoseHub, WaitsForPosesUntilClosed) {
     poses.clear();
     EXPECT_FALSE(hub.wait(cursor, poses, std::chrono::seconds(10)));
     end.join();
+}
+
+TEST(SilenceWatch, TellsOnceThatAPoseHasGrownOld) {
+    SilenceWatch watch;
+    std::vector<ServedPose> poses{{numbered(1), 0}};
+    watch.look(1'000'000, poses);
+    EXPECT_EQ(poses.size(), 1U);
+    poses.clear();
+    watch.look(1'000'000 + SilenceWatch::kLimitUs, poses);
+    EXPECT_TRUE(poses.empty());
+    watch.look(1'000'001 + SilenceWatch::kLimitUs, poses);
+    ASSERT_EQ(poses.size(), 1U);
+    EXPECT_FALSE(poses[0].pose.valid());
+    poses.clear();
+    watch.look(9'000'000, poses);
+    EXPECT_TRUE(poses.empty());
 }
 
 TEST(WallClock, TakesTheShortestWay) {

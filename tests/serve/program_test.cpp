@@ -110,7 +110,7 @@ std::string read_for(int descriptor, std::chrono::milliseconds limit, std::size_
 
 TEST(ServeProgram, RefusesWhatCannotBeServed) {
     const std::vector<std::pair<std::string, std::string>> lines{
-        {"", "nothing to serve on; add --fastrak or --openigtlink"},
+        {"", "nothing to serve on; add --fastrak, --openigtlink or --web"},
         {"--fastrak nowhere", "must be pty, pty:LINK, serial:PATH[:BAUD] or tcp:[ADDRESS:]PORT"},
         {"--fastrak tcp:99999", "needs a port number up to 65535"},
         {"--fastrak serial:/dev/ttyS0:1234", "the speed must be 9600"},

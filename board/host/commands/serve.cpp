@@ -7,10 +7,13 @@
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/run_command.hpp"
 #include "board/host/errors.hpp"
+#include "board/host/record/tap_fan_out.hpp"
 #include "board/host/serve/fastrak/fastrak_output.hpp"
 #include "board/host/serve/openigtlink/igtl_session.hpp"
+#include "board/host/serve/recording_switch.hpp"
 #include "board/host/serve/server.hpp"
 #include "board/host/serve/tcp_service.hpp"
+#include "board/host/serve/web/web_server.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -22,6 +25,8 @@ struct ServeCommand {
     std::vector<std::string> fastrak;
     bool fastrak_continuous = false;
     std::string openigtlink;
+    std::string web;
+    std::string record_folder;
 };
 
 using Addresses = nlohmann::ordered_json;
@@ -39,9 +44,6 @@ void add_outputs(const ServeCommand& command, Server& server, TrackerControl& co
             kOption, address, [](Stream& stream) { return std::make_unique<igtl_output::Session>(stream); });
         addresses["openigtlink"] = fmt::format("{}:{}", address.host, service->port());
         server.add(std::move(service));
-    }
-    if (addresses.empty()) {
-        throw InputError("serve: nothing to serve on; add --fastrak or --openigtlink");
     }
 }
 
@@ -68,12 +70,13 @@ auto carry_out(TrackerControl& control) {
     };
 }
 
-int serve_simulation(RunCommand& run, Server& server, TrackerControl& control) {
+int serve_simulation(RunCommand& run, hal::TrackerTap<double>& tap, TrackerControl& control) {
     complete_simulation_options(run);
     run.options.realtime = true;
     run.options.duration_s = run.options.duration_s.value_or(kEndless_s);
     RunCompany company;
-    company.tap = &server.hub();
+    company.tap = &tap;
+    company.paused = [&control] { return !control.running(); };
     company.score = false;
     company.each_block = carry_out(control);
     const RunReport report = run_simulated(run.options, company);
@@ -83,11 +86,16 @@ int serve_simulation(RunCommand& run, Server& server, TrackerControl& control) {
     return to_int(ExitCode::fine);
 }
 
-int serve_device(const RunCommand& run, Server& server, TrackerControl& control) {
+int serve_device(const RunCommand& run, hal::TrackerTap<double>& tap, TrackerControl& control) {
     auto options = device_options(run);
-    options.tap = &server.hub();
+    options.tap = &tap;
+    options.paused = [&control] { return !control.running(); };
     options.each_step = carry_out(control);
     return linux_board::run_device(options);
+}
+
+nlohmann::ordered_json source_of(const RunCommand& run) {
+    return is_on_device(run) ? linux_board::describe_source(device_options(run).config) : describe_source(run.options);
 }
 
 int run_serve(const ServeCommand& command) {
@@ -95,11 +103,24 @@ int run_serve(const ServeCommand& command) {
     Server server;
     Addresses addresses;
     add_outputs(command, server, control, addresses);
+    RecordingSwitch recordings(command.record_folder, source_of(*command.run));
+    std::optional<web::WebServer> page;
+    if (!command.web.empty()) {
+        page.emplace(parse_tcp_address("--web", command.web), server.hub(), control, recordings);
+        addresses["web"] = page->url();
+    }
+    if (addresses.empty()) {
+        throw InputError("serve: nothing to serve on; add --fastrak, --openigtlink or --web");
+    }
     announce(addresses, command.run->json);
     server.start();
-    const int result = is_on_device(*command.run) ? serve_device(*command.run, server, control)
-                                                  : serve_simulation(*command.run, server, control);
+    TapFanOut taps{&server.hub(), &recordings};
+    const int result =
+        is_on_device(*command.run) ? serve_device(*command.run, taps, control) : serve_simulation(*command.run, taps, control);
     server.stop();
+    if (recordings.recording()) {
+        recordings.record(false);
+    }
     return result;
 }
 
@@ -113,6 +134,11 @@ void add_serve_command(CLI::App& program, Action& action) {
         ->check(refuse_empty);
     sub->add_flag("--fastrak-continuous", command->fastrak_continuous, "FASTRAK: send from the start, without being asked");
     sub->add_option("--openigtlink", command->openigtlink, "OpenIGTLink server on [ADDRESS:]PORT (18944 is usual)")
+        ->check(refuse_empty);
+    sub->add_option("--web", command->web,
+                    "Live page for browsers on [ADDRESS:]PORT; on this machine alone unless told otherwise")
+        ->check(refuse_empty);
+    sub->add_option("--record-folder", command->record_folder, "Where recordings go that are begun on the page")
         ->check(refuse_empty);
     add_run_options(sub, command->run);
     sub->add_flag("--json", command->run->json, "Where clients find us as JSON; with a device also its poses and summary");

@@ -57,6 +57,7 @@ Recorder::Recorder(const std::string& folder, nlohmann::ordered_json source, Jou
                     {"started", now_utc()},
                     {"source", std::move(source)},
                     {"trackers", nullptr},
+                    {"midway", false},
                     {"conventions",
                      "positions in m, small rotations in rad, both in the source frame; q turns sensor components into source "
                      "components; times in microseconds of the device; couplings in the demodulator's unit"},
@@ -115,6 +116,14 @@ void Recorder::do_begin(const Settings& settings) {
     input.kind = InputKind::begin;
     append(RecordFile::inputs, line_of(input));
     event(0, "begin", "");
+}
+
+void Recorder::begin_midway(const Settings& settings, std::span<const Vec3<double>> positions_m) {
+    description_["midway"] = true;
+    begin(settings);
+    for (std::size_t n = 0; n < static_cast<std::size_t>(settings.sensors); ++n) {
+        hemisphere(static_cast<std::uint8_t>(n), positions_m[n]);
+    }
 }
 
 void Recorder::do_column(const Column<double>& column) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "board/host/record/journal.hpp"
@@ -19,6 +20,10 @@ public:
     /// the description as it is. Throws InputError, naming the folder, if it cannot be used.
     Recorder(const std::string& folder, nlohmann::ordered_json source, Journal::Patience patience);
     ~Recorder() override;
+
+    /// Instead of begin(): the trackers have been at work for a while, and their last valid positions (m, by sensor; zero: none)
+    /// tell the hemisphere. A replay begins with trackers that have no past, so its first poses may differ.
+    void begin_midway(const Settings& settings, std::span<const Vec3<double>> positions_m);
 
     /// Whether nothing more is being written: the disk is full or too slow, or the device came back as another.
     [[nodiscard]] bool failed() const { return !why_.empty() || journal_.failed(); }

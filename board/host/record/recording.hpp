@@ -40,6 +40,9 @@ public:
     /// Whether it was ended in order; else the program was killed or the disk was full.
     [[nodiscard]] bool complete() const { return complete_; }
 
+    /// Whether the trackers had been at work before it began: then a replay cannot equal it from its first pose on.
+    [[nodiscard]] bool midway() const { return description_.value("midway", nlohmann::json()) == true; }
+
 private:
     void check_file(const char* name, const nlohmann::json& extent) const;
 

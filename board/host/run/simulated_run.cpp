@@ -115,10 +115,25 @@ double sigma_floor(const sim::CoilWorld& world, const signal::AcquisitionPlan& p
     return world.volts_per_code() / std::sqrt(12.0) * std::sqrt(2.0 / plan.window_samples);
 }
 
-/// Lets virtual time pass no faster than real time.
-void keep_pace(SteadyClock::time_point start, double simulated_s) {
-    std::this_thread::sleep_until(start +
-                                  std::chrono::duration_cast<SteadyClock::duration>(std::chrono::duration<double>(simulated_s)));
+/// Lets virtual time pass no faster than real time; what was lost in a pause, or on a busy machine, is not made up for.
+void keep_pace(SteadyClock::time_point& start, double simulated_s) {
+    constexpr auto kMostBehind = std::chrono::milliseconds(250);
+    const auto due = start + std::chrono::duration_cast<SteadyClock::duration>(std::chrono::duration<double>(simulated_s));
+    if (const auto behind = SteadyClock::now() - due; behind > kMostBehind) {
+        start += behind;
+    }
+    std::this_thread::sleep_until(due);
+}
+
+/// Coils off until nobody asks for it any more.
+void pause(app::MainLoop<double>& loop, const InterruptGuard& guard, const RunCompany& company) {
+    loop.stop();
+    while (company.paused() && !guard.interrupted()) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+    if (const Status started = loop.start(); !started.ok()) {
+        throw DeviceError(std::string("simulated board: ") + started.message());
+    }
 }
 
 struct Pace {
@@ -131,7 +146,8 @@ struct Pace {
 Pace drive(app::MainLoop<double>& loop, const sim::SimulatedClock& clock, const InterruptGuard& guard, bool realtime,
            const RunCompany& company) {
     Pace pace;
-    const auto start = SteadyClock::now();
+    const auto begin = SteadyClock::now();
+    auto start = begin;  // of the pace
     while (!guard.interrupted()) {
         const Status status = loop.acquire();
         if (status.code() == StatusCode::end_of_stream) {
@@ -147,12 +163,15 @@ Pace drive(app::MainLoop<double>& loop, const sim::SimulatedClock& clock, const 
         if (company.each_block) {
             company.each_block(loop);
         }
+        if (company.paused && company.paused()) {
+            pause(loop, guard, company);
+        }
         if (realtime) {
             keep_pace(start, clock.elapsed_s());
         }
     }
     loop.stop();
-    pace.total_s = seconds_since(start);
+    pace.total_s = seconds_since(begin);
     return pace;
 }
 

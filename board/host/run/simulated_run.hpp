@@ -62,6 +62,7 @@ struct RunReport {
 struct RunCompany {
     hal::TrackerTap<double>* tap = nullptr;
     std::function<void(app::MainLoop<double>&)> each_block;  // called between blocks; empty: nobody
+    std::function<bool()> paused;                            // asked between blocks: whether to hold, coils off; empty: never
     bool score = true;  // false: a run without end, whose errors nobody keeps; no CSV, no live view
 };
 

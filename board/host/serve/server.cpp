@@ -5,6 +5,8 @@
 
 #include <csignal>
 
+#include "board/host/serve/silence_watch.hpp"
+
 namespace tricoil::host {
 namespace {
 
@@ -39,6 +41,7 @@ void Server::run() {
     PoseHub::Cursor cursor = hub_.cursor();
     std::vector<pollfd> descriptors;
     std::vector<ServedPose> poses;
+    SilenceWatch silence;
     while (!hub_.closed()) {
         descriptors.assign(1, {bell_.get(), POLLIN, 0});
         for (const auto& service : services_) {
@@ -49,6 +52,7 @@ void Server::run() {
         (void)!::read(bell_.get(), &rings, sizeof rings);
         poses.clear();
         hub_.read(cursor, poses);
+        silence.look(WallClock::now_us(), poses);
         for (const auto& service : services_) {
             service->handle();
             service->take(poses);

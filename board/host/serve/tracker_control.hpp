@@ -1,7 +1,8 @@
 // What clients ask of the tracker, carried out by the tracker's own thread between two blocks.
 #pragma once
 
-#include <functional>
+#include <atomic>
+#include <cstdint>
 #include <mutex>
 #include <utility>
 #include <vector>
@@ -24,6 +25,10 @@ public:
         }
     }
 
+    /// Stopped: coils off, no poses.
+    void set_running(bool running) { running_ = running; }
+    [[nodiscard]] bool running() const { return running_; }
+
     /// Those that have come since the last call.
     std::vector<Hemisphere> take() {
         const std::lock_guard lock(mutex_);
@@ -32,6 +37,7 @@ public:
 
 private:
     static constexpr std::size_t kMost = 64;  // a client that floods asks in vain
+    std::atomic<bool> running_ = true;
     std::mutex mutex_;
     std::vector<Hemisphere> wishes_;
 };
