@@ -58,9 +58,9 @@ Status MainLoop<Scalar>::acquire() {
     if (polled.code() == StatusCode::timed_out) {
         ++counters_.lost_blocks;
         ++expected_sequence_;
-        for (auto& sensor : sensors_) {
-            if (sensor) {
-                tick(*sensor);
+        for (std::size_t n = 0; n < sensors_.size(); ++n) {
+            if (sensors_[n]) {
+                tick(n);
             }
         }
         return polled;
@@ -89,26 +89,44 @@ void MainLoop<Scalar>::process() {
     const auto columns = sensor.demodulator.demodulate(block_);
     if (!columns.ok()) {
         ++counters_.refused_blocks;
-        tick(sensor);
+        tick(block_.sensor);
         return;
     }
     bool silent = true;
     for (const Column<Scalar>& column : *columns) {
+        if (devices_.tap != nullptr) {
+            devices_.tap->column(column);
+        }
         if (const auto estimate = sensor.tracker.update(column)) {
             send(*estimate);
             silent = false;
         }
     }
     if (silent) {
-        tick(sensor);
+        tick(block_.sensor);
     }
 }
 
 template <typename Scalar>
-void MainLoop<Scalar>::tick(Sensor& sensor) {
-    if (const auto estimate = sensor.tracker.tick(devices_.clock.now())) {
+void MainLoop<Scalar>::tick(std::size_t n) {
+    const DeviceTime now = devices_.clock.now();
+    if (devices_.tap != nullptr) {
+        devices_.tap->tick(static_cast<std::uint8_t>(n), now);
+    }
+    if (const auto estimate = sensors_[n]->tracker.tick(now)) {
         send(*estimate);
     }
+}
+
+template <typename Scalar>
+Status MainLoop<Scalar>::set_hemisphere(std::size_t sensor, const Vec3<Scalar>& towards) {
+    if (sensor >= sensors_.size() || !sensors_[sensor]) {
+        return {StatusCode::invalid_argument, "no such sensor"};
+    }
+    if (devices_.tap != nullptr) {
+        devices_.tap->hemisphere(static_cast<std::uint8_t>(sensor), towards);
+    }
+    return sensors_[sensor]->tracker.set_hemisphere(towards);
 }
 
 template <typename Scalar>
@@ -132,6 +150,9 @@ void MainLoop<Scalar>::count_gap(std::uint32_t sequence) {
 
 template <typename Scalar>
 void MainLoop<Scalar>::send(const tracking::PoseEstimate<Scalar>& estimate) {
+    if (devices_.tap != nullptr) {
+        devices_.tap->pose(estimate);
+    }
     counters_.unsent_poses += devices_.link.send(estimate).ok() ? 0U : 1U;
 }
 

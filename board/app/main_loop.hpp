@@ -11,6 +11,7 @@
 #include "hal/coil_driver.hpp"
 #include "hal/coil_sampler.hpp"
 #include "hal/link.hpp"
+#include "hal/tracker_tap.hpp"
 
 namespace tricoil::app {
 
@@ -21,6 +22,7 @@ struct Devices {
     hal::CoilDriver& coils;
     hal::CoilSampler& sampler;
     hal::Link<Scalar>& link;
+    hal::TrackerTap<Scalar>* tap = nullptr;  // sees what the trackers are given and answer; none: nobody looks
 };
 
 template <typename Scalar>
@@ -68,6 +70,9 @@ public:
     /// Coils off, sampling ended; start() may follow.
     void stop();
 
+    /// SensorTracker::set_hemisphere of a sensor that is there, between two blocks.
+    Status set_hemisphere(std::size_t sensor, const Vec3<Scalar>& towards);
+
     [[nodiscard]] const MainLoopCounters& counters() const { return counters_; }
     /// Of sensor 0 to sensors - 1.
     [[nodiscard]] tracking::SensorTracker<Scalar>& tracker(std::size_t sensor = 0) { return sensors_[sensor]->tracker; }
@@ -83,7 +88,7 @@ private:
 
     [[nodiscard]] Excitation next_state() const;
     void count_gap(std::uint32_t sequence);
-    void tick(Sensor& sensor);
+    void tick(std::size_t n);
     void send(const tracking::PoseEstimate<Scalar>& estimate);
 
     signal::AcquisitionPlan plan_;

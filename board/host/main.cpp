@@ -66,6 +66,9 @@ int run_program(int argc, char** argv) {
     tricoil::host::add_evaluate_command(program, action);
     tricoil::host::add_protocol_command(program, action);
     tricoil::host::add_device_command(program, action);
+    tricoil::host::add_replay_command(program, action);
+    tricoil::host::add_convert_command(program, action);
+    tricoil::host::add_serve_command(program, action);
     refuse_unknown_command(program, argc, argv);
     try {
         program.parse(argc, argv);

@@ -98,6 +98,9 @@ void DeviceLoop::take(const hal::ReceivedMessage& message) {
             track(message);
             break;
         case SessionEvent::pose: {
+            if (params_.tap != nullptr) {
+                params_.tap->pose(session_.pose());
+            }
             deliver(session_.pose_message(), session_.pose().valid(), message.host_time_us);
             break;
         }
@@ -125,6 +128,9 @@ void DeviceLoop::begin() {
     filter.window_s = params.window_s;
     for (std::size_t n = 0; n < std::min<std::size_t>(session_.identity().sensors, trackers_.size()); ++n) {
         trackers_[n].emplace(params, params_.filter ? std::optional(filter) : std::nullopt);
+    }
+    if (params_.tap != nullptr) {
+        params_.tap->begin({params, params_.filter ? std::optional(filter) : std::nullopt, session_.identity().sensors});
     }
     state_sequence_ = 0;
     column_us_ = 0;
@@ -175,7 +181,13 @@ void DeviceLoop::track(const hal::ReceivedMessage& message) {
     if (column.sensor >= trackers_.size() || !trackers_[column.sensor]) {
         return;
     }
+    if (params_.tap != nullptr) {
+        params_.tap->column(column);
+    }
     if (const auto estimate = trackers_[column.sensor]->update(column)) {
+        if (params_.tap != nullptr) {
+            params_.tap->pose(*estimate);
+        }
         deliver(seen(*estimate), estimate->valid(), message.host_time_us);
     }
 }
@@ -204,11 +216,28 @@ void DeviceLoop::tick(std::int64_t now_us) {
         return;
     }
     const DeviceTime now = session_.column().midpoint + Microseconds{silence_us};
-    for (auto& tracker : trackers_) {
+    for (std::size_t n = 0; n < trackers_.size(); ++n) {
+        auto& tracker = trackers_[n];
+        if (params_.tap != nullptr && tracker) {
+            params_.tap->tick(static_cast<std::uint8_t>(n), now);
+        }
         if (const auto estimate = tracker ? tracker->tick(now) : std::nullopt) {
+            if (params_.tap != nullptr) {
+                params_.tap->pose(*estimate);
+            }
             deliver(seen(*estimate), false, now_us);
         }
     }
+}
+
+void DeviceLoop::set_hemisphere(std::size_t sensor, const Vec3<double>& towards) {
+    if (sensor >= trackers_.size() || !trackers_[sensor]) {
+        return;
+    }
+    if (params_.tap != nullptr) {
+        params_.tap->hemisphere(static_cast<std::uint8_t>(sensor), towards);
+    }
+    (void)trackers_[sensor]->set_hemisphere(towards);  // refused, and as it was, if not finite
 }
 
 tracking::TrackerCounters DeviceLoop::tracker_counters() const {

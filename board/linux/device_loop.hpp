@@ -12,6 +12,7 @@
 #include "hal/coil_driver.hpp"
 #include "hal/heartbeat.hpp"
 #include "hal/sync_line.hpp"
+#include "hal/tracker_tap.hpp"
 
 namespace tricoil::linux_board {
 
@@ -31,6 +32,7 @@ struct DeviceLoopParams {
     tracking::OutputFrame<double> output;                               // in which poses are delivered
     Vec3<double> hemisphere = Vec3<double>::UnitX();
     bool publish = false;
+    hal::TrackerTap<double>* tap = nullptr;  // sees what the trackers are given and answer; must outlive the loop
 };
 
 struct DeviceLoopCounters {
@@ -54,6 +56,9 @@ public:
 
     /// Takes what has come, or waits for it, 5 ms at most.
     void step();
+
+    /// SensorTracker::set_hemisphere of a sensor that is tracked here; else nothing happens.
+    void set_hemisphere(std::size_t sensor, const Vec3<double>& towards);
 
     /// Coils off, front end stopped. The destructor does it too.
     void stop();

@@ -2,10 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "board/host/errors.hpp"
+#include "board/host/record/recorder.hpp"
+#include "board/host/record/tap_fan_out.hpp"
 #include "board/linux/device_setup.hpp"
 #include "board/linux/device_uri.hpp"
 #include "board/linux/fault_reporter.hpp"
@@ -96,16 +100,29 @@ private:
 
 }  // namespace
 
+nlohmann::ordered_json describe_source(const DeviceConfig& config) {
+    return {{"kind", "device"},
+            {"device", config.device},
+            {"serial", config.serial},
+            {"host_drives_coils", config.coils.has_value()}};
+}
+
 int run_device(const DeviceRunOptions& options) {
     const DeviceConfig& config = options.config;
     const DeviceUri uri = parse_device_uri(config.device);
-    const DeviceLoopParams params = loop_params(config, options.calibration);
+    DeviceLoopParams params = loop_params(config, options.calibration);
     const OpenLines lines(config.coils);
     std::optional<PoseWriter> csv;
     if (!config.csv.empty()) {
         csv.emplace(config.csv, PoseFormat::csv);
     }
     PoseWriter json(stdout, PoseFormat::json);
+    std::optional<host::Recorder> recorder;
+    if (!options.record.empty()) {
+        recorder.emplace(options.record, describe_source(config), host::Journal::Patience::never_wait);
+    }
+    host::TapFanOut taps{options.tap, recorder ? &*recorder : nullptr};
+    params.tap = taps.any() ? &taps : nullptr;
     const auto port = make_port(uri);
     DeviceStopwatch stopwatch;
     DeviceLoop loop(*port, lines.lines(), params, [&](const protocol::PoseMessage& pose) {
@@ -123,7 +140,15 @@ int run_device(const DeviceRunOptions& options) {
     const host::InterruptGuard guard;
     const std::int64_t begin_us = drivers::monotonic_us();
     while (!guard.interrupted() && (options.duration_s <= 0 || stopwatch.elapsed_s() < options.duration_s)) {
+        if (options.paused && options.paused()) {
+            loop.stop();
+            std::this_thread::sleep_for(std::chrono::milliseconds(20));
+            continue;
+        }
         loop.step();
+        if (options.each_step) {
+            options.each_step(loop);
+        }
         const std::int64_t now_us = drivers::monotonic_us();
         reporter.look(loop.session(), *port, now_us);
         const bool waits_in_vain = options.wait_s > 0 && loop.session().counters().starts == 0 &&
@@ -136,6 +161,7 @@ int run_device(const DeviceRunOptions& options) {
     if (csv) {
         csv->close();
     }
+    const std::string recording_trouble = recorder ? recorder->close() : "";
     const auto closing = summary(config, loop, *port, habits);
     port->close();
     if (options.json) {
@@ -143,6 +169,9 @@ int run_device(const DeviceRunOptions& options) {
         fmt::print("{}\n", closing.dump());
     } else {
         fmt::print("{}", text_of(closing));
+    }
+    if (!recording_trouble.empty()) {
+        throw host::DeviceError(recording_trouble);
     }
     return to_int(loop.counters().valid_poses > 0 ? host::ExitCode::fine : host::ExitCode::check_failed);
 }

@@ -7,9 +7,9 @@
 
 namespace tricoil {
 
-/// Without a table: calibrations and frames are short, flash is not for sale.
-constexpr std::uint32_t crc32(std::span<const std::uint8_t> bytes) {
-    std::uint32_t crc = 0xFFFFFFFFU;
+/// CRC-32 of what `before` is the CRC-32 of, followed by `bytes`: for data that come in pieces.
+constexpr std::uint32_t crc32_continued(std::uint32_t before, std::span<const std::uint8_t> bytes) {
+    std::uint32_t crc = ~before;
     for (const std::uint8_t byte : bytes) {
         crc ^= byte;
         for (int bit = 0; bit < 8; ++bit) {
@@ -18,5 +18,8 @@ constexpr std::uint32_t crc32(std::span<const std::uint8_t> bytes) {
     }
     return ~crc;
 }
+
+/// Without a table: calibrations and frames are short, flash is not for sale.
+constexpr std::uint32_t crc32(std::span<const std::uint8_t> bytes) { return crc32_continued(0, bytes); }
 
 }  // namespace tricoil

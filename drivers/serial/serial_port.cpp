@@ -2,29 +2,15 @@
 
 #include <fcntl.h>
 #include <sys/ioctl.h>
-#include <termios.h>
 
 #include <array>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
 
+#include "drivers/posix/raw_terminal.hpp"
+
 namespace tricoil::drivers {
-namespace {
-
-bool make_raw(int fd) {
-    termios settings{};
-    if (::tcgetattr(fd, &settings) != 0) {
-        return false;
-    }
-    ::cfmakeraw(&settings);
-    settings.c_cc[VMIN] = 1;
-    settings.c_cc[VTIME] = 0;
-    return ::tcsetattr(fd, TCSANOW, &settings) == 0;
-}
-
-}  // namespace
-
 int SerialPort::open_descriptor() {
     FileDescriptor fd(::open(path_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
     if (!fd.is_open()) {

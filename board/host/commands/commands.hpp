@@ -20,6 +20,9 @@ void add_calibrate_command(CLI::App& program, Action& action);
 void add_evaluate_command(CLI::App& program, Action& action);
 void add_protocol_command(CLI::App& program, Action& action);
 void add_device_command(CLI::App& program, Action& action);
+void add_replay_command(CLI::App& program, Action& action);
+void add_convert_command(CLI::App& program, Action& action);
+void add_serve_command(CLI::App& program, Action& action);
 
 /// Refuses an empty name, which would mean another thing than leaving the option out.
 inline std::string refuse_empty(const std::string& name) { return name.empty() ? "a name is missing" : ""; }

@@ -5,6 +5,7 @@
 
 #include "board/host/calibration/calibration_file.hpp"
 #include "board/host/commands/commands.hpp"
+#include "board/host/commands/run_command.hpp"
 #include "board/host/errors.hpp"
 #include "board/host/run/flag_names.hpp"
 #include "board/host/run/report.hpp"
@@ -12,17 +13,6 @@
 
 namespace tricoil::host {
 namespace {
-
-struct RunCommand {
-    RunOptions options;
-    std::string device = "sim:";
-    std::string config;
-    double wait_s = 5;
-    std::vector<double> place{0.9, 0, 0};
-    double duration_s = 0;
-    bool json = false;
-    bool list = false;
-};
 
 int list_scenarios() {
     for (const auto& scenario : sim::builtin_scenarios()) {
@@ -37,13 +27,15 @@ void check_vector(const std::vector<double>& v, const char* option) {
     }
 }
 
-/// A real device: its own options, and those of the simulation have no meaning.
-int run_on_device(const RunCommand& command, bool duration_given, bool device_given) {
+}  // namespace
+
+linux_board::DeviceRunOptions device_options(const RunCommand& command) {
+    const bool duration_given = command.duration->count() > 0;
     linux_board::DeviceRunOptions options;
     if (!command.config.empty()) {
         options.config = linux_board::load_device_config(command.config);
     }
-    if (device_given) {
+    if (command.device_option->count() > 0) {
         options.config.device = command.device;
     }
     if (options.config.device.empty()) {
@@ -69,27 +61,23 @@ int run_on_device(const RunCommand& command, bool duration_given, bool device_gi
     if (!options.config.calibration.empty()) {
         options.calibration = read_calibration(options.config.calibration).calibration;
     }
+    options.record = command.options.record;
     options.duration_s = duration_given ? command.duration_s : 0;
     options.wait_s = command.wait_s;
     options.json = command.json;
-    return linux_board::run_device(options);
+    return options;
 }
 
-int run(RunCommand& command, bool duration_given, bool device_given) {
+namespace {
+
+int run(RunCommand& command) {
     if (command.list) {
         return list_scenarios();
     }
-    if (command.device != "sim:" || !command.config.empty()) {
-        return run_on_device(command, duration_given, device_given);
+    if (is_on_device(command)) {
+        return linux_board::run_device(device_options(command));
     }
-    check_vector(command.place, "--place");
-    if (!command.options.hemisphere.empty()) {
-        check_vector(command.options.hemisphere, "--hemisphere");
-    }
-    command.options.place_m = Vec3<double>(command.place[0], command.place[1], command.place[2]);
-    if (duration_given) {
-        command.options.duration_s = command.duration_s;
-    }
+    complete_simulation_options(command);
     const OutputOptions& output = command.options.output;
     if (command.options.out_csv.empty() && (!output.tip_m.empty() || !output.align_points.empty() || output.boresight ||
                                             output.unit != OutputOptions{}.unit || !output.euler.empty())) {
@@ -98,6 +86,9 @@ int run(RunCommand& command, bool duration_given, bool device_given) {
     command.options.show_live = !command.json;
     const RunReport report = run_simulated(command.options);
     fmt::print("{}", command.json ? summary_json(report) : summary_text(report));
+    if (!report.recording_trouble.empty()) {
+        throw DeviceError(report.recording_trouble);
+    }
     if (report.score.scored == 0 && report.score.invalid > 0) {
         const bool side_unknown = report.seen_flags.has(tracking::PoseFlag::hemisphere_unknown);
         fmt::print(stderr, "tricoil: no valid pose: {}{}\n", to_text(report.seen_flags),
@@ -109,11 +100,21 @@ int run(RunCommand& command, bool duration_given, bool device_given) {
 
 }  // namespace
 
-void add_run_command(CLI::App& program, Action& action) {
-    auto command = std::make_shared<RunCommand>();
+bool is_on_device(const RunCommand& command) { return command.device != "sim:" || !command.config.empty(); }
+
+void complete_simulation_options(RunCommand& command) {
+    check_vector(command.place, "--place");
+    if (!command.options.hemisphere.empty()) {
+        check_vector(command.options.hemisphere, "--hemisphere");
+    }
+    command.options.place_m = Vec3<double>(command.place[0], command.place[1], command.place[2]);
+    if (command.duration->count() > 0) {
+        command.options.duration_s = command.duration_s;
+    }
+}
+
+void add_run_options(CLI::App* sub, const std::shared_ptr<RunCommand>& command) {
     RunOptions& o = command->options;
-    CLI::App* sub =
-        program.add_subcommand("run", "Track: a simulated sensor, every pose compared with the truth; or a real device");
     sub->add_option("--scenario", o.scenario, "Built-in scenario (see --list) or a .toml file")->capture_default_str();
     sub->add_flag("--list", command->list, "List the built-in scenarios");
     sub->add_option("--trajectory", o.trajectory, "Recorded path to move along: 4x4 matrices at 100 Hz");
@@ -122,7 +123,7 @@ void add_run_command(CLI::App& program, Action& action) {
         ->expected(3)
         ->capture_default_str();
     sub->add_option("--speed", o.speed, "Play the recorded path faster (2) or slower (0.5)")->capture_default_str();
-    CLI::Option* device =
+    command->device_option =
         sub->add_option("--device", command->device,
                         "Where the coils are: sim:, can:INTERFACE[#NODE], usb:VENDOR:PRODUCT[:SERIAL], serial:PATH")
             ->capture_default_str();
@@ -134,7 +135,7 @@ void add_run_command(CLI::App& program, Action& action) {
         ->capture_default_str();
     sub->add_option("--passes", o.passes, "Passes of the previous-measurement step per frame, 1-10")->capture_default_str();
     sub->add_option("--rate-hz", o.frame_rate_hz, "Frames per second")->capture_default_str();
-    CLI::Option* duration =
+    command->duration =
         sub->add_option("--duration", command->duration_s,
                         "Seconds to simulate, or of the device's time; default: the scenario's, or until a signal comes");
     sub->add_option("--fault", o.faults, "Break something: NAME[:ARG][@BEGIN-END], as open_coil:S2@1-1.5; repeatable");
@@ -147,8 +148,18 @@ void add_run_command(CLI::App& program, Action& action) {
     sub->add_flag("--no-deskew", o.no_deskew, "TDM, direct: take the latest three columns as simultaneous");
     sub->add_option("--predict", o.predict_ahead_s, "scaat: deliver poses this many seconds ahead of the newest column");
     sub->add_flag("--no-noise", o.no_noise, "No converter noise, no mains; quantisation stays");
-    sub->add_flag("--realtime", o.realtime, "Let time pass as it does outside");
     sub->add_option("--seed", o.seed, "Of noise and of the hand's motion")->check(CLI::NonNegativeNumber)->capture_default_str();
+    sub->add_option("--record", o.record, "Record the run into this new folder, for tricoil replay and convert")
+        ->check(refuse_empty);
+}
+
+void add_run_command(CLI::App& program, Action& action) {
+    auto command = std::make_shared<RunCommand>();
+    RunOptions& o = command->options;
+    CLI::App* sub =
+        program.add_subcommand("run", "Track: a simulated sensor, every pose compared with the truth; or a real device");
+    add_run_options(sub, command);
+    sub->add_flag("--realtime", o.realtime, "Let time pass as it does outside");
     sub->add_option("--out", o.out_csv, "Write every pose beside the truth to this CSV file")->check(refuse_empty);
     sub->add_option("--tip", o.output.tip_m, "CSV: report this point of the tool, x,y,z in metres from the sensor, in its axes")
         ->delimiter(',')
@@ -163,9 +174,7 @@ void add_run_command(CLI::App& program, Action& action) {
                     "CSV: add three angles, in this order of turns about the sensor's own axes, as zyx")
         ->check(refuse_empty);
     sub->add_flag("--json", command->json, "Summary as JSON");
-    sub->callback([command, duration, device, &action] {
-        action = [command, duration, device] { return run(*command, duration->count() > 0, device->count() > 0); };
-    });
+    sub->callback([command, &action] { action = [command] { return run(*command); }; });
 }
 
 }  // namespace tricoil::host

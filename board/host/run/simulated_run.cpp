@@ -8,6 +8,8 @@
 
 #include "board/host/errors.hpp"
 #include "board/host/names.hpp"
+#include "board/host/record/recorder.hpp"
+#include "board/host/record/tap_fan_out.hpp"
 #include "board/host/run/live_view.hpp"
 #include "board/host/run/pose_csv.hpp"
 #include "board/process/interrupt.hpp"
@@ -108,10 +110,25 @@ Vec3<double> make_hemisphere(const RunOptions& options, const sim::Motion& motio
     return h.empty() ? motion.at(0).position_m : Vec3<double>(h[0], h[1], h[2]);
 }
 
-/// Lets virtual time pass no faster than real time.
-void keep_pace(SteadyClock::time_point start, double simulated_s) {
-    std::this_thread::sleep_until(start +
-                                  std::chrono::duration_cast<SteadyClock::duration>(std::chrono::duration<double>(simulated_s)));
+/// Lets virtual time pass no faster than real time; what was lost in a pause, or on a busy machine, is not made up for.
+void keep_pace(SteadyClock::time_point& start, double simulated_s) {
+    constexpr auto kMostBehind = std::chrono::milliseconds(250);
+    const auto due = start + std::chrono::duration_cast<SteadyClock::duration>(std::chrono::duration<double>(simulated_s));
+    if (const auto behind = SteadyClock::now() - due; behind > kMostBehind) {
+        start += behind;
+    }
+    std::this_thread::sleep_until(due);
+}
+
+/// Coils off until nobody asks for it any more.
+void pause(app::MainLoop<double>& loop, const InterruptGuard& guard, const RunCompany& company) {
+    loop.stop();
+    while (company.paused() && !guard.interrupted()) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+    if (const Status started = loop.start(); !started.ok()) {
+        throw DeviceError(std::string("simulated board: ") + started.message());
+    }
 }
 
 struct Pace {
@@ -121,9 +138,11 @@ struct Pace {
 };
 
 /// Runs the loop to its end or an interrupt.
-Pace drive(app::MainLoop<double>& loop, const sim::SimulatedClock& clock, const InterruptGuard& guard, bool realtime) {
+Pace drive(app::MainLoop<double>& loop, const sim::SimulatedClock& clock, const InterruptGuard& guard, bool realtime,
+           const RunCompany& company) {
     Pace pace;
-    const auto start = SteadyClock::now();
+    const auto begin = SteadyClock::now();
+    auto start = begin;  // of the pace
     while (!guard.interrupted()) {
         const Status status = loop.acquire();
         if (status.code() == StatusCode::end_of_stream) {
@@ -136,18 +155,36 @@ Pace drive(app::MainLoop<double>& loop, const sim::SimulatedClock& clock, const 
         loop.process();
         pace.update_s += seconds_since(before);
         ++pace.updates;
+        if (company.each_block) {
+            company.each_block(loop);
+        }
+        if (company.paused && company.paused()) {
+            pause(loop, guard, company);
+        }
         if (realtime) {
             keep_pace(start, clock.elapsed_s());
         }
     }
     loop.stop();
-    pace.total_s = seconds_since(start);
+    pace.total_s = seconds_since(begin);
     return pace;
 }
 
 }  // namespace
 
-RunReport run_simulated(const RunOptions& options) {
+nlohmann::ordered_json describe_source(const RunOptions& o) {
+    nlohmann::ordered_json source{{"kind", "simulation"},       {"scenario", o.scenario}, {"multiplexing", o.multiplexing},
+                                  {"rate_hz", o.frame_rate_hz}, {"seed", o.seed},         {"faults", o.faults},
+                                  {"noise", !o.no_noise}};
+    if (!o.trajectory.empty()) {
+        source["trajectory"] = o.trajectory;
+        source["speed"] = o.speed;
+        source["place_m"] = {o.place_m.x(), o.place_m.y(), o.place_m.z()};
+    }
+    return source;
+}
+
+RunReport run_simulated(const RunOptions& options, const RunCompany& company) {
     sim::Scenario scenario = make_scenario(options);
     const signal::AcquisitionPlan plan = make_plan(options);
     if (!std::isfinite(scenario.duration_s) || scenario.duration_s < plan.block_s()) {
@@ -168,8 +205,11 @@ RunReport run_simulated(const RunOptions& options) {
         csv.emplace(options.out_csv, format);
     }
     {
-        LiveView live(stderr, options.show_live, scenario.duration_s);
+        LiveView live(stderr, options.show_live && company.score, scenario.duration_s);
         sim::SimulatedLink<double> link([&](const tracking::PoseEstimate<double>& estimate) {
+            if (!company.score) {
+                return;
+            }
             const PoseError error = score.add(estimate);
             if (error.time_s >= RunScore::kSettling_s) {
                 report.seen_flags |= estimate.flags;
@@ -183,12 +223,20 @@ RunReport run_simulated(const RunOptions& options) {
         app::MainLoopParams<double> params{plan, world.demodulation(), make_tracker(options, scenario.world, plan, hemisphere)};
         params.filter = make_filter(options, params.tracker);
         report.deskewed = params.tracker.deskew;
-        app::MainLoop<double> loop(params, {clock, coils, sampler, link});
+        std::optional<Recorder> recorder;
+        if (!options.record.empty()) {
+            recorder.emplace(options.record, describe_source(options),
+                             options.realtime ? Journal::Patience::never_wait : Journal::Patience::wait);
+        }
+        TapFanOut taps{company.tap, recorder ? &*recorder : nullptr};
+        app::MainLoop<double> loop(params, {clock, coils, sampler, link, taps.any() ? &taps : nullptr});
+        taps.begin({params.tracker, params.filter, params.sensors});
         const InterruptGuard guard;
         if (const Status started = loop.start(); !started.ok()) {
             throw DeviceError(std::string("simulated board: ") + started.message());
         }
-        const Pace pace = drive(loop, clock, guard, options.realtime);
+        const Pace pace = drive(loop, clock, guard, options.realtime, company);
+        report.recording_trouble = recorder ? recorder->close() : "";
         report.interrupted = guard.interrupted();
         report.loop = loop.counters();
         report.tracker = loop.tracker().counters();

@@ -1,6 +1,8 @@
 // One run of the main loop against the simulated HAL, scored against the truth.
 #pragma once
 
+#include <functional>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -33,6 +35,7 @@ struct RunOptions {
     std::uint64_t seed = 1;
     std::string out_csv;
     OutputOptions output;  // of the CSV; scores stay in the source frame
+    std::string record;    // folder; empty: none
 };
 
 struct RunReport {
@@ -52,9 +55,21 @@ struct RunReport {
     double mean_update_us = 0;       // demodulation and tracking of one block
     double simulated_s_per_s = 0;    // the whole loop, simulation included
     tracking::PoseFlags seen_flags;  // of all poses after the settling time
+    std::string recording_trouble;   // one line; empty: none
 };
 
+/// What else takes part in a run.
+struct RunCompany {
+    hal::TrackerTap<double>* tap = nullptr;
+    std::function<void(app::MainLoop<double>&)> each_block;  // called between blocks; empty: nobody
+    std::function<bool()> paused;                            // asked between blocks: whether to hold, coils off; empty: never
+    bool score = true;  // false: a run without end, whose errors nobody keeps; no CSV, no live view
+};
+
+/// Where the columns of such a run come from, for a recording.
+nlohmann::ordered_json describe_source(const RunOptions& options);
+
 /// Runs to the end or until interrupted. Throws InputError for options that cannot be run, DeviceError if the CSV cannot be kept.
-RunReport run_simulated(const RunOptions& options);
+RunReport run_simulated(const RunOptions& options, const RunCompany& company = {});
 
 }  // namespace tricoil::host

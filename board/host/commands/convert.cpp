@@ -1,0 +1,53 @@
+// tricoil convert: a recording's poses for other programs.
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstring>
+#include <memory>
+
+#include "board/host/commands/commands.hpp"
+#include "board/host/errors.hpp"
+#include "board/host/record/convert.hpp"
+
+namespace tricoil::host {
+namespace {
+
+struct ConvertCommand {
+    std::string folder;
+    std::string form = "jsonl";
+    std::string out;
+    bool json = false;
+};
+
+int run_convert(const ConvertCommand& command) {
+    const Recording recording(command.folder);
+    if (command.out.empty()) {
+        if (command.json) {
+            throw InputError("--json: the summary needs a file beside it; add --out FILE");
+        }
+        convert(recording, command.form, stdout, "standard output");
+        return to_int(ExitCode::fine);
+    }
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(command.out.c_str(), "wb"), std::fclose);
+    if (!file) {
+        throw InputError(fmt::format("{}: cannot be written ({}); choose another --out", command.out, std::strerror(errno)));
+    }
+    const std::uint64_t poses = convert(recording, command.form, file.get(), command.out);
+    fmt::print("{}", command.json ? nlohmann::ordered_json{{"poses", poses}, {"out", command.out}}.dump() + "\n"
+                                  : fmt::format("{}: {} poses as {}\n", command.out, poses, command.form));
+    return to_int(ExitCode::fine);
+}
+
+}  // namespace
+
+void add_convert_command(CLI::App& program, Action& action) {
+    auto command = std::make_shared<ConvertCommand>();
+    CLI::App* sub = program.add_subcommand("convert", "A recording's poses for other programs");
+    sub->add_option("recording", command->folder, "Folder that run --record made")->required()->check(refuse_empty);
+    sub->add_option("--to", command->form, "jsonl or candump")->capture_default_str();
+    sub->add_option("--out", command->out, "File to write; default: standard output")->check(refuse_empty);
+    sub->add_flag("--json", command->json, "Summary as JSON");
+    sub->callback([command, &action] { action = [command] { return run_convert(*command); }; });
+}
+
+}  // namespace tricoil::host

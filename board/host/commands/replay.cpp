@@ -1,0 +1,87 @@
+// tricoil replay: a recorded run again, from what its trackers were given.
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "board/host/commands/commands.hpp"
+#include "board/host/errors.hpp"
+#include "board/host/record/replay.hpp"
+#include "core/base/angle_units.hpp"
+
+namespace tricoil::host {
+namespace {
+
+struct ReplayCommand {
+    std::string folder;
+    std::string tracker;  // empty: as recorded
+    std::string out;
+    bool json = false;
+};
+
+nlohmann::ordered_json replay_json(const Recording& recording, const ReplayReport& r, bool same_tracker) {
+    return {{"recording", recording.folder()},
+            {"complete", recording.complete()},
+            {"inputs", r.inputs},
+            {"poses", r.poses},
+            {"poses_valid", r.valid_poses},
+            {"compared", r.compared},
+            {"equal", r.equal},
+            {"only_replayed", r.only_replayed},
+            {"only_recorded", r.only_recorded},
+            {"bit_for_bit", same_tracker && r.reproduces(recording.complete())},
+            {"difference_rms_m", r.rms_position_m},
+            {"difference_rms_deg", kDegrees * r.rms_orientation_rad}};
+}
+
+std::string replay_text(const Recording& recording, const ReplayReport& r, bool same_tracker) {
+    std::string text =
+        fmt::format("{}: {} inputs, {} poses, {} of them valid\n", recording.folder(), r.inputs, r.poses, r.valid_poses);
+    if (!recording.complete()) {
+        text += "  was not ended in order: read as far as it goes\n";
+    }
+    if (!same_tracker || recording.midway()) {
+        text += fmt::format("  against the recorded poses: {} at the same times, {:.4f} mm and {:.5f} deg RMS apart\n",
+                            r.compared, 1e3 * r.rms_position_m, kDegrees * r.rms_orientation_rad);
+    } else if (r.reproduces(recording.complete())) {
+        text += fmt::format("  equals the recorded run bit for bit ({} poses)\n", r.equal);
+    }
+    return text;
+}
+
+int run_replay(const ReplayCommand& command) {
+    const Recording recording(command.folder);
+    if (!recording.settings()) {
+        throw InputError(command.folder +
+                         ": holds the poses of a device that tracks by itself, or ended before it began; there is "
+                         "nothing to replay");
+    }
+    const TrackerSettings settings =
+        command.tracker.empty() ? *recording.settings() : with_tracker(*recording.settings(), command.tracker);
+    const bool same_tracker = settings_json(settings) == settings_json(*recording.settings());
+    const ReplayReport report = replay(recording, settings, command.out);
+    fmt::print("{}", command.json ? replay_json(recording, report, same_tracker).dump(2) + "\n"
+                                  : replay_text(recording, report, same_tracker));
+    if (same_tracker && !recording.midway() && !report.reproduces(recording.complete())) {
+        fmt::print(stderr,
+                   "tricoil: {}: replay differs{}: {} of {} poses are equal; was it recorded by this very program ({})?\n",
+                   command.folder, report.first_difference.empty() ? "" : ", first at " + report.first_difference, report.equal,
+                   report.poses + report.only_recorded, recording.description().value("program", "unknown"));
+        return to_int(ExitCode::check_failed);
+    }
+    return to_int(ExitCode::fine);
+}
+
+}  // namespace
+
+void add_replay_command(CLI::App& program, Action& action) {
+    auto command = std::make_shared<ReplayCommand>();
+    CLI::App* sub = program.add_subcommand("replay", "Track a recording again: bit for bit, or with another tracker");
+    sub->add_option("recording", command->folder, "Folder that run --record made")->required()->check(refuse_empty);
+    sub->add_option("--tracker", command->tracker, "direct, previous, previous-angles or scaat; default: as it was")
+        ->check(refuse_empty);
+    sub->add_option("--out", command->out, "Write the poses to this file, as in the recording's poses.csv")->check(refuse_empty);
+    sub->add_flag("--json", command->json, "Summary as JSON");
+    sub->callback([command, &action] { action = [command] { return run_replay(*command); }; });
+}
+
+}  // namespace tricoil::host

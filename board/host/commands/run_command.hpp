@@ -1,0 +1,35 @@
+// What `run` and `serve` have in common: what is tracked, and how.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "board/host/run/simulated_run.hpp"
+#include "board/linux/device_run.hpp"
+
+namespace tricoil::host {
+
+struct RunCommand {
+    RunOptions options;
+    std::string device = "sim:";
+    std::string config;
+    double wait_s = 5;
+    std::vector<double> place{0.9, 0, 0};
+    double duration_s = 0;
+    bool json = false;
+    bool list = false;
+    CLI::Option* duration = nullptr;
+    CLI::Option* device_option = nullptr;
+};
+
+void add_run_options(CLI::App* sub, const std::shared_ptr<RunCommand>& command);
+
+bool is_on_device(const RunCommand& command);
+
+// Options as typed, into those of a run. Throw InputError that names the option.
+linux_board::DeviceRunOptions device_options(const RunCommand& command);
+void complete_simulation_options(RunCommand& command);
+
+}  // namespace tricoil::host

@@ -1,0 +1,46 @@
+// One tap for several who want to see.
+#pragma once
+
+#include <algorithm>
+#include <initializer_list>
+#include <vector>
+
+#include "hal/tracker_tap.hpp"
+
+namespace tricoil::host {
+
+class TapFanOut final : public hal::TrackerTap<double> {
+public:
+    /// Those that are null are left out.
+    TapFanOut(std::initializer_list<hal::TrackerTap<double>*> taps) {
+        std::copy_if(taps.begin(), taps.end(), std::back_inserter(taps_), [](const auto* tap) { return tap != nullptr; });
+    }
+    [[nodiscard]] bool any() const { return !taps_.empty(); }
+
+private:
+    template <typename Call>
+    void each(Call&& call) {
+        for (auto* tap : taps_) {
+            call(*tap);
+        }
+    }
+    void do_begin(const Settings& settings) override {
+        each([&](auto& tap) { tap.begin(settings); });
+    }
+    void do_column(const Column<double>& column) override {
+        each([&](auto& tap) { tap.column(column); });
+    }
+    void do_tick(std::uint8_t sensor, DeviceTime now) override {
+        each([&](auto& tap) { tap.tick(sensor, now); });
+    }
+    void do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) override {
+        each([&](auto& tap) { tap.hemisphere(sensor, towards); });
+    }
+    void do_pose(const tracking::PoseEstimate<double>& estimate) override {
+        each([&](auto& tap) { tap.pose(estimate); });
+    }
+
+    std::vector<hal::TrackerTap<double>*> taps_;
+};
+
+}  // namespace tricoil::host

@@ -1,0 +1,102 @@
+// What stands behind a command's letter, between commas.
+#pragma once
+
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "board/host/serve/fastrak/records.hpp"
+
+namespace tricoil::host::fastrak {
+
+/// Thrown for an argument that cannot be used; becomes the error record.
+struct Refusal {
+    CommandError error;
+    std::size_t position = 0;
+    std::size_t field = 0;
+    int station = 1;
+};
+
+class Arguments {
+public:
+    explicit Arguments(std::string_view command) {
+        for (std::size_t begin = 1;;) {
+            const std::size_t end = std::min(command.find(',', begin), command.size());
+            fields_.push_back({begin, trim(command.substr(begin, end - begin))});
+            if (end == command.size()) {
+                break;
+            }
+            begin = end + 1;
+        }
+    }
+
+    /// Fields behind the n-th, trailing empty ones left out.
+    [[nodiscard]] std::size_t behind(std::size_t n) const {
+        std::size_t count = fields_.size();
+        while (count > n && fields_[count - 1].text.empty()) {
+            --count;
+        }
+        return count > n ? count - n : 0;
+    }
+
+    /// The station that the first field names.
+    [[nodiscard]] int station(int most = kStations) const {
+        const std::optional<double> number = this->number(0);
+        if (!number) {
+            refuse(0, CommandError::field_missing);
+        }
+        if (*number < 1 || *number > most || *number != std::floor(*number)) {
+            refuse(0, CommandError::out_of_range);
+        }
+        return static_cast<int>(*number);
+    }
+
+    /// The n-th field; nothing if it was left out.
+    [[nodiscard]] std::optional<double> number(std::size_t n) const {
+        if (n >= fields_.size() || fields_[n].text.empty()) {
+            return std::nullopt;
+        }
+        std::string_view text = fields_[n].text;
+        text.remove_prefix(text.front() == '+' ? 1 : 0);
+        double value = 0;
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+        if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) {
+            refuse(n, CommandError::not_numeric);
+        }
+        return value;
+    }
+
+    /// The n-th field within `limit` of zero, or `otherwise` if it was left out.
+    [[nodiscard]] double number(std::size_t n, double otherwise, double limit) const {
+        const double value = number(n).value_or(otherwise);
+        if (std::abs(value) > limit) {
+            refuse(n, CommandError::out_of_range);
+        }
+        return value;
+    }
+
+    [[nodiscard]] Vec3<double> vector(std::size_t n, const Vec3<double>& otherwise, double limit) const {
+        return {number(n, otherwise.x(), limit), number(n + 1, otherwise.y(), limit), number(n + 2, otherwise.z(), limit)};
+    }
+
+    [[noreturn]] void refuse(std::size_t n, CommandError error) const {
+        throw Refusal{error, n < fields_.size() ? fields_[n].position : 0, n, 1};
+    }
+
+private:
+    struct Field {
+        std::size_t position;
+        std::string_view text;
+    };
+    static std::string_view trim(std::string_view text) {
+        const std::size_t begin = std::min(text.find_first_not_of(' '), text.size());
+        return text.substr(begin, text.find_last_not_of(' ') + 1 - begin);
+    }
+
+    std::vector<Field> fields_;
+};
+
+}  // namespace tricoil::host::fastrak

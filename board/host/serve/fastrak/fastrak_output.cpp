@@ -1,0 +1,83 @@
+#include "board/host/serve/fastrak/fastrak_output.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+
+#include "board/host/errors.hpp"
+#include "board/host/serve/fastrak/session.hpp"
+#include "board/host/serve/tcp_service.hpp"
+#include "board/host/serve/terminal_line.hpp"
+#include "board/host/serve/terminal_service.hpp"
+
+namespace tricoil::host::fastrak {
+namespace {
+
+constexpr const char* kOption = "--fastrak";
+
+struct SerialPlace {
+    std::string path;
+    int baud = 115200;
+};
+
+SerialPlace parse_serial(const std::string& text) {
+    SerialPlace place{text};
+    const auto colon = text.rfind(':');
+    if (colon != std::string::npos) {
+        place.path = text.substr(0, colon);
+        const char* const end = text.data() + text.size();
+        place.baud = 0;
+        if (std::from_chars(text.data() + colon + 1, end, place.baud).ptr != end || !is_baud(place.baud)) {
+            throw InputError(
+                fmt::format("{} serial:{}: the speed must be 9600, 19200, 38400, 57600, 115200 or 230400", kOption, text));
+        }
+    }
+    return place;
+}
+
+}  // namespace
+
+Output make_output(const std::string& where, bool continuous, const PoseHub& hub, TrackerControl& control) {
+    auto memory = std::make_shared<Memory>();
+    memory->saved.continuous = continuous;
+    const auto make_session = [memory, &hub, &control](std::function<void(std::string_view)> send) {
+        return std::make_unique<Session>(SessionLinks{std::move(send),
+                                                      [&control](std::uint8_t sensor, const Vec3<double>& towards) {
+                                                          control.set_hemisphere(sensor, towards);
+                                                      },
+                                                      [&hub] { return hub.sensors(); }},
+                                         memory);
+    };
+    const auto colon = where.find(':');
+    const std::string kind = where.substr(0, colon);
+    const std::string rest = colon == std::string::npos ? "" : where.substr(colon + 1);
+    if (kind == "pty") {
+        auto terminal = std::make_shared<PseudoTerminal>(rest);
+        const std::string path = terminal->path();
+        return {std::make_unique<TerminalService<Session>>([terminal] { return terminal->duplicate(); }, make_session), path};
+    }
+    if (kind == "serial" && !rest.empty()) {
+        const SerialPlace place = parse_serial(rest);
+        std::string why;
+        const int first = open_serial(place.path, place.baud, why);
+        if (first < 0) {
+            throw DeviceError(fmt::format("{} {}", kOption, why));
+        }
+        auto open = [place, first = std::make_shared<int>(first)] {
+            std::string ignored;
+            return *first >= 0 ? std::exchange(*first, -1) : open_serial(place.path, place.baud, ignored);
+        };
+        return {std::make_unique<TerminalService<Session>>(open, make_session), place.path};
+    }
+    if (kind == "tcp" && !rest.empty()) {
+        const TcpAddress address = parse_tcp_address(kOption, rest);
+        auto service = std::make_unique<TcpService<Session>>(kOption, address, [make_session](Stream& stream) {
+            return make_session([&stream](std::string_view record) { stream.send(record); });
+        });
+        const int port = service->port();
+        return {std::move(service), fmt::format("{}:{}", address.host, port)};
+    }
+    throw InputError(fmt::format("{} {}: must be pty, pty:LINK, serial:PATH[:BAUD] or tcp:[ADDRESS:]PORT", kOption, where));
+}
+
+}  // namespace tricoil::host::fastrak

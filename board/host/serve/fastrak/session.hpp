@@ -1,0 +1,75 @@
+// One client's conversation with a FASTRAK: bytes in, records out.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "board/host/serve/fastrak/records.hpp"
+
+namespace tricoil::host::fastrak {
+
+/// What a FASTRAK keeps when it is switched off; shared by the sessions that follow one another on a line.
+struct Memory {
+    Settings saved;
+};
+
+class Arguments;
+
+struct SessionLinks {
+    std::function<void(std::string_view)> send;                                // a record; may drop it
+    std::function<void(std::uint8_t sensor, const Vec3<double>&)> hemisphere;  // asks the tracker
+    std::function<int()> sensors;                                              // that the tracker follows
+};
+
+/// Commands: C c P S F f U u W Y ^K ^Y act at once; O H B b G A R N x v l y take arguments and end with a carriage return. Others
+/// get the error record, and so do arguments that are missing, no numbers, or out of range. Records go out at most 120 times a
+/// second, the fastest that a FASTRAK has.
+class Session {
+public:
+    Session(SessionLinks links, std::shared_ptr<Memory> memory);
+
+    void receive(std::span<const char> bytes);
+    void take(std::span<const ServedPose> poses);
+
+private:
+    struct Newest {
+        std::optional<tracking::PoseEstimate<double>> pose;  // source frame
+        Vec3<double> sent_m = Vec3<double>::Zero();          // as last reported
+        std::int64_t due_us = 0;                             // of the next record
+    };
+
+    void byte(char c);
+    bool at_once(char c);
+    void run(const std::string& command);
+    void restart();
+    void answer_all();
+    void answer(int station);
+    [[nodiscard]] tracking::PoseEstimate<double> reported(int station) const;
+
+    // One command each.
+    void output_list(const Arguments& arguments);
+    void hemisphere(const Arguments& arguments);
+    void boresight(const Arguments& arguments, bool on);
+    void boresight_reference(const Arguments& arguments);
+    void alignment(const Arguments& arguments);
+    void reset_alignment(const Arguments& arguments);
+    void tip(const Arguments& arguments);
+    void filter(const Arguments& arguments, std::size_t which);
+    void active(const Arguments& arguments);
+    void synchronization(const Arguments& arguments);
+
+    StationSettings& station(int number) { return settings_.stations[static_cast<std::size_t>(number - 1)]; }
+
+    SessionLinks links_;
+    std::shared_ptr<Memory> memory_;
+    Settings settings_;
+    std::array<Newest, kStations> newest_;
+    std::string command_;      // begun, not ended
+    bool discarding_ = false;  // the rest of a command that is too long
+    int status_station_ = 1;
+};
+
+}  // namespace tricoil::host::fastrak

@@ -1,0 +1,51 @@
+// What a FASTRAK keeps for each of its four stations (a receiver and its settings).
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "board/host/serve/served_pose.hpp"
+#include "core/geometry/angles.hpp"
+#include "core/tracking/output_frame.hpp"
+
+namespace tricoil::host::fastrak {
+
+constexpr int kStations = 4;
+
+/// Items of an output list that this emulation knows (Polhemus, FASTRAK user manual OPM00PI002, "O").
+enum class Item : int {
+    space = 0,
+    line_end = 1,
+    position = 2,
+    movement = 3,  // since the last record
+    euler = 4,
+    x_cosines = 5,  // x components of the receiver's three axes: a row of the attitude's matrix
+    y_cosines = 6,
+    z_cosines = 7,
+    quaternion = 11,
+    stylus = 16,
+};
+constexpr int kExtended = 50;  // added to an item: the same in extended precision
+
+/// What ^K keeps and ^Y brings back.
+struct StationSettings {
+    bool active = true;
+    std::vector<int> output_list{2, 4, 1};
+    Vec3<double> hemisphere = Vec3<double>::UnitX();
+    Vec3<double> tip_m = Vec3<double>::Zero();
+    Vec3<double> boresight_reference_deg = Vec3<double>::Zero();  // azimuth, elevation, roll
+    std::array<Vec3<double>, 3> alignment_m{Vec3<double>::Zero(), Vec3<double>::Zero(), Vec3<double>::Zero()};  // as set
+    tracking::OutputFrame<double> frame;
+};
+
+struct Settings {
+    std::array<StationSettings, kStations> stations;
+    bool binary = false;
+    bool centimetres = false;
+    bool continuous = false;
+    std::array<std::array<double, 4>, 2> filters{{{0.2, 0.2, 0.8, 0.95}, {0.2, 0.2, 0.8, 0.95}}};  // x and v: kept, not used
+
+    [[nodiscard]] double units_per_m() const { return centimetres ? 100 : 1 / 0.0254; }
+};
+
+}  // namespace tricoil::host::fastrak

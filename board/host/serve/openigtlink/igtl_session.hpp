@@ -1,0 +1,52 @@
+// One OpenIGTLink client: what it asks for, and what it gets.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "board/host/serve/served_pose.hpp"
+#include "board/host/serve/stream.hpp"
+#include "core/tracking/sensor_tracker.hpp"
+
+namespace tricoil::host::igtl_output {
+
+/// A client that says nothing for kPatience after it came gets a TRANSFORM for every valid pose. STT_TDATA makes that TDATA, at
+/// most one per the resolution asked for; STP_TDATA ends it. GET_TRANS and GET_STATUS are answered at any time. A sensor whose
+/// pose must not be used sends no pose: a STATUS says so when that begins and when it ends. Damaged messages are dropped.
+class Session {
+public:
+    static constexpr std::chrono::milliseconds kPatience{100};
+    static constexpr std::size_t kLongestBody = 4096;  // of a request; a client that announces more is let go
+
+    explicit Session(Stream& stream) : stream_(stream) {}
+
+    void receive(std::span<const char> bytes);
+    void take(std::span<const ServedPose> poses);
+
+private:
+    enum class Mode : std::uint8_t { waiting, transforms, tracking_data, silent };
+    struct Sensor {
+        std::optional<ServedPose> newest;
+        bool told_valid = false;
+        bool told = false;
+    };
+
+    void request(std::string_view type, std::string_view message);
+    void start_tracking_data(std::string_view message);
+    void send_tracking_data(std::int64_t utc_us);
+    void tell_status(Sensor& sensor);
+
+    Stream& stream_;
+    std::string received_;
+    Mode mode_ = Mode::waiting;
+    std::chrono::steady_clock::time_point came_ = std::chrono::steady_clock::now();
+    std::array<Sensor, tracking::kMaxSensors> sensors_;
+    std::int64_t period_us_ = 0;
+    std::int64_t due_us_ = 0;
+    std::string coordinate_name_ = "tricoil";
+};
+
+}  // namespace tricoil::host::igtl_output

@@ -1,0 +1,75 @@
+#include "board/host/serve/pose_hub.hpp"
+
+#include <algorithm>
+
+namespace tricoil::host {
+
+PoseHub::Cursor PoseHub::cursor() const {
+    const std::lock_guard lock(mutex_);
+    return {count_, 0};
+}
+
+void PoseHub::read_locked(Cursor& cursor, std::vector<ServedPose>& out) const {
+    const std::uint64_t oldest = count_ > kCapacity ? count_ - kCapacity : 0;
+    if (cursor.next < oldest) {
+        cursor.missed += oldest - cursor.next;
+        cursor.next = oldest;
+    }
+    for (; cursor.next < count_; ++cursor.next) {
+        out.push_back(ring_[cursor.next % kCapacity]);
+    }
+}
+
+void PoseHub::read(Cursor& cursor, std::vector<ServedPose>& out) const {
+    const std::lock_guard lock(mutex_);
+    read_locked(cursor, out);
+}
+
+bool PoseHub::wait(Cursor& cursor, std::vector<ServedPose>& out, std::chrono::milliseconds patience) const {
+    std::unique_lock lock(mutex_);
+    news_.wait_for(lock, patience, [&] { return closed_ || cursor.next < count_; });
+    read_locked(cursor, out);
+    return !out.empty() && !closed_;
+}
+
+void PoseHub::close() {
+    {
+        const std::lock_guard lock(mutex_);
+        closed_ = true;
+    }
+    news_.notify_all();
+}
+
+bool PoseHub::closed() const {
+    const std::lock_guard lock(mutex_);
+    return closed_;
+}
+
+int PoseHub::sensors() const {
+    const std::lock_guard lock(mutex_);
+    return sensors_;
+}
+
+void PoseHub::do_begin(const Settings& settings) {
+    const std::lock_guard lock(mutex_);
+    sensors_ = settings.sensors;
+    clock_ = WallClock(microseconds_from_seconds(settings.tracker.window_s / 2).count());
+}
+
+void PoseHub::do_pose(const tracking::PoseEstimate<double>& estimate) {
+    const std::int64_t arrival_us = WallClock::now_us();
+    {
+        const std::lock_guard lock(mutex_);
+        sensors_ = std::max(sensors_, estimate.sensor + 1);
+        ServedPose& served = ring_[count_ % kCapacity];
+        served.pose = estimate;
+        served.utc_us = clock_.utc_us(estimate.time, arrival_us);
+        ++count_;
+    }
+    news_.notify_all();
+    if (notify_) {
+        notify_();
+    }
+}
+
+}  // namespace tricoil::host

@@ -1,0 +1,63 @@
+#include "board/host/serve/server.hpp"
+
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <csignal>
+
+#include "board/host/serve/silence_watch.hpp"
+
+namespace tricoil::host {
+namespace {
+
+constexpr int kRoundMs = 200;  // services look around at least this often
+
+}  // namespace
+
+Server::Server() : bell_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)), hub_([this] { wake(); }) {
+    std::signal(SIGPIPE, SIG_IGN);  // a client that is gone is told by write()
+}
+
+Server::~Server() { stop(); }
+
+void Server::wake() {
+    const std::uint64_t one = 1;
+    (void)!::write(bell_.get(), &one, sizeof one);
+}
+
+void Server::start() {
+    thread_ = std::thread([this] { run(); });
+}
+
+void Server::stop() {
+    hub_.close();
+    if (thread_.joinable()) {
+        wake();
+        thread_.join();
+    }
+}
+
+void Server::run() {
+    PoseHub::Cursor cursor = hub_.cursor();
+    std::vector<pollfd> descriptors;
+    std::vector<ServedPose> poses;
+    SilenceWatch silence;
+    while (!hub_.closed()) {
+        descriptors.assign(1, {bell_.get(), POLLIN, 0});
+        for (const auto& service : services_) {
+            service->watch(descriptors);
+        }
+        ::poll(descriptors.data(), descriptors.size(), kRoundMs);
+        std::uint64_t rings = 0;
+        (void)!::read(bell_.get(), &rings, sizeof rings);
+        poses.clear();
+        hub_.read(cursor, poses);
+        silence.look(WallClock::now_us(), poses);
+        for (const auto& service : services_) {
+            service->handle();
+            service->take(poses);
+        }
+    }
+}
+
+}  // namespace tricoil::host

@@ -1,0 +1,28 @@
+// One kind of output: its descriptors, and what to do when something happens on them or there are new poses.
+#pragma once
+
+#include <poll.h>
+
+#include <span>
+#include <vector>
+
+#include "board/host/serve/served_pose.hpp"
+
+namespace tricoil::host {
+
+/// Called by one thread, the server's. Nothing here waits for a client.
+class Service {
+public:
+    Service() = default;
+    Service(const Service&) = delete;
+    Service& operator=(const Service&) = delete;
+    virtual ~Service() = default;
+
+    /// Appends what to wait for.
+    virtual void watch(std::vector<pollfd>& descriptors) = 0;
+    /// Looks at all its descriptors, whichever woke the server.
+    virtual void handle() = 0;
+    virtual void take(std::span<const ServedPose> poses) = 0;
+};
+
+}  // namespace tricoil::host

@@ -1,0 +1,53 @@
+// An open line to one client that is never waited for.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "drivers/posix/file_descriptor.hpp"
+
+namespace tricoil::host {
+
+/// Records go out whole or not at all: while the client has kMostWaiting bytes to read, new ones are dropped and counted.
+class Stream {
+public:
+    static constexpr std::size_t kMostWaiting = 64 * 1024;
+
+    /// Takes the descriptor, and makes it non-blocking.
+    explicit Stream(int descriptor);
+    Stream(const Stream&) = delete;
+    Stream& operator=(const Stream&) = delete;
+
+    [[nodiscard]] int descriptor() const { return descriptor_.get(); }
+
+    /// False if the record was dropped.
+    bool send(std::string_view record);
+
+    /// What has come, at most `buffer`; empty: nothing, or the client is gone.
+    std::span<const char> receive(std::span<char> buffer);
+
+    /// Sends what waits, as far as the client takes it.
+    void flush();
+
+    [[nodiscard]] bool has_waiting() const { return !waiting_.empty(); }
+    [[nodiscard]] std::size_t waiting() const { return waiting_.size(); }
+    [[nodiscard]] bool gone() const { return gone_; }
+    /// The client is to be let go once this has been seen.
+    void hang_up() { gone_ = true; }
+    /// The line is there again, or another client on it: what waited was for the one before.
+    void begin_anew() {
+        gone_ = false;
+        waiting_.clear();
+    }
+    [[nodiscard]] std::uint64_t dropped() const { return dropped_; }
+
+private:
+    drivers::FileDescriptor descriptor_;
+    std::string waiting_;
+    bool gone_ = false;
+    std::uint64_t dropped_ = 0;
+};
+
+}  // namespace tricoil::host

@@ -1,0 +1,87 @@
+#include "board/host/serve/tcp_listener.hpp"
+
+#include <fmt/format.h>
+#include <netdb.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <memory>
+
+#include "board/host/errors.hpp"
+
+namespace tricoil::host {
+namespace {
+
+constexpr int kBacklog = 64;
+
+int port_of(int descriptor) {
+    sockaddr_storage address{};
+    socklen_t size = sizeof address;
+    ::getsockname(descriptor, reinterpret_cast<sockaddr*>(&address), &size);  // NOLINT: the sockets' way
+    const auto* v4 = reinterpret_cast<const sockaddr_in*>(&address);          // NOLINT
+    const auto* v6 = reinterpret_cast<const sockaddr_in6*>(&address);         // NOLINT
+    return ntohs(address.ss_family == AF_INET6 ? v6->sin6_port : v4->sin_port);
+}
+
+}  // namespace
+
+TcpAddress parse_tcp_address(const std::string& option, const std::string& text) {
+    TcpAddress address;
+    const auto colon = text.rfind(':');
+    address.port = colon == std::string::npos ? text : text.substr(colon + 1);
+    if (colon != std::string::npos && colon > 0) {
+        address.host = text.substr(0, colon);
+        if (address.host.front() == '[' && address.host.back() == ']') {
+            address.host = address.host.substr(1, address.host.size() - 2);
+        }
+    }
+    int port = -1;
+    const char* const end = address.port.data() + address.port.size();
+    const auto [at, error] = std::from_chars(address.port.data(), end, port);
+    if (error != std::errc{} || at != end || port < 0 || port > 65535) {
+        throw InputError(fmt::format("{} {}: needs a port number up to 65535, or ADDRESS:PORT", option, text));
+    }
+    return address;
+}
+
+TcpListener::TcpListener(const std::string& option, const TcpAddress& address) {
+    const std::string name = fmt::format("{} {}:{}", option, address.host, address.port);
+    addrinfo hints{};
+    hints.ai_flags = AI_PASSIVE | AI_NUMERICSERV;
+    hints.ai_socktype = SOCK_STREAM;
+    addrinfo* found = nullptr;
+    const int failure = ::getaddrinfo(address.host == "*" ? nullptr : address.host.c_str(), address.port.c_str(), &hints, &found);
+    if (failure != 0) {
+        throw InputError(fmt::format("{}: no such address ({})", name, ::gai_strerror(failure)));
+    }
+    const std::unique_ptr<addrinfo, void (*)(addrinfo*)> owner(found, ::freeaddrinfo);
+    descriptor_.reset(::socket(found->ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+    const int yes = 1;
+    ::setsockopt(descriptor_.get(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+    if (::bind(descriptor_.get(), found->ai_addr, found->ai_addrlen) != 0 || ::listen(descriptor_.get(), kBacklog) != 0) {
+        const int error = errno;
+        if (error == EADDRINUSE) {
+            throw DeviceError(name + ": another program has this port; choose another, or end that one");
+        }
+        if (error == EACCES) {
+            throw InputError(name + ": ports below 1024 are for root; choose another");
+        }
+        throw InputError(fmt::format("{}: cannot be listened to ({})", name, std::strerror(error)));
+    }
+    port_ = port_of(descriptor_.get());
+}
+
+int TcpListener::accept() const {
+    const int client = ::accept4(descriptor_.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
+    const int yes = 1;
+    if (client >= 0) {
+        ::setsockopt(client, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
+    }
+    return client;
+}
+
+}  // namespace tricoil::host

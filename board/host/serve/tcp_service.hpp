@@ -1,0 +1,93 @@
+// Serves whoever connects to a TCP port, each with a session of its own.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "board/host/serve/service.hpp"
+#include "board/host/serve/stream.hpp"
+#include "board/host/serve/tcp_listener.hpp"
+
+namespace tricoil::host {
+
+/// Session: constructible by the factory from a Stream&; receive(std::span<const char>) and take(std::span<const ServedPose>).
+/// It sends by its stream, and hangs up there.
+template <typename Session>
+class TcpService final : public Service {
+public:
+    static constexpr std::size_t kMostClients = 16;
+    using Factory = std::function<std::unique_ptr<Session>(Stream&)>;
+
+    TcpService(std::string option, const TcpAddress& address, Factory factory)
+        : name_(std::move(option)), listener_(name_, address), factory_(std::move(factory)) {}
+
+    [[nodiscard]] int port() const { return listener_.port(); }
+
+    void watch(std::vector<pollfd>& descriptors) override {
+        descriptors.push_back({listener_.descriptor(), POLLIN, 0});
+        for (const auto& client : clients_) {
+            const int out = client->stream.has_waiting() ? POLLOUT : 0;
+            descriptors.push_back({client->stream.descriptor(), static_cast<short>(POLLIN | out), 0});
+        }
+    }
+
+    void handle() override {
+        welcome();
+        for (const auto& client : clients_) {
+            client->stream.flush();
+            for (int n = 0; n < kReadsPerRound && !client->stream.gone(); ++n) {
+                const auto bytes = client->stream.receive(buffer_);
+                if (bytes.empty()) {
+                    break;
+                }
+                client->session->receive(bytes);
+            }
+        }
+        std::erase_if(clients_, [](const auto& client) { return client->stream.gone(); });
+        told_full_ = told_full_ && clients_.size() == kMostClients;
+    }
+
+    void take(std::span<const ServedPose> poses) override {
+        for (const auto& client : clients_) {
+            client->session->take(poses);
+        }
+    }
+
+private:
+    struct Client {
+        explicit Client(int descriptor) : stream(descriptor) {}
+        Stream stream;
+        std::unique_ptr<Session> session;
+    };
+    static constexpr int kReadsPerRound = 4;  // a client that floods does not keep the others waiting
+
+    void welcome() {
+        for (int descriptor = listener_.accept(); descriptor >= 0; descriptor = listener_.accept()) {
+            auto client = std::make_unique<Client>(descriptor);
+            if (clients_.size() >= kMostClients) {
+                if (!told_full_) {
+                    fmt::print(stderr, "tricoil: {}: {} clients are connected, which is the most; others are turned away\n",
+                               name_, kMostClients);
+                    told_full_ = true;
+                }
+                continue;
+            }
+            client->session = factory_(client->stream);
+            clients_.push_back(std::move(client));
+        }
+    }
+
+    std::string name_;
+    TcpListener listener_;
+    Factory factory_;
+    std::vector<std::unique_ptr<Client>> clients_;
+    std::array<char, 4096> buffer_{};
+    bool told_full_ = false;
+};
+
+}  // namespace tricoil::host

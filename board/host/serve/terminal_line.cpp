@@ -1,0 +1,92 @@
+#include "board/host/serve/terminal_line.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/ioctl.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+
+#include "board/host/errors.hpp"
+#include "drivers/posix/raw_terminal.hpp"
+
+namespace tricoil::host {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Baud {
+    int rate;
+    speed_t speed;
+};
+constexpr std::array<Baud, 6> kBauds{
+    {{9600, B9600}, {19200, B19200}, {38400, B38400}, {57600, B57600}, {115200, B115200}, {230400, B230400}}};
+
+void make_link(const std::string& link, const std::string& name) {
+    std::error_code error;
+    const auto status = fs::symlink_status(link, error);
+    if (fs::exists(status)) {
+        const bool is_ours = fs::is_symlink(status) && fs::read_symlink(link, error).string().starts_with("/dev/pts/");
+        if (!is_ours) {
+            throw InputError(link + ": is there and no link to a pseudo terminal; choose another path");
+        }
+        fs::remove(link, error);
+    }
+    fs::create_symlink(name, link, error);
+    if (error) {
+        throw InputError(fmt::format("{}: cannot be made ({}); choose another path", link, error.message()));
+    }
+}
+
+}  // namespace
+
+PseudoTerminal::PseudoTerminal(const std::string& link) {
+    master_.reset(::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC));
+    std::array<char, 64> name{};
+    if (!master_.is_open() || ::grantpt(master_.get()) != 0 || ::unlockpt(master_.get()) != 0 ||
+        ::ptsname_r(master_.get(), name.data(), name.size()) != 0) {
+        throw DeviceError("no pseudo terminal is to be had; is /dev/pts mounted?");
+    }
+    name_ = name.data();
+    const drivers::FileDescriptor slave(::open(name_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC));
+    drivers::make_raw(slave.get());
+    if (!link.empty()) {
+        make_link(link, name_);
+        link_ = link;
+    }
+}
+
+PseudoTerminal::~PseudoTerminal() {
+    std::error_code error;
+    if (!link_.empty() && fs::read_symlink(link_, error) == name_) {
+        fs::remove(link_, error);
+    }
+}
+
+int PseudoTerminal::duplicate() const { return ::fcntl(master_.get(), F_DUPFD_CLOEXEC, 0); }
+
+bool is_baud(int baud) {
+    return std::any_of(kBauds.begin(), kBauds.end(), [&](const Baud& known) { return known.rate == baud; });
+}
+
+int open_serial(const std::string& path, int baud, std::string& why) {
+    const auto* const known = std::find_if(kBauds.begin(), kBauds.end(), [&](const Baud& b) { return b.rate == baud; });
+    const int descriptor = ::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+    if (descriptor < 0) {
+        why = fmt::format("{}: cannot be opened ({}){}", path, std::strerror(errno),
+                          errno == EACCES ? "; add yourself to the group dialout" : "; is it plugged in?");
+        return -1;
+    }
+    if (!drivers::make_raw(descriptor, known->speed)) {
+        why = path + ": is no serial line";
+        ::close(descriptor);
+        return -1;
+    }
+    return descriptor;
+}
+
+}  // namespace tricoil::host

@@ -1,0 +1,94 @@
+// Serves the one client of a line that outlives clients: a pseudo terminal or a serial port.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "board/host/serve/service.hpp"
+#include "board/host/serve/stream.hpp"
+
+namespace tricoil::host {
+
+/// Session: as for TcpService. It goes on from one client to the next, as a device on a cable does; only what waited for a client
+/// that left is thrown away.
+template <typename Session>
+class TerminalService final : public Service {
+public:
+    /// open: the line's descriptor, or -1; asked again whenever the line is lost, once a second.
+    using Open = std::function<int()>;
+    using Factory = std::function<std::unique_ptr<Session>(std::function<void(std::string_view)> send)>;
+
+    TerminalService(Open open, const Factory& factory)
+        : open_(std::move(open)), session_(factory([this](std::string_view record) {
+              if (stream_ && !hung_up_) {
+                  stream_->send(record);
+              }
+          })) {
+        reopen();
+    }
+
+    void watch(std::vector<pollfd>& descriptors) override {
+        if (stream_ && !hung_up_) {  // a terminal without a client is readable at all times: looked at every round instead
+            const int out = stream_->has_waiting() ? POLLOUT : 0;
+            descriptors.push_back({stream_->descriptor(), static_cast<short>(POLLIN | out), 0});
+        }
+    }
+
+    void handle() override {
+        if (!stream_) {
+            reopen();
+            return;
+        }
+        look();
+        if (hung_up_) {
+            return;
+        }
+        stream_->flush();
+        const auto bytes = stream_->receive(buffer_);
+        if (!bytes.empty()) {
+            session_->receive(bytes);
+        }
+        if (stream_->gone()) {
+            look();
+            if (!hung_up_) {
+                stream_.reset();
+            }
+        }
+    }
+
+    void take(std::span<const ServedPose> poses) override { session_->take(poses); }
+
+private:
+    void look() {
+        pollfd descriptor{stream_->descriptor(), POLLIN, 0};
+        ::poll(&descriptor, 1, 0);
+        hung_up_ = (descriptor.revents & POLLHUP) != 0;
+        if (hung_up_) {
+            stream_->begin_anew();
+        }
+    }
+
+    void reopen() {
+        const auto now = std::chrono::steady_clock::now();
+        if (now - tried_ < std::chrono::seconds(1)) {
+            return;
+        }
+        tried_ = now;
+        hung_up_ = false;
+        if (const int descriptor = open_(); descriptor >= 0) {
+            stream_.emplace(descriptor);
+        }
+    }
+
+    Open open_;
+    std::unique_ptr<Session> session_;
+    std::optional<Stream> stream_;
+    bool hung_up_ = false;  // nobody has the other end open
+    std::chrono::steady_clock::time_point tried_{};
+    std::array<char, 4096> buffer_{};
+};
+
+}  // namespace tricoil::host

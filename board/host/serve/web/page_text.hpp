@@ -1,0 +1,10 @@
+// The page as it was built, in one piece.
+#pragma once
+
+#include <string_view>
+
+namespace tricoil::host::web {
+
+extern const std::string_view kPage;
+
+}  // namespace tricoil::host::web

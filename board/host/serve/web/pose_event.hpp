@@ -1,0 +1,19 @@
+// Poses as the page wants them.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "board/host/serve/served_pose.hpp"
+
+namespace tricoil::host::web {
+
+struct PageStatus {
+    bool running = true;
+    bool recording = false;
+};
+
+/// One server-sent event: {"status": {...}, "poses": [...]}; of each sensor the newest pose only.
+std::string pose_event(std::span<const ServedPose> poses, const PageStatus& status);
+
+}  // namespace tricoil::host::web

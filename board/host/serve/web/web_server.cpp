@@ -1,0 +1,166 @@
+#include "board/host/serve/web/web_server.hpp"
+
+#include <fmt/format.h>
+#include <httplib.h>
+
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "board/host/errors.hpp"
+#include "board/host/serve/web/page_text.hpp"
+#include "board/host/serve/web/pose_event.hpp"
+
+namespace tricoil::host::web {
+namespace {
+
+constexpr int kThreads = 2 * WebServer::kMostStreams;
+constexpr std::chrono::milliseconds kPeriod{33};     // between events: as often as a page draws
+constexpr std::chrono::milliseconds kPatience{500};  // without poses: an event says that there are none
+constexpr std::size_t kLongestWish = 1024;
+
+void answer(httplib::Response& response, int status, const std::string& text) {
+    response.status = status;
+    response.set_content(nlohmann::json{{"answer", text}}.dump(), "application/json");
+}
+
+/// A page's stream: its place in the hub, and the pace of its events.
+struct Reader {
+    const PoseHub& hub;
+    const TrackerControl& control;
+    const RecordingSwitch& recordings;
+    PoseHub::Cursor cursor;
+    std::vector<ServedPose> poses;
+
+    /// False once the client or the tracker is gone.
+    bool send(httplib::DataSink& sink) {
+        poses.clear();
+        hub.wait(cursor, poses, kPatience);
+        if (hub.closed()) {
+            return false;
+        }
+        const std::string event = pose_event(poses, {control.running(), recordings.recording()});
+        if (!sink.write(event.data(), event.size())) {
+            return false;
+        }
+        std::this_thread::sleep_for(kPeriod);
+        return true;
+    }
+};
+
+/// What was done, for the one who asked; empty if the wish is none.
+std::string carry_out(const nlohmann::json& wish, TrackerControl& control, RecordingSwitch& recordings) {
+    if (wish.contains("run") && wish["run"].is_boolean()) {
+        control.set_running(wish["run"].get<bool>());
+        return control.running() ? "running" : "stopped, coils off";
+    }
+    if (wish.contains("record") && wish["record"].is_boolean()) {
+        return recordings.record(wish["record"].get<bool>());
+    }
+    if (wish.contains("hemisphere") && wish["hemisphere"].is_array() && wish["hemisphere"].size() == 3) {
+        Vec3<double> towards;
+        for (std::size_t n = 0; n < 3; ++n) {
+            const auto& number = wish["hemisphere"][n];
+            towards[static_cast<Eigen::Index>(n)] = number.is_number() ? number.get<double>() : NAN;
+        }
+        const auto sensor = wish.value("sensor", nlohmann::json(0));
+        if (!towards.allFinite() || !sensor.is_number_unsigned() || sensor.get<std::uint64_t>() >= tracking::kMaxSensors) {
+            return "";
+        }
+        control.set_hemisphere(sensor.get<std::uint8_t>(), towards);
+        return "hemisphere set";
+    }
+    return "";
+}
+
+}  // namespace
+
+WebServer::WebServer(const TcpAddress& address, const PoseHub& hub, TrackerControl& control, RecordingSwitch& recordings)
+    : address_(address), hub_(hub), control_(control), recordings_(recordings), server_(std::make_unique<httplib::Server>()) {
+    port_ = TcpListener("--web", address).port();  // says what is wrong with an address in our words
+    httplib::Server& s = *server_;
+    s.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };  // NOLINT: the library deletes it
+    s.set_socket_options(
+        [](socket_t socket) {  // connections of a server before us do not keep the port; the library's default would
+            const int yes = 1;
+            ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+        });
+    s.set_read_timeout(2);
+    s.set_write_timeout(2);
+    s.set_keep_alive_timeout(1);
+    s.set_payload_max_length(kLongestWish);
+    s.set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
+        if (is_ours(request)) {
+            return httplib::Server::HandlerResponse::Unhandled;
+        }
+        answer(response, 403, "asked by another page, or under another name");
+        return httplib::Server::HandlerResponse::Handled;
+    });
+    s.Get("/", [](const httplib::Request&, httplib::Response& response) {
+        response.set_header("Content-Security-Policy",
+                            "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; connect-src 'self'; "
+                            "img-src data:; frame-ancestors 'none'");
+        response.set_header("Cache-Control", "no-store");
+        // From a provider: the library would compress a text anew for every visitor, which takes seconds.
+        response.set_content_provider(kPage.size(), "text/html", [](std::size_t at, std::size_t length, httplib::DataSink& sink) {
+            return sink.write(kPage.data() + at, length);
+        });
+    });
+    s.Get("/stream", [this](const httplib::Request&, httplib::Response& response) { stream(response); });
+    s.Post("/control",
+           [this](const httplib::Request& request, httplib::Response& response) { this->control(request, response); });
+    const std::string host = address.host == "*" ? "0.0.0.0" : address.host;
+    if (!s.bind_to_port(host.c_str(), port_)) {
+        throw DeviceError(fmt::format("--web {}:{}: cannot be listened to; choose another port", address.host, port_));
+    }
+    thread_ = std::thread([this] { server_->listen_after_bind(); });
+}
+
+WebServer::~WebServer() {
+    while (!server_->is_running()) {
+        std::this_thread::yield();
+    }
+    server_->stop();
+    thread_.join();
+}
+
+std::string WebServer::url() const {
+    return fmt::format("http://{}:{}/", address_.host == "*" ? "localhost" : address_.host, port_);
+}
+
+bool WebServer::is_ours(const httplib::Request& request) const {
+    // A name that resolves to us is not ours: a hostile page could have made it so.
+    const std::string host = request.get_header_value("Host");
+    const std::string port = fmt::format(":{}", port_);
+    const bool known = host == "localhost" + port || host == "127.0.0.1" + port || host == "[::1]" + port ||
+                       host == address_.host + port ||
+                       ((address_.host == "*" || address_.host == "0.0.0.0") && !host.empty() &&
+                        host.find_first_not_of("0123456789.:") == std::string::npos);
+    return known && (!request.has_header("Origin") || request.get_header_value("Origin") == "http://" + host);
+}
+
+void WebServer::stream(httplib::Response& response) {
+    if (++streams_ > kMostStreams) {
+        --streams_;
+        answer(response, 503, fmt::format("{} pages are connected, which is the most", kMostStreams));
+        return;
+    }
+    auto reader = std::make_shared<Reader>(Reader{hub_, control_, recordings_, hub_.cursor(), {}});
+    response.set_header("Cache-Control", "no-store");
+    response.set_chunked_content_provider(
+        "text/event-stream", [reader](std::size_t, httplib::DataSink& sink) { return reader->send(sink); },
+        [this](bool) { --streams_; });
+}
+
+void WebServer::control(const httplib::Request& request, httplib::Response& response) {
+    if (request.get_header_value("Content-Type") != "application/json") {  // what a page can send unasked is no JSON
+        answer(response, 415, "wishes are JSON");
+        return;
+    }
+    const nlohmann::json wish = nlohmann::json::parse(request.body, nullptr, false);
+    const std::string done = wish.is_object() ? carry_out(wish, control_, recordings_) : "";
+    answer(response, done.empty() ? 400 : 200, done.empty() ? "no such wish" : done);
+}
+
+}  // namespace tricoil::host::web

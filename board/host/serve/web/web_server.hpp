@@ -1,0 +1,52 @@
+// The live page: one embedded file, a stream of poses, and wishes that come back.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "board/host/serve/pose_hub.hpp"
+#include "board/host/serve/recording_switch.hpp"
+#include "board/host/serve/tcp_listener.hpp"
+#include "board/host/serve/tracker_control.hpp"
+
+namespace httplib {
+class Server;
+struct Request;
+struct Response;
+}  // namespace httplib
+
+namespace tricoil::host::web {
+
+/// GET / is the page, GET /stream its events, POST /control a wish. Only requests that name this very host and port, and come
+/// from no other page, are answered: a hostile page in the same browser can neither read nor ask for anything.
+class WebServer {
+public:
+    static constexpr int kMostStreams = 16;
+
+    /// Listens. hub, control and recordings must outlive it. Throws InputError, naming --web, for an address that this machine
+    /// does not have, DeviceError for a port in use.
+    WebServer(const TcpAddress& address, const PoseHub& hub, TrackerControl& control, RecordingSwitch& recordings);
+    ~WebServer();
+    WebServer(const WebServer&) = delete;
+    WebServer& operator=(const WebServer&) = delete;
+
+    [[nodiscard]] std::string url() const;
+
+private:
+    [[nodiscard]] bool is_ours(const httplib::Request& request) const;
+    void stream(httplib::Response& response);
+    void control(const httplib::Request& request, httplib::Response& response);
+
+    TcpAddress address_;
+    int port_ = 0;
+    const PoseHub& hub_;
+    TrackerControl& control_;
+    RecordingSwitch& recordings_;
+    std::atomic<int> streams_ = 0;
+    std::unique_ptr<httplib::Server> server_;
+    std::thread thread_;
+};
+
+}  // namespace tricoil::host::web

@@ -1,0 +1,45 @@
+// Sees all that the trackers of a board are given, and what they answer: whoever records it can have the same poses again.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "core/tracking/sensor_tracker.hpp"
+
+namespace tricoil::hal {
+
+/// Called in the order in which the trackers are, from the loop that runs them; nothing here may wait for a slow taker.
+/// Scalar: the precision the trackers run in.
+template <typename Scalar>
+class TrackerTap {
+public:
+    /// How the trackers of sensor 0 to sensors - 1 are made.
+    struct Settings {
+        tracking::TrackerParams<Scalar> tracker;
+        std::optional<tracking::scaat::Params<Scalar>> filter;  // if given: the filter tracks
+        int sensors = 1;
+    };
+
+    TrackerTap() = default;
+    TrackerTap(const TrackerTap&) = delete;
+    TrackerTap& operator=(const TrackerTap&) = delete;
+    virtual ~TrackerTap() = default;
+
+    /// The trackers have been made, for the first time or anew.
+    void begin(const Settings& settings) { do_begin(settings); }
+    /// Handed to SensorTracker::update, tick and set_hemisphere.
+    void column(const Column<Scalar>& column) { do_column(column); }
+    void tick(std::uint8_t sensor, DeviceTime now) { do_tick(sensor, now); }
+    void hemisphere(std::uint8_t sensor, const Vec3<Scalar>& towards) { do_hemisphere(sensor, towards); }
+    /// What one of those answered, or a tracker board sent.
+    void pose(const tracking::PoseEstimate<Scalar>& estimate) { do_pose(estimate); }
+
+private:
+    virtual void do_begin(const Settings& settings) = 0;
+    virtual void do_column(const Column<Scalar>& column) = 0;
+    virtual void do_tick(std::uint8_t sensor, DeviceTime now) = 0;
+    virtual void do_hemisphere(std::uint8_t sensor, const Vec3<Scalar>& towards) = 0;
+    virtual void do_pose(const tracking::PoseEstimate<Scalar>& estimate) = 0;
+};
+
+}  // namespace tricoil::hal

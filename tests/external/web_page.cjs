@@ -1,0 +1,139 @@
+// The live page in headless Chromium: it connects, moves, obeys, and survives a restart of the server; strangers are refused.
+//   node web_page.cjs FOLDER_OF_NODE_MODULES TRICOIL [FOLDER_FOR_SCREENSHOTS]
+const {spawn} = require('child_process');
+const fs = require('fs');
+const http = require('http');
+const os = require('os');
+const path = require('path');
+const [modules, program, pictures] = process.argv.slice(2);
+const {chromium} = require(path.join(modules, 'node_modules', 'playwright-core'));
+
+function check(condition, what) {
+  if (!condition) throw new Error(what);
+  console.log(`web_page: ${what}`);
+}
+
+/// Starts the server; resolves to it once it has said where it is.
+function serve(port, folder) {
+  const child = spawn(program, ['serve', '--json', '--web', String(port), '--scenario', 'circle', '--record-folder', folder],
+                      {stdio: ['ignore', 'pipe', 'inherit']});
+  return new Promise((resolve, reject) => {
+    child.once('exit', code => reject(new Error(`tricoil serve ended with ${code}`)));
+    child.stdout.once('data', data => resolve({child, url: JSON.parse(data).web}));
+  });
+}
+
+function request(url, options, body) {
+  return new Promise((resolve, reject) => {
+    const sent = http.request(url, options, response => {
+      let text = '';
+      response.on('data', data => { text += data; });
+      response.on('end', () => resolve({status: response.statusCode, text}));
+    });
+    sent.on('error', reject);
+    sent.end(body);
+  });
+}
+
+async function refuseStrangers(url) {
+  const {host} = new URL(url);
+  const wish = JSON.stringify({run: false});
+  const json = {'Content-Type': 'application/json'};
+  const post = headers => request(url + 'control', {method: 'POST', headers}, wish);
+  check((await post({...json, Origin: 'http://evil.example'})).status === 403, 'a wish from another page is refused');
+  check((await post({...json, Origin: 'null'})).status === 403, 'a wish from a page without an origin is refused');
+  check((await post({...json, Host: 'evil.example'})).status === 403, 'a wish under another name is refused');
+  check((await post({'Content-Type': 'text/plain'})).status === 415, 'a wish that is no JSON is refused');
+  check((await request(url, {headers: {Host: 'evil.example:80'}})).status === 403, 'the page is not given under another name');
+  check((await request(url + 'stream', {headers: {Origin: 'http://evil.example'}})).status === 403, 'the stream is not given to another page');
+  for (const bad of ['', '{', '[]', '{"hemisphere":[1,2]}', '{"hemisphere":[1,2,"x"]}', '{"hemisphere":[1,0,0],"sensor":9}', '{"run":1}'])
+    check((await request(url + 'control', {method: 'POST', headers: json}, bad)).status === 400, `'${bad}' is no wish`);
+  check((await request(url + 'control', {method: 'POST', headers: json}, 'x'.repeat(5000))).status === 413, 'a wish that is too long is refused');
+  check((await request(url + 'control', {method: 'POST', headers: {...json, Origin: `http://${host}`}}, '{"run":true}')).status === 200,
+        'a wish from our own page is heard');
+}
+
+async function main() {
+  const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'tricoil_web_'));
+  let server = await serve(0, folder);
+  const port = Number(new URL(server.url).port);
+  const browser = await chromium.launch({executablePath: '/usr/bin/chromium', args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader']});
+  try {
+    const size = (await request(server.url, {})).text.length;
+    check(size < 1e6, `the page has ${size} bytes, less than a million`);
+    await refuseStrangers(server.url);
+
+    const page = await browser.newPage({viewport: {width: 1280, height: 800}});
+    const errors = [];
+    page.on('pageerror', error => errors.push(String(error)));
+    page.on('console', message => { if (message.type() === 'error') errors.push(message.text()); });
+    const firsts = [];
+    for (let n = 0; n < 3; ++n) {
+      await page.goto(server.url);
+      await page.waitForFunction(() => window.tricoil?.firstPoseMs, null, {timeout: 30000});
+      firsts.push(await page.evaluate(() => window.tricoil.firstPoseMs));
+    }
+    // Of the wall clock, so only where nothing else runs; the picture is drawn by the processor here.
+    const load = os.loadavg()[0];
+    const busy = load > os.cpus().length;
+    check(busy || Math.min(...firsts) < 1000, `first pose after ${firsts.map(Math.round).join(', ')} ms` +
+          (busy ? `; not judged: the machine is busy (load ${load.toFixed(1)})` : ''));
+
+    const position = () => page.evaluate(() => window.tricoil.newest.p);
+    const moved = async () => {
+      const before = await position();
+      await page.waitForFunction(p => Math.hypot(...window.tricoil.newest.p.map((v, n) => v - p[n])) > 0.02, before, {timeout: 30000});
+    };
+    await moved();
+    check(await page.evaluate(() => document.body.dataset.link) === 'live', 'it is live, and the sensor moves');
+    await page.waitForFunction(() => window.tricoil.poses > 60, null, {timeout: 30000});
+    if (pictures) await page.screenshot({path: path.join(pictures, 'desktop.png')});
+
+    await page.keyboard.press('b');
+    await page.waitForFunction(() => window.tricoil.boresight, null, {timeout: 10000});
+    await page.keyboard.press('u');
+    check(await page.evaluate(() => window.tricoil.boresight) === null, 'boresight by key, and back');
+    await page.click('#run');
+    await page.waitForFunction(() => !window.tricoil.status.running, null, {timeout: 10000});
+    check(await page.textContent('#run') === 'Start', 'stopped by the button');
+    await page.waitForFunction(() => document.body.dataset.link === 'silent', null, {timeout: 10000});
+    await page.locator('body').press(' ');
+    await page.waitForFunction(() => window.tricoil.status.running, null, {timeout: 10000});
+    await moved();
+    check(true, 'started by the key, and it moves again');
+    await page.selectOption('#hemisphere', '-1,0,0');
+    await page.click('#set');
+    await page.waitForFunction(() => window.tricoil.newest.p[0] < 0, null, {timeout: 10000});
+    check(true, 'the hemisphere was set');
+    await page.click('#record');
+    await page.waitForFunction(() => window.tricoil.status.recording, null, {timeout: 10000});
+    await page.waitForTimeout(1500);
+    await page.click('#record');
+    await page.waitForFunction(() => !window.tricoil.status.recording, null, {timeout: 10000});
+    const [recording] = fs.readdirSync(folder);
+    check(JSON.parse(fs.readFileSync(path.join(folder, recording, 'recording.json'))).complete, `recorded into ${recording}`);
+
+    server.child.removeAllListeners('exit');
+    server.child.kill('SIGKILL');
+    await page.waitForFunction(() => document.body.dataset.link === 'down', null, {timeout: 20000});
+    server = await serve(port, folder);
+    await page.waitForFunction(() => document.body.dataset.link === 'live', null, {timeout: 30000});
+    await moved();
+    check(true, 'it survived a restart of the server');
+    const own = errors.filter(text => !/ERR_CONNECTION|ERR_INCOMPLETE|ERR_EMPTY|Failed to load resource/.test(text));
+    check(own.length === 0, `no errors in the page ${own.join('; ')}`);
+
+    const phone = await browser.newPage({viewport: {width: 390, height: 800}, isMobile: true, hasTouch: true, deviceScaleFactor: 2});
+    await phone.goto(server.url);
+    await phone.waitForFunction(() => window.tricoil?.poses > 60, null, {timeout: 30000});
+    check(await phone.evaluate(() => document.documentElement.scrollWidth <= innerWidth), 'it fits a phone');
+    if (pictures) await phone.screenshot({path: path.join(pictures, 'phone.png')});
+  } finally {
+    await browser.close();
+    server.child.removeAllListeners('exit');
+    server.child.kill('SIGKILL');
+    fs.rmSync(folder, {recursive: true, force: true});
+  }
+}
+
+main().catch(error => { console.error(`web_page: ${error.message}`); process.exit(1); });

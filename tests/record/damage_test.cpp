@@ -1,0 +1,143 @@
+// Recordings that were damaged, are of another version, or are none: one line that names file and place, exit code 2.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "tests/cli/cli_runner.hpp"
+
+namespace tricoil::test {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+class Damage : public ::testing::Test {
+protected:
+    static void SetUpTestSuite() {
+        whole_ = path_in_temp("whole");
+        fs::remove_all(whole_);
+        ASSERT_EQ(tricoil("run --json --duration 0.5 --record " + whole_).exit_code, 0);
+    }
+    void SetUp() override {
+        fs::remove_all(folder_);
+        fs::copy(whole_, folder_);
+    }
+
+    void put(const std::string& name, const std::string& text) const {
+        std::ofstream(folder_ + "/" + name, std::ios::binary) << text;
+    }
+    [[nodiscard]] std::string get(const std::string& name) const { return read_file(folder_ + "/" + name); }
+
+    void describe(const std::function<void(nlohmann::json&)>& change) const {
+        auto description = nlohmann::json::parse(get("recording.json"));
+        change(description);
+        put("recording.json", description.dump());
+    }
+
+    /// As after a kill: nothing to check the files against.
+    void end_early() const {
+        describe([](auto& d) { d["complete"] = false; });
+    }
+
+    void expect_refused(const std::string& reason) const {
+        for (const char* command : {"replay ", "convert "}) {
+            const auto result = tricoil(command + folder_);
+            EXPECT_EQ(result.exit_code, 2) << result.err;
+            EXPECT_THAT(result.err, HasSubstr(reason));
+            EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1);
+        }
+    }
+
+    static inline std::string whole_;
+    const std::string folder_ = path_in_temp("damaged");
+};
+
+TEST_F(Damage, AnyChangedByteIsFound) {
+    for (const char* name : {"inputs.csv", "poses.csv", "events.csv"}) {
+        SetUp();
+        std::string text = get(name);
+        text[text.size() / 2] = text[text.size() / 2] == '1' ? '2' : '1';
+        put(name, text);
+        expect_refused(std::string(name) + ": was changed since it was recorded");
+        put(name, get(name).substr(0, 100));
+        expect_refused(std::string(name) + ": was changed since it was recorded");
+        fs::remove(folder_ + "/" + name);
+        expect_refused(std::string(name) + ": cannot be opened");
+    }
+}
+
+TEST_F(Damage, ForeignFoldersAndVersions) {
+    put("recording.json", "{}");
+    expect_refused("does not describe a recording of tricoil");
+    put("recording.json", "binary \x01\x02");
+    expect_refused("does not describe a recording of tricoil");
+    fs::remove(folder_ + "/recording.json");
+    expect_refused("is this a recording?");
+    SetUp();
+    describe([](auto& d) { d["version"] = 2; });
+    expect_refused("is of version 2; this tricoil reads version 1");
+    fs::remove_all(folder_);
+    expect_refused("is no folder");
+}
+
+TEST_F(Damage, SettingsThatCannotBe) {
+    describe([](auto& d) { d["trackers"]["tracker"].erase("min_snr"); });
+    expect_refused("trackers.tracker.min_snr: is missing");
+    SetUp();
+    describe([](auto& d) { d["trackers"]["tracker"]["passes"] = "many"; });
+    expect_refused("trackers.tracker.passes: has another type");
+    SetUp();
+    describe([](auto& d) { d["trackers"]["tracker"]["passes"] = 99; });
+    expect_refused("trackers.tracker: ");
+    SetUp();
+    describe([](auto& d) { d["trackers"]["tracker"]["new_one"] = 1; });
+    expect_refused("has keys that this tricoil does not know");
+    SetUp();
+    describe([](auto& d) { d["trackers"]["sensors"] = 5; });
+    expect_refused("sensors: must be 1 to 4");
+}
+
+TEST_F(Damage, LinesThatAreNone) {
+    end_early();
+    const std::string inputs = get("inputs.csv");
+    const auto refused_by_replay = [&](const std::string& line, const std::string& reason) {
+        put("inputs.csv", inputs + line + "\n");
+        const auto result = tricoil("replay " + folder_);
+        EXPECT_EQ(result.exit_code, 2);
+        EXPECT_THAT(result.err, HasSubstr(reason));
+        EXPECT_THAT(result.err, HasSubstr("inputs.csv:"));
+    };
+    refused_by_replay("nonsense", "has 1 fields instead of 16");
+    refused_by_replay("song,0,,,,,,,,,,,,,,", "'song' is no kind of input");
+    refused_by_replay("tick,9,100,,,,,,,,,,,,,", "names sensor 9 of 1");
+    refused_by_replay("tick,0,soon,,,,,,,,,,,,,", "'soon', is not a number");
+    refused_by_replay("column,0,1,9,1,1,0,1,1,1,1,1,1,1,1,1", "must be less than 5");
+    refused_by_replay("column,0,1,1,1,1,128,1,1,1,1,1,1,1,1,1", "must be less than 128");
+    put("inputs.csv", "kind\n");
+    EXPECT_THAT(tricoil("replay " + folder_).err, HasSubstr("inputs.csv:1: is not the header"));
+}
+
+TEST_F(Damage, ALineCutOffIsNotRead) {
+    end_early();
+    put("inputs.csv", get("inputs.csv") + "column,0,12");
+    put("poses.csv", get("poses.csv") + "0,99");
+    const auto result = tricoil("replay --json " + folder_);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_TRUE(result.json()["bit_for_bit"]);
+}
+
+TEST_F(Damage, AnotherPoseIsADifference) {
+    end_early();
+    std::string poses = get("poses.csv");
+    const auto digit = poses.rfind('.') + 1;
+    poses[digit] = poses[digit] == '1' ? '2' : '1';
+    put("poses.csv", poses);
+    const auto result = tricoil("replay " + folder_);
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_THAT(result.err, HasSubstr("replay differs, first at "));
+}
+
+}  // namespace
+}  // namespace tricoil::test

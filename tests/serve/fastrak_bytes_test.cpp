@@ -1,0 +1,131 @@
+// What goes over the line, byte by byte: the records of the FASTRAK manual (OPM00PI002), and the conversation of VRPN's driver.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "tests/serve/fastrak_client.hpp"
+
+namespace tricoil::test {
+namespace {
+
+struct Exchange {
+    const char* name;
+    const char* command;
+    std::string reply;
+};
+
+const auto kPose = fastrak_pose({20.40, -61.06, 30.01}, -150.70, -42.08, 156.93);
+
+TEST(FastrakBytes, TableOfCommandsAndRecords) {
+    FastrakClient client;
+    client.see(kPose);
+    const std::vector<Exchange> table{
+        {"a record as SSR expects it: 47 bytes", "P", "01   20.40 -61.06  30.01-150.70 -42.08 156.93\r\n"},
+        {"units: centimetres", "uP", "01   51.82-155.09  76.23-150.70 -42.08 156.93\r\n"},
+        {"units: inches again", "U", ""},
+        {"status: ASCII, inches, polled", "S", "21S3F0    F31  0.1.00tricoil, as a FASTRAK           \r\n"},
+        {"output list", "O1,2,1\rP", "01   20.40 -61.06  30.01\r\n"},
+        {"output list read back", "O1\r", "21O 2 1\r\n"},
+        {"direction cosines", "O1,5,0,6,0,7,1\rP", "01 -0.6473-0.2212-0.7295 -0.3632 0.9308 0.0400  0.6702 0.2908-0.6829\r\n"},
+        {"extended precision", "O1,52,1\rP", "01  2.04000E+01 -6.10600E+01  3.00100E+01 \r\n"},
+        {"stylus switch", "O1,16,1\rP", "01 0\r\n"},
+        {"hemisphere read back", "H1\r", "21H   1.00   0.00   0.00\r\n"},
+        {"hemisphere", "H1,0,0,1\rH1\r", "21H   0.00   0.00   1.00\r\n"},
+        {"tip", "N1,2.5,0,0.03\rN1\r", "21N   2.50   0.00   0.03\r\n"},
+        {"tip off", "N1,0,0,0\r", ""},
+        {"boresight reference", "G1\r", "21G   0.00   0.00   0.00\r\n"},
+        {"boresight", "O1,2,4,1\rB1\rP", "01   20.40 -61.06  30.01   0.00   0.00   0.00\r\n"},
+        {"unboresight", "b1\rP", "01   20.40 -61.06  30.01-150.70 -42.08 156.93\r\n"},
+        {"alignment", "A1,20.4,-61.06,30.01,21.4,-61.06,30.01,20.4,-60.06,30.01\rP",
+         "01    0.00   0.00   0.00-150.70 -42.08 156.93\r\n"},
+        {"alignment off", "R1\rP", "01   20.40 -61.06  30.01-150.70 -42.08 156.93\r\n"},
+        {"stations", "l1\r", "21l1000\r\n"},
+        {"attitude filter", "v\r", "2 v  0.200  0.200  0.800  0.950\r\n"},
+        {"position filter", "x0,1,0,0\rx\r", "2 x  0.000  1.000  0.000  0.000\r\n"},
+        {"synchronization", "y\r", "2 y0\r\n"},
+        {"nothing at all", "\r\n \r", ""},
+        {"defaults again", "W", ""},
+        {"filter after defaults", "x\r", "2 x  0.200  0.200  0.800  0.950\r\n"},
+    };
+    for (const Exchange& exchange : table) {
+        EXPECT_EQ(client.say(exchange.command), exchange.reply) << exchange.name;
+    }
+}
+
+TEST(FastrakBytes, TableOfRefusals) {
+    FastrakClient client;
+    const std::vector<Exchange> table{
+        {"no such command", "Z", "2 E*ERROR*Z*ERROR* EC-99*PS0*FL0*ST0\r\n"},
+        {"unprintable", "\x01", "2 E*ERROR*?*ERROR* EC-99*PS0*FL0*ST0\r\n"},
+        {"station missing", "O\r", "2 E*ERROR*O*ERROR* EC-1*PS1*FL0*ST0\r\n"},
+        {"station out of range", "H5\r", "2 E*ERROR*H5*ERROR* EC-3*PS1*FL0*ST0\r\n"},
+        {"station no number", "Bx\r", "2 E*ERROR*Bx*ERROR* EC-2*PS1*FL0*ST0\r\n"},
+        {"item out of range", "O1,2,99\r", "2 E*ERROR*O1,2,99*ERROR* EC-3*PS5*FL2*ST0\r\n"},
+        {"item left out", "O1,,2\r", "2 E*ERROR*O1,,2*ERROR* EC-1*PS3*FL1*ST0\r\n"},
+        {"not a number", "N1,nan,0,0\r", "2 E*ERROR*N1,nan,0,0*ERROR* EC-2*PS3*FL1*ST0\r\n"},
+        {"far too far", "N1,0,1e9,0\r", "2 E*ERROR*N1,0,1e9,0*ERROR* EC-3*PS5*FL2*ST0\r\n"},
+        {"an alignment on one line", "A1,0,0,0,1,0,0,2,0,0\r", "2 E*ERROR*A1,0,0,0,1,0,0,2,0,0*ERROR* EC-3*PS3*FL1*ST0\r\n"},
+        {"external synchronization", "y1\r", "2 E*ERROR*y1*ERROR* EC-4*PS1*FL0*ST0\r\n"},
+        {"filter beyond one", "x2,0,0,0\r", "2 E*ERROR*x2,0,0,0*ERROR* EC-3*PS1*FL0*ST0\r\n"},
+    };
+    for (const Exchange& exchange : table) {
+        EXPECT_EQ(client.say(exchange.command), exchange.reply) << exchange.name;
+    }
+    EXPECT_THAT(client.say("O" + std::string(1000, '1') + "\r"), ::testing::HasSubstr("EC-5"));
+    EXPECT_EQ(client.say("P").size(), 47U);  // and all is as before
+}
+
+float float_at(const std::string& record, std::size_t offset) {
+    float value = 0;
+    std::memcpy(&value, record.data() + offset, sizeof value);  // both little-endian
+    return value;
+}
+
+// What vrpn_Tracker_Fastrak sends, in its order, and what it checks in the replies.
+TEST(FastrakBytes, ConversationOfVrpn) {
+    FastrakClient client;
+    client.see(kPose);
+    EXPECT_EQ(client.say("\x19"), "");  // reset
+    const std::string status = client.say("S");
+    ASSERT_EQ(status.size(), 55U);
+    EXPECT_EQ(status[0], '2');
+    EXPECT_EQ(status[2], 'S');
+    EXPECT_EQ(status[54], '\n');
+    EXPECT_EQ(client.say("c"), "");
+    const std::string stations = client.say("l1\r");
+    ASSERT_EQ(stations.size(), 9U);
+    EXPECT_EQ(stations.substr(0, 7), "21l1000");
+    EXPECT_EQ(client.say("l1,1\rH1,1,0,0\rO1,2,11,0\r"), "");
+    EXPECT_EQ(client.say("f"), "");
+    EXPECT_EQ(client.say("x0,1,0,0\rv0,1,0,0\r"), "");
+    EXPECT_EQ(client.say("C"), "");
+    const std::string record = client.see(kPose);
+    ASSERT_EQ(record.size(), 32U);
+    EXPECT_EQ(record.substr(0, 3), "01 ");
+    EXPECT_EQ(record[31], ' ');
+    EXPECT_FLOAT_EQ(float_at(record, 3), 20.40F);
+    EXPECT_FLOAT_EQ(float_at(record, 7), -61.06F);
+    EXPECT_FLOAT_EQ(float_at(record, 11), 30.01F);
+    const Quat<double>& q = kPose.q_source_sensor;
+    EXPECT_FLOAT_EQ(float_at(record, 15), static_cast<float>(q.w()));
+    EXPECT_FLOAT_EQ(float_at(record, 19), static_cast<float>(q.x()));
+    EXPECT_FLOAT_EQ(float_at(record, 23), static_cast<float>(q.y()));
+    EXPECT_FLOAT_EQ(float_at(record, 27), static_cast<float>(q.z()));
+    EXPECT_EQ(client.say("S")[5], '9');  // binary and continuous
+}
+
+// Its stubborn reset: each byte by itself, in modes that we do not have.
+TEST(FastrakBytes, StubbornResetOfVrpn) {
+    FastrakClient client;
+    EXPECT_EQ(client.say("\r"), "");
+    EXPECT_EQ(client.say("Y"), "");
+    EXPECT_THAT(client.say("t"), ::testing::HasSubstr("EC-99"));
+    EXPECT_EQ(client.say("W"), "");
+    EXPECT_EQ(client.say("\x0b"), "");
+    EXPECT_EQ(client.say("\x19"), "");
+    EXPECT_EQ(client.say("S").size(), 55U);
+}
+
+}  // namespace
+}  // namespace tricoil::test

@@ -1,0 +1,56 @@
+// A FASTRAK session at hand: poses and commands in, records out.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "board/host/serve/fastrak/session.hpp"
+#include "core/base/angle_units.hpp"
+
+namespace tricoil::test {
+
+/// A pose at `position_in` inches with the attitude of three angles in degrees.
+inline tracking::PoseEstimate<double> fastrak_pose(const Vec3<double>& position_in, double azimuth_deg, double elevation_deg,
+                                                   double roll_deg) {
+    tracking::PoseEstimate<double> pose;
+    pose.position_m = 0.0254 * position_in;
+    pose.q_source_sensor = geometry::attitude_quaternion<double>(geometry::attitude_matrix<double>(
+        geometry::Euler<double>{kRadians * azimuth_deg, kRadians * elevation_deg, kRadians * roll_deg}));
+    pose.state = tracking::TrackerState::tracking;
+    return pose;
+}
+
+class FastrakClient {
+public:
+    explicit FastrakClient(int sensors = 1) : sensors_(sensors) {}
+
+    /// What the device answers.
+    std::string say(std::string_view command) {
+        session_.receive(command);
+        return std::exchange(sent_, {});
+    }
+
+    /// A pose arrives, 10 ms after the one before; what the device sends of its own accord.
+    std::string see(tracking::PoseEstimate<double> pose, std::uint8_t sensor = 0) {
+        pose.sensor = sensor;
+        time_us_ += 10'000;
+        const host::ServedPose served{pose, time_us_};
+        session_.take({&served, 1});
+        return std::exchange(sent_, {});
+    }
+
+    std::vector<std::pair<std::uint8_t, Vec3<double>>> hemispheres;
+
+private:
+    int sensors_;
+    std::int64_t time_us_ = 1'000'000'000;
+    std::string sent_;
+    host::fastrak::Session session_{
+        {[this](std::string_view record) { sent_ += record; },
+         [this](std::uint8_t sensor, const Vec3<double>& towards) { hemispheres.emplace_back(sensor, towards); },
+         [this] { return sensors_; }},
+        std::make_shared<host::fastrak::Memory>()};
+};
+
+}  // namespace tricoil::test

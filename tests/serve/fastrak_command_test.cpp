@@ -1,0 +1,167 @@
+// What commands do: stations, rates, error letters, frames, and what survives a reset.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tests/serve/fastrak_client.hpp"
+
+namespace tricoil::test {
+namespace {
+
+using tracking::PoseFlag;
+
+std::vector<double> numbers(const std::string& record) {
+    std::vector<double> values;
+    for (std::size_t at = 3; at + 7 <= record.size(); at += 7) {
+        values.push_back(std::stod(record.substr(at, 7)));
+    }
+    return values;
+}
+
+TEST(FastrakCommand, ErrorLetters) {
+    const std::vector<std::pair<PoseFlag, char>> letters{
+        {PoseFlag::saturated, 'j'},     {PoseFlag::low_signal, 'k'},         {PoseFlag::no_sensor, 'l'},
+        {PoseFlag::stale, 'l'},         {PoseFlag::no_reference, 'a'},       {PoseFlag::wrong_handedness, 'g'},
+        {PoseFlag::not_converged, 's'}, {PoseFlag::hemisphere_unknown, 's'}, {PoseFlag::unconfirmed, 's'},
+        {PoseFlag::inconsistent, 's'},  {PoseFlag::distorted, ' '},          {PoseFlag::coasting, ' '}};
+    for (const auto& [flag, letter] : letters) {
+        FastrakClient client;
+        auto pose = fastrak_pose({10, 0, 0}, 0, 0, 0);
+        pose.flags.set(flag);
+        client.see(pose);
+        EXPECT_EQ(client.say("P")[2], letter) << static_cast<int>(flag);
+        const std::string bit = letter == ' ' ? "   " : std::to_string(static_cast<int>(letter));
+        EXPECT_THAT(client.say("S").substr(6, 3), ::testing::HasSubstr(bit.substr(0, 2)));
+    }
+    // Every flag that makes a pose invalid has a letter.
+    for (unsigned bit = 0; bit < 12; ++bit) {
+        tracking::PoseEstimate<double> pose;
+        pose.flags.set(static_cast<PoseFlag>(bit));
+        EXPECT_EQ(host::fastrak::error_letter(pose) == ' ', pose.valid()) << bit;
+    }
+    FastrakClient client;
+    EXPECT_EQ(client.say("P")[2], 'l');  // no pose yet
+    client.see(fastrak_pose({100, 0, 0}, 0, 0, 0));
+    EXPECT_EQ(client.say("P")[2], 'x');  // 2.54 m
+}
+
+TEST(FastrakCommand, ContinuousAtMost120TimesASecond) {
+    FastrakClient client;
+    const auto pose = fastrak_pose({10, 0, 0}, 0, 0, 0);
+    EXPECT_EQ(client.see(pose), "");
+    client.say("C");
+    EXPECT_EQ(client.see(pose).size(), 47U);
+    client.say("c");
+    EXPECT_EQ(client.see(pose), "");
+
+    std::size_t records = 0;
+    host::fastrak::Session session({[&](std::string_view) { ++records; }, [](auto, const auto&) {}, [] { return 1; }},
+                                   std::make_shared<host::fastrak::Memory>());
+    session.receive(std::string_view("C"));
+    std::mt19937 random(5);
+    for (int n = 0; n < 2400; ++n) {  // 10 s at 240 Hz, arriving with jitter
+        const host::ServedPose served{pose, 1'000'000 + n * 4167 + static_cast<int>(random() % 500)};
+        session.take({&served, 1});
+    }
+    EXPECT_NEAR(static_cast<double>(records), 1200, 3);
+}
+
+TEST(FastrakCommand, StationsInTurn) {
+    FastrakClient client(3);
+    for (std::uint8_t sensor = 0; sensor < 3; ++sensor) {
+        client.see(fastrak_pose({10.0 * (sensor + 1), 0, 0}, 0, 0, 0), sensor);
+    }
+    EXPECT_EQ(client.say("l1\r"), "21l1110\r\n");
+    std::string records = client.say("P");
+    ASSERT_EQ(records.size(), 3 * 47U);
+    EXPECT_EQ(records.substr(0, 10), "01   10.00");
+    EXPECT_EQ(records.substr(47, 10), "02   20.00");
+    client.say("l2,0\r");
+    records = client.say("P");
+    ASSERT_EQ(records.size(), 2 * 47U);
+    EXPECT_EQ(records.substr(47, 2), "03");
+    EXPECT_EQ(client.say("l2\r"), "22l1010\r\n");
+    EXPECT_EQ(client.say("S").substr(0, 3), "21S");
+    EXPECT_EQ(client.say("S").substr(0, 3), "22S");
+}
+
+TEST(FastrakCommand, HemisphereGoesToTheTracker) {
+    FastrakClient client(2);
+    client.say("H2,0,-1,0\r");
+    ASSERT_EQ(client.hemispheres.size(), 1U);
+    EXPECT_EQ(client.hemispheres[0].first, 1);
+    EXPECT_EQ(client.hemispheres[0].second, Vec3<double>(0, -1, 0));
+    client.say("H1,0,0,0\r");  // follow the sensor: what this tracker does anyhow
+    EXPECT_EQ(client.hemispheres.size(), 1U);
+}
+
+TEST(FastrakCommand, TipTurnsWithTheSensor) {
+    FastrakClient client;
+    client.see(fastrak_pose({10, 0, 0}, 90, 0, 0));
+    client.say("N1,4,0,0\r");
+    EXPECT_THAT(numbers(client.say("P")), ::testing::Pointwise(::testing::DoubleNear(0.006), {10, 4, 0, 90, 0, 0}));
+}
+
+TEST(FastrakCommand, AlignmentIsRelativeToTheOneInForce) {
+    FastrakClient client;
+    client.see(fastrak_pose({10, 20, 30}, 90, 0, 0));
+    client.say("A1,0,0,0,0,1,0,-1,0,0\r");  // x along +y
+    EXPECT_THAT(numbers(client.say("P")), ::testing::Pointwise(::testing::DoubleNear(0.006), {20, -10, 30, 0, 0, 0}));
+    client.say("A1,20,-10,30,21,-10,30,20,-9,30\r");
+    EXPECT_THAT(numbers(client.say("P")), ::testing::Pointwise(::testing::DoubleNear(0.006), {0, 0, 0, 0, 0, 0}));
+    client.say("R1\r");
+    EXPECT_THAT(numbers(client.say("P")), ::testing::Pointwise(::testing::DoubleNear(0.006), {10, 20, 30, 90, 0, 0}));
+}
+
+TEST(FastrakCommand, BoresightReadsTheReferenceAngles) {
+    FastrakClient client;
+    client.say("G1,0,-15,0\r");
+    client.say("B1\r");  // no pose yet: in vain
+    client.see(fastrak_pose({10, 0, 0}, 33, 22, 11));
+    EXPECT_THAT(numbers(client.say("P"))[3], ::testing::DoubleNear(33, 0.006));
+    client.say("B1\r");
+    EXPECT_THAT(numbers(client.say("P")), ::testing::Pointwise(::testing::DoubleNear(0.006), {10, 0, 0, 0, -15, 0}));
+}
+
+TEST(FastrakCommand, AResetBringsBackWhatWasSaved) {
+    FastrakClient client;
+    client.see(fastrak_pose({10, 0, 0}, 0, 0, 0));
+    client.say("O1,2,1\ru\x0b");
+    client.say("O1,4,1\rU");
+    EXPECT_EQ(client.say("O1\r"), "21O 4 1\r\n");
+    client.say("\x19");
+    EXPECT_EQ(client.say("O1\r"), "21O 2 1\r\n");
+    client.see(fastrak_pose({10, 0, 0}, 0, 0, 0));
+    EXPECT_THAT(numbers(client.say("P"))[0], ::testing::DoubleNear(25.4, 0.006));
+}
+
+TEST(FastrakCommand, NumbersNeverOutgrowTheirFields) {
+    FastrakClient client;
+    auto pose = fastrak_pose({1e7, -1e7, 0}, 0, 0, 0);
+    pose.position_m.z() = std::nan("");
+    client.see(pose);
+    EXPECT_EQ(client.say("P").size(), 47U);
+    EXPECT_EQ(client.say("O1,2,52,1\rP").size(), 3 + 21 + 39 + 2U);
+}
+
+TEST(FastrakCommand, GarbageOfAnyKindIsSurvived) {
+    std::mt19937 random(11);
+    FastrakClient client(2);
+    client.see(fastrak_pose({10, 0, 0}, 0, 0, 0));
+    for (int n = 0; n < 20'000; ++n) {
+        std::string bytes(1 + random() % 12, ' ');
+        const std::string_view likely = "CcPSOHBbGARNxvlyFfUuWY0123456789,.-eE\r\r\n";
+        for (char& c : bytes) {
+            c = random() % 4 == 0 ? static_cast<char>(random() % 256) : likely[random() % likely.size()];
+        }
+        client.say(bytes);
+        client.see(fastrak_pose({10, 0, 0}, 0, 0, 0));
+    }
+    client.say("\rW\x0b\x19");
+    client.see(fastrak_pose({10, 0, 0}, 0, 0, 0));
+    EXPECT_EQ(client.say("P").size(), 2 * 47U);
+}
+
+}  // namespace
+}  // namespace tricoil::test

@@ -1,0 +1,109 @@
+// The tracker's side never waits; readers that fall behind miss the oldest poses and know how many.
+#include "board/host/serve/pose_hub.hpp"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "board/host/serve/silence_watch.hpp"
+
+namespace tricoil::host {
+namespace {
+
+tracking::PoseEstimate<double> numbered(std::uint32_t sequence) {
+    tracking::PoseEstimate<double> pose;
+    pose.sequence = sequence;
+    pose.time = device_time_us(4167 * std::int64_t{sequence});
+    return pose;
+}
+
+TEST(PoseHub, ReadersGetWhatCameSince) {
+    PoseHub hub;
+    hub.pose(numbered(1));
+    PoseHub::Cursor cursor = hub.cursor();
+    std::vector<ServedPose> poses;
+    hub.read(cursor, poses);
+    EXPECT_TRUE(poses.empty());
+    hub.pose(numbered(2));
+    hub.pose(numbered(3));
+    hub.read(cursor, poses);
+    ASSERT_EQ(poses.size(), 2U);
+    EXPECT_EQ(poses[1].pose.sequence, 3U);
+    EXPECT_EQ(cursor.missed, 0U);
+}
+
+TEST(PoseHub, WhoFallsBehindMissesTheOldest) {
+    PoseHub hub;
+    PoseHub::Cursor cursor = hub.cursor();
+    for (std::uint32_t n = 0; n < PoseHub::kCapacity + 100; ++n) {
+        hub.pose(numbered(n));
+    }
+    std::vector<ServedPose> poses;
+    hub.read(cursor, poses);
+    ASSERT_EQ(poses.size(), PoseHub::kCapacity);
+    EXPECT_EQ(cursor.missed, 100U);
+    EXPECT_EQ(poses.front().pose.sequence, 100U);
+}
+
+TEST(PoseHub, WaitsForPosesUntilClosed) {
+    PoseHub hub;
+    PoseHub::Cursor cursor = hub.cursor();
+    std::vector<ServedPose> poses;
+    EXPECT_FALSE(hub.wait(cursor, poses, std::chrono::milliseconds(1)));
+    std::thread tracker([&] { hub.pose(numbered(1)); });
+    EXPECT_TRUE(hub.wait(cursor, poses, std::chrono::seconds(10)));
+    tracker.join();
+    std::thread end([&] { hub.close(); });
+    poses.clear();
+    EXPECT_FALSE(hub.wait(cursor, poses, std::chrono::seconds(10)));
+    end.join();
+}
+
+TEST(SilenceWatch, TellsOnceThatAPoseHasGrownOld) {
+    SilenceWatch watch;
+    std::vector<ServedPose> poses{{numbered(1), 0}};
+    watch.look(1'000'000, poses);
+    EXPECT_EQ(poses.size(), 1U);
+    poses.clear();
+    watch.look(1'000'000 + SilenceWatch::kLimitUs, poses);
+    EXPECT_TRUE(poses.empty());
+    watch.look(1'000'001 + SilenceWatch::kLimitUs, poses);
+    ASSERT_EQ(poses.size(), 1U);
+    EXPECT_FALSE(poses[0].pose.valid());
+    poses.clear();
+    watch.look(9'000'000, poses);
+    EXPECT_TRUE(poses.empty());
+}
+
+TEST(WallClock, TakesTheShortestWay) {
+    constexpr std::int64_t kEpoch = 1'700'000'000'000'000;
+    WallClock clock(2000);
+    std::int64_t worst = 0;
+    for (int n = 0; n < 2400; ++n) {
+        const std::int64_t time = 4167 * n;
+        const std::int64_t way = 2000 + 300 + 500 * (n % 7);  // half a window, the least transfer, and what comes on top
+        const std::int64_t utc = clock.utc_us(device_time_us(time), kEpoch + time + way);
+        worst = std::max(worst, std::abs(utc - (kEpoch + time)));
+    }
+    EXPECT_LE(worst, 300);
+}
+
+TEST(WallClock, FollowsDriftAndRestarts) {
+    constexpr std::int64_t kEpoch = 1'700'000'000'000'000;
+    WallClock clock(0);
+    std::int64_t worst = 0;
+    for (std::int64_t n = 0; n < 240 * 120; ++n) {
+        const double host = 4167.0 * static_cast<double>(n);
+        for (const double ppm : {100.0}) {
+            const auto time = static_cast<std::int64_t>(host * (1 - 1e-6 * ppm));
+            const std::int64_t utc = clock.utc_us(device_time_us(time), kEpoch + static_cast<std::int64_t>(host));
+            worst = std::max(worst, std::abs(utc - kEpoch - static_cast<std::int64_t>(host)));
+        }
+    }
+    EXPECT_LE(worst, 2000);
+    const std::int64_t later = kEpoch + 300'000'000;
+    EXPECT_EQ(clock.utc_us(device_time_us(5), later), later);  // the device began anew
+}
+
+}  // namespace
+}  // namespace tricoil::host

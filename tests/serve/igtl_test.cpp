@@ -1,0 +1,238 @@
+// OpenIGTLink sessions, read with the library that everybody uses.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <igtlMessageHeader.h>
+#include <igtlStatusMessage.h>
+#include <igtlTrackingDataMessage.h>
+#include <igtlTransformMessage.h>
+#include <sys/socket.h>
+
+#include <array>
+#include <cstring>
+#include <optional>
+#include <random>
+#include <thread>
+
+#include "board/host/serve/openigtlink/igtl_messages.hpp"
+#include "board/host/serve/openigtlink/igtl_session.hpp"
+
+namespace tricoil::host::igtl_output {
+namespace {
+
+constexpr std::size_t kHeader = 58;
+constexpr std::int64_t kNow = 1'700'000'000'123'456;
+
+ServedPose pose_at(std::int64_t utc_us, std::uint8_t sensor = 0) {
+    ServedPose served;
+    served.pose.sensor = sensor;
+    served.pose.position_m = {0.1, -0.2, 0.3};
+    served.pose.q_source_sensor = Quat<double>(0.5, 0.5, -0.5, 0.5);
+    served.utc_us = utc_us;
+    return served;
+}
+
+ServedPose invalid_at(std::int64_t utc_us, std::uint8_t sensor = 0) {
+    ServedPose served = pose_at(utc_us, sensor);
+    served.pose.flags.set(tracking::PoseFlag::low_signal);
+    return served;
+}
+
+template <typename Message>
+typename Message::Pointer unpack(const std::string& bytes, int& unpacked) {
+    igtl::MessageHeader::Pointer header = igtl::MessageHeader::New();
+    header->InitPack();
+    std::memcpy(header->GetPackPointer(), bytes.data(), kHeader);
+    header->Unpack();
+    typename Message::Pointer message = Message::New();
+    message->SetMessageHeader(header);
+    message->AllocatePack();
+    std::memcpy(message->GetPackBodyPointer(), bytes.data() + kHeader, bytes.size() - kHeader);
+    unpacked = message->Unpack(1);
+    return message;
+}
+
+std::string type_of(const std::string& bytes) { return std::string(bytes.data() + 2, strnlen(bytes.data() + 2, 12)); }
+
+TEST(IgtlMessages, TransformIsInMillimetresAtItsOwnTime) {
+    int unpacked = 0;
+    const auto message = unpack<igtl::TransformMessage>(transform_message(pose_at(kNow)), unpacked);
+    ASSERT_TRUE(unpacked & igtl::MessageHeader::UNPACK_BODY);
+    igtl::Matrix4x4 matrix;
+    message->GetMatrix(matrix);
+    EXPECT_FLOAT_EQ(matrix[0][3], 100);
+    EXPECT_FLOAT_EQ(matrix[1][3], -200);
+    EXPECT_FLOAT_EQ(matrix[2][3], 300);
+    const Mat3<double> r = pose_at(0).pose.q_source_sensor.toRotationMatrix();
+    EXPECT_FLOAT_EQ(matrix[1][0], static_cast<float>(r(1, 0)));
+    EXPECT_FLOAT_EQ(matrix[2][1], static_cast<float>(r(2, 1)));
+    const igtl::TimeStamp::Pointer stamp = igtl::TimeStamp::New();
+    igtl::TimeStamp::Pointer taken = stamp;
+    message->GetTimeStamp(taken);
+    EXPECT_NEAR(static_cast<double>(taken->GetTimeStampInNanoseconds() / 1000 % 1'000'000'000), kNow % 1'000'000'000, 1);
+    EXPECT_STREQ(message->GetDeviceName(), "tricoil_1");
+}
+
+/// A session and the client's end of its line.
+class IgtlSession : public ::testing::Test {
+protected:
+    void SetUp() override {
+        std::array<int, 2> ends{};
+        ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM, 0, ends.data()), 0);
+        stream_.emplace(ends[0]);
+        client_.reset(ends[1]);
+        session_.emplace(*stream_);
+    }
+    void have(const ServedPose& served) { session_->take({&served, 1}); }
+    void wait_out() { std::this_thread::sleep_for(Session::kPatience + std::chrono::milliseconds(20)); }
+    void ask(const std::string& bytes) { session_->receive(bytes); }
+
+    /// The messages that have come.
+    std::vector<std::string> messages() {
+        std::array<char, 65536> buffer{};
+        const ssize_t n = ::recv(client_.get(), buffer.data(), buffer.size(), MSG_DONTWAIT);
+        std::vector<std::string> all;
+        for (ssize_t at = 0; at < n;) {
+            igtl::MessageHeader::Pointer header = igtl::MessageHeader::New();
+            header->InitPack();
+            std::memcpy(header->GetPackPointer(), buffer.data() + at, kHeader);
+            header->Unpack();
+            const auto size = static_cast<ssize_t>(kHeader) + static_cast<ssize_t>(header->GetBodySizeToRead());
+            all.emplace_back(buffer.data() + at, static_cast<std::size_t>(size));
+            at += size;
+        }
+        return all;
+    }
+    std::vector<std::string> types() {
+        std::vector<std::string> names;
+        for (const std::string& message : messages()) {
+            names.push_back(type_of(message));
+        }
+        return names;
+    }
+    static std::string start(int resolution_ms) {
+        const igtl::StartTrackingDataMessage::Pointer message = igtl::StartTrackingDataMessage::New();
+        message->SetDeviceName("test");
+        message->SetResolution(resolution_ms);
+        message->SetCoordinateName("Patient");
+        message->Pack();
+        return {static_cast<const char*>(message->GetPackPointer()), static_cast<std::size_t>(message->GetPackSize())};
+    }
+    template <typename Message>
+    static std::string header_only() {
+        const typename Message::Pointer message = Message::New();
+        message->SetDeviceName("test");
+        message->Pack();
+        return {static_cast<const char*>(message->GetPackPointer()), static_cast<std::size_t>(message->GetPackSize())};
+    }
+
+    std::optional<Stream> stream_;
+    drivers::FileDescriptor client_;
+    std::optional<Session> session_;
+};
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+TEST_F(IgtlSession, WhoAsksForNothingGetsTransforms) {
+    have(pose_at(kNow));
+    EXPECT_THAT(types(), IsEmpty());
+    wait_out();
+    have(pose_at(kNow + 4167));
+    have(pose_at(kNow + 8333));
+    EXPECT_THAT(types(), ElementsAre("TRANSFORM", "TRANSFORM"));
+}
+
+TEST_F(IgtlSession, TrackingDataAtTheRateAskedFor) {
+    ask(start(20));
+    for (int n = 0; n < 240; ++n) {
+        have(pose_at(kNow + n * 4167));
+    }
+    EXPECT_NEAR(static_cast<double>(types().size()), 50, 1);
+    ask(header_only<igtl::StopTrackingDataMessage>());
+    have(pose_at(kNow + 2'000'000));
+    EXPECT_THAT(types(), ElementsAre("RTS_TDATA"));
+    ask(start(0));
+    have(pose_at(kNow + 2'004'167));
+    have(pose_at(kNow + 2'008'333));
+    EXPECT_THAT(types(), ElementsAre("TDATA", "TDATA"));
+}
+
+TEST_F(IgtlSession, TrackingDataHoldsAllSensorsThatAreValid) {
+    ask(start(0));
+    have(pose_at(kNow, 0));
+    have(pose_at(kNow, 1));
+    have(invalid_at(kNow, 2));
+    (void)messages();
+    have(pose_at(kNow + 4167, 0));
+    int unpacked = 0;
+    const auto all = messages();
+    ASSERT_EQ(all.size(), 1U);
+    const auto message = unpack<igtl::TrackingDataMessage>(all[0], unpacked);
+    ASSERT_TRUE(unpacked & igtl::MessageHeader::UNPACK_BODY);
+    ASSERT_EQ(message->GetNumberOfTrackingDataElements(), 2);
+    igtl::TrackingDataElement::Pointer element;
+    message->GetTrackingDataElement(1, element);
+    EXPECT_STREQ(element->GetName(), "tricoil_2");
+    EXPECT_STREQ(message->GetDeviceName(), "Patient");
+}
+
+TEST_F(IgtlSession, AnInvalidPoseIsNeverSent) {
+    wait_out();
+    have(pose_at(kNow));
+    have(invalid_at(kNow + 4167));
+    have(invalid_at(kNow + 8333));
+    have(pose_at(kNow + 12'500));
+    const auto all = messages();
+    ASSERT_EQ(all.size(), 4U);
+    EXPECT_EQ(type_of(all[0]), "TRANSFORM");
+    EXPECT_EQ(type_of(all[3]), "TRANSFORM");
+    int unpacked = 0;
+    const auto begins = unpack<igtl::StatusMessage>(all[1], unpacked);
+    EXPECT_EQ(begins->GetCode(), igtl::StatusMessage::STATUS_NOT_READY);
+    EXPECT_STREQ(begins->GetErrorName(), "low_signal");
+    EXPECT_EQ(unpack<igtl::StatusMessage>(all[2], unpacked)->GetCode(), igtl::StatusMessage::STATUS_OK);
+}
+
+TEST_F(IgtlSession, AnswersQuestions) {
+    ask(header_only<igtl::GetStatusMessage>());
+    EXPECT_THAT(types(), ElementsAre("STATUS"));
+    have(pose_at(kNow));
+    ask(header_only<igtl::GetTransformMessage>() + header_only<igtl::GetStatusMessage>());
+    EXPECT_THAT(types(), ElementsAre("TRANSFORM", "STATUS"));
+    have(invalid_at(kNow));
+    ask(header_only<igtl::GetTransformMessage>());
+    EXPECT_THAT(types(), ElementsAre("STATUS"));
+}
+
+TEST_F(IgtlSession, DamagedRequestsAreDropped) {
+    std::string damaged = start(0);
+    damaged.back() = static_cast<char>(damaged.back() ^ 1);
+    ask(damaged);
+    have(pose_at(kNow));
+    EXPECT_THAT(types(), IsEmpty());
+    ask(start(0));  // the next one counts
+    have(pose_at(kNow));
+    EXPECT_THAT(types(), ElementsAre("TDATA"));
+    ask(start(0).substr(0, 70));  // half a request
+    have(pose_at(kNow));
+    EXPECT_THAT(types(), ElementsAre("TDATA"));
+}
+
+TEST_F(IgtlSession, GarbageEndsTheLine) {
+    std::mt19937 random(3);
+    int gone = 0;
+    for (int n = 0; n < 200; ++n) {
+        SetUp();
+        std::string bytes(random() % 300, ' ');
+        for (char& c : bytes) {
+            c = static_cast<char>(random());
+        }
+        ask(bytes);
+        have(pose_at(kNow));
+        gone += stream_->gone() ? 1 : 0;
+    }
+    EXPECT_GT(gone, 150);  // as soon as a header is whole
+}
+
+}  // namespace
+}  // namespace tricoil::host::igtl_output

@@ -1,0 +1,232 @@
+// `tricoil serve` as a whole: bad input, clients by the hundred, and one that stops reading beside one that does not.
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include "drivers/posix/raw_terminal.hpp"
+#include "tests/cli/cli_runner.hpp"
+
+namespace tricoil::test {
+namespace {
+
+using ::testing::HasSubstr;
+using Clock = std::chrono::steady_clock;
+
+/// The program, serving until the end of this object's life.
+class Serving {
+public:
+    explicit Serving(const std::vector<std::string>& options) {
+        std::array<int, 2> out{};
+        EXPECT_EQ(pipe(out.data()), 0);
+        pid_ = fork();
+        if (pid_ == 0) {
+            dup2(out[1], STDOUT_FILENO);
+            dup2(open(err_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDERR_FILENO);
+            std::vector<std::string> all{TRICOIL_PROGRAM, "serve", "--json"};
+            all.insert(all.end(), options.begin(), options.end());
+            std::vector<char*> arguments;
+            for (std::string& argument : all) {
+                arguments.push_back(argument.data());
+            }
+            arguments.push_back(nullptr);
+            execv(TRICOIL_PROGRAM, arguments.data());
+            _exit(127);
+        }
+        close(out[1]);
+        std::string line;
+        for (char c = 0; read(out[0], &c, 1) == 1 && c != '\n';) {
+            line += c;
+        }
+        close(out[0]);
+        addresses_ = nlohmann::json::parse(line, nullptr, false);
+    }
+    ~Serving() {
+        if (pid_ > 0) {
+            stop(SIGKILL);
+        }
+    }
+    int stop(int signal) {
+        kill(std::exchange(pid_, -1), signal);
+        int status = 0;
+        wait(&status);
+        return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    }
+    [[nodiscard]] std::uint16_t port(const char* output) const {
+        const auto& at = addresses_[output];
+        const std::string address = at.is_array() ? at[0].get<std::string>() : at.get<std::string>();
+        return static_cast<std::uint16_t>(std::stoi(address.substr(address.rfind(':') + 1)));
+    }
+    [[nodiscard]] std::string path() const { return addresses_["fastrak"][0]; }
+    [[nodiscard]] std::string err() const { return read_file(err_); }
+
+private:
+    pid_t pid_ = -1;
+    std::string err_ = path_in_temp("serving_err.txt");
+    nlohmann::json addresses_;
+};
+
+int connect_to(std::uint16_t port, int receive_buffer = 0) {
+    const int client = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    if (receive_buffer > 0) {
+        setsockopt(client, SOL_SOCKET, SO_RCVBUF, &receive_buffer, sizeof receive_buffer);
+    }
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(port);
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    EXPECT_EQ(connect(client, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);  // NOLINT: the sockets' way
+    return client;
+}
+
+/// What comes within `limit`, until `enough` bytes are there.
+std::string read_for(int descriptor, std::chrono::milliseconds limit, std::size_t enough = SIZE_MAX) {
+    std::string text;
+    const auto end = Clock::now() + limit;
+    std::array<char, 4096> buffer{};
+    while (text.size() < enough && Clock::now() < end) {
+        pollfd waiting{descriptor, POLLIN, 0};
+        if (poll(&waiting, 1, 20) > 0) {
+            const ssize_t n = read(descriptor, buffer.data(), buffer.size());
+            if (n <= 0) {
+                break;
+            }
+            text.append(buffer.data(), static_cast<std::size_t>(n));
+        }
+    }
+    return text;
+}
+
+TEST(ServeProgram, RefusesWhatCannotBeServed) {
+    const std::vector<std::pair<std::string, std::string>> lines{
+        {"", "nothing to serve on; add --fastrak, --openigtlink or --web"},
+        {"--fastrak nowhere", "must be pty, pty:LINK, serial:PATH[:BAUD] or tcp:[ADDRESS:]PORT"},
+        {"--fastrak tcp:99999", "needs a port number up to 65535"},
+        {"--fastrak serial:/dev/ttyS0:1234", "the speed must be 9600"},
+        {"--fastrak pty:/dev/null", "is there and no link to a pseudo terminal"},
+        {"--fastrak pty:/no/such/folder/link", "cannot be made"},
+        {"--openigtlink here", "needs a port number"},
+        {"--openigtlink 0 --scenario nonsense", "nonsense"},
+    };
+    for (const auto& [options, reason] : lines) {
+        const auto result = tricoil("serve " + options);
+        EXPECT_EQ(result.exit_code, 2) << options;
+        EXPECT_THAT(result.err, HasSubstr(reason)) << options;
+        EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    }
+    EXPECT_EQ(tricoil("serve --fastrak serial:/dev/no-such-line").exit_code, 3);
+    const Serving first({"--fastrak", "tcp:0"});
+    const auto second = tricoil("serve --fastrak tcp:" + std::to_string(first.port("fastrak")));
+    EXPECT_EQ(second.exit_code, 3);
+    EXPECT_THAT(second.err, HasSubstr("another program has this port"));
+}
+
+TEST(ServeProgram, APseudoTerminalOutlivesItsClients) {
+    const std::string link = path_in_temp("fastrak_link");
+    std::filesystem::create_symlink("/dev/pts/99999", link);  // left behind by a killed one
+    Serving serving({"--fastrak", "pty:" + link, "--scenario", "still"});
+    for (int client = 0; client < 3; ++client) {
+        const int line = open(link.c_str(), O_RDWR | O_NOCTTY);
+        ASSERT_GE(line, 0);
+        ASSERT_TRUE(drivers::make_raw(line));
+        ASSERT_EQ(write(line, "cFUP", 4), 4);
+        const std::string record = read_for(line, std::chrono::seconds(10), 47);
+        EXPECT_EQ(record.substr(0, 2), "01") << client;
+        EXPECT_EQ(record.size(), 47U) << client;
+        ASSERT_EQ(write(line, "C", 1), 1);
+        EXPECT_GT(read_for(line, std::chrono::seconds(10), 470).size(), 400U);
+        close(line);  // in the middle of the stream
+    }
+    EXPECT_EQ(serving.stop(SIGTERM), 0);
+    EXPECT_FALSE(std::filesystem::exists(std::filesystem::symlink_status(link)));
+}
+
+TEST(ServeProgram, OfAHundredClientsSomeAreTurnedAway) {
+    const Serving serving({"--fastrak", "tcp:0", "--scenario", "still"});
+    std::vector<int> clients;
+    for (int n = 0; n < 100; ++n) {
+        clients.push_back(connect_to(serving.port("fastrak")));
+        EXPECT_EQ(write(clients.back(), "S", 1), 1);
+    }
+    std::size_t served = 0;
+    for (const int client : clients) {
+        served += read_for(client, std::chrono::milliseconds(300), 55).size() == 55U ? 1U : 0U;
+    }
+    EXPECT_EQ(served, 16U);
+    EXPECT_THAT(serving.err(), HasSubstr("16 clients are connected, which is the most; others are turned away"));
+    for (const int client : clients) {
+        close(client);
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    const int late = connect_to(serving.port("fastrak"));
+    EXPECT_EQ(write(late, "S", 1), 1);
+    EXPECT_EQ(read_for(late, std::chrono::seconds(10), 55).size(), 55U);
+    close(late);
+}
+
+TEST(ServeProgram, WhoStopsReadingSlowsNobody) {
+    const std::string folder = path_in_temp("stalled");
+    std::filesystem::remove_all(folder);
+    Serving serving({"--fastrak", "tcp:0", "--openigtlink", "0", "--scenario", "still", "--record", folder});
+    std::vector<int> stalled;
+    for (int n = 0; n < 5; ++n) {
+        stalled.push_back(connect_to(serving.port("fastrak"), 2048));
+        EXPECT_EQ(write(stalled.back(), "O1,52,54,61,52,54,61,1\rC", 24), 24);
+        stalled.push_back(connect_to(serving.port("openigtlink"), 2048));
+    }
+    const int reader = connect_to(serving.port("fastrak"));
+    EXPECT_EQ(write(reader, "C", 1), 1);
+    (void)read_for(reader, std::chrono::seconds(10), 47);
+    const auto begin = Clock::now();
+    const std::string text = read_for(reader, std::chrono::seconds(20), 47 * 360);
+    const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+    EXPECT_EQ(text.size() / 47, 360U);
+    EXPECT_LT(seconds, 10);  // three seconds of records, on a machine that may be busy
+    EXPECT_EQ(serving.stop(SIGINT), 0);
+    // The tracker missed nothing: what it did can be replayed.
+    EXPECT_TRUE(tricoil("replay --json " + folder).json()["bit_for_bit"]);
+    for (const int client : stalled) {
+        close(client);
+    }
+    close(reader);
+}
+
+TEST(ServeProgram, HemisphereByACommandIsRecordedAndReplayed) {
+    const std::string folder = path_in_temp("hemisphere");
+    std::filesystem::remove_all(folder);
+    Serving serving({"--fastrak", "tcp:0", "--scenario", "still", "--record", folder});
+    const int client = connect_to(serving.port("fastrak"));
+    const auto x = [&] {
+        EXPECT_EQ(write(client, "P", 1), 1);
+        return std::stod(read_for(client, std::chrono::seconds(10), 47).substr(3, 7));
+    };
+    double before = x();
+    for (int n = 0; n < 1000 && before == 0; ++n) {  // no pose yet
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        before = x();
+    }
+    EXPECT_EQ(write(client, "H1,-1,0,0\r", 10), 10);
+    double after = before;
+    for (int n = 0; n < 1000 && after * before > 0; ++n) {
+        after = x();
+    }
+    EXPECT_NEAR(after, -before, 0.2);
+    EXPECT_EQ(serving.stop(SIGINT), 0);
+    EXPECT_THAT(read_file(folder + "/events.csv"), HasSubstr("hemisphere,-1 0 0"));
+    EXPECT_TRUE(tricoil("replay --json " + folder).json()["bit_for_bit"]);
+    close(client);
+}
+
+}  // namespace
+}  // namespace tricoil::test
