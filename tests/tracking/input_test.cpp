@@ -197,10 +197,10 @@ TEST(FilterParams, OutOfRangeIsRefusedWithAReason) {
     expect_bad([](auto& p) { p.start_speed_m_s = -3; });
     expect_bad([](auto& p) { p.coast_limit = Microseconds{0}; });
     expect_bad([](auto& p) { p.coast_limit = p.max_column_span; });
-    expect_bad([](auto& p) { p.window_s = 1e300; });
-    expect_bad([](auto& p) { p.start_speed_m_s = 1e200; });
-    expect_bad([](auto& p) { p.process.most_m2_s3 = 1e300; });
-    expect_bad([](auto& p) { p.inconsistent_above = 1e-9; });
+    expect_bad([](auto& p) { p.window_s = 1e30F; });
+    expect_bad([](auto& p) { p.start_speed_m_s = 1e20F; });
+    expect_bad([](auto& p) { p.process.most_m2_s3 = 1e30F; });
+    expect_bad([](auto& p) { p.inconsistent_above = 1e-9F; });
     expect_bad([](auto& p) { p.lost_after = Microseconds{1000}; });
     expect_bad([](auto& p) { p.max_lateness = Microseconds{-1}; });
     expect_bad([](auto& p) { p.predict_ahead = Microseconds{20'000'000}; });

@@ -4,7 +4,7 @@
 #include <httplib.h>
 
 #include <array>
-#include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <vector>
 
@@ -62,7 +62,8 @@ std::string carry_out(const nlohmann::json& wish, TrackerControl& control, Recor
         Vec3<double> towards;
         for (std::size_t n = 0; n < 3; ++n) {
             const auto& number = wish["hemisphere"][n];
-            towards[static_cast<Eigen::Index>(n)] = number.is_number() ? number.get<double>() : NAN;
+            towards[static_cast<Eigen::Index>(n)] =
+                number.is_number() ? number.get<double>() : std::numeric_limits<double>::quiet_NaN();
         }
         const auto sensor = wish.value("sensor", nlohmann::json(0));
         if (!towards.allFinite() || !sensor.is_number_unsigned() || sensor.get<std::uint64_t>() >= tracking::kMaxSensors) {
