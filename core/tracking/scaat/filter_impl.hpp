@@ -245,8 +245,7 @@ bool Filter<Scalar, Model>::use(const Column<Scalar>& column, const Motion<Scala
     const int coil = coil_index(column.state);
     const Scalar restless = Scalar(kRestlessBlur * kRestlessBlur) * blur_variance_;
     auto innovation = column_innovation<Scalar>(model_, state_, around, column, restless);
-    const bool at_direct_pose = &around != static_cast<const Motion<Scalar>*>(&state_);  // however far that is
-    const bool far = !at_direct_pose && innovation.y.norm() > params_.most_opened * column.in_phase.norm();
+    const bool far = innovation.y.norm() > params_.most_opened * column.in_phase.norm();
     const bool may_open = trusted && !far && !record_.any_far();
     Vec3<Scalar> whitened = innovation.whitened();
     Scalar nis = whitened.squaredNorm();
