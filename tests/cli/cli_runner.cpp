@@ -11,10 +11,6 @@
 
 namespace tricoil::test {
 
-std::string path_in_temp(const std::string& name) {
-    return ::testing::TempDir() + "tricoil_" + std::to_string(getpid()) + "_" + name;
-}
-
 std::string read_file(const std::string& path) {
     std::ostringstream text;
     text << std::ifstream(path, std::ios::binary).rdbuf();

@@ -4,6 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "tests/support/temporary_path.hpp"
+
 namespace tricoil::test {
 
 struct CliResult {
@@ -20,7 +22,6 @@ CliResult tricoil(const std::string& arguments, const std::string& setup = ":");
 /// Writes a file into the test's folder; returns its path.
 std::string write_file(const std::string& name, const std::string& content);
 std::string read_file(const std::string& path);
-std::string path_in_temp(const std::string& name);
 
 /// Folder of recordings that the project does not ship; empty, after saying so, if there is none. Set by TRICOIL_DATA_DIR.
 std::string recordings_folder();

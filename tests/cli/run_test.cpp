@@ -50,7 +50,7 @@ TEST(Run, DeskewAndTheFilterDoNotPay) {
 }
 
 TEST(Run, WritesPosesAsUsersWantThem) {
-    const std::string csv = ::testing::TempDir() + "tricoil_output_frame.csv";
+    const std::string csv = path_in_temp("output_frame.csv");
     run("--duration 1 --mux tdm --tracker scaat --units mm --euler zyx --tip 0.1,0,0 --out " + csv);
     std::ifstream file(csv);
     std::string header;

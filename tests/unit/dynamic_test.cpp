@@ -12,6 +12,7 @@
 #include "core/geometry/rotations.hpp"
 #include "sim/io/input_error.hpp"
 #include "sim/motion/simple_motions.hpp"
+#include "tests/support/temporary_path.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -187,7 +188,7 @@ protected:
         return {};
     }
 
-    std::string path_ = ::testing::TempDir() + "tricoil_stream.csv";
+    std::string path_ = test::path_in_temp("stream.csv");
 };
 
 TEST_F(StreamFile, SaysWhatIsWrongAndWhere) {

@@ -9,6 +9,7 @@
 #include "sim/motion/trajectory_file.hpp"
 #include "sim/motion/zero_phase_filter.hpp"
 #include "sim/world/pose_track.hpp"
+#include "tests/support/temporary_path.hpp"
 
 namespace tricoil::sim {
 namespace {
@@ -97,7 +98,7 @@ TEST(PoseTrack, InterpolatesTheMotionBetweenItsKnots) {
 class TrajectoryFile : public ::testing::Test {
 protected:
     std::string write(const std::string& text) {
-        const std::string path = ::testing::TempDir() + "tricoil_trajectory_test.traj";
+        const std::string path = test::path_in_temp("trajectory.traj");
         std::ofstream(path, std::ios::binary) << text;
         return path;
     }

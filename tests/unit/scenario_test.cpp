@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "sim/io/input_error.hpp"
+#include "tests/support/temporary_path.hpp"
 
 namespace tricoil::sim {
 namespace {
@@ -13,7 +14,7 @@ namespace {
 using ::testing::HasSubstr;
 
 std::string refusal(const std::string& text) {
-    const std::string path = ::testing::TempDir() + "tricoil_scenario_test.toml";
+    const std::string path = test::path_in_temp("scenario.toml");
     std::ofstream(path, std::ios::binary) << text;
     try {
         load_scenario(path, 1);
