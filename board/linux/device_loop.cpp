@@ -115,22 +115,26 @@ void DeviceLoop::take(const hal::ReceivedMessage& message) {
 void DeviceLoop::begin() {
     const Timing timing = timing_of(session_.identity());
     is_tdm_ = timing.is_tdm;
-    tracking::TrackerParams<double> params;
+    hal::TrackerTap<double>::Settings settings;
+    settings.sensors = session_.identity().sensors;
+    tracking::TrackerParams<double>& params = settings.tracker;
     params.method = params_.method;
     params.coupling_constant = params_.coupling_constant_m3;
     params.hemisphere = params_.hemisphere;
     params.max_column_span = timing.max_column_span;
     params.deskew = timing.is_tdm && params_.method == tracking::Method::direct;
     params.window_s = timing.window_s;
-    tracking::scaat::Params<double> filter;
-    filter.hemisphere = params.hemisphere;
-    filter.max_column_span = params.max_column_span;
-    filter.window_s = params.window_s;
+    if (params_.filter) {
+        tracking::scaat::Params<double>& filter = settings.filter.emplace();
+        filter.hemisphere = params.hemisphere;
+        filter.max_column_span = params.max_column_span;
+        filter.window_s = params.window_s;
+    }
     for (std::size_t n = 0; n < std::min<std::size_t>(session_.identity().sensors, trackers_.size()); ++n) {
-        trackers_[n].emplace(params, params_.filter ? std::optional(filter) : std::nullopt);
+        trackers_[n].emplace(settings.tracker, settings.filter);
     }
     if (params_.tap != nullptr) {
-        params_.tap->begin({params, params_.filter ? std::optional(filter) : std::nullopt, session_.identity().sensors});
+        params_.tap->begin(settings);
     }
     state_sequence_ = 0;
     column_us_ = 0;
@@ -185,15 +189,17 @@ void DeviceLoop::track(const hal::ReceivedMessage& message) {
         params_.tap->column(column);
     }
     if (const auto estimate = trackers_[column.sensor]->update(column)) {
-        if (params_.tap != nullptr) {
-            params_.tap->pose(*estimate);
-        }
-        deliver(seen(*estimate), estimate->valid(), message.host_time_us);
+        answer(*estimate, estimate->valid(), message.host_time_us);
     }
 }
 
-protocol::PoseMessage DeviceLoop::seen(const tracking::PoseEstimate<double>& estimate) const {
-    return protocol::to_message(params_.calibration ? tracking::in_frame(estimate, params_.output) : estimate);
+/// Delivers what a tracker here answered, in the frame that users see.
+void DeviceLoop::answer(const tracking::PoseEstimate<double>& estimate, bool valid, std::int64_t received_us) {
+    if (params_.tap != nullptr) {
+        params_.tap->pose(estimate);
+    }
+    deliver(protocol::to_message(params_.calibration ? tracking::in_frame(estimate, params_.output) : estimate), valid,
+            received_us);
 }
 
 void DeviceLoop::deliver(const protocol::PoseMessage& pose, bool valid, std::int64_t received_us) {
@@ -222,10 +228,7 @@ void DeviceLoop::tick(std::int64_t now_us) {
             params_.tap->tick(static_cast<std::uint8_t>(n), now);
         }
         if (const auto estimate = tracker ? tracker->tick(now) : std::nullopt) {
-            if (params_.tap != nullptr) {
-                params_.tap->pose(*estimate);
-            }
-            deliver(seen(*estimate), false, now_us);
+            answer(*estimate, false, now_us);
         }
     }
 }

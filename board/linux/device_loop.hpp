@@ -72,7 +72,7 @@ private:
     void take(const hal::ReceivedMessage& message);
     void begin();
     void track(const hal::ReceivedMessage& message);
-    [[nodiscard]] protocol::PoseMessage seen(const tracking::PoseEstimate<double>& estimate) const;
+    void answer(const tracking::PoseEstimate<double>& estimate, bool valid, std::int64_t received_us);
     void deliver(const protocol::PoseMessage& pose, bool valid, std::int64_t received_us);
     void follow_sync();
     int take_edges();

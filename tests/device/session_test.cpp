@@ -4,21 +4,12 @@
 #include "board/linux/device_session.hpp"
 #include "core/protocol/convert.hpp"
 #include "tests/protocol/random_messages.hpp"
+#include "tests/support/deaf_port.hpp"
 
 namespace tricoil::linux_board {
 namespace {
 
 using protocol::WireError;
-
-/// Takes everything, gives nothing.
-class DeafPort final : public hal::MessagePort {
-    Status do_open() override { return {}; }
-    void do_close() override {}
-    Status do_send(std::span<const std::uint8_t>) override { return {}; }
-    Status do_receive(hal::ReceivedMessage&) override { return {StatusCode::not_ready, ""}; }
-    Status do_wait(Microseconds) override { return {}; }
-    [[nodiscard]] const char* do_detail() const override { return ""; }
-};
 
 SessionParams host_drives() {
     SessionParams params;
@@ -30,6 +21,10 @@ class SessionOfCoils : public ::testing::Test {
 protected:
     void SetUp() override {
         session.service(now_us);
+        start();
+    }
+
+    void start() {
         protocol::IdentifyMessage identity;
         identity.drives_coils = 0;
         say(identity);
@@ -60,7 +55,7 @@ protected:
 
     std::uint64_t refused() const { return session.refused().of(WireError::transition); }
 
-    DeafPort port;
+    test::DeafPort port;
     DeviceSession session{port, host_drives()};
     std::int64_t now_us = 1;
     std::uint32_t next = 0;
@@ -124,12 +119,7 @@ TEST_F(SessionOfCoils, ForgetsWhatItSwitchedBeforeTheDeviceWasStartedAnew) {
     session.excited(Excitation::s1, 1);
     session.service(now_us += 600'000);  // silence
     session.service(now_us += 200'000);
-    protocol::IdentifyMessage identity;
-    identity.drives_coils = 0;
-    say(identity);
-    protocol::AckMessage started;
-    started.opcode = static_cast<std::uint8_t>(protocol::Opcode::start);
-    ASSERT_EQ(say(started), SessionEvent::started);
+    ASSERT_NO_FATAL_FAILURE(start());
     EXPECT_EQ(say(column(1, 1)), SessionEvent::none);
     EXPECT_EQ(refused(), 1U);
 }

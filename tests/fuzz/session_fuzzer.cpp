@@ -3,26 +3,13 @@
 #include <cstdlib>
 
 #include "board/linux/device_session.hpp"
-
-namespace {
+#include "tests/support/deaf_port.hpp"
 
 using namespace tricoil;  // NOLINT(google-build-using-namespace): a program of one file
 
-/// Takes everything, gives nothing.
-class NoPort final : public hal::MessagePort {
-    Status do_open() override { return {}; }
-    void do_close() override {}
-    Status do_send(std::span<const std::uint8_t>) override { return {}; }
-    Status do_receive(hal::ReceivedMessage&) override { return {StatusCode::not_ready, ""}; }
-    Status do_wait(Microseconds) override { return {}; }
-    [[nodiscard]] const char* do_detail() const override { return ""; }
-};
-
-}  // namespace
-
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {  // NOLINT(readability-identifier-naming)
     std::span<const std::uint8_t> bytes(data, size);
-    NoPort port;
+    test::DeafPort port;
     linux_board::DeviceSession session(port, {});
     std::int64_t now_us = 1;
     session.service(now_us);
