@@ -4,9 +4,10 @@ import {Scene} from './scene.js';
 import {Plots} from './plots.js';
 
 const element = id => document.getElementById(id);
-const scene = new Scene(element('scene'));
 const plots = new Plots(element('plots'));
-const page = {poses: 0, firstPoseMs: null, newest: null, boresight: null, status: {}};
+const page = {poses: 0, firstPoseMs: null, firstPictureMs: null, newest: null, boresight: null, status: {}};
+let scene = null;
+let wanted = false;  // the scene
 window.tricoil = page;  // for tests
 
 function conjugate([w, x, y, z]) { return [w, -x, -y, -z]; }
@@ -29,8 +30,23 @@ function show(pose) {
     `x ${mm[0]} mm  azimuth   ${angles[0]}°\ny ${mm[1]} mm  elevation ${angles[1]}°\nz ${mm[2]} mm  roll      ${angles[2]}°`;
   element('state').textContent = pose.state;
   element('flags').textContent = pose.flags;
-  scene.show(pose, q);
+  scene?.show(pose, q);
 }
+
+/// Last, as a picture in space may take a second to begin where the processor draws it; numbers and plots do without.
+function openScene() {
+  try {
+    scene = new Scene(element('scene'));
+    page.firstPictureMs = performance.now();
+  } catch {
+    element('ellipsoid').textContent = 'no picture in space: this browser has no WebGL';
+  }
+}
+
+function afterPaint(action) {
+  requestAnimationFrame(() => setTimeout(action));
+}
+
 
 function receive(message) {
   page.status = message.status;
@@ -38,14 +54,16 @@ function receive(message) {
   element('record').textContent = message.status.recording ? 'End recording' : 'Record';
   for (const pose of message.poses) {
     ++page.poses;
-    page.firstPoseMs ??= performance.now();
     page.newest = pose;
     plots.add(pose);
   }
   if (page.newest) {
     show(page.newest);
     plots.draw();
+    if (page.firstPoseMs === null) afterPaint(() => { page.firstPoseMs ??= performance.now(); });
   }
+  if (!wanted) afterPaint(openScene);
+  wanted = true;
 }
 
 function link(state) {
