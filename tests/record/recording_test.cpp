@@ -143,6 +143,35 @@ TEST(Recording, ConvertsToJsonLinesAndCandump) {
     EXPECT_THAT(read_file(log), HasSubstr("tricoil 150##5"));
 }
 
+/// Number of OpenIGTLink messages of this type in `bytes`, which must hold whole ones alone: a head of 58 bytes with the type
+/// from byte 2 and the big-endian length of the body from byte 42.
+std::size_t igtl_messages(const std::string& bytes, const std::string& type) {
+    std::size_t count = 0;
+    std::size_t at = 0;
+    while (at + 58 <= bytes.size()) {
+        count += bytes.compare(at + 2, type.size() + 1, type.c_str(), type.size() + 1) == 0 ? 1 : 0;
+        std::size_t body = 0;
+        for (std::size_t n = 0; n < 8; ++n) {
+            body = (body << 8U) | static_cast<std::uint8_t>(bytes[at + 42 + n]);
+        }
+        at += 58 + body;
+    }
+    EXPECT_EQ(at, bytes.size());
+    return count;
+}
+
+TEST(Recording, ConvertsToTheMessagesOfAnOpenIgtLinkServer) {
+    const std::string folder = fresh_folder("converts_igtl");
+    ASSERT_EQ(tricoil("run --json --duration 1 --fault unplugged@0.4-0.6 --record " + folder).exit_code, 0);
+    const std::string out = path_in_temp("converts.igtl");
+    const auto summary = tricoil("convert --json --to openigtlink --out " + out + " " + folder);
+    ASSERT_EQ(summary.exit_code, 0) << summary.err;
+    const std::string bytes = read_file(out);
+    const std::size_t invalid = igtl_messages(bytes, "STATUS");
+    EXPECT_GT(invalid, 0U);
+    EXPECT_EQ(igtl_messages(bytes, "TRANSFORM") + invalid, summary.json()["poses"]);
+}
+
 TEST(Recording, RefusesFoldersThatAreInUse) {
     const std::string folder = fresh_folder("in_use");
     fs::create_directory(folder);

@@ -44,7 +44,7 @@ void add_convert_command(CLI::App& program, Action& action) {
     auto command = std::make_shared<ConvertCommand>();
     CLI::App* sub = program.add_subcommand("convert", "A recording's poses for other programs");
     sub->add_option("recording", command->folder, "Folder that run --record made")->required()->check(refuse_empty);
-    sub->add_option("--to", command->form, "jsonl or candump")->capture_default_str();
+    sub->add_option("--to", command->form, "jsonl, candump or openigtlink")->capture_default_str();
     sub->add_option("--out", command->out, "File to write; default: standard output")->check(refuse_empty);
     sub->add_flag("--json", command->json, "Summary as JSON");
     sub->callback([command, &action] { action = [command] { return run_convert(*command); }; });

@@ -7,6 +7,7 @@
 
 #include "board/host/errors.hpp"
 #include "board/host/names.hpp"
+#include "board/host/serve/openigtlink/igtl_messages.hpp"
 #include "board/linux/pose_writer.hpp"
 #include "core/protocol/can_mapping.hpp"
 #include "core/protocol/codec.hpp"
@@ -39,16 +40,25 @@ std::string candump_line(const Pose& pose) {
     return line + "\n";
 }
 
+/// What a server would have sent, stamped with the time of the recording.
+std::string igtl_bytes(const Pose& pose) {
+    const ServedPose served{pose, to_us(pose.time)};
+    return pose.valid() ? igtl_output::transform_message(served) : igtl_output::status_message(served);
+}
+
+void put(const std::string& bytes, std::FILE* out) { std::fwrite(bytes.data(), 1, bytes.size(), out); }
+
 }  // namespace
 
 std::uint64_t convert(const Recording& recording, const std::string& form, std::FILE* out, const std::string& out_name) {
-    std::uint64_t count = 0;
-    if (index_of_name("--to", form, {"jsonl", "candump"}) == 0) {
-        linux_board::PoseWriter writer(out, linux_board::PoseFormat::json);
-        count = for_each_pose(recording, [&](const Pose& pose) { writer.write(protocol::to_message(pose)); });
-    } else {
-        count = for_each_pose(recording, [&](const Pose& pose) { std::fputs(candump_line(pose).c_str(), out); });
-    }
+    const std::size_t to = index_of_name("--to", form, {"jsonl", "candump", "openigtlink"});
+    linux_board::PoseWriter writer(out, linux_board::PoseFormat::json);
+    const std::array<std::function<void(const Pose&)>, 3> take{
+        [&](const Pose& pose) { writer.write(protocol::to_message(pose)); },
+        [&](const Pose& pose) { put(candump_line(pose), out); },
+        [&](const Pose& pose) { put(igtl_bytes(pose), out); },
+    };
+    const std::uint64_t count = for_each_pose(recording, take.at(to));
     if (std::fflush(out) != 0 || std::ferror(out) != 0) {
         throw DeviceError(out_name + ": could not be written completely; is the disk full?");
     }
