@@ -3,7 +3,9 @@
 
 #include <cstdint>
 #include <optional>
+#include <string_view>
 
+#include "core/calibration/calibration.hpp"
 #include "core/tracking/sensor_tracker.hpp"
 
 namespace tricoil::hal {
@@ -18,6 +20,7 @@ public:
         tracking::TrackerParams<Scalar> tracker;
         std::optional<tracking::scaat::Params<Scalar>> filter;  // if given: the filter tracks
         int sensors = 1;
+        std::optional<calibration::Calibration<Scalar>> calibration = std::nullopt;  // that the trackers apply to the columns
     };
 
     TrackerTap() = default;
@@ -27,12 +30,14 @@ public:
 
     /// The trackers have been made, for the first time or anew.
     void begin(const Settings& settings) { do_begin(settings); }
-    /// Handed to SensorTracker::update, tick and set_hemisphere.
+    /// Handed to the tracker's update, tick and set_hemisphere.
     void column(const Column<Scalar>& column) { do_column(column); }
     void tick(std::uint8_t sensor, DeviceTime now) { do_tick(sensor, now); }
     void hemisphere(std::uint8_t sensor, const Vec3<Scalar>& towards) { do_hemisphere(sensor, towards); }
     /// What one of those answered, or a tracker board sent.
     void pose(const tracking::PoseEstimate<Scalar>& estimate) { do_pose(estimate); }
+    /// One line about what was refused, or is wrong with the device or its link.
+    void fault(std::string_view text) { do_fault(text); }
 
 private:
     virtual void do_begin(const Settings& settings) = 0;
@@ -40,6 +45,7 @@ private:
     virtual void do_tick(std::uint8_t sensor, DeviceTime now) = 0;
     virtual void do_hemisphere(std::uint8_t sensor, const Vec3<Scalar>& towards) = 0;
     virtual void do_pose(const tracking::PoseEstimate<Scalar>& estimate) = 0;
+    virtual void do_fault(std::string_view /*text*/) {}
 };
 
 }  // namespace tricoil::hal

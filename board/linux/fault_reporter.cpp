@@ -25,13 +25,21 @@ constexpr std::array<const char*, protocol::kWireErrors> kMeanings{"",
 
 }  // namespace
 
+void FaultReporter::tell(const char* text) const {
+    std::fprintf(stderr, "tricoil: %s: %s\n", device_.c_str(), text);
+    if (tap_ != nullptr) {
+        tap_->fault(text);
+    }
+}
+
 void FaultReporter::look(const DeviceSession& session, const hal::MessagePort& port, std::int64_t now_us) {
     for (std::size_t kind = 1; kind < kMeanings.size(); ++kind) {
         const auto error = static_cast<protocol::WireError>(kind);
         const std::uint64_t count = session.refused().of(error) + port.wire_errors().of(error);
         if (count > told_[kind] && (told_us_[kind] == 0 || now_us - told_us_[kind] >= kPauseUs)) {
-            std::fprintf(stderr, "tricoil: %s: refused %" PRIu64 " messages %s\n", device_.c_str(), count - told_[kind],
-                         kMeanings[kind]);
+            std::array<char, 160> text{};
+            std::snprintf(text.data(), text.size(), "refused %" PRIu64 " messages %s", count - told_[kind], kMeanings[kind]);
+            tell(text.data());
             told_[kind] = count;
             told_us_[kind] = now_us;
         }
@@ -39,10 +47,10 @@ void FaultReporter::look(const DeviceSession& session, const hal::MessagePort& p
     const char* const detail = session.detail();
     const bool is_new = std::strcmp(detail, told_detail_.data()) != 0;
     if (is_new && detail[0] == '\0') {
-        std::fprintf(stderr, "tricoil: %s: connected\n", device_.c_str());
+        tell("connected");
         told_detail_[0] = '\0';
     } else if (is_new && now_us - detail_us_ >= kPauseUs) {
-        std::fprintf(stderr, "tricoil: %s: %s\n", device_.c_str(), detail);
+        tell(detail);
         std::snprintf(told_detail_.data(), told_detail_.size(), "%s", detail);
         detail_us_ = now_us;
     }

@@ -1,4 +1,4 @@
-// Says on standard error what is refused and what is wrong with the link: once per kind and second.
+// Says what is refused and what is wrong with the link, on standard error and to a tap: once per kind and second.
 #pragma once
 
 #include <array>
@@ -6,18 +6,23 @@
 #include <string>
 
 #include "board/linux/device_session.hpp"
+#include "hal/tracker_tap.hpp"
 
 namespace tricoil::linux_board {
 
 class FaultReporter {
 public:
-    explicit FaultReporter(std::string device) : device_(std::move(device)) {}
+    /// tap: none, or one that outlives it.
+    explicit FaultReporter(std::string device, hal::TrackerTap<double>* tap = nullptr) : device_(std::move(device)), tap_(tap) {}
 
     /// Compares the counters with what has been told, and tells what is due.
     void look(const DeviceSession& session, const hal::MessagePort& port, std::int64_t now_us);
 
 private:
+    void tell(const char* text) const;
+
     std::string device_;
+    hal::TrackerTap<double>* tap_;
     std::array<std::uint64_t, protocol::kWireErrors> told_{};
     std::array<std::int64_t, protocol::kWireErrors> told_us_{};
     std::array<char, 320> told_detail_{};

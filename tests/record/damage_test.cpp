@@ -68,6 +68,19 @@ TEST_F(Damage, AnyChangedByteIsFound) {
     }
 }
 
+TEST_F(Damage, MoreThanTheLastSecondIsMissed) {
+    end_early();
+    for (const char* name : {"inputs.csv", "poses.csv"}) {
+        const std::string text = get(name);
+        put(name, text.substr(0, text.find('\n') + 1));
+        const auto replayed = tricoil("replay --json " + folder_);
+        EXPECT_EQ(replayed.exit_code, 1) << replayed.err;
+        EXPECT_FALSE(replayed.json()["bit_for_bit"]);
+        put(name, text);
+        EXPECT_EQ(tricoil("replay " + folder_).exit_code, 0);
+    }
+}
+
 TEST_F(Damage, ForeignFoldersAndVersions) {
     put("recording.json", "{}");
     expect_refused("does not describe a recording of tricoil");

@@ -1,6 +1,7 @@
 // The filter on coils 45 mm apart: with the right model it tracks as on ideal coils, and the couplings tell the hemisphere.
 #include <gtest/gtest.h>
 
+#include "core/tracking/calibrated_tracker.hpp"
 #include "core/tracking/scaat/filter_impl.hpp"
 #include "core/tracking/scaat/general_measurement.hpp"
 #include "tests/support/column_replay.hpp"
@@ -98,6 +99,67 @@ TEST(WideTriad, TellsTheHemisphere) {
             EXPECT_LT(score.position().max, 5e-3);
         }
     }
+}
+
+calibration::Calibration<double> known_wide_triad() {
+    calibration::Calibration<double> known;
+    known.model = wide_triad();
+    return known;
+}
+
+/// The same coils by their calibration: as the filter itself, and through channels that turn the phase.
+TEST(WideTriad, IsTrackedByItsCalibration) {
+    const auto motion = test::hand_like(5);
+    const test::ReplayParams params{true, test::sigma_for_cost(0.05e-3), 5, 0, 3};
+    const double phase = 0.3;
+    auto known = known_wide_triad();
+    known.phase_rad.setConstant(phase);
+    scaat::Filter<double, Model> filter(test::scaat_params<double>(true), {wide_triad()});
+    CalibratedTracker<double> tracker({}, test::scaat_params<double>(true), known);
+    double worst = 0;
+    std::size_t poses = 0;
+    replay_wide(motion, params, [&](const Column<double>& column) {
+        Column<double> turned = column;
+        turned.in_phase = std::cos(phase) * column.in_phase - std::sin(phase) * column.quadrature;
+        turned.quadrature = std::sin(phase) * column.in_phase + std::cos(phase) * column.quadrature;
+        const auto expected = filter.update(column);
+        const auto got = tracker.update(turned);
+        ASSERT_EQ(expected.has_value(), got.has_value());
+        if (got) {
+            ++poses;
+            worst = std::max(worst, (got->position_m - expected->position_m).norm());
+        }
+    });
+    EXPECT_GT(poses, 2000U);
+    EXPECT_LT(worst, 1e-9);
+}
+
+TEST(WideTriad, NeedsTheFilter) {
+    EXPECT_EQ(CalibratedTracker<double>::check({}, std::nullopt, known_wide_triad()).code(), StatusCode::invalid_argument);
+    EXPECT_TRUE(CalibratedTracker<double>::check({}, scaat::Params<double>{}, known_wide_triad()).ok());
+}
+
+/// What the field model leaves over is taken out of the pose, and of its covariance.
+TEST(WideTriad, PosesAreCorrectedAsTheCalibrationSays) {
+    const auto motion = test::hand_like(6);
+    const test::ReplayParams params{true, test::sigma_for_cost(0.05e-3), 6, 0, 1};
+    auto known = known_wide_triad();
+    known.output_linear(0, 1) = 0.02;
+    known.output_linear(2, 2) = 1.01;
+    known.output_offset_m = {0.001, -0.002, 0.003};
+    CalibratedTracker<double> plain({}, test::scaat_params<double>(true), known_wide_triad());
+    CalibratedTracker<double> corrected({}, test::scaat_params<double>(true), known);
+    replay_wide(motion, params, [&](const Column<double>& column) {
+        const auto before = plain.update(column);
+        const auto after = corrected.update(column);
+        if (before && after) {
+            const Vec3<double> expected = known.output_linear * before->position_m + known.output_offset_m;
+            ASSERT_LT((after->position_m - expected).norm(), 1e-12);
+            const Mat3<double> covariance = before->covariance.topLeftCorner<3, 3>();
+            const Mat3<double> spread = known.output_linear * covariance * known.output_linear.transpose();
+            ASSERT_TRUE((after->covariance.topLeftCorner<3, 3>().isApprox(spread, 1e-9)));
+        }
+    });
 }
 
 }  // namespace

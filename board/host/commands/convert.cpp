@@ -28,6 +28,7 @@ int run_convert(const ConvertCommand& command) {
         convert(recording, command.form, stdout, "standard output");
         return to_int(ExitCode::fine);
     }
+    recording.refuse_as_output(command.out);
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(command.out.c_str(), "wb"), std::fclose);
     if (!file) {
         throw InputError(fmt::format("{}: cannot be written ({}); choose another --out", command.out, std::strerror(errno)));

@@ -40,8 +40,9 @@ std::string replay_text(const Recording& recording, const ReplayReport& r, bool 
         text += "  was not ended in order: read as far as it goes\n";
     }
     if (!same_tracker || recording.midway()) {
-        text += fmt::format("  against the recorded poses: {} at the same times, {:.4f} mm and {:.5f} deg RMS apart\n",
-                            r.compared, 1e3 * r.rms_position_m, kDegrees * r.rms_orientation_rad);
+        text += fmt::format(
+            "  against the recorded poses: {} at the same times, {} of them equal, {:.4f} mm and {:.5f} deg RMS apart\n",
+            r.compared, r.equal, 1e3 * r.rms_position_m, kDegrees * r.rms_orientation_rad);
     } else if (r.reproduces(recording.complete())) {
         text += fmt::format("  equals the recorded run bit for bit ({} poses)\n", r.equal);
     }
@@ -55,6 +56,9 @@ int run_replay(const ReplayCommand& command) {
                          ": holds the poses of a device that tracks by itself, or ended before it began; there is "
                          "nothing to replay");
     }
+    if (!command.out.empty()) {
+        recording.refuse_as_output(command.out);
+    }
     const TrackerSettings settings =
         command.tracker.empty() ? *recording.settings() : with_tracker(*recording.settings(), command.tracker);
     const bool same_tracker = settings_json(settings) == settings_json(*recording.settings());
@@ -62,6 +66,11 @@ int run_replay(const ReplayCommand& command) {
     fmt::print("{}", command.json ? replay_json(recording, report, same_tracker).dump(2) + "\n"
                                   : replay_text(recording, report, same_tracker));
     if (same_tracker && !recording.midway() && !report.reproduces(recording.complete())) {
+        if (report.equal == report.compared) {
+            fmt::print(stderr, "tricoil: {}: inputs and poses end {:.1f} s apart: one of the files was cut off\n", command.folder,
+                       report.tail_s);
+            return to_int(ExitCode::check_failed);
+        }
         fmt::print(stderr,
                    "tricoil: {}: replay differs{}: {} of {} poses are equal; was it recorded by this very program ({})?\n",
                    command.folder, report.first_difference.empty() ? "" : ", first at " + report.first_difference, report.equal,

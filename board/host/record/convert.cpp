@@ -8,7 +8,7 @@
 #include "board/host/errors.hpp"
 #include "board/host/names.hpp"
 #include "board/host/serve/openigtlink/igtl_messages.hpp"
-#include "board/linux/pose_writer.hpp"
+#include "board/linux/pose_lines.hpp"
 #include "core/protocol/can_mapping.hpp"
 #include "core/protocol/codec.hpp"
 #include "core/protocol/convert.hpp"
@@ -46,15 +46,17 @@ std::string igtl_bytes(const Pose& pose) {
     return pose.valid() ? igtl_output::transform_message(served) : igtl_output::status_message(served);
 }
 
-void put(const std::string& bytes, std::FILE* out) { std::fwrite(bytes.data(), 1, bytes.size(), out); }
+void put(std::string_view bytes, std::FILE* out) { std::fwrite(bytes.data(), 1, bytes.size(), out); }
 
 }  // namespace
 
 std::uint64_t convert(const Recording& recording, const std::string& form, std::FILE* out, const std::string& out_name) {
     const std::size_t to = index_of_name("--to", form, {"jsonl", "candump", "openigtlink"});
-    linux_board::PoseWriter writer(out, linux_board::PoseFormat::json);
+    std::array<char, 512> buffer{};
     const std::array<std::function<void(const Pose&)>, 3> take{
-        [&](const Pose& pose) { writer.write(protocol::to_message(pose)); },
+        [&](const Pose& pose) {
+            put(linux_board::pose_line(protocol::to_message(pose), linux_board::PoseFormat::json, buffer), out);
+        },
         [&](const Pose& pose) { put(candump_line(pose), out); },
         [&](const Pose& pose) { put(igtl_bytes(pose), out); },
     };

@@ -2,6 +2,7 @@
 // the build here until a recording holds it too: without it a replay would be another run.
 #pragma once
 
+#include "core/calibration/calibration.hpp"
 #include "core/tracking/scaat/params.hpp"
 #include "core/tracking/tracker.hpp"
 
@@ -69,6 +70,22 @@ void visit_filter(Params& params, Visit&& visit) {
     visit("lost_after_us", lost_after);
     visit("search_after_us", search_after);
     visit("predict_ahead_us", predict_ahead);
+}
+
+template <typename Calibration, typename Visit>
+void visit_calibration(Calibration& known, Visit&& visit) {
+    auto& [model, phase_rad, hemisphere, output_linear, output_offset_m] = known;
+    auto& [source_offset_m, source_moment, sensor_offset_m, sensor_sensitivity, source_octupole_m2, sensor_octupole_m2] = model;
+    visit("source_offset_m", source_offset_m);
+    visit("source_moment", source_moment);
+    visit("sensor_offset_m", sensor_offset_m);
+    visit("sensor_sensitivity", sensor_sensitivity);
+    visit("source_octupole_m2", source_octupole_m2);
+    visit("sensor_octupole_m2", sensor_octupole_m2);
+    visit("phase_rad", phase_rad);
+    visit("hemisphere", hemisphere);
+    visit("output_linear", output_linear);
+    visit("output_offset_m", output_offset_m);
 }
 
 }  // namespace tricoil::host

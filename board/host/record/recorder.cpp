@@ -159,6 +159,8 @@ void Recorder::do_pose(const tracking::PoseEstimate<double>& estimate) {
     }
 }
 
+void Recorder::do_fault(std::string_view text) { event(0, "fault", std::string(text)); }
+
 std::string Recorder::close() {
     if (closed_) {
         return "";

@@ -37,6 +37,7 @@ private:
     void do_tick(std::uint8_t sensor, DeviceTime now) override;
     void do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) override;
     void do_pose(const tracking::PoseEstimate<double>& estimate) override;
+    void do_fault(std::string_view text) override;
 
     void append(RecordFile file, const std::string& line);
     void event(std::uint8_t sensor, const std::string& what, const std::string& detail);

@@ -75,6 +75,14 @@ Recording::Recording(const std::string& folder) : folder_(folder), description_(
     }
 }
 
+void Recording::refuse_as_output(const std::string& path) const {
+    std::error_code error;
+    const fs::path within = fs::weakly_canonical(path, error).lexically_relative(fs::weakly_canonical(folder_, error));
+    if (!within.empty() && *within.begin() != "..") {
+        throw InputError(path + ": lies in the recording that is read, which it would destroy; choose another --out");
+    }
+}
+
 void Recording::check_file(const char* name, const nlohmann::json& extent) const {
     const std::string path = (fs::path(folder_) / name).string();
     std::ifstream file(path, std::ios::binary);

@@ -43,6 +43,9 @@ public:
     /// Whether the trackers had been at work before it began: then a replay cannot equal it from its first pose on.
     [[nodiscard]] bool midway() const { return description_.value("midway", nlohmann::json()) == true; }
 
+    /// Throws InputError if `path`, which is about to be written, lies in the recording's folder.
+    void refuse_as_output(const std::string& path) const;
+
 private:
     void check_file(const char* name, const nlohmann::json& extent) const;
 

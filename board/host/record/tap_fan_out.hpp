@@ -40,6 +40,10 @@ private:
         each([&](auto& tap) { tap.pose(estimate); });
     }
 
+    void do_fault(std::string_view text) override {
+        each([&](auto& tap) { tap.fault(text); });
+    }
+
     std::vector<hal::TrackerTap<double>*> taps_;
 };
 

@@ -6,6 +6,7 @@
 #include "board/host/errors.hpp"
 #include "board/host/names.hpp"
 #include "board/host/record/json_fields.hpp"
+#include "core/tracking/calibrated_tracker.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -21,6 +22,9 @@ OrderedJson value_of(double value) { return value; }
 OrderedJson value_of(Microseconds value) { return value.count(); }
 OrderedJson value_of(tracking::Method value) { return kMethodNames[static_cast<std::size_t>(value)]; }
 OrderedJson value_of(const Vec3<double>& value) { return {value.x(), value.y(), value.z()}; }
+OrderedJson value_of(const Mat3<double>& value) {
+    return {value_of(Vec3<double>(value.row(0))), value_of(Vec3<double>(value.row(1))), value_of(Vec3<double>(value.row(2)))};
+}
 
 /// Takes fields out of an object, strictly.
 class FieldReader {
@@ -86,6 +90,15 @@ private:
         }
         return take(json[0], value.x()) && take(json[1], value.y()) && take(json[2], value.z());
     }
+    static bool take(const nlohmann::json& json, Mat3<double>& value) {
+        bool whole = json.is_array() && json.size() == 3;
+        for (int i = 0; i < 3 && whole; ++i) {
+            Vec3<double> row = Vec3<double>::Zero();
+            whole = take(json[static_cast<std::size_t>(i)], row);
+            value.row(i) = row;
+        }
+        return whole;
+    }
 
     const nlohmann::json& object_;
     std::string where_;
@@ -107,7 +120,11 @@ OrderedJson settings_json(const TrackerSettings& settings) {
     if (settings.filter) {
         visit_filter(*settings.filter, [&](const char* key, const auto& value) { filter[key] = value_of(value); });
     }
-    return {{"sensors", settings.sensors}, {"tracker", tracker}, {"filter", filter}};
+    OrderedJson known;
+    if (settings.calibration) {
+        visit_calibration(*settings.calibration, [&](const char* key, const auto& value) { known[key] = value_of(value); });
+    }
+    return {{"sensors", settings.sensors}, {"tracker", tracker}, {"filter", filter}, {"calibration", known}};
 }
 
 TrackerSettings settings_from_json(const nlohmann::json& json, const std::string& where) {
@@ -133,6 +150,14 @@ TrackerSettings settings_from_json(const nlohmann::json& json, const std::string
         refuse_bad(tracking::scaat::Filter<double>::check(*settings.filter, {settings.tracker.coupling_constant}),
                    where + ".filter");
     }
+    if (const auto known = json.find("calibration"); known != json.end() && !known->is_null()) {
+        FieldReader calibration(*known, where + ".calibration");
+        settings.calibration.emplace();
+        visit_calibration(*settings.calibration, calibration);
+        calibration.finish();
+    }
+    refuse_bad(tracking::CalibratedTracker<double>::check(settings.tracker, settings.filter, settings.calibration),
+               where + ".calibration");
     return settings;
 }
 
