@@ -1,5 +1,6 @@
 #include "board/linux/device_config.hpp"
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -33,6 +34,14 @@ CoilLines coil_lines(CheckedTable table) {
     };
     lines.heartbeat = optional_line("heartbeat");
     lines.sync = optional_line("sync");
+    const auto is_coil = [&](const auto& line) {
+        return line &&
+               std::any_of(lines.coils.begin(), lines.coils.end(), [&](const auto& coil) { return coil.line == line->line; });
+    };
+    table.demand(!is_coil(lines.heartbeat), "heartbeat", "is the line of a coil; it needs its own");
+    table.demand(!is_coil(lines.sync), "sync", "is the line of a coil; it needs its own");
+    const bool shared = lines.heartbeat && lines.sync && lines.heartbeat->line == lines.sync->line;
+    table.demand(!shared, "sync", "is the heartbeat's line; it needs its own");
     table.finish();
     return lines;
 }

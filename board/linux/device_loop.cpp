@@ -12,6 +12,7 @@ namespace {
 constexpr Microseconds kWait{5000};
 constexpr Microseconds kSyncWait{200};              // an edge must not wait for a message
 constexpr int kMostEdges = 16;                      // in a step; as many as the kernel keeps
+constexpr int kMostMessages = 256;                  // in a step: a flood must not keep signals and time-outs waiting
 constexpr std::int64_t kColumnSilenceUs = 150'000;  // without a column, before poses are flagged stale
 
 /// The timing that a front end tells of itself.
@@ -57,25 +58,23 @@ void DeviceLoop::switch_off() {
 
 void DeviceLoop::step() {
     const std::int64_t now = drivers::monotonic_us();
-    const SessionEvent event = session_.service(now);
-    if (event == SessionEvent::silent) {
-        switch_off();
-    }
+    (void)session_.service(now);
+    follow_phase();
     if (session_.phase() == Phase::closed) {
         timespec pause{0, kWait.count() * 1000};
         ::nanosleep(&pause, nullptr);
         return;
     }
-    if (port_.wait(lines_.sync != nullptr ? kSyncWait : kWait).code() == StatusCode::device_lost) {
-        switch_off();
-        session_.on_device_lost(now);
-        return;
-    }
+    Status status = port_.wait(lines_.sync != nullptr ? kSyncWait : kWait);
     bool any = false;
-    hal::ReceivedMessage message;
-    Status status = port_.receive(message);
-    for (; status.ok(); status = port_.receive(message)) {
+    for (int n = 0; n < kMostMessages && status.code() != StatusCode::device_lost; ++n) {
+        hal::ReceivedMessage message;
+        status = port_.receive(message);
+        if (!status.ok()) {
+            break;
+        }
         take(message);
+        follow_phase();
         any = true;
     }
     follow_sync();
@@ -83,10 +82,19 @@ void DeviceLoop::step() {
         session_.keep_alive(drivers::monotonic_us());
     }
     if (status.code() == StatusCode::device_lost) {
-        switch_off();
         session_.on_device_lost(now);
+        follow_phase();
     }
     tick(now);
+}
+
+/// Whatever ends the conversation ends the current too.
+void DeviceLoop::follow_phase() {
+    const bool running = session_.phase() == Phase::running;
+    if (was_running_ && !running) {
+        switch_off();
+    }
+    was_running_ = running;
 }
 
 void DeviceLoop::take(const hal::ReceivedMessage& message) {
@@ -117,6 +125,7 @@ void DeviceLoop::begin() {
     is_tdm_ = timing.is_tdm;
     hal::TrackerTap<double>::Settings settings;
     settings.sensors = session_.identity().sensors;
+    settings.calibration = params_.calibration;
     tracking::TrackerParams<double>& params = settings.tracker;
     params.method = params_.method;
     params.coupling_constant = params_.coupling_constant_m3;
@@ -131,7 +140,7 @@ void DeviceLoop::begin() {
         filter.window_s = params.window_s;
     }
     for (std::size_t n = 0; n < std::min<std::size_t>(session_.identity().sensors, trackers_.size()); ++n) {
-        trackers_[n].emplace(settings.tracker, settings.filter);
+        trackers_[n].emplace(settings.tracker, settings.filter, settings.calibration);
     }
     if (params_.tap != nullptr) {
         params_.tap->begin(settings);
@@ -140,7 +149,15 @@ void DeviceLoop::begin() {
     column_us_ = 0;
     take_edges();  // of what was before
     (void)session_.take_window_over();
+    beat();
     next_state();
+}
+
+/// One when measuring begins, then one for each column that was taken.
+void DeviceLoop::beat() {
+    if (lines_.heartbeat != nullptr) {
+        (void)lines_.heartbeat->beat();  // a line that is gone lets the enable drop: the safe side
+    }
 }
 
 void DeviceLoop::next_state() {
@@ -151,9 +168,6 @@ void DeviceLoop::next_state() {
     if (!lines_.coils->excite(state).ok()) {
         ++counters_.lines_lost;
         return;
-    }
-    if (lines_.heartbeat != nullptr) {
-        (void)lines_.heartbeat->beat();  // a line that is gone lets the enable drop: the safe side
     }
     ++counters_.excitations;
     session_.excited(state, ++state_sequence_);
@@ -177,11 +191,9 @@ int DeviceLoop::take_edges() {
 }
 
 void DeviceLoop::track(const hal::ReceivedMessage& message) {
-    Column<double> column = session_.column();
+    const Column<double>& column = session_.column();
     column_us_ = drivers::monotonic_us();
-    if (params_.calibration) {
-        params_.calibration->apply(coil_index(column.state), column.in_phase, column.quadrature, column.sigma);
-    }
+    beat();
     if (column.sensor >= trackers_.size() || !trackers_[column.sensor]) {
         return;
     }
@@ -193,13 +205,12 @@ void DeviceLoop::track(const hal::ReceivedMessage& message) {
     }
 }
 
-/// Delivers what a tracker here answered, in the frame that users see.
+/// Delivers what a tracker here answered.
 void DeviceLoop::answer(const tracking::PoseEstimate<double>& estimate, bool valid, std::int64_t received_us) {
     if (params_.tap != nullptr) {
         params_.tap->pose(estimate);
     }
-    deliver(protocol::to_message(params_.calibration ? tracking::in_frame(estimate, params_.output) : estimate), valid,
-            received_us);
+    deliver(protocol::to_message(estimate), valid, received_us);
 }
 
 void DeviceLoop::deliver(const protocol::PoseMessage& pose, bool valid, std::int64_t received_us) {

@@ -6,9 +6,7 @@
 
 #include "board/linux/device_session.hpp"
 #include "board/linux/latency_histogram.hpp"
-#include "core/calibration/concentric_columns.hpp"
-#include "core/tracking/output_frame.hpp"
-#include "core/tracking/sensor_tracker.hpp"
+#include "core/tracking/calibrated_tracker.hpp"
 #include "hal/coil_driver.hpp"
 #include "hal/heartbeat.hpp"
 #include "hal/sync_line.hpp"
@@ -28,8 +26,7 @@ struct DeviceLoopParams {
     tracking::Method method = tracking::Method::direct;
     bool filter = false;
     double coupling_constant_m3 = 6.75e-3;
-    std::optional<calibration::ConcentricColumns<double>> calibration;  // then the coupling constant is 1
-    tracking::OutputFrame<double> output;                               // in which poses are delivered
+    std::optional<calibration::Calibration<double>> calibration;  // must be one that the tracker can take
     Vec3<double> hemisphere = Vec3<double>::UnitX();
     bool publish = false;
     hal::TrackerTap<double>* tap = nullptr;  // sees what the trackers are given and answer; must outlive the loop
@@ -57,7 +54,7 @@ public:
     /// Takes what has come, or waits for it, 5 ms at most.
     void step();
 
-    /// SensorTracker::set_hemisphere of a sensor that is tracked here; else nothing happens.
+    /// CalibratedTracker::set_hemisphere of a sensor that is tracked here; else nothing happens.
     void set_hemisphere(std::size_t sensor, const Vec3<double>& towards);
 
     /// Coils off, front end stopped. The destructor does it too.
@@ -69,6 +66,7 @@ public:
     [[nodiscard]] tracking::TrackerCounters tracker_counters() const;
 
 private:
+    void follow_phase();
     void take(const hal::ReceivedMessage& message);
     void begin();
     void track(const hal::ReceivedMessage& message);
@@ -76,6 +74,7 @@ private:
     void deliver(const protocol::PoseMessage& pose, bool valid, std::int64_t received_us);
     void follow_sync();
     int take_edges();
+    void beat();
     void next_state();
     void switch_off();
     void tick(std::int64_t now_us);
@@ -85,12 +84,13 @@ private:
     DeviceLoopParams params_;
     PoseSink sink_;
     DeviceSession session_;
-    std::array<std::optional<tracking::SensorTracker<double>>, tracking::kMaxSensors> trackers_;
+    std::array<std::optional<tracking::CalibratedTracker<double>>, tracking::kMaxSensors> trackers_;
     std::array<std::uint8_t, protocol::kMaxFrameBytes> bytes_{};
     std::uint32_t state_sequence_ = 0;
     std::uint32_t pose_sequence_ = 0;
     std::int64_t column_us_ = 0;  // when the newest came; 0: none since the start
     bool is_tdm_ = true;
+    bool was_running_ = false;
     LatencyHistogram latency_;
     DeviceLoopCounters counters_;
 };

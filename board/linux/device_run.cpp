@@ -1,8 +1,11 @@
 #include "board/linux/device_run.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <array>
 #include <chrono>
+#include <csignal>
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -13,7 +16,8 @@
 #include "board/linux/device_setup.hpp"
 #include "board/linux/device_uri.hpp"
 #include "board/linux/fault_reporter.hpp"
-#include "board/linux/pose_writer.hpp"
+#include "board/linux/line_pump.hpp"
+#include "board/linux/pose_lines.hpp"
 #include "board/linux/realtime.hpp"
 #include "board/process/interrupt.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
@@ -82,6 +86,26 @@ std::string text_of(const nlohmann::ordered_json& s) {
         s["latency_us"]["max"].get<std::int64_t>());
 }
 
+/// While it lives, a reader that goes away, or a file that grows too long, is a failed write and no end of the program: the coils
+/// have to be switched off first.
+class UnsignalledWrites {
+public:
+    UnsignalledWrites() : pipe_(std::signal(SIGPIPE, SIG_IGN)), size_(std::signal(SIGXFSZ, SIG_IGN)) {}
+    UnsignalledWrites(const UnsignalledWrites&) = delete;
+    UnsignalledWrites& operator=(const UnsignalledWrites&) = delete;
+    ~UnsignalledWrites() {
+        std::signal(SIGPIPE, pipe_);
+        std::signal(SIGXFSZ, size_);
+    }
+
+private:
+    using Handler = void (*)(int);
+    Handler pipe_;
+    Handler size_;
+};
+
+constexpr int kSignalled = 128;  // exit code: plus the signal
+
 /// Adds up the device's time over its restarts.
 class DeviceStopwatch {
 public:
@@ -101,10 +125,29 @@ private:
 }  // namespace
 
 nlohmann::ordered_json describe_source(const DeviceConfig& config) {
+    nlohmann::ordered_json lines;
+    const auto add = [&](const char* what, const drivers::GpioLineName& line) {
+        lines[what].push_back(line.chip + ":" + line.line);
+    };
+    if (config.coils) {
+        for (const auto& coil : config.coils->coils) {
+            add("coils", coil);
+        }
+        if (config.coils->heartbeat) {
+            add("heartbeat", *config.coils->heartbeat);
+        }
+        if (config.coils->sync) {
+            add("sync", *config.coils->sync);
+        }
+    }
     return {{"kind", "device"},
             {"device", config.device},
             {"serial", config.serial},
-            {"host_drives_coils", config.coils.has_value()}};
+            {"host_drives_coils", config.coils.has_value()},
+            {"lines", lines},
+            {"calibration_file", config.calibration},
+            {"publish", config.publish},
+            {"priority", config.priority}};
 }
 
 int run_device(const DeviceRunOptions& options) {
@@ -112,11 +155,17 @@ int run_device(const DeviceRunOptions& options) {
     const DeviceUri uri = parse_device_uri(config.device);
     DeviceLoopParams params = loop_params(config, options.calibration);
     const OpenLines lines(config.coils);
-    std::optional<PoseWriter> csv;
+    const UnsignalledWrites writes;
+    std::optional<LinePump> csv;
     if (!config.csv.empty()) {
-        csv.emplace(config.csv, PoseFormat::csv);
+        csv.emplace(config.csv);
+        csv->push(pose_csv_header());
     }
-    PoseWriter json(stdout, PoseFormat::json);
+    std::optional<LinePump> json;
+    if (options.json) {
+        json.emplace(STDOUT_FILENO, "standard output");
+    }
+    std::array<char, 512> line{};
     std::optional<host::Recorder> recorder;
     if (!options.record.empty()) {
         recorder.emplace(options.record, describe_source(config), host::Journal::Patience::never_wait);
@@ -128,18 +177,19 @@ int run_device(const DeviceRunOptions& options) {
     DeviceLoop loop(*port, lines.lines(), params, [&](const protocol::PoseMessage& pose) {
         stopwatch.see(pose.time_us);
         if (csv) {
-            csv->write(pose);
+            csv->push(pose_line(pose, PoseFormat::csv, line));
         }
-        if (options.json) {
-            json.write(pose);
+        if (json) {
+            json->push(pose_line(pose, PoseFormat::json, line));
         }
     });
-    FaultReporter reporter(config.device);
+    FaultReporter reporter(config.device, params.tap);
     const RealtimeHabits habits = take_realtime_habits(config.lock_memory.value_or(true), config.priority);
     tell_refusals(config, habits);
     const host::InterruptGuard guard;
     const std::int64_t begin_us = drivers::monotonic_us();
-    while (!guard.interrupted() && (options.duration_s <= 0 || stopwatch.elapsed_s() < options.duration_s)) {
+    const auto is_unread = [&] { return (json && json->is_unread()) || (csv && csv->is_unread()); };
+    while (!guard.interrupted() && !is_unread() && (options.duration_s <= 0 || stopwatch.elapsed_s() < options.duration_s)) {
         if (options.paused && options.paused()) {
             loop.stop();
             std::this_thread::sleep_for(std::chrono::milliseconds(20));
@@ -151,6 +201,10 @@ int run_device(const DeviceRunOptions& options) {
         }
         const std::int64_t now_us = drivers::monotonic_us();
         reporter.look(loop.session(), *port, now_us);
+        if (loop.counters().lines_lost > 0) {
+            throw host::DeviceError(
+                "the coil lines are gone: they were off when they went; look at the GPIO chip, then start again");
+        }
         const bool waits_in_vain = options.wait_s > 0 && loop.session().counters().starts == 0 &&
                                    static_cast<double>(now_us - begin_us) > 1e6 * options.wait_s;
         if (waits_in_vain) {
@@ -158,20 +212,23 @@ int run_device(const DeviceRunOptions& options) {
         }
     }
     loop.stop();
-    if (csv) {
-        csv->close();
+    const bool unread = is_unread();
+    std::string trouble = csv ? csv->close() : "";
+    for (const std::string& also : {json ? json->close() : "", recorder ? recorder->close() : ""}) {
+        trouble = trouble.empty() ? also : trouble;
     }
-    const std::string recording_trouble = recorder ? recorder->close() : "";
     const auto closing = summary(config, loop, *port, habits);
     port->close();
+    if (unread) {
+        return kSignalled + SIGPIPE;
+    }
     if (options.json) {
-        json.close();
         fmt::print("{}\n", closing.dump());
     } else {
         fmt::print("{}", text_of(closing));
     }
-    if (!recording_trouble.empty()) {
-        throw host::DeviceError(recording_trouble);
+    if (!trouble.empty()) {
+        throw host::DeviceError(trouble);
     }
     return to_int(loop.counters().valid_poses > 0 ? host::ExitCode::fine : host::ExitCode::check_failed);
 }

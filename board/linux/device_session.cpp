@@ -39,8 +39,8 @@ SessionEvent DeviceSession::service(std::int64_t now_us) {
     if (phase_ == Phase::running && now_us - heard_us_ > kSilenceUs) {
         ++counters_.silences;
         begin_greeting(now_us);
-        why_.print("the device is silent");
-        return SessionEvent::silent;
+        why_.print("nothing usable comes from the device");
+        return SessionEvent::none;
     }
     if (phase_ == Phase::running) {
         if (now_us - fed_us_ > kFeedUs) {
@@ -61,6 +61,7 @@ SessionEvent DeviceSession::service(std::int64_t now_us) {
         begin_greeting(now_us);
     }
     if (phase_ == Phase::starting && now_us - heard_us_ < kSilenceUs) {
+        ++starts_asked_;
         tell(Opcode::start, params_.host_drives_coils ? 1 : 0);
     } else {
         phase_ = Phase::greeting;
@@ -70,6 +71,9 @@ SessionEvent DeviceSession::service(std::int64_t now_us) {
 }
 
 void DeviceSession::begin_greeting(std::int64_t now_us) {
+    if (phase_ == Phase::running) {
+        tell(Opcode::stop, 0);
+    }
     phase_ = Phase::greeting;
     has_identity_ = false;
     due_us_ = now_us;
@@ -132,7 +136,7 @@ SessionEvent DeviceSession::take(const hal::ReceivedMessage& message) {
                 return refuse(bad);
             }
             status_ = status;
-            heard_us_ = phase_ == Phase::running && status.device_state != 1 ? heard_us_ : now_us_;
+            heard_us_ = phase_ == Phase::running ? heard_us_ : now_us_;  // a device that runs has more to say
             return SessionEvent::none;
         }
         case MessageType::command:
@@ -183,6 +187,7 @@ SessionEvent DeviceSession::take_identity(const hal::ReceivedMessage& message) {
     why_.clear();
     if (params_.start) {
         phase_ = Phase::starting;
+        starts_asked_ = 0;
         due_us_ = now_us_;
     }
     return SessionEvent::identified;
@@ -196,6 +201,9 @@ SessionEvent DeviceSession::take_ack(const hal::ReceivedMessage& message) {
     if (phase_ != Phase::starting || ack.opcode != static_cast<std::uint8_t>(Opcode::start)) {
         return SessionEvent::none;
     }
+    if (static_cast<std::uint16_t>(request_ - ack.request) >= starts_asked_) {
+        return SessionEvent::none;  // the answer to somebody else's question
+    }
     if (ack.result != 0) {
         why_.print("the device refuses to start (%u)", ack.result);
         return SessionEvent::none;
@@ -206,6 +214,7 @@ SessionEvent DeviceSession::take_ack(const hal::ReceivedMessage& message) {
     poses_.restart();
     clock_map_ = {};
     excited_ = {};
+    window_us_ = -1;
     ++counters_.starts;
     return SessionEvent::started;
 }
@@ -239,8 +248,8 @@ SessionEvent DeviceSession::take_column(const hal::ReceivedMessage& message) {
     if (!in_order(columns_, m.sequence, counters_.lost_columns)) {
         return SessionEvent::none;
     }
-    heard_us_ = now_us_;
-    window_over_ = true;
+    window_over_ = window_over_ || m.time_us != window_us_;  // columns of one window have one time
+    window_us_ = m.time_us;
     clock_map_.observe(m.time_us, message.host_time_us);
     if (const WireError error = protocol::from_message(m, column_); error != WireError::none) {
         return refuse(error);
@@ -248,6 +257,7 @@ SessionEvent DeviceSession::take_column(const hal::ReceivedMessage& message) {
     if (params_.host_drives_coils && !was_excited(column_)) {
         return refuse(WireError::transition);
     }
+    heard_us_ = now_us_;
     ++counters_.columns;
     return SessionEvent::column;
 }
@@ -256,17 +266,18 @@ SessionEvent DeviceSession::take_pose(const hal::ReceivedMessage& message) {
     if (const WireError error = protocol::decode(message.bytes, pose_message_); error != WireError::none) {
         return refuse(error);
     }
-    if (phase_ != Phase::running || identity_.role != static_cast<std::uint8_t>(protocol::Role::tracker)) {
+    if (phase_ != Phase::running || identity_.role != static_cast<std::uint8_t>(protocol::Role::tracker) ||
+        pose_message_.sensor >= identity_.sensors) {
         return refuse(WireError::wrong_sender);
     }
     if (!in_order(poses_, pose_message_.sequence, counters_.lost_poses)) {
         return SessionEvent::none;
     }
-    heard_us_ = now_us_;
     clock_map_.observe(pose_message_.time_us, message.host_time_us);
     if (const WireError error = protocol::from_message(pose_message_, pose_); error != WireError::none) {
         return refuse(error);
     }
+    heard_us_ = now_us_;
     ++counters_.poses;
     return SessionEvent::pose;
 }

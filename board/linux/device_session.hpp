@@ -26,7 +26,7 @@ struct SessionParams {
 
 enum class Phase : std::uint8_t { closed, greeting, starting, running };
 
-enum class SessionEvent : std::uint8_t { none, identified, started, column, pose, silent };
+enum class SessionEvent : std::uint8_t { none, identified, started, column, pose };
 
 struct SessionCounters {
     std::uint64_t columns = 0;
@@ -56,7 +56,7 @@ public:
     /// Feeds the device's watchdog, and tells it how far the host has come.
     void keep_alive(std::int64_t now_us);
 
-    /// Whether a column has told since the last call that its window is over, be it of use or not: time to switch the coils.
+    /// Whether the first column of a window has come since the last call, be it of use or not: time to switch the coils.
     bool take_window_over() { return std::exchange(window_over_, false); }
 
     /// Coils off; the conversation is over.
@@ -100,15 +100,17 @@ private:
     SessionParams params_;
     Phase phase_ = Phase::closed;
     std::int64_t due_us_ = 0;       // of the next try to open, greet or start
-    std::int64_t heard_us_ = 0;     // last message that was right
+    std::int64_t heard_us_ = 0;     // last message that was right; while running: column or pose that was taken
     std::int64_t conflict_us_ = 0;  // until then two devices have answered to one address
     std::int64_t now_us_ = 0;
     std::int64_t fed_us_ = 0;
     std::uint32_t command_sequence_ = 0;
     std::uint16_t request_ = 0;
+    std::uint16_t starts_asked_ = 0;  // since the device was identified: the newest requests
     protocol::IdentifyMessage identity_;
     bool has_identity_ = false;
     bool window_over_ = false;
+    std::int64_t window_us_ = -1;  // device time of the newest column's window; -1: none yet
     protocol::StatusMessage status_;
     Column<double> column_;
     tracking::PoseEstimate<double> pose_;

@@ -9,22 +9,15 @@ namespace tricoil::linux_board {
 namespace {
 
 void take_calibration(const DeviceConfig& config, const calibration::Calibration<double>& c, DeviceLoopParams& params) {
-    const auto columns = calibration::ConcentricColumns<double>::make(c);
-    const auto refuse = [&](const char* why) {
-        throw host::InputError(config.calibration + ": " + why +
-                               "; a device is tracked with concentric coils: calibrate with --model concentric");
-    };
-    if (!columns.ok()) {
-        refuse(columns.status().message());
+    const auto filter = params.filter ? std::optional(tracking::scaat::Params<double>{}) : std::nullopt;
+    if (const Status status = tracking::CalibratedTracker<double>::check({}, filter, c); !status.ok()) {
+        throw host::InputError(config.calibration + ": " + status.message() +
+                               (params.filter ? "" : "; such coils are tracked with --tracker scaat"));
     }
-    if (!c.output_linear.isIdentity(0) || !c.output_offset_m.isZero(0)) {
-        refuse("it holds an output correction");
+    params.calibration = c;
+    if (!config.hemisphere && !c.hemisphere.isZero(0)) {
+        params.hemisphere = c.hemisphere;
     }
-    params.calibration = *columns;
-    params.coupling_constant_m3 = 1;
-    params.output.q_source_alignment = Quat<double>(columns->axes()).conjugate().normalized();
-    const bool is_told = config.hemisphere || c.hemisphere.isZero(0);
-    params.hemisphere = columns->axes().transpose() * (is_told ? params.hemisphere : c.hemisphere);
 }
 
 }  // namespace

@@ -11,8 +11,8 @@
 
 namespace tricoil::linux_board {
 
-/// calibration: what config.calibration holds. Throws InputError for an unknown tracker, or for a calibration of coils that are
-/// no ideal triads in one place: what it says is refused, not left out.
+/// calibration: what config.calibration holds. Throws InputError for an unknown tracker, or for a calibration that this
+/// tracker cannot take: what it says is refused, not left out.
 DeviceLoopParams loop_params(const DeviceConfig& config, const std::optional<calibration::Calibration<double>>& calibration);
 
 /// Coil, heartbeat and sync lines; released with the object.

@@ -28,6 +28,9 @@ DeviceUri parse_device_uri(const std::string& text) {
     const auto colon = text.find(':');
     const std::string scheme = text.substr(0, colon);
     const std::string rest = colon == std::string::npos ? "" : text.substr(colon + 1);
+    if (scheme == "sim") {
+        throw host::InputError("device '" + text + "': a simulated one has no link to open here; say run --device sim: alone");
+    }
     if (rest.empty() || (scheme != "can" && scheme != "usb" && scheme != "serial")) {
         throw host::InputError("device '" + text + "' is none that this program knows; " + kForms);
     }

@@ -1,8 +1,9 @@
-// Poses as text, one line each: CSV or JSON. The numbers are those of the wire, in decimal without loss. No heap while writing.
+// Poses as text, one line each: CSV or JSON. The numbers are those of the wire, in decimal without loss. No heap.
 #pragma once
 
-#include <cstdio>
-#include <string>
+#include <array>
+#include <cstddef>
+#include <string_view>
 
 #include "core/protocol/messages.hpp"
 
@@ -10,26 +11,10 @@ namespace tricoil::linux_board {
 
 enum class PoseFormat : std::uint8_t { csv, json };
 
-class PoseWriter {
-public:
-    /// To a file that it makes, or to `stream`, which stays its owner's. Throws InputError if the file cannot be made.
-    PoseWriter(const std::string& path, PoseFormat format);
-    PoseWriter(std::FILE* stream, PoseFormat format);
-    ~PoseWriter();
-    PoseWriter(const PoseWriter&) = delete;
-    PoseWriter& operator=(const PoseWriter&) = delete;
+/// First line of a CSV file, with its end.
+std::string_view pose_csv_header();
 
-    void write(const protocol::PoseMessage& pose);
-
-    /// Throws DeviceError if anything could not be written.
-    void close();
-
-private:
-    std::string path_;
-    std::FILE* file_ = nullptr;
-    bool owned_ = false;
-    bool failed_ = false;
-    PoseFormat format_;
-};
+/// One line, with its end. Valid as long as `buffer`.
+std::string_view pose_line(const protocol::PoseMessage& pose, PoseFormat format, std::array<char, 512>& buffer);
 
 }  // namespace tricoil::linux_board

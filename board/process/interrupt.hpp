@@ -6,8 +6,8 @@
 
 namespace tricoil::host {
 
-/// While it lives, SIGINT, SIGTERM and SIGHUP set a flag instead of ending the program; a second one ends it at once. SIGHUP
-/// stays ignored where it is (nohup).
+/// While it lives, SIGINT, SIGTERM, SIGHUP and SIGQUIT set a flag instead of ending the program; a second one ends it at once.
+/// SIGHUP stays ignored where it is (nohup).
 class InterruptGuard {
 public:
     InterruptGuard();
@@ -21,7 +21,7 @@ public:
     void check() const;
 
 private:
-    static constexpr std::array<int, 3> kSignals{SIGINT, SIGTERM, SIGHUP};
+    static constexpr std::array<int, 4> kSignals{SIGINT, SIGTERM, SIGHUP, SIGQUIT};
     std::array<struct sigaction, kSignals.size()> before_{};
 };
 

@@ -88,6 +88,9 @@ Status StreamPort::do_receive(hal::ReceivedMessage& message) {
             damaged().count(reader_.error());
         }
         const ssize_t bytes = ::read(fd_.get(), received_.data(), received_.size());
+        if (bytes == 0) {
+            errno = EPIPE;  // read() has none to tell
+        }
         if (bytes == 0 || (bytes < 0 && errno != EAGAIN && errno != EINTR)) {
             return lost("the other end is gone");
         }

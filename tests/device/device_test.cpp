@@ -12,6 +12,7 @@
 #include "tests/device/loaded_bus.hpp"
 #include "tests/device/program.hpp"
 #include "tests/device/reference.hpp"
+#include "tests/drivers/gpio_trace.hpp"
 
 namespace tricoil {
 namespace {
@@ -126,6 +127,20 @@ TEST_F(Device, TracksFdmAtNineHundredAndSixtyFrames) {
     EXPECT_EQ(summary()["columns_lost"], 0);
 }
 
+/// In step with nobody: what the host does not take in time is lost.
+TEST_F(Device, LosesNothingAtTheFrontEndsOwnPace) {
+    for (const char* mode : {"--mux tdm --rate-hz 240 ", "--mux fdm --rate-hz 960 "}) {
+        Program peer(front_end("--pace real --watchdog-us 3000000 --duration 20 " + std::string(mode)));
+        Program tracker(tricoil("--device can:vcan0 --duration 4"));
+        ASSERT_EQ(tracker.wait(), 0) << complaints();
+        const json s = summary();
+        EXPECT_EQ(s["columns_lost"], 0) << mode;
+        EXPECT_EQ(s["receive_dropped"], 0) << mode;
+        EXPECT_EQ(s["starts"], 1) << mode;
+        std::printf("%s: %d columns at the front end's own pace\n", mode, s["columns"].get<int>());
+    }
+}
+
 TEST_F(Device, ShowsWhatATrackerBoardSends) {
     Program log("candump -L vcan0 > $OUT/tracker-board.log");
     Program peer(front_end("--tracks --duration 3"));
@@ -156,11 +171,15 @@ protected:
 };
 
 TEST_F(Lines, FollowTheStatesInTurnAndThePosesAreTheSame) {
+    const test::GpioTrace trace;
     Program peer(front_end(watched() + kPatientEnable + "--duration 4 --linger-ms 500"));
     Program tracker(tricoil(config() + "--duration 2"));
     ASSERT_EQ(tracker.wait(), 0) << complaints();
     test::expect_equal_poses("/run/poses.csv", {}, 2, 1400);
-    EXPECT_FALSE(test::gpio_level(0) || test::gpio_level(1) || test::gpio_level(2)) << "off at the exit";
+    const auto changes = trace.changes();
+    EXPECT_GE(changes.size(), 2U * 1440);
+    EXPECT_EQ(test::lines_on(changes).most, 1) << "old off, then new on";
+    EXPECT_EQ(test::lines_on(changes).at_end, 0) << "off at the exit";
     test::pause_ms(100);
     peer.send(SIGTERM);
     peer.wait();
@@ -169,7 +188,6 @@ TEST_F(Lines, FollowTheStatesInTurnAndThePosesAreTheSame) {
     EXPECT_EQ(gpio["several_on"], 0);
     EXPECT_EQ(gpio["out_of_turn"], 0);
     EXPECT_EQ(report()["transitions"], 0);
-    EXPECT_EQ(gpio["lines_on_at_end"], false);
 }
 
 TEST_F(Lines, FollowTheSyncLine) {
@@ -218,7 +236,8 @@ TEST_F(Lines, ColumnsMeasuredWhileTheHostWasAwayAreRefused) {
 }
 
 TEST_F(Lines, AreOffAfterSigtermAndTheEnableDropsAfterSigkill) {
-    for (const int signal : {SIGTERM, SIGINT, SIGKILL}) {
+    for (const int signal : {SIGTERM, SIGINT, SIGQUIT, SIGHUP, SIGKILL}) {
+        const test::GpioTrace trace;
         std::filesystem::remove("/run/poses.csv");
         Program peer(front_end(watched() + "--duration 60 --watchdog-us 60000"));
         Program tracker(tricoil(config()));
@@ -238,10 +257,33 @@ TEST_F(Lines, AreOffAfterSigtermAndTheEnableDropsAfterSigkill) {
             std::printf("killed: front end off after %.1f ms, enable dropped after %.1f ms\n",
                         r["coils_off_after_ms"].get<double>(), r["gpio"]["enable_dropped_after_ms"].get<double>());
         } else {
-            EXPECT_EQ(r["gpio"]["lines_on_at_end"], false) << signal;
+            EXPECT_EQ(test::lines_on(trace.changes()).at_end, 0) << signal;
         }
         test::shell("gpioset tracker-sim 0=0 1=0 2=0");
     }
+}
+
+TEST_F(Lines, AreOffHoweverTheOutputEnds) {
+    const auto ends = [&](const std::string& command, int signal_after_ms, const std::string& what) {
+        const test::GpioTrace trace;
+        Program peer(front_end(watched() + kPatientEnable + "--duration 60"));
+        Program tracker(command);
+        if (signal_after_ms > 0) {
+            test::pause_ms(signal_after_ms);
+            test::shell("pkill -TERM -x tricoil");
+        }
+        tracker.wait();
+        EXPECT_TRUE(test::eventually([] { return std::system("pgrep -x tricoil >/dev/null") != 0; })) << what;
+        const auto changes = trace.changes();
+        EXPECT_GT(changes.size(), 100U) << what;
+        EXPECT_EQ(test::lines_on(changes).at_end, 0) << what;
+        peer.send(SIGTERM);
+        peer.wait();
+    };
+    const std::string run = kTricoil + " run --json " + config();
+    ends("sh -c '" + run + "2>/dev/null | head -n 200 >/dev/null'", 0, "a reader that goes away");
+    ends("sh -c '" + run + "2>/dev/null | sleep 6'", 3000, "a reader that does not read, and SIGTERM");
+    ends("sh -c 'ulimit -f 40; " + run + "--duration 2 --out /run/poses.csv >/dev/null 2>&1'", 0, "a file that grows too long");
 }
 
 TEST_F(Lines, ThatAreTakenEndTheProgramWithOneLine) {

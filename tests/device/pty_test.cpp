@@ -229,7 +229,43 @@ TEST_F(Pty, TheConfigurationsCalibrationReachesTheTracker) {
     }
     std::printf("turned by the calibration: %zu poses, at most %.2f um from the turned ones\n", turned.size() - 1, worst_um);
     EXPECT_LT(worst_um, 1) << "the wire's rounding";
+}
 
+TEST_F(Pty, ARecordingHoldsWhatWasMeasuredAndTheCalibration) {
+    const Mat3<double> turn = Eigen::AngleAxisd(0.4, Vec3<double>::UnitZ()).toRotationMatrix();
+    plug_in("--duration 4");
+    test::write_text(in("board.toml"), "device = \"" + device + "\"\n[calibration]\nfile = \"cal.toml\"\n");
+    test::write_text(in("cal.toml"), "version = 1\nmodel = \"concentric\"\n[source]\nmoment = " + matrix_text(6.75e-3 * turn) +
+                                         "\n[sensor]\nsensitivity = " + matrix_text(Mat3<double>::Identity()) + "\n");
+    const std::string recording = in("recording");
+    ASSERT_EQ(tricoil("run --config " + in("board.toml") + " --duration 1 --record " + recording + " --out " + in("poses.csv")),
+              0)
+        << err;
+    const json description = json::parse(test::read_text(recording + "/recording.json"));
+    EXPECT_DOUBLE_EQ(description["trackers"]["calibration"]["source_moment"][0][0], 6.75e-3 * turn(0, 0));
+    EXPECT_EQ(description["source"]["calibration_file"], in("cal.toml"));
+    const auto inputs = test::lines(test::read_text(recording + "/inputs.csv"));
+    std::istringstream column(inputs.at(2));  // after the header and `begin`
+    std::vector<std::string> fields;
+    for (std::string field; std::getline(column, field, ',');) {
+        fields.push_back(field);
+    }
+    EXPECT_LT(std::abs(std::stod(fields.at(7))), 0.5) << "a coupling, not one of ideal coils with C = 1: as it was measured";
+    const auto recorded = numbers(test::lines(test::read_text(recording + "/poses.csv")).at(10));
+    const auto delivered = numbers(test::lines(test::read_text(in("poses.csv"))).at(10));
+    EXPECT_NEAR(recorded.at(6), delivered.at(3), 1e-6) << "one frame for all outputs";
+    EXPECT_NEAR(recorded.at(7), delivered.at(4), 1e-6);
+    EXPECT_EQ(tricoil("replay " + recording), 0) << err;
+    EXPECT_THAT(out, ::testing::HasSubstr("bit for bit"));
+}
+
+TEST_F(Pty, CalibrationsThatATrackerCannotTakeAreRefused) {
+    const auto board = [&](const std::string& calibration) {
+        test::write_text(in("board.toml"), "device = \"" + device + "\"\n[calibration]\nfile = \"cal.toml\"\n");
+        test::write_text(in("cal.toml"), "version = 1\nmodel = \"concentric\"\n" + calibration);
+    };
+    const std::string sensor = "[sensor]\nsensitivity = " + matrix_text(Mat3<double>::Identity()) + "\n";
+    plug_in("--duration 4");
     Mat3<double> skewed = Mat3<double>::Identity();
     skewed(0, 1) = 0.05;
     board("[source]\nmoment = " + matrix_text(skewed) + "\n" + sensor);
@@ -238,7 +274,9 @@ TEST_F(Pty, TheConfigurationsCalibrationReachesTheTracker) {
     board("[source]\nmoment = " + matrix_text(Mat3<double>::Identity()) +
           "\noffset_m = " + matrix_text(0.01 * Mat3<double>::Identity()) + "\n" + sensor);
     EXPECT_EQ(tricoil("run --config " + in("board.toml")), 2);
-    EXPECT_THAT(err, ::testing::HasSubstr("more than 0.5 mm off"));
+    EXPECT_THAT(err,
+                ::testing::HasSubstr("more than 0.5 mm off their triad's place; such coils are tracked with --tracker scaat"));
+    EXPECT_NE(tricoil("run --tracker scaat --duration 1 --config " + in("board.toml")), 2) << err;
     test::write_text(in("cal.toml"), "nonsense\n");
     EXPECT_EQ(tricoil("run --config " + in("board.toml")), 2);
     EXPECT_THAT(err, ::testing::HasSubstr("cal.toml"));

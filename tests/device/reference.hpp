@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "board/linux/pose_writer.hpp"
+#include "board/linux/pose_lines.hpp"
 #include "core/protocol/convert.hpp"
 #include "core/tracking/tracker.hpp"
 #include "sim/front_end/front_end.hpp"
@@ -51,14 +51,13 @@ inline std::vector<std::string> lines(const std::string& text) {
 /// The poses that came, against the first as many of the reference: equal in every digit.
 inline void expect_equal_poses(const std::string& csv, const sim::FrontEndParams& params, double duration_s,
                                std::size_t at_least) {
-    const std::string reference = csv + ".reference";
-    linux_board::PoseWriter writer(reference, linux_board::PoseFormat::csv);
+    std::string reference(linux_board::pose_csv_header());
+    std::array<char, 512> buffer{};
     for (const auto& pose : reference_poses(params, duration_s + 1)) {
-        writer.write(pose);
+        reference += linux_board::pose_line(pose, linux_board::PoseFormat::csv, buffer);
     }
-    writer.close();
     const auto got = lines(read_text(csv));
-    const auto expected = lines(read_text(reference));
+    const auto expected = lines(reference);
     ASSERT_GE(got.size(), at_least);
     ASSERT_GE(expected.size(), got.size());
     for (std::size_t i = 0; i < got.size(); ++i) {

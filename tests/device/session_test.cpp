@@ -25,13 +25,19 @@ protected:
     }
 
     void start() {
-        protocol::IdentifyMessage identity;
-        identity.drives_coils = 0;
         say(identity);
-        protocol::AckMessage started;
-        started.opcode = static_cast<std::uint8_t>(protocol::Opcode::start);
-        ASSERT_EQ(say(started), SessionEvent::started);
+        session.service(++now_us);
+        ASSERT_EQ(say(started()), SessionEvent::started);
     }
+
+    /// The answer to the command that was sent last, which is start.
+    protocol::AckMessage started() const {
+        protocol::AckMessage ack;
+        ack.opcode = static_cast<std::uint8_t>(protocol::Opcode::start);
+        ack.request = port.command().request;
+        return ack;
+    }
+    [[nodiscard]] protocol::Opcode told() const { return static_cast<protocol::Opcode>(port.command().opcode); }
 
     template <typename Message>
     SessionEvent say(const Message& message) {
@@ -55,6 +61,11 @@ protected:
 
     std::uint64_t refused() const { return session.refused().of(WireError::transition); }
 
+    protocol::IdentifyMessage identity = [] {
+        protocol::IdentifyMessage m;
+        m.drives_coils = 0;
+        return m;
+    }();
     test::DeafPort port;
     DeviceSession session{port, host_drives()};
     std::int64_t now_us = 1;
@@ -122,6 +133,80 @@ TEST_F(SessionOfCoils, ForgetsWhatItSwitchedBeforeTheDeviceWasStartedAnew) {
     ASSERT_NO_FATAL_FAILURE(start());
     EXPECT_EQ(say(column(1, 1)), SessionEvent::none);
     EXPECT_EQ(refused(), 1U);
+}
+
+TEST_F(SessionOfCoils, AWindowOfManySensorsIsOverOnce) {
+    identity.sensors = 2;
+    session.service(now_us += 600'000);
+    ASSERT_NO_FATAL_FAILURE(start());
+    session.excited(Excitation::s1, 1);
+    EXPECT_EQ(say(column(1, 1)), SessionEvent::column);
+    EXPECT_TRUE(session.take_window_over());
+    session.excited(Excitation::s2, 2);
+    auto of_the_other = column(1, 1);
+    of_the_other.sensor = 1;
+    of_the_other.time_us -= 1389;
+    EXPECT_EQ(say(of_the_other), SessionEvent::column);
+    EXPECT_FALSE(session.take_window_over()) << "the same window";
+    EXPECT_EQ(say(column(2, 2)), SessionEvent::column);
+    EXPECT_TRUE(session.take_window_over());
+}
+
+TEST_F(SessionOfCoils, AStatusIsNoLifeWhileColumnsAreDue) {
+    session.excited(Excitation::s1, 1);
+    for (int n = 0; n < 7; ++n) {
+        protocol::StatusMessage status;
+        status.device_state = static_cast<std::uint8_t>(protocol::DeviceState::running);
+        say(status);
+        session.service(now_us += 100'000);
+    }
+    EXPECT_NE(session.phase(), Phase::running);
+    EXPECT_EQ(session.counters().silences, 1U);
+}
+
+TEST_F(SessionOfCoils, ColumnsThatAreAllRefusedAreNoLifeEither) {
+    session.excited(Excitation::s1, 1);
+    EXPECT_EQ(say(column(1, 1)), SessionEvent::column);
+    next = 0x10000000;  // of another start
+    for (int n = 0; n < 7; ++n) {
+        auto old = column(1, 1);
+        old.sequence = 0x80000000U + static_cast<std::uint32_t>(n);
+        say(old);
+        session.service(now_us += 100'000);
+    }
+    EXPECT_NE(session.phase(), Phase::running);
+}
+
+TEST_F(SessionOfCoils, ASecondDeviceEndsTheRunAndBothAreToldToStop) {
+    session.excited(Excitation::s1, 1);
+    identity.serial = 7;
+    say(identity);
+    EXPECT_NE(session.phase(), Phase::running);
+    EXPECT_EQ(told(), protocol::Opcode::stop);
+    EXPECT_EQ(session.refused().of(WireError::duplicate_node), 1U);
+}
+
+TEST_F(SessionOfCoils, AnAnswerToSomebodyElseStartsNothing) {
+    session.service(now_us += 600'000);
+    say(identity);
+    session.service(++now_us);
+    auto answer = started();
+    answer.request = static_cast<std::uint16_t>(answer.request + 4711);
+    EXPECT_EQ(say(answer), SessionEvent::none);
+    EXPECT_EQ(session.phase(), Phase::starting);
+    EXPECT_EQ(say(started()), SessionEvent::started);
+}
+
+TEST_F(SessionOfCoils, APoseOfASensorThatIsNotThereIsRefused) {
+    session.service(now_us += 600'000);
+    identity.role = static_cast<std::uint8_t>(protocol::Role::tracker);
+    ASSERT_NO_FATAL_FAILURE(start());
+    protocol::PoseMessage pose;
+    pose.quaternion[0] = static_cast<std::int32_t>(protocol::kQuaternionPerUnit);
+    pose.sensor = identity.sensors;
+    EXPECT_EQ(say(pose), SessionEvent::none);
+    pose.sensor = 0;
+    EXPECT_EQ(say(pose), SessionEvent::pose);
 }
 
 }  // namespace

@@ -8,50 +8,17 @@
 #include "drivers/gpiod/gpio_coil_driver.hpp"
 #include "drivers/gpiod/gpio_signals.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
-#include "tests/drivers/shell.hpp"
+#include "tests/drivers/gpio_trace.hpp"
 
 namespace tricoil::drivers {
 namespace {
 
 const std::array<GpioLineName, 3> kCoils{{{"tracker-sim", "coil_s1"}, {"tracker-sim", "coil_s2"}, {"tracker-sim", "coil_s3"}}};
-constexpr const char* kTracing = "/sys/kernel/tracing/";
 
 std::array<bool, 3> levels() { return {test::gpio_level(0), test::gpio_level(1), test::gpio_level(2)}; }
 
-/// Every change of an output since begin(), as "0+" (line 0 on) or "0-", from the kernel's trace events.
-class GpioTrace {
-public:
-    void begin() {
-        test::write_text(std::string(kTracing) + "trace", "");
-        test::write_text(std::string(kTracing) + "events/gpio/gpio_value/enable", "1");
-    }
-    std::vector<std::string> end() {
-        test::write_text(std::string(kTracing) + "events/gpio/gpio_value/enable", "0");
-        std::istringstream lines(test::read_text(std::string(kTracing) + "trace"));
-        std::vector<std::string> changes;
-        std::array<int, 3> before{0, 0, 0};
-        for (std::string line; std::getline(lines, line);) {
-            const auto at = line.find("gpio_value: ");
-            unsigned gpio = 0;
-            int value = 0;
-            if (at == std::string::npos || std::sscanf(line.c_str() + at, "gpio_value: %u set %d", &gpio, &value) != 2) {
-                continue;
-            }
-            base_ = std::min(base_, gpio);
-            const unsigned coil = gpio - base_;
-            if (coil < 3 && value != before[coil]) {
-                before[coil] = value;
-                changes.push_back(std::to_string(coil) + (value == 1 ? "+" : "-"));
-            }
-        }
-        return changes;
-    }
-
-private:
-    unsigned base_ = 4096;
-};
-
 TEST(GpioCoils, AreOffWhenTakenAndFollowEveryState) {
+    const test::GpioTrace trace;
     Text why;
     GpioCoilDriver coils;
     ASSERT_TRUE(coils.open(kCoils, why).ok()) << why.c_str();
@@ -66,15 +33,14 @@ TEST(GpioCoils, AreOffWhenTakenAndFollowEveryState) {
     EXPECT_THAT(levels(), ::testing::ElementsAre(false, false, false));
     ASSERT_TRUE(coils.excite(Excitation::s1).ok());
     coils.close();
-    EXPECT_THAT(levels(), ::testing::ElementsAre(false, false, false));
+    EXPECT_EQ(test::lines_on(trace.changes()).at_end, 0) << "written, not released";
 }
 
 TEST(GpioCoils, BreakBeforeMakeInTheKernelsOwnTrace) {
     Text why;
     GpioCoilDriver coils;
     ASSERT_TRUE(coils.open(kCoils, why).ok()) << why.c_str();
-    GpioTrace trace;
-    trace.begin();
+    const test::GpioTrace trace;
     constexpr int kFrames = 50;
     for (int frame = 0; frame < kFrames; ++frame) {
         for (const Excitation state : {Excitation::s1, Excitation::s2, Excitation::s3, Excitation::off}) {
@@ -84,15 +50,13 @@ TEST(GpioCoils, BreakBeforeMakeInTheKernelsOwnTrace) {
             ASSERT_TRUE(coils.excite(state).ok());
         }
     }
-    const auto changes = trace.end();
+    const auto changes = trace.changes();
     ASSERT_EQ(changes.size(), static_cast<std::size_t>(kFrames) * 10);
-    int on = 0;
     for (std::size_t i = 0; i < changes.size(); ++i) {
         static const std::array<const char*, 10> kExpected{"0+", "0-", "1+", "1-", "2+", "2-", "2+", "2-", "0+", "0-"};
         EXPECT_EQ(changes[i], kExpected[i % kExpected.size()]) << i;
-        on += changes[i][1] == '+' ? 1 : -1;
-        ASSERT_LE(on, 1) << "two coils at once at change " << i;
     }
+    EXPECT_EQ(test::lines_on(changes).most, 1) << "two coils at once";
 }
 
 TEST(GpioCoils, ASecondProgramIsRefusedByNameAndDisturbsNothing) {

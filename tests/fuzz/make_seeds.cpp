@@ -34,6 +34,7 @@ Bytes conversation(protocol::Role role) {
     append(session, test::bytes_of(identity));
     protocol::AckMessage started;
     started.opcode = static_cast<std::uint8_t>(protocol::Opcode::start);
+    started.request = 2;  // after hello
     append(session, test::bytes_of(started));
     for (std::uint32_t n = 0; n < 6; ++n) {
         protocol::ColumnMessage column;

@@ -1,0 +1,151 @@
+// The loop with coils of its own: they are off whenever the conversation ends, and the enable's heartbeat stands for columns.
+#include <gtest/gtest.h>
+
+#include <deque>
+#include <vector>
+
+#include "board/linux/device_loop.hpp"
+#include "core/protocol/convert.hpp"
+#include "tests/protocol/random_messages.hpp"
+
+namespace tricoil::linux_board {
+namespace {
+
+/// A front end that answers hello and start, and says what a test wants it to.
+class ScriptedPort final : public hal::MessagePort {
+public:
+    template <typename Message>
+    void say(const Message& message) {
+        queue_.push_back(test::bytes_of(message));
+    }
+
+private:
+    Status do_open() override { return {}; }
+    void do_close() override {}
+    Status do_send(std::span<const std::uint8_t> bytes) override {
+        protocol::CommandMessage command;
+        if (protocol::decode(bytes, command) != protocol::WireError::none) {
+            return {};
+        }
+        if (command.opcode == static_cast<std::uint8_t>(protocol::Opcode::hello)) {
+            protocol::IdentifyMessage identity;
+            identity.drives_coils = 0;
+            say(identity);
+        } else if (command.opcode == static_cast<std::uint8_t>(protocol::Opcode::start)) {
+            protocol::AckMessage ack;
+            ack.opcode = command.opcode;
+            ack.request = command.request;
+            say(ack);
+        }
+        return {};
+    }
+    Status do_receive(hal::ReceivedMessage& message) override {
+        if (queue_.empty()) {
+            return {StatusCode::not_ready, ""};
+        }
+        current_ = queue_.front();
+        queue_.pop_front();
+        message = {current_, 0, 0};
+        return {};
+    }
+    Status do_wait(Microseconds) override { return {}; }
+    [[nodiscard]] const char* do_detail() const override { return ""; }
+
+    std::deque<std::vector<std::uint8_t>> queue_;
+    std::vector<std::uint8_t> current_;
+};
+
+class NotingCoils final : public hal::CoilDriver {
+public:
+    Excitation state = Excitation::off;
+
+private:
+    Status do_excite(Excitation next) override {
+        state = next;
+        return {};
+    }
+    void do_switch_off() override { state = Excitation::off; }
+};
+
+class CountingHeartbeat final : public hal::Heartbeat {
+public:
+    int beats = 0;
+
+private:
+    Status do_beat() override {
+        ++beats;
+        return {};
+    }
+};
+
+class Loop : public ::testing::Test {
+protected:
+    Loop() {
+        params.session.host_drives_coils = true;
+        loop.emplace(port, HostLines{&coils, &heartbeat, nullptr}, params, [](const protocol::PoseMessage&) {});
+    }
+    void SetUp() override {
+        for (int n = 0; n < 5 && loop->session().phase() != Phase::running; ++n) {
+            loop->step();
+        }
+        ASSERT_EQ(loop->session().phase(), Phase::running);
+        ASSERT_EQ(coils.state, Excitation::s1);
+    }
+
+    void column(int coil, std::uint32_t state_sequence) {
+        protocol::ColumnMessage m;
+        m.sequence = next++;
+        m.time_us = 1389 * static_cast<std::int64_t>(next);
+        m.state = static_cast<std::uint8_t>(coil);
+        m.state_sequence = state_sequence;
+        m.sigma = {1e-6F, 1e-6F, 1e-6F};
+        port.say(m);
+        loop->step();
+    }
+
+    ScriptedPort port;
+    NotingCoils coils;
+    CountingHeartbeat heartbeat;
+    DeviceLoopParams params;
+    std::optional<DeviceLoop> loop;
+    std::uint32_t next = 0;
+};
+
+TEST_F(Loop, ASecondDeviceTakesTheCurrentFromTheCoils) {
+    protocol::IdentifyMessage stranger;
+    stranger.drives_coils = 0;
+    stranger.serial = 99;
+    port.say(stranger);
+    loop->step();
+    EXPECT_EQ(coils.state, Excitation::off);
+}
+
+TEST_F(Loop, TheHeartStandsForColumnsThatWereTaken) {
+    const int before = heartbeat.beats;
+    for (std::uint32_t n = 0; n < 10; ++n) {
+        column(1, 4711);
+    }
+    EXPECT_EQ(heartbeat.beats, before) << "refused, all of them";
+    const auto newest = static_cast<std::uint32_t>(loop->counters().excitations);
+    column(1 + coil_index(coils.state), newest);
+    EXPECT_EQ(heartbeat.beats, before + 1);
+}
+
+TEST_F(Loop, AFloodDoesNotHoldTheLoop) {
+    for (int n = 0; n < 100'000; ++n) {
+        port.say(protocol::StatusMessage{});
+    }
+    loop->step();
+    loop->stop();
+    EXPECT_EQ(coils.state, Excitation::off);
+    hal::ReceivedMessage rest;
+    EXPECT_TRUE(static_cast<hal::MessagePort&>(port).receive(rest).ok()) << "not all of it in one step";
+}
+
+TEST_F(Loop, StopsWithTheCoilsOff) {
+    loop->stop();
+    EXPECT_EQ(coils.state, Excitation::off);
+}
+
+}  // namespace
+}  // namespace tricoil::linux_board
