@@ -1,5 +1,5 @@
-// One end of one node's conversation over CAN FD: messages to frames and back, long ones in segments. Whoever has the bus sends and
-// receives the frames.
+// One end of one node's conversation over CAN FD: messages to frames and back, long ones in segments. Whoever has the bus sends
+// and receives the frames.
 #pragma once
 
 #include <algorithm>
@@ -26,6 +26,7 @@ public:
     void reset() {
         segmenter_.cancel();
         reassembler_.cancel();
+        owes_answer_ = false;
     }
 
     /// Segments that the other end sends come under this identifier.
@@ -49,10 +50,11 @@ public:
     [[nodiscard]] std::int64_t next_segment_us() const { return next_segment_us_; }
     [[nodiscard]] bool waits() const { return segmenter_.waits(); }
 
-    /// Sends the segments that may go now; send(frame) is false if the frame must wait. bad_framing: the receiver fell silent, and
-    /// the message is dropped.
+    /// Sends what may go now: the answer to a sender that waits, and segments; send(frame) is false if the frame must wait.
+    /// bad_framing: the receiver fell silent, and the message is dropped.
     template <typename Send>
     WireError go_on(std::int64_t now_us, Send send) {
+        owes_answer_ = owes_answer_ && !send(answer());
         if (!sending()) {
             return WireError::none;
         }
@@ -99,23 +101,26 @@ private:
     template <typename Send>
     CanArrival take_segment(const CanFrame& frame, std::int64_t now_us, std::span<const std::uint8_t>& message, Send send) {
         segmenter_.on_flow_control(frame.bytes());
-        const WireError sent = go_on(now_us, send);
         const SegmentEvent event = reassembler_.on_frame(frame.bytes());
         if (event == SegmentEvent::answer || window_is_over(event)) {
             segments_taken_ = 0;
-            CanFrame flow;
-            const auto bytes = ReassemblerBase::flow_control(kWindow);
-            std::copy(bytes.begin(), bytes.end(), flow.data.begin());
-            flow.id = outgoing_segments();
-            flow.length = static_cast<std::uint8_t>(bytes.size());
-            (void)send(flow);  // unsent: the sender gives up and the message counts as lost
-        } else if (event == SegmentEvent::error) {
-            return {false, WireError::bad_framing};
-        } else if (event == SegmentEvent::complete) {
-            message = reassembler_.message();
-            return {true, WireError::none};
+            owes_answer_ = true;
         }
-        return {false, sent};
+        const WireError sent = go_on(now_us, send);
+        if (event == SegmentEvent::complete) {
+            message = reassembler_.message();
+            return {true, sent};
+        }
+        return {false, event == SegmentEvent::error ? WireError::bad_framing : sent};
+    }
+
+    [[nodiscard]] CanFrame answer() const {
+        const auto bytes = ReassemblerBase::flow_control(kWindow);
+        CanFrame frame;
+        frame.id = outgoing_segments();
+        frame.length = static_cast<std::uint8_t>(bytes.size());
+        std::copy(bytes.begin(), bytes.end(), frame.data.begin());
+        return frame;
     }
 
     bool window_is_over(SegmentEvent event) {
@@ -125,6 +130,7 @@ private:
     CanSide side_;
     std::uint8_t node_;
     std::uint8_t segments_taken_ = 0;
+    bool owes_answer_ = false;
     Segmenter segmenter_;
     BasicReassembler<kBytes> reassembler_;
     std::array<std::uint8_t, kBytes> outgoing_{};

@@ -4,14 +4,12 @@
 #include "drivers/stm32g4/interrupt_line.hpp"
 #include "drivers/stm32g4/link/frame_queue.hpp"
 #include "drivers/stm32g4/link/interrupt_counts.hpp"
+#include "drivers/stm32g4/link/longest_message.hpp"
 #include "drivers/stm32g4/link/ring.hpp"
 #include "hal/clock.hpp"
 #include "hal/message_port.hpp"
 
 namespace tricoil::stm32g4 {
-
-/// Longest message that a board sends or takes: a calibration blob of 512 bytes has room.
-constexpr std::size_t kBoardMessageBytes = 544;
 
 /// Thread context frames into a queue and pends the interrupt; the handler alone touches the peripheral while it is open. Longer
 /// messages than kBoardMessageBytes are refused.
