@@ -7,6 +7,7 @@
 #include "core/base/static_vector.hpp"
 #include "core/signal/acquisition_plan.hpp"
 #include "core/signal/column.hpp"
+#include "core/signal/gain_step.hpp"
 #include "core/signal/lock_in.hpp"
 #include "core/signal/noise_estimate.hpp"
 #include "core/signal/oscillator.hpp"
@@ -31,6 +32,7 @@ constexpr ChannelResponse<Scalar> unit_response() {
 template <typename Scalar>
 struct DemodulatorParams {
     ChannelResponse<Scalar> response = unit_response<Scalar>();
+    GainSteps<Scalar> gain_steps{};             // of the amplifier, by SampleBlock::gain_step
     Scalar sigma_floor = Scalar(1e-9);          // coupling units: the converter's quantisation, in force even without noise
     Scalar min_reference_v = Scalar(10e-3);     // amplitude of the reference current's channel below which there is none
     Scalar low_signal_ratio = 10;               // a column shorter than this many sigma is too little signal (20 dB)
