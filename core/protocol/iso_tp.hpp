@@ -54,8 +54,8 @@ public:
     [[nodiscard]] bool busy() const { return at_ < size_; }
     void cancel() { at_ = size_ = 0; }
 
-    /// Clear to send, everything at once, as fast as you can.
-    static constexpr std::array<std::uint8_t, 3> flow_control() { return {0x30, 0, 0}; }
+    /// Clear to send, `window` frames and then wait, or everything at once (0), as fast as you can.
+    static constexpr std::array<std::uint8_t, 3> flow_control(std::uint8_t window = 0) { return {0x30, window, 0}; }
 
 protected:
     explicit ReassemblerBase(std::span<std::uint8_t> buffer) : buffer_(buffer) {}

@@ -53,14 +53,14 @@ void UsartPort::take_byte(std::uint32_t flags) {
         const auto byte = static_cast<std::uint8_t>(registers_.RDR);
         // A framing error belongs to this byte; after noise it may still be right; an overrun lost others behind it.
         if ((flags & ISR_FE) == 0 && !incoming().push(byte)) {
-            note_dropped();
+            interrupt_counts().note_dropped();
         }
     }
     if ((flags & (ISR_FE | ISR_NE)) != 0) {
-        note_fault();
+        interrupt_counts().note_fault();
     }
     if ((flags & ISR_ORE) != 0) {
-        note_dropped();
+        interrupt_counts().note_dropped();
     }
     registers_.ICR = flags & kErrors;
 }

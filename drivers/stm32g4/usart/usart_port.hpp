@@ -1,8 +1,8 @@
 // Protocol messages over a serial line.
 #pragma once
 
+#include "drivers/stm32g4/link/stream_port.hpp"
 #include "drivers/stm32g4/registers/usart.hpp"
-#include "drivers/stm32g4/stream/stream_port.hpp"
 
 namespace tricoil::stm32g4 {
 

@@ -3,8 +3,8 @@
 
 #include <random>
 
-#include "drivers/stm32g4/stream/byte_ring.hpp"
-#include "drivers/stm32g4/stream/frame_queue.hpp"
+#include "drivers/stm32g4/link/frame_queue.hpp"
+#include "drivers/stm32g4/link/ring.hpp"
 #include "tests/stm32g4/framed.hpp"
 
 namespace tricoil::stm32g4 {
@@ -12,8 +12,8 @@ namespace {
 
 using test::Bytes;
 
-TEST(ByteRing, IsFullAfterItsLengthAndKeepsTheOrder) {
-    ByteRing<8> ring;
+TEST(Ring, IsFullAfterItsLengthAndKeepsTheOrder) {
+    Ring<std::uint8_t, 8> ring;
     std::uint8_t byte = 0;
     EXPECT_FALSE(ring.pop(byte));
     for (int round = 0; round < 5; ++round) {

@@ -1,19 +1,15 @@
 // What the serial line and USB share: protocol messages on a stream of bytes that an interrupt handler moves.
 #pragma once
 
-#include <array>
-#include <atomic>
-
 #include "drivers/stm32g4/interrupt_line.hpp"
-#include "drivers/stm32g4/stream/byte_ring.hpp"
-#include "drivers/stm32g4/stream/frame_queue.hpp"
+#include "drivers/stm32g4/link/frame_queue.hpp"
+#include "drivers/stm32g4/link/interrupt_counts.hpp"
+#include "drivers/stm32g4/link/longest_message.hpp"
+#include "drivers/stm32g4/link/ring.hpp"
 #include "hal/clock.hpp"
 #include "hal/message_port.hpp"
 
 namespace tricoil::stm32g4 {
-
-/// Longest message that a board sends or takes: a calibration blob of 512 bytes has room.
-constexpr std::size_t kBoardMessageBytes = 544;
 
 /// Thread context frames into a queue and pends the interrupt; the handler alone touches the peripheral while it is open. Longer
 /// messages than kBoardMessageBytes are refused.
@@ -22,14 +18,12 @@ protected:
     StreamPort(InterruptLine interrupt, const hal::Clock& clock) : interrupt_(interrupt), clock_(clock) {}
 
     using Outgoing = FrameQueue<FrameQueue<0>::bytes_for(kBoardMessageBytes)>;
-    using Incoming = ByteRing<256>;
+    using Incoming = Ring<std::uint8_t, 256>;
 
     // For the interrupt handler.
     Outgoing& outgoing() { return outgoing_; }
     Incoming& incoming() { return incoming_; }
-    void note_fault() { increase(faults_); }
-    void note_dropped() { increase(dropped_); }
-    void note_loss() { increase(losses_); }
+    InterruptCounts& interrupt_counts() { return interrupt_counts_; }
 
     void why(const char* text) { why_ = text; }
     [[nodiscard]] const hal::Clock& clock() const { return clock_; }
@@ -51,21 +45,14 @@ private:
     Status do_wait(Microseconds timeout) final;
     [[nodiscard]] const char* do_detail() const final { return why_; }
 
-    /// Only handlers count, one at a time.
-    static void increase(std::atomic<std::uint32_t>& count) {
-        count.store(count.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
-    }
     bool read_message();
-    void take_counts();
 
     InterruptLine interrupt_;
     const hal::Clock& clock_;
     Outgoing outgoing_;
     Incoming incoming_;
     protocol::BasicStreamReader<kBoardMessageBytes> reader_;
-    std::atomic<std::uint32_t> faults_{0};
-    std::atomic<std::uint32_t> dropped_{0};
-    std::atomic<std::uint32_t> losses_{0};
+    InterruptCounts interrupt_counts_;
     const char* why_ = "";
     bool is_open_ = false;
 };

@@ -1,4 +1,4 @@
-#include "drivers/stm32g4/stream/stream_port.hpp"
+#include "drivers/stm32g4/link/stream_port.hpp"
 
 namespace tricoil::stm32g4 {
 
@@ -44,7 +44,7 @@ Status StreamPort::do_receive(hal::ReceivedMessage& message) {
     if (!is_open_) {
         return {StatusCode::device_lost, "port is closed"};
     }
-    take_counts();
+    interrupt_counts_.copy_to(counts());
     const bool complete = read_message();
     if (holds_back()) {
         interrupt_.pend();
@@ -67,12 +67,6 @@ bool StreamPort::read_message() {
         damaged().count(reader_.error());
     }
     return false;
-}
-
-void StreamPort::take_counts() {
-    counts().link_faults = faults_.load(std::memory_order_relaxed);
-    counts().receive_dropped = dropped_.load(std::memory_order_relaxed);
-    counts().link_losses = losses_.load(std::memory_order_relaxed);
 }
 
 Status StreamPort::do_wait(Microseconds timeout) {
