@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <new>
 
 #include "board/cortex_m/stack.hpp"
 
@@ -51,3 +52,4 @@ int run_main() {
 // Virtual destructors name it, and nothing may ever call it: there is no heap to give back to.
 void operator delete(void*) noexcept { abort(); }
 void operator delete(void*, std::size_t) noexcept { abort(); }
+void operator delete(void*, std::size_t, std::align_val_t) noexcept { abort(); }

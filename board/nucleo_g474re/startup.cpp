@@ -12,7 +12,7 @@
 
 namespace tricoil::nucleo_g474re {
 
-[[gnu::section(".survives_reset"), gnu::used]] BootRecord boot_record;
+[[gnu::section(".survives_reset"), gnu::used]] stm32g4::BootRecord boot_record;
 
 namespace {
 
@@ -56,8 +56,8 @@ extern std::uint32_t stack_bottom[], stack_top[];
 /// Into the manufacturer's loader if the last run asked for it: nothing is on yet that would disturb it, no watchdog above all.
 [[gnu::used]] void enter_loader_if_asked() {
     using namespace tricoil;
-    nucleo_g474re::BootRecord& record = nucleo_g474re::boot_record;
-    if (record.request != nucleo_g474re::BootRecord::kEnterLoader) {
+    stm32g4::BootRecord& record = nucleo_g474re::boot_record;
+    if (record.request != stm32g4::BootRecord::kEnterLoader) {
         return;
     }
     record.request = 0;
@@ -83,9 +83,9 @@ extern std::uint32_t stack_bottom[], stack_top[];
 [[noreturn, gnu::used]] void record_fault(const std::uint32_t* frame, std::uint32_t exception) {
     using namespace tricoil;
     nucleo_g474re::coils_off();
-    nucleo_g474re::BootRecord& record = nucleo_g474re::boot_record;
+    stm32g4::BootRecord& record = nucleo_g474re::boot_record;
     const bool readable = frame >= stack_bottom && frame + 8 <= stack_top;
-    record.ending = nucleo_g474re::BootRecord::kFaulted;
+    record.ending = stm32g4::BootRecord::kFaulted;
     record.exception = exception;
     record.lr = readable ? frame[5] : 0;
     record.pc = readable ? frame[6] : 0;

@@ -11,6 +11,10 @@ constexpr std::uint32_t kQuiet = dac::CR_EN1 | dac::CR_TSEL1_TIM6;  // without t
 constexpr std::uint32_t kPlaying = kQuiet | dac::CR_TEN1 | dac::CR_DMAEN1;
 constexpr std::uint32_t kUnderruns = dac::SR_DMAUDR1 | dac::SR_DMAUDR1 << dac::kChannel2Shift;
 
+// Of three carriers at once: the first one's share of what one alone has. What a sensor coil gives grows with the frequency, so
+// the others get less, and all three couplings have equal noise.
+constexpr float kShareOfThree = 0.65F;
+
 constexpr std::uint32_t both(std::uint32_t channel1) { return channel1 | channel1 << dac::kChannel2Shift; }
 
 }  // namespace
@@ -38,7 +42,8 @@ Status CarrierPlayer::load(const signal::AcquisitionPlan& plan, int updates_per_
     }
     volatile std::uint32_t* const outputs[] = {&parts_.dac1.DHR12R1, &parts_.dac1.DHR12R2, &parts_.dac2.DHR12R1};
     for (std::size_t n = 0; n < periods.size(); ++n) {
-        write_carrier(periods[n], amplitude_codes, tables_[n]);
+        const float share = plan.is_tdm() ? 1 : kShareOfThree * static_cast<float>(plan.window_cycles[0]) / static_cast<float>(plan.window_cycles[n]);
+        write_carrier(periods[n], share * amplitude_codes, tables_[n]);
         parts_.dma[n].start(DmaChannel::Direction::to_converter, *outputs[n], tables_[n].data(),
                             static_cast<std::size_t>(periods[n].updates));
     }

@@ -66,7 +66,7 @@ Status Converters::start(std::size_t block_samples, int oversampling, std::int32
                         n == kSensorCoils - 1);
     }
     const std::int32_t high = std::min((middle_ + limit_codes) >> kWatchdogShift, kWatchdogMax);
-    const std::int32_t low = std::max((middle_ - limit_codes) >> kWatchdogShift, 0);
+    const std::int32_t low = std::max((middle_ - limit_codes) >> kWatchdogShift, std::int32_t{0});
     reference().TR1 = static_cast<std::uint32_t>(high) << adc::TR1_HT1_Pos | static_cast<std::uint32_t>(low);
     reference().ISR = adc::ISR_AWD1;
     reference().IER = adc::IER_AWD1IE;
