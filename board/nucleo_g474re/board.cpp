@@ -111,7 +111,9 @@ Board::Board(CoreClock core_clock)
                   {.most_reference_v = kMostReference_v * kTripMargin, .sleep = &sleep}),
       serial(peripheral<UsartRegisters>(kUsart2Base), line(kSerial), clock, {.kernel_clock_hz = hertz_of(core_clock)}),
       can(peripheral<FdcanRegisters>(kFdcan2Base), peripheral<FdcanMessageRam>(kFdcan2RamBase), line(kCan), clock,
-          {.kernel_clock_hz = hertz_of(core_clock)}) {}
+          {.kernel_clock_hz = hertz_of(core_clock)}),
+      usb(peripheral<UsbRegisters>(kUsbBase), peripheral<UsbPacketMemory>(kUsbPacketMemoryBase), peripheral<CrsRegisters>(kCrsBase),
+          line(kUsb), clock, {.serial = unique_number()}) {}
 
 void Board::begin() {
     switch_peripherals_on();
@@ -121,6 +123,8 @@ void Board::begin() {
     if (core != CoreClock::crystal) {
         processor.report(hal::SystemTrouble::clock);
     }
+    // Without its oscillator USB stays silent; the other links do not need it.
+    static_cast<void>(start_usb_clock(peripheral<RccRegisters>(kRccBase)));
     // Converters that do not work say so with every start; the board can still be talked to.
     static_cast<void>(acquisition.begin());
     start_tick(hertz_of(core));

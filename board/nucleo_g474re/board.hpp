@@ -13,6 +13,7 @@
 #include "drivers/stm32g4/processor.hpp"
 #include "drivers/stm32g4/timer_clock.hpp"
 #include "drivers/stm32g4/usart/usart_port.hpp"
+#include "drivers/stm32g4/usb/usb_port.hpp"
 
 namespace tricoil::nucleo_g474re {
 
@@ -38,7 +39,8 @@ struct Board {
     stm32g4::Acquisition acquisition;
     stm32g4::UsartPort serial;
     stm32g4::FdcanPort can;
-    std::array<hal::MessagePort*, 2> ports{&serial, &can};
+    stm32g4::UsbPort usb;
+    std::array<hal::MessagePort*, 3> ports{&serial, &can, &usb};
 };
 
 /// Half of the processor's unique number (RM0440, "Unique device ID"), the half that tells dice of a wafer apart, and lot.

@@ -41,7 +41,7 @@ void over_current_handler() { board_->acquisition.on_over_current(); }
 void block_end_handler() { board_->acquisition.on_block_end(); }
 void serial_handler() { board_->serial.on_interrupt(); }
 void can_handler() { board_->can.on_interrupt(); }
-void usb_handler() {}
+void usb_handler() { board_->usb.on_interrupt(); }
 }
 
 int main() {
