@@ -80,6 +80,7 @@ enum class Fault : std::uint16_t {
     clock = 1U << 11U,         // no crystal: rates are wrong
     stack = 1U << 12U,         // next to nothing of the stack is left
     memory = 1U << 13U,        // the store of the calibration does not take what is written
+    drive = 1U << 14U,         // the power stages do not do what they are told
 };
 
 /// A set of faults; its bits are those of the status message.

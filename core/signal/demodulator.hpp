@@ -52,8 +52,10 @@ public:
     Demodulator(const AcquisitionPlan& plan, const DemodulatorParams<Scalar>& params);
 
     /// The couplings of one block. A column with a flag is still delivered; no_reference leaves its values zero.
-    /// Mains hum is taken out.
-    /// Errors (invalid_argument): block of another length than planned, or of a state that the plan does not use.
+    /// Mains hum is taken out. Where coils are never off (FDM) the first block of another gain step holds the switching: its
+    /// columns are flagged as overrun.
+    /// Errors (invalid_argument): block of another length than planned, of a state that the plan does not use, or of a gain step
+    /// beyond all.
     Result<Columns<Scalar>> demodulate(const SampleBlock& block);
 
 private:
@@ -62,6 +64,7 @@ private:
     void update_noise(std::span<const Sample> window);
     Column<Scalar> make_column(const SampleBlock& block, int source_coil, int carrier, const ChannelPhasors<Scalar>& phasors,
                                ColumnFlags flags) const;
+    [[nodiscard]] std::complex<Scalar> response(const SampleBlock& block, int carrier, std::size_t coil) const;
 
     AcquisitionPlan plan_;
     DemodulatorParams<Scalar> params_;
@@ -69,6 +72,7 @@ private:
     NoiseEstimator<Scalar> noise_estimator_;
     std::array<Scalar, kChannels> sample_power_{};  // running noise power per channel, codes squared
     bool has_noise_ = false;
+    std::uint8_t gain_step_ = 0;      // of the newest block
     Microseconds midpoint_offset_{};  // from a block's first sample to the middle of its window
 };
 
