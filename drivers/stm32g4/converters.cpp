@@ -8,7 +8,7 @@
 namespace tricoil::stm32g4 {
 namespace {
 
-constexpr std::uint32_t kPolls = 100'000;
+constexpr std::uint32_t kConverterPolls = 100'000;
 constexpr Microseconds kLongestWait{1000};    // calibration: 116 cycles of 42.5 MHz (RM0440); all else is quicker
 constexpr Microseconds kRegulatorStart{20};   // DS12288, ADC voltage regulator start-up time
 constexpr Microseconds kAfterCalibration{1};  // RM0440: four ADC cycles before ADEN
@@ -57,7 +57,7 @@ Status Converters::switch_on(AdcRegisters& adc) {
 template <typename Predicate>
 Status Converters::await(Predicate ready, const char* what) {
     const DeviceTime deadline = clock_.now() + kLongestWait;
-    const Status asked = wait_until([&] { return clock_.now() > deadline || ready(); }, kPolls, what);
+    const Status asked = wait_until([&] { return clock_.now() > deadline || ready(); }, kConverterPolls, what);
     return asked.ok() && !ready() ? Status{StatusCode::timed_out, what} : asked;
 }
 
