@@ -162,6 +162,12 @@ void Cpu::reset() {
     lowest_stack_ = ~0U;
 }
 
+void Cpu::jump(std::uint32_t address, bool masked) {
+    asleep_ = false;
+    set(UC_ARM_REG_PRIMASK, masked ? 1 : 0);
+    set(UC_ARM_REG_PC, address | 1U);
+}
+
 void Cpu::fail(const std::string& why) { throw RunFailure(why); }
 
 const BlockFacts& Cpu::facts_at(std::uint32_t address, std::uint32_t bytes) {

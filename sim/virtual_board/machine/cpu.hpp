@@ -38,6 +38,8 @@ public:
     /// Runs until `time`, or until somebody calls stop_soon(). Throws RunFailure whose message begins with the place: "pc 0x...".
     void run_until(Ticks time);
     void stop_soon() { stop_requested_ = true; }
+    /// The interrupted program goes on there, with interrupts masked if so asked: for faults. Not from within an event.
+    void jump(std::uint32_t address, bool masked);
 
     /// Frequency, from the next instruction on.
     void set_ticks_per_cycle(Ticks ticks) { ticks_per_cycle_ = ticks; }
