@@ -88,5 +88,20 @@ TEST(IsoTp, DropsWhatLacksAFrame) {
     }
 }
 
+TEST(IsoTp, ASmallReassemblerRefusesALongerMessageAtItsFirstFrame) {
+    Segmenter from;
+    BasicReassembler<200> to;
+    Data data{};
+    const std::vector<std::uint8_t> fits(200, 1);
+    const std::vector<std::uint8_t> longer(201, 1);
+    ASSERT_TRUE(from.begin(longer));
+    std::size_t length = from.next(data);
+    EXPECT_EQ(to.on_frame(std::span(data).first(length)), SegmentEvent::error);
+    from.cancel();
+    ASSERT_TRUE(from.begin(fits));
+    length = from.next(data);
+    EXPECT_EQ(to.on_frame(std::span(data).first(length)), SegmentEvent::answer);
+}
+
 }  // namespace
 }  // namespace tricoil::protocol

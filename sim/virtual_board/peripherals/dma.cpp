@@ -14,7 +14,7 @@ constexpr unsigned kPeripheralMoves = 6;
 constexpr unsigned kMemoryMoves = 7;
 constexpr unsigned kComplete = 1;  // flags of a channel, and their enables in its control
 constexpr unsigned kHalf = 2;
-constexpr std::array<int, Dma::kChannels> kInterrupts{11, 12, 13, 14, 15, 16, 17, 96};
+constexpr std::array<int, Dma::kChannels> kLines{11, 12, 13, 14, 15, 16, 17, 96};
 
 unsigned bytes(std::uint32_t size) { return 1U << size; }
 
@@ -80,7 +80,7 @@ void Dma::move(unsigned n) {
 void Dma::show_interrupt(unsigned n) {
     const std::uint32_t mine = field(flags_, 4 * n, 4) & 0xEU;
     flags_ = mine != 0 ? flags_ | 1U << 4 * n : flags_ & ~(1U << 4 * n);
-    machine_.nvic.set_level(kInterrupts[n], (mine & channels_[n].control & 0xEU) != 0);
+    machine_.nvic.set_level(kLines[n], (mine & channels_[n].control & 0xEU) != 0);
 }
 
 std::uint32_t& Dma::word(std::uint32_t offset) {
