@@ -148,6 +148,15 @@ void VirtualBoard::power_cycle() {
     machine.reset();
 }
 
+void VirtualBoard::lose_power_in_flash_operation(std::uint64_t n) {
+    flash.interrupt_operation(n, [this] {
+        flash.lose_power();
+        machine.memory.lose_ram();
+        cause_ = ResetCause::power;
+        machine.request_reset();
+    });
+}
+
 void VirtualBoard::restart(ResetCause cause) {
     rcc.set_reset_cause(cause);
     ++resets_;

@@ -45,6 +45,8 @@ public:
 
     /// Power off and on again: RAM is lost, flash stays.
     void power_cycle();
+    /// Power is lost, and comes back, in the middle of the n-th erasing or programming of flash from now on; 0 is the next.
+    void lose_power_in_flash_operation(std::uint64_t n);
     /// Throws RunFailure, beginning with the pc.
     void run_until(double time_s) { machine.run_until(ticks(time_s)); }
     void run_for(double duration_s) { machine.run_until(machine.now() + ticks(duration_s)); }

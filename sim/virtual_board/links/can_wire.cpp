@@ -40,6 +40,11 @@ void CanWire::send(CanFrame frame) {
     arbitrate();
 }
 
+void CanWire::babble_with(std::optional<CanFrame> frame) {
+    babble_ = std::move(frame);
+    arbitrate();
+}
+
 void CanWire::arbitrate() {
     if (frame_over_.is_due()) {
         return;
@@ -61,8 +66,8 @@ void CanWire::arbitrate() {
     if (!outgoing_.empty()) {
         offer(outgoing_.front(), Sender::others);
     }
-    if (babble) {
-        offer(*babble, Sender::babbler);
+    if (babble_) {
+        offer(*babble_, Sender::babbler);
     }
     if (best != std::numeric_limits<std::uint64_t>::max()) {
         frame_over_.in(duration(on_bus_));

@@ -26,8 +26,8 @@ public:
     bool anybody_there = true;
     /// So many of the board's next frames are destroyed.
     unsigned destroy = 0;
-    /// Somebody sends this frame without pause.
-    std::optional<CanFrame> babble;
+    /// Somebody sends this frame without pause; none: no more.
+    void babble_with(std::optional<CanFrame> frame);
 
 private:
     void arbitrate();
@@ -38,6 +38,7 @@ private:
     Event frame_over_;
     std::deque<CanFrame> outgoing_;
     CanFrame on_bus_;
+    std::optional<CanFrame> babble_;
     enum class Sender : std::uint8_t { board, others, babbler } sender_ = Sender::board;
 };
 
