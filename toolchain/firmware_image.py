@@ -183,7 +183,7 @@ class Image:
         return dict(sizes)
 
 
-# Ours, with names that the processor, the linker or the runtime ABI gives: board/qemu_an386/startup.cpp.
+# Ours, with names that the processor, the linker or the runtime ABI gives: board/cortex_m and each board's start-up code.
 _STARTUP = re.compile(r"(reset_handler|start_program|fault_handler|main|abort|kVectors|__cxa_pure_virtual|__dso_handle|_ZdlPvj?"
                       r"|__aeabi_atexit|__aeabi_unwind_cpp_pr\d)$")
 

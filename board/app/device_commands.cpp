@@ -26,8 +26,13 @@ bool is_off(std::uint8_t state) { return state == static_cast<std::uint8_t>(Exci
 
 void TrackerDevice::hear(HostLink& link) {
     hal::ReceivedMessage message;
+    bool streamed = link.streams();
     for (int n = 0; n < kMostMessages && link.receive(message, now_); ++n) {
         take(link, message.bytes);
+        streamed = link.streams();
+    }
+    if (streamed && !link.streams()) {  // the link is gone, and its host with it
+        faults_.set(protocol::Fault::watchdog);
     }
 }
 
@@ -229,6 +234,10 @@ AckResult TrackerDevice::obey_boresight(std::uint32_t argument) {
 
 /// Coils on for as many blocks as it takes to settle; the samples wait where the converters left them until they are told.
 AckResult TrackerDevice::obey_read_block(HostLink& link, Excitation state) {
+    const bool is_driven = plan().is_tdm() ? coil_index(state) >= 0 : state == Excitation::all;
+    if (!is_driven && state != Excitation::off) {
+        return AckResult::bad_value;
+    }
     SampleBlock block;
     Status status = sampler_.start(plan());
     if (status.ok() && state != Excitation::off) {

@@ -7,48 +7,52 @@
 namespace tricoil::nucleo_g474re {
 
 /// Port letter and number; alternate functions are those of DS12288 tables 13-19.
-struct Pin {
+struct PinName {
     char port;
     std::uint8_t number;
 };
 
 // Carriers of the three source coils. PA5 also feeds the green user LED: open solder bridge SB6.
-constexpr Pin kCarrier1{'A', 4};  // DAC1_OUT1
-constexpr Pin kCarrier2{'A', 5};  // DAC1_OUT2
-constexpr Pin kCarrier3{'A', 6};  // DAC2_OUT1
+constexpr PinName kCarrier1{'A', 4};  // DAC1_OUT1
+constexpr PinName kCarrier2{'A', 5};  // DAC1_OUT2
+constexpr PinName kCarrier3{'A', 6};  // DAC2_OUT1
 
 // Enables of the coils' amplifiers: high is on; 10 kOhm to ground keeps them off while the pins float at reset.
-constexpr Pin kEnable1{'C', 6};
-constexpr Pin kEnable2{'C', 7};
-constexpr Pin kEnable3{'C', 8};
-constexpr Pin kHeartbeat{'C', 9};  // an edge a block; without them the external monostable takes the enables away
+constexpr PinName kEnable1{'C', 6};
+constexpr PinName kEnable2{'C', 7};
+constexpr PinName kEnable3{'C', 8};
+constexpr PinName kHeartbeat{'C', 9};  // an edge a block; without them the external monostable takes the enables away
 
 // Sensor coils go through the op-amps as non-inverting amplifiers whose feedback ladder ends at a capacitor on VINM0: the gain is
 // for the carriers only, the bias passes with gain one. Only op-amps 3, 4 and 6 have a VINM0 that nothing else needs.
-constexpr Pin kSensor1{'B', 0};           // OPAMP3_VINP0 -> ADC3_IN13
-constexpr Pin kSensor1Capacitor{'B', 2};  // OPAMP3_VINM0
-constexpr Pin kSensor2{'B', 12};          // OPAMP6_VINP0 -> ADC4_IN17
-constexpr Pin kSensor2Capacitor{'A', 1};  // OPAMP6_VINM0
-constexpr Pin kSensor3{'B', 13};           // OPAMP4_VINP0 -> ADC5_IN5
-constexpr Pin kSensor3Capacitor{'B', 10};  // OPAMP4_VINM0
-constexpr Pin kReference{'A', 0};          // ADC1_IN1: the coils' current, always at gain one
+constexpr PinName kSensor1{'B', 0};           // OPAMP3_VINP0 -> ADC3_IN13
+constexpr PinName kSensor1Capacitor{'B', 2};  // OPAMP3_VINM0
+constexpr PinName kSensor2{'B', 12};          // OPAMP6_VINP0 -> ADC4_IN17
+constexpr PinName kSensor2Capacitor{'A', 1};  // OPAMP6_VINM0
+constexpr PinName kSensor3{'B', 13};           // OPAMP4_VINP0 -> ADC5_IN5
+constexpr PinName kSensor3Capacitor{'B', 10};  // OPAMP4_VINM0
+constexpr PinName kReference{'A', 0};          // ADC1_IN1: the coils' current, always at gain one
 
-constexpr Pin kStatusLed{'C', 10};  // high is on
+constexpr PinName kStatusLed{'C', 10};  // high is on
 
-constexpr Pin kSerialTx{'A', 2};  // USART2, to the ST-LINK's virtual serial port
-constexpr Pin kSerialRx{'A', 3};
+constexpr PinName kSerialTx{'A', 2};  // USART2, to the ST-LINK's virtual serial port
+constexpr PinName kSerialRx{'A', 3};
 constexpr std::uint8_t kSerialFunction = 7;
-constexpr Pin kCanRx{'B', 5};  // FDCAN2; not PB8, which is BOOT0
-constexpr Pin kCanTx{'B', 6};
+constexpr PinName kCanRx{'B', 5};  // FDCAN2; not PB8, which is BOOT0
+constexpr PinName kCanTx{'B', 6};
 constexpr std::uint8_t kCanFunction = 9;
-constexpr Pin kUsbMinus{'A', 11};  // analog; the USB peripheral takes them over when it is on
-constexpr Pin kUsbPlus{'A', 12};
+constexpr PinName kUsbMinus{'A', 11};  // analog; the USB peripheral takes them over when it is on
+constexpr PinName kUsbPlus{'A', 12};
+
+constexpr std::uint8_t kSensor1Opamp = 3;
+constexpr std::uint8_t kSensor2Opamp = 6;
+constexpr std::uint8_t kSensor3Opamp = 4;
 
 // ADC input channels.
-constexpr int kReferenceChannelOfAdc1 = 1;
-constexpr int kSensor1ChannelOfAdc3 = 13;
-constexpr int kSensor2ChannelOfAdc4 = 17;
-constexpr int kSensor3ChannelOfAdc5 = 5;
+constexpr std::uint8_t kReferenceChannelOfAdc1 = 1;
+constexpr std::uint8_t kSensor1ChannelOfAdc3 = 13;
+constexpr std::uint8_t kSensor2ChannelOfAdc4 = 17;
+constexpr std::uint8_t kSensor3ChannelOfAdc5 = 5;
 
 /// Requests of the DMA multiplexer (RM0440 table 91), and the channels of DMA1 that they are given, 1-7.
 struct DmaRoute {
@@ -74,18 +78,5 @@ constexpr InterruptPlan kUsb{20, 4};          // USB_LP
 constexpr InterruptPlan kCan{86, 4};          // FDCAN2_IT0
 constexpr InterruptPlan kSerial{38, 4};       // USART2
 constexpr std::uint8_t kTickPriority = 8;     // SysTick, 1 kHz: only ends a wait
-
-// Clock: 24 MHz crystal / 6 * 85 / 2; without the crystal 16 MHz HSI / 4 * 85 / 2, and a fault.
-constexpr std::uint32_t kCoreHz = 170'000'000;
-constexpr std::uint32_t kCanKernelHz = kCoreHz;  // PCLK1
-
-// One timer (TIM6) triggers every DAC and every ADC; an ADC adds `oversampling` conversions to one sample.
-constexpr std::uint32_t kTriggerTicks = 295;  // 576.3 kHz
-constexpr std::uint32_t kOversampling = 8;
-constexpr std::uint32_t kSampleTicks = kTriggerTicks * kOversampling;  // 2360: 72.03 kS/s
-constexpr std::uint32_t kFrameSamples = 300;                           // 240.11 frames/s
-constexpr double kSampleRateHz = double(kCoreHz) / kSampleTicks;
-constexpr double kFrameRateHz = kSampleRateHz / kFrameSamples;
-constexpr double kFastFrameRateHz = 4 * kFrameRateHz;  // 960.45, FDM only
 
 }  // namespace tricoil::nucleo_g474re

@@ -71,7 +71,7 @@ constexpr unsigned CFGR_AWD1CH_Pos = 26;
 constexpr std::uint32_t CFGR_JQDIS = 1U << 31U;
 
 constexpr std::uint32_t CFGR2_ROVSE = 1U << 0U;
-constexpr unsigned CFGR2_OVSR_Pos = 2;                // holds n of 2^(n+1) conversions
+constexpr unsigned CFGR2_OVSR_Pos = 2;           // holds n of 2^(n+1) conversions
 constexpr std::uint32_t CFGR2_TROVS = 1U << 9U;  // a trigger for each conversion
 
 constexpr std::uint32_t SMPR_47_5_cycles = 4;
