@@ -15,7 +15,7 @@ DrivenCoil::Params coil_params(const sim::WorldParams& world) {
     params.resistance_ohm = world.coil_resistance_ohm;
     params.inductance_h = world.coil_inductance_h;
     const double impedance = std::hypot(params.resistance_ohm, kReferenceRadS * params.inductance_h);
-    params.volts_per_ohm = impedance / CoilBench::kFullSwingV;
+    params.volts_per_ohm = impedance * CoilBench::kFullReferenceV / CoilBench::kHalfSupplyV;
     return params;
 }
 

@@ -16,8 +16,8 @@ class CoilBench {
 public:
     static constexpr double kSupplyV = 3.3;
     static constexpr double kHalfSupplyV = kSupplyV / 2;
-    /// Swing of a coil's drive that gives 1 V of reference at 10 kHz.
-    static constexpr double kFullSwingV = kHalfSupplyV;
+    /// Of the reference at 10 kHz, when a coil is driven with all that the converter has: the shunt of the wiring plan.
+    static constexpr double kFullReferenceV = 0.7;
     /// The power stages' enable drops so long after the last heartbeat.
     static constexpr double kHeartbeatHoldS = 20e-3;
 
