@@ -209,7 +209,7 @@ std::uint32_t VirtualBoard::code_of(unsigned channel) {
             a.input_v = next_v;
             volts = std::clamp(a.output_v, -kAmplifierRailV, kAmplifierRailV);
             const double own = bench.noise_v_per_sqrt_hz() * std::sqrt(0.5 / step_s) * gain * kCodes / CoilBench::kSupplyV;
-            noise = std::hypot(noise, own);
+            noise = std::sqrt(noise * noise + own * own);
         }
     }
     const double code = (volts + CoilBench::kHalfSupplyV) * kCodes / CoilBench::kSupplyV + noise * normal_(random_);

@@ -64,6 +64,7 @@ void CoilBench::advance(double time_s) {
         coils_[static_cast<std::size_t>(j)].advance(driven ? drive_v_[static_cast<std::size_t>(j)] : 0, step_s);
     }
     look(time_s);
+    hum_v_ = hum_v(std::sin(kTurn * scenario_.world.mains_hz * time_s));
     peak_v_ = std::max(peak_v_, std::abs(reference_v()));
 }
 
@@ -75,6 +76,15 @@ double CoilBench::reference_v() const {
     return sum;
 }
 
+/// Mains as in CoilWorld: the fundamental, a third of its third harmonic, a fifth of its fifth, by multiple-angle formulas; and an
+/// overload at its frequency.
+double CoilBench::hum_v(double sine) const {
+    const double squared = sine * sine;
+    const double third = sine * (3 - 4 * squared);
+    const double fifth = sine * (5 - 20 * squared + 16 * squared * squared);
+    return scenario_.world.mains_v * (sine + third / 3 + fifth / 5) + effect_.overload_ranges * kHalfSupplyV * sine;
+}
+
 double CoilBench::sensor_v(int coil) const {
     double induced = 0;
     for (int j = 0; j < kSourceCoils; ++j) {
@@ -82,10 +92,7 @@ double CoilBench::sensor_v(int coil) const {
         induced += (coupling_(coil, j) * source.derivative() + coupling_rate_(coil, j) * source.current()) * effect_.current(j);
     }
     const sim::WorldParams& world = scenario_.world;
-    const double phase = kTurn * world.mains_hz * now_s_;
-    const double hum = world.mains_v * (std::sin(phase) + std::sin(3 * phase) / 3 + std::sin(5 * phase) / 5);
-    const double overload = effect_.overload_ranges * kHalfSupplyV * std::sin(phase);
-    return world.channel_gain[static_cast<std::size_t>(coil)] * induced / kReferenceRadS + hum + overload;
+    return world.channel_gain[static_cast<std::size_t>(coil)] * induced / kReferenceRadS + hum_v_;
 }
 
 double CoilBench::take_peak() { return std::exchange(peak_v_, 0.0); }

@@ -48,6 +48,7 @@ public:
 
 private:
     void look(double time_s);
+    [[nodiscard]] double hum_v(double sine) const;
 
     const sim::Scenario& scenario_;
     sim::CoilWorld world_;
@@ -58,6 +59,7 @@ private:
     double heartbeat_s_ = -1;
     double last_driven_s_ = -1;
     double peak_v_ = 0;
+    double hum_v_ = 0;
     double knot_s_ = -1;                                   // couplings are known there, and kKnotS later
     std::array<Mat3<double>, 2> knots_;
     Mat3<double> coupling_ = Mat3<double>::Zero();

@@ -9,6 +9,7 @@
 #include <exception>
 
 #include "sim/virtual_board/machine/run_failure.hpp"
+#include "sim/virtual_board/machine/store_speed.hpp"
 
 namespace tricoil::virtual_board {
 namespace {
@@ -99,17 +100,19 @@ struct Cpu::Hooks {
 
 Cpu::Cpu(Memory& memory, Bus& bus, Events& events, Nvic& nvic, SystemControl& control)
     : memory_(memory), bus_(bus), events_(events), nvic_(nvic), control_(control), flash_facts_(Memory::kBankBytes / 2) {
+    use_fast_stores();
     must(uc_open(UC_ARCH_ARM, static_cast<uc_mode>(UC_MODE_THUMB | UC_MODE_MCLASS), &uc_), "open");
     must(uc_ctl_set_cpu_model(uc_, UC_CPU_ARM_CORTEX_M4), "Cortex-M4");
     const auto map = [this](std::uint32_t base, std::uint32_t bytes, std::uint32_t rights, std::uint8_t* host) {
         must(uc_mem_map_ptr(uc_, base, bytes, rights, host), "memory");
     };
     constexpr std::uint32_t kFixed = UC_PROT_READ | UC_PROT_EXEC;
+    constexpr std::uint32_t kData = UC_PROT_READ | UC_PROT_WRITE;  // not executable: see store_speed.cpp
     map(Memory::kFlashBase, Memory::kBankBytes, kFixed, memory.flash.data());
     map(0, Memory::kBankBytes, kFixed, memory.flash.data());
     map(Memory::kSystemBase, Memory::kSystemBytes, kFixed, memory.system.data());
-    map(Memory::kRamBase, Memory::kRamBytes, UC_PROT_ALL, memory.ram.data());
-    map(Memory::kCcmBase, Memory::kCcmBytes, UC_PROT_ALL, memory.ram.data() + Memory::kRamBytes - Memory::kCcmBytes);
+    map(Memory::kRamBase, Memory::kRamBytes, kData, memory.ram.data());
+    map(Memory::kCcmBase, Memory::kCcmBytes, kData, memory.ram.data() + Memory::kRamBytes - Memory::kCcmBytes);
     Hooks::map<Memory::kFlashBase + Memory::kBankBytes, Memory::kBankBytes>(uc_, this);
     Hooks::map<0x40000000, 0x10000000>(uc_, this);
     Hooks::map<0x50000000, 0x10000000>(uc_, this);
@@ -183,7 +186,7 @@ const BlockFacts& Cpu::facts_at(std::uint32_t address, std::uint32_t bytes) {
 void Cpu::on_block(std::uint32_t address, std::uint32_t bytes) {
     block_ = address;
     events_.advance(events_.now());
-    if (stop_requested_ || events_.now() >= limit_ || (nvic_.any_pending() && nvic_.to_take(masks()) != 0)) {
+    if (stop_requested_ || events_.now() >= limit_ || (nvic_.may_take() && nvic_.to_take(masks()) != 0)) {
         stopping_ = true;
         uc_emu_stop(uc_);  // takes effect before the block's first instruction
         return;
@@ -308,7 +311,7 @@ void Cpu::leave(std::uint32_t exc_return) {
         fail(fmt::format("exception return {:#010x} outside an exception", exc_return));
     }
     nvic_.leave(running_);
-    if (nvic_.any_pending() && nvic_.to_take(masks()) != 0) {
+    if (nvic_.may_take() && nvic_.to_take(masks()) != 0) {
         enter(true, exc_return);
         return;
     }
@@ -357,13 +360,14 @@ void Cpu::take_exceptions() {
         exception_return_.reset();
         leave(exc_return);
     }
-    if (nvic_.any_pending() && nvic_.to_take(masks()) != 0) {
+    if (nvic_.may_take() && nvic_.to_take(masks()) != 0) {
         stack_frame();
     }
 }
 
 void Cpu::sleep() {
-    while (!nvic_.wakes(masks())) {
+    const Masks still = masks();
+    while (!nvic_.may_take() || !nvic_.wakes(still)) {
         const Ticks until = std::min(events_.next(), limit_);
         const Ticks left = std::max<Ticks>(until - events_.now(), 0);
         const Ticks slept = (left + ticks_per_cycle_ - 1) / ticks_per_cycle_;  // whole cycles

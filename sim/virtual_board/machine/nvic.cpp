@@ -36,6 +36,7 @@ void Nvic::pend(int exception) {
         s.pending = true;
         s.since = events_.now();
         ++pending_count_;
+        changed();
     }
 }
 
@@ -43,6 +44,7 @@ void Nvic::unpend(int exception) {
     State& s = state(exception);
     pending_count_ -= s.pending ? 1 : 0;
     s.pending = false;
+    changed();
 }
 
 int Nvic::group_priority(int exception) const {
@@ -52,29 +54,38 @@ int Nvic::group_priority(int exception) const {
     return state(exception).priority & ~((2U << group_) - 1U) & 0xFFU;
 }
 
-int Nvic::running_priority(const Masks& masks) const {
+/// Of those pending and enabled the most urgent, if it is more so than what runs; else 0.
+int Nvic::most_urgent() const {
+    if (urgent_ != kUnknown) {
+        return urgent_;
+    }
     int running = kIdle;
-    for (int e = 1; e < kExceptions && active_count_ > 0; ++e) {
-        running = state(e).active ? std::min(running, group_priority(e)) : running;
-    }
-    if (masks.basepri != 0) {
-        running = std::min(running, static_cast<int>(masks.basepri & ~((2U << group_) - 1U) & 0xFFU));
-    }
-    running = masks.primask ? std::min(running, 0) : running;
-    return masks.faultmask ? std::min(running, -1) : running;
-}
-
-int Nvic::to_take(const Masks& masks) const {
     int best = 0;
-    for (int e = kNmi; e < kExceptions && pending_count_ > 0; ++e) {
+    for (int e = kNmi; e < kExceptions; ++e) {
         const State& s = state(e);
         const bool higher = best == 0 || group_priority(e) < group_priority(best) ||
                             (group_priority(e) == group_priority(best) && e >= 4 && s.priority < state(best).priority);
         if (s.pending && (e < kFirstInterrupt || s.enabled) && higher) {
             best = e;
         }
+        running = s.active ? std::min(running, group_priority(e)) : running;
     }
-    return best != 0 && group_priority(best) < running_priority(masks) ? best : 0;
+    urgent_ = best != 0 && group_priority(best) < running ? best : 0;
+    return urgent_;
+}
+
+int Nvic::to_take(const Masks& masks) const {
+    const int best = pending_count_ > 0 ? most_urgent() : 0;
+    if (best == 0) {
+        return 0;
+    }
+    int limit = kIdle;
+    if (masks.basepri != 0) {
+        limit = static_cast<int>(masks.basepri & ~((2U << group_) - 1U) & 0xFFU);
+    }
+    limit = masks.primask ? std::min(limit, 0) : limit;
+    limit = masks.faultmask ? std::min(limit, -1) : limit;
+    return group_priority(best) < limit ? best : 0;
 }
 
 bool Nvic::wakes(Masks masks) const {
@@ -87,6 +98,7 @@ void Nvic::enter(int exception) {
     State& s = state(exception);
     s.active = true;
     ++active_count_;
+    changed();
     Latency& latency = latencies_[static_cast<std::size_t>(exception)];
     latency.worst = std::max(latency.worst, events_.now() - s.since);
     ++latency.entries;
@@ -99,6 +111,7 @@ void Nvic::leave(int exception) {
     }
     s.active = false;
     --active_count_;
+    changed();
     if (s.level) {
         pend(exception);
     }
@@ -152,8 +165,10 @@ std::uint32_t Nvic::read(std::uint32_t offset) {
 void Nvic::write(std::uint32_t offset, std::uint32_t value) {
     const std::uint32_t word = (offset & 0x7FU) / 4;
     if (in(offset, kSetEnable)) {
+        changed();
         for_bits(word, value, [this](int e) { state(e).enabled = true; });
     } else if (in(offset, kClearEnable)) {
+        changed();
         for_bits(word, value, [this](int e) { state(e).enabled = false; });
     } else if (in(offset, kSetPending)) {
         for_bits(word, value, [this](int e) { pend(e); });
@@ -188,6 +203,7 @@ void Nvic::reset() {
     group_ = 0;
     pending_count_ = 0;
     active_count_ = 0;
+    changed();
 }
 
 }  // namespace tricoil::virtual_board

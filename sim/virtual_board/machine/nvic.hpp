@@ -44,6 +44,8 @@ public:
     void unpend(int exception);
 
     [[nodiscard]] bool any_pending() const { return pending_count_ > 0; }
+    /// Something is more urgent than what runs, whatever the masks say: worth asking to_take().
+    [[nodiscard]] bool may_take() const { return pending_count_ > 0 && most_urgent() != 0; }
     /// The exception that would be entered now; 0: none.
     [[nodiscard]] int to_take(const Masks& masks) const;
     /// Whether WFI ends: as to_take, but PRIMASK does not count (ARMv7-M B1.5.19).
@@ -58,8 +60,14 @@ public:
     [[nodiscard]] int first_pending() const;
 
     [[nodiscard]] std::uint8_t priority(int exception) const { return state(exception).priority; }
-    void set_priority(int exception, std::uint8_t value) { state(exception).priority = value & 0xF0U; }  // 4 bits are there
-    void set_group(unsigned prigroup) { group_ = prigroup & 7U; }
+    void set_priority(int exception, std::uint8_t value) {
+        state(exception).priority = value & 0xF0U;  // 4 bits are there
+        changed();
+    }
+    void set_group(unsigned prigroup) {
+        group_ = prigroup & 7U;
+        changed();
+    }
     [[nodiscard]] unsigned group() const { return group_; }
 
     [[nodiscard]] const std::array<Latency, kExceptions>& latencies() const { return latencies_; }
@@ -82,7 +90,8 @@ private:
     [[nodiscard]] const State& state(int exception) const { return states_[static_cast<std::size_t>(exception)]; }
     State& state(int exception) { return states_[static_cast<std::size_t>(exception)]; }
     [[nodiscard]] int group_priority(int exception) const;
-    [[nodiscard]] int running_priority(const Masks& masks) const;
+    [[nodiscard]] int most_urgent() const;
+    void changed() { urgent_ = kUnknown; }
     template <typename Act>
     void for_bits(std::uint32_t word, std::uint32_t value, Act act);
 
@@ -92,6 +101,8 @@ private:
     unsigned group_ = 0;
     int pending_count_ = 0;
     int active_count_ = 0;
+    static constexpr int kUnknown = -1;
+    mutable int urgent_ = kUnknown;  // most_urgent(), until something changes
 };
 
 }  // namespace tricoil::virtual_board
