@@ -33,7 +33,8 @@ DmaChannel dma(DmaRoute route) {
 InterruptLine line(InterruptPlan plan) { return {peripheral<NvicRegisters>(kNvicBase), plan.number}; }
 
 CarrierPlayer::Parts carrier_parts() {
-    return {peripheral<DacRegisters>(kDac1Base), peripheral<DacRegisters>(kDac2Base),
+    return {peripheral<DacRegisters>(kDac1Base),
+            peripheral<DacRegisters>(kDac2Base),
             {dma(kDmaDac1Channel1), dma(kDmaDac1Channel2), dma(kDmaDac2Channel1)}};
 }
 
@@ -51,8 +52,8 @@ void switch_peripherals_on() {
     rcc.AHB1ENR = rcc.AHB1ENR | rcc::AHB1ENR_DMA1EN | rcc::AHB1ENR_DMAMUX1EN;
     rcc.AHB2ENR = rcc.AHB2ENR | rcc::AHB2ENR_GPIOAEN | rcc::AHB2ENR_GPIOBEN | rcc::AHB2ENR_GPIOCEN | rcc::AHB2ENR_ADC12EN |
                   rcc::AHB2ENR_ADC345EN | rcc::AHB2ENR_DAC1EN | rcc::AHB2ENR_DAC2EN;
-    rcc.APB1ENR1 = rcc.APB1ENR1 | rcc::APB1ENR1_TIM2EN | rcc::APB1ENR1_TIM6EN | rcc::APB1ENR1_CRSEN |
-                   rcc::APB1ENR1_USART2EN | rcc::APB1ENR1_USBEN | rcc::APB1ENR1_FDCANEN;
+    rcc.APB1ENR1 = rcc.APB1ENR1 | rcc::APB1ENR1_TIM2EN | rcc::APB1ENR1_TIM6EN | rcc::APB1ENR1_CRSEN | rcc::APB1ENR1_USART2EN |
+                   rcc::APB1ENR1_USBEN | rcc::APB1ENR1_FDCANEN;
     rcc.APB2ENR = rcc.APB2ENR | rcc::APB2ENR_SYSCFGEN;
     rcc.CCIPR = (rcc.CCIPR & ~(rcc::CCIPR_FDCANSEL | rcc::CCIPR_ADC12SEL | rcc::CCIPR_ADC345SEL)) | rcc::CCIPR_FDCANSEL_PCLK1 |
                 rcc::CCIPR_ADC12SEL_SYSCLK | rcc::CCIPR_ADC345SEL_SYSCLK;
@@ -112,8 +113,8 @@ Board::Board(CoreClock core_clock)
       serial(peripheral<UsartRegisters>(kUsart2Base), line(kSerial), clock, {.kernel_clock_hz = hertz_of(core_clock)}),
       can(peripheral<FdcanRegisters>(kFdcan2Base), peripheral<FdcanMessageRam>(kFdcan2RamBase), line(kCan), clock,
           {.kernel_clock_hz = hertz_of(core_clock)}),
-      usb(peripheral<UsbRegisters>(kUsbBase), peripheral<UsbPacketMemory>(kUsbPacketMemoryBase), peripheral<CrsRegisters>(kCrsBase),
-          line(kUsb), clock, {.serial = unique_number()}) {}
+      usb(peripheral<UsbRegisters>(kUsbBase), peripheral<UsbPacketMemory>(kUsbPacketMemoryBase),
+          peripheral<CrsRegisters>(kCrsBase), line(kUsb), clock, {.serial = unique_number()}) {}
 
 void Board::begin() {
     switch_peripherals_on();

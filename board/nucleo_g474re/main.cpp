@@ -45,8 +45,8 @@ void usb_handler() { board_->usb.on_interrupt(); }
 }
 
 int main() {
-    board_.emplace(
-        start_core_clock(peripheral<RccRegisters>(kRccBase), peripheral<PwrRegisters>(kPwrBase), peripheral<FlashRegisters>(kFlashBase)));
+    board_.emplace(start_core_clock(peripheral<RccRegisters>(kRccBase), peripheral<PwrRegisters>(kPwrBase),
+                                    peripheral<FlashRegisters>(kFlashBase)));
     board_->begin();
     device.emplace(board_->hardware(),
                    nucleo_g474re::device_params(nucleo_g474re::unique_number(), nucleo_g474re::image_header.firmware));

@@ -27,9 +27,9 @@ app::DeviceParams device_params(std::uint64_t serial, std::uint32_t firmware) {
     params.modes = kModes;
     params.demodulator.response = kResponse;
     params.demodulator.gain_steps = gain_steps();
-    params.demodulator.sigma_floor = 1e-7F;     // quantisation at the highest gain
+    params.demodulator.sigma_floor = 1e-7F;      // quantisation at the highest gain
     params.demodulator.min_reference_v = 0.05F;  // of 0.7 V, or 0.25 V in FDM
-    params.demodulator.linear_share = 0.95F;    // the op-amps reach to 0.1 V of the rails (DS12288)
+    params.demodulator.linear_share = 0.95F;     // the op-amps reach to 0.1 V of the rails (DS12288)
     params.coupling_constant_m3 = kCoupling_m3;
     params.most_reference_v = kMostReference_v;
     return params;

@@ -25,10 +25,10 @@ constexpr PinName kHeartbeat{'C', 9};  // an edge a block; without them the exte
 
 // Sensor coils go through the op-amps as non-inverting amplifiers whose feedback ladder ends at a capacitor on VINM0: the gain is
 // for the carriers only, the bias passes with gain one. Only op-amps 3, 4 and 6 have a VINM0 that nothing else needs.
-constexpr PinName kSensor1{'B', 0};           // OPAMP3_VINP0 -> ADC3_IN13
-constexpr PinName kSensor1Capacitor{'B', 2};  // OPAMP3_VINM0
-constexpr PinName kSensor2{'B', 12};          // OPAMP6_VINP0 -> ADC4_IN17
-constexpr PinName kSensor2Capacitor{'A', 1};  // OPAMP6_VINM0
+constexpr PinName kSensor1{'B', 0};            // OPAMP3_VINP0 -> ADC3_IN13
+constexpr PinName kSensor1Capacitor{'B', 2};   // OPAMP3_VINM0
+constexpr PinName kSensor2{'B', 12};           // OPAMP6_VINP0 -> ADC4_IN17
+constexpr PinName kSensor2Capacitor{'A', 1};   // OPAMP6_VINM0
 constexpr PinName kSensor3{'B', 13};           // OPAMP4_VINP0 -> ADC5_IN5
 constexpr PinName kSensor3Capacitor{'B', 10};  // OPAMP4_VINM0
 constexpr PinName kReference{'A', 0};          // ADC1_IN1: the coils' current, always at gain one

@@ -50,35 +50,21 @@ public:
     [[nodiscard]] std::int64_t next_segment_us() const { return next_segment_us_; }
     [[nodiscard]] bool waits() const { return segmenter_.waits(); }
 
-    /// Sends what may go now: the answer to a sender that waits, and segments; send(frame) is false if the frame must wait.
-    /// bad_framing: the receiver fell silent, and the message is dropped.
+    /// Call it often: sends what may go now, the answer to a sender that waits, and segments; send(frame) is false if the frame
+    /// must wait. bad_framing: the other end fell silent in the middle of a message, which is dropped.
     template <typename Send>
     WireError go_on(std::int64_t now_us, Send send) {
         owes_answer_ = owes_answer_ && !send(answer());
-        if (!sending()) {
-            return WireError::none;
+        const bool sender_is_silent = reassembler_.busy() && now_us > receive_deadline_us_;
+        if (sender_is_silent) {
+            reassembler_.cancel();
         }
-        if (now_us > deadline_us_) {
+        const bool receiver_is_silent = sending() && now_us > deadline_us_;
+        if (receiver_is_silent) {
             segmenter_.cancel();
-            return WireError::bad_framing;
         }
-        CanFrame frame;
-        frame.id = outgoing_segments();
-        while (now_us >= next_segment_us_) {
-            const Segmenter before = segmenter_;
-            frame.length = static_cast<std::uint8_t>(segmenter_.next(frame.data));
-            if (frame.length == 0) {
-                break;
-            }
-            if (!send(frame)) {
-                segmenter_ = before;  // once more, when there is room
-                next_segment_us_ = now_us + 1000;
-                break;
-            }
-            deadline_us_ = now_us + kSegmentTimeoutUs;
-            next_segment_us_ = segmenter_.gap_us() > 0 ? now_us + segmenter_.gap_us() : 0;
-        }
-        return WireError::none;
+        send_segments(now_us, send);
+        return sender_is_silent || receiver_is_silent ? WireError::bad_framing : WireError::none;
     }
 
     /// Takes a frame of this node; `message` is valid until the next one. is_fd: not a classic frame.
@@ -99,19 +85,43 @@ private:
     }
 
     template <typename Send>
+    void send_segments(std::int64_t now_us, Send send) {
+        CanFrame frame;
+        frame.id = outgoing_segments();
+        while (sending() && now_us >= next_segment_us_) {
+            const Segmenter before = segmenter_;
+            frame.length = static_cast<std::uint8_t>(segmenter_.next(frame.data));
+            if (frame.length == 0) {
+                break;
+            }
+            if (!send(frame)) {
+                segmenter_ = before;  // once more, when there is room
+                next_segment_us_ = now_us + 1000;
+                break;
+            }
+            deadline_us_ = now_us + kSegmentTimeoutUs;
+            next_segment_us_ = segmenter_.gap_us() > 0 ? now_us + segmenter_.gap_us() : 0;
+        }
+    }
+
+    template <typename Send>
     CanArrival take_segment(const CanFrame& frame, std::int64_t now_us, std::span<const std::uint8_t>& message, Send send) {
         segmenter_.on_flow_control(frame.bytes());
         const SegmentEvent event = reassembler_.on_frame(frame.bytes());
-        if (event == SegmentEvent::answer || window_is_over(event)) {
+        if (event != SegmentEvent::none && event != SegmentEvent::error) {
+            receive_deadline_us_ = now_us + kSegmentTimeoutUs;
+        }
+        if (event == SegmentEvent::answer || event == SegmentEvent::answer_anew || window_is_over(event)) {
             segments_taken_ = 0;
             owes_answer_ = true;
         }
-        const WireError sent = go_on(now_us, send);
+        const WireError silence = go_on(now_us, send);
         if (event == SegmentEvent::complete) {
             message = reassembler_.message();
-            return {true, sent};
+            return {true, silence};
         }
-        return {false, event == SegmentEvent::error ? WireError::bad_framing : sent};
+        const bool dropped = event == SegmentEvent::error || event == SegmentEvent::answer_anew;
+        return {false, dropped ? WireError::bad_framing : silence};
     }
 
     [[nodiscard]] CanFrame answer() const {
@@ -124,7 +134,7 @@ private:
     }
 
     bool window_is_over(SegmentEvent event) {
-        return kWindow > 0 && event == SegmentEvent::none && reassembler_.busy() && ++segments_taken_ == kWindow;
+        return kWindow > 0 && event == SegmentEvent::taken && ++segments_taken_ == kWindow;
     }
 
     CanSide side_;
@@ -135,7 +145,8 @@ private:
     BasicReassembler<kBytes> reassembler_;
     std::array<std::uint8_t, kBytes> outgoing_{};
     std::int64_t next_segment_us_ = 0;
-    std::int64_t deadline_us_ = 0;
+    std::int64_t deadline_us_ = 0;          // for the receiver of what we send
+    std::int64_t receive_deadline_us_ = 0;  // for the sender of what we receive
 };
 
 }  // namespace tricoil::protocol

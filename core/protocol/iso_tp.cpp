@@ -86,13 +86,13 @@ SegmentEvent ReassemblerBase::begin(std::span<const std::uint8_t> data) {
     const bool interrupted = busy();
     cancel();
     const std::size_t size = data.size() < kFirstHead ? 0 : (data[0] & 0x0FU) << 8U | data[1];
-    if (data.size() != kMaxFrameBytes || size <= kMaxFrameBytes || size > buffer_.size() || interrupted) {
+    if (data.size() != kMaxFrameBytes || size <= kMaxFrameBytes || size > buffer_.size()) {
         return SegmentEvent::error;
     }
     size_ = size;
     serial_ = 1;
     append(data.subspan(kFirstHead));
-    return SegmentEvent::answer;
+    return interrupted ? SegmentEvent::answer_anew : SegmentEvent::answer;
 }
 
 SegmentEvent ReassemblerBase::go_on(std::span<const std::uint8_t> data) {
@@ -106,7 +106,7 @@ SegmentEvent ReassemblerBase::go_on(std::span<const std::uint8_t> data) {
     }
     ++serial_;
     append(data.subspan(1));
-    return busy() ? SegmentEvent::none : SegmentEvent::complete;
+    return busy() ? SegmentEvent::taken : SegmentEvent::complete;
 }
 
 void ReassemblerBase::append(std::span<const std::uint8_t> data) {

@@ -37,16 +37,17 @@ private:
     std::uint8_t serial_ = 0;
 };
 
-enum class SegmentEvent : std::uint8_t { none, answer, complete, error };
+enum class SegmentEvent : std::uint8_t { none, answer, answer_anew, taken, complete, error };
 
-/// Puts one message at a time together, in a buffer that BasicReassembler has. A second first frame, a wrong serial or a length
-/// out of range drops what was there.
+/// Puts one message at a time together, in a buffer that BasicReassembler has. A wrong serial or a length out of range drops what
+/// was there; so does another first frame, with which a new message begins.
 class ReassemblerBase {
 public:
     ReassemblerBase(const ReassemblerBase&) = delete;
     ReassemblerBase& operator=(const ReassemblerBase&) = delete;
 
-    /// answer: send flow_control() to the sender; complete: message() is whole; error: what was there has been dropped.
+    /// answer: send flow_control() to the sender; answer_anew: the same, and what was there has been dropped; taken: more is to
+    /// come; complete: message() is whole; error: what was there has been dropped.
     SegmentEvent on_frame(std::span<const std::uint8_t> data);
 
     /// Whole after `complete`, until the next frame.

@@ -35,7 +35,8 @@ int oversampling_of(double sample_rate_hz) {
 /// Nearest microsecond to a number of half triggers.
 constexpr Microseconds time_of_half_triggers(std::uint64_t half_triggers) {
     constexpr std::uint64_t kTwoMegahertz = kFullSpeedHz / 500'000;  // core ticks in two microseconds
-    return Microseconds{static_cast<std::int64_t>((half_triggers * Acquisition::kTriggerTicks + kTwoMegahertz / 2) / kTwoMegahertz)};
+    return Microseconds{
+        static_cast<std::int64_t>((half_triggers * Acquisition::kTriggerTicks + kTwoMegahertz / 2) / kTwoMegahertz)};
 }
 
 }  // namespace
@@ -109,8 +110,8 @@ void Acquisition::run() {
     now_ = {};
     switch_over();
     parts_.trigger.CNT = 0;
-    // A sample stands for the middle of its conversions: the first trigger comes after one period, the last one of it after as many
-    // as there are conversions.
+    // A sample stands for the middle of its conversions: the first trigger comes after one period, the last one of it after as
+    // many as there are conversions.
     start_ = parts_.clock.now() + time_of_half_triggers(1U + static_cast<unsigned>(oversampling_));
     parts_.trigger.CR1 = tim::CR1_CEN | tim::CR1_URS;
     is_running_ = true;

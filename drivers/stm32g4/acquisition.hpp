@@ -18,19 +18,19 @@
 namespace tricoil::stm32g4 {
 
 struct AcquisitionParams {
-    float carrier_amplitude_codes = 1792;        // of 2048: a buffered DAC output does not reach the rails
+    float carrier_amplitude_codes = 1792;  // of 2048: a buffered DAC output does not reach the rails
     float volts_per_conversion_code = 3.3F / 4096;
     float most_reference_v = 1.5F;  // beyond that, either way from the middle, the enables drop at once
     void (*sleep)() = nullptr;      // until any interrupt, a millisecond at most; called with interrupts held back
 };
 
-/// The sampler; coils() and gain() are the other two of its faces. Sampling starts with the first poll() after start(), so that the
-/// first block is already driven with what excite() asked for. excite() and gain().choose() take effect when the running block
-/// ends. After an over-current excite() answers device_lost until the next start().
+/// The sampler; coils() and gain() are the other two of its faces. Sampling starts with the first poll() after start(), so that
+/// the first block is already driven with what excite() asked for. excite() and gain().choose() take effect when the running
+/// block ends. After an over-current excite() answers device_lost until the next start().
 class Acquisition final : public hal::CoilSampler {
 public:
-    /// Of the core's clock from one trigger to the next, each of which is a conversion of every input and an update of every carrier:
-    /// 576.3 kHz, of which an ADC at 42.5 MHz with 47.5 cycles of sampling needs 60 of its 73.75 cycles.
+    /// Of the core's clock from one trigger to the next, each of which is a conversion of every input and an update of every
+    /// carrier: 576.3 kHz, of which an ADC at 42.5 MHz with 47.5 cycles of sampling needs 60 of its 73.75 cycles.
     static constexpr std::uint32_t kTriggerTicks = 295;
 
     /// What a plan must state; `oversampling` is 2, 4, 8 or 16.
@@ -50,7 +50,8 @@ public:
     Acquisition(const Parts& parts, const AcquisitionParams& params);
     ~Acquisition() override;
 
-    /// Once, after the clocks: converters on, coils off. ok; timed_out: a converter does not follow; start() then says device_lost.
+    /// Once, after the clocks: converters on, coils off. ok; timed_out: a converter does not follow; start() then says
+    /// device_lost.
     Status begin();
 
     [[nodiscard]] hal::CoilDriver& coils() { return coils_; }

@@ -37,12 +37,15 @@ Status CarrierPlayer::load(const signal::AcquisitionPlan& plan, int updates_per_
     for (std::size_t n = 0; n < periods.size(); ++n) {
         periods[n] = shortest_period(plan.window_samples * updates_per_sample, plan.window_cycles[n]);
         if (periods[n].updates < 1 || periods[n].updates > static_cast<int>(kLongestTable)) {
-            return {StatusCode::invalid_argument, "carrier repeats too seldom for this board's tables: choose one that divides the rate"};
+            return {StatusCode::invalid_argument,
+                    "carrier repeats too seldom for this board's tables: choose one that divides the rate"};
         }
     }
     volatile std::uint32_t* const outputs[] = {&parts_.dac1.DHR12R1, &parts_.dac1.DHR12R2, &parts_.dac2.DHR12R1};
     for (std::size_t n = 0; n < periods.size(); ++n) {
-        const float share = plan.is_tdm() ? 1 : kShareOfThree * static_cast<float>(plan.window_cycles[0]) / static_cast<float>(plan.window_cycles[n]);
+        const float share =
+            plan.is_tdm() ? 1
+                          : kShareOfThree * static_cast<float>(plan.window_cycles[0]) / static_cast<float>(plan.window_cycles[n]);
         write_carrier(periods[n], share * amplitude_codes, tables_[n]);
         parts_.dma[n].start(DmaChannel::Direction::to_converter, *outputs[n], tables_[n].data(),
                             static_cast<std::size_t>(periods[n].updates));

@@ -29,7 +29,8 @@ public:
     Status begin();
 
     /// Loads the plan's carriers, to start with the next trigger; `updates_per_sample` triggers make one sample. In TDM all three
-    /// play the same at the full amplitude, in FDM each less, so that the sum of their currents stays in range. ok; invalid_argument: a carrier that only repeats after more than kLongestTable updates.
+    /// play the same at the full amplitude, in FDM each less, so that the sum of their currents stays in range. ok;
+    /// invalid_argument: a carrier that only repeats after more than kLongestTable updates.
     Status load(const signal::AcquisitionPlan& plan, int updates_per_sample, float amplitude_codes);
 
     /// Outputs at their middle again.

@@ -31,9 +31,8 @@ bool start_pll(RccRegisters& rcc, std::uint32_t source, std::uint32_t divider) {
 bool prepare_full_speed(PwrRegisters& pwr, FlashRegisters& flash) {
     modify(pwr.CR5, pwr::CR5_R1MODE, 0);
     modify(flash.ACR, flash::ACR_LATENCY, kFlashWaitStates | flash::ACR_PRFTEN | flash::ACR_ICEN | flash::ACR_DCEN);
-    return wait_until(
-               [&] { return (pwr.SR2 & pwr::SR2_VOSF) == 0 && (flash.ACR & flash::ACR_LATENCY) == kFlashWaitStates; },
-               kQuickPolls, "regulator or flash does not follow")
+    return wait_until([&] { return (pwr.SR2 & pwr::SR2_VOSF) == 0 && (flash.ACR & flash::ACR_LATENCY) == kFlashWaitStates; },
+                      kQuickPolls, "regulator or flash does not follow")
         .ok();
 }
 
@@ -58,8 +57,7 @@ CoreClock start_core_clock(RccRegisters& rcc, PwrRegisters& pwr, FlashRegisters&
         return CoreClock::unmultiplied;
     }
     modify(rcc.CR, 0, rcc::CR_HSEON);
-    const bool crystal =
-        wait_until([&] { return (rcc.CR & rcc::CR_HSERDY) != 0; }, kCrystalPolls, "crystal does not start").ok();
+    const bool crystal = wait_until([&] { return (rcc.CR & rcc::CR_HSERDY) != 0; }, kCrystalPolls, "crystal does not start").ok();
     if (crystal && start_pll(rcc, rcc::PLLCFGR_PLLSRC_HSE, kCrystalDivider) && switch_to_pll(rcc)) {
         modify(rcc.CR, 0, rcc::CR_CSSON);
         return CoreClock::crystal;
@@ -74,7 +72,8 @@ CoreClock start_core_clock(RccRegisters& rcc, PwrRegisters& pwr, FlashRegisters&
 Status start_usb_clock(RccRegisters& rcc) {
     modify(rcc.CRRCR, 0, rcc::CRRCR_HSI48ON);
     modify(rcc.CCIPR, rcc::CCIPR_CLK48SEL, 0);
-    return wait_until([&] { return (rcc.CRRCR & rcc::CRRCR_HSI48RDY) != 0; }, kQuickPolls * 10, "48 MHz oscillator does not start");
+    return wait_until([&] { return (rcc.CRRCR & rcc::CRRCR_HSI48RDY) != 0; }, kQuickPolls * 10,
+                      "48 MHz oscillator does not start");
 }
 
 }  // namespace tricoil::stm32g4

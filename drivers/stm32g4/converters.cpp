@@ -8,11 +8,12 @@
 namespace tricoil::stm32g4 {
 namespace {
 
-constexpr std::uint32_t kPolls = 100'000;       // calibration: 116 cycles of 42.5 MHz (RM0440); all else is quicker
-constexpr Microseconds kRegulatorStart{20};     // DS12288, ADC voltage regulator start-up time
-constexpr Microseconds kAfterCalibration{1};    // RM0440: four ADC cycles before ADEN
+constexpr std::uint32_t kPolls = 100'000;
+constexpr Microseconds kLongestWait{1000};    // calibration: 116 cycles of 42.5 MHz (RM0440); all else is quicker
+constexpr Microseconds kRegulatorStart{20};   // DS12288, ADC voltage regulator start-up time
+constexpr Microseconds kAfterCalibration{1};  // RM0440: four ADC cycles before ADEN
 constexpr std::int32_t kMiddleOfOneConversion = 2048;
-constexpr std::int32_t kWatchdogShift = 4;      // with oversampling it sees the upper 12 of 16 bits
+constexpr std::int32_t kWatchdogShift = 4;  // with oversampling it sees the upper 12 of 16 bits
 constexpr std::int32_t kWatchdogMax = 0xFFF;
 constexpr unsigned kChannelsPerSampleRegister = 10;
 
@@ -32,25 +33,32 @@ Status Converters::begin() {
 Status Converters::switch_on(AdcRegisters& adc) {
     adc.CR = 0;  // out of deep power-down
     adc.CR = adc::CR_ADVREGEN;
-    const auto passed = [this](DeviceTime since, Microseconds time) { return clock_.now() - since > time; };
-    DeviceTime since = clock_.now();
-    Status status = wait_until([&] { return passed(since, kRegulatorStart); }, kPolls, "the clock stands still");
+    const DeviceTime supplied = clock_.now();
+    Status status = await([&] { return clock_.now() - supplied > kRegulatorStart; }, "the clock stands still");
     if (!status.ok()) {
         return status;
     }
     adc.CR = adc::CR_ADVREGEN | adc::CR_ADCAL;
-    status = wait_until([&] { return (adc.CR & adc::CR_ADCAL) == 0; }, kPolls, "an ADC does not calibrate");
+    status = await([&] { return (adc.CR & adc::CR_ADCAL) == 0; }, "an ADC does not calibrate");
     if (!status.ok()) {
         return status;
     }
-    since = clock_.now();
-    status = wait_until([&] { return passed(since, kAfterCalibration); }, kPolls, "the clock stands still");
+    const DeviceTime calibrated = clock_.now();
+    status = await([&] { return clock_.now() - calibrated > kAfterCalibration; }, "the clock stands still");
     if (!status.ok()) {
         return status;
     }
     adc.ISR = adc::ISR_ADRDY;
     adc.CR = adc::CR_ADVREGEN | adc::CR_ADEN;
-    return wait_until([&] { return (adc.ISR & adc::ISR_ADRDY) != 0; }, kPolls, "an ADC does not become ready");
+    return await([&] { return (adc.ISR & adc::ISR_ADRDY) != 0; }, "an ADC does not become ready");
+}
+
+/// By the clock, and by the number of questions if that stands still.
+template <typename Predicate>
+Status Converters::await(Predicate ready, const char* what) {
+    const DeviceTime deadline = clock_.now() + kLongestWait;
+    const Status asked = wait_until([&] { return clock_.now() > deadline || ready(); }, kPolls, what);
+    return asked.ok() && !ready() ? Status{StatusCode::timed_out, what} : asked;
 }
 
 Status Converters::start(std::size_t block_samples, int oversampling, std::int32_t limit_codes) {
@@ -98,7 +106,7 @@ Status Converters::stop() {
         adc.IER = 0;
         if ((adc.CR & adc::CR_ADSTART) != 0) {
             adc.CR = adc::CR_ADVREGEN | adc::CR_ADSTP;
-            const Status stopped = wait_until([&] { return (adc.CR & adc::CR_ADSTP) == 0; }, kPolls, "an ADC does not stop");
+            const Status stopped = await([&] { return (adc.CR & adc::CR_ADSTP) == 0; }, "an ADC does not stop");
             status = stopped.ok() ? status : stopped;
         }
         input.dma.stop();

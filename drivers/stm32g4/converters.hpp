@@ -14,8 +14,8 @@
 
 namespace tricoil::stm32g4 {
 
-/// Each trigger of TIM6 is one conversion on each; `oversampling` of them add up to a sample. Two blocks a converter lie in memory:
-/// one is being written while the other one is read.
+/// Each trigger of TIM6 is one conversion on each; `oversampling` of them add up to a sample. Two blocks a converter lie in
+/// memory: one is being written while the other one is read.
 class Converters {
 public:
     static constexpr std::size_t kLongestBlock = 300;
@@ -65,6 +65,8 @@ public:
 
 private:
     Status switch_on(AdcRegisters& adc);
+    template <typename Predicate>
+    Status await(Predicate ready, const char* what);
     void configure(const Input& input, int oversampling) const;
     [[nodiscard]] AdcRegisters& reference() const { return parts_.inputs[kReferenceChannel].adc; }
 

@@ -38,8 +38,7 @@ public:
 
     /// Flags since the last call: dma::ISR_TCIF, ISR_HTIF, ISR_TEIF.
     [[nodiscard]] std::uint32_t take_flags() const {
-        const std::uint32_t flags =
-            dma_.ISR >> flag_shift() & (dma::ISR_TCIF | dma::ISR_HTIF | dma::ISR_TEIF);
+        const std::uint32_t flags = dma_.ISR >> flag_shift() & (dma::ISR_TCIF | dma::ISR_HTIF | dma::ISR_TEIF);
         dma_.IFCR = flags << flag_shift();
         return flags;
     }

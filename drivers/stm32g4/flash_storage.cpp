@@ -59,7 +59,8 @@ bool FlashStorage::on_ecc_error() {
     }
     registers_.ECCR = flash::ECCR_ECCD;
     const std::uint32_t page = (error & flash::ECCR_ADDR_ECC) / kFlashPageBytes;
-    const bool ours = (error & flash::ECCR_BK_ECC) != 0 && page >= pages_.first && page < std::uint32_t{pages_.first} + pages_.count;
+    const bool ours =
+        (error & flash::ECCR_BK_ECC) != 0 && page >= pages_.first && page < std::uint32_t{pages_.first} + pages_.count;
     is_damaged_ = is_damaged_ || ours;
     return ours;
 }
@@ -69,7 +70,7 @@ Status FlashStorage::unlock() {
     if (!idle.ok()) {
         return idle;
     }
-    registers_.SR = flash::SR_ERRORS | flash::SR_EOP;  // an error that is left over would refuse everything
+    take_errors();  // one that is left over would refuse everything
     if ((registers_.CR & flash::CR_LOCK) != 0) {
         registers_.KEYR = flash::KEYR_KEY1;
         registers_.KEYR = flash::KEYR_KEY2;
@@ -80,14 +81,21 @@ Status FlashStorage::unlock() {
 
 Status FlashStorage::finish() {
     const Status done = wait_until([this] { return (registers_.SR & flash::SR_BSY) == 0; }, kBusyPolls, "the flash stays busy");
-    const std::uint32_t errors = registers_.SR & flash::SR_ERRORS;
-    registers_.SR = flash::SR_ERRORS | flash::SR_EOP;
+    const std::uint32_t errors = take_errors();
     registers_.CR = flash::CR_LOCK;
     forget_cached();
     if (!done.ok()) {
         return done;
     }
     return errors == 0 ? Status{} : Status{StatusCode::device_lost, "the flash refuses: not erased, protected or worn out"};
+}
+
+std::uint32_t FlashStorage::take_errors() {
+    const std::uint32_t errors = registers_.SR & flash::SR_ERRORS;
+    if (errors != 0) {
+        registers_.SR = errors;
+    }
+    return errors;
 }
 
 /// The data cache would go on showing what was there before; it can be emptied only while it is off.

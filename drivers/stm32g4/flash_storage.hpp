@@ -33,6 +33,7 @@ private:
 
     Status unlock();
     Status finish();
+    std::uint32_t take_errors();
     void forget_cached();
     [[nodiscard]] bool holds(std::size_t slot, std::size_t offset, std::size_t bytes) const;
     [[nodiscard]] volatile std::uint64_t* word_at(std::size_t slot, std::size_t offset) const;

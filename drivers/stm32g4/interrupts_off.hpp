@@ -12,8 +12,8 @@ public:
     InterruptsOff() { asm volatile("mrs %0, primask\n cpsid i" : "=r"(before_)::"memory"); }
     ~InterruptsOff() { asm volatile("msr primask, %0" ::"r"(before_) : "memory"); }
 #else
-    InterruptsOff() = default;
-    ~InterruptsOff() = default;
+    InterruptsOff() {}   // NOLINT(modernize-use-equals-default): a defaulted pair would make every guard an unused variable
+    ~InterruptsOff() {}  // NOLINT(modernize-use-equals-default)
 #endif
     InterruptsOff(const InterruptsOff&) = delete;
     InterruptsOff& operator=(const InterruptsOff&) = delete;

@@ -25,7 +25,7 @@ class Processor final : public hal::SystemControl {
 public:
     struct Hooks {
         bool (*stack_was_full)();
-        void (*sleep)();          // until any interrupt
+        void (*sleep)();           // until any interrupt
         void (*wait_for_reset)();  // does not return on a processor
     };
 

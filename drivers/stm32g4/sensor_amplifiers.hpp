@@ -9,8 +9,8 @@
 
 namespace tricoil::stm32g4 {
 
-/// Non-inverting; the feedback ladder ends at a capacitor on VINM0, so that the gain is for the carriers and the bias passes as it
-/// is. Step 0 is a follower, step n multiplies by 2^n. Any context.
+/// Non-inverting; the feedback ladder ends at a capacitor on VINM0, so that the gain is for the carriers and the bias passes as
+/// it is. Step 0 is a follower, step n multiplies by 2^n. Any context.
 class SensorAmplifiers {
 public:
     static constexpr std::uint8_t kSteps = 7;
@@ -30,9 +30,9 @@ public:
 
 private:
     static constexpr std::uint32_t feedback(std::uint8_t step) {
-        return step == 0 ? opamp::CSR_VM_SEL_follower
-                         : opamp::CSR_VM_SEL_ladder | opamp::CSR_PGA_GAIN_ladder_to_VINM0 |
-                               (step - 1U) << opamp::CSR_PGA_GAIN_Pos;
+        return step == 0
+                   ? opamp::CSR_VM_SEL_follower
+                   : opamp::CSR_VM_SEL_ladder | opamp::CSR_PGA_GAIN_ladder_to_VINM0 | (step - 1U) << opamp::CSR_PGA_GAIN_Pos;
     }
 
     OpampRegisters& registers_;

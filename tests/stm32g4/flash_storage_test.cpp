@@ -9,7 +9,11 @@ namespace tricoil::stm32g4 {
 namespace {
 
 struct FlashStorageTest : testing::Test {
-    FlashStorageTest() { memory.fill(~std::uint64_t{0}); }
+    FlashStorageTest() {
+        for (volatile std::uint64_t& word : memory) {
+            word = ~std::uint64_t{0};
+        }
+    }
 
     FlashRegisters registers{};
     std::array<volatile std::uint64_t, 2 * kFlashPageBytes / 8> memory;
@@ -62,12 +66,12 @@ TEST_F(FlashStorageTest, ErrorsOfTheHardwareAreTold) {
 }
 
 TEST_F(FlashStorageTest, AnEccErrorInItsPagesIsItsOwn) {
-    registers.ECCR = flash::ECCR_ECCD | flash::ECCR_BK_ECC | 126U * 2048U + 8U;
+    registers.ECCR = flash::ECCR_ECCD | flash::ECCR_BK_ECC | (126U * 2048U + 8U);
     EXPECT_TRUE(storage.on_ecc_error());
-    EXPECT_EQ(registers.ECCR, flash::ECCR_ECCD);  // written one to clear
-    registers.ECCR = flash::ECCR_ECCD | 126U * 2048U;  // the program's bank
+    EXPECT_EQ(registers.ECCR, flash::ECCR_ECCD);         // written one to clear
+    registers.ECCR = flash::ECCR_ECCD | (126U * 2048U);  // the program's bank
     EXPECT_FALSE(storage.on_ecc_error());
-    registers.ECCR = flash::ECCR_ECCD | flash::ECCR_BK_ECC | 125U * 2048U;
+    registers.ECCR = flash::ECCR_ECCD | flash::ECCR_BK_ECC | (125U * 2048U);
     EXPECT_FALSE(storage.on_ecc_error());
     registers.ECCR = 0;
     EXPECT_FALSE(storage.on_ecc_error());

@@ -17,7 +17,7 @@ TEST(Pin, IsLowBeforeItIsAnOutput) {
     port.MODER = 0xFFFF'FFFFU;
     Pin(port, 9).make_output();
     EXPECT_EQ(port.BSRR, 1U << 25U);
-    EXPECT_EQ(port.MODER, 0xFFFF'FFFFU & ~(3U << 18U) | 1U << 18U);
+    EXPECT_EQ(port.MODER, 0xFFF7'FFFFU);
 }
 
 TEST(Pin, TakesAnAlternateFunction) {

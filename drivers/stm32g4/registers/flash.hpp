@@ -35,7 +35,6 @@ constexpr std::uint32_t ACR_DCRST = 1U << 12U;
 constexpr std::uint32_t KEYR_KEY1 = 0x4567'0123;
 constexpr std::uint32_t KEYR_KEY2 = 0xCDEF'89AB;
 
-constexpr std::uint32_t SR_EOP = 1U << 0U;
 constexpr std::uint32_t SR_ERRORS = 0xC3FAU;  // OPERR, PROGERR, WRPERR, PGAERR, SIZERR, PGSERR, MISERR, FASTERR, RDERR, OPTVERR
 constexpr std::uint32_t SR_BSY = 1U << 16U;
 

@@ -119,13 +119,13 @@ struct Writer {
 };
 
 constexpr std::array<std::uint8_t, kMicrosoftBytes> microsoft_set() {
-    constexpr std::size_t kWindows8_1High = 0x0603;
+    constexpr std::size_t kWindowsVersionHigh = 0x0603;
     constexpr std::size_t kMultiString = 7;
     Writer<kMicrosoftBytes> out;
     out.put_16(kMicrosoftHeaderBytes);
     out.put_16(0);  // set header
     out.put_16(0);
-    out.put_16(kWindows8_1High);
+    out.put_16(kWindowsVersionHigh);
     out.put_16(kMicrosoftBytes);
     out.put_16(kMicrosoftCompatibleBytes);
     out.put_16(3);  // compatible identifier
