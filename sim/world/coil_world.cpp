@@ -1,5 +1,6 @@
 #include "sim/world/coil_world.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -87,8 +88,9 @@ bool CoilWorld::sample(Excitation state, double start_s, std::span<Sample> sampl
         Vec3<std::complex<double>> derivative;
         for (Eigen::Index j = 0; j < kSourceCoils; ++j) {
             const CoilCurrent coil = circuits_[static_cast<std::size_t>(j)].next();
-            current(j) = coil.current;
-            derivative(j) = coil.derivative;
+            const double share = std::max(1.0, effect.current(j));  // an open coil's current dies out by itself
+            current(j) = share * coil.current;
+            derivative(j) = share * coil.derivative;
         }
         // Induction: the derivative of (coupling times current); motion adds a small voltage of its own.
         const Mat3<double> dx = (x - before) / (sample_s * kReferenceRadS);

@@ -62,13 +62,14 @@ public:
 
     /// X at a pose, in this world's faultless units.
     [[nodiscard]] Mat3<double> coupling(const Pose& pose) const;
+    /// X at a pose under faults; currents are not part of it.
+    [[nodiscard]] Mat3<double> coupling(const Pose& pose, const FaultEffect& effect) const;
 
     [[nodiscard]] const WorldParams& params() const { return params_; }
     [[nodiscard]] double volts_per_code() const { return converters_.front().volts_per_code(); }
     [[nodiscard]] std::int32_t full_scale() const { return converters_.front().full_scale(); }
 
 private:
-    [[nodiscard]] Mat3<double> coupling(const Pose& pose, const FaultEffect& effect) const;
     [[nodiscard]] double drive_amplitude(int j) const;
     [[nodiscard]] signal::ChannelResponse<double> channel_response() const;
     [[nodiscard]] Vec3<double> amplified(const Mat3<double>& x, const Mat3<double>& dx, const Vec3<std::complex<double>>& current,
