@@ -19,8 +19,8 @@ public:
     /// ok; invalid_argument: a rate or length that this converter does not have; device_lost.
     Status start(const signal::AcquisitionPlan& plan) { return do_start(plan); }
 
-    /// The next block, oldest first; its samples stay valid until the next call. Waits at most about two blocks. Thread context.
-    /// ok; timed_out: no block came, sampling goes on; end_of_stream: a finite source is exhausted; device_lost.
+    /// The next block, oldest first; its samples stay valid until the next poll() or start(). Waits at most about two blocks.
+    /// Thread context. ok; timed_out: no block came, sampling goes on; end_of_stream: a finite source is exhausted; device_lost.
     /// A gap in SampleBlock::sequence tells of lost blocks.
     Status poll(SampleBlock& block) { return do_poll(block); }
 

@@ -85,22 +85,27 @@ class Image:
         return {symbol.name: symbol.address for symbol in self.symbols}
 
     @functools.cached_property
-    def sections(self):
-        sizes = {}
+    def _places(self):
+        """(bytes, address) of each section."""
+        places = {}
         for line in run_tool("size", "-A", self.path).splitlines():
             fields = line.split()
             if len(fields) == 3 and fields[0].startswith("."):
-                sizes[fields[0]] = int(fields[1])
-        return sizes
+                places[fields[0]] = (int(fields[1]), int(fields[2]))
+        return places
+
+    @property
+    def sections(self):
+        return {name: size for name, (size, _) in self._places.items()}
 
     @property
     def flash(self):
-        return sum(self.sections.get(name, 0) for name in (".vectors", ".text", ".rodata", ".init_array", ".data"))
+        return sum(self.sections.get(name, 0) for name in (".vectors", ".image_header", ".text", ".rodata", ".init_array", ".data"))
 
     @property
     def ram(self):
         """Static data; the stack comes on top."""
-        return self.sections.get(".data", 0) + self.sections.get(".bss", 0)
+        return sum(self.sections.get(name, 0) for name in (".survives_reset", ".data", ".bss"))
 
     @functools.cached_property
     def functions(self):
@@ -170,21 +175,22 @@ class Image:
         for symbol in self.symbols:
             if symbol.size > largest.get(symbol.address, (0, ""))[0]:
                 largest[symbol.address] = (symbol.size, symbol.name)
-        data_end = RAM_BEGIN + self.sections.get(".data", 0)
+        data_bytes, data_begin = self._places.get(".data", (0, 0))
         starts = sorted(largest)
         for address, following in zip(starts, [*starts[1:], float("inf")]):
             size, name = largest[address]
             size = min(size, following - address)  # the compiler's arithmetic has entries in the midst of others
             entry = sizes[self.module_of(name)]
-            entry[0] += size if address < data_end else 0  # initialised data lie in flash as well
+            initialised = data_begin <= address < data_begin + data_bytes  # lie in flash as well
+            entry[0] += size if address < RAM_BEGIN or initialised else 0
             entry[1] += size if address >= RAM_BEGIN else 0
         for n, whole in enumerate((self.flash, self.ram)):
             sizes["unnamed"][n] = whole - sum(entry[n] for entry in sizes.values())
         return dict(sizes)
 
 
-# Ours, with names that the processor, the linker or the runtime ABI gives: board/qemu_an386/startup.cpp.
-_STARTUP = re.compile(r"(reset_handler|start_program|fault_handler|main|abort|kVectors|__cxa_pure_virtual|__dso_handle|_ZdlPvj?"
+# Ours, with names that the processor, the linker or the runtime ABI gives: board/cortex_m and each board's start-up code.
+_STARTUP = re.compile(r"(reset_handler|start_program|before_memory|record_fault|\w+_handler|main|abort|kVectors|__cxa_pure_virtual|__dso_handle|_ZdlPvj?"
                       r"|__aeabi_atexit|__aeabi_unwind_cpp_pr\d)$")
 
 

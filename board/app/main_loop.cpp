@@ -4,24 +4,24 @@
 
 namespace tricoil::app {
 
-template <typename Scalar>
-MainLoop<Scalar>::MainLoop(const MainLoopParams<Scalar>& params, Devices<Scalar> devices)
+template <typename Scalar, typename SensorTracker, int Sensors>
+MainLoop<Scalar, SensorTracker, Sensors>::MainLoop(const MainLoopParams<Scalar>& params, Devices<Scalar> devices)
     : plan_(params.plan), sensor_count_(params.sensors), devices_(devices) {
     devices_.coils.switch_off();
-    for (int n = 0; n < std::min(sensor_count_, tracking::kMaxSensors); ++n) {
+    for (int n = 0; n < std::min(sensor_count_, Sensors); ++n) {
         sensors_[static_cast<std::size_t>(n)].emplace(params);
     }
 }
 
-template <typename Scalar>
-MainLoop<Scalar>::~MainLoop() {
+template <typename Scalar, typename SensorTracker, int Sensors>
+MainLoop<Scalar, SensorTracker, Sensors>::~MainLoop() {
     stop();
 }
 
-template <typename Scalar>
-Status MainLoop<Scalar>::start() {
-    if (sensor_count_ < 1 || sensor_count_ > tracking::kMaxSensors) {
-        return {StatusCode::invalid_argument, "number of sensors must be 1 to 4"};
+template <typename Scalar, typename SensorTracker, int Sensors>
+Status MainLoop<Scalar, SensorTracker, Sensors>::start() {
+    if (sensor_count_ < 1 || sensor_count_ > Sensors) {
+        return {StatusCode::invalid_argument, "number of sensors must be at least one, and no more than there is memory for"};
     }
     slot_ = 0;
     blocks_of_slot_ = 0;
@@ -34,8 +34,8 @@ Status MainLoop<Scalar>::start() {
     return status;
 }
 
-template <typename Scalar>
-Status MainLoop<Scalar>::step() {
+template <typename Scalar, typename SensorTracker, int Sensors>
+Status MainLoop<Scalar, SensorTracker, Sensors>::step() {
     const Status status = acquire();
     if (status.ok()) {
         process();
@@ -43,8 +43,8 @@ Status MainLoop<Scalar>::step() {
     return status;
 }
 
-template <typename Scalar>
-Status MainLoop<Scalar>::acquire() {
+template <typename Scalar, typename SensorTracker, int Sensors>
+Status MainLoop<Scalar, SensorTracker, Sensors>::acquire() {
     has_block_ = false;
     if (blocks_of_slot_ == 0) {
         if (const Status excited = devices_.coils.excite(next_state()); !excited.ok()) {
@@ -76,8 +76,8 @@ Status MainLoop<Scalar>::acquire() {
     return {};
 }
 
-template <typename Scalar>
-void MainLoop<Scalar>::process() {
+template <typename Scalar, typename SensorTracker, int Sensors>
+void MainLoop<Scalar, SensorTracker, Sensors>::process() {
     if (!has_block_) {
         return;
     }
@@ -107,8 +107,8 @@ void MainLoop<Scalar>::process() {
     }
 }
 
-template <typename Scalar>
-void MainLoop<Scalar>::tick(std::size_t n) {
+template <typename Scalar, typename SensorTracker, int Sensors>
+void MainLoop<Scalar, SensorTracker, Sensors>::tick(std::size_t n) {
     const DeviceTime now = devices_.clock.now();
     if (devices_.tap != nullptr) {
         devices_.tap->tick(static_cast<std::uint8_t>(n), now);
@@ -118,8 +118,8 @@ void MainLoop<Scalar>::tick(std::size_t n) {
     }
 }
 
-template <typename Scalar>
-Status MainLoop<Scalar>::set_hemisphere(std::size_t sensor, const Vec3<Scalar>& towards) {
+template <typename Scalar, typename SensorTracker, int Sensors>
+Status MainLoop<Scalar, SensorTracker, Sensors>::set_hemisphere(std::size_t sensor, const Vec3<Scalar>& towards) {
     if (sensor >= sensors_.size() || !sensors_[sensor]) {
         return {StatusCode::invalid_argument, "no such sensor"};
     }
@@ -129,27 +129,27 @@ Status MainLoop<Scalar>::set_hemisphere(std::size_t sensor, const Vec3<Scalar>& 
     return sensors_[sensor]->tracker.set_hemisphere(towards);
 }
 
-template <typename Scalar>
-void MainLoop<Scalar>::stop() {
+template <typename Scalar, typename SensorTracker, int Sensors>
+void MainLoop<Scalar, SensorTracker, Sensors>::stop() {
     devices_.coils.switch_off();
     devices_.sampler.stop();
     has_block_ = false;
 }
 
-template <typename Scalar>
-Excitation MainLoop<Scalar>::next_state() const {
+template <typename Scalar, typename SensorTracker, int Sensors>
+Excitation MainLoop<Scalar, SensorTracker, Sensors>::next_state() const {
     return plan_.is_tdm() ? single_coil(slot_ % kSourceCoils) : Excitation::all;
 }
 
-template <typename Scalar>
-void MainLoop<Scalar>::count_gap(std::uint32_t sequence) {
+template <typename Scalar, typename SensorTracker, int Sensors>
+void MainLoop<Scalar, SensorTracker, Sensors>::count_gap(std::uint32_t sequence) {
     const auto gap = static_cast<std::int32_t>(sequence - expected_sequence_);  // wraps as the sequence does
     counters_.lost_blocks += gap > 0 ? static_cast<std::uint32_t>(gap) : 0U;
     expected_sequence_ = sequence + 1;
 }
 
-template <typename Scalar>
-void MainLoop<Scalar>::send(const tracking::PoseEstimate<Scalar>& estimate) {
+template <typename Scalar, typename SensorTracker, int Sensors>
+void MainLoop<Scalar, SensorTracker, Sensors>::send(const tracking::PoseEstimate<Scalar>& estimate) {
     if (devices_.tap != nullptr) {
         devices_.tap->pose(estimate);
     }
@@ -158,5 +158,6 @@ void MainLoop<Scalar>::send(const tracking::PoseEstimate<Scalar>& estimate) {
 
 template class MainLoop<float>;
 template class MainLoop<double>;
+template class MainLoop<float, BoardTracker, 1>;
 
 }  // namespace tricoil::app

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "board/app/board_tracker.hpp"
 #include "core/signal/demodulator.hpp"
 #include "core/tracking/sensor_tracker.hpp"
 #include "hal/clock.hpp"
@@ -32,7 +33,7 @@ struct MainLoopParams {
     tracking::TrackerParams<Scalar> tracker;  // must pass check()
     /// If given, and check()ed: what tracks is the filter.
     std::optional<tracking::scaat::Params<Scalar>> filter = std::nullopt;
-    int sensors = 1;  // blocks that each excitation brings, one a sensor, in the order 0, 1, ...; at most kMaxSensors
+    int sensors = 1;  // blocks that each excitation brings, one a sensor, in the order 0, 1, ...
 };
 
 struct MainLoopCounters {
@@ -42,9 +43,10 @@ struct MainLoopCounters {
     std::uint64_t unsent_poses = 0;    // that the link did not take
 };
 
-/// Owns a demodulator and a tracker per sensor, not the devices; memory for kMaxSensors is part of the object. The coils are off
-/// before start(), after any error and after destruction.
-template <typename Scalar>
+/// Owns a demodulator and a tracker per sensor, not the devices; memory for Sensors of them is part of the object. The coils are
+/// off before start(), after any error and after destruction. SensorTracker: any tracker, or, where memory is scarce, a class of
+/// the same functions that holds one kind alone.
+template <typename Scalar, typename SensorTracker = tracking::SensorTracker<Scalar>, int Sensors = tracking::kMaxSensors>
 class MainLoop {
 public:
     MainLoop(const MainLoopParams<Scalar>& params, Devices<Scalar> devices);
@@ -53,7 +55,7 @@ public:
     MainLoop& operator=(const MainLoop&) = delete;
 
     /// Begins sampling. A sensor's first FDM block is dropped: it holds the switching-on, which TDM has a guard for in every
-    /// slot. Errors: invalid_argument for a number of sensors outside 1-4, and those of CoilSampler::start.
+    /// slot. Errors: invalid_argument for a number of sensors outside 1 to Sensors, and those of CoilSampler::start.
     Status start();
 
     /// One block: acquire() then process(). Errors: those of acquire().
@@ -75,7 +77,7 @@ public:
 
     [[nodiscard]] const MainLoopCounters& counters() const { return counters_; }
     /// Of sensor 0 to sensors - 1.
-    [[nodiscard]] tracking::SensorTracker<Scalar>& tracker(std::size_t sensor = 0) { return sensors_[sensor]->tracker; }
+    [[nodiscard]] SensorTracker& tracker(std::size_t sensor = 0) { return sensors_[sensor]->tracker; }
 
 private:
     struct Sensor {
@@ -83,7 +85,7 @@ private:
             : demodulator(params.plan, params.demodulator), tracker(params.tracker, params.filter) {}
 
         signal::Demodulator<Scalar> demodulator;
-        tracking::SensorTracker<Scalar> tracker;
+        SensorTracker tracker;
     };
 
     [[nodiscard]] Excitation next_state() const;
@@ -92,7 +94,7 @@ private:
     void send(const tracking::PoseEstimate<Scalar>& estimate);
 
     signal::AcquisitionPlan plan_;
-    std::array<std::optional<Sensor>, tracking::kMaxSensors> sensors_;  // the first sensor_count_ are there
+    std::array<std::optional<Sensor>, Sensors> sensors_;  // the first sensor_count_ are there
     int sensor_count_;
     Devices<Scalar> devices_;
     SampleBlock block_;
@@ -106,5 +108,9 @@ private:
 
 extern template class MainLoop<float>;
 extern template class MainLoop<double>;
+
+/// The loop of a board with one sensor and the filter.
+using BoardLoop = MainLoop<float, BoardTracker, 1>;
+extern template class MainLoop<float, BoardTracker, 1>;
 
 }  // namespace tricoil::app

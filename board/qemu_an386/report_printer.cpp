@@ -1,6 +1,6 @@
 #include "board/qemu_an386/report_printer.hpp"
 
-#include "board/qemu_an386/stack.hpp"
+#include "board/cortex_m/stack.hpp"
 #include "core/base/text_line.hpp"
 #include "core/selfcheck/selfcheck.hpp"
 

@@ -1,6 +1,6 @@
 // The core's self-check on the emulated processor: the report on the console, the verdict as exit status.
+#include "board/cortex_m/stack.hpp"
 #include "board/qemu_an386/report_printer.hpp"
-#include "board/qemu_an386/stack.hpp"
 #include "core/selfcheck/selfcheck.hpp"
 #include "drivers/semihosting/clock.hpp"
 #include "drivers/semihosting/console.hpp"

@@ -61,7 +61,11 @@ Blob encode(const Calibration<double>& calibration) {
     return blob;
 }
 
-Result<Calibration<double>> decode(std::span<const std::uint8_t> bytes) {
+namespace {
+
+/// A calibration in the precision of whoever uses it; the numbers of a blob are doubles.
+template <typename Scalar>
+Result<Calibration<Scalar>> decode_as(std::span<const std::uint8_t> bytes) {
     if (bytes.size() < kBlobHeaderBytes || get<4>(bytes.data()) != kBlobMagic) {
         return Status{StatusCode::invalid_argument, "no calibration: wrong magic; calibrate and store one"};
     }
@@ -74,10 +78,10 @@ Result<Calibration<double>> decode(std::span<const std::uint8_t> bytes) {
     if (get<4>(bytes.data() + kBlobBytes - 4) != crc32(bytes.first(kBlobBytes - 4))) {
         return Status{StatusCode::invalid_argument, "calibration is damaged: its CRC does not match; store it again"};
     }
-    Calibration<double> calibration;
+    Calibration<Scalar> calibration;
     std::size_t at = kBlobHeaderBytes;
-    visit(calibration, [&](double& value) {
-        value = std::bit_cast<double>(get<8>(bytes.data() + at));
+    visit(calibration, [&](Scalar& value) {
+        value = static_cast<Scalar>(std::bit_cast<double>(get<8>(bytes.data() + at)));
         at += 8;
     });
     const Status status = check(calibration);
@@ -86,5 +90,11 @@ Result<Calibration<double>> decode(std::span<const std::uint8_t> bytes) {
     }
     return calibration;
 }
+
+}  // namespace
+
+Result<Calibration<double>> decode(std::span<const std::uint8_t> bytes) { return decode_as<double>(bytes); }
+
+Result<Calibration<float>> decode_single(std::span<const std::uint8_t> bytes) { return decode_as<float>(bytes); }
 
 }  // namespace tricoil::calibration

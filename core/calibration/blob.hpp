@@ -24,4 +24,7 @@ Blob encode(const Calibration<double>& calibration);
 /// those of check().
 Result<Calibration<double>> decode(std::span<const std::uint8_t> bytes);
 
+/// The same in single precision, and judged in it, for processors that have no other.
+Result<Calibration<float>> decode_single(std::span<const std::uint8_t> bytes);
+
 }  // namespace tricoil::calibration

@@ -68,7 +68,7 @@ void Segmenter::on_flow_control(std::span<const std::uint8_t> data) {
     }
 }
 
-SegmentEvent Reassembler::on_frame(std::span<const std::uint8_t> data) {
+SegmentEvent ReassemblerBase::on_frame(std::span<const std::uint8_t> data) {
     if (data.empty()) {
         return SegmentEvent::none;
     }
@@ -82,20 +82,20 @@ SegmentEvent Reassembler::on_frame(std::span<const std::uint8_t> data) {
     }
 }
 
-SegmentEvent Reassembler::begin(std::span<const std::uint8_t> data) {
+SegmentEvent ReassemblerBase::begin(std::span<const std::uint8_t> data) {
     const bool interrupted = busy();
     cancel();
     const std::size_t size = data.size() < kFirstHead ? 0 : (data[0] & 0x0FU) << 8U | data[1];
-    if (data.size() != kMaxFrameBytes || size <= kMaxFrameBytes || interrupted) {
+    if (data.size() != kMaxFrameBytes || size <= kMaxFrameBytes || size > buffer_.size()) {
         return SegmentEvent::error;
     }
     size_ = size;
     serial_ = 1;
     append(data.subspan(kFirstHead));
-    return SegmentEvent::answer;
+    return interrupted ? SegmentEvent::answer_anew : SegmentEvent::answer;
 }
 
-SegmentEvent Reassembler::go_on(std::span<const std::uint8_t> data) {
+SegmentEvent ReassemblerBase::go_on(std::span<const std::uint8_t> data) {
     if (!busy()) {
         return SegmentEvent::none;  // the rest of what was dropped
     }
@@ -106,10 +106,10 @@ SegmentEvent Reassembler::go_on(std::span<const std::uint8_t> data) {
     }
     ++serial_;
     append(data.subspan(1));
-    return busy() ? SegmentEvent::none : SegmentEvent::complete;
+    return busy() ? SegmentEvent::taken : SegmentEvent::complete;
 }
 
-void Reassembler::append(std::span<const std::uint8_t> data) {
+void ReassemblerBase::append(std::span<const std::uint8_t> data) {
     const std::size_t part = std::min(data.size(), size_ - at_);
     std::copy_n(data.begin(), part, buffer_.begin() + static_cast<std::ptrdiff_t>(at_));
     at_ += part;

@@ -37,12 +37,17 @@ private:
     std::uint8_t serial_ = 0;
 };
 
-enum class SegmentEvent : std::uint8_t { none, answer, complete, error };
+enum class SegmentEvent : std::uint8_t { none, answer, answer_anew, taken, complete, error };
 
-/// Puts one message at a time together. A second first frame, a wrong serial or a length out of range drops what was there.
-class Reassembler {
+/// Puts one message at a time together, in a buffer that BasicReassembler has. A wrong serial or a length out of range drops what
+/// was there; so does another first frame, with which a new message begins.
+class ReassemblerBase {
 public:
-    /// answer: send flow_control() to the sender; complete: message() is whole; error: what was there has been dropped.
+    ReassemblerBase(const ReassemblerBase&) = delete;
+    ReassemblerBase& operator=(const ReassemblerBase&) = delete;
+
+    /// answer: send flow_control() to the sender; answer_anew: the same, and what was there has been dropped; taken: more is to
+    /// come; complete: message() is whole; error: what was there has been dropped.
     SegmentEvent on_frame(std::span<const std::uint8_t> data);
 
     /// Whole after `complete`, until the next frame.
@@ -50,18 +55,33 @@ public:
     [[nodiscard]] bool busy() const { return at_ < size_; }
     void cancel() { at_ = size_ = 0; }
 
-    /// Clear to send, everything at once, as fast as you can.
-    static constexpr std::array<std::uint8_t, 3> flow_control() { return {0x30, 0, 0}; }
+    /// Clear to send, `window` frames and then wait, or everything at once (0), as fast as you can.
+    static constexpr std::array<std::uint8_t, 3> flow_control(std::uint8_t window = 0) { return {0x30, window, 0}; }
+
+protected:
+    explicit ReassemblerBase(std::span<std::uint8_t> buffer) : buffer_(buffer) {}
+    ~ReassemblerBase() = default;
 
 private:
     SegmentEvent begin(std::span<const std::uint8_t> data);
     SegmentEvent go_on(std::span<const std::uint8_t> data);
     void append(std::span<const std::uint8_t> data);
 
-    std::array<std::uint8_t, kMaxMessageBytes> buffer_{};
+    std::span<std::uint8_t> buffer_;
     std::size_t size_ = 0;
     std::size_t at_ = 0;
     std::uint8_t serial_ = 0;
 };
+
+/// Takes messages of at most `kBytes`; the first frame of a longer one is an error.
+template <std::size_t kBytes>
+class BasicReassembler final : public ReassemblerBase {
+public:
+    BasicReassembler() : ReassemblerBase(storage_) {}
+
+private:
+    std::array<std::uint8_t, kBytes> storage_{};
+};
+using Reassembler = BasicReassembler<kMaxMessageBytes>;
 
 }  // namespace tricoil::protocol

@@ -83,9 +83,10 @@ inline constexpr std::array<const char*, 21> kUpper{"c11", "c12", "c13", "c14", 
                                                     "c33", "c34", "c35", "c36", "c44", "c45", "c46", "c55", "c56", "c66"};
 inline constexpr FieldInfo kSensor = code(WireType::u8, 0, 3, "index of the sensor");
 inline constexpr FieldInfo kState = code(WireType::u8, 0, 4, "excitation: 0 off, 1-3 S1-S3, 4 all");
-inline constexpr FieldInfo kOpcode = code(WireType::u8, 1, 9,
+inline constexpr FieldInfo kOpcode = code(WireType::u8, 1, 255,
                                           "1 hello, 2 start, 3 stop, 4 excite, 5 keep alive, 6 read calibration, 7 write "
-                                          "calibration, 8 self-check, 9 read a raw block");
+                                          "calibration, 8 self-check, 9 read a raw block, 10 mode, 11 hemisphere, 12 boresight, "
+                                          "13 loader");
 inline constexpr FieldInfo kRequest = count(WireType::u16, "number that ties an answer to its question");
 }  // namespace detail
 
@@ -105,8 +106,11 @@ template <>
 struct Schema<AckMessage> {
     static constexpr MessageInfo kInfo{MessageType::ack, "ack", "device", "what became of a command"};
     static constexpr auto kFields = std::tuple{
-        field(&AckMessage::opcode, "opcode", detail::kOpcode),
-        field(&AckMessage::result, "result", code(WireType::u8, 0, 4, "0 done, 1 refused, 2 unknown command, 3 busy, 4 failed")),
+        field(&AckMessage::opcode, "opcode", code(WireType::u8, 0, 255, "of the command; 0: of one that could not be read")),
+        field(&AckMessage::result, "result",
+              code(WireType::u8, 0, 8,
+                   "0 done, 1 refused, 2 unknown command, 3 busy, 4 failed, 5 bad value, 6 not in this state, 7 replayed, "
+                   "8 unreadable")),
         field(&AckMessage::request, "request", detail::kRequest),
         field(&AckMessage::argument, "argument", count(WireType::u32, "by opcode"))};
 };
@@ -121,7 +125,8 @@ struct Schema<StatusMessage> {
                    field(&StatusMessage::faults, "faults",
                          count(WireType::u16,
                                "bits: 0 host silent, 1 overcurrent, 2 converter, 3 calibration, 4 temperature, 5 supply, "
-                               "6 coils changed in a window, 7 send queue overflowed")),
+                               "6 coils changed in a window, 7 send queue overflowed, 8 open coil, 9 self-check, 10 hung before, "
+                               "11 clock, 12 stack, 13 memory, 14 drive")),
                    field(&StatusMessage::dropped, "dropped", count(WireType::u32, "messages that could not be sent")),
                    field(&StatusMessage::overruns, "overruns", count(WireType::u32, "samples that the converter lost")),
                    field(&StatusMessage::transitions, "transitions", count(WireType::u32, "windows in which the coils changed")),

@@ -60,7 +60,7 @@ std::size_t frame(std::span<const std::uint8_t> message, std::span<std::uint8_t>
     return stuffer.finish();
 }
 
-bool StreamReader::push(std::uint8_t byte) {
+bool StreamReaderBase::push(std::uint8_t byte) {
     error_ = WireError::none;
     message_bytes_ = 0;
     if (byte == 0) {
@@ -77,7 +77,7 @@ bool StreamReader::push(std::uint8_t byte) {
     return false;
 }
 
-bool StreamReader::finish() {
+bool StreamReaderBase::finish() {
     if (overflowed_) {
         error_ = WireError::oversize;
         return false;
@@ -107,7 +107,7 @@ bool StreamReader::finish() {
 }
 
 /// In place: what is read is never behind what is written.
-bool StreamReader::unstuff() {
+bool StreamReaderBase::unstuff() {
     std::size_t from = 0;
     std::size_t to = 0;
     while (from < size_) {
@@ -126,7 +126,7 @@ bool StreamReader::unstuff() {
     return true;
 }
 
-void StreamReader::reset() {
+void StreamReaderBase::reset() {
     size_ = 0;
     message_bytes_ = 0;
     overflowed_ = false;

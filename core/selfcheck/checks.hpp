@@ -21,8 +21,12 @@ void check_solver(Report& report);
 template <typename Scalar>
 void check_error_model(Report& report);
 
-/// The processor's arithmetic: denormals, rounding, no excess precision, 64-bit time.
-void check_numbers(Report& report);
+/// The processor's arithmetic: denormals, rounding, no excess precision.
+template <typename Scalar>
+void check_arithmetic(Report& report);
+
+/// 64-bit time.
+void check_times(Report& report);
 
 /// Lock-in of a tone of known amplitude and phase.
 template <typename Scalar>
@@ -36,6 +40,8 @@ extern template void check_solver<float>(Report&);
 extern template void check_solver<double>(Report&);
 extern template void check_error_model<float>(Report&);
 extern template void check_error_model<double>(Report&);
+extern template void check_arithmetic<float>(Report&);
+extern template void check_arithmetic<double>(Report&);
 extern template void check_demodulator<float>(Report&);
 extern template void check_demodulator<double>(Report&);
 

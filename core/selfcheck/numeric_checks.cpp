@@ -46,14 +46,6 @@ int wrong_precision() {
     return wrong;
 }
 
-template <typename Scalar>
-void check_arithmetic(Report& report) {
-    constexpr Precision p = precision_of<Scalar>();
-    report.add(CheckId::denormals, p, "denormals lost", denormals_lost<Scalar>(), 0);
-    report.add(CheckId::rounding, p, "roundings not to nearest", wrong_roundings<Scalar>(), 0);
-    report.add(CheckId::precision, p, "results of wrong precision", wrong_precision<Scalar>(), 0);
-}
-
 /// Across 2^32 microseconds, where 32-bit counters wrap after 71.6 minutes.
 int wrong_times() {
     constexpr std::int64_t kWrap = std::int64_t{1} << 32;
@@ -66,9 +58,18 @@ int wrong_times() {
 
 }  // namespace
 
-void check_numbers(Report& report) {
-    check_arithmetic<float>(report);
-    check_arithmetic<double>(report);
+template <typename Scalar>
+void check_arithmetic(Report& report) {
+    constexpr Precision p = precision_of<Scalar>();
+    report.add(CheckId::denormals, p, "denormals lost", denormals_lost<Scalar>(), 0);
+    report.add(CheckId::rounding, p, "roundings not to nearest", wrong_roundings<Scalar>(), 0);
+    report.add(CheckId::precision, p, "results of wrong precision", wrong_precision<Scalar>(), 0);
+}
+
+template void check_arithmetic<float>(Report&);
+template void check_arithmetic<double>(Report&);
+
+void check_times(Report& report) {
     report.add(CheckId::device_time, Precision::none, "times wrong across 2^32 us", wrong_times(), 0);
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "core/signal/block_health.hpp"
 #include "core/signal/complex_division.hpp"
@@ -34,9 +35,15 @@ Result<Columns<Scalar>> Demodulator<Scalar>::demodulate(const SampleBlock& block
     if (!state_fits) {
         return Status{StatusCode::invalid_argument, "block was sampled in an excitation state that the plan does not use"};
     }
+    if (block.gain_step >= params_.gain_steps.size()) {
+        return Status{StatusCode::invalid_argument, "block was sampled with a gain step that is not calibrated"};
+    }
     const auto window = block.samples.subspan(static_cast<std::size_t>(plan_.params.guard_samples));
-    const ColumnFlags flags =
-        inspect_window(window, plan_, linear_range(block.full_scale, params_.linear_share), params_.dc_limit);
+    ColumnFlags flags = inspect_window(window, plan_, linear_range(block.full_scale, params_.linear_share), params_.dc_limit);
+    const bool switched = has_noise_ && block.gain_step != gain_step_;
+    flags.set_if(switched && !plan_.is_tdm(), ColumnFlag::overrun);
+    has_noise_ = has_noise_ && !switched;  // noise in codes is another one at another gain
+    gain_step_ = block.gain_step;
     update_noise(window);
     const CarrierPhasors phasors = read_carriers(window);
     Columns<Scalar> columns;
@@ -77,6 +84,17 @@ void Demodulator<Scalar>::update_noise(std::span<const Sample> window) {
     has_noise_ = true;
 }
 
+/// Of one channel relative to the reference, the amplifier's gain included.
+template <typename Scalar>
+std::complex<Scalar> Demodulator<Scalar>::response(const SampleBlock& block, int carrier, std::size_t coil) const {
+    const auto j = static_cast<std::size_t>(carrier);
+    const Scalar w_rad_s = 2 * std::numbers::pi_v<Scalar> * static_cast<Scalar>(plan_.params.carrier_hz[j]);
+    const std::complex<Scalar> gain = params_.gain_steps[block.gain_step].response(coil, w_rad_s);
+    const std::complex<Scalar> channel = params_.response[j][coil];
+    return {channel.real() * gain.real() - channel.imag() * gain.imag(),
+            channel.real() * gain.imag() + channel.imag() * gain.real()};
+}
+
 template <typename Scalar>
 Column<Scalar> Demodulator<Scalar>::make_column(const SampleBlock& block, int source_coil, int carrier,
                                                 const ChannelPhasors<Scalar>& phasors, ColumnFlags flags) const {
@@ -99,15 +117,15 @@ Column<Scalar> Demodulator<Scalar>::make_column(const SampleBlock& block, int so
     const Scalar amplitude_noise = std::sqrt(Scalar(2) / static_cast<Scalar>(plan_.window_samples)) / reference_amplitude;
     const Scalar reference_power = sample_power_[kReferenceChannel];
     for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
-        const std::complex<Scalar> response = params_.response[static_cast<std::size_t>(carrier)][coil];
+        const std::complex<Scalar> amplified = response(block, carrier, coil);
         const std::complex<Scalar> ratio = divide(phasors[coil], reference);
-        const std::complex<Scalar> coupling = divide(ratio, response);
+        const std::complex<Scalar> coupling = divide(ratio, amplified);
         const auto entry = static_cast<Eigen::Index>(coil);
         column.in_phase(entry) = coupling.real();
         column.quadrature(entry) = coupling.imag();
         // Noise of the coil's own channel, and that of the reference scaled by the ratio.
         const Scalar power = sample_power_[coil] + std::norm(ratio) * reference_power;
-        column.sigma(entry) = std::max(params_.sigma_floor, amplitude_noise * std::sqrt(power) / std::abs(response));
+        column.sigma(entry) = std::max(params_.sigma_floor, amplitude_noise * std::sqrt(power) / std::abs(amplified));
     }
     column.flags.set_if(column.in_phase.norm() < params_.low_signal_ratio * column.sigma.maxCoeff(), ColumnFlag::low_signal);
     return column;

@@ -7,6 +7,7 @@
 #include "core/base/static_vector.hpp"
 #include "core/signal/acquisition_plan.hpp"
 #include "core/signal/column.hpp"
+#include "core/signal/gain_step.hpp"
 #include "core/signal/lock_in.hpp"
 #include "core/signal/noise_estimate.hpp"
 #include "core/signal/oscillator.hpp"
@@ -31,6 +32,7 @@ constexpr ChannelResponse<Scalar> unit_response() {
 template <typename Scalar>
 struct DemodulatorParams {
     ChannelResponse<Scalar> response = unit_response<Scalar>();
+    GainSteps<Scalar> gain_steps{};             // of the amplifier, by SampleBlock::gain_step
     Scalar sigma_floor = Scalar(1e-9);          // coupling units: the converter's quantisation, in force even without noise
     Scalar min_reference_v = Scalar(10e-3);     // amplitude of the reference current's channel below which there is none
     Scalar low_signal_ratio = 10;               // a column shorter than this many sigma is too little signal (20 dB)
@@ -50,8 +52,10 @@ public:
     Demodulator(const AcquisitionPlan& plan, const DemodulatorParams<Scalar>& params);
 
     /// The couplings of one block. A column with a flag is still delivered; no_reference leaves its values zero.
-    /// Mains hum is taken out.
-    /// Errors (invalid_argument): block of another length than planned, or of a state that the plan does not use.
+    /// Mains hum is taken out. Where coils are never off (FDM) the first block of another gain step holds the switching: its
+    /// columns are flagged as overrun.
+    /// Errors (invalid_argument): block of another length than planned, of a state that the plan does not use, or of a gain step
+    /// beyond all.
     Result<Columns<Scalar>> demodulate(const SampleBlock& block);
 
 private:
@@ -60,6 +64,7 @@ private:
     void update_noise(std::span<const Sample> window);
     Column<Scalar> make_column(const SampleBlock& block, int source_coil, int carrier, const ChannelPhasors<Scalar>& phasors,
                                ColumnFlags flags) const;
+    [[nodiscard]] std::complex<Scalar> response(const SampleBlock& block, int carrier, std::size_t coil) const;
 
     AcquisitionPlan plan_;
     DemodulatorParams<Scalar> params_;
@@ -67,6 +72,7 @@ private:
     NoiseEstimator<Scalar> noise_estimator_;
     std::array<Scalar, kChannels> sample_power_{};  // running noise power per channel, codes squared
     bool has_noise_ = false;
+    std::uint8_t gain_step_ = 0;      // of the newest block
     Microseconds midpoint_offset_{};  // from a block's first sample to the middle of its window
 };
 

@@ -1,7 +1,8 @@
 #include "core/signal/noise_estimate.hpp"
 
 #include <cmath>
-#include <numbers>
+
+#include "core/signal/unit_phasor.hpp"
 
 namespace tricoil::signal {
 namespace {
@@ -15,7 +16,7 @@ NoiseEstimator<Scalar>::NoiseEstimator(const AcquisitionPlan& plan) {
     std::array<double, kMaxTaps> taps{1.0, -1.0};
     std::size_t count = 2;
     for (std::size_t j = 0; j < static_cast<std::size_t>(plan.carriers()); ++j) {
-        const double c = -2 * std::cos(2 * std::numbers::pi * plan.window_cycles[j] / plan.window_samples);
+        const double c = -2 * unit_phasor(static_cast<double>(plan.window_cycles[j]) / plan.window_samples).real();
         std::array<double, kMaxTaps> product{};
         for (std::size_t n = 0; n < count; ++n) {
             product[n] += taps[n];

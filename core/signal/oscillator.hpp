@@ -2,11 +2,10 @@
 #pragma once
 
 #include <array>
-#include <cmath>
 #include <complex>
-#include <numbers>
 
 #include "core/signal/sample_block.hpp"
+#include "core/signal/unit_phasor.hpp"
 
 namespace tricoil::signal {
 
@@ -33,8 +32,7 @@ public:
 private:
     static std::complex<Scalar> phasor(int cycles, int window_samples, long n) {
         const auto part = static_cast<double>((n * cycles) % window_samples) / window_samples;  // exact before the sine
-        const double angle = -2 * std::numbers::pi * part;
-        return {static_cast<Scalar>(std::cos(angle)), static_cast<Scalar>(std::sin(angle))};
+        return static_cast<std::complex<Scalar>>(unit_phasor(part));
     }
 
     std::complex<Scalar> step_{1, 0};

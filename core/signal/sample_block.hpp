@@ -25,7 +25,7 @@ struct SampleBlock {
     std::uint8_t sensor = 0;
     Excitation state = Excitation::off;
     std::uint8_t gain_step = 0;
-    float scale = 1;                  // volts per code, at this gain step
+    float scale = 1;                  // volts per code, at the converters
     std::int32_t full_scale = 0;      // largest code magnitude; samples at or beyond it are saturated. 0: unknown
     DeviceTime start{};               // instant of the first sample
     DeviceTime midpoint{};            // of the whole block

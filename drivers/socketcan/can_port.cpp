@@ -11,17 +11,8 @@ namespace tricoil::drivers {
 namespace {
 
 using protocol::CanFrame;
-using protocol::WireError;
 
-constexpr std::int64_t kSegmentTimeoutUs = 1'000'000;  // ISO 15765-2: N_Bs and N_Cr
 constexpr canid_t kExact = CAN_EFF_FLAG | CAN_RTR_FLAG | CAN_SFF_MASK;
-
-constexpr std::uint8_t in_channel(CanSide side) {
-    return side == CanSide::host ? protocol::kSegmentsFromDevice : protocol::kSegmentsFromHost;
-}
-constexpr std::uint8_t out_channel(CanSide side) {
-    return side == CanSide::host ? protocol::kSegmentsFromHost : protocol::kSegmentsFromDevice;
-}
 
 }  // namespace
 
@@ -36,7 +27,7 @@ Status CanPort::do_open() {
             filters[count++] = {protocol::can_id(type, params_.node), kExact};
         }
     }
-    filters[count++] = {protocol::can_id(in_channel(params_.side), params_.node), kExact};
+    filters[count++] = {exchange_.incoming_segments(), kExact};
     why().clear();
     link_ = CanLink::up;
     dropped_seen_ = 0;
@@ -45,8 +36,7 @@ Status CanPort::do_open() {
 
 void CanPort::do_close() {
     socket_.close();
-    segmenter_.cancel();
-    reassembler_.cancel();
+    exchange_.reset();
 }
 
 Status CanPort::do_send(std::span<const std::uint8_t> message) {
@@ -62,16 +52,13 @@ Status CanPort::do_send(std::span<const std::uint8_t> message) {
         counts().sent += status.ok() ? 1U : 0U;
         return status;
     }
-    if (segmenter_.busy()) {
+    if (exchange_.sending()) {
         ++counts().send_queue_full;
         return {StatusCode::not_ready, "another long message is under way"};
     }
-    std::copy(message.begin(), message.end(), outgoing_.begin());
-    if (!segmenter_.begin(std::span(outgoing_).first(message.size()))) {
+    if (!exchange_.begin(message, monotonic_us())) {
         return {StatusCode::invalid_argument, "no message"};
     }
-    segment_deadline_us_ = monotonic_us() + kSegmentTimeoutUs;
-    next_segment_us_ = 0;
     send_segments();
     ++counts().sent;
     return {};
@@ -97,31 +84,7 @@ Status CanPort::send_frame(const CanFrame& frame) {
 }
 
 void CanPort::send_segments() {
-    if (!segmenter_.busy()) {
-        return;
-    }
-    const std::int64_t now = monotonic_us();
-    if (now > segment_deadline_us_) {
-        segmenter_.cancel();
-        damaged().count(WireError::bad_framing);
-        return;
-    }
-    CanFrame frame;
-    while (now >= next_segment_us_) {
-        const protocol::Segmenter before = segmenter_;
-        frame.length = static_cast<std::uint8_t>(segmenter_.next(frame.data));
-        if (frame.length == 0) {
-            return;
-        }
-        frame.id = protocol::can_id(out_channel(params_.side), params_.node);
-        if (!send_frame(frame).ok()) {
-            segmenter_ = before;  // once more, when there is room
-            next_segment_us_ = now + 1000;
-            return;
-        }
-        segment_deadline_us_ = now + kSegmentTimeoutUs;
-        next_segment_us_ = segmenter_.gap_us() > 0 ? now + segmenter_.gap_us() : 0;
-    }
+    damaged().count(exchange_.go_on(monotonic_us(), [this](const CanFrame& frame) { return send_frame(frame).ok(); }));
 }
 
 Status CanPort::do_receive(hal::ReceivedMessage& message) {
@@ -154,36 +117,12 @@ Status CanPort::do_receive(hal::ReceivedMessage& message) {
 
 bool CanPort::take_frame(hal::ReceivedMessage& message) {
     set_link(CanLink::up);  // whoever receives is on the bus
-    if (protocol::channel_of(reception_.frame.id) == in_channel(params_.side)) {
-        return take_segment(message);
-    }
-    const WireError error = reception_.is_fd || reception_.frame.length <= 8
-                                ? protocol::from_frame(reception_.frame, message.bytes)
-                                : WireError::wrong_length;
-    damaged().count(error);
+    const protocol::CanArrival arrival = exchange_.take(reception_.frame, reception_.is_fd, monotonic_us(), message.bytes,
+                                                        [this](const CanFrame& frame) { return send_frame(frame).ok(); });
+    damaged().count(arrival.error);
     message.host_time_us = reception_.host_time_us;
     message.hardware_time_us = reception_.hardware_time_us;
-    return error == WireError::none;
-}
-
-bool CanPort::take_segment(hal::ReceivedMessage& message) {
-    segmenter_.on_flow_control(reception_.frame.bytes());
-    send_segments();
-    const protocol::SegmentEvent event = reassembler_.on_frame(reception_.frame.bytes());
-    if (event == protocol::SegmentEvent::answer) {
-        CanFrame frame;
-        const auto flow = protocol::Reassembler::flow_control();
-        std::copy(flow.begin(), flow.end(), frame.data.begin());
-        frame.id = protocol::can_id(out_channel(params_.side), params_.node);
-        frame.length = static_cast<std::uint8_t>(flow.size());
-        (void)send_frame(frame);  // unsent: the sender gives up and the message counts as lost
-    } else if (event == protocol::SegmentEvent::error) {
-        damaged().count(WireError::bad_framing);
-    } else if (event == protocol::SegmentEvent::complete) {
-        message = {reassembler_.message(), reception_.host_time_us, reception_.hardware_time_us};
-        return true;
-    }
-    return false;
+    return arrival.complete;
 }
 
 Status CanPort::do_wait(Microseconds timeout) {
@@ -191,10 +130,10 @@ Status CanPort::do_wait(Microseconds timeout) {
         return {StatusCode::device_lost, "CAN port is closed"};
     }
     const std::int64_t now = monotonic_us();
-    if (segmenter_.busy() && !segmenter_.waits()) {
+    if (exchange_.sending() && !exchange_.waits()) {
         send_segments();
-        const std::int64_t pause = std::max<std::int64_t>(next_segment_us_ - now, 100);
-        timeout = segmenter_.busy() ? std::min(timeout, Microseconds{pause}) : timeout;
+        const std::int64_t pause = std::max<std::int64_t>(exchange_.next_segment_us() - now, 100);
+        timeout = exchange_.sending() ? std::min(timeout, Microseconds{pause}) : timeout;
     }
     return wait_readable(socket_.fd(), timeout);
 }

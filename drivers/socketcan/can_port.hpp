@@ -5,14 +5,13 @@
 #include <cstdint>
 #include <string>
 
-#include "core/protocol/iso_tp.hpp"
+#include "core/protocol/can_exchange.hpp"
 #include "drivers/posix/reporting_port.hpp"
 #include "drivers/socketcan/can_socket.hpp"
 
 namespace tricoil::drivers {
 
-/// Which end of the conversation this program is.
-enum class CanSide : std::uint8_t { host, device };
+using protocol::CanSide;
 
 struct CanPortParams {
     std::string interface = "can0";
@@ -27,7 +26,7 @@ enum class CanLink : std::uint8_t { up, down, bus_off };
 /// as bad framing.
 class CanPort final : public ReportingPort {
 public:
-    explicit CanPort(CanPortParams params) : params_(std::move(params)) {}
+    explicit CanPort(CanPortParams params) : params_(std::move(params)), exchange_(params_.side, params_.node) {}
 
     [[nodiscard]] CanLink link() const { return link_; }
 
@@ -41,7 +40,6 @@ private:
     Status send_frame(const protocol::CanFrame& frame);
     void send_segments();
     bool take_frame(hal::ReceivedMessage& message);
-    bool take_segment(hal::ReceivedMessage& message);
     void note_error_frame();
     void set_link(CanLink link);
     Status vanished();
@@ -49,11 +47,7 @@ private:
     CanPortParams params_;
     CanSocket socket_;
     CanReception reception_;
-    protocol::Segmenter segmenter_;
-    protocol::Reassembler reassembler_;
-    std::array<std::uint8_t, protocol::kMaxMessageBytes> outgoing_{};
-    std::int64_t next_segment_us_ = 0;
-    std::int64_t segment_deadline_us_ = 0;
+    protocol::CanExchange<protocol::kMaxMessageBytes> exchange_;
     std::uint32_t dropped_seen_ = 0;
     CanLink link_ = CanLink::up;
 };

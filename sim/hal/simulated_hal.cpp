@@ -30,6 +30,9 @@ Status SimulatedCoilSampler::do_poll(SampleBlock& block) {
     if (start_s + plan_.block_s() > duration_s_ + 1e-9) {
         return {StatusCode::end_of_stream, "the simulated time is over"};
     }
+    if (gain_ != nullptr) {
+        world_.amplify(gain_->chosen());
+    }
     const bool arrived = world_.sample(coils_.state(), start_s, samples_);
     clock_.advance(samples_.size());
     const std::uint32_t sequence = sequence_++;
@@ -38,6 +41,7 @@ Status SimulatedCoilSampler::do_poll(SampleBlock& block) {
     }
     block = SampleBlock{};
     block.state = coils_.state();
+    block.gain_step = gain_ != nullptr ? gain_->step() : std::uint8_t{0};
     block.scale = static_cast<float>(world_.volts_per_code());
     block.full_scale = world_.full_scale();
     block.start = clock_.at(start_s);

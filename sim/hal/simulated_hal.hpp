@@ -7,18 +7,24 @@
 #include "hal/clock.hpp"
 #include "hal/coil_driver.hpp"
 #include "hal/coil_sampler.hpp"
+#include "hal/gain_control.hpp"
 #include "hal/link.hpp"
 #include "sim/world/coil_world.hpp"
 
 namespace tricoil::sim {
 
-/// Time advances only by sampling: each poll takes as much of it as its block lasts.
+/// Time advances only by sampling, each poll as much as its block lasts, and by pause().
 class SimulatedClock final : public hal::Clock {
 public:
     explicit SimulatedClock(DeviceTime start = {}) : start_(start) {}
-    void begin(double sample_rate_hz) { sample_rate_hz_ = sample_rate_hz; }
+    void begin(double sample_rate_hz) {
+        before_s_ = elapsed_s();
+        samples_ = 0;
+        sample_rate_hz_ = sample_rate_hz;
+    }
     void advance(std::size_t samples) { samples_ += static_cast<std::int64_t>(samples); }
-    [[nodiscard]] double elapsed_s() const { return static_cast<double>(samples_) / sample_rate_hz_; }
+    void pause(double seconds) { before_s_ += seconds; }
+    [[nodiscard]] double elapsed_s() const { return before_s_ + static_cast<double>(samples_) / sample_rate_hz_; }
     [[nodiscard]] DeviceTime at(double elapsed_s) const { return start_ + microseconds_from_seconds(elapsed_s); }
     [[nodiscard]] double elapsed_s(DeviceTime time) const { return to_seconds(time - start_); }
 
@@ -26,6 +32,7 @@ private:
     [[nodiscard]] DeviceTime do_now() const override { return at(elapsed_s()); }
     DeviceTime start_;
     double sample_rate_hz_ = 1;
+    double before_s_ = 0;  // before the sampling began that goes on now
     std::int64_t samples_ = 0;
 };
 
@@ -41,10 +48,35 @@ private:
     std::uint64_t changes_ = 0;
 };
 
+/// The amplifier between the world and its converters.
+class SimulatedGain final : public hal::GainControl {
+public:
+    /// `steps` of them are there.
+    SimulatedGain(const signal::GainSteps<double>& all, std::uint8_t steps) : all_(all), steps_(steps) {}
+    [[nodiscard]] std::uint8_t step() const { return step_; }
+    [[nodiscard]] const signal::GainStep<double>& chosen() const { return all_[step_]; }
+
+private:
+    [[nodiscard]] std::uint8_t do_steps() const override { return steps_; }
+    Status do_choose(std::uint8_t step) override {
+        if (step >= steps_) {
+            return {StatusCode::invalid_argument, "no such gain step"};
+        }
+        step_ = step;
+        return {};
+    }
+    signal::GainSteps<double> all_;
+    std::uint8_t steps_;
+    std::uint8_t step_ = 0;
+};
+
 class SimulatedCoilSampler final : public hal::CoilSampler {
 public:
     /// Ends the stream after duration_s of virtual time.
     SimulatedCoilSampler(CoilWorld& world, const SimulatedCoilDriver& coils, SimulatedClock& clock, double duration_s);
+
+    /// Without: there is no amplifier.
+    void amplify(const SimulatedGain& gain) { gain_ = &gain; }
 
 private:
     Status do_start(const signal::AcquisitionPlan& plan) override;
@@ -55,6 +87,7 @@ private:
     const SimulatedCoilDriver& coils_;
     SimulatedClock& clock_;
     double duration_s_;
+    const SimulatedGain* gain_ = nullptr;
     signal::AcquisitionPlan plan_;
     std::vector<Sample> samples_;
     std::uint32_t sequence_ = 0;

@@ -9,6 +9,7 @@
 
 #include "core/protocol/stream_framing.hpp"
 #include "sim/usb/peer_port.hpp"
+#include "sim/usb/usbip_wire.hpp"
 
 namespace tricoil::sim {
 
@@ -21,7 +22,10 @@ struct UsbIpParams {
 /// open() plugs it in, close() pulls it out. Vendor class, one interface, bulk endpoints 0x81 and 0x01 of 512 bytes.
 class UsbIpPort final : public PeerPort {
 public:
-    explicit UsbIpPort(UsbIpParams params) : params_(std::move(params)) {}
+    explicit UsbIpPort(UsbIpParams params)
+        : params_(std::move(params)),
+          wire_([this](const UsbIpRequest& request, std::span<const std::uint8_t> data) { handle(request, data); },
+                [this](std::uint32_t victim) { return unlink(victim); }) {}
     ~UsbIpPort() override { do_close(); }
 
     /// The next transfers from the device are answered with a stall.
@@ -32,14 +36,6 @@ public:
     void hang(bool hung) { hung_ = hung; }
 
 private:
-    struct Request {
-        std::uint32_t command = 0;
-        std::uint32_t number = 0;
-        bool to_host = false;
-        std::uint32_t endpoint = 0;
-        std::uint32_t length = 0;
-        std::array<std::uint8_t, 8> setup{};
-    };
     struct Pending {
         std::uint32_t number = 0;
         std::uint32_t length = 0;
@@ -51,19 +47,16 @@ private:
     Status do_receive(hal::ReceivedMessage& message) override;
     Status do_wait(Microseconds timeout) override;
 
-    void pump();
-    void handle(const Request& request, std::span<const std::uint8_t> data);
-    void control(const Request& request);
-    void unlink(const Request& request, std::uint32_t victim);
+    void handle(const UsbIpRequest& request, std::span<const std::uint8_t> data);
+    void control(const UsbIpRequest& request);
+    bool unlink(std::uint32_t victim);
     void deliver();
-    void answer(std::uint32_t command, std::uint32_t number, int status, std::span<const std::uint8_t> data, std::size_t actual);
+    bool plugged_in();
 
     UsbIpParams params_;
-    unsigned attached_ = 0;  // how often it was tried
-    int fd_ = -1;
-    std::vector<std::uint8_t> input_;
+    UsbIpWire wire_;
     std::deque<Pending> pending_;
-    std::deque<Request> withheld_;  // what the host sent while hung
+    std::deque<std::uint32_t> withheld_;  // numbers of what the host sent while hung
     std::deque<std::vector<std::uint8_t>> packets_;
     protocol::StreamReader reader_;
     int stalls_ = 0;

@@ -1,5 +1,6 @@
 #include "sim/world/coil_world.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -87,8 +88,9 @@ bool CoilWorld::sample(Excitation state, double start_s, std::span<Sample> sampl
         Vec3<std::complex<double>> derivative;
         for (Eigen::Index j = 0; j < kSourceCoils; ++j) {
             const CoilCurrent coil = circuits_[static_cast<std::size_t>(j)].next();
-            current(j) = coil.current;
-            derivative(j) = coil.derivative;
+            const double share = std::max(1.0, effect.current(j));  // an open coil's current dies out by itself
+            current(j) = share * coil.current;
+            derivative(j) = share * coil.derivative;
         }
         // Induction: the derivative of (coupling times current); motion adds a small voltage of its own.
         const Mat3<double> dx = (x - before) / (sample_s * kReferenceRadS);
@@ -98,9 +100,38 @@ bool CoilWorld::sample(Excitation state, double start_s, std::span<Sample> sampl
         for (Eigen::Index c = 0; c < kSensorCoils; ++c) {
             sensor_v(c) = (channel_[static_cast<std::size_t>(c)] * induced(c)).real();
         }
+        if (amplifier_) {
+            sensor_v = amplified(x, dx, current, derivative);
+        }
         samples[n] = convert(sensor_v, current.sum().real(), time_s, effect);
     }
     return std::uniform_real_distribution<double>(0, 1)(drop_random_) >= effect.drop_share;
+}
+
+void CoilWorld::amplify(const signal::GainStep<double>& amplifier) {
+    amplifier_ = amplifier;
+    for (std::size_t j = 0; j < kSourceCoils; ++j) {
+        for (std::size_t c = 0; c < kSensorCoils; ++c) {
+            amplification_[j][c] = amplifier.response(c, kTurn * plan_.params.carrier_hz[j]);
+        }
+    }
+}
+
+/// The same voltages behind the amplifier, which treats each carrier in its own way.
+Vec3<double> CoilWorld::amplified(const Mat3<double>& x, const Mat3<double>& dx, const Vec3<std::complex<double>>& current,
+                                  const Vec3<std::complex<double>>& derivative) const {
+    Vec3<std::complex<double>> sum = Vec3<std::complex<double>>::Zero();
+    for (Eigen::Index j = 0; j < kSourceCoils; ++j) {
+        for (Eigen::Index c = 0; c < kSensorCoils; ++c) {
+            sum(c) += amplification_[static_cast<std::size_t>(j)][static_cast<std::size_t>(c)] *
+                      (x(c, j) * derivative(j) + dx(c, j) * current(j));
+        }
+    }
+    Vec3<double> volts;
+    for (Eigen::Index c = 0; c < kSensorCoils; ++c) {
+        volts(c) = (channel_[static_cast<std::size_t>(c)] * sum(c)).real();
+    }
+    return volts;
 }
 
 Sample CoilWorld::convert(const Vec3<double>& sensor_v, double reference_v, double time_s, const FaultEffect& effect) {
@@ -112,7 +143,8 @@ Sample CoilWorld::convert(const Vec3<double>& sensor_v, double reference_v, doub
     mains += effect.overload_ranges * params_.converter.range_v * std::sin(kTurn * params_.mains_hz * time_s);
     Sample sample;
     for (std::size_t c = 0; c < kChannels; ++c) {
-        const double volts = c == kReferenceChannel ? reference_v : sensor_v(static_cast<Eigen::Index>(c)) + mains;
+        const double hum = amplifier_ && c != kReferenceChannel ? amplifier_->gain[c] * mains : mains;
+        const double volts = c == kReferenceChannel ? reference_v : sensor_v(static_cast<Eigen::Index>(c)) + hum;
         const std::int32_t code = converters_[c].convert(volts, random_);
         sample[c] = effect.stuck[c] ? 0 : code;
     }

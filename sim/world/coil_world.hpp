@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <random>
 #include <span>
 #include <vector>
@@ -46,6 +47,9 @@ public:
     /// peak in the middle of the window: a linear change of one coupling then leaks into the others' quadrature only.
     void configure(const signal::AcquisitionPlan& plan);
 
+    /// From now on an amplifier stands before the converters of the sensor's channels.
+    void amplify(const signal::GainStep<double>& amplifier);
+
     /// Fills `samples` from `start_s` on; false if the faults lose this block (the time passes all the same).
     bool sample(Excitation state, double start_s, std::span<Sample> samples);
 
@@ -58,15 +62,18 @@ public:
 
     /// X at a pose, in this world's faultless units.
     [[nodiscard]] Mat3<double> coupling(const Pose& pose) const;
+    /// X at a pose under faults; currents are not part of it.
+    [[nodiscard]] Mat3<double> coupling(const Pose& pose, const FaultEffect& effect) const;
 
     [[nodiscard]] const WorldParams& params() const { return params_; }
     [[nodiscard]] double volts_per_code() const { return converters_.front().volts_per_code(); }
     [[nodiscard]] std::int32_t full_scale() const { return converters_.front().full_scale(); }
 
 private:
-    [[nodiscard]] Mat3<double> coupling(const Pose& pose, const FaultEffect& effect) const;
     [[nodiscard]] double drive_amplitude(int j) const;
     [[nodiscard]] signal::ChannelResponse<double> channel_response() const;
+    [[nodiscard]] Vec3<double> amplified(const Mat3<double>& x, const Mat3<double>& dx, const Vec3<std::complex<double>>& current,
+                                         const Vec3<std::complex<double>>& derivative) const;
     Sample convert(const Vec3<double>& sensor_v, double reference_v, double time_s, const FaultEffect& effect);
 
     WorldParams params_;
@@ -77,6 +84,8 @@ private:
     std::vector<Converter> converters_;  // one a channel
     std::vector<double> mains_;          // one period, if it is a whole number of samples; else empty
     std::array<std::complex<double>, kSensorCoils> channel_;
+    std::optional<signal::GainStep<double>> amplifier_;
+    signal::ChannelResponse<double> amplification_ = signal::unit_response<double>();  // at the carriers
     std::mt19937_64 random_;
     std::mt19937_64 drop_random_;
 };

@@ -18,6 +18,7 @@ enum class FaultKind : std::uint8_t {
     metal,           // argument: x,y,z,radius in metres: a conducting sphere, a secondary dipole
     unplugged,       // no sensor: open inputs that pick up a little of the drive, all alike
     overload,        // argument: amplitude of a mains-frequency interference on the sensor's inputs, in converter ranges
+    shorted_coil,    // argument: source coil S1-S3 has shorted turns and draws four times its current
 };
 
 /// One fault and when it is there.
@@ -39,7 +40,7 @@ Fault parse_fault(const std::string& text);
 struct FaultEffect {
     Mat3<double> source = Mat3<double>::Identity();  // applied to the source coils' currents
     Mat3<double> sensor = Mat3<double>::Identity();  // applied to the sensor coils' signals
-    Vec3<double> current = Vec3<double>::Ones();     // share of each coil's current that flows
+    Vec3<double> current = Vec3<double>::Ones();     // of each coil, in shares of the current it should carry
     std::array<bool, 4> stuck{};
     double overload_ranges = 0;
     double drop_share = 0;

@@ -81,11 +81,35 @@ TEST(IsoTp, DropsWhatLacksAFrame) {
         }
         EXPECT_NE(last, SegmentEvent::complete) << lost;
         ASSERT_TRUE(from.begin(message));
-        const auto after = carry(from, to, Reassembler::flow_control());
-        const auto again =
-            after.empty() ? (from.cancel(), from.begin(message), carry(from, to, Reassembler::flow_control())) : after;
-        EXPECT_EQ(again, message) << "the second one at the latest comes whole";
+        EXPECT_EQ(carry(from, to, Reassembler::flow_control()), message) << "the next one comes whole; lost was " << lost;
     }
+}
+
+TEST(IsoTp, AFirstFrameInTheMiddleBeginsANewMessageAndTellsOfTheBrokenOne) {
+    const std::vector<std::uint8_t> message(200, 1);
+    Segmenter from;
+    Reassembler to;
+    Data data{};
+    for (const SegmentEvent expected : {SegmentEvent::answer, SegmentEvent::answer_anew}) {
+        ASSERT_TRUE(from.begin(message));
+        EXPECT_EQ(to.on_frame(std::span(data).first(from.next(data))), expected);
+        from.cancel();
+    }
+}
+
+TEST(IsoTp, ASmallReassemblerRefusesALongerMessageAtItsFirstFrame) {
+    Segmenter from;
+    BasicReassembler<200> to;
+    Data data{};
+    const std::vector<std::uint8_t> fits(200, 1);
+    const std::vector<std::uint8_t> longer(201, 1);
+    ASSERT_TRUE(from.begin(longer));
+    std::size_t length = from.next(data);
+    EXPECT_EQ(to.on_frame(std::span(data).first(length)), SegmentEvent::error);
+    from.cancel();
+    ASSERT_TRUE(from.begin(fits));
+    length = from.next(data);
+    EXPECT_EQ(to.on_frame(std::span(data).first(length)), SegmentEvent::answer);
 }
 
 }  // namespace

@@ -89,5 +89,20 @@ TEST(StreamFraming, SaysWhatWasWrong) {
     EXPECT_EQ(error_of(good), WireError::none);
 }
 
+TEST(StreamFraming, ASmallReaderTakesWhatFitsAndFindsItsPlaceAfterWhatDoesNot) {
+    BasicStreamReader<64> reader;
+    const auto push_all = [&reader](const Bytes& stream) {
+        bool complete = false;
+        for (const std::uint8_t byte : stream) {
+            complete = reader.push(byte);
+        }
+        return complete;
+    };
+    EXPECT_TRUE(push_all(framed(Bytes(64, 7))));
+    EXPECT_FALSE(push_all(framed(Bytes(80, 7))));
+    EXPECT_EQ(reader.error(), WireError::oversize);
+    EXPECT_TRUE(push_all(framed(Bytes(64, 0))));
+}
+
 }  // namespace
 }  // namespace tricoil::protocol

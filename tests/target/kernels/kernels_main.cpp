@@ -1,6 +1,6 @@
 // Runs every kernel between two markers that the instruction counter knows, and prints the names in the same order.
+#include "board/cortex_m/stack.hpp"
 #include "board/qemu_an386/report_printer.hpp"
-#include "board/qemu_an386/stack.hpp"
 #include "core/base/text_line.hpp"
 #include "drivers/semihosting/console.hpp"
 #include "tests/target/kernels/kernel.hpp"

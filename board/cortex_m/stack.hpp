@@ -5,16 +5,14 @@
 
 namespace tricoil::board {
 
-/// Exit status of an image that met a fault or called what must not be called.
-constexpr int kExitFault = 99;
-
 /// Fills the stack below the caller's frame. Once, at reset, before anything of value lies there.
 void paint_stack();
 
-/// Bytes from the top of the stack down to the lowest word that was ever overwritten; the whole stack if it was full.
+/// Bytes from the top of the stack down to the lowest word that was ever overwritten; the whole stack if it was full. Takes as
+/// long as there is paint to look at.
 [[nodiscard]] std::size_t used_stack_bytes();
 
-/// Whether next to nothing of it was left: then what lies below may have been overwritten too.
+/// Whether next to nothing of it was left: then what lies below may have been overwritten too. Takes a moment only.
 [[nodiscard]] bool stack_was_full();
 
 }  // namespace tricoil::board

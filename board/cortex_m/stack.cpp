@@ -1,5 +1,6 @@
-#include "board/qemu_an386/stack.hpp"
+#include "board/cortex_m/stack.hpp"
 
+#include <algorithm>
 #include <cstdint>
 
 extern "C" {
@@ -32,6 +33,9 @@ std::size_t used_stack_bytes() {
     return static_cast<std::size_t>(stack_top - word) * sizeof(std::uint32_t);
 }
 
-bool stack_was_full() { return used_stack_bytes() + kLeastLeftBytes > static_cast<std::size_t>(stack_top - stack_bottom) * 4; }
+bool stack_was_full() {
+    const std::uint32_t* const end = stack_bottom + kLeastLeftBytes / sizeof(std::uint32_t);
+    return std::any_of(static_cast<const std::uint32_t*>(stack_bottom), end, [](std::uint32_t word) { return word != kPaint; });
+}
 
 }  // namespace tricoil::board

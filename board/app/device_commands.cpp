@@ -1,0 +1,308 @@
+// What a tracker board does when a host says something.
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "board/app/tracker_device.hpp"
+#include "core/protocol/negotiation.hpp"
+
+namespace tricoil::app {
+namespace {
+
+using protocol::AckResult;
+using protocol::Opcode;
+using protocol::WireError;
+
+constexpr int kMostMessages = 8;              // of one host in a turn: a babbling one must not hold up the blocks
+constexpr Microseconds kLoaderPause{50'000};  // for the acknowledgement to be sent
+constexpr int kSettlingBlocks = 2;            // until a block shows nothing of the switching-on
+
+/// In mHz, rounded; scaled by whole numbers where that is exact.
+std::uint32_t millihertz(double hz) { return static_cast<std::uint32_t>(1e3 * hz + 0.5); }
+
+bool is_off(std::uint8_t state) { return state == static_cast<std::uint8_t>(Excitation::off); }
+
+}  // namespace
+
+void TrackerDevice::hear(HostLink& link) {
+    hal::ReceivedMessage message;
+    bool streamed = link.streams();
+    for (int n = 0; n < kMostMessages && link.receive(message, now_); ++n) {
+        take(link, message.bytes);
+        streamed = link.streams();
+    }
+    if (streamed && !link.streams()) {  // the link is gone, and its host with it
+        faults_.set(protocol::Fault::watchdog);
+    }
+}
+
+void TrackerDevice::take(HostLink& link, std::span<const std::uint8_t> bytes) {
+    WireError error = WireError::none;
+    const protocol::MessageType type = protocol::type_of(bytes, error);
+    protocol::CommandMessage command;
+    protocol::CalibrationMessage calibration;
+    if (error == WireError::none && type == protocol::MessageType::calibration) {
+        error = protocol::decode(bytes, calibration);
+    } else if (error == WireError::none) {
+        error = type == protocol::MessageType::command ? protocol::decode(bytes, command) : WireError::wrong_sender;
+    }
+    if (error != WireError::none) {
+        complain(link, error);
+        return;
+    }
+    if (type == protocol::MessageType::calibration) {
+        const AckResult result = link.is_greeted() ? keep(calibration) : AckResult::wrong_state;
+        acknowledge(link, static_cast<std::uint8_t>(Opcode::write_calibration), calibration.request, result, 0);
+        return;
+    }
+    const auto opcode = static_cast<Opcode>(command.opcode);
+    if (opcode == Opcode::hello && is_off(command.state)) {
+        link.hear(now_);
+        greet(link, command);
+        return;
+    }
+    const AckResult result = judge(link, command);
+    const bool answers_itself = opcode == Opcode::keep_alive || opcode == Opcode::read_calibration ||
+                                opcode == Opcode::self_check || opcode == Opcode::read_block;
+    if (result != AckResult::done || !answers_itself) {
+        const bool tells_rate = opcode == Opcode::mode && result == AckResult::done;
+        acknowledge(link, command.opcode, command.request, result, tells_rate ? millihertz(plan().params.frame_rate_hz) : 0);
+    }
+}
+
+void TrackerDevice::complain(HostLink& link, WireError error) {
+    ++refused_;
+    if (link.may_complain(now_)) {
+        acknowledge(link, 0, 0, AckResult::unreadable, static_cast<std::uint32_t>(error));
+    }
+}
+
+/// Any version but none in common is answered with who this is: the host must be able to tell its user why.
+void TrackerDevice::greet(HostLink& link, const protocol::CommandMessage& command) {
+    if (protocol::common_version(protocol::range_of_hello(command.argument), {}) != 0) {
+        link.greet(command.sequence);
+    } else {
+        ++refused_;
+    }
+    protocol::IdentifyMessage m;
+    m.role = static_cast<std::uint8_t>(sends_columns_ ? protocol::Role::front_end : protocol::Role::tracker);
+    m.serial = params_.serial;
+    m.firmware = params_.firmware;
+    m.multiplexing = plan().is_tdm() ? 0 : 1;
+    m.frame_rate_mhz = millihertz(plan().params.frame_rate_hz);
+    m.window_us = static_cast<std::uint32_t>(1e6 * plan().window_s() + 0.5);
+    m.watchdog_us = static_cast<std::uint32_t>(params_.host_silence.count());
+    (void)send(link, m);  // a host that does not hear it says hello again
+}
+
+/// Whether the command may be obeyed at all, and if so what became of it. Stopping is never refused.
+AckResult TrackerDevice::judge(HostLink& link, const protocol::CommandMessage& command) {
+    const auto opcode = static_cast<Opcode>(command.opcode);
+    const bool is_stop = opcode == Opcode::stop;
+    if (!link.is_greeted() && !is_stop) {
+        return AckResult::wrong_state;
+    }
+    if (!link.is_new(command.sequence) && !is_stop) {
+        return AckResult::replayed;
+    }
+    if (command.opcode > protocol::kOpcodes || command.opcode == 0) {
+        return AckResult::unknown;
+    }
+    const bool takes_state = opcode == Opcode::excite || opcode == Opcode::read_block || is_stop;
+    if (!takes_state && !is_off(command.state)) {
+        return AckResult::bad_value;
+    }
+    const bool needs_rest =
+        opcode == Opcode::self_check || opcode == Opcode::read_block || opcode == Opcode::mode || opcode == Opcode::loader;
+    if (needs_rest && is_measuring_) {
+        return AckResult::wrong_state;
+    }
+    const bool needs_voice = needs_rest || opcode == Opcode::start || opcode == Opcode::read_calibration;
+    if (needs_voice && answers_.is_busy()) {
+        return AckResult::busy;
+    }
+    link.hear(now_);
+    return obey(link, command);
+}
+
+AckResult TrackerDevice::obey(HostLink& link, const protocol::CommandMessage& command) {
+    switch (static_cast<Opcode>(command.opcode)) {
+        case Opcode::start:
+            return obey_start(link, command.argument);
+        case Opcode::stop:
+            link.stream(false);
+            judge_hosts();
+            return AckResult::done;
+        case Opcode::keep_alive:
+            return link.streams() ? AckResult::done : AckResult::wrong_state;
+        case Opcode::read_calibration:
+            answers_.tell(link, store_, command.request);
+            return AckResult::done;
+        case Opcode::self_check:
+            check_itself();
+            answers_.tell(link, report_);
+            return AckResult::done;
+        case Opcode::read_block:
+            return obey_read_block(link, static_cast<Excitation>(command.state));
+        case Opcode::mode:
+            return obey_mode(command.argument);
+        case Opcode::hemisphere:
+            return obey_hemisphere(command.argument);
+        case Opcode::boresight:
+            return obey_boresight(command.argument);
+        case Opcode::loader:
+            if (command.argument != protocol::kLoaderKey) {
+                return AckResult::bad_value;
+            }
+            loader_at_ = now_ + kLoaderPause;
+            return AckResult::done;
+        case Opcode::excite:  // the coils are this board's own
+            return AckResult::refused;
+        default:  // write_calibration: the calibration itself is the command
+            return AckResult::wrong_state;
+    }
+}
+
+AckResult TrackerDevice::obey_start(HostLink& link, std::uint32_t argument) {
+    if (argument != 0) {  // 1: a host that wants to drive the coils
+        return argument == 1 ? AckResult::refused : AckResult::bad_value;
+    }
+    if (loader_at_) {
+        return AckResult::wrong_state;
+    }
+    const bool is_safe =
+        !(faults_.has(protocol::Fault::self_check) || faults_.has(protocol::Fault::clock) || faults_.has(protocol::Fault::stack));
+    if (!is_safe) {
+        return AckResult::failed;
+    }
+    if (!is_measuring_ && !begin().ok()) {
+        fail(protocol::Fault::converter);
+        return AckResult::failed;
+    }
+    link.stream(true);
+    return AckResult::done;
+}
+
+AckResult TrackerDevice::obey_mode(std::uint32_t argument) {
+    protocol::ModeRequest request;
+    if (!protocol::mode_of_argument(argument, request)) {
+        return AckResult::bad_value;
+    }
+    for (std::size_t n = 0; n < params_.modes.size(); ++n) {
+        const signal::AcquisitionPlan& candidate = params_.modes[n];
+        const auto rate = static_cast<std::int32_t>(millihertz(candidate.params.frame_rate_hz));
+        const bool is_rate =
+            request.frame_rate_mhz == 0 || std::abs(static_cast<std::int32_t>(request.frame_rate_mhz) - rate) <= rate / 100;
+        if (candidate.params.multiplexing == request.multiplexing && is_rate) {
+            mode_ = n;
+            sends_columns_ = request.columns;
+            return AckResult::done;
+        }
+    }
+    return AckResult::bad_value;
+}
+
+AckResult TrackerDevice::obey_hemisphere(std::uint32_t argument) {
+    const protocol::HemisphereRequest request = protocol::hemisphere_of_argument(argument);
+    if (request.sensor != 0 || request.towards.minCoeff() < -127) {
+        return AckResult::bad_value;
+    }
+    hemisphere_ = request.towards;
+    if (is_measuring_) {
+        const Vec3<float> towards = coils_ ? Vec3<float>(coils_->axes().transpose() * hemisphere_) : hemisphere_;
+        return loop_->set_hemisphere(0, towards).ok() ? AckResult::done : AckResult::failed;
+    }
+    return AckResult::done;
+}
+
+AckResult TrackerDevice::obey_boresight(std::uint32_t argument) {
+    if (argument > 1) {
+        return AckResult::bad_value;
+    }
+    if (argument == 0) {
+        boresight_.setIdentity();
+        return AckResult::done;
+    }
+    if (!is_measuring_ || !attitude_) {
+        return AckResult::wrong_state;
+    }
+    // What is reported is q_alignment^-1 q boresight: identity now.
+    const Quat<float> seen = coils_ ? Quat<float>(Quat<float>(coils_->axes()).normalized() * *attitude_) : *attitude_;
+    boresight_ = seen.conjugate().normalized();
+    return AckResult::done;
+}
+
+/// Coils on for as many blocks as it takes to settle; the samples wait where the converters left them until they are told.
+AckResult TrackerDevice::obey_read_block(HostLink& link, Excitation state) {
+    const bool is_driven = plan().is_tdm() ? coil_index(state) >= 0 : state == Excitation::all;
+    if (!is_driven && state != Excitation::off) {
+        return AckResult::bad_value;
+    }
+    SampleBlock block;
+    Status status = sampler_.start(plan());
+    if (status.ok() && state != Excitation::off) {
+        status = hardware_.coils.excite(state);
+    }
+    for (int n = 0; n < kSettlingBlocks && status.ok(); ++n) {
+        status = sampler_.poll(block);
+    }
+    hardware_.coils.switch_off();
+    sampler_.stop();
+    if (!status.ok()) {
+        if (sampler_.trouble()) {
+            fail(*sampler_.trouble());
+        }
+        return AckResult::failed;
+    }
+    answers_.tell(link, block, millihertz(plan().params.sample_rate_hz));
+    return AckResult::done;
+}
+
+/// A calibration that is there already is not written again: a host that heard no answer repeats itself.
+AckResult TrackerDevice::keep(const protocol::CalibrationMessage& message) {
+    if (is_measuring_) {
+        return AckResult::wrong_state;
+    }
+    if (answers_.is_busy()) {
+        return AckResult::busy;
+    }
+    const auto decoded = calibration::decode_single(message.tail);
+    if (!decoded.ok()) {
+        return AckResult::bad_value;
+    }
+    if (!calibration::ConcentricColumns<float>::make(*decoded).ok()) {
+        return AckResult::refused;
+    }
+    calibration::Blob blob{};
+    if (store_.read(blob).ok() && std::equal(blob.begin(), blob.end(), message.tail.begin(), message.tail.end())) {
+        return AckResult::done;
+    }
+    std::copy(message.tail.begin(), message.tail.end(), blob.begin());
+    hardware_.coils.switch_off();
+    hardware_.watchdog.feed();
+    const bool is_kept = store_.write(blob).ok();
+    faults_.set_to(!is_kept, protocol::Fault::memory);
+    stored_ = store_.open();
+    use_calibration();
+    return is_kept ? AckResult::done : AckResult::failed;
+}
+
+void TrackerDevice::acknowledge(HostLink& link, std::uint8_t opcode, std::uint16_t request, AckResult result,
+                                std::uint32_t argument) {
+    refused_ += result != AckResult::done && result != AckResult::unreadable ? 1U : 0U;
+    protocol::AckMessage ack;
+    ack.opcode = opcode;
+    ack.request = request;
+    ack.result = static_cast<std::uint8_t>(result);
+    ack.argument = argument;
+    (void)send(link, ack);  // a host that does not hear it asks again
+}
+
+template <typename Message>
+bool TrackerDevice::send(HostLink& link, Message message) {
+    message.sequence = messages_++;
+    message.time_us = to_us(now_);
+    return link.send(std::span(buffer_).first(protocol::encode(message, buffer_)));
+}
+
+}  // namespace tricoil::app

@@ -1,0 +1,58 @@
+#include "board/app/host_link.hpp"
+
+namespace tricoil::app {
+
+bool HostLink::receive(hal::ReceivedMessage& message, DeviceTime now) {
+    if (!is_open_) {
+        if (now < due_) {
+            return false;
+        }
+        is_open_ = port_->open().ok();
+        due_ = now + kOpenPause;
+        return false;
+    }
+    const Status status = port_->receive(message);
+    if (status.code() == StatusCode::device_lost) {
+        lose(now);
+    }
+    return status.ok();
+}
+
+void HostLink::lose(DeviceTime now) {
+    port_->close();
+    is_open_ = false;
+    is_greeted_ = false;
+    streams_ = false;
+    due_ = now + kOpenPause;
+}
+
+bool HostLink::send(std::span<const std::uint8_t> bytes) {
+    const bool sent = is_open_ && port_->send(bytes).ok();
+    dropped_ += streams_ && !sent ? 1U : 0U;
+    return sent;
+}
+
+void HostLink::greet(std::uint32_t sequence) {
+    is_greeted_ = true;
+    commands_.restart();
+    (void)commands_.check(sequence);
+}
+
+bool HostLink::is_new(std::uint32_t sequence) {
+    const protocol::Order order = commands_.check(sequence);
+    if (order == protocol::Order::strange) {  // another program on the same bus, or one that has gone on for long unheard
+        commands_.restart();
+        (void)commands_.check(sequence);
+    }
+    return order != protocol::Order::old;
+}
+
+bool HostLink::may_complain(DeviceTime now) {
+    if (now - complained_ < kComplaintPause) {
+        return false;
+    }
+    complained_ = now;
+    return true;
+}
+
+}  // namespace tricoil::app

@@ -1,0 +1,67 @@
+#include "board/app/supervised_sampler.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+
+namespace tricoil::app {
+namespace {
+
+/// Largest magnitude of any sensor channel's code, and half of the reference's swing.
+struct Peaks {
+    std::int32_t sensor = 0;
+    std::int32_t reference = 0;
+};
+
+Peaks peaks_of(std::span<const Sample> window) {
+    Peaks peaks;
+    std::int32_t lowest = window.front()[kReferenceChannel];
+    std::int32_t highest = lowest;
+    for (const Sample& sample : window) {
+        peaks.sensor = std::max({peaks.sensor, std::abs(sample[0]), std::abs(sample[1]), std::abs(sample[2])});
+        lowest = std::min(lowest, sample[kReferenceChannel]);
+        highest = std::max(highest, sample[kReferenceChannel]);
+    }
+    peaks.reference = (highest - lowest) / 2;
+    return peaks;
+}
+
+}  // namespace
+
+Status SupervisedSampler::do_start(const signal::AcquisitionPlan& plan) {
+    trouble_.reset();
+    guard_ = static_cast<std::size_t>(plan.params.guard_samples);
+    if (const Status chosen = gain_.choose(ranging_.step()); !chosen.ok()) {
+        return chosen;
+    }
+    return sampler_.start(plan);
+}
+
+Status SupervisedSampler::do_poll(SampleBlock& block) {
+    if (!heartbeat_.beat().ok()) {
+        return fail(protocol::Fault::drive, "the line that holds the power stages' enable is gone");
+    }
+    const Status polled = sampler_.poll(block);
+    if (!polled.ok()) {
+        return fail(protocol::Fault::converter, "the converters deliver nothing");
+    }
+    if (block.overrun_count > 0 || block.samples.size() <= guard_) {
+        overruns_ += block.overrun_count;
+        return fail(protocol::Fault::converter, "the converters lost samples");
+    }
+    const Peaks peaks = peaks_of(block.samples.subspan(guard_));
+    if (static_cast<float>(peaks.reference) * block.scale > most_reference_v_) {
+        return fail(protocol::Fault::overcurrent, "too much current: a coil or its power stage is shorted");
+    }
+    if (block.full_scale > 0) {
+        const float share = static_cast<float>(peaks.sensor) / static_cast<float>(block.full_scale);
+        (void)gain_.choose(ranging_.next(share, block.gain_step));  // a step that it told itself: there
+    }
+    return {};
+}
+
+Status SupervisedSampler::fail(protocol::Fault fault, const char* why) {
+    trouble_ = fault;
+    return {StatusCode::device_lost, why};
+}
+
+}  // namespace tricoil::app

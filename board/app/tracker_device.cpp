@@ -1,0 +1,260 @@
+#include "board/app/tracker_device.hpp"
+
+#include <algorithm>
+
+#include "board/app/status_light.hpp"
+#include "core/protocol/convert.hpp"
+#include "core/selfcheck/selfcheck.hpp"
+#include "core/tracking/output_frame.hpp"
+
+namespace tricoil::app {
+namespace {
+
+using protocol::DeviceState;
+using protocol::Fault;
+
+constexpr Microseconds kStatusPause{100'000};
+/// In so many columns in a row one channel never moved: noise alone would have moved it.
+constexpr int kStuckColumns = 6;
+
+DeviceTime time_of(const void* clock) { return static_cast<const hal::Clock*>(clock)->now(); }
+
+}  // namespace
+
+TrackerDevice::TrackerDevice(const DeviceHardware& hardware, const DeviceParams& params)
+    : hardware_(hardware),
+      params_(params),
+      sampler_(hardware.sampler, hardware.gain, hardware.heartbeat, params.demodulator.gain_steps, params.most_reference_v),
+      hemisphere_(params.hemisphere),
+      store_(hardware.storage) {
+    hardware_.coils.switch_off();
+    for (std::size_t n = 0; n < hardware_.ports.size(); ++n) {
+        links_[n].attach(*hardware_.ports[n]);
+    }
+}
+
+TrackerDevice::~TrackerDevice() { end(); }
+
+void TrackerDevice::boot() {
+    const hal::ResetReason reason = hardware_.system.reset_reason();
+    faults_.set_to(reason == hal::ResetReason::watchdog || reason == hal::ResetReason::fault, Fault::hung);
+    const bool is_watched = hardware_.watchdog.start(params_.watchdog).ok();
+    stored_ = store_.open();
+    use_calibration();
+    check_itself();
+    if (!is_watched) {
+        fail(Fault::self_check);
+    }
+}
+
+/// Takes what is stored for the coils; without, they are taken for ideal.
+void TrackerDevice::use_calibration() {
+    coils_.reset();
+    calibration::Blob blob{};
+    if (stored_ == CalibrationStore::Content::sound && store_.read(blob).ok()) {
+        const auto stored = calibration::decode_single(blob);
+        const auto columns = stored.ok() ? calibration::ConcentricColumns<float>::make(*stored)
+                                         : Result<calibration::ConcentricColumns<float>>(stored.status());
+        if (columns.ok()) {
+            coils_ = *columns;
+        }
+    }
+    faults_.set_to(stored_ != CalibrationStore::Content::none && !coils_, Fault::calibration);
+}
+
+void TrackerDevice::check_itself() {
+    report_ = {};
+    selfcheck::run_in_single_precision({&time_of, &hardware_.clock}, report_);
+    if (stored_ == CalibrationStore::Content::none) {
+        report_.add_absent(selfcheck::CheckId::calibration_crc, "calibration: none stored on this device");
+    } else {
+        report_.add(selfcheck::CheckId::calibration_crc, selfcheck::Precision::none, "calibrations damaged", coils_ ? 0 : 1, 0);
+    }
+    hardware_.watchdog.feed();
+    // A damaged calibration is a fault of its own: with the next one that is written it is gone.
+    const bool passed = std::all_of(report_.checks().begin(), report_.checks().end(), [](const selfcheck::Check& check) {
+        return check.outcome != selfcheck::Outcome::fail || check.id == selfcheck::CheckId::calibration_crc;
+    });
+    if (passed) {
+        faults_.clear(Fault::self_check);
+    } else {
+        fail(Fault::self_check);
+    }
+}
+
+DeviceState TrackerDevice::state() const {
+    return has_failed_ ? DeviceState::fault : (is_measuring_ ? DeviceState::running : DeviceState::idle);
+}
+
+void TrackerDevice::step() {
+    now_ = hardware_.clock.now();
+    look_after_processor();
+    for (HostLink& link : links()) {
+        hear(link);
+    }
+    answers_.pump(now_);
+    judge_hosts();
+    if (is_measuring_) {
+        measure();
+    } else {
+        if (loader_at_ && now_ >= *loader_at_) {
+            loader_at_.reset();
+            hardware_.coils.switch_off();
+            hardware_.system.restart_into_loader();
+        }
+        hardware_.system.idle();
+    }
+    tell_status();
+    show(hardware_.indicator, state(), now_);
+    hardware_.watchdog.feed();
+}
+
+/// Wrong rates, or a stack that may have run into data: better no coils.
+void TrackerDevice::look_after_processor() {
+    const hal::SystemTroubles troubles = hardware_.system.troubles();
+    for (const auto& [trouble, fault] :
+         {std::pair{hal::SystemTrouble::clock, Fault::clock}, std::pair{hal::SystemTrouble::stack, Fault::stack},
+          std::pair{hal::SystemTrouble::memory, Fault::memory}}) {
+        if (troubles.has(trouble)) {
+            fail(fault);
+        }
+    }
+}
+
+/// A host that fell silent, or whose link is gone, is not waited for; with the last one the coils go off.
+void TrackerDevice::judge_hosts() {
+    for (HostLink& link : links()) {
+        if (link.streams() && params_.host_silence.count() > 0 && now_ - link.heard() > params_.host_silence) {
+            link.stream(false);
+            faults_.set(Fault::watchdog);
+        }
+    }
+    if (is_measuring_ && !is_streaming()) {
+        end();
+    }
+}
+
+bool TrackerDevice::is_streaming() const {
+    return std::any_of(links().begin(), links().end(), [](const HostLink& link) { return link.streams(); });
+}
+
+Status TrackerDevice::begin() {
+    for (const Fault fault : {Fault::watchdog, Fault::overcurrent, Fault::converter, Fault::open_coil, Fault::drive, Fault::hung,
+                              Fault::send_overflow}) {
+        faults_.clear(fault);
+    }
+    has_failed_ = false;
+    no_reference_ = false;
+    stuck_blocks_ = 0;
+    attitude_.reset();
+    MainLoopParams<float> params;
+    params.plan = plan();
+    params.demodulator = params_.demodulator;
+    params.tracker.coupling_constant = coils_ ? 1.0F : params_.coupling_constant_m3;
+    tracking::scaat::Params<float>& filter = params.filter.emplace();
+    filter.hemisphere = coils_ ? Vec3<float>(coils_->axes().transpose() * hemisphere_) : hemisphere_;
+    filter.max_column_span = tracking::column_span(plan());
+    filter.window_s = static_cast<float>(plan().window_s());
+    loop_.emplace(params, Devices<float>{hardware_.clock, hardware_.coils, sampler_, *this, this});
+    loop_->tracker().use(coils_ ? &*coils_ : nullptr);
+    const Status status = loop_->start();
+    is_measuring_ = status.ok();
+    return status;
+}
+
+/// Coils off, whatever was. The loop stays until the next begin: its samples may still be told.
+void TrackerDevice::end() {
+    if (loop_) {
+        loop_->stop();
+    }
+    hardware_.coils.switch_off();
+    is_measuring_ = false;
+}
+
+void TrackerDevice::fail(Fault fault) {
+    end();
+    faults_.set(fault);
+    has_failed_ = true;
+    for (HostLink& link : links()) {
+        link.stream(false);
+    }
+}
+
+void TrackerDevice::measure() {
+    const Status status = loop_->step();
+    if (!status.ok()) {
+        const Fault of_excite = Fault::drive;
+        fail(sampler_.trouble().value_or(of_excite));
+    } else if (no_reference_) {
+        fail(Fault::open_coil);
+    } else if (stuck_blocks_ >= kStuckColumns) {
+        fail(Fault::converter);
+    }
+}
+
+void TrackerDevice::do_column(const Column<float>& column) {
+    no_reference_ = no_reference_ || column.flags.has(ColumnFlag::no_reference);
+    stuck_blocks_ = column.flags.has(ColumnFlag::stuck) ? stuck_blocks_ + 1 : 0;
+    if (sends_columns_) {
+        stream(protocol::to_message(column, columns_++));
+    }
+}
+
+Status TrackerDevice::do_send(const tracking::PoseEstimate<float>& estimate) {
+    attitude_ = estimate.valid() ? std::optional(estimate.q_source_sensor) : std::nullopt;
+    if (sends_columns_) {
+        return {};
+    }
+    const bool is_plain = !coils_ && boresight_.coeffs() == Quat<float>::Identity().coeffs();
+    if (is_plain) {
+        stream(protocol::to_message(estimate));
+        return {};
+    }
+    tracking::OutputFrame<float> frame;
+    frame.q_sensor_boresight = boresight_;
+    if (coils_) {
+        frame.q_source_alignment = Quat<float>(coils_->axes()).conjugate().normalized();
+    }
+    stream(protocol::to_message(tracking::in_frame(estimate, frame)));
+    return {};
+}
+
+template <typename Message>
+void TrackerDevice::stream(const Message& message) {
+    const std::size_t bytes = protocol::encode(message, buffer_);
+    for (HostLink& link : links()) {
+        if (link.streams() && !link.send(std::span(buffer_).first(bytes))) {
+            faults_.set(Fault::send_overflow);
+        }
+    }
+}
+
+void TrackerDevice::tell_status() {
+    const auto state_now = static_cast<std::uint8_t>(state());
+    const std::uint32_t news = faults_.bits() | static_cast<std::uint32_t>(state_now) << 16U;
+    if (now_ - told_ < kStatusPause && news == told_faults_) {
+        return;
+    }
+    told_ = now_;
+    told_faults_ = news;
+    protocol::StatusMessage status;
+    status.sequence = messages_++;
+    status.time_us = to_us(now_);
+    status.device_state = state_now;
+    status.state = static_cast<std::uint8_t>(!is_measuring_    ? Excitation::off
+                                             : plan().is_tdm() ? Excitation::s1
+                                                               : Excitation::all);
+    status.faults = faults_.bits();
+    for (const HostLink& link : links()) {
+        status.dropped += link.dropped();
+    }
+    status.overruns = sampler_.overruns();
+    const std::size_t bytes = protocol::encode(status, buffer_);
+    for (HostLink& link : links()) {
+        if (link.is_greeted()) {
+            (void)link.send(std::span(buffer_).first(bytes));  // ten more come within a second
+        }
+    }
+}
+
+}  // namespace tricoil::app

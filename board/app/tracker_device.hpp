@@ -1,0 +1,120 @@
+// The firmware application of a tracker board: from power-on to poses on every link, commands, faults. All that it knows of time
+// it has from hal::Clock and from the blocks.
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "board/app/answers.hpp"
+#include "board/app/calibration_store.hpp"
+#include "board/app/device_parts.hpp"
+#include "board/app/host_link.hpp"
+#include "board/app/main_loop.hpp"
+#include "board/app/supervised_sampler.hpp"
+#include "core/protocol/command_arguments.hpp"
+#include "core/protocol/message_type.hpp"
+#include "core/selfcheck/report.hpp"
+
+namespace tricoil::app {
+
+/// Coils are off until a host has said start, after any fault, when the last host has stopped or fallen silent, while the
+/// calibration is written, and after destruction. Memory for everything is part of the object; make it static.
+class TrackerDevice final : hal::Link<float>, hal::TrackerTap<float> {
+public:
+    /// At least one mode and one port; C positive.
+    TrackerDevice(const DeviceHardware& hardware, const DeviceParams& params);
+    ~TrackerDevice() override;
+    TrackerDevice(const TrackerDevice&) = delete;
+    TrackerDevice& operator=(const TrackerDevice&) = delete;
+
+    /// Starts the watchdog, checks the processor and itself, reads the calibration. Once, before step().
+    void boot();
+
+    /// One turn: hears the hosts, then measures one block, or sleeps a little if nobody wants any.
+    void step();
+
+    [[nodiscard]] protocol::DeviceState state() const;
+    [[nodiscard]] protocol::Faults faults() const { return faults_; }
+    [[nodiscard]] const selfcheck::Report& report() const { return report_; }
+    /// Messages that were no commands, or commands that were not obeyed.
+    [[nodiscard]] std::uint32_t refused() const { return refused_; }
+
+private:
+    // What the hosts say: device_commands.cpp.
+    void hear(HostLink& link);
+    void take(HostLink& link, std::span<const std::uint8_t> bytes);
+    void complain(HostLink& link, protocol::WireError error);
+    protocol::AckResult judge(HostLink& link, const protocol::CommandMessage& command);
+    protocol::AckResult obey(HostLink& link, const protocol::CommandMessage& command);
+    protocol::AckResult obey_start(HostLink& link, std::uint32_t argument);
+    protocol::AckResult obey_mode(std::uint32_t argument);
+    protocol::AckResult obey_hemisphere(std::uint32_t argument);
+    protocol::AckResult obey_boresight(std::uint32_t argument);
+    protocol::AckResult obey_read_block(HostLink& link, Excitation state);
+    protocol::AckResult keep(const protocol::CalibrationMessage& message);
+    void acknowledge(HostLink& link, std::uint8_t opcode, std::uint16_t request, protocol::AckResult result,
+                     std::uint32_t argument);
+    void greet(HostLink& link, const protocol::CommandMessage& command);
+
+    // Measuring: tracker_device.cpp.
+    Status begin();
+    void end();
+    void fail(protocol::Fault fault);
+    void measure();
+    void judge_hosts();
+    void look_after_processor();
+    void use_calibration();
+    void check_itself();
+    void tell_status();
+    [[nodiscard]] bool is_streaming() const;
+    [[nodiscard]] const signal::AcquisitionPlan& plan() const { return params_.modes[mode_]; }
+    [[nodiscard]] std::span<HostLink> links() { return std::span(links_).first(hardware_.ports.size()); }
+    [[nodiscard]] std::span<const HostLink> links() const { return std::span(links_).first(hardware_.ports.size()); }
+
+    template <typename Message>
+    bool send(HostLink& link, Message message);
+    template <typename Message>
+    void stream(const Message& message);
+
+    // hal::Link and hal::TrackerTap: what the loop has to say.
+    Status do_send(const tracking::PoseEstimate<float>& estimate) override;
+    void do_begin(const Settings&) override {}
+    void do_column(const Column<float>& column) override;
+    void do_tick(std::uint8_t, DeviceTime) override {}
+    void do_hemisphere(std::uint8_t, const Vec3<float>&) override {}
+    void do_pose(const tracking::PoseEstimate<float>&) override {}
+
+    DeviceHardware hardware_;
+    DeviceParams params_;
+    std::array<std::uint8_t, kMaxBoardMessage> buffer_{};
+    std::array<HostLink, kMaxPorts> links_;
+    Answers answers_{buffer_};
+    SupervisedSampler sampler_;
+    std::optional<BoardLoop> loop_;
+    bool is_measuring_ = false;
+
+    std::size_t mode_ = 0;
+    bool sends_columns_ = false;
+    Vec3<float> hemisphere_;
+    Quat<float> boresight_ = Quat<float>::Identity();  // the sensor's axes turned to those that are reported
+    std::optional<Quat<float>> attitude_;              // of the newest pose, if that was valid
+
+    CalibrationStore store_;
+    CalibrationStore::Content stored_ = CalibrationStore::Content::none;
+    std::optional<calibration::ConcentricColumns<float>> coils_;
+    selfcheck::Report report_;
+
+    protocol::Faults faults_;
+    bool has_failed_ = false;    // and waits for a start
+    bool no_reference_ = false;  // in the newest block
+    int stuck_blocks_ = 0;       // in a row
+    std::uint32_t refused_ = 0;
+    std::uint32_t columns_ = 0;   // messages of this type
+    std::uint32_t messages_ = 0;  // of the others
+    DeviceTime now_{};
+    DeviceTime told_{};              // when the last status was
+    std::uint32_t told_faults_ = 0;  // and what it said, state included
+    std::optional<DeviceTime> loader_at_;
+};
+
+}  // namespace tricoil::app

@@ -1,0 +1,144 @@
+#include "board/nucleo_g474re/board.hpp"
+
+#include "board/cortex_m/program.hpp"
+#include "board/cortex_m/stack.hpp"
+#include "board/nucleo_g474re/boot_record.hpp"
+#include "board/nucleo_g474re/measuring.hpp"
+#include "board/nucleo_g474re/pins.hpp"
+#include "drivers/stm32g4/registers/peripheral.hpp"
+
+namespace tricoil::nucleo_g474re {
+namespace {
+
+using namespace tricoil::stm32g4;
+
+constexpr std::uint8_t kFirstCalibrationPage = 126;  // of bank 2; as in link.ld.in
+constexpr std::uint8_t kCalibrationPages = 2;
+constexpr std::uintptr_t kCalibrationMemory = kFlashBank2 + kFirstCalibrationPage * kFlashPageBytes;
+constexpr std::uintptr_t kUniqueNumber = 0x1FFF'7590;
+constexpr std::uint32_t kTicksPerSecond = 1000;
+
+void sleep() { asm volatile("dsb\n wfi\n" ::: "memory"); }
+
+GpioRegisters& port(char name) {
+    return peripheral<GpioRegisters>(kGpioABase + static_cast<std::uintptr_t>(name - 'A') * kGpioPortBytes);
+}
+
+Pin pin(PinName name) { return {port(name.port), name.number}; }
+
+DmaChannel dma(DmaRoute route) {
+    return {peripheral<DmaRegisters>(kDma1Base), peripheral<DmamuxRegisters>(kDmamux1Base), route.channel, route.request};
+}
+
+InterruptLine line(InterruptPlan plan) { return {peripheral<NvicRegisters>(kNvicBase), plan.number}; }
+
+CarrierPlayer::Parts carrier_parts() {
+    return {peripheral<DacRegisters>(kDac1Base),
+            peripheral<DacRegisters>(kDac2Base),
+            {dma(kDmaDac1Channel1), dma(kDmaDac1Channel2), dma(kDmaDac2Channel1)}};
+}
+
+Converters::Parts converter_parts() {
+    return {peripheral<AdcCommonRegisters>(kAdc12CommonBase),
+            peripheral<AdcCommonRegisters>(kAdc345CommonBase),
+            {{{peripheral<AdcRegisters>(kAdc3Base), kSensor1ChannelOfAdc3, dma(kDmaAdc3)},
+              {peripheral<AdcRegisters>(kAdc4Base), kSensor2ChannelOfAdc4, dma(kDmaAdc4)},
+              {peripheral<AdcRegisters>(kAdc5Base), kSensor3ChannelOfAdc5, dma(kDmaAdc5)},
+              {peripheral<AdcRegisters>(kAdc1Base), kReferenceChannelOfAdc1, dma(kDmaAdc1)}}}};
+}
+
+void switch_peripherals_on() {
+    auto& rcc = peripheral<RccRegisters>(kRccBase);
+    rcc.AHB1ENR = rcc.AHB1ENR | rcc::AHB1ENR_DMA1EN | rcc::AHB1ENR_DMAMUX1EN;
+    rcc.AHB2ENR = rcc.AHB2ENR | rcc::AHB2ENR_GPIOAEN | rcc::AHB2ENR_GPIOBEN | rcc::AHB2ENR_GPIOCEN | rcc::AHB2ENR_ADC12EN |
+                  rcc::AHB2ENR_ADC345EN | rcc::AHB2ENR_DAC1EN | rcc::AHB2ENR_DAC2EN;
+    rcc.APB1ENR1 = rcc.APB1ENR1 | rcc::APB1ENR1_TIM2EN | rcc::APB1ENR1_TIM6EN | rcc::APB1ENR1_CRSEN | rcc::APB1ENR1_USART2EN |
+                   rcc::APB1ENR1_USBEN | rcc::APB1ENR1_FDCANEN;
+    rcc.APB2ENR = rcc.APB2ENR | rcc::APB2ENR_SYSCFGEN;
+    rcc.CCIPR = (rcc.CCIPR & ~(rcc::CCIPR_FDCANSEL | rcc::CCIPR_ADC12SEL | rcc::CCIPR_ADC345SEL)) | rcc::CCIPR_FDCANSEL_PCLK1 |
+                rcc::CCIPR_ADC12SEL_SYSCLK | rcc::CCIPR_ADC345SEL_SYSCLK;
+    static_cast<void>(rcc.CCIPR);  // the clocks are there two cycles later
+}
+
+/// Analog pins are so from reset on.
+void set_pins() {
+    for (const PinName name : {kEnable1, kEnable2, kEnable3, kHeartbeat, kStatusLed}) {
+        pin(name).make_output();
+    }
+    auto& power = peripheral<PwrRegisters>(kPwrBase);
+    power.CR3 = power.CR3 | pwr::CR3_UCPD1_DBDIS;  // PB6 has a pull-down until then
+    pin(kSerialTx).make_alternate(kSerialFunction);
+    pin(kSerialRx).make_alternate(kSerialFunction, true);
+    pin(kCanTx).make_alternate(kCanFunction);
+    pin(kCanRx).make_alternate(kCanFunction, true);
+}
+
+void enable_interrupts() {
+    for (const InterruptPlan plan : {kOverCurrent, kBlockEnd, kSerial, kCan, kUsb}) {
+        line(plan).set_priority(plan.priority);
+        line(plan).enable();
+    }
+}
+
+/// Ends waits that nothing else ends.
+void start_tick(std::uint32_t core_hz) {
+    peripheral<ScbRegisters>(kScbBase).SHPR[scb::SHPR_SysTick] = static_cast<std::uint8_t>(kTickPriority << 4U);
+    auto& tick = peripheral<SysTickRegisters>(kSysTickBase);
+    tick.RVR = core_hz / kTicksPerSecond - 1;
+    tick.CVR = 0;
+    tick.CSR = systick::CSR_ENABLE | systick::CSR_TICKINT | systick::CSR_CLKSOURCE;
+}
+
+}  // namespace
+
+Board::Board(CoreClock core_clock)
+    : core(core_clock),
+      clock(peripheral<TimRegisters>(kTim2Base)),
+      processor(peripheral<RccRegisters>(kRccBase), peripheral<ScbRegisters>(kScbBase), boot_record,
+                {&board::stack_was_full, &sleep, &board::halt}),
+      watchdog(peripheral<IwdgRegisters>(kIwdgBase)),
+      storage(peripheral<FlashRegisters>(kFlashBase),
+              {&peripheral<volatile std::uint64_t>(kCalibrationMemory), kFirstCalibrationPage, kCalibrationPages}),
+      heartbeat(pin(kHeartbeat)),
+      light(pin(kStatusLed)),
+      carriers(carrier_parts()),
+      converters(converter_parts(), clock),
+      acquisition({peripheral<TimRegisters>(kTim6Base),
+                   carriers,
+                   converters,
+                   {port(kEnable1.port), {kEnable1.number, kEnable2.number, kEnable3.number}},
+                   {peripheral<OpampRegisters>(kOpampBase), {kSensor1Opamp, kSensor2Opamp, kSensor3Opamp}},
+                   clock},
+                  {.most_reference_v = kMostReference_v * kTripMargin, .sleep = &sleep}),
+      serial(peripheral<UsartRegisters>(kUsart2Base), line(kSerial), clock, {.kernel_clock_hz = hertz_of(core_clock)}),
+      can(peripheral<FdcanRegisters>(kFdcan2Base), peripheral<FdcanMessageRam>(kFdcan2RamBase), line(kCan), clock,
+          {.kernel_clock_hz = hertz_of(core_clock)}),
+      usb(peripheral<UsbRegisters>(kUsbBase), peripheral<UsbPacketMemory>(kUsbPacketMemoryBase),
+          peripheral<CrsRegisters>(kCrsBase), line(kUsb), clock, {.serial = unique_number()}) {}
+
+void Board::begin() {
+    switch_peripherals_on();
+    set_pins();
+    clock.start(hertz_of(core));
+    processor.begin();
+    if (core != CoreClock::crystal) {
+        processor.report(hal::SystemTrouble::clock);
+    }
+    // Without its oscillator USB stays silent; the other links do not need it.
+    static_cast<void>(start_usb_clock(peripheral<RccRegisters>(kRccBase)));
+    // Converters that do not work say so with every start; the board can still be talked to.
+    static_cast<void>(acquisition.begin());
+    start_tick(hertz_of(core));
+    enable_interrupts();
+}
+
+app::DeviceHardware Board::hardware() {
+    return {clock, acquisition.coils(), acquisition, acquisition.gain(), heartbeat, storage, watchdog, processor, light, ports};
+}
+
+std::uint64_t unique_number() {
+    const auto* words = &peripheral<const volatile std::uint32_t>(kUniqueNumber);
+    return std::uint64_t{words[0] ^ words[2]} << 32U | words[1];
+}
+
+}  // namespace tricoil::nucleo_g474re

@@ -1,0 +1,49 @@
+// Every driver of the tracker board, put together: what stands behind the firmware application.
+#pragma once
+
+#include <array>
+
+#include "board/app/device_parts.hpp"
+#include "drivers/stm32g4/acquisition.hpp"
+#include "drivers/stm32g4/clocks.hpp"
+#include "drivers/stm32g4/fdcan/fdcan_port.hpp"
+#include "drivers/stm32g4/flash_storage.hpp"
+#include "drivers/stm32g4/independent_watchdog.hpp"
+#include "drivers/stm32g4/lines.hpp"
+#include "drivers/stm32g4/processor.hpp"
+#include "drivers/stm32g4/timer_clock.hpp"
+#include "drivers/stm32g4/usart/usart_port.hpp"
+#include "drivers/stm32g4/usb/usb_port.hpp"
+
+namespace tricoil::nucleo_g474re {
+
+/// One, and for ever. Its construction switches nothing on.
+struct Board {
+    explicit Board(stm32g4::CoreClock core);
+
+    /// Clocks of the peripherals, pins with the coils off, interrupts, links. What does not follow shows in processor.troubles()
+    /// or when it is used.
+    void begin();
+
+    [[nodiscard]] app::DeviceHardware hardware();
+
+    stm32g4::CoreClock core;
+    stm32g4::TimerClock clock;
+    stm32g4::Processor processor;
+    stm32g4::IndependentWatchdog watchdog;
+    stm32g4::FlashStorage storage;
+    stm32g4::HeartbeatLine heartbeat;
+    stm32g4::Light light;
+    stm32g4::CarrierPlayer carriers;
+    stm32g4::Converters converters;
+    stm32g4::Acquisition acquisition;
+    stm32g4::UsartPort serial;
+    stm32g4::FdcanPort can;
+    stm32g4::UsbPort usb;
+    std::array<hal::MessagePort*, 3> ports{&serial, &can, &usb};
+};
+
+/// Half of the processor's unique number (RM0440, "Unique device ID"), the half that tells dice of a wafer apart, and lot.
+[[nodiscard]] std::uint64_t unique_number();
+
+}  // namespace tricoil::nucleo_g474re

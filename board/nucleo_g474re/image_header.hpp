@@ -1,0 +1,27 @@
+// What an image says about itself, at a fixed place: for readers that have only its bytes (toolchain/image-info).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace tricoil::nucleo_g474re {
+
+constexpr std::uint32_t kImageHeaderOffset = 0x200;  // from the beginning of the flash; also in link.ld.in
+constexpr std::uint32_t kImageMagic = 0x49435254;    // "TRCI"
+
+/// Little-endian, as everything.
+struct ImageHeader {
+    std::uint32_t magic = kImageMagic;
+    std::uint16_t header_version = 1;
+    std::uint8_t oldest_protocol = 0;
+    std::uint8_t newest_protocol = 0;
+    std::uint32_t firmware = 0;            // major << 16, minor << 8, patch
+    const std::byte* image_end = nullptr;  // address after the last byte
+    std::array<char, 16> commit{};         // zero-terminated; ends in + if files differed from it
+    std::array<char, 16> board{};
+};
+
+extern const ImageHeader image_header;
+
+}  // namespace tricoil::nucleo_g474re

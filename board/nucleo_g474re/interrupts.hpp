@@ -1,0 +1,12 @@
+// What the interrupts call; startup.cpp puts them into the vectors, main.cpp says what they do.
+#pragma once
+
+extern "C" {
+void nmi_handler();
+void tick_handler();
+void over_current_handler();
+void block_end_handler();
+void serial_handler();
+void can_handler();
+void usb_handler();
+}

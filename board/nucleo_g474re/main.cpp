@@ -1,0 +1,62 @@
+// Composition root of the tracker board, and what its interrupts call.
+#include <optional>
+
+#include "board/app/tracker_device.hpp"
+#include "board/cortex_m/program.hpp"
+#include "board/nucleo_g474re/board.hpp"
+#include "board/nucleo_g474re/image_header.hpp"
+#include "board/nucleo_g474re/interrupts.hpp"
+#include "board/nucleo_g474re/measuring.hpp"
+#include "drivers/stm32g4/registers/peripheral.hpp"
+
+namespace {
+
+using namespace tricoil;
+using namespace tricoil::stm32g4;
+
+// Static, as a board without a heap keeps what lives as long as it runs. Made in main: rates of the links depend on the clock.
+std::optional<nucleo_g474re::Board> board_;
+std::optional<app::TrackerDevice> device;
+
+bool take_crystal_failure() {
+    auto& rcc = peripheral<RccRegisters>(kRccBase);
+    if ((rcc.CIFR & rcc::CIFR_CSSF) == 0) {
+        return false;
+    }
+    rcc.CICR = rcc::CICR_CSSC;
+    return true;
+}
+
+/// Not inlined: what it sets up need not stay on the stack for ever.
+[[gnu::noinline]] void set_up() {
+    board_.emplace(start_core_clock(peripheral<RccRegisters>(kRccBase), peripheral<PwrRegisters>(kPwrBase),
+                                    peripheral<FlashRegisters>(kFlashBase)));
+    board_->begin();
+    device.emplace(board_->hardware(),
+                   nucleo_g474re::device_params(nucleo_g474re::unique_number(), nucleo_g474re::image_header.firmware));
+}
+
+}  // namespace
+
+extern "C" {
+/// A damaged word of the calibration is for whoever reads it to judge. A crystal that stops, or a damaged program: begin anew.
+void nmi_handler() {
+    if (take_crystal_failure() || !board_ || !board_->storage.on_ecc_error()) {
+        board::halt();
+    }
+}
+void tick_handler() {}
+void over_current_handler() { board_->acquisition.on_over_current(); }
+void block_end_handler() { board_->acquisition.on_block_end(); }
+void serial_handler() { board_->serial.on_interrupt(); }
+void can_handler() { board_->can.on_interrupt(); }
+void usb_handler() { board_->usb.on_interrupt(); }
+}
+
+int main() {
+    set_up();
+    device->boot();
+    for (;;) {
+        device->step();
+    }
+}

@@ -1,0 +1,140 @@
+#include "board/virtual_board/bridges.hpp"
+
+#include <fcntl.h>
+#include <pty.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+
+#include "board/host/errors.hpp"
+
+namespace tricoil::virtual_board {
+namespace {
+
+constexpr std::size_t kMostUnsent = 65536;  // then nobody reads, and what comes is lost, as on a line that nobody listens to
+
+int result_code(UsbResult result) {
+    switch (result) {
+        case UsbResult::ok: return 0;
+        case UsbResult::stalled: return -EPIPE;
+        case UsbResult::cancelled: return -ECONNRESET;
+        case UsbResult::gone: return -EPROTO;
+    }
+    return -EPROTO;
+}
+
+}  // namespace
+
+SerialBridge::SerialBridge(SerialLine& line) : line_(line) {
+    int master = -1;
+    int slave = -1;
+    std::array<char, 128> name{};
+    termios raw{};
+    ::cfmakeraw(&raw);
+    if (::openpty(&master, &slave, name.data(), &raw, nullptr) != 0) {
+        throw host::DeviceError("serial line: no pseudo terminal is to be had; is /dev/pts mounted?");
+    }
+    ::fcntl(master, F_SETFL, O_NONBLOCK);
+    master_.reset(master);
+    slave_.reset(slave);
+    path_ = name.data();
+    line_.on_byte = [this](std::uint8_t byte) {
+        if (unsent_.size() < kMostUnsent) {
+            unsent_.push_back(byte);
+        }
+    };
+}
+
+void SerialBridge::serve() {
+    std::array<std::uint8_t, 4096> bytes{};
+    const ssize_t size = ::read(master_.get(), bytes.data(), bytes.size());
+    if (size > 0) {
+        line_.send(std::span(bytes).first(static_cast<std::size_t>(size)));
+    }
+    if (!unsent_.empty()) {
+        const ssize_t written = ::write(master_.get(), unsent_.data(), unsent_.size());
+        unsent_.erase(unsent_.begin(), unsent_.begin() + std::max<ssize_t>(written, 0));
+    }
+}
+
+CanBridge::CanBridge(CanWire& wire, const std::string& interface) : wire_(wire) {
+    constexpr std::array<can_filter, 1> kEverything{{{0, 0}}};
+    drivers::Text why;
+    if (!socket_.open(interface, kEverything, why).ok()) {
+        throw host::DeviceError(why.c_str());
+    }
+    wire_.on_frame = [this](const CanFrame& frame) {
+        protocol::CanFrame out;
+        out.id = frame.id;
+        out.length = static_cast<std::uint8_t>(frame.data.size());
+        std::copy(frame.data.begin(), frame.data.end(), out.data.begin());
+        bool link_down = false;
+        (void)socket_.send(out, link_down);  // a full queue loses frames, as a bus that nobody reads does
+    };
+}
+
+void CanBridge::serve() {
+    drivers::CanReception reception;
+    for (;;) {
+        const Status status = socket_.receive(reception);
+        if (status.code() == StatusCode::device_lost) {
+            throw host::DeviceError("CAN interface is gone");
+        }
+        if (!status.ok()) {
+            return;
+        }
+        if (!reception.is_error) {
+            CanFrame frame;
+            frame.extended = reception.frame.id > CAN_SFF_MASK;
+            frame.id = reception.frame.id & CAN_EFF_MASK;
+            frame.fd = reception.is_fd;
+            frame.fast = reception.is_fd;
+            const auto bytes = reception.frame.bytes();
+            frame.data.assign(bytes.begin(), bytes.end());
+            wire_.send(std::move(frame));
+        }
+    }
+}
+
+UsbBridge::UsbBridge(UsbWire& wire)
+    : wire_(wire),
+      kernel_([this](const sim::UsbIpRequest& request, std::span<const std::uint8_t> data) { submit(request, data); },
+              [this](std::uint32_t number) { return wire_.cancel(number); }) {}
+
+void UsbBridge::submit(const sim::UsbIpRequest& request, std::span<const std::uint8_t> data) {
+    UsbTransfer transfer;
+    transfer.number = request.number;
+    transfer.endpoint = request.endpoint;
+    transfer.to_host = request.to_host;
+    transfer.setup = request.setup;
+    transfer.data.assign(data.begin(), data.end());
+    transfer.length = request.length;
+    transfer.done = [this, request](UsbResult result, const std::vector<std::uint8_t>& received) {
+        const std::size_t moved = result != UsbResult::ok ? 0 : request.to_host ? received.size() : request.length;
+        kernel_.answer(request.number, result_code(result), received, moved);
+    };
+    wire_.submit(std::move(transfer));
+}
+
+void UsbBridge::serve() {
+    if (state_ == State::in) {
+        kernel_.serve();
+    }
+    if (!wire_.is_attached() || (state_ == State::in && !kernel_.is_plugged_in())) {
+        kernel_.pull_out();
+        state_ = State::out;
+    }
+    if (state_ == State::out && wire_.is_attached()) {
+        state_ = State::resetting;
+        wire_.reset([this](UsbResult result) { state_ = result == UsbResult::ok ? State::ready : State::out; });
+    } else if (state_ == State::ready) {
+        const std::string why = kernel_.plug_in(sim::UsbSpeed::full);
+        if (!why.empty()) {
+            throw host::DeviceError(why);
+        }
+        state_ = State::in;
+    }
+}
+
+}  // namespace tricoil::virtual_board

@@ -1,0 +1,65 @@
+// From the virtual board's links to this machine's real interfaces.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "drivers/posix/file_descriptor.hpp"
+#include "drivers/socketcan/can_socket.hpp"
+#include "sim/usb/usbip_wire.hpp"
+#include "sim/virtual_board/board.hpp"
+
+namespace tricoil::virtual_board {
+
+/// Moves what waits on either side; never waits itself. Throws host::DeviceError if its interface is lost.
+class Bridge {
+public:
+    Bridge() = default;
+    Bridge(const Bridge&) = delete;
+    Bridge& operator=(const Bridge&) = delete;
+    virtual ~Bridge() = default;
+    virtual void serve() = 0;
+};
+
+/// The serial line as a pseudo terminal.
+class SerialBridge final : public Bridge {
+public:
+    explicit SerialBridge(SerialLine& line);
+    [[nodiscard]] const std::string& path() const { return path_; }
+    void serve() override;
+
+private:
+    SerialLine& line_;
+    drivers::FileDescriptor master_;
+    drivers::FileDescriptor slave_;  // held, so that the master does not hang up while nobody else has it open
+    std::string path_;
+    std::vector<std::uint8_t> unsent_;
+};
+
+/// The CAN bus as a CAN FD interface of the kernel.
+class CanBridge final : public Bridge {
+public:
+    CanBridge(CanWire& wire, const std::string& interface);
+    void serve() override;
+
+private:
+    CanWire& wire_;
+    drivers::CanSocket socket_;
+};
+
+/// The USB plug in the kernel's virtual host controller.
+class UsbBridge final : public Bridge {
+public:
+    explicit UsbBridge(UsbWire& wire);
+    void serve() override;
+
+private:
+    void submit(const sim::UsbIpRequest& request, std::span<const std::uint8_t> data);
+
+    UsbWire& wire_;
+    sim::UsbIpWire kernel_;
+    enum class State : std::uint8_t { out, resetting, ready, in } state_ = State::out;
+};
+
+}  // namespace tricoil::virtual_board

@@ -1,0 +1,251 @@
+// The `tricoil-virtual-board` program: runs a flash image in front of simulated coils, its links on this machine's interfaces.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "board/host/errors.hpp"
+#include "board/process/interrupt.hpp"
+#include "board/virtual_board/bridges.hpp"
+#include "drivers/posix/monotonic_clock.hpp"
+#include "sim/io/nearest_name.hpp"
+#include "sim/virtual_board/board_fault.hpp"
+#include "sim/virtual_board/machine/run_failure.hpp"
+#include "sim/virtual_board/machine/symbols.hpp"
+#include "sim/virtual_board/run_report.hpp"
+
+namespace tricoil::virtual_board {
+namespace {
+
+using nlohmann::ordered_json;
+
+struct Options {
+    std::string image;
+    std::string elf;
+    std::string scenario = "hand";
+    std::uint64_t seed = 1;
+    double duration_s = 0;
+    std::string can;
+    bool usbip = false;
+    bool serial = false;
+    std::string pace = "auto";
+    std::vector<std::string> faults;
+    std::string flash;
+    std::string report;
+};
+
+constexpr double kStepS = 250e-6;  // between two looks at the links
+
+std::vector<std::uint8_t> read_file(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    if (!file) {
+        throw host::InputError(path + ": cannot be read; give the .bin that toolchain/build nucleo-g474re makes");
+    }
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// What flash bank 2 held at the end of the last run; a file that is not there yet is an erased bank.
+void load_flash(VirtualBoard& board, const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    if (path.empty() || !file) {
+        return;
+    }
+    const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(file), {}};
+    if (bytes.size() != board.flash.content().size()) {
+        throw host::InputError(fmt::format("{}: must hold the {} bytes of flash bank 2", path, board.flash.content().size()));
+    }
+    board.flash.content() = bytes;
+}
+
+void save_flash(VirtualBoard& board, const std::string& path) {
+    if (path.empty()) {
+        return;
+    }
+    const auto& bytes = board.flash.content();
+    if (!std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(bytes.data()), std::ssize(bytes))) {
+        throw host::DeviceError(path + ": cannot be written");
+    }
+}
+
+class Run {
+public:
+    explicit Run(const Options& options)
+        : options_(options), scenario_(sim::load_scenario(options.scenario, options.seed)), symbols_(symbols(options.elf)) {
+        std::vector<BoardFault> faults;
+        for (const std::string& text : options.faults) {
+            if (is_board_fault(text)) {
+                faults.push_back(parse_board_fault(text));
+            } else {
+                scenario_.faults.push_back(sim::parse_fault(text));
+            }
+        }
+        board_.emplace(read_file(options.image), scenario_);
+        load_flash(*board_, options.flash);
+        faults_.emplace(*board_, std::move(faults));
+        connect();
+    }
+
+    void go() {
+        const host::InterruptGuard guard;
+        const double end_s = options_.duration_s > 0 ? options_.duration_s : 1e9;
+        const bool paced = options_.pace == "real" || (options_.pace == "auto" && !bridges_.empty());
+        const std::int64_t began_us = drivers::monotonic_us();
+        while (!guard.interrupted() && board_->now_s() < end_s && !board_->machine.cpu.in_bootloader()) {
+            faults_->look();
+            step(std::min(board_->now_s() + kStepS, end_s));
+            for (const auto& bridge : bridges_) {
+                bridge->serve();
+            }
+            const std::int64_t ahead = static_cast<std::int64_t>(1e6 * board_->now_s()) - (drivers::monotonic_us() - began_us);
+            if (paced && ahead > 0) {
+                ::usleep(static_cast<unsigned>(ahead));
+            }
+        }
+        save_flash(*board_, options_.flash);
+    }
+
+    [[nodiscard]] ordered_json report() {
+        const Cpu& cpu = board_->machine.cpu;
+        const WorstLatency latency = worst_latency(*board_);
+        ordered_json json = {{"simulated_s", board_->now_s()},
+                             {"cpu_load", static_cast<double>(cpu.busy_cycles()) / static_cast<double>(std::max<std::uint64_t>(cpu.cycles(), 1))},
+                             {"worst_interrupt_latency_us", 1e6 * latency.seconds},
+                             {"worst_interrupt", latency.interrupt},
+                             {"resets", board_->resets()},
+                             {"in_bootloader", cpu.in_bootloader()},
+                             {"coils_driven", board_->bench.any_driven()},
+                             {"output_bytes", hash_.bytes()},
+                             {"output_hash", fmt::format("{:016x}", hash_.value())}};
+        const auto bottom = symbols_.address_of("stack_bottom");
+        const auto top = symbols_.address_of("stack_top");
+        if (bottom && top) {
+            const StackUse stack = stack_use(*board_, *bottom, *top);
+            json["stack_bytes"] = stack.used;
+            json["stack_size"] = stack.size;
+        }
+        return json;
+    }
+
+private:
+    static Symbols symbols(const std::string& path) { return path.empty() ? Symbols() : Symbols(path); }
+
+    void connect() {
+        if (options_.serial) {
+            auto bridge = std::make_unique<SerialBridge>(board_->serial);
+            fmt::print("serial {}\n", bridge->path());
+            std::fflush(stdout);
+            bridges_.push_back(std::move(bridge));
+        }
+        if (!options_.can.empty()) {
+            bridges_.push_back(std::make_unique<CanBridge>(board_->can, options_.can));
+        }
+        if (options_.usbip) {
+            bridges_.push_back(std::make_unique<UsbBridge>(board_->usb_wire));
+        }
+        board_->serial.on_byte = [this, before = board_->serial.on_byte](std::uint8_t byte) {
+            hash_.add(OutputHash::Link::serial, {&byte, 1});
+            if (before) {
+                before(byte);
+            }
+        };
+        board_->can.on_frame = [this, before = board_->can.on_frame](const CanFrame& frame) {
+            hash_.add(OutputHash::Link::can, frame.data);
+            if (before) {
+                before(frame);
+            }
+        };
+    }
+
+    void step(double until_s) {
+        try {
+            board_->run_until(until_s);
+        } catch (const RunFailure& failure) {
+            const auto pc = static_cast<std::uint32_t>(std::stoul(failure.what(), nullptr, 16));
+            const std::string place = symbols_.name_of(pc);
+            throw RunFailure(fmt::format("the firmware fails at {:.6f} s, pc {}{}", board_->now_s(), failure.what(),
+                                         place.empty() ? "" : " (in " + place + ")"));
+        }
+    }
+
+    Options options_;
+    sim::Scenario scenario_;
+    Symbols symbols_;
+    std::optional<VirtualBoard> board_;
+    std::optional<BoardFaults> faults_;
+    std::vector<std::unique_ptr<Bridge>> bridges_;
+    OutputHash hash_;
+};
+
+int run(const Options& options) {
+    (void)sim::index_of_name("--pace", options.pace, {"auto", "real", "fast"});
+    if (options.duration_s < 0) {
+        throw host::InputError("--duration must not be negative; 0 runs until a signal comes");
+    }
+    Run run(options);
+    run.go();
+    const std::string text = run.report().dump(2) + "\n";
+    if (options.report.empty()) {
+        fmt::print("{}", text);
+    } else if (!(std::ofstream(options.report) << text)) {
+        throw host::DeviceError(options.report + ": cannot be written");
+    }
+    return 0;
+}
+
+int main_program(int argc, char** argv) {
+    Options o;
+    CLI::App program{"Runs a flash image of the tracker board, byte for byte, in front of simulated coils", "tricoil-virtual-board"};
+    program.add_option("image", o.image, "The .bin, as it is flashed to 0x08000000")->required();
+    program.add_option("--elf", o.elf, "The .elf it was made from: names of functions, size of the stack");
+    program.add_option("--scenario", o.scenario, "Built-in scenario or a .toml file")->capture_default_str();
+    program.add_option("--seed", o.seed, "Of noise and motion")->capture_default_str();
+    program.add_option("--duration", o.duration_s, "Seconds of simulated time; 0: until a signal comes")->capture_default_str();
+    program.add_option("--can", o.can, "The CAN FD interface that is the board's bus, as vcan0");
+    program.add_flag("--usbip", o.usbip, "Plug the board into the kernel's virtual USB host controller");
+    program.add_flag("--serial", o.serial, "The serial line as a pseudo terminal; prints its path");
+    program.add_option("--pace", o.pace, "real, fast, or auto: real if a link is connected")->capture_default_str();
+    program.add_option("--flash", o.flash, "Flash bank 2: read at the beginning if it is there, written at the end");
+    program.add_option("--report", o.report, "Write the closing report to this file");
+    std::string faults = "Of the world in front (as tricoil run --fault), or of the board, NAME[:NUMBER][@BEGIN[-END]]:";
+    for (const std::string& help : board_fault_help()) {
+        faults += "\n" + help;
+    }
+    program.add_option("--fault", o.faults, faults);
+    program.footer("Exit codes: 0 fine, 1 the firmware failed, 2 bad usage or input, 3 an interface failed.");
+    try {
+        program.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        if (error.get_exit_code() == 0) {
+            program.exit(error);
+            return 0;
+        }
+        throw host::InputError(error.what());
+    }
+    return run(o);
+}
+
+int complain(const std::exception& error, host::ExitCode code) {
+    fmt::print(stderr, "tricoil-virtual-board: {}\n", error.what());
+    return to_int(code);
+}
+
+}  // namespace
+}  // namespace tricoil::virtual_board
+
+int main(int argc, char** argv) {
+    using tricoil::host::ExitCode;
+    using tricoil::virtual_board::complain;
+    try {
+        return tricoil::virtual_board::main_program(argc, argv);
+    } catch (const tricoil::host::InputError& error) {
+        return complain(error, ExitCode::bad_input);
+    } catch (const tricoil::virtual_board::RunFailure& error) {
+        return complain(error, ExitCode::check_failed);
+    } catch (const std::exception& error) {
+        return complain(error, ExitCode::device_trouble);
+    }
+}

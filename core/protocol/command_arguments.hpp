@@ -1,0 +1,57 @@
+// What the 32-bit argument of a command holds, for commands that pack more than a number into it. hello: negotiation.hpp.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "core/geometry/types.hpp"
+#include "core/signal/acquisition_plan.hpp"
+
+namespace tricoil::protocol {
+
+/// How a device is to measure, and whether it tracks or leaves that to the host.
+struct ModeRequest {
+    std::uint32_t frame_rate_mhz = 0;  // the nearest that it has within a hundredth; 0: the first of that multiplexing
+    signal::Multiplexing multiplexing = signal::Multiplexing::tdm;
+    bool columns = false;  // instead of poses
+};
+constexpr std::uint32_t kModeRateMask = (1U << 28U) - 1;
+constexpr std::uint32_t kModeFdmBit = 1U << 28U;
+constexpr std::uint32_t kModeColumnsBit = 1U << 29U;
+
+constexpr std::uint32_t mode_argument(const ModeRequest& mode) {
+    return (mode.frame_rate_mhz & kModeRateMask) | (mode.multiplexing == signal::Multiplexing::fdm ? kModeFdmBit : 0U) |
+           (mode.columns ? kModeColumnsBit : 0U);
+}
+
+/// False if bits are set that mean nothing.
+constexpr bool mode_of_argument(std::uint32_t argument, ModeRequest& mode) {
+    mode = {argument & kModeRateMask, (argument & kModeFdmBit) != 0 ? signal::Multiplexing::fdm : signal::Multiplexing::tdm,
+            (argument & kModeColumnsBit) != 0};
+    return argument == mode_argument(mode);
+}
+
+/// Towards the half space that a sensor is in, source frame: three signed bytes, the sensor's index above them. Zero: unknown.
+struct HemisphereRequest {
+    std::uint8_t sensor = 0;
+    Vec3<float> towards = Vec3<float>::Zero();
+};
+
+/// The direction in steps of 1/127 of its largest part; not finite: zero.
+inline std::uint32_t hemisphere_argument(const HemisphereRequest& request) {
+    const float largest = request.towards.cwiseAbs().maxCoeff();
+    const bool is_direction = request.towards.allFinite() && largest > 0;
+    std::uint32_t argument = static_cast<std::uint32_t>(request.sensor) << 24U;
+    for (Eigen::Index i = 0; i < 3 && is_direction; ++i) {
+        const auto part = static_cast<std::int8_t>(std::lround(127 * request.towards(i) / largest));
+        argument |= static_cast<std::uint32_t>(static_cast<std::uint8_t>(part)) << static_cast<unsigned>(8 * i);
+    }
+    return argument;
+}
+
+inline HemisphereRequest hemisphere_of_argument(std::uint32_t argument) {
+    const auto part = [&](unsigned i) { return static_cast<float>(static_cast<std::int8_t>(argument >> (8 * i))); };
+    return {static_cast<std::uint8_t>(argument >> 24U), {part(0), part(1), part(2)}};
+}
+
+}  // namespace tricoil::protocol

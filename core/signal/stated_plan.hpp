@@ -1,0 +1,33 @@
+// An acquisition plan stated by whoever knows its converter's clock, for boards that cannot afford to compute one.
+#pragma once
+
+#include "core/signal/acquisition_plan.hpp"
+
+namespace tricoil::signal {
+
+/// Coils in turn: blocks of `block` samples, of which the first `guard` are dropped and the rest hold `cycles` of the carrier.
+constexpr AcquisitionPlan stated_tdm_plan(double sample_rate_hz, int block, int guard, int cycles) {
+    AcquisitionPlan plan;
+    const double carrier_hz = sample_rate_hz * cycles / (block - guard);
+    plan.params = {
+        Multiplexing::tdm, sample_rate_hz, sample_rate_hz / (kSourceCoils * block), {carrier_hz, carrier_hz, carrier_hz}, guard};
+    plan.block_samples = block;
+    plan.window_samples = block - guard;
+    plan.window_cycles = {cycles, cycles, cycles};
+    return plan;
+}
+
+/// All coils at once: every block is a frame, and holds so many cycles of each coil's carrier.
+constexpr AcquisitionPlan stated_fdm_plan(double sample_rate_hz, int block, const std::array<int, kSourceCoils>& cycles) {
+    AcquisitionPlan plan;
+    plan.params = {Multiplexing::fdm, sample_rate_hz, sample_rate_hz / block, {}, 0};
+    for (std::size_t j = 0; j < cycles.size(); ++j) {
+        plan.params.carrier_hz[j] = sample_rate_hz * cycles[j] / block;
+    }
+    plan.block_samples = block;
+    plan.window_samples = block;
+    plan.window_cycles = cycles;
+    return plan;
+}
+
+}  // namespace tricoil::signal

@@ -1,0 +1,243 @@
+#include "drivers/stm32g4/acquisition.hpp"
+
+#include <bit>
+#include <span>
+
+#include "drivers/stm32g4/interrupts_off.hpp"
+
+namespace tricoil::stm32g4 {
+namespace {
+
+constexpr int kPatienceBlocks = 2;
+constexpr Microseconds kPatienceMargin{2000};  // a wait looks at the clock once a millisecond
+constexpr std::int32_t kTopOfOneConversion = 2047;
+
+struct Rate {
+    std::uint64_t bits;
+    int oversampling;
+};
+
+constexpr Rate rate_of(int oversampling) {
+    return {std::bit_cast<std::uint64_t>(Acquisition::sample_rate_hz(oversampling)), oversampling};
+}
+
+/// 0: no such rate. Compared bit by bit: who states a plan states this very quotient, and this processor computes no double.
+int oversampling_of(double sample_rate_hz) {
+    constexpr std::array kRates{rate_of(2), rate_of(4), rate_of(8), rate_of(16)};
+    for (const Rate& rate : kRates) {
+        if (rate.bits == std::bit_cast<std::uint64_t>(sample_rate_hz)) {
+            return rate.oversampling;
+        }
+    }
+    return 0;
+}
+
+/// Nearest microsecond to a number of half triggers.
+constexpr Microseconds time_of_half_triggers(std::uint64_t half_triggers) {
+    constexpr std::uint64_t kTwoMegahertz = kFullSpeedHz / 500'000;  // core ticks in two microseconds
+    return Microseconds{
+        static_cast<std::int64_t>((half_triggers * Acquisition::kTriggerTicks + kTwoMegahertz / 2) / kTwoMegahertz)};
+}
+
+}  // namespace
+
+Acquisition::Acquisition(const Parts& parts, const AcquisitionParams& params) : parts_(parts), params_(params) {}
+
+Acquisition::~Acquisition() {
+    switch_off();
+    stop();
+}
+
+Status Acquisition::begin() {
+    switch_off();
+    parts_.trigger.CR1 = 0;
+    parts_.trigger.CR2 = tim::CR2_MMS_update;
+    parts_.trigger.PSC = 0;
+    parts_.trigger.ARR = kTriggerTicks - 1;
+    parts_.amplifiers.set(0);
+    Status status = parts_.carriers.begin();
+    if (status.ok()) {
+        status = parts_.converters.begin();
+    }
+    is_usable_ = status.ok();
+    return status;
+}
+
+Status Acquisition::do_start(const signal::AcquisitionPlan& plan) {
+    stop();
+    if (!is_usable_) {
+        return {StatusCode::device_lost, "converters do not work"};
+    }
+    const int oversampling = oversampling_of(plan.params.sample_rate_hz);
+    if (oversampling == 0) {
+        return {StatusCode::invalid_argument, "sample rate is none that this board has: Acquisition::sample_rate_hz()"};
+    }
+    if (plan.block_samples < 1 || plan.block_samples > static_cast<int>(Converters::kLongestBlock)) {
+        return {StatusCode::invalid_argument, "block is longer than this board's memory for it"};
+    }
+    oversampling_ = oversampling;
+    block_samples_ = static_cast<std::uint32_t>(plan.block_samples);
+    if (const Status loaded = parts_.carriers.load(plan, oversampling, params_.carrier_amplitude_codes); !loaded.ok()) {
+        return loaded;
+    }
+    const float limit = params_.most_reference_v / params_.volts_per_conversion_code * static_cast<float>(oversampling);
+    if (!parts_.converters.start(block_samples_, oversampling, static_cast<std::int32_t>(limit)).ok()) {
+        is_usable_ = false;
+        return {StatusCode::device_lost, "a converter does not stop"};
+    }
+    completed_ = 0;
+    delivered_ = 0;
+    overruns_ = 0;
+    has_failed_ = false;
+    has_tripped_ = false;
+    is_armed_ = true;
+    return {};
+}
+
+void Acquisition::do_stop() {
+    parts_.trigger.CR1 = 0;
+    is_armed_ = false;
+    is_running_ = false;
+    if (is_usable_) {
+        parts_.carriers.stop();
+        is_usable_ = parts_.converters.stop().ok();
+    }
+}
+
+/// The first block begins.
+void Acquisition::run() {
+    static_cast<void>(parts_.carriers.take_underrun());
+    now_ = {};
+    switch_over();
+    parts_.trigger.CNT = 0;
+    // A sample stands for the middle of its conversions: the first trigger comes after one period, the last one of it after as
+    // many as there are conversions.
+    start_ = parts_.clock.now() + time_of_half_triggers(1U + static_cast<unsigned>(oversampling_));
+    parts_.trigger.CR1 = tim::CR1_CEN | tim::CR1_URS;
+    is_running_ = true;
+}
+
+Status Acquisition::do_poll(SampleBlock& block) {
+    if (!is_armed_) {
+        return {StatusCode::device_lost, "sampling has not been started"};
+    }
+    if (!is_running_) {
+        run();
+    }
+    std::uint32_t sequence = 0;
+    Conditions conditions;
+    if (!wait_for_block() || !copy_newest(sequence, conditions)) {
+        return has_failed_ ? Status{StatusCode::device_lost, "DMA cannot reach its memory"}
+                           : Status{StatusCode::timed_out, "no block came"};
+    }
+    delivered_ = sequence + 1;
+    const std::uint64_t half_triggers_per_block = std::uint64_t{2} * block_samples_ * static_cast<unsigned>(oversampling_);
+    block.sensor = 0;
+    block.state = conditions.state;
+    block.gain_step = conditions.gain_step;
+    block.scale = params_.volts_per_conversion_code / static_cast<float>(oversampling_);
+    block.full_scale = kTopOfOneConversion * oversampling_;
+    block.start = start_ + time_of_half_triggers(sequence * half_triggers_per_block);
+    block.midpoint = start_ + time_of_half_triggers(sequence * half_triggers_per_block + half_triggers_per_block / 2);
+    block.sequence = sequence;
+    {
+        const InterruptsOff guard;
+        block.overrun_count = overruns_;
+        overruns_ = 0;
+    }
+    block.samples = std::span(samples_).first(block_samples_);
+    return {};
+}
+
+/// False if none comes in time.
+bool Acquisition::wait_for_block() {
+    const std::uint64_t half_triggers = std::uint64_t{2} * block_samples_ * static_cast<unsigned>(oversampling_);
+    const DeviceTime deadline = parts_.clock.now() + time_of_half_triggers(kPatienceBlocks * half_triggers) + kPatienceMargin;
+    while (completed_ == delivered_) {
+        if (has_failed_ || parts_.clock.now() > deadline) {
+            return false;
+        }
+        const InterruptsOff guard;  // a block that ends between question and sleep would not end the sleep
+        if (completed_ == delivered_) {
+            params_.sleep();
+        }
+    }
+    return true;
+}
+
+/// Once more if the converters began to write over it meanwhile, which they do a whole block after it was complete.
+bool Acquisition::copy_newest(std::uint32_t& block, Conditions& conditions) {
+    for (int attempt = 0; attempt < 2; ++attempt) {
+        {
+            const InterruptsOff guard;
+            block = completed_ - 1;
+            conditions = of_half_[block % 2];
+        }
+        parts_.converters.copy(static_cast<int>(block % 2), std::span(samples_).first(block_samples_));
+        if (completed_ == block + 1) {
+            return true;
+        }
+    }
+    return false;
+}
+
+void Acquisition::on_block_end() {
+    const Converters::BlockEnd end = parts_.converters.take_block_end();
+    if (end.failed) {
+        has_failed_ = true;
+        switch_off();
+    }
+    const std::uint32_t ended = (end.first_half ? 1U : 0U) + (end.second_half ? 1U : 0U);
+    for (std::uint32_t n = 0; n < ended; ++n) {
+        of_half_[completed_ % 2] = now_;
+        completed_ = completed_ + 1;
+    }
+    // Two at once: this handler came a block too late, and a switch-over with it.
+    const bool late = ended > 1 || parts_.converters.take_overrun() || parts_.carriers.take_underrun();
+    overruns_ = overruns_ + (late ? 1U : 0U);
+    if (ended > 0) {
+        switch_over();
+    }
+}
+
+void Acquisition::on_over_current() {
+    if (parts_.converters.take_over_limit()) {
+        has_tripped_ = true;
+        switch_off();
+    }
+}
+
+void Acquisition::switch_over() {
+    now_.state = wanted_state_;
+    parts_.lines.set(now_.state);
+    if (now_.gain_step != wanted_step_) {
+        now_.gain_step = wanted_step_;
+        parts_.amplifiers.set(now_.gain_step);
+    }
+}
+
+Status Acquisition::excite(Excitation state) {
+    if (has_tripped_) {
+        return {StatusCode::device_lost, "over-current: a coil or its amplifier is shorted"};
+    }
+    wanted_state_ = state;
+    if (has_tripped_ || state == Excitation::off) {  // tripped meanwhile: what was wanted must not come back
+        switch_off();
+    }
+    return {};
+}
+
+void Acquisition::switch_off() {
+    wanted_state_ = Excitation::off;
+    parts_.lines.off();
+}
+
+Status Acquisition::choose(std::uint8_t step) {
+    if (step >= SensorAmplifiers::kSteps) {
+        return {StatusCode::invalid_argument, "gain step is none that the amplifiers have"};
+    }
+    wanted_step_ = step;
+    return {};
+}
+
+}  // namespace tricoil::stm32g4

@@ -1,0 +1,131 @@
+// Carriers out, samples in, block by block, and the coils and the gain switched where one block ends and the next begins.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "drivers/stm32g4/carrier_player.hpp"
+#include "drivers/stm32g4/clocks.hpp"
+#include "drivers/stm32g4/converters.hpp"
+#include "drivers/stm32g4/enable_lines.hpp"
+#include "drivers/stm32g4/registers/tim.hpp"
+#include "drivers/stm32g4/sensor_amplifiers.hpp"
+#include "hal/clock.hpp"
+#include "hal/coil_driver.hpp"
+#include "hal/coil_sampler.hpp"
+#include "hal/gain_control.hpp"
+
+namespace tricoil::stm32g4 {
+
+struct AcquisitionParams {
+    float carrier_amplitude_codes = 1792;  // of 2048: a buffered DAC output does not reach the rails
+    float volts_per_conversion_code = 3.3F / 4096;
+    float most_reference_v = 1.5F;  // beyond that, either way from the middle, the enables drop at once
+    void (*sleep)() = nullptr;      // until any interrupt, a millisecond at most; called with interrupts held back
+};
+
+/// The sampler; coils() and gain() are the other two of its faces. Sampling starts with the first poll() after start(), so that
+/// the first block is already driven with what excite() asked for. excite() and gain().choose() take effect when the running
+/// block ends. After an over-current excite() answers device_lost until the next start().
+class Acquisition final : public hal::CoilSampler {
+public:
+    /// Of the core's clock from one trigger to the next, each of which is a conversion of every input and an update of every
+    /// carrier: 576.3 kHz, of which an ADC at 42.5 MHz with 47.5 cycles of sampling needs 60 of its 73.75 cycles.
+    static constexpr std::uint32_t kTriggerTicks = 295;
+
+    /// What a plan must state; `oversampling` is 2, 4, 8 or 16.
+    static constexpr double sample_rate_hz(int oversampling) {
+        return static_cast<double>(kFullSpeedHz) / (static_cast<int>(kTriggerTicks) * oversampling);
+    }
+
+    struct Parts {
+        TimRegisters& trigger;  // TIM6
+        CarrierPlayer& carriers;
+        Converters& converters;
+        EnableLines lines;
+        SensorAmplifiers amplifiers;
+        const hal::Clock& clock;
+    };
+
+    Acquisition(const Parts& parts, const AcquisitionParams& params);
+    ~Acquisition() override;
+
+    /// Once, after the clocks: converters on, coils off. ok; timed_out: a converter does not follow; start() then says
+    /// device_lost.
+    Status begin();
+
+    [[nodiscard]] hal::CoilDriver& coils() { return coils_; }
+    [[nodiscard]] hal::GainControl& gain() { return gain_; }
+
+    /// From the interrupt of the DMA channel that ends a block.
+    void on_block_end();
+    /// From the interrupt of the reference's converter.
+    void on_over_current();
+
+private:
+    class Coils final : public hal::CoilDriver {
+    public:
+        explicit Coils(Acquisition& all) : all_(all) {}
+
+    private:
+        Status do_excite(Excitation state) override { return all_.excite(state); }
+        void do_switch_off() override { all_.switch_off(); }
+        Acquisition& all_;
+    };
+
+    class Gain final : public hal::GainControl {
+    public:
+        explicit Gain(Acquisition& all) : all_(all) {}
+
+    private:
+        [[nodiscard]] std::uint8_t do_steps() const override { return SensorAmplifiers::kSteps; }
+        Status do_choose(std::uint8_t step) override { return all_.choose(step); }
+        Acquisition& all_;
+    };
+
+    /// What a block was sampled with.
+    struct Conditions {
+        Excitation state = Excitation::off;
+        std::uint8_t gain_step = 0;
+    };
+
+    Status do_start(const signal::AcquisitionPlan& plan) override;
+    Status do_poll(SampleBlock& block) override;
+    void do_stop() override;
+
+    Status excite(Excitation state);
+    void switch_off();
+    Status choose(std::uint8_t step);
+
+    void run();
+    bool wait_for_block();
+    bool copy_newest(std::uint32_t& block, Conditions& conditions);
+    void switch_over();
+
+    Parts parts_;
+    AcquisitionParams params_;
+    Coils coils_{*this};
+    Gain gain_{*this};
+    bool is_usable_ = false;
+    bool is_armed_ = false;
+    bool is_running_ = false;
+
+    int oversampling_ = 0;
+    std::uint32_t block_samples_ = 0;
+    DeviceTime start_{};           // of the first block
+    std::uint32_t delivered_ = 0;  // blocks, lost ones included
+
+    // Shared with the interrupts.
+    volatile std::uint32_t completed_ = 0;  // blocks
+    volatile std::uint32_t overruns_ = 0;   // since they were last told
+    volatile bool has_failed_ = false;
+    volatile bool has_tripped_ = false;
+    volatile Excitation wanted_state_ = Excitation::off;
+    volatile std::uint8_t wanted_step_ = 0;
+    Conditions now_;                       // of the running block
+    std::array<Conditions, 2> of_half_{};  // of the newest whole block in each half of the converters' memory
+
+    std::array<Sample, Converters::kLongestBlock> samples_{};
+};
+
+}  // namespace tricoil::stm32g4

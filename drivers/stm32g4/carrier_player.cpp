@@ -1,0 +1,84 @@
+#include "drivers/stm32g4/carrier_player.hpp"
+
+#include "drivers/stm32g4/carrier_table.hpp"
+#include "drivers/stm32g4/wait.hpp"
+
+namespace tricoil::stm32g4 {
+namespace {
+
+constexpr std::uint32_t kReadyPolls = 10'000;  // 8 us at most (DS12288, DAC wake-up time), asked for by name of RM0440
+constexpr std::uint32_t kQuiet = dac::CR_EN1 | dac::CR_TSEL1_TIM6;  // without trigger: what is written goes out at once
+constexpr std::uint32_t kPlaying = kQuiet | dac::CR_TEN1 | dac::CR_DMAEN1;
+constexpr std::uint32_t kUnderruns = dac::SR_DMAUDR1 | dac::SR_DMAUDR1 << dac::kChannel2Shift;
+
+// Of three carriers at once: the first one's share of what one alone has. What a sensor coil gives grows with the frequency, so
+// the others get less, and all three couplings have equal noise.
+constexpr float kShareOfThree = 0.65F;
+
+constexpr std::uint32_t both(std::uint32_t channel1) { return channel1 | channel1 << dac::kChannel2Shift; }
+
+}  // namespace
+
+Status CarrierPlayer::begin() {
+    for (DacRegisters* converter : {&parts_.dac1, &parts_.dac2}) {
+        converter->CR = 0;
+        converter->MCR = dac::MCR_HFSEL_above_160MHz;  // to the pins, buffered
+    }
+    stop();
+    const auto ready = [this] {
+        return (parts_.dac1.SR & both(dac::SR_DAC1RDY)) == both(dac::SR_DAC1RDY) && (parts_.dac2.SR & dac::SR_DAC1RDY) != 0;
+    };
+    return wait_until(ready, kReadyPolls, "a DAC does not become ready");
+}
+
+Status CarrierPlayer::load(const signal::AcquisitionPlan& plan, int updates_per_sample, float amplitude_codes) {
+    stop();
+    std::array<CarrierPeriod, kSourceCoils> periods{};
+    for (std::size_t n = 0; n < periods.size(); ++n) {
+        periods[n] = shortest_period(plan.window_samples * updates_per_sample, plan.window_cycles[n]);
+        if (periods[n].updates < 1 || periods[n].updates > static_cast<int>(kLongestTable)) {
+            return {StatusCode::invalid_argument,
+                    "carrier repeats too seldom for this board's tables: choose one that divides the rate"};
+        }
+    }
+    volatile std::uint32_t* const outputs[] = {&parts_.dac1.DHR12R1, &parts_.dac1.DHR12R2, &parts_.dac2.DHR12R1};
+    for (std::size_t n = 0; n < periods.size(); ++n) {
+        const float share =
+            plan.is_tdm() ? 1
+                          : kShareOfThree * static_cast<float>(plan.window_cycles[0]) / static_cast<float>(plan.window_cycles[n]);
+        write_carrier(periods[n], share * amplitude_codes, tables_[n]);
+        parts_.dma[n].start(DmaChannel::Direction::to_converter, *outputs[n], tables_[n].data(),
+                            static_cast<std::size_t>(periods[n].updates));
+    }
+    set_channels(kPlaying);
+    return {};
+}
+
+void CarrierPlayer::stop() {
+    set_channels(kQuiet);
+    for (const DmaChannel& channel : parts_.dma) {
+        channel.stop();
+    }
+    parts_.dac1.DHR12R1 = kDacMiddle;
+    parts_.dac1.DHR12R2 = kDacMiddle;
+    parts_.dac2.DHR12R1 = kDacMiddle;
+}
+
+bool CarrierPlayer::take_underrun() {
+    bool late = false;
+    for (DacRegisters* converter : {&parts_.dac1, &parts_.dac2}) {
+        const std::uint32_t flags = converter->SR & kUnderruns;
+        if (flags != 0) {
+            converter->SR = flags;
+            late = true;
+        }
+    }
+    return late;
+}
+
+void CarrierPlayer::set_channels(std::uint32_t channel1) const {
+    parts_.dac1.CR = both(channel1);
+    parts_.dac2.CR = channel1;
+}
+
+}  // namespace tricoil::stm32g4

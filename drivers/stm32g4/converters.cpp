@@ -1,0 +1,152 @@
+#include "drivers/stm32g4/converters.hpp"
+
+#include <algorithm>
+#include <bit>
+
+#include "drivers/stm32g4/wait.hpp"
+
+namespace tricoil::stm32g4 {
+namespace {
+
+constexpr std::uint32_t kConverterPolls = 100'000;
+constexpr Microseconds kLongestWait{1000};    // calibration: 116 cycles of 42.5 MHz (RM0440); all else is quicker
+constexpr Microseconds kRegulatorStart{20};   // DS12288, ADC voltage regulator start-up time
+constexpr Microseconds kAfterCalibration{1};  // RM0440: four ADC cycles before ADEN
+constexpr std::int32_t kMiddleOfOneConversion = 2048;
+constexpr std::int32_t kWatchdogShift = 4;  // with oversampling it sees the upper 12 of 16 bits
+constexpr std::int32_t kWatchdogMax = 0xFFF;
+constexpr unsigned kChannelsPerSampleRegister = 10;
+
+}  // namespace
+
+Status Converters::begin() {
+    parts_.common_12.CCR = adc::CCR_CKMODE_HCLK_4;
+    parts_.common_345.CCR = adc::CCR_CKMODE_HCLK_4;
+    for (Input& input : parts_.inputs) {
+        if (const Status status = switch_on(input.adc); !status.ok()) {
+            return status;
+        }
+    }
+    return {};
+}
+
+Status Converters::switch_on(AdcRegisters& adc) {
+    adc.CR = 0;  // out of deep power-down
+    adc.CR = adc::CR_ADVREGEN;
+    const DeviceTime supplied = clock_.now();
+    Status status = await([&] { return clock_.now() - supplied > kRegulatorStart; }, "the clock stands still");
+    if (!status.ok()) {
+        return status;
+    }
+    adc.CR = adc::CR_ADVREGEN | adc::CR_ADCAL;
+    status = await([&] { return (adc.CR & adc::CR_ADCAL) == 0; }, "an ADC does not calibrate");
+    if (!status.ok()) {
+        return status;
+    }
+    const DeviceTime calibrated = clock_.now();
+    status = await([&] { return clock_.now() - calibrated > kAfterCalibration; }, "the clock stands still");
+    if (!status.ok()) {
+        return status;
+    }
+    adc.ISR = adc::ISR_ADRDY;
+    adc.CR = adc::CR_ADVREGEN | adc::CR_ADEN;
+    return await([&] { return (adc.ISR & adc::ISR_ADRDY) != 0; }, "an ADC does not become ready");
+}
+
+/// By the clock, and by the number of questions if that stands still.
+template <typename Predicate>
+Status Converters::await(Predicate ready, const char* what) {
+    const DeviceTime deadline = clock_.now() + kLongestWait;
+    const Status asked = wait_until([&] { return clock_.now() > deadline || ready(); }, kConverterPolls, what);
+    return asked.ok() && !ready() ? Status{StatusCode::timed_out, what} : asked;
+}
+
+Status Converters::start(std::size_t block_samples, int oversampling, std::int32_t limit_codes) {
+    if (const Status status = stop(); !status.ok()) {
+        return status;
+    }
+    block_samples_ = block_samples;
+    middle_ = kMiddleOfOneConversion * oversampling;
+    for (std::size_t n = 0; n < parts_.inputs.size(); ++n) {
+        const Input& input = parts_.inputs[n];
+        configure(input, oversampling);
+        input.dma.start(DmaChannel::Direction::from_converter, input.adc.DR, memory_[n].data(), 2 * block_samples,
+                        n == kSensorCoils - 1);
+    }
+    const std::int32_t high = std::min((middle_ + limit_codes) >> kWatchdogShift, kWatchdogMax);
+    const std::int32_t low = std::max((middle_ - limit_codes) >> kWatchdogShift, std::int32_t{0});
+    reference().TR1 = static_cast<std::uint32_t>(high) << adc::TR1_HT1_Pos | static_cast<std::uint32_t>(low);
+    reference().ISR = adc::ISR_AWD1;
+    reference().IER = adc::IER_AWD1IE;
+    for (Input& input : parts_.inputs) {
+        input.adc.ISR = adc::ISR_OVR;
+        input.adc.CR = adc::CR_ADVREGEN | adc::CR_ADSTART;
+    }
+    return {};
+}
+
+void Converters::configure(const Input& input, int oversampling) const {
+    AdcRegisters& adc = input.adc;
+    const bool watched = &adc == &reference();
+    const auto ratio = static_cast<std::uint32_t>(std::bit_width(static_cast<unsigned>(oversampling)) - 2);
+    adc.CFGR = adc::CFGR_JQDIS | adc::CFGR_DMAEN | adc::CFGR_DMACFG_circular | adc::CFGR_EXTSEL_TIM6 | adc::CFGR_EXTEN_rising |
+               adc::CFGR_OVRMOD_overwrite |
+               (watched ? adc::CFGR_AWD1EN | adc::CFGR_AWD1SGL | std::uint32_t{input.channel} << adc::CFGR_AWD1CH_Pos : 0U);
+    adc.CFGR2 = adc::CFGR2_ROVSE | adc::CFGR2_TROVS | ratio << adc::CFGR2_OVSR_Pos;
+    const bool upper = input.channel >= kChannelsPerSampleRegister;
+    volatile std::uint32_t& sampling = upper ? adc.SMPR2 : adc.SMPR1;
+    sampling = adc::SMPR_47_5_cycles << (3 * (input.channel - (upper ? kChannelsPerSampleRegister : 0U)));
+    adc.SQR1 = std::uint32_t{input.channel} << adc::SQR1_SQ1_Pos;
+}
+
+Status Converters::stop() {
+    Status status;
+    for (Input& input : parts_.inputs) {
+        AdcRegisters& adc = input.adc;
+        adc.IER = 0;
+        if ((adc.CR & adc::CR_ADSTART) != 0) {
+            adc.CR = adc::CR_ADVREGEN | adc::CR_ADSTP;
+            const Status stopped = await([&] { return (adc.CR & adc::CR_ADSTP) == 0; }, "an ADC does not stop");
+            status = stopped.ok() ? status : stopped;
+        }
+        input.dma.stop();
+    }
+    return status;
+}
+
+Converters::BlockEnd Converters::take_block_end() {
+    const std::uint32_t flags = parts_.inputs[kSensorCoils - 1].dma.take_flags();
+    return {(flags & dma::ISR_HTIF) != 0, (flags & dma::ISR_TCIF) != 0, (flags & dma::ISR_TEIF) != 0};
+}
+
+bool Converters::take_overrun() {
+    bool overrun = false;
+    for (Input& input : parts_.inputs) {
+        if ((input.adc.ISR & adc::ISR_OVR) != 0) {
+            input.adc.ISR = adc::ISR_OVR;
+            overrun = true;
+        }
+    }
+    return overrun;
+}
+
+bool Converters::take_over_limit() {
+    AdcRegisters& adc = reference();
+    if ((adc.ISR & adc::ISR_AWD1) == 0) {
+        return false;
+    }
+    adc.IER = 0;
+    adc.ISR = adc::ISR_AWD1;
+    return true;
+}
+
+void Converters::copy(int half, std::span<Sample> to) const {
+    for (std::size_t channel = 0; channel < memory_.size(); ++channel) {
+        const volatile std::uint16_t* from = memory_[channel].data() + static_cast<std::size_t>(half) * block_samples_;
+        for (Sample& sample : to) {
+            sample[channel] = std::int32_t{*from++} - middle_;
+        }
+    }
+}
+
+}  // namespace tricoil::stm32g4

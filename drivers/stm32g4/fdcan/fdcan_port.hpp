@@ -1,0 +1,83 @@
+// Protocol messages over one node's identifiers on a CAN FD bus.
+#pragma once
+
+#include "core/protocol/can_exchange.hpp"
+#include "drivers/stm32g4/interrupt_line.hpp"
+#include "drivers/stm32g4/link/interrupt_counts.hpp"
+#include "drivers/stm32g4/link/longest_message.hpp"
+#include "drivers/stm32g4/link/ring.hpp"
+#include "drivers/stm32g4/registers/fdcan.hpp"
+#include "hal/clock.hpp"
+#include "hal/message_port.hpp"
+
+namespace tricoil::stm32g4 {
+
+struct FdcanParams {
+    std::uint32_t kernel_clock_hz = 170'000'000;
+    std::uint8_t node = 0;  // 0-15
+    std::uint32_t bit_rate = 1'000'000;
+    std::uint32_t data_bit_rate = 5'000'000;
+};
+
+/// The device's side. The controller filters identifiers; messages longer than a frame travel in segments while receive() and
+/// wait() are called. After bus-off it is silent for 100 ms and then tries again. Clock, pins and the interrupt's priority are
+/// set by the board beforehand.
+class FdcanPort final : public hal::MessagePort {
+public:
+    FdcanPort(FdcanRegisters& registers, FdcanMessageRam& ram, InterruptLine interrupt, const hal::Clock& clock,
+              FdcanParams params = {})
+        : registers_(registers),
+          ram_(ram),
+          interrupt_(interrupt),
+          clock_(clock),
+          params_(params),
+          exchange_(protocol::CanSide::device, params.node) {}
+
+    /// From the handler of interrupt line 0: takes one frame, sends one frame.
+    void on_interrupt();
+
+private:
+    struct Frame {
+        protocol::CanFrame can;
+        bool is_fd = true;
+    };
+    /// How the exchange sends; one type, so that it is compiled once.
+    struct Sender {
+        FdcanPort& port;
+        bool operator()(const protocol::CanFrame& frame) const { return port.queue(frame); }
+    };
+
+    Status do_open() override;
+    void do_close() override;
+    Status do_send(std::span<const std::uint8_t> message) override;
+    Status do_receive(hal::ReceivedMessage& message) override;
+    Status do_wait(Microseconds timeout) override;
+    [[nodiscard]] const char* do_detail() const override { return why_; }
+
+    Status lost(const char* why);
+    void configure();
+    void write_filter();
+    bool queue(const protocol::CanFrame& frame);
+    void send_segments();
+    void supervise();
+    void take_frame();
+    void send_frame();
+
+    FdcanRegisters& registers_;
+    FdcanMessageRam& ram_;
+    InterruptLine interrupt_;
+    const hal::Clock& clock_;
+    FdcanParams params_;
+    protocol::CanExchange<kBoardMessageBytes, 4> exchange_;  // a window of 4: no more than incoming_ takes
+    Ring<Frame, 8> incoming_;
+    Ring<protocol::CanFrame, 4> outgoing_;
+    Frame frame_;  // the one that is being taken; messages lie in it
+    InterruptCounts interrupt_counts_;
+    std::uint64_t bus_offs_ = 0;
+    std::int64_t bus_off_us_ = 0;
+    const char* why_ = "";
+    bool is_open_ = false;
+    bool is_bus_off_ = false;
+};
+
+}  // namespace tricoil::stm32g4

@@ -1,0 +1,36 @@
+// Two pins that carry no data: the heartbeat and the light.
+#pragma once
+
+#include "drivers/stm32g4/gpio.hpp"
+#include "hal/heartbeat.hpp"
+#include "hal/indicator.hpp"
+
+namespace tricoil::stm32g4 {
+
+/// An edge a beat.
+class HeartbeatLine final : public hal::Heartbeat {
+public:
+    explicit HeartbeatLine(const Pin& pin) : pin_(pin) {}
+
+private:
+    Status do_beat() override {
+        level_ = !level_;
+        pin_.set(level_);
+        return {};
+    }
+
+    Pin pin_;
+    bool level_ = false;
+};
+
+class Light final : public hal::Indicator {
+public:
+    explicit Light(const Pin& pin) : pin_(pin) {}
+
+private:
+    void do_show(bool lit) override { pin_.set(lit); }
+
+    Pin pin_;
+};
+
+}  // namespace tricoil::stm32g4

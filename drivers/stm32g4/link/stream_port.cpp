@@ -1,0 +1,85 @@
+#include "drivers/stm32g4/link/stream_port.hpp"
+
+namespace tricoil::stm32g4 {
+
+Status StreamPort::do_open() {
+    do_close();
+    reader_.reset();
+    incoming_.clear();
+    outgoing_.clear();
+    why_ = "";
+    const Status status = start();
+    is_open_ = status.ok();
+    return status;
+}
+
+void StreamPort::do_close() {
+    if (is_open_) {
+        is_open_ = false;
+        stop();
+    }
+}
+
+Status StreamPort::do_send(std::span<const std::uint8_t> message) {
+    if (!is_open_) {
+        return {StatusCode::device_lost, "port is closed"};
+    }
+    if (message.empty() || message.size() > kBoardMessageBytes) {
+        return {StatusCode::invalid_argument, "message is longer than any that the board sends"};
+    }
+    if (!is_up()) {
+        ++counts().send_queue_full;
+        return {StatusCode::not_ready, "nobody is at the other end"};
+    }
+    if (!outgoing_.push(message)) {
+        ++counts().send_queue_full;
+        return {StatusCode::not_ready, "the link is slower than what is sent"};
+    }
+    ++counts().sent;
+    interrupt_.pend();
+    return {};
+}
+
+Status StreamPort::do_receive(hal::ReceivedMessage& message) {
+    if (!is_open_) {
+        return {StatusCode::device_lost, "port is closed"};
+    }
+    interrupt_counts_.copy_to(counts());
+    const bool complete = read_message();
+    if (holds_back()) {
+        interrupt_.pend();
+    }
+    if (!complete) {
+        return {StatusCode::not_ready, "nothing came"};
+    }
+    message = {reader_.message(), to_us(clock_.now()), 0};
+    ++counts().received;
+    return {};
+}
+
+/// Reads no more than has come by now, so that a flood cannot hold the caller.
+bool StreamPort::read_message() {
+    std::uint8_t byte = 0;
+    for (std::size_t waiting = incoming_.size(); waiting > 0 && incoming_.pop(byte); --waiting) {
+        if (reader_.push(byte)) {
+            return true;
+        }
+        damaged().count(reader_.error());
+    }
+    return false;
+}
+
+Status StreamPort::do_wait(Microseconds timeout) {
+    if (!is_open_) {
+        return {StatusCode::device_lost, "port is closed"};
+    }
+    const DeviceTime end = clock_.now() + timeout;
+    do {
+        if (incoming_.size() > 0) {
+            return {};
+        }
+    } while (clock_.now() < end);
+    return {StatusCode::timed_out, "nothing came"};
+}
+
+}  // namespace tricoil::stm32g4

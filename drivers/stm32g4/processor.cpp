@@ -1,0 +1,49 @@
+#include "drivers/stm32g4/processor.hpp"
+
+namespace tricoil::stm32g4 {
+namespace {
+
+/// Several flags are set at once: every reset also pulls the reset pin.
+hal::ResetReason reason_of(std::uint32_t flags, bool faulted) {
+    if (faulted) {
+        return hal::ResetReason::fault;
+    }
+    if ((flags & (rcc::CSR_IWDGRSTF | rcc::CSR_WWDGRSTF)) != 0) {
+        return hal::ResetReason::watchdog;
+    }
+    if ((flags & rcc::CSR_SFTRSTF) != 0) {
+        return hal::ResetReason::software;
+    }
+    return (flags & rcc::CSR_BORRSTF) != 0 ? hal::ResetReason::power_on : hal::ResetReason::external;
+}
+
+}  // namespace
+
+void Processor::begin() {
+    const std::uint32_t flags = rcc_.CSR;
+    // What RAM holds after power-on means nothing.
+    const bool faulted = record_.ending == BootRecord::kFaulted && (flags & rcc::CSR_BORRSTF) == 0;
+    reason_ = reason_of(flags, faulted);
+    record_.ending = 0;
+    rcc_.CSR = flags | rcc::CSR_RMVF;
+}
+
+void Processor::report(hal::SystemTrouble trouble) { troubles_.set(trouble); }
+
+hal::SystemTroubles Processor::do_troubles() const {
+    hal::SystemTroubles troubles = troubles_;
+    troubles.set_if(hooks_.stack_was_full(), hal::SystemTrouble::stack);
+    return troubles;
+}
+
+void Processor::do_restart() {
+    scb_.AIRCR = scb::AIRCR_reset;
+    hooks_.wait_for_reset();
+}
+
+void Processor::do_restart_into_loader() {
+    record_.request = BootRecord::kEnterLoader;
+    do_restart();
+}
+
+}  // namespace tricoil::stm32g4

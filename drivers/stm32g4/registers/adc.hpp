@@ -1,0 +1,84 @@
+// Analog-to-digital converters (RM0440, chapter ADC).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace tricoil::stm32g4 {
+
+struct AdcRegisters {
+    volatile std::uint32_t ISR;
+    volatile std::uint32_t IER;
+    volatile std::uint32_t CR;
+    volatile std::uint32_t CFGR;
+    volatile std::uint32_t CFGR2;
+    volatile std::uint32_t SMPR1;
+    volatile std::uint32_t SMPR2;
+    std::uint32_t reserved_0;
+    volatile std::uint32_t TR1;
+    volatile std::uint32_t TR2;
+    volatile std::uint32_t TR3;
+    std::uint32_t reserved_1;
+    volatile std::uint32_t SQR1;
+    std::uint32_t reserved_2[3];
+    volatile std::uint32_t DR;
+};
+static_assert(offsetof(AdcRegisters, TR1) == 0x20);
+static_assert(offsetof(AdcRegisters, SQR1) == 0x30);
+static_assert(offsetof(AdcRegisters, DR) == 0x40);
+
+/// Shared by ADC1 and ADC2, or by ADC3, ADC4 and ADC5.
+struct AdcCommonRegisters {
+    volatile std::uint32_t CSR;
+    std::uint32_t reserved;
+    volatile std::uint32_t CCR;
+    volatile std::uint32_t CDR;
+};
+static_assert(offsetof(AdcCommonRegisters, CCR) == 0x08);
+
+constexpr std::uintptr_t kAdc1Base = 0x5000'0000;
+constexpr std::uintptr_t kAdc2Base = 0x5000'0100;
+constexpr std::uintptr_t kAdc12CommonBase = 0x5000'0300;
+constexpr std::uintptr_t kAdc3Base = 0x5000'0400;
+constexpr std::uintptr_t kAdc4Base = 0x5000'0500;
+constexpr std::uintptr_t kAdc5Base = 0x5000'0600;
+constexpr std::uintptr_t kAdc345CommonBase = 0x5000'0700;
+constexpr std::uint8_t kAdc12Interrupt = 18;
+
+namespace adc {
+constexpr std::uint32_t ISR_ADRDY = 1U << 0U;
+constexpr std::uint32_t ISR_OVR = 1U << 4U;
+constexpr std::uint32_t ISR_AWD1 = 1U << 7U;
+constexpr std::uint32_t IER_AWD1IE = 1U << 7U;
+
+// CR's command bits are set by writing one; writing zero to them does nothing.
+constexpr std::uint32_t CR_ADEN = 1U << 0U;
+constexpr std::uint32_t CR_ADDIS = 1U << 1U;
+constexpr std::uint32_t CR_ADSTART = 1U << 2U;
+constexpr std::uint32_t CR_ADSTP = 1U << 4U;
+constexpr std::uint32_t CR_ADVREGEN = 1U << 28U;
+constexpr std::uint32_t CR_DEEPPWD = 1U << 29U;
+constexpr std::uint32_t CR_ADCAL = 1U << 31U;
+
+constexpr std::uint32_t CFGR_DMAEN = 1U << 0U;
+constexpr std::uint32_t CFGR_DMACFG_circular = 1U << 1U;
+constexpr std::uint32_t CFGR_EXTSEL_TIM6 = 13U << 5U;  // the same in all five
+constexpr std::uint32_t CFGR_EXTEN_rising = 1U << 10U;
+constexpr std::uint32_t CFGR_OVRMOD_overwrite = 1U << 12U;
+constexpr std::uint32_t CFGR_AWD1SGL = 1U << 22U;
+constexpr std::uint32_t CFGR_AWD1EN = 1U << 23U;
+constexpr unsigned CFGR_AWD1CH_Pos = 26;
+constexpr std::uint32_t CFGR_JQDIS = 1U << 31U;
+
+constexpr std::uint32_t CFGR2_ROVSE = 1U << 0U;
+constexpr unsigned CFGR2_OVSR_Pos = 2;           // holds n of 2^(n+1) conversions
+constexpr std::uint32_t CFGR2_TROVS = 1U << 9U;  // a trigger for each conversion
+
+constexpr std::uint32_t SMPR_47_5_cycles = 4;
+
+constexpr unsigned TR1_HT1_Pos = 16;
+constexpr unsigned SQR1_SQ1_Pos = 6;
+constexpr std::uint32_t CCR_CKMODE_HCLK_4 = 3U << 16U;
+}  // namespace adc
+
+}  // namespace tricoil::stm32g4

@@ -1,0 +1,56 @@
+// The processor's own registers (ARMv7-M Architecture Reference Manual, B3): system control block, tick, cycle counter.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace tricoil::stm32g4 {
+
+struct ScbRegisters {
+    volatile std::uint32_t CPUID;
+    volatile std::uint32_t ICSR;
+    volatile std::uint32_t VTOR;
+    volatile std::uint32_t AIRCR;
+    volatile std::uint32_t SCR;
+    volatile std::uint32_t CCR;
+    volatile std::uint8_t SHPR[12];  // priorities of exceptions 4-15
+    volatile std::uint32_t SHCSR;
+    volatile std::uint32_t CFSR;
+    volatile std::uint32_t HFSR;
+    volatile std::uint32_t DFSR;
+    volatile std::uint32_t MMFAR;
+    volatile std::uint32_t BFAR;
+    volatile std::uint32_t AFSR;
+};
+static_assert(offsetof(ScbRegisters, SHPR) == 0x18);
+static_assert(offsetof(ScbRegisters, CFSR) == 0x28);
+
+struct SysTickRegisters {
+    volatile std::uint32_t CSR;
+    volatile std::uint32_t RVR;
+    volatile std::uint32_t CVR;
+    volatile std::uint32_t CALIB;
+};
+
+struct DwtRegisters {
+    volatile std::uint32_t CTRL;
+    volatile std::uint32_t CYCCNT;
+};
+
+constexpr std::uintptr_t kScbBase = 0xE000'ED00;
+constexpr std::uintptr_t kSysTickBase = 0xE000'E010;
+constexpr std::uintptr_t kDwtBase = 0xE000'1000;
+constexpr std::uintptr_t kDemcr = 0xE000'EDFC;  // bit 24 switches the cycle counter's part on
+
+namespace scb {
+constexpr std::uint32_t AIRCR_reset = 0x05FA'0004;  // key, SYSRESETREQ
+constexpr std::size_t SHPR_SysTick = 15 - 4;
+}  // namespace scb
+
+namespace systick {
+constexpr std::uint32_t CSR_ENABLE = 1U << 0U;
+constexpr std::uint32_t CSR_TICKINT = 1U << 1U;
+constexpr std::uint32_t CSR_CLKSOURCE = 1U << 2U;
+}  // namespace systick
+
+}  // namespace tricoil::stm32g4

@@ -1,0 +1,29 @@
+// Independent watchdog (RM0440, chapter IWDG).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace tricoil::stm32g4 {
+
+struct IwdgRegisters {
+    volatile std::uint32_t KR;
+    volatile std::uint32_t PR;
+    volatile std::uint32_t RLR;
+    volatile std::uint32_t SR;
+    volatile std::uint32_t WINR;
+};
+static_assert(offsetof(IwdgRegisters, WINR) == 0x10);
+
+constexpr std::uintptr_t kIwdgBase = 0x4000'3000;
+
+namespace iwdg {
+constexpr std::uint32_t KR_start = 0xCCCC;
+constexpr std::uint32_t KR_unlock = 0x5555;
+constexpr std::uint32_t KR_feed = 0xAAAA;
+constexpr std::uint32_t RLR_max = 0xFFF;
+constexpr std::uint32_t SR_PVU = 1U << 0U;  // prescaler on its way
+constexpr std::uint32_t SR_RVU = 1U << 1U;  // reload value on its way
+}  // namespace iwdg
+
+}  // namespace tricoil::stm32g4

@@ -1,0 +1,42 @@
+// The gain in front of the sensor coils' converters: three of the chip's op-amps.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/signal/excitation.hpp"
+#include "drivers/stm32g4/registers/opamp.hpp"
+
+namespace tricoil::stm32g4 {
+
+/// Non-inverting; the feedback ladder ends at a capacitor on VINM0, so that the gain is for the carriers and the bias passes as
+/// it is. Step 0 is a follower, step n multiplies by 2^n. Any context.
+class SensorAmplifiers {
+public:
+    static constexpr std::uint8_t kSteps = 7;
+
+    static constexpr float gain_of(std::uint8_t step) { return static_cast<float>(1U << step); }
+
+    /// `numbers`: op-amps 1-6 of sensor coils 1-3, each with its signal on VINP0 and an ADC at its output within the chip.
+    SensorAmplifiers(OpampRegisters& registers, std::array<std::uint8_t, kSensorCoils> numbers)
+        : registers_(registers), numbers_(numbers) {}
+
+    /// All three at once, switched on if they were not. `step` < kSteps.
+    void set(std::uint8_t step) const {
+        for (const std::uint8_t number : numbers_) {
+            registers_.CSR[number - 1] = opamp::CSR_OPAEN | opamp::CSR_OPAHSM | opamp::CSR_OPAINTOEN | feedback(step);
+        }
+    }
+
+private:
+    static constexpr std::uint32_t feedback(std::uint8_t step) {
+        return step == 0
+                   ? opamp::CSR_VM_SEL_follower
+                   : opamp::CSR_VM_SEL_ladder | opamp::CSR_PGA_GAIN_ladder_to_VINM0 | (step - 1U) << opamp::CSR_PGA_GAIN_Pos;
+    }
+
+    OpampRegisters& registers_;
+    std::array<std::uint8_t, kSensorCoils> numbers_;
+};
+
+}  // namespace tricoil::stm32g4

@@ -1,0 +1,74 @@
+// Protocol messages over a pair of USB bulk endpoints, as a full-speed device of its own class.
+#pragma once
+
+#include "drivers/stm32g4/link/stream_port.hpp"
+#include "drivers/stm32g4/usb/control.hpp"
+#include "drivers/stm32g4/usb/endpoint.hpp"
+
+namespace tricoil::stm32g4 {
+
+struct UsbParams {
+    std::uint64_t serial = 0;  // the device's; 16 hexadecimal digits of it are its serial number
+};
+
+/// What the host made of a bulk endpoint.
+enum class Pipe : std::uint8_t { off, halted, open };
+
+/// open() plugs it in, close() pulls it out. The clocks of USB and CRS, HSI48, and the interrupt's priority are set by the board
+/// beforehand; HSI48 is then held to the host's frames.
+class UsbPort final : public StreamPort {
+public:
+    UsbPort(UsbRegisters& registers, UsbPacketMemory& memory, CrsRegisters& crs, InterruptLine interrupt, const hal::Clock& clock,
+            UsbParams params)
+        : StreamPort(interrupt, clock), registers_(registers), memory_(memory), crs_(crs), control_(params.serial) {}
+
+    /// From the handler of the low-priority interrupt: one event of each endpoint; each endpoint register is written at most
+    /// once.
+    void on_interrupt();
+
+private:
+    struct Direction {
+        Pipe pipe = Pipe::off;
+        bool is_new = false;  // the endpoint register does not know yet
+    };
+
+    Status start() override;
+    void stop() override;
+    [[nodiscard]] bool is_up() const override { return is_up_.load(std::memory_order_relaxed); }
+    [[nodiscard]] bool holds_back() const override { return holds_back_.load(std::memory_order_relaxed); }
+
+    void on_reset();
+    void on_suspend();
+    void on_wakeup();
+    void serve_control();
+    void serve_bulk();
+
+    void on_setup(EndpointChange& change);
+    void apply(usb::ControlEffect effect);
+    void send_control(EndpointChange& change);
+    void serve_out(std::uint16_t now, EndpointChange& change);
+    void serve_in(std::uint16_t now, EndpointChange& change);
+    void take_packet();
+    bool write_next_packet();
+    void update_link();
+
+    void write_packet(std::size_t address, std::span<const std::uint8_t> bytes);
+    void set_flags_served(std::uint16_t flags) { registers_.ISTR = static_cast<std::uint16_t>(~flags); }
+
+    UsbRegisters& registers_;
+    UsbPacketMemory& memory_;
+    CrsRegisters& crs_;
+    usb::Control control_;
+    std::span<const std::uint8_t> control_data_{};  // of the answer, not yet sent
+    bool takes_address_ = false;                    // when the status has been sent
+    bool is_suspended_ = false;
+    Direction out_;
+    Direction in_;
+    std::size_t in_flight_ = 0;      // bytes that lie in the memory for the host, and still in the queue
+    bool is_sending_ = false;        // they, or an empty packet
+    bool sent_full_packet_ = false;  // the host may wait for more
+    std::atomic<bool> is_up_{false};
+    std::atomic<bool> holds_back_{false};  // the host's packets, for want of room
+};
+
+}  // namespace tricoil::stm32g4

@@ -1,0 +1,78 @@
+// Two ports that are each other's other end, without anything between them.
+#pragma once
+
+#include <deque>
+#include <vector>
+
+#include "hal/message_port.hpp"
+
+namespace tricoil::sim {
+
+/// A message that one end sends is received by the other, whole and in order; `room` of them wait at most. What a real link would
+/// refuse or damage, whoever uses this must do.
+class MemoryPort final : public hal::MessagePort {
+public:
+    explicit MemoryPort(std::size_t room = 64) : room_(room) {}
+    /// The two must outlive each other's use.
+    void connect(MemoryPort& other) {
+        other_ = &other;
+        other.other_ = this;
+    }
+    /// Pulled out: both ends say device_lost, and cannot be opened until it is put in again.
+    void unplug() { is_plugged_ = false; }
+    void plug_in() { is_plugged_ = true; }
+    [[nodiscard]] bool is_open() const { return is_open_; }
+
+private:
+    using Bytes = std::vector<std::uint8_t>;
+
+    [[nodiscard]] bool is_there() const { return is_plugged_ && other_->is_plugged_; }
+    Status do_open() override {
+        is_open_ = is_there();
+        arrived_.clear();
+        return is_open_ ? Status{} : lost();
+    }
+    void do_close() override { is_open_ = false; }
+    Status do_send(std::span<const std::uint8_t> message) override {
+        if (!is_open_ || !is_there()) {
+            return lost();
+        }
+        if (message.size() > kLongest) {
+            return {StatusCode::invalid_argument, "longer than any message"};
+        }
+        if (!other_->is_open_ || other_->arrived_.size() >= other_->room_) {
+            ++counts().send_queue_full;
+            return {StatusCode::not_ready, "no room"};
+        }
+        ++counts().sent;
+        other_->arrived_.emplace_back(message.begin(), message.end());
+        return {};
+    }
+    Status do_receive(hal::ReceivedMessage& message) override {
+        if (!is_open_ || !is_there()) {
+            return lost();
+        }
+        if (arrived_.empty()) {
+            return {StatusCode::not_ready, ""};
+        }
+        taken_ = std::move(arrived_.front());
+        arrived_.pop_front();
+        ++counts().received;
+        message = {taken_, 0, 0};
+        return {};
+    }
+    Status do_wait(Microseconds) override { return arrived_.empty() ? Status{StatusCode::timed_out, ""} : Status{}; }
+    [[nodiscard]] const char* do_detail() const override { return is_there() ? "" : "pulled out"; }
+
+    static Status lost() { return {StatusCode::device_lost, "pulled out"}; }
+
+    static constexpr std::size_t kLongest = 4095;
+    std::size_t room_;
+    MemoryPort* other_ = this;
+    std::deque<Bytes> arrived_;
+    Bytes taken_;
+    bool is_plugged_ = true;
+    bool is_open_ = false;
+};
+
+}  // namespace tricoil::sim

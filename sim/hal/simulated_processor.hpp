@@ -1,0 +1,89 @@
+// What a microcontroller has beside coils and converters, in virtual time: watchdog, resets, a light, the heart's line.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "hal/heartbeat.hpp"
+#include "hal/indicator.hpp"
+#include "hal/system_control.hpp"
+#include "hal/watchdog.hpp"
+#include "sim/hal/simulated_hal.hpp"
+
+namespace tricoil::sim {
+
+/// Bites once, and says so, if it is not fed in time.
+class SimulatedWatchdog final : public hal::Watchdog {
+public:
+    explicit SimulatedWatchdog(const hal::Clock& clock) : clock_(clock) {}
+    [[nodiscard]] bool is_started() const { return timeout_.count() > 0; }
+    [[nodiscard]] bool has_bitten() const { return bitten_ || (is_started() && clock_.now() - fed_ > timeout_); }
+
+private:
+    Status do_start(Microseconds timeout) override {
+        timeout_ = timeout;
+        fed_ = clock_.now();
+        return {};
+    }
+    void do_feed() override {
+        bitten_ = has_bitten();
+        fed_ = clock_.now();
+    }
+    const hal::Clock& clock_;
+    Microseconds timeout_{0};
+    DeviceTime fed_{};
+    bool bitten_ = false;
+};
+
+/// Sleeps a millisecond at a time; notes what it is asked for.
+class SimulatedSystem final : public hal::SystemControl {
+public:
+    explicit SimulatedSystem(SimulatedClock& clock) : clock_(clock) {}
+    void pretend(hal::ResetReason reason) { reason_ = reason; }
+    void pretend(hal::SystemTroubles troubles) { troubles_ = troubles; }
+    [[nodiscard]] int restarts() const { return restarts_; }
+    [[nodiscard]] int loader_restarts() const { return loader_restarts_; }
+
+private:
+    [[nodiscard]] hal::ResetReason do_reset_reason() const override { return reason_; }
+    [[nodiscard]] hal::SystemTroubles do_troubles() const override { return troubles_; }
+    void do_idle() override { clock_.pause(1e-3); }
+    void do_restart() override { ++restarts_; }
+    void do_restart_into_loader() override { ++loader_restarts_; }
+
+    SimulatedClock& clock_;
+    hal::ResetReason reason_ = hal::ResetReason::power_on;
+    hal::SystemTroubles troubles_;
+    int restarts_ = 0;
+    int loader_restarts_ = 0;
+};
+
+class SimulatedIndicator final : public hal::Indicator {
+public:
+    [[nodiscard]] bool is_lit() const { return lit_; }
+    [[nodiscard]] std::uint64_t changes() const { return changes_; }
+
+private:
+    void do_show(bool lit) override {
+        changes_ += lit == lit_ ? 0U : 1U;
+        lit_ = lit;
+    }
+    bool lit_ = false;
+    std::uint64_t changes_ = 0;
+};
+
+class SimulatedHeartbeat final : public hal::Heartbeat {
+public:
+    [[nodiscard]] std::uint64_t beats() const { return beats_; }
+    void cut() { is_cut_ = true; }
+
+private:
+    Status do_beat() override {
+        ++beats_;
+        return is_cut_ ? Status{StatusCode::device_lost, "the line is gone"} : Status{};
+    }
+    std::uint64_t beats_ = 0;
+    bool is_cut_ = false;
+};
+
+}  // namespace tricoil::sim

@@ -1,0 +1,155 @@
+#include "sim/virtual_board/board_fault.hpp"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "sim/io/input_error.hpp"
+#include "sim/io/nearest_name.hpp"
+
+namespace tricoil::virtual_board {
+namespace {
+
+struct Kind {
+    const char* name;
+    const char* help;
+};
+constexpr std::array<Kind, 11> kKinds{{
+    {"adc_silent", "adc_silent:N  converter N (1, 3, 4, 5) ends no conversion"},
+    {"dma_stuck", "dma_stuck  the DMA serves nobody: converters overrun, carriers stop"},
+    {"crystal", "crystal  does not oscillate (any more)"},
+    {"hang", "hang  the main program stops, interrupts go on"},
+    {"hang_masked", "hang_masked  everything stops"},
+    {"power_loss", "power_loss  off and on again"},
+    {"flash_power_loss", "flash_power_loss:N  power is lost within the N-th erasing or programming from then on"},
+    {"usb_resets", "usb_resets:N  a bus reset every N milliseconds"},
+    {"can_babble", "can_babble  a node fills the bus with identifier 0"},
+    {"can_errors", "can_errors:N  N frames of the board are destroyed"},
+    {"can_alone", "can_alone  nobody on the CAN bus acknowledges"},
+}};
+constexpr double kAlways = std::numeric_limits<double>::infinity();
+
+double number(const std::string& text, const std::string& fault) {
+    try {
+        std::size_t used = 0;
+        const double value = std::stod(text, &used);
+        if (used == text.size() && value >= 0) {
+            return value;
+        }
+    } catch (const std::exception&) {  // told below
+    }
+    throw sim::InputError("fault '" + fault + "': '" + text + "' is not a number from 0 on");
+}
+
+std::vector<std::string> names() {
+    std::vector<std::string> all;
+    std::transform(kKinds.begin(), kKinds.end(), std::back_inserter(all), [](const Kind& kind) { return kind.name; });
+    return all;
+}
+
+}  // namespace
+
+std::vector<std::string> board_fault_help() {
+    std::vector<std::string> all;
+    std::transform(kKinds.begin(), kKinds.end(), std::back_inserter(all), [](const Kind& kind) { return kind.help; });
+    return all;
+}
+
+bool is_board_fault(const std::string& text) {
+    const std::string name = text.substr(0, text.find_first_of(":@"));
+    return std::any_of(kKinds.begin(), kKinds.end(), [&](const Kind& kind) { return name == kind.name; });
+}
+
+BoardFault parse_board_fault(const std::string& text) {
+    BoardFault fault;
+    const auto at = text.find('@');
+    const std::string head = text.substr(0, at);
+    const auto colon = head.find(':');
+    fault.name = names()[sim::index_of_name("fault", head.substr(0, colon), names())];
+    fault.number = colon == std::string::npos ? 0 : static_cast<unsigned>(number(head.substr(colon + 1), text));
+    fault.end_s = kAlways;
+    if (at != std::string::npos) {
+        const std::string times = text.substr(at + 1);
+        const auto dash = times.find('-');
+        fault.begin_s = number(times.substr(0, dash), text);
+        fault.end_s = dash == std::string::npos ? kAlways : number(times.substr(dash + 1), text);
+    }
+    if (fault.end_s <= fault.begin_s) {
+        throw sim::InputError("fault '" + text + "': times must be BEGIN-END in seconds, in order");
+    }
+    const bool converter = fault.number == 1 || (fault.number >= 3 && fault.number <= 5);
+    if (fault.name == "adc_silent" && !converter) {
+        throw sim::InputError("fault '" + text + "': the board uses converters 1, 3, 4 and 5; name one");
+    }
+    if (fault.name == "usb_resets" && fault.number == 0) {
+        throw sim::InputError("fault '" + text + "': give the milliseconds between two resets, as usb_resets:5");
+    }
+    return fault;
+}
+
+BoardFaults::BoardFaults(VirtualBoard& board, std::vector<BoardFault> faults) : board_(board) {
+    for (BoardFault& fault : faults) {
+        planned_.push_back({std::move(fault)});
+    }
+}
+
+void BoardFaults::look() {
+    const double now = board_.now_s();
+    for (Planned& p : planned_) {
+        if (!p.begun && now >= p.fault.begin_s) {
+            p.begun = true;
+            begin(p);
+        }
+        if (p.begun && !p.ended && now >= p.fault.end_s) {
+            p.ended = true;
+            end(p.fault);
+        }
+        if (p.begun && !p.ended && now >= p.next_s) {
+            repeat(p);
+        }
+    }
+}
+
+void BoardFaults::begin(Planned& planned) {
+    const BoardFault& fault = planned.fault;
+    if (fault.name == "adc_silent") {
+        board_.adc(fault.number).stick(true);
+    } else if (fault.name == "dma_stuck") {
+        board_.dma.stick(true);
+    } else if (fault.name == "crystal") {
+        board_.rcc.break_crystal();
+    } else if (fault.name == "hang" || fault.name == "hang_masked") {
+        board_.hang(fault.name == "hang");
+    } else if (fault.name == "power_loss") {
+        board_.power_cycle();
+    } else if (fault.name == "flash_power_loss") {
+        board_.lose_power_in_flash_operation(fault.number);
+    } else if (fault.name == "can_babble") {
+        board_.can.babble_with(CanFrame{0, false, true, true, std::vector<std::uint8_t>(64, 0x55)});
+    } else if (fault.name == "can_errors") {
+        board_.can.destroy = fault.number;
+    } else if (fault.name == "can_alone") {
+        board_.can.anybody_there = false;
+    }
+}
+
+void BoardFaults::repeat(Planned& planned) {
+    if (planned.fault.name == "usb_resets") {
+        board_.usb_wire.reset_only();
+        planned.next_s = board_.now_s() + 1e-3 * planned.fault.number;
+    }
+}
+
+void BoardFaults::end(const BoardFault& fault) {
+    if (fault.name == "adc_silent") {
+        board_.adc(fault.number).stick(false);
+    } else if (fault.name == "dma_stuck") {
+        board_.dma.stick(false);
+    } else if (fault.name == "can_babble") {
+        board_.can.babble_with(std::nullopt);
+    } else if (fault.name == "can_alone") {
+        board_.can.anybody_there = true;
+    }
+}
+
+}  // namespace tricoil::virtual_board

@@ -1,0 +1,100 @@
+#include "sim/virtual_board/coils/coil_bench.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace tricoil::virtual_board {
+namespace {
+
+constexpr double kTurn = 2 * std::numbers::pi;
+constexpr double kReferenceRadS = kTurn * 10e3;  // where couplings are stated, as in CoilWorld
+constexpr double kKnotS = 32e-6;                 // of a swing at 10 Hz a straight line over that misses 1e-6 of the amplitude
+
+DrivenCoil::Params coil_params(const sim::WorldParams& world) {
+    DrivenCoil::Params params;
+    params.resistance_ohm = world.coil_resistance_ohm;
+    params.inductance_h = world.coil_inductance_h;
+    const double impedance = std::hypot(params.resistance_ohm, kReferenceRadS * params.inductance_h);
+    params.volts_per_ohm = impedance * CoilBench::kFullReferenceV / CoilBench::kHalfSupplyV;
+    return params;
+}
+
+}  // namespace
+
+CoilBench::CoilBench(const sim::Scenario& scenario)
+    : scenario_(scenario),
+      world_(scenario.world, *scenario.motion, scenario.faults),
+      coils_{DrivenCoil(coil_params(scenario.world)), DrivenCoil(coil_params(scenario.world)),
+             DrivenCoil(coil_params(scenario.world))} {
+    look(0);
+}
+
+void CoilBench::drive(int coil, double volts, bool on) {
+    drive_v_[static_cast<std::size_t>(coil)] = volts;
+    on_[static_cast<std::size_t>(coil)] = on;
+}
+
+bool CoilBench::is_driven(int coil) const {
+    return on_[static_cast<std::size_t>(coil)] && heartbeat_s_ >= 0 && now_s_ - heartbeat_s_ <= kHeartbeatHoldS;
+}
+
+void CoilBench::look(double time_s) {
+    if (knot_s_ < 0 || time_s >= knot_s_ + kKnotS) {
+        const double first = std::floor(time_s / kKnotS) * kKnotS;
+        effect_ = sim::effect_at(scenario_.faults, time_s);
+        const auto at = [&](double t) { return world_.coupling(scenario_.motion->at(t), effect_); };
+        const bool follows = knot_s_ >= 0 && std::abs(first - knot_s_ - kKnotS) < 1e-9;
+        knots_[0] = follows ? knots_[1] : at(first);
+        knots_[1] = at(first + kKnotS);
+        knot_s_ = first;
+        coupling_rate_ = (knots_[1] - knots_[0]) / kKnotS;
+    }
+    coupling_ = knots_[0] + (time_s - knot_s_) * coupling_rate_;
+}
+
+void CoilBench::advance(double time_s) {
+    const double step_s = time_s - now_s_;
+    if (step_s <= 0) {
+        return;
+    }
+    now_s_ = time_s;
+    for (int j = 0; j < kSourceCoils; ++j) {
+        const bool driven = is_driven(j);
+        last_driven_s_ = driven ? time_s : last_driven_s_;
+        coils_[static_cast<std::size_t>(j)].advance(driven ? drive_v_[static_cast<std::size_t>(j)] : 0, step_s);
+    }
+    look(time_s);
+    hum_v_ = hum_v(std::sin(kTurn * scenario_.world.mains_hz * time_s));
+    peak_v_ = std::max(peak_v_, std::abs(reference_v()));
+}
+
+double CoilBench::reference_v() const {
+    double sum = 0;
+    for (int j = 0; j < kSourceCoils; ++j) {
+        sum += coils_[static_cast<std::size_t>(j)].current() * effect_.current(j);
+    }
+    return sum;
+}
+
+/// Mains as in CoilWorld: the fundamental, a third of its third harmonic, a fifth of its fifth, by multiple-angle formulas; and an
+/// overload at its frequency.
+double CoilBench::hum_v(double sine) const {
+    const double squared = sine * sine;
+    const double third = sine * (3 - 4 * squared);
+    const double fifth = sine * (5 - 20 * squared + 16 * squared * squared);
+    return scenario_.world.mains_v * (sine + third / 3 + fifth / 5) + effect_.overload_ranges * kHalfSupplyV * sine;
+}
+
+double CoilBench::sensor_v(int coil) const {
+    double induced = 0;
+    for (int j = 0; j < kSourceCoils; ++j) {
+        const DrivenCoil& source = coils_[static_cast<std::size_t>(j)];
+        induced += (coupling_(coil, j) * source.derivative() + coupling_rate_(coil, j) * source.current()) * effect_.current(j);
+    }
+    const sim::WorldParams& world = scenario_.world;
+    return world.channel_gain[static_cast<std::size_t>(coil)] * induced / kReferenceRadS + hum_v_;
+}
+
+double CoilBench::take_peak() { return std::exchange(peak_v_, 0.0); }
+
+}  // namespace tricoil::virtual_board

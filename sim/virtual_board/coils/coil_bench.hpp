@@ -1,0 +1,70 @@
+// What stands in front of the board: three source coils on their power stages, a moving sensor, preamplifiers.
+#pragma once
+
+#include <array>
+#include <random>
+
+#include "sim/scenarios/scenario.hpp"
+#include "sim/virtual_board/coils/driven_coil.hpp"
+#include "sim/virtual_board/machine/time.hpp"
+
+namespace tricoil::virtual_board {
+
+/// Currents follow the board's outputs alone, so that a wrong excitation gives wrong signals. Field, motion and faults are those
+/// of the scenario's world.
+class CoilBench {
+public:
+    static constexpr double kSupplyV = 3.3;
+    static constexpr double kHalfSupplyV = kSupplyV / 2;
+    /// Of the reference at 10 kHz, when a coil is driven with all that the converter has: the shunt of the wiring plan.
+    static constexpr double kFullReferenceV = 0.7;
+    /// The power stages' enable drops so long after the last heartbeat.
+    static constexpr double kHeartbeatHoldS = 20e-3;
+
+    explicit CoilBench(const sim::Scenario& scenario);
+
+    /// What the board puts out from now on: swing around half the supply, and whether the stage is on.
+    void drive(int coil, double volts, bool on);
+    void heartbeat(double time_s) { heartbeat_s_ = time_s; }
+
+    /// Lets time pass; never backwards.
+    void advance(double time_s);
+
+    /// Present voltages around half the supply: preamplifiers of sensor coils 1-3, and the current's shunt.
+    [[nodiscard]] double sensor_v(int coil) const;
+    [[nodiscard]] double reference_v() const;
+    /// A channel's converter repeats one code.
+    [[nodiscard]] bool is_stuck(int channel) const { return effect_.stuck[static_cast<std::size_t>(channel)]; }
+    /// White, in front of every gain.
+    [[nodiscard]] double noise_v_per_sqrt_hz() const { return scenario_.world.converter.noise_v_per_sqrt_hz; }
+
+    /// A stage is on, and its hardware enable too.
+    [[nodiscard]] bool is_driven(int coil) const;
+    [[nodiscard]] bool any_driven() const { return is_driven(0) || is_driven(1) || is_driven(2); }
+    /// When a stage last was on; for deadlines.
+    [[nodiscard]] double last_driven_s() const { return last_driven_s_; }
+    /// Largest current since the last call, in reference volts.
+    double take_peak();
+
+private:
+    void look(double time_s);
+    [[nodiscard]] double hum_v(double sine) const;
+
+    const sim::Scenario& scenario_;
+    sim::CoilWorld world_;
+    std::array<DrivenCoil, kSourceCoils> coils_;
+    std::array<double, kSourceCoils> drive_v_{};
+    std::array<bool, kSourceCoils> on_{};
+    double now_s_ = 0;
+    double heartbeat_s_ = -1;
+    double last_driven_s_ = -1;
+    double peak_v_ = 0;
+    double hum_v_ = 0;
+    double knot_s_ = -1;                                   // couplings are known there, and kKnotS later
+    std::array<Mat3<double>, 2> knots_;
+    Mat3<double> coupling_ = Mat3<double>::Zero();
+    Mat3<double> coupling_rate_ = Mat3<double>::Zero();
+    sim::FaultEffect effect_;
+};
+
+}  // namespace tricoil::virtual_board

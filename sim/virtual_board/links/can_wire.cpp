@@ -1,0 +1,99 @@
+#include "sim/virtual_board/links/can_wire.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+
+namespace tricoil::virtual_board {
+namespace {
+
+constexpr double kTolerance = 2e-3;
+
+void need_rate(double hz, double bus_hz, const char* phase) {
+    if (!(std::abs(hz / bus_hz - 1) < kTolerance)) {
+        throw RunFailure(fmt::format("FDCAN's {} phase runs at {:.0f} bit/s, the bus at {:.0f}", phase, hz, bus_hz));
+    }
+}
+
+/// What arbitration compares: a standard frame wins over an extended one of the same first eleven bits.
+std::uint64_t rank(const CanFrame& frame) {
+    return frame.extended ? std::uint64_t{frame.id} << 1U | 1U : std::uint64_t{frame.id} << 19U;
+}
+
+}  // namespace
+
+CanWire::CanWire(Machine& machine, Fdcan& board) : board_(board), frame_over_(machine.events, [this] { frame_over(); }) {
+    board.on_request = [this] { arbitrate(); };
+}
+
+/// ISO 11898-1: bits of each phase; a tenth more for stuffing.
+Ticks CanWire::duration(const CanFrame& frame) {
+    const double bytes = static_cast<double>(frame.data.size());
+    const double slow = (frame.extended ? 52 : 32) + 13;
+    const double data = 8 * bytes + (frame.fd ? (bytes > 16 ? 35 : 31) : 20);
+    return ticks(1.1 * (slow / kNominalHz + data / (frame.fast ? kDataHz : kNominalHz)));
+}
+
+void CanWire::send(CanFrame frame) {
+    outgoing_.push_back(std::move(frame));
+    arbitrate();
+}
+
+void CanWire::babble_with(std::optional<CanFrame> frame) {
+    babble_ = std::move(frame);
+    arbitrate();
+}
+
+void CanWire::arbitrate() {
+    if (frame_over_.is_due()) {
+        return;
+    }
+    const auto own = board_.waiting();
+    std::uint64_t best = std::numeric_limits<std::uint64_t>::max();
+    const auto offer = [&](const CanFrame& frame, Sender sender) {
+        if (rank(frame) < best) {
+            best = rank(frame);
+            on_bus_ = frame;
+            sender_ = sender;
+        }
+    };
+    if (own) {
+        need_rate(board_.nominal_hz(), kNominalHz, "arbitration");
+        need_rate(own->fast ? board_.data_hz() : kDataHz, kDataHz, "data");
+        offer(*own, Sender::board);
+    }
+    if (!outgoing_.empty()) {
+        offer(outgoing_.front(), Sender::others);
+    }
+    if (babble_) {
+        offer(*babble_, Sender::babbler);
+    }
+    if (best != std::numeric_limits<std::uint64_t>::max()) {
+        frame_over_.in(duration(on_bus_));
+    }
+}
+
+void CanWire::frame_over() {
+    switch (sender_) {
+        case Sender::board:
+            if (destroy > 0) {
+                --destroy;
+                board_.bus_error(true);
+            } else {
+                board_.sent(anybody_there);
+                if (anybody_there && on_frame) {
+                    on_frame(on_bus_);
+                }
+            }
+            break;
+        case Sender::others:
+            board_.receive(on_bus_);
+            outgoing_.pop_front();
+            break;
+        case Sender::babbler: board_.receive(on_bus_); break;
+    }
+    arbitrate();
+}
+
+}  // namespace tricoil::virtual_board

@@ -1,0 +1,26 @@
+#include "sim/virtual_board/machine/block_facts.hpp"
+
+namespace tricoil::virtual_board {
+namespace {
+
+/// Coprocessors 10 and 11 are the floating-point unit (ARMv7-M A6.4 to A6.7).
+bool is_float(std::uint32_t first, std::uint32_t second) { return (first & 0xEC00U) == 0xEC00U && (second & 0x0E00U) == 0x0A00U; }
+
+}  // namespace
+
+BlockFacts look_at_block(std::span<const std::uint8_t> code) {
+    BlockFacts facts;
+    facts.bytes = static_cast<std::uint32_t>(code.size());
+    const auto half = [&](std::size_t at) { return static_cast<std::uint32_t>(code[at] | code[at + 1] << 8U); };
+    for (std::size_t at = 0; at + 2 <= code.size();) {
+        const bool is_long = half(at) >> 11U >= 0x1DU && at + 4 <= code.size();
+        if (is_long && facts.first_float == BlockFacts::kNoFloat && is_float(half(at), half(at + 2))) {
+            facts.first_float = static_cast<std::uint16_t>(at);
+        }
+        ++facts.instructions;
+        at += is_long ? 4 : 2;
+    }
+    return facts;
+}
+
+}  // namespace tricoil::virtual_board

@@ -1,0 +1,431 @@
+#include "sim/virtual_board/machine/cpu.hpp"
+
+#include <fmt/format.h>
+#include <unicorn/unicorn.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <exception>
+
+#include "sim/virtual_board/machine/run_failure.hpp"
+#include "sim/virtual_board/machine/store_speed.hpp"
+
+namespace tricoil::virtual_board {
+namespace {
+
+constexpr std::uint32_t kBasicFrame = 0x20;
+constexpr std::uint32_t kFloatFrame = 0x68;
+constexpr std::uint32_t kThumb = 1U << 24U;
+constexpr std::uint32_t kPadded = 1U << 9U;
+constexpr std::uint32_t kExcReturn = 0xFFFFFFE1;  // to handler mode, main stack, with floating-point frame
+constexpr std::uint32_t kToThread = 8;
+constexpr std::uint32_t kToProcessStack = 4;
+constexpr std::uint32_t kWithoutFloat = 0x10;
+constexpr std::uint32_t kProcessStack = 2;  // CONTROL.SPSEL
+constexpr std::uint32_t kFloatContext = 4;  // CONTROL.FPCA
+constexpr std::array<int, 6> kFrameRegisters{UC_ARM_REG_R0, UC_ARM_REG_R1,  UC_ARM_REG_R2,
+                                             UC_ARM_REG_R3, UC_ARM_REG_R12, UC_ARM_REG_LR};
+constexpr std::uint16_t kWfi = 0xBF30;
+constexpr std::uint16_t kWfe = 0xBF20;
+constexpr std::uint16_t kYield = 0xBF10;
+
+// Unicorn's numbers of exceptions of M-profile processors.
+constexpr std::uint32_t kSupervisorCall = 2;
+constexpr std::uint32_t kExceptionReturn = 8;
+
+void must(uc_err error, const char* what) {
+    if (error != UC_ERR_OK) {
+        throw std::runtime_error(fmt::format("unicorn: {}: {}", what, uc_strerror(error)));
+    }
+}
+
+const char* access_name(uc_mem_type type) {
+    switch (type) {
+        case UC_MEM_READ_UNMAPPED:
+        case UC_MEM_READ_PROT:
+            return "read from";
+        case UC_MEM_WRITE_UNMAPPED:
+        case UC_MEM_WRITE_PROT:
+            return "write to";
+        default:
+            return "jump to";
+    }
+}
+
+}  // namespace
+
+template <typename Act>
+void Cpu::guarded(Act act) {
+    try {
+        act();
+    } catch (const std::exception& failure) {  // nothing may be thrown through generated code
+        failure_ = failure_.value_or(failure.what());
+        stopping_ = true;
+        uc_emu_stop(uc_);
+    }
+}
+
+struct Cpu::Hooks {
+    static void block(uc_engine*, std::uint64_t address, std::uint32_t bytes, void* cpu) {
+        auto& self = *static_cast<Cpu*>(cpu);
+        self.guarded([&] { self.on_block(static_cast<std::uint32_t>(address), bytes); });
+    }
+    static void interrupt(uc_engine*, std::uint32_t number, void* cpu) { static_cast<Cpu*>(cpu)->on_interrupt(number); }
+    static bool forbidden(uc_engine*, uc_mem_type type, std::uint64_t address, int, std::int64_t, void* cpu) {
+        const auto at = static_cast<std::uint32_t>(address);
+        const bool in_flash = type == UC_MEM_WRITE_PROT;
+        static_cast<Cpu*>(cpu)->failure_ = fmt::format("{} {:#010x}, {}", access_name(type), at,
+                                                       in_flash ? "which is flash or ROM" : "where there is no memory");
+        return false;
+    }
+    template <std::uint32_t kBase>
+    static std::uint64_t read(uc_engine*, std::uint64_t offset, unsigned bytes, void* cpu) {
+        auto& self = *static_cast<Cpu*>(cpu);
+        std::uint32_t value = 0;
+        self.guarded([&] { value = self.bus_.read(kBase + static_cast<std::uint32_t>(offset), bytes); });
+        return value;
+    }
+    template <std::uint32_t kBase>
+    static void write(uc_engine*, std::uint64_t offset, unsigned bytes, std::uint64_t value, void* cpu) {
+        auto& self = *static_cast<Cpu*>(cpu);
+        self.guarded(
+            [&] { self.bus_.write(kBase + static_cast<std::uint32_t>(offset), static_cast<std::uint32_t>(value), bytes); });
+    }
+    template <std::uint32_t kBase, std::uint32_t kBytes>
+    static void map(uc_engine* uc, Cpu* cpu) {
+        must(uc_mmio_map(uc, kBase, kBytes, &read<kBase>, cpu, &write<kBase>, cpu), "peripherals");
+    }
+};
+
+Cpu::Cpu(Memory& memory, Bus& bus, Events& events, Nvic& nvic, SystemControl& control)
+    : memory_(memory), bus_(bus), events_(events), nvic_(nvic), control_(control), flash_facts_(Memory::kBankBytes / 2) {
+    use_fast_stores();
+    must(uc_open(UC_ARCH_ARM, static_cast<uc_mode>(UC_MODE_THUMB | UC_MODE_MCLASS), &uc_), "open");
+    must(uc_ctl_set_cpu_model(uc_, UC_CPU_ARM_CORTEX_M4), "Cortex-M4");
+    const auto map = [this](std::uint32_t base, std::uint32_t bytes, std::uint32_t rights, std::uint8_t* host) {
+        must(uc_mem_map_ptr(uc_, base, bytes, rights, host), "memory");
+    };
+    constexpr std::uint32_t kFixed = UC_PROT_READ | UC_PROT_EXEC;
+    constexpr std::uint32_t kData = UC_PROT_READ | UC_PROT_WRITE;  // not executable: see store_speed.cpp
+    map(Memory::kFlashBase, Memory::kBankBytes, kFixed, memory.flash.data());
+    map(0, Memory::kBankBytes, kFixed, memory.flash.data());
+    map(Memory::kSystemBase, Memory::kSystemBytes, kFixed, memory.system.data());
+    map(Memory::kRamBase, Memory::kRamBytes, kData, memory.ram.data());
+    map(Memory::kCcmBase, Memory::kCcmBytes, kData, memory.ram.data() + Memory::kRamBytes - Memory::kCcmBytes);
+    Hooks::map<Memory::kFlashBase + Memory::kBankBytes, Memory::kBankBytes>(uc_, this);
+    Hooks::map<0x40000000, 0x10000000>(uc_, this);
+    Hooks::map<0x50000000, 0x10000000>(uc_, this);
+    Hooks::map<0xE0000000, 0x00100000>(uc_, this);
+    uc_hook hook = 0;
+    const auto add = [&](int type, auto* callback) {
+        must(uc_hook_add(uc_, &hook, type, reinterpret_cast<void*>(callback), this, 1, 0), "hook");
+    };
+    add(UC_HOOK_BLOCK, &Hooks::block);
+    add(UC_HOOK_INTR, &Hooks::interrupt);
+    add(UC_HOOK_MEM_UNMAPPED | UC_HOOK_MEM_PROT, &Hooks::forbidden);
+}
+
+Cpu::~Cpu() { uc_close(uc_); }
+
+std::uint32_t Cpu::get(int reg) const {
+    std::uint32_t value = 0;
+    must(uc_reg_read(uc_, reg, &value), "register");
+    return value;
+}
+
+void Cpu::set(int reg, std::uint32_t value) { must(uc_reg_write(uc_, reg, &value), "register"); }
+
+std::uint32_t Cpu::pc() const { return get(UC_ARM_REG_PC) & ~1U; }
+
+Masks Cpu::masks() const {
+    return {(get(UC_ARM_REG_PRIMASK) & 1U) != 0, (get(UC_ARM_REG_FAULTMASK) & 1U) != 0,
+            static_cast<std::uint8_t>(get(UC_ARM_REG_BASEPRI))};
+}
+
+void Cpu::reset() {
+    for (int r = UC_ARM_REG_R0; r <= UC_ARM_REG_R12; ++r) {
+        set(r, 0);
+    }
+    for (int s = UC_ARM_REG_S0; s <= UC_ARM_REG_S31; ++s) {
+        set(s, 0);
+    }
+    set(UC_ARM_REG_XPSR, kThumb);
+    for (const int reg : {UC_ARM_REG_PRIMASK, UC_ARM_REG_FAULTMASK, UC_ARM_REG_BASEPRI, UC_ARM_REG_CONTROL, UC_ARM_REG_PSP}) {
+        set(reg, 0);
+    }
+    set(UC_ARM_REG_LR, 0xFFFFFFFF);
+    set(UC_ARM_REG_SP, memory_.word(control_.vector_table()) & ~3U);
+    set(UC_ARM_REG_PC, memory_.word(control_.vector_table() + 4));
+    running_ = 0;
+    float_context_ = false;
+    asleep_ = false;
+    in_bootloader_ = false;
+    stop_requested_ = false;
+    lowest_stack_ = ~0U;
+}
+
+void Cpu::jump(std::uint32_t address, bool masked) {
+    asleep_ = false;
+    set(UC_ARM_REG_PRIMASK, masked ? 1 : 0);
+    set(UC_ARM_REG_PC, address | 1U);
+}
+
+void Cpu::fail(const std::string& why) { throw RunFailure(why); }
+
+const BlockFacts& Cpu::facts_at(std::uint32_t address, std::uint32_t bytes) {
+    const std::uint32_t offset = address - Memory::kFlashBase;
+    const bool in_flash = offset < Memory::kBankBytes;
+    BlockFacts& facts = in_flash ? flash_facts_[offset / 2] : other_facts_;
+    if (!in_flash || facts.bytes != bytes) {
+        facts = look_at_block(memory_.at(address, bytes));
+    }
+    return facts;
+}
+
+void Cpu::on_block(std::uint32_t address, std::uint32_t bytes) {
+    block_ = address;
+    events_.advance(events_.now());
+    if (stop_requested_ || events_.now() >= limit_ || (nvic_.may_take() && nvic_.to_take(masks()) != 0)) {
+        stopping_ = true;
+        uc_emu_stop(uc_);  // takes effect before the block's first instruction
+        return;
+    }
+    const BlockFacts& facts = facts_at(address, bytes);
+    if (facts.first_float != BlockFacts::kNoFloat) {
+        use_float(address + facts.first_float);
+    }
+    in_bootloader_ = address - Memory::kSystemBase < Memory::kSystemBytes;
+    spend(facts.instructions);
+}
+
+void Cpu::spend(int cycles) {
+    cycles_ += static_cast<std::uint64_t>(cycles);
+    busy_cycles_ += static_cast<std::uint64_t>(cycles);
+    events_.pass(cycles * ticks_per_cycle_);
+}
+
+void Cpu::use_float(std::uint32_t address) {
+    if (!control_.float_is_on()) {
+        fail(fmt::format("floating-point instruction at {:#010x} before CPACR enables it", address));
+    }
+    if (control_.lazy_save_waits()) {
+        save_float(control_.lazy_save_address());
+        control_.end_lazy_save();
+    }
+    if (!float_context_ && control_.saves_float()) {
+        sync_float_context(true);
+        set(UC_ARM_REG_FPSCR, control_.default_fpscr());
+    }
+}
+
+void Cpu::save_float(std::uint32_t address) {
+    for (std::uint32_t n = 0; n < 16; ++n) {
+        store(address + 4 * n, get(UC_ARM_REG_S0 + static_cast<int>(n)));
+    }
+    store(address + 64, get(UC_ARM_REG_FPSCR));
+}
+
+void Cpu::sync_float_context(bool active) {
+    float_context_ = active;
+    const std::uint32_t control = get(UC_ARM_REG_CONTROL);
+    set(UC_ARM_REG_CONTROL, active ? control | kFloatContext : control & ~kFloatContext);
+}
+
+void Cpu::on_interrupt(std::uint32_t number) {
+    stopping_ = true;
+    if (number == kExceptionReturn) {
+        exception_return_ = get(UC_ARM_REG_PC) | 1U;
+    } else if (number == kSupervisorCall) {
+        nvic_.pend(kSvCall);
+    } else {
+        failure_ = failure_.value_or(fmt::format("fault {} of the processor", number));
+    }
+    uc_emu_stop(uc_);
+}
+
+void Cpu::store(std::uint32_t address, std::uint32_t word) {
+    const auto bytes = memory_.at(address, 4);
+    if (bytes.empty() || address < Memory::kCcmBase || (address >= Memory::kSystemBase && address < Memory::kRamBase)) {
+        fail(fmt::format("stack pointer {:#010x} is outside RAM on entering an exception", address));
+    }
+    std::memcpy(bytes.data(), &word, sizeof word);
+}
+
+std::uint32_t Cpu::load(std::uint32_t address) {
+    const auto bytes = memory_.at(address, 4);
+    if (bytes.empty()) {
+        fail(fmt::format("stack pointer {:#010x} is outside memory on leaving an exception", address));
+    }
+    std::uint32_t word = 0;
+    std::memcpy(&word, bytes.data(), sizeof word);
+    return word;
+}
+
+void Cpu::stack_frame() {
+    const bool with_float = float_context_ && control_.saves_float();
+    const std::uint32_t size = with_float ? kFloatFrame : kBasicFrame;
+    const std::uint32_t before = get(UC_ARM_REG_SP);
+    const bool pads = control_.stack_aligned() && ((before - size) & 4U) != 0;
+    const std::uint32_t frame = before - size - (pads ? 4 : 0);
+    for (std::uint32_t n = 0; n < kFrameRegisters.size(); ++n) {
+        store(frame + 4 * n, get(kFrameRegisters[n]));
+    }
+    store(frame + 0x18, pc());
+    store(frame + 0x1C, (get(UC_ARM_REG_XPSR) & ~kPadded) | (pads ? kPadded : 0) | kThumb);
+    if (with_float && control_.saves_lazily()) {
+        control_.wait_for_lazy_save(frame + kBasicFrame);
+    } else if (with_float) {
+        save_float(frame + kBasicFrame);
+    }
+    const bool process_stack = running_ == 0 && (get(UC_ARM_REG_CONTROL) & kProcessStack) != 0;
+    set(UC_ARM_REG_SP, frame);
+    const std::uint32_t exc_return =
+        kExcReturn | (running_ == 0 ? kToThread : 0) | (process_stack ? kToProcessStack : 0) | (with_float ? 0 : kWithoutFloat);
+    lowest_stack_ = std::min(lowest_stack_, frame);
+    spend(kEntryCycles);
+    events_.advance(events_.now());  // what arrives by then is entered at once if it is more urgent: late arrival
+    enter(false, exc_return);
+}
+
+void Cpu::enter(bool tail_chained, std::uint32_t exc_return) {
+    const int exception = nvic_.to_take(masks());
+    if (tail_chained) {
+        spend(kTailChainCycles);
+    }
+    nvic_.enter(exception);
+    running_ = exception;
+    control_.set_running(exception);
+    set(UC_ARM_REG_XPSR, kThumb | static_cast<std::uint32_t>(exception));  // changes to the main stack
+    sync_float_context(false);
+    set(UC_ARM_REG_LR, exc_return);
+    const std::uint32_t vector = memory_.word(control_.vector_table() + 4 * static_cast<std::uint32_t>(exception));
+    if ((vector & 1U) == 0 || memory_.at(vector & ~1U, 2).empty()) {
+        fail(fmt::format("exception {} (interrupt {}) has no handler", exception, exception - kFirstInterrupt));
+    }
+    set(UC_ARM_REG_PC, vector);
+}
+
+void Cpu::leave(std::uint32_t exc_return) {
+    if (running_ == 0) {
+        fail(fmt::format("exception return {:#010x} outside an exception", exc_return));
+    }
+    nvic_.leave(running_);
+    if (nvic_.may_take() && nvic_.to_take(masks()) != 0) {
+        enter(true, exc_return);
+        return;
+    }
+    unstack_frame(exc_return);
+    spend(kReturnCycles);
+}
+
+void Cpu::unstack_frame(std::uint32_t exc_return) {
+    const bool to_thread = (exc_return & kToThread) != 0;
+    const bool process_stack = (exc_return & kToProcessStack) != 0;
+    const bool with_float = (exc_return & kWithoutFloat) == 0;
+    if (to_thread != (nvic_.active_count() == 0) || (process_stack && !to_thread)) {
+        fail(fmt::format("exception return {:#010x} does not fit the {} exceptions that are active", exc_return,
+                         nvic_.active_count()));
+    }
+    const std::uint32_t frame = get(process_stack ? UC_ARM_REG_PSP : UC_ARM_REG_MSP);
+    for (std::uint32_t n = 0; n < kFrameRegisters.size(); ++n) {
+        set(kFrameRegisters[n], load(frame + 4 * n));
+    }
+    const std::uint32_t pc = load(frame + 0x18);
+    const std::uint32_t xpsr = load(frame + 0x1C);
+    if (with_float && control_.lazy_save_waits()) {
+        control_.end_lazy_save();  // nobody has touched them
+    } else if (with_float) {
+        for (std::uint32_t n = 0; n < 16; ++n) {
+            set(UC_ARM_REG_S0 + static_cast<int>(n), load(frame + kBasicFrame + 4 * n));
+        }
+        set(UC_ARM_REG_FPSCR, load(frame + kBasicFrame + 64));
+    }
+    const std::uint32_t after = frame + (with_float ? kFloatFrame : kBasicFrame) + ((xpsr & kPadded) != 0 ? 4 : 0);
+    set(process_stack ? UC_ARM_REG_PSP : UC_ARM_REG_MSP, after);
+    set(UC_ARM_REG_XPSR_NZCVQG, xpsr & ~kPadded);
+    running_ = static_cast<int>(xpsr & 0x1FFU);
+    control_.set_running(running_);
+    if (to_thread) {
+        const std::uint32_t control = get(UC_ARM_REG_CONTROL);
+        set(UC_ARM_REG_CONTROL, process_stack ? control | kProcessStack : control & ~kProcessStack);
+    }
+    sync_float_context(with_float);
+    set(UC_ARM_REG_PC, pc | 1U);
+}
+
+void Cpu::take_exceptions() {
+    if (exception_return_) {
+        const std::uint32_t exc_return = *exception_return_;
+        exception_return_.reset();
+        leave(exc_return);
+    }
+    if (nvic_.may_take() && nvic_.to_take(masks()) != 0) {
+        stack_frame();
+    }
+}
+
+void Cpu::sleep() {
+    const Masks still = masks();
+    while (!nvic_.may_take() || !nvic_.wakes(still)) {
+        const Ticks until = std::min(events_.next(), limit_);
+        const Ticks left = std::max<Ticks>(until - events_.now(), 0);
+        const Ticks slept = (left + ticks_per_cycle_ - 1) / ticks_per_cycle_;  // whole cycles
+        cycles_ += static_cast<std::uint64_t>(slept);
+        events_.advance(events_.now() + slept * ticks_per_cycle_);
+        if (stop_requested_ || events_.now() >= limit_) {
+            return;
+        }
+    }
+    asleep_ = false;
+}
+
+void Cpu::run() {
+    stopping_ = false;
+    const uc_err error = uc_emu_start(uc_, pc() | 1U, 0, 0, 0);
+    if (failure_) {
+        return;
+    }
+    const auto instruction = [&](std::uint32_t at) {
+        const auto bytes = memory_.at(at, 2);
+        return bytes.empty() ? 0U : static_cast<std::uint32_t>(bytes[0] | bytes[1] << 8U);
+    };
+    if (error == UC_ERR_INSN_INVALID && (instruction(pc() - 2) == kWfe || instruction(pc() - 2) == kYield)) {
+        return;  // hints; there is nobody to wait for
+    }
+    if (error != UC_ERR_OK) {
+        failure_ = error == UC_ERR_INSN_INVALID ? "undefined instruction" : uc_strerror(error);
+    } else if (!stopping_) {
+        if (instruction(pc() - 2) != kWfi) {
+            failure_ = "the emulator stopped without a reason";
+        }
+        asleep_ = true;
+    }
+}
+
+void Cpu::run_until(Ticks time) {
+    limit_ = time;
+    stop_requested_ = false;
+    try {
+        while (events_.now() < limit_ && !stop_requested_) {
+            if (asleep_) {
+                sleep();
+                if (asleep_) {
+                    return;
+                }
+            }
+            take_exceptions();
+            run();
+            if (failure_) {
+                throw RunFailure(*failure_);
+            }
+        }
+        events_.advance(events_.now());
+    } catch (const RunFailure& failure) {
+        failure_.reset();
+        const std::uint32_t at = pc();
+        throw RunFailure(fmt::format("{:#010x}: {}", at, failure.what()));
+    }
+}
+
+}  // namespace tricoil::virtual_board

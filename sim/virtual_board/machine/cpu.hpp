@@ -1,0 +1,113 @@
+// The Cortex-M4F: Unicorn runs the instructions, exceptions are done here by hand (ARMv7-M B1.5).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/virtual_board/machine/block_facts.hpp"
+#include "sim/virtual_board/machine/bus.hpp"
+#include "sim/virtual_board/machine/events.hpp"
+#include "sim/virtual_board/machine/memory.hpp"
+#include "sim/virtual_board/machine/nvic.hpp"
+#include "sim/virtual_board/machine/system_control.hpp"
+
+struct uc_struct;
+
+namespace tricoil::virtual_board {
+
+/// Time model: one instruction takes one cycle; entering an exception takes 12, returning 10, going from one to the next 6. Wait
+/// states, pipeline and the longer VDIV and VSQRT are not modelled.
+class Cpu {
+public:
+    static constexpr int kEntryCycles = 12;
+    static constexpr int kReturnCycles = 10;
+    static constexpr int kTailChainCycles = 6;
+
+    Cpu(Memory& memory, Bus& bus, Events& events, Nvic& nvic, SystemControl& control);
+    ~Cpu();
+    Cpu(const Cpu&) = delete;
+    Cpu& operator=(const Cpu&) = delete;
+
+    /// From the vector table on.
+    void reset();
+
+    /// Runs until `time`, or until somebody calls stop_soon(). Throws RunFailure whose message begins with the place: "pc 0x...".
+    void run_until(Ticks time);
+    void stop_soon() { stop_requested_ = true; }
+    /// The interrupted program goes on there, with interrupts masked if so asked: for faults. Not from within an event.
+    void jump(std::uint32_t address, bool masked);
+
+    /// Frequency, from the next instruction on.
+    void set_ticks_per_cycle(Ticks ticks) { ticks_per_cycle_ = ticks; }
+    [[nodiscard]] Ticks ticks_per_cycle() const { return ticks_per_cycle_; }
+
+    /// Since power-on, sleep included.
+    [[nodiscard]] const std::uint64_t& cycles() const { return cycles_; }
+    /// Those in which instructions ran or exceptions were entered and left.
+    [[nodiscard]] std::uint64_t busy_cycles() const { return busy_cycles_; }
+    [[nodiscard]] bool is_asleep() const { return asleep_; }
+    /// Code runs in the system memory.
+    [[nodiscard]] bool in_bootloader() const { return in_bootloader_; }
+    [[nodiscard]] std::uint32_t pc() const;
+    /// Lowest stack pointer seen when an exception was entered, since reset.
+    [[nodiscard]] std::uint32_t lowest_stack() const { return lowest_stack_; }
+
+private:
+    struct Hooks;  // what Unicorn calls
+    friend struct Hooks;
+
+    template <typename Act>
+    void guarded(Act act);
+    void on_block(std::uint32_t address, std::uint32_t bytes);
+    void on_interrupt(std::uint32_t number);
+    const BlockFacts& facts_at(std::uint32_t address, std::uint32_t bytes);
+    void use_float(std::uint32_t address);
+    void save_float(std::uint32_t address);
+    void fail(const std::string& why);
+
+    void run();
+    void sleep();
+    void take_exceptions();
+    void enter(bool tail_chained, std::uint32_t exc_return);
+    void stack_frame();
+    void leave(std::uint32_t exc_return);
+    void unstack_frame(std::uint32_t exc_return);
+    void spend(int cycles);
+    void sync_float_context(bool active);
+
+    [[nodiscard]] Masks masks() const;
+    [[nodiscard]] std::uint32_t get(int reg) const;
+    void set(int reg, std::uint32_t value);
+    void store(std::uint32_t address, std::uint32_t word);
+    [[nodiscard]] std::uint32_t load(std::uint32_t address);
+
+    Memory& memory_;
+    Bus& bus_;
+    Events& events_;
+    Nvic& nvic_;
+    SystemControl& control_;
+    uc_struct* uc_ = nullptr;
+
+    Ticks ticks_per_cycle_ = 510;
+    std::uint64_t cycles_ = 0;
+    std::uint64_t busy_cycles_ = 0;
+    Ticks limit_ = 0;
+    bool stop_requested_ = false;
+    bool stopping_ = false;  // uc_emu_stop was called from a hook
+    bool asleep_ = false;
+    bool in_bootloader_ = false;
+    bool float_context_ = false;  // CONTROL.FPCA
+    int running_ = 0;             // IPSR
+    std::optional<std::uint32_t> exception_return_;
+    std::optional<std::string> failure_;
+    std::uint32_t block_ = 0;  // its address
+    std::uint32_t lowest_stack_ = ~0U;
+    std::vector<BlockFacts> flash_facts_;  // by half-word
+    BlockFacts other_facts_;
+};
+
+}  // namespace tricoil::virtual_board

@@ -1,0 +1,65 @@
+#include "sim/virtual_board/machine/machine.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "sim/io/input_error.hpp"
+
+namespace tricoil::virtual_board {
+
+Machine::Machine()
+    : nvic(events),
+      control(nvic, [this] { request_reset(); }),
+      cpu(memory, bus, events, nvic, control),
+      sys_tick_(events, nvic, [this] { return cpu.ticks_per_cycle(); }),
+      cycle_counter_(cpu.cycles()) {
+    bus.attach({"SysTick", 0xE000E010, 0x10, &sys_tick_, {}});
+    bus.attach({"NVIC", 0xE000E100, 0x400, &nvic, {}});
+    bus.attach({"SCB", 0xE000ED00, 0x300, &control, {}});
+    bus.attach({"DWT", 0xE0001000, 0x1000, &cycle_counter_, {}});
+}
+
+void Machine::load(std::span<const std::uint8_t> image) {
+    if (image.size() < 4 * kFirstInterrupt || image.size() > memory.flash.size()) {
+        throw sim::InputError(fmt::format("image of {} bytes: must be a raw .bin of {} to {} bytes, as it is flashed to {:#010x}",
+                                          image.size(), 4 * kFirstInterrupt, memory.flash.size(), Memory::kFlashBase));
+    }
+    std::fill(memory.flash.begin(), memory.flash.end(), 0xFF);
+    std::copy(image.begin(), image.end(), memory.flash.begin());
+    const std::uint32_t stack = memory.word(Memory::kFlashBase);
+    const std::uint32_t start = memory.word(Memory::kFlashBase + 4);
+    const bool stack_in_ram = stack > Memory::kRamBase && stack <= Memory::kRamBase + Memory::kRamBytes;
+    const bool start_in_image = (start & 1U) != 0 && start - Memory::kFlashBase < image.size();
+    if (!stack_in_ram || !start_in_image) {
+        throw sim::InputError(
+            fmt::format("image does not begin with a vector table for flash at {:#010x} (stack {:#010x}, reset "
+                        "{:#010x}); give the .bin of nucleo-g474re",
+                        Memory::kFlashBase, stack, start));
+    }
+}
+
+void Machine::reset() {
+    bus.reset();
+    cpu.reset();
+}
+
+void Machine::request_reset() {
+    reset_requested_ = true;
+    cpu.stop_soon();
+}
+
+void Machine::run_until(Ticks time) {
+    while (events.now() < time && !cpu.in_bootloader()) {
+        cpu.run_until(time);
+        if (reset_requested_) {
+            reset_requested_ = false;
+            if (on_reset_request) {
+                on_reset_request();
+            }
+            reset();
+        }
+    }
+}
+
+}  // namespace tricoil::virtual_board

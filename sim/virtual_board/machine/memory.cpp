@@ -1,0 +1,57 @@
+#include "sim/virtual_board/machine/memory.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+namespace tricoil::virtual_board {
+namespace {
+
+// RM0440 section 48 (device electronic signature).
+constexpr std::uint32_t kUniqueId = 0x7590;
+constexpr std::uint32_t kFlashSize = 0x75E0;
+constexpr std::uint32_t kBootloaderEntry = 0x100;  // anywhere in the system memory: the machine notices that code runs there
+
+void put(std::vector<std::uint8_t>& memory, std::uint32_t at, std::uint32_t word) {
+    std::memcpy(memory.data() + at, &word, sizeof word);
+}
+
+}  // namespace
+
+Memory::Memory() : flash(kBankBytes, 0xFF), ram(kRamBytes), system(kSystemBytes, 0xFF) {
+    lose_ram();
+    put(system, 0, kRamBase + 0x3000);
+    put(system, 4, kSystemBase + kBootloaderEntry + 1);
+    put(system, kBootloaderEntry, 0xE7FEE7FE);  // b .
+    put(system, kUniqueId, 0x00470047);         // wafer x, y
+    put(system, kUniqueId + 4, 0x56425254);     // lot, in letters
+    put(system, kUniqueId + 8, 0x304C4F43);
+    put(system, kFlashSize, 512);
+}
+
+void Memory::lose_ram() { std::fill(ram.begin(), ram.end(), kNeverWritten); }
+
+std::span<std::uint8_t> Memory::at(std::uint32_t address, std::uint32_t size) {
+    const auto part = [&](std::vector<std::uint8_t>& memory, std::uint32_t base, std::uint32_t bytes, std::uint32_t skip) {
+        const bool inside = address >= base && address - base <= bytes && size <= bytes - (address - base);
+        return inside ? std::span(memory).subspan(skip + address - base, size) : std::span<std::uint8_t>{};
+    };
+    for (const auto found : {part(ram, kRamBase, kRamBytes, 0), part(flash, kFlashBase, kBankBytes, 0),
+                             part(ram, kCcmBase, kCcmBytes, kRamBytes - kCcmBytes), part(system, kSystemBase, kSystemBytes, 0),
+                             part(flash, 0, kBankBytes, 0)}) {
+        if (!found.empty()) {
+            return found;
+        }
+    }
+    return {};
+}
+
+std::uint32_t Memory::word(std::uint32_t address) {
+    const auto bytes = at(address, 4);
+    std::uint32_t value = 0xFFFFFFFF;
+    if (!bytes.empty()) {
+        std::memcpy(&value, bytes.data(), sizeof value);
+    }
+    return value;
+}
+
+}  // namespace tricoil::virtual_board

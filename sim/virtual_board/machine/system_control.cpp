@@ -1,0 +1,286 @@
+#include "sim/virtual_board/machine/system_control.hpp"
+
+#include <fmt/format.h>
+
+#include "sim/virtual_board/machine/run_failure.hpp"
+
+namespace tricoil::virtual_board {
+namespace {
+
+// Offsets from 0xE000ED00.
+constexpr std::uint32_t kCpuid = 0x00;
+constexpr std::uint32_t kIcsr = 0x04;
+constexpr std::uint32_t kVtor = 0x08;
+constexpr std::uint32_t kAircr = 0x0C;
+constexpr std::uint32_t kScr = 0x10;
+constexpr std::uint32_t kCcr = 0x14;
+constexpr std::uint32_t kPriorities = 0x18;  // of exceptions 4 to 15, a byte each
+constexpr std::uint32_t kShcsr = 0x24;
+constexpr std::uint32_t kCfsr = 0x28;
+constexpr std::uint32_t kHfsr = 0x2C;
+constexpr std::uint32_t kMmfar = 0x34;
+constexpr std::uint32_t kBfar = 0x38;
+constexpr std::uint32_t kCpacr = 0x88;
+constexpr std::uint32_t kMpuType = 0x90;
+constexpr std::uint32_t kDhcsr = 0xF0;
+constexpr std::uint32_t kDemcr = 0xFC;
+constexpr std::uint32_t kFpccr = 0x234;
+constexpr std::uint32_t kFpcar = 0x238;
+constexpr std::uint32_t kFpdscr = 0x23C;
+
+constexpr std::uint32_t kPriorityBytes = 12;
+constexpr std::uint32_t kSystemResetRequest = 1U << 2U;
+
+std::uint32_t bit(bool set, unsigned at) { return set ? 1U << at : 0U; }
+
+}  // namespace
+
+void SystemControl::wait_for_lazy_save(std::uint32_t address) {
+    fpcar_ = address;
+    fpccr_ |= 1U;
+}
+
+std::uint32_t SystemControl::interrupt_state() const {
+    return static_cast<std::uint32_t>(running_) | bit(nvic_.active_count() <= 1, 11) |
+           static_cast<std::uint32_t>(nvic_.first_pending()) << 12U | bit(nvic_.first_pending() >= kFirstInterrupt, 22) |
+           bit(nvic_.is_pending(kSysTick), 26) | bit(nvic_.is_pending(kPendSv), 28) | bit(nvic_.is_pending(kNmi), 31);
+}
+
+void SystemControl::control_interrupts(std::uint32_t value) {
+    const auto obey = [&](unsigned at, int exception, bool pends) {
+        if ((value >> at & 1U) != 0) {
+            pends ? nvic_.pend(exception) : nvic_.unpend(exception);
+        }
+    };
+    obey(31, kNmi, true);
+    obey(28, kPendSv, true);
+    obey(27, kPendSv, false);
+    obey(26, kSysTick, true);
+    obey(25, kSysTick, false);
+}
+
+std::uint32_t SystemControl::read(std::uint32_t offset) {
+    if (offset >= kPriorities && offset < kPriorities + kPriorityBytes) {
+        std::uint32_t value = 0;
+        for (unsigned byte = 0; byte < 4; ++byte) {
+            const int exception = static_cast<int>(4 + offset - kPriorities + byte);
+            value |= static_cast<std::uint32_t>(nvic_.priority(exception)) << 8U * byte;
+        }
+        return value;
+    }
+    switch (offset) {
+        case kCpuid:
+            return 0x410FC241;  // Cortex-M4 r0p1
+        case kIcsr:
+            return interrupt_state();
+        case kVtor:
+            return vtor_;
+        case kAircr:
+            return 0xFA050000U | nvic_.group() << 8U;
+        case kScr:
+            return scr_;
+        case kCcr:
+            return ccr_;
+        case kShcsr:
+            return shcsr_;
+        case kCfsr:
+            return cfsr_;
+        case kHfsr:
+            return hfsr_;
+        case kCpacr:
+            return cpacr_;
+        case kFpccr:
+            return fpccr_;
+        case kFpcar:
+            return fpcar_;
+        case kFpdscr:
+            return fpdscr_;
+        case kMmfar:
+        case kBfar:
+        case kMpuType:
+        case kDhcsr:
+            return 0;  // no debugger is attached
+        case kDemcr:
+            return 1U << 24U;
+        default:
+            throw RunFailure("no such register");
+    }
+}
+
+void SystemControl::write(std::uint32_t offset, std::uint32_t value) {
+    if (offset >= kPriorities && offset < kPriorities + kPriorityBytes) {
+        write_narrow(offset, value, 4);
+        return;
+    }
+    switch (offset) {
+        case kIcsr:
+            control_interrupts(value);
+            break;
+        case kVtor:
+            vtor_ = value & ~0x7FU;
+            break;
+        case kAircr:
+            if (value >> 16U != 0x05FA) {
+                throw RunFailure("AIRCR written without its key");
+            }
+            nvic_.set_group(value >> 8U & 7U);
+            if ((value & kSystemResetRequest) != 0) {
+                request_reset_();
+            }
+            break;
+        case kScr:
+            if ((value & 4U) != 0) {
+                throw RunFailure("SLEEPDEEP: deep sleep is not modelled");
+            }
+            scr_ = value;
+            break;
+        case kCcr:
+            ccr_ = value;
+            break;
+        case kShcsr:
+            shcsr_ = value;
+            break;
+        case kCfsr:
+            cfsr_ &= ~value;
+            break;
+        case kHfsr:
+            hfsr_ &= ~value;
+            break;
+        case kCpacr:
+            cpacr_ = value & 0x00F00000U;
+            break;
+        case kFpccr:
+            fpccr_ = value;
+            break;
+        case kFpcar:
+            fpcar_ = value & ~7U;
+            break;
+        case kFpdscr:
+            fpdscr_ = value;
+            break;
+        case kDemcr:
+            break;
+        default:
+            throw RunFailure("no such register, or it cannot be written");
+    }
+}
+
+void SystemControl::write_narrow(std::uint32_t offset, std::uint32_t value, unsigned bytes) {
+    for (unsigned byte = 0; byte < bytes; ++byte) {
+        const std::uint32_t at = offset + byte - kPriorities;
+        if (offset < kPriorities || at >= kPriorityBytes) {
+            throw RunFailure("byte write to a register of 4 bytes");
+        }
+        nvic_.set_priority(static_cast<int>(4 + at), static_cast<std::uint8_t>(value >> 8U * byte));
+    }
+}
+
+void SystemControl::reset() {
+    vtor_ = 0;
+    scr_ = 0;
+    ccr_ = 0x200;  // STKALIGN
+    shcsr_ = 0;
+    cpacr_ = 0;
+    fpccr_ = 0xC0000000;  // ASPEN, LSPEN
+    fpcar_ = 0;
+    fpdscr_ = 0;
+    running_ = 0;
+}
+
+SysTick::SysTick(Events& events, Nvic& nvic, std::function<Ticks()> ticks_per_cycle)
+    : events_(events), nvic_(nvic), ticks_per_cycle_(std::move(ticks_per_cycle)), wrap_(events, [this] { wrap(); }) {}
+
+void SysTick::wrap() {
+    counted_ = true;
+    if ((control_ & 2U) != 0) {
+        nvic_.pend(kSysTick);
+    }
+    start();
+}
+
+void SysTick::start() {
+    if ((control_ & 1U) != 0 && load_ != 0) {
+        wrap_.in(period());
+    } else {
+        wrap_.cancel();
+    }
+}
+
+std::uint32_t SysTick::read(std::uint32_t offset) {
+    switch (offset) {
+        case 0x0: {
+            const std::uint32_t value = control_ | bit(counted_, 16);
+            counted_ = false;
+            return value;
+        }
+        case 0x4:
+            return load_;
+        case 0x8:
+            return wrap_.is_due() ? static_cast<std::uint32_t>((wrap_.when() - events_.now()) / ticks_per_cycle_()) : 0;
+        case 0xC:
+            return 0;
+        default:
+            throw RunFailure("no such register");
+    }
+}
+
+void SysTick::write(std::uint32_t offset, std::uint32_t value) {
+    switch (offset) {
+        case 0x0:
+            if ((value & 5U) == 1U) {
+                throw RunFailure("SysTick by HCLK/8 is not modelled; set CLKSOURCE");
+            }
+            if (((control_ ^ value) & 1U) != 0) {
+                control_ = value & 7U;
+                start();
+            }
+            control_ = value & 7U;
+            break;
+        case 0x4:
+            load_ = value & 0xFFFFFFU;
+            break;
+        case 0x8:
+            counted_ = false;
+            start();
+            break;
+        default:
+            throw RunFailure("no such register");
+    }
+}
+
+void SysTick::reset() {
+    control_ = 0;
+    load_ = 0;
+    counted_ = false;
+    wrap_.cancel();
+}
+
+std::uint32_t CycleCounter::read(std::uint32_t offset) {
+    switch (offset) {
+        case 0x0:
+            return control_ | 0x40000000U;
+        case 0x4:
+            return (control_ & 1U) != 0 ? static_cast<std::uint32_t>(cycles_ - zero_) : stopped_at_;
+        default:
+            throw RunFailure("no such register");
+    }
+}
+
+void CycleCounter::write(std::uint32_t offset, std::uint32_t value) {
+    const std::uint32_t count = read(4);
+    switch (offset) {
+        case 0x0:
+            control_ = value & 1U;
+            stopped_at_ = count;
+            zero_ = cycles_ - count;
+            break;
+        case 0x4:
+            stopped_at_ = value;
+            zero_ = cycles_ - value;
+            break;
+        default:
+            throw RunFailure("no such register");
+    }
+}
+
+}  // namespace tricoil::virtual_board

@@ -1,0 +1,95 @@
+// The processor's own registers outside its core: system control block, SysTick, floating-point context, cycle counter.
+#pragma once
+
+#include <functional>
+
+#include "sim/virtual_board/machine/nvic.hpp"
+
+namespace tricoil::virtual_board {
+
+/// SCB and the floating-point registers behind it, 0xE000ED00-0xE000EFFF (ARMv7-M B3.2).
+class SystemControl final : public Peripheral {
+public:
+    SystemControl(Nvic& nvic, std::function<void()> request_reset) : nvic_(nvic), request_reset_(std::move(request_reset)) {}
+
+    [[nodiscard]] std::uint32_t vector_table() const { return vtor_; }
+    /// CPACR gives code full access to coprocessors 10 and 11.
+    [[nodiscard]] bool float_is_on() const { return (cpacr_ >> 20U & 0xFU) == 0xFU; }
+    [[nodiscard]] bool stack_aligned() const { return (ccr_ & 1U << 9U) != 0; }
+
+    // FPCCR and FPCAR: where the floating-point registers of what was interrupted belong, if nobody has needed them yet.
+    [[nodiscard]] bool saves_float() const { return (fpccr_ & 1U << 31U) != 0; }
+    [[nodiscard]] bool saves_lazily() const { return (fpccr_ & 1U << 30U) != 0; }
+    [[nodiscard]] bool lazy_save_waits() const { return (fpccr_ & 1U) != 0; }
+    [[nodiscard]] std::uint32_t lazy_save_address() const { return fpcar_; }
+    void wait_for_lazy_save(std::uint32_t address);
+    void end_lazy_save() { fpccr_ &= ~1U; }
+    [[nodiscard]] std::uint32_t default_fpscr() const { return fpdscr_; }
+
+    std::uint32_t read(std::uint32_t offset) override;
+    void write(std::uint32_t offset, std::uint32_t value) override;
+    void write_narrow(std::uint32_t offset, std::uint32_t value, unsigned bytes) override;
+    void reset() override;
+
+    /// The exception that runs, for ICSR.
+    void set_running(int exception) { running_ = exception; }
+
+private:
+    [[nodiscard]] std::uint32_t interrupt_state() const;
+    void control_interrupts(std::uint32_t value);
+
+    Nvic& nvic_;
+    std::function<void()> request_reset_;
+    std::uint32_t vtor_ = 0;
+    std::uint32_t scr_ = 0;
+    std::uint32_t ccr_ = 0;
+    std::uint32_t shcsr_ = 0;
+    std::uint32_t cfsr_ = 0;
+    std::uint32_t hfsr_ = 0;
+    std::uint32_t cpacr_ = 0;
+    std::uint32_t fpccr_ = 0;
+    std::uint32_t fpcar_ = 0;
+    std::uint32_t fpdscr_ = 0;
+    int running_ = 0;
+};
+
+/// 0xE000E010: counts the processor's cycles down.
+class SysTick final : public Peripheral {
+public:
+    /// `ticks_per_cycle`: at the present clock.
+    SysTick(Events& events, Nvic& nvic, std::function<Ticks()> ticks_per_cycle);
+
+    std::uint32_t read(std::uint32_t offset) override;
+    void write(std::uint32_t offset, std::uint32_t value) override;
+    void reset() override;
+
+private:
+    void wrap();
+    void start();
+    [[nodiscard]] Ticks period() const { return (Ticks{load_} + 1) * ticks_per_cycle_(); }
+
+    Events& events_;
+    Nvic& nvic_;
+    std::function<Ticks()> ticks_per_cycle_;
+    Event wrap_;
+    std::uint32_t control_ = 0;
+    std::uint32_t load_ = 0;
+    bool counted_ = false;
+};
+
+/// 0xE0001000 CYCCNT, and 0xE000EDF0 DEMCR that allows it.
+class CycleCounter final : public Peripheral {
+public:
+    explicit CycleCounter(const std::uint64_t& cycles) : cycles_(cycles) {}
+    std::uint32_t read(std::uint32_t offset) override;
+    void write(std::uint32_t offset, std::uint32_t value) override;
+    void reset() override { control_ = 0; }
+
+private:
+    const std::uint64_t& cycles_;
+    std::uint32_t control_ = 0;
+    std::uint64_t zero_ = 0;
+    std::uint32_t stopped_at_ = 0;
+};
+
+}  // namespace tricoil::virtual_board

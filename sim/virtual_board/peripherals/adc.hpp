@@ -1,0 +1,75 @@
+// Analog-to-digital converter (RM0440 section 21): one channel, conversions by trigger, oversampling, analog watchdog 1.
+#pragma once
+
+#include <functional>
+#include <optional>
+
+#include "sim/virtual_board/peripherals/dma.hpp"
+
+namespace tricoil::virtual_board {
+
+/// Clock of a group of converters, ADCx_CCR.
+class AdcCommon final : public Peripheral {
+public:
+    /// Cycles of the bus clock to one of the converter's.
+    [[nodiscard]] unsigned divider() const;
+    std::uint32_t read(std::uint32_t offset) override { return registers_.at(offset); }
+    void write(std::uint32_t offset, std::uint32_t value) override { registers_.at(offset) = value; }
+    void reset() override { registers_.reset(); }
+
+private:
+    RegisterFile<4> registers_{{0x00, 0}, {0x08, 0}, {0x0C, 0}};
+};
+
+struct AdcParams {
+    unsigned request = 0;  // at the DMA's multiplexer
+    int interrupt = 0;
+};
+
+class Adc final : public Peripheral {
+public:
+    Adc(Machine& machine, Dma& dma, const AdcCommon& common, const AdcParams& params);
+
+    /// One of its external triggers came: a conversion begins, if it is set up for it.
+    void trigger(unsigned source);
+    [[nodiscard]] bool is_converting() const { return converting_; }
+    /// From the trigger until the voltage is held.
+    [[nodiscard]] Ticks sampling_time() const;
+    [[nodiscard]] Ticks conversion_time() const;
+    [[nodiscard]] unsigned channel() const { return field(registers_[0x30], 6, 5); }
+    /// The conversion ends with this code, 0 to 4095.
+    void finish(std::uint32_t code);
+
+    /// Sees each result that goes to DR; may not be set.
+    std::function<void(std::uint32_t)> on_result;
+
+    /// A broken converter: starts, and never ends a conversion.
+    void stick(bool stuck) { stuck_ = stuck; }
+
+    std::uint32_t read(std::uint32_t offset) override;
+    void write(std::uint32_t offset, std::uint32_t value) override;
+    void reset() override;
+
+private:
+    void control(std::uint32_t value);
+    void give(std::uint32_t result);
+    void watch(std::uint32_t result);
+    void show_interrupt();
+    [[nodiscard]] bool runs() const { return is_set(control_, 2); }
+
+    Machine& machine_;
+    Dma& dma_;
+    const AdcCommon& common_;
+    AdcParams params_;
+    RegisterFile<49> registers_;
+    Event ready_;
+    Event calibrated_;
+    std::uint32_t control_ = 0;
+    std::uint32_t flags_ = 0;
+    std::uint32_t sum_ = 0;
+    unsigned summed_ = 0;
+    bool converting_ = false;
+    bool stuck_ = false;
+};
+
+}  // namespace tricoil::virtual_board

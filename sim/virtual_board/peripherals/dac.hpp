@@ -1,0 +1,41 @@
+// Digital-to-analog converter with up to two channels (RM0440 section 22).
+#pragma once
+
+#include <array>
+#include <functional>
+
+#include "sim/virtual_board/machine/peripheral.hpp"
+#include "sim/virtual_board/peripherals/dma.hpp"
+
+namespace tricoil::virtual_board {
+
+class Dac final : public Peripheral {
+public:
+    /// `requests`: the channels' numbers at the DMA's multiplexer. `core_hz`: what HFSEL must fit.
+    Dac(Dma& dma, std::array<unsigned, 2> requests, std::function<double()> core_hz);
+
+    /// One of its triggers came.
+    void trigger(unsigned source);
+    /// 0 to 4095, of a channel that is on; none: the output floats.
+    [[nodiscard]] bool is_on(unsigned channel) const { return is_set(registers_[0x00], 16 * channel); }
+    [[nodiscard]] std::uint32_t code(unsigned channel) const { return outputs_[channel]; }
+
+    std::uint32_t read(std::uint32_t offset) override;
+    void write(std::uint32_t offset, std::uint32_t value) override;
+    void write_narrow(std::uint32_t offset, std::uint32_t value, unsigned bytes) override;
+    void reset() override;
+
+private:
+    void hold(unsigned channel, std::uint32_t code);
+
+    Dma& dma_;
+    std::array<unsigned, 2> requests_;
+    std::function<double()> core_hz_;
+    RegisterFile<21> registers_;
+    std::array<std::uint32_t, 2> held_{};
+    std::array<std::uint32_t, 2> outputs_{};
+    std::array<bool, 2> waits_{};  // for the DMA
+    std::array<bool, 2> underrun_{};
+};
+
+}  // namespace tricoil::virtual_board

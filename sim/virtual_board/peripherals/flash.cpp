@@ -1,0 +1,198 @@
+#include "sim/virtual_board/peripherals/flash.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+namespace tricoil::virtual_board {
+namespace {
+
+constexpr std::uint32_t kKeyr = 0x08;
+constexpr std::uint32_t kSr = 0x10;
+constexpr std::uint32_t kCr = 0x14;
+constexpr std::uint32_t kEccr = 0x18;
+constexpr std::uint32_t kOptr = 0x20;
+
+constexpr unsigned kEndOfOperation = 0;
+constexpr unsigned kProgramError = 3;
+constexpr unsigned kAlignmentError = 5;
+constexpr unsigned kSequenceError = 7;
+constexpr unsigned kBusy = 16;
+constexpr std::uint32_t kErrors = 0xC3FA;
+
+constexpr unsigned kProgram = 0;
+constexpr unsigned kErasePage = 1;
+constexpr unsigned kBank2 = 11;
+constexpr unsigned kStart = 16;
+constexpr unsigned kLock = 31;
+constexpr unsigned kDoubleError = 31;
+constexpr unsigned kErrorInBank2 = 21;
+
+}  // namespace
+
+Flash::Flash(Machine& machine)
+    : machine_(machine),
+      registers_{{kAcr, 0x600}, {0x04, 0}, {kKeyr, 0}, {0x0C, 0}, {kSr, 0}, {kCr, 0xC0000000}, {kEccr, 0}, {kOptr, 0xFFEFF8AA}},
+      bank_(*this),
+      finish_(machine.events, [this] { finish(); }),
+      interrupt_(machine.events, [this] { std::exchange(on_interrupted_, {})(); }),
+      content_(Memory::kBankBytes, 0xFF) {}
+
+bool Flash::is_locked() const { return is_set(registers_[kCr], kLock); }
+
+void Flash::reset() {
+    lose_power();  // a reset ends an operation as badly
+    registers_.reset();
+    first_word_.reset();
+    keys_ = 0;
+}
+
+void Flash::interrupt_operation(std::uint64_t n, std::function<void()> act) {
+    interrupted_operation_ = operations_ + n;
+    on_interrupted_ = std::move(act);
+}
+
+void Flash::error(unsigned bit) { registers_.at(kSr) |= 1U << bit; }
+
+void Flash::begin(Operation operation, double duration_s) {
+    operation_ = operation;
+    registers_.at(kSr) |= 1U << kBusy;
+    finish_.in(ticks(duration_s));
+    if (interrupted_operation_ == operations_) {
+        interrupted_operation_.reset();
+        interrupt_.in(ticks(0.5 * duration_s));
+    }
+    ++operations_;
+    if (on_operation) {
+        on_operation();
+    }
+}
+
+void Flash::finish() {
+    const Operation done = *std::exchange(operation_, std::nullopt);
+    if (done.words) {
+        std::memcpy(content_.data() + done.offset, done.words->data(), sizeof *done.words);
+    } else {
+        std::fill_n(content_.begin() + done.offset, kPageBytes, 0xFF);
+        damaged_.erase(damaged_.lower_bound(done.offset), damaged_.lower_bound(done.offset + kPageBytes));
+    }
+    registers_.at(kSr) &= ~(1U << kBusy);
+    registers_.at(kSr) |= 1U << kEndOfOperation;
+}
+
+void Flash::lose_power() {
+    if (!operation_) {
+        return;
+    }
+    const Operation cut = *std::exchange(operation_, std::nullopt);
+    finish_.cancel();
+    interrupt_.cancel();
+    if (cut.words) {
+        damaged_.insert(cut.offset);
+        return;
+    }
+    for (std::uint32_t at = cut.offset; at < cut.offset + kPageBytes; at += 16) {  // every other double-word is neither old nor new
+        std::fill_n(content_.begin() + at, 8, 0xFF);
+        damaged_.insert(at + 8);
+    }
+}
+
+std::uint32_t Flash::read_bank(std::uint32_t offset) {
+    if (operation_) {
+        throw RunFailure("bank 2 is read while it is erased or programmed");
+    }
+    std::uint32_t word = 0;
+    std::memcpy(&word, content_.data() + offset, sizeof word);
+    if (damaged_.contains(offset & ~7U)) {
+        if (!is_set(registers_[kEccr], kDoubleError)) {
+            registers_.at(kEccr) = (registers_[kEccr] & (1U << 24U)) | 1U << kDoubleError | 1U << kErrorInBank2 | (offset & ~7U);
+        }
+        machine_.nvic.pend(kNmi);
+        word ^= 0x5A5A5A5AU;
+    }
+    return word;
+}
+
+void Flash::write_bank(std::uint32_t offset, std::uint32_t value) {
+    if (is_locked() || !is_set(registers_[kCr], kProgram)) {
+        throw RunFailure("plain store to flash, without unlocking and PG");
+    }
+    if (operation_) {
+        throw RunFailure("bank 2 is written while it is erased or programmed");
+    }
+    if (!first_word_) {
+        if ((offset & 7U) != 0) {
+            error(kAlignmentError);
+            return;
+        }
+        first_word_ = {offset, value};
+        return;
+    }
+    const auto [first_offset, first_value] = *std::exchange(first_word_, std::nullopt);
+    if (offset != first_offset + 4) {
+        error(kAlignmentError);
+        return;
+    }
+    const auto old = std::span(content_).subspan(first_offset, 8);
+    const bool erased = std::all_of(old.begin(), old.end(), [](std::uint8_t byte) { return byte == 0xFF; });
+    if (damaged_.contains(first_offset) || (!erased && (first_value | value) != 0)) {
+        error(kProgramError);
+        return;
+    }
+    if ((registers_[kSr] & kErrors) != 0) {
+        error(kSequenceError);
+        return;
+    }
+    begin({first_offset, {{first_value, value}}}, kProgramS);
+}
+
+void Flash::unlock(std::uint32_t key) {
+    constexpr std::array<std::uint32_t, 2> kKeys{0x45670123, 0xCDEF89AB};
+    if (keys_ > 1 || !is_locked() || key != kKeys[static_cast<std::size_t>(keys_)]) {
+        throw RunFailure("wrong key: flash would stay locked until the next reset");
+    }
+    if (++keys_ == 2) {
+        keys_ = 0;
+        registers_.at(kCr) &= ~(1U << kLock);
+    }
+}
+
+void Flash::control(std::uint32_t value) {
+    if (operation_) {
+        throw RunFailure("CR is written while flash is busy");
+    }
+    if (is_locked()) {
+        throw RunFailure("CR is written while flash is locked");
+    }
+    registers_.at(kCr) = value & ~(1U << kStart);
+    if (!is_set(value, kStart)) {
+        return;
+    }
+    if (!is_set(value, kErasePage) || is_set(value, kProgram) || (registers_[kSr] & kErrors) != 0) {
+        error(kSequenceError);
+        return;
+    }
+    if (!is_set(value, kBank2)) {
+        throw RunFailure("a page of bank 1, from which the code runs, is erased");
+    }
+    begin({field(value, 3, 7) * kPageBytes, std::nullopt}, kEraseS);
+}
+
+std::uint32_t Flash::read(std::uint32_t offset) { return registers_.at(offset); }
+
+void Flash::write(std::uint32_t offset, std::uint32_t value) {
+    switch (offset) {
+        case kKeyr: unlock(value); break;
+        case kSr: registers_.at(kSr) &= ~(value & (kErrors | 1U)); break;
+        case kCr: control(value); break;
+        case kEccr: {
+            const bool cleared = is_set(value, kDoubleError);
+            registers_.at(kEccr) = cleared ? value & (1U << 24U) : registers_[kEccr];
+            break;
+        }
+        case kAcr: registers_.at(kAcr) = value; break;
+        default: throw RunFailure("option bytes and fast programming are not in this model");
+    }
+}
+
+}  // namespace tricoil::virtual_board

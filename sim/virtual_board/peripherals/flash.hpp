@@ -1,0 +1,87 @@
+// Flash memory (RM0440 section 5): bank 2 of double-words that can be erased, programmed, and left damaged by a loss of power.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <optional>
+#include <set>
+#include <vector>
+
+#include "sim/virtual_board/machine/machine.hpp"
+#include "sim/virtual_board/peripherals/register_file.hpp"
+
+namespace tricoil::virtual_board {
+
+/// Registers at 0x40022000 and bank 2 at 0x08040000. What it holds survives resets and losses of power; a double-word whose
+/// programming or erasing was cut off is damaged: reading it raises the NMI with ECCR.ECCD, until its page is erased.
+class Flash final : public Peripheral {
+public:
+    static constexpr std::uint32_t kPageBytes = 2048;
+    static constexpr double kProgramS = 85e-6;  // DS12288: 64 bits
+    static constexpr double kEraseS = 22e-3;    // a page
+
+    explicit Flash(Machine& machine);
+
+    /// Bank 2, for the bus.
+    Peripheral& bank() { return bank_; }
+    [[nodiscard]] std::uint32_t wait_states() const { return field(registers_[kAcr], 0, 4); }
+
+    /// In the middle of the n-th erasing or programming from now on, `act` is called; 0 is the next one.
+    void interrupt_operation(std::uint64_t n, std::function<void()> act);
+    /// Power is gone now: what is under way leaves damage.
+    void lose_power();
+
+    [[nodiscard]] std::vector<std::uint8_t>& content() { return content_; }
+    [[nodiscard]] std::set<std::uint32_t>& damaged() { return damaged_; }
+    [[nodiscard]] std::uint64_t operations() const { return operations_; }
+
+    /// Called when erasing or programming begins.
+    std::function<void()> on_operation;
+
+    std::uint32_t read(std::uint32_t offset) override;
+    void write(std::uint32_t offset, std::uint32_t value) override;
+    void reset() override;
+
+private:
+    class Bank final : public Peripheral {
+    public:
+        explicit Bank(Flash& flash) : flash_(flash) {}
+        std::uint32_t read(std::uint32_t offset) override { return flash_.read_bank(offset); }
+        void write(std::uint32_t offset, std::uint32_t value) override { flash_.write_bank(offset, value); }
+        void reset() override {}
+
+    private:
+        Flash& flash_;
+    };
+    /// Under way: an erased page or a programmed double-word.
+    struct Operation {
+        std::uint32_t offset = 0;
+        std::optional<std::array<std::uint32_t, 2>> words;  // none: erases
+    };
+
+    static constexpr std::uint32_t kAcr = 0x00;
+    std::uint32_t read_bank(std::uint32_t offset);
+    void write_bank(std::uint32_t offset, std::uint32_t value);
+    void control(std::uint32_t value);
+    void unlock(std::uint32_t key);
+    void begin(Operation operation, double duration_s);
+    void finish();
+    void error(unsigned bit);
+    [[nodiscard]] bool is_locked() const;
+
+    Machine& machine_;
+    RegisterFile<9> registers_;
+    Bank bank_;
+    Event finish_;
+    Event interrupt_;
+    std::vector<std::uint8_t> content_;
+    std::set<std::uint32_t> damaged_;  // offsets of double-words
+    std::optional<Operation> operation_;
+    std::optional<std::array<std::uint32_t, 2>> first_word_;  // offset, value
+    int keys_ = 0;
+    std::uint64_t operations_ = 0;
+    std::optional<std::uint64_t> interrupted_operation_;
+    std::function<void()> on_interrupted_;
+};
+
+}  // namespace tricoil::virtual_board

@@ -1,0 +1,49 @@
+// Independent watchdog (RM0440 section 43): by the 32 kHz oscillator, not to be stopped.
+#pragma once
+
+#include <functional>
+
+#include "sim/virtual_board/machine/machine.hpp"
+#include "sim/virtual_board/peripherals/register_file.hpp"
+
+namespace tricoil::virtual_board {
+
+class Iwdg final : public Peripheral {
+public:
+    Iwdg(Machine& machine, std::function<void()> bite) : expires_(machine.events, std::move(bite)) {}
+
+    [[nodiscard]] bool runs() const { return expires_.is_due(); }
+
+    std::uint32_t read(std::uint32_t offset) override { return registers_.at(offset); }
+    void write(std::uint32_t offset, std::uint32_t value) override {
+        if (offset != kKey) {
+            if (!unlocked_) {
+                throw RunFailure("PR or RLR is written without the key 0x5555");
+            }
+            registers_.at(offset) = value;
+            return;
+        }
+        unlocked_ = value == 0x5555;
+        if (value == 0xCCCC || (value == 0xAAAA && runs())) {
+            expires_.in(period());
+        }
+    }
+    void reset() override {
+        registers_.reset();
+        expires_.cancel();
+        unlocked_ = false;
+    }
+
+private:
+    static constexpr std::uint32_t kKey = 0x00;
+    static constexpr Ticks kTicksPerCycle = kTicksPerSecond / 32'000;
+    [[nodiscard]] Ticks period() const {
+        return (Ticks{registers_[0x08] & 0xFFFU} + 1) * (Ticks{4} << (registers_[0x04] & 7U)) * kTicksPerCycle;
+    }
+
+    RegisterFile<5> registers_{{kKey, 0}, {0x04, 0}, {0x08, 0xFFF}, {0x0C, 0}, {0x10, 0xFFF}};
+    Event expires_;
+    bool unlocked_ = false;
+};
+
+}  // namespace tricoil::virtual_board

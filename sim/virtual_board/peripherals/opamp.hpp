@@ -1,0 +1,36 @@
+// Operational amplifiers 1-6 (RM0440 section 25) as programmable gain amplifiers.
+#pragma once
+
+#include "sim/virtual_board/machine/peripheral.hpp"
+#include "sim/virtual_board/peripherals/register_file.hpp"
+
+namespace tricoil::virtual_board {
+
+class Opamp final : public Peripheral {
+public:
+    /// Gain of alternating voltage at VINP0, around half the supply; 0: off, or its output does not reach the converter.
+    [[nodiscard]] double gain(unsigned n) const {
+        const std::uint32_t csr = registers_[4 * (n - 1)];
+        const bool on = is_set(csr, 0) && is_set(csr, 8) && field(csr, 2, 2) == 0;
+        const std::uint32_t code = field(csr, 14, 5);
+        switch (field(csr, 5, 2)) {
+            case 3: return on ? 1 : 0;
+            case 2:
+                if (on && field(code, 3, 2) != 1) {
+                    throw RunFailure("a gain ladder that ends at ground: half the supply would saturate it");
+                }
+                return on && field(code, 0, 3) < 6 ? static_cast<double>(2U << field(code, 0, 3)) : 0;
+            default: return 0;
+        }
+    }
+
+    std::uint32_t read(std::uint32_t offset) override { return registers_.at(offset); }
+    void write(std::uint32_t offset, std::uint32_t value) override { registers_.at(offset) = value; }
+    void reset() override { registers_.reset(); }
+
+private:
+    RegisterFile<12> registers_{{0x00, 0}, {0x04, 0}, {0x08, 0}, {0x0C, 0}, {0x10, 0}, {0x14, 0},
+                                {0x18, 0}, {0x1C, 0}, {0x20, 0}, {0x24, 0}, {0x28, 0}, {0x2C, 0}};
+};
+
+}  // namespace tricoil::virtual_board

@@ -1,0 +1,133 @@
+// Power fails at every word of a write, and words are damaged afterwards: what is read is one whole calibration.
+#include "board/app/calibration_store.hpp"
+
+#include <gtest/gtest.h>
+
+#include "sim/hal/simulated_storage.hpp"
+
+namespace tricoil {
+namespace {
+
+using app::CalibrationStore;
+using Content = CalibrationStore::Content;
+
+calibration::Blob numbered(std::uint8_t n) {
+    calibration::Blob blob{};
+    for (std::size_t i = 0; i < blob.size(); ++i) {
+        blob[i] = static_cast<std::uint8_t>(n * 31U + i * 7U);
+    }
+    return blob;
+}
+
+/// What a board finds at its next power-on.
+std::optional<calibration::Blob> found(sim::SimulatedStorage& storage) {
+    CalibrationStore store(storage);
+    calibration::Blob blob{};
+    return store.open() == Content::sound && store.read(blob).ok() ? std::optional(blob) : std::nullopt;
+}
+
+constexpr std::uint64_t kOperations = 1 + 1 + 62 + 1;  // erase, head, blob, tail
+
+TEST(CalibrationStore, IsEmptyBeforeTheFirstWrite) {
+    sim::SimulatedStorage storage(2, 2048);
+    CalibrationStore store(storage);
+    calibration::Blob blob{};
+    EXPECT_EQ(store.open(), Content::none);
+    EXPECT_EQ(store.read(blob).code(), StatusCode::not_ready);
+}
+
+TEST(CalibrationStore, ReadsTheNewestOfMany) {
+    sim::SimulatedStorage storage(2, 512);
+    CalibrationStore store(storage);
+    store.open();
+    for (std::uint8_t n = 0; n < 9; ++n) {
+        ASSERT_TRUE(store.write(numbered(n)).ok());
+        EXPECT_EQ(found(storage), numbered(n));
+    }
+    EXPECT_EQ(storage.operations(), 9 * kOperations);
+}
+
+TEST(CalibrationStore, KeepsTheOldOneWhereverPowerFails) {
+    for (std::uint64_t after = 1; after <= kOperations + 1; ++after) {
+        sim::SimulatedStorage storage(2, 2048);
+        CalibrationStore store(storage);
+        store.open();
+        ASSERT_TRUE(store.write(numbered(1)).ok());
+        ASSERT_TRUE(store.write(numbered(2)).ok());
+        storage.fail_power_after(after);
+        const bool written = store.write(numbered(3)).ok();
+        storage.restore_power();
+        EXPECT_EQ(written, after > kOperations);
+        EXPECT_EQ(found(storage), numbered(written ? 3 : 2)) << "power failed in operation " << after;
+        // And the board that comes up can write again.
+        CalibrationStore next(storage);
+        next.open();
+        ASSERT_TRUE(next.write(numbered(4)).ok());
+        EXPECT_EQ(found(storage), numbered(4));
+    }
+}
+
+TEST(CalibrationStore, PowerThatFailsInTheVeryFirstWriteLeavesNoneOrADamagedOne) {
+    for (std::uint64_t after = 1; after <= kOperations; ++after) {
+        sim::SimulatedStorage storage(2, 2048);
+        CalibrationStore store(storage);
+        store.open();
+        storage.fail_power_after(after);
+        EXPECT_FALSE(store.write(numbered(1)).ok());
+        storage.restore_power();
+        EXPECT_EQ(found(storage), std::nullopt) << "power failed in operation " << after;
+        CalibrationStore next(storage);
+        EXPECT_EQ(next.open(), Content::damaged);
+        EXPECT_TRUE(next.write(numbered(2)).ok());
+    }
+}
+
+TEST(CalibrationStore, AnyDamagedWordOfTheNewestLeavesTheOneBefore) {
+    for (std::size_t at = 0; at < 8 * (kOperations - 1); at += 8) {
+        for (const bool told : {true, false}) {
+            sim::SimulatedStorage storage(2, 2048);
+            CalibrationStore store(storage);
+            store.open();
+            ASSERT_TRUE(store.write(numbered(1)).ok());
+            ASSERT_TRUE(store.write(numbered(2)).ok());  // in slot 1
+            if (told) {
+                storage.damage(1, at);
+            } else {
+                storage.corrupt(1, at, 0x400);
+            }
+            EXPECT_EQ(found(storage), numbered(1)) << "word at " << at << (told ? ", unreadable" : ", changed");
+        }
+    }
+}
+
+TEST(CalibrationStore, ChoosesTheNewestThoughTheCountWraps) {
+    sim::SimulatedStorage storage(2, 512);
+    CalibrationStore store(storage);
+    store.open();
+    ASSERT_TRUE(store.write(numbered(1)).ok());
+    // A damaged number is told from a sound one by the check value alone.
+    storage.corrupt(0, 0, std::uint64_t{0xFFFFFFFF} << 32U);
+    EXPECT_EQ(found(storage), std::nullopt);
+}
+
+TEST(CalibrationStore, RefusesAStorageThatIsTooSmall) {
+    sim::SimulatedStorage one(1, 2048);
+    EXPECT_EQ(CalibrationStore(one).write(numbered(1)).code(), StatusCode::invalid_argument);
+    sim::SimulatedStorage tight(2, 504);
+    EXPECT_EQ(CalibrationStore(tight).write(numbered(1)).code(), StatusCode::invalid_argument);
+}
+
+TEST(CalibrationStore, TellsOfAMemoryThatDoesNotTakeWhatIsWritten) {
+    sim::SimulatedStorage storage(2, 512);
+    CalibrationStore store(storage);
+    store.open();
+    ASSERT_TRUE(store.write(numbered(1)).ok());
+    storage.fail_power_after(3);
+    EXPECT_FALSE(store.write(numbered(2)).ok());
+    calibration::Blob blob{};
+    EXPECT_TRUE(store.read(blob).ok());
+    EXPECT_EQ(blob, numbered(1));
+}
+
+}  // namespace
+}  // namespace tricoil

@@ -1,0 +1,184 @@
+// The whole tracker board without hardware: the firmware application in front of a simulated world, three links, and hosts behind
+// them.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <numbers>
+
+#include "board/app/tracker_device.hpp"
+#include "core/signal/stated_plan.hpp"
+#include "sim/hal/simulated_processor.hpp"
+#include "sim/hal/simulated_storage.hpp"
+#include "sim/scenarios/scenario.hpp"
+#include "tests/app/host_end.hpp"
+
+namespace tricoil::test {
+
+/// A sampler that breaks what it is told to: sees every block, in a copy that it may change.
+class TamperedSampler final : public hal::CoilSampler {
+public:
+    explicit TamperedSampler(hal::CoilSampler& sampler) : sampler_(sampler) {}
+    /// Returns what poll() shall say.
+    std::function<Status(SampleBlock&, std::vector<Sample>&)> tamper;
+    std::uint64_t polls = 0;
+    std::function<void()> started;
+
+private:
+    Status do_start(const signal::AcquisitionPlan& plan) override {
+        if (started) {
+            started();
+        }
+        return sampler_.start(plan);
+    }
+    Status do_poll(SampleBlock& block) override {
+        ++polls;
+        const Status status = sampler_.poll(block);
+        if (!status.ok() || !tamper) {
+            return status;
+        }
+        samples_.assign(block.samples.begin(), block.samples.end());
+        const Status tampered = tamper(block, samples_);
+        block.samples = samples_;
+        return tampered;
+    }
+    void do_stop() override { sampler_.stop(); }
+
+    hal::CoilSampler& sampler_;
+    std::vector<Sample> samples_;
+};
+
+inline signal::DemodulatorParams<float> in_single(const signal::DemodulatorParams<double>& p) {
+    signal::DemodulatorParams<float> single;
+    for (std::size_t j = 0; j < kSourceCoils; ++j) {
+        for (std::size_t c = 0; c < kSensorCoils; ++c) {
+            single.response[j][c] = static_cast<std::complex<float>>(p.response[j][c]);
+        }
+    }
+    for (std::size_t n = 0; n < signal::kMaxGainSteps; ++n) {
+        for (std::size_t c = 0; c < kSensorCoils; ++c) {
+            single.gain_steps[n].gain[c] = static_cast<float>(p.gain_steps[n].gain[c]);
+            single.gain_steps[n].lag_s[c] = static_cast<float>(p.gain_steps[n].lag_s[c]);
+        }
+    }
+    single.sigma_floor = static_cast<float>(p.sigma_floor);
+    single.linear_share = p.linear_share;
+    return single;
+}
+
+inline const std::array<signal::AcquisitionPlan, 3> kBenchModes{signal::stated_tdm_plan(144e3, 200, 40, 12),
+                                                                signal::stated_fdm_plan(144e3, 600, {32, 42, 56}),
+                                                                signal::stated_fdm_plan(144e3, 150, {8, 10, 14})};
+
+struct BenchParams {
+    std::string scenario = "hand";
+    signal::GainSteps<double> gains{};
+    std::uint8_t gain_steps = 1;
+    int converter_bits = 24;
+    Microseconds host_silence{250'000};
+    hal::ResetReason reset = hal::ResetReason::power_on;
+};
+
+/// What outlives a reset: the world and the flash.
+struct DeviceBench {
+    static constexpr std::size_t kLinks = 3;
+
+    explicit DeviceBench(const BenchParams& p = {})
+        : bench(p),
+          scenario(sim::load_scenario(p.scenario, 1)),
+          world((scenario.world.converter.bits = p.converter_bits, scenario.world), *scenario.motion, scenario.faults),
+          gain(p.gains, p.gain_steps),
+          sampler(world, coils, clock, 1e9) {
+        world.configure(kBenchModes[0]);
+        sampler.amplify(gain);
+        for (std::size_t n = 0; n < kLinks; ++n) {
+            ports[n] = &device_ends[n];
+            hosts.push_back(std::make_unique<HostEnd>(device_ends[n]));
+        }
+        system.pretend(p.reset);
+        boot();
+    }
+
+    [[nodiscard]] app::DeviceParams params() const {
+        app::DeviceParams p;
+        p.serial = 42;
+        p.firmware = 0x000100;
+        p.modes = kBenchModes;
+        auto demodulation = world.demodulation();
+        demodulation.gain_steps = bench.gains;
+        p.demodulator = in_single(demodulation);
+        p.coupling_constant_m3 = static_cast<float>(scenario.world.coupling_constant_m3);
+        p.hemisphere = scenario.motion->at(0).position_m.cast<float>();
+        p.most_reference_v = 1.8F;
+        p.host_silence = bench.host_silence;
+        return p;
+    }
+
+    /// From reset; the storage keeps what it holds.
+    void boot() {
+        device.emplace(app::DeviceHardware{clock, coils, tampered, gain, heartbeat, storage, watchdog, system, indicator, ports},
+                       params());
+        device->boot();
+    }
+
+    HostEnd& host(std::size_t n = 0) { return *hosts[n]; }
+
+    /// Steps for so long of device time; hosts listen, and those that are fed keep the device alive.
+    void run(double seconds) {
+        const double end = clock.elapsed_s() + seconds;
+        double fed = clock.elapsed_s();
+        while (clock.elapsed_s() < end) {
+            device->step();
+            const bool feeds = clock.elapsed_s() - fed > 0.02;
+            fed = feeds ? clock.elapsed_s() : fed;
+            for (std::size_t n = 0; n < kLinks; ++n) {
+                if (feeds && fed_hosts[n]) {
+                    hosts[n]->keep_alive();
+                }
+                hosts[n]->listen();
+            }
+            EXPECT_FALSE(coils.state() != Excitation::off && device->state() != protocol::DeviceState::running)
+                << "coils on though the device does not measure";
+        }
+    }
+
+    /// Says `opcode` and returns what became of it.
+    std::optional<protocol::AckResult> ask(protocol::Opcode opcode, std::uint32_t argument = 0,
+                                           Excitation state = Excitation::off, std::size_t n = 0) {
+        host(n).command(opcode, argument, state);
+        run(0.01);
+        return host(n).result();
+    }
+
+    /// Links opened, greeted, started and fed.
+    void track(std::size_t links = 1) {
+        run(0.01);
+        for (std::size_t n = 0; n < links; ++n) {
+            host(n).hello();
+            host(n).start();
+            fed_hosts[n] = true;
+        }
+        run(0.01);
+    }
+
+    BenchParams bench;
+    sim::Scenario scenario;
+    sim::SimulatedClock clock;
+    sim::CoilWorld world;
+    sim::SimulatedCoilDriver coils;
+    sim::SimulatedGain gain;
+    sim::SimulatedCoilSampler sampler;
+    TamperedSampler tampered{sampler};
+    sim::SimulatedStorage storage{2, 2048};
+    sim::SimulatedWatchdog watchdog{clock};
+    sim::SimulatedSystem system{clock};
+    sim::SimulatedIndicator indicator;
+    sim::SimulatedHeartbeat heartbeat;
+    std::array<sim::MemoryPort, kLinks> device_ends;
+    std::array<hal::MessagePort*, kLinks> ports{};
+    std::vector<std::unique_ptr<HostEnd>> hosts;
+    std::array<bool, kLinks> fed_hosts{};
+    std::optional<app::TrackerDevice> device;
+};
+
+}  // namespace tricoil::test

@@ -1,0 +1,204 @@
+// What breaks: coils off within a block, the right fault told, and a start recovers where nothing is broken any more.
+#include <gtest/gtest.h>
+
+#include "tests/app/device_bench.hpp"
+
+namespace tricoil {
+namespace {
+
+using protocol::AckResult;
+using protocol::DeviceState;
+using protocol::Fault;
+using protocol::Opcode;
+using test::DeviceBench;
+
+constexpr double kBlock_s = 1.0 / 720;
+
+class Faults : public ::testing::Test {
+protected:
+    void SetUp() override {
+        board.track();
+        board.run(0.2);
+        ASSERT_EQ(board.device->state(), DeviceState::running);
+    }
+
+    /// The fault begins with the next block; after that block the coils must be off.
+    void expect_off(Fault fault, double within_s = 1.5 * kBlock_s) {
+        const double begin_s = board.clock.elapsed_s();
+        while (board.coils.state() != Excitation::off && board.clock.elapsed_s() < begin_s + 1) {
+            board.device->step();
+        }
+        EXPECT_LT(board.clock.elapsed_s() - begin_s, within_s);
+        EXPECT_EQ(board.device->state(), DeviceState::fault);
+        EXPECT_EQ(board.device->faults().bits(), static_cast<std::uint16_t>(fault));
+        board.run(0.2);
+        EXPECT_EQ(board.coils.state(), Excitation::off) << "nothing but a start switches on again";
+        const protocol::StatusMessage& told = board.host().statuses.back();
+        EXPECT_EQ(told.device_state, 2);
+        EXPECT_EQ(told.faults, static_cast<std::uint16_t>(fault));
+    }
+
+    void expect_recovery() {
+        board.tampered.tamper = {};
+        board.host().hello();
+        EXPECT_EQ(board.ask(Opcode::start), AckResult::done);
+        const std::size_t poses = board.host().poses.size();
+        board.run(0.2);
+        EXPECT_EQ(board.device->state(), DeviceState::running);
+        EXPECT_EQ(board.device->faults().bits(), 0);
+        EXPECT_GT(board.host().poses.size(), poses + 100);
+    }
+
+    DeviceBench board;
+};
+
+TEST_F(Faults, OverCurrent) {
+    board.tampered.tamper = [](SampleBlock&, std::vector<Sample>& samples) {
+        for (Sample& sample : samples) {
+            sample[kReferenceChannel] *= 2;
+        }
+        return Status{};
+    };
+    expect_off(Fault::overcurrent);
+    EXPECT_EQ(board.ask(Opcode::start), AckResult::done);
+    board.run(0.01);
+    EXPECT_EQ(board.device->state(), DeviceState::fault) << "still shorted";
+    expect_recovery();
+}
+
+TEST_F(Faults, OpenCoil) {
+    board.tampered.tamper = [](SampleBlock& block, std::vector<Sample>& samples) {
+        for (Sample& sample : samples) {
+            sample[kReferenceChannel] =
+                block.state == Excitation::s2 ? sample[kReferenceChannel] / 1000 : sample[kReferenceChannel];
+        }
+        return Status{};
+    };
+    expect_off(Fault::open_coil, 3.5 * kBlock_s);  // it shows when that coil's turn comes
+    expect_recovery();
+}
+
+TEST_F(Faults, ConverterThatDeliversNothing) {
+    board.tampered.tamper = [](SampleBlock&, std::vector<Sample>&) { return Status{StatusCode::timed_out, "no block"}; };
+    expect_off(Fault::converter);
+    expect_recovery();
+}
+
+TEST_F(Faults, ConverterThatLostSamples) {
+    board.tampered.tamper = [](SampleBlock& block, std::vector<Sample>&) {
+        block.overrun_count = 3;
+        return Status{};
+    };
+    expect_off(Fault::converter);
+    EXPECT_EQ(board.host().statuses.back().overruns, 3U);
+    expect_recovery();
+}
+
+TEST_F(Faults, ConverterThatRepeatsOneCode) {
+    board.tampered.tamper = [](SampleBlock&, std::vector<Sample>& samples) {
+        for (Sample& sample : samples) {
+            sample[1] = 77;
+        }
+        return Status{};
+    };
+    expect_off(Fault::converter, 7.5 * kBlock_s);  // a single block may be chance
+    expect_recovery();
+}
+
+TEST_F(Faults, HeartbeatLineGone) {
+    board.heartbeat.cut();
+    expect_off(Fault::drive);
+}
+
+TEST_F(Faults, ClockOrStack) {
+    board.system.pretend(hal::SystemTroubles{hal::SystemTrouble::stack});
+    expect_off(Fault::stack);
+    EXPECT_EQ(board.ask(Opcode::start), AckResult::failed);
+    EXPECT_EQ(board.coils.state(), Excitation::off);
+}
+
+TEST_F(Faults, HostFallsSilent) {
+    board.fed_hosts[0] = false;
+    const double begin_s = board.clock.elapsed_s();
+    while (board.coils.state() != Excitation::off && board.clock.elapsed_s() < begin_s + 1) {
+        board.device->step();
+    }
+    EXPECT_NEAR(board.clock.elapsed_s() - begin_s, 0.25, 0.03);
+    EXPECT_EQ(board.device->state(), DeviceState::idle);
+    EXPECT_TRUE(board.device->faults().has(Fault::watchdog));
+    expect_recovery();
+}
+
+TEST_F(Faults, LinkIsPulledOut) {
+    board.host().port().unplug();
+    const double begin_s = board.clock.elapsed_s();
+    board.device->step();
+    EXPECT_EQ(board.coils.state(), Excitation::off);
+    EXPECT_LT(board.clock.elapsed_s() - begin_s, 2 * kBlock_s);
+    EXPECT_TRUE(board.device->faults().has(Fault::watchdog));
+    board.run(0.3);
+    board.host().port().plug_in();
+    ASSERT_TRUE(board.host().port().open().ok());
+    board.run(0.2);
+    expect_recovery();
+}
+
+TEST(FaultsOf, AHostThatTakesNothing) {
+    DeviceBench board;
+    board.track(2);
+    // The second host feeds the board and never listens: its queue fills up, the first one's poses come all the same.
+    for (int n = 0; n < 1000; ++n) {
+        board.device->step();
+        board.host(0).listen();
+        if (n % 10 == 0) {
+            board.host(0).keep_alive();
+            board.host(1).keep_alive();
+        }
+    }
+    EXPECT_EQ(board.device->state(), DeviceState::running);
+    EXPECT_TRUE(board.device->faults().has(Fault::send_overflow));
+    EXPECT_GT(board.host(0).poses.size(), 900U);
+    EXPECT_GT(board.host(0).statuses.back().dropped, 100U);
+}
+
+TEST(FaultsOf, NoHostWhereNoneIsNeeded) {
+    DeviceBench board({.host_silence = Microseconds{0}});
+    board.track();
+    board.fed_hosts[0] = false;
+    board.run(2);
+    EXPECT_EQ(board.device->state(), DeviceState::running);
+}
+
+TEST(FaultsOf, AProgramThatHung) {
+    DeviceBench board({.reset = hal::ResetReason::watchdog});
+    board.run(0.05);
+    EXPECT_EQ(board.device->state(), DeviceState::idle);
+    EXPECT_TRUE(board.device->faults().has(Fault::hung));
+    board.track();
+    EXPECT_FALSE(board.device->faults().has(Fault::hung));
+}
+
+TEST(FaultsOf, ADamagedCalibration) {
+    DeviceBench board;
+    board.storage.damage(0, 0);
+    board.boot();
+    board.run(0.05);
+    EXPECT_EQ(board.device->faults().bits(), static_cast<std::uint16_t>(Fault::calibration));
+    EXPECT_EQ(board.device->state(), DeviceState::idle);
+    EXPECT_FALSE(board.device->report().passed());
+    board.run(0.2);
+    board.track();
+    EXPECT_EQ(board.device->state(), DeviceState::running) << "it tracks as without a calibration, and says so";
+    EXPECT_TRUE(board.device->faults().has(Fault::calibration));
+}
+
+TEST(FaultsOf, ARestart) {
+    DeviceBench board;
+    board.track();
+    board.run(0.1);
+    board.device.reset();
+    EXPECT_EQ(board.coils.state(), Excitation::off) << "destruction switches off";
+}
+
+}  // namespace
+}  // namespace tricoil

@@ -1,0 +1,236 @@
+// The gain follows the distance, with hysteresis, and nobody sees it in the couplings.
+#include "board/app/gain_ranging.hpp"
+
+#include <gtest/gtest.h>
+
+#include "sim/motion/simple_motions.hpp"
+#include "tests/app/device_bench.hpp"
+
+namespace tricoil {
+namespace {
+
+using app::GainRanging;
+using test::DeviceBench;
+
+signal::GainSteps<float> fours() {
+    signal::GainSteps<float> steps{};
+    for (std::size_t n = 0; n < 4; ++n) {
+        steps[n].gain.fill(std::pow(4.0F, static_cast<float>(n)));
+    }
+    return steps;
+}
+
+TEST(GainRanging, GoesDownAtOnceAndUpWithPatience) {
+    GainRanging ranging(fours(), 4);
+    for (int n = 0; n < 17; ++n) {
+        EXPECT_EQ(ranging.next(0.1F, 0), 0);
+    }
+    EXPECT_EQ(ranging.next(0.1F, 0), 1);
+    EXPECT_EQ(ranging.next(0.9F, 1), 0);
+}
+
+TEST(GainRanging, ASingleLargeBlockBeginsThePatienceAnew) {
+    GainRanging ranging(fours(), 4);
+    for (int n = 0; n < 100; ++n) {
+        EXPECT_EQ(ranging.next(n % 10 == 0 ? 0.3F : 0.1F, 0), 0);
+    }
+}
+
+TEST(GainRanging, ABlockFromBeforeTheChangeDecidesNothing) {
+    GainRanging ranging(fours(), 4);
+    for (int n = 0; n < 18; ++n) {
+        ranging.next(0.1F, 0);
+    }
+    ASSERT_EQ(ranging.step(), 1);
+    for (int n = 0; n < 100; ++n) {
+        EXPECT_EQ(ranging.next(0.95F, 0), 1);
+    }
+}
+
+/// No signal size makes it go up and down for ever.
+TEST(GainRanging, HasHysteresis) {
+    for (float volts = 0.001F; volts < 1; volts *= 1.01F) {
+        GainRanging ranging(fours(), 4);
+        int changes = 0;
+        for (int n = 0; n < 1000; ++n) {
+            const std::uint8_t before = ranging.step();
+            changes += ranging.next(std::min(1.0F, volts * fours()[before].gain[0]), before) != before ? 1 : 0;
+        }
+        EXPECT_LE(changes, 3) << volts;
+        const float share = volts * fours()[ranging.step()].gain[0];
+        EXPECT_TRUE(share <= 0.85F || ranging.step() == 0) << volts;
+        EXPECT_TRUE(share > 0.55F / 4 || ranging.step() == 3) << volts;
+    }
+}
+
+TEST(GainRanging, StaysWithinTheStepsThatThereAre) {
+    GainRanging one(fours(), 1);
+    for (int n = 0; n < 100; ++n) {
+        EXPECT_EQ(one.next(0.001F, 0), 0);
+        EXPECT_EQ(one.next(1, 0), 0);
+    }
+}
+
+/// Gains that are off by percents and lag as real amplifiers do, and are calibrated so.
+signal::GainSteps<double> real_amplifier() {
+    signal::GainSteps<double> steps{};
+    for (std::size_t n = 0; n < 4; ++n) {
+        const double nominal = std::pow(4.0, static_cast<double>(n));
+        steps[n].gain = {nominal * 1.02, nominal * 0.985, nominal * (n == 2 ? 1.03 : 0.99)};
+        steps[n].lag_s.fill(nominal / (2 * std::numbers::pi * 13e6));  // of 13 MHz gain-bandwidth
+    }
+    return steps;
+}
+
+/// Sensor on a straight line away from the source, 0.2 to 1.2 m.
+class Away final : public sim::Motion {
+    [[nodiscard]] sim::Pose do_at(double time_s) const override {
+        const double range = std::min(0.2 + 0.25 * time_s, 1.2);
+        const Vec3<double> towards = Vec3<double>(0.8, 0.5, -0.33).normalized();
+        return {range * towards, Quat<double>(0.9, 0.2, -0.3, 0.1).normalized()};
+    }
+};
+
+struct Seen {
+    Column<float> column;
+    std::uint8_t step = 0;
+    double truth_ratio = 0;  // column's length over that of the true one
+};
+
+std::vector<Seen> columns_along(const signal::AcquisitionPlan& plan, const signal::GainSteps<double>& truth,
+                                const signal::GainSteps<double>& calibrated) {
+    const Away motion;
+    sim::WorldParams params;
+    params.converter.bits = 16;
+    params.converter.noise_v_per_sqrt_hz = 200e-9;
+    params.mains_v = 0;
+    sim::CoilWorld world(params, motion, {});
+    world.configure(plan);
+    sim::SimulatedClock clock;
+    sim::SimulatedCoilDriver coils;
+    sim::SimulatedGain gain(truth, 4);
+    sim::SimulatedCoilSampler sampler(world, coils, clock, 1e9);
+    sampler.amplify(gain);
+    auto demodulation = world.demodulation();
+    demodulation.gain_steps = calibrated;
+    const auto single = test::in_single(demodulation);
+    sim::SimulatedHeartbeat heart;
+    app::SupervisedSampler supervised(sampler, gain, heart, single.gain_steps, 10);
+    signal::Demodulator<float> demodulator(plan, single);
+    std::vector<Seen> seen;
+    EXPECT_TRUE(supervised.start(plan).ok());
+    for (int n = 0; clock.elapsed_s() < 4; ++n) {
+        EXPECT_TRUE(coils.excite(plan.is_tdm() ? single_coil(n % 3) : Excitation::all).ok());
+        SampleBlock block;
+        EXPECT_TRUE(supervised.poll(block).ok());
+        const auto columns = demodulator.demodulate(block);
+        EXPECT_TRUE(columns.ok());
+        for (const Column<float>& column : *columns) {
+            const Mat3<double> x = world.coupling(motion.at(to_seconds(column.midpoint)));
+            const Vec3<double> real = x.col(coil_index(column.state));
+            seen.push_back({column, block.gain_step, static_cast<double>(column.in_phase.norm()) / real.norm()});
+        }
+    }
+    return seen;
+}
+
+struct Change {
+    double before = 0;
+    double after = 0;
+};
+
+/// Mean ratio to the truth of the last and the first usable columns on either side of each change of step.
+std::vector<Change> changes_in(const std::vector<Seen>& all) {
+    std::vector<Seen> seen;
+    for (const Seen& one : all) {
+        if (!one.column.flags.has(ColumnFlag::overrun) && !one.column.flags.has(ColumnFlag::saturated)) {
+            seen.push_back(one);
+        }
+    }
+    constexpr std::size_t kMean = 60;
+    std::vector<Change> changes;
+    for (std::size_t n = kMean; n + kMean < seen.size(); ++n) {
+        if (seen[n].step == seen[n - 1].step) {
+            continue;
+        }
+        Change change;
+        for (std::size_t k = 0; k < kMean; ++k) {
+            change.before += seen[n - 1 - k].truth_ratio / kMean;
+            change.after += seen[n + k].truth_ratio / kMean;
+        }
+        changes.push_back(change);
+    }
+    return changes;
+}
+
+class Amplified : public ::testing::TestWithParam<std::size_t> {};
+
+TEST_P(Amplified, ColumnsDoNotJumpWhenTheGainChanges) {
+    const auto seen = columns_along(test::kBenchModes[GetParam()], real_amplifier(), real_amplifier());
+    EXPECT_EQ(seen.back().step, 3) << "at 1.2 m all of the gain is needed";
+    const auto changes = changes_in(seen);
+    ASSERT_GE(changes.size(), 3U);
+    ASSERT_LE(changes.size(), 6U);
+    for (const Change& change : changes) {
+        EXPECT_NEAR(change.after / change.before, 1, 1e-3);
+        EXPECT_NEAR(change.after, 1, 2e-3);
+    }
+}
+
+TEST_P(Amplified, ColumnsDoJumpWithoutACalibrationOfTheSteps) {
+    auto nominal = real_amplifier();
+    for (std::size_t n = 0; n < 4; ++n) {
+        nominal[n].gain.fill(std::pow(4.0, static_cast<double>(n)));
+    }
+    double largest = 0;
+    for (const Change& change : changes_in(columns_along(test::kBenchModes[GetParam()], real_amplifier(), nominal))) {
+        largest = std::max(largest, std::abs(change.after / change.before - 1));
+    }
+    EXPECT_GT(largest, 3e-3);
+}
+
+INSTANTIATE_TEST_SUITE_P(Multiplexing, Amplified, ::testing::Values(0, 1));
+
+TEST(Amplified, LagTurnsCouplingsIntoQuadratureUnlessItIsCalibrated) {
+    auto without_lag = real_amplifier();
+    for (auto& step : without_lag) {
+        step.lag_s.fill(0);
+    }
+    const auto quadrature = [](const std::vector<Seen>& seen) {
+        double sum = 0;
+        for (const Seen& one : seen) {
+            sum += one.step == 3 ? std::abs(static_cast<double>(one.column.quadrature.norm() / one.column.in_phase.norm())) : 0;
+        }
+        return sum;
+    };
+    const double calibrated = quadrature(columns_along(test::kBenchModes[0], real_amplifier(), real_amplifier()));
+    const double ignored = quadrature(columns_along(test::kBenchModes[0], real_amplifier(), without_lag));
+    EXPECT_GT(ignored, 3 * calibrated);
+}
+
+TEST(Amplified, TheBoardTracksAcrossAllSteps) {
+    DeviceBench board({.scenario = "hand", .gains = real_amplifier(), .gain_steps = 4, .converter_bits = 16});
+    board.track();
+    board.run(2);
+    std::size_t valid = 0;
+    for (const protocol::PoseMessage& m : board.host().poses) {
+        valid += (m.flags & 0x3FFU) == 0 ? 1U : 0U;
+    }
+    EXPECT_GT(valid, board.host().poses.size() * 9 / 10);
+    EXPECT_GT(board.gain.step(), 0);
+}
+
+/// A plan stated by hand is the one that is planned.
+TEST(StatedPlan, EqualsThePlanThatIsMade) {
+    for (const signal::AcquisitionPlan& stated : test::kBenchModes) {
+        const auto planned = signal::plan_acquisition(stated.params);
+        ASSERT_TRUE(planned.ok()) << planned.status().message();
+        EXPECT_EQ(planned->block_samples, stated.block_samples);
+        EXPECT_EQ(planned->window_samples, stated.window_samples);
+        EXPECT_EQ(planned->window_cycles, stated.window_cycles);
+        EXPECT_EQ(planned->params.carrier_hz, stated.params.carrier_hz);
+    }
+}
+
+}  // namespace
+}  // namespace tricoil

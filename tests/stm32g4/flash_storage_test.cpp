@@ -1,0 +1,81 @@
+// Pages of flash, with memory that is plain: what reaches which register, and what errors become.
+#include "drivers/stm32g4/flash_storage.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+
+namespace tricoil::stm32g4 {
+namespace {
+
+struct FlashStorageTest : testing::Test {
+    FlashStorageTest() {
+        for (volatile std::uint64_t& word : memory) {
+            word = ~std::uint64_t{0};
+        }
+    }
+
+    FlashRegisters registers{};
+    std::array<volatile std::uint64_t, 2 * kFlashPageBytes / 8> memory;
+    FlashStorage storage{registers, {memory.data(), 126, 2}};
+};
+
+TEST_F(FlashStorageTest, ErasesAPageOfTheSecondBank) {
+    EXPECT_EQ(storage.slots(), 2U);
+    EXPECT_EQ(storage.slot_bytes(), 2048U);
+    EXPECT_TRUE(storage.erase(1).ok());
+    EXPECT_EQ(registers.CR, flash::CR_LOCK);  // and nothing but
+    EXPECT_EQ(storage.erase(2).code(), StatusCode::invalid_argument);
+}
+
+TEST_F(FlashStorageTest, ProgramsADoubleWordAndReadsItBack) {
+    EXPECT_TRUE(storage.program(1, 16, 0x0123'4567'89AB'CDEF).ok());
+    EXPECT_EQ(memory[256 + 2], 0x0123'4567'89AB'CDEFU);
+    std::array<std::uint8_t, 16> bytes{};
+    EXPECT_TRUE(storage.read(1, 16, bytes).ok());
+    EXPECT_EQ(bytes[0], 0xEF);
+    EXPECT_EQ(bytes[7], 0x01);
+    EXPECT_EQ(bytes[8], 0xFF);
+}
+
+TEST_F(FlashStorageTest, RefusesPlacesThatAreNotThere) {
+    std::array<std::uint8_t, 16> bytes{};
+    EXPECT_EQ(storage.program(0, 4, 0).code(), StatusCode::invalid_argument);
+    EXPECT_EQ(storage.program(0, 2048, 0).code(), StatusCode::invalid_argument);
+    EXPECT_EQ(storage.program(2, 0, 0).code(), StatusCode::invalid_argument);
+    EXPECT_EQ(storage.read(0, 2040, bytes).code(), StatusCode::invalid_argument);
+    EXPECT_EQ(storage.read(0, ~std::size_t{7}, bytes).code(), StatusCode::invalid_argument);
+    EXPECT_EQ(storage.read(0, 0, std::span(bytes).first(3)).code(), StatusCode::invalid_argument);
+    EXPECT_EQ(registers.CR, 0U);
+}
+
+TEST_F(FlashStorageTest, ALockThatDoesNotOpenAndABusyFlashAreTold) {
+    registers.CR = flash::CR_LOCK;  // the keys open a real one
+    EXPECT_EQ(storage.program(0, 0, 1).code(), StatusCode::device_lost);
+    EXPECT_EQ(registers.KEYR, flash::KEYR_KEY2);
+    EXPECT_EQ(memory[0], ~std::uint64_t{0});
+    registers.CR = 0;
+    registers.SR = flash::SR_BSY;
+    EXPECT_EQ(storage.erase(0).code(), StatusCode::timed_out);
+}
+
+TEST_F(FlashStorageTest, ErrorsOfTheHardwareAreTold) {
+    registers.SR = 1U << 4U;  // a plain structure does not clear on being written one
+    EXPECT_EQ(storage.program(0, 0, 1).code(), StatusCode::device_lost);
+    EXPECT_EQ(registers.CR, flash::CR_LOCK);
+}
+
+TEST_F(FlashStorageTest, AnEccErrorInItsPagesIsItsOwn) {
+    registers.ECCR = flash::ECCR_ECCD | flash::ECCR_BK_ECC | (126U * 2048U + 8U);
+    EXPECT_TRUE(storage.on_ecc_error());
+    EXPECT_EQ(registers.ECCR, flash::ECCR_ECCD);         // written one to clear
+    registers.ECCR = flash::ECCR_ECCD | (126U * 2048U);  // the program's bank
+    EXPECT_FALSE(storage.on_ecc_error());
+    registers.ECCR = flash::ECCR_ECCD | flash::ECCR_BK_ECC | (125U * 2048U);
+    EXPECT_FALSE(storage.on_ecc_error());
+    registers.ECCR = 0;
+    EXPECT_FALSE(storage.on_ecc_error());
+}
+
+}  // namespace
+}  // namespace tricoil::stm32g4

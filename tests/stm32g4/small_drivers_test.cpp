@@ -1,0 +1,185 @@
+// Pins, time, watchdog, amplifiers, the processor: registers as plain structures.
+#include <gtest/gtest.h>
+
+#include "drivers/stm32g4/carrier_table.hpp"
+#include "drivers/stm32g4/enable_lines.hpp"
+#include "drivers/stm32g4/independent_watchdog.hpp"
+#include "drivers/stm32g4/lines.hpp"
+#include "drivers/stm32g4/processor.hpp"
+#include "drivers/stm32g4/sensor_amplifiers.hpp"
+#include "drivers/stm32g4/timer_clock.hpp"
+
+namespace tricoil::stm32g4 {
+namespace {
+
+TEST(Pin, IsLowBeforeItIsAnOutput) {
+    GpioRegisters port{};
+    port.MODER = 0xFFFF'FFFFU;
+    Pin(port, 9).make_output();
+    EXPECT_EQ(port.BSRR, 1U << 25U);
+    EXPECT_EQ(port.MODER, 0xFFF7'FFFFU);
+}
+
+TEST(Pin, TakesAnAlternateFunction) {
+    GpioRegisters port{};
+    port.AFR[0] = 0xFFFF'FFFFU;
+    Pin(port, 6).make_alternate(9, true);
+    EXPECT_EQ(port.AFR[0], 0xF9FF'FFFFU);
+    EXPECT_EQ(port.AFR[1], 0U);
+    EXPECT_EQ(port.MODER, 2U << 12U);
+    EXPECT_EQ(port.PUPDR, 1U << 12U);
+    Pin(port, 10).make_alternate(7);
+    EXPECT_EQ(port.AFR[1], 7U << 8U);
+}
+
+TEST(EnableLines, SwitchOffBeforeOn) {
+    GpioRegisters port{};
+    const EnableLines lines(port, {6, 7, 8});
+    lines.set(Excitation::s2);
+    EXPECT_EQ(port.BRR, 1U << 6U | 1U << 8U);
+    EXPECT_EQ(port.BSRR, 1U << 7U);
+    port.BSRR = 0;
+    lines.set(Excitation::off);
+    EXPECT_EQ(port.BRR, 7U << 6U);
+    EXPECT_EQ(port.BSRR, 0U);
+    lines.set(Excitation::all);
+    EXPECT_EQ(port.BRR, 0U);
+    EXPECT_EQ(port.BSRR, 7U << 6U);
+}
+
+TEST(HeartbeatLine, ChangesWithEveryBeat) {
+    GpioRegisters port{};
+    HeartbeatLine line(Pin(port, 9));
+    EXPECT_TRUE(line.beat().ok());
+    EXPECT_EQ(port.BSRR, 1U << 9U);
+    EXPECT_TRUE(line.beat().ok());
+    EXPECT_EQ(port.BSRR, 1U << 25U);
+}
+
+TEST(TimerClock, GoesOnWhenTheTimerComesRound) {
+    TimRegisters timer{};
+    TimerClock clock(timer);
+    clock.start(170'000'000);
+    EXPECT_EQ(timer.PSC, 169U);
+    EXPECT_EQ(timer.CR1, tim::CR1_CEN);
+    timer.CNT = 0xFFFF'FFF0U;
+    const DeviceTime before = clock.now();
+    EXPECT_EQ(to_us(before), 0xFFFF'FFF0);
+    timer.CNT = 4;
+    EXPECT_EQ(to_us(clock.now()), 0x1'0000'0004);
+}
+
+TEST(IndependentWatchdog, TakesTheFinestDividerThatHoldsItsTime) {
+    IwdgRegisters registers{};
+    IndependentWatchdog watchdog(registers);
+    watchdog.feed();
+    EXPECT_EQ(registers.KR, 0U);  // not started: nothing to feed
+    EXPECT_TRUE(watchdog.start(Microseconds{250'000}).ok());
+    EXPECT_EQ(registers.PR, 0U);
+    EXPECT_EQ(registers.RLR, 1999U);
+    EXPECT_TRUE(watchdog.start(Microseconds{512'000}).ok());
+    EXPECT_EQ(registers.PR, 0U);
+    EXPECT_EQ(registers.RLR, 4095U);
+    EXPECT_TRUE(watchdog.start(Microseconds{1'000'000}).ok());
+    EXPECT_EQ(registers.PR, 1U);
+    EXPECT_EQ(registers.RLR, 3999U);
+    EXPECT_EQ(registers.KR, iwdg::KR_feed);
+}
+
+TEST(IndependentWatchdog, RefusesWhatItCannotMeasureAndTellsADeadOscillator) {
+    IwdgRegisters registers{};
+    IndependentWatchdog watchdog(registers);
+    EXPECT_EQ(watchdog.start(Microseconds{100}).code(), StatusCode::invalid_argument);
+    EXPECT_EQ(watchdog.start(Microseconds{33'000'000}).code(), StatusCode::invalid_argument);
+    EXPECT_EQ(registers.KR, 0U);
+    registers.SR = iwdg::SR_RVU;
+    EXPECT_EQ(watchdog.start(Microseconds{250'000}).code(), StatusCode::timed_out);
+}
+
+TEST(SensorAmplifiers, FollowAtStepZeroAndDoubleWithEachStep) {
+    OpampRegisters registers{};
+    const SensorAmplifiers amplifiers(registers, {3, 6, 4});
+    amplifiers.set(0);
+    EXPECT_EQ(registers.CSR[2], 1U | 3U << 5U | 1U << 7U | 1U << 8U);
+    EXPECT_EQ(registers.CSR[2], registers.CSR[5]);
+    EXPECT_EQ(registers.CSR[0], 0U);
+    amplifiers.set(6);
+    EXPECT_EQ(registers.CSR[3] >> 14U & 31U, 8U + 5U);  // times 64, ladder to VINM0
+    EXPECT_EQ(registers.CSR[3] >> 5U & 3U, 2U);
+    EXPECT_EQ(SensorAmplifiers::gain_of(6), 64);
+}
+
+TEST(CarrierTable, HoldsWholeCycles) {
+    constexpr CarrierPeriod period = shortest_period(640, 12);
+    EXPECT_EQ(period.updates, 160);
+    EXPECT_EQ(period.cycles, 3);
+    std::array<std::uint16_t, 160> table{};
+    write_carrier(period, 1792, table);
+    double in_phase = 0;
+    double mean = 0;
+    for (std::size_t n = 0; n < table.size(); ++n) {
+        mean += table[n] / 160.0;
+        in_phase += (table[n] - 2048.0) * std::sin(2 * std::numbers::pi * 3 * static_cast<double>(n) / 160) / 80;
+    }
+    EXPECT_NEAR(mean, 2048, 1e-9);
+    EXPECT_NEAR(in_phase, 1792, 0.1);
+    EXPECT_EQ(shortest_period(0, 0).updates, 0);
+}
+
+bool full = false;
+int resets = 0;
+
+struct ProcessorTest : testing::Test {
+    ProcessorTest() {
+        full = false;
+        resets = 0;
+    }
+
+    RccRegisters rcc{};
+    ScbRegisters scb{};
+    BootRecord record{0x1234, 0x5678, 0, 0, 0, 0};
+    Processor processor{rcc, scb, record, {[] { return full; }, [] {}, [] { ++resets; }}};
+
+    hal::ResetReason reason_for(std::uint32_t flags) {
+        rcc.CSR = flags;
+        processor.begin();
+        return processor.reset_reason();
+    }
+};
+
+TEST_F(ProcessorTest, TellsWhyItBegan) {
+    EXPECT_EQ(reason_for(rcc::CSR_BORRSTF | rcc::CSR_PINRSTF), hal::ResetReason::power_on);
+    EXPECT_EQ(reason_for(rcc::CSR_PINRSTF), hal::ResetReason::external);
+    EXPECT_EQ(reason_for(rcc::CSR_PINRSTF | rcc::CSR_SFTRSTF), hal::ResetReason::software);
+    EXPECT_EQ(reason_for(rcc::CSR_PINRSTF | rcc::CSR_IWDGRSTF), hal::ResetReason::watchdog);
+    EXPECT_NE(rcc.CSR & rcc::CSR_RMVF, 0U);
+}
+
+TEST_F(ProcessorTest, TellsAFaultOnce) {
+    record.ending = BootRecord::kFaulted;
+    EXPECT_EQ(reason_for(rcc::CSR_PINRSTF | rcc::CSR_IWDGRSTF), hal::ResetReason::fault);
+    EXPECT_EQ(reason_for(rcc::CSR_PINRSTF | rcc::CSR_IWDGRSTF), hal::ResetReason::watchdog);
+    record.ending = BootRecord::kFaulted;  // what RAM holds after power-on means nothing
+    EXPECT_EQ(reason_for(rcc::CSR_BORRSTF), hal::ResetReason::power_on);
+}
+
+TEST_F(ProcessorTest, TellsItsTroubles) {
+    EXPECT_FALSE(processor.troubles().has(hal::SystemTrouble::stack));
+    full = true;
+    processor.report(hal::SystemTrouble::clock);
+    EXPECT_TRUE(processor.troubles().has(hal::SystemTrouble::stack));
+    EXPECT_TRUE(processor.troubles().has(hal::SystemTrouble::clock));
+    EXPECT_FALSE(processor.troubles().has(hal::SystemTrouble::memory));
+}
+
+TEST_F(ProcessorTest, RestartsIntoTheLoaderByALetterToItself) {
+    processor.restart();
+    EXPECT_EQ(scb.AIRCR, 0x05FA'0004U);
+    EXPECT_EQ(record.request, 0x1234U);
+    processor.restart_into_loader();
+    EXPECT_EQ(record.request, BootRecord::kEnterLoader);
+    EXPECT_EQ(resets, 2);
+}
+
+}  // namespace
+}  // namespace tricoil::stm32g4

@@ -1,0 +1,163 @@
+// The processor of the virtual board: exceptions as ARMv7-M has them, time, and what ends a run. The image is firmware/processor.
+#include <gmock/gmock.h>
+
+#include <cstring>
+#include <fstream>
+
+#include "sim/io/input_error.hpp"
+#include "sim/virtual_board/machine/machine.hpp"
+#include "sim/virtual_board/machine/run_failure.hpp"
+#include "sim/virtual_board/machine/symbols.hpp"
+#include "tests/virtual_board/firmware/mailbox.hpp"
+
+namespace tricoil::virtual_board {
+namespace {
+
+using test::Job;
+using test::Mailbox;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+constexpr int kSvc = 100 + 11;
+constexpr int kTick = 100 + 15;
+constexpr int enters(int interrupt) { return 100 + 16 + interrupt; }
+constexpr int leaves(int interrupt) { return 200 + 16 + interrupt; }
+
+std::vector<std::uint8_t> read_image(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+class Processor : public ::testing::Test {
+protected:
+    Processor() { machine_.load(read_image(TRICOIL_TEST_FIRMWARE "/processor.bin")); }
+
+    Mailbox& mailbox() { return *reinterpret_cast<Mailbox*>(machine_.memory.at(test::kMailbox, sizeof(Mailbox)).data()); }
+
+    /// Lets the image do it; the words that it noted.
+    std::vector<std::uint32_t> run(Job job, double for_s = 0.01) {
+        mailbox() = {job, 0, 0, 0, {}};
+        machine_.reset();
+        machine_.run_until(machine_.now() + ticks(for_s));
+        EXPECT_EQ(mailbox().done, 1U);
+        return {mailbox().results, mailbox().results + mailbox().count};
+    }
+
+    /// Why the image could not do it.
+    std::string failure(Job job) {
+        mailbox() = {job, 0, 0, 0, {}};
+        machine_.reset();
+        try {
+            machine_.run_until(machine_.now() + ticks(0.01));
+        } catch (const RunFailure& failure) {
+            return failure.what();
+        }
+        return "it did not fail";
+    }
+
+    Machine machine_;
+};
+
+TEST_F(Processor, CountsEveryInstructionAsOneCycle) {
+    run(Job::nothing);
+    const std::uint64_t nothing = machine_.cpu.busy_cycles();
+    run(Job::count_instructions);
+    const std::uint64_t loop = machine_.cpu.busy_cycles() - 2 * nothing;
+    EXPECT_NEAR(static_cast<double>(loop), 2000, 30);
+    EXPECT_THAT(run(Job::cycle_counter), ElementsAre(::testing::AllOf(::testing::Ge(100U), ::testing::Le(110U))));
+}
+
+TEST_F(Processor, NestsAHigherPriority) { EXPECT_THAT(run(Job::nest_interrupts), ElementsAre(enters(0), enters(1), leaves(0))); }
+
+TEST_F(Processor, ChainsAnEqualPriorityAfterwards) {
+    EXPECT_THAT(run(Job::tail_chain), ElementsAre(enters(0), leaves(0), enters(1)));
+}
+
+TEST_F(Processor, EntersTheMoreUrgentFirst) { EXPECT_THAT(run(Job::late_arrival), ElementsAre(enters(1), enters(2))); }
+
+TEST_F(Processor, MasksByBasepri) { EXPECT_THAT(run(Job::mask_by_basepri), ElementsAre(enters(2), 1, enters(1), 2)); }
+
+TEST_F(Processor, MasksByPrimaskButWakes) { EXPECT_THAT(run(Job::mask_by_primask), ElementsAre(1, 2, enters(1), 3)); }
+
+TEST_F(Processor, SavesFloatRegistersOnlyWhenAHandlerUsesThem) {
+    const auto seen = run(Job::lazy_float);
+    ASSERT_EQ(seen.size(), 10U);
+    EXPECT_EQ(seen[0], 4U) << "CONTROL.FPCA after use";
+    EXPECT_EQ(seen[1], enters(0));
+    EXPECT_EQ(seen[2], 1U) << "FPCCR.LSPACT in the handler";
+    EXPECT_EQ(seen[3], 1U) << "room is on the stack";
+    EXPECT_NE(seen[4], 0x40400000U) << "nothing saved yet";
+    EXPECT_EQ(seen[5], 0U) << "LSPACT after use";
+    EXPECT_EQ(seen[6], 0x40400000U) << "S0 is saved";
+    EXPECT_EQ(seen[7], 4U) << "FPCA in the handler";
+    EXPECT_EQ(seen[8], leaves(0));
+    EXPECT_EQ(seen[9], 3U) << "S0 is restored";
+}
+
+TEST_F(Processor, ReturnsToTheProcessStack) { EXPECT_THAT(run(Job::process_stack), ElementsAre(enters(1), 1, 1, 1)); }
+
+TEST_F(Processor, CallsTheSystem) { EXPECT_THAT(run(Job::system_call), ElementsAre(kSvc, 1)); }
+
+TEST_F(Processor, HintsDoNothing) { EXPECT_THAT(run(Job::hints), ElementsAre(1)); }
+
+TEST_F(Processor, SleepsUntilTheTick) {
+    EXPECT_THAT(run(Job::sys_tick_sleep, 0.004), ElementsAre(kTick, kTick, kTick));
+    EXPECT_LT(machine_.cpu.busy_cycles(), 2000U);
+}
+
+TEST_F(Processor, ResetsItself) {
+    run(Job::reset_itself);
+    EXPECT_EQ(mailbox().boots, 3U);
+}
+
+TEST_F(Processor, EndsInTheBootloader) {
+    mailbox() = {Job::bootloader, 0, 0, 0, {}};
+    machine_.reset();
+    machine_.run_until(machine_.now() + ticks(0.01));
+    EXPECT_TRUE(machine_.cpu.in_bootloader());
+}
+
+TEST_F(Processor, FailsWithPlaceAndReason) {
+    const Symbols symbols(TRICOIL_TEST_FIRMWARE "/processor.elf");
+    const std::map<Job, std::string> reasons{
+        {Job::read_nowhere, "read from 0x30000000"},
+        {Job::write_flash, "write to 0x08001000, which is flash"},
+        {Job::undefined, "undefined instruction"},
+        {Job::jump_nowhere, "jump to 0x30000000"},
+        {Job::float_while_off, "before CPACR enables it"},
+        {Job::unclocked, "nothing answers at 0x48000000"},
+        {Job::no_handler, "exception 56 (interrupt 40) has no handler"},
+        {Job::stack_overflow, "stack pointer"},
+    };
+    for (const auto& [job, reason] : reasons) {
+        const std::string failed = failure(job);
+        EXPECT_THAT(failed, HasSubstr(reason));
+        const auto pc = static_cast<std::uint32_t>(std::stoul(failed, nullptr, 16));
+        EXPECT_TRUE(job == Job::jump_nowhere || !symbols.name_of(pc).empty()) << failed;
+    }
+    EXPECT_THAT(symbols.name_of(*symbols.address_of("run") & ~1U), "run");
+}
+
+TEST_F(Processor, RefusesWhatIsNoImage) {
+    EXPECT_THROW(machine_.load(std::vector<std::uint8_t>(8)), sim::InputError);
+    EXPECT_THROW(machine_.load(std::vector<std::uint8_t>(4096, 0xFF)), sim::InputError);
+    EXPECT_THROW(Symbols("/nowhere.elf"), sim::InputError);
+}
+
+TEST_F(Processor, RepeatsToTheLastCycle) {
+    std::vector<std::uint64_t> cycles;
+    for (int n = 0; n < 3; ++n) {
+        Machine machine;
+        machine.load(read_image(TRICOIL_TEST_FIRMWARE "/processor.bin"));
+        const Mailbox job{Job::sys_tick_sleep, 0, 0, 0, {}};
+        std::memcpy(machine.memory.at(test::kMailbox, sizeof job).data(), &job, sizeof job);
+        machine.reset();
+        machine.run_until(ticks(0.01));
+        cycles.push_back(machine.cpu.busy_cycles());
+    }
+    EXPECT_EQ(cycles[0], cycles[1]);
+    EXPECT_EQ(cycles[1], cycles[2]);
+}
+
+}  // namespace
+}  // namespace tricoil::virtual_board
