@@ -23,7 +23,40 @@ constexpr std::array<const char*, protocol::kWireErrors> kMeanings{"",
                                                                    "out of order or twice",
                                                                    "measured while the coils changed"};
 
+/// What a device says of itself, by the bits of its status message.
+constexpr std::array<const char*, 15> kFaults{"the host was silent: coils off",
+                                              "too much current in a coil or its power stage",
+                                              "samples were lost, or a converter is stuck",
+                                              "no calibration, or a damaged one",
+                                              "temperature beyond its limits",
+                                              "supply beyond its limits",
+                                              "coils changed within a window",
+                                              "messages were dropped, as the link is too slow",
+                                              "an open coil: no current though it is driven",
+                                              "a row of its self-check failed",
+                                              "it hung and was reset by its watchdog",
+                                              "no crystal: its rates are wrong",
+                                              "next to nothing of its stack is left",
+                                              "its calibration store does not take what is written",
+                                              "its power stages do not do what they are told"};
+
 }  // namespace
+
+void FaultReporter::tell_device_faults(std::uint16_t faults, std::int64_t now_us) {
+    if (faults == told_faults_ || (faults_us_ != 0 && now_us - faults_us_ < kPauseUs)) {
+        return;
+    }
+    const unsigned news = faults & ~static_cast<unsigned>(told_faults_);
+    for (std::size_t bit = 0; bit < kFaults.size(); ++bit) {
+        if ((news >> bit & 1U) != 0) {
+            std::array<char, 160> text{};
+            std::snprintf(text.data(), text.size(), "the device reports: %s", kFaults[bit]);
+            tell(text.data());
+        }
+    }
+    told_faults_ = faults;
+    faults_us_ = now_us;
+}
 
 void FaultReporter::tell(const char* text) const {
     std::fprintf(stderr, "tricoil: %s: %s\n", device_.c_str(), text);
@@ -44,6 +77,7 @@ void FaultReporter::look(const DeviceSession& session, const hal::MessagePort& p
             told_us_[kind] = now_us;
         }
     }
+    tell_device_faults(session.device_status().faults, now_us);
     const char* const detail = session.detail();
     const bool is_new = std::strcmp(detail, told_detail_.data()) != 0;
     if (is_new && detail[0] == '\0') {

@@ -20,12 +20,15 @@ public:
 
 private:
     void tell(const char* text) const;
+    void tell_device_faults(std::uint16_t faults, std::int64_t now_us);
 
     std::string device_;
     hal::TrackerTap<double>* tap_;
     std::array<std::uint64_t, protocol::kWireErrors> told_{};
     std::array<std::int64_t, protocol::kWireErrors> told_us_{};
     std::array<char, 320> told_detail_{};
+    std::uint16_t told_faults_ = 0;
+    std::int64_t faults_us_ = 0;
     std::int64_t detail_us_ = 0;
 };
 

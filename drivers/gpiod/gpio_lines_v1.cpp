@@ -1,5 +1,6 @@
 // GPIO lines by libgpiod 1.6.
 #include <gpiod.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
@@ -35,9 +36,22 @@ gpiod_line* find(gpiod_chip* chip, const std::string& name) {
     return offset < gpiod_chip_num_lines(chip) ? gpiod_chip_get_line(chip, offset) : nullptr;
 }
 
+/// The library says "not found" of a chip named by its label if it may not open the chips that it looks through.
+bool may_open_chips() {
+    for (int n = 0; n < 64; ++n) {
+        const std::string path = "/dev/gpiochip" + std::to_string(n);
+        if (::access(path.c_str(), R_OK | W_OK) != 0 && errno == EACCES) {
+            return false;
+        }
+    }
+    return true;
+}
+
 bool locate(const GpioLineName& name, Held& held, Text& why) {
     held.chip.reset(gpiod_chip_open_lookup(name.chip.c_str()));
     if (!held.chip) {
+        const int error = errno;
+        errno = may_open_chips() ? error : EACCES;
         const char* mend = errno == EACCES ? "; install the udev rules, and join the group gpio" : "; see: gpiodetect";
         why.print("GPIO chip '%s': cannot be opened (%s)%s", name.chip.c_str(), std::strerror(errno), mend);
         return false;
