@@ -1,4 +1,5 @@
-// The loop of a Linux board: messages in, coils switched, columns tracked, poses out. No heap, no exceptions in its steps.
+// The loop of a Linux board: messages in, coils switched, columns tracked, poses out. No heap (but
+// what libusb takes for a transfer), no exceptions in its steps.
 #pragma once
 
 #include <functional>
