@@ -190,7 +190,7 @@ class Image:
 
 
 # Ours, with names that the processor, the linker or the runtime ABI gives: board/cortex_m and each board's start-up code.
-_STARTUP = re.compile(r"(reset_handler|start_program|enter_loader_if_asked|record_fault|\w+_handler|main|abort|kVectors|__cxa_pure_virtual|__dso_handle|_ZdlPvj?"
+_STARTUP = re.compile(r"(reset_handler|start_program|before_memory|record_fault|\w+_handler|main|abort|kVectors|__cxa_pure_virtual|__dso_handle|_ZdlPvj?"
                       r"|__aeabi_atexit|__aeabi_unwind_cpp_pr\d)$")
 
 

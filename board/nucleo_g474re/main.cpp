@@ -27,6 +27,15 @@ bool take_crystal_failure() {
     return true;
 }
 
+/// Not inlined: what it sets up need not stay on the stack for ever.
+[[gnu::noinline]] void set_up() {
+    board_.emplace(start_core_clock(peripheral<RccRegisters>(kRccBase), peripheral<PwrRegisters>(kPwrBase),
+                                    peripheral<FlashRegisters>(kFlashBase)));
+    board_->begin();
+    device.emplace(board_->hardware(),
+                   nucleo_g474re::device_params(nucleo_g474re::unique_number(), nucleo_g474re::image_header.firmware));
+}
+
 }  // namespace
 
 extern "C" {
@@ -45,11 +54,7 @@ void usb_handler() { board_->usb.on_interrupt(); }
 }
 
 int main() {
-    board_.emplace(start_core_clock(peripheral<RccRegisters>(kRccBase), peripheral<PwrRegisters>(kPwrBase),
-                                    peripheral<FlashRegisters>(kFlashBase)));
-    board_->begin();
-    device.emplace(board_->hardware(),
-                   nucleo_g474re::device_params(nucleo_g474re::unique_number(), nucleo_g474re::image_header.firmware));
+    set_up();
     device->boot();
     for (;;) {
         device->step();

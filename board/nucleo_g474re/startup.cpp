@@ -2,6 +2,8 @@
 #include <cstdint>
 
 #include "board/cortex_m/program.hpp"
+#include "board/cortex_m/reset.hpp"
+#include "board/cortex_m/vectors.hpp"
 #include "board/nucleo_g474re/boot_record.hpp"
 #include "board/nucleo_g474re/interrupts.hpp"
 #include "board/nucleo_g474re/pins.hpp"
@@ -43,18 +45,14 @@ void coils_off() {
     nucleo_g474re::wait_for_reset();
 }
 
-extern "C" {
-// NOLINTNEXTLINE(readability-identifier-naming): names of the linker script
-extern std::uint32_t stack_bottom[], stack_top[];
+void tricoil::board::finish(int) { halt(); }
 
-[[noreturn, gnu::used]] void start_program() {
-    tricoil::board::initialise_memory();
-    tricoil::board::run_main();
-    tricoil::board::halt();
-}
+extern "C" {
+// NOLINTNEXTLINE(readability-identifier-naming): name of the linker script
+extern std::uint32_t stack_bottom[];
 
 /// Into the manufacturer's loader if the last run asked for it: nothing is on yet that would disturb it, no watchdog above all.
-[[gnu::used]] void enter_loader_if_asked() {
+void before_memory() {
     using namespace tricoil;
     stm32g4::BootRecord& record = nucleo_g474re::boot_record;
     if (record.request != stm32g4::BootRecord::kEnterLoader) {
@@ -64,19 +62,6 @@ extern std::uint32_t stack_bottom[], stack_top[];
     stm32g4::peripheral<stm32g4::ScbRegisters>(stm32g4::kScbBase).VTOR = nucleo_g474re::kLoader;
     const auto* vectors = &stm32g4::peripheral<const std::uint32_t>(nucleo_g474re::kLoader);
     asm volatile("msr msp, %0\n bx %1\n" ::"r"(vectors[0]), "r"(vectors[1]));
-}
-
-/// Switches the floating-point unit on before any instruction of it can run (CPACR, ARMv7-M B3.2.20).
-[[noreturn, gnu::naked]] void reset_handler() {
-    asm volatile(
-        "ldr r0, =0xE000ED88\n"
-        "ldr r1, [r0]\n"
-        "orr r1, r1, #0xF00000\n"
-        "str r1, [r0]\n"
-        "dsb\n"
-        "isb\n"
-        "bl enter_loader_if_asked\n"
-        "b start_program\n");
 }
 
 /// `frame`: what the processor pushed; not to be read if the stack had run out.
@@ -103,24 +88,13 @@ extern std::uint32_t stack_bottom[], stack_top[];
         "b record_fault\n");
 }
 
-using Handler = void (*)();
+using Vectors = tricoil::board::Vectors<102>;
 
-struct Vectors {
-    std::uint32_t* stack;
-    Handler exceptions[15];
-    Handler interrupts[102];
-};
-
-/// Interrupts that nobody expects are faults.
 consteval Vectors make_vectors() {
-    Vectors vectors{stack_top,
-                    {reset_handler, nmi_handler, fault_handler, fault_handler, fault_handler, fault_handler, nullptr, nullptr,
-                     nullptr, nullptr, fault_handler, fault_handler, nullptr, fault_handler, tick_handler},
-                    {}};
-    for (Handler& handler : vectors.interrupts) {
-        handler = fault_handler;
-    }
     using namespace tricoil::nucleo_g474re;
+    Vectors vectors = tricoil::board::make_vectors<102>(fault_handler);
+    vectors.nmi() = nmi_handler;
+    vectors.tick() = tick_handler;
     vectors.interrupts[kOverCurrent.number] = over_current_handler;
     vectors.interrupts[kBlockEnd.number] = block_end_handler;
     vectors.interrupts[kSerial.number] = serial_handler;
@@ -129,5 +103,6 @@ consteval Vectors make_vectors() {
     return vectors;
 }
 
+/// Interrupts that nobody expects are faults.
 [[gnu::section(".vectors"), gnu::used]] constinit const Vectors kVectors = make_vectors();
 }

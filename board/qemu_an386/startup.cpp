@@ -1,7 +1,8 @@
-// From reset to main, and what happens instead of continuing when something is badly wrong.
+// The vectors, and what happens instead of continuing when something is badly wrong.
 #include <cstdint>
 
 #include "board/cortex_m/program.hpp"
+#include "board/cortex_m/reset.hpp"
 #include "drivers/semihosting/exit.hpp"
 
 namespace {
@@ -10,27 +11,10 @@ constexpr int kExitFault = 99;  // of an image that met a fault or called what m
 
 void tricoil::board::halt() { semihosting::exit(kExitFault); }
 
+void tricoil::board::finish(int status) { semihosting::exit(status); }
+
 extern "C" {
 extern std::uint32_t stack_top[];  // NOLINT(readability-identifier-naming): name of the linker script
-
-[[noreturn, gnu::used]] void start_program() {
-    tricoil::board::initialise_memory();
-    tricoil::semihosting::exit(tricoil::board::run_main());
-}
-
-/// Switches the floating-point unit on before any instruction of it can run (CPACR, ARMv7-M B3.2.20).
-[[noreturn, gnu::naked]] void reset_handler() {
-#ifdef __ARM_FP
-    asm volatile(
-        "ldr r0, =0xE000ED88\n"
-        "ldr r1, [r0]\n"
-        "orr r1, r1, #0xF00000\n"
-        "str r1, [r0]\n"
-        "dsb\n"
-        "isb\n");
-#endif
-    asm volatile("b start_program\n");
-}
 
 [[noreturn]] void fault_handler() { tricoil::board::halt(); }
 

@@ -8,7 +8,7 @@ namespace {
 constexpr std::int64_t kTicksPerSecond = 32'000;
 constexpr unsigned kLeastShift = 2;          // PR = 0 divides by 4
 constexpr unsigned kMostShift = 8;           // PR = 6 divides by 256
-constexpr std::uint32_t kPolls = 2'000'000;  // registers take up to five ticks of the divided clock to take their values
+constexpr std::uint32_t kWatchdogPolls = 2'000'000;  // registers take up to five ticks of the divided clock to take their values
 
 }  // namespace
 
@@ -27,7 +27,7 @@ Status IndependentWatchdog::do_start(Microseconds timeout) {
     registers_.PR = shift - kLeastShift;
     registers_.RLR = static_cast<std::uint32_t>(reload);
     is_started_ = true;
-    const Status taken = wait_until([this] { return (registers_.SR & (iwdg::SR_PVU | iwdg::SR_RVU)) == 0; }, kPolls,
+    const Status taken = wait_until([this] { return (registers_.SR & (iwdg::SR_PVU | iwdg::SR_RVU)) == 0; }, kWatchdogPolls,
                                     "the watchdog's oscillator does not run");
     feed();
     return taken;

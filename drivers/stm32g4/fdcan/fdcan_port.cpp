@@ -136,9 +136,7 @@ bool FdcanPort::queue(const CanFrame& frame) {
     return true;
 }
 
-void FdcanPort::send_segments() {
-    damaged().count(exchange_.go_on(to_us(clock_.now()), [this](const CanFrame& frame) { return queue(frame); }));
-}
+void FdcanPort::send_segments() { damaged().count(exchange_.go_on(to_us(clock_.now()), Sender{*this})); }
 
 /// The controller stops itself at bus-off; after a pause it may start again, and is back on the bus when it has seen 129 times 11
 /// recessive bits. Access to its configuration empties its FIFOs, so that nothing stale goes out.
@@ -170,8 +168,7 @@ Status FdcanPort::do_receive(hal::ReceivedMessage& message) {
     send_segments();
     for (std::size_t waiting = incoming_.size(); waiting > 0 && incoming_.pop(frame_); --waiting) {
         const std::int64_t now_us = to_us(clock_.now());
-        const protocol::CanArrival arrival = exchange_.take(frame_.can, frame_.is_fd, now_us, message.bytes,
-                                                            [this](const CanFrame& frame) { return queue(frame); });
+        const protocol::CanArrival arrival = exchange_.take(frame_.can, frame_.is_fd, now_us, message.bytes, Sender{*this});
         damaged().count(arrival.error);
         if (arrival.complete) {
             message.host_time_us = now_us;

@@ -41,6 +41,11 @@ private:
         protocol::CanFrame can;
         bool is_fd = true;
     };
+    /// How the exchange sends; one type, so that it is compiled once.
+    struct Sender {
+        FdcanPort& port;
+        bool operator()(const protocol::CanFrame& frame) const { return port.queue(frame); }
+    };
 
     Status do_open() override;
     void do_close() override;

@@ -1,0 +1,27 @@
+#include "board/cortex_m/reset.hpp"
+
+#include "board/cortex_m/program.hpp"
+
+extern "C" {
+[[gnu::weak]] void before_memory() {}
+
+[[noreturn, gnu::used]] void start_program() {
+    before_memory();
+    tricoil::board::initialise_memory();
+    tricoil::board::finish(tricoil::board::run_main());
+}
+
+/// Switches the floating-point unit on before any instruction of it can run (CPACR, ARMv7-M B3.2.20).
+[[noreturn, gnu::naked]] void reset_handler() {
+#ifdef __ARM_FP
+    asm volatile(
+        "ldr r0, =0xE000ED88\n"
+        "ldr r1, [r0]\n"
+        "orr r1, r1, #0xF00000\n"
+        "str r1, [r0]\n"
+        "dsb\n"
+        "isb\n");
+#endif
+    asm volatile("b start_program\n");
+}
+}

@@ -1,0 +1,18 @@
+// Vectors, and what happens instead of going on: this board has nothing to switch off.
+#include "board/cortex_m/program.hpp"
+#include "board/cortex_m/vectors.hpp"
+
+void tricoil::board::halt() {
+    for (;;) {
+        asm volatile("wfi");
+    }
+}
+
+void tricoil::board::finish(int) { halt(); }
+
+extern "C" {
+void fault_handler() { tricoil::board::halt(); }
+
+[[gnu::section(".vectors"), gnu::used]] constinit const tricoil::board::Vectors<102> kVectors =
+    tricoil::board::make_vectors<102>(fault_handler);
+}

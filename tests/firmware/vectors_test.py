@@ -1,0 +1,23 @@
+#!/usr/bin/env python3
+"""The first words of an image: a stack in RAM, every vector within the image and in Thumb state."""
+
+import pathlib
+import struct
+import sys
+
+FLASH, RAM, RAM_BYTES, VECTORS = 0x08000000, 0x20000000, 32 * 1024, 16 + 102
+
+
+def main():
+    data = pathlib.Path(sys.argv[1]).read_bytes()
+    stack, *vectors = struct.unpack_from(f"<{VECTORS}I", data)
+    problems = [] if RAM < stack <= RAM + RAM_BYTES and stack % 8 == 0 else [f"stack at 0x{stack:08x}"]
+    for number, vector in enumerate(vectors, 1):
+        if not vector & 1 or not FLASH + 4 * VECTORS <= vector < FLASH + len(data):
+            problems.append(f"vector {number} is 0x{vector:08x}")
+    print(f"{len(vectors)} vectors, stack at 0x{stack:08x}", *problems, sep="\n")
+    return 1 if problems else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,45 @@
+// The page for whoever wires the board says what the code says.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+
+#include "tests/stm32g4/hardware_tables.hpp"
+
+namespace tricoil::test {
+namespace {
+
+TEST(HardwarePage, HasTheTablesThatTheCodeMakes) {
+    std::ifstream file(TRICOIL_SOURCE_DIR "/board/nucleo_g474re/HARDWARE.md");
+    ASSERT_TRUE(file.is_open());
+    const std::string page{std::istreambuf_iterator<char>(file), {}};
+    for (const HardwareTable& table : hardware_tables()) {
+        EXPECT_NE(page.find(table.text), std::string::npos) << "HARDWARE.md: the table of " << table.name << " is not this one:\n"
+                                                            << table.text;
+    }
+}
+
+TEST(HardwarePage, NamesEveryPinOfTheBoardOnce) {
+    const std::string pins = hardware_tables().front().text;
+    std::ifstream file(TRICOIL_SOURCE_DIR "/board/nucleo_g474re/pins.hpp");
+    ASSERT_TRUE(file.is_open());
+    int declared = 0;
+    for (std::string line; std::getline(file, line);) {
+        const std::size_t at = line.find("constexpr PinName ");
+        const std::size_t open = line.find("{'");
+        if (at != 0 || open == std::string::npos) {
+            continue;
+        }
+        ++declared;
+        const std::string name = "| P" + line.substr(open + 2, 1) + line.substr(open + 6, line.find('}') - open - 6) + " |";
+        const std::size_t found = pins.find(name);
+        ASSERT_NE(found, std::string::npos) << line;
+        EXPECT_EQ(pins.find(name, found + 1), std::string::npos) << "twice: " << line;
+    }
+    EXPECT_GT(declared, 15);
+    EXPECT_EQ(std::count(pins.begin(), pins.end(), '\n'), declared + 2) << "no pin that is none";
+}
+
+}  // namespace
+}  // namespace tricoil::test

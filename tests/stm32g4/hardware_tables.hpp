@@ -1,0 +1,16 @@
+// The tables of board/nucleo_g474re/HARDWARE.md, as they must stand there.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace tricoil::test {
+
+struct HardwareTable {
+    std::string name;
+    std::string text;  // lines, each with its end
+};
+
+std::vector<HardwareTable> hardware_tables();
+
+}  // namespace tricoil::test

@@ -1,0 +1,24 @@
+# tricoil_image(NAME SOURCES ... [DEPENDS ...])
+# The image of a board without an operating system, from the board folder's link.ld.in: NAME.elf, and NAME.bin and NAME.hex of it,
+# with the .bin's SHA-256 printed. Only the C library's and the compiler's archives are searched: no C++ library, no _sbrk, so
+# whatever allocates does not link.
+set(TRICOIL_STACK_BYTES 6144 CACHE STRING "Stack of the image; the budget is smaller")
+
+function(tricoil_image name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS" ${ARGN})
+  configure_file(link.ld.in ${CMAKE_CURRENT_BINARY_DIR}/link.ld @ONLY)
+  add_executable(${name} ${ARG_SOURCES})
+  set_target_properties(${name} PROPERTIES SUFFIX .elf
+    LINK_DEPENDS "${CMAKE_CURRENT_BINARY_DIR}/link.ld;${PROJECT_SOURCE_DIR}/board/cortex_m/sections.ld")
+  target_link_libraries(${name} PRIVATE ${ARG_DEPENDS} tricoil_cortex_m tricoil_options)
+  target_link_options(${name} PRIVATE -nostartfiles -nodefaultlibs -Wl,--gc-sections -Wl,-Map=${name}.map
+    -L ${PROJECT_SOURCE_DIR}/board/cortex_m -T ${CMAKE_CURRENT_BINARY_DIR}/link.ld)
+
+  find_program(TRICOIL_OBJCOPY arm-none-eabi-objcopy REQUIRED)
+  add_custom_command(TARGET ${name} POST_BUILD
+    COMMAND ${TRICOIL_OBJCOPY} -O binary $<TARGET_FILE:${name}> ${name}.bin
+    COMMAND ${TRICOIL_OBJCOPY} -O ihex $<TARGET_FILE:${name}> ${name}.hex
+    COMMAND ${CMAKE_COMMAND} -E sha256sum ${name}.bin
+    BYPRODUCTS ${name}.bin ${name}.hex
+    COMMENT "${name}.bin, ${name}.hex, SHA-256:" VERBATIM)
+endfunction()
