@@ -33,32 +33,30 @@ Status Converters::begin() {
 Status Converters::switch_on(AdcRegisters& adc) {
     adc.CR = 0;  // out of deep power-down
     adc.CR = adc::CR_ADVREGEN;
-    const DeviceTime supplied = clock_.now();
-    Status status = await([&] { return clock_.now() - supplied > kRegulatorStart; }, "the clock stands still");
-    if (!status.ok()) {
-        return status;
-    }
+    pause(kRegulatorStart);
     adc.CR = adc::CR_ADVREGEN | adc::CR_ADCAL;
-    status = await([&] { return (adc.CR & adc::CR_ADCAL) == 0; }, "an ADC does not calibrate");
-    if (!status.ok()) {
-        return status;
+    if (!await(adc.CR, adc::CR_ADCAL, 0)) {
+        return {StatusCode::timed_out, "an ADC does not calibrate"};
     }
-    const DeviceTime calibrated = clock_.now();
-    status = await([&] { return clock_.now() - calibrated > kAfterCalibration; }, "the clock stands still");
-    if (!status.ok()) {
-        return status;
-    }
+    pause(kAfterCalibration);
     adc.ISR = adc::ISR_ADRDY;
     adc.CR = adc::CR_ADVREGEN | adc::CR_ADEN;
-    return await([&] { return (adc.ISR & adc::ISR_ADRDY) != 0; }, "an ADC does not become ready");
+    return await(adc.ISR, adc::ISR_ADRDY, adc::ISR_ADRDY) ? Status{}
+                                                          : Status{StatusCode::timed_out, "an ADC does not become ready"};
 }
 
 /// By the clock, and by the number of questions if that stands still.
-template <typename Predicate>
-Status Converters::await(Predicate ready, const char* what) {
+void Converters::pause(Microseconds time) const {
+    const DeviceTime end = clock_.now() + time;
+    static_cast<void>(wait_until([&] { return clock_.now() > end; }, kConverterPolls, ""));
+}
+
+/// False if the bits of `mask` do not become `value` in time.
+bool Converters::await(const volatile std::uint32_t& target, std::uint32_t mask, std::uint32_t value) const {
     const DeviceTime deadline = clock_.now() + kLongestWait;
-    const Status asked = wait_until([&] { return clock_.now() > deadline || ready(); }, kConverterPolls, what);
-    return asked.ok() && !ready() ? Status{StatusCode::timed_out, what} : asked;
+    const auto is_there = [&] { return (target & mask) == value; };
+    static_cast<void>(wait_until([&] { return clock_.now() > deadline || is_there(); }, kConverterPolls, ""));
+    return is_there();
 }
 
 Status Converters::start(std::size_t block_samples, int oversampling, std::int32_t limit_codes) {
@@ -106,8 +104,9 @@ Status Converters::stop() {
         adc.IER = 0;
         if ((adc.CR & adc::CR_ADSTART) != 0) {
             adc.CR = adc::CR_ADVREGEN | adc::CR_ADSTP;
-            const Status stopped = await([&] { return (adc.CR & adc::CR_ADSTP) == 0; }, "an ADC does not stop");
-            status = stopped.ok() ? status : stopped;
+            if (!await(adc.CR, adc::CR_ADSTP, 0)) {
+                status = {StatusCode::timed_out, "an ADC does not stop"};
+            }
         }
         input.dma.stop();
     }

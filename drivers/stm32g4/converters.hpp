@@ -65,8 +65,8 @@ public:
 
 private:
     Status switch_on(AdcRegisters& adc);
-    template <typename Predicate>
-    Status await(Predicate ready, const char* what);
+    void pause(Microseconds time) const;
+    bool await(const volatile std::uint32_t& target, std::uint32_t mask, std::uint32_t value) const;
     void configure(const Input& input, int oversampling) const;
     [[nodiscard]] AdcRegisters& reference() const { return parts_.inputs[kReferenceChannel].adc; }
 
