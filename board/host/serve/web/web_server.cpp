@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "board/host/errors.hpp"
+#include "board/host/serve/silence_watch.hpp"
 #include "board/host/serve/web/page_text.hpp"
 #include "board/host/serve/web/pose_event.hpp"
 
@@ -32,11 +33,13 @@ struct Reader {
     const RecordingSwitch& recordings;
     PoseHub::Cursor cursor;
     std::vector<ServedPose> poses;
+    SilenceWatch silence;
 
     /// False once the client or the tracker is gone.
     bool send(httplib::DataSink& sink) {
         poses.clear();
         hub.wait(cursor, poses, kPatience);
+        silence.look(WallClock::now_us(), poses);
         if (hub.closed()) {
             return false;
         }
@@ -147,7 +150,7 @@ void WebServer::stream(httplib::Response& response) {
         answer(response, 503, fmt::format("{} pages are connected, which is the most", kMostStreams));
         return;
     }
-    auto reader = std::make_shared<Reader>(Reader{hub_, control_, recordings_, hub_.cursor(), {}});
+    auto reader = std::make_shared<Reader>(Reader{hub_, control_, recordings_, hub_.cursor(), {}, {}});
     response.set_header("Cache-Control", "no-store");
     response.set_chunked_content_provider(
         "text/event-stream", [reader](std::size_t, httplib::DataSink& sink) { return reader->send(sink); },
