@@ -92,6 +92,9 @@ module.exports = async function pageStates(browser, html, check, pictures) {
     check(await page.textContent('#state') === '', 'without poses there is no state');
     check(await page.evaluate(() => getComputedStyle(document.querySelector('#numbers')).opacity) < 0.5, 'and the numbers are grey');
     check(await orangePixels(page) < 300, 'and no sensor is drawn');
+    server.send([], {running: true, recording: false, trouble: 'take1: recording ended early (No space left on device)'});
+    await wait(() => /ended early .No space/.test(document.querySelector('#trouble').textContent));
+    check(true, 'why a recording ended is said');
     now += 2000;
     both(10);
     await wait(() => document.body.dataset.pose === 'good');

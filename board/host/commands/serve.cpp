@@ -118,7 +118,7 @@ int run_serve(const ServeCommand& command) {
     const int result =
         is_on_device(*command.run) ? serve_device(*command.run, taps, control) : serve_simulation(*command.run, taps, control);
     server.stop();
-    if (recordings.recording()) {
+    if (recordings.status().on) {
         recordings.record(false);
     }
     return result;
@@ -136,7 +136,8 @@ void add_serve_command(CLI::App& program, Action& action) {
     sub->add_option("--openigtlink", command->openigtlink, "OpenIGTLink server on [ADDRESS:]PORT (18944 is usual)")
         ->check(refuse_empty);
     sub->add_option("--web", command->web,
-                    "Live page for browsers on [ADDRESS:]PORT; on this machine alone unless told otherwise")
+                    "Live page for browsers on [ADDRESS:]PORT; on this machine alone unless told otherwise. It answers to its "
+                    "address, or to a name that is given here as ADDRESS")
         ->check(refuse_empty);
     sub->add_option("--record-folder", command->record_folder, "Where recordings go that are begun on the page")
         ->check(refuse_empty);

@@ -44,7 +44,8 @@ std::string pose_event(std::span<const ServedPose> poses, const PageStatus& stat
             newest[served.pose.sensor] = &served;
         }
     }
-    Json message{{"status", {{"running", status.running}, {"recording", status.recording}}}, {"poses", Json::array()}};
+    Json message{{"status", {{"running", status.running}, {"recording", status.recording}, {"trouble", status.trouble}}},
+                 {"poses", Json::array()}};
     for (const ServedPose* served : newest) {
         if (served != nullptr) {
             message["poses"].push_back(json_of(*served));

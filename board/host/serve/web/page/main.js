@@ -93,6 +93,7 @@ function receive(message) {
   page.status = message.status;
   element('run').textContent = message.status.running ? 'Stop' : 'Start';
   element('record').textContent = message.status.recording ? 'End recording' : 'Record';
+  element('trouble').textContent = message.status.trouble;
   for (const pose of message.poses) {
     ++page.poses;
     take(pose);
