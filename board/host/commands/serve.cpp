@@ -40,9 +40,12 @@ void add_outputs(const ServeCommand& command, Server& server, TrackerControl& co
     if (!command.openigtlink.empty()) {
         constexpr const char* kOption = "--openigtlink";
         const TcpAddress address = parse_tcp_address(kOption, command.openigtlink);
-        auto service = std::make_unique<TcpService<igtl_output::Session>>(
-            kOption, address, [](Stream& stream) { return std::make_unique<igtl_output::Session>(stream); });
-        addresses["openigtlink"] = fmt::format("{}:{}", address.host, service->port());
+        auto service = std::make_unique<TcpService<igtl_output::Session>>(kOption, address, [&server](Stream& stream) {
+            auto session = std::make_unique<igtl_output::Session>(stream);
+            session->remember(server.hub().newest());
+            return session;
+        });
+        addresses["openigtlink"] = address.text(service->port());
         server.add(std::move(service));
     }
 }
