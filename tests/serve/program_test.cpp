@@ -315,6 +315,7 @@ TEST(ServeProgram, WhoAsksForThePageLetterByLetterKeepsNobodyFromIt) {
             std::this_thread::sleep_for(std::chrono::milliseconds(300));
         }
     });
+    std::this_thread::sleep_for(std::chrono::seconds(1));  // until they are all being waited for
     for (int n = 0; n < 3; ++n) {
         EXPECT_THAT(get_page(serving.port("web"), std::chrono::seconds(10)).substr(0, 15), HasSubstr("200 OK"));
     }
