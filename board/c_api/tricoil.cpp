@@ -9,6 +9,7 @@
 #include <string>
 
 #include "board/host/calibration/calibration_file.hpp"
+#include "board/host/errors.hpp"
 #include "board/linux/device_setup.hpp"
 #include "board/linux/device_uri.hpp"
 #include "core/protocol/convert.hpp"
@@ -24,6 +25,16 @@ bool ends_with(const std::string& text, const std::string& end) {
     return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
 }
 
+constexpr const char* kForms = "can:INTERFACE, usb:VENDOR:PRODUCT, serial:PATH or a .toml file";
+
+/// Throws InputError for what is none of kForms: the reason that the program gives would name forms that only it knows.
+void expect_device(const std::string& device) {
+    const std::string scheme = device.substr(0, device.find(':') + 1);
+    if (scheme != "can:" && scheme != "usb:" && scheme != "serial:") {
+        throw host::InputError("device '" + device + "' is none that this library opens; give " + kForms);
+    }
+}
+
 linux_board::DeviceConfig configuration(const std::string& device, const char* tracker) {
     linux_board::DeviceConfig config;
     if (ends_with(device, ".toml")) {
@@ -31,12 +42,28 @@ linux_board::DeviceConfig configuration(const std::string& device, const char* t
     } else {
         config.device = device;
     }
+    expect_device(config.device);
     config.method = tracker != nullptr ? tracker : config.method;
     return config;
 }
 
 std::optional<calibration::Calibration<double>> calibration_of(const linux_board::DeviceConfig& config) {
     return config.calibration.empty() ? std::nullopt : std::optional(host::read_calibration(config.calibration).calibration);
+}
+
+/// Of a connection that has nothing to complain of.
+const char* to_text(linux_board::Phase phase) {
+    switch (phase) {
+        case linux_board::Phase::closed:
+            return "not looked for yet: poll";
+        case linux_board::Phase::greeting:
+            return "waiting for the device to say what it is";
+        case linux_board::Phase::starting:
+            return "waiting for the device to start";
+        case linux_board::Phase::running:
+            break;
+    }
+    return "running";
 }
 
 tricoil_pose to_pose(const protocol::PoseMessage& m) {
@@ -89,12 +116,14 @@ tricoil_tracker* tricoil_open(const char* device, const char* tracker, char* err
         return nullptr;
     };
     if (device == nullptr) {
-        return fail("no device named; give can:INTERFACE, usb:VENDOR:PRODUCT, serial:PATH or a .toml file");
+        return fail((std::string("no device named; give ") + kForms).c_str());
     }
     try {
         return new tricoil_tracker(configuration(device, tracker));
     } catch (const std::exception& e) {
         return fail(e.what());
+    } catch (...) {
+        return fail("failed for a reason that it does not tell");
     }
 }
 
@@ -103,9 +132,13 @@ int tricoil_poll(tricoil_tracker* tracker, tricoil_pose* pose, int timeout_ms) {
         return -1;
     }
     const std::int64_t end_us = drivers::monotonic_us() + 1000 * std::int64_t{timeout_ms};
-    do {
-        tracker->loop.step();
-    } while (tracker->poses.empty() && drivers::monotonic_us() < end_us);
+    try {
+        do {
+            tracker->loop.step();
+        } while (tracker->poses.empty() && drivers::monotonic_us() < end_us);
+    } catch (...) {
+        return -2;
+    }
     if (tracker->poses.empty()) {
         return 0;
     }
@@ -118,14 +151,23 @@ const char* tricoil_status(tricoil_tracker* tracker) {
     if (tracker == nullptr) {
         return "not open";
     }
-    tracker->status = tracker->loop.session().detail();
+    const linux_board::DeviceSession& session = tracker->loop.session();
+    const char* const trouble = session.detail();
+    try {
+        tracker->status = *trouble != '\0' ? trouble : to_text(session.phase());
+    } catch (...) {
+        return "out of memory";
+    }
     return tracker->status.c_str();
 }
 
 void tricoil_close(tricoil_tracker* tracker) {
     if (tracker != nullptr) {
-        tracker->loop.stop();
-        tracker->port->close();
+        try {
+            tracker->loop.stop();
+            tracker->port->close();
+        } catch (...) {  // what is left is closed with the tracker
+        }
         delete tracker;
     }
 }

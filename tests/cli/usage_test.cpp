@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <sstream>
 
 #include "tests/cli/cli_runner.hpp"
 
@@ -29,6 +30,28 @@ TEST(Usage, HelpAndVersionAnswer) {
     EXPECT_THAT(help.out, HasSubstr("Exit codes"));
     EXPECT_THAT(tricoil("run --help").out, HasSubstr("--trajectory"));
     EXPECT_THAT(tricoil("run --list").out, HasSubstr("paper-iii"));
+}
+
+TEST(Usage, EveryCommandSpeaksJson) {
+    const std::string help = tricoil("--help").out;
+    const std::string list = help.substr(help.find("Subcommands:"));
+    std::istringstream lines(list.substr(list.find('\n') + 1));
+    int commands = 0;
+    for (std::string line; std::getline(lines, line);) {
+        const auto begin = line.find_first_not_of(' ');
+        if (begin != 2) {  // a description that goes on
+            continue;
+        }
+        const std::string command = line.substr(2, line.find(' ', 2) - 2);
+        const std::string own = tricoil(command + " --help").out;
+        const bool has_commands = own.find("Subcommands:") != std::string::npos;
+        EXPECT_TRUE(has_commands || own.find("--json") != std::string::npos) << command;
+        ++commands;
+    }
+    EXPECT_GE(commands, 10);
+    EXPECT_THAT(tricoil("protocol --json").json()["page"].get<std::string>(), HasSubstr("pose"));
+    const std::string dbc = path_in_temp("tricoil.dbc");
+    EXPECT_EQ(tricoil("protocol --json --dbc " + dbc).json()["dbc_file"], dbc);
 }
 
 TEST(Usage, UnknownNamesGetTheNearestOne) {

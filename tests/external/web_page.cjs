@@ -5,6 +5,7 @@ const fs = require('fs');
 const http = require('http');
 const os = require('os');
 const path = require('path');
+const pageStates = require('./page_states.cjs');
 const [modules, program, pictures] = process.argv.slice(2);
 const {chromium} = require(path.join(modules, 'node_modules', 'playwright-core'));
 
@@ -73,7 +74,8 @@ async function main() {
   const port = Number(new URL(server.url).port);
   const browser = await chromium.launch({executablePath: '/usr/bin/chromium', args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader']});
   try {
-    const size = (await request(server.url, {})).text.length;
+    const html = (await request(server.url, {})).text;
+    const size = html.length;
     check(size < 1e6, `the page has ${size} bytes, less than a million`);
     await refuseStrangers(server.url);
 
@@ -112,6 +114,9 @@ async function main() {
     await page.waitForFunction(() => !window.tricoil.status.running, null, {timeout: 10000});
     check(await page.textContent('#run') === 'Start', 'stopped by the button');
     await page.waitForFunction(() => document.body.dataset.link === 'silent', null, {timeout: 10000});
+    await page.waitForFunction(() => window.tricoil.newest.stale && document.querySelector('#state').textContent === '', null, {timeout: 10000});
+    check(await page.evaluate(() => document.body.dataset.pose === 'bad'),
+          'stopped, the last pose is stale, and no longer said to be tracked');
     await page.locator('body').press(' ');
     await page.waitForFunction(() => window.tricoil.status.running, null, {timeout: 10000});
     await moved();
@@ -143,6 +148,7 @@ async function main() {
     await phone.waitForFunction(() => window.tricoil?.poses > 60, null, {timeout: 30000});
     check(await phone.evaluate(() => document.documentElement.scrollWidth <= innerWidth), 'it fits a phone');
     if (pictures) await phone.screenshot({path: path.join(pictures, 'phone.png')});
+    await pageStates(browser, html, check, pictures);
     await withoutWebGl(server.url);
   } finally {
     await browser.close();
@@ -152,4 +158,4 @@ async function main() {
   }
 }
 
-main().catch(error => { console.error(`web_page: ${error.message}`); process.exit(1); });
+main().catch(error => { console.error(`web_page: not so: ${error.message}`); process.exit(1); });

@@ -67,6 +67,38 @@ TEST(FastrakCommand, ContinuousAtMost120TimesASecond) {
     EXPECT_NEAR(static_cast<double>(records), 1200, 3);
 }
 
+TEST(FastrakCommand, AContinuousClientIsToldOfSilence) {
+    std::vector<std::string> records;
+    host::fastrak::Session session(
+        {[&](std::string_view record) { records.emplace_back(record); }, [](auto, const auto&) {}, [] { return 1; }},
+        std::make_shared<host::fastrak::Memory>());
+    session.receive(std::string_view("C"));
+    host::ServedPose served{fastrak_pose({10, 0, 0}, 0, 0, 0), 1'000'000};
+    session.take({&served, 1});
+    served.pose.flags.set(PoseFlag::stale);  // as SilenceWatch has it: the last pose, of its own time
+    session.take({&served, 1});
+    session.take({&served, 1});
+    ASSERT_EQ(records.size(), 2U);
+    EXPECT_EQ(records[0].substr(0, 3), "01 ");
+    EXPECT_EQ(records[1].substr(0, 3), "01l");
+    served.pose.flags = {};
+    served.utc_us += 1000;
+    session.take({&served, 1});
+    ASSERT_EQ(records.size(), 3U);
+    EXPECT_EQ(records[2].substr(0, 3), "01 ");
+}
+
+TEST(FastrakCommand, WhoComesLaterIsAnsweredWithWhatThereIs) {
+    std::string sent;
+    host::fastrak::Session session({[&](std::string_view record) { sent += record; }, [](auto, const auto&) {}, [] { return 1; }},
+                                   std::make_shared<host::fastrak::Memory>());
+    const host::ServedPose served{fastrak_pose({10, 0, 0}, 0, 0, 0), 1'000'000};
+    session.remember({&served, 1});
+    EXPECT_EQ(sent, "");
+    session.receive(std::string_view("P"));
+    EXPECT_EQ(sent.substr(0, 10), "01   10.00");
+}
+
 TEST(FastrakCommand, StationsInTurn) {
     FastrakClient client(3);
     for (std::uint8_t sensor = 0; sensor < 3; ++sensor) {

@@ -45,6 +45,23 @@ TEST(PoseHub, WhoFallsBehindMissesTheOldest) {
     EXPECT_EQ(poses.front().pose.sequence, 100U);
 }
 
+TEST(PoseHub, KeepsTheNewestForThoseWhoComeLater) {
+    PoseHub hub;
+    EXPECT_TRUE(hub.newest().empty());
+    hub.pose(numbered(1));
+    hub.pose(numbered(2));
+    tracking::PoseEstimate<double> second = numbered(3);
+    second.sensor = 1;
+    hub.pose(second);
+    const auto poses = hub.newest();
+    ASSERT_EQ(poses.size(), 2U);
+    EXPECT_EQ(poses[0].pose.sequence, 2U);
+    EXPECT_EQ(poses[1].pose.sequence, 3U);
+    EXPECT_TRUE(poses[0].pose.valid());
+    std::this_thread::sleep_for(std::chrono::microseconds(SilenceWatch::kLimitUs + 20'000));
+    EXPECT_FALSE(hub.newest()[0].pose.valid());
+}
+
 TEST(PoseHub, WaitsForPosesUntilClosed) {
     PoseHub hub;
     PoseHub::Cursor cursor = hub.cursor();

@@ -5,6 +5,7 @@
 #include <igtlStatusMessage.h>
 #include <igtlTrackingDataMessage.h>
 #include <igtlTransformMessage.h>
+#include <igtl_util.h>
 #include <sys/socket.h>
 
 #include <array>
@@ -174,6 +175,64 @@ TEST_F(IgtlSession, TrackingDataHoldsAllSensorsThatAreValid) {
     message->GetTrackingDataElement(1, element);
     EXPECT_STREQ(element->GetName(), "tricoil_2");
     EXPECT_STREQ(message->GetDeviceName(), "Patient");
+}
+
+TEST_F(IgtlSession, TrackingDataLeavesOutWhatIsOld) {
+    ask(start(0));
+    for (int n = 0; n < 3; ++n) {
+        have(pose_at(kNow + n * 4167, 0));
+        have(pose_at(kNow + n * 4167, 1));
+    }
+    for (int n = 3; n < 7; ++n) {  // the second has fallen silent
+        have(pose_at(kNow + n * 4167, 0));
+    }
+    std::vector<int> elements;
+    for (const std::string& bytes : messages()) {
+        int unpacked = 0;
+        elements.push_back(unpack<igtl::TrackingDataMessage>(bytes, unpacked)->GetNumberOfTrackingDataElements());
+    }
+    EXPECT_THAT(elements, ElementsAre(1, 2, 2, 2, 2, 2, 2, 2, 1, 1));
+}
+
+/// A message of version 2: with an extended header, and metadata behind the content.
+std::string as_version_2(const std::string& message) {
+    const std::string extended{"\x00\x0c\x00\x02\x00\x00\x00\x03\x00\x00\x00\x01", 12};
+    const std::string metadata{"\0\0xyz", 5};
+    std::string body = extended + message.substr(kHeader) + metadata;
+    std::string bytes = message.substr(0, kHeader) + body;
+    bytes[1] = 2;
+    const std::uint64_t crc = crc64(reinterpret_cast<unsigned char*>(body.data()), body.size(), 0);  // NOLINT
+    for (unsigned n = 0; n < 8; ++n) {
+        bytes[49 - n] = static_cast<char>(std::uint64_t{body.size()} >> (8 * n));
+        bytes[57 - n] = static_cast<char>(crc >> (8 * n));
+    }
+    return bytes;
+}
+
+TEST_F(IgtlSession, AStartOfVersion2IsUnderstood) {
+    ask(as_version_2(start(20)));
+    for (int n = 0; n < 240; ++n) {
+        have(pose_at(kNow + n * 4167));
+    }
+    const auto all = messages();
+    EXPECT_NEAR(static_cast<double>(all.size()), 50, 1);
+    int unpacked = 0;
+    EXPECT_STREQ(unpack<igtl::TrackingDataMessage>(all.at(0), unpacked)->GetDeviceName(), "Patient");
+    ask(header_only<igtl::StopTrackingDataMessage>());
+    (void)messages();
+    std::string damaged = as_version_2(start(20));
+    damaged[70] = static_cast<char>(damaged[70] ^ 1);
+    ask(damaged);
+    std::string too_long = as_version_2(start(20));
+    too_long[kHeader] = 1;  // an extended header beyond the message, with the CRC of what is there
+    const std::uint64_t crc =
+        crc64(reinterpret_cast<unsigned char*>(too_long.data() + kHeader), too_long.size() - kHeader, 0);  // NOLINT
+    for (unsigned n = 0; n < 8; ++n) {
+        too_long[57 - n] = static_cast<char>(crc >> (8 * n));
+    }
+    ask(too_long);
+    have(pose_at(kNow + 2'000'000));
+    EXPECT_THAT(types(), IsEmpty());
 }
 
 TEST_F(IgtlSession, AnInvalidPoseIsNeverSent) {

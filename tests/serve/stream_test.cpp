@@ -7,9 +7,11 @@
 #include <array>
 #include <csignal>
 #include <optional>
+#include <thread>
 
 #include "board/host/errors.hpp"
 #include "board/host/serve/tcp_listener.hpp"
+#include "board/host/serve/web/own_name.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -55,6 +57,34 @@ TEST_F(StreamPair, AClientThatStopsReadingMissesWholeRecords) {
     EXPECT_EQ(read_all(), record);
 }
 
+TEST_F(StreamPair, OldRecordsAreDropped) {
+    SetUp();
+    std::array<int, 2> ends{};
+    ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM, 0, ends.data()), 0);
+    constexpr std::chrono::milliseconds kOldest(50);
+    stream_.emplace(ends[0], StreamLimits{kOldest, 4096});
+    client_.reset(ends[1]);
+    const std::string old = std::string(996, 'x') + "old\n";
+    for (int n = 0; n < 200; ++n) {
+        stream_->send(old);
+    }
+    EXPECT_TRUE(stream_->has_waiting());
+    std::this_thread::sleep_for(kOldest + std::chrono::milliseconds(20));
+    std::string text = read_all();
+    const std::size_t held_by_the_socket = text.size();
+    EXPECT_LT(held_by_the_socket, 20'000U);
+    EXPECT_TRUE(stream_->send("new\n"));
+    for (int n = 0; n < 10; ++n) {
+        text += read_all();
+        stream_->flush();
+    }
+    // Of the record that had begun comes the rest, of the others nothing.
+    EXPECT_LE(text.size(), held_by_the_socket + old.size() + 4);
+    EXPECT_EQ((text.size() - 4) % old.size(), 0U);
+    EXPECT_EQ(text.substr(text.size() - 4), "new\n");
+    EXPECT_GT(stream_->dropped(), 0U);
+}
+
 TEST_F(StreamPair, AClientThatIsGoneIsSeen) {
     std::array<char, 16> buffer{};
     EXPECT_TRUE(stream_->receive(buffer).empty());
@@ -74,6 +104,36 @@ TEST(TcpAddress, AsPeopleWriteIt) {
     for (const char* text : {"", "x", "70000", "-1", "1.5", "localhost:", "12 "}) {
         EXPECT_THROW(parse_tcp_address("--x", text), InputError) << text;
     }
+}
+
+TEST(TcpAddress, AsProgramsWantIt) {
+    EXPECT_EQ(parse_tcp_address("--x", "18944").text(18944), "127.0.0.1:18944");
+    EXPECT_EQ(parse_tcp_address("--x", "[::1]:0").text(7), "[::1]:7");
+    EXPECT_EQ(parse_tcp_address("--x", "tracker.local:99").text(99), "tracker.local:99");
+    EXPECT_TRUE(parse_tcp_address("--x", "[::]:0").is_any());
+    EXPECT_FALSE(parse_tcp_address("--x", "[::1]:0").is_any());
+}
+
+TEST(OwnName, IsAnAddressOrTheNameThatWasGiven) {
+    const auto is_own = [](const char* host, const char* address, int port) {
+        return web::is_own_name(host, parse_tcp_address("--web", address), port);
+    };
+    EXPECT_TRUE(is_own("localhost:8080", "8080", 8080));
+    EXPECT_TRUE(is_own("[::1]:8080", "[::1]:8080", 8080));
+    EXPECT_FALSE(is_own("localhost:8081", "8080", 8080));
+    EXPECT_FALSE(is_own("localhost", "8080", 8080));
+    EXPECT_TRUE(is_own("localhost", "80", 80));  // as browsers say it
+    EXPECT_TRUE(is_own("localhost:80", "80", 80));
+    EXPECT_FALSE(is_own("evil.example", "80", 80));
+    EXPECT_TRUE(is_own("192.0.2.7:8080", "0.0.0.0:8080", 8080));
+    EXPECT_TRUE(is_own("[fd00::5]:8080", "[::]:8080", 8080));
+    EXPECT_TRUE(is_own("192.0.2.7:8080", "*:8080", 8080));
+    EXPECT_FALSE(is_own("192.0.2.7:8080", "8080", 8080));
+    EXPECT_FALSE(is_own("[fd00::5]:8080", "[fd00::6]:8080", 8080));
+    EXPECT_TRUE(is_own("[fd00::5]:8080", "[fd00::5]:8080", 8080));
+    EXPECT_TRUE(is_own("tracker.local:8080", "tracker.local:8080", 8080));
+    EXPECT_FALSE(is_own("tracker.local:8080", "0.0.0.0:8080", 8080));
+    EXPECT_FALSE(is_own("", "0.0.0.0:80", 80));
 }
 
 TEST(TcpListener, APortInUseIsSaid) {

@@ -5,6 +5,7 @@
 
 #include <cstdlib>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "board/host/commands/commands.hpp"
 #include "board/host/errors.hpp"
@@ -18,6 +19,7 @@ struct FiguresCommand {
     std::string out;
     std::string hand_motion;
     bool csv_only = false;
+    bool json = false;
 };
 
 int figures(const FiguresCommand& command) {
@@ -31,8 +33,15 @@ int figures(const FiguresCommand& command) {
     }
     guard.check();
     folder.publish();
+    nlohmann::ordered_json files = nlohmann::ordered_json::array();
     for (const Picture& picture : pictures) {
-        fmt::print("{}\n", (std::filesystem::path(command.out) / picture.file).string());
+        files.push_back((std::filesystem::path(command.out) / picture.file).string());
+        if (!command.json) {
+            fmt::print("{}\n", files.back().get<std::string>());
+        }
+    }
+    if (command.json) {
+        fmt::print("{}\n", nlohmann::ordered_json{{"pictures", files}}.dump());
     }
     return to_int(ExitCode::fine);
 }
@@ -47,6 +56,7 @@ void add_figures_command(CLI::App& program, Action& action) {
     sub->add_option("--hand-motion", c->hand_motion,
                     "Folder of recorded .traj files for the error budget; else generated motions");
     sub->add_flag("--csv-only", c->csv_only, "Numbers without pictures");
+    sub->add_flag("--json", c->json, "The pictures' files as JSON");
     sub->callback([c, &action] { action = [c] { return figures(*c); }; });
 }
 

@@ -3,6 +3,7 @@
 
 #include <fstream>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "board/host/commands/commands.hpp"
 #include "board/host/errors.hpp"
@@ -14,6 +15,7 @@ namespace {
 struct ProtocolCommand {
     std::string dbc;
     std::string page;
+    bool json = false;
 };
 
 void write(const std::string& path, const std::string& text, const char* option) {
@@ -25,14 +27,23 @@ void write(const std::string& path, const std::string& text, const char* option)
 }
 
 int run_protocol(const ProtocolCommand& command) {
-    if (command.dbc.empty() && command.page.empty()) {
+    const bool to_screen = command.dbc.empty() && command.page.empty();
+    nlohmann::ordered_json written;
+    if (to_screen && !command.json) {
         fmt::print("{}", protocol_page());
+    } else if (to_screen) {
+        written = {{"page", protocol_page()}, {"dbc", dbc_file()}};
     }
     if (!command.dbc.empty()) {
         write(command.dbc, dbc_file(), "--dbc");
+        written["dbc_file"] = command.dbc;
     }
     if (!command.page.empty()) {
         write(command.page, protocol_page(), "--page");
+        written["page_file"] = command.page;
+    }
+    if (command.json) {
+        fmt::print("{}\n", written.dump());
     }
     return to_int(ExitCode::fine);
 }
@@ -45,6 +56,7 @@ void add_protocol_command(CLI::App& program, Action& action) {
         program.add_subcommand("protocol", "The wire protocol: prints its page, or writes it and a DBC file for CAN tools");
     sub->add_option("--dbc", command->dbc, "Write a DBC file (node 0)")->check(refuse_empty);
     sub->add_option("--page", command->page, "Write the page, Markdown")->check(refuse_empty);
+    sub->add_flag("--json", command->json, "What was written, or page and DBC file themselves, as JSON");
     sub->callback([command, &action] { action = [command] { return run_protocol(*command); }; });
 }
 

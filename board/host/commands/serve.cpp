@@ -40,9 +40,12 @@ void add_outputs(const ServeCommand& command, Server& server, TrackerControl& co
     if (!command.openigtlink.empty()) {
         constexpr const char* kOption = "--openigtlink";
         const TcpAddress address = parse_tcp_address(kOption, command.openigtlink);
-        auto service = std::make_unique<TcpService<igtl_output::Session>>(
-            kOption, address, [](Stream& stream) { return std::make_unique<igtl_output::Session>(stream); });
-        addresses["openigtlink"] = fmt::format("{}:{}", address.host, service->port());
+        auto service = std::make_unique<TcpService<igtl_output::Session>>(kOption, address, [&server](Stream& stream) {
+            auto session = std::make_unique<igtl_output::Session>(stream);
+            session->remember(server.hub().newest());
+            return session;
+        });
+        addresses["openigtlink"] = address.text(service->port());
         server.add(std::move(service));
     }
 }
@@ -118,7 +121,7 @@ int run_serve(const ServeCommand& command) {
     const int result =
         is_on_device(*command.run) ? serve_device(*command.run, taps, control) : serve_simulation(*command.run, taps, control);
     server.stop();
-    if (recordings.recording()) {
+    if (recordings.status().on) {
         recordings.record(false);
     }
     return result;
@@ -136,7 +139,8 @@ void add_serve_command(CLI::App& program, Action& action) {
     sub->add_option("--openigtlink", command->openigtlink, "OpenIGTLink server on [ADDRESS:]PORT (18944 is usual)")
         ->check(refuse_empty);
     sub->add_option("--web", command->web,
-                    "Live page for browsers on [ADDRESS:]PORT; on this machine alone unless told otherwise")
+                    "Live page for browsers on [ADDRESS:]PORT; on this machine alone unless told otherwise. It answers to its "
+                    "address, or to a name that is given here as ADDRESS")
         ->check(refuse_empty);
     sub->add_option("--record-folder", command->record_folder, "Where recordings go that are begun on the page")
         ->check(refuse_empty);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "board/host/serve/silence_watch.hpp"
+
 namespace tricoil::host {
 
 PoseHub::Cursor PoseHub::cursor() const {
@@ -45,6 +47,20 @@ bool PoseHub::closed() const {
     return closed_;
 }
 
+std::vector<ServedPose> PoseHub::newest() const {
+    const std::lock_guard lock(mutex_);
+    std::vector<ServedPose> poses;
+    for (const auto& newest : newest_) {
+        if (newest) {
+            poses.push_back(*newest);
+            if (WallClock::now_us() - newest->utc_us > SilenceWatch::kLimitUs) {
+                poses.back().pose.flags.set(tracking::PoseFlag::stale);
+            }
+        }
+    }
+    return poses;
+}
+
 int PoseHub::sensors() const {
     const std::lock_guard lock(mutex_);
     return sensors_;
@@ -65,6 +81,9 @@ void PoseHub::do_pose(const tracking::PoseEstimate<double>& estimate) {
         served.pose = estimate;
         served.utc_us = clock_.utc_us(estimate.time, arrival_us);
         ++count_;
+        if (estimate.sensor < newest_.size()) {
+            newest_[estimate.sensor] = served;
+        }
     }
     news_.notify_all();
     if (notify_) {

@@ -5,10 +5,12 @@
 #include <condition_variable>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include "board/host/serve/served_pose.hpp"
 #include "board/host/serve/wall_clock.hpp"
+#include "core/tracking/sensor_tracker.hpp"
 #include "hal/tracker_tap.hpp"
 
 namespace tricoil::host {
@@ -37,6 +39,9 @@ public:
     void close();
     [[nodiscard]] bool closed() const;
 
+    /// The newest pose of each sensor, flagged stale if it has grown old: for one who comes later.
+    [[nodiscard]] std::vector<ServedPose> newest() const;
+
     /// Sensors that the tracker follows; 0 until it has begun.
     [[nodiscard]] int sensors() const;
 
@@ -53,6 +58,7 @@ private:
     mutable std::condition_variable news_;
     std::vector<ServedPose> ring_;
     std::uint64_t count_ = 0;  // poses ever
+    std::array<std::optional<ServedPose>, tracking::kMaxSensors> newest_;
     int sensors_ = 0;
     bool closed_ = false;
     WallClock clock_;

@@ -11,6 +11,11 @@
 
 namespace tricoil::host {
 
+struct RecordingStatus {
+    bool on = false;
+    std::string trouble;  // why the last one ended by itself; empty: it did not
+};
+
 /// Makes and closes recordings in the caller's thread; the tracker's thread waits for no disk.
 class RecordingSwitch final : public hal::TrackerTap<double> {
 public:
@@ -19,7 +24,8 @@ public:
 
     /// Begins or ends; what happened, for the one who asked.
     std::string record(bool on);
-    [[nodiscard]] bool recording() const;
+    /// Ends a recording that has died, as one on a full disk does.
+    [[nodiscard]] RecordingStatus status();
 
 private:
     void do_begin(const Settings& settings) override;
@@ -29,13 +35,16 @@ private:
     void do_pose(const tracking::PoseEstimate<double>& estimate) override;
 
     std::string begin_recording();
+    void take_over(std::unique_ptr<Recorder> recorder);
     std::string end_recording();
 
     std::string folder_;
     nlohmann::ordered_json source_;
-    std::mutex asking_;         // one wish at a time
-    mutable std::mutex mutex_;  // between the tracker and those who ask
+    std::mutex asking_;  // one wish at a time
+    std::mutex mutex_;   // between the tracker and those who ask
     std::unique_ptr<Recorder> recorder_;
+    bool died_ = false;  // recorder_ has, and has said so
+    std::string trouble_;
     std::optional<Settings> settings_;
     std::array<Vec3<double>, tracking::kMaxSensors> last_m_{Vec3<double>::Zero(), Vec3<double>::Zero(), Vec3<double>::Zero(),
                                                             Vec3<double>::Zero()};  // of valid poses

@@ -1,39 +1,67 @@
 #include "board/host/serve/stream.hpp"
 
 #include <fcntl.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 
 namespace tricoil::host {
 
-Stream::Stream(int descriptor) : descriptor_(descriptor) {
+Stream::Stream(int descriptor, const StreamLimits& limits) : descriptor_(descriptor), oldest_(limits.oldest) {
+    if (limits.socket_bytes > 0) {
+        ::setsockopt(descriptor, SOL_SOCKET, SO_SNDBUF, &limits.socket_bytes, sizeof limits.socket_bytes);
+    }
     ::fcntl(descriptor, F_SETFL, ::fcntl(descriptor, F_GETFL) | O_NONBLOCK);
     ::fcntl(descriptor, F_SETFD, FD_CLOEXEC);
 }
 
 bool Stream::send(std::string_view record) {
-    if (gone_ || waiting_.size() + record.size() > kMostWaiting) {
+    drop_old();
+    if (gone_ || bytes_waiting_ + record.size() > kMostWaiting) {
         ++dropped_;
         return false;
     }
-    waiting_ += record;
+    waiting_.push_back({std::string(record), Clock::now()});
+    bytes_waiting_ += record.size();
     flush();
     return true;
 }
 
+void Stream::drop_old() {
+    const auto limit = Clock::now() - oldest_;
+    const auto begin = waiting_.begin() + (has_waiting() && waiting_.front().begun ? 1 : 0);
+    auto end = begin;
+    for (; end != waiting_.end() && end->since < limit; ++end) {
+        bytes_waiting_ -= end->bytes.size();
+        ++dropped_;
+    }
+    waiting_.erase(begin, end);
+}
+
+void Stream::forget_all() {
+    waiting_.clear();
+    bytes_waiting_ = 0;
+}
+
 void Stream::flush() {
-    std::size_t done = 0;
-    while (!gone_ && done < waiting_.size()) {
-        const ssize_t n = ::write(descriptor_.get(), waiting_.data() + done, waiting_.size() - done);
-        if (n > 0) {
-            done += static_cast<std::size_t>(n);
-        } else if (n < 0 && errno != EINTR) {
+    drop_old();
+    while (!gone_ && has_waiting()) {
+        Record& record = waiting_.front();
+        const ssize_t n = ::write(descriptor_.get(), record.bytes.data(), record.bytes.size());
+        if (n < 0 && errno != EINTR) {
             gone_ = errno != EAGAIN;
-            break;
+            return;
+        }
+        const auto done = static_cast<std::size_t>(std::max<ssize_t>(n, 0));
+        record.begun = record.begun || done > 0;
+        record.bytes.erase(0, done);
+        bytes_waiting_ -= done;
+        if (record.bytes.empty()) {
+            waiting_.pop_front();
         }
     }
-    waiting_.erase(0, done);
 }
 
 std::span<const char> Stream::receive(std::span<char> buffer) {

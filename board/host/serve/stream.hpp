@@ -1,7 +1,9 @@
 // An open line to one client that is never waited for.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
+#include <deque>
 #include <span>
 #include <string>
 #include <string_view>
@@ -10,13 +12,18 @@
 
 namespace tricoil::host {
 
+struct StreamLimits {
+    std::chrono::milliseconds oldest = std::chrono::hours(24);  // records that have waited for longer are dropped
+    int socket_bytes = 0;                                       // that the system may hold back for the client; 0: as it likes
+};
+
 /// Records go out whole or not at all: while the client has kMostWaiting bytes to read, new ones are dropped and counted.
 class Stream {
 public:
     static constexpr std::size_t kMostWaiting = 64 * 1024;
 
     /// Takes the descriptor, and makes it non-blocking.
-    explicit Stream(int descriptor);
+    explicit Stream(int descriptor, const StreamLimits& limits = {});
     Stream(const Stream&) = delete;
     Stream& operator=(const Stream&) = delete;
 
@@ -32,20 +39,33 @@ public:
     void flush();
 
     [[nodiscard]] bool has_waiting() const { return !waiting_.empty(); }
-    [[nodiscard]] std::size_t waiting() const { return waiting_.size(); }
+    /// Bytes.
+    [[nodiscard]] std::size_t waiting() const { return bytes_waiting_; }
     [[nodiscard]] bool gone() const { return gone_; }
     /// The client is to be let go once this has been seen.
     void hang_up() { gone_ = true; }
     /// The line is there again, or another client on it: what waited was for the one before.
     void begin_anew() {
         gone_ = false;
-        waiting_.clear();
+        forget_all();
     }
     [[nodiscard]] std::uint64_t dropped() const { return dropped_; }
 
 private:
+    using Clock = std::chrono::steady_clock;
+    struct Record {
+        std::string bytes;  // what of it has not gone out
+        Clock::time_point since;
+        bool begun = false;
+    };
+
+    void drop_old();
+    void forget_all();
+
     drivers::FileDescriptor descriptor_;
-    std::string waiting_;
+    std::chrono::milliseconds oldest_;
+    std::deque<Record> waiting_;
+    std::size_t bytes_waiting_ = 0;
     bool gone_ = false;
     std::uint64_t dropped_ = 0;
 };

@@ -29,6 +29,11 @@ int port_of(int descriptor) {
 
 }  // namespace
 
+std::string TcpAddress::text(int port_number) const {
+    const bool is_v6 = host.find(':') != std::string::npos;
+    return fmt::format("{}:{}", is_v6 ? '[' + host + ']' : host, port_number);
+}
+
 TcpAddress parse_tcp_address(const std::string& option, const std::string& text) {
     TcpAddress address;
     const auto colon = text.rfind(':');
@@ -49,7 +54,7 @@ TcpAddress parse_tcp_address(const std::string& option, const std::string& text)
 }
 
 TcpListener::TcpListener(const std::string& option, const TcpAddress& address) {
-    const std::string name = fmt::format("{} {}:{}", option, address.host, address.port);
+    const std::string name = fmt::format("{} {}", option, address.text(std::stoi(address.port)));
     addrinfo hints{};
     hints.ai_flags = AI_PASSIVE | AI_NUMERICSERV;
     hints.ai_socktype = SOCK_STREAM;

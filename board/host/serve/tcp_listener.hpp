@@ -12,6 +12,11 @@ namespace tricoil::host {
 struct TcpAddress {
     std::string host = "127.0.0.1";  // this machine alone, unless told otherwise
     std::string port;
+
+    /// As in a URL: "127.0.0.1:18944", "[::1]:18944".
+    [[nodiscard]] std::string text(int port_number) const;
+    /// Whether it stands for all addresses of this machine.
+    [[nodiscard]] bool is_any() const { return host == "*" || host == "0.0.0.0" || host == "::"; }
 };
 
 /// Throws InputError, beginning with `option`, for what is no address.

@@ -23,8 +23,8 @@ public:
     static constexpr std::size_t kMostClients = 16;
     using Factory = std::function<std::unique_ptr<Session>(Stream&)>;
 
-    TcpService(std::string option, const TcpAddress& address, Factory factory)
-        : name_(std::move(option)), listener_(name_, address), factory_(std::move(factory)) {}
+    TcpService(std::string option, const TcpAddress& address, Factory factory, const StreamLimits& limits = {})
+        : name_(std::move(option)), listener_(name_, address), factory_(std::move(factory)), limits_(limits) {}
 
     [[nodiscard]] int port() const { return listener_.port(); }
 
@@ -60,7 +60,7 @@ public:
 
 private:
     struct Client {
-        explicit Client(int descriptor) : stream(descriptor) {}
+        Client(int descriptor, const StreamLimits& limits) : stream(descriptor, limits) {}
         Stream stream;
         std::unique_ptr<Session> session;
     };
@@ -68,7 +68,7 @@ private:
 
     void welcome() {
         for (int descriptor = listener_.accept(); descriptor >= 0; descriptor = listener_.accept()) {
-            auto client = std::make_unique<Client>(descriptor);
+            auto client = std::make_unique<Client>(descriptor, limits_);
             if (clients_.size() >= kMostClients) {
                 if (!told_full_) {
                     fmt::print(stderr, "tricoil: {}: {} clients are connected, which is the most; others are turned away\n",
@@ -85,6 +85,7 @@ private:
     std::string name_;
     TcpListener listener_;
     Factory factory_;
+    StreamLimits limits_;
     std::vector<std::unique_ptr<Client>> clients_;
     std::array<char, 4096> buffer_{};
     bool told_full_ = false;

@@ -34,6 +34,11 @@ void make_link(const std::string& link, const std::string& name) {
         if (!is_ours) {
             throw InputError(link + ": is there and no link to a pseudo terminal; choose another path");
         }
+        const fs::path other = fs::read_symlink(link, error);
+        if (other != name && fs::exists(other, error)) {  // a pseudo terminal is there for as long as it is open
+            throw InputError(
+                fmt::format("{}: leads to {}, which is in use; choose another path, or remove the link", link, other.string()));
+        }
         fs::remove(link, error);
     }
     fs::create_symlink(name, link, error);

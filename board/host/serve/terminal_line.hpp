@@ -10,8 +10,8 @@ namespace tricoil::host {
 /// A pseudo terminal; programs open path(). With a link, path() is the same from one start to the next.
 class PseudoTerminal {
 public:
-    /// link: made, or taken over if it is a link to another pseudo terminal; empty: none. Throws InputError, naming the link, if
-    /// there is something else; DeviceError if the system has no pseudo terminal.
+    /// link: made, or taken over if it is a link to a pseudo terminal that is no more; empty: none. Throws InputError, naming the
+    /// link, if there is something else; DeviceError if the system has no pseudo terminal.
     explicit PseudoTerminal(const std::string& link);
     ~PseudoTerminal();
     PseudoTerminal(const PseudoTerminal&) = delete;

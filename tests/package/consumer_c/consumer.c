@@ -18,9 +18,7 @@ int main(int argc, char** argv) {
             ++poses;
         }
     }
-    if (poses < 10) {
-        fprintf(stderr, "%d poses: %s\n", poses, tricoil_status(tracker));
-    }
+    fprintf(poses < 10 ? stderr : stdout, "%d poses: %s\n", poses, tricoil_status(tracker));
     tricoil_close(tracker);
     return poses == 10 ? 0 : 3;
 }

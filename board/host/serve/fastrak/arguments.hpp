@@ -22,7 +22,7 @@ struct Refusal {
 
 class Arguments {
 public:
-    explicit Arguments(std::string_view command) {
+    explicit Arguments(std::string_view command) : is_of_station_(kOfStations.find(command.front()) != std::string_view::npos) {
         for (std::size_t begin = 1;;) {
             const std::size_t end = std::min(command.find(',', begin), command.size());
             fields_.push_back({begin, trim(command.substr(begin, end - begin))});
@@ -83,10 +83,12 @@ public:
     }
 
     [[noreturn]] void refuse(std::size_t n, CommandError error) const {
-        throw Refusal{error, n < fields_.size() ? fields_[n].position : 0, n, 1};
+        throw Refusal{error, n < fields_.size() ? fields_[n].position : 0, n, named_station()};
     }
 
 private:
+    static constexpr std::string_view kOfStations = "OHBbGARNl";
+
     struct Field {
         std::size_t position;
         std::string_view text;
@@ -96,6 +98,14 @@ private:
         return text.substr(begin, text.find_last_not_of(' ') + 1 - begin);
     }
 
+    /// The station that the command is about, 1 if that is not clear.
+    [[nodiscard]] int named_station() const {
+        const std::string_view text = fields_.front().text;
+        const bool is_one = is_of_station_ && text.size() == 1 && text.front() >= '1' && text.front() < '1' + kStations;
+        return is_one ? text.front() - '0' : 1;
+    }
+
+    bool is_of_station_;
     std::vector<Field> fields_;
 };
 

@@ -15,6 +15,9 @@ namespace {
 
 constexpr const char* kOption = "--fastrak";
 
+/// Records do not say when they were; a client that reads late must not take old ones for new.
+constexpr StreamLimits kUnstamped{std::chrono::milliseconds(250), 4096};
+
 struct SerialPlace {
     std::string path;
     int baud = 115200;
@@ -41,12 +44,14 @@ Output make_output(const std::string& where, bool continuous, const PoseHub& hub
     auto memory = std::make_shared<Memory>();
     memory->saved.continuous = continuous;
     const auto make_session = [memory, &hub, &control](std::function<void(std::string_view)> send) {
-        return std::make_unique<Session>(SessionLinks{std::move(send),
-                                                      [&control](std::uint8_t sensor, const Vec3<double>& towards) {
-                                                          control.set_hemisphere(sensor, towards);
-                                                      },
-                                                      [&hub] { return hub.sensors(); }},
-                                         memory);
+        auto session = std::make_unique<Session>(SessionLinks{std::move(send),
+                                                              [&control](std::uint8_t sensor, const Vec3<double>& towards) {
+                                                                  control.set_hemisphere(sensor, towards);
+                                                              },
+                                                              [&hub] { return hub.sensors(); }},
+                                                 memory);
+        session->remember(hub.newest());
+        return session;
     };
     const auto colon = where.find(':');
     const std::string kind = where.substr(0, colon);
@@ -71,11 +76,12 @@ Output make_output(const std::string& where, bool continuous, const PoseHub& hub
     }
     if (kind == "tcp" && !rest.empty()) {
         const TcpAddress address = parse_tcp_address(kOption, rest);
-        auto service = std::make_unique<TcpService<Session>>(kOption, address, [make_session](Stream& stream) {
-            return make_session([&stream](std::string_view record) { stream.send(record); });
-        });
+        auto service = std::make_unique<TcpService<Session>>(
+            kOption, address,
+            [make_session](Stream& stream) { return make_session([&stream](std::string_view record) { stream.send(record); }); },
+            kUnstamped);
         const int port = service->port();
-        return {std::move(service), fmt::format("{}:{}", address.host, port)};
+        return {std::move(service), address.text(port)};
     }
     throw InputError(fmt::format("{} {}: must be pty, pty:LINK, serial:PATH[:BAUD] or tcp:[ADDRESS:]PORT", kOption, where));
 }

@@ -16,6 +16,9 @@ constexpr std::int64_t kPeriodUs = 1'000'000 / 120;
 constexpr std::int64_t kJitterUs = 1000;
 constexpr double kLongest = 1000;  // any coordinate, in either unit
 
+constexpr std::size_t kPositionFilter = 0;
+constexpr std::size_t kAttitudeFilter = 1;
+
 constexpr char kControlK = 11;
 constexpr char kControlY = 25;
 
@@ -126,9 +129,9 @@ void Session::run(const std::string& command) {
         case 'N':
             return tip(arguments);
         case 'x':
-            return filter(arguments, 0);
+            return filter(arguments, kPositionFilter);
         case 'v':
-            return filter(arguments, 1);
+            return filter(arguments, kAttitudeFilter);
         case 'l':
             return active(arguments);
         default:
@@ -143,13 +146,27 @@ void Session::take(std::span<const ServedPose> poses) {
             continue;
         }
         Newest& newest = newest_[pose.sensor];
+        const bool letter_changes = newest.pose && error_letter(*newest.pose) != error_letter(pose);
         newest.pose = pose;
         const int number = pose.sensor + 1;
+        if (!settings_.continuous || !station(number).active) {
+            continue;
+        }
         const bool began_anew = served.utc_us < newest.due_us - 2 * kPeriodUs;
-        if (settings_.continuous && station(number).active && (served.utc_us >= newest.due_us - kJitterUs || began_anew)) {
+        if (served.utc_us >= newest.due_us - kJitterUs || began_anew) {
             const bool fell_behind = served.utc_us > newest.due_us + kPeriodUs || began_anew;
             newest.due_us = (fell_behind ? served.utc_us : newest.due_us) + kPeriodUs;
             answer(number);
+        } else if (letter_changes) {
+            answer(number);
+        }
+    }
+}
+
+void Session::remember(std::span<const ServedPose> poses) {
+    for (const ServedPose& served : poses) {
+        if (served.pose.sensor < kStations) {
+            newest_[served.pose.sensor].pose = served.pose;
         }
     }
 }
@@ -272,7 +289,7 @@ void Session::reset_alignment(const Arguments& arguments) {
     StationSettings& s = station(arguments.station());
     s.frame.origin_m.setZero();
     s.frame.q_source_alignment.setIdentity();
-    s.alignment_m.fill(nothing());
+    s.alignment_m = kAlignment_m;
 }
 
 void Session::tip(const Arguments& arguments) {
@@ -295,13 +312,18 @@ void Session::filter(const Arguments& arguments, std::size_t which) {
         for (const double value : values) {
             text += fmt::format("{:7.3f}", value);
         }
-        links_.send(text_record(" ", which == 0 ? 'x' : 'v', text));
+        links_.send(text_record(" ", which == kPositionFilter ? 'x' : 'v', text));
         return;
     }
     const std::optional<double> first = arguments.number(0);
-    if (count == 1 && first && *first >= 1) {  // a ready-made setting
+    if (count == 1 && first && *first >= 1) {  // a ready-made setting, 2 to 5; 1 is none as well
         if (*first > 5 || *first != std::floor(*first)) {
             arguments.refuse(0, CommandError::out_of_range);
+        }
+        constexpr std::array kReadyMade{kNoFilter, kNoFilter, kLowFilter, kMediumFilter, kHeavyFilter};
+        values = kReadyMade[static_cast<std::size_t>(*first) - 1];
+        if (which == kAttitudeFilter) {  // the attitude's sets the position's too
+            settings_.filters[kPositionFilter] = values;
         }
         return;
     }

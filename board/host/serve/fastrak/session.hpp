@@ -26,13 +26,15 @@ struct SessionLinks {
 
 /// Commands: C c P S F f U u W Y ^K ^Y act at once; O H B b G A R N x v l y take arguments and end with a carriage return. Others
 /// get the error record, and so do arguments that are missing, no numbers, or out of range. Records go out at most 120 times a
-/// second, the fastest that a FASTRAK has.
+/// second, the fastest that a FASTRAK has, but for one whose error letter is another: that is not put off.
 class Session {
 public:
     Session(SessionLinks links, std::shared_ptr<Memory> memory);
 
     void receive(std::span<const char> bytes);
     void take(std::span<const ServedPose> poses);
+    /// What came before this client did: it is not sent, unless asked for.
+    void remember(std::span<const ServedPose> poses);
 
 private:
     struct Newest {

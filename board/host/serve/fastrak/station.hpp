@@ -27,6 +27,16 @@ enum class Item : int {
 };
 constexpr int kExtended = 50;  // added to an item: the same in extended precision
 
+/// The source's own frame (manual, "A": 200 cm).
+inline const std::array<Vec3<double>, 3> kAlignment_m{Vec3<double>::Zero(), Vec3<double>(2, 0, 0), Vec3<double>(0, 2, 0)};
+
+/// Filter settings F, FLOW, FHIGH, FACTOR (manual, "v": FLOW of 1 disables it, the others are "medium"). "Low" and "heavy" are
+/// ours, as the manual does not say what they are.
+constexpr std::array<double, 4> kNoFilter{0.2, 1, 0.8, 0.95};
+constexpr std::array<double, 4> kLowFilter{0.2, 0.4, 0.9, 0.95};
+constexpr std::array<double, 4> kMediumFilter{0.2, 0.2, 0.8, 0.95};
+constexpr std::array<double, 4> kHeavyFilter{0.1, 0.05, 0.6, 0.95};
+
 /// What ^K keeps and ^Y brings back.
 struct StationSettings {
     bool active = true;
@@ -34,7 +44,7 @@ struct StationSettings {
     Vec3<double> hemisphere = Vec3<double>::UnitX();
     Vec3<double> tip_m = Vec3<double>::Zero();
     Vec3<double> boresight_reference_deg = Vec3<double>::Zero();  // azimuth, elevation, roll
-    std::array<Vec3<double>, 3> alignment_m{Vec3<double>::Zero(), Vec3<double>::Zero(), Vec3<double>::Zero()};  // as set
+    std::array<Vec3<double>, 3> alignment_m{kAlignment_m};        // as set: origin, a point on the x axis, one towards +y
     tracking::OutputFrame<double> frame;
 };
 
@@ -43,7 +53,7 @@ struct Settings {
     bool binary = false;
     bool centimetres = false;
     bool continuous = false;
-    std::array<std::array<double, 4>, 2> filters{{{0.2, 0.2, 0.8, 0.95}, {0.2, 0.2, 0.8, 0.95}}};  // x and v: kept, not used
+    std::array<std::array<double, 4>, 2> filters{kMediumFilter, kMediumFilter};  // x and v: kept, not used
 
     [[nodiscard]] double units_per_m() const { return centimetres ? 100 : 1 / 0.0254; }
 };

@@ -15,7 +15,7 @@ std::string device_name(std::uint8_t sensor);
 /// TRANSFORM of one sensor.
 std::string transform_message(const ServedPose& served);
 
-/// TDATA of all sensors, with the time stamp of the newest.
+/// TDATA of several sensors, with the time stamp of the newest.
 std::string tracking_data_message(std::span<const ServedPose> poses, const std::string& coordinate_name);
 
 /// STATUS of one sensor: OK (1) or, while its pose must not be used, NOT READY (13) with the flags as the error's name.

@@ -1,10 +1,9 @@
 #include "board/host/serve/openigtlink/igtl_session.hpp"
 
-#include <igtlMessageHeader.h>
-#include <igtlTrackingDataMessage.h>
+#include <igtl_util.h>
 
 #include <algorithm>
-#include <cstring>
+#include <cstdlib>
 #include <vector>
 
 #include "board/host/serve/openigtlink/igtl_messages.hpp"
@@ -15,32 +14,56 @@ namespace {
 constexpr std::size_t kHeaderBytes = 58;
 constexpr int kLongestResolutionMs = 60'000;
 constexpr std::int64_t kJitterUs = 1000;
+constexpr std::int64_t kNoFrameUs = 20'000;  // until two poses have told it
+constexpr std::int64_t kMostFrames = 2;      // that one sensor's pose may be older than another's in the same message
 
 // Where an OpenIGTLink header has them; read here, as the library takes any size for granted.
+constexpr std::size_t kVersionAt = 0;
 constexpr std::size_t kTypeAt = 2;
 constexpr std::size_t kTypeBytes = 12;
 constexpr std::size_t kSizeAt = 42;
+constexpr std::size_t kCrcAt = 50;
 
-std::uint64_t body_size(std::string_view header) {
-    std::uint64_t size = 0;
-    for (std::size_t n = 0; n < sizeof size; ++n) {
-        size = size << 8U | static_cast<std::uint8_t>(header[kSizeAt + n]);
+// The extended header with which a body begins from version 2 on.
+constexpr std::size_t kExtendedHeaderBytes = 12;
+constexpr std::size_t kMetadataHeaderSizeAt = 2;
+constexpr std::size_t kMetadataSizeAt = 4;
+
+// STT_TDATA
+constexpr std::size_t kNameAt = 4;
+constexpr std::size_t kStartBytes = 36;
+constexpr std::size_t kLongestName = 20;  // that fits a header
+
+/// Big-endian, as all of OpenIGTLink.
+std::uint64_t number(std::string_view bytes, std::size_t at, std::size_t size) {
+    std::uint64_t value = 0;
+    for (const char byte : bytes.substr(at, size)) {
+        value = value << 8U | static_cast<std::uint8_t>(byte);
     }
-    return size;
+    return value;
 }
 
-std::string_view type_of(std::string_view header) {
-    const std::string_view field = header.substr(kTypeAt, kTypeBytes);
-    return field.substr(0, field.find('\0'));
+std::uint64_t body_size(std::string_view header) { return number(header, kSizeAt, 8); }
+
+/// What the sender had to say, without the extended header and the metadata of version 2; nothing if the CRC differs.
+std::string_view content_of(std::string_view message) {
+    const std::string_view body = message.substr(kHeaderBytes);
+    std::string copy(body);  // the library's function would be free to change it
+    if (crc64(reinterpret_cast<unsigned char*>(copy.data()), copy.size(), 0) != number(message, kCrcAt, 8)) {  // NOLINT
+        return {};
+    }
+    if (number(message, kVersionAt, 2) < 2) {
+        return body;
+    }
+    if (body.size() < kExtendedHeaderBytes) {
+        return {};
+    }
+    const std::uint64_t before = number(body, 0, 2);
+    const std::uint64_t behind = number(body, kMetadataHeaderSizeAt, 2) + number(body, kMetadataSizeAt, 4);
+    return before + behind <= body.size() ? body.substr(before, body.size() - before - behind) : std::string_view();
 }
 
-igtl::MessageHeader::Pointer unpack_header(std::string_view bytes) {
-    igtl::MessageHeader::Pointer header = igtl::MessageHeader::New();
-    header->InitPack();
-    std::memcpy(header->GetPackPointer(), bytes.data(), kHeaderBytes);
-    header->Unpack();
-    return header;
-}
+std::string_view text(std::string_view field) { return field.substr(0, field.find('\0')); }
 
 }  // namespace
 
@@ -56,7 +79,7 @@ void Session::receive(std::span<const char> bytes) {
         if (received_.size() < size) {
             return;
         }
-        request(type_of(received_), std::string_view(received_).substr(0, size));
+        request(text(std::string_view(received_).substr(kTypeAt, kTypeBytes)), std::string_view(received_).substr(0, size));
         received_.erase(0, size);
     }
 }
@@ -83,22 +106,15 @@ void Session::request(std::string_view type, std::string_view message) {
 }
 
 void Session::start_tracking_data(std::string_view message) {
-    const igtl::StartTrackingDataMessage::Pointer start = igtl::StartTrackingDataMessage::New();
-    igtl::MessageHeader::Pointer header = unpack_header(message);
-    start->SetMessageHeader(header);
-    start->AllocatePack();
-    const std::size_t body = message.size() - kHeaderBytes;
-    if (static_cast<std::size_t>(start->GetPackBodySize()) != body) {
+    const std::string_view start = content_of(message);
+    if (start.size() != kStartBytes) {
         return;
     }
-    std::memcpy(start->GetPackBodyPointer(), message.data() + kHeaderBytes, body);
-    if ((start->Unpack(1) & igtl::MessageHeader::UNPACK_BODY) == 0) {  // the CRC differs
-        return;
-    }
-    period_us_ = std::int64_t{1000} * std::clamp(static_cast<int>(start->GetResolution()), 0, kLongestResolutionMs);
+    const auto resolution_ms = static_cast<std::int32_t>(number(start, 0, kNameAt));  // a negative one: as fast as it goes
+    period_us_ = std::int64_t{1000} * std::clamp(resolution_ms, 0, kLongestResolutionMs);
     due_us_ = 0;
-    if (const char* name = start->GetCoordinateName(); name != nullptr && *name != '\0') {
-        coordinate_name_ = std::string(name).substr(0, 20);
+    if (const std::string_view name = text(start.substr(kNameAt)); !name.empty()) {
+        coordinate_name_ = name.substr(0, kLongestName);
     }
     mode_ = Mode::tracking_data;
 }
@@ -112,6 +128,7 @@ void Session::take(std::span<const ServedPose> poses) {
             continue;
         }
         Sensor& sensor = sensors_[served.pose.sensor];
+        sensor.frame_us = sensor.newest ? std::abs(served.utc_us - sensor.newest->utc_us) : kNoFrameUs;
         sensor.newest = served;
         if (mode_ == Mode::transforms || mode_ == Mode::tracking_data) {
             tell_status(sensor);
@@ -119,7 +136,15 @@ void Session::take(std::span<const ServedPose> poses) {
         if (mode_ == Mode::transforms && served.pose.valid()) {
             stream_.send(transform_message(served));
         } else if (mode_ == Mode::tracking_data && served.pose.valid()) {
-            send_tracking_data(served.utc_us);
+            send_tracking_data(served.utc_us, sensor.frame_us);
+        }
+    }
+}
+
+void Session::remember(std::span<const ServedPose> poses) {
+    for (const ServedPose& served : poses) {
+        if (served.pose.sensor < sensors_.size()) {
+            sensors_[served.pose.sensor].newest = served;
         }
     }
 }
@@ -133,7 +158,7 @@ void Session::tell_status(Sensor& sensor) {
     sensor.told_valid = valid;
 }
 
-void Session::send_tracking_data(std::int64_t utc_us) {
+void Session::send_tracking_data(std::int64_t utc_us, std::int64_t frame_us) {
     const bool clock_was_set = utc_us < due_us_ - 2 * period_us_ - kJitterUs;
     if (utc_us < due_us_ - kJitterUs && !clock_was_set) {
         return;
@@ -142,7 +167,8 @@ void Session::send_tracking_data(std::int64_t utc_us) {
     due_us_ = (fell_behind ? utc_us : due_us_) + period_us_;
     std::vector<ServedPose> valid;
     for (const Sensor& sensor : sensors_) {
-        if (sensor.newest && sensor.newest->pose.valid()) {
+        if (sensor.newest && sensor.newest->pose.valid() &&
+            utc_us - sensor.newest->utc_us <= kMostFrames * frame_us + kJitterUs) {
             valid.push_back(*sensor.newest);
         }
     }

@@ -15,7 +15,8 @@ namespace tricoil::host::igtl_output {
 
 /// A client that says nothing for kPatience after it came gets a TRANSFORM for every valid pose. STT_TDATA makes that TDATA, at
 /// most one per the resolution asked for; STP_TDATA ends it. GET_TRANS and GET_STATUS are answered at any time. A sensor whose
-/// pose must not be used sends no pose: a STATUS says so when that begins and when it ends. Damaged messages are dropped.
+/// pose must not be used sends no pose: a STATUS says so when that begins and when it ends. TDATA leaves out a sensor whose pose
+/// is more than two frames older than the newest. Damaged messages are dropped.
 class Session {
 public:
     static constexpr std::chrono::milliseconds kPatience{100};
@@ -25,18 +26,21 @@ public:
 
     void receive(std::span<const char> bytes);
     void take(std::span<const ServedPose> poses);
+    /// What came before this client did: for its questions.
+    void remember(std::span<const ServedPose> poses);
 
 private:
     enum class Mode : std::uint8_t { waiting, transforms, tracking_data, silent };
     struct Sensor {
         std::optional<ServedPose> newest;
+        std::int64_t frame_us = 0;  // between the newest and the one before
         bool told_valid = false;
         bool told = false;
     };
 
     void request(std::string_view type, std::string_view message);
     void start_tracking_data(std::string_view message);
-    void send_tracking_data(std::int64_t utc_us);
+    void send_tracking_data(std::int64_t utc_us, std::int64_t frame_us);
     void tell_status(Sensor& sensor);
 
     Stream& stream_;

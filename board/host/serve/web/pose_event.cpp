@@ -23,6 +23,7 @@ Json json_of(const ServedPose& served) {
               {"q", {q.w(), q.x(), q.y(), q.z()}},
               {"c", {c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2), c(2, 2)}},
               {"valid", e.valid()},
+              {"stale", e.flags.has(tracking::PoseFlag::stale)},
               {"flags", to_text(e.flags)},
               {"state", to_text(e.state)},
               {"snr", e.snr_db},
@@ -43,7 +44,8 @@ std::string pose_event(std::span<const ServedPose> poses, const PageStatus& stat
             newest[served.pose.sensor] = &served;
         }
     }
-    Json message{{"status", {{"running", status.running}, {"recording", status.recording}}}, {"poses", Json::array()}};
+    Json message{{"status", {{"running", status.running}, {"recording", status.recording}, {"trouble", status.trouble}}},
+                 {"poses", Json::array()}};
     for (const ServedPose* served : newest) {
         if (served != nullptr) {
             message["poses"].push_back(json_of(*served));

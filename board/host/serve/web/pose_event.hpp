@@ -11,6 +11,7 @@ namespace tricoil::host::web {
 struct PageStatus {
     bool running = true;
     bool recording = false;
+    std::string trouble;  // of the last recording
 };
 
 /// One server-sent event: {"status": {...}, "poses": [...]}; of each sensor the newest pose only.

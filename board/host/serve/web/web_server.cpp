@@ -1,7 +1,6 @@
 #include "board/host/serve/web/web_server.hpp"
 
 #include <fmt/format.h>
-#include <httplib.h>
 
 #include <array>
 #include <limits>
@@ -9,15 +8,18 @@
 #include <vector>
 
 #include "board/host/errors.hpp"
+#include "board/host/serve/silence_watch.hpp"
+#include "board/host/serve/web/guarded_http_server.hpp"
+#include "board/host/serve/web/own_name.hpp"
 #include "board/host/serve/web/page_text.hpp"
 #include "board/host/serve/web/pose_event.hpp"
 
 namespace tricoil::host::web {
 namespace {
 
-constexpr int kThreads = 2 * WebServer::kMostStreams;
-constexpr std::chrono::milliseconds kPeriod{33};     // between events: as often as a page draws
-constexpr std::chrono::milliseconds kPatience{500};  // without poses: an event says that there are none
+static_assert(WebServer::kMostStreams < GuardedHttpServer::kMostConnections);  // others get in at all times
+constexpr std::chrono::milliseconds kPeriod{33};                               // between events: as often as a page draws
+constexpr std::chrono::milliseconds kPatience{500};                            // without poses: an event says that there are none
 constexpr std::size_t kLongestWish = 1024;
 
 void answer(httplib::Response& response, int status, const std::string& text) {
@@ -29,18 +31,21 @@ void answer(httplib::Response& response, int status, const std::string& text) {
 struct Reader {
     const PoseHub& hub;
     const TrackerControl& control;
-    const RecordingSwitch& recordings;
+    RecordingSwitch& recordings;
     PoseHub::Cursor cursor;
     std::vector<ServedPose> poses;
+    SilenceWatch silence;
 
     /// False once the client or the tracker is gone.
     bool send(httplib::DataSink& sink) {
         poses.clear();
         hub.wait(cursor, poses, kPatience);
+        silence.look(WallClock::now_us(), poses);
         if (hub.closed()) {
             return false;
         }
-        const std::string event = pose_event(poses, {control.running(), recordings.recording()});
+        const RecordingStatus recording = recordings.status();
+        const std::string event = pose_event(poses, {control.running(), recording.on, recording.trouble});
         if (!sink.write(event.data(), event.size())) {
             return false;
         }
@@ -78,24 +83,20 @@ std::string carry_out(const nlohmann::json& wish, TrackerControl& control, Recor
 }  // namespace
 
 WebServer::WebServer(const TcpAddress& address, const PoseHub& hub, TrackerControl& control, RecordingSwitch& recordings)
-    : address_(address), hub_(hub), control_(control), recordings_(recordings), server_(std::make_unique<httplib::Server>()) {
+    : address_(address), hub_(hub), control_(control), recordings_(recordings), server_(std::make_unique<GuardedHttpServer>()) {
     port_ = TcpListener("--web", address).port();  // says what is wrong with an address in our words
-    httplib::Server& s = *server_;
-    s.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };  // NOLINT: the library deletes it
+    GuardedHttpServer& s = *server_;
     s.set_socket_options(
         [](socket_t socket) {  // connections of a server before us do not keep the port; the library's default would
             const int yes = 1;
             ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
         });
-    s.set_read_timeout(2);
-    s.set_write_timeout(2);
-    s.set_keep_alive_timeout(1);
     s.set_payload_max_length(kLongestWish);
     s.set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
         if (is_ours(request)) {
             return httplib::Server::HandlerResponse::Unhandled;
         }
-        answer(response, 403, "asked by another page, or under another name");
+        answer(response, 403, "asked by another page, or under another name than --web has; for a name, use --web NAME:PORT");
         return httplib::Server::HandlerResponse::Handled;
     });
     s.Get("/", [](const httplib::Request&, httplib::Response& response) {
@@ -112,8 +113,8 @@ WebServer::WebServer(const TcpAddress& address, const PoseHub& hub, TrackerContr
     s.Post("/control",
            [this](const httplib::Request& request, httplib::Response& response) { this->control(request, response); });
     const std::string host = address.host == "*" ? "0.0.0.0" : address.host;
-    if (!s.bind_to_port(host.c_str(), port_)) {
-        throw DeviceError(fmt::format("--web {}:{}: cannot be listened to; choose another port", address.host, port_));
+    if (!s.bind(host, port_)) {
+        throw DeviceError(fmt::format("--web {}: cannot be listened to; choose another port", address.text(port_)));
     }
     thread_ = std::thread([this] { server_->listen_after_bind(); });
 }
@@ -127,18 +128,14 @@ WebServer::~WebServer() {
 }
 
 std::string WebServer::url() const {
-    return fmt::format("http://{}:{}/", address_.host == "*" ? "localhost" : address_.host, port_);
+    const TcpAddress shown = address_.is_any() ? TcpAddress{"localhost", ""} : address_;
+    return "http://" + shown.text(port_) + "/";
 }
 
 bool WebServer::is_ours(const httplib::Request& request) const {
-    // A name that resolves to us is not ours: a hostile page could have made it so.
     const std::string host = request.get_header_value("Host");
-    const std::string port = fmt::format(":{}", port_);
-    const bool known = host == "localhost" + port || host == "127.0.0.1" + port || host == "[::1]" + port ||
-                       host == address_.host + port ||
-                       ((address_.host == "*" || address_.host == "0.0.0.0") && !host.empty() &&
-                        host.find_first_not_of("0123456789.:") == std::string::npos);
-    return known && (!request.has_header("Origin") || request.get_header_value("Origin") == "http://" + host);
+    return is_own_name(host, address_, port_) &&
+           (!request.has_header("Origin") || request.get_header_value("Origin") == "http://" + host);
 }
 
 void WebServer::stream(httplib::Response& response) {
@@ -147,7 +144,8 @@ void WebServer::stream(httplib::Response& response) {
         answer(response, 503, fmt::format("{} pages are connected, which is the most", kMostStreams));
         return;
     }
-    auto reader = std::make_shared<Reader>(Reader{hub_, control_, recordings_, hub_.cursor(), {}});
+    server_->keep_this_connection();
+    auto reader = std::make_shared<Reader>(Reader{hub_, control_, recordings_, hub_.cursor(), {}, {}});
     response.set_header("Cache-Control", "no-store");
     response.set_chunked_content_provider(
         "text/event-stream", [reader](std::size_t, httplib::DataSink& sink) { return reader->send(sink); },

@@ -12,12 +12,13 @@
 #include "board/host/serve/tracker_control.hpp"
 
 namespace httplib {
-class Server;
 struct Request;
 struct Response;
 }  // namespace httplib
 
 namespace tricoil::host::web {
+
+class GuardedHttpServer;
 
 /// GET / is the page, GET /stream its events, POST /control a wish. Only requests that name this very host and port, and come
 /// from no other page, are answered: a hostile page in the same browser can neither read nor ask for anything.
@@ -45,7 +46,7 @@ private:
     TrackerControl& control_;
     RecordingSwitch& recordings_;
     std::atomic<int> streams_ = 0;
-    std::unique_ptr<httplib::Server> server_;
+    std::unique_ptr<GuardedHttpServer> server_;
     std::thread thread_;
 };
 

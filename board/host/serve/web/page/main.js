@@ -1,36 +1,78 @@
 // The live page: one stream of poses in, a picture and plots out; wishes go back by POST.
-import {connect} from './stream.js';
-import {Scene} from './scene.js';
+import {conjugate, eulerAngles, product} from './attitude.js';
+import {exaggerationFor, kSigmas} from './ellipsoid.js';
+import {History} from './history.js';
 import {Plots} from './plots.js';
+import {Scene} from './scene.js';
+import {connect} from './stream.js';
+
+const kRefreshMs = 250;  // while nothing comes
 
 const element = id => document.getElementById(id);
 const plots = new Plots(element('plots'));
-const page = {poses: 0, firstPoseMs: null, firstPictureMs: null, newest: null, boresight: null, status: {}};
 let scene = null;
 let wanted = false;  // the scene
+let exaggeration = 1;
+
+/// sensors: by number, {newest, heardMs, history, boresight}, in the order in which they came.
+const page = {
+  poses: 0, firstPoseMs: null, firstPictureMs: null, status: {}, sensors: new Map(), selected: null,
+  get newest() { return chosen()?.newest ?? null; },
+  get boresight() { return chosen()?.boresight ?? null; },
+  get exaggeration() { return exaggeration; },
+};
 window.tricoil = page;  // for tests
 
-function conjugate([w, x, y, z]) { return [w, -x, -y, -z]; }
-function product([a, b, c, d], [e, f, g, h]) {
-  return [a*e - b*f - c*g - d*h, a*f + b*e + c*h - d*g, a*g - b*h + c*e + d*f, a*h + b*g - c*f + d*e];
+function chosen() { return page.sensors.get(page.selected); }
+
+function sensor(number) {
+  if (!page.sensors.has(number)) {
+    page.sensors.set(number, {newest: null, heardMs: 0, history: new History(), boresight: null});
+    page.selected ??= number;
+    const numbers = [...page.sensors.keys()].sort();
+    element('sensor').replaceChildren(...numbers.map(n => new Option(String(n + 1), String(n), false, n === page.selected)));
+    element('sensors').hidden = numbers.length < 2;
+  }
+  return page.sensors.get(number);
 }
 
-/// Azimuth, elevation and roll in degrees, as core/geometry has them.
-function eulerAngles([w, x, y, z]) {
-  const degrees = 180 / Math.PI;
-  return [Math.atan2(2*(x*y + w*z), 1 - 2*(y*y + z*z)), Math.asin(Math.max(-1, Math.min(1, 2*(w*y - x*z)))),
-          Math.atan2(2*(y*z + w*x), 1 - 2*(x*x + y*y))].map(a => a * degrees);
+function select(number) {
+  if (!page.sensors.has(number)) return;
+  page.selected = number;
+  element('sensor').value = String(number);
+  showChosen();
 }
 
-function show(pose) {
-  const q = page.boresight ? product(pose.q, conjugate(page.boresight)) : pose.q;
+const isLive = () => document.body.dataset.link === 'live';
+const isGood = tracked => isLive() && tracked.newest.valid && !tracked.newest.stale;
+const turned = tracked => tracked.boresight ? product(tracked.newest.q, conjugate(tracked.boresight)) : tracked.newest.q;
+
+/// A pose of any sensor.
+function take(pose) {
+  const tracked = sensor(pose.sensor);
+  const begins = tracked.history.breaksWith(pose);
+  tracked.newest = pose;
+  if (!pose.stale) {  // one that has grown old was there before
+    tracked.heardMs = performance.now();
+    tracked.history.add(pose);
+  }
+  if (pose.sensor === page.selected && pose.valid) exaggeration = exaggerationFor(pose.c, exaggeration);
+  scene?.sensor(pose.sensor).show(pose, turned(tracked), exaggeration, begins);
+}
+
+function showChosen() {
+  const tracked = chosen();
+  if (!tracked) return;
+  const pose = tracked.newest;
   const mm = pose.p.map(v => (1000 * v).toFixed(1).padStart(8));
-  const angles = eulerAngles(q).map(v => v.toFixed(2).padStart(8));
+  const angles = eulerAngles(turned(tracked)).map(v => v.toFixed(2).padStart(8));
   element('numbers').textContent =
     `x ${mm[0]} mm  azimuth   ${angles[0]}°\ny ${mm[1]} mm  elevation ${angles[1]}°\nz ${mm[2]} mm  roll      ${angles[2]}°`;
-  element('state').textContent = pose.state;
-  element('flags').textContent = pose.flags;
-  scene?.show(pose, q);
+  document.body.dataset.pose = isGood(tracked) ? 'good' : 'bad';
+  element('state').textContent = isLive() && !pose.stale ? pose.state : '';
+  element('flags').textContent = isLive() ? pose.flags : '';
+  if (scene) element('ellipsoid').textContent = `ellipsoid: ${kSigmas} sigma, ${exaggeration} times too large`;
+  plots.draw(tracked.history, pose.t / 1000 + (performance.now() - tracked.heardMs) / 1000);
 }
 
 /// Last, as a picture in space may take a second to begin where the processor draws it; numbers and plots do without.
@@ -47,21 +89,17 @@ function afterPaint(action) {
   requestAnimationFrame(() => setTimeout(action));
 }
 
-
 function receive(message) {
   page.status = message.status;
   element('run').textContent = message.status.running ? 'Stop' : 'Start';
   element('record').textContent = message.status.recording ? 'End recording' : 'Record';
+  element('trouble').textContent = message.status.trouble;
   for (const pose of message.poses) {
     ++page.poses;
-    page.newest = pose;
-    plots.add(pose);
+    take(pose);
   }
-  if (page.newest) {
-    show(page.newest);
-    plots.draw();
-    if (page.firstPoseMs === null) afterPaint(() => { page.firstPoseMs ??= performance.now(); });
-  }
+  showChosen();
+  if (page.newest && page.firstPoseMs === null) afterPaint(() => { page.firstPoseMs ??= performance.now(); });
   if (!wanted) afterPaint(openScene);
   wanted = true;
 }
@@ -69,6 +107,10 @@ function receive(message) {
 function link(state) {
   document.body.dataset.link = state;
   element('link').textContent = state === 'live' ? 'live' : state === 'silent' ? 'no poses' : 'reconnecting';
+  if (state !== 'live') {
+    for (const view of scene?.sensors.values() ?? []) view.setVisible(false);
+  }
+  showChosen();
 }
 
 async function ask(wish) {
@@ -81,14 +123,19 @@ async function ask(wish) {
   }
 }
 
+function setBoresight(q) {
+  if (chosen()) chosen().boresight = q;
+}
+
 const actions = {
   run: () => ask({run: !page.status.running}),
-  set: () => ask({hemisphere: element('hemisphere').value.split(',').map(Number), sensor: page.newest?.sensor ?? 0}),
-  boresight: () => { page.boresight = page.newest && page.newest.q; },
-  unboresight: () => { page.boresight = null; },
+  set: () => ask({hemisphere: element('hemisphere').value.split(',').map(Number), sensor: page.selected ?? 0}),
+  boresight: () => setBoresight(page.newest?.q),
+  unboresight: () => setBoresight(null),
   record: () => ask({record: !page.status.recording}),
 };
 for (const [id, action] of Object.entries(actions)) element(id).addEventListener('click', action);
+element('sensor').addEventListener('change', event => select(Number(event.target.value)));
 const keys = {' ': 'run', h: 'set', b: 'boresight', u: 'unboresight', r: 'record'};
 document.addEventListener('keydown', event => {
   const typing = ['SELECT', 'BUTTON'].includes(event.target.tagName) && event.key === ' ';
@@ -97,4 +144,5 @@ document.addEventListener('keydown', event => {
     actions[keys[event.key]]();
   }
 });
+setInterval(() => { if (!isLive()) showChosen(); }, kRefreshMs);
 connect(receive, link);

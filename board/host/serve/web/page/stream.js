@@ -2,7 +2,7 @@
 const kSilentMs = 1500;
 const kRetryMs = 500;
 
-/// receive(message) for every message; link('live' | 'silent' | 'down') whenever that changes.
+/// receive(message) for every message; link('live' | 'silent' | 'down') whenever that changes: silent without fresh poses.
 export function connect(receive, link) {
   let source = null;
   let heard = performance.now();
@@ -13,7 +13,7 @@ export function connect(receive, link) {
     source.onmessage = event => {
       const message = JSON.parse(event.data);
       heard = performance.now();
-      tell(message.poses.length ? 'live' : 'silent');
+      tell(message.poses.some(pose => !pose.stale) ? 'live' : 'silent');
       receive(message);
     };
     source.onerror = () => {

@@ -1,0 +1,37 @@
+// Whether a browser meant us.
+#pragma once
+
+#include <arpa/inet.h>
+#include <fmt/format.h>
+
+#include <array>
+#include <string>
+
+#include "board/host/serve/tcp_listener.hpp"
+
+namespace tricoil::host::web {
+
+/// A number, as in a URL: 192.0.2.1 or [2001:db8::1].
+inline bool is_ip_address(const std::string& name) {
+    std::array<unsigned char, sizeof(in6_addr)> address{};
+    const bool bracketed = name.size() > 2 && name.front() == '[' && name.back() == ']';
+    return ::inet_pton(AF_INET, name.c_str(), address.data()) == 1 ||
+           (bracketed && ::inet_pton(AF_INET6, name.substr(1, name.size() - 2).c_str(), address.data()) == 1);
+}
+
+/// host: what a request says it is for. Ours are this machine's own names for itself, the address or name that we were told to
+/// listen on and, if that was all of them, any number. Another name that leads here is not: a hostile page could have made it so.
+inline bool is_own_name(const std::string& host, const TcpAddress& address, int port) {
+    constexpr int kUsualPort = 80;  // of HTTP: browsers leave it out
+    const std::string behind = fmt::format(":{}", port);
+    std::string name = host;
+    if (name.ends_with(behind)) {
+        name.resize(name.size() - behind.size());
+    } else if (port != kUsualPort) {
+        return false;
+    }
+    return name == "localhost" || name == "127.0.0.1" || name == "[::1]" || name + behind == address.text(port) ||
+           (address.is_any() && is_ip_address(name));
+}
+
+}  // namespace tricoil::host::web

@@ -1,0 +1,30 @@
+// Where a sensor may be: the ellipsoid of its covariance, drawn as much too large as it takes to be seen.
+export const kSigmas = 3;
+const kLongest_m = 0.12;   // half-axis as drawn
+const kTolerance = 1.5;    // beyond these limits before another exaggeration is chosen
+const kMost_m = 1;
+const kSteps = [1, 2, 5];
+
+/// Lower triangle L of a covariance given as [xx, xy, xz, yy, yz, zz], by rows: L of the unit sphere is its ellipsoid.
+export function cholesky([xx, xy, xz, yy, yz, zz]) {
+  const a = Math.sqrt(Math.max(xx, 1e-14));
+  const b = xy / a, c = xz / a;
+  const d = Math.sqrt(Math.max(yy - b*b, 1e-14));
+  const e = (yz - b*c) / d;
+  return [a, b, d, c, e, Math.sqrt(Math.max(zz - c*c - e*e, 1e-14))];
+}
+
+/// Of the unit sphere to the ellipsoid as drawn.
+export function drawnFactor(covariance, exaggeration) {
+  return cholesky(covariance).map(v => Math.max(-kMost_m, Math.min(kSigmas * exaggeration * v, kMost_m)));
+}
+
+/// A round number, at least 1: `current` as long as it will do.
+export function exaggerationFor(covariance, current) {
+  const longest = kSigmas * Math.sqrt(Math.max(covariance[0] + covariance[3] + covariance[5], 1e-14));  // an upper bound
+  const drawn = longest * current;
+  if (drawn <= kTolerance * kLongest_m && drawn >= kLongest_m / 2.5 / kTolerance) return current;
+  const wanted = Math.max(1, kLongest_m / longest);
+  const decade = 10 ** Math.floor(Math.log10(wanted));
+  return decade * kSteps.filter(step => step * decade <= wanted * (1 + 1e-9)).at(-1);
+}

@@ -1,0 +1,53 @@
+// What one sensor did in the last ten seconds, as columns for the plots.
+export const kSeconds = 10;
+const kMost = 600;
+const kGap_s = 0.3;
+
+/// In the order of the columns; speed: m/s, or null where there is none.
+const kValues = [pose => 1000 * pose.p[0], pose => 1000 * pose.p[1], pose => 1000 * pose.p[2], (pose, speed) => speed,
+                 pose => pose.error ? pose.error[0] : null, pose => pose.distortion, pose => pose.snr];
+const kAlwaysTrue = 6;  // the column that means something without a valid pose too
+
+export class History {
+  constructor() {
+    this.times = [];  // s, of the sensor's own poses
+    this.columns = kValues.map(() => []);
+    this.previous = null;
+  }
+
+  /// Invalid poses leave a gap, and so does time without any.
+  add(pose) {
+    const t = pose.t / 1000;
+    if (this.previous && pose.t < this.previous.t) this.clear();
+    const dt = this.previous ? t - this.previous.t / 1000 : 0;
+    const broken = dt > kGap_s;
+    if (broken) this.#push(t - dt / 2, () => null);
+    const both = dt > 0 && !broken && this.previous.valid && pose.valid;
+    const speed = both ? Math.hypot(...pose.p.map((v, n) => v - this.previous.p[n])) / dt : null;
+    this.previous = pose;
+    this.#push(t, n => pose.valid || n === kAlwaysTrue ? kValues[n](pose, speed) : null);
+    this.forget(t);
+  }
+
+  /// Whether `pose` does not go on from the one before.
+  breaksWith(pose) { return !this.previous?.valid || pose.t < this.previous.t || pose.t - this.previous.t > 1000 * kGap_s; }
+
+  /// Drops what is older than ten seconds at `now`, in s.
+  forget(now) {
+    while (this.times.length > kMost || this.times[0] < now - kSeconds) {
+      this.times.shift();
+      for (const column of this.columns) column.shift();
+    }
+  }
+
+  clear() {
+    this.previous = null;
+    this.times.length = 0;
+    for (const column of this.columns) column.length = 0;
+  }
+
+  #push(t, value) {
+    this.times.push(t);
+    this.columns.forEach((column, n) => column.push(value(n)));
+  }
+}

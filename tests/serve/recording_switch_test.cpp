@@ -1,0 +1,97 @@
+// Recordings that clients begin, on a disk that takes no more: files that may not grow stand for it.
+#include "board/host/serve/recording_switch.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <filesystem>
+#include <thread>
+
+#include "tests/cli/cli_runner.hpp"
+
+namespace tricoil::test {
+namespace {
+
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+/// While it lives, no file of this process grows beyond `bytes`.
+class FullDisk {
+public:
+    explicit FullDisk(rlim_t bytes) {
+        std::signal(SIGXFSZ, SIG_IGN);
+        getrlimit(RLIMIT_FSIZE, &before_);
+        const rlimit now{bytes, before_.rlim_max};
+        setrlimit(RLIMIT_FSIZE, &now);
+    }
+    ~FullDisk() { setrlimit(RLIMIT_FSIZE, &before_); }
+    FullDisk(const FullDisk&) = delete;
+    FullDisk& operator=(const FullDisk&) = delete;
+
+private:
+    rlimit before_{};
+};
+
+class RecordingSwitchTest : public ::testing::Test {
+protected:
+    void SetUp() override {
+        fs::remove_all(folder_);
+        fs::create_directories(folder_);
+    }
+    void TearDown() override { fs::remove_all(folder_); }
+
+    /// Poses until `until` holds, at most ten seconds.
+    template <typename Condition>
+    void track_until(Condition until) {
+        hal::TrackerTap<double>& tap = recordings_;
+        for (int n = 0; n < 10'000 && !until(); ++n) {
+            tracking::PoseEstimate<double> pose;
+            pose.sequence = static_cast<std::uint32_t>(n);
+            tap.pose(pose);
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
+    }
+
+    std::string folder_ = path_in_temp("recordings");
+    host::RecordingSwitch recordings_{folder_, {{"kind", "test"}}};
+};
+
+TEST_F(RecordingSwitchTest, SaysThatARecordingDiedAndWhy) {
+    host::RecordingStatus status;
+    std::string begun;
+    std::string ended;
+    {
+        const FullDisk full(16 * 1024);
+        begun = recordings_.record(true);
+        track_until([&] { return !recordings_.status().on; });
+        status = recordings_.status();
+        ended = recordings_.record(false);
+    }
+    EXPECT_THAT(begun, HasSubstr("recording into"));
+    EXPECT_FALSE(status.on);
+    EXPECT_THAT(status.trouble, HasSubstr("recording ended early"));
+    EXPECT_EQ(ended, "is not recording");
+
+    EXPECT_THAT(host::RecordingSwitch(folder_ + "/other", {}).status().trouble, "");
+    std::this_thread::sleep_for(std::chrono::milliseconds(1100));  // its folder is named by the second
+    EXPECT_THAT(recordings_.record(true), HasSubstr("recording into"));
+    EXPECT_TRUE(recordings_.status().on);
+    EXPECT_EQ(recordings_.status().trouble, "");
+    EXPECT_EQ(recordings_.record(false), "recorded");
+}
+
+TEST_F(RecordingSwitchTest, RefusesToBeginWhereNothingCanBeWritten) {
+    std::string answer;
+    {
+        const FullDisk full(64);
+        answer = recordings_.record(true);
+    }
+    EXPECT_THAT(answer, HasSubstr("no recording can be begun there; is the disk full?"));
+    EXPECT_FALSE(recordings_.status().on);
+    EXPECT_TRUE(fs::is_empty(folder_));
+}
+
+}  // namespace
+}  // namespace tricoil::test
