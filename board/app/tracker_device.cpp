@@ -190,11 +190,16 @@ void TrackerDevice::fail(Fault fault) {
     }
 }
 
+/// Of what the loop or the coils' driver ended with.
+Fault TrackerDevice::fault_of(const Status& status) const {
+    const bool has_tripped = status.code() == StatusCode::not_ready;
+    return sampler_.trouble().value_or(has_tripped ? Fault::overcurrent : Fault::drive);
+}
+
 void TrackerDevice::measure() {
     const Status status = loop_->step();
     if (!status.ok()) {
-        const Fault of_excite = Fault::drive;
-        fail(sampler_.trouble().value_or(of_excite));
+        fail(fault_of(status));
     } else if (no_reference_) {
         fail(Fault::open_coil);
     } else if (stuck_blocks_ >= kStuckColumns) {
