@@ -18,8 +18,6 @@ constexpr Microseconds kStatusPause{100'000};
 /// In so many columns in a row one channel never moved: noise alone would have moved it.
 constexpr int kStuckColumns = 6;
 
-DeviceTime time_of(const void* clock) { return static_cast<const hal::Clock*>(clock)->now(); }
-
 }  // namespace
 
 TrackerDevice::TrackerDevice(const DeviceHardware& hardware, const DeviceParams& params)
@@ -74,7 +72,7 @@ void TrackerDevice::use_calibration() {
 
 void TrackerDevice::check_itself() {
     ::new (&report_) selfcheck::Report;  // in place: it is much of a small stack
-    selfcheck::run_on_board({&time_of, &hardware_.clock}, report_);
+    selfcheck::run_on_board(report_);
     if (stored_ == CalibrationStore::Content::none) {
         report_.add_absent(selfcheck::CheckId::calibration_crc, "calibration: none stored on this device");
     } else {
