@@ -18,7 +18,7 @@ Report run(const TimeSource& time);
 /// What of it fits into a board's flash beside a tracker, in the one precision that it has in hardware: the processor's
 /// arithmetic, direct solver, error model, demodulator. Into a report that need not lie on a small stack. Whether there is a
 /// calibration, the board knows.
-void run_on_board(const TimeSource& time, Report& report);
+void run_on_board(Report& report);
 
 /// A word for an outcome: "pass", "FAIL" or "absent".
 const char* name_of(Outcome outcome);
