@@ -270,7 +270,7 @@ AckResult TrackerDevice::keep(const protocol::CalibrationMessage& message) {
     if (!decoded.ok()) {
         return AckResult::bad_value;
     }
-    if (!calibration::ConcentricColumns<float>::make(*decoded).ok()) {
+    if (!usable(*decoded).ok()) {
         return AckResult::refused;
     }
     calibration::Blob blob{};

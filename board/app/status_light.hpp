@@ -9,10 +9,9 @@ namespace tricoil::app {
 
 /// Idle: a flash a second. Running: lit, with a gap a second. Fault: eight times a second.
 inline void show(hal::Indicator& light, protocol::DeviceState state, DeviceTime now) {
-    constexpr std::int64_t kSecond = 1'000'000;
-    constexpr std::int64_t kFlash = kSecond / 16;
-    const std::int64_t phase = to_us(now) % kSecond;
-    const bool flash = phase < kFlash;
+    // In sixteenths of 1.05 s: powers of two, as a small processor divides 64-bit numbers slowly and at length.
+    const auto phase = static_cast<std::uint32_t>(to_us(now) >> 16) & 15U;
+    const bool flash = phase == 0;
     switch (state) {
         case protocol::DeviceState::idle:
             light.show(flash);
@@ -21,7 +20,7 @@ inline void show(hal::Indicator& light, protocol::DeviceState state, DeviceTime 
             light.show(!flash);
             break;
         case protocol::DeviceState::fault:
-            light.show(phase / kFlash % 2 == 0);
+            light.show(phase % 2 == 0);
             break;
     }
 }

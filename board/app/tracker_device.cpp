@@ -28,6 +28,7 @@ TrackerDevice::TrackerDevice(const DeviceHardware& hardware, const DeviceParams&
       hemisphere_(params.hemisphere),
       store_(hardware.storage) {
     hardware_.coils.switch_off();
+    hardware_.ports = hardware_.ports.first(std::min(hardware_.ports.size(), links_.size()));
     for (std::size_t n = 0; n < hardware_.ports.size(); ++n) {
         links_[n].attach(*hardware_.ports[n]);
     }
@@ -47,16 +48,24 @@ void TrackerDevice::boot() {
     }
 }
 
+/// Errors: those of ConcentricColumns::make; invalid_argument for an output correction, which this tracker does not make.
+Result<calibration::ConcentricColumns<float>> TrackerDevice::usable(const calibration::Calibration<float>& c) {
+    if (!c.output_linear.isIdentity(0) || !c.output_offset_m.isZero(0)) {
+        return Status{StatusCode::invalid_argument, "it holds an output correction"};
+    }
+    return calibration::ConcentricColumns<float>::make(c);
+}
+
 /// Takes what is stored for the coils; without, they are taken for ideal.
 void TrackerDevice::use_calibration() {
     coils_.reset();
     calibration::Blob blob{};
     if (stored_ == CalibrationStore::Content::sound && store_.read(blob).ok()) {
         const auto stored = calibration::decode_single(blob);
-        const auto columns = stored.ok() ? calibration::ConcentricColumns<float>::make(*stored)
-                                         : Result<calibration::ConcentricColumns<float>>(stored.status());
+        const auto columns = stored.ok() ? usable(*stored) : stored.status();
         if (columns.ok()) {
             coils_ = *columns;
+            hemisphere_ = stored->hemisphere.isZero(0) ? hemisphere_ : stored->hemisphere;
         }
     }
     faults_.set_to(stored_ != CalibrationStore::Content::none && !coils_, Fault::calibration);
@@ -64,7 +73,7 @@ void TrackerDevice::use_calibration() {
 
 void TrackerDevice::check_itself() {
     report_ = {};
-    selfcheck::run_in_single_precision({&time_of, &hardware_.clock}, report_);
+    selfcheck::run_on_board({&time_of, &hardware_.clock}, report_);
     if (stored_ == CalibrationStore::Content::none) {
         report_.add_absent(selfcheck::CheckId::calibration_crc, "calibration: none stored on this device");
     } else {
@@ -114,7 +123,7 @@ void TrackerDevice::look_after_processor() {
     const hal::SystemTroubles troubles = hardware_.system.troubles();
     for (const auto& [trouble, fault] :
          {std::pair{hal::SystemTrouble::clock, Fault::clock}, std::pair{hal::SystemTrouble::stack, Fault::stack},
-          std::pair{hal::SystemTrouble::memory, Fault::memory}}) {
+          std::pair{hal::SystemTrouble::memory, Fault::self_check}}) {
         if (troubles.has(trouble)) {
             fail(fault);
         }

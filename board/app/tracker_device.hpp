@@ -63,6 +63,7 @@ private:
     void measure();
     void judge_hosts();
     void look_after_processor();
+    static Result<calibration::ConcentricColumns<float>> usable(const calibration::Calibration<float>& c);
     void use_calibration();
     void check_itself();
     void tell_status();

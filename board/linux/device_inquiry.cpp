@@ -7,6 +7,7 @@
 #include "board/host/errors.hpp"
 #include "board/linux/device_uri.hpp"
 #include "board/process/interrupt.hpp"
+#include "core/protocol/convert.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
 
 namespace tricoil::linux_board {
@@ -16,7 +17,7 @@ using protocol::Opcode;
 using protocol::WireError;
 
 constexpr Microseconds kPatience{5000};
-constexpr std::int64_t kAskAgainUs = 1'000'000;
+constexpr std::int64_t kFeedUs = 20'000;
 
 SessionParams listening() {
     SessionParams params;
@@ -28,11 +29,20 @@ SessionParams listening() {
 const char* text_of(std::uint8_t result) {
     switch (static_cast<protocol::AckResult>(result)) {
         case protocol::AckResult::refused:
-            return "refused; it is measuring for another program, or leaves the coils to its host";
+            return "refused; it is measuring for another program, leaves coils or tracking to its host, or cannot use such a "
+                   "calibration";
         case protocol::AckResult::unknown:
             return "it does not know this command; update its firmware";
         case protocol::AckResult::busy:
             return "it is busy; try again";
+        case protocol::AckResult::bad_value:
+            return "refused: it has no such value";
+        case protocol::AckResult::wrong_state:
+            return "refused: not while it measures, or not while it does not; stop or start it first";
+        case protocol::AckResult::replayed:
+            return "refused: another program talks to it at the same time; try again";
+        case protocol::AckResult::unreadable:
+            return "it could not read the message; look at cable and shielding";
         default:
             return "it tried, and failed";
     }
@@ -93,7 +103,8 @@ DeviceInquiry::DeviceInquiry(const std::string& uri, double wait_s)
 
 /// Until `seconds` (0: no end) are over or a signal comes: the device is greeted, then asked at once and every second; true as
 /// soon as is_done(message).
-bool DeviceInquiry::converse(double seconds, const host::InterruptGuard& guard, const Ask& ask, const Take& is_done) {
+bool DeviceInquiry::converse(double seconds, const host::InterruptGuard& guard, const Ask& ask, const Take& is_done,
+                             std::int64_t again_us) {
     const std::int64_t begin = drivers::monotonic_us();
     std::int64_t due = begin;
     for (std::int64_t now = begin; !guard.interrupted() && (seconds <= 0 || static_cast<double>(now - begin) <= 1e6 * seconds);
@@ -102,7 +113,7 @@ bool DeviceInquiry::converse(double seconds, const host::InterruptGuard& guard, 
             session_.service(now);
         } else if (ask && now >= due) {
             ask();
-            due = now + kAskAgainUs;
+            due = now + again_us;
         }
         if (port_->wait(kPatience).code() == StatusCode::device_lost) {
             session_.on_device_lost(now);
@@ -144,7 +155,9 @@ void DeviceInquiry::inquire(const char* what, Opcode opcode, const Ask& ask, con
     }
 }
 
-void DeviceInquiry::command(Opcode opcode, Excitation state) { session_.command(opcode, request_, 0, state); }
+void DeviceInquiry::command(Opcode opcode, Excitation state, std::uint32_t argument) {
+    session_.command(opcode, request_, argument, state);
+}
 
 const protocol::IdentifyMessage& DeviceInquiry::identify() {
     inquire("who it is", Opcode::hello, {}, [](const auto&) { return true; });
@@ -215,6 +228,52 @@ RawBurst DeviceInquiry::read_block(Excitation state) {
     inquire(
         "a block of samples", Opcode::read_block, [&] { command(Opcode::read_block, state); }, is_answer);
     return parts.burst();
+}
+
+void DeviceInquiry::order(const char* what, Opcode opcode, std::uint32_t argument) {
+    const auto is_answer = [&](const hal::ReceivedMessage& message) {
+        protocol::AckMessage ack;
+        return protocol::decode(message.bytes, ack) == WireError::none && ack.request == request_ && ack.result == 0 &&
+               ack.opcode == static_cast<std::uint8_t>(opcode);
+    };
+    inquire(
+        what, opcode, [&] { command(opcode, Excitation::off, argument); }, is_answer);
+}
+
+void DeviceInquiry::boresight() {
+    bool is_running = false;
+    inquire("its state", Opcode::hello, {}, [&](const hal::ReceivedMessage& message) {
+        protocol::StatusMessage status;
+        const bool is_status = protocol::decode(message.bytes, status) == WireError::none;
+        is_running = is_status && status.device_state == static_cast<std::uint8_t>(protocol::DeviceState::running);
+        return is_status;
+    });
+    if (!is_running) {
+        order("starting", Opcode::start, 0);
+        await_pose();
+    }
+    order("boresight", Opcode::boresight, 1);
+    if (!is_running) {
+        order("stopping", Opcode::stop, 0);
+    }
+}
+
+/// Feeds the device until a pose is valid.
+void DeviceInquiry::await_pose() {
+    const auto is_valid_pose = [&](const hal::ReceivedMessage& message) {
+        protocol::PoseMessage pose;
+        tracking::PoseEstimate<double> estimate;
+        return protocol::decode(message.bytes, pose) == WireError::none &&
+               protocol::from_message(pose, estimate) == WireError::none && estimate.valid();
+    };
+    const host::InterruptGuard guard;
+    if (!converse(
+            wait_s_, guard, [&] { command(Opcode::keep_alive); }, is_valid_pose, kFeedUs)) {
+        command(Opcode::stop);
+        guard.check();
+        throw host::DeviceError(
+            fmt::format("{}: no valid pose within {:g} s; is the sensor connected, and near enough?", uri_, wait_s_));
+    }
 }
 
 std::uint64_t DeviceInquiry::listen(double seconds, const std::function<void(const hal::ReceivedMessage&)>& each) {

@@ -40,6 +40,13 @@ public:
     /// One block with the coils in `state`.
     RawBurst read_block(Excitation state);
 
+    /// What a device is to do or to be set to; returns when it says that it is done. `what`: for the complaint.
+    void order(const char* what, protocol::Opcode opcode, std::uint32_t argument);
+
+    /// The attitude that the sensor has now reads as straight ahead from now on. A device that does not measure is started for
+    /// it, and stopped again when a pose has been valid.
+    void boresight();
+
     /// Calls each(message) for whatever the device says, until `seconds` are over (0: never) or a signal comes; the device is
     /// greeted until it has said who it is, and then only listened to. Returns how many messages there were.
     std::uint64_t listen(double seconds, const std::function<void(const hal::ReceivedMessage&)>& each);
@@ -48,12 +55,15 @@ public:
     [[nodiscard]] const char* detail() const { return session_.detail(); }
 
 private:
+    static constexpr std::int64_t kAskAgainUs = 1'000'000;
     using Ask = std::function<void()>;
     using Take = std::function<bool(const hal::ReceivedMessage&)>;
 
-    bool converse(double seconds, const host::InterruptGuard& guard, const Ask& ask, const Take& is_done);
+    bool converse(double seconds, const host::InterruptGuard& guard, const Ask& ask, const Take& is_done,
+                  std::int64_t again_us = kAskAgainUs);
+    void await_pose();
     void inquire(const char* what, protocol::Opcode opcode, const Ask& ask, const Take& is_answer);
-    void command(protocol::Opcode opcode, Excitation state = Excitation::off);
+    void command(protocol::Opcode opcode, Excitation state = Excitation::off, std::uint32_t argument = 0);
 
     std::string uri_;
     double wait_s_;

@@ -196,6 +196,7 @@ int main_program(int argc, char** argv) {
     program.add_flag("--heartbeat", o.heartbeat, "The coils need heartbeats");
     program.add_flag("--sync", o.sync, "Pulse that chip's line 4 when a window is over");
     program.add_option("--calibration", o.calibration, "Its flash: where its calibration is read from, and written at the end");
+    program.add_flag("--fail-self-check", o.front_end.fails_self_check, "A row of its self-check fails");
     program.add_option("--replug", o.replug_slots, "Pull the plug after every so many slots, and put it in again");
     program.add_option("--replug-times", o.replug_times, "So often")->capture_default_str();
     program.add_option("--stall", o.stalls, "usbip: so many transfers stall");

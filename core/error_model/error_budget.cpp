@@ -40,12 +40,8 @@ void add_step_errors(MotionState<Scalar> state, const BudgetParams<Scalar>& para
 }  // namespace
 
 template <typename Scalar>
-SystematicErrors<Scalar> systematic_errors(const MotionState<Scalar>& state, const BudgetParams<Scalar>& params) {
+SystematicErrors<Scalar> timing_errors(const MotionState<Scalar>& state, const BoardTiming<Scalar>& timing) {
     SystematicErrors<Scalar> errors;
-    const BoardTiming<Scalar>& timing = params.timing;
-    if (params.solver != SolverForm::direct) {
-        add_step_errors(state, params, errors);
-    }
     if (!timing.column_age_s.isZero(0)) {
         errors.skew = skew_error(state, timing.column_age_s);
     }
@@ -57,15 +53,23 @@ SystematicErrors<Scalar> systematic_errors(const MotionState<Scalar>& state, con
 }
 
 template <typename Scalar>
-ErrorBudget<Scalar> error_budget(const MotionState<Scalar>& state, Scalar noise_ratio, const BudgetParams<Scalar>& params) {
-    const Scalar range = state.position_m.norm();
-    return error_budget(state, solver::pose_covariance<Scalar>(Scalar(1), range, state.position_m / range, noise_ratio), params);
+SystematicErrors<Scalar> systematic_errors(const MotionState<Scalar>& state, const BudgetParams<Scalar>& params) {
+    SystematicErrors<Scalar> errors = timing_errors(state, params.timing);
+    if (params.solver != SolverForm::direct) {
+        add_step_errors(state, params, errors);
+    }
+    return errors;
 }
 
 template <typename Scalar>
-ErrorBudget<Scalar> error_budget(const MotionState<Scalar>& state, const Mat6<Scalar>& covariance,
-                                 const BudgetParams<Scalar>& params) {
-    const SystematicErrors<Scalar> errors = systematic_errors(state, params);
+ErrorBudget<Scalar> error_budget(const MotionState<Scalar>& state, Scalar noise_ratio, const BudgetParams<Scalar>& params) {
+    const Scalar range = state.position_m.norm();
+    return budget_of(systematic_errors(state, params),
+                     solver::pose_covariance<Scalar>(Scalar(1), range, state.position_m / range, noise_ratio));
+}
+
+template <typename Scalar>
+ErrorBudget<Scalar> budget_of(const SystematicErrors<Scalar>& errors, const Mat6<Scalar>& covariance) {
     const Scalar position_variance = covariance.template topLeftCorner<3, 3>().trace();
     const Scalar rotation_variance = covariance.template bottomRightCorner<3, 3>().trace();
     const PoseError<Scalar> sum = errors.sum();
@@ -85,7 +89,9 @@ template SystematicErrors<float> systematic_errors(const MotionState<float>&, co
 template SystematicErrors<double> systematic_errors(const MotionState<double>&, const BudgetParams<double>&);
 template ErrorBudget<float> error_budget(const MotionState<float>&, float, const BudgetParams<float>&);
 template ErrorBudget<double> error_budget(const MotionState<double>&, double, const BudgetParams<double>&);
-template ErrorBudget<float> error_budget(const MotionState<float>&, const Mat6<float>&, const BudgetParams<float>&);
-template ErrorBudget<double> error_budget(const MotionState<double>&, const Mat6<double>&, const BudgetParams<double>&);
+template SystematicErrors<float> timing_errors(const MotionState<float>&, const BoardTiming<float>&);
+template ErrorBudget<float> budget_of(const SystematicErrors<float>&, const Mat6<float>&);
+template SystematicErrors<double> timing_errors(const MotionState<double>&, const BoardTiming<double>&);
+template ErrorBudget<double> budget_of(const SystematicErrors<double>&, const Mat6<double>&);
 
 }  // namespace tricoil::error_model

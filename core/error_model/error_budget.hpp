@@ -58,21 +58,26 @@ struct SystematicErrors {
 template <typename Scalar>
 SystematicErrors<Scalar> systematic_errors(const MotionState<Scalar>& state, const BudgetParams<Scalar>& params);
 
+/// What the board's timing alone makes of a motion, whatever solves: skew, blur, latency.
+template <typename Scalar>
+SystematicErrors<Scalar> timing_errors(const MotionState<Scalar>& state, const BoardTiming<Scalar>& timing);
+
+/// Errors as a user reads them, with the noise given as the covariance of the pose (position m, small rotation rad).
+template <typename Scalar>
+ErrorBudget<Scalar> budget_of(const SystematicErrors<Scalar>& errors, const Mat6<Scalar>& covariance);
+
 /// noise_ratio: sigma / k, per-entry noise over the coupling strength at this pose. Not a number where the motion leaves the
 /// linearised solver's domain.
 template <typename Scalar>
 ErrorBudget<Scalar> error_budget(const MotionState<Scalar>& state, Scalar noise_ratio, const BudgetParams<Scalar>& params);
 
-/// The same with the noise given as the covariance of the pose (position m, small rotation rad): that of a filter.
-template <typename Scalar>
-ErrorBudget<Scalar> error_budget(const MotionState<Scalar>& state, const Mat6<Scalar>& covariance,
-                                 const BudgetParams<Scalar>& params);
-
 extern template SystematicErrors<float> systematic_errors(const MotionState<float>&, const BudgetParams<float>&);
 extern template SystematicErrors<double> systematic_errors(const MotionState<double>&, const BudgetParams<double>&);
 extern template ErrorBudget<float> error_budget(const MotionState<float>&, float, const BudgetParams<float>&);
 extern template ErrorBudget<double> error_budget(const MotionState<double>&, double, const BudgetParams<double>&);
-extern template ErrorBudget<float> error_budget(const MotionState<float>&, const Mat6<float>&, const BudgetParams<float>&);
-extern template ErrorBudget<double> error_budget(const MotionState<double>&, const Mat6<double>&, const BudgetParams<double>&);
+extern template SystematicErrors<float> timing_errors(const MotionState<float>&, const BoardTiming<float>&);
+extern template SystematicErrors<double> timing_errors(const MotionState<double>&, const BoardTiming<double>&);
+extern template ErrorBudget<float> budget_of(const SystematicErrors<float>&, const Mat6<float>&);
+extern template ErrorBudget<double> budget_of(const SystematicErrors<double>&, const Mat6<double>&);
 
 }  // namespace tricoil::error_model

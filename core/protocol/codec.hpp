@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <utility>
 
 #include "core/protocol/schema.hpp"
 #include "core/protocol/wire_error.hpp"
@@ -20,38 +21,68 @@ std::size_t encoded_bytes(const Message& message) {
 
 namespace detail {
 
-template <typename Message, typename F>
-void put_field(const Message& message, const F& f, std::uint8_t*& at) {
+// A field is named by its place in a schema, so that all about it is known to the compiler and no table of it lies in flash.
+
+template <const auto& fields, std::size_t place, typename Message>
+void put_field(const Message& message, std::uint8_t*& at) {
+    constexpr auto kField = std::get<place>(fields);
     const auto put_one = [&](auto value) {
-        put(at, f.info.type, value);
-        at += size_of(f.info.type);
+        put(at, kField.info.type, value);
+        at += size_of(kField.info.type);
     };
-    if constexpr (std::tuple_size_v<decltype(f.names)> == 1) {
-        put_one(message.*f.member);
+    if constexpr (kField.names.size() == 1) {
+        put_one(message.*kField.member);
     } else {
-        for (const auto value : message.*f.member) {
+        for (const auto value : message.*kField.member) {
             put_one(value);
         }
     }
 }
 
-/// False if a number is outside the field's range; NaN is outside of any.
-template <typename Message, typename F>
-bool get_field(Message& message, const F& f, const std::uint8_t*& at) {
+/// Whether a number read from the wire is in the field's range; NaN is in none.
+template <WireType type, typename Value>
+bool is_within(Value value, double low, double high) {
+    if constexpr (type == WireType::f32) {
+        return value >= static_cast<float>(low) && value <= static_cast<float>(high);
+    } else if (low <= lowest(type) && high >= highest(type)) {
+        return true;
+    } else {
+        return static_cast<std::int64_t>(value) >= static_cast<std::int64_t>(low) &&
+               static_cast<std::int64_t>(value) <= static_cast<std::int64_t>(high);
+    }
+}
+
+template <const auto& fields, std::size_t place, typename Message>
+bool get_field(Message& message, const std::uint8_t*& at) {
+    constexpr auto kField = std::get<place>(fields);
     bool possible = true;
     const auto get_one = [&](auto& value) {
-        value = get<std::remove_reference_t<decltype(value)>>(at, f.info.type);
-        at += size_of(f.info.type);
-        const auto number = static_cast<double>(value);
-        possible = possible && number >= f.info.low && number <= f.info.high;
+        value = get<std::remove_reference_t<decltype(value)>>(at, kField.info.type);
+        at += size_of(kField.info.type);
+        possible = is_within<kField.info.type>(value, kField.info.low, kField.info.high) && possible;
     };
-    if constexpr (std::tuple_size_v<decltype(f.names)> == 1) {
-        get_one(message.*f.member);
+    if constexpr (kField.names.size() == 1) {
+        get_one(message.*kField.member);
     } else {
-        for (auto& value : message.*f.member) {
+        for (auto& value : message.*kField.member) {
             get_one(value);
         }
     }
+    return possible;
+}
+
+template <const auto& fields>
+using Places = std::make_index_sequence<std::tuple_size_v<std::remove_cvref_t<decltype(fields)>>>;
+
+template <const auto& fields, typename Message, std::size_t... places>
+void put_fields(const Message& message, std::uint8_t*& at, std::index_sequence<places...>) {
+    (put_field<fields, places>(message, at), ...);
+}
+
+template <const auto& fields, typename Message, std::size_t... places>
+bool get_fields(Message& message, const std::uint8_t*& at, std::index_sequence<places...>) {
+    bool possible = true;
+    ((possible = get_field<fields, places>(message, at) && possible), ...);
     return possible;
 }
 
@@ -69,8 +100,8 @@ std::size_t encode(const Message& message, std::span<std::uint8_t> out) {
     std::uint8_t* at = out.data();
     *at++ = kNewestVersion;
     *at++ = static_cast<std::uint8_t>(S::kInfo.type);
-    std::apply([&](const auto&... f) { (detail::put_field(message, f, at), ...); }, kStampFields);
-    std::apply([&](const auto&... f) { (detail::put_field(message, f, at), ...); }, S::kFields);
+    detail::put_fields<kStampFields>(message, at, detail::Places<kStampFields>{});
+    detail::put_fields<S::kFields>(message, at, detail::Places<S::kFields>{});
     if constexpr (S::kInfo.tail_unit > 0) {
         if (message.tail.size() % S::kInfo.tail_unit != 0) {
             return 0;
@@ -121,10 +152,8 @@ template <typename Message>
         return WireError::unknown_type;
     }
     const std::uint8_t* at = bytes.data() + kPrefixBytes;
-    bool possible = true;
-    const auto read = [&](const auto&... f) { ((possible = detail::get_field(message, f, at) && possible), ...); };
-    std::apply(read, kStampFields);
-    std::apply(read, S::kFields);
+    const bool is_stamped = detail::get_fields<kStampFields>(message, at, detail::Places<kStampFields>{});
+    const bool possible = detail::get_fields<S::kFields>(message, at, detail::Places<S::kFields>{}) && is_stamped;
     if constexpr (S::kInfo.tail_unit > 0) {
         message.tail = bytes.subspan(kFixedBytes<Message>);
     }

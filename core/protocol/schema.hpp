@@ -312,14 +312,17 @@ struct MessageSize {
     std::size_t fixed = 0;
     std::size_t tail_unit = 0;
 };
-constexpr MessageSize size_of_type(std::uint8_t type) {
-    MessageSize size;
+namespace detail {
+inline constexpr auto kMessageSizes = [] {
+    std::array<MessageSize, kMessageTypes + 1> sizes{};
     for_each_message([&](auto schema) {
-        if (static_cast<std::uint8_t>(schema.kInfo.type) == type) {
-            size = {fixed_bytes(schema), schema.kInfo.tail_unit};
-        }
+        sizes[static_cast<std::size_t>(schema.kInfo.type)] = {fixed_bytes(schema), schema.kInfo.tail_unit};
     });
-    return size;
+    return sizes;
+}();
+}  // namespace detail
+constexpr MessageSize size_of_type(std::uint8_t type) {
+    return type <= kMessageTypes ? detail::kMessageSizes[type] : MessageSize{};
 }
 
 }  // namespace tricoil::protocol

@@ -13,11 +13,19 @@ void check_geometry(Report& report);
 template <typename Scalar>
 void check_field(Report& report);
 
-/// Direct solver, covariance, previous-measurement step, and what they must refuse.
+/// Direct solver.
+template <typename Scalar>
+void check_direct(Report& report);
+
+/// That, covariance, previous-measurement step, and what they must refuse.
 template <typename Scalar>
 void check_solver(Report& report);
 
-/// The paper's examples, shortened: predicted against measured errors, open and closed loop, poles; the error budget.
+/// The paper's examples, shortened: predicted against measured errors, open and closed loop, poles.
+template <typename Scalar>
+void check_examples(Report& report);
+
+/// These, the pole-free form, and the error budget.
 template <typename Scalar>
 void check_error_model(Report& report);
 
@@ -38,6 +46,10 @@ extern template void check_field<float>(Report&);
 extern template void check_field<double>(Report&);
 extern template void check_solver<float>(Report&);
 extern template void check_solver<double>(Report&);
+extern template void check_direct<float>(Report&);
+extern template void check_direct<double>(Report&);
+extern template void check_examples<float>(Report&);
+extern template void check_examples<double>(Report&);
 extern template void check_error_model<float>(Report&);
 extern template void check_error_model<double>(Report&);
 extern template void check_arithmetic<float>(Report&);

@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "core/selfcheck/checks.hpp"
 #include "core/selfcheck/known_answer.hpp"
+#include "core/signal/complex_division.hpp"
 #include "core/signal/lock_in.hpp"
 
 namespace tricoil::selfcheck {
@@ -13,17 +13,17 @@ namespace {
 constexpr int kSamples = 64;
 constexpr int kCycles = 5;
 constexpr double kAmplitude = 4e6;                                   // codes, of a 24-bit converter
-constexpr std::array<double, kChannels> kPhases{0.3, -1.2, 2.5, 0};  // rad
+constexpr std::array<double, kChannels> kPhases{0.05, 0.8, 0.4, 0};  // of a turn, as in unit_phasor()
 constexpr double kOffset = 2e5;                                      // codes; whole cycles must not see it
 
 std::array<Sample, kSamples> tone() {
     std::array<Sample, kSamples> samples{};
     for (int n = 0; n < kSamples; ++n) {
-        const double angle = 2 * std::numbers::pi * kCycles * n / kSamples;
+        const auto tone = signal::unit_phasor(static_cast<double>(kCycles * n % kSamples) / kSamples);
         for (std::size_t channel = 0; channel < kChannels; ++channel) {
             const double amplitude = kAmplitude / static_cast<double>(channel + 1);
-            samples[static_cast<std::size_t>(n)][channel] =
-                static_cast<std::int32_t>(std::lround(kOffset + amplitude * std::cos(angle + kPhases[channel])));
+            const double real = signal::multiply(tone, signal::unit_phasor(kPhases[channel])).real();
+            samples[static_cast<std::size_t>(n)][channel] = static_cast<std::int32_t>(std::lround(kOffset + amplitude * real));
         }
     }
     return samples;
@@ -38,9 +38,10 @@ void check_demodulator(Report& report) {
     double worst = 0;
     for (std::size_t channel = 0; channel < kChannels; ++channel) {
         const double amplitude = kAmplitude / static_cast<double>(channel + 1);
-        const double in_phase = static_cast<double>(phasors[channel].real()) - amplitude * std::cos(kPhases[channel]);
-        const double quadrature = static_cast<double>(phasors[channel].imag()) - amplitude * std::sin(kPhases[channel]);
-        worst = std::max(worst, std::hypot(in_phase, quadrature));
+        const auto answer = std::conj(signal::unit_phasor(kPhases[channel]));
+        const double in_phase = std::abs(static_cast<double>(phasors[channel].real()) - amplitude * answer.real());
+        const double quadrature = std::abs(static_cast<double>(phasors[channel].imag()) - amplitude * answer.imag());
+        worst = std::max({worst, in_phase, quadrature});
     }
     // Codes are whole: a rounding of half a code in each of 64 samples, plus what the scalar type rounds.
     report.add(CheckId::demodulator_tone, precision_of<Scalar>(), "demodulated tone (codes)", worst,

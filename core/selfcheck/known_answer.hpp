@@ -22,11 +22,15 @@ constexpr double roundings(double count) {
     return count * static_cast<double>(std::numeric_limits<Scalar>::epsilon());
 }
 
-/// Largest difference of any entry; infinite if one is not a number.
+/// Largest difference of any of `count` entries, in the precision of the result; infinite if one is not a number.
+double worst_difference(const float* result, const double* answer, Eigen::Index count);
+double worst_difference(const double* result, const double* answer, Eigen::Index count);
+
 template <typename A, typename B>
 double worst_difference(const Eigen::MatrixBase<A>& result, const Eigen::MatrixBase<B>& answer) {
-    const double worst = static_cast<double>((result - answer.template cast<typename A::Scalar>()).cwiseAbs().maxCoeff());
-    return result.allFinite() ? worst : kInfinite;
+    const typename A::PlainObject result_entries = result;
+    const Eigen::Matrix<double, B::RowsAtCompileTime, B::ColsAtCompileTime> answer_entries = answer.template cast<double>();
+    return worst_difference(result_entries.data(), answer_entries.data(), result_entries.size());
 }
 
 template <int Rows, int Columns, typename... Entries>

@@ -9,23 +9,30 @@
 #include "core/error_model/accumulated_error.hpp"
 #include "core/error_model/singularity.hpp"
 #include "core/field/concentric_dipole.hpp"
+#include "core/signal/unit_phasor.hpp"
 #include "core/solver/previous_measurement.hpp"
 
 namespace tricoil::selfcheck {
 
-/// rho, alpha and beta of (40), integrated: B t + 1 - cos(A t).
+/// rho, alpha and beta of (40), integrated: B t + 1 - cos(A t). Rates in turns per second, so that a processor without double
+/// precision needs no library for the cosine.
 struct ShortExample {
-    double azimuth_a = 0;    // rad/s
-    double elevation_a = 0;  // rad/s
-    double elevation_b = 0;  // rad/s
+    double azimuth_a = 0;
+    double elevation_a = 0;
+    double elevation_b = 0;
 
     template <typename Scalar>
     [[nodiscard]] geometry::Spherical<Scalar> at(double time_s) const {
-        constexpr double kRangeRate = 10 * std::numbers::pi;
-        const double range = 0.5 + 0.3 * time_s + 0.2 * (1 - std::cos(kRangeRate * time_s)) / kRangeRate;
-        return {static_cast<Scalar>(range), static_cast<Scalar>(1 - std::cos(azimuth_a * time_s)),
-                static_cast<Scalar>(elevation_b * time_s + 1 - std::cos(elevation_a * time_s))};
+        constexpr double kRangeRate = 5;
+        constexpr double kTurn = 2 * std::numbers::pi;
+        const double range = 0.5 + 0.3 * time_s + 0.2 * versine(kRangeRate * time_s) / (kTurn * kRangeRate);
+        return {static_cast<Scalar>(range), static_cast<Scalar>(versine(azimuth_a * time_s)),
+                static_cast<Scalar>(kTurn * elevation_b * time_s + versine(elevation_a * time_s))};
     }
+
+private:
+    /// One minus the cosine of so many turns, zero or more.
+    static double versine(double turns) { return 1 - signal::unit_phasor(turns - static_cast<int>(turns)).real(); }
 };
 
 constexpr double kExampleUpdate = 1.0 / 240;  // s

@@ -154,11 +154,17 @@ int step_refusals() {
 }  // namespace
 
 template <typename Scalar>
-void check_solver(Report& report) {
+void check_direct(Report& report) {
     constexpr Precision p = precision_of<Scalar>();
     report.add(CheckId::direct_pose, p, "direct solution", direct_pose<Scalar>(), roundings<Scalar>(64));
     report.add(CheckId::direct_misfit, p, "misfit", direct_misfit<Scalar>(), roundings<Scalar>(64));
     report.add(CheckId::direct_refusals, p, "direct solution: refusals missed", direct_refusals<Scalar>(), 0);
+}
+
+template <typename Scalar>
+void check_solver(Report& report) {
+    constexpr Precision p = precision_of<Scalar>();
+    check_direct<Scalar>(report);
     report.add(CheckId::covariance, p, "covariance (relative)", covariance<Scalar>(), roundings<Scalar>(64));
     report.add(CheckId::tracking_increments, p, "increments (15), (16)", increments<Scalar>(), roundings<Scalar>(16));
     report.add(CheckId::step_angles, p, "step in angles", angle_step<Scalar>(), roundings<Scalar>(32));
@@ -166,6 +172,8 @@ void check_solver(Report& report) {
     report.add(CheckId::step_refusals, p, "step: refusals missed", step_refusals<Scalar>(), 0);
 }
 
+template void check_direct<float>(Report&);
+template void check_direct<double>(Report&);
 template void check_solver<float>(Report&);
 template void check_solver<double>(Report&);
 

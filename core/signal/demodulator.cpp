@@ -91,8 +91,7 @@ std::complex<Scalar> Demodulator<Scalar>::response(const SampleBlock& block, int
     const Scalar w_rad_s = 2 * std::numbers::pi_v<Scalar> * static_cast<Scalar>(plan_.params.carrier_hz[j]);
     const std::complex<Scalar> gain = params_.gain_steps[block.gain_step].response(coil, w_rad_s);
     const std::complex<Scalar> channel = params_.response[j][coil];
-    return {channel.real() * gain.real() - channel.imag() * gain.imag(),
-            channel.real() * gain.imag() + channel.imag() * gain.real()};
+    return multiply(channel, gain);
 }
 
 template <typename Scalar>

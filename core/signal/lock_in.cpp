@@ -80,7 +80,7 @@ std::array<Scalar, kChannels> hum_step(std::span<const Oscillator<Scalar>> oscil
         auto last = static_cast<Scalar>(window.back()[channel]);
         for (std::size_t j = 0; j < carriers.size(); ++j) {
             first -= carriers[j][channel].real();
-            last -= (carriers[j][channel] * oscillators[j].step()).real();  // exp(i w (N - 1)) = exp(-i w)
+            last -= multiply(carriers[j][channel], oscillators[j].step()).real();  // exp(i w (N - 1)) = exp(-i w)
         }
         // Window ends lie N - 1 samples apart, not N; and each carrier as read holds the hum's leakage, which takes a share of
         // 2/N of the step away with it.

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/protocol/command_arguments.hpp"
 #include "core/protocol/convert.hpp"
 #include "core/protocol/negotiation.hpp"
 #include "sim/io/input_error.hpp"
@@ -84,7 +85,7 @@ void SimulatedFrontEnd::step(std::int64_t now_us) {
         watchdog_bit_ = true;
         stop();
     }
-    if (now_us - status_us_ > kStatusUs) {
+    if (now_us - status_us_ > kStatusUs && !in_loader_) {
         send_status(now_us);
     }
     if (running_ && slot_is_due(now_us)) {
@@ -98,6 +99,9 @@ void SimulatedFrontEnd::step(std::int64_t now_us) {
 void SimulatedFrontEnd::serve(std::int64_t now_us) {
     hal::ReceivedMessage message;
     while (port_.receive(message).ok()) {
+        if (in_loader_) {
+            continue;
+        }
         protocol::CommandMessage command;
         protocol::CalibrationMessage calibration;
         if (protocol::decode(message.bytes, command) == protocol::WireError::none) {
@@ -137,6 +141,12 @@ void SimulatedFrontEnd::obey(const protocol::CommandMessage& command, std::int64
             stop();
             acknowledge(opcode, command.request, protocol::AckResult::done);
             break;
+        case Opcode::mode:
+        case Opcode::hemisphere:
+        case Opcode::boresight:
+        case Opcode::loader:
+            acknowledge(opcode, command.request, set(command));
+            break;
         default:
             if (const auto result = answer(command); result != protocol::AckResult::done) {
                 acknowledge(opcode, command.request, result);
@@ -160,7 +170,7 @@ protocol::AckResult SimulatedFrontEnd::answer(const protocol::CommandMessage& co
         return AckResult::refused;
     }
     if (opcode == Opcode::self_check) {
-        services_.self_check();
+        services_.self_check(params_.fails_self_check);
         return AckResult::done;
     }
     if (!bench_) {
@@ -172,6 +182,79 @@ protocol::AckResult SimulatedFrontEnd::answer(const protocol::CommandMessage& co
     }
     services_.tell_block(*block, bench_->plan().params.sample_rate_hz);
     return AckResult::done;
+}
+
+protocol::AckResult SimulatedFrontEnd::set(const protocol::CommandMessage& command) {
+    using protocol::AckResult;
+    switch (static_cast<Opcode>(command.opcode)) {
+        case Opcode::mode:
+            return set_mode(command.argument);
+        case Opcode::hemisphere:
+            return set_hemisphere(command.argument);
+        case Opcode::boresight:
+            return set_boresight(command.argument);
+        default:
+            break;
+    }
+    if (command.argument != protocol::kLoaderKey) {
+        return AckResult::bad_value;
+    }
+    in_loader_ = !running_;
+    finished_ = finished_ || in_loader_;
+    return in_loader_ ? AckResult::done : AckResult::wrong_state;
+}
+
+protocol::AckResult SimulatedFrontEnd::set_mode(std::uint32_t argument) {
+    using protocol::AckResult;
+    protocol::ModeRequest request;
+    if (running_) {
+        return AckResult::wrong_state;
+    }
+    if (!protocol::mode_of_argument(argument, request)) {
+        return AckResult::bad_value;
+    }
+    if (params_.sense_coils && !request.columns) {
+        return AckResult::refused;  // whose coils the host drives, that leaves the tracking to it too
+    }
+    const double rate_hz = request.frame_rate_mhz == 0 ? 240 : 1e-3 * request.frame_rate_mhz;
+    if (!signal::plan_acquisition(signal::default_acquisition(request.multiplexing, rate_hz)).ok()) {
+        return AckResult::bad_value;
+    }
+    params_.multiplexing = request.multiplexing;
+    params_.frame_rate_hz = rate_hz;
+    params_.tracks = !request.columns;
+    bench_.reset();
+    return AckResult::done;
+}
+
+protocol::AckResult SimulatedFrontEnd::set_hemisphere(std::uint32_t argument) {
+    const auto request = protocol::hemisphere_of_argument(argument);
+    if (!params_.tracks) {
+        return protocol::AckResult::refused;
+    }
+    if (request.sensor != 0) {
+        return protocol::AckResult::bad_value;
+    }
+    hemisphere_ = request.towards.cast<double>();
+    const bool is_set = !tracker_ || tracker_->set_hemisphere(*hemisphere_).ok();
+    return is_set ? protocol::AckResult::done : protocol::AckResult::failed;
+}
+
+protocol::AckResult SimulatedFrontEnd::set_boresight(std::uint32_t argument) {
+    if (!params_.tracks) {
+        return protocol::AckResult::refused;
+    }
+    if (argument > 1) {
+        return protocol::AckResult::bad_value;
+    }
+    if (argument == 1 && !(running_ && attitude_)) {
+        return protocol::AckResult::wrong_state;
+    }
+    frame_ = {};
+    if (argument == 1) {
+        tracking::boresight(frame_, *attitude_);
+    }
+    return protocol::AckResult::done;
 }
 
 void SimulatedFrontEnd::keep_calibration(const protocol::CalibrationMessage& message) {
@@ -194,7 +277,10 @@ void SimulatedFrontEnd::start(std::int64_t now_us) {
     source_ = std::make_unique<ColumnSource>(params_);
     tracker_.reset();
     if (params_.tracks) {
-        tracker_.emplace(source_->tracker_params());
+        tracking::TrackerParams<double> tracker = source_->tracker_params();
+        tracker.hemisphere = hemisphere_.value_or(tracker.hemisphere);
+        tracker_.emplace(tracker);
+        attitude_.reset();
     }
     ++counters_.starts;
     running_ = true;
@@ -283,7 +369,9 @@ void SimulatedFrontEnd::send_column(const Column<double>& column, bool transitio
 
 void SimulatedFrontEnd::send_pose(const tracking::PoseEstimate<double>& pose) {
     const std::uint32_t number = sequence_++;
-    auto message = protocol::to_message(pose);
+    attitude_ = pose.valid() ? std::optional(pose.q_source_sensor) : std::nullopt;
+    const bool is_plain = frame_.q_sensor_boresight.coeffs() == Quat<double>::Identity().coeffs();
+    auto message = protocol::to_message(is_plain ? pose : tracking::in_frame(pose, frame_));
     message.sequence = number;
     std::vector<std::uint8_t> bytes(protocol::kMaxFrameBytes);
     bytes.resize(protocol::encode(message, bytes));

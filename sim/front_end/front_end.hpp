@@ -9,6 +9,7 @@
 
 #include "core/protocol/codec.hpp"
 #include "core/signal/demodulator.hpp"
+#include "core/tracking/output_frame.hpp"
 #include "core/tracking/tracker.hpp"
 #include "hal/message_port.hpp"
 #include "sim/front_end/peer_fault.hpp"
@@ -39,6 +40,7 @@ struct FrontEndParams {
     std::function<void()> window_over;
     /// The calibration that it has; empty: none.
     std::vector<std::uint8_t> calibration;
+    bool fails_self_check = false;  // in its last row
 };
 
 struct FrontEndCounters {
@@ -92,6 +94,10 @@ private:
     void serve(std::int64_t now_us);
     void obey(const protocol::CommandMessage& command, std::int64_t now_us);
     [[nodiscard]] protocol::AckResult answer(const protocol::CommandMessage& command);
+    [[nodiscard]] protocol::AckResult set(const protocol::CommandMessage& command);
+    [[nodiscard]] protocol::AckResult set_mode(std::uint32_t argument);
+    [[nodiscard]] protocol::AckResult set_hemisphere(std::uint32_t argument);
+    [[nodiscard]] protocol::AckResult set_boresight(std::uint32_t argument);
     void keep_calibration(const protocol::CalibrationMessage& message);
     void acknowledge(protocol::Opcode opcode, std::uint16_t request, protocol::AckResult result);
     void start(std::int64_t now_us);
@@ -117,7 +123,11 @@ private:
     bool running_ = false;
     bool finished_ = false;
     bool watchdog_bit_ = false;
-    std::uint32_t sequence_ = 0;  // of columns or poses
+    bool in_loader_ = false;  // and deaf to this protocol
+    std::optional<Vec3<double>> hemisphere_;
+    tracking::OutputFrame<double> frame_;
+    std::optional<Quat<double>> attitude_;  // of the newest pose, if that was valid
+    std::uint32_t sequence_ = 0;            // of columns or poses
     std::uint32_t other_sequence_ = 0;
     std::uint32_t acknowledged_ = 0;  // newest column that the host has
     std::uint32_t slot_ = 0;

@@ -24,7 +24,7 @@ void FrontEndServices::add(Message message) {
     waiting_.push_back(std::move(bytes));
 }
 
-void FrontEndServices::self_check() {
+void FrontEndServices::self_check(bool fails) {
     const selfcheck::Report report = selfcheck::run({&steady_time, nullptr});
     protocol::CheckMessage row;
     row.count = static_cast<std::uint8_t>(report.checks().size());
@@ -32,6 +32,9 @@ void FrontEndServices::self_check() {
         row.id = static_cast<std::uint16_t>(check.id);
         row.precision = static_cast<std::uint8_t>(check.precision);
         row.outcome = static_cast<std::uint8_t>(check.outcome);
+        if (fails && row.index + 1 == row.count) {
+            row.outcome = static_cast<std::uint8_t>(selfcheck::Outcome::fail);
+        }
         row.limit = check.limit;
         row.measured = check.measured;
         add(row);

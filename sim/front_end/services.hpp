@@ -19,8 +19,8 @@ public:
     /// `blob`: the calibration that it has; empty: none.
     FrontEndServices(hal::MessagePort& port, std::vector<std::uint8_t> blob) : port_(port), blob_(std::move(blob)) {}
 
-    /// Checks itself; one row a message.
-    void self_check();
+    /// Checks itself; one row a message. The last one is told as failed if it is to fail.
+    void self_check(bool fails);
 
     void tell_calibration(std::uint16_t request);
 

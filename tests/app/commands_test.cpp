@@ -225,6 +225,10 @@ TEST(Calibration, ThatIsNoneIsRefusedAndNothingIsWritten) {
     apart.model.source_offset_m(0, 0) = 0.02;
     const calibration::Blob of_large = calibration::encode(apart);
     refused({of_large.begin(), of_large.end()}, AckResult::refused, "coils apart: not for this tracker");
+    calibration::Calibration<double> corrected;
+    corrected.output_offset_m(1) = 1e-3;
+    const calibration::Blob of_corrected = calibration::encode(corrected);
+    refused({of_corrected.begin(), of_corrected.end()}, AckResult::refused, "an output correction: not for this tracker");
     EXPECT_EQ(board.storage.operations(), 0U);
     refused(sound, AckResult::done, "sound");
     const std::uint64_t written = board.storage.operations();

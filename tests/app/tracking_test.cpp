@@ -104,6 +104,22 @@ TEST(Board, FollowsTheHandWithinMillimetres) {
     EXPECT_LT(worst_m, 3e-3);
 }
 
+TEST(Board, GoesOnSayingThatThereIsNoSensor) {
+    DeviceBench board({.scenario = "unplugged"});
+    board.track();
+    const std::size_t first = board.host().poses.size();
+    for (int tenth = 0; tenth < 100; ++tenth) {
+        const std::size_t before = board.host().poses.size();
+        board.run(0.1);
+        ASSERT_GT(board.host().poses.size(), before) << "the host must not take the board for dead, at " << 0.1 * tenth << " s";
+    }
+    std::size_t invalid = 0;
+    for (std::size_t k = first; k < board.host().poses.size(); ++k) {
+        invalid += (board.host().poses[k].flags & 0x3FFU) != 0 ? 1U : 0U;
+    }
+    EXPECT_GT(invalid, 300U);
+}
+
 TEST(Board, SendsColumnsInsteadOfPosesToAHostThatTracksItself) {
     DeviceBench board;
     board.run(0.01);

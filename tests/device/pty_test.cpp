@@ -15,6 +15,15 @@ namespace {
 using nlohmann::json;
 using test::Program;
 
+std::vector<double> numbers(const std::string& row) {
+    std::vector<double> fields;
+    std::istringstream stream(row);
+    for (std::string field; std::getline(stream, field, ',');) {
+        fields.push_back(std::stod(field));
+    }
+    return fields;
+}
+
 class Pty : public ::testing::Test {
 protected:
     void SetUp() override {
@@ -118,6 +127,56 @@ TEST_F(Pty, SelfcheckReportsTheDevicesRows) {
     }
 }
 
+TEST_F(Pty, SelfcheckEndsWithOneIfARowFailedThere) {
+    plug_in("--duration 4 --fail-self-check");
+    EXPECT_EQ(tricoil("selfcheck --json --device " + device), 1) << err;
+    const json there = json::parse(out);
+    EXPECT_EQ(there["passed"], false);
+    EXPECT_EQ(there["checks"].back()["outcome"], "fail");
+    EXPECT_EQ(tricoil("selfcheck --device " + device), 1);
+    EXPECT_THAT(out, ::testing::HasSubstr("1 failed: FAIL"));
+}
+
+TEST_F(Pty, ModeIsSetAndTold) {
+    plug_in("--duration 4 --tracks");
+    ASSERT_EQ(tricoil("device mode --mux fdm --rate-hz 960 --columns " + device), 0) << err;
+    EXPECT_EQ(out, device + ": front end, fdm, 960 frames a second\n");
+    ASSERT_EQ(tricoil("run --json --device " + device + " --duration 0.5 --out " + in("poses.csv")), 0) << err;
+    EXPECT_GT(test::lines(test::read_text(in("poses.csv"))).size(), 300U);
+    EXPECT_EQ(tricoil("device mode --rate-hz 960 " + device), 3) << "coils in turn are not that fast";
+    EXPECT_THAT(err, ::testing::HasSubstr("this mode: refused: it has no such value"));
+    EXPECT_EQ(tricoil("device mode --mux both " + device), 2);
+    EXPECT_EQ(tricoil("device mode --rate-hz -1 " + device), 2);
+}
+
+TEST_F(Pty, AnswersOfATrackerAreTurnedAndSentToTheOtherSide) {
+    plug_in("--duration 600 --tracks --scenario still");
+    ASSERT_EQ(tricoil("device boresight " + device), 0) << err;
+    ASSERT_EQ(tricoil("device hemisphere --towards -1,0,0 " + device), 0) << err;
+    ASSERT_EQ(tricoil("run --device " + device + " --duration 0.5 --out " + in("poses.csv")), 0) << err;
+    const auto rows = test::lines(test::read_text(in("poses.csv")));
+    ASSERT_GT(rows.size(), 10U);
+    const auto pose = numbers(rows.back());
+    EXPECT_LT(pose[3], 0) << rows.front() << "\n" << rows.back();
+    EXPECT_EQ(tricoil("device hemisphere --towards 1,2 " + device), 2);
+    EXPECT_EQ(tricoil("device hemisphere --towards nan,0,0 " + device), 2);
+    ASSERT_EQ(tricoil("device boresight --clear " + device), 0) << err;
+}
+
+TEST_F(Pty, AFrontEndHasNoPosesToTurn) {
+    plug_in("--duration 4");
+    EXPECT_EQ(tricoil("device hemisphere --towards 1,0,0 " + device), 3);
+    EXPECT_THAT(err, ::testing::HasSubstr("this hemisphere: refused"));
+    EXPECT_EQ(tricoil("device boresight --clear " + device), 3);
+}
+
+TEST_F(Pty, TheLoaderIsEnteredAndTheProtocolIsOver) {
+    plug_in("--duration 4");
+    ASSERT_EQ(tricoil("device loader " + device), 0) << err;
+    EXPECT_THAT(out, ::testing::HasSubstr("in its loader"));
+    EXPECT_EQ(tricoil("device info --wait 0.3 " + device), 3);
+}
+
 TEST_F(Pty, ACalibrationIsWrittenReadAndKept) {
     calibration::Calibration<double> c;
     c.model.source_moment *= 7e-3;
@@ -191,15 +250,6 @@ std::string matrix_text(const Mat3<double>& m) {
         text += vector_text(m.row(i)) + (i < 2 ? ", " : "]");
     }
     return text;
-}
-
-std::vector<double> numbers(const std::string& row) {
-    std::vector<double> fields;
-    std::istringstream stream(row);
-    for (std::string field; std::getline(stream, field, ',');) {
-        fields.push_back(std::stod(field));
-    }
-    return fields;
 }
 
 TEST_F(Pty, TheConfigurationsCalibrationReachesTheTracker) {

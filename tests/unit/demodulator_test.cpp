@@ -171,6 +171,21 @@ TEST_F(DemodulatorTest, RefusesBlocksThatDoNotFitThePlan) {
     EXPECT_EQ(demodulator.demodulate(b).status().code(), StatusCode::invalid_argument);
 }
 
+TEST_F(DemodulatorTest, AStepOfGainIsTakenOutAndItsFirstFdmBlockIsMarked) {
+    DemodulatorParams<double> params;
+    params.gain_steps[1].gain = {4, 2, 8};
+    Demodulator<double> demodulator(fdm_, params);
+    auto b = block(fdm_, Excitation::all, coupled({0.04, -0.02, 0.01}, {0, 0, 0}));
+    const Vec3<double> before = (*demodulator.demodulate(b))[0].in_phase;
+    b.gain_step = 1;
+    EXPECT_TRUE((*demodulator.demodulate(b))[0].flags.has(ColumnFlag::overrun));
+    const auto after = (*demodulator.demodulate(b))[0];
+    EXPECT_FALSE(after.flags.has(ColumnFlag::overrun));
+    EXPECT_LT((after.in_phase.cwiseProduct(Vec3<double>(4, 2, 8)) - before).norm(), 1e-12);
+    b.gain_step = kMaxGainSteps;
+    EXPECT_EQ(demodulator.demodulate(b).status().code(), StatusCode::invalid_argument);
+}
+
 TEST_F(DemodulatorTest, ABlockOfZerosIsNoSignalAndNoCrash) {
     Demodulator<float> demodulator(fdm_, {});
     const auto columns = demodulator.demodulate(block(fdm_, Excitation::all, {}));

@@ -3,12 +3,28 @@
 #include <gtest/gtest.h>
 
 #include "core/signal/noise_estimate.hpp"
+#include "core/signal/unit_phasor.hpp"
 #include "tests/support/tones.hpp"
 
 namespace tricoil::signal {
 namespace {
 
 AcquisitionPlan plan_of(Multiplexing multiplexing) { return *plan_acquisition(default_acquisition(multiplexing, 240)); }
+
+TEST(UnitPhasor, IsThatOfTheLibraryToTheLastBits) {
+    double worst = 0;
+    for (int window = 3; window < 400; ++window) {
+        for (int n = 0; n < window; ++n) {
+            const double part = static_cast<double>(n) / window;
+            const auto exact = std::polar(1.0L, -2 * std::numbers::pi_v<long double> * part);
+            worst = std::max(worst, static_cast<double>(std::abs(std::complex<long double>(unit_phasor(part)) - exact)));
+        }
+    }
+    EXPECT_LT(worst, 3e-16);
+    EXPECT_GT(worst, 1e-17);
+    EXPECT_EQ(unit_phasor(0), (std::complex<double>{1, 0}));
+    EXPECT_EQ(unit_phasor(0.25).real(), 0);
+}
 
 template <typename Scalar>
 class LockIn : public ::testing::Test {};

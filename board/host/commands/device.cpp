@@ -11,7 +11,9 @@
 #include "board/host/figures/whole_file.hpp"
 #include "board/linux/device_inquiry.hpp"
 #include "core/calibration/blob.hpp"
+#include "core/protocol/command_arguments.hpp"
 #include "drivers/libusb/usb_device.hpp"
+#include "sim/io/nearest_name.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -29,6 +31,11 @@ struct DeviceCommand {
     bool json = false;
     std::string file;
     int repeats = 10;
+    std::string mux = "tdm";
+    double rate_hz = 0;
+    bool columns = false;
+    std::vector<double> towards;
+    bool clear = false;
 };
 
 /// CAN interfaces, by the kernel's list; FD by their MTU.
@@ -209,6 +216,50 @@ int capture_blocks(const DeviceCommand& command) {
     return to_int(ExitCode::fine);
 }
 
+int set_mode(const DeviceCommand& command) {
+    protocol::ModeRequest mode;
+    mode.multiplexing =
+        sim::index_of_name("--mux", command.mux, {"tdm", "fdm"}) == 0 ? signal::Multiplexing::tdm : signal::Multiplexing::fdm;
+    mode.frame_rate_mhz = static_cast<std::uint32_t>(std::lround(1e3 * command.rate_hz));
+    mode.columns = command.columns;
+    linux_board::DeviceInquiry(command.uri, command.wait_s)
+        .order("this mode", protocol::Opcode::mode, protocol::mode_argument(mode));
+    linux_board::DeviceInquiry inquiry(command.uri, command.wait_s);  // says hello again: what it is now
+    const ordered_json identity = identity_json(inquiry.identify());
+    fmt::print("{}: {}, {}, {:g} frames a second\n", command.uri, identity["role"].get<std::string>(),
+               identity["multiplexing"].get<std::string>(), identity["frame_rate_hz"].get<double>());
+    return to_int(ExitCode::fine);
+}
+
+int set_hemisphere(const DeviceCommand& command) {
+    protocol::HemisphereRequest request;
+    request.towards = Eigen::Map<const Vec3<double>>(command.towards.data()).cast<float>();
+    if (!request.towards.allFinite()) {
+        throw InputError("--towards must be three finite numbers: x,y,z in the source frame, or 0,0,0 for unknown");
+    }
+    linux_board::DeviceInquiry(command.uri, command.wait_s)
+        .order("this hemisphere", protocol::Opcode::hemisphere, protocol::hemisphere_argument(request));
+    fmt::print("{}: its sensor is {}\n", command.uri, request.towards.isZero(0) ? "on either side" : "on that side");
+    return to_int(ExitCode::fine);
+}
+
+int set_boresight(const DeviceCommand& command) {
+    linux_board::DeviceInquiry inquiry(command.uri, command.wait_s);
+    if (command.clear) {
+        inquiry.order("boresight", protocol::Opcode::boresight, 0);
+    } else {
+        inquiry.boresight();
+    }
+    fmt::print("{}: {}\n", command.uri, command.clear ? "attitudes are the sensor's own" : "this attitude is straight ahead");
+    return to_int(ExitCode::fine);
+}
+
+int enter_loader(const DeviceCommand& command) {
+    linux_board::DeviceInquiry(command.uri, command.wait_s).order("its loader", protocol::Opcode::loader, protocol::kLoaderKey);
+    fmt::print("{}: in its loader; write new firmware, for instance with dfu-util\n", command.uri);
+    return to_int(ExitCode::fine);
+}
+
 }  // namespace
 
 void add_device_command(CLI::App& program, Action& action) {
@@ -245,6 +296,20 @@ void add_device_command(CLI::App& program, Action& action) {
     add_wait(add_device(add("write-calibration", "Have a device keep a calibration", &send_calibration)))
         ->add_option("file", command->file, "What tricoil calibrate --blob wrote")
         ->required();
+    CLI::App* const mode = add_wait(add_device(add("mode", "How it measures from its next start on", &set_mode)));
+    mode->add_option("--mux", command->mux, "tdm or fdm")->capture_default_str();
+    mode->add_option("--rate-hz", command->rate_hz, "Frames per second; 0: the usual of that multiplexing")
+        ->check(CLI::Range(0.0, 100e3))
+        ->capture_default_str();
+    mode->add_flag("--columns", command->columns, "Leave the tracking to this side: columns instead of poses");
+    add_wait(add_device(add("hemisphere", "Tell it on which side of the source its sensor is now", &set_hemisphere)))
+        ->add_option("--towards", command->towards, "x,y,z in the source frame; 0,0,0: unknown")
+        ->delimiter(',')
+        ->expected(3)
+        ->required();
+    add_wait(add_device(add("boresight", "The present attitude reads as straight ahead from now on", &set_boresight)))
+        ->add_flag("--clear", command->clear, "Forget that");
+    add_wait(add_device(add("loader", "Restart it in its processor's loader, for new firmware", &enter_loader)));
     CLI::App* const captured =
         add_wait(add_device(add("capture", "Raw samples of every coil, for tricoil demodulate", &capture_blocks)));
     captured->add_option("--out", command->file, "CSV file")->required();

@@ -87,7 +87,21 @@ std::string protocol_page() {
         "time\n"
         "switches the coils off and is idle. Where the host drives the coils, it tells each change by `command` excite with a "
         "state\n"
-        "sequence; the column that was measured then echoes it, and one during which the coils changed says so in its flags.\n",
+        "sequence; the column that was measured then echoes it, and one during which the coils changed says so in its flags.\n\n"
+        "A command that is not obeyed is answered by `ack` with the reason. Of a device with several links each that said start "
+        "takes "
+        "the\n"
+        "stream, until it says stop or falls silent; with the last one the coils go off. Arguments of commands:\n\n"
+        "| command | argument |\n|---|---|\n"
+        "| hello | oldest version, newest version x 256 |\n"
+        "| start | 0; 1: the host drives the coils |\n"
+        "| excite | state sequence |\n"
+        "| keep alive | sequence of the newest column or pose received |\n"
+        "| mode | bits 0-27: frame rate in mHz, 0: the usual; bit 28: all coils at once; bit 29: columns instead of poses. `ack` "
+        "tells the rate |\n"
+        "| hemisphere | x, y, z towards it as signed bytes, index of the sensor in the highest; all zero: unknown |\n"
+        "| boresight | 1: the present attitude reads as straight ahead; 0: forget that |\n"
+        "| loader | 0x4C4F4144 |\n",
         protocol::kNewestVersion, protocol::kMaxMessageBytes);
     protocol::for_each_message([&](auto schema) {
         const std::size_t bytes = protocol::fixed_bytes(schema);

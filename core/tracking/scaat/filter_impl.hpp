@@ -484,12 +484,12 @@ void Filter<Scalar, Model>::cover_blur(PoseEstimate<Scalar>& estimate) const {
 template <typename Scalar, MeasurementModel<Scalar> Model>
 error_model::ErrorBudget<Scalar> Filter<Scalar, Model>::expected_error(const State<Scalar>& state,
                                                                        const Mat6<Scalar>& covariance) const {
-    error_model::BudgetParams<Scalar> budget;
-    budget.timing.window_s = params_.window_s;
-    budget.timing.latency_s = params_.latency_s;
+    error_model::BoardTiming<Scalar> timing;
+    timing.window_s = params_.window_s;
+    timing.latency_s = params_.latency_s;
     const error_model::MotionState<Scalar> motion{state.position_m, state.q_source_sensor,   state.velocity_m_s,
                                                   state.rate_rad_s, state.acceleration_m_s2, state.angular_acceleration_rad_s2};
-    return error_model::error_budget(motion, covariance, budget);
+    return error_model::budget_of(error_model::timing_errors(motion, timing), covariance);
 }
 
 template <typename Scalar, MeasurementModel<Scalar> Model>
