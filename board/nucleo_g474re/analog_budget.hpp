@@ -96,7 +96,7 @@ public:
     [[nodiscard]] double induced_v(double range_m, double hz) const { return w(hz) * field_t(range_m) * d_.sensor.area_m2(); }
     /// So that the reference current and the sensor's voltage make the coupling constant of measuring.hpp.
     [[nodiscard]] double preamplifier_gain() const {
-        const double wanted_v = kFullReference_v * double{kCoupling_m3} / std::pow(kRange_m, 3);
+        const double wanted_v = kFullReference_v * double{kCouplingConstant} / std::pow(kRange_m, 3);
         return wanted_v / induced_v(kRange_m, kUnityResponseHz);
     }
     /// Of one carrier at an op-amp's input, amplitude.

@@ -21,9 +21,9 @@ inline constexpr std::array kModes{
     signal::stated_tdm_plan(kSampleRateHz, 50, 10, 6),          // 480.2
 };
 
-constexpr float kMostReference_v = 1.3F;  // 0.7 V is what the full amplitude makes, 1.1 V the three of FDM together
-constexpr float kTripMargin = 1.1F;       // of the hardware's limit, so that the program has seen why by then
-constexpr float kCoupling_m3 = 6.75e-3F;  // C: 0.175 V at 0.3 m
+constexpr float kMostReference_v = 1.3F;       // 0.7 V is what the full amplitude makes, 1.1 V the three of FDM together
+constexpr float kTripMargin = 1.1F;            // of the hardware's limit, so that the program has seen why by then
+constexpr float kCouplingConstant = 6.75e-3F;  // C: 0.175 V at 0.3 m
 constexpr double kUnityResponseHz =
     10e3;  // where a sensor channel at gain 1 gives what the coupling says; it grows with frequency
 constexpr float kGainBandwidthHz = 13e6F;  // of the op-amps (DS12288)

@@ -5,6 +5,7 @@
 
 #include <deque>
 #include <optional>
+#include <random>
 
 #include "drivers/stm32g4/fdcan/bit_timing.hpp"
 #include "tests/stm32g4/framed.hpp"
@@ -292,6 +293,35 @@ TEST_F(Fdcan, BusOffIsToldAndLeftAfterAPause) {
     EXPECT_STREQ(port_.detail(), "");
     EXPECT_TRUE(port_.send(Bytes(30, 5)).ok());
     EXPECT_EQ(port_.counters().link_faults, 1U);
+}
+
+TEST_F(Fdcan, AnyFramesOnItsIdentifiersLeaveItWorking) {
+    std::mt19937 random(8);
+    hal::ReceivedMessage message;
+    for (int i = 0; i < 50'000; ++i) {
+        CanFrame frame;
+        frame.id = random() % 2 == 0 ? 0x113 : 0x1F3;
+        frame.length = protocol::can_fd_length(random() % 65);
+        for (auto& byte : frame.data) {
+            byte = static_cast<std::uint8_t>(random() % 4 == 0 ? random() : random() % 3);
+        }
+        frame.data[0] = static_cast<std::uint8_t>(random() % 3 == 0 ? 0x10 + random() % 3 : (random() % 4) << 4U | random() % 16);
+        arrive(frame, 0, random() % 8 == 0 ? 0 : R1_FDF | R1_BRS);
+        while (port_.receive(message).ok()) {
+            ASSERT_LE(message.bytes.size(), kBoardMessageBytes);
+        }
+        (void)transmitted();
+        clock_.advance(Microseconds{random() % 2000});
+    }
+    EXPECT_GT(port_.wire_errors().total(), 1000U);
+    clock_.advance(Microseconds{2'000'000});
+    (void)port_.receive(message);
+    while (transmitted().has_value()) {
+    }
+    arrive(frame_of(command()));
+    EXPECT_TRUE(port_.receive(message).ok());
+    EXPECT_TRUE(port_.send(Bytes(64, 5)).ok());
+    EXPECT_TRUE(transmitted().has_value());
 }
 
 TEST_F(Fdcan, ClosesQuietly) {

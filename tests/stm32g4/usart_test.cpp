@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "tests/stm32g4/framed.hpp"
 #include "tests/stm32g4/stepping_clock.hpp"
 
@@ -186,6 +188,27 @@ TEST_F(Usart, AFullRingDropsAndCountsAndRecovers) {
     EXPECT_FALSE(port_.receive(message).ok());
     EXPECT_EQ(port_.wire_errors().total(), 1U);
     receive(test::framed({5}));
+    EXPECT_TRUE(port_.receive(message).ok());
+}
+
+TEST_F(Usart, AnyBytesWithAnyErrorsLeaveItWorking) {
+    open();
+    std::mt19937 random(7);
+    hal::ReceivedMessage message;
+    for (int i = 0; i < 100'000; ++i) {
+        const std::uint32_t errors = random() % 20 == 0 ? random() & (ISR_FE | ISR_NE | ISR_ORE) : 0U;
+        receive(static_cast<std::uint8_t>(random() % 3 == 0 ? 0 : random()), errors);
+        if (random() % 100 == 0) {
+            while (port_.receive(message).ok()) {
+                ASSERT_LE(message.bytes.size(), kBoardMessageBytes + 4);
+            }
+        }
+    }
+    while (port_.wait(Microseconds{1}).ok()) {
+        (void)port_.receive(message);
+    }
+    receive({0});
+    receive(test::framed({1, 2, 3}));
     EXPECT_TRUE(port_.receive(message).ok());
 }
 

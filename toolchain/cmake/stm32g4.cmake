@@ -1,5 +1,3 @@
 # STM32G4: Cortex-M4F. Products and sums are rounded one by one, as on the host, so that both compute the same bits.
 set(TRICOIL_CPU_FLAGS "-mcpu=cortex-m4 -mthumb -mfpu=fpv4-sp-d16 -mfloat-abi=hard -ffp-contract=off")
-# Small; what runs for every sample is made fast where it is declared (core/CMakeLists.txt).
-set(CMAKE_CXX_FLAGS_RELEASE "-Os -DNDEBUG" CACHE STRING "As small as the budgets were measured")
 include(${CMAKE_CURRENT_LIST_DIR}/arm-none-eabi.cmake)
