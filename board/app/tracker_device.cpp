@@ -1,6 +1,7 @@
 #include "board/app/tracker_device.hpp"
 
 #include <algorithm>
+#include <new>
 
 #include "board/app/status_light.hpp"
 #include "core/protocol/convert.hpp"
@@ -72,7 +73,7 @@ void TrackerDevice::use_calibration() {
 }
 
 void TrackerDevice::check_itself() {
-    report_ = {};
+    ::new (&report_) selfcheck::Report;  // in place: it is much of a small stack
     selfcheck::run_on_board({&time_of, &hardware_.clock}, report_);
     if (stored_ == CalibrationStore::Content::none) {
         report_.add_absent(selfcheck::CheckId::calibration_crc, "calibration: none stored on this device");
