@@ -16,10 +16,14 @@ constexpr std::size_t kMostUnsent = 65536;  // then nobody reads, and what comes
 
 int result_code(UsbResult result) {
     switch (result) {
-        case UsbResult::ok: return 0;
-        case UsbResult::stalled: return -EPIPE;
-        case UsbResult::cancelled: return -ECONNRESET;
-        case UsbResult::gone: return -EPROTO;
+        case UsbResult::ok:
+            return 0;
+        case UsbResult::stalled:
+            return -EPIPE;
+        case UsbResult::cancelled:
+            return -ECONNRESET;
+        case UsbResult::gone:
+            return -EPROTO;
     }
     return -EPROTO;
 }

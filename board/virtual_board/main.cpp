@@ -111,15 +111,16 @@ public:
     [[nodiscard]] ordered_json report() {
         const Cpu& cpu = board_->machine.cpu;
         const WorstLatency latency = worst_latency(*board_);
-        ordered_json json = {{"simulated_s", board_->now_s()},
-                             {"cpu_load", static_cast<double>(cpu.busy_cycles()) / static_cast<double>(std::max<std::uint64_t>(cpu.cycles(), 1))},
-                             {"worst_interrupt_latency_us", 1e6 * latency.seconds},
-                             {"worst_interrupt", latency.interrupt},
-                             {"resets", board_->resets()},
-                             {"in_bootloader", cpu.in_bootloader()},
-                             {"coils_driven", board_->bench.any_driven()},
-                             {"output_bytes", hash_.bytes()},
-                             {"output_hash", fmt::format("{:016x}", hash_.value())}};
+        ordered_json json = {
+            {"simulated_s", board_->now_s()},
+            {"cpu_load", static_cast<double>(cpu.busy_cycles()) / static_cast<double>(std::max<std::uint64_t>(cpu.cycles(), 1))},
+            {"worst_interrupt_latency_us", 1e6 * latency.seconds},
+            {"worst_interrupt", latency.interrupt},
+            {"resets", board_->resets()},
+            {"in_bootloader", cpu.in_bootloader()},
+            {"coils_driven", board_->bench.any_driven()},
+            {"output_bytes", hash_.bytes()},
+            {"output_hash", fmt::format("{:016x}", hash_.value())}};
         const auto bottom = symbols_.address_of("stack_bottom");
         const auto top = symbols_.address_of("stack_top");
         if (bottom && top) {
@@ -198,7 +199,8 @@ int run(const Options& options) {
 
 int main_program(int argc, char** argv) {
     Options o;
-    CLI::App program{"Runs a flash image of the tracker board, byte for byte, in front of simulated coils", "tricoil-virtual-board"};
+    CLI::App program{"Runs a flash image of the tracker board, byte for byte, in front of simulated coils",
+                     "tricoil-virtual-board"};
     program.add_option("image", o.image, "The .bin, as it is flashed to 0x08000000")->required();
     program.add_option("--elf", o.elf, "The .elf it was made from: names of functions, size of the stack");
     program.add_option("--scenario", o.scenario, "Built-in scenario or a .toml file")->capture_default_str();

@@ -1,63 +1,11 @@
 #include "core/protocol/stream_framing.hpp"
 
-#include "core/base/crc32.hpp"
-
 namespace tricoil::protocol {
-namespace {
-
-constexpr std::size_t kCrcBytes = 4;
-constexpr std::uint8_t kLongestRun = 0xFF;
-
-/// Writes stuffed bytes: a code byte ahead of every run without zeros.
-class Stuffer {
-public:
-    explicit Stuffer(std::span<std::uint8_t> out) : out_(out) {}
-
-    void add(std::uint8_t byte) {
-        if (byte != 0) {
-            out_[at_++] = byte;
-            ++run_;
-        }
-        if (byte == 0 || run_ == kLongestRun) {
-            close_run();
-        }
-    }
-
-    std::size_t finish() {
-        out_[code_at_] = run_;
-        out_[at_++] = 0;
-        return at_;
-    }
-
-private:
-    void close_run() {
-        out_[code_at_] = run_;
-        code_at_ = at_++;
-        run_ = 1;
-    }
-
-    std::span<std::uint8_t> out_;
-    std::size_t code_at_ = 0;
-    std::size_t at_ = 1;
-    std::uint8_t run_ = 1;
-};
-
-}  // namespace
-
 std::size_t frame(std::span<const std::uint8_t> message, std::span<std::uint8_t> out) {
     if (message.empty() || message.size() > kMaxMessageBytes || framed_bytes(message.size()) > out.size()) {
         return 0;
     }
-    Stuffer stuffer(out);
-    for (const std::uint8_t byte : message) {
-        stuffer.add(byte);
-    }
-    std::array<std::uint8_t, kCrcBytes> crc{};
-    put_bytes(crc.data(), crc32(message), kCrcBytes);
-    for (const std::uint8_t byte : crc) {
-        stuffer.add(byte);
-    }
-    return stuffer.finish();
+    return frame_through(message, [out](std::size_t at, std::uint8_t byte) { out[at] = byte; });
 }
 
 bool StreamReaderBase::push(std::uint8_t byte) {

@@ -26,8 +26,8 @@ struct SensorInput {
     unsigned channel;
 };
 constexpr std::array<SensorInput, kSensorCoils> kSensors{{{'B', 0, 3, 13}, {'B', 12, 6, 17}, {'B', 13, 4, 5}}};
-constexpr unsigned kReferencePin = 0;      // PA0
-constexpr unsigned kReferenceInput = 1;    // ADC1_IN1
+constexpr unsigned kReferencePin = 0;                               // PA0
+constexpr unsigned kReferenceInput = 1;                             // ADC1_IN1
 constexpr std::array<unsigned, kSourceCoils> kDrivePins{4, 5, 6};   // PA
 constexpr std::array<unsigned, kSourceCoils> kEnablePins{6, 7, 8};  // PC
 constexpr unsigned kHeartbeatPin = 9;                               // PC
@@ -36,7 +36,20 @@ constexpr double kCodes = 4096;
 constexpr double kConverterNoiseCodes = 0.67;   // with quantisation the 66 dB of DS12288
 constexpr double kAmplifierBandwidthHz = 13e6;  // DS12288: gain times bandwidth
 constexpr double kAmplifierRailV = CoilBench::kHalfSupplyV - 0.05;
-constexpr std::uint32_t kIdleLoop = Memory::kBankBytes - 4;  // in flash, behind every image
+// Half-words of a loop that does nothing, in flash behind every image; long, since short ones take the emulator longest.
+constexpr std::uint32_t kIdleNops = 1000;
+constexpr std::uint32_t kIdleLoop = Memory::kBankBytes - 2 * (kIdleNops + 2);
+constexpr std::uint16_t kNop = 0xBF00;
+
+/// nop, ..., and a branch back to the first (ARMv7-M A7.7.12, encoding T2).
+void put_idle_loop(Memory& memory) {
+    for (std::uint32_t n = 0; n <= kIdleNops; ++n) {
+        const bool last = n == kIdleNops;
+        const std::uint32_t half = last ? 0xE000U | ((2048U - n - 2U) & 0x7FFU) : kNop;
+        memory.flash[kIdleLoop + 2 * n] = static_cast<std::uint8_t>(half);
+        memory.flash[kIdleLoop + 2 * n + 1] = static_cast<std::uint8_t>(half >> 8U);
+    }
+}
 
 }  // namespace
 
@@ -88,13 +101,13 @@ VirtualBoard::VirtualBoard(std::span<const std::uint8_t> image, const sim::Scena
     };
     machine.on_reset_request = [this] { restart(std::exchange(cause_, ResetCause::software)); };
     machine.load(image);
-    constexpr std::array<std::uint8_t, 4> kBranchToItself{0xFE, 0xE7, 0xFE, 0xE7};
-    std::copy(kBranchToItself.begin(), kBranchToItself.end(), machine.memory.flash.begin() + kIdleLoop);
+    put_idle_loop(machine.memory);
     power_cycle();
 }
 
 void VirtualBoard::attach() {
-    const auto add = [this](const char* name, std::uint32_t base, std::uint32_t size, Peripheral& device, std::function<bool()> clock) {
+    const auto add = [this](const char* name, std::uint32_t base, std::uint32_t size, Peripheral& device,
+                            std::function<bool()> clock) {
         machine.bus.attach({name, base, size, &device, std::move(clock)});
     };
     add("DMA1", 0x40020000, 0x400, dma, rcc.clock(Rcc::kAhb1, 0));
@@ -163,9 +176,7 @@ void VirtualBoard::restart(ResetCause cause) {
     amplifiers_.fill({});
 }
 
-void VirtualBoard::hang(bool with_interrupts) {
-    machine.cpu.jump(Memory::kFlashBase + kIdleLoop, !with_interrupts);
-}
+void VirtualBoard::hang(bool with_interrupts) { machine.cpu.jump(Memory::kFlashBase + kIdleLoop, !with_interrupts); }
 
 void VirtualBoard::see_outputs() {
     bench.advance(now_s());
@@ -223,7 +234,8 @@ void VirtualBoard::convert() {
     if (busy == adcs_.end()) {
         return;
     }
-    if ((*busy)->conversion_time() > machine.now() - triggered_) {
+    const bool steady = triggered_by_ == machine.cpu.ticks_per_cycle();  // not so when the clock fails meanwhile
+    if (steady && (*busy)->conversion_time() > machine.now() - triggered_) {
         throw RunFailure("a conversion lasts longer than the time between two triggers");
     }
     bench.advance(seconds(triggered_ + (*busy)->sampling_time()));
@@ -249,6 +261,7 @@ void VirtualBoard::trigger() {
         adc->trigger(kAdcTimer6);
     }
     triggered_ = machine.now();
+    triggered_by_ = machine.cpu.ticks_per_cycle();
 }
 
 }  // namespace tricoil::virtual_board

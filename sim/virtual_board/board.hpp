@@ -111,6 +111,7 @@ private:
     std::array<Amplifier, kSensorCoils> amplifiers_{};
     SampleRecord sample_;
     Ticks triggered_ = 0;
+    Ticks triggered_by_ = 0;  // ticks of a cycle then
     Ticks last_conversion_ = 0;
     bool heartbeat_ = false;
     ResetCause cause_ = ResetCause::software;

@@ -71,7 +71,8 @@ public:
         board.can.on_frame = [this](const virtual_board::CanFrame& frame) { came_frame(frame); };
     }
     void serve() override {
-        for_each_to_send([this](std::span<const std::uint8_t> message) { waiting_.emplace_back(message.begin(), message.end()); });
+        for_each_to_send(
+            [this](std::span<const std::uint8_t> message) { waiting_.emplace_back(message.begin(), message.end()); });
         while (!waiting_.empty() && !exchange_.sending()) {
             protocol::CanFrame frame;
             if (protocol::to_frame(waiting_.front(), kNode, frame)) {
@@ -86,7 +87,8 @@ public:
     void send_raw(std::span<const std::uint8_t> bytes) override {
         virtual_board::CanFrame frame;
         frame.id = bytes.empty() ? 0 : bytes[0] * 8U;
-        const std::size_t size = virtual_board::bytes_of_code(virtual_board::code_of_bytes(std::min<std::size_t>(bytes.size(), 48)));
+        const std::size_t size =
+            virtual_board::bytes_of_code(virtual_board::code_of_bytes(std::min<std::size_t>(bytes.size(), 48)));
         frame.data.assign(size, 0);
         std::copy_n(bytes.begin(), std::min(size, bytes.size()), frame.data.begin());
         board_.can.send(frame);
@@ -111,7 +113,8 @@ private:
         in.length = static_cast<std::uint8_t>(frame.data.size());
         std::copy(frame.data.begin(), frame.data.end(), in.data.begin());
         std::span<const std::uint8_t> message;
-        const auto arrival = exchange_.take(in, frame.fd, now_us(), message, [this](const protocol::CanFrame& answer) { return send(answer); });
+        const auto arrival =
+            exchange_.take(in, frame.fd, now_us(), message, [this](const protocol::CanFrame& answer) { return send(answer); });
         if (arrival.complete) {
             came(message);
         }
@@ -156,7 +159,8 @@ public:
     std::vector<std::uint8_t> device_descriptor;
     std::vector<std::uint8_t> configuration;
 
-    void control(std::array<std::uint8_t, 8> setup, std::function<void(virtual_board::UsbResult, const std::vector<std::uint8_t>&)> done) {
+    void control(std::array<std::uint8_t, 8> setup,
+                 std::function<void(virtual_board::UsbResult, const std::vector<std::uint8_t>&)> done) {
         virtual_board::UsbTransfer transfer;
         transfer.setup = setup;
         transfer.to_host = (setup[0] & 0x80U) != 0;

@@ -76,8 +76,8 @@ double CoilBench::reference_v() const {
     return sum;
 }
 
-/// Mains as in CoilWorld: the fundamental, a third of its third harmonic, a fifth of its fifth, by multiple-angle formulas; and an
-/// overload at its frequency.
+/// Mains as in CoilWorld: the fundamental, a third of its third harmonic, a fifth of its fifth, by multiple-angle formulas; and
+/// an overload at its frequency.
 double CoilBench::hum_v(double sine) const {
     const double squared = sine * sine;
     const double third = sine * (3 - 4 * squared);

@@ -60,7 +60,7 @@ private:
     double last_driven_s_ = -1;
     double peak_v_ = 0;
     double hum_v_ = 0;
-    double knot_s_ = -1;                                   // couplings are known there, and kKnotS later
+    double knot_s_ = -1;  // couplings are known there, and kKnotS later
     std::array<Mat3<double>, 2> knots_;
     Mat3<double> coupling_ = Mat3<double>::Zero();
     Mat3<double> coupling_rate_ = Mat3<double>::Zero();

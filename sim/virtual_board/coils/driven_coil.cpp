@@ -21,14 +21,13 @@ void DrivenCoil::advance(double drive_v, double step_s) {
     const Decay& d = decay(step_s);
     // v' = (u - v)/T1, i' = (v/R - i)/T2: an exponential of each time constant on top of the new steady state.
     const double settled = drive_v * params_.volts_per_ohm / params_.resistance_ohm;
-    const double from_stage = (stage_v_ - drive_v) * params_.volts_per_ohm / params_.resistance_ohm / (1 - coil_s_ / params_.smoothing_s);
+    const double from_stage =
+        (stage_v_ - drive_v) * params_.volts_per_ohm / params_.resistance_ohm / (1 - coil_s_ / params_.smoothing_s);
     const double own = current_ - settled - from_stage;
     current_ = settled + from_stage * d.stage + own * d.coil;
     stage_v_ = drive_v + (stage_v_ - drive_v) * d.stage;
 }
 
-double DrivenCoil::derivative() const {
-    return (stage_v_ * params_.volts_per_ohm / params_.resistance_ohm - current_) / coil_s_;
-}
+double DrivenCoil::derivative() const { return (stage_v_ * params_.volts_per_ohm / params_.resistance_ohm - current_) / coil_s_; }
 
 }  // namespace tricoil::virtual_board

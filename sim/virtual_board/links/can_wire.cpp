@@ -91,7 +91,9 @@ void CanWire::frame_over() {
             board_.receive(on_bus_);
             outgoing_.pop_front();
             break;
-        case Sender::babbler: board_.receive(on_bus_); break;
+        case Sender::babbler:
+            board_.receive(on_bus_);
+            break;
     }
     arbitrate();
 }

@@ -30,9 +30,9 @@ constexpr unsigned kRegulator = 28;
 constexpr unsigned kDeepPowerDown = 29;
 constexpr unsigned kCalibrate = 31;
 
-constexpr double kReadyS = 1e-6;         // DS12288, stabilisation time after power-up
+constexpr double kReadyS = 1e-6;  // DS12288, stabilisation time after power-up
 constexpr double kCalibrationCycles = 116;
-constexpr double kMostHz = 60e6;         // DS12288, one converter at 12 bits
+constexpr double kMostHz = 60e6;  // DS12288, one converter at 12 bits
 // Twice the cycles of SMPR's codes.
 constexpr std::array<int, 8> kSampling2{5, 13, 25, 49, 95, 185, 495, 1281};
 constexpr int kConverting2 = 25;
@@ -52,9 +52,9 @@ Adc::Adc(Machine& machine, Dma& dma, const AdcCommon& common, const AdcParams& p
       dma_(dma),
       common_(common),
       params_(params),
-      registers_{{kIsr, 0},          {kIer, 0}, {kCr, 0},   {kCfgr, 0x80000000}, {kCfgr2, 0}, {kSmpr1, 0},
-                 {kSmpr2, 0},        {kTr1, 0x0FFF0000},    {0x24, 0x00FF0000},  {0x28, 0x00FF0000},
-                 {kSqr1, 0},         {kDr, 0},  {0xB0, 0},  {0xB4, 0},           {0xC0, 0}},
+      registers_{{kIsr, 0},   {kIer, 0},   {kCr, 0},           {kCfgr, 0x80000000}, {kCfgr2, 0},
+                 {kSmpr1, 0}, {kSmpr2, 0}, {kTr1, 0x0FFF0000}, {0x24, 0x00FF0000},  {0x28, 0x00FF0000},
+                 {kSqr1, 0},  {kDr, 0},    {0xB0, 0},          {0xB4, 0},           {0xC0, 0}},
       ready_(machine.events, [this] { flags_ |= 1U << kReady; }),
       calibrated_(machine.events, [this] { control_ &= ~(1U << kCalibrate); }) {
     reset();
@@ -143,7 +143,8 @@ void Adc::control(std::uint32_t value) {
         if (!powered || is_set(control_, kCalibrate)) {
             throw RunFailure("enabled without its regulator, or while it calibrates");
         }
-        const double hz = static_cast<double>(kTicksPerSecond) / static_cast<double>(machine_.cpu.ticks_per_cycle()) / adc_hz_divider;
+        const double hz =
+            static_cast<double>(kTicksPerSecond) / static_cast<double>(machine_.cpu.ticks_per_cycle()) / adc_hz_divider;
         if (hz > kMostHz) {
             throw RunFailure("the converter's clock is faster than 60 MHz");
         }
@@ -179,12 +180,15 @@ void Adc::control(std::uint32_t value) {
 
 std::uint32_t Adc::read(std::uint32_t offset) {
     switch (offset) {
-        case kIsr: return flags_;
-        case kCr: return control_;
+        case kIsr:
+            return flags_;
+        case kCr:
+            return control_;
         case kDr:
             flags_ &= ~(1U << kEndOfConversion);
             return registers_[kDr];
-        default: return registers_.at(offset);
+        default:
+            return registers_.at(offset);
     }
 }
 
@@ -194,10 +198,16 @@ void Adc::write(std::uint32_t offset, std::uint32_t value) {
         throw RunFailure("set up while conversions run");
     }
     switch (offset) {
-        case kIsr: flags_ &= ~value; break;
-        case kCr: control(value); break;
-        case kDr: throw RunFailure("DR is read-only");
-        default: registers_.at(offset) = value;
+        case kIsr:
+            flags_ &= ~value;
+            break;
+        case kCr:
+            control(value);
+            break;
+        case kDr:
+            throw RunFailure("DR is read-only");
+        default:
+            registers_.at(offset) = value;
     }
     show_interrupt();
 }

@@ -4,8 +4,8 @@ namespace tricoil::virtual_board {
 namespace {
 
 constexpr std::uint32_t kCr = 0x00;
-constexpr std::uint32_t kHold1 = 0x08;   // DHR12R1
-constexpr std::uint32_t kHold2 = 0x14;   // DHR12R2
+constexpr std::uint32_t kHold1 = 0x08;  // DHR12R1
+constexpr std::uint32_t kHold2 = 0x14;  // DHR12R2
 constexpr std::uint32_t kOutput1 = 0x2C;
 constexpr std::uint32_t kOutput2 = 0x30;
 constexpr std::uint32_t kSr = 0x34;
@@ -20,11 +20,9 @@ constexpr double kFastBusHz = 160e6;
 }  // namespace
 
 Dac::Dac(Dma& dma, std::array<unsigned, 2> requests, std::function<double()> core_hz)
-    : dma_(dma),
-      requests_(requests),
-      core_hz_(std::move(core_hz)),
-      registers_{{kCr, 0},  {0x04, 0}, {kHold1, 0},   {kHold2, 0}, {kOutput1, 0},
-                 {kOutput2, 0}, {kSr, 0},  {0x38, 0}, {kMcr, 0}} {}
+    : dma_(dma), requests_(requests), core_hz_(std::move(core_hz)), registers_{{kCr, 0},    {0x04, 0},     {kHold1, 0},
+                                                                               {kHold2, 0}, {kOutput1, 0}, {kOutput2, 0},
+                                                                               {kSr, 0},    {0x38, 0},     {kMcr, 0}} {}
 
 void Dac::trigger(unsigned source) {
     for (unsigned n = 0; n < 2; ++n) {
@@ -50,21 +48,30 @@ void Dac::hold(unsigned channel, std::uint32_t code) {
 
 std::uint32_t Dac::read(std::uint32_t offset) {
     switch (offset) {
-        case kHold1: return held_[0];
-        case kHold2: return held_[1];
-        case kOutput1: return outputs_[0];
-        case kOutput2: return outputs_[1];
+        case kHold1:
+            return held_[0];
+        case kHold2:
+            return held_[1];
+        case kOutput1:
+            return outputs_[0];
+        case kOutput2:
+            return outputs_[1];
         case kSr:
             return flag(is_on(0), kReady) | flag(is_on(1), 16 + kReady) | flag(underrun_[0], kUnderrun) |
                    flag(underrun_[1], 16 + kUnderrun);
-        default: return registers_.at(offset);
+        default:
+            return registers_.at(offset);
     }
 }
 
 void Dac::write(std::uint32_t offset, std::uint32_t value) {
     switch (offset) {
-        case kHold1: hold(0, value); break;
-        case kHold2: hold(1, value); break;
+        case kHold1:
+            hold(0, value);
+            break;
+        case kHold2:
+            hold(1, value);
+            break;
         case kSr:
             for (unsigned n = 0; n < 2; ++n) {
                 underrun_[n] = underrun_[n] && !is_set(value, 16 * n + kUnderrun);
@@ -80,7 +87,8 @@ void Dac::write(std::uint32_t offset, std::uint32_t value) {
             }
             registers_.at(kCr) = value;
             break;
-        default: registers_.at(offset) = value;
+        default:
+            registers_.at(offset) = value;
     }
 }
 

@@ -90,11 +90,16 @@ std::uint32_t& Dma::word(std::uint32_t offset) {
     }
     Channel& c = channels_[n];
     switch ((offset - 8) % 20) {
-        case 0: return c.control;
-        case 4: return c.left;
-        case 8: return c.peripheral;
-        case 12: return c.memory;
-        default: throw RunFailure("no such register");
+        case 0:
+            return c.control;
+        case 4:
+            return c.left;
+        case 8:
+            return c.peripheral;
+        case 12:
+            return c.memory;
+        default:
+            throw RunFailure("no such register");
     }
 }
 

@@ -77,12 +77,13 @@ Fdcan::Fdcan(Machine& machine, int interrupt, std::function<double()> kernel_hz)
     : machine_(machine),
       interrupt_(interrupt),
       kernel_hz_(std::move(kernel_hz)),
-      registers_{{0x00, 0x32141218}, {0x04, 0x87654321}, {kDbtp, 0x00000A33}, {0x10, 0},   {0x14, 0},      {kCccr, 1},
-                 {kNbtp, 0x06000A03}, {0x20, 0},         {0x24, 0},           {0x28, 0xFFFF0000}, {0x2C, 0xFFFF},
-                 {kEcr, 0},          {kPsr, 0x707},      {kTdcr, 0},          {kIr, 0},    {kIe, 0},       {kIls, 0},
-                 {kIle, 0},          {kRxgfc, 0},        {kXidam, 0x1FFFFFFF}, {0x88, 0},  {kRxf0s, 0},    {kRxf0a, 0},
-                 {kRxf1s, 0},        {kRxf1a, 0},        {kTxbc, 0},          {kTxfqs, 3}, {kTxbrp, 0},    {kTxbar, 0},
-                 {kTxbcr, 0},        {kTxbto, 0},        {kTxbcf, 0},         {0xDC, 0},   {0xE0, 0},      {0xE4, 0},
+      registers_{{0x00, 0x32141218}, {0x04, 0x87654321},  {kDbtp, 0x00000A33}, {0x10, 0},   {0x14, 0},
+                 {kCccr, 1},         {kNbtp, 0x06000A03}, {0x20, 0},           {0x24, 0},   {0x28, 0xFFFF0000},
+                 {0x2C, 0xFFFF},     {kEcr, 0},           {kPsr, 0x707},       {kTdcr, 0},  {kIr, 0},
+                 {kIe, 0},           {kIls, 0},           {kIle, 0},           {kRxgfc, 0}, {kXidam, 0x1FFFFFFF},
+                 {0x88, 0},          {kRxf0s, 0},         {kRxf0a, 0},         {kRxf1s, 0}, {kRxf1a, 0},
+                 {kTxbc, 0},         {kTxfqs, 3},         {kTxbrp, 0},         {kTxbar, 0}, {kTxbcr, 0},
+                 {kTxbto, 0},        {kTxbcf, 0},         {0xDC, 0},           {0xE0, 0},   {0xE4, 0},
                  {0xE8, 0},          {0x100, 0}},
       recovered_(machine.events, [this] {
           bus_off_ = false;
@@ -115,7 +116,9 @@ int Fdcan::next_buffer() const {
         }
         const bool in_order = !is_set(registers_[kTxbc], 24);  // a FIFO sends in the order of requests
         const auto age = [&](int buffer) { return (static_cast<unsigned>(buffer) + kDepth - put_index_) % kDepth; };
-        const auto id = [&](int buffer) { return memory_.words[(kBuffers + kElement * static_cast<unsigned>(buffer)) / 4] & 0x5FFFFFFFU; };
+        const auto id = [&](int buffer) {
+            return memory_.words[(kBuffers + kElement * static_cast<unsigned>(buffer)) / 4] & 0x5FFFFFFFU;
+        };
         if (best < 0 || (in_order ? age(n) < age(best) : id(n) < id(best))) {
             best = n;
         }
@@ -197,10 +200,14 @@ int Fdcan::fifo_for(const CanFrame& frame, std::uint32_t& matched) const {
     const auto choice = [](std::uint32_t action) { return action == 1 || action == 5 ? 0 : action == 2 || action == 6 ? 1 : -1; };
     const auto matches = [&](std::uint32_t type, std::uint32_t a, std::uint32_t b) {
         switch (type) {
-            case 0: return frame.id >= a && frame.id <= b;
-            case 1: return frame.id == a || frame.id == b;
-            case 2: return (frame.id & b) == (a & b);
-            default: return frame.extended && frame.id >= a && frame.id <= b;
+            case 0:
+                return frame.id >= a && frame.id <= b;
+            case 1:
+                return frame.id == a || frame.id == b;
+            case 2:
+                return (frame.id & b) == (a & b);
+            default:
+                return frame.extended && frame.id >= a && frame.id <= b;
         }
     };
     const std::uint32_t count = field(global, frame.extended ? 24 : 16, frame.extended ? 4 : 5);
@@ -341,31 +348,47 @@ void Fdcan::show_interrupt() {
 
 std::uint32_t Fdcan::read(std::uint32_t offset) {
     switch (offset) {
-        case kEcr: return static_cast<std::uint32_t>(send_errors_) | static_cast<std::uint32_t>(receive_errors_) << 8U;
+        case kEcr:
+            return static_cast<std::uint32_t>(send_errors_) | static_cast<std::uint32_t>(receive_errors_) << 8U;
         case kPsr: {
             const std::uint32_t value = protocol_status();
             last_error_ = 7;
             return value;
         }
-        case kIr: return interrupts_;
-        case kRxf0s: return fifo_status(fifos_[0]);
-        case kRxf1s: return fifo_status(fifos_[1]);
-        case kTxfqs: return queue_status();
-        case kTxbrp: return requests_;
-        default: return registers_.at(offset);
+        case kIr:
+            return interrupts_;
+        case kRxf0s:
+            return fifo_status(fifos_[0]);
+        case kRxf1s:
+            return fifo_status(fifos_[1]);
+        case kTxfqs:
+            return queue_status();
+        case kTxbrp:
+            return requests_;
+        default:
+            return registers_.at(offset);
     }
 }
 
 void Fdcan::write(std::uint32_t offset, std::uint32_t value) {
-    const bool is_protected = offset == kDbtp || offset == kNbtp || offset == kTdcr || offset == kRxgfc || offset == kTxbc || offset == kXidam;
+    const bool is_protected =
+        offset == kDbtp || offset == kNbtp || offset == kTdcr || offset == kRxgfc || offset == kTxbc || offset == kXidam;
     if (is_protected && (registers_[kCccr] & 3U) != 3) {
         throw RunFailure("a protected register is written without INIT and CCE");
     }
     switch (offset) {
-        case kCccr: control(value); break;
-        case kIr: interrupts_ &= ~value; break;
-        case kRxf0a: acknowledge(0, value & 7U); break;
-        case kRxf1a: acknowledge(1, value & 7U); break;
+        case kCccr:
+            control(value);
+            break;
+        case kIr:
+            interrupts_ &= ~value;
+            break;
+        case kRxf0a:
+            acknowledge(0, value & 7U);
+            break;
+        case kRxf1a:
+            acknowledge(1, value & 7U);
+            break;
         case kTxbar:
             for (unsigned n = 0; n < kDepth; ++n) {
                 if (is_set(value, n)) {
@@ -386,7 +409,8 @@ void Fdcan::write(std::uint32_t offset, std::uint32_t value) {
             registers_.at(kTxbcf) |= value & 7U;
             interrupts_ |= 1U << kCancelled;
             break;
-        default: registers_.at(offset) = value;
+        default:
+            registers_.at(offset) = value;
     }
     show_interrupt();
 }

@@ -91,7 +91,8 @@ void Flash::lose_power() {
         damaged_.insert(cut.offset);
         return;
     }
-    for (std::uint32_t at = cut.offset; at < cut.offset + kPageBytes; at += 16) {  // every other double-word is neither old nor new
+    for (std::uint32_t at = cut.offset; at < cut.offset + kPageBytes;
+         at += 16) {  // every other double-word is neither old nor new
         std::fill_n(content_.begin() + at, 8, 0xFF);
         damaged_.insert(at + 8);
     }
@@ -182,16 +183,25 @@ std::uint32_t Flash::read(std::uint32_t offset) { return registers_.at(offset); 
 
 void Flash::write(std::uint32_t offset, std::uint32_t value) {
     switch (offset) {
-        case kKeyr: unlock(value); break;
-        case kSr: registers_.at(kSr) &= ~(value & (kErrors | 1U)); break;
-        case kCr: control(value); break;
+        case kKeyr:
+            unlock(value);
+            break;
+        case kSr:
+            registers_.at(kSr) &= ~(value & (kErrors | 1U));
+            break;
+        case kCr:
+            control(value);
+            break;
         case kEccr: {
             const bool cleared = is_set(value, kDoubleError);
             registers_.at(kEccr) = cleared ? value & (1U << 24U) : registers_[kEccr];
             break;
         }
-        case kAcr: registers_.at(kAcr) = value; break;
-        default: throw RunFailure("option bytes and fast programming are not in this model");
+        case kAcr:
+            registers_.at(kAcr) = value;
+            break;
+        default:
+            throw RunFailure("option bytes and fast programming are not in this model");
     }
 }
 

@@ -14,13 +14,15 @@ public:
         const bool on = is_set(csr, 0) && is_set(csr, 8) && field(csr, 2, 2) == 0;
         const std::uint32_t code = field(csr, 14, 5);
         switch (field(csr, 5, 2)) {
-            case 3: return on ? 1 : 0;
+            case 3:
+                return on ? 1 : 0;
             case 2:
                 if (on && field(code, 3, 2) != 1) {
                     throw RunFailure("a gain ladder that ends at ground: half the supply would saturate it");
                 }
                 return on && field(code, 0, 3) < 6 ? static_cast<double>(2U << field(code, 0, 3)) : 0;
-            default: return 0;
+            default:
+                return 0;
         }
     }
 

@@ -19,7 +19,8 @@ public:
 private:
     static constexpr std::uint32_t kCr3 = 0x08;
     static constexpr std::uint32_t kCr5 = 0x80;
-    RegisterFile<33> registers_{{0x00, 0x200}, {0x04, 0}, {kCr3, 0x8000}, {0x0C, 0}, {0x10, 0}, {0x14, 0}, {0x18, 0}, {kCr5, 0x100}};
+    RegisterFile<33> registers_{{0x00, 0x200}, {0x04, 0}, {kCr3, 0x8000}, {0x0C, 0},
+                                {0x10, 0},     {0x14, 0}, {0x18, 0},      {kCr5, 0x100}};
 };
 
 }  // namespace tricoil::virtual_board

@@ -25,9 +25,9 @@ constexpr unsigned kSecurityFlag = 8;
 constexpr unsigned kRemoveFlags = 23;
 
 constexpr double kHsiHz = 16e6;
-constexpr double kHseHz = 24e6;           // the Nucleo's crystal
-constexpr double kCrystalStartS = 2e-3;   // DS12288, HSE oscillator start-up time
-constexpr double kPllLockS = 40e-6;       // DS12288, PLL lock time
+constexpr double kHseHz = 24e6;          // the Nucleo's crystal
+constexpr double kCrystalStartS = 2e-3;  // DS12288, HSE oscillator start-up time
+constexpr double kPllLockS = 40e-6;      // DS12288, PLL lock time
 
 enum Source : std::uint32_t { from_hsi = 1, from_hse = 2, from_pll = 3 };
 
@@ -35,9 +35,9 @@ enum Source : std::uint32_t { from_hsi = 1, from_hse = 2, from_pll = 3 };
 
 Rcc::Rcc(Machine& machine)
     : machine_(machine),
-      registers_{{kCr, 0x500}, {0x04, 0x40000000}, {kCfgr, 0x5},  {kPllCfgr, 0x1000}, {0x18, 0}, {kCifr, 0}, {kCicr, 0},
-                 {kAhb1, 0x100}, {kAhb2, 0},       {0x50, 0},     {kApb1, 0x400},     {0x5C, 0}, {kApb2, 0}, {kCcipr, 0},
-                 {0x90, 0},      {kCsr, 0},        {kCrrcr, 0}},
+      registers_{{kCr, 0x500}, {0x04, 0x40000000}, {kCfgr, 0x5}, {kPllCfgr, 0x1000}, {0x18, 0},      {kCifr, 0},
+                 {kCicr, 0},   {kAhb1, 0x100},     {kAhb2, 0},   {0x50, 0},          {kApb1, 0x400}, {0x5C, 0},
+                 {kApb2, 0},   {kCcipr, 0},        {0x90, 0},    {kCsr, 0},          {kCrrcr, 0}},
       crystal_ready_(machine.events, [this] { registers_.at(kCr) |= 1U << kHseReady; }),
       pll_ready_(machine.events, [this] { registers_.at(kCr) |= 1U << kPllReady; }) {}
 
@@ -63,21 +63,26 @@ bool Rcc::has_slow_oscillator() const { return true; }  // the watchdog forces i
 
 double Rcc::pll_input_hz() const {
     switch (field(registers_[kPllCfgr], 0, 2)) {
-        case 2: return kHsiHz;
-        case 3: return is_set(registers_[kCr], kHseReady) ? kHseHz : 0;
-        default: return 0;
+        case 2:
+            return kHsiHz;
+        case 3:
+            return is_set(registers_[kCr], kHseReady) ? kHseHz : 0;
+        default:
+            return 0;
     }
 }
 
 double Rcc::system_hz() const {
     const std::uint32_t pll = registers_[kPllCfgr];
     switch (field(registers_[kCfgr], 0, 2)) {
-        case from_hse: return kHseHz;
+        case from_hse:
+            return kHseHz;
         case from_pll: {
             const double input = pll_input_hz() / (field(pll, 4, 4) + 1);
             return input * field(pll, 8, 7) / (2.0 * (field(pll, 25, 2) + 1));
         }
-        default: return kHsiHz;
+        default:
+            return kHsiHz;
     }
 }
 
@@ -167,30 +172,43 @@ void Rcc::break_crystal() {
 
 std::uint32_t Rcc::read(std::uint32_t offset) {
     switch (offset) {
-        case kCifr: return flag(security_interrupt_, kSecurityFlag);
-        case kCsr: return registers_[kCsr] | flag(is_set(registers_[kCsr], 0), 1) | causes_;
-        case kCrrcr: return registers_[kCrrcr] | flag(is_set(registers_[kCrrcr], 0), 1);
-        default: return registers_.at(offset);
+        case kCifr:
+            return flag(security_interrupt_, kSecurityFlag);
+        case kCsr:
+            return registers_[kCsr] | flag(is_set(registers_[kCsr], 0), 1) | causes_;
+        case kCrrcr:
+            return registers_[kCrrcr] | flag(is_set(registers_[kCrrcr], 0), 1);
+        default:
+            return registers_.at(offset);
     }
 }
 
 void Rcc::write(std::uint32_t offset, std::uint32_t value) {
     switch (offset) {
-        case kCr: control(value); break;
-        case kCfgr: choose(value); break;
+        case kCr:
+            control(value);
+            break;
+        case kCfgr:
+            choose(value);
+            break;
         case kPllCfgr:
             if (is_set(registers_[kCr], kPllOn)) {
                 throw RunFailure("PLLCFGR is written while the PLL runs");
             }
             registers_.at(kPllCfgr) = value;
             break;
-        case kCicr: security_interrupt_ = security_interrupt_ && !is_set(value, kSecurityFlag); break;
+        case kCicr:
+            security_interrupt_ = security_interrupt_ && !is_set(value, kSecurityFlag);
+            break;
         case kCsr:
             causes_ = is_set(value, kRemoveFlags) ? 0 : causes_;
             registers_.at(kCsr) = value & 1U;
             break;
-        case kCrrcr: registers_.at(kCrrcr) = value & 1U; break;
-        default: registers_.at(offset) = value;
+        case kCrrcr:
+            registers_.at(kCrrcr) = value & 1U;
+            break;
+        default:
+            registers_.at(offset) = value;
     }
 }
 

@@ -57,9 +57,7 @@ void Timer::update() {
     }
 }
 
-void Timer::show_interrupt() {
-    machine_.nvic.set_level(interrupt_, is_set(registers_[kSr], 0) && is_set(registers_[kDier], 0));
-}
+void Timer::show_interrupt() { machine_.nvic.set_level(interrupt_, is_set(registers_[kSr], 0) && is_set(registers_[kDier], 0)); }
 
 std::uint32_t Timer::read(std::uint32_t offset) { return offset == kCnt ? count() : registers_.at(offset); }
 
@@ -86,7 +84,9 @@ void Timer::write(std::uint32_t offset, std::uint32_t value) {
                 show_interrupt();
             }
             break;
-        case kCnt: restart(value & most_); break;
+        case kCnt:
+            restart(value & most_);
+            break;
         case kArr: {
             const std::uint32_t at = count();
             registers_.at(kArr) = value & most_;

@@ -38,7 +38,7 @@ private:
     int interrupt_;
     RegisterFile<12> registers_;
     Event overflow_;
-    Ticks zero_ = 0;               // when the count was 0
+    Ticks zero_ = 0;  // when the count was 0
     std::uint32_t stopped_at_ = 0;
     std::uint32_t prescaler_ = 0;  // in force: PSC as it was at the last update
 };

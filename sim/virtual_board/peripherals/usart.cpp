@@ -35,9 +35,7 @@ Usart::Usart(Machine& machine, int interrupt)
 
 Ticks Usart::byte_time() const { return kBitsOfAByte * Ticks{registers_[kBrr]} * machine_.cpu.ticks_per_cycle(); }
 
-double Usart::baud() const {
-    return kBitsOfAByte * static_cast<double>(kTicksPerSecond) / static_cast<double>(byte_time());
-}
+double Usart::baud() const { return kBitsOfAByte * static_cast<double>(kTicksPerSecond) / static_cast<double>(byte_time()); }
 
 bool Usart::listens() const { return is_set(registers_[kCr1], kEnable) && is_set(registers_[kCr1], kReceive); }
 
@@ -153,7 +151,8 @@ void Usart::write(std::uint32_t offset, std::uint32_t value) {
             }
             registers_.at(kCr3) = value;
             break;
-        default: registers_.at(offset) = value;
+        default:
+            registers_.at(offset) = value;
     }
     show_interrupt();
 }

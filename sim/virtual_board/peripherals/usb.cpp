@@ -64,9 +64,7 @@ void Usb::PacketMemory::put_half(std::uint32_t at, std::uint16_t value) {
 
 std::uint32_t Usb::PacketMemory::read(std::uint32_t offset) { return half(offset) | half(offset + 2) << 16U; }
 
-void Usb::PacketMemory::write(std::uint32_t, std::uint32_t) {
-    throw RunFailure("the packet memory takes half-words only");
-}
+void Usb::PacketMemory::write(std::uint32_t, std::uint32_t) { throw RunFailure("the packet memory takes half-words only"); }
 
 void Usb::PacketMemory::write_narrow(std::uint32_t offset, std::uint32_t value, unsigned size) {
     if (size != 2) {
@@ -76,13 +74,13 @@ void Usb::PacketMemory::write_narrow(std::uint32_t offset, std::uint32_t value, 
 }
 
 Usb::Usb(Machine& machine, int interrupt, std::function<bool()> has_clock)
-    : machine_(machine),
-      interrupt_(interrupt),
-      has_clock_(std::move(has_clock)),
-      registers_{{kCntr, 3}, {kIstr, 0}, {kFnr, 0}, {kDaddr, 0}, {kBtable, 0}, {0x54, 0}, {kBcdr, 0}} {}
+    : machine_(machine), interrupt_(interrupt), has_clock_(std::move(has_clock)), registers_{{kCntr, 3},  {kIstr, 0},   {kFnr, 0},
+                                                                                             {kDaddr, 0}, {kBtable, 0}, {0x54, 0},
+                                                                                             {kBcdr, 0}} {}
 
 bool Usb::is_attached() const {
-    return is_set(registers_[kBcdr], kPullUp) && !is_set(registers_[kCntr], kPowerDown) && !is_set(registers_[kCntr], kForcedReset);
+    return is_set(registers_[kBcdr], kPullUp) && !is_set(registers_[kCntr], kPowerDown) &&
+           !is_set(registers_[kCntr], kForcedReset);
 }
 
 bool Usb::answers(std::uint8_t address) const {

@@ -1,0 +1,311 @@
+// What breaks under the image that is flashed: coils off in time, the right fault told, recovery or a safe state, flash intact.
+#include <gmock/gmock.h>
+
+#include <random>
+
+#include "core/calibration/blob.hpp"
+#include "sim/virtual_board/board_fault.hpp"
+#include "tests/virtual_board/board_bench.hpp"
+
+namespace tricoil {
+namespace {
+
+using protocol::AckResult;
+using protocol::DeviceState;
+using protocol::Fault;
+using protocol::Opcode;
+using test::BoardBench;
+
+constexpr double kBlockS = 100 * 8 * 295 / 170e6;  // one coil's turn
+constexpr double kFaultS = 0.7;                    // measuring by then
+constexpr unsigned bit(Fault fault) { return static_cast<unsigned>(fault); }
+
+bool is_on(const BoardBench& bench) { return bench.board->bench.any_driven(); }
+
+/// A board that measures for its serial line, with faults of its own as in --fault.
+class FaultyBoard : public BoardBench {
+public:
+    explicit FaultyBoard(const std::vector<std::string>& board_faults, const std::vector<std::string>& world_faults = {},
+                         const std::vector<std::size_t>& links = {test::on_serial})
+        : BoardBench("hand", world_faults), faults_(*board, parsed(board_faults)) {
+        at_each_step = [this] { faults_.look(); };
+        start(links);
+    }
+
+    /// Coils go off within so long of the fault, and stay off; this is told, and nothing else but what was before.
+    void expect_off(double within_s, unsigned faults) {
+        run(kFaultS + 0.3 - board->now_s());
+        EXPECT_FALSE(is_on(*this));
+        EXPECT_LT(board->bench.last_driven_s() - kFaultS, within_s);
+        const protocol::StatusMessage told = status();
+        EXPECT_EQ(told.faults & ~bit(Fault::calibration), faults);
+        EXPECT_EQ(told.device_state, static_cast<std::uint8_t>(DeviceState::fault));
+        EXPECT_EQ(board->resets(), 0U);
+    }
+
+    /// Greeted and started again, poses come.
+    void expect_tracking(std::size_t link = test::on_serial) {
+        host(link).hello();
+        run(0.02);
+        EXPECT_EQ(ask(link, Opcode::start), AckResult::done);
+        fed[link] = true;
+        const std::size_t before = host(link).poses.size();
+        run(0.2);
+        EXPECT_GT(host(link).poses.size(), before + 100);
+        EXPECT_TRUE(is_on(*this));
+    }
+
+private:
+    static std::vector<virtual_board::BoardFault> parsed(const std::vector<std::string>& texts) {
+        std::vector<virtual_board::BoardFault> all;
+        for (const std::string& text : texts) {
+            all.push_back(virtual_board::parse_board_fault(text));
+        }
+        return all;
+    }
+    virtual_board::BoardFaults faults_;
+};
+
+TEST(BoardFaults, OpenCoil) {
+    FaultyBoard board({}, {"open_coil:S2@0.7-1.2"});
+    board.expect_off(5 * kBlockS, bit(Fault::open_coil));  // it shows when that coil's turn is over
+    board.run(0.3);
+    board.expect_tracking();
+}
+
+TEST(BoardFaults, OverCurrentDropsTheEnablesWithinABlock) {
+    FaultyBoard board({}, {"shorted_coil:S1@0.7-1.2"});
+    board.expect_off(3.2 * kBlockS, bit(Fault::overcurrent));
+    board.run(0.3);
+    board.expect_tracking();
+}
+
+TEST(BoardFaults, ConverterThatRepeatsItself) {
+    FaultyBoard board({}, {"stuck_channel:C2@0.7-1.2"});
+    board.expect_off(7 * kBlockS, bit(Fault::converter));  // twice in each coil's turn is taken as proof
+    board.run(0.3);
+    board.expect_tracking();
+}
+
+TEST(BoardFaults, ConverterThatFallsSilent) {
+    FaultyBoard board({"adc_silent:4@0.7-1.2"});
+    board.expect_off(8 * kBlockS, bit(Fault::converter));
+    board.run(0.3);
+    board.expect_tracking();
+}
+
+TEST(BoardFaults, DmaThatServesNobody) {
+    FaultyBoard board({"dma_stuck@0.7-1.2"});
+    board.expect_off(8 * kBlockS, bit(Fault::converter));
+    board.run(0.3);
+    board.expect_tracking();
+}
+
+TEST(BoardFaults, CrystalThatDoesNotStartKeepsTheCoilsOff) {
+    BoardBench board;
+    board.board->rcc.break_crystal();
+    board.run(BoardBench::kBootS);
+    board.host().hello();
+    board.run(0.02);
+    EXPECT_EQ(board.host().identities.size(), 1U) << "by the other oscillator it can still be talked to";
+    EXPECT_NE(board.ask(test::on_serial, Opcode::start), AckResult::done);
+    EXPECT_NE(board.status().faults & bit(Fault::clock), 0U);
+    EXPECT_LT(board.board->bench.last_driven_s(), 0) << "never";
+}
+
+TEST(BoardFaults, CrystalThatStopsResetsTheBoardOntoTheOtherOscillator) {
+    FaultyBoard board({"crystal@0.7"});
+    board.run(2);
+    EXPECT_FALSE(is_on(board));
+    EXPECT_LT(board.board->bench.last_driven_s() - kFaultS, 1e-3);
+    EXPECT_EQ(board.board->resets(), 1U);
+    board.host().hello();
+    board.run(0.05);
+    EXPECT_NE(board.status().faults & bit(Fault::clock), 0U);
+}
+
+TEST(BoardFaults, HangIsEndedByTheWatchdog) {
+    for (const char* fault : {"hang@0.7", "hang_masked@0.7"}) {
+        FaultyBoard board({fault});
+        board.fed[test::on_serial] = false;
+        board.run(2);
+        EXPECT_FALSE(is_on(board));
+        EXPECT_LT(board.board->bench.last_driven_s() - kFaultS, virtual_board::CoilBench::kHeartbeatHoldS + 2 * kBlockS) << fault;
+        EXPECT_EQ(board.board->resets(), 1U);
+        board.host().hello();
+        board.run(0.05);
+        EXPECT_NE(board.status().faults & bit(Fault::hung), 0U);
+        board.expect_tracking();
+    }
+}
+
+TEST(BoardFaults, StackNearItsLimitIsTold) {
+    FaultyBoard board({});
+    const std::uint32_t bottom = *board.symbols.address_of("stack_bottom");
+    const auto words = board.board->machine.memory.at(bottom, 16);
+    std::fill(words.begin(), words.end(), 0x11);
+    EXPECT_NE(board.status().faults & bit(Fault::stack), 0U);
+}
+
+TEST(BoardFaults, HostThatFallsSilentTurnsTheCoilsOff) {
+    FaultyBoard board({});
+    EXPECT_TRUE(is_on(board));
+    board.fed[test::on_serial] = false;
+    board.run(0.5);
+    EXPECT_FALSE(is_on(board));
+    board.expect_tracking();
+}
+
+TEST(BoardFaults, BabblingCanBusHurtsOnlyCan) {
+    FaultyBoard board({"can_babble@0.7-1.1"}, {}, {test::on_serial, test::on_can});
+    board.run(1.3 - board.board->now_s());
+    const auto& poses = board.host().poses;
+    ASSERT_GT(poses.size(), 500U);
+    EXPECT_EQ(poses.back().sequence - poses.front().sequence + 1, poses.size()) << "the serial line loses nothing";
+    board.expect_tracking(test::on_can);
+    EXPECT_EQ(board.board->resets(), 0U);
+}
+
+TEST(BoardFaults, BusOffIsRecoveredFrom) {
+    FaultyBoard board({"can_errors:60@0.7"}, {}, {test::on_serial, test::on_can});
+    board.run(1.3 - board.board->now_s());
+    EXPECT_EQ(board.board->can.destroy, 0U);
+    board.expect_tracking(test::on_can);
+}
+
+TEST(BoardFaults, NobodyOnTheCanBusBlocksNothing) {
+    FaultyBoard board({"can_alone@0.6-1.1"}, {}, {test::on_serial, test::on_can});
+    board.run(1.3 - board.board->now_s());
+    const auto& poses = board.host().poses;
+    EXPECT_EQ(poses.back().sequence - poses.front().sequence + 1, poses.size());
+    board.expect_tracking(test::on_can);
+}
+
+TEST(BoardFaults, UsbResetStorm) {
+    FaultyBoard board({"usb_resets:2@0.7-1.1"}, {}, {test::on_serial, test::on_usb});
+    board.run(1.3 - board.board->now_s());
+    const auto& poses = board.host().poses;
+    EXPECT_EQ(poses.back().sequence - poses.front().sequence + 1, poses.size());
+    board.expect_tracking(test::on_usb);
+    EXPECT_EQ(board.board->resets(), 0U);
+}
+
+calibration::Blob blob_of(double gain) {
+    calibration::Calibration<double> calibration;
+    calibration.model.source_moment = 6.75e-3 * gain * Mat3<double>::Identity();
+    calibration.hemisphere = Vec3<double>::UnitX();
+    return calibration::encode(calibration);
+}
+
+/// Idle, greeted on its serial line.
+class CalibratedBoard : public BoardBench {
+public:
+    CalibratedBoard() { greet(); }
+    void greet() {
+        run(kBootS);
+        host().hello();
+        run(0.02);
+    }
+    /// Nothing: it was not acknowledged within half a second.
+    std::optional<AckResult> write(const calibration::Blob& blob) {
+        host().write(blob);
+        for (int n = 0; n < 100 && !host().result() && board->resets() == resets_; ++n) {
+            run(0.005);
+        }
+        resets_ = board->resets();
+        return host().result();
+    }
+    std::vector<std::uint8_t> read() {
+        const std::size_t before = host().blobs.size();
+        host().command(Opcode::read_calibration);
+        for (int n = 0; n < 50 && host().blobs.size() == before; ++n) {
+            run(0.005);
+        }
+        return host().blobs.size() > before ? host().blobs.back() : std::vector<std::uint8_t>{};
+    }
+
+private:
+    unsigned resets_ = 0;
+};
+
+TEST(BoardFlash, KeepsACalibrationThroughLossOfPower) {
+    CalibratedBoard board;
+    const auto blob = blob_of(1.01);
+    EXPECT_EQ(board.write(blob), AckResult::done);
+    board.board->power_cycle();
+    board.greet();
+    EXPECT_THAT(board.read(), ::testing::ElementsAreArray(blob));
+    EXPECT_EQ(board.status().faults & bit(Fault::calibration), 0U);
+}
+
+TEST(BoardFlash, LosesNothingWhereverAWriteIsInterrupted) {
+    CalibratedBoard board;
+    auto kept = blob_of(1);
+    ASSERT_EQ(board.write(kept), AckResult::done);
+    const std::uint64_t before = board.board->flash.operations();
+    ASSERT_EQ(board.write(kept = blob_of(0.999)), AckResult::done);
+    const std::uint64_t operations = board.board->flash.operations() - before;
+    ASSERT_GT(operations, 60U) << "an erased page and every double-word";
+    std::size_t kept_new = 0;
+    for (std::uint64_t n = 0; n < operations; ++n) {
+        const auto next = blob_of(1 + 1e-3 * static_cast<double>(n));
+        board.board->lose_power_in_flash_operation(n);
+        (void)board.write(next);
+        board.greet();
+        const auto found = board.read();
+        const bool is_new = std::equal(found.begin(), found.end(), next.begin(), next.end());
+        kept_new += is_new ? 1 : 0;
+        ASSERT_TRUE(is_new || std::equal(found.begin(), found.end(), kept.begin(), kept.end())) << "operation " << n;
+        kept = is_new ? next : kept;
+    }
+    EXPECT_EQ(board.status().faults & bit(Fault::calibration), 0U);
+    std::printf("power lost in each of %lu operations: the new calibration %zu times, else the old one\n",
+                static_cast<unsigned long>(operations), kept_new);
+}
+
+TEST(BoardFlash, TellsOfACalibrationThatIsCorrupted) {
+    CalibratedBoard board;
+    ASSERT_EQ(board.write(blob_of(1.01)), AckResult::done);
+    for (std::uint8_t& byte : board.board->flash.content()) {
+        byte ^= byte == 0xFF ? 0 : 0x04;
+    }
+    board.board->power_cycle();
+    board.greet();
+    EXPECT_NE(board.status().faults & bit(Fault::calibration), 0U);
+    EXPECT_EQ(board.write(blob_of(1.02)), AckResult::done);
+    EXPECT_EQ(board.status().faults & bit(Fault::calibration), 0U);
+}
+
+TEST(BoardInput, BytesAtRandomOnAllLinksForAMinute) {
+    BoardBench bench;
+    bench.run(BoardBench::kBootS);
+    std::mt19937 random(7);
+    const auto noise = [&](std::size_t most) {
+        std::vector<std::uint8_t> bytes(random() % most);
+        for (std::uint8_t& byte : bytes) {
+            byte = static_cast<std::uint8_t>(random() % 4 == 0 ? 0 : random());
+        }
+        return bytes;
+    };
+    for (int n = 0; n < 600; ++n) {
+        for (const auto& end : bench.ends) {
+            end->send_raw(noise(200));
+        }
+        bench.run(0.1);
+        ASSERT_FALSE(bench.board->bench.any_driven());
+    }
+    EXPECT_EQ(bench.board->resets(), 0U);
+    for (std::size_t link = 0; link < test::kLinkNumbers; ++link) {
+        const std::array<std::uint8_t, 4> kEndOfFrame{};
+        if (link != test::on_can) {
+            bench.ends[link]->send_raw(kEndOfFrame);
+        }
+        bench.run(0.05);
+        bench.host(link).hello();
+        bench.run(0.1);
+        EXPECT_FALSE(bench.host(link).identities.empty()) << "link " << link;
+    }
+}
+
+}  // namespace
+}  // namespace tricoil

@@ -1,0 +1,92 @@
+// The image that is flashed, over the kernel's real CAN and USB, to `tricoil run`. In the test kernel.
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "sim/scenarios/scenario.hpp"
+#include "tests/device/program.hpp"
+
+namespace tricoil {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+
+const std::string kBoard =
+    TRICOIL_VIRTUAL_BOARD " " TRICOIL_BOARD_IMAGE ".bin --elf " TRICOIL_BOARD_IMAGE ".elf --report /run/board.json ";
+constexpr double kWrongMm = 25;  // as in tests/device: a wrong coil or sign costs ten times as much
+constexpr std::size_t kXColumn = 3;
+constexpr std::size_t kValidColumn = 16;
+
+struct Judged {
+    std::size_t valid = 0;
+    std::size_t invalid = 0;
+    double worst_mm = 0;
+};
+
+/// Every valid pose after the first half second against the truth at its own time.
+Judged judge(const std::string& csv) {
+    const auto scenario = sim::load_scenario("hand", 1);
+    Judged judged;
+    std::istringstream stream(test::read_text(csv));
+    std::string line;
+    std::getline(stream, line);  // names of columns
+    double first_s = -1;
+    while (std::getline(stream, line)) {
+        std::vector<double> fields;
+        std::istringstream row(line);
+        for (std::string field; std::getline(row, field, ',');) {
+            fields.push_back(std::stod(field));
+        }
+        const double time_s = 1e-6 * fields.at(1);
+        first_s = first_s < 0 ? time_s : first_s;
+        if (time_s < first_s + 0.5) {
+            continue;
+        }
+        const bool is_valid = fields.at(kValidColumn) != 0;
+        ++(is_valid ? judged.valid : judged.invalid);
+        const Vec3<double> position(fields[kXColumn], fields[kXColumn + 1], fields[kXColumn + 2]);
+        const double error_mm = 1e3 * (position - scenario.motion->at(time_s).position_m).norm();
+        judged.worst_mm = std::max(judged.worst_mm, is_valid ? error_mm : 0);
+    }
+    return judged;
+}
+
+/// `tricoil run` on a device for a second of poses.
+void expect_tracking(const std::string& device) {
+    test::Program tracker(TRICOIL_PROGRAM " run --json --device " + device +
+                          " --duration 2 --out /run/poses.csv >/run/tricoil.out 2>/run/tricoil.err");
+    EXPECT_EQ(tracker.wait(), 0) << test::read_text("/run/tricoil.err");
+    const Judged judged = judge("/run/poses.csv");
+    EXPECT_GT(judged.valid, 500U);
+    EXPECT_LT(judged.invalid, judged.valid / 20);
+    EXPECT_LT(judged.worst_mm, kWrongMm);
+    std::printf("%s: %zu valid poses, %zu others, worst %.1f mm\n", device.c_str(), judged.valid, judged.invalid,
+                judged.worst_mm);
+}
+
+TEST(FlashImage, TracksOverTheKernelsCan) {
+    test::Program board(kBoard + "--can vcan0 2>/run/board.err");
+    expect_tracking("can:vcan0");
+    board.send(SIGTERM);
+    EXPECT_EQ(board.wait(), 0) << test::read_text("/run/board.err");
+}
+
+TEST(FlashImage, TracksOverTheKernelsUsb) {
+    test::Program board(kBoard + "--usbip 2>/run/board.err");
+    ASSERT_TRUE(test::eventually([] { return std::system("grep -qs 1209 /sys/bus/usb/devices/*/idVendor") == 0; }))
+        << test::read_text("/run/board.err");
+    test::shell("lsusb -v -d 1209:0001 >/run/lsusb.out 2>&1");
+    const std::string descriptors = test::read_text("/run/lsusb.out");
+    for (const char* part : {"bcdUSB               2.01", "bMaxPacketSize0        64", "255 Vendor Specific Class",
+                             "bNumEndpoints           2", "EP 1 IN", "EP 1 OUT", "wMaxPacketSize     0x0040", "tricoil"}) {
+        EXPECT_THAT(descriptors, HasSubstr(part));
+    }
+    expect_tracking("usb:1209:0001");
+    board.send(SIGTERM);
+    EXPECT_EQ(board.wait(), 0) << test::read_text("/run/board.err");
+}
+
+}  // namespace
+}  // namespace tricoil
