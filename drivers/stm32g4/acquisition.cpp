@@ -193,7 +193,8 @@ void Acquisition::on_block_end() {
         completed_ = completed_ + 1;
     }
     // Two at once: this handler came a block too late, and a switch-over with it.
-    const bool late = ended > 1 || (ended > 0 && end.uneven) || parts_.converters.take_overrun() || parts_.carriers.take_underrun();
+    const bool late =
+        ended > 1 || (ended > 0 && end.uneven) || parts_.converters.take_overrun() || parts_.carriers.take_underrun();
     overruns_ = overruns_ + (late ? 1U : 0U);
     if (ended > 0) {
         switch_over();
