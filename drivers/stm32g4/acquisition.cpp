@@ -193,7 +193,8 @@ void Acquisition::on_block_end() {
         completed_ = completed_ + 1;
     }
     // Two at once: this handler came a block too late, and a switch-over with it.
-    const bool late = ended > 1 || parts_.converters.take_overrun() || parts_.carriers.take_underrun();
+    const bool late =
+        ended > 1 || (ended > 0 && end.uneven) || parts_.converters.take_overrun() || parts_.carriers.take_underrun();
     overruns_ = overruns_ + (late ? 1U : 0U);
     if (ended > 0) {
         switch_over();
@@ -218,7 +219,7 @@ void Acquisition::switch_over() {
 
 Status Acquisition::excite(Excitation state) {
     if (has_tripped_) {
-        return {StatusCode::device_lost, "over-current: a coil or its amplifier is shorted"};
+        return {StatusCode::not_ready, "over-current: a coil or its amplifier is shorted"};
     }
     wanted_state_ = state;
     if (has_tripped_ || state == Excitation::off) {  // tripped meanwhile: what was wanted must not come back

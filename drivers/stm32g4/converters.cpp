@@ -77,7 +77,8 @@ Status Converters::start(std::size_t block_samples, int oversampling, std::int32
     reference().ISR = adc::ISR_AWD1;
     reference().IER = adc::IER_AWD1IE;
     for (Input& input : parts_.inputs) {
-        input.adc.ISR = adc::ISR_OVR;
+        // A result that nobody has fetched would make the first new one an overrun.
+        input.adc.ISR = adc::ISR_EOC | adc::ISR_EOS | adc::ISR_OVR;
         input.adc.CR = adc::CR_ADVREGEN | adc::CR_ADSTART;
     }
     return {};
@@ -114,8 +115,17 @@ Status Converters::stop() {
 }
 
 Converters::BlockEnd Converters::take_block_end() {
+    constexpr std::uint32_t kHalves = dma::ISR_HTIF | dma::ISR_TCIF;
     const std::uint32_t flags = parts_.inputs[kSensorCoils - 1].dma.take_flags();
-    return {(flags & dma::ISR_HTIF) != 0, (flags & dma::ISR_TCIF) != 0, (flags & dma::ISR_TEIF) != 0};
+    BlockEnd end{(flags & dma::ISR_HTIF) != 0, (flags & dma::ISR_TCIF) != 0, (flags & dma::ISR_TEIF) != 0};
+    for (std::size_t n = 0; n < parts_.inputs.size(); ++n) {
+        if (n != kSensorCoils - 1) {
+            const std::uint32_t others = parts_.inputs[n].dma.take_flags();
+            end.failed = end.failed || (others & dma::ISR_TEIF) != 0;
+            end.uneven = end.uneven || (others & kHalves) != (flags & kHalves);
+        }
+    }
+    return end;
 }
 
 bool Converters::take_overrun() {

@@ -51,6 +51,7 @@ public:
         bool first_half = false;
         bool second_half = false;
         bool failed = false;
+        bool uneven = false;  // a converter did not keep step with the others: its samples are old ones
     };
     BlockEnd take_block_end();
 

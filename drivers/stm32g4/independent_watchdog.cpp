@@ -6,8 +6,8 @@ namespace tricoil::stm32g4 {
 namespace {
 
 constexpr std::int64_t kTicksPerSecond = 32'000;
-constexpr unsigned kLeastShift = 2;          // PR = 0 divides by 4
-constexpr unsigned kMostShift = 8;           // PR = 6 divides by 256
+constexpr unsigned kLeastShift = 2;                  // PR = 0 divides by 4
+constexpr unsigned kMostShift = 8;                   // PR = 6 divides by 256
 constexpr std::uint32_t kWatchdogPolls = 2'000'000;  // registers take up to five ticks of the divided clock to take their values
 
 }  // namespace

@@ -105,8 +105,8 @@ void apply(const Fault& fault, FaultEffect& effect) {
 }  // namespace
 
 const std::vector<std::string>& fault_names() {
-    static const std::vector<std::string> names{"open_coil",      "reversed_coil", "swapped_coils", "stuck_channel",
-                                                "dropped_blocks", "metal",         "unplugged",     "overload",      "shorted_coil"};
+    static const std::vector<std::string> names{"open_coil", "reversed_coil", "swapped_coils", "stuck_channel", "dropped_blocks",
+                                                "metal",     "unplugged",     "overload",      "shorted_coil"};
     return names;
 }
 

@@ -74,7 +74,8 @@ protected:
     }
 
     void end_block(std::uint32_t flags) {
-        registers.dma.ISR = flags << 12U;  // of channel 4
+        constexpr std::uint32_t kChannels1To4 = 0x1111;
+        registers.dma.ISR = flags * kChannels1To4;
         acquisition.on_block_end();
         registers.dma.ISR = 0;
     }
@@ -228,6 +229,18 @@ TEST_F(AcquisitionTest, OverrunsAndUnderrunsAreCounted) {
     EXPECT_EQ(block.overrun_count, 1U);
 }
 
+TEST_F(AcquisitionTest, AConverterThatStandsStillIsAnOverrun) {
+    ASSERT_TRUE(acquisition.begin().ok());
+    ASSERT_TRUE(acquisition.start(kTdm).ok());
+    clear_flags();
+    ASSERT_TRUE(acquisition.poll(block).ok());
+    registers.dma.ISR = std::uint32_t{dma::ISR_TCIF} * 0x1101;  // channel 2 is silent
+    acquisition.on_block_end();
+    delivers = false;
+    ASSERT_TRUE(acquisition.poll(block).ok());
+    EXPECT_EQ(block.overrun_count, 1U);
+}
+
 TEST_F(AcquisitionTest, OverCurrentSwitchesOffAtOnceAndStaysOffUntilTheNextStart) {
     ASSERT_TRUE(acquisition.begin().ok());
     ASSERT_TRUE(acquisition.start(kTdm).ok());
@@ -244,7 +257,7 @@ TEST_F(AcquisitionTest, OverCurrentSwitchesOffAtOnceAndStaysOffUntilTheNextStart
     registers.port.BSRR = 0;
     end_block();
     EXPECT_EQ(registers.port.BSRR, 0U);
-    EXPECT_EQ(acquisition.coils().excite(Excitation::s1).code(), StatusCode::device_lost);
+    EXPECT_EQ(acquisition.coils().excite(Excitation::s1).code(), StatusCode::not_ready);
     ASSERT_TRUE(acquisition.start(kTdm).ok());
     EXPECT_TRUE(acquisition.coils().excite(Excitation::s1).ok());
 }

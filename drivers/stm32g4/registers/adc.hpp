@@ -47,6 +47,8 @@ constexpr std::uint8_t kAdc12Interrupt = 18;
 
 namespace adc {
 constexpr std::uint32_t ISR_ADRDY = 1U << 0U;
+constexpr std::uint32_t ISR_EOC = 1U << 2U;
+constexpr std::uint32_t ISR_EOS = 1U << 3U;
 constexpr std::uint32_t ISR_OVR = 1U << 4U;
 constexpr std::uint32_t ISR_AWD1 = 1U << 7U;
 constexpr std::uint32_t IER_AWD1IE = 1U << 7U;
