@@ -17,7 +17,8 @@ public:
 
     /// Changes the state from the next block of samples on; the old coil is off before the new one is on.
     /// Thread context, never an interrupt; does not wait for the current to settle.
-    /// ok; invalid_argument: a state that this board cannot drive; device_lost or timed_out: the hardware did not follow.
+    /// ok; invalid_argument: a state that this board cannot drive; not_ready: the power stages have switched off by themselves,
+    /// for too much current, until sampling starts anew; device_lost or timed_out: the hardware did not follow.
     Status excite(Excitation state) {
         const Status status = do_excite(state);
         if (!status.ok()) {

@@ -249,9 +249,7 @@ AckResult TrackerDevice::obey_read_block(HostLink& link, Excitation state) {
     hardware_.coils.switch_off();
     sampler_.stop();
     if (!status.ok()) {
-        if (sampler_.trouble()) {
-            fail(*sampler_.trouble());
-        }
+        fail(fault_of(status));
         return AckResult::failed;
     }
     answers_.tell(link, block, millihertz(plan().params.sample_rate_hz));

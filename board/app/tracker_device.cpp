@@ -1,6 +1,7 @@
 #include "board/app/tracker_device.hpp"
 
 #include <algorithm>
+#include <new>
 
 #include "board/app/status_light.hpp"
 #include "core/protocol/convert.hpp"
@@ -72,7 +73,7 @@ void TrackerDevice::use_calibration() {
 }
 
 void TrackerDevice::check_itself() {
-    report_ = {};
+    ::new (&report_) selfcheck::Report;  // in place: it is much of a small stack
     selfcheck::run_on_board({&time_of, &hardware_.clock}, report_);
     if (stored_ == CalibrationStore::Content::none) {
         report_.add_absent(selfcheck::CheckId::calibration_crc, "calibration: none stored on this device");
@@ -189,11 +190,16 @@ void TrackerDevice::fail(Fault fault) {
     }
 }
 
+/// Of what the loop or the coils' driver ended with.
+Fault TrackerDevice::fault_of(const Status& status) const {
+    const bool has_tripped = status.code() == StatusCode::not_ready;
+    return sampler_.trouble().value_or(has_tripped ? Fault::overcurrent : Fault::drive);
+}
+
 void TrackerDevice::measure() {
     const Status status = loop_->step();
     if (!status.ok()) {
-        const Fault of_excite = Fault::drive;
-        fail(sampler_.trouble().value_or(of_excite));
+        fail(fault_of(status));
     } else if (no_reference_) {
         fail(Fault::open_coil);
     } else if (stuck_blocks_ >= kStuckColumns) {

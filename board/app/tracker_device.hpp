@@ -60,6 +60,7 @@ private:
     Status begin();
     void end();
     void fail(protocol::Fault fault);
+    [[nodiscard]] protocol::Fault fault_of(const Status& status) const;
     void measure();
     void judge_hosts();
     void look_after_processor();

@@ -17,7 +17,7 @@ using protocol::Opcode;
 using protocol::WireError;
 
 constexpr Microseconds kPatience{5000};
-constexpr std::int64_t kFeedUs = 20'000;
+constexpr std::int64_t kPosePauseUs = 20'000;
 
 SessionParams listening() {
     SessionParams params;
@@ -268,7 +268,7 @@ void DeviceInquiry::await_pose() {
     };
     const host::InterruptGuard guard;
     if (!converse(
-            wait_s_, guard, [&] { command(Opcode::keep_alive); }, is_valid_pose, kFeedUs)) {
+            wait_s_, guard, [&] { command(Opcode::keep_alive); }, is_valid_pose, kPosePauseUs)) {
         command(Opcode::stop);
         guard.check();
         throw host::DeviceError(

@@ -10,14 +10,13 @@
 namespace tricoil::selfcheck {
 namespace {
 
-constexpr int kSamples = 64;
+constexpr int kSamples = 40;  // more than a segment of the oscillator; 640 bytes of stack
 constexpr int kCycles = 5;
 constexpr double kAmplitude = 4e6;                                   // codes, of a 24-bit converter
 constexpr std::array<double, kChannels> kPhases{0.05, 0.8, 0.4, 0};  // of a turn, as in unit_phasor()
 constexpr double kOffset = 2e5;                                      // codes; whole cycles must not see it
 
-std::array<Sample, kSamples> tone() {
-    std::array<Sample, kSamples> samples{};
+void fill_with_tone(std::array<Sample, kSamples>& samples) {
     for (int n = 0; n < kSamples; ++n) {
         const auto tone = signal::unit_phasor(static_cast<double>(kCycles * n % kSamples) / kSamples);
         for (std::size_t channel = 0; channel < kChannels; ++channel) {
@@ -26,14 +25,14 @@ std::array<Sample, kSamples> tone() {
             samples[static_cast<std::size_t>(n)][channel] = static_cast<std::int32_t>(std::lround(kOffset + amplitude * real));
         }
     }
-    return samples;
 }
 
 }  // namespace
 
 template <typename Scalar>
 void check_demodulator(Report& report) {
-    const auto samples = tone();
+    std::array<Sample, kSamples> samples{};
+    fill_with_tone(samples);
     const auto phasors = signal::lock_in(signal::Oscillator<Scalar>(kCycles, kSamples), std::span<const Sample>(samples));
     double worst = 0;
     for (std::size_t channel = 0; channel < kChannels; ++channel) {
@@ -43,7 +42,7 @@ void check_demodulator(Report& report) {
         const double quadrature = std::abs(static_cast<double>(phasors[channel].imag()) - amplitude * answer.imag());
         worst = std::max({worst, in_phase, quadrature});
     }
-    // Codes are whole: a rounding of half a code in each of 64 samples, plus what the scalar type rounds.
+    // Codes are whole: a rounding of half a code in each of the samples, plus what the scalar type rounds.
     report.add(CheckId::demodulator_tone, precision_of<Scalar>(), "demodulated tone (codes)", worst,
                0.5 + kAmplitude * roundings<Scalar>(16));
 }

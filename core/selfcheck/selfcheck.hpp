@@ -15,9 +15,9 @@ struct TimeSource {
 /// Bounded: some 10,000 solver steps. No allocation. Thread context.
 Report run(const TimeSource& time);
 
-/// What of it fits into a board's flash beside a tracker, in the one precision that it has in hardware: the processor's arithmetic,
-/// direct solver, error model, demodulator. Into a report that need not lie on a small stack. Whether there is a calibration, the
-/// board knows.
+/// What of it fits into a board's flash beside a tracker, in the one precision that it has in hardware: the processor's
+/// arithmetic, direct solver, error model, demodulator. Into a report that need not lie on a small stack. Whether there is a
+/// calibration, the board knows.
 void run_on_board(const TimeSource& time, Report& report);
 
 /// A word for an outcome: "pass", "FAIL" or "absent".

@@ -5,7 +5,7 @@ namespace tricoil::sim {
 Status SimulatedCoilDriver::do_excite(Excitation state) {
     changes_ += state == state_ ? 0U : 1U;
     state_ = state;
-    return {};
+    return status_;
 }
 
 SimulatedCoilSampler::SimulatedCoilSampler(CoilWorld& world, const SimulatedCoilDriver& coils, SimulatedClock& clock,

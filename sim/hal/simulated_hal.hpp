@@ -40,12 +40,15 @@ class SimulatedCoilDriver final : public hal::CoilDriver {
 public:
     [[nodiscard]] Excitation state() const { return state_; }
     [[nodiscard]] std::uint64_t changes() const { return changes_; }
+    /// What excite() says from now on; ok: it obeys.
+    void fail_with(Status status) { status_ = status; }
 
 private:
     Status do_excite(Excitation state) override;
     void do_switch_off() override { state_ = Excitation::off; }
     Excitation state_ = Excitation::off;
     std::uint64_t changes_ = 0;
+    Status status_;
 };
 
 /// The amplifier between the world and its converters.

@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "core/calibration/blob.hpp"
+#include "core/geometry/rotations.hpp"
+#include "core/protocol/convert.hpp"
 #include "tests/app/device_bench.hpp"
 
 namespace tricoil {
@@ -196,6 +198,38 @@ TEST(Calibration, IsAppliedToWhatIsTracked) {
     for (std::size_t i = 0; i < 3; ++i) {
         EXPECT_NEAR(halved[i], plain[i] / 2, 2e4);
     }
+}
+
+/// Coils that are turned within their housing: poses, hemisphere and straight ahead are in the housing's frame all the same.
+TEST(Calibration, OfTurnedSourceCoilsGivesPosesInTheSourcesFrame) {
+    const Mat3<double> turned = geometry::attitude_matrix(geometry::Euler<double>{1.9, -0.4, 0.7}).transpose();
+    DeviceBench board({.scenario = "still", .source = turned});
+    board.run(0.01);
+    board.host().hello();
+    calibration::Calibration<double> c;
+    c.model.source_moment = board.scenario.world.coupling_constant_m3 * turned;
+    const sim::Pose truth = board.scenario.motion->at(0);
+    c.hemisphere = truth.position_m;
+    board.host().write(calibration::encode(c));
+    board.run(0.01);
+    ASSERT_EQ(board.host().result(), AckResult::done);
+    board.track();
+    board.run(0.3);
+    const auto error = [&](double side) {
+        tracking::PoseEstimate<double> e;
+        EXPECT_EQ(protocol::from_message(board.host().poses.back(), e), protocol::WireError::none);
+        EXPECT_TRUE(e.valid());
+        EXPECT_LT(e.q_source_sensor.angularDistance(truth.q_source_sensor), 2e-3);
+        return (e.position_m - side * truth.position_m).norm();
+    };
+    EXPECT_LT(error(1), 1e-3);
+    const Vec3<float> behind = -truth.position_m.cast<float>();
+    ASSERT_EQ(board.ask(Opcode::hemisphere, protocol::hemisphere_argument({0, behind})), AckResult::done);
+    board.run(0.3);
+    EXPECT_LT(error(-1), 1e-3);
+    ASSERT_EQ(board.ask(Opcode::boresight, 1), AckResult::done);
+    board.run(0.1);
+    EXPECT_NEAR(std::abs(board.host().poses.back().quaternion[0] / 8e6), 1, 1e-6);
 }
 
 TEST(Calibration, ThatIsNoneIsRefusedAndNothingIsWritten) {

@@ -77,6 +77,7 @@ struct BenchParams {
     int converter_bits = 24;
     Microseconds host_silence{250'000};
     hal::ResetReason reset = hal::ResetReason::power_on;
+    Mat3<double> source = Mat3<double>::Identity();  // axes of the source coils
 };
 
 /// What outlives a reset: the world and the flash.
@@ -86,7 +87,7 @@ struct DeviceBench {
     explicit DeviceBench(const BenchParams& p = {})
         : bench(p),
           scenario(sim::load_scenario(p.scenario, 1)),
-          world((scenario.world.converter.bits = p.converter_bits, scenario.world), *scenario.motion, scenario.faults),
+          world(world_of(scenario, p), *scenario.motion, scenario.faults),
           gain(p.gains, p.gain_steps),
           sampler(world, coils, clock, 1e9) {
         world.configure(kBenchModes[0]);
@@ -97,6 +98,12 @@ struct DeviceBench {
         }
         system.pretend(p.reset);
         boot();
+    }
+
+    static sim::WorldParams world_of(sim::Scenario& scenario, const BenchParams& p) {
+        scenario.world.converter.bits = p.converter_bits;
+        scenario.world.source_matrix = p.source;
+        return scenario.world;
     }
 
     [[nodiscard]] app::DeviceParams params() const {

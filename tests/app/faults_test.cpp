@@ -105,6 +105,18 @@ TEST_F(Faults, ConverterThatRepeatsOneCode) {
     expect_recovery();
 }
 
+TEST_F(Faults, PowerStagesThatSwitchedOffByThemselves) {
+    board.coils.fail_with({StatusCode::not_ready, "tripped"});
+    expect_off(Fault::overcurrent);
+    board.coils.fail_with({});
+    expect_recovery();
+}
+
+TEST_F(Faults, PowerStagesThatDoNotFollow) {
+    board.coils.fail_with({StatusCode::device_lost, "gone"});
+    expect_off(Fault::drive);
+}
+
 TEST_F(Faults, HeartbeatLineGone) {
     board.heartbeat.cut();
     expect_off(Fault::drive);
