@@ -15,7 +15,7 @@ extern "C" {
 
 typedef struct tricoil_tracker tricoil_tracker; /* NOLINT(modernize-use-using): C */
 
-typedef struct tricoil_pose {
+typedef struct tricoil_pose { /* NOLINT(readability-identifier-naming): C */
     int64_t time_us;           /* device time of the newest measurement */
     uint32_t sequence;         /* counts poses */
     uint8_t sensor;            /* 0 to 3 */
