@@ -1,5 +1,5 @@
-// What programs wrote to the simulated GPIO chip, from the kernel's own trace: a line that the kernel releases when a program dies
-// reads as low, and proves nothing.
+// What programs wrote to the simulated GPIO chip, from the kernel's own trace: a line that the kernel releases when a program
+// dies reads as low, and proves nothing.
 #pragma once
 
 #include <algorithm>

@@ -14,7 +14,15 @@
 namespace tricoil::host {
 namespace {
 
-int list_scenarios() {
+int list_scenarios(bool json) {
+    if (json) {
+        nlohmann::ordered_json list = nlohmann::ordered_json::array();
+        for (const auto& scenario : sim::builtin_scenarios()) {
+            list.push_back({{"name", scenario.name}, {"description", scenario.description}});
+        }
+        fmt::print("{}\n", list.dump(2));
+        return to_int(ExitCode::fine);
+    }
     for (const auto& scenario : sim::builtin_scenarios()) {
         fmt::print("{:<10}  {}\n", scenario.name, scenario.description);
     }
@@ -72,7 +80,7 @@ namespace {
 
 int run(RunCommand& command) {
     if (command.list) {
-        return list_scenarios();
+        return list_scenarios(command.json);
     }
     if (is_on_device(command)) {
         return linux_board::run_device(device_options(command));

@@ -92,7 +92,8 @@ void Recorder::append(RecordFile file, const std::string& line) {
 
 std::string Recorder::complaint() const {
     const std::string why = why_.empty() ? journal_.why() : why_;
-    return fmt::format("{}: recording ended early ({}); what is there can be replayed", folder_, why);
+    const char* const rest = fs::exists(fs::path(folder_) / kDescriptionFile) ? "what is there can be replayed" : "nothing can be replayed";
+    return fmt::format("{}: recording ended early ({}); {}", folder_, why, rest);
 }
 
 void Recorder::event(std::uint8_t sensor, const std::string& what, const std::string& detail) {
