@@ -1,5 +1,5 @@
-// Lines to a file or a pipe by a thread of its own: whoever reads slowly, or not at all, never holds up the loop that has coils to
-// switch.
+// Lines to a file or a pipe by a thread of its own: whoever reads slowly, or not at all, never holds up the loop that has coils
+// to switch.
 #pragma once
 
 #include <chrono>

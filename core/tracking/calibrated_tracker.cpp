@@ -7,7 +7,8 @@ namespace tricoil::tracking {
 namespace {
 
 template <typename Scalar>
-std::optional<calibration::ConcentricColumns<Scalar>> ideal_columns(const std::optional<calibration::Calibration<Scalar>>& known) {
+std::optional<calibration::ConcentricColumns<Scalar>> ideal_columns(
+    const std::optional<calibration::Calibration<Scalar>>& known) {
     if (!known) {
         return std::nullopt;
     }

@@ -92,7 +92,8 @@ void Recorder::append(RecordFile file, const std::string& line) {
 
 std::string Recorder::complaint() const {
     const std::string why = why_.empty() ? journal_.why() : why_;
-    const char* const rest = fs::exists(fs::path(folder_) / kDescriptionFile) ? "what is there can be replayed" : "nothing can be replayed";
+    const char* const rest =
+        fs::exists(fs::path(folder_) / kDescriptionFile) ? "what is there can be replayed" : "nothing can be replayed";
     return fmt::format("{}: recording ended early ({}); {}", folder_, why, rest);
 }
 
