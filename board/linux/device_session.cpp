@@ -248,8 +248,10 @@ SessionEvent DeviceSession::take_column(const hal::ReceivedMessage& message) {
     if (!in_order(columns_, m.sequence, counters_.lost_columns)) {
         return SessionEvent::none;
     }
-    window_over_ = window_over_ || m.time_us != window_us_;  // columns of one window have one time
-    window_us_ = m.time_us;
+    if (m.time_us != window_us_) {  // columns of one window have one time
+        window_us_ = m.time_us;
+        window_over_ = true;
+    }
     clock_map_.observe(m.time_us, message.host_time_us);
     if (const WireError error = protocol::from_message(m, column_); error != WireError::none) {
         return refuse(error);

@@ -21,11 +21,13 @@ std::size_t encoded_bytes(const Message& message) {
 
 namespace detail {
 
-// A field is named by its place in a schema, so that all about it is known to the compiler and no table of it lies in flash.
+// A field is named by its place in a schema, so that all about it is known to the compiler and no table of it lies in flash. It
+// is referred to and not copied: through a copy's pointer to a member of the stamp, GCC 12 takes the member for another's at -O2,
+// and loses what was read into it.
 
 template <const auto& fields, std::size_t place, typename Message>
 void put_field(const Message& message, std::uint8_t*& at) {
-    constexpr auto kField = std::get<place>(fields);
+    constexpr const auto& kField = std::get<place>(fields);
     const auto put_one = [&](auto value) {
         put(at, kField.info.type, value);
         at += size_of(kField.info.type);
@@ -54,7 +56,7 @@ bool is_within(Value value, double low, double high) {
 
 template <const auto& fields, std::size_t place, typename Message>
 bool get_field(Message& message, const std::uint8_t*& at) {
-    constexpr auto kField = std::get<place>(fields);
+    constexpr const auto& kField = std::get<place>(fields);
     bool possible = true;
     const auto get_one = [&](auto& value) {
         value = get<std::remove_reference_t<decltype(value)>>(at, kField.info.type);
