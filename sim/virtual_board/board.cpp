@@ -99,6 +99,9 @@ VirtualBoard::VirtualBoard(std::span<const std::uint8_t> image, const sim::Scena
             throw RunFailure("FDCAN2 sends, but PB5 and PB6 are not its pins (AF9, UCPD1_DBDIS)");
         }
     };
+    for (std::size_t n = 0; n < kChannels; ++n) {
+        adcs_[n]->on_result = [this, n](std::uint32_t result) { record(n, result); };
+    }
     machine.on_reset_request = [this] { restart(std::exchange(cause_, ResetCause::software)); };
     machine.load(image);
     put_idle_loop(machine.memory);
@@ -177,6 +180,21 @@ void VirtualBoard::restart(ResetCause cause) {
 }
 
 void VirtualBoard::hang(bool with_interrupts) { machine.cpu.jump(Memory::kFlashBase + kIdleLoop, !with_interrupts); }
+
+/// The reference's converter is the last to end.
+void VirtualBoard::record(std::size_t channel, std::uint32_t result) {
+    sample_.codes[channel] = static_cast<std::uint16_t>(result);
+    if (channel != kReferenceChannel || !on_sample) {
+        return;
+    }
+    sample_.time = machine.now();
+    sample_.gain = static_cast<std::uint8_t>(opamp_.gain(kSensors[0].amplifier));
+    sample_.driven = 0;
+    for (unsigned j = 0; j < kSourceCoils; ++j) {
+        sample_.driven = static_cast<std::uint8_t>(sample_.driven | flag(gpio('C').drives_high(kEnablePins[j]), j));
+    }
+    on_sample(sample_);
+}
 
 void VirtualBoard::see_outputs() {
     bench.advance(now_s());

@@ -35,7 +35,7 @@ struct SampleRecord {
     Ticks time = 0;
     std::array<std::uint16_t, kChannels> codes{};  // sensor coils 1-3, reference
     std::uint8_t gain = 0;                         // of the op-amps
-    std::uint8_t driven = 0;                       // bit per source coil
+    std::uint8_t driven = 0;                       // enable lines that are high: a bit per source coil
 };
 
 class VirtualBoard {
@@ -57,7 +57,7 @@ public:
     [[nodiscard]] bool led() const { return gpio('C').drives_high(10); }
     [[nodiscard]] bool usb_is_attached() const { return usb.is_attached(); }
 
-    /// Sees each set of samples that went to memory; may not be set.
+    /// Sees each set of results of the converters; may not be set.
     std::function<void(const SampleRecord&)> on_sample;
     /// The main program does nothing any more; interrupts go on unless they are masked too.
     void hang(bool with_interrupts);
@@ -87,6 +87,7 @@ private:
     void trigger();
     void drive();
     void see_outputs();
+    void record(std::size_t channel, std::uint32_t result);
     [[nodiscard]] std::uint32_t code_of(unsigned channel);
     void restart(ResetCause cause);
 

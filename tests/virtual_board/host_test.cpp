@@ -1,0 +1,149 @@
+// The same samples through the flash image and through the same application on this machine: the same poses.
+#include <gmock/gmock.h>
+
+#include <bit>
+#include <cstdlib>
+
+#include "board/app/tracker_device.hpp"
+#include "board/nucleo_g474re/measuring.hpp"
+#include "sim/hal/simulated_processor.hpp"
+#include "sim/hal/simulated_storage.hpp"
+#include "tests/virtual_board/board_bench.hpp"
+
+namespace tricoil {
+namespace {
+
+using test::BoardBench;
+using virtual_board::SampleRecord;
+
+constexpr std::size_t kBlock = 100;
+constexpr std::int32_t kMiddle = 2048 * 8;
+constexpr std::uint64_t kHalfTriggersPerBlock = 2 * kBlock * 8;
+
+/// Nearest microsecond to a number of half triggers of 295 / 170 MHz.
+Microseconds time_of(std::uint64_t half_triggers) {
+    return Microseconds{static_cast<std::int64_t>((half_triggers * 295 + 170) / 340)};
+}
+
+/// What the board's converters gave, block by block, as its own sampler tells it.
+class RecordedSampler final : public hal::CoilSampler {
+public:
+    RecordedSampler(const std::vector<SampleRecord>& records, sim::SimulatedClock& clock) : records_(records), clock_(clock) {}
+    [[nodiscard]] bool is_over() const { return (sequence_ + 1) * kBlock > records_.size(); }
+
+private:
+    Status do_start(const signal::AcquisitionPlan&) override {
+        start_ = clock_.now();
+        return {};
+    }
+    Status do_poll(SampleBlock& block) override {
+        if (is_over()) {
+            return {StatusCode::end_of_stream, "no more was recorded"};
+        }
+        const auto records = std::span(records_).subspan(sequence_ * kBlock, kBlock);
+        for (std::size_t n = 0; n < kBlock; ++n) {
+            for (std::size_t c = 0; c < kChannels; ++c) {
+                samples_[n][c] = std::int32_t{records[n].codes[c]} - kMiddle;
+            }
+        }
+        const SampleRecord& middle = records[kBlock / 2];
+        block = SampleBlock{};
+        block.state = middle.driven == 0 ? Excitation::off : single_coil(std::countr_zero(middle.driven));
+        block.gain_step = static_cast<std::uint8_t>(std::countr_zero(middle.gain));
+        block.scale = 3.3F / 4096 / 8;
+        block.full_scale = 2047 * 8;
+        block.start = start_ + time_of(sequence_ * kHalfTriggersPerBlock);
+        block.midpoint = start_ + time_of(sequence_ * kHalfTriggersPerBlock + kHalfTriggersPerBlock / 2);
+        block.sequence = static_cast<std::uint32_t>(sequence_++);
+        block.samples = samples_;
+        clock_.advance(kBlock);
+        return {};
+    }
+    void do_stop() override {}
+
+    const std::vector<SampleRecord>& records_;
+    sim::SimulatedClock& clock_;
+    DeviceTime start_{};
+    std::size_t sequence_ = 0;
+    std::array<Sample, kBlock> samples_{};
+};
+
+/// Poses that the application, built for this machine, makes of them.
+std::vector<protocol::PoseMessage> poses_of(const std::vector<SampleRecord>& records) {
+    sim::SimulatedClock clock;
+    clock.begin(nucleo_g474re::kSampleRateHz);
+    RecordedSampler sampler(records, clock);
+    sim::SimulatedCoilDriver coils;
+    sim::SimulatedGain gain(signal::GainSteps<double>{}, 7);
+    sim::SimulatedStorage storage(2, 2048);
+    sim::SimulatedWatchdog watchdog(clock);
+    sim::SimulatedSystem system(clock);
+    sim::SimulatedIndicator indicator;
+    sim::SimulatedHeartbeat heartbeat;
+    sim::MemoryPort device_end(4096);
+    test::HostEnd host(device_end);
+    const std::array<hal::MessagePort*, 1> ports{&device_end};
+    app::TrackerDevice device({clock, coils, sampler, gain, heartbeat, storage, watchdog, system, indicator, ports},
+                              nucleo_g474re::device_params(1, 0));
+    device.boot();
+    device.step();  // opens its ports
+    host.hello();
+    host.start();
+    for (std::size_t n = 0; n < 20 + records.size() / kBlock && !sampler.is_over(); ++n) {
+        if (n % 16 == 0) {
+            host.keep_alive();
+        }
+        device.step();
+        host.listen();
+    }
+    EXPECT_EQ(device.state(), protocol::DeviceState::running) << "faults " << device.faults().bits();
+    return host.poses;
+}
+
+template <typename Array>
+std::int64_t largest_difference(const Array& a, const Array& b) {
+    std::int64_t largest = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        largest = std::max(largest, std::abs(std::int64_t{a[i]} - std::int64_t{b[i]}));
+    }
+    return largest;
+}
+
+/// Not to the last bit: sines and roots of this machine's library and of the board's round differently, and compilers may add
+/// floats in another order. Units are the wire's: 0.1 um of position, 1.25e-7 of the quaternion.
+TEST(SameSamples, GiveTheSamePosesOnThisMachine) {
+    BoardBench bench;
+    std::vector<SampleRecord> records;
+    bench.board->on_sample = [&](const SampleRecord& record) {
+        const bool begins = !records.empty() && record.time - records.back().time > virtual_board::ticks(1e-3);
+        if (begins) {
+            records.clear();
+        }
+        records.push_back(record);
+    };
+    bench.start({test::on_serial});
+    bench.run(1);
+    const auto& board = bench.host().poses;
+    const auto here = poses_of(records);
+    ASSERT_GT(board.size(), 600U);
+    ASSERT_GE(here.size() + 2, board.size());
+    const std::size_t count = std::min(here.size(), board.size());
+    std::size_t equal = 0;
+    std::int64_t position = 0;
+    std::int64_t quaternion = 0;
+    const std::int64_t shift_us = board[0].time_us - here[0].time_us;
+    for (std::size_t n = 0; n < count; ++n) {
+        ASSERT_EQ(board[n].time_us - here[n].time_us, shift_us) << n;
+        ASSERT_EQ(board[n].flags, here[n].flags) << n;
+        position = std::max(position, largest_difference(board[n].position, here[n].position));
+        quaternion = std::max(quaternion, largest_difference(board[n].quaternion, here[n].quaternion));
+        equal += board[n].position == here[n].position && board[n].quaternion == here[n].quaternion ? 1 : 0;
+    }
+    std::printf("%zu of %zu poses equal in every digit; largest difference %ld units of position, %ld of quaternion\n", equal,
+                count, static_cast<long>(position), static_cast<long>(quaternion));
+    EXPECT_LE(position, 20);
+    EXPECT_LE(quaternion, 20);
+}
+
+}  // namespace
+}  // namespace tricoil
