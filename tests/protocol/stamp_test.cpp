@@ -8,7 +8,8 @@ namespace {
 
 template <typename Message>
 class Stamps : public ::testing::Test {};
-using Every = ::testing::Types<CommandMessage, AckMessage, StatusMessage, ColumnMessage, PoseMessage, IdentifyMessage, CheckMessage>;
+using Every =
+    ::testing::Types<CommandMessage, AckMessage, StatusMessage, ColumnMessage, PoseMessage, IdentifyMessage, CheckMessage>;
 TYPED_TEST_SUITE(Stamps, Every);
 
 TYPED_TEST(Stamps, ComeThrough) {
@@ -17,6 +18,9 @@ TYPED_TEST(Stamps, ComeThrough) {
     sent.time_us = 4167;
     if constexpr (requires { sent.opcode; }) {
         sent.opcode = 2;
+    }
+    if constexpr (requires { sent.count; }) {
+        sent.count = 1;
     }
     if constexpr (requires { sent.sigma; }) {
         sent.sigma = {1e-6F, 1e-6F, 1e-6F};
