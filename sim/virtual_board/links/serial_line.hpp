@@ -22,7 +22,7 @@ public:
     /// Queued; a byte reaches the board each byte's time. What it cannot take when it is not listening is lost.
     void send(std::span<const std::uint8_t> bytes) {
         outgoing_.insert(outgoing_.end(), bytes.begin(), bytes.end());
-        if (!next_.is_due()) {
+        if (!outgoing_.empty() && !next_.is_due()) {
             pace();
         }
     }
