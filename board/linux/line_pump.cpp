@@ -18,6 +18,8 @@ namespace {
 constexpr std::size_t kPortion = 4096;  // what a pipe that has room is sure to take (PIPE_BUF)
 constexpr int kPollMs = 100;
 constexpr std::chrono::seconds kPatience{2};
+constexpr std::chrono::milliseconds kPause{
+    25};  // lines are written together: a system call for each would cost more than the pose
 
 int make_file(const std::string& path) {
     const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
@@ -37,19 +39,16 @@ LinePump::LinePump(int descriptor, std::string name)
 LinePump::~LinePump() { close(); }
 
 void LinePump::push(std::string_view line) {
-    {
-        const std::lock_guard lock(mutex_);
-        if (error_ != 0 || size_ + line.size() > ring_.size()) {
-            ++dropped_;
-            return;
-        }
-        const std::size_t end = (begin_ + size_) % ring_.size();
-        const std::size_t first = std::min(line.size(), ring_.size() - end);
-        std::copy_n(line.begin(), first, ring_.begin() + static_cast<std::ptrdiff_t>(end));
-        std::copy(line.begin() + first, line.end(), ring_.begin());
-        size_ += line.size();
+    const std::lock_guard lock(mutex_);
+    if (error_ != 0 || size_ + line.size() > ring_.size()) {
+        ++dropped_;
+        return;
     }
-    wake_.notify_one();
+    const std::size_t end = (begin_ + size_) % ring_.size();
+    const std::size_t first = std::min(line.size(), ring_.size() - end);
+    std::copy_n(line.begin(), first, ring_.begin() + static_cast<std::ptrdiff_t>(end));
+    std::copy(line.begin() + first, line.end(), ring_.begin());
+    size_ += line.size();
 }
 
 bool LinePump::is_unread() const {
@@ -61,8 +60,11 @@ void LinePump::run() {
     std::array<char, kPortion> portion{};
     std::unique_lock lock(mutex_);
     for (;;) {
-        wake_.wait(lock, [&] { return size_ > 0 || closing_; });
-        if (size_ == 0 || error_ != 0 || (closing_ && std::chrono::steady_clock::now() > deadline_)) {
+        if (size_ == 0 && !closing_) {
+            wake_.wait_for(lock, kPause, [&] { return closing_; });
+            continue;
+        }
+        if (size_ == 0 || (closing_ && std::chrono::steady_clock::now() > deadline_)) {
             return;
         }
         const std::size_t count = std::min({size_, portion.size(), ring_.size() - begin_});
