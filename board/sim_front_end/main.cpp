@@ -10,6 +10,7 @@
 
 #include "board/host/errors.hpp"
 #include "board/linux/device_uri.hpp"
+#include "board/process/command_line.hpp"
 #include "board/process/interrupt.hpp"
 #include "board/sim_front_end/gpio_watch.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
@@ -203,16 +204,7 @@ int main_program(int argc, char** argv) {
     program.add_option("--stall-slot", o.stall_slot, "After so many slots")->capture_default_str();
     program.add_option("--linger-ms", o.linger_ms, "Stay on the link so long after the last slot")->capture_default_str();
     program.add_option("--report", o.report, "Write the closing report to this file");
-    try {
-        program.parse(argc, argv);
-    } catch (const CLI::ParseError& error) {
-        if (error.get_exit_code() == 0) {
-            program.exit(error);
-            return 0;
-        }
-        throw host::InputError(error.what());
-    }
-    return run(o);
+    return host::parse_command_line(program, argc, argv) ? run(o) : to_int(host::ExitCode::fine);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "board/host/errors.hpp"
+#include "board/process/command_line.hpp"
 #include "board/process/interrupt.hpp"
 #include "board/virtual_board/bridges.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
@@ -218,16 +219,7 @@ int main_program(int argc, char** argv) {
     }
     program.add_option("--fault", o.faults, faults);
     program.footer("Exit codes: 0 fine, 1 the firmware failed, 2 bad usage or input, 3 an interface failed.");
-    try {
-        program.parse(argc, argv);
-    } catch (const CLI::ParseError& error) {
-        if (error.get_exit_code() == 0) {
-            program.exit(error);
-            return 0;
-        }
-        throw host::InputError(error.what());
-    }
-    return run(o);
+    return host::parse_command_line(program, argc, argv) ? run(o) : to_int(host::ExitCode::fine);
 }
 
 int complain(const std::exception& error, host::ExitCode code) {

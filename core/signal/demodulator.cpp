@@ -21,6 +21,7 @@ Demodulator<Scalar>::Demodulator(const AcquisitionPlan& plan, const DemodulatorP
     : plan_(plan), params_(params), noise_estimator_(plan) {
     for (std::size_t j = 0; j < static_cast<std::size_t>(plan.carriers()); ++j) {
         oscillators_[j] = Oscillator<Scalar>(plan.window_cycles[j], plan.window_samples);
+        carrier_rad_s_[j] = 2 * std::numbers::pi_v<Scalar> * static_cast<Scalar>(plan.params.carrier_hz[j]);
     }
     const double middle_samples = plan.params.guard_samples + 0.5 * (plan.window_samples - 1);
     midpoint_offset_ = microseconds_from_seconds(middle_samples / plan.params.sample_rate_hz);
@@ -88,8 +89,7 @@ void Demodulator<Scalar>::update_noise(std::span<const Sample> window) {
 template <typename Scalar>
 std::complex<Scalar> Demodulator<Scalar>::response(const SampleBlock& block, int carrier, std::size_t coil) const {
     const auto j = static_cast<std::size_t>(carrier);
-    const Scalar w_rad_s = 2 * std::numbers::pi_v<Scalar> * static_cast<Scalar>(plan_.params.carrier_hz[j]);
-    const std::complex<Scalar> gain = params_.gain_steps[block.gain_step].response(coil, w_rad_s);
+    const std::complex<Scalar> gain = params_.gain_steps[block.gain_step].response(coil, carrier_rad_s_[j]);
     const std::complex<Scalar> channel = params_.response[j][coil];
     return multiply(channel, gain);
 }

@@ -69,6 +69,7 @@ private:
     AcquisitionPlan plan_;
     DemodulatorParams<Scalar> params_;
     std::array<Oscillator<Scalar>, kSourceCoils> oscillators_;
+    std::array<Scalar, kSourceCoils> carrier_rad_s_{};
     NoiseEstimator<Scalar> noise_estimator_;
     std::array<Scalar, kChannels> sample_power_{};  // running noise power per channel, codes squared
     bool has_noise_ = false;

@@ -5,88 +5,23 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "core/calibration/blob.hpp"
 #include "core/geometry/angles.hpp"
+#include "tests/device/device_fixture.hpp"
 #include "tests/device/loaded_bus.hpp"
-#include "tests/device/program.hpp"
-#include "tests/device/reference.hpp"
-#include "tests/drivers/gpio_trace.hpp"
 
 namespace tricoil {
 namespace {
 
 using nlohmann::json;
+using test::Device;
+using test::judge;
+using test::Judged;
+using test::kFrontEnd;
+using test::kTricoil;
+using test::kWrongMm;
 using test::Program;
-
-const std::string kFrontEnd = TRICOIL_FRONT_END;
-const std::string kTricoil = TRICOIL_PROGRAM;
-
-struct Judged {
-    std::size_t valid = 0;
-    std::size_t invalid = 0;
-    double worst_mm = 0;
-};
-
-/// Every valid pose against the truth at its own time.
-Judged judge(const std::string& csv) {
-    const sim::ColumnSource world(sim::FrontEndParams{});
-    Judged judged;
-    const auto rows = test::lines(test::read_text(csv));
-    for (std::size_t i = 1; i < rows.size(); ++i) {
-        std::vector<double> fields;
-        std::istringstream row(rows[i]);
-        for (std::string field; std::getline(row, field, ',');) {
-            fields.push_back(std::stod(field));
-        }
-        if (fields.at(16) == 0) {
-            ++judged.invalid;
-            continue;
-        }
-        ++judged.valid;
-        const Vec3<double> position(fields[3], fields[4], fields[5]);
-        const auto truth = world.scenario().motion->at(1e-6 * fields[1]);
-        judged.worst_mm = std::max(judged.worst_mm, 1e3 * (position - truth.position_m).norm());
-    }
-    return judged;
-}
-
-constexpr double kWrongMm = 25;  // the hand's noise and skew stay below half of it; a wrong coil or sign costs ten times as much
-
-class Device : public ::testing::Test {
-protected:
-    void SetUp() override {
-        test::shell("ip link set vcan0 up");
-        std::filesystem::remove("/run/poses.csv");
-    }
-
-    /// The front end with these options, on CAN.
-    static std::string front_end(const std::string& options) {
-        return kFrontEnd + " --link can:vcan0 --report /run/report.json " + options + " 2>/run/front-end.err";
-    }
-    /// The tracker's last line as JSON.
-    static json summary() {
-        const auto output = test::lines(test::read_text("/run/tricoil.out"));
-        return output.empty() ? json() : json::parse(output.back());
-    }
-    static json report() { return json::parse(test::read_text("/run/report.json")); }
-    static std::string tricoil(const std::string& options) {
-        return kTricoil + " run --json --out /run/poses.csv " + options + " >/run/tricoil.out 2>/run/tricoil.err";
-    }
-    static std::string complaints() { return test::read_text("/run/tricoil.err"); }
-
-    /// A run through faults: both programs, to the end.
-    static json run_with(const std::string& front_end_options, double duration_s = 2) {
-        Program peer(front_end("--duration 6 " + front_end_options));
-        Program tracker(tricoil("--device can:vcan0 --duration " + std::to_string(duration_s)));
-        EXPECT_EQ(tracker.wait(), 0) << complaints();
-        const Judged judged = judge("/run/poses.csv");
-        EXPECT_GT(judged.valid, 100U);
-        EXPECT_LT(judged.worst_mm, kWrongMm);
-        return summary();
-    }
-};
 
 TEST_F(Device, TracksOverCanToTheLastBitWithoutLoss) {
     Program peer(front_end("--duration 6"));
@@ -149,149 +84,6 @@ TEST_F(Device, ShowsWhatATrackerBoardSends) {
     EXPECT_GT(judged.valid, 600U);
     EXPECT_LT(judged.worst_mm, kWrongMm);
     test::shell("cp /run/tricoil.out $OUT/tracker-board.json");
-}
-
-// This machine's kernel takes the test kernel's turn away for 50 ms a second when it wants all of a CPU: poses that must be equal
-// in every digit need an enable that lasts longer, and what is off in time is off that much later.
-const std::string kPatientEnable = "--hold-ms 3000 --patience-ms 3000 --watchdog-us 3000000 ";
-constexpr double kTurnMs = 50 + 15;
-
-class Lines : public Device {
-protected:
-    static std::string config(const std::string& more = "") {
-        test::write_text(
-            "/run/board.toml",
-            "device = \"can:vcan0\"\n[coils]\nchip = \"tracker-sim\"\ns1 = \"coil_s1\"\ns2 = \"coil_s2\"\ns3 = \"coil_s3\"\n"
-            "heartbeat = \"heartbeat\"\n" +
-                more);
-        return "--config /run/board.toml ";
-    }
-    static std::string watched() { return "--gpio " + std::string(std::getenv("GPIO_SIM")) + " --heartbeat "; }
-};
-
-TEST_F(Lines, FollowTheStatesInTurnAndThePosesAreTheSame) {
-    const test::GpioTrace trace;
-    Program peer(front_end(watched() + kPatientEnable + "--duration 4 --linger-ms 500"));
-    Program tracker(tricoil(config() + "--duration 2"));
-    ASSERT_EQ(tracker.wait(), 0) << complaints();
-    test::expect_equal_poses("/run/poses.csv", {}, 2, 1400);
-    const auto changes = trace.changes();
-    EXPECT_GE(changes.size(), 2U * 1440);
-    EXPECT_EQ(test::lines_on(changes).most, 1) << "old off, then new on";
-    EXPECT_EQ(test::lines_on(changes).at_end, 0) << "off at the exit";
-    test::pause_ms(100);
-    peer.send(SIGTERM);
-    peer.wait();
-    const json gpio = report()["gpio"];
-    EXPECT_GE(gpio["turned_on"], 1440);
-    EXPECT_EQ(gpio["several_on"], 0);
-    EXPECT_EQ(gpio["out_of_turn"], 0);
-    EXPECT_EQ(report()["transitions"], 0);
-}
-
-TEST_F(Lines, FollowTheSyncLine) {
-    Program peer(front_end(watched() + kPatientEnable + "--sync --duration 4 --linger-ms 500"));
-    Program tracker(tricoil(config("sync = \"sync\"\n") + "--duration 2"));
-    ASSERT_EQ(tracker.wait(), 0) << complaints();
-    test::expect_equal_poses("/run/poses.csv", {}, 2, 1400);
-    const json s = summary();
-    EXPECT_GE(s["sync_edges"], 1440);
-    EXPECT_GE(s["excitations"], 1440);
-    EXPECT_LE(s["excitations"], s["sync_edges"].get<int>() + 1) << "one at the start, then one for each edge";
-    EXPECT_EQ(s["columns_lost"], 0);
-    test::pause_ms(100);
-    peer.send(SIGTERM);
-    peer.wait();
-    EXPECT_EQ(report()["gpio"]["several_on"], 0);
-    EXPECT_EQ(report()["gpio"]["out_of_turn"], 0);
-    EXPECT_EQ(report()["transitions"], 0);
-}
-
-TEST_F(Lines, AColumnThatEchoesAnotherStateIsRefused) {
-    Program peer(front_end(watched() + kPatientEnable + "--duration 4 --fault misecho@100-119 --fault misstate@300-319"));
-    Program tracker(tricoil(config() + "--duration 2"));
-    ASSERT_EQ(tracker.wait(), 0) << complaints();
-    EXPECT_LT(judge("/run/poses.csv").worst_mm, kWrongMm);
-    EXPECT_EQ(summary()["refused"]["transition"], 40);
-    EXPECT_EQ(summary()["starts"], 1);
-    EXPECT_THAT(complaints(), ::testing::HasSubstr("measured while the coils changed"));
-}
-
-TEST_F(Lines, ColumnsMeasuredWhileTheHostWasAwayAreRefused) {
-    Program peer(front_end(watched() + "--hold-ms 2000 --watchdog-us 2000000 --duration 60"));
-    Program tracker(tricoil(config()));
-    ASSERT_TRUE(test::eventually([] { return test::lines(test::read_text("/run/poses.csv")).size() > 100; })) << complaints();
-    tracker.send(SIGSTOP);  // the front end waits for its coils, then measures without
-    test::pause_ms(450);
-    tracker.send(SIGCONT);
-    test::pause_ms(300);
-    tracker.send(SIGTERM);
-    ASSERT_EQ(tracker.wait(), 0) << complaints();
-    peer.send(SIGTERM);
-    peer.wait();
-    EXPECT_GE(report()["transitions"], 1);
-    EXPECT_GE(summary()["refused"]["transition"], 1);
-    EXPECT_LT(judge("/run/poses.csv").worst_mm, kWrongMm);
-}
-
-TEST_F(Lines, AreOffAfterSigtermAndTheEnableDropsAfterSigkill) {
-    for (const int signal : {SIGTERM, SIGINT, SIGQUIT, SIGHUP, SIGKILL}) {
-        const test::GpioTrace trace;
-        std::filesystem::remove("/run/poses.csv");
-        Program peer(front_end(watched() + "--duration 60 --watchdog-us 60000"));
-        Program tracker(tricoil(config()));
-        ASSERT_TRUE(test::eventually([] { return test::lines(test::read_text("/run/poses.csv")).size() > 50; })) << complaints();
-        tracker.send(signal);
-        EXPECT_EQ(tracker.wait(), signal == SIGKILL ? 128 + SIGKILL : 0);
-        test::pause_ms(500);
-        peer.send(SIGTERM);
-        peer.wait();
-        const json r = report();
-        EXPECT_EQ(r["gpio"]["enabled_at_end"], false) << signal;
-        EXPECT_EQ(r["coils_on"], false);
-        if (signal == SIGKILL) {
-            EXPECT_GE(r["watchdogs"], 1);
-            EXPECT_LT(r["coils_off_after_ms"], 60 + kTurnMs);
-            EXPECT_LT(r["gpio"]["enable_dropped_after_ms"], 47 + kTurnMs);
-            std::printf("killed: front end off after %.1f ms, enable dropped after %.1f ms\n",
-                        r["coils_off_after_ms"].get<double>(), r["gpio"]["enable_dropped_after_ms"].get<double>());
-        } else {
-            EXPECT_EQ(test::lines_on(trace.changes()).at_end, 0) << signal;
-        }
-        test::shell("gpioset tracker-sim 0=0 1=0 2=0");
-    }
-}
-
-TEST_F(Lines, AreOffHoweverTheOutputEnds) {
-    const auto ends = [&](const std::string& command, int signal_after_ms, const std::string& what) {
-        const test::GpioTrace trace;
-        Program peer(front_end(watched() + kPatientEnable + "--duration 60"));
-        Program tracker(command);
-        if (signal_after_ms > 0) {
-            test::pause_ms(signal_after_ms);
-            test::shell("pkill -TERM -x tricoil");
-        }
-        tracker.wait();
-        EXPECT_TRUE(test::eventually([] { return std::system("pgrep -x tricoil >/dev/null") != 0; })) << what;
-        const auto changes = trace.changes();
-        EXPECT_GT(changes.size(), 100U) << what;
-        EXPECT_EQ(test::lines_on(changes).at_end, 0) << what;
-        peer.send(SIGTERM);
-        peer.wait();
-    };
-    const std::string run = kTricoil + " run --json " + config();
-    ends("sh -c '" + run + "2>/dev/null | head -n 200 >/dev/null'", 0, "a reader that goes away");
-    ends("sh -c '" + run + "2>/dev/null | sleep 6'", 3000, "a reader that does not read, and SIGTERM");
-    ends("sh -c 'ulimit -f 40; " + run + "--duration 2 --out /run/poses.csv >/dev/null 2>&1'", 0, "a file that grows too long");
-}
-
-TEST_F(Lines, ThatAreTakenEndTheProgramWithOneLine) {
-    Program holder("gpioset --mode=signal tracker-sim 1=0");
-    test::pause_ms(100);
-    Program tracker(tricoil(config()));
-    EXPECT_EQ(tracker.wait(), 3);
-    EXPECT_EQ(complaints(),
-              "tricoil: GPIO line 'coil_s2' of 'tracker-sim' is in use by 'gpioset'; end that program, or choose another line\n");
 }
 
 TEST_F(Device, LostColumnsAreCounted) {

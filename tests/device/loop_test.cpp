@@ -6,6 +6,7 @@
 
 #include "board/linux/device_loop.hpp"
 #include "core/protocol/convert.hpp"
+#include "tests/device/column_message.hpp"
 #include "tests/protocol/random_messages.hpp"
 
 namespace tricoil::linux_board {
@@ -93,13 +94,7 @@ protected:
     }
 
     void column(int coil, std::uint32_t state_sequence) {
-        protocol::ColumnMessage m;
-        m.sequence = next++;
-        m.time_us = 1389 * static_cast<std::int64_t>(next);
-        m.state = static_cast<std::uint8_t>(coil);
-        m.state_sequence = state_sequence;
-        m.sigma = {1e-6F, 1e-6F, 1e-6F};
-        port.say(m);
+        port.say(test::column_message(next++, coil, state_sequence));
         loop->step();
     }
 

@@ -3,11 +3,13 @@
 #include <gmock/gmock.h>
 
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "core/calibration/blob.hpp"
 #include "tests/device/program.hpp"
 #include "tests/device/reference.hpp"
+#include "tests/support/csv_table.hpp"
 
 namespace tricoil {
 namespace {
@@ -15,13 +17,21 @@ namespace {
 using nlohmann::json;
 using test::Program;
 
-std::vector<double> numbers(const std::string& row) {
-    std::vector<double> fields;
-    std::istringstream stream(row);
-    for (std::string field; std::getline(stream, field, ',');) {
-        fields.push_back(std::stod(field));
+test::CsvTable table(const std::string& path) { return test::CsvTable(test::read_text(path)); }
+
+Vec3<double> position(const test::CsvTable& poses, std::size_t row) {
+    return {poses.number(row, "x_m"), poses.number(row, "y_m"), poses.number(row, "z_m")};
+}
+
+/// Rows of valid poses by their times: a process that is kept from running may get or give other rows in between.
+std::map<std::int64_t, std::size_t> valid_rows(const test::CsvTable& poses) {
+    std::map<std::int64_t, std::size_t> found;
+    for (std::size_t row = 0; row < poses.rows(); ++row) {
+        if (poses.text(row, "valid") == "1") {
+            found[std::stoll(poses.text(row, "time_us"))] = row;
+        }
     }
-    return fields;
+    return found;
 }
 
 class Pty : public ::testing::Test {
@@ -154,10 +164,9 @@ TEST_F(Pty, AnswersOfATrackerAreTurnedAndSentToTheOtherSide) {
     ASSERT_EQ(tricoil("device boresight " + device), 0) << err;
     ASSERT_EQ(tricoil("device hemisphere --towards -1,0,0 " + device), 0) << err;
     ASSERT_EQ(tricoil("run --device " + device + " --duration 0.5 --out " + in("poses.csv")), 0) << err;
-    const auto rows = test::lines(test::read_text(in("poses.csv")));
-    ASSERT_GT(rows.size(), 10U);
-    const auto pose = numbers(rows.back());
-    EXPECT_LT(pose[3], 0) << rows.front() << "\n" << rows.back();
+    const auto poses = table(in("poses.csv"));
+    ASSERT_GT(poses.rows(), 10U);
+    EXPECT_LT(poses.number(poses.rows() - 1, "x_m"), 0);
     EXPECT_EQ(tricoil("device hemisphere --towards 1,2 " + device), 2);
     EXPECT_EQ(tricoil("device hemisphere --towards nan,0,0 " + device), 2);
     ASSERT_EQ(tricoil("device boresight --clear " + device), 0) << err;
@@ -267,17 +276,19 @@ TEST_F(Pty, TheConfigurationsCalibrationReachesTheTracker) {
     peer->wait();
     plug_in("--duration 4");
     ASSERT_EQ(tricoil("run --device " + device + " --duration 1 --out " + in("plain.csv")), 0) << err;
-    const auto turned = test::lines(test::read_text(in("turned.csv")));
-    const auto plain = test::lines(test::read_text(in("plain.csv")));
-    ASSERT_GT(turned.size(), 600U);
+    const auto turned = table(in("turned.csv"));
+    const auto plain = table(in("plain.csv"));
+    const auto plain_rows = valid_rows(plain);
+    std::size_t compared = 0;
     double worst_um = 0;
-    for (std::size_t i = 1; i < std::min(turned.size(), plain.size()); ++i) {
-        const auto a = numbers(turned[i]);
-        const auto b = numbers(plain[i]);
-        const Vec3<double> difference = Vec3<double>(a[3], a[4], a[5]) - turn * Vec3<double>(b[3], b[4], b[5]);
-        worst_um = std::max(worst_um, 1e6 * difference.norm());
+    for (const auto& [time_us, row] : valid_rows(turned)) {
+        if (const auto other = plain_rows.find(time_us); other != plain_rows.end()) {
+            worst_um = std::max(worst_um, 1e6 * (position(turned, row) - turn * position(plain, other->second)).norm());
+            ++compared;
+        }
     }
-    std::printf("turned by the calibration: %zu poses, at most %.2f um from the turned ones\n", turned.size() - 1, worst_um);
+    std::printf("turned by the calibration: %zu poses, at most %.2f um from the turned ones\n", compared, worst_um);
+    EXPECT_GT(compared, 200U);
     EXPECT_LT(worst_um, 1) << "the wire's rounding";
 }
 
@@ -294,17 +305,22 @@ TEST_F(Pty, ARecordingHoldsWhatWasMeasuredAndTheCalibration) {
     const json description = json::parse(test::read_text(recording + "/recording.json"));
     EXPECT_DOUBLE_EQ(description["trackers"]["calibration"]["source_moment"][0][0], 6.75e-3 * turn(0, 0));
     EXPECT_EQ(description["source"]["calibration_file"], in("cal.toml"));
-    const auto inputs = test::lines(test::read_text(recording + "/inputs.csv"));
-    std::istringstream column(inputs.at(2));  // after the header and `begin`
-    std::vector<std::string> fields;
-    for (std::string field; std::getline(column, field, ',');) {
-        fields.push_back(field);
+    const auto inputs = table(recording + "/inputs.csv");
+    std::size_t column = 0;
+    while (inputs.text(column, "kind") != "column") {
+        ++column;
     }
-    EXPECT_LT(std::abs(std::stod(fields.at(7))), 0.5) << "a coupling, not one of ideal coils with C = 1: as it was measured";
-    const auto recorded = numbers(test::lines(test::read_text(recording + "/poses.csv")).at(10));
-    const auto delivered = numbers(test::lines(test::read_text(in("poses.csv"))).at(10));
-    EXPECT_NEAR(recorded.at(6), delivered.at(3), 1e-6) << "one frame for all outputs";
-    EXPECT_NEAR(recorded.at(7), delivered.at(4), 1e-6);
+    EXPECT_LT(std::abs(inputs.number(column, "in_phase_1")), 0.5)
+        << "a coupling, not one of ideal coils with C = 1: as it was measured";
+    const auto recorded = table(recording + "/poses.csv");
+    const auto delivered = table(in("poses.csv"));
+    const auto recorded_rows = valid_rows(recorded);
+    ASSERT_GT(recorded_rows.size(), 100U);
+    for (const auto& [time_us, row] : valid_rows(delivered)) {
+        ASSERT_TRUE(recorded_rows.contains(time_us));
+        EXPECT_LT((position(recorded, recorded_rows.at(time_us)) - position(delivered, row)).norm(), 1e-6)
+            << "one frame for all outputs";
+    }
     EXPECT_EQ(tricoil("replay " + recording), 0) << err;
     EXPECT_THAT(out, ::testing::HasSubstr("bit for bit"));
 }

@@ -3,6 +3,7 @@
 
 #include "board/linux/device_session.hpp"
 #include "core/protocol/convert.hpp"
+#include "tests/device/column_message.hpp"
 #include "tests/protocol/random_messages.hpp"
 #include "tests/support/deaf_port.hpp"
 
@@ -50,13 +51,7 @@ protected:
 
     /// A column of coil `coil` (1-3) that echoes `state_sequence`.
     protocol::ColumnMessage column(int coil, std::uint32_t state_sequence) {
-        protocol::ColumnMessage m;
-        m.sequence = next++;
-        m.time_us = 1389 * static_cast<std::int64_t>(next);
-        m.state = static_cast<std::uint8_t>(coil);
-        m.state_sequence = state_sequence;
-        m.sigma = {1e-6F, 1e-6F, 1e-6F};
-        return m;
+        return test::column_message(next++, coil, state_sequence);
     }
 
     std::uint64_t refused() const { return session.refused().of(WireError::transition); }

@@ -18,11 +18,11 @@
 #include <fstream>
 #include <iterator>
 #include <map>
-#include <sstream>
 #include <thread>
 
 #include "drivers/posix/raw_terminal.hpp"
 #include "tests/cli/cli_runner.hpp"
+#include "tests/support/csv_table.hpp"
 
 namespace tricoil::test {
 namespace {
@@ -236,25 +236,11 @@ TEST(ServeProgram, OfAHundredClientsSomeAreTurnedAway) {
 
 /// The tracker missed nothing: the columns of a recording are numbered without a gap.
 void expect_every_column(const std::string& folder) {
-    std::istringstream lines(read_file(folder + "/inputs.csv"));
-    std::string line;
-    std::getline(lines, line);
-    const auto fields = [](const std::string& text) {
-        std::vector<std::string> all;
-        std::istringstream rest(text);
-        for (std::string field; std::getline(rest, field, ',');) {
-            all.push_back(field);
-        }
-        return all;
-    };
-    const auto names = fields(line);
-    const auto at = static_cast<std::size_t>(std::find(names.begin(), names.end(), "sequence") - names.begin());
-    ASSERT_LT(at, names.size());
+    const CsvTable inputs(read_file(folder + "/inputs.csv"));
     std::map<long, int> columns;  // of each frame: three, as the coils are driven at once
-    while (std::getline(lines, line)) {
-        const auto values = fields(line);
-        if (values.at(0) == "column") {
-            ++columns[std::stol(values.at(at))];
+    for (std::size_t row = 0; row < inputs.rows(); ++row) {
+        if (inputs.text(row, "kind") == "column") {
+            ++columns[std::stol(inputs.text(row, "sequence"))];
         }
     }
     ASSERT_GT(columns.size(), 360U);

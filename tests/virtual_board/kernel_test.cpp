@@ -2,10 +2,10 @@
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "sim/scenarios/scenario.hpp"
 #include "tests/device/program.hpp"
+#include "tests/support/csv_table.hpp"
 
 namespace tricoil {
 namespace {
@@ -16,8 +16,6 @@ using ::testing::HasSubstr;
 const std::string kBoard =
     TRICOIL_VIRTUAL_BOARD " " TRICOIL_BOARD_IMAGE ".bin --elf " TRICOIL_BOARD_IMAGE ".elf --report /run/board.json ";
 constexpr double kWrongMm = 25;  // as in tests/device: a wrong coil or sign costs ten times as much
-constexpr std::size_t kXColumn = 3;
-constexpr std::size_t kValidColumn = 16;
 
 struct Judged {
     std::size_t valid = 0;
@@ -29,24 +27,15 @@ struct Judged {
 Judged judge(const std::string& csv) {
     const auto scenario = sim::load_scenario("hand", 1);
     Judged judged;
-    std::istringstream stream(test::read_text(csv));
-    std::string line;
-    std::getline(stream, line);  // names of columns
-    double first_s = -1;
-    while (std::getline(stream, line)) {
-        std::vector<double> fields;
-        std::istringstream row(line);
-        for (std::string field; std::getline(row, field, ',');) {
-            fields.push_back(std::stod(field));
-        }
-        const double time_s = 1e-6 * fields.at(1);
-        first_s = first_s < 0 ? time_s : first_s;
-        if (time_s < first_s + 0.5) {
+    const test::CsvTable poses(test::read_text(csv));
+    for (std::size_t row = 0; row < poses.rows(); ++row) {
+        const double time_s = 1e-6 * poses.number(row, "time_us");
+        if (time_s < 1e-6 * poses.number(0, "time_us") + 0.5) {
             continue;
         }
-        const bool is_valid = fields.at(kValidColumn) != 0;
+        const bool is_valid = poses.number(row, "valid") != 0;
         ++(is_valid ? judged.valid : judged.invalid);
-        const Vec3<double> position(fields[kXColumn], fields[kXColumn + 1], fields[kXColumn + 2]);
+        const Vec3<double> position(poses.number(row, "x_m"), poses.number(row, "y_m"), poses.number(row, "z_m"));
         const double error_mm = 1e3 * (position - scenario.motion->at(time_s).position_m).norm();
         judged.worst_mm = std::max(judged.worst_mm, is_valid ? error_mm : 0);
     }

@@ -1,0 +1,80 @@
+// Runs of `tricoil run --device` beside the simulated front end, in the test kernel.
+#pragma once
+
+#include <gmock/gmock.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "tests/device/program.hpp"
+#include "tests/device/reference.hpp"
+#include "tests/support/csv_table.hpp"
+
+namespace tricoil::test {
+
+using nlohmann::json;
+
+inline const std::string kFrontEnd = TRICOIL_FRONT_END;
+inline const std::string kTricoil = TRICOIL_PROGRAM;
+
+struct Judged {
+    std::size_t valid = 0;
+    std::size_t invalid = 0;
+    double worst_mm = 0;
+};
+
+/// Every valid pose against the truth at its own time.
+inline Judged judge(const std::string& csv) {
+    const sim::ColumnSource world(sim::FrontEndParams{});
+    Judged judged;
+    const CsvTable poses(read_text(csv));
+    for (std::size_t row = 0; row < poses.rows(); ++row) {
+        if (poses.number(row, "valid") == 0) {
+            ++judged.invalid;
+            continue;
+        }
+        ++judged.valid;
+        const Vec3<double> position(poses.number(row, "x_m"), poses.number(row, "y_m"), poses.number(row, "z_m"));
+        const auto truth = world.scenario().motion->at(1e-6 * poses.number(row, "time_us"));
+        judged.worst_mm = std::max(judged.worst_mm, 1e3 * (position - truth.position_m).norm());
+    }
+    return judged;
+}
+
+constexpr double kWrongMm = 25;  // the hand's noise and skew stay below half of it; a wrong coil or sign costs ten times as much
+
+class Device : public ::testing::Test {
+protected:
+    void SetUp() override {
+        shell("ip link set vcan0 up");
+        std::filesystem::remove("/run/poses.csv");
+    }
+
+    /// The front end with these options, on CAN.
+    static std::string front_end(const std::string& options) {
+        return kFrontEnd + " --link can:vcan0 --report /run/report.json " + options + " 2>/run/front-end.err";
+    }
+    /// The tracker's last line as JSON.
+    static json summary() {
+        const auto output = lines(read_text("/run/tricoil.out"));
+        return output.empty() ? json() : json::parse(output.back());
+    }
+    static json report() { return json::parse(read_text("/run/report.json")); }
+    static std::string tricoil(const std::string& options) {
+        return kTricoil + " run --json --out /run/poses.csv " + options + " >/run/tricoil.out 2>/run/tricoil.err";
+    }
+    static std::string complaints() { return read_text("/run/tricoil.err"); }
+
+    /// A run through faults: both programs, to the end.
+    static json run_with(const std::string& front_end_options, double duration_s = 2) {
+        Program peer(front_end("--duration 6 " + front_end_options));
+        Program tracker(tricoil("--device can:vcan0 --duration " + std::to_string(duration_s)));
+        EXPECT_EQ(tracker.wait(), 0) << complaints();
+        const Judged judged = judge("/run/poses.csv");
+        EXPECT_GT(judged.valid, 100U);
+        EXPECT_LT(judged.worst_mm, kWrongMm);
+        return summary();
+    }
+};
+
+}  // namespace tricoil::test
