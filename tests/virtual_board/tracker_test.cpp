@@ -18,12 +18,12 @@ constexpr double kSettleS = 0.5;
 struct Score {
     std::size_t valid = 0;
     std::size_t invalid = 0;
+    unsigned flags = 0;  // of those
     double rms_mm = 0;
     double worst_mm = 0;
 };
 
-/// Every pose after the first half second against the truth at its own time.
-Score score(const sim::Scenario& scenario, const std::vector<protocol::PoseMessage>& poses) {
+Score score(const sim::Scenario& scenario, const std::vector<protocol::PoseMessage>& poses, double clock_begin_s) {
     Score s;
     double squares = 0;
     for (const protocol::PoseMessage& pose : poses) {
@@ -32,18 +32,30 @@ Score score(const sim::Scenario& scenario, const std::vector<protocol::PoseMessa
         }
         tracking::PoseEstimate<double> estimate;
         EXPECT_EQ(protocol::from_message(pose, estimate), protocol::WireError::none);
-        const auto truth = scenario.motion->at(1e-6 * static_cast<double>(pose.time_us));
+        const auto truth = scenario.motion->at(1e-6 * static_cast<double>(pose.time_us) + clock_begin_s);
         const double error_mm = 1e3 * (estimate.position_m - truth.position_m).norm();
         ++(estimate.valid() ? s.valid : s.invalid);
-        if (!estimate.valid()) {
-            std::printf("not valid at %.4f s: flags %u, %.2f mm off\n", 1e-6 * static_cast<double>(pose.time_us), pose.flags,
-                        error_mm);
-        }
+        s.flags |= estimate.valid() ? 0U : pose.flags;
         s.worst_mm = std::max(s.worst_mm, error_mm);
         squares += error_mm * error_mm;
     }
     s.rms_mm = std::sqrt(squares / static_cast<double>(std::max<std::size_t>(s.valid + s.invalid, 1)));
     return s;
+}
+
+/// Every pose after the first half second against the truth at its own time. The board's clock begins when its timer is started,
+/// some milliseconds after power-on: when, is what fits the first two seconds best.
+Score score(const sim::Scenario& scenario, const std::vector<protocol::PoseMessage>& poses) {
+    const auto end = poses.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(poses.size(), 1440));
+    const std::vector<protocol::PoseMessage> first(poses.begin(), end);
+    double best_begin_s = 0;
+    double best_mm = std::numeric_limits<double>::infinity();
+    for (double begin_s = 0; begin_s < 6e-3; begin_s += 0.1e-3) {
+        const double rms_mm = score(scenario, first, begin_s).rms_mm;
+        best_begin_s = rms_mm < best_mm ? begin_s : best_begin_s;
+        best_mm = std::min(best_mm, rms_mm);
+    }
+    return score(scenario, poses, best_begin_s);
 }
 
 std::size_t lost(const std::vector<protocol::PoseMessage>& poses) {
@@ -111,8 +123,8 @@ TEST(Tracker, TracksTheHandAlikeOnAllLinks) {
     std::printf("%zu valid poses, %zu others, RMS %.2f mm, worst %.2f mm\n", s.valid, s.invalid, s.rms_mm, s.worst_mm);
     EXPECT_GT(s.valid, 1000U);
     EXPECT_EQ(s.invalid, 0U);
-    EXPECT_LT(s.rms_mm, 5);
-    EXPECT_LT(s.worst_mm, 15);
+    EXPECT_LT(s.rms_mm, 1);
+    EXPECT_LT(s.worst_mm, 4);
     EXPECT_EQ(lost(poses), 0U);
     expect_same(bench.host(test::on_can).poses, poses);
     expect_same(bench.host(test::on_usb).poses, poses);
@@ -151,13 +163,16 @@ TEST(Tracker, RunsForTwentySecondsWithoutLoss) {
     const auto& poses = bench.host().poses;
     const Score s = score(bench.scenario, poses);
     std::printf(
-        "%zu poses in 20 s, RMS %.2f mm; CPU load %.1f %%, worst interrupt latency %.2f us (interrupt %d), stack %u of %u "
+        "%zu poses in 20 s, %zu invalid (flags %x), RMS %.2f mm; CPU load %.1f %%, worst interrupt latency %.2f us (interrupt "
+        "%d), stack %u of %u "
         "bytes\n",
-        poses.size(), s.rms_mm, 100 * share, 1e6 * latency.seconds, latency.interrupt, stack.used, stack.size);
+        poses.size(), s.invalid, s.flags, s.rms_mm, 100 * share, 1e6 * latency.seconds, latency.interrupt, stack.used,
+        stack.size);
     EXPECT_GE(poses.size(), 14380U);  // 720.3 a second
     EXPECT_EQ(lost(poses), 0U);
-    EXPECT_LT(s.invalid, 15U);  // a thousandth: columns that the filter doubted, each said above
-    EXPECT_LT(s.rms_mm, 5);
+    EXPECT_LE(s.invalid, poses.size() / 1000)
+        << "where noise or a change of gain contradicts the filter, one pose is unconfirmed";
+    EXPECT_LT(s.rms_mm, 1);
     EXPECT_LT(share, 0.6);
     EXPECT_LT(latency.seconds, 20e-6);
     EXPECT_LE(stack.used, 4096U);
