@@ -77,5 +77,18 @@ TEST(FlashImage, TracksOverTheKernelsUsb) {
     EXPECT_EQ(board.wait(), 0) << test::read_text("/run/board.err");
 }
 
+TEST(FlashImage, ChecksItselfOverEveryLink) {
+    test::Program board(kBoard + "--can vcan0 --usbip --serial >/run/board.out 2>/run/board.err");
+    ASSERT_TRUE(test::eventually([] { return std::system("grep -qs 1209 /sys/bus/usb/devices/*/idVendor") == 0; }))
+        << test::read_text("/run/board.err");
+    const std::string pty = test::read_text("/run/board.out");  // serial /dev/pts/0
+    for (const std::string& device : {std::string("can:vcan0"), std::string("usb:1209:0001"),
+                                      "serial:" + pty.substr(pty.find('/'), pty.find('\n') - pty.find('/'))}) {
+        test::Program check(TRICOIL_PROGRAM " selfcheck --device " + device + " >/run/check.out 2>&1");
+        EXPECT_EQ(check.wait(), 0) << device;
+        EXPECT_THAT(test::read_text("/run/check.out"), HasSubstr(" 0 failed: pass")) << device;
+    }
+}
+
 }  // namespace
 }  // namespace tricoil
