@@ -1,7 +1,9 @@
 // The image that is flashed: boots, checks itself, tracks the simulated hand over all three links, the same in every run.
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cstdlib>
+#include <limits>
 
 #include "core/protocol/convert.hpp"
 #include "tests/virtual_board/board_bench.hpp"
