@@ -1,5 +1,5 @@
-// Coil lines that `tricoil run --device` switches itself, on the kernel's simulated GPIO chip: in turn, never two at once, and off
-// however a run ends.
+// Coil lines that `tricoil run --device` switches itself, on the kernel's simulated GPIO chip: in turn, never two at once, and
+// off however a run ends.
 #include "tests/device/device_fixture.hpp"
 #include "tests/drivers/gpio_trace.hpp"
 
