@@ -293,8 +293,9 @@ class StackAnalysis:
                 reported.setdefault(overload(signature), []).append(int(size))
         compared = 0
         for function in self.image.functions.values():
-            sizes = reported.get(overload(self.image.demangled[function.name]))
-            if sizes:
+            signature = self.image.demangled[function.name]
+            sizes = reported.get(overload(signature))
+            if sizes and "thunk to " not in signature:  # a jump to the function, of which the compiler reports nothing
                 compared += 1
                 if function.frame < min(sizes):
                     name = self.image.plain_name(function.name)

@@ -189,7 +189,7 @@ AckResult TrackerDevice::obey_mode(std::uint32_t argument) {
         return AckResult::bad_value;
     }
     for (std::size_t n = 0; n < params_.modes.size(); ++n) {
-        const signal::AcquisitionPlan& candidate = params_.modes[n];
+        const signal::AcquisitionPlan& candidate = params_.modes[n].plan;
         const auto rate = static_cast<std::int32_t>(millihertz(candidate.params.frame_rate_hz));
         const bool is_rate =
             request.frame_rate_mhz == 0 || std::abs(static_cast<std::int32_t>(request.frame_rate_mhz) - rate) <= rate / 100;

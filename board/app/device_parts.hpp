@@ -37,13 +37,19 @@ constexpr std::size_t kMaxPorts = 4;
 /// Longest message that the application sends or takes: a calibration, or a part of a raw block.
 constexpr std::size_t kMaxBoardMessage = 528;
 
+/// One way to measure: how, as plan_acquisition() makes it, and what the channels make of a coupling at its carriers.
+struct MeasuringMode {
+    signal::AcquisitionPlan plan;
+    signal::ChannelResponse<float> response;
+};
+
 struct DeviceParams {
     std::uint64_t serial = 0;    // of the processor's unique number
     std::uint32_t firmware = 0;  // major << 16, minor << 8, patch
 
-    /// What the board can measure with; the first one at power-on. Each as plan_acquisition() makes it.
-    std::span<const signal::AcquisitionPlan> modes{};
-    /// Channel responses, gain steps, noise floor, least reference.
+    /// What the board can measure with; the first one at power-on.
+    std::span<const MeasuringMode> modes{};
+    /// Gain steps, noise floor, least reference; the responses are the mode's.
     signal::DemodulatorParams<float> demodulator;
     float coupling_constant_m3 = 0;                 // C, while there is no calibration
     Vec3<float> hemisphere = Vec3<float>::UnitX();  // where the sensor is at power-on

@@ -85,26 +85,30 @@ void MainLoop<Scalar, SensorTracker, Sensors>::process() {
         ++counters_.refused_blocks;
         return;
     }
-    Sensor& sensor = *sensors_[block_.sensor];
+    if (!track(*sensors_[block_.sensor])) {
+        tick(block_.sensor);
+    }
+}
+
+/// The block's columns and their poses; false if there was none. Its frame is off the stack again when tick() needs one as large.
+template <typename Scalar, typename SensorTracker, int Sensors>
+[[gnu::noinline]] bool MainLoop<Scalar, SensorTracker, Sensors>::track(Sensor& sensor) {
     const auto columns = sensor.demodulator.demodulate(block_);
     if (!columns.ok()) {
         ++counters_.refused_blocks;
-        tick(block_.sensor);
-        return;
+        return false;
     }
-    bool silent = true;
+    bool gave_pose = false;
     for (const Column<Scalar>& column : *columns) {
         if (devices_.tap != nullptr) {
             devices_.tap->column(column);
         }
         if (const auto estimate = sensor.tracker.update(column)) {
             send(*estimate);
-            silent = false;
+            gave_pose = true;
         }
     }
-    if (silent) {
-        tick(block_.sensor);
-    }
+    return gave_pose;
 }
 
 template <typename Scalar, typename SensorTracker, int Sensors>

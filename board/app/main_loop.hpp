@@ -90,6 +90,7 @@ private:
 
     [[nodiscard]] Excitation next_state() const;
     void count_gap(std::uint32_t sequence);
+    bool track(Sensor& sensor);
     void tick(std::size_t n);
     void send(const tracking::PoseEstimate<Scalar>& estimate);
 

@@ -158,6 +158,7 @@ Status TrackerDevice::begin() {
     MainLoopParams<float> params;
     params.plan = plan();
     params.demodulator = params_.demodulator;
+    params.demodulator.response = params_.modes[mode_].response;
     params.tracker.coupling_constant = coils_ ? 1.0F : params_.coupling_constant_m3;
     tracking::scaat::Params<float>& filter = params.filter.emplace();
     filter.hemisphere = coils_ ? Vec3<float>(coils_->axes().transpose() * hemisphere_) : hemisphere_;

@@ -69,7 +69,7 @@ private:
     void check_itself();
     void tell_status();
     [[nodiscard]] bool is_streaming() const;
-    [[nodiscard]] const signal::AcquisitionPlan& plan() const { return params_.modes[mode_]; }
+    [[nodiscard]] const signal::AcquisitionPlan& plan() const { return params_.modes[mode_].plan; }
     [[nodiscard]] std::span<HostLink> links() { return std::span(links_).first(hardware_.ports.size()); }
     [[nodiscard]] std::span<const HostLink> links() const { return std::span(links_).first(hardware_.ports.size()); }
 

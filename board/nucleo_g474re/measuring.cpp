@@ -20,12 +20,10 @@ signal::GainSteps<float> gain_steps() {
 }  // namespace
 
 app::DeviceParams device_params(std::uint64_t serial, std::uint32_t firmware) {
-    static constexpr signal::ChannelResponse<float> kResponse = response_of(kModes[0]);
     app::DeviceParams params;
     params.serial = serial;
     params.firmware = firmware;
     params.modes = kModes;
-    params.demodulator.response = kResponse;
     params.demodulator.gain_steps = gain_steps();
     params.demodulator.sigma_floor = 1e-7F;      // quantisation at the highest gain
     params.demodulator.min_reference_v = 0.05F;  // of 0.7 V, or 0.25 V in FDM

@@ -12,21 +12,8 @@ namespace tricoil::nucleo_g474re {
 constexpr int kOversampling = 8;
 constexpr double kSampleRateHz = stm32g4::Acquisition::sample_rate_hz(kOversampling);  // 72.03 kS/s
 
-/// The modes, the first one at power-on. The FDM modes have the same carriers, 7.68, 9.60 and 13.45 kHz: no third-order product
-/// of two falls on the third. TDM has one, 10.81 kHz.
-inline constexpr std::array kModes{
-    signal::stated_tdm_plan(kSampleRateHz, 100, 20, 12),        // 240.1 frames/s
-    signal::stated_fdm_plan(kSampleRateHz, 300, {32, 40, 56}),  // 240.1
-    signal::stated_fdm_plan(kSampleRateHz, 75, {8, 10, 14}),    // 960.5
-    signal::stated_tdm_plan(kSampleRateHz, 50, 10, 6),          // 480.2
-};
-
-constexpr float kMostReference_v = 1.3F;       // 0.7 V is what the full amplitude makes, 1.1 V the three of FDM together
-constexpr float kTripMargin = 1.1F;            // of the hardware's limit, so that the program has seen why by then
-constexpr float kCouplingConstant = 6.75e-3F;  // C: 0.175 V at 0.3 m
-constexpr double kUnityResponseHz =
-    10e3;  // where a sensor channel at gain 1 gives what the coupling says; it grows with frequency
-constexpr float kGainBandwidthHz = 13e6F;  // of the op-amps (DS12288)
+/// Where a sensor channel at gain 1 gives what the coupling says; it grows with frequency.
+constexpr double kUnityResponseHz = 10e3;
 
 /// A coil's voltage is the derivative of the flux: i f / f0, of each carrier of a mode.
 constexpr signal::ChannelResponse<float> response_of(const signal::AcquisitionPlan& plan) {
@@ -39,6 +26,22 @@ constexpr signal::ChannelResponse<float> response_of(const signal::AcquisitionPl
     }
     return response;
 }
+
+constexpr app::MeasuringMode with_response(const signal::AcquisitionPlan& plan) { return {plan, response_of(plan)}; }
+
+/// The modes, the first one at power-on. The FDM modes have the same carriers, 7.68, 9.60 and 13.45 kHz: no third-order product
+/// of two falls on the third. TDM has one, 10.81 kHz.
+inline constexpr std::array kModes{
+    with_response(signal::stated_tdm_plan(kSampleRateHz, 100, 20, 12)),        // 240.1 frames/s
+    with_response(signal::stated_fdm_plan(kSampleRateHz, 300, {32, 40, 56})),  // 240.1
+    with_response(signal::stated_fdm_plan(kSampleRateHz, 75, {8, 10, 14})),    // 960.5
+    with_response(signal::stated_tdm_plan(kSampleRateHz, 50, 10, 6)),          // 480.2
+};
+
+constexpr float kMostReference_v = 1.3F;       // 0.7 V is what the full amplitude makes, 1.1 V the three of FDM together
+constexpr float kTripMargin = 1.1F;            // of the hardware's limit, so that the program has seen why by then
+constexpr float kCouplingConstant = 6.75e-3F;  // C: 0.175 V at 0.3 m
+constexpr float kGainBandwidthHz = 13e6F;      // of the op-amps (DS12288)
 
 app::DeviceParams device_params(std::uint64_t serial, std::uint32_t firmware);
 

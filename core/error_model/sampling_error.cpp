@@ -34,6 +34,29 @@ Vec3<Scalar> field_curvature(const Vec3<Scalar>& r, const Vec3<Scalar>& v, Eigen
     return kUnitCoupling<Scalar> / 2 * (3 * turning - ddg * Vec3<Scalar>::Unit(j));
 }
 
+/// J^T x'' of all columns. Its frame, a kilobyte of small matrices, is off the stack again when the equations are solved.
+template <typename Scalar>
+[[gnu::noinline]] Vec6<Scalar> curvature_gradient(const MotionState<Scalar>& state) {
+    const Mat3<Scalar> o = geometry::attitude_matrix(state.q_source_sensor);
+    const Vec3<Scalar>& w = state.angular_rate_rad_s;
+    const Scalar k = field::coupling_strength(kUnitCoupling<Scalar>, state.position_m.norm());
+    const Mat3<Scalar> d = field::dipole_factor<Scalar>(state.position_m.normalized());
+    Vec6<Scalar> g = Vec6<Scalar>::Zero();
+    for (int j = 0; j < 3; ++j) {
+        const auto model = field::column_model(kUnitCoupling<Scalar>, state.position_m, o, j);
+        // x = O B, O' = -O [w]x, so x'' = O (w x (w x B - 2 B') + B''), B'' with and without acceleration.
+        const Vec3<Scalar> b = k * d.col(j);
+        const Vec3<Scalar> db = o.transpose() * (model.by_position_per_m * state.velocity_m_s);
+        const Vec3<Scalar> inner = w.cross(b) - 2 * db;
+        const Vec3<Scalar> turned = w.cross(inner) + field_curvature(state.position_m, state.velocity_m_s, j);
+        const Vec3<Scalar> curvature = o * turned + model.by_position_per_m * state.acceleration_m_s2 +
+                                       model.by_rotation_per_rad * state.angular_acceleration_rad_s2;
+        g.template head<3>() += model.by_position_per_m.transpose() * curvature;
+        g.template tail<3>() += model.by_rotation_per_rad.transpose() * curvature;
+    }
+    return g;
+}
+
 }  // namespace
 
 template <typename Scalar>
@@ -52,24 +75,7 @@ PoseError<Scalar> skew_error(const MotionState<Scalar>& state, const Vec3<Scalar
 
 template <typename Scalar>
 PoseError<Scalar> blur_error(const MotionState<Scalar>& state, Scalar window_s) {
-    const Mat3<Scalar> o = geometry::attitude_matrix(state.q_source_sensor);
-    const Mat3<Scalar> spin = geometry::skew(state.angular_rate_rad_s);
-    const Scalar k = field::coupling_strength(kUnitCoupling<Scalar>, state.position_m.norm());
-    const Mat3<Scalar> d = field::dipole_factor<Scalar>(state.position_m.normalized());
-    Vec6<Scalar> g = Vec6<Scalar>::Zero();
-    for (int j = 0; j < 3; ++j) {
-        const auto model = field::column_model(kUnitCoupling<Scalar>, state.position_m, o, j);
-        // x = O B, O' = -O [w]x, so x'' = O ([w]x^2 B - 2 [w]x B' + B''), B'' with and without acceleration.
-        const Vec3<Scalar> b = k * d.col(j);
-        const Vec3<Scalar> o_db = model.by_position_per_m * state.velocity_m_s;
-        const Vec3<Scalar> still_b = field_curvature(state.position_m, state.velocity_m_s, j);
-        const Vec3<Scalar> curvature = o * (spin * (spin * b) - 2 * spin * (o.transpose() * o_db) + still_b) +
-                                       model.by_position_per_m * state.acceleration_m_s2 +
-                                       model.by_rotation_per_rad * state.angular_acceleration_rad_s2;
-        g.template head<3>() += model.by_position_per_m.transpose() * curvature;
-        g.template tail<3>() += model.by_rotation_per_rad.transpose() * curvature;
-    }
-    return solve_normal_equations<Scalar>(state.position_m, -window_s * window_s / 24 * g);
+    return solve_normal_equations<Scalar>(state.position_m, -window_s * window_s / 24 * curvature_gradient(state));
 }
 
 template PoseError<float> skew_error(const MotionState<float>&, const Vec3<float>&);

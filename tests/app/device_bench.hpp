@@ -106,14 +106,17 @@ struct DeviceBench {
         return scenario.world;
     }
 
-    [[nodiscard]] app::DeviceParams params() const {
+    [[nodiscard]] app::DeviceParams params() {
         app::DeviceParams p;
         p.serial = 42;
         p.firmware = 0x000100;
-        p.modes = kBenchModes;
         auto demodulation = world.demodulation();
         demodulation.gain_steps = bench.gains;
         p.demodulator = in_single(demodulation);
+        for (std::size_t n = 0; n < modes.size(); ++n) {
+            modes[n] = {kBenchModes[n], p.demodulator.response};
+        }
+        p.modes = modes;
         p.coupling_constant_m3 = static_cast<float>(scenario.world.coupling_constant_m3);
         p.hemisphere = scenario.motion->at(0).position_m.cast<float>();
         p.most_reference_v = 1.8F;
@@ -169,6 +172,7 @@ struct DeviceBench {
     }
 
     BenchParams bench;
+    std::array<app::MeasuringMode, kBenchModes.size()> modes{};
     sim::Scenario scenario;
     sim::SimulatedClock clock;
     sim::CoilWorld world;

@@ -46,7 +46,7 @@ std::vector<protocol::PoseMessage> poses_of_the_loop(double begin_s, std::size_t
     std::vector<protocol::PoseMessage> poses;
     sim::SimulatedLink<float> link([&](const auto& estimate) { poses.push_back(protocol::to_message(estimate)); });
     app::MainLoopParams<float> params;
-    params.plan = device.modes[0];
+    params.plan = device.modes[0].plan;
     params.demodulator = device.demodulator;
     params.tracker.coupling_constant = device.coupling_constant_m3;
     params.filter.emplace();

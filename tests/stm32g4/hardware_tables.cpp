@@ -98,8 +98,8 @@ std::string drive() {
     out.add("| mode | coil | carrier, kHz | current, A | drop with the capacitor, V | without it, V |");
     out.add("|---|---|---|---|---|---|");
     for (std::size_t m = 0; m < 2; ++m) {
-        const auto& hz = kModes[m].params.carrier_hz;
-        const bool in_turn = kModes[m].params.multiplexing == signal::Multiplexing::tdm;
+        const auto& hz = kModes[m].plan.params.carrier_hz;
+        const bool in_turn = kModes[m].plan.params.multiplexing == signal::Multiplexing::tdm;
         for (std::size_t j = 0; j < (in_turn ? 1 : hz.size()); ++j) {
             const double current = budget.design().current_a * (in_turn ? 1 : 0.65 * hz[0] / hz[j]);
             out.add("| %s | %s | %.2f | %.2f | %.1f | %.1f |", kModeNames[m],
@@ -115,7 +115,7 @@ std::string drive() {
 
 std::string levels() {
     const AnalogBudget budget;
-    const ModeLoad load = ModeLoad::of(kModes[0]);
+    const ModeLoad load = ModeLoad::of(kModes[0].plan);
     Lines out;
     out.add("| range, m | field, nT | sensor coil, uV | op-amp's input, mV | gain | converter, V |");
     out.add("|---|---|---|---|---|---|");
@@ -147,7 +147,7 @@ std::string signal_to_noise() {
     out.add("| mode | window, ms | SNR at 0.3 m, dB | 0.6 m | 1.2 m | with 24 bits: 0.3 m | 0.6 m | 1.2 m |");
     out.add("|---|---|---|---|---|---|---|---|");
     for (std::size_t m = 0; m < kModes.size(); ++m) {
-        const ModeLoad load = ModeLoad::of(kModes[m]);
+        const ModeLoad load = ModeLoad::of(kModes[m].plan);
         out.add("| %s | %.2f | %.1f | %.1f | %.1f | %.1f | %.1f | %.1f |", kModeNames[m], 1e3 * load.window_s,
                 budget.snr_db(0.3, load), budget.snr_db(0.6, load), budget.snr_db(1.2, load), budget.external_snr_db(0.3, load),
                 budget.external_snr_db(0.6, load), budget.external_snr_db(1.2, load));
@@ -157,7 +157,7 @@ std::string signal_to_noise() {
 
 std::string errors() {
     const AnalogBudget budget;
-    const ModeLoad load = ModeLoad::of(kModes[0]);
+    const ModeLoad load = ModeLoad::of(kModes[0].plan);
     Lines out;
     out.add("| range, m | SNR, dB | range error, mm | across, mm |");
     out.add("|---|---|---|---|");
@@ -177,8 +177,8 @@ std::string oversampling() {
     out.add("|---|---|---|---|---|");
     for (const int n : {2, 4, 8, 16}) {
         const double rate = stm32g4::Acquisition::sample_rate_hz(n);
-        const double slot = rate / (3 * kModes[0].params.frame_rate_hz);
-        const double x = std::numbers::pi * kModes[1].params.carrier_hz[2] / rate;
+        const double slot = rate / (3 * kModes[0].plan.params.frame_rate_hz);
+        const double x = std::numbers::pi * kModes[1].plan.params.carrier_hz[2] / rate;
         out.add("| %d | %.0f | %.0f | %.0f | %.2f |", n, rate, slot, 2 * 2 * 4 * 3 * slot, -20 * std::log10(std::sin(x) / x));
     }
     return out.text();

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <limits>
 
+#include "core/protocol/command_arguments.hpp"
 #include "core/protocol/convert.hpp"
 #include "tests/virtual_board/board_bench.hpp"
 
@@ -154,6 +155,48 @@ TEST(Tracker, SaysTheSameInThreeRuns) {
     EXPECT_EQ(hashes[0], hashes[1]);
     EXPECT_EQ(hashes[1], hashes[2]);
 }
+
+struct MeasuringMode {
+    const char* name;
+    protocol::ModeRequest request;
+    double poses_per_s;  // TDM: one of each column, FDM: one of each frame
+};
+
+class ModeOfTheBoard : public ::testing::TestWithParam<MeasuringMode> {};
+
+/// Every mode tracks without loss, with time to spare. Instructions are counted as one cycle each: see sim/virtual_board.
+TEST_P(ModeOfTheBoard, TracksWithTimeToSpare) {
+    const auto& [name, request, expected_per_s] = GetParam();
+    BoardBench bench;
+    bench.run(BoardBench::kBootS);
+    bench.host(test::on_usb).hello();
+    bench.run(0.01);
+    ASSERT_EQ(bench.ask(test::on_usb, Opcode::mode, protocol::mode_argument(request)), AckResult::done);
+    ASSERT_EQ(bench.ask(test::on_usb, Opcode::start), AckResult::done);
+    bench.fed[test::on_usb] = true;
+    bench.run(0.2);
+    virtual_board::LoadMeter load(*bench.board);
+    const std::size_t before = bench.host(test::on_usb).poses.size();
+    bench.run(1);
+    const double share = load.take();
+    const auto& poses = bench.host(test::on_usb).poses;
+    const double poses_per_s = static_cast<double>(poses.size() - before);
+    const Score s = score(bench.scenario, poses);
+    std::printf("%s: CPU load %.1f %%, %.0f poses in a second, RMS %.2f mm, worst interrupt latency %.2f us\n", name, 100 * share,
+                poses_per_s, s.rms_mm, 1e6 * virtual_board::worst_latency(*bench.board).seconds);
+    EXPECT_LT(share, 0.9);
+    EXPECT_NEAR(poses_per_s, expected_per_s, 0.01 * expected_per_s);
+    EXPECT_EQ(lost(poses), 0U);
+    EXPECT_LT(s.rms_mm, 3);
+    EXPECT_EQ(bench.status(test::on_usb).faults & ~static_cast<unsigned>(protocol::Fault::calibration), 0U);
+}
+
+INSTANTIATE_TEST_SUITE_P(Rates, ModeOfTheBoard,
+                         ::testing::Values(MeasuringMode{"tdm_240", {240'000, signal::Multiplexing::tdm}, 720.33},
+                                           MeasuringMode{"fdm_240", {240'000, signal::Multiplexing::fdm}, 240.11},
+                                           MeasuringMode{"fdm_960", {960'000, signal::Multiplexing::fdm}, 960.45},
+                                           MeasuringMode{"tdm_480", {480'000, signal::Multiplexing::tdm}, 1440.7}),
+                         [](const auto& instance) { return instance.param.name; });
 
 /// Twenty seconds, or as many as TRICOIL_BOARD_S says: an hour by hand.
 TEST(Tracker, RunsWithoutLoss) {
