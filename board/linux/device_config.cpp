@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "board/host/errors.hpp"
+#include "board/host/tracker_choice.hpp"
 #include "board/linux/device_uri.hpp"
 #include "sim/scenarios/checked_table.hpp"
 
@@ -61,7 +62,7 @@ void read_calibration(CheckedTable table, DeviceConfig& config) {
 
 void read_tracker(CheckedTable table, DeviceConfig& config) {
     const std::string method = table.text("method", "");
-    config.method = method.empty() ? config.method : table.choice("method", {"direct", "previous", "previous-angles", "scaat"});
+    config.method = method.empty() ? config.method : table.choice("method", host::kTrackerNames);
     const Vec3<double> unsaid = Vec3<double>::Constant(std::numeric_limits<double>::quiet_NaN());
     const Vec3<double> hemisphere = table.vector("hemisphere", unsaid);
     config.hemisphere = hemisphere.allFinite() ? std::optional(hemisphere) : std::nullopt;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "board/host/tracker_choice.hpp"
 #include "core/protocol/convert.hpp"
 #include "core/signal/acquisition_plan.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
@@ -134,10 +135,7 @@ void DeviceLoop::begin() {
     params.deskew = timing.is_tdm && params_.method == tracking::Method::direct;
     params.window_s = timing.window_s;
     if (params_.filter) {
-        tracking::scaat::Params<double>& filter = settings.filter.emplace();
-        filter.hemisphere = params.hemisphere;
-        filter.max_column_span = params.max_column_span;
-        filter.window_s = params.window_s;
+        settings.filter = host::filter_like(params);
     }
     for (std::size_t n = 0; n < std::min<std::size_t>(session_.identity().sensors, trackers_.size()); ++n) {
         trackers_[n].emplace(settings.tracker, settings.filter, settings.calibration);

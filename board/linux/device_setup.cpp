@@ -1,9 +1,7 @@
 #include "board/linux/device_setup.hpp"
 
-#include <array>
-
 #include "board/host/errors.hpp"
-#include "sim/io/nearest_name.hpp"
+#include "board/host/tracker_choice.hpp"
 
 namespace tricoil::linux_board {
 namespace {
@@ -23,14 +21,12 @@ void take_calibration(const DeviceConfig& config, const calibration::Calibration
 }  // namespace
 
 DeviceLoopParams loop_params(const DeviceConfig& config, const std::optional<calibration::Calibration<double>>& calibration) {
-    constexpr std::array kMethods{tracking::Method::direct, tracking::Method::previous, tracking::Method::previous_angles,
-                                  tracking::Method::direct};
-    const std::size_t n = sim::index_of_name("--tracker", config.method, {"direct", "previous", "previous-angles", "scaat"});
+    const host::TrackerChoice choice = host::tracker_choice(config.method);
     DeviceLoopParams params;
     params.session.serial = config.serial;
     params.session.host_drives_coils = config.coils.has_value();
-    params.method = kMethods[n];
-    params.filter = n + 1 == kMethods.size();
+    params.method = choice.method;
+    params.filter = choice.filters;
     params.coupling_constant_m3 = config.coupling_constant_m3;
     params.hemisphere = config.hemisphere.value_or(Vec3<double>::UnitX());
     params.publish = config.publish;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "board/host/errors.hpp"
-#include "board/host/names.hpp"
+#include "board/host/tracker_choice.hpp"
 #include "core/geometry/rotations.hpp"
 #include "core/tracking/calibrated_tracker.hpp"
 
@@ -157,27 +157,15 @@ private:
 }  // namespace
 
 TrackerSettings with_tracker(const TrackerSettings& recorded, const std::string& tracker) {
-    constexpr std::array kMethods{tracking::Method::direct, tracking::Method::previous, tracking::Method::previous_angles,
-                                  tracking::Method::direct};
-    const std::size_t n = index_of_name("--tracker", tracker, {"direct", "previous", "previous-angles", "scaat"});
+    const auto [method, filters] = tracker_choice(tracker);
     TrackerSettings settings = recorded;
-    const bool filters = n + 1 == kMethods.size();
-    if (filters == settings.filter.has_value() && (filters || settings.tracker.method == kMethods[n])) {
+    if (filters == settings.filter.has_value() && (filters || settings.tracker.method == method)) {
         return settings;
     }
     tracking::TrackerParams<double>& p = settings.tracker;
-    p.method = kMethods[n];
-    p.deskew = n == 0 && p.max_column_span.count() > 0;
-    settings.filter.reset();
-    if (filters) {
-        tracking::scaat::Params<double> filter;
-        filter.hemisphere = p.hemisphere;
-        filter.confined = p.confined;
-        filter.max_column_span = p.max_column_span;
-        filter.window_s = p.window_s;
-        settings.filter = filter;
-        p.deskew = false;
-    }
+    p.method = method;
+    p.deskew = method == tracking::Method::direct && !filters && p.max_column_span.count() > 0;
+    settings.filter = filters ? std::optional(filter_like(p)) : std::nullopt;
     return settings;
 }
 

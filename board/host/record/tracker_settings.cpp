@@ -6,6 +6,7 @@
 #include "board/host/errors.hpp"
 #include "board/host/names.hpp"
 #include "board/host/record/json_fields.hpp"
+#include "board/host/tracker_choice.hpp"
 #include "core/tracking/calibrated_tracker.hpp"
 
 namespace tricoil::host {
@@ -13,14 +14,13 @@ namespace {
 
 using OrderedJson = nlohmann::ordered_json;
 
-// In the order of tracking::Method.
-const std::vector<std::string> kMethodNames{"direct", "previous", "previous-angles"};
+constexpr std::size_t kMethods = 3;
 
 OrderedJson value_of(bool value) { return value; }
 OrderedJson value_of(int value) { return value; }
 OrderedJson value_of(double value) { return value; }
 OrderedJson value_of(Microseconds value) { return value.count(); }
-OrderedJson value_of(tracking::Method value) { return kMethodNames[static_cast<std::size_t>(value)]; }
+OrderedJson value_of(tracking::Method value) { return kTrackerNames[static_cast<std::size_t>(value)]; }
 OrderedJson value_of(const Vec3<double>& value) { return {value.x(), value.y(), value.z()}; }
 OrderedJson value_of(const Mat3<double>& value) {
     return {value_of(Vec3<double>(value.row(0))), value_of(Vec3<double>(value.row(1))), value_of(Vec3<double>(value.row(2)))};
@@ -76,8 +76,8 @@ private:
         return json.is_number_integer();
     }
     static bool take(const nlohmann::json& json, tracking::Method& value) {
-        for (std::size_t n = 0; n < kMethodNames.size(); ++n) {
-            if (json.is_string() && json.get<std::string>() == kMethodNames[n]) {
+        for (std::size_t n = 0; n < kMethods; ++n) {
+            if (json.is_string() && json.get<std::string>() == kTrackerNames[n]) {
                 value = static_cast<tracking::Method>(n);
                 return true;
             }

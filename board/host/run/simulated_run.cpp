@@ -12,6 +12,7 @@
 #include "board/host/record/tap_fan_out.hpp"
 #include "board/host/run/live_view.hpp"
 #include "board/host/run/pose_csv.hpp"
+#include "board/host/tracker_choice.hpp"
 #include "board/process/interrupt.hpp"
 #include "sim/hal/simulated_hal.hpp"
 #include "sim/motion/recorded_motion.hpp"
@@ -57,20 +58,17 @@ signal::AcquisitionPlan make_plan(const RunOptions& options) {
     return *plan;
 }
 
-constexpr const char* kFilterName = "scaat";
-
 tracking::TrackerParams<double> make_tracker(const RunOptions& options, const sim::WorldParams& world,
                                              const signal::AcquisitionPlan& plan, const Vec3<double>& hemisphere) {
-    constexpr std::array kMethods{tracking::Method::direct, tracking::Method::previous, tracking::Method::previous_angles,
-                                  tracking::Method::direct};
+    const TrackerChoice choice = tracker_choice(options.tracker);
     tracking::TrackerParams<double> params;
-    params.method = kMethods[index_of_name("--tracker", options.tracker, {"direct", "previous", "previous-angles", kFilterName})];
+    params.method = choice.method;
     params.passes = options.passes;
     params.coupling_constant = world.coupling_constant_m3;
     params.hemisphere = hemisphere;
     params.confined = options.confined || !options.hemisphere.empty();
     params.max_column_span = tracking::column_span(plan);
-    const bool can_deskew = plan.is_tdm() && params.method == tracking::Method::direct && options.tracker != kFilterName;
+    const bool can_deskew = plan.is_tdm() && choice.method == tracking::Method::direct && !choice.filters;
     if (options.no_deskew && !can_deskew) {
         throw InputError("--no-deskew: only --mux tdm with --tracker direct deskews");
     }
@@ -87,17 +85,13 @@ std::optional<tracking::scaat::Params<double>> make_filter(const RunOptions& opt
     if (!(options.predict_ahead_s >= 0 && options.predict_ahead_s <= 10)) {
         throw InputError("--predict must be a number of seconds, 0 to 10");
     }
-    if (options.tracker != kFilterName) {
+    if (!tracker_choice(options.tracker).filters) {
         if (options.predict_ahead_s > 0) {
             throw InputError("--predict: only --tracker scaat knows the motion");
         }
         return std::nullopt;
     }
-    tracking::scaat::Params<double> params;
-    params.hemisphere = tracker.hemisphere;
-    params.confined = tracker.confined;
-    params.max_column_span = tracker.max_column_span;
-    params.window_s = tracker.window_s;
+    tracking::scaat::Params<double> params = filter_like(tracker);
     params.predict_ahead = microseconds_from_seconds(options.predict_ahead_s);
     if (const Status status = tracking::scaat::Filter<double>::check(params, {tracker.coupling_constant}); !status.ok()) {
         throw InputError(std::string("tracker: ") + status.message());
