@@ -51,7 +51,7 @@ void TrackerDevice::take(HostLink& link, std::span<const std::uint8_t> bytes) {
         return;
     }
     if (type == protocol::MessageType::calibration) {
-        const AckResult result = link.is_greeted() ? keep(calibration) : AckResult::wrong_state;
+        const AckResult result = link.is_greeted() ? keep(link, calibration) : AckResult::wrong_state;
         acknowledge(link, static_cast<std::uint8_t>(Opcode::write_calibration), calibration.request, result, 0);
         return;
     }
@@ -163,17 +163,23 @@ AckResult TrackerDevice::obey(HostLink& link, const protocol::CommandMessage& co
     }
 }
 
+/// Whether coils may be driven: not on the way to the loader, by a board that is not sound, or soon after an over-current,
+/// however often a host asks.
+AckResult TrackerDevice::may_drive() const {
+    if (loader_at_) {
+        return AckResult::wrong_state;
+    }
+    const bool is_sound =
+        !(faults_.has(protocol::Fault::self_check) || faults_.has(protocol::Fault::clock) || faults_.has(protocol::Fault::stack));
+    return is_sound && now_ >= cool_at_ ? AckResult::done : AckResult::failed;
+}
+
 AckResult TrackerDevice::obey_start(HostLink& link, std::uint32_t argument) {
     if (argument != 0) {  // 1: a host that wants to drive the coils
         return argument == 1 ? AckResult::refused : AckResult::bad_value;
     }
-    if (loader_at_) {
-        return AckResult::wrong_state;
-    }
-    const bool is_safe =
-        !(faults_.has(protocol::Fault::self_check) || faults_.has(protocol::Fault::clock) || faults_.has(protocol::Fault::stack));
-    if (!is_safe) {
-        return AckResult::failed;
+    if (const AckResult allowed = may_drive(); allowed != AckResult::done) {
+        return allowed;
     }
     if (!is_measuring_ && !begin().ok()) {
         fail(protocol::Fault::converter);
@@ -238,6 +244,9 @@ AckResult TrackerDevice::obey_read_block(HostLink& link, Excitation state) {
     if (!is_driven && state != Excitation::off) {
         return AckResult::bad_value;
     }
+    if (const AckResult allowed = may_drive(); is_driven && allowed != AckResult::done) {
+        return allowed;
+    }
     SampleBlock block;
     Status status = sampler_.start(plan());
     if (status.ok() && state != Excitation::off) {
@@ -257,7 +266,8 @@ AckResult TrackerDevice::obey_read_block(HostLink& link, Excitation state) {
 }
 
 /// A calibration that is there already is not written again: a host that heard no answer repeats itself.
-AckResult TrackerDevice::keep(const protocol::CalibrationMessage& message) {
+AckResult TrackerDevice::keep(HostLink& link, const protocol::CalibrationMessage& message) {
+    const bool is_new = link.is_new(message.sequence);
     if (is_measuring_) {
         return AckResult::wrong_state;
     }
@@ -274,6 +284,9 @@ AckResult TrackerDevice::keep(const protocol::CalibrationMessage& message) {
     calibration::Blob blob{};
     if (store_.read(blob).ok() && std::equal(blob.begin(), blob.end(), message.tail.begin(), message.tail.end())) {
         return AckResult::done;
+    }
+    if (!is_new) {
+        return AckResult::replayed;
     }
     std::copy(message.tail.begin(), message.tail.end(), blob.begin());
     hardware_.coils.switch_off();

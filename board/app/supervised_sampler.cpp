@@ -41,6 +41,9 @@ Status SupervisedSampler::do_poll(SampleBlock& block) {
         return fail(protocol::Fault::drive, "the line that holds the power stages' enable is gone");
     }
     const Status polled = sampler_.poll(block);
+    if (polled.code() == StatusCode::not_ready) {  // before the block is judged: its window shows no current any more
+        return fail(protocol::Fault::overcurrent, "too much current: a coil or its power stage is shorted");
+    }
     if (!polled.ok()) {
         return fail(protocol::Fault::converter, "the converters deliver nothing");
     }

@@ -15,6 +15,7 @@ using protocol::DeviceState;
 using protocol::Fault;
 
 constexpr Microseconds kStatusPause{100'000};
+constexpr Microseconds kCooling{1'000'000};  // of a power stage that carried too much
 /// In so many columns in a row one channel never moved: noise alone would have moved it.
 constexpr int kStuckColumns = 6;
 
@@ -182,6 +183,9 @@ void TrackerDevice::end() {
 
 void TrackerDevice::fail(Fault fault) {
     end();
+    if (fault == Fault::overcurrent) {
+        cool_at_ = now_ + kCooling;
+    }
     faults_.set(fault);
     has_failed_ = true;
     for (HostLink& link : links()) {

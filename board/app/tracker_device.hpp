@@ -46,12 +46,13 @@ private:
     void complain(HostLink& link, protocol::WireError error);
     protocol::AckResult judge(HostLink& link, const protocol::CommandMessage& command);
     protocol::AckResult obey(HostLink& link, const protocol::CommandMessage& command);
+    [[nodiscard]] protocol::AckResult may_drive() const;
     protocol::AckResult obey_start(HostLink& link, std::uint32_t argument);
     protocol::AckResult obey_mode(std::uint32_t argument);
     protocol::AckResult obey_hemisphere(std::uint32_t argument);
     protocol::AckResult obey_boresight(std::uint32_t argument);
     protocol::AckResult obey_read_block(HostLink& link, Excitation state);
-    protocol::AckResult keep(const protocol::CalibrationMessage& message);
+    protocol::AckResult keep(HostLink& link, const protocol::CalibrationMessage& message);
     void acknowledge(HostLink& link, std::uint8_t opcode, std::uint16_t request, protocol::AckResult result,
                      std::uint32_t argument);
     void greet(HostLink& link, const protocol::CommandMessage& command);
@@ -116,6 +117,7 @@ private:
     DeviceTime now_{};
     DeviceTime told_{};              // when the last status was
     std::uint32_t told_faults_ = 0;  // and what it said, state included
+    DeviceTime cool_at_{};           // no coil before
     std::optional<DeviceTime> loader_at_;
 };
 

@@ -11,6 +11,7 @@
 #include "drivers/stm32g4/registers/gpio.hpp"
 #include "drivers/stm32g4/registers/iwdg.hpp"
 #include "drivers/stm32g4/registers/peripheral.hpp"
+#include "drivers/stm32g4/registers/rcc.hpp"
 
 namespace tricoil::nucleo_g474re {
 
@@ -52,14 +53,23 @@ extern "C" {
 extern std::uint32_t stack_bottom[];
 
 /// Into the manufacturer's loader if the last run asked for it: nothing is on yet that would disturb it, no watchdog above all.
+/// A loader that jumps here when it has written new firmware leaves its vectors and clocks behind, which a reset takes away.
 void before_memory() {
     using namespace tricoil;
+    stm32g4::ScbRegisters& scb = stm32g4::peripheral<stm32g4::ScbRegisters>(stm32g4::kScbBase);
+    const stm32g4::RccRegisters& rcc = stm32g4::peripheral<const stm32g4::RccRegisters>(stm32g4::kRccBase);
+    if ((rcc.CFGR & stm32g4::rcc::CFGR_SWS) != stm32g4::rcc::CFGR_SWS_HSI || scb.VTOR != 0) {
+        scb.AIRCR = stm32g4::scb::AIRCR_reset;
+        for (;;) {
+            asm volatile("dsb");
+        }
+    }
     stm32g4::BootRecord& record = nucleo_g474re::boot_record;
     if (record.request != stm32g4::BootRecord::kEnterLoader) {
         return;
     }
     record.request = 0;
-    stm32g4::peripheral<stm32g4::ScbRegisters>(stm32g4::kScbBase).VTOR = nucleo_g474re::kLoader;
+    scb.VTOR = nucleo_g474re::kLoader;
     const auto* vectors = &stm32g4::peripheral<const std::uint32_t>(nucleo_g474re::kLoader);
     asm volatile("msr msp, %0\n bx %1\n" ::"r"(vectors[0]), "r"(vectors[1]));
 }

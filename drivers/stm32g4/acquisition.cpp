@@ -8,9 +8,10 @@
 namespace tricoil::stm32g4 {
 namespace {
 
-constexpr int kPatienceBlocks = 2;
-constexpr Microseconds kPatienceMargin{2000};  // a wait looks at the clock once a millisecond
+constexpr Microseconds kPatienceMargin{
+    300};  // beyond a block, for interrupts that are served first; looked at once a millisecond
 constexpr std::int32_t kTopOfOneConversion = 2047;
+constexpr Status kTripped{StatusCode::not_ready, "over-current: a coil or its amplifier is shorted"};
 
 struct Rate {
     std::uint64_t bits;
@@ -107,7 +108,8 @@ void Acquisition::do_stop() {
 /// The first block begins.
 void Acquisition::run() {
     static_cast<void>(parts_.carriers.take_underrun());
-    now_ = {};
+    now_.gain_step = wanted_step_;  // written whatever was: it is not known what the amplifiers were left at
+    parts_.amplifiers.set(now_.gain_step);
     switch_over();
     parts_.trigger.CNT = 0;
     // A sample stands for the middle of its conversions: the first trigger comes after one period, the last one of it after as
@@ -126,7 +128,11 @@ Status Acquisition::do_poll(SampleBlock& block) {
     }
     std::uint32_t sequence = 0;
     Conditions conditions;
-    if (!wait_for_block() || !copy_newest(sequence, conditions)) {
+    const bool has_block = wait_for_block() && copy_newest(sequence, conditions);
+    if (has_tripped_) {
+        return kTripped;
+    }
+    if (!has_block) {
         return has_failed_ ? Status{StatusCode::device_lost, "DMA cannot reach its memory"}
                            : Status{StatusCode::timed_out, "no block came"};
     }
@@ -152,7 +158,7 @@ Status Acquisition::do_poll(SampleBlock& block) {
 /// False if none comes in time.
 bool Acquisition::wait_for_block() {
     const std::uint64_t half_triggers = std::uint64_t{2} * block_samples_ * static_cast<unsigned>(oversampling_);
-    const DeviceTime deadline = parts_.clock.now() + time_of_half_triggers(kPatienceBlocks * half_triggers) + kPatienceMargin;
+    const DeviceTime deadline = parts_.clock.now() + time_of_half_triggers(half_triggers) + kPatienceMargin;
     while (completed_ == delivered_) {
         if (has_failed_ || parts_.clock.now() > deadline) {
             return false;
@@ -211,6 +217,9 @@ void Acquisition::on_over_current() {
 void Acquisition::switch_over() {
     now_.state = wanted_state_;
     parts_.lines.set(now_.state);
+    if (has_tripped_) {  // between the two lines above, which set what it had cleared
+        parts_.lines.off();
+    }
     if (now_.gain_step != wanted_step_) {
         now_.gain_step = wanted_step_;
         parts_.amplifiers.set(now_.gain_step);
@@ -219,7 +228,7 @@ void Acquisition::switch_over() {
 
 Status Acquisition::excite(Excitation state) {
     if (has_tripped_) {
-        return {StatusCode::not_ready, "over-current: a coil or its amplifier is shorted"};
+        return kTripped;
     }
     wanted_state_ = state;
     if (has_tripped_ || state == Excitation::off) {  // tripped meanwhile: what was wanted must not come back

@@ -9,6 +9,8 @@ namespace {
 
 constexpr std::uint32_t kBusyPolls = 4'000'000;  // a page takes 22 ms at most to erase (DS12288), and an asking 10 ns at least
 constexpr Status kNoSuchPlace{StatusCode::invalid_argument, "no such place in the storage"};
+constexpr Status kOneBank{StatusCode::device_lost, "the flash is set up as one bank; set DBANK in its option bytes"};
+constexpr std::uint32_t kBankBytes = 256 * 1024;
 
 }  // namespace
 
@@ -43,6 +45,9 @@ Status FlashStorage::do_read(std::size_t slot, std::size_t offset, std::span<std
     if (!holds(slot, offset, to.size())) {
         return kNoSuchPlace;
     }
+    if (!has_two_banks()) {
+        return kOneBank;
+    }
     is_damaged_ = false;
     const volatile std::uint64_t* from = word_at(slot, offset);
     for (std::size_t at = 0; at < to.size(); at += kWordBytes) {
@@ -58,14 +63,20 @@ bool FlashStorage::on_ecc_error() {
         return false;
     }
     registers_.ECCR = flash::ECCR_ECCD;
-    const std::uint32_t page = (error & flash::ECCR_ADDR_ECC) / kFlashPageBytes;
+    const std::uint32_t page = (error & flash::ECCR_ADDR_ECC) % kBankBytes / kFlashPageBytes;
     const bool ours =
         (error & flash::ECCR_BK_ECC) != 0 && page >= pages_.first && page < std::uint32_t{pages_.first} + pages_.count;
     is_damaged_ = is_damaged_ || ours;
     return ours;
 }
 
+/// As one bank its pages are twice as large, and a page number means another place: both slots would be one page.
+bool FlashStorage::has_two_banks() const { return (registers_.OPTR & flash::OPTR_DBANK) != 0; }
+
 Status FlashStorage::unlock() {
+    if (!has_two_banks()) {
+        return kOneBank;
+    }
     const Status idle = wait_until([this] { return (registers_.SR & flash::SR_BSY) == 0; }, kBusyPolls, "the flash stays busy");
     if (!idle.ok()) {
         return idle;

@@ -31,6 +31,7 @@ private:
     Status do_program(std::size_t slot, std::size_t offset, std::uint64_t word) override;
     Status do_read(std::size_t slot, std::size_t offset, std::span<std::uint8_t> to) override;
 
+    [[nodiscard]] bool has_two_banks() const;
     Status unlock();
     Status finish();
     std::uint32_t take_errors();

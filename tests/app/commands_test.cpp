@@ -92,6 +92,51 @@ TEST(Refused, WhatIsAskedInTheWrongState) {
     EXPECT_EQ(board.ask(Opcode::stop), AckResult::done) << "stopping twice is no mistake";
 }
 
+TEST(Refused, WhateverDrivesCoilsWhereTheyMustStayOff) {
+    const auto expect_none = [](DeviceBench& board, AckResult result, const std::string& why) {
+        EXPECT_EQ(board.ask(Opcode::start), result) << why;
+        for (const Excitation state : {Excitation::s1, Excitation::s2, Excitation::s3}) {
+            EXPECT_EQ(board.ask(Opcode::read_block, 0, state), result) << why;
+        }
+        EXPECT_EQ(board.coils.changes(), 0U) << why;
+    };
+    for (const auto trouble : {hal::SystemTrouble::clock, hal::SystemTrouble::stack, hal::SystemTrouble::memory}) {
+        DeviceBench board;
+        board.run(0.01);
+        board.host().hello();
+        board.system.pretend(hal::SystemTroubles{trouble});
+        board.run(0.01);
+        expect_none(board, AckResult::failed, "trouble " + std::to_string(static_cast<int>(trouble)));
+    }
+    DeviceBench board;
+    board.run(0.01);
+    board.host().hello();
+    ASSERT_EQ(board.ask(Opcode::loader, protocol::kLoaderKey), AckResult::done);
+    expect_none(board, AckResult::wrong_state, "on the way to the loader");
+}
+
+TEST(Refused, ACalibrationThatIsReplayed) {
+    DeviceBench board;
+    board.run(0.01);
+    board.host().hello();
+    board.run(0.01);
+    board.host().write(a_calibration(1));
+    board.run(0.01);
+    board.host().write(a_calibration(2));
+    board.run(0.01);
+    ASSERT_EQ(board.host().result(), AckResult::done);
+    const auto written = board.storage.operations();
+    board.host().say_again();
+    board.host().say_again();
+    board.host().write(a_calibration(1));
+    board.run(0.01);
+    EXPECT_EQ(board.host().result(), AckResult::replayed);
+    board.host().write(a_calibration(2));
+    board.run(0.01);
+    EXPECT_EQ(board.host().result(), AckResult::done) << "a host that heard no answer repeats itself";
+    EXPECT_EQ(board.storage.operations(), written);
+}
+
 TEST(Refused, EverythingBeforeHello) {
     DeviceBench board;
     board.run(0.01);
@@ -196,7 +241,7 @@ TEST(Calibration, IsAppliedToWhatIsTracked) {
     board.run(0.3);
     const auto halved = board.host().poses.back().position;  // eight times the couplings: half as far
     for (std::size_t i = 0; i < 3; ++i) {
-        EXPECT_NEAR(halved[i], plain[i] / 2, 2e4);
+        EXPECT_NEAR(halved[i], 0.5 * plain[i], 2e4);
     }
 }
 

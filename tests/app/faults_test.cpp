@@ -49,6 +49,7 @@ protected:
         EXPECT_GT(board.host().poses.size(), poses + 100);
     }
 
+    static constexpr double kCooling_s = 1;
     DeviceBench board;
 };
 
@@ -60,9 +61,13 @@ TEST_F(Faults, OverCurrent) {
         return Status{};
     };
     expect_off(Fault::overcurrent);
+    EXPECT_EQ(board.ask(Opcode::start), AckResult::failed) << "however often a host asks, the power stage has its second to cool";
+    EXPECT_EQ(board.ask(Opcode::read_block, 0, Excitation::s1), AckResult::failed);
+    board.run(kCooling_s);
     EXPECT_EQ(board.ask(Opcode::start), AckResult::done);
     board.run(0.01);
     EXPECT_EQ(board.device->state(), DeviceState::fault) << "still shorted";
+    board.run(kCooling_s);
     expect_recovery();
 }
 
@@ -109,6 +114,7 @@ TEST_F(Faults, PowerStagesThatSwitchedOffByThemselves) {
     board.coils.fail_with({StatusCode::not_ready, "tripped"});
     expect_off(Fault::overcurrent);
     board.coils.fail_with({});
+    board.run(kCooling_s);
     expect_recovery();
 }
 

@@ -41,6 +41,7 @@ public:
     void keep_alive() { command(protocol::Opcode::keep_alive); }
     void write(std::span<const std::uint8_t> blob) {
         protocol::CalibrationMessage m;
+        m.sequence = sequence_++;
         m.request = ++request_;
         m.tail = blob;
         say(m);

@@ -197,6 +197,20 @@ TEST_F(AcquisitionTest, GainChangesBetweenBlocksAndIsTold) {
     EXPECT_EQ(block.gain_step, 3);
 }
 
+TEST_F(AcquisitionTest, ARestartHasTheGainThatItTells) {
+    ASSERT_TRUE(acquisition.begin().ok());
+    ASSERT_TRUE(acquisition.start(kTdm).ok());
+    ASSERT_TRUE(acquisition.gain().choose(1).ok());
+    ASSERT_TRUE(acquisition.poll(block).ok());
+    ASSERT_TRUE(acquisition.gain().choose(0).ok());
+    acquisition.stop();  // before a block's end could have brought it to the amplifiers
+    ASSERT_NE(registers.amplifiers.CSR[2] >> 5U & 3U, 3U);
+    ASSERT_TRUE(acquisition.start(kTdm).ok());
+    ASSERT_TRUE(acquisition.poll(block).ok());
+    EXPECT_EQ(block.gain_step, 0);
+    EXPECT_EQ(registers.amplifiers.CSR[2] >> 5U & 3U, 3U) << "a follower";
+}
+
 TEST_F(AcquisitionTest, LostBlocksShowAsAGap) {
     ASSERT_TRUE(acquisition.begin().ok());
     ASSERT_TRUE(acquisition.start(kTdm).ok());

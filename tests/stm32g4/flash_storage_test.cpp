@@ -10,6 +10,7 @@ namespace {
 
 struct FlashStorageTest : testing::Test {
     FlashStorageTest() {
+        registers.OPTR = flash::OPTR_DBANK;
         for (volatile std::uint64_t& word : memory) {
             word = ~std::uint64_t{0};
         }
@@ -65,10 +66,23 @@ TEST_F(FlashStorageTest, ErrorsOfTheHardwareAreTold) {
     EXPECT_EQ(registers.CR, flash::CR_LOCK);
 }
 
+TEST_F(FlashStorageTest, TouchesNothingWhereTheFlashIsOneBank) {
+    registers.OPTR = 0;
+    registers.CR = 0;
+    std::array<std::uint8_t, 16> bytes{};
+    EXPECT_EQ(storage.erase(0).code(), StatusCode::device_lost);
+    EXPECT_EQ(storage.program(0, 0, 1).code(), StatusCode::device_lost);
+    EXPECT_EQ(storage.read(0, 0, bytes).code(), StatusCode::device_lost);
+    EXPECT_EQ(registers.CR, 0U);
+    EXPECT_EQ(memory[0], ~std::uint64_t{0});
+}
+
 TEST_F(FlashStorageTest, AnEccErrorInItsPagesIsItsOwn) {
     registers.ECCR = flash::ECCR_ECCD | flash::ECCR_BK_ECC | (126U * 2048U + 8U);
     EXPECT_TRUE(storage.on_ecc_error());
-    EXPECT_EQ(registers.ECCR, flash::ECCR_ECCD);         // written one to clear
+    EXPECT_EQ(registers.ECCR, flash::ECCR_ECCD);                                             // written one to clear
+    registers.ECCR = flash::ECCR_ECCD | flash::ECCR_BK_ECC | (256U * 1024U + 126U * 2048U);  // counted over both banks
+    EXPECT_TRUE(storage.on_ecc_error());
     registers.ECCR = flash::ECCR_ECCD | (126U * 2048U);  // the program's bank
     EXPECT_FALSE(storage.on_ecc_error());
     registers.ECCR = flash::ECCR_ECCD | flash::ECCR_BK_ECC | (125U * 2048U);

@@ -76,8 +76,22 @@ TEST(BoardFaults, OpenCoil) {
 TEST(BoardFaults, OverCurrentDropsTheEnablesWithinABlock) {
     FaultyBoard board({}, {"shorted_coil:S1@0.7-1.2"});
     board.expect_off(3.2 * kBlockS, bit(Fault::overcurrent));
-    board.run(0.3);
+    EXPECT_EQ(board.ask(test::on_serial, Opcode::start), AckResult::failed) << "the power stage cools";
+    board.run(1.1);
     board.expect_tracking();
+}
+
+TEST(BoardFaults, OverCurrentFromTheFirstMomentIsToldAsThat) {
+    BoardBench board("hand", {"shorted_coil:S1"});
+    board.run(BoardBench::kBootS);
+    board.host().hello();
+    board.run(0.01);
+    EXPECT_EQ(board.ask(test::on_serial, Opcode::start), AckResult::done);
+    board.run(0.05);
+    const auto faults = board.status().faults;
+    EXPECT_NE(faults & bit(Fault::overcurrent), 0U);
+    EXPECT_EQ(faults & bit(Fault::open_coil), 0U) << "no current in the window: because it was cut off";
+    EXPECT_FALSE(board.board->bench.any_driven());
 }
 
 TEST(BoardFaults, ConverterThatRepeatsItself) {
@@ -89,14 +103,14 @@ TEST(BoardFaults, ConverterThatRepeatsItself) {
 
 TEST(BoardFaults, ConverterThatFallsSilent) {
     FaultyBoard board({"adc_silent:4@0.7-1.2"});
-    board.expect_off(8 * kBlockS, bit(Fault::converter));
+    board.expect_off(4 * kBlockS, bit(Fault::converter));
     board.run(0.3);
     board.expect_tracking();
 }
 
 TEST(BoardFaults, DmaThatServesNobody) {
     FaultyBoard board({"dma_stuck@0.7-1.2"});
-    board.expect_off(8 * kBlockS, bit(Fault::converter));
+    board.expect_off(4 * kBlockS, bit(Fault::converter));
     board.run(0.3);
     board.expect_tracking();
 }
@@ -109,6 +123,9 @@ TEST(BoardFaults, CrystalThatDoesNotStartKeepsTheCoilsOff) {
     board.run(0.02);
     EXPECT_EQ(board.host().identities.size(), 1U) << "by the other oscillator it can still be talked to";
     EXPECT_NE(board.ask(test::on_serial, Opcode::start), AckResult::done);
+    board.host().command(Opcode::read_block, 0, Excitation::s1);
+    board.run(0.05);
+    EXPECT_EQ(board.host().result(), AckResult::failed);
     EXPECT_NE(board.status().faults & bit(Fault::clock), 0U);
     EXPECT_LT(board.board->bench.last_driven_s(), 0) << "never";
 }

@@ -46,7 +46,7 @@ constexpr std::uint32_t CR_BKER = 1U << 11U;
 constexpr std::uint32_t CR_STRT = 1U << 16U;
 constexpr std::uint32_t CR_LOCK = 1U << 31U;
 
-constexpr std::uint32_t ECCR_ADDR_ECC = 0x7FFFFU;  // of the double-word, within its bank
+constexpr std::uint32_t ECCR_ADDR_ECC = 0x7FFFFU;  // of the double-word; above an address in a bank, the bank or nothing
 constexpr std::uint32_t ECCR_BK_ECC = 1U << 21U;
 constexpr std::uint32_t ECCR_ECCD2 = 1U << 29U;  // one bank of 128-bit words: the upper half
 constexpr std::uint32_t ECCR_ECCD = 1U << 31U;   // two errors in a double-word; raises the NMI; written one to clear
