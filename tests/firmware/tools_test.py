@@ -9,6 +9,7 @@ import tempfile
 import unittest
 
 TOOLCHAIN = pathlib.Path(__file__).resolve().parents[2] / "toolchain"
+BOARD = slice(0x220, 0x230)  # where an image names its board (board/nucleo_g474re/image_header.hpp)
 IMAGE = pathlib.Path(sys.argv.pop(1))
 
 
@@ -60,6 +61,16 @@ class Tools(unittest.TestCase):
         self.refused(run("flash", "radio", IMAGE), 2, "'radio'")
         self.refused(run("flash", "dfu", self.folder / "none"), 2, "no image")
         self.refused(run("flash", "dfu", self.file(bytes(10000))), 2, "no image header")
+
+    def test_flash_refuses_the_image_of_another_board(self):
+        path = self.tools(dfu_util='echo "$*" >"$0.said"', st_flash='echo "$*" >"$0.said"')
+        for board in (b"nucleo-g431kb", b"nucleo-g474re 2", b""):
+            image = bytearray(IMAGE.read_bytes())
+            image[BOARD] = board.ljust(16, b"\0")
+            for way in ("dfu", "stlink"):
+                done = run("flash", way, self.file(image), path=path)
+                self.refused(done, 2, f"'{board.decode()}'", "nucleo-g474re;", "toolchain/build")
+        self.assertEqual(list(self.folder.glob("*.said")), [])
 
     def test_flash_says_which_tool_is_missing(self):
         path = self.tools()
