@@ -104,7 +104,12 @@ void CanBridge::serve() {
 UsbBridge::UsbBridge(UsbWire& wire)
     : wire_(wire),
       kernel_([this](const sim::UsbIpRequest& request, std::span<const std::uint8_t> data) { submit(request, data); },
-              [this](std::uint32_t number) { return wire_.cancel(number); }) {}
+              [this](std::uint32_t number) { return wire_.cancel(number); }) {
+    // The board plugs itself in only when its firmware says so, which a short run does not see.
+    if (const std::string why = sim::UsbIpWire::absence(); !why.empty()) {
+        throw host::DeviceError(why);
+    }
+}
 
 void UsbBridge::submit(const sim::UsbIpRequest& request, std::span<const std::uint8_t> data) {
     UsbTransfer transfer;

@@ -51,6 +51,7 @@ private:
 /// The USB plug in the kernel's virtual host controller.
 class UsbBridge final : public Bridge {
 public:
+    /// Throws host::DeviceError if there is no such controller.
     explicit UsbBridge(UsbWire& wire);
     void serve() override;
 

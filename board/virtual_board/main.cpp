@@ -39,7 +39,16 @@ struct Options {
     std::string report;
 };
 
+constexpr double kEndlessS = 1e9;
 constexpr double kStepS = 250e-6;  // between two looks at the links
+
+/// A name that is neither a fault of the world nor one of the board is answered with both.
+void check_fault_name(const std::string& text) {
+    std::vector<std::string> names = sim::fault_names();
+    const std::vector<std::string> of_the_board = board_fault_names();
+    names.insert(names.end(), of_the_board.begin(), of_the_board.end());
+    (void)sim::index_of_name("fault", text.substr(0, text.find_first_of(":@")), names);
+}
 
 std::vector<std::uint8_t> read_file(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
@@ -78,6 +87,7 @@ public:
         : options_(options), scenario_(sim::load_scenario(options.scenario, options.seed)), symbols_(symbols(options.elf)) {
         std::vector<BoardFault> faults;
         for (const std::string& text : options.faults) {
+            check_fault_name(text);
             if (is_board_fault(text)) {
                 faults.push_back(parse_board_fault(text));
             } else {
@@ -92,7 +102,7 @@ public:
 
     void go() {
         const host::InterruptGuard guard;
-        const double end_s = options_.duration_s > 0 ? options_.duration_s : 1e9;
+        const double end_s = options_.duration_s > 0 ? options_.duration_s : kEndlessS;
         const bool paced = options_.pace == "real" || (options_.pace == "auto" && !bridges_.empty());
         const std::int64_t began_us = drivers::monotonic_us();
         while (!guard.interrupted() && board_->now_s() < end_s && !board_->machine.cpu.in_bootloader()) {
@@ -184,8 +194,9 @@ private:
 
 int run(const Options& options) {
     (void)sim::index_of_name("--pace", options.pace, {"auto", "real", "fast"});
-    if (options.duration_s < 0) {
-        throw host::InputError("--duration must not be negative; 0 runs until a signal comes");
+    if (!(options.duration_s >= 0 && options.duration_s <= kEndlessS)) {  // so that nan is refused too
+        throw host::InputError(
+            fmt::format("--duration must be a number of seconds up to {}; 0 runs until a signal comes", kEndlessS));
     }
     Run run(options);
     run.go();
@@ -205,7 +216,11 @@ int main_program(int argc, char** argv) {
     program.add_option("image", o.image, "The .bin, as it is flashed to 0x08000000")->required();
     program.add_option("--elf", o.elf, "The .elf it was made from: names of functions, size of the stack");
     program.add_option("--scenario", o.scenario, "Built-in scenario or a .toml file")->capture_default_str();
-    program.add_option("--seed", o.seed, "Of noise and motion")->capture_default_str();
+    // CLI11 would take -1 for the greatest seed there is.
+    const auto not_negative = [](const std::string& text) {
+        return text.starts_with('-') ? "must be a whole number from 0 on" : "";
+    };
+    program.add_option("--seed", o.seed, "Of noise and motion")->check(not_negative)->capture_default_str();
     program.add_option("--duration", o.duration_s, "Seconds of simulated time; 0: until a signal comes")->capture_default_str();
     program.add_option("--can", o.can, "The CAN FD interface that is the board's bus, as vcan0");
     program.add_flag("--usbip", o.usbip, "Plug the board into the kernel's virtual USB host controller");

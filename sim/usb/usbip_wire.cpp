@@ -19,6 +19,7 @@ constexpr std::uint32_t kUnlink = 2;
 constexpr std::uint32_t kSubmitted = 3;
 constexpr std::uint32_t kUnlinked = 4;
 constexpr unsigned kPorts = 8;
+constexpr const char* kAttach = "/sys/devices/platform/vhci_hcd.0/attach";
 constexpr int kAttachTries = 100;
 constexpr unsigned kAttachPauseUs = 10'000;
 
@@ -35,6 +36,11 @@ void put_word(std::uint8_t* at, std::uint32_t value) {
 
 }  // namespace
 
+std::string UsbIpWire::absence() {
+    return ::access(kAttach, W_OK) == 0 ? ""
+                                        : "no virtual USB host controller to write to; run modprobe vhci_hcd, and this as root";
+}
+
 std::string UsbIpWire::plug_in(UsbSpeed speed) {
     pull_out();
     std::array<int, 2> ends{-1, -1};
@@ -46,7 +52,7 @@ std::string UsbIpWire::plug_in(UsbSpeed speed) {
         // Another port each time: one is not free at once when its device has been pulled out.
         constexpr int kDeviceId = (1 << 16) | 2;
         const int port = static_cast<int>(attached_++ % kPorts);
-        std::ofstream attach("/sys/devices/platform/vhci_hcd.0/attach");
+        std::ofstream attach(kAttach);
         attach << port << ' ' << ends[1] << ' ' << kDeviceId << ' ' << static_cast<int>(speed) << std::flush;
         attached = attach.good();
         if (!attached) {

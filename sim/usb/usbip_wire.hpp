@@ -33,6 +33,8 @@ public:
     UsbIpWire(const UsbIpWire&) = delete;
     UsbIpWire& operator=(const UsbIpWire&) = delete;
 
+    /// Empty, or why there is no host controller to plug into.
+    static std::string absence();
     /// Empty, or why the host controller does not take the device.
     std::string plug_in(UsbSpeed speed);
     void pull_out();

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
+#include <string_view>
 
 #include "sim/io/input_error.hpp"
 #include "sim/io/nearest_name.hpp"
@@ -27,6 +29,7 @@ constexpr std::array<Kind, 11> kKinds{{
     {"can_errors", "can_errors:N  N frames of the board are destroyed"},
     {"can_alone", "can_alone  nobody on the CAN bus acknowledges"},
 }};
+constexpr double kMostCounted = 1e9;  // fits `unsigned`; more never comes in a run
 constexpr double kAlways = std::numeric_limits<double>::infinity();
 
 double number(const std::string& text, const std::string& fault) {
@@ -41,13 +44,29 @@ double number(const std::string& text, const std::string& fault) {
     throw sim::InputError("fault '" + fault + "': '" + text + "' is not a number from 0 on");
 }
 
-std::vector<std::string> names() {
+/// The fault's N; 0 for a fault that has none.
+unsigned count(const Kind& kind, const std::string& field, const std::string& fault) {
+    const bool counts = std::string_view(kind.help).starts_with(std::string(kind.name) + ":N");
+    if (!counts) {
+        if (!field.empty()) {
+            throw sim::InputError("fault '" + fault + "': takes no number");
+        }
+        return 0;
+    }
+    const double value = number(field.empty() ? field : field.substr(1), fault);
+    if (value < 1 || value > kMostCounted || value != std::floor(value)) {
+        throw sim::InputError("fault '" + fault + "': give a whole number from 1 to 1000000000");
+    }
+    return static_cast<unsigned>(value);
+}
+
+}  // namespace
+
+std::vector<std::string> board_fault_names() {
     std::vector<std::string> all;
     std::transform(kKinds.begin(), kKinds.end(), std::back_inserter(all), [](const Kind& kind) { return kind.name; });
     return all;
 }
-
-}  // namespace
 
 std::vector<std::string> board_fault_help() {
     std::vector<std::string> all;
@@ -65,8 +84,9 @@ BoardFault parse_board_fault(const std::string& text) {
     const auto at = text.find('@');
     const std::string head = text.substr(0, at);
     const auto colon = head.find(':');
-    fault.name = names()[sim::index_of_name("fault", head.substr(0, colon), names())];
-    fault.number = colon == std::string::npos ? 0 : static_cast<unsigned>(number(head.substr(colon + 1), text));
+    const Kind& kind = kKinds.at(sim::index_of_name("fault", head.substr(0, colon), board_fault_names()));
+    fault.name = kind.name;
+    fault.number = count(kind, head.substr(std::min(colon, head.size())), text);
     fault.end_s = kAlways;
     if (at != std::string::npos) {
         const std::string times = text.substr(at + 1);
@@ -80,9 +100,6 @@ BoardFault parse_board_fault(const std::string& text) {
     const bool converter = fault.number == 1 || (fault.number >= 3 && fault.number <= 5);
     if (fault.name == "adc_silent" && !converter) {
         throw sim::InputError("fault '" + text + "': the board uses converters 1, 3, 4 and 5; name one");
-    }
-    if (fault.name == "usb_resets" && fault.number == 0) {
-        throw sim::InputError("fault '" + text + "': give the milliseconds between two resets, as usb_resets:5");
     }
     return fault;
 }

@@ -16,6 +16,7 @@ struct BoardFault {
     double end_s = 0;
 };
 
+std::vector<std::string> board_fault_names();
 /// Names and what they do, a line each.
 std::vector<std::string> board_fault_help();
 [[nodiscard]] bool is_board_fault(const std::string& text);

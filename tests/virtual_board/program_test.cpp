@@ -1,0 +1,68 @@
+// What tricoil-virtual-board says to wrong options: one line, and the documented status.
+#include <gmock/gmock.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+#include "tests/cli/cli_runner.hpp"
+
+namespace tricoil {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// TRICOIL_PROGRAM is the virtual board here, ended with status 124 if it runs on in spite of its options.
+test::CliResult virtual_board(const std::string& options) {
+    return test::tricoil(TRICOIL_TEST_FIRMWARE "/processor.bin " + options);
+}
+
+void expect_refused(const std::string& options, int exit_code, const std::string& says) {
+    const test::CliResult result = virtual_board(options);
+    EXPECT_EQ(result.exit_code, exit_code) << options;
+    EXPECT_THAT(result.err, HasSubstr(says)) << options;
+    EXPECT_TRUE(result.err.starts_with("tricoil-virtual-board: ")) << options << "\n" << result.err;
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << options << "\n" << result.err;
+}
+
+TEST(Program, RunsForItsDuration) {
+    const test::CliResult result = virtual_board("--duration 0.001 --fault can_errors:3 --fault metal:0.6,0,0,0.05");
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_DOUBLE_EQ(result.json()["simulated_s"].get<double>(), 0.001);
+}
+
+TEST(Program, DurationIsAFiniteNumberFromZeroOn) {
+    for (const char* wrong : {"nan", "-nan", "inf", "1e400", "1e10", "-1"}) {
+        expect_refused(std::string("--duration ") + wrong, 2, "--duration must be a number of seconds");
+    }
+    expect_refused("--duration soon", 2, "--duration");
+}
+
+TEST(Program, SeedIsAWholeNumberFromZeroOn) {
+    for (const char* wrong : {"-1", "nan", "1e30"}) {
+        expect_refused(std::string("--duration 0.001 --seed ") + wrong, 2, "--seed");
+    }
+}
+
+TEST(Program, AnUnknownFaultIsAnsweredWithBothKinds) {
+    expect_refused("--duration 0.001 --fault foo", 2, "shorted_coil, adc_silent");
+    expect_refused("--duration 0.001 --fault can_eror:3", 2, "did you mean 'can_errors'");
+    expect_refused("--duration 0.001 --fault open_coyl:S1", 2, "did you mean 'open_coil'");
+}
+
+TEST(Program, NumbersOfFaultsAreBounded) {
+    for (const char* wrong : {"can_errors:1e99", "can_errors:nan", "can_errors:inf", "can_errors:-1", "can_errors:1.5",
+                              "can_errors:0", "can_errors", "flash_power_loss:1e10", "usb_resets:0", "adc_silent:2", "hang:3",
+                              "can_errors:1@nan", "can_errors:1@2-1", "can_errors:1@inf"}) {
+        expect_refused(std::string("--duration 0.001 --fault ") + wrong, 2, std::string("fault '") + wrong + "'");
+    }
+}
+
+TEST(Program, UsbWithoutAHostControllerIsToldAtOnce) {
+    if (::access("/sys/devices/platform/vhci_hcd.0/attach", W_OK) == 0) {
+        GTEST_SKIP() << "this machine has a virtual host controller";
+    }
+    expect_refused("--duration 0.001 --usbip", 3, "vhci_hcd");
+}
+
+}  // namespace
+}  // namespace tricoil
