@@ -261,15 +261,19 @@ void DeviceInquiry::boresight() {
 
 /// Feeds the device until a pose is valid.
 void DeviceInquiry::await_pose() {
+    std::uint32_t newest = 0;  // what has been heard: a device that waits for its host is told
     const auto is_valid_pose = [&](const hal::ReceivedMessage& message) {
         protocol::PoseMessage pose;
         tracking::PoseEstimate<double> estimate;
-        return protocol::decode(message.bytes, pose) == WireError::none &&
-               protocol::from_message(pose, estimate) == WireError::none && estimate.valid();
+        if (protocol::decode(message.bytes, pose) != WireError::none) {
+            return false;
+        }
+        newest = pose.sequence;
+        return protocol::from_message(pose, estimate) == WireError::none && estimate.valid();
     };
     const host::InterruptGuard guard;
     if (!converse(
-            wait_s_, guard, [&] { command(Opcode::keep_alive); }, is_valid_pose, kPosePauseUs)) {
+            wait_s_, guard, [&] { command(Opcode::keep_alive, Excitation::off, newest); }, is_valid_pose, kPosePauseUs)) {
         command(Opcode::stop);
         guard.check();
         throw host::DeviceError(

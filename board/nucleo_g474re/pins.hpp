@@ -17,7 +17,7 @@ constexpr PinName kCarrier1{'A', 4};  // DAC1_OUT1
 constexpr PinName kCarrier2{'A', 5};  // DAC1_OUT2
 constexpr PinName kCarrier3{'A', 6};  // DAC2_OUT1
 
-// Enables of the coils' amplifiers: high is on; 10 kOhm to ground keeps them off while the pins float at reset.
+// Enables of the coils' amplifiers: high is on; 4.7 kOhm to ground keeps them off while the pins float at reset.
 constexpr PinName kEnable1{'C', 6};
 constexpr PinName kEnable2{'C', 7};
 constexpr PinName kEnable3{'C', 8};

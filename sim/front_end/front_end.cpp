@@ -1,5 +1,6 @@
 #include "sim/front_end/front_end.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/protocol/command_arguments.hpp"
@@ -130,7 +131,7 @@ void SimulatedFrontEnd::obey(const protocol::CommandMessage& command, std::int64
             break;
         case Opcode::keep_alive:
             heard_us_ = now_us;
-            acknowledged_ = command.argument + 1;
+            acknowledged_ = std::min(command.argument + 1, sequence_);  // a host that has heard nothing says 0
             break;
         case Opcode::start:
             heard_us_ = now_us;
