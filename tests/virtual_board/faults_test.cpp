@@ -81,6 +81,15 @@ TEST(BoardFaults, OverCurrentDropsTheEnablesWithinABlock) {
     board.expect_tracking();
 }
 
+TEST(BoardFaults, OverCurrentTripsTheHardwareWithinSamples) {
+    FaultyBoard board({}, {"shorted_coil:S1@0.7-1.2", "shorted_coil:S2@0.7-1.2", "shorted_coil:S3@0.7-1.2"});
+    board.run(kFaultS + 0.3 - board.board->now_s());
+    const double off_after_s = board.board->bench.last_driven_s() - kFaultS;
+    std::printf("off %.1f us after the short\n", 1e6 * off_after_s);
+    EXPECT_LT(off_after_s, 0.2e-3) << "a quarter of a carrier's period, and a few samples";
+    EXPECT_NE(board.status().faults & bit(Fault::overcurrent), 0U);
+}
+
 TEST(BoardFaults, OverCurrentFromTheFirstMomentIsToldAsThat) {
     BoardBench board("hand", {"shorted_coil:S1"});
     board.run(BoardBench::kBootS);
@@ -162,6 +171,8 @@ TEST(BoardFaults, StackNearItsLimitIsTold) {
     const auto words = board.board->machine.memory.at(bottom, 16);
     std::fill(words.begin(), words.end(), 0x11);
     EXPECT_NE(board.status().faults & bit(Fault::stack), 0U);
+    EXPECT_FALSE(is_on(board));
+    EXPECT_EQ(board.ask(test::on_serial, Opcode::start), AckResult::failed);
 }
 
 TEST(BoardFaults, HostThatFallsSilentTurnsTheCoilsOff) {
@@ -293,20 +304,39 @@ TEST(BoardFlash, TellsOfACalibrationThatIsCorrupted) {
     EXPECT_EQ(board.status().faults & bit(Fault::calibration), 0U);
 }
 
+std::vector<std::uint8_t> noise(std::mt19937& random, std::size_t most) {
+    std::vector<std::uint8_t> bytes(random() % most);
+    for (std::uint8_t& byte : bytes) {
+        byte = static_cast<std::uint8_t>(random() % 4 == 0 ? 0 : random());
+    }
+    return bytes;
+}
+
+TEST(BoardInput, NoiseOnTwoLinksTakesNothingFromTheThird) {
+    FaultyBoard board({}, {}, {test::on_usb});
+    board.run(0.3);
+    std::mt19937 random(3);
+    const std::size_t before = board.host(test::on_usb).poses.size();
+    for (int n = 0; n < 100; ++n) {
+        board.ends[test::on_serial]->send_raw(noise(random, 200));
+        board.ends[test::on_can]->send_raw(noise(random, 200));
+        board.run(0.02);
+        ASSERT_TRUE(is_on(board));
+    }
+    const auto& poses = board.host(test::on_usb).poses;
+    EXPECT_GT(poses.size(), before + 1430);
+    for (std::size_t n = before + 1; n < poses.size(); ++n) {
+        ASSERT_EQ(poses[n].sequence, poses[n - 1].sequence + 1);
+    }
+}
+
 TEST(BoardInput, BytesAtRandomOnAllLinksForAMinute) {
     BoardBench bench;
     bench.run(BoardBench::kBootS);
     std::mt19937 random(7);
-    const auto noise = [&](std::size_t most) {
-        std::vector<std::uint8_t> bytes(random() % most);
-        for (std::uint8_t& byte : bytes) {
-            byte = static_cast<std::uint8_t>(random() % 4 == 0 ? 0 : random());
-        }
-        return bytes;
-    };
     for (int n = 0; n < 600; ++n) {
         for (const auto& end : bench.ends) {
-            end->send_raw(noise(200));
+            end->send_raw(noise(random, 200));
         }
         bench.run(0.1);
         ASSERT_FALSE(bench.board->bench.any_driven());
