@@ -55,6 +55,7 @@ void put_idle_loop(Memory& memory) {
 
 VirtualBoard::VirtualBoard(std::span<const std::uint8_t> image, const sim::Scenario& scenario)
     : rcc(machine),
+      pwr(machine),
       flash(machine),
       dma(machine),
       usart(machine, kUsart2Line),

@@ -23,7 +23,7 @@ inline std::vector<std::uint8_t> read_image(const std::string& path) {
     return {std::istreambuf_iterator<char>(file), {}};
 }
 
-enum LinkNumber : std::size_t { on_serial, on_can, on_usb, kLinkNumbers };
+enum LinkNumber : std::size_t { on_serial, on_can, on_usb, link_numbers };
 
 class BoardBench {
 public:
@@ -92,9 +92,9 @@ public:
     sim::Scenario scenario;
     virtual_board::Symbols symbols{TRICOIL_BOARD_IMAGE ".elf"};
     std::optional<virtual_board::VirtualBoard> board;
-    std::array<std::unique_ptr<WireEnd>, kLinkNumbers> ends;
+    std::array<std::unique_ptr<WireEnd>, link_numbers> ends;
     std::vector<std::unique_ptr<HostEnd>> hosts;
-    std::array<bool, kLinkNumbers> fed{};
+    std::array<bool, link_numbers> fed{};
     virtual_board::OutputHash hash;
     std::function<void()> at_each_step;
 
@@ -105,7 +105,7 @@ private:
     void serve() {
         const bool feeds = board->now_s() - fed_s_ >= kFeedS;
         fed_s_ = feeds ? board->now_s() : fed_s_;
-        for (std::size_t n = 0; n < kLinkNumbers; ++n) {
+        for (std::size_t n = 0; n < link_numbers; ++n) {
             if (feeds && fed[n]) {
                 host(n).keep_alive();
             }

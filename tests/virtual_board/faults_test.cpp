@@ -342,7 +342,7 @@ TEST(BoardInput, BytesAtRandomOnAllLinksForAMinute) {
         ASSERT_FALSE(bench.board->bench.any_driven());
     }
     EXPECT_EQ(bench.board->resets(), 0U);
-    for (std::size_t link = 0; link < test::kLinkNumbers; ++link) {
+    for (std::size_t link = 0; link < test::link_numbers; ++link) {
         const std::array<std::uint8_t, 4> kEndOfFrame{};
         if (link != test::on_can) {
             bench.ends[link]->send_raw(kEndOfFrame);

@@ -93,11 +93,11 @@ void expect_same(const std::vector<protocol::PoseMessage>& some, const std::vect
 TEST(Tracker, BootsAndSaysWhoItIsOnEveryLink) {
     BoardBench bench;
     bench.run(BoardBench::kBootS);
-    for (std::size_t link = 0; link < test::kLinkNumbers; ++link) {
+    for (std::size_t link = 0; link < test::link_numbers; ++link) {
         bench.host(link).hello();
     }
     bench.run(0.1);
-    for (std::size_t link = 0; link < test::kLinkNumbers; ++link) {
+    for (std::size_t link = 0; link < test::link_numbers; ++link) {
         ASSERT_EQ(bench.host(link).identities.size(), 1U) << "link " << link;
         EXPECT_EQ(bench.host(link).identities[0].role, static_cast<std::uint8_t>(protocol::Role::tracker));
     }

@@ -30,7 +30,8 @@ constexpr unsigned kRegulator = 28;
 constexpr unsigned kDeepPowerDown = 29;
 constexpr unsigned kCalibrate = 31;
 
-constexpr double kReadyS = 1e-6;  // DS12288, stabilisation time after power-up
+constexpr double kReadyS = 1e-6;            // DS12288, stabilisation time after power-up
+constexpr double kRegulatorStartS = 20e-6;  // DS12288, start-up time of the converter's voltage regulator
 constexpr double kCalibrationCycles = 116;
 constexpr double kMostHz = 60e6;  // DS12288, one converter at 12 bits
 // Twice the cycles of SMPR's codes.
@@ -129,11 +130,19 @@ void Adc::show_interrupt() { machine_.nvic.set_level(params_.interrupt, (flags_ 
 void Adc::control(std::uint32_t value) {
     constexpr std::uint32_t kPowers = 1U << kRegulator | 1U << kDeepPowerDown;
     control_ = (control_ & ~kPowers) | (value & kPowers);
+    if (!is_set(control_, kRegulator) || is_set(control_, kDeepPowerDown)) {
+        regulated_from_.reset();
+    } else if (!regulated_from_) {
+        regulated_from_ = machine_.now() + ticks(kRegulatorStartS);
+    }
     const bool powered = is_set(control_, kRegulator) && !is_set(control_, kDeepPowerDown);
     const std::uint32_t adc_hz_divider = common_.divider();
     if (is_set(value, kCalibrate)) {
         if (!powered || is_set(control_, kEnable)) {
             throw RunFailure("calibration needs the regulator, and a converter that is not enabled");
+        }
+        if (machine_.now() < *regulated_from_) {
+            throw RunFailure("calibration begins before the regulator has started");
         }
         control_ |= 1U << kCalibrate;
         calibrated_.in(static_cast<Ticks>(kCalibrationCycles) * adc_hz_divider * machine_.cpu.ticks_per_cycle());
@@ -215,6 +224,7 @@ void Adc::write(std::uint32_t offset, std::uint32_t value) {
 void Adc::reset() {
     registers_.reset();
     control_ = 1U << kDeepPowerDown;
+    regulated_from_.reset();
     flags_ = 0;
     sum_ = 0;
     summed_ = 0;

@@ -64,6 +64,7 @@ private:
     RegisterFile<49> registers_;
     Event ready_;
     Event calibrated_;
+    std::optional<Ticks> regulated_from_;
     std::uint32_t control_ = 0;
     std::uint32_t flags_ = 0;
     std::uint32_t sum_ = 0;

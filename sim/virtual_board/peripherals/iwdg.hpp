@@ -10,16 +10,24 @@ namespace tricoil::virtual_board {
 
 class Iwdg final : public Peripheral {
 public:
-    Iwdg(Machine& machine, std::function<void()> bite) : expires_(machine.events, std::move(bite)) {}
+    Iwdg(Machine& machine, std::function<void()> bite)
+        : expires_(machine.events, std::move(bite)), prescaler_(machine.events, [] {}), reload_(machine.events, [] {}) {}
 
     [[nodiscard]] bool runs() const { return expires_.is_due(); }
 
-    std::uint32_t read(std::uint32_t offset) override { return registers_.at(offset); }
+    std::uint32_t read(std::uint32_t offset) override {
+        return registers_.at(offset) | (offset == kStatus ? flag(prescaler_.is_due(), 0) | flag(reload_.is_due(), 1) : 0U);
+    }
     void write(std::uint32_t offset, std::uint32_t value) override {
         if (offset != kKey) {
             if (!unlocked_) {
                 throw RunFailure("PR or RLR is written without the key 0x5555");
             }
+            Event& update = offset == kPrescaler ? prescaler_ : reload_;
+            if (update.is_due()) {
+                throw RunFailure("PR or RLR is written again before the watchdog has taken it");
+            }
+            update.in(kUpdateCycles * kTicksPerCycle);
             registers_.at(offset) = value;
             return;
         }
@@ -31,11 +39,16 @@ public:
     void reset() override {
         registers_.reset();
         expires_.cancel();
+        prescaler_.cancel();
+        reload_.cancel();
         unlocked_ = false;
     }
 
 private:
     static constexpr std::uint32_t kKey = 0x00;
+    static constexpr std::uint32_t kPrescaler = 0x04;
+    static constexpr std::uint32_t kStatus = 0x0C;
+    static constexpr Ticks kUpdateCycles = 5;  // RM0440, IWDG_SR
     static constexpr Ticks kTicksPerCycle = kTicksPerSecond / 32'000;
     [[nodiscard]] Ticks period() const {
         return (Ticks{registers_[0x08] & 0xFFFU} + 1) * (Ticks{4} << (registers_[0x04] & 7U)) * kTicksPerCycle;
@@ -43,6 +56,8 @@ private:
 
     RegisterFile<5> registers_{{kKey, 0}, {0x04, 0}, {0x08, 0xFFF}, {0x0C, 0}, {0x10, 0xFFF}};
     Event expires_;
+    Event prescaler_;  // due: SR.PVU
+    Event reload_;     // due: SR.RVU
     bool unlocked_ = false;
 };
 

@@ -28,6 +28,7 @@ constexpr double kHsiHz = 16e6;
 constexpr double kHseHz = 24e6;          // the Nucleo's crystal
 constexpr double kCrystalStartS = 2e-3;  // DS12288, HSE oscillator start-up time
 constexpr double kPllLockS = 40e-6;      // DS12288, PLL lock time
+constexpr double kHsi48StartS = 6e-6;    // DS12288, HSI48 start-up time
 
 enum Source : std::uint32_t { from_hsi = 1, from_hse = 2, from_pll = 3 };
 
@@ -39,12 +40,14 @@ Rcc::Rcc(Machine& machine)
                  {kCicr, 0},   {kAhb1, 0x100},     {kAhb2, 0},   {0x50, 0},          {kApb1, 0x400}, {0x5C, 0},
                  {kApb2, 0},   {kCcipr, 0},        {0x90, 0},    {kCsr, 0},          {kCrrcr, 0}},
       crystal_ready_(machine.events, [this] { registers_.at(kCr) |= 1U << kHseReady; }),
-      pll_ready_(machine.events, [this] { registers_.at(kCr) |= 1U << kPllReady; }) {}
+      pll_ready_(machine.events, [this] { registers_.at(kCr) |= 1U << kPllReady; }),
+      hsi48_ready_(machine.events, [this] { registers_.at(kCrrcr) |= 2U; }) {}
 
 void Rcc::reset() {
     registers_.reset();
     crystal_ready_.cancel();
     pll_ready_.cancel();
+    hsi48_ready_.cancel();
     security_interrupt_ = false;
     apply();
 }
@@ -58,7 +61,7 @@ std::function<bool()> Rcc::clock(std::uint32_t enable_register, unsigned bit) co
     return [this, enable_register, bit] { return is_set(registers_[enable_register], bit); };
 }
 
-bool Rcc::has_48_mhz() const { return is_set(registers_[kCrrcr], 0) && field(registers_[kCcipr], 26, 2) == 0; }
+bool Rcc::has_48_mhz() const { return is_set(registers_[kCrrcr], 1) && field(registers_[kCcipr], 26, 2) == 0; }
 bool Rcc::has_slow_oscillator() const { return true; }  // the watchdog forces it on
 
 double Rcc::pll_input_hz() const {
@@ -170,14 +173,22 @@ void Rcc::break_crystal() {
     }
 }
 
+void Rcc::start_hsi48(bool on) {
+    if (on && !is_set(registers_[kCrrcr], 0)) {
+        registers_.at(kCrrcr) = 1;
+        hsi48_ready_.in(ticks(kHsi48StartS));
+    } else if (!on) {
+        registers_.at(kCrrcr) = 0;
+        hsi48_ready_.cancel();
+    }
+}
+
 std::uint32_t Rcc::read(std::uint32_t offset) {
     switch (offset) {
         case kCifr:
             return flag(security_interrupt_, kSecurityFlag);
         case kCsr:
             return registers_[kCsr] | flag(is_set(registers_[kCsr], 0), 1) | causes_;
-        case kCrrcr:
-            return registers_[kCrrcr] | flag(is_set(registers_[kCrrcr], 0), 1);
         default:
             return registers_.at(offset);
     }
@@ -205,7 +216,7 @@ void Rcc::write(std::uint32_t offset, std::uint32_t value) {
             registers_.at(kCsr) = value & 1U;
             break;
         case kCrrcr:
-            registers_.at(kCrrcr) = value & 1U;
+            start_hsi48(is_set(value, 0));
             break;
         default:
             registers_.at(offset) = value;

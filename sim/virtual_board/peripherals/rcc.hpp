@@ -40,6 +40,7 @@ public:
     static constexpr std::uint32_t kApb2 = 0x60;
 
 private:
+    void start_hsi48(bool on);
     static constexpr std::uint32_t kCcipr = 0x88;
     [[nodiscard]] double pll_input_hz() const;
     [[nodiscard]] double system_hz() const;
@@ -52,6 +53,7 @@ private:
     RegisterFile<40> registers_;
     Event crystal_ready_;
     Event pll_ready_;
+    Event hsi48_ready_;
     bool crystal_works_ = true;
     bool security_interrupt_ = false;
     std::uint32_t causes_ = 1U << 26U | 1U << 27U;
