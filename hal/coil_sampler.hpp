@@ -20,8 +20,9 @@ public:
     Status start(const signal::AcquisitionPlan& plan) { return do_start(plan); }
 
     /// The next block, oldest first; its samples stay valid until the next poll() or start(). Waits at most about two blocks.
-    /// Thread context. ok; timed_out: no block came, sampling goes on; end_of_stream: a finite source is exhausted; device_lost.
-    /// A gap in SampleBlock::sequence tells of lost blocks.
+    /// Thread context. ok; timed_out: no block came, sampling goes on; end_of_stream: a finite source is exhausted; not_ready:
+    /// the power stages have switched off by themselves, over-current; device_lost. A gap in SampleBlock::sequence tells of lost
+    /// blocks.
     Status poll(SampleBlock& block) { return do_poll(block); }
 
     /// Ends sampling; start() may follow. Cannot fail.

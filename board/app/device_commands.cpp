@@ -171,7 +171,10 @@ AckResult TrackerDevice::may_drive() const {
     }
     const bool is_sound =
         !(faults_.has(protocol::Fault::self_check) || faults_.has(protocol::Fault::clock) || faults_.has(protocol::Fault::stack));
-    return is_sound && now_ >= cool_at_ ? AckResult::done : AckResult::failed;
+    if (!is_sound) {
+        return AckResult::failed;
+    }
+    return now_ < cool_at_ ? AckResult::busy : AckResult::done;
 }
 
 AckResult TrackerDevice::obey_start(HostLink& link, std::uint32_t argument) {
@@ -267,7 +270,7 @@ AckResult TrackerDevice::obey_read_block(HostLink& link, Excitation state) {
 
 /// A calibration that is there already is not written again: a host that heard no answer repeats itself.
 AckResult TrackerDevice::keep(HostLink& link, const protocol::CalibrationMessage& message) {
-    const bool is_new = link.is_new(message.sequence);
+    const bool is_new = link.is_new_calibration(message.sequence);
     if (is_measuring_) {
         return AckResult::wrong_state;
     }

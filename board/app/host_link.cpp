@@ -38,11 +38,11 @@ void HostLink::greet(std::uint32_t sequence) {
     (void)commands_.check(sequence);
 }
 
-bool HostLink::is_new(std::uint32_t sequence) {
-    const protocol::Order order = commands_.check(sequence);
+bool HostLink::is_new(protocol::SequenceCheck& check, std::uint32_t sequence) {
+    const protocol::Order order = check.check(sequence);
     if (order == protocol::Order::strange) {  // another program on the same bus, or one that has gone on for long unheard
-        commands_.restart();
-        (void)commands_.check(sequence);
+        check.restart();
+        (void)check.check(sequence);
     }
     return order != protocol::Order::old;
 }

@@ -27,7 +27,9 @@ public:
     void greet(std::uint32_t sequence);
 
     /// Whether a command's number is one that has not been before; takes note of it.
-    bool is_new(std::uint32_t sequence);
+    bool is_new(std::uint32_t sequence) { return is_new(commands_, sequence); }
+    /// The same of a calibration's number: a host counts its messages by type.
+    bool is_new_calibration(std::uint32_t sequence) { return is_new(calibrations_, sequence); }
 
     /// Something that was right has been heard.
     void hear(DeviceTime now) { heard_ = now; }
@@ -46,6 +48,7 @@ private:
     static constexpr Microseconds kOpenPause{100'000};
     static constexpr Microseconds kComplaintPause{10'000};
 
+    static bool is_new(protocol::SequenceCheck& check, std::uint32_t sequence);
     void lose(DeviceTime now);
 
     hal::MessagePort* port_ = nullptr;
@@ -56,6 +59,7 @@ private:
     DeviceTime heard_{};
     DeviceTime complained_{};
     protocol::SequenceCheck commands_;
+    protocol::SequenceCheck calibrations_;
     std::uint32_t dropped_ = 0;
 };
 

@@ -204,7 +204,7 @@ std::vector<std::uint8_t> DeviceInquiry::read_calibration() {
 void DeviceInquiry::write_calibration(const std::vector<std::uint8_t>& blob) {
     const auto ask = [&] {
         protocol::CalibrationMessage message;
-        message.sequence = session_.next_sequence();
+        message.sequence = calibrations_++;  // an old number would be a replay
         message.request = request_;
         message.tail = blob;
         std::vector<std::uint8_t> bytes(protocol::kMaxMessageBytes);

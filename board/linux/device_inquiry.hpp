@@ -69,6 +69,7 @@ private:
     double wait_s_;
     std::unique_ptr<hal::MessagePort> port_;
     DeviceSession session_;
+    std::uint32_t calibrations_ = 0;  // sent
     std::uint16_t request_;
 };
 

@@ -24,7 +24,7 @@ constexpr std::uint16_t kProduct = 1;
 
 void DeviceSession::command(Opcode opcode, std::uint16_t request, std::uint32_t argument, Excitation state) {
     protocol::CommandMessage m;
-    m.sequence = next_sequence();
+    m.sequence = command_sequence_++;
     m.time_us = now_us_;
     m.opcode = static_cast<std::uint8_t>(opcode);
     m.state = static_cast<std::uint8_t>(state);

@@ -64,8 +64,6 @@ public:
 
     /// Any command; answers that carry `request` belong to it. It may get lost: whoever needs an answer asks again.
     void command(protocol::Opcode opcode, std::uint16_t request, std::uint32_t argument, Excitation state);
-    /// Number of whatever is sent past command(): a device takes an old number for a replay.
-    std::uint32_t next_sequence() { return command_sequence_++; }
 
     [[nodiscard]] Phase phase() const { return phase_; }
     [[nodiscard]] const protocol::IdentifyMessage& identity() const { return identity_; }

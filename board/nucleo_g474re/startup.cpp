@@ -1,5 +1,6 @@
 // From reset to main, and from a fault back to reset with the coils off.
 #include <cstdint>
+#include <utility>
 
 #include "board/cortex_m/program.hpp"
 #include "board/cortex_m/reset.hpp"
@@ -58,17 +59,19 @@ void before_memory() {
     using namespace tricoil;
     stm32g4::ScbRegisters& scb = stm32g4::peripheral<stm32g4::ScbRegisters>(stm32g4::kScbBase);
     const stm32g4::RccRegisters& rcc = stm32g4::peripheral<const stm32g4::RccRegisters>(stm32g4::kRccBase);
-    if ((rcc.CFGR & stm32g4::rcc::CFGR_SWS) != stm32g4::rcc::CFGR_SWS_HSI || scb.VTOR != 0) {
+    const bool is_fresh = (rcc.CFGR & stm32g4::rcc::CFGR_SWS) == stm32g4::rcc::CFGR_SWS_HSI && scb.VTOR == 0;
+    stm32g4::BootRecord& record = nucleo_g474re::boot_record;
+    if (!is_fresh && record.request != stm32g4::BootRecord::kFreshStart) {  // once: it may come by it again
+        record.request = stm32g4::BootRecord::kFreshStart;
         scb.AIRCR = stm32g4::scb::AIRCR_reset;
         for (;;) {
             asm volatile("dsb");
         }
     }
-    stm32g4::BootRecord& record = nucleo_g474re::boot_record;
-    if (record.request != stm32g4::BootRecord::kEnterLoader) {
+    scb.VTOR = 0;
+    if (std::exchange(record.request, 0U) != stm32g4::BootRecord::kEnterLoader) {
         return;
     }
-    record.request = 0;
     scb.VTOR = nucleo_g474re::kLoader;
     const auto* vectors = &stm32g4::peripheral<const std::uint32_t>(nucleo_g474re::kLoader);
     asm volatile("msr msp, %0\n bx %1\n" ::"r"(vectors[0]), "r"(vectors[1]));

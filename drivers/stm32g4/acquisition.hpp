@@ -26,7 +26,7 @@ struct AcquisitionParams {
 
 /// The sampler; coils() and gain() are the other two of its faces. Sampling starts with the first poll() after start(), so that
 /// the first block is already driven with what excite() asked for. excite() and gain().choose() take effect when the running
-/// block ends. After an over-current excite() answers not_ready until the next start().
+/// block ends. After an over-current poll() and excite() answer not_ready until the next start().
 class Acquisition final : public hal::CoilSampler {
 public:
     /// Of the core's clock from one trigger to the next, each of which is a conversion of every input and an update of every

@@ -11,9 +11,10 @@ namespace tricoil::stm32g4 {
 /// words count.
 struct BootRecord {
     static constexpr std::uint32_t kEnterLoader = 0x10ADE2B0;
+    static constexpr std::uint32_t kFreshStart = 0xF2E5'4A27;  // set before a reset that only takes away what was left behind
     static constexpr std::uint32_t kFaulted = 0xFA017ED5;
 
-    std::uint32_t request;  // kEnterLoader, or nothing
+    std::uint32_t request;  // one of these, or nothing
     std::uint32_t ending;   // kFaulted: a fault, of which
     std::uint32_t exception;
     std::uint32_t pc;

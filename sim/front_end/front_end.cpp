@@ -131,7 +131,7 @@ void SimulatedFrontEnd::obey(const protocol::CommandMessage& command, std::int64
             break;
         case Opcode::keep_alive:
             heard_us_ = now_us;
-            acknowledged_ = std::min(command.argument + 1, sequence_);  // a host that has heard nothing says 0
+            acknowledged_ = std::max(acknowledged_, std::min(command.argument + 1, sequence_));  // who has heard nothing says 0
             break;
         case Opcode::start:
             heard_us_ = now_us;

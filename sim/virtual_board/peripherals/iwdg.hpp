@@ -11,21 +11,25 @@ namespace tricoil::virtual_board {
 class Iwdg final : public Peripheral {
 public:
     Iwdg(Machine& machine, std::function<void()> bite)
-        : expires_(machine.events, std::move(bite)), prescaler_(machine.events, [] {}), reload_(machine.events, [] {}) {}
+        : expires_(machine.events, std::move(bite)),
+          prescaler_(machine.events, [] {}),
+          reload_(machine.events, [] {}),
+          window_(machine.events, [] {}) {}
 
     [[nodiscard]] bool runs() const { return expires_.is_due(); }
 
     std::uint32_t read(std::uint32_t offset) override {
-        return registers_.at(offset) | (offset == kStatus ? flag(prescaler_.is_due(), 0) | flag(reload_.is_due(), 1) : 0U);
+        return registers_.at(offset) |
+               (offset == kStatus ? flag(prescaler_.is_due(), 0) | flag(reload_.is_due(), 1) | flag(window_.is_due(), 2) : 0U);
     }
     void write(std::uint32_t offset, std::uint32_t value) override {
         if (offset != kKey) {
             if (!unlocked_) {
                 throw RunFailure("PR or RLR is written without the key 0x5555");
             }
-            Event& update = offset == kPrescaler ? prescaler_ : reload_;
+            Event& update = offset == kPrescaler ? prescaler_ : offset == kReload ? reload_ : window_;
             if (update.is_due()) {
-                throw RunFailure("PR or RLR is written again before the watchdog has taken it");
+                throw RunFailure("PR, RLR or WINR is written again before the watchdog has taken it");
             }
             update.in(kUpdateCycles * kTicksPerCycle);
             registers_.at(offset) = value;
@@ -41,12 +45,14 @@ public:
         expires_.cancel();
         prescaler_.cancel();
         reload_.cancel();
+        window_.cancel();
         unlocked_ = false;
     }
 
 private:
     static constexpr std::uint32_t kKey = 0x00;
     static constexpr std::uint32_t kPrescaler = 0x04;
+    static constexpr std::uint32_t kReload = 0x08;
     static constexpr std::uint32_t kStatus = 0x0C;
     static constexpr Ticks kUpdateCycles = 5;  // RM0440, IWDG_SR
     static constexpr Ticks kTicksPerCycle = kTicksPerSecond / 32'000;
@@ -58,6 +64,7 @@ private:
     Event expires_;
     Event prescaler_;  // due: SR.PVU
     Event reload_;     // due: SR.RVU
+    Event window_;     // due: SR.WVU
     bool unlocked_ = false;
 };
 
