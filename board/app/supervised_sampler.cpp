@@ -6,6 +6,8 @@
 namespace tricoil::app {
 namespace {
 
+constexpr const char* kTooMuchCurrent = "too much current: a coil or its power stage is shorted";
+
 /// Largest magnitude of any sensor channel's code, and half of the reference's swing.
 struct Peaks {
     std::int32_t sensor = 0;
@@ -42,7 +44,7 @@ Status SupervisedSampler::do_poll(SampleBlock& block) {
     }
     const Status polled = sampler_.poll(block);
     if (polled.code() == StatusCode::not_ready) {  // before the block is judged: its window shows no current any more
-        return fail(protocol::Fault::overcurrent, "too much current: a coil or its power stage is shorted");
+        return fail(protocol::Fault::overcurrent, kTooMuchCurrent);
     }
     if (!polled.ok()) {
         return fail(protocol::Fault::converter, "the converters deliver nothing");
@@ -53,7 +55,7 @@ Status SupervisedSampler::do_poll(SampleBlock& block) {
     }
     const Peaks peaks = peaks_of(block.samples.subspan(guard_));
     if (static_cast<float>(peaks.reference) * block.scale > most_reference_v_) {
-        return fail(protocol::Fault::overcurrent, "too much current: a coil or its power stage is shorted");
+        return fail(protocol::Fault::overcurrent, kTooMuchCurrent);
     }
     if (block.full_scale > 0) {
         const float share = static_cast<float>(peaks.sensor) / static_cast<float>(block.full_scale);

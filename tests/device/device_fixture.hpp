@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "tests/device/judged_poses.hpp"
 #include "tests/device/program.hpp"
 #include "tests/device/reference.hpp"
-#include "tests/support/csv_table.hpp"
 
 namespace tricoil::test {
 
@@ -17,31 +17,11 @@ using nlohmann::json;
 inline const std::string kFrontEnd = TRICOIL_FRONT_END;
 inline const std::string kTricoil = TRICOIL_PROGRAM;
 
-struct Judged {
-    std::size_t valid = 0;
-    std::size_t invalid = 0;
-    double worst_mm = 0;
-};
-
-/// Every valid pose against the truth at its own time.
+/// Every valid pose of the simulated front end's world.
 inline Judged judge(const std::string& csv) {
     const sim::ColumnSource world(sim::FrontEndParams{});
-    Judged judged;
-    const CsvTable poses(read_text(csv));
-    for (std::size_t row = 0; row < poses.rows(); ++row) {
-        if (poses.number(row, "valid") == 0) {
-            ++judged.invalid;
-            continue;
-        }
-        ++judged.valid;
-        const Vec3<double> position(poses.number(row, "x_m"), poses.number(row, "y_m"), poses.number(row, "z_m"));
-        const auto truth = world.scenario().motion->at(1e-6 * poses.number(row, "time_us"));
-        judged.worst_mm = std::max(judged.worst_mm, 1e3 * (position - truth.position_m).norm());
-    }
-    return judged;
+    return judge(CsvTable(read_text(csv)), *world.scenario().motion);
 }
-
-constexpr double kWrongMm = 25;  // the hand's noise and skew stay below half of it; a wrong coil or sign costs ten times as much
 
 class Device : public ::testing::Test {
 protected:

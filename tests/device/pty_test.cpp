@@ -7,21 +7,18 @@
 #include <nlohmann/json.hpp>
 
 #include "core/calibration/blob.hpp"
+#include "tests/device/judged_poses.hpp"
 #include "tests/device/program.hpp"
 #include "tests/device/reference.hpp"
-#include "tests/support/csv_table.hpp"
 
 namespace tricoil {
 namespace {
 
 using nlohmann::json;
+using test::position_m;
 using test::Program;
 
 test::CsvTable table(const std::string& path) { return test::CsvTable(test::read_text(path)); }
-
-Vec3<double> position(const test::CsvTable& poses, std::size_t row) {
-    return {poses.number(row, "x_m"), poses.number(row, "y_m"), poses.number(row, "z_m")};
-}
 
 /// Rows of valid poses by their times: a process that is kept from running may get or give other rows in between.
 std::map<std::int64_t, std::size_t> valid_rows(const test::CsvTable& poses) {
@@ -283,12 +280,12 @@ TEST_F(Pty, TheConfigurationsCalibrationReachesTheTracker) {
     double worst_um = 0;
     for (const auto& [time_us, row] : valid_rows(turned)) {
         if (const auto other = plain_rows.find(time_us); other != plain_rows.end()) {
-            worst_um = std::max(worst_um, 1e6 * (position(turned, row) - turn * position(plain, other->second)).norm());
+            worst_um = std::max(worst_um, 1e6 * (position_m(turned, row) - turn * position_m(plain, other->second)).norm());
             ++compared;
         }
     }
     std::printf("turned by the calibration: %zu poses, at most %.2f um from the turned ones\n", compared, worst_um);
-    EXPECT_GT(compared, 200U);
+    EXPECT_GT(compared, 600U);
     EXPECT_LT(worst_um, 1) << "the wire's rounding";
 }
 
@@ -318,7 +315,7 @@ TEST_F(Pty, ARecordingHoldsWhatWasMeasuredAndTheCalibration) {
     ASSERT_GT(recorded_rows.size(), 100U);
     for (const auto& [time_us, row] : valid_rows(delivered)) {
         ASSERT_TRUE(recorded_rows.contains(time_us));
-        EXPECT_LT((position(recorded, recorded_rows.at(time_us)) - position(delivered, row)).norm(), 1e-6)
+        EXPECT_LT((position_m(recorded, recorded_rows.at(time_us)) - position_m(delivered, row)).norm(), 1e-6)
             << "one frame for all outputs";
     }
     EXPECT_EQ(tricoil("replay " + recording), 0) << err;

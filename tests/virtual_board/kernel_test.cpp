@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/scenarios/scenario.hpp"
+#include "tests/device/judged_poses.hpp"
 #include "tests/device/program.hpp"
-#include "tests/support/csv_table.hpp"
 
 namespace tricoil {
 namespace {
@@ -15,42 +15,16 @@ using ::testing::HasSubstr;
 
 const std::string kBoard =
     TRICOIL_VIRTUAL_BOARD " " TRICOIL_BOARD_IMAGE ".bin --elf " TRICOIL_BOARD_IMAGE ".elf --report /run/board.json ";
-constexpr double kWrongMm = 25;  // as in tests/device: a wrong coil or sign costs ten times as much
-
-struct Judged {
-    std::size_t valid = 0;
-    std::size_t invalid = 0;
-    double worst_mm = 0;
-};
-
-/// Every valid pose after the first half second against the truth at its own time.
-Judged judge(const std::string& csv) {
-    const auto scenario = sim::load_scenario("hand", 1);
-    Judged judged;
-    const test::CsvTable poses(test::read_text(csv));
-    for (std::size_t row = 0; row < poses.rows(); ++row) {
-        const double time_s = 1e-6 * poses.number(row, "time_us");
-        if (time_s < 1e-6 * poses.number(0, "time_us") + 0.5) {
-            continue;
-        }
-        const bool is_valid = poses.number(row, "valid") != 0;
-        ++(is_valid ? judged.valid : judged.invalid);
-        const Vec3<double> position(poses.number(row, "x_m"), poses.number(row, "y_m"), poses.number(row, "z_m"));
-        const double error_mm = 1e3 * (position - scenario.motion->at(time_s).position_m).norm();
-        judged.worst_mm = std::max(judged.worst_mm, is_valid ? error_mm : 0);
-    }
-    return judged;
-}
-
 /// `tricoil run` on a device for a second of poses.
 void expect_tracking(const std::string& device) {
     test::Program tracker(TRICOIL_PROGRAM " run --json --device " + device +
                           " --duration 2 --out /run/poses.csv >/run/tricoil.out 2>/run/tricoil.err");
     EXPECT_EQ(tracker.wait(), 0) << test::read_text("/run/tricoil.err");
-    const Judged judged = judge("/run/poses.csv");
+    const auto scenario = sim::load_scenario("hand", 1);
+    const test::Judged judged = test::judge(test::CsvTable(test::read_text("/run/poses.csv")), *scenario.motion, 0.5);
     EXPECT_GT(judged.valid, 500U);
     EXPECT_LT(judged.invalid, judged.valid / 20);
-    EXPECT_LT(judged.worst_mm, kWrongMm);
+    EXPECT_LT(judged.worst_mm, test::kWrongMm);
     std::printf("%s: %zu valid poses, %zu others, worst %.1f mm\n", device.c_str(), judged.valid, judged.invalid,
                 judged.worst_mm);
 }

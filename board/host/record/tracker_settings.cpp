@@ -14,8 +14,6 @@ namespace {
 
 using OrderedJson = nlohmann::ordered_json;
 
-constexpr std::size_t kMethods = 3;
-
 OrderedJson value_of(bool value) { return value; }
 OrderedJson value_of(int value) { return value; }
 OrderedJson value_of(double value) { return value; }
@@ -76,7 +74,7 @@ private:
         return json.is_number_integer();
     }
     static bool take(const nlohmann::json& json, tracking::Method& value) {
-        for (std::size_t n = 0; n < kMethods; ++n) {
+        for (std::size_t n = 0; n + 1 < kTrackerNames.size(); ++n) {
             if (json.is_string() && json.get<std::string>() == kTrackerNames[n]) {
                 value = static_cast<tracking::Method>(n);
                 return true;
