@@ -163,8 +163,8 @@ AckResult TrackerDevice::obey(HostLink& link, const protocol::CommandMessage& co
     }
 }
 
-/// Whether coils may be driven: not on the way to the loader, by a board that is not sound, or soon after an over-current,
-/// however often a host asks.
+/// Whether coils may be driven: not on the way to the loader, by a board that is not sound, or soon after an over-current
+/// or a measuring of gain that failed, however often a host asks.
 AckResult TrackerDevice::may_drive() const {
     if (loader_at_) {
         return AckResult::wrong_state;
@@ -174,7 +174,7 @@ AckResult TrackerDevice::may_drive() const {
     if (!is_sound) {
         return AckResult::failed;
     }
-    return now_ < cool_at_ ? AckResult::busy : AckResult::done;
+    return now_ < not_before_ ? AckResult::busy : AckResult::done;
 }
 
 AckResult TrackerDevice::obey_start(HostLink& link, std::uint32_t argument) {
@@ -184,8 +184,8 @@ AckResult TrackerDevice::obey_start(HostLink& link, std::uint32_t argument) {
     if (const AckResult allowed = may_drive(); allowed != AckResult::done) {
         return allowed;
     }
-    if (!is_measuring_ && !begin().ok()) {
-        fail(protocol::Fault::converter);
+    if (const Status begun = is_measuring_ ? Status{} : begin(); !begun.ok()) {
+        fail(fault_of_start(begun));
         return AckResult::failed;
     }
     link.stream(true);

@@ -54,7 +54,7 @@ struct DeviceParams {
     float coupling_constant_m3 = 0;                 // C, while there is no calibration
     Vec3<float> hemisphere = Vec3<float>::UnitX();  // where the sensor is at power-on
 
-    /// Amplitude of the reference channel beyond which a power stage, or a coil, is shorted; V. In FDM: of the sum of three.
+    /// Amplitude of the reference channel beyond which a power stage is broken; V. In FDM: of the sum of three.
     float most_reference_v = 0;
     /// Silence of a host after which it counts as gone; with the last one the coils go off. Zero: never.
     Microseconds host_silence{250'000};

@@ -6,7 +6,7 @@
 namespace tricoil::app {
 namespace {
 
-constexpr const char* kTooMuchCurrent = "too much current: a coil or its power stage is shorted";
+constexpr const char* kTooMuchCurrent = "too much current: a power stage is broken";
 
 /// Largest magnitude of any sensor channel's code, and half of the reference's swing.
 struct Peaks {

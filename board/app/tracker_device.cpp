@@ -15,7 +15,7 @@ using protocol::DeviceState;
 using protocol::Fault;
 
 constexpr Microseconds kStatusPause{100'000};
-constexpr Microseconds kCooling{1'000'000};  // of a power stage that carried too much
+constexpr Microseconds kPauseAfterFailure{1'000'000};  // for a power stage that carried too much to cool
 /// In so many columns in a row one channel never moved: noise alone would have moved it.
 constexpr int kStuckColumns = 6;
 
@@ -46,6 +46,25 @@ void TrackerDevice::boot() {
     if (!is_watched) {
         fail(Fault::self_check);
     }
+    look_after_processor();
+    if (may_drive() == protocol::AckResult::done) {
+        if (const Status measured = measure_gain(); !measured.ok()) {
+            fail(fault_of_start(measured));
+        }
+    }
+}
+
+/// Takes long: after a failure no start is tried for a while.
+Status TrackerDevice::measure_gain() {
+    hardware_.watchdog.feed();
+    const Status status = hardware_.gain.measure(params_.modes[0].plan, params_.demodulator.gain_steps);
+    hardware_.watchdog.feed();
+    now_ = hardware_.clock.now();
+    knows_gain_ = status.ok();
+    if (!knows_gain_) {
+        not_before_ = now_ + kPauseAfterFailure;
+    }
+    return status;
 }
 
 /// Errors: those of ConcentricColumns::make; invalid_argument for an output correction, which this tracker does not make.
@@ -153,6 +172,11 @@ Status TrackerDevice::begin() {
         faults_.clear(fault);
     }
     has_failed_ = false;
+    if (!knows_gain_) {
+        if (const Status measured = measure_gain(); !measured.ok()) {
+            return measured;
+        }
+    }
     no_reference_ = false;
     stuck_blocks_ = 0;
     attitude_.reset();
@@ -184,7 +208,7 @@ void TrackerDevice::end() {
 void TrackerDevice::fail(Fault fault) {
     end();
     if (fault == Fault::overcurrent) {
-        cool_at_ = now_ + kCooling;
+        not_before_ = now_ + kPauseAfterFailure;
     }
     faults_.set(fault);
     has_failed_ = true;
@@ -194,6 +218,10 @@ void TrackerDevice::fail(Fault fault) {
 }
 
 /// Of what the loop or the coils' driver ended with.
+Fault TrackerDevice::fault_of_start(const Status& status) {
+    return status.code() == StatusCode::not_ready ? Fault::overcurrent : Fault::converter;
+}
+
 Fault TrackerDevice::fault_of(const Status& status) const {
     const bool has_tripped = status.code() == StatusCode::not_ready;
     return sampler_.trouble().value_or(has_tripped ? Fault::overcurrent : Fault::drive);

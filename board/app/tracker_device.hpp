@@ -27,7 +27,8 @@ public:
     TrackerDevice(const TrackerDevice&) = delete;
     TrackerDevice& operator=(const TrackerDevice&) = delete;
 
-    /// Starts the watchdog, checks the processor and itself, reads the calibration. Once, before step().
+    /// Starts the watchdog, checks the processor and itself, reads the calibration, measures what the gain's steps are. Once,
+    /// before step().
     void boot();
 
     /// One turn: hears the hosts, then measures one block, or sleeps a little if nobody wants any.
@@ -58,9 +59,11 @@ private:
     void greet(HostLink& link, const protocol::CommandMessage& command);
 
     // Measuring: tracker_device.cpp.
+    Status measure_gain();
     Status begin();
     void end();
     void fail(protocol::Fault fault);
+    static protocol::Fault fault_of_start(const Status& status);
     [[nodiscard]] protocol::Fault fault_of(const Status& status) const;
     void measure();
     void judge_hosts();
@@ -95,6 +98,7 @@ private:
     SupervisedSampler sampler_;
     std::optional<BoardLoop> loop_;
     bool is_measuring_ = false;
+    bool knows_gain_ = false;  // what its steps really are
 
     std::size_t mode_ = 0;
     bool sends_columns_ = false;
@@ -117,7 +121,7 @@ private:
     DeviceTime now_{};
     DeviceTime told_{};              // when the last status was
     std::uint32_t told_faults_ = 0;  // and what it said, state included
-    DeviceTime cool_at_{};           // no coil before
+    DeviceTime not_before_{};        // does a coil go on
     std::optional<DeviceTime> loader_at_;
 };
 

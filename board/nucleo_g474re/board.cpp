@@ -35,7 +35,16 @@ InterruptLine line(InterruptPlan plan) { return {peripheral<NvicRegisters>(kNvic
 CarrierPlayer::Parts carrier_parts() {
     return {peripheral<DacRegisters>(kDac1Base),
             peripheral<DacRegisters>(kDac2Base),
-            {dma(kDmaDac1Channel1), dma(kDmaDac1Channel2), dma(kDmaDac2Channel1)}};
+            {dma(kDmaDac1Channel1), dma(kDmaDac1Channel2), dma(kDmaDac2Channel1)},
+            dac::MCR_MODE1_pin};
+}
+
+/// To the op-amps of sensor coils 2, 1 and 3.
+CarrierPlayer::Parts test_carrier_parts() {
+    return {peripheral<DacRegisters>(kDac3Base),
+            peripheral<DacRegisters>(kDac4Base),
+            {dma(kDmaDac3Channel1), dma(kDmaDac3Channel2), dma(kDmaDac4Channel1)},
+            dac::MCR_MODE1_inside};
 }
 
 Converters::Parts converter_parts() {
@@ -51,7 +60,7 @@ void switch_peripherals_on() {
     auto& rcc = peripheral<RccRegisters>(kRccBase);
     rcc.AHB1ENR = rcc.AHB1ENR | rcc::AHB1ENR_DMA1EN | rcc::AHB1ENR_DMAMUX1EN;
     rcc.AHB2ENR = rcc.AHB2ENR | rcc::AHB2ENR_GPIOAEN | rcc::AHB2ENR_GPIOBEN | rcc::AHB2ENR_GPIOCEN | rcc::AHB2ENR_ADC12EN |
-                  rcc::AHB2ENR_ADC345EN | rcc::AHB2ENR_DAC1EN | rcc::AHB2ENR_DAC2EN;
+                  rcc::AHB2ENR_ADC345EN | rcc::AHB2ENR_DAC1EN | rcc::AHB2ENR_DAC2EN | rcc::AHB2ENR_DAC3EN | rcc::AHB2ENR_DAC4EN;
     rcc.APB1ENR1 = rcc.APB1ENR1 | rcc::APB1ENR1_TIM2EN | rcc::APB1ENR1_TIM6EN | rcc::APB1ENR1_CRSEN | rcc::APB1ENR1_USART2EN |
                    rcc::APB1ENR1_USBEN | rcc::APB1ENR1_FDCANEN;
     rcc.APB2ENR = rcc.APB2ENR | rcc::APB2ENR_SYSCFGEN;
@@ -102,9 +111,11 @@ Board::Board(CoreClock core_clock)
       heartbeat(pin(kHeartbeat)),
       light(pin(kStatusLed)),
       carriers(carrier_parts()),
+      test_carriers(test_carrier_parts()),
       converters(converter_parts(), clock),
       acquisition({peripheral<TimRegisters>(kTim6Base),
                    carriers,
+                   test_carriers,
                    converters,
                    {port(kEnable1.port), {kEnable1.number, kEnable2.number, kEnable3.number}},
                    {peripheral<OpampRegisters>(kOpampBase), {kSensor1Opamp, kSensor2Opamp, kSensor3Opamp}},

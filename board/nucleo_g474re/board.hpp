@@ -35,6 +35,7 @@ struct Board {
     stm32g4::HeartbeatLine heartbeat;
     stm32g4::Light light;
     stm32g4::CarrierPlayer carriers;
+    stm32g4::CarrierPlayer test_carriers;
     stm32g4::Converters converters;
     stm32g4::Acquisition acquisition;
     stm32g4::UsartPort serial;

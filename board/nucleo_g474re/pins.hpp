@@ -66,6 +66,11 @@ constexpr DmaRoute kDmaAdc5{4, 39};  // last in priority: when it is through, so
 constexpr DmaRoute kDmaDac1Channel1{5, 6};
 constexpr DmaRoute kDmaDac1Channel2{6, 7};
 constexpr DmaRoute kDmaDac2Channel1{7, 41};
+// While the gain is measured the carriers go to the op-amps, within the chip (RM0440, "OPAMP non-inverting inputs"): DAC3_CH1 to
+// op-amp 6, DAC3_CH2 to op-amp 3, DAC4_CH1 to op-amp 4.
+constexpr DmaRoute kDmaDac3Channel1{5, 102};
+constexpr DmaRoute kDmaDac3Channel2{6, 103};
+constexpr DmaRoute kDmaDac4Channel1{7, 104};
 
 /// Interrupt numbers (RM0440 table 97) and priorities, 0 before 15.
 struct InterruptPlan {

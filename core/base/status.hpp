@@ -19,11 +19,21 @@ enum class StatusCode : std::uint8_t {
     end_of_stream,     // a finite source is exhausted
 };
 
+/// Whether a Status keeps its message. A board that has nobody to tell it saves flash and stack without (CMake:
+/// TRICOIL_STATUS_MESSAGES); all code of an image must agree.
+#ifndef TRICOIL_STATUS_MESSAGES
+#define TRICOIL_STATUS_MESSAGES 1
+#endif
+
 /// Outcome of an operation. `message` is a string literal that names the thing and the mend; empty when ok.
 class [[nodiscard]] Status {
 public:
     constexpr Status() = default;
+#if TRICOIL_STATUS_MESSAGES
     constexpr Status(StatusCode code, const char* message) : code_(code), message_(message) {}
+#else
+    constexpr Status(StatusCode code, const char*) : code_(code) {}
+#endif
 
     [[nodiscard]] constexpr bool ok() const { return code_ == StatusCode::ok; }
     [[nodiscard]] constexpr StatusCode code() const { return code_; }
@@ -31,7 +41,11 @@ public:
 
 private:
     StatusCode code_ = StatusCode::ok;
+#if TRICOIL_STATUS_MESSAGES
     const char* message_ = "";
+#else
+    static constexpr const char* message_ = "";
+#endif
 };
 
 /// A value, or the Status that says why there is none. Reading value() of a failed result is a programmer's error.

@@ -68,7 +68,7 @@ enum class DeviceState : std::uint8_t { idle = 0, running = 1, fault = 2 };
 enum class Fault : std::uint16_t {
     watchdog = 1U << 0U,       // the host fell silent: coils are off
     overcurrent = 1U << 1U,    // a power stage limits
-    converter = 1U << 2U,      // samples were lost
+    converter = 1U << 2U,      // samples were lost, or an amplifier is broken
     calibration = 1U << 3U,    // none, or a damaged one
     temperature = 1U << 4U,    // beyond its limits
     supply = 1U << 5U,         // beyond its limits

@@ -11,7 +11,7 @@ namespace {
 constexpr Microseconds kPatienceMargin{
     300};  // beyond a block, for interrupts that are served first; looked at once a millisecond
 constexpr std::int32_t kTopOfOneConversion = 2047;
-constexpr Status kTripped{StatusCode::not_ready, "over-current: a coil or its amplifier is shorted"};
+constexpr Status kTripped{StatusCode::not_ready, "over-current: a power stage is broken"};
 
 struct Rate {
     std::uint64_t bits;
@@ -55,8 +55,11 @@ Status Acquisition::begin() {
     parts_.trigger.CR2 = tim::CR2_MMS_update;
     parts_.trigger.PSC = 0;
     parts_.trigger.ARR = kTriggerTicks - 1;
-    parts_.amplifiers.set(0);
+    set_amplifiers();
     Status status = parts_.carriers.begin();
+    if (status.ok()) {
+        status = parts_.test_carriers.begin();
+    }
     if (status.ok()) {
         status = parts_.converters.begin();
     }
@@ -78,7 +81,8 @@ Status Acquisition::do_start(const signal::AcquisitionPlan& plan) {
     }
     oversampling_ = oversampling;
     block_samples_ = static_cast<std::uint32_t>(plan.block_samples);
-    if (const Status loaded = parts_.carriers.load(plan, oversampling, params_.carrier_amplitude_codes); !loaded.ok()) {
+    const float codes = is_fed_ ? fed_codes_ : params_.carrier_amplitude_codes;
+    if (const Status loaded = player().load(plan, oversampling, codes); !loaded.ok()) {
         return loaded;
     }
     const float limit = params_.most_reference_v / params_.volts_per_conversion_code * static_cast<float>(oversampling);
@@ -101,15 +105,16 @@ void Acquisition::do_stop() {
     is_running_ = false;
     if (is_usable_) {
         parts_.carriers.stop();
+        parts_.test_carriers.stop();
         is_usable_ = parts_.converters.stop().ok();
     }
 }
 
 /// The first block begins.
 void Acquisition::run() {
-    static_cast<void>(parts_.carriers.take_underrun());
-    now_.gain_step = wanted_step_;  // written whatever was: it is not known what the amplifiers were left at
-    parts_.amplifiers.set(now_.gain_step);
+    static_cast<void>(player().take_underrun());
+    now_.gain_step = wanted_step_;
+    set_amplifiers();  // whatever was: it is not known what they were left at
     switch_over();
     parts_.trigger.CNT = 0;
     // A sample stands for the middle of its conversions: the first trigger comes after one period, the last one of it after as
@@ -199,8 +204,7 @@ void Acquisition::on_block_end() {
         completed_ = completed_ + 1;
     }
     // Two at once: this handler came a block too late, and a switch-over with it.
-    const bool late =
-        ended > 1 || (ended > 0 && end.uneven) || parts_.converters.take_overrun() || parts_.carriers.take_underrun();
+    const bool late = ended > 1 || (ended > 0 && end.uneven) || parts_.converters.take_overrun() || player().take_underrun();
     overruns_ = overruns_ + (late ? 1U : 0U);
     if (ended > 0) {
         switch_over();
@@ -222,8 +226,12 @@ void Acquisition::switch_over() {
     }
     if (now_.gain_step != wanted_step_) {
         now_.gain_step = wanted_step_;
-        parts_.amplifiers.set(now_.gain_step);
+        set_amplifiers();
     }
+}
+
+void Acquisition::set_amplifiers() {
+    parts_.amplifiers.set(now_.gain_step, is_fed_ ? SensorAmplifiers::Input::inside : SensorAmplifiers::Input::coils);
 }
 
 Status Acquisition::excite(Excitation state) {

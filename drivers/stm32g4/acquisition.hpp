@@ -8,6 +8,7 @@
 #include "drivers/stm32g4/clocks.hpp"
 #include "drivers/stm32g4/converters.hpp"
 #include "drivers/stm32g4/enable_lines.hpp"
+#include "drivers/stm32g4/gain_measurement.hpp"
 #include "drivers/stm32g4/registers/tim.hpp"
 #include "drivers/stm32g4/sensor_amplifiers.hpp"
 #include "hal/clock.hpp"
@@ -41,6 +42,7 @@ public:
     struct Parts {
         TimRegisters& trigger;  // TIM6
         CarrierPlayer& carriers;
+        CarrierPlayer& test_carriers;  // to the amplifiers, within the chip
         Converters& converters;
         EnableLines lines;
         SensorAmplifiers amplifiers;
@@ -55,7 +57,7 @@ public:
     Status begin();
 
     [[nodiscard]] hal::CoilDriver& coils() { return coils_; }
-    [[nodiscard]] hal::GainControl& gain() { return gain_; }
+    [[nodiscard]] FedGain& gain() { return gain_; }
 
     /// From the interrupt of the DMA channel that ends a block.
     void on_block_end();
@@ -73,13 +75,20 @@ private:
         Acquisition& all_;
     };
 
-    class Gain final : public hal::GainControl {
+    class Gain final : public FedGain {
     public:
         explicit Gain(Acquisition& all) : all_(all) {}
 
     private:
         [[nodiscard]] std::uint8_t do_steps() const override { return SensorAmplifiers::kSteps; }
         Status do_choose(std::uint8_t step) override { return all_.choose(step); }
+        Status do_measure(const signal::AcquisitionPlan& plan, signal::GainSteps<float>& steps) override {
+            return measure_gain(all_, *this, plan, steps);
+        }
+        void do_feed(float amplitude_codes) override {
+            all_.is_fed_ = amplitude_codes > 0;
+            all_.fed_codes_ = amplitude_codes;
+        }
         Acquisition& all_;
     };
 
@@ -101,6 +110,8 @@ private:
     bool wait_for_block();
     bool copy_newest(std::uint32_t& block, Conditions& conditions);
     void switch_over();
+    CarrierPlayer& player() { return is_fed_ ? parts_.test_carriers : parts_.carriers; }
+    void set_amplifiers();
 
     Parts parts_;
     AcquisitionParams params_;
@@ -109,6 +120,8 @@ private:
     bool is_usable_ = false;
     bool is_armed_ = false;
     bool is_running_ = false;
+    bool is_fed_ = false;  // or the amplifiers have the sensor coils
+    float fed_codes_ = 0;
 
     int oversampling_ = 0;
     std::uint32_t block_samples_ = 0;

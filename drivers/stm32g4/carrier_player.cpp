@@ -20,13 +20,13 @@ constexpr std::uint32_t both(std::uint32_t channel1) { return channel1 | channel
 }  // namespace
 
 Status CarrierPlayer::begin() {
-    for (DacRegisters* converter : {&parts_.dac1, &parts_.dac2}) {
+    for (DacRegisters* converter : {&parts_.pair, &parts_.single}) {
         converter->CR = 0;
-        converter->MCR = dac::MCR_HFSEL_above_160MHz;  // to the pins, buffered
+        converter->MCR = dac::MCR_HFSEL_above_160MHz | both(parts_.output);
     }
     stop();
     const auto ready = [this] {
-        return (parts_.dac1.SR & both(dac::SR_DAC1RDY)) == both(dac::SR_DAC1RDY) && (parts_.dac2.SR & dac::SR_DAC1RDY) != 0;
+        return (parts_.pair.SR & both(dac::SR_DAC1RDY)) == both(dac::SR_DAC1RDY) && (parts_.single.SR & dac::SR_DAC1RDY) != 0;
     };
     return wait_until(ready, kReadyPolls, "a DAC does not become ready");
 }
@@ -41,7 +41,7 @@ Status CarrierPlayer::load(const signal::AcquisitionPlan& plan, int updates_per_
                     "carrier repeats too seldom for this board's tables: choose one that divides the rate"};
         }
     }
-    volatile std::uint32_t* const outputs[] = {&parts_.dac1.DHR12R1, &parts_.dac1.DHR12R2, &parts_.dac2.DHR12R1};
+    volatile std::uint32_t* const outputs[] = {&parts_.pair.DHR12R1, &parts_.pair.DHR12R2, &parts_.single.DHR12R1};
     for (std::size_t n = 0; n < periods.size(); ++n) {
         const float share =
             plan.is_tdm() ? 1
@@ -59,14 +59,14 @@ void CarrierPlayer::stop() {
     for (const DmaChannel& channel : parts_.dma) {
         channel.stop();
     }
-    parts_.dac1.DHR12R1 = kDacMiddle;
-    parts_.dac1.DHR12R2 = kDacMiddle;
-    parts_.dac2.DHR12R1 = kDacMiddle;
+    parts_.pair.DHR12R1 = kDacMiddle;
+    parts_.pair.DHR12R2 = kDacMiddle;
+    parts_.single.DHR12R1 = kDacMiddle;
 }
 
 bool CarrierPlayer::take_underrun() {
     bool late = false;
-    for (DacRegisters* converter : {&parts_.dac1, &parts_.dac2}) {
+    for (DacRegisters* converter : {&parts_.pair, &parts_.single}) {
         const std::uint32_t flags = converter->SR & kUnderruns;
         if (flags != 0) {
             converter->SR = flags;
@@ -77,8 +77,8 @@ bool CarrierPlayer::take_underrun() {
 }
 
 void CarrierPlayer::set_channels(std::uint32_t channel1) const {
-    parts_.dac1.CR = both(channel1);
-    parts_.dac2.CR = channel1;
+    parts_.pair.CR = both(channel1);
+    parts_.single.CR = channel1;
 }
 
 }  // namespace tricoil::stm32g4

@@ -18,9 +18,10 @@ public:
     static constexpr std::size_t kLongestTable = 400;
 
     struct Parts {
-        DacRegisters& dac1;  // channels 1 and 2: carriers 1 and 2
-        DacRegisters& dac2;  // channel 1: carrier 3
+        DacRegisters& pair;    // channels 1 and 2: carriers 1 and 2
+        DacRegisters& single;  // channel 1: carrier 3
         std::array<DmaChannel, kSourceCoils> dma;
+        std::uint32_t output;  // of both: dac::MCR_MODE1_...
     };
 
     explicit CarrierPlayer(const Parts& parts) : parts_(parts) {}

@@ -21,10 +21,14 @@ public:
     SensorAmplifiers(OpampRegisters& registers, std::array<std::uint8_t, kSensorCoils> numbers)
         : registers_(registers), numbers_(numbers) {}
 
+    /// What they amplify: sensor coils, or the converter within the chip that each of them has.
+    enum class Input : std::uint8_t { coils, inside };
+
     /// All three at once, switched on if they were not. `step` < kSteps.
-    void set(std::uint8_t step) const {
+    void set(std::uint8_t step, Input input) const {
         for (const std::uint8_t number : numbers_) {
-            registers_.CSR[number - 1] = opamp::CSR_OPAEN | opamp::CSR_OPAHSM | opamp::CSR_OPAINTOEN | feedback(step);
+            registers_.CSR[number - 1] = opamp::CSR_OPAEN | opamp::CSR_OPAHSM | opamp::CSR_OPAINTOEN |
+                                         (input == Input::inside ? opamp::CSR_VP_SEL_dac : 0U) | feedback(step);
         }
     }
 

@@ -58,6 +58,11 @@ public:
     SimulatedGain(const signal::GainSteps<double>& all, std::uint8_t steps) : all_(all), steps_(steps) {}
     [[nodiscard]] std::uint8_t step() const { return step_; }
     [[nodiscard]] const signal::GainStep<double>& chosen() const { return all_[step_]; }
+    /// What measure() says from now on; ok: it finds what the steps are.
+    void fail_with(Status status) { status_ = status; }
+    /// It cannot measure itself.
+    void leave_as_stated() { measures_ = false; }
+    [[nodiscard]] int attempts() const { return attempts_; }
 
 private:
     [[nodiscard]] std::uint8_t do_steps() const override { return steps_; }
@@ -68,7 +73,20 @@ private:
         step_ = step;
         return {};
     }
+    Status do_measure(const signal::AcquisitionPlan&, signal::GainSteps<float>& steps) override {
+        ++attempts_;
+        for (std::size_t n = 0; n < steps_ && measures_ && status_.ok(); ++n) {
+            for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
+                steps[n].gain[coil] = static_cast<float>(all_[n].gain[coil]);
+                steps[n].lag_s[coil] = static_cast<float>(all_[n].lag_s[coil]);
+            }
+        }
+        return status_;
+    }
     signal::GainSteps<double> all_;
+    Status status_;
+    bool measures_ = true;
+    int attempts_ = 0;
     std::uint8_t steps_;
     std::uint8_t step_ = 0;
 };

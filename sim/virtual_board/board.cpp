@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace tricoil::virtual_board {
 namespace {
@@ -18,14 +17,17 @@ constexpr int kTimer6Line = 54;
 constexpr unsigned kDacTimer6 = 7;
 constexpr unsigned kAdcTimer6 = 13;
 
-/// Which amplifier and which converter's channel a sensor coil comes in by; pins in the board's table.
+/// Which amplifier and which converter's channel a sensor coil comes in by; pins in the board's table. Which DAC within the chip
+/// the amplifier may have instead (RM0440, "OPAMP non-inverting inputs").
 struct SensorInput {
     char port;
     unsigned pin;
     unsigned amplifier;
     unsigned channel;
+    unsigned dac;
+    unsigned dac_channel;  // 0, 1
 };
-constexpr std::array<SensorInput, kSensorCoils> kSensors{{{'B', 0, 3, 13}, {'B', 12, 6, 17}, {'B', 13, 4, 5}}};
+constexpr std::array<SensorInput, kSensorCoils> kSensors{{{'B', 0, 3, 13, 3, 1}, {'B', 12, 6, 17, 3, 0}, {'B', 13, 4, 5, 4, 0}}};
 constexpr unsigned kReferencePin = 0;                               // PA0
 constexpr unsigned kReferenceInput = 1;                             // ADC1_IN1
 constexpr std::array<unsigned, kSourceCoils> kDrivePins{4, 5, 6};   // PA
@@ -33,9 +35,7 @@ constexpr std::array<unsigned, kSourceCoils> kEnablePins{6, 7, 8};  // PC
 constexpr unsigned kHeartbeatPin = 9;                               // PC
 
 constexpr double kCodes = 4096;
-constexpr double kConverterNoiseCodes = 0.67;   // with quantisation the 66 dB of DS12288
-constexpr double kAmplifierBandwidthHz = 13e6;  // DS12288: gain times bandwidth
-constexpr double kAmplifierRailV = CoilBench::kHalfSupplyV - 0.05;
+constexpr double kConverterNoiseCodes = 0.67;  // with quantisation the 66 dB of DS12288
 // Half-words of a loop that does nothing, in flash behind every image; long, since short ones take the emulator longest.
 constexpr std::uint32_t kIdleNops = 1000;
 constexpr std::uint32_t kIdleLoop = Memory::kBankBytes - 2 * (kIdleNops + 2);
@@ -69,6 +69,8 @@ VirtualBoard::VirtualBoard(std::span<const std::uint8_t> image, const sim::Scena
       timer_6_(machine, 16, kTimer6Line),
       dac_1_(dma, {6, 7}, [this] { return rcc.core_hz(); }),
       dac_2_(dma, {41, 0}, [this] { return rcc.core_hz(); }),
+      dac_3_(dma, {102, 103}, [this] { return rcc.core_hz(); }),
+      dac_4_(dma, {104, 105}, [this] { return rcc.core_hz(); }),
       adcs_{std::make_unique<Adc>(machine, dma, common_345_, AdcParams{37, 47}),
             std::make_unique<Adc>(machine, dma, common_345_, AdcParams{38, 61}),
             std::make_unique<Adc>(machine, dma, common_345_, AdcParams{39, 62}),
@@ -86,6 +88,8 @@ VirtualBoard::VirtualBoard(std::span<const std::uint8_t> image, const sim::Scena
                    : n == 1 ? std::make_unique<Gpio>(0xFFFFFEBF, 0x000000C0, 0x00000100)
                             : std::make_unique<Gpio>(0xFFFFFFFF, 0, 0);
     }
+    std::mt19937_64 factory(scenario.world.seed + 3);
+    amplifiers = {SensorAmplifier(factory), SensorAmplifier(factory), SensorAmplifier(factory)};
     attach();
     gpio('C').on_change = [this] { see_outputs(); };
     timer_6_.on_trigger.emplace_back([this] { trigger(); });
@@ -118,6 +122,8 @@ void VirtualBoard::attach() {
     add("DMAMUX1", 0x40020800, 0x400, dma.multiplexer(), rcc.clock(Rcc::kAhb1, 2));
     add("DAC1", 0x50000800, 0x400, dac_1_, rcc.clock(Rcc::kAhb2, 16));
     add("DAC2", 0x50000C00, 0x400, dac_2_, rcc.clock(Rcc::kAhb2, 17));
+    add("DAC3", 0x50001000, 0x400, dac_3_, rcc.clock(Rcc::kAhb2, 18));
+    add("DAC4", 0x50001400, 0x400, dac_4_, rcc.clock(Rcc::kAhb2, 19));
     add("ADC1", 0x50000000, 0x100, *adcs_[3], rcc.clock(Rcc::kAhb2, 13));
     add("ADC12", 0x50000300, 0x100, common_12_, rcc.clock(Rcc::kAhb2, 13));
     add("ADC3", 0x50000400, 0x100, *adcs_[0], rcc.clock(Rcc::kAhb2, 14));
@@ -177,7 +183,11 @@ void VirtualBoard::lose_power_in_flash_operation(std::uint64_t n) {
 void VirtualBoard::restart(ResetCause cause) {
     rcc.set_reset_cause(cause);
     ++resets_;
-    amplifiers_.fill({});
+    if (cause == ResetCause::power) {
+        for (SensorAmplifier& amplifier : amplifiers) {
+            amplifier.lose_power();
+        }
+    }
 }
 
 void VirtualBoard::hang(bool with_interrupts) { machine.cpu.jump(Memory::kFlashBase + kIdleLoop, !with_interrupts); }
@@ -211,10 +221,24 @@ void VirtualBoard::drive() {
     const std::array<std::pair<const Dac*, unsigned>, kSourceCoils> outputs{{{&dac_1_, 0}, {&dac_1_, 1}, {&dac_2_, 0}}};
     for (unsigned j = 0; j < kSourceCoils; ++j) {
         const auto& [dac, channel] = outputs[j];
-        const bool reaches = dac->is_on(channel) && gpio('A').is_analog(kDrivePins[j]);
+        const bool reaches = dac->is_on(channel) && !dac->is_inside(channel) && gpio('A').is_analog(kDrivePins[j]);
         const double swing = reaches ? dac->code(channel) / kCodes * CoilBench::kSupplyV - CoilBench::kHalfSupplyV : 0;
         bench.drive(static_cast<int>(j), swing, gpio('C').drives_high(kEnablePins[j]));
     }
+}
+
+/// Of the converter within the chip that a sensor channel's amplifier may have for its input.
+double VirtualBoard::inside_v(unsigned channel) const {
+    const SensorInput& input = kSensors[channel];
+    const Dac& dac = input.dac == 3 ? dac_3_ : dac_4_;
+    if (!dac.is_on(input.dac_channel) || !dac.is_inside(input.dac_channel)) {
+        return -CoilBench::kHalfSupplyV;
+    }
+    return dac.code(input.dac_channel) / kCodes * CoilBench::kSupplyV - CoilBench::kHalfSupplyV;
+}
+
+double VirtualBoard::sensor_noise_codes(double gain, double step_s) const {
+    return bench.noise_v_per_sqrt_hz() * std::sqrt(0.5 / step_s) * gain * kCodes / CoilBench::kSupplyV;
 }
 
 std::uint32_t VirtualBoard::code_of(unsigned channel) {
@@ -230,16 +254,15 @@ std::uint32_t VirtualBoard::code_of(unsigned channel) {
         const SensorInput& input = kSensors[channel];
         const double gain = opamp_.gain(input.amplifier);
         if (gain > 0 && adc.channel() == input.channel && gpio(input.port).is_analog(input.pin)) {
-            // One pole, driven by straight lines between samples.
-            Amplifier& a = amplifiers_[channel];
-            const double lag_s = gain / (2 * std::numbers::pi * kAmplifierBandwidthHz);
-            const double next_v = gain * bench.sensor_v(static_cast<int>(channel));
-            const double slope = (next_v - a.input_v) / step_s;
-            a.output_v = next_v - lag_s * slope + (a.output_v - a.input_v + lag_s * slope) * std::exp(-step_s / lag_s);
-            a.input_v = next_v;
-            volts = std::clamp(a.output_v, -kAmplifierRailV, kAmplifierRailV);
-            const double own = bench.noise_v_per_sqrt_hz() * std::sqrt(0.5 / step_s) * gain * kCodes / CoilBench::kSupplyV;
-            noise = std::sqrt(noise * noise + own * own);
+            SensorAmplifier& amplifier = amplifiers[channel];
+            if (opamp_.input(input.amplifier) == Opamp::Input::dac) {
+                amplifier.jump(inside_v(channel), gain, step_s, seconds(adc.sampling_time()));
+            } else {
+                amplifier.follow(bench.sensor_v(static_cast<int>(channel)), gain, step_s);
+                noise = std::hypot(noise, sensor_noise_codes(gain, step_s));
+            }
+            noise = std::hypot(noise, amplifier.noise_v(gain) * kCodes / CoilBench::kSupplyV);
+            volts = amplifier.output_v();
         }
     }
     const double code = (volts + CoilBench::kHalfSupplyV) * kCodes / CoilBench::kSupplyV + noise * normal_(random_);
@@ -275,6 +298,8 @@ void VirtualBoard::trigger() {
     bench.advance(now_s());
     dac_1_.trigger(kDacTimer6);
     dac_2_.trigger(kDacTimer6);
+    dac_3_.trigger(kDacTimer6);
+    dac_4_.trigger(kDacTimer6);
     drive();
     for (const auto& adc : adcs_) {
         adc->trigger(kAdcTimer6);

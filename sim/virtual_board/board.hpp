@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "sim/virtual_board/coils/coil_bench.hpp"
+#include "sim/virtual_board/coils/sensor_amplifier.hpp"
 #include "sim/virtual_board/links/can_wire.hpp"
 #include "sim/virtual_board/links/serial_line.hpp"
 #include "sim/virtual_board/links/usb_wire.hpp"
@@ -79,6 +80,7 @@ public:
     SerialLine serial;
     CanWire can;
     UsbWire usb_wire;
+    std::array<SensorAmplifier, kSensorCoils> amplifiers;
 
 private:
     void attach();
@@ -88,7 +90,9 @@ private:
     void drive();
     void see_outputs();
     void record(std::size_t channel, std::uint32_t result);
+    [[nodiscard]] double inside_v(unsigned channel) const;
     [[nodiscard]] std::uint32_t code_of(unsigned channel);
+    [[nodiscard]] double sensor_noise_codes(double gain, double step_s) const;
     void restart(ResetCause cause);
 
     std::array<std::unique_ptr<Gpio>, 7> gpio_;
@@ -96,6 +100,8 @@ private:
     Timer timer_6_;
     Dac dac_1_;
     Dac dac_2_;
+    Dac dac_3_;
+    Dac dac_4_;
     AdcCommon common_12_;
     AdcCommon common_345_;
     std::array<std::unique_ptr<Adc>, kChannels> adcs_;  // by channel: of sensor coils 1-3, and of the reference
@@ -105,11 +111,6 @@ private:
     Plain<8> system_configuration_;
     std::mt19937_64 random_;
     std::normal_distribution<double> normal_{0, 1};
-    struct Amplifier {
-        double input_v = 0;
-        double output_v = 0;
-    };
-    std::array<Amplifier, kSensorCoils> amplifiers_{};
     SampleRecord sample_;
     Ticks triggered_ = 0;
     Ticks triggered_by_ = 0;  // ticks of a cycle then

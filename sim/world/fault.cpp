@@ -9,7 +9,7 @@
 namespace tricoil::sim {
 namespace {
 
-constexpr double kShortedCurrent = 4;
+constexpr double kRunawayCurrent = 4;
 
 [[noreturn]] void complain(const std::string& text, const std::string& what) {
     throw InputError("fault '" + text + "': " + what);
@@ -42,7 +42,7 @@ void check_arguments(const Fault& fault, const std::string& text) {
     };
     switch (fault.kind) {
         case FaultKind::open_coil:
-        case FaultKind::shorted_coil:
+        case FaultKind::broken_stage:
             return need(a.size() == 1 && coil(a[0], 'S') >= 0, "name one source coil, S1 to S3");
         case FaultKind::reversed_coil:
             return need(a.size() == 1 && is_coil(a[0]), "name one coil, S1 to S3 or C1 to C3");
@@ -73,8 +73,8 @@ void apply(const Fault& fault, FaultEffect& effect) {
         case FaultKind::open_coil:
             effect.current(index(0)) = 0;
             break;
-        case FaultKind::shorted_coil:
-            effect.current(index(0)) = kShortedCurrent;
+        case FaultKind::broken_stage:
+            effect.current(index(0)) = kRunawayCurrent;
             break;
         case FaultKind::reversed_coil:
             triad().col(index(0)) *= -1;
@@ -106,7 +106,7 @@ void apply(const Fault& fault, FaultEffect& effect) {
 
 const std::vector<std::string>& fault_names() {
     static const std::vector<std::string> names{"open_coil", "reversed_coil", "swapped_coils", "stuck_channel", "dropped_blocks",
-                                                "metal",     "unplugged",     "overload",      "shorted_coil"};
+                                                "metal",     "unplugged",     "overload",      "broken_stage"};
     return names;
 }
 

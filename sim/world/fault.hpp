@@ -18,7 +18,7 @@ enum class FaultKind : std::uint8_t {
     metal,           // argument: x,y,z,radius in metres: a conducting sphere, a secondary dipole
     unplugged,       // no sensor: open inputs that pick up a little of the drive, all alike
     overload,        // argument: amplitude of a mains-frequency interference on the sensor's inputs, in converter ranges
-    shorted_coil,    // argument: source coil S1-S3 has shorted turns and draws four times its current
+    broken_stage,    // argument: the power stage of source coil S1-S3 lost hold of its current and drives four times as much
 };
 
 /// One fault and when it is there.

@@ -110,9 +110,10 @@ struct DeviceBench {
         app::DeviceParams p;
         p.serial = 42;
         p.firmware = 0x000100;
-        auto demodulation = world.demodulation();
-        demodulation.gain_steps = bench.gains;
-        p.demodulator = in_single(demodulation);
+        p.demodulator = in_single(world.demodulation());
+        for (std::size_t n = 0; n < bench.gain_steps; ++n) {  // as the data sheet says; the board has to find out what they are
+            p.demodulator.gain_steps[n].gain.fill(std::pow(4.0F, static_cast<float>(n)));
+        }
         for (std::size_t n = 0; n < modes.size(); ++n) {
             modes[n] = {kBenchModes[n], p.demodulator.response};
         }

@@ -66,7 +66,7 @@ TEST_F(Faults, OverCurrent) {
     board.run(kCooling_s);
     EXPECT_EQ(board.ask(Opcode::start), AckResult::done);
     board.run(0.01);
-    EXPECT_EQ(board.device->state(), DeviceState::fault) << "still shorted";
+    EXPECT_EQ(board.device->state(), DeviceState::fault) << "still broken";
     board.run(kCooling_s);
     expect_recovery();
 }

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/protocol/convert.hpp"
 #include "sim/motion/simple_motions.hpp"
 #include "tests/app/device_bench.hpp"
 
@@ -208,16 +209,83 @@ TEST(Amplified, LagTurnsCouplingsIntoQuadratureUnlessItIsCalibrated) {
     EXPECT_GT(ignored, 3 * calibrated);
 }
 
-TEST(Amplified, TheBoardTracksAcrossAllSteps) {
-    DeviceBench board({.scenario = "hand", .gains = real_amplifier(), .gain_steps = 4, .converter_bits = 16});
+/// RMS of a board's positions against the truth, after half a second, mm.
+double tracking_error_mm(DeviceBench& board) {
+    board.boot();
     board.track();
-    board.run(2);
-    std::size_t valid = 0;
-    for (const protocol::PoseMessage& m : board.host().poses) {
-        valid += (m.flags & 0x3FFU) == 0 ? 1U : 0U;
+    board.run(2.5);
+    double squares = 0;
+    double count = 0;
+    const auto& poses = board.host().poses;
+    for (const protocol::PoseMessage& m : poses) {
+        tracking::PoseEstimate<double> estimate;
+        EXPECT_EQ(protocol::from_message(m, estimate), protocol::WireError::none);
+        if (m.time_us > poses.front().time_us + 500'000) {
+            squares +=
+                (estimate.position_m - board.scenario.motion->at(1e-6 * static_cast<double>(m.time_us)).position_m).squaredNorm();
+            ++count;
+        }
     }
-    EXPECT_GT(valid, board.host().poses.size() * 9 / 10);
+    EXPECT_GT(count, 1000);
     EXPECT_GT(board.gain.step(), 0);
+    return 1e3 * std::sqrt(squares / count);
+}
+
+TEST(Amplified, TheBoardTracksAsWellAsItKnowsItsSteps) {
+    const test::BenchParams params{.scenario = "hand", .gains = real_amplifier(), .gain_steps = 4, .converter_bits = 16};
+    DeviceBench measured(params);
+    DeviceBench stated(params);
+    stated.gain.leave_as_stated();
+    const double error_mm = tracking_error_mm(measured);
+    EXPECT_LT(error_mm, 1);
+    EXPECT_GT(tracking_error_mm(stated), 3 * error_mm);
+}
+
+struct BrokenAmplifier : ::testing::Test {
+    BrokenAmplifier() : board({.gains = real_amplifier(), .gain_steps = 4}) {
+        board.gain.fail_with({StatusCode::degenerate, "gain is not as stated"});
+        board.boot();
+        board.run(0.01);
+        for (std::size_t n = 0; n < DeviceBench::kLinks; ++n) {
+            board.host(n).hello();
+        }
+        board.run(0.01);
+    }
+    static constexpr double kPause_s = 1.1;
+    DeviceBench board;
+};
+
+TEST_F(BrokenAmplifier, IsToldAtBootAndKeepsTheBoardFromStartingUntilItIsMended) {
+    EXPECT_TRUE(board.device->faults().has(protocol::Fault::converter));
+    EXPECT_EQ(board.ask(protocol::Opcode::start), protocol::AckResult::busy);
+    board.run(kPause_s);
+    EXPECT_EQ(board.ask(protocol::Opcode::start), protocol::AckResult::failed);
+    EXPECT_TRUE(board.device->faults().has(protocol::Fault::converter));
+    EXPECT_EQ(board.coils.changes(), 0U);
+    board.gain.fail_with({});
+    board.run(kPause_s);
+    EXPECT_EQ(board.ask(protocol::Opcode::start), protocol::AckResult::done);
+    EXPECT_FALSE(board.device->faults().has(protocol::Fault::converter));
+}
+
+TEST_F(BrokenAmplifier, IsMeasuredOnceHoweverManyStartsCome) {
+    board.run(kPause_s);
+    const int before = board.gain.attempts();
+    for (int n = 0; n < 8; ++n) {
+        for (std::size_t link = 0; link < DeviceBench::kLinks; ++link) {
+            board.host(link).start();
+        }
+    }
+    board.run(0.1);
+    EXPECT_EQ(board.gain.attempts(), before + 1);
+}
+
+TEST_F(BrokenAmplifier, ACurrentWhereNoneShouldBeIsToldAsThat) {
+    board.gain.fail_with({StatusCode::not_ready, "over-current"});
+    board.run(kPause_s);
+    EXPECT_EQ(board.ask(protocol::Opcode::start), protocol::AckResult::failed);
+    EXPECT_TRUE(board.device->faults().has(protocol::Fault::overcurrent));
+    EXPECT_FALSE(board.device->faults().has(protocol::Fault::converter));
 }
 
 /// A plan stated by hand is the one that is planned.

@@ -19,6 +19,8 @@ struct Registers {
     TimRegisters trigger{};
     DacRegisters dac1{};
     DacRegisters dac2{};
+    DacRegisters dac3{};
+    DacRegisters dac4{};
     DmaRegisters dma{};
     DmamuxRegisters multiplexer{};
     AdcCommonRegisters common_12{};
@@ -62,9 +64,14 @@ protected:
         running = this;
         registers.dac1.SR = dac::SR_DAC1RDY | dac::SR_DAC1RDY << 16U;
         registers.dac2.SR = dac::SR_DAC1RDY;
+        registers.dac3.SR = registers.dac1.SR;
+        registers.dac4.SR = registers.dac2.SR;
     }
 
-    DmaChannel channel(std::uint8_t number) { return {registers.dma, registers.multiplexer, number, number}; }
+    DmaChannel channel(std::uint8_t number) { return channel(number, number); }
+    DmaChannel channel(std::uint8_t number, std::uint8_t request) {
+        return {registers.dma, registers.multiplexer, number, request};
+    }
 
     /// What writing ones has cleared in real ones.
     void clear_flags() {
@@ -94,7 +101,9 @@ protected:
 
     Registers registers;
     HardwareClock clock{registers};
-    CarrierPlayer carriers{{registers.dac1, registers.dac2, {channel(5), channel(6), channel(7)}}};
+    CarrierPlayer carriers{{registers.dac1, registers.dac2, {channel(5), channel(6), channel(7)}, dac::MCR_MODE1_pin}};
+    CarrierPlayer test_carriers{
+        {registers.dac3, registers.dac4, {channel(5, 105), channel(6, 106), channel(7, 107)}, dac::MCR_MODE1_inside}};
     Converters converters{{registers.common_12,
                            registers.common_345,
                            {{{registers.adc[0], 13, channel(2)},
@@ -102,9 +111,14 @@ protected:
                              {registers.adc[2], 5, channel(4)},
                              {registers.adc[3], 1, channel(1)}}}},
                           clock};
-    Acquisition acquisition{
-        {registers.trigger, carriers, converters, {registers.port, {6, 7, 8}}, {registers.amplifiers, {3, 6, 4}}, clock},
-        {.sleep = &AcquisitionTest::sleep}};
+    Acquisition acquisition{{registers.trigger,
+                             carriers,
+                             test_carriers,
+                             converters,
+                             {registers.port, {6, 7, 8}},
+                             {registers.amplifiers, {3, 6, 4}},
+                             clock},
+                            {.sleep = &AcquisitionTest::sleep}};
     SampleBlock block;
     bool delivers = true;
     int blocks = 0;
@@ -316,6 +330,33 @@ TEST_F(AcquisitionTest, RefusesPlansThatItCannotPlay) {
     EXPECT_EQ(acquisition.start(signal::stated_fdm_plan(kRate, 301, {7, 14, 21})).code(), StatusCode::invalid_argument);
     EXPECT_EQ(acquisition.start(signal::stated_fdm_plan(kRate, 300, {31, 40, 56})).code(), StatusCode::invalid_argument);
     EXPECT_TRUE(acquisition.start(signal::stated_tdm_plan(Acquisition::sample_rate_hz(4), 200, 40, 12)).ok());
+}
+
+/// While it measures the amplifiers' gain the carriers stay within the chip; then all is as before.
+TEST_F(AcquisitionTest, FeedsTheAmplifiersWithinTheChip) {
+    constexpr std::uint32_t kFromDac = 3U << 2U;
+    ASSERT_TRUE(acquisition.begin().ok());
+    EXPECT_EQ(registers.dac3.MCR & 7U, 3U);
+    EXPECT_EQ(registers.dac1.MCR & 7U, 0U);
+    FedGain& gain = acquisition.gain();
+    gain.feed(100);
+    ASSERT_TRUE(acquisition.start(kTdm).ok());
+    ASSERT_TRUE(acquisition.poll(block).ok());
+    EXPECT_EQ(registers.amplifiers.CSR[2] & kFromDac, kFromDac);
+    EXPECT_NE(registers.dac3.CR & dac::CR_DMAEN1, 0U);
+    EXPECT_EQ(registers.dac1.CR & dac::CR_DMAEN1, 0U);
+    EXPECT_EQ(registers.dma.channel[4].CPAR,
+              static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(&registers.dac3.DHR12R1)));
+    EXPECT_EQ(registers.multiplexer.CCR[6], 107U);
+    EXPECT_EQ(registers.dac1.DHR12R1, 2048U);
+    gain.feed(0);
+    ASSERT_TRUE(acquisition.start(kTdm).ok());
+    ASSERT_TRUE(acquisition.poll(block).ok());
+    EXPECT_EQ(registers.amplifiers.CSR[2] & kFromDac, 0U);
+    EXPECT_NE(registers.dac1.CR & dac::CR_DMAEN1, 0U);
+    EXPECT_EQ(registers.dac3.CR & dac::CR_DMAEN1, 0U);
+    EXPECT_EQ(registers.multiplexer.CCR[6], 7U);
+    EXPECT_EQ(registers.dac3.DHR12R1, 2048U);
 }
 
 TEST_F(AcquisitionTest, StoppingLeavesTheSamplesAndNoCarrier) {

@@ -99,13 +99,16 @@ TEST(IndependentWatchdog, RefusesWhatItCannotMeasureAndTellsADeadOscillator) {
 TEST(SensorAmplifiers, FollowAtStepZeroAndDoubleWithEachStep) {
     OpampRegisters registers{};
     const SensorAmplifiers amplifiers(registers, {3, 6, 4});
-    amplifiers.set(0);
+    amplifiers.set(0, SensorAmplifiers::Input::coils);
     EXPECT_EQ(registers.CSR[2], 1U | 3U << 5U | 1U << 7U | 1U << 8U);
     EXPECT_EQ(registers.CSR[2], registers.CSR[5]);
     EXPECT_EQ(registers.CSR[0], 0U);
-    amplifiers.set(6);
+    amplifiers.set(6, SensorAmplifiers::Input::coils);
     EXPECT_EQ(registers.CSR[3] >> 14U & 31U, 8U + 5U);  // times 64, ladder to VINM0
     EXPECT_EQ(registers.CSR[3] >> 5U & 3U, 2U);
+    EXPECT_EQ(registers.CSR[3] >> 2U & 3U, 0U);  // VINP0
+    amplifiers.set(6, SensorAmplifiers::Input::inside);
+    EXPECT_EQ(registers.CSR[3] >> 2U & 3U, 3U);
     EXPECT_EQ(SensorAmplifiers::gain_of(6), 64);
 }
 

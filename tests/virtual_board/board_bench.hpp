@@ -28,10 +28,9 @@ enum LinkNumber : std::size_t { on_serial, on_can, on_usb, link_numbers };
 class BoardBench {
 public:
     explicit BoardBench(const std::string& scenario_name = "hand", const std::vector<std::string>& faults = {})
-        : scenario(sim::load_scenario(scenario_name, 1)) {
-        for (const std::string& fault : faults) {
-            scenario.faults.push_back(sim::parse_fault(fault));
-        }
+        : BoardBench(with_faults(sim::load_scenario(scenario_name, 1), faults)) {}
+
+    explicit BoardBench(sim::Scenario what) : scenario(std::move(what)) {
         board.emplace(read_image(TRICOIL_BOARD_IMAGE ".bin"), scenario);
         ends[on_serial] = std::make_unique<SerialEnd>(*board);
         ends[on_can] = std::make_unique<CanEnd>(*board);
@@ -62,7 +61,7 @@ public:
     /// Says `opcode` on a link, and what became of it.
     std::optional<protocol::AckResult> ask(std::size_t link, protocol::Opcode opcode, std::uint32_t argument = 0) {
         host(link).command(opcode, argument);
-        for (int n = 0; n < 50 && !host(link).result(); ++n) {
+        for (int n = 0; n < 150 && !host(link).result(); ++n) {
             run(0.002);
         }
         return host(link).result();
@@ -99,6 +98,13 @@ public:
     std::function<void()> at_each_step;
 
 private:
+    static sim::Scenario with_faults(sim::Scenario scenario, const std::vector<std::string>& faults) {
+        for (const std::string& fault : faults) {
+            scenario.faults.push_back(sim::parse_fault(fault));
+        }
+        return scenario;
+    }
+
     static constexpr double kStepS = 0.5e-3;
     static constexpr double kFeedS = 0.05;
 

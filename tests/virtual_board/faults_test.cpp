@@ -74,7 +74,7 @@ TEST(BoardFaults, OpenCoil) {
 }
 
 TEST(BoardFaults, OverCurrentDropsTheEnablesWithinABlock) {
-    FaultyBoard board({}, {"shorted_coil:S1@0.7-1.2"});
+    FaultyBoard board({}, {"broken_stage:S1@0.7-1.2"});
     board.expect_off(3.2 * kBlockS, bit(Fault::overcurrent));
     EXPECT_EQ(board.ask(test::on_serial, Opcode::start), AckResult::busy) << "the power stage cools";
     board.run(1.1);
@@ -82,16 +82,16 @@ TEST(BoardFaults, OverCurrentDropsTheEnablesWithinABlock) {
 }
 
 TEST(BoardFaults, OverCurrentTripsTheHardwareWithinSamples) {
-    FaultyBoard board({}, {"shorted_coil:S1@0.7-1.2", "shorted_coil:S2@0.7-1.2", "shorted_coil:S3@0.7-1.2"});
+    FaultyBoard board({}, {"broken_stage:S1@0.7-1.2", "broken_stage:S2@0.7-1.2", "broken_stage:S3@0.7-1.2"});
     board.run(kFaultS + 0.3 - board.board->now_s());
     const double off_after_s = board.board->bench.last_driven_s() - kFaultS;
-    std::printf("off %.1f us after the short\n", 1e6 * off_after_s);
+    std::printf("off %.1f us after the stage broke\n", 1e6 * off_after_s);
     EXPECT_LT(off_after_s, 0.2e-3) << "a quarter of a carrier's period, and a few samples";
     EXPECT_NE(board.status().faults & bit(Fault::overcurrent), 0U);
 }
 
 TEST(BoardFaults, OverCurrentFromTheFirstMomentIsToldAsThat) {
-    BoardBench board("hand", {"shorted_coil:S1"});
+    BoardBench board("hand", {"broken_stage:S1"});
     board.run(BoardBench::kBootS);
     board.host().hello();
     board.run(0.01);

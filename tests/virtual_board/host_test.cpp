@@ -6,6 +6,7 @@
 
 #include "board/app/tracker_device.hpp"
 #include "board/nucleo_g474re/measuring.hpp"
+#include "drivers/stm32g4/gain_measurement.hpp"
 #include "sim/hal/simulated_processor.hpp"
 #include "sim/hal/simulated_storage.hpp"
 #include "tests/virtual_board/board_bench.hpp"
@@ -25,22 +26,29 @@ Microseconds time_of(std::uint64_t half_triggers) {
     return Microseconds{static_cast<std::int64_t>((half_triggers * 295 + 170) / 340)};
 }
 
-/// What the board's converters gave, block by block, as its own sampler tells it.
+/// What the converters gave from one start to the next.
+using Burst = std::vector<SampleRecord>;
+
+/// What the board's converters gave, start by start and block by block, as its own sampler tells it.
 class RecordedSampler final : public hal::CoilSampler {
 public:
-    RecordedSampler(const std::vector<SampleRecord>& records, sim::SimulatedClock& clock) : records_(records), clock_(clock) {}
-    [[nodiscard]] bool is_over() const { return (sequence_ + 1) * kBlock > records_.size(); }
+    RecordedSampler(const std::vector<Burst>& bursts, sim::SimulatedClock& clock) : bursts_(bursts), clock_(clock) {}
+    [[nodiscard]] bool is_over() const { return started_ > bursts_.size() || (started_ == bursts_.size() && !has_block()); }
 
 private:
+    [[nodiscard]] bool has_block() const { return (sequence_ + 1) * kBlock <= burst().size(); }
+    [[nodiscard]] const Burst& burst() const { return bursts_[started_ - 1]; }
     Status do_start(const signal::AcquisitionPlan&) override {
+        ++started_;
+        sequence_ = 0;
         start_ = clock_.now();
         return {};
     }
     Status do_poll(SampleBlock& block) override {
-        if (is_over()) {
+        if (!has_block()) {
             return {StatusCode::end_of_stream, "no more was recorded"};
         }
-        const auto records = std::span(records_).subspan(sequence_ * kBlock, kBlock);
+        const auto records = std::span(burst()).subspan(sequence_ * kBlock, kBlock);
         for (std::size_t n = 0; n < kBlock; ++n) {
             for (std::size_t c = 0; c < kChannels; ++c) {
                 samples_[n][c] = std::int32_t{records[n].codes[c]} - kMiddle;
@@ -61,20 +69,36 @@ private:
     }
     void do_stop() override {}
 
-    const std::vector<SampleRecord>& records_;
+    const std::vector<Burst>& bursts_;
+    std::size_t started_ = 0;
     sim::SimulatedClock& clock_;
     DeviceTime start_{};
     std::size_t sequence_ = 0;
     std::array<Sample, kBlock> samples_{};
 };
 
+/// Measures as the board does, from what its converters gave meanwhile.
+class RecordedGain final : public stm32g4::FedGain {
+public:
+    explicit RecordedGain(hal::CoilSampler& sampler) : sampler_(sampler) {}
+
+private:
+    [[nodiscard]] std::uint8_t do_steps() const override { return stm32g4::SensorAmplifiers::kSteps; }
+    Status do_choose(std::uint8_t) override { return {}; }
+    void do_feed(float) override {}
+    Status do_measure(const signal::AcquisitionPlan& plan, signal::GainSteps<float>& steps) override {
+        return stm32g4::measure_gain(sampler_, *this, plan, steps);
+    }
+    hal::CoilSampler& sampler_;
+};
+
 /// Poses that the application, built for this machine, makes of them.
-std::vector<protocol::PoseMessage> poses_of(const std::vector<SampleRecord>& records) {
+std::vector<protocol::PoseMessage> poses_of(const std::vector<Burst>& bursts) {
     sim::SimulatedClock clock;
     clock.begin(nucleo_g474re::kSampleRateHz);
-    RecordedSampler sampler(records, clock);
+    RecordedSampler sampler(bursts, clock);
     sim::SimulatedCoilDriver coils;
-    sim::SimulatedGain gain(signal::GainSteps<double>{}, 7);
+    RecordedGain gain(sampler);
     sim::SimulatedStorage storage(2, 2048);
     sim::SimulatedWatchdog watchdog(clock);
     sim::SimulatedSystem system(clock);
@@ -89,7 +113,7 @@ std::vector<protocol::PoseMessage> poses_of(const std::vector<SampleRecord>& rec
     device.step();  // opens its ports
     host.hello();
     host.start();
-    for (std::size_t n = 0; n < 20 + records.size() / kBlock && !sampler.is_over(); ++n) {
+    for (std::size_t n = 0; n < 20 + bursts.back().size() / kBlock && !sampler.is_over(); ++n) {
         if (n % 16 == 0) {
             host.keep_alive();
         }
@@ -113,18 +137,18 @@ std::int64_t largest_difference(const Array& a, const Array& b) {
 /// floats in another order. Units are the wire's: 0.1 um of position, 1.25e-7 of the quaternion.
 TEST(SameSamples, GiveTheSamePosesOnThisMachine) {
     BoardBench bench;
-    std::vector<SampleRecord> records;
-    bench.board->on_sample = [&](const SampleRecord& record) {
-        const bool begins = !records.empty() && record.time - records.back().time > virtual_board::ticks(1e-3);
-        if (begins) {
-            records.clear();
+    std::vector<Burst> bursts;
+    bench.board->on_sample = [&, last = virtual_board::Ticks{0}](const SampleRecord& record) mutable {
+        if (bursts.empty() || record.time - last > virtual_board::ticks(20e-6)) {  // 14 us from sample to sample
+            bursts.emplace_back();
         }
-        records.push_back(record);
+        last = record.time;
+        bursts.back().push_back(record);
     };
     bench.start({test::on_serial});
     bench.run(1);
     const auto& board = bench.host().poses;
-    const auto here = poses_of(records);
+    const auto here = poses_of(bursts);
     ASSERT_GT(board.size(), 600U);
     ASSERT_GE(here.size() + 2, board.size());
     const std::size_t count = std::min(here.size(), board.size());

@@ -44,7 +44,7 @@ TEST(Program, SeedIsAWholeNumberFromZeroOn) {
 }
 
 TEST(Program, AnUnknownFaultIsAnsweredWithBothKinds) {
-    expect_refused("--duration 0.001 --fault foo", 2, "shorted_coil, adc_silent");
+    expect_refused("--duration 0.001 --fault foo", 2, "broken_stage, adc_silent");
     expect_refused("--duration 0.001 --fault can_eror:3", 2, "did you mean 'can_errors'");
     expect_refused("--duration 0.001 --fault open_coyl:S1", 2, "did you mean 'open_coil'");
 }

@@ -27,6 +27,8 @@ static_assert(offsetof(DacRegisters, MCR) == 0x3C);
 
 constexpr std::uintptr_t kDac1Base = 0x5000'0800;
 constexpr std::uintptr_t kDac2Base = 0x5000'0C00;
+constexpr std::uintptr_t kDac3Base = 0x5000'1000;
+constexpr std::uintptr_t kDac4Base = 0x5000'1400;
 
 namespace dac {
 // Of channel 1; those of channel 2 lie 16 bits further up.
@@ -36,7 +38,9 @@ constexpr std::uint32_t CR_TEN1 = 1U << 1U;
 constexpr std::uint32_t CR_TSEL1_TIM6 = 7U << 2U;
 constexpr std::uint32_t CR_DMAEN1 = 1U << 12U;
 constexpr std::uint32_t SR_DAC1RDY = 1U << 11U;
-constexpr std::uint32_t SR_DMAUDR1 = 1U << 13U;  // the table was not read in time; written one to clear
+constexpr std::uint32_t SR_DMAUDR1 = 1U << 13U;       // the table was not read in time; written one to clear
+constexpr std::uint32_t MCR_MODE1_pin = 0;            // buffered
+constexpr std::uint32_t MCR_MODE1_inside = 3U << 0U;  // to other peripherals of the chip, unbuffered
 constexpr std::uint32_t MCR_HFSEL_above_160MHz = 2U << 14U;
 }  // namespace dac
 

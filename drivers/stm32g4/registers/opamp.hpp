@@ -16,7 +16,7 @@ constexpr std::uintptr_t kOpampBase = 0x4001'0300;
 
 namespace opamp {
 constexpr std::uint32_t CSR_OPAEN = 1U << 0U;
-constexpr unsigned CSR_VP_SEL_Pos = 2;
+constexpr std::uint32_t CSR_VP_SEL_dac = 3U << 2U;  // of DAC3 or DAC4, op-amps 1 and 3 to 6
 constexpr std::uint32_t CSR_VM_SEL_ladder = 2U << 5U;
 constexpr std::uint32_t CSR_VM_SEL_follower = 3U << 5U;
 constexpr std::uint32_t CSR_OPAHSM = 1U << 7U;     // high speed

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <random>
 
 #include "sim/scenarios/scenario.hpp"
@@ -20,6 +21,7 @@ public:
     static constexpr double kFullReferenceV = 0.7;
     /// The power stages' enable drops so long after the last heartbeat.
     static constexpr double kHeartbeatHoldS = 20e-3;
+    static constexpr double kPreamplifierV_rthz = 226e-9;
 
     explicit CoilBench(const sim::Scenario& scenario);
 
@@ -35,8 +37,10 @@ public:
     [[nodiscard]] double reference_v() const;
     /// A channel's converter repeats one code.
     [[nodiscard]] bool is_stuck(int channel) const { return effect_.stuck[static_cast<std::size_t>(channel)]; }
-    /// White, in front of every gain.
-    [[nodiscard]] double noise_v_per_sqrt_hz() const { return scenario_.world.converter.noise_v_per_sqrt_hz; }
+    /// White, in front of every gain: the preamplifiers' (HARDWARE.md), and what the scenario's world adds.
+    [[nodiscard]] double noise_v_per_sqrt_hz() const {
+        return std::hypot(kPreamplifierV_rthz, scenario_.world.converter.noise_v_per_sqrt_hz);
+    }
 
     /// A stage is on, and its hardware enable too.
     [[nodiscard]] bool is_driven(int coil) const;

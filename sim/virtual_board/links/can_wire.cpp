@@ -59,8 +59,10 @@ void CanWire::arbitrate() {
         }
     };
     if (own) {
-        need_rate(board_.nominal_hz(), kNominalHz, "arbitration");
-        need_rate(own->fast ? board_.data_hz() : kDataHz, kDataHz, "data");
+        check_timing(own->fast);
+        if (own->fast && board_.compensation_offset() != board_.data_sample_point()) {
+            throw RunFailure("FDCAN's TDCR.TDCO is not where the data phase is sampled");
+        }
         offer(*own, Sender::board);
     }
     if (!outgoing_.empty()) {
@@ -72,6 +74,19 @@ void CanWire::arbitrate() {
     if (best != std::numeric_limits<std::uint64_t>::max()) {
         frame_over_.in(duration(on_bus_));
     }
+}
+
+/// Of a controller that listens or sends.
+void CanWire::check_timing(bool fast) const {
+    need_rate(board_.nominal_hz(), kNominalHz, "arbitration");
+    need_rate(fast ? board_.data_hz() : kDataHz, kDataHz, "data");
+}
+
+void CanWire::give(const CanFrame& frame) {
+    if (board_.is_on()) {
+        check_timing(frame.fast);
+    }
+    board_.receive(frame);
 }
 
 void CanWire::frame_over() {
@@ -88,11 +103,11 @@ void CanWire::frame_over() {
             }
             break;
         case Sender::others:
-            board_.receive(on_bus_);
+            give(on_bus_);
             outgoing_.pop_front();
             break;
         case Sender::babbler:
-            board_.receive(on_bus_);
+            give(on_bus_);
             break;
     }
     arbitrate();

@@ -32,6 +32,8 @@ public:
 private:
     void arbitrate();
     void frame_over();
+    void check_timing(bool fast) const;
+    void give(const CanFrame& frame);
     [[nodiscard]] static Ticks duration(const CanFrame& frame);
 
     Fdcan& board_;

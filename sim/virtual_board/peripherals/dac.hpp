@@ -18,6 +18,8 @@ public:
     void trigger(unsigned source);
     /// 0 to 4095, of a channel that is on; none: the output floats.
     [[nodiscard]] bool is_on(unsigned channel) const { return is_set(registers_[0x00], 16 * channel); }
+    /// Its output goes to other peripherals of the chip, unbuffered.
+    [[nodiscard]] bool is_inside(unsigned channel) const { return field(registers_[0x3C], 16 * channel, 3) == 3; }
     [[nodiscard]] std::uint32_t code(unsigned channel) const { return outputs_[channel]; }
 
     std::uint32_t read(std::uint32_t offset) override;

@@ -108,6 +108,13 @@ double Fdcan::data_hz() const {
     return kernel_hz_() / (field(t, 16, 5) + 1) / (3 + field(t, 8, 5) + field(t, 4, 4));
 }
 
+unsigned Fdcan::data_sample_point() const {
+    const std::uint32_t t = registers_[kDbtp];
+    return (field(t, 16, 5) + 1) * (2 + field(t, 8, 5));
+}
+
+unsigned Fdcan::compensation_offset() const { return field(registers_[kTdcr], 8, 7); }
+
 int Fdcan::next_buffer() const {
     int best = -1;
     for (int n = 0; n < static_cast<int>(kDepth); ++n) {

@@ -43,6 +43,9 @@ public:
     /// Bits a second, in the arbitration and in the data phase. Throws RunFailure if it is set up so that no bus has it.
     [[nodiscard]] double nominal_hz() const;
     [[nodiscard]] double data_hz() const;
+    /// Where the data phase is sampled, and where delay compensation looks for it, in cycles of the kernel clock.
+    [[nodiscard]] unsigned data_sample_point() const;
+    [[nodiscard]] unsigned compensation_offset() const;
 
     /// Called when a frame may wait to be sent.
     std::function<void()> on_request;

@@ -8,10 +8,15 @@ namespace tricoil::virtual_board {
 
 class Opamp final : public Peripheral {
 public:
-    /// Gain of alternating voltage at VINP0, around half the supply; 0: off, or its output does not reach the converter.
+    /// What it amplifies.
+    enum class Input { pin, dac };  // VINP0; the converter within the chip that this op-amp has
+    [[nodiscard]] Input input(unsigned n) const { return field(registers_[4 * (n - 1)], 2, 2) == 3 ? Input::dac : Input::pin; }
+
+    /// Nominal gain of alternating voltage around half the supply; 0: off, its input is another pin, or its output does not reach
+    /// the converter.
     [[nodiscard]] double gain(unsigned n) const {
         const std::uint32_t csr = registers_[4 * (n - 1)];
-        const bool on = is_set(csr, 0) && is_set(csr, 8) && field(csr, 2, 2) == 0;
+        const bool on = is_set(csr, 0) && is_set(csr, 8) && (field(csr, 2, 2) == 0 || field(csr, 2, 2) == 3);
         const std::uint32_t code = field(csr, 14, 5);
         switch (field(csr, 5, 2)) {
             case 3:

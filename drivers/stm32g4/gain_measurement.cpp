@@ -1,0 +1,148 @@
+#include "drivers/stm32g4/gain_measurement.hpp"
+
+#include <numbers>
+
+#include "core/signal/block_health.hpp"
+#include "core/signal/lock_in.hpp"
+#include "drivers/stm32g4/acquisition.hpp"
+#include "drivers/stm32g4/staircase.hpp"
+
+namespace tricoil::stm32g4 {
+namespace {
+
+using Phasors = signal::ChannelPhasors<float>;
+
+constexpr std::uint8_t kTop = SensorAmplifiers::kSteps - 1;
+constexpr float kOutputCodes = 1536;  // amplitude behind the greater gain: three quarters of what the converter takes
+/// At power-up the capacitors that the feedback ladders end at are empty. They fill with 10 ms as long as the op-amp is not at
+/// its rail, which of all ladders only the first keeps it from: ten times that, with step 1.
+constexpr Microseconds kFilling{100'000};
+constexpr std::uint8_t kFillingStep = 1;
+constexpr int kBlocks = 4;                  // that a reading is made of
+constexpr int kPatience = 3 * kBlocks;      // blocks until so many have come
+constexpr float kLinearShare = 0.95F;       // of full scale, as the op-amps are linear
+constexpr float kOffset = 0.2F;             // of that; the carrier takes three quarters
+constexpr float kTolerance = 0.1F;          // of a step's gain
+constexpr float kShortestLag_s = 0.25e-6F;  // at the greatest gain: 40 MHz and
+constexpr float kLongestLag_s = 2.4e-6F;    // 4 MHz of bandwidth; 13 MHz are typical
+constexpr Status kNotSound{StatusCode::degenerate, "a sensor amplifier is not what it is made for"};
+
+class Measurement {
+public:
+    Measurement(hal::CoilSampler& sampler, FedGain& gain, const signal::AcquisitionPlan& plan)
+        : sampler_(sampler), gain_(gain), plan_(plan), oscillator_(plan.window_cycles[0], plan.window_samples) {}
+
+    Status measure(signal::GainSteps<float>& steps) {
+        if (plan_.window_cycles[0] * plan_.block_samples % plan_.window_samples != 0) {
+            return {StatusCode::invalid_argument, "the carrier must have whole cycles in a block"};
+        }
+        Status status = fill();
+        for (std::uint8_t n = 1; n <= kTop && status.ok(); ++n) {
+            status = compare(n);
+            for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
+                steps[n].gain[coil] = std::abs(product_[coil]);
+            }
+        }
+        return status.ok() ? separate(steps) : status;
+    }
+
+private:
+    /// Sampling begins, of a carrier that step n bears.
+    Status start(std::uint8_t n) {
+        gain_.feed(kOutputCodes / SensorAmplifiers::gain_of(n));
+        return sampler_.start(plan_);
+    }
+
+    Status fill() {
+        (void)gain_.choose(kFillingStep);
+        Status status = start(kFillingStep);
+        DeviceTime end = DeviceTime::max();
+        while (status.ok() && block_.start < end) {
+            status = sampler_.poll(block_);
+            end = end == DeviceTime::max() ? block_.start + kFilling : end;
+        }
+        return status;
+    }
+
+    /// Step n against the one below.
+    Status compare(std::uint8_t n) {
+        Status status = start(n);
+        for (auto step = static_cast<std::uint8_t>(n - 1); step <= n && status.ok(); ++step) {
+            Phasors seen{};
+            status = read(step, seen);
+            for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
+                product_[coil] =
+                    step < n ? signal::divide(product_[coil], seen[coil]) : signal::multiply(product_[coil], seen[coil]);
+            }
+        }
+        return status;
+    }
+
+    /// The sum of some blocks that were sampled with this step.
+    Status read(std::uint8_t step, Phasors& sum) {
+        (void)gain_.choose(step);
+        int blocks = 0;
+        for (int n = 0; n < kPatience && blocks < kBlocks; ++n) {
+            if (const Status polled = sampler_.poll(block_); !polled.ok()) {
+                return polled;
+            }
+            if (block_.gain_step != step || block_.overrun_count > 0) {
+                continue;
+            }
+            const auto window = block_.samples.subspan(static_cast<std::size_t>(plan_.params.guard_samples));
+            const auto linear = static_cast<std::int32_t>(kLinearShare * static_cast<float>(block_.full_scale));
+            if (!inspect_window(window, plan_, linear, kOffset).empty()) {
+                return kNotSound;
+            }
+            add(lock_in(oscillator_, window), sum);
+            ++blocks;
+        }
+        return blocks == kBlocks ? Status{} : Status{StatusCode::timed_out, "amplifiers do not change their gain"};
+    }
+
+    static void add(const Phasors& seen, Phasors& sum) {
+        for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
+            sum[coil] += seen[coil];
+        }
+    }
+
+    /// Gain and lag from what both together have done to the carrier.
+    [[nodiscard]] Status separate(signal::GainSteps<float>& steps) const {
+        constexpr auto kEdge_s = static_cast<float>(Acquisition::kTriggerTicks) / static_cast<float>(kFullSpeedHz);
+        const float w_rad_s = 2 * std::numbers::pi_v<float> * static_cast<float>(plan_.params.carrier_hz[0]);
+        const Staircase staircase{w_rad_s, kEdge_s, Converters::kSampling_s};
+        bool is_sound = true;
+        for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
+            const float top_lag_s = staircase.lag_of(product_[coil], kLongestLag_s);
+            const float lag_s = top_lag_s / SensorAmplifiers::gain_of(kTop);
+            is_sound = is_sound && top_lag_s > kShortestLag_s && top_lag_s < 0.99F * kLongestLag_s;
+            for (std::uint8_t n = 1; n <= kTop; ++n) {
+                const float stated = SensorAmplifiers::gain_of(n);
+                signal::GainStep<float>& step = steps[n];
+                step.lag_s[coil] = lag_s * stated;
+                step.gain[coil] /= std::abs(staircase.response(step.lag_s[coil]));
+                is_sound = is_sound && std::abs(step.gain[coil] - stated) < kTolerance * stated;
+            }
+        }
+        return is_sound ? Status{} : kNotSound;
+    }
+
+    hal::CoilSampler& sampler_;
+    FedGain& gain_;
+    const signal::AcquisitionPlan& plan_;
+    signal::Oscillator<float> oscillator_;
+    SampleBlock block_;
+    std::array<std::complex<float>, kSensorCoils> product_{{1, 1, 1}};  // of a step against the follower
+};
+
+}  // namespace
+
+Status measure_gain(hal::CoilSampler& sampler, FedGain& gain, const signal::AcquisitionPlan& plan,
+                    signal::GainSteps<float>& steps) {
+    const Status status = Measurement(sampler, gain, plan).measure(steps);
+    sampler.stop();
+    gain.feed(0);
+    return status;
+}
+
+}  // namespace tricoil::stm32g4
