@@ -15,7 +15,7 @@ using protocol::DeviceState;
 using protocol::Fault;
 
 constexpr Microseconds kStatusPause{100'000};
-constexpr Microseconds kPauseAfterFailure{1'000'000};  // for a power stage that carried too much to cool
+constexpr Microseconds kPauseAfterFailure{1'000'000};  // in which a power stage that carried too much cools
 /// In so many columns in a row one channel never moved: noise alone would have moved it.
 constexpr int kStuckColumns = 6;
 
@@ -217,11 +217,12 @@ void TrackerDevice::fail(Fault fault) {
     }
 }
 
-/// Of what the loop or the coils' driver ended with.
+/// Of what measuring the gain, or beginning, ended with.
 Fault TrackerDevice::fault_of_start(const Status& status) {
     return status.code() == StatusCode::not_ready ? Fault::overcurrent : Fault::converter;
 }
 
+/// Of what the loop or the coils' driver ended with.
 Fault TrackerDevice::fault_of(const Status& status) const {
     const bool has_tripped = status.code() == StatusCode::not_ready;
     return sampler_.trouble().value_or(has_tripped ? Fault::overcurrent : Fault::drive);

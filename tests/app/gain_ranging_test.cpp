@@ -238,6 +238,9 @@ TEST(Amplified, TheBoardTracksAsWellAsItKnowsItsSteps) {
     stated.gain.leave_as_stated();
     const double error_mm = tracking_error_mm(measured);
     EXPECT_LT(error_mm, 1);
+    const auto& poses = measured.host().poses;
+    const auto is_valid = [](const protocol::PoseMessage& m) { return (m.flags & 0x3FFU) == 0; };
+    EXPECT_GT(static_cast<std::size_t>(std::count_if(poses.begin(), poses.end(), is_valid)), poses.size() * 9 / 10);
     EXPECT_GT(tracking_error_mm(stated), 3 * error_mm);
 }
 

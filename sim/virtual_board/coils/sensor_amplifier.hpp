@@ -54,7 +54,10 @@ public:
     }
 
     [[nodiscard]] double output_v() const { return std::clamp(output_v_, -kRailV, kRailV); }
-    void lose_power() { *this = made_like(*this); }
+    void lose_power() {
+        capacitor_v_ = -kHalfSupplyV;  // empty
+        next_v_ = driven_v_ = output_v_ = 0;
+    }
 
     std::array<double, kLadderSteps> ladder_error{};
     double bandwidth_hz = 13e6;
@@ -67,14 +70,6 @@ private:
     static constexpr double kFillingS = 10e-3;  // 10 kOhm of the ladder, 1 uF
     static constexpr double kLongestStepS =
         5e-6;  // while nothing samples it is not known since when there is a ladder: as if not
-
-    static SensorAmplifier made_like(const SensorAmplifier& one) {
-        SensorAmplifier fresh;
-        fresh.ladder_error = one.ladder_error;
-        fresh.bandwidth_hz = one.bandwidth_hz;
-        fresh.has_capacitor = one.has_capacitor;
-        return fresh;
-    }
 
     /// Returns the lag. The ladder amplifies what the input is away from the capacitor, which the output fills slowly through all
     /// of the ladder: with one time constant at every gain, unless the output is at its rail.
