@@ -1,26 +1,72 @@
 // Device time: 64-bit microseconds since the device started, given by the HAL. The core never asks what time it is.
 #pragma once
 
-#include <chrono>
+#include <compare>
 #include <cstdint>
+#include <limits>
 
 namespace tricoil {
 
-using Microseconds = std::chrono::duration<std::int64_t, std::micro>;
+/// A length of time in whole microseconds.
+class Microseconds {
+public:
+    constexpr Microseconds() = default;
+    constexpr explicit Microseconds(std::int64_t count) : count_(count) {}
 
-/// Tag of the device's time base; it has no now(): instants come from the HAL with every block of samples.
-struct DeviceClock {
-    using duration = Microseconds;
-    using rep = duration::rep;
-    using period = duration::period;
-    using time_point = std::chrono::time_point<DeviceClock>;
-    static constexpr bool is_steady = true;
+    [[nodiscard]] constexpr std::int64_t count() const { return count_; }
+    static constexpr Microseconds max() { return Microseconds{std::numeric_limits<std::int64_t>::max()}; }
+
+    constexpr Microseconds& operator+=(Microseconds other) {
+        count_ += other.count_;
+        return *this;
+    }
+    constexpr Microseconds& operator-=(Microseconds other) {
+        count_ -= other.count_;
+        return *this;
+    }
+    friend constexpr Microseconds operator-(Microseconds a) { return Microseconds{-a.count_}; }
+    friend constexpr Microseconds operator+(Microseconds a, Microseconds b) { return a += b; }
+    friend constexpr Microseconds operator-(Microseconds a, Microseconds b) { return a -= b; }
+    friend constexpr Microseconds operator*(Microseconds a, std::int64_t factor) { return Microseconds{a.count_ * factor}; }
+    friend constexpr Microseconds operator*(std::int64_t factor, Microseconds a) { return a * factor; }
+    friend constexpr Microseconds operator/(Microseconds a, std::int64_t divisor) { return Microseconds{a.count_ / divisor}; }
+    friend constexpr std::int64_t operator/(Microseconds a, Microseconds b) { return a.count_ / b.count_; }
+    friend constexpr Microseconds operator%(Microseconds a, Microseconds b) { return Microseconds{a.count_ % b.count_}; }
+    friend constexpr auto operator<=>(Microseconds, Microseconds) = default;
+
+private:
+    std::int64_t count_ = 0;
 };
 
-using DeviceTime = DeviceClock::time_point;
+/// An instant of the device's clock.
+class DeviceTime {
+public:
+    constexpr DeviceTime() = default;
+    constexpr explicit DeviceTime(Microseconds since_start) : since_start_(since_start) {}
+
+    [[nodiscard]] constexpr Microseconds since_start() const { return since_start_; }
+    static constexpr DeviceTime max() { return DeviceTime{Microseconds::max()}; }
+
+    constexpr DeviceTime& operator+=(Microseconds duration) {
+        since_start_ += duration;
+        return *this;
+    }
+    constexpr DeviceTime& operator-=(Microseconds duration) {
+        since_start_ -= duration;
+        return *this;
+    }
+    friend constexpr DeviceTime operator+(DeviceTime time, Microseconds duration) { return time += duration; }
+    friend constexpr DeviceTime operator+(Microseconds duration, DeviceTime time) { return time += duration; }
+    friend constexpr DeviceTime operator-(DeviceTime time, Microseconds duration) { return time -= duration; }
+    friend constexpr Microseconds operator-(DeviceTime a, DeviceTime b) { return a.since_start_ - b.since_start_; }
+    friend constexpr auto operator<=>(DeviceTime, DeviceTime) = default;
+
+private:
+    Microseconds since_start_;
+};
 
 constexpr DeviceTime device_time_us(std::int64_t microseconds) { return DeviceTime{Microseconds{microseconds}}; }
-constexpr std::int64_t to_us(DeviceTime time) { return time.time_since_epoch().count(); }
+constexpr std::int64_t to_us(DeviceTime time) { return time.since_start().count(); }
 constexpr double to_seconds(DeviceTime time) { return 1e-6 * static_cast<double>(to_us(time)); }
 constexpr double to_seconds(Microseconds duration) { return 1e-6 * static_cast<double>(duration.count()); }
 

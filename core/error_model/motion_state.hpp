@@ -1,7 +1,7 @@
 // How a sensor moves at one instant.
 #pragma once
 
-#include "core/geometry/types.hpp"
+#include "core/geometry/quaternion.hpp"
 
 namespace tricoil::error_model {
 

@@ -3,7 +3,7 @@
 
 #include "core/field/coil_pair.hpp"
 #include "core/field/concentric_dipole.hpp"
-#include "core/geometry/types.hpp"
+#include "core/geometry/quaternion.hpp"
 
 namespace tricoil::field {
 

@@ -4,7 +4,7 @@
 #include <span>
 
 #include "core/fixed/acquisition.hpp"
-#include "core/signal/column.hpp"
+#include "core/signal/column_flags.hpp"
 
 namespace tricoil::fixed {
 

@@ -1,8 +1,7 @@
-// Fixed-size linear algebra in the two scalar types that the core is built for.
+// Fixed-size vectors and matrices in the two scalar types that the core is built for.
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/Geometry>
 
 namespace tricoil {
 
@@ -14,7 +13,5 @@ template <typename Scalar>
 using Vec6 = Eigen::Matrix<Scalar, 6, 1>;
 template <typename Scalar>
 using Mat6 = Eigen::Matrix<Scalar, 6, 6>;
-template <typename Scalar>
-using Quat = Eigen::Quaternion<Scalar>;
 
 }  // namespace tricoil

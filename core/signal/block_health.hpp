@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/signal/acquisition_plan.hpp"
-#include "core/signal/column.hpp"
+#include "core/signal/column_flags.hpp"
 #include "core/signal/sample_block.hpp"
 
 namespace tricoil::signal {

@@ -3,25 +3,12 @@
 
 #include <cstdint>
 
-#include "core/base/flag_set.hpp"
 #include "core/base/time.hpp"
 #include "core/geometry/types.hpp"
+#include "core/signal/column_flags.hpp"
 #include "core/signal/excitation.hpp"
 
 namespace tricoil {
-
-/// What was wrong with the samples behind a column (bit numbers).
-enum class ColumnFlag : std::uint8_t {
-    saturated,     // a code at full scale
-    clipped,       // flat tops below full scale: an amplifier at its rail
-    stuck,         // a channel that never moves
-    no_reference,  // no reference current: the coupling has no scale and no sign
-    dc_offset,   // mean beyond the allowed part of full scale: interference that leaves too little of it, and is more than can be
-                 // taken out
-    low_signal,  // all three entries below the detection limit
-    overrun,     // the converter lost samples within the block
-};
-using ColumnFlags = FlagSet<ColumnFlag>;
 
 /// Couplings of the three sensor coils to one source coil, relative to its reference current.
 template <typename Scalar>

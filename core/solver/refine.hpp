@@ -5,7 +5,7 @@
 
 #include "core/base/status.hpp"
 #include "core/field/general_dipole.hpp"
-#include "core/geometry/types.hpp"
+#include "core/geometry/quaternion.hpp"
 
 namespace tricoil::solver {
 

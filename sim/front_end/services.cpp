@@ -11,7 +11,8 @@ namespace tricoil::sim {
 namespace {
 
 DeviceTime steady_time(const void*) {
-    return DeviceTime{std::chrono::duration_cast<Microseconds>(std::chrono::steady_clock::now().time_since_epoch())};
+    return device_time_us(
+        std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now().time_since_epoch()).count());
 }
 
 }  // namespace

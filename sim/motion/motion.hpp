@@ -1,7 +1,7 @@
 // How a sensor moves: the truth of every simulation.
 #pragma once
 
-#include "core/geometry/types.hpp"
+#include "core/geometry/quaternion.hpp"
 
 namespace tricoil::sim {
 

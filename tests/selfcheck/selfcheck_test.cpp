@@ -29,7 +29,8 @@ namespace tricoil::selfcheck {
 namespace {
 
 DeviceTime steady_now(const void*) {
-    return DeviceTime{std::chrono::duration_cast<Microseconds>(std::chrono::steady_clock::now().time_since_epoch())};
+    return device_time_us(
+        std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now().time_since_epoch()).count());
 }
 
 constexpr TimeSource kSteady{&steady_now, nullptr};

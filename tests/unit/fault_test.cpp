@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/geometry/quaternion.hpp"
 #include "sim/io/input_error.hpp"
 
 namespace tricoil::sim {

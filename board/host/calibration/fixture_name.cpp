@@ -4,6 +4,8 @@
 #include <cmath>
 #include <regex>
 
+#include "core/geometry/quaternion.hpp"
+
 namespace tricoil::host {
 namespace {
 

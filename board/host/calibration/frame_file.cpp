@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "board/host/errors.hpp"
+#include "core/geometry/quaternion.hpp"
 #include "core/signal/excitation.hpp"
 #include "sim/io/text_table.hpp"
 

@@ -14,6 +14,7 @@
 
 #include "board/host/errors.hpp"
 #include "core/base/angle_units.hpp"
+#include "core/geometry/quaternion.hpp"
 #include "core/signal/excitation.hpp"
 #include "sim/io/text_table.hpp"
 

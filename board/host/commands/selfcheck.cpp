@@ -21,7 +21,8 @@ using selfcheck::Outcome;
 using selfcheck::Report;
 
 DeviceTime steady_now(const void*) {
-    return DeviceTime{std::chrono::duration_cast<Microseconds>(std::chrono::steady_clock::now().time_since_epoch())};
+    return device_time_us(
+        std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now().time_since_epoch()).count());
 }
 
 std::string text_of(const Report& report) {

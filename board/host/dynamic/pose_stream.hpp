@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/geometry/types.hpp"
+#include "core/geometry/quaternion.hpp"
 
 namespace tricoil::host {
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/base/time.hpp"
-#include "core/geometry/types.hpp"
+#include "core/geometry/quaternion.hpp"
 
 namespace tricoil::tracking::scaat {
 

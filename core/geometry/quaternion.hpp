@@ -1,0 +1,13 @@
+// Unit quaternions as attitudes. With cross products, inverses and determinants of 3x3 matrices, which Eigen declares with them.
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include "core/geometry/types.hpp"
+
+namespace tricoil {
+
+template <typename Scalar>
+using Quat = Eigen::Quaternion<Scalar>;
+
+}  // namespace tricoil
