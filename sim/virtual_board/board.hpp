@@ -41,7 +41,7 @@ struct SampleRecord {
 
 class VirtualBoard {
 public:
-    /// `scenario` must outlive the board. Throws sim::InputError for what is no image.
+    /// `scenario` must outlive the board. Throws std::invalid_argument for what is no image.
     VirtualBoard(std::span<const std::uint8_t> image, const sim::Scenario& scenario);
 
     /// Power off and on again: RAM is lost, flash stays.

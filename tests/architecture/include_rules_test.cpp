@@ -98,7 +98,7 @@ TEST(IncludeRules, ABreachWouldBeSeen) {
     EXPECT_NE(breach(kLayers[0], {"x", "linux/can.h", true}), "");
     EXPECT_NE(breach(kLayers[0], {"x", "vector", true}), "");
     EXPECT_NE(breach(kLayers[2], {"x", "sim/motion/motion.hpp", false}), "");
-    EXPECT_NE(breach(kLayers[4], {"x", "board/host/errors.hpp", false}), "");
+    EXPECT_NE(breach(kLayers[4], {"x", "board/support/errors.hpp", false}), "");
     EXPECT_EQ(breach(kLayers[0], {"x", "cmath", true}), "");
     EXPECT_EQ(breach(kLayers[0], {"x", "Eigen/Core", true}), "");
 }
