@@ -27,7 +27,9 @@ function(tricoil_library name)
   cmake_parse_arguments(ARG "FREESTANDING" "" "SOURCES;DEPENDS" ${ARGN})
   add_library(${name} STATIC ${ARG_SOURCES})
   target_compile_features(${name} PUBLIC cxx_std_20)
-  target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${TRICOIL_TREE}> $<INSTALL_INTERFACE:include/tricoil>)
+  # Installed headers: <tricoil/core/...>, and "core/..." as they include each other.
+  target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${TRICOIL_TREE}>
+    $<INSTALL_INTERFACE:include> $<INSTALL_INTERFACE:include/tricoil>)
   target_link_libraries(${name} PUBLIC ${ARG_DEPENDS} PRIVATE $<BUILD_INTERFACE:tricoil_options>)
   if(ARG_FREESTANDING)
     target_compile_options(${name} PRIVATE -fno-exceptions -fno-rtti)
