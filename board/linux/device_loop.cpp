@@ -252,8 +252,4 @@ void DeviceLoop::set_hemisphere(std::size_t sensor, const Vec3<double>& towards)
     (void)trackers_[sensor]->set_hemisphere(towards);  // refused, and as it was, if not finite
 }
 
-tracking::TrackerCounters DeviceLoop::tracker_counters() const {
-    return trackers_[0] ? trackers_[0]->counters() : tracking::TrackerCounters{};
-}
-
 }  // namespace tricoil::linux_board
