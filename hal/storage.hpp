@@ -16,8 +16,6 @@ class Storage {
 public:
     /// What is programmed at once; offsets are multiples of it.
     static constexpr std::size_t kWordBytes = 8;
-    /// What an erased byte reads as.
-    static constexpr std::uint8_t kErased = 0xFF;
 
     Storage() = default;
     Storage(const Storage&) = delete;

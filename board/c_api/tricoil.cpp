@@ -8,10 +8,10 @@
 #include <optional>
 #include <string>
 
-#include "board/host/calibration/calibration_file.hpp"
-#include "board/host/errors.hpp"
 #include "board/linux/device_setup.hpp"
 #include "board/linux/device_uri.hpp"
+#include "board/support/calibration_file.hpp"
+#include "board/support/errors.hpp"
 #include "core/protocol/convert.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
 

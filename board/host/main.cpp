@@ -4,8 +4,8 @@
 #include <exception>
 
 #include "board/host/commands/commands.hpp"
-#include "board/host/errors.hpp"
-#include "board/host/names.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/nearest_name.hpp"
 
 namespace {
 
@@ -92,7 +92,7 @@ int report(ExitCode code, const char* line) {
 int main(int argc, char** argv) {
     try {
         return run_program(argc, argv);
-    } catch (const tricoil::host::InputError& error) {
+    } catch (const std::invalid_argument& error) {
         return report(ExitCode::bad_input, error.what());
     } catch (const tricoil::host::Interrupted& interrupt) {
         fmt::print(stderr, "tricoil: {}\n", interrupt.what());

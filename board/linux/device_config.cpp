@@ -6,15 +6,15 @@
 #include <limits>
 #include <sstream>
 
-#include "board/host/errors.hpp"
-#include "board/host/tracker_choice.hpp"
 #include "board/linux/device_uri.hpp"
-#include "sim/scenarios/checked_table.hpp"
+#include "board/support/checked_table.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/tracker_choice.hpp"
 
 namespace tricoil::linux_board {
 namespace {
 
-using sim::CheckedTable;
+using host::CheckedTable;
 
 CoilLines coil_lines(CheckedTable table) {
     const std::string chip = table.text("chip", "");
@@ -86,7 +86,7 @@ void read_realtime(CheckedTable table, DeviceConfig& config) {
 }  // namespace
 
 DeviceConfig parse_device_config(const std::string& name, std::string_view text) {
-    const toml::table parsed = sim::parse_toml(name, text);
+    const toml::table parsed = host::parse_toml(name, text);
     CheckedTable root(name, "", parsed);
     DeviceConfig config;
     config.device = root.text("device", "");

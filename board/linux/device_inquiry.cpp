@@ -4,9 +4,9 @@
 
 #include <map>
 
-#include "board/host/errors.hpp"
 #include "board/linux/device_uri.hpp"
-#include "board/process/interrupt.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/interrupt.hpp"
 #include "core/protocol/convert.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
 

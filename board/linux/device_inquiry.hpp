@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "board/linux/device_session.hpp"
-#include "board/process/interrupt.hpp"
+#include "board/support/interrupt.hpp"
 #include "core/signal/sample_block.hpp"
 
 namespace tricoil::linux_board {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "board/host/tracker_choice.hpp"
+#include "board/support/tracker_choice.hpp"
 #include "core/protocol/convert.hpp"
 #include "core/signal/acquisition_plan.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
@@ -250,10 +250,6 @@ void DeviceLoop::set_hemisphere(std::size_t sensor, const Vec3<double>& towards)
         params_.tap->hemisphere(static_cast<std::uint8_t>(sensor), towards);
     }
     (void)trackers_[sensor]->set_hemisphere(towards);  // refused, and as it was, if not finite
-}
-
-tracking::TrackerCounters DeviceLoop::tracker_counters() const {
-    return trackers_[0] ? trackers_[0]->counters() : tracking::TrackerCounters{};
 }
 
 }  // namespace tricoil::linux_board

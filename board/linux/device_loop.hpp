@@ -64,7 +64,6 @@ public:
     [[nodiscard]] const DeviceSession& session() const { return session_; }
     [[nodiscard]] const DeviceLoopCounters& counters() const { return counters_; }
     [[nodiscard]] const LatencyHistogram& latency() const { return latency_; }
-    [[nodiscard]] tracking::TrackerCounters tracker_counters() const;
 
 private:
     void follow_phase();

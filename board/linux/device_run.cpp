@@ -10,16 +10,16 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "board/host/errors.hpp"
-#include "board/host/record/recorder.hpp"
-#include "board/host/record/tap_fan_out.hpp"
 #include "board/linux/device_setup.hpp"
 #include "board/linux/device_uri.hpp"
 #include "board/linux/fault_reporter.hpp"
 #include "board/linux/line_pump.hpp"
-#include "board/linux/pose_lines.hpp"
 #include "board/linux/realtime.hpp"
-#include "board/process/interrupt.hpp"
+#include "board/pose_text/pose_lines.hpp"
+#include "board/record/recorder.hpp"
+#include "board/record/tap_fan_out.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/interrupt.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
 
 namespace tricoil::linux_board {
@@ -159,7 +159,7 @@ int run_device(const DeviceRunOptions& options) {
     std::optional<LinePump> csv;
     if (!config.csv.empty()) {
         csv.emplace(config.csv);
-        csv->push(pose_csv_header());
+        csv->push(host::pose_csv_header());
     }
     std::optional<LinePump> json;
     if (options.json) {
@@ -177,10 +177,10 @@ int run_device(const DeviceRunOptions& options) {
     DeviceLoop loop(*port, lines.lines(), params, [&](const protocol::PoseMessage& pose) {
         stopwatch.see(pose.time_us);
         if (csv) {
-            csv->push(pose_line(pose, PoseFormat::csv, line));
+            csv->push(host::pose_line(pose, host::PoseFormat::csv, line));
         }
         if (json) {
-            json->push(pose_line(pose, PoseFormat::json, line));
+            json->push(host::pose_line(pose, host::PoseFormat::json, line));
         }
     });
     FaultReporter reporter(config.device, params.tap);

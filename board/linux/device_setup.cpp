@@ -1,7 +1,7 @@
 #include "board/linux/device_setup.hpp"
 
-#include "board/host/errors.hpp"
-#include "board/host/tracker_choice.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/tracker_choice.hpp"
 
 namespace tricoil::linux_board {
 namespace {

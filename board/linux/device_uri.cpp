@@ -2,7 +2,7 @@
 
 #include <charconv>
 
-#include "board/host/errors.hpp"
+#include "board/support/errors.hpp"
 #include "drivers/libusb/usb_port.hpp"
 #include "drivers/serial/serial_port.hpp"
 #include "drivers/socketcan/can_port.hpp"

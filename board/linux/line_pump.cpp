@@ -10,7 +10,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "board/host/errors.hpp"
+#include "board/support/errors.hpp"
 
 namespace tricoil::linux_board {
 namespace {

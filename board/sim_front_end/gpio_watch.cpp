@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "board/host/errors.hpp"
+#include "board/support/errors.hpp"
 
 namespace tricoil::sim_front_end {
 

@@ -8,16 +8,18 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "board/host/errors.hpp"
 #include "board/linux/device_uri.hpp"
-#include "board/process/command_line.hpp"
-#include "board/process/interrupt.hpp"
 #include "board/sim_front_end/gpio_watch.hpp"
+#include "board/support/command_line.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/interrupt.hpp"
+#include "board/support/nearest_name.hpp"
+#include "board/support/sim_input/peer_fault_text.hpp"
+#include "board/support/sim_input/scenario_file.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
 #include "drivers/serial/serial_port.hpp"
 #include "drivers/socketcan/can_port.hpp"
 #include "sim/front_end/front_end.hpp"
-#include "sim/io/nearest_name.hpp"
 #include "sim/usb/gadget_port.hpp"
 #include "sim/usb/usbip_port.hpp"
 
@@ -26,6 +28,8 @@ namespace {
 
 struct Options {
     std::string link = "pty:";
+    std::string scenario = "hand";
+    std::uint64_t seed = 1;
     std::string mux = "tdm";
     std::string pace = "lockstep";
     std::vector<std::string> faults;
@@ -135,12 +139,13 @@ void serve(sim::SimulatedFrontEnd& front_end, hal::MessagePort& port, const Opti
 }
 
 int run(Options& o) {
-    using sim::index_of_name;
+    using host::index_of_name;
+    o.front_end.scenario = std::make_shared<sim::Scenario>(host::load_scenario(o.scenario, o.seed));
     o.front_end.multiplexing =
         index_of_name("--mux", o.mux, {"tdm", "fdm"}) == 0 ? signal::Multiplexing::tdm : signal::Multiplexing::fdm;
     o.front_end.pace = index_of_name("--pace", o.pace, {"real", "lockstep"}) == 0 ? sim::Pace::real : sim::Pace::lockstep;
     for (const std::string& fault : o.faults) {
-        o.front_end.faults.push_back(sim::parse_peer_fault(fault));
+        o.front_end.faults.push_back(host::parse_peer_fault(fault));
     }
     std::optional<GpioWatch> gpio;
     if (!o.gpio.empty()) {
@@ -181,10 +186,10 @@ int main_program(int argc, char** argv) {
     CLI::App program{"A simulated front end, or tracker board, on a real link", "tricoil-front-end"};
     program.add_option("--link", o.link, "can:INTERFACE[#NODE], usbip:, gadget:FOLDER or pty: (prints its path)")
         ->capture_default_str();
-    program.add_option("--scenario", o.front_end.scenario, "Built-in scenario or a .toml file")->capture_default_str();
+    program.add_option("--scenario", o.scenario, "Built-in scenario or a .toml file")->capture_default_str();
     program.add_option("--mux", o.mux, "tdm or fdm")->capture_default_str();
     program.add_option("--rate-hz", o.front_end.frame_rate_hz, "Frames per second")->capture_default_str();
-    program.add_option("--seed", o.front_end.seed, "Of noise and motion")->capture_default_str();
+    program.add_option("--seed", o.seed, "Of noise and motion")->capture_default_str();
     program.add_option("--duration", o.front_end.duration_s, "Seconds of the world's time to measure")->capture_default_str();
     program.add_option("--pace", o.pace, "real, or lockstep: wait for the host")->capture_default_str();
     program.add_option("--patience-ms", o.patience_ms, "How long the host may take over a slot")->capture_default_str();
@@ -214,7 +219,7 @@ int main(int argc, char** argv) {
     using tricoil::host::ExitCode;
     try {
         return tricoil::sim_front_end::main_program(argc, argv);
-    } catch (const tricoil::host::InputError& error) {
+    } catch (const std::invalid_argument& error) {
         fmt::print(stderr, "tricoil-front-end: {}\n", error.what());
         return to_int(ExitCode::bad_input);
     } catch (const std::exception& error) {

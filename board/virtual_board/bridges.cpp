@@ -7,7 +7,7 @@
 #include <array>
 #include <cerrno>
 
-#include "board/host/errors.hpp"
+#include "board/support/errors.hpp"
 
 namespace tricoil::virtual_board {
 namespace {

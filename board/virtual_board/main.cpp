@@ -8,12 +8,16 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "board/host/errors.hpp"
-#include "board/process/command_line.hpp"
-#include "board/process/interrupt.hpp"
+#include "board/support/command_line.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/interrupt.hpp"
+#include "board/support/nearest_name.hpp"
+#include "board/support/sim_input/fault_text.hpp"
+#include "board/support/sim_input/scenario_file.hpp"
+#include "board/virtual_board/board_fault_text.hpp"
 #include "board/virtual_board/bridges.hpp"
+#include "board/virtual_board/symbols_file.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
-#include "sim/io/nearest_name.hpp"
 #include "sim/virtual_board/board_fault.hpp"
 #include "sim/virtual_board/machine/run_failure.hpp"
 #include "sim/virtual_board/machine/symbols.hpp"
@@ -44,10 +48,10 @@ constexpr double kStepS = 250e-6;  // between two looks at the links
 
 /// A name that is neither a fault of the world nor one of the board is answered with both.
 void check_fault_name(const std::string& text) {
-    std::vector<std::string> names = sim::fault_names();
+    std::vector<std::string> names = host::fault_names();
     const std::vector<std::string> of_the_board = board_fault_names();
     names.insert(names.end(), of_the_board.begin(), of_the_board.end());
-    (void)sim::index_of_name("fault", text.substr(0, text.find_first_of(":@")), names);
+    (void)host::index_of_name("fault", text.substr(0, text.find_first_of(":@")), names);
 }
 
 std::vector<std::uint8_t> read_file(const std::string& path) {
@@ -84,14 +88,14 @@ void save_flash(VirtualBoard& board, const std::string& path) {
 class Run {
 public:
     explicit Run(const Options& options)
-        : options_(options), scenario_(sim::load_scenario(options.scenario, options.seed)), symbols_(symbols(options.elf)) {
+        : options_(options), scenario_(host::load_scenario(options.scenario, options.seed)), symbols_(symbols(options.elf)) {
         std::vector<BoardFault> faults;
         for (const std::string& text : options.faults) {
             check_fault_name(text);
             if (is_board_fault(text)) {
                 faults.push_back(parse_board_fault(text));
             } else {
-                scenario_.faults.push_back(sim::parse_fault(text));
+                scenario_.faults.push_back(host::parse_fault(text));
             }
         }
         board_.emplace(read_file(options.image), scenario_);
@@ -143,7 +147,7 @@ public:
     }
 
 private:
-    static Symbols symbols(const std::string& path) { return path.empty() ? Symbols() : Symbols(path); }
+    static Symbols symbols(const std::string& path) { return path.empty() ? Symbols() : read_symbols(path); }
 
     void connect() {
         if (options_.serial) {
@@ -193,7 +197,7 @@ private:
 };
 
 int run(const Options& options) {
-    (void)sim::index_of_name("--pace", options.pace, {"auto", "real", "fast"});
+    (void)host::index_of_name("--pace", options.pace, {"auto", "real", "fast"});
     if (!(options.duration_s >= 0 && options.duration_s <= kEndlessS)) {  // so that nan is refused too
         throw host::InputError(
             fmt::format("--duration must be a number of seconds up to {}; 0 runs until a signal comes", kEndlessS));
@@ -250,7 +254,7 @@ int main(int argc, char** argv) {
     using tricoil::virtual_board::complain;
     try {
         return tricoil::virtual_board::main_program(argc, argv);
-    } catch (const tricoil::host::InputError& error) {
+    } catch (const std::invalid_argument& error) {
         return complain(error, ExitCode::bad_input);
     } catch (const tricoil::virtual_board::RunFailure& error) {
         return complain(error, ExitCode::check_failed);

@@ -14,7 +14,6 @@ namespace tricoil::protocol {
 /// Standard (11-bit) identifier: 0x100 | type << 4 | node. Types in order of priority; 14 and 15 are segments.
 constexpr std::uint32_t kCanBase = 0x100;
 constexpr std::uint32_t kCanMask = 0x700;  // of the base
-constexpr std::uint8_t kNodes = 16;
 constexpr std::uint8_t kSegmentsFromDevice = 14;
 constexpr std::uint8_t kSegmentsFromHost = 15;
 

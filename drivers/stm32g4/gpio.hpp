@@ -15,7 +15,6 @@ public:
         set(false);
         set_mode(gpio::MODER_output);
     }
-    void make_analog() const { set_mode(gpio::MODER_analog); }
     void make_alternate(std::uint32_t function, bool pulled_up = false) const {
         const unsigned shift = 4 * (number_ % 8);
         volatile std::uint32_t& functions = port_.AFR[number_ / 8];

@@ -14,7 +14,6 @@ public:
     void pend() { nvic_.ISPR[number_ / 32U] = 1U << (number_ % 32U); }
 
     void enable() { nvic_.ISER[number_ / 32U] = 1U << (number_ % 32U); }
-    void disable() { nvic_.ICER[number_ / 32U] = 1U << (number_ % 32U); }
 
     /// 0 is the most urgent of 16.
     void set_priority(std::uint8_t priority) { nvic_.IPR[number_] = static_cast<std::uint8_t>(priority << 4U); }

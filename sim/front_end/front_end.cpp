@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "core/protocol/command_arguments.hpp"
 #include "core/protocol/convert.hpp"
 #include "core/protocol/negotiation.hpp"
-#include "sim/io/input_error.hpp"
 
 namespace tricoil::sim {
 namespace {
@@ -19,7 +19,7 @@ constexpr Microseconds kWait{1000};
 signal::AcquisitionPlan make_plan(const FrontEndParams& params) {
     const auto plan = signal::plan_acquisition(signal::default_acquisition(params.multiplexing, params.frame_rate_hz));
     if (!plan.ok()) {
-        throw InputError(std::string("frame rate: ") + plan.status().message());
+        throw std::invalid_argument(std::string("frame rate: ") + plan.status().message());
     }
     return *plan;
 }
@@ -33,9 +33,9 @@ CoilWorld configured(const Scenario& scenario, const signal::AcquisitionPlan& pl
 }  // namespace
 
 ColumnSource::ColumnSource(const FrontEndParams& params)
-    : scenario_(load_scenario(params.scenario, params.seed)),
+    : scenario_(params.scenario),
       plan_(make_plan(params)),
-      world_(configured(scenario_, plan_)),
+      world_(configured(*scenario_, plan_)),
       demodulator_(plan_, world_.demodulation()),
       samples_(static_cast<std::size_t>(plan_.block_samples)) {}
 
@@ -64,8 +64,8 @@ signal::Columns<double> ColumnSource::measure(Excitation state) {
 
 tracking::TrackerParams<double> ColumnSource::tracker_params() const {
     tracking::TrackerParams<double> params;
-    params.coupling_constant = scenario_.world.coupling_constant_m3;
-    params.hemisphere = scenario_.motion->at(0).position_m;
+    params.coupling_constant = scenario_->world.coupling_constant_m3;
+    params.hemisphere = scenario_->motion->at(0).position_m;
     params.max_column_span = tracking::column_span(plan_);
     params.deskew = plan_.is_tdm();
     params.window_s = plan_.window_s();

@@ -14,15 +14,14 @@
 #include "hal/message_port.hpp"
 #include "sim/front_end/peer_fault.hpp"
 #include "sim/front_end/services.hpp"
-#include "sim/scenarios/scenario.hpp"
+#include "sim/world/scenario.hpp"
 
 namespace tricoil::sim {
 
 enum class Pace : std::uint8_t { real, lockstep };
 
 struct FrontEndParams {
-    std::string scenario = "hand";
-    std::uint64_t seed = 1;
+    std::shared_ptr<const Scenario> scenario;  // required
     signal::Multiplexing multiplexing = signal::Multiplexing::tdm;
     double frame_rate_hz = 240;
     double duration_s = 10;  // then it stops sending
@@ -66,11 +65,11 @@ public:
 
     [[nodiscard]] const signal::AcquisitionPlan& plan() const { return plan_; }
     [[nodiscard]] double elapsed_s() const { return static_cast<double>(slot_) * plan_.block_s(); }
-    [[nodiscard]] const Scenario& scenario() const { return scenario_; }
+    [[nodiscard]] const Scenario& scenario() const { return *scenario_; }
     [[nodiscard]] tracking::TrackerParams<double> tracker_params() const;
 
 private:
-    Scenario scenario_;
+    std::shared_ptr<const Scenario> scenario_;
     signal::AcquisitionPlan plan_;
     CoilWorld world_;
     signal::Demodulator<double> demodulator_;

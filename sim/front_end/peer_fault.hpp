@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 
 namespace tricoil::sim {
 
@@ -21,15 +20,12 @@ enum class PeerFaultKind : std::uint8_t {
     stranger,    // another device answers too
 };
 
-/// NAME@FIRST-LAST, or NAME@N.
+/// A fault of the messages from `first` to `last`.
 struct PeerFault {
     PeerFaultKind kind = PeerFaultKind::drop;
     std::uint32_t first = 0;
     std::uint32_t last = 0;
     [[nodiscard]] bool hits(std::uint32_t n) const { return n >= first && n <= last; }
 };
-
-/// Throws InputError that names what is wrong with `text`.
-PeerFault parse_peer_fault(const std::string& text);
 
 }  // namespace tricoil::sim

@@ -1,8 +1,8 @@
 #include "sim/motion/recorded_motion.hpp"
 
 #include <cmath>
+#include <stdexcept>
 
-#include "sim/io/input_error.hpp"
 #include "sim/motion/zero_phase_filter.hpp"
 
 namespace tricoil::sim {
@@ -35,7 +35,8 @@ Spline fit_distinct(const std::vector<Pose>& recording, double rate_hz) {
         before = point;
     }
     if (points.size() < 8) {
-        throw InputError("recorded motion: fewer than 8 samples differ; the sensor was not moved or the file repeats itself");
+        throw std::invalid_argument(
+            "recorded motion: fewer than 8 samples differ; the sensor was not moved or the file repeats itself");
     }
     return {std::move(times), std::move(points)};
 }
@@ -44,10 +45,10 @@ Spline fit_distinct(const std::vector<Pose>& recording, double rate_hz) {
 
 RecordedMotion::RecordedMotion(const std::vector<Pose>& recording, const RecordedMotionParams& params) : speed_(params.speed) {
     if (!(params.sample_rate_hz > 0) || !(params.speed > 0) || !std::isfinite(params.sample_rate_hz + params.speed)) {
-        throw InputError("recorded motion: sample rate and speed must be positive");
+        throw std::invalid_argument("recorded motion: sample rate and speed must be positive");
     }
     if (!(params.cutoff_hz > 0) || !(params.cutoff_hz < params.sample_rate_hz / 2)) {
-        throw InputError("recorded motion: the smoothing cutoff must lie between zero and half the sample rate");
+        throw std::invalid_argument("recorded motion: the smoothing cutoff must lie between zero and half the sample rate");
     }
     const Spline rough = fit_distinct(recording, params.sample_rate_hz);
     const auto count = static_cast<std::size_t>((rough.end_s() - rough.begin_s()) * params.sample_rate_hz) + 1;

@@ -17,7 +17,8 @@ struct RecordedMotionParams {
 
 class RecordedMotion final : public Motion {
 public:
-    /// Throws InputError if rates are not positive, the cutoff is not below half the sample rate, or too few samples differ.
+    /// Throws std::invalid_argument if rates are not positive, the cutoff is not below half the sample rate, or too few samples
+    /// differ.
     RecordedMotion(const std::vector<Pose>& recording, const RecordedMotionParams& params);
 
     [[nodiscard]] double duration_s() const { return spline_.end_s() / speed_; }

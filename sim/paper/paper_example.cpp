@@ -1,10 +1,10 @@
 #include "sim/paper/paper_example.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
-
-#include "sim/io/nearest_name.hpp"
+#include <stdexcept>
 
 namespace tricoil::paper {
 namespace {
@@ -31,7 +31,11 @@ Example example(std::string_view name) {
         {"orientation", {}, {}, {}, kAttitudeRate},
         {"IIIo", kRangeRate, paper_angle_rate(8 * kPi, 0), paper_angle_rate(1.5 * kPi, 0), kAttitudeRate},
     }};
-    return examples[sim::index_of_name("example", name, example_names())];
+    const auto found = std::find_if(examples.begin(), examples.end(), [&](const Example& e) { return e.name == name; });
+    if (found == examples.end()) {
+        throw std::invalid_argument("unknown example '" + std::string(name) + "'");
+    }
+    return *found;
 }
 
 }  // namespace tricoil::paper

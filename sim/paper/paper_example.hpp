@@ -33,7 +33,7 @@ struct Example {
 /// I, II, III, orientation (Fig. 5: fixed position) and IIIo (Fig. 6: III with varying orientation).
 const std::vector<std::string>& example_names();
 
-/// Throws sim::InputError for a name that is none of example_names().
+/// Throws std::invalid_argument for a name that is none of example_names().
 Example example(std::string_view name);
 
 }  // namespace tricoil::paper

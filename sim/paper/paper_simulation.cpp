@@ -5,11 +5,11 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <stdexcept>
 
 #include "core/error_model/cartesian_error.hpp"
 #include "core/error_model/pole_free_loop.hpp"
 #include "core/field/concentric_dipole.hpp"
-#include "sim/io/input_error.hpp"
 
 namespace tricoil::paper {
 namespace {
@@ -187,8 +187,8 @@ private:
 void check_rate(const char* what, const Rate& rate, double largest) {
     const double size = std::abs(rate.offset) + std::abs(rate.amplitude);
     if (!std::isfinite(size) || size > largest || !std::isfinite(rate.frequency_rad_s)) {
-        throw sim::InputError(fmt::format("{} must be finite and at most {} in all; got offset {} and amplitude {}", what,
-                                          largest, rate.offset, rate.amplitude));
+        throw std::invalid_argument(fmt::format("{} must be finite and at most {} in all; got offset {} and amplitude {}", what,
+                                                largest, rate.offset, rate.amplitude));
     }
 }
 
@@ -196,28 +196,29 @@ void check_rate(const char* what, const Rate& rate, double largest) {
 
 void check(const Example& example, const SimulationParams& params) {
     if (!(params.update_s >= 1e-5 && params.update_s <= 1)) {
-        throw sim::InputError(fmt::format("update time must be 0.00001 to 1 s; got {}", params.update_s));
+        throw std::invalid_argument(fmt::format("update time must be 0.00001 to 1 s; got {}", params.update_s));
     }
     if (!(params.duration_s >= params.update_s) || !(params.duration_s / params.update_s <= kMaxUpdates)) {
-        throw sim::InputError(fmt::format("duration must be one update to {:.0f} updates long; got {} s of {} s updates",
-                                          kMaxUpdates, params.duration_s, params.update_s));
+        throw std::invalid_argument(fmt::format("duration must be one update to {:.0f} updates long; got {} s of {} s updates",
+                                                kMaxUpdates, params.duration_s, params.update_s));
     }
     check_rate("azimuth rate (rad/s)", example.azimuth, 1e3);
     check_rate("elevation rate (rad/s)", example.elevation, 1e3);
     check_rate("attitude rate (rad/s)", example.attitude, 1e3);
     check_rate("range rate (m/s)", example.range, 1e2);
     if (!(example.start.range_m >= kMinStartRange && example.start.range_m <= kMaxStartRange)) {
-        throw sim::InputError(
+        throw std::invalid_argument(
             fmt::format("start range must be {} to {} m; got {}", kMinStartRange, kMaxStartRange, example.start.range_m));
     }
     if (params.form == Form::vectors && params.loop == Loop::open) {
-        throw sim::InputError("the pole-free form has no open loop: the paper's adds up angles; use --loop closed");
+        throw std::invalid_argument("the pole-free form has no open loop: the paper's adds up angles; use --loop closed");
     }
     if (params.form == Form::vectors && params.kappa != error_model::KappaForm::exact) {
-        throw sim::InputError("the paper's kappa and kappa = 2 are stated in angles; the pole-free form has --kappa exact only");
+        throw std::invalid_argument(
+            "the paper's kappa and kappa = 2 are stated in angles; the pole-free form has --kappa exact only");
     }
     if (params.passes < 1 || params.passes > 10 || (params.passes > 1 && params.loop == Loop::open)) {
-        throw sim::InputError(fmt::format("passes must be 1 to 10, and 1 in open loop; got {}", params.passes));
+        throw std::invalid_argument(fmt::format("passes must be 1 to 10, and 1 in open loop; got {}", params.passes));
     }
 }
 
@@ -240,7 +241,7 @@ std::vector<Update> simulate(const Example& example, const SimulationParams& par
             advance(real, example, static_cast<double>((n - 1) * kSubsteps + sub) * dt_s, dt_s);
         }
         if (!(real.position.range_m > 0)) {
-            throw sim::InputError(
+            throw std::invalid_argument(
                 fmt::format("the sensor runs into the source after {:.3f} s; raise the start range or the range rate",
                             static_cast<double>(n) * params.update_s));
         }
@@ -250,7 +251,7 @@ std::vector<Update> simulate(const Example& example, const SimulationParams& par
         update.real = real;
         const Status status = device.update(signal_matrix(real), before);
         if (!status.ok()) {
-            throw sim::InputError(
+            throw std::invalid_argument(
                 fmt::format("at {:.4f} s: {}; lower the rates or the update time", update.time_s, status.message()));
         }
         compare(device, update);

@@ -55,10 +55,10 @@ constexpr bool has_prediction(const SimulationParams& params) { return params.fo
 constexpr double kMinStartRange = 1e-3;
 constexpr double kMaxStartRange = 1e3;
 
-/// Throws sim::InputError when the step leaves its domain (rates too high for the update time) or parameters make no sense.
+/// Throws std::invalid_argument when the step leaves its domain (rates too high for the update time) or parameters make no sense.
 std::vector<Update> simulate(const Example& example, const SimulationParams& params);
 
-/// Throws sim::InputError, naming the parameter, for values that are zero, negative, not finite or absurd.
+/// Throws std::invalid_argument, naming the parameter, for values that are zero, negative, not finite or absurd.
 void check(const Example& example, const SimulationParams& params);
 
 }  // namespace tricoil::paper

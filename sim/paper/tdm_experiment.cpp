@@ -4,11 +4,11 @@
 
 #include <cmath>
 #include <deque>
+#include <stdexcept>
 
 #include "core/field/concentric_dipole.hpp"
 #include "core/geometry/angles.hpp"
 #include "core/solver/direct.hpp"
-#include "sim/io/input_error.hpp"
 
 namespace tricoil::paper {
 namespace {
@@ -42,7 +42,7 @@ Vec3<double> column(const Pose& pose, int j) {
 Pose solve(const Mat3<double>& x, const Vec3<double>& true_position_m) {
     const auto solution = solver::solve_direct(x, kCoupling);
     if (!solution.ok()) {
-        throw sim::InputError(fmt::format("TDM experiment: {}", solution.status().message()));
+        throw std::invalid_argument(fmt::format("TDM experiment: {}", solution.status().message()));
     }
     const double sign = std::copysign(1.0, solution->direction.dot(true_position_m));
     return {sign * solution->range_m * solution->direction, geometry::attitude_quaternion(solution->attitude)};
@@ -104,7 +104,7 @@ std::vector<TdmPose> simulate_tdm(const sim::Motion& motion, const TdmParams& pa
         }
     }
     if (poses.empty()) {
-        throw sim::InputError(
+        throw std::invalid_argument(
             fmt::format("TDM experiment: no pose to score; the motion must last longer than {} s and come within "
                         "{} to {} m",
                         params.settle_s, params.min_range_m, params.max_range_m));

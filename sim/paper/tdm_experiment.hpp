@@ -36,8 +36,8 @@ struct TdmReport {
     std::size_t poses = 0;
 };
 
-/// A pose on every column, by the direct solver on the latest three columns; no noise. Throws sim::InputError if the motion is
-/// shorter than what is not scored, or never within range.
+/// A pose on every column, by the direct solver on the latest three columns; no noise. Throws std::invalid_argument if the motion
+/// is shorter than what is not scored, or never within range.
 std::vector<TdmPose> simulate_tdm(const sim::Motion& motion, const TdmParams& params);
 
 TdmReport summarise(const std::vector<TdmPose>& poses);

@@ -41,7 +41,7 @@ struct SampleRecord {
 
 class VirtualBoard {
 public:
-    /// `scenario` must outlive the board. Throws sim::InputError for what is no image.
+    /// `scenario` must outlive the board. Throws std::invalid_argument for what is no image.
     VirtualBoard(std::span<const std::uint8_t> image, const sim::Scenario& scenario);
 
     /// Power off and on again: RAM is lost, flash stays.
@@ -50,13 +50,10 @@ public:
     void lose_power_in_flash_operation(std::uint64_t n);
     /// Throws RunFailure, beginning with the pc.
     void run_until(double time_s) { machine.run_until(ticks(time_s)); }
-    void run_for(double duration_s) { machine.run_until(machine.now() + ticks(duration_s)); }
     [[nodiscard]] double now_s() const { return seconds(machine.now()); }
 
     /// Resets since power-on that were not the first.
     [[nodiscard]] unsigned resets() const { return resets_; }
-    [[nodiscard]] bool led() const { return gpio('C').drives_high(10); }
-    [[nodiscard]] bool usb_is_attached() const { return usb.is_attached(); }
 
     /// Sees each set of results of the converters; may not be set.
     std::function<void(const SampleRecord&)> on_sample;

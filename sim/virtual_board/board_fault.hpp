@@ -16,13 +16,6 @@ struct BoardFault {
     double end_s = 0;
 };
 
-std::vector<std::string> board_fault_names();
-/// Names and what they do, a line each.
-std::vector<std::string> board_fault_help();
-[[nodiscard]] bool is_board_fault(const std::string& text);
-/// Throws sim::InputError for an unknown name, number or time.
-BoardFault parse_board_fault(const std::string& text);
-
 /// Does them as their time comes.
 class BoardFaults {
 public:

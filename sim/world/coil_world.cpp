@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 
 #include "core/geometry/angles.hpp"
-#include "sim/io/input_error.hpp"
 #include "sim/world/pose_track.hpp"
 
 namespace tricoil::sim {
@@ -25,7 +25,7 @@ double mains_shape(double phase_rad) { return std::sin(phase_rad) + std::sin(3 *
 
 void need(bool ok, const char* what) {
     if (!ok) {
-        throw InputError(std::string("world: ") + what);
+        throw std::invalid_argument(std::string("world: ") + what);
     }
 }
 

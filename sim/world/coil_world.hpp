@@ -33,7 +33,8 @@ struct WorldParams {
     std::uint64_t seed = 1;
 };
 
-/// Throws InputError naming the parameter when one cannot describe a world (bits outside 8-31, a matrix that is singular, ...).
+/// Throws std::invalid_argument naming the parameter when one cannot describe a world (bits outside 8-31, a matrix that is
+/// singular, ...).
 void check(const WorldParams& params);
 
 /// Evaluates the dipole field, circuits and converters for every single ADC sample, so that motion within a window is real.

@@ -1,8 +1,9 @@
 // Faults that a simulated tracker can be given, by name.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <limits>
-#include <string>
 #include <vector>
 
 #include "core/geometry/types.hpp"
@@ -21,20 +22,18 @@ enum class FaultKind : std::uint8_t {
     broken_stage,    // argument: the power stage of source coil S1-S3 lost hold of its current and drives four times as much
 };
 
+enum class Triad : std::uint8_t { source, sensor };
+
 /// One fault and when it is there.
 struct Fault {
     FaultKind kind = FaultKind::open_coil;
-    std::vector<std::string> arguments;
+    Triad triad = Triad::source;      // of the coils
+    std::array<int, 2> coils{};       // 0-2
+    int channel = 0;                  // 0-2: sensor coil; 3: reference
+    std::array<double, 4> numbers{};  // in the order of the arguments
     double begin_s = 0;
     double end_s = std::numeric_limits<double>::infinity();
 };
-
-/// The names, in the order of FaultKind.
-const std::vector<std::string>& fault_names();
-
-/// Reads NAME[:ARG[,ARG...]][@BEGIN[-END]], for instance "open_coil:S2@1.0-1.5" or "metal:0.6,0.2,0,0.05". Throws InputError for
-/// an unknown name (with the names there are), wrong arguments, or times out of order.
-Fault parse_fault(const std::string& text);
 
 /// The effect of all faults that are active at one time.
 struct FaultEffect {

@@ -7,10 +7,11 @@
 #include <numbers>
 
 #include "board/app/tracker_device.hpp"
+#include "board/support/sim_input/scenario_file.hpp"
 #include "core/signal/stated_plan.hpp"
 #include "sim/hal/simulated_processor.hpp"
 #include "sim/hal/simulated_storage.hpp"
-#include "sim/scenarios/scenario.hpp"
+#include "sim/world/scenario.hpp"
 #include "tests/app/host_end.hpp"
 
 namespace tricoil::test {
@@ -86,7 +87,7 @@ struct DeviceBench {
 
     explicit DeviceBench(const BenchParams& p = {})
         : bench(p),
-          scenario(sim::load_scenario(p.scenario, 1)),
+          scenario(host::load_scenario(p.scenario, 1)),
           world(world_of(scenario, p), *scenario.motion, scenario.faults),
           gain(p.gains, p.gain_steps),
           sampler(world, coils, clock, 1e9) {

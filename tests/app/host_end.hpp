@@ -9,7 +9,7 @@
 #include "core/protocol/codec.hpp"
 #include "core/protocol/command_arguments.hpp"
 #include "core/protocol/negotiation.hpp"
-#include "sim/hal/memory_port.hpp"
+#include "tests/support/memory_port.hpp"
 
 namespace tricoil::test {
 

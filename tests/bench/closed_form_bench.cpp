@@ -14,8 +14,8 @@
 #include "core/geometry/angles.hpp"
 #include "core/solver/cold_start.hpp"
 #include "core/solver/direct.hpp"
-#include "sim/triads/data_set.hpp"
 #include "tests/bench/raab.hpp"
+#include "tests/support/triads/data_set.hpp"
 
 namespace {
 

@@ -6,17 +6,17 @@
 #include <iostream>
 #include <numbers>
 
-#include "board/host/calibration/calibration_file.hpp"
 #include "board/host/calibration/fixture_name.hpp"
 #include "board/host/calibration/frame_file.hpp"
 #include "board/host/calibration/grid_calibration.hpp"
 #include "board/host/calibration/self_calibration.hpp"
 #include "board/host/calibration/wiring.hpp"
-#include "board/host/errors.hpp"
+#include "board/support/calibration_file.hpp"
+#include "board/support/errors.hpp"
 #include "core/base/angle_units.hpp"
 #include "sim/motion/simple_motions.hpp"
-#include "sim/triads/data_set.hpp"
 #include "tests/support/random_poses.hpp"
+#include "tests/support/triads/data_set.hpp"
 
 namespace tricoil::host {
 namespace {

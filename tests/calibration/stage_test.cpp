@@ -6,8 +6,8 @@
 #include <fstream>
 
 #include "core/calibration/blob.hpp"
-#include "sim/triads/data_set.hpp"
 #include "tests/cli/cli_runner.hpp"
+#include "tests/support/triads/data_set.hpp"
 
 namespace tricoil::test {
 namespace {

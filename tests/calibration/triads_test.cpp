@@ -4,7 +4,7 @@
 #include <iostream>
 
 #include "core/field/general_dipole.hpp"
-#include "sim/triads/data_set.hpp"
+#include "tests/support/triads/data_set.hpp"
 
 namespace tricoil::sim {
 namespace {

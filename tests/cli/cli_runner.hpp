@@ -1,7 +1,13 @@
 // Runs the tricoil program as a person would, and keeps what it said.
 #pragma once
 
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 
 #include "tests/support/temporary_path.hpp"
@@ -16,14 +22,33 @@ struct CliResult {
     [[nodiscard]] nlohmann::json json() const { return nlohmann::json::parse(out); }
 };
 
-/// Runs `tricoil ARGUMENTS` through a shell, after the shell commands `setup`.
-CliResult tricoil(const std::string& arguments, const std::string& setup = ":");
+inline std::string read_file(const std::string& path) {
+    std::ostringstream text;
+    text << std::ifstream(path, std::ios::binary).rdbuf();
+    return text.str();
+}
 
 /// Writes a file into the test's folder; returns its path.
-std::string write_file(const std::string& name, const std::string& content);
-std::string read_file(const std::string& path);
+inline std::string write_file(const std::string& name, const std::string& content) {
+    const std::string path = path_in_temp(name);
+    std::ofstream(path, std::ios::binary) << content;
+    return path;
+}
+
+/// Runs `tricoil ARGUMENTS` through a shell, after the shell commands `setup`.
+inline CliResult tricoil(const std::string& arguments, const std::string& setup = ":") {
+    const std::string out = path_in_temp("out.txt");
+    const std::string err = path_in_temp("err.txt");
+    const std::string command = setup + "; " + TRICOIL_PROGRAM + " " + arguments + " >" + out + " 2>" + err + " </dev/null";
+    const int status = std::system(command.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_file(out), read_file(err)};
+}
 
 /// Folder of recordings that the project does not ship; empty, after saying so, if there is none. Set by TRICOIL_DATA_DIR.
-std::string recordings_folder();
+inline std::string recordings_folder() {
+    const char* set = std::getenv("TRICOIL_DATA_DIR");
+    const std::string folder = set != nullptr ? set : std::string(TRICOIL_SOURCE_DIR) + "/../shared/data";
+    return std::filesystem::is_directory(folder) ? folder : "";
+}
 
 }  // namespace tricoil::test

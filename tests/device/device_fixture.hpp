@@ -18,10 +18,7 @@ inline const std::string kFrontEnd = TRICOIL_FRONT_END;
 inline const std::string kTricoil = TRICOIL_PROGRAM;
 
 /// Every valid pose of the simulated front end's world.
-inline Judged judge(const std::string& csv) {
-    const sim::ColumnSource world(sim::FrontEndParams{});
-    return judge(CsvTable(read_text(csv)), *world.scenario().motion);
-}
+inline Judged judge(const std::string& csv) { return judge(CsvTable(read_text(csv)), *default_scenario()->motion); }
 
 class Device : public ::testing::Test {
 protected:

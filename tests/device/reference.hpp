@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cstdio>
+#include <memory>
 #include <sstream>
 #include <string>
 #include <vector>
 
-#include "board/linux/pose_lines.hpp"
+#include "board/pose_text/pose_lines.hpp"
+#include "board/support/sim_input/scenario_file.hpp"
 #include "core/protocol/convert.hpp"
 #include "core/tracking/tracker.hpp"
 #include "sim/front_end/front_end.hpp"
@@ -14,8 +16,14 @@
 
 namespace tricoil::test {
 
+/// The scenario of a front end that is not told of another.
+inline std::shared_ptr<const sim::Scenario> default_scenario() {
+    return std::make_shared<sim::Scenario>(host::load_scenario("hand", 1));
+}
+
 /// The poses of the first `duration_s`, as the wire holds them; Euclidean hemisphere as `tricoil run` has it by default.
-inline std::vector<protocol::PoseMessage> reference_poses(const sim::FrontEndParams& params, double duration_s) {
+inline std::vector<protocol::PoseMessage> reference_poses(sim::FrontEndParams params, double duration_s) {
+    params.scenario = default_scenario();
     sim::ColumnSource source(params);
     auto tracker_params = source.tracker_params();
     tracker_params.hemisphere = Vec3<double>::UnitX();
@@ -51,10 +59,10 @@ inline std::vector<std::string> lines(const std::string& text) {
 /// The poses that came, against the first as many of the reference: equal in every digit.
 inline void expect_equal_poses(const std::string& csv, const sim::FrontEndParams& params, double duration_s,
                                std::size_t at_least) {
-    std::string reference(linux_board::pose_csv_header());
+    std::string reference(host::pose_csv_header());
     std::array<char, 512> buffer{};
     for (const auto& pose : reference_poses(params, duration_s + 1)) {
-        reference += linux_board::pose_line(pose, linux_board::PoseFormat::csv, buffer);
+        reference += host::pose_line(pose, host::PoseFormat::csv, buffer);
     }
     const auto got = lines(read_text(csv));
     const auto expected = lines(reference);

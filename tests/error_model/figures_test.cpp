@@ -14,8 +14,8 @@
 #include <sstream>
 #include <thread>
 
-#include "board/host/errors.hpp"
-#include "board/host/figures/whole_file.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/whole_file.hpp"
 
 namespace tricoil::host {
 namespace {

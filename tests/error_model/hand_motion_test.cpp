@@ -6,8 +6,8 @@
 #include <iostream>
 #include <vector>
 
+#include "board/support/sim_input/trajectory_file.hpp"
 #include "sim/motion/recorded_motion.hpp"
-#include "sim/motion/trajectory_file.hpp"
 #include "sim/paper/tdm_experiment.hpp"
 
 namespace tricoil::paper {
@@ -37,7 +37,7 @@ TEST(HandMotion, BudgetPredictsTheNaiveErrorOfEveryFile) {
     double lowest_correlation = 1;
     double worst_ratio = 0;
     for (const fs::path& file : files) {
-        const sim::RecordedMotion motion(sim::read_trajectory(file.string()), {});
+        const sim::RecordedMotion motion(host::read_trajectory(file.string()), {});
         TdmParams params;
         params.duration_s = motion.duration_s();
         const TdmReport r = summarise(simulate_tdm(motion, params));

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "board/support/errors.hpp"
 #include "core/error_model/whole_turns.hpp"
-#include "sim/io/input_error.hpp"
 #include "sim/paper/singularities.hpp"
 
 namespace tricoil::paper {
@@ -211,20 +211,20 @@ TEST(BadInput, IsRefusedByName) {
     for (const double update_s : {0.0, -1.0, nan, 2.0, 1e-9}) {
         SimulationParams params;
         params.update_s = update_s;
-        EXPECT_THROW(simulate(example("I"), params), sim::InputError) << update_s;
+        EXPECT_THROW(simulate(example("I"), params), std::invalid_argument) << update_s;
     }
     for (const double rate : {nan, 1e300, -1e5}) {
         Example bad = example("I");
         bad.azimuth.amplitude = rate;
-        EXPECT_THROW(simulate(bad, {}), sim::InputError) << rate;
+        EXPECT_THROW(simulate(bad, {}), std::invalid_argument) << rate;
     }
-    EXPECT_THROW(example("IV"), sim::InputError);
+    EXPECT_THROW(example("IV"), std::invalid_argument);
     Example too_fast = example("II");
     too_fast.elevation.offset = 300;  // more than 54.7 degrees per update
-    EXPECT_THROW(simulate(too_fast, {}), sim::InputError);
+    EXPECT_THROW(simulate(too_fast, {}), std::invalid_argument);
     SimulationParams open_vectors;
     open_vectors.form = Form::vectors;
-    EXPECT_THROW(simulate(example("I"), open_vectors), sim::InputError);
+    EXPECT_THROW(simulate(example("I"), open_vectors), std::invalid_argument);
 }
 
 }  // namespace

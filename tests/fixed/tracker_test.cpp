@@ -1,5 +1,6 @@
 // The integer tracker against the one in double, on the same simulated samples; then faults.
 #include "core/fixed/tracker.hpp"
+#include "board/support/sim_input/fault_text.hpp"
 
 #include <gtest/gtest.h>
 
@@ -176,7 +177,7 @@ FaultRun play(const std::string& fault, double begin_s = 0.5, double end_s = 1) 
     const sim::Pose pose{{0.3, 0.15, -0.1}, Quat<double>(0.9, 0.2, -0.3, 0.1).normalized()};
     const sim::StillMotion motion(pose);
     Pair pair(signal::Multiplexing::tdm, motion, {},
-              {sim::parse_fault(fault + "@" + std::to_string(begin_s) + "-" + std::to_string(end_s))}, true);
+              {host::parse_fault(fault + "@" + std::to_string(begin_s) + "-" + std::to_string(end_s))}, true);
     FaultRun run;
     while (pair.elapsed_s() < end_s + 0.3) {
         const double t = pair.elapsed_s();
@@ -268,7 +269,7 @@ struct AfterLoss {
 
 AfterLoss lose_within(const sim::Motion& motion, double begin_s, double end_s) {
     Pair pair(signal::Multiplexing::tdm, motion, {},
-              {sim::parse_fault("dropped_blocks:1@" + std::to_string(begin_s) + "-" + std::to_string(end_s))});
+              {host::parse_fault("dropped_blocks:1@" + std::to_string(begin_s) + "-" + std::to_string(end_s))});
     AfterLoss seen;
     while (pair.elapsed_s() < end_s + 0.5) {
         const auto [exact, ours, arrived] = pair.step();

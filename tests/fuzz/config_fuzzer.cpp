@@ -1,6 +1,6 @@
 // Any text as the board's TOML file: understood, or refused by an InputError.
-#include "board/host/errors.hpp"
 #include "board/linux/device_config.hpp"
+#include "board/support/errors.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {  // NOLINT(readability-identifier-naming)
     const std::string text(data, data + size);

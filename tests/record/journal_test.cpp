@@ -1,5 +1,5 @@
 // The files of a recording: whole lines, counted and summed, on disk before long.
-#include "board/host/record/journal.hpp"
+#include "board/record/journal.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <fstream>
 #include <thread>
 
-#include "board/host/errors.hpp"
+#include "board/support/errors.hpp"
 #include "core/base/crc32.hpp"
 #include "tests/cli/cli_runner.hpp"
 

@@ -14,8 +14,8 @@
 #include <random>
 #include <thread>
 
-#include "board/host/serve/openigtlink/igtl_messages.hpp"
 #include "board/host/serve/openigtlink/igtl_session.hpp"
+#include "board/pose_text/openigtlink/igtl_messages.hpp"
 
 namespace tricoil::host::igtl_output {
 namespace {

@@ -9,9 +9,9 @@
 #include <optional>
 #include <thread>
 
-#include "board/host/errors.hpp"
 #include "board/host/serve/tcp_listener.hpp"
 #include "board/host/serve/web/own_name.hpp"
+#include "board/support/errors.hpp"
 
 namespace tricoil::host {
 namespace {

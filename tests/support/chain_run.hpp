@@ -2,6 +2,7 @@
 #pragma once
 
 #include "board/app/main_loop.hpp"
+#include "board/support/sim_input/fault_text.hpp"
 #include "sim/hal/simulated_hal.hpp"
 #include "tests/support/column_replay.hpp"
 
@@ -31,7 +32,7 @@ void run_chain(const sim::Motion& motion, const ChainParams& chain, Take&& take)
     }
     std::vector<sim::Fault> faults;
     for (const auto& fault : chain.faults) {
-        faults.push_back(sim::parse_fault(fault));
+        faults.push_back(host::parse_fault(fault));
     }
     sim::CoilWorld world(world_params, motion, faults);
     world.configure(plan);

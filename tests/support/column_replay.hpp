@@ -10,12 +10,12 @@
 #include <vector>
 
 #include "board/host/run/statistics.hpp"
+#include "board/support/sim_input/trajectory_file.hpp"
 #include "core/field/concentric_dipole.hpp"
 #include "core/solver/pose_covariance.hpp"
 #include "core/tracking/scaat/filter.hpp"
 #include "core/tracking/tracker.hpp"
 #include "sim/motion/recorded_motion.hpp"
-#include "sim/motion/trajectory_file.hpp"
 
 namespace tricoil::test {
 
@@ -184,7 +184,7 @@ inline std::vector<std::string> recorded_files(const std::string& default_data) 
 }
 
 inline std::unique_ptr<sim::RecordedMotion> recorded_motion(const std::string& file) {
-    return std::make_unique<sim::RecordedMotion>(sim::read_trajectory(file), sim::RecordedMotionParams{});
+    return std::make_unique<sim::RecordedMotion>(host::read_trajectory(file), sim::RecordedMotionParams{});
 }
 
 }  // namespace tricoil::test

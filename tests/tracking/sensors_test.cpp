@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "board/app/main_loop.hpp"
+#include "board/support/sim_input/fault_text.hpp"
 #include "sim/hal/simulated_hal.hpp"
 #include "sim/motion/simple_motions.hpp"
 
@@ -69,7 +70,7 @@ Bank run_bank(int sensors, signal::Multiplexing multiplexing, const std::string&
         motions.push_back(std::make_unique<sim::StillMotion>(sim::Pose{place(n), Quat<double>::Identity()}));
         std::vector<sim::Fault> faults;
         if (n == 1 && !fault_of_second.empty()) {
-            faults.push_back(sim::parse_fault(fault_of_second));
+            faults.push_back(host::parse_fault(fault_of_second));
         }
         worlds.push_back(std::make_unique<sim::CoilWorld>(sim::WorldParams{}, *motions[n], faults));
         worlds[n]->configure(plan);

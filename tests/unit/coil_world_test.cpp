@@ -1,4 +1,5 @@
 #include "sim/world/coil_world.hpp"
+#include "board/support/sim_input/fault_text.hpp"
 
 #include <gtest/gtest.h>
 
@@ -74,7 +75,7 @@ TEST(CoilWorld, FaultsShowInTheCouplings) {
     const Pose pose{{0.4, 0.1, 0.2}, Quat<double>::Identity()};
     const StillMotion motion(pose);
     const auto with = [&](const std::string& fault) {
-        CoilWorld world(quiet(), motion, {parse_fault(fault)});
+        CoilWorld world(quiet(), motion, {host::parse_fault(fault)});
         return demodulated(world, plan_of(Multiplexing::tdm));
     };
     CoilWorld healthy(quiet(), motion, {});
@@ -95,7 +96,7 @@ TEST(CoilWorld, FaultsShowInTheCouplings) {
 TEST(CoilWorld, ANearbySphereOpposesTheField) {
     // On the axis between source and sensor a conducting sphere weakens the axial coupling.
     const StillMotion motion({{0.6, 0, 0}, Quat<double>::Identity()});
-    CoilWorld world(quiet(), motion, {parse_fault("metal:0.3,0,0,0.05")});
+    CoilWorld world(quiet(), motion, {host::parse_fault("metal:0.3,0,0,0.05")});
     const double a3 = 0.05 * 0.05 * 0.05;
     const double expected = 6.75e-3 * (1 / 0.216 - a3 / (0.027 * 0.027));
     EXPECT_NEAR(demodulated(world, plan_of(Multiplexing::fdm))(0, 0), expected, 1e-4 * expected);
@@ -174,7 +175,7 @@ TEST(SimulatedHal, IsDeterministicFromItsSeed) {
 
 TEST(SimulatedHal, SamplerNeedsStartAndEndsInTime) {
     const StillMotion motion({{0.5, 0, 0}, Quat<double>::Identity()});
-    CoilWorld world(quiet(), motion, {parse_fault("dropped_blocks:1@0.1-0.2")});
+    CoilWorld world(quiet(), motion, {host::parse_fault("dropped_blocks:1@0.1-0.2")});
     SimulatedClock clock(device_time_us((std::int64_t{1} << 32) - 50'000));
     SimulatedCoilDriver coils;
     SimulatedCoilSampler sampler(world, coils, clock, 0.3);

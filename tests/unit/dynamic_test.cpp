@@ -8,9 +8,8 @@
 #include <fstream>
 #include <random>
 
-#include "board/host/errors.hpp"
+#include "board/support/errors.hpp"
 #include "core/geometry/rotations.hpp"
-#include "sim/io/input_error.hpp"
 #include "sim/motion/simple_motions.hpp"
 #include "tests/support/temporary_path.hpp"
 

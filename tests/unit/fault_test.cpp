@@ -1,34 +1,35 @@
 #include "sim/world/fault.hpp"
+#include "board/support/sim_input/fault_text.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "board/support/errors.hpp"
 #include "core/geometry/quaternion.hpp"
-#include "sim/io/input_error.hpp"
 
 namespace tricoil::sim {
 namespace {
 
 std::string complaint(const std::string& text) {
     try {
-        parse_fault(text);
-    } catch (const InputError& error) {
+        host::parse_fault(text);
+    } catch (const host::InputError& error) {
         return error.what();
     }
     return "";
 }
 
 TEST(Fault, ParsesNameArgumentsAndTimes) {
-    const Fault fault = parse_fault("metal:0.6,-0.2,1e-1,0.05@1.5-2");
+    const Fault fault = host::parse_fault("metal:0.6,-0.2,1e-1,0.05@1.5-2");
     EXPECT_EQ(fault.kind, FaultKind::metal);
-    EXPECT_EQ(fault.arguments.size(), 4U);
+    EXPECT_THAT(fault.numbers, ::testing::ElementsAre(0.6, -0.2, 0.1, 0.05));
     EXPECT_DOUBLE_EQ(fault.begin_s, 1.5);
     EXPECT_DOUBLE_EQ(fault.end_s, 2);
-    EXPECT_EQ(parse_fault("unplugged@3").end_s, std::numeric_limits<double>::infinity());
+    EXPECT_EQ(host::parse_fault("unplugged@3").end_s, std::numeric_limits<double>::infinity());
 }
 
 TEST(Fault, ActsOnlyInItsTime) {
-    const std::vector<Fault> faults{parse_fault("open_coil:S2@1-2"), parse_fault("reversed_coil:C1")};
+    const std::vector<Fault> faults{host::parse_fault("open_coil:S2@1-2"), host::parse_fault("reversed_coil:C1")};
     EXPECT_EQ(effect_at(faults, 0.5).current, Vec3<double>::Ones());
     EXPECT_EQ(effect_at(faults, 1.0).current, Vec3<double>(1, 0, 1));
     EXPECT_EQ(effect_at(faults, 2.0).current, Vec3<double>::Ones());
@@ -36,7 +37,7 @@ TEST(Fault, ActsOnlyInItsTime) {
 }
 
 TEST(Fault, SwappingActsOnColumnsOfTheTriad) {
-    const auto effect = effect_at({parse_fault("swapped_coils:S1,S3")}, 0);
+    const auto effect = effect_at({host::parse_fault("swapped_coils:S1,S3")}, 0);
     EXPECT_DOUBLE_EQ(effect.source.determinant(), -1);
     EXPECT_EQ(effect.source(2, 0), 1);
 }

@@ -1,4 +1,5 @@
 #include "board/app/main_loop.hpp"
+#include "board/support/sim_input/fault_text.hpp"
 
 #include <gtest/gtest.h>
 
@@ -58,7 +59,7 @@ protected:
         const sim::StillMotion motion({{0.5, 0.1, 0.2}, Quat<double>::Identity()});
         std::vector<sim::Fault> faults;
         if (!fault.empty()) {
-            faults.push_back(sim::parse_fault(fault));
+            faults.push_back(host::parse_fault(fault));
         }
         sim::CoilWorld world({}, motion, faults);
         world.configure(*signal::plan_acquisition(signal::default_acquisition(multiplexing, 240)));

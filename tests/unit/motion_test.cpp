@@ -3,10 +3,10 @@
 #include <fstream>
 #include <numbers>
 
-#include "sim/io/input_error.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/sim_input/trajectory_file.hpp"
 #include "sim/motion/recorded_motion.hpp"
 #include "sim/motion/simple_motions.hpp"
-#include "sim/motion/trajectory_file.hpp"
 #include "sim/motion/zero_phase_filter.hpp"
 #include "sim/world/pose_track.hpp"
 #include "tests/support/temporary_path.hpp"
@@ -114,8 +114,8 @@ protected:
     }
     std::string complaint(const std::string& text) {
         try {
-            read_trajectory(write(text));
-        } catch (const InputError& error) {
+            host::read_trajectory(write(text));
+        } catch (const host::InputError& error) {
             return error.what();
         }
         return "";
@@ -123,7 +123,7 @@ protected:
 };
 
 TEST_F(TrajectoryFile, ReadsPosesInOrder) {
-    const auto poses = read_trajectory(write(path_of(10)));
+    const auto poses = host::read_trajectory(write(path_of(10)));
     ASSERT_EQ(poses.size(), 10U);
     EXPECT_TRUE(poses[3].position_m.isApprox(Vec3<double>(0.3, 0.5, -2)));
 }
@@ -147,8 +147,8 @@ TEST_F(TrajectoryFile, EveryMistakeIsNamedWithItsLine) {
     expect("1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 2\n", ":4:", "0 0 0 1");
     expect(good, "traj", "2 poses");
     expect(std::string("1 0\0 0 0\n", 9), ":1:", "binary");
-    EXPECT_THROW(read_trajectory("/no/such/file"), InputError);
-    EXPECT_THROW(read_trajectory("/tmp"), InputError);
+    EXPECT_THROW(host::read_trajectory("/no/such/file"), host::InputError);
+    EXPECT_THROW(host::read_trajectory("/tmp"), host::InputError);
 }
 
 TEST(RecordedMotion, DropsRepeatsSmoothsAndPlaces) {
@@ -180,15 +180,15 @@ TEST(RecordedMotion, DropsRepeatsSmoothsAndPlaces) {
 
 TEST(RecordedMotion, RefusesWhatIsNoMotion) {
     const std::vector<Pose> still(50);
-    EXPECT_THROW(RecordedMotion(still, {}), InputError);
+    EXPECT_THROW(RecordedMotion(still, {}), std::invalid_argument);
     std::vector<Pose> moving;
     for (int i = 0; i < 50; ++i) {
         moving.push_back({Vec3<double>(0.01 * i, 0, 0), Quat<double>::Identity()});
     }
     EXPECT_NO_THROW(RecordedMotion(moving, {}));
-    EXPECT_THROW(RecordedMotion(moving, {.speed = 0}), InputError);
-    EXPECT_THROW(RecordedMotion(moving, {.cutoff_hz = 60}), InputError);
-    EXPECT_THROW(RecordedMotion(moving, {.sample_rate_hz = std::numeric_limits<double>::quiet_NaN()}), InputError);
+    EXPECT_THROW(RecordedMotion(moving, {.speed = 0}), std::invalid_argument);
+    EXPECT_THROW(RecordedMotion(moving, {.cutoff_hz = 60}), std::invalid_argument);
+    EXPECT_THROW(RecordedMotion(moving, {.sample_rate_hz = std::numeric_limits<double>::quiet_NaN()}), std::invalid_argument);
 }
 
 }  // namespace

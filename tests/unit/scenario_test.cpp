@@ -1,11 +1,12 @@
-#include "sim/scenarios/scenario.hpp"
+#include "sim/world/scenario.hpp"
+#include "board/support/sim_input/scenario_file.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
 
-#include "sim/io/input_error.hpp"
+#include "board/support/errors.hpp"
 #include "tests/support/temporary_path.hpp"
 
 namespace tricoil::sim {
@@ -17,17 +18,17 @@ std::string refusal(const std::string& text) {
     const std::string path = test::path_in_temp("scenario.toml");
     std::ofstream(path, std::ios::binary) << text;
     try {
-        load_scenario(path, 1);
-    } catch (const InputError& error) {
+        host::load_scenario(path, 1);
+    } catch (const host::InputError& error) {
         return error.what();
     }
     return "";
 }
 
 TEST(Scenario, EveryBuiltInOneLoads) {
-    ASSERT_GE(builtin_scenarios().size(), 9U);
-    for (const auto& [name, description] : builtin_scenarios()) {
-        const Scenario scenario = load_scenario(name, 1);
+    ASSERT_GE(host::builtin_scenarios().size(), 9U);
+    for (const auto& [name, description] : host::builtin_scenarios()) {
+        const Scenario scenario = host::load_scenario(name, 1);
         EXPECT_FALSE(description.empty()) << name;
         EXPECT_GT(scenario.duration_s, 0) << name;
         EXPECT_GT(scenario.motion->at(0.1).position_m.norm(), 0.1) << name;
@@ -46,7 +47,7 @@ TEST(Scenario, MistakesAreNamedByFileLineAndKey) {
     EXPECT_THAT(refusal("faults = [\"open_coil:S9\"]\n[motion]\nkind = \"still\"\n"), HasSubstr("S1 to S3"));
     EXPECT_THAT(refusal("[motion\n"), HasSubstr("toml:1"));
     EXPECT_THAT(refusal("description = \"x\"\n"), HasSubstr("motion.kind"));
-    EXPECT_THROW(load_scenario("hnad", 1), InputError);
+    EXPECT_THROW(host::load_scenario("hnad", 1), host::InputError);
 }
 
 }  // namespace

@@ -7,9 +7,11 @@
 #include <iterator>
 #include <optional>
 
-#include "sim/scenarios/scenario.hpp"
+#include "board/support/sim_input/fault_text.hpp"
+#include "board/support/sim_input/scenario_file.hpp"
 #include "sim/virtual_board/machine/symbols.hpp"
 #include "sim/virtual_board/run_report.hpp"
+#include "sim/world/scenario.hpp"
 #include "tests/app/host_end.hpp"
 #include "tests/virtual_board/wire_ends.hpp"
 
@@ -28,7 +30,7 @@ enum LinkNumber : std::size_t { on_serial, on_can, on_usb, link_numbers };
 class BoardBench {
 public:
     explicit BoardBench(const std::string& scenario_name = "hand", const std::vector<std::string>& faults = {})
-        : BoardBench(with_faults(sim::load_scenario(scenario_name, 1), faults)) {}
+        : BoardBench(with_faults(host::load_scenario(scenario_name, 1), faults)) {}
 
     explicit BoardBench(sim::Scenario what) : scenario(std::move(what)) {
         board.emplace(read_image(TRICOIL_BOARD_IMAGE ".bin"), scenario);
@@ -89,7 +91,7 @@ public:
     static constexpr double kBootS = 0.4;
 
     sim::Scenario scenario;
-    virtual_board::Symbols symbols{TRICOIL_BOARD_IMAGE ".elf"};
+    virtual_board::Symbols symbols = virtual_board::read_symbols(TRICOIL_BOARD_IMAGE ".elf");
     std::optional<virtual_board::VirtualBoard> board;
     std::array<std::unique_ptr<WireEnd>, link_numbers> ends;
     std::vector<std::unique_ptr<HostEnd>> hosts;
@@ -100,7 +102,7 @@ public:
 private:
     static sim::Scenario with_faults(sim::Scenario scenario, const std::vector<std::string>& faults) {
         for (const std::string& fault : faults) {
-            scenario.faults.push_back(sim::parse_fault(fault));
+            scenario.faults.push_back(host::parse_fault(fault));
         }
         return scenario;
     }

@@ -3,8 +3,8 @@
 
 #include <random>
 
+#include "board/virtual_board/board_fault_text.hpp"
 #include "core/calibration/blob.hpp"
-#include "sim/virtual_board/board_fault.hpp"
 #include "tests/virtual_board/board_bench.hpp"
 
 namespace tricoil {

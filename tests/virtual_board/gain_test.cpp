@@ -3,6 +3,7 @@
 
 #include <set>
 
+#include "board/support/sim_input/scenario_file.hpp"
 #include "core/protocol/command_arguments.hpp"
 #include "tests/virtual_board/board_bench.hpp"
 
@@ -32,7 +33,7 @@ private:
 };
 
 sim::Scenario stations() {
-    sim::Scenario scenario = sim::load_scenario("still", 1);
+    sim::Scenario scenario = host::load_scenario("still", 1);
     scenario.motion = std::make_unique<Stations>();
     return scenario;
 }

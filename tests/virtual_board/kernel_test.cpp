@@ -3,7 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "sim/scenarios/scenario.hpp"
+#include "board/support/sim_input/scenario_file.hpp"
+#include "sim/world/scenario.hpp"
 #include "tests/device/judged_poses.hpp"
 #include "tests/device/program.hpp"
 
@@ -20,7 +21,7 @@ void expect_tracking(const std::string& device) {
     test::Program tracker(TRICOIL_PROGRAM " run --json --device " + device +
                           " --duration 2 --out /run/poses.csv >/run/tricoil.out 2>/run/tricoil.err");
     EXPECT_EQ(tracker.wait(), 0) << test::read_text("/run/tricoil.err");
-    const auto scenario = sim::load_scenario("hand", 1);
+    const auto scenario = host::load_scenario("hand", 1);
     const test::Judged judged = test::judge(test::CsvTable(test::read_text("/run/poses.csv")), *scenario.motion, 0.5);
     EXPECT_GT(judged.valid, 500U);
     EXPECT_LT(judged.invalid, judged.valid / 20);

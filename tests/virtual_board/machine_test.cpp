@@ -4,7 +4,7 @@
 #include <cstring>
 #include <fstream>
 
-#include "sim/io/input_error.hpp"
+#include "board/support/errors.hpp"
 #include "sim/virtual_board/machine/machine.hpp"
 #include "sim/virtual_board/machine/run_failure.hpp"
 #include "sim/virtual_board/machine/symbols.hpp"
@@ -118,7 +118,7 @@ TEST_F(Processor, EndsInTheBootloader) {
 }
 
 TEST_F(Processor, FailsWithPlaceAndReason) {
-    const Symbols symbols(TRICOIL_TEST_FIRMWARE "/processor.elf");
+    const Symbols symbols = read_symbols(TRICOIL_TEST_FIRMWARE "/processor.elf");
     const std::map<Job, std::string> reasons{
         {Job::read_nowhere, "read from 0x30000000"},
         {Job::write_flash, "write to 0x08001000, which is flash"},
@@ -139,9 +139,9 @@ TEST_F(Processor, FailsWithPlaceAndReason) {
 }
 
 TEST_F(Processor, RefusesWhatIsNoImage) {
-    EXPECT_THROW(machine_.load(std::vector<std::uint8_t>(8)), sim::InputError);
-    EXPECT_THROW(machine_.load(std::vector<std::uint8_t>(4096, 0xFF)), sim::InputError);
-    EXPECT_THROW(Symbols("/nowhere.elf"), sim::InputError);
+    EXPECT_THROW(machine_.load(std::vector<std::uint8_t>(8)), std::invalid_argument);
+    EXPECT_THROW(machine_.load(std::vector<std::uint8_t>(4096, 0xFF)), std::invalid_argument);
+    EXPECT_THROW((void)read_symbols("/nowhere.elf"), host::InputError);
 }
 
 TEST_F(Processor, RepeatsToTheLastCycle) {

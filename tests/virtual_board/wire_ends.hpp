@@ -6,8 +6,8 @@
 
 #include "core/protocol/can_exchange.hpp"
 #include "core/protocol/stream_framing.hpp"
-#include "sim/hal/memory_port.hpp"
 #include "sim/virtual_board/board.hpp"
+#include "tests/support/memory_port.hpp"
 
 namespace tricoil::test {
 

@@ -1,4 +1,5 @@
 # Compiler settings that every target shares, and the one function that declares a library of the tree.
+get_filename_component(TRICOIL_TREE ${CMAKE_CURRENT_LIST_DIR}/../.. ABSOLUTE)
 set(CMAKE_CXX_STANDARD 20)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
 set(CMAKE_CXX_EXTENSIONS OFF)
@@ -26,7 +27,9 @@ function(tricoil_library name)
   cmake_parse_arguments(ARG "FREESTANDING" "" "SOURCES;DEPENDS" ${ARGN})
   add_library(${name} STATIC ${ARG_SOURCES})
   target_compile_features(${name} PUBLIC cxx_std_20)
-  target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:include/tricoil>)
+  # Installed headers: <tricoil/core/...>, and "core/..." as they include each other.
+  target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${TRICOIL_TREE}>
+    $<INSTALL_INTERFACE:include> $<INSTALL_INTERFACE:include/tricoil>)
   target_link_libraries(${name} PUBLIC ${ARG_DEPENDS} PRIVATE $<BUILD_INTERFACE:tricoil_options>)
   if(ARG_FREESTANDING)
     target_compile_options(${name} PRIVATE -fno-exceptions -fno-rtti)

@@ -14,7 +14,7 @@
 #include "board/host/calibration/fixture_name.hpp"
 #include "board/host/calibration/initial_guess.hpp"
 #include "board/host/calibration/pose_residual.hpp"
-#include "board/host/errors.hpp"
+#include "board/support/errors.hpp"
 
 namespace tricoil::host {
 namespace {

@@ -10,7 +10,7 @@
 #include "board/host/calibration/calibration_fit.hpp"
 #include "board/host/calibration/initial_guess.hpp"
 #include "board/host/calibration/nearest_rotation.hpp"
-#include "board/host/errors.hpp"
+#include "board/support/errors.hpp"
 #include "core/calibration/apply.hpp"
 #include "core/geometry/angles.hpp"
 #include "core/solver/cold_start.hpp"

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "board/host/calibration/calibration_file.hpp"
 #include "board/host/calibration/pose_set.hpp"
+#include "board/support/calibration_file.hpp"
 
 namespace tricoil::host {
 

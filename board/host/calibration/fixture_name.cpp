@@ -57,24 +57,4 @@ std::optional<Mat3<double>> rotation_of_fixture(const std::string& name) {
     return rotation;
 }
 
-Mat3<double> nearest_axis_rotation(const Mat3<double>& r) {
-    Mat3<double> best = Mat3<double>::Identity();
-    double best_trace = -4;
-    const std::array<std::array<int, 3>, 6> orders{{{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}};
-    for (const auto& order : orders) {
-        for (int signs = 0; signs < 8; ++signs) {
-            Mat3<double> candidate = Mat3<double>::Zero();
-            for (int c = 0; c < 3; ++c) {
-                candidate(order[static_cast<std::size_t>(c)], c) = (signs >> c & 1) != 0 ? -1 : 1;
-            }
-            const double trace = (candidate.transpose() * r).trace();
-            if (candidate.determinant() > 0 && trace > best_trace) {
-                best_trace = trace;
-                best = candidate;
-            }
-        }
-    }
-    return best;
-}
-
 }  // namespace tricoil::host

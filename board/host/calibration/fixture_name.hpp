@@ -13,7 +13,4 @@ namespace tricoil::host {
 /// none, or names no two different axes in different directions.
 std::optional<Mat3<double>> rotation_of_fixture(const std::string& name);
 
-/// The 24 rotations that take axes to axes: the one nearest to r (largest trace of the relative rotation).
-Mat3<double> nearest_axis_rotation(const Mat3<double>& r);
-
 }  // namespace tricoil::host

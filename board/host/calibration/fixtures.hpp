@@ -2,16 +2,11 @@
 #pragma once
 
 #include "board/host/calibration/pose_set.hpp"
+#include "board/support/rigid.hpp"
 #include "core/geometry/types.hpp"
 #include "core/solver/refine.hpp"
 
 namespace tricoil::host {
-
-/// A rigid transform: v_to = translation_m + rotation v_from.
-struct Rigid {
-    Mat3<double> rotation = Mat3<double>::Identity();
-    Vec3<double> translation_m = Vec3<double>::Zero();
-};
 
 /// The pose of the sensor's frame in the source's: source_stage takes stage to source components, mount_sensor takes sensor to
 /// mount components, the stage is between them.

@@ -4,17 +4,21 @@
 
 #include <cmath>
 
+<<<<<<< HEAD
 #include "board/host/errors.hpp"
 #include "core/geometry/quaternion.hpp"
+=======
+#include "board/support/errors.hpp"
+#include "board/support/text_table.hpp"
+>>>>>>> layers
 #include "core/signal/excitation.hpp"
-#include "sim/io/text_table.hpp"
 
 namespace tricoil::host {
 namespace {
 
 /// How many columns stand before the couplings; throws InputError unless the header ends in all nine, in order.
 std::size_t columns_before(const std::string& path, const std::string& header) {
-    const auto names = sim::split(header, ',');
+    const auto names = split(header, ',');
     for (const char letter : {'x', 'm'}) {
         std::string wanted;
         for (int i = 1; i <= 3; ++i) {
@@ -33,17 +37,17 @@ std::size_t columns_before(const std::string& path, const std::string& header) {
 template <typename Take>
 void read_table(const std::string& path, std::size_t before, const std::vector<std::string>& lines, Take take) {
     for (std::size_t n = 1; n < lines.size(); ++n) {
-        const sim::TextPlace place{path, n + 1};
+        const TextPlace place{path, n + 1};
         if (lines[n].empty()) {
             continue;
         }
-        const auto fields = sim::split(lines[n], ',');
+        const auto fields = split(lines[n], ',');
         if (fields.size() != before + kCouplings) {
             throw InputError(fmt::format("{}: {} columns; {} are needed", place.str(), fields.size(), before + kCouplings));
         }
         Mat3<double> x;
         for (std::size_t k = 0; k < kCouplings; ++k) {
-            x(static_cast<Eigen::Index>(k / 3), static_cast<Eigen::Index>(k % 3)) = sim::parse_number(fields[before + k], place);
+            x(static_cast<Eigen::Index>(k / 3), static_cast<Eigen::Index>(k % 3)) = parse_number(fields[before + k], place);
         }
         if (!(std::abs(x.determinant()) > 1e-6 * std::pow(x.norm(), 3))) {
             throw InputError(place.str() + ": the couplings are zero or have rank below three: a coil or a channel was dead");
@@ -55,10 +59,10 @@ void read_table(const std::string& path, std::size_t before, const std::vector<s
 }  // namespace
 
 std::vector<Mat3<double>> read_frames(const std::string& path) {
-    const auto lines = sim::read_lines(path);
+    const auto lines = read_lines(path);
     std::vector<Mat3<double>> frames;
     read_table(path, columns_before(path, lines.front()), lines,
-               [&](const auto&, const Mat3<double>& x, const sim::TextPlace&) { frames.push_back(x); });
+               [&](const auto&, const Mat3<double>& x, const TextPlace&) { frames.push_back(x); });
     return frames;
 }
 
@@ -86,16 +90,16 @@ std::vector<Mat3<double>> deskewed(const std::vector<Mat3<double>>& frames, doub
 }
 
 std::vector<GridFrame> read_grid(const std::string& path) {
-    const auto lines = sim::read_lines(path);
+    const auto lines = read_lines(path);
     const std::size_t before = columns_before(path, lines.front());
     if (before != 3 || !lines.front().starts_with("column,row,level,")) {
         throw InputError(path + ":1: the header must be column,row,level,x11,...,x33");
     }
     std::vector<GridFrame> frames;
-    read_table(path, before, lines, [&](const auto& fields, const Mat3<double>& x, const sim::TextPlace& place) {
+    read_table(path, before, lines, [&](const auto& fields, const Mat3<double>& x, const TextPlace& place) {
         GridFrame frame;
         for (std::size_t k = 0; k < 3; ++k) {
-            frame.node(static_cast<Eigen::Index>(k)) = sim::parse_number(fields[k], place);
+            frame.node(static_cast<Eigen::Index>(k)) = parse_number(fields[k], place);
         }
         frame.x = x;
         frame.line = place.line;

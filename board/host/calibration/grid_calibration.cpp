@@ -10,7 +10,7 @@
 
 #include "board/host/calibration/fit_parameters.hpp"
 #include "board/host/calibration/self_calibration.hpp"
-#include "board/host/errors.hpp"
+#include "board/support/errors.hpp"
 #include "core/field/concentric_dipole.hpp"
 #include "core/solver/direct.hpp"
 

@@ -10,7 +10,7 @@
 
 #include "board/host/calibration/nearest_rotation.hpp"
 #include "board/host/calibration/self_calibration.hpp"
-#include "board/host/errors.hpp"
+#include "board/support/errors.hpp"
 #include "core/solver/direct.hpp"
 
 namespace tricoil::host {

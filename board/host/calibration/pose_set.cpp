@@ -12,11 +12,11 @@
 #include <regex>
 #include <set>
 
-#include "board/host/errors.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/text_table.hpp"
 #include "core/base/angle_units.hpp"
 #include "core/geometry/quaternion.hpp"
 #include "core/signal/excitation.hpp"
-#include "sim/io/text_table.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -26,7 +26,7 @@ constexpr std::size_t kStageFields = 6;
 constexpr double kQuaternionTolerance = 1e-3;
 
 /// +0.171918451-0.000000586i; throws InputError unless the field is that, all of it, and finite.
-std::complex<double> parse_complex(std::string_view field, const sim::TextPlace& place) {
+std::complex<double> parse_complex(std::string_view field, const TextPlace& place) {
     const auto bad = [&] {
         return InputError(fmt::format("{}: '{}' is not a coupling such as +0.12-0.03i", place.str(), field.substr(0, 32)));
     };
@@ -50,7 +50,7 @@ std::complex<double> parse_complex(std::string_view field, const sim::TextPlace&
     return {parts[0], parts[1]};
 }
 
-void check_couplings(const Mat3<double>& x, const sim::TextPlace& place) {
+void check_couplings(const Mat3<double>& x, const TextPlace& place) {
     const double scale = x.norm();
     if (!(scale > 0)) {
         throw InputError(place.str() + ": all nine couplings are zero; remove the line");
@@ -61,7 +61,7 @@ void check_couplings(const Mat3<double>& x, const sim::TextPlace& place) {
 }
 
 /// `squared`: sums of squared couplings by sensor channel; their phase is twice the channel's whatever the couplings' signs.
-MeasuredPose parse_ilemt(const std::vector<std::string_view>& fields, const sim::TextPlace& place,
+MeasuredPose parse_ilemt(const std::vector<std::string_view>& fields, const TextPlace& place,
                          std::array<std::complex<double>, 3>& squared) {
     if (fields.size() != kStageFields + kCouplings && fields.size() != kStageFields + 2 * kCouplings) {
         throw InputError(fmt::format("{}: {} fields; a line has 6 stage numbers and 9 or 18 couplings; it was cut off or garbled",
@@ -69,7 +69,7 @@ MeasuredPose parse_ilemt(const std::vector<std::string_view>& fields, const sim:
     }
     double stage[kStageFields];
     for (std::size_t i = 0; i < kStageFields; ++i) {
-        stage[i] = sim::parse_number(fields[i], place);
+        stage[i] = parse_number(fields[i], place);
     }
     MeasuredPose pose;
     pose.line = place.line;
@@ -89,14 +89,14 @@ MeasuredPose parse_ilemt(const std::vector<std::string_view>& fields, const sim:
     return pose;
 }
 
-MeasuredPose parse_csv(const std::vector<std::string_view>& fields, const sim::TextPlace& place) {
+MeasuredPose parse_csv(const std::vector<std::string_view>& fields, const TextPlace& place) {
     constexpr std::size_t kFields = 7 + kCouplings;
     if (fields.size() != kFields) {
         throw InputError(fmt::format("{}: {} columns; {} are needed", place.str(), fields.size(), kFields));
     }
     double v[kFields];
     for (std::size_t i = 0; i < kFields; ++i) {
-        v[i] = sim::parse_number(fields[i], place);
+        v[i] = parse_number(fields[i], place);
     }
     const Quat<double> q(v[3], v[4], v[5], v[6]);
     if (std::abs(q.norm() - 1) > kQuaternionTolerance) {
@@ -115,7 +115,7 @@ MeasuredPose parse_csv(const std::vector<std::string_view>& fields, const sim::T
 }  // namespace
 
 PoseFile read_pose_file(const std::string& path) {
-    const auto lines = sim::read_lines(path);
+    const auto lines = read_lines(path);
     const bool csv = lines.front().find(',') != std::string::npos;
     if (csv && lines.front() != kCsvHeader) {
         throw InputError(path + ":1: the header must be " + kCsvHeader);
@@ -130,8 +130,8 @@ PoseFile read_pose_file(const std::string& path) {
     }
     std::array<std::complex<double>, 3> squared{};
     for (std::size_t i = csv ? 1 : 0; i < lines.size(); ++i) {
-        const sim::TextPlace place{path, i + 1};
-        const auto fields = sim::split(lines[i], csv ? ',' : ' ');
+        const TextPlace place{path, i + 1};
+        const auto fields = split(lines[i], csv ? ',' : ' ');
         if (fields.empty() || (fields.size() == 1 && fields[0].empty())) {
             continue;
         }

@@ -7,7 +7,7 @@
 #include <Eigen/Dense>
 #include <cmath>
 
-#include "board/host/errors.hpp"
+#include "board/support/errors.hpp"
 #include "core/field/concentric_dipole.hpp"
 #include "core/solver/direct.hpp"
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "board/host/errors.hpp"
+#include "board/support/errors.hpp"
 #include "core/field/concentric_dipole.hpp"
 
 namespace tricoil::host {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <map>
 
-#include "board/host/errors.hpp"
-#include "sim/io/text_table.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/text_table.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -15,7 +15,7 @@ namespace {
 constexpr const char* kHeader = "state,repeat,sample,adc0,adc1,adc2,adc3";
 constexpr std::size_t kFields = 3 + kChannels;
 
-Excitation parse_state(std::string_view field, const sim::TextPlace& place) {
+Excitation parse_state(std::string_view field, const TextPlace& place) {
     for (int j = 0; j < kSourceCoils; ++j) {
         if (field == fmt::format("S{}", j + 1)) {
             return single_coil(j);
@@ -24,15 +24,15 @@ Excitation parse_state(std::string_view field, const sim::TextPlace& place) {
     throw InputError(fmt::format("{}: state '{}' is not S1, S2 or S3", place.str(), field.substr(0, 24)));
 }
 
-std::int64_t parse_integer(std::string_view field, const sim::TextPlace& place, std::int64_t low, std::int64_t high) {
-    const double value = sim::parse_number(field, place);
+std::int64_t parse_integer(std::string_view field, const TextPlace& place, std::int64_t low, std::int64_t high) {
+    const double value = parse_number(field, place);
     if (value != std::floor(value) || value < static_cast<double>(low) || value > static_cast<double>(high)) {
         throw InputError(fmt::format("{}: {} is not a whole number from {} to {}", place.str(), field, low, high));
     }
     return static_cast<std::int64_t>(value);
 }
 
-void check_block(const CapturedBlock& block, const Capture& capture, const sim::TextPlace& place) {
+void check_block(const CapturedBlock& block, const Capture& capture, const TextPlace& place) {
     if (block.samples.size() != capture.blocks.front().samples.size()) {
         throw InputError(fmt::format("{}: the block that ends here has {} samples, the first has {}; the recording is incomplete",
                                      place.str(), block.samples.size(), capture.blocks.front().samples.size()));
@@ -76,18 +76,18 @@ void centre(Capture& capture, int bits) {
 }  // namespace
 
 Capture read_capture(const std::string& path, int bits) {
-    const auto lines = sim::read_lines(path);
+    const auto lines = read_lines(path);
     if (lines.front() != kHeader) {
         throw InputError(path + ":1: the header must be " + kHeader);
     }
     Capture capture;
     const std::int64_t limit = (std::int64_t{1} << bits) - 1;
     for (std::size_t i = 1; i < lines.size(); ++i) {
-        const sim::TextPlace place{path, i + 1};
+        const TextPlace place{path, i + 1};
         if (lines[i].empty()) {
             continue;
         }
-        const auto fields = sim::split(lines[i], ',');
+        const auto fields = split(lines[i], ',');
         if (fields.size() != kFields) {
             throw InputError(fmt::format("{}: {} columns; {} are needed", place.str(), fields.size(), kFields));
         }

@@ -9,7 +9,7 @@
 #include <map>
 #include <numbers>
 
-#include "board/host/errors.hpp"
+#include "board/support/errors.hpp"
 #include "core/base/angle_units.hpp"
 #include "core/signal/demodulator.hpp"
 #include "core/signal/phase_calibration.hpp"

@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "board/host/calibration/calibration_file.hpp"
 #include "board/host/calibration/calibration_fit.hpp"
 #include "board/host/calibration/evaluation.hpp"
 #include "board/host/calibration/frame_file.hpp"
@@ -16,10 +15,11 @@
 #include "board/host/calibration/wiring.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/json_rows.hpp"
-#include "board/host/errors.hpp"
-#include "board/host/figures/whole_file.hpp"
-#include "board/host/names.hpp"
 #include "board/host/run/statistics.hpp"
+#include "board/support/calibration_file.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/nearest_name.hpp"
+#include "board/support/whole_file.hpp"
 #include "core/base/angle_units.hpp"
 #include "core/calibration/blob.hpp"
 

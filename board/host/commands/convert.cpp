@@ -6,8 +6,8 @@
 #include <memory>
 
 #include "board/host/commands/commands.hpp"
-#include "board/host/errors.hpp"
-#include "board/host/record/convert.hpp"
+#include "board/record/convert.hpp"
+#include "board/support/errors.hpp"
 
 namespace tricoil::host {
 namespace {

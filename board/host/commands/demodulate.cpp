@@ -7,7 +7,7 @@
 #include "board/host/capture/capture_analysis.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/json_rows.hpp"
-#include "board/host/errors.hpp"
+#include "board/support/errors.hpp"
 
 namespace tricoil::host {
 namespace {

@@ -7,13 +7,13 @@
 #include <nlohmann/json.hpp>
 
 #include "board/host/commands/commands.hpp"
-#include "board/host/errors.hpp"
-#include "board/host/figures/whole_file.hpp"
 #include "board/linux/device_inquiry.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/nearest_name.hpp"
+#include "board/support/whole_file.hpp"
 #include "core/calibration/blob.hpp"
 #include "core/protocol/command_arguments.hpp"
 #include "drivers/libusb/usb_device.hpp"
-#include "sim/io/nearest_name.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -219,7 +219,7 @@ int capture_blocks(const DeviceCommand& command) {
 int set_mode(const DeviceCommand& command) {
     protocol::ModeRequest mode;
     mode.multiplexing =
-        sim::index_of_name("--mux", command.mux, {"tdm", "fdm"}) == 0 ? signal::Multiplexing::tdm : signal::Multiplexing::fdm;
+        index_of_name("--mux", command.mux, {"tdm", "fdm"}) == 0 ? signal::Multiplexing::tdm : signal::Multiplexing::fdm;
     mode.frame_rate_mhz = static_cast<std::uint32_t>(std::lround(1e3 * command.rate_hz));
     mode.columns = command.columns;
     linux_board::DeviceInquiry(command.uri, command.wait_s)

@@ -11,11 +11,11 @@
 #include "board/host/calibration/evaluation.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/evaluate_dynamic.hpp"
-#include "board/host/errors.hpp"
 #include "board/host/figures/gnuplot.hpp"
-#include "board/host/figures/whole_file.hpp"
-#include "board/host/names.hpp"
-#include "board/process/interrupt.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/interrupt.hpp"
+#include "board/support/nearest_name.hpp"
+#include "board/support/whole_file.hpp"
 
 namespace tricoil::host {
 namespace {

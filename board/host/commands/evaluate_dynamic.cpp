@@ -5,10 +5,10 @@
 #include <cmath>
 
 #include "board/host/dynamic/dynamic_report.hpp"
-#include "board/host/errors.hpp"
 #include "board/host/figures/gnuplot.hpp"
-#include "board/host/figures/whole_file.hpp"
-#include "board/process/interrupt.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/interrupt.hpp"
+#include "board/support/whole_file.hpp"
 
 namespace tricoil::host {
 namespace {

@@ -8,9 +8,9 @@
 #include <nlohmann/json.hpp>
 
 #include "board/host/commands/commands.hpp"
-#include "board/host/errors.hpp"
-#include "board/host/figures/whole_file.hpp"
-#include "board/process/interrupt.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/interrupt.hpp"
+#include "board/support/whole_file.hpp"
 
 namespace tricoil::host {
 namespace {

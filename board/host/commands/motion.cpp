@@ -6,10 +6,10 @@
 #include <numbers>
 
 #include "board/host/commands/commands.hpp"
-#include "board/host/errors.hpp"
 #include "board/host/figures/error_csv.hpp"
 #include "board/host/figures/error_maxima.hpp"
-#include "board/host/names.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/nearest_name.hpp"
 #include "core/error_model/board_timing.hpp"
 #include "sim/paper/paper_simulation.hpp"
 #include "sim/paper/singularities.hpp"
@@ -64,7 +64,7 @@ paper::Example make_example(const MotionCommand& c) {
     paper::Example example;
     example.name = "own rates";
     if (!c.example.empty()) {
-        example = paper::example(c.example);
+        example = paper::example(paper::example_names()[index_of_name("example", c.example, paper::example_names())]);
     }
     const auto set = [](const std::vector<double>& ab, paper::Rate& rate) {
         rate = ab.empty() ? rate : paper::paper_angle_rate(ab[0], ab[1]);

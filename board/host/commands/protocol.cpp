@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "board/host/commands/commands.hpp"
-#include "board/host/errors.hpp"
 #include "board/host/protocol/protocol_files.hpp"
+#include "board/support/errors.hpp"
 
 namespace tricoil::host {
 namespace {

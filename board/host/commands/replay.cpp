@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "board/host/commands/commands.hpp"
-#include "board/host/errors.hpp"
-#include "board/host/record/replay.hpp"
+#include "board/record/replay.hpp"
+#include "board/support/errors.hpp"
 #include "core/base/angle_units.hpp"
 
 namespace tricoil::host {

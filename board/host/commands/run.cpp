@@ -3,13 +3,14 @@
 
 #include <memory>
 
-#include "board/host/calibration/calibration_file.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/run_command.hpp"
-#include "board/host/errors.hpp"
-#include "board/host/run/flag_names.hpp"
 #include "board/host/run/report.hpp"
 #include "board/linux/device_run.hpp"
+#include "board/pose_text/flag_names.hpp"
+#include "board/support/calibration_file.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/sim_input/scenario_file.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -17,13 +18,13 @@ namespace {
 int list_scenarios(bool json) {
     if (json) {
         nlohmann::ordered_json list = nlohmann::ordered_json::array();
-        for (const auto& scenario : sim::builtin_scenarios()) {
+        for (const auto& scenario : builtin_scenarios()) {
             list.push_back({{"name", scenario.name}, {"description", scenario.description}});
         }
         fmt::print("{}\n", list.dump(2));
         return to_int(ExitCode::fine);
     }
-    for (const auto& scenario : sim::builtin_scenarios()) {
+    for (const auto& scenario : builtin_scenarios()) {
         fmt::print("{:<10}  {}\n", scenario.name, scenario.description);
     }
     return to_int(ExitCode::fine);

@@ -10,8 +10,8 @@
 #include <nlohmann/json.hpp>
 
 #include "board/host/commands/commands.hpp"
-#include "board/host/errors.hpp"
 #include "board/linux/device_inquiry.hpp"
+#include "board/support/errors.hpp"
 
 namespace tricoil::host {
 namespace {

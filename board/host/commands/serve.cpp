@@ -6,14 +6,14 @@
 
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/run_command.hpp"
-#include "board/host/errors.hpp"
-#include "board/host/record/tap_fan_out.hpp"
 #include "board/host/serve/fastrak/fastrak_output.hpp"
 #include "board/host/serve/openigtlink/igtl_session.hpp"
 #include "board/host/serve/recording_switch.hpp"
 #include "board/host/serve/server.hpp"
 #include "board/host/serve/tcp_service.hpp"
 #include "board/host/serve/web/web_server.hpp"
+#include "board/record/tap_fan_out.hpp"
+#include "board/support/errors.hpp"
 
 namespace tricoil::host {
 namespace {

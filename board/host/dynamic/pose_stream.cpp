@@ -7,10 +7,9 @@
 #include <cmath>
 #include <utility>
 
-#include "board/host/errors.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/text_table.hpp"
 #include "core/geometry/rotations.hpp"
-#include "sim/io/input_error.hpp"
-#include "sim/io/text_table.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -31,7 +30,7 @@ struct Columns {
     std::size_t count = 0;
 };
 
-Columns find_columns(const std::vector<std::string_view>& names, const sim::TextPlace& place) {
+Columns find_columns(const std::vector<std::string_view>& names, const TextPlace& place) {
     const auto find = [&names](std::string_view name) {
         return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
     };
@@ -55,10 +54,10 @@ Columns find_columns(const std::vector<std::string_view>& names, const sim::Text
     return columns;
 }
 
-TimedPose parse_pose(const std::vector<std::string_view>& fields, const Columns& columns, const sim::TextPlace& place) {
+TimedPose parse_pose(const std::vector<std::string_view>& fields, const Columns& columns, const TextPlace& place) {
     std::array<double, kColumns.size()> v{};
     for (std::size_t n = 0; n < v.size(); ++n) {
-        v[n] = sim::parse_number(fields[columns.pose[n]], place);
+        v[n] = parse_number(fields[columns.pose[n]], place);
     }
     const Quat<double> q(v[3], v[4], v[5], v[6]);
     if (std::abs(q.norm() - 1) > kQuaternionTolerance) {
@@ -69,22 +68,22 @@ TimedPose parse_pose(const std::vector<std::string_view>& fields, const Columns&
         throw InputError(
             fmt::format("{}: a place {:g} m away; positions are in metres", place.str(), position.cwiseAbs().maxCoeff()));
     }
-    return {columns.seconds_per_unit * sim::parse_number(fields[columns.time], place), position, q.normalized()};
+    return {columns.seconds_per_unit * parse_number(fields[columns.time], place), position, q.normalized()};
 }
 
 }  // namespace
 
 PoseStream PoseStream::read(const std::string& path) {
-    const auto lines = sim::read_lines(path);
-    const Columns columns = find_columns(sim::split(lines.front(), ','), {path, 1});
+    const auto lines = read_lines(path);
+    const Columns columns = find_columns(split(lines.front(), ','), {path, 1});
     std::vector<TimedPose> poses;
     for (std::size_t n = 1; n < lines.size(); ++n) {
-        const sim::TextPlace place{path, n + 1};
-        const auto fields = sim::split(lines[n], ',');
+        const TextPlace place{path, n + 1};
+        const auto fields = split(lines[n], ',');
         if (fields.size() != columns.count) {
             throw InputError(fmt::format("{}: {} fields where the header has {}", place.str(), fields.size(), columns.count));
         }
-        if (columns.has_valid && sim::parse_number(fields[columns.valid], place) == 0) {
+        if (columns.has_valid && parse_number(fields[columns.valid], place) == 0) {
             continue;
         }
         poses.push_back(parse_pose(fields, columns, place));

@@ -9,7 +9,7 @@
 #include <unsupported/Eigen/NonLinearOptimization>
 #include <unsupported/Eigen/NumericalDiff>
 
-#include "board/host/errors.hpp"
+#include "board/support/errors.hpp"
 #include "core/geometry/rotations.hpp"
 
 namespace tricoil::host {

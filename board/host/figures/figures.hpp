@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "board/host/figures/gnuplot.hpp"
-#include "board/process/interrupt.hpp"
+#include "board/support/interrupt.hpp"
 
 namespace tricoil::host {
 

@@ -11,7 +11,7 @@
 #include <fstream>
 #include <thread>
 
-#include "board/host/errors.hpp"
+#include "board/support/errors.hpp"
 
 extern char** environ;
 

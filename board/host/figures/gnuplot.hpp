@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "board/process/interrupt.hpp"
+#include "board/support/interrupt.hpp"
 
 namespace tricoil::host {
 

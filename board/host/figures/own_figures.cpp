@@ -5,14 +5,14 @@
 #include <memory>
 #include <numbers>
 
-#include "board/host/errors.hpp"
 #include "board/host/figures/error_csv.hpp"
 #include "board/host/figures/figures.hpp"
-#include "board/host/figures/whole_file.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/sim_input/trajectory_file.hpp"
+#include "board/support/whole_file.hpp"
 #include "core/base/angle_units.hpp"
 #include "sim/motion/recorded_motion.hpp"
 #include "sim/motion/simple_motions.hpp"
-#include "sim/motion/trajectory_file.hpp"
 #include "sim/paper/paper_simulation.hpp"
 #include "sim/paper/tdm_experiment.hpp"
 
@@ -79,7 +79,7 @@ std::vector<NamedMotion> recorded_motions(const fs::path& recordings, const Inte
     std::vector<NamedMotion> motions;
     for (const fs::path& file : files) {
         guard.check();
-        auto motion = std::make_unique<sim::RecordedMotion>(sim::read_trajectory(file.string()), sim::RecordedMotionParams{});
+        auto motion = std::make_unique<sim::RecordedMotion>(read_trajectory(file.string()), sim::RecordedMotionParams{});
         const double duration_s = motion->duration_s();
         motions.push_back({file.stem().string(), std::move(motion), duration_s});
     }

@@ -1,6 +1,6 @@
 #include "board/host/figures/error_csv.hpp"
 #include "board/host/figures/figures.hpp"
-#include "board/host/figures/whole_file.hpp"
+#include "board/support/whole_file.hpp"
 #include "sim/paper/paper_simulation.hpp"
 
 namespace tricoil::host {

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <string>
 
-#include "board/host/run/flag_names.hpp"
+#include "board/pose_text/flag_names.hpp"
 #include "core/base/angle_units.hpp"
 
 namespace tricoil::host {

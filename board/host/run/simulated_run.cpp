@@ -6,17 +6,19 @@
 #include <cmath>
 #include <thread>
 
-#include "board/host/errors.hpp"
-#include "board/host/names.hpp"
-#include "board/host/record/recorder.hpp"
-#include "board/host/record/tap_fan_out.hpp"
 #include "board/host/run/live_view.hpp"
-#include "board/host/run/pose_csv.hpp"
-#include "board/host/tracker_choice.hpp"
-#include "board/process/interrupt.hpp"
+#include "board/pose_text/pose_csv.hpp"
+#include "board/record/recorder.hpp"
+#include "board/record/tap_fan_out.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/interrupt.hpp"
+#include "board/support/nearest_name.hpp"
+#include "board/support/sim_input/fault_text.hpp"
+#include "board/support/sim_input/scenario_file.hpp"
+#include "board/support/sim_input/trajectory_file.hpp"
+#include "board/support/tracker_choice.hpp"
 #include "sim/hal/simulated_hal.hpp"
 #include "sim/motion/recorded_motion.hpp"
-#include "sim/motion/trajectory_file.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -26,18 +28,18 @@ using SteadyClock = std::chrono::steady_clock;
 double seconds_since(SteadyClock::time_point start) { return std::chrono::duration<double>(SteadyClock::now() - start).count(); }
 
 sim::Scenario make_scenario(const RunOptions& options) {
-    sim::Scenario scenario = sim::load_scenario(options.scenario, options.seed);
+    sim::Scenario scenario = load_scenario(options.scenario, options.seed);
     if (!options.trajectory.empty()) {
         sim::RecordedMotionParams params;
         params.place_m = options.place_m;
         params.speed = options.speed;
-        auto motion = std::make_unique<sim::RecordedMotion>(sim::read_trajectory(options.trajectory), params);
+        auto motion = std::make_unique<sim::RecordedMotion>(read_trajectory(options.trajectory), params);
         scenario.name = options.trajectory;
         scenario.duration_s = motion->duration_s();
         scenario.motion = std::move(motion);
     }
     for (const std::string& fault : options.faults) {
-        scenario.faults.push_back(sim::parse_fault(fault));
+        scenario.faults.push_back(host::parse_fault(fault));
     }
     if (options.no_noise) {
         scenario.world.converter.noise_v_per_sqrt_hz = 0;
@@ -209,7 +211,7 @@ RunReport run_simulated(const RunOptions& options, const RunCompany& company) {
                 report.seen_flags |= estimate.flags;
             }
             if (csv) {
-                csv->write(estimate, error);
+                csv->write(estimate, {error.truth.position_m, error.truth.q_source_sensor});
             }
             live.show(estimate, error);
         });

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "board/app/main_loop.hpp"
-#include "board/host/run/output_format.hpp"
 #include "board/host/run/run_score.hpp"
-#include "sim/scenarios/scenario.hpp"
+#include "board/pose_text/output_format.hpp"
+#include "sim/world/scenario.hpp"
 
 namespace tricoil::host {
 

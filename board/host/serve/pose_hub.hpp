@@ -8,8 +8,8 @@
 #include <optional>
 #include <vector>
 
-#include "board/host/serve/served_pose.hpp"
-#include "board/host/serve/wall_clock.hpp"
+#include "board/pose_text/served_pose.hpp"
+#include "board/support/wall_clock.hpp"
 #include "core/tracking/sensor_tracker.hpp"
 #include "hal/tracker_tap.hpp"
 

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "board/host/record/recorder.hpp"
+#include "board/record/recorder.hpp"
 
 namespace tricoil::host {
 

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "board/host/serve/served_pose.hpp"
+#include "board/pose_text/served_pose.hpp"
 
 namespace tricoil::host {
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "board/host/serve/served_pose.hpp"
+#include "board/pose_text/served_pose.hpp"
 #include "core/tracking/sensor_tracker.hpp"
 
 namespace tricoil::host {

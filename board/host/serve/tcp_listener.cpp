@@ -11,7 +11,7 @@
 #include <cstring>
 #include <memory>
 
-#include "board/host/errors.hpp"
+#include "board/support/errors.hpp"
 
 namespace tricoil::host {
 namespace {

@@ -11,7 +11,7 @@
 #include <cstring>
 #include <filesystem>
 
-#include "board/host/errors.hpp"
+#include "board/support/errors.hpp"
 #include "drivers/posix/raw_terminal.hpp"
 
 namespace tricoil::host {

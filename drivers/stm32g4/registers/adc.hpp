@@ -43,7 +43,6 @@ constexpr std::uintptr_t kAdc3Base = 0x5000'0400;
 constexpr std::uintptr_t kAdc4Base = 0x5000'0500;
 constexpr std::uintptr_t kAdc5Base = 0x5000'0600;
 constexpr std::uintptr_t kAdc345CommonBase = 0x5000'0700;
-constexpr std::uint8_t kAdc12Interrupt = 18;
 
 namespace adc {
 constexpr std::uint32_t ISR_ADRDY = 1U << 0U;

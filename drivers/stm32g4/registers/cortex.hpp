@@ -32,14 +32,8 @@ struct SysTickRegisters {
     volatile std::uint32_t CALIB;
 };
 
-struct DwtRegisters {
-    volatile std::uint32_t CTRL;
-    volatile std::uint32_t CYCCNT;
-};
-
 constexpr std::uintptr_t kScbBase = 0xE000'ED00;
 constexpr std::uintptr_t kSysTickBase = 0xE000'E010;
-constexpr std::uintptr_t kDwtBase = 0xE000'1000;
 constexpr std::uintptr_t kDemcr = 0xE000'EDFC;  // bit 24 switches the cycle counter's part on
 
 namespace scb {

@@ -21,7 +21,6 @@ static_assert(offsetof(FlashRegisters, SR) == 0x10);
 static_assert(offsetof(FlashRegisters, OPTR) == 0x20);
 
 constexpr std::uintptr_t kFlashBase = 0x4002'2000;  // of the registers
-constexpr std::uintptr_t kFlashMemory = 0x0800'0000;
 constexpr std::uintptr_t kFlashBank2 = 0x0804'0000;
 constexpr std::size_t kFlashPageBytes = 2048;
 

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <random>
 
-#include "sim/scenarios/scenario.hpp"
 #include "sim/virtual_board/coils/driven_coil.hpp"
 #include "sim/virtual_board/machine/time.hpp"
+#include "sim/world/scenario.hpp"
 
 namespace tricoil::virtual_board {
 

@@ -162,7 +162,6 @@ void Cpu::reset() {
     asleep_ = false;
     in_bootloader_ = false;
     stop_requested_ = false;
-    lowest_stack_ = ~0U;
 }
 
 void Cpu::jump(std::uint32_t address, bool masked) {
@@ -282,7 +281,6 @@ void Cpu::stack_frame() {
     set(UC_ARM_REG_SP, frame);
     const std::uint32_t exc_return =
         kExcReturn | (running_ == 0 ? kToThread : 0) | (process_stack ? kToProcessStack : 0) | (with_float ? 0 : kWithoutFloat);
-    lowest_stack_ = std::min(lowest_stack_, frame);
     spend(kEntryCycles);
     events_.advance(events_.now());  // what arrives by then is entered at once if it is more urgent: late arrival
     enter(false, exc_return);

@@ -49,12 +49,9 @@ public:
     [[nodiscard]] const std::uint64_t& cycles() const { return cycles_; }
     /// Those in which instructions ran or exceptions were entered and left.
     [[nodiscard]] std::uint64_t busy_cycles() const { return busy_cycles_; }
-    [[nodiscard]] bool is_asleep() const { return asleep_; }
     /// Code runs in the system memory.
     [[nodiscard]] bool in_bootloader() const { return in_bootloader_; }
     [[nodiscard]] std::uint32_t pc() const;
-    /// Lowest stack pointer seen when an exception was entered, since reset.
-    [[nodiscard]] std::uint32_t lowest_stack() const { return lowest_stack_; }
 
 private:
     struct Hooks;  // what Unicorn calls
@@ -105,7 +102,6 @@ private:
     std::optional<std::uint32_t> exception_return_;
     std::optional<std::string> failure_;
     std::uint32_t block_ = 0;  // its address
-    std::uint32_t lowest_stack_ = ~0U;
     std::vector<BlockFacts> flash_facts_;  // by half-word
     BlockFacts other_facts_;
 };

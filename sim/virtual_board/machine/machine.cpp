@@ -3,8 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-
-#include "sim/io/input_error.hpp"
+#include <stdexcept>
 
 namespace tricoil::virtual_board {
 
@@ -22,8 +21,9 @@ Machine::Machine()
 
 void Machine::load(std::span<const std::uint8_t> image) {
     if (image.size() < 4 * kFirstInterrupt || image.size() > memory.flash.size()) {
-        throw sim::InputError(fmt::format("image of {} bytes: must be a raw .bin of {} to {} bytes, as it is flashed to {:#010x}",
-                                          image.size(), 4 * kFirstInterrupt, memory.flash.size(), Memory::kFlashBase));
+        throw std::invalid_argument(
+            fmt::format("image of {} bytes: must be a raw .bin of {} to {} bytes, as it is flashed to {:#010x}", image.size(),
+                        4 * kFirstInterrupt, memory.flash.size(), Memory::kFlashBase));
     }
     std::fill(memory.flash.begin(), memory.flash.end(), 0xFF);
     std::copy(image.begin(), image.end(), memory.flash.begin());
@@ -32,7 +32,7 @@ void Machine::load(std::span<const std::uint8_t> image) {
     const bool stack_in_ram = stack > Memory::kRamBase && stack <= Memory::kRamBase + Memory::kRamBytes;
     const bool start_in_image = (start & 1U) != 0 && start - Memory::kFlashBase < image.size();
     if (!stack_in_ram || !start_in_image) {
-        throw sim::InputError(
+        throw std::invalid_argument(
             fmt::format("image does not begin with a vector table for flash at {:#010x} (stack {:#010x}, reset "
                         "{:#010x}); give the .bin of nucleo-g474re",
                         Memory::kFlashBase, stack, start));

@@ -13,7 +13,8 @@ class Machine {
 public:
     Machine();
 
-    /// The image, byte for byte, from the start of flash. Throws sim::InputError: empty, longer than bank 1, no vector table.
+    /// The image, byte for byte, from the start of flash. Throws std::invalid_argument: empty, longer than bank 1, no vector
+    /// table.
     void load(std::span<const std::uint8_t> image);
 
     /// Processor and every peripheral as after power-on or a system reset; RAM keeps what it holds.

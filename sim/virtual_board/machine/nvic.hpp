@@ -14,7 +14,6 @@ constexpr int kInterrupts = 102;     // of the STM32G4
 constexpr int kExceptions = kFirstInterrupt + kInterrupts;
 
 constexpr int kNmi = 2;
-constexpr int kHardFault = 3;
 constexpr int kSvCall = 11;
 constexpr int kPendSv = 14;
 constexpr int kSysTick = 15;
@@ -43,7 +42,6 @@ public:
     void pend(int exception);
     void unpend(int exception);
 
-    [[nodiscard]] bool any_pending() const { return pending_count_ > 0; }
     /// Something is more urgent than what runs, whatever the masks say: worth asking to_take().
     [[nodiscard]] bool may_take() const { return pending_count_ > 0 && most_urgent() != 0; }
     /// The exception that would be entered now; 0: none.
@@ -53,7 +51,6 @@ public:
 
     void enter(int exception);
     void leave(int exception);
-    [[nodiscard]] bool is_active(int exception) const { return state(exception).active; }
     [[nodiscard]] bool is_pending(int exception) const { return state(exception).pending; }
     [[nodiscard]] int active_count() const { return active_count_; }
     /// Lowest number of those pending and enabled, whatever their priority; for ICSR.

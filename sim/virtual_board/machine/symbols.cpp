@@ -7,11 +7,9 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
 #include <memory>
-#include <vector>
-
-#include "sim/io/input_error.hpp"
+#include <span>
+#include <stdexcept>
 
 namespace tricoil::virtual_board {
 namespace {
@@ -24,54 +22,48 @@ std::string demangled(const std::string& name) {
 
 /// A structure of the file at an offset.
 template <typename T>
-T take(const std::vector<char>& file, std::size_t at) {
+T take(std::span<const char> file, std::size_t at) {
     if (at + sizeof(T) > file.size()) {
-        throw sim::InputError("is cut off");
+        throw std::invalid_argument("is cut off");
     }
     T value;
     std::memcpy(&value, file.data() + at, sizeof value);
     return value;
 }
 
-std::string text_at(const std::vector<char>& file, std::size_t at) {
+std::string text_at(std::span<const char> file, std::size_t at) {
     const auto end = at < file.size() ? std::find(file.begin() + static_cast<std::ptrdiff_t>(at), file.end(), '\0') : file.end();
     return at < file.size() ? std::string(file.begin() + static_cast<std::ptrdiff_t>(at), end) : std::string();
 }
 
 }  // namespace
 
-Symbols::Symbols(const std::string& elf_path) {
-    std::ifstream stream(elf_path, std::ios::binary);
-    const std::vector<char> file{std::istreambuf_iterator<char>(stream), {}};
-    try {
-        const auto head = take<Elf32_Ehdr>(file, 0);
-        if (std::memcmp(head.e_ident, ELFMAG, SELFMAG) != 0 || head.e_ident[EI_CLASS] != ELFCLASS32 || head.e_machine != EM_ARM) {
-            throw sim::InputError("is not an ELF file of a 32-bit Arm");
+Symbols::Symbols(std::span<const char> file) {
+    const auto head = take<Elf32_Ehdr>(file, 0);
+    if (std::memcmp(head.e_ident, ELFMAG, SELFMAG) != 0 || head.e_ident[EI_CLASS] != ELFCLASS32 || head.e_machine != EM_ARM) {
+        throw std::invalid_argument("is not an ELF file of a 32-bit Arm");
+    }
+    for (unsigned n = 0; n < head.e_shnum; ++n) {
+        const auto section = take<Elf32_Shdr>(file, head.e_shoff + std::size_t{n} * head.e_shentsize);
+        if (section.sh_type != SHT_SYMTAB) {
+            continue;
         }
-        for (unsigned n = 0; n < head.e_shnum; ++n) {
-            const auto section = take<Elf32_Shdr>(file, head.e_shoff + std::size_t{n} * head.e_shentsize);
-            if (section.sh_type != SHT_SYMTAB) {
+        const auto names = take<Elf32_Shdr>(file, head.e_shoff + std::size_t{section.sh_link} * head.e_shentsize);
+        for (std::size_t at = 0; at < section.sh_size; at += sizeof(Elf32_Sym)) {
+            const auto symbol = take<Elf32_Sym>(file, section.sh_offset + at);
+            const std::string name = text_at(file, names.sh_offset + symbol.st_name);
+            const unsigned type = ELF32_ST_TYPE(symbol.st_info);
+            if (name.empty() || name.front() == '$' || type == STT_SECTION || type == STT_FILE) {
                 continue;
             }
-            const auto names = take<Elf32_Shdr>(file, head.e_shoff + std::size_t{section.sh_link} * head.e_shentsize);
-            for (std::size_t at = 0; at < section.sh_size; at += sizeof(Elf32_Sym)) {
-                const auto symbol = take<Elf32_Sym>(file, section.sh_offset + at);
-                const std::string name = text_at(file, names.sh_offset + symbol.st_name);
-                const unsigned type = ELF32_ST_TYPE(symbol.st_info);
-                if (name.empty() || name.front() == '$' || type == STT_SECTION || type == STT_FILE) {
-                    continue;
-                }
-                by_name_[name] = symbol.st_value;
-                if (type == STT_FUNC) {
-                    by_address_[symbol.st_value & ~1U] = demangled(name);
-                }
+            by_name_[name] = symbol.st_value;
+            if (type == STT_FUNC) {
+                by_address_[symbol.st_value & ~1U] = demangled(name);
             }
         }
-    } catch (const sim::InputError& error) {
-        throw sim::InputError(fmt::format("{}: {}; give the .elf the image was made from", elf_path, error.what()));
     }
     if (by_name_.empty()) {
-        throw sim::InputError(elf_path + ": has no symbols; give the .elf the image was made from, not stripped");
+        throw std::invalid_argument("has no symbols");
     }
 }
 

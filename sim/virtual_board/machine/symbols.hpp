@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 
 namespace tricoil::virtual_board {
@@ -11,8 +12,8 @@ namespace tricoil::virtual_board {
 class Symbols {
 public:
     Symbols() = default;
-    /// Throws sim::InputError: not there, not an ELF file of 32 bits with symbols.
-    explicit Symbols(const std::string& elf_path);
+    /// Throws std::invalid_argument: not an ELF file of a 32-bit Arm with symbols.
+    explicit Symbols(std::span<const char> elf_file);
 
     /// "tricoil::app::start()+0x12"; "" if unknown.
     [[nodiscard]] std::string name_of(std::uint32_t address) const;

@@ -62,7 +62,6 @@ std::function<bool()> Rcc::clock(std::uint32_t enable_register, unsigned bit) co
 }
 
 bool Rcc::has_48_mhz() const { return is_set(registers_[kCrrcr], 1) && field(registers_[kCcipr], 26, 2) == 0; }
-bool Rcc::has_slow_oscillator() const { return true; }  // the watchdog forces it on
 
 double Rcc::pll_input_hz() const {
     switch (field(registers_[kPllCfgr], 0, 2)) {

@@ -24,7 +24,6 @@ public:
     /// Of the processor, memories and, as nothing here divides it further, the peripherals. Hz.
     [[nodiscard]] double core_hz() const;
     [[nodiscard]] bool has_48_mhz() const;
-    [[nodiscard]] bool has_slow_oscillator() const;
     [[nodiscard]] std::uint32_t kernel_clocks() const { return registers_[kCcipr]; }
 
     /// Throws RunFailure if flash wait states or core voltage do not allow this frequency; set by the board.

@@ -1,10 +1,10 @@
 // A program outside the tree: nine couplings in, a pose and its uncertainty out.
 #include <cstdio>
 
-#include "core/field/concentric_dipole.hpp"
-#include "core/geometry/angles.hpp"
-#include "core/solver/direct.hpp"
-#include "core/solver/pose_covariance.hpp"
+#include <tricoil/core/field/concentric_dipole.hpp>
+#include <tricoil/core/geometry/angles.hpp>
+#include <tricoil/core/solver/direct.hpp>
+#include <tricoil/core/solver/pose_covariance.hpp>
 
 int main() {
     using namespace tricoil;

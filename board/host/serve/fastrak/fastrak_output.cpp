@@ -4,11 +4,11 @@
 
 #include <charconv>
 
-#include "board/host/errors.hpp"
 #include "board/host/serve/fastrak/session.hpp"
 #include "board/host/serve/tcp_service.hpp"
 #include "board/host/serve/terminal_line.hpp"
 #include "board/host/serve/terminal_service.hpp"
+#include "board/support/errors.hpp"
 
 namespace tricoil::host::fastrak {
 namespace {

@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "board/host/serve/served_pose.hpp"
+#include "board/pose_text/served_pose.hpp"
 #include "core/geometry/angles.hpp"
 #include "core/tracking/output_frame.hpp"
 

@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <vector>
 
-#include "board/host/serve/openigtlink/igtl_messages.hpp"
+#include "board/pose_text/openigtlink/igtl_messages.hpp"
 
 namespace tricoil::host::igtl_output {
 namespace {

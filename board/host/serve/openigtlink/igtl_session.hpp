@@ -7,8 +7,8 @@
 #include <span>
 #include <string>
 
-#include "board/host/serve/served_pose.hpp"
 #include "board/host/serve/stream.hpp"
+#include "board/pose_text/served_pose.hpp"
 #include "core/tracking/sensor_tracker.hpp"
 
 namespace tricoil::host::igtl_output {

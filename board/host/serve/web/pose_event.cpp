@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "board/host/run/flag_names.hpp"
+#include "board/pose_text/flag_names.hpp"
 #include "core/tracking/sensor_tracker.hpp"
 
 namespace tricoil::host::web {

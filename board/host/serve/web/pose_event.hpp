@@ -4,7 +4,7 @@
 #include <span>
 #include <string>
 
-#include "board/host/serve/served_pose.hpp"
+#include "board/pose_text/served_pose.hpp"
 
 namespace tricoil::host::web {
 

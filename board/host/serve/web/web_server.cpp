@@ -7,12 +7,12 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "board/host/errors.hpp"
 #include "board/host/serve/silence_watch.hpp"
 #include "board/host/serve/web/guarded_http_server.hpp"
 #include "board/host/serve/web/own_name.hpp"
 #include "board/host/serve/web/page_text.hpp"
 #include "board/host/serve/web/pose_event.hpp"
+#include "board/support/errors.hpp"
 
 namespace tricoil::host::web {
 namespace {

@@ -1,0 +1,37 @@
+#include "board/pose_text/flag_names.hpp"
+
+#include <array>
+
+namespace tricoil::host {
+namespace {
+
+// In the order of PoseFlag.
+constexpr std::array<const char*, 12> kFlags{"saturated",        "low_signal",  "no_sensor",     "distorted",
+                                             "wrong_handedness", "stale",       "not_converged", "hemisphere_unknown",
+                                             "no_reference",     "unconfirmed", "inconsistent",  "coasting"};
+
+}  // namespace
+
+std::string to_text(tracking::PoseFlags flags) {
+    std::string text;
+    for (std::size_t bit = 0; bit < kFlags.size(); ++bit) {
+        if (flags.has(static_cast<tracking::PoseFlag>(bit))) {
+            text += (text.empty() ? "" : ", ") + std::string(kFlags[bit]);
+        }
+    }
+    return text;
+}
+
+const char* to_text(tracking::TrackerState state) {
+    switch (state) {
+        case tracking::TrackerState::searching:
+            return "searching";
+        case tracking::TrackerState::tracking:
+            return "tracking";
+        case tracking::TrackerState::lost:
+            break;
+    }
+    return "lost";
+}
+
+}  // namespace tricoil::host

@@ -1,0 +1,92 @@
+#include "board/pose_text/openigtlink/igtl_messages.hpp"
+
+#include <igtlStatusMessage.h>
+#include <igtlTimeStamp.h>
+#include <igtlTrackingDataMessage.h>
+#include <igtlTransformMessage.h>
+
+#include <algorithm>
+
+#include "board/pose_text/flag_names.hpp"
+#include "board/support/wall_clock.hpp"
+
+namespace tricoil::host::igtl_output {
+namespace {
+
+constexpr double kMillimetres = 1e3;
+
+std::string packed(igtl::MessageBase& message, const std::string& name, std::int64_t utc_us) {
+    const igtl::TimeStamp::Pointer stamp = igtl::TimeStamp::New();
+    stamp->SetTimeInNanoseconds(static_cast<igtlUint64>(std::max<std::int64_t>(utc_us, 0)) * 1000);
+    igtl::TimeStamp::Pointer taken = stamp;
+    message.SetDeviceName(name.c_str());
+    message.SetTimeStamp(taken);
+    message.Pack();
+    return {static_cast<const char*>(message.GetPackPointer()), static_cast<std::size_t>(message.GetPackSize())};
+}
+
+void fill(igtl::Matrix4x4& matrix, const tracking::PoseEstimate<double>& pose) {
+    const Mat3<double> r = pose.q_source_sensor.toRotationMatrix();
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) {
+            matrix[i][j] = static_cast<float>(r(i, j));
+        }
+        matrix[i][3] = static_cast<float>(kMillimetres * pose.position_m[i]);
+        matrix[3][i] = 0;
+    }
+    matrix[3][3] = 1;
+}
+
+}  // namespace
+
+std::string device_name(std::uint8_t sensor) { return "tricoil_" + std::to_string(sensor + 1); }
+
+std::string transform_message(const ServedPose& served) {
+    igtl::Matrix4x4 matrix;
+    fill(matrix, served.pose);
+    const igtl::TransformMessage::Pointer message = igtl::TransformMessage::New();
+    message->SetMatrix(matrix);
+    return packed(*message, device_name(served.pose.sensor), served.utc_us);
+}
+
+std::string tracking_data_message(std::span<const ServedPose> poses, const std::string& coordinate_name) {
+    const igtl::TrackingDataMessage::Pointer message = igtl::TrackingDataMessage::New();
+    std::int64_t newest_us = 0;
+    for (const ServedPose& served : poses) {
+        igtl::Matrix4x4 matrix;
+        fill(matrix, served.pose);
+        igtl::TrackingDataElement::Pointer element = igtl::TrackingDataElement::New();
+        element->SetName(device_name(served.pose.sensor).c_str());
+        element->SetType(igtl::TrackingDataElement::TYPE_6D);
+        element->SetMatrix(matrix);
+        message->AddTrackingDataElement(element);
+        newest_us = std::max(newest_us, served.utc_us);
+    }
+    return packed(*message, coordinate_name, newest_us);
+}
+
+std::string status_message(const ServedPose& served) {
+    const igtl::StatusMessage::Pointer message = igtl::StatusMessage::New();
+    const bool valid = served.pose.valid();
+    const std::string flags = to_text(served.pose.flags);
+    message->SetCode(valid ? igtl::StatusMessage::STATUS_OK : igtl::StatusMessage::STATUS_NOT_READY);
+    message->SetErrorName(valid ? "" : flags.substr(0, 19).c_str());
+    message->SetStatusString(valid ? "tracking" : ("no valid pose: " + flags).c_str());
+    return packed(*message, device_name(served.pose.sensor), served.utc_us);
+}
+
+std::string waiting_message() {
+    const igtl::StatusMessage::Pointer message = igtl::StatusMessage::New();
+    message->SetCode(igtl::StatusMessage::STATUS_NOT_READY);
+    message->SetErrorName("no pose yet");
+    message->SetStatusString("the tracker has not delivered a pose yet");
+    return packed(*message, "tricoil", WallClock::now_us());
+}
+
+std::string tracking_stopped_message() {
+    const igtl::RTSTrackingDataMessage::Pointer message = igtl::RTSTrackingDataMessage::New();
+    message->SetStatus(0);
+    return packed(*message, "tricoil", WallClock::now_us());
+}
+
+}  // namespace tricoil::host::igtl_output

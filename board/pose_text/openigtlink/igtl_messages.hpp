@@ -1,0 +1,29 @@
+// Poses as OpenIGTLink messages: lengths in millimetres, the matrix takes sensor components to source components, time stamps are
+// the midpoint of sampling in UTC.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "board/pose_text/served_pose.hpp"
+
+namespace tricoil::host::igtl_output {
+
+/// "tricoil_1" for sensor 0; at most 20 characters, as the header allows.
+std::string device_name(std::uint8_t sensor);
+
+/// TRANSFORM of one sensor.
+std::string transform_message(const ServedPose& served);
+
+/// TDATA of several sensors, with the time stamp of the newest.
+std::string tracking_data_message(std::span<const ServedPose> poses, const std::string& coordinate_name);
+
+/// STATUS of one sensor: OK (1) or, while its pose must not be used, NOT READY (13) with the flags as the error's name.
+std::string status_message(const ServedPose& served);
+/// STATUS of the whole, before there is a pose.
+std::string waiting_message();
+
+/// Answer to a stop.
+std::string tracking_stopped_message();
+
+}  // namespace tricoil::host::igtl_output

@@ -1,0 +1,58 @@
+#include "board/pose_text/output_format.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+
+#include "board/support/errors.hpp"
+#include "board/support/nearest_name.hpp"
+
+namespace tricoil::host {
+namespace {
+
+Vec3<double> point(const std::vector<double>& numbers, std::size_t first, const char* option) {
+    const Vec3<double> p(numbers[first], numbers[first + 1], numbers[first + 2]);
+    if (!p.allFinite()) {
+        throw InputError(fmt::format("{}: must be finite numbers", option));
+    }
+    return p;
+}
+
+geometry::AxisOrder axis_order(const std::string& name) {
+    const std::size_t n = index_of_name("--euler", name, {"zyx", "xyz", "yzx", "zxy", "yxz", "xzy"});
+    constexpr std::array<geometry::AxisOrder, 6> kOrders{{{2, 1, 0}, {0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {1, 0, 2}, {0, 2, 1}}};
+    return kOrders[n];
+}
+
+}  // namespace
+
+OutputFormat make_output_format(const OutputOptions& options) {
+    constexpr std::array kUnitsPerMetre{1.0, 1e3, 1e2, 1 / 0.0254};
+    OutputFormat format;
+    format.unit = options.unit;
+    format.units_per_m = kUnitsPerMetre[index_of_name("--units", options.unit, {"m", "mm", "cm", "in"})];
+    format.boresight_first = options.boresight;
+    if (!options.tip_m.empty()) {
+        constexpr double kLongest_m = 100;
+        format.frame.tip_m = point(options.tip_m, 0, "--tip");
+        if (!(format.frame.tip_m.cwiseAbs().maxCoeff() <= kLongest_m)) {
+            throw InputError("--tip: must lie within 100 m of the sensor");
+        }
+    }
+    if (!options.align_points.empty()) {
+        const Status status =
+            tracking::align(format.frame, point(options.align_points, 0, "--align"), point(options.align_points, 3, "--align"),
+                            point(options.align_points, 6, "--align"));
+        if (!status.ok()) {
+            throw InputError(fmt::format("--align: {}", status.message()));
+        }
+    }
+    if (!options.euler.empty()) {
+        format.euler = axis_order(options.euler);
+        format.euler_name = options.euler;
+    }
+    return format;
+}
+
+}  // namespace tricoil::host

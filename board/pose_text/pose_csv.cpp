@@ -1,0 +1,101 @@
+#include "board/pose_text/pose_csv.hpp"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <numbers>
+#include <utility>
+
+#include "board/support/errors.hpp"
+#include "board/support/whole_file.hpp"
+
+namespace tricoil::host {
+namespace {
+
+std::string header(const OutputFormat& format) {
+    const std::string& u = format.unit;
+    std::string angles;
+    if (format.euler) {
+        angles = fmt::format(",euler_{0}_1_deg,euler_{0}_2_deg,euler_{0}_3_deg", format.euler_name);
+    }
+    return fmt::format(
+        "sequence,time_us,x_{0},y_{0},z_{0},qw,qx,qy,qz,std_x_{0},std_y_{0},std_z_{0},std_rx_rad,std_ry_rad,std_rz_rad,"
+        "valid,flags,state,distortion_chi_square,snr_db,predicted_error_mm,predicted_error_deg,"
+        "true_x_{0},true_y_{0},true_z_{0},true_qw,true_qx,true_qy,true_qz,error_position_m,error_orientation_rad{1}\n",
+        u, angles);
+}
+
+std::string fields(const Vec3<double>& v) { return fmt::format("{:.7f},{:.7f},{:.7f}", v.x(), v.y(), v.z()); }
+
+std::string fields(const Quat<double>& q) { return fmt::format("{:.8f},{:.8f},{:.8f},{:.8f}", q.w(), q.x(), q.y(), q.z()); }
+
+tracking::PoseEstimate<double> pose_of(const TruePose& truth) {
+    tracking::PoseEstimate<double> e;
+    e.position_m = truth.position_m;
+    e.q_source_sensor = truth.q_source_sensor;
+    return e;
+}
+
+}  // namespace
+
+PoseCsv::PoseCsv(const std::string& path, OutputFormat format) : path_(path), format_(std::move(format)) {
+    refuse_write_protected(path);
+    file_ = std::fopen(path.c_str(), "w");  // through links, and to pipes and devices as they are
+    if (file_ == nullptr) {
+        throw InputError(fmt::format("{}: cannot be written ({}); choose another --out", path, std::strerror(errno)));
+    }
+    failed_ = std::fputs(header(format_).c_str(), file_) < 0;
+}
+
+PoseCsv::~PoseCsv() {
+    if (file_ != nullptr) {
+        std::fclose(file_);
+    }
+}
+
+void PoseCsv::write(const tracking::PoseEstimate<double>& estimate, const TruePose& true_pose) {
+    if (format_.boresight_first && estimate.valid()) {
+        tracking::boresight(format_.frame, estimate.q_source_sensor);
+        format_.boresight_first = false;
+    }
+    const auto e = tracking::in_frame(estimate, format_.frame);
+    const auto truth = tracking::in_frame(pose_of(true_pose), format_.frame);
+    const double scale = format_.units_per_m;
+    std::string line =
+        fmt::format("{},{},{},{},", e.sequence, to_us(e.time), fields(scale * e.position_m), fields(e.q_source_sensor));
+    Vec6<double> deviation = e.covariance.diagonal().cwiseSqrt();
+    deviation.head<3>() *= scale;
+    for (const double value : deviation) {
+        line += fmt::format("{:.4e},", value);
+    }
+    line += fmt::format("{:d},{},{},{:.3f},{:.2f},", e.valid(), e.flags.bits(), static_cast<int>(e.state),
+                        e.distortion_chi_square, e.snr_db);
+    line += e.predicted_error
+                ? fmt::format("{:.4f},{:.5f},", e.predicted_error->total.position_mm, e.predicted_error->total.orientation_deg)
+                : std::string(",,");  // not known yet
+    // Of what is reported: with a tip, the tip's.
+    const double error_m = (e.position_m - truth.position_m).norm();
+    line += fmt::format("{},{},{:.4e},{:.4e}", fields(scale * truth.position_m), fields(truth.q_source_sensor), error_m,
+                        geometry::angle_between(estimate.q_source_sensor, true_pose.q_source_sensor));
+    if (format_.euler) {
+        const Vec3<double> angles = geometry::euler_angles<double>(e.q_source_sensor, *format_.euler) * (180 / std::numbers::pi);
+        line += fmt::format(",{:.5f},{:.5f},{:.5f}", angles(0), angles(1), angles(2));
+    }
+    line += '\n';
+    failed_ = failed_ || std::fwrite(line.data(), 1, line.size(), file_) != line.size();
+}
+
+void PoseCsv::close() {
+    if (file_ == nullptr) {
+        return;
+    }
+    failed_ = std::fclose(file_) != 0 || failed_;
+    file_ = nullptr;
+    if (failed_) {
+        throw DeviceError(path_ + ": could not be written completely; is the disk full?");
+    }
+}
+
+}  // namespace tricoil::host

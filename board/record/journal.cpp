@@ -1,0 +1,155 @@
+#include "board/record/journal.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+
+#include "board/support/errors.hpp"
+#include "core/base/crc32.hpp"
+
+namespace tricoil::host {
+namespace {
+
+/// Bytes written, at most all; errno says why not.
+std::size_t write_all(int descriptor, std::string_view text) {
+    std::size_t done = 0;
+    while (done < text.size()) {
+        const ssize_t n = ::write(descriptor, text.data() + done, text.size() - done);
+        if (n < 0 && errno == EINTR) {
+            continue;
+        }
+        if (n <= 0) {
+            break;
+        }
+        done += static_cast<std::size_t>(n);
+    }
+    return done;
+}
+
+}  // namespace
+
+Journal::Journal(const std::vector<std::string>& paths, Patience patience) : files_(paths.size()), patience_(patience) {
+    std::signal(SIGXFSZ, SIG_IGN);  // a limit on the size of files is told by write(), as a full disk is
+    for (std::size_t n = 0; n < paths.size(); ++n) {
+        files_[n].descriptor = ::open(paths[n].c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+        if (files_[n].descriptor < 0) {
+            const std::string why = std::strerror(errno);
+            for (const File& file : files_) {
+                if (file.descriptor >= 0) {
+                    ::close(file.descriptor);
+                }
+            }
+            throw InputError(paths[n] + ": cannot be made (" + why + "); choose another folder");
+        }
+    }
+    thread_ = std::thread([this] { run(); });
+}
+
+Journal::~Journal() { close(); }
+
+void Journal::append(std::size_t n, std::string_view line) {
+    if (failed_) {
+        return;
+    }
+    std::unique_lock lock(mutex_);
+    std::string& pending = files_[n].pending;
+    pending += line;
+    pending += '\n';
+    if (pending.size() < kMostPending) {
+        return;
+    }
+    if (patience_ == Patience::never_wait) {
+        lock.unlock();
+        fail("the disk is too slow");
+        return;
+    }
+    wake_.notify_one();
+    drained_.wait(lock, [&] { return pending.empty() || failed_; });
+}
+
+void Journal::run() {
+    auto synced = std::chrono::steady_clock::now();
+    for (bool last = false; !last;) {
+        {
+            std::unique_lock lock(mutex_);
+            wake_.wait_for(lock, kInterval, [this] {
+                return ending_ || std::any_of(files_.begin(), files_.end(),
+                                              [](const File& file) { return file.pending.size() >= kMostPending; });
+            });
+            last = ending_;
+            for (File& file : files_) {
+                std::swap(file.pending, file.writing);
+            }
+        }
+        drained_.notify_all();
+        const bool failed_before = failed_;  // a file that fails now must not keep the others from what they have
+        for (File& file : files_) {
+            if (!failed_before) {
+                write(file);
+            }
+            file.writing.clear();
+        }
+        if (const auto now = std::chrono::steady_clock::now(); now - synced >= kSyncInterval || last) {
+            synced = now;
+            for (const File& file : files_) {
+                (void)::fdatasync(file.descriptor);
+            }
+        }
+    }
+}
+
+void Journal::write(File& file) {
+    const std::size_t done = write_all(file.descriptor, file.writing);
+    const std::string why = done < file.writing.size() ? std::strerror(errno) : "";
+    const std::size_t end = std::string_view(file.writing).substr(0, done).rfind('\n');
+    const std::string_view whole(file.writing.data(), end == std::string::npos ? 0 : end + 1);
+    file.written.lines += static_cast<std::uint64_t>(std::count(whole.begin(), whole.end(), '\n'));
+    file.written.bytes += whole.size();
+    file.written.crc32 = crc32_continued(
+        file.written.crc32, {reinterpret_cast<const std::uint8_t*>(whole.data()), whole.size()});  // NOLINT: bytes as such
+    if (done < file.writing.size()) {
+        (void)!::ftruncate(file.descriptor, static_cast<off_t>(file.written.bytes));
+        fail(why);
+    }
+}
+
+void Journal::fail(const std::string& why) {
+    const std::lock_guard lock(mutex_);
+    if (!failed_) {
+        why_ = why;
+        failed_ = true;
+    }
+    drained_.notify_all();
+}
+
+std::string Journal::why() const {
+    const std::lock_guard lock(mutex_);
+    return why_;
+}
+
+std::vector<Journal::Extent> Journal::close() {
+    std::vector<Extent> extents;
+    if (thread_.joinable()) {
+        {
+            const std::lock_guard lock(mutex_);
+            ending_ = true;
+        }
+        wake_.notify_one();
+        thread_.join();
+        for (File& file : files_) {
+            if (::close(file.descriptor) != 0) {
+                fail(std::strerror(errno));
+            }
+        }
+    }
+    for (const File& file : files_) {
+        extents.push_back(file.written);
+    }
+    return extents;
+}
+
+}  // namespace tricoil::host

@@ -1,0 +1,194 @@
+#include "board/record/record_lines.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "board/support/errors.hpp"
+#include "board/support/text_table.hpp"
+
+namespace tricoil::host {
+namespace {
+
+constexpr std::size_t kInputFields = 16;
+constexpr std::size_t kPoseFields = 47;
+
+/// Takes the fields of one line in turn.
+class Fields {
+public:
+    Fields(std::string_view line, std::size_t count, const std::string& where) : where_(where), fields_(split(line, ',')) {
+        if (fields_.size() != count) {
+            throw InputError(fmt::format("{}: has {} fields instead of {}", where, fields_.size(), count));
+        }
+    }
+
+    std::string_view text() { return fields_[at_++]; }
+
+    template <typename T>
+    T number() {
+        const std::string_view field = text();
+        T value{};
+        const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
+        if (error != std::errc{} || end != field.data() + field.size()) {
+            throw InputError(fmt::format("{}: field {}, '{}', is not a number of its kind", where_, at_, field));
+        }
+        return value;
+    }
+
+    template <typename T>
+    T number_below(T limit) {
+        const T value = number<T>();
+        if (value >= limit) {
+            throw InputError(fmt::format("{}: field {} must be less than {}", where_, at_, limit));
+        }
+        return value;
+    }
+
+    template <typename FlagEnum>
+    FlagSet<FlagEnum> flags(FlagEnum last) {
+        const auto bits = number_below<std::uint32_t>(2U << static_cast<std::uint32_t>(last));
+        FlagSet<FlagEnum> set;
+        for (std::uint32_t bit = 0; bit <= static_cast<std::uint32_t>(last); ++bit) {
+            set.set_if((bits >> bit & 1U) != 0, static_cast<FlagEnum>(bit));
+        }
+        return set;
+    }
+
+    Vec3<double> vector() {
+        Vec3<double> v;
+        for (double& x : v) {
+            x = number<double>();
+        }
+        return v;
+    }
+
+    void skip(std::size_t count) { at_ += count; }
+
+private:
+    const std::string& where_;
+    std::vector<std::string_view> fields_;
+    std::size_t at_ = 0;
+};
+
+std::string text_of(const Vec3<double>& v) { return fmt::format("{},{},{}", v.x(), v.y(), v.z()); }
+
+}  // namespace
+
+std::string line_of(const TrackerInput& input) {
+    const char* kind = kInputKinds[static_cast<std::size_t>(input.kind)];
+    switch (input.kind) {
+        case InputKind::column: {
+            const Column<double>& c = input.column;
+            return fmt::format("{},{},{},{},{},{},{},{},{},{}", kind, c.sensor, to_us(c.midpoint), static_cast<int>(c.state),
+                               c.state_sequence, c.sequence, c.flags.bits(), text_of(c.in_phase), text_of(c.quadrature),
+                               text_of(c.sigma));
+        }
+        case InputKind::tick:
+            return fmt::format("{},{},{},,,,,,,,,,,,,", kind, input.sensor, to_us(input.now));
+        case InputKind::hemisphere:
+            return fmt::format("{},{},,,,,,{},,,,,,", kind, input.sensor, text_of(input.hemisphere));
+        case InputKind::begin:
+            break;
+    }
+    return fmt::format("{},,,,,,,,,,,,,,,", kind);
+}
+
+std::string line_of(const tracking::PoseEstimate<double>& e) {
+    fmt::memory_buffer line;
+    const Quat<double>& q = e.q_source_sensor;
+    fmt::format_to(std::back_inserter(line), "{},{},{},{:d},{},{},{},{},{},{},{}", e.sensor, e.sequence, to_us(e.time), e.valid(),
+                   e.flags.bits(), static_cast<int>(e.state), text_of(e.position_m), q.w(), q.x(), q.y(), q.z());
+    for (int i = 0; i < 6; ++i) {
+        for (int j = i; j < 6; ++j) {
+            fmt::format_to(std::back_inserter(line), ",{}", e.covariance(i, j));
+        }
+    }
+    fmt::format_to(std::back_inserter(line), ",{},{}", e.distortion_chi_square, e.snr_db);
+    if (e.predicted_error) {
+        fmt::format_to(std::back_inserter(line), ",{},{}", e.predicted_error->total.position_mm,
+                       e.predicted_error->total.orientation_deg);
+    } else {
+        fmt::format_to(std::back_inserter(line), ",,");
+    }
+    for (const double x : e.signal_matrix.reshaped()) {
+        fmt::format_to(std::back_inserter(line), ",{}", x);
+    }
+    return fmt::to_string(line);
+}
+
+TrackerInput parse_input(std::string_view line, const std::string& where) {
+    Fields fields(line, kInputFields, where);
+    TrackerInput input;
+    const std::string_view kind = fields.text();
+    std::size_t n = 0;
+    while (n < kInputKinds.size() && kind != kInputKinds[n]) {
+        ++n;
+    }
+    if (n == kInputKinds.size()) {
+        throw InputError(fmt::format("{}: '{}' is no kind of input", where, kind));
+    }
+    input.kind = static_cast<InputKind>(n);
+    if (input.kind == InputKind::begin) {
+        return input;
+    }
+    input.sensor = fields.number<std::uint8_t>();
+    switch (input.kind) {
+        case InputKind::column: {
+            Column<double>& c = input.column;
+            c.sensor = input.sensor;
+            c.midpoint = device_time_us(fields.number<std::int64_t>());
+            c.state = static_cast<Excitation>(fields.number_below<std::uint8_t>(static_cast<int>(Excitation::all) + 1));
+            c.state_sequence = fields.number<std::uint32_t>();
+            c.sequence = fields.number<std::uint32_t>();
+            c.flags = fields.flags(ColumnFlag::overrun);
+            c.in_phase = fields.vector();
+            c.quadrature = fields.vector();
+            c.sigma = fields.vector();
+            break;
+        }
+        case InputKind::tick:
+            input.now = device_time_us(fields.number<std::int64_t>());
+            break;
+        default:
+            fields.skip(5);
+            input.hemisphere = fields.vector();
+    }
+    return input;
+}
+
+tracking::PoseEstimate<double> parse_pose(std::string_view line, const std::string& where) {
+    Fields fields(line, kPoseFields, where);
+    tracking::PoseEstimate<double> e;
+    e.sensor = fields.number_below<std::uint8_t>(tracking::kMaxSensors);
+    e.sequence = fields.number<std::uint32_t>();
+    e.time = device_time_us(fields.number<std::int64_t>());
+    fields.skip(1);  // valid: follows from the flags
+    e.flags = fields.flags(tracking::PoseFlag::coasting);
+    e.state = static_cast<tracking::TrackerState>(fields.number_below<std::uint8_t>(3));
+    e.position_m = fields.vector();
+    e.q_source_sensor.w() = fields.number<double>();
+    e.q_source_sensor.vec() = fields.vector();
+    for (int i = 0; i < 6; ++i) {
+        for (int j = i; j < 6; ++j) {
+            e.covariance(i, j) = e.covariance(j, i) = fields.number<double>();
+        }
+    }
+    e.distortion_chi_square = fields.number<double>();
+    e.snr_db = fields.number<double>();
+    if (const std::string_view position_mm = fields.text(); !position_mm.empty()) {
+        e.predicted_error.emplace();
+        std::from_chars(position_mm.data(), position_mm.data() + position_mm.size(), e.predicted_error->total.position_mm);
+        e.predicted_error->total.orientation_deg = fields.number<double>();
+    } else {
+        fields.skip(1);
+    }
+    for (double& x : e.signal_matrix.reshaped()) {
+        x = fields.number<double>();
+    }
+    return e;
+}
+
+}  // namespace tricoil::host

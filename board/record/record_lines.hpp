@@ -1,0 +1,30 @@
+// The lines of a recording. Numbers are the shortest decimals that read back as the same bits.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "board/record/recording_format.hpp"
+#include "core/signal/column.hpp"
+#include "core/tracking/sensor_tracker.hpp"
+
+namespace tricoil::host {
+
+/// One thing that a tracker was given.
+struct TrackerInput {
+    InputKind kind = InputKind::column;
+    std::uint8_t sensor = 0;
+    Column<double> column;  // of a column
+    DeviceTime now{};       // of a tick
+    Vec3<double> hemisphere = Vec3<double>::Zero();
+};
+
+std::string line_of(const TrackerInput& input);
+std::string line_of(const tracking::PoseEstimate<double>& estimate);
+
+/// Throws InputError, which begins with `where`, for a line that is no such one.
+TrackerInput parse_input(std::string_view line, const std::string& where);
+/// Of the predicted error the total only.
+tracking::PoseEstimate<double> parse_pose(std::string_view line, const std::string& where);
+
+}  // namespace tricoil::host

@@ -1,0 +1,184 @@
+#include "board/record/recorder.hpp"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+
+#include "board/pose_text/flag_names.hpp"
+#include "board/record/record_lines.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/whole_file.hpp"
+
+namespace tricoil::host {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Paths of the journal's files, in a folder that is now there and empty.
+std::vector<std::string> prepare(const std::string& folder) {
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (!fs::is_directory(folder)) {
+        throw InputError(fmt::format("{}: no folder can be made there ({}); choose another --record", folder, error.message()));
+    }
+    if (!fs::is_empty(folder, error) || error) {
+        throw InputError(folder + ": holds files already; record into a new folder");
+    }
+    std::vector<std::string> paths;
+    for (const char* name : kRecordFiles) {
+        paths.push_back((fs::path(folder) / name).string());
+    }
+    return paths;
+}
+
+std::string now_utc() {
+    return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}",
+                       fmt::gmtime(std::chrono::system_clock::to_time_t(std::chrono::system_clock::now())));
+}
+
+nlohmann::ordered_json describe_columns() {
+    nlohmann::ordered_json columns;
+    for (std::size_t n = 0; n < kRecordFiles.size(); ++n) {
+        columns[kRecordFiles[n]] = kRecordHeaders[n];
+    }
+    return columns;
+}
+
+}  // namespace
+
+Recorder::Recorder(const std::string& folder, nlohmann::ordered_json source, Journal::Patience patience)
+    : folder_(folder), journal_(prepare(folder), patience) {
+    description_ = {{"format", kRecordingFormat},
+                    {"version", kRecordingVersion},
+                    {"program", "tricoil " TRICOIL_VERSION},
+                    {"started", now_utc()},
+                    {"source", std::move(source)},
+                    {"trackers", nullptr},
+                    {"midway", false},
+                    {"conventions",
+                     "positions in m, small rotations in rad, both in the source frame; q turns sensor components into source "
+                     "components; times in microseconds of the device; couplings in the demodulator's unit"},
+                    {"columns", describe_columns()},
+                    {"complete", false}};
+    for (std::size_t n = 0; n < kRecordHeaders.size(); ++n) {
+        journal_.append(n, kRecordHeaders[n]);
+    }
+    describe();
+}
+
+Recorder::~Recorder() { close(); }
+
+void Recorder::describe() {
+    try {
+        write_whole_file(fs::path(folder_) / kDescriptionFile, description_.dump(2) + "\n");
+    } catch (const std::exception& error) {
+        why_ = error.what();
+    }
+}
+
+void Recorder::append(RecordFile file, const std::string& line) {
+    if (failed()) {
+        if (!told_) {
+            told_ = true;
+            fmt::print(stderr, "tricoil: {}; tracking goes on\n", complaint());
+        }
+        return;
+    }
+    journal_.append(static_cast<std::size_t>(file), line);
+}
+
+std::string Recorder::complaint() const {
+    const std::string why = why_.empty() ? journal_.why() : why_;
+    const char* const rest =
+        fs::exists(fs::path(folder_) / kDescriptionFile) ? "what is there can be replayed" : "nothing can be replayed";
+    return fmt::format("{}: recording ended early ({}); {}", folder_, why, rest);
+}
+
+void Recorder::event(std::uint8_t sensor, const std::string& what, const std::string& detail) {
+    std::string safe = detail;
+    std::replace(safe.begin(), safe.end(), ',', ';');
+    append(RecordFile::events, fmt::format("{},{},{},{}", time_us_, sensor, what, safe));
+}
+
+void Recorder::do_begin(const Settings& settings) {
+    nlohmann::ordered_json made = settings_json(settings);
+    if (settings_ && *settings_ != made) {
+        why_ = "the device came back with other settings";
+        return;
+    }
+    if (!settings_) {
+        settings_ = made;
+        description_["trackers"] = std::move(made);
+        describe();
+    }
+    TrackerInput input;
+    input.kind = InputKind::begin;
+    append(RecordFile::inputs, line_of(input));
+    event(0, "begin", "");
+}
+
+void Recorder::begin_midway(const Settings& settings, std::span<const Vec3<double>> positions_m) {
+    description_["midway"] = true;
+    begin(settings);
+    for (std::size_t n = 0; n < static_cast<std::size_t>(settings.sensors); ++n) {
+        hemisphere(static_cast<std::uint8_t>(n), positions_m[n]);
+    }
+}
+
+void Recorder::do_column(const Column<double>& column) {
+    TrackerInput input;
+    input.column = column;
+    time_us_ = to_us(column.midpoint);
+    append(RecordFile::inputs, line_of(input));
+}
+
+void Recorder::do_tick(std::uint8_t sensor, DeviceTime now) {
+    TrackerInput input;
+    input.kind = InputKind::tick;
+    input.sensor = sensor;
+    input.now = now;
+    time_us_ = to_us(now);
+    append(RecordFile::inputs, line_of(input));
+}
+
+void Recorder::do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) {
+    TrackerInput input;
+    input.kind = InputKind::hemisphere;
+    input.sensor = sensor;
+    input.hemisphere = towards;
+    append(RecordFile::inputs, line_of(input));
+    event(sensor, "hemisphere", fmt::format("{} {} {}", towards.x(), towards.y(), towards.z()));
+}
+
+void Recorder::do_pose(const tracking::PoseEstimate<double>& estimate) {
+    append(RecordFile::poses, line_of(estimate));
+    if (estimate.sensor < flags_.size() && !(flags_[estimate.sensor] == estimate.flags)) {
+        flags_[estimate.sensor] = estimate.flags;
+        event(estimate.sensor, "flags", estimate.flags.empty() ? "none" : to_text(estimate.flags));
+    }
+}
+
+void Recorder::do_fault(std::string_view text) { event(0, "fault", std::string(text)); }
+
+std::string Recorder::close() {
+    if (closed_) {
+        return "";
+    }
+    closed_ = true;
+    const auto extents = journal_.close();
+    if (!failed()) {
+        nlohmann::ordered_json files;
+        for (std::size_t n = 0; n < extents.size(); ++n) {
+            files[kRecordFiles[n]] = {{"lines", extents[n].lines}, {"bytes", extents[n].bytes}, {"crc32", extents[n].crc32}};
+        }
+        description_["complete"] = true;
+        description_["files"] = files;
+        describe();
+    }
+    return failed() ? complaint() : "";
+}
+
+}  // namespace tricoil::host

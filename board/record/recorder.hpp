@@ -1,0 +1,58 @@
+// Records a run: everything that the trackers were given and answered, and how they were made.
+#pragma once
+
+#include <array>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "board/record/journal.hpp"
+#include "board/record/recording_format.hpp"
+#include "board/record/tracker_settings.hpp"
+#include "hal/tracker_tap.hpp"
+
+namespace tricoil::host {
+
+class Recorder final : public hal::TrackerTap<double> {
+public:
+    /// Makes `folder`, or takes it if it is there and empty. source: whatever describes where the columns come from; goes into
+    /// the description as it is. Throws InputError, naming the folder, if it cannot be used.
+    Recorder(const std::string& folder, nlohmann::ordered_json source, Journal::Patience patience);
+    ~Recorder() override;
+
+    /// Instead of begin(): the trackers have been at work for a while, and their last valid positions (m, by sensor; zero: none)
+    /// tell the hemisphere. A replay begins with trackers that have no past, so its first poses may differ.
+    void begin_midway(const Settings& settings, std::span<const Vec3<double>> positions_m);
+
+    /// Whether nothing more is being written: the disk is full or too slow, or the device came back as another.
+    [[nodiscard]] bool failed() const { return !why_.empty() || journal_.failed(); }
+
+    /// Ends the recording. One line about what went wrong; empty if nothing.
+    std::string close();
+
+private:
+    void do_begin(const Settings& settings) override;
+    void do_column(const Column<double>& column) override;
+    void do_tick(std::uint8_t sensor, DeviceTime now) override;
+    void do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) override;
+    void do_pose(const tracking::PoseEstimate<double>& estimate) override;
+    void do_fault(std::string_view text) override;
+
+    void append(RecordFile file, const std::string& line);
+    void event(std::uint8_t sensor, const std::string& what, const std::string& detail);
+    void describe();
+    [[nodiscard]] std::string complaint() const;
+
+    std::string folder_;
+    Journal journal_;
+    nlohmann::ordered_json description_;
+    std::optional<nlohmann::ordered_json> settings_;
+    std::array<tracking::PoseFlags, tracking::kMaxSensors> flags_{};
+    std::int64_t time_us_ = 0;  // of the newest input
+    std::string why_;
+    bool told_ = false;
+    bool closed_ = false;
+};
+
+}  // namespace tricoil::host

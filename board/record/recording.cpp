@@ -1,0 +1,106 @@
+#include "board/record/recording.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <filesystem>
+
+#include "board/support/errors.hpp"
+#include "core/base/crc32.hpp"
+
+namespace tricoil::host {
+namespace {
+
+namespace fs = std::filesystem;
+
+nlohmann::json read_description(const std::string& folder) {
+    const std::string path = (fs::path(folder) / kDescriptionFile).string();
+    if (!fs::is_directory(folder)) {
+        throw InputError(folder + ": is no folder; name one that --record made");
+    }
+    std::ifstream file(path);
+    if (!file) {
+        throw InputError(path + ": cannot be opened; is this a recording?");
+    }
+    nlohmann::json description = nlohmann::json::parse(file, nullptr, false);
+    if (!description.is_object() || description.value("format", nlohmann::json()) != kRecordingFormat) {
+        throw InputError(path + ": does not describe a recording of tricoil");
+    }
+    const nlohmann::json version = description.value("version", nlohmann::json());
+    if (version != kRecordingVersion) {
+        throw InputError(
+            fmt::format("{}: is of version {}; this tricoil reads version {}", path, version.dump(), kRecordingVersion));
+    }
+    return description;
+}
+
+}  // namespace
+
+RecordLines::RecordLines(const std::string& folder, RecordFile file) {
+    const auto n = static_cast<std::size_t>(file);
+    path_ = (fs::path(folder) / kRecordFiles[n]).string();
+    file_.open(path_, std::ios::binary);
+    if (!file_) {
+        throw InputError(path_ + ": cannot be opened; the recording lacks it");
+    }
+    std::string header;
+    if (!next(header) || header != kRecordHeaders[n]) {
+        throw InputError(path_ + ":1: is not the header of such a file");
+    }
+}
+
+bool RecordLines::next(std::string& line) {
+    if (!std::getline(file_, line) || file_.eof()) {  // at the end of the file: a line that was cut off
+        return false;
+    }
+    ++line_;
+    return true;
+}
+
+Recording::Recording(const std::string& folder) : folder_(folder), description_(read_description(folder)) {
+    const std::string path = (fs::path(folder) / kDescriptionFile).string();
+    if (const auto trackers = description_.value("trackers", nlohmann::json()); !trackers.is_null()) {
+        settings_ = settings_from_json(trackers, path + ": trackers");
+    }
+    complete_ = description_.value("complete", nlohmann::json()) == true;
+    if (!complete_) {
+        return;
+    }
+    const auto files = description_.value("files", nlohmann::json());
+    for (const char* name : kRecordFiles) {
+        if (!files.is_object() || !files.contains(name)) {
+            throw InputError(fmt::format("{}: files.{} is missing", path, name));
+        }
+        check_file(name, files[name]);
+    }
+}
+
+void Recording::refuse_as_output(const std::string& path) const {
+    std::error_code error;
+    const fs::path within = fs::weakly_canonical(path, error).lexically_relative(fs::weakly_canonical(folder_, error));
+    if (!within.empty() && *within.begin() != "..") {
+        throw InputError(path + ": lies in the recording that is read, which it would destroy; choose another --out");
+    }
+}
+
+void Recording::check_file(const char* name, const nlohmann::json& extent) const {
+    const std::string path = (fs::path(folder_) / name).string();
+    std::ifstream file(path, std::ios::binary);
+    if (!file) {
+        throw InputError(path + ": cannot be opened; the recording lacks it");
+    }
+    std::uint64_t bytes = 0;
+    std::uint32_t crc = 0;
+    std::array<char, 65536> buffer{};
+    while (file.read(buffer.data(), buffer.size()) || file.gcount() > 0) {
+        const auto count = static_cast<std::size_t>(file.gcount());
+        crc = crc32_continued(crc, {reinterpret_cast<const std::uint8_t*>(buffer.data()), count});  // NOLINT: bytes as such
+        bytes += count;
+    }
+    if (extent.value("bytes", nlohmann::json()) != bytes || extent.value("crc32", nlohmann::json()) != crc) {
+        throw InputError(
+            fmt::format("{}: was changed since it was recorded (size or CRC differ from {})", path, kDescriptionFile));
+    }
+}
+
+}  // namespace tricoil::host

@@ -1,0 +1,195 @@
+#include "board/record/replay.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "board/support/errors.hpp"
+#include "board/support/tracker_choice.hpp"
+#include "core/geometry/rotations.hpp"
+#include "core/tracking/calibrated_tracker.hpp"
+
+namespace tricoil::host {
+namespace {
+
+using Pose = tracking::PoseEstimate<double>;
+
+/// A pose's line without its sequence number, the second field: trackers that began earlier have counted further.
+std::string without_sequence(const std::string& line) {
+    const std::size_t begin = line.find(',');
+    const std::size_t end = line.find(',', begin + 1);
+    return end == std::string::npos ? line : line.substr(0, begin) + line.substr(end);
+}
+
+/// Replayed poses beside the recorded ones: of trackers that began as these did one by one, of others those of the same sensor
+/// and time.
+class Comparison {
+public:
+    Comparison(const std::string& folder, bool one_by_one, ReplayReport& report)
+        : recorded_(folder, RecordFile::poses), one_by_one_(one_by_one), report_(report) {
+        advance();
+    }
+
+    void add(const Pose& replayed, const std::string& line) {
+        replayed_until_ = replayed.time;
+        while (!one_by_one_ && at_ && at_->time < replayed.time) {
+            ++report_.only_recorded;
+            advance();
+        }
+        if (!at_ || (!one_by_one_ && (at_->time != replayed.time || at_->sensor != replayed.sensor))) {
+            ++report_.only_replayed;
+            return;
+        }
+        ++report_.compared;
+        if (one_by_one_ ? line_ == line : without_sequence(line_) == without_sequence(line)) {
+            ++report_.equal;
+        } else if (report_.first_difference.empty()) {
+            report_.first_difference = recorded_.where();
+        }
+        if (at_->valid() && replayed.valid()) {
+            ++both_valid_;
+            position_squared_ += (at_->position_m - replayed.position_m).squaredNorm();
+            orientation_squared_ += std::pow(geometry::angle_between(at_->q_source_sensor, replayed.q_source_sensor), 2);
+        }
+        advance();
+    }
+
+    void finish() {
+        for (; at_; advance()) {
+            ++report_.only_recorded;
+        }
+        report_.tail_s = std::abs(to_seconds(recorded_until_) - to_seconds(replayed_until_));
+        if (both_valid_ > 0) {
+            report_.rms_position_m = std::sqrt(position_squared_ / static_cast<double>(both_valid_));
+            report_.rms_orientation_rad = std::sqrt(orientation_squared_ / static_cast<double>(both_valid_));
+        }
+    }
+
+private:
+    void advance() {
+        at_.reset();
+        if (recorded_.next(line_)) {
+            at_ = parse_pose(line_, recorded_.where());
+            recorded_until_ = at_->time;
+        }
+    }
+
+    RecordLines recorded_;
+    bool one_by_one_;
+    ReplayReport& report_;
+    std::string line_;
+    std::optional<Pose> at_;  // the next recorded pose; none at the end
+    DeviceTime recorded_until_{};
+    DeviceTime replayed_until_{};
+    std::uint64_t both_valid_ = 0;
+    double position_squared_ = 0;
+    double orientation_squared_ = 0;
+};
+
+/// The trackers, made as often as the recording says.
+class Trackers {
+public:
+    explicit Trackers(const TrackerSettings& settings) : settings_(settings) { make(); }
+
+    std::optional<Pose> take(const TrackerInput& input, const std::string& where) {
+        if (input.kind == InputKind::begin) {
+            make();
+            return std::nullopt;
+        }
+        if (input.sensor >= trackers_.size()) {
+            throw InputError(fmt::format("{}: names sensor {} of {}", where, input.sensor, trackers_.size()));
+        }
+        tracking::CalibratedTracker<double>& tracker = *trackers_[input.sensor];
+        switch (input.kind) {
+            case InputKind::column:
+                return tracker.update(input.column);
+            case InputKind::tick:
+                return tracker.tick(input.now);
+            default:
+                (void)tracker.set_hemisphere(input.hemisphere);  // refused as it was
+                return std::nullopt;
+        }
+    }
+
+private:
+    void make() {
+        trackers_.clear();
+        for (int n = 0; n < settings_.sensors; ++n) {
+            trackers_.push_back(std::make_unique<tracking::CalibratedTracker<double>>(settings_.tracker, settings_.filter,
+                                                                                      settings_.calibration));
+        }
+    }
+
+    TrackerSettings settings_;
+    std::vector<std::unique_ptr<tracking::CalibratedTracker<double>>> trackers_;
+};
+
+class PoseFile {
+public:
+    explicit PoseFile(const std::string& path) : path_(path) {
+        if (!path.empty()) {
+            file_.open(path, std::ios::binary);
+            if (!file_) {
+                throw InputError(path + ": cannot be written; choose another --out");
+            }
+            write(kRecordHeaders[static_cast<std::size_t>(RecordFile::poses)]);
+        }
+    }
+    void write(std::string_view line) {
+        if (file_.is_open()) {
+            file_ << line << '\n';
+        }
+    }
+    void close() {
+        file_.close();
+        if (!path_.empty() && !file_) {
+            throw DeviceError(path_ + ": could not be written completely; is the disk full?");
+        }
+    }
+
+private:
+    std::string path_;
+    std::ofstream file_;
+};
+
+}  // namespace
+
+TrackerSettings with_tracker(const TrackerSettings& recorded, const std::string& tracker) {
+    const auto [method, filters] = tracker_choice(tracker);
+    TrackerSettings settings = recorded;
+    if (filters == settings.filter.has_value() && (filters || settings.tracker.method == method)) {
+        return settings;
+    }
+    tracking::TrackerParams<double>& p = settings.tracker;
+    p.method = method;
+    p.deskew = method == tracking::Method::direct && !filters && p.max_column_span.count() > 0;
+    settings.filter = filters ? std::optional(filter_like(p)) : std::nullopt;
+    return settings;
+}
+
+ReplayReport replay(const Recording& recording, const TrackerSettings& settings, const std::string& out) {
+    ReplayReport report;
+    Trackers trackers(settings);
+    const bool same_tracker = settings_json(settings) == settings_json(*recording.settings());
+    Comparison comparison(recording.folder(), same_tracker && !recording.midway(), report);
+    PoseFile file(out);
+    RecordLines inputs(recording.folder(), RecordFile::inputs);
+    for (std::string line; inputs.next(line);) {
+        const TrackerInput input = parse_input(line, inputs.where());
+        ++report.inputs;
+        if (const auto pose = trackers.take(input, inputs.where())) {
+            const std::string text = line_of(*pose);
+            ++report.poses;
+            report.valid_poses += pose->valid() ? 1U : 0U;
+            comparison.add(*pose, text);
+            file.write(text);
+        }
+    }
+    comparison.finish();
+    file.close();
+    return report;
+}
+
+}  // namespace tricoil::host

@@ -1,0 +1,162 @@
+#include "board/record/tracker_settings.hpp"
+
+#include <array>
+#include <limits>
+
+#include "board/record/json_fields.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/nearest_name.hpp"
+#include "board/support/tracker_choice.hpp"
+#include "core/tracking/calibrated_tracker.hpp"
+
+namespace tricoil::host {
+namespace {
+
+using OrderedJson = nlohmann::ordered_json;
+
+OrderedJson value_of(bool value) { return value; }
+OrderedJson value_of(int value) { return value; }
+OrderedJson value_of(double value) { return value; }
+OrderedJson value_of(Microseconds value) { return value.count(); }
+OrderedJson value_of(tracking::Method value) { return kTrackerNames[static_cast<std::size_t>(value)]; }
+OrderedJson value_of(const Vec3<double>& value) { return {value.x(), value.y(), value.z()}; }
+OrderedJson value_of(const Mat3<double>& value) {
+    return {value_of(Vec3<double>(value.row(0))), value_of(Vec3<double>(value.row(1))), value_of(Vec3<double>(value.row(2)))};
+}
+
+/// Takes fields out of an object, strictly.
+class FieldReader {
+public:
+    FieldReader(const nlohmann::json& object, std::string where) : object_(object), where_(std::move(where)) {
+        if (!object.is_object()) {
+            throw InputError(where_ + ": must be an object");
+        }
+    }
+
+    template <typename T>
+    void operator()(const char* key, T& value) {
+        ++read_;
+        const auto at = object_.find(key);
+        if (at == object_.end()) {
+            throw InputError(where_ + "." + key + ": is missing");
+        }
+        if (!take(*at, value)) {
+            throw InputError(where_ + "." + key + ": has another type or range than it was written with");
+        }
+    }
+
+    /// Every key has been asked for.
+    void finish() const {
+        if (read_ != object_.size()) {
+            throw InputError(where_ + ": has keys that this tricoil does not know; read it with the one that wrote it");
+        }
+    }
+
+private:
+    static bool take(const nlohmann::json& json, bool& value) {
+        value = json.is_boolean() && json.get<bool>();
+        return json.is_boolean();
+    }
+    static bool take(const nlohmann::json& json, int& value) {
+        if (!json.is_number_integer()) {
+            return false;
+        }
+        const auto wide = json.get<std::int64_t>();
+        value = static_cast<int>(wide);
+        return wide == value;
+    }
+    static bool take(const nlohmann::json& json, double& value) {
+        value = json.is_number() ? json.get<double>() : 0;
+        return json.is_number();
+    }
+    static bool take(const nlohmann::json& json, Microseconds& value) {
+        value = Microseconds{json.is_number_integer() ? json.get<std::int64_t>() : 0};
+        return json.is_number_integer();
+    }
+    static bool take(const nlohmann::json& json, tracking::Method& value) {
+        for (std::size_t n = 0; n + 1 < kTrackerNames.size(); ++n) {
+            if (json.is_string() && json.get<std::string>() == kTrackerNames[n]) {
+                value = static_cast<tracking::Method>(n);
+                return true;
+            }
+        }
+        return false;
+    }
+    static bool take(const nlohmann::json& json, Vec3<double>& value) {
+        if (!json.is_array() || json.size() != 3) {
+            return false;
+        }
+        return take(json[0], value.x()) && take(json[1], value.y()) && take(json[2], value.z());
+    }
+    static bool take(const nlohmann::json& json, Mat3<double>& value) {
+        bool whole = json.is_array() && json.size() == 3;
+        for (int i = 0; i < 3 && whole; ++i) {
+            Vec3<double> row = Vec3<double>::Zero();
+            whole = take(json[static_cast<std::size_t>(i)], row);
+            value.row(i) = row;
+        }
+        return whole;
+    }
+
+    const nlohmann::json& object_;
+    std::string where_;
+    std::size_t read_ = 0;
+};
+
+void refuse_bad(const Status& status, const std::string& where) {
+    if (!status.ok()) {
+        throw InputError(where + ": " + status.message());
+    }
+}
+
+}  // namespace
+
+OrderedJson settings_json(const TrackerSettings& settings) {
+    OrderedJson tracker;
+    visit_tracker(settings.tracker, [&](const char* key, const auto& value) { tracker[key] = value_of(value); });
+    OrderedJson filter;
+    if (settings.filter) {
+        visit_filter(*settings.filter, [&](const char* key, const auto& value) { filter[key] = value_of(value); });
+    }
+    OrderedJson known;
+    if (settings.calibration) {
+        visit_calibration(*settings.calibration, [&](const char* key, const auto& value) { known[key] = value_of(value); });
+    }
+    return {{"sensors", settings.sensors}, {"tracker", tracker}, {"filter", filter}, {"calibration", known}};
+}
+
+TrackerSettings settings_from_json(const nlohmann::json& json, const std::string& where) {
+    TrackerSettings settings;
+    FieldReader(json, where)("sensors", settings.sensors);
+    if (settings.sensors < 1 || settings.sensors > tracking::kMaxSensors) {
+        throw InputError(where + ".sensors: must be 1 to 4");
+    }
+    for (const char* key : {"tracker", "filter"}) {
+        if (!json.contains(key)) {
+            throw InputError(where + "." + key + ": is missing");
+        }
+    }
+    FieldReader tracker(json["tracker"], where + ".tracker");
+    visit_tracker(settings.tracker, tracker);
+    tracker.finish();
+    refuse_bad(tracking::check(settings.tracker), where + ".tracker");
+    if (!json["filter"].is_null()) {
+        FieldReader filter(json["filter"], where + ".filter");
+        settings.filter.emplace();
+        visit_filter(*settings.filter, filter);
+        filter.finish();
+        refuse_bad(tracking::scaat::Filter<double>::check(*settings.filter, {settings.tracker.coupling_constant}),
+                   where + ".filter");
+    }
+    if (const auto known = json.find("calibration"); known != json.end() && !known->is_null()) {
+        FieldReader calibration(*known, where + ".calibration");
+        settings.calibration.emplace();
+        visit_calibration(*settings.calibration, calibration);
+        calibration.finish();
+    }
+    refuse_bad(tracking::CalibratedTracker<double>::check(settings.tracker, settings.filter, settings.calibration),
+               where + ".calibration");
+    return settings;
+}
+
+}  // namespace tricoil::host

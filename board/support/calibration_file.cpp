@@ -1,0 +1,131 @@
+#include "board/support/calibration_file.hpp"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "board/support/checked_table.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/text_table.hpp"
+
+namespace tricoil::host {
+namespace {
+
+const std::vector<std::string> kModels{"concentric", "general", "finite", "free-motion", "grid"};
+constexpr double kOrthonormalTolerance = 1e-6;
+
+std::string text_of(const Vec3<double>& v) { return fmt::format("[{:.17g}, {:.17g}, {:.17g}]", v(0), v(1), v(2)); }
+
+std::string text_of(const Mat3<double>& m) {
+    return fmt::format("[\n  {},\n  {},\n  {},\n]", text_of(Vec3<double>(m.row(0))), text_of(Vec3<double>(m.row(1))),
+                       text_of(Vec3<double>(m.row(2))));
+}
+
+/// TOML wants a point in every float; fmt leaves it out of whole numbers, which TOML then takes for integers: both are read.
+std::string line(const char* key, const auto& value) { return fmt::format("{} = {}\n", key, text_of(value)); }
+
+std::string fixtures_text(const char* table, const std::map<std::string, Rigid>& fixtures) {
+    std::string text;
+    for (const auto& [name, rigid] : fixtures) {
+        text += fmt::format("\n[{}.\"{}\"]\n", table, name) + line("translation_m", rigid.translation_m) +
+                line("rotation", rigid.rotation);
+    }
+    return text;
+}
+
+std::map<std::string, Rigid> read_fixtures(const std::string& path, const std::string& key, const toml::table& root) {
+    std::map<std::string, Rigid> fixtures;
+    const toml::table* table = root[key].as_table();
+    if (table == nullptr) {
+        return fixtures;
+    }
+    for (const auto& [name, node] : *table) {
+        const std::string prefix = key + "." + std::string(name.str()) + ".";
+        if (!node.is_table()) {
+            throw InputError(fmt::format("{}: '{}' must be a table", path, prefix));
+        }
+        CheckedTable fixture(path, prefix, *node.as_table());
+        Rigid rigid;
+        rigid.translation_m = fixture.vector("translation_m", rigid.translation_m);
+        rigid.rotation = fixture.matrix("rotation", rigid.rotation);
+        fixture.finish();
+        const double off = (rigid.rotation.transpose() * rigid.rotation - Mat3<double>::Identity()).cwiseAbs().maxCoeff();
+        if (off > kOrthonormalTolerance || rigid.rotation.determinant() < 0) {
+            throw InputError(fmt::format("{}:{}: '{}rotation' is not a rotation", path, node.source().begin.line, prefix));
+        }
+        fixtures[std::string(name.str())] = rigid;
+    }
+    return fixtures;
+}
+
+void require(const std::string& path, const toml::table& root, const char* table, const char* key) {
+    if (!root[table][key]) {
+        throw InputError(fmt::format("{}: '{}.{}' is missing; the file is not complete: calibrate again", path, table, key));
+    }
+}
+
+}  // namespace
+
+std::string to_toml(const CalibrationFile& file) {
+    const auto& c = file.calibration;
+    std::string text = "# Calibration of a tracker's coils, by tricoil calibrate. Columns are coils; lengths in metres.\n";
+    text += fmt::format("version = 1\nmodel = \"{}\"\nresidual_rms = {:.6g}\n", file.model, file.residual_rms);
+    text += "\n[source]\n" + line("moment", c.model.source_moment) + line("offset_m", c.model.source_offset_m) +
+            line("octupole_m2", c.model.source_octupole_m2);
+    text += "\n[sensor]\n" + line("sensitivity", c.model.sensor_sensitivity) + line("offset_m", c.model.sensor_offset_m) +
+            line("octupole_m2", c.model.sensor_octupole_m2) + line("phase_rad", c.phase_rad);
+    text +=
+        "\n[output]\n" + line("hemisphere", c.hemisphere) + line("linear", c.output_linear) + line("offset_m", c.output_offset_m);
+    text += fmt::format("\n[stage]\nturns_left_handed = {}\n", file.stage_turns_left_handed ? 1 : 0);
+    return text + fixtures_text("source_stage", file.source_stage) + fixtures_text("mount_sensor", file.mount_sensor);
+}
+
+CalibrationFile read_calibration(const std::string& path) {
+    std::string text;
+    for (const std::string& l : read_lines(path)) {
+        text += l + "\n";
+    }
+    const toml::table root = parse_toml(path, text);
+    CheckedTable top(path, "", root);
+    if (top.number("version", 0) != 1) {
+        throw InputError(path + ": 'version' is not 1; calibrate again with this software");
+    }
+    CalibrationFile file;
+    file.model = top.choice("model", kModels);
+    file.residual_rms = top.number("residual_rms", 0);
+    require(path, root, "source", "moment");
+    require(path, root, "sensor", "sensitivity");
+    auto& c = file.calibration;
+    auto source = top.child("source");
+    c.model.source_moment = source.matrix("moment", c.model.source_moment);
+    c.model.source_offset_m = source.matrix("offset_m", c.model.source_offset_m);
+    c.model.source_octupole_m2 = source.vector("octupole_m2", c.model.source_octupole_m2);
+    source.finish();
+    auto sensor = top.child("sensor");
+    c.model.sensor_sensitivity = sensor.matrix("sensitivity", c.model.sensor_sensitivity);
+    c.model.sensor_offset_m = sensor.matrix("offset_m", c.model.sensor_offset_m);
+    c.model.sensor_octupole_m2 = sensor.vector("octupole_m2", c.model.sensor_octupole_m2);
+    c.phase_rad = sensor.vector("phase_rad", c.phase_rad);
+    sensor.finish();
+    auto output = top.child("output");
+    c.hemisphere = output.vector("hemisphere", c.hemisphere);
+    c.output_linear = output.matrix("linear", c.output_linear);
+    c.output_offset_m = output.vector("offset_m", c.output_offset_m);
+    output.finish();
+    auto stage = top.child("stage");
+    file.stage_turns_left_handed = stage.number("turns_left_handed", 0) != 0;
+    stage.finish();
+    top.child("source_stage");
+    top.child("mount_sensor");
+    top.finish();
+    file.source_stage = read_fixtures(path, "source_stage", root);
+    file.mount_sensor = read_fixtures(path, "mount_sensor", root);
+    const Status status = calibration::check(c);
+    if (!status.ok()) {
+        throw InputError(path + ": " + status.message());
+    }
+    return file;
+}
+
+}  // namespace tricoil::host

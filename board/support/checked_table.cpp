@@ -1,0 +1,189 @@
+#include "board/support/checked_table.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "board/support/errors.hpp"
+#include "board/support/nearest_name.hpp"
+
+namespace tricoil::host {
+namespace {
+
+const toml::table kEmptyTable{};
+
+/// The numbers of an array of `count` numbers; empty if it is anything else.
+std::vector<double> numbers_of(const toml::node& node, std::size_t count) {
+    std::vector<double> values;
+    const toml::array* array = node.as_array();
+    for (std::size_t i = 0; array != nullptr && array->size() == count && i < count; ++i) {
+        const auto value = (*array)[i].value<double>();
+        if (!value || !std::isfinite(*value)) {
+            return {};
+        }
+        values.push_back(*value);
+    }
+    return values;
+}
+
+}  // namespace
+
+toml::table parse_toml(const std::string& name, std::string_view text) {
+    try {
+        return toml::parse(text, name);
+    } catch (const toml::parse_error& error) {
+        throw InputError(name + ":" + std::to_string(error.source().begin.line) + ": " + std::string(error.description()));
+    }
+}
+
+CheckedTable::CheckedTable(std::string file, std::string prefix, const toml::table& table)
+    : file_(std::move(file)), prefix_(std::move(prefix)), table_(&table) {}
+
+double CheckedTable::number(const std::string& key, double fallback) {
+    const toml::node* node = find(key);
+    if (node == nullptr) {
+        return fallback;
+    }
+    const auto value = node->value<double>();
+    if (!value || !std::isfinite(*value)) {
+        complain(key, node, "must be a finite number");
+    }
+    return *value;
+}
+
+double CheckedTable::positive(const std::string& key, double fallback) {
+    const double value = number(key, fallback);
+    if (!(value > 0)) {
+        complain(key, find(key), "must be greater than zero");
+    }
+    return value;
+}
+
+bool CheckedTable::flag(const std::string& key, bool fallback) {
+    const toml::node* node = find(key);
+    if (node == nullptr) {
+        return fallback;
+    }
+    const auto value = node->value_exact<bool>();
+    if (!value) {
+        complain(key, node, "must be true or false");
+    }
+    return *value;
+}
+
+std::uint64_t CheckedTable::whole(const std::string& key, std::uint64_t fallback, std::uint64_t most) {
+    const toml::node* node = find(key);
+    if (node == nullptr) {
+        return fallback;
+    }
+    const auto value = node->value_exact<std::int64_t>();
+    if (!value || *value < 0 || static_cast<std::uint64_t>(*value) > most) {
+        complain(key, node, fmt::format("must be a whole number from 0 to {}", most));
+    }
+    return static_cast<std::uint64_t>(*value);
+}
+
+std::string CheckedTable::text(const std::string& key, const std::string& fallback) {
+    const toml::node* node = find(key);
+    if (node == nullptr) {
+        return fallback;
+    }
+    const auto value = node->value<std::string>();
+    if (!value) {
+        complain(key, node, "must be a text in quotes");
+    }
+    return *value;
+}
+
+std::string CheckedTable::choice(const std::string& key, const std::vector<std::string>& choices) {
+    const std::string value = text(key, "");
+    if (value.empty()) {
+        complain(key, nullptr, "is missing");
+    }
+    try {
+        return choices[index_of_name(prefix_ + key, value, choices)];
+    } catch (const InputError& error) {
+        complain(key, find(key), error.what());
+    }
+}
+
+std::vector<std::string> CheckedTable::texts(const std::string& key) {
+    const toml::node* node = find(key);
+    std::vector<std::string> values;
+    if (node == nullptr) {
+        return values;
+    }
+    const toml::array* array = node->as_array();
+    for (std::size_t i = 0; array != nullptr && i < array->size(); ++i) {
+        values.push_back((*array)[i].value_or<std::string>(""));
+    }
+    if (array == nullptr || std::find(values.begin(), values.end(), "") != values.end()) {
+        complain(key, node, "must be a list of texts");
+    }
+    return values;
+}
+
+Vec3<double> CheckedTable::vector(const std::string& key, const Vec3<double>& fallback) {
+    const toml::node* node = find(key);
+    if (node == nullptr) {
+        return fallback;
+    }
+    const auto values = numbers_of(*node, 3);
+    if (values.empty()) {
+        complain(key, node, "must be three finite numbers, as [0.5, 0, 0]");
+    }
+    return {values[0], values[1], values[2]};
+}
+
+Mat3<double> CheckedTable::matrix(const std::string& key, const Mat3<double>& fallback) {
+    const toml::node* node = find(key);
+    if (node == nullptr) {
+        return fallback;
+    }
+    Mat3<double> matrix;
+    const toml::array* rows = node->as_array();
+    for (std::size_t i = 0; i < 3; ++i) {
+        const auto row = rows != nullptr && rows->size() == 3 ? numbers_of((*rows)[i], 3) : std::vector<double>{};
+        if (row.empty()) {
+            complain(key, node, "must be three rows of three finite numbers");
+        }
+        matrix.row(static_cast<Eigen::Index>(i)) << row[0], row[1], row[2];
+    }
+    return matrix;
+}
+
+CheckedTable CheckedTable::child(const std::string& key) {
+    const toml::node* node = find(key);
+    if (node != nullptr && !node->is_table()) {
+        complain(key, node, "must be a table, [" + key + "]");
+    }
+    return {file_, prefix_ + key + ".", node == nullptr ? kEmptyTable : *node->as_table()};
+}
+
+void CheckedTable::demand(bool good, const std::string& key, const std::string& what) {
+    if (!good) {
+        complain(key, find(key), what);
+    }
+}
+
+void CheckedTable::finish() const {
+    for (const auto& [key, node] : *table_) {
+        const std::string name(key.str());
+        if (!known_.contains(name)) {
+            const std::string nearest = nearest_name(name, {known_.begin(), known_.end()});
+            complain(name, &node, nearest.empty() ? "is not a known key" : "is not a known key; did you mean '" + nearest + "'?");
+        }
+    }
+}
+
+const toml::node* CheckedTable::find(const std::string& key) {
+    known_.insert(key);
+    return table_->get(key);
+}
+
+void CheckedTable::complain(const std::string& key, const toml::node* node, const std::string& what) const {
+    const std::string line = node == nullptr ? "" : fmt::format(":{}", node->source().begin.line);
+    throw InputError(file_ + line + ": '" + prefix_ + key + "' " + what);
+}
+
+}  // namespace tricoil::host

@@ -1,0 +1,51 @@
+// A TOML table that complains by file, line and key: wrong types, values out of range, and keys nobody asked for.
+#pragma once
+
+#include <toml++/toml.h>
+#include <cstdint>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/geometry/types.hpp"
+
+namespace tricoil::host {
+
+/// Throws InputError with place and reason if `text` is not TOML. `name`: the file, for messages.
+toml::table parse_toml(const std::string& name, std::string_view text);
+
+/// Every getter returns the default when the key is absent, and throws InputError when it holds something else than it should.
+class CheckedTable {
+public:
+    /// `table` must outlive this. `prefix`: path of the table within the file, as "motion.".
+    CheckedTable(std::string file, std::string prefix, const toml::table& table);
+
+    double number(const std::string& key, double fallback);
+    double positive(const std::string& key, double fallback);
+    bool flag(const std::string& key, bool fallback);
+    std::uint64_t whole(const std::string& key, std::uint64_t fallback, std::uint64_t most);  // 0 to most
+    std::string text(const std::string& key, const std::string& fallback);
+    std::string choice(const std::string& key, const std::vector<std::string>& choices);  // required
+    std::vector<std::string> texts(const std::string& key);
+    Vec3<double> vector(const std::string& key, const Vec3<double>& fallback);
+    Mat3<double> matrix(const std::string& key, const Mat3<double>& fallback);  // three rows of three
+    CheckedTable child(const std::string& key);                                 // an absent table is an empty one
+
+    /// Throws InputError with the key's place unless `good`; `what` says what it must be.
+    void demand(bool good, const std::string& key, const std::string& what);
+
+    /// Complains about keys that no getter asked for.
+    void finish() const;
+
+private:
+    const toml::node* find(const std::string& key);
+    [[noreturn]] void complain(const std::string& key, const toml::node* node, const std::string& what) const;
+
+    std::string file_;
+    std::string prefix_;
+    const toml::table* table_;
+    std::set<std::string> known_;
+};
+
+}  // namespace tricoil::host

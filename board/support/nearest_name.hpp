@@ -1,0 +1,16 @@
+// Names that a person types: look them up, and answer a wrong one with the nearest right one.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tricoil::host {
+
+/// The choice nearest to `typed` by edit distance; empty if none is near enough to suggest, or several are equally near.
+std::string nearest_name(std::string_view typed, const std::vector<std::string>& choices);
+
+/// Index of `typed` in `choices`. Throws InputError: "unknown WHAT 'typed'; did you mean '...'?" or the list of choices.
+std::size_t index_of_name(std::string_view what, std::string_view typed, const std::vector<std::string>& choices);
+
+}  // namespace tricoil::host

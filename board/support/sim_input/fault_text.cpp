@@ -1,0 +1,127 @@
+#include "board/support/sim_input/fault_text.hpp"
+
+#include <algorithm>
+
+#include "board/support/errors.hpp"
+#include "board/support/nearest_name.hpp"
+#include "board/support/text_table.hpp"
+
+namespace tricoil::host {
+namespace {
+
+using sim::Fault;
+using sim::FaultKind;
+
+[[noreturn]] void complain(const std::string& text, const std::string& what) {
+    throw InputError("fault '" + text + "': " + what);
+}
+
+double number(const std::string& field, const std::string& text) {
+    try {
+        const std::string where = "fault";
+        return parse_number(field, {where, 1});
+    } catch (const InputError&) {
+        complain(text, "'" + field + "' is not a number");
+    }
+}
+
+/// 0-2 for the coil named by `prefix` and 1-3; -1 for another name.
+int coil(const std::string& name, char prefix) {
+    return name.size() == 2 && name[0] == prefix && name[1] >= '1' && name[1] <= '3' ? name[1] - '1' : -1;
+}
+
+bool is_coil(const std::string& name) { return coil(name, 'S') >= 0 || coil(name, 'C') >= 0; }
+
+int channel(const std::string& name) { return name == "R" ? 3 : coil(name, 'C'); }
+
+bool are_coils_of_one_triad(const std::vector<std::string>& names) {
+    return std::all_of(names.begin(), names.end(), [&](const auto& name) { return is_coil(name) && name[0] == names[0][0]; });
+}
+
+/// Stores the coils that `names` names.
+void take_coils(const std::vector<std::string>& names, Fault& fault) {
+    fault.triad = names[0][0] == 'S' ? sim::Triad::source : sim::Triad::sensor;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        fault.coils[i] = coil(names[i], names[i][0]);
+    }
+}
+
+/// Stores the numbers in `fields`.
+void take_numbers(const std::vector<std::string>& fields, const std::string& text, Fault& fault) {
+    for (std::size_t i = 0; i < fields.size(); ++i) {
+        fault.numbers[i] = number(fields[i], text);
+    }
+}
+
+void take_arguments(const std::vector<std::string>& a, const std::string& text, Fault& fault) {
+    const auto need = [&](bool ok, const char* what) {
+        if (!ok) {
+            complain(text, what);
+        }
+    };
+    switch (fault.kind) {
+        case FaultKind::open_coil:
+        case FaultKind::broken_stage:
+            need(a.size() == 1 && coil(a[0], 'S') >= 0, "name one source coil, S1 to S3");
+            return take_coils(a, fault);
+        case FaultKind::reversed_coil:
+            need(a.size() == 1 && is_coil(a[0]), "name one coil, S1 to S3 or C1 to C3");
+            return take_coils(a, fault);
+        case FaultKind::swapped_coils:
+            need(a.size() == 2 && are_coils_of_one_triad(a) && a[0] != a[1], "name two coils of one triad, as S1,S2 or C1,C3");
+            return take_coils(a, fault);
+        case FaultKind::stuck_channel:
+            need(a.size() == 1 && channel(a[0]) >= 0, "name one channel, C1 to C3 or R");
+            fault.channel = channel(a[0]);
+            return;
+        case FaultKind::dropped_blocks:
+            need(a.size() == 1 && number(a[0], text) >= 0 && number(a[0], text) <= 1, "give the share lost, 0 to 1");
+            return take_numbers(a, text, fault);
+        case FaultKind::metal:
+            need(a.size() == fault.numbers.size(), "give x,y,z,radius in metres");
+            take_numbers(a, text, fault);
+            return need(fault.numbers[3] > 0, "the radius must be positive");
+        case FaultKind::unplugged:
+            return need(a.empty(), "takes no argument");
+        case FaultKind::overload:
+            need(a.size() == 1 && number(a[0], text) > 0, "give its amplitude in converter ranges, above 0");
+            return take_numbers(a, text, fault);
+    }
+}
+
+}  // namespace
+
+const std::vector<std::string>& fault_names() {
+    static const std::vector<std::string> names{"open_coil", "reversed_coil", "swapped_coils", "stuck_channel", "dropped_blocks",
+                                                "metal",     "unplugged",     "overload",      "broken_stage"};
+    return names;
+}
+
+Fault parse_fault(const std::string& text) {
+    const auto at = text.find('@');
+    const std::string head = text.substr(0, at);
+    const auto colon = head.find(':');
+    Fault fault;
+    fault.kind = static_cast<FaultKind>(index_of_name("fault", head.substr(0, colon), fault_names()));
+    std::vector<std::string> arguments;
+    if (colon != std::string::npos) {
+        for (const auto field : split(std::string_view(head).substr(colon + 1), ',')) {
+            arguments.emplace_back(field);
+        }
+    }
+    take_arguments(arguments, text, fault);
+    if (at != std::string::npos) {
+        const std::string window = text.substr(at + 1);
+        const auto dash = window.find('-', 1);
+        fault.begin_s = number(window.substr(0, dash), text);
+        if (dash != std::string::npos) {
+            fault.end_s = number(window.substr(dash + 1), text);
+        }
+        if (!(fault.begin_s >= 0) || !(fault.end_s > fault.begin_s)) {
+            complain(text, "times must be BEGIN-END in seconds, in order");
+        }
+    }
+    return fault;
+}
+
+}  // namespace tricoil::host

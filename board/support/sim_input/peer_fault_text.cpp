@@ -1,0 +1,38 @@
+#include "board/support/sim_input/peer_fault_text.hpp"
+
+#include <charconv>
+
+#include "board/support/errors.hpp"
+#include "board/support/nearest_name.hpp"
+
+namespace tricoil::host {
+namespace {
+
+std::uint32_t number(const std::string& text, const std::string& whole) {
+    std::uint32_t value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size()) {
+        throw InputError("fault '" + whole + "': '" + text + "' is no number of a message; write NAME@FIRST-LAST");
+    }
+    return value;
+}
+
+}  // namespace
+
+sim::PeerFault parse_peer_fault(const std::string& text) {
+    const auto at = text.find('@');
+    if (at == std::string::npos) {
+        throw InputError("fault '" + text + "' has no place; write NAME@FIRST-LAST");
+    }
+    sim::PeerFault fault;
+    fault.kind = static_cast<sim::PeerFaultKind>(index_of_name("fault", text.substr(0, at),
+                                                               {"drop", "swap", "twice", "truncate", "corrupt", "version", "type",
+                                                                "transition", "misecho", "misstate", "silence", "stranger"}));
+    const std::string place = text.substr(at + 1);
+    const auto dash = place.find('-');
+    fault.first = number(place.substr(0, dash), text);
+    fault.last = dash == std::string::npos ? fault.first : number(place.substr(dash + 1), text);
+    return fault;
+}
+
+}  // namespace tricoil::host

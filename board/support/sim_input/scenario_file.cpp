@@ -1,0 +1,121 @@
+#include "board/support/sim_input/scenario_file.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "board/support/checked_table.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/nearest_name.hpp"
+#include "board/support/sim_input/builtin.hpp"
+#include "board/support/sim_input/fault_text.hpp"
+#include "board/support/text_table.hpp"
+#include "sim/motion/simple_motions.hpp"
+
+namespace tricoil::host {
+namespace {
+
+sim::Pose read_pose(CheckedTable& table) {
+    const Vec3<double> position = table.vector("position_m", {0.5, 0, 0});
+    const Vec3<double> euler = table.vector("euler_deg", {0, 0, 0}) * (std::acos(-1.0) / 180);
+    const auto o = geometry::attitude_matrix(geometry::Euler<double>{euler.x(), euler.y(), euler.z()});
+    return {position, geometry::attitude_quaternion(o)};
+}
+
+sim::PaperRates read_rates(CheckedTable& table) {
+    sim::PaperRates rates;
+    rates.azimuth_amplitude = table.number("azimuth_amplitude_rad_s", 0);
+    rates.azimuth_offset = table.number("azimuth_offset_rad_s", 0);
+    rates.elevation_amplitude = table.number("elevation_amplitude_rad_s", 0);
+    rates.elevation_offset = table.number("elevation_offset_rad_s", 0);
+    rates.attitude_amplitude = table.number("attitude_amplitude_rad_s", 0);
+    rates.start_range_m = table.positive("start_range_m", 0.5);
+    return rates;
+}
+
+std::unique_ptr<sim::Motion> read_motion(CheckedTable table, std::uint64_t seed) {
+    const std::string kind = table.choice("kind", {"still", "line", "circle", "hand", "paper"});
+    std::unique_ptr<sim::Motion> motion;
+    if (kind == "still") {
+        motion = std::make_unique<sim::StillMotion>(read_pose(table));
+    } else if (kind == "line") {
+        const sim::Pose centre = read_pose(table);
+        motion =
+            std::make_unique<sim::LineMotion>(centre, table.vector("amplitude_m", {0, 0.2, 0}), table.positive("rate_hz", 1));
+    } else if (kind == "circle") {
+        const Vec3<double> centre = table.vector("centre_m", {0.5, 0, 0});
+        motion = std::make_unique<sim::CircleMotion>(centre, table.positive("radius_m", 0.15), table.positive("rate_hz", 1));
+    } else if (kind == "hand") {
+        motion = std::make_unique<sim::HandMotion>(table.vector("centre_m", {0.6, 0, 0}), seed);
+    } else {
+        motion = std::make_unique<sim::PaperMotion>(read_rates(table));
+    }
+    table.finish();
+    return motion;
+}
+
+sim::WorldParams read_world(CheckedTable table, std::uint64_t seed) {
+    sim::WorldParams world;
+    world.seed = seed;
+    world.coupling_constant_m3 = table.positive("coupling_constant_m3", world.coupling_constant_m3);
+    world.coil_resistance_ohm = table.positive("coil_resistance_ohm", world.coil_resistance_ohm);
+    world.coil_inductance_h = table.positive("coil_inductance_h", world.coil_inductance_h);
+    world.mains_v = table.number("mains_v", world.mains_v);
+    world.mains_hz = table.positive("mains_hz", world.mains_hz);
+    world.source_matrix = table.matrix("source_matrix", world.source_matrix);
+    world.sensor_matrix = table.matrix("sensor_matrix", world.sensor_matrix);
+    const double bits = table.number("converter_bits", world.converter.bits);
+    world.converter.bits = bits >= 1 && bits <= 64 ? static_cast<int>(bits) : 0;
+    world.converter.range_v = table.positive("converter_range_v", world.converter.range_v);
+    world.converter.noise_v_per_sqrt_hz = table.number("noise_v_per_sqrt_hz", world.converter.noise_v_per_sqrt_hz);
+    world.converter.offset_v = table.number("offset_v", world.converter.offset_v);
+    world.converter.rail_v = table.positive("rail_v", world.converter.rail_v);
+    table.finish();
+    sim::check(world);
+    return world;
+}
+
+sim::Scenario parse_scenario(const std::string& name, std::string_view text, std::uint64_t seed) {
+    const toml::table document = parse_toml(name, text);
+    CheckedTable table(name, "", document);
+    sim::Scenario scenario;
+    scenario.name = name;
+    scenario.description = table.text("description", "");
+    scenario.duration_s = table.positive("duration_s", scenario.duration_s);
+    for (const std::string& fault : table.texts("faults")) {
+        scenario.faults.push_back(parse_fault(fault));
+    }
+    scenario.motion = read_motion(table.child("motion"), seed);
+    scenario.world = read_world(table.child("world"), seed);
+    table.finish();
+    return scenario;
+}
+
+std::string description_of(const BuiltinScenario& builtin) { return parse_scenario(builtin.name, builtin.text, 1).description; }
+
+}  // namespace
+
+std::vector<ScenarioName> builtin_scenarios() {
+    std::vector<ScenarioName> names;
+    for (const BuiltinScenario& builtin : kBuiltinScenarios) {
+        names.push_back({builtin.name, description_of(builtin)});
+    }
+    return names;
+}
+
+sim::Scenario load_scenario(const std::string& name_or_path, std::uint64_t seed) {
+    if (name_or_path.ends_with(".toml")) {
+        std::string text;
+        for (const std::string& line : read_lines(name_or_path)) {
+            text += line + '\n';
+        }
+        return parse_scenario(name_or_path, text, seed);
+    }
+    std::vector<std::string> names;
+    for (const BuiltinScenario& builtin : kBuiltinScenarios) {
+        names.emplace_back(builtin.name);
+    }
+    return parse_scenario(name_or_path, kBuiltinScenarios[index_of_name("scenario", name_or_path, names)].text, seed);
+}
+
+}  // namespace tricoil::host

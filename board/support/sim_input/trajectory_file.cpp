@@ -1,0 +1,72 @@
+#include "board/support/sim_input/trajectory_file.hpp"
+
+#include <Eigen/SVD>
+
+#include "board/support/errors.hpp"
+#include "board/support/text_table.hpp"
+
+namespace tricoil::host {
+namespace {
+
+constexpr double kOrthonormalTolerance = 0.02;  // recorders print six digits; larger errors are no rounding
+constexpr std::size_t kFewestPoses = 8;
+constexpr int kRows = 4;
+
+bool is_blank(const std::string& line) { return line.find_first_not_of(" \t") == std::string::npos; }
+
+Eigen::RowVector4d parse_row(const std::string& line, const TextPlace& place) {
+    const auto fields = split(line, ' ');
+    if (fields.size() != kRows) {
+        throw InputError(place.str() + ": " + std::to_string(fields.size()) + " numbers; a row of a 4x4 matrix has 4");
+    }
+    Eigen::RowVector4d row;
+    for (int i = 0; i < kRows; ++i) {
+        row(i) = parse_number(fields[static_cast<std::size_t>(i)], place);
+    }
+    return row;
+}
+
+sim::Pose to_pose(const Eigen::Matrix4d& matrix, const TextPlace& place) {
+    const Mat3<double> rotation = matrix.topLeftCorner<3, 3>();
+    const double off = (rotation.transpose() * rotation - Mat3<double>::Identity()).cwiseAbs().maxCoeff();
+    if (off > kOrthonormalTolerance || rotation.determinant() < 0) {
+        throw InputError(place.str() +
+                         ": the matrix that ends here is not a rotation (its axes are not orthonormal and right-handed)");
+    }
+    if (matrix.row(3) != Eigen::RowVector4d(0, 0, 0, 1)) {
+        throw InputError(place.str() + ": the last row of a homogeneous matrix must be 0 0 0 1");
+    }
+    return {matrix.topRightCorner<3, 1>(), Quat<double>(rotation).normalized()};
+}
+
+}  // namespace
+
+std::vector<sim::Pose> read_trajectory(const std::string& path) {
+    const auto lines = read_lines(path);
+    std::vector<sim::Pose> poses;
+    Eigen::Matrix4d matrix;
+    int row = 0;
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+        const TextPlace place{path, i + 1};
+        if (is_blank(lines[i])) {
+            if (row != 0) {
+                throw InputError(place.str() + ": a matrix stops after " + std::to_string(row) + " of 4 rows");
+            }
+            continue;
+        }
+        matrix.row(row++) = parse_row(lines[i], place);
+        if (row == kRows) {
+            poses.push_back(to_pose(matrix, place));
+            row = 0;
+        }
+    }
+    if (row != 0) {
+        throw InputError(TextPlace{path, lines.size()}.str() + ": the file ends within a matrix; it was cut off");
+    }
+    if (poses.size() < kFewestPoses) {
+        throw InputError(path + ": holds " + std::to_string(poses.size()) + " poses; at least 8 are needed to fit a motion");
+    }
+    return poses;
+}
+
+}  // namespace tricoil::host

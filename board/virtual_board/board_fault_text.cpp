@@ -1,0 +1,107 @@
+#include "board/virtual_board/board_fault_text.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string_view>
+
+#include "board/support/errors.hpp"
+#include "board/support/nearest_name.hpp"
+
+namespace tricoil::virtual_board {
+namespace {
+
+struct Kind {
+    const char* name;
+    const char* help;
+};
+constexpr std::array<Kind, 11> kKinds{{
+    {"adc_silent", "adc_silent:N  converter N (1, 3, 4, 5) ends no conversion"},
+    {"dma_stuck", "dma_stuck  the DMA serves nobody: converters overrun, carriers stop"},
+    {"crystal", "crystal  does not oscillate (any more)"},
+    {"hang", "hang  the main program stops, interrupts go on"},
+    {"hang_masked", "hang_masked  everything stops"},
+    {"power_loss", "power_loss  off and on again"},
+    {"flash_power_loss", "flash_power_loss:N  power is lost within the N-th erasing or programming from then on"},
+    {"usb_resets", "usb_resets:N  a bus reset every N milliseconds"},
+    {"can_babble", "can_babble  a node fills the bus with identifier 0"},
+    {"can_errors", "can_errors:N  N frames of the board are destroyed"},
+    {"can_alone", "can_alone  nobody on the CAN bus acknowledges"},
+}};
+constexpr double kMostCounted = 1e9;  // fits `unsigned`; more never comes in a run
+constexpr double kAlways = std::numeric_limits<double>::infinity();
+
+double number(const std::string& text, const std::string& fault) {
+    try {
+        std::size_t used = 0;
+        const double value = std::stod(text, &used);
+        if (used == text.size() && value >= 0) {
+            return value;
+        }
+    } catch (const std::exception&) {  // told below
+    }
+    throw host::InputError("fault '" + fault + "': '" + text + "' is not a number from 0 on");
+}
+
+/// The fault's N; 0 for a fault that has none.
+unsigned count(const Kind& kind, const std::string& field, const std::string& fault) {
+    const bool counts = std::string_view(kind.help).starts_with(std::string(kind.name) + ":N");
+    if (!counts) {
+        if (!field.empty()) {
+            throw host::InputError("fault '" + fault + "': takes no number");
+        }
+        return 0;
+    }
+    const double value = number(field.empty() ? field : field.substr(1), fault);
+    if (value < 1 || value > kMostCounted || value != std::floor(value)) {
+        throw host::InputError("fault '" + fault + "': give a whole number from 1 to 1000000000");
+    }
+    return static_cast<unsigned>(value);
+}
+
+}  // namespace
+
+std::vector<std::string> board_fault_names() {
+    std::vector<std::string> all;
+    std::transform(kKinds.begin(), kKinds.end(), std::back_inserter(all), [](const Kind& kind) { return kind.name; });
+    return all;
+}
+
+std::vector<std::string> board_fault_help() {
+    std::vector<std::string> all;
+    std::transform(kKinds.begin(), kKinds.end(), std::back_inserter(all), [](const Kind& kind) { return kind.help; });
+    return all;
+}
+
+bool is_board_fault(const std::string& text) {
+    const std::string name = text.substr(0, text.find_first_of(":@"));
+    return std::any_of(kKinds.begin(), kKinds.end(), [&](const Kind& kind) { return name == kind.name; });
+}
+
+BoardFault parse_board_fault(const std::string& text) {
+    BoardFault fault;
+    const auto at = text.find('@');
+    const std::string head = text.substr(0, at);
+    const auto colon = head.find(':');
+    const Kind& kind = kKinds.at(host::index_of_name("fault", head.substr(0, colon), board_fault_names()));
+    fault.name = kind.name;
+    fault.number = count(kind, head.substr(std::min(colon, head.size())), text);
+    fault.end_s = kAlways;
+    if (at != std::string::npos) {
+        const std::string times = text.substr(at + 1);
+        const auto dash = times.find('-');
+        fault.begin_s = number(times.substr(0, dash), text);
+        fault.end_s = dash == std::string::npos ? kAlways : number(times.substr(dash + 1), text);
+    }
+    if (fault.end_s <= fault.begin_s) {
+        throw host::InputError("fault '" + text + "': times must be BEGIN-END in seconds, in order");
+    }
+    const bool converter = fault.number == 1 || (fault.number >= 3 && fault.number <= 5);
+    if (fault.name == "adc_silent" && !converter) {
+        throw host::InputError("fault '" + text + "': the board uses converters 1, 3, 4 and 5; name one");
+    }
+    return fault;
+}
+
+}  // namespace tricoil::virtual_board

@@ -1,0 +1,44 @@
+// What a stage would record with real triads: couplings at known stage poses, as ILEMT text.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "tests/support/triads/wound_coil.hpp"
+
+namespace tricoil::sim {
+
+/// Two triads of windings, each in its own frame.
+struct RealTriads {
+    std::array<WoundCoilParams, 3> source;
+    std::array<WoundCoilParams, 3> sensor;
+    double coupling_constant = 2e-3;  // C: coupling units times m^3 for axes of unit length
+};
+
+/// Source coils on the corners of a triangle `spacing_m` from each other, sensor coils a few mm off; axes out of square by
+/// `skew_deg` in random directions, gains spread by 10 %. radius: of the source's windings; the sensor's are 3 mm.
+RealTriads make_triads(double spacing_m, double skew_deg, double source_radius_m, std::uint64_t seed);
+
+/// X(i, j) with the sensor's frame at position_m (source frame) and attitude o (source to sensor components).
+Mat3<double> coupling_matrix(const RealTriads& triads, const Vec3<double>& position_m, const Mat3<double>& o);
+
+/// A stage with three axes and a turntable about its z; source and sensor mounted crookedly, as hands do.
+struct StageParams {
+    double distance_m = 0.25;  // of the workspace's middle from the source
+    double half_width_m = 0.05;
+    int steps = 3;  // per axis
+    std::vector<double> turns_deg{-90, -45, 0, 45, 90};
+    double position_sigma_m = 0;  // of the stage
+    double noise_share = 0;       // of a pose's largest coupling
+    std::uint64_t seed = 1;
+};
+
+/// One file's text for a sensor fixture (0: YoutZup, 1: ZinXdown, 2: ZinYup).
+std::string ilemt_text(const RealTriads& triads, const StageParams& stage, int sensor_fixture);
+
+/// File name such as soYoutZup_seZinYup_md.dat.
+std::string ilemt_name(int sensor_fixture, const std::string& suffix);
+
+}  // namespace tricoil::sim
