@@ -9,6 +9,7 @@
 
 #include "board/support/sim_input/fault_text.hpp"
 #include "board/support/sim_input/scenario_file.hpp"
+#include "board/virtual_board/symbols_file.hpp"
 #include "sim/virtual_board/machine/symbols.hpp"
 #include "sim/virtual_board/run_report.hpp"
 #include "sim/world/scenario.hpp"

@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "board/support/errors.hpp"
+#include "board/virtual_board/symbols_file.hpp"
 #include "sim/virtual_board/machine/machine.hpp"
 #include "sim/virtual_board/machine/run_failure.hpp"
 #include "sim/virtual_board/machine/symbols.hpp"
