@@ -8,11 +8,11 @@
 namespace tricoil::host {
 namespace {
 
-std::uint32_t number(const std::string& text, const std::string& whole) {
+std::uint32_t message_number(const std::string& text, const std::string& whole) {
     std::uint32_t value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc() || end != text.data() + text.size()) {
-        throw InputError("fault '" + whole + "': '" + text + "' is no number of a message; write NAME@FIRST-LAST");
+        throw InputError("fault '" + whole + "': '" + text + "' is not a message number; write NAME@FIRST-LAST");
     }
     return value;
 }
@@ -30,8 +30,8 @@ sim::PeerFault parse_peer_fault(const std::string& text) {
                                                                 "transition", "misecho", "misstate", "silence", "stranger"}));
     const std::string place = text.substr(at + 1);
     const auto dash = place.find('-');
-    fault.first = number(place.substr(0, dash), text);
-    fault.last = dash == std::string::npos ? fault.first : number(place.substr(dash + 1), text);
+    fault.first = message_number(place.substr(0, dash), text);
+    fault.last = dash == std::string::npos ? fault.first : message_number(place.substr(dash + 1), text);
     return fault;
 }
 
