@@ -23,7 +23,4 @@ CliResult tricoil(const std::string& arguments, const std::string& setup = ":");
 std::string write_file(const std::string& name, const std::string& content);
 std::string read_file(const std::string& path);
 
-/// Folder of recordings that the project does not ship; empty, after saying so, if there is none. Set by TRICOIL_DATA_DIR.
-std::string recordings_folder();
-
 }  // namespace tricoil::test
