@@ -13,6 +13,7 @@
 #include "board/host/serve/recording_switch.hpp"
 #include "board/host/serve/server.hpp"
 #include "board/host/serve/tcp_service.hpp"
+#include "board/host/serve/web/page_text.hpp"
 #include "board/host/serve/web/web_server.hpp"
 
 namespace tricoil::host {
@@ -102,6 +103,9 @@ nlohmann::ordered_json source_of(const RunCommand& run) {
 }
 
 int run_serve(const ServeCommand& command) {
+    if (!command.web.empty() && web::kPage.empty()) {
+        throw InputError("serve: this program was built without the live page (TRICOIL_WEB=OFF)");
+    }
     TrackerControl control;
     Server server;
     Addresses addresses;
