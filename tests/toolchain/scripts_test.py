@@ -68,7 +68,7 @@ class NpmPackages(Scripts):
         self.fails("npm-packages", "web", status=3, naming="no npm; run toolchain/install-deps")
 
     def test_half_installed_is_not_taken_for_installed(self):
-        self.replace("npm", 'mkdir -p "$3/node_modules/three"; touch "$3/node_modules/three/package.json"; echo "npm ERR! network down"; exit 1')
+        self.replace("npm", 'mkdir -p "$3/node_modules/three"; touch "$3/node_modules/three/package.json"; echo "npm ERR! code network down"; exit 1')
         self.fails("npm-packages", "web", status=3, naming="network down")
         self.assertEqual(self.installed(), [])
         self.replace("npm", 'mkdir -p "$3/node_modules/three"')
