@@ -4,7 +4,6 @@
 
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <numbers>
@@ -15,6 +14,7 @@
 #include "core/solver/cold_start.hpp"
 #include "core/solver/direct.hpp"
 #include "tests/bench/raab.hpp"
+#include "tests/support/recordings.hpp"
 #include "tests/support/triads/data_set.hpp"
 
 namespace {
@@ -23,14 +23,15 @@ using namespace tricoil;
 namespace fs = std::filesystem;
 
 std::vector<std::string> recorded(const std::string& suffix) {
-    const char* set = std::getenv("TRICOIL_DATA_DIR");
-    const std::string folder =
-        (set != nullptr ? std::string(set) : std::string(TRICOIL_SOURCE_DIR) + "/../shared/data") + "/ilemt-concentric/";
+    const std::string folder = test::recordings_folder("ilemt-concentric");
+    if (folder.empty()) {
+        return {};
+    }
     std::vector<std::string> paths;
     for (int fixture = 0; fixture < 3; ++fixture) {
-        paths.push_back(folder + sim::ilemt_name(fixture, suffix));
+        paths.push_back(folder + "/" + sim::ilemt_name(fixture, suffix));
     }
-    return fs::exists(paths[0]) ? paths : std::vector<std::string>{};
+    return paths;
 }
 
 std::vector<std::string> generated(const std::string& suffix, std::uint64_t seed) {

@@ -7,6 +7,7 @@
 
 #include "core/base/angle_units.hpp"
 #include "tests/support/column_replay.hpp"
+#include "tests/support/recordings.hpp"
 
 namespace {
 
@@ -73,9 +74,9 @@ void print(const char* noise, const Totals& totals) {
 
 /// Optional argument: use every n-th file only.
 int main(int argc, char** argv) {
-    const auto files = test::recorded_files(TRICOIL_DEFAULT_DATA_DIR);
+    const auto files = test::recorded_motion_files();
     if (files.empty()) {
-        fmt::print(stderr, "tracking_table: no recorded motions; set TRICOIL_DATA_DIR to the folder that holds hand-motion/\n");
+        fmt::print(stderr, "tracking_table: no recorded motions; set TRICOIL_DATA_DIR to a folder with hand-motion/\n");
         return 2;
     }
     const std::size_t step = argc > 1 ? std::max(1UL, std::stoul(argv[1])) : 1;

@@ -2,9 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <filesystem>
-
 #include "tests/cli/cli_runner.hpp"
+#include "tests/support/recordings.hpp"
 
 namespace tricoil::test {
 namespace {
@@ -13,7 +12,7 @@ class RecordedStage : public ::testing::Test {
 protected:
     void SetUp() override {
         folder_ = recordings_folder();
-        if (folder_.empty() || !std::filesystem::is_directory(folder_ + "/ilemt-concentric")) {
+        if (recordings_folder("ilemt-concentric").empty()) {
             GTEST_SKIP() << "no recordings: set TRICOIL_DATA_DIR to a folder with ilemt-concentric/ and adc-captures/";
         }
     }

@@ -44,11 +44,4 @@ inline CliResult tricoil(const std::string& arguments, const std::string& setup 
     return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_file(out), read_file(err)};
 }
 
-/// Folder of recordings that the project does not ship; empty, after saying so, if there is none. Set by TRICOIL_DATA_DIR.
-inline std::string recordings_folder() {
-    const char* set = std::getenv("TRICOIL_DATA_DIR");
-    const std::string folder = set != nullptr ? set : std::string(TRICOIL_SOURCE_DIR) + "/../shared/data";
-    return std::filesystem::is_directory(folder) ? folder : "";
-}
-
 }  // namespace tricoil::test

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/cli/cli_runner.hpp"
+#include "tests/support/recordings.hpp"
 
 namespace tricoil::test {
 namespace {

@@ -109,7 +109,8 @@ TEST_F(Can, SpeaksTheKernelsIsoTp) {
     m.tail = blob;
     const auto message = bytes_of(m);
     host.close();
-    test::shell("isotprecv -s 1F3 -d 1E3 -L 72:64:1 vcan0 > /run/isotp & sleep 0.2");
+    test::shell("isotprecv -s 1F3 -d 1E3 -L 72:64:1 vcan0 > /run/isotp &");
+    ASSERT_TRUE(test::eventually([] { return test::read_text("/proc/net/can/rcvlist_sff").find("isotp") != std::string::npos; }));
     ASSERT_TRUE(device.send(message).ok());
     for (int i = 0; i < 40; ++i) {
         hal::ReceivedMessage none;
@@ -125,8 +126,10 @@ TEST_F(Can, SpeaksTheKernelsIsoTp) {
 
     ASSERT_TRUE(host.open().ok());
     test::write_text("/run/message", expected.str());
-    test::shell("isotpsend -s 1E3 -d 1F3 -L 72:64:1 vcan0 < /run/message & sleep 0.1");
-    EXPECT_EQ(next(host), message);
+    test::shell("isotpsend -s 1E3 -d 1F3 -L 72:64:1 vcan0 < /run/message &");
+    std::vector<std::uint8_t> received;
+    EXPECT_TRUE(test::eventually([&] { return !(received = next(host)).empty(); }));
+    EXPECT_EQ(received, message);
 }
 
 TEST_F(Can, ReceivesAgainAfterTheLinkWasDown) {

@@ -2,8 +2,6 @@
 #pragma once
 
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
 #include <memory>
 #include <random>
 #include <string>
@@ -166,21 +164,6 @@ Score play(const sim::Motion& motion, const ReplayParams& params, Tracker& track
         }
     });
     return score;
-}
-
-/// The recorded hand motions, sorted by name; empty if the data are not there. TRICOIL_DATA_DIR names another place.
-inline std::vector<std::string> recorded_files(const std::string& default_data) {
-    const char* given = std::getenv("TRICOIL_DATA_DIR");
-    const std::filesystem::path folder = std::filesystem::path(given != nullptr ? given : default_data.c_str()) / "hand-motion";
-    std::vector<std::string> files;
-    std::error_code error;
-    for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
-        if (entry.path().extension() == ".traj") {
-            files.push_back(entry.path().string());
-        }
-    }
-    std::sort(files.begin(), files.end());
-    return files;
 }
 
 inline std::unique_ptr<sim::RecordedMotion> recorded_motion(const std::string& file) {

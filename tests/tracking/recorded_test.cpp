@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/column_replay.hpp"
+#include "tests/support/recordings.hpp"
 
 namespace tricoil::tracking {
 namespace {
@@ -17,9 +18,9 @@ struct Totals {
 class Recorded : public ::testing::Test {
 protected:
     void SetUp() override {
-        files_ = test::recorded_files(TRICOIL_DEFAULT_DATA_DIR);
+        files_ = test::recorded_motion_files();
         if (files_.empty()) {
-            GTEST_SKIP() << "no recorded hand motions: set TRICOIL_DATA_DIR to the folder that holds hand-motion/";
+            GTEST_SKIP() << "no recorded hand motions: set TRICOIL_DATA_DIR to a folder with hand-motion/";
         }
     }
 

@@ -4,109 +4,104 @@
 
 #include <cmath>
 
-<<<<<<< HEAD
-#include "board/support/errors.hpp"
-#include "core/geometry/quaternion.hpp"
-    =======
 #include "board/support/errors.hpp"
 #include "board/support/text_table.hpp"
-    >>>>>>> layers
+#include "core/geometry/quaternion.hpp"
 #include "core/signal/excitation.hpp"
 
-    namespace tricoil::host {
-    namespace {
+namespace tricoil::host {
+namespace {
 
-    /// How many columns stand before the couplings; throws InputError unless the header ends in all nine, in order.
-    std::size_t columns_before(const std::string& path, const std::string& header) {
-        const auto names = split(header, ',');
-        for (const char letter : {'x', 'm'}) {
-            std::string wanted;
-            for (int i = 1; i <= 3; ++i) {
-                for (int j = 1; j <= 3; ++j) {
-                    wanted += fmt::format("{}{}{}{}", wanted.empty() ? "" : ",", letter, i, j);
-                }
-            }
-            if (names.size() >= kCouplings && header.ends_with(wanted)) {
-                return names.size() - kCouplings;
+/// How many columns stand before the couplings; throws InputError unless the header ends in all nine, in order.
+std::size_t columns_before(const std::string& path, const std::string& header) {
+    const auto names = split(header, ',');
+    for (const char letter : {'x', 'm'}) {
+        std::string wanted;
+        for (int i = 1; i <= 3; ++i) {
+            for (int j = 1; j <= 3; ++j) {
+                wanted += fmt::format("{}{}{}{}", wanted.empty() ? "" : ",", letter, i, j);
             }
         }
-        throw InputError(path +
-                         ":1: the header must end in x11,x12,x13,x21,x22,x23,x31,x32,x33 (xij: sensor coil i, source coil j)");
-    }
-
-    /// The numbers of every line, checked for count and for couplings of full rank.
-    template <typename Take>
-    void read_table(const std::string& path, std::size_t before, const std::vector<std::string>& lines, Take take) {
-        for (std::size_t n = 1; n < lines.size(); ++n) {
-            const TextPlace place{path, n + 1};
-            if (lines[n].empty()) {
-                continue;
-            }
-            const auto fields = split(lines[n], ',');
-            if (fields.size() != before + kCouplings) {
-                throw InputError(fmt::format("{}: {} columns; {} are needed", place.str(), fields.size(), before + kCouplings));
-            }
-            Mat3<double> x;
-            for (std::size_t k = 0; k < kCouplings; ++k) {
-                x(static_cast<Eigen::Index>(k / 3), static_cast<Eigen::Index>(k % 3)) = parse_number(fields[before + k], place);
-            }
-            if (!(std::abs(x.determinant()) > 1e-6 * std::pow(x.norm(), 3))) {
-                throw InputError(place.str() + ": the couplings are zero or have rank below three: a coil or a channel was dead");
-            }
-            take(fields, x, place);
+        if (names.size() >= kCouplings && header.ends_with(wanted)) {
+            return names.size() - kCouplings;
         }
     }
+    throw InputError(path + ":1: the header must end in x11,x12,x13,x21,x22,x23,x31,x32,x33 (xij: sensor coil i, source coil j)");
+}
 
-    }  // namespace
-
-    std::vector<Mat3<double>> read_frames(const std::string& path) {
-        const auto lines = read_lines(path);
-        std::vector<Mat3<double>> frames;
-        read_table(path, columns_before(path, lines.front()), lines,
-                   [&](const auto&, const Mat3<double>& x, const TextPlace&) { frames.push_back(x); });
-        return frames;
-    }
-
-    std::vector<Mat3<double>> deskewed(const std::vector<Mat3<double>>& frames, double skew) {
-        std::vector<Mat3<double>> result;
-        for (std::size_t k = 2; k + 2 < frames.size(); ++k) {
-            Mat3<double> x;
-            for (int j = 0; j < 3; ++j) {
-                // Column j of frame n stands at n + j skew; wanted at k + skew, that is t = (1 - j) skew frames after its own.
-                const double t = (1 - j) * skew;
-                const double shift = std::floor(t);
-                const double s = t - shift;  // between frames k + shift and the next
-                const auto column = [&](int offset) {
-                    return frames[static_cast<std::size_t>(static_cast<std::ptrdiff_t>(k) + static_cast<std::ptrdiff_t>(shift) +
-                                                           offset)]
-                        .col(j);
-                };
-                // Lagrange's cubic through -1, 0, 1, 2.
-                x.col(j) = -s * (s - 1) * (s - 2) / 6 * column(-1) + (s + 1) * (s - 1) * (s - 2) / 2 * column(0) -
-                           (s + 1) * s * (s - 2) / 2 * column(1) + (s + 1) * s * (s - 1) / 6 * column(2);
-            }
-            result.push_back(x);
+/// The numbers of every line, checked for count and for couplings of full rank.
+template <typename Take>
+void read_table(const std::string& path, std::size_t before, const std::vector<std::string>& lines, Take take) {
+    for (std::size_t n = 1; n < lines.size(); ++n) {
+        const TextPlace place{path, n + 1};
+        if (lines[n].empty()) {
+            continue;
         }
-        return result;
-    }
-
-    std::vector<GridFrame> read_grid(const std::string& path) {
-        const auto lines = read_lines(path);
-        const std::size_t before = columns_before(path, lines.front());
-        if (before != 3 || !lines.front().starts_with("column,row,level,")) {
-            throw InputError(path + ":1: the header must be column,row,level,x11,...,x33");
+        const auto fields = split(lines[n], ',');
+        if (fields.size() != before + kCouplings) {
+            throw InputError(fmt::format("{}: {} columns; {} are needed", place.str(), fields.size(), before + kCouplings));
         }
-        std::vector<GridFrame> frames;
-        read_table(path, before, lines, [&](const auto& fields, const Mat3<double>& x, const TextPlace& place) {
-            GridFrame frame;
-            for (std::size_t k = 0; k < 3; ++k) {
-                frame.node(static_cast<Eigen::Index>(k)) = parse_number(fields[k], place);
-            }
-            frame.x = x;
-            frame.line = place.line;
-            frames.push_back(frame);
-        });
-        return frames;
+        Mat3<double> x;
+        for (std::size_t k = 0; k < kCouplings; ++k) {
+            x(static_cast<Eigen::Index>(k / 3), static_cast<Eigen::Index>(k % 3)) = parse_number(fields[before + k], place);
+        }
+        if (!(std::abs(x.determinant()) > 1e-6 * std::pow(x.norm(), 3))) {
+            throw InputError(place.str() + ": the couplings are zero or have rank below three: a coil or a channel was dead");
+        }
+        take(fields, x, place);
     }
+}
+
+}  // namespace
+
+std::vector<Mat3<double>> read_frames(const std::string& path) {
+    const auto lines = read_lines(path);
+    std::vector<Mat3<double>> frames;
+    read_table(path, columns_before(path, lines.front()), lines,
+               [&](const auto&, const Mat3<double>& x, const TextPlace&) { frames.push_back(x); });
+    return frames;
+}
+
+std::vector<Mat3<double>> deskewed(const std::vector<Mat3<double>>& frames, double skew) {
+    std::vector<Mat3<double>> result;
+    for (std::size_t k = 2; k + 2 < frames.size(); ++k) {
+        Mat3<double> x;
+        for (int j = 0; j < 3; ++j) {
+            // Column j of frame n stands at n + j skew; wanted at k + skew, that is t = (1 - j) skew frames after its own.
+            const double t = (1 - j) * skew;
+            const double shift = std::floor(t);
+            const double s = t - shift;  // between frames k + shift and the next
+            const auto column = [&](int offset) {
+                return frames[static_cast<std::size_t>(static_cast<std::ptrdiff_t>(k) + static_cast<std::ptrdiff_t>(shift) +
+                                                       offset)]
+                    .col(j);
+            };
+            // Lagrange's cubic through -1, 0, 1, 2.
+            x.col(j) = -s * (s - 1) * (s - 2) / 6 * column(-1) + (s + 1) * (s - 1) * (s - 2) / 2 * column(0) -
+                       (s + 1) * s * (s - 2) / 2 * column(1) + (s + 1) * s * (s - 1) / 6 * column(2);
+        }
+        result.push_back(x);
+    }
+    return result;
+}
+
+std::vector<GridFrame> read_grid(const std::string& path) {
+    const auto lines = read_lines(path);
+    const std::size_t before = columns_before(path, lines.front());
+    if (before != 3 || !lines.front().starts_with("column,row,level,")) {
+        throw InputError(path + ":1: the header must be column,row,level,x11,...,x33");
+    }
+    std::vector<GridFrame> frames;
+    read_table(path, before, lines, [&](const auto& fields, const Mat3<double>& x, const TextPlace& place) {
+        GridFrame frame;
+        for (std::size_t k = 0; k < 3; ++k) {
+            frame.node(static_cast<Eigen::Index>(k)) = parse_number(fields[k], place);
+        }
+        frame.x = x;
+        frame.line = place.line;
+        frames.push_back(frame);
+    });
+    return frames;
+}
 
 }  // namespace tricoil::host

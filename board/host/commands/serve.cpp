@@ -11,6 +11,7 @@
 #include "board/host/serve/recording_switch.hpp"
 #include "board/host/serve/server.hpp"
 #include "board/host/serve/tcp_service.hpp"
+#include "board/host/serve/web/page_text.hpp"
 #include "board/host/serve/web/web_server.hpp"
 #include "board/record/tap_fan_out.hpp"
 #include "board/support/errors.hpp"
@@ -102,6 +103,9 @@ nlohmann::ordered_json source_of(const RunCommand& run) {
 }
 
 int run_serve(const ServeCommand& command) {
+    if (!command.web.empty() && web::kPage.empty()) {
+        throw InputError("serve: this program was built without the live page (TRICOIL_WEB=OFF)");
+    }
     TrackerControl control;
     Server server;
     Addresses addresses;

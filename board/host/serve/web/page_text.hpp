@@ -1,4 +1,4 @@
-// The page as it was built, in one piece.
+// The page as it was built, in one piece; empty in a program that was built without it.
 #pragma once
 
 #include <string_view>

@@ -1,0 +1,6 @@
+// Stands in for the generated page where the program is built without one (TRICOIL_WEB=OFF).
+#include "board/host/serve/web/page_text.hpp"
+
+namespace tricoil::host::web {
+const std::string_view kPage;
+}  // namespace tricoil::host::web
