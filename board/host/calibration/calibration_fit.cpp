@@ -3,13 +3,13 @@
 #include <ceres/ceres.h>
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
 #include <numbers>
 
+#include "board/host/calibration/dense_algebra.hpp"
 #include "board/host/calibration/fit_parameters.hpp"
 #include "board/host/calibration/fixture_name.hpp"
 #include "board/host/calibration/initial_guess.hpp"
@@ -186,9 +186,9 @@ private:
             for (const MeasuredPose& pose : files_[f].poses) {
                 const Mat3<double>& jig = jig_start_[m];
                 const auto weight =
-                    pose_weight(model_of<double>(magnetic_.data(), coupling_constant_), current_pose(s, m, pose), weight_m(pose));
-                auto* functor = new PoseResidual{pose, source_start_[s], named_[m], jig, coupling_constant_, weight, finite};
-                auto* cost = new ceres::AutoDiffCostFunction<PoseResidual, 9, kMagnetic, kRigid, kRigid, kRigid>(functor);
+                    pose_weight(model_of(magnetic_.data(), coupling_constant_), current_pose(s, m, pose), weight_m(pose));
+                auto* cost =
+                    new PoseResidual(PoseTerms{pose, source_start_[s], named_[m], jig, coupling_constant_, weight, finite});
                 problem_->AddResidualBlock(cost, new ceres::CauchyLoss(loss_m), magnetic_.data(), source_[s].data(), fixture,
                                            jig_.data());
             }
@@ -289,7 +289,7 @@ private:
 
     CalibrationFit result() {
         CalibrationFit fit;
-        fit.model = model_of<double>(magnetic_.data(), coupling_constant_);
+        fit.model = model_of(magnetic_.data(), coupling_constant_);
         for (std::size_t s = 0; s < source_.size(); ++s) {
             fit.source_stage[source_names_[s]] = source_of(s);
         }
@@ -381,10 +381,10 @@ private:
         }
         const Eigen::VectorXd norms = jacobian.colwise().norm().cwiseMax(1e-300);
         const Eigen::MatrixXd normalised = jacobian * norms.cwiseInverse().asDiagonal();
-        const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(normalised.transpose() * normalised);
-        const double least = std::max(eigen.eigenvalues()(0), 1e-300);
-        fit.condition = std::sqrt(eigen.eigenvalues()(eigen.eigenvalues().size() - 1) / least);
-        eigen.eigenvectors().col(0).cwiseAbs().maxCoeff(&weakest_index_);
+        const SymmetricEigen eigen = eigen_of_symmetric(normalised.transpose() * normalised);
+        const double least = std::max(eigen.values(0), 1e-300);
+        fit.condition = std::sqrt(eigen.values(eigen.values.size() - 1) / least);
+        eigen.vectors.col(0).cwiseAbs().maxCoeff(&weakest_index_);
         name_parameters(fit, deviations(jacobian, eigen, norms));
         if (fit.condition > kWorstCondition) {
             throw InputError(
@@ -400,11 +400,10 @@ private:
 
     /// Standard deviations that hold whatever the residuals' distribution, poses being independent of each other:
     /// (J^T J)^-1 (sum over poses of J_k^T r_k r_k^T J_k) (J^T J)^-1 (White 1980, Econometrica 48(4)).
-    Eigen::VectorXd deviations(const Eigen::MatrixXd& jacobian, const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>& eigen,
-                               const Eigen::VectorXd& norms) {
+    Eigen::VectorXd deviations(const Eigen::MatrixXd& jacobian, const SymmetricEigen& eigen, const Eigen::VectorXd& norms) {
         const std::vector<double> values = residuals();
-        const Eigen::VectorXd inverse = eigen.eigenvalues().cwiseMax(1e-300).cwiseInverse();
-        const Eigen::MatrixXd bread = eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
+        const Eigen::VectorXd inverse = eigen.values.cwiseMax(1e-300).cwiseInverse();
+        const Eigen::MatrixXd bread = eigen.vectors * inverse.asDiagonal() * eigen.vectors.transpose();
         const double limit = kOutlierDeviations * deviation_m() + 1e-12;
         Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(jacobian.rows() / 9, jacobian.cols());
         for (Eigen::Index k = 0; k < scores.rows(); ++k) {

@@ -3,11 +3,13 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <numbers>
+
+#include "board/host/calibration/dense_algebra.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -45,10 +47,10 @@ Eigen::RowVectorXd monomials(const Vec3<double>& p) {
 
 /// Part of `wanted` that lies in the span of `features`.
 Eigen::MatrixXd explained(const Eigen::MatrixXd& features, const Eigen::MatrixXd& wanted) {
-    return features * features.completeOrthogonalDecomposition().solve(wanted);
+    return features * least_squares(features, wanted);
 }
 
-void split(const std::vector<PoseError>& errors, const std::vector<PoseFile>& files, ErrorReport& report) {
+void split_by_fixture(const std::vector<PoseError>& errors, const std::vector<PoseFile>& files, ErrorReport& report) {
     const auto n = static_cast<Eigen::Index>(errors.size());
     Eigen::MatrixXd error(n, 3);
     Eigen::MatrixXd position(n, 20);
@@ -95,7 +97,7 @@ ErrorReport summarise_errors(const std::vector<PoseError>& errors, const std::ve
             report.bands.push_back(band);
         }
     }
-    split(errors, files, report);
+    split_by_fixture(errors, files, report);
     return report;
 }
 

@@ -3,11 +3,12 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
 #include "board/host/calibration/calibration_fit.hpp"
+#include "board/host/calibration/dense_algebra.hpp"
 #include "board/host/calibration/initial_guess.hpp"
 #include "board/host/calibration/nearest_rotation.hpp"
 #include "board/support/errors.hpp"
@@ -117,7 +118,7 @@ void fit_output_correction(CalibrationFile& calibration, const std::vector<PoseE
         features.row(row) << weight * measured.transpose(), weight;
         wanted.row(row) = -weight * errors[i].error_m.transpose();
     }
-    const Eigen::MatrixXd solution = features.colPivHouseholderQr().solve(wanted);
+    const Eigen::MatrixXd solution = least_squares(features, wanted);
     calibration.calibration.output_linear = Mat3<double>::Identity() + solution.topRows<3>().transpose();
     calibration.calibration.output_offset_m = solution.row(3).transpose();
 }
@@ -157,7 +158,7 @@ void improve(CalibrationFile& c, const std::vector<PoseFile>& files, const std::
             (void)mount;
         }
     }
-    const Eigen::VectorXd step = jacobian.completeOrthogonalDecomposition().solve(residual);
+    const Eigen::VectorXd step = least_squares(jacobian, residual);
     const auto turn = [](const Vec3<double>& w, const Mat3<double>& r) -> Mat3<double> {
         return geometry::rotation_vector_to_quaternion<double>(w).toRotationMatrix() * r;
     };

@@ -4,7 +4,7 @@
 #include <ceres/rotation.h>
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <array>
 #include <cmath>
 
@@ -37,8 +37,8 @@ struct NodeResidual {
     Vec3<double> hemisphere;
 
     bool operator()(const double* n, const double* m, const double* grid, const double* pivot, double* residual) const {
-        const Mat3<double> sensor = symmetric_matrix<double>(n[0], n[1], 3 - n[0] - n[1], n[2], n[3], n[4]);
-        const Mat3<double> moment = coupling_constant * symmetric_matrix<double>(m[0], m[1], m[2], m[3], m[4], m[5]);
+        const Mat3<double> sensor = symmetric_matrix(n[0], n[1], 3 - n[0] - n[1], n[2], n[3], n[4]);
+        const Mat3<double> moment = coupling_constant * symmetric_matrix(m[0], m[1], m[2], m[3], m[4], m[5]);
         const Mat3<double> ideal = corrected(x, sensor, moment);
         const auto s = solver::solve_direct<double>(ideal, 1.0);
         if (!s.ok()) {
@@ -93,9 +93,8 @@ GridCalibration result_of(const Parameters& p, double c, const Similarity& start
                           std::size_t frames, double extent, double misfit_before) {
     GridCalibration result;
     result.sensor =
-        symmetric_matrix<double>(p.sensor[0], p.sensor[1], 3 - p.sensor[0] - p.sensor[1], p.sensor[2], p.sensor[3], p.sensor[4]);
-    result.source_moment =
-        c * symmetric_matrix<double>(p.moment[0], p.moment[1], p.moment[2], p.moment[3], p.moment[4], p.moment[5]);
+        symmetric_matrix(p.sensor[0], p.sensor[1], 3 - p.sensor[0] - p.sensor[1], p.sensor[2], p.sensor[3], p.sensor[4]);
+    result.source_moment = c * symmetric_matrix(p.moment[0], p.moment[1], p.moment[2], p.moment[3], p.moment[4], p.moment[5]);
     Mat3<double> turn;
     ceres::AngleAxisToRotationMatrix(p.grid.data() + 3, turn.data());
     result.source_grid = {turn * start.rotation, kLengthUnit_m * Vec3<double>(p.grid[0], p.grid[1], p.grid[2])};

@@ -2,12 +2,15 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
+#include <Eigen/LU>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
 
+#include "board/host/calibration/dense_algebra.hpp"
 #include "board/host/calibration/nearest_rotation.hpp"
 #include "board/host/calibration/self_calibration.hpp"
 #include "board/support/errors.hpp"
@@ -128,7 +131,7 @@ Mat3<double> linear_part(const std::vector<Solved>& solved, std::size_t files) {
         features.row(i).segment<9>(4 + 9 * static_cast<Eigen::Index>(s.file)) = s.weight * s.pose->stage_rotation.reshaped();
         positions.row(i) = s.weight * s.position_m;
     }
-    const Eigen::MatrixXd solution = features.completeOrthogonalDecomposition().solve(positions);
+    const Eigen::MatrixXd solution = least_squares(features, positions);
     return solution.topRows<3>().transpose();
 }
 
@@ -145,7 +148,7 @@ void fit_offsets(const std::vector<Solved>& solved, double scale, InitialGuess& 
         features.block<3, 3>(3 * i, 3 + 3 * static_cast<Eigen::Index>(s.file)) = s.weight * a * s.pose->stage_rotation;
         rest.segment<3>(3 * i) = s.weight * (s.position_m / scale - a * s.pose->stage_position_m);
     }
-    const Eigen::VectorXd solution = features.completeOrthogonalDecomposition().solve(rest);
+    const Eigen::VectorXd solution = least_squares(features, rest);
     guess.source_stage.translation_m = solution.head<3>();
     for (std::size_t f = 0; f < guess.mount_sensor.size(); ++f) {
         guess.mount_sensor[f].translation_m = solution.segment<3>(3 + 3 * static_cast<Eigen::Index>(f));

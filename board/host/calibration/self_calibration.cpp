@@ -4,9 +4,10 @@
 #include <ceres/normal_prior.h>
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/SVD>
 #include <cmath>
 
+#include "board/host/calibration/dense_algebra.hpp"
 #include "board/support/errors.hpp"
 #include "core/field/concentric_dipole.hpp"
 #include "core/solver/direct.hpp"
@@ -93,8 +94,8 @@ void judge(ceres::Problem& problem, std::vector<double*> blocks, SelfCalibration
         }
         information += j * j.transpose();
     }
-    const Eigen::SelfAdjointEigenSolver<decltype(information)> eigen(information);
-    result.weakest = std::sqrt(std::max(0.0, eigen.eigenvalues()(0)) / eigen.eigenvalues()(2 * kShape - 1));
+    const SymmetricEigen eigen = eigen_of_symmetric(information);
+    result.weakest = std::sqrt(std::max(0.0, eigen.values(0)) / eigen.values(2 * kShape - 1));
     if (result.weakest < kWeakest) {
         throw InputError(
             "free motion did not determine all gains and angles: turn the sensor through all attitudes and move it "
@@ -102,7 +103,7 @@ void judge(ceres::Problem& problem, std::vector<double*> blocks, SelfCalibration
     }
     const double frames = sparse.num_rows / 9.0;
     const double variance = 2 * cost / (3 * frames - 2 * kShape);  // three residual degrees of freedom per frame
-    const Eigen::Matrix<double, 2 * kShape, 2 * kShape> covariance = variance * information.inverse();
+    const Eigen::Matrix<double, 2 * kShape, 2 * kShape> covariance = variance * inverse_of_definite(information);
     const auto last = [&](int first) { return std::sqrt(covariance.block<2, 2>(first, first).sum()); };
     const Eigen::VectorXd deviation = covariance.diagonal().cwiseSqrt();
     result.sensor_deviation = entries_of(deviation.head<kShape>(), last(0));

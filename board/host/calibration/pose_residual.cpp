@@ -1,0 +1,192 @@
+#include "board/host/calibration/pose_residual.hpp"
+
+#include <ceres/rotation.h>
+
+#include <cmath>
+
+#include "board/host/calibration/dense_algebra.hpp"
+
+namespace tricoil::host {
+namespace {
+
+constexpr double kLever_m = 0.1;      // a rad counts as much as this length: a hand's breadth, a stylus
+constexpr double kMisfitShare = 0.5;  // weight of what no pose explains, against what moves the pose
+
+template <int Columns>
+using Jacobian = Eigen::Matrix<double, 9, Columns, Eigen::RowMajor>;
+
+Mat3<double> cross_matrix(const Vec3<double>& v) {
+    Mat3<double> m;
+    m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+    return m;
+}
+
+/// J(w) with exp(w + dw) = exp(J(w) dw) exp(w) to first order: the left Jacobian of the rotation group.
+Mat3<double> left_jacobian(const double* vector) {
+    const Vec3<double> w(vector[0], vector[1], vector[2]);
+    const double square = w.squaredNorm();
+    const double angle = std::sqrt(square);
+    const bool small = angle < 1e-4;
+    const double first = small ? 0.5 - square / 24 : (1 - std::cos(angle)) / square;
+    const double second = small ? 1.0 / 6 - square / 120 : (angle - std::sin(angle)) / (square * angle);
+    const Mat3<double> cross = cross_matrix(w);
+    return Mat3<double>::Identity() + first * cross + second * cross * cross;
+}
+
+/// A coupling and its gradients by displacement, moment, sensitivity and both octupoles.
+struct PairDerivatives {
+    double value;
+    Vec3<double> by_displacement_per_m, by_moment, by_sensitivity;
+    double by_source_octupole = 0, by_sensor_octupole = 0;
+};
+
+/// Gradient of |v| f(v / |v|) by v, where `term.by_axis` is f's along and across the axis.
+Vec3<double> by_scaled_axis(const field::OctupoleCoupling<double>& term, const Vec3<double>& axis) {
+    return term.by_axis + (term.value - axis.dot(term.by_axis)) * axis;
+}
+
+PairDerivatives pair_derivatives(const Vec3<double>& r, const Vec3<double>& moment, const Vec3<double>& sensitivity) {
+    const auto pair = field::dipole_pair<double>(r, moment, sensitivity);
+    // Reciprocity: the field of the sensor coil at the source coil.
+    const auto swapped = field::dipole_pair<double>(r, sensitivity, moment);
+    return {pair.value, pair.by_displacement_per_m, swapped.by_sensitivity, pair.by_sensitivity};
+}
+
+void add_octupoles(PairDerivatives& pair, const Vec3<double>& r, const Vec3<double>& moment, const Vec3<double>& sensitivity,
+                   double source_m2, double sensor_m2) {
+    const double m = moment.norm();
+    const double n = sensitivity.norm();
+    const auto source = field::octupole_pair<double>(r, moment / m, sensitivity);
+    const auto sensor = field::octupole_pair<double>(r, sensitivity / n, moment);
+    pair.by_source_octupole = m * source.value;
+    pair.by_sensor_octupole = n * sensor.value;
+    pair.value += source_m2 * m * source.value + sensor_m2 * n * sensor.value;
+    pair.by_displacement_per_m += source_m2 * m * source.by_displacement_per_m + sensor_m2 * n * sensor.by_displacement_per_m;
+    pair.by_moment += source_m2 * by_scaled_axis(source, moment / m) + sensor_m2 * n * sensor.by_sensitivity;
+    pair.by_sensitivity += source_m2 * m * source.by_sensitivity + sensor_m2 * by_scaled_axis(sensor, sensitivity / n);
+}
+
+/// Derivatives of vec(X) by the magnetic parameters, and by position and small rotation of the sensor in the source frame.
+struct CouplingDerivatives {
+    Eigen::Matrix<double, 9, 1> x;
+    Jacobian<kMagnetic> by_magnetic = Jacobian<kMagnetic>::Zero();
+    Jacobian<3> by_position, by_rotation;
+};
+
+/// Row of d value / d (xx, yy, zz, xy, xz, yz) of a symmetric matrix whose column `column` has the gradient g.
+Eigen::Matrix<double, 1, 6> by_symmetric(const Vec3<double>& g, int column) {
+    static constexpr int kPlace[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
+    Eigen::Matrix<double, 1, 6> row = Eigen::Matrix<double, 1, 6>::Zero();
+    for (int k = 0; k < 3; ++k) {
+        row(kPlace[k][column]) = g(k);
+    }
+    return row;
+}
+
+/// Adds the gradient g by the offset of coil `coil`, of three with zero sum, at `first` in the row.
+template <typename Row>
+void add_offset(Row&& row, int first, const Vec3<double>& g, int coil) {
+    if (coil < 2) {
+        row.template segment<3>(first + 3 * coil) += kLengthUnit_m * g.transpose();
+    } else {
+        row.template segment<3>(first) -= kLengthUnit_m * g.transpose();
+        row.template segment<3>(first + 3) -= kLengthUnit_m * g.transpose();
+    }
+}
+
+CouplingDerivatives coupling_derivatives(const field::GeneralDipole<double>& model, double c, const Vec3<double>& position_m,
+                                         const Mat3<double>& o, bool finite) {
+    CouplingDerivatives all;
+    for (int i = 0; i < 3; ++i) {
+        const Vec3<double> arm = o.transpose() * model.sensor_offset_m.col(i);
+        const Vec3<double> n = o.transpose() * model.sensor_sensitivity.col(i);
+        for (int j = 0; j < 3; ++j) {
+            const Vec3<double> r = position_m + arm - model.source_offset_m.col(j);
+            const Vec3<double> m = model.source_moment.col(j);
+            PairDerivatives pair = pair_derivatives(r, m, n);
+            if (finite) {
+                add_octupoles(pair, r, m, n, model.source_octupole_m2(j), model.sensor_octupole_m2(i));
+            }
+            const int at = i + 3 * j;
+            all.x(at) = pair.value;
+            all.by_position.row(at) = pair.by_displacement_per_m;
+            all.by_rotation.row(at) = arm.cross(pair.by_displacement_per_m) + n.cross(pair.by_sensitivity);
+            auto row = all.by_magnetic.row(at);
+            row.segment<6>(kMoments) = c * by_symmetric(pair.by_moment, j);
+            const auto shape = by_symmetric(o * pair.by_sensitivity, i);  // (xx, yy, 3 - xx - yy, xy, xz, yz)
+            row.segment<2>(kSensitivities) = shape.head<2>() - Eigen::RowVector2d::Constant(shape(2));
+            row.segment<3>(kSensitivities + 2) = shape.tail<3>();
+            add_offset(row, kSourceOffsets, -pair.by_displacement_per_m, j);
+            add_offset(row, kSensorOffsets, o * pair.by_displacement_per_m, i);
+            row(kOctupoles + j) = kLengthUnit_m * kLengthUnit_m * pair.by_source_octupole;
+            row(kOctupoles + 3 + i) = kLengthUnit_m * kLengthUnit_m * pair.by_sensor_octupole;
+        }
+    }
+    return all;
+}
+
+/// Writes weight * (by_position * translation, by_position * moved + by_rotation * turned) unless Ceres asks for none.
+void write_rigid(double* out, const PoseTerms& terms, const CouplingDerivatives& x, const Mat3<double>& translation,
+                 const Mat3<double>& moved, const Mat3<double>& turned) {
+    if (out != nullptr) {
+        Jacobian<kRigid> by_block;
+        by_block.leftCols<3>() = kLengthUnit_m * x.by_position * translation;
+        by_block.rightCols<3>() = x.by_position * moved + x.by_rotation * turned;
+        Eigen::Map<Jacobian<kRigid>>{out} = terms.weight * by_block;
+    }
+}
+
+}  // namespace
+
+Mat3<double> rotation_of(const double* vector) {
+    Mat3<double> rotation;
+    ceres::AngleAxisToRotationMatrix(vector, ceres::ColumnMajorAdapter3x3(rotation.data()));
+    return rotation;
+}
+
+Eigen::Matrix<double, 9, 9> pose_weight(const field::GeneralDipole<double>& model, const solver::RigidPose<double>& pose,
+                                        double metres) {
+    const Mat3<double> o = pose.q_source_sensor.toRotationMatrix().transpose();
+    Eigen::Matrix<double, 9, 6> jacobian = field::signal_model<double>(model, pose.position_m, o).jacobian;
+    jacobian.rightCols<3>() /= kLever_m;
+    const Mat6<double> inverse = inverse_of_definite(jacobian.transpose() * jacobian);
+    const Eigen::Matrix<double, 6, 9> pseudo = inverse * jacobian.transpose();
+    Eigen::Matrix<double, 9, 9> square = pseudo.transpose() * pseudo;
+    const double share = kMisfitShare * metres;
+    square += share * share * (Eigen::Matrix<double, 9, 9>::Identity() - jacobian * pseudo);
+    const SymmetricEigen eigen = eigen_of_symmetric(square);
+    return eigen.vectors * eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal() * eigen.vectors.transpose();
+}
+
+bool PoseResidual::Evaluate(double const* const* blocks, double* residual, double** jacobians) const {
+    const double* const magnetic = blocks[0];
+    const double* const source = blocks[1];
+    const double* const fixture = blocks[2];
+    const double* const jig = blocks[3];
+    const auto model = model_of(magnetic, terms_.coupling_constant);
+    const Mat3<double> stage_source = rotation_of(source + 3) * terms_.source_start;
+    const Mat3<double> fixture_rotation = terms_.named * rotation_of(fixture + 3);
+    const Vec3<double> lever = fixture_rotation * length_of(jig);
+    const Mat3<double> turned = stage_source * terms_.pose.stage_rotation;
+    const Vec3<double> from_source = stage_source * terms_.pose.stage_position_m + turned * (length_of(fixture) + lever);
+    const Mat3<double> o = (turned * fixture_rotation * rotation_of(jig + 3) * terms_.jig_start).transpose();
+    const auto x = coupling_derivatives(model, terms_.coupling_constant, length_of(source) + from_source, o, terms_.finite);
+    const Eigen::Map<const Eigen::Matrix<double, 9, 1>> measured(terms_.pose.x.data());
+    Eigen::Map<Eigen::Matrix<double, 9, 1>>{residual} = terms_.weight * (x.x - measured);
+    if (jacobians == nullptr) {
+        return true;
+    }
+    if (jacobians[0] != nullptr) {
+        Eigen::Map<Jacobian<kMagnetic>>{jacobians[0]} = terms_.weight * x.by_magnetic;
+    }
+    // A small rotation d of a part at lever a moves the sensor by d x a = -[a] d.
+    const Mat3<double> of_source = left_jacobian(source + 3);
+    write_rigid(jacobians[1], terms_, x, Mat3<double>::Identity(), -cross_matrix(from_source) * of_source, of_source);
+    const Mat3<double> of_fixture = turned * terms_.named * left_jacobian(fixture + 3);
+    write_rigid(jacobians[2], terms_, x, turned, -cross_matrix(turned * lever) * of_fixture, of_fixture);
+    write_rigid(jacobians[3], terms_, x, turned * fixture_rotation, Mat3<double>::Zero(),
+                turned * fixture_rotation * left_jacobian(jig + 3));
+    return true;
+}
+
+}  // namespace tricoil::host
