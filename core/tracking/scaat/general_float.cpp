@@ -1,8 +1,8 @@
+#include "core/tracking/scaat/general_tracker.hpp"
 #include "core/tracking/scaat/filter_impl.hpp"
 
 namespace tricoil::tracking::scaat {
 
-template class Filter<float, ConcentricMeasurement<float>>;
-template class Filter<double, ConcentricMeasurement<double>>;
+template class Filter<float, GeneralMeasurement<float>>;
 
 }  // namespace tricoil::tracking::scaat

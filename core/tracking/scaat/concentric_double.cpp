@@ -1,0 +1,8 @@
+#include "core/tracking/scaat/scaat_tracker.hpp"
+#include "core/tracking/scaat/filter_impl.hpp"
+
+namespace tricoil::tracking::scaat {
+
+template class Filter<double, ConcentricMeasurement<double>>;
+
+}  // namespace tricoil::tracking::scaat
