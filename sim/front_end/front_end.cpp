@@ -50,7 +50,6 @@ std::optional<SampleBlock> ColumnSource::sample(Excitation state) {
     block.scale = static_cast<float>(world_.volts_per_code());
     block.full_scale = world_.full_scale();
     block.start = DeviceTime{microseconds_from_seconds(start_s)};
-    block.midpoint = DeviceTime{microseconds_from_seconds(start_s + plan_.block_s() / 2)};
     block.sequence = sequence;
     block.samples = samples_;
     return block;

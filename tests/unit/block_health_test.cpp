@@ -32,6 +32,17 @@ TEST(BlockHealth, AStuckReferenceIsNotTheSensorsFault) {
     EXPECT_FALSE(inspect_window(samples, plan, 8388607, 0.25F).has(ColumnFlag::stuck));
 }
 
+TEST(SampleBlock, MidpointLiesBetweenTheFirstAndTheLastSample) {
+    const std::array<Sample, 200> samples{};
+    SampleBlock block;
+    block.start = device_time_us(1'000);
+    block.samples = samples;
+    EXPECT_EQ(to_us(midpoint(block, 144'000'000)), 1'691);  // 99.5 samples of 6.944 us: 690.97
+    block.samples = std::span(samples).first(1);
+    EXPECT_EQ(to_us(midpoint(block, 144'000'000)), 1'000);
+    EXPECT_EQ(to_us(midpoint(block, 0)), 1'000);
+}
+
 /// The limit for flat tops is that of the slowest carrier: alone in FDM, as near a source coil, it is no clipping, and cut off at
 /// its peaks it is.
 TEST(BlockHealth, TheSlowestCarrierAloneIsNotClipped) {
