@@ -43,8 +43,8 @@ struct MainLoopCounters {
 };
 
 /// Owns a demodulator and a tracker per sensor, not the devices; memory for Sensors of them is part of the object. The coils are
-/// off before start(), after any error and after destruction. SensorTracker: AnyTracker, or, where memory is scarce, the tracker of
-/// one method.
+/// off before start(), after any error and after destruction. SensorTracker: AnyTracker, or, where memory is scarce, the tracker
+/// of one method.
 template <typename Scalar, typename SensorTracker = tracking::AnyTracker<Scalar>, int Sensors = tracking::kMaxSensors>
 class MainLoop {
 public:

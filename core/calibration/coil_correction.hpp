@@ -8,8 +8,9 @@
 
 namespace tricoil::calibration {
 
-/// Two kinds. ideal_triads(): phases, gains, signs, the sensor coils' angles and the source's attitude are undone column by column,
-/// for trackers whose field model is that of ideal triads. phases(): the rest is left to a field model of the coils as they are.
+/// Two kinds. ideal_triads(): phases, gains, signs, the sensor coils' angles and the source's attitude are undone column by
+/// column, for trackers whose field model is that of ideal triads. phases(): the rest is left to a field model of the coils as
+/// they are.
 template <typename Scalar>
 class CoilCorrection {
 public:

@@ -16,7 +16,7 @@ struct TrackerCounters {
     std::array<std::uint64_t, kRejections> rejected{};  // by Rejection
     std::uint64_t poses = 0;
     std::uint64_t invalid_poses = 0;
-    std::uint64_t acquisitions = 0;    // searching or lost -> tracking
+    std::uint64_t acquisitions = 0;           // searching or lost -> tracking
     std::uint64_t outliers = 0;               // columns that the filter's gate refused
     std::uint64_t covariance_inflations = 0;  // times the prediction's covariance was multiplied to follow a manoeuvre
     std::uint64_t clock_restarts = 0;         // times the stamps began anew

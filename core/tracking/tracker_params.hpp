@@ -68,10 +68,10 @@ struct ProcessNoiseParams {
 template <typename Scalar>
 struct ScaatParams {
     ProcessNoiseParams<Scalar> process;
-    Scalar gate = 30;                      // squared innovation over its covariance, 3 degrees of freedom: passed once in 7e5
-    Scalar most_inflated = Scalar(0.05);   // innovation over coupling up to which a manoeuvre is followed by a larger covariance
-    Scalar start_speed_m_s = 3;            // standard deviation of the velocity when the filter starts: a fast hand
-    Scalar start_rate_rad_s = 20;          // likewise of the angular rate
+    Scalar gate = 30;                     // squared innovation over its covariance, 3 degrees of freedom: passed once in 7e5
+    Scalar most_inflated = Scalar(0.05);  // innovation over coupling up to which a manoeuvre is followed by a larger covariance
+    Scalar start_speed_m_s = 3;           // standard deviation of the velocity when the filter starts: a fast hand
+    Scalar start_rate_rad_s = 20;         // likewise of the angular rate
     Scalar consistency_gain = Scalar(1) / 24;  // weight of a column in the windowed consistency: 24 columns are 33 ms of TDM
     Scalar inconsistent_above = 6;             // mean squared innovation per degree of freedom; expectation 1
     Microseconds max_lateness{10'000};         // a column older than the newest by more is refused: two frames at 240 Hz

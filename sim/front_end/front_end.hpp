@@ -9,8 +9,8 @@
 
 #include "core/protocol/codec.hpp"
 #include "core/signal/demodulator.hpp"
-#include "core/tracking/output_frame.hpp"
 #include "core/tracking/matrix/direct_tracker.hpp"
+#include "core/tracking/output_frame.hpp"
 #include "hal/message_port.hpp"
 #include "sim/front_end/peer_fault.hpp"
 #include "sim/front_end/services.hpp"

@@ -8,7 +8,6 @@
 namespace tricoil::tracking {
 namespace {
 
-
 /// Source coils 45 mm from one another and 3 degrees out of square; sensor coils 6 mm apart.
 field::GeneralDipole<double> wide_triad() {
     auto coils = field::GeneralDipole<double>::concentric(test::kCoupling);

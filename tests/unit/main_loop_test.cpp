@@ -164,7 +164,7 @@ protected:
     MainLoopErrors() {
         plan_ = *signal::plan_acquisition(signal::default_acquisition(signal::Multiplexing::tdm, 240));
         loop_ = std::make_unique<MainLoop<double>>(MainLoopParams<double>{plan_, {}, {}},
-                                                  Devices<double>{clock_, coils_, sampler_, link_});
+                                                   Devices<double>{clock_, coils_, sampler_, link_});
     }
     signal::AcquisitionPlan plan_;
     sim::SimulatedClock clock_;

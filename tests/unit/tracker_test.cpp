@@ -198,6 +198,28 @@ TEST_F(TrackerTest, SimultaneousColumnsGiveOnePoseAFrame) {
     }
 }
 
+/// Two turns about each axis: the sign of the quaternion that a solver returns changes on the way, that of a tracker does not.
+TEST_F(TrackerTest, QuaternionSignsAreContinuous) {
+    const std::initializer_list<MethodParams<double>> methods{DirectParams{}, PreviousParams{}, ScaatParams<double>{}};
+    for (const MethodParams<double>& method : methods) {
+        auto p = params();
+        p.method = method;
+        AnyTracker<double> tracker(p);
+        Quat<double> last = Quat<double>::Identity();
+        double least = 1;
+        for (int n = 0; n < 900; ++n) {
+            const double angle = 4 * 3.14159265358979 * n / 300;
+            const Quat<double> q(Eigen::AngleAxisd(angle, Vec3<double>::Unit(n / 300)));
+            if (const auto estimate = tracker.update(column(test::unit_signal(position_, q), n % 3))) {
+                least = std::min(least, estimate->q_source_sensor.dot(last));
+                last = estimate->q_source_sensor;
+            }
+            time_ += kSlot;
+        }
+        EXPECT_GT(least, 0.9) << method.index();
+    }
+}
+
 TEST_F(TrackerTest, PreviousMethodReacquiresAfterAJump) {
     auto p = params();
     p.method = PreviousParams{};

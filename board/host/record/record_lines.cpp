@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "board/host/errors.hpp"
-#include "sim/io/text_table.hpp"
 #include "core/base/angle_units.hpp"
+#include "sim/io/text_table.hpp"
 
 namespace tricoil::host {
 namespace {

@@ -16,7 +16,9 @@ public:
         : MatrixTracker<Scalar>(params.common, std::get_if<DirectParams>(&params.method)->deskew, {}, correction) {}
 
 private:
-    Result<Pose> do_step(const Mat3<Scalar>&, const Pose&) override { return Status{StatusCode::not_ready, "every pose is direct"}; }
+    Result<Pose> do_step(const Mat3<Scalar>&, const Pose&) override {
+        return Status{StatusCode::not_ready, "every pose is direct"};
+    }
 };
 
 static_assert(sizeof(DirectTracker<float>) <= 1712, "one sensor's tracker without a filter, in float");

@@ -1,5 +1,5 @@
-#include "core/tracking/scaat/scaat_tracker.hpp"
 #include "core/tracking/scaat/filter_impl.hpp"
+#include "core/tracking/scaat/scaat_tracker.hpp"
 
 namespace tricoil::tracking::scaat {
 

@@ -28,9 +28,9 @@ public:
 
     /// What the caller knows about a column that is to be used.
     struct Use {
-        bool trusted = false;             // other columns agree with it: a contradiction of the prediction is an acceleration
-        bool in_frame = false;            // one of three simultaneous columns
-        Scalar unmodelled_variance = 0;   // of a coupling's errors besides noise, coupling units squared
+        bool trusted = false;            // other columns agree with it: a contradiction of the prediction is an acceleration
+        bool in_frame = false;           // one of three simultaneous columns
+        Scalar unmodelled_variance = 0;  // of a coupling's errors besides noise, coupling units squared
     };
 
     /// Updates with a column if it passes the gate, linearised at `around`; with less weight the nearer it comes to the gate:
@@ -52,12 +52,8 @@ public:
     /// Windowed mean of squared innovations per degree of freedom; expectation 1.
     [[nodiscard]] Scalar consistency() const { return consistency_; }
     /// Factor by which the innovations of late, and their noise, are larger than the covariance says.
-    [[nodiscard]] Scalar covariance_factor() const {
-        return std::max({noise_.excess(), consistency_, outlier_inflation_});
-    }
-    [[nodiscard]] bool is_inconsistent() const {
-        return std::max(consistency_, noise_.excess()) > params_.inconsistent_above;
-    }
+    [[nodiscard]] Scalar covariance_factor() const { return std::max({noise_.excess(), consistency_, outlier_inflation_}); }
+    [[nodiscard]] bool is_inconsistent() const { return std::max(consistency_, noise_.excess()) > params_.inconsistent_above; }
     /// The velocity is known: two columns of each coil were used.
     [[nodiscard]] bool is_settled() const { return settled_ >= kSettlingColumns; }
     /// Two columns of each coil were used since the three that it started from.

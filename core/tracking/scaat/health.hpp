@@ -20,8 +20,8 @@ public:
 
     /// The pose of a matrix, sought beside a state, or without one from nothing. Not inlined: stack.
     [[gnu::noinline]] Result<StartPose<Scalar>> examine(const SignalMatrix<Scalar>& matrix, const State<Scalar>* beside) {
-        const auto pose = beside != nullptr ? model_.near(matrix.x, beside->position_m, beside->q_source_sensor)
-                                            : model_.start(matrix.x);
+        const auto pose =
+            beside != nullptr ? model_.near(matrix.x, beside->position_m, beside->q_source_sensor) : model_.start(matrix.x);
         flags_ = {};
         distortion_chi_square_ = 0;
         snr_db_ = 0;

@@ -11,7 +11,8 @@ class ScaatTracker final : public scaat::Filter<Scalar, scaat::ConcentricMeasure
 
 public:
     /// `params` must pass check() and hold ScaatParams.
-    explicit ScaatTracker(const TrackerParams<Scalar>& params, const typename Tracker<Scalar>::Correction& correction = std::nullopt)
+    explicit ScaatTracker(const TrackerParams<Scalar>& params,
+                          const typename Tracker<Scalar>::Correction& correction = std::nullopt)
         : Filter(params.common, *std::get_if<ScaatParams<Scalar>>(&params.method),
                  {Tracker<Scalar>::corrected(params.common, correction).coupling_constant}, correction) {}
 };
