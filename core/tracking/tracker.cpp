@@ -13,12 +13,11 @@ CommonParams<Scalar> Tracker<Scalar>::corrected(CommonParams<Scalar> params, con
     return params;
 }
 
-/// A column without reference holds no couplings to correct.
 template <typename Scalar>
 std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::update(const Column<Scalar>& column) {
     Column<Scalar> corrected = column;
     const int coil = coil_index(column.state);
-    if (correction_ && coil >= 0 && !column.flags.has(ColumnFlag::no_reference)) {
+    if (correction_ && coil >= 0) {
         correction_->correct_column(coil, corrected.in_phase, corrected.quadrature, corrected.sigma);
     }
     std::optional<PoseEstimate<Scalar>> estimate = do_update(corrected);
