@@ -9,7 +9,7 @@
 #include "core/solver/direct.hpp"
 #include "core/solver/previous_measurement.hpp"
 #include "core/solver/refine.hpp"
-#include "core/tracking/scaat/filter.hpp"
+#include "core/tracking/scaat/scaat_tracker.hpp"
 
 namespace tricoil::solver {
 namespace {
