@@ -6,7 +6,9 @@
 #include <string_view>
 
 #include "core/calibration/calibration.hpp"
-#include "core/tracking/sensor_tracker.hpp"
+#include "core/signal/column.hpp"
+#include "core/tracking/pose_estimate.hpp"
+#include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::hal {
 
@@ -18,7 +20,6 @@ public:
     /// How the trackers of sensor 0 to sensors - 1 are made.
     struct Settings {
         tracking::TrackerParams<Scalar> tracker;
-        std::optional<tracking::scaat::Params<Scalar>> filter;  // if given: the filter tracks
         int sensors = 1;
         std::optional<calibration::Calibration<Scalar>> calibration = std::nullopt;  // that the trackers apply to the columns
     };

@@ -109,7 +109,7 @@ std::size_t Answers::encode_part() {
     }
     protocol::RawBlockMessage message;
     message.sequence = messages_;
-    message.time_us = to_us(block_.midpoint);
+    message.time_us = to_us(midpoint(block_, sample_rate_mhz_));
     message.sensor = block_.sensor;
     message.state = static_cast<std::uint8_t>(block_.state);
     message.gain_step = block_.gain_step;

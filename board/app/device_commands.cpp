@@ -218,8 +218,7 @@ AckResult TrackerDevice::obey_hemisphere(std::uint32_t argument) {
     }
     hemisphere_ = request.towards;
     if (is_measuring_) {
-        const Vec3<float> towards = coils_ ? Vec3<float>(coils_->axes().transpose() * hemisphere_) : hemisphere_;
-        return loop_->set_hemisphere(0, towards).ok() ? AckResult::done : AckResult::failed;
+        return loop_->set_hemisphere(0, hemisphere_).ok() ? AckResult::done : AckResult::failed;
     }
     return AckResult::done;
 }
@@ -235,9 +234,7 @@ AckResult TrackerDevice::obey_boresight(std::uint32_t argument) {
     if (!is_measuring_ || !attitude_) {
         return AckResult::wrong_state;
     }
-    // What is reported is q_alignment^-1 q boresight: identity now.
-    const Quat<float> seen = coils_ ? Quat<float>(Quat<float>(coils_->axes()).normalized() * *attitude_) : *attitude_;
-    boresight_ = seen.conjugate().normalized();
+    boresight_ = attitude_->conjugate().normalized();  // q boresight is reported: identity now
     return AckResult::done;
 }
 

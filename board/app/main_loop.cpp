@@ -160,8 +160,8 @@ void MainLoop<Scalar, SensorTracker, Sensors>::send(const tracking::PoseEstimate
     counters_.unsent_poses += devices_.link.send(estimate).ok() ? 0U : 1U;
 }
 
-template class MainLoop<float>;
 template class MainLoop<double>;
-template class MainLoop<float, BoardTracker, 1>;
+template class MainLoop<float, tracking::ScaatTracker<float>, 1>;
+template class MainLoop<float, tracking::PreviousTracker<float>, 1>;
 
 }  // namespace tricoil::app

@@ -5,9 +5,8 @@
 #include <cstdint>
 #include <optional>
 
-#include "board/app/board_tracker.hpp"
 #include "core/signal/demodulator.hpp"
-#include "core/tracking/sensor_tracker.hpp"
+#include "core/tracking/methods/any_tracker.hpp"
 #include "hal/clock.hpp"
 #include "hal/coil_driver.hpp"
 #include "hal/coil_sampler.hpp"
@@ -31,8 +30,8 @@ struct MainLoopParams {
     signal::AcquisitionPlan plan;  // from plan_acquisition()
     signal::DemodulatorParams<Scalar> demodulator;
     tracking::TrackerParams<Scalar> tracker;  // must pass check()
-    /// If given, and check()ed: what tracks is the filter.
-    std::optional<tracking::scaat::Params<Scalar>> filter = std::nullopt;
+    /// Of the coils that the columns are measured with; none: ideal triads.
+    typename tracking::Tracker<Scalar>::Correction correction = std::nullopt;
     int sensors = 1;  // blocks that each excitation brings, one a sensor, in the order 0, 1, ...
 };
 
@@ -44,9 +43,9 @@ struct MainLoopCounters {
 };
 
 /// Owns a demodulator and a tracker per sensor, not the devices; memory for Sensors of them is part of the object. The coils are
-/// off before start(), after any error and after destruction. SensorTracker: any tracker, or, where memory is scarce, a class of
-/// the same functions that holds one kind alone.
-template <typename Scalar, typename SensorTracker = tracking::SensorTracker<Scalar>, int Sensors = tracking::kMaxSensors>
+/// off before start(), after any error and after destruction. SensorTracker: AnyTracker, or, where memory is scarce, the tracker
+/// of one method.
+template <typename Scalar, typename SensorTracker = tracking::AnyTracker<Scalar>, int Sensors = tracking::kMaxSensors>
 class MainLoop {
 public:
     MainLoop(const MainLoopParams<Scalar>& params, Devices<Scalar> devices);
@@ -82,7 +81,7 @@ public:
 private:
     struct Sensor {
         explicit Sensor(const MainLoopParams<Scalar>& params)
-            : demodulator(params.plan, params.demodulator), tracker(params.tracker, params.filter) {}
+            : demodulator(params.plan, params.demodulator), tracker(params.tracker, params.correction) {}
 
         signal::Demodulator<Scalar> demodulator;
         SensorTracker tracker;
@@ -107,11 +106,12 @@ private:
     MainLoopCounters counters_;
 };
 
-extern template class MainLoop<float>;
 extern template class MainLoop<double>;
 
-/// The loop of a board with one sensor and the filter.
-using BoardLoop = MainLoop<float, BoardTracker, 1>;
-extern template class MainLoop<float, BoardTracker, 1>;
+/// The loops of boards with one sensor: with the filter, and with the previous-measurement technique.
+using BoardLoop = MainLoop<float, tracking::ScaatTracker<float>, 1>;
+using PreviousLoop = MainLoop<float, tracking::PreviousTracker<float>, 1>;
+extern template class MainLoop<float, tracking::ScaatTracker<float>, 1>;
+extern template class MainLoop<float, tracking::PreviousTracker<float>, 1>;
 
 }  // namespace tricoil::app

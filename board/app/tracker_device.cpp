@@ -67,12 +67,12 @@ Status TrackerDevice::measure_gain() {
     return status;
 }
 
-/// Errors: those of ConcentricColumns::make; invalid_argument for an output correction, which this tracker does not make.
-Result<calibration::ConcentricColumns<float>> TrackerDevice::usable(const calibration::Calibration<float>& c) {
+/// Errors: those of CoilCorrection::ideal_triads; invalid_argument for an output correction, which this tracker does not make.
+Result<calibration::CoilCorrection<float>> TrackerDevice::usable(const calibration::Calibration<float>& c) {
     if (!c.output_linear.isIdentity(0) || !c.output_offset_m.isZero(0)) {
         return Status{StatusCode::invalid_argument, "it holds an output correction"};
     }
-    return calibration::ConcentricColumns<float>::make(c);
+    return calibration::CoilCorrection<float>::ideal_triads(c);
 }
 
 /// Takes what is stored for the coils; without, they are taken for ideal.
@@ -184,13 +184,14 @@ Status TrackerDevice::begin() {
     params.plan = plan();
     params.demodulator = params_.demodulator;
     params.demodulator.response = params_.modes[mode_].response;
-    params.tracker.coupling_constant = coils_ ? 1.0F : params_.coupling_constant_m3;
-    tracking::scaat::Params<float>& filter = params.filter.emplace();
-    filter.hemisphere = coils_ ? Vec3<float>(coils_->axes().transpose() * hemisphere_) : hemisphere_;
-    filter.max_column_span = tracking::column_span(plan());
-    filter.window_s = static_cast<float>(plan().window_s());
+    params.tracker.method = tracking::ScaatParams<float>{};
+    tracking::CommonParams<float>& common = params.tracker.common;
+    common.coupling_constant = params_.coupling_constant_m3;
+    common.hemisphere = hemisphere_;
+    common.max_column_span = tracking::column_span(plan());
+    common.window_s = static_cast<float>(plan().window_s());
+    params.correction = coils_;
     loop_.emplace(params, Devices<float>{hardware_.clock, hardware_.coils, sampler_, *this, this});
-    loop_->tracker().use(coils_ ? &*coils_ : nullptr);
     const Status status = loop_->start();
     is_measuring_ = status.ok();
     return status;
@@ -252,16 +253,12 @@ Status TrackerDevice::do_send(const tracking::PoseEstimate<float>& estimate) {
     if (sends_columns_) {
         return {};
     }
-    const bool is_plain = !coils_ && boresight_.coeffs() == Quat<float>::Identity().coeffs();
-    if (is_plain) {
+    if (boresight_.coeffs() == Quat<float>::Identity().coeffs()) {
         stream(protocol::to_message(estimate));
         return {};
     }
     tracking::OutputFrame<float> frame;
     frame.q_sensor_boresight = boresight_;
-    if (coils_) {
-        frame.q_source_alignment = Quat<float>(coils_->axes()).conjugate().normalized();
-    }
     stream(protocol::to_message(tracking::in_frame(estimate, frame)));
     return {};
 }

@@ -68,7 +68,7 @@ private:
     void measure();
     void judge_hosts();
     void look_after_processor();
-    static Result<calibration::ConcentricColumns<float>> usable(const calibration::Calibration<float>& c);
+    static Result<calibration::CoilCorrection<float>> usable(const calibration::Calibration<float>& c);
     void use_calibration();
     void check_itself();
     void tell_status();
@@ -108,7 +108,7 @@ private:
 
     CalibrationStore store_;
     CalibrationStore::Content stored_ = CalibrationStore::Content::none;
-    std::optional<calibration::ConcentricColumns<float>> coils_;
+    std::optional<calibration::CoilCorrection<float>> coils_;
     selfcheck::Report report_;
 
     protocol::Faults faults_;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "board/support/tracker_choice.hpp"
 #include "core/protocol/convert.hpp"
 #include "core/signal/acquisition_plan.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
@@ -127,18 +126,17 @@ void DeviceLoop::begin() {
     hal::TrackerTap<double>::Settings settings;
     settings.sensors = session_.identity().sensors;
     settings.calibration = params_.calibration;
-    tracking::TrackerParams<double>& params = settings.tracker;
-    params.method = params_.method;
-    params.coupling_constant = params_.coupling_constant_m3;
-    params.hemisphere = params_.hemisphere;
-    params.max_column_span = timing.max_column_span;
-    params.deskew = timing.is_tdm && params_.method == tracking::Method::direct;
-    params.window_s = timing.window_s;
-    if (params_.filter) {
-        settings.filter = host::filter_like(params);
+    settings.tracker.method = params_.method;
+    tracking::CommonParams<double>& common = settings.tracker.common;
+    common.coupling_constant = params_.coupling_constant_m3;
+    common.hemisphere = params_.hemisphere;
+    common.max_column_span = timing.max_column_span;
+    common.window_s = timing.window_s;
+    if (auto* direct = std::get_if<tracking::DirectParams>(&settings.tracker.method)) {
+        direct->deskew = timing.is_tdm;
     }
     for (std::size_t n = 0; n < std::min<std::size_t>(session_.identity().sensors, trackers_.size()); ++n) {
-        trackers_[n].emplace(settings.tracker, settings.filter, settings.calibration);
+        trackers_[n].emplace(settings.tracker, settings.calibration);
     }
     if (params_.tap != nullptr) {
         params_.tap->begin(settings);

@@ -7,7 +7,7 @@
 
 #include "board/linux/device_session.hpp"
 #include "board/linux/latency_histogram.hpp"
-#include "core/tracking/calibrated_tracker.hpp"
+#include "core/tracking/methods/any_tracker.hpp"
 #include "hal/coil_driver.hpp"
 #include "hal/heartbeat.hpp"
 #include "hal/sync_line.hpp"
@@ -24,8 +24,7 @@ struct HostLines {
 
 struct DeviceLoopParams {
     SessionParams session;
-    tracking::Method method = tracking::Method::direct;
-    bool filter = false;
+    tracking::MethodParams<double> method;
     double coupling_constant_m3 = 6.75e-3;
     std::optional<calibration::Calibration<double>> calibration;  // must be one that the tracker can take
     Vec3<double> hemisphere = Vec3<double>::UnitX();
@@ -55,7 +54,7 @@ public:
     /// Takes what has come, or waits for it, 5 ms at most.
     void step();
 
-    /// CalibratedTracker::set_hemisphere of a sensor that is tracked here; else nothing happens.
+    /// AnyTracker::set_hemisphere of a sensor that is tracked here; else nothing happens.
     void set_hemisphere(std::size_t sensor, const Vec3<double>& towards);
 
     /// Coils off, front end stopped. The destructor does it too.
@@ -84,7 +83,7 @@ private:
     DeviceLoopParams params_;
     PoseSink sink_;
     DeviceSession session_;
-    std::array<std::optional<tracking::CalibratedTracker<double>>, tracking::kMaxSensors> trackers_;
+    std::array<std::optional<tracking::AnyTracker<double>>, tracking::kMaxSensors> trackers_;
     std::array<std::uint8_t, protocol::kMaxFrameBytes> bytes_{};
     std::uint32_t state_sequence_ = 0;
     std::uint32_t pose_sequence_ = 0;

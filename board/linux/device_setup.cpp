@@ -7,10 +7,10 @@ namespace tricoil::linux_board {
 namespace {
 
 void take_calibration(const DeviceConfig& config, const calibration::Calibration<double>& c, DeviceLoopParams& params) {
-    const auto filter = params.filter ? std::optional(tracking::scaat::Params<double>{}) : std::nullopt;
-    if (const Status status = tracking::CalibratedTracker<double>::check({}, filter, c); !status.ok()) {
+    const bool filters = std::holds_alternative<tracking::ScaatParams<double>>(params.method);
+    if (const Status status = tracking::AnyTracker<double>::check({{}, params.method}, c); !status.ok()) {
         throw host::InputError(config.calibration + ": " + status.message() +
-                               (params.filter ? "" : "; such coils are tracked with --tracker scaat"));
+                               (filters ? "" : "; such coils are tracked with --tracker scaat"));
     }
     params.calibration = c;
     if (!config.hemisphere && !c.hemisphere.isZero(0)) {
@@ -21,12 +21,10 @@ void take_calibration(const DeviceConfig& config, const calibration::Calibration
 }  // namespace
 
 DeviceLoopParams loop_params(const DeviceConfig& config, const std::optional<calibration::Calibration<double>>& calibration) {
-    const host::TrackerChoice choice = host::tracker_choice(config.method);
     DeviceLoopParams params;
     params.session.serial = config.serial;
     params.session.host_drives_coils = config.coils.has_value();
-    params.method = choice.method;
-    params.filter = choice.filters;
+    params.method = host::method_of_name(config.method);
     params.coupling_constant_m3 = config.coupling_constant_m3;
     params.hemisphere = config.hemisphere.value_or(Vec3<double>::UnitX());
     params.publish = config.publish;

@@ -10,6 +10,7 @@
 
 #include "board/support/errors.hpp"
 #include "board/support/whole_file.hpp"
+#include "core/base/angle_units.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -72,9 +73,9 @@ void PoseCsv::write(const tracking::PoseEstimate<double>& estimate, const TruePo
     }
     line += fmt::format("{:d},{},{},{:.3f},{:.2f},", e.valid(), e.flags.bits(), static_cast<int>(e.state),
                         e.distortion_chi_square, e.snr_db);
-    line += e.predicted_error
-                ? fmt::format("{:.4f},{:.5f},", e.predicted_error->total.position_mm, e.predicted_error->total.orientation_deg)
-                : std::string(",,");  // not known yet
+    line += e.predicted_error ? fmt::format("{:.4f},{:.5f},", 1e3 * e.predicted_error->total.position_m,
+                                            kDegrees * e.predicted_error->total.rotation_rad)
+                              : std::string(",,");  // not known yet
     // Of what is reported: with a tip, the tip's.
     const double error_m = (e.position_m - truth.position_m).norm();
     line += fmt::format("{},{},{:.4e},{:.4e}", fields(scale * truth.position_m), fields(truth.q_source_sensor), error_m,

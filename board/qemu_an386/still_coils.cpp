@@ -50,7 +50,6 @@ Status StillCoilSampler::do_poll(SampleBlock& block) {
     block.sequence = sequence_++;
     block.samples = std::span<const Sample>(samples_).first(block_samples_);
     clock_.advance(block_time_);
-    block.midpoint = block.start + block_time_ / 2;
     return {};
 }
 

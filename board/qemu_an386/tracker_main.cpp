@@ -22,7 +22,8 @@ constexpr std::uint32_t kBlocks = 30;
 board::StillCoilDriver coils;
 board::SampleClock sample_clock;
 std::optional<board::StillCoilSampler> sampler;
-std::optional<app::MainLoop<float>> loop;
+std::optional<app::PreviousLoop> previous_loop;
+std::optional<app::BoardLoop> filter_loop;
 
 Mat3<float> couplings() {
     const Mat3<float> attitude = geometry::attitude_matrix(geometry::Euler<float>{0.4F, -0.6F, 1.1F});
@@ -30,28 +31,26 @@ Mat3<float> couplings() {
 }
 
 /// False if the acquisition cannot be planned. Not inlined: what it sets up need not stay on the stack while the loop runs.
-[[gnu::noinline]] bool set_up(hal::Link<float>& link, bool filtered) {
+template <typename Loop>
+[[gnu::noinline]] bool set_up(std::optional<Loop>& loop, hal::Link<float>& link, const tracking::MethodParams<float>& method) {
     const auto plan = signal::plan_acquisition(signal::default_acquisition(signal::Multiplexing::tdm, 240));
     if (!plan.ok()) {
         return false;
     }
     app::MainLoopParams<float> params;
     params.plan = *plan;
-    params.tracker.method = tracking::Method::previous;
-    params.tracker.coupling_constant = kCoupling_m3;
-    params.tracker.max_column_span = tracking::column_span(*plan);
-    if (filtered) {
-        params.filter.emplace();
-        params.filter->max_column_span = params.tracker.max_column_span;
-        params.filter->window_s = kWindow_s;
-    }
+    params.tracker.method = method;
+    params.tracker.common.coupling_constant = kCoupling_m3;
+    params.tracker.common.max_column_span = tracking::column_span(*plan);
+    params.tracker.common.window_s = kWindow_s;
     sampler.emplace(coils, sample_clock, couplings(), kBlocks);
     loop.emplace(params, app::Devices<float>{sample_clock, coils, *sampler, link});
     return true;
 }
 
-int run(hal::Link<float>& link, bool filtered) {
-    if (!set_up(link, filtered)) {
+template <typename Loop>
+int run(std::optional<Loop>& loop, hal::Link<float>& link, const tracking::MethodParams<float>& method) {
+    if (!set_up(loop, link, method)) {
         return 2;
     }
     if (!loop->start().ok()) {
@@ -70,9 +69,9 @@ int run(hal::Link<float>& link, bool filtered) {
 int main() {
     semihosting::Console console;
     semihosting::PoseLink link(console);
-    int status = 0;
-    for (const bool filtered : {false, true}) {
-        status = std::max(status, console.write(filtered ? "filter\n" : "previous\n").ok() ? run(link, filtered) : 1);
+    int status = console.write("previous\n").ok() ? run(previous_loop, link, tracking::PreviousParams{}) : 1;
+    if (console.write("filter\n").ok()) {
+        status = std::max(status, run(filter_loop, link, tracking::ScaatParams<float>{}));
     }
     return board::print_stack_use(console).ok() ? status : 1;
 }

@@ -3,22 +3,18 @@
 #pragma once
 
 #include "core/calibration/calibration.hpp"
-#include "core/tracking/scaat/params.hpp"
-#include "core/tracking/tracker.hpp"
+#include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::host {
 
 template <typename Params, typename Visit>
-void visit_tracker(Params& params, Visit&& visit) {
-    auto& [method, passes, coupling_constant, hemisphere, confined, max_column_span, deskew, window_s, latency_s, min_snr,
-           max_misfit, distortion_gate, lost_after, search_after] = params;
-    visit("method", method);
-    visit("passes", passes);
+void visit_common(Params& params, Visit&& visit) {
+    auto& [coupling_constant, hemisphere, confined, max_column_span, window_s, latency_s, min_snr, max_misfit, distortion_gate,
+           lost_after, search_after] = params;
     visit("coupling_constant_m3", coupling_constant);
     visit("hemisphere", hemisphere);
     visit("confined", confined);
     visit("max_column_span_us", max_column_span);
-    visit("deskew", deskew);
     visit("window_s", window_s);
     visit("latency_s", latency_s);
     visit("min_snr", min_snr);
@@ -26,6 +22,19 @@ void visit_tracker(Params& params, Visit&& visit) {
     visit("distortion_gate", distortion_gate);
     visit("lost_after_us", lost_after);
     visit("search_after_us", search_after);
+}
+
+template <typename Params, typename Visit>
+void visit_direct(Params& params, Visit&& visit) {
+    auto& [deskew] = params;
+    visit("deskew", deskew);
+}
+
+/// The form is part of the method's name.
+template <typename Params, typename Visit>
+void visit_previous(Params& params, Visit&& visit) {
+    auto& [form, passes] = params;
+    visit("passes", passes);
 }
 
 template <typename Params, typename Visit>
@@ -46,30 +55,32 @@ void visit_process_noise(Params& params, Visit&& visit) {
 }
 
 template <typename Params, typename Visit>
-void visit_filter(Params& params, Visit&& visit) {
-    auto& [hemisphere, confined, max_column_span, window_s, latency_s, process, gate, most_opened, start_speed_m_s,
-           start_rate_rad_s, consistency_gain, inconsistent_above, min_snr, max_misfit, distortion_gate, max_lateness,
-           coast_limit, lost_after, search_after, predict_ahead] = params;
-    visit("hemisphere", hemisphere);
-    visit("confined", confined);
-    visit("max_column_span_us", max_column_span);
-    visit("window_s", window_s);
-    visit("latency_s", latency_s);
+void visit_scaat(Params& params, Visit&& visit) {
+    auto& [process, gate, most_inflated, start_speed_m_s, start_rate_rad_s, consistency_gain, inconsistent_above, max_lateness,
+           coast_limit, predict_ahead] = params;
     visit_process_noise(process, visit);
     visit("gate", gate);
-    visit("most_opened", most_opened);
+    visit("most_inflated", most_inflated);
     visit("start_speed_m_s", start_speed_m_s);
     visit("start_rate_rad_s", start_rate_rad_s);
     visit("consistency_gain", consistency_gain);
     visit("inconsistent_above", inconsistent_above);
-    visit("min_snr", min_snr);
-    visit("max_misfit", max_misfit);
-    visit("distortion_gate", distortion_gate);
     visit("max_lateness_us", max_lateness);
     visit("coast_limit_us", coast_limit);
-    visit("lost_after_us", lost_after);
-    visit("search_after_us", search_after);
     visit("predict_ahead_us", predict_ahead);
+}
+
+/// Of the method that `params` holds; its name is not among the fields.
+template <typename Params, typename Visit>
+void visit_tracker(Params& params, Visit&& visit) {
+    visit_common(params.common, visit);
+    if (auto* direct = std::get_if<tracking::DirectParams>(&params.method)) {
+        visit_direct(*direct, visit);
+    } else if (auto* previous = std::get_if<tracking::PreviousParams>(&params.method)) {
+        visit_previous(*previous, visit);
+    } else if (auto* scaat = std::get_if<tracking::ScaatParams<double>>(&params.method)) {
+        visit_scaat(*scaat, visit);
+    }
 }
 
 template <typename Calibration, typename Visit>

@@ -9,6 +9,7 @@
 
 #include "board/support/errors.hpp"
 #include "board/support/text_table.hpp"
+#include "core/base/angle_units.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -108,8 +109,8 @@ std::string line_of(const tracking::PoseEstimate<double>& e) {
     }
     fmt::format_to(std::back_inserter(line), ",{},{}", e.distortion_chi_square, e.snr_db);
     if (e.predicted_error) {
-        fmt::format_to(std::back_inserter(line), ",{},{}", e.predicted_error->total.position_mm,
-                       e.predicted_error->total.orientation_deg);
+        fmt::format_to(std::back_inserter(line), ",{},{}", 1e3 * e.predicted_error->total.position_m,
+                       kDegrees * e.predicted_error->total.rotation_rad);
     } else {
         fmt::format_to(std::back_inserter(line), ",,");
     }
@@ -179,9 +180,10 @@ tracking::PoseEstimate<double> parse_pose(std::string_view line, const std::stri
     e.distortion_chi_square = fields.number<double>();
     e.snr_db = fields.number<double>();
     if (const std::string_view position_mm = fields.text(); !position_mm.empty()) {
+        double position = 0;
+        std::from_chars(position_mm.data(), position_mm.data() + position_mm.size(), position);
         e.predicted_error.emplace();
-        std::from_chars(position_mm.data(), position_mm.data() + position_mm.size(), e.predicted_error->total.position_mm);
-        e.predicted_error->total.orientation_deg = fields.number<double>();
+        e.predicted_error->total = {1e-3 * position, kRadians * fields.number<double>()};
     } else {
         fields.skip(1);
     }

@@ -6,7 +6,8 @@
 
 #include "board/record/recording_format.hpp"
 #include "core/signal/column.hpp"
-#include "core/tracking/sensor_tracker.hpp"
+#include "core/tracking/pose_estimate.hpp"
+#include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::host {
 

@@ -7,7 +7,7 @@
 namespace tricoil::host {
 
 constexpr const char* kRecordingFormat = "tricoil recording";
-constexpr int kRecordingVersion = 1;
+constexpr int kRecordingVersion = 2;
 constexpr const char* kDescriptionFile = "recording.json";
 
 /// The files of lines.

@@ -9,7 +9,7 @@
 #include "board/support/errors.hpp"
 #include "board/support/tracker_choice.hpp"
 #include "core/geometry/rotations.hpp"
-#include "core/tracking/calibrated_tracker.hpp"
+#include "core/tracking/methods/any_tracker.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -101,7 +101,7 @@ public:
         if (input.sensor >= trackers_.size()) {
             throw InputError(fmt::format("{}: names sensor {} of {}", where, input.sensor, trackers_.size()));
         }
-        tracking::CalibratedTracker<double>& tracker = *trackers_[input.sensor];
+        tracking::AnyTracker<double>& tracker = *trackers_[input.sensor];
         switch (input.kind) {
             case InputKind::column:
                 return tracker.update(input.column);
@@ -117,13 +117,12 @@ private:
     void make() {
         trackers_.clear();
         for (int n = 0; n < settings_.sensors; ++n) {
-            trackers_.push_back(std::make_unique<tracking::CalibratedTracker<double>>(settings_.tracker, settings_.filter,
-                                                                                      settings_.calibration));
+            trackers_.push_back(std::make_unique<tracking::AnyTracker<double>>(settings_.tracker, settings_.calibration));
         }
     }
 
     TrackerSettings settings_;
-    std::vector<std::unique_ptr<tracking::CalibratedTracker<double>>> trackers_;
+    std::vector<std::unique_ptr<tracking::AnyTracker<double>>> trackers_;
 };
 
 class PoseFile {
@@ -157,15 +156,12 @@ private:
 }  // namespace
 
 TrackerSettings with_tracker(const TrackerSettings& recorded, const std::string& tracker) {
-    const auto [method, filters] = tracker_choice(tracker);
     TrackerSettings settings = recorded;
-    if (filters == settings.filter.has_value() && (filters || settings.tracker.method == method)) {
-        return settings;
+    const tracking::MethodParams<double> method = method_of_name(tracker);
+    if (tracker != name_of_method(recorded.tracker.method)) {
+        settings.tracker.method = method;
+        deskew_in_turn(settings.tracker);
     }
-    tracking::TrackerParams<double>& p = settings.tracker;
-    p.method = method;
-    p.deskew = method == tracking::Method::direct && !filters && p.max_column_span.count() > 0;
-    settings.filter = filters ? std::optional(filter_like(p)) : std::nullopt;
     return settings;
 }
 

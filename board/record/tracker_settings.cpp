@@ -1,5 +1,6 @@
 #include "board/record/tracker_settings.hpp"
 
+#include <algorithm>
 #include <array>
 #include <limits>
 
@@ -7,7 +8,7 @@
 #include "board/support/errors.hpp"
 #include "board/support/nearest_name.hpp"
 #include "board/support/tracker_choice.hpp"
-#include "core/tracking/calibrated_tracker.hpp"
+#include "core/tracking/methods/any_tracker.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -18,7 +19,7 @@ OrderedJson value_of(bool value) { return value; }
 OrderedJson value_of(int value) { return value; }
 OrderedJson value_of(double value) { return value; }
 OrderedJson value_of(Microseconds value) { return value.count(); }
-OrderedJson value_of(tracking::Method value) { return kTrackerNames[static_cast<std::size_t>(value)]; }
+OrderedJson value_of(const std::string& value) { return value; }
 OrderedJson value_of(const Vec3<double>& value) { return {value.x(), value.y(), value.z()}; }
 OrderedJson value_of(const Mat3<double>& value) {
     return {value_of(Vec3<double>(value.row(0))), value_of(Vec3<double>(value.row(1))), value_of(Vec3<double>(value.row(2)))};
@@ -73,14 +74,9 @@ private:
         value = Microseconds{json.is_number_integer() ? json.get<std::int64_t>() : 0};
         return json.is_number_integer();
     }
-    static bool take(const nlohmann::json& json, tracking::Method& value) {
-        for (std::size_t n = 0; n + 1 < kTrackerNames.size(); ++n) {
-            if (json.is_string() && json.get<std::string>() == kTrackerNames[n]) {
-                value = static_cast<tracking::Method>(n);
-                return true;
-            }
-        }
-        return false;
+    static bool take(const nlohmann::json& json, std::string& value) {
+        value = json.is_string() ? json.get<std::string>() : "";
+        return json.is_string();
     }
     static bool take(const nlohmann::json& json, Vec3<double>& value) {
         if (!json.is_array() || json.size() != 3) {
@@ -109,20 +105,25 @@ void refuse_bad(const Status& status, const std::string& where) {
     }
 }
 
+tracking::MethodParams<double> read_method(FieldReader& tracker, const std::string& where) {
+    std::string name;
+    tracker("method", name);
+    if (std::find(kTrackerNames.begin(), kTrackerNames.end(), name) == kTrackerNames.end()) {
+        throw InputError(where + ": has another type or range than it was written with");
+    }
+    return method_of_name(name);
+}
+
 }  // namespace
 
 OrderedJson settings_json(const TrackerSettings& settings) {
-    OrderedJson tracker;
+    OrderedJson tracker{{"method", name_of_method(settings.tracker.method)}};
     visit_tracker(settings.tracker, [&](const char* key, const auto& value) { tracker[key] = value_of(value); });
-    OrderedJson filter;
-    if (settings.filter) {
-        visit_filter(*settings.filter, [&](const char* key, const auto& value) { filter[key] = value_of(value); });
-    }
     OrderedJson known;
     if (settings.calibration) {
         visit_calibration(*settings.calibration, [&](const char* key, const auto& value) { known[key] = value_of(value); });
     }
-    return {{"sensors", settings.sensors}, {"tracker", tracker}, {"filter", filter}, {"calibration", known}};
+    return {{"sensors", settings.sensors}, {"tracker", tracker}, {"calibration", known}};
 }
 
 TrackerSettings settings_from_json(const nlohmann::json& json, const std::string& where) {
@@ -131,31 +132,24 @@ TrackerSettings settings_from_json(const nlohmann::json& json, const std::string
     if (settings.sensors < 1 || settings.sensors > tracking::kMaxSensors) {
         throw InputError(where + ".sensors: must be 1 to 4");
     }
-    for (const char* key : {"tracker", "filter"}) {
-        if (!json.contains(key)) {
-            throw InputError(where + "." + key + ": is missing");
-        }
+    if (!json.contains("tracker")) {
+        throw InputError(where + ".tracker: is missing");
     }
     FieldReader tracker(json["tracker"], where + ".tracker");
+    settings.tracker.method = read_method(tracker, where + ".tracker.method");
     visit_tracker(settings.tracker, tracker);
     tracker.finish();
     refuse_bad(tracking::check(settings.tracker), where + ".tracker");
-    if (!json["filter"].is_null()) {
-        FieldReader filter(json["filter"], where + ".filter");
-        settings.filter.emplace();
-        visit_filter(*settings.filter, filter);
-        filter.finish();
-        refuse_bad(tracking::scaat::Filter<double>::check(*settings.filter, {settings.tracker.coupling_constant}),
-                   where + ".filter");
+    if (!json.contains("calibration")) {
+        throw InputError(where + ".calibration: is missing");
     }
-    if (const auto known = json.find("calibration"); known != json.end() && !known->is_null()) {
-        FieldReader calibration(*known, where + ".calibration");
+    if (const auto& known = json["calibration"]; !known.is_null()) {
+        FieldReader calibration(known, where + ".calibration");
         settings.calibration.emplace();
         visit_calibration(*settings.calibration, calibration);
         calibration.finish();
     }
-    refuse_bad(tracking::CalibratedTracker<double>::check(settings.tracker, settings.filter, settings.calibration),
-               where + ".calibration");
+    refuse_bad(tracking::AnyTracker<double>::check(settings.tracker, settings.calibration), where + ".calibration");
     return settings;
 }
 

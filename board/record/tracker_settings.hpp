@@ -10,12 +10,11 @@ namespace tricoil::host {
 
 using TrackerSettings = hal::TrackerTap<double>::Settings;
 
-/// Keys "sensors", "tracker", "filter" (null: a solver tracks) and "calibration" (null: none; matrices by rows). Numbers are
-/// exact.
+/// Keys "sensors", "tracker" ("method" and its parameters) and "calibration" (null: none; matrices by rows). Numbers are exact.
 nlohmann::ordered_json settings_json(const TrackerSettings& settings);
 
 /// Throws InputError, which names `where` and the key, for keys that are missing, unknown or of another type, and for settings
-/// with which no tracker works. Without the key "calibration": none, as recordings of this version were at first.
+/// with which no tracker works.
 TrackerSettings settings_from_json(const nlohmann::json& json, const std::string& where);
 
 }  // namespace tricoil::host

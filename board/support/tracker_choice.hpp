@@ -5,34 +5,38 @@
 #include <vector>
 
 #include "board/support/nearest_name.hpp"
-#include "core/tracking/scaat/filter.hpp"
-#include "core/tracking/tracker.hpp"
+#include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::host {
 
-/// Methods in the order of tracking::Method, then the filter.
 inline const std::vector<std::string> kTrackerNames{"direct", "previous", "previous-angles", "scaat"};
 
-struct TrackerChoice {
-    tracking::Method method = tracking::Method::direct;  // what a filter starts from
-    bool filters = false;
-};
-
-/// What --tracker says. Throws InputError for a name that is none.
-inline TrackerChoice tracker_choice(const std::string& typed) {
-    const std::size_t n = index_of_name("--tracker", typed, kTrackerNames);
-    const bool filters = n + 1 == kTrackerNames.size();
-    return {filters ? tracking::Method::direct : static_cast<tracking::Method>(n), filters};
+/// The method that --tracker names, with its default parameters. Throws InputError for an unknown name.
+inline tracking::MethodParams<double> method_of_name(const std::string& typed) {
+    using Form = tracking::PreviousParams::Form;
+    switch (index_of_name("--tracker", typed, kTrackerNames)) {
+        case 0:
+            return tracking::DirectParams{};
+        case 1:
+            return tracking::PreviousParams{Form::vectors};
+        case 2:
+            return tracking::PreviousParams{Form::angles};
+        default:
+            return tracking::ScaatParams<double>{};
+    }
 }
 
-/// The filter for what a tracker was told of its device and of where the sensor is.
-inline tracking::scaat::Params<double> filter_like(const tracking::TrackerParams<double>& tracker) {
-    tracking::scaat::Params<double> filter;
-    filter.hemisphere = tracker.hemisphere;
-    filter.confined = tracker.confined;
-    filter.max_column_span = tracker.max_column_span;
-    filter.window_s = tracker.window_s;
-    return filter;
+inline const std::string& name_of_method(const tracking::MethodParams<double>& method) {
+    const auto* previous = std::get_if<tracking::PreviousParams>(&method);
+    const bool angles = previous != nullptr && previous->form == tracking::PreviousParams::Form::angles;
+    return kTrackerNames[angles || method.index() == 2 ? method.index() + 1 : method.index()];
+}
+
+/// The direct method deskews where columns come in turn.
+inline void deskew_in_turn(tracking::TrackerParams<double>& params) {
+    if (auto* direct = std::get_if<tracking::DirectParams>(&params.method)) {
+        direct->deskew = params.common.max_column_span.count() > 0;
+    }
 }
 
 }  // namespace tricoil::host

@@ -1,7 +1,6 @@
 #include "core/error_model/error_budget.hpp"
 
 #include <cmath>
-#include <numbers>
 
 #include "core/error_model/step_error.hpp"
 #include "core/solver/pose_covariance.hpp"
@@ -11,7 +10,7 @@ namespace {
 
 template <typename Scalar>
 ErrorTerm<Scalar> term(Scalar position_m, Scalar rotation_rad) {
-    return {1000 * position_m, rotation_rad * (180 / std::numbers::pi_v<Scalar>)};
+    return {position_m, rotation_rad};
 }
 
 template <typename Scalar>

@@ -12,8 +12,8 @@ namespace tricoil::error_model {
 /// Sizes of one error: length of the position error, angle of the attitude error.
 template <typename Scalar>
 struct ErrorTerm {
-    Scalar position_mm = 0;
-    Scalar orientation_deg = 0;
+    Scalar position_m = 0;
+    Scalar rotation_rad = 0;
 };
 
 /// What travels with a pose. All terms but the noise are systematic: they have a direction and add up as vectors. Noise is the

@@ -43,7 +43,7 @@ void check_timing(const TimeSource& time, Report& report) {
     params.solver = error_model::SolverForm::previous_angles;
     const double budget = time_of(time, [&](float nudge) {
         state.velocity_m_s.x() = 1 + nudge;
-        return error_model::error_budget(state, 1e-3F, params).total.position_mm;
+        return error_model::error_budget(state, 1e-3F, params).total.position_m;
     });
     report.add(CheckId::time_direct, Precision::single, "direct solution (us)", direct, kFrame_us);
     report.add(CheckId::time_step, Precision::single, "previous-measurement step (us)", step, kFrame_us);

@@ -30,7 +30,8 @@ ChannelRange measure(std::span<const Sample> window, std::size_t channel) {
     return range;
 }
 
-/// Longest run of samples that a cosine of the window's slowest carrier spends within 1 % of its peak, plus one for luck.
+/// Longest run of samples that a cosine of the window's slowest carrier spends within 1 % of its peak, plus one for the rounding
+/// of where it starts.
 int longest_natural_run(const AcquisitionPlan& plan) {
     const int cycles = *std::min_element(plan.window_cycles.begin(), plan.window_cycles.end());
     const float step_rad = 2 * std::numbers::pi_v<float> * static_cast<float>(cycles) / static_cast<float>(plan.window_samples);

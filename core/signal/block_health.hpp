@@ -9,8 +9,8 @@ namespace tricoil::signal {
 
 /// Flags of `window`, whichever channel shows them: saturated, clipped, stuck (a sensor channel), dc_offset.
 /// linear_range: largest code magnitude that is still linear, 0 if unknown. dc_limit: allowed |mean| as a share of it.
-/// Clipping below that is told by flat tops: more samples in a row within 1 % of the peak than the plan's fastest carrier
-/// allows.
+/// Clipping below that shows as flat tops: more samples in a row within 1 % of the peak than the plan's slowest carrier spends
+/// there.
 ColumnFlags inspect_window(std::span<const Sample> window, const AcquisitionPlan& plan, std::int32_t linear_range,
                            float dc_limit);
 

@@ -28,10 +28,19 @@ struct SampleBlock {
     float scale = 1;                  // volts per code, at the converters
     std::int32_t full_scale = 0;      // largest code magnitude; samples at or beyond it are saturated. 0: unknown
     DeviceTime start{};               // instant of the first sample
-    DeviceTime midpoint{};            // of the whole block
     std::uint32_t sequence = 0;       // counts blocks, lost ones included
     std::uint32_t overrun_count = 0;  // converter overruns within this block
     std::span<const Sample> samples{};
 };
+
+/// Instant halfway between the first and the last sample, to the nearest microsecond.
+inline DeviceTime midpoint(const SampleBlock& block, std::uint32_t sample_rate_millihertz) {
+    if (block.samples.empty() || sample_rate_millihertz == 0) {
+        return block.start;
+    }
+    const auto intervals = static_cast<std::int64_t>(block.samples.size()) - 1;
+    const std::int64_t twice_rate = 2 * std::int64_t{sample_rate_millihertz};
+    return block.start + Microseconds{(intervals * 1'000'000'000 + sample_rate_millihertz) / twice_rate};
+}
 
 }  // namespace tricoil

@@ -149,7 +149,6 @@ Status Acquisition::do_poll(SampleBlock& block) {
     block.scale = params_.volts_per_conversion_code / static_cast<float>(oversampling_);
     block.full_scale = kTopOfOneConversion * oversampling_;
     block.start = start_ + time_of_half_triggers(sequence * half_triggers_per_block);
-    block.midpoint = start_ + time_of_half_triggers(sequence * half_triggers_per_block + half_triggers_per_block / 2);
     block.sequence = sequence;
     {
         const InterruptsOff guard;

@@ -50,7 +50,6 @@ std::optional<SampleBlock> ColumnSource::sample(Excitation state) {
     block.scale = static_cast<float>(world_.volts_per_code());
     block.full_scale = world_.full_scale();
     block.start = DeviceTime{microseconds_from_seconds(start_s)};
-    block.midpoint = DeviceTime{microseconds_from_seconds(start_s + plan_.block_s() / 2)};
     block.sequence = sequence;
     block.samples = samples_;
     return block;
@@ -64,11 +63,11 @@ signal::Columns<double> ColumnSource::measure(Excitation state) {
 
 tracking::TrackerParams<double> ColumnSource::tracker_params() const {
     tracking::TrackerParams<double> params;
-    params.coupling_constant = scenario_->world.coupling_constant_m3;
-    params.hemisphere = scenario_->motion->at(0).position_m;
-    params.max_column_span = tracking::column_span(plan_);
-    params.deskew = plan_.is_tdm();
-    params.window_s = plan_.window_s();
+    params.method = tracking::DirectParams{plan_.is_tdm()};
+    params.common.coupling_constant = scenario_->world.coupling_constant_m3;
+    params.common.hemisphere = scenario_->motion->at(0).position_m;
+    params.common.max_column_span = tracking::column_span(plan_);
+    params.common.window_s = plan_.window_s();
     return params;
 }
 
@@ -279,7 +278,7 @@ void SimulatedFrontEnd::start(std::int64_t now_us) {
     tracker_.reset();
     if (params_.tracks) {
         tracking::TrackerParams<double> tracker = source_->tracker_params();
-        tracker.hemisphere = hemisphere_.value_or(tracker.hemisphere);
+        tracker.common.hemisphere = hemisphere_.value_or(tracker.common.hemisphere);
         tracker_.emplace(tracker);
         attitude_.reset();
     }

@@ -9,8 +9,8 @@
 
 #include "core/protocol/codec.hpp"
 #include "core/signal/demodulator.hpp"
+#include "core/tracking/matrix/direct_tracker.hpp"
 #include "core/tracking/output_frame.hpp"
-#include "core/tracking/tracker.hpp"
 #include "hal/message_port.hpp"
 #include "sim/front_end/peer_fault.hpp"
 #include "sim/front_end/services.hpp"
@@ -118,7 +118,7 @@ private:
     FrontEndServices services_;
     std::unique_ptr<ColumnSource> source_;
     std::unique_ptr<ColumnSource> bench_;  // what raw blocks are sampled from: a world of its own
-    std::optional<tracking::Tracker<double>> tracker_;
+    std::optional<tracking::DirectTracker<double>> tracker_;
     bool running_ = false;
     bool finished_ = false;
     bool watchdog_bit_ = false;

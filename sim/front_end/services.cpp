@@ -62,7 +62,6 @@ void FrontEndServices::tell_block(const SampleBlock& block, double sample_rate_h
     constexpr std::size_t kMostSamples =
         (protocol::kMaxMessageBytes - protocol::kFixedBytes<protocol::RawBlockMessage>) / sizeof(Sample);
     protocol::RawBlockMessage part;
-    part.time_us = to_us(block.midpoint);
     part.sensor = block.sensor;
     part.state = static_cast<std::uint8_t>(block.state);
     part.gain_step = block.gain_step;
@@ -71,6 +70,7 @@ void FrontEndServices::tell_block(const SampleBlock& block, double sample_rate_h
     part.scale = block.scale;
     part.block_sequence = blocks_++;
     part.sample_rate_mhz = static_cast<std::uint32_t>(std::lround(1e3 * sample_rate_hz));
+    part.time_us = to_us(midpoint(block, part.sample_rate_mhz));
     part.overruns = block.overrun_count;
     for (std::size_t first = 0; first < block.samples.size(); first += kMostSamples) {
         std::vector<std::uint8_t> tail;

@@ -45,7 +45,6 @@ Status SimulatedCoilSampler::do_poll(SampleBlock& block) {
     block.scale = static_cast<float>(world_.volts_per_code());
     block.full_scale = world_.full_scale();
     block.start = clock_.at(start_s);
-    block.midpoint = clock_.at(start_s + 0.5 * (plan_.block_samples - 1) / plan_.params.sample_rate_hz);
     block.sequence = sequence;
     block.samples = samples_;
     return {};

@@ -7,7 +7,7 @@
 #include "core/calibration/blob.hpp"
 #include "core/signal/demodulator.hpp"
 #include "core/solver/cold_start.hpp"
-#include "core/tracking/tracker.hpp"
+#include "core/tracking/methods/any_tracker.hpp"
 #include "tests/alloc/allocation_trap.hpp"
 #include "tests/support/random_poses.hpp"
 #include "tests/support/tones.hpp"
@@ -64,29 +64,42 @@ TYPED_TEST(Allocations, NoneInTheDemodulator) {
     }
 }
 
-TYPED_TEST(Allocations, NoneInTheTracker) {
-    using tracking::Method;
-    for (const Method method : {Method::direct, Method::previous, Method::previous_angles}) {
-        tracking::TrackerParams<TypeParam> params;
-        params.method = method;
-        params.passes = 2;
-        params.max_column_span = Microseconds{3500};
-        tracking::Tracker<TypeParam> tracker(params);
-        const Mat3<TypeParam> x = test::unit_signal({0.4, 0.1, -0.2}, Quat<double>::Identity()).cast<TypeParam>();
-        Column<TypeParam> column;
-        column.sigma.setConstant(TypeParam(1e-4));
-        int poses = 0;
-        const test::AllocationTrap trap;
-        for (int i = 0; i < 100; ++i) {
-            column.state = single_coil(i % 3);
-            column.in_phase = x.col(i % 3);
-            column.midpoint += Microseconds{1389};
-            poses += tracker.update(column).has_value() ? 1 : 0;
-        }
-        tracker.tick(column.midpoint + Microseconds{200'000});
-        EXPECT_EQ(trap.count(), 0U);
-        EXPECT_GT(poses, 90);
+template <typename Scalar>
+void expect_no_allocation(tracking::Tracker<Scalar>& tracker) {
+    const Mat3<Scalar> x = test::unit_signal({0.4, 0.1, -0.2}, Quat<double>::Identity()).cast<Scalar>();
+    Column<Scalar> column;
+    column.sigma.setConstant(Scalar(1e-4));
+    int poses = 0;
+    const test::AllocationTrap trap;
+    for (int i = 0; i < 100; ++i) {
+        column.state = single_coil(i % 3);
+        column.in_phase = x.col(i % 3);
+        column.midpoint += Microseconds{1389};
+        poses += tracker.update(column).has_value() ? 1 : 0;
     }
+    (void)tracker.tick(column.midpoint + Microseconds{200'000});
+    EXPECT_EQ(trap.count(), 0U);
+    EXPECT_GT(poses, 90);
+}
+
+TYPED_TEST(Allocations, NoneInTheTracker) {
+    using Form = tracking::PreviousParams::Form;
+    tracking::TrackerParams<TypeParam> params;
+    params.common.max_column_span = Microseconds{3500};
+    {
+        tracking::DirectTracker<TypeParam> tracker(params);
+        expect_no_allocation(tracker);
+    }
+    for (const Form form : {Form::vectors, Form::angles}) {
+        params.method = tracking::PreviousParams{form, 2};
+        tracking::PreviousTracker<TypeParam> tracker(params);
+        expect_no_allocation(tracker);
+    }
+    params.method = tracking::ScaatParams<TypeParam>{};
+    tracking::ScaatTracker<TypeParam> scaat(params);
+    expect_no_allocation(scaat);
+    tracking::GeneralTracker<TypeParam> general(params, {});
+    expect_no_allocation(general);
 }
 
 TYPED_TEST(Allocations, NoneInTheRefinedSolverWarmColdAndLost) {

@@ -39,7 +39,7 @@ TEST(Board, SaysWhoItIs) {
     EXPECT_TRUE(board.host(1).statuses.empty()) << "a link that nobody greeted must stay quiet";
 }
 
-/// The same samples through the main loop alone, with the tracker that anybody may choose: it must answer as the board's own.
+/// The same samples through the main loop alone: it must answer as the board does.
 std::vector<protocol::PoseMessage> poses_of_the_loop(double begin_s, std::size_t count) {
     DeviceBench board;  // of which only the world is used
     const app::DeviceParams device = board.params();
@@ -48,12 +48,12 @@ std::vector<protocol::PoseMessage> poses_of_the_loop(double begin_s, std::size_t
     app::MainLoopParams<float> params;
     params.plan = device.modes[0].plan;
     params.demodulator = device.demodulator;
-    params.tracker.coupling_constant = device.coupling_constant_m3;
-    params.filter.emplace();
-    params.filter->hemisphere = device.hemisphere;
-    params.filter->max_column_span = tracking::column_span(params.plan);
-    params.filter->window_s = static_cast<float>(params.plan.window_s());
-    app::MainLoop<float> loop(params, {board.clock, board.coils, board.sampler, link});
+    params.tracker.method = tracking::ScaatParams<float>{};
+    params.tracker.common.coupling_constant = device.coupling_constant_m3;
+    params.tracker.common.hemisphere = device.hemisphere;
+    params.tracker.common.max_column_span = tracking::column_span(params.plan);
+    params.tracker.common.window_s = static_cast<float>(params.plan.window_s());
+    app::BoardLoop loop(params, {board.clock, board.coils, board.sampler, link});
     board.clock.pause(begin_s);
     EXPECT_TRUE(loop.start().ok());
     while (poses.size() < count) {

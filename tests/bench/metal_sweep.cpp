@@ -7,7 +7,7 @@
 #include <random>
 
 #include "core/field/general_dipole.hpp"
-#include "core/tracking/scaat/filter.hpp"
+#include "core/tracking/scaat/scaat_tracker.hpp"
 #include "tests/support/column_replay.hpp"
 
 namespace {

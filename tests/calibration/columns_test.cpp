@@ -1,15 +1,15 @@
-// ConcentricColumns against the general dipole: couplings of crooked coils come out as those of ideal ones.
+// CoilCorrection against the general dipole: couplings of crooked coils come out as those of ideal ones.
 #include <gmock/gmock.h>
 
 #include <random>
 
-#include "core/calibration/concentric_columns.hpp"
+#include "core/calibration/coil_correction.hpp"
 #include "core/solver/direct.hpp"
 
 namespace tricoil::calibration {
 namespace {
 
-using Columns = ConcentricColumns<double>;
+using Correction = CoilCorrection<double>;
 
 Vec3<double> random_vector(std::mt19937_64& random) {
     std::normal_distribution<> normal;
@@ -31,12 +31,12 @@ Calibration<double> crooked(int n, std::mt19937_64& random) {
     return c;
 }
 
-TEST(ConcentricColumns, MakeCrookedCoilsIdealAtEveryPose) {
+TEST(CoilCorrection, MakeCrookedCoilsIdealAtEveryPose) {
     std::mt19937_64 random(7);
     std::printf("seed 7\n");
     for (int n = 0; n < 500; ++n) {
         const auto c = crooked(n, random);
-        const auto columns = Columns::make(c);
+        const auto columns = Correction::ideal_triads(c);
         ASSERT_TRUE(columns.ok()) << columns.status().message();
         const Vec3<double> position = (0.2 + 0.01 * (n % 100)) * random_vector(random).normalized();
         const Mat3<double> attitude = random_rotation(random);  // O: sensor from source
@@ -46,7 +46,7 @@ TEST(ConcentricColumns, MakeCrookedCoilsIdealAtEveryPose) {
             Vec3<double> in_phase = c.phase_rad.array().cos() * x.col(j).array();
             Vec3<double> quadrature = c.phase_rad.array().sin() * x.col(j).array();
             Vec3<double> sigma = Vec3<double>::Ones();
-            columns->apply(j, in_phase, quadrature, sigma);
+            columns->correct_column(j, in_phase, quadrature, sigma);
             ideal.col(j) = in_phase;
             EXPECT_LT(quadrature.norm(), 1e-12 * in_phase.norm()) << "all of it is in phase";
             EXPECT_NEAR(sigma.mean(), 1 / c.model.source_moment.col(j).norm(), 0.4 / c.model.source_moment.col(j).norm());
@@ -60,22 +60,22 @@ TEST(ConcentricColumns, MakeCrookedCoilsIdealAtEveryPose) {
     }
 }
 
-TEST(ConcentricColumns, OfIdealCoilsChangeNothingButTheScale) {
+TEST(CoilCorrection, OfIdealCoilsChangeNothingButTheScale) {
     Calibration<double> c;
-    const auto columns = Columns::make(c);
+    const auto columns = Correction::ideal_triads(c);
     ASSERT_TRUE(columns.ok());
     Vec3<double> in_phase(1, 2, 3);
     Vec3<double> quadrature(4, 5, 6);
     Vec3<double> sigma(7, 8, 9);
-    columns->apply(1, in_phase, quadrature, sigma);
+    columns->correct_column(1, in_phase, quadrature, sigma);
     EXPECT_TRUE(in_phase.isApprox(Vec3<double>(1, 2, 3)));
     EXPECT_TRUE(quadrature.isApprox(Vec3<double>(4, 5, 6)));
     EXPECT_TRUE(sigma.isApprox(Vec3<double>(7, 8, 9)));
     EXPECT_TRUE(columns->axes().isIdentity());
 }
 
-TEST(ConcentricColumns, RefuseWhatOneColumnCannotUndo) {
-    const auto why = [](const Calibration<double>& c) { return std::string(Columns::make(c).status().message()); };
+TEST(CoilCorrection, RefuseWhatOneColumnCannotUndo) {
+    const auto why = [](const Calibration<double>& c) { return std::string(Correction::ideal_triads(c).status().message()); };
     Calibration<double> skewed;
     skewed.model.source_moment(0, 1) = 0.01;
     EXPECT_THAT(why(skewed), ::testing::HasSubstr("not square"));
@@ -90,7 +90,7 @@ TEST(ConcentricColumns, RefuseWhatOneColumnCannotUndo) {
     EXPECT_THAT(why(broken), ::testing::HasSubstr("NaN"));
     Calibration<double> nearly;
     nearly.model.source_moment(0, 1) = 5e-4;
-    EXPECT_TRUE(Columns::make(nearly).ok());
+    EXPECT_TRUE(Correction::ideal_triads(nearly).ok());
 }
 
 }  // namespace

@@ -153,14 +153,13 @@ TEST(Budget, TotalAddsSystematicTermsAsVectorsAndNoiseInSquares) {
     params.solver = SolverForm::previous_angles;
     const auto budget = error_budget(state, 1e-3, params);
     const auto sum = systematic_errors(state, params).sum();
-    EXPECT_NEAR(budget.total.position_mm, std::hypot(1e3 * sum.head<3>().norm(), budget.noise.position_mm), 1e-9);
-    const double rotation_deg = sum.tail<3>().norm() * 180 / std::numbers::pi;
-    EXPECT_NEAR(budget.total.orientation_deg, std::hypot(rotation_deg, budget.noise.orientation_deg), 1e-12);
-    EXPECT_NEAR(budget.latency.position_mm, 2, 1e-9);
+    EXPECT_NEAR(budget.total.position_m, std::hypot(sum.head<3>().norm(), budget.noise.position_m), 1e-12);
+    EXPECT_NEAR(budget.total.rotation_rad, std::hypot(sum.tail<3>().norm(), budget.noise.rotation_rad), 1e-14);
+    EXPECT_NEAR(budget.latency.position_m, 2e-3, 1e-12);
     // Section 2: at 60 dB and 0.5 m the bound is 1.06 mm.
-    EXPECT_NEAR(budget.noise.position_mm, 1.06, 0.01);
+    EXPECT_NEAR(budget.noise.position_m, 1.06e-3, 1e-5);
     // And there sqrt(8 + 8 + 2) n in all for the three angles.
-    EXPECT_NEAR(budget.noise.orientation_deg, std::sqrt(18.0) * 1e-3 * 180 / std::numbers::pi, 1e-9);
+    EXPECT_NEAR(budget.noise.rotation_rad, std::sqrt(18.0) * 1e-3, 1e-11);
 }
 
 TEST(Budget, DirectSolverHasNeitherLinearizationNorFrameError) {
@@ -170,10 +169,10 @@ TEST(Budget, DirectSolverHasNeitherLinearizationNorFrameError) {
     BudgetParams<double> params;
     params.timing = fdm_timing(kUpdate);
     const auto budget = error_budget(state, 0.0, params);
-    EXPECT_EQ(budget.linearization.position_mm, 0);
-    EXPECT_EQ(budget.frame_propagation.orientation_deg, 0);
-    EXPECT_EQ(budget.skew.position_mm, 0);
-    EXPECT_GT(budget.blur.position_mm, 0);
+    EXPECT_EQ(budget.linearization.position_m, 0);
+    EXPECT_EQ(budget.frame_propagation.rotation_rad, 0);
+    EXPECT_EQ(budget.skew.position_m, 0);
+    EXPECT_GT(budget.blur.position_m, 0);
 }
 
 /// Each further pass cubes what is left, nearly.
@@ -187,15 +186,15 @@ TEST(Budget, FurtherPassesLeaveNextToNothing) {
     for (const SolverForm form : {SolverForm::previous_vectors, SolverForm::previous_angles}) {
         params.solver = form;
         params.passes = 1;
-        const double one_mm = error_budget(state, 0.0, params).linearization.position_mm;
+        const double one_m = error_budget(state, 0.0, params).linearization.position_m;
         params.passes = 2;
         const auto two = error_budget(state, 0.0, params);
-        EXPECT_GT(one_mm, 0.05);
-        EXPECT_LT(two.linearization.position_mm, 1e-3 * one_mm);
-        EXPECT_LT(two.frame_propagation.position_mm, 1e-3 * one_mm);
+        EXPECT_GT(one_m, 0.05e-3);
+        EXPECT_LT(two.linearization.position_m, 1e-3 * one_m);
+        EXPECT_LT(two.frame_propagation.position_m, 1e-3 * one_m);
     }
     state.velocity_m_s << 0, 1'000, 0;
-    EXPECT_TRUE(std::isnan(error_budget(state, 0.0, params).total.position_mm));
+    EXPECT_TRUE(std::isnan(error_budget(state, 0.0, params).total.position_m));
 }
 
 TEST(Budget, IsNotANumberWhereTheStepLeavesItsDomain) {
@@ -204,7 +203,7 @@ TEST(Budget, IsNotANumberWhereTheStepLeavesItsDomain) {
     BudgetParams<double> params;
     params.timing = fdm_timing(kUpdate);
     params.solver = SolverForm::previous_vectors;
-    EXPECT_TRUE(std::isnan(error_budget(state, 1e-3, params).total.position_mm));
+    EXPECT_TRUE(std::isnan(error_budget(state, 1e-3, params).total.position_m));
 }
 
 }  // namespace

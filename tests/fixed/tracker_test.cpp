@@ -6,7 +6,7 @@
 
 #include <random>
 
-#include "core/tracking/tracker.hpp"
+#include "core/tracking/matrix/previous_tracker.hpp"
 #include "sim/hal/simulated_hal.hpp"
 #include "sim/motion/simple_motions.hpp"
 #include "tests/fixed/converter.hpp"
@@ -38,10 +38,10 @@ public:
         const signal::DemodulatorParams<double> demodulator = world_.demodulation();
         demodulator_.emplace(plan_, demodulator);
         tracking::TrackerParams<double> params;
-        params.method = tracking::Method::previous;
-        params.coupling_constant = world_params.coupling_constant_m3;
-        params.max_column_span = tracking::column_span(plan_);
-        params.confined = confined;
+        params.method = tracking::PreviousParams{};
+        params.common.coupling_constant = world_params.coupling_constant_m3;
+        params.common.max_column_span = tracking::column_span(plan_);
+        params.common.confined = confined;
         exact_.emplace(params);
         DemodulatorParams fixed_demodulator;
         fixed_demodulator.linear_share = Unit::from(static_cast<double>(demodulator.linear_share));
@@ -97,7 +97,7 @@ private:
     sim::SimulatedClock clock_;
     sim::SimulatedCoilSampler sampler_;
     std::optional<signal::Demodulator<double>> demodulator_;
-    std::optional<tracking::Tracker<double>> exact_;
+    std::optional<tracking::PreviousTracker<double>> exact_;
     std::optional<Tracker> ours_;
     unsigned blocks_ = 0;
 };

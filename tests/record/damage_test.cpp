@@ -89,8 +89,8 @@ TEST_F(Damage, ForeignFoldersAndVersions) {
     fs::remove(folder_ + "/recording.json");
     expect_refused("is this a recording?");
     SetUp();
-    describe([](auto& d) { d["version"] = 2; });
-    expect_refused("is of version 2; this tricoil reads version 1");
+    describe([](auto& d) { d["version"] = 1; });
+    expect_refused("is of version 1; this tricoil reads version 2");
     fs::remove_all(folder_);
     expect_refused("is no folder");
 }
@@ -99,11 +99,20 @@ TEST_F(Damage, SettingsThatCannotBe) {
     describe([](auto& d) { d["trackers"]["tracker"].erase("min_snr"); });
     expect_refused("trackers.tracker.min_snr: is missing");
     SetUp();
-    describe([](auto& d) { d["trackers"]["tracker"]["passes"] = "many"; });
-    expect_refused("trackers.tracker.passes: has another type");
+    describe([](auto& d) { d["trackers"]["tracker"]["min_snr"] = "many"; });
+    expect_refused("trackers.tracker.min_snr: has another type");
     SetUp();
-    describe([](auto& d) { d["trackers"]["tracker"]["passes"] = 99; });
+    describe([](auto& d) { d["trackers"]["tracker"]["min_snr"] = -1; });
     expect_refused("trackers.tracker: ");
+    SetUp();
+    describe([](auto& d) { d["trackers"]["tracker"]["method"] = "scat"; });
+    expect_refused("trackers.tracker.method: has another type");
+    SetUp();
+    describe([](auto& d) { d["trackers"]["tracker"].erase("method"); });
+    expect_refused("trackers.tracker.method: is missing");
+    SetUp();
+    describe([](auto& d) { d["trackers"].erase("calibration"); });
+    expect_refused("trackers.calibration: is missing");
     SetUp();
     describe([](auto& d) { d["trackers"]["tracker"]["new_one"] = 1; });
     expect_refused("has keys that this tricoil does not know");

@@ -42,19 +42,16 @@ void run_chain(const sim::Motion& motion, const ChainParams& chain, Take&& take)
     sim::SimulatedCoilSampler sampler(world, coils, clock, chain.duration_s);
     sim::SimulatedLink<double> link([&](const tracking::PoseEstimate<double>& e) { take(e, clock.elapsed_s()); });
     app::MainLoopParams<double> params{plan, world.demodulation(), {}};
-    params.tracker.coupling_constant = world_params.coupling_constant_m3;
-    params.tracker.hemisphere = motion.at(0).position_m;
-    params.tracker.confined = chain.confined;
-    params.tracker.max_column_span = tracking::column_span(plan);
-    params.tracker.deskew = chain.tdm;
-    params.tracker.window_s = plan.window_s();
+    params.tracker.method = tracking::DirectParams{chain.tdm};
     if (chain.filtered) {
-        params.filter.emplace();
-        params.filter->hemisphere = params.tracker.hemisphere;
-        params.filter->confined = chain.confined;
-        params.filter->max_column_span = params.tracker.max_column_span;
-        params.filter->window_s = params.tracker.window_s;
+        params.tracker.method = tracking::ScaatParams<double>{};
     }
+    tracking::CommonParams<double>& common = params.tracker.common;
+    common.coupling_constant = world_params.coupling_constant_m3;
+    common.hemisphere = motion.at(0).position_m;
+    common.confined = chain.confined;
+    common.max_column_span = tracking::column_span(plan);
+    common.window_s = plan.window_s();
     app::MainLoop<double> loop(params, {clock, coils, sampler, link});
     Status status = loop.start();
     while (status.ok() || status.code() == StatusCode::timed_out) {

@@ -11,8 +11,8 @@
 #include "board/support/sim_input/trajectory_file.hpp"
 #include "core/field/concentric_dipole.hpp"
 #include "core/solver/pose_covariance.hpp"
-#include "core/tracking/scaat/filter.hpp"
-#include "core/tracking/tracker.hpp"
+#include "core/tracking/matrix/direct_tracker.hpp"
+#include "core/tracking/scaat/scaat_tracker.hpp"
 #include "sim/motion/recorded_motion.hpp"
 
 namespace tricoil::test {
@@ -126,32 +126,36 @@ struct Score {
     [[nodiscard]] double nees_rotation_per_dof() const { return nees_rotation / (3 * count()); }
 };
 
+/// Of the motions that replay() plays.
+template <typename Scalar>
+tracking::TrackerParams<Scalar> replay_params(bool tdm, const tracking::MethodParams<Scalar>& method,
+                                              const Vec3<double>& hemisphere) {
+    tracking::TrackerParams<Scalar> p;
+    p.common.coupling_constant = static_cast<Scalar>(kCoupling);
+    p.common.max_column_span = tdm ? kTdmSpan : Microseconds{0};
+    p.common.hemisphere = hemisphere.cast<Scalar>();
+    p.method = method;
+    return p;
+}
+
 template <typename Scalar>
 tracking::TrackerParams<Scalar> direct_params(bool tdm, bool deskew, const Vec3<double>& hemisphere = Vec3<double>::UnitX()) {
-    tracking::TrackerParams<Scalar> p;
-    p.coupling_constant = static_cast<Scalar>(kCoupling);
-    p.max_column_span = tdm ? kTdmSpan : Microseconds{0};
-    p.deskew = deskew;
-    p.hemisphere = hemisphere.cast<Scalar>();
-    return p;
+    return replay_params<Scalar>(tdm, tracking::DirectParams{deskew}, hemisphere);
 }
 
 template <typename Scalar>
-tracking::Tracker<Scalar> direct_tracker(bool tdm, bool deskew, const Vec3<double>& hemisphere = Vec3<double>::UnitX()) {
-    return tracking::Tracker<Scalar>(direct_params<Scalar>(tdm, deskew, hemisphere));
+tracking::DirectTracker<Scalar> direct_tracker(bool tdm, bool deskew, const Vec3<double>& hemisphere = Vec3<double>::UnitX()) {
+    return tracking::DirectTracker<Scalar>(direct_params<Scalar>(tdm, deskew, hemisphere));
 }
 
 template <typename Scalar>
-tracking::scaat::Params<Scalar> scaat_params(bool tdm, const Vec3<double>& hemisphere = Vec3<double>::UnitX()) {
-    tracking::scaat::Params<Scalar> p;
-    p.max_column_span = tdm ? kTdmSpan : Microseconds{0};
-    p.hemisphere = hemisphere.cast<Scalar>();
-    return p;
+tracking::TrackerParams<Scalar> scaat_params(bool tdm, const Vec3<double>& hemisphere = Vec3<double>::UnitX()) {
+    return replay_params<Scalar>(tdm, tracking::ScaatParams<Scalar>{}, hemisphere);
 }
 
 template <typename Scalar>
-tracking::scaat::Filter<Scalar> scaat_filter(const tracking::scaat::Params<Scalar>& p) {
-    return tracking::scaat::Filter<Scalar>(p, {static_cast<Scalar>(kCoupling)});
+tracking::ScaatTracker<Scalar> scaat_filter(const tracking::TrackerParams<Scalar>& p) {
+    return tracking::ScaatTracker<Scalar>(p);
 }
 
 /// Plays a motion through a tracker and scores every pose.

@@ -16,15 +16,15 @@ class Clock : public ::testing::Test {};
 struct Filtered {
     static auto make(bool tdm) {
         auto params = test::scaat_params<double>(tdm);
-        params.confined = true;
+        params.common.confined = true;
         return test::scaat_filter<double>(params);
     }
 };
 struct Direct {
     static auto make(bool tdm) {
         auto params = test::direct_params<double>(tdm, true);
-        params.confined = true;
-        return Tracker<double>(params);
+        params.common.confined = true;
+        return DirectTracker<double>(params);
     }
 };
 using Trackers = ::testing::Types<Filtered, Direct>;
@@ -119,7 +119,7 @@ TYPED_TEST_SUITE(Values, Scalars);
 /// Couplings whose squares overflow, and sigmas whose squares vanish, would reach the state as infinities.
 TYPED_TEST(Values, WithoutASquareAreRefused) {
     using Scalar = TypeParam;
-    const auto expect_refused = [](auto tracker, Scalar coupling, Scalar sigma, Rejection reason) {
+    const auto expect_refused = [](auto& tracker, Scalar coupling, Scalar sigma, Rejection reason) {
         Column<Scalar> column;
         column.state = Excitation::s1;
         column.in_phase.setConstant(coupling);
@@ -129,14 +129,16 @@ TYPED_TEST(Values, WithoutASquareAreRefused) {
     };
     const Scalar big = Scalar(2) * std::sqrt(std::numeric_limits<Scalar>::max());
     const Scalar small = Scalar(0.5) * std::sqrt(std::numeric_limits<Scalar>::min());
-    const auto filter = test::scaat_filter<Scalar>(test::scaat_params<Scalar>(true));
-    const auto direct = test::direct_tracker<Scalar>(true, true);
+    auto filter = test::scaat_filter<Scalar>(test::scaat_params<Scalar>(true));
+    auto direct = test::direct_tracker<Scalar>(true, true);
     expect_refused(filter, big, Scalar(1e-6), Rejection::not_finite);
     expect_refused(direct, big, Scalar(1e-6), Rejection::not_finite);
-    expect_refused(filter, Scalar(1e-3), small, Rejection::bad_sigma);
-    expect_refused(direct, Scalar(1e-3), small, Rejection::bad_sigma);
-    expect_refused(filter, Scalar(1e-3), big, Rejection::bad_sigma);
-    expect_refused(direct, Scalar(1e-3), big, Rejection::bad_sigma);
+    for (const Scalar sigma : {small, big}) {
+        auto another_filter = test::scaat_filter<Scalar>(test::scaat_params<Scalar>(true));
+        auto another_direct = test::direct_tracker<Scalar>(true, true);
+        expect_refused(another_filter, Scalar(1e-3), sigma, Rejection::bad_sigma);
+        expect_refused(another_direct, Scalar(1e-3), sigma, Rejection::bad_sigma);
+    }
 }
 
 }  // namespace

@@ -1,16 +1,12 @@
 // The filter on coils 45 mm apart: with the right model it tracks as on ideal coils, and the couplings tell the hemisphere.
 #include <gtest/gtest.h>
 
-#include "core/tracking/calibrated_tracker.hpp"
-#include "core/tracking/scaat/filter_impl.hpp"
-#include "core/tracking/scaat/general_measurement.hpp"
+#include "core/tracking/methods/any_tracker.hpp"
 #include "tests/support/column_replay.hpp"
 #include "tests/support/hand_like.hpp"
 
 namespace tricoil::tracking {
 namespace {
-
-using Model = scaat::GeneralMeasurement<double>;
 
 /// Source coils 45 mm from one another and 3 degrees out of square; sensor coils 6 mm apart.
 field::GeneralDipole<double> wide_triad() {
@@ -23,6 +19,12 @@ field::GeneralDipole<double> wide_triad() {
     coils.source_moment(0, 1) = slant * test::kCoupling;
     coils.source_moment(2, 0) = -slant * test::kCoupling;
     return coils;
+}
+
+calibration::Calibration<double> known_wide_triad() {
+    calibration::Calibration<double> known;
+    known.model = wide_triad();
+    return known;
 }
 
 /// Columns as test::replay makes them, but of these coils.
@@ -43,7 +45,7 @@ void replay_wide(const sim::Motion& motion, const test::ReplayParams& params, Ta
     });
 }
 
-test::Score play_wide(const sim::Motion& motion, const test::ReplayParams& params, scaat::Filter<double, Model>& filter) {
+test::Score play_wide(const sim::Motion& motion, const test::ReplayParams& params, Tracker<double>& filter) {
     test::Score score;
     replay_wide(motion, params, [&](const Column<double>& column) {
         if (const auto e = filter.update(column)) {
@@ -60,9 +62,9 @@ TEST(WideTriad, TracksMotionInTurn) {
     for (std::uint64_t seed = 1; seed <= 3; ++seed) {
         const auto motion = test::hand_like(seed);
         const test::ReplayParams params{true, test::sigma_for_cost(0.05e-3), seed, 0, 5};
-        scaat::Filter<double, Model> filter(test::scaat_params<double>(true), {wide_triad()});
+        GeneralTracker<double> filter(test::scaat_params<double>(true), known_wide_triad());
         wide.add(play_wide(motion, params, filter));
-        EXPECT_EQ(filter.counters().reopened, 0U);
+        EXPECT_EQ(filter.counters().reacquisitions, 0U);
         auto concentric = test::scaat_filter<double>(test::scaat_params<double>(true));
         ideal.add(test::play<double>(motion, params, concentric));
         auto misled = test::scaat_filter<double>(test::scaat_params<double>(true));
@@ -82,7 +84,7 @@ TEST(WideTriad, TracksMotionInTurn) {
 
 TEST(WideTriad, TracksFrames) {
     const auto motion = test::hand_like(4);
-    scaat::Filter<double, Model> filter(test::scaat_params<double>(false), {wide_triad()});
+    GeneralTracker<double> filter(test::scaat_params<double>(false), known_wide_triad());
     const auto score = play_wide(motion, {false, test::sigma_for_cost(0.05e-3), 1, 0, 5}, filter);
     EXPECT_LT(score.position().rms, 0.2e-3);
     EXPECT_EQ(score.invalid, 0U);
@@ -93,18 +95,12 @@ TEST(WideTriad, TellsTheHemisphere) {
     for (const Vec3<double>& setting : {Vec3<double>(0, 0, 0), Vec3<double>(-1, 0, 0)}) {
         for (std::uint64_t seed = 1; seed <= 10; ++seed) {
             const auto motion = test::hand_like(seed);
-            scaat::Filter<double, Model> filter(test::scaat_params<double>(true, setting), {wide_triad()});
+            GeneralTracker<double> filter(test::scaat_params<double>(true, setting), known_wide_triad());
             const auto score = play_wide(motion, {true, test::sigma_for_cost(0.05e-3), seed, 0, 1}, filter);
             EXPECT_EQ(score.invalid, 0U) << score.flags.bits();
             EXPECT_LT(score.position().max, 5e-3);
         }
     }
-}
-
-calibration::Calibration<double> known_wide_triad() {
-    calibration::Calibration<double> known;
-    known.model = wide_triad();
-    return known;
 }
 
 /// The same coils by their calibration: as the filter itself, and through channels that turn the phase.
@@ -114,8 +110,8 @@ TEST(WideTriad, IsTrackedByItsCalibration) {
     const double phase = 0.3;
     auto known = known_wide_triad();
     known.phase_rad.setConstant(phase);
-    scaat::Filter<double, Model> filter(test::scaat_params<double>(true), {wide_triad()});
-    CalibratedTracker<double> tracker({}, test::scaat_params<double>(true), known);
+    GeneralTracker<double> filter(test::scaat_params<double>(true), known_wide_triad());
+    AnyTracker<double> tracker(test::scaat_params<double>(true), known);
     double worst = 0;
     std::size_t poses = 0;
     replay_wide(motion, params, [&](const Column<double>& column) {
@@ -135,8 +131,8 @@ TEST(WideTriad, IsTrackedByItsCalibration) {
 }
 
 TEST(WideTriad, NeedsTheFilter) {
-    EXPECT_EQ(CalibratedTracker<double>::check({}, std::nullopt, known_wide_triad()).code(), StatusCode::invalid_argument);
-    EXPECT_TRUE(CalibratedTracker<double>::check({}, scaat::Params<double>{}, known_wide_triad()).ok());
+    EXPECT_EQ(AnyTracker<double>::check({}, known_wide_triad()).code(), StatusCode::invalid_argument);
+    EXPECT_TRUE(AnyTracker<double>::check({{}, ScaatParams<double>{}}, known_wide_triad()).ok());
 }
 
 /// What the field model leaves over is taken out of the pose, and of its covariance.
@@ -147,8 +143,8 @@ TEST(WideTriad, PosesAreCorrectedAsTheCalibrationSays) {
     known.output_linear(0, 1) = 0.02;
     known.output_linear(2, 2) = 1.01;
     known.output_offset_m = {0.001, -0.002, 0.003};
-    CalibratedTracker<double> plain({}, test::scaat_params<double>(true), known_wide_triad());
-    CalibratedTracker<double> corrected({}, test::scaat_params<double>(true), known);
+    AnyTracker<double> plain(test::scaat_params<double>(true), known_wide_triad());
+    AnyTracker<double> corrected(test::scaat_params<double>(true), known);
     replay_wide(motion, params, [&](const Column<double>& column) {
         const auto before = plain.update(column);
         const auto after = corrected.update(column);

@@ -26,7 +26,7 @@ FaultRun play_fault(const std::function<bool(Column<double>&)>& spoil, std::uint
     const auto motion = test::hand_like(seed);
     const double sigma = test::sigma_for_cost(0.2e-3);
     auto params = test::scaat_params<double>(true);
-    params.confined = true;  // a second unseen is long enough to cross the boundary
+    params.common.confined = true;  // a second unseen is long enough to cross the boundary
     auto filter = test::scaat_filter<double>(params);
     FaultRun run;
     test::Score all;
@@ -178,7 +178,7 @@ TEST(Hemisphere, UnknownIsSaid) {
         }
     });
     EXPECT_LT(score.position().max, 5e-3);
-    EXPECT_EQ(filter.counters().reopened, 0U);
+    EXPECT_EQ(filter.counters().reacquisitions, 0U);
     EXPECT_EQ(filter.set_hemisphere(Vec3<double>::Constant(std::nan(""))).code(), StatusCode::not_finite);
 }
 

@@ -161,7 +161,7 @@ TEST(Prediction, BeatsHoldingTheLastPose) {
     constexpr Microseconds kAhead{20'000};
     const auto motion = test::hand_like(7);
     auto params = test::scaat_params<double>(true);
-    params.predict_ahead = kAhead;
+    std::get<ScaatParams<double>>(params.method).predict_ahead = kAhead;
     auto filter = test::scaat_filter<double>(params);
     Score predicted;
     Score held;
@@ -222,7 +222,7 @@ TEST(Step, IsReachedWithinThreeFrames) {
                              });
         ASSERT_TRUE(last.has_value());
         EXPECT_TRUE(last->valid());
-        EXPECT_EQ(filter.counters().reopened, 1U);
+        EXPECT_EQ(filter.counters().reacquisitions, 1U);
         squares += (last->position_m - after.position_m).squaredNorm();
     }
     std::printf("after three frames: %.2f mm RMS over %d jumps\n", 1e3 * std::sqrt(squares / kRuns), kRuns);
@@ -239,8 +239,8 @@ TEST(Step, IsNotImagined) {
         const auto motion = test::hand_like(seed);
         auto filter = test::scaat_filter<double>(test::scaat_params<double>(true));
         test::play<double>(motion, {true, test::sigma_for_cost(0.2e-3), seed, 0, 60}, filter);
-        reopened += filter.counters().reopened;
-        opened += filter.counters().opened;
+        reopened += filter.counters().reacquisitions;
+        opened += filter.counters().covariance_inflations;
         outliers += filter.counters().outliers;
         columns += filter.counters().accepted;
     }
@@ -292,7 +292,7 @@ TEST(Everywhere, NoJumpNoFlagNoNaN) {
             });
             EXPECT_GT(poses, 1000);
             EXPECT_LT(distorted, poses / 250);
-            EXPECT_EQ(filter.counters().reopened, 0U);
+            EXPECT_EQ(filter.counters().reacquisitions, 0U);
         }
     }
 }
@@ -319,7 +319,7 @@ TEST(PaperExampleIII, SimultaneousColumns) {
     test::replay<double>(motion, tdm, [&](const Column<double>& column) {
         const auto e = filter.update(column);
         if (e && e->predicted_error && to_seconds(e->time) > 0.5) {
-            expected_m.push_back(1e-3 * e->predicted_error->total.position_mm);
+            expected_m.push_back(e->predicted_error->total.position_m);
         }
     });
     const double expected = host::summarise(expected_m).rms;

@@ -88,7 +88,7 @@ TEST_F(Recorded, PredictionBeatsHolding) {
     for (const auto& file : files_) {
         const auto motion = test::recorded_motion(file);
         auto params = test::scaat_params<double>(true, motion->at(0).position_m);
-        params.predict_ahead = Microseconds{20'000};
+        std::get<ScaatParams<double>>(params.method).predict_ahead = Microseconds{20'000};
         auto filter = test::scaat_filter<double>(params);
         const double duration_s = motion->duration_s() - 0.03;  // the truth must go on for what is predicted
         test::replay<double>(*motion, {true, 0, 1, 0, duration_s}, [&](const Column<double>& column) {

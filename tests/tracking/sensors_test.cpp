@@ -91,9 +91,9 @@ Bank run_bank(int sensors, signal::Multiplexing multiplexing, const std::string&
         bank.worst_m[e.sensor] = std::max(bank.worst_m[e.sensor], (e.position_m - place(e.sensor)).norm());
     });
     MainLoopParams<double> params{plan, worlds[0]->demodulation(), {}};
-    params.tracker.coupling_constant = worlds[0]->params().coupling_constant_m3;
-    params.filter.emplace();
-    params.filter->max_column_span = tracking::column_span(plan);
+    params.tracker.method = tracking::ScaatParams<double>{};
+    params.tracker.common.coupling_constant = worlds[0]->params().coupling_constant_m3;
+    params.tracker.common.max_column_span = tracking::column_span(plan);
     params.sensors = sensors;
     MainLoop<double> loop(params, {clocks[0], coils, sampler, link});
     bank.started = loop.start();

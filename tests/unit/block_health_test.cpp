@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/support/tones.hpp"
 
 namespace tricoil::signal {
@@ -28,6 +30,41 @@ TEST(BlockHealth, AStuckReferenceIsNotTheSensorsFault) {
     std::mt19937_64 random(6);
     const auto samples = test::render(block, plan, random);
     EXPECT_FALSE(inspect_window(samples, plan, 8388607, 0.25F).has(ColumnFlag::stuck));
+}
+
+TEST(SampleBlock, MidpointLiesBetweenTheFirstAndTheLastSample) {
+    const std::array<Sample, 200> samples{};
+    SampleBlock block;
+    block.start = device_time_us(1'000);
+    block.samples = samples;
+    EXPECT_EQ(to_us(midpoint(block, 144'000'000)), 1'691);  // 99.5 samples of 6.944 us: 690.97
+    block.samples = std::span(samples).first(1);
+    EXPECT_EQ(to_us(midpoint(block, 144'000'000)), 1'000);
+    EXPECT_EQ(to_us(midpoint(block, 0)), 1'000);
+}
+
+/// The limit for flat tops is that of the slowest carrier: alone in FDM, as near a source coil, it is no clipping, and cut off at
+/// its peaks it is.
+TEST(BlockHealth, TheSlowestCarrierAloneIsNotClipped) {
+    AcquisitionParams params = default_acquisition(Multiplexing::fdm, 240);
+    params.carrier_hz = {9'600, 960, 12'000};
+    const auto plan = *plan_acquisition(params);
+    const auto slowest = std::min_element(plan.window_cycles.begin(), plan.window_cycles.end()) - plan.window_cycles.begin();
+    const auto fastest = *std::max_element(plan.window_cycles.begin(), plan.window_cycles.end());
+    ASSERT_LT(plan.window_cycles[static_cast<std::size_t>(slowest)], fastest);
+    test::ToneBlock block;
+    for (auto& channel : block.tones) {
+        channel[static_cast<std::size_t>(slowest)] = {1e6, 0.3};
+    }
+    std::mt19937_64 random(7);
+    auto samples = test::render(block, plan, random);
+    EXPECT_FALSE(inspect_window(samples, plan, 8388607, 0.25F).has(ColumnFlag::clipped));
+    for (Sample& sample : samples) {
+        for (std::int32_t& code : sample) {
+            code = std::clamp(code, -800'000, 800'000);
+        }
+    }
+    EXPECT_TRUE(inspect_window(samples, plan, 8388607, 0.25F).has(ColumnFlag::clipped));
 }
 
 }  // namespace

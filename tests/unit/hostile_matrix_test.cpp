@@ -9,7 +9,7 @@
 #include "core/solver/direct.hpp"
 #include "core/solver/previous_measurement.hpp"
 #include "core/solver/refine.hpp"
-#include "core/tracking/scaat/filter.hpp"
+#include "core/tracking/scaat/scaat_tracker.hpp"
 
 namespace tricoil::solver {
 namespace {
@@ -122,11 +122,11 @@ TYPED_TEST(HostileMatrix, RefinementIsFiniteOrDoesNotConverge) {
 /// The filter told such matrices column by column: what it calls valid is finite, and good columns afterwards are followed.
 TYPED_TEST(HostileMatrix, FilterIsFiniteOrFlags) {
     using Scalar = TypeParam;
-    namespace scaat = tracking::scaat;
-    scaat::Params<Scalar> params;
-    params.confined = true;  // so that the hemisphere is told again after every loss
-    params.max_column_span = Microseconds{3500};
-    scaat::Filter<Scalar> filter(params, scaat::ConcentricMeasurement<Scalar>{});
+    tracking::TrackerParams<Scalar> params;
+    params.method = tracking::ScaatParams<Scalar>{};
+    params.common.confined = true;  // so that the hemisphere is told again after every loss
+    params.common.max_column_span = Microseconds{3500};
+    tracking::ScaatTracker<Scalar> filter(params);
     int n = 0;
     bool valid = false;
     const auto tell = [&](const Mat3<Scalar>& x) {

@@ -50,8 +50,8 @@ protected:
     MainLoopParams<double> params(signal::Multiplexing multiplexing, const sim::CoilWorld& world) {
         const auto plan = *signal::plan_acquisition(signal::default_acquisition(multiplexing, 240));
         MainLoopParams<double> p{plan, world.demodulation(), {}};
-        p.tracker.coupling_constant = world.params().coupling_constant_m3;
-        p.tracker.max_column_span = tracking::column_span(plan);
+        p.tracker.common.coupling_constant = world.params().coupling_constant_m3;
+        p.tracker.common.max_column_span = tracking::column_span(plan);
         return p;
     }
 
@@ -115,8 +115,8 @@ TEST_F(MainLoopTest, RefusedColumnsDoNotSilenceTheTracker) {
     std::vector<tracking::PoseEstimate<double>> sent;
     sim::SimulatedLink<double> link([&](const auto& estimate) { sent.push_back(estimate); });
     auto p = params(signal::Multiplexing::fdm, world);
-    p.filter.emplace();
-    p.filter->window_s = p.plan.window_s();
+    p.tracker.method = tracking::ScaatParams<double>{};
+    p.tracker.common.window_s = p.plan.window_s();
     MainLoop<double> loop(p, {clock, coils_, sampler, link});
     ASSERT_TRUE(loop.start().ok());
     for (int block = 0; block < 100; ++block) {
@@ -164,15 +164,15 @@ class MainLoopErrors : public ::testing::Test {
 protected:
     MainLoopErrors() {
         plan_ = *signal::plan_acquisition(signal::default_acquisition(signal::Multiplexing::tdm, 240));
-        loop_ = std::make_unique<MainLoop<float>>(MainLoopParams<float>{plan_, {}, {}},
-                                                  Devices<float>{clock_, coils_, sampler_, link_});
+        loop_ = std::make_unique<MainLoop<double>>(MainLoopParams<double>{plan_, {}, {}},
+                                                   Devices<double>{clock_, coils_, sampler_, link_});
     }
     signal::AcquisitionPlan plan_;
     sim::SimulatedClock clock_;
     FailingCoilDriver coils_;
     ScriptedSampler sampler_;
-    sim::SimulatedLink<float> link_{[](const auto&) {}};
-    std::unique_ptr<MainLoop<float>> loop_;
+    sim::SimulatedLink<double> link_{[](const auto&) {}};
+    std::unique_ptr<MainLoop<double>> loop_;
 };
 
 TEST_F(MainLoopErrors, CoilsAreOffAtConstructionAndAfterDestruction) {

@@ -1,7 +1,7 @@
 // The error that a pose predicts of itself, against the error that it has.
 #include <gtest/gtest.h>
 
-#include "core/tracking/tracker.hpp"
+#include "core/tracking/matrix/previous_tracker.hpp"
 #include "tests/support/random_poses.hpp"
 
 namespace tricoil::tracking {
@@ -20,10 +20,11 @@ Truth truth_at(double time_s) {
     return {{0.4, 0.2 + 1.5 * time_s, -0.1 - 0.6 * time_s}, geometry::rotation_vector_to_quaternion<double>(turn)};
 }
 
-TrackerParams<double> params_for(Method method, int passes) {
+using Form = PreviousParams::Form;
+
+TrackerParams<double> params_for(Form form, int passes) {
     TrackerParams<double> params;
-    params.method = method;
-    params.passes = passes;
+    params.method = PreviousParams{form, passes};
     return params;
 }
 
@@ -43,39 +44,39 @@ PoseEstimate<double> feed(Tracker<double>& tracker, const Truth& truth, double t
 }
 
 /// Largest difference between the length of the predicted error and of the real one, mm.
-double worst_prediction_mm(Method method, int passes) {
-    Tracker<double> tracker(params_for(method, passes));
+double worst_prediction_mm(Form form, int passes) {
+    PreviousTracker<double> tracker(params_for(form, passes));
     double worst = 0;
     for (int n = 0; n < 24; ++n) {
         const Truth truth = truth_at(n * kUpdate);
         const auto estimate = feed(tracker, truth, n * kUpdate);
         if (n > 1) {
             const double real_mm = 1e3 * (estimate.position_m - truth.position_m).norm();
-            worst = std::max(worst, std::abs(estimate.predicted_error->total.position_mm - real_mm));
+            worst = std::max(worst, std::abs(1e3 * estimate.predicted_error->total.position_m - real_mm));
         }
     }
     return worst;
 }
 
 TEST(PredictedError, KnowsHowManyPassesTheStepTakes) {
-    for (const Method method : {Method::previous, Method::previous_angles}) {
-        EXPECT_LT(worst_prediction_mm(method, 1), 5e-3);
-        EXPECT_LT(worst_prediction_mm(method, 2), 1e-5);
-        EXPECT_LT(worst_prediction_mm(method, 3), 1e-6);
+    for (const Form form : {Form::vectors, Form::angles}) {
+        EXPECT_LT(worst_prediction_mm(form, 1), 5e-3);
+        EXPECT_LT(worst_prediction_mm(form, 2), 1e-5);
+        EXPECT_LT(worst_prediction_mm(form, 3), 1e-6);
     }
 }
 
 TEST(PredictedError, OfTheFirstPassIsNotNothing) {
-    Tracker<double> tracker(params_for(Method::previous, 1));
+    PreviousTracker<double> tracker(params_for(Form::vectors, 1));
     for (int n = 0; n < 3; ++n) {
         feed(tracker, truth_at(n * kUpdate), n * kUpdate);
     }
-    EXPECT_GT(feed(tracker, truth_at(3 * kUpdate), 3 * kUpdate).predicted_error->linearization.position_mm, 0.01);
+    EXPECT_GT(feed(tracker, truth_at(3 * kUpdate), 3 * kUpdate).predicted_error->linearization.position_m, 1e-5);
 }
 
 /// A turn beyond the step's domain: the pose is the direct solution, which has no linearization error.
 TEST(PredictedError, OfADirectSolutionHoldsNoLinearization) {
-    Tracker<double> tracker(params_for(Method::previous, 1));
+    PreviousTracker<double> tracker(params_for(Form::vectors, 1));
     feed(tracker, truth_at(0), 0);
     feed(tracker, truth_at(kUpdate), kUpdate);
     Truth turned = truth_at(2 * kUpdate);
@@ -84,22 +85,22 @@ TEST(PredictedError, OfADirectSolutionHoldsNoLinearization) {
     ASSERT_TRUE(estimate.valid());
     EXPECT_LT((estimate.position_m - turned.position_m).norm(), 1e-9);
     ASSERT_TRUE(estimate.predicted_error);
-    EXPECT_EQ(estimate.predicted_error->linearization.position_mm, 0);
-    EXPECT_LT(estimate.predicted_error->total.position_mm, 1e-6);
+    EXPECT_EQ(estimate.predicted_error->linearization.position_m, 0);
+    EXPECT_LT(estimate.predicted_error->total.position_m, 1e-9);
 }
 
 TEST(PredictedError, ANewHemisphereIsNoMotion) {
-    Tracker<double> tracker(params_for(Method::previous, 1));
+    PreviousTracker<double> tracker(params_for(Form::vectors, 1));
     feed(tracker, truth_at(0), 0);
     const auto before = feed(tracker, truth_at(kUpdate), kUpdate);
     ASSERT_TRUE(before.predicted_error);
     ASSERT_TRUE(tracker.set_hemisphere(-before.position_m).ok());
     const auto first = feed(tracker, truth_at(2 * kUpdate), 2 * kUpdate);
     EXPECT_LT((first.position_m + truth_at(2 * kUpdate).position_m).norm(), 1e-3);
-    EXPECT_FALSE(first.predicted_error) << first.predicted_error->total.position_mm << " mm";
+    EXPECT_FALSE(first.predicted_error) << first.predicted_error->total.position_m << " m";
     const auto second = feed(tracker, truth_at(3 * kUpdate), 3 * kUpdate);
     ASSERT_TRUE(second.predicted_error);
-    EXPECT_LT(second.predicted_error->total.position_mm, 1);
+    EXPECT_LT(second.predicted_error->total.position_m, 1e-3);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "core/tracking/tracker.hpp"
+#include "core/tracking/methods/any_tracker.hpp"
 
 #include <gtest/gtest.h>
 
@@ -18,8 +18,8 @@ class TrackerTest : public ::testing::Test {
 protected:
     TrackerParams<double> params() const {
         TrackerParams<double> p;
-        p.coupling_constant = 1.0;
-        p.max_column_span = Microseconds{3500};
+        p.common.coupling_constant = 1.0;
+        p.common.max_column_span = Microseconds{3500};
         return p;
     }
 
@@ -32,7 +32,7 @@ protected:
         return c;
     }
 
-    std::optional<PoseEstimate<double>> feed_frame(Tracker<double>& tracker, const Mat3<double>& x) {
+    std::optional<PoseEstimate<double>> feed_frame(auto& tracker, const Mat3<double>& x) {
         std::optional<PoseEstimate<double>> last;
         for (int j = 0; j < 3; ++j) {
             last = tracker.update(column(x, j));
@@ -48,10 +48,12 @@ protected:
 };
 
 TEST_F(TrackerTest, EveryMethodFindsAStillSensor) {
-    for (const Method method : {Method::direct, Method::previous, Method::previous_angles}) {
+    using Form = PreviousParams::Form;
+    for (const MethodParams<double>& method : std::initializer_list<MethodParams<double>>{
+             DirectParams{}, PreviousParams{Form::vectors}, PreviousParams{Form::angles}}) {
         auto p = params();
         p.method = method;
-        Tracker<double> tracker(p);
+        AnyTracker<double> tracker(p);
         feed_frame(tracker, x_);
         const auto estimate = feed_frame(tracker, x_);
         ASSERT_TRUE(estimate.has_value());
@@ -65,12 +67,12 @@ TEST_F(TrackerTest, EveryMethodFindsAStillSensor) {
 }
 
 TEST_F(TrackerTest, HemisphereBySettingAndByContinuity) {
-    Tracker<double> tracker(params());
+    DirectTracker<double> tracker(params());
     ASSERT_TRUE(tracker.set_hemisphere(-position_).ok());
     EXPECT_LT((feed_frame(tracker, x_)->position_m + position_).norm(), 1e-12);
 
     // Through x = 0, against the setting: continuity holds the side.
-    Tracker<double> follower(params());
+    DirectTracker<double> follower(params());
     std::optional<PoseEstimate<double>> estimate;
     for (double x = 0.3; x > -0.3; x -= 0.02) {
         const Vec3<double> p(x, 0.4, 0);
@@ -82,8 +84,8 @@ TEST_F(TrackerTest, HemisphereBySettingAndByContinuity) {
 
 TEST_F(TrackerTest, WithoutHemisphereThePoseIsAGuessAndNotValid) {
     auto p = params();
-    p.hemisphere.setZero();
-    Tracker<double> tracker(p);
+    p.common.hemisphere.setZero();
+    DirectTracker<double> tracker(p);
     EXPECT_TRUE(feed_frame(tracker, x_)->flags.has(PoseFlag::hemisphere_unknown));
     EXPECT_EQ(tracker.state(), TrackerState::searching);
     ASSERT_TRUE(tracker.set_hemisphere(position_).ok());
@@ -92,7 +94,7 @@ TEST_F(TrackerTest, WithoutHemisphereThePoseIsAGuessAndNotValid) {
 }
 
 TEST_F(TrackerTest, LosesASilentSensorWithinBoundedTimeAndFindsItAgain) {
-    Tracker<double> tracker(params());
+    DirectTracker<double> tracker(params());
     feed_frame(tracker, x_);
     EXPECT_FALSE(tracker.tick(time_ + Microseconds{50'000}).has_value());
     const auto stale = tracker.tick(time_ + Microseconds{150'000});
@@ -113,7 +115,7 @@ TEST_F(TrackerTest, LosesASilentSensorWithinBoundedTimeAndFindsItAgain) {
 
 TEST_F(TrackerTest, FlagsSayWhatIsWrong) {
     const auto flags_of = [&](const Mat3<double>& x, ColumnFlags column_flags, double sigma) {
-        Tracker<double> tracker(params());
+        DirectTracker<double> tracker(params());
         std::optional<PoseEstimate<double>> estimate;
         for (int j = 0; j < 3; ++j) {
             auto c = column(x, j);
@@ -144,7 +146,7 @@ TEST_F(TrackerTest, FlagsSayWhatIsWrong) {
 
 TEST_F(TrackerTest, DistortionChiSquareHasThreeDegreesOfFreedom) {
     test::RandomPoses random(11);
-    Tracker<double> tracker(params());
+    DirectTracker<double> tracker(params());
     double sum = 0;
     constexpr int kFrames = 4000;
     for (int i = 0; i < kFrames; ++i) {
@@ -154,7 +156,7 @@ TEST_F(TrackerTest, DistortionChiSquareHasThreeDegreesOfFreedom) {
 }
 
 TEST_F(TrackerTest, BadColumnsAreRefusedCountedAndChangeNothing) {
-    Tracker<double> tracker(params());
+    DirectTracker<double> tracker(params());
     feed_frame(tracker, x_);
     const auto refuse = [&](auto spoil, Rejection reason) {
         auto bad = column(x_, 0);
@@ -177,7 +179,7 @@ TEST_F(TrackerTest, BadColumnsAreRefusedCountedAndChangeNothing) {
 }
 
 TEST_F(TrackerTest, ALostColumnIsNotBridged) {
-    Tracker<double> tracker(params());
+    DirectTracker<double> tracker(params());
     feed_frame(tracker, x_);
     EXPECT_TRUE(tracker.update(column(x_, 0)).has_value());
     time_ += 2 * kSlot;  // the S2 column never comes
@@ -186,8 +188,8 @@ TEST_F(TrackerTest, ALostColumnIsNotBridged) {
 
 TEST_F(TrackerTest, SimultaneousColumnsGiveOnePoseAFrame) {
     auto p = params();
-    p.max_column_span = Microseconds{0};
-    Tracker<double> tracker(p);
+    p.common.max_column_span = Microseconds{0};
+    DirectTracker<double> tracker(p);
     for (int frame = 0; frame < 3; ++frame) {
         EXPECT_FALSE(tracker.update(column(x_, 0)).has_value());
         EXPECT_FALSE(tracker.update(column(x_, 1)).has_value());
@@ -196,10 +198,32 @@ TEST_F(TrackerTest, SimultaneousColumnsGiveOnePoseAFrame) {
     }
 }
 
+/// Two turns about each axis: the sign of the quaternion that a solver returns changes on the way, that of a tracker does not.
+TEST_F(TrackerTest, QuaternionSignsAreContinuous) {
+    const std::initializer_list<MethodParams<double>> methods{DirectParams{}, PreviousParams{}, ScaatParams<double>{}};
+    for (const MethodParams<double>& method : methods) {
+        auto p = params();
+        p.method = method;
+        AnyTracker<double> tracker(p);
+        Quat<double> last = Quat<double>::Identity();
+        double least = 1;
+        for (int n = 0; n < 900; ++n) {
+            const double angle = 4 * 3.14159265358979 * n / 300;
+            const Quat<double> q(Eigen::AngleAxisd(angle, Vec3<double>::Unit(n / 300)));
+            if (const auto estimate = tracker.update(column(test::unit_signal(position_, q), n % 3))) {
+                least = std::min(least, estimate->q_source_sensor.dot(last));
+                last = estimate->q_source_sensor;
+            }
+            time_ += kSlot;
+        }
+        EXPECT_GT(least, 0.9) << method.index();
+    }
+}
+
 TEST_F(TrackerTest, PreviousMethodReacquiresAfterAJump) {
     auto p = params();
-    p.method = Method::previous;
-    Tracker<double> tracker(p);
+    p.method = PreviousParams{};
+    PreviousTracker<double> tracker(p);
     feed_frame(tracker, x_);
     const Vec3<double> elsewhere(0.1, -0.5, 0.3);
     const auto estimate = feed_frame(tracker, test::unit_signal(elsewhere, attitude_.conjugate()));
@@ -219,13 +243,13 @@ TEST(TrackerParams, NonsenseIsRefusedWithAReason) {
         return !check(p).ok();
     };
     EXPECT_TRUE(check(TrackerParams<float>{}).ok());
-    EXPECT_TRUE(refused([](auto& p) { p.coupling_constant = 0; }));
-    EXPECT_TRUE(refused([](auto& p) { p.coupling_constant = std::numeric_limits<float>::quiet_NaN(); }));
-    EXPECT_TRUE(refused([](auto& p) { p.passes = 0; }));
-    EXPECT_TRUE(refused([](auto& p) { p.passes = 11; }));
-    EXPECT_TRUE(refused([](auto& p) { p.min_snr = -1; }));
-    EXPECT_TRUE(refused([](auto& p) { p.lost_after = Microseconds{0}; }));
-    EXPECT_TRUE(refused([](auto& p) { p.hemisphere.x() = std::numeric_limits<float>::infinity(); }));
+    EXPECT_TRUE(refused([](auto& p) { p.common.coupling_constant = 0; }));
+    EXPECT_TRUE(refused([](auto& p) { p.common.coupling_constant = std::numeric_limits<float>::quiet_NaN(); }));
+    EXPECT_TRUE(refused([](auto& p) { p.method = PreviousParams{PreviousParams::Form::vectors, 0}; }));
+    EXPECT_TRUE(refused([](auto& p) { p.method = PreviousParams{PreviousParams::Form::vectors, 11}; }));
+    EXPECT_TRUE(refused([](auto& p) { p.common.min_snr = -1; }));
+    EXPECT_TRUE(refused([](auto& p) { p.common.lost_after = Microseconds{0}; }));
+    EXPECT_TRUE(refused([](auto& p) { p.common.hemisphere.x() = std::numeric_limits<float>::infinity(); }));
 }
 
 }  // namespace

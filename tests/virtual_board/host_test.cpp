@@ -61,7 +61,6 @@ private:
         block.scale = 3.3F / 4096 / 8;
         block.full_scale = 2047 * 8;
         block.start = start_ + time_of(sequence_ * kHalfTriggersPerBlock);
-        block.midpoint = start_ + time_of(sequence_ * kHalfTriggersPerBlock + kHalfTriggersPerBlock / 2);
         block.sequence = static_cast<std::uint32_t>(sequence_++);
         block.samples = samples_;
         clock_.advance(kBlock);

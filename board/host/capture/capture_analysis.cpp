@@ -14,7 +14,7 @@
 #include "core/signal/demodulator.hpp"
 #include "core/signal/phase_calibration.hpp"
 #include "core/solver/direct.hpp"
-#include "core/tracking/tracker.hpp"
+#include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -146,7 +146,7 @@ void average(const std::vector<Eigen::Matrix3cd>& matrices, CaptureAnalysis& ana
 
 /// A sensor is there if its couplings stand out of their scatter and look like a dipole's.
 void judge(CaptureAnalysis& analysis) {
-    const tracking::TrackerParams<double> limits;
+    const tracking::CommonParams<double> limits;
     const double scatter = std::sqrt(analysis.scatter.squaredNorm() / 9);
     analysis.singular_values = analysis.mean.jacobiSvd().singularValues();
     analysis.determinant = analysis.mean.determinant();

@@ -113,7 +113,7 @@ std::string summary_json(const RunReport& r) {
         {"columns_rejected", rejections},
         {"acquisitions", r.tracker.acquisitions},
         {"outliers", r.tracker.outliers},
-        {"reopened", r.tracker.reopened},
+        {"reopened", r.tracker.reacquisitions},
         {"clock_restarts", r.tracker.clock_restarts},
         {"flags_seen", to_text(r.seen_flags)},
         {"duration_s", r.simulated_s},

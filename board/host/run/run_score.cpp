@@ -70,10 +70,8 @@ void RunScore::add_bound(const PoseError& error) {
 }
 
 void RunScore::add_prediction(const error_model::ErrorTerm<double>& total) {
-    const double position_m = 1e-3 * total.position_mm;
-    const double orientation_rad = total.orientation_deg * std::numbers::pi / 180;
-    totals_.predicted_position_m += position_m * position_m;
-    totals_.predicted_orientation_rad += orientation_rad * orientation_rad;
+    totals_.predicted_position_m += total.position_m * total.position_m;
+    totals_.predicted_orientation_rad += total.rotation_rad * total.rotation_rad;
     ++predictions_;
 }
 

@@ -60,44 +60,51 @@ signal::AcquisitionPlan make_plan(const RunOptions& options) {
     return *plan;
 }
 
-tracking::TrackerParams<double> make_tracker(const RunOptions& options, const sim::WorldParams& world,
-                                             const signal::AcquisitionPlan& plan, const Vec3<double>& hemisphere) {
-    const TrackerChoice choice = tracker_choice(options.tracker);
-    tracking::TrackerParams<double> params;
-    params.method = choice.method;
-    params.passes = options.passes;
-    params.coupling_constant = world.coupling_constant_m3;
-    params.hemisphere = hemisphere;
-    params.confined = options.confined || !options.hemisphere.empty();
-    params.max_column_span = tracking::column_span(plan);
-    const bool can_deskew = plan.is_tdm() && choice.method == tracking::Method::direct && !choice.filters;
-    if (options.no_deskew && !can_deskew) {
-        throw InputError("--no-deskew: only --mux tdm with --tracker direct deskews");
-    }
-    params.deskew = can_deskew && !options.no_deskew;
-    params.window_s = plan.window_s();
-    if (const Status status = tracking::check(params); !status.ok()) {
+void refuse_bad(const Status& status) {
+    if (!status.ok()) {
         throw InputError(std::string("tracker: ") + status.message());
     }
-    return params;
 }
 
-std::optional<tracking::scaat::Params<double>> make_filter(const RunOptions& options,
-                                                           const tracking::TrackerParams<double>& tracker) {
+/// The method that the options name, with the parameters that they give it.
+tracking::MethodParams<double> make_method(const RunOptions& options, const signal::AcquisitionPlan& plan) {
+    tracking::MethodParams<double> method = method_of_name(options.tracker);
+    auto* direct = std::get_if<tracking::DirectParams>(&method);
+    if (options.no_deskew && (direct == nullptr || !plan.is_tdm())) {
+        throw InputError("--no-deskew: only --mux tdm with --tracker direct deskews");
+    }
+    if (direct != nullptr) {
+        direct->deskew = plan.is_tdm() && !options.no_deskew;
+    }
+    tracking::PreviousParams previous;
+    previous.passes = options.passes;
+    refuse_bad(tracking::check(tracking::TrackerParams<double>{{}, previous}));
+    if (auto* chosen = std::get_if<tracking::PreviousParams>(&method)) {
+        chosen->passes = options.passes;
+    }
     if (!(options.predict_ahead_s >= 0 && options.predict_ahead_s <= 10)) {
         throw InputError("--predict must be a number of seconds, 0 to 10");
     }
-    if (!tracker_choice(options.tracker).filters) {
-        if (options.predict_ahead_s > 0) {
-            throw InputError("--predict: only --tracker scaat knows the motion");
-        }
-        return std::nullopt;
+    auto* scaat = std::get_if<tracking::ScaatParams<double>>(&method);
+    if (scaat == nullptr && options.predict_ahead_s > 0) {
+        throw InputError("--predict: only --tracker scaat knows the motion");
     }
-    tracking::scaat::Params<double> params = filter_like(tracker);
-    params.predict_ahead = microseconds_from_seconds(options.predict_ahead_s);
-    if (const Status status = tracking::scaat::Filter<double>::check(params, {tracker.coupling_constant}); !status.ok()) {
-        throw InputError(std::string("tracker: ") + status.message());
+    if (scaat != nullptr) {
+        scaat->predict_ahead = microseconds_from_seconds(options.predict_ahead_s);
     }
+    return method;
+}
+
+tracking::TrackerParams<double> make_tracker(const RunOptions& options, const sim::WorldParams& world,
+                                             const signal::AcquisitionPlan& plan, const Vec3<double>& hemisphere) {
+    tracking::TrackerParams<double> params;
+    params.method = make_method(options, plan);
+    params.common.coupling_constant = world.coupling_constant_m3;
+    params.common.hemisphere = hemisphere;
+    params.common.confined = options.confined || !options.hemisphere.empty();
+    params.common.max_column_span = tracking::column_span(plan);
+    params.common.window_s = plan.window_s();
+    refuse_bad(tracking::check(params));
     return params;
 }
 
@@ -217,8 +224,8 @@ RunReport run_simulated(const RunOptions& options, const RunCompany& company) {
         });
         const Vec3<double> hemisphere = make_hemisphere(options, *scenario.motion);
         app::MainLoopParams<double> params{plan, world.demodulation(), make_tracker(options, scenario.world, plan, hemisphere)};
-        params.filter = make_filter(options, params.tracker);
-        report.deskewed = params.tracker.deskew;
+        const auto* direct = std::get_if<tracking::DirectParams>(&params.tracker.method);
+        report.deskewed = direct != nullptr && direct->deskew;
         std::optional<Recorder> recorder;
         if (!options.record.empty()) {
             recorder.emplace(options.record, describe_source(options),
@@ -226,7 +233,7 @@ RunReport run_simulated(const RunOptions& options, const RunCompany& company) {
         }
         TapFanOut taps{company.tap, recorder ? &*recorder : nullptr};
         app::MainLoop<double> loop(params, {clock, coils, sampler, link, taps.any() ? &taps : nullptr});
-        taps.begin({params.tracker, params.filter, params.sensors});
+        taps.begin({params.tracker, params.sensors});
         const InterruptGuard guard;
         if (const Status started = loop.start(); !started.ok()) {
             throw DeviceError(std::string("simulated board: ") + started.message());

@@ -69,7 +69,7 @@ int PoseHub::sensors() const {
 void PoseHub::do_begin(const Settings& settings) {
     const std::lock_guard lock(mutex_);
     sensors_ = settings.sensors;
-    clock_ = WallClock(microseconds_from_seconds(settings.tracker.window_s / 2).count());
+    clock_ = WallClock(microseconds_from_seconds(settings.tracker.common.window_s / 2).count());
 }
 
 void PoseHub::do_pose(const tracking::PoseEstimate<double>& estimate) {

@@ -10,7 +10,8 @@
 
 #include "board/pose_text/served_pose.hpp"
 #include "board/support/wall_clock.hpp"
-#include "core/tracking/sensor_tracker.hpp"
+#include "core/tracking/pose_estimate.hpp"
+#include "core/tracking/tracker_params.hpp"
 #include "hal/tracker_tap.hpp"
 
 namespace tricoil::host {

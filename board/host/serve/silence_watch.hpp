@@ -6,7 +6,8 @@
 #include <vector>
 
 #include "board/pose_text/served_pose.hpp"
-#include "core/tracking/sensor_tracker.hpp"
+#include "core/tracking/pose_estimate.hpp"
+#include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::host {
 

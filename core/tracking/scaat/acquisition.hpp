@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "core/tracking/scaat/column_update.hpp"
-#include "core/tracking/scaat/params.hpp"
 #include "core/tracking/scaat/propagate.hpp"
 #include "core/tracking/signal_matrix_assembler.hpp"
+#include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::tracking::scaat {
 
@@ -21,14 +21,14 @@ Vec3<Scalar> resolvable_variance(const Vec3<Scalar>& variance, const Innovation<
     return variance.cwiseMax(kShare * predicted);
 }
 
-/// Innovation of a column with its variance kept resolvable. `around` as in innovation(); beside_noise: variance of what is wrong
-/// with the couplings besides noise, coupling units squared.
+/// Innovation of a column with its variance kept resolvable. `around` as in innovation(); unmodelled_variance: of the errors of
+/// the couplings besides noise, coupling units squared.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 Innovation<Scalar> column_innovation(const Model& model, const State<Scalar>& state, const Motion<Scalar>& around,
-                                     const Column<Scalar>& column, Scalar beside_noise = 0) {
+                                     const Column<Scalar>& column, Scalar unmodelled_variance = 0) {
     const Scalar late_s = column.midpoint < state.time ? seconds_as<Scalar>(state.time - column.midpoint) : Scalar(0);
     const int j = coil_index(column.state);
-    const Vec3<Scalar> measured = column.sigma.cwiseAbs2().array() + beside_noise;
+    const Vec3<Scalar> measured = column.sigma.cwiseAbs2().array() + unmodelled_variance;
     auto result = innovation<Scalar>(model, state, around, j, column.in_phase, measured, late_s);
     const Vec3<Scalar> variance = resolvable_variance<Scalar>(measured, result);
     if (variance != result.r) {
@@ -60,7 +60,7 @@ std::array<const Column<Scalar>*, kSourceCoils> oldest_first(const SignalMatrixA
 /// place: a state on the stack would be a quarter of a small processor's.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 [[gnu::noinline]] void start_state(State<Scalar>& state, const Model& model, const StartPose<Scalar>& start,
-                                   const SignalMatrixAssembler<Scalar>& columns, const Params<Scalar>& params) {
+                                   const SignalMatrixAssembler<Scalar>& columns, const ScaatParams<Scalar>& params) {
     const auto order = oldest_first(columns);
     state = State<Scalar>{};
     state.time = order.front()->midpoint;

@@ -11,8 +11,8 @@
 namespace tricoil::tracking::scaat {
 
 /// Two coils leave six numbers with false solutions that pass through the true one, so a pose is only as good as the coil that
-/// was not heard for longest. A filter that was opened can bend twelve numbers, pose and rates, to what it is told next: it
-/// stands unconfirmed until each coil has been accepted twice since, eighteen numbers.
+/// was not heard for longest. After an inflation of its covariance a filter can bend twelve numbers, pose and rates, to the next
+/// columns: it stands unconfirmed until each coil has been accepted twice since, eighteen numbers.
 class CoilRecord {
 public:
     /// All coils were heard at `time`, and none has been refused.
@@ -35,13 +35,13 @@ public:
         far_[index(coil)] = far;
     }
 
-    /// The prediction was opened for the column just accepted: what the coils said so far, that one included, no longer counts.
-    void open() { awaited_.fill(kConfirming); }
+    /// The covariance was inflated for the column just accepted: what the coils said so far, that one included, no longer counts.
+    void inflate() { awaited_.fill(kConfirming); }
 
     /// A whole measurement, a column in turn or a frame, was refused or not.
     void measured(bool accepted) { in_row_ = accepted ? 0 : in_row_ + 1; }
 
-    /// Nothing speaks against the state: each coil was accepted often enough since it was opened, and none stands refused.
+    /// Nothing speaks against the state: each coil was accepted often enough since the last inflation, and none stands refused.
     [[nodiscard]] bool confirmed() const {
         constexpr std::array<int, kSourceCoils> kNone{};
         return in_row_ == 0 && awaited_ == kNone && refused_ == kNone;
@@ -73,7 +73,7 @@ private:
     std::array<DeviceTime, kSourceCoils> accepted_at_{};
     std::array<int, kSourceCoils> refused_{};  // in a row
     std::array<bool, kSourceCoils> far_{};
-    std::array<int, kSourceCoils> awaited_{};  // acceptances since the filter was opened
+    std::array<int, kSourceCoils> awaited_{};  // acceptances since the covariance was inflated
     int in_row_ = 0;
 };
 

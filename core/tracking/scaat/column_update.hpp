@@ -63,9 +63,9 @@ Innovation<Scalar> innovation(const Model& model, const State<Scalar>& state, co
     Quat<Scalar> q = around.q_source_sensor;
     Quat<Scalar> back = Quat<Scalar>::Identity();
     if (late_s > 0) {
-        position += way<Scalar>(around.velocity_m_s, around.acceleration_m_s2, -late_s);
+        position += displacement<Scalar>(around.velocity_m_s, around.acceleration_m_s2, -late_s);
         back = geometry::rotation_vector_to_quaternion<Scalar>(
-            way<Scalar>(around.rate_rad_s, around.angular_acceleration_rad_s2, -late_s));
+            displacement<Scalar>(around.rate_rad_s, around.angular_acceleration_rad_s2, -late_s));
         q = back * q;
     }
     const auto predicted = model.column(position, q.toRotationMatrix().transpose(), j);
@@ -94,7 +94,7 @@ Innovation<Scalar> innovation(const Model& model, const State<Scalar>& state, co
 
 /// Multiplies the measurement's variances, as if it had been that much noisier.
 template <typename Scalar>
-void weaken(Innovation<Scalar>& innovation, Scalar factor) {
+void inflate_noise(Innovation<Scalar>& innovation, Scalar factor) {
     innovation.r *= factor;
     Mat3<Scalar> s = h_times(innovation.h, innovation.gain_numerator, innovation.late_s);
     s.diagonal() += innovation.r;

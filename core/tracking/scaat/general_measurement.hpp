@@ -14,12 +14,6 @@ struct GeneralMeasurement {
     static constexpr bool kEven = false;
     field::GeneralDipole<Scalar> coils;
 
-    [[nodiscard]] Status check() const {
-        const bool finite = coils.source_offset_m.allFinite() && coils.source_moment.allFinite() &&
-                            coils.sensor_offset_m.allFinite() && coils.sensor_sensitivity.allFinite();
-        return finite ? Status{} : Status{StatusCode::invalid_argument, "the coils' places and moments must be finite"};
-    }
-
     [[nodiscard]] field::ColumnModel<Scalar> column(const Vec3<Scalar>& position_m, const Mat3<Scalar>& o, int j) const {
         return field::column_model(coils, position_m, o, j);
     }

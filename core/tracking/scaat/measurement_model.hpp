@@ -25,15 +25,13 @@ struct StartPose {
 ///   column(p, O, j)  coupling column j (0-2) at a pose with its Jacobian by position (1/m) and small rotation (1/rad), source
 ///   frame; start(X)         a pose from three columns taken as simultaneous, with nothing known before; errors as solve_direct;
 ///   near(X, p, q)    the same beside the pose (p, q);
-///   kEven            whether X is the same at -p, so that a motion may be mirrored;
-///   check()          whether the model can be used (invalid_argument).
+///   kEven            whether X is the same at -p, so that a motion may be mirrored.
 template <typename Model, typename Scalar>
 concept MeasurementModel = requires(const Model& model, const Vec3<Scalar>& p, const Mat3<Scalar>& m, int j) {
     { model.column(p, m, j) } -> std::same_as<field::ColumnModel<Scalar>>;
     { model.start(m) } -> std::same_as<Result<StartPose<Scalar>>>;
     { model.near(m, p, Quat<Scalar>()) } -> std::same_as<Result<StartPose<Scalar>>>;
     { Model::kEven } -> std::convertible_to<bool>;
-    { model.check() } -> std::same_as<Status>;
 };
 
 /// Concentric triads, (6). X is even in the position's direction, at rest and in motion alike: no trajectory resolves the
@@ -42,12 +40,6 @@ template <typename Scalar>
 struct ConcentricMeasurement {
     static constexpr bool kEven = true;
     Scalar coupling_constant = 1;  // C, coupling units times m^3
-
-    [[nodiscard]] Status check() const {
-        return std::isfinite(coupling_constant) && coupling_constant > 0
-                   ? Status{}
-                   : Status{StatusCode::invalid_argument, "coupling constant must be positive and finite"};
-    }
 
     [[nodiscard]] field::ColumnModel<Scalar> column(const Vec3<Scalar>& position_m, const Mat3<Scalar>& o, int j) const {
         return field::column_model(coupling_constant, position_m, o, j);

@@ -23,9 +23,9 @@ constexpr double kAccelerationShare = 0.2;
 /// Fastest rate at which a velocity correction counts as an acceleration: with no noise the filter is as fast as its columns.
 constexpr double kFastestLearning_per_s = 500;
 
-/// Way made in dt (s, either sign; rad for a turn) from a velocity and an acceleration.
+/// Displacement in dt (s, either sign; rad for a rotation) from a velocity and an acceleration.
 template <typename Scalar>
-Vec3<Scalar> way(const Vec3<Scalar>& velocity, const Vec3<Scalar>& acceleration, Scalar dt) {
+Vec3<Scalar> displacement(const Vec3<Scalar>& velocity, const Vec3<Scalar>& acceleration, Scalar dt) {
     return dt * velocity + (dt * dt / 2) * acceleration;
 }
 
@@ -35,8 +35,8 @@ void move(State<Scalar>& state, Scalar dt) {
     const Scalar kept = 1 / (1 + dt / Scalar(kAccelerationMemory_s));
     state.acceleration_m_s2 *= kept;
     state.angular_acceleration_rad_s2 *= kept;
-    state.position_m += way<Scalar>(state.velocity_m_s, state.acceleration_m_s2, dt);
-    const Vec3<Scalar> turn = way<Scalar>(state.rate_rad_s, state.angular_acceleration_rad_s2, dt);
+    state.position_m += displacement<Scalar>(state.velocity_m_s, state.acceleration_m_s2, dt);
+    const Vec3<Scalar> turn = displacement<Scalar>(state.rate_rad_s, state.angular_acceleration_rad_s2, dt);
     state.q_source_sensor = geometry::rotation_vector_to_quaternion<Scalar>(turn) * state.q_source_sensor;
     state.q_source_sensor.normalize();
     state.velocity_m_s += dt * state.acceleration_m_s2;

@@ -4,8 +4,7 @@
 
 #include "board/qemu_an386/report_printer.hpp"
 #include "core/base/text_line.hpp"
-#include "core/tracking/scaat/filter_impl.hpp"
-#include "core/tracking/scaat/general_measurement.hpp"
+#include "core/tracking/scaat/general_tracker.hpp"
 #include "drivers/semihosting/console.hpp"
 
 namespace {
@@ -13,13 +12,12 @@ namespace {
 using namespace tricoil;
 namespace scaat = tracking::scaat;
 using General = scaat::GeneralMeasurement<float>;
-using Filter = scaat::Filter<float, General>;
 
 constexpr int kSlot_us = 1389;
 constexpr int kColumns = 90;  // at each place
 
 General coils{field::GeneralDipole<float>::concentric(0.01F)};
-std::optional<Filter> filter;
+std::optional<tracking::GeneralTracker<float>> filter;
 Vec3<float> last_m;
 const Vec3<float> places[] = {{0.4F, 0.1F, 0.2F}, {0.3F, -0.3F, 0.1F}, {0.09F, 0.02F, -0.03F}, {0.5F, 0, -0.2F}};
 Column<float> column;
@@ -37,9 +35,12 @@ Column<float> column;
 [[gnu::noinline]] void spoil_column() { column.in_phase = column.in_phase.reverse().cwiseProduct(Vec3<float>(1, -3, 2)).eval(); }
 
 [[gnu::noinline]] void set_up(bool simultaneous) {
-    scaat::Params<float> params;
-    params.max_column_span = simultaneous ? Microseconds{0} : Microseconds{5 * kSlot_us / 2};
-    filter.emplace(params, coils);
+    tracking::TrackerParams<float> params;
+    params.method = tracking::ScaatParams<float>{};
+    params.common.max_column_span = simultaneous ? Microseconds{0} : Microseconds{5 * kSlot_us / 2};
+    calibration::Calibration<float> known;
+    known.model = coils.coils;
+    filter.emplace(params, known);
 }
 
 [[gnu::noinline]] void take_column() {

@@ -2,8 +2,8 @@
 #include <cmath>
 #include <optional>
 
-#include "core/tracking/scaat/filter_impl.hpp"
-#include "core/tracking/scaat/general_measurement.hpp"
+#include "core/tracking/scaat/general_tracker.hpp"
+#include "core/tracking/scaat/scaat_tracker.hpp"
 #include "tests/target/kernels/kernel.hpp"
 
 namespace tricoil::target {
@@ -33,15 +33,17 @@ void make_column(const Model& model, int n) {
     column.sigma.setConstant(kSigma);
 }
 
-template <typename Model>
+template <typename Filter>
 class Tracking {
 public:
-    /// Run 0 starts anew and settles; every run is the next column.
-    void prepare(const Model& model, int run) {
+    /// Run 0 starts anew and settles; every run is the next column. `coils`: what the filter takes beside its parameters.
+    template <typename Model, typename... Coils>
+    void prepare(const Model& model, int run, const Coils&... coils) {
         if (run == 0) {
-            scaat::Params<float> params;
-            params.max_column_span = Microseconds{5 * kSlot_us / 2};
-            filter_.emplace(params, model);
+            tracking::TrackerParams<float> params;
+            params.method = tracking::ScaatParams<float>{};
+            params.common.max_column_span = Microseconds{5 * kSlot_us / 2};
+            filter_.emplace(params, coils...);
             for (int n = 0; n < kSettling; ++n) {
                 make_column(model, n);
                 (void)filter_->update(column);
@@ -53,7 +55,7 @@ public:
     void run() { given = filter_->update(column).has_value(); }
 
 private:
-    std::optional<scaat::Filter<float, Model>> filter_;
+    std::optional<Filter> filter_;
 };
 
 /// Source coils 45 mm and sensor coils 6 mm apart.
@@ -64,12 +66,17 @@ General wide_coils() {
     return model;
 }
 
-Tracking<Concentric> concentric;
-Tracking<General> general;
+Tracking<tracking::ScaatTracker<float>> concentric;
+Tracking<tracking::GeneralTracker<float>> general;
 
 void prepare_concentric(int run) { concentric.prepare(Concentric{}, run); }
 void run_concentric(int) { concentric.run(); }
-void prepare_general(int run) { general.prepare(wide_coils(), run); }
+void prepare_general(int run) {
+    const General model = wide_coils();
+    calibration::Calibration<float> coils;
+    coils.model = model.coils;
+    general.prepare(model, run, coils);
+}
 void run_general(int) { general.run(); }
 
 /// The filter's arithmetic alone: propagation to the column's time, innovation, Joseph update.

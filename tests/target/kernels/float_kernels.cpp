@@ -7,7 +7,8 @@
 #include "core/signal/demodulator.hpp"
 #include "core/solver/direct.hpp"
 #include "core/solver/previous_measurement.hpp"
-#include "core/tracking/tracker.hpp"
+#include "core/tracking/matrix/direct_tracker.hpp"
+#include "core/tracking/matrix/previous_tracker.hpp"
 #include "tests/target/kernels/kernel.hpp"
 
 namespace tricoil::target {
@@ -106,16 +107,22 @@ void prepare_block(int run) {
 
 void run_demodulator(int) { outputs.ok = demodulator->demodulate(block).ok(); }
 
-std::optional<tracking::Tracker<float>> tracker;
+std::optional<tracking::DirectTracker<float>> direct_tracker;
+std::optional<tracking::PreviousTracker<float>> previous_tracker;
+tracking::Tracker<float>* tracker = nullptr;
 std::array<Column<float>, 3> columns;
 
 /// A tracker that has been following for two frames; the column that comes next completes a matrix.
 void prepare_tracker(int run) {
     prepare_pose(run);
     tracking::TrackerParams<float> params;
-    params.method = run % 2 == 0 ? tracking::Method::direct : tracking::Method::previous;
-    params.max_column_span = Microseconds{3500};
-    tracker.emplace(params);
+    params.common.max_column_span = Microseconds{3500};
+    if (run % 2 == 0) {
+        tracker = &direct_tracker.emplace(params);
+    } else {
+        params.method = tracking::PreviousParams{};
+        tracker = &previous_tracker.emplace(params);
+    }
     for (int n = 0; n < 6; ++n) {
         Column<float>& column = columns[static_cast<std::size_t>(n % 3)];
         column.state = single_coil(n % 3);

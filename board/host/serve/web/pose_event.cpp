@@ -6,7 +6,9 @@
 #include <optional>
 
 #include "board/pose_text/flag_names.hpp"
-#include "core/tracking/sensor_tracker.hpp"
+#include "core/base/angle_units.hpp"
+#include "core/tracking/pose_estimate.hpp"
+#include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::host::web {
 namespace {
@@ -30,7 +32,7 @@ Json json_of(const ServedPose& served) {
               {"distortion", e.distortion_chi_square},
               {"error", nullptr}};
     if (e.predicted_error) {
-        pose["error"] = {e.predicted_error->total.position_mm, e.predicted_error->total.orientation_deg};
+        pose["error"] = {1e3 * e.predicted_error->total.position_m, kDegrees * e.predicted_error->total.rotation_rad};
     }
     return pose;
 }

@@ -1,0 +1,102 @@
+// A calibration as a tracker applies it: to each column before it is used, and to each position before it is reported.
+#pragma once
+
+#include <Eigen/LU>
+#include <cmath>
+
+#include "core/calibration/calibration.hpp"
+
+namespace tricoil::calibration {
+
+/// Two kinds. ideal_triads(): phases, gains, signs, the sensor coils' angles and the source's attitude are undone column by
+/// column, for trackers whose field model is that of ideal triads. phases(): the rest is left to a field model of the coils as
+/// they are.
+template <typename Scalar>
+class CoilCorrection {
+public:
+    /// What ideal_triads() may neglect: at half a metre it moves a pose by some 0.5 mm and 1 mrad.
+    static constexpr Scalar kSquareness = Scalar(1e-3);  // cosine between two source coils
+    static constexpr Scalar kOffset_m = Scalar(5e-4);    // of a coil from its triad's place
+    static constexpr Scalar kOctupole = Scalar(1e-4);    // m^2, of a coil's finite size
+
+    /// For triads whose coils share one place, and whose source coils are orthogonal. Source coils that are not cannot be
+    /// corrected here: their columns are measured at different times. Errors: those of check(); invalid_argument, with the
+    /// reason, for a calibration of another kind.
+    static Result<CoilCorrection> ideal_triads(const Calibration<Scalar>& c) {
+        if (const Status status = check(c); !status.ok()) {
+            return status;
+        }
+        if (largest(c.model.source_offset_m) > kOffset_m || largest(c.model.sensor_offset_m) > kOffset_m) {
+            return Status{StatusCode::invalid_argument, "its coils lie more than 0.5 mm off their triad's place"};
+        }
+        if (largest(c.model.source_octupole_m2) > kOctupole || largest(c.model.sensor_octupole_m2) > kOctupole) {
+            return Status{StatusCode::invalid_argument, "its coils are too large to be taken for points"};
+        }
+        CoilCorrection correction = phases(c);
+        Vec3<Scalar>& gain = correction.gain_;
+        Mat3<Scalar>& axes = correction.axes_;
+        gain = c.model.source_moment.colwise().norm();
+        axes = c.model.source_moment * gain.cwiseInverse().asDiagonal();
+        const Mat3<Scalar> cosines = axes.transpose() * axes;
+        if (largest((cosines - Mat3<Scalar>::Identity()).eval()) > kSquareness) {
+            return Status{StatusCode::invalid_argument, "its source coils are not square to each other within 1 mrad"};
+        }
+        if (axes.determinant() < 0) {  // a reversed coil: of the three, the one that points most backwards
+            Eigen::Index reversed = 0;
+            axes.diagonal().minCoeff(&reversed);
+            axes.col(reversed) *= Scalar(-1);
+            gain(reversed) *= Scalar(-1);
+        }
+        correction.sensor_ = c.model.sensor_sensitivity.transpose().inverse();
+        correction.has_own_axes_ = true;
+        return correction;
+    }
+
+    /// `c` must pass check().
+    static CoilCorrection phases(const Calibration<Scalar>& c) {
+        CoilCorrection correction;
+        correction.phase_rad_ = c.phase_rad;
+        correction.output_linear_ = c.output_linear;
+        correction.output_offset_m_ = c.output_offset_m;
+        return correction;
+    }
+
+    /// Column j (0-2), in phase, in quadrature and its standard deviations; after ideal_triads() as with C = 1.
+    void correct_column(int j, Vec3<Scalar>& in_phase, Vec3<Scalar>& quadrature, Vec3<Scalar>& sigma) const {
+        const auto cosine = phase_rad_.array().cos();
+        const auto sine = phase_rad_.array().sin();
+        const Vec3<Scalar> along = cosine * in_phase.array() + sine * quadrature.array();
+        const Vec3<Scalar> across = cosine * quadrature.array() - sine * in_phase.array();
+        in_phase = sensor_ * along / gain_(j);
+        quadrature = sensor_ * across / gain_(j);
+        const Vec3<Scalar> variance = sensor_.cwiseAbs2() * sigma.cwiseAbs2();
+        sigma = variance.cwiseSqrt() / std::abs(gain_(j));
+    }
+
+    /// The axes that corrected columns refer to: v_source = axes v_coils. The source frame itself after phases().
+    [[nodiscard]] const Mat3<Scalar>& axes() const { return axes_; }
+    [[nodiscard]] bool has_own_axes() const { return has_own_axes_; }
+
+    /// The optional output correction, in the source frame: an affine map of positions, and its derivative.
+    [[nodiscard]] Vec3<Scalar> corrected_position(const Vec3<Scalar>& position_m) const {
+        return output_linear_ * position_m + output_offset_m_;
+    }
+    [[nodiscard]] const Mat3<Scalar>& output_linear() const { return output_linear_; }
+    [[nodiscard]] bool corrects_output() const { return !output_linear_.isIdentity(0) || !output_offset_m_.isZero(0); }
+
+private:
+    template <typename Derived>
+    static Scalar largest(const Eigen::MatrixBase<Derived>& m) {
+        return m.cwiseAbs().maxCoeff();
+    }
+
+    Vec3<Scalar> phase_rad_ = Vec3<Scalar>::Zero();
+    Vec3<Scalar> gain_ = Vec3<Scalar>::Ones();
+    Mat3<Scalar> axes_ = Mat3<Scalar>::Identity();
+    Mat3<Scalar> sensor_ = Mat3<Scalar>::Identity();  // N^-T
+    bool has_own_axes_ = false;
+    Mat3<Scalar> output_linear_ = Mat3<Scalar>::Identity();
+    Vec3<Scalar> output_offset_m_ = Vec3<Scalar>::Zero();
+};
+
+}  // namespace tricoil::calibration

@@ -1,0 +1,26 @@
+// The direct method: the closed-form, maximum-likelihood pose of each signal matrix.
+#pragma once
+
+#include "core/tracking/matrix/matrix_tracker.hpp"
+
+namespace tricoil::tracking {
+
+template <typename Scalar>
+class DirectTracker final : public MatrixTracker<Scalar> {
+    using typename MatrixTracker<Scalar>::Pose;
+    using typename Tracker<Scalar>::Correction;
+
+public:
+    /// `params` must pass check() and hold DirectParams.
+    explicit DirectTracker(const TrackerParams<Scalar>& params, const Correction& correction = std::nullopt)
+        : MatrixTracker<Scalar>(params.common, std::get_if<DirectParams>(&params.method)->deskew, {}, correction) {}
+
+private:
+    Result<Pose> do_step(const Mat3<Scalar>&, const Pose&) override {
+        return Status{StatusCode::not_ready, "every pose is direct"};
+    }
+};
+
+static_assert(sizeof(DirectTracker<float>) <= 1712, "one sensor's tracker without a filter, in float");
+
+}  // namespace tricoil::tracking

@@ -1,0 +1,225 @@
+#include "core/tracking/matrix/matrix_tracker.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/field/concentric_dipole.hpp"
+#include "core/solver/direct.hpp"
+#include "core/solver/pose_covariance.hpp"
+#include "core/tracking/signal_flags.hpp"
+
+namespace tricoil::tracking {
+namespace {
+
+/// What makes a matrix worthless to extrapolate from, even by one column of it.
+constexpr PoseFlags kBad{PoseFlag::saturated, PoseFlag::no_sensor, PoseFlag::wrong_handedness, PoseFlag::not_converged,
+                         PoseFlag::no_reference};
+
+}  // namespace
+
+template <typename Scalar>
+MatrixTracker<Scalar>::MatrixTracker(const CommonParams<Scalar>& params, bool deskew, Step step, const Correction& correction)
+    : Tracker<Scalar>(correction),
+      params_(Tracker<Scalar>::corrected(params, correction)),
+      deskew_(deskew),
+      step_(step),
+      assembler_(params.max_column_span, deskew),
+      motion_(params.max_column_span.count() > 0 ? kSourceCoils : 1),
+      time_base_(Microseconds{0}, params.lost_after),
+      hemisphere_(params_.hemisphere, params.confined) {}
+
+template <typename Scalar>
+void MatrixTracker<Scalar>::do_set_hemisphere(const Vec3<Scalar>& towards) {
+    hemisphere_.set(towards);
+    if (has_last_ && last_.direction.dot(towards) < 0) {
+        last_.direction = -last_.direction;
+        do_follow(last_, false);
+        motion_.clear();  // the next pose is on the other side: their difference is no motion
+    }
+}
+
+template <typename Scalar>
+std::optional<PoseEstimate<Scalar>> MatrixTracker<Scalar>::do_update(const Column<Scalar>& column) {
+    if (const auto reason = why_refused(column)) {
+        ++counters_.rejected[static_cast<std::size_t>(*reason)];
+        return std::nullopt;
+    }
+    ++counters_.accepted;
+    const auto matrix = assembler_.add(column);
+    if (!matrix) {
+        return std::nullopt;
+    }
+    PoseEstimate<Scalar> estimate;
+    estimate.sensor = column.sensor;
+    estimate.sequence = static_cast<std::uint32_t>(counters_.poses++);
+    estimate.time = matrix->newest;
+    estimate.signal_matrix = matrix->x;
+    estimate.flags = signal_flags(matrix->flags);
+    Result<Pose> solved = step(matrix->x);
+    const bool stepped = solved.ok();
+    if (!stepped) {
+        solved = acquire(*matrix);
+    }
+    if (solved.ok()) {
+        judge(*matrix, *solved, estimate);
+        estimate.flags.set_if(!hemisphere_.known(), PoseFlag::hemisphere_unknown);
+    } else {
+        estimate.flags.set(solved.status().code() == StatusCode::degenerate ? PoseFlag::no_sensor : PoseFlag::not_converged);
+    }
+    doubt_history(estimate);
+    if (estimate.valid()) {
+        last_ = *solved;
+        has_last_ = true;
+        do_follow(last_, stepped);
+        hemisphere_.follow(estimate.position_m, estimate.time);
+    }
+    advance(estimate.valid(), estimate.time);
+    estimate.state = state_;
+    counters_.invalid_poses += estimate.valid() ? 0U : 1U;
+    if (estimate.valid()) {
+        predict_error(*matrix, stepped ? step_ : Step{}, estimate);
+        last_estimate_ = estimate;
+    }
+    return estimate;
+}
+
+template <typename Scalar>
+std::optional<PoseEstimate<Scalar>> MatrixTracker<Scalar>::do_tick(DeviceTime now) {
+    if (counters_.acquisitions == 0 || now > TimeBase::kLatest || now < TimeBase::kEarliest ||
+        now - last_valid_ <= params_.lost_after) {
+        return std::nullopt;
+    }
+    advance(false, now);
+    PoseEstimate<Scalar> estimate = last_estimate_;
+    estimate.sequence = static_cast<std::uint32_t>(counters_.poses++);
+    estimate.flags.set(PoseFlag::stale);
+    estimate.state = state_;
+    ++counters_.invalid_poses;
+    return estimate;
+}
+
+template <typename Scalar>
+std::optional<Rejection> MatrixTracker<Scalar>::why_refused(const Column<Scalar>& column) {
+    if (const auto reason = why_unusable(column)) {
+        return reason;
+    }
+    const auto verdict = time_base_.take(coil_index(column.state), column.midpoint, false);
+    if (verdict == TimeBase::Verdict::restarted) {  // nothing that was known has a time any more
+        ++counters_.clock_restarts;
+        state_ = TrackerState::searching;
+        has_last_ = false;
+        last_valid_ = column.midpoint;
+        assembler_.clear();
+        motion_.clear();
+        hemisphere_.forget();
+    }
+    return reason_of(verdict);
+}
+
+/// A column of a bad matrix looks good beside two others where nothing is left over to tell. It stays one of those that deskewing
+/// extrapolates from for two columns of each state.
+template <typename Scalar>
+void MatrixTracker<Scalar>::doubt_history(PoseEstimate<Scalar>& estimate) {
+    constexpr int kHistory = 2 * kSourceCoils;
+    if (!deskew_) {
+        return;
+    }
+    const bool bad = estimate.flags.has_any(kBad);
+    estimate.flags.set_if(doubtful_ > 0, PoseFlag::unconfirmed);
+    doubtful_ = bad ? kHistory : std::max(doubtful_ - 1, 0);
+}
+
+/// The method's step from the last pose. not_ready: there is none, or the method takes none; not_converged: the step left its
+/// domain, or ended at a pose that explains the couplings worse than any sensor would.
+template <typename Scalar>
+auto MatrixTracker<Scalar>::step(const Mat3<Scalar>& x) -> Result<Pose> {
+    if (state_ != TrackerState::tracking || !has_last_) {
+        return Status{StatusCode::not_ready, "no pose to follow"};
+    }
+    const Result<Pose> next = do_step(x, last_);
+    if (next.ok() && misfit_squared(x, *next) > params_.max_misfit * x.squaredNorm()) {
+        return Status{StatusCode::not_converged, "the step from the last pose does not explain the couplings"};
+    }
+    return next;
+}
+
+/// The direct solution, in the hemisphere that continuity or the setting tells.
+template <typename Scalar>
+auto MatrixTracker<Scalar>::acquire(const SignalMatrix<Scalar>& matrix) -> Result<Pose> {
+    const auto direct = solver::solve_direct(matrix.x, params_.coupling_constant);
+    if (!direct.ok()) {
+        return direct.status();
+    }
+    Pose pose{direct->range_m, direct->direction, direct->attitude};
+    if (hemisphere_.must_turn(pose.range_m * pose.direction, matrix.newest)) {
+        pose.direction = -pose.direction;
+    }
+    return pose;
+}
+
+template <typename Scalar>
+Scalar MatrixTracker<Scalar>::misfit_squared(const Mat3<Scalar>& x, const Pose& pose) const {
+    const Scalar k = field::coupling_strength(params_.coupling_constant, pose.range_m);
+    return (x - k * pose.attitude * field::dipole_factor(pose.direction)).squaredNorm();
+}
+
+/// Fills in the pose with covariance and diagnostics, and adds the flags that depend on it.
+template <typename Scalar>
+void MatrixTracker<Scalar>::judge(const SignalMatrix<Scalar>& matrix, const Pose& pose, PoseEstimate<Scalar>& estimate) const {
+    const Scalar k = field::coupling_strength(params_.coupling_constant, pose.range_m);
+    const Scalar misfit = misfit_squared(matrix.x, pose);
+    const Scalar snr = k / matrix.sigma;
+    estimate.position_m = pose.range_m * pose.direction;
+    estimate.q_source_sensor = geometry::attitude_quaternion(pose.attitude);
+    estimate.covariance = solver::pose_covariance(k, pose.range_m, pose.direction, matrix.sigma);
+    estimate.distortion_chi_square = misfit / (matrix.sigma * matrix.sigma);
+    estimate.snr_db = 20 * std::log10(snr);
+    estimate.flags.set_if(matrix.x.determinant() < 0, PoseFlag::wrong_handedness);
+    estimate.flags.set_if(snr < params_.min_snr, PoseFlag::low_signal);
+    const bool significant = estimate.distortion_chi_square > params_.distortion_gate;
+    estimate.flags.set_if(significant, PoseFlag::distorted);
+    estimate.flags.set_if(significant && misfit > params_.max_misfit * matrix.x.squaredNorm(), PoseFlag::no_sensor);
+}
+
+/// The error model's budget for this pose, with the motion as the poses show it and the columns' ages as they are.
+template <typename Scalar>
+void MatrixTracker<Scalar>::predict_error(const SignalMatrix<Scalar>& matrix, Step step, PoseEstimate<Scalar>& estimate) {
+    const auto motion = motion_.add(estimate.time, estimate.position_m, estimate.q_source_sensor, params_.lost_after);
+    if (!motion) {
+        return;
+    }
+    error_model::BudgetParams<Scalar> budget;
+    budget.timing.update_s = seconds_as<Scalar>(estimate.time - last_estimate_.time);
+    budget.timing.column_age_s = matrix.column_age_s;
+    budget.timing.window_s = params_.window_s;
+    budget.timing.latency_s = params_.latency_s;
+    budget.solver = step.form;
+    budget.passes = step.passes;
+    const Scalar k = field::coupling_strength(params_.coupling_constant, estimate.position_m.norm());
+    estimate.predicted_error = error_model::error_budget(*motion, matrix.sigma / k, budget);
+}
+
+/// searching -> tracking on a valid pose; tracking -> lost after lost_after without one; lost -> searching after search_after.
+template <typename Scalar>
+void MatrixTracker<Scalar>::advance(bool valid, DeviceTime time) {
+    if (valid) {
+        counters_.acquisitions += state_ == TrackerState::tracking ? 0U : 1U;
+        state_ = TrackerState::tracking;
+        last_valid_ = time;
+        return;
+    }
+    motion_.clear();
+    const Microseconds age = time - last_valid_;
+    if (state_ == TrackerState::tracking && age > params_.lost_after) {
+        state_ = TrackerState::lost;
+    }
+    if (state_ == TrackerState::lost && age > params_.search_after) {
+        state_ = TrackerState::searching;
+        has_last_ = false;
+    }
+}
+
+template class MatrixTracker<float>;
+template class MatrixTracker<double>;
+
+}  // namespace tricoil::tracking

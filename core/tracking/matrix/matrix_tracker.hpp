@@ -1,0 +1,71 @@
+// Trackers that solve each complete signal matrix: what they share, from columns to the judged pose.
+#pragma once
+
+#include "core/solver/previous_measurement.hpp"
+#include "core/tracking/column_check.hpp"
+#include "core/tracking/hemisphere.hpp"
+#include "core/tracking/motion_estimate.hpp"
+#include "core/tracking/signal_matrix_assembler.hpp"
+#include "core/tracking/tracker.hpp"
+
+namespace tricoil::tracking {
+
+/// A method may follow the last pose with a step of its own; otherwise, and where the step fails, the direct solver gives the
+/// pose and Hemisphere its side. tick(): the last pose, flagged stale, once it is older than lost_after.
+template <typename Scalar>
+class MatrixTracker : public Tracker<Scalar> {
+protected:
+    using Pose = solver::VectorPose<Scalar>;
+    using typename Tracker<Scalar>::Correction;
+
+    /// Form and passes of the method's step, for the predicted error.
+    struct Step {
+        error_model::SolverForm form = error_model::SolverForm::direct;
+        int passes = 1;
+    };
+
+    MatrixTracker(const CommonParams<Scalar>& params, bool deskew, Step step, const Correction& correction);
+
+    [[nodiscard]] Scalar coupling_constant() const { return params_.coupling_constant; }
+
+private:
+    /// The method's step from the last pose. not_ready: the method takes none.
+    virtual Result<Pose> do_step(const Mat3<Scalar>& x, const Pose& last) = 0;
+    /// `pose` is the one to step from next. is_step: do_step() has just returned it.
+    virtual void do_follow(const Pose& /*pose*/, bool /*is_step*/) {}
+
+    std::optional<PoseEstimate<Scalar>> do_update(const Column<Scalar>& column) final;
+    std::optional<PoseEstimate<Scalar>> do_tick(DeviceTime now) final;
+    void do_set_hemisphere(const Vec3<Scalar>& towards) final;
+    [[nodiscard]] TrackerState do_state() const final { return state_; }
+    [[nodiscard]] const TrackerCounters& do_counters() const final { return counters_; }
+
+    [[nodiscard]] std::optional<Rejection> why_refused(const Column<Scalar>& column);
+    [[nodiscard]] Result<Pose> step(const Mat3<Scalar>& x);
+    [[nodiscard]] Result<Pose> acquire(const SignalMatrix<Scalar>& matrix);
+    void doubt_history(PoseEstimate<Scalar>& estimate);
+    [[nodiscard]] Scalar misfit_squared(const Mat3<Scalar>& x, const Pose& pose) const;
+    void judge(const SignalMatrix<Scalar>& matrix, const Pose& pose, PoseEstimate<Scalar>& estimate) const;
+    void predict_error(const SignalMatrix<Scalar>& matrix, Step step, PoseEstimate<Scalar>& estimate);
+    void advance(bool valid, DeviceTime time);
+
+    CommonParams<Scalar> params_;
+    bool deskew_;
+    Step step_;
+    SignalMatrixAssembler<Scalar> assembler_;
+    MotionEstimate<Scalar> motion_;
+    TrackerState state_ = TrackerState::searching;
+    Pose last_;
+    bool has_last_ = false;
+    TimeBase time_base_;
+    Hemisphere<Scalar> hemisphere_;
+    int doubtful_ = 0;  // columns still to come until no older one is extrapolated from that was part of a bad matrix
+    DeviceTime last_valid_{};
+    PoseEstimate<Scalar> last_estimate_;
+    TrackerCounters counters_;
+};
+
+extern template class MatrixTracker<float>;
+extern template class MatrixTracker<double>;
+
+}  // namespace tricoil::tracking

@@ -1,0 +1,58 @@
+#include "core/tracking/methods/any_tracker.hpp"
+
+namespace tricoil::tracking {
+namespace {
+
+template <typename Scalar>
+typename Tracker<Scalar>::Correction ideal_triads(const std::optional<calibration::Calibration<Scalar>>& coils) {
+    if (!coils) {
+        return std::nullopt;
+    }
+    const auto correction = calibration::CoilCorrection<Scalar>::ideal_triads(*coils);
+    return correction.ok() ? std::optional(*correction) : std::nullopt;
+}
+
+}  // namespace
+
+template <typename Scalar>
+Status AnyTracker<Scalar>::check(const TrackerParams<Scalar>& params, const Calibration& coils) {
+    Status status = tracking::check(params);
+    if (!status.ok() || !coils) {
+        return status;
+    }
+    status = calibration::check(*coils);
+    if (status.ok() && !std::holds_alternative<ScaatParams<Scalar>>(params.method)) {
+        status = calibration::CoilCorrection<Scalar>::ideal_triads(*coils).status();
+    }
+    return status;
+}
+
+template <typename Scalar>
+AnyTracker<Scalar>::AnyTracker(const TrackerParams<Scalar>& params, const Calibration& coils) {
+    const Correction correction = ideal_triads(coils);
+    if (coils && !correction) {
+        tracker_ = &method_.template emplace<GeneralTracker<Scalar>>(params, *coils);
+    } else {
+        make(params, correction);
+    }
+}
+
+template <typename Scalar>
+AnyTracker<Scalar>::AnyTracker(const TrackerParams<Scalar>& params, const Correction& correction) {
+    make(params, correction);
+}
+
+template <typename Scalar>
+void AnyTracker<Scalar>::make(const TrackerParams<Scalar>& params, const Correction& correction) {
+    if (std::holds_alternative<DirectParams>(params.method)) {
+        tracker_ = &method_.template emplace<DirectTracker<Scalar>>(params, correction);
+    } else if (std::holds_alternative<PreviousParams>(params.method)) {
+        tracker_ = &method_.template emplace<PreviousTracker<Scalar>>(params, correction);
+    } else {
+        tracker_ = &method_.template emplace<ScaatTracker<Scalar>>(params, correction);
+    }
+}
+
+template class AnyTracker<double>;
+
+}  // namespace tricoil::tracking

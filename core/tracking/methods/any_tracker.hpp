@@ -1,0 +1,46 @@
+// A tracker whose method is chosen at run time, without heap: for programs that offer all methods.
+#pragma once
+
+#include "core/tracking/matrix/direct_tracker.hpp"
+#include "core/tracking/matrix/previous_tracker.hpp"
+#include "core/tracking/scaat/general_tracker.hpp"
+#include "core/tracking/scaat/scaat_tracker.hpp"
+
+namespace tricoil::tracking {
+
+/// The method is that of the parameters. Coils that CoilCorrection cannot make ideal need the filter, which then is the
+/// GeneralTracker.
+template <typename Scalar>
+class AnyTracker {
+public:
+    using Calibration = std::optional<calibration::Calibration<Scalar>>;
+    using Correction = typename Tracker<Scalar>::Correction;
+
+    /// Errors (invalid_argument or not_finite, with the reason): those of the parameters and of the calibration; coils that need
+    /// the filter, without the filter.
+    static Status check(const TrackerParams<Scalar>& params, const Calibration& coils);
+
+    /// Both must pass check().
+    AnyTracker(const TrackerParams<Scalar>& params, const Calibration& coils);
+    /// For ideal triads, or coils that the correction makes ideal.
+    explicit AnyTracker(const TrackerParams<Scalar>& params, const Correction& correction = std::nullopt);
+    AnyTracker(const AnyTracker&) = delete;
+    AnyTracker& operator=(const AnyTracker&) = delete;
+
+    std::optional<PoseEstimate<Scalar>> update(const Column<Scalar>& column) { return tracker_->update(column); }
+    std::optional<PoseEstimate<Scalar>> tick(DeviceTime now) { return tracker_->tick(now); }
+    Status set_hemisphere(const Vec3<Scalar>& towards) { return tracker_->set_hemisphere(towards); }
+    [[nodiscard]] TrackerState state() const { return tracker_->state(); }
+    [[nodiscard]] const TrackerCounters& counters() const { return tracker_->counters(); }
+
+private:
+    void make(const TrackerParams<Scalar>& params, const Correction& correction);
+
+    std::variant<std::monostate, DirectTracker<Scalar>, PreviousTracker<Scalar>, ScaatTracker<Scalar>, GeneralTracker<Scalar>>
+        method_;
+    Tracker<Scalar>* tracker_ = nullptr;  // in method_
+};
+
+extern template class AnyTracker<double>;
+
+}  // namespace tricoil::tracking

@@ -1,0 +1,135 @@
+// Definitions of Estimator; included only where it is instantiated.
+#pragma once
+
+#include <cmath>
+
+#include "core/tracking/scaat/estimator.hpp"
+
+namespace tricoil::tracking::scaat {
+
+template <typename Scalar, MeasurementModel<Scalar> Model>
+void Estimator<Scalar, Model>::start(const StartPose<Scalar>& pose, const SignalMatrixAssembler<Scalar>& columns) {
+    start_state<Scalar>(state_, model_, pose, columns, params_);
+    last_used_ = state_.time;
+    record_.start(state_.time);
+    reset_adaptation();
+}
+
+template <typename Scalar, MeasurementModel<Scalar> Model>
+void Estimator<Scalar, Model>::reset_adaptation() {
+    process_ = {std::log(params_.process.start_m2_s3),
+                std::log(params_.process.start_rad2_s3),
+                Scalar(1),
+                Scalar(1),
+                Scalar(0),
+                Scalar(0)};
+    consistency_ = 1;
+    outlier_inflation_ = 0;
+    noise_.restart();
+    settled_ = kSourceCoils;
+}
+
+template <typename Scalar, MeasurementModel<Scalar> Model>
+bool Estimator<Scalar, Model>::use(const Column<Scalar>& column, const Motion<Scalar>& around, Use use) {
+    const int coil = coil_index(column.state);
+    auto innovation = column_innovation<Scalar>(model_, state_, around, column, use.unmodelled_variance);
+    const bool far = innovation.y.norm() > params_.most_inflated * column.in_phase.norm();
+    const bool may_inflate = use.trusted && !far && !record_.any_far();
+    Vec3<Scalar> whitened = innovation.whitened();
+    Scalar nis = whitened.squaredNorm();
+    int inflations = 0;
+    for (; may_inflate && innovation.ok && nis > params_.gate && inflations < kMostInflations; ++inflations) {
+        inflate_covariance(nis / 3);
+        innovation = column_innovation<Scalar>(model_, state_, around, column, use.unmodelled_variance);
+        whitened = innovation.whitened();
+        nis = whitened.squaredNorm();
+    }
+    if (!innovation.ok || !(nis <= params_.gate)) {
+        record_.refuse(coil, far);
+        ++counters_.outliers;
+        return false;
+    }
+    record_.accept(coil, column.midpoint);
+    if (inflations > 0 && !use.in_frame) {
+        record_.inflate();
+    }
+    if (!use.trusted && innovation.late_s <= 0 && nis > Scalar(kDoubtful)) {
+        const Scalar excess = nis / Scalar(kDoubtful);
+        inflate_noise(innovation, excess * excess * excess);
+    }
+    take(column, innovation, whitened);
+    return true;
+}
+
+/// The update itself, and what is learnt from the innovation.
+template <typename Scalar, MeasurementModel<Scalar> Model>
+void Estimator<Scalar, Model>::take(const Column<Scalar>& column, const Innovation<Scalar>& innovation,
+                                    const Vec3<Scalar>& whitened) {
+    const Scalar nis = whitened.squaredNorm();
+    if (innovation.late_s <= 0) {
+        noise_.add(column);
+    }
+    outlier_inflation_ = std::max(nis / Scalar(kSurprising), Scalar(kSurpriseKept) * outlier_inflation_);
+    const bool settled = is_settled();
+    if (settled) {
+        adapt_process_noise(innovation, whitened);
+    }
+    consistency_ += settled ? params_.consistency_gain * (nis / 3 - consistency_) : Scalar(0);
+    const auto gains_per_s = acceleration_gains_per_s(state_.covariance);
+    const Vec12<Scalar> correction = apply(state_, innovation);
+    if (settled_ >= kLearningColumns) {
+        learn_acceleration(state_, correction, gains_per_s);
+    }
+    last_used_ = std::max(last_used_, column.midpoint);
+    settled_ = std::min(settled_ + 1, kLearningColumns);
+}
+
+/// The process noise from an innovation as large as it was, but with the share in it that the column's weight left.
+template <typename Scalar, MeasurementModel<Scalar> Model>
+void Estimator<Scalar, Model>::adapt_process_noise(const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened) {
+    const auto& n = params_.process;
+    const auto share = [&](int block) -> Mat3<Scalar> {
+        const Eigen::Matrix<Scalar, 3, 3> h = innovation.h.template middleCols<3>(block);
+        const Mat3<Scalar> a = h * state_.covariance.template block<3, 3>(block, block) * h.transpose();
+        const Mat3<Scalar> half = solve_columns(innovation.s.matrixL(), a);
+        return solve_columns(innovation.s.matrixL(), half.transpose());
+    };
+    process_.log_translation = std::clamp(adapted_log<Scalar>(process_.log_translation, process_.information_translation,
+                                                              process_.score_translation, share(0), whitened, n),
+                                          std::log(n.least_m2_s3), std::log(n.most_m2_s3));
+    process_.log_rotation = std::clamp(
+        adapted_log<Scalar>(process_.log_rotation, process_.information_rotation, process_.score_rotation, share(3), whitened, n),
+        std::log(n.least_rad2_s3), std::log(n.most_rad2_s3));
+}
+
+/// Multiplies the prediction's covariance, and the intensity that led to it.
+template <typename Scalar, MeasurementModel<Scalar> Model>
+void Estimator<Scalar, Model>::inflate_covariance(Scalar factor) {
+    const auto& n = params_.process;
+    state_.covariance *= factor;
+    process_.log_translation = std::min(process_.log_translation + std::log(factor), std::log(n.most_m2_s3));
+    process_.log_rotation = std::min(process_.log_rotation + std::log(factor), std::log(n.most_rad2_s3));
+    ++counters_.covariance_inflations;
+}
+
+template <typename Scalar, MeasurementModel<Scalar> Model>
+bool Estimator<Scalar, Model>::is_beside(const Vec3<Scalar>& position_m, const Mat3<Scalar>& covariance) const {
+    const Vec3<Scalar> apart = state_.position_m - position_m;
+    const Mat3<Scalar> expected = state_.covariance.template topLeftCorner<3, 3>() + covariance;
+    const Eigen::LLT<Mat3<Scalar>> factors(expected);
+    return factors.info() == Eigen::Success && factors.matrixL().solve(apart).squaredNorm() <= params_.gate;
+}
+
+template <typename Scalar, MeasurementModel<Scalar> Model>
+State<Scalar> Estimator<Scalar, Model>::predicted(Microseconds ahead) const {
+    State<Scalar> state = state_;
+    propagate(state, intensity(), state_.time + ahead);
+    return state;
+}
+
+template <typename Scalar, MeasurementModel<Scalar> Model>
+Intensity<Scalar> Estimator<Scalar, Model>::intensity() const {
+    return {std::exp(process_.log_translation), std::exp(process_.log_rotation)};
+}
+
+}  // namespace tricoil::tracking::scaat

@@ -1,0 +1,90 @@
+// Columns on their way into the filter: what is refused, and which of them form one measurement.
+#pragma once
+
+#include "core/tracking/column_check.hpp"
+#include "core/tracking/signal_flags.hpp"
+#include "core/tracking/signal_matrix_assembler.hpp"
+
+namespace tricoil::tracking::scaat {
+
+/// Columns that say nothing about the couplings.
+constexpr ColumnFlags kUnusable{ColumnFlag::no_reference, ColumnFlag::saturated, ColumnFlag::clipped,
+                                ColumnFlag::stuck,        ColumnFlag::overrun,   ColumnFlag::dc_offset};
+
+/// In TDM each column is a measurement. In FDM the three columns of an instant are one: they are complete when all have come, and
+/// those of a frame that lacks one or two wait until the next frame begins.
+template <typename Scalar>
+class Intake {
+public:
+    explicit Intake(const CommonParams<Scalar>& params, Microseconds max_lateness)
+        : latest_(params.max_column_span),
+          time_base_(max_lateness, params.lost_after),
+          in_frames_(params.max_column_span.count() == 0) {}
+
+    struct Admission {
+        std::optional<Rejection> rejection;
+        bool is_late = false;        // older than the newest column, but of use
+        bool has_restarted = false;  // the device's clock started anew
+    };
+
+    Admission admit(const Column<Scalar>& column) {
+        if (const auto reason = why_unusable(column)) {
+            return {reason};
+        }
+        using Verdict = TimeBase::Verdict;
+        const Verdict verdict = time_base_.take(coil_index(column.state), column.midpoint, true);
+        return {reason_of(verdict), verdict == Verdict::late, verdict == Verdict::restarted};
+    }
+
+    /// The signal matrix of the latest columns, where this one completes it; to start from, and to linearise a frame.
+    std::optional<SignalMatrix<Scalar>> add(const Column<Scalar>& column) { return latest_.add(column); }
+
+    /// A column of the frame at the present instant; false if it cannot be used.
+    bool wait_for_frame(const Column<Scalar>& column) {
+        if (column.flags.has_any(kUnusable)) {
+            return false;
+        }
+        waiting_ |= 1U << static_cast<unsigned>(coil_index(column.state));
+        return true;
+    }
+
+    [[nodiscard]] bool in_frames() const { return in_frames_; }
+    [[nodiscard]] bool has_waiting() const { return waiting_ != 0U; }
+    [[nodiscard]] bool is_waiting(int coil) const { return (waiting_ >> static_cast<unsigned>(coil) & 1U) != 0U; }
+    void clear_waiting() { waiting_ = 0; }
+
+    /// Columns of all coils have come at the newest instant.
+    [[nodiscard]] bool frame_is_over() const {
+        constexpr unsigned kAllCoils = 7;  // bit each
+        return time_base_.coils_at_newest() == kAllCoils;
+    }
+
+    [[nodiscard]] const SignalMatrixAssembler<Scalar>& columns() const { return latest_; }
+
+    /// Flags of the newest column of each coil.
+    void note_flags(const Column<Scalar>& column) {
+        flags_[static_cast<std::size_t>(coil_index(column.state))] = signal_flags(column.flags);
+    }
+    [[nodiscard]] PoseFlags flags() const { return flags_[0] | flags_[1] | flags_[2]; }
+
+    /// The filter starts; its columns stay.
+    void start() {
+        flags_.fill({});
+        waiting_ = 0;
+    }
+
+    /// The device's clock started anew: no column has a time any more.
+    void forget() {
+        latest_.clear();
+        waiting_ = 0;
+    }
+
+private:
+    SignalMatrixAssembler<Scalar> latest_;  // usable or not while searching, usable ones while tracking
+    TimeBase time_base_;
+    bool in_frames_;
+    unsigned waiting_ = 0;  // coils, bit each
+    std::array<PoseFlags, kSourceCoils> flags_{};
+};
+
+}  // namespace tricoil::tracking::scaat

@@ -1,0 +1,133 @@
+#include "core/tracking/tracker_params.hpp"
+
+#include <cmath>
+
+namespace tricoil::tracking {
+namespace {
+
+Status refused(const char* reason) { return {StatusCode::invalid_argument, reason}; }
+
+template <typename Scalar>
+bool is_positive(Scalar value) {
+    return std::isfinite(value) && value > 0;
+}
+
+template <typename Scalar>
+Status check_common(const CommonParams<Scalar>& p) {
+    if (!is_positive(p.coupling_constant)) {
+        return refused("coupling constant must be positive and finite");
+    }
+    if (!is_positive(p.min_snr) || !is_positive(p.max_misfit) || !is_positive(p.distortion_gate)) {
+        return refused("signal limits must be positive and finite");
+    }
+    if (p.max_column_span.count() < 0 || p.lost_after.count() <= 0 || p.search_after < p.lost_after) {
+        return refused("times must be positive, and search_after not shorter than lost_after");
+    }
+    if (!std::isfinite(p.window_s) || p.window_s < 0 || !std::isfinite(p.latency_s) || p.latency_s < 0) {
+        return refused("window and latency must be finite and not negative");
+    }
+    if (!p.hemisphere.allFinite()) {
+        return refused("hemisphere must be a finite direction, or zero for unknown");
+    }
+    return {};
+}
+
+Status check_passes(int passes) {
+    constexpr int kMaxPasses = 10;
+    return passes < 1 || passes > kMaxPasses ? refused("passes must be 1 to 10") : Status{};
+}
+
+template <typename Scalar>
+Status check_process_noise(const ProcessNoiseParams<Scalar>& n) {
+    for (const Scalar value : {n.least_m2_s3, n.most_m2_s3, n.start_m2_s3, n.least_rad2_s3, n.most_rad2_s3, n.start_rad2_s3,
+                               n.rise, n.smoothing, n.information_floor, n.largest_step}) {
+        if (!is_positive(value)) {
+            return refused("filter parameters must be positive and finite");
+        }
+    }
+    if (n.least_m2_s3 > n.start_m2_s3 || n.start_m2_s3 > n.most_m2_s3 || n.least_rad2_s3 > n.start_rad2_s3 ||
+        n.start_rad2_s3 > n.most_rad2_s3) {
+        return refused("process noise must be least <= start <= most");
+    }
+    constexpr Scalar kMost = Scalar(1e12);  // squares of it fit into a float
+    if (n.most_m2_s3 > kMost || n.most_rad2_s3 > kMost) {
+        return refused("process noise must not exceed 1e12");
+    }
+    if (!(n.gain > 0 && n.gain < 1)) {
+        return refused("weights of a column must lie between 0 and 1");
+    }
+    if (n.smoothing > 1 || n.rise < 1 || n.rise > 10 || n.largest_step > 10) {
+        return refused("process noise: smoothing at most 1, rise 1 to 10, largest step at most 10");
+    }
+    return {};
+}
+
+/// Of numbers that are not times.
+template <typename Scalar>
+Status check_filter(const CommonParams<Scalar>& common, const ScaatParams<Scalar>& p) {
+    for (const Scalar value : {p.gate, p.most_inflated, p.start_speed_m_s, p.start_rate_rad_s, p.inconsistent_above}) {
+        if (!is_positive(value)) {
+            return refused("filter parameters must be positive and finite");
+        }
+    }
+    if (p.start_speed_m_s > Scalar(1e4) || p.start_rate_rad_s > Scalar(1e4)) {
+        return refused("start speed and rate must not exceed 1e4");
+    }
+    if (!(p.consistency_gain > 0 && p.consistency_gain < 1)) {
+        return refused("weights of a column must lie between 0 and 1");
+    }
+    if (p.gate < 3 || common.distortion_gate < 3) {  // their expectation
+        return refused("gates of 3 degrees of freedom must be at least 3");
+    }
+    if (p.inconsistent_above < 1) {  // its expectation
+        return refused("inconsistent_above must be at least 1");
+    }
+    if (common.window_s > 1 || common.latency_s > 10) {
+        return refused("window must lie between 0 and 1 s, latency between 0 and 10 s");
+    }
+    return {};
+}
+
+template <typename Scalar>
+Status check_filter_times(const CommonParams<Scalar>& common, const ScaatParams<Scalar>& p) {
+    constexpr Microseconds kLongest{10'000'000};
+    for (const Microseconds time : {common.max_column_span, p.max_lateness, p.predict_ahead}) {
+        if (time.count() < 0 || time > kLongest) {
+            return refused("column span, lateness and prediction must lie between 0 and 10 s");
+        }
+    }
+    constexpr Microseconds kShortest{1'000};
+    if (p.coast_limit < kShortest || common.lost_after < p.coast_limit || common.search_after < common.lost_after ||
+        common.search_after > kLongest) {
+        return refused("times must be 1 ms <= coast_limit <= lost_after <= search_after <= 10 s");
+    }
+    if (5 * p.coast_limit < 6 * common.max_column_span) {  // see column_span(): a frame is three slots, that is two and a half
+        return refused("coast_limit must be at least a frame: 1.2 times max_column_span");
+    }
+    return {};
+}
+
+}  // namespace
+
+Microseconds column_span(const signal::AcquisitionPlan& plan) {
+    return plan.is_tdm() ? microseconds_from_seconds(2.5 * plan.block_s()) : Microseconds{0};
+}
+
+template <typename Scalar>
+Status check(const TrackerParams<Scalar>& params) {
+    Status status = check_common(params.common);
+    if (const auto* previous = std::get_if<PreviousParams>(&params.method); previous != nullptr && status.ok()) {
+        status = check_passes(previous->passes);
+    }
+    if (const auto* filter = std::get_if<ScaatParams<Scalar>>(&params.method); filter != nullptr) {
+        status = status.ok() ? check_process_noise(filter->process) : status;
+        status = status.ok() ? check_filter(params.common, *filter) : status;
+        status = status.ok() ? check_filter_times(params.common, *filter) : status;
+    }
+    return status;
+}
+
+template Status check(const TrackerParams<float>&);
+template Status check(const TrackerParams<double>&);
+
+}  // namespace tricoil::tracking
