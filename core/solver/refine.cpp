@@ -1,13 +1,11 @@
 #include "core/solver/refine.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "core/geometry/cholesky.hpp"
 #include "core/geometry/rotations.hpp"
-#include "core/geometry/solve_columns.hpp"
 
 namespace tricoil::solver {
 namespace {
@@ -91,13 +89,13 @@ public:
 
     /// After run(): (position, small rotation), source frame; zero if the couplings do not determine them.
     [[nodiscard]] Mat6<Scalar> covariance() const {
-        const Eigen::LLT<Mat6<Scalar>> cholesky(at_.information);
-        if (cholesky.info() != Eigen::Success || !(cholesky.rcond() > 0)) {
+        const Cholesky<Scalar, 6> cholesky(at_.information);
+        if (!cholesky.ok()) {
             return Mat6<Scalar>::Zero();
         }
         Vec6<Scalar> units = Vec6<Scalar>::Ones();
         units.template head<3>().setConstant(at_.range_m);
-        return units.asDiagonal() * solve_columns(cholesky, Mat6<Scalar>::Identity()) * units.asDiagonal();
+        return units.asDiagonal() * cholesky.template solve<6>(Mat6<Scalar>::Identity()) * units.asDiagonal();
     }
 
 private:
@@ -143,15 +141,22 @@ private:
     [[gnu::noinline]] static bool damped_step(const NormalEquations<Scalar>& at, Scalar damping, Vec6<Scalar>& step) {
         Mat6<Scalar> damped = at.information;
         damped.diagonal() *= 1 + damping;
-        const Eigen::LLT<Mat6<Scalar>> cholesky(damped);
-        step = -cholesky.solve(at.gradient);
-        return cholesky.info() == Eigen::Success;
+        const Cholesky<Scalar, 6> cholesky(damped);
+        if (cholesky.ok()) {
+            step = -cholesky.solve(at.gradient);
+        }
+        return cholesky.ok();
     }
 
     /// Zero if the matrix is not definite. Not inlined: likewise.
     [[gnu::noinline]] static Scalar reciprocal_condition(const Mat6<Scalar>& information) {
-        const Eigen::LLT<Mat6<Scalar>> cholesky(information);
-        return cholesky.info() == Eigen::Success ? cholesky.rcond() : Scalar(0);
+        const Cholesky<Scalar, 6> cholesky(information);
+        if (!cholesky.ok()) {
+            return Scalar(0);
+        }
+        const Mat6<Scalar> inverse = cholesky.template solve<6>(Mat6<Scalar>::Identity());
+        const auto norm = [](const Mat6<Scalar>& m) { return m.cwiseAbs().colwise().sum().maxCoeff(); };
+        return 1 / (norm(information) * norm(inverse));
     }
 
     [[nodiscard]] bool explained() const {

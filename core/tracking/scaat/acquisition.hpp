@@ -35,8 +35,8 @@ Innovation<Scalar> column_innovation(const Model& model, const State<Scalar>& st
         Mat3<Scalar> s = h_times(result.h, result.gain_numerator, late_s);
         s.diagonal() += variance;
         result.r = variance;
-        result.s.compute(s);
-        result.ok = result.ok && result.s.info() == Eigen::Success;
+        result.s = Cholesky<Scalar, 3>(s);
+        result.ok = result.ok && result.s.ok();
     }
     return result;
 }

@@ -1,9 +1,7 @@
 // One column against the state: innovation, gate quantities, and the Joseph update.
 #pragma once
 
-#include <Eigen/Cholesky>
-
-#include "core/geometry/solve_columns.hpp"
+#include "core/geometry/cholesky.hpp"
 #include "core/tracking/scaat/measurement_model.hpp"
 #include "core/tracking/scaat/propagate.hpp"
 
@@ -21,11 +19,11 @@ struct Innovation {
     PoseJacobian<Scalar> h;             // by the pose at the column's time
     GainMatrix<Scalar> gain_numerator;  // G = P H^T
     Vec3<Scalar> r;                     // measurement variances
-    Eigen::LLT<Mat3<Scalar>> s;         // of S = H P H^T + R
+    Cholesky<Scalar, 3> s;              // of S = H P H^T + R
     Scalar late_s = 0;                  // state's time less the column's
     bool ok = false;                    // S is positive definite and everything finite
 
-    [[nodiscard]] Vec3<Scalar> whitened() const { return s.matrixL().solve(y); }
+    [[nodiscard]] Vec3<Scalar> whitened() const { return s.solve_lower(y); }
 };
 
 /// A H^T, for a measurement of the pose `late_s` before the state: the pose then is the pose now less late_s times the rates.
@@ -87,8 +85,8 @@ Innovation<Scalar> innovation(const Model& model, const State<Scalar>& state, co
     result.gain_numerator = times_h_transposed(state.covariance, result.h, late_s);
     Mat3<Scalar> s = h_times(result.h, result.gain_numerator, late_s);
     s.diagonal() += r;
-    result.s.compute(s);
-    result.ok = result.y.allFinite() && s.allFinite() && result.s.info() == Eigen::Success;
+    result.s = Cholesky<Scalar, 3>(s);
+    result.ok = result.y.allFinite() && s.allFinite() && result.s.ok();
     return result;
 }
 
@@ -98,7 +96,7 @@ void inflate_noise(Innovation<Scalar>& innovation, Scalar factor) {
     innovation.r *= factor;
     Mat3<Scalar> s = h_times(innovation.h, innovation.gain_numerator, innovation.late_s);
     s.diagonal() += innovation.r;
-    innovation.s.compute(s);
+    innovation.s = Cholesky<Scalar, 3>(s);
 }
 
 /// Adds an error state to the state.
@@ -139,7 +137,7 @@ void mirror_upper_triangle(Mat12<Scalar>& p) {
 template <typename Scalar>
 Vec12<Scalar> apply(State<Scalar>& state, const Innovation<Scalar>& innovation) {
     const GainMatrix<Scalar>& g = innovation.gain_numerator;
-    const GainMatrix<Scalar> k = solve_columns(innovation.s, g.transpose()).transpose();
+    const GainMatrix<Scalar> k = innovation.s.template solve<kErrorStates>(g.transpose()).transpose();
     Vec12<Scalar> error;
     for (int i = 0; i < kErrorStates; ++i) {
         error(i) = k.row(i).dot(innovation.y);

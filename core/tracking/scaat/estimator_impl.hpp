@@ -91,8 +91,8 @@ void Estimator<Scalar, Model>::adapt_process_noise(const Innovation<Scalar>& inn
     const auto share = [&](int block) -> Mat3<Scalar> {
         const Eigen::Matrix<Scalar, 3, 3> h = innovation.h.template middleCols<3>(block);
         const Mat3<Scalar> a = h * state_.covariance.template block<3, 3>(block, block) * h.transpose();
-        const Mat3<Scalar> half = solve_columns(innovation.s.matrixL(), a);
-        return solve_columns(innovation.s.matrixL(), half.transpose());
+        const Mat3<Scalar> half = innovation.s.solve_lower(a);
+        return innovation.s.template solve_lower<3>(half.transpose());
     };
     process_.log_translation = std::clamp(adapted_log<Scalar>(process_.log_translation, process_.information_translation,
                                                               process_.score_translation, share(0), whitened, n),
@@ -116,8 +116,8 @@ template <typename Scalar, MeasurementModel<Scalar> Model>
 bool Estimator<Scalar, Model>::is_beside(const Vec3<Scalar>& position_m, const Mat3<Scalar>& covariance) const {
     const Vec3<Scalar> apart = state_.position_m - position_m;
     const Mat3<Scalar> expected = state_.covariance.template topLeftCorner<3, 3>() + covariance;
-    const Eigen::LLT<Mat3<Scalar>> factors(expected);
-    return factors.info() == Eigen::Success && factors.matrixL().solve(apart).squaredNorm() <= params_.gate;
+    const Cholesky<Scalar, 3> factors(expected);
+    return factors.ok() && factors.solve_lower(apart).squaredNorm() <= params_.gate;
 }
 
 template <typename Scalar, MeasurementModel<Scalar> Model>
