@@ -4,6 +4,7 @@
 
 #include "board/qemu_an386/report_printer.hpp"
 #include "core/base/text_line.hpp"
+#include "core/geometry/angles.hpp"
 #include "core/tracking/scaat/general_tracker.hpp"
 #include "drivers/semihosting/console.hpp"
 

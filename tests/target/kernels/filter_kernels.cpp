@@ -2,6 +2,7 @@
 #include <cmath>
 #include <optional>
 
+#include "core/geometry/angles.hpp"
 #include "core/tracking/scaat/general_tracker.hpp"
 #include "core/tracking/scaat/scaat_tracker.hpp"
 #include "tests/target/kernels/kernel.hpp"
