@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "sim/io/input_error.hpp"
+#include "sim/io/line_reader.hpp"
 #include "sim/io/nearest_name.hpp"
-#include "sim/io/text_table.hpp"
 #include "sim/motion/simple_motions.hpp"
 #include "sim/scenarios/builtin.hpp"
 #include "sim/scenarios/checked_table.hpp"
@@ -14,8 +14,29 @@
 namespace tricoil::sim {
 namespace {
 
+constexpr double kFarthest_m = 1000;
+constexpr double kFastest_hz = 1000;
+
+Vec3<double> read_place(CheckedTable& table, const std::string& key, const Vec3<double>& fallback) {
+    const Vec3<double> place = table.vector(key, fallback);
+    table.demand(place.cwiseAbs().maxCoeff() <= kFarthest_m, key, "must lie within 1000 m");
+    return place;
+}
+
+double read_length(CheckedTable& table, const std::string& key, double fallback) {
+    const double length = table.positive(key, fallback);
+    table.demand(length <= kFarthest_m, key, "must be at most 1000 m");
+    return length;
+}
+
+double read_rate(CheckedTable& table) {
+    const double rate_hz = table.positive("rate_hz", 1);
+    table.demand(rate_hz <= kFastest_hz, "rate_hz", "must be at most 1000");
+    return rate_hz;
+}
+
 Pose read_pose(CheckedTable& table) {
-    const Vec3<double> position = table.vector("position_m", {0.5, 0, 0});
+    const Vec3<double> position = read_place(table, "position_m", {0.5, 0, 0});
     const Vec3<double> euler = table.vector("euler_deg", {0, 0, 0}) * (std::acos(-1.0) / 180);
     const auto o = geometry::attitude_matrix(geometry::Euler<double>{euler.x(), euler.y(), euler.z()});
     return {position, geometry::attitude_quaternion(o)};
@@ -28,7 +49,7 @@ PaperRates read_rates(CheckedTable& table) {
     rates.elevation_amplitude = table.number("elevation_amplitude_rad_s", 0);
     rates.elevation_offset = table.number("elevation_offset_rad_s", 0);
     rates.attitude_amplitude = table.number("attitude_amplitude_rad_s", 0);
-    rates.start_range_m = table.positive("start_range_m", 0.5);
+    rates.start_range_m = read_length(table, "start_range_m", 0.5);
     return rates;
 }
 
@@ -39,12 +60,12 @@ std::unique_ptr<Motion> read_motion(CheckedTable table, std::uint64_t seed) {
         motion = std::make_unique<StillMotion>(read_pose(table));
     } else if (kind == "line") {
         const Pose centre = read_pose(table);
-        motion = std::make_unique<LineMotion>(centre, table.vector("amplitude_m", {0, 0.2, 0}), table.positive("rate_hz", 1));
+        motion = std::make_unique<LineMotion>(centre, read_place(table, "amplitude_m", {0, 0.2, 0}), read_rate(table));
     } else if (kind == "circle") {
-        const Vec3<double> centre = table.vector("centre_m", {0.5, 0, 0});
-        motion = std::make_unique<CircleMotion>(centre, table.positive("radius_m", 0.15), table.positive("rate_hz", 1));
+        const Vec3<double> centre = read_place(table, "centre_m", {0.5, 0, 0});
+        motion = std::make_unique<CircleMotion>(centre, read_length(table, "radius_m", 0.15), read_rate(table));
     } else if (kind == "hand") {
-        motion = std::make_unique<HandMotion>(table.vector("centre_m", {0.6, 0, 0}), seed);
+        motion = std::make_unique<HandMotion>(read_place(table, "centre_m", {0.6, 0, 0}), seed);
     } else {
         motion = std::make_unique<PaperMotion>(read_rates(table));
     }
@@ -103,11 +124,7 @@ std::vector<ScenarioName> builtin_scenarios() {
 
 Scenario load_scenario(const std::string& name_or_path, std::uint64_t seed) {
     if (name_or_path.ends_with(".toml")) {
-        std::string text;
-        for (const std::string& line : read_lines(name_or_path)) {
-            text += line + '\n';
-        }
-        return parse_scenario(name_or_path, text, seed);
+        return parse_scenario(name_or_path, read_text(name_or_path, kLongestToml), seed);
     }
     std::vector<std::string> names;
     for (const BuiltinScenario& builtin : kBuiltinScenarios) {

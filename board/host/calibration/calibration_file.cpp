@@ -2,11 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
-#include <sstream>
-
 #include "board/host/errors.hpp"
-#include "sim/io/text_table.hpp"
+#include "sim/io/line_reader.hpp"
 #include "sim/scenarios/checked_table.hpp"
 
 namespace tricoil::host {
@@ -14,6 +11,7 @@ namespace {
 
 const std::vector<std::string> kModels{"concentric", "general", "finite", "free-motion", "grid"};
 constexpr double kOrthonormalTolerance = 1e-6;
+constexpr double kLongestFixture_m = 1000;
 
 std::string text_of(const Vec3<double>& v) { return fmt::format("[{:.17g}, {:.17g}, {:.17g}]", v(0), v(1), v(2)); }
 
@@ -48,6 +46,7 @@ std::map<std::string, Rigid> read_fixtures(const std::string& path, const std::s
         sim::CheckedTable fixture(path, prefix, *node.as_table());
         Rigid rigid;
         rigid.translation_m = fixture.vector("translation_m", rigid.translation_m);
+        fixture.demand(rigid.translation_m.cwiseAbs().maxCoeff() <= kLongestFixture_m, "translation_m", "is longer than 1 km");
         rigid.rotation = fixture.matrix("rotation", rigid.rotation);
         fixture.finish();
         const double off = (rigid.rotation.transpose() * rigid.rotation - Mat3<double>::Identity()).cwiseAbs().maxCoeff();
@@ -82,11 +81,7 @@ std::string to_toml(const CalibrationFile& file) {
 }
 
 CalibrationFile read_calibration(const std::string& path) {
-    std::string text;
-    for (const std::string& l : sim::read_lines(path)) {
-        text += l + "\n";
-    }
-    const toml::table root = sim::parse_toml(path, text);
+    const toml::table root = sim::parse_toml(path, sim::read_text(path, sim::kLongestToml));
     sim::CheckedTable top(path, "", root);
     if (top.number("version", 0) != 1) {
         throw InputError(path + ": 'version' is not 1; calibrate again with this software");
