@@ -8,6 +8,7 @@
 #include "board/host/errors.hpp"
 #include "board/host/figures/gnuplot.hpp"
 #include "board/host/figures/whole_file.hpp"
+#include "board/host/terminal_text.hpp"
 #include "board/process/interrupt.hpp"
 
 namespace tricoil::host {
@@ -53,7 +54,7 @@ int evaluate_dynamic(const DynamicOptions& options) {
         draw(folder.path(), {picture()}, guard);
         folder.publish();
     }
-    fmt::print("{}", options.json ? dynamic_json(report) : dynamic_text(report));
+    print_text(options.json ? dynamic_json(report) : dynamic_text(report));
     return to_int(ExitCode::fine);
 }
 

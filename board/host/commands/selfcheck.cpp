@@ -11,6 +11,7 @@
 
 #include "board/host/commands/commands.hpp"
 #include "board/host/errors.hpp"
+#include "board/host/terminal_text.hpp"
 #include "board/linux/device_inquiry.hpp"
 
 namespace tricoil::host {
@@ -91,7 +92,7 @@ Report report_of_device(const SelfcheckCommand& command, const Report& here) {
 int run_selfcheck(const SelfcheckCommand& command) {
     const Report here = selfcheck::run({&steady_now, nullptr});
     const Report report = command.device.empty() || command.device == "sim:" ? here : report_of_device(command, here);
-    fmt::print("{}", command.json ? to_json(report) : text_of(report));
+    print_text(command.json ? to_json(report) : text_of(report));
     return to_int(report.passed() ? ExitCode::fine : ExitCode::check_failed);
 }
 
