@@ -1,16 +1,20 @@
 // The `tricoil` program: parses the line, runs one subcommand, prints one line for an error.
 #include <fmt/format.h>
 
+#include <csignal>
 #include <exception>
 
 #include "board/host/commands/commands.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/nearest_name.hpp"
+#include "board/support/terminal_text.hpp"
 
 namespace {
 
 using tricoil::host::ExitCode;
 using tricoil::host::to_int;
+
+constexpr int kSignalled = 128;  // exit code: plus the signal
 
 constexpr const char* kDescription =
     "tricoil: an open AC electromagnetic tracker.\n"
@@ -82,22 +86,31 @@ int run_program(int argc, char** argv) {
     return action();
 }
 
-int report(ExitCode code, const char* line) {
-    fmt::print(stderr, "tricoil: {}\n", line);
-    return to_int(code);
+int report(int code, const char* line) {
+    tricoil::host::print_notice("tricoil: {}\n", line);
+    return code;
+}
+
+int run_to_the_end(int argc, char** argv) {
+    tricoil::host::outlive_readers();
+    const int code = run_program(argc, argv);
+    tricoil::host::end_standard_output();
+    return code;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
     try {
-        return run_program(argc, argv);
+        return run_to_the_end(argc, argv);
     } catch (const std::invalid_argument& error) {
-        return report(ExitCode::bad_input, error.what());
+        return report(to_int(ExitCode::bad_input), error.what());
     } catch (const tricoil::host::Interrupted& interrupt) {
-        fmt::print(stderr, "tricoil: {}\n", interrupt.what());
-        return interrupt.exit_code();
+        return report(interrupt.exit_code(), interrupt.what());
     } catch (const std::exception& error) {
-        return report(ExitCode::device_trouble, error.what());
+        if (tricoil::host::reader_is_gone()) {  // as the shell reports it for programs that the signal ends
+            return kSignalled + SIGPIPE;
+        }
+        return report(to_int(ExitCode::device_trouble), error.what());
     }
 }

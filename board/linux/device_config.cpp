@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <limits>
-#include <sstream>
 
 #include "board/linux/device_uri.hpp"
 #include "board/support/checked_table.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/line_reader.hpp"
 #include "board/support/tracker_choice.hpp"
 
 namespace tricoil::linux_board {
@@ -111,13 +110,7 @@ DeviceConfig parse_device_config(const std::string& name, std::string_view text)
 }
 
 DeviceConfig load_device_config(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    std::ostringstream text;
-    text << file.rdbuf();
-    if (!file.good()) {
-        throw host::InputError(path + ": cannot be read; give --config a TOML file (see board/linux/README.md)");
-    }
-    DeviceConfig config = parse_device_config(path, text.str());
+    DeviceConfig config = parse_device_config(path, host::read_text(path, host::kLongestToml));
     if (!config.calibration.empty()) {
         config.calibration = (std::filesystem::path(path).parent_path() / config.calibration).string();
     }

@@ -18,6 +18,7 @@ using protocol::WireError;
 
 constexpr Microseconds kPatience{5000};
 constexpr std::int64_t kPosePauseUs = 20'000;
+constexpr double kMostAbsent_s = 5;  // that a device may be unplugged while it is listened to
 
 SessionParams listening() {
     SessionParams params;
@@ -107,6 +108,7 @@ bool DeviceInquiry::converse(double seconds, const host::InterruptGuard& guard, 
                              std::int64_t again_us) {
     const std::int64_t begin = drivers::monotonic_us();
     std::int64_t due = begin;
+    std::int64_t there_us = begin;  // when the port was last open
     for (std::int64_t now = begin; !guard.interrupted() && (seconds <= 0 || static_cast<double>(now - begin) <= 1e6 * seconds);
          now = drivers::monotonic_us()) {
         if (!session_.has_identity()) {
@@ -117,10 +119,14 @@ bool DeviceInquiry::converse(double seconds, const host::InterruptGuard& guard, 
         }
         if (port_->wait(kPatience).code() == StatusCode::device_lost) {
             session_.on_device_lost(now);
+            if (static_cast<double>(now - there_us) > 1e6 * kMostAbsent_s) {
+                throw host::DeviceError(fmt::format("{}: {}", uri_, session_.detail()));
+            }
             const ::timespec pause{0, kPatience.count() * 1000};
             ::nanosleep(&pause, nullptr);
             continue;
         }
+        there_us = now;
         hal::ReceivedMessage message;
         while (port_->receive(message).ok()) {
             session_.take(message);

@@ -198,6 +198,10 @@ void DeviceLoop::track(const hal::ReceivedMessage& message) {
     }
     if (const auto estimate = trackers_[column.sensor]->update(column)) {
         answer(*estimate, estimate->valid(), message.host_time_us);
+        if (const auto side = sides_[column.sensor].side(*estimate, column_us_)) {
+            ++counters_.sides_recovered;
+            set_hemisphere(column.sensor, *side);
+        }
     }
 }
 

@@ -7,6 +7,7 @@
 
 #include "board/linux/device_session.hpp"
 #include "board/linux/latency_histogram.hpp"
+#include "board/linux/side_keeper.hpp"
 #include "core/tracking/methods/any_tracker.hpp"
 #include "hal/coil_driver.hpp"
 #include "hal/heartbeat.hpp"
@@ -39,6 +40,7 @@ struct DeviceLoopCounters {
     std::uint64_t sync_edges = 0;
     std::uint64_t lines_lost = 0;
     std::uint64_t unpublished = 0;
+    std::uint64_t sides_recovered = 0;  // times that a tracker was told the side that it had lost
 };
 
 class DeviceLoop {
@@ -84,6 +86,7 @@ private:
     PoseSink sink_;
     DeviceSession session_;
     std::array<std::optional<tracking::AnyTracker<double>>, tracking::kMaxSensors> trackers_;
+    std::array<SideKeeper, tracking::kMaxSensors> sides_;  // outlive the trackers, and with them a pulled plug
     std::array<std::uint8_t, protocol::kMaxFrameBytes> bytes_{};
     std::uint32_t state_sequence_ = 0;
     std::uint32_t pose_sequence_ = 0;

@@ -20,6 +20,7 @@
 #include "board/record/tap_fan_out.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
+#include "board/support/terminal_text.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
 
 namespace tricoil::linux_board {
@@ -51,6 +52,7 @@ nlohmann::ordered_json summary(const DeviceConfig& config, const DeviceLoop& loo
             {"excitations", loop.counters().excitations},
             {"sync_edges", loop.counters().sync_edges},
             {"unpublished", loop.counters().unpublished},
+            {"sides_recovered", loop.counters().sides_recovered},
             {"latency_us", {{"median", latency.quantile_us(0.5)}, {"p99", latency.quantile_us(0.99)}, {"max", latency.max_us()}}},
             {"clock_drift_ppm", 1e6 * session.clock_map().drift()},
             {"clock_error_bound_us", session.clock_map().ready() ? session.clock_map().error_bound_us() : 0},
@@ -61,14 +63,14 @@ nlohmann::ordered_json summary(const DeviceConfig& config, const DeviceLoop& loo
 /// What was asked for and not granted; the loop runs on without it.
 void tell_refusals(const DeviceConfig& config, const RealtimeHabits& habits) {
     if (config.lock_memory.value_or(false) && !habits.memory_locked) {
-        fmt::print(stderr,
-                   "tricoil: memory is not locked ({}); poses may come late: raise its limit (ulimit -l, or LimitMEMLOCK)\n",
-                   std::strerror(habits.memory_error));
+        host::print_notice(
+            "tricoil: memory is not locked ({}); poses may come late: raise its limit (ulimit -l, or LimitMEMLOCK)\n",
+            std::strerror(habits.memory_error));
     }
     if (config.priority > 0 && !habits.fifo) {
-        fmt::print(stderr,
-                   "tricoil: no real-time priority {} ({}); poses may come late: raise its limit (ulimit -r, or LimitRTPRIO)\n",
-                   config.priority, std::strerror(habits.fifo_error));
+        host::print_notice(
+            "tricoil: no real-time priority {} ({}); poses may come late: raise its limit (ulimit -r, or LimitRTPRIO)\n",
+            config.priority, std::strerror(habits.fifo_error));
     }
 }
 
@@ -174,8 +176,12 @@ int run_device(const DeviceRunOptions& options) {
     params.tap = taps.any() ? &taps : nullptr;
     const auto port = make_port(uri);
     DeviceStopwatch stopwatch;
+    tracking::PoseFlags flags;  // of the newest pose, as far as they need the user
     DeviceLoop loop(*port, lines.lines(), params, [&](const protocol::PoseMessage& pose) {
         stopwatch.see(pose.time_us);
+        constexpr auto kSide = tracking::PoseFlag::hemisphere_unknown;
+        flags = {};
+        flags.set_if((pose.flags >> static_cast<unsigned>(kSide) & 1U) != 0, kSide);
         if (csv) {
             csv->push(host::pose_line(pose, host::PoseFormat::csv, line));
         }
@@ -188,10 +194,17 @@ int run_device(const DeviceRunOptions& options) {
     tell_refusals(config, habits);
     const host::InterruptGuard guard;
     const std::int64_t begin_us = drivers::monotonic_us();
+    std::int64_t steady_us = begin_us;  // when the device last worked
+    const auto gives_up = [&](std::int64_t now_us) {
+        steady_us = loop.session().is_steady() ? now_us : steady_us;
+        return options.give_up_after_s > 0 && static_cast<double>(now_us - steady_us) > 1e6 * options.give_up_after_s;
+    };
+    std::string trouble;
     const auto is_unread = [&] { return (json && json->is_unread()) || (csv && csv->is_unread()); };
     while (!guard.interrupted() && !is_unread() && (options.duration_s <= 0 || stopwatch.elapsed_s() < options.duration_s)) {
         if (options.paused && options.paused()) {
             loop.stop();
+            steady_us = drivers::monotonic_us();
             std::this_thread::sleep_for(std::chrono::milliseconds(20));
             continue;
         }
@@ -201,6 +214,7 @@ int run_device(const DeviceRunOptions& options) {
         }
         const std::int64_t now_us = drivers::monotonic_us();
         reporter.look(loop.session(), *port, now_us);
+        reporter.look(flags, now_us);
         if (loop.counters().lines_lost > 0) {
             throw host::DeviceError(
                 "the coil lines are gone: they were off when they went; look at the GPIO chip, then start again");
@@ -210,11 +224,15 @@ int run_device(const DeviceRunOptions& options) {
         if (waits_in_vain) {
             throw host::DeviceError(fmt::format("{}: {}", config.device, loop.session().detail()));
         }
+        if (gives_up(now_us)) {
+            trouble = fmt::format("{}: it has not worked for {:g} s; given up", config.device, options.give_up_after_s);
+            break;
+        }
     }
     loop.stop();
+    reporter.tell_repeated();
     const bool unread = is_unread();
-    std::string trouble = csv ? csv->close() : "";
-    for (const std::string& also : {json ? json->close() : "", recorder ? recorder->close() : ""}) {
+    for (const std::string& also : {csv ? csv->close() : "", json ? json->close() : "", recorder ? recorder->close() : ""}) {
         trouble = trouble.empty() ? also : trouble;
     }
     const auto closing = summary(config, loop, *port, habits);
@@ -223,9 +241,9 @@ int run_device(const DeviceRunOptions& options) {
         return kSignalled + SIGPIPE;
     }
     if (options.json) {
-        fmt::print("{}\n", closing.dump());
+        host::print_text("{}\n", closing.dump());
     } else {
-        fmt::print("{}", text_of(closing));
+        host::print_text(text_of(closing));
     }
     if (!trouble.empty()) {
         throw host::DeviceError(trouble);

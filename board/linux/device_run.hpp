@@ -18,6 +18,7 @@ struct DeviceRunOptions {
     std::optional<calibration::Calibration<double>> calibration;  // what config.calibration holds
     double duration_s = 0;                                        // of the device's time; 0: until a signal comes
     double wait_s = 5;                                            // for the device at the start; 0: for ever
+    double give_up_after_s = 0;                                   // without a steady device; 0: never
     bool json = false;
     std::string record;                          // folder; empty: none
     hal::TrackerTap<double>* tap = nullptr;      // sees what the trackers are given and answer

@@ -39,10 +39,12 @@ SessionEvent DeviceSession::service(std::int64_t now_us) {
     if (phase_ == Phase::running && now_us - heard_us_ > kSilenceUs) {
         ++counters_.silences;
         begin_greeting(now_us);
+        pause_before_next_try();
         why_.print("nothing usable comes from the device");
         return SessionEvent::none;
     }
     if (phase_ == Phase::running) {
+        pause_us_ = is_steady() ? 0 : pause_us_;
         if (now_us - fed_us_ > kFeedUs) {
             keep_alive(now_us);
         }
@@ -78,6 +80,11 @@ void DeviceSession::begin_greeting(std::int64_t now_us) {
     has_identity_ = false;
     due_us_ = now_us;
     why_.print("no answer yet");
+}
+
+void DeviceSession::pause_before_next_try() {
+    pause_us_ = std::clamp(2 * pause_us_, kGreetPauseUs, kLongestPauseUs);
+    due_us_ = now_us_ + pause_us_;
 }
 
 void DeviceSession::on_device_lost(std::int64_t now_us) {
@@ -206,10 +213,12 @@ SessionEvent DeviceSession::take_ack(const hal::ReceivedMessage& message) {
     }
     if (ack.result != 0) {
         why_.print("the device refuses to start (%u)", ack.result);
+        pause_before_next_try();
         return SessionEvent::none;
     }
     phase_ = Phase::running;
     heard_us_ = now_us_;
+    started_us_ = now_us_;
     columns_.restart();
     poses_.restart();
     clock_map_ = {};

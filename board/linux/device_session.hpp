@@ -37,8 +37,13 @@ struct SessionCounters {
     std::uint64_t silences = 0;  // times that it was given up
 };
 
+/// After a device that fails, the next try waits: 0.1 s, twice as long each time, kLongestPauseUs at most, until it has been
+/// steady.
 class DeviceSession {
 public:
+    static constexpr std::int64_t kSteadyUs = 2'000'000;
+    static constexpr std::int64_t kLongestPauseUs = 10'000'000;
+
     DeviceSession(hal::MessagePort& port, const SessionParams& params) : port_(port), params_(params) {}
 
     /// Opens, greets, starts, gives up: whatever is due. Call it at least every few milliseconds.
@@ -69,6 +74,8 @@ public:
     [[nodiscard]] const protocol::IdentifyMessage& identity() const { return identity_; }
     [[nodiscard]] const protocol::StatusMessage& device_status() const { return status_; }
     [[nodiscard]] bool has_identity() const { return has_identity_; }
+    /// Whether the device has been running for kSteadyUs: what went wrong before is over.
+    [[nodiscard]] bool is_steady() const { return phase_ == Phase::running && heard_us_ - started_us_ >= kSteadyUs; }
     [[nodiscard]] const Column<double>& column() const { return column_; }
     [[nodiscard]] const tracking::PoseEstimate<double>& pose() const { return pose_; }
     [[nodiscard]] const protocol::PoseMessage& pose_message() const { return pose_message_; }
@@ -85,6 +92,7 @@ private:
     };
 
     void begin_greeting(std::int64_t now_us);
+    void pause_before_next_try();
     void tell(protocol::Opcode opcode, std::uint32_t argument, Excitation state = Excitation::off) {
         command(opcode, ++request_, argument, state);
     }
@@ -104,6 +112,8 @@ private:
     std::int64_t conflict_us_ = 0;  // until then two devices have answered to one address
     std::int64_t now_us_ = 0;
     std::int64_t fed_us_ = 0;
+    std::int64_t started_us_ = 0;
+    std::int64_t pause_us_ = 0;  // before the next try; grows
     std::uint32_t command_sequence_ = 0;
     std::uint16_t request_ = 0;
     std::uint16_t starts_asked_ = 0;  // since the device was identified: the newest requests

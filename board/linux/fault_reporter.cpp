@@ -4,6 +4,9 @@
 #include <cstdio>
 #include <cstring>
 
+#include "board/host/run/flag_names.hpp"
+#include "board/support/terminal_text.hpp"
+
 namespace tricoil::linux_board {
 namespace {
 
@@ -51,7 +54,7 @@ void FaultReporter::tell_device_faults(std::uint16_t faults, std::int64_t now_us
         if ((news >> bit & 1U) != 0) {
             std::array<char, 160> text{};
             std::snprintf(text.data(), text.size(), "the device reports: %s", kFaults[bit]);
-            tell(text.data());
+            tell_once(text.data(), now_us);
         }
     }
     told_faults_ = faults;
@@ -59,9 +62,33 @@ void FaultReporter::tell_device_faults(std::uint16_t faults, std::int64_t now_us
 }
 
 void FaultReporter::tell(const char* text) const {
-    std::fprintf(stderr, "tricoil: %s: %s\n", device_.c_str(), text);
+    host::print_notice("tricoil: {}: {}\n", device_, text);
     if (tap_ != nullptr) {
         tap_->fault(text);
+    }
+}
+
+void FaultReporter::tell_once(const char* text, std::int64_t now_us) {
+    if (repeated_.is_news(text, now_us)) {
+        tell(text);
+    }
+}
+
+void FaultReporter::look(tracking::PoseFlags flags, std::int64_t now_us) {
+    if (!flags.has(tracking::PoseFlag::hemisphere_unknown)) {
+        sided_us_ = now_us;
+        told_side_ = false;
+    } else if (!told_side_ && now_us - sided_us_ > kPauseUs) {
+        told_side_ = true;
+        tell_once(host::advice(flags).c_str(), now_us);
+    }
+}
+
+void FaultReporter::tell_repeated() const {
+    for (const RepeatedTexts::Entry& entry : repeated_.entries()) {
+        if (entry.untold > 0) {
+            host::print_notice("tricoil: {}: {} more times: {}\n", device_, entry.untold, entry.text.data());
+        }
     }
 }
 
@@ -81,10 +108,10 @@ void FaultReporter::look(const DeviceSession& session, const hal::MessagePort& p
     const char* const detail = session.detail();
     const bool is_new = std::strcmp(detail, told_detail_.data()) != 0;
     if (is_new && detail[0] == '\0') {
-        tell("connected");
+        tell_once("connected", now_us);
         told_detail_[0] = '\0';
     } else if (is_new && now_us - detail_us_ >= kPauseUs) {
-        tell(detail);
+        tell_once(detail, now_us);
         std::snprintf(told_detail_.data(), told_detail_.size(), "%s", detail);
         detail_us_ = now_us;
     }

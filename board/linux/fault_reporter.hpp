@@ -1,4 +1,5 @@
-// Says what is refused and what is wrong with the link, on standard error and to a tap: once per kind and second.
+// Says what is refused and what is wrong with the link, on standard error and to a tap: once per kind and second; a fault that
+// comes back within a minute is counted, and told at the end.
 #pragma once
 
 #include <array>
@@ -6,6 +7,7 @@
 #include <string>
 
 #include "board/linux/device_session.hpp"
+#include "board/linux/repeated_texts.hpp"
 #include "hal/tracker_tap.hpp"
 
 namespace tricoil::linux_board {
@@ -18,8 +20,15 @@ public:
     /// Compares the counters with what has been told, and tells what is due.
     void look(const DeviceSession& session, const hal::MessagePort& port, std::int64_t now_us);
 
+    /// What the user has to do about the newest pose, once it has lasted for a second.
+    void look(tracking::PoseFlags flags, std::int64_t now_us);
+
+    /// At the end: what came more often than it was told.
+    void tell_repeated() const;
+
 private:
     void tell(const char* text) const;
+    void tell_once(const char* text, std::int64_t now_us);
     void tell_device_faults(std::uint16_t faults, std::int64_t now_us);
 
     std::string device_;
@@ -27,9 +36,12 @@ private:
     std::array<std::uint64_t, protocol::kWireErrors> told_{};
     std::array<std::int64_t, protocol::kWireErrors> told_us_{};
     std::array<char, 320> told_detail_{};
+    RepeatedTexts repeated_;
     std::uint16_t told_faults_ = 0;
     std::int64_t faults_us_ = 0;
     std::int64_t detail_us_ = 0;
+    std::int64_t sided_us_ = 0;  // when the sensor's side was last known
+    bool told_side_ = false;
 };
 
 }  // namespace tricoil::linux_board

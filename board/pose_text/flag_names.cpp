@@ -22,6 +22,12 @@ std::string to_text(tracking::PoseFlags flags) {
     return text;
 }
 
+std::string advice(tracking::PoseFlags flags) {
+    return flags.has(tracking::PoseFlag::hemisphere_unknown)
+               ? "the side of the source on which the sensor is, is not known: set the hemisphere to where it is now"
+               : "";
+}
+
 const char* to_text(tracking::TrackerState state) {
     switch (state) {
         case tracking::TrackerState::searching:

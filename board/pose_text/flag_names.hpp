@@ -11,4 +11,7 @@ namespace tricoil::host {
 std::string to_text(tracking::PoseFlags flags);
 const char* to_text(tracking::TrackerState state);
 
+/// What the user can do about flags that do not go by themselves; empty if there are none.
+std::string advice(tracking::PoseFlags flags);
+
 }  // namespace tricoil::host

@@ -2,16 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <numbers>
 #include <utility>
 
 #include "board/support/errors.hpp"
 #include "board/support/whole_file.hpp"
 #include "core/base/angle_units.hpp"
-
 namespace tricoil::host {
 namespace {
 
@@ -41,19 +38,8 @@ tracking::PoseEstimate<double> pose_of(const TruePose& truth) {
 
 }  // namespace
 
-PoseCsv::PoseCsv(const std::string& path, OutputFormat format) : path_(path), format_(std::move(format)) {
-    refuse_write_protected(path);
-    file_ = std::fopen(path.c_str(), "w");  // through links, and to pipes and devices as they are
-    if (file_ == nullptr) {
-        throw InputError(fmt::format("{}: cannot be written ({}); choose another --out", path, std::strerror(errno)));
-    }
-    failed_ = std::fputs(header(format_).c_str(), file_) < 0;
-}
-
-PoseCsv::~PoseCsv() {
-    if (file_ != nullptr) {
-        std::fclose(file_);
-    }
+PoseCsv::PoseCsv(const std::string& path, OutputFormat format) : file_(path), format_(std::move(format)) {
+    file_.write(header(format_));
 }
 
 void PoseCsv::write(const tracking::PoseEstimate<double>& estimate, const TruePose& true_pose) {
@@ -85,18 +71,7 @@ void PoseCsv::write(const tracking::PoseEstimate<double>& estimate, const TruePo
         line += fmt::format(",{:.5f},{:.5f},{:.5f}", angles(0), angles(1), angles(2));
     }
     line += '\n';
-    failed_ = failed_ || std::fwrite(line.data(), 1, line.size(), file_) != line.size();
-}
-
-void PoseCsv::close() {
-    if (file_ == nullptr) {
-        return;
-    }
-    failed_ = std::fclose(file_) != 0 || failed_;
-    file_ = nullptr;
-    if (failed_) {
-        throw DeviceError(path_ + ": could not be written completely; is the disk full?");
-    }
+    file_.write(line);
 }
 
 }  // namespace tricoil::host

@@ -1,10 +1,11 @@
-// Poses beside the truth as CSV, one line each, complete after every line; both in the frame, unit and angles asked for.
+// Poses beside the truth as CSV, one line each; both in the frame, unit and angles asked for.
 #pragma once
 
-#include <cstdio>
 #include <string>
 
+#include "board/host/run/run_score.hpp"
 #include "board/pose_text/output_format.hpp"
+#include "board/support/output_file.hpp"
 
 namespace tricoil::host {
 
@@ -16,22 +17,17 @@ struct TruePose {
 
 class PoseCsv {
 public:
-    /// Opens and writes the header. Throws InputError if the file cannot be made.
+    /// Opens and writes the header; throws as an OutputFile does.
     explicit PoseCsv(const std::string& path, OutputFormat format = {});
-    ~PoseCsv();
-    PoseCsv(const PoseCsv&) = delete;
-    PoseCsv& operator=(const PoseCsv&) = delete;
 
     void write(const tracking::PoseEstimate<double>& estimate, const TruePose& truth);
 
-    /// Flushes to the disk. Throws DeviceError if anything could not be written.
-    void close();
+    /// Without it there is no file. Throws as OutputFile::commit() does.
+    void commit() { file_.commit(); }
 
 private:
-    std::string path_;
+    OutputFile file_;
     OutputFormat format_;
-    std::FILE* file_ = nullptr;
-    bool failed_ = false;
 };
 
 }  // namespace tricoil::host

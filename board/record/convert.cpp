@@ -30,23 +30,17 @@ std::string igtl_bytes(const Pose& pose) {
     return pose.valid() ? igtl_output::transform_message(served) : igtl_output::status_message(served);
 }
 
-void put(std::string_view bytes, std::FILE* out) { std::fwrite(bytes.data(), 1, bytes.size(), out); }
-
 }  // namespace
 
-std::uint64_t convert(const Recording& recording, const std::string& form, std::FILE* out, const std::string& out_name) {
+std::uint64_t convert(const Recording& recording, const std::string& form, const std::function<void(std::string_view)>& put) {
     const std::size_t to = index_of_name("--to", form, {"jsonl", "candump", "openigtlink"});
     std::array<char, 512> buffer{};
     const std::array<std::function<void(const Pose&)>, 3> take{
-        [&](const Pose& pose) { put(pose_line(protocol::to_message(pose), PoseFormat::json, buffer), out); },
-        [&](const Pose& pose) { put(candump_line(protocol::to_message(pose)), out); },
-        [&](const Pose& pose) { put(igtl_bytes(pose), out); },
+        [&](const Pose& pose) { put(pose_line(protocol::to_message(pose), PoseFormat::json, buffer)); },
+        [&](const Pose& pose) { put(candump_line(pose)); },
+        [&](const Pose& pose) { put(igtl_bytes(pose)); },
     };
-    const std::uint64_t count = for_each_pose(recording, take.at(to));
-    if (std::fflush(out) != 0 || std::ferror(out) != 0) {
-        throw DeviceError(out_name + ": could not be written completely; is the disk full?");
-    }
-    return count;
+    return for_each_pose(recording, take.at(to));
 }
 
 }  // namespace tricoil::host

@@ -32,21 +32,32 @@ std::size_t write_all(int descriptor, std::string_view text) {
 
 }  // namespace
 
-Journal::Journal(const std::vector<std::string>& paths, Patience patience) : files_(paths.size()), patience_(patience) {
+Journal::Journal(const std::vector<std::string>& paths, Patience patience, std::span<const char* const> headers)
+    : files_(paths.size()), patience_(patience) {
     std::signal(SIGXFSZ, SIG_IGN);  // a limit on the size of files is told by write(), as a full disk is
     for (std::size_t n = 0; n < paths.size(); ++n) {
-        files_[n].descriptor = ::open(paths[n].c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
-        if (files_[n].descriptor < 0) {
-            const std::string why = std::strerror(errno);
-            for (const File& file : files_) {
-                if (file.descriptor >= 0) {
-                    ::close(file.descriptor);
-                }
-            }
-            throw InputError(paths[n] + ": cannot be made (" + why + "); choose another folder");
+        make(paths[n], files_[n]);
+        if (n < headers.size()) {
+            files_[n].writing = std::string(headers[n]) + '\n';
+            write(files_[n]);
+            files_[n].writing.clear();
         }
     }
     thread_ = std::thread([this] { run(); });
+}
+
+void Journal::make(const std::string& path, File& file) {
+    file.descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+    if (file.descriptor >= 0) {
+        return;
+    }
+    const std::string why = std::strerror(errno);
+    for (const File& other : files_) {
+        if (other.descriptor >= 0) {
+            ::close(other.descriptor);
+        }
+    }
+    throw InputError(path + ": cannot be made (" + why + "); choose another folder");
 }
 
 Journal::~Journal() { close(); }
@@ -96,7 +107,9 @@ void Journal::run() {
         if (const auto now = std::chrono::steady_clock::now(); now - synced >= kSyncInterval || last) {
             synced = now;
             for (const File& file : files_) {
-                (void)::fdatasync(file.descriptor);
+                if (::fdatasync(file.descriptor) != 0 && errno != EINVAL && errno != ENOTSUP) {  // some file systems cannot
+                    fail(std::strerror(errno));
+                }
             }
         }
     }

@@ -6,6 +6,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <mutex>
+#include <span>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -31,8 +32,9 @@ public:
     static constexpr std::chrono::seconds kSyncInterval{1};
     static constexpr std::size_t kMostPending = std::size_t{64} << 20U;
 
-    /// Makes the files. Throws InputError if one cannot be made.
-    Journal(const std::vector<std::string>& paths, Patience patience);
+    /// Makes the files, and writes `headers`, a line each, at once: a program that is killed leaves no file without one. Throws
+    /// InputError if a file cannot be made.
+    Journal(const std::vector<std::string>& paths, Patience patience, std::span<const char* const> headers = {});
     ~Journal();
     Journal(const Journal&) = delete;
     Journal& operator=(const Journal&) = delete;
@@ -55,6 +57,7 @@ private:
         Extent written;
     };
 
+    void make(const std::string& path, File& file);
     void run();
     void write(File& file);
     void fail(const std::string& why);

@@ -10,6 +10,7 @@
 #include "board/pose_text/flag_names.hpp"
 #include "board/record/record_lines.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/terminal_text.hpp"
 #include "board/support/whole_file.hpp"
 
 namespace tricoil::host {
@@ -50,7 +51,7 @@ nlohmann::ordered_json describe_columns() {
 }  // namespace
 
 Recorder::Recorder(const std::string& folder, nlohmann::ordered_json source, Journal::Patience patience)
-    : folder_(folder), journal_(prepare(folder), patience) {
+    : folder_(folder), journal_(prepare(folder), patience, kRecordHeaders) {
     description_ = {{"format", kRecordingFormat},
                     {"version", kRecordingVersion},
                     {"program", "tricoil " TRICOIL_VERSION},
@@ -63,9 +64,6 @@ Recorder::Recorder(const std::string& folder, nlohmann::ordered_json source, Jou
                      "components; times in microseconds of the device; couplings in the demodulator's unit"},
                     {"columns", describe_columns()},
                     {"complete", false}};
-    for (std::size_t n = 0; n < kRecordHeaders.size(); ++n) {
-        journal_.append(n, kRecordHeaders[n]);
-    }
     describe();
 }
 
@@ -83,7 +81,7 @@ void Recorder::append(RecordFile file, const std::string& line) {
     if (failed()) {
         if (!told_) {
             told_ = true;
-            fmt::print(stderr, "tricoil: {}; tracking goes on\n", complaint());
+            print_notice("tricoil: {}; tracking goes on\n", complaint());
         }
         return;
     }

@@ -13,16 +13,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::size_t kLongestDescription = std::size_t{1} << 20U;
+
 nlohmann::json read_description(const std::string& folder) {
     const std::string path = (fs::path(folder) / kDescriptionFile).string();
     if (!fs::is_directory(folder)) {
         throw InputError(folder + ": is no folder; name one that --record made");
     }
-    std::ifstream file(path);
-    if (!file) {
-        throw InputError(path + ": cannot be opened; is this a recording?");
+    if (!fs::exists(path)) {
+        throw InputError(path + ": is not there; is this a recording?");
     }
-    nlohmann::json description = nlohmann::json::parse(file, nullptr, false);
+    nlohmann::json description = nlohmann::json::parse(read_text(path, kLongestDescription), nullptr, false);
     if (!description.is_object() || description.value("format", nlohmann::json()) != kRecordingFormat) {
         throw InputError(path + ": does not describe a recording of tricoil");
     }
@@ -36,26 +37,15 @@ nlohmann::json read_description(const std::string& folder) {
 
 }  // namespace
 
-RecordLines::RecordLines(const std::string& folder, RecordFile file) {
-    const auto n = static_cast<std::size_t>(file);
-    path_ = (fs::path(folder) / kRecordFiles[n]).string();
-    file_.open(path_, std::ios::binary);
-    if (!file_) {
-        throw InputError(path_ + ": cannot be opened; the recording lacks it");
-    }
+RecordLines::RecordLines(const std::string& folder, RecordFile file)
+    : path_((fs::path(folder) / kRecordFiles[static_cast<std::size_t>(file)]).string()), reader_(path_) {
     std::string header;
-    if (!next(header) || header != kRecordHeaders[n]) {
+    if (next(header) && header != kRecordHeaders[static_cast<std::size_t>(file)]) {  // without a line: killed before the first
         throw InputError(path_ + ":1: is not the header of such a file");
     }
 }
 
-bool RecordLines::next(std::string& line) {
-    if (!std::getline(file_, line) || file_.eof()) {  // at the end of the file: a line that was cut off
-        return false;
-    }
-    ++line_;
-    return true;
-}
+bool RecordLines::next(std::string& line) { return reader_.next(line) && !reader_.was_cut(); }
 
 Recording::Recording(const std::string& folder) : folder_(folder), description_(read_description(folder)) {
     const std::string path = (fs::path(folder) / kDescriptionFile).string();
@@ -96,6 +86,9 @@ void Recording::check_file(const char* name, const nlohmann::json& extent) const
         const auto count = static_cast<std::size_t>(file.gcount());
         crc = crc32_continued(crc, {reinterpret_cast<const std::uint8_t*>(buffer.data()), count});  // NOLINT: bytes as such
         bytes += count;
+    }
+    if (file.bad()) {
+        throw DeviceError(path + ": cannot be read to its end; check the disk");
     }
     if (extent.value("bytes", nlohmann::json()) != bytes || extent.value("crc32", nlohmann::json()) != crc) {
         throw InputError(

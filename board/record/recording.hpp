@@ -1,31 +1,30 @@
 // Reads a recording back: checked before it is used, line by line.
 #pragma once
 
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
 #include "board/record/record_lines.hpp"
 #include "board/record/tracker_settings.hpp"
+#include "board/support/line_reader.hpp"
 
 namespace tricoil::host {
 
 /// The lines of one of the files; without its header, and without a last one that was cut off.
 class RecordLines {
 public:
-    /// Throws InputError if the file is not there or has another header.
+    /// Throws InputError if the file is not there or has another header; without any whole line it holds nothing.
     RecordLines(const std::string& folder, RecordFile file);
 
-    /// False at the end.
+    /// False at the end. Throws ReadError if the disk fails.
     bool next(std::string& line);
     /// "FILE:LINE" of the last one.
-    [[nodiscard]] std::string where() const { return path_ + ":" + std::to_string(line_); }
+    [[nodiscard]] std::string where() const { return path_ + ":" + std::to_string(reader_.line()); }
 
 private:
     std::string path_;
-    std::ifstream file_;
-    std::size_t line_ = 0;
+    LineReader reader_;
 };
 
 class Recording {

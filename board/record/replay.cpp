@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "board/support/errors.hpp"
+#include "board/support/output_file.hpp"
 #include "board/support/tracker_choice.hpp"
 #include "core/geometry/rotations.hpp"
 #include "core/tracking/methods/any_tracker.hpp"
@@ -125,34 +126,6 @@ private:
     std::vector<std::unique_ptr<tracking::AnyTracker<double>>> trackers_;
 };
 
-class PoseFile {
-public:
-    explicit PoseFile(const std::string& path) : path_(path) {
-        if (!path.empty()) {
-            file_.open(path, std::ios::binary);
-            if (!file_) {
-                throw InputError(path + ": cannot be written; choose another --out");
-            }
-            write(kRecordHeaders[static_cast<std::size_t>(RecordFile::poses)]);
-        }
-    }
-    void write(std::string_view line) {
-        if (file_.is_open()) {
-            file_ << line << '\n';
-        }
-    }
-    void close() {
-        file_.close();
-        if (!path_.empty() && !file_) {
-            throw DeviceError(path_ + ": could not be written completely; is the disk full?");
-        }
-    }
-
-private:
-    std::string path_;
-    std::ofstream file_;
-};
-
 }  // namespace
 
 TrackerSettings with_tracker(const TrackerSettings& recorded, const std::string& tracker) {
@@ -170,7 +143,11 @@ ReplayReport replay(const Recording& recording, const TrackerSettings& settings,
     Trackers trackers(settings);
     const bool same_tracker = settings_json(settings) == settings_json(*recording.settings());
     Comparison comparison(recording.folder(), same_tracker && !recording.midway(), report);
-    PoseFile file(out);
+    std::optional<OutputFile> file;
+    if (!out.empty()) {
+        file.emplace(out);
+        file->write(std::string(kRecordHeaders[static_cast<std::size_t>(RecordFile::poses)]) + "\n");
+    }
     RecordLines inputs(recording.folder(), RecordFile::inputs);
     for (std::string line; inputs.next(line);) {
         const TrackerInput input = parse_input(line, inputs.where());
@@ -180,11 +157,15 @@ ReplayReport replay(const Recording& recording, const TrackerSettings& settings,
             ++report.poses;
             report.valid_poses += pose->valid() ? 1U : 0U;
             comparison.add(*pose, text);
-            file.write(text);
+            if (file) {
+                file->write(text + "\n");
+            }
         }
     }
     comparison.finish();
-    file.close();
+    if (file) {
+        file->commit();
+    }
     return report;
 }
 

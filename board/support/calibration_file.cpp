@@ -4,9 +4,9 @@
 
 #include <fstream>
 #include <sstream>
-
 #include "board/support/checked_table.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/line_reader.hpp"
 #include "board/support/text_table.hpp"
 
 namespace tricoil::host {
@@ -14,6 +14,7 @@ namespace {
 
 const std::vector<std::string> kModels{"concentric", "general", "finite", "free-motion", "grid"};
 constexpr double kOrthonormalTolerance = 1e-6;
+constexpr double kLongestFixture_m = 1000;
 
 std::string text_of(const Vec3<double>& v) { return fmt::format("[{:.17g}, {:.17g}, {:.17g}]", v(0), v(1), v(2)); }
 
@@ -48,6 +49,7 @@ std::map<std::string, Rigid> read_fixtures(const std::string& path, const std::s
         CheckedTable fixture(path, prefix, *node.as_table());
         Rigid rigid;
         rigid.translation_m = fixture.vector("translation_m", rigid.translation_m);
+        fixture.demand(rigid.translation_m.cwiseAbs().maxCoeff() <= kLongestFixture_m, "translation_m", "is longer than 1 km");
         rigid.rotation = fixture.matrix("rotation", rigid.rotation);
         fixture.finish();
         const double off = (rigid.rotation.transpose() * rigid.rotation - Mat3<double>::Identity()).cwiseAbs().maxCoeff();
@@ -82,11 +84,7 @@ std::string to_toml(const CalibrationFile& file) {
 }
 
 CalibrationFile read_calibration(const std::string& path) {
-    std::string text;
-    for (const std::string& l : read_lines(path)) {
-        text += l + "\n";
-    }
-    const toml::table root = parse_toml(path, text);
+    const toml::table root = parse_toml(path, read_text(path, kLongestToml));
     CheckedTable top(path, "", root);
     if (top.number("version", 0) != 1) {
         throw InputError(path + ": 'version' is not 1; calibrate again with this software");

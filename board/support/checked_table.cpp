@@ -6,6 +6,7 @@
 
 #include "board/support/errors.hpp"
 #include "board/support/nearest_name.hpp"
+#include "board/support/toml_depth.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -29,6 +30,9 @@ std::vector<double> numbers_of(const toml::node& node, std::size_t count) {
 }  // namespace
 
 toml::table parse_toml(const std::string& name, std::string_view text) {
+    if (const std::size_t line = line_of_deep_key(text); line != 0) {
+        throw InputError(name + ":" + std::to_string(line) + ": a key of more than " + std::to_string(kDeepestKey) + " parts");
+    }
     try {
         return toml::parse(text, name);
     } catch (const toml::parse_error& error) {

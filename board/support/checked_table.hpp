@@ -2,6 +2,7 @@
 #pragma once
 
 #include <toml++/toml.h>
+#include <cstddef>
 #include <cstdint>
 #include <set>
 #include <string>
@@ -11,6 +12,9 @@
 #include "core/geometry/types.hpp"
 
 namespace tricoil::host {
+
+/// Bytes of a TOML file; longer ones are refused before they are parsed.
+constexpr std::size_t kLongestToml = std::size_t{4} << 20U;
 
 /// Throws InputError with place and reason if `text` is not TOML. `name`: the file, for messages.
 toml::table parse_toml(const std::string& name, std::string_view text);

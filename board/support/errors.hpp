@@ -18,6 +18,12 @@ public:
     using std::invalid_argument::invalid_argument;
 };
 
+/// A file that the disk or device does not give back (exit code 3). One line that names it.
+class ReadError : public std::runtime_error {
+public:
+    using std::runtime_error::runtime_error;
+};
+
 /// A device, disk or bus that fails (exit code 3). One line: what, where, what to do.
 class DeviceError : public std::runtime_error {
 public:

@@ -2,15 +2,16 @@
 
 #include <charconv>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 
 #include "board/support/errors.hpp"
+#include "board/support/line_reader.hpp"
 
 namespace tricoil::host {
 namespace {
 
 constexpr std::size_t kShownCharacters = 24;
+constexpr std::size_t kMostBytes = std::size_t{256} << 20U;
+constexpr std::size_t kMostLines = 4'000'000;
 
 std::string_view trim(std::string_view text) {
     const auto first = text.find_first_not_of(" \t\r");
@@ -32,23 +33,22 @@ std::string shown(std::string_view field) {
 }  // namespace
 
 std::vector<std::string> read_lines(const std::string& path) {
-    std::error_code error;
-    if (std::filesystem::is_directory(path, error)) {
-        throw InputError(path + ": is a folder; name a file");
-    }
-    std::ifstream file(path, std::ios::binary);
-    if (!file) {
-        throw InputError(path + ": cannot be opened; check the path and its permissions");
-    }
+    LineReader reader(path);
     std::vector<std::string> lines;
-    for (std::string line; std::getline(file, line);) {
+    std::size_t bytes = 0;
+    for (std::string line; reader.next(line);) {
         if (line.find('\0') != std::string::npos) {
-            throw InputError(TextPlace{path, lines.size() + 1}.str() + ": binary data; a text file is needed");
+            throw InputError(TextPlace{path, reader.line()}.str() + ": binary data; a text file is needed");
+        }
+        bytes += line.size();
+        if (bytes > kMostBytes || lines.size() == kMostLines) {
+            throw InputError(TextPlace{path, reader.line()}.str() +
+                             ": the file is too long; at most 256 MiB and 4 million lines are read");
         }
         if (!line.empty() && line.back() == '\r') {
             line.pop_back();
         }
-        lines.push_back(std::move(line));
+        lines.push_back(line);
     }
     if (lines.empty()) {
         throw InputError(path + ": is empty");

@@ -8,7 +8,8 @@
 
 namespace tricoil::host {
 
-/// The lines of a text file, without their ends. Throws InputError if it cannot be read, is empty, or is not text.
+/// The lines of a text file, without their ends. Throws InputError if it cannot be opened, is empty, too long or not text;
+/// ReadError if the disk fails before its end.
 std::vector<std::string> read_lines(const std::string& path);
 
 /// Where a piece of text stands, for messages.

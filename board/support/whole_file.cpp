@@ -5,13 +5,10 @@
 #include <sys/file.h>
 #include <unistd.h>
 
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
-#include <fstream>
 #include <vector>
 
 #include "board/support/errors.hpp"
+#include "board/support/output_file.hpp"
 
 namespace tricoil::host {
 namespace fs = std::filesystem;
@@ -19,65 +16,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kStagingPrefix = ".unfinished-";
-constexpr int kMaxLinks = 40;  // as the kernel
-constexpr fs::perms kAnyWrite = fs::perms::owner_write | fs::perms::group_write | fs::perms::others_write;
-
-[[noreturn]] void refuse(const fs::path& path, const std::string& why) {
-    throw InputError(fmt::format("cannot write {}: {}; choose another file or folder", path.string(), why));
-}
-
-/// Where links lead, also to a file that is not there yet.
-fs::path without_links(const fs::path& path) {
-    fs::path place = path;
-    std::error_code error;
-    for (int links = 0; fs::is_symlink(place, error); ++links) {
-        if (links == kMaxLinks) {
-            refuse(path, "its symbolic links lead nowhere");
-        }
-        place = place.parent_path() / fs::read_symlink(place, error);  // an absolute one replaces the parent
-    }
-    return place;
-}
-
-/// For pipes, terminals and devices: as they are, in order with what the program prints.
-void write_directly(const fs::path& path, const std::string& text) {
-    std::error_code ignored;
-    const bool is_stdout = fs::equivalent(path, "/dev/stdout", ignored);
-    std::FILE* const file = is_stdout ? stdout : std::fopen(path.c_str(), "w");
-    if (file == nullptr) {
-        refuse(path, std::strerror(errno));
-    }
-    const bool written = std::fwrite(text.data(), 1, text.size(), file) == text.size();
-    const bool flushed = std::fflush(file) == 0;
-    const bool closed = is_stdout || std::fclose(file) == 0;
-    if (!written || !flushed || !closed) {
-        throw DeviceError(path.string() + ": could not be written completely");
-    }
-}
-
-void replace_file(const fs::path& path, const fs::path& place, const std::string& text, fs::file_status old) {
-    fs::path aside = place;
-    aside += fmt::format(".part-{}", ::getpid());
-    std::error_code ignored;
-    std::ofstream file(aside, std::ios::binary);
-    file << text;
-    file.close();
-    if (!file) {
-        const std::string why = std::strerror(errno);
-        fs::remove(aside, ignored);
-        refuse(path, why);
-    }
-    std::error_code error;
-    if (fs::exists(old)) {
-        fs::permissions(aside, old.permissions(), ignored);
-    }
-    fs::rename(aside, place, error);
-    if (error) {
-        fs::remove(aside, ignored);
-        refuse(path, error.message());
-    }
-}
-
 /// Removes staging folders that nobody holds a lock on: their programs were killed.
 void sweep(const fs::path& target) {
     std::error_code ignored;
@@ -98,28 +36,10 @@ void sweep(const fs::path& target) {
 
 }  // namespace
 
-void refuse_write_protected(const fs::path& path) {
-    std::error_code error;
-    const fs::file_status status = fs::status(path, error);
-    if (fs::is_regular_file(status) &&
-        ((status.permissions() & kAnyWrite) == fs::perms::none || ::access(path.c_str(), W_OK) != 0)) {
-        refuse(path, "it is write-protected");
-    }
-}
-
 void write_whole_file(const fs::path& path, const std::string& text) {
-    std::error_code error;
-    const fs::file_status status = fs::status(path, error);
-    if (fs::is_directory(status)) {
-        refuse(path, "it is a folder");
-    }
-    // Standard output sent to a file is a regular file, but to replace it would lose what else is printed there.
-    if (fs::exists(status) && (!fs::is_regular_file(status) || fs::equivalent(path, "/dev/stdout", error))) {
-        write_directly(path, text);
-        return;
-    }
-    refuse_write_protected(path);
-    replace_file(path, without_links(path), text, status);
+    OutputFile file(path);
+    file.write(text);
+    file.commit();
 }
 
 StagedFolder::StagedFolder(const fs::path& target) {

@@ -6,13 +6,8 @@
 
 namespace tricoil::host {
 
-/// Writes `text` beside `path` and renames it into place, through symbolic links to where they lead. What is there and is no
-/// regular file (a pipe, a terminal) is written to directly, never replaced. Throws InputError, naming the path, if it is a
-/// folder or write-protected or the file cannot be made; DeviceError if a pipe or device takes only a part.
+/// Writes `text` as an OutputFile; throws as it does.
 void write_whole_file(const std::filesystem::path& path, const std::string& text);
-
-/// Throws InputError if `path` is an existing file without permission to write: the owner protects it, root or not.
-void refuse_write_protected(const std::filesystem::path& path);
 
 /// A folder being filled: hidden beside its target until publish() moves its files there; removed with all in it otherwise.
 /// Locked while it is in use: what a killed program left behind is not, and is swept up by the next one.

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "board/linux/device_loop.hpp"
+#include "core/field/concentric_dipole.hpp"
 #include "core/protocol/convert.hpp"
 #include "tests/device/column_message.hpp"
 #include "tests/protocol/random_messages.hpp"
@@ -140,6 +141,70 @@ TEST_F(Loop, AFloodDoesNotHoldTheLoop) {
 TEST_F(Loop, StopsWithTheCoilsOff) {
     loop->stop();
     EXPECT_EQ(coils.state, Excitation::off);
+}
+
+/// The loop with a sensor in front of the source, which every column sees.
+class LoopWithSensor : public Loop {
+protected:
+    LoopWithSensor() {
+        params.hemisphere = {1, 0, 0};
+        loop.emplace(port, HostLines{&coils, &heartbeat, nullptr}, params,
+                     [this](const protocol::PoseMessage& pose) { pose_ = pose; });
+    }
+
+    /// A frame of three columns; their device time is `ahead_us` later than it should be.
+    void see(std::int64_t ahead_us) {
+        const Mat3<double> x =
+            field::signal_matrix<double>(params.coupling_constant_m3, Vec3<double>(0.4, 0.1, 0.05), Mat3<double>::Identity());
+        for (int n = 0; n < kSourceCoils; ++n) {
+            const int coil = coil_index(coils.state);
+            auto message = test::column_message(next++, 1 + coil, static_cast<std::uint32_t>(loop->counters().excitations));
+            message.time_us += ahead_us;
+            message.in_phase = {static_cast<float>(x(0, coil)), static_cast<float>(x(1, coil)), static_cast<float>(x(2, coil))};
+            port.say(message);
+            loop->step();
+        }
+    }
+    [[nodiscard]] bool side_is_unknown() const {
+        return (unsigned{pose_.flags} >> static_cast<unsigned>(tracking::PoseFlag::hemisphere_unknown) & 1U) != 0;
+    }
+    [[nodiscard]] double x_m() const { return 1e-6 * pose_.position[0]; }
+
+    protocol::PoseMessage pose_;
+};
+
+TEST_F(LoopWithSensor, KnowsItsSideAgainAfterTheDevicesClockJumped) {
+    for (int frame = 0; frame < 100; ++frame) {
+        see(0);
+    }
+    ASSERT_FALSE(side_is_unknown());
+    ASSERT_GT(x_m(), 0);
+    bool lost = false;
+    for (int frame = 0; frame < 100; ++frame) {
+        see(100'000'000);
+        lost = lost || side_is_unknown();
+    }
+    EXPECT_TRUE(lost) << "the jump went unnoticed: the test tests nothing";
+    EXPECT_GE(loop->counters().sides_recovered, 1U);
+    EXPECT_FALSE(side_is_unknown());
+    EXPECT_GT(x_m(), 0);
+}
+
+TEST(SideKeeper, RecoversOnlyWhatTheSensorCannotHaveChanged) {
+    tracking::PoseEstimate<double> pose;
+    pose.position_m = {0.5, 0, 0};
+    tracking::PoseEstimate<double> lost = pose;
+    lost.position_m = -pose.position_m;  // the mirror image
+    lost.flags.set(tracking::PoseFlag::hemisphere_unknown);
+    SideKeeper keeper;
+    EXPECT_FALSE(keeper.side(lost, 1)) << "it was never known";
+    EXPECT_FALSE(keeper.side(pose, 1'000'000));
+    const auto side = keeper.side(lost, 1'100'000);
+    ASSERT_TRUE(side);
+    EXPECT_GT(side->x(), 0);
+    EXPECT_FALSE(keeper.side(lost, 1'500'000)) << "half a second is enough to go round to the other side";
+    lost.flags.set(tracking::PoseFlag::low_signal);
+    EXPECT_FALSE(keeper.side(lost, 1'100'000));
 }
 
 }  // namespace

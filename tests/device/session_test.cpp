@@ -1,7 +1,11 @@
 // The host's side of the conversation where it drives the coils: which columns it believes.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <vector>
+
 #include "board/linux/device_session.hpp"
+#include "board/linux/repeated_texts.hpp"
 #include "core/protocol/convert.hpp"
 #include "tests/device/column_message.hpp"
 #include "tests/protocol/random_messages.hpp"
@@ -202,6 +206,36 @@ TEST_F(SessionOfCoils, APoseOfASensorThatIsNotThereIsRefused) {
     EXPECT_EQ(say(pose), SessionEvent::none);
     pose.sensor = 0;
     EXPECT_EQ(say(pose), SessionEvent::pose);
+}
+
+TEST_F(SessionOfCoils, ADeviceThatFailsIsTriedAfterGrowingPauses) {
+    std::vector<std::int64_t> pauses_us;
+    for (int failure = 0; failure < 10; ++failure) {
+        while (session.phase() == Phase::running) {
+            session.service(now_us += 10'000);
+        }
+        const std::int64_t failed_us = now_us;
+        while (told() != protocol::Opcode::hello) {
+            session.service(now_us += 10'000);
+        }
+        pauses_us.push_back(now_us - failed_us);
+        start();
+    }
+    EXPECT_LE(pauses_us.front(), 200'000);
+    EXPECT_GE(pauses_us.back(), 10'000'000);
+    EXPECT_LE(pauses_us.back(), 10'100'000);
+    EXPECT_TRUE(std::is_sorted(pauses_us.begin(), pauses_us.end()));
+}
+
+TEST(RepeatedTexts, AreToldOnceAMinuteOfSilence) {
+    RepeatedTexts texts;
+    EXPECT_TRUE(texts.is_news("a", 1'000'000));
+    for (int n = 0; n < 100; ++n) {
+        EXPECT_FALSE(texts.is_news("a", 1'000'000 + n * 10'000'000));
+        EXPECT_EQ(texts.is_news("b", 1'000'000 + n * 10'000'000), n == 0);
+    }
+    EXPECT_EQ(texts.entries()[0].untold, 100U);
+    EXPECT_TRUE(texts.is_news("a", 2'000'000'000));
 }
 
 }  // namespace

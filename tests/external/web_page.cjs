@@ -20,7 +20,7 @@ function serve(port, folder) {
                       {stdio: ['ignore', 'pipe', 'inherit']});
   return new Promise((resolve, reject) => {
     child.once('exit', code => reject(new Error(`tricoil serve ended with ${code}`)));
-    child.stdout.once('data', data => resolve({child, url: JSON.parse(data).web}));
+    child.stdout.once('data', data => resolve({child, url: JSON.parse(data).web, controls: JSON.parse(data).web_controls}));
   });
 }
 
@@ -36,15 +36,18 @@ function request(url, options, body) {
   });
 }
 
-async function refuseStrangers(url) {
+async function refuseStrangers(url, controls) {
   const {host} = new URL(url);
   const wish = JSON.stringify({run: false});
-  const json = {'Content-Type': 'application/json'};
+  const bearer = {Authorization: `Bearer ${new URLSearchParams(new URL(controls).hash.slice(1)).get('token')}`};
+  const json = {'Content-Type': 'application/json', ...bearer};
+  check((await request(url + 'control', {method: 'POST', headers: {'Content-Type': 'application/json'}}, wish)).status === 401,
+        'a wish without the token is refused');
   const post = headers => request(url + 'control', {method: 'POST', headers}, wish);
   check((await post({...json, Origin: 'http://evil.example'})).status === 403, 'a wish from another page is refused');
   check((await post({...json, Origin: 'null'})).status === 403, 'a wish from a page without an origin is refused');
   check((await post({...json, Host: 'evil.example'})).status === 403, 'a wish under another name is refused');
-  check((await post({'Content-Type': 'text/plain'})).status === 415, 'a wish that is no JSON is refused');
+  check((await post({...bearer, 'Content-Type': 'text/plain'})).status === 415, 'a wish that is no JSON is refused');
   check((await request(url, {headers: {Host: 'evil.example:80'}})).status === 403, 'the page is not given under another name');
   check((await request(url + 'stream', {headers: {Origin: 'http://evil.example'}})).status === 403, 'the stream is not given to another page');
   for (const bad of ['', '{', '[]', '{"hemisphere":[1,2]}', '{"hemisphere":[1,2,"x"]}', '{"hemisphere":[1,0,0],"sensor":9}', '{"run":1}'])
@@ -77,7 +80,7 @@ async function main() {
     const html = (await request(server.url, {})).text;
     const size = html.length;
     check(size < 1e6, `the page has ${size} bytes, less than a million`);
-    await refuseStrangers(server.url);
+    await refuseStrangers(server.url, server.controls);
 
     const page = await browser.newPage({viewport: {width: 1280, height: 800}});
     const errors = [];
@@ -87,7 +90,7 @@ async function main() {
     await page.screenshot();
     const firsts = [];
     for (let n = 0; n < 3; ++n) {
-      await page.goto(server.url);
+      await page.goto(n === 0 ? server.controls : server.url);  // the tab keeps the token
       await page.waitForFunction(() => window.tricoil?.firstPoseMs && window.tricoil.firstPictureMs, null, {timeout: 30000});
       firsts.push(await page.evaluate(() => [window.tricoil.firstPoseMs, window.tricoil.firstPictureMs]));
     }
@@ -106,6 +109,7 @@ async function main() {
     await page.waitForFunction(() => window.tricoil.poses > 60, null, {timeout: 30000});
     if (pictures) await page.screenshot({path: path.join(pictures, 'desktop.png')});
 
+    check(!page.url().includes('token'), 'the token is not in the address bar');
     await page.keyboard.press('b');
     await page.waitForFunction(() => window.tricoil.boresight, null, {timeout: 10000});
     await page.keyboard.press('u');
@@ -146,6 +150,7 @@ async function main() {
     const phone = await browser.newPage({viewport: {width: 390, height: 800}, isMobile: true, hasTouch: true, deviceScaleFactor: 2});
     await phone.goto(server.url);
     await phone.waitForFunction(() => window.tricoil?.poses > 60, null, {timeout: 30000});
+    check(await phone.isDisabled('#run') && /read only/.test(await phone.textContent('#access')), 'without the link it is read only');
     check(await phone.evaluate(() => document.documentElement.scrollWidth <= innerWidth), 'it fits a phone');
     if (pictures) await phone.screenshot({path: path.join(pictures, 'phone.png')});
     await pageStates(browser, html, check, pictures);

@@ -150,6 +150,34 @@ TEST_F(Damage, ALineCutOffIsNotRead) {
     EXPECT_TRUE(result.json()["bit_for_bit"]);
 }
 
+TEST_F(Damage, AKilledRecordingWithoutALineIsEmpty) {
+    end_early();
+    for (const char* name : {"inputs.csv", "poses.csv", "events.csv"}) {
+        put(name, "");
+    }
+    const auto converted = tricoil("convert " + folder_);
+    EXPECT_EQ(converted.exit_code, 0) << converted.err;
+    EXPECT_EQ(converted.out, "");
+    const auto replayed = tricoil("replay --json " + folder_);
+    EXPECT_EQ(replayed.exit_code, 0) << replayed.err;
+    EXPECT_EQ(replayed.json()["poses"], 0);
+}
+
+TEST_F(Damage, ARefusedConversionLeavesNoFile) {
+    end_early();
+    put("poses.csv", get("poses.csv") + "0,nonsense\n");
+    const std::string out = path_in_temp("converted");
+    for (const char* form : {"jsonl", "candump", "openigtlink"}) {
+        EXPECT_EQ(tricoil("convert " + folder_ + " --to " + form + " --out " + out).exit_code, 2);
+        EXPECT_FALSE(fs::exists(out)) << form;
+    }
+    put("inputs.csv", get("inputs.csv") + "nonsense\n");
+    EXPECT_EQ(tricoil("replay " + folder_ + " --out " + out).exit_code, 2);
+    EXPECT_FALSE(fs::exists(out));
+    const auto beside = fs::directory_iterator(fs::path(out).parent_path());
+    EXPECT_EQ(std::count_if(begin(beside), end(beside), [&](const auto& e) { return e.path().string().starts_with(out); }), 0);
+}
+
 TEST_F(Damage, AnotherPoseIsADifference) {
     end_early();
     std::string poses = get("poses.csv");

@@ -6,6 +6,7 @@
 #include <igtlTrackingDataMessage.h>
 #include <igtlTransformMessage.h>
 #include <igtl_util.h>
+#include <malloc.h>
 #include <sys/socket.h>
 
 #include <array>
@@ -71,6 +72,45 @@ TEST(IgtlMessages, TransformIsInMillimetresAtItsOwnTime) {
     message->GetTimeStamp(taken);
     EXPECT_NEAR(static_cast<double>(taken->GetTimeStampInNanoseconds() / 1000 % 1'000'000'000), kNow % 1'000'000'000, 1);
     EXPECT_STREQ(message->GetDeviceName(), "tricoil_1");
+}
+
+/// All messages that go out, with fresh heap memory that holds `pattern`.
+std::vector<std::string> all_messages(int pattern) {
+    mallopt(M_PERTURB, pattern);
+    std::vector<ServedPose> poses{pose_at(kNow, 0), pose_at(kNow, 1)};
+    std::vector<std::string> messages{transform_message(poses[0]), tracking_data_message(poses, "Patient"),
+                                      tracking_data_message({}, "Patient"), status_message(pose_at(kNow)),
+                                      status_message(invalid_at(kNow))};
+    for (std::string message : {waiting_message(), tracking_stopped_message()}) {
+        constexpr std::size_t kTimeAt = 34;
+        constexpr std::size_t kTimeBytes = 8;
+        constexpr std::size_t kCrcAt = 50;
+        constexpr std::size_t kCrcBytes = 8;
+        message.replace(kTimeAt, kTimeBytes, kTimeBytes, '\0').replace(kCrcAt, kCrcBytes, kCrcBytes, '\0');  // sent now
+        messages.push_back(std::move(message));
+    }
+    mallopt(M_PERTURB, 0);
+    return messages;
+}
+
+TEST(IgtlMessages, NoMessageHoldsUninitializedMemory) {
+    const auto first = all_messages(0x55);
+    const auto second = all_messages(0x2A);
+    for (std::size_t n = 0; n < first.size(); ++n) {
+        EXPECT_EQ(first[n], second[n]) << type_of(first[n]) << ", message " << n;
+    }
+}
+
+TEST(IgtlMessages, StatusHoldsWholeFlagsAndSubCodeZero) {
+    ServedPose served = invalid_at(kNow);
+    served.pose.flags.set(tracking::PoseFlag::hemisphere_unknown);
+    int unpacked = 0;
+    const auto message = unpack<igtl::StatusMessage>(status_message(served), unpacked);
+    EXPECT_EQ(message->GetSubCode(), 0);
+    EXPECT_STREQ(message->GetErrorName(), "low_signal");
+    EXPECT_STREQ(message->GetStatusString(),
+                 "no valid pose: low_signal, hemisphere_unknown; the side of the source on which the sensor is, is not known: "
+                 "set the hemisphere to where it is now");
 }
 
 /// A session and the client's end of its line.

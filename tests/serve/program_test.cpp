@@ -1,11 +1,8 @@
 // `tricoil serve` as a whole: bad input, clients by the hundred, and one that stops reading beside one that does not.
-#include <arpa/inet.h>
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <poll.h>
 #include <sys/socket.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -22,100 +19,13 @@
 
 #include "drivers/posix/raw_terminal.hpp"
 #include "tests/cli/cli_runner.hpp"
+#include "tests/serve/serving.hpp"
 #include "tests/support/csv_table.hpp"
 
 namespace tricoil::test {
 namespace {
 
 using ::testing::HasSubstr;
-using Clock = std::chrono::steady_clock;
-
-/// The program, serving until the end of this object's life.
-class Serving {
-public:
-    explicit Serving(const std::vector<std::string>& options) {
-        std::array<int, 2> out{};
-        EXPECT_EQ(pipe(out.data()), 0);
-        pid_ = fork();
-        if (pid_ == 0) {
-            dup2(out[1], STDOUT_FILENO);
-            dup2(open(err_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDERR_FILENO);
-            std::vector<std::string> all{TRICOIL_PROGRAM, "serve", "--json"};
-            all.insert(all.end(), options.begin(), options.end());
-            std::vector<char*> arguments;
-            for (std::string& argument : all) {
-                arguments.push_back(argument.data());
-            }
-            arguments.push_back(nullptr);
-            execv(TRICOIL_PROGRAM, arguments.data());
-            _exit(127);
-        }
-        close(out[1]);
-        std::string line;
-        for (char c = 0; read(out[0], &c, 1) == 1 && c != '\n';) {
-            line += c;
-        }
-        close(out[0]);
-        addresses_ = nlohmann::json::parse(line, nullptr, false);
-    }
-    ~Serving() {
-        if (pid_ > 0) {
-            stop(SIGKILL);
-        }
-    }
-    int stop(int signal) {
-        kill(std::exchange(pid_, -1), signal);
-        int status = 0;
-        wait(&status);
-        return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-    }
-    [[nodiscard]] std::string address(const char* output) const {
-        const auto& at = addresses_[output];
-        return at.is_array() ? at[0].get<std::string>() : at.get<std::string>();
-    }
-    [[nodiscard]] std::uint16_t port(const char* output) const {
-        const std::string address = this->address(output);
-        return static_cast<std::uint16_t>(std::stoi(address.substr(address.rfind(':') + 1)));
-    }
-    [[nodiscard]] std::string path() const { return addresses_["fastrak"][0]; }
-    [[nodiscard]] std::string err() const { return read_file(err_); }
-
-private:
-    pid_t pid_ = -1;
-    std::string err_ = path_in_temp("serving_err.txt");
-    nlohmann::json addresses_;
-};
-
-int connect_to(std::uint16_t port, int receive_buffer = 0) {
-    const int client = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    if (receive_buffer > 0) {
-        setsockopt(client, SOL_SOCKET, SO_RCVBUF, &receive_buffer, sizeof receive_buffer);
-    }
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_port = htons(port);
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    EXPECT_EQ(connect(client, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);  // NOLINT: the sockets' way
-    return client;
-}
-
-/// What comes within `limit`, until `enough` bytes are there.
-std::string read_for(int descriptor, std::chrono::milliseconds limit, std::size_t enough = SIZE_MAX) {
-    std::string text;
-    const auto end = Clock::now() + limit;
-    std::array<char, 4096> buffer{};
-    while (text.size() < enough && Clock::now() < end) {
-        pollfd waiting{descriptor, POLLIN, 0};
-        if (poll(&waiting, 1, 20) > 0) {
-            const ssize_t n = read(descriptor, buffer.data(), buffer.size());
-            if (n <= 0) {
-                break;
-            }
-            text.append(buffer.data(), static_cast<std::size_t>(n));
-        }
-    }
-    return text;
-}
 
 TEST(ServeProgram, RefusesWhatCannotBeServed) {
     const std::vector<std::pair<std::string, std::string>> lines{
@@ -339,7 +249,7 @@ TEST(ServeProgram, AHeaderWithoutAnEndIsNotReadToTheEnd) {
 TEST(ServeProgram, HemisphereByACommandIsRecordedAndReplayed) {
     const std::string folder = path_in_temp("hemisphere");
     std::filesystem::remove_all(folder);
-    Serving serving({"--fastrak", "tcp:0", "--scenario", "still", "--record", folder});
+    Serving serving({"--fastrak", "tcp:0", "--scenario", "still", "--record", folder, "--open-controls"});
     const int client = connect_to(serving.port("fastrak"));
     const auto x = [&] {
         EXPECT_EQ(write(client, "P", 1), 1);

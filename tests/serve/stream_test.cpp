@@ -2,6 +2,7 @@
 #include "board/host/serve/stream.hpp"
 
 #include <gtest/gtest.h>
+#include <poll.h>
 #include <sys/socket.h>
 
 #include <array>
@@ -86,13 +87,39 @@ TEST_F(StreamPair, OldRecordsAreDropped) {
 }
 
 TEST_F(StreamPair, AClientThatIsGoneIsSeen) {
-    std::array<char, 16> buffer{};
-    EXPECT_TRUE(stream_->receive(buffer).empty());
+    EXPECT_TRUE(stream_->receive().empty());
     EXPECT_FALSE(stream_->gone());
     client_.reset();
-    EXPECT_TRUE(stream_->receive(buffer).empty());
+    EXPECT_TRUE(stream_->receive().empty());
     EXPECT_TRUE(stream_->gone());
     EXPECT_FALSE(stream_->send("late"));
+}
+
+TEST_F(StreamPair, AFloodIsReadInShares) {
+    const std::string flood(1000, 'P');
+    ASSERT_EQ(::write(client_.get(), flood.data(), flood.size()), 1000);
+    EXPECT_EQ(stream_->events(), POLLIN);
+    EXPECT_EQ(stream_->receive().size(), Stream::kShare);
+    EXPECT_TRUE(stream_->pauses());
+    EXPECT_EQ(stream_->events(), 0);
+    EXPECT_TRUE(stream_->receive().empty());
+    EXPECT_FALSE(stream_->gone());
+    std::this_thread::sleep_for(2 * Stream::kSharePause);
+    EXPECT_EQ(stream_->receive().size(), Stream::kShare);
+}
+
+TEST_F(StreamPair, WhoLeavesAnswersUnreadIsNotRead) {
+    ASSERT_EQ(::write(client_.get(), "P", 1), 1);
+    while (stream_->waiting() <= Stream::kMostUnread) {
+        stream_->send(std::string(1000, 'x'));
+    }
+    EXPECT_EQ(stream_->events(), POLLOUT);
+    EXPECT_TRUE(stream_->receive().empty());
+    while (stream_->has_waiting()) {
+        (void)read_all();
+        stream_->flush();
+    }
+    EXPECT_EQ(stream_->receive().size(), 1U);
 }
 
 TEST(TcpAddress, AsPeopleWriteIt) {

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <numbers>
 
 #include "board/host/calibration/dense_algebra.hpp"
@@ -16,18 +17,19 @@ namespace {
 
 constexpr double kBand_m = 0.05;
 
-ErrorBand band_of(const std::vector<PoseError>& errors, double from_m, double to_m) {
-    std::vector<double> position;
-    std::vector<double> orientation;
-    for (const PoseError& e : errors) {
-        const double range = e.truth_m.norm();
-        if (range >= from_m && range < to_m) {
-            position.push_back(e.error_m.norm());
-            orientation.push_back(kDegrees * e.rotation_error_rad.norm());
-        }
+/// Errors of the poses in one band.
+struct BandErrors {
+    std::vector<double> position_m;
+    std::vector<double> orientation_deg;
+
+    void add(const PoseError& e) {
+        position_m.push_back(e.error_m.norm());
+        orientation_deg.push_back(kDegrees * e.rotation_error_rad.norm());
     }
-    return {from_m, to_m, position.size(), summarise(position), summarise(orientation)};
-}
+    [[nodiscard]] ErrorBand summary(double from_m, double to_m) const {
+        return {from_m, to_m, position_m.size(), summarise(position_m), summarise(orientation_deg)};
+    }
+};
 
 double rms(const Eigen::MatrixXd& rows) { return std::sqrt(rows.squaredNorm() / static_cast<double>(rows.rows())); }
 
@@ -81,21 +83,18 @@ void split_by_fixture(const std::vector<PoseError>& errors, const std::vector<Po
 
 ErrorReport summarise_errors(const std::vector<PoseError>& errors, const std::vector<PoseFile>& files) {
     ErrorReport report;
-    double nearest = 1e9;
-    double farthest = 0;
+    BandErrors all;
+    std::map<double, BandErrors> bands;  // by their number; as many as there are poses at most
     for (const PoseError& e : errors) {
-        nearest = std::min(nearest, e.truth_m.norm());
-        farthest = std::max(farthest, e.truth_m.norm());
+        all.add(e);
+        bands[std::floor(e.truth_m.norm() / kBand_m)].add(e);
         report.not_converged += e.converged ? 0U : 1U;
         report.iterations_max = std::max(report.iterations_max, e.iterations);
         report.misfit_share_max = std::max(report.misfit_share_max, e.misfit_share);
     }
-    report.all = band_of(errors, 0, 1e9);
-    for (double from = kBand_m * std::floor(nearest / kBand_m); from <= farthest; from += kBand_m) {
-        ErrorBand band = band_of(errors, from, from + kBand_m);
-        if (band.poses > 0) {
-            report.bands.push_back(band);
-        }
+    report.all = all.summary(0, kBand_m * (bands.empty() ? 0 : bands.rbegin()->first + 1));
+    for (const auto& [number, band] : bands) {
+        report.bands.push_back(band.summary(kBand_m * number, kBand_m * (number + 1)));
     }
     split_by_fixture(errors, files, report);
     return report;

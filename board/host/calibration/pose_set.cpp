@@ -24,6 +24,7 @@ namespace {
 constexpr const char* kCsvHeader = "x_m,y_m,z_m,qw,qx,qy,qz,x11,x12,x13,x21,x22,x23,x31,x32,x33";
 constexpr std::size_t kStageFields = 6;
 constexpr double kQuaternionTolerance = 1e-3;
+constexpr double kFarthestPose_m = 1000;  // of anything that a tracker measures
 
 /// +0.171918451-0.000000586i; throws InputError unless the field is that, all of it, and finite.
 std::complex<double> parse_complex(std::string_view field, const TextPlace& place) {
@@ -48,6 +49,12 @@ std::complex<double> parse_complex(std::string_view field, const TextPlace& plac
         throw bad();
     }
     return {parts[0], parts[1]};
+}
+
+void check_position(const Vec3<double>& position_m, const TextPlace& place) {
+    if (!(position_m.cwiseAbs().maxCoeff() <= kFarthestPose_m)) {
+        throw InputError(place.str() + ": the position lies more than 1 km away; is its unit right?");
+    }
 }
 
 void check_couplings(const Mat3<double>& x, const TextPlace& place) {
@@ -136,6 +143,7 @@ PoseFile read_pose_file(const std::string& path) {
             continue;
         }
         file.poses.push_back(csv ? parse_csv(fields, place) : parse_ilemt(fields, place, squared));
+        check_position(file.poses.back().stage_position_m, place);
         check_couplings(file.poses.back().x, place);
     }
     if (file.poses.empty()) {

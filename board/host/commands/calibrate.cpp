@@ -19,6 +19,7 @@
 #include "board/support/calibration_file.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/nearest_name.hpp"
+#include "board/support/terminal_text.hpp"
 #include "board/support/whole_file.hpp"
 #include "core/base/angle_units.hpp"
 #include "core/calibration/blob.hpp"
@@ -274,14 +275,13 @@ int check_wiring(const CalibrateCommand& command) {
             {"sensor", to_text(wiring.sensor)}, {"source", to_text(wiring.source)},
             {"misfit", wiring.misfit},          {"second_misfit", wiring.second_misfit},
             {"certain", wiring.certain()},      {"straight", wiring.sensor.straight() && wiring.source.straight()}};
-        fmt::print("{}\n", json.dump(2));
+        print_text("{}\n", json.dump(2));
     } else {
-        fmt::print("sensor: {}\nsource: {}\nleft over {:.3f}, by the next best wiring {:.3f}\n", to_text(wiring.sensor),
+        print_text("sensor: {}\nsource: {}\nleft over {:.3f}, by the next best wiring {:.3f}\n", to_text(wiring.sensor),
                    to_text(wiring.source), wiring.misfit, wiring.second_misfit);
     }
     if (!wiring.certain()) {
-        fmt::print(stderr,
-                   "tricoil: no wiring stands out; is the sensor where --wiring says, with its axes along the source's?\n");
+        print_notice("tricoil: no wiring stands out; is the sensor where --wiring says, with its axes along the source's?\n");
         return to_int(ExitCode::check_failed);
     }
     return to_int(wiring.sensor.straight() && wiring.source.straight() ? ExitCode::fine : ExitCode::check_failed);
@@ -320,7 +320,7 @@ int calibrate(const CalibrateCommand& command) {
     for (const std::string& warning : report.warnings) {
         report.text += "warning: " + warning + "\n";
     }
-    fmt::print("{}", command.json ? report.json.dump(2) + "\n" : report.text + "wrote " + command.out + "\n");
+    print_text(command.json ? report.json.dump(2) + "\n" : report.text + "wrote " + command.out + "\n");
     return to_int(ExitCode::fine);
 }
 

@@ -2,8 +2,11 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <charconv>
+#include <cstdint>
 #include <functional>
 #include <string>
+#include <system_error>
 
 namespace tricoil::host {
 
@@ -26,5 +29,13 @@ void add_serve_command(CLI::App& program, Action& action);
 
 /// Refuses an empty name, which would mean another thing than leaving the option out.
 inline std::string refuse_empty(const std::string& name) { return name.empty() ? "a name is missing" : ""; }
+
+/// Refuses what is no whole number of 64 bits: CLI11 takes a longer one for the largest there is.
+inline std::string refuse_overflow(const std::string& text) {
+    std::uint64_t value = 0;
+    const char* const end = text.data() + text.size();
+    const auto [at, error] = std::from_chars(text.data(), end, value);
+    return error == std::errc{} && at == end ? "" : text + " is no whole number from 0 to 18446744073709551615";
+}
 
 }  // namespace tricoil::host

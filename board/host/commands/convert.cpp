@@ -1,13 +1,14 @@
 // tricoil convert: a recording's poses for other programs.
 #include <fmt/format.h>
 
-#include <cerrno>
-#include <cstring>
+#include <cstdio>
 #include <memory>
 
 #include "board/host/commands/commands.hpp"
 #include "board/record/convert.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/output_file.hpp"
+#include "board/support/terminal_text.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -25,17 +26,16 @@ int run_convert(const ConvertCommand& command) {
         if (command.json) {
             throw InputError("--json: the summary needs a file beside it; add --out FILE");
         }
-        convert(recording, command.form, stdout, "standard output");
+        convert(recording, command.form,
+                [](std::string_view bytes) { (void)std::fwrite(bytes.data(), 1, bytes.size(), stdout); });
         return to_int(ExitCode::fine);
     }
     recording.refuse_as_output(command.out);
-    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(command.out.c_str(), "wb"), std::fclose);
-    if (!file) {
-        throw InputError(fmt::format("{}: cannot be written ({}); choose another --out", command.out, std::strerror(errno)));
-    }
-    const std::uint64_t poses = convert(recording, command.form, file.get(), command.out);
-    fmt::print("{}", command.json ? nlohmann::ordered_json{{"poses", poses}, {"out", command.out}}.dump() + "\n"
-                                  : fmt::format("{}: {} poses as {}\n", command.out, poses, command.form));
+    OutputFile file(command.out);
+    const std::uint64_t poses = convert(recording, command.form, [&](std::string_view bytes) { file.write(bytes); });
+    file.commit();
+    print_text(command.json ? nlohmann::ordered_json{{"poses", poses}, {"out", command.out}}.dump() + "\n"
+                            : fmt::format("{}: {} poses as {}\n", command.out, poses, command.form));
     return to_int(ExitCode::fine);
 }
 

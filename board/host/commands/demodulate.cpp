@@ -8,6 +8,7 @@
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/json_rows.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/terminal_text.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -82,9 +83,9 @@ int demodulate(const DemodulateCommand& command) {
     }
     const Capture capture = read_capture(command.capture, command.bits);
     const auto analysis = analyse_capture(capture, command.carrier_hz, command.rate_hz, command.guard_samples);
-    fmt::print("{}", command.json ? to_json(analysis) : text_of(analysis));
+    print_text(command.json ? to_json(analysis) : text_of(analysis));
     if (!analysis.sensor_present) {
-        fmt::print(stderr, "tricoil: {}: {}\n", command.capture, analysis.verdict);
+        print_notice("tricoil: {}: {}\n", command.capture, analysis.verdict);
         return to_int(ExitCode::check_failed);
     }
     return to_int(ExitCode::fine);

@@ -10,6 +10,7 @@
 #include "board/linux/device_inquiry.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/nearest_name.hpp"
+#include "board/support/terminal_text.hpp"
 #include "board/support/whole_file.hpp"
 #include "core/calibration/blob.hpp"
 #include "core/protocol/command_arguments.hpp"
@@ -64,17 +65,17 @@ int list_devices(const DeviceCommand& command) {
         all.push_back({{"uri", uri}, {"product", usb.product}});
     }
     if (command.json) {
-        fmt::print("{}\n", all.dump(2));
+        print_text("{}\n", all.dump(2));
         return to_int(ExitCode::fine);
     }
     for (const auto& device : all) {
         const std::string note = device.contains("fd")
                                      ? (device["fd"].get<bool>() ? "CAN FD" : "classic CAN: of no use here; enable FD")
                                      : device["product"].get<std::string>();
-        fmt::print("{:<32} {}\n", device["uri"].get<std::string>(), note);
+        print_text("{:<32} {}\n", device["uri"].get<std::string>(), note);
     }
     if (all.empty()) {
-        fmt::print("no CAN interface and no tricoil USB device is there\n");
+        print_text("no CAN interface and no tricoil USB device is there\n");
     }
     return to_int(ExitCode::fine);
 }
@@ -96,11 +97,11 @@ int show_info(const DeviceCommand& command) {
     linux_board::DeviceInquiry inquiry(command.uri, command.wait_s);
     const ordered_json identity = identity_json(inquiry.identify());
     if (command.json) {
-        fmt::print("{}\n", identity.dump(2));
+        print_text("{}\n", identity.dump(2));
         return to_int(ExitCode::fine);
     }
     for (const auto& [key, value] : identity.items()) {
-        fmt::print("{:<14} {}\n", key, value.is_string() ? value.get<std::string>() : value.dump());
+        print_text("{:<14} {}\n", key, value.is_string() ? value.get<std::string>() : value.dump());
     }
     return to_int(ExitCode::fine);
 }
@@ -152,8 +153,8 @@ std::string line_of(std::span<const std::uint8_t> bytes, bool json) {
 int watch(const DeviceCommand& command) {
     linux_board::DeviceInquiry inquiry(command.uri, command.wait_s);
     const auto heard = inquiry.listen(command.duration_s, [&](const hal::ReceivedMessage& message) {
-        fmt::print("{}\n", line_of(message.bytes, command.json));
-        std::fflush(stdout);  // for whoever reads along
+        print_text("{}\n", line_of(message.bytes, command.json));
+        end_standard_output();  // for whoever reads along; who is gone ends this
     });
     if (heard == 0) {
         throw DeviceError(fmt::format("{}: {}", command.uri, inquiry.detail()));
@@ -165,7 +166,7 @@ int fetch_calibration(const DeviceCommand& command) {
     linux_board::DeviceInquiry inquiry(command.uri, command.wait_s);
     const auto blob = inquiry.read_calibration();
     if (blob.empty()) {
-        fmt::print(stderr, "tricoil: {}: it has no calibration; write one with: tricoil device write-calibration\n", command.uri);
+        print_notice("tricoil: {}: it has no calibration; write one with: tricoil device write-calibration\n", command.uri);
         return to_int(ExitCode::check_failed);
     }
     if (const auto calibration = calibration::decode(blob); !calibration.ok()) {
@@ -173,7 +174,7 @@ int fetch_calibration(const DeviceCommand& command) {
             fmt::format("{}: what it calls its calibration is none: {}", command.uri, calibration.status().message()));
     }
     write_whole_file(command.file, std::string(blob.begin(), blob.end()));
-    fmt::print("{}: {} bytes\n", command.file, blob.size());
+    print_text("{}: {} bytes\n", command.file, blob.size());
     return to_int(ExitCode::fine);
 }
 
@@ -191,7 +192,7 @@ int send_calibration(const DeviceCommand& command) {
     }
     linux_board::DeviceInquiry inquiry(command.uri, command.wait_s);
     inquiry.write_calibration(blob);
-    fmt::print("{}: keeps {}\n", command.uri, command.file);
+    print_text("{}: keeps {}\n", command.uri, command.file);
     return to_int(ExitCode::fine);
 }
 
@@ -211,7 +212,7 @@ int capture_blocks(const DeviceCommand& command) {
         }
     }
     write_whole_file(command.file, text);
-    fmt::print("{}: {} repeats; tricoil demodulate {} --rate-hz {:g} --carrier-hz ...\n", command.file, command.repeats,
+    print_text("{}: {} repeats; tricoil demodulate {} --rate-hz {:g} --carrier-hz ...\n", command.file, command.repeats,
                command.file, rate_hz);
     return to_int(ExitCode::fine);
 }
@@ -226,7 +227,7 @@ int set_mode(const DeviceCommand& command) {
         .order("this mode", protocol::Opcode::mode, protocol::mode_argument(mode));
     linux_board::DeviceInquiry inquiry(command.uri, command.wait_s);  // says hello again: what it is now
     const ordered_json identity = identity_json(inquiry.identify());
-    fmt::print("{}: {}, {}, {:g} frames a second\n", command.uri, identity["role"].get<std::string>(),
+    print_text("{}: {}, {}, {:g} frames a second\n", command.uri, identity["role"].get<std::string>(),
                identity["multiplexing"].get<std::string>(), identity["frame_rate_hz"].get<double>());
     return to_int(ExitCode::fine);
 }
@@ -239,7 +240,7 @@ int set_hemisphere(const DeviceCommand& command) {
     }
     linux_board::DeviceInquiry(command.uri, command.wait_s)
         .order("this hemisphere", protocol::Opcode::hemisphere, protocol::hemisphere_argument(request));
-    fmt::print("{}: its sensor is {}\n", command.uri, request.towards.isZero(0) ? "on either side" : "on that side");
+    print_text("{}: its sensor is {}\n", command.uri, request.towards.isZero(0) ? "on either side" : "on that side");
     return to_int(ExitCode::fine);
 }
 
@@ -250,13 +251,13 @@ int set_boresight(const DeviceCommand& command) {
     } else {
         inquiry.boresight();
     }
-    fmt::print("{}: {}\n", command.uri, command.clear ? "attitudes are the sensor's own" : "this attitude is straight ahead");
+    print_text("{}: {}\n", command.uri, command.clear ? "attitudes are the sensor's own" : "this attitude is straight ahead");
     return to_int(ExitCode::fine);
 }
 
 int enter_loader(const DeviceCommand& command) {
     linux_board::DeviceInquiry(command.uri, command.wait_s).order("its loader", protocol::Opcode::loader, protocol::kLoaderKey);
-    fmt::print("{}: in its loader; write new firmware, for instance with dfu-util\n", command.uri);
+    print_text("{}: in its loader; write new firmware, for instance with dfu-util\n", command.uri);
     return to_int(ExitCode::fine);
 }
 

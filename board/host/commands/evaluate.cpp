@@ -15,6 +15,7 @@
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
 #include "board/support/nearest_name.hpp"
+#include "board/support/terminal_text.hpp"
 #include "board/support/whole_file.hpp"
 
 namespace tricoil::host {
@@ -124,10 +125,10 @@ int evaluate_command(const EvaluateCommand& command) {
         draw(folder.path(), {error_picture(errors)}, interrupt);
         folder.publish();
     }
-    fmt::print("{}", command.json ? to_json(command, report) : text_of(command, report));
+    print_text(command.json ? to_json(command, report) : text_of(command, report));
     if (report.not_converged > 0) {
-        fmt::print(stderr, "tricoil: {} poses did not converge; they are counted with the pose where the solver stopped\n",
-                   report.not_converged);
+        print_notice("tricoil: {} poses did not converge; they are counted with the pose where the solver stopped\n",
+                     report.not_converged);
         return to_int(ExitCode::check_failed);
     }
     return to_int(ExitCode::fine);

@@ -8,6 +8,7 @@
 #include "board/host/figures/gnuplot.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
+#include "board/support/terminal_text.hpp"
 #include "board/support/whole_file.hpp"
 
 namespace tricoil::host {
@@ -53,7 +54,7 @@ int evaluate_dynamic(const DynamicOptions& options) {
         draw(folder.path(), {picture()}, guard);
         folder.publish();
     }
-    fmt::print("{}", options.json ? dynamic_json(report) : dynamic_text(report));
+    print_text(options.json ? dynamic_json(report) : dynamic_text(report));
     return to_int(ExitCode::fine);
 }
 

@@ -10,6 +10,7 @@
 #include "board/host/commands/commands.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
+#include "board/support/terminal_text.hpp"
 #include "board/support/whole_file.hpp"
 
 namespace tricoil::host {
@@ -37,11 +38,11 @@ int figures(const FiguresCommand& command) {
     for (const Picture& picture : pictures) {
         files.push_back((std::filesystem::path(command.out) / picture.file).string());
         if (!command.json) {
-            fmt::print("{}\n", files.back().get<std::string>());
+            print_text("{}\n", files.back().get<std::string>());
         }
     }
     if (command.json) {
-        fmt::print("{}\n", nlohmann::ordered_json{{"pictures", files}}.dump());
+        print_text("{}\n", nlohmann::ordered_json{{"pictures", files}}.dump());
     }
     return to_int(ExitCode::fine);
 }

@@ -10,6 +10,7 @@
 #include "board/host/figures/error_maxima.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/nearest_name.hpp"
+#include "board/support/terminal_text.hpp"
 #include "core/error_model/board_timing.hpp"
 #include "sim/paper/paper_simulation.hpp"
 #include "sim/paper/singularities.hpp"
@@ -199,7 +200,7 @@ int motion(const MotionCommand& command) {
     if (!command.out.empty()) {
         write_error_csv(command.out, result.updates);
     }
-    fmt::print("{}", command.json ? to_json(result) : text_of(result));
+    print_text(command.json ? to_json(result) : text_of(result));
     return to_int(ExitCode::fine);
 }
 

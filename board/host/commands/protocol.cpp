@@ -1,13 +1,14 @@
 // tricoil protocol: the wire protocol as DBC file and page.
 #include <fmt/format.h>
 
-#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "board/host/commands/commands.hpp"
 #include "board/host/protocol/protocol_files.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/terminal_text.hpp"
+#include "board/support/whole_file.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -18,32 +19,24 @@ struct ProtocolCommand {
     bool json = false;
 };
 
-void write(const std::string& path, const std::string& text, const char* option) {
-    std::ofstream file(path);
-    file << text << std::flush;
-    if (!file.good()) {
-        throw InputError(fmt::format("{}: cannot be written; choose another {}", path, option));
-    }
-}
-
 int run_protocol(const ProtocolCommand& command) {
     const bool to_screen = command.dbc.empty() && command.page.empty();
     nlohmann::ordered_json written;
     if (to_screen && !command.json) {
-        fmt::print("{}", protocol_page());
+        print_text(protocol_page());
     } else if (to_screen) {
         written = {{"page", protocol_page()}, {"dbc", dbc_file()}};
     }
     if (!command.dbc.empty()) {
-        write(command.dbc, dbc_file(), "--dbc");
+        write_whole_file(command.dbc, dbc_file());
         written["dbc_file"] = command.dbc;
     }
     if (!command.page.empty()) {
-        write(command.page, protocol_page(), "--page");
+        write_whole_file(command.page, protocol_page());
         written["page_file"] = command.page;
     }
     if (command.json) {
-        fmt::print("{}\n", written.dump());
+        print_text("{}\n", written.dump());
     }
     return to_int(ExitCode::fine);
 }

@@ -6,6 +6,7 @@
 #include "board/host/commands/commands.hpp"
 #include "board/record/replay.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/terminal_text.hpp"
 #include "core/base/angle_units.hpp"
 
 namespace tricoil::host {
@@ -63,18 +64,17 @@ int run_replay(const ReplayCommand& command) {
         command.tracker.empty() ? *recording.settings() : with_tracker(*recording.settings(), command.tracker);
     const bool same_tracker = settings_json(settings) == settings_json(*recording.settings());
     const ReplayReport report = replay(recording, settings, command.out);
-    fmt::print("{}", command.json ? replay_json(recording, report, same_tracker).dump(2) + "\n"
-                                  : replay_text(recording, report, same_tracker));
+    print_text(command.json ? replay_json(recording, report, same_tracker).dump(2) + "\n"
+                            : replay_text(recording, report, same_tracker));
     if (same_tracker && !recording.midway() && !report.reproduces(recording.complete())) {
         if (report.equal == report.compared) {
-            fmt::print(stderr, "tricoil: {}: inputs and poses end {:.1f} s apart: one of the files was cut off\n", command.folder,
-                       report.tail_s);
+            print_notice("tricoil: {}: inputs and poses end {:.1f} s apart: one of the files was cut off\n", command.folder,
+                         report.tail_s);
             return to_int(ExitCode::check_failed);
         }
-        fmt::print(stderr,
-                   "tricoil: {}: replay differs{}: {} of {} poses are equal; was it recorded by this very program ({})?\n",
-                   command.folder, report.first_difference.empty() ? "" : ", first at " + report.first_difference, report.equal,
-                   report.poses + report.only_recorded, recording.description().value("program", "unknown"));
+        print_notice("tricoil: {}: replay differs{}: {} of {} poses are equal; was it recorded by this very program ({})?\n",
+                     command.folder, report.first_difference.empty() ? "" : ", first at " + report.first_difference, report.equal,
+                     report.poses + report.only_recorded, recording.description().value("program", "unknown"));
         return to_int(ExitCode::check_failed);
     }
     return to_int(ExitCode::fine);

@@ -11,6 +11,7 @@
 #include "board/support/calibration_file.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/sim_input/scenario_file.hpp"
+#include "board/support/terminal_text.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -21,11 +22,11 @@ int list_scenarios(bool json) {
         for (const auto& scenario : builtin_scenarios()) {
             list.push_back({{"name", scenario.name}, {"description", scenario.description}});
         }
-        fmt::print("{}\n", list.dump(2));
+        print_text("{}\n", list.dump(2));
         return to_int(ExitCode::fine);
     }
     for (const auto& scenario : builtin_scenarios()) {
-        fmt::print("{:<10}  {}\n", scenario.name, scenario.description);
+        print_text("{:<10}  {}\n", scenario.name, scenario.description);
     }
     return to_int(ExitCode::fine);
 }
@@ -73,6 +74,7 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
     options.record = command.options.record;
     options.duration_s = duration_given ? command.duration_s : 0;
     options.wait_s = command.wait_s;
+    options.give_up_after_s = command.give_up_after_s;
     options.json = command.json;
     return options;
 }
@@ -94,14 +96,14 @@ int run(RunCommand& command) {
     }
     command.options.show_live = !command.json;
     const RunReport report = run_simulated(command.options);
-    fmt::print("{}", command.json ? summary_json(report) : summary_text(report));
+    print_text(command.json ? summary_json(report) : summary_text(report));
     if (!report.recording_trouble.empty()) {
         throw DeviceError(report.recording_trouble);
     }
     if (report.score.scored == 0 && report.score.invalid > 0) {
         const bool side_unknown = report.seen_flags.has(tracking::PoseFlag::hemisphere_unknown);
-        fmt::print(stderr, "tricoil: no valid pose: {}{}\n", to_text(report.seen_flags),
-                   side_unknown ? "; say where the sensor stays by --hemisphere X,Y,Z or --confined" : "");
+        print_notice("tricoil: no valid pose: {}{}\n", to_text(report.seen_flags),
+                     side_unknown ? "; say where the sensor stays by --hemisphere X,Y,Z or --confined" : "");
         return to_int(ExitCode::check_failed);
     }
     return to_int(ExitCode::fine);
@@ -138,7 +140,13 @@ void add_run_options(CLI::App* sub, const std::shared_ptr<RunCommand>& command) 
             ->capture_default_str();
     sub->add_option("--config", command->config, "What hangs on this board: a TOML file; --device goes before its own")
         ->check(refuse_empty);
-    sub->add_option("--wait", command->wait_s, "Seconds to wait for the device at the start; 0: for ever")->capture_default_str();
+    sub->add_option("--give-up-after", command->give_up_after_s,
+                    "Seconds without a device that works for two seconds on end; then end with exit code 3; 0: try for ever")
+        ->check(CLI::NonNegativeNumber)
+        ->capture_default_str();
+    sub->add_option("--wait", command->wait_s, "Seconds to wait for the device at the start; 0: for ever")
+        ->check(CLI::NonNegativeNumber)
+        ->capture_default_str();
     sub->add_option("--mux", o.multiplexing, "tdm (coils in turn) or fdm (all at once)")->capture_default_str();
     sub->add_option("--tracker", o.tracker, "direct, previous, previous-angles or scaat (the motion-proof filter)")
         ->capture_default_str();
@@ -157,7 +165,7 @@ void add_run_options(CLI::App* sub, const std::shared_ptr<RunCommand>& command) 
     sub->add_flag("--no-deskew", o.no_deskew, "TDM, direct: take the latest three columns as simultaneous");
     sub->add_option("--predict", o.predict_ahead_s, "scaat: deliver poses this many seconds ahead of the newest column");
     sub->add_flag("--no-noise", o.no_noise, "No converter noise, no mains; quantisation stays");
-    sub->add_option("--seed", o.seed, "Of noise and of the hand's motion")->check(CLI::NonNegativeNumber)->capture_default_str();
+    sub->add_option("--seed", o.seed, "Of noise and of the hand's motion")->check(refuse_overflow)->capture_default_str();
     sub->add_option("--record", o.record, "Record the run into this new folder, for tricoil replay and convert")
         ->check(refuse_empty);
 }

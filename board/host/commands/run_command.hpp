@@ -16,6 +16,7 @@ struct RunCommand {
     std::string device = "sim:";
     std::string config;
     double wait_s = 5;
+    double give_up_after_s = 0;
     std::vector<double> place{0.9, 0, 0};
     double duration_s = 0;
     bool json = false;

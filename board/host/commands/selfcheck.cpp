@@ -12,6 +12,7 @@
 #include "board/host/commands/commands.hpp"
 #include "board/linux/device_inquiry.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/terminal_text.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -92,7 +93,7 @@ Report report_of_device(const SelfcheckCommand& command, const Report& here) {
 int run_selfcheck(const SelfcheckCommand& command) {
     const Report here = selfcheck::run({&steady_now, nullptr});
     const Report report = command.device.empty() || command.device == "sim:" ? here : report_of_device(command, here);
-    fmt::print("{}", command.json ? to_json(report) : text_of(report));
+    print_text(command.json ? to_json(report) : text_of(report));
     return to_int(report.passed() ? ExitCode::fine : ExitCode::check_failed);
 }
 

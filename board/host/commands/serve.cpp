@@ -2,10 +2,12 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <memory>
 
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/run_command.hpp"
+#include "board/host/serve/access.hpp"
 #include "board/host/serve/fastrak/fastrak_output.hpp"
 #include "board/host/serve/openigtlink/igtl_session.hpp"
 #include "board/host/serve/recording_switch.hpp"
@@ -15,6 +17,9 @@
 #include "board/host/serve/web/web_server.hpp"
 #include "board/record/tap_fan_out.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/output_file.hpp"
+#include "board/support/service_notice.hpp"
+#include "board/support/terminal_text.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -28,19 +33,45 @@ struct ServeCommand {
     std::string openigtlink;
     std::string web;
     std::string record_folder;
+    bool open_controls = false;
+    bool read_only = false;
+    std::vector<std::string> names;
+    std::string token_file;
 };
 
 using Addresses = nlohmann::ordered_json;
 
-void add_outputs(const ServeCommand& command, Server& server, TrackerControl& control, Addresses& addresses) {
+Access access_of(const ServeCommand& command) {
+    if (command.open_controls && command.read_only) {
+        throw InputError("--open-controls and --read-only exclude each other");
+    }
+    Access access{Controls::by_token, new_token(), command.names};
+    access.controls = command.read_only ? Controls::none : command.open_controls ? Controls::open : Controls::by_token;
+    return access;
+}
+
+/// Says what another address than loopback exposes.
+void warn_of_exposure(const char* option, const TcpAddress& address, Controls controls) {
+    if (!address.is_loopback()) {
+        print_notice("tricoil: {} {}: whoever reaches this address can read poses{}; nothing is encrypted\n", option,
+                     address.text(std::stoi(address.port)),
+                     controls == Controls::open ? ", switch the coils, set the hemisphere and record" : "");
+    }
+}
+
+void add_outputs(const ServeCommand& command, Controls controls, Server& server, TrackerControl& control, Addresses& addresses) {
     for (const std::string& where : command.fastrak) {
-        auto output = fastrak::make_output(where, command.fastrak_continuous, server.hub(), control);
+        auto output = fastrak::make_output(where, command.fastrak_continuous, controls, server.hub(), control);
+        if (where.starts_with("tcp:")) {
+            warn_of_exposure("--fastrak", parse_tcp_address("--fastrak", where.substr(4)), controls);
+        }
         addresses["fastrak"].push_back(output.address);
         server.add(std::move(output.service));
     }
     if (!command.openigtlink.empty()) {
         constexpr const char* kOption = "--openigtlink";
         const TcpAddress address = parse_tcp_address(kOption, command.openigtlink);
+        warn_of_exposure(kOption, address, Controls::none);  // its clients control nothing
         auto service = std::make_unique<TcpService<igtl_output::Session>>(kOption, address, [&server](Stream& stream) {
             auto session = std::make_unique<igtl_output::Session>(stream);
             session->remember(server.hub().newest());
@@ -54,15 +85,30 @@ void add_outputs(const ServeCommand& command, Server& server, TrackerControl& co
 /// Where clients find us, before the first pose: a program that starts us waits for this line.
 void announce(const Addresses& addresses, bool json) {
     if (json) {
-        fmt::print("{}\n", addresses.dump());
+        print_text("{}\n", addresses.dump());
     } else {
         for (const auto& [name, address] : addresses.items()) {
-            fmt::print("serving {} on {}\n", name,
+            print_text("serving {} on {}\n", name,
                        address.is_array() ? fmt::format("{}", fmt::join(address.get<std::vector<std::string>>(), ", "))
                                           : address.get<std::string>());
         }
     }
     std::fflush(stdout);
+}
+
+/// The link with the token goes to a file that the user alone may read, or beside the addresses, but into no log.
+void hand_out_link(const ServeCommand& command, const std::string& link, Addresses& addresses) {
+    if (command.open_controls || command.read_only) {
+        return;
+    }
+    if (!command.token_file.empty()) {
+        write_private_file(command.token_file, link + "\n");
+    } else if (std::getenv("JOURNAL_STREAM") != nullptr) {
+        print_notice(
+            "tricoil: controls need a link, which is kept out of the journal; give --token-file FILE to have it there\n");
+    } else {
+        addresses["web_controls"] = link;
+    }
 }
 
 /// Hands the clients' wishes to whichever loop runs; one for a sensor that is not there, or not finite, is in vain.
@@ -74,13 +120,21 @@ auto carry_out(TrackerControl& control) {
     };
 }
 
-int serve_simulation(RunCommand& run, hal::TrackerTap<double>& tap, TrackerControl& control) {
+/// Asked by whichever loop runs in every round, which is a sign of life as well.
+auto is_paused(TrackerControl& control, ServiceNotice& notice) {
+    return [&] {
+        notice.alive();
+        return !control.running();
+    };
+}
+
+int serve_simulation(RunCommand& run, hal::TrackerTap<double>& tap, TrackerControl& control, ServiceNotice& notice) {
     complete_simulation_options(run);
     run.options.realtime = true;
     run.options.duration_s = run.options.duration_s.value_or(kEndless_s);
     RunCompany company;
     company.tap = &tap;
-    company.paused = [&control] { return !control.running(); };
+    company.paused = is_paused(control, notice);
     company.score = false;
     company.each_block = carry_out(control);
     const RunReport report = run_simulated(run.options, company);
@@ -90,10 +144,10 @@ int serve_simulation(RunCommand& run, hal::TrackerTap<double>& tap, TrackerContr
     return to_int(ExitCode::fine);
 }
 
-int serve_device(const RunCommand& run, hal::TrackerTap<double>& tap, TrackerControl& control) {
+int serve_device(const RunCommand& run, hal::TrackerTap<double>& tap, TrackerControl& control, ServiceNotice& notice) {
     auto options = device_options(run);
     options.tap = &tap;
-    options.paused = [&control] { return !control.running(); };
+    options.paused = is_paused(control, notice);
     options.each_step = carry_out(control);
     return linux_board::run_device(options);
 }
@@ -109,21 +163,27 @@ int run_serve(const ServeCommand& command) {
     TrackerControl control;
     Server server;
     Addresses addresses;
-    add_outputs(command, server, control, addresses);
+    const Access access = access_of(command);
+    add_outputs(command, access.controls, server, control, addresses);
     RecordingSwitch recordings(command.record_folder, source_of(*command.run));
     std::optional<web::WebServer> page;
     if (!command.web.empty()) {
-        page.emplace(parse_tcp_address("--web", command.web), server.hub(), control, recordings);
+        const TcpAddress address = parse_tcp_address("--web", command.web);
+        page.emplace(address, access, server.hub(), control, recordings);
+        warn_of_exposure("--web", address, access.controls);
         addresses["web"] = page->url();
+        hand_out_link(command, page->control_url(), addresses);
     }
     if (addresses.empty()) {
         throw InputError("serve: nothing to serve on; add --fastrak, --openigtlink or --web");
     }
     announce(addresses, command.run->json);
     server.start();
+    ServiceNotice notice;
+    notice.ready();
     TapFanOut taps{&server.hub(), &recordings};
-    const int result =
-        is_on_device(*command.run) ? serve_device(*command.run, taps, control) : serve_simulation(*command.run, taps, control);
+    const int result = is_on_device(*command.run) ? serve_device(*command.run, taps, control, notice)
+                                                  : serve_simulation(*command.run, taps, control, notice);
     server.stop();
     if (recordings.status().on) {
         recordings.record(false);
@@ -148,6 +208,12 @@ void add_serve_command(CLI::App& program, Action& action) {
         ->check(refuse_empty);
     sub->add_option("--record-folder", command->record_folder, "Where recordings go that are begun on the page")
         ->check(refuse_empty);
+    sub->add_flag("--open-controls", command->open_controls,
+                  "Whoever reaches the server may control: coils, hemisphere, recordings");
+    sub->add_flag("--read-only", command->read_only, "Nobody may control");
+    sub->add_option("--token-file", command->token_file, "Write the link for controls there, readable by this user alone")
+        ->check(refuse_empty);
+    sub->add_option("--allow-host", command->names, "A name under which browsers may ask; repeatable")->check(refuse_empty);
     add_run_options(sub, command->run);
     sub->add_flag("--json", command->run->json, "Where clients find us as JSON; with a device also its poses and summary");
     sub->callback([command, &action] { action = [command] { return run_serve(*command); }; });

@@ -29,8 +29,7 @@ LiveView::LiveView(std::FILE* terminal, bool wanted, double duration_s)
 
 LiveView::~LiveView() {
     if (active_) {
-        fmt::print(terminal_, "\r\x1b[K");  // clear: the summary follows
-        std::fflush(terminal_);
+        draw("\r\x1b[K");  // clear: the summary follows
     }
 }
 
@@ -46,11 +45,15 @@ void LiveView::show(const tracking::PoseEstimate<double>& estimate, const PoseEr
     drawn_ = now;
     const Vec3<double> mm = 1e3 * estimate.position_m;
     const std::string verdict = estimate.valid() ? to_text(estimate.state) : to_text(estimate.flags);
-    fmt::print(terminal_,
-               "\r\x1b[K[{}] {:5.1f} s  ({:+5.0f},{:+5.0f},{:+5.0f}) mm  {:4.2f} m/s  error {:.2f} mm {:.2f} deg  {:.0f} dB  {}",
-               bar(error.time_s / duration_s_), error.time_s, mm.x(), mm.y(), mm.z(), speed_m_s_, 1e3 * error.position_m,
-               kDegrees * error.orientation_rad, estimate.snr_db, verdict);
-    std::fflush(terminal_);
+    draw(fmt::format(
+        "\r\x1b[K[{}] {:5.1f} s  ({:+5.0f},{:+5.0f},{:+5.0f}) mm  {:4.2f} m/s  error {:.2f} mm {:.2f} deg  {:.0f} dB  {}",
+        bar(error.time_s / duration_s_), error.time_s, mm.x(), mm.y(), mm.z(), speed_m_s_, 1e3 * error.position_m,
+        kDegrees * error.orientation_rad, estimate.snr_db, verdict));
+}
+
+void LiveView::draw(const std::string& text) {
+    active_ =
+        std::fputs(text.c_str(), terminal_) >= 0 && std::fflush(terminal_) == 0;  // a terminal that is gone ends the view only
 }
 
 void LiveView::track_speed(const Vec3<double>& position_m, double time_s) {

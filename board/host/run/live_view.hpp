@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdio>
+#include <string>
 
 #include "board/host/run/run_score.hpp"
 
@@ -20,6 +21,7 @@ public:
     void show(const tracking::PoseEstimate<double>& estimate, const PoseError& error);
 
 private:
+    void draw(const std::string& text);
     void track_speed(const Vec3<double>& position_m, double time_s);
 
     std::FILE* terminal_;

@@ -54,13 +54,8 @@ nlohmann::ordered_json acquisition(const RunReport& r) {
             {"block_samples", r.plan.block_samples}, {"window_samples", r.plan.window_samples}};
 }
 
-}  // namespace
-
-std::string summary_text(const RunReport& r) {
-    const ScoreSummary& s = r.score;
-    std::string text = fmt::format("{}: {:.2f} s simulated, {}, {:.0f} frames/s{}\n", r.scenario, r.simulated_s, multiplexing(r),
-                                   r.plan.params.frame_rate_hz, r.interrupted ? ", interrupted" : "");
-    text += fmt::format(
+std::string score_text(const ScoreSummary& s) {
+    std::string text = fmt::format(
         "  position     RMS {:.3f} mm   95 % {:.3f} mm   max {:.3f} mm   (bound for simultaneous columns {:.3f} mm)\n",
         1e3 * s.position_m.rms, 1e3 * s.position_m.p95, 1e3 * s.position_m.max, 1e3 * s.bound_position_m);
     text += fmt::format("  orientation  RMS {:.4f} deg  95 % {:.4f} deg  max {:.4f} deg  (bound {:.4f} deg)\n",
@@ -68,6 +63,21 @@ std::string summary_text(const RunReport& r) {
                         kDegrees * s.bound_orientation_rad);
     text += fmt::format("  predicted    RMS {:.3f} mm, {:.4f} deg by the poses themselves, from their motion and noise\n",
                         1e3 * s.predicted_position_m, kDegrees * s.predicted_orientation_rad);
+    return text;
+}
+
+/// Nothing instead of a perfect score where no pose was scored.
+nlohmann::ordered_json or_null(const ScoreSummary& s, double value) {
+    return s.scored == 0 ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(value);
+}
+
+}  // namespace
+
+std::string summary_text(const RunReport& r) {
+    const ScoreSummary& s = r.score;
+    std::string text = fmt::format("{}: {:.2f} s simulated, {}, {:.0f} frames/s{}\n", r.scenario, r.simulated_s, multiplexing(r),
+                                   r.plan.params.frame_rate_hz, r.interrupted ? ", interrupted" : "");
+    text += s.scored == 0 ? "  no pose was scored\n" : score_text(s);
     text += fmt::format("  poses        {} scored, {} invalid, {} out of range, {} distorted; mean signal to noise {:.1f} dB\n",
                         s.scored, s.invalid, s.out_of_range, s.distorted, s.snr_db);
     text += fmt::format("  blocks       {} received, {} lost, {} refused; {} columns rejected; {} acquisitions\n", r.loop.blocks,
@@ -89,18 +99,18 @@ std::string summary_json(const RunReport& r) {
     const nlohmann::ordered_json json = {
         {"scenario", r.scenario},
         {"tracker", r.tracker_name},
-        {"position_rms_m", s.position_m.rms},
-        {"position_p95_m", s.position_m.p95},
-        {"position_max_m", s.position_m.max},
-        {"orientation_rms_deg", kDegrees * s.orientation_rad.rms},
-        {"orientation_p95_deg", kDegrees * s.orientation_rad.p95},
-        {"orientation_max_deg", kDegrees * s.orientation_rad.max},
-        {"bound_position_rms_m", s.bound_position_m},
-        {"bound_orientation_rms_deg", kDegrees * s.bound_orientation_rad},
-        {"blur_position_rms_m", s.blur_position_m},
-        {"predicted_position_rms_m", s.predicted_position_m},
-        {"predicted_orientation_rms_deg", kDegrees * s.predicted_orientation_rad},
-        {"mean_snr_db", s.snr_db},
+        {"position_rms_m", or_null(s, s.position_m.rms)},
+        {"position_p95_m", or_null(s, s.position_m.p95)},
+        {"position_max_m", or_null(s, s.position_m.max)},
+        {"orientation_rms_deg", or_null(s, kDegrees * s.orientation_rad.rms)},
+        {"orientation_p95_deg", or_null(s, kDegrees * s.orientation_rad.p95)},
+        {"orientation_max_deg", or_null(s, kDegrees * s.orientation_rad.max)},
+        {"bound_position_rms_m", or_null(s, s.bound_position_m)},
+        {"bound_orientation_rms_deg", or_null(s, kDegrees * s.bound_orientation_rad)},
+        {"blur_position_rms_m", or_null(s, s.blur_position_m)},
+        {"predicted_position_rms_m", or_null(s, s.predicted_position_m)},
+        {"predicted_orientation_rms_deg", or_null(s, kDegrees * s.predicted_orientation_rad)},
+        {"mean_snr_db", or_null(s, s.snr_db)},
         {"poses_scored", s.scored},
         {"poses_invalid", s.invalid},
         {"poses_out_of_range", s.out_of_range},

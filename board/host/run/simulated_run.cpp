@@ -247,7 +247,7 @@ RunReport run_simulated(const RunOptions& options, const RunCompany& company) {
         report.simulated_s_per_s = pace.total_s > 0 ? clock.elapsed_s() / pace.total_s : 0;
     }
     if (csv) {
-        csv->close();
+        csv->commit();
     }
     report.scenario = scenario.name;
     report.plan = plan;

@@ -6,11 +6,13 @@
 #include <csignal>
 
 #include "board/host/serve/silence_watch.hpp"
+#include "board/host/serve/stream.hpp"
 
 namespace tricoil::host {
 namespace {
 
 constexpr int kRoundMs = 200;  // services look around at least this often
+constexpr int kPauseMs = static_cast<int>(Stream::kSharePause.count());
 
 }  // namespace
 
@@ -44,18 +46,21 @@ void Server::run() {
     SilenceWatch silence;
     while (!hub_.closed()) {
         descriptors.assign(1, {bell_.get(), POLLIN, 0});
+        int timeout_ms = kRoundMs;
         for (const auto& service : services_) {
-            service->watch(descriptors);
+            timeout_ms = service->watch(descriptors) ? kPauseMs : timeout_ms;
         }
-        ::poll(descriptors.data(), descriptors.size(), kRoundMs);
+        ::poll(descriptors.data(), descriptors.size(), timeout_ms);
         std::uint64_t rings = 0;
         (void)!::read(bell_.get(), &rings, sizeof rings);
         poses.clear();
         hub_.read(cursor, poses);
         silence.look(WallClock::now_us(), poses);
+        for (const auto& service : services_) {  // poses first: they must not wait for what clients ask
+            service->take(poses);
+        }
         for (const auto& service : services_) {
             service->handle();
-            service->take(poses);
         }
     }
 }

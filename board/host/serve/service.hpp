@@ -10,7 +10,7 @@
 
 namespace tricoil::host {
 
-/// Called by one thread, the server's. Nothing here waits for a client.
+/// Called by one thread, the server's. Nothing here waits for a client, and each call does a bounded share of work for each.
 class Service {
 public:
     Service() = default;
@@ -18,8 +18,8 @@ public:
     Service& operator=(const Service&) = delete;
     virtual ~Service() = default;
 
-    /// Appends what to wait for.
-    virtual void watch(std::vector<pollfd>& descriptors) = 0;
+    /// Appends what to wait for; true if a pause of Stream's is on, so that the wait must be short.
+    virtual bool watch(std::vector<pollfd>& descriptors) = 0;
     /// Looks at all its descriptors, whichever woke the server.
     virtual void handle() = 0;
     virtual void take(std::span<const ServedPose> poses) = 0;

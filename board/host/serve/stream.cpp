@@ -1,6 +1,7 @@
 #include "board/host/serve/stream.hpp"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -64,10 +65,18 @@ void Stream::flush() {
     }
 }
 
-std::span<const char> Stream::receive(std::span<char> buffer) {
-    const ssize_t n = ::read(descriptor_.get(), buffer.data(), buffer.size());
+short Stream::events() const { return static_cast<short>((may_receive() ? POLLIN : 0) | (has_waiting() ? POLLOUT : 0)); }
+
+std::span<const char> Stream::receive() {
+    if (!may_receive()) {
+        return {};
+    }
+    const ssize_t n = ::read(descriptor_.get(), share_.data(), share_.size());
+    if (n == static_cast<ssize_t>(kShare)) {
+        next_share_ = Clock::now() + kSharePause;
+    }
     if (n > 0) {
-        return buffer.first(static_cast<std::size_t>(n));
+        return std::span<const char>(share_).first(static_cast<std::size_t>(n));
     }
     gone_ = gone_ || n == 0 || (errno != EAGAIN && errno != EINTR);
     return {};

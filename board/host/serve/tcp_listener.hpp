@@ -17,6 +17,8 @@ struct TcpAddress {
     [[nodiscard]] std::string text(int port_number) const;
     /// Whether it stands for all addresses of this machine.
     [[nodiscard]] bool is_any() const { return host == "*" || host == "0.0.0.0" || host == "::"; }
+    /// Whether only this machine reaches it. A name is taken for one of the network's, but for localhost.
+    [[nodiscard]] bool is_loopback() const { return host == "localhost" || host == "::1" || host.starts_with("127."); }
 };
 
 /// Throws InputError, beginning with `option`, for what is no address.

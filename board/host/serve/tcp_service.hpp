@@ -1,10 +1,7 @@
 // Serves whoever connects to a TCP port, each with a session of its own.
 #pragma once
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <array>
 #include <functional>
 #include <memory>
 #include <string>
@@ -12,6 +9,7 @@
 #include "board/host/serve/service.hpp"
 #include "board/host/serve/stream.hpp"
 #include "board/host/serve/tcp_listener.hpp"
+#include "board/support/terminal_text.hpp"
 
 namespace tricoil::host {
 
@@ -28,23 +26,21 @@ public:
 
     [[nodiscard]] int port() const { return listener_.port(); }
 
-    void watch(std::vector<pollfd>& descriptors) override {
+    bool watch(std::vector<pollfd>& descriptors) override {
         descriptors.push_back({listener_.descriptor(), POLLIN, 0});
+        bool pauses = false;
         for (const auto& client : clients_) {
-            const int out = client->stream.has_waiting() ? POLLOUT : 0;
-            descriptors.push_back({client->stream.descriptor(), static_cast<short>(POLLIN | out), 0});
+            descriptors.push_back({client->stream.descriptor(), client->stream.events(), 0});
+            pauses = pauses || client->stream.pauses();
         }
+        return pauses;
     }
 
     void handle() override {
         welcome();
         for (const auto& client : clients_) {
             client->stream.flush();
-            for (int n = 0; n < kReadsPerRound && !client->stream.gone(); ++n) {
-                const auto bytes = client->stream.receive(buffer_);
-                if (bytes.empty()) {
-                    break;
-                }
+            if (const auto bytes = client->stream.receive(); !bytes.empty()) {
                 client->session->receive(bytes);
             }
         }
@@ -64,15 +60,18 @@ private:
         Stream stream;
         std::unique_ptr<Session> session;
     };
-    static constexpr int kReadsPerRound = 4;  // a client that floods does not keep the others waiting
 
     void welcome() {
-        for (int descriptor = listener_.accept(); descriptor >= 0; descriptor = listener_.accept()) {
+        for (std::size_t n = 0; n < kMostClients; ++n) {  // others in the next round
+            const int descriptor = listener_.accept();
+            if (descriptor < 0) {
+                return;
+            }
             auto client = std::make_unique<Client>(descriptor, limits_);
             if (clients_.size() >= kMostClients) {
                 if (!told_full_) {
-                    fmt::print(stderr, "tricoil: {}: {} clients are connected, which is the most; others are turned away\n",
-                               name_, kMostClients);
+                    print_notice("tricoil: {}: {} clients are connected, which is the most; others are turned away\n", name_,
+                                 kMostClients);
                     told_full_ = true;
                 }
                 continue;
@@ -87,7 +86,6 @@ private:
     Factory factory_;
     StreamLimits limits_;
     std::vector<std::unique_ptr<Client>> clients_;
-    std::array<char, 4096> buffer_{};
     bool told_full_ = false;
 };
 

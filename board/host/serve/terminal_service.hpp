@@ -1,7 +1,6 @@
 // Serves the one client of a line that outlives clients: a pseudo terminal or a serial port.
 #pragma once
 
-#include <array>
 #include <chrono>
 #include <functional>
 #include <memory>
@@ -30,11 +29,12 @@ public:
         reopen();
     }
 
-    void watch(std::vector<pollfd>& descriptors) override {
-        if (stream_ && !hung_up_) {  // a terminal without a client is readable at all times: looked at every round instead
-            const int out = stream_->has_waiting() ? POLLOUT : 0;
-            descriptors.push_back({stream_->descriptor(), static_cast<short>(POLLIN | out), 0});
+    bool watch(std::vector<pollfd>& descriptors) override {
+        if (!stream_ || hung_up_) {  // a terminal without a client is readable at all times: looked at every round instead
+            return false;
         }
+        descriptors.push_back({stream_->descriptor(), stream_->events(), 0});
+        return stream_->pauses();
     }
 
     void handle() override {
@@ -47,7 +47,7 @@ public:
             return;
         }
         stream_->flush();
-        const auto bytes = stream_->receive(buffer_);
+        const auto bytes = stream_->receive();
         if (!bytes.empty()) {
             session_->receive(bytes);
         }
@@ -88,7 +88,6 @@ private:
     std::optional<Stream> stream_;
     bool hung_up_ = false;  // nobody has the other end open
     std::chrono::steady_clock::time_point tried_{};
-    std::array<char, 4096> buffer_{};
 };
 
 }  // namespace tricoil::host

@@ -1,6 +1,7 @@
 // What clients ask of the tracker, carried out by the tracker's own thread between two blocks.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <mutex>
@@ -20,7 +21,10 @@ public:
 
     void set_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) {
         const std::lock_guard lock(mutex_);
-        if (wishes_.size() < kMost) {
+        const auto same = std::find_if(wishes_.begin(), wishes_.end(), [&](const auto& wish) { return wish.sensor == sensor; });
+        if (same != wishes_.end()) {  // the newest for a sensor counts: a client that floods keeps no other from its own
+            same->towards = towards;
+        } else {
             wishes_.push_back({sensor, towards});
         }
     }
@@ -36,10 +40,9 @@ public:
     }
 
 private:
-    static constexpr std::size_t kMost = 64;  // a client that floods asks in vain
     std::atomic<bool> running_ = true;
     std::mutex mutex_;
-    std::vector<Hemisphere> wishes_;
+    std::vector<Hemisphere> wishes_;  // one a sensor
 };
 
 }  // namespace tricoil::host

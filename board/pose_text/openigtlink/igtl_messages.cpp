@@ -14,6 +14,7 @@ namespace tricoil::host::igtl_output {
 namespace {
 
 constexpr double kMillimetres = 1e3;
+constexpr std::size_t kLongestErrorName = 19;  // and a zero behind it
 
 std::string packed(igtl::MessageBase& message, const std::string& name, std::int64_t utc_us) {
     const igtl::TimeStamp::Pointer stamp = igtl::TimeStamp::New();
@@ -35,6 +36,31 @@ void fill(igtl::Matrix4x4& matrix, const tracking::PoseEstimate<double>& pose) {
         matrix[3][i] = 0;
     }
     matrix[3][3] = 1;
+}
+
+struct StatusFields {
+    int code;
+    std::string error_name;
+    std::string text;
+};
+
+/// Every field is set: the library leaves those that are not as it found them in the heap.
+std::string status(const StatusFields& fields, const std::string& name, std::int64_t utc_us) {
+    const igtl::StatusMessage::Pointer message = igtl::StatusMessage::New();
+    message->SetCode(fields.code);
+    message->SetSubCode(0);
+    message->SetErrorName(fields.error_name.c_str());
+    message->SetStatusString(fields.text.c_str());
+    return packed(*message, name, utc_us);
+}
+
+/// As many of the flags in `text` as fit into `size` characters.
+std::string whole_flags(const std::string& text, std::size_t size) {
+    if (text.size() <= size) {
+        return text;
+    }
+    const auto end = text.rfind(", ", size);
+    return text.substr(0, end == std::string::npos ? size : end);
 }
 
 }  // namespace
@@ -66,21 +92,18 @@ std::string tracking_data_message(std::span<const ServedPose> poses, const std::
 }
 
 std::string status_message(const ServedPose& served) {
-    const igtl::StatusMessage::Pointer message = igtl::StatusMessage::New();
     const bool valid = served.pose.valid();
     const std::string flags = to_text(served.pose.flags);
-    message->SetCode(valid ? igtl::StatusMessage::STATUS_OK : igtl::StatusMessage::STATUS_NOT_READY);
-    message->SetErrorName(valid ? "" : flags.substr(0, 19).c_str());
-    message->SetStatusString(valid ? "tracking" : ("no valid pose: " + flags).c_str());
-    return packed(*message, device_name(served.pose.sensor), served.utc_us);
+    const std::string advice = host::advice(served.pose.flags);
+    const StatusFields fields = valid ? StatusFields{igtl::StatusMessage::STATUS_OK, "", "tracking"}
+                                      : StatusFields{igtl::StatusMessage::STATUS_NOT_READY, whole_flags(flags, kLongestErrorName),
+                                                     "no valid pose: " + flags + (advice.empty() ? "" : "; " + advice)};
+    return status(fields, device_name(served.pose.sensor), served.utc_us);
 }
 
 std::string waiting_message() {
-    const igtl::StatusMessage::Pointer message = igtl::StatusMessage::New();
-    message->SetCode(igtl::StatusMessage::STATUS_NOT_READY);
-    message->SetErrorName("no pose yet");
-    message->SetStatusString("the tracker has not delivered a pose yet");
-    return packed(*message, "tricoil", WallClock::now_us());
+    return status({igtl::StatusMessage::STATUS_NOT_READY, "no pose yet", "the tracker has not delivered a pose yet"}, "tricoil",
+                  WallClock::now_us());
 }
 
 std::string tracking_stopped_message() {

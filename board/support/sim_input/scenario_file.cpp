@@ -6,6 +6,7 @@
 
 #include "board/support/checked_table.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/line_reader.hpp"
 #include "board/support/nearest_name.hpp"
 #include "board/support/sim_input/builtin.hpp"
 #include "board/support/sim_input/fault_text.hpp"
@@ -15,8 +16,29 @@
 namespace tricoil::host {
 namespace {
 
+constexpr double kFarthest_m = 1000;
+constexpr double kFastest_hz = 1000;
+
+Vec3<double> read_place(CheckedTable& table, const std::string& key, const Vec3<double>& fallback) {
+    const Vec3<double> place = table.vector(key, fallback);
+    table.demand(place.cwiseAbs().maxCoeff() <= kFarthest_m, key, "must lie within 1000 m");
+    return place;
+}
+
+double read_length(CheckedTable& table, const std::string& key, double fallback) {
+    const double length = table.positive(key, fallback);
+    table.demand(length <= kFarthest_m, key, "must be at most 1000 m");
+    return length;
+}
+
+double read_rate(CheckedTable& table) {
+    const double rate_hz = table.positive("rate_hz", 1);
+    table.demand(rate_hz <= kFastest_hz, "rate_hz", "must be at most 1000");
+    return rate_hz;
+}
+
 sim::Pose read_pose(CheckedTable& table) {
-    const Vec3<double> position = table.vector("position_m", {0.5, 0, 0});
+    const Vec3<double> position = read_place(table, "position_m", {0.5, 0, 0});
     const Vec3<double> euler = table.vector("euler_deg", {0, 0, 0}) * (std::acos(-1.0) / 180);
     const auto o = geometry::attitude_matrix(geometry::Euler<double>{euler.x(), euler.y(), euler.z()});
     return {position, geometry::attitude_quaternion(o)};
@@ -29,7 +51,7 @@ sim::PaperRates read_rates(CheckedTable& table) {
     rates.elevation_amplitude = table.number("elevation_amplitude_rad_s", 0);
     rates.elevation_offset = table.number("elevation_offset_rad_s", 0);
     rates.attitude_amplitude = table.number("attitude_amplitude_rad_s", 0);
-    rates.start_range_m = table.positive("start_range_m", 0.5);
+    rates.start_range_m = read_length(table, "start_range_m", 0.5);
     return rates;
 }
 
@@ -40,13 +62,12 @@ std::unique_ptr<sim::Motion> read_motion(CheckedTable table, std::uint64_t seed)
         motion = std::make_unique<sim::StillMotion>(read_pose(table));
     } else if (kind == "line") {
         const sim::Pose centre = read_pose(table);
-        motion =
-            std::make_unique<sim::LineMotion>(centre, table.vector("amplitude_m", {0, 0.2, 0}), table.positive("rate_hz", 1));
+        motion = std::make_unique<sim::LineMotion>(centre, read_place(table, "amplitude_m", {0, 0.2, 0}), read_rate(table));
     } else if (kind == "circle") {
-        const Vec3<double> centre = table.vector("centre_m", {0.5, 0, 0});
-        motion = std::make_unique<sim::CircleMotion>(centre, table.positive("radius_m", 0.15), table.positive("rate_hz", 1));
+        const Vec3<double> centre = read_place(table, "centre_m", {0.5, 0, 0});
+        motion = std::make_unique<sim::CircleMotion>(centre, read_length(table, "radius_m", 0.15), read_rate(table));
     } else if (kind == "hand") {
-        motion = std::make_unique<sim::HandMotion>(table.vector("centre_m", {0.6, 0, 0}), seed);
+        motion = std::make_unique<sim::HandMotion>(read_place(table, "centre_m", {0.6, 0, 0}), seed);
     } else {
         motion = std::make_unique<sim::PaperMotion>(read_rates(table));
     }
@@ -105,11 +126,7 @@ std::vector<ScenarioName> builtin_scenarios() {
 
 sim::Scenario load_scenario(const std::string& name_or_path, std::uint64_t seed) {
     if (name_or_path.ends_with(".toml")) {
-        std::string text;
-        for (const std::string& line : read_lines(name_or_path)) {
-            text += line + '\n';
-        }
-        return parse_scenario(name_or_path, text, seed);
+        return parse_scenario(name_or_path, read_text(name_or_path, kLongestToml), seed);
     }
     std::vector<std::string> names;
     for (const BuiltinScenario& builtin : kBuiltinScenarios) {

@@ -40,16 +40,19 @@ SerialPlace parse_serial(const std::string& text) {
 
 }  // namespace
 
-Output make_output(const std::string& where, bool continuous, const PoseHub& hub, TrackerControl& control) {
+Output make_output(const std::string& where, bool continuous, Controls controls, const PoseHub& hub, TrackerControl& control) {
     auto memory = std::make_shared<Memory>();
     memory->saved.continuous = continuous;
-    const auto make_session = [memory, &hub, &control](std::function<void(std::string_view)> send) {
-        auto session = std::make_unique<Session>(SessionLinks{std::move(send),
-                                                              [&control](std::uint8_t sensor, const Vec3<double>& towards) {
-                                                                  control.set_hemisphere(sensor, towards);
-                                                              },
-                                                              [&hub] { return hub.sensors(); }},
-                                                 memory);
+    const bool is_tcp = where.starts_with("tcp:");
+    const bool may_control = controls == Controls::open || (controls == Controls::by_token && !is_tcp);
+    const auto make_session = [memory, may_control, &hub, &control](std::function<void(std::string_view)> send) {
+        SessionLinks links{std::move(send), {}, [&hub] { return hub.sensors(); }};
+        if (may_control) {
+            links.hemisphere = [&control](std::uint8_t sensor, const Vec3<double>& towards) {
+                control.set_hemisphere(sensor, towards);
+            };
+        }
+        auto session = std::make_unique<Session>(std::move(links), memory);
         session->remember(hub.newest());
         return session;
     };

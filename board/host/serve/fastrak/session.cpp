@@ -231,6 +231,9 @@ void Session::hemisphere(const Arguments& arguments) {
         links_.send(values_record(number, 'H', {s.hemisphere.data(), 3}));
         return;
     }
+    if (!links_.hemisphere) {
+        arguments.refuse(0, CommandError::not_configured);
+    }
     s.hemisphere = arguments.vector(1, s.hemisphere, kLongest);
     if (!s.hemisphere.isZero()) {  // zero: follow the sensor wherever it goes, as this tracker always does
         links_.hemisphere(static_cast<std::uint8_t>(number - 1), s.hemisphere);

@@ -20,7 +20,7 @@ class Arguments;
 
 struct SessionLinks {
     std::function<void(std::string_view)> send;                                // a record; may drop it
-    std::function<void(std::uint8_t sensor, const Vec3<double>&)> hemisphere;  // asks the tracker
+    std::function<void(std::uint8_t sensor, const Vec3<double>&)> hemisphere;  // asks the tracker; empty: may not
     std::function<int()> sensors;                                              // that the tracker follows
 };
 

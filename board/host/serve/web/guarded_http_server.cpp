@@ -8,6 +8,8 @@
 #include <array>
 #include <cerrno>
 
+#include "board/host/serve/web/request_head.hpp"
+
 namespace tricoil::host::web {
 namespace {
 
@@ -18,15 +20,31 @@ class GuardedStream final : public httplib::Stream {
 public:
     explicit GuardedStream(int socket) : socket_(socket) {}
 
-    [[nodiscard]] bool is_readable() const override { return at_ < end_ || ready(POLLIN, request_deadline_); }
+    [[nodiscard]] bool is_readable() const override { return at_ < received_.size() || ready(POLLIN, request_deadline_); }
     [[nodiscard]] bool is_writable() const override { return ready(POLLOUT, Clock::now() + GuardedHttpServer::kAnswerPatience); }
 
+    /// Reads the head of the request; false if it does not come whole. What the library reads begins with its reduced form.
+    bool receive_head(RequestHead& head) {
+        constexpr std::string_view kEnd = "\r\n\r\n";
+        std::size_t end = std::string::npos;
+        while (end == std::string::npos) {
+            const std::size_t searched = received_.size() - std::min(received_.size(), kEnd.size() - 1);
+            if (!fill()) {
+                return false;
+            }
+            end = received_.find(kEnd, searched);
+        }
+        end += kEnd.size();
+        head = reduced_head(std::string_view(received_).substr(0, end));
+        received_.replace(0, end, head.text);
+        return true;
+    }
+
     ssize_t read(char* data, std::size_t size) override {
-        if (at_ == end_ && !fill()) {
+        if (at_ == received_.size() && !fill()) {
             return -1;
         }
-        const std::size_t n = std::min(size, end_ - at_);
-        std::copy_n(buffer_.data() + at_, n, data);
+        const std::size_t n = received_.copy(data, size, at_);
         at_ += n;
         return static_cast<ssize_t>(n);
     }
@@ -63,23 +81,25 @@ private:
     }
 
     bool fill() {
-        const std::size_t allowed = std::min(buffer_.size(), GuardedHttpServer::kLongestRequest - received_);
+        std::array<char, 2048> piece{};
+        const std::size_t allowed = std::min(piece.size(), GuardedHttpServer::kLongestRequest - bytes_read_);
         if (allowed == 0 || !ready(POLLIN, request_deadline_)) {
             return false;
         }
-        const ssize_t n = ::recv(socket_, buffer_.data(), allowed, MSG_DONTWAIT);
-        at_ = 0;
-        end_ = static_cast<std::size_t>(std::max<ssize_t>(n, 0));
-        received_ += end_;
-        return n > 0;
+        const ssize_t n = ::recv(socket_, piece.data(), allowed, MSG_DONTWAIT);
+        if (n <= 0) {
+            return false;
+        }
+        received_.append(piece.data(), static_cast<std::size_t>(n));
+        bytes_read_ += static_cast<std::size_t>(n);
+        return true;
     }
 
     int socket_;
     Clock::time_point request_deadline_ = Clock::now() + GuardedHttpServer::kRequestPatience;
-    std::array<char, 2048> buffer_{};
-    std::size_t at_ = 0;
-    std::size_t end_ = 0;
-    std::size_t received_ = 0;
+    std::string received_;
+    std::size_t at_ = 0;  // of received_, read by the library
+    std::size_t bytes_read_ = 0;
 };
 
 }  // namespace
@@ -132,8 +152,15 @@ void GuardedHttpServer::hang_up() {
 bool GuardedHttpServer::process_and_close_socket(socket_t socket) {
     enter(socket);
     GuardedStream stream(socket);
-    bool closed = false;
-    const bool served = process_request(stream, true, closed, nullptr);
+    RequestHead head;
+    bool served = stream.receive_head(head);
+    if (served && head.refusal != 0) {
+        const std::string answer = refusal_answer(head);
+        served = stream.write(answer.data(), answer.size()) > 0;
+    } else if (served) {
+        bool closed = false;
+        served = process_request(stream, true, closed, nullptr);
+    }
     leave();  // first, as the descriptor may be another's once it is closed
     ::shutdown(socket, SHUT_RDWR);
     ::close(socket);

@@ -1,4 +1,4 @@
-// httplib's server with an end to what one connection can take: bytes, time, and a place.
+// httplib's server with limits for each connection: bytes, time, places, and requests in a reduced form (request_head).
 #pragma once
 
 #include <httplib.h>

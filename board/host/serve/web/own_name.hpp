@@ -4,8 +4,10 @@
 #include <arpa/inet.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <string>
+#include <vector>
 
 #include "board/host/serve/tcp_listener.hpp"
 
@@ -20,8 +22,10 @@ inline bool is_ip_address(const std::string& name) {
 }
 
 /// host: what a request says it is for. Ours are this machine's own names for itself, the address or name that we were told to
-/// listen on and, if that was all of them, any number. Another name that leads here is not: a hostile page could have made it so.
-inline bool is_own_name(const std::string& host, const TcpAddress& address, int port) {
+/// listen on, the names that are allowed and, if we listen on all addresses, any number. Another name that leads here is not: a
+/// hostile page could have made it so.
+inline bool is_own_name(const std::string& host, const TcpAddress& address, int port,
+                        const std::vector<std::string>& allowed = {}) {
     constexpr int kUsualPort = 80;  // of HTTP: browsers leave it out
     const std::string behind = fmt::format(":{}", port);
     std::string name = host;
@@ -31,7 +35,7 @@ inline bool is_own_name(const std::string& host, const TcpAddress& address, int 
         return false;
     }
     return name == "localhost" || name == "127.0.0.1" || name == "[::1]" || name + behind == address.text(port) ||
-           (address.is_any() && is_ip_address(name));
+           std::find(allowed.begin(), allowed.end(), name) != allowed.end() || (address.is_any() && is_ip_address(name));
 }
 
 }  // namespace tricoil::host::web

@@ -27,6 +27,7 @@ Json json_of(const ServedPose& served) {
               {"valid", e.valid()},
               {"stale", e.flags.has(tracking::PoseFlag::stale)},
               {"flags", to_text(e.flags)},
+              {"advice", advice(e.flags)},
               {"state", to_text(e.state)},
               {"snr", e.snr_db},
               {"distortion", e.distortion_chi_square},
@@ -46,7 +47,11 @@ std::string pose_event(std::span<const ServedPose> poses, const PageStatus& stat
             newest[served.pose.sensor] = &served;
         }
     }
-    Json message{{"status", {{"running", status.running}, {"recording", status.recording}, {"trouble", status.trouble}}},
+    Json message{{"status",
+                  {{"running", status.running},
+                   {"recording", status.recording},
+                   {"trouble", status.trouble},
+                   {"controls", status.controls}}},
                  {"poses", Json::array()}};
     for (const ServedPose* served : newest) {
         if (served != nullptr) {

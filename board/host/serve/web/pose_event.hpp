@@ -11,7 +11,8 @@ namespace tricoil::host::web {
 struct PageStatus {
     bool running = true;
     bool recording = false;
-    std::string trouble;  // of the last recording
+    std::string trouble;   // of the last recording
+    std::string controls;  // who may control: "token", "open" or "none"
 };
 
 /// One server-sent event: {"status": {...}, "poses": [...]}; of each sensor the newest pose only.

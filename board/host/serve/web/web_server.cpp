@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -32,6 +33,7 @@ struct Reader {
     const PoseHub& hub;
     const TrackerControl& control;
     RecordingSwitch& recordings;
+    std::string controls;
     PoseHub::Cursor cursor;
     std::vector<ServedPose> poses;
     SilenceWatch silence;
@@ -45,7 +47,7 @@ struct Reader {
             return false;
         }
         const RecordingStatus recording = recordings.status();
-        const std::string event = pose_event(poses, {control.running(), recording.on, recording.trouble});
+        const std::string event = pose_event(poses, {control.running(), recording.on, recording.trouble, controls});
         if (!sink.write(event.data(), event.size())) {
             return false;
         }
@@ -82,8 +84,14 @@ std::string carry_out(const nlohmann::json& wish, TrackerControl& control, Recor
 
 }  // namespace
 
-WebServer::WebServer(const TcpAddress& address, const PoseHub& hub, TrackerControl& control, RecordingSwitch& recordings)
-    : address_(address), hub_(hub), control_(control), recordings_(recordings), server_(std::make_unique<GuardedHttpServer>()) {
+WebServer::WebServer(const TcpAddress& address, Access access, const PoseHub& hub, TrackerControl& control,
+                     RecordingSwitch& recordings)
+    : address_(address),
+      access_(std::move(access)),
+      hub_(hub),
+      control_(control),
+      recordings_(recordings),
+      server_(std::make_unique<GuardedHttpServer>()) {
     port_ = TcpListener("--web", address).port();  // says what is wrong with an address in our words
     GuardedHttpServer& s = *server_;
     s.set_socket_options(
@@ -92,21 +100,27 @@ WebServer::WebServer(const TcpAddress& address, const PoseHub& hub, TrackerContr
             ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
         });
     s.set_payload_max_length(kLongestWish);
+    s.set_exception_handler([](const httplib::Request&, httplib::Response& response, const std::exception_ptr&) {
+        answer(response, 500, "internal error");  // the library would tell the client what() was
+    });
     s.set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
         if (is_ours(request)) {
             return httplib::Server::HandlerResponse::Unhandled;
         }
-        answer(response, 403, "asked by another page, or under another name than --web has; for a name, use --web NAME:PORT");
+        answer(response, 403, "asked by another page, or under a name that is not ours; for a name, use --allow-host NAME");
         return httplib::Server::HandlerResponse::Handled;
     });
     s.Get("/", [](const httplib::Request&, httplib::Response& response) {
         response.set_header("Content-Security-Policy",
                             "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; connect-src 'self'; "
                             "img-src data:; frame-ancestors 'none'");
+        response.set_header("Referrer-Policy", "no-referrer");
+        response.set_header("X-Content-Type-Options", "nosniff");
         response.set_header("Cache-Control", "no-store");
         // From a provider: the library would compress a text anew for every visitor, which takes seconds.
         response.set_content_provider(kPage.size(), "text/html", [](std::size_t at, std::size_t length, httplib::DataSink& sink) {
-            return sink.write(kPage.data() + at, length);
+            const std::string_view piece = kPage.substr(std::min(at, kPage.size()), length);  // the library checks no bounds
+            return sink.write(piece.data(), piece.size());
         });
     });
     s.Get("/stream", [this](const httplib::Request&, httplib::Response& response) { stream(response); });
@@ -132,9 +146,13 @@ std::string WebServer::url() const {
     return "http://" + shown.text(port_) + "/";
 }
 
+std::string WebServer::control_url() const {
+    return access_.controls == Controls::by_token ? url() + "#token=" + access_.token : url();
+}
+
 bool WebServer::is_ours(const httplib::Request& request) const {
     const std::string host = request.get_header_value("Host");
-    return is_own_name(host, address_, port_) &&
+    return is_own_name(host, address_, port_, access_.names) &&
            (!request.has_header("Origin") || request.get_header_value("Origin") == "http://" + host);
 }
 
@@ -145,7 +163,7 @@ void WebServer::stream(httplib::Response& response) {
         return;
     }
     server_->keep_this_connection();
-    auto reader = std::make_shared<Reader>(Reader{hub_, control_, recordings_, hub_.cursor(), {}, {}});
+    auto reader = std::make_shared<Reader>(Reader{hub_, control_, recordings_, to_text(access_.controls), hub_.cursor(), {}, {}});
     response.set_header("Cache-Control", "no-store");
     response.set_chunked_content_provider(
         "text/event-stream", [reader](std::size_t, httplib::DataSink& sink) { return reader->send(sink); },
@@ -153,6 +171,12 @@ void WebServer::stream(httplib::Response& response) {
 }
 
 void WebServer::control(const httplib::Request& request, httplib::Response& response) {
+    if (!access_.permits(request.get_header_value("Authorization"))) {
+        const bool read_only = access_.controls == Controls::none;
+        answer(response, read_only ? 403 : 401,
+               read_only ? "this server is read only" : "controls need the link that tricoil serve gave at its start");
+        return;
+    }
     if (request.get_header_value("Content-Type") != "application/json") {  // what a page can send unasked is no JSON
         answer(response, 415, "wishes are JSON");
         return;

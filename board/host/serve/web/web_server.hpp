@@ -6,6 +6,7 @@
 #include <string>
 #include <thread>
 
+#include "board/host/serve/access.hpp"
 #include "board/host/serve/pose_hub.hpp"
 #include "board/host/serve/recording_switch.hpp"
 #include "board/host/serve/tcp_listener.hpp"
@@ -20,20 +21,23 @@ namespace tricoil::host::web {
 
 class GuardedHttpServer;
 
-/// GET / is the page, GET /stream its events, POST /control a wish. Only requests that name this very host and port, and come
-/// from no other page, are answered: a hostile page in the same browser can neither read nor ask for anything.
+/// GET / is the page, GET /stream its events, POST /control a wish, of those whom `access` permits. Only requests that name this
+/// very host and port, and come from no other page, are answered: a hostile page in the same browser can neither read nor ask for
+/// anything.
 class WebServer {
 public:
     static constexpr int kMostStreams = 16;
 
     /// Listens. hub, control and recordings must outlive it. Throws InputError, naming --web, for an address that this machine
     /// does not have, DeviceError for a port in use.
-    WebServer(const TcpAddress& address, const PoseHub& hub, TrackerControl& control, RecordingSwitch& recordings);
+    WebServer(const TcpAddress& address, Access access, const PoseHub& hub, TrackerControl& control, RecordingSwitch& recordings);
     ~WebServer();
     WebServer(const WebServer&) = delete;
     WebServer& operator=(const WebServer&) = delete;
 
     [[nodiscard]] std::string url() const;
+    /// For who may control: the token stands behind the #, which browsers send to no server. Equal to url() without a token.
+    [[nodiscard]] std::string control_url() const;
 
 private:
     [[nodiscard]] bool is_ours(const httplib::Request& request) const;
@@ -41,6 +45,7 @@ private:
     void control(const httplib::Request& request, httplib::Response& response);
 
     TcpAddress address_;
+    Access access_;
     int port_ = 0;
     const PoseHub& hub_;
     TrackerControl& control_;

@@ -5,6 +5,7 @@ import {History} from './history.js';
 import {Plots} from './plots.js';
 import {Scene} from './scene.js';
 import {connect} from './stream.js';
+import {token} from './token.js';
 
 const kRefreshMs = 250;  // while nothing comes
 
@@ -70,7 +71,7 @@ function showChosen() {
     `x ${mm[0]} mm  azimuth   ${angles[0]}°\ny ${mm[1]} mm  elevation ${angles[1]}°\nz ${mm[2]} mm  roll      ${angles[2]}°`;
   document.body.dataset.pose = isGood(tracked) ? 'good' : 'bad';
   element('state').textContent = isLive() && !pose.stale ? pose.state : '';
-  element('flags').textContent = isLive() ? pose.flags : '';
+  element('flags').textContent = isLive() ? [pose.flags, pose.advice].filter(Boolean).join(': ') : '';
   if (scene) element('ellipsoid').textContent = `ellipsoid: ${kSigmas} sigma, ${exaggeration} times too large`;
   plots.draw(tracked.history, pose.t / 1000 + (performance.now() - tracked.heardMs) / 1000);
 }
@@ -94,6 +95,7 @@ function receive(message) {
   element('run').textContent = message.status.running ? 'Stop' : 'Start';
   element('record').textContent = message.status.recording ? 'End recording' : 'Record';
   element('trouble').textContent = message.status.trouble;
+  allowControls(message.status.controls);
   for (const pose of message.poses) {
     ++page.poses;
     take(pose);
@@ -113,10 +115,19 @@ function link(state) {
   showChosen();
 }
 
+/// controls: 'open', 'token' (for those who came by the link with it), 'none'.
+function allowControls(controls) {
+  const allowed = controls === 'open' || (controls === 'token' && token() !== null);
+  for (const id of ['run', 'set', 'record', 'hemisphere']) element(id).disabled = !allowed;
+  element('access').textContent = allowed ? '' : controls === 'none' ? 'read only' : 'read only: to control, open the link that tricoil serve gave at its start';
+}
+
 async function ask(wish) {
   const answer = element('answer');
   try {
-    const response = await fetch('control', {method: 'POST', headers: {'Content-Type': 'application/json'}, body: JSON.stringify(wish)});
+    const headers = {'Content-Type': 'application/json'};
+    if (token()) headers.Authorization = `Bearer ${token()}`;
+    const response = await fetch('control', {method: 'POST', headers, body: JSON.stringify(wish)});
     answer.textContent = (await response.json()).answer;
   } catch {
     answer.textContent = 'not reached';
@@ -141,7 +152,7 @@ document.addEventListener('keydown', event => {
   const typing = ['SELECT', 'BUTTON'].includes(event.target.tagName) && event.key === ' ';
   if (keys[event.key] && !typing && !event.ctrlKey && !event.metaKey && !event.altKey) {
     event.preventDefault();
-    actions[keys[event.key]]();
+    if (!element(keys[event.key]).disabled) actions[keys[event.key]]();
   }
 });
 setInterval(() => { if (!isLive()) showChosen(); }, kRefreshMs);

@@ -1,0 +1,44 @@
+// Texts that come again and again: told once, then counted. No heap.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <cstdio>
+
+namespace tricoil::linux_board {
+
+class RepeatedTexts {
+public:
+    static constexpr std::int64_t kForgottenUs = 60'000'000;  // one that did not come for so long is news
+
+    struct Entry {
+        std::array<char, 160> text{};
+        std::uint64_t untold = 0;
+        std::int64_t newest_us = 0;
+    };
+
+    /// Whether to tell `text`, which came now; else it is counted.
+    bool is_news(const char* text, std::int64_t now_us) {
+        std::array<char, 160> shown{};
+        std::snprintf(shown.data(), shown.size(), "%s", text);
+        Entry* place = &entries_.front();
+        for (Entry& entry : entries_) {
+            if (entry.text == shown) {
+                const bool forgotten = now_us - entry.newest_us > kForgottenUs;
+                entry.newest_us = now_us;
+                entry.untold += forgotten ? 0 : 1;
+                return forgotten;
+            }
+            place = entry.newest_us < place->newest_us ? &entry : place;
+        }
+        *place = {shown, 0, now_us};
+        return true;
+    }
+
+    [[nodiscard]] const std::array<Entry, 24>& entries() const { return entries_; }
+
+private:
+    std::array<Entry, 24> entries_{};
+};
+
+}  // namespace tricoil::linux_board

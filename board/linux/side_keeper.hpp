@@ -1,0 +1,50 @@
+// Where a tracker no longer knows on which side of the source its sensor is, although the host does.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "core/tracking/hemisphere.hpp"
+#include "core/tracking/pose_estimate.hpp"
+
+namespace tricoil::linux_board {
+
+/// A jump of the device's clock or a damaged column looks to the tracker like a long absence, in which the sensor may have gone
+/// anywhere. By the host's clock it was short: if the sensor cannot have reached the mirror image since the last valid pose, the
+/// side is known. After a real absence it is not, and the user has to say it.
+class SideKeeper {
+public:
+    /// Takes each pose of one sensor in turn, by the host's clock; the side to tell its tracker, if it lacks that alone.
+    std::optional<Vec3<double>> side(const tracking::PoseEstimate<double>& estimate, std::int64_t host_us) {
+        if (estimate.valid()) {
+            last_m_ = estimate.position_m;
+            last_us_ = host_us;
+            return std::nullopt;
+        }
+        tracking::PoseFlags others;
+        for (const auto flag : kOthers) {
+            others.set_if(estimate.flags.has(flag), flag);
+        }
+        if (!last_m_ || !others.empty() || !estimate.position_m.allFinite()) {
+            return std::nullopt;
+        }
+        using Sides = tracking::Sides<double>;
+        const Vec3<double>& p = estimate.position_m;
+        const Vec3<double> near = Sides::are_opposite(p, *last_m_) ? Vec3<double>(-p) : p;
+        const bool known = Sides::is_mirror_excluded(near, *last_m_, Microseconds{host_us - last_us_});
+        return known ? std::optional(near) : std::nullopt;
+    }
+
+private:
+    // That invalidate a pose beside hemisphere_unknown.
+    static constexpr std::array kOthers{
+        tracking::PoseFlag::saturated,    tracking::PoseFlag::low_signal,       tracking::PoseFlag::no_sensor,
+        tracking::PoseFlag::stale,        tracking::PoseFlag::wrong_handedness, tracking::PoseFlag::not_converged,
+        tracking::PoseFlag::no_reference, tracking::PoseFlag::unconfirmed,      tracking::PoseFlag::inconsistent};
+
+    std::optional<Vec3<double>> last_m_;
+    std::int64_t last_us_ = 0;
+};
+
+}  // namespace tricoil::linux_board

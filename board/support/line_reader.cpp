@@ -1,0 +1,61 @@
+#include "board/support/line_reader.hpp"
+
+#include <filesystem>
+
+#include "board/support/errors.hpp"
+
+namespace tricoil::host {
+
+LineReader::LineReader(const std::string& path) : path_(path) {
+    std::error_code error;
+    if (std::filesystem::is_directory(path, error)) {
+        throw InputError(path + ": is a folder; name a file");
+    }
+    file_.open(path, std::ios::binary);
+    if (!file_) {
+        throw InputError(path + ": cannot be opened; check the path and its permissions");
+    }
+}
+
+bool LineReader::next(std::string& line) {
+    line.clear();
+    cut_ = false;
+    std::streambuf& bytes = *file_.rdbuf();
+    try {
+        for (int c = bytes.sbumpc(); c != '\n'; c = bytes.sbumpc()) {
+            if (c == std::char_traits<char>::eof()) {
+                cut_ = !line.empty();
+                line_ += cut_ ? 1U : 0U;
+                return cut_;
+            }
+            if (line.size() == kLongestLine) {
+                throw InputError(path_ + ":" + std::to_string(line_ + 1) +
+                                 ": the line is longer than 1 MiB; a text file is needed");
+            }
+            line += static_cast<char>(c);
+        }
+    } catch (const std::ios_base::failure& failure) {  // the library's buffer throws for a failed read()
+        throw ReadError(path_ + ":" + std::to_string(line_ + 1) + ": cannot be read to its end (" + failure.code().message() +
+                        "); check the disk");
+    }
+    ++line_;
+    return true;
+}
+
+std::string read_text(const std::string& path, std::size_t most_bytes) {
+    LineReader reader(path);
+    std::string text;
+    for (std::string line; reader.next(line);) {
+        text += line;
+        text += reader.was_cut() ? "" : "\n";
+        if (text.size() > most_bytes) {
+            throw InputError(path + ": is longer than " + std::to_string(most_bytes) + " bytes; is it the right file?");
+        }
+        if (line.find('\0') != std::string::npos) {
+            throw InputError(path + ":" + std::to_string(reader.line()) + ": binary data; a text file is needed");
+        }
+    }
+    return text;
+}
+
+}  // namespace tricoil::host

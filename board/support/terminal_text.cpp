@@ -1,0 +1,71 @@
+#include "board/support/terminal_text.hpp"
+
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+
+#include "board/host/errors.hpp"
+
+namespace tricoil::host {
+namespace {
+
+// A signal handler can reach nothing but static storage.
+volatile std::sig_atomic_t reader_gone = 0;
+
+void on_broken_pipe(int /*signal*/) { reader_gone = 1; }
+
+bool is_control(unsigned char c) { return (c < ' ' && c != '\n' && c != '\t') || c == 0x7F; }
+
+/// In UTF-8, C1 controls are C2 80 to C2 9F.
+bool is_c1_control(std::string_view text, std::size_t at) {
+    const auto byte = [&](std::size_t n) { return static_cast<unsigned char>(text[n]); };
+    return byte(at) == 0xC2 && at + 1 < text.size() && byte(at + 1) >= 0x80 && byte(at + 1) <= 0x9F;
+}
+
+void print(std::string_view text, std::FILE* file) {
+    const std::string safe = terminal_text(text);
+    (void)std::fwrite(safe.data(), 1, safe.size(), file);
+}
+
+}  // namespace
+
+std::string terminal_text(std::string_view text) {
+    std::string safe;
+    safe.reserve(text.size());
+    for (std::size_t at = 0; at < text.size(); ++at) {
+        const auto c = static_cast<unsigned char>(text[at]);
+        if (is_c1_control(text, at)) {
+            safe += fmt::format("\\x{:02x}", static_cast<unsigned char>(text[++at]));
+        } else if (is_control(c)) {
+            safe += fmt::format("\\x{:02x}", c);
+        } else {
+            safe += text[at];
+        }
+    }
+    return safe;
+}
+
+void print_text(std::string_view text) { print(text, stdout); }
+
+void print_notice(std::string_view text) { print(text, stderr); }
+
+void outlive_readers() {
+    struct sigaction action {};
+    action.sa_handler = on_broken_pipe;
+    action.sa_flags = SA_RESTART;
+    ::sigaction(SIGPIPE, &action, nullptr);
+}
+
+bool reader_is_gone() { return reader_gone != 0; }
+
+void end_standard_output() {
+    errno = 0;
+    const bool flushed = std::fflush(stdout) == 0;
+    const std::string why = errno != 0 ? fmt::format(" ({})", std::strerror(errno)) : "";
+    if (!flushed || std::ferror(stdout) != 0) {
+        throw DeviceError(fmt::format("standard output could not be written completely{}; is the disk full?", why));
+    }
+}
+
+}  // namespace tricoil::host

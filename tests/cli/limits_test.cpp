@@ -1,0 +1,96 @@
+// Input without a limit, or far beyond any that makes sense: refused in one line, soon, and without much memory.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "tests/cli/cli_runner.hpp"
+
+namespace tricoil::test {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr const char* kHalfAGigabyte = "ulimit -v 524288";
+
+void expect_refused(const std::string& arguments, const std::string& reason) {
+    const auto result = tricoil(arguments, kHalfAGigabyte);
+    EXPECT_EQ(result.exit_code, 2) << arguments << ": " << result.err.substr(0, 300);
+    EXPECT_THAT(result.err, HasSubstr(reason)) << arguments;
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err.substr(0, 300);
+}
+
+const std::string kPoseHeader = "x_m,y_m,z_m,qw,qx,qy,qz,x11,x12,x13,x21,x22,x23,x31,x32,x33\n";
+
+std::string calibration_with(const std::string& translation) {
+    return "version = 1\nmodel = \"concentric\"\nresidual_rms = 0\n"
+           "[source]\nmoment = [[1,0,0],[0,1,0],[0,0,1]]\n[sensor]\nsensitivity = [[1,0,0],[0,1,0],[0,0,1]]\n"
+           "[source_stage.\"Ox\"]\ntranslation_m = " +
+           translation + "\nrotation = [[1,0,0],[0,1,0],[0,0,1]]\n[mount_sensor.\"Ex\"]\nrotation = [[1,0,0],[0,1,0],[0,0,1]]\n";
+}
+
+TEST(Limits, PlacesBeyondAKilometre) {
+    const std::string couplings = ",1,0,0,0,2e-3,0,0,0,-1e-3,0,0,0,-1e-3\n";
+    const std::string near = write_file("soOx_seEx_near.csv", kPoseHeader + "0.5,0,0" + couplings);
+    const std::string far = write_file("soOx_seEx_far.csv", kPoseHeader + "0.5,0,0" + couplings + "4294967296,0,0" + couplings);
+    const std::string calibration = write_file("cal.toml", calibration_with("[0,0,0]"));
+    expect_refused("evaluate --calibration " + calibration + " " + far, "far.csv:3: the position lies more than 1 km away");
+    expect_refused("evaluate --calibration " + write_file("far.toml", calibration_with("[1e15,0,0]")) + " " + near,
+                   "translation_m' is longer than 1 km");
+    expect_refused("run --scenario " + write_file("far_circle.toml", "[motion]\nkind = \"circle\"\ncentre_m = [1e308, 0, 0]\n"),
+                   "'motion.centre_m' must lie within 1000 m");
+}
+
+TEST(Limits, KeysOfManyParts) {
+    std::string deep = "a";
+    for (int n = 0; n < 40'000; ++n) {
+        deep += ".a";
+    }
+    for (const std::string& text :
+         {deep + " = 1\n", "[" + deep + "]\n", "x = {" + deep + " = 1}\n", "\"=\"." + deep + " = 1\n"}) {
+        const std::string path = write_file("deep.toml", "# a.b.c\ns = \"a.b\"\n" + text);
+        expect_refused("run --scenario " + path, "deep.toml:3: a key of more than 16 parts");
+        expect_refused("run --config " + path, "deep.toml:3: a key of more than 16 parts");
+        expect_refused("run --device can:can0 --config " + path, "a key of more than 16 parts");
+        const std::string poses =
+            write_file("soOx_seEx_near.csv", kPoseHeader + "0.5,0,0,1,0,0,0,2e-3,0,0,0,-1e-3,0,0,0,-1e-3\n");
+        expect_refused("evaluate --calibration " + path + " " + poses, "a key of more than 16 parts");
+    }
+    const std::string numbers = "x = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8]\n";
+    expect_refused("run --scenario " + write_file("numbers.toml", numbers), "'motion.kind' is missing");
+}
+
+TEST(Limits, InputWithoutAnEnd) {
+    for (const char* command : {"run --trajectory /dev/zero", "demodulate /dev/zero --carrier-hz 1e4 --rate-hz 2e5",
+                                "evaluate --calibration /dev/zero x.csv", "calibrate --model concentric --out x.toml /dev/zero",
+                                "run --config /dev/zero"}) {
+        expect_refused(command, "/dev/zero");
+    }
+}
+
+TEST(Limits, NumbersThatAreNone) {
+    expect_refused("run --seed 99999999999999999999", "--seed: 99999999999999999999 is no whole number from 0 to");
+    expect_refused("run --seed -1", "--seed");
+    expect_refused("run --wait -1", "--wait");
+    expect_refused("run --device can:can0 --give-up-after -1", "--give-up-after");
+}
+
+TEST(Limits, NoPoseIsNoPerfectScore) {
+    const auto text = tricoil("run --scenario still --duration 0.3");
+    EXPECT_THAT(text.out, HasSubstr("no pose was scored"));
+    EXPECT_THAT(text.out, Not(HasSubstr("0.000 mm")));
+    EXPECT_TRUE(tricoil("run --scenario still --duration 0.3 --json").json()["position_rms_m"].is_null());
+}
+
+TEST(Limits, ADeviceThatIsNotThereEndsTheWatch) {
+    const auto begin = std::chrono::steady_clock::now();
+    const auto result = tricoil("device watch serial:/dev/nope");
+    EXPECT_EQ(result.exit_code, 3);
+    EXPECT_THAT(result.err, HasSubstr("/dev/nope"));
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(30));
+}
+
+}  // namespace
+}  // namespace tricoil::test

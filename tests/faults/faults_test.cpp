@@ -1,0 +1,159 @@
+// Commands on disks that fail: never a success reported, never a file half written.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "tests/cli/cli_runner.hpp"
+
+namespace tricoil::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Runs with the `count`-th `call` on `path` failing; none for an empty call.
+CliResult tricoil_with_fault(const std::string& arguments, const std::string& call, int count, int error,
+                             const std::string& path) {
+    const std::string setup = "export LD_PRELOAD=" TRICOIL_FAULT_INJECTION " TRICOIL_FAULT=" + call + ":" +
+                              std::to_string(count) + ":" + std::to_string(error) + ":" + path;
+    return tricoil(arguments, setup);
+}
+
+/// Couplings of concentric coils at 150 poses, as `tricoil calibrate` reads them: x = r^T (3 u u^T - 1) / p^3, up to a constant.
+std::string pose_table() {
+    std::string text = "x_m,y_m,z_m,qw,qx,qy,qz,x11,x12,x13,x21,x22,x23,x31,x32,x33\n";
+    for (int n = 0; n < 150; ++n) {
+        const Eigen::Vector3d p(0.3 + 0.02 * (n % 5), -0.1 + 0.02 * (n / 5 % 6), -0.1 + 0.03 * (n / 30));
+        const Eigen::Quaterniond q(Eigen::AngleAxisd(0.5 * (n % 3), Eigen::Vector3d::UnitZ()) *
+                                   Eigen::AngleAxisd(0.4 * (n % 4), Eigen::Vector3d::UnitX()));
+        const Eigen::Vector3d u = p.normalized();
+        const Eigen::Matrix3d field = 1e-3 * (3 * u * u.transpose() - Eigen::Matrix3d::Identity()) / std::pow(p.norm(), 3);
+        const Eigen::Matrix3d x = q.toRotationMatrix().transpose() * field;
+        text += fmt::format("{},{},{},{:.9f},{:.9f},{:.9f},{:.9f}", p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z());
+        for (int i = 0; i < 3; ++i) {
+            text += fmt::format(",{:.9e},{:.9e},{:.9e}", x(i, 0), x(i, 1), x(i, 2));
+        }
+        text += "\n";
+    }
+    return text;
+}
+
+class Faults : public ::testing::Test {
+protected:
+    static void SetUpTestSuite() {
+        recording_ = path_in_temp("recording");
+        fs::remove_all(recording_);
+        ASSERT_EQ(tricoil("run --scenario still --duration 1 --record " + recording_).exit_code, 0);
+        poses_ = write_file("sOx_sEx.csv", pose_table());
+        calibration_ = path_in_temp("calibration.toml");
+        const auto fitted = tricoil("calibrate --model concentric --out " + calibration_ + " " + poses_);
+        ASSERT_EQ(fitted.exit_code, 0) << fitted.err;
+    }
+
+    /// `call` on `path` fails the first time, the second, and so on, until the command no longer comes so far.
+    static int expect_each_is_told(const std::string& arguments, const std::string& call, const std::string& path,
+                                   const std::string& out) {
+        fs::remove(out);
+        const auto whole = tricoil(arguments);
+        EXPECT_EQ(whole.exit_code, 0) << whole.err;
+        const std::string expected = read_file(out);
+        constexpr int kMost = 200;
+        for (int count = 1; count < kMost; ++count) {
+            fs::remove(out);
+            const auto result = tricoil_with_fault(arguments, call, count, EIO, path);
+            if (result.exit_code == 0) {
+                EXPECT_EQ(read_file(out), expected) << arguments << ": " << call << " " << count;
+                EXPECT_EQ(result.out, whole.out) << arguments << ": " << call << " " << count;
+                return count - 1;
+            }
+            EXPECT_TRUE(result.exit_code == 2 || result.exit_code == 3)
+                << arguments << ": " << call << " " << count << result.err;
+            EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+            EXPECT_FALSE(fs::exists(out)) << arguments << ": " << call << " " << count;
+        }
+        ADD_FAILURE() << arguments << ": " << call << " fails without an end";
+        return kMost;
+    }
+
+    static inline std::string recording_;
+    static inline std::string poses_;
+    static inline std::string calibration_;
+    const std::string out_ = path_in_temp("out_file");
+};
+
+TEST_F(Faults, AFailedReadIsNotTheEndOfAFile) {
+    const std::vector<std::pair<std::string, std::string>> commands{
+        {"calibrate --model concentric --out " + out_ + " " + poses_, poses_},
+        {"evaluate --calibration " + calibration_ + " " + poses_, poses_},
+        {"evaluate --calibration " + calibration_ + " " + poses_, calibration_},
+        {"convert " + recording_ + " --out " + out_, recording_ + "/poses.csv"},
+        {"convert " + recording_ + " --out " + out_, recording_ + "/recording.json"},
+        {"replay " + recording_ + " --out " + out_, recording_ + "/inputs.csv"},
+        {"replay " + recording_ + " --out " + out_, recording_ + "/poses.csv"},
+    };
+    for (const auto& [command, path] : commands) {
+        EXPECT_GT(expect_each_is_told(command, "read", path, out_), 0) << command << ": " << path << " was never read";
+    }
+}
+
+TEST_F(Faults, AReadThatFailsInAKilledRecordingIsTold) {  // no CRC is there to notice it
+    const std::string killed = path_in_temp("killed");
+    fs::remove_all(killed);
+    fs::copy(recording_, killed);
+    std::string description = read_file(killed + "/recording.json");
+    const auto at = description.find("\"complete\": true");
+    ASSERT_NE(at, std::string::npos);
+    description.replace(at, 16, "\"complete\": false");
+    fs::remove(killed + "/recording.json");
+    std::ofstream(killed + "/recording.json") << description;
+    EXPECT_GT(expect_each_is_told("convert " + killed + " --out " + out_, "read", killed + "/poses.csv", out_), 1);
+    EXPECT_GT(expect_each_is_told("replay " + killed + " --out " + out_, "read", killed + "/inputs.csv", out_), 1);
+}
+
+TEST_F(Faults, AnOutputFileIsWholeOrNotThere) {
+    const std::vector<std::string> commands{
+        "run --scenario still --duration 1 --json --out ",
+        "convert " + recording_ + " --out ",
+        "replay " + recording_ + " --out ",
+        "calibrate --model concentric " + poses_ + " --out ",
+        "protocol --dbc ",
+    };
+    for (const std::string& command : commands) {
+        for (const char* call : {"open", "write", "fsync", "rename"}) {
+            if (command.starts_with("run")) {  // says how long it took
+                const auto result = tricoil_with_fault(command + out_, call, 1, EIO, out_);
+                EXPECT_NE(result.exit_code, 0) << call;
+                EXPECT_FALSE(fs::exists(out_)) << call;
+            } else {
+                EXPECT_GT(expect_each_is_told(command + out_, call, out_, out_), 0) << command << call;
+            }
+        }
+    }
+}
+
+TEST_F(Faults, AnOlderFileOutlivesAFailure) {
+    write_file("out_file", "older");
+    for (const char* call : {"write", "fsync", "rename"}) {
+        EXPECT_NE(tricoil_with_fault("convert " + recording_ + " --out " + out_, call, 1, ENOSPC, out_).exit_code, 0);
+        EXPECT_EQ(read_file(out_), "older") << call;
+    }
+}
+
+TEST_F(Faults, ARecordingOnADiskThatFailsIsTold) {
+    const std::string folder = path_in_temp("failing");
+    for (const char* call : {"open", "write", "fsync", "rename"}) {
+        fs::remove_all(folder);
+        const auto result =
+            tricoil_with_fault("run --scenario still --duration 1 --json --record " + folder, call, 1, EIO, folder);
+        EXPECT_TRUE(result.exit_code == 2 || result.exit_code == 3) << call << ": " << result.exit_code << result.err;
+    }
+}
+
+}  // namespace
+}  // namespace tricoil::test

@@ -1,0 +1,122 @@
+// The age of poses at one client, alone and beside ten that flood the server without reading.
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <thread>
+
+#include "tests/serve/serving.hpp"
+
+namespace tricoil::test {
+namespace {
+
+constexpr std::size_t kHeader = 58;
+
+std::uint64_t big_endian(const std::string& bytes, std::size_t at, std::size_t size) {
+    std::uint64_t value = 0;
+    for (std::size_t n = 0; n < size; ++n) {
+        value = value << 8U | static_cast<std::uint8_t>(bytes[at + n]);
+    }
+    return value;
+}
+
+/// An OpenIGTLink client that asks for nothing.
+class Reader {
+public:
+    explicit Reader(std::uint16_t port) : line_(connect_to(port)) {}
+    ~Reader() { close(line_); }
+    Reader(const Reader&) = delete;
+    Reader& operator=(const Reader&) = delete;
+
+    /// The age, in seconds, of the next message when it comes; not a number if none does.
+    double next_age_s() {
+        constexpr std::size_t kTimeAt = 34;  // seconds and fractions of 2^-32 s, four bytes each
+        constexpr std::size_t kSizeAt = 42;
+        const std::string header = read_exactly(kHeader);
+        if (header.size() < kHeader || read_exactly(big_endian(header, kSizeAt, 8)).empty()) {
+            return std::nan("");
+        }
+        const double taken_s = std::ldexp(static_cast<double>(big_endian(header, kTimeAt, 8)), -32);
+        return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count() - taken_s;
+    }
+
+    double median_age_s(std::size_t messages) {
+        std::vector<double> ages;
+        while (ages.size() < messages) {
+            ages.push_back(next_age_s());
+            if (std::isnan(ages.back())) {
+                ADD_FAILURE() << "no message within the time";
+                return ages.back();
+            }
+        }
+        std::nth_element(ages.begin(), ages.begin() + std::ssize(ages) / 2, ages.end());
+        return ages[ages.size() / 2];
+    }
+
+private:
+    std::string read_exactly(std::size_t size) {
+        std::string bytes(size, '\0');
+        for (std::size_t at = 0; at < size;) {
+            pollfd waiting{line_, POLLIN, 0};
+            constexpr int kPatienceMs = 10'000;
+            const ssize_t n = poll(&waiting, 1, kPatienceMs) > 0 ? read(line_, bytes.data() + at, size - at) : 0;
+            if (n <= 0) {
+                return {};
+            }
+            at += static_cast<std::size_t>(n);
+        }
+        return bytes;
+    }
+
+    int line_;
+};
+
+/// Clients that ask without an end, and read nothing.
+class Flood {
+public:
+    Flood(std::uint16_t port, int clients) {
+        for (int n = 0; n < clients; ++n) {
+            lines_.push_back(connect_to(port, 2048));
+        }
+        thread_ = std::thread([this] {
+            const std::string asks(4096, 'P');
+            while (!ends_) {
+                for (const int line : lines_) {
+                    (void)send(line, asks.data(), asks.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+                }
+                std::this_thread::sleep_for(std::chrono::milliseconds(1));
+            }
+        });
+    }
+    ~Flood() {
+        ends_ = true;
+        thread_.join();
+        for (const int line : lines_) {
+            close(line);
+        }
+    }
+    Flood(const Flood&) = delete;
+    Flood& operator=(const Flood&) = delete;
+
+private:
+    std::vector<int> lines_;
+    std::atomic<bool> ends_ = false;
+    std::thread thread_;
+};
+
+TEST(PoseAge, TenClientsThatFloodAtMostDoubleAnothersAge) {
+    const Serving serving({"--fastrak", "tcp:0", "--openigtlink", "0", "--scenario", "still"});
+    constexpr std::size_t kMessages = 500;
+    Reader reader(serving.port("openigtlink"));
+    (void)reader.median_age_s(kMessages);  // until the tracker has settled
+    const double alone_s = reader.median_age_s(kMessages);
+    const Flood flood(serving.port("fastrak"), 10);
+    (void)reader.median_age_s(kMessages);
+    const double beside_s = reader.median_age_s(kMessages);
+    RecordProperty("alone_us", static_cast<int>(1e6 * alone_s));
+    RecordProperty("beside_us", static_cast<int>(1e6 * beside_s));
+    EXPECT_GT(alone_s, 0);
+    EXPECT_LE(beside_s, 2 * alone_s) << "alone " << 1e3 * alone_s << " ms, beside ten that flood " << 1e3 * beside_s << " ms";
+}
+
+}  // namespace
+}  // namespace tricoil::test

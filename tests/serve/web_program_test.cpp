@@ -1,0 +1,127 @@
+// The live page of `tricoil serve`, asked by hostile clients.
+#include <gmock/gmock.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+
+#include "tests/serve/serving.hpp"
+
+namespace tricoil::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// All that comes for a GET of the page with one more header field.
+std::string get_page_with(std::uint16_t port, const std::string& field) {
+    const int client = connect_to(port);
+    const std::string request = "GET / HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) + "\r\n" + field + "\r\n\r\n";
+    EXPECT_EQ(write(client, request.data(), request.size()), static_cast<ssize_t>(request.size()));
+    const std::string answer = read_for(client, std::chrono::seconds(20));
+    close(client);
+    return answer;
+}
+
+TEST(ServePage, ARangeGivesThePageAndNothingBeyondIt) {
+    const Serving serving({"--web", "0", "--scenario", "still"});
+    const std::string whole = get_page_with(serving.port("web"), "Accept: text/html");
+    ASSERT_THAT(whole.substr(0, 15), HasSubstr("200 OK"));
+    std::string many = "Range: bytes=0-9";
+    for (int n = 0; n < 900; ++n) {
+        many += ",0-99999999";
+    }
+    for (const std::string& range :
+         {std::string("Range: bytes=0-99999999"), std::string("Range: bytes=99999999-"), std::string("Range: bytes=-99999999"),
+          std::string("rAnGe: bytes=9223372036854775807-"), many}) {
+        EXPECT_TRUE(get_page_with(serving.port("web"), range) == whole) << range.substr(0, 40);
+    }
+}
+
+/// The status line of the answer to a wish.
+std::string ask(std::uint16_t port, const std::string& wish, const std::string& token) {
+    const int client = connect_to(port);
+    const std::string request = "POST /control HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) +
+                                "\r\nContent-Type: application/json\r\nContent-Length: " + std::to_string(wish.size()) + "\r\n" +
+                                (token.empty() ? "" : "Authorization: Bearer " + token + "\r\n") + "\r\n" + wish;
+    EXPECT_EQ(write(client, request.data(), request.size()), static_cast<ssize_t>(request.size()));
+    const std::string answer = read_for(client, std::chrono::seconds(10));
+    close(client);
+    return answer.substr(0, answer.find('\r'));
+}
+
+std::string token_of(const std::string& link) { return link.substr(link.find("#token=") + 7); }
+
+TEST(ServePage, ControlsNeedTheToken) {
+    const Serving serving({"--web", "0", "--scenario", "still"});
+    const std::string token = token_of(serving.address("web_controls"));
+    EXPECT_EQ(token.size(), 32U);
+    std::string wrong = token;
+    wrong.back() = wrong.back() == '0' ? '1' : '0';
+    for (const std::string& bad : {std::string(), wrong, token + "0", token.substr(1), std::string(32, '0')}) {
+        EXPECT_THAT(ask(serving.port("web"), R"({"run":true})", bad), HasSubstr("401")) << bad;
+    }
+    EXPECT_THAT(ask(serving.port("web"), R"({"run":true})", token), HasSubstr("200"));
+    EXPECT_THAT(serving.err(), ::testing::Not(HasSubstr(token)));
+    const Serving other({"--web", "0", "--scenario", "still"});
+    EXPECT_NE(token_of(other.address("web_controls")), token);
+}
+
+TEST(ServePage, ControlsAreOpenOrClosedWhereAskedFor) {
+    const Serving open({"--web", "0", "--scenario", "still", "--open-controls"});
+    EXPECT_THAT(ask(open.port("web"), R"({"run":true})", ""), HasSubstr("200"));
+    const Serving closed({"--web", "0", "--scenario", "still", "--read-only"});
+    EXPECT_THAT(ask(closed.port("web"), R"({"run":true})", ""), HasSubstr("403"));
+    EXPECT_EQ(tricoil("serve --web 0 --read-only --open-controls").exit_code, 2);
+}
+
+TEST(ServePage, TheLinkGoesToAFileOfTheUsersOwn) {
+    const std::string path = write_file("controls", "older\n");
+    const Serving serving({"--web", "0", "--scenario", "still", "--token-file", path});
+    const std::string link = read_file(path);
+    EXPECT_THAT(link, HasSubstr(serving.address("web") + "#token="));
+    EXPECT_THAT(ask(serving.port("web"), R"({"run":true})", token_of(link.substr(0, link.size() - 1))), HasSubstr("200"));
+    struct stat about {};
+    ASSERT_EQ(stat(path.c_str(), &about), 0);
+    EXPECT_EQ(about.st_mode & 0777U, 0600U);
+}
+
+TEST(ServePage, OtherAddressesThanLoopbackAreToldWhatTheyExpose) {
+    const Serving wide({"--web", "0.0.0.0:0", "--fastrak", "tcp:0.0.0.0:0", "--open-controls", "--scenario", "still"});
+    EXPECT_THAT(wide.err(), HasSubstr("--web 0.0.0.0:0: whoever reaches this address can read poses, switch the coils"));
+    EXPECT_THAT(wide.err(), HasSubstr("--fastrak 0.0.0.0:0: whoever reaches this address"));
+    const Serving narrow({"--web", "0", "--openigtlink", "0", "--scenario", "still"});
+    EXPECT_THAT(narrow.err(), ::testing::Not(HasSubstr("whoever")));
+}
+
+TEST(ServePage, ANameNeedsToBeAllowed) {
+    for (const bool allowed : {false, true}) {
+        std::vector<std::string> options{"--web", "0.0.0.0:0", "--scenario", "still"};
+        if (allowed) {
+            options.insert(options.end(), {"--allow-host", "tracker.example"});
+        }
+        const Serving serving(options);
+        const int client = connect_to(serving.port("web"));
+        const std::string request =
+            "HEAD / HTTP/1.1\r\nHost: tracker.example:" + std::to_string(serving.port("web")) + "\r\n\r\n";
+        EXPECT_EQ(write(client, request.data(), request.size()), static_cast<ssize_t>(request.size()));
+        EXPECT_THAT(read_for(client, std::chrono::seconds(10), 15), HasSubstr(allowed ? "200" : "403"));
+        close(client);
+    }
+}
+
+TEST(ServeFastrak, ATcpClientSetsNoHemisphereUnlessControlsAreOpen) {  // its protocol has no place for a token
+    const Serving serving({"--fastrak", "tcp:0", "--scenario", "still"});
+    const int client = connect_to(serving.port("fastrak"));
+    EXPECT_EQ(write(client, "H1,-1,0,0\r", 10), 10);
+    EXPECT_THAT(read_for(client, std::chrono::seconds(10), 40), HasSubstr("EC-4"));
+    std::string record;
+    for (int n = 0; n < 1000 && record.substr(0, 3) != "01 "; ++n) {
+        EXPECT_EQ(write(client, "P", 1), 1);
+        record = read_for(client, std::chrono::milliseconds(20));
+        record = record.substr(record.size() - std::min<std::size_t>(record.size(), 47));
+    }
+    EXPECT_GT(std::stod(record.substr(3, 7)), 0) << record;
+    close(client);
+}
+
+}  // namespace
+}  // namespace tricoil::test
