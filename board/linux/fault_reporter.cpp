@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <cstring>
 
-#include "board/host/run/flag_names.hpp"
+#include "board/pose_text/flag_names.hpp"
 #include "board/support/terminal_text.hpp"
 
 namespace tricoil::linux_board {

@@ -3,7 +3,6 @@
 
 #include <string>
 
-#include "board/host/run/run_score.hpp"
 #include "board/pose_text/output_format.hpp"
 #include "board/support/output_file.hpp"
 

@@ -9,7 +9,7 @@
 #include <cstdio>
 #include <cstring>
 
-#include "board/host/errors.hpp"
+#include "board/support/errors.hpp"
 
 namespace tricoil::host {
 namespace fs = std::filesystem;

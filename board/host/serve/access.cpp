@@ -6,7 +6,7 @@
 #include <array>
 #include <cstdint>
 
-#include "board/host/errors.hpp"
+#include "board/support/errors.hpp"
 
 namespace tricoil::host {
 namespace {
