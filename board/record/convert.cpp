@@ -37,7 +37,7 @@ std::uint64_t convert(const Recording& recording, const std::string& form, const
     std::array<char, 512> buffer{};
     const std::array<std::function<void(const Pose&)>, 3> take{
         [&](const Pose& pose) { put(pose_line(protocol::to_message(pose), PoseFormat::json, buffer)); },
-        [&](const Pose& pose) { put(candump_line(pose)); },
+        [&](const Pose& pose) { put(candump_line(protocol::to_message(pose))); },
         [&](const Pose& pose) { put(igtl_bytes(pose)); },
     };
     return for_each_pose(recording, take.at(to));
