@@ -26,7 +26,7 @@ def tdm():
 
 def loop(**overrides):
     """Phase margin over the tolerances of coil, cable and amplifier."""
-    spread = {"lcoil": ("89u", "118u"), "rcoil": (0.24, 1.0), "ccoil": ("100p", "1n"), "gbw": ("11meg", "23meg"),
+    spread = {"lcoil": ("83u", "110u"), "rcoil": (0.24, 1.0), "ccoil": ("100p", "1n"), "gbw": ("11meg", "23meg"),
               "fp2": ("25meg", "100meg"), "ro": (1, 15)}
     least = 180.0
     for corner in itertools.product(*spread.values()):
@@ -42,7 +42,7 @@ def slot(**overrides):
     guard = float(tdm()["guard_s"])
     vs = parameters("power_stage.cir", ["vs"], overrides)["vs"]
     worst = {"slot.unsettled": 0.0, "slot.settling_us": 0.0, "slot.peak_a": 0.0, "slot.beyond_supply_v": -99.0}
-    for lcoil, phase in itertools.product(("89u", "118u"), range(4)):
+    for lcoil, phase in itertools.product(("83u", "110u"), range(4)):
         on = 0.2e-3 + phase / 4 / hz
         rows = spice.run_vectors("power_slot.cir", **_with(overrides, lcoil=lcoil, ton=on))
         amps, out = Wave(rows, 1), Wave(rows, 2)

@@ -5,6 +5,7 @@ import re
 import budget
 import checks
 import spice
+from drawings import DRAWINGS
 from spice import CIRCUITS
 
 BOARD = os.path.dirname(CIRCUITS)
@@ -48,7 +49,7 @@ def coils(r):
     names = ("s1", "s2", "s3", "sensor")
     rows = [["turns", *(f"{p[f'n{k}']:.0f}" for k in (1, 2, 3)), f"{q['turns']:.0f}"],
             ["mean radius, mm", *(f"{1e3 * p[f'a{k}']:.1f}" for k in (1, 2, 3)), f"{1e3 * q['radius']:.1f}"],
-            ["winding: length along the axis, depth, mm", *["10, 3.4"] * 3, "8, 3"],
+            ["winding: length along the axis, depth, mm", *["14, 2.5"] * 3, "10, 1.4"],
             ["wire", *["litz, 60 x 0.1 mm"] * 3, "0.15 mm copper"],
             ["inductance, uH", *(f"{1e6 * r[f'coils.{n}_h']:.1f}" for n in names)],
             ["resistance, ohm", *(f"{r[f'coils.{n}_ohm']:.2f}" for n in names)],
@@ -113,14 +114,29 @@ def _filled(page, results):
     return text, PLACE.sub(lambda place: place[1] + TABLES[place[2]](results) + place[4], text)
 
 
+def _path(name):
+    return os.path.join(CIRCUITS, name)
+
+
+def _drawn():
+    return [(name, draw().svg()) for name, draw in DRAWINGS.items()]
+
+
 def stale(results):
-    """Tables that are not in any page, and pages with other tables than the results give."""
+    """Tables that are not in any page, pages with other tables than the results give, drawings with other values."""
     found, used = [], set()
     for page in _pages():
         text, filled = _filled(page, results)
         used |= {place[1] for place in PLACE.findall(text)}
         if text != filled:
             found.append(os.path.basename(page))
+    for name, drawing in _drawn():
+        if not os.path.exists(_path(name)):
+            found.append(name)
+            continue
+        with open(_path(name)) as file:
+            if file.read() != drawing:
+                found.append(name)
     return found + [f"table {name}, in no page," for name in TABLES if name not in used]
 
 
@@ -130,3 +146,6 @@ def rewrite(results):
         if text != filled:
             with open(page, "w") as file:
                 file.write(filled)
+    for name, drawing in _drawn():
+        with open(_path(name), "w") as file:
+            file.write(drawing)
