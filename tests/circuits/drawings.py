@@ -216,8 +216,8 @@ def enable():
 
 def connections():
     s = Sheet(1180, 760, "Supplies, CAN, USB, connectors")
-    s.box(40, 70, 170, 60, "12 V, 35 W, class II\ntrimmed to 11.5 V", (("r", 15, "+"), ("r", 45, "-")))
-    s.box(40, 170, 170, 60, "12 V, 35 W, class II\ntrimmed to 11.5 V", (("r", 15, "+"), ("r", 45, "-")))
+    s.box(40, 70, 170, 60, "12 V, 35 W, isolated\ntrimmed to 11.5 V", (("r", 15, "+"), ("r", 45, "-")))
+    s.box(40, 170, 170, 60, "12 V, 35 W, isolated\ntrimmed to 11.5 V", (("r", 15, "+"), ("r", 45, "-")))
     s.resistor((210, 85), (330, 85), "fuse T 2 A")
     s.wire((330, 85), (520, 85))
     s.port(524, 85, "+11.5 V", left=False)

@@ -26,6 +26,12 @@ def ranges(r):
                          for cm in (15, 30, 60, 75, 90, 120)])
 
 
+def promise(r):
+    rows = [[f"{cm / 100:.1f}", f"{r[f'range.snr_{cm}_db']:.0f}", f"{r[f'budget.noise_{cm}_mm']:.2f}", f"{r[f'budget.total_{cm}_mm']:.2f}"]
+            for cm in (30, 60, 90, 120)]
+    return _table(["range, m", "signal to noise, dB", "error from noise, mm", "from all analog causes, calibrated as designed, mm"], rows)
+
+
 def modes(r):
     head = ["mode", "window, ms", "weakest carrier, kHz", "SNR at 0.3 m, dB", "0.6 m", "1.2 m"]
     rows = []
@@ -98,11 +104,12 @@ def limits(r):
     return _table(["result", "value", "limit", "a part that breaks it"], rows)
 
 
-TABLES = {table.__name__: table for table in (ranges, modes, causes, coils, drive, heat, preamplifier, densities, fields, limits)}
+TABLES = {table.__name__: table for table in (ranges, promise, modes, causes, coils, drive, heat, preamplifier, densities, fields, limits)}
 
 
 def _pages():
     yield os.path.join(BOARD, "HARDWARE.md")
+    yield os.path.join(BOARD, "..", "..", "drivers", "FOR-HARDWARE-BUILDERS.md")
     for name in sorted(os.listdir(CIRCUITS)):
         if name.endswith(".md"):
             yield os.path.join(CIRCUITS, name)
