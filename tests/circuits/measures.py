@@ -32,19 +32,21 @@ def loop(**overrides):
     for corner in itertools.product(*spread.values()):
         least = min(least, spice.run("power_loop.cir", **_with(overrides, **dict(zip(spread, corner))))["phase_margin_deg"])
     nominal = spice.run("power_loop.cir", **overrides)
+    unplugged = spice.run("power_loop.cir", **_with(overrides, lcoil=10))["phase_margin_deg"]
+    shorted = spice.run("power_loop.cir", **_with(overrides, lcoil="1u", ccoil="1p"))["phase_margin_deg"]
     return {"loop.phase_margin_deg": nominal["phase_margin_deg"], "loop.phase_margin_least_deg": least,
-            "loop.crossover_hz": nominal["crossover_hz"]}
+            "loop.phase_margin_fault_deg": min(unplugged, shorted), "loop.crossover_hz": nominal["crossover_hz"]}
 
 
 def slot(**overrides):
-    """Turn-on at four phases of the carrier, with the smallest and the largest coil."""
+    """Turn-on at four phases of the carrier; smallest coil and fastest amplifier, largest coil and slowest amplifier."""
     hz = spice.value("power_stage.cir", "fc")
     guard = float(tdm()["guard_s"])
     vs = parameters("power_stage.cir", ["vs"], overrides)["vs"]
     worst = {"slot.unsettled": 0.0, "slot.settling_us": 0.0, "slot.peak_a": 0.0, "slot.beyond_supply_v": -99.0}
-    for lcoil, phase in itertools.product(("83u", "110u"), range(4)):
+    for (lcoil, gbw), phase in itertools.product((("83u", "23meg"), ("110u", "11meg")), range(4)):
         on = 0.2e-3 + phase / 4 / hz
-        rows = spice.run_vectors("power_slot.cir", **_with(overrides, lcoil=lcoil, ton=on))
+        rows = spice.run_vectors("power_slot.cir", **_with(overrides, lcoil=lcoil, gbw=gbw, ton=on))
         amps, out = Wave(rows, 1), Wave(rows, 2)
         late = on + guard + 8 / hz
         worst["slot.unsettled"] = max(worst["slot.unsettled"], amps.unsettled(hz, on + guard, late))
@@ -93,6 +95,25 @@ def heat(**overrides):
     result.update({f"heat.fdm_s{k + 1}_w": stages[k] for k in range(3)})
     result["heat.junction_c"] = AMBIENT_C + max(max(stages) * p["rjh"] + sum(stages) * p["rhs"], turn * (p["rjh"] + 3 * p["rhs"]))
     return result
+
+
+HIGH_SHARE, LOW_A = 0.8, 0.35  # of two bands: high carriers against those of FDM 240; low carriers
+
+
+def two_bands(**overrides):
+    """Coil S1 with a high and a low carrier at once."""
+    p = parameters("power_stage.cir", ["rjh", "rhs"], overrides)
+    gain = spice.run("power_drive.cir")
+    hz = 7684.0
+    rows = spice.run_vectors("power_two_bands.cir", **_with(overrides, fc=hz, vdac=FULL_DRIVE_V * 0.65 * HIGH_SHARE,
+                                                            vlow=LOW_A / gain["siemens_960"]))
+    amps, out = Wave(rows, 1), Wave(rows, 2)
+    period, start = 8 / hz, 1.4e-3
+    late = [row[3] for row in rows if start <= row[0] < start + 3 * period]
+    heat_w = sum(late) / len(late)
+    return {"two_bands.high_a": abs(amps.carrier(hz, start, 24)), "two_bands.low_a": abs(amps.carrier(hz / 8, start, 3)),
+            "two_bands.peak_a": max(abs(v) for v in amps.extremes()), "two_bands.output_v": max(abs(v) for v in out.extremes()),
+            "two_bands.heat_w": heat_w, "two_bands.junction_c": AMBIENT_C + heat_w * (p["rjh"] + 3 * p["rhs"])}
 
 
 def enable(**overrides):
@@ -170,6 +191,9 @@ def exposure(**overrides):
     for cm in (10, 30):
         result[f"field.tdm_{cm}cm_ut"] = 1e6 / math.sqrt(2) * field.largest(cm / 100, each, False)
         result[f"field.fdm_{cm}cm_ut"] = 1e6 / math.sqrt(2) * field.largest(cm / 100, shared, True)
+    low = [(n, a, LOW_A) for n, a, _ in each]
+    low_ut = 1e6 / math.sqrt(2) * field.largest(0.1, low, True)
+    result["field.two_bands_10cm_share"] = HIGH_SHARE * result["field.fdm_10cm_ut"] / 27 + low_ut / 80  # ICNIRP 2010, 1 kHz: 80 uT
     return result
 
 

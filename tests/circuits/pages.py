@@ -76,7 +76,8 @@ def drive(r):
 
 def heat(r):
     rows = [["TDM, each stage", f"{r['heat.tdm_stage_w']:.1f}"], ["TDM, all", f"{r['heat.tdm_all_w']:.1f}"],
-            *([f"FDM, stage S{k}", f"{r[f'heat.fdm_s{k}_w']:.1f}"] for k in (1, 2, 3)), ["FDM, all", f"{r['heat.fdm_all_w']:.1f}"]]
+            *([f"FDM, stage S{k}", f"{r[f'heat.fdm_s{k}_w']:.1f}"] for k in (1, 2, 3)), ["FDM, all", f"{r['heat.fdm_all_w']:.1f}"],
+            ["two bands, stage S1", f"{r['two_bands.heat_w']:.1f}"]]
     return _table(["", "heat, W"], rows)
 
 
