@@ -46,6 +46,7 @@ CHECKS = [
     Check(measures.enable, "heartbeat.stuck_v", most=0.8, wrong={"chb": "10u"}),
     Check(measures.enable, "heartbeat.undershoot_v", least=-0.5, wrong={"iclamp": "1e-30"}),
     Check(measures.preamplifier, "preamplifier.noise_10805", most=1.5e-9, wrong={"rg": "49.9"}),
+    Check(measures.preamplifier, "preamplifier.noise_inner_10805", most=1.8e-9, wrong={"en": "2.2n"}),
     Check(measures.preamplifier, "preamplifier.noise_500", most=1.5e-9, wrong={"en": "3.2n"}),
     Check(measures.preamplifier, "preamplifier.gain_10805", least=302, most=316, wrong={"rf": "220"}),
     Check(measures.preamplifier, "preamplifier.gain_500", least=302, most=316, wrong={"r2": "12k"}),

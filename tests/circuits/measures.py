@@ -136,6 +136,8 @@ def preamplifier(**overrides):
     gains = [run[f"gain_{f}"] for f in carriers]
     result = {f"preamplifier.gain_{f}": run[f"gain_{f}"] for f in (500, *carriers)}
     result.update({f"preamplifier.noise_{f}": run[f"noise_{f}"] for f in (500, *carriers)})
+    inner = spice.run("preamplifier.cir", **_with(overrides, lcoil="4.4m", rcoil=37.9))  # 540 turns at 8.6 mm
+    result["preamplifier.noise_inner_10805"] = inner["noise_10805"]
     result["preamplifier.flatness"] = max(gains) / min(gains) - 1
     passed = run["gain_10805"]
     result["preamplifier.reject_conversions_db"] = 20 * math.log10(passed / run["gain_562800"])
