@@ -1,5 +1,5 @@
-// What the coils, amplifiers and converters of HARDWARE.md are good for. For people, not for the image: a test prints it and
-// holds the page to it.
+// Coils, amplifiers and converters of the board's first design, which the virtual board still has. The circuits to build are in
+// circuits/; their numbers are in circuits/results.csv. Not in the image.
 #pragma once
 
 #include <algorithm>

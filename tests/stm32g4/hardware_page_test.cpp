@@ -2,9 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <iterator>
 
+#include "board/nucleo_g474re/measuring.hpp"
 #include "tests/stm32g4/hardware_tables.hpp"
 
 namespace tricoil::test {
@@ -39,6 +42,24 @@ TEST(HardwarePage, NamesEveryPinOfTheBoardOnce) {
     }
     EXPECT_GT(declared, 15);
     EXPECT_EQ(std::count(pins.begin(), pins.end(), '\n'), declared + 2) << "no pin that is none";
+}
+
+/// The circuits are checked at these carriers and windows (tests/circuits).
+TEST(HardwarePage, CircuitsAreCheckedWithTheModesOfTheBoard) {
+    std::ifstream file(TRICOIL_SOURCE_DIR "/board/nucleo_g474re/circuits/modes.csv");
+    ASSERT_TRUE(file.is_open());
+    const std::string stated{std::istreambuf_iterator<char>(file), {}};
+    std::string modes = "mode,multiplexing,frame_hz,guard_s,window_s,f1_hz,f2_hz,f3_hz\n";
+    for (const app::MeasuringMode& mode : nucleo_g474re::kModes) {
+        const signal::AcquisitionPlan& plan = mode.plan;
+        const auto& hz = plan.params.carrier_hz;
+        char line[160];
+        std::snprintf(line, sizeof line, "%s %.0f,%s,%.3f,%.6e,%.6e,%.2f,%.2f,%.2f\n", plan.is_tdm() ? "TDM" : "FDM",
+                      10 * std::floor(plan.params.frame_rate_hz / 10), plan.is_tdm() ? "tdm" : "fdm", plan.params.frame_rate_hz,
+                      plan.block_s() - plan.window_s(), plan.window_s(), hz[0], hz[1], hz[2]);
+        modes += line;
+    }
+    EXPECT_EQ(stated, modes);
 }
 
 }  // namespace

@@ -1,0 +1,137 @@
+"""Accuracy of one frame: what each analog cause makes of the position."""
+import csv
+import functools
+import math
+import os
+
+from geometry import Sensitivity
+from nonlinearity import rms_errors
+from spice import CIRCUITS
+
+MU0 = 4e-7 * math.pi
+HALF_SUPPLY_V = 1.65
+LSB_V = 3.3 / 4096
+COMFORTABLE_V = 0.55 * HALF_SUPPLY_V  # board/app/gain_ranging.hpp
+CONVERSIONS_HZ = 170e6 / 295
+
+# The chip (DS12288 gives typical figures near these; layout and supply decide)
+ADC_SNR_DB = 66
+OPAMP_EN = 100e-9
+OPAMP_GBW = 13e6
+ADC_INL_LSB = 1.0       # largest of a converter
+SWEEP_S = 0.8           # spent on each amplitude of the sweep
+
+# Drift: temperature since calibration within +-5 K evenly, 2.9 K RMS
+DRIFT_K = 5 / math.sqrt(3)
+SENSE_PER_K = 15e-6     # each sense resistor
+GAIN_PER_K = 14e-6      # each preamplifier: two ratios of 10 ppm/K resistors
+EXPANSION_PER_K = 14e-6  # formers of glass-fibre epoxy, diameter
+CABLE_PER_K = 1e-3      # capacitance of the sensor's cable
+COPPER_PER_K = 3.9e-3
+GAIN_STEPS_TODAY = 2e-3  # of the couplings' norm: what the firmware holds in the virtual board
+
+
+def modes():
+    with open(os.path.join(CIRCUITS, "modes.csv")) as file:
+        return list(csv.DictReader(file))
+
+
+NOISES = 4  # of the causes of of_frame, the first are noise
+
+
+def load_of(mode):
+    """Carrier, window, share of the full drive, crest of the sum; of the weakest carrier of a mode."""
+    first, last = float(mode["f1_hz"]), float(mode["f3_hz"])
+    if mode["multiplexing"] == "tdm":
+        return round(first), float(mode["window_s"]), 1.0, 1.0
+    return round(last), float(mode["window_s"]), 0.65 * first / last, math.sqrt(3)
+
+
+class Chain:
+    """From the source's moment to the converter. results: of the netlists; coil: parameters of the sensor coil."""
+
+    def __init__(self, results, coil, moment):
+        self.moment = moment
+        self.area = coil["turns"] * math.pi * coil["radius"] ** 2
+        self.gain = {f: results[f"preamplifier.gain_{f}"] for f in (7684, 9605, 10805, 13446)}
+        self.noise = {f: results[f"preamplifier.noise_{f}"] for f in self.gain}
+        self.reference_v = results["reference.full_drive_v"]
+        adc_rms = HALF_SUPPLY_V / math.sqrt(2) / 10 ** (ADC_SNR_DB / 20)
+        self.adc = adc_rms / math.sqrt(CONVERSIONS_HZ / 2)
+
+    def field_t(self, range_m):
+        return MU0 * self.moment / (2 * math.pi * range_m**3)
+
+    def coil_v(self, range_m, hz):
+        return 2 * math.pi * hz * self.field_t(range_m) * self.area
+
+    def nearest_m(self, hz):
+        """Where a signal at the full drive fills the converter's comfortable part at gain 1."""
+        return (self.coil_v(1, hz) * self.gain[hz] / COMFORTABLE_V) ** (1 / 3)
+
+    def ranging(self, range_m, hz, share=1.0, crest=1.0):
+        """Drive (a power of a half) and gain step that the signal asks for, and the voltage at the converter."""
+        volts = self.coil_v(range_m, hz) * self.gain[hz] * share
+        drive, gain = 1.0, 1
+        while volts * drive * crest > COMFORTABLE_V:
+            drive /= 2
+        while gain < 64 and volts * drive * gain * 2 * crest <= COMFORTABLE_V:
+            gain *= 2
+        return drive, gain, volts * drive * gain
+
+    def densities(self, hz, gain):
+        """V/sqrt(Hz) at the converter: preamplifier with coil; the chip's op-amp, folded; converter."""
+        reach = math.pi / 2 * OPAMP_GBW / gain
+        folded = math.sqrt(max(1.0, reach / (CONVERSIONS_HZ / 2)))
+        return self.noise[hz] * self.gain[hz] * gain, OPAMP_EN * gain * folded, self.adc
+
+    def relative_noise(self, range_m, hz, window_s, share=1.0, crest=1.0):
+        """Of the largest coupling, by cause: preamplifier, op-amp, converter, reference."""
+        drive, gain, volts = self.ranging(range_m, hz, share, crest)
+        own = [d / math.sqrt(window_s) / volts for d in self.densities(hz, gain)]
+        return [*own, self.adc / math.sqrt(window_s) / (self.reference_v * share * drive)]
+
+    def snr_db(self, range_m, hz, window_s, share=1.0, crest=1.0):
+        return -20 * math.log10(math.hypot(*self.relative_noise(range_m, hz, window_s, share, crest)))
+
+
+@functools.cache
+def _sensitivity():
+    return Sensitivity()
+
+
+def of_frame(chain, range_m, mode, coil):
+    """Millimetres (3D RMS) by cause for one frame of TDM, in two columns: as designed (the drive is swept at calibration), and with
+    what the firmware of today does about converters and gain steps."""
+    s = _sensitivity()
+    hz, window = round(float(mode["f1_hz"])), float(mode["window_s"])
+    mm = 1e3 * range_m
+    pre, opamp, adc, reference = chain.relative_noise(range_m, hz, window)
+    _, _, volts = chain.ranging(range_m, hz)
+    amplitude = volts / LSB_V
+    noise_lsb = math.hypot(pre, opamp, adc) * amplitude * math.sqrt(window / (SWEEP_S / 3 * 0.8))
+    raw, left = rms_errors(ADC_INL_LSB, noise_lsb)
+    reference_lsb = chain.reference_v / LSB_V
+    resonance = (hz * 2 * math.pi) ** 2 * coil["lcoil"] * coil["ccable"]
+    expansion = 2 * EXPANSION_PER_K * DRIFT_K
+    causes = [
+        ("noise: coil and preamplifier", s.coupling * pre, None),
+        ("noise: op-amp of the chip", s.coupling * opamp, None),
+        ("noise: converter", s.coupling * adc, None),
+        ("noise: reference", s.column * reference, None),
+        ("non-linearity of the sensors' converters", s.coupling * left / amplitude, s.coupling * raw / amplitude),
+        ("non-linearity of the reference's converter", s.common * left / reference_lsb, s.common * raw / reference_lsb),
+        # each step is compared at half the drive: the readings of the reference at full and at a quarter of the drive stay
+        ("gain steps (two away from the calibration's)", s.common * math.hypot(1, 4) * left / reference_lsb,
+         s.coupling * GAIN_STEPS_TODAY * math.sqrt(1.5) / 3),
+        ("drift: sense resistors", s.column * SENSE_PER_K * DRIFT_K, None),
+        ("drift: preamplifiers' gain", s.row * GAIN_PER_K * DRIFT_K, None),
+        ("drift: size of the coils", s.common * 2 * expansion, None),
+        ("drift: sensor coil's copper against its damping resistor", s.common * COPPER_PER_K * DRIFT_K * coil["rcoil"] / coil["rdamp"], None),
+        ("drift: cable's capacitance", s.common * CABLE_PER_K * DRIFT_K * resonance, None),
+    ]
+    return [(name, mm * designed, mm * (designed if today is None else today)) for name, designed, today in causes]
+
+
+def total(causes, column):
+    return math.sqrt(sum(row[column] ** 2 for row in causes))

@@ -1,0 +1,83 @@
+"""Limits that the results must keep, and for each of them a wrong part that breaks it."""
+import measures
+
+
+class Check:
+    """`result` is within least and most. `wrong`: overrides of one part that must take it out of them."""
+
+    def __init__(self, measure, result, least=None, most=None, wrong=None):
+        self.measure, self.result, self.least, self.most, self.wrong = measure, result, least, most, wrong
+
+    def holds(self, results):
+        value = results[self.result]
+        return (self.least is None or value >= self.least) and (self.most is None or value <= self.most)
+
+    def limit(self):
+        return " ".join(f"{sign} {bound:g}" for sign, bound in ((">=", self.least), ("<=", self.most)) if bound is not None)
+
+
+GUARD_US = 277.6  # modes.csv; coil and preamplifier settle one after the other, the preamplifier within the last 100 us
+
+CHECKS = [
+    Check(measures.loop, "loop.phase_margin_least_deg", least=45, wrong={"rd": "470k"}),
+    Check(measures.loop, "loop.phase_margin_fault_deg", least=30, wrong={"fp2": "400k"}),
+    Check(measures.slot, "slot.unsettled", most=1e-4, wrong={"rd": "1k"}),
+    Check(measures.slot, "slot.settling_us", most=GUARD_US - 100, wrong={"rd": "2.2k"}),
+    Check(measures.slot, "slot.peak_a", most=1.5, wrong={"rb": "8.2k"}),
+    Check(measures.slot, "slot.beyond_supply_v", most=0.6, wrong={"iclamp": "1e-30"}),
+    Check(measures.drive, "drive.full_a", least=1.17, most=1.23, wrong={"ra": "10k"}),
+    Check(measures.drive, "drive.headroom_v", least=0.3, wrong={"lcoil": "150u"}),
+    Check(measures.drive, "drive.low_band_a", least=1.0, wrong={"rcoil": "12"}),
+    Check(measures.drive, "drive.limit_least_a", least=1.4, wrong={"rset": "15k"}),
+    Check(measures.drive, "drive.limit_most_a", most=2.0, wrong={"rset": "4.7k"}),
+    Check(measures.fault, "fault.current_a", most=2.0, wrong={"rset": "3.3k"}),
+    Check(measures.fault, "fault.beyond_supply_v", most=0.6, wrong={"iclamp": "1e-30"}),
+    Check(measures.fault, "fault.supplies_v", most=24.0, wrong={"cbulk": "10u"}),
+    Check(measures.heat, "heat.junction_c", most=110, wrong={"rhs": "8"}),
+    Check(measures.two_bands, "two_bands.low_a", least=0.34, most=0.36, wrong={"cblk": "10n"}),
+    Check(measures.two_bands, "two_bands.high_a", least=0.55, most=0.70, wrong={"cb": "22n"}),
+    Check(measures.two_bands, "two_bands.peak_a", most=1.5, wrong={"rb": "8.2k"}),
+    Check(measures.two_bands, "two_bands.junction_c", most=110, wrong={"rhs": "8"}),
+    Check(measures.enable, "enable.off_v", most=0.4, wrong={"rpull": "100k"}),
+    Check(measures.enable, "enable.on_v", least=2.4, most=4.6, wrong={"re": "6.8k"}),
+    Check(measures.enable, "enable.on_delay_us", most=1, wrong={"ces": "4.7n"}),
+    Check(measures.enable, "enable.off_delay_us", most=1, wrong={"ces": "4.7n"}),
+    Check(measures.enable, "heartbeat.trigger_v", least=2.4, wrong={"chb": "3p"}),
+    Check(measures.enable, "heartbeat.stuck_v", most=0.8, wrong={"chb": "10u"}),
+    Check(measures.enable, "heartbeat.undershoot_v", least=-0.5, wrong={"iclamp": "1e-30"}),
+    Check(measures.preamplifier, "preamplifier.noise_10805", most=1.5e-9, wrong={"rg": "49.9"}),
+    Check(measures.preamplifier, "preamplifier.noise_inner_10805", most=1.8e-9, wrong={"en": "2.2n"}),
+    Check(measures.preamplifier, "preamplifier.noise_500", most=1.5e-9, wrong={"en": "3.2n"}),
+    Check(measures.preamplifier, "preamplifier.gain_10805", least=302, most=316, wrong={"rf": "220"}),
+    Check(measures.preamplifier, "preamplifier.gain_500", least=302, most=316, wrong={"r2": "12k"}),
+    Check(measures.preamplifier, "preamplifier.flatness", most=0.01, wrong={"c1": "22n"}),
+    Check(measures.preamplifier, "preamplifier.reject_conversions_db", least=70, wrong={"c1": "100p"}),
+    Check(measures.preamplifier, "preamplifier.reject_samples_db", least=18, wrong={"c2": "100p"}),
+    Check(measures.preamplifier, "preamplifier.settling_us", most=100, wrong={"c1": "100n"}),
+    Check(measures.reference, "reference.full_drive_v", least=0.67, most=0.73, wrong={"r2": "3.3k"}),
+    Check(measures.reference, "reference.phase_match_deg", most=1.0, wrong={"c4": "22n"}),
+    Check(measures.reference, "reference.noise", most=200e-9, wrong={"en": "45n"}),
+    Check(measures.coils, "coils.netlist_error", most=0.02, wrong={"n1": "33"}),
+    Check(measures.exposure, "field.tdm_10cm_ut", most=27, wrong={"n2": "45"}),
+    Check(measures.exposure, "field.fdm_10cm_ut", most=27, wrong={"a1": "50m"}),
+    Check(measures.exposure, "field.two_bands_10cm_share", most=1, wrong={"a2": "52m"}),
+    Check(measures.accuracy, "budget.total_75_mm", most=0.2, wrong={"en": "3.2n"}),
+]
+
+RUNS = [measures.loop, measures.slot, measures.drive, measures.fault, measures.heat, measures.two_bands, measures.enable, measures.preamplifier,
+        measures.reference, measures.coils, measures.exposure]
+
+
+def all_results():
+    results = {}
+    for measure in RUNS:
+        results.update(measure())
+    results.update(measures.accuracy(results))
+    return results
+
+
+def with_wrong_part(check, results):
+    """Results of the check's measure with its wrong part."""
+    if check.measure is measures.accuracy:
+        return check.measure(results, **check.wrong)
+    return check.measure(**check.wrong)

@@ -1,0 +1,159 @@
+"""Tables of the pages, from results.csv. A page marks a table's place by <!-- table NAME --> and <!-- end -->."""
+import os
+import re
+
+import budget
+import checks
+import spice
+from drawings import DRAWINGS
+from spice import CIRCUITS
+
+BOARD = os.path.dirname(CIRCUITS)
+PLACE = re.compile(r"(<!-- table (\w+) -->\n)(.*?)(<!-- end -->)", re.S)
+
+
+def _table(head, rows):
+    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows]) + "\n"
+
+
+def ranges(r):
+    head = ["range, m", "field, nT", "sensor coil, uV", "drive", "gain", "converter, V", "SNR, dB", "noise, mm", "all causes, mm",
+            "with today's firmware, mm"]
+    return _table(head, [[f"{cm / 100:.2f}", f"{1e9 * r[f'range.field_{cm}_t']:.1f}", f"{1e6 * r[f'range.coil_{cm}_v']:.0f}",
+                          f"1/{1 / r[f'range.drive_{cm}']:.0f}", f"{r[f'range.gain_{cm}']:.0f}", f"{r[f'range.converter_{cm}_v']:.2f}",
+                          f"{r[f'range.snr_{cm}_db']:.1f}", *(f"{r[f'budget.{what}_{cm}_mm']:.2f}" for what in ("noise", "total", "today"))]
+                         for cm in (15, 30, 60, 75, 90, 120)])
+
+
+def promise(r):
+    rows = [[f"{cm / 100:.1f}", f"{r[f'range.snr_{cm}_db']:.0f}", f"{r[f'budget.noise_{cm}_mm']:.2f}", f"{r[f'budget.total_{cm}_mm']:.2f}"]
+            for cm in (30, 60, 90, 120)]
+    return _table(["range, m", "signal to noise, dB", "error from noise, mm", "from all analog causes, calibrated as designed, mm"], rows)
+
+
+def modes(r):
+    head = ["mode", "window, ms", "weakest carrier, kHz", "SNR at 0.3 m, dB", "0.6 m", "1.2 m"]
+    rows = []
+    for mode in budget.modes():
+        hz, window, _, _ = budget.load_of(mode)
+        rows.append([mode["mode"], f"{1e3 * window:.2f}", f"{hz / 1e3:.2f}",
+                     *(f"{r['snr.' + mode['mode'] + f'_{cm}_db']:.1f}" for cm in (30, 60, 120))])
+    return _table(head, rows)
+
+
+def causes(r):
+    names = [name[len("cause."):] for name in r if name.startswith("cause.")]
+    rows = [[name, f"{r['cause.' + name]:.3f}", f"{r['today.' + name]:.3f}"] for name in names]
+    rows.append(["**all together**", f"**{r['budget.total_75_mm']:.3f}**", f"**{r['budget.today_75_mm']:.3f}**"])
+    return _table(["cause", "as designed, mm", "with today's firmware, mm"], rows)
+
+
+def coils(r):
+    p = {name: spice.value("power_stage.cir", name) for name in ("n1", "n2", "n3", "a1", "a2", "a3")}
+    q = {name: spice.value("preamplifier.cir", name) for name in ("turns", "radius")}
+    names = ("s1", "s2", "s3", "sensor")
+    rows = [["turns", *(f"{p[f'n{k}']:.0f}" for k in (1, 2, 3)), f"{q['turns']:.0f}"],
+            ["mean radius, mm", *(f"{1e3 * p[f'a{k}']:.1f}" for k in (1, 2, 3)), f"{1e3 * q['radius']:.1f}"],
+            ["winding: length along the axis, depth, mm", *["14, 2.5"] * 3, "10, 1.4"],
+            ["wire", *["litz, 60 x 0.1 mm"] * 3, "0.15 mm copper"],
+            ["inductance, uH", *(f"{1e6 * r[f'coils.{n}_h']:.1f}" for n in names)],
+            ["resistance, ohm", *(f"{r[f'coils.{n}_ohm']:.2f}" for n in names)],
+            ["turns times area, cm^2", *(f"{1e4 * r[f'coils.{n}_m2']:.0f}" for n in names)]]
+    return _table(["", "S1", "S2", "S3", "sensor coil"], rows)
+
+
+def drive(r):
+    full = r["drive.full_a"]
+    rows = []
+    for hz, use, share in ((300, "low band", None), (1000, "low band", None), (7684, "FDM 240, S1", 0.65),
+                           (9605, "FDM 240, S2", 0.52), (10805, "TDM 240, each", 1), (13446, "FDM 240, S3", 0.37)):
+        ohm = r[f"drive.ohm_{hz}"]
+        amps = share * full if share else min(1.5, r["drive.swing_v"] / ohm)
+        rows.append([f"{hz / 1e3:.2f}", use, f"{ohm:.2f}", f"{amps:.2f}" + ("" if share else " (the part's limit)"), f"{ohm * amps:.1f}"])
+    return _table(["carrier, kHz", "use", "coil S1 and sense resistor, ohm", "current, A", "voltage, V"], rows)
+
+
+def heat(r):
+    rows = [["TDM, each stage", f"{r['heat.tdm_stage_w']:.1f}"], ["TDM, all", f"{r['heat.tdm_all_w']:.1f}"],
+            *([f"FDM, stage S{k}", f"{r[f'heat.fdm_s{k}_w']:.1f}"] for k in (1, 2, 3)), ["FDM, all", f"{r['heat.fdm_all_w']:.1f}"],
+            ["two bands, stage S1", f"{r['two_bands.heat_w']:.1f}"]]
+    return _table(["", "heat, W"], rows)
+
+
+def preamplifier(r):
+    rows = [[f"{f / 1e3:.2f}", f"{r[f'preamplifier.gain_{f}']:.1f}", f"{1e9 * r[f'preamplifier.noise_{f}']:.2f}"]
+            for f in (500, 7684, 9605, 10805, 13446)]
+    return _table(["kHz", "gain", "noise at the coil, nV/rtHz"], rows)
+
+
+def densities(r):
+    rows = []
+    for gain in (1, 2, 4, 8, 16, 32, 64):
+        own = [1e9 * r[f"density.{name}_{gain}"] for name in ("converter", "opamp", "preamplifier")]
+        rows.append([str(gain), *(f"{d:.0f}" for d in own), f"{sum(d * d for d in own) ** 0.5:.0f}"])
+    return _table(["gain", "12-bit converter, nV/rtHz", "op-amp", "coil and preamplifier", "together"], rows)
+
+
+def fields(r):
+    rows = [[f"{cm} cm", f"{r[f'field.tdm_{cm}cm_ut']:.2f}", f"{r[f'field.fdm_{cm}cm_ut']:.2f}", "27", "100"] for cm in (10, 30)]
+    return _table(["from the middle of the source", "TDM, uT RMS", "FDM, sum of the three carriers", "general public", "occupational"], rows)
+
+
+def limits(r):
+    rows = [[f"`{c.result}`", f"{r[c.result]:.4g}", c.limit(), ", ".join(f"`{k}={v}`" for k, v in c.wrong.items())] for c in checks.CHECKS]
+    return _table(["result", "value", "limit", "a part that breaks it"], rows)
+
+
+TABLES = {table.__name__: table for table in (ranges, promise, modes, causes, coils, drive, heat, preamplifier, densities, fields, limits)}
+
+
+def _pages():
+    yield os.path.join(BOARD, "HARDWARE.md")
+    yield os.path.join(BOARD, "..", "..", "drivers", "FOR-HARDWARE-BUILDERS.md")
+    for name in sorted(os.listdir(CIRCUITS)):
+        if name.endswith(".md"):
+            yield os.path.join(CIRCUITS, name)
+
+
+def _filled(page, results):
+    with open(page) as file:
+        text = file.read()
+    return text, PLACE.sub(lambda place: place[1] + TABLES[place[2]](results) + place[4], text)
+
+
+def _path(name):
+    return os.path.join(CIRCUITS, name)
+
+
+def _drawn():
+    return [(name, draw().svg()) for name, draw in DRAWINGS.items()]
+
+
+def stale(results):
+    """Tables that are not in any page, pages with other tables than the results give, drawings with other values."""
+    found, used = [], set()
+    for page in _pages():
+        text, filled = _filled(page, results)
+        used |= {place[1] for place in PLACE.findall(text)}
+        if text != filled:
+            found.append(os.path.basename(page))
+    for name, drawing in _drawn():
+        if not os.path.exists(_path(name)):
+            found.append(name)
+            continue
+        with open(_path(name)) as file:
+            if file.read() != drawing:
+                found.append(name)
+    return found + [f"table {name}, in no page," for name in TABLES if name not in used]
+
+
+def rewrite(results):
+    for page in _pages():
+        text, filled = _filled(page, results)
+        if text != filled:
+            with open(page, "w") as file:
+                file.write(filled)
+    for name, drawing in _drawn():
+        with open(_path(name), "w") as file:
+            file.write(drawing)

@@ -1,0 +1,83 @@
+"""Runs the netlists of board/nucleo_g474re/circuits in ngspice, with single values overridden."""
+import math
+import os
+import re
+import shutil
+import subprocess
+import tempfile
+
+CIRCUITS = os.path.realpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "board", "nucleo_g474re", "circuits"))
+SUFFIX = {"f": 1e-15, "p": 1e-12, "n": 1e-9, "u": 1e-6, "m": 1e-3, "k": 1e3, "meg": 1e6, "": 1.0}
+
+
+def number(text):
+    """Value of '4.7k', '10meg', '390p'."""
+    match = re.fullmatch(r"([-+0-9.e]+?)(f|p|n|u|m|k|meg|)", text)
+    if match is None:
+        raise ValueError(f"not a number: {text}")
+    return float(match.group(1)) * SUFFIX[match.group(2)]
+
+
+def _parameter(name):
+    return re.compile(rf"^(\.param\b.*?[ ]){name}=(\S+)", re.M)
+
+
+def netlists():
+    """Text of every netlist by file name."""
+    texts = {}
+    for file in sorted(os.listdir(CIRCUITS)):
+        if file.endswith((".cir", ".lib")):
+            with open(os.path.join(CIRCUITS, file)) as handle:
+                texts[file] = handle.read()
+    return texts
+
+
+def value(file, name):
+    """A value that a netlist states."""
+    match = _parameter(name).search(netlists()[file])
+    if match is None:
+        raise KeyError(f"{file} has no parameter {name}")
+    return number(match.group(2))
+
+
+def run(bench, **overrides):
+    """Results that a bench prints, name to value. An override must name a parameter of the bench or of the circuit it includes."""
+    with tempfile.TemporaryDirectory() as folder:
+        return _run_in(folder, bench, overrides)
+
+
+def run_vectors(bench, **overrides):
+    """Rows (time, values...) of the file that a bench writes."""
+    with tempfile.TemporaryDirectory() as folder:
+        _run_in(folder, bench, overrides)
+        written = [name for name in os.listdir(folder) if name.endswith(".txt")]
+        if len(written) != 1:
+            raise RuntimeError(f"{bench} wrote {written}")
+        rows = []
+        with open(os.path.join(folder, written[0])) as file:
+            for line in file:
+                fields = [float(field) for field in line.split()]
+                rows.append([fields[0], *fields[1::2]])
+        return rows
+
+
+def _run_in(folder, bench, overrides):
+    texts = netlists()
+    used = [bench, *re.findall(r"^\.include (\S+)", texts[bench], re.M)]
+    for name, new in overrides.items():
+        holders = [file for file in used if _parameter(name).search(texts[file])]
+        if len(holders) != 1:
+            raise KeyError(f"{bench}: {len(holders)} files have the parameter {name}")
+        texts[holders[0]] = _parameter(name).sub(rf"\g<1>{name}={new}", texts[holders[0]], count=1)
+    for file, text in texts.items():
+        with open(os.path.join(folder, file), "w") as handle:
+            handle.write(text)
+    if shutil.which("ngspice") is None:
+        raise RuntimeError("ngspice is missing: toolchain/install-deps test")
+    done = subprocess.run(["ngspice", "-b", bench], cwd=folder, capture_output=True, text=True, timeout=300)
+    output = done.stdout + done.stderr
+    if done.returncode != 0 or re.search(r"^Error(?!: measure .* out of interval)", output, re.M):
+        raise RuntimeError(f"{bench} with {overrides}: ngspice fails:\n{output[-2000:]}")
+    results = {name: float(result) for name, result in re.findall(r"^(\w+)\s*=\s*([-+0-9.eE]+)", output, re.M)}
+    never = re.findall(r"meas \w+ (\w+) .*failed!", output)  # an event that does not happen
+    return {**results, **{name: math.nan for name in never}}
