@@ -1,10 +1,14 @@
 // The trackers that a person chooses from, by name.
 #pragma once
 
+#include <algorithm>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "board/host/errors.hpp"
 #include "board/host/names.hpp"
+#include "core/fixed/tracker.hpp"
 #include "core/tracking/scaat/filter.hpp"
 #include "core/tracking/tracker.hpp"
 
@@ -13,14 +17,33 @@ namespace tricoil::host {
 /// Methods in the order of tracking::Method, then the filter.
 inline const std::vector<std::string> kTrackerNames{"direct", "previous", "previous-angles", "scaat"};
 
+/// Trackers in integers, in the order of fixed::Method.
+inline const std::vector<std::string> kFixedTrackerNames{"fixed-direct", "fixed-previous"};
+
+/// The method of an integer tracker; none for any other name.
+inline std::optional<fixed::Method> fixed_method(const std::string& typed) {
+    const auto found = std::find(kFixedTrackerNames.begin(), kFixedTrackerNames.end(), typed);
+    if (found == kFixedTrackerNames.end()) {
+        return std::nullopt;
+    }
+    return static_cast<fixed::Method>(found - kFixedTrackerNames.begin());
+}
+
 struct TrackerChoice {
     tracking::Method method = tracking::Method::direct;  // what a filter starts from
     bool filters = false;
 };
 
-/// What --tracker says. Throws sim::InputError for a name that is none.
+/// What --tracker says. Throws InputError for an unknown name, and for an integer tracker: columns are not enough for it.
 inline TrackerChoice tracker_choice(const std::string& typed) {
-    const std::size_t n = index_of_name("--tracker", typed, kTrackerNames);
+    if (fixed_method(typed)) {
+        throw InputError("--tracker " + typed +
+                         ": computes poses from samples, which only a simulated run has; use direct, previous "
+                         "or scaat for columns");
+    }
+    std::vector<std::string> names = kTrackerNames;
+    names.insert(names.end(), kFixedTrackerNames.begin(), kFixedTrackerNames.end());
+    const std::size_t n = index_of_name("--tracker", typed, names);
     const bool filters = n + 1 == kTrackerNames.size();
     return {filters ? tracking::Method::direct : static_cast<tracking::Method>(n), filters};
 }
