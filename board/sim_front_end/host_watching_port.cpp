@@ -40,16 +40,14 @@ void HostWatchingPort::pretend_stop() {
 }
 
 Status HostWatchingPort::do_open() {
-    if (!is_open_ || is_lost_) {
-        is_open_ = port_.open().ok();
-        is_lost_ = false;
-    }
+    is_open_ = is_open_ || port_.open().ok();
     return is_open_ ? Status{} : Status{StatusCode::device_lost, "not there"};
 }
 
 void HostWatchingPort::do_close() {
     port_.close();
     is_open_ = false;
+    is_lost_ = false;
     arrived_.clear();
     commands_ = 0;
 }

@@ -20,8 +20,8 @@ public:
     /// Puts a command of the host's to stop behind what has arrived.
     void pretend_stop();
 
-    /// Something other than keep-alives waits to be received.
-    [[nodiscard]] bool has_command() const { return commands_ > 0; }
+    /// Something other than keep-alives waits to be received, the loss of the link included.
+    [[nodiscard]] bool has_command() const { return commands_ > 0 || is_lost_; }
     /// Poses or columns beyond those that the host has acknowledged.
     [[nodiscard]] std::uint32_t ahead() const { return has_sent_ ? sent_ - acknowledged_ : 0; }
     /// When the newest message of the host came.
