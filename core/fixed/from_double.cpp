@@ -68,7 +68,6 @@ tracking::PoseEstimate<double> to_double(const PoseEstimate& estimate) {
     if (noise > 0 && range_m > 0) {
         e.covariance = solver::pose_covariance<double>(1, range_m, e.position_m / range_m, noise);
         e.snr_db = -20 * std::log10(noise);
-        e.distortion_chi_square = 6 * estimate.misfit_share.to_double() / (noise * noise);  // |X|^2 = 6 k^2 of a dipole
     }
     return e;
 }

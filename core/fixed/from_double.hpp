@@ -17,7 +17,7 @@ Vec3<Unit> direction_from(const Vec3<double>& v);
 /// no counterpart. volts_per_code: of the converters. Errors: those of check().
 Result<DemodulatorParams> demodulator_params_from(const signal::DemodulatorParams<double>& params, double volts_per_code);
 
-/// Position and attitude exactly; covariance, SNR and chi-square from the noise share and the misfit share.
+/// Position and attitude exactly; covariance and SNR from the noise share. No chi-square: the misfit share is too coarse for it.
 tracking::PoseEstimate<double> to_double(const PoseEstimate& estimate);
 
 }  // namespace tricoil::fixed

@@ -119,6 +119,9 @@ Worst compare(signal::Multiplexing multiplexing, int bits, double seconds, Metho
         worst.attitude_rad = std::max(worst.attitude_rad, attitude_rad);
         worst.position_squares += position_m * position_m;
         worst.attitude_squares += attitude_rad * attitude_rad;
+        const auto shown = to_double(*ours);
+        EXPECT_NEAR(shown.snr_db, exact->snr_db, 0.2);
+        EXPECT_NEAR(std::sqrt(shown.covariance.trace() / exact->covariance.trace()), 1, 0.02);
         const double noise = std::pow(10, -exact->snr_db / 20);
         worst.noise_share = std::max(worst.noise_share, std::abs(ours->noise_share.to_double() / noise - 1));
     }
