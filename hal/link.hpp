@@ -6,21 +6,25 @@
 
 namespace tricoil::hal {
 
-/// Carries pose estimates to whoever uses them: a bus, a file, a screen. Scalar: the precision the tracker runs in.
-template <typename Scalar>
-class Link {
+/// Carries pose estimates to whoever uses them: a bus, a file, a screen.
+template <typename Estimate>
+class EstimateLink {
 public:
-    Link() = default;
-    Link(const Link&) = delete;
-    Link& operator=(const Link&) = delete;
-    virtual ~Link() = default;
+    EstimateLink() = default;
+    EstimateLink(const EstimateLink&) = delete;
+    EstimateLink& operator=(const EstimateLink&) = delete;
+    virtual ~EstimateLink() = default;
 
     /// Hands over one estimate, valid or not. Thread context; does not wait for the other side.
     /// ok; not_ready: the queue is full, this estimate is dropped; device_lost: nobody will take any more.
-    Status send(const tracking::PoseEstimate<Scalar>& estimate) { return do_send(estimate); }
+    Status send(const Estimate& estimate) { return do_send(estimate); }
 
 private:
-    virtual Status do_send(const tracking::PoseEstimate<Scalar>& estimate) = 0;
+    virtual Status do_send(const Estimate& estimate) = 0;
 };
+
+/// Scalar: the precision the tracker runs in.
+template <typename Scalar>
+using Link = EstimateLink<tracking::PoseEstimate<Scalar>>;
 
 }  // namespace tricoil::hal

@@ -4,22 +4,22 @@
 
 namespace tricoil::app {
 
-template <typename Scalar, typename SensorTracker, int Sensors>
-MainLoop<Scalar, SensorTracker, Sensors>::MainLoop(const MainLoopParams<Scalar>& params, Devices<Scalar> devices)
+template <typename Chain, int Sensors>
+BlockLoop<Chain, Sensors>::BlockLoop(const Params& params, const Devices& devices)
     : plan_(params.plan), sensor_count_(params.sensors), devices_(devices) {
     devices_.coils.switch_off();
     for (int n = 0; n < std::min(sensor_count_, Sensors); ++n) {
-        sensors_[static_cast<std::size_t>(n)].emplace(params);
+        chains_[static_cast<std::size_t>(n)].emplace(params);
     }
 }
 
-template <typename Scalar, typename SensorTracker, int Sensors>
-MainLoop<Scalar, SensorTracker, Sensors>::~MainLoop() {
+template <typename Chain, int Sensors>
+BlockLoop<Chain, Sensors>::~BlockLoop() {
     stop();
 }
 
-template <typename Scalar, typename SensorTracker, int Sensors>
-Status MainLoop<Scalar, SensorTracker, Sensors>::start() {
+template <typename Chain, int Sensors>
+Status BlockLoop<Chain, Sensors>::start() {
     if (sensor_count_ < 1 || sensor_count_ > Sensors) {
         return {StatusCode::invalid_argument, "number of sensors must be at least one, and no more than there is memory for"};
     }
@@ -34,8 +34,8 @@ Status MainLoop<Scalar, SensorTracker, Sensors>::start() {
     return status;
 }
 
-template <typename Scalar, typename SensorTracker, int Sensors>
-Status MainLoop<Scalar, SensorTracker, Sensors>::step() {
+template <typename Chain, int Sensors>
+Status BlockLoop<Chain, Sensors>::step() {
     const Status status = acquire();
     if (status.ok()) {
         process();
@@ -43,8 +43,8 @@ Status MainLoop<Scalar, SensorTracker, Sensors>::step() {
     return status;
 }
 
-template <typename Scalar, typename SensorTracker, int Sensors>
-Status MainLoop<Scalar, SensorTracker, Sensors>::acquire() {
+template <typename Chain, int Sensors>
+Status BlockLoop<Chain, Sensors>::acquire() {
     has_block_ = false;
     if (blocks_of_slot_ == 0) {
         if (const Status excited = devices_.coils.excite(next_state()); !excited.ok()) {
@@ -58,9 +58,9 @@ Status MainLoop<Scalar, SensorTracker, Sensors>::acquire() {
     if (polled.code() == StatusCode::timed_out) {
         ++counters_.lost_blocks;
         ++expected_sequence_;
-        for (std::size_t n = 0; n < sensors_.size(); ++n) {
-            if (sensors_[n]) {
-                tick(n);
+        for (std::size_t n = 0; n < chains_.size(); ++n) {
+            if (chains_[n]) {
+                chains_[n]->tick(static_cast<std::uint8_t>(n), devices_, counters_);
             }
         }
         return polled;
@@ -76,92 +76,51 @@ Status MainLoop<Scalar, SensorTracker, Sensors>::acquire() {
     return {};
 }
 
-template <typename Scalar, typename SensorTracker, int Sensors>
-void MainLoop<Scalar, SensorTracker, Sensors>::process() {
+template <typename Chain, int Sensors>
+void BlockLoop<Chain, Sensors>::process() {
     if (!has_block_) {
         return;
     }
-    if (block_.sensor >= sensors_.size() || !sensors_[block_.sensor]) {
+    if (block_.sensor >= chains_.size() || !chains_[block_.sensor]) {
         ++counters_.refused_blocks;
         return;
     }
-    if (!track(*sensors_[block_.sensor])) {
-        tick(block_.sensor);
+    Chain& chain = *chains_[block_.sensor];
+    if (!chain.update(block_, devices_, counters_)) {
+        chain.tick(block_.sensor, devices_, counters_);
     }
 }
 
-/// The block's columns and their poses; false if there was none. Its frame is off the stack again when tick() needs one as large.
-template <typename Scalar, typename SensorTracker, int Sensors>
-[[gnu::noinline]] bool MainLoop<Scalar, SensorTracker, Sensors>::track(Sensor& sensor) {
-    const auto columns = sensor.demodulator.demodulate(block_);
-    if (!columns.ok()) {
-        ++counters_.refused_blocks;
-        return false;
-    }
-    bool gave_pose = false;
-    for (const Column<Scalar>& column : *columns) {
-        if (devices_.tap != nullptr) {
-            devices_.tap->column(column);
-        }
-        if (const auto estimate = sensor.tracker.update(column)) {
-            send(*estimate);
-            gave_pose = true;
-        }
-    }
-    return gave_pose;
-}
-
-template <typename Scalar, typename SensorTracker, int Sensors>
-void MainLoop<Scalar, SensorTracker, Sensors>::tick(std::size_t n) {
-    const DeviceTime now = devices_.clock.now();
-    if (devices_.tap != nullptr) {
-        devices_.tap->tick(static_cast<std::uint8_t>(n), now);
-    }
-    if (const auto estimate = sensors_[n]->tracker.tick(now)) {
-        send(*estimate);
-    }
-}
-
-template <typename Scalar, typename SensorTracker, int Sensors>
-Status MainLoop<Scalar, SensorTracker, Sensors>::set_hemisphere(std::size_t sensor, const Vec3<Scalar>& towards) {
-    if (sensor >= sensors_.size() || !sensors_[sensor]) {
+template <typename Chain, int Sensors>
+Status BlockLoop<Chain, Sensors>::set_hemisphere(std::size_t sensor, const typename Chain::Direction& towards) {
+    if (sensor >= chains_.size() || !chains_[sensor]) {
         return {StatusCode::invalid_argument, "no such sensor"};
     }
-    if (devices_.tap != nullptr) {
-        devices_.tap->hemisphere(static_cast<std::uint8_t>(sensor), towards);
-    }
-    return sensors_[sensor]->tracker.set_hemisphere(towards);
+    return chains_[sensor]->set_hemisphere(static_cast<std::uint8_t>(sensor), towards, devices_);
 }
 
-template <typename Scalar, typename SensorTracker, int Sensors>
-void MainLoop<Scalar, SensorTracker, Sensors>::stop() {
+template <typename Chain, int Sensors>
+void BlockLoop<Chain, Sensors>::stop() {
     devices_.coils.switch_off();
     devices_.sampler.stop();
     has_block_ = false;
 }
 
-template <typename Scalar, typename SensorTracker, int Sensors>
-Excitation MainLoop<Scalar, SensorTracker, Sensors>::next_state() const {
+template <typename Chain, int Sensors>
+Excitation BlockLoop<Chain, Sensors>::next_state() const {
     return plan_.is_tdm() ? single_coil(slot_ % kSourceCoils) : Excitation::all;
 }
 
-template <typename Scalar, typename SensorTracker, int Sensors>
-void MainLoop<Scalar, SensorTracker, Sensors>::count_gap(std::uint32_t sequence) {
+template <typename Chain, int Sensors>
+void BlockLoop<Chain, Sensors>::count_gap(std::uint32_t sequence) {
     const auto gap = static_cast<std::int32_t>(sequence - expected_sequence_);  // wraps as the sequence does
     counters_.lost_blocks += gap > 0 ? static_cast<std::uint32_t>(gap) : 0U;
     expected_sequence_ = sequence + 1;
 }
 
-template <typename Scalar, typename SensorTracker, int Sensors>
-void MainLoop<Scalar, SensorTracker, Sensors>::send(const tracking::PoseEstimate<Scalar>& estimate) {
-    if (devices_.tap != nullptr) {
-        devices_.tap->pose(estimate);
-    }
-    counters_.unsent_poses += devices_.link.send(estimate).ok() ? 0U : 1U;
-}
-
-template class MainLoop<double>;
-template class MainLoop<float, tracking::ScaatTracker<float>, 1>;
-template class MainLoop<float, tracking::PreviousTracker<float>, 1>;
+template class BlockLoop<ColumnChain<double, tracking::AnyTracker<double>>, tracking::kMaxSensors>;
+template class BlockLoop<ColumnChain<float, tracking::ScaatTracker<float>>, 1>;
+template class BlockLoop<ColumnChain<float, tracking::PreviousTracker<float>>, 1>;
+template class BlockLoop<FixedChain, 1>;
 
 }  // namespace tricoil::app

@@ -5,53 +5,23 @@
 #include <cstdint>
 #include <optional>
 
-#include "core/signal/demodulator.hpp"
-#include "core/tracking/methods/any_tracker.hpp"
-#include "hal/clock.hpp"
-#include "hal/coil_driver.hpp"
-#include "hal/coil_sampler.hpp"
-#include "hal/link.hpp"
-#include "hal/tracker_tap.hpp"
+#include "board/app/column_chain.hpp"
+#include "board/app/fixed_chain.hpp"
 
 namespace tricoil::app {
 
-/// What a board puts behind the loop. All must outlive it.
-template <typename Scalar>
-struct Devices {
-    hal::Clock& clock;
-    hal::CoilDriver& coils;
-    hal::CoilSampler& sampler;
-    hal::Link<Scalar>& link;
-    hal::TrackerTap<Scalar>* tap = nullptr;  // sees what the trackers are given and answer; none: nobody looks
-};
-
-template <typename Scalar>
-struct MainLoopParams {
-    signal::AcquisitionPlan plan;  // from plan_acquisition()
-    signal::DemodulatorParams<Scalar> demodulator;
-    tracking::TrackerParams<Scalar> tracker;  // must pass check()
-    /// Of the coils that the columns are measured with; none: ideal triads.
-    typename tracking::Tracker<Scalar>::Correction correction = std::nullopt;
-    int sensors = 1;  // blocks that each excitation brings, one a sensor, in the order 0, 1, ...
-};
-
-struct MainLoopCounters {
-    std::uint64_t blocks = 0;          // received
-    std::uint64_t lost_blocks = 0;     // gaps in the sequence, and polls that timed out
-    std::uint64_t refused_blocks = 0;  // that the demodulator refused, or of a sensor that is not there
-    std::uint64_t unsent_poses = 0;    // that the link did not take
-};
-
-/// Owns a demodulator and a tracker per sensor, not the devices; memory for Sensors of them is part of the object. The coils are
-/// off before start(), after any error and after destruction. SensorTracker: AnyTracker, or, where memory is scarce, the tracker
-/// of one method.
-template <typename Scalar, typename SensorTracker = tracking::AnyTracker<Scalar>, int Sensors = tracking::kMaxSensors>
-class MainLoop {
+/// Owns a chain per sensor, not the devices; memory for Sensors of them is part of the object. The coils are off before start(),
+/// after any error and after destruction. Chain: from one sensor's blocks to its poses, ColumnChain or FixedChain.
+template <typename Chain, int Sensors>
+class BlockLoop {
 public:
-    MainLoop(const MainLoopParams<Scalar>& params, Devices<Scalar> devices);
-    ~MainLoop();
-    MainLoop(const MainLoop&) = delete;
-    MainLoop& operator=(const MainLoop&) = delete;
+    using Params = typename Chain::Params;
+    using Devices = typename Chain::Devices;
+
+    BlockLoop(const Params& params, const Devices& devices);
+    ~BlockLoop();
+    BlockLoop(const BlockLoop&) = delete;
+    BlockLoop& operator=(const BlockLoop&) = delete;
 
     /// Begins sampling. A sensor's first FDM block is dropped: it holds the switching-on, which TDM has a guard for in every
     /// slot. Errors: invalid_argument for a number of sensors outside 1 to Sensors, and those of CoilSampler::start.
@@ -71,32 +41,21 @@ public:
     /// Coils off, sampling ended; start() may follow.
     void stop();
 
-    /// SensorTracker::set_hemisphere of a sensor that is there, between two blocks.
-    Status set_hemisphere(std::size_t sensor, const Vec3<Scalar>& towards);
+    /// Chain::set_hemisphere of a sensor that is there, between two blocks.
+    Status set_hemisphere(std::size_t sensor, const typename Chain::Direction& towards);
 
     [[nodiscard]] const MainLoopCounters& counters() const { return counters_; }
     /// Of sensor 0 to sensors - 1.
-    [[nodiscard]] SensorTracker& tracker(std::size_t sensor = 0) { return sensors_[sensor]->tracker; }
+    [[nodiscard]] auto& tracker(std::size_t sensor = 0) { return chains_[sensor]->tracker(); }
 
 private:
-    struct Sensor {
-        explicit Sensor(const MainLoopParams<Scalar>& params)
-            : demodulator(params.plan, params.demodulator), tracker(params.tracker, params.correction) {}
-
-        signal::Demodulator<Scalar> demodulator;
-        SensorTracker tracker;
-    };
-
     [[nodiscard]] Excitation next_state() const;
     void count_gap(std::uint32_t sequence);
-    bool track(Sensor& sensor);
-    void tick(std::size_t n);
-    void send(const tracking::PoseEstimate<Scalar>& estimate);
 
     signal::AcquisitionPlan plan_;
-    std::array<std::optional<Sensor>, Sensors> sensors_;  // the first sensor_count_ are there
+    std::array<std::optional<Chain>, Sensors> chains_;  // the first sensor_count_ are there
     int sensor_count_;
-    Devices<Scalar> devices_;
+    Devices devices_;
     SampleBlock block_;
     bool has_block_ = false;
     std::uint32_t expected_sequence_ = 0;
@@ -106,12 +65,18 @@ private:
     MainLoopCounters counters_;
 };
 
-extern template class MainLoop<double>;
+template <typename Scalar, typename Tracker = tracking::AnyTracker<Scalar>, int Sensors = tracking::kMaxSensors>
+using MainLoop = BlockLoop<ColumnChain<Scalar, Tracker>, Sensors>;
+extern template class BlockLoop<ColumnChain<double, tracking::AnyTracker<double>>, tracking::kMaxSensors>;
 
 /// The loops of boards with one sensor: with the filter, and with the previous-measurement technique.
 using BoardLoop = MainLoop<float, tracking::ScaatTracker<float>, 1>;
 using PreviousLoop = MainLoop<float, tracking::PreviousTracker<float>, 1>;
-extern template class MainLoop<float, tracking::ScaatTracker<float>, 1>;
-extern template class MainLoop<float, tracking::PreviousTracker<float>, 1>;
+extern template class BlockLoop<ColumnChain<float, tracking::ScaatTracker<float>>, 1>;
+extern template class BlockLoop<ColumnChain<float, tracking::PreviousTracker<float>>, 1>;
+
+/// The loop of a board without a floating-point unit.
+using FixedLoop = BlockLoop<FixedChain, 1>;
+extern template class BlockLoop<FixedChain, 1>;
 
 }  // namespace tricoil::app

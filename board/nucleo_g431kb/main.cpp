@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "board/nucleo_g431kb/pins.hpp"
+#include "board/stm32g4/startup.hpp"
 #include "core/field/concentric_dipole.hpp"
 #include "core/geometry/angles.hpp"
 #include "core/solver/direct.hpp"
@@ -28,6 +29,10 @@ bool solves() {
 }
 
 }  // namespace
+
+void tricoil::stm32g4_board::switch_outputs_off() {}  // this board drives nothing
+
+[[gnu::section(".vectors"), gnu::used]] constinit const stm32g4_board::Vectors kVectors = stm32g4_board::fault_vectors();
 
 int main() {
     auto& rcc = peripheral<RccRegisters>(kRccBase);

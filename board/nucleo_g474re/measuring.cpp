@@ -1,30 +1,13 @@
 #include "board/nucleo_g474re/measuring.hpp"
 
-#include <numbers>
-
 namespace tricoil::nucleo_g474re {
-namespace {
-
-constexpr float kTurn = 2 * std::numbers::pi_v<float>;
-
-signal::GainSteps<float> gain_steps() {
-    signal::GainSteps<float> steps{};
-    for (std::uint8_t n = 0; n < stm32g4::SensorAmplifiers::kSteps; ++n) {
-        const float gain = stm32g4::SensorAmplifiers::gain_of(n);
-        steps[n].gain = {gain, gain, gain};
-        steps[n].lag_s.fill(gain / (kTurn * kGainBandwidthHz));
-    }
-    return steps;
-}
-
-}  // namespace
 
 app::DeviceParams device_params(std::uint64_t serial, std::uint32_t firmware) {
     app::DeviceParams params;
     params.serial = serial;
     params.firmware = firmware;
     params.modes = kModes;
-    params.demodulator.gain_steps = gain_steps();
+    params.demodulator.gain_steps = stm32g4_board::gain_steps();
     params.demodulator.sigma_floor = 1e-7F;      // quantisation at the highest gain
     params.demodulator.min_reference_v = 0.05F;  // of 0.7 V, or 0.25 V in FDM
     params.demodulator.linear_share = 0.95F;     // the op-amps reach to 0.1 V of the rails (DS12288)

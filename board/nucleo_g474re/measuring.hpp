@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "board/app/device_parts.hpp"
+#include "board/stm32g4/channels.hpp"
 #include "core/signal/stated_plan.hpp"
 #include "drivers/stm32g4/acquisition.hpp"
 
@@ -15,19 +15,9 @@ constexpr double kSampleRateHz = stm32g4::Acquisition::sample_rate_hz(kOversampl
 /// Where a sensor channel at gain 1 gives what the coupling says; it grows with frequency.
 constexpr double kUnityResponseHz = 10e3;
 
-/// A coil's voltage is the derivative of the flux: i f / f0, of each carrier of a mode.
-constexpr signal::ChannelResponse<float> response_of(const signal::AcquisitionPlan& plan) {
-    signal::ChannelResponse<float> response{};
-    for (std::size_t carrier = 0; carrier < response.size(); ++carrier) {
-        const auto ratio = static_cast<float>(plan.params.carrier_hz[carrier] / kUnityResponseHz);
-        for (auto& coil : response[carrier]) {
-            coil = {0, ratio};
-        }
-    }
-    return response;
+constexpr app::MeasuringMode with_response(const signal::AcquisitionPlan& plan) {
+    return stm32g4_board::with_response(plan, kUnityResponseHz);
 }
-
-constexpr app::MeasuringMode with_response(const signal::AcquisitionPlan& plan) { return {plan, response_of(plan)}; }
 
 /// The modes, the first one at power-on. The FDM modes have the same carriers, 7.68, 9.60 and 13.45 kHz: no third-order product
 /// of two falls on the third. TDM has one, 10.81 kHz.
@@ -41,7 +31,6 @@ inline constexpr std::array kModes{
 constexpr float kMostReference_v = 1.3F;       // 0.7 V is what the full amplitude makes, 1.1 V the three of FDM together
 constexpr float kTripMargin = 1.1F;            // of the hardware's limit, so that the program has seen why by then
 constexpr float kCouplingConstant = 6.75e-3F;  // C: 0.175 V at 0.3 m
-constexpr float kGainBandwidthHz = 13e6F;      // of the op-amps (DS12288)
 
 app::DeviceParams device_params(std::uint64_t serial, std::uint32_t firmware);
 

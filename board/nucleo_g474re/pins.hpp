@@ -2,15 +2,16 @@
 // whoever wires it; facts from DS12288 (pins), RM0440 (everything else), UM2505 (the Nucleo).
 #pragma once
 
-#include <cstdint>
+#include <array>
+
+#include "board/stm32g4/wiring.hpp"
 
 namespace tricoil::nucleo_g474re {
 
-/// Port letter and number; alternate functions are those of DS12288 tables 13-19.
-struct PinName {
-    char port;
-    std::uint8_t number;
-};
+using stm32g4_board::AdcInput;
+using stm32g4_board::DmaRoute;
+using stm32g4_board::InterruptPlan;
+using stm32g4_board::PinName;
 
 // Carriers of the three source coils. PA5 also feeds the green user LED: open solder bridge SB6.
 constexpr PinName kCarrier1{'A', 4};  // DAC1_OUT1
@@ -48,21 +49,9 @@ constexpr std::uint8_t kSensor1Opamp = 3;
 constexpr std::uint8_t kSensor2Opamp = 6;
 constexpr std::uint8_t kSensor3Opamp = 4;
 
-// ADC input channels.
-constexpr std::uint8_t kReferenceChannelOfAdc1 = 1;
-constexpr std::uint8_t kSensor1ChannelOfAdc3 = 13;
-constexpr std::uint8_t kSensor2ChannelOfAdc4 = 17;
-constexpr std::uint8_t kSensor3ChannelOfAdc5 = 5;
-
-/// Requests of the DMA multiplexer (RM0440 table 91), and the channels of DMA1 that they are given, 1-7.
-struct DmaRoute {
-    std::uint8_t channel;
-    std::uint8_t request;
-};
-constexpr DmaRoute kDmaAdc1{1, 5};
-constexpr DmaRoute kDmaAdc3{2, 37};
-constexpr DmaRoute kDmaAdc4{3, 38};
-constexpr DmaRoute kDmaAdc5{4, 39};  // last in priority: when it is through, so are the others; its interrupt ends a block
+constexpr AdcInput kReferenceInput{1, 1, {1, 5}};
+/// The last one's DMA channel is the last in priority: when it is through, so are the others; its interrupt ends a block.
+constexpr std::array<AdcInput, 3> kSensorInputs{{{3, 13, {2, 37}}, {4, 17, {3, 38}}, {5, 5, {4, 39}}}};
 constexpr DmaRoute kDmaDac1Channel1{5, 6};
 constexpr DmaRoute kDmaDac1Channel2{6, 7};
 constexpr DmaRoute kDmaDac2Channel1{7, 41};
@@ -72,11 +61,6 @@ constexpr DmaRoute kDmaDac3Channel1{5, 102};
 constexpr DmaRoute kDmaDac3Channel2{6, 103};
 constexpr DmaRoute kDmaDac4Channel1{7, 104};
 
-/// Interrupt numbers (RM0440 table 97) and priorities, 0 before 15.
-struct InterruptPlan {
-    std::uint8_t number;
-    std::uint8_t priority;
-};
 constexpr InterruptPlan kOverCurrent{18, 0};  // ADC1_2: analog watchdog of the reference
 constexpr InterruptPlan kBlockEnd{14, 1};     // DMA1 channel 4
 constexpr InterruptPlan kUsb{20, 4};          // USB_LP
@@ -85,3 +69,7 @@ constexpr InterruptPlan kSerial{38, 4};       // USART2
 constexpr std::uint8_t kTickPriority = 8;     // SysTick, 1 kHz: only ends a wait
 
 }  // namespace tricoil::nucleo_g474re
+
+namespace tricoil {
+namespace this_board = nucleo_g474re;  // for the sources of board/stm32g4
+}

@@ -10,6 +10,7 @@
 
 #include "board/linux/device_uri.hpp"
 #include "board/sim_front_end/gpio_watch.hpp"
+#include "board/sim_front_end/tracker_board.hpp"
 #include "board/support/command_line.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
@@ -46,6 +47,7 @@ struct Options {
     int patience_ms = 100;
     bool sync = false;
     std::string calibration;
+    bool tracks = false;
 };
 
 std::unique_ptr<hal::MessagePort> make_port(const std::string& link) {
@@ -70,8 +72,9 @@ std::unique_ptr<hal::MessagePort> make_port(const std::string& link) {
     throw host::InputError("--link '" + link + "': use can:INTERFACE, usbip:, gadget:FOLDER or pty:");
 }
 
-nlohmann::ordered_json report(const sim::SimulatedFrontEnd& front_end, const hal::MessagePort& port, const GpioWatch* gpio) {
-    const auto& c = front_end.counters();
+template <typename Device>
+nlohmann::ordered_json report(const Device& device, const hal::MessagePort& port, const GpioWatch* gpio) {
+    const auto c = device.counters();
     nlohmann::ordered_json json = {{"slots", c.slots},
                                    {"sent", c.sent},
                                    {"unsent", c.unsent},
@@ -79,7 +82,7 @@ nlohmann::ordered_json report(const sim::SimulatedFrontEnd& front_end, const hal
                                    {"watchdogs", c.watchdogs},
                                    {"starts", c.starts},
                                    {"coils_off_after_ms", 1e-3 * static_cast<double>(c.longest_silence_us)},
-                                   {"coils_on", front_end.coils_on()},
+                                   {"coils_on", device.coils_on()},
                                    {"link_losses", port.counters().link_losses}};
     if (gpio != nullptr) {
         const GpioReport& g = gpio->report();
@@ -104,7 +107,8 @@ void keep_blob(const std::string& path, const std::vector<std::uint8_t>& blob) {
 }
 
 /// Serves the link until everything has been told or a signal comes; opens it again whenever it is lost.
-void serve(sim::SimulatedFrontEnd& front_end, hal::MessagePort& port, const Options& o, GpioWatch* gpio) {
+template <typename Device>
+void serve(Device& device, hal::MessagePort& port, const Options& o, GpioWatch* gpio) {
     const host::InterruptGuard guard;
     std::int64_t finished_us = 0;
     auto* const usb = dynamic_cast<sim::UsbIpPort*>(&port);
@@ -113,7 +117,7 @@ void serve(sim::SimulatedFrontEnd& front_end, hal::MessagePort& port, const Opti
     std::uint64_t plugged_in = 0;  // slots measured by then
     while (!guard.interrupted()) {
         const std::int64_t now = drivers::monotonic_us();
-        const std::uint64_t slots = front_end.counters().slots;
+        const std::uint64_t slots = device.counters().slots;
         if (o.replug_slots > 0 && replugs < o.replug_times && slots - plugged_in >= o.replug_slots) {
             ++replugs;
             plugged_in = slots;
@@ -124,22 +128,33 @@ void serve(sim::SimulatedFrontEnd& front_end, hal::MessagePort& port, const Opti
         if (usb != nullptr && stalls > 0 && slots >= o.stall_slot) {
             usb->stall_next(std::exchange(stalls, 0));
         }
-        front_end.step(now);
-        if (port.wait(Microseconds{0}).code() == StatusCode::device_lost && !port.open().ok()) {
+        device.step(now);
+        if (!o.tracks && port.wait(Microseconds{0}).code() == StatusCode::device_lost && !port.open().ok()) {
             ::usleep(20'000);
         }
         if (gpio != nullptr) {
             gpio->look(drivers::monotonic_us());
         }
-        finished_us = front_end.finished() && finished_us == 0 ? now : finished_us;
+        finished_us = device.finished() && finished_us == 0 ? now : finished_us;
         if (finished_us != 0 && now - finished_us > 1000 * o.linger_ms) {
             return;
         }
     }
 }
 
+/// Returns the closing report.
+template <typename Device>
+std::string run_device(Device& device, hal::MessagePort& port, const Options& o, GpioWatch* gpio) {
+    serve(device, port, o, gpio);
+    keep_blob(o.calibration, device.calibration());
+    return report(device, port, gpio).dump(2) + "\n";
+}
+
 int run(Options& o) {
     using host::index_of_name;
+    if (o.tracks && (!o.gpio.empty() || !o.faults.empty() || o.front_end.fails_self_check)) {
+        throw host::InputError("--tracks: a tracker board takes no --gpio, --fault or --fail-self-check");
+    }
     o.front_end.scenario = std::make_shared<sim::Scenario>(host::load_scenario(o.scenario, o.seed));
     o.front_end.multiplexing =
         index_of_name("--mux", o.mux, {"tdm", "fdm"}) == 0 ? signal::Multiplexing::tdm : signal::Multiplexing::fdm;
@@ -169,10 +184,14 @@ int run(Options& o) {
     if (!port->open().ok()) {
         throw host::DeviceError(port->detail());
     }
-    sim::SimulatedFrontEnd front_end(*port, o.front_end);
-    serve(front_end, *port, o, gpio ? &*gpio : nullptr);
-    keep_blob(o.calibration, front_end.calibration());
-    const std::string text = report(front_end, *port, gpio ? &*gpio : nullptr).dump(2) + "\n";
+    std::string text;
+    if (o.tracks) {
+        TrackerBoard board(*port, o.front_end);
+        text = run_device(board, *port, o, nullptr);
+    } else {
+        sim::SimulatedFrontEnd front_end(*port, o.front_end);
+        text = run_device(front_end, *port, o, gpio ? &*gpio : nullptr);
+    }
     if (!o.report.empty()) {
         std::ofstream(o.report) << text;
     } else {
@@ -193,7 +212,7 @@ int main_program(int argc, char** argv) {
     program.add_option("--duration", o.front_end.duration_s, "Seconds of the world's time to measure")->capture_default_str();
     program.add_option("--pace", o.pace, "real, or lockstep: wait for the host")->capture_default_str();
     program.add_option("--patience-ms", o.patience_ms, "How long the host may take over a slot")->capture_default_str();
-    program.add_flag("--tracks", o.front_end.tracks, "Be a tracker board: send poses");
+    program.add_flag("--tracks", o.tracks, "Be a tracker board: send poses");
     program.add_option("--serial", o.front_end.serial, "Serial number")->capture_default_str();
     program.add_option("--watchdog-us", o.front_end.watchdog_us, "Silence after which the coils go off")->capture_default_str();
     program.add_option("--fault", o.faults, "NAME@FIRST-LAST, by number of message: drop, swap, twice, truncate, corrupt, ...");

@@ -1,20 +1,43 @@
 // The trackers that a person chooses from, by name.
 #pragma once
 
+#include <algorithm>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "board/support/errors.hpp"
 #include "board/support/nearest_name.hpp"
+#include "core/fixed/tracker.hpp"
 #include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::host {
 
 inline const std::vector<std::string> kTrackerNames{"direct", "previous", "previous-angles", "scaat"};
 
+/// Trackers in integers, in the order of fixed::Method.
+inline const std::vector<std::string> kFixedTrackerNames{"fixed-direct", "fixed-previous"};
+
+/// The method of an integer tracker; none for any other name.
+inline std::optional<fixed::Method> fixed_method(const std::string& typed) {
+    const auto found = std::find(kFixedTrackerNames.begin(), kFixedTrackerNames.end(), typed);
+    if (found == kFixedTrackerNames.end()) {
+        return std::nullopt;
+    }
+    return static_cast<fixed::Method>(found - kFixedTrackerNames.begin());
+}
+
 /// The method that --tracker names, with its default parameters. Throws InputError for an unknown name.
 inline tracking::MethodParams<double> method_of_name(const std::string& typed) {
     using Form = tracking::PreviousParams::Form;
-    switch (index_of_name("--tracker", typed, kTrackerNames)) {
+    if (fixed_method(typed)) {
+        throw InputError(
+            "--tracker " + typed +
+            ": computes poses from samples, which only a simulated run has; use direct, previous or scaat for columns");
+    }
+    std::vector<std::string> names = kTrackerNames;
+    names.insert(names.end(), kFixedTrackerNames.begin(), kFixedTrackerNames.end());
+    switch (index_of_name("--tracker", typed, names)) {
         case 0:
             return tracking::DirectParams{};
         case 1:

@@ -20,7 +20,7 @@ constexpr std::int64_t shift_right_rounded(std::int64_t value, int bits) {
 }
 
 /// raw / 2^F: F bits behind the binary point, 31 - F before it, one sign. Everything saturates and nothing wraps; sums are exact
-/// where they fit, products and quotients within half a unit of the last place, 2^-(F+1).
+/// where they fit, products within half a unit of the last place, 2^-(F+1).
 template <int F>
 class Fixed {
     static_assert(F >= 0 && F <= 31);
@@ -73,23 +73,9 @@ public:
     friend constexpr Fixed operator*(Fixed a, Fixed b) {
         return from_raw(saturate(shift_right_rounded(std::int64_t{a.raw_} * b.raw_, F)));
     }
-    /// By zero: the largest or smallest number, by the dividend's sign; 0 / 0 is 0.
-    friend constexpr Fixed operator/(Fixed a, Fixed b) {
-        if (b.raw_ == 0) {
-            return a.raw_ == 0 ? a : (a.raw_ > 0 ? largest() : smallest());
-        }
-        const std::int64_t dividend = std::int64_t{a.raw_} * (std::int64_t{1} << F);
-        const std::int64_t quotient = dividend / b.raw_;
-        const std::int64_t rest = dividend % b.raw_;
-        const std::int64_t twice = 2 * (rest < 0 ? -rest : rest);
-        const std::int64_t divisor = b.raw_ < 0 ? -std::int64_t{b.raw_} : b.raw_;
-        const bool negative = (a.raw_ < 0) != (b.raw_ < 0);
-        return from_raw(saturate(quotient + (twice >= divisor ? (negative ? -1 : 1) : 0)));
-    }
     constexpr Fixed& operator+=(Fixed b) { return *this = *this + b; }
     constexpr Fixed& operator-=(Fixed b) { return *this = *this - b; }
     constexpr Fixed& operator*=(Fixed b) { return *this = *this * b; }
-    constexpr Fixed& operator/=(Fixed b) { return *this = *this / b; }
 
     friend constexpr bool operator==(Fixed, Fixed) = default;
     friend constexpr std::strong_ordering operator<=>(Fixed a, Fixed b) { return a.raw_ <=> b.raw_; }

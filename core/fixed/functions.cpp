@@ -10,9 +10,7 @@ namespace {
 
 constexpr std::uint32_t kEighth = 1U << 29;
 constexpr std::uint32_t kQuarter = 1U << 30;
-constexpr std::uint32_t kHalf = 1U << 31;
-constexpr std::int64_t kPiQ29 = 1'686'629'713;              // pi 2^29
-constexpr std::int64_t kTurnsPerRadianQ34 = 2'734'261'102;  // 2^34 / (2 pi)
+constexpr std::int64_t kPiQ29 = 1'686'629'713;  // pi 2^29
 
 /// c[0] + c[1] x + c[2] x^2 + ..., all in Q30 with |x| <= 1; one rounding of half a unit per term.
 template <std::size_t N>
@@ -31,12 +29,6 @@ constexpr std::array<std::int32_t, 6> kSine{q30(1.0),         q30(-1.0 / 6),    
                                             q30(-1.0 / 5040), q30(1.0 / 362880), q30(-1.0 / 39916800)};
 constexpr std::array<std::int32_t, 7> kCosine{q30(1.0),         q30(-0.5),           q30(1.0 / 24),       q30(-1.0 / 720),
                                               q30(1.0 / 40320), q30(-1.0 / 3628800), q30(1.0 / 479001600)};
-// arctan(x) / x in x^2 up to tan(pi/8): the first term left out is below 2e-10.
-constexpr std::array<std::int32_t, 11> kArctangent{q30(1.0),      q30(-1.0 / 3),  q30(1.0 / 5),  q30(-1.0 / 7),
-                                                   q30(1.0 / 9),  q30(-1.0 / 11), q30(1.0 / 13), q30(-1.0 / 15),
-                                                   q30(1.0 / 17), q30(-1.0 / 19), q30(1.0 / 21)};
-constexpr std::int64_t kTanPi8Q30 = 444'758'426;
-
 /// For -pi/4 <= x <= pi/4 in Q30.
 SineCosine near_zero(std::int64_t x) {
     const std::int64_t squared = shift_right_rounded(x * x, 30);
@@ -45,16 +37,6 @@ SineCosine near_zero(std::int64_t x) {
 }
 
 }  // namespace
-
-Angle Angle::from_radians(Fixed<29> rad) {
-    // Q29 radians times turns per radian in Q34 is Q63 turns; 32 bits are wanted.
-    return {static_cast<std::uint32_t>(shift_right_rounded(std::int64_t{rad.raw()} * kTurnsPerRadianQ34, 31))};
-}
-
-Fixed<29> Angle::radians() const {
-    const auto signed_turns = static_cast<std::int32_t>(turns);  // 2^31 to half a turn
-    return Fixed<29>::from_raw(saturate(shift_right_rounded(signed_turns * kPiQ29, 31)));
-}
 
 SineCosine sine_cosine(Angle angle) {
     const std::uint32_t quadrant = (angle.turns + kEighth) / kQuarter;  // 0 to 3, and 0 again behind the wrap
@@ -71,36 +53,6 @@ SineCosine sine_cosine(Angle angle) {
         default:
             return {-near.cosine, near.sine};
     }
-}
-
-Angle arctangent(std::int32_t y, std::int32_t x) {
-    const auto ax = static_cast<std::int64_t>(size_of(x));
-    const auto ay = static_cast<std::int64_t>(size_of(y));
-    const std::int64_t larger = ax > ay ? ax : ay;
-    if (larger == 0) {
-        return {};
-    }
-    const std::int64_t smaller = ax > ay ? ay : ax;
-    // t = smaller / larger, or (t - 1) / (t + 1) with an eighth of a turn to add: either is at most tan(pi/8).
-    std::int64_t t = (smaller * (std::int64_t{1} << 30) + larger / 2) / larger;
-    std::uint32_t offset = 0;
-    if (t > kTanPi8Q30) {
-        const std::int64_t sum = smaller + larger;
-        const std::int64_t difference = smaller - larger;
-        t = (difference * (std::int64_t{1} << 30) - sum / 2) / sum;
-        offset = kEighth;
-    }
-    const std::int64_t squared = shift_right_rounded(t * t, 30);
-    const std::int64_t rad_q30 = shift_right_rounded(polynomial(kArctangent, squared) * t, 30);
-    const std::int64_t turns = shift_right_rounded(rad_q30 * kTurnsPerRadianQ34, 32);
-    std::uint32_t angle = offset + static_cast<std::uint32_t>(turns);
-    if (ay > ax) {
-        angle = kQuarter - angle;
-    }
-    if (x < 0) {
-        angle = kHalf - angle;
-    }
-    return {y < 0 ? 0U - angle : angle};
 }
 
 std::uint32_t square_root(std::uint64_t value) {

@@ -10,14 +10,9 @@ namespace tricoil::fixed {
 /// Numbers that stay below two in size: sines, entries of rotations, unit vectors.
 using Unit = Fixed<30>;
 
-/// An angle as a share of a turn, 2^32 to a turn: it wraps as angles do. Resolution 1.5e-9 rad.
+/// An angle as a share of a turn, 2^32 to a turn: it wraps as angles do.
 struct Angle {
     std::uint32_t turns = 0;
-
-    /// Of `rad` radians within [-4, 4). Error below 2e-9 rad.
-    static Angle from_radians(Fixed<29> rad);
-    /// In [-pi, pi). Error below 2e-9 rad.
-    [[nodiscard]] Fixed<29> radians() const;
     friend constexpr bool operator==(Angle, Angle) = default;
 };
 
@@ -28,9 +23,6 @@ struct SineCosine {
 
 /// Error of either below 4e-9.
 SineCosine sine_cosine(Angle angle);
-
-/// Angle of (x, y), as std::atan2; zero for (0, 0). Only the ratio counts: x and y in any one format. Error below 4e-9 rad.
-Angle arctangent(std::int32_t y, std::int32_t x);
 
 /// floor(sqrt(value)), exact.
 std::uint32_t square_root(std::uint64_t value);

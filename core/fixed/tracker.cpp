@@ -183,7 +183,7 @@ PoseEstimate Tracker::solve(const Measurement& measurement) {
 /// The previous-measurement step from the last pose; not converged also where it lands on a pose that explains the couplings
 /// worse than any sensor would.
 Result<VectorPose> Tracker::follow(const Measurement& measurement) const {
-    if (state_ != TrackerState::tracking || !has_last_) {
+    if (params_.method == Method::direct || state_ != TrackerState::tracking || !has_last_) {
         return Status{StatusCode::not_ready, "no pose to follow"};
     }
     const auto stepped = step_vectors(measurement.x, params_.coupling_constant, last_, params_.passes);

@@ -1,5 +1,5 @@
-// The tracker of one sensor in integers: blocks of samples in, poses out. Acquires by the direct solution, follows by the
-// previous-measurement step, and keeps the hemisphere and its flags as tracking::Tracker does.
+// The tracker of one sensor in integers: blocks of samples in, poses out. Acquires by the direct solution, follows by that or by
+// the previous-measurement step, and keeps the hemisphere and its flags as tracking::Tracker does.
 #pragma once
 
 #include <optional>
@@ -13,7 +13,11 @@
 
 namespace tricoil::fixed {
 
+/// From the signal matrix alone, or by a step from the last pose where there is one.
+enum class Method : std::uint8_t { direct, previous };
+
 struct TrackerParams {
+    Method method = Method::previous;
     Scaled coupling_constant{1 << 30, -30};              // C, coupling units times m^3
     int passes = 1;                                      // of the previous-measurement step per matrix
     Vec3<Unit> hemisphere = Vec3<Unit>(1, 0, 0);         // towards the half space the sensor starts in; zero: unknown

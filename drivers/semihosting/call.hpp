@@ -8,6 +8,7 @@ namespace tricoil::semihosting {
 enum class Operation : std::uint32_t {
     open = 0x01,
     write = 0x05,
+    read = 0x06,
     exit_extended = 0x20,
     elapsed = 0x30,
     tick_frequency = 0x31,

@@ -190,9 +190,8 @@ protocol::AckResult SimulatedFrontEnd::set(const protocol::CommandMessage& comma
         case Opcode::mode:
             return set_mode(command.argument);
         case Opcode::hemisphere:
-            return set_hemisphere(command.argument);
         case Opcode::boresight:
-            return set_boresight(command.argument);
+            return AckResult::refused;  // it sends no poses
         default:
             break;
     }
@@ -213,8 +212,8 @@ protocol::AckResult SimulatedFrontEnd::set_mode(std::uint32_t argument) {
     if (!protocol::mode_of_argument(argument, request)) {
         return AckResult::bad_value;
     }
-    if (params_.sense_coils && !request.columns) {
-        return AckResult::refused;  // whose coils the host drives, that leaves the tracking to it too
+    if (!request.columns) {
+        return AckResult::refused;  // it does not track
     }
     const double rate_hz = request.frame_rate_mhz == 0 ? 240 : 1e-3 * request.frame_rate_mhz;
     if (!signal::plan_acquisition(signal::default_acquisition(request.multiplexing, rate_hz)).ok()) {
@@ -222,39 +221,8 @@ protocol::AckResult SimulatedFrontEnd::set_mode(std::uint32_t argument) {
     }
     params_.multiplexing = request.multiplexing;
     params_.frame_rate_hz = rate_hz;
-    params_.tracks = !request.columns;
     bench_.reset();
     return AckResult::done;
-}
-
-protocol::AckResult SimulatedFrontEnd::set_hemisphere(std::uint32_t argument) {
-    const auto request = protocol::hemisphere_of_argument(argument);
-    if (!params_.tracks) {
-        return protocol::AckResult::refused;
-    }
-    if (request.sensor != 0) {
-        return protocol::AckResult::bad_value;
-    }
-    hemisphere_ = request.towards.cast<double>();
-    const bool is_set = !tracker_ || tracker_->set_hemisphere(*hemisphere_).ok();
-    return is_set ? protocol::AckResult::done : protocol::AckResult::failed;
-}
-
-protocol::AckResult SimulatedFrontEnd::set_boresight(std::uint32_t argument) {
-    if (!params_.tracks) {
-        return protocol::AckResult::refused;
-    }
-    if (argument > 1) {
-        return protocol::AckResult::bad_value;
-    }
-    if (argument == 1 && !(running_ && attitude_)) {
-        return protocol::AckResult::wrong_state;
-    }
-    frame_ = {};
-    if (argument == 1) {
-        tracking::boresight(frame_, *attitude_);
-    }
-    return protocol::AckResult::done;
 }
 
 void SimulatedFrontEnd::keep_calibration(const protocol::CalibrationMessage& message) {
@@ -275,13 +243,6 @@ void SimulatedFrontEnd::start(std::int64_t now_us) {
         return;  // asked twice
     }
     source_ = std::make_unique<ColumnSource>(params_);
-    tracker_.reset();
-    if (params_.tracks) {
-        tracking::TrackerParams<double> tracker = source_->tracker_params();
-        tracker.common.hemisphere = hemisphere_.value_or(tracker.common.hemisphere);
-        tracker_.emplace(tracker);
-        attitude_.reset();
-    }
     ++counters_.starts;
     running_ = true;
     watchdog_bit_ = false;
@@ -325,13 +286,7 @@ void SimulatedFrontEnd::run_slot() {
     }
     for (Column<double> column : columns) {
         column.state_sequence = params_.sense_coils ? excited_ : slot_;
-        if (tracker_) {
-            if (const auto pose = tracker_->update(column)) {
-                send_pose(*pose);
-            }
-        } else {
-            send_column(column, transition);
-        }
+        send_column(column, transition);
     }
 }
 
@@ -364,17 +319,6 @@ void SimulatedFrontEnd::send_column(const Column<double>& column, bool transitio
     const std::uint32_t number = sequence_++;
     std::vector<std::uint8_t> bytes(protocol::kMaxFrameBytes);
     bytes.resize(protocol::encode(protocol::to_message(column, number, transition), bytes));
-    send_data(std::move(bytes), number);
-}
-
-void SimulatedFrontEnd::send_pose(const tracking::PoseEstimate<double>& pose) {
-    const std::uint32_t number = sequence_++;
-    attitude_ = pose.valid() ? std::optional(pose.q_source_sensor) : std::nullopt;
-    const bool is_plain = frame_.q_sensor_boresight.coeffs() == Quat<double>::Identity().coeffs();
-    auto message = protocol::to_message(is_plain ? pose : tracking::in_frame(pose, frame_));
-    message.sequence = number;
-    std::vector<std::uint8_t> bytes(protocol::kMaxFrameBytes);
-    bytes.resize(protocol::encode(message, bytes));
     send_data(std::move(bytes), number);
 }
 
@@ -419,7 +363,7 @@ void SimulatedFrontEnd::send_data(std::vector<std::uint8_t> bytes, std::uint32_t
 void SimulatedFrontEnd::send_identity(std::uint64_t serial) {
     const signal::AcquisitionPlan plan = make_plan(params_);
     protocol::IdentifyMessage m;
-    m.role = static_cast<std::uint8_t>(params_.tracks ? protocol::Role::tracker : protocol::Role::front_end);
+    m.role = static_cast<std::uint8_t>(protocol::Role::front_end);
     m.serial = serial;
     m.firmware = 0x000100;
     m.multiplexing = plan.is_tdm() ? 0 : 1;

@@ -1,4 +1,4 @@
-// A front end or tracker board as a peer on a link.
+// A front end as a peer on a link.
 #pragma once
 
 #include <functional>
@@ -11,6 +11,7 @@
 #include "core/signal/demodulator.hpp"
 #include "core/tracking/matrix/direct_tracker.hpp"
 #include "core/tracking/output_frame.hpp"
+#include "core/tracking/tracker.hpp"
 #include "hal/message_port.hpp"
 #include "sim/front_end/peer_fault.hpp"
 #include "sim/front_end/services.hpp"
@@ -28,7 +29,6 @@ struct FrontEndParams {
     Pace pace = Pace::lockstep;
     std::uint32_t ahead = 64;            // lockstep: messages sent beyond what the host has acknowledged
     std::int64_t patience_us = 100'000;  // how long a host may take over a slot
-    bool tracks = false;                 // sends poses: a tracker board
     std::uint64_t serial = 1;
     std::uint32_t watchdog_us = 100'000;
     std::vector<PeerFault> faults;
@@ -95,8 +95,6 @@ private:
     [[nodiscard]] protocol::AckResult answer(const protocol::CommandMessage& command);
     [[nodiscard]] protocol::AckResult set(const protocol::CommandMessage& command);
     [[nodiscard]] protocol::AckResult set_mode(std::uint32_t argument);
-    [[nodiscard]] protocol::AckResult set_hemisphere(std::uint32_t argument);
-    [[nodiscard]] protocol::AckResult set_boresight(std::uint32_t argument);
     void keep_calibration(const protocol::CalibrationMessage& message);
     void acknowledge(protocol::Opcode opcode, std::uint16_t request, protocol::AckResult result);
     void start(std::int64_t now_us);
@@ -104,7 +102,6 @@ private:
     [[nodiscard]] bool slot_is_due(std::int64_t now_us) const;
     void run_slot();
     void send_column(const Column<double>& column, bool transition);
-    void send_pose(const tracking::PoseEstimate<double>& pose);
     void send_data(std::vector<std::uint8_t> bytes, std::uint32_t number);
     void send_identity(std::uint64_t serial);
     void send_status(std::int64_t now_us);
@@ -118,15 +115,11 @@ private:
     FrontEndServices services_;
     std::unique_ptr<ColumnSource> source_;
     std::unique_ptr<ColumnSource> bench_;  // what raw blocks are sampled from: a world of its own
-    std::optional<tracking::DirectTracker<double>> tracker_;
     bool running_ = false;
     bool finished_ = false;
     bool watchdog_bit_ = false;
-    bool in_loader_ = false;  // and deaf to this protocol
-    std::optional<Vec3<double>> hemisphere_;
-    tracking::OutputFrame<double> frame_;
-    std::optional<Quat<double>> attitude_;  // of the newest pose, if that was valid
-    std::uint32_t sequence_ = 0;            // of columns or poses
+    bool in_loader_ = false;      // and deaf to this protocol
+    std::uint32_t sequence_ = 0;  // of columns
     std::uint32_t other_sequence_ = 0;
     std::uint32_t acknowledged_ = 0;  // newest column that the host has
     std::uint32_t slot_ = 0;

@@ -7,10 +7,12 @@
 #include <numbers>
 
 #include "board/app/tracker_device.hpp"
+#include "board/support/sim_input/scenario.hpp"
 #include "board/support/sim_input/scenario_file.hpp"
 #include "core/signal/stated_plan.hpp"
 #include "sim/hal/simulated_processor.hpp"
 #include "sim/hal/simulated_storage.hpp"
+#include "sim/hal/single_precision.hpp"
 #include "sim/world/scenario.hpp"
 #include "tests/app/host_end.hpp"
 
@@ -48,24 +50,6 @@ private:
     hal::CoilSampler& sampler_;
     std::vector<Sample> samples_;
 };
-
-inline signal::DemodulatorParams<float> in_single(const signal::DemodulatorParams<double>& p) {
-    signal::DemodulatorParams<float> single;
-    for (std::size_t j = 0; j < kSourceCoils; ++j) {
-        for (std::size_t c = 0; c < kSensorCoils; ++c) {
-            single.response[j][c] = static_cast<std::complex<float>>(p.response[j][c]);
-        }
-    }
-    for (std::size_t n = 0; n < signal::kMaxGainSteps; ++n) {
-        for (std::size_t c = 0; c < kSensorCoils; ++c) {
-            single.gain_steps[n].gain[c] = static_cast<float>(p.gain_steps[n].gain[c]);
-            single.gain_steps[n].lag_s[c] = static_cast<float>(p.gain_steps[n].lag_s[c]);
-        }
-    }
-    single.sigma_floor = static_cast<float>(p.sigma_floor);
-    single.linear_share = p.linear_share;
-    return single;
-}
 
 inline const std::array<signal::AcquisitionPlan, 3> kBenchModes{signal::stated_tdm_plan(144e3, 200, 40, 12),
                                                                 signal::stated_fdm_plan(144e3, 600, {32, 42, 56}),
@@ -111,7 +95,7 @@ struct DeviceBench {
         app::DeviceParams p;
         p.serial = 42;
         p.firmware = 0x000100;
-        p.demodulator = in_single(world.demodulation());
+        p.demodulator = sim::in_single(world.demodulation());
         for (std::size_t n = 0; n < bench.gain_steps; ++n) {  // as the data sheet says; the board has to find out what they are
             p.demodulator.gain_steps[n].gain.fill(std::pow(4.0F, static_cast<float>(n)));
         }

@@ -81,6 +81,18 @@ TEST(Run, PreviousMeasurementFollowsTheHandInBothForms) {
     }
 }
 
+TEST(Run, IntegerTrackersAreAsGoodAsThoseInDouble) {
+    for (const std::string method : {"direct", "previous"}) {
+        const auto exact = run("--duration 3 --mux fdm --tracker " + method);
+        const auto fixed = run("--duration 3 --mux fdm --tracker fixed-" + method);
+        EXPECT_EQ(fixed["poses_scored"], exact["poses_scored"]) << method;
+        EXPECT_NEAR(fixed["position_rms_m"].get<double>(), exact["position_rms_m"].get<double>(), 1e-7) << method;
+        EXPECT_NEAR(fixed["orientation_rms_deg"].get<double>(), exact["orientation_rms_deg"].get<double>(), 1e-4) << method;
+        EXPECT_EQ(fixed["blocks_refused"], 0) << method;
+        EXPECT_EQ(fixed["acquisitions"], 1) << method;
+    }
+}
+
 TEST(Run, EqualSeedsGiveEqualRuns) {
     const auto without_timing = [](nlohmann::json json) {
         json.erase("update_us");

@@ -58,6 +58,10 @@ TEST(Usage, UnknownNamesGetTheNearestOne) {
     expect_complaint("rum", "did you mean 'run'");
     expect_complaint("run --mux tmd", "did you mean 'tdm'");
     expect_complaint("run --tracker previus", "did you mean 'previous'");
+    expect_complaint("run --tracker fixed-prev", "did you mean 'fixed-previous'");
+    expect_complaint("run --device can:vcan9 --tracker fixed-direct", "--tracker fixed-direct: computes poses from samples");
+    expect_complaint("run --device can:vcan9 --tracker direct --samples /tmp/s", "--samples: a device sends columns");
+    expect_complaint("serve --openigtlink 0 --tracker fixed-direct", "serve: not with --tracker fixed-direct");
     expect_complaint("run --scenario hnd", "did you mean 'hand'");
     expect_complaint("run --fault open_coyl:S1", "did you mean 'open_coil'");
     expect_complaint("run --nonsense", "--nonsense");
@@ -88,6 +92,11 @@ TEST(Usage, OptionsThatWouldDoNothingAreRefused) {
     expect_complaint("run --duration 1 --tracker scaat --predict -0.1", "--predict");
     expect_complaint("run --duration 1 --tracker scaat --mux tdm --no-deskew", "--no-deskew");
     expect_complaint("run --duration 1 --mux fdm --no-deskew", "--no-deskew");
+    expect_complaint("run --duration 1 --tracker fixed-direct --no-deskew", "--no-deskew: not with --tracker fixed-direct");
+    expect_complaint("run --duration 1 --tracker fixed-direct --predict 0.1", "--predict: not with --tracker fixed-direct");
+    expect_complaint("run --duration 1 --tracker fixed-previous --record /tmp/r", "--samples records what it is given");
+    expect_complaint("run --duration 1 --samples /tmp/samples.bin", "--samples: only with --tracker fixed-direct");
+    expect_complaint("run --duration 1 --tracker fixed-direct --samples /no/such/folder/f", "--samples /no/such/folder/f");
     for (const char* option : {"--tip 0.1,0,0", "--align 0,0,0,1,0,0,0,1,0", "--boresight", "--units mm", "--euler zyx"}) {
         expect_complaint(std::string("run --duration 1 ") + option, "--out");
     }

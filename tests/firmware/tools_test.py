@@ -9,7 +9,7 @@ import tempfile
 import unittest
 
 TOOLCHAIN = pathlib.Path(__file__).resolve().parents[2] / "toolchain"
-BOARD = slice(0x220, 0x230)  # where an image names its board (board/nucleo_g474re/image_header.hpp)
+BOARD = slice(0x220, 0x230)  # where an image names its board (board/stm32g4/image_header.hpp)
 IMAGE = pathlib.Path(sys.argv.pop(1))
 
 

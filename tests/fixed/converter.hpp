@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "core/fixed/block_matrix.hpp"
+#include "core/fixed/from_double.hpp"
 
 namespace tricoil::fixed {
 
@@ -30,12 +30,6 @@ auto to_double(const Eigen::MatrixBase<Derived>& m) {
         result(i) = m(i).to_double();
     }
     return result;
-}
-
-inline Scaled scaled(double value) {
-    int exponent = 0;
-    const double mantissa = std::frexp(value, &exponent);
-    return normalise(std::llround(std::ldexp(mantissa, 62)), exponent - 62);
 }
 
 }  // namespace tricoil::fixed

@@ -18,7 +18,7 @@ struct Difference {
 /// From the double-precision solution of the same codes: arithmetic alone.
 Difference difference_to_double(const BlockMatrix& codes, double c) {
     const auto exact = solver::solve_direct<double>(as_double(codes), c);
-    const auto ours = solve_direct(codes, scaled(c));
+    const auto ours = solve_direct(codes, scaled_from(c));
     EXPECT_TRUE(exact.ok() && ours.ok());
     Vec3<double> u = to_double(ours->direction);
     if (u.dot(exact->direction) < 0) {
@@ -83,18 +83,18 @@ TEST(FixedDirect, NoTroubleOnAxesAndAtPoles) {
 /// The same mantissas at any exponent: block normalisation leaves every bit as it is.
 TEST(FixedDirect, WorksAtAnyScale) {
     const auto codes = as_codes(test::unit_signal({0.4, 0.1, -0.3}, Quat<double>(0.9, 0.1, -0.3, 0.2).normalized()));
-    const auto at_one = solve_direct(codes, scaled(1));
+    const auto at_one = solve_direct(codes, scaled_from(1));
     for (const int exponent : {-60, -20, 20, 60}) {
         BlockMatrix moved = codes;
         moved.exponent += exponent;
-        const auto s = solve_direct(moved, scaled(std::ldexp(1.0, exponent)));
+        const auto s = solve_direct(moved, scaled_from(std::ldexp(1.0, exponent)));
         ASSERT_TRUE(s.ok());
         EXPECT_EQ(s->range_m, at_one->range_m);
         EXPECT_TRUE(s->direction == at_one->direction);
         EXPECT_TRUE(s->attitude == at_one->attitude);
     }
     for (const double c : {1e9, 1e-9}) {  // 1 km and 0.5 mm: the one saturates
-        const auto s = solve_direct(codes, scaled(c));
+        const auto s = solve_direct(codes, scaled_from(c));
         ASSERT_TRUE(s.ok());
         EXPECT_NEAR(s->range_m.to_double(), std::min(0.50990195 * std::cbrt(c), 8.0), 1e-6);
     }
@@ -106,14 +106,14 @@ TEST(FixedDirect, RefusesWhatDeterminesNothing) {
     dead.mantissa.row(1).setZero();
     BlockMatrix ones;
     ones.mantissa.setOnes();
-    EXPECT_EQ(solve_direct({}, scaled(1)).status().code(), StatusCode::degenerate);
-    EXPECT_EQ(solve_direct(dead, scaled(1)).status().code(), StatusCode::degenerate);
-    EXPECT_EQ(solve_direct(ones, scaled(1)).status().code(), StatusCode::degenerate);
+    EXPECT_EQ(solve_direct({}, scaled_from(1)).status().code(), StatusCode::degenerate);
+    EXPECT_EQ(solve_direct(dead, scaled_from(1)).status().code(), StatusCode::degenerate);
+    EXPECT_EQ(solve_direct(ones, scaled_from(1)).status().code(), StatusCode::degenerate);
     EXPECT_EQ(solve_direct(good, Scaled{}).status().code(), StatusCode::invalid_argument);
-    EXPECT_EQ(solve_direct(good, scaled(-1)).status().code(), StatusCode::invalid_argument);
+    EXPECT_EQ(solve_direct(good, scaled_from(-1)).status().code(), StatusCode::invalid_argument);
     BlockMatrix reversed = good;
     reversed.mantissa.col(1) *= -1;
-    EXPECT_FALSE(solve_direct(reversed, scaled(1))->right_handed);
+    EXPECT_FALSE(solve_direct(reversed, scaled_from(1))->right_handed);
 }
 
 double misfit_squared(const DirectSolution& s, const Mat3<double>& x) {
@@ -133,7 +133,7 @@ TEST(FixedDirect, SurvivesArbitraryMantissas) {
             const auto bits = static_cast<std::int32_t>(static_cast<std::uint32_t>(random()));
             x.mantissa(i) = random() % 8 == 0 ? std::numeric_limits<std::int32_t>::min() : bits >> (random() % 32);
         }
-        const auto s = solve_direct(x, scaled(0.01));
+        const auto s = solve_direct(x, scaled_from(0.01));
         if (!s.ok()) {
             continue;
         }

@@ -51,15 +51,6 @@ void check_arithmetic() {
         ASSERT_EQ((-a).raw(), clamp(-Wide{a.raw()}));
         const Wide one = Wide{1} << F;
         ASSERT_EQ((a * b).raw(), clamp(floor_divided(2 * Wide{a.raw()} * b.raw() + one, 2 * one))) << a.raw() << ' ' << b.raw();
-        if (b.raw() != 0) {
-            // Within half a unit: |2 (q b - a 2^F)| <= |b|, unless saturated.
-            const Wide q = (a / b).raw();
-            const Wide residue = 2 * (q * b.raw() - Wide{a.raw()} * one);
-            const Wide size = b.raw() < 0 ? -Wide{b.raw()} : Wide{b.raw()};
-            if (q != clamp(Wide{1} << 40) && q != clamp(-(Wide{1} << 40))) {
-                ASSERT_LE(residue < 0 ? -residue : residue, size) << a.raw() << ' ' << b.raw();
-            }
-        }
     }
 }
 
@@ -69,14 +60,6 @@ TEST(Fixed, IsExactlyRoundedAndSaturatesOverTheWholeRange) {
     check_arithmetic<28>();
     check_arithmetic<30>();
     check_arithmetic<31>();
-}
-
-TEST(Fixed, DividesByZeroToTheEndOfTheRange) {
-    using Q = Fixed<28>;
-    EXPECT_EQ(Q(1) / Q(0), Q::largest());
-    EXPECT_EQ(Q(-1) / Q(0), Q::smallest());
-    EXPECT_EQ(Q(0) / Q(0), Q(0));
-    EXPECT_EQ(Q::smallest() / Q::from_raw(-1), Q::largest());
 }
 
 TEST(Fixed, ConvertsBetweenFormats) {

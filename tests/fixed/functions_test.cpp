@@ -31,39 +31,6 @@ TEST(FixedFunctions, SineAndCosineOverTheWholeTurn) {
     EXPECT_EQ(sine_cosine({1U << 31}).cosine, Unit(-1));
 }
 
-TEST(FixedFunctions, RadiansThereAndBack) {
-    std::mt19937_64 random(1);
-    for (int n = 0; n < 100'000; ++n) {
-        const Angle angle{static_cast<std::uint32_t>(random())};
-        ASSERT_NEAR(angle.radians().to_double(), static_cast<double>(radians_of(angle)), 2e-9);
-        const Fixed<29> rad = Fixed<29>::from_raw(static_cast<std::int32_t>(static_cast<std::uint32_t>(random())));
-        const long double off =
-            std::remainder(radians_of(Angle::from_radians(rad)) - static_cast<long double>(rad.to_double()), 2 * kPi);
-        ASSERT_LT(std::abs(off), 2e-9L) << rad.raw();
-    }
-}
-
-TEST(FixedFunctions, ArctangentInAllOctantsAndSizes) {
-    std::mt19937_64 random(2);
-    long double worst = 0;
-    for (int n = 0; n < 1'000'000; ++n) {
-        const auto y = static_cast<std::int32_t>(static_cast<std::uint32_t>(random())) >> (random() % 31);
-        const auto x = static_cast<std::int32_t>(static_cast<std::uint32_t>(random())) >> (random() % 31);
-        if (x == 0 && y == 0) {
-            continue;
-        }
-        const long double exact = std::atan2(static_cast<long double>(y), static_cast<long double>(x));
-        worst = std::max(worst, std::abs(std::remainder(radians_of(arctangent(y, x)) - exact, 2 * kPi)));
-    }
-    EXPECT_LT(worst, 4e-9L);
-    EXPECT_GT(worst, 5e-10L);
-    constexpr std::int32_t kLowest = std::numeric_limits<std::int32_t>::min();
-    EXPECT_EQ(arctangent(0, 0).turns, 0U);
-    EXPECT_EQ(arctangent(0, kLowest).turns, 1U << 31);
-    EXPECT_EQ(arctangent(kLowest, 0).turns, 3U << 30);
-    EXPECT_EQ(arctangent(kLowest, kLowest).turns, 5U << 29);
-}
-
 TEST(FixedFunctions, RootsAreExact) {
     std::mt19937_64 random(3);
     const auto check = [](std::uint64_t value) {

@@ -36,7 +36,7 @@ TEST(FixedPreviousMeasurement, OneStepAgreesWithDouble) {
         const auto nudge = geometry::rotation_vector_to_quaternion<double>(0.1 * random.direction());
         const solver::VectorPose<double> before{range, nudge * u, geometry::attitude_matrix(nudge * q)};
         const auto exact = solver::step_vectors<double>(as_double(codes), 1, before);
-        const auto ours = step_vectors(codes, scaled(1), as_fixed(before));
+        const auto ours = step_vectors(codes, scaled_from(1), as_fixed(before));
         ASSERT_TRUE(exact.ok() && ours.ok());
         ASSERT_LT(distance_m(*ours, *exact), 1e-6);
         ASSERT_LT((to_double(ours->attitude) - exact->attitude).norm(), 1e-6);
@@ -63,7 +63,7 @@ TEST(FixedPreviousMeasurement, ClosedLoopStaysWithDoubleForTenMinutes) {
         const auto truth = hand_at(n / kRate_hz);
         const auto codes = as_codes(field::signal_matrix<double>(1, truth.range_m * truth.direction, truth.attitude));
         exact = *solver::step_vectors<double>(as_double(codes), 1, exact);
-        const auto next = step_vectors(codes, scaled(1), ours);
+        const auto next = step_vectors(codes, scaled_from(1), ours);
         ASSERT_TRUE(next.ok());
         ours = *next;
         worst_m = std::max(worst_m, distance_m(ours, exact));
@@ -79,8 +79,8 @@ TEST(FixedPreviousMeasurement, SaysWhenThePoseIsTooFarOff) {
     const auto codes = as_codes(test::unit_signal({0.5, 0, 0}, Quat<double>::Identity()));
     VectorPose sideways;
     sideways.direction = Vec3<Unit>(0, 1, 0);
-    EXPECT_EQ(step_vectors(codes, scaled(1), sideways).status().code(), StatusCode::not_converged);
-    EXPECT_EQ(step_vectors({}, scaled(1), {}).status().code(), StatusCode::degenerate);
+    EXPECT_EQ(step_vectors(codes, scaled_from(1), sideways).status().code(), StatusCode::not_converged);
+    EXPECT_EQ(step_vectors({}, scaled_from(1), {}).status().code(), StatusCode::degenerate);
     EXPECT_EQ(step_vectors(codes, Scaled{}, {}).status().code(), StatusCode::invalid_argument);
 }
 
@@ -89,7 +89,7 @@ TEST(FixedPreviousMeasurement, RefusesWhatIsNoPose) {
     const auto refused = [&codes](auto&& change) {
         VectorPose pose;
         change(pose);
-        return step_vectors(codes, scaled(1), pose).status().code() == StatusCode::invalid_argument;
+        return step_vectors(codes, scaled_from(1), pose).status().code() == StatusCode::invalid_argument;
     };
     EXPECT_FALSE(refused([](VectorPose&) {}));
     EXPECT_TRUE(refused([](VectorPose& p) { p.direction = Vec3<Unit>(1, 1, 0); }));
@@ -114,7 +114,7 @@ TEST(FixedPreviousMeasurement, SurvivesArbitraryInput) {
             pose.attitude(n % 9) = Unit::from_raw(any());
             pose.direction(n % 3) = Unit::from_raw(any());
         }
-        const auto next = step_vectors(x, scaled(1), pose, 2);
+        const auto next = step_vectors(x, scaled_from(1), pose, 2);
         if (next.ok()) {
             ++stepped;
             ASSERT_GE(next->range_m.raw(), 0);

@@ -1,12 +1,12 @@
-# tricoil_image(NAME SOURCES ... [DEPENDS ...])
-# The image of a board without an operating system, from the board folder's link.ld.in: NAME.elf, and NAME.bin and NAME.hex of it,
+# tricoil_image(NAME LINKER_SCRIPT FILE.in SOURCES ... [DEPENDS ...])
+# The image of a board without an operating system, placed by the linker script that FILE.in configures: NAME.elf, and NAME.bin and NAME.hex of it,
 # with the .bin's SHA-256 printed. Only the C library's and the compiler's archives are searched: no C++ library, no _sbrk, so
 # whatever allocates does not link.
 set(TRICOIL_STACK_BYTES 6144 CACHE STRING "Stack of the image; the budget is smaller")
 
 function(tricoil_image name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS" ${ARGN})
-  configure_file(link.ld.in ${CMAKE_CURRENT_BINARY_DIR}/link.ld @ONLY)
+  cmake_parse_arguments(ARG "" "LINKER_SCRIPT" "SOURCES;DEPENDS" ${ARGN})
+  configure_file(${ARG_LINKER_SCRIPT} ${CMAKE_CURRENT_BINARY_DIR}/link.ld @ONLY)
   add_executable(${name} ${ARG_SOURCES})
   set_target_properties(${name} PROPERTIES SUFFIX .elf
     LINK_DEPENDS "${CMAKE_CURRENT_BINARY_DIR}/link.ld;${PROJECT_SOURCE_DIR}/board/cortex_m/sections.ld")

@@ -12,6 +12,7 @@
 #include "board/support/errors.hpp"
 #include "board/support/sim_input/scenario_file.hpp"
 #include "board/support/terminal_text.hpp"
+#include "board/support/tracker_choice.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -50,6 +51,12 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
     }
     if (options.config.device.empty()) {
         throw InputError(command.config + ": 'device' is missing; name it there or with --device");
+    }
+    if (fixed_method(command.options.tracker)) {
+        (void)tracker_choice(command.options.tracker);  // says why it cannot
+    }
+    if (!command.options.samples.empty()) {
+        throw InputError("--samples: a device sends columns, no samples");
     }
     if (command.options.tracker != "direct" || command.config.empty()) {
         options.config.method = command.options.tracker;
@@ -148,7 +155,9 @@ void add_run_options(CLI::App* sub, const std::shared_ptr<RunCommand>& command) 
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
     sub->add_option("--mux", o.multiplexing, "tdm (coils in turn) or fdm (all at once)")->capture_default_str();
-    sub->add_option("--tracker", o.tracker, "direct, previous, previous-angles or scaat (the motion-proof filter)")
+    sub->add_option(
+           "--tracker", o.tracker,
+           "direct, previous, previous-angles or scaat (filter); in integers, simulated runs only: fixed-direct, fixed-previous")
         ->capture_default_str();
     sub->add_option("--passes", o.passes, "Passes of the previous-measurement step per frame, 1-10")->capture_default_str();
     sub->add_option("--rate-hz", o.frame_rate_hz, "Frames per second")->capture_default_str();
@@ -176,6 +185,8 @@ void add_run_command(CLI::App& program, Action& action) {
     CLI::App* sub =
         program.add_subcommand("run", "Track: a simulated sensor, every pose compared with the truth; or a real device");
     add_run_options(sub, command);
+    sub->add_option("--samples", o.samples, "Integer trackers: write all that the tracker is given to this file")
+        ->check(refuse_empty);
     sub->add_flag("--realtime", o.realtime, "Let time pass as it does outside");
     sub->add_option("--out", o.out_csv, "Write every pose beside the truth to this CSV file")->check(refuse_empty);
     sub->add_option("--tip", o.output.tip_m, "CSV: report this point of the tool, x,y,z in metres from the sensor, in its axes")

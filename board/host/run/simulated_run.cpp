@@ -6,7 +6,9 @@
 #include <cmath>
 #include <thread>
 
+#include "board/host/run/fixed_run.hpp"
 #include "board/host/run/live_view.hpp"
+#include "board/host/run/sample_recorder.hpp"
 #include "board/pose_text/pose_csv.hpp"
 #include "board/record/recorder.hpp"
 #include "board/record/tap_fan_out.hpp"
@@ -124,7 +126,8 @@ void keep_pace(SteadyClock::time_point& start, double simulated_s) {
 }
 
 /// Coils off until nobody asks for it any more.
-void pause(app::MainLoop<double>& loop, const InterruptGuard& guard, const RunCompany& company) {
+template <typename Loop>
+void pause(Loop& loop, const InterruptGuard& guard, const RunCompany& company) {
     loop.stop();
     while (company.paused() && !guard.interrupted()) {
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
@@ -140,9 +143,12 @@ struct Pace {
     double total_s = 0;
 };
 
-/// Runs the loop to its end or an interrupt.
-Pace drive(app::MainLoop<double>& loop, const sim::SimulatedClock& clock, const InterruptGuard& guard, bool realtime,
-           const RunCompany& company) {
+/// Starts the loop, and runs it to its end or an interrupt.
+template <typename Loop>
+Pace drive(Loop& loop, const sim::SimulatedClock& clock, const InterruptGuard& guard, bool realtime, const RunCompany& company) {
+    if (const Status started = loop.start(); !started.ok()) {
+        throw DeviceError(std::string("simulated board: ") + started.message());
+    }
     Pace pace;
     const auto begin = SteadyClock::now();
     auto start = begin;  // of the pace
@@ -158,8 +164,10 @@ Pace drive(app::MainLoop<double>& loop, const sim::SimulatedClock& clock, const 
         loop.process();
         pace.update_s += seconds_since(before);
         ++pace.updates;
-        if (company.each_block) {
-            company.each_block(loop);
+        if constexpr (std::is_same_v<Loop, app::MainLoop<double>>) {
+            if (company.each_block) {
+                company.each_block(loop);
+            }
         }
         if (company.paused && company.paused()) {
             pause(loop, guard, company);
@@ -171,6 +179,68 @@ Pace drive(app::MainLoop<double>& loop, const sim::SimulatedClock& clock, const 
     loop.stop();
     pace.total_s = seconds_since(begin);
     return pace;
+}
+
+/// What both kinds of loop run on.
+struct SimulatedBoard {
+    const RunOptions& options;
+    const RunCompany& company;
+    const sim::WorldParams& world_params;
+    const signal::AcquisitionPlan& plan;
+    const sim::CoilWorld& world;
+    sim::SimulatedClock& clock;
+    sim::SimulatedCoilDriver& coils;
+    sim::SimulatedCoilSampler& sampler;
+    hal::Link<double>& link;
+    Vec3<double> hemisphere;
+};
+
+template <typename Loop>
+void run_loop(Loop& loop, const SimulatedBoard& board, RunReport& report) {
+    const InterruptGuard guard;
+    const Pace pace = drive(loop, board.clock, guard, board.options.realtime, board.company);
+    report.interrupted = guard.interrupted();
+    report.loop = loop.counters();
+    report.mean_update_us = pace.updates > 0 ? 1e6 * pace.update_s / static_cast<double>(pace.updates) : 0;
+    report.simulated_s_per_s = pace.total_s > 0 ? board.clock.elapsed_s() / pace.total_s : 0;
+}
+
+void run_in_double(const SimulatedBoard& board, RunReport& report) {
+    const RunOptions& options = board.options;
+    if (!options.samples.empty()) {
+        throw InputError("--samples: only with --tracker fixed-direct or fixed-previous; --record records the others");
+    }
+    app::MainLoopParams<double> params{board.plan, board.world.demodulation(),
+                                       make_tracker(options, board.world_params, board.plan, board.hemisphere)};
+    const auto* direct = std::get_if<tracking::DirectParams>(&params.tracker.method);
+    report.deskewed = direct != nullptr && direct->deskew;
+    std::optional<Recorder> recorder;
+    if (!options.record.empty()) {
+        recorder.emplace(options.record, describe_source(options),
+                         options.realtime ? Journal::Patience::never_wait : Journal::Patience::wait);
+    }
+    TapFanOut taps{board.company.tap, recorder ? &*recorder : nullptr};
+    app::MainLoop<double> loop(params, {board.clock, board.coils, board.sampler, board.link, taps.any() ? &taps : nullptr});
+    taps.begin({params.tracker, params.sensors});
+    run_loop(loop, board, report);
+    report.recording_trouble = recorder ? recorder->close() : "";
+    report.tracker = loop.tracker().counters();
+}
+
+void run_in_integers(const SimulatedBoard& board, RunReport& report) {
+    const auto params = fixed_params(board.options, board.company, board.world, board.plan, board.hemisphere);
+    std::optional<SampleRecorder> recorder;
+    if (!board.options.samples.empty()) {
+        recorder.emplace(board.options.samples, params.chain, board.sampler, board.clock);
+    }
+    hal::CoilSampler& sampler = recorder ? static_cast<hal::CoilSampler&>(*recorder) : board.sampler;
+    FixedLink link(board.link, board.company.each_fixed_pose);
+    app::FixedLoop loop(params, {board.clock, board.coils, sampler, link});
+    run_loop(loop, board, report);
+    if (recorder) {
+        recorder->close();
+    }
+    report.tracker = in_common_counters(loop.tracker().counters());
 }
 
 }  // namespace
@@ -222,29 +292,13 @@ RunReport run_simulated(const RunOptions& options, const RunCompany& company) {
             }
             live.show(estimate, error);
         });
-        const Vec3<double> hemisphere = make_hemisphere(options, *scenario.motion);
-        app::MainLoopParams<double> params{plan, world.demodulation(), make_tracker(options, scenario.world, plan, hemisphere)};
-        const auto* direct = std::get_if<tracking::DirectParams>(&params.tracker.method);
-        report.deskewed = direct != nullptr && direct->deskew;
-        std::optional<Recorder> recorder;
-        if (!options.record.empty()) {
-            recorder.emplace(options.record, describe_source(options),
-                             options.realtime ? Journal::Patience::never_wait : Journal::Patience::wait);
+        const SimulatedBoard board{options, company, scenario.world, plan, world,
+                                   clock,   coils,   sampler,        link, make_hemisphere(options, *scenario.motion)};
+        if (fixed_method(options.tracker)) {
+            run_in_integers(board, report);
+        } else {
+            run_in_double(board, report);
         }
-        TapFanOut taps{company.tap, recorder ? &*recorder : nullptr};
-        app::MainLoop<double> loop(params, {clock, coils, sampler, link, taps.any() ? &taps : nullptr});
-        taps.begin({params.tracker, params.sensors});
-        const InterruptGuard guard;
-        if (const Status started = loop.start(); !started.ok()) {
-            throw DeviceError(std::string("simulated board: ") + started.message());
-        }
-        const Pace pace = drive(loop, clock, guard, options.realtime, company);
-        report.recording_trouble = recorder ? recorder->close() : "";
-        report.interrupted = guard.interrupted();
-        report.loop = loop.counters();
-        report.tracker = loop.tracker().counters();
-        report.mean_update_us = pace.updates > 0 ? 1e6 * pace.update_s / static_cast<double>(pace.updates) : 0;
-        report.simulated_s_per_s = pace.total_s > 0 ? clock.elapsed_s() / pace.total_s : 0;
     }
     if (csv) {
         csv->commit();

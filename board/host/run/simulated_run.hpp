@@ -36,6 +36,7 @@ struct RunOptions {
     std::string out_csv;
     OutputOptions output;  // of the CSV; scores stay in the source frame
     std::string record;    // folder; empty: none
+    std::string samples;   // file for the samples of an integer tracker; empty: none
 };
 
 struct RunReport {
@@ -61,9 +62,10 @@ struct RunReport {
 /// What else takes part in a run.
 struct RunCompany {
     hal::TrackerTap<double>* tap = nullptr;
-    std::function<void(app::MainLoop<double>&)> each_block;  // called between blocks; empty: nobody
-    std::function<bool()> paused;                            // asked between blocks: whether to hold, coils off; empty: never
-    bool score = true;  // false: a run without end, whose errors nobody keeps; no CSV, no live view
+    std::function<void(app::MainLoop<double>&)> each_block;           // called between blocks; empty: nobody
+    std::function<void(const fixed::PoseEstimate&)> each_fixed_pose;  // of an integer tracker; empty: nobody
+    std::function<bool()> paused;  // asked between blocks: whether to hold, coils off; empty: never
+    bool score = true;             // false: a run without end, whose errors nobody keeps; no CSV, no live view
 };
 
 /// Where the columns of such a run come from, for a recording.

@@ -24,7 +24,6 @@ struct Outputs {
     fixed::DirectSolution direct;
     fixed::VectorPose vectors;
     fixed::SineCosine sine_cosine;
-    fixed::Angle angle;
     bool ok;
 };
 
@@ -69,8 +68,6 @@ void run_previous(int) {
 
 void run_sine_cosine(int) { outputs.sine_cosine = fixed::sine_cosine(inputs.angle); }
 
-void run_arctangent(int) { outputs.angle = fixed::arctangent(inputs.x.mantissa(0), inputs.x.mantissa(4)); }
-
 constexpr int kBlock = 200;
 constexpr int kCycles = 10;
 const fixed::Oscillator oscillator(kCycles, kBlock);
@@ -113,13 +110,12 @@ void prepare_block(int run) {
 
 void run_tracker(int) { outputs.ok = tracker.update(block).has_value(); }
 
-constexpr std::array<Kernel, 7> kKernels{{
+constexpr std::array<Kernel, 6> kKernels{{
     {"fixed-direct", kPoses, prepare, run_direct},
     {"fixed-previous", kPoses, prepare, run_previous},
     {"fixed-lock-in", 1, prepare_samples, run_lock_in},
     {"fixed-couplings", 1, prepare_phasors, run_couplings},
     {"fixed-sine-cosine", kPoses, prepare, run_sine_cosine},
-    {"fixed-arctangent", kPoses, prepare, run_arctangent},
     {"fixed-tracker", 9, prepare_block, run_tracker},
 }};
 

@@ -1,4 +1,4 @@
-#include "board/nucleo_g474re/image_header.hpp"
+#include "board/stm32g4/image_header.hpp"
 
 #include "core/protocol/message_type.hpp"
 #include "image_version.hpp"
@@ -6,7 +6,7 @@
 // NOLINTNEXTLINE(readability-identifier-naming): name of the linker script
 extern "C" const std::byte image_end[];
 
-namespace tricoil::nucleo_g474re {
+namespace tricoil::stm32g4_board {
 namespace {
 
 constexpr std::array<char, 16> text(const char* from) {
@@ -25,7 +25,7 @@ constexpr std::array<char, 16> text(const char* from) {
     .firmware = kFirmwareVersion,
     .image_end = image_end,
     .commit = text(kCommit),
-    .board = text("nucleo-g474re"),
+    .board = text(TRICOIL_BOARD_NAME),
 };
 
-}  // namespace tricoil::nucleo_g474re
+}  // namespace tricoil::stm32g4_board

@@ -1,13 +1,14 @@
-// Composition root of the tracker board, and what its interrupts call.
+// Composition root of a tracker board, and the handlers of its interrupts.
 #include <optional>
 
 #include "board/app/tracker_device.hpp"
 #include "board/cortex_m/program.hpp"
-#include "board/nucleo_g474re/board.hpp"
-#include "board/nucleo_g474re/image_header.hpp"
-#include "board/nucleo_g474re/interrupts.hpp"
-#include "board/nucleo_g474re/measuring.hpp"
+#include "board/stm32g4/image_header.hpp"
+#include "board/stm32g4/interrupts.hpp"
+#include "board/stm32g4/tracker_board.hpp"
 #include "drivers/stm32g4/registers/peripheral.hpp"
+#include "measuring.hpp"  // of the board's own folder, as pins.hpp
+#include "pins.hpp"
 
 namespace {
 
@@ -15,7 +16,7 @@ using namespace tricoil;
 using namespace tricoil::stm32g4;
 
 // Static, as a board without a heap keeps what lives as long as it runs. Made in main: rates of the links depend on the clock.
-std::optional<nucleo_g474re::Board> board_;
+std::optional<stm32g4_board::TrackerBoard> board_;
 std::optional<app::TrackerDevice> device;
 
 bool take_crystal_failure() {
@@ -33,7 +34,7 @@ bool take_crystal_failure() {
                                     peripheral<FlashRegisters>(kFlashBase)));
     board_->begin();
     device.emplace(board_->hardware(),
-                   nucleo_g474re::device_params(nucleo_g474re::unique_number(), nucleo_g474re::image_header.firmware));
+                   this_board::device_params(stm32g4_board::unique_number(), stm32g4_board::image_header.firmware));
 }
 
 }  // namespace

@@ -5,9 +5,9 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace tricoil::nucleo_g474re {
+namespace tricoil::stm32g4_board {
 
-constexpr std::uint32_t kImageHeaderOffset = 0x200;  // from the beginning of the flash; also in link.ld.in
+constexpr std::uint32_t kImageHeaderOffset = 0x200;  // from the beginning of the flash; also in board/cortex_m/sections.ld
 constexpr std::uint32_t kImageMagic = 0x49435254;    // "TRCI"
 
 /// Little-endian, as everything.
@@ -24,4 +24,4 @@ struct ImageHeader {
 
 extern const ImageHeader image_header;
 
-}  // namespace tricoil::nucleo_g474re
+}  // namespace tricoil::stm32g4_board

@@ -1,18 +1,19 @@
-#include "board/nucleo_g474re/board.hpp"
+#include "board/stm32g4/tracker_board.hpp"
 
 #include "board/cortex_m/program.hpp"
 #include "board/cortex_m/stack.hpp"
-#include "board/nucleo_g474re/boot_record.hpp"
-#include "board/nucleo_g474re/measuring.hpp"
-#include "board/nucleo_g474re/pins.hpp"
+#include "board/stm32g4/boot_record.hpp"
 #include "drivers/stm32g4/registers/peripheral.hpp"
+#include "measuring.hpp"  // of the board's own folder, as pins.hpp
+#include "pins.hpp"
 
-namespace tricoil::nucleo_g474re {
+namespace tricoil::stm32g4_board {
 namespace {
 
 using namespace tricoil::stm32g4;
+using namespace this_board;
 
-constexpr std::uint8_t kFirstCalibrationPage = 126;  // of bank 2; as in link.ld.in
+constexpr std::uint8_t kFirstCalibrationPage = 126;  // of bank 2
 constexpr std::uint8_t kCalibrationPages = 2;
 constexpr std::uintptr_t kCalibrationMemory = kFlashBank2 + kFirstCalibrationPage * kFlashPageBytes;
 constexpr std::uintptr_t kUniqueNumber = 0x1FFF'7590;
@@ -47,13 +48,19 @@ CarrierPlayer::Parts test_carrier_parts() {
             dac::MCR_MODE1_inside};
 }
 
+constexpr std::uintptr_t adc_base(std::uint8_t number) {
+    return number == 1 ? kAdc1Base : number == 3 ? kAdc3Base : number == 4 ? kAdc4Base : kAdc5Base;
+}
+
+Converters::Input converter(AdcInput input) {
+    return {peripheral<AdcRegisters>(adc_base(input.adc)), input.channel, dma(input.dma)};
+}
+
 Converters::Parts converter_parts() {
-    return {peripheral<AdcCommonRegisters>(kAdc12CommonBase),
-            peripheral<AdcCommonRegisters>(kAdc345CommonBase),
-            {{{peripheral<AdcRegisters>(kAdc3Base), kSensor1ChannelOfAdc3, dma(kDmaAdc3)},
-              {peripheral<AdcRegisters>(kAdc4Base), kSensor2ChannelOfAdc4, dma(kDmaAdc4)},
-              {peripheral<AdcRegisters>(kAdc5Base), kSensor3ChannelOfAdc5, dma(kDmaAdc5)},
-              {peripheral<AdcRegisters>(kAdc1Base), kReferenceChannelOfAdc1, dma(kDmaAdc1)}}}};
+    return {
+        peripheral<AdcCommonRegisters>(kAdc12CommonBase),
+        peripheral<AdcCommonRegisters>(kAdc345CommonBase),
+        {{converter(kSensorInputs[0]), converter(kSensorInputs[1]), converter(kSensorInputs[2]), converter(kReferenceInput)}}};
 }
 
 void switch_peripherals_on() {
@@ -100,7 +107,7 @@ void start_tick(std::uint32_t core_hz) {
 
 }  // namespace
 
-Board::Board(CoreClock core_clock)
+TrackerBoard::TrackerBoard(CoreClock core_clock)
     : core(core_clock),
       clock(peripheral<TimRegisters>(kTim2Base)),
       processor(peripheral<RccRegisters>(kRccBase), peripheral<ScbRegisters>(kScbBase), boot_record,
@@ -127,7 +134,7 @@ Board::Board(CoreClock core_clock)
       usb(peripheral<UsbRegisters>(kUsbBase), peripheral<UsbPacketMemory>(kUsbPacketMemoryBase),
           peripheral<CrsRegisters>(kCrsBase), line(kUsb), clock, {.serial = unique_number()}) {}
 
-void Board::begin() {
+void TrackerBoard::begin() {
     switch_peripherals_on();
     set_pins();
     clock.start(hertz_of(core));
@@ -143,7 +150,7 @@ void Board::begin() {
     enable_interrupts();
 }
 
-app::DeviceHardware Board::hardware() {
+app::DeviceHardware TrackerBoard::hardware() {
     return {clock, acquisition.coils(), acquisition, acquisition.gain(), heartbeat, storage, watchdog, processor, light, ports};
 }
 
@@ -152,4 +159,4 @@ std::uint64_t unique_number() {
     return std::uint64_t{words[0] ^ words[2]} << 32U | words[1];
 }
 
-}  // namespace tricoil::nucleo_g474re
+}  // namespace tricoil::stm32g4_board

@@ -1,20 +1,17 @@
-// From reset to main, and from a fault back to reset with the coils off.
+// From reset to main, and from a fault back to reset with the outputs off.
 #include <cstdint>
 #include <utility>
 
 #include "board/cortex_m/program.hpp"
 #include "board/cortex_m/reset.hpp"
-#include "board/cortex_m/vectors.hpp"
-#include "board/nucleo_g474re/boot_record.hpp"
-#include "board/nucleo_g474re/interrupts.hpp"
-#include "board/nucleo_g474re/pins.hpp"
+#include "board/stm32g4/boot_record.hpp"
+#include "board/stm32g4/startup.hpp"
 #include "drivers/stm32g4/registers/cortex.hpp"
-#include "drivers/stm32g4/registers/gpio.hpp"
 #include "drivers/stm32g4/registers/iwdg.hpp"
 #include "drivers/stm32g4/registers/peripheral.hpp"
 #include "drivers/stm32g4/registers/rcc.hpp"
 
-namespace tricoil::nucleo_g474re {
+namespace tricoil::stm32g4_board {
 
 [[gnu::section(".survives_reset"), gnu::used]] stm32g4::BootRecord boot_record;
 
@@ -23,13 +20,6 @@ namespace {
 using namespace tricoil::stm32g4;
 
 constexpr std::uintptr_t kLoader = 0x1FFF'0000;  // system memory, with vectors of its own (AN2606)
-
-/// Needs no object, no stack to speak of and no clock but the port's: what a fault can still do.
-void coils_off() {
-    static_assert(kEnable1.port == 'C' && kEnable2.port == 'C' && kEnable3.port == 'C');
-    constexpr std::uint32_t kEnables = 1U << kEnable1.number | 1U << kEnable2.number | 1U << kEnable3.number;
-    peripheral<GpioRegisters>(kGpioABase + 2 * kGpioPortBytes).BRR = kEnables;
-}
 
 /// The watchdog's reset leaves nothing as it was; until then nothing runs but this.
 [[noreturn]] void wait_for_reset() {
@@ -40,14 +30,20 @@ void coils_off() {
 }
 
 }  // namespace
-}  // namespace tricoil::nucleo_g474re
+}  // namespace tricoil::stm32g4_board
 
 [[noreturn]] void tricoil::board::halt() {
-    nucleo_g474re::coils_off();
-    nucleo_g474re::wait_for_reset();
+    stm32g4_board::switch_outputs_off();
+    stm32g4_board::wait_for_reset();
 }
 
-void tricoil::board::finish(int) { halt(); }
+/// Of a program that has an end; that of a tracker board has none.
+void tricoil::board::finish(int) {
+    stm32g4_board::switch_outputs_off();
+    for (;;) {
+        asm volatile("wfi");
+    }
+}
 
 extern "C" {
 // NOLINTNEXTLINE(readability-identifier-naming): name of the linker script
@@ -60,7 +56,7 @@ void before_memory() {
     stm32g4::ScbRegisters& scb = stm32g4::peripheral<stm32g4::ScbRegisters>(stm32g4::kScbBase);
     const stm32g4::RccRegisters& rcc = stm32g4::peripheral<const stm32g4::RccRegisters>(stm32g4::kRccBase);
     const bool is_fresh = (rcc.CFGR & stm32g4::rcc::CFGR_SWS) == stm32g4::rcc::CFGR_SWS_HSI && scb.VTOR == 0;
-    stm32g4::BootRecord& record = nucleo_g474re::boot_record;
+    stm32g4::BootRecord& record = stm32g4_board::boot_record;
     if (!is_fresh && record.request != stm32g4::BootRecord::kFreshStart) {  // once: it may come by it again
         record.request = stm32g4::BootRecord::kFreshStart;
         scb.AIRCR = stm32g4::scb::AIRCR_reset;
@@ -72,23 +68,23 @@ void before_memory() {
     if (std::exchange(record.request, 0U) != stm32g4::BootRecord::kEnterLoader) {
         return;
     }
-    scb.VTOR = nucleo_g474re::kLoader;
-    const auto* vectors = &stm32g4::peripheral<const std::uint32_t>(nucleo_g474re::kLoader);
+    scb.VTOR = stm32g4_board::kLoader;
+    const auto* vectors = &stm32g4::peripheral<const std::uint32_t>(stm32g4_board::kLoader);
     asm volatile("msr msp, %0\n bx %1\n" ::"r"(vectors[0]), "r"(vectors[1]));
 }
 
 /// `frame`: what the processor pushed; not to be read if the stack had run out.
 [[noreturn, gnu::used]] void record_fault(const std::uint32_t* frame, std::uint32_t exception) {
     using namespace tricoil;
-    nucleo_g474re::coils_off();
-    stm32g4::BootRecord& record = nucleo_g474re::boot_record;
+    stm32g4_board::switch_outputs_off();
+    stm32g4::BootRecord& record = stm32g4_board::boot_record;
     const bool readable = frame >= stack_bottom && frame + 8 <= stack_top;
     record.ending = stm32g4::BootRecord::kFaulted;
     record.exception = exception;
     record.lr = readable ? frame[5] : 0;
     record.pc = readable ? frame[6] : 0;
     record.cfsr = stm32g4::peripheral<stm32g4::ScbRegisters>(stm32g4::kScbBase).CFSR;
-    nucleo_g474re::wait_for_reset();
+    stm32g4_board::wait_for_reset();
 }
 
 /// The stack may have run out, which is why this begins with a new one. Nothing comes back from here.
@@ -100,22 +96,4 @@ void before_memory() {
         "msr msp, r2\n"
         "b record_fault\n");
 }
-
-using Vectors = tricoil::board::Vectors<102>;
-
-consteval Vectors make_vectors() {
-    using namespace tricoil::nucleo_g474re;
-    Vectors vectors = tricoil::board::make_vectors<102>(fault_handler);
-    vectors.nmi() = nmi_handler;
-    vectors.tick() = tick_handler;
-    vectors.interrupts[kOverCurrent.number] = over_current_handler;
-    vectors.interrupts[kBlockEnd.number] = block_end_handler;
-    vectors.interrupts[kSerial.number] = serial_handler;
-    vectors.interrupts[kCan.number] = can_handler;
-    vectors.interrupts[kUsb.number] = usb_handler;
-    return vectors;
-}
-
-/// Interrupts that nobody expects are faults.
-[[gnu::section(".vectors"), gnu::used]] constinit const Vectors kVectors = make_vectors();
 }

@@ -14,8 +14,8 @@ file(CONFIGURE OUTPUT ${OUT} CONTENT [=[
 
 #include <cstdint>
 
-namespace tricoil::nucleo_g474re {
+namespace tricoil::stm32g4_board {
 constexpr std::uint32_t kFirmwareVersion = @major@U << 16U | @minor@U << 8U | @patch@U;
 constexpr char kCommit[16] = "@commit@";
-}  // namespace tricoil::nucleo_g474re
+}  // namespace tricoil::stm32g4_board
 ]=] @ONLY)

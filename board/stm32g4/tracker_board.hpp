@@ -1,4 +1,4 @@
-// Every driver of the tracker board, put together: what stands behind the firmware application.
+// Every driver of a tracker board, connected as its pins.hpp states: the hardware behind the firmware application.
 #pragma once
 
 #include <array>
@@ -15,11 +15,11 @@
 #include "drivers/stm32g4/usart/usart_port.hpp"
 #include "drivers/stm32g4/usb/usb_port.hpp"
 
-namespace tricoil::nucleo_g474re {
+namespace tricoil::stm32g4_board {
 
 /// One, and for ever. Its construction switches nothing on.
-struct Board {
-    explicit Board(stm32g4::CoreClock core);
+struct TrackerBoard {
+    explicit TrackerBoard(stm32g4::CoreClock core);
 
     /// Clocks of the peripherals, pins with the coils off, interrupts, links. What does not follow shows in processor.troubles()
     /// or when it is used.
@@ -47,4 +47,4 @@ struct Board {
 /// Half of the processor's unique number (RM0440, "Unique device ID"), the half that tells dice of a wafer apart, and lot.
 [[nodiscard]] std::uint64_t unique_number();
 
-}  // namespace tricoil::nucleo_g474re
+}  // namespace tricoil::stm32g4_board

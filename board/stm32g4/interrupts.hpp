@@ -1,4 +1,4 @@
-// What the interrupts call; startup.cpp puts them into the vectors, main.cpp says what they do.
+// Handlers of a tracker board: tracker_vectors.cpp puts them into the vectors, tracker_main.cpp defines them.
 #pragma once
 
 extern "C" {

@@ -1,0 +1,59 @@
+#include "board/app/column_chain.hpp"
+
+namespace tricoil::app {
+
+/// Not inlined: its frame is off the stack again when tick() needs one as large.
+template <typename Scalar, typename SensorTracker>
+[[gnu::noinline]] bool ColumnChain<Scalar, SensorTracker>::update(const SampleBlock& block, const Devices& devices,
+                                                                  MainLoopCounters& counters) {
+    const auto columns = demodulator_.demodulate(block);
+    if (!columns.ok()) {
+        ++counters.refused_blocks;
+        return false;
+    }
+    bool gave_pose = false;
+    for (const Column<Scalar>& column : *columns) {
+        if (devices.tap != nullptr) {
+            devices.tap->column(column);
+        }
+        if (const auto estimate = tracker_.update(column)) {
+            send(*estimate, devices, counters);
+            gave_pose = true;
+        }
+    }
+    return gave_pose;
+}
+
+template <typename Scalar, typename SensorTracker>
+void ColumnChain<Scalar, SensorTracker>::tick(std::uint8_t sensor, const Devices& devices, MainLoopCounters& counters) {
+    const DeviceTime now = devices.clock.now();
+    if (devices.tap != nullptr) {
+        devices.tap->tick(sensor, now);
+    }
+    if (const auto estimate = tracker_.tick(now)) {
+        send(*estimate, devices, counters);
+    }
+}
+
+template <typename Scalar, typename SensorTracker>
+Status ColumnChain<Scalar, SensorTracker>::set_hemisphere(std::uint8_t sensor, const Direction& towards, const Devices& devices) {
+    if (devices.tap != nullptr) {
+        devices.tap->hemisphere(sensor, towards);
+    }
+    return tracker_.set_hemisphere(towards);
+}
+
+template <typename Scalar, typename SensorTracker>
+void ColumnChain<Scalar, SensorTracker>::send(const tracking::PoseEstimate<Scalar>& estimate, const Devices& devices,
+                                              MainLoopCounters& counters) {
+    if (devices.tap != nullptr) {
+        devices.tap->pose(estimate);
+    }
+    counters.unsent_poses += devices.link.send(estimate).ok() ? 0U : 1U;
+}
+
+template class ColumnChain<double, tracking::AnyTracker<double>>;
+template class ColumnChain<float, tracking::ScaatTracker<float>>;
+template class ColumnChain<float, tracking::PreviousTracker<float>>;
+
+}  // namespace tricoil::app

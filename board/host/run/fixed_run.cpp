@@ -1,0 +1,71 @@
+#include "board/host/run/fixed_run.hpp"
+
+#include "board/support/errors.hpp"
+#include "board/support/tracker_choice.hpp"
+#include "core/fixed/from_double.hpp"
+
+namespace tricoil::host {
+namespace {
+
+void refuse(bool asked, const RunOptions& options, const char* what) {
+    if (asked) {
+        throw InputError(std::string(what) + ": not with --tracker " + options.tracker);
+    }
+}
+
+template <typename T>
+T value_of(const Result<T>& result) {
+    if (!result.ok()) {
+        throw InputError(std::string("integer tracker: ") + result.status().message());
+    }
+    return *result;
+}
+
+}  // namespace
+
+app::FixedChain::Params fixed_params(const RunOptions& options, const RunCompany& company, const sim::CoilWorld& world,
+                                     const signal::AcquisitionPlan& plan, const Vec3<double>& hemisphere) {
+    refuse(company.tap != nullptr || company.each_block != nullptr, options, "serve");
+    refuse(!options.record.empty(), options, "--record (--samples records what it is given)");
+    refuse(options.predict_ahead_s > 0, options, "--predict");
+    refuse(options.no_deskew, options, "--no-deskew");
+    app::FixedChain::Params params;
+    params.plan = plan;
+    params.chain.acquisition = value_of(fixed::acquisition_of(plan));
+    params.chain.demodulator = value_of(fixed::demodulator_params_from(world.demodulation(), world.volts_per_code()));
+    fixed::TrackerParams& tracker = params.chain.tracker;
+    tracker.method = *fixed_method(options.tracker);
+    tracker.passes = options.passes;
+    tracker.coupling_constant = fixed::scaled_from(world.params().coupling_constant_m3);
+    tracker.hemisphere = fixed::direction_from(hemisphere);
+    tracker.confined = options.confined || !options.hemisphere.empty();
+    if (const Status status = fixed::check(params.chain); !status.ok()) {
+        throw InputError(std::string("integer tracker: ") + status.message());
+    }
+    return params;
+}
+
+tracking::TrackerCounters in_common_counters(const fixed::TrackerCounters& counters) {
+    tracking::TrackerCounters common;
+    common.accepted = counters.accepted;
+    common.poses = counters.poses;
+    common.invalid_poses = counters.invalid_poses;
+    common.acquisitions = counters.acquisitions;
+    common.clock_restarts = counters.restarts;
+    const auto copy = [&](tracking::Rejection to, fixed::Rejection from) {
+        common.rejected[static_cast<std::size_t>(to)] = counters.of(from);
+    };
+    copy(tracking::Rejection::unknown_state, fixed::Rejection::unknown_state);
+    copy(tracking::Rejection::time_backwards, fixed::Rejection::time_backwards);
+    copy(tracking::Rejection::duplicate, fixed::Rejection::repeated_sequence);
+    return common;
+}
+
+Status FixedLink::do_send(const fixed::PoseEstimate& estimate) {
+    if (each_) {
+        each_(estimate);
+    }
+    return link_.send(fixed::to_double(estimate));
+}
+
+}  // namespace tricoil::host

@@ -1,0 +1,32 @@
+// The parts of a simulated run whose tracker computes in integers.
+#pragma once
+
+#include <functional>
+
+#include "board/app/fixed_chain.hpp"
+#include "board/host/run/simulated_run.hpp"
+#include "sim/world/coil_world.hpp"
+
+namespace tricoil::host {
+
+/// The tracker's parameters, for samples of this world. Throws InputError for options that it cannot honour.
+app::FixedChain::Params fixed_params(const RunOptions& options, const RunCompany& company, const sim::CoilWorld& world,
+                                     const signal::AcquisitionPlan& plan, const Vec3<double>& hemisphere);
+
+/// Of the columns' rejections those that blocks have too.
+tracking::TrackerCounters in_common_counters(const fixed::TrackerCounters& counters);
+
+/// Hands every estimate on as it is, and in double.
+class FixedLink final : public hal::EstimateLink<fixed::PoseEstimate> {
+public:
+    FixedLink(hal::Link<double>& link, std::function<void(const fixed::PoseEstimate&)> each)
+        : link_(link), each_(std::move(each)) {}
+
+private:
+    Status do_send(const fixed::PoseEstimate& estimate) override;
+
+    hal::Link<double>& link_;
+    std::function<void(const fixed::PoseEstimate&)> each_;
+};
+
+}  // namespace tricoil::host

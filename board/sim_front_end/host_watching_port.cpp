@@ -1,0 +1,88 @@
+#include "board/sim_front_end/host_watching_port.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/protocol/codec.hpp"
+
+namespace tricoil::sim_front_end {
+
+using protocol::Opcode;
+using protocol::WireError;
+
+void HostWatchingPort::listen(std::int64_t now_us) {
+    hal::ReceivedMessage message;
+    Status status;
+    while (is_open_ && !is_lost_ && (status = port_.receive(message)).ok()) {
+        heard_us_ = now_us;
+        take({message.bytes.begin(), message.bytes.end()});
+    }
+    is_lost_ = is_lost_ || status.code() == StatusCode::device_lost;
+}
+
+void HostWatchingPort::take(std::vector<std::uint8_t> bytes) {
+    protocol::CommandMessage command;
+    const bool is_keep_alive =
+        protocol::decode(bytes, command) == WireError::none && static_cast<Opcode>(command.opcode) == Opcode::keep_alive;
+    if (is_keep_alive) {  // names the newest message that the host has; a host that has none says 0
+        acknowledged_ = std::max(acknowledged_, std::min(command.argument + 1, sent_));
+    }
+    commands_ += is_keep_alive ? 0U : 1U;
+    arrived_.push_back({std::move(bytes), !is_keep_alive});
+}
+
+void HostWatchingPort::pretend_stop() {
+    protocol::CommandMessage command;
+    command.opcode = static_cast<std::uint8_t>(Opcode::stop);
+    std::vector<std::uint8_t> bytes(protocol::kMaxMessageBytes);
+    bytes.resize(protocol::encode(command, bytes));
+    take(std::move(bytes));
+}
+
+Status HostWatchingPort::do_open() {
+    is_open_ = is_open_ || port_.open().ok();
+    return is_open_ ? Status{} : Status{StatusCode::device_lost, "not there"};
+}
+
+void HostWatchingPort::do_close() {
+    port_.close();
+    is_open_ = false;
+    is_lost_ = false;
+    arrived_.clear();
+    commands_ = 0;
+}
+
+Status HostWatchingPort::do_send(std::span<const std::uint8_t> message) {
+    const Status status = port_.send(message);
+    unsent_ += status.ok() ? 0U : 1U;
+    protocol::PoseMessage pose;
+    protocol::ColumnMessage column;
+    if (protocol::decode(message, pose) == WireError::none) {
+        note_sent(pose.sequence);
+    } else if (protocol::decode(message, column) == WireError::none) {
+        note_sent(column.sequence);
+    }
+    return status;
+}
+
+void HostWatchingPort::note_sent(std::uint32_t sequence) {
+    if (!has_sent_ || sequence < sent_) {  // a tracker's poses count from 0 after each start
+        acknowledged_ = sequence;
+    }
+    has_sent_ = true;
+    sent_ = sequence + 1;
+}
+
+Status HostWatchingPort::do_receive(hal::ReceivedMessage& message) {
+    if (arrived_.empty()) {
+        return is_lost_ ? Status{StatusCode::device_lost, "the link is gone"} : Status{StatusCode::not_ready, "none yet"};
+    }
+    taken_ = std::move(arrived_.front().bytes);
+    commands_ -= arrived_.front().is_command ? 1U : 0U;
+    arrived_.pop_front();
+    message = {};
+    message.bytes = taken_;
+    return {};
+}
+
+}  // namespace tricoil::sim_front_end

@@ -1,0 +1,158 @@
+#include "board/sim_front_end/tracker_board.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "board/app/calibration_store.hpp"
+#include "board/support/errors.hpp"
+#include "sim/hal/single_precision.hpp"
+
+namespace tricoil::sim_front_end {
+namespace {
+
+constexpr Microseconds kWait{1000};
+constexpr float kMostReference_v = 1.8F;  // the simulated current makes 1 V, 1.6 V in FDM
+
+signal::AcquisitionPlan planned(signal::Multiplexing multiplexing, double rate_hz) {
+    const auto plan = signal::plan_acquisition(signal::default_acquisition(multiplexing, rate_hz));
+    if (!plan.ok()) {
+        throw host::InputError(std::string("frame rate: ") + plan.status().message());
+    }
+    return *plan;
+}
+
+std::vector<app::MeasuringMode> all_modes(const sim::FrontEndParams& params, const signal::ChannelResponse<float>& response) {
+    using signal::Multiplexing;
+    std::vector<app::MeasuringMode> modes{{planned(params.multiplexing, params.frame_rate_hz), response}};
+    for (const auto& [multiplexing, rate_hz] : {std::pair{Multiplexing::tdm, 240.0},
+                                                {Multiplexing::tdm, 480.0},
+                                                {Multiplexing::fdm, 240.0},
+                                                {Multiplexing::fdm, 480.0},
+                                                {Multiplexing::fdm, 960.0}}) {
+        modes.push_back({planned(multiplexing, rate_hz), response});
+    }
+    return modes;
+}
+
+}  // namespace
+
+TrackerBoard::TrackerBoard(hal::MessagePort& port, const sim::FrontEndParams& params)
+    : params_(params),
+      world_(params_.scenario->world, *params_.scenario->motion, params_.scenario->faults),
+      port_(port),
+      sampler_(world_, coils_, clock_, std::numeric_limits<double>::infinity()) {
+    world_.configure(planned(params.multiplexing, params.frame_rate_hz));
+    modes_ = all_modes(params, sim::in_single(world_.demodulation()).response);
+    store_calibration();
+    device_.emplace(hardware(), device_params());
+    device_->boot();
+}
+
+app::DeviceHardware TrackerBoard::hardware() {
+    return {clock_, coils_, sampler_, gain_, heartbeat_, storage_, watchdog_, system_, indicator_, ports_};
+}
+
+app::DeviceParams TrackerBoard::device_params() {
+    app::DeviceParams p;
+    p.serial = params_.serial;
+    p.firmware = 0x000100;
+    p.modes = modes_;
+    p.demodulator = sim::in_single(world_.demodulation());
+    p.coupling_constant_m3 = static_cast<float>(params_.scenario->world.coupling_constant_m3);
+    p.hemisphere = params_.scenario->motion->at(0).position_m.cast<float>();
+    p.most_reference_v = kMostReference_v;
+    p.host_silence = Microseconds{params_.watchdog_us};
+    return p;
+}
+
+void TrackerBoard::store_calibration() {
+    if (params_.calibration.empty()) {
+        return;
+    }
+    calibration::Blob blob{};
+    app::CalibrationStore store(storage_);
+    const bool fits = params_.calibration.size() == blob.size() && store.open() == app::CalibrationStore::Content::none;
+    std::copy_n(params_.calibration.begin(), fits ? blob.size() : 0, blob.begin());
+    if (!fits || !store.write(blob).ok()) {
+        throw host::InputError("--calibration: the file does not hold a calibration");
+    }
+}
+
+std::vector<std::uint8_t> TrackerBoard::calibration() {
+    calibration::Blob blob{};
+    app::CalibrationStore store(storage_);
+    const bool is_there = store.open() == app::CalibrationStore::Content::sound && store.read(blob).ok();
+    return is_there ? std::vector<std::uint8_t>(blob.begin(), blob.end()) : std::vector<std::uint8_t>();
+}
+
+sim::FrontEndCounters TrackerBoard::counters() const {
+    sim::FrontEndCounters counters = counters_;
+    counters.sent = port_.counters().sent;
+    counters.unsent = port_.unsent();
+    return counters;
+}
+
+void TrackerBoard::step(std::int64_t now_us) {
+    port_.listen(now_us);
+    heard_s_ = port_.heard_us() == now_us ? clock_.elapsed_s() : heard_s_;
+    if (system_.loader_restarts() > 0) {  // it speaks another protocol there
+        finished_ = true;
+        (void)port_.wait(kWait);
+        return;
+    }
+    if (!is_running()) {
+        idle();
+    } else if (now_us - port_.heard_us() > params_.watchdog_us) {
+        counters_.longest_silence_us = std::max(counters_.longest_silence_us, now_us - port_.heard_us());
+        clock_.pause(2e-6 * params_.watchdog_us);  // the host's silence takes device time as well
+        measure(now_us);
+    } else if (block_is_due(now_us)) {
+        measure(now_us);
+    } else {
+        (void)port_.wait(kWait);
+    }
+    if (is_running() && !was_running_) {
+        ++counters_.starts;
+        port_.catch_up();
+        measured_s_ = 0;
+        pace_begin_s_ = clock_.elapsed_s();
+        pace_begin_us_ = block_begin_us_ = now_us;
+    }
+    was_running_ = is_running();
+}
+
+/// A step without coils: hears the host.
+void TrackerBoard::idle() {
+    if (!port_.has_command()) {
+        (void)port_.wait(kWait);
+    }
+    device_->step();
+}
+
+bool TrackerBoard::block_is_due(std::int64_t now_us) const {
+    if (port_.has_command() || now_us - block_begin_us_ > params_.patience_us) {
+        return true;
+    }
+    if (params_.pace == sim::Pace::real) {
+        return static_cast<double>(now_us - pace_begin_us_) >= 1e6 * (clock_.elapsed_s() - pace_begin_s_);
+    }
+    // Device time runs ahead of the host's, but not so far that the device takes the host for silent.
+    constexpr double kMostSilence = 0.7;
+    return port_.ahead() < params_.ahead && clock_.elapsed_s() - heard_s_ < kMostSilence * 1e-6 * params_.watchdog_us;
+}
+
+void TrackerBoard::measure(std::int64_t now_us) {
+    const double before_s = clock_.elapsed_s();
+    const bool had_fault = device_->faults().has(protocol::Fault::watchdog);
+    device_->step();
+    counters_.watchdogs += !had_fault && device_->faults().has(protocol::Fault::watchdog) ? 1U : 0U;
+    ++counters_.slots;
+    block_begin_us_ = now_us;
+    measured_s_ += clock_.elapsed_s() - before_s;
+    if (is_running() && !finished_ && measured_s_ >= params_.duration_s) {
+        finished_ = true;
+        port_.pretend_stop();
+    }
+}
+
+}  // namespace tricoil::sim_front_end

@@ -1,0 +1,67 @@
+// A tracker board without hardware: the firmware application of board/app in front of a simulated world.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "board/app/tracker_device.hpp"
+#include "board/sim_front_end/host_watching_port.hpp"
+#include "sim/front_end/front_end.hpp"
+#include "sim/hal/simulated_processor.hpp"
+#include "sim/hal/simulated_storage.hpp"
+
+namespace tricoil::sim_front_end {
+
+/// Device time passes by sampling, and by a millisecond with each step that measures nothing. In lockstep it stands still until
+/// the host has come near enough; at the real pace blocks last as long as they say.
+class TrackerBoard {
+public:
+    /// `port` is open. Throws InputError for a frame rate that cannot be planned, and for a calibration that is not sound.
+    TrackerBoard(hal::MessagePort& port, const sim::FrontEndParams& params);
+
+    /// Serves the link, and measures a block when one is due; `now_us`: the host's monotonic clock. Waits a millisecond at most.
+    void step(std::int64_t now_us);
+
+    /// Has measured for as long as it was to, or is in its loader.
+    [[nodiscard]] bool finished() const { return finished_; }
+    [[nodiscard]] sim::FrontEndCounters counters() const;
+    [[nodiscard]] bool coils_on() const { return coils_.state() != Excitation::off; }
+    /// What its flash holds; empty: none.
+    [[nodiscard]] std::vector<std::uint8_t> calibration();
+
+private:
+    [[nodiscard]] app::DeviceHardware hardware();
+    [[nodiscard]] app::DeviceParams device_params();
+    void store_calibration();
+    [[nodiscard]] bool is_running() const { return device_->state() == protocol::DeviceState::running; }
+    [[nodiscard]] bool block_is_due(std::int64_t now_us) const;
+    void measure(std::int64_t now_us);
+    void idle();
+
+    sim::FrontEndParams params_;
+    sim::CoilWorld world_;
+    std::vector<app::MeasuringMode> modes_;
+    HostWatchingPort port_;
+    std::array<hal::MessagePort*, 1> ports_{&port_};
+    sim::SimulatedClock clock_;
+    sim::SimulatedCoilDriver coils_;
+    sim::SimulatedGain gain_{{}, 1};
+    sim::SimulatedCoilSampler sampler_;
+    sim::SimulatedStorage storage_{2, 2048};
+    sim::SimulatedWatchdog watchdog_{clock_};
+    sim::SimulatedSystem system_{clock_};
+    sim::SimulatedIndicator indicator_;
+    sim::SimulatedHeartbeat heartbeat_;
+    std::optional<app::TrackerDevice> device_;
+
+    bool was_running_ = false;
+    bool finished_ = false;
+    double measured_s_ = 0;    // since the newest start
+    double heard_s_ = 0;       // device time when the host was heard last
+    double pace_begin_s_ = 0;  // device time, and the host's, when it began
+    std::int64_t pace_begin_us_ = 0;
+    std::int64_t block_begin_us_ = 0;  // when the newest block was measured
+    sim::FrontEndCounters counters_;
+};
+
+}  // namespace tricoil::sim_front_end

@@ -1,0 +1,10 @@
+// Memory that one run leaves to the next one, through a reset.
+#pragma once
+
+#include "drivers/stm32g4/processor.hpp"
+
+namespace tricoil::stm32g4_board {
+
+extern stm32g4::BootRecord boot_record;
+
+}  // namespace tricoil::stm32g4_board

@@ -1,0 +1,37 @@
+// Response and gain of the sensor channels that the chip's op-amps and converters make.
+#pragma once
+
+#include <numbers>
+
+#include "board/app/device_parts.hpp"
+#include "drivers/stm32g4/sensor_amplifiers.hpp"
+
+namespace tricoil::stm32g4_board {
+
+constexpr float kGainBandwidthHz = 13e6F;  // of the op-amps (DS12288)
+
+/// A coil's voltage is the derivative of the flux: i f / f0 at each carrier of a mode. unity_hz: f0, where a sensor channel at
+/// gain 1 gives the coupling itself.
+constexpr app::MeasuringMode with_response(const signal::AcquisitionPlan& plan, double unity_hz) {
+    signal::ChannelResponse<float> response{};
+    for (std::size_t carrier = 0; carrier < response.size(); ++carrier) {
+        const auto ratio = static_cast<float>(plan.params.carrier_hz[carrier] / unity_hz);
+        for (auto& coil : response[carrier]) {
+            coil = {0, ratio};
+        }
+    }
+    return {plan, response};
+}
+
+/// Nominal: the board measures the real ones at boot.
+inline signal::GainSteps<float> gain_steps() {
+    signal::GainSteps<float> steps{};
+    for (std::uint8_t n = 0; n < stm32g4::SensorAmplifiers::kSteps; ++n) {
+        const float gain = stm32g4::SensorAmplifiers::gain_of(n);
+        steps[n].gain = {gain, gain, gain};
+        steps[n].lag_s.fill(gain / (2 * std::numbers::pi_v<float> * kGainBandwidthHz));
+    }
+    return steps;
+}
+
+}  // namespace tricoil::stm32g4_board

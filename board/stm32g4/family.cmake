@@ -1,0 +1,59 @@
+# Images of boards with an STM32G4. Included by the CMakeLists.txt of a board's folder, whose pins.hpp and measuring.hpp the sources
+# of this folder include.
+include(TricoilImage)
+set(TRICOIL_STM32G4_FOLDER ${CMAKE_CURRENT_LIST_DIR})
+
+# tricoil_stm32g4_sources(NAME SOURCES ... [DEPENDS ...]): this folder's sources, built for the board.
+function(tricoil_stm32g4_sources name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS" ${ARGN})
+  list(TRANSFORM ARG_SOURCES PREPEND ${TRICOIL_STM32G4_FOLDER}/)
+  add_library(${name} OBJECT ${ARG_SOURCES})
+  target_include_directories(${name} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
+  target_link_libraries(${name} PRIVATE ${ARG_DEPENDS} tricoil_cortex_m tricoil_stm32g4 tricoil_options)
+endfunction()
+
+# tricoil_stm32g4_image(NAME FLASH_KIB N RAM_KIB N SOURCES ... [DEPENDS ...])
+# An image that starts, and stops safely. Its sources define the vectors and switch_outputs_off() (startup.hpp).
+function(tricoil_stm32g4_image name)
+  cmake_parse_arguments(ARG "" "FLASH_KIB;RAM_KIB" "SOURCES;DEPENDS" ${ARGN})
+  set(flash_kib ${ARG_FLASH_KIB})
+  set(ram_kib ${ARG_RAM_KIB})
+  tricoil_stm32g4_sources(${name}_startup SOURCES startup.cpp)
+  tricoil_image(${name} LINKER_SCRIPT ${TRICOIL_STM32G4_FOLDER}/link.ld.in
+    SOURCES ${ARG_SOURCES} $<TARGET_OBJECTS:${name}_startup>
+    DEPENDS ${ARG_DEPENDS} tricoil_stm32g4)
+endfunction()
+
+# tricoil_stm32g4_tracker(NAME BOARD_NAME TEXT FLASH_KIB N RAM_KIB N PARTS ...)
+# The firmware of a tracker board. Its parts, object libraries, define device_params() of measuring.hpp. BOARD_NAME: for the image's
+# header.
+function(tricoil_stm32g4_tracker name)
+  cmake_parse_arguments(ARG "" "BOARD_NAME;FLASH_KIB;RAM_KIB" "PARTS" ${ARGN})
+  # Version and commit, taken anew with every build, written only if they differ.
+  set(version_header ${CMAKE_CURRENT_BINARY_DIR}/version/image_version.hpp)
+  add_custom_target(image_version BYPRODUCTS ${version_header}
+    COMMAND ${CMAKE_COMMAND} -D SOURCE_DIR=${PROJECT_SOURCE_DIR} -D VERSION=${PROJECT_VERSION} -D OUT=${version_header}
+      -P ${TRICOIL_STM32G4_FOLDER}/image_version.cmake
+    VERBATIM)
+  set(links tricoil_app tricoil_stm32g4_usart tricoil_stm32g4_fdcan tricoil_stm32g4_usb)
+  tricoil_stm32g4_sources(${name}_parts DEPENDS ${links}
+    SOURCES tracker_main.cpp tracker_board.cpp tracker_vectors.cpp image_header.cpp)
+  add_dependencies(${name}_parts image_version)
+  target_include_directories(${name}_parts PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/version)
+  target_compile_definitions(${name}_parts PRIVATE TRICOIL_BOARD_NAME="${ARG_BOARD_NAME}")
+  tricoil_stm32g4_image(${name} FLASH_KIB ${ARG_FLASH_KIB} RAM_KIB ${ARG_RAM_KIB}
+    SOURCES $<TARGET_OBJECTS:${name}_parts>
+    DEPENDS ${ARG_PARTS} ${links} tricoil_small_trigonometry)
+
+  # Flash is what is scarce here, so everything is built for size (toolchain/presets/targets.json), but the loops over samples. For
+  # that Eigen's little functions must go into what calls them: as calls, which is what the compiler takes for smaller, they add 4 KB.
+  # It costs minutes of compiling; what is not part of the image is spared them.
+  set(inlined "-DEIGEN_STRONG_INLINE=__attribute__((always_inline)) inline")
+  get_target_property(sources tricoil_core SOURCES)
+  list(FILTER sources INCLUDE REGEX "^(calibration|error_model/(error_budget|sampling_error|step_error)|protocol|selfcheck|signal|solver|tracking/scaat)")
+  list(TRANSFORM sources PREPEND ${PROJECT_SOURCE_DIR}/core/)
+  set_property(SOURCE ${sources} TARGET_DIRECTORY tricoil_core APPEND PROPERTY COMPILE_OPTIONS ${inlined})
+  foreach(target tricoil_app ${name}_parts ${ARG_PARTS} tricoil_small_trigonometry ${name})
+    target_compile_options(${target} PRIVATE ${inlined})
+  endforeach()
+endfunction()
