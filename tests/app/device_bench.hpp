@@ -7,7 +7,6 @@
 #include <numbers>
 
 #include "board/app/tracker_device.hpp"
-#include "board/support/sim_input/scenario.hpp"
 #include "board/support/sim_input/scenario_file.hpp"
 #include "core/signal/stated_plan.hpp"
 #include "sim/hal/simulated_processor.hpp"

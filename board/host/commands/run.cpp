@@ -53,7 +53,7 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
         throw InputError(command.config + ": 'device' is missing; name it there or with --device");
     }
     if (fixed_method(command.options.tracker)) {
-        (void)tracker_choice(command.options.tracker);  // says why it cannot
+        (void)method_of_name(command.options.tracker);  // throws: it needs samples
     }
     if (!command.options.samples.empty()) {
         throw InputError("--samples: a device sends columns, no samples");
