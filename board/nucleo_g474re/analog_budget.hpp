@@ -123,7 +123,7 @@ public:
     }
     /// The op-amp's noise reaches to pi/2 GBW/gain, beyond half the conversion rate, and folds back.
     [[nodiscard]] double opamp_density(int step) const {
-        const double reach_hz = std::numbers::pi / 2 * double{kGainBandwidthHz} / gain(step);
+        const double reach_hz = std::numbers::pi / 2 * double{stm32g4_board::kGainBandwidthHz} / gain(step);
         return d_.opamp_v_rthz * gain(step) * std::sqrt(std::max(1.0, reach_hz / (conversion_hz() / 2)));
     }
     /// Its low-pass of 100 kHz keeps it from folding.

@@ -114,7 +114,7 @@ std::vector<Seen> columns_along(const signal::AcquisitionPlan& plan, const signa
     sampler.amplify(gain);
     auto demodulation = world.demodulation();
     demodulation.gain_steps = calibrated;
-    const auto single = test::in_single(demodulation);
+    const auto single = sim::in_single(demodulation);
     sim::SimulatedHeartbeat heart;
     app::SupervisedSampler supervised(sampler, gain, heart, single.gain_steps, 10);
     signal::Demodulator<float> demodulator(plan, single);
