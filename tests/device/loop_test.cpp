@@ -148,8 +148,10 @@ class LoopWithSensor : public Loop {
 protected:
     LoopWithSensor() {
         params.hemisphere = {1, 0, 0};
-        loop.emplace(port, HostLines{&coils, &heartbeat, nullptr}, params,
-                     [this](const protocol::PoseMessage& pose) { pose_ = pose; });
+        loop.emplace(port, HostLines{&coils, &heartbeat, nullptr}, params, [this](const protocol::PoseMessage& pose) {
+            pose_ = pose;
+            without_side_ += side_is_unknown() ? 1 : 0;
+        });
     }
 
     /// A frame of three columns; their device time is `ahead_us` later than it should be.
