@@ -6,7 +6,6 @@
 #include <igtlTrackingDataMessage.h>
 #include <igtlTransformMessage.h>
 #include <igtl_util.h>
-#include <malloc.h>
 #include <sys/socket.h>
 
 #include <array>
@@ -17,6 +16,7 @@
 
 #include "board/host/serve/openigtlink/igtl_session.hpp"
 #include "board/pose_text/openigtlink/igtl_messages.hpp"
+#include "tests/serve/poisoned_heap.hpp"
 
 namespace tricoil::host::igtl_output {
 namespace {
@@ -76,7 +76,7 @@ TEST(IgtlMessages, TransformIsInMillimetresAtItsOwnTime) {
 
 /// All messages that go out, with fresh heap memory that holds `pattern`.
 std::vector<std::string> all_messages(int pattern) {
-    mallopt(M_PERTURB, pattern);
+    test::poison_fresh_memory(pattern);
     std::vector<ServedPose> poses{pose_at(kNow, 0), pose_at(kNow, 1)};
     std::vector<std::string> messages{transform_message(poses[0]), tracking_data_message(poses, "Patient"),
                                       tracking_data_message({}, "Patient"), status_message(pose_at(kNow)),
@@ -89,7 +89,7 @@ std::vector<std::string> all_messages(int pattern) {
         message.replace(kTimeAt, kTimeBytes, kTimeBytes, '\0').replace(kCrcAt, kCrcBytes, kCrcBytes, '\0');  // sent now
         messages.push_back(std::move(message));
     }
-    mallopt(M_PERTURB, 0);
+    test::poison_fresh_memory(-1);
     return messages;
 }
 

@@ -6,6 +6,7 @@
 #include <igtlTransformMessage.h>
 
 #include <algorithm>
+#include <cstring>
 
 #include "board/pose_text/flag_names.hpp"
 #include "board/support/wall_clock.hpp"
@@ -20,6 +21,8 @@ std::string packed(igtl::MessageBase& message, const std::string& name, std::int
     const igtl::TimeStamp::Pointer stamp = igtl::TimeStamp::New();
     stamp->SetTimeInNanoseconds(static_cast<igtlUint64>(std::max<std::int64_t>(utc_us, 0)) * 1000);
     igtl::TimeStamp::Pointer taken = stamp;
+    message.AllocatePack();  // the library leaves reserved bytes as it found them in the heap
+    std::memset(message.GetPackBodyPointer(), 0, static_cast<std::size_t>(message.GetPackBodySize()));
     message.SetDeviceName(name.c_str());
     message.SetTimeStamp(taken);
     message.Pack();
