@@ -1,4 +1,4 @@
-// Where poses go.
+// Output of pose estimates.
 #pragma once
 
 #include "core/base/status.hpp"
@@ -6,7 +6,7 @@
 
 namespace tricoil::hal {
 
-/// Carries pose estimates to whoever uses them: a bus, a file, a screen. Scalar: the precision the tracker runs in.
+/// Carries pose estimates to a consumer: a bus, a file, a screen. Scalar: the precision of the tracker.
 template <typename Scalar>
 class Link {
 public:
@@ -15,8 +15,8 @@ public:
     Link& operator=(const Link&) = delete;
     virtual ~Link() = default;
 
-    /// Hands over one estimate, valid or not. Thread context; does not wait for the other side.
-    /// ok; not_ready: the queue is full, this estimate is dropped; device_lost: nobody will take any more.
+    /// Sends one estimate, valid or not. Thread context; does not wait for the receiver. ok; not_ready: the queue is full and
+    /// this estimate is dropped; device_lost: the receiver is gone.
     Status send(const tracking::PoseEstimate<Scalar>& estimate) { return do_send(estimate); }
 
 private:
