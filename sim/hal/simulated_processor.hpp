@@ -1,4 +1,4 @@
-// What a microcontroller has beside coils and converters, in virtual time: watchdog, resets, a light, the heart's line.
+// Watchdog, resets, status LED and heartbeat line of a microcontroller, in virtual time.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 
 namespace tricoil::sim {
 
-/// Bites once, and says so, if it is not fed in time.
+/// has_bitten() stays true after one missed timeout.
 class SimulatedWatchdog final : public hal::Watchdog {
 public:
     explicit SimulatedWatchdog(const hal::Clock& clock) : clock_(clock) {}
@@ -35,7 +35,7 @@ private:
     bool bitten_ = false;
 };
 
-/// Sleeps a millisecond at a time; notes what it is asked for.
+/// Sleeps one millisecond at a time; counts the restart requests.
 class SimulatedSystem final : public hal::SystemControl {
 public:
     explicit SimulatedSystem(SimulatedClock& clock) : clock_(clock) {}

@@ -7,7 +7,7 @@ namespace tricoil::sim {
 namespace {
 
 constexpr Status kNoPower{StatusCode::device_lost, "the power has failed"};
-constexpr Status kNoPlace{StatusCode::invalid_argument, "no such place in the storage"};
+constexpr Status kNoPlace{StatusCode::invalid_argument, "address outside the storage"};
 
 }  // namespace
 
@@ -36,7 +36,7 @@ Status SimulatedStorage::do_erase(std::size_t slot) {
     const bool fails = fails_now();
     for (std::size_t at = 0; at < slot_bytes_; at += kWordBytes) {
         Word& one = word(slot, at);
-        const std::size_t kind = at / kWordBytes % 3;  // of the words of an interrupted erase: as before, erased, unreadable
+        const std::size_t kind = at / kWordBytes % 3;  // word after an interrupted erase: 0 unchanged, 1 erased, 2 unreadable
         one.is_damaged = fails && (kind == 2 || (kind == 0 && one.is_damaged));
         one.value = fails && kind == 0 ? one.value : ~std::uint64_t{0};
     }

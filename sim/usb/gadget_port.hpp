@@ -1,4 +1,4 @@
-// A USB function of the kernel's gadget stack, through FunctionFS.
+// USB function of the kernel's gadget stack, through FunctionFS.
 #pragma once
 
 #include <array>
