@@ -15,7 +15,7 @@
 namespace tricoil::sim {
 namespace {
 
-constexpr std::size_t kMostMessages = 4096;
+constexpr std::size_t kMaxMessages = 4096;
 constexpr int kWakeSignal = SIGUSR2;
 
 struct __attribute__((packed)) Function {
@@ -198,7 +198,7 @@ Status GadgetPort::do_send(std::span<const std::uint8_t> message) {
     std::vector<std::uint8_t> bytes(protocol::framed_bytes(message.size()));
     bytes.resize(protocol::frame(message, bytes));
     const std::lock_guard lock(mutex_);
-    if (outgoing_.size() >= kMostMessages) {
+    if (outgoing_.size() >= kMaxMessages) {
         ++counts().send_queue_full;
         return {StatusCode::not_ready, "the host does not read"};
     }
@@ -219,7 +219,7 @@ Status GadgetPort::do_receive(hal::ReceivedMessage& message) {
 Status GadgetPort::do_wait(Microseconds timeout) {
     std::unique_lock lock(mutex_);
     const bool any = arrived_.wait_for(lock, timeout, [&] { return any_arrived(); });
-    return any ? Status{} : Status{StatusCode::timed_out, "nothing came"};
+    return any ? Status{} : Status{StatusCode::timed_out, "no message"};
 }
 
 }  // namespace tricoil::sim

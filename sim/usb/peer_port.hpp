@@ -20,7 +20,7 @@ protected:
     /// The oldest received message. ok; not_ready: none.
     Status take_arrived(hal::ReceivedMessage& message) {
         if (messages_.empty()) {
-            return {StatusCode::not_ready, "nothing came"};
+            return {StatusCode::not_ready, "no message"};
         }
         message_ = std::move(messages_.front());
         messages_.pop_front();

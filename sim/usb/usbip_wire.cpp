@@ -36,14 +36,14 @@ void put_word(std::uint8_t* at, std::uint32_t value) {
 
 }  // namespace
 
-std::string UsbIpWire::absence() {
+std::string UsbIpWire::unavailable_reason() {
     return ::access(kAttach, W_OK) == 0
                ? ""
                : "no writable virtual USB host controller; run modprobe vhci_hcd, and run this program as root";
 }
 
 std::string UsbIpWire::plug_in(UsbSpeed speed) {
-    pull_out();
+    unplug();
     std::array<int, 2> ends{-1, -1};
     if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
         return "cannot create a socket for the virtual USB device";
@@ -69,7 +69,7 @@ std::string UsbIpWire::plug_in(UsbSpeed speed) {
     return "";
 }
 
-void UsbIpWire::pull_out() {
+void UsbIpWire::unplug() {
     if (fd_ >= 0) {
         ::close(fd_);
     }
@@ -92,7 +92,7 @@ void UsbIpWire::send(std::uint32_t command, std::uint32_t number, int status, st
     for (std::size_t at = 0; at < bytes.size() && fd_ >= 0;) {
         const ssize_t written = ::send(fd_, bytes.data() + at, bytes.size() - at, MSG_NOSIGNAL);
         if (written <= 0) {
-            pull_out();
+            unplug();
             return;
         }
         at += static_cast<std::size_t>(written);
@@ -104,7 +104,7 @@ void UsbIpWire::serve() {
     while (fd_ >= 0) {
         const ssize_t bytes = ::recv(fd_, chunk.data(), chunk.size(), MSG_DONTWAIT);
         if (bytes == 0) {
-            pull_out();
+            unplug();
             return;
         }
         if (bytes < 0) {

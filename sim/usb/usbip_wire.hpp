@@ -29,15 +29,15 @@ public:
     using Unlink = std::function<bool(std::uint32_t number)>;
 
     UsbIpWire(Submit submit, Unlink unlink) : submit_(std::move(submit)), unlink_(std::move(unlink)) {}
-    ~UsbIpWire() { pull_out(); }
+    ~UsbIpWire() { unplug(); }
     UsbIpWire(const UsbIpWire&) = delete;
     UsbIpWire& operator=(const UsbIpWire&) = delete;
 
     /// Empty if there is a host controller; otherwise the reason.
-    static std::string absence();
+    static std::string unavailable_reason();
     /// Empty if the host controller accepted the device; otherwise the reason.
     std::string plug_in(UsbSpeed speed);
-    void pull_out();
+    void unplug();
     [[nodiscard]] bool is_plugged_in() const { return fd_ >= 0; }
 
     /// Handles all pending requests; never waits. Unplugs the device when the host has closed the connection.
