@@ -61,7 +61,7 @@ public:
     /// Sets the status that measure() returns from now on; with ok it returns the true steps.
     void fail_with(Status status) { status_ = status; }
     /// Emulates an amplifier that cannot measure itself: measure() changes nothing.
-    void leave_as_stated() { measures_ = false; }
+    void disable_measurement() { measures_ = false; }
     [[nodiscard]] int attempts() const { return attempts_; }
 
 private:

@@ -40,7 +40,7 @@ private:
     Status do_program(std::size_t slot, std::size_t offset, std::uint64_t value) override;
     Status do_read(std::size_t slot, std::size_t offset, std::span<std::uint8_t> to) override;
 
-    [[nodiscard]] bool is_place(std::size_t slot, std::size_t offset, std::size_t bytes) const;
+    [[nodiscard]] bool is_valid_range(std::size_t slot, std::size_t offset, std::size_t bytes) const;
     Word& word(std::size_t slot, std::size_t offset) { return words_[(slot * slot_bytes_ + offset) / kWordBytes]; }
     bool fails_now();
 

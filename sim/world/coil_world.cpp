@@ -24,7 +24,7 @@ Mat3<double> dipole_field(const Vec3<double>& r) {
 
 double mains_shape(double phase_rad) { return std::sin(phase_rad) + std::sin(3 * phase_rad) / 3 + std::sin(5 * phase_rad) / 5; }
 
-void need(bool ok, const char* what) {
+void require(bool ok, const char* what) {
     if (!ok) {
         throw std::invalid_argument(std::string("world: ") + what);
     }
@@ -35,14 +35,14 @@ void need(bool ok, const char* what) {
 void check(const WorldParams& p) {
     const auto positive = [](double value) { return std::isfinite(value) && value > 0; };
     const auto not_negative = [](double value) { return std::isfinite(value) && value >= 0; };
-    need(positive(p.coupling_constant_m3), "coupling constant must be positive");
-    need(positive(p.coil_resistance_ohm) && positive(p.coil_inductance_h), "coil resistance and inductance must be positive");
-    need(p.converter.bits >= 8 && p.converter.bits <= 31, "converter bits must be 8 to 31");
-    need(positive(p.converter.range_v) && positive(p.converter.rail_v), "converter range and rail must be positive");
-    need(not_negative(p.converter.noise_v_per_sqrt_hz) && not_negative(p.mains_v), "noise and mains must not be negative");
-    need(positive(p.mains_hz), "mains frequency must be positive");
-    need(std::abs(p.source_matrix.determinant()) > 1e-3, "source matrix must not be singular");
-    need(std::abs(p.sensor_matrix.determinant()) > 1e-3, "sensor matrix must not be singular");
+    require(positive(p.coupling_constant_m3), "coupling constant must be positive");
+    require(positive(p.coil_resistance_ohm) && positive(p.coil_inductance_h), "coil resistance and inductance must be positive");
+    require(p.converter.bits >= 8 && p.converter.bits <= 31, "converter bits must be 8 to 31");
+    require(positive(p.converter.range_v) && positive(p.converter.rail_v), "converter range and rail must be positive");
+    require(not_negative(p.converter.noise_v_per_sqrt_hz) && not_negative(p.mains_v), "noise and mains must not be negative");
+    require(positive(p.mains_hz), "mains frequency must be positive");
+    require(std::abs(p.source_matrix.determinant()) > 1e-3, "source matrix must not be singular");
+    require(std::abs(p.sensor_matrix.determinant()) > 1e-3, "sensor matrix must not be singular");
 }
 
 CoilWorld::CoilWorld(const WorldParams& params, const Motion& motion, std::vector<Fault> faults)
