@@ -1,4 +1,4 @@
-// The least that a board does: clocks up, a pose solved from a known signal matrix, a line that says whether it is right.
+// Minimal board: starts the clocks, solves a pose from a known signal matrix, and reports the result.
 #include <cmath>
 
 #include "board/nucleo_g431kb/pins.hpp"

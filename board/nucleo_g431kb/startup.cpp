@@ -1,4 +1,4 @@
-// Vectors, and what happens instead of going on: this board has nothing to switch off.
+// Vector table, halt() and finish(). This board has no power stages to switch off.
 #include "board/cortex_m/program.hpp"
 #include "board/cortex_m/vectors.hpp"
 
