@@ -42,7 +42,7 @@ void initialise_memory() {
 
 int run_main() {
 #pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wpedantic"  // nothing but the start-up code may call main
+#pragma GCC diagnostic ignored "-Wpedantic"  // the start-up code calls main
     return main();
 #pragma GCC diagnostic pop
 }

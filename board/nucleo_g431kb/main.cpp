@@ -43,7 +43,5 @@ int main() {
     console.begin(hertz_of(clock), 921'600);
     const bool right = solves();
     light.set(right);
-    return console.write(right ? "tricoil: a pose was solved, and is right\n" : "tricoil: a pose was solved, and is WRONG\n").ok()
-               ? 0
-               : 1;
+    return console.write(right ? "tricoil: pose solved, result correct\n" : "tricoil: pose solved, result WRONG\n").ok() ? 0 : 1;
 }

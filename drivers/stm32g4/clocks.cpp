@@ -32,7 +32,7 @@ bool prepare_full_speed(PwrRegisters& pwr, FlashRegisters& flash) {
     modify(pwr.CR5, pwr::CR5_R1MODE, 0);
     modify(flash.ACR, flash::ACR_LATENCY, kFlashWaitStates | flash::ACR_PRFTEN | flash::ACR_ICEN | flash::ACR_DCEN);
     return wait_until([&] { return (pwr.SR2 & pwr::SR2_VOSF) == 0 && (flash.ACR & flash::ACR_LATENCY) == kFlashWaitStates; },
-                      kQuickPolls, "regulator or flash does not follow")
+                      kQuickPolls, "regulator or flash is not ready")
         .ok();
 }
 
@@ -40,7 +40,8 @@ bool switch_to_pll(RccRegisters& rcc) {
     modify(rcc.CFGR, rcc::CFGR_HPRE, rcc::CFGR_HPRE_DIV2);
     modify(rcc.CFGR, rcc::CFGR_SW, rcc::CFGR_SW_PLL);
     const bool switched =
-        wait_until([&] { return (rcc.CFGR & rcc::CFGR_SWS) == rcc::CFGR_SWS_PLL; }, kQuickPolls, "core stays slow").ok();
+        wait_until([&] { return (rcc.CFGR & rcc::CFGR_SWS) == rcc::CFGR_SWS_PLL; }, kQuickPolls, "core clock does not switch")
+            .ok();
     for (std::uint32_t n = 0; n < kHalfSpeedPolls; ++n) {
         static_cast<void>(rcc.CFGR);  // a bus read takes a few cycles
     }

@@ -187,8 +187,9 @@ private:
 void check_rate(const char* what, const Rate& rate, double largest) {
     const double size = std::abs(rate.offset) + std::abs(rate.amplitude);
     if (!std::isfinite(size) || size > largest || !std::isfinite(rate.frequency_rad_s)) {
-        throw std::invalid_argument(fmt::format("{} must be finite and at most {} in all; got offset {} and amplitude {}", what,
-                                                largest, rate.offset, rate.amplitude));
+        throw std::invalid_argument(
+            fmt::format("{} must be finite, offset plus amplitude at most {}; got offset {} and amplitude {}", what, largest,
+                        rate.offset, rate.amplitude));
     }
 }
 
@@ -199,7 +200,7 @@ void check(const Example& example, const SimulationParams& params) {
         throw std::invalid_argument(fmt::format("update time must be 0.00001 to 1 s; got {}", params.update_s));
     }
     if (!(params.duration_s >= params.update_s) || !(params.duration_s / params.update_s <= kMaxUpdates)) {
-        throw std::invalid_argument(fmt::format("duration must be one update to {:.0f} updates long; got {} s of {} s updates",
+        throw std::invalid_argument(fmt::format("duration must be 1 to {:.0f} update times; got {} s with an update time of {} s",
                                                 kMaxUpdates, params.duration_s, params.update_s));
     }
     check_rate("azimuth rate (rad/s)", example.azimuth, 1e3);
@@ -243,7 +244,7 @@ std::vector<Update> simulate(const Example& example, const SimulationParams& par
         }
         if (!(real.position.range_m > 0)) {
             throw std::invalid_argument(
-                fmt::format("the sensor runs into the source after {:.3f} s; raise the start range or the range rate",
+                fmt::format("the sensor reaches the source after {:.3f} s; raise the start range or the range rate",
                             static_cast<double>(n) * params.update_s));
         }
         Update update;

@@ -30,9 +30,9 @@ struct SensorInput {
 constexpr std::array<SensorInput, kSensorCoils> kSensors{{{'B', 0, 3, 13, 3, 1}, {'B', 12, 6, 17, 3, 0}, {'B', 13, 4, 5, 4, 0}}};
 constexpr unsigned kReferencePin = 0;                               // PA0
 constexpr unsigned kReferenceInput = 1;                             // ADC1_IN1
-constexpr std::array<unsigned, kSourceCoils> kDrivePins{4, 5, 6};   // PA
-constexpr std::array<unsigned, kSourceCoils> kEnablePins{6, 7, 8};  // PC
-constexpr unsigned kHeartbeatPin = 9;                               // PC
+constexpr std::array<unsigned, kSourceCoils> kDrivePins{4, 5, 6};   // port A
+constexpr std::array<unsigned, kSourceCoils> kEnablePins{6, 7, 8};  // port C
+constexpr unsigned kHeartbeatPin = 9;                               // port C
 
 constexpr double kCodes = 4096;
 constexpr double kConverterNoiseCodes = 0.67;  // with quantisation, the 66 dB of DS12288
