@@ -218,7 +218,7 @@ Status GadgetPort::do_receive(hal::ReceivedMessage& message) {
 
 Status GadgetPort::do_wait(Microseconds timeout) {
     std::unique_lock lock(mutex_);
-    const bool any = arrived_.wait_for(lock, timeout, [&] { return any_arrived(); });
+    const bool any = arrived_.wait_for(lock, std::chrono::microseconds(timeout.count()), [&] { return any_arrived(); });
     return any ? Status{} : Status{StatusCode::timed_out, "no message"};
 }
 
