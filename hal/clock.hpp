@@ -5,7 +5,7 @@
 
 namespace tricoil::hal {
 
-/// A monotonic clock in the device's time base: the one that blocks of samples are stamped with.
+/// A monotonic clock in the device's time base. Sample blocks carry timestamps of this clock.
 class Clock {
 public:
     Clock() = default;
@@ -13,7 +13,7 @@ public:
     Clock& operator=(const Clock&) = delete;
     virtual ~Clock() = default;
 
-    /// Any context, interrupts included; never goes back.
+    /// Any context, interrupts included; never decreases.
     [[nodiscard]] DeviceTime now() const { return do_now(); }
 
 private:

@@ -1,4 +1,4 @@
-// The source coils' power stages.
+// Power stages of the source coils.
 #pragma once
 
 #include "core/base/status.hpp"
@@ -6,8 +6,8 @@
 
 namespace tricoil::hal {
 
-/// Drives the excitation states S1-S3, all, or off.
-/// Contract: the coils are off after construction, after any excite() that did not return ok, and after destruction.
+/// Drives one excitation state: S1-S3, all, or off. Contract: the coils are off after construction, after any excite() that did
+/// not return ok, and after destruction.
 class CoilDriver {
 public:
     CoilDriver() = default;
@@ -15,10 +15,10 @@ public:
     CoilDriver& operator=(const CoilDriver&) = delete;
     virtual ~CoilDriver() = default;
 
-    /// Changes the state from the next block of samples on; the old coil is off before the new one is on.
-    /// Thread context, never an interrupt; does not wait for the current to settle.
-    /// ok; invalid_argument: a state that this board cannot drive; not_ready: the power stages have switched off by themselves,
-    /// for too much current, until sampling starts anew; device_lost or timed_out: the hardware did not follow.
+    /// Changes the excitation state, effective from the next sample block. The old coil goes off before the new one goes on.
+    /// Thread context, never an interrupt; does not wait for the current to settle. ok; invalid_argument: this board cannot drive
+    /// that state; not_ready: the power stages have shut down because of over-current, until sampling is started again;
+    /// device_lost or timed_out: the hardware did not follow.
     Status excite(Excitation state) {
         const Status status = do_excite(state);
         if (!status.ok()) {
@@ -27,7 +27,7 @@ public:
         return status;
     }
 
-    /// Takes the current from all coils. Any context; cannot fail: it must not depend on anything that can.
+    /// Removes the current from all coils. Any context. Cannot fail: an implementation must not depend on anything that can fail.
     void switch_off() { do_switch_off(); }
 
 private:

@@ -1,4 +1,4 @@
-// The sensor coils' converters.
+// Converters of the sensor coils.
 #pragma once
 
 #include "core/base/status.hpp"
@@ -15,17 +15,17 @@ public:
     CoilSampler& operator=(const CoilSampler&) = delete;
     virtual ~CoilSampler() = default;
 
-    /// Begins sampling blocks as planned. Thread context.
-    /// ok; invalid_argument: a rate or length that this converter does not have; device_lost.
+    /// Starts sampling blocks according to the plan. Thread context. ok; invalid_argument: the converter does not support the
+    /// rate or the block length; device_lost.
     Status start(const signal::AcquisitionPlan& plan) { return do_start(plan); }
 
-    /// The next block, oldest first; its samples stay valid until the next poll() or start(). Waits at most about two blocks.
-    /// Thread context. ok; timed_out: no block came, sampling goes on; end_of_stream: a finite source is exhausted; not_ready:
-    /// the power stages have switched off by themselves, over-current; device_lost. A gap in SampleBlock::sequence tells of lost
+    /// Returns the next block, oldest first; its samples stay valid until the next poll() or start(). Waits at most about two
+    /// blocks. Thread context. ok; timed_out: no block arrived, sampling continues; end_of_stream: a finite source is exhausted;
+    /// not_ready: the power stages have shut down because of over-current; device_lost. A gap in SampleBlock::sequence means lost
     /// blocks.
     Status poll(SampleBlock& block) { return do_poll(block); }
 
-    /// Ends sampling; start() may follow. Cannot fail.
+    /// Stops sampling; start() may follow. Cannot fail.
     void stop() { do_stop(); }
 
 private:

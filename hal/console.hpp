@@ -1,4 +1,4 @@
-// Where a board without a screen says things to a person: reports, not poses.
+// Text output of a board without a screen: reports, not poses.
 #pragma once
 
 #include <string_view>
@@ -14,8 +14,7 @@ public:
     Console& operator=(const Console&) = delete;
     virtual ~Console() = default;
 
-    /// Prints `text` as it is. Thread context; may take long.
-    /// ok; device_lost: nobody reads any more.
+    /// Prints `text` unchanged. Thread context; may block. ok; device_lost: the reader is gone.
     Status write(std::string_view text) { return do_write(text); }
 
 private:

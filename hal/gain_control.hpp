@@ -1,4 +1,4 @@
-// The amplifier between sensor coils and converters, where a program chooses its gain.
+// Programmable-gain amplifier between sensor coils and converters.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace tricoil::hal {
 
-/// One step for all three sensor channels; the reference channel has none. Step 0 is the least gain.
+/// One gain step applies to all three sensor channels; the reference channel has no amplifier. Step 0 has the lowest gain.
 class GainControl {
 public:
     GainControl() = default;
@@ -17,18 +17,17 @@ public:
     GainControl& operator=(const GainControl&) = delete;
     virtual ~GainControl() = default;
 
-    /// How many steps there are, at least one.
+    /// Number of steps, at least one.
     [[nodiscard]] std::uint8_t steps() const { return do_steps(); }
 
-    /// From a block soon to come on, changed where one block ends and the next begins; SampleBlock::gain_step tells with which
-    /// step a block was sampled. Thread context; does not wait.
-    /// ok; invalid_argument: no such step.
+    /// Selects a gain step. The change takes effect at a block boundary, a few blocks later; SampleBlock::gain_step holds the
+    /// step of each block. Thread context; does not wait. ok; invalid_argument: no such step.
     Status choose(std::uint8_t step) { return do_choose(step); }
 
-    /// Replaces what is stated of the steps, gain and lag of each sensor channel, by what they really are, as far as this
-    /// amplifier can measure itself; coils stay off. Nothing may be sampled when it begins; uses the sampler, with a plan for it
-    /// that takes the coils in turn. Thread context; waits some tenths of a second. ok; degenerate: the steps are not nearly as
-    /// stated; those of CoilSampler. After an error `steps` is not to be used.
+    /// Measures gain and lag of each sensor channel at each step, as far as the amplifier can measure itself, and overwrites the
+    /// nominal values in `steps`. The coils stay off. Sampling must be stopped; the function uses the sampler with `plan`, which
+    /// must be a plan that drives the coils in turn. Thread context; waits some tenths of a second. ok; degenerate: a measured
+    /// value is far from the nominal one; the codes of CoilSampler. After an error `steps` is invalid.
     Status measure(const signal::AcquisitionPlan& plan, signal::GainSteps<float>& steps) { return do_measure(plan, steps); }
 
 private:

@@ -1,12 +1,12 @@
-// Proof of life for a hardware enable that drops out by itself.
+// Heartbeat line for the hardware enable of the power stages.
 #pragma once
 
 #include "core/base/status.hpp"
 
 namespace tricoil::hal {
 
-/// The power stages' enable is held by a retriggerable monostable: it stays on only while beat() keeps coming. A program that
-/// hangs or is killed leaves no coil on.
+/// A retriggerable monostable holds the enable of the power stages; it stays on only while beat() is called often enough. When a
+/// program hangs or is killed, all coils go off.
 class Heartbeat {
 public:
     Heartbeat() = default;
@@ -14,8 +14,8 @@ public:
     Heartbeat& operator=(const Heartbeat&) = delete;
     virtual ~Heartbeat() = default;
 
-    /// One edge to the monostable; call it at least every third of its time, and only from the loop that it is to vouch for.
-    /// ok; device_lost: the line is gone; the coils will be off.
+    /// Sends one edge to the monostable. Call it at least once per third of the monostable's time, and only from the loop that it
+    /// supervises. ok; device_lost: the line is gone and the coils will go off.
     Status beat() { return do_beat(); }
 
 private:

@@ -1,4 +1,4 @@
-// The light that tells a person how a board is.
+// Status LED.
 #pragma once
 
 namespace tricoil::hal {

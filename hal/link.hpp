@@ -1,4 +1,4 @@
-// Where poses go.
+// Output of pose estimates.
 #pragma once
 
 #include "core/base/status.hpp"
@@ -6,7 +6,7 @@
 
 namespace tricoil::hal {
 
-/// Carries pose estimates to whoever uses them: a bus, a file, a screen.
+/// Carries pose estimates to a consumer: a bus, a file, a screen.
 template <typename Estimate>
 class EstimateLink {
 public:
@@ -15,8 +15,8 @@ public:
     EstimateLink& operator=(const EstimateLink&) = delete;
     virtual ~EstimateLink() = default;
 
-    /// Hands over one estimate, valid or not. Thread context; does not wait for the other side.
-    /// ok; not_ready: the queue is full, this estimate is dropped; device_lost: nobody will take any more.
+    /// Sends one estimate, valid or not. Thread context; does not wait for the receiver. ok; not_ready: the queue is full and
+    /// this estimate is dropped; device_lost: the receiver is gone.
     Status send(const Estimate& estimate) { return do_send(estimate); }
 
 private:

@@ -10,25 +10,24 @@
 
 namespace tricoil::hal {
 
-/// One message as it came; the bytes belong to the port until its next receive() or close().
+/// One received message. The port owns the bytes until its next receive() or close().
 struct ReceivedMessage {
     std::span<const std::uint8_t> bytes{};
-    std::int64_t host_time_us = 0;      // when it arrived, on the host's monotonic clock
-    std::int64_t hardware_time_us = 0;  // on the bus controller's own clock; 0: it has none
+    std::int64_t host_time_us = 0;      // arrival time on the host's monotonic clock
+    std::int64_t hardware_time_us = 0;  // arrival time on the bus controller's clock; 0: it has no clock
 };
 
-/// What a port counts beside damaged messages.
+/// Counters of a port, except damaged messages.
 struct PortCounters {
     std::uint64_t sent = 0;
     std::uint64_t received = 0;
-    std::uint64_t send_queue_full = 0;  // messages not sent for want of room
-    std::uint64_t receive_dropped = 0;  // messages or transfers that the host could not take in time
+    std::uint64_t send_queue_full = 0;  // messages not sent because the queue was full
+    std::uint64_t receive_dropped = 0;  // messages or transfers that the host did not take in time
     std::uint64_t link_faults = 0;      // bus-off, stalls, failed transfers
     std::uint64_t link_losses = 0;      // link down, unplugged
 };
 
-/// Nothing here waits but wait(). After device_lost the port is closed and open() may be called again. Thread context, one
-/// thread.
+/// Only wait() blocks. After device_lost the port is closed and open() may be called again. Thread context, one thread.
 class MessagePort {
 public:
     MessagePort() = default;
@@ -36,23 +35,25 @@ public:
     MessagePort& operator=(const MessagePort&) = delete;
     virtual ~MessagePort() = default;
 
-    /// Opens the device, anew if it was open. ok; device_lost: it is not there, not usable, or not ours; see detail().
+    /// Opens the device; reopens it if it was open. ok; device_lost: the device is absent, not usable, or not a tricoil device;
+    /// see detail().
     Status open() { return do_open(); }
 
     /// Cannot fail; open() may follow.
     void close() { do_close(); }
 
-    /// Hands over one whole message. ok; not_ready: no room, or the link is down for now: this message is dropped, and counted;
-    /// invalid_argument: longer than any message; device_lost.
+    /// Queues one whole message. ok; not_ready: the queue is full or the link is down for now; this message is dropped and
+    /// counted; invalid_argument: longer than the longest message; device_lost.
     Status send(std::span<const std::uint8_t> message) { return do_send(message); }
 
-    /// The oldest message received. ok; not_ready: none yet; device_lost.
+    /// Returns the oldest received message. ok; not_ready: none yet; device_lost.
     Status receive(ReceivedMessage& message) { return do_receive(message); }
 
-    /// Waits until receive() may have something, `timeout` at most. ok; timed_out; device_lost.
+    /// Waits until receive() may return a message, at most for `timeout`. ok; timed_out; device_lost.
     Status wait(Microseconds timeout) { return do_wait(timeout); }
 
-    /// What open() or the last loss had to say: the thing, what is wrong with it, and the mend; empty if nothing.
+    /// Explanation of the last failed open() or the last link loss: the device, the problem, and the remedy. Empty if there is
+    /// none.
     [[nodiscard]] const char* detail() const { return do_detail(); }
 
     [[nodiscard]] const PortCounters& counters() const { return counters_; }

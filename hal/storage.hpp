@@ -1,4 +1,4 @@
-// Memory that keeps what is written while the power is off: what a board remembers.
+// Non-volatile memory for the settings of a board.
 #pragma once
 
 #include <cstddef>
@@ -9,12 +9,11 @@
 
 namespace tricoil::hal {
 
-/// Slots that are erased as a whole and programmed once after that, one double-word at a time. Power may fail within any of
-/// these: the double-word, or the slot, that was being changed may then read as anything, or not at all; all others keep what
-/// they held.
+/// Slots. A slot is erased as a whole; after that each double-word is programmed once. If power fails during one of these
+/// operations, the double-word or the slot under change may read as any value or be unreadable; all others keep their content.
 class Storage {
 public:
-    /// What is programmed at once; offsets are multiples of it.
+    /// Size of one programming operation; offsets are multiples of it.
     static constexpr std::size_t kWordBytes = 8;
 
     Storage() = default;
@@ -25,17 +24,16 @@ public:
     [[nodiscard]] std::size_t slots() const { return do_slots(); }
     [[nodiscard]] std::size_t slot_bytes() const { return do_slot_bytes(); }
 
-    /// Erases one slot. Thread context, coils off: the processor may stand still for tens of milliseconds.
-    /// ok; invalid_argument: no such slot; timed_out or device_lost: it did not work, the slot holds anything.
+    /// Erases one slot. Thread context, coils off: the processor may stall for tens of milliseconds. ok; invalid_argument: no
+    /// such slot; timed_out or device_lost: the operation failed and the content of the slot is undefined.
     Status erase(std::size_t slot) { return do_erase(slot); }
 
-    /// Programs one double-word, its first byte at the lowest address. Thread context, coils off.
-    /// ok; invalid_argument: no such place; timed_out or device_lost: it did not work (not erased before, protected, worn out).
+    /// Programs one double-word, its first byte at the lowest address. Thread context, coils off. ok; invalid_argument: no such
+    /// slot or offset; timed_out or device_lost: the operation failed (not erased before, protected, worn out).
     Status program(std::size_t slot, std::size_t offset, std::uint64_t word) { return do_program(slot, offset, word); }
 
-    /// Reads `to.size()` bytes, a whole number of double-words, from a multiple of kWordBytes.
-    /// ok; invalid_argument: no such place; degenerate: a double-word in there was damaged and cannot be read, `to` holds
-    /// anything.
+    /// Reads `to.size()` bytes, a whole number of double-words, from a multiple of kWordBytes. ok; invalid_argument: no such slot
+    /// or offset; degenerate: a double-word in the range is damaged and cannot be read; the content of `to` is undefined.
     Status read(std::size_t slot, std::size_t offset, std::span<std::uint8_t> to) { return do_read(slot, offset, to); }
 
 private:

@@ -1,4 +1,4 @@
-// A hardware line by which the front end tells that a window is over.
+// Hardware line on which the front end signals the end of a window.
 #pragma once
 
 #include <cstdint>
@@ -15,11 +15,11 @@ public:
     SyncLine& operator=(const SyncLine&) = delete;
     virtual ~SyncLine() = default;
 
-    /// The oldest edge not yet told, by its time on the host's monotonic clock. Never waits.
-    /// ok; not_ready: none since; device_lost.
+    /// Returns the time of the oldest unread edge, on the host's monotonic clock. Never waits. ok; not_ready: no new edge;
+    /// device_lost.
     Status next_edge(std::int64_t& host_time_us) { return do_next_edge(host_time_us); }
 
-    /// Waits until there is an edge, `timeout` at most. ok; timed_out; device_lost.
+    /// Waits for an edge, at most for `timeout`. ok; timed_out; device_lost.
     Status wait(Microseconds timeout) { return do_wait(timeout); }
 
 private:

@@ -1,4 +1,4 @@
-// The processor itself: why it began, how it is, and how it begins again.
+// The processor: reset reason, health, idle and restart.
 #pragma once
 
 #include <cstdint>
@@ -10,16 +10,16 @@ namespace tricoil::hal {
 enum class ResetReason : std::uint8_t {
     power_on,  // or brown-out
     external,  // reset pin
-    software,  // asked for by restart()
+    software,  // by restart()
     watchdog,  // the program hung
-    fault,     // the program did what it must not: a hard fault, told across the reset
+    fault,     // a hard fault, recorded across the reset
 };
 
-/// What is wrong with the processor (bit numbers).
+/// Processor problems (bit numbers).
 enum class SystemTrouble : std::uint8_t {
-    clock,   // the crystal did not start or has stopped: rates are not what they say
-    stack,   // next to nothing of the stack is left
-    memory,  // a memory that should hold the program or its data is damaged
+    clock,   // the crystal did not start or has stopped: all rates differ from the nominal ones
+    stack,   // almost no stack is left
+    memory,  // program or data memory is damaged
 };
 using SystemTroubles = FlagSet<SystemTrouble>;
 
@@ -32,17 +32,17 @@ public:
 
     [[nodiscard]] ResetReason reset_reason() const { return do_reset_reason(); }
 
-    /// As of now; asked many times a second. Thread context.
+    /// Present state; polled many times a second. Thread context.
     [[nodiscard]] SystemTroubles troubles() const { return do_troubles(); }
 
-    /// Sleeps until an interrupt, a millisecond at most: what a board does that has nothing to do. Thread context.
+    /// Sleeps until an interrupt, at most one millisecond, when a board has nothing to do. Thread context.
     void idle() { do_idle(); }
 
-    /// Begins again from reset, coils off. Does not return on a processor; a simulation takes note of it.
+    /// Resets the processor, coils off. Does not return on a processor; a simulation counts the call.
     void restart() { do_restart(); }
 
-    /// The same into the manufacturer's loader, by which new firmware comes: before the watchdog is started, as that outlives a
-    /// jump. The caller has switched the coils off.
+    /// Resets into the manufacturer's bootloader for a firmware update. Call it before the watchdog is started, because a running
+    /// watchdog continues across the jump. The caller has switched the coils off.
     void restart_into_loader() { do_restart_into_loader(); }
 
 private:

@@ -1,4 +1,4 @@
-// Sees all that the trackers of a board are given, and what they answer: whoever records it can have the same poses again.
+// Observer of all tracker inputs and outputs. A recording of them reproduces the same poses.
 #pragma once
 
 #include <cstdint>
@@ -12,16 +12,16 @@
 
 namespace tricoil::hal {
 
-/// Called in the order in which the trackers are, from the loop that runs them; nothing here may wait for a slow taker.
-/// Scalar: the precision the trackers run in.
+/// Called in the order of the trackers' calls, from the loop that runs the trackers; an implementation must not wait for a slow
+/// consumer. Scalar: the precision of the trackers.
 template <typename Scalar>
 class TrackerTap {
 public:
-    /// How the trackers of sensor 0 to sensors - 1 are made.
+    /// Settings of the trackers of sensors 0 to sensors - 1.
     struct Settings {
         tracking::TrackerParams<Scalar> tracker;
         int sensors = 1;
-        std::optional<calibration::Calibration<Scalar>> calibration = std::nullopt;  // that the trackers apply to the columns
+        std::optional<calibration::Calibration<Scalar>> calibration = std::nullopt;  // applied to the columns by the trackers
     };
 
     TrackerTap() = default;
@@ -29,15 +29,15 @@ public:
     TrackerTap& operator=(const TrackerTap&) = delete;
     virtual ~TrackerTap() = default;
 
-    /// The trackers have been made, for the first time or anew.
+    /// The trackers have been created, or created again.
     void begin(const Settings& settings) { do_begin(settings); }
-    /// Handed to the tracker's update, tick and set_hemisphere.
+    /// Arguments of the tracker's update, tick and set_hemisphere.
     void column(const Column<Scalar>& column) { do_column(column); }
     void tick(std::uint8_t sensor, DeviceTime now) { do_tick(sensor, now); }
     void hemisphere(std::uint8_t sensor, const Vec3<Scalar>& towards) { do_hemisphere(sensor, towards); }
-    /// What one of those answered, or a tracker board sent.
+    /// An estimate that a tracker returned or a tracker board sent.
     void pose(const tracking::PoseEstimate<Scalar>& estimate) { do_pose(estimate); }
-    /// One line about what was refused, or is wrong with the device or its link.
+    /// One line about a refused input, or a problem of the device or its link.
     void fault(std::string_view text) { do_fault(text); }
 
 private:

@@ -6,7 +6,7 @@
 
 namespace tricoil::hal {
 
-/// Once started it cannot be stopped but by a reset, and the reset takes the current from the coils.
+/// After start() only a reset stops it. The reset removes the current from the coils.
 class Watchdog {
 public:
     Watchdog() = default;
@@ -14,11 +14,11 @@ public:
     Watchdog& operator=(const Watchdog&) = delete;
     virtual ~Watchdog() = default;
 
-    /// The processor is reset unless feed() comes at least every `timeout`. Thread context.
-    /// ok; invalid_argument: longer or shorter than it can measure; timed_out: it does not start.
+    /// Resets the processor unless feed() is called at least once per `timeout`. Thread context. ok; invalid_argument: the
+    /// timeout is outside the watchdog's range; timed_out: the watchdog does not start.
     Status start(Microseconds timeout) { return do_start(timeout); }
 
-    /// Only from the loop that it is to vouch for, never from an interrupt. Cannot fail; nothing before start().
+    /// Call it only from the loop that it supervises, never from an interrupt. Cannot fail; has no effect before start().
     void feed() { do_feed(); }
 
 private:

@@ -14,12 +14,12 @@ extern std::uint32_t data_image[], data_begin[], data_end[], bss_begin[], bss_en
 extern void (*init_array_begin[])();
 extern void (*init_array_end[])();
 
-// What a compiler may call without being asked. Objects are never destroyed and nothing unwinds.
+// Functions that the compiler calls implicitly. Objects are never destroyed and nothing unwinds.
 [[noreturn]] void abort() { tricoil::board::halt(); }
 [[noreturn]] void __cxa_pure_virtual() { abort(); }
 int __aeabi_atexit(void*, void (*)(void*), void*) { return 0; }
 void* __dso_handle = nullptr;
-void __aeabi_unwind_cpp_pr0() {}  // named by tables in the compiler's own library, which the linker script drops
+void __aeabi_unwind_cpp_pr0() {}  // referenced by unwind tables in the compiler's library, which the linker script drops
 void __aeabi_unwind_cpp_pr1() {}
 // NOLINTEND(readability-identifier-naming)
 }
@@ -42,14 +42,14 @@ void initialise_memory() {
 
 int run_main() {
 #pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wpedantic"  // nothing but the start-up code may call main
+#pragma GCC diagnostic ignored "-Wpedantic"  // the start-up code calls main
     return main();
 #pragma GCC diagnostic pop
 }
 
 }  // namespace tricoil::board
 
-// Virtual destructors name it, and nothing may ever call it: there is no heap to give back to.
+// Virtual destructors refer to it; it is never called, because there is no heap.
 void operator delete(void*) noexcept { abort(); }
 void operator delete(void*, std::size_t) noexcept { abort(); }
 void operator delete(void*, std::size_t, std::align_val_t) noexcept { abort(); }

@@ -1,18 +1,18 @@
-// From a stack pointer to main, for boards that link no C runtime start-up files.
+// Start-up from a valid stack pointer to main, for boards without C runtime start-up files.
 #pragma once
 
 namespace tricoil::board {
 
-/// Paints the stack, copies initialised data, clears the rest, makes the statics. From the reset handler, once.
+/// Paints the stack, copies initialised data, clears .bss, constructs static objects. Call once, from the reset handler.
 void initialise_memory();
 
-// Each board defines these two.
-/// Instead of going on when something is badly wrong.
+// Each board defines these two functions.
+/// Stops after an unrecoverable error.
 [[noreturn]] void halt();
-/// After main.
+/// Called after main.
 [[noreturn]] void finish(int status);
 
-/// What runs after reset; never inlined into what comes before it.
+/// Calls main; never inlined into the start-up code.
 int run_main();
 
 }  // namespace tricoil::board

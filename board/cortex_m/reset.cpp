@@ -11,7 +11,7 @@ extern "C" {
     tricoil::board::finish(tricoil::board::run_main());
 }
 
-/// Switches the floating-point unit on before any instruction of it can run (CPACR, ARMv7-M B3.2.20).
+/// Enables the floating-point unit before its first instruction (CPACR, ARMv7-M B3.2.20).
 [[noreturn, gnu::naked]] void reset_handler() {
 #ifdef __ARM_FP
     asm volatile(

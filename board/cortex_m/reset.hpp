@@ -1,11 +1,11 @@
-// The first instructions after reset.
+// Reset handler.
 #pragma once
 
 extern "C" {
-/// For the vectors. Floating-point unit, before_memory(), data, statics, main, finish().
+/// Entry of the vector table. Order: floating-point unit, before_memory(), data, static objects, main, finish().
 [[noreturn]] void reset_handler();
 
-/// A board may define it: runs before anything is initialised, so that it has no data but what survived the reset, and no
-/// statics.
+/// Optional hook of a board, called before memory is initialised. It may use only data that survives a reset, and no static
+/// objects.
 void before_memory();
 }

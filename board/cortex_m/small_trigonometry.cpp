@@ -1,10 +1,10 @@
-// Sine and cosine in single precision for angles of some turns, in a tenth of the flash that the C library's take: those also
-// serve angles of 1e30 rad. An image that links this object takes them instead.
+// Single-precision sine and cosine for angles of a few turns, in a tenth of the flash of the C library's functions, which also
+// support angles of 1e30 rad. An image that links this object uses these functions instead.
 #include <cstdint>
 
 namespace {
 
-/// Minimax polynomials within an eighth of a turn.
+/// Minimax polynomials, valid within an eighth of a turn.
 float sine_near_zero(float x) {
     const float s = x * x;
     return x + x * s * (-1.6666654611e-1F + s * (8.3321608736e-3F + s * -1.9515295891e-4F));
@@ -14,8 +14,8 @@ float cosine_near_zero(float x) {
     return 1 - 0.5F * s + s * s * (4.166664568298827e-2F + s * (-1.388731625493765e-3F + s * 2.443315711809948e-5F));
 }
 
-/// The sine of x and so many quarter turns. Off by less than 1.2e-7 up to 50 rad: a quarter turn is taken away in three parts, of
-/// which the first two have few bits (Cody and Waite).
+/// The sine of x plus `quarters` quarter turns. Error below 1.2e-7 up to 50 rad: the quarter turn is subtracted in three parts,
+/// of which the first two have few bits (Cody and Waite).
 float sine(float x, std::int32_t quarters) {
     constexpr float kQuartersPerRadian = 0.636619772F;
     const float turned = x * kQuartersPerRadian;

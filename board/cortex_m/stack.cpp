@@ -12,16 +12,16 @@ namespace tricoil::board {
 namespace {
 
 constexpr std::uint32_t kPaint = 0x5AFE57ACU;
-constexpr std::size_t kOwnFrameWords = 32;   // left alone below this function's frame
-constexpr std::size_t kLeastLeftBytes = 64;  // a deeper call may have left its last words unwritten
+constexpr std::size_t kOwnFrameWords = 32;  // not painted, below this function's frame
+constexpr std::size_t kMinFreeBytes = 64;   // a deeper call may not have written its last words
 
 }  // namespace
 
-// Not inlined, so that its frame lies below the caller's.
+// Not inlined, so that its frame is below the caller's frame.
 [[gnu::noinline]] void paint_stack() {
     auto* const here = static_cast<std::uint32_t*>(__builtin_frame_address(0));
     for (volatile std::uint32_t* word = stack_bottom; word < here - kOwnFrameWords; ++word) {
-        *word = kPaint;  // volatile: no call to memset, whose frame would lie in what is painted
+        *word = kPaint;  // volatile prevents a call to memset, whose frame would be in the painted area
     }
 }
 
@@ -34,7 +34,7 @@ std::size_t used_stack_bytes() {
 }
 
 bool stack_was_full() {
-    const std::uint32_t* const end = stack_bottom + kLeastLeftBytes / sizeof(std::uint32_t);
+    const std::uint32_t* const end = stack_bottom + kMinFreeBytes / sizeof(std::uint32_t);
     return std::any_of(static_cast<const std::uint32_t*>(stack_bottom), end, [](std::uint32_t word) { return word != kPaint; });
 }
 

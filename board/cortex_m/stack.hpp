@@ -1,18 +1,18 @@
-// How much of the stack was ever used: it is painted at reset and read afterwards.
+// Stack high-water mark: the stack is painted at reset and inspected later.
 #pragma once
 
 #include <cstddef>
 
 namespace tricoil::board {
 
-/// Fills the stack below the caller's frame. Once, at reset, before anything of value lies there.
+/// Paints the stack below the caller's frame. Call it once, at reset, while nothing of value is there.
 void paint_stack();
 
-/// Bytes from the top of the stack down to the lowest word that was ever overwritten; the whole stack if it was full. Takes as
-/// long as there is paint to look at.
+/// Bytes from the top of the stack down to the lowest word ever overwritten; the whole stack if it was full. The run time grows
+/// with the unused stack.
 [[nodiscard]] std::size_t used_stack_bytes();
 
-/// Whether next to nothing of it was left: then what lies below may have been overwritten too. Takes a moment only.
+/// True if almost no stack was left: then memory below it may be overwritten too. Short run time.
 [[nodiscard]] bool stack_was_full();
 
 }  // namespace tricoil::board

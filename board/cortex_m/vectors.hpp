@@ -1,4 +1,4 @@
-// The table that the processor starts from (ARMv7-M B1.5.3).
+// Vector table (ARMv7-M B1.5.3).
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@ namespace tricoil::board {
 
 using Handler = void (*)();
 
-/// A board defines one, in section ".vectors". The exceptions begin with number 1, reset; the interrupts with number 0.
+/// A board defines one table in section ".vectors". Exceptions start with number 1, reset; interrupts start with number 0.
 template <std::size_t interrupt_count>
 struct Vectors {
     std::uint32_t* stack;
@@ -23,7 +23,7 @@ struct Vectors {
     constexpr Handler& tick() { return exceptions[14]; }
 };
 
-/// Whatever comes but reset is unexpected.
+/// All vectors except reset point to `unexpected`.
 template <std::size_t interrupt_count>
 consteval Vectors<interrupt_count> make_vectors(Handler unexpected) {
     Vectors<interrupt_count> vectors{};

@@ -1,4 +1,4 @@
-// The least that a board does: clocks up, a pose solved from a known signal matrix, a line that says whether it is right.
+// Minimal board: starts the clocks, solves a pose from a known signal matrix, and reports the result.
 #include <cmath>
 
 #include "board/nucleo_g431kb/pins.hpp"
@@ -48,7 +48,5 @@ int main() {
     console.begin(hertz_of(clock), 921'600);
     const bool right = solves();
     light.set(right);
-    return console.write(right ? "tricoil: a pose was solved, and is right\n" : "tricoil: a pose was solved, and is WRONG\n").ok()
-               ? 0
-               : 1;
+    return console.write(right ? "tricoil: pose solved, result correct\n" : "tricoil: pose solved, result WRONG\n").ok() ? 0 : 1;
 }

@@ -17,19 +17,19 @@ struct Kind {
     const char* help;
 };
 constexpr std::array<Kind, 11> kKinds{{
-    {"adc_silent", "adc_silent:N  converter N (1, 3, 4, 5) ends no conversion"},
-    {"dma_stuck", "dma_stuck  the DMA serves nobody: converters overrun, carriers stop"},
-    {"crystal", "crystal  does not oscillate (any more)"},
-    {"hang", "hang  the main program stops, interrupts go on"},
-    {"hang_masked", "hang_masked  everything stops"},
-    {"power_loss", "power_loss  off and on again"},
-    {"flash_power_loss", "flash_power_loss:N  power is lost within the N-th erasing or programming from then on"},
-    {"usb_resets", "usb_resets:N  a bus reset every N milliseconds"},
-    {"can_babble", "can_babble  a node fills the bus with identifier 0"},
-    {"can_errors", "can_errors:N  N frames of the board are destroyed"},
-    {"can_alone", "can_alone  nobody on the CAN bus acknowledges"},
+    {"adc_silent", "adc_silent:N  converter N (1, 3, 4 or 5) never ends a conversion"},
+    {"dma_stuck", "dma_stuck  the DMA serves no request: converters overrun, carriers stop"},
+    {"crystal", "crystal  the crystal stops, or does not start"},
+    {"hang", "hang  the main program stops, interrupts continue"},
+    {"hang_masked", "hang_masked  the main program and all interrupts stop"},
+    {"power_loss", "power_loss  power off and on again"},
+    {"flash_power_loss", "flash_power_loss:N  power is lost within the N-th flash erase or program operation from then on"},
+    {"usb_resets", "usb_resets:N  USB bus reset every N milliseconds"},
+    {"can_babble", "can_babble  another node sends identifier 0 without pause"},
+    {"can_errors", "can_errors:N  the next N frames of the board are destroyed"},
+    {"can_alone", "can_alone  no other node on the CAN bus acknowledges"},
 }};
-constexpr double kMostCounted = 1e9;  // fits `unsigned`; more never comes in a run
+constexpr double kMaxNumber = 1e9;  // fits `unsigned`; larger than any count in a run
 constexpr double kAlways = std::numeric_limits<double>::infinity();
 
 double number(const std::string& text, const std::string& fault) {
@@ -39,22 +39,22 @@ double number(const std::string& text, const std::string& fault) {
         if (used == text.size() && value >= 0) {
             return value;
         }
-    } catch (const std::exception&) {  // told below
+    } catch (const std::exception&) {  // reported below
     }
-    throw host::InputError("fault '" + fault + "': '" + text + "' is not a number from 0 on");
+    throw host::InputError("fault '" + fault + "': '" + text + "' is not a number of at least 0");
 }
 
-/// The fault's N; 0 for a fault that has none.
+/// The number N of the fault; 0 for a fault without a number.
 unsigned count(const Kind& kind, const std::string& field, const std::string& fault) {
-    const bool counts = std::string_view(kind.help).starts_with(std::string(kind.name) + ":N");
-    if (!counts) {
+    const bool takes_number = std::string_view(kind.help).starts_with(std::string(kind.name) + ":N");
+    if (!takes_number) {
         if (!field.empty()) {
-            throw host::InputError("fault '" + fault + "': takes no number");
+            throw host::InputError("fault '" + fault + "': this fault takes no number");
         }
         return 0;
     }
     const double value = number(field.empty() ? field : field.substr(1), fault);
-    if (value < 1 || value > kMostCounted || value != std::floor(value)) {
+    if (value < 1 || value > kMaxNumber || value != std::floor(value)) {
         throw host::InputError("fault '" + fault + "': give a whole number from 1 to 1000000000");
     }
     return static_cast<unsigned>(value);
@@ -99,7 +99,7 @@ BoardFault parse_board_fault(const std::string& text) {
     }
     const bool converter = fault.number == 1 || (fault.number >= 3 && fault.number <= 5);
     if (fault.name == "adc_silent" && !converter) {
-        throw host::InputError("fault '" + text + "': the board uses converters 1, 3, 4 and 5; name one");
+        throw host::InputError("fault '" + text + "': the board uses converters 1, 3, 4 and 5; give one of them");
     }
     return fault;
 }

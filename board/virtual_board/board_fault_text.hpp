@@ -1,4 +1,4 @@
-// Faults of the virtual board as a person types them: NAME[:NUMBER][@BEGIN[-END]].
+// Text form of the virtual board's faults: NAME[:NUMBER][@BEGIN[-END]].
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 namespace tricoil::virtual_board {
 
 std::vector<std::string> board_fault_names();
-/// Names and what they do, a line each.
+/// One line per fault: name and effect.
 std::vector<std::string> board_fault_help();
 [[nodiscard]] bool is_board_fault(const std::string& text);
 /// Throws host::InputError for an unknown name, number or time.

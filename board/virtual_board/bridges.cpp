@@ -12,7 +12,7 @@
 namespace tricoil::virtual_board {
 namespace {
 
-constexpr std::size_t kMostUnsent = 65536;  // then nobody reads, and what comes is lost, as on a line that nobody listens to
+constexpr std::size_t kMaxUnsent = 65536;  // when nobody reads, later bytes are lost, as on an open line
 
 int result_code(UsbResult result) {
     switch (result) {
@@ -37,14 +37,14 @@ SerialBridge::SerialBridge(SerialLine& line) : line_(line) {
     termios raw{};
     ::cfmakeraw(&raw);
     if (::openpty(&master, &slave, name.data(), &raw, nullptr) != 0) {
-        throw host::DeviceError("serial line: no pseudo terminal is to be had; is /dev/pts mounted?");
+        throw host::DeviceError("serial line: cannot open a pseudo terminal; check that /dev/pts is mounted");
     }
     ::fcntl(master, F_SETFL, O_NONBLOCK);
     master_.reset(master);
     slave_.reset(slave);
     path_ = name.data();
     line_.on_byte = [this](std::uint8_t byte) {
-        if (unsent_.size() < kMostUnsent) {
+        if (unsent_.size() < kMaxUnsent) {
             unsent_.push_back(byte);
         }
     };
@@ -74,7 +74,7 @@ CanBridge::CanBridge(CanWire& wire, const std::string& interface) : wire_(wire) 
         out.length = static_cast<std::uint8_t>(frame.data.size());
         std::copy(frame.data.begin(), frame.data.end(), out.data.begin());
         bool link_down = false;
-        (void)socket_.send(out, link_down);  // a full queue loses frames, as a bus that nobody reads does
+        (void)socket_.send(out, link_down);  // a full queue loses frames, as a bus without a receiver does
     };
 }
 
@@ -105,8 +105,8 @@ UsbBridge::UsbBridge(UsbWire& wire)
     : wire_(wire),
       kernel_([this](const sim::UsbIpRequest& request, std::span<const std::uint8_t> data) { submit(request, data); },
               [this](std::uint32_t number) { return wire_.cancel(number); }) {
-    // The board plugs itself in only when its firmware says so, which a short run does not see.
-    if (const std::string why = sim::UsbIpWire::absence(); !why.empty()) {
+    // Checked here, because the firmware plugs the board in later, and a short run ends before that.
+    if (const std::string why = sim::UsbIpWire::unavailable_reason(); !why.empty()) {
         throw host::DeviceError(why);
     }
 }
@@ -131,7 +131,7 @@ void UsbBridge::serve() {
         kernel_.serve();
     }
     if (!wire_.is_attached() || (state_ == State::in && !kernel_.is_plugged_in())) {
-        kernel_.pull_out();
+        kernel_.unplug();
         state_ = State::out;
     }
     if (state_ == State::out && wire_.is_attached()) {

@@ -1,4 +1,4 @@
-// From the virtual board's links to this machine's real interfaces.
+// Bridges between the virtual board's links and the real interfaces of this machine.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@
 
 namespace tricoil::virtual_board {
 
-/// Moves what waits on either side; never waits itself. Throws host::DeviceError if its interface is lost.
+/// Moves pending data in both directions; never waits. Throws host::DeviceError if its interface is lost.
 class Bridge {
 public:
     Bridge() = default;
@@ -22,7 +22,7 @@ public:
     virtual void serve() = 0;
 };
 
-/// The serial line as a pseudo terminal.
+/// Serial line on a pseudo terminal.
 class SerialBridge final : public Bridge {
 public:
     explicit SerialBridge(SerialLine& line);
@@ -32,12 +32,12 @@ public:
 private:
     SerialLine& line_;
     drivers::FileDescriptor master_;
-    drivers::FileDescriptor slave_;  // held, so that the master does not hang up while nobody else has it open
+    drivers::FileDescriptor slave_;  // kept open: otherwise the master hangs up while no other program has the slave open
     std::string path_;
     std::vector<std::uint8_t> unsent_;
 };
 
-/// The CAN bus as a CAN FD interface of the kernel.
+/// CAN bus on a CAN FD interface of the kernel.
 class CanBridge final : public Bridge {
 public:
     CanBridge(CanWire& wire, const std::string& interface);
@@ -48,7 +48,7 @@ private:
     drivers::CanSocket socket_;
 };
 
-/// The USB plug in the kernel's virtual host controller.
+/// USB plug at the kernel's virtual host controller.
 class UsbBridge final : public Bridge {
 public:
     /// Throws host::DeviceError if there is no such controller.

@@ -1,4 +1,5 @@
-// The `tricoil-virtual-board` program: runs a flash image in front of simulated coils, its links on this machine's interfaces.
+// The `tricoil-virtual-board` program: runs a flash image with simulated coils and connects its links to interfaces of this
+// machine.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -44,9 +45,9 @@ struct Options {
 };
 
 constexpr double kEndlessS = 1e9;
-constexpr double kStepS = 250e-6;  // between two looks at the links
+constexpr double kStepS = 250e-6;  // between two services of the links
 
-/// A name that is neither a fault of the world nor one of the board is answered with both.
+/// An unknown name is reported with the names of the world's faults and of the board's faults.
 void check_fault_name(const std::string& text) {
     std::vector<std::string> names = host::fault_names();
     const std::vector<std::string> of_the_board = board_fault_names();
@@ -62,7 +63,7 @@ std::vector<std::uint8_t> read_file(const std::string& path) {
     return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// What flash bank 2 held at the end of the last run; a file that is not there yet is an erased bank.
+/// Loads flash bank 2 from the end of the last run. A missing file means an erased bank.
 void load_flash(VirtualBoard& board, const std::string& path) {
     std::ifstream file(path, std::ios::binary);
     if (path.empty() || !file) {
@@ -70,7 +71,8 @@ void load_flash(VirtualBoard& board, const std::string& path) {
     }
     const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(file), {}};
     if (bytes.size() != board.flash.content().size()) {
-        throw host::InputError(fmt::format("{}: must hold the {} bytes of flash bank 2", path, board.flash.content().size()));
+        throw host::InputError(fmt::format("{}: a copy of flash bank 2 has {} bytes; this file has another size", path,
+                                           board.flash.content().size()));
     }
     board.flash.content() = bytes;
 }
@@ -110,7 +112,7 @@ public:
         const bool paced = options_.pace == "real" || (options_.pace == "auto" && !bridges_.empty());
         const std::int64_t began_us = drivers::monotonic_us();
         while (!guard.interrupted() && board_->now_s() < end_s && !board_->machine.cpu.in_bootloader()) {
-            faults_->look();
+            faults_->update();
             step(std::min(board_->now_s() + kStepS, end_s));
             for (const auto& bridge : bridges_) {
                 bridge->serve();
@@ -182,7 +184,7 @@ private:
         } catch (const RunFailure& failure) {
             const auto pc = static_cast<std::uint32_t>(std::stoul(failure.what(), nullptr, 16));
             const std::string place = symbols_.name_of(pc);
-            throw RunFailure(fmt::format("the firmware fails at {:.6f} s, pc {}{}", board_->now_s(), failure.what(),
+            throw RunFailure(fmt::format("firmware failure at {:.6f} s, pc {}{}", board_->now_s(), failure.what(),
                                          place.empty() ? "" : " (in " + place + ")"));
         }
     }
@@ -198,9 +200,8 @@ private:
 
 int run(const Options& options) {
     (void)host::index_of_name("--pace", options.pace, {"auto", "real", "fast"});
-    if (!(options.duration_s >= 0 && options.duration_s <= kEndlessS)) {  // so that nan is refused too
-        throw host::InputError(
-            fmt::format("--duration must be a number of seconds up to {}; 0 runs until a signal comes", kEndlessS));
+    if (!(options.duration_s >= 0 && options.duration_s <= kEndlessS)) {  // also refuses nan
+        throw host::InputError(fmt::format("--duration must be a number of seconds up to {}; 0 runs until a signal", kEndlessS));
     }
     Run run(options);
     run.go();
@@ -215,33 +216,33 @@ int run(const Options& options) {
 
 int main_program(int argc, char** argv) {
     Options o;
-    CLI::App program{"Runs a flash image of the tracker board, byte for byte, in front of simulated coils",
-                     "tricoil-virtual-board"};
-    program.add_option("image", o.image, "The .bin, as it is flashed to 0x08000000")->required();
-    program.add_option("--elf", o.elf, "The .elf it was made from: names of functions, size of the stack");
+    CLI::App program{"Runs a flash image of the tracker board, byte for byte, with simulated coils", "tricoil-virtual-board"};
+    program.add_option("image", o.image, "Image (.bin) for flash address 0x08000000")->required();
+    program.add_option("--elf", o.elf, "ELF file of the image: function names and stack size");
     program.add_option("--scenario", o.scenario, "Built-in scenario or a .toml file")->capture_default_str();
-    // CLI11 would take -1 for the greatest seed there is.
+    // CLI11 would convert -1 to the largest seed.
     const auto not_negative = [](const std::string& text) {
-        return text.starts_with('-') ? "must be a whole number from 0 on" : "";
+        return text.starts_with('-') ? "must be a whole number of at least 0" : "";
     };
-    program.add_option("--seed", o.seed, "Of noise and motion")->check(not_negative)->capture_default_str();
-    program.add_option("--duration", o.duration_s, "Seconds of simulated time; 0: until a signal comes")->capture_default_str();
-    program.add_option("--can", o.can, "The CAN FD interface that is the board's bus, as vcan0");
+    program.add_option("--seed", o.seed, "Seed of noise and motion")->check(not_negative)->capture_default_str();
+    program.add_option("--duration", o.duration_s, "Simulated time in seconds; 0: run until a signal")->capture_default_str();
+    program.add_option("--can", o.can, "CAN FD interface for the board's CAN bus, for example vcan0");
     program.add_flag("--usbip", o.usbip, "Plug the board into the kernel's virtual USB host controller");
-    program.add_flag("--serial", o.serial, "The serial line as a pseudo terminal; prints its path");
-    program.add_option("--pace", o.pace, "real, fast, or auto: real if a link is connected")->capture_default_str();
-    program.add_option("--flash", o.flash, "Flash bank 2: read at the beginning if it is there, written at the end");
-    program.add_option("--report", o.report, "Write the closing report to this file");
-    std::string faults = "Of the world in front (as tricoil run --fault), or of the board, NAME[:NUMBER][@BEGIN[-END]]:";
+    program.add_flag("--serial", o.serial, "Connect the serial line to a pseudo terminal and print its path");
+    program.add_option("--pace", o.pace, "Simulation speed: real, fast, or auto (real if a link is connected)")
+        ->capture_default_str();
+    program.add_option("--flash", o.flash, "Flash bank 2: read at the start if the file exists, written at the end");
+    program.add_option("--report", o.report, "Write the final report to this file");
+    std::string faults = "Fault of the simulated world (as in tricoil run --fault) or of the board, NAME[:NUMBER][@BEGIN[-END]]:";
     for (const std::string& help : board_fault_help()) {
         faults += "\n" + help;
     }
     program.add_option("--fault", o.faults, faults);
-    program.footer("Exit codes: 0 fine, 1 the firmware failed, 2 bad usage or input, 3 an interface failed.");
+    program.footer("Exit codes: 0 success, 1 the firmware failed, 2 bad usage or input, 3 an interface failed.");
     return host::parse_command_line(program, argc, argv) ? run(o) : to_int(host::ExitCode::fine);
 }
 
-int complain(const std::exception& error, host::ExitCode code) {
+int print_error(const std::exception& error, host::ExitCode code) {
     fmt::print(stderr, "tricoil-virtual-board: {}\n", error.what());
     return to_int(code);
 }
@@ -251,14 +252,14 @@ int complain(const std::exception& error, host::ExitCode code) {
 
 int main(int argc, char** argv) {
     using tricoil::host::ExitCode;
-    using tricoil::virtual_board::complain;
+    using tricoil::virtual_board::print_error;
     try {
         return tricoil::virtual_board::main_program(argc, argv);
     } catch (const std::invalid_argument& error) {
-        return complain(error, ExitCode::bad_input);
+        return print_error(error, ExitCode::bad_input);
     } catch (const tricoil::virtual_board::RunFailure& error) {
-        return complain(error, ExitCode::check_failed);
+        return print_error(error, ExitCode::check_failed);
     } catch (const std::exception& error) {
-        return complain(error, ExitCode::device_trouble);
+        return print_error(error, ExitCode::device_trouble);
     }
 }

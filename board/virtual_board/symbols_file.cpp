@@ -16,8 +16,7 @@ Symbols read_symbols(const std::string& elf_path) {
     try {
         return Symbols(file);
     } catch (const std::invalid_argument& error) {
-        throw host::InputError(
-            fmt::format("{}: {}; give the .elf the image was made from, not stripped", elf_path, error.what()));
+        throw host::InputError(fmt::format("{}: {}; give the unstripped .elf of the image", elf_path, error.what()));
     }
 }
 

@@ -1,4 +1,4 @@
-// Reads the symbols of a firmware from the ELF file that it was made from.
+// Reads the symbols of a firmware from its ELF file.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace tricoil::virtual_board {
 
-/// Throws host::InputError, naming the file, if it is missing or is not an ELF file of a 32-bit Arm with symbols.
+/// Throws host::InputError, naming the file, if it is missing or is not an ELF file for 32-bit Arm with symbols.
 Symbols read_symbols(const std::string& elf_path);
 
 }  // namespace tricoil::virtual_board

@@ -20,7 +20,7 @@ void GpioCoilDriver::close() {
 }
 
 Status GpioCoilDriver::do_excite(Excitation state) {
-    // First everything that goes off, then what goes on: no two coils of different states at once.
+    // Break before make: first the lines that go off, then those that go on.
     for (const bool target : {false, true}) {
         for (std::size_t coil = 0; coil < on_.size(); ++coil) {
             if (carries_current(state, coil) != target || on_[coil] == target) {
@@ -37,7 +37,7 @@ Status GpioCoilDriver::do_excite(Excitation state) {
 
 void GpioCoilDriver::do_switch_off() {
     for (std::size_t coil = 0; coil < lines_.size(); ++coil) {
-        (void)lines_.set(coil, false);  // a line that is gone is the hardware enable's to switch off
+        (void)lines_.set(coil, false);  // if a line is gone, the hardware enable switches its coil off
     }
     on_ = {};
 }

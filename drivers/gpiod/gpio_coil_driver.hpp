@@ -1,4 +1,4 @@
-// Coil states on three GPIO lines, break before make.
+// Coil driver on three GPIO lines, break before make.
 #pragma once
 
 #include <array>
@@ -13,10 +13,10 @@ public:
     GpioCoilDriver() = default;
     ~GpioCoilDriver() override { close(); }
 
-    /// Takes the lines of S1, S2 and S3, off. device_lost: see GpioOutputs::request.
+    /// Requests the lines of S1, S2 and S3, off. device_lost: see GpioOutputs::request.
     Status open(const std::array<GpioLineName, kSourceCoils>& lines, Text& why);
 
-    /// Off, then released.
+    /// Switches the lines off and releases them.
     void close();
 
 private:

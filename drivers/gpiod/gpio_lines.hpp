@@ -1,4 +1,4 @@
-// What tricoil needs of GPIO lines, whichever version of libgpiod provides it.
+// GPIO lines, independent of the version of libgpiod.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +19,7 @@ struct GpioLineName {
     bool active_low = false;
 };
 
-/// Outputs held by this program alone.
+/// Outputs requested exclusively.
 class GpioOutputs {
 public:
     GpioOutputs();
@@ -27,14 +27,14 @@ public:
     GpioOutputs& operator=(const GpioOutputs&) = delete;
     ~GpioOutputs();
 
-    /// Takes all of the lines, off. device_lost, with the reason in `why` and none taken: a chip or line is missing, another
-    /// program has it, or there is no permission.
+    /// Requests all lines, off. device_lost, with the reason in `why` and no line requested: a chip or line is missing, another
+    /// program uses it, or there is no permission.
     Status request(const std::vector<GpioLineName>& lines, Text& why);
 
-    /// One line. device_lost: the chip is gone.
+    /// Sets one line. device_lost: the chip is gone.
     Status set(std::size_t line, bool on);
 
-    /// As they are; switch them off before.
+    /// Releases the lines at their present level; switch them off first.
     void release();
     [[nodiscard]] std::size_t size() const;
 
@@ -43,7 +43,7 @@ private:
     std::unique_ptr<Lines> lines_;
 };
 
-/// Rising edges of one line, with the kernel's time.
+/// Rising edges of one line, with the kernel's timestamps.
 class GpioEdges {
 public:
     GpioEdges();
@@ -52,7 +52,7 @@ public:
     ~GpioEdges();
 
     Status request(const GpioLineName& line, Text& why);  // as GpioOutputs::request
-    /// The oldest edge. ok; not_ready; device_lost.
+    /// Returns the oldest edge. ok; not_ready; device_lost.
     Status next(std::int64_t& monotonic_us);
     Status wait(Microseconds timeout);  // ok; timed_out; device_lost
 

@@ -1,4 +1,4 @@
-// GPIO lines by libgpiod 1.6.
+// GPIO lines through libgpiod 1.6.
 #include <gpiod.h>
 #include <unistd.h>
 
@@ -15,11 +15,11 @@ namespace {
 constexpr const char* kConsumer = "tricoil";
 
 struct ChipCloser {
-    void operator()(gpiod_chip* chip) const { gpiod_chip_close(chip); }  // releases its lines too
+    void operator()(gpiod_chip* chip) const { gpiod_chip_close(chip); }  // also releases its lines
 };
 using Chip = std::unique_ptr<gpiod_chip, ChipCloser>;
 
-/// A line and the chip that it is open through.
+/// A line and its open chip.
 struct Held {
     Chip chip;
     gpiod_line* line = nullptr;
@@ -36,7 +36,7 @@ gpiod_line* find(gpiod_chip* chip, const std::string& name) {
     return offset < gpiod_chip_num_lines(chip) ? gpiod_chip_get_line(chip, offset) : nullptr;
 }
 
-/// The library says "not found" of a chip named by its label if it may not open the chips that it looks through.
+/// libgpiod reports "not found" for a chip label if it has no permission to open the chips. Returns false in that case.
 bool may_open_chips() {
     for (int n = 0; n < 64; ++n) {
         const std::string path = "/dev/gpiochip" + std::to_string(n);
@@ -52,8 +52,8 @@ bool locate(const GpioLineName& name, Held& held, Text& why) {
     if (!held.chip) {
         const int error = errno;
         errno = may_open_chips() ? error : EACCES;
-        const char* mend = errno == EACCES ? "; install the udev rules, and join the group gpio" : "; see: gpiodetect";
-        why.print("GPIO chip '%s': cannot be opened (%s)%s", name.chip.c_str(), std::strerror(errno), mend);
+        const char* remedy = errno == EACCES ? "; install the udev rules and join the group gpio" : "; see: gpiodetect";
+        why.print("GPIO chip '%s': cannot be opened (%s)%s", name.chip.c_str(), std::strerror(errno), remedy);
         return false;
     }
     held.line = find(held.chip.get(), name.line);
@@ -70,7 +70,7 @@ void explain_refusal(const GpioLineName& name, const Held& held, Text& why) {
         why.print("GPIO line '%s' of '%s' is in use by '%s'; end that program, or choose another line", name.line.c_str(),
                   name.chip.c_str(), owner != nullptr ? owner : "the kernel");
     } else {
-        why.print("GPIO line '%s' of '%s' is refused (%s)", name.line.c_str(), name.chip.c_str(), std::strerror(error));
+        why.print("GPIO line '%s' of '%s': request refused (%s)", name.line.c_str(), name.chip.c_str(), std::strerror(error));
     }
 }
 

@@ -1,4 +1,4 @@
-// The lines beside the coils': heartbeat to the hardware enable, and sync from the front end.
+// Heartbeat line to the hardware enable, and sync line from the front end.
 #pragma once
 
 #include "drivers/gpiod/gpio_lines.hpp"
@@ -7,7 +7,7 @@
 
 namespace tricoil::drivers {
 
-/// Each beat changes the line's level; it stops, low, with this object.
+/// Each beat toggles the line. The destructor sets it low and releases it.
 class GpioHeartbeat final : public hal::Heartbeat {
 public:
     GpioHeartbeat() = default;

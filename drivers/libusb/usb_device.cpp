@@ -16,7 +16,7 @@ std::string text_of(libusb_device_handle* handle, std::uint8_t index) {
     return {text.begin(), text.begin() + std::max(size, 0)};
 }
 
-/// Calls visit(device, descriptor) for each of that vendor and product until it returns true.
+/// Calls visit(device, descriptor) for each matching device until it returns true.
 template <typename Visitor>
 void visit_devices(libusb_context* context, std::uint16_t vendor, std::uint16_t product, Visitor visit) {
     libusb_device** list = nullptr;
@@ -55,18 +55,19 @@ bool find_endpoints(UsbDevice& device) {
 }
 
 void explain(const UsbAddress& address, int error, const char* doing, Text& why) {
-    const char* mend = "";
+    const char* remedy = "";
     if (error == LIBUSB_ERROR_ACCESS) {
-        mend = ": no permission; install board/linux/system/70-tricoil.rules in /etc/udev/rules.d and plug it in again";
+        remedy = ": no permission; install board/linux/system/70-tricoil.rules in /etc/udev/rules.d and plug the device in again";
     } else if (error == LIBUSB_ERROR_BUSY) {
-        mend = ": another program has it";
+        remedy = ": another program uses it";
     } else if (error == LIBUSB_ERROR_NO_DEVICE) {
-        mend = ": it was pulled out";
+        remedy = ": it was unplugged";
     }
-    why.print("USB device %04x:%04x: %s failed (%s)%s", address.vendor, address.product, doing, libusb_error_name(error), mend);
+    why.print("USB device %04x:%04x: %s failed (%s)%s", address.vendor, address.product, doing, libusb_error_name(error), remedy);
 }
 
-/// Opens the first that fits; the error of the last that did not open, LIBUSB_ERROR_NOT_FOUND if there is none.
+/// Opens the first matching device. Returns the error of the last device that failed to open; LIBUSB_ERROR_NOT_FOUND if there is
+/// none.
 int open_matching(const UsbAddress& address, UsbDevice& device) {
     int error = LIBUSB_ERROR_NOT_FOUND;
     visit_devices(device.context.get(), address.vendor, address.product,
@@ -95,12 +96,12 @@ Status open_usb(const UsbAddress& address, UsbDevice& device, Text& why) {
     device.in = device.out = 0;
     libusb_context* context = nullptr;
     if (const int error = libusb_init(&context); error != 0) {
-        why.print("USB cannot be used here (%s)", libusb_error_name(error));
+        why.print("USB is not available (%s)", libusb_error_name(error));
         return lost();
     }
     device.context.reset(context);
     if (const int error = open_matching(address, device); error == LIBUSB_ERROR_NOT_FOUND) {
-        why.print("USB device %04x:%04x%s%s: not there; is it plugged in? see: lsusb", address.vendor, address.product,
+        why.print("USB device %04x:%04x%s%s: not found; is it plugged in? see: lsusb", address.vendor, address.product,
                   address.serial.empty() ? "" : " with serial number ", address.serial.c_str());
         return lost();
     } else if (error != 0) {
@@ -113,7 +114,8 @@ Status open_usb(const UsbAddress& address, UsbDevice& device, Text& why) {
         return lost();
     }
     if (!find_endpoints(device)) {
-        why.print("USB device %04x:%04x: has no pair of bulk endpoints; it is something else", address.vendor, address.product);
+        why.print("USB device %04x:%04x: no pair of bulk endpoints; this is not a tricoil device", address.vendor,
+                  address.product);
         return lost();
     }
     return {};

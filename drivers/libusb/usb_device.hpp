@@ -1,4 +1,4 @@
-// Finding a USB device and opening its pair of bulk endpoints.
+// Finds a USB device and opens its pair of bulk endpoints.
 #pragma once
 
 #include <libusb.h>
@@ -16,7 +16,7 @@ namespace tricoil::drivers {
 struct UsbAddress {
     std::uint16_t vendor = 0x1209;
     std::uint16_t product = 0x0001;
-    std::string serial;  // empty: the first that is there
+    std::string serial;  // empty: any; the first device is used
 };
 
 struct UsbContextCloser {
@@ -28,7 +28,7 @@ struct UsbHandleCloser {
 using UsbContext = std::unique_ptr<libusb_context, UsbContextCloser>;
 using UsbHandle = std::unique_ptr<libusb_device_handle, UsbHandleCloser>;
 
-/// An open device with interface 0 claimed. Members close in the right order.
+/// An open device with interface 0 claimed. Members are destroyed in the right order.
 struct UsbDevice {
     UsbContext context;
     UsbHandle handle;
@@ -36,13 +36,13 @@ struct UsbDevice {
     std::uint8_t out = 0;
     int packet_bytes = 64;  // of the incoming endpoint
 
-    void close() {  // in this order; assignment would take the context away first
+    void close() {  // handle before context; an assignment would destroy the context first
         handle.reset();
         context.reset();
     }
 };
 
-/// device_lost, with the reason in `why`: not there, no permission, in use, or without bulk endpoints.
+/// device_lost, with the reason in `why`: not found, no permission, in use, or without bulk endpoints.
 Status open_usb(const UsbAddress& address, UsbDevice& device, Text& why);
 
 struct UsbListing {
@@ -52,7 +52,7 @@ struct UsbListing {
     std::string product;
 };
 
-/// The devices of that vendor and product.
+/// Lists the devices of a vendor and product.
 std::vector<UsbListing> list_usb(std::uint16_t vendor, std::uint16_t product);
 
 }  // namespace tricoil::drivers

@@ -8,7 +8,7 @@ namespace tricoil::drivers {
 namespace {
 
 constexpr unsigned kSendTimeoutMs = 200;
-constexpr std::int64_t kFaultPauseUs = 5'000;  // before a failed transfer is tried again
+constexpr std::int64_t kFaultPauseUs = 5'000;  // before a failed transfer is repeated
 constexpr int kCloseRounds = 50;
 constexpr Microseconds kCloseRound{20'000};
 
@@ -38,7 +38,7 @@ Status UsbPort::do_open() {
                                   kSendTimeoutMs);
     }
     for (Incoming& in : incoming_) {
-        // One packet a transfer: a full packet would not end a longer one, and the message in it would wait for the next.
+        // One packet per transfer: a full packet does not end a longer transfer, and its message would wait for the next packet.
         in.transfer = libusb_alloc_transfer(0);
         libusb_fill_bulk_transfer(in.transfer, device_.handle.get(), device_.in, in.bytes.data(), packet, &on_received, this, 0);
         submit(in);
@@ -67,7 +67,7 @@ void UsbPort::do_close() {
         libusb_handle_events_timeout_completed(device_.context.get(), &time, nullptr);
     }
     const auto free_transfer = [](auto& owner) {
-        if (!owner.busy) {  // one that never came back stays the library's
+        if (!owner.busy) {  // the library keeps a transfer that never returned
             libusb_free_transfer(owner.transfer);
         }
         owner.transfer = nullptr;
@@ -143,7 +143,7 @@ void UsbPort::note_fault(const libusb_transfer& transfer) {
     }
 }
 
-/// Clears stalls, and puts transfers that failed back to work.
+/// Clears stalls and resubmits failed transfers.
 void UsbPort::repair() {
     if (lost_ || monotonic_us() - fault_us_ < kFaultPauseUs) {
         return;
@@ -169,7 +169,7 @@ Status UsbPort::handle_events(Microseconds timeout) {
     const int error = libusb_handle_events_timeout_completed(device_.context.get(), &time, nullptr);
     if (lost_ || error == LIBUSB_ERROR_NO_DEVICE) {
         ++counts().link_losses;
-        why().print("USB device %04x:%04x: it was pulled out", address_.vendor, address_.product);
+        why().print("USB device %04x:%04x: it was unplugged", address_.vendor, address_.product);
         do_close();
         return {StatusCode::device_lost, "USB device is gone"};
     }
@@ -181,12 +181,12 @@ Status UsbPort::do_send(std::span<const std::uint8_t> message) {
         return closed();
     }
     if (message.empty() || message.size() > protocol::kMaxMessageBytes) {
-        return {StatusCode::invalid_argument, "message is longer than any may be"};
+        return {StatusCode::invalid_argument, "message is empty or too long"};
     }
     const auto free = std::find_if(outgoing_.begin(), outgoing_.end(), [](const Outgoing& out) { return !out.busy; });
     if (free == outgoing_.end()) {
         ++counts().send_queue_full;
-        return {StatusCode::not_ready, "the device does not take what is sent"};
+        return {StatusCode::not_ready, "the send queue is full: the device does not accept data"};
     }
     free->transfer->length = static_cast<int>(protocol::frame(message, free->bytes));
     const int error = libusb_submit_transfer(free->transfer);
@@ -229,7 +229,7 @@ Status UsbPort::do_receive(hal::ReceivedMessage& message) {
     if (const Status status = handle_events(Microseconds{0}); !status.ok()) {
         return status;
     }
-    return unframe(message) ? Status{} : Status{StatusCode::not_ready, "nothing came"};
+    return unframe(message) ? Status{} : Status{StatusCode::not_ready, "no message"};
 }
 
 Status UsbPort::do_wait(Microseconds timeout) {
@@ -242,7 +242,7 @@ Status UsbPort::do_wait(Microseconds timeout) {
     if (const Status status = handle_events(timeout); !status.ok()) {
         return status;
     }
-    return packet_count_ > 0 ? Status{} : Status{StatusCode::timed_out, "nothing came"};
+    return packet_count_ > 0 ? Status{} : Status{StatusCode::timed_out, "no message"};
 }
 
 }  // namespace tricoil::drivers

@@ -18,7 +18,7 @@ public:
 private:
     static constexpr std::size_t kTransfers = 8;  // in flight in each direction
     static constexpr std::size_t kLongestPacket = 1024;
-    static constexpr std::size_t kPackets = 256;  // received and not yet read
+    static constexpr std::size_t kPackets = 256;  // received and not read yet
 
     struct Outgoing {
         libusb_transfer* transfer = nullptr;
@@ -59,13 +59,13 @@ private:
     std::array<Packet, kPackets> packets_;
     std::size_t first_packet_ = 0;
     std::size_t packet_count_ = 0;
-    std::size_t packet_at_ = 0;  // read of the first one
+    std::size_t packet_at_ = 0;  // bytes already read from the first packet
     protocol::StreamReader reader_;
     bool lost_ = false;
     bool closing_ = false;
     bool in_stalled_ = false;
     bool out_stalled_ = false;
-    std::int64_t fault_us_ = 0;  // of the last failed transfer
+    std::int64_t fault_us_ = 0;  // time of the last failed transfer
 };
 
 }  // namespace tricoil::drivers

@@ -1,4 +1,4 @@
-// Waiting for one descriptor.
+// Waits for one file descriptor.
 #pragma once
 
 #include <poll.h>
@@ -11,7 +11,7 @@
 
 namespace tricoil::drivers {
 
-/// Until `fd` can be read or has an error. ok; timed_out, also when a signal came; device_lost: no such descriptor.
+/// Waits until `fd` is readable or has an error. ok; timed_out, also after a signal; device_lost: poll failed.
 inline Status wait_readable(int fd, Microseconds timeout) {
     const std::int64_t us = std::max<std::int64_t>(timeout.count(), 0);
     const timespec limit{us / 1'000'000, us % 1'000'000 * 1000};
@@ -20,7 +20,7 @@ inline Status wait_readable(int fd, Microseconds timeout) {
     if (ready < 0 && errno != EINTR) {
         return {StatusCode::device_lost, "waiting failed"};
     }
-    return ready > 0 ? Status{} : Status{StatusCode::timed_out, "nothing came"};
+    return ready > 0 ? Status{} : Status{StatusCode::timed_out, "no data"};
 }
 
 }  // namespace tricoil::drivers

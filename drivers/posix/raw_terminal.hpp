@@ -1,12 +1,12 @@
-// A terminal as a plain line of bytes.
+// A terminal as a raw byte stream.
 #pragma once
 
 #include <termios.h>
 
 namespace tricoil::drivers {
 
-/// No echo, no editing, no translation; reads return what there is. speed: B9600 and its like; B0 leaves it as it stands. False
-/// if `fd` is no terminal.
+/// No echo, no line editing, no translation; read() returns the available bytes. speed: for example B9600; B0 keeps the present
+/// speed. False if `fd` is not a terminal.
 inline bool make_raw(int fd, speed_t speed = B0) {
     termios settings{};
     if (::tcgetattr(fd, &settings) != 0) {

@@ -1,4 +1,4 @@
-// A port that says in words what is wrong with it.
+// Base class of ports with an error text.
 #pragma once
 
 #include "drivers/posix/text.hpp"
@@ -8,7 +8,7 @@ namespace tricoil::drivers {
 
 class ReportingPort : public hal::MessagePort {
 protected:
-    /// What detail() tells.
+    /// The text of detail().
     [[nodiscard]] Text& why() { return why_; }
 
 private:

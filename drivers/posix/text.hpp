@@ -1,4 +1,4 @@
-// A line of text of bounded length, made without a heap.
+// A line of text of bounded length, without a heap.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@ namespace tricoil::drivers {
 
 class Text {
 public:
-    /// As printf; cut off where it does not fit.
+    /// Like printf; truncates text that is too long.
     __attribute__((format(printf, 2, 3))) void print(const char* format, ...) {
         va_list arguments;
         va_start(arguments, format);

@@ -1,4 +1,4 @@
-// The semihosting call itself (ARM, "Semihosting for AArch32 and AArch64", release 2.0).
+// Semihosting call (ARM, "Semihosting for AArch32 and AArch64", release 2.0).
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ enum class Operation : std::uint32_t {
     tick_frequency = 0x31,
 };
 
-/// `argument` points to the operation's block of words, or is null. The answer is the operation's.
+/// `argument` points to the operation's parameter block, or is null. Returns the operation's result.
 std::int32_t call(Operation operation, const void* argument);
 
 }  // namespace tricoil::semihosting

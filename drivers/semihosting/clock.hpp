@@ -1,11 +1,11 @@
-// Time since the host started the machine.
+// Time since the host started the emulated machine.
 #pragma once
 
 #include "hal/clock.hpp"
 
 namespace tricoil::semihosting {
 
-/// The emulator's clock runs with the host's, not with the instructions: good for time-outs, not for measuring.
+/// The emulator's clock follows the host's time, not the instruction count: suitable for time-outs, not for measurements.
 class Clock final : public hal::Clock {
 public:
     Clock();

@@ -5,7 +5,7 @@
 namespace tricoil::semihosting {
 namespace {
 
-constexpr char kTerminal[] = ":tt";  // the specification's name for it
+constexpr char kTerminal[] = ":tt";  // name defined by the specification
 constexpr std::uint32_t kForWriting = 4;
 
 struct OpenBlock {
@@ -32,7 +32,7 @@ Console::Console() : handle_(open_terminal()) {}
 Status Console::do_write(std::string_view text) {
     const WriteBlock block{handle_, text.data(), static_cast<std::uint32_t>(text.size())};
     if (handle_ < 0 || call(Operation::write, &block) != 0) {
-        return {StatusCode::device_lost, "the host's terminal does not take text"};
+        return {StatusCode::device_lost, "the host's terminal does not accept text"};
     }
     return {};
 }

@@ -1,4 +1,4 @@
-// The host's terminal.
+// Console on the host's terminal.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// The end of an emulated program.
+// Ends an emulated program.
 #pragma once
 
 namespace tricoil::semihosting {

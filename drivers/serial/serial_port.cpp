@@ -14,18 +14,18 @@ namespace tricoil::drivers {
 int SerialPort::open_descriptor() {
     FileDescriptor fd(::open(path_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
     if (!fd.is_open()) {
-        const char* mend = errno == EACCES  ? "; add yourself to the group dialout"
-                           : errno == EBUSY ? "; another program has it"
-                                            : "; is it plugged in?";
-        why().print("%s: cannot be opened (%s)%s", path_.c_str(), std::strerror(errno), mend);
+        const char* remedy = errno == EACCES  ? "; add yourself to the group dialout"
+                             : errno == EBUSY ? "; another program uses it"
+                                              : "; is it plugged in?";
+        why().print("%s: cannot be opened (%s)%s", path_.c_str(), std::strerror(errno), remedy);
         return -1;
     }
     if (!make_raw(fd.get())) {
-        why().print("%s: is no serial line", path_.c_str());
+        why().print("%s: not a serial line", path_.c_str());
         return -1;
     }
     if (::ioctl(fd.get(), TIOCEXCL) != 0) {
-        why().print("%s: cannot be had for this program alone (%s)", path_.c_str(), std::strerror(errno));
+        why().print("%s: cannot lock for exclusive use (%s)", path_.c_str(), std::strerror(errno));
         return -1;
     }
     ::tcflush(fd.get(), TCIOFLUSH);
@@ -47,7 +47,7 @@ PtyPort::PtyPort() {
 int PtyPort::open_descriptor() {
     const int fd = ::fcntl(master_.get(), F_DUPFD_CLOEXEC, 0);
     if (fd < 0) {
-        why().print("no pseudo terminal is to be had; is /dev/pts mounted?");
+        why().print("cannot open a pseudo terminal; check that /dev/pts is mounted");
         return -1;
     }
     ::fcntl(fd, F_SETFL, O_NONBLOCK);

@@ -1,4 +1,4 @@
-// The two ends of a serial line.
+// Both ends of a serial line.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace tricoil::drivers {
 
-/// A tty: raw, for this program alone. Baud rate as it stands (USB and pseudo terminals have none).
+/// A tty in raw mode with exclusive access. The baud rate is not changed (USB and pseudo terminals have none).
 class SerialPort final : public StreamPort {
 public:
     explicit SerialPort(std::string path) : path_(std::move(path)) {}
@@ -17,17 +17,18 @@ private:
     std::string path_;
 };
 
-/// The master of a new pseudo terminal; a SerialPort opens path(). It is kept while closed, so that the path stays valid.
+/// The master of a new pseudo terminal; a SerialPort opens path(). The terminal stays open between close() and open(), so that
+/// the path stays valid.
 class PtyPort final : public StreamPort {
 public:
-    /// Empty if the system has no pseudo terminal left.
+    /// Empty if no pseudo terminal is available.
     [[nodiscard]] const std::string& path() const { return path_; }
     PtyPort();
 
 private:
     int open_descriptor() override;
     FileDescriptor master_;
-    FileDescriptor slave_;  // held, so that the master does not hang up while nobody else has it open
+    FileDescriptor slave_;  // kept open: otherwise the master hangs up while no other program has the slave open
     std::string path_;
 };
 

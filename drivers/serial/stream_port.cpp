@@ -23,7 +23,7 @@ Status StreamPort::do_open() {
     return {};
 }
 
-/// Whoever else holds the line open must not keep it ours.
+/// Ends the exclusive access, because another process may still hold a descriptor of the line.
 void StreamPort::do_close() {
     if (fd_.is_open()) {
         ::ioctl(fd_.get(), TIOCNXCL);
@@ -38,7 +38,7 @@ Status StreamPort::lost(const char* what) {
     return {StatusCode::device_lost, "serial line is gone"};
 }
 
-/// Writes what is waiting; false if the line is gone.
+/// Writes pending bytes; false if the line is gone.
 bool StreamPort::flush() {
     while (unsent_size_ > 0) {
         const ssize_t written = ::write(fd_.get(), unsent_.data(), unsent_size_);
@@ -56,7 +56,7 @@ Status StreamPort::do_send(std::span<const std::uint8_t> message) {
         return {StatusCode::device_lost, "serial line is closed"};
     }
     if (message.empty() || message.size() > protocol::kMaxMessageBytes) {
-        return {StatusCode::invalid_argument, "message is longer than any may be"};
+        return {StatusCode::invalid_argument, "message is empty or too long"};
     }
     if (!flush()) {
         return lost("writing failed");
@@ -64,7 +64,7 @@ Status StreamPort::do_send(std::span<const std::uint8_t> message) {
     const std::size_t bytes = protocol::frame(message, std::span(unsent_).subspan(unsent_size_));
     if (bytes == 0) {
         ++counts().send_queue_full;
-        return {StatusCode::not_ready, "the line is slower than what is sent"};
+        return {StatusCode::not_ready, "the send queue is full: the line is too slow"};
     }
     unsent_size_ += bytes;
     ++counts().sent;
@@ -89,13 +89,13 @@ Status StreamPort::do_receive(hal::ReceivedMessage& message) {
         }
         const ssize_t bytes = ::read(fd_.get(), received_.data(), received_.size());
         if (bytes == 0) {
-            errno = EPIPE;  // read() has none to tell
+            errno = EPIPE;  // read() does not set errno at the end of file
         }
         if (bytes == 0 || (bytes < 0 && errno != EAGAIN && errno != EINTR)) {
             return lost("the other end is gone");
         }
         if (bytes < 0) {
-            return {StatusCode::not_ready, "nothing came"};
+            return {StatusCode::not_ready, "no message"};
         }
         received_us_ = monotonic_us();
         received_size_ = static_cast<std::size_t>(bytes);

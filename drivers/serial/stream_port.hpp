@@ -11,7 +11,7 @@ namespace tricoil::drivers {
 
 class StreamPort : public ReportingPort {
 private:
-    /// An open descriptor that does not block; -1, with the reason in why(), if there is none.
+    /// Returns an open non-blocking descriptor; -1, with the reason in why(), on failure.
     virtual int open_descriptor() = 0;
 
     Status do_open() final;

@@ -18,7 +18,7 @@ constexpr canid_t kExact = CAN_EFF_FLAG | CAN_RTR_FLAG | CAN_SFF_MASK;
 
 Status CanPort::do_open() {
     do_close();
-    // The host hears the node's messages, the device the host's: exactly those identifiers, standard frames with data.
+    // The host receives the node's messages, the device those of the host: exact identifiers, standard data frames.
     std::array<can_filter, protocol::kMessageTypes + 1> filters{};
     std::size_t count = 0;
     for (std::uint8_t type = 1; type <= protocol::kMessageTypes; ++type) {
@@ -44,7 +44,7 @@ Status CanPort::do_send(std::span<const std::uint8_t> message) {
         return {StatusCode::device_lost, "CAN port is closed"};
     }
     if (message.size() > protocol::kMaxMessageBytes) {
-        return {StatusCode::invalid_argument, "message is longer than any may be"};
+        return {StatusCode::invalid_argument, "message is too long"};
     }
     CanFrame frame;
     if (protocol::to_frame(message, params_.node, frame)) {
@@ -54,10 +54,10 @@ Status CanPort::do_send(std::span<const std::uint8_t> message) {
     }
     if (exchange_.sending()) {
         ++counts().send_queue_full;
-        return {StatusCode::not_ready, "another long message is under way"};
+        return {StatusCode::not_ready, "another long message is being sent"};
     }
     if (!exchange_.begin(message, monotonic_us())) {
-        return {StatusCode::invalid_argument, "no message"};
+        return {StatusCode::invalid_argument, "message is too short"};
     }
     send_segments();
     ++counts().sent;
@@ -98,7 +98,7 @@ Status CanPort::do_receive(hal::ReceivedMessage& message) {
         }
         if (status.code() == StatusCode::timed_out) {
             set_link(CanLink::down);
-            continue;  // the socket has told its error; what is queued comes next
+            continue;  // the socket has reported its error; queued frames follow
         }
         send_segments();
         if (!status.ok()) {
@@ -116,7 +116,7 @@ Status CanPort::do_receive(hal::ReceivedMessage& message) {
 }
 
 bool CanPort::take_frame(hal::ReceivedMessage& message) {
-    set_link(CanLink::up);  // whoever receives is on the bus
+    set_link(CanLink::up);  // a received frame proves that the link is up
     const protocol::CanArrival arrival = exchange_.take(reception_.frame, reception_.is_fd, monotonic_us(), message.bytes,
                                                         [this](const CanFrame& frame) { return send_frame(frame).ok(); });
     damaged().count(arrival.error);
@@ -160,14 +160,14 @@ void CanPort::set_link(CanLink link) {
         why().print("%s: link is down; bring it up: ip link set %s up", params_.interface.c_str(), params_.interface.c_str());
     } else {
         ++counts().link_faults;
-        why().print("%s: bus-off; check the wiring; the kernel restarts by itself with: ip link set %s type can restart-ms 100",
+        why().print("%s: bus-off; check the wiring; for an automatic restart: ip link set %s type can restart-ms 100",
                     params_.interface.c_str(), params_.interface.c_str());
     }
 }
 
 Status CanPort::vanished() {
     ++counts().link_losses;
-    why().print("%s: the interface is gone; plug it in again", params_.interface.c_str());
+    why().print("%s: the interface is gone; plug the adapter in again", params_.interface.c_str());
     do_close();
     return {StatusCode::device_lost, "CAN interface is gone"};
 }

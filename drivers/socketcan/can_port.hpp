@@ -1,4 +1,4 @@
-// Protocol messages over one node's identifiers on a CAN FD interface.
+// Protocol messages over the identifiers of one node on a CAN FD interface.
 #pragma once
 
 #include <array>
@@ -19,11 +19,11 @@ struct CanPortParams {
     CanSide side = CanSide::host;
 };
 
-/// Bus states that pass by themselves.
+/// Link states. The port returns to `up` without a new open().
 enum class CanLink : std::uint8_t { up, down, bus_off };
 
-/// Long messages travel in segments while wait() and receive() are called. A segment that fails drops its message and is counted
-/// as bad framing.
+/// Long messages are sent in segments during wait() and receive(). A faulty segment drops its message and is counted as bad
+/// framing.
 class CanPort final : public ReportingPort {
 public:
     explicit CanPort(CanPortParams params) : params_(std::move(params)), exchange_(params_.side, params_.node) {}

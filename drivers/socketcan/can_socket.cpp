@@ -19,7 +19,7 @@
 namespace tricoil::drivers {
 namespace {
 
-constexpr int kReceiveBytes = 1 << 20;  // a second of a full bus
+constexpr int kReceiveBytes = 1 << 20;  // one second of a fully loaded bus
 
 constexpr Status lost() { return {StatusCode::device_lost, "CAN interface is not usable"}; }
 
@@ -28,11 +28,11 @@ bool set_option(int fd, int level, int name, const Value& value) {
     return ::setsockopt(fd, level, name, &value, sizeof value) == 0;
 }
 
-/// Index of a CAN FD interface; 0, with the reason in `why`, for anything else.
+/// Index of a CAN FD interface; 0, with the reason in `why`, for any other interface.
 int fd_interface_index(int fd, const std::string& name, Text& why) {
     ifreq request{};
     if (name.empty() || name.size() >= IFNAMSIZ) {
-        why.print("'%s' is no name of a network interface; see: ip -br link show type can", name.c_str());
+        why.print("'%s' is not a valid interface name; see: ip -br link show type can", name.c_str());
         return 0;
     }
     std::memcpy(request.ifr_name, name.c_str(), name.size());
@@ -42,7 +42,7 @@ int fd_interface_index(int fd, const std::string& name, Text& why) {
     }
     const int index = request.ifr_ifindex;
     if (::ioctl(fd, SIOCGIFHWADDR, &request) != 0 || request.ifr_hwaddr.sa_family != ARPHRD_CAN) {
-        why.print("%s is no CAN interface", name.c_str());
+        why.print("%s is not a CAN interface", name.c_str());
         return 0;
     }
     if (::ioctl(fd, SIOCGIFMTU, &request) != 0 || request.ifr_mtu < static_cast<int>(CANFD_MTU)) {
@@ -57,7 +57,7 @@ int fd_interface_index(int fd, const std::string& name, Text& why) {
 void read_times(const cmsghdr& header, CanReception& reception) {
     std::array<timespec, 3> times{};  // software, (unused), hardware
     std::memcpy(times.data(), CMSG_DATA(&header), sizeof times);
-    if (times[0].tv_sec != 0) {  // of the wall clock: bring it to the monotonic one
+    if (times[0].tv_sec != 0) {  // wall-clock time, converted to the monotonic clock
         reception.host_time_us = to_us(times[0]) - clock_us(CLOCK_REALTIME) + monotonic_us();
     }
     reception.hardware_time_us = to_us(times[2]);
@@ -70,7 +70,7 @@ bool is_gone(int error) { return error == ENODEV || error == ENXIO || error == E
 Status CanSocket::open(const std::string& interface, std::span<const can_filter> filters, Text& why) {
     fd_.reset(::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, CAN_RAW));
     if (!fd_.is_open()) {
-        why.print("CAN sockets are not to be had (%s); is the kernel module can_raw there?", std::strerror(errno));
+        why.print("cannot open CAN socket (%s); is the kernel module can_raw loaded?", std::strerror(errno));
         return lost();
     }
     const int index = fd_interface_index(fd(), interface, why);
@@ -87,13 +87,13 @@ Status CanSocket::open(const std::string& interface, std::span<const can_filter>
                 set_option(fd(), SOL_SOCKET, SO_TIMESTAMPING, stamps) && set_option(fd(), SOL_SOCKET, SO_RXQ_OVFL, on);
     done = done &&
            ::setsockopt(fd(), SOL_CAN_RAW, CAN_RAW_FILTER, filters.data(), static_cast<socklen_t>(filters.size_bytes())) == 0;
-    if (!set_option(fd(), SOL_SOCKET, SO_RCVBUFFORCE, kReceiveBytes)) {  // without the right: as much as there is
+    if (!set_option(fd(), SOL_SOCKET, SO_RCVBUFFORCE, kReceiveBytes)) {  // without CAP_NET_ADMIN: up to the system limit
         set_option(fd(), SOL_SOCKET, SO_RCVBUF, kReceiveBytes);
     }
     sockaddr_can address{};
     address.can_family = AF_CAN;
     address.can_ifindex = index;
-    // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): the socket interface's own way
+    // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): required by the socket interface
     done = done && ::bind(fd(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
     if (!done) {
         why.print("%s: cannot be opened (%s)", interface.c_str(), std::strerror(errno));
@@ -113,7 +113,7 @@ Status CanSocket::send(const protocol::CanFrame& frame, bool& link_down) {
     if (::write(fd(), &raw, CANFD_MTU) == static_cast<ssize_t>(CANFD_MTU)) {
         return {};
     }
-    link_down = errno == ENETDOWN || errno == EINVAL;  // EINVAL: it came back as a classic one
+    link_down = errno == ENETDOWN || errno == EINVAL;  // EINVAL: the interface is a classic one again
     return is_gone(errno) ? lost() : Status{StatusCode::not_ready, "send queue is full or the link is down"};
 }
 

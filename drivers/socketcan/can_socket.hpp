@@ -1,4 +1,4 @@
-// A raw CAN socket: opening, sending and receiving single frames with their times.
+// A raw CAN socket: opens, sends and receives single frames with timestamps.
 #pragma once
 
 #include <linux/can.h>
@@ -21,20 +21,20 @@ struct CanReception {
     bool is_fd = false;
     std::int64_t host_time_us = 0;
     std::int64_t hardware_time_us = 0;
-    std::uint32_t dropped = 0;  // by the kernel since the socket was opened, for want of room
+    std::uint32_t dropped = 0;  // dropped by the kernel since the socket was opened, because its buffer was full
 };
 
 class CanSocket {
 public:
-    /// Bound to the interface, receiving identifiers that match a filter, and error frames. Fills `why` if not ok. device_lost:
-    /// no such interface, no CAN interface, classic CAN only, or no permission. An interface that is down is no error here.
+    /// Binds to the interface; receives identifiers that match a filter, and error frames. Sets `why` if not ok. device_lost: no
+    /// such interface, not a CAN interface, classic CAN only, or no permission. An interface that is down is not an error.
     Status open(const std::string& interface, std::span<const can_filter> filters, Text& why);
     void close() { fd_.reset(); }
 
-    /// ok; not_ready: the queue is full, or the link is down (`link_down` tells which); device_lost: the interface vanished.
+    /// ok; not_ready: the queue is full, or the link is down (then `link_down` is true); device_lost: the interface is gone.
     Status send(const protocol::CanFrame& frame, bool& link_down);
 
-    /// ok; not_ready: no frame; timed_out: the link went down; device_lost: the interface vanished.
+    /// ok; not_ready: no frame; timed_out: the link went down; device_lost: the interface is gone.
     Status receive(CanReception& reception);
 
     [[nodiscard]] int fd() const { return fd_.get(); }

@@ -8,10 +8,10 @@
 namespace tricoil::stm32g4 {
 namespace {
 
-constexpr Microseconds kPatienceMargin{
-    300};  // beyond a block, for interrupts that are served first; looked at once a millisecond
+/// Wait beyond the block time: for interrupts of higher priority, and because the wait loop runs only once per millisecond.
+constexpr Microseconds kPollMargin{300};
 constexpr std::int32_t kTopOfOneConversion = 2047;
-constexpr Status kTripped{StatusCode::not_ready, "over-current: a power stage is broken"};
+constexpr Status kTripped{StatusCode::not_ready, "over-current: a power stage is faulty"};
 
 struct Rate {
     std::uint64_t bits;
@@ -22,7 +22,8 @@ constexpr Rate rate_of(int oversampling) {
     return {std::bit_cast<std::uint64_t>(Acquisition::sample_rate_hz(oversampling)), oversampling};
 }
 
-/// 0: no such rate. Compared bit by bit: who states a plan states this very quotient, and this processor computes no double.
+/// Oversampling of a sample rate; 0: unsupported rate. Compares bits, because a plan contains exactly this quotient and this
+/// processor has no double-precision hardware.
 int oversampling_of(double sample_rate_hz) {
     constexpr std::array kRates{rate_of(2), rate_of(4), rate_of(8), rate_of(16)};
     for (const Rate& rate : kRates) {
@@ -70,18 +71,18 @@ Status Acquisition::begin() {
 Status Acquisition::do_start(const signal::AcquisitionPlan& plan) {
     stop();
     if (!is_usable_) {
-        return {StatusCode::device_lost, "converters do not work"};
+        return {StatusCode::device_lost, "the converters do not work"};
     }
     const int oversampling = oversampling_of(plan.params.sample_rate_hz);
     if (oversampling == 0) {
-        return {StatusCode::invalid_argument, "sample rate is none that this board has: Acquisition::sample_rate_hz()"};
+        return {StatusCode::invalid_argument, "unsupported sample rate; use Acquisition::sample_rate_hz()"};
     }
     if (plan.block_samples < 1 || plan.block_samples > static_cast<int>(Converters::kLongestBlock)) {
-        return {StatusCode::invalid_argument, "block is longer than this board's memory for it"};
+        return {StatusCode::invalid_argument, "block is empty or longer than this board's buffer"};
     }
     oversampling_ = oversampling;
     block_samples_ = static_cast<std::uint32_t>(plan.block_samples);
-    const float codes = is_fed_ ? fed_codes_ : params_.carrier_amplitude_codes;
+    const float codes = has_test_carrier_ ? test_carrier_codes_ : params_.carrier_amplitude_codes;
     if (const Status loaded = player().load(plan, oversampling, codes); !loaded.ok()) {
         return loaded;
     }
@@ -110,15 +111,15 @@ void Acquisition::do_stop() {
     }
 }
 
-/// The first block begins.
+/// Starts the first block.
 void Acquisition::run() {
     static_cast<void>(player().take_underrun());
     now_.gain_step = wanted_step_;
-    set_amplifiers();  // whatever was: it is not known what they were left at
+    set_amplifiers();  // unconditionally: the present setting of the amplifiers is unknown
     switch_over();
     parts_.trigger.CNT = 0;
-    // A sample stands for the middle of its conversions: the first trigger comes after one period, the last one of it after as
-    // many as there are conversions.
+    // A sample's time is the middle of its conversions. The first trigger comes one period after the start, the last trigger of
+    // the sample as many periods after the start as the sample has conversions.
     start_ = parts_.clock.now() + time_of_half_triggers(1U + static_cast<unsigned>(oversampling_));
     parts_.trigger.CR1 = tim::CR1_CEN | tim::CR1_URS;
     is_running_ = true;
@@ -138,8 +139,8 @@ Status Acquisition::do_poll(SampleBlock& block) {
         return kTripped;
     }
     if (!has_block) {
-        return has_failed_ ? Status{StatusCode::device_lost, "DMA cannot reach its memory"}
-                           : Status{StatusCode::timed_out, "no block came"};
+        return has_failed_ ? Status{StatusCode::device_lost, "DMA transfer error"}
+                           : Status{StatusCode::timed_out, "no block arrived"};
     }
     delivered_ = sequence + 1;
     const std::uint64_t half_triggers_per_block = std::uint64_t{2} * block_samples_ * static_cast<unsigned>(oversampling_);
@@ -159,15 +160,15 @@ Status Acquisition::do_poll(SampleBlock& block) {
     return {};
 }
 
-/// False if none comes in time.
+/// False if no block arrives in time.
 bool Acquisition::wait_for_block() {
     const std::uint64_t half_triggers = std::uint64_t{2} * block_samples_ * static_cast<unsigned>(oversampling_);
-    const DeviceTime deadline = parts_.clock.now() + time_of_half_triggers(half_triggers) + kPatienceMargin;
+    const DeviceTime deadline = parts_.clock.now() + time_of_half_triggers(half_triggers) + kPollMargin;
     while (completed_ == delivered_) {
         if (has_failed_ || parts_.clock.now() > deadline) {
             return false;
         }
-        const InterruptsOff guard;  // a block that ends between question and sleep would not end the sleep
+        const InterruptsOff guard;  // without it, a block that ends between the check and the sleep would not end the sleep
         if (completed_ == delivered_) {
             params_.sleep();
         }
@@ -175,7 +176,7 @@ bool Acquisition::wait_for_block() {
     return true;
 }
 
-/// Once more if the converters began to write over it meanwhile, which they do a whole block after it was complete.
+/// Repeats the copy once if the converters began to overwrite the block meanwhile, which happens one block time after its end.
 bool Acquisition::copy_newest(std::uint32_t& block, Conditions& conditions) {
     for (int attempt = 0; attempt < 2; ++attempt) {
         {
@@ -202,7 +203,7 @@ void Acquisition::on_block_end() {
         of_half_[completed_ % 2] = now_;
         completed_ = completed_ + 1;
     }
-    // Two at once: this handler came a block too late, and a switch-over with it.
+    // Both halves at once: this handler ran a block too late, and so did the switch-over.
     const bool late = ended > 1 || (ended > 0 && end.uneven) || parts_.converters.take_overrun() || player().take_underrun();
     overruns_ = overruns_ + (late ? 1U : 0U);
     if (ended > 0) {
@@ -220,7 +221,7 @@ void Acquisition::on_over_current() {
 void Acquisition::switch_over() {
     now_.state = wanted_state_;
     parts_.lines.set(now_.state);
-    if (has_tripped_) {  // between the two lines above, which set what it had cleared
+    if (has_tripped_) {  // an interrupt between the two lines above has cleared the lines, and set() has set them again
         parts_.lines.off();
     }
     if (now_.gain_step != wanted_step_) {
@@ -230,7 +231,7 @@ void Acquisition::switch_over() {
 }
 
 void Acquisition::set_amplifiers() {
-    parts_.amplifiers.set(now_.gain_step, is_fed_ ? SensorAmplifiers::Input::inside : SensorAmplifiers::Input::coils);
+    parts_.amplifiers.set(now_.gain_step, has_test_carrier_ ? SensorAmplifiers::Input::inside : SensorAmplifiers::Input::coils);
 }
 
 Status Acquisition::excite(Excitation state) {
@@ -238,7 +239,7 @@ Status Acquisition::excite(Excitation state) {
         return kTripped;
     }
     wanted_state_ = state;
-    if (has_tripped_ || state == Excitation::off) {  // tripped meanwhile: what was wanted must not come back
+    if (has_tripped_ || state == Excitation::off) {  // tripped meanwhile: the wanted state must not become active
         switch_off();
     }
     return {};
@@ -251,7 +252,7 @@ void Acquisition::switch_off() {
 
 Status Acquisition::choose(std::uint8_t step) {
     if (step >= SensorAmplifiers::kSteps) {
-        return {StatusCode::invalid_argument, "gain step is none that the amplifiers have"};
+        return {StatusCode::invalid_argument, "no such gain step"};
     }
     wanted_step_ = step;
     return {};

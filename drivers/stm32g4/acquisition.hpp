@@ -1,4 +1,4 @@
-// Carriers out, samples in, block by block, and the coils and the gain switched where one block ends and the next begins.
+// Carrier output and sampling, block by block. Coils and gain are switched at block boundaries.
 #pragma once
 
 #include <array>
@@ -21,20 +21,20 @@ namespace tricoil::stm32g4 {
 struct AcquisitionParams {
     float carrier_amplitude_codes = 1792;  // of 2048: a buffered DAC output does not reach the rails
     float volts_per_conversion_code = 3.3F / 4096;
-    float most_reference_v = 1.5F;  // beyond that, either way from the middle, the enables drop at once
-    void (*sleep)() = nullptr;      // until any interrupt, a millisecond at most; called with interrupts held back
+    float most_reference_v = 1.5F;  // a reference beyond +- this drops the enable lines at once
+    void (*sleep)() = nullptr;      // sleeps until any interrupt, at most a millisecond; called with interrupts disabled
 };
 
-/// The sampler; coils() and gain() are the other two of its faces. Sampling starts with the first poll() after start(), so that
-/// the first block is already driven with what excite() asked for. excite() and gain().choose() take effect when the running
-/// block ends. After an over-current poll() and excite() answer not_ready until the next start().
+/// The sampler; coils() and gain() are its two other interfaces. Sampling starts with the first poll() after start(), so that the
+/// first block already has the excitation state set by excite(). excite() and gain().choose() take effect at the end of the
+/// running block. After an over-current poll() and excite() return not_ready until the next start().
 class Acquisition final : public hal::CoilSampler {
 public:
-    /// Of the core's clock from one trigger to the next, each of which is a conversion of every input and an update of every
-    /// carrier: 576.3 kHz, of which an ADC at 42.5 MHz with 47.5 cycles of sampling needs 60 of its 73.75 cycles.
+    /// Core clock cycles from one trigger to the next. Each trigger converts every input and updates every carrier. 576.3 kHz; an
+    /// ADC at 42.5 MHz with 47.5 cycles of sampling needs 60 of the 73.75 cycles.
     static constexpr std::uint32_t kTriggerTicks = 295;
 
-    /// What a plan must state; `oversampling` is 2, 4, 8 or 16.
+    /// Sample rates that a plan may use; `oversampling` is 2, 4, 8 or 16.
     static constexpr double sample_rate_hz(int oversampling) {
         return static_cast<double>(kFullSpeedHz) / (static_cast<int>(kTriggerTicks) * oversampling);
     }
@@ -42,7 +42,7 @@ public:
     struct Parts {
         TimRegisters& trigger;  // TIM6
         CarrierPlayer& carriers;
-        CarrierPlayer& test_carriers;  // to the amplifiers, within the chip
+        CarrierPlayer& test_carriers;  // to the amplifiers, on the chip
         Converters& converters;
         EnableLines lines;
         SensorAmplifiers amplifiers;
@@ -52,16 +52,16 @@ public:
     Acquisition(const Parts& parts, const AcquisitionParams& params);
     ~Acquisition() override;
 
-    /// Once, after the clocks: converters on, coils off. ok; timed_out: a converter does not follow; start() then says
-    /// device_lost.
+    /// Call once, after the clocks: switches the converters on and the coils off. ok; timed_out: a converter does not respond;
+    /// start() then returns device_lost.
     Status begin();
 
     [[nodiscard]] hal::CoilDriver& coils() { return coils_; }
-    [[nodiscard]] FedGain& gain() { return gain_; }
+    [[nodiscard]] TestInputGain& gain() { return gain_; }
 
-    /// From the interrupt of the DMA channel that ends a block.
+    /// Call from the interrupt of the DMA channel that ends a block.
     void on_block_end();
-    /// From the interrupt of the reference's converter.
+    /// Call from the interrupt of the reference channel's converter.
     void on_over_current();
 
 private:
@@ -75,7 +75,7 @@ private:
         Acquisition& all_;
     };
 
-    class Gain final : public FedGain {
+    class Gain final : public TestInputGain {
     public:
         explicit Gain(Acquisition& all) : all_(all) {}
 
@@ -85,14 +85,14 @@ private:
         Status do_measure(const signal::AcquisitionPlan& plan, signal::GainSteps<float>& steps) override {
             return measure_gain(all_, *this, plan, steps);
         }
-        void do_feed(float amplitude_codes) override {
-            all_.is_fed_ = amplitude_codes > 0;
-            all_.fed_codes_ = amplitude_codes;
+        void do_set_test_carrier(float amplitude_codes) override {
+            all_.has_test_carrier_ = amplitude_codes > 0;
+            all_.test_carrier_codes_ = amplitude_codes;
         }
         Acquisition& all_;
     };
 
-    /// What a block was sampled with.
+    /// Excitation state and gain of a block.
     struct Conditions {
         Excitation state = Excitation::off;
         std::uint8_t gain_step = 0;
@@ -110,7 +110,7 @@ private:
     bool wait_for_block();
     bool copy_newest(std::uint32_t& block, Conditions& conditions);
     void switch_over();
-    CarrierPlayer& player() { return is_fed_ ? parts_.test_carriers : parts_.carriers; }
+    CarrierPlayer& player() { return has_test_carrier_ ? parts_.test_carriers : parts_.carriers; }
     void set_amplifiers();
 
     Parts parts_;
@@ -120,23 +120,23 @@ private:
     bool is_usable_ = false;
     bool is_armed_ = false;
     bool is_running_ = false;
-    bool is_fed_ = false;  // or the amplifiers have the sensor coils
-    float fed_codes_ = 0;
+    bool has_test_carrier_ = false;  // otherwise the amplifiers are connected to the sensor coils
+    float test_carrier_codes_ = 0;
 
     int oversampling_ = 0;
     std::uint32_t block_samples_ = 0;
     DeviceTime start_{};           // of the first block
-    std::uint32_t delivered_ = 0;  // blocks, lost ones included
+    std::uint32_t delivered_ = 0;  // number of blocks, lost ones included
 
-    // Shared with the interrupts.
+    // Shared with the interrupt handlers.
     volatile std::uint32_t completed_ = 0;  // blocks
-    volatile std::uint32_t overruns_ = 0;   // since they were last told
+    volatile std::uint32_t overruns_ = 0;   // since the last poll()
     volatile bool has_failed_ = false;
     volatile bool has_tripped_ = false;
     volatile Excitation wanted_state_ = Excitation::off;
     volatile std::uint8_t wanted_step_ = 0;
     Conditions now_;                       // of the running block
-    std::array<Conditions, 2> of_half_{};  // of the newest whole block in each half of the converters' memory
+    std::array<Conditions, 2> of_half_{};  // of the newest complete block in each half of the converters' buffer
 
     std::array<Sample, Converters::kLongestBlock> samples_{};
 };

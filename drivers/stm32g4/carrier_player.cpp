@@ -6,13 +6,13 @@
 namespace tricoil::stm32g4 {
 namespace {
 
-constexpr std::uint32_t kReadyPolls = 10'000;  // 8 us at most (DS12288, DAC wake-up time), asked for by name of RM0440
-constexpr std::uint32_t kQuiet = dac::CR_EN1 | dac::CR_TSEL1_TIM6;  // without trigger: what is written goes out at once
+constexpr std::uint32_t kReadyPolls = 10'000;                       // at most 8 us (DS12288, DAC wake-up time)
+constexpr std::uint32_t kQuiet = dac::CR_EN1 | dac::CR_TSEL1_TIM6;  // without trigger: a written value is output at once
 constexpr std::uint32_t kPlaying = kQuiet | dac::CR_TEN1 | dac::CR_DMAEN1;
 constexpr std::uint32_t kUnderruns = dac::SR_DMAUDR1 | dac::SR_DMAUDR1 << dac::kChannel2Shift;
 
-// Of three carriers at once: the first one's share of what one alone has. What a sensor coil gives grows with the frequency, so
-// the others get less, and all three couplings have equal noise.
+// Share of the first carrier when three are active at once, relative to a single carrier. A sensor coil's signal grows with the
+// frequency, so the other carriers get less and all three couplings have equal noise.
 constexpr float kShareOfThree = 0.65F;
 
 constexpr std::uint32_t both(std::uint32_t channel1) { return channel1 | channel1 << dac::kChannel2Shift; }
@@ -38,7 +38,7 @@ Status CarrierPlayer::load(const signal::AcquisitionPlan& plan, int updates_per_
         periods[n] = shortest_period(plan.window_samples * updates_per_sample, plan.window_cycles[n]);
         if (periods[n].updates < 1 || periods[n].updates > static_cast<int>(kLongestTable)) {
             return {StatusCode::invalid_argument,
-                    "carrier repeats too seldom for this board's tables: choose one that divides the rate"};
+                    "the carrier's period is too long for this board's tables; choose a carrier that divides the rate"};
         }
     }
     volatile std::uint32_t* const outputs[] = {&parts_.pair.DHR12R1, &parts_.pair.DHR12R2, &parts_.single.DHR12R1};

@@ -12,7 +12,8 @@
 
 namespace tricoil::stm32g4 {
 
-/// Every trigger of TIM6 puts the next value of each table out, so that carriers keep their phase to whatever else it triggers.
+/// Every trigger of TIM6 outputs the next value of each table, so the carriers have a constant phase relative to all other
+/// functions of this trigger.
 class CarrierPlayer {
 public:
     static constexpr std::size_t kLongestTable = 400;
@@ -21,23 +22,23 @@ public:
         DacRegisters& pair;    // channels 1 and 2: carriers 1 and 2
         DacRegisters& single;  // channel 1: carrier 3
         std::array<DmaChannel, kSourceCoils> dma;
-        std::uint32_t output;  // of both: dac::MCR_MODE1_...
+        std::uint32_t output;  // of both DACs: dac::MCR_MODE1_...
     };
 
     explicit CarrierPlayer(const Parts& parts) : parts_(parts) {}
 
-    /// Outputs at their middle: no carrier. Clocks are on. ok; timed_out: a converter does not become ready.
+    /// Sets the outputs to their middle: no carrier. The clocks must be on. ok; timed_out: a DAC does not become ready.
     Status begin();
 
-    /// Loads the plan's carriers, to start with the next trigger; `updates_per_sample` triggers make one sample. In TDM all three
-    /// play the same at the full amplitude, in FDM each less, so that the sum of their currents stays in range. ok;
-    /// invalid_argument: a carrier that only repeats after more than kLongestTable updates.
+    /// Loads the plan's carriers, which start with the next trigger; `updates_per_sample` triggers make one sample. In TDM all
+    /// three outputs play the same carrier at the full amplitude; in FDM each amplitude is smaller, so that the sum of the
+    /// currents stays in range. ok; invalid_argument: a carrier whose period is longer than kLongestTable updates.
     Status load(const signal::AcquisitionPlan& plan, int updates_per_sample, float amplitude_codes);
 
-    /// Outputs at their middle again.
+    /// Sets the outputs to their middle.
     void stop();
 
-    /// Whether a value came late since the last call.
+    /// True if a value was late since the last call.
     bool take_underrun();
 
 private:

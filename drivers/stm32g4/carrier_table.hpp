@@ -1,4 +1,4 @@
-// A whole number of carrier cycles as codes for a DAC.
+// A whole number of carrier cycles as DAC codes.
 #pragma once
 
 #include <cmath>
@@ -12,7 +12,7 @@ namespace tricoil::stm32g4 {
 
 constexpr std::uint16_t kDacMiddle = 2048;
 
-/// `cycles` whole cycles in `updates` values: the shortest run that repeats.
+/// `cycles` whole cycles in `updates` values: the shortest period.
 struct CarrierPeriod {
     int updates = 0;
     int cycles = 0;
@@ -23,7 +23,7 @@ constexpr CarrierPeriod shortest_period(int updates, int cycles) {
     return common == 0 ? CarrierPeriod{} : CarrierPeriod{updates / common, cycles / common};
 }
 
-/// Fills the first period.updates of `table`, from phase zero up.
+/// Fills the first period.updates values of `table`, starting at phase zero.
 inline void write_carrier(CarrierPeriod period, float amplitude_codes, std::span<std::uint16_t> table) {
     const float step = 2 * std::numbers::pi_v<float> / static_cast<float>(period.updates);
     for (int n = 0; n < period.updates; ++n) {

@@ -5,13 +5,13 @@
 namespace tricoil::stm32g4 {
 namespace {
 
-// At 16 MHz an asking takes at least half a microsecond. The crystal needs 2 ms (DS12288, HSE start-up), the PLL 40 us.
+// At 16 MHz one poll takes at least 0.5 us. The crystal needs 2 ms (DS12288, HSE start-up), the PLL 40 us.
 constexpr std::uint32_t kCrystalPolls = 20'000;
 constexpr std::uint32_t kQuickPolls = 2'000;
-constexpr std::uint32_t kHalfSpeedPolls = 200;  // the core runs at half speed for at least 1 us on its way to more than 80 MHz
+constexpr std::uint32_t kHalfSpeedPolls = 200;  // the core must run at half speed for at least 1 us before it exceeds 80 MHz
 
 constexpr std::uint32_t kFlashWaitStates = 4;  // 170 MHz in boost mode (RM0440, "Read access latency")
-constexpr std::uint32_t kPllFactor = 85;       // of 4 MHz; the output is half of that
+constexpr std::uint32_t kPllFactor = 85;       // multiplies 4 MHz; the output is half of that
 constexpr std::uint32_t kCrystalDivider = 6;   // 24 MHz
 constexpr std::uint32_t kInternalDivider = 4;  // 16 MHz
 
@@ -27,12 +27,12 @@ bool start_pll(RccRegisters& rcc, std::uint32_t source, std::uint32_t divider) {
     return locked;
 }
 
-/// More than the 150 MHz that the regulator allows without boost, and wait states for it.
+/// Prepares for more than 150 MHz: regulator boost mode and flash wait states.
 bool prepare_full_speed(PwrRegisters& pwr, FlashRegisters& flash) {
     modify(pwr.CR5, pwr::CR5_R1MODE, 0);
     modify(flash.ACR, flash::ACR_LATENCY, kFlashWaitStates | flash::ACR_PRFTEN | flash::ACR_ICEN | flash::ACR_DCEN);
     return wait_until([&] { return (pwr.SR2 & pwr::SR2_VOSF) == 0 && (flash.ACR & flash::ACR_LATENCY) == kFlashWaitStates; },
-                      kQuickPolls, "regulator or flash does not follow")
+                      kQuickPolls, "regulator or flash is not ready")
         .ok();
 }
 
@@ -40,9 +40,10 @@ bool switch_to_pll(RccRegisters& rcc) {
     modify(rcc.CFGR, rcc::CFGR_HPRE, rcc::CFGR_HPRE_DIV2);
     modify(rcc.CFGR, rcc::CFGR_SW, rcc::CFGR_SW_PLL);
     const bool switched =
-        wait_until([&] { return (rcc.CFGR & rcc::CFGR_SWS) == rcc::CFGR_SWS_PLL; }, kQuickPolls, "core stays slow").ok();
+        wait_until([&] { return (rcc.CFGR & rcc::CFGR_SWS) == rcc::CFGR_SWS_PLL; }, kQuickPolls, "core clock does not switch")
+            .ok();
     for (std::uint32_t n = 0; n < kHalfSpeedPolls; ++n) {
-        static_cast<void>(rcc.CFGR);  // a read of the bus takes a few cycles
+        static_cast<void>(rcc.CFGR);  // a bus read takes a few cycles
     }
     modify(rcc.CFGR, rcc::CFGR_HPRE, 0);
     return switched;
@@ -52,7 +53,7 @@ bool switch_to_pll(RccRegisters& rcc) {
 
 CoreClock start_core_clock(RccRegisters& rcc, PwrRegisters& pwr, FlashRegisters& flash) {
     modify(rcc.APB1ENR1, 0, rcc::APB1ENR1_PWREN);
-    static_cast<void>(rcc.APB1ENR1);  // the clock is there two cycles later
+    static_cast<void>(rcc.APB1ENR1);  // the clock is on two cycles later
     if (!prepare_full_speed(pwr, flash)) {
         return CoreClock::unmultiplied;
     }

@@ -1,4 +1,4 @@
-// From the oscillator that runs at reset to full speed.
+// Starts the core clock: from the reset oscillator to full speed.
 #pragma once
 
 #include <cstdint>
@@ -13,22 +13,23 @@ namespace tricoil::stm32g4 {
 constexpr std::uint32_t kFullSpeedHz = 170'000'000;
 constexpr std::uint32_t kInternalOscillatorHz = 16'000'000;
 
-/// What the core, and all buses, run from.
+/// Source and frequency of the core clock and of all bus clocks.
 enum class CoreClock : std::uint8_t {
     crystal,       // 170 MHz, exact
-    internal,      // 170 MHz within a percent: the crystal did not start
-    unmultiplied,  // 16 MHz: the PLL did not lock either
+    internal,      // 170 MHz within one percent: the crystal did not start
+    unmultiplied,  // 16 MHz: the PLL did not lock
 };
 
 constexpr std::uint32_t hertz_of(CoreClock clock) {
     return clock == CoreClock::unmultiplied ? kInternalOscillatorHz : kFullSpeedHz;
 }
 
-/// Once after reset, from the internal oscillator: 170 MHz on all buses, from a 24 MHz crystal if that starts. Then the crystal
-/// is watched: should it stop, the NMI comes and CIFR_CSSF is set. Waits some milliseconds at most.
+/// Call once after reset: 170 MHz on all buses, from a 24 MHz crystal if it starts, otherwise from the internal oscillator. The
+/// clock security system then watches the crystal: if it stops, the NMI is raised and CIFR_CSSF is set. Waits some milliseconds
+/// at most.
 CoreClock start_core_clock(RccRegisters& rcc, PwrRegisters& pwr, FlashRegisters& flash);
 
-/// The 48 MHz oscillator that USB needs. ok; timed_out.
+/// Starts the 48 MHz oscillator for USB. ok; timed_out.
 Status start_usb_clock(RccRegisters& rcc);
 
 }  // namespace tricoil::stm32g4

@@ -9,11 +9,11 @@ namespace tricoil::stm32g4 {
 namespace {
 
 constexpr std::uint32_t kConverterPolls = 100'000;
-constexpr Microseconds kLongestWait{1000};    // calibration: 116 cycles of 42.5 MHz (RM0440); all else is quicker
+constexpr Microseconds kLongestWait{1000};    // calibration: 116 cycles of 42.5 MHz (RM0440); everything else is faster
 constexpr Microseconds kRegulatorStart{20};   // DS12288, ADC voltage regulator start-up time
 constexpr Microseconds kAfterCalibration{1};  // RM0440: four ADC cycles before ADEN
 constexpr std::int32_t kMiddleOfOneConversion = 2048;
-constexpr std::int32_t kWatchdogShift = 4;  // with oversampling it sees the upper 12 of 16 bits
+constexpr std::int32_t kWatchdogShift = 4;  // with oversampling the watchdog compares the upper 12 of 16 bits
 constexpr std::int32_t kWatchdogMax = 0xFFF;
 constexpr unsigned kChannelsPerSampleRegister = 10;
 
@@ -45,7 +45,7 @@ Status Converters::switch_on(AdcRegisters& adc) {
                                                           : Status{StatusCode::timed_out, "an ADC does not become ready"};
 }
 
-/// By the clock, and by the number of questions if that stands still.
+/// Waits by the clock; the poll limit applies if the clock does not run.
 void Converters::pause(Microseconds time) const {
     const DeviceTime end = clock_.now() + time;
     static_cast<void>(wait_until([&] { return clock_.now() > end; }, kConverterPolls, ""));
@@ -77,7 +77,7 @@ Status Converters::start(std::size_t block_samples, int oversampling, std::int32
     reference().ISR = adc::ISR_AWD1;
     reference().IER = adc::IER_AWD1IE;
     for (Input& input : parts_.inputs) {
-        // A result that nobody has fetched would make the first new one an overrun.
+        // A result that was not read would make the first new one an overrun.
         input.adc.ISR = adc::ISR_EOC | adc::ISR_EOS | adc::ISR_OVR;
         input.adc.CR = adc::CR_ADVREGEN | adc::CR_ADSTART;
     }

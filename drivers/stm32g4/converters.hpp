@@ -1,4 +1,4 @@
-// Four ADCs that convert at the same triggers.
+// Four ADCs with a common trigger.
 #pragma once
 
 #include <array>
@@ -14,12 +14,12 @@
 
 namespace tricoil::stm32g4 {
 
-/// Each trigger of TIM6 is one conversion on each; `oversampling` of them add up to a sample. Two blocks a converter lie in
-/// memory: one is being written while the other one is read.
+/// Each trigger of TIM6 starts one conversion on each ADC; `oversampling` conversions add up to one sample. The buffer of each
+/// ADC holds two blocks: one is written while the other is read.
 class Converters {
 public:
     static constexpr std::size_t kLongestBlock = 300;
-    /// From a trigger until the voltage is held: 47.5 cycles of 42.5 MHz.
+    /// Time from a trigger until the voltage is held: 47.5 cycles of 42.5 MHz.
     static constexpr float kSampling_s = 47.5F / 42.5e6F;
 
     struct Input {
@@ -28,8 +28,8 @@ public:
         DmaChannel dma;
     };
 
-    /// In the order of a Sample: sensor coils 1-3, reference. The DMA channel of sensor 3 comes last in priority: its interrupt
-    /// tells that a block is whole.
+    /// In the order of a Sample: sensor coils 1-3, reference. The DMA channel of sensor coil 3 has the lowest priority: its
+    /// interrupt means that the block is complete on all channels.
     struct Parts {
         AdcCommonRegisters& common_12;
         AdcCommonRegisters& common_345;
@@ -38,32 +38,33 @@ public:
 
     Converters(const Parts& parts, const hal::Clock& clock) : parts_(parts), clock_(clock) {}
 
-    /// Switches on and calibrates. Clocks are on. ok; timed_out: a converter does not follow.
+    /// Switches on and calibrates. The clocks must be on. ok; timed_out: a converter does not respond.
     Status begin();
 
-    /// Waits for triggers. `oversampling`: 2, 4, 8 or 16. `limit_codes`: the reference's sample may be that far from the middle
-    /// before the converter's watchdog interrupts. begin() has succeeded. ok; timed_out.
+    /// Starts waiting for triggers. `oversampling`: 2, 4, 8 or 16. `limit_codes`: largest deviation of a reference sample from
+    /// the middle; beyond it the ADC's analog watchdog interrupts. Requires a successful begin(). ok; timed_out.
     Status start(std::size_t block_samples, int oversampling, std::int32_t limit_codes);
 
     /// ok; timed_out: a conversion does not end.
     Status stop();
 
-    /// From the interrupt of sensor 3's DMA channel: what of the memory is whole.
+    /// Call from the interrupt of the DMA channel of sensor coil 3: returns the completed halves of the buffer.
     struct BlockEnd {
         bool first_half = false;
         bool second_half = false;
         bool failed = false;
-        bool uneven = false;  // a converter did not keep step with the others: its samples are old ones
+        bool uneven = false;  // a converter is out of step with the others: its samples are old
     };
     BlockEnd take_block_end();
 
-    /// Whether a sample was overwritten before it was fetched, since the last call.
+    /// True if a sample was overwritten before it was read, since the last call.
     bool take_overrun();
 
-    /// From the reference's watchdog's interrupt: quiets it. False: it was another one.
+    /// Call from the interrupt of the reference channel's analog watchdog: clears and disables it. False: another interrupt
+    /// source.
     bool take_over_limit();
 
-    /// One half of the memory, 0 or 1, as signed codes.
+    /// Copies one half of the buffer, 0 or 1, as signed codes.
     void copy(int half, std::span<Sample> to) const;
 
 private:

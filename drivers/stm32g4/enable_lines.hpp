@@ -1,4 +1,4 @@
-// The lines that let the coils' amplifiers work.
+// Enable lines of the coils' power stages.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace tricoil::stm32g4 {
 
-/// Three pins of one port, high is on. Any context.
+/// Three pins of one port, active high. Any context.
 class EnableLines {
 public:
     EnableLines(GpioRegisters& port, std::array<std::uint8_t, kSourceCoils> pins) : port_(port) {
@@ -18,7 +18,7 @@ public:
         }
     }
 
-    /// What is to be off goes off before what is to be on goes on.
+    /// Break before make.
     void set(Excitation state) const {
         const std::uint32_t on = bits_of(state);
         port_.BRR = all() & ~on;

@@ -7,16 +7,16 @@
 namespace tricoil::stm32g4 {
 namespace {
 
-constexpr std::uint32_t kBusyPolls = 4'000'000;  // a page takes 22 ms at most to erase (DS12288), and an asking 10 ns at least
-constexpr Status kNoSuchPlace{StatusCode::invalid_argument, "no such place in the storage"};
-constexpr Status kOneBank{StatusCode::device_lost, "the flash is set up as one bank; set DBANK in its option bytes"};
+constexpr std::uint32_t kBusyPolls = 4'000'000;  // a page erase takes at most 22 ms (DS12288), and one poll at least 10 ns
+constexpr Status kInvalidAddress{StatusCode::invalid_argument, "address outside the storage"};
+constexpr Status kOneBank{StatusCode::device_lost, "the flash is configured as one bank; set DBANK in its option bytes"};
 constexpr std::uint32_t kBankBytes = 256 * 1024;
 
 }  // namespace
 
 Status FlashStorage::do_erase(std::size_t slot) {
-    if (!holds(slot, 0, kFlashPageBytes)) {
-        return kNoSuchPlace;
+    if (!is_valid_range(slot, 0, kFlashPageBytes)) {
+        return kInvalidAddress;
     }
     if (const Status unlocked = unlock(); !unlocked.ok()) {
         return unlocked;
@@ -28,8 +28,8 @@ Status FlashStorage::do_erase(std::size_t slot) {
 }
 
 Status FlashStorage::do_program(std::size_t slot, std::size_t offset, std::uint64_t word) {
-    if (!holds(slot, offset, kWordBytes)) {
-        return kNoSuchPlace;
+    if (!is_valid_range(slot, offset, kWordBytes)) {
+        return kInvalidAddress;
     }
     if (const Status unlocked = unlock(); !unlocked.ok()) {
         return unlocked;
@@ -42,8 +42,8 @@ Status FlashStorage::do_program(std::size_t slot, std::size_t offset, std::uint6
 }
 
 Status FlashStorage::do_read(std::size_t slot, std::size_t offset, std::span<std::uint8_t> to) {
-    if (!holds(slot, offset, to.size())) {
-        return kNoSuchPlace;
+    if (!is_valid_range(slot, offset, to.size())) {
+        return kInvalidAddress;
     }
     if (!has_two_banks()) {
         return kOneBank;
@@ -70,7 +70,7 @@ bool FlashStorage::on_ecc_error() {
     return ours;
 }
 
-/// As one bank its pages are twice as large, and a page number means another place: both slots would be one page.
+/// In single-bank mode the pages are twice as large and a page number means another address: both slots would be in one page.
 bool FlashStorage::has_two_banks() const { return (registers_.OPTR & flash::OPTR_DBANK) != 0; }
 
 Status FlashStorage::unlock() {
@@ -81,7 +81,7 @@ Status FlashStorage::unlock() {
     if (!idle.ok()) {
         return idle;
     }
-    take_errors();  // one that is left over would refuse everything
+    take_errors();  // a leftover error flag would make every operation fail
     if ((registers_.CR & flash::CR_LOCK) != 0) {
         registers_.KEYR = flash::KEYR_KEY1;
         registers_.KEYR = flash::KEYR_KEY2;
@@ -94,11 +94,11 @@ Status FlashStorage::finish() {
     const Status done = wait_until([this] { return (registers_.SR & flash::SR_BSY) == 0; }, kBusyPolls, "the flash stays busy");
     const std::uint32_t errors = take_errors();
     registers_.CR = flash::CR_LOCK;
-    forget_cached();
+    reset_data_cache();
     if (!done.ok()) {
         return done;
     }
-    return errors == 0 ? Status{} : Status{StatusCode::device_lost, "the flash refuses: not erased, protected or worn out"};
+    return errors == 0 ? Status{} : Status{StatusCode::device_lost, "flash operation failed: not erased, protected or worn out"};
 }
 
 std::uint32_t FlashStorage::take_errors() {
@@ -109,8 +109,8 @@ std::uint32_t FlashStorage::take_errors() {
     return errors;
 }
 
-/// The data cache would go on showing what was there before; it can be emptied only while it is off.
-void FlashStorage::forget_cached() {
+/// The data cache would still hold the old content; it can be reset only while it is off.
+void FlashStorage::reset_data_cache() {
     const std::uint32_t before = registers_.ACR;
     registers_.ACR = before & ~flash::ACR_DCEN;
     registers_.ACR = (before & ~flash::ACR_DCEN) | flash::ACR_DCRST;
@@ -118,7 +118,7 @@ void FlashStorage::forget_cached() {
     registers_.ACR = before;
 }
 
-bool FlashStorage::holds(std::size_t slot, std::size_t offset, std::size_t bytes) const {
+bool FlashStorage::is_valid_range(std::size_t slot, std::size_t offset, std::size_t bytes) const {
     return slot < pages_.count && offset % kWordBytes == 0 && bytes % kWordBytes == 0 && bytes <= kFlashPageBytes &&
            offset <= kFlashPageBytes - bytes;
 }

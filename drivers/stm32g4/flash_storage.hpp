@@ -1,4 +1,4 @@
-// What is remembered: pages of the flash's second bank, while the program runs from the first.
+// Non-volatile storage in pages of the second flash bank; the program runs from the first bank.
 #pragma once
 
 #include <cstddef>
@@ -9,19 +9,20 @@
 
 namespace tricoil::stm32g4 {
 
-/// One page a slot. A double-word whose programming was interrupted may be unreadable: reading it raises the NMI, whose handler
+/// One slot per page. A double-word with interrupted programming may be unreadable: reading it raises the NMI, whose handler
 /// calls on_ecc_error().
 class FlashStorage final : public hal::Storage {
 public:
     struct Pages {
-        volatile std::uint64_t* memory;  // of the first page; kFlashPageBytes a page, no gaps
-        std::uint8_t first;              // its number within bank 2
+        volatile std::uint64_t* memory;  // of the first page; kFlashPageBytes per page, without gaps
+        std::uint8_t first;              // page number within bank 2
         std::uint8_t count;
     };
 
     FlashStorage(FlashRegisters& registers, const Pages& pages) : registers_(registers), pages_(pages) {}
 
-    /// From the NMI's handler: clears the error, which would raise it for ever. False: there was none, or not in these pages.
+    /// Call from the NMI handler: clears the error, which would otherwise raise the NMI again. False: no error, or not in these
+    /// pages.
     bool on_ecc_error();
 
 private:
@@ -35,13 +36,13 @@ private:
     Status unlock();
     Status finish();
     std::uint32_t take_errors();
-    void forget_cached();
-    [[nodiscard]] bool holds(std::size_t slot, std::size_t offset, std::size_t bytes) const;
+    void reset_data_cache();
+    [[nodiscard]] bool is_valid_range(std::size_t slot, std::size_t offset, std::size_t bytes) const;
     [[nodiscard]] volatile std::uint64_t* word_at(std::size_t slot, std::size_t offset) const;
 
     FlashRegisters& registers_;
     Pages pages_;
-    volatile bool is_damaged_ = false;  // something that was read since this was cleared
+    volatile bool is_damaged_ = false;  // a read since the flag was cleared hit a damaged double-word
 };
 
 }  // namespace tricoil::stm32g4

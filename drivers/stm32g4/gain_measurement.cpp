@@ -13,28 +13,28 @@ namespace {
 using Phasors = signal::ChannelPhasors<float>;
 
 constexpr std::uint8_t kTop = SensorAmplifiers::kSteps - 1;
-constexpr float kOutputCodes = 1536;  // amplitude behind the greater gain: three quarters of what the converter takes
-/// At power-up the capacitors that the feedback ladders end at are empty. They fill with 10 ms as long as the op-amp is not at
-/// its rail, which of all ladders only the first keeps it from: ten times that, with step 1.
+constexpr float kOutputCodes = 1536;  // amplitude after the higher gain: three quarters of the converter's range
+/// At power-up the capacitors at the foot of the feedback ladders are empty. They charge with a time constant of 10 ms while the
+/// op-amp is not at its rail, which is true only for the lowest ladder gain: ten time constants, with step 1.
 constexpr Microseconds kFilling{100'000};
 constexpr std::uint8_t kFillingStep = 1;
-constexpr int kBlocks = 4;                  // that a reading is made of
-constexpr int kPatience = 3 * kBlocks;      // blocks until so many have come
-constexpr float kLinearShare = 0.95F;       // of full scale, as the op-amps are linear
-constexpr float kOffset = 0.2F;             // of that; the carrier takes three quarters
-constexpr float kTolerance = 0.1F;          // of a step's gain
-constexpr float kShortestLag_s = 0.25e-6F;  // at the greatest gain: 40 MHz and
+constexpr int kBlocks = 4;                  // blocks per reading
+constexpr int kMaxBlocks = 3 * kBlocks;     // blocks before a reading times out
+constexpr float kLinearShare = 0.95F;       // of full scale; linear range of the op-amps
+constexpr float kOffset = 0.2F;             // of the linear range; the carrier takes three quarters
+constexpr float kTolerance = 0.1F;          // relative, of a step's gain
+constexpr float kShortestLag_s = 0.25e-6F;  // at the highest gain: 40 MHz of bandwidth
 constexpr float kLongestLag_s = 2.4e-6F;    // 4 MHz of bandwidth; 13 MHz are typical
-constexpr Status kNotSound{StatusCode::degenerate, "a sensor amplifier is not what it is made for"};
+constexpr Status kOutOfTolerance{StatusCode::degenerate, "a sensor amplifier is out of tolerance"};
 
 class Measurement {
 public:
-    Measurement(hal::CoilSampler& sampler, FedGain& gain, const signal::AcquisitionPlan& plan)
+    Measurement(hal::CoilSampler& sampler, TestInputGain& gain, const signal::AcquisitionPlan& plan)
         : sampler_(sampler), gain_(gain), plan_(plan), oscillator_(plan.window_cycles[0], plan.window_samples) {}
 
     Status measure(signal::GainSteps<float>& steps) {
         if (plan_.window_cycles[0] * plan_.block_samples % plan_.window_samples != 0) {
-            return {StatusCode::invalid_argument, "the carrier must have whole cycles in a block"};
+            return {StatusCode::invalid_argument, "the carrier must have a whole number of cycles per block"};
         }
         Status status = fill();
         for (std::uint8_t n = 1; n <= kTop && status.ok(); ++n) {
@@ -47,9 +47,9 @@ public:
     }
 
 private:
-    /// Sampling begins, of a carrier that step n bears.
+    /// Starts sampling with the largest carrier that step n can amplify.
     Status start(std::uint8_t n) {
-        gain_.feed(kOutputCodes / SensorAmplifiers::gain_of(n));
+        gain_.set_test_carrier(kOutputCodes / SensorAmplifiers::gain_of(n));
         return sampler_.start(plan_);
     }
 
@@ -64,7 +64,7 @@ private:
         return status;
     }
 
-    /// Step n against the one below.
+    /// Compares step n with the step below.
     Status compare(std::uint8_t n) {
         Status status = start(n);
         for (auto step = static_cast<std::uint8_t>(n - 1); step <= n && status.ok(); ++step) {
@@ -78,11 +78,11 @@ private:
         return status;
     }
 
-    /// The sum of some blocks that were sampled with this step.
+    /// Sums the phasors of some blocks that were sampled with this step.
     Status read(std::uint8_t step, Phasors& sum) {
         (void)gain_.choose(step);
         int blocks = 0;
-        for (int n = 0; n < kPatience && blocks < kBlocks; ++n) {
+        for (int n = 0; n < kMaxBlocks && blocks < kBlocks; ++n) {
             if (const Status polled = sampler_.poll(block_); !polled.ok()) {
                 return polled;
             }
@@ -92,12 +92,12 @@ private:
             const auto window = block_.samples.subspan(static_cast<std::size_t>(plan_.params.guard_samples));
             const auto linear = static_cast<std::int32_t>(kLinearShare * static_cast<float>(block_.full_scale));
             if (!inspect_window(window, plan_, linear, kOffset).empty()) {
-                return kNotSound;
+                return kOutOfTolerance;
             }
             add(lock_in(oscillator_, window), sum);
             ++blocks;
         }
-        return blocks == kBlocks ? Status{} : Status{StatusCode::timed_out, "amplifiers do not change their gain"};
+        return blocks == kBlocks ? Status{} : Status{StatusCode::timed_out, "the amplifiers do not change their gain"};
     }
 
     static void add(const Phasors& seen, Phasors& sum) {
@@ -106,42 +106,42 @@ private:
         }
     }
 
-    /// Gain and lag from what both together have done to the carrier.
+    /// Separates gain and lag in the measured responses.
     [[nodiscard]] Status separate(signal::GainSteps<float>& steps) const {
         constexpr auto kEdge_s = static_cast<float>(Acquisition::kTriggerTicks) / static_cast<float>(kFullSpeedHz);
         const float w_rad_s = 2 * std::numbers::pi_v<float> * static_cast<float>(plan_.params.carrier_hz[0]);
         const Staircase staircase{w_rad_s, kEdge_s, Converters::kSampling_s};
-        bool is_sound = true;
+        bool is_in_tolerance = true;
         for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
             const float top_lag_s = staircase.lag_of(product_[coil], kLongestLag_s);
             const float lag_s = top_lag_s / SensorAmplifiers::gain_of(kTop);
-            is_sound = is_sound && top_lag_s > kShortestLag_s && top_lag_s < 0.99F * kLongestLag_s;
+            is_in_tolerance = is_in_tolerance && top_lag_s > kShortestLag_s && top_lag_s < 0.99F * kLongestLag_s;
             for (std::uint8_t n = 1; n <= kTop; ++n) {
                 const float stated = SensorAmplifiers::gain_of(n);
                 signal::GainStep<float>& step = steps[n];
                 step.lag_s[coil] = lag_s * stated;
                 step.gain[coil] /= std::abs(staircase.response(step.lag_s[coil]));
-                is_sound = is_sound && std::abs(step.gain[coil] - stated) < kTolerance * stated;
+                is_in_tolerance = is_in_tolerance && std::abs(step.gain[coil] - stated) < kTolerance * stated;
             }
         }
-        return is_sound ? Status{} : kNotSound;
+        return is_in_tolerance ? Status{} : kOutOfTolerance;
     }
 
     hal::CoilSampler& sampler_;
-    FedGain& gain_;
+    TestInputGain& gain_;
     const signal::AcquisitionPlan& plan_;
     signal::Oscillator<float> oscillator_;
     SampleBlock block_;
-    std::array<std::complex<float>, kSensorCoils> product_{{1, 1, 1}};  // of a step against the follower
+    std::array<std::complex<float>, kSensorCoils> product_{{1, 1, 1}};  // response of a step relative to the follower
 };
 
 }  // namespace
 
-Status measure_gain(hal::CoilSampler& sampler, FedGain& gain, const signal::AcquisitionPlan& plan,
+Status measure_gain(hal::CoilSampler& sampler, TestInputGain& gain, const signal::AcquisitionPlan& plan,
                     signal::GainSteps<float>& steps) {
     const Status status = Measurement(sampler, gain, plan).measure(steps);
     sampler.stop();
-    gain.feed(0);
+    gain.set_test_carrier(0);
     return status;
 }
 

@@ -1,16 +1,16 @@
-// Pins: what each is for, and levels of those that are outputs.
+// GPIO pins: pin function and output level.
 #pragma once
 
 #include "drivers/stm32g4/registers/gpio.hpp"
 
 namespace tricoil::stm32g4 {
 
-/// One pin of a port whose clock is on. After reset it is analog: it floats.
+/// One pin of a port whose clock is on. After reset the pin is analog and floats.
 class Pin {
 public:
     Pin(GpioRegisters& port, unsigned number) : port_(port), number_(number) {}
 
-    /// An output that is low from its first moment.
+    /// Makes it an output that is low from the start.
     void make_output() const {
         set(false);
         set_mode(gpio::MODER_output);
@@ -24,7 +24,7 @@ public:
         set_mode(gpio::MODER_alternate);
     }
 
-    /// Any context: a single write, that disturbs no other pin.
+    /// Any context: a single write that changes no other pin.
     void set(bool high) const { port_.BSRR = 1U << (number_ + (high ? 0U : 16U)); }
 
 private:

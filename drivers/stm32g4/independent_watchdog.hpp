@@ -1,4 +1,4 @@
-// The watchdog that has an oscillator of its own.
+// Independent watchdog, with its own oscillator.
 #pragma once
 
 #include "drivers/stm32g4/registers/iwdg.hpp"
@@ -6,7 +6,7 @@
 
 namespace tricoil::stm32g4 {
 
-/// 32 kHz within some per cent: a time-out is only about right. At most 32 s. It outlives everything but a reset.
+/// The oscillator has 32 kHz within some percent, so a time-out is only approximate. At most 32 s. Only a reset stops it.
 class IndependentWatchdog final : public hal::Watchdog {
 public:
     explicit IndependentWatchdog(IwdgRegisters& registers) : registers_(registers) {}

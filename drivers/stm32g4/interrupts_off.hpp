@@ -1,11 +1,12 @@
-// A few instructions that no interrupt may come into.
+// Critical section: disables interrupts for a few instructions.
 #pragma once
 
 #include <cstdint>
 
 namespace tricoil::stm32g4 {
 
-/// While one lives, interrupts wait; they nest. Nothing on a host, where tests call handlers themselves.
+/// Interrupts are disabled while the object lives; objects may be nested. No effect on a host, where tests call handlers
+/// directly.
 class InterruptsOff {
 public:
 #ifdef __arm__

@@ -1,4 +1,4 @@
-// Two pins that carry no data: the heartbeat and the light.
+// Heartbeat line and status LED.
 #pragma once
 
 #include "drivers/stm32g4/gpio.hpp"
@@ -7,7 +7,7 @@
 
 namespace tricoil::stm32g4 {
 
-/// An edge a beat.
+/// One edge per beat.
 class HeartbeatLine final : public hal::Heartbeat {
 public:
     explicit HeartbeatLine(const Pin& pin) : pin_(pin) {}

@@ -3,7 +3,7 @@
 namespace tricoil::stm32g4 {
 namespace {
 
-/// Several flags are set at once: every reset also pulls the reset pin.
+/// Every reset also sets the flag of the reset pin, so the order of these checks matters.
 hal::ResetReason reason_of(std::uint32_t flags, bool faulted) {
     if (faulted) {
         return hal::ResetReason::fault;
@@ -21,7 +21,7 @@ hal::ResetReason reason_of(std::uint32_t flags, bool faulted) {
 
 void Processor::begin() {
     const std::uint32_t flags = rcc_.CSR;
-    // What RAM holds after power-on means nothing.
+    // The content of RAM is undefined after power-on.
     const bool faulted = record_.ending == BootRecord::kFaulted && (flags & rcc::CSR_BORRSTF) == 0;
     reason_ = reason_of(flags, faulted);
     record_.ending = 0;

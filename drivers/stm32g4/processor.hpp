@@ -1,4 +1,4 @@
-// Why the processor began, how it is, and how it begins again.
+// Reset reason, problem flags and restart of the processor.
 #pragma once
 
 #include "drivers/stm32g4/registers/cortex.hpp"
@@ -7,15 +7,15 @@
 
 namespace tricoil::stm32g4 {
 
-/// Words in RAM that no start-up code clears: what one run leaves to the next. After power-on they hold anything: only the exact
-/// words count.
+/// Words in RAM that the start-up code does not clear: messages from one run to the next. After power-on their content is
+/// undefined, so only the exact values count.
 struct BootRecord {
     static constexpr std::uint32_t kEnterLoader = 0x10ADE2B0;
-    static constexpr std::uint32_t kFreshStart = 0xF2E5'4A27;  // set before a reset that only takes away what was left behind
+    static constexpr std::uint32_t kFreshStart = 0xF2E5'4A27;  // set before a reset whose only purpose is a clean start
     static constexpr std::uint32_t kFaulted = 0xFA017ED5;
 
-    std::uint32_t request;  // one of these, or nothing
-    std::uint32_t ending;   // kFaulted: a fault, of which
+    std::uint32_t request;  // one of these values, or none
+    std::uint32_t ending;   // kFaulted: a fault, described by the words below
     std::uint32_t exception;
     std::uint32_t pc;
     std::uint32_t lr;
@@ -33,10 +33,10 @@ public:
     Processor(RccRegisters& rcc, ScbRegisters& scb, BootRecord& record, const Hooks& hooks)
         : rcc_(rcc), scb_(scb), record_(record), hooks_(hooks) {}
 
-    /// Once: takes what the last run left, so that the next one does not find it again.
+    /// Call once: reads and clears the record of the last run.
     void begin();
 
-    /// Stays until the next reset. Any context.
+    /// The problem stays set until the next reset. Any context.
     void report(hal::SystemTrouble trouble);
 
 private:

@@ -1,4 +1,4 @@
-// The gain in front of the sensor coils' converters: three of the chip's op-amps.
+// Gain of the sensor channels: three on-chip op-amps.
 #pragma once
 
 #include <array>
@@ -9,22 +9,23 @@
 
 namespace tricoil::stm32g4 {
 
-/// Non-inverting; the feedback ladder ends at a capacitor on VINM0, so that the gain is for the carriers and the bias passes as
-/// it is. Step 0 is a follower, step n multiplies by 2^n. Any context.
+/// Non-inverting amplifiers. The foot of the feedback ladder is a capacitor on VINM0, so that the carriers are amplified and the
+/// bias voltage is not. Step 0 is a follower, step n multiplies by 2^n. Any context.
 class SensorAmplifiers {
 public:
     static constexpr std::uint8_t kSteps = 7;
 
     static constexpr float gain_of(std::uint8_t step) { return static_cast<float>(1U << step); }
 
-    /// `numbers`: op-amps 1-6 of sensor coils 1-3, each with its signal on VINP0 and an ADC at its output within the chip.
+    /// `numbers`: op-amps (1-6) of sensor coils 1-3. Each has its signal on VINP0 and an on-chip connection from its output to an
+    /// ADC.
     SensorAmplifiers(OpampRegisters& registers, std::array<std::uint8_t, kSensorCoils> numbers)
         : registers_(registers), numbers_(numbers) {}
 
-    /// What they amplify: sensor coils, or the converter within the chip that each of them has.
+    /// Input signal: the sensor coils, or the on-chip DAC of each op-amp.
     enum class Input : std::uint8_t { coils, inside };
 
-    /// All three at once, switched on if they were not. `step` < kSteps.
+    /// Sets all three op-amps and switches them on. `step` < kSteps.
     void set(std::uint8_t step, Input input) const {
         for (const std::uint8_t number : numbers_) {
             registers_.CSR[number - 1] = opamp::CSR_OPAEN | opamp::CSR_OPAHSM | opamp::CSR_OPAINTOEN |

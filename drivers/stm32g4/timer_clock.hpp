@@ -9,17 +9,17 @@
 
 namespace tricoil::stm32g4 {
 
-/// Counts microseconds since start(). The timer comes round every 71 minutes: somebody must ask for the time at least that often.
+/// Microseconds since start(). The timer overflows every 71 minutes: now() must be called at least that often.
 class TimerClock final : public hal::Clock {
 public:
     explicit TimerClock(TimRegisters& timer) : timer_(timer) {}
 
-    /// `timer_hz`: what the timer is clocked with, a multiple of 1 MHz. The timer's bus clock is on.
+    /// `timer_hz`: the timer's clock frequency, a multiple of 1 MHz. The timer's bus clock must be on.
     void start(std::uint32_t timer_hz) {
         timer_.CR1 = 0;
         timer_.PSC = timer_hz / 1'000'000 - 1;
         timer_.ARR = 0xFFFF'FFFFU;
-        timer_.EGR = tim::EGR_UG;  // the prescaler takes its value with an update only
+        timer_.EGR = tim::EGR_UG;  // the prescaler is loaded only by an update event
         timer_.CR1 = tim::CR1_CEN;
     }
 

@@ -1,4 +1,4 @@
-// Text for a person at the other end of a serial line.
+// Console on a serial line.
 #pragma once
 
 #include "drivers/stm32g4/registers/usart.hpp"
@@ -7,7 +7,7 @@
 
 namespace tricoil::stm32g4 {
 
-/// Sends only, and waits for every byte: for boards that say little. The peripheral's clock and its pin are set by the board.
+/// Sends only, and waits for every byte: for boards with little output. The board configures the peripheral's clock and its pin.
 class UsartConsole final : public hal::Console {
 public:
     explicit UsartConsole(UsartRegisters& registers) : registers_(registers) {}
@@ -20,13 +20,13 @@ public:
     }
 
 private:
-    static constexpr std::uint32_t kPollsPerByte = 1'000'000;  // a byte at 9600 baud takes a millisecond
+    static constexpr std::uint32_t kPollsPerByte = 1'000'000;  // a byte at 9600 baud takes 1 ms
 
     Status do_write(std::string_view text) override {
         for (const char c : text) {
             const auto has_room = [this] { return (registers_.ISR & usart::ISR_TXFNF) != 0; };
             if (!wait_until(has_room, kPollsPerByte, "").ok()) {
-                return {StatusCode::device_lost, "the serial line takes no bytes"};
+                return {StatusCode::device_lost, "the serial line does not accept bytes"};
             }
             registers_.TDR = static_cast<std::uint8_t>(c);
         }

@@ -1,4 +1,4 @@
-// Waiting for hardware, never for ever.
+// Bounded wait for hardware.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace tricoil::stm32g4 {
 
-/// Asks `ready()` at most `limit` times. Thread context. ok; timed_out, with `what` as its message.
+/// Calls `ready()` at most `limit` times. Thread context. ok; timed_out, with `what` as its message.
 template <typename Predicate>
 Status wait_until(Predicate ready, std::uint32_t limit, const char* what) {
     for (std::uint32_t i = 0; i < limit; ++i) {

@@ -28,7 +28,7 @@ Status SimulatedCoilSampler::do_poll(SampleBlock& block) {
     }
     const double start_s = clock_.elapsed_s();
     if (start_s + plan_.block_s() > duration_s_ + 1e-9) {
-        return {StatusCode::end_of_stream, "the simulated time is over"};
+        return {StatusCode::end_of_stream, "end of the simulated time"};
     }
     if (gain_ != nullptr) {
         world_.amplify(gain_->chosen());

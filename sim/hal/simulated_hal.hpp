@@ -1,4 +1,4 @@
-// Every hal interface, in virtual time, in front of a CoilWorld.
+// Every hal interface in virtual time, on top of a CoilWorld.
 #pragma once
 
 #include <functional>
@@ -13,7 +13,7 @@
 
 namespace tricoil::sim {
 
-/// Time advances only by sampling, each poll as much as its block lasts, and by pause().
+/// Time advances only by sampling (one block per poll) and by pause().
 class SimulatedClock final : public hal::Clock {
 public:
     explicit SimulatedClock(DeviceTime start = {}) : start_(start) {}
@@ -32,7 +32,7 @@ private:
     [[nodiscard]] DeviceTime do_now() const override { return at(elapsed_s()); }
     DeviceTime start_;
     double sample_rate_hz_ = 1;
-    double before_s_ = 0;  // before the sampling began that goes on now
+    double before_s_ = 0;  // elapsed before the present sampling began
     std::int64_t samples_ = 0;
 };
 
@@ -40,7 +40,7 @@ class SimulatedCoilDriver final : public hal::CoilDriver {
 public:
     [[nodiscard]] Excitation state() const { return state_; }
     [[nodiscard]] std::uint64_t changes() const { return changes_; }
-    /// What excite() says from now on; ok: it obeys.
+    /// Sets the status that excite() returns from now on.
     void fail_with(Status status) { status_ = status; }
 
 private:
@@ -54,14 +54,14 @@ private:
 /// The amplifier between the world and its converters.
 class SimulatedGain final : public hal::GainControl {
 public:
-    /// `steps` of them are there.
+    /// The first `steps` entries of `all` exist.
     SimulatedGain(const signal::GainSteps<double>& all, std::uint8_t steps) : all_(all), steps_(steps) {}
     [[nodiscard]] std::uint8_t step() const { return step_; }
     [[nodiscard]] const signal::GainStep<double>& chosen() const { return all_[step_]; }
-    /// What measure() says from now on; ok: it finds what the steps are.
+    /// Sets the status that measure() returns from now on; with ok it returns the true steps.
     void fail_with(Status status) { status_ = status; }
-    /// It cannot measure itself.
-    void leave_as_stated() { measures_ = false; }
+    /// Emulates an amplifier that cannot measure itself: measure() changes nothing.
+    void disable_measurement() { measures_ = false; }
     [[nodiscard]] int attempts() const { return attempts_; }
 
 private:
@@ -96,7 +96,7 @@ public:
     /// Ends the stream after duration_s of virtual time.
     SimulatedCoilSampler(CoilWorld& world, const SimulatedCoilDriver& coils, SimulatedClock& clock, double duration_s);
 
-    /// Without: there is no amplifier.
+    /// Adds an amplifier; by default there is none.
     void amplify(const SimulatedGain& gain) { gain_ = &gain; }
 
 private:
@@ -115,7 +115,7 @@ private:
     bool running_ = false;
 };
 
-/// Hands every estimate to a function, and never fails unless told to.
+/// Passes every estimate to a function; fails only after fail_with().
 template <typename Scalar>
 class SimulatedLink final : public hal::Link<Scalar> {
 public:

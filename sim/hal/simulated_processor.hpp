@@ -1,4 +1,4 @@
-// What a microcontroller has beside coils and converters, in virtual time: watchdog, resets, a light, the heart's line.
+// Watchdog, resets, status LED and heartbeat line of a microcontroller, in virtual time.
 #pragma once
 
 #include <algorithm>
@@ -12,12 +12,12 @@
 
 namespace tricoil::sim {
 
-/// Bites once, and says so, if it is not fed in time.
+/// has_expired() stays true after one missed timeout.
 class SimulatedWatchdog final : public hal::Watchdog {
 public:
     explicit SimulatedWatchdog(const hal::Clock& clock) : clock_(clock) {}
     [[nodiscard]] bool is_started() const { return timeout_.count() > 0; }
-    [[nodiscard]] bool has_bitten() const { return bitten_ || (is_started() && clock_.now() - fed_ > timeout_); }
+    [[nodiscard]] bool has_expired() const { return expired_ || (is_started() && clock_.now() - fed_ > timeout_); }
 
 private:
     Status do_start(Microseconds timeout) override {
@@ -26,21 +26,21 @@ private:
         return {};
     }
     void do_feed() override {
-        bitten_ = has_bitten();
+        expired_ = has_expired();
         fed_ = clock_.now();
     }
     const hal::Clock& clock_;
     Microseconds timeout_{0};
     DeviceTime fed_{};
-    bool bitten_ = false;
+    bool expired_ = false;
 };
 
-/// Sleeps a millisecond at a time; notes what it is asked for.
+/// Sleeps one millisecond at a time; counts the restart requests.
 class SimulatedSystem final : public hal::SystemControl {
 public:
     explicit SimulatedSystem(SimulatedClock& clock) : clock_(clock) {}
-    void pretend(hal::ResetReason reason) { reason_ = reason; }
-    void pretend(hal::SystemTroubles troubles) { troubles_ = troubles; }
+    void set_reset_reason(hal::ResetReason reason) { reason_ = reason; }
+    void set_troubles(hal::SystemTroubles troubles) { troubles_ = troubles; }
     [[nodiscard]] int restarts() const { return restarts_; }
     [[nodiscard]] int loader_restarts() const { return loader_restarts_; }
 

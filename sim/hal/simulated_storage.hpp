@@ -1,4 +1,4 @@
-// Flash memory in which power fails when it is told to.
+// Flash memory with power failures on demand.
 #pragma once
 
 #include <cstdint>
@@ -8,20 +8,21 @@
 
 namespace tricoil::sim {
 
-/// As a microcontroller's: a double-word is programmed once after an erase, and one whose programming was interrupted cannot be
-/// read. An erase that was interrupted leaves words of all kinds. After the power has failed nothing works until restore_power().
+/// Behaves like a microcontroller's flash: a double-word is programmed once after an erase, and a double-word with interrupted
+/// programming is unreadable. An interrupted erase leaves unchanged, erased and unreadable words. After a power failure every
+/// operation fails until restore_power().
 class SimulatedStorage final : public hal::Storage {
 public:
     SimulatedStorage(std::size_t slots, std::size_t slot_bytes);
 
-    /// Within the operation after `operations` more (erase or program).
+    /// Power fails within the erase or program operation number `operations`, counted from now.
     void fail_power_after(std::uint64_t operations) { left_ = operations; }
     void restore_power() { left_ = kForever; }
     [[nodiscard]] bool has_power() const { return left_ > 0; }
 
-    /// Damages a double-word: reading it fails, as with an error that the memory's code cannot mend.
+    /// Damages a double-word: reading it fails, like an uncorrectable ECC error.
     void damage(std::size_t slot, std::size_t offset) { word(slot, offset).is_damaged = true; }
-    /// Turns bits of a double-word without the memory noticing.
+    /// Flips bits of a double-word; the memory does not detect it.
     void corrupt(std::size_t slot, std::size_t offset, std::uint64_t bits) { word(slot, offset).value ^= bits; }
 
     [[nodiscard]] std::uint64_t operations() const { return operations_; }
@@ -39,7 +40,7 @@ private:
     Status do_program(std::size_t slot, std::size_t offset, std::uint64_t value) override;
     Status do_read(std::size_t slot, std::size_t offset, std::span<std::uint8_t> to) override;
 
-    [[nodiscard]] bool is_place(std::size_t slot, std::size_t offset, std::size_t bytes) const;
+    [[nodiscard]] bool is_valid_range(std::size_t slot, std::size_t offset, std::size_t bytes) const;
     Word& word(std::size_t slot, std::size_t offset) { return words_[(slot * slot_bytes_ + offset) / kWordBytes]; }
     bool fails_now();
 

@@ -1,4 +1,5 @@
-// Natural cubic spline through points of fixed dimension: twice continuously differentiable, so that acceleration has no steps.
+// Natural cubic spline through points of fixed dimension: twice continuously differentiable, so that the acceleration is
+// continuous.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,7 +25,7 @@ public:
     [[nodiscard]] double begin_s() const { return times_.front(); }
     [[nodiscard]] double end_s() const { return times_.back(); }
 
-    /// Value at `time_s`, held at the ends outside them.
+    /// Value at `time_s`; outside the range, the value at the nearest end.
     [[nodiscard]] Point at(double time_s) const {
         const double t = std::clamp(time_s, times_.front(), times_.back());
         const std::size_t i = interval(t);
@@ -37,7 +38,7 @@ public:
 
 private:
     [[nodiscard]] std::size_t interval(double t) const {
-        // Uniform times are met at the first guess; others walk from it.
+        // The first guess is exact for uniform times; otherwise a linear search starts there.
         const double share = (t - times_.front()) / (times_.back() - times_.front());
         auto i = std::min(static_cast<std::size_t>(share * static_cast<double>(times_.size() - 1)), times_.size() - 2);
         while (i > 0 && t < times_[i]) {

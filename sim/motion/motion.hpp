@@ -1,4 +1,4 @@
-// How a sensor moves: the truth of every simulation.
+// Motion of a sensor: the ground truth of every simulation.
 #pragma once
 
 #include "core/geometry/quaternion.hpp"
@@ -11,7 +11,8 @@ struct Pose {
     Quat<double> q_source_sensor = Quat<double>::Identity();
 };
 
-/// A motion is a smooth function of time, so that every ADC sample has its own pose. Times outside a finite motion give its ends.
+/// A smooth function of time, so that every ADC sample has its own pose. Outside a finite motion the pose is that of the nearest
+/// end.
 class Motion {
 public:
     Motion() = default;

@@ -11,7 +11,7 @@ namespace {
 using Spline = CubicSpline<7>;
 using Point = Spline::Point;
 
-/// Quaternions of opposite sign are the same attitude: pick the sign that continues the one before.
+/// q and -q are the same attitude: chooses the sign closer to the point before.
 Point to_point(const Pose& pose, const Point& before) {
     Point point;
     point << pose.position_m, pose.q_source_sensor.coeffs();
@@ -21,7 +21,8 @@ Point to_point(const Pose& pose, const Point& before) {
     return point;
 }
 
-/// Recorders repeat a sample when they have no new one: a spline through those that differ, on the recording's own time.
+/// Recorders repeat the last sample when they have no new one. Returns a spline through the distinct samples, on the recording's
+/// own times.
 Spline fit_distinct(const std::vector<Pose>& recording, double rate_hz) {
     std::vector<double> times;
     Spline::Points points;

@@ -47,7 +47,7 @@ HandMotion::HandMotion(const Vec3<double>& centre_m, std::uint64_t seed) : centr
     const auto random_vector = [&] { return Vec3<double>(unit(random), unit(random), unit(random)); };
     const auto fill = [&](std::array<Sine, kSines>& sines, double amplitude) {
         for (std::size_t n = 0; n < kSines; ++n) {
-            // Rates spread evenly on a log scale over the band; amplitudes fall with the rate, as a hand's do.
+            // Rates are spread evenly over the band on a log scale; amplitudes fall with the rate, as in hand motion.
             const double rate_hz = 0.2 * std::pow(12.5, (static_cast<double>(n) + unit(random)) / kSines);
             const double share = amplitude / std::sqrt(1 + rate_hz * rate_hz);
             sines[n] = {share * (2 * random_vector() - Vec3<double>::Ones()), kTurn * random_vector(), kTurn * rate_hz};

@@ -1,4 +1,4 @@
-// Motions given by a formula: still, line, circle, the paper's rates, and a hand-like wander.
+// Motions defined by formulas: still, line, circle, the paper's rates, and a random hand motion.
 #pragma once
 
 #include <array>
@@ -18,10 +18,10 @@ private:
     Pose pose_;
 };
 
-/// To and fro along a line, sinusoidally, attitude fixed.
+/// Sinusoidal motion along a line with fixed attitude.
 class LineMotion final : public Motion {
 public:
-    /// centre_m +- amplitude_m, `rate_hz` times a second.
+    /// centre_m +- amplitude_m, at `rate_hz`.
     LineMotion(const Pose& centre, const Vec3<double>& amplitude_m, double rate_hz);
 
 private:
@@ -31,7 +31,7 @@ private:
     double rate_rad_s_;
 };
 
-/// Around a circle in a plane of constant z, turning about z with it.
+/// A circle in a plane of constant z; the sensor turns about z at the same rate.
 class CircleMotion final : public Motion {
 public:
     CircleMotion(const Vec3<double>& centre_m, double radius_m, double rate_hz);
@@ -62,8 +62,7 @@ private:
     PaperRates rates_;
 };
 
-/// A seeded sum of sines that moves and turns like a busy hand: band 0.2 to 2.5 Hz, speed peaks of about 2 m/s, 0.2 m about its
-/// centre.
+/// A seeded sum of sines that resembles a fast hand motion: band 0.2 to 2.5 Hz, peak speed about 2 m/s, 0.2 m around its centre.
 class HandMotion final : public Motion {
 public:
     HandMotion(const Vec3<double>& centre_m, std::uint64_t seed);

@@ -11,14 +11,14 @@ struct Biquad {
     double b0, b1, b2, a1, a2;
 };
 
-/// Bilinear transform of 1 / (s^2 + sqrt(2) s + 1) with the cutoff warped back.
+/// Bilinear transform of 1 / (s^2 + sqrt(2) s + 1) with a prewarped cutoff.
 Biquad butterworth(double cutoff) {
     const double k = std::tan(std::numbers::pi * cutoff);
     const double norm = 1 / (1 + std::numbers::sqrt2 * k + k * k);
     return {k * k * norm, 2 * k * k * norm, k * k * norm, 2 * (k * k - 1) * norm, (1 - std::numbers::sqrt2 * k + k * k) * norm};
 }
 
-/// In place, started as if the first row had stood for ever.
+/// Filters in place; the initial filter state is the steady state of the first row.
 void run_forwards(const Biquad& f, Eigen::MatrixXd& rows) {
     Eigen::RowVectorXd x1 = rows.row(0);
     Eigen::RowVectorXd x2 = x1;

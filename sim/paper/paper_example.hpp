@@ -26,14 +26,14 @@ struct Example {
     Rate range;  // m/s
     Rate azimuth;
     Rate elevation;
-    Rate attitude;  // of psi, theta and phi alike
+    Rate attitude;  // psi, theta and phi
     geometry::Spherical<double> start{0.5, 0, 0};
 };
 
 /// I, II, III, orientation (Fig. 5: fixed position) and IIIo (Fig. 6: III with varying orientation).
 const std::vector<std::string>& example_names();
 
-/// Throws std::invalid_argument for a name that is none of example_names().
+/// Throws std::invalid_argument for a name that is not in example_names().
 Example example(std::string_view name);
 
 }  // namespace tricoil::paper

@@ -20,7 +20,7 @@ using VectorPose = solver::VectorPose<double>;
 
 constexpr int kSubsteps = 10;            // (39): the true motion is integrated at T / 10
 constexpr double kCouplingConstant = 1;  // errors do not depend on it
-constexpr double kMaxUpdates = 2e6;      // some 300 MB of results
+constexpr double kMaxUpdates = 2e6;      // about 300 MB of results
 
 double nearest_turn(double angle, double reference) { return reference + geometry::wrap_turns(angle - reference); }
 
@@ -45,10 +45,10 @@ Mat3<double> signal_matrix(const AnglePose& pose) {
                                         geometry::attitude_matrix(pose.attitude));
 }
 
-/// As angles continued from the true ones, which are within half a turn.
+/// The pose as angles, each within half a turn of the true one.
 AnglePose angles_near(const VectorPose& vectors, const AnglePose& real) {
     AnglePose pose{geometry::to_spherical<double>(vectors.range_m * vectors.direction), geometry::to_euler(vectors.attitude)};
-    // The true elevation runs on past the pole: there the same point has the supplementary elevation and the opposite azimuth.
+    // The true elevation continues past the pole: there the same point has the supplementary elevation and the opposite azimuth.
     if (std::cos(real.position.elevation_rad) < 0) {
         pose.position.elevation_rad = std::numbers::pi - pose.position.elevation_rad;
         pose.position.azimuth_rad += std::numbers::pi;
@@ -66,7 +66,7 @@ AnglePose angles_near(const VectorPose& vectors, const AnglePose& real) {
     return pose;
 }
 
-/// The device under test: takes a signal matrix per update and carries its estimate along.
+/// The device under test: takes one signal matrix per update and keeps its own estimate.
 class Device {
 public:
     Device(const SimulationParams& params, const AnglePose& start)
@@ -95,7 +95,7 @@ private:
         return next.status();
     }
 
-    /// Section 3.1: R is formed from the real previous pose, while (17) and (18) have only the measured angles.
+    /// Section 3.1: R is formed from the true previous pose, while (17) and (18) use only the measured angles.
     Status update_open(const Mat3<double>& x, const AnglePose& real_before) {
         const auto p = geometry::line_of_sight_rotation(real_before.position.azimuth_rad, real_before.position.elevation_rad);
         const Mat3<double> w = p * geometry::attitude_matrix(real_before.attitude).transpose() * x * p.transpose();
@@ -120,7 +120,7 @@ AnglePose measured_by(const AnglePose& real, const error_model::PoseAngleError<d
             {ra.azimuth_rad - ea.azimuth_rad, ra.elevation_rad - ea.elevation_rad, ra.roll_rad - ea.roll_rad}};
 }
 
-/// The chain of exact steps: each from the errors that the one before left, never from the simulated device.
+/// Chained exact one-step errors: each step starts from the errors of the step before, never from the simulated device.
 error_model::PoseAngleError<double> exact_error(const AnglePose& real, const Update& last, Loop loop) {
     const AnglePose estimate = measured_by(last.real, last.exact);
     const auto error = error_model::exact_step_error(real, loop == Loop::open ? last.real : estimate, estimate);
@@ -145,7 +145,7 @@ void compare(const Device& device, Update& update) {
         geometry::angle_between(geometry::attitude_quaternion(real.attitude), geometry::attitude_quaternion(estimate.attitude));
 }
 
-/// The error model's view of the same motion: it sees true positions only.
+/// The error model's prediction for the same motion, from true positions only.
 class Prediction {
 public:
     Prediction(const SimulationParams& params, const geometry::Spherical<double>& start)
@@ -187,8 +187,9 @@ private:
 void check_rate(const char* what, const Rate& rate, double largest) {
     const double size = std::abs(rate.offset) + std::abs(rate.amplitude);
     if (!std::isfinite(size) || size > largest || !std::isfinite(rate.frequency_rad_s)) {
-        throw std::invalid_argument(fmt::format("{} must be finite and at most {} in all; got offset {} and amplitude {}", what,
-                                                largest, rate.offset, rate.amplitude));
+        throw std::invalid_argument(
+            fmt::format("{} must be finite, offset plus amplitude at most {}; got offset {} and amplitude {}", what, largest,
+                        rate.offset, rate.amplitude));
     }
 }
 
@@ -199,7 +200,7 @@ void check(const Example& example, const SimulationParams& params) {
         throw std::invalid_argument(fmt::format("update time must be 0.00001 to 1 s; got {}", params.update_s));
     }
     if (!(params.duration_s >= params.update_s) || !(params.duration_s / params.update_s <= kMaxUpdates)) {
-        throw std::invalid_argument(fmt::format("duration must be one update to {:.0f} updates long; got {} s of {} s updates",
+        throw std::invalid_argument(fmt::format("duration must be 1 to {:.0f} update times; got {} s with an update time of {} s",
                                                 kMaxUpdates, params.duration_s, params.update_s));
     }
     check_rate("azimuth rate (rad/s)", example.azimuth, 1e3);
@@ -211,14 +212,15 @@ void check(const Example& example, const SimulationParams& params) {
             fmt::format("start range must be {} to {} m; got {}", kMinStartRange, kMaxStartRange, example.start.range_m));
     }
     if (params.form == Form::vectors && params.loop == Loop::open) {
-        throw std::invalid_argument("the pole-free form has no open loop: the paper's adds up angles; use --loop closed");
+        throw std::invalid_argument(
+            "the pole-free form has no open loop, because the paper's open loop adds angles; use --loop closed");
     }
     if (params.form == Form::vectors && params.kappa != error_model::KappaForm::exact) {
         throw std::invalid_argument(
-            "the paper's kappa and kappa = 2 are stated in angles; the pole-free form has --kappa exact only");
+            "the paper's kappa and kappa = 2 apply to angles only; use --kappa exact with the pole-free form");
     }
     if (params.passes < 1 || params.passes > 10 || (params.passes > 1 && params.loop == Loop::open)) {
-        throw std::invalid_argument(fmt::format("passes must be 1 to 10, and 1 in open loop; got {}", params.passes));
+        throw std::invalid_argument(fmt::format("passes must be 1 to 10, or 1 in open loop; got {}", params.passes));
     }
 }
 
@@ -242,7 +244,7 @@ std::vector<Update> simulate(const Example& example, const SimulationParams& par
         }
         if (!(real.position.range_m > 0)) {
             throw std::invalid_argument(
-                fmt::format("the sensor runs into the source after {:.3f} s; raise the start range or the range rate",
+                fmt::format("the sensor reaches the source after {:.3f} s; raise the start range or the range rate",
                             static_cast<double>(n) * params.update_s));
         }
         Update update;
@@ -259,7 +261,7 @@ std::vector<Update> simulate(const Example& example, const SimulationParams& par
             update.exact = exact_error(real, updates.back(), params.loop);
         }
         model.update(update);
-        // (24): the true rate is that of the start of the update, as in (30).
+        // (24) takes the true rate at the start of the update, as in (30).
         const double rate = example.azimuth.at(update.time_s - params.update_s);
         const double turn = real.position.azimuth_rad - before.position.azimuth_rad;
         const Update& last = updates.back();

@@ -1,4 +1,4 @@
-// The simulation of the paper's sections 3.3 and 4, over the real forward model and solver, in open and closed loop.
+// Simulation of the paper's sections 3.3 and 4 with the real forward model and solver, in open and closed loop.
 #pragma once
 
 #include <optional>
@@ -12,21 +12,21 @@
 
 namespace tricoil::paper {
 
-/// How the estimate is carried from one update to the next.
+/// Representation of the estimate between two updates.
 enum class Form { angles, vectors };
 
 struct SimulationParams {
     error_model::Loop loop = error_model::Loop::open;
     error_model::KappaForm kappa = error_model::KappaForm::exact;  // of the prediction
-    std::optional<error_model::KappaForm> azimuth_kappa;           // if another one for the azimuth
+    std::optional<error_model::KappaForm> azimuth_kappa;           // for the azimuth, if different
     Form form = Form::angles;                                      // vectors: closed loop only
-    int passes = 1;                                                // of the step on each sample
+    int passes = 1;                                                // of the step, per sample
     double update_s = 1.0 / 240;                                   // T
     double duration_s = 10;
-    DeviceTime start{};  // of the device's clock
+    DeviceTime start{};  // device time of the first update
 };
 
-/// One update. Errors are true minus measured, angles continuous (whole turns visible).
+/// One update. Errors are true minus measured; angles are continuous (whole turns are kept).
 struct Update {
     double time_s = 0;  // since the start
     DeviceTime stamp{};
@@ -34,8 +34,7 @@ struct Update {
     error_model::PoseAngleError<double> measured;     // of the simulated device
     error_model::LineOfSightError<double> predicted;  // by the error model from the true motion alone; NaN: see has_prediction
     Vec3<double> predicted_position_error_m = Vec3<double>::Zero();
-    error_model::PoseAngleError<double>
-        exact;  // by chained exact one-step expressions, orientation included; see has_exact_chain
+    error_model::PoseAngleError<double> exact;  // by chained exact one-step expressions, with orientation; see has_exact_chain
     Vec3<double> position_error_m = Vec3<double>::Zero();
     double rotation_error_rad = 0;
     double measured_elevation_rad = 0;
@@ -44,21 +43,21 @@ struct Update {
     double predicted_azimuth_rate_error_rad_s = 0;
 };
 
-/// The exact one-step expressions are those of the angle form with one pass: then Update::exact is filled in.
+/// The exact one-step expressions hold for the angle form with one pass; only then Update::exact is set.
 constexpr bool has_exact_chain(const SimulationParams& params) { return params.form == Form::angles && params.passes == 1; }
 
-/// The angle form's prediction, (19)-(37), is that of one pass; the pole-free form's takes any number. Both assume a known
-/// attitude.
+/// The angle form's prediction, (19)-(37), holds for one pass; the pole-free form's holds for any number of passes. Both assume a
+/// known attitude.
 constexpr bool has_prediction(const SimulationParams& params) { return params.form == Form::vectors || params.passes == 1; }
 
-/// What a simulation starts from, m: as with the rates, anything else is a slip of the pen.
+/// Limits of the start range, m. As with the rates, values outside are taken as input errors.
 constexpr double kMinStartRange = 1e-3;
 constexpr double kMaxStartRange = 1e3;
 
-/// Throws std::invalid_argument when the step leaves its domain (rates too high for the update time) or parameters make no sense.
+/// Throws std::invalid_argument if the step leaves its domain (rates too high for the update time) or a parameter is invalid.
 std::vector<Update> simulate(const Example& example, const SimulationParams& params);
 
-/// Throws std::invalid_argument, naming the parameter, for values that are zero, negative, not finite or absurd.
+/// Throws std::invalid_argument, naming the parameter, for values that are zero, negative, not finite or out of range.
 void check(const Example& example, const SimulationParams& params);
 
 }  // namespace tricoil::paper

@@ -29,7 +29,7 @@ std::vector<double> jumps(const std::vector<Update>& updates) {
             largest = 0;
         } else if (change > largest) {
             if (largest > 0) {
-                times.pop_back();  // of the same run, and smaller
+                times.pop_back();  // a smaller change of the same run
             }
             times.push_back(updates[n].time_s);
             largest = change;
@@ -38,10 +38,10 @@ std::vector<double> jumps(const std::vector<Update>& updates) {
     return times;
 }
 
-/// Distance in time from a passage to the update that jumps, which spans (jump - T, jump]; in whole updates 0 is the same one.
+/// Time from a passage to the update with the jump. The update spans (jump - T, jump]; a passage within it has distance 0.
 double distance(double jump_s, double passage_s, double update_s) {
-    const double after = passage_s - jump_s;              // passage later than the update's end
-    const double before = jump_s - update_s - passage_s;  // passage earlier than the update's begin
+    const double after = passage_s - jump_s;              // positive: passage after the update
+    const double before = jump_s - update_s - passage_s;  // positive: passage before the update
     return std::max({after, before, 0.0});
 }
 

@@ -19,7 +19,7 @@ using sim::Pose;
 
 constexpr double kCoupling = 1;
 
-/// Rotation (rad, source frame) that takes attitude `from` to `to`: to = exp(r) from.
+/// Rotation (rad, source frame) from attitude `from` to attitude `to`: to = exp(r) from.
 Vec3<double> rotation_between(const Quat<double>& from, const Quat<double>& to) {
     return geometry::quaternion_to_rotation_vector<double>(to * from.conjugate());
 }
@@ -38,7 +38,7 @@ Vec3<double> column(const Pose& pose, int j) {
     return field::signal_matrix<double>(kCoupling, pose.position_m, o).col(j);
 }
 
-/// The direct solution, in the hemisphere of the truth.
+/// The direct solution in the true hemisphere.
 Pose solve(const Mat3<double>& x, const Vec3<double>& true_position_m) {
     const auto solution = solver::solve_direct(x, kCoupling);
     if (!solution.ok()) {
@@ -74,7 +74,7 @@ MotionState<double> motion_state(const sim::Motion& motion, double time_s) {
 std::vector<TdmPose> simulate_tdm(const sim::Motion& motion, const TdmParams& params) {
     const auto slots = static_cast<int>(params.duration_s / params.slot_s);
     Mat3<double> x = Mat3<double>::Zero();
-    std::deque<Pose> solved;  // the latest three frames' poses: their mean error from skew turns with the states, period three
+    std::deque<Pose> solved;  // poses of the latest three column frames; their skew error has a period of three slots
     std::vector<TdmPose> poses;
     for (int n = 0; n < slots; ++n) {
         const double time_s = n * params.slot_s;

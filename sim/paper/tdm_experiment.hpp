@@ -1,4 +1,4 @@
-// The error budget against simulation: a motion sampled by time-division multiplexing, solved as if it were sampled at once.
+// Error budget compared with simulation: a motion sampled by time-division multiplexing, solved as if sampled at one instant.
 #pragma once
 
 #include <vector>
@@ -16,12 +16,12 @@ struct TdmParams {
     double max_range_m = 2;
 };
 
-/// One pose, at its last column's time. Errors are true minus measured, source frame.
+/// One pose, at the time of its last column. Errors are true minus measured, source frame.
 struct TdmPose {
     double time_s = 0;
     error_model::PoseError<double> measured;
     error_model::PoseError<double> predicted;            // from the true motion
-    error_model::PoseError<double> predicted_by_device;  // from what the device itself knows: differences of its own poses
+    error_model::PoseError<double> predicted_by_device;  // from the differences of the device's own poses
 };
 
 struct TdmReport {
@@ -31,13 +31,13 @@ struct TdmReport {
     double measured_rotation_rms_rad = 0;
     double predicted_rotation_rms_rad = 0;
     double device_rotation_rms_rad = 0;
-    double position_correlation = 0;  // of the components of predicted and measured errors, instant by instant
+    double position_correlation = 0;  // between the components of predicted and measured errors, over all poses
     double rotation_correlation = 0;
     std::size_t poses = 0;
 };
 
-/// A pose on every column, by the direct solver on the latest three columns; no noise. Throws std::invalid_argument if the motion
-/// is shorter than what is not scored, or never within range.
+/// One pose per column, by the direct solver on the latest three columns, without noise. Throws std::invalid_argument if no pose
+/// is scored: the motion is too short or never within range.
 std::vector<TdmPose> simulate_tdm(const sim::Motion& motion, const TdmParams& params);
 
 TdmReport summarise(const std::vector<TdmPose>& poses);

@@ -15,7 +15,7 @@
 namespace tricoil::sim {
 namespace {
 
-constexpr std::size_t kMostMessages = 4096;
+constexpr std::size_t kMaxMessages = 4096;
 constexpr int kWakeSignal = SIGUSR2;
 
 struct __attribute__((packed)) Function {
@@ -89,12 +89,12 @@ Status GadgetPort::do_open() {
     const Descriptors d = descriptors();
     const Strings s = strings();
     if (control_ < 0 || ::write(control_, &d, sizeof d) != sizeof d || ::write(control_, &s, sizeof s) != sizeof s) {
-        return fail("descriptors are refused; is functionfs mounted, and free?");
+        return fail("kernel refused the descriptors; check that functionfs is mounted and not in use");
     }
     in_ = endpoint("/ep1");
     out_ = endpoint("/ep2");
     if (in_ < 0 || out_ < 0 || !bind(params_.controller)) {
-        return fail("does not bind to its controller");
+        return fail("cannot bind to its controller");
     }
     ending_ = false;
     start(&GadgetPort::serve_control);
@@ -117,7 +117,7 @@ void GadgetPort::do_close() {
     if (!threads_.empty()) {
         bind("");
     }
-    while (running_ > 0) {  // a signal that comes before a thread blocks is lost: once more
+    while (running_ > 0) {  // repeated, because a signal that comes before the thread blocks is lost
         to_send_.notify_all();
         for (std::thread& thread : threads_) {
             ::pthread_kill(thread.native_handle(), kWakeSignal);
@@ -142,7 +142,8 @@ void GadgetPort::serve_control() {
     while (!ending_) {
         usb_functionfs_event event{};
         if (::read(control_, &event, sizeof event) == static_cast<ssize_t>(sizeof event) && event.type == FUNCTIONFS_SETUP) {
-            // Nothing but standard requests, which the kernel answers; the wrong direction stalls.
+            // Only standard requests are supported, and the kernel answers those. A transfer in the wrong direction stalls the
+            // request.
             char none = 0;
             const bool to_host = (event.u.setup.bRequestType & USB_DIR_IN) != 0;
             (void)!(to_host ? ::read(control_, &none, 0) : ::write(control_, &none, 0));
@@ -183,7 +184,7 @@ void GadgetPort::write_endpoint() {
         }
         while (!ending_ && ::write(in_, bytes.data(), bytes.size()) < 0) {
             if (errno == ESHUTDOWN || errno == ENODEV) {
-                break;  // unplugged: what is on its way is lost
+                break;  // unplugged: the message is lost
             }
             ::usleep(1000);
         }
@@ -197,7 +198,7 @@ Status GadgetPort::do_send(std::span<const std::uint8_t> message) {
     std::vector<std::uint8_t> bytes(protocol::framed_bytes(message.size()));
     bytes.resize(protocol::frame(message, bytes));
     const std::lock_guard lock(mutex_);
-    if (outgoing_.size() >= kMostMessages) {
+    if (outgoing_.size() >= kMaxMessages) {
         ++counts().send_queue_full;
         return {StatusCode::not_ready, "the host does not read"};
     }
@@ -218,7 +219,7 @@ Status GadgetPort::do_receive(hal::ReceivedMessage& message) {
 Status GadgetPort::do_wait(Microseconds timeout) {
     std::unique_lock lock(mutex_);
     const bool any = arrived_.wait_for(lock, std::chrono::microseconds(timeout.count()), [&] { return any_arrived(); });
-    return any ? Status{} : Status{StatusCode::timed_out, "nothing came"};
+    return any ? Status{} : Status{StatusCode::timed_out, "no message"};
 }
 
 }  // namespace tricoil::sim

@@ -1,4 +1,4 @@
-// A USB function of the kernel's gadget stack, through FunctionFS.
+// USB function of the kernel's gadget stack, through FunctionFS.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@
 namespace tricoil::sim {
 
 struct GadgetParams {
-    std::string function = "/run/gadget";  // where functionfs is mounted
+    std::string function = "/run/gadget";  // mount point of functionfs
     std::string gadget;                    // the gadget's folder in configfs
     std::string controller = "dummy_udc.0";
 };

@@ -1,4 +1,4 @@
-// What the device's side of a link keeps, whichever way its bytes travel: messages that came, and what is wrong.
+// Common part of the device-side ports: the queue of received messages and the text of the last problem.
 #pragma once
 
 #include <cstdint>
@@ -17,10 +17,10 @@ protected:
     [[nodiscard]] bool any_arrived() const { return !messages_.empty(); }
     void forget_arrived() { messages_.clear(); }
 
-    /// The oldest that came. ok; not_ready: none.
+    /// The oldest received message. ok; not_ready: none.
     Status take_arrived(hal::ReceivedMessage& message) {
         if (messages_.empty()) {
-            return {StatusCode::not_ready, "nothing came"};
+            return {StatusCode::not_ready, "no message"};
         }
         message_ = std::move(messages_.front());
         messages_.pop_front();
@@ -29,14 +29,14 @@ protected:
         return {};
     }
 
-    /// What detail() tells.
+    /// The text of detail().
     [[nodiscard]] std::string& why() { return why_; }
 
 private:
     [[nodiscard]] const char* do_detail() const final { return why_.c_str(); }
 
     std::deque<std::vector<std::uint8_t>> messages_;
-    std::vector<std::uint8_t> message_;  // the one that was taken last
+    std::vector<std::uint8_t> message_;  // the message taken last
     std::string why_;
 };
 

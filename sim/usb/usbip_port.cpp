@@ -9,7 +9,7 @@ namespace tricoil::sim {
 namespace {
 
 constexpr std::size_t kPacket = 512;
-constexpr std::size_t kMostPackets = 1024;
+constexpr std::size_t kMaxPackets = 1024;
 
 std::vector<std::uint8_t> text_descriptor(const std::string& text) {
     std::vector<std::uint8_t> bytes{static_cast<std::uint8_t>(2 + 2 * text.size()), 3};
@@ -51,7 +51,7 @@ Status UsbIpPort::do_open() {
 }
 
 void UsbIpPort::do_close() {
-    wire_.pull_out();
+    wire_.unplug();
     pending_.clear();
     packets_.clear();
     forget_arrived();
@@ -137,7 +137,7 @@ Status UsbIpPort::do_send(std::span<const std::uint8_t> message) {
     if (!plugged_in()) {
         return {StatusCode::device_lost, "not plugged in"};
     }
-    if (packets_.size() >= kMostPackets) {
+    if (packets_.size() >= kMaxPackets) {
         ++counts().send_queue_full;
         return {StatusCode::not_ready, "the host does not read"};
     }
@@ -168,7 +168,7 @@ Status UsbIpPort::do_wait(Microseconds timeout) {
     pollfd poll{wire_.fd(), POLLIN, 0};
     const std::int64_t us = std::max<std::int64_t>(timeout.count(), 0);
     const timespec limit{us / 1'000'000, us % 1'000'000 * 1000};
-    return ::ppoll(&poll, 1, &limit, nullptr) > 0 ? Status{} : Status{StatusCode::timed_out, "nothing came"};
+    return ::ppoll(&poll, 1, &limit, nullptr) > 0 ? Status{} : Status{StatusCode::timed_out, "no message"};
 }
 
 }  // namespace tricoil::sim

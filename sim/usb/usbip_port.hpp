@@ -1,4 +1,4 @@
-// A USB device whose every transfer this program answers, plugged into the kernel's virtual host controller.
+// USB device emulated by this program, plugged into the kernel's virtual host controller.
 #pragma once
 
 #include <array>
@@ -28,11 +28,11 @@ public:
                 [this](std::uint32_t victim) { return unlink(victim); }) {}
     ~UsbIpPort() override { do_close(); }
 
-    /// The next transfers from the device are answered with a stall.
+    /// The next `transfers` transfers to the host are answered with a stall.
     void stall_next(int transfers) { stalls_ = transfers; }
-    /// One packet as it is, framed or not.
+    /// Sends one packet unchanged, framed or not.
     void send_packet(std::vector<std::uint8_t> bytes);
-    /// While set, what the host sends is not taken and nothing is delivered: its transfers time out.
+    /// While hung, the device takes nothing from the host and delivers nothing: the host's transfers time out.
     void hang(bool hung) { hung_ = hung; }
 
 private:
@@ -56,7 +56,7 @@ private:
     UsbIpParams params_;
     UsbIpWire wire_;
     std::deque<Pending> pending_;
-    std::deque<std::uint32_t> withheld_;  // numbers of what the host sent while hung
+    std::deque<std::uint32_t> withheld_;  // numbers of the host's transfers while hung
     std::deque<std::vector<std::uint8_t>> packets_;
     protocol::StreamReader reader_;
     int stalls_ = 0;

@@ -12,7 +12,7 @@
 namespace tricoil::sim {
 namespace {
 
-// The kernel's Documentation/usb/usbip_protocol: headers of 48 bytes, big-endian.
+// Kernel documentation, Documentation/usb/usbip_protocol: headers of 48 bytes, big-endian.
 constexpr std::size_t kHeader = 48;
 constexpr std::uint32_t kSubmit = 1;
 constexpr std::uint32_t kUnlink = 2;
@@ -36,20 +36,21 @@ void put_word(std::uint8_t* at, std::uint32_t value) {
 
 }  // namespace
 
-std::string UsbIpWire::absence() {
-    return ::access(kAttach, W_OK) == 0 ? ""
-                                        : "no virtual USB host controller to write to; run modprobe vhci_hcd, and this as root";
+std::string UsbIpWire::unavailable_reason() {
+    return ::access(kAttach, W_OK) == 0
+               ? ""
+               : "no writable virtual USB host controller; run modprobe vhci_hcd, and run this program as root";
 }
 
 std::string UsbIpWire::plug_in(UsbSpeed speed) {
-    pull_out();
+    unplug();
     std::array<int, 2> ends{-1, -1};
     if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
-        return "no socket for the virtual USB device";
+        return "cannot create a socket for the virtual USB device";
     }
     bool attached = false;
     for (int i = 0; i < kAttachTries && !attached; ++i) {
-        // Another port each time: one is not free at once when its device has been pulled out.
+        // Each attempt uses the next port, because a port is not free at once after its device is unplugged.
         constexpr int kDeviceId = (1 << 16) | 2;
         const int port = static_cast<int>(attached_++ % kPorts);
         std::ofstream attach(kAttach);
@@ -62,13 +63,13 @@ std::string UsbIpWire::plug_in(UsbSpeed speed) {
     ::close(ends[1]);
     if (!attached) {
         ::close(ends[0]);
-        return "the virtual USB host controller does not take the device; is vhci_hcd there, and the port free?";
+        return "the virtual USB host controller refused the device; check that vhci_hcd is loaded and a port is free";
     }
     fd_ = ends[0];
     return "";
 }
 
-void UsbIpWire::pull_out() {
+void UsbIpWire::unplug() {
     if (fd_ >= 0) {
         ::close(fd_);
     }
@@ -91,7 +92,7 @@ void UsbIpWire::send(std::uint32_t command, std::uint32_t number, int status, st
     for (std::size_t at = 0; at < bytes.size() && fd_ >= 0;) {
         const ssize_t written = ::send(fd_, bytes.data() + at, bytes.size() - at, MSG_NOSIGNAL);
         if (written <= 0) {
-            pull_out();
+            unplug();
             return;
         }
         at += static_cast<std::size_t>(written);
@@ -103,7 +104,7 @@ void UsbIpWire::serve() {
     while (fd_ >= 0) {
         const ssize_t bytes = ::recv(fd_, chunk.data(), chunk.size(), MSG_DONTWAIT);
         if (bytes == 0) {
-            pull_out();
+            unplug();
             return;
         }
         if (bytes < 0) {
@@ -118,7 +119,7 @@ void UsbIpWire::serve() {
     input_.erase(input_.begin(), input_.begin() + static_cast<std::ptrdiff_t>(std::min(at, input_.size())));
 }
 
-/// The first request of the input, if it is whole; how many bytes it had.
+/// Handles the first request of the input, if it is complete. Returns its size in bytes, or 0.
 std::size_t UsbIpWire::take(std::span<const std::uint8_t> input) {
     if (input.size() < kHeader) {
         return 0;

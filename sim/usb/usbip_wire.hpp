@@ -1,4 +1,4 @@
-// USB/IP between this program and the kernel's virtual host controller: requests come in, answers go out.
+// USB/IP between this program and the kernel's virtual host controller: receives requests, sends answers.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@ namespace tricoil::sim {
 
 enum class UsbSpeed : std::uint8_t { full = 2, high = 3 };  // the kernel's numbers
 
-/// What the host wants: a transfer, or one taken back.
+/// One request of the host: a transfer, or the cancellation of one.
 struct UsbIpRequest {
     std::uint32_t number = 0;
     bool to_host = false;
@@ -25,22 +25,22 @@ struct UsbIpRequest {
 class UsbIpWire {
 public:
     using Submit = std::function<void(const UsbIpRequest&, std::span<const std::uint8_t> data)>;
-    /// Taken back: the transfer of that number. True if it was still under way.
+    /// Cancels the transfer of that number. True if it was still pending.
     using Unlink = std::function<bool(std::uint32_t number)>;
 
     UsbIpWire(Submit submit, Unlink unlink) : submit_(std::move(submit)), unlink_(std::move(unlink)) {}
-    ~UsbIpWire() { pull_out(); }
+    ~UsbIpWire() { unplug(); }
     UsbIpWire(const UsbIpWire&) = delete;
     UsbIpWire& operator=(const UsbIpWire&) = delete;
 
-    /// Empty, or why there is no host controller to plug into.
-    static std::string absence();
-    /// Empty, or why the host controller does not take the device.
+    /// Empty if there is a host controller; otherwise the reason.
+    static std::string unavailable_reason();
+    /// Empty if the host controller accepted the device; otherwise the reason.
     std::string plug_in(UsbSpeed speed);
-    void pull_out();
+    void unplug();
     [[nodiscard]] bool is_plugged_in() const { return fd_ >= 0; }
 
-    /// Hands over what has come; never waits. Pulls out when the host has let go.
+    /// Handles all pending requests; never waits. Unplugs the device when the host has closed the connection.
     void serve();
     /// `status`: 0, or a negative errno. `actual`: bytes moved.
     void answer(std::uint32_t number, int status, std::span<const std::uint8_t> data, std::size_t actual);
@@ -53,7 +53,7 @@ private:
 
     Submit submit_;
     Unlink unlink_;
-    unsigned attached_ = 0;  // how often it was tried
+    unsigned attached_ = 0;  // number of attempts
     int fd_ = -1;
     std::vector<std::uint8_t> input_;
 };

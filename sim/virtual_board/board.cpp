@@ -8,7 +8,7 @@
 namespace tricoil::virtual_board {
 namespace {
 
-// Interrupt lines (RM0440, table of vectors) and numbers of triggers.
+// Interrupt lines (RM0440, vector table) and trigger numbers.
 constexpr int kUsart2Line = 38;
 constexpr int kUsbLine = 20;
 constexpr int kFdcan2Line = 86;
@@ -17,8 +17,8 @@ constexpr int kTimer6Line = 54;
 constexpr unsigned kDacTimer6 = 7;
 constexpr unsigned kAdcTimer6 = 13;
 
-/// Which amplifier and which converter's channel a sensor coil comes in by; pins in the board's table. Which DAC within the chip
-/// the amplifier may have instead (RM0440, "OPAMP non-inverting inputs").
+/// Op-amp and ADC channel of one sensor coil; the pins are in the board's wiring table. `dac`, `dac_channel`: the on-chip DAC
+/// that the op-amp can select as its input instead (RM0440, "OPAMP non-inverting inputs").
 struct SensorInput {
     char port;
     unsigned pin;
@@ -30,18 +30,19 @@ struct SensorInput {
 constexpr std::array<SensorInput, kSensorCoils> kSensors{{{'B', 0, 3, 13, 3, 1}, {'B', 12, 6, 17, 3, 0}, {'B', 13, 4, 5, 4, 0}}};
 constexpr unsigned kReferencePin = 0;                               // PA0
 constexpr unsigned kReferenceInput = 1;                             // ADC1_IN1
-constexpr std::array<unsigned, kSourceCoils> kDrivePins{4, 5, 6};   // PA
-constexpr std::array<unsigned, kSourceCoils> kEnablePins{6, 7, 8};  // PC
-constexpr unsigned kHeartbeatPin = 9;                               // PC
+constexpr std::array<unsigned, kSourceCoils> kDrivePins{4, 5, 6};   // port A
+constexpr std::array<unsigned, kSourceCoils> kEnablePins{6, 7, 8};  // port C
+constexpr unsigned kHeartbeatPin = 9;                               // port C
 
 constexpr double kCodes = 4096;
-constexpr double kConverterNoiseCodes = 0.67;  // with quantisation the 66 dB of DS12288
-// Half-words of a loop that does nothing, in flash behind every image; long, since short ones take the emulator longest.
+constexpr double kConverterNoiseCodes = 0.67;  // with quantisation, the 66 dB of DS12288
+// Length of the idle loop in half-words. The loop lies in flash behind every image; it is long, because the emulator runs short
+// loops slowest.
 constexpr std::uint32_t kIdleNops = 1000;
 constexpr std::uint32_t kIdleLoop = Memory::kBankBytes - 2 * (kIdleNops + 2);
 constexpr std::uint16_t kNop = 0xBF00;
 
-/// nop, ..., and a branch back to the first (ARMv7-M A7.7.12, encoding T2).
+/// Writes nops and a branch back to the first one (ARMv7-M A7.7.12, encoding T2).
 void put_idle_loop(Memory& memory) {
     for (std::uint32_t n = 0; n <= kIdleNops; ++n) {
         const bool last = n == kIdleNops;
@@ -91,17 +92,17 @@ VirtualBoard::VirtualBoard(std::span<const std::uint8_t> image, const sim::Scena
     std::mt19937_64 factory(scenario.world.seed + 3);
     amplifiers = {SensorAmplifier(factory), SensorAmplifier(factory), SensorAmplifier(factory)};
     attach();
-    gpio('C').on_change = [this] { see_outputs(); };
+    gpio('C').on_change = [this] { update_outputs(); };
     timer_6_.on_trigger.emplace_back([this] { trigger(); });
     rcc.check_frequency = [this](double hz) { check_frequency(hz); };
     usart.check_pins = [this] {
         if (!gpio('A').is_alternate(2, 7)) {
-            throw RunFailure("USART2 sends, but PA2 is not its pin (AF7)");
+            throw RunFailure("USART2 sends, but PA2 is not configured as its pin (AF7)");
         }
     };
     fdcan.check_pins = [this] {
         if (!gpio('B').is_alternate(5, 9) || !gpio('B').is_alternate(6, 9) || !pwr.dead_battery_disabled()) {
-            throw RunFailure("FDCAN2 sends, but PB5 and PB6 are not its pins (AF9, UCPD1_DBDIS)");
+            throw RunFailure("FDCAN2 sends, but PB5 and PB6 are not configured as its pins (AF9, UCPD1_DBDIS)");
         }
     };
     for (std::size_t n = 0; n < kChannels; ++n) {
@@ -155,7 +156,7 @@ Adc& VirtualBoard::adc(unsigned number) { return *adcs_.at(number == 1 ? 3 : num
 
 void VirtualBoard::check_frequency(double hz) const {
     if (hz > 150e6 && !pwr.is_boosted()) {
-        throw RunFailure("more than 150 MHz without boost mode (PWR_CR5.R1MODE)");
+        throw RunFailure("core clock above 150 MHz without boost mode (PWR_CR5.R1MODE)");
     }
     const double hz_per_state = pwr.is_boosted() ? 34e6 : 30e6;  // RM0440, table of flash wait states
     if (hz > hz_per_state * (flash.wait_states() + 1)) {
@@ -192,7 +193,7 @@ void VirtualBoard::restart(ResetCause cause) {
 
 void VirtualBoard::hang(bool with_interrupts) { machine.cpu.jump(Memory::kFlashBase + kIdleLoop, !with_interrupts); }
 
-/// The reference's converter is the last to end.
+/// The converter of the reference channel finishes last.
 void VirtualBoard::record(std::size_t channel, std::uint32_t result) {
     sample_.codes[channel] = static_cast<std::uint16_t>(result);
     if (channel != kReferenceChannel || !on_sample) {
@@ -207,7 +208,7 @@ void VirtualBoard::record(std::size_t channel, std::uint32_t result) {
     on_sample(sample_);
 }
 
-void VirtualBoard::see_outputs() {
+void VirtualBoard::update_outputs() {
     bench.advance(now_s());
     const bool heartbeat = gpio('C').drives_high(kHeartbeatPin);
     if (heartbeat != heartbeat_) {
@@ -221,14 +222,14 @@ void VirtualBoard::drive() {
     const std::array<std::pair<const Dac*, unsigned>, kSourceCoils> outputs{{{&dac_1_, 0}, {&dac_1_, 1}, {&dac_2_, 0}}};
     for (unsigned j = 0; j < kSourceCoils; ++j) {
         const auto& [dac, channel] = outputs[j];
-        const bool reaches = dac->is_on(channel) && !dac->is_inside(channel) && gpio('A').is_analog(kDrivePins[j]);
-        const double swing = reaches ? dac->code(channel) / kCodes * CoilBench::kSupplyV - CoilBench::kHalfSupplyV : 0;
+        const bool is_connected = dac->is_on(channel) && !dac->is_inside(channel) && gpio('A').is_analog(kDrivePins[j]);
+        const double swing = is_connected ? dac->code(channel) / kCodes * CoilBench::kSupplyV - CoilBench::kHalfSupplyV : 0;
         bench.drive(static_cast<int>(j), swing, gpio('C').drives_high(kEnablePins[j]));
     }
 }
 
-/// Of the converter within the chip that a sensor channel's amplifier may have for its input.
-double VirtualBoard::inside_v(unsigned channel) const {
+/// Output voltage of the on-chip DAC that a sensor channel's op-amp can select as its input.
+double VirtualBoard::internal_dac_v(unsigned channel) const {
     const SensorInput& input = kSensors[channel];
     const Dac& dac = input.dac == 3 ? dac_3_ : dac_4_;
     if (!dac.is_on(input.dac_channel) || !dac.is_inside(input.dac_channel)) {
@@ -243,7 +244,7 @@ double VirtualBoard::sensor_noise_codes(double gain, double step_s) const {
 
 std::uint32_t VirtualBoard::code_of(unsigned channel) {
     const Adc& adc = *adcs_[channel];
-    double volts = -CoilBench::kHalfSupplyV;  // an input that is not connected, or an amplifier that is off
+    double volts = -CoilBench::kHalfSupplyV;  // an unconnected input, or an op-amp that is off
     double noise = kConverterNoiseCodes;
     const double step_s = std::max(seconds(machine.now() - last_conversion_), 1e-9);
     if (channel == kReferenceChannel) {
@@ -256,7 +257,7 @@ std::uint32_t VirtualBoard::code_of(unsigned channel) {
         if (gain > 0 && adc.channel() == input.channel && gpio(input.port).is_analog(input.pin)) {
             SensorAmplifier& amplifier = amplifiers[channel];
             if (opamp_.input(input.amplifier) == Opamp::Input::dac) {
-                amplifier.jump(inside_v(channel), gain, step_s, seconds(adc.sampling_time()));
+                amplifier.jump(internal_dac_v(channel), gain, step_s, seconds(adc.sampling_time()));
             } else {
                 amplifier.follow(bench.sensor_v(static_cast<int>(channel)), gain, step_s);
                 noise = std::hypot(noise, sensor_noise_codes(gain, step_s));
@@ -270,13 +271,14 @@ std::uint32_t VirtualBoard::code_of(unsigned channel) {
     return stuck ? 2048U : static_cast<std::uint32_t>(std::clamp(std::nearbyint(code), 0.0, kCodes - 1));
 }
 
-/// Conversions that began with the last trigger end with the next: the time between does not show, as nothing else reads them.
+/// Conversions started by the last trigger are finished at the next one. The difference is not visible, because nothing else
+/// reads the results.
 void VirtualBoard::convert() {
     const auto busy = std::find_if(adcs_.begin(), adcs_.end(), [](const auto& adc) { return adc->is_converting(); });
     if (busy == adcs_.end()) {
         return;
     }
-    const bool steady = triggered_by_ == machine.cpu.ticks_per_cycle();  // not so when the clock fails meanwhile
+    const bool steady = triggered_by_ == machine.cpu.ticks_per_cycle();  // false if the clock has failed in between
     if (steady && (*busy)->conversion_time() > machine.now() - triggered_) {
         throw RunFailure("a conversion lasts longer than the time between two triggers");
     }

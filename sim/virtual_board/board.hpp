@@ -1,4 +1,4 @@
-// The STM32G474RE on its Nucleo board, with coils in front and links behind: what the flash image runs on.
+// The STM32G474RE on its Nucleo board, with coils and links: the hardware that runs the flash image.
 #pragma once
 
 #include <array>
@@ -31,33 +31,33 @@
 
 namespace tricoil::virtual_board {
 
-/// What the four converters gave at one time, as DR had it, and what the coils were driven with.
+/// Results of the four converters at one time, as read from DR, and the coil drive at that time.
 struct SampleRecord {
     Ticks time = 0;
     std::array<std::uint16_t, kChannels> codes{};  // sensor coils 1-3, reference
     std::uint8_t gain = 0;                         // of the op-amps
-    std::uint8_t driven = 0;                       // enable lines that are high: a bit per source coil
+    std::uint8_t driven = 0;                       // enable lines that are high, one bit per source coil
 };
 
 class VirtualBoard {
 public:
-    /// `scenario` must outlive the board. Throws std::invalid_argument for what is no image.
+    /// `scenario` must outlive the board. Throws std::invalid_argument for an invalid image.
     VirtualBoard(std::span<const std::uint8_t> image, const sim::Scenario& scenario);
 
-    /// Power off and on again: RAM is lost, flash stays.
+    /// Power off and on again: RAM is lost, flash is kept.
     void power_cycle();
-    /// Power is lost, and comes back, in the middle of the n-th erasing or programming of flash from now on; 0 is the next.
+    /// Loses power, and restores it, in the middle of the n-th flash erase or program operation from now on; 0 is the next one.
     void lose_power_in_flash_operation(std::uint64_t n);
-    /// Throws RunFailure, beginning with the pc.
+    /// Throws RunFailure; its message begins with the pc.
     void run_until(double time_s) { machine.run_until(ticks(time_s)); }
     [[nodiscard]] double now_s() const { return seconds(machine.now()); }
 
-    /// Resets since power-on that were not the first.
+    /// Number of resets since power-on, without the power-on reset.
     [[nodiscard]] unsigned resets() const { return resets_; }
 
-    /// Sees each set of results of the converters; may not be set.
+    /// Called with each set of converter results; may be empty.
     std::function<void(const SampleRecord&)> on_sample;
-    /// The main program does nothing any more; interrupts go on unless they are masked too.
+    /// Stops the main program in an endless loop; interrupts continue, unless `with_interrupts` is false.
     void hang(bool with_interrupts);
 
     Gpio& gpio(char port) { return *gpio_[static_cast<std::size_t>(port - 'A')]; }
@@ -85,9 +85,9 @@ private:
     void convert();
     void trigger();
     void drive();
-    void see_outputs();
+    void update_outputs();
     void record(std::size_t channel, std::uint32_t result);
-    [[nodiscard]] double inside_v(unsigned channel) const;
+    [[nodiscard]] double internal_dac_v(unsigned channel) const;
     [[nodiscard]] std::uint32_t code_of(unsigned channel);
     [[nodiscard]] double sensor_noise_codes(double gain, double step_s) const;
     void restart(ResetCause cause);
@@ -101,7 +101,7 @@ private:
     Dac dac_4_;
     AdcCommon common_12_;
     AdcCommon common_345_;
-    std::array<std::unique_ptr<Adc>, kChannels> adcs_;  // by channel: of sensor coils 1-3, and of the reference
+    std::array<std::unique_ptr<Adc>, kChannels> adcs_;  // by channel: sensor coils 1-3, reference
     Opamp opamp_;
     Iwdg watchdog_;
     Plain<5> clock_recovery_;
@@ -110,7 +110,7 @@ private:
     std::normal_distribution<double> normal_{0, 1};
     SampleRecord sample_;
     Ticks triggered_ = 0;
-    Ticks triggered_by_ = 0;  // ticks of a cycle then
+    Ticks triggered_by_ = 0;  // ticks per cycle at that time
     Ticks last_conversion_ = 0;
     bool heartbeat_ = false;
     ResetCause cause_ = ResetCause::software;

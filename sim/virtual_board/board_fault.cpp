@@ -10,7 +10,7 @@ BoardFaults::BoardFaults(VirtualBoard& board, std::vector<BoardFault> faults) : 
     }
 }
 
-void BoardFaults::look() {
+void BoardFaults::update() {
     const double now = board_.now_s();
     for (Planned& p : planned_) {
         if (!p.begun && now >= p.fault.begin_s) {
@@ -30,9 +30,9 @@ void BoardFaults::look() {
 void BoardFaults::begin(Planned& planned) {
     const BoardFault& fault = planned.fault;
     if (fault.name == "adc_silent") {
-        board_.adc(fault.number).stick(true);
+        board_.adc(fault.number).set_stuck(true);
     } else if (fault.name == "dma_stuck") {
-        board_.dma.stick(true);
+        board_.dma.set_stuck(true);
     } else if (fault.name == "crystal") {
         board_.rcc.break_crystal();
     } else if (fault.name == "hang" || fault.name == "hang_masked") {
@@ -44,9 +44,9 @@ void BoardFaults::begin(Planned& planned) {
     } else if (fault.name == "can_babble") {
         board_.can.babble_with(CanFrame{0, false, true, true, std::vector<std::uint8_t>(64, 0x55)});
     } else if (fault.name == "can_errors") {
-        board_.can.destroy = fault.number;
+        board_.can.frames_to_destroy = fault.number;
     } else if (fault.name == "can_alone") {
-        board_.can.anybody_there = false;
+        board_.can.has_other_nodes = false;
     }
 }
 
@@ -59,13 +59,13 @@ void BoardFaults::repeat(Planned& planned) {
 
 void BoardFaults::end(const BoardFault& fault) {
     if (fault.name == "adc_silent") {
-        board_.adc(fault.number).stick(false);
+        board_.adc(fault.number).set_stuck(false);
     } else if (fault.name == "dma_stuck") {
-        board_.dma.stick(false);
+        board_.dma.set_stuck(false);
     } else if (fault.name == "can_babble") {
         board_.can.babble_with(std::nullopt);
     } else if (fault.name == "can_alone") {
-        board_.can.anybody_there = true;
+        board_.can.has_other_nodes = true;
     }
 }
 

@@ -1,4 +1,4 @@
-// What can break on the board itself, by name; what breaks in front of it are the faults of sim/world.
+// Faults of the board itself, by name. Faults of coils and sensor are those of sim/world.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace tricoil::virtual_board {
 
-/// NAME[:NUMBER][@BEGIN[-END]], times in seconds of simulated time. Without an end it stays, or happens once.
+/// NAME[:NUMBER][@BEGIN[-END]], times in seconds of simulated time. Without an end the fault stays, or happens once.
 struct BoardFault {
     std::string name;
     unsigned number = 0;
@@ -16,19 +16,19 @@ struct BoardFault {
     double end_s = 0;
 };
 
-/// Does them as their time comes.
+/// Applies each fault at its time.
 class BoardFaults {
 public:
     BoardFaults(VirtualBoard& board, std::vector<BoardFault> faults);
     /// Call between two runs of the board.
-    void look();
+    void update();
 
 private:
     struct Planned {
         BoardFault fault;
         bool begun = false;
         bool ended = false;
-        double next_s = 0;  // of those that repeat
+        double next_s = 0;  // of repeated faults
     };
     void begin(Planned& planned);
     void repeat(Planned& planned);

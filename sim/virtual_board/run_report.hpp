@@ -1,4 +1,4 @@
-// What a run is judged by: load, latency, stack, and one number for everything the board has said.
+// Figures of a run: load, latency, stack, and a hash of all output.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace tricoil::virtual_board {
 
-/// FNV-1a over all that the board has sent, by link and order.
+/// FNV-1a over all output of the board, by link and order.
 class OutputHash {
 public:
     enum class Link : std::uint8_t { serial, can, usb };
@@ -30,19 +30,19 @@ private:
 
 struct StackUse {
     std::uint32_t used = 0;
-    std::uint32_t size = 0;  // 0: the image's linker did not leave stack_bottom and stack_top
+    std::uint32_t size = 0;  // 0: the image has no symbols stack_bottom and stack_top
 };
-/// How much of its stack the image has overwritten, by the paint in it: the word that is at its very bottom.
+/// Stack use: the words overwritten since start-up. Unused words hold the paint value, which is read from the lowest word.
 StackUse stack_use(VirtualBoard& board, std::uint32_t bottom, std::uint32_t top);
 
 struct WorstLatency {
     double seconds = 0;
-    int interrupt = 0;  // negative: an exception of the processor, as SysTick -1
+    int interrupt = 0;  // negative: an exception of the processor; SysTick is -1
 };
-/// From an interrupt's request until its first instruction, over all interrupts.
+/// Longest time from an interrupt request to the first instruction of the handler, over all interrupts.
 WorstLatency worst_latency(const VirtualBoard& board);
 
-/// Share of cycles in which the processor was not asleep, from one call to the next.
+/// Share of cycles without sleep between two calls.
 class LoadMeter {
 public:
     explicit LoadMeter(const VirtualBoard& board) : board_(board) { take(); }

@@ -5,7 +5,7 @@
 namespace tricoil::sim {
 namespace {
 
-constexpr double kNegligible = 1e-15;  // of the nominal current; left to decay it would end in slow denormal numbers
+constexpr double kNegligible = 1e-15;  // relative to the nominal current; smaller values would decay into slow denormal numbers
 
 }  // namespace
 
@@ -23,7 +23,7 @@ void CoilCircuit::begin_block(double time_s, double sample_s, bool on) {
     decay_ = std::exp(-sample_s / time_constant_s_);
     if (on != on_) {
         const double steady = amplitude_ * phasor_.real();
-        transient_ += on ? -steady : steady;  // the current itself cannot jump
+        transient_ += on ? -steady : steady;  // the current is continuous
         on_ = on;
     }
 }

@@ -1,30 +1,31 @@
-// One source coil with its drive: a carrier in steady state plus the transient that switching leaves behind.
+// One source coil and its drive: a carrier in steady state plus the switching transient.
 #pragma once
 
 #include <complex>
 
 namespace tricoil::sim {
 
-/// Current as a share of nominal, and its rate of change divided by the reference angular frequency (so that a steady carrier at
-/// that frequency has a derivative of the same size). Complex parts carry the quadrature for channels with a phase error.
+/// Current divided by the nominal current, and its rate of change divided by the reference angular frequency (so that a steady
+/// carrier at that frequency has a derivative of the same size). The imaginary parts carry the quadrature for channels with a
+/// phase error.
 struct CoilCurrent {
     std::complex<double> current;
     std::complex<double> derivative;
 };
 
-/// A series R-L circuit, solved exactly: after a change of drive the current keeps its value, and the difference to the new
-/// steady state dies out with the time constant L/R.
+/// A series R-L circuit, solved exactly: the current is continuous when the drive changes, and its difference from the new steady
+/// state decays with the time constant L/R.
 class CoilCircuit {
 public:
     CoilCircuit() = default;
 
-    /// A steady current amplitude cos(w t + phase) once settled; time_constant_s = L/R.
+    /// Steady state: amplitude cos(w t + phase); time_constant_s = L/R.
     CoilCircuit(double amplitude, double carrier_rad_s, double phase_rad, double time_constant_s, double reference_rad_s);
 
-    /// Goes to `time_s` and switches the drive on or off there. Call at the start of every block.
+    /// Advances to `time_s` and switches the drive on or off there. Call it at the start of every block.
     void begin_block(double time_s, double sample_s, bool on);
 
-    /// Current at the present sample; then steps to the next.
+    /// Current at the present sample; advances to the next sample.
     CoilCurrent next();
 
 private:

@@ -12,9 +12,10 @@ namespace tricoil::sim {
 namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
-constexpr double kReferenceRadS = kTurn * 10e3;  // couplings are stated at 10 kHz: a coil's voltage grows with the frequency
+constexpr double kReferenceRadS =
+    kTurn * 10e3;  // couplings are defined at 10 kHz, because a coil's voltage grows with the frequency
 
-/// (3 r r^T / |r|^2 - I) / (2 |r|^3): the dipole field per unit moment, of which C times it is X for an unrotated sensor, (6).
+/// (3 r r^T / |r|^2 - I) / (2 |r|^3): the dipole field per unit moment. C times it is X of an unrotated sensor, (6).
 Mat3<double> dipole_field(const Vec3<double>& r) {
     const double squared = r.squaredNorm();
     const double inverse_cube = 1 / (squared * std::sqrt(squared));
@@ -23,7 +24,7 @@ Mat3<double> dipole_field(const Vec3<double>& r) {
 
 double mains_shape(double phase_rad) { return std::sin(phase_rad) + std::sin(3 * phase_rad) / 3 + std::sin(5 * phase_rad) / 5; }
 
-void need(bool ok, const char* what) {
+void require(bool ok, const char* what) {
     if (!ok) {
         throw std::invalid_argument(std::string("world: ") + what);
     }
@@ -34,14 +35,14 @@ void need(bool ok, const char* what) {
 void check(const WorldParams& p) {
     const auto positive = [](double value) { return std::isfinite(value) && value > 0; };
     const auto not_negative = [](double value) { return std::isfinite(value) && value >= 0; };
-    need(positive(p.coupling_constant_m3), "coupling constant must be positive");
-    need(positive(p.coil_resistance_ohm) && positive(p.coil_inductance_h), "coil resistance and inductance must be positive");
-    need(p.converter.bits >= 8 && p.converter.bits <= 31, "converter bits must be 8 to 31");
-    need(positive(p.converter.range_v) && positive(p.converter.rail_v), "converter range and rail must be positive");
-    need(not_negative(p.converter.noise_v_per_sqrt_hz) && not_negative(p.mains_v), "noise and mains must not be negative");
-    need(positive(p.mains_hz), "mains frequency must be positive");
-    need(std::abs(p.source_matrix.determinant()) > 1e-3, "source matrix must not be singular");
-    need(std::abs(p.sensor_matrix.determinant()) > 1e-3, "sensor matrix must not be singular");
+    require(positive(p.coupling_constant_m3), "coupling constant must be positive");
+    require(positive(p.coil_resistance_ohm) && positive(p.coil_inductance_h), "coil resistance and inductance must be positive");
+    require(p.converter.bits >= 8 && p.converter.bits <= 31, "converter bits must be 8 to 31");
+    require(positive(p.converter.range_v) && positive(p.converter.rail_v), "converter range and rail must be positive");
+    require(not_negative(p.converter.noise_v_per_sqrt_hz) && not_negative(p.mains_v), "noise and mains must not be negative");
+    require(positive(p.mains_hz), "mains frequency must be positive");
+    require(std::abs(p.source_matrix.determinant()) > 1e-3, "source matrix must not be singular");
+    require(std::abs(p.sensor_matrix.determinant()) > 1e-3, "sensor matrix must not be singular");
 }
 
 CoilWorld::CoilWorld(const WorldParams& params, const Motion& motion, std::vector<Fault> faults)
@@ -88,11 +89,11 @@ bool CoilWorld::sample(Excitation state, double start_s, std::span<Sample> sampl
         Vec3<std::complex<double>> derivative;
         for (Eigen::Index j = 0; j < kSourceCoils; ++j) {
             const CoilCurrent coil = circuits_[static_cast<std::size_t>(j)].next();
-            const double share = std::max(1.0, effect.current(j));  // an open coil's current dies out by itself
+            const double share = std::max(1.0, effect.current(j));  // the current of an open coil decays by the circuit
             current(j) = share * coil.current;
             derivative(j) = share * coil.derivative;
         }
-        // Induction: the derivative of (coupling times current); motion adds a small voltage of its own.
+        // Induction: the derivative of (coupling times current); motion adds a small voltage.
         const Mat3<double> dx = (x - before) / (sample_s * kReferenceRadS);
         const Vec3<std::complex<double>> induced = x * derivative + dx * current;
         before = x;
@@ -117,7 +118,7 @@ void CoilWorld::amplify(const signal::GainStep<double>& amplifier) {
     }
 }
 
-/// The same voltages behind the amplifier, which treats each carrier in its own way.
+/// The sensor voltages behind the amplifier, whose response differs between the carriers.
 Vec3<double> CoilWorld::amplified(const Mat3<double>& x, const Mat3<double>& dx, const Vec3<std::complex<double>>& current,
                                   const Vec3<std::complex<double>>& derivative) const {
     Vec3<std::complex<double>> sum = Vec3<std::complex<double>>::Zero();
@@ -159,8 +160,8 @@ Mat3<double> CoilWorld::coupling(const Pose& pose, const FaultEffect& effect) co
     }
     Mat3<double> field = dipole_field(pose.position_m);
     if (effect.metal) {
-        // A conducting sphere much thicker than the skin depth answers the field at its place with a dipole of -2 pi a^3 / mu0
-        // times it (Jackson, Classical Electrodynamics, section 5.11, with the field kept out of the sphere).
+        // A conducting sphere much thicker than the skin depth responds to the field B at its centre with the dipole moment -2 pi
+        // a^3 B / mu0 (Jackson, Classical Electrodynamics, section 5.11, with no field inside the sphere).
         const double a = effect.metal_radius_m;
         field -= a * a * a * dipole_field(pose.position_m - effect.metal_position_m) * dipole_field(effect.metal_position_m);
     }
@@ -185,7 +186,7 @@ signal::ChannelResponse<double> CoilWorld::channel_response() const {
 }
 
 signal::DemodulatorParams<double> CoilWorld::demodulation() const {
-    constexpr double kBelowRail = 0.99;  // what is added up to the rail by noise still shows as the rail
+    constexpr double kBelowRail = 0.99;  // noise around the rail still counts as clipped
     signal::DemodulatorParams<double> params;
     params.response = channel_response();
     params.sigma_floor = volts_per_code() / std::sqrt(12.0) * std::sqrt(2.0 / plan_.window_samples);

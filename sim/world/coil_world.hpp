@@ -1,4 +1,4 @@
-// The world in front of the converters: three source coils, a moving sensor, and everything that spoils its signals.
+// The simulated world in front of the converters: three source coils, a moving sensor, and all disturbances of its signals.
 #pragma once
 
 #include <array>
@@ -22,48 +22,49 @@ struct WorldParams {
     double coupling_constant_m3 = 6.75e-3;  // C: 2 V at 0.15 m for 1 V of reference
     double coil_resistance_ohm = 10;
     double coil_inductance_h = 300e-6;                      // L/R = 30 us
-    Mat3<double> source_matrix = Mat3<double>::Identity();  // G_source: gain mismatch and non-orthogonality, column per coil
-    Mat3<double> sensor_matrix = Mat3<double>::Identity();  // G_sensor: row per coil
+    Mat3<double> source_matrix = Mat3<double>::Identity();  // G_source: gain mismatch and non-orthogonality, one column per coil
+    Mat3<double> sensor_matrix = Mat3<double>::Identity();  // G_sensor: one row per coil
     std::array<double, kSensorCoils> channel_gain{1, 1, 1};
-    std::array<double, kSensorCoils> channel_phase_rad{0.01, -0.02, 0.015};  // of the amplifiers, beyond the coil's quarter turn
+    std::array<double, kSensorCoils> channel_phase_rad{0.01, -0.02,
+                                                       0.015};  // of the amplifiers, in addition to the coil's 90 degrees
     double mains_v = 1e-3;  // amplitude of the fundamental; its third and fifth harmonics are 1/3 and 1/5
     double mains_hz = 50;
-    double crosstalk = 0.02;  // of the drive into open inputs, when the sensor is unplugged
+    double crosstalk = 0.02;  // from the drive into the open inputs of an unplugged sensor
     ConverterParams converter;
     std::uint64_t seed = 1;
 };
 
-/// Throws std::invalid_argument naming the parameter when one cannot describe a world (bits outside 8-31, a matrix that is
-/// singular, ...).
+/// Throws std::invalid_argument naming the parameter if a parameter is invalid (bits outside 8-31, a singular matrix, ...).
 void check(const WorldParams& params);
 
-/// Evaluates the dipole field, circuits and converters for every single ADC sample, so that motion within a window is real.
+/// Computes the dipole field, circuits and converters for every ADC sample, so that motion within a window has its true effect.
 class CoilWorld {
 public:
     /// `motion` must outlive the world. Deterministic: equal parameters and calls give equal samples.
     CoilWorld(const WorldParams& params, const Motion& motion, std::vector<Fault> faults);
 
-    /// Sets carriers and rates. TDM drives each coil with amplitude 1; FDM with half of that and in inverse proportion to the
-    /// carrier, so that all three couplings have equal noise and the sum stays in range. Carriers are phased so that the currents
-    /// peak in the middle of the window: a linear change of one coupling then leaks into the others' quadrature only.
+    /// Sets carriers and rates. TDM drives each coil with amplitude 1. FDM drives with an amplitude of 0.5 and in inverse
+    /// proportion to the carrier, so that all three couplings have equal noise and the sum stays in range. The carrier phases
+    /// make the currents peak in the middle of the window: then a linear change of one coupling leaks only into the quadrature of
+    /// the others.
     void configure(const signal::AcquisitionPlan& plan);
 
-    /// From now on an amplifier stands before the converters of the sensor's channels.
+    /// Puts an amplifier before the converters of the sensor channels, or changes it.
     void amplify(const signal::GainStep<double>& amplifier);
 
-    /// Fills `samples` from `start_s` on; false if the faults lose this block (the time passes all the same).
+    /// Fills `samples` from `start_s` on. False if a fault drops this block (time advances as usual).
     bool sample(Excitation state, double start_s, std::span<Sample> samples);
 
-    /// What a demodulator must know of these channels: gains and phases calibrated perfectly, the converter's quantisation as a
-    /// floor of every sigma (in force without noise too), and how far the amplifiers are linear.
+    /// Ideal demodulator parameters of these channels: exact gains and phases, the quantisation of the converter as the lower
+    /// limit of every sigma (also without noise), and the linear range of the amplifiers.
     [[nodiscard]] signal::DemodulatorParams<double> demodulation() const;
 
-    /// Standard deviation of one coupling entry that the converters' noise makes, both demodulated parts taken alike.
+    /// Standard deviation of one coupling entry due to the converter's noise, equal for both demodulated parts.
     [[nodiscard]] double coupling_sigma() const;
 
-    /// X at a pose, in this world's faultless units.
+    /// X at a pose, without faults.
     [[nodiscard]] Mat3<double> coupling(const Pose& pose) const;
-    /// X at a pose under faults; currents are not part of it.
+    /// X at a pose with faults, except faults of the currents.
     [[nodiscard]] Mat3<double> coupling(const Pose& pose, const FaultEffect& effect) const;
 
     [[nodiscard]] const WorldParams& params() const { return params_; }
@@ -82,8 +83,8 @@ private:
     std::vector<Fault> faults_;
     signal::AcquisitionPlan plan_;
     std::array<CoilCircuit, kSourceCoils> circuits_;
-    std::vector<Converter> converters_;  // one a channel
-    std::vector<double> mains_;          // one period, if it is a whole number of samples; else empty
+    std::vector<Converter> converters_;  // one per channel
+    std::vector<double> mains_;          // one period if it is a whole number of samples; otherwise empty
     std::array<std::complex<double>, kSensorCoils> channel_;
     std::optional<signal::GainStep<double>> amplifier_;
     signal::ChannelResponse<double> amplification_ = signal::unit_response<double>();  // at the carriers

@@ -1,4 +1,4 @@
-// The analogue end of one channel: noise, interference, and an ADC with bits, range and saturation.
+// Analogue input of one channel: offset, noise, and an ADC with resolution, range and saturation.
 #pragma once
 
 #include <cstdint>
@@ -8,10 +8,10 @@ namespace tricoil::sim {
 
 struct ConverterParams {
     int bits = 24;
-    double range_v = 2.5;                // codes span +- this
-    double noise_v_per_sqrt_hz = 33e-9;  // white; 106 dB in 72 kHz, as an ADS1274 has
+    double range_v = 2.5;                // codes span +- range_v
+    double noise_v_per_sqrt_hz = 33e-9;  // white; 106 dB in 72 kHz, as in an ADS1274
     double offset_v = 0;
-    double rail_v = 1e9;  // where the preamplifier clips
+    double rail_v = 1e9;  // clipping level of the preamplifier
 };
 
 class Converter {
@@ -20,7 +20,7 @@ public:
 
     [[nodiscard]] double volts_per_code() const { return volts_per_code_; }
     [[nodiscard]] std::int32_t full_scale() const { return full_scale_; }
-    [[nodiscard]] double noise_v() const { return noise_v_; }  // standard deviation per sample, quantisation not included
+    [[nodiscard]] double noise_v() const { return noise_v_; }  // standard deviation per sample, without quantisation
 
     std::int32_t convert(double volts, std::mt19937_64& random);
 

@@ -1,4 +1,4 @@
-// Faults that a simulated tracker can be given, by name.
+// Faults of a simulated tracker.
 #pragma once
 
 #include <array>
@@ -12,19 +12,19 @@ namespace tricoil::sim {
 
 enum class FaultKind : std::uint8_t {
     open_coil,       // argument: source coil S1-S3 carries no current
-    reversed_coil,   // argument: S1-S3 or sensor coil C1-C3 connected the wrong way round
+    reversed_coil,   // argument: S1-S3 or sensor coil C1-C3 is connected with reversed polarity
     swapped_coils,   // argument: two of S1-S3, or two of C1-C3
     stuck_channel,   // argument: C1-C3 or R; the converter repeats one code
     dropped_blocks,  // argument: share of blocks that never arrive, 0 to 1
-    metal,           // argument: x,y,z,radius in metres: a conducting sphere, a secondary dipole
-    unplugged,       // no sensor: open inputs that pick up a little of the drive, all alike
-    overload,        // argument: amplitude of a mains-frequency interference on the sensor's inputs, in converter ranges
-    broken_stage,    // argument: the power stage of source coil S1-S3 lost hold of its current and drives four times as much
+    metal,           // argument: x,y,z,radius in metres of a conducting sphere, which acts as a secondary dipole
+    unplugged,       // no sensor: open inputs that pick up a little of the drive, all equally
+    overload,        // argument: amplitude of a mains-frequency interference on the sensor inputs, in converter ranges
+    broken_stage,    // argument: the power stage of source coil S1-S3 does not control its current and drives four times as much
 };
 
 enum class Triad : std::uint8_t { source, sensor };
 
-/// One fault and when it is there.
+/// One fault and its time span.
 struct Fault {
     FaultKind kind = FaultKind::open_coil;
     Triad triad = Triad::source;      // of the coils
@@ -39,7 +39,7 @@ struct Fault {
 struct FaultEffect {
     Mat3<double> source = Mat3<double>::Identity();  // applied to the source coils' currents
     Mat3<double> sensor = Mat3<double>::Identity();  // applied to the sensor coils' signals
-    Vec3<double> current = Vec3<double>::Ones();     // of each coil, in shares of the current it should carry
+    Vec3<double> current = Vec3<double>::Ones();     // of each coil, divided by its nominal current
     std::array<bool, 4> stuck{};
     double overload_ranges = 0;
     double drop_share = 0;

@@ -1,5 +1,5 @@
-// The pose at every ADC sample of a block: the motion itself every 16 samples, and the cubic through four such poses between
-// them.
+// The pose at every ADC sample of a block: the motion is evaluated every 16 samples and interpolated by a cubic through four
+// poses.
 #pragma once
 
 #include <array>
@@ -8,12 +8,12 @@
 
 namespace tricoil::sim {
 
-/// At 144 kS/s 16 samples last 0.11 ms: of a swing at 10 Hz the cubic misses less than 1e-10 of the amplitude.
+/// At 144 kS/s, 16 samples last 0.11 ms: for a 10 Hz oscillation the cubic's error is below 1e-10 of the amplitude.
 class PoseTrack {
 public:
     PoseTrack(const Motion& motion, double start_s, double sample_s);
 
-    /// The pose at sample n of the block; n from -1 on, called in increasing order.
+    /// The pose at sample n of the block; n starts at -1 and never decreases.
     Pose at(int n);
 
 private:

@@ -1,4 +1,4 @@
-// A scenario: how the sensor moves, what the world is like, what breaks.
+// A scenario: motion, world and faults.
 #pragma once
 
 #include <memory>

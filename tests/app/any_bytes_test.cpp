@@ -82,7 +82,7 @@ TEST(AnyBytes, ForAMinuteOnAllLinks) {
         ran = ran || running;
         rested = rested || !running;
         ASSERT_TRUE(running || board.coils.state() == Excitation::off);
-        ASSERT_FALSE(board.watchdog.has_bitten());
+        ASSERT_FALSE(board.watchdog.has_expired());
         if (board.system.loader_restarts() > 0) {
             FAIL() << "nobody says the loader's key by chance";
         }

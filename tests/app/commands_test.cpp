@@ -104,7 +104,7 @@ TEST(Refused, WhateverDrivesCoilsWhereTheyMustStayOff) {
         DeviceBench board;
         board.run(0.01);
         board.host().hello();
-        board.system.pretend(hal::SystemTroubles{trouble});
+        board.system.set_troubles(hal::SystemTroubles{trouble});
         board.run(0.01);
         expect_none(board, AckResult::failed, "trouble " + std::to_string(static_cast<int>(trouble)));
     }

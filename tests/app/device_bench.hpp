@@ -80,7 +80,7 @@ struct DeviceBench {
             ports[n] = &device_ends[n];
             hosts.push_back(std::make_unique<HostEnd>(device_ends[n]));
         }
-        system.pretend(p.reset);
+        system.set_reset_reason(p.reset);
         boot();
     }
 

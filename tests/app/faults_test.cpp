@@ -129,7 +129,7 @@ TEST_F(Faults, HeartbeatLineGone) {
 }
 
 TEST_F(Faults, ClockOrStack) {
-    board.system.pretend(hal::SystemTroubles{hal::SystemTrouble::stack});
+    board.system.set_troubles(hal::SystemTroubles{hal::SystemTrouble::stack});
     expect_off(Fault::stack);
     EXPECT_EQ(board.ask(Opcode::start), AckResult::failed);
     EXPECT_EQ(board.coils.state(), Excitation::off);

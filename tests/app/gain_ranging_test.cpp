@@ -235,7 +235,7 @@ TEST(Amplified, TheBoardTracksAsWellAsItKnowsItsSteps) {
     const test::BenchParams params{.scenario = "hand", .gains = real_amplifier(), .gain_steps = 4, .converter_bits = 16};
     DeviceBench measured(params);
     DeviceBench stated(params);
-    stated.gain.leave_as_stated();
+    stated.gain.disable_measurement();
     const double error_mm = tracking_error_mm(measured);
     EXPECT_LT(error_mm, 1);
     const auto& poses = measured.host().poses;

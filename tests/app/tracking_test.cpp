@@ -82,7 +82,7 @@ TEST(Board, SendsTheHandsPosesOnAllLinksEqualToThoseOfTheLoopAlone) {
             ASSERT_EQ(got.deviation, expected[k].deviation);
         }
     }
-    EXPECT_FALSE(board.watchdog.has_bitten());
+    EXPECT_FALSE(board.watchdog.has_expired());
     EXPECT_GT(board.heartbeat.beats(), 1400U);
 }
 

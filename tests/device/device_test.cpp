@@ -316,7 +316,7 @@ TEST_F(Device, WhatIsNotThereOrCannotBeEndsWithOneLine) {
         {"--device can:vcan9 --wait 0.3", {3, "vcan9: no such network interface"}},
         {"--device can:vcan1 --wait 0.3", {3, "classic CAN interface"}},
         {"--device can:vcan0 --wait 0.3", {3, "can:vcan0: no answer yet"}},
-        {"--device usb:1209:0001 --wait 0.3", {3, "not there; is it plugged in"}},
+        {"--device usb:1209:0001 --wait 0.3", {3, "not found; is it plugged in"}},
         {"--device serial:/dev/nothing --wait 0.3", {3, "/dev/nothing: cannot be opened"}},
         {"--device can:vcan0#16", {2, "'16' is no node number, 0 to 15"}},
         {"--device usb:12:zz", {2, "'zz' is no product number"}},

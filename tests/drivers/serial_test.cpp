@@ -72,7 +72,7 @@ TEST(Serial, IsLostWhenTheOtherEndIsAndSaysWhatCannotBeOpened) {
     EXPECT_THAT(missing.detail(), ::testing::HasSubstr("/dev/no-such-line: cannot be opened"));
     SerialPort file("/dev/null");
     EXPECT_EQ(file.open().code(), StatusCode::device_lost);
-    EXPECT_THAT(file.detail(), ::testing::HasSubstr("is no serial line"));
+    EXPECT_THAT(file.detail(), ::testing::HasSubstr("not a serial line"));
 }
 
 }  // namespace

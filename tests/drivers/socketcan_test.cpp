@@ -185,7 +185,7 @@ TEST_F(Can, RefusesAClassicInterfaceAndWhatIsNone) {
     EXPECT_THAT(classic.detail(), ::testing::HasSubstr("vcan1 is a classic CAN interface"));
     CanPort loopback({"lo", 0, CanSide::host});
     EXPECT_FALSE(loopback.open().ok());
-    EXPECT_STREQ(loopback.detail(), "lo is no CAN interface");
+    EXPECT_STREQ(loopback.detail(), "lo is not a CAN interface");
     CanPort nameless({"", 0, CanSide::host});
     EXPECT_FALSE(nameless.open().ok());
     hal::ReceivedMessage none;

@@ -196,7 +196,7 @@ TEST(Usb, ShortAndGarbledPacketsAreCountedAndTheNextMessageIsWhole) {
 TEST(Usb, NamesWhatIsNotThereOrNotAllowed) {
     UsbPort missing(UsbAddress{0x1209, 0x0001, ""});
     EXPECT_EQ(missing.open().code(), StatusCode::device_lost);
-    EXPECT_THAT(missing.detail(), ::testing::HasSubstr("USB device 1209:0001: not there"));
+    EXPECT_THAT(missing.detail(), ::testing::HasSubstr("USB device 1209:0001: not found"));
     UsbIpPort device({});
     EchoDevice echo(device);
     UsbPort other(UsbAddress{0x1209, 0x0001, "ANOTHER"});
@@ -206,7 +206,7 @@ TEST(Usb, NamesWhatIsNotThereOrNotAllowed) {
     EXPECT_THAT(other.detail(), ::testing::HasSubstr("with serial number ANOTHER"));
     UsbPort second(UsbAddress{});
     EXPECT_FALSE(second.open().ok());
-    EXPECT_THAT(second.detail(), ::testing::HasSubstr("another program has it"));
+    EXPECT_THAT(second.detail(), ::testing::HasSubstr("another program uses it"));
     host.close();
     const auto listing = list_usb(0x1209, 0x0001);
     ASSERT_EQ(listing.size(), 1U);

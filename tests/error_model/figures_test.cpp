@@ -105,7 +105,7 @@ TEST(MotionCommand, RefusesBadInputInOneLine) {
     expect_refused("motion --azimuth nan,0", "azimuth rate");
     expect_refused("motion --azimuth 1e9,0", "azimuth rate");
     expect_refused("motion --elevation 0,300", "lower the rates");
-    expect_refused("motion --range 0,-1", "runs into the source");
+    expect_refused("motion --range 0,-1", "reaches the source");
     expect_refused("motion --example I --duration 0", "duration");
     expect_refused("motion --example I --out /nonexistent/x.csv", "/nonexistent/x.csv");
 }

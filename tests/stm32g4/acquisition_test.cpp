@@ -338,8 +338,8 @@ TEST_F(AcquisitionTest, FeedsTheAmplifiersWithinTheChip) {
     ASSERT_TRUE(acquisition.begin().ok());
     EXPECT_EQ(registers.dac3.MCR & 7U, 3U);
     EXPECT_EQ(registers.dac1.MCR & 7U, 0U);
-    FedGain& gain = acquisition.gain();
-    gain.feed(100);
+    TestInputGain& gain = acquisition.gain();
+    gain.set_test_carrier(100);
     ASSERT_TRUE(acquisition.start(kTdm).ok());
     ASSERT_TRUE(acquisition.poll(block).ok());
     EXPECT_EQ(registers.amplifiers.CSR[2] & kFromDac, kFromDac);
@@ -349,7 +349,7 @@ TEST_F(AcquisitionTest, FeedsTheAmplifiersWithinTheChip) {
               static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(&registers.dac3.DHR12R1)));
     EXPECT_EQ(registers.multiplexer.CCR[6], 107U);
     EXPECT_EQ(registers.dac1.DHR12R1, 2048U);
-    gain.feed(0);
+    gain.set_test_carrier(0);
     ASSERT_TRUE(acquisition.start(kTdm).ok());
     ASSERT_TRUE(acquisition.poll(block).ok());
     EXPECT_EQ(registers.amplifiers.CSR[2] & kFromDac, 0U);

@@ -30,7 +30,7 @@ struct Amplifier {
 };
 
 /// Three amplifiers at the converters that feed them, conversion by conversion.
-class FedAmplifiers final : public hal::CoilSampler, public FedGain {
+class FedAmplifiers final : public hal::CoilSampler, public TestInputGain {
 public:
     std::array<Amplifier, kSensorCoils> amplifiers;
     bool obeys = true;
@@ -46,7 +46,7 @@ private:
         wanted_ = obeys ? step : wanted_;
         return {};
     }
-    void do_feed(float amplitude_codes) override { fed = amplitude_codes; }
+    void do_set_test_carrier(float amplitude_codes) override { fed = amplitude_codes; }
 
     Status do_start(const signal::AcquisitionPlan&) override {
         ++starts;

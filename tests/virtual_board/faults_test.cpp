@@ -28,7 +28,7 @@ public:
     explicit FaultyBoard(const std::vector<std::string>& board_faults, const std::vector<std::string>& world_faults = {},
                          const std::vector<std::size_t>& links = {test::on_serial})
         : BoardBench("hand", world_faults), faults_(*board, parsed(board_faults)) {
-        at_each_step = [this] { faults_.look(); };
+        at_each_step = [this] { faults_.update(); };
         start(links);
     }
 
@@ -197,7 +197,7 @@ TEST(BoardFaults, BabblingCanBusHurtsOnlyCan) {
 TEST(BoardFaults, BusOffIsRecoveredFrom) {
     FaultyBoard board({"can_errors:60@0.7"}, {}, {test::on_serial, test::on_can});
     board.run(1.3 - board.board->now_s());
-    EXPECT_EQ(board.board->can.destroy, 0U);
+    EXPECT_EQ(board.board->can.frames_to_destroy, 0U);
     board.expect_tracking(test::on_can);
 }
 

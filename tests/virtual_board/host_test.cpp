@@ -77,14 +77,14 @@ private:
 };
 
 /// Measures as the board does, from what its converters gave meanwhile.
-class RecordedGain final : public stm32g4::FedGain {
+class RecordedGain final : public stm32g4::TestInputGain {
 public:
     explicit RecordedGain(hal::CoilSampler& sampler) : sampler_(sampler) {}
 
 private:
     [[nodiscard]] std::uint8_t do_steps() const override { return stm32g4::SensorAmplifiers::kSteps; }
     Status do_choose(std::uint8_t) override { return {}; }
-    void do_feed(float) override {}
+    void do_set_test_carrier(float) override {}
     Status do_measure(const signal::AcquisitionPlan& plan, signal::GainSteps<float>& steps) override {
         return stm32g4::measure_gain(sampler_, *this, plan, steps);
     }

@@ -126,7 +126,7 @@ TEST_F(Processor, FailsWithPlaceAndReason) {
         {Job::undefined, "undefined instruction"},
         {Job::jump_nowhere, "jump to 0x30000000"},
         {Job::float_while_off, "before CPACR enables it"},
-        {Job::unclocked, "nothing answers at 0x48000000"},
+        {Job::unclocked, "no peripheral at 0x48000000"},
         {Job::no_handler, "exception 56 (interrupt 40) has no handler"},
         {Job::stack_overflow, "stack pointer"},
     };

@@ -1,4 +1,4 @@
-// How a clock divides into CAN bits.
+// Bit timing of CAN: divides a clock into time quanta.
 #pragma once
 
 #include <algorithm>
@@ -6,15 +6,15 @@
 
 namespace tricoil::stm32g4 {
 
-/// Of one bit, in time quanta: 1 + segment_1 + segment_2. prescaler = 0: there is none.
+/// One bit in time quanta: 1 + segment_1 + segment_2. prescaler = 0: no timing exists.
 struct BitTiming {
-    std::uint32_t prescaler = 0;  // clock cycles a quantum
-    std::uint32_t segment_1 = 0;  // up to the sample point
-    std::uint32_t segment_2 = 0;  // behind it
-    std::uint32_t jump = 0;       // most that one resynchronisation shifts
+    std::uint32_t prescaler = 0;  // clock cycles per quantum
+    std::uint32_t segment_1 = 0;  // before the sample point
+    std::uint32_t segment_2 = 0;  // after the sample point
+    std::uint32_t jump = 0;       // largest shift of one resynchronisation
 };
 
-/// The largest values that a phase's register holds.
+/// Largest values of the registers of one phase.
 struct BitTimingLimits {
     std::uint32_t prescaler;
     std::uint32_t segment_1;
@@ -25,7 +25,7 @@ constexpr BitTimingLimits kNominalLimits{512, 256, 128, 128};
 /// With transmitter delay compensation the prescaler is at most 2.
 constexpr BitTimingLimits kDataLimits{2, 32, 16, 16};
 
-/// Exact timing with the finest quanta, sampled as near to 75 % as it goes, which is what Linux takes above 800 kbit/s.
+/// Exact timing with the shortest quanta. The sample point is as near to 75 % as possible, as in Linux above 800 kbit/s.
 constexpr BitTiming bit_timing(std::uint32_t clock_hz, std::uint32_t bit_rate, const BitTimingLimits& limits) {
     if (bit_rate == 0 || clock_hz % bit_rate != 0) {
         return {};

@@ -9,7 +9,7 @@ namespace {
 using namespace fdcan;
 using protocol::CanFrame;
 
-constexpr std::uint32_t kModePolls = 100'000;  // a mode changes between two bits of the bus
+constexpr std::uint32_t kModePolls = 100'000;  // a mode change takes effect between two bits on the bus
 constexpr std::int64_t kBusOffPauseUs = 100'000;
 constexpr std::uint32_t kInterrupts = IR_RF0N | IR_RF0L | IR_TC | IR_EP | IR_BO;
 constexpr std::uint32_t kRunning = CCCR_FDOE | CCCR_BRSE;
@@ -25,7 +25,7 @@ constexpr std::uint32_t data_register(const BitTiming& t) {
            (t.segment_2 - 1) << DBTP_DTSEG2_Pos | (t.jump - 1) << DBTP_DSJW_Pos;
 }
 
-/// Where the second sample point lies behind the measured delay, in clock cycles: at the sample point.
+/// Offset of the second sample point from the measured delay, in clock cycles: the sample point.
 constexpr std::uint32_t delay_register(const BitTiming& t) { return (1 + t.segment_1) * t.prescaler << TDCR_TDCO_Pos; }
 
 constexpr std::array<std::uint8_t, 16> kLengths{0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64};
@@ -54,9 +54,9 @@ Status FdcanPort::do_open() {
     outgoing_.clear();
     if (bit_timing(params_.kernel_clock_hz, params_.bit_rate, kNominalLimits).prescaler == 0 ||
         bit_timing(params_.kernel_clock_hz, params_.data_bit_rate, kDataLimits).prescaler == 0) {
-        return lost("CAN: the clock has no whole number of quanta in a bit; choose another clock or bit rate");
+        return lost("CAN: a bit is not a whole number of time quanta; choose another clock or bit rate");
     }
-    registers_.CCCR = CCCR_INIT;  // and out of sleep
+    registers_.CCCR = CCCR_INIT;  // also leaves sleep mode
     const auto stopped = [this] { return (registers_.CCCR & (CCCR_INIT | CCCR_CSA)) == CCCR_INIT; };
     if (!wait_until(stopped, kModePolls, "CAN controller does not answer").ok()) {
         return lost("CAN: the controller does not answer; is its clock on?");
@@ -79,7 +79,7 @@ void FdcanPort::configure() {
     registers_.NBTP = nominal_register(nominal);
     registers_.DBTP = data_register(data);
     registers_.TDCR = delay_register(data);
-    registers_.TXBC = 0;  // a FIFO: frames go out in their order
+    registers_.TXBC = 0;  // FIFO mode: frames are sent in order
     registers_.RXGFC = RXGFC_RRFE | RXGFC_RRFS | RXGFC_ANFE_reject | RXGFC_ANFS_reject | 1U << RXGFC_LSS_Pos;
     write_filter();
     registers_.TXBTIE = kAllBuffers;
@@ -89,7 +89,7 @@ void FdcanPort::configure() {
     registers_.ILE = ILE_EINT0;
 }
 
-/// Commands and segments of this node, nothing else. The RAM is not cleared at reset.
+/// Accepts only commands and segments of this node. The RAM is not cleared at reset.
 void FdcanPort::write_filter() {
     for (volatile std::uint32_t& word : ram_.standard_filters) {
         word = 0;
@@ -119,13 +119,13 @@ Status FdcanPort::do_send(std::span<const std::uint8_t> message) {
     if (protocol::to_frame(message, params_.node, frame)) {
         taken = queue(frame);
     } else if (message.size() < protocol::kPrefixBytes || message.size() > kBoardMessageBytes) {
-        return {StatusCode::invalid_argument, "message is longer than any that the board sends"};
+        return {StatusCode::invalid_argument, "message is too short or too long"};
     } else {
         taken = !is_bus_off_ && exchange_.begin(message, to_us(clock_.now()));
         send_segments();
     }
     ++(taken ? counts().sent : counts().send_queue_full);
-    return taken ? Status{} : Status{StatusCode::not_ready, "the bus is slower than what is sent, or bus-off"};
+    return taken ? Status{} : Status{StatusCode::not_ready, "the send queue is full, or the controller is bus-off"};
 }
 
 bool FdcanPort::queue(const CanFrame& frame) {
@@ -138,8 +138,8 @@ bool FdcanPort::queue(const CanFrame& frame) {
 
 void FdcanPort::send_segments() { damaged().count(exchange_.go_on(to_us(clock_.now()), Sender{*this})); }
 
-/// The controller stops itself at bus-off; after a pause it may start again, and is back on the bus when it has seen 129 times 11
-/// recessive bits. Access to its configuration empties its FIFOs, so that nothing stale goes out.
+/// The controller stops at bus-off. After a pause it may start again; it is back on the bus after 129 times 11 recessive bits.
+/// Configuration access empties its FIFOs, so that no stale frame is sent.
 void FdcanPort::supervise() {
     interrupt_counts_.copy_to(counts());
     const bool stopped = (registers_.CCCR & CCCR_INIT) != 0;
@@ -177,7 +177,7 @@ Status FdcanPort::do_receive(hal::ReceivedMessage& message) {
             return {};
         }
     }
-    return {StatusCode::not_ready, "nothing came"};
+    return {StatusCode::not_ready, "no message"};
 }
 
 Status FdcanPort::do_wait(Microseconds timeout) {
@@ -191,7 +191,7 @@ Status FdcanPort::do_wait(Microseconds timeout) {
         }
         send_segments();
     } while (clock_.now() < end);
-    return {StatusCode::timed_out, "nothing came"};
+    return {StatusCode::timed_out, "no message"};
 }
 
 void FdcanPort::on_interrupt() {
@@ -232,7 +232,7 @@ void FdcanPort::take_frame() {
         interrupt_counts_.note_dropped();
     }
     if (fill > 1) {
-        interrupt_.pend();  // for the next one: its flag is cleared already
+        interrupt_.pend();  // for the next frame, because its flag is already cleared
     }
 }
 
@@ -253,7 +253,7 @@ void FdcanPort::send_frame() {
     }
     registers_.TXBAR = 1U << index;
     if (outgoing_.size() > 0) {
-        interrupt_.pend();  // if that found no room, the end of a transmission tells
+        interrupt_.pend();  // if no buffer was free, the end of a transmission interrupts again
     }
 }
 

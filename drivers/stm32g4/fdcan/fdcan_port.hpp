@@ -1,4 +1,4 @@
-// Protocol messages over one node's identifiers on a CAN FD bus.
+// Protocol messages over the identifiers of one node on a CAN FD bus.
 #pragma once
 
 #include "core/protocol/can_exchange.hpp"
@@ -19,9 +19,9 @@ struct FdcanParams {
     std::uint32_t data_bit_rate = 5'000'000;
 };
 
-/// The device's side. The controller filters identifiers; messages longer than a frame travel in segments while receive() and
-/// wait() are called. After bus-off it is silent for 100 ms and then tries again. Clock, pins and the interrupt's priority are
-/// set by the board beforehand.
+/// The device side. The controller filters identifiers; messages longer than a frame are sent in segments during receive() and
+/// wait(). After bus-off the port is silent for 100 ms and then tries again. The board configures clock, pins and the interrupt
+/// priority beforehand.
 class FdcanPort final : public hal::MessagePort {
 public:
     FdcanPort(FdcanRegisters& registers, FdcanMessageRam& ram, InterruptLine interrupt, const hal::Clock& clock,
@@ -33,7 +33,7 @@ public:
           params_(params),
           exchange_(protocol::CanSide::device, params.node) {}
 
-    /// From the handler of interrupt line 0: takes one frame, sends one frame.
+    /// Call from the handler of interrupt line 0: takes one frame, sends one frame.
     void on_interrupt();
 
 private:
@@ -41,7 +41,7 @@ private:
         protocol::CanFrame can;
         bool is_fd = true;
     };
-    /// How the exchange sends; one type, so that it is compiled once.
+    /// Send function for the exchange; a named type, so that the templates are instantiated once.
     struct Sender {
         FdcanPort& port;
         bool operator()(const protocol::CanFrame& frame) const { return port.queue(frame); }
@@ -68,10 +68,10 @@ private:
     InterruptLine interrupt_;
     const hal::Clock& clock_;
     FdcanParams params_;
-    protocol::CanExchange<kBoardMessageBytes, 4> exchange_;  // a window of 4: no more than incoming_ takes
+    protocol::CanExchange<kBoardMessageBytes, 4> exchange_;  // window of 4: not more than incoming_ holds
     Ring<Frame, 8> incoming_;
     Ring<protocol::CanFrame, 4> outgoing_;
-    Frame frame_;  // the one that is being taken; messages lie in it
+    Frame frame_;  // the frame being processed; received messages are views of it
     InterruptCounts interrupt_counts_;
     std::uint64_t bus_offs_ = 0;
     std::int64_t bus_off_us_ = 0;

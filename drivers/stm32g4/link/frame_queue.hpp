@@ -1,4 +1,4 @@
-// Framed messages on their way out, from thread context to an interrupt handler.
+// Queue of framed messages from thread context to an interrupt handler.
 #pragma once
 
 #include <array>
@@ -11,18 +11,19 @@
 
 namespace tricoil::stm32g4 {
 
-/// A ring in which messages are framed in place. One side pushes, the other takes; neither waits for the other.
+/// A ring buffer in which messages are framed in place. One side pushes, the other pops; neither waits for the other.
 template <std::size_t kBytes>
 class FrameQueue {
 public:
-    /// Least capacity for messages of `bytes`.
+    /// Smallest capacity for messages of `bytes`.
     static constexpr std::size_t bytes_for(std::size_t bytes) { return protocol::framed_bytes(bytes) + 1; }
 
-    /// False, and nothing changes, if there is no room.
+    /// False, without effect, if there is no room.
     bool push(std::span<const std::uint8_t> message) {
         const std::size_t out = out_.load(std::memory_order_acquire);
         const std::size_t in = in_.load(std::memory_order_relaxed);
-        const std::size_t room = (out > in ? 0 : kBytes) + out - in - 1;  // a full ring would look like an empty one
+        const std::size_t room =
+            (out > in ? 0 : kBytes) + out - in - 1;  // one byte stays free, because a full ring would look like an empty one
         if (protocol::framed_bytes(message.size()) > room) {
             return false;
         }
@@ -32,20 +33,20 @@ public:
         return true;
     }
 
-    /// What goes out next, in one piece; empty if nothing waits.
+    /// The next bytes to send, contiguous; empty if there are none.
     [[nodiscard]] std::span<const std::uint8_t> front() const {
         const std::size_t in = in_.load(std::memory_order_acquire);
         const std::size_t out = out_.load(std::memory_order_relaxed);
         return {bytes_.data() + out, (in >= out ? in : kBytes) - out};
     }
 
-    /// The first `count` bytes of front() are gone.
+    /// Removes the first `count` bytes of front().
     void pop(std::size_t count) {
         const std::size_t out = out_.load(std::memory_order_relaxed);
         out_.store(static_cast<std::uint32_t>(wrapped(out + count)), std::memory_order_release);
     }
 
-    /// Forgets everything; by the side that takes.
+    /// Empties the queue; only for the popping side.
     void clear() { out_.store(in_.load(std::memory_order_acquire), std::memory_order_release); }
 
 private:

@@ -1,4 +1,4 @@
-// What an interrupt handler counts for thread context.
+// Event counters from an interrupt handler to thread context.
 #pragma once
 
 #include <atomic>
@@ -8,14 +8,14 @@
 
 namespace tricoil::stm32g4 {
 
-/// Only one handler counts; a word is read in one piece, a port's own 64-bit counters are not.
+/// Only one handler counts. 32-bit counters are read atomically, unlike a port's own 64-bit counters.
 class InterruptCounts {
 public:
     void note_fault() { increase(faults_); }
     void note_dropped() { increase(dropped_); }
     void note_loss() { increase(losses_); }
 
-    /// In thread context.
+    /// Thread context.
     void copy_to(hal::PortCounters& counters) const {
         counters.link_faults = faults_.load(std::memory_order_relaxed);
         counters.receive_dropped = dropped_.load(std::memory_order_relaxed);

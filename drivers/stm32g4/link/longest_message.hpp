@@ -1,11 +1,11 @@
-// How long messages may be on a board.
+// Longest message of a board.
 #pragma once
 
 #include <cstddef>
 
 namespace tricoil::stm32g4 {
 
-/// Longest message that a board sends or takes: one with a calibration blob of 512 bytes has room.
+/// Longest message that a board sends or receives: large enough for a calibration blob of 512 bytes.
 constexpr std::size_t kBoardMessageBytes = 544;
 
 }  // namespace tricoil::stm32g4

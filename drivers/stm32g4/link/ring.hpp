@@ -1,4 +1,4 @@
-// Bytes or frames from an interrupt handler to thread context, or back.
+// Ring buffer for bytes or frames between an interrupt handler and thread context.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@ namespace tricoil::stm32g4 {
 /// One side pushes, the other pops; neither waits for the other.
 template <typename Item, std::size_t kItems>
 class Ring {
-    static_assert((kItems & (kItems - 1)) == 0, "a power of two, so that positions may wrap around");
+    static_assert((kItems & (kItems - 1)) == 0, "kItems must be a power of two, so that indices may wrap around");
 
 public:
     /// False if it is full.
@@ -39,7 +39,7 @@ public:
     [[nodiscard]] std::size_t size() const { return in_.load(std::memory_order_acquire) - out_.load(std::memory_order_acquire); }
     [[nodiscard]] std::size_t room() const { return kItems - size(); }
 
-    /// Forgets everything; by the side that pops.
+    /// Empties the ring; only for the popping side.
     void clear() { out_.store(in_.load(std::memory_order_acquire), std::memory_order_release); }
 
 private:

@@ -25,15 +25,15 @@ Status StreamPort::do_send(std::span<const std::uint8_t> message) {
         return {StatusCode::device_lost, "port is closed"};
     }
     if (message.empty() || message.size() > kBoardMessageBytes) {
-        return {StatusCode::invalid_argument, "message is longer than any that the board sends"};
+        return {StatusCode::invalid_argument, "message is empty or too long"};
     }
     if (!is_up()) {
         ++counts().send_queue_full;
-        return {StatusCode::not_ready, "nobody is at the other end"};
+        return {StatusCode::not_ready, "no host is connected"};
     }
     if (!outgoing_.push(message)) {
         ++counts().send_queue_full;
-        return {StatusCode::not_ready, "the link is slower than what is sent"};
+        return {StatusCode::not_ready, "the send queue is full: the link is too slow"};
     }
     ++counts().sent;
     interrupt_.pend();
@@ -46,18 +46,18 @@ Status StreamPort::do_receive(hal::ReceivedMessage& message) {
     }
     interrupt_counts_.copy_to(counts());
     const bool complete = read_message();
-    if (holds_back()) {
+    if (waits_for_room()) {
         interrupt_.pend();
     }
     if (!complete) {
-        return {StatusCode::not_ready, "nothing came"};
+        return {StatusCode::not_ready, "no message"};
     }
     message = {reader_.message(), to_us(clock_.now()), 0};
     ++counts().received;
     return {};
 }
 
-/// Reads no more than has come by now, so that a flood cannot hold the caller.
+/// Processes only the bytes received until now, so that continuous input cannot block the caller.
 bool StreamPort::read_message() {
     std::uint8_t byte = 0;
     for (std::size_t waiting = incoming_.size(); waiting > 0 && incoming_.pop(byte); --waiting) {
@@ -79,7 +79,7 @@ Status StreamPort::do_wait(Microseconds timeout) {
             return {};
         }
     } while (clock_.now() < end);
-    return {StatusCode::timed_out, "nothing came"};
+    return {StatusCode::timed_out, "no message"};
 }
 
 }  // namespace tricoil::stm32g4

@@ -1,4 +1,4 @@
-// What the serial line and USB share: protocol messages on a stream of bytes that an interrupt handler moves.
+// Common part of the serial line and USB: protocol messages on a byte stream that an interrupt handler moves.
 #pragma once
 
 #include "drivers/stm32g4/interrupt_line.hpp"
@@ -11,8 +11,8 @@
 
 namespace tricoil::stm32g4 {
 
-/// Thread context frames into a queue and pends the interrupt; the handler alone touches the peripheral while it is open. Longer
-/// messages than kBoardMessageBytes are refused.
+/// Thread context frames messages into a queue and sets the interrupt pending; only the handler accesses the peripheral while the
+/// port is open. Messages longer than kBoardMessageBytes are refused.
 class StreamPort : public hal::MessagePort {
 protected:
     StreamPort(InterruptLine interrupt, const hal::Clock& clock) : interrupt_(interrupt), clock_(clock) {}
@@ -30,14 +30,14 @@ protected:
     [[nodiscard]] const hal::Clock& clock() const { return clock_; }
 
 private:
-    /// Sets the peripheral up; the handler may run from then on. ok; device_lost, with the reason in why().
+    /// Configures the peripheral; the handler may run afterwards. ok; device_lost, with the reason in why().
     virtual Status start() = 0;
-    /// Shuts the peripheral; the handler does nothing from then on.
+    /// Shuts the peripheral down; afterwards the handler has no effect.
     virtual void stop() = 0;
-    /// False while nobody is at the other end.
+    /// False while no host is connected.
     [[nodiscard]] virtual bool is_up() const = 0;
     /// True if the handler waits for room in incoming().
-    [[nodiscard]] virtual bool holds_back() const { return false; }
+    [[nodiscard]] virtual bool waits_for_room() const { return false; }
 
     Status do_open() final;
     void do_close() final;

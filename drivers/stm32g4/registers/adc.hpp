@@ -27,7 +27,7 @@ static_assert(offsetof(AdcRegisters, TR1) == 0x20);
 static_assert(offsetof(AdcRegisters, SQR1) == 0x30);
 static_assert(offsetof(AdcRegisters, DR) == 0x40);
 
-/// Shared by ADC1 and ADC2, or by ADC3, ADC4 and ADC5.
+/// Common registers of ADC1 and ADC2, or of ADC3, ADC4 and ADC5.
 struct AdcCommonRegisters {
     volatile std::uint32_t CSR;
     std::uint32_t reserved;
@@ -52,7 +52,7 @@ constexpr std::uint32_t ISR_OVR = 1U << 4U;
 constexpr std::uint32_t ISR_AWD1 = 1U << 7U;
 constexpr std::uint32_t IER_AWD1IE = 1U << 7U;
 
-// CR's command bits are set by writing one; writing zero to them does nothing.
+// CR: writing 1 sets a command bit; writing 0 has no effect.
 constexpr std::uint32_t CR_ADEN = 1U << 0U;
 constexpr std::uint32_t CR_ADDIS = 1U << 1U;
 constexpr std::uint32_t CR_ADSTART = 1U << 2U;
@@ -63,7 +63,7 @@ constexpr std::uint32_t CR_ADCAL = 1U << 31U;
 
 constexpr std::uint32_t CFGR_DMAEN = 1U << 0U;
 constexpr std::uint32_t CFGR_DMACFG_circular = 1U << 1U;
-constexpr std::uint32_t CFGR_EXTSEL_TIM6 = 13U << 5U;  // the same in all five
+constexpr std::uint32_t CFGR_EXTSEL_TIM6 = 13U << 5U;  // the same for all five ADCs
 constexpr std::uint32_t CFGR_EXTEN_rising = 1U << 10U;
 constexpr std::uint32_t CFGR_OVRMOD_overwrite = 1U << 12U;
 constexpr std::uint32_t CFGR_AWD1SGL = 1U << 22U;
@@ -72,8 +72,8 @@ constexpr unsigned CFGR_AWD1CH_Pos = 26;
 constexpr std::uint32_t CFGR_JQDIS = 1U << 31U;
 
 constexpr std::uint32_t CFGR2_ROVSE = 1U << 0U;
-constexpr unsigned CFGR2_OVSR_Pos = 2;           // holds n of 2^(n+1) conversions
-constexpr std::uint32_t CFGR2_TROVS = 1U << 9U;  // a trigger for each conversion
+constexpr unsigned CFGR2_OVSR_Pos = 2;           // value n: 2^(n+1) conversions
+constexpr std::uint32_t CFGR2_TROVS = 1U << 9U;  // one trigger per conversion
 
 constexpr std::uint32_t SMPR_47_5_cycles = 4;
 

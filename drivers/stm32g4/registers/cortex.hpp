@@ -1,4 +1,4 @@
-// The processor's own registers (ARMv7-M Architecture Reference Manual, B3): system control block, tick, cycle counter.
+// Registers of the Cortex-M4 (ARMv7-M Architecture Reference Manual, B3): system control block, SysTick, cycle counter.
 #pragma once
 
 #include <cstddef>
@@ -34,7 +34,7 @@ struct SysTickRegisters {
 
 constexpr std::uintptr_t kScbBase = 0xE000'ED00;
 constexpr std::uintptr_t kSysTickBase = 0xE000'E010;
-constexpr std::uintptr_t kDemcr = 0xE000'EDFC;  // bit 24 switches the cycle counter's part on
+constexpr std::uintptr_t kDemcr = 0xE000'EDFC;  // bit 24 enables the cycle counter's unit
 
 namespace scb {
 constexpr std::uint32_t AIRCR_reset = 0x05FA'0004;  // key, SYSRESETREQ

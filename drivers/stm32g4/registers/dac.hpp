@@ -31,16 +31,16 @@ constexpr std::uintptr_t kDac3Base = 0x5000'1000;
 constexpr std::uintptr_t kDac4Base = 0x5000'1400;
 
 namespace dac {
-// Of channel 1; those of channel 2 lie 16 bits further up.
+// Bits of channel 1; the bits of channel 2 are 16 positions higher.
 constexpr unsigned kChannel2Shift = 16;
 constexpr std::uint32_t CR_EN1 = 1U << 0U;
 constexpr std::uint32_t CR_TEN1 = 1U << 1U;
 constexpr std::uint32_t CR_TSEL1_TIM6 = 7U << 2U;
 constexpr std::uint32_t CR_DMAEN1 = 1U << 12U;
 constexpr std::uint32_t SR_DAC1RDY = 1U << 11U;
-constexpr std::uint32_t SR_DMAUDR1 = 1U << 13U;       // the table was not read in time; written one to clear
+constexpr std::uint32_t SR_DMAUDR1 = 1U << 13U;       // DMA underrun; write 1 to clear
 constexpr std::uint32_t MCR_MODE1_pin = 0;            // buffered
-constexpr std::uint32_t MCR_MODE1_inside = 3U << 0U;  // to other peripherals of the chip, unbuffered
+constexpr std::uint32_t MCR_MODE1_inside = 3U << 0U;  // to on-chip peripherals, unbuffered
 constexpr std::uint32_t MCR_HFSEL_above_160MHz = 2U << 14U;
 }  // namespace dac
 

@@ -1,4 +1,4 @@
-// Direct memory access and the multiplexer of its requests (RM0440, chapters DMA and DMAMUX).
+// DMA controller and request multiplexer (RM0440, chapters DMA and DMAMUX).
 #pragma once
 
 #include <cstddef>
@@ -30,7 +30,7 @@ constexpr std::uintptr_t kDma1Base = 0x4002'0000;
 constexpr std::uintptr_t kDmamux1Base = 0x4002'0800;
 
 namespace dma {
-// ISR and IFCR hold four flags a channel: any, complete, half, error.
+// ISR and IFCR have four flags per channel: any, complete, half, error.
 constexpr unsigned kFlagsPerChannel = 4;
 constexpr std::uint32_t ISR_GIF = 1U << 0U;
 constexpr std::uint32_t ISR_TCIF = 1U << 1U;

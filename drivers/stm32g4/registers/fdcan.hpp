@@ -1,4 +1,4 @@
-// Controller area network with flexible data rate, and its message RAM (RM0440, chapter FDCAN).
+// FDCAN controller and its message RAM (RM0440, chapter FDCAN).
 #pragma once
 
 #include <cstddef>
@@ -65,7 +65,7 @@ struct FdcanElement {
     volatile std::uint32_t data[16];
 };
 
-/// One controller's share; its layout is fixed. Words only.
+/// Message RAM of one controller; the layout is fixed. Word access only.
 struct FdcanMessageRam {
     volatile std::uint32_t standard_filters[28];
     volatile std::uint32_t extended_filters[16];
@@ -82,7 +82,7 @@ static_assert(offsetof(FdcanMessageRam, tx_buffers) == 0x278);
 static_assert(sizeof(FdcanMessageRam) == 0x350);
 
 constexpr std::uintptr_t kFdcan2Base = 0x4000'6800;
-constexpr std::uintptr_t kFdcan2RamBase = 0x4000'A400 + sizeof(FdcanMessageRam);  // behind that of FDCAN1
+constexpr std::uintptr_t kFdcan2RamBase = 0x4000'A400 + sizeof(FdcanMessageRam);  // after that of FDCAN1
 constexpr std::uintptr_t kFdcan3Base = 0x4000'6C00;
 constexpr std::uintptr_t kFdcan3RamBase = 0x4000'A400 + 2 * sizeof(FdcanMessageRam);
 constexpr std::uint8_t kFdcan2Interrupt0 = 86;
@@ -94,7 +94,7 @@ constexpr std::uint32_t CCCR_CCE = 1U << 1U;
 constexpr std::uint32_t CCCR_CSA = 1U << 3U;
 constexpr std::uint32_t CCCR_FDOE = 1U << 8U;
 constexpr std::uint32_t CCCR_BRSE = 1U << 9U;
-// NBTP and DBTP: each field holds its value less one.
+// NBTP and DBTP: each field holds its value minus one.
 constexpr unsigned NBTP_NTSEG2_Pos = 0;
 constexpr unsigned NBTP_NTSEG1_Pos = 8;
 constexpr unsigned NBTP_NBRP_Pos = 16;
@@ -125,7 +125,7 @@ constexpr unsigned RXF0S_F0GI_Pos = 8;
 constexpr std::uint32_t TXFQS_TFFL_Msk = 0x7U;
 constexpr unsigned TXFQS_TFQPI_Pos = 16;
 constexpr std::uint32_t TXFQS_TFQF = 1U << 21U;
-// Standard filter: two identifiers, into FIFO 0.
+// Standard filter: two identifiers, to FIFO 0.
 constexpr std::uint32_t SFT_dual = 1U << 30U;
 constexpr std::uint32_t SFEC_fifo_0 = 1U << 27U;
 constexpr unsigned SFID1_Pos = 16;

@@ -22,7 +22,7 @@ static_assert(offsetof(GpioRegisters, BSRR) == 0x18);
 static_assert(offsetof(GpioRegisters, BRR) == 0x28);
 
 constexpr std::uintptr_t kGpioABase = 0x4800'0000;
-constexpr std::uintptr_t kGpioPortBytes = 0x400;  // from one port to the next
+constexpr std::uintptr_t kGpioPortBytes = 0x400;  // distance between two ports
 
 namespace gpio {
 constexpr std::uint32_t MODER_output = 1;

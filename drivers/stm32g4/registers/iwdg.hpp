@@ -22,8 +22,8 @@ constexpr std::uint32_t KR_start = 0xCCCC;
 constexpr std::uint32_t KR_unlock = 0x5555;
 constexpr std::uint32_t KR_feed = 0xAAAA;
 constexpr std::uint32_t RLR_max = 0xFFF;
-constexpr std::uint32_t SR_PVU = 1U << 0U;  // prescaler on its way
-constexpr std::uint32_t SR_RVU = 1U << 1U;  // reload value on its way
+constexpr std::uint32_t SR_PVU = 1U << 0U;  // prescaler update in progress
+constexpr std::uint32_t SR_RVU = 1U << 1U;  // reload value update in progress
 }  // namespace iwdg
 
 }  // namespace tricoil::stm32g4

@@ -23,9 +23,9 @@ static_assert(offsetof(PwrRegisters, CR5) == 0x80);
 constexpr std::uintptr_t kPwrBase = 0x4000'7000;
 
 namespace pwr {
-constexpr std::uint32_t CR3_UCPD1_DBDIS = 1U << 14U;  // no pull-downs for dead USB-C batteries on PB4 and PB6
-constexpr std::uint32_t SR2_VOSF = 1U << 10U;         // the regulator is still changing
-constexpr std::uint32_t CR5_R1MODE = 1U << 8U;        // cleared: boost, for more than 150 MHz
+constexpr std::uint32_t CR3_UCPD1_DBDIS = 1U << 14U;  // disables the dead-battery pull-downs (USB-C) on PB4 and PB6
+constexpr std::uint32_t SR2_VOSF = 1U << 10U;         // the regulator output is still changing
+constexpr std::uint32_t CR5_R1MODE = 1U << 8U;        // cleared: boost mode, for more than 150 MHz
 }  // namespace pwr
 
 }  // namespace tricoil::stm32g4

@@ -47,7 +47,7 @@ constexpr std::uint32_t CR_CSSON = 1U << 19U;
 constexpr std::uint32_t CR_PLLON = 1U << 24U;
 constexpr std::uint32_t CR_PLLRDY = 1U << 25U;
 
-constexpr std::uint32_t CFGR_SW = 3U;  // what is asked for; SWS, two bits further up, is what there is
+constexpr std::uint32_t CFGR_SW = 3U;  // requested source; SWS, two bits higher, is the active source
 constexpr std::uint32_t CFGR_SW_HSI = 1U;
 constexpr std::uint32_t CFGR_SW_PLL = 3U;
 constexpr std::uint32_t CFGR_SWS = 3U << 2U;
@@ -58,7 +58,7 @@ constexpr std::uint32_t CFGR_HPRE_DIV2 = 8U << 4U;
 
 constexpr std::uint32_t PLLCFGR_PLLSRC_HSI = 2U;
 constexpr std::uint32_t PLLCFGR_PLLSRC_HSE = 3U;
-constexpr unsigned PLLCFGR_PLLM_Pos = 4;  // holds M - 1
+constexpr unsigned PLLCFGR_PLLM_Pos = 4;  // value M - 1
 constexpr unsigned PLLCFGR_PLLN_Pos = 8;
 constexpr std::uint32_t PLLCFGR_PLLREN = 1U << 24U;  // PLLR = 0 divides by 2
 
@@ -83,7 +83,7 @@ constexpr std::uint32_t APB1ENR1_USART2EN = 1U << 17U;
 constexpr std::uint32_t APB1ENR1_USBEN = 1U << 23U;
 constexpr std::uint32_t APB1ENR1_FDCANEN = 1U << 25U;
 constexpr std::uint32_t APB1ENR1_PWREN = 1U << 28U;
-constexpr std::uint32_t APB2ENR_SYSCFGEN = 1U << 0U;  // also of the op-amps
+constexpr std::uint32_t APB2ENR_SYSCFGEN = 1U << 0U;  // also the clock of the op-amps
 
 constexpr std::uint32_t CCIPR_FDCANSEL = 3U << 24U;
 constexpr std::uint32_t CCIPR_FDCANSEL_PCLK1 = 2U << 24U;

@@ -1,4 +1,4 @@
-// Timers (RM0440, chapters TIM2/3/4/5 and TIM6/TIM7): what a time base needs.
+// Timers (RM0440, chapters TIM2/3/4/5 and TIM6/TIM7): registers of a time base.
 #pragma once
 
 #include <cstddef>
@@ -27,7 +27,7 @@ constexpr std::uintptr_t kTim6Base = 0x4000'1000;  // 16 bits; triggers converte
 
 namespace tim {
 constexpr std::uint32_t CR1_CEN = 1U << 0U;
-constexpr std::uint32_t CR1_URS = 1U << 2U;         // only an overflow is an update event
+constexpr std::uint32_t CR1_URS = 1U << 2U;         // only an overflow causes an update event
 constexpr std::uint32_t CR2_MMS_update = 2U << 4U;  // TRGO on each update
 constexpr std::uint32_t EGR_UG = 1U << 0U;
 }  // namespace tim

@@ -28,7 +28,7 @@ constexpr std::uintptr_t kUsart2Base = 0x4000'4400;
 constexpr std::uint8_t kUsart2Interrupt = 38;
 
 namespace usart {
-// CR1; those with two names have the second while the FIFO is on.
+// CR1; bits with two names are listed under the name for FIFO mode.
 constexpr std::uint32_t CR1_UE = 1U << 0U;
 constexpr std::uint32_t CR1_RE = 1U << 2U;
 constexpr std::uint32_t CR1_TE = 1U << 3U;
@@ -45,7 +45,7 @@ constexpr std::uint32_t ISR_RXFNE = 1U << 5U;
 constexpr std::uint32_t ISR_TXFNF = 1U << 7U;
 constexpr std::uint32_t ISR_TEACK = 1U << 21U;
 constexpr std::uint32_t ISR_REACK = 1U << 22U;
-// ICR: the places of the flags in ISR
+// ICR: same positions as the flags in ISR
 constexpr std::uint32_t ICR_FECF = 1U << 1U;
 constexpr std::uint32_t ICR_NECF = 1U << 2U;
 constexpr std::uint32_t ICR_ORECF = 1U << 3U;

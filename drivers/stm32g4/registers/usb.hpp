@@ -6,7 +6,7 @@
 
 namespace tricoil::stm32g4 {
 
-/// Sixteen bits at addresses four apart.
+/// A 16-bit register; the registers are four bytes apart.
 struct UsbEndpointRegister {
     volatile std::uint16_t R;
     std::uint16_t reserved;
@@ -34,7 +34,7 @@ static_assert(offsetof(UsbRegisters, CNTR) == 0x40);
 static_assert(offsetof(UsbRegisters, DADDR) == 0x4C);
 static_assert(offsetof(UsbRegisters, BCDR) == 0x58);
 
-/// One entry of the buffer table: byte addresses within the packet memory, and counts.
+/// One entry of the buffer table: byte addresses in the packet memory, and counts.
 struct UsbBufferEntry {
     volatile std::uint16_t ADDR_TX;
     volatile std::uint16_t COUNT_TX;
@@ -42,7 +42,7 @@ struct UsbBufferEntry {
     volatile std::uint16_t COUNT_RX;
 };
 
-/// 1 KiB, half-words only; the buffer table is put at its beginning.
+/// 1 KiB, half-word access only; the buffer table is at its beginning.
 union UsbPacketMemory {
     UsbBufferEntry entries[8];
     volatile std::uint16_t half_words[512];
@@ -62,7 +62,7 @@ constexpr std::uintptr_t kCrsBase = 0x4000'2000;
 constexpr std::uint8_t kUsbLowPriorityInterrupt = 20;
 
 namespace usb {
-// EPnR. Writing 1 to DTOG and STAT toggles them, 0 leaves them; writing 0 to CTR clears them, 1 leaves them.
+// EPnR. DTOG and STAT: writing 1 toggles, 0 keeps. CTR: writing 0 clears, 1 keeps.
 constexpr std::uint16_t EP_CTR_RX = 0x8000;
 constexpr std::uint16_t EP_DTOG_RX = 0x4000;
 constexpr std::uint16_t EP_STAT_RX = 0x3000;
@@ -86,7 +86,7 @@ constexpr std::uint16_t CNTR_RESETM = 0x0400;
 constexpr std::uint16_t CNTR_FSUSP = 0x0008;
 constexpr std::uint16_t CNTR_PDWN = 0x0002;
 constexpr std::uint16_t CNTR_FRES = 0x0001;
-// ISTR; writing 0 clears a flag, 1 leaves it.
+// ISTR: writing 0 clears a flag, 1 keeps it.
 constexpr std::uint16_t ISTR_CTR = 0x8000;
 constexpr std::uint16_t ISTR_PMAOVR = 0x4000;
 constexpr std::uint16_t ISTR_WKUP = 0x1000;
@@ -95,7 +95,7 @@ constexpr std::uint16_t ISTR_RESET = 0x0400;
 constexpr std::uint16_t DADDR_EF = 0x0080;
 constexpr std::uint16_t BCDR_DPPU = 0x8000;
 // COUNT_RX
-constexpr std::uint16_t COUNT_RX_64_bytes = 0x8400;  // BL_SIZE: blocks of 32 bytes; NUM_BLOCK: two of them
+constexpr std::uint16_t COUNT_RX_64_bytes = 0x8400;  // BL_SIZE: blocks of 32 bytes; NUM_BLOCK: two blocks
 constexpr std::uint16_t COUNT_RX_COUNT = 0x03FF;
 }  // namespace usb
 

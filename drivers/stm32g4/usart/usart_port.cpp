@@ -9,7 +9,7 @@ using namespace usart;
 
 constexpr std::uint32_t kErrors = ISR_FE | ISR_NE | ISR_ORE;
 constexpr std::uint32_t kListening = CR1_FIFOEN | CR1_TE | CR1_RE | CR1_RXFNEIE | CR1_UE;
-/// The acknowledge comes after a bit's time at most.
+/// The acknowledge arrives within one bit time.
 constexpr std::uint32_t kStartPolls = 100'000;
 
 }  // namespace
@@ -17,10 +17,10 @@ constexpr std::uint32_t kStartPolls = 100'000;
 Status UsartPort::start() {
     const std::uint32_t divider = baud_divider(params_.kernel_clock_hz, params_.baud);
     if (divider == 0) {
-        why("serial line: the clock cannot be divided down to the baud rate");
-        return {StatusCode::invalid_argument, "baud rate"};
+        why("serial line: the clock cannot be divided to the baud rate");
+        return {StatusCode::invalid_argument, "invalid baud rate"};
     }
-    registers_.CR1 = 0;  // everything else may only be written while it is off
+    registers_.CR1 = 0;  // all other registers may be written only while it is off
     registers_.CR2 = 0;
     registers_.CR3 = CR3_EIE;
     registers_.PRESC = 0;
@@ -51,7 +51,7 @@ void UsartPort::on_interrupt() {
 void UsartPort::take_byte(std::uint32_t flags) {
     if ((flags & ISR_RXFNE) != 0) {
         const auto byte = static_cast<std::uint8_t>(registers_.RDR);
-        // A framing error belongs to this byte; after noise it may still be right; an overrun lost others behind it.
+        // A byte with a framing error is dropped; one with noise may still be right. An overrun means that later bytes were lost.
         if ((flags & ISR_FE) == 0 && !incoming().push(byte)) {
             interrupt_counts().note_dropped();
         }

@@ -11,19 +11,19 @@ struct UsartParams {
     std::uint32_t baud = 921'600;  // 8 bits, no parity, 1 stop bit
 };
 
-/// Nearest divider for 16 samples a bit; 0 if there is none that the register holds.
+/// Nearest divider for 16 samples per bit; 0 if it does not fit the register.
 constexpr std::uint32_t baud_divider(std::uint32_t kernel_clock_hz, std::uint32_t baud) {
     const std::uint64_t divider = baud == 0 ? 0 : (std::uint64_t{kernel_clock_hz} + baud / 2) / baud;
     return divider >= 16 && divider <= 0xFFFF ? static_cast<std::uint32_t>(divider) : 0;
 }
 
-/// The peripheral's clock, its pins and its interrupt's priority are set by the board beforehand.
+/// The board configures the peripheral's clock, its pins and its interrupt priority beforehand.
 class UsartPort final : public StreamPort {
 public:
     UsartPort(UsartRegisters& registers, InterruptLine interrupt, const hal::Clock& clock, UsartParams params = {})
         : StreamPort(interrupt, clock), registers_(registers), params_(params) {}
 
-    /// From the interrupt handler: takes one byte, sends one byte.
+    /// Call from the interrupt handler: takes one byte, sends one byte.
     void on_interrupt();
 
 private:

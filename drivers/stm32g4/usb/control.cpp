@@ -44,7 +44,7 @@ void Control::reset() {
 ControlAnswer Control::on_setup(const SetupPacket& setup) {
     const bool to_host = (setup.bmRequestType & kToHost) != 0;
     if (!to_host && setup.wLength != 0) {
-        return refused();  // there is no request that brings data
+        return refused();  // no supported request sends data to the device
     }
     if (to_host != answers_with_data(setup)) {
         return refused();
@@ -155,7 +155,7 @@ ControlAnswer Control::descriptor(const SetupPacket& setup) {
         case kBosDescriptor:
             return {true, kBos};
         default:
-            return refused();  // also the device qualifier: there is no other speed
+            return refused();  // also the device qualifier, because there is no other speed
     }
 }
 

@@ -1,4 +1,4 @@
-// Requests on endpoint 0: what a host asks, and the answer. Registers are not known here.
+// Control requests on endpoint 0 and their answers, without registers.
 #pragma once
 
 #include <array>
@@ -21,16 +21,16 @@ constexpr SetupPacket setup_packet(std::span<const std::uint8_t, kSetupBytes> by
     return {bytes[0], bytes[1], word(2), word(4), word(6)};
 }
 
-/// What the endpoints have to do beside answering.
+/// Effect of a request on the endpoints.
 enum class ControlEffect : std::uint8_t {
     none,
-    set_address,  // once the status has been sent
-    configure,    // the bulk endpoints begin anew
-    unconfigure,  // they are switched off
+    set_address,  // after the status stage
+    configure,    // restart the bulk endpoints
+    unconfigure,  // switch the bulk endpoints off
     halt_in,      // answer with stalls
-    halt_out,     // likewise
-    resume_in,    // begin anew
-    resume_out    // likewise
+    halt_out,     // answer with stalls
+    resume_in,    // restart the endpoint
+    resume_out    // restart the endpoint
 };
 
 struct ControlAnswer {
@@ -43,13 +43,13 @@ class Control {
 public:
     explicit Control(std::uint64_t serial) : serial_(serial) {}
 
-    /// The answer's data is valid until the next request; never longer than was asked for.
+    /// The answer's data is valid until the next request; it is never longer than requested.
     ControlAnswer on_setup(const SetupPacket& setup);
-    /// The bus was reset.
+    /// Bus reset.
     void reset();
 
     [[nodiscard]] bool is_configured() const { return is_configured_; }
-    /// To be used from the end of the request that set it.
+    /// New device address, to be used after the request that set it.
     [[nodiscard]] std::uint8_t address() const { return address_; }
 
 private:

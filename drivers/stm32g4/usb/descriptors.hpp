@@ -1,4 +1,4 @@
-// What the board tells a USB host about itself (USB 2.0 chapter 9; BOS: USB 3.2 section 9.6.2; Microsoft OS 2.0 descriptors).
+// USB descriptors of the board (USB 2.0 chapter 9; BOS: USB 3.2 section 9.6.2; Microsoft OS 2.0 descriptors).
 #pragma once
 
 #include <array>
@@ -8,7 +8,7 @@
 
 namespace tricoil::stm32g4::usb {
 
-/// pid.codes keeps 0001 for tests: a product has to get its own.
+/// Test identifier of pid.codes; a product needs its own.
 constexpr std::uint16_t kVendor = 0x1209;
 constexpr std::uint16_t kProduct = 0x0001;
 
@@ -29,14 +29,14 @@ constexpr std::uint8_t kVendorClass = 0xFF;
 constexpr std::uint8_t kBulk = 2;
 constexpr std::uint8_t kPlatformCapability = 5;
 
-/// Vendor request under which Windows asks for its descriptors.
+/// Vendor request with which Windows reads its descriptors.
 constexpr std::uint8_t kMicrosoftRequest = 0x20;
 constexpr std::uint16_t kMicrosoftIndex = 7;
 
 constexpr std::uint8_t low(std::size_t value) { return static_cast<std::uint8_t>(value); }
 constexpr std::uint8_t high(std::size_t value) { return static_cast<std::uint8_t>(value >> 8U); }
 
-/// USB 2.01: a host asks for the BOS descriptor from this version on.
+/// USB 2.01: the lowest version for which a host reads the BOS descriptor.
 inline constexpr std::array<std::uint8_t, 18> kDevice{18,
                                                       kDeviceDescriptor,
                                                       0x01,
@@ -66,7 +66,7 @@ inline constexpr std::array<std::uint8_t, 32> kConfiguration{9,
                                                              1,
                                                              0,
                                                              0x80 | kSelfPowered,
-                                                             0,  // one interface, configuration 1, draws nothing
+                                                             0,  // one interface, configuration 1, no bus current
                                                              9,
                                                              kInterfaceDescriptor,
                                                              0,
@@ -75,7 +75,7 @@ inline constexpr std::array<std::uint8_t, 32> kConfiguration{9,
                                                              kVendorClass,
                                                              0,
                                                              0,
-                                                             2,  // interface 0, two endpoints, named as the product
+                                                             2,  // interface 0, two endpoints, the product's name
                                                              7,
                                                              kEndpointDescriptor,
                                                              kEndpointIn,
@@ -91,11 +91,11 @@ inline constexpr std::array<std::uint8_t, 32> kConfiguration{9,
                                                              0,
                                                              0};  //
 
-/// Tells Windows to use its WinUSB driver, and the name under which programs find the device.
+/// Selects the WinUSB driver on Windows, and the GUID by which programs find the device.
 constexpr std::size_t kMicrosoftHeaderBytes = 10;
 constexpr std::size_t kMicrosoftCompatibleBytes = 20;
 constexpr char kPropertyName[] = "DeviceInterfaceGUIDs";
-constexpr char kPropertyData[] = "{0e7fbf4d-3b3b-43b1-9585-6a757d26ffa8}\0";  // a list, hence two zeros at its end
+constexpr char kPropertyData[] = "{0e7fbf4d-3b3b-43b1-9585-6a757d26ffa8}\0";  // a list, hence the two zeros at its end
 constexpr std::size_t kMicrosoftPropertyBytes = 10 + 2 * sizeof kPropertyName + 2 * sizeof kPropertyData;
 constexpr std::size_t kMicrosoftBytes = kMicrosoftHeaderBytes + kMicrosoftCompatibleBytes + kMicrosoftPropertyBytes;
 
@@ -154,7 +154,7 @@ inline constexpr std::array<std::uint8_t, 33> kBos{5,
                                                    28,
                                                    kCapabilityDescriptor,
                                                    kPlatformCapability,
-                                                   0,  // that of
+                                                   0,  // UUID of the
                                                    0xDF,
                                                    0x60,
                                                    0xDD,
@@ -170,7 +170,7 @@ inline constexpr std::array<std::uint8_t, 33> kBos{5,
                                                    0x9E,
                                                    0x64,
                                                    0x8A,
-                                                   0x9F,  // Microsoft
+                                                   0x9F,  // Microsoft platform capability
                                                    0x00,
                                                    0x00,
                                                    0x03,
@@ -180,8 +180,8 @@ inline constexpr std::array<std::uint8_t, 33> kBos{5,
                                                    kMicrosoftRequest,
                                                    0};
 
-/// Strings are written when they are asked for: 0 languages (US English), 1 maker, 2 product, 3 serial number in 16 hexadecimal
-/// digits. Empty: there is no such string.
+/// Strings, written on request: 0 languages (US English), 1 manufacturer, 2 product, 3 serial number in 16 hexadecimal digits.
+/// Empty: no such string.
 using StringBuffer = std::array<std::uint8_t, 2 + 2 * 16>;
 std::span<const std::uint8_t> string_descriptor(std::uint8_t index, std::uint64_t serial, StringBuffer& buffer);
 

@@ -1,4 +1,4 @@
-// The endpoint register, some of whose bits are kept by writing 0, some by writing 1, and some by writing what they are.
+// Endpoint register. Its bits have three write rules: keep by 0, keep by 1, keep by the present value.
 #pragma once
 
 #include "drivers/stm32g4/registers/usb.hpp"
@@ -14,9 +14,9 @@ constexpr EndpointState send_state(std::uint16_t value) {
     return static_cast<EndpointState>((value & usb::EP_STAT_TX) >> usb::EP_STAT_TX_Pos);
 }
 
-/// Collects what shall become of an endpoint register that reads `now`; word() is what to write, once. Everything that is not
-/// named stays as it is, also what the hardware changes meanwhile. Only directions that are not `valid` may get another state:
-/// the hardware changes that one by itself.
+/// Collects changes of an endpoint register that reads `now`; word() is the value to write, once. All other bits keep their
+/// values, even if the hardware changes them meanwhile. Only a direction that is not `valid` may get a new state, because the
+/// hardware changes that state itself.
 class EndpointChange {
 public:
     explicit constexpr EndpointChange(std::uint16_t now)
@@ -36,7 +36,7 @@ public:
     constexpr EndpointChange& send(EndpointState state) {
         return set(usb::EP_STAT_TX, static_cast<unsigned>(state) << usb::EP_STAT_TX_Pos);
     }
-    /// The next packet of this direction is a DATA0.
+    /// The next packet in this direction is a DATA0.
     constexpr EndpointChange& restart_receiving() { return set(usb::EP_DTOG_RX, 0); }
     constexpr EndpointChange& restart_sending() { return set(usb::EP_DTOG_TX, 0); }
 

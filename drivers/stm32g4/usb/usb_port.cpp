@@ -9,7 +9,7 @@ namespace {
 
 using namespace usb;
 
-// Places in the packet memory, behind the buffer table.
+// Offsets in the packet memory, after the buffer table.
 constexpr std::uint16_t kControlSend = 0x040;
 constexpr std::uint16_t kControlReceive = 0x080;
 constexpr std::uint16_t kBulkSend = 0x0C0;
@@ -22,7 +22,7 @@ constexpr std::uint16_t kInterrupts = CNTR_CTRM | CNTR_RESETM | CNTR_SUSPM | CNT
 constexpr Microseconds kTransceiverStart{2};  // DS12288: 1 us
 constexpr std::uint32_t kStartPolls = 10'000;
 
-/// An answer of whole packets that is shorter than asked for would have to end in an empty one; there is none.
+/// An answer of whole packets that is shorter than requested must end with an empty packet. No answer has such a length.
 constexpr bool ends_short(std::size_t bytes) { return bytes % kControlPacketBytes != 0; }
 static_assert(ends_short(kDevice.size()) && ends_short(kConfiguration.size()) && ends_short(kBos.size()) &&
               ends_short(kMicrosoftSet.size()) && std::tuple_size_v<StringBuffer> < kControlPacketBytes);
@@ -40,9 +40,9 @@ Status UsbPort::start() {
         return {StatusCode::device_lost, "USB does not answer"};
     }
     const DeviceTime ready = clock().now() + kTransceiverStart;
-    if (!wait_until([&] { return clock().now() >= ready; }, kStartPolls, "clock stands still").ok()) {
-        why("USB: the clock stands still");
-        return {StatusCode::device_lost, "clock stands still"};
+    if (!wait_until([&] { return clock().now() >= ready; }, kStartPolls, "the clock does not run").ok()) {
+        why("USB: the clock does not run");
+        return {StatusCode::device_lost, "the clock does not run"};
     }
     crs_.CFGR = (crs_.CFGR & ~crs::CFGR_SYNCSRC) | crs::CFGR_SYNCSRC_usb;
     crs_.CR = crs_.CR | crs::CR_AUTOTRIMEN | crs::CR_CEN;
@@ -85,7 +85,7 @@ void UsbPort::on_interrupt() {
     }
 }
 
-/// The hardware has cleared the endpoint registers and the address.
+/// The hardware has already cleared the endpoint registers and the address.
 void UsbPort::on_reset() {
     if (is_up()) {
         interrupt_counts().note_loss();
@@ -151,7 +151,7 @@ void UsbPort::serve_control() {
         if ((now & EP_SETUP) != 0) {
             on_setup(change);
         } else {
-            control_data_ = {};  // the host has what it wants of the answer
+            control_data_ = {};  // status stage: the host needs no more data
             change.receive(EndpointState::valid);
         }
     }
@@ -182,7 +182,7 @@ void UsbPort::on_setup(EndpointChange& change) {
     change.receive(EndpointState::valid);
 }
 
-/// One packet of the answer; an empty one if nothing is left of it, which is also how a request without data is acknowledged.
+/// Sends one packet of the answer. If no data is left, the packet is empty; this also acknowledges a request without data.
 void UsbPort::send_control(EndpointChange& change) {
     const std::size_t count = std::min<std::size_t>(control_data_.size(), kControlPacketBytes);
     write_packet(kControlSend, control_data_.first(count));
@@ -191,7 +191,7 @@ void UsbPort::send_control(EndpointChange& change) {
     change.send(EndpointState::valid);
 }
 
-/// The endpoint registers are left to serve_bulk().
+/// serve_bulk() writes the endpoint registers.
 void UsbPort::apply(ControlEffect effect) {
     switch (effect) {
         case ControlEffect::configure:
@@ -200,7 +200,7 @@ void UsbPort::apply(ControlEffect effect) {
             out_ = in_ = {pipe, true};
             outgoing().clear();
             in_flight_ = 0;
-            (void)incoming().push(0);  // what a broken frame left ends here
+            (void)incoming().push(0);  // ends a partial frame
             update_link();
             break;
         }
@@ -237,7 +237,7 @@ void UsbPort::serve_bulk() {
 }
 
 void UsbPort::serve_out(std::uint16_t now, EndpointChange& change) {
-    bool is_ready = holds_back();
+    bool is_ready = waits_for_room();
     if ((now & EP_CTR_RX) != 0) {
         change.take_received();
         take_packet();
@@ -252,10 +252,10 @@ void UsbPort::serve_out(std::uint16_t now, EndpointChange& change) {
     if (takes) {
         change.receive(EndpointState::valid);
     }
-    holds_back_.store(is_ready && !takes && out_.pipe == Pipe::open, std::memory_order_relaxed);
+    waits_for_room_.store(is_ready && !takes && out_.pipe == Pipe::open, std::memory_order_relaxed);
 }
 
-/// A packet is forgotten when the host has it; after a halt it is sent again.
+/// A packet stays in the queue until the host has received it; after a halt it is sent again.
 void UsbPort::serve_in(std::uint16_t now, EndpointChange& change) {
     if ((now & EP_CTR_TX) != 0) {
         change.take_sent();
@@ -284,8 +284,7 @@ void UsbPort::take_packet() {
     }
 }
 
-/// False if there is nothing to send. A full packet that is the last is followed by an empty one, for hosts that read more at
-/// once.
+/// False if there is nothing to send. If the last packet is full, an empty one follows, for hosts with larger reads.
 bool UsbPort::write_next_packet() {
     const auto waiting = outgoing().front();
     in_flight_ = std::min<std::size_t>(waiting.size(), kBulkPacketBytes);

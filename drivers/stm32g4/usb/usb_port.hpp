@@ -1,4 +1,4 @@
-// Protocol messages over a pair of USB bulk endpoints, as a full-speed device of its own class.
+// Protocol messages over a pair of USB bulk endpoints, as a full-speed device of vendor class.
 #pragma once
 
 #include "drivers/stm32g4/link/stream_port.hpp"
@@ -8,34 +8,34 @@
 namespace tricoil::stm32g4 {
 
 struct UsbParams {
-    std::uint64_t serial = 0;  // the device's; 16 hexadecimal digits of it are its serial number
+    std::uint64_t serial = 0;  // sent as a serial number of 16 hexadecimal digits
 };
 
-/// What the host made of a bulk endpoint.
+/// State of a bulk endpoint, set by the host.
 enum class Pipe : std::uint8_t { off, halted, open };
 
-/// open() plugs it in, close() pulls it out. The clocks of USB and CRS, HSI48, and the interrupt's priority are set by the board
-/// beforehand; HSI48 is then held to the host's frames.
+/// open() plugs the device in, close() unplugs it. The board configures the clocks of USB and CRS, HSI48, and the interrupt
+/// priority beforehand; HSI48 is then synchronised to the host's frames.
 class UsbPort final : public StreamPort {
 public:
     UsbPort(UsbRegisters& registers, UsbPacketMemory& memory, CrsRegisters& crs, InterruptLine interrupt, const hal::Clock& clock,
             UsbParams params)
         : StreamPort(interrupt, clock), registers_(registers), memory_(memory), crs_(crs), control_(params.serial) {}
 
-    /// From the handler of the low-priority interrupt: one event of each endpoint; each endpoint register is written at most
-    /// once.
+    /// Call from the handler of the low-priority interrupt: serves one event of each endpoint; writes each endpoint register at
+    /// most once.
     void on_interrupt();
 
 private:
     struct Direction {
         Pipe pipe = Pipe::off;
-        bool is_new = false;  // the endpoint register does not know yet
+        bool is_new = false;  // not yet written to the endpoint register
     };
 
     Status start() override;
     void stop() override;
     [[nodiscard]] bool is_up() const override { return is_up_.load(std::memory_order_relaxed); }
-    [[nodiscard]] bool holds_back() const override { return holds_back_.load(std::memory_order_relaxed); }
+    [[nodiscard]] bool waits_for_room() const override { return waits_for_room_.load(std::memory_order_relaxed); }
 
     void on_reset();
     void on_suspend();
@@ -59,16 +59,16 @@ private:
     UsbPacketMemory& memory_;
     CrsRegisters& crs_;
     usb::Control control_;
-    std::span<const std::uint8_t> control_data_{};  // of the answer, not yet sent
-    bool takes_address_ = false;                    // when the status has been sent
+    std::span<const std::uint8_t> control_data_{};  // rest of the answer
+    bool takes_address_ = false;                    // after the status stage
     bool is_suspended_ = false;
     Direction out_;
     Direction in_;
-    std::size_t in_flight_ = 0;      // bytes that lie in the memory for the host, and still in the queue
-    bool is_sending_ = false;        // they, or an empty packet
+    std::size_t in_flight_ = 0;      // bytes in the packet memory; still in the queue
+    bool is_sending_ = false;        // these bytes, or an empty packet
     bool sent_full_packet_ = false;  // the host may wait for more
     std::atomic<bool> is_up_{false};
-    std::atomic<bool> holds_back_{false};  // the host's packets, for want of room
+    std::atomic<bool> waits_for_room_{false};  // incoming() has no room for a packet
 };
 
 }  // namespace tricoil::stm32g4

@@ -7,8 +7,8 @@ namespace tricoil::virtual_board {
 namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
-constexpr double kReferenceRadS = kTurn * 10e3;  // where couplings are stated, as in CoilWorld
-constexpr double kKnotS = 32e-6;                 // of a swing at 10 Hz a straight line over that misses 1e-6 of the amplitude
+constexpr double kReferenceRadS = kTurn * 10e3;  // frequency at which couplings are defined, as in CoilWorld
+constexpr double kKnotS = 32e-6;  // linear interpolation over this time: error 1e-6 of the amplitude for a 10 Hz oscillation
 
 DrivenCoil::Params coil_params(const sim::WorldParams& world) {
     DrivenCoil::Params params;
@@ -26,7 +26,7 @@ CoilBench::CoilBench(const sim::Scenario& scenario)
       world_(scenario.world, *scenario.motion, scenario.faults),
       coils_{DrivenCoil(coil_params(scenario.world)), DrivenCoil(coil_params(scenario.world)),
              DrivenCoil(coil_params(scenario.world))} {
-    look(0);
+    update_coupling(0);
 }
 
 void CoilBench::drive(int coil, double volts, bool on) {
@@ -38,7 +38,7 @@ bool CoilBench::is_driven(int coil) const {
     return on_[static_cast<std::size_t>(coil)] && heartbeat_s_ >= 0 && now_s_ - heartbeat_s_ <= kHeartbeatHoldS;
 }
 
-void CoilBench::look(double time_s) {
+void CoilBench::update_coupling(double time_s) {
     if (knot_s_ < 0 || time_s >= knot_s_ + kKnotS) {
         const double first = std::floor(time_s / kKnotS) * kKnotS;
         effect_ = sim::effect_at(scenario_.faults, time_s);
@@ -63,7 +63,7 @@ void CoilBench::advance(double time_s) {
         last_driven_s_ = driven ? time_s : last_driven_s_;
         coils_[static_cast<std::size_t>(j)].advance(driven ? drive_v_[static_cast<std::size_t>(j)] : 0, step_s);
     }
-    look(time_s);
+    update_coupling(time_s);
     hum_v_ = hum_v(std::sin(kTurn * scenario_.world.mains_hz * time_s));
     peak_v_ = std::max(peak_v_, std::abs(reference_v()));
 }
@@ -76,8 +76,8 @@ double CoilBench::reference_v() const {
     return sum;
 }
 
-/// Mains as in CoilWorld: the fundamental, a third of its third harmonic, a fifth of its fifth, by multiple-angle formulas; and
-/// an overload at its frequency.
+/// Mains interference as in CoilWorld: the fundamental, one third of its third harmonic, one fifth of its fifth harmonic, by
+/// multiple-angle formulas; plus an overload at the mains frequency.
 double CoilBench::hum_v(double sine) const {
     const double squared = sine * sine;
     const double third = sine * (3 - 4 * squared);

@@ -1,4 +1,4 @@
-// What stands in front of the board: three source coils on their power stages, a moving sensor, preamplifiers.
+// The analogue world of the board: three source coils with their power stages, a moving sensor, preamplifiers.
 #pragma once
 
 #include <array>
@@ -11,47 +11,47 @@
 
 namespace tricoil::virtual_board {
 
-/// Currents follow the board's outputs alone, so that a wrong excitation gives wrong signals. Field, motion and faults are those
-/// of the scenario's world.
+/// The currents depend only on the board's outputs, so that a wrong excitation gives wrong signals. Field, motion and faults are
+/// those of the scenario's world.
 class CoilBench {
 public:
     static constexpr double kSupplyV = 3.3;
     static constexpr double kHalfSupplyV = kSupplyV / 2;
-    /// Of the reference at 10 kHz, when a coil is driven with all that the converter has: the shunt of the wiring plan.
+    /// Reference amplitude at 10 kHz when a coil is driven with the DAC's full range; follows from the shunt in the wiring plan.
     static constexpr double kFullReferenceV = 0.7;
-    /// The power stages' enable drops so long after the last heartbeat.
+    /// The enable of the power stages drops this long after the last heartbeat edge.
     static constexpr double kHeartbeatHoldS = 20e-3;
     static constexpr double kPreamplifierV_rthz = 226e-9;
 
     explicit CoilBench(const sim::Scenario& scenario);
 
-    /// What the board puts out from now on: swing around half the supply, and whether the stage is on.
+    /// Outputs of the board from now on: voltage relative to half the supply, and the state of the enable line.
     void drive(int coil, double volts, bool on);
     void heartbeat(double time_s) { heartbeat_s_ = time_s; }
 
-    /// Lets time pass; never backwards.
+    /// Advances to `time_s`; earlier times have no effect.
     void advance(double time_s);
 
-    /// Present voltages around half the supply: preamplifiers of sensor coils 1-3, and the current's shunt.
+    /// Present voltages relative to half the supply: preamplifiers of sensor coils 1-3, and the current shunt.
     [[nodiscard]] double sensor_v(int coil) const;
     [[nodiscard]] double reference_v() const;
-    /// A channel's converter repeats one code.
+    /// The channel's converter repeats one code.
     [[nodiscard]] bool is_stuck(int channel) const { return effect_.stuck[static_cast<std::size_t>(channel)]; }
-    /// White, in front of every gain: the preamplifiers' (HARDWARE.md), and what the scenario's world adds.
+    /// White noise before every gain: of the preamplifiers (HARDWARE.md) and of the scenario's converters.
     [[nodiscard]] double noise_v_per_sqrt_hz() const {
         return std::hypot(kPreamplifierV_rthz, scenario_.world.converter.noise_v_per_sqrt_hz);
     }
 
-    /// A stage is on, and its hardware enable too.
+    /// The stage is enabled, and the hardware enable is on too.
     [[nodiscard]] bool is_driven(int coil) const;
     [[nodiscard]] bool any_driven() const { return is_driven(0) || is_driven(1) || is_driven(2); }
-    /// When a stage last was on; for deadlines.
+    /// Time at which a stage was last on; for deadlines.
     [[nodiscard]] double last_driven_s() const { return last_driven_s_; }
     /// Largest current since the last call, in reference volts.
     double take_peak();
 
 private:
-    void look(double time_s);
+    void update_coupling(double time_s);
     [[nodiscard]] double hum_v(double sine) const;
 
     const sim::Scenario& scenario_;
@@ -64,7 +64,7 @@ private:
     double last_driven_s_ = -1;
     double peak_v_ = 0;
     double hum_v_ = 0;
-    double knot_s_ = -1;  // couplings are known there, and kKnotS later
+    double knot_s_ = -1;  // couplings are known at this time and kKnotS later
     std::array<Mat3<double>, 2> knots_;
     Mat3<double> coupling_ = Mat3<double>::Zero();
     Mat3<double> coupling_rate_ = Mat3<double>::Zero();

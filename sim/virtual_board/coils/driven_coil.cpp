@@ -19,7 +19,7 @@ const DrivenCoil::Decay& DrivenCoil::decay(double step_s) {
 
 void DrivenCoil::advance(double drive_v, double step_s) {
     const Decay& d = decay(step_s);
-    // v' = (u - v)/T1, i' = (v/R - i)/T2: an exponential of each time constant on top of the new steady state.
+    // v' = (u - v)/T1, i' = (v/R - i)/T2: the new steady state plus one exponential per time constant.
     const double settled = drive_v * params_.volts_per_ohm / params_.resistance_ohm;
     const double from_stage =
         (stage_v_ - drive_v) * params_.volts_per_ohm / params_.resistance_ohm / (1 - coil_s_ / params_.smoothing_s);

@@ -1,27 +1,27 @@
-// One source coil behind its power stage, driven sample by sample.
+// One source coil with its power stage, driven sample by sample.
 #pragma once
 
 #include <array>
 
 namespace tricoil::virtual_board {
 
-/// A power stage that smooths what it is given (one pole), and a coil in series with its resistance; solved exactly between
-/// changes of drive. Currents in volts of the reference channel.
+/// A power stage with a one-pole low-pass, and a coil in series with its resistance; solved exactly between changes of the drive.
+/// Currents in volts of the reference channel.
 class DrivenCoil {
 public:
     struct Params {
         double smoothing_s = 1.6e-6;  // 100 kHz
         double resistance_ohm = 10;
         double inductance_h = 300e-6;
-        double volts_per_ohm = 1;  // reference volts of one ampere
+        double volts_per_ohm = 1;  // reference volts per ampere
     };
 
     explicit DrivenCoil(const Params& params);
 
-    /// Lets `step_s` pass with the stage's input at `drive_v`.
+    /// Advances by `step_s` with the input of the stage at `drive_v`.
     void advance(double drive_v, double step_s);
     [[nodiscard]] double current() const { return current_; }
-    /// Its rate of change, 1/s.
+    /// Rate of change of the current, 1/s.
     [[nodiscard]] double derivative() const;
     void rest() { stage_v_ = current_ = 0; }
 
@@ -37,7 +37,7 @@ private:
     double coil_s_;  // L/R
     double stage_v_ = 0;
     double current_ = 0;
-    std::array<Decay, 4> decays_;  // of the few steps that there are
+    std::array<Decay, 4> decays_;  // of the step lengths in use
     unsigned next_decay_ = 0;
 };
 

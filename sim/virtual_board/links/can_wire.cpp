@@ -10,24 +10,24 @@ namespace {
 
 constexpr double kTolerance = 2e-3;
 
-void need_rate(double hz, double bus_hz, const char* phase) {
+void check_rate(double hz, double bus_hz, const char* phase) {
     if (!(std::abs(hz / bus_hz - 1) < kTolerance)) {
         throw RunFailure(fmt::format("FDCAN's {} phase runs at {:.0f} bit/s, the bus at {:.0f}", phase, hz, bus_hz));
     }
 }
 
-/// What arbitration compares: a standard frame wins over an extended one of the same first eleven bits.
+/// Arbitration order: a standard frame wins over an extended frame with the same first eleven bits.
 std::uint64_t rank(const CanFrame& frame) {
     return frame.extended ? std::uint64_t{frame.id} << 1U | 1U : std::uint64_t{frame.id} << 19U;
 }
 
 }  // namespace
 
-CanWire::CanWire(Machine& machine, Fdcan& board) : board_(board), frame_over_(machine.events, [this] { frame_over(); }) {
+CanWire::CanWire(Machine& machine, Fdcan& board) : board_(board), frame_end_(machine.events, [this] { on_frame_end(); }) {
     board.on_request = [this] { arbitrate(); };
 }
 
-/// ISO 11898-1: bits of each phase; a tenth more for stuffing.
+/// ISO 11898-1: bits of each phase, plus 10 % for stuffing.
 Ticks CanWire::duration(const CanFrame& frame) {
     const double bytes = static_cast<double>(frame.data.size());
     const double slow = (frame.extended ? 52 : 32) + 13;
@@ -46,7 +46,7 @@ void CanWire::babble_with(std::optional<CanFrame> frame) {
 }
 
 void CanWire::arbitrate() {
-    if (frame_over_.is_due()) {
+    if (frame_end_.is_due()) {
         return;
     }
     const auto own = board_.waiting();
@@ -61,7 +61,7 @@ void CanWire::arbitrate() {
     if (own) {
         check_timing(own->fast);
         if (own->fast && board_.compensation_offset() != board_.data_sample_point()) {
-            throw RunFailure("FDCAN's TDCR.TDCO is not where the data phase is sampled");
+            throw RunFailure("FDCAN's TDCR.TDCO differs from the sample point of the data phase");
         }
         offer(*own, Sender::board);
     }
@@ -72,42 +72,42 @@ void CanWire::arbitrate() {
         offer(*babble_, Sender::babbler);
     }
     if (best != std::numeric_limits<std::uint64_t>::max()) {
-        frame_over_.in(duration(on_bus_));
+        frame_end_.in(duration(on_bus_));
     }
 }
 
-/// Of a controller that listens or sends.
+/// Checks the bit rates of a controller that receives or sends.
 void CanWire::check_timing(bool fast) const {
-    need_rate(board_.nominal_hz(), kNominalHz, "arbitration");
-    need_rate(fast ? board_.data_hz() : kDataHz, kDataHz, "data");
+    check_rate(board_.nominal_hz(), kNominalHz, "arbitration");
+    check_rate(fast ? board_.data_hz() : kDataHz, kDataHz, "data");
 }
 
-void CanWire::give(const CanFrame& frame) {
+void CanWire::deliver(const CanFrame& frame) {
     if (board_.is_on()) {
         check_timing(frame.fast);
     }
     board_.receive(frame);
 }
 
-void CanWire::frame_over() {
+void CanWire::on_frame_end() {
     switch (sender_) {
         case Sender::board:
-            if (destroy > 0) {
-                --destroy;
+            if (frames_to_destroy > 0) {
+                --frames_to_destroy;
                 board_.bus_error(true);
             } else {
-                board_.sent(anybody_there);
-                if (anybody_there && on_frame) {
+                board_.sent(has_other_nodes);
+                if (has_other_nodes && on_frame) {
                     on_frame(on_bus_);
                 }
             }
             break;
         case Sender::others:
-            give(on_bus_);
+            deliver(on_bus_);
             outgoing_.pop_front();
             break;
         case Sender::babbler:
-            give(on_bus_);
+            deliver(on_bus_);
             break;
     }
     arbitrate();

@@ -1,4 +1,4 @@
-// A CAN FD bus of 1 and 5 Mbit/s between the board and everybody else on it.
+// A CAN FD bus of 1 and 5 Mbit/s between the board and all other nodes.
 #pragma once
 
 #include <deque>
@@ -16,28 +16,28 @@ public:
 
     CanWire(Machine& machine, Fdcan& board);
 
-    /// Queued at the others' side; lower identifiers win the bus.
+    /// Queues a frame of the other nodes; lower identifiers win arbitration.
     void send(CanFrame frame);
     [[nodiscard]] std::size_t queued() const { return outgoing_.size(); }
 
-    /// A frame that the board has sent.
+    /// Called with each frame that the board has sent.
     std::function<void(const CanFrame&)> on_frame;
-    /// False: nobody acknowledges, as on an open bus.
-    bool anybody_there = true;
-    /// So many of the board's next frames are destroyed.
-    unsigned destroy = 0;
-    /// Somebody sends this frame without pause; none: no more.
+    /// False: no node acknowledges, as on an open bus.
+    bool has_other_nodes = true;
+    /// Number of next frames of the board that are destroyed.
+    unsigned frames_to_destroy = 0;
+    /// Another node sends this frame continuously; std::nullopt stops it.
     void babble_with(std::optional<CanFrame> frame);
 
 private:
     void arbitrate();
-    void frame_over();
+    void on_frame_end();
     void check_timing(bool fast) const;
-    void give(const CanFrame& frame);
+    void deliver(const CanFrame& frame);
     [[nodiscard]] static Ticks duration(const CanFrame& frame);
 
     Fdcan& board_;
-    Event frame_over_;
+    Event frame_end_;
     std::deque<CanFrame> outgoing_;
     CanFrame on_bus_;
     std::optional<CanFrame> babble_;

@@ -1,4 +1,4 @@
-// The other end of a serial line: bytes at the line's own pace.
+// The remote end of a serial line, at the line's bit rate.
 #pragma once
 
 #include <deque>
@@ -19,7 +19,7 @@ public:
         };
     }
 
-    /// Queued; a byte reaches the board each byte's time. What it cannot take when it is not listening is lost.
+    /// Queues bytes; one reaches the board per byte time. A byte that arrives while the board does not listen is lost.
     void send(std::span<const std::uint8_t> bytes) {
         outgoing_.insert(outgoing_.end(), bytes.begin(), bytes.end());
         if (!outgoing_.empty() && !next_.is_due()) {
@@ -28,7 +28,7 @@ public:
     }
     [[nodiscard]] std::size_t queued() const { return outgoing_.size(); }
 
-    /// A byte that the board has sent.
+    /// Called with each byte that the board has sent.
     std::function<void(std::uint8_t)> on_byte;
 
 private:

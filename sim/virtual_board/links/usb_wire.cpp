@@ -6,10 +6,10 @@ namespace tricoil::virtual_board {
 namespace {
 
 constexpr std::uint8_t kAddress = 1;
-constexpr unsigned kMostSilences = 3;
+constexpr unsigned kMaxSilences = 3;
 constexpr double kBytesPerSecond = 12e6 / 8;
-constexpr double kOverheadBytes = 13;  // tokens, checks, gaps of one transaction
-constexpr double kRestS = 50e-6;       // between two rounds of polling when nobody has anything
+constexpr double kOverheadBytes = 13;  // tokens, checksums and gaps of one transaction
+constexpr double kRestS = 50e-6;       // polling pause when all endpoints are idle
 
 Ticks wire_time(std::size_t bytes) { return ticks((kOverheadBytes + static_cast<double>(bytes)) / kBytesPerSecond); }
 
@@ -48,7 +48,7 @@ void UsbWire::reset(std::function<void(UsbResult)> ready) {
         ready(result);
     };
     submit(std::move(set_address));
-    step_.in(ticks(10e-3));  // a host gives a device ten milliseconds after a reset
+    step_.in(ticks(10e-3));  // a host gives a device 10 ms after a reset
 }
 
 void UsbWire::submit(UsbTransfer transfer) {
@@ -149,7 +149,7 @@ Ticks UsbWire::transact(Queue& queue) {
         over = active.sent == active.transfer.data.size();
     }
     active.silences = answer == Handshake::none ? active.silences + 1 : 0;
-    if (answer == Handshake::stall || active.silences > kMostSilences) {
+    if (answer == Handshake::stall || active.silences > kMaxSilences) {
         finish(queue, answer == Handshake::stall ? UsbResult::stalled : UsbResult::gone);
         return wire_time(0);
     }

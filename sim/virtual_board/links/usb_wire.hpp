@@ -1,4 +1,4 @@
-// A USB cable and a host controller: turns transfers into transactions with the board, as a full-speed host does.
+// A USB cable and a full-speed host controller: splits transfers into transactions with the board.
 #pragma once
 
 #include <array>
@@ -21,7 +21,7 @@ struct UsbTransfer {
     std::array<std::uint8_t, 8> setup{};  // endpoint 0
     std::vector<std::uint8_t> data;       // to the device
     std::size_t length = 0;               // at most, to the host
-    /// Called once; data: what came.
+    /// Called once; data: the received bytes.
     std::function<void(UsbResult, const std::vector<std::uint8_t>&)> done;
 };
 
@@ -29,13 +29,13 @@ class UsbWire {
 public:
     UsbWire(Machine& machine, Usb& board);
 
-    /// Bus reset, then the address that the device shall have; `ready`: it has it (or is gone).
+    /// Bus reset, then sets the device's address. `ready`: the address is set, or the device is gone.
     void reset(std::function<void(UsbResult)> ready);
     void submit(UsbTransfer transfer);
-    /// False: it is done already.
+    /// False: the transfer is already finished.
     bool cancel(std::uint32_t number);
     [[nodiscard]] bool is_attached() const { return board_.is_attached(); }
-    /// A bare reset, without setting an address: for storms.
+    /// Bus reset only, without setting an address; for reset storms.
     void reset_only();
 
 private:
@@ -52,7 +52,7 @@ private:
 
     static constexpr unsigned kQueues = 16;  // endpoints out, then endpoints in
     void step();
-    /// One transaction of a transfer; how long it took on the wire.
+    /// Runs one transaction of a transfer; returns its time on the wire.
     Ticks transact(Queue& queue);
     Handshake send(Active& active, bool& toggle);
     Handshake receive(Active& active, bool& toggle, bool& over);

@@ -1,4 +1,4 @@
-// Which peripheral answers at which address, and whether it may be used yet.
+// Peripheral bus: address decoding and clock checks.
 #pragma once
 
 #include <functional>
@@ -9,7 +9,7 @@
 
 namespace tricoil::virtual_board {
 
-/// A device on the bus. `clock_is_on` empty: it always has one.
+/// A device on the bus. `clock_is_on` may be empty: the device always has a clock.
 struct Mapping {
     std::string name;
     std::uint32_t base = 0;
@@ -18,7 +18,7 @@ struct Mapping {
     std::function<bool()> clock_is_on;
 };
 
-/// All throw RunFailure: nothing at this address, a clock that is off, an access that the device does not have.
+/// All functions throw RunFailure: no peripheral at this address, its clock is off, or it does not support the access.
 class Bus {
 public:
     void attach(Mapping mapping);
@@ -30,7 +30,7 @@ private:
     Mapping& device_at(std::uint32_t address);
 
     std::vector<Mapping> mappings_;
-    std::size_t last_ = 0;  // found last: most accesses come in rows
+    std::size_t last_ = 0;  // the mapping found last: most accesses go to the same device
 };
 
 }  // namespace tricoil::virtual_board

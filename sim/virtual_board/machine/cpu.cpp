@@ -34,7 +34,7 @@ constexpr std::uint16_t kYield = 0xBF10;
 constexpr std::uint32_t kSupervisorCall = 2;
 constexpr std::uint32_t kExceptionReturn = 8;
 
-void must(uc_err error, const char* what) {
+void check_unicorn(uc_err error, const char* what) {
     if (error != UC_ERR_OK) {
         throw std::runtime_error(fmt::format("unicorn: {}: {}", what, uc_strerror(error)));
     }
@@ -59,7 +59,7 @@ template <typename Act>
 void Cpu::guarded(Act act) {
     try {
         act();
-    } catch (const std::exception& failure) {  // nothing may be thrown through generated code
+    } catch (const std::exception& failure) {  // exceptions must not pass through generated code
         failure_ = failure_.value_or(failure.what());
         stopping_ = true;
         uc_emu_stop(uc_);
@@ -94,17 +94,17 @@ struct Cpu::Hooks {
     }
     template <std::uint32_t kBase, std::uint32_t kBytes>
     static void map(uc_engine* uc, Cpu* cpu) {
-        must(uc_mmio_map(uc, kBase, kBytes, &read<kBase>, cpu, &write<kBase>, cpu), "peripherals");
+        check_unicorn(uc_mmio_map(uc, kBase, kBytes, &read<kBase>, cpu, &write<kBase>, cpu), "peripherals");
     }
 };
 
 Cpu::Cpu(Memory& memory, Bus& bus, Events& events, Nvic& nvic, SystemControl& control)
     : memory_(memory), bus_(bus), events_(events), nvic_(nvic), control_(control), flash_facts_(Memory::kBankBytes / 2) {
     use_fast_stores();
-    must(uc_open(UC_ARCH_ARM, static_cast<uc_mode>(UC_MODE_THUMB | UC_MODE_MCLASS), &uc_), "open");
-    must(uc_ctl_set_cpu_model(uc_, UC_CPU_ARM_CORTEX_M4), "Cortex-M4");
+    check_unicorn(uc_open(UC_ARCH_ARM, static_cast<uc_mode>(UC_MODE_THUMB | UC_MODE_MCLASS), &uc_), "open");
+    check_unicorn(uc_ctl_set_cpu_model(uc_, UC_CPU_ARM_CORTEX_M4), "Cortex-M4");
     const auto map = [this](std::uint32_t base, std::uint32_t bytes, std::uint32_t rights, std::uint8_t* host) {
-        must(uc_mem_map_ptr(uc_, base, bytes, rights, host), "memory");
+        check_unicorn(uc_mem_map_ptr(uc_, base, bytes, rights, host), "memory");
     };
     constexpr std::uint32_t kFixed = UC_PROT_READ | UC_PROT_EXEC;
     constexpr std::uint32_t kData = UC_PROT_READ | UC_PROT_WRITE;  // not executable: see store_speed.cpp
@@ -119,7 +119,7 @@ Cpu::Cpu(Memory& memory, Bus& bus, Events& events, Nvic& nvic, SystemControl& co
     Hooks::map<0xE0000000, 0x00100000>(uc_, this);
     uc_hook hook = 0;
     const auto add = [&](int type, auto* callback) {
-        must(uc_hook_add(uc_, &hook, type, reinterpret_cast<void*>(callback), this, 1, 0), "hook");
+        check_unicorn(uc_hook_add(uc_, &hook, type, reinterpret_cast<void*>(callback), this, 1, 0), "hook");
     };
     add(UC_HOOK_BLOCK, &Hooks::block);
     add(UC_HOOK_INTR, &Hooks::interrupt);
@@ -130,11 +130,11 @@ Cpu::~Cpu() { uc_close(uc_); }
 
 std::uint32_t Cpu::get(int reg) const {
     std::uint32_t value = 0;
-    must(uc_reg_read(uc_, reg, &value), "register");
+    check_unicorn(uc_reg_read(uc_, reg, &value), "register");
     return value;
 }
 
-void Cpu::set(int reg, std::uint32_t value) { must(uc_reg_write(uc_, reg, &value), "register"); }
+void Cpu::set(int reg, std::uint32_t value) { check_unicorn(uc_reg_write(uc_, reg, &value), "register"); }
 
 std::uint32_t Cpu::pc() const { return get(UC_ARM_REG_PC) & ~1U; }
 
@@ -238,7 +238,7 @@ void Cpu::on_interrupt(std::uint32_t number) {
     } else if (number == kSupervisorCall) {
         nvic_.pend(kSvCall);
     } else {
-        failure_ = failure_.value_or(fmt::format("fault {} of the processor", number));
+        failure_ = failure_.value_or(fmt::format("processor fault {}", number));
     }
     uc_emu_stop(uc_);
 }
@@ -282,7 +282,7 @@ void Cpu::stack_frame() {
     const std::uint32_t exc_return =
         kExcReturn | (running_ == 0 ? kToThread : 0) | (process_stack ? kToProcessStack : 0) | (with_float ? 0 : kWithoutFloat);
     spend(kEntryCycles);
-    events_.advance(events_.now());  // what arrives by then is entered at once if it is more urgent: late arrival
+    events_.advance(events_.now());  // a more urgent exception that arrives until here is entered first: late arrival
     enter(false, exc_return);
 }
 
@@ -294,7 +294,7 @@ void Cpu::enter(bool tail_chained, std::uint32_t exc_return) {
     nvic_.enter(exception);
     running_ = exception;
     control_.set_running(exception);
-    set(UC_ARM_REG_XPSR, kThumb | static_cast<std::uint32_t>(exception));  // changes to the main stack
+    set(UC_ARM_REG_XPSR, kThumb | static_cast<std::uint32_t>(exception));  // selects the main stack
     sync_float_context(false);
     set(UC_ARM_REG_LR, exc_return);
     const std::uint32_t vector = memory_.word(control_.vector_table() + 4 * static_cast<std::uint32_t>(exception));
@@ -322,8 +322,7 @@ void Cpu::unstack_frame(std::uint32_t exc_return) {
     const bool process_stack = (exc_return & kToProcessStack) != 0;
     const bool with_float = (exc_return & kWithoutFloat) == 0;
     if (to_thread != (nvic_.active_count() == 0) || (process_stack && !to_thread)) {
-        fail(fmt::format("exception return {:#010x} does not fit the {} exceptions that are active", exc_return,
-                         nvic_.active_count()));
+        fail(fmt::format("exception return {:#010x} does not match the {} active exceptions", exc_return, nvic_.active_count()));
     }
     const std::uint32_t frame = get(process_stack ? UC_ARM_REG_PSP : UC_ARM_REG_MSP);
     for (std::uint32_t n = 0; n < kFrameRegisters.size(); ++n) {
@@ -332,7 +331,7 @@ void Cpu::unstack_frame(std::uint32_t exc_return) {
     const std::uint32_t pc = load(frame + 0x18);
     const std::uint32_t xpsr = load(frame + 0x1C);
     if (with_float && control_.lazy_save_waits()) {
-        control_.end_lazy_save();  // nobody has touched them
+        control_.end_lazy_save();  // the registers are unchanged
     } else if (with_float) {
         for (std::uint32_t n = 0; n < 16; ++n) {
             set(UC_ARM_REG_S0 + static_cast<int>(n), load(frame + kBasicFrame + 4 * n));
@@ -389,13 +388,13 @@ void Cpu::run() {
         return bytes.empty() ? 0U : static_cast<std::uint32_t>(bytes[0] | bytes[1] << 8U);
     };
     if (error == UC_ERR_INSN_INVALID && (instruction(pc() - 2) == kWfe || instruction(pc() - 2) == kYield)) {
-        return;  // hints; there is nobody to wait for
+        return;  // hints; no effect with one processor
     }
     if (error != UC_ERR_OK) {
         failure_ = error == UC_ERR_INSN_INVALID ? "undefined instruction" : uc_strerror(error);
     } else if (!stopping_) {
         if (instruction(pc() - 2) != kWfi) {
-            failure_ = "the emulator stopped without a reason";
+            failure_ = "the emulator stopped for an unknown reason";
         }
         asleep_ = true;
     }

@@ -1,4 +1,4 @@
-// The Cortex-M4F: Unicorn runs the instructions, exceptions are done here by hand (ARMv7-M B1.5).
+// Cortex-M4F: Unicorn runs the instructions; this class handles the exceptions (ARMv7-M B1.5).
 #pragma once
 
 #include <array>
@@ -19,8 +19,8 @@ struct uc_struct;
 
 namespace tricoil::virtual_board {
 
-/// Time model: one instruction takes one cycle; entering an exception takes 12, returning 10, going from one to the next 6. Wait
-/// states, pipeline and the longer VDIV and VSQRT are not modelled.
+/// Time model: one instruction takes one cycle, exception entry 12, exception return 10, tail chaining 6. Wait states, pipeline
+/// and the longer VDIV and VSQRT are not modelled.
 class Cpu {
 public:
     static constexpr int kEntryCycles = 12;
@@ -32,29 +32,29 @@ public:
     Cpu(const Cpu&) = delete;
     Cpu& operator=(const Cpu&) = delete;
 
-    /// From the vector table on.
+    /// Starts from the vector table.
     void reset();
 
-    /// Runs until `time`, or until somebody calls stop_soon(). Throws RunFailure whose message begins with the place: "pc 0x...".
+    /// Runs until `time` or stop_soon(). Throws RunFailure; its message begins with the pc in hexadecimal.
     void run_until(Ticks time);
     void stop_soon() { stop_requested_ = true; }
-    /// The interrupted program goes on there, with interrupts masked if so asked: for faults. Not from within an event.
+    /// Continues the interrupted program at `address`, optionally with interrupts masked; for faults. Not from an event.
     void jump(std::uint32_t address, bool masked);
 
-    /// Frequency, from the next instruction on.
+    /// Core frequency, from the next instruction on.
     void set_ticks_per_cycle(Ticks ticks) { ticks_per_cycle_ = ticks; }
     [[nodiscard]] Ticks ticks_per_cycle() const { return ticks_per_cycle_; }
 
-    /// Since power-on, sleep included.
+    /// Cycles since power-on, sleep included.
     [[nodiscard]] const std::uint64_t& cycles() const { return cycles_; }
-    /// Those in which instructions ran or exceptions were entered and left.
+    /// Cycles of instructions, exception entries and exception returns.
     [[nodiscard]] std::uint64_t busy_cycles() const { return busy_cycles_; }
-    /// Code runs in the system memory.
+    /// The code of the system memory is running.
     [[nodiscard]] bool in_bootloader() const { return in_bootloader_; }
     [[nodiscard]] std::uint32_t pc() const;
 
 private:
-    struct Hooks;  // what Unicorn calls
+    struct Hooks;  // callbacks of Unicorn
     friend struct Hooks;
 
     template <typename Act>
@@ -101,7 +101,7 @@ private:
     int running_ = 0;             // IPSR
     std::optional<std::uint32_t> exception_return_;
     std::optional<std::string> failure_;
-    std::uint32_t block_ = 0;  // its address
+    std::uint32_t block_ = 0;              // address of the running block
     std::vector<BlockFacts> flash_facts_;  // by half-word
     BlockFacts other_facts_;
 };

@@ -1,4 +1,4 @@
-// What happens at one time: the board's clockwork outside the processor.
+// Timed events of the board's hardware outside the processor.
 #pragma once
 
 #include <functional>
@@ -11,15 +11,15 @@ namespace tricoil::virtual_board {
 
 class Event;
 
-/// The present, and everything that is due. Events of one time happen in the order in which they were made.
+/// Present time and pending events. Events of the same time run in the order of their construction.
 class Events {
 public:
     [[nodiscard]] Ticks now() const { return now_; }
     [[nodiscard]] Ticks next() const { return next_; }
 
-    /// To be called by what makes time pass, the processor; lets everything happen that is due by then.
+    /// Called by the processor to advance time; runs all events that are due by `time`.
     void advance(Ticks time);
-    /// Time passes, and nothing happens before the next advance().
+    /// Advances time without running events; they run at the next advance().
     void pass(Ticks time) { now_ += time; }
 
 private:
@@ -31,7 +31,7 @@ private:
     std::vector<Event*> events_;
 };
 
-/// One thing that can happen, at most once at a time. As long-lived as its Events.
+/// One event, pending at most once. Lives as long as its Events.
 class Event {
 public:
     Event(Events& events, std::function<void()> act) : events_(events), act_(std::move(act)) { events.events_.push_back(this); }

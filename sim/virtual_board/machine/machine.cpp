@@ -21,9 +21,8 @@ Machine::Machine()
 
 void Machine::load(std::span<const std::uint8_t> image) {
     if (image.size() < 4 * kFirstInterrupt || image.size() > memory.flash.size()) {
-        throw std::invalid_argument(
-            fmt::format("image of {} bytes: must be a raw .bin of {} to {} bytes, as it is flashed to {:#010x}", image.size(),
-                        4 * kFirstInterrupt, memory.flash.size(), Memory::kFlashBase));
+        throw std::invalid_argument(fmt::format("image of {} bytes: give a raw .bin of {} to {} bytes for flash address {:#010x}",
+                                                image.size(), 4 * kFirstInterrupt, memory.flash.size(), Memory::kFlashBase));
     }
     std::fill(memory.flash.begin(), memory.flash.end(), 0xFF);
     std::copy(image.begin(), image.end(), memory.flash.begin());

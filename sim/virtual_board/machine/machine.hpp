@@ -1,4 +1,4 @@
-// A processor with memory, bus and interrupts, without anything of a maker's around it.
+// A processor with memory, bus and interrupt controller, without manufacturer-specific peripherals.
 #pragma once
 
 #include <cstdint>
@@ -13,19 +13,18 @@ class Machine {
 public:
     Machine();
 
-    /// The image, byte for byte, from the start of flash. Throws std::invalid_argument: empty, longer than bank 1, no vector
-    /// table.
+    /// Loads the image, byte for byte, at the start of flash. Throws std::invalid_argument: wrong size, or no vector table.
     void load(std::span<const std::uint8_t> image);
 
-    /// Processor and every peripheral as after power-on or a system reset; RAM keeps what it holds.
+    /// Resets the processor and all peripherals, as after power-on or a system reset; RAM keeps its content.
     void reset();
 
-    /// Runs on, through resets that the firmware asks for by AIRCR. Throws RunFailure.
+    /// Runs until `time`, across resets requested by the firmware through AIRCR. Throws RunFailure.
     void run_until(Ticks time);
 
-    /// What else happens on a reset that the firmware, or a watchdog, asks for.
+    /// Called on a reset requested by the firmware or a watchdog.
     std::function<void()> on_reset_request;
-    /// Asks for a reset before the next instruction.
+    /// Requests a reset before the next instruction.
     void request_reset();
 
     [[nodiscard]] Ticks now() const { return events.now(); }

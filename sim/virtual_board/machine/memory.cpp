@@ -9,7 +9,7 @@ namespace {
 // RM0440 section 48 (device electronic signature).
 constexpr std::uint32_t kUniqueId = 0x7590;
 constexpr std::uint32_t kFlashSize = 0x75E0;
-constexpr std::uint32_t kBootloaderEntry = 0x100;  // anywhere in the system memory: the machine notices that code runs there
+constexpr std::uint32_t kBootloaderEntry = 0x100;  // any address in system memory: the machine detects code that runs there
 
 void put(std::vector<std::uint8_t>& memory, std::uint32_t at, std::uint32_t word) {
     std::memcpy(memory.data() + at, &word, sizeof word);
@@ -23,7 +23,7 @@ Memory::Memory() : flash(kBankBytes, 0xFF), ram(kRamBytes), system(kSystemBytes,
     put(system, 4, kSystemBase + kBootloaderEntry + 1);
     put(system, kBootloaderEntry, 0xE7FEE7FE);  // b .
     put(system, kUniqueId, 0x00470047);         // wafer x, y
-    put(system, kUniqueId + 4, 0x56425254);     // lot, in letters
+    put(system, kUniqueId + 4, 0x56425254);     // lot number, ASCII
     put(system, kUniqueId + 8, 0x304C4F43);
     put(system, kFlashSize, 512);
 }

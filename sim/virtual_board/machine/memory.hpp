@@ -1,4 +1,4 @@
-// Memory that the processor reads and runs without any peripheral behind it.
+// Memory without peripheral behaviour: code and data.
 #pragma once
 
 #include <cstdint>
@@ -7,8 +7,8 @@
 
 namespace tricoil::virtual_board {
 
-/// Of an STM32G474RE: flash bank 1, from which code runs, also seen at 0; 128 KiB of RAM, its last 32 (CCM SRAM) also at
-/// 0x10000000; the system memory with the ROM bootloader and the numbers of the part. Bank 2 is a peripheral, since it can have
+/// Memory of an STM32G474RE: flash bank 1, which holds the code, aliased at 0; 128 KiB of RAM, the last 32 KiB (CCM SRAM) aliased
+/// at 0x10000000; the system memory with the ROM bootloader and the device signature. Bank 2 is a peripheral, because it can have
 /// errors.
 struct Memory {
     static constexpr std::uint32_t kFlashBase = 0x08000000;
@@ -22,11 +22,11 @@ struct Memory {
 
     Memory();
 
-    /// Memory that `size` bytes at this address are in, as the host holds it; empty: none of it is.
+    /// Host memory of `size` bytes at this address; empty if a part of it is outside memory.
     std::span<std::uint8_t> at(std::uint32_t address, std::uint32_t size);
     [[nodiscard]] std::uint32_t word(std::uint32_t address);
 
-    /// What RAM holds before anything is written: never zeros, and the same in every run.
+    /// Initial content of RAM: not zero, and the same in every run.
     static constexpr std::uint8_t kNeverWritten = 0xC5;
     void lose_ram();
 

@@ -7,7 +7,7 @@
 namespace tricoil::virtual_board {
 namespace {
 
-constexpr int kIdle = 256;  // below every priority
+constexpr int kIdle = 256;  // lower than every priority
 // Offsets from 0xE000E100.
 constexpr std::uint32_t kSetEnable = 0x000;
 constexpr std::uint32_t kClearEnable = 0x080;
@@ -49,12 +49,12 @@ void Nvic::unpend(int exception) {
 
 int Nvic::group_priority(int exception) const {
     if (exception < 4) {
-        return exception - 4;  // reset, NMI and HardFault stand above all: -3, -2, -1
+        return exception - 4;  // reset -3, NMI -2, HardFault -1: above all other exceptions
     }
     return state(exception).priority & ~((2U << group_) - 1U) & 0xFFU;
 }
 
-/// Of those pending and enabled the most urgent, if it is more so than what runs; else 0.
+/// The most urgent pending and enabled exception if it is more urgent than the running one; otherwise 0.
 int Nvic::most_urgent() const {
     if (urgent_ != kUnknown) {
         return urgent_;
@@ -176,7 +176,7 @@ void Nvic::write(std::uint32_t offset, std::uint32_t value) {
         for_bits(word, value, [this](int e) {
             unpend(e);
             if (state(e).level && !state(e).active) {
-                pend(e);  // the peripheral still asks
+                pend(e);  // the interrupt output of the peripheral is still high
             }
         });
     } else if (offset >= kPriority && offset < kPriority + kInterrupts) {

@@ -1,4 +1,4 @@
-// The interrupt controller: which exception is pending, which runs, and which may interrupt it (ARMv7-M B1.5, B3.4).
+// Interrupt controller: pending, active and preempting exceptions (ARMv7-M B1.5, B3.4).
 #pragma once
 
 #include <array>
@@ -18,47 +18,48 @@ constexpr int kSvCall = 11;
 constexpr int kPendSv = 14;
 constexpr int kSysTick = 15;
 
-/// What the processor's own registers say about masking.
+/// Mask registers of the processor.
 struct Masks {
     bool primask = false;
     bool faultmask = false;
     std::uint8_t basepri = 0;
 };
 
-/// From pending to its first instruction, whatever was in the way.
+/// Longest time from pending to the first instruction of the handler, over all causes of delay.
 struct Latency {
     Ticks worst = 0;
     std::uint64_t entries = 0;
 };
 
-/// Sits behind 0xE000E100-0xE000E4EF; system exceptions' priorities come from the system control block.
+/// Registers 0xE000E100-0xE000E4EF; the system control block sets the priorities of system exceptions.
 class Nvic final : public Peripheral {
 public:
     explicit Nvic(const Events& events) : events_(events) {}
 
-    /// A peripheral's interrupt output: pends when it rises, and again if it still is high when its handler returns.
+    /// Interrupt output of a peripheral: a rising edge makes the interrupt pending; if it is still high when the handler returns,
+    /// the interrupt becomes pending again.
     void set_level(int interrupt, bool high);
-    /// Pends an exception by number.
+    /// Makes an exception pending.
     void pend(int exception);
     void unpend(int exception);
 
-    /// Something is more urgent than what runs, whatever the masks say: worth asking to_take().
+    /// An exception is more urgent than the running one, without regard to the masks; then to_take() is worth a call.
     [[nodiscard]] bool may_take() const { return pending_count_ > 0 && most_urgent() != 0; }
-    /// The exception that would be entered now; 0: none.
+    /// The exception to enter now; 0: none.
     [[nodiscard]] int to_take(const Masks& masks) const;
-    /// Whether WFI ends: as to_take, but PRIMASK does not count (ARMv7-M B1.5.19).
+    /// True if WFI ends: like to_take(), but ignores PRIMASK (ARMv7-M B1.5.19).
     [[nodiscard]] bool wakes(Masks masks) const;
 
     void enter(int exception);
     void leave(int exception);
     [[nodiscard]] bool is_pending(int exception) const { return state(exception).pending; }
     [[nodiscard]] int active_count() const { return active_count_; }
-    /// Lowest number of those pending and enabled, whatever their priority; for ICSR.
+    /// Lowest number of the pending and enabled exceptions, without regard to priority; for ICSR.
     [[nodiscard]] int first_pending() const;
 
     [[nodiscard]] std::uint8_t priority(int exception) const { return state(exception).priority; }
     void set_priority(int exception, std::uint8_t value) {
-        state(exception).priority = value & 0xF0U;  // 4 bits are there
+        state(exception).priority = value & 0xF0U;  // 4 bits are implemented
         changed();
     }
     void set_group(unsigned prigroup) {
@@ -81,7 +82,7 @@ private:
         bool active = false;
         bool level = false;
         std::uint8_t priority = 0;
-        Ticks since = 0;  // when it became pending
+        Ticks since = 0;  // time at which it became pending
     };
 
     [[nodiscard]] const State& state(int exception) const { return states_[static_cast<std::size_t>(exception)]; }
@@ -99,7 +100,7 @@ private:
     int pending_count_ = 0;
     int active_count_ = 0;
     static constexpr int kUnknown = -1;
-    mutable int urgent_ = kUnknown;  // most_urgent(), until something changes
+    mutable int urgent_ = kUnknown;  // cached most_urgent()
 };
 
 }  // namespace tricoil::virtual_board

@@ -1,11 +1,11 @@
-// What answers at an address.
+// Interface of a memory-mapped peripheral.
 #pragma once
 
 #include <cstdint>
 
 namespace tricoil::virtual_board {
 
-/// Registers of 32 bits at offsets from a base. Offsets that a peripheral does not have throw RunFailure.
+/// Registers of 32 bits at offsets from a base. An unknown offset throws RunFailure.
 class Peripheral {
 public:
     Peripheral() = default;
@@ -15,9 +15,9 @@ public:
 
     virtual std::uint32_t read(std::uint32_t offset) = 0;
     virtual void write(std::uint32_t offset, std::uint32_t value) = 0;
-    /// A write of 1 or 2 bytes; unless a peripheral says otherwise the run fails, as few registers allow them.
+    /// A write of 1 or 2 bytes. The default throws RunFailure, because few registers allow it.
     virtual void write_narrow(std::uint32_t offset, std::uint32_t value, unsigned bytes);
-    /// As after power-on or a system reset.
+    /// State after power-on or a system reset.
     virtual void reset() = 0;
 };
 

@@ -1,4 +1,4 @@
-// Why a run cannot go on: the firmware did what hardware answers with a fault, or what this model does not have.
+// End of a run: the firmware caused a hardware fault or used something outside this model.
 #pragma once
 
 #include <stdexcept>
@@ -6,7 +6,7 @@
 
 namespace tricoil::virtual_board {
 
-/// Thrown by peripherals without a place; the machine adds pc and symbol on its way out.
+/// Peripherals throw it without an address. The processor adds the pc; the program adds the function name.
 class RunFailure : public std::runtime_error {
 public:
     using std::runtime_error::runtime_error;

@@ -1,6 +1,7 @@
-// Unicorn 2.0 asks at every store whether it overwrites translated code, with a heap allocation each time: half of all its time.
-// Here code lies in flash alone and RAM is not executable, so the answer is always no. The library calls these functions of its
-// own by name, and finds ours first; where a version of it does not, nothing but speed changes.
+// At every store Unicorn 2.0 checks for overwritten translated code, with a heap allocation each time: half of its run time. Here
+// all code is in flash and RAM is not executable, so the check is never needed. The library calls its own functions through the
+// dynamic linker, which finds these definitions first. A version of the library that binds them internally is slower, with the
+// same results.
 #include "sim/virtual_board/machine/store_speed.hpp"
 
 struct page_collection;

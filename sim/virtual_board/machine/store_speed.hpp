@@ -1,9 +1,9 @@
-// Makes the emulator's stores to RAM as fast as its loads.
+// Speeds up the emulator's stores to RAM.
 #pragma once
 
 namespace tricoil::virtual_board {
 
-/// To be called once by whoever uses the emulator, so that the linker takes what is in the source file.
+/// Call it once before the emulator is used, so that the linker includes the source file.
 void use_fast_stores();
 
 }  // namespace tricoil::virtual_board

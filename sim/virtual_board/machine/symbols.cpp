@@ -20,11 +20,11 @@ std::string demangled(const std::string& name) {
     return text ? text.get() : name;
 }
 
-/// A structure of the file at an offset.
+/// Reads a structure at an offset of the file.
 template <typename T>
 T take(std::span<const char> file, std::size_t at) {
     if (at + sizeof(T) > file.size()) {
-        throw std::invalid_argument("is cut off");
+        throw std::invalid_argument("file is truncated");
     }
     T value;
     std::memcpy(&value, file.data() + at, sizeof value);
@@ -41,7 +41,7 @@ std::string text_at(std::span<const char> file, std::size_t at) {
 Symbols::Symbols(std::span<const char> file) {
     const auto head = take<Elf32_Ehdr>(file, 0);
     if (std::memcmp(head.e_ident, ELFMAG, SELFMAG) != 0 || head.e_ident[EI_CLASS] != ELFCLASS32 || head.e_machine != EM_ARM) {
-        throw std::invalid_argument("is not an ELF file of a 32-bit Arm");
+        throw std::invalid_argument("not an ELF file for 32-bit Arm");
     }
     for (unsigned n = 0; n < head.e_shnum; ++n) {
         const auto section = take<Elf32_Shdr>(file, head.e_shoff + std::size_t{n} * head.e_shentsize);
@@ -63,7 +63,7 @@ Symbols::Symbols(std::span<const char> file) {
         }
     }
     if (by_name_.empty()) {
-        throw std::invalid_argument("has no symbols");
+        throw std::invalid_argument("no symbols");
     }
 }
 

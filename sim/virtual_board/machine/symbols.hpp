@@ -1,4 +1,4 @@
-// Names of a firmware's functions and objects, from its ELF file.
+// Function and object names of a firmware, from its ELF file.
 #pragma once
 
 #include <cstdint>
@@ -12,12 +12,12 @@ namespace tricoil::virtual_board {
 class Symbols {
 public:
     Symbols() = default;
-    /// Throws std::invalid_argument: not an ELF file of a 32-bit Arm with symbols.
+    /// Throws std::invalid_argument: not an ELF file for 32-bit Arm with symbols.
     explicit Symbols(std::span<const char> elf_file);
 
     /// "tricoil::app::start()+0x12"; "" if unknown.
     [[nodiscard]] std::string name_of(std::uint32_t address) const;
-    /// By its name in the file.
+    /// Looks up a name as it stands in the file.
     [[nodiscard]] std::optional<std::uint32_t> address_of(const std::string& name) const;
 
 private:

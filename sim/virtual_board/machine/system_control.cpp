@@ -14,7 +14,7 @@ constexpr std::uint32_t kVtor = 0x08;
 constexpr std::uint32_t kAircr = 0x0C;
 constexpr std::uint32_t kScr = 0x10;
 constexpr std::uint32_t kCcr = 0x14;
-constexpr std::uint32_t kPriorities = 0x18;  // of exceptions 4 to 15, a byte each
+constexpr std::uint32_t kPriorities = 0x18;  // of exceptions 4 to 15, one byte each
 constexpr std::uint32_t kShcsr = 0x24;
 constexpr std::uint32_t kCfsr = 0x28;
 constexpr std::uint32_t kHfsr = 0x2C;
@@ -47,16 +47,16 @@ std::uint32_t SystemControl::interrupt_state() const {
 }
 
 void SystemControl::control_interrupts(std::uint32_t value) {
-    const auto obey = [&](unsigned at, int exception, bool pends) {
+    const auto set_pending = [&](unsigned at, int exception, bool pends) {
         if ((value >> at & 1U) != 0) {
             pends ? nvic_.pend(exception) : nvic_.unpend(exception);
         }
     };
-    obey(31, kNmi, true);
-    obey(28, kPendSv, true);
-    obey(27, kPendSv, false);
-    obey(26, kSysTick, true);
-    obey(25, kSysTick, false);
+    set_pending(31, kNmi, true);
+    set_pending(28, kPendSv, true);
+    set_pending(27, kPendSv, false);
+    set_pending(26, kSysTick, true);
+    set_pending(25, kSysTick, false);
 }
 
 std::uint32_t SystemControl::read(std::uint32_t offset) {
@@ -121,7 +121,7 @@ void SystemControl::write(std::uint32_t offset, std::uint32_t value) {
             break;
         case kAircr:
             if (value >> 16U != 0x05FA) {
-                throw RunFailure("AIRCR written without its key");
+                throw RunFailure("AIRCR is written without its key");
             }
             nvic_.set_group(value >> 8U & 7U);
             if ((value & kSystemResetRequest) != 0) {
@@ -161,7 +161,7 @@ void SystemControl::write(std::uint32_t offset, std::uint32_t value) {
         case kDemcr:
             break;
         default:
-            throw RunFailure("no such register, or it cannot be written");
+            throw RunFailure("no such register, or the register is read-only");
     }
 }
 
@@ -169,7 +169,7 @@ void SystemControl::write_narrow(std::uint32_t offset, std::uint32_t value, unsi
     for (unsigned byte = 0; byte < bytes; ++byte) {
         const std::uint32_t at = offset + byte - kPriorities;
         if (offset < kPriorities || at >= kPriorityBytes) {
-            throw RunFailure("byte write to a register of 4 bytes");
+            throw RunFailure("byte write to a 4-byte register");
         }
         nvic_.set_priority(static_cast<int>(4 + at), static_cast<std::uint8_t>(value >> 8U * byte));
     }
@@ -228,7 +228,7 @@ void SysTick::write(std::uint32_t offset, std::uint32_t value) {
     switch (offset) {
         case 0x0:
             if ((value & 5U) == 1U) {
-                throw RunFailure("SysTick by HCLK/8 is not modelled; set CLKSOURCE");
+                throw RunFailure("SysTick with HCLK/8 is not in this model; set CLKSOURCE");
             }
             if (((control_ ^ value) & 1U) != 0) {
                 control_ = value & 7U;

@@ -1,4 +1,4 @@
-// The processor's own registers outside its core: system control block, SysTick, floating-point context, cycle counter.
+// Registers of the processor's private bus: system control block, SysTick, floating-point context, cycle counter.
 #pragma once
 
 #include <functional>
@@ -7,7 +7,7 @@
 
 namespace tricoil::virtual_board {
 
-/// SCB and the floating-point registers behind it, 0xE000ED00-0xE000EFFF (ARMv7-M B3.2).
+/// System control block and floating-point context registers, 0xE000ED00-0xE000EFFF (ARMv7-M B3.2).
 class SystemControl final : public Peripheral {
 public:
     SystemControl(Nvic& nvic, std::function<void()> request_reset) : nvic_(nvic), request_reset_(std::move(request_reset)) {}
@@ -17,7 +17,7 @@ public:
     [[nodiscard]] bool float_is_on() const { return (cpacr_ >> 20U & 0xFU) == 0xFU; }
     [[nodiscard]] bool stack_aligned() const { return (ccr_ & 1U << 9U) != 0; }
 
-    // FPCCR and FPCAR: where the floating-point registers of what was interrupted belong, if nobody has needed them yet.
+    // FPCCR and FPCAR: stack address of the interrupted program's floating-point registers while their save is pending.
     [[nodiscard]] bool saves_float() const { return (fpccr_ & 1U << 31U) != 0; }
     [[nodiscard]] bool saves_lazily() const { return (fpccr_ & 1U << 30U) != 0; }
     [[nodiscard]] bool lazy_save_waits() const { return (fpccr_ & 1U) != 0; }
@@ -31,7 +31,7 @@ public:
     void write_narrow(std::uint32_t offset, std::uint32_t value, unsigned bytes) override;
     void reset() override;
 
-    /// The exception that runs, for ICSR.
+    /// Number of the running exception, for ICSR.
     void set_running(int exception) { running_ = exception; }
 
 private:
@@ -53,10 +53,10 @@ private:
     int running_ = 0;
 };
 
-/// 0xE000E010: counts the processor's cycles down.
+/// 0xE000E010: down-counter of processor cycles.
 class SysTick final : public Peripheral {
 public:
-    /// `ticks_per_cycle`: at the present clock.
+    /// `ticks_per_cycle`: at the present core clock.
     SysTick(Events& events, Nvic& nvic, std::function<Ticks()> ticks_per_cycle);
 
     std::uint32_t read(std::uint32_t offset) override;
@@ -77,7 +77,7 @@ private:
     bool counted_ = false;
 };
 
-/// 0xE0001000 CYCCNT, and 0xE000EDF0 DEMCR that allows it.
+/// 0xE0001000: CTRL and CYCCNT of the DWT. SystemControl has DEMCR.
 class CycleCounter final : public Peripheral {
 public:
     explicit CycleCounter(const std::uint64_t& cycles) : cycles_(cycles) {}

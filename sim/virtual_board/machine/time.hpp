@@ -1,4 +1,4 @@
-// Time of the virtual board: one unit in which a cycle of every clock is a whole number.
+// Time unit of the virtual board: a cycle of every clock is a whole number of ticks.
 #pragma once
 
 #include <cstdint>
@@ -6,7 +6,7 @@
 
 namespace tricoil::virtual_board {
 
-/// Of 1/8.16 GHz: 48 make a cycle at 170 MHz, 340 at 24 MHz, 510 at 16 MHz, 170 at 48 MHz, 255000 at 32 kHz.
+/// 1/8.16 GHz: 48 ticks per cycle at 170 MHz, 340 at 24 MHz, 510 at 16 MHz, 170 at 48 MHz, 255000 at 32 kHz.
 using Ticks = std::int64_t;
 constexpr Ticks kTicksPerSecond = 8'160'000'000;
 constexpr Ticks kNever = std::numeric_limits<Ticks>::max();

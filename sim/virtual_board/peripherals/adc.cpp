@@ -33,8 +33,8 @@ constexpr unsigned kCalibrate = 31;
 constexpr double kReadyS = 1e-6;            // DS12288, stabilisation time after power-up
 constexpr double kRegulatorStartS = 20e-6;  // DS12288, start-up time of the converter's voltage regulator
 constexpr double kCalibrationCycles = 116;
-constexpr double kMostHz = 60e6;  // DS12288, one converter at 12 bits
-// Twice the cycles of SMPR's codes.
+constexpr double kMaxHz = 60e6;  // DS12288, one converter at 12 bits
+// Sampling times of the SMPR codes, in half cycles.
 constexpr std::array<int, 8> kSampling2{5, 13, 25, 49, 95, 185, 495, 1281};
 constexpr int kConverting2 = 25;
 
@@ -81,7 +81,7 @@ void Adc::trigger(unsigned source) {
 void Adc::finish(std::uint32_t code) {
     converting_ = false;
     if (!is_set(registers_[kCfgr2], 0)) {
-        give(code);
+        store_result(code);
         return;
     }
     sum_ += code;
@@ -90,12 +90,12 @@ void Adc::finish(std::uint32_t code) {
         const std::uint32_t result = sum_ >> field(registers_[kCfgr2], 5, 4) & 0xFFFFU;
         sum_ = 0;
         summed_ = 0;
-        give(result);
+        store_result(result);
     }
 }
 
-void Adc::give(std::uint32_t result) {
-    watch(result);
+void Adc::store_result(std::uint32_t result) {
+    check_watchdog(result);
     const bool by_dma = is_set(registers_[kCfgr], 0);
     const bool unread = is_set(flags_, kEndOfConversion);
     if (unread) {
@@ -108,19 +108,19 @@ void Adc::give(std::uint32_t result) {
     if (on_result) {
         on_result(result);
     }
-    if (by_dma && !is_set(flags_, kOverrun)) {  // after an overrun no more requests until the flag is cleared
+    if (by_dma && !is_set(flags_, kOverrun)) {  // after an overrun there are no more requests until the flag is cleared
         dma_.request(params_.request);
     }
     show_interrupt();
 }
 
-void Adc::watch(std::uint32_t result) {
+void Adc::check_watchdog(std::uint32_t result) {
     const std::uint32_t cfgr = registers_[kCfgr];
-    const bool watches = is_set(cfgr, 23) && (!is_set(cfgr, 22) || field(cfgr, 26, 5) == channel());
+    const bool is_watched = is_set(cfgr, 23) && (!is_set(cfgr, 22) || field(cfgr, 26, 5) == channel());
     const bool oversamples = is_set(registers_[kCfgr2], 0);
     const std::uint32_t seen = oversamples ? result >> 4U : result;
     const std::uint32_t limits = registers_[kTr1];
-    if (watches && (seen < field(limits, 0, 12) || seen > field(limits, 16, 12))) {
+    if (is_watched && (seen < field(limits, 0, 12) || seen > field(limits, 16, 12))) {
         flags_ |= 1U << kWatchdog1;
     }
 }
@@ -139,10 +139,10 @@ void Adc::control(std::uint32_t value) {
     const std::uint32_t adc_hz_divider = common_.divider();
     if (is_set(value, kCalibrate)) {
         if (!powered || is_set(control_, kEnable)) {
-            throw RunFailure("calibration needs the regulator, and a converter that is not enabled");
+            throw RunFailure("calibration requires the regulator to be on and the converter to be disabled");
         }
         if (machine_.now() < *regulated_from_) {
-            throw RunFailure("calibration begins before the regulator has started");
+            throw RunFailure("calibration starts before the regulator is ready");
         }
         control_ |= 1U << kCalibrate;
         calibrated_.in(static_cast<Ticks>(kCalibrationCycles) * adc_hz_divider * machine_.cpu.ticks_per_cycle());
@@ -150,12 +150,12 @@ void Adc::control(std::uint32_t value) {
     }
     if (is_set(value, kEnable) && !is_set(control_, kEnable)) {
         if (!powered || is_set(control_, kCalibrate)) {
-            throw RunFailure("enabled without its regulator, or while it calibrates");
+            throw RunFailure("converter is enabled without its regulator, or during calibration");
         }
         const double hz =
             static_cast<double>(kTicksPerSecond) / static_cast<double>(machine_.cpu.ticks_per_cycle()) / adc_hz_divider;
-        if (hz > kMostHz) {
-            throw RunFailure("the converter's clock is faster than 60 MHz");
+        if (hz > kMaxHz) {
+            throw RunFailure("the converter clock is above 60 MHz");
         }
         control_ |= 1U << kEnable;
         ready_.in(ticks(kReadyS));
@@ -166,10 +166,10 @@ void Adc::control(std::uint32_t value) {
     }
     if (is_set(value, kStart)) {
         if (!is_set(control_, kEnable) || !is_set(flags_, kReady)) {
-            throw RunFailure("started before ADRDY");
+            throw RunFailure("conversion starts before ADRDY");
         }
         if (field(registers_[kCfgr], 10, 2) != 1) {
-            throw RunFailure("only conversions by a rising trigger are in this model");
+            throw RunFailure("only conversions on a rising trigger edge are in this model");
         }
         if (field(registers_[kSqr1], 0, 4) != 0) {
             throw RunFailure("only sequences of one conversion are in this model");
@@ -204,7 +204,7 @@ std::uint32_t Adc::read(std::uint32_t offset) {
 void Adc::write(std::uint32_t offset, std::uint32_t value) {
     const bool set_up = offset != kIsr && offset != kIer && offset != kCr && offset != kTr1;
     if (set_up && runs()) {
-        throw RunFailure("set up while conversions run");
+        throw RunFailure("register is written while conversions run");
     }
     switch (offset) {
         case kIsr:

@@ -1,4 +1,4 @@
-// Analog-to-digital converter (RM0440 section 21): one channel, conversions by trigger, oversampling, analog watchdog 1.
+// Analog-to-digital converter (RM0440 section 21): one channel, triggered conversions, oversampling, analog watchdog 1.
 #pragma once
 
 #include <functional>
@@ -11,7 +11,7 @@ namespace tricoil::virtual_board {
 /// Clock of a group of converters, ADCx_CCR.
 class AdcCommon final : public Peripheral {
 public:
-    /// Cycles of the bus clock to one of the converter's.
+    /// Bus clock cycles per converter clock cycle.
     [[nodiscard]] unsigned divider() const;
     std::uint32_t read(std::uint32_t offset) override { return registers_.at(offset); }
     void write(std::uint32_t offset, std::uint32_t value) override { registers_.at(offset) = value; }
@@ -22,7 +22,7 @@ private:
 };
 
 struct AdcParams {
-    unsigned request = 0;  // at the DMA's multiplexer
+    unsigned request = 0;  // number at the DMA request multiplexer
     int interrupt = 0;
 };
 
@@ -30,21 +30,21 @@ class Adc final : public Peripheral {
 public:
     Adc(Machine& machine, Dma& dma, const AdcCommon& common, const AdcParams& params);
 
-    /// One of its external triggers came: a conversion begins, if it is set up for it.
+    /// External trigger `source`: starts a conversion if the converter is configured for it.
     void trigger(unsigned source);
     [[nodiscard]] bool is_converting() const { return converting_; }
-    /// From the trigger until the voltage is held.
+    /// Time from the trigger until the voltage is held.
     [[nodiscard]] Ticks sampling_time() const;
     [[nodiscard]] Ticks conversion_time() const;
     [[nodiscard]] unsigned channel() const { return field(registers_[0x30], 6, 5); }
-    /// The conversion ends with this code, 0 to 4095.
+    /// Ends the conversion with this code, 0 to 4095.
     void finish(std::uint32_t code);
 
-    /// Sees each result that goes to DR; may not be set.
+    /// Called with each result written to DR; may be empty.
     std::function<void(std::uint32_t)> on_result;
 
-    /// A broken converter: starts, and never ends a conversion.
-    void stick(bool stuck) { stuck_ = stuck; }
+    /// Emulates a broken converter: no conversion ends.
+    void set_stuck(bool stuck) { stuck_ = stuck; }
 
     std::uint32_t read(std::uint32_t offset) override;
     void write(std::uint32_t offset, std::uint32_t value) override;
@@ -52,8 +52,8 @@ public:
 
 private:
     void control(std::uint32_t value);
-    void give(std::uint32_t result);
-    void watch(std::uint32_t result);
+    void store_result(std::uint32_t result);
+    void check_watchdog(std::uint32_t result);
     void show_interrupt();
     [[nodiscard]] bool runs() const { return is_set(control_, 2); }
 

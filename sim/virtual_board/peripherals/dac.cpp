@@ -11,7 +11,7 @@ constexpr std::uint32_t kOutput2 = 0x30;
 constexpr std::uint32_t kSr = 0x34;
 constexpr std::uint32_t kMcr = 0x3C;
 
-constexpr unsigned kTriggered = 1;  // of channel 1; channel 2 lies 16 bits further up
+constexpr unsigned kTriggered = 1;  // of channel 1; the bits of channel 2 are 16 positions higher
 constexpr unsigned kDma = 12;
 constexpr unsigned kUnderrun = 13;
 constexpr unsigned kReady = 11;
@@ -80,7 +80,7 @@ void Dac::write(std::uint32_t offset, std::uint32_t value) {
             break;
         case kCr:
             if ((value & 0x00C000C0U) != 0) {
-                throw RunFailure("wave generators are not in this model");
+                throw RunFailure("wave generation is not in this model");
             }
             if ((value & 0x00010001U) != 0 && core_hz_() > kFastBusHz && field(registers_[kMcr], 14, 2) != 2) {
                 throw RunFailure("MCR.HFSEL must be 2 with a bus above 160 MHz");

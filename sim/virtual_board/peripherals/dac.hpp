@@ -11,15 +11,16 @@ namespace tricoil::virtual_board {
 
 class Dac final : public Peripheral {
 public:
-    /// `requests`: the channels' numbers at the DMA's multiplexer. `core_hz`: what HFSEL must fit.
+    /// `requests`: the channels' numbers at the DMA request multiplexer. `core_hz`: checked against HFSEL.
     Dac(Dma& dma, std::array<unsigned, 2> requests, std::function<double()> core_hz);
 
-    /// One of its triggers came.
+    /// Trigger `source`.
     void trigger(unsigned source);
-    /// 0 to 4095, of a channel that is on; none: the output floats.
+    /// A channel that is off has a floating output.
     [[nodiscard]] bool is_on(unsigned channel) const { return is_set(registers_[0x00], 16 * channel); }
-    /// Its output goes to other peripherals of the chip, unbuffered.
+    /// The output is connected to on-chip peripherals only, unbuffered.
     [[nodiscard]] bool is_inside(unsigned channel) const { return field(registers_[0x3C], 16 * channel, 3) == 3; }
+    /// Output code, 0 to 4095.
     [[nodiscard]] std::uint32_t code(unsigned channel) const { return outputs_[channel]; }
 
     std::uint32_t read(std::uint32_t offset) override;

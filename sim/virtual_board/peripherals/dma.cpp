@@ -118,7 +118,7 @@ void Dma::write(std::uint32_t offset, std::uint32_t value) {
     Channel& c = channels_[(offset - 8) / 20];
     const bool is_control = &target == &c.control;
     if (!is_control && is_set(c.control, kEnable)) {
-        throw RunFailure(fmt::format("DMA channel {} is set up while it is on", (offset - 8) / 20 + 1));
+        throw RunFailure(fmt::format("DMA channel {} is configured while it is enabled", (offset - 8) / 20 + 1));
     }
     if (is_control && (value & 1U << 14U) != 0) {
         throw RunFailure("memory to memory is not in this model");

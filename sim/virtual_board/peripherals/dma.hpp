@@ -8,17 +8,17 @@
 
 namespace tricoil::virtual_board {
 
-/// Requests are served at once.
+/// Serves every request at once.
 class Dma final : public Peripheral {
 public:
     static constexpr unsigned kChannels = 8;
 
     explicit Dma(Machine& machine);
 
-    /// A peripheral wants one item moved. False: no channel that is on has this request.
+    /// A peripheral requests the transfer of one item. False: no enabled channel has this request.
     bool request(unsigned id);
-    /// A broken controller serves nobody.
-    void stick(bool stuck) { stuck_ = stuck; }
+    /// Emulates a broken controller: no request is served.
+    void set_stuck(bool stuck) { stuck_ = stuck; }
 
     Peripheral& multiplexer() { return multiplexer_; }
 

@@ -47,7 +47,7 @@ constexpr unsigned kFdOn = 8;
 constexpr unsigned kSwitchOn = 9;
 constexpr unsigned kCompensation = 23;
 
-constexpr unsigned kNew0 = 0;  // new, full, lost; of FIFO 1 three bits further up
+constexpr unsigned kNew0 = 0;  // new, full, lost; the bits of FIFO 1 are three positions higher
 constexpr unsigned kTransmitted = 7;
 constexpr unsigned kCancelled = 8;
 constexpr unsigned kQueueEmpty = 9;
@@ -152,7 +152,7 @@ std::optional<CanFrame> Fdcan::waiting() const {
         check_pins();
     }
     if (frame.fast && !is_set(registers_[kDbtp], kCompensation)) {
-        throw RunFailure("FDCAN sends with a fast data phase without transmitter delay compensation");
+        throw RunFailure("FDCAN sends with bit rate switching, but transmitter delay compensation is off");
     }
     return frame;
 }
@@ -279,7 +279,7 @@ void Fdcan::acknowledge(unsigned n, std::uint32_t index) {
     Fifo& fifo = fifos_[n];
     const unsigned count = (index + kDepth - fifo.get) % kDepth + 1;
     if (count > fifo.level) {
-        throw RunFailure("a FIFO is acknowledged past what it holds");
+        throw RunFailure("acknowledge of more FIFO elements than are stored");
     }
     fifo.level -= count;
     fifo.get = (fifo.get + count) % kDepth;
@@ -314,7 +314,7 @@ void Fdcan::control(std::uint32_t value) {
     }
     constexpr std::uint32_t kAlways = 1U << kInit | 1U << kChange | 1U << 4U;
     if (!open && ((before ^ next) & ~kAlways & 0xFFFFU) != 0 && is_set(value, kInit)) {
-        throw RunFailure("CCCR's protected bits are written without INIT and CCE");
+        throw RunFailure("protected bits of CCCR are written without INIT and CCE");
     }
     registers_.at(kCccr) = next;
     if (is_set(before, kInit) && !is_set(next, kInit)) {
@@ -400,7 +400,7 @@ void Fdcan::write(std::uint32_t offset, std::uint32_t value) {
             for (unsigned n = 0; n < kDepth; ++n) {
                 if (is_set(value, n)) {
                     if (is_set(requests_, n)) {
-                        throw RunFailure(fmt::format("buffer {} is requested while it is still to be sent", n));
+                        throw RunFailure(fmt::format("transmit buffer {} is requested while its last request is pending", n));
                     }
                     requests_ |= 1U << n;
                     put_index_ = (n + 1) % kDepth;

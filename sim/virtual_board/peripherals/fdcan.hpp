@@ -1,4 +1,5 @@
-// CAN FD controller with its message memory (RM0440 section 44): filters, two FIFOs of three, three buffers to send from.
+// CAN FD controller with its message memory (RM0440 section 44): filters, two receive FIFOs of three elements, three transmit
+// buffers.
 #pragma once
 
 #include <array>
@@ -24,32 +25,32 @@ struct CanFrame {
 
 class Fdcan final : public Peripheral {
 public:
-    /// `kernel_hz`: of its clock, 0 if it has none.
+    /// `kernel_hz`: kernel clock, 0 if it is off.
     Fdcan(Machine& machine, int interrupt, std::function<double()> kernel_hz);
 
-    /// The message memory, for the bus.
+    /// Message memory, for the bus.
     Peripheral& memory() { return memory_; }
 
-    /// It takes part: neither initialising nor bus-off.
+    /// The controller takes part in the bus: neither initialising nor bus-off.
     [[nodiscard]] bool is_on() const;
-    /// The frame that it would send next; the one of lowest number if several wait.
+    /// The next frame to send. In FIFO mode it is the oldest, in queue mode the lowest identifier.
     [[nodiscard]] std::optional<CanFrame> waiting() const;
-    /// That frame has been sent, and acknowledged; or it was not.
+    /// That frame was sent; `acknowledged`: by another node.
     void sent(bool acknowledged);
-    /// A frame of somebody else.
+    /// Receives a frame of another node.
     void receive(const CanFrame& frame);
-    /// Somebody destroys what is on the bus.
+    /// An error frame destroys the frame on the bus.
     void bus_error(bool while_sending);
-    /// Bits a second, in the arbitration and in the data phase. Throws RunFailure if it is set up so that no bus has it.
+    /// Bit rates of the arbitration and the data phase, bit/s.
     [[nodiscard]] double nominal_hz() const;
     [[nodiscard]] double data_hz() const;
-    /// Where the data phase is sampled, and where delay compensation looks for it, in cycles of the kernel clock.
+    /// Sample point of the data phase and TDCR.TDCO, in kernel clock cycles.
     [[nodiscard]] unsigned data_sample_point() const;
     [[nodiscard]] unsigned compensation_offset() const;
 
-    /// Called when a frame may wait to be sent.
+    /// Called when a frame may be ready to send.
     std::function<void()> on_request;
-    /// Throws RunFailure if the pins are not the controller's.
+    /// Throws RunFailure if the pins are not configured for the controller.
     std::function<void()> check_pins;
 
     std::uint32_t read(std::uint32_t offset) override;
@@ -100,7 +101,7 @@ private:
     unsigned last_error_ = 7;
 };
 
-/// Bytes that a data length code stands for, and the shortest code for so many.
+/// Bytes of a data length code, and the lowest code for a number of bytes.
 unsigned bytes_of_code(unsigned code);
 unsigned code_of_bytes(std::size_t bytes);
 

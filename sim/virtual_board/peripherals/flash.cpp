@@ -41,7 +41,7 @@ Flash::Flash(Machine& machine)
 bool Flash::is_locked() const { return is_set(registers_[kCr], kLock); }
 
 void Flash::reset() {
-    lose_power();  // a reset ends an operation as badly
+    lose_power();  // a reset damages an operation in progress like a power failure
     registers_.reset();
     first_word_.reset();
     keys_ = 0;
@@ -91,8 +91,7 @@ void Flash::lose_power() {
         damaged_.insert(cut.offset);
         return;
     }
-    for (std::uint32_t at = cut.offset; at < cut.offset + kPageBytes;
-         at += 16) {  // every other double-word is neither old nor new
+    for (std::uint32_t at = cut.offset; at < cut.offset + kPageBytes; at += 16) {  // damages every other double-word
         std::fill_n(content_.begin() + at, 8, 0xFF);
         damaged_.insert(at + 8);
     }
@@ -116,7 +115,7 @@ std::uint32_t Flash::read_bank(std::uint32_t offset) {
 
 void Flash::write_bank(std::uint32_t offset, std::uint32_t value) {
     if (is_locked() || !is_set(registers_[kCr], kProgram)) {
-        throw RunFailure("plain store to flash, without unlocking and PG");
+        throw RunFailure("store to flash without unlocking and PG");
     }
     if (operation_) {
         throw RunFailure("bank 2 is written while it is erased or programmed");
@@ -150,7 +149,7 @@ void Flash::write_bank(std::uint32_t offset, std::uint32_t value) {
 void Flash::unlock(std::uint32_t key) {
     constexpr std::array<std::uint32_t, 2> kKeys{0x45670123, 0xCDEF89AB};
     if (keys_ > 1 || !is_locked() || key != kKeys[static_cast<std::size_t>(keys_)]) {
-        throw RunFailure("wrong key: flash would stay locked until the next reset");
+        throw RunFailure("wrong key: the flash stays locked until the next reset");
     }
     if (++keys_ == 2) {
         keys_ = 0;
@@ -160,10 +159,10 @@ void Flash::unlock(std::uint32_t key) {
 
 void Flash::control(std::uint32_t value) {
     if (operation_) {
-        throw RunFailure("CR is written while flash is busy");
+        throw RunFailure("CR is written while the flash is busy");
     }
     if (is_locked()) {
-        throw RunFailure("CR is written while flash is locked");
+        throw RunFailure("CR is written while the flash is locked");
     }
     registers_.at(kCr) = value & ~(1U << kStart);
     if (!is_set(value, kStart)) {
@@ -174,7 +173,7 @@ void Flash::control(std::uint32_t value) {
         return;
     }
     if (!is_set(value, kBank2)) {
-        throw RunFailure("a page of bank 1, from which the code runs, is erased");
+        throw RunFailure("erase of a page of bank 1, which holds the running code");
     }
     begin({field(value, 3, 7) * kPageBytes, std::nullopt}, kEraseS);
 }

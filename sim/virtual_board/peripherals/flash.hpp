@@ -1,4 +1,4 @@
-// Flash memory (RM0440 section 5): bank 2 of double-words that can be erased, programmed, and left damaged by a loss of power.
+// Flash memory (RM0440 section 5): bank 2, in double-words that are erased, programmed, or damaged by a power failure.
 #pragma once
 
 #include <array>
@@ -12,13 +12,13 @@
 
 namespace tricoil::virtual_board {
 
-/// Registers at 0x40022000 and bank 2 at 0x08040000. What it holds survives resets and losses of power; a double-word whose
-/// programming or erasing was cut off is damaged: reading it raises the NMI with ECCR.ECCD, until its page is erased.
+/// Registers at 0x40022000 and bank 2 at 0x08040000. The content survives resets and power failures. A double-word is damaged if
+/// its programming or erasing was interrupted: reading it raises the NMI with ECCR.ECCD, until its page is erased.
 class Flash final : public Peripheral {
 public:
     static constexpr std::uint32_t kPageBytes = 2048;
     static constexpr double kProgramS = 85e-6;  // DS12288: 64 bits
-    static constexpr double kEraseS = 22e-3;    // a page
+    static constexpr double kEraseS = 22e-3;    // per page
 
     explicit Flash(Machine& machine);
 
@@ -26,16 +26,16 @@ public:
     Peripheral& bank() { return bank_; }
     [[nodiscard]] std::uint32_t wait_states() const { return field(registers_[kAcr], 0, 4); }
 
-    /// In the middle of the n-th erasing or programming from now on, `act` is called; 0 is the next one.
+    /// Calls `act` in the middle of the n-th erase or program operation from now on; 0 is the next one.
     void interrupt_operation(std::uint64_t n, std::function<void()> act);
-    /// Power is gone now: what is under way leaves damage.
+    /// Power failure: an operation in progress leaves damage.
     void lose_power();
 
     [[nodiscard]] std::vector<std::uint8_t>& content() { return content_; }
     [[nodiscard]] std::set<std::uint32_t>& damaged() { return damaged_; }
     [[nodiscard]] std::uint64_t operations() const { return operations_; }
 
-    /// Called when erasing or programming begins.
+    /// Called when an erase or program operation starts.
     std::function<void()> on_operation;
 
     std::uint32_t read(std::uint32_t offset) override;
@@ -53,10 +53,10 @@ private:
     private:
         Flash& flash_;
     };
-    /// Under way: an erased page or a programmed double-word.
+    /// Operation in progress: a page erase or the programming of a double-word.
     struct Operation {
         std::uint32_t offset = 0;
-        std::optional<std::array<std::uint32_t, 2>> words;  // none: erases
+        std::optional<std::array<std::uint32_t, 2>> words;  // empty: page erase
     };
 
     static constexpr std::uint32_t kAcr = 0x00;

@@ -1,4 +1,4 @@
-// One port of pins (RM0440 section 9).
+// One GPIO port (RM0440 section 9).
 #pragma once
 
 #include <functional>
@@ -10,7 +10,7 @@ namespace tricoil::virtual_board {
 
 class Gpio final : public Peripheral {
 public:
-    /// Reset values differ on ports A and B, whose pins serve the debugger.
+    /// Ports A and B have different reset values, because some of their pins are debug pins.
     Gpio(std::uint32_t modes, std::uint32_t speeds, std::uint32_t pulls);
 
     enum class Mode : std::uint8_t { input, output, alternate, analog };
@@ -18,7 +18,7 @@ public:
     [[nodiscard]] unsigned function(unsigned pin) const { return field(registers_[pin < 8 ? 0x20 : 0x24], 4 * (pin % 8), 4); }
     [[nodiscard]] bool is_alternate(unsigned pin, unsigned f) const { return mode(pin) == Mode::alternate && function(pin) == f; }
     [[nodiscard]] bool is_analog(unsigned pin) const { return mode(pin) == Mode::analog; }
-    /// What the pin drives: low unless it is an output that is set, as the board's pull-downs have it.
+    /// Level of the pin: low unless it is an output that is set, because of the board's pull-downs.
     [[nodiscard]] bool drives_high(unsigned pin) const { return mode(pin) == Mode::output && is_set(registers_[0x14], pin); }
 
     /// Called after an output may have changed.

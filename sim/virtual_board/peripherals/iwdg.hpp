@@ -1,4 +1,4 @@
-// Independent watchdog (RM0440 section 43): by the 32 kHz oscillator, not to be stopped.
+// Independent watchdog (RM0440 section 43): clocked by the 32 kHz oscillator; cannot be stopped.
 #pragma once
 
 #include <functional>
@@ -10,8 +10,8 @@ namespace tricoil::virtual_board {
 
 class Iwdg final : public Peripheral {
 public:
-    Iwdg(Machine& machine, std::function<void()> bite)
-        : expires_(machine.events, std::move(bite)),
+    Iwdg(Machine& machine, std::function<void()> on_expired)
+        : expires_(machine.events, std::move(on_expired)),
           prescaler_(machine.events, [] {}),
           reload_(machine.events, [] {}),
           window_(machine.events, [] {}) {}
@@ -25,11 +25,11 @@ public:
     void write(std::uint32_t offset, std::uint32_t value) override {
         if (offset != kKey) {
             if (!unlocked_) {
-                throw RunFailure("PR or RLR is written without the key 0x5555");
+                throw RunFailure("PR, RLR or WINR is written without the key 0x5555");
             }
             Event& update = offset == kPrescaler ? prescaler_ : offset == kReload ? reload_ : window_;
             if (update.is_due()) {
-                throw RunFailure("PR, RLR or WINR is written again before the watchdog has taken it");
+                throw RunFailure("PR, RLR or WINR is written again before its last update has finished");
             }
             update.in(kUpdateCycles * kTicksPerCycle);
             registers_.at(offset) = value;

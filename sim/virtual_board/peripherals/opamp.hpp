@@ -8,12 +8,11 @@ namespace tricoil::virtual_board {
 
 class Opamp final : public Peripheral {
 public:
-    /// What it amplifies.
-    enum class Input { pin, dac };  // VINP0; the converter within the chip that this op-amp has
+    /// Signal source of an op-amp.
+    enum class Input { pin, dac };  // VINP0; the on-chip DAC of this op-amp
     [[nodiscard]] Input input(unsigned n) const { return field(registers_[4 * (n - 1)], 2, 2) == 3 ? Input::dac : Input::pin; }
 
-    /// Nominal gain of alternating voltage around half the supply; 0: off, its input is another pin, or its output does not reach
-    /// the converter.
+    /// Nominal AC gain around half the supply; 0: off, its input is another pin, or its output is not connected to the converter.
     [[nodiscard]] double gain(unsigned n) const {
         const std::uint32_t csr = registers_[4 * (n - 1)];
         const bool on = is_set(csr, 0) && is_set(csr, 8) && (field(csr, 2, 2) == 0 || field(csr, 2, 2) == 3);
@@ -23,7 +22,7 @@ public:
                 return on ? 1 : 0;
             case 2:
                 if (on && field(code, 3, 2) != 1) {
-                    throw RunFailure("a gain ladder that ends at ground: half the supply would saturate it");
+                    throw RunFailure("the gain ladder is connected to ground: half the supply saturates the op-amp");
                 }
                 return on && field(code, 0, 3) < 6 ? static_cast<double>(2U << field(code, 0, 3)) : 0;
             default:

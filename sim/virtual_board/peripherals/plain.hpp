@@ -1,4 +1,4 @@
-// Peripherals whose registers only hold what is written: what they do has no effect that this model has.
+// Peripherals that only store their registers: their functions have no effect in this model.
 #pragma once
 
 #include "sim/virtual_board/machine/peripheral.hpp"
@@ -18,7 +18,8 @@ private:
     RegisterFile<kWords> registers_;
 };
 
-/// Clock recovery (RM0440 section 8): trims the 48 MHz oscillator by the host's frames; here it is exact.
+/// Clock recovery system (RM0440 section 8): trims the 48 MHz oscillator by the host's start-of-frame packets; here the
+/// oscillator is exact.
 inline Plain<5> clock_recovery() { return {{0x00, 0x4000}, {0x04, 0x2022BB7F}, {0x08, 1}, {0x0C, 0}}; }
 /// System configuration (RM0440 section 10).
 inline Plain<8> system_configuration() {

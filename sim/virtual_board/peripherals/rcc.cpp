@@ -101,7 +101,7 @@ void Rcc::apply() {
     }
     const double ticks = static_cast<double>(kTicksPerSecond) / hz;
     if (ticks != static_cast<double>(static_cast<Ticks>(ticks))) {
-        throw RunFailure(fmt::format("a core clock of {} Hz is not a whole number of this model's ticks", hz));
+        throw RunFailure(fmt::format("a cycle of a core clock of {} Hz is not a whole number of ticks in this model", hz));
     }
     machine_.cpu.set_ticks_per_cycle(static_cast<Ticks>(ticks));
 }
@@ -119,7 +119,7 @@ void Rcc::control(std::uint32_t value) {
     constexpr std::uint32_t kWritable = 1U << kHsiOn | 1U << 9U | 1U << kHseOn | 1U << 18U | 1U << kSecurityOn | 1U << kPllOn;
     const std::uint32_t source = field(registers_[kCfgr], 2, 2);
     if ((source == from_pll && !is_set(value, kPllOn)) || (source == from_hsi && !is_set(value, kHsiOn))) {
-        throw RunFailure("the clock that the processor runs by is switched off");
+        throw RunFailure("the source of the processor clock is switched off");
     }
     registers_.at(kCr) = (registers_[kCr] & ~kWritable) | (value & kWritable);
     registers_.at(kCr) = (registers_[kCr] & ~(1U << 10U)) | flag(is_set(value, kHsiOn), 10);
@@ -141,10 +141,10 @@ void Rcc::choose(std::uint32_t value) {
     const bool ready = source == from_hsi || (source == from_hse && is_set(registers_[kCr], kHseReady)) ||
                        (source == from_pll && is_set(registers_[kCr], kPllReady) && is_set(registers_[kPllCfgr], 24));
     if (!ready) {
-        throw RunFailure(fmt::format("clock source {} is chosen before it is ready", source));
+        throw RunFailure(fmt::format("clock source {} is selected before it is ready", source));
     }
     if (field(value, 8, 6) != 0) {
-        throw RunFailure("a divider of the peripherals' clocks: not in this model");
+        throw RunFailure("dividers of the peripheral clocks are not in this model");
     }
     registers_.at(kCfgr) = (value & ~0xCU) | source << 2U;
     apply();
@@ -161,9 +161,9 @@ void Rcc::break_crystal() {
     const bool in_use = field(registers_[kCfgr], 2, 2) == from_hse ||
                         (field(registers_[kCfgr], 2, 2) == from_pll && field(registers_[kPllCfgr], 0, 2) == 3);
     if (in_use && !is_set(registers_[kCr], kSecurityOn)) {
-        throw RunFailure("the crystal stops and nobody watches it: the processor stands still");
+        throw RunFailure("the crystal stops while the clock security system is off: the processor stops");
     }
-    if (in_use) {  // clock security system: back to HSI, non-maskable interrupt
+    if (in_use) {  // clock security system: back to HSI, with a non-maskable interrupt
         registers_.at(kCr) &= ~(1U << kHseOn | 1U << kPllOn | 1U << kPllReady);
         registers_.at(kCfgr) = (registers_[kCfgr] & ~0xFU) | from_hsi | from_hsi << 2U;
         apply();

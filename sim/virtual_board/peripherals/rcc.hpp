@@ -1,4 +1,4 @@
-// Reset and clock control (RM0440 section 7): where the clock comes from, who has one, and why the last reset was.
+// Reset and clock control (RM0440 section 7): clock sources, clock enables, reset causes.
 #pragma once
 
 #include <functional>
@@ -15,13 +15,13 @@ class Rcc final : public Peripheral {
 public:
     explicit Rcc(Machine& machine);
 
-    /// The board's crystal does not start (any more).
+    /// The crystal of the board stops, and does not start again.
     void break_crystal();
     void set_reset_cause(ResetCause cause);
-    /// For Mapping::clock_is_on: that bit of an enable register.
+    /// For Mapping::clock_is_on: one bit of an enable register.
     [[nodiscard]] std::function<bool()> clock(std::uint32_t enable_register, unsigned bit) const;
 
-    /// Of the processor, memories and, as nothing here divides it further, the peripherals. Hz.
+    /// Clock of the processor, the memories and the peripherals, which have no further dividers. Hz.
     [[nodiscard]] double core_hz() const;
     [[nodiscard]] bool has_48_mhz() const;
     [[nodiscard]] std::uint32_t kernel_clocks() const { return registers_[kCcipr]; }

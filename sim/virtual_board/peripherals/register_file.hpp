@@ -1,4 +1,4 @@
-// Registers that hold what is written to them, by offset.
+// Registers that store the written values, by offset.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace tricoil::virtual_board {
 
-/// `kWords` registers, of which those named exist. at() of another throws RunFailure.
+/// `kWords` registers, of which only the listed ones exist. at() throws RunFailure for any other.
 template <std::size_t kWords>
 class RegisterFile {
 public:
@@ -42,7 +42,7 @@ private:
     std::array<std::uint32_t, kWords> values_{};
 };
 
-/// Bits `width` wide at `at`.
+/// Field of `width` bits at bit `at`.
 constexpr std::uint32_t field(std::uint32_t word, unsigned at, unsigned width) { return word >> at & ((1U << width) - 1U); }
 constexpr bool is_set(std::uint32_t word, unsigned at) { return (word >> at & 1U) != 0; }
 constexpr std::uint32_t flag(bool set, unsigned at) { return set ? 1U << at : 0U; }

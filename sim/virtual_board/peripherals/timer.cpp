@@ -17,9 +17,9 @@ constexpr std::uint32_t kUpdateIsTrigger = 2;
 
 Timer::Timer(Machine& machine, unsigned bits, int interrupt)
     : machine_(machine),
-      most_(bits == 32 ? 0xFFFFFFFFU : 0xFFFFU),
+      max_count_(bits == 32 ? 0xFFFFFFFFU : 0xFFFFU),
       interrupt_(interrupt),
-      registers_{{kCr1, 0}, {kCr2, 0}, {kDier, 0}, {kSr, 0}, {kEgr, 0}, {kCnt, 0}, {kPsc, 0}, {kArr, most_}},
+      registers_{{kCr1, 0}, {kCr2, 0}, {kDier, 0}, {kSr, 0}, {kEgr, 0}, {kCnt, 0}, {kPsc, 0}, {kArr, max_count_}},
       overflow_(machine.events, [this] { overflow(); }) {}
 
 Ticks Timer::ticks_per_count() const { return (Ticks{prescaler_} + 1) * machine_.cpu.ticks_per_cycle(); }
@@ -65,7 +65,7 @@ void Timer::write(std::uint32_t offset, std::uint32_t value) {
     switch (offset) {
         case kCr1: {
             if ((value & ~0x87U) != 0) {
-                throw RunFailure("one-pulse, direction and clock division are not in this model");
+                throw RunFailure("one-pulse mode, down-counting and clock division are not in this model");
             }
             const std::uint32_t at = count();
             registers_.at(kCr1) = value;
@@ -85,11 +85,11 @@ void Timer::write(std::uint32_t offset, std::uint32_t value) {
             }
             break;
         case kCnt:
-            restart(value & most_);
+            restart(value & max_count_);
             break;
         case kArr: {
             const std::uint32_t at = count();
-            registers_.at(kArr) = value & most_;
+            registers_.at(kArr) = value & max_count_;
             restart(at);
             break;
         }

@@ -1,4 +1,4 @@
-// A timer as time base (RM0440 sections 29 and 30): counts up by the core's clock, overflows, triggers others.
+// A timer as a time base (RM0440 sections 29 and 30): counts core clock cycles, overflows, triggers other peripherals.
 #pragma once
 
 #include <functional>
@@ -11,10 +11,10 @@ namespace tricoil::virtual_board {
 
 class Timer final : public Peripheral {
 public:
-    /// `bits`: 16 or 32; `interrupt`: its line.
+    /// `bits`: 16 or 32; `interrupt`: its line number.
     Timer(Machine& machine, unsigned bits, int interrupt);
 
-    /// Called on each trigger output, if CR2 makes updates be one.
+    /// Called on each trigger output, if CR2 selects the update event as trigger output.
     std::vector<std::function<void()>> on_trigger;
 
     /// Ticks from one overflow to the next.
@@ -34,13 +34,13 @@ private:
     void show_interrupt();
 
     Machine& machine_;
-    std::uint32_t most_;
+    std::uint32_t max_count_;
     int interrupt_;
     RegisterFile<12> registers_;
     Event overflow_;
-    Ticks zero_ = 0;  // when the count was 0
+    Ticks zero_ = 0;  // time at which the count was 0
     std::uint32_t stopped_at_ = 0;
-    std::uint32_t prescaler_ = 0;  // in force: PSC as it was at the last update
+    std::uint32_t prescaler_ = 0;  // active value: PSC at the last update
 };
 
 }  // namespace tricoil::virtual_board

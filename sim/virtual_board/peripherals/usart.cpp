@@ -111,7 +111,7 @@ void Usart::write(std::uint32_t offset, std::uint32_t value) {
     switch (offset) {
         case kTdr:
             if (!is_set(flags(), kNotFull) || !is_set(registers_[kCr1], kEnable)) {
-                throw RunFailure("TDR is written while there is no room, or while it is off");
+                throw RunFailure("TDR is written while it is full or the USART is off");
             }
             outgoing_.push_back(static_cast<std::uint8_t>(value));
             send();
@@ -122,7 +122,7 @@ void Usart::write(std::uint32_t offset, std::uint32_t value) {
             break;
         case kCr1:
             if (is_set(value, kEnable) && registers_[kBrr] < 16) {
-                throw RunFailure("switched on without a baud rate");
+                throw RunFailure("the USART is enabled without a baud rate");
             }
             if ((value & (1U << 12U | 1U << 28U | 1U << 10U | 1U << 15U)) != 0 || registers_[kPresc] != 0) {
                 throw RunFailure("only 8 data bits, no parity, 16 times oversampling and no prescaler are in this model");
@@ -136,7 +136,7 @@ void Usart::write(std::uint32_t offset, std::uint32_t value) {
             break;
         case kBrr:
             if (is_set(registers_[kCr1], kEnable)) {
-                throw RunFailure("BRR is written while it is on");
+                throw RunFailure("BRR is written while the USART is on");
             }
             registers_.at(kBrr) = value;
             break;
@@ -147,7 +147,7 @@ void Usart::write(std::uint32_t offset, std::uint32_t value) {
             break;
         case kCr3:
             if ((value & 0xC0U) != 0) {
-                throw RunFailure("DMA for serial lines is not in this model");
+                throw RunFailure("DMA for the USART is not in this model");
             }
             registers_.at(kCr3) = value;
             break;

@@ -13,12 +13,12 @@ class Usart final : public Peripheral {
 public:
     Usart(Machine& machine, int interrupt);
 
-    /// A byte that left on the line, when its stop bit is over.
+    /// Called with each sent byte, at the end of its stop bit.
     std::function<void(std::uint8_t)> on_sent;
-    /// Throws RunFailure if the pin is not the transmitter's.
+    /// Throws RunFailure if the transmit pin is not configured.
     std::function<void()> check_pins;
 
-    /// A byte has come in on the line.
+    /// Receives a byte from the line.
     void receive(std::uint8_t byte, bool framing_error = false);
     [[nodiscard]] Ticks byte_time() const;
     [[nodiscard]] double baud() const;

@@ -14,7 +14,7 @@ constexpr std::uint32_t kDaddr = 0x4C;
 constexpr std::uint32_t kBtable = 0x50;
 constexpr std::uint32_t kBcdr = 0x58;
 
-// Of an endpoint register.
+// Bits of an endpoint register.
 constexpr unsigned kReceived = 15;  // CTR_RX
 constexpr unsigned kReceiveToggle = 14;
 constexpr unsigned kReceiveStatus = 12;
@@ -24,8 +24,8 @@ constexpr unsigned kKind = 8;
 constexpr unsigned kSent = 7;  // CTR_TX
 constexpr unsigned kSendToggle = 6;
 constexpr unsigned kSendStatus = 4;
-constexpr std::uint16_t kToggling = 0x7070;  // both toggles and both states: a written 1 changes the bit
-constexpr std::uint16_t kClearing = 0x8080;  // both CTR: a written 0 clears
+constexpr std::uint16_t kToggling = 0x7070;  // both toggles and both status fields: writing 1 changes the bit
+constexpr std::uint16_t kClearing = 0x8080;  // both CTR bits: writing 0 clears
 constexpr std::uint16_t kPlain = 0x070F;     // type, kind, address
 
 enum Status : std::uint32_t { disabled, stalls, not_ready, valid };
@@ -49,14 +49,14 @@ void set_field(std::uint16_t& word, unsigned at, unsigned width, std::uint32_t v
 
 std::uint16_t Usb::PacketMemory::half(std::uint32_t at) const {
     if (at + 2 > kBytes) {
-        throw RunFailure("outside the packet memory");
+        throw RunFailure("address outside the packet memory");
     }
     return static_cast<std::uint16_t>(bytes[at] | bytes[at + 1] << 8U);
 }
 
 void Usb::PacketMemory::put_half(std::uint32_t at, std::uint16_t value) {
     if (at + 2 > kBytes) {
-        throw RunFailure("outside the packet memory");
+        throw RunFailure("address outside the packet memory");
     }
     bytes[at] = static_cast<std::uint8_t>(value);
     bytes[at + 1] = static_cast<std::uint8_t>(value >> 8U);
@@ -64,11 +64,13 @@ void Usb::PacketMemory::put_half(std::uint32_t at, std::uint16_t value) {
 
 std::uint32_t Usb::PacketMemory::read(std::uint32_t offset) { return half(offset) | half(offset + 2) << 16U; }
 
-void Usb::PacketMemory::write(std::uint32_t, std::uint32_t) { throw RunFailure("the packet memory takes half-words only"); }
+void Usb::PacketMemory::write(std::uint32_t, std::uint32_t) {
+    throw RunFailure("the packet memory accepts half-word writes only");
+}
 
 void Usb::PacketMemory::write_narrow(std::uint32_t offset, std::uint32_t value, unsigned size) {
     if (size != 2) {
-        throw RunFailure("the packet memory takes half-words only");
+        throw RunFailure("the packet memory accepts half-word writes only");
     }
     put_half(offset, static_cast<std::uint16_t>(value));
 }
@@ -88,7 +90,7 @@ bool Usb::answers(std::uint8_t address) const {
         return false;
     }
     if (!has_clock_()) {
-        throw RunFailure("USB runs without its 48 MHz");
+        throw RunFailure("USB runs without its 48 MHz clock");
     }
     return true;
 }
@@ -103,7 +105,7 @@ int Usb::endpoint_at(unsigned address) const {
     return -1;
 }
 
-/// 0: address to send from, 1: how much, 2: address to receive to, 3: room and how much came.
+/// `what`: 0 transmit address, 1 transmit count, 2 receive address, 3 receive buffer size and count.
 std::uint32_t Usb::table(unsigned n, unsigned what) const { return registers_[kBtable] + 8 * n + 2 * what; }
 
 void Usb::bus_reset() {
@@ -195,7 +197,8 @@ Handshake Usb::in(std::uint8_t address, unsigned endpoint_address, bool& toggle,
     const std::uint32_t from = memory_.half(table(static_cast<unsigned>(n), 0));
     const std::uint32_t count = memory_.half(table(static_cast<unsigned>(n), 1)) & 0x3FFU;
     if (count > kPacket || from + count > PacketMemory::kBytes) {
-        throw RunFailure(fmt::format("endpoint {} sends {} bytes from {:#x}", n, count, from));
+        throw RunFailure(
+            fmt::format("endpoint {} sends {} bytes at {:#x}: too long or outside the packet memory", n, count, from));
     }
     data.assign(memory_.bytes.begin() + from, memory_.bytes.begin() + from + count);
     toggle = is_set(endpoint, kSendToggle);

@@ -1,4 +1,4 @@
-// USB full-speed device (RM0440 section 45): endpoint registers that toggle, packet memory, and the transactions of a host.
+// USB full-speed device (RM0440 section 45): endpoint registers with toggle bits, packet memory, and the transactions of a host.
 #pragma once
 
 #include <array>
@@ -18,19 +18,19 @@ public:
     static constexpr unsigned kEndpoints = 8;
     static constexpr std::size_t kPacket = 64;
 
-    /// `has_clock`: the 48 MHz that it needs.
+    /// `has_clock`: the 48 MHz clock is on.
     Usb(Machine& machine, int interrupt, std::function<bool()> has_clock);
 
-    /// The packet memory, for the bus.
+    /// Packet memory, for the bus.
     Peripheral& memory() { return memory_; }
 
-    /// The pull-up on D+ is on, and the device powered: a host sees it.
+    /// The pull-up on D+ is on and the device is powered: a host detects it.
     [[nodiscard]] bool is_attached() const;
 
-    // What a host does. `address`: the device's, 0 after a bus reset.
+    // Actions of a host. `address`: address of the device, 0 after a bus reset.
     void bus_reset();
     Handshake setup(std::uint8_t address, std::span<const std::uint8_t, 8> request);
-    /// `toggle`: of the data packet; one that was there already is acknowledged and dropped.
+    /// `toggle`: of the data packet; a repeated packet is acknowledged and dropped.
     Handshake out(std::uint8_t address, unsigned endpoint, bool toggle, std::span<const std::uint8_t> data);
     Handshake in(std::uint8_t address, unsigned endpoint, bool& toggle, std::vector<std::uint8_t>& data);
     void suspend();
@@ -67,7 +67,7 @@ private:
     PacketMemory memory_;
     std::array<std::uint16_t, kEndpoints> endpoints_{};
     RegisterFile<23> registers_;
-    std::uint32_t events_ = 0;  // of ISTR, without CTR
+    std::uint32_t events_ = 0;  // ISTR without CTR
 };
 
 }  // namespace tricoil::virtual_board
