@@ -1,8 +1,8 @@
 # tricoil_image(NAME SOURCES ... [DEPENDS ...])
-# The image of a board without an operating system, from the board folder's link.ld.in: NAME.elf, and NAME.bin and NAME.hex of it,
-# with the .bin's SHA-256 printed. Only the C library's and the compiler's archives are searched: no C++ library, no _sbrk, so
-# whatever allocates does not link.
-set(TRICOIL_STACK_BYTES 6144 CACHE STRING "Stack of the image; the budget is smaller")
+# Declares the image of a board without an operating system, linked by the board folder's link.ld.in: NAME.elf, NAME.bin, NAME.hex.
+# Prints the SHA-256 of the .bin. Only the archives of the C library and the compiler are linked: without the C++ library and _sbrk, code
+# that allocates does not link.
+set(TRICOIL_STACK_BYTES 6144 CACHE STRING "Stack reserved in the image, bytes; the budget is smaller")
 
 function(tricoil_image name)
   cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS" ${ARGN})
