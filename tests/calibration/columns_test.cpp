@@ -1,4 +1,4 @@
-// ConcentricColumns against the general dipole: couplings of crooked coils come out as those of ideal ones.
+// ConcentricColumns against the general dipole: couplings of misaligned coils are converted to those of ideal coils.
 #include <gmock/gmock.h>
 
 #include <random>
@@ -21,7 +21,7 @@ Mat3<double> random_rotation(std::mt19937_64& random) {
 }
 
 /// Gains, signs, phases, angles between the sensor coils, a turned source; every third one with a reversed source coil.
-Calibration<double> crooked(int n, std::mt19937_64& random) {
+Calibration<double> misaligned_calibration(int n, std::mt19937_64& random) {
     Calibration<double> c;
     const Vec3<double> gain(5e-3, 7e-3, n % 3 == 0 ? -9e-3 : 9e-3);
     const Mat3<double> turn = Eigen::AngleAxisd(0.3, random_vector(random).normalized()).toRotationMatrix();
@@ -31,11 +31,11 @@ Calibration<double> crooked(int n, std::mt19937_64& random) {
     return c;
 }
 
-TEST(ConcentricColumns, MakeCrookedCoilsIdealAtEveryPose) {
+TEST(ConcentricColumns, ConvertMisalignedCoilsToIdealOnes) {
     std::mt19937_64 random(7);
     std::printf("seed 7\n");
     for (int n = 0; n < 500; ++n) {
-        const auto c = crooked(n, random);
+        const auto c = misaligned_calibration(n, random);
         const auto columns = Columns::make(c);
         ASSERT_TRUE(columns.ok()) << columns.status().message();
         const Vec3<double> position = (0.2 + 0.01 * (n % 100)) * random_vector(random).normalized();
@@ -48,7 +48,7 @@ TEST(ConcentricColumns, MakeCrookedCoilsIdealAtEveryPose) {
             Vec3<double> sigma = Vec3<double>::Ones();
             columns->apply(j, in_phase, quadrature, sigma);
             ideal.col(j) = in_phase;
-            EXPECT_LT(quadrature.norm(), 1e-12 * in_phase.norm()) << "all of it is in phase";
+            EXPECT_LT(quadrature.norm(), 1e-12 * in_phase.norm()) << "no quadrature is left";
             EXPECT_NEAR(sigma.mean(), 1 / c.model.source_moment.col(j).norm(), 0.4 / c.model.source_moment.col(j).norm());
         }
         const auto pose = solver::solve_direct(ideal, 1.0);
@@ -60,7 +60,7 @@ TEST(ConcentricColumns, MakeCrookedCoilsIdealAtEveryPose) {
     }
 }
 
-TEST(ConcentricColumns, OfIdealCoilsChangeNothingButTheScale) {
+TEST(ConcentricColumns, ScaleOnlyForIdealCoils) {
     Calibration<double> c;
     const auto columns = Columns::make(c);
     ASSERT_TRUE(columns.ok());
@@ -74,7 +74,7 @@ TEST(ConcentricColumns, OfIdealCoilsChangeNothingButTheScale) {
     EXPECT_TRUE(columns->axes().isIdentity());
 }
 
-TEST(ConcentricColumns, RefuseWhatOneColumnCannotUndo) {
+TEST(ConcentricColumns, RefuseCoilsThatNeedMoreThanOneColumn) {
     const auto why = [](const Calibration<double>& c) { return std::string(Columns::make(c).status().message()); };
     Calibration<double> skewed;
     skewed.model.source_moment(0, 1) = 0.01;

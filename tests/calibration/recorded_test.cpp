@@ -1,4 +1,4 @@
-// The figures on couplings that others recorded with a robot stage, which the project does not ship.
+// Accuracy on couplings recorded with a robot stage (data from a third party, not part of this project).
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -63,7 +63,7 @@ TEST(Demodulate, FindsReferenceMatrixAndScatter) {
     EXPECT_TRUE(json["flags"].empty());
 }
 
-TEST(Demodulate, TellsThatThereIsNoSensor) {
+TEST(Demodulate, ReportsAMissingSensor) {
     const auto alike =
         tricoil("demodulate " + write_file("alike.csv", recording(0.1 * Eigen::Matrix3d::Ones(), 8, 20)) + kOptions);
     EXPECT_EQ(alike.exit_code, 1);

@@ -32,7 +32,7 @@ TEST(Usage, HelpAndVersionAnswer) {
     EXPECT_THAT(tricoil("run --list").out, HasSubstr("paper-iii"));
 }
 
-TEST(Usage, EveryCommandSpeaksJson) {
+TEST(Usage, EveryCommandHasJsonOutput) {
     const std::string help = tricoil("--help").out;
     const std::string list = help.substr(help.find("Subcommands:"));
     std::istringstream lines(list.substr(list.find('\n') + 1));
@@ -54,7 +54,7 @@ TEST(Usage, EveryCommandSpeaksJson) {
     EXPECT_EQ(tricoil("protocol --json --dbc " + dbc).json()["dbc_file"], dbc);
 }
 
-TEST(Usage, UnknownNamesGetTheNearestOne) {
+TEST(Usage, UnknownNamesGetASuggestion) {
     expect_complaint("rum", "did you mean 'run'");
     expect_complaint("run --mux tmd", "did you mean 'tdm'");
     expect_complaint("run --tracker previus", "did you mean 'previous'");
@@ -82,7 +82,7 @@ TEST(Usage, ABoardsConfigurationIsRefusedByLine) {
     expect_complaint("run --config /no/such/file", "/no/such/file: cannot be read");
 }
 
-TEST(Usage, OptionsThatWouldDoNothingAreRefused) {
+TEST(Usage, OptionsWithoutEffectAreRefused) {
     expect_complaint("run --duration 1 --predict 0.02", "--tracker scaat");
     expect_complaint("run --duration 1 --predict -1", "--predict");
     expect_complaint("run --duration 1 --tracker scaat --predict -0.1", "--predict");
@@ -132,7 +132,7 @@ TEST(Usage, FilesThatCannotBeUsedAreNamed) {
 }
 
 TEST(Usage, AFullDiskIsDeviceTrouble) {
-    // As good as full: no file may grow beyond some kilobytes.
+    // A file size limit of a few kilobytes simulates a full disk.
     const CliResult result = tricoil("run --duration 1 --out " + path_in_temp("full.csv"), "trap '' XFSZ; ulimit -f 16");
     EXPECT_EQ(result.exit_code, 3);
     EXPECT_THAT(result.err, HasSubstr("full.csv"));
