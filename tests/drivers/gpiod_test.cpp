@@ -1,4 +1,4 @@
-// Coil lines on the kernel's simulated GPIO chip; their order proved by the kernel's own trace of GPIO changes.
+// Coil lines on the kernel's simulated GPIO chip; switching order checked in the kernel's trace of GPIO changes.
 #include <gmock/gmock.h>
 #include <sys/wait.h>
 
@@ -33,7 +33,7 @@ TEST(GpioCoils, AreOffWhenTakenAndFollowEveryState) {
     EXPECT_THAT(levels(), ::testing::ElementsAre(false, false, false));
     ASSERT_TRUE(coils.excite(Excitation::s1).ok());
     coils.close();
-    EXPECT_EQ(test::lines_on(trace.changes()).at_end, 0) << "written, not released";
+    EXPECT_EQ(test::lines_on(trace.changes()).at_end, 0) << "switched off by a write, not by the release";
 }
 
 TEST(GpioCoils, BreakBeforeMakeInTheKernelsOwnTrace) {
@@ -59,7 +59,7 @@ TEST(GpioCoils, BreakBeforeMakeInTheKernelsOwnTrace) {
     EXPECT_EQ(test::lines_on(changes).most, 1) << "two coils at once";
 }
 
-TEST(GpioCoils, ASecondProgramIsRefusedByNameAndDisturbsNothing) {
+TEST(GpioCoils, ASecondProgramIsRefused) {
     Text why;
     GpioCoilDriver first;
     ASSERT_TRUE(first.open(kCoils, why).ok());
@@ -72,7 +72,7 @@ TEST(GpioCoils, ASecondProgramIsRefusedByNameAndDisturbsNothing) {
     EXPECT_THAT(levels(), ::testing::ElementsAre(false, true, false));
 }
 
-TEST(GpioCoils, NameWhatIsMissing) {
+TEST(GpioCoils, MissingChipOrLineIsNamed) {
     Text why;
     GpioCoilDriver coils;
     auto lines = kCoils;
@@ -113,7 +113,7 @@ TEST(GpioHeartbeat, ChangesItsLineWithEveryBeatAndEndsLow) {
     EXPECT_FALSE(test::gpio_level(3));
 }
 
-TEST(GpioSync, TellsRisingEdgesWithTheKernelsTime) {
+TEST(GpioSync, ReportsRisingEdgesWithKernelTime) {
     Text why;
     test::gpio_drive(4, false);
     GpioSyncLine sync;

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""image-info and flash on a sound image, on what is none, and without tools or board: one line each, and the documented status."""
+"""image-info and flash with a valid image, with invalid files, and without tools or board: one line and the documented exit status."""
 
 import os
 import pathlib
@@ -9,7 +9,7 @@ import tempfile
 import unittest
 
 TOOLCHAIN = pathlib.Path(__file__).resolve().parents[2] / "toolchain"
-BOARD = slice(0x220, 0x230)  # where an image names its board (board/nucleo_g474re/image_header.hpp)
+BOARD = slice(0x220, 0x230)  # board name in the image header (board/nucleo_g474re/image_header.hpp)
 IMAGE = pathlib.Path(sys.argv.pop(1))
 
 
@@ -33,7 +33,7 @@ class Tools(unittest.TestCase):
             self.assertIn(word, done.stderr)
 
     def tools(self, **scripts):
-        """A path with what the scripts need, and these in place of the real ones."""
+        """Returns a PATH with the programs that the scripts need; `scripts` replace the real tools."""
         for name in ("bash", "env", "python3", "grep", "tail", "mktemp", "rm", "dirname"):
             (self.folder / name).symlink_to(f"/usr/bin/{name}")
         for name, text in scripts.items():
