@@ -1,4 +1,5 @@
-// Bytes as a message of every type, as a CAN frame, as segments and as a stream. What is decoded must encode to the same bytes.
+// Random bytes as a message of every type, as a CAN frame, as segments and as a stream. Decoded messages must encode to the same
+// bytes.
 #include <array>
 #include <cstdlib>
 #include <cstring>
@@ -68,7 +69,7 @@ void as_frame(Bytes bytes) {
     }
 }
 
-/// Each segment: a length byte, then that many bytes.
+/// Input format: per segment a length byte, then that many bytes.
 void as_segments(Bytes bytes) {
     static protocol::Reassembler reassembler;
     protocol::Segmenter segmenter;

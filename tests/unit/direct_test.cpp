@@ -90,7 +90,7 @@ TEST(Direct, WorksAtAnyScale) {
     }
 }
 
-TEST(Direct, RefusesWhatDeterminesNothing) {
+TEST(Direct, RefusesDegenerateMatrices) {
     const Mat3<double> x = test::unit_signal({0.4, 0.1, -0.3}, Quat<double>::Identity());
     Mat3<double> nan = x;
     nan(1, 2) = std::numeric_limits<double>::quiet_NaN();
