@@ -1,5 +1,5 @@
-// The tracker in integers over a sensor that circles the source: what a part without floating-point unit needs of flash, RAM and
-// stack beside its drivers.
+// The integer tracker with a sensor that circles the source. Measures flash, RAM and stack of the tracker on a processor without
+// a floating-point unit.
 #include <optional>
 
 #include "board/qemu_an386/report_printer.hpp"
@@ -29,7 +29,7 @@ Status send(const fixed::PoseEstimate& estimate, hal::Console& console) {
     return console.write(line.text("\n").view());
 }
 
-/// The sensor straight ahead, then a hundredth to the side with every block, then gone and back.
+/// The sensor is on the x axis, then moves 1 % sideways per block, then disappears and returns.
 Mat3<std::int32_t> couplings(int n) {
     Mat3<std::int32_t> x;
     x << 400'000, 0, 0, 0, -200'000, 0, 0, 0, -200'000;

@@ -36,7 +36,7 @@ void make_column(const Model& model, int n) {
 template <typename Model>
 class Tracking {
 public:
-    /// Run 0 starts anew and settles; every run is the next column.
+    /// Run 0 restarts the filter and lets it settle; every run is the next column.
     void prepare(const Model& model, int run) {
         if (run == 0) {
             scaat::Params<float> params;
