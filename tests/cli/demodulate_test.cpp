@@ -73,7 +73,7 @@ TEST(Demodulate, ReportsAMissingSensor) {
     EXPECT_THAT(silent.err, HasSubstr("no sensor"));
 }
 
-TEST(Demodulate, EveryMistakeIsNamedWithItsLine) {
+TEST(Demodulate, NamesEveryErrorWithItsLine) {
     const std::string good = recording(dipole(), 2, 20);
     const auto expect = [](const std::string& content, const std::string& says, const std::string& options = kOptions) {
         const auto result = tricoil("demodulate " + write_file("bad.csv", content) + options);

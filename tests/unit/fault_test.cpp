@@ -28,7 +28,7 @@ TEST(Fault, ParsesNameArgumentsAndTimes) {
     EXPECT_EQ(host::parse_fault("unplugged@3").end_s, std::numeric_limits<double>::infinity());
 }
 
-TEST(Fault, ActsOnlyInItsTime) {
+TEST(Fault, ActsOnlyInItsTimeRange) {
     const std::vector<Fault> faults{host::parse_fault("open_coil:S2@1-2"), host::parse_fault("reversed_coil:C1")};
     EXPECT_EQ(effect_at(faults, 0.5).current, Vec3<double>::Ones());
     EXPECT_EQ(effect_at(faults, 1.0).current, Vec3<double>(1, 0, 1));
@@ -42,7 +42,7 @@ TEST(Fault, SwappingActsOnColumnsOfTheTriad) {
     EXPECT_EQ(effect.source(2, 0), 1);
 }
 
-TEST(Fault, EveryMistakeIsNamed) {
+TEST(Fault, NamesEveryError) {
     using ::testing::HasSubstr;
     EXPECT_THAT(complaint("open_coyl:S1"), HasSubstr("open_coil"));
     EXPECT_THAT(complaint("open_coil:S4"), HasSubstr("S1 to S3"));

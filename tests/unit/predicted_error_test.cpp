@@ -1,4 +1,4 @@
-// The error that a pose predicts of itself, against the error that it has.
+// The predicted error of a pose against its real error.
 #include <gtest/gtest.h>
 
 #include "core/tracking/tracker.hpp"
@@ -27,7 +27,7 @@ TrackerParams<double> params_for(Method method, int passes) {
     return params;
 }
 
-/// All columns at once, all but noiseless.
+/// All columns at once, almost without noise.
 PoseEstimate<double> feed(Tracker<double>& tracker, const Truth& truth, double time_s) {
     const Mat3<double> x = test::unit_signal(truth.position_m, truth.q_source_sensor);
     std::optional<PoseEstimate<double>> estimate;
@@ -57,7 +57,7 @@ double worst_prediction_mm(Method method, int passes) {
     return worst;
 }
 
-TEST(PredictedError, KnowsHowManyPassesTheStepTakes) {
+TEST(PredictedError, DependsOnTheNumberOfPasses) {
     for (const Method method : {Method::previous, Method::previous_angles}) {
         EXPECT_LT(worst_prediction_mm(method, 1), 5e-3);
         EXPECT_LT(worst_prediction_mm(method, 2), 1e-5);
@@ -65,7 +65,7 @@ TEST(PredictedError, KnowsHowManyPassesTheStepTakes) {
     }
 }
 
-TEST(PredictedError, OfTheFirstPassIsNotNothing) {
+TEST(PredictedError, OfTheFirstPassIsNotZero) {
     Tracker<double> tracker(params_for(Method::previous, 1));
     for (int n = 0; n < 3; ++n) {
         feed(tracker, truth_at(n * kUpdate), n * kUpdate);
@@ -74,7 +74,7 @@ TEST(PredictedError, OfTheFirstPassIsNotNothing) {
 }
 
 /// A turn beyond the step's domain: the pose is the direct solution, which has no linearization error.
-TEST(PredictedError, OfADirectSolutionHoldsNoLinearization) {
+TEST(PredictedError, OfADirectSolutionHasNoLinearizationTerm) {
     Tracker<double> tracker(params_for(Method::previous, 1));
     feed(tracker, truth_at(0), 0);
     feed(tracker, truth_at(kUpdate), kUpdate);
@@ -88,7 +88,7 @@ TEST(PredictedError, OfADirectSolutionHoldsNoLinearization) {
     EXPECT_LT(estimate.predicted_error->total.position_mm, 1e-6);
 }
 
-TEST(PredictedError, ANewHemisphereIsNoMotion) {
+TEST(PredictedError, ANewHemisphereDoesNotCountAsMotion) {
     Tracker<double> tracker(params_for(Method::previous, 1));
     feed(tracker, truth_at(0), 0);
     const auto before = feed(tracker, truth_at(kUpdate), kUpdate);

@@ -69,7 +69,7 @@ TEST_F(TrackerTest, HemisphereBySettingAndByContinuity) {
     ASSERT_TRUE(tracker.set_hemisphere(-position_).ok());
     EXPECT_LT((feed_frame(tracker, x_)->position_m + position_).norm(), 1e-12);
 
-    // Through x = 0, against the setting: continuity holds the side.
+    // Through x = 0, against the setting: continuity keeps the hemisphere.
     Tracker<double> follower(params());
     std::optional<PoseEstimate<double>> estimate;
     for (double x = 0.3; x > -0.3; x -= 0.02) {
@@ -80,7 +80,7 @@ TEST_F(TrackerTest, HemisphereBySettingAndByContinuity) {
     }
 }
 
-TEST_F(TrackerTest, WithoutHemisphereThePoseIsAGuessAndNotValid) {
+TEST_F(TrackerTest, WithoutHemisphereThePoseIsInvalid) {
     auto p = params();
     p.hemisphere.setZero();
     Tracker<double> tracker(p);
@@ -104,14 +104,14 @@ TEST_F(TrackerTest, LosesASilentSensorWithinBoundedTimeAndFindsItAgain) {
     time_ += Microseconds{2'000'000};
     feed_frame(tracker, x_);  // a column this far ahead waits for the next to agree
     EXPECT_EQ(tracker.counters().of(Rejection::time_ahead), 1U);
-    // In two seconds it may have gone to the other side.
+    // In two seconds the sensor may have crossed to the other hemisphere.
     EXPECT_TRUE(feed_frame(tracker, x_)->flags.has(PoseFlag::hemisphere_unknown));
     ASSERT_TRUE(tracker.set_hemisphere(position_).ok());
     EXPECT_TRUE(feed_frame(tracker, x_)->valid());
     EXPECT_EQ(tracker.counters().acquisitions, 2U);
 }
 
-TEST_F(TrackerTest, FlagsSayWhatIsWrong) {
+TEST_F(TrackerTest, FlagsGiveTheReason) {
     const auto flags_of = [&](const Mat3<double>& x, ColumnFlags column_flags, double sigma) {
         Tracker<double> tracker(params());
         std::optional<PoseEstimate<double>> estimate;
@@ -153,7 +153,7 @@ TEST_F(TrackerTest, DistortionChiSquareHasThreeDegreesOfFreedom) {
     EXPECT_NEAR(sum / kFrames, 3.0, 0.12);  // standard error sqrt(6 / 4000) = 0.039
 }
 
-TEST_F(TrackerTest, BadColumnsAreRefusedCountedAndChangeNothing) {
+TEST_F(TrackerTest, BadColumnsAreRefusedAndCounted) {
     Tracker<double> tracker(params());
     feed_frame(tracker, x_);
     const auto refuse = [&](auto spoil, Rejection reason) {
@@ -212,7 +212,7 @@ TEST_F(TrackerTest, PreviousMethodReacquiresAfterAJump) {
     EXPECT_LT(off, 1e-9);
 }
 
-TEST(TrackerParams, NonsenseIsRefusedWithAReason) {
+TEST(TrackerParams, InvalidOnesAreRefusedWithAReason) {
     const auto refused = [](auto spoil) {
         TrackerParams<float> p;
         spoil(p);

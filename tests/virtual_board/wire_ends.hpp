@@ -11,7 +11,7 @@
 
 namespace tricoil::test {
 
-/// What a HostEnd is connected to. serve() between two runs of the board.
+/// Host side of a link; connect a HostEnd to it. Call serve() between two runs of the board.
 class WireEnd {
 public:
     WireEnd() { (void)port_.open(); }
@@ -21,7 +21,7 @@ public:
 
     [[nodiscard]] sim::MemoryPort& port() { return port_; }
     virtual void serve() = 0;
-    /// Bytes at random, or whatever else is no message.
+    /// Sends random bytes or other invalid data.
     virtual void send_raw(std::span<const std::uint8_t> bytes) = 0;
 
 protected:
@@ -152,7 +152,7 @@ public:
             wire_.submit(std::move(transfer));
         }
     }
-    /// Somebody else has reset the bus, or it shall be enumerated anew.
+    /// Call after a bus reset by others, or to enumerate again.
     void begin_again() { state_ = State::out; }
     [[nodiscard]] bool is_configured() const { return state_ == State::configured; }
 
