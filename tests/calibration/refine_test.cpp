@@ -227,13 +227,13 @@ TEST(Refine, ZeroWeightExcludesAnEntry) {
     Mat3<double> x = couplings(model, p, q);
     x(1, 2) *= 1.5;  // a bad entry
     Mat3<double> weights = Mat3<double>::Ones();
-    const auto trusting = refine<double>(model, x, weights, {p, q});
+    const auto unweighted = refine<double>(model, x, weights, {p, q});
     weights(1, 2) = 0;
-    const auto wary = refine<double>(model, x, weights, {p, q});
-    ASSERT_TRUE(trusting.ok() && wary.ok());
-    EXPECT_GT((trusting->pose.position_m - p).norm(), 1e-3);
-    EXPECT_TRUE(wary->converged());
-    EXPECT_LT((wary->pose.position_m - p).norm(), 1e-9);
+    const auto weighted = refine<double>(model, x, weights, {p, q});
+    ASSERT_TRUE(unweighted.ok() && weighted.ok());
+    EXPECT_GT((unweighted->pose.position_m - p).norm(), 1e-3);
+    EXPECT_TRUE(weighted->converged());
+    EXPECT_LT((weighted->pose.position_m - p).norm(), 1e-9);
 }
 
 TEST(Refine, ReportsNonConvergence) {

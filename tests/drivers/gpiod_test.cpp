@@ -17,7 +17,7 @@ const std::array<GpioLineName, 3> kCoils{{{"tracker-sim", "coil_s1"}, {"tracker-
 
 std::array<bool, 3> levels() { return {test::gpio_level(0), test::gpio_level(1), test::gpio_level(2)}; }
 
-TEST(GpioCoils, AreOffWhenTakenAndFollowEveryState) {
+TEST(GpioCoils, AreOffAfterOpenAndFollowEveryState) {
     const test::GpioTrace trace;
     Text why;
     GpioCoilDriver coils;
@@ -84,7 +84,8 @@ TEST(GpioCoils, MissingChipOrLineIsNamed) {
     EXPECT_THAT(why.c_str(), ::testing::HasSubstr("GPIO chip 'nowhere': cannot be opened"));
     lines = kCoils;
     lines[2].line = "2";
-    EXPECT_TRUE(coils.open(lines, why).ok()) << "by offset; the lines of the failed try are free again. " << why.c_str();
+    EXPECT_TRUE(coils.open(lines, why).ok())
+        << "opened by offset; the failed attempt must have released its lines.  " << why.c_str();
 }
 
 TEST(GpioCoils, ActiveLowLinesAreOffWhenHigh) {
@@ -130,7 +131,7 @@ TEST(GpioSync, ReportsRisingEdgesWithKernelTime) {
         EXPECT_LE(edge_us, monotonic_us());
         test::gpio_drive(4, false);
         test::pause_ms(3);
-        EXPECT_EQ(sync.next_edge(edge_us).code(), StatusCode::not_ready) << "a falling edge is none";
+        EXPECT_EQ(sync.next_edge(edge_us).code(), StatusCode::not_ready) << "a falling edge is not reported";
     }
 }
 

@@ -207,7 +207,7 @@ TEST_F(Can, CountsFramesDroppedByTheKernel) {
     }
     ASSERT_TRUE(device.send(pose).ok());  // carries the kernel's drop count
     received += host.receive(message).ok() ? 1U : 0U;
-    EXPECT_LT(received, sent) << "nobody read meanwhile";
+    EXPECT_LT(received, sent) << "frames must have been dropped";
     EXPECT_EQ(received + host.counters().receive_dropped, sent + 1);
 }
 

@@ -67,7 +67,7 @@ protected:
     fs::path path_;
 };
 
-TEST(MotionCommand, AnswersInJson) {
+TEST(MotionCommand, WritesJson) {
     const Answer answer = tricoil("motion --example I --loop open --json");
     ASSERT_EQ(answer.exit_code, 0) << answer.output;
     const auto json = nlohmann::json::parse(answer.output);
@@ -171,7 +171,7 @@ TEST_F(Folder, FiguresRefuseFoldersThatCannotBeWritten) {
 TEST_F(Folder, FiguresLeaveNoFilesAfterAFailure) {
     const fs::path out = path_ / "out";
     expect_refused("figures --out " + out.string() + " --hand-motion " + path_.string(), "no .traj files");
-    EXPECT_FALSE(fs::exists(out)) << "half-written";
+    EXPECT_FALSE(fs::exists(out)) << "partially written";
 }
 
 TEST_F(Folder, FiguresWriteTheirNumbers) {
@@ -223,7 +223,7 @@ TEST_F(Folder, FiguresReplaceRegularFilesOnly) {
     ASSERT_EQ(::mkfifo((out / "fig3.csv").c_str(), 0600), 0);
     expect_refused("figures --csv-only --out " + out.string(), "fig3.csv: it is no regular file");
     EXPECT_TRUE(fs::is_fifo(out / "fig3.csv"));
-    EXPECT_EQ(std::distance(fs::directory_iterator(out), {}), 1) << "published in part";
+    EXPECT_EQ(std::distance(fs::directory_iterator(out), {}), 1) << "partially published";
     expect_refused("figures --out ''", "--out");
 }
 

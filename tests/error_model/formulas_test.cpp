@@ -17,7 +17,7 @@ namespace {
 
 using Step = LineOfSightStep<double>;
 
-TEST(Kappa, ExactIsTheSquareOfTheTurnsCosine) {
+TEST(Kappa, ExactIsThreeCosineSquaredMinusOne) {
     const Step step{0.4, 0.3, -0.2};
     const auto u = geometry::direction(0.3, 0.2);
     const auto u_hat = geometry::direction(0.0, 0.4);
@@ -56,7 +56,7 @@ TEST(Limits38, AllErrorsVanishWithTheUpdateTime) {
     }
 }
 
-TEST(RateErrors, Equation21LeadsFromTheRatesErrorToTheIncrements) {
+TEST(RateErrors, Equation21GivesTheIncrementError) {
     const Step step{0.3, 0.1, 0.07};
     const double update_s = 1.0 / 240;
     const double rate = 15.5;  // at the start of the update; the mean rate differs

@@ -47,7 +47,7 @@ std::vector<Update> run_vectors(const char* name, int passes) {
     return simulate(example(name), params);
 }
 
-TEST(PaperExamples, OneOpen) {
+TEST(PaperExamples, ExampleOneOpenLoop) {
     const auto updates = run("I", Loop::open);
     ASSERT_EQ(updates.size(), 2'401U);
     EXPECT_NEAR(largest(updates, e_rho), 0.030113, 5e-7);
@@ -57,7 +57,7 @@ TEST(PaperExamples, OneOpen) {
     EXPECT_NEAR(largest(run("I", Loop::open, KappaForm::two), predicted_e_alpha), 0.003797, 5e-7);
 }
 
-TEST(PaperExamples, TwoOpen) {
+TEST(PaperExamples, ExampleTwoOpenLoop) {
     const auto updates = run("II", Loop::open);
     EXPECT_NEAR(largest(updates, e_rho), 0.030333, 5e-7);
     EXPECT_NEAR(updates.back().measured.position.elevation_rad, -4.56889, 5e-6);
@@ -66,7 +66,7 @@ TEST(PaperExamples, TwoOpen) {
     EXPECT_NEAR(run("II", Loop::open, KappaForm::two).back().predicted.elevation_rad, 3.5764, 5e-5);
 }
 
-TEST(PaperExamples, OneAndTwoClosed) {
+TEST(PaperExamples, ExamplesOneAndTwoClosedLoop) {
     const double one = largest(run("I", Loop::closed), e_alpha);
     EXPECT_LE(one, 0.00182);
     EXPECT_NEAR(one, 0.001811, 1e-6);
@@ -75,9 +75,11 @@ TEST(PaperExamples, OneAndTwoClosed) {
     EXPECT_NEAR(two, 0.001904, 1e-6);
 }
 
-TEST(PaperExamples, ThreeIsAStaircaseToMinusSevenTenths) { EXPECT_NEAR(largest(run("III", Loop::open), e_beta), 0.71, 0.01); }
+TEST(PaperExamples, ExampleThreeIsAStaircaseToMinusSevenTenths) {
+    EXPECT_NEAR(largest(run("III", Loop::open), e_beta), 0.71, 0.01);
+}
 
-TEST(PaperExamples, ThreeClosedPoleFreeFormHasNoJumps) {
+TEST(PaperExamples, ExampleThreePoleFreeFormHasNoJumps) {
     const double one_pass = largest(run_vectors("III", 1), position_error);
     EXPECT_LE(one_pass, 0.0182);
     EXPECT_NEAR(one_pass, 0.018153, 1e-5);

@@ -17,7 +17,7 @@ using namespace tricoil;  // NOLINT(google-build-using-namespace): a program of 
 using protocol::WireError;
 using Bytes = std::span<const std::uint8_t>;
 
-void demand(bool holds) {
+void require(bool holds) {
     if (!holds) {
         std::abort();
     }
@@ -30,12 +30,12 @@ void decode_as(Bytes bytes) {
         return;
     }
     std::array<std::uint8_t, protocol::kMaxMessageBytes> again{};
-    demand(protocol::encode(message, again) == bytes.size());
-    demand(std::memcmp(again.data(), bytes.data(), bytes.size()) == 0);
+    require(protocol::encode(message, again) == bytes.size());
+    require(std::memcmp(again.data(), bytes.data(), bytes.size()) == 0);
     if constexpr (std::is_same_v<Message, protocol::PoseMessage>) {
         tracking::PoseEstimate<double> pose;
         if (protocol::from_message(message, pose) == WireError::none) {
-            demand(protocol::to_message(pose).position == message.position);
+            require(protocol::to_message(pose).position == message.position);
         }
     }
     if constexpr (std::is_same_v<Message, protocol::ColumnMessage>) {
@@ -105,7 +105,7 @@ void as_times(Bytes bytes) {
         const auto device = static_cast<std::int64_t>(protocol::get_bytes(bytes.data(), 8) % 9'200'000'000'000'000'000U);
         const auto host = static_cast<std::int64_t>(protocol::get_bytes(bytes.data() + 8, 4));
         map.observe(device, host);
-        demand(map.ready() && map.error_bound_us() >= 1);
+        require(map.ready() && map.error_bound_us() >= 1);
     }
 }
 

@@ -81,7 +81,8 @@ TEST(IsoTp, DropsIncompleteMessages) {
         }
         EXPECT_NE(last, SegmentEvent::complete) << lost;
         ASSERT_TRUE(from.begin(message));
-        EXPECT_EQ(carry(from, to, Reassembler::flow_control()), message) << "the next one comes whole; lost was " << lost;
+        EXPECT_EQ(carry(from, to, Reassembler::flow_control()), message)
+            << "the next message must be complete; lost frame  " << lost;
     }
 }
 

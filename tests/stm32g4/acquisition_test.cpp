@@ -222,7 +222,7 @@ TEST_F(AcquisitionTest, ARestartReportsTheGainInUse) {
     ASSERT_TRUE(acquisition.start(kTdm).ok());
     ASSERT_TRUE(acquisition.poll(block).ok());
     EXPECT_EQ(block.gain_step, 0);
-    EXPECT_EQ(registers.amplifiers.CSR[2] >> 5U & 3U, 3U) << "a follower";
+    EXPECT_EQ(registers.amplifiers.CSR[2] >> 5U & 3U, 3U) << "the amplifier has gain 1";
 }
 
 TEST_F(AcquisitionTest, LostBlocksShowAsAGap) {

@@ -121,7 +121,7 @@ TEST(Staircase, EqualsTheStepResponseOfAPole) {
     }
 }
 
-TEST(Staircase, GivesTheLagBack) {
+TEST(Staircase, RecoversTheLag) {
     const Staircase staircase{static_cast<float>(kCarrierRadS), static_cast<float>(kEdge_s), static_cast<float>(kSampling_s)};
     for (const float lag_s : {0.3e-6F, 0.8e-6F, 2e-6F}) {
         EXPECT_NEAR(staircase.lag_of(60.0F * staircase.response(lag_s), 3e-6F) / lag_s, 1, 1e-3) << lag_s;
@@ -143,7 +143,7 @@ TEST(GainMeasurement, MeasuresEveryStep) {
             EXPECT_NEAR(static_cast<double>(steps[n].lag_s[coil]) / fed.amplifiers[coil].lag_s(n), 1, 0.05) << coil << ", " << n;
         }
     }
-    EXPECT_EQ(fed.fed, 0) << "the coils again";
+    EXPECT_EQ(fed.fed, 0) << "the inputs must be the sensor coils again";
     EXPECT_FALSE(fed.runs);
 }
 
@@ -158,7 +158,7 @@ TEST(GainMeasurement, SkipsBlocksThatLostSamples) {
 StatusCode result_of(FedAmplifiers& fed, const signal::AcquisitionPlan& plan = kPlan) {
     signal::GainSteps<float> steps{};
     const StatusCode code = measure_gain(fed, fed, plan, steps).code();
-    EXPECT_EQ(fed.fed, 0) << "the coils again";
+    EXPECT_EQ(fed.fed, 0) << "the inputs must be the sensor coils again";
     EXPECT_FALSE(fed.runs);
     return code;
 }
@@ -179,7 +179,7 @@ TEST(GainMeasurement, RefusesAnAmplifierThatIsTooSlowOrTooFast) {
     }
 }
 
-TEST(GainMeasurement, RefusesAChannelThatIsDeadOrFull) {
+TEST(GainMeasurement, RefusesADeadOrSaturatedChannel) {
     FedAmplifiers dead;
     dead.amplifiers[1].gain.fill(0);
     EXPECT_EQ(result_of(dead), StatusCode::degenerate);

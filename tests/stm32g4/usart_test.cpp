@@ -125,7 +125,7 @@ TEST_F(Usart, RefusesTooLongAndTooManyMessages) {
     EXPECT_EQ(port_.send(Bytes(kBoardMessageBytes + 1)).code(), StatusCode::invalid_argument);
     EXPECT_EQ(port_.send(Bytes{}).code(), StatusCode::invalid_argument);
     EXPECT_TRUE(port_.send(Bytes(kBoardMessageBytes)).ok());
-    EXPECT_TRUE(port_.send(Bytes(64)).ok()) << "and a pose";
+    EXPECT_TRUE(port_.send(Bytes(64)).ok()) << "there is still room for a pose";
     EXPECT_EQ(port_.send(Bytes(64)).code(), StatusCode::not_ready);
     EXPECT_EQ(port_.counters().send_queue_full, 1U);
     EXPECT_EQ(transmit().size(), test::framed(Bytes(kBoardMessageBytes)).size() + test::framed(Bytes(64)).size());

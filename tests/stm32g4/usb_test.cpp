@@ -282,7 +282,7 @@ TEST_F(Usb, SendsNakWhileFullAndLosesNothing) {
         nvic_.ISPR[0] = 0;
         ASSERT_TRUE(port_.receive(received).ok());
         EXPECT_EQ(received.bytes[0], next++);
-        EXPECT_NE(nvic_.ISPR[0], 0U) << "the handler is told that there may be room";
+        EXPECT_NE(nvic_.ISPR[0], 0U) << "an interrupt is pended to resume reception";
         host_.interrupt();
     }
     while (port_.receive(received).ok()) {

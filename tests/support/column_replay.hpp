@@ -35,7 +35,7 @@ inline double sigma_for_snr(double snr_db, double range_m) {
 
 struct ReplayParams {
     bool tdm = true;
-    double sigma = 0;  // noise; trackers are told at least kSigmaFloor
+    double sigma = 0;  // noise; the sigma given to trackers is at least kSigmaFloor
     std::uint64_t seed = 1;
     double begin_s = 0;
     double duration_s = 1;

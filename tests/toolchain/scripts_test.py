@@ -116,7 +116,7 @@ class InstallDeps(Scripts):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("install-deps: waiting for another package manager", done.stdout)
 
-    def test_page_is_not_wanted(self):
+    def test_no_web_needs_no_npm(self):
         self.replace("apt-get", "true")
         self.assertIn(" npm", self.run_script("install-deps", "run").stdout)
         self.assertNotIn(" npm", self.run_script("install-deps", "run", "--no-web").stdout)

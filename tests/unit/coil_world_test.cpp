@@ -58,7 +58,7 @@ TEST(CoilWorld, DemodulatedCouplingsEqualTheFieldModel) {
     }
 }
 
-TEST(CoilWorld, MismatchMatricesActOnTheirSides) {
+TEST(CoilWorld, MismatchMatricesActOnSourceAndSensor) {
     const Pose pose{{0.3, -0.2, 0.25}, Quat<double>(0.8, 0.2, -0.4, 0.1).normalized()};
     const StillMotion motion(pose);
     auto params = quiet();
@@ -102,7 +102,7 @@ TEST(CoilWorld, ANearbySphereOpposesTheField) {
     EXPECT_NEAR(demodulated(world, plan_of(Multiplexing::fdm))(0, 0), expected, 1e-4 * expected);
 }
 
-TEST(CoilWorld, SigmaIsTheScatterOfTheCouplings) {
+TEST(CoilWorld, SigmaEqualsTheScatterOfTheCouplings) {
     WorldParams params;
     params.mains_v = 0;
     const StillMotion motion({{0.5, 0.1, 0.2}, Quat<double>::Identity()});

@@ -77,7 +77,7 @@ TEST_F(DemodulatorTest, FdmGivesThreeColumnsWithTheSameTime) {
     }
 }
 
-TEST_F(DemodulatorTest, SigmaIsTheScatterOfTheCouplings) {
+TEST_F(DemodulatorTest, SigmaEqualsTheScatterOfTheCouplings) {
     auto tones = coupled({0.5, -0.25, 0.125}, {0, 0, 0});
     tones.noise = 100;
     Demodulator<double> demodulator(tdm_, {});

@@ -118,7 +118,7 @@ TEST(PoseCovariance, IsTheInverseInformationOfTheModel) {
     }
 }
 
-TEST(PoseCovariance, AtHalfAMetreAnd60DecibelsIs106Micrometres) {
+TEST(PoseCovariance, Is1060MicrometresAtHalfAMetreAnd60Decibels) {
     const Mat6<double> c = pose_covariance<double>(1.0, 0.5, Vec3<double>::UnitY(), 1e-3);
     EXPECT_NEAR(std::sqrt(c.topLeftCorner<3, 3>().trace()), 1.06e-3, 0.01e-3);
 }

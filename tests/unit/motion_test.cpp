@@ -112,7 +112,7 @@ protected:
         }
         return text;
     }
-    std::string complaint(const std::string& text) {
+    std::string error_message(const std::string& text) {
         try {
             host::read_trajectory(write(text));
         } catch (const host::InputError& error) {
@@ -130,7 +130,7 @@ TEST_F(TrajectoryFile, ReadsPosesInOrder) {
 
 TEST_F(TrajectoryFile, NamesEveryErrorWithItsLine) {
     const auto expect = [&](const std::string& text, const std::string& place, const std::string& what) {
-        const std::string said = complaint(text);
+        const std::string said = error_message(text);
         EXPECT_NE(said.find(place), std::string::npos) << said;
         EXPECT_NE(said.find(what), std::string::npos) << said;
         EXPECT_EQ(said.find('\n'), std::string::npos) << said;

@@ -176,7 +176,7 @@ TEST_F(TrackerTest, BadColumnsAreRefusedAndCounted) {
     EXPECT_LT((estimate->position_m - position_).norm(), 1e-12);
 }
 
-TEST_F(TrackerTest, ALostColumnIsNotBridged) {
+TEST_F(TrackerTest, AMissingColumnGivesNoPose) {
     Tracker<double> tracker(params());
     feed_frame(tracker, x_);
     EXPECT_TRUE(tracker.update(column(x_, 0)).has_value());

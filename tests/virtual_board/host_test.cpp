@@ -135,7 +135,7 @@ std::int64_t largest_difference(const Array& a, const Array& b) {
 
 /// Not bit for bit: the two C libraries round sines and roots differently, and compilers may reorder float additions. Units are
 /// those of the wire: 0.1 um for the position, 1.25e-7 for the quaternion.
-TEST(SameSamples, GiveTheSamePosesOnThisMachine) {
+TEST(SameSamples, GiveEqualPosesOnTheHost) {
     BoardBench bench;
     std::vector<Burst> bursts;
     bench.board->on_sample = [&, last = virtual_board::Ticks{0}](const SampleRecord& record) mutable {

@@ -95,7 +95,7 @@ TEST_F(Processor, SavesFloatRegistersOnlyWhenAHandlerUsesThem) {
 
 TEST_F(Processor, ReturnsToTheProcessStack) { EXPECT_THAT(run(Job::process_stack), ElementsAre(enters(1), 1, 1, 1)); }
 
-TEST_F(Processor, CallsTheSystem) { EXPECT_THAT(run(Job::system_call), ElementsAre(kSvc, 1)); }
+TEST_F(Processor, TakesSystemCalls) { EXPECT_THAT(run(Job::system_call), ElementsAre(kSvc, 1)); }
 
 TEST_F(Processor, HintsDoNothing) { EXPECT_THAT(run(Job::hints), ElementsAre(1)); }
 

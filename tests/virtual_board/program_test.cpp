@@ -16,10 +16,10 @@ test::CliResult virtual_board(const std::string& options) {
     return test::tricoil(TRICOIL_TEST_FIRMWARE "/processor.bin " + options);
 }
 
-void expect_refused(const std::string& options, int exit_code, const std::string& says) {
+void expect_refused(const std::string& options, int exit_code, const std::string& message) {
     const test::CliResult result = virtual_board(options);
     EXPECT_EQ(result.exit_code, exit_code) << options;
-    EXPECT_THAT(result.err, HasSubstr(says)) << options;
+    EXPECT_THAT(result.err, HasSubstr(message)) << options;
     EXPECT_TRUE(result.err.starts_with("tricoil-virtual-board: ")) << options << "\n" << result.err;
     EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << options << "\n" << result.err;
 }

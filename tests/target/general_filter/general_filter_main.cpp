@@ -34,7 +34,9 @@ Column<float> column;
     column.sigma.setConstant(1e-5F * column.in_phase.norm());
 }
 
-[[gnu::noinline]] void spoil_column() { column.in_phase = column.in_phase.reverse().cwiseProduct(Vec3<float>(1, -3, 2)).eval(); }
+[[gnu::noinline]] void corrupt_column() {
+    column.in_phase = column.in_phase.reverse().cwiseProduct(Vec3<float>(1, -3, 2)).eval();
+}
 
 [[gnu::noinline]] void set_up(bool simultaneous) {
     scaat::Params<float> params;
@@ -59,7 +61,7 @@ float follow(bool simultaneous) {
         }
         for (int end = n + 9; n < end; ++n) {  // columns that match no pose
             make_column(n, simultaneous, place);
-            spoil_column();
+            corrupt_column();
             take_column();
         }
     }
