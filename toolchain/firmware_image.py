@@ -1,4 +1,4 @@
-"""What an ELF image for an ARM processor without an operating system holds: functions, their calls, stack frames and sizes."""
+"""Analysis of ELF images for ARM processors without an operating system: functions, calls, stack frames, sizes."""
 
 import collections
 import functools
@@ -8,19 +8,19 @@ import subprocess
 
 TOOLS = "arm-none-eabi-"
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-# The compiler's arithmetic on double: as the ARM runtime ABI names it, and as libgcc does.
+# Compiler helpers for double arithmetic, by their names in the ARM run-time ABI and in libgcc.
 HELPERS = re.compile(r"__aeabi_(c?d[a-z0-9]*|[a-z]+2d)$|__[a-z]+df[a-z]*\d?$")
-RAM_BEGIN = 0x20000000  # of every ARMv7-M processor
+RAM_BEGIN = 0x20000000  # on every ARMv7-M processor
 
-Symbol = collections.namedtuple("Symbol", "address size kind name")  # kind as nm has it; functions without the Thumb bit
+Symbol = collections.namedtuple("Symbol", "address size kind name")  # kind: as nm prints it; function addresses without the Thumb bit
 
 
 class Unusable(Exception):
-    """Input that nothing can be measured from; the message names it and the mend."""
+    """Input that cannot be measured. The message names it and the remedy."""
 
 
 def run_tool(tool, *arguments, text=None):
-    """Standard output of one of the compiler's tools."""
+    """Standard output of one of the tools of the compiler."""
     try:
         done = subprocess.run([TOOLS + tool, *map(str, arguments)], input=text, capture_output=True, text=True)
     except FileNotFoundError:
@@ -33,14 +33,14 @@ def run_tool(tool, *arguments, text=None):
 class Function:
     def __init__(self, address, name):
         self.address = address
-        self.name = name  # the first of its names, mangled
+        self.name = name  # first of its mangled names
         self.calls = set()  # addresses
         self.calls_indirectly = False
-        self.frame = 0  # bytes of stack that it takes itself
+        self.frame = 0  # its own stack frame, bytes
 
 
 def _register_count(registers):
-    """Of a list like "r4, r5, r8-r11, lr" or "s16-s31"."""
+    """Number of registers in a list like "r4, r5, r8-r11, lr" or "s16-s31"."""
     count = 0
     for part in registers.split(","):
         ends = part.strip().split("-")
@@ -63,7 +63,7 @@ class Image:
 
     @functools.cached_property
     def symbols(self):
-        """Everything linked that has a name; aliases too."""
+        """All named symbols, aliases included."""
         rows = []
         for line in run_tool("nm", "-S", self.path).splitlines():
             fields = line.split()
@@ -104,12 +104,12 @@ class Image:
 
     @property
     def ram(self):
-        """Static data; the stack comes on top."""
+        """Static data in bytes, without the stack."""
         return sum(self.sections.get(name, 0) for name in (".survives_reset", ".data", ".bss"))
 
     @functools.cached_property
     def functions(self):
-        """By address: names need not be unique, nor a function have but one."""
+        """Functions by address, as a name may belong to several functions and a function may have several names."""
         functions = {}
         current = None
         for line in run_tool("objdump", "-d", "--no-show-raw-insn", self.path).splitlines():
@@ -125,7 +125,7 @@ class Image:
                 current.frame += int(amount[1])
             elif call := _CALL.search(line):
                 target = int(call[2], 16) - int(call[4] or "0", 16)
-                # A branch into itself is a loop; only with a link does it come back, and take the frame once more.
+                # A branch into the same function is a loop; only a branch with link is a recursive call.
                 if target != current.address or (call[1] == "bl" and not call[4]):
                     current.calls.add(target)
             elif _INDIRECT.search(line):
@@ -135,7 +135,7 @@ class Image:
     @functools.cached_property
     def demangled(self):
         names = list({symbol.name for symbol in self.symbols} | {function.name for function in self.functions.values()})
-        # What initialises a file's statics is named after one of its symbols.
+        # The initialiser of a file's static objects is named after one of its symbols.
         text = run_tool("c++filt", text="\n".join(re.sub("^_GLOBAL__sub_I_(?=_Z)", "", name) for name in names))
         return dict(zip(names, text.splitlines()))
 
@@ -144,7 +144,7 @@ class Image:
         return plain_name(self.demangled.get(name, name))
 
     def is_helper(self, address):
-        """Of the compiler's arithmetic on double, by any of its names."""
+        """Whether a function is a compiler helper for double, by any of its names."""
         return any(HELPERS.match(name) for name in self.names_at.get(address, ()))
 
     def double_users(self):
@@ -168,8 +168,8 @@ class Image:
         return path[1] if path[1] in _namespaces() and len(path) > 2 else "base"
 
     def modules(self):
-        """Of each module: bytes of flash and of static RAM. Every address counts once; what has no name (string constants, padding)
-        is "unnamed", so that the sums are the image's."""
+        """Bytes of flash and of static RAM by module. Every address counts once. Bytes without a name (string constants, padding)
+                count as "unnamed", so that the sums equal those of the image."""
         sizes = collections.defaultdict(lambda: [0, 0])
         largest = {}
         for symbol in self.symbols:
@@ -179,9 +179,9 @@ class Image:
         starts = sorted(largest)
         for address, following in zip(starts, [*starts[1:], float("inf")]):
             size, name = largest[address]
-            size = min(size, following - address)  # the compiler's arithmetic has entries in the midst of others
+            size = min(size, following - address)  # compiler helpers have entry points inside other helpers
             entry = sizes[self.module_of(name)]
-            initialised = data_begin <= address < data_begin + data_bytes  # lie in flash as well
+            initialised = data_begin <= address < data_begin + data_bytes  # initial values are in flash as well
             entry[0] += size if address < RAM_BEGIN or initialised else 0
             entry[1] += size if address >= RAM_BEGIN else 0
         for n, whole in enumerate((self.flash, self.ram)):
@@ -189,14 +189,14 @@ class Image:
         return dict(sizes)
 
 
-# Ours, with names that the processor, the linker or the runtime ABI gives: board/cortex_m and each board's start-up code.
+# Own functions whose names are given by the processor, the linker or the run-time ABI: board/cortex_m and start-up code.
 _STARTUP = re.compile(r"(reset_handler|start_program|before_memory|record_fault|\w+_handler|main|abort|kVectors|__cxa_pure_virtual|__dso_handle|_ZdlPvj?"
                       r"|__aeabi_atexit|__aeabi_unwind_cpp_pr\d)$")
 
 
 @functools.cache
 def _namespaces():
-    """Each folder with code has a namespace of its name."""
+    """Namespaces of the tree: each folder with code has a namespace of the same name."""
     tops = ("core", "drivers", "board", "tests")
     return {folder.name for top in tops for folder in (ROOT / top).iterdir() if folder.is_dir()} | set(tops) | {"hal", "sim"}
 
@@ -220,8 +220,8 @@ def plain_name(signature):
 
 
 def overload(signature):
-    """What tells functions of one name apart, whichever tool writes the types: name without template arguments, how many
-    parameters, and the arithmetic that it is instantiated for."""
+    """Identifies one of several functions of the same name, independently of the tool that printed its types: name without template
+        arguments, number of parameters, and the arithmetic type it is instantiated for."""
     types = re.findall(r"= (float|double)\b", signature) or re.findall(r"<(float|double)\b", signature)
     name = re.sub(r"<.*>", "", plain_name(signature))
     bare = re.sub(r"operator\(\)|\(anonymous namespace\)| \[with .*", "", signature)
@@ -250,7 +250,7 @@ class StackAnalysis:
             plain = self.image.plain_name(function.name)
             patterns = [callee for caller, callee in self.indirect if caller.search(plain)]
             if not patterns:
-                self.problems.append(f"{plain} calls through a pointer; say what in [stack.indirect]")
+                self.problems.append(f"{plain} calls through a pointer; name the callee in [stack.indirect]")
             for pattern in patterns:
                 addresses |= {other for other in self.image.functions if pattern.search(self.plain_name(other))}
         return addresses
@@ -274,7 +274,7 @@ class StackAnalysis:
         return self.depths[address]
 
     def deepest_path(self, address):
-        """(frame, name) from a function down to the end of its deepest calls; for whoever has to make it shorter."""
+        """(frame, name) of each function on the deepest call path. Use it to find what to shorten."""
         path = []
         while (function := self.image.functions.get(address)) is not None:
             path.append((function.frame, self.plain_name(address)))
@@ -282,7 +282,7 @@ class StackAnalysis:
         return path
 
     def check_against_compiler(self, build_folder):
-        """The frames that the compiler reported with -fstack-usage must not exceed those read off the instructions."""
+        """Checks that no frame reported by -fstack-usage exceeds the frame computed from the instructions."""
         reported = {}
         for file in pathlib.Path(build_folder).rglob("*.su"):
             for line in file.read_text().splitlines():
@@ -295,7 +295,7 @@ class StackAnalysis:
         for function in self.image.functions.values():
             signature = self.image.demangled[function.name]
             sizes = reported.get(overload(signature))
-            if sizes and "thunk to " not in signature:  # a jump to the function, of which the compiler reports nothing
+            if sizes and "thunk to " not in signature:  # a jump to the function; the compiler reports no frame for it
                 compared += 1
                 if function.frame < min(sizes):
                     name = self.image.plain_name(function.name)

@@ -1,4 +1,4 @@
-// Puts script and styles into the page, and the page into a C++ source: bytes, as string literals have a limit.
+// Inserts script and styles into the page, and the page into a C++ source, as a byte array because string literals have a length limit.
 //   node web-page.cjs FOLDER_OF_PAGE BUNDLE.js FOLDER_OF_NODE_MODULES OUT.cpp
 const fs = require('fs');
 const path = require('path');

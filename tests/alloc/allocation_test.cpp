@@ -1,4 +1,4 @@
-// The tracker and the demodulator never touch the heap.
+// Tracker, demodulator and refined solver do not use the heap.
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -15,10 +15,10 @@
 namespace tricoil {
 namespace {
 
-/// Keeps a compiler from seeing that an allocation is of no use.
+/// Prevents the compiler from removing an unused allocation.
 void use(const void* pointer) { asm volatile("" : : "g"(pointer) : "memory"); }
 
-TEST(AllocationTrap, FiresOnEveryWayToTheHeap) {
+TEST(AllocationTrap, CountsEveryAllocationFunction) {
     const auto fires = [](auto allocate) {
         const test::AllocationTrap trap;
         allocate();
@@ -102,7 +102,7 @@ TYPED_TEST(Allocations, NoneInTheTracker) {
     expect_no_allocation(general);
 }
 
-TYPED_TEST(Allocations, NoneInTheRefinedSolverWarmColdAndLost) {
+TYPED_TEST(Allocations, NoneInTheRefinedSolver) {
     using Scalar = TypeParam;
     field::GeneralDipole<Scalar> model;
     model.source_offset_m = Scalar(0.026) * Mat3<Scalar>::Identity();

@@ -20,7 +20,7 @@ void* __libc_realloc(void* pointer, std::size_t size);
 void* __libc_memalign(std::size_t alignment, std::size_t size);
 // NOLINTEND(readability-identifier-naming)
 
-// glibc lets a program put its own functions in front of these; operator new ends up here as well.
+// glibc lets a program replace these functions; operator new calls malloc.
 void* malloc(std::size_t size) {
     note();
     return __libc_malloc(size);

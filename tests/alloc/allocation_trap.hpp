@@ -1,11 +1,11 @@
-// Counts every use of the heap while armed.
+// Counts heap allocations.
 #pragma once
 
 #include <cstddef>
 
 namespace tricoil::test {
 
-/// While it lives, operator new and malloc (and their kin) are counted in this thread.
+/// Counts calls of operator new, malloc and related functions in this thread during its lifetime.
 class AllocationTrap {
 public:
     AllocationTrap();

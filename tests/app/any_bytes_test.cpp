@@ -1,4 +1,4 @@
-// A simulated minute of random bytes and of damaged commands on all links at once: the board lives, and obeys.
+// A simulated minute of random bytes and of damaged commands on all links at once: the board keeps working.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -84,12 +84,12 @@ TEST(AnyBytes, ForAMinuteOnAllLinks) {
         ASSERT_TRUE(running || board.coils.state() == Excitation::off);
         ASSERT_FALSE(board.watchdog.has_expired());
         if (board.system.loader_restarts() > 0) {
-            FAIL() << "nobody says the loader's key by chance";
+            FAIL() << "the loader's key cannot occur by chance";
         }
     }
-    EXPECT_TRUE(ran && rested) << "the noise is to reach both";
+    EXPECT_TRUE(ran && rested) << "the noise must reach both states";
     EXPECT_GT(board.device->refused(), 1000U);
-    // And it is still the board that it was.
+    // The board still works as before.
     board.host().command(Opcode::stop);
     board.host(1).command(Opcode::stop);
     board.host(2).command(Opcode::stop);

@@ -1,4 +1,4 @@
-// Power fails at every word of a write, and words are damaged afterwards: what is read is one whole calibration.
+// Power fails at every word of a write, and words are damaged afterwards: the store still returns one complete calibration.
 #include "board/app/calibration_store.hpp"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ calibration::Blob numbered(std::uint8_t n) {
     return blob;
 }
 
-/// What a board finds at its next power-on.
+/// The calibration that the board finds at the next power-on.
 std::optional<calibration::Blob> found(sim::SimulatedStorage& storage) {
     CalibrationStore store(storage);
     calibration::Blob blob{};
@@ -59,7 +59,7 @@ TEST(CalibrationStore, KeepsTheOldOneWhereverPowerFails) {
         storage.restore_power();
         EXPECT_EQ(written, after > kOperations);
         EXPECT_EQ(found(storage), numbered(written ? 3 : 2)) << "power failed in operation " << after;
-        // And the board that comes up can write again.
+        // After the restart the board can write again.
         CalibrationStore next(storage);
         next.open();
         ASSERT_TRUE(next.write(numbered(4)).ok());
@@ -105,7 +105,7 @@ TEST(CalibrationStore, ChoosesTheNewestThoughTheCountWraps) {
     CalibrationStore store(storage);
     store.open();
     ASSERT_TRUE(store.write(numbered(1)).ok());
-    // A damaged number is told from a sound one by the check value alone.
+    // Only the check value distinguishes a damaged sequence number from a valid one.
     storage.corrupt(0, 0, std::uint64_t{0xFFFFFFFF} << 32U);
     EXPECT_EQ(found(storage), std::nullopt);
 }

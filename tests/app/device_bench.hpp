@@ -1,5 +1,4 @@
-// The whole tracker board without hardware: the firmware application in front of a simulated world, three links, and hosts behind
-// them.
+// A complete tracker board without hardware: the firmware application, a simulated world, three links, and a host on each.
 #pragma once
 
 #include <functional>
@@ -17,7 +16,7 @@
 
 namespace tricoil::test {
 
-/// A sampler that breaks what it is told to: sees every block, in a copy that it may change.
+/// A sampler that passes a copy of every block to a function, which may change it.
 class TamperedSampler final : public hal::CoilSampler {
 public:
     explicit TamperedSampler(hal::CoilSampler& sampler) : sampler_(sampler) {}
@@ -64,7 +63,7 @@ struct BenchParams {
     Mat3<double> source = Mat3<double>::Identity();  // axes of the source coils
 };
 
-/// What outlives a reset: the world and the flash.
+/// State that survives a reset: the world and the flash.
 struct DeviceBench {
     static constexpr std::size_t kLinks = 3;
 
@@ -137,7 +136,7 @@ struct DeviceBench {
         }
     }
 
-    /// Says `opcode` and returns what became of it.
+    /// Sends `opcode` and returns its result.
     std::optional<protocol::AckResult> ask(protocol::Opcode opcode, std::uint32_t argument = 0,
                                            Excitation state = Excitation::off, std::size_t n = 0) {
         host(n).command(opcode, argument, state);

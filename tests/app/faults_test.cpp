@@ -1,4 +1,4 @@
-// What breaks: coils off within a block, the right fault told, and a start recovers where nothing is broken any more.
+// Faults: coils off within a block, the right fault reported, recovery by a start after the cause is gone.
 #include <gtest/gtest.h>
 
 #include "tests/app/device_bench.hpp"
@@ -61,7 +61,7 @@ TEST_F(Faults, OverCurrent) {
         return Status{};
     };
     expect_off(Fault::overcurrent);
-    EXPECT_EQ(board.ask(Opcode::start), AckResult::busy) << "however often a host asks, the power stage has its second to cool";
+    EXPECT_EQ(board.ask(Opcode::start), AckResult::busy) << "a host cannot shorten the power stage's cooling time of one second";
     EXPECT_EQ(board.ask(Opcode::read_block, 0, Excitation::s1), AckResult::busy);
     board.run(kCooling_s);
     EXPECT_EQ(board.ask(Opcode::start), AckResult::done);

@@ -1,4 +1,4 @@
-// The gain follows the distance, with hysteresis, and nobody sees it in the couplings.
+// The gain follows the distance, with hysteresis; gain steps do not show in the couplings.
 #include "board/app/gain_ranging.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// A host at the other end of a link, message by message: says what it is told to, keeps what it hears.
+// A host at the other end of a link: sends commands, stores the messages that it receives.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -71,11 +71,11 @@ public:
                 parts.push_back(part);
                 known = true;
             }
-            EXPECT_TRUE(known) << "the device said something that is no message";
+            EXPECT_TRUE(known) << "the device sent bytes that are not a message";
         }
     }
 
-    /// What became of the newest command; nothing: it has not been acknowledged.
+    /// Result of the newest command; empty if it has not been acknowledged.
     [[nodiscard]] std::optional<protocol::AckResult> result() const {
         for (auto ack = acks.rbegin(); ack != acks.rend(); ++ack) {
             if (ack->request == request_) {

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""toolchain/folder-graph on small made-up trees: each has one breach, which must be reported."""
+"""toolchain/folder-graph on small test trees: each has one violation, which must be reported."""
 
 import pathlib
 import shutil

@@ -1,5 +1,5 @@
-// Raab's closed form of 1981 beside the direct and the refined solver on the same couplings: accuracy against the stage, and time
-// as a ratio. On recorded couplings where they are present (TRICOIL_DATA_DIR), else on generated ones.
+// Compares Raab's closed form of 1981 with the direct and the refined solver on the same couplings: accuracy against the stage
+// and time ratio. Uses recorded couplings if present (TRICOIL_DATA_DIR), else generated ones.
 #include <benchmark/benchmark.h>
 
 #include <chrono>
@@ -52,7 +52,7 @@ struct Accuracy {
     double orientation_deg = 0;
 };
 
-/// RMS against the stage of what `solve` answers (position up to its sign, O), and the time of all calls.
+/// RMS error of `solve` (position up to its sign, O) against the stage, and the time of all calls.
 template <typename Solve>
 Accuracy measure(const host::CalibrationFit& fit, const std::vector<host::PoseFile>& files, Solve solve, double& seconds) {
     Accuracy sum;

@@ -1,4 +1,4 @@
-// Iterative least-squares solvers to measure the closed form against; both with analytic Jacobians, from a given start.
+// Iterative least-squares solvers for comparison with the closed form; both use analytic Jacobians and a given start.
 #pragma once
 
 #include "core/field/concentric_dipole.hpp"
@@ -12,7 +12,7 @@ struct SolvedPose {
     Quat<double> q_source_sensor;
 };
 
-/// Residuals of X with C = 1 at `start` changed by d = (position, small rotation in the source frame).
+/// Residuals of X with C = 1 at `start` displaced by d = (position, small rotation in the source frame).
 struct Problem {
     Mat3<double> x;
     SolvedPose start;
@@ -26,7 +26,7 @@ struct Problem {
         return (field::signal_matrix<double>(1.0, pose.position_m, geometry::attitude_matrix(pose.q_source_sensor)) - x)
             .reshaped();
     }
-    /// By d, exact where d's rotation is small against one (the start is the truth, so it is a thousandth).
+    /// Derivative by d; exact for small rotations in d (here about 1e-3, as the start is the truth).
     [[nodiscard]] Eigen::Matrix<double, 9, 6> jacobian(const Vec6<double>& d) const {
         const SolvedPose pose = at(d);
         return field::signal_matrix_jacobian<double>(1.0, pose.position_m, geometry::attitude_matrix(pose.q_source_sensor));
@@ -36,7 +36,7 @@ struct Problem {
 /// Eigen's unsupported Levenberg-Marquardt.
 SolvedPose solve_levenberg_marquardt(const Problem& problem);
 
-/// Ceres, dense QR, default options but for silence.
+/// Ceres, dense QR, default options without logging.
 SolvedPose solve_ceres(const Problem& problem);
 
 }  // namespace tricoil::bench

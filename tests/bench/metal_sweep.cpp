@@ -1,4 +1,4 @@
-// How much metal the nine numbers give away: a conducting sphere at many places near a resting sensor.
+// Detection of metal from nine couplings: a conducting sphere at many places near a resting sensor.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ using namespace tricoil;
 
 constexpr int kPlacesPerSize = 3000;
 constexpr int kFrames = 24;          // 0.1 s
-constexpr double kNotable_m = 1e-3;  // an error that a user would mind
+constexpr double kNotable_m = 1e-3;  // an error that matters to a user
 
 struct Tally {
     int notable = 0;
@@ -31,9 +31,9 @@ Vec3<double> random_vector(std::mt19937_64& random) {
     return {normal(random), normal(random), normal(random)};
 }
 
-/// What a perfectly conducting sphere adds to (6): it answers the field B at its centre with the moment -2 pi r^3 B / mu_0
-/// (Jackson, Classical Electrodynamics, section 5.9), in the units of (6) a dipole of -r^3 B. No eddy current lags in it, so that
-/// the quadrature part, where real metal shows first, stays silent: the hardest case.
+/// Term that a perfectly conducting sphere adds to (6): a field B at its centre induces the moment -2 pi r^3 B / mu_0 (Jackson,
+/// Classical Electrodynamics, section 5.9), in the units of (6) a dipole of -r^3 B. Its eddy currents have no phase lag, so the
+/// quadrature part, where real metal shows first, is zero: the hardest case.
 Mat3<double> sphere_couplings(const Vec3<double>& centre_m, double radius_m, const Vec3<double>& sensor_m,
                               const Mat3<double>& o) {
     const Mat3<double> at_sphere = field::signal_matrix<double>(test::kCoupling, centre_m, Mat3<double>::Identity());
@@ -41,7 +41,7 @@ Mat3<double> sphere_couplings(const Vec3<double>& centre_m, double radius_m, con
     return -onwards * at_sphere;
 }
 
-/// A resting sensor beside a sphere: error of the filter's pose after 0.1 s, and whether anything was said.
+/// A resting sensor beside a sphere: error of the filter's pose after 0.1 s, and whether it was flagged.
 void add_place(double radius_m, std::mt19937_64& random, Tally& tally) {
     std::uniform_real_distribution<double> uniform(0, 1);
     const Vec3<double> sensor = (0.25 + 0.65 * uniform(random)) * random_vector(random).normalized();

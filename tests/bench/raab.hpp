@@ -1,4 +1,4 @@
-// Another closed form, to measure ours against: Raab's algorithm (F. H. Raab, "Quasi-static magnetic-field technique for
+// Raab's closed form, for comparison (F. H. Raab, "Quasi-static magnetic-field technique for
 // determining position and orientation", IEEE Trans. Geoscience and Remote Sensing GE-19(4), 1981), written from its equations.
 #pragma once
 
@@ -10,7 +10,7 @@ namespace tricoil::bench {
 
 struct RaabPose {
     Vec3<double> position_m;  // up to its sign, like every solution for concentric triads
-    Mat3<double> attitude;    // O, as it comes: orthonormal only without noise
+    Mat3<double> attitude;    // O, not orthonormalised: orthonormal only without noise
 };
 
 /// S = X^T X does not depend on the attitude: S = k^2 (3/4 u u^T + 1/4 I). Its trace, 3/2 k^2, gives the range; its diagonal the

@@ -21,7 +21,7 @@ Mat3<double> random_rotation(std::mt19937_64& random) {
 }
 
 /// Gains, signs, phases, angles between the sensor coils, a turned source; every third one with a reversed source coil.
-Calibration<double> crooked(int n, std::mt19937_64& random) {
+Calibration<double> misaligned_calibration(int n, std::mt19937_64& random) {
     Calibration<double> c;
     const Vec3<double> gain(5e-3, 7e-3, n % 3 == 0 ? -9e-3 : 9e-3);
     const Mat3<double> turn = Eigen::AngleAxisd(0.3, random_vector(random).normalized()).toRotationMatrix();
@@ -35,7 +35,7 @@ TEST(CoilCorrection, MakeCrookedCoilsIdealAtEveryPose) {
     std::mt19937_64 random(7);
     std::printf("seed 7\n");
     for (int n = 0; n < 500; ++n) {
-        const auto c = crooked(n, random);
+        const auto c = misaligned_calibration(n, random);
         const auto columns = Correction::ideal_triads(c);
         ASSERT_TRUE(columns.ok()) << columns.status().message();
         const Vec3<double> position = (0.2 + 0.01 * (n % 100)) * random_vector(random).normalized();
@@ -48,7 +48,7 @@ TEST(CoilCorrection, MakeCrookedCoilsIdealAtEveryPose) {
             Vec3<double> sigma = Vec3<double>::Ones();
             columns->correct_column(j, in_phase, quadrature, sigma);
             ideal.col(j) = in_phase;
-            EXPECT_LT(quadrature.norm(), 1e-12 * in_phase.norm()) << "all of it is in phase";
+            EXPECT_LT(quadrature.norm(), 1e-12 * in_phase.norm()) << "no quadrature is left";
             EXPECT_NEAR(sigma.mean(), 1 / c.model.source_moment.col(j).norm(), 0.4 / c.model.source_moment.col(j).norm());
         }
         const auto pose = solver::solve_direct(ideal, 1.0);

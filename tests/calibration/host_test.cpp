@@ -21,8 +21,8 @@
 namespace tricoil::host {
 namespace {
 
-/// Gains spread by 5 %, axes 3 degrees out of square.
-Mat3<double> crooked(test::RandomPoses& random) {
+/// Gains spread by 5 %, axes 3 degrees from orthogonal.
+Mat3<double> misaligned_triad(test::RandomPoses& random) {
     Mat3<double> m;
     for (int c = 0; c < 3; ++c) {
         const Vec3<double> turn = 3 / kDegrees * random.direction();
@@ -31,7 +31,7 @@ Mat3<double> crooked(test::RandomPoses& random) {
     return m;
 }
 
-/// What is observable of a triad: lengths of its columns and angles between them, at mean squared length one.
+/// Observable part of a triad: lengths of its columns and angles between them, at mean squared length one.
 struct Shape {
     Vec3<double> gain;
     Vec3<double> angle_deg;
@@ -46,7 +46,7 @@ Shape shape_of(Mat3<double> m) {
     return s;
 }
 
-/// Frames of a hand's motion, column j taken j * skew frame periods late.
+/// Frames of a hand motion; column j is measured j * skew frame periods late.
 std::vector<Mat3<double>> hand_frames(const Mat3<double>& sensor, const Mat3<double>& source, double seconds, double rate_hz,
                                       double snr, double skew) {
     const sim::HandMotion motion({0.45, 0.1, 0.1}, 5);
@@ -68,8 +68,8 @@ std::vector<Mat3<double>> hand_frames(const Mat3<double>& sensor, const Mat3<dou
 
 TEST(SelfCalibration, FindsGainsAndAnglesFromAMinuteOfHandMotionAt60Decibels) {
     test::RandomPoses random(60);
-    const Mat3<double> sensor = crooked(random);
-    const Mat3<double> source = crooked(random);
+    const Mat3<double> sensor = misaligned_triad(random);
+    const Mat3<double> source = misaligned_triad(random);
     const auto found = self_calibrate(deskewed(hand_frames(sensor, source, 60, 60, 1000, 1.0 / 3), 1.0 / 3));
     double worst_gain = 0;
     double worst_angle = 0;
@@ -86,7 +86,7 @@ TEST(SelfCalibration, FindsGainsAndAnglesFromAMinuteOfHandMotionAt60Decibels) {
     EXPECT_LT(found.misfit_after, 0.1 * found.misfit_before);
 }
 
-TEST(SelfCalibration, DeskewingMatters) {
+TEST(SelfCalibration, DeskewReducesTheMisfit) {
     const Mat3<double> ideal = Mat3<double>::Identity();
     const auto frames = hand_frames(ideal, ideal, 20, 240, 1e6, 1.0 / 3);
     const auto skewed = self_calibrate(frames);
@@ -96,7 +96,7 @@ TEST(SelfCalibration, DeskewingMatters) {
     EXPECT_LT(straight.misfit_after, 0.1 * skewed.misfit_after);
 }
 
-TEST(SelfCalibration, RefusesWhatDeterminesNothing) {
+TEST(SelfCalibration, RefusesDegenerateData) {
     const Mat3<double> x = test::unit_signal({0.4, 0.1, -0.2}, Quat<double>::Identity());
     EXPECT_THROW(self_calibrate(std::vector<Mat3<double>>(10, x)), InputError);
     EXPECT_THROW(self_calibrate(std::vector<Mat3<double>>(500, x)), InputError);  // it never moves
@@ -104,8 +104,8 @@ TEST(SelfCalibration, RefusesWhatDeterminesNothing) {
 
 TEST(GridCalibration, FindsScaleGainsAndPivotFromAPrintedGrid) {
     test::RandomPoses random(62);
-    const Mat3<double> sensor = crooked(random);
-    const Mat3<double> source = 2.5e-3 * crooked(random);
+    const Mat3<double> sensor = misaligned_triad(random);
+    const Mat3<double> source = 2.5e-3 * misaligned_triad(random);
     const Vec3<double> pivot(0.004, -0.003, 0.012);
     const Quat<double> turned = Quat<double>(0.98, 0.1, -0.1, 0.15).normalized();
     std::vector<GridFrame> frames;
@@ -127,7 +127,7 @@ TEST(GridCalibration, FindsScaleGainsAndPivotFromAPrintedGrid) {
     const auto found = calibrate_on_grid(frames, 0.05, Vec3<double>::UnitX());
     const auto truth = shape_of(source);
     const auto shape = shape_of(found.source_moment);
-    // The constant that lengths depend on: the product of both sides' scales.
+    // Lengths depend on the product of both sides' scales.
     const double scale = std::cbrt((found.source_moment.determinant() * found.sensor.determinant()) /
                                    (source.determinant() * sensor.determinant()));
     std::cout << "C off by " << 100 * (scale - 1) << " % (+- " << 100 * found.scale_deviation << "), pivot "
@@ -142,7 +142,7 @@ TEST(GridCalibration, FindsScaleGainsAndPivotFromAPrintedGrid) {
     EXPECT_THROW(calibrate_on_grid(one_row, 0.05, Vec3<double>::UnitX()), InputError);
 }
 
-TEST(Wiring, FindsEveryOrderAndSignThatLeavesTheHandednessAlone) {
+TEST(Wiring, FindsEveryOrderAndSignOfEqualHandedness) {
     test::RandomPoses random(63);
     const Vec3<double> direction(0.4, 0.2, 0.1);
     const Mat3<double> ideal = test::unit_signal(direction, Quat<double>::Identity());

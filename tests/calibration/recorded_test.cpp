@@ -1,4 +1,4 @@
-// The figures on couplings that others recorded with a robot stage, which the project does not ship.
+// Accuracy on couplings recorded with a robot stage (data from a third party, not part of this project).
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -69,7 +69,7 @@ TEST_F(RecordedStage, AffineCorrectionAndFiniteCoils) {
     EXPECT_LE(finite.orientation_deg, 0.10);
 }
 
-TEST_F(RecordedStage, FreeMotionOfARealCircleTightensTheSingularRatios) {
+TEST_F(RecordedStage, FreeMotionCalibrationReducesTheSpreadOfSingularRatios) {
     const std::string circle = folder_ + "/adc-captures/circle_signal_matrices.csv";
     const auto r = tricoil("calibrate --free-motion --json --out " + path_in_temp("circle.toml") + " " + circle);
     ASSERT_EQ(r.exit_code, 0) << r.err;

@@ -17,7 +17,7 @@ namespace {
 
 using Model = field::GeneralDipole<double>;
 
-/// Source coils 45 mm from each other, 26 mm from their middle; sensor coils as wound, gains and angles out of true.
+/// Source coils 45 mm from each other, 26 mm from their middle; sensor coils slightly displaced, with gain and angle errors.
 Model wide_model() {
     test::RandomPoses random(50);
     Model model;
@@ -36,7 +36,7 @@ Mat3<double> couplings(const Model& model, const Vec3<double>& p, const Quat<dou
 
 const Mat3<double> kEqual = Mat3<double>::Ones();
 
-/// The least-squares pose by Ceres, from the truth on.
+/// The least-squares pose by Ceres, started at the truth.
 class CeresResidual final : public ceres::SizedCostFunction<9, 6> {
 public:
     CeresResidual(const Model& model, const Mat3<double>& x, const RigidPose<double>& start)
@@ -83,7 +83,7 @@ Vec3<double> ceres_position(const Model& model, const Mat3<double>& x, const Rig
     return truth.position_m + d.head<3>();
 }
 
-TEST(Refine, FromThePreviousPoseOfAHandAt240HertzAtMostThreeIterations) {
+TEST(Refine, NeedsAtMostThreeIterationsFromThePreviousPoseAt240Hertz) {
     const Model model = wide_model();
     int most = 0;
     int poses = 0;
@@ -114,7 +114,7 @@ TEST(Refine, FromThePreviousPoseOfAHandAt240HertzAtMostThreeIterations) {
 struct ColdRates {
     double converged = 0;     // share of poses
     double within_seven = 0;  // iterations of all starts together
-    int wrong = 0;            // reported as converged, but elsewhere
+    int wrong = 0;            // reported as converged at a wrong pose
     int most = 0;
 };
 
@@ -153,7 +153,7 @@ TEST(ColdStart, ReachesThePoseInSevenIterations) {
     }
 }
 
-TEST(ColdStart, AmongTheCoilsItStillConvergesAndNeverReportsAWrongMinimum) {
+TEST(ColdStart, NearTheCoilsNeverReportsAWrongMinimum) {
     for (const bool known : {true, false}) {
         const ColdRates near = cold_rates(0.15, 0.2, 10'000, known);
         EXPECT_GE(near.converged, 0.999);
@@ -164,7 +164,7 @@ TEST(ColdStart, AmongTheCoilsItStillConvergesAndNeverReportsAWrongMinimum) {
     EXPECT_EQ(nearest.wrong, 0);
 }
 
-TEST(ColdStart, SinglePrecisionDoesToo) {
+TEST(ColdStart, ConvergesInSinglePrecision) {
     const auto model = wide_model().cast<float>();
     test::RandomPoses random(52);
     int converged = 0;
@@ -180,7 +180,7 @@ TEST(ColdStart, SinglePrecisionDoesToo) {
     EXPECT_GE(converged, kPoses - 3);
 }
 
-TEST(Refine, EqualsCeresFromTheTruePoseAlsoWithNoise) {
+TEST(Refine, EqualsCeresWithAndWithoutNoise) {
     const Model model = wide_model();
     test::RandomPoses random(53);
     double worst_m = 0;
@@ -200,7 +200,7 @@ TEST(Refine, EqualsCeresFromTheTruePoseAlsoWithNoise) {
     EXPECT_LT(worst_m, 1e-6);
 }
 
-TEST(Refine, IsTheDirectSolutionOnIdealTriadsWithItsCovariance) {
+TEST(Refine, EqualsTheDirectSolutionOnIdealTriads) {
     test::RandomPoses random(54);
     const auto model = Model::concentric(1.0);
     for (int i = 0; i < 200; ++i) {
@@ -220,23 +220,23 @@ TEST(Refine, IsTheDirectSolutionOnIdealTriadsWithItsCovariance) {
     }
 }
 
-TEST(Refine, WeightsSayWhichEntriesCount) {
+TEST(Refine, ZeroWeightExcludesAnEntry) {
     const Model model = wide_model();
     const Vec3<double> p(0.35, 0.2, -0.1);
     const Quat<double> q = Quat<double>(0.8, 0.2, -0.4, 0.3).normalized();
     Mat3<double> x = couplings(model, p, q);
     x(1, 2) *= 1.5;  // a bad entry
     Mat3<double> weights = Mat3<double>::Ones();
-    const auto trusting = refine<double>(model, x, weights, {p, q});
+    const auto unweighted = refine<double>(model, x, weights, {p, q});
     weights(1, 2) = 0;
-    const auto wary = refine<double>(model, x, weights, {p, q});
-    ASSERT_TRUE(trusting.ok() && wary.ok());
-    EXPECT_GT((trusting->pose.position_m - p).norm(), 1e-3);
-    EXPECT_TRUE(wary->converged());
-    EXPECT_LT((wary->pose.position_m - p).norm(), 1e-9);
+    const auto weighted = refine<double>(model, x, weights, {p, q});
+    ASSERT_TRUE(unweighted.ok() && weighted.ok());
+    EXPECT_GT((unweighted->pose.position_m - p).norm(), 1e-3);
+    EXPECT_TRUE(weighted->converged());
+    EXPECT_LT((weighted->pose.position_m - p).norm(), 1e-9);
 }
 
-TEST(Refine, ReportsWhatDoesNotConverge) {
+TEST(Refine, ReportsNonConvergence) {
     const Model model = wide_model();
     const Vec3<double> p(0.35, 0.2, -0.1);
     const Mat3<double> x = couplings(model, p, Quat<double>::Identity());
@@ -245,11 +245,11 @@ TEST(Refine, ReportsWhatDoesNotConverge) {
     const auto stopped = refine<double>(model, x, kEqual, {1.3 * p, Quat<double>::Identity()}, one);
     EXPECT_EQ(stopped->end, RefineEnd::iteration_limit);
     EXPECT_EQ(stopped->iterations, 1);
-    // Couplings of no dipole: a minimum that explains nothing.
+    // Couplings of no dipole: the minimum has a large residual.
     test::RandomPoses random(55);
     const auto nonsense = solve_cold<double>(model, x.norm() * random.gaussian_matrix(), kEqual);
     EXPECT_FALSE(nonsense->refinement.converged());
-    // Two source coils alone: their entries do not determine six parameters well, three entries do not at all.
+    // Two source coils determine six parameters poorly; one source coil does not determine them.
     Mat3<double> weights = Mat3<double>::Zero();
     weights.col(0).setOnes();
     const auto blind = refine<double>(model, x, weights, {p, Quat<double>::Identity()});
@@ -262,7 +262,7 @@ TEST(Refine, ReportsWhatDoesNotConverge) {
               StatusCode::degenerate);
 }
 
-TEST(ColdStart, SaysWhenACoilIsReversed) {
+TEST(ColdStart, ReportsAReversedCoil) {
     const Model model = wide_model();
     Mat3<double> x = couplings(model, {0.4, 0.1, -0.3}, Quat<double>(0.9, 0.1, -0.3, 0.2).normalized());
     EXPECT_TRUE(solve_cold<double>(model, x, kEqual)->right_handed);

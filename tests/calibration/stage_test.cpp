@@ -1,4 +1,4 @@
-// tricoil calibrate and evaluate as a person runs them, on generated data sets in the text format of recorded ones.
+// `tricoil calibrate` and `tricoil evaluate` on generated data sets in ILEMT text format.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -94,7 +94,7 @@ TEST_F(Stage, WideCoilsConvergeFromTheDataAlone) {
         EXPECT_LT(number(test, "position_rms_m"), std::string(model) == "finite" ? 1.5e-4 : 6e-4);
         EXPECT_LT(number(test, "orientation_rms_deg"), 0.1);
     }
-    // The offsets found are those built in, about their middle.
+    // The estimated offsets equal the simulated ones, relative to their mean.
     const auto fit = tricoil("calibrate --json --model finite --out " + cal + " --blob " + blob + set("md"));
     const auto bytes = read_file(blob);
     const auto read = calibration::decode({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
@@ -113,7 +113,7 @@ TEST_F(Stage, OneFixtureAloneConvergesToo) {
     }
 }
 
-TEST_F(Stage, ConcentricModelIsWorseOnWideCoilsAndSaysWhatItLeaves) {
+TEST_F(Stage, ConcentricModelHasALargerResidualOnWideCoils) {
     const auto concentric = tricoil("calibrate --json --model concentric --out " + path("c.toml") + set("md"));
     const auto general = tricoil("calibrate --json --model general --out " + path("g.toml") + set("md"));
     ASSERT_EQ(concentric.exit_code, 0) << concentric.err;
@@ -143,11 +143,11 @@ TEST_F(Stage, WritesResidualsAndAPicture) {
     EXPECT_THAT(read_file(path("pictures") + "/error_vectors.svg"), HasSubstr("<svg"));
 }
 
-TEST_F(Stage, BadLinesAreSetAsideByName) {
+TEST_F(Stage, BadLinesAreExcludedAndNamed) {
     auto lines = lines_of(sim::ilemt_name(1, "md"));
-    std::swap(lines[10], lines[70]);  // harmless: order does not matter
+    std::swap(lines[10], lines[70]);  // no error: the order does not matter
     const auto tab = lines[40].find('\t');
-    lines[40] = "12.00000" + lines[40].substr(tab);  // the stage was elsewhere
+    lines[40] = "12.00000" + lines[40].substr(tab);  // a wrong stage position
     write("soYoutZup_seZinXdown_bad.dat", joined(lines));
     const auto fit = tricoil("calibrate --json --out " + path("b.toml") + " " + path(sim::ilemt_name(0, "md")) + " " +
                              path("soYoutZup_seZinXdown_bad.dat") + " " + path(sim::ilemt_name(2, "md")));
@@ -193,7 +193,7 @@ TEST_F(Stage, DegeneratePosesAreRefused) {
     expect_refused(tricoil("calibrate --out " + path("x.toml") + " " + path("one_turn.dat")), "never turns");
 }
 
-TEST_F(Stage, WrongNamesMixedSetsAndReversedCoilsAreTold) {
+TEST_F(Stage, WrongNamesMixedSetsAndReversedCoilsAreReported) {
     const auto first = lines_of(sim::ilemt_name(0, "md"));
     const auto second = lines_of(sim::ilemt_name(1, "md"));
     // The file says one fixture, the couplings another.

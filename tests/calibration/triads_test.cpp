@@ -13,7 +13,7 @@ double coupled(const WoundCoilParams& source, const WoundCoilParams& sensor) {
     return winding_scale(source, sensor) * mutual_coupling(filaments_of(source), filaments_of(sensor));
 }
 
-TEST(WoundCoil, FarOffItIsADipoleAndCloserItsOctupoleIsTheNextTerm) {
+TEST(WoundCoil, ConvergesToADipoleWithOctupoleAsNextTerm) {
     WoundCoilParams source;
     source.axis = Vec3<double>(0.3, -0.2, 0.9).normalized();
     source.radius_m = 0.02;
@@ -38,7 +38,7 @@ TEST(WoundCoil, FarOffItIsADipoleAndCloserItsOctupoleIsTheNextTerm) {
     }
 }
 
-TEST(WoundCoil, CouplesBothWaysAlike) {
+TEST(WoundCoil, IsReciprocal) {
     WoundCoilParams a;
     a.axis = Vec3<double>(0.3, -0.2, 0.9);
     WoundCoilParams b;

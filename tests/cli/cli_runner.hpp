@@ -1,4 +1,4 @@
-// Runs the tricoil program as a person would, and keeps what it said.
+// Runs the tricoil program and captures its output.
 #pragma once
 
 #include <sys/wait.h>

@@ -63,7 +63,7 @@ TEST(Demodulate, FindsReferenceMatrixAndScatter) {
     EXPECT_TRUE(json["flags"].empty());
 }
 
-TEST(Demodulate, TellsThatThereIsNoSensor) {
+TEST(Demodulate, ReportsAMissingSensor) {
     const auto alike =
         tricoil("demodulate " + write_file("alike.csv", recording(0.1 * Eigen::Matrix3d::Ones(), 8, 20)) + kOptions);
     EXPECT_EQ(alike.exit_code, 1);
@@ -73,7 +73,7 @@ TEST(Demodulate, TellsThatThereIsNoSensor) {
     EXPECT_THAT(silent.err, HasSubstr("no sensor"));
 }
 
-TEST(Demodulate, EveryMistakeIsNamedWithItsLine) {
+TEST(Demodulate, NamesEveryErrorWithItsLine) {
     const std::string good = recording(dipole(), 2, 20);
     const auto expect = [](const std::string& content, const std::string& says, const std::string& options = kOptions) {
         const auto result = tricoil("demodulate " + write_file("bad.csv", content) + options);

@@ -1,4 +1,4 @@
-// Ctrl-C in the middle: a run ends with summary, complete CSV and coils off; figures leave nothing behind.
+// Interrupts: a run ends with summary, complete CSV and coils off; an interrupted `figures` leaves no files.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -39,7 +39,7 @@ int interrupt_run(int signal, const std::string& csv, const std::string& out) {
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
-TEST(Interrupt, EndsInOrder) {
+TEST(Interrupt, EndsARunWithCompleteOutput) {
     for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
         const std::string csv = path_in_temp("interrupted.csv");
         const std::string out = path_in_temp("interrupted.json");
@@ -66,7 +66,7 @@ protected:
     }
     void TearDown() override { fs::remove_all(folder_); }
 
-    /// Starts `tricoil figures`; `bin`, unless empty, is where it looks for programs.
+    /// Starts `tricoil figures`; if `bin` is not empty, it is the PATH.
     [[nodiscard]] pid_t start(const std::string& bin = "") const {
         const pid_t child = fork();
         if (child == 0) {
@@ -80,7 +80,7 @@ protected:
         return child;
     }
 
-    /// False if it does not come true for 20 s.
+    /// False if the condition stays false for 20 s.
     template <typename Condition>
     static bool wait_for(Condition condition) {
         for (int i = 0; i < 2000; ++i) {
@@ -99,7 +99,7 @@ protected:
         return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
     }
 
-    /// The first file there is proof that simulations are under way.
+    /// The first file proves that simulations are running.
     [[nodiscard]] bool has_begun() const {
         std::error_code error;
         for (const auto& entry : fs::recursive_directory_iterator(out_, error)) {
@@ -115,7 +115,7 @@ protected:
     const std::string err_ = folder_ + "/err.txt";
 };
 
-TEST_F(FiguresInterrupted, LeaveNothing) {
+TEST_F(FiguresInterrupted, LeaveNoFiles) {
     for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
         const pid_t child = start();
         ASSERT_TRUE(wait_for([this] { return has_begun(); }));
@@ -125,7 +125,7 @@ TEST_F(FiguresInterrupted, LeaveNothing) {
     }
 }
 
-TEST_F(FiguresInterrupted, KeepWhatWasThere) {
+TEST_F(FiguresInterrupted, KeepExistingFiles) {
     fs::create_directory(out_);
     std::ofstream(out_ + "/fig1.csv") << "mine";
     const pid_t child = start();
@@ -146,11 +146,11 @@ TEST_F(FiguresInterrupted, StopGnuplotToo) {
     const pid_t gnuplot = std::stoi(read_file(pid_file));
     EXPECT_EQ(kill(gnuplot, 0), 0);
     EXPECT_EQ(end(child, SIGTERM), 128 + SIGTERM);
-    EXPECT_EQ(kill(gnuplot, 0), -1) << "gnuplot lives on";
+    EXPECT_EQ(kill(gnuplot, 0), -1) << "gnuplot still runs";
     EXPECT_FALSE(fs::exists(out_));
 }
 
-TEST_F(FiguresInterrupted, WhatAKilledOneLeftIsSweptUpByTheNext) {
+TEST_F(FiguresInterrupted, RemoveFilesOfAKilledRun) {
     const pid_t killed = start();
     ASSERT_TRUE(wait_for([this] { return has_begun(); }));
     EXPECT_EQ(end(killed, SIGKILL), -SIGKILL);

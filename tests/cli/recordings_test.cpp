@@ -1,4 +1,4 @@
-// Recordings of real hardware and real hands, which the project does not ship.
+// Recordings of real hardware and real hand motions (not part of this project).
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ protected:
     std::string folder_;
 };
 
-TEST_F(Recordings, ASensorFarAwayIsASensor) {
+TEST_F(Recordings, ADistantSensorIsDetected) {
     const auto result = tricoil("demodulate " + capture("far_sensor.csv"));
     ASSERT_EQ(result.exit_code, 0) << result.err;
     const auto json = result.json();
@@ -33,7 +33,7 @@ TEST_F(Recordings, ASensorFarAwayIsASensor) {
     EXPECT_LT(json["misfit_share"].get<double>(), 0.05);
 }
 
-TEST_F(Recordings, OpenInputsAreNoSensor) {
+TEST_F(Recordings, OpenInputsAreReportedAsNoSensor) {
     const auto result = tricoil("demodulate " + capture("no_sensor.csv"));
     EXPECT_EQ(result.exit_code, 1);
     EXPECT_THAT(result.err, ::testing::HasSubstr("no sensor"));

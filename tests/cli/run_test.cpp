@@ -29,15 +29,15 @@ TEST(Run, FdmDirectReachesItsBound) {
     }
 }
 
-TEST(Run, TdmTakesMovingColumnsForSimultaneousAndPaysForIt) {
+TEST(Run, TdmWithoutDeskewHasMotionErrors) {
     const auto naive = run("--duration 4 --mux tdm --no-deskew");
     EXPECT_GT(naive["position_rms_m"].get<double>(), 10 * naive["bound_position_rms_m"].get<double>());
     const auto still = run("--duration 4 --mux tdm --no-deskew --scenario still");
     EXPECT_LT(still["position_rms_m"].get<double>(), 1.2 * still["bound_position_rms_m"].get<double>());
 }
 
-/// What was taken as simultaneous above, brought to one instant; and every column at its own time.
-TEST(Run, DeskewAndTheFilterDoNotPay) {
+/// Deskew brings the columns to one instant; the filter uses each column at its own time.
+TEST(Run, DeskewAndFilterReduceMotionErrors) {
     const auto naive = run("--duration 4 --mux tdm --no-deskew");
     const auto deskewed = run("--duration 4 --mux tdm");
     const auto filtered = run("--duration 4 --mux tdm --tracker scaat");
@@ -46,13 +46,13 @@ TEST(Run, DeskewAndTheFilterDoNotPay) {
     EXPECT_LT(filtered["position_rms_m"].get<double>(), naive["position_rms_m"].get<double>() / 15);
 }
 
-TEST(Run, WritesPosesAsUsersWantThem) {
+TEST(Run, WritesPosesInChosenUnitsAndAngles) {
     const std::string csv = path_in_temp("output_frame.csv");
     run("--duration 1 --mux tdm --tracker scaat --units mm --euler zyx --tip 0.1,0,0 --out " + csv);
     const CsvTable poses(read_file(csv));
     const auto value = [&](const std::string& name) { return poses.number(poses.rows() - 1, name); };
     EXPECT_LE(std::abs(value("euler_zyx_3_deg")), 180);
-    // The error is that of what is reported, the tip.
+    // The error is that of the reported position, the tip.
     const double x = value("x_mm") - value("true_x_mm");
     const double y = value("y_mm") - value("true_y_mm");
     const double z = value("z_mm") - value("true_z_mm");
@@ -112,7 +112,7 @@ TEST(Run, CsvHoldsEveryPoseBesideTheTruth) {
     EXPECT_EQ(text.find("nan"), std::string::npos);
 }
 
-TEST(Run, FaultsAreSeenAndSurvived) {
+TEST(Run, FaultsAreFlaggedAndRecoveredFrom) {
     const auto drops = run("--duration 3 --fault dropped_blocks:0.3@1-2");
     EXPECT_GT(drops["blocks_lost"].get<int>(), 30);
     EXPECT_LT(drops["position_max_m"].get<double>(), 5e-3);

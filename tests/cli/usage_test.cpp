@@ -13,16 +13,16 @@ namespace {
 using ::testing::HasSubstr;
 
 /// Bad usage: exit code 2 and exactly one line that starts with the program's name.
-void expect_complaint(const std::string& arguments, const std::string& says) {
+void expect_usage_error(const std::string& arguments, const std::string& message) {
     const CliResult result = tricoil(arguments);
     EXPECT_EQ(result.exit_code, 2) << arguments;
-    EXPECT_THAT(result.err, HasSubstr(says)) << arguments;
+    EXPECT_THAT(result.err, HasSubstr(message)) << arguments;
     EXPECT_TRUE(result.err.starts_with("tricoil: ")) << arguments << "\n" << result.err;
     EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << arguments << "\n" << result.err;
     EXPECT_EQ(result.out, "") << arguments;
 }
 
-TEST(Usage, HelpAndVersionAnswer) {
+TEST(Usage, HelpAndVersionPrint) {
     EXPECT_THAT(tricoil("--version").out, HasSubstr("tricoil 0."));
     const CliResult help = tricoil("--help");
     EXPECT_EQ(help.exit_code, 0);
@@ -32,7 +32,7 @@ TEST(Usage, HelpAndVersionAnswer) {
     EXPECT_THAT(tricoil("run --list").out, HasSubstr("paper-iii"));
 }
 
-TEST(Usage, EveryCommandSpeaksJson) {
+TEST(Usage, EveryCommandHasJsonOutput) {
     const std::string help = tricoil("--help").out;
     const std::string list = help.substr(help.find("Subcommands:"));
     std::istringstream lines(list.substr(list.find('\n') + 1));
@@ -54,25 +54,25 @@ TEST(Usage, EveryCommandSpeaksJson) {
     EXPECT_EQ(tricoil("protocol --json --dbc " + dbc).json()["dbc_file"], dbc);
 }
 
-TEST(Usage, UnknownNamesGetTheNearestOne) {
-    expect_complaint("rum", "did you mean 'run'");
-    expect_complaint("run --mux tmd", "did you mean 'tdm'");
-    expect_complaint("run --tracker previus", "did you mean 'previous'");
-    expect_complaint("run --tracker fixed-prev", "did you mean 'fixed-previous'");
-    expect_complaint("run --device can:vcan9 --tracker fixed-direct", "--tracker fixed-direct: computes poses from samples");
-    expect_complaint("run --device can:vcan9 --tracker direct --samples /tmp/s", "--samples: a device sends columns");
-    expect_complaint("serve --openigtlink 0 --tracker fixed-direct", "serve: not with --tracker fixed-direct");
-    expect_complaint("run --scenario hnd", "did you mean 'hand'");
-    expect_complaint("run --fault open_coyl:S1", "did you mean 'open_coil'");
-    expect_complaint("run --nonsense", "--nonsense");
-    expect_complaint("", "subcommand");
-    expect_complaint("motion --example IV", "unknown example 'IV'; choices: I, II, III,");
+TEST(Usage, UnknownNamesGetASuggestion) {
+    expect_usage_error("rum", "did you mean 'run'");
+    expect_usage_error("run --mux tmd", "did you mean 'tdm'");
+    expect_usage_error("run --tracker previus", "did you mean 'previous'");
+    expect_usage_error("run --tracker fixed-prev", "did you mean 'fixed-previous'");
+    expect_usage_error("run --device can:vcan9 --tracker fixed-direct", "--tracker fixed-direct: computes poses from samples");
+    expect_usage_error("run --device can:vcan9 --tracker direct --samples /tmp/s", "--samples: a device sends columns");
+    expect_usage_error("serve --openigtlink 0 --tracker fixed-direct", "serve: not with --tracker fixed-direct");
+    expect_usage_error("run --scenario hnd", "did you mean 'hand'");
+    expect_usage_error("run --fault open_coyl:S1", "did you mean 'open_coil'");
+    expect_usage_error("run --nonsense", "--nonsense");
+    expect_usage_error("", "subcommand");
+    expect_usage_error("motion --example IV", "unknown example 'IV'; choices: I, II, III,");
 }
 
-TEST(Usage, ABoardsConfigurationIsRefusedByLine) {
-    const auto refuse = [](const std::string& text, const std::string& says) {
+TEST(Usage, ConfigurationErrorsNameTheLine) {
+    const auto refuse = [](const std::string& text, const std::string& message) {
         const std::string path = write_file("board.toml", text);
-        expect_complaint("run --config " + path, path + ":" + says);
+        expect_usage_error("run --config " + path, path + ":" + message);
     };
     refuse("device = \"can:can0#16\"", "1: 'device' device 'can:can0#16': '16' is no node number, 0 to 15");
     refuse("device = \"can:can0\"\nspeed = 3", "2: 'speed' is not a known key");
@@ -82,66 +82,66 @@ TEST(Usage, ABoardsConfigurationIsRefusedByLine) {
     refuse("[realtime]\npriority = 100", "2: 'realtime.priority' must be a whole number from 0 to 99");
     refuse("[outputs]\npublish = 1", "2: 'outputs.publish' must be true or false");
     refuse("[tracker", "1: ");
-    expect_complaint("run --config " + write_file("empty.toml", ""), "'device' is missing");
-    expect_complaint("run --config /no/such/file", "/no/such/file: cannot be read");
+    expect_usage_error("run --config " + write_file("empty.toml", ""), "'device' is missing");
+    expect_usage_error("run --config /no/such/file", "/no/such/file: cannot be read");
 }
 
-TEST(Usage, OptionsThatWouldDoNothingAreRefused) {
-    expect_complaint("run --duration 1 --predict 0.02", "--tracker scaat");
-    expect_complaint("run --duration 1 --predict -1", "--predict");
-    expect_complaint("run --duration 1 --tracker scaat --predict -0.1", "--predict");
-    expect_complaint("run --duration 1 --tracker scaat --mux tdm --no-deskew", "--no-deskew");
-    expect_complaint("run --duration 1 --mux fdm --no-deskew", "--no-deskew");
-    expect_complaint("run --duration 1 --tracker fixed-direct --no-deskew", "--no-deskew: not with --tracker fixed-direct");
-    expect_complaint("run --duration 1 --tracker fixed-direct --predict 0.1", "--predict: not with --tracker fixed-direct");
-    expect_complaint("run --duration 1 --tracker fixed-previous --record /tmp/r", "--samples records what it is given");
-    expect_complaint("run --duration 1 --samples /tmp/samples.bin", "--samples: only with --tracker fixed-direct");
-    expect_complaint("run --duration 1 --tracker fixed-direct --samples /no/such/folder/f", "--samples /no/such/folder/f");
+TEST(Usage, OptionsWithoutEffectAreRefused) {
+    expect_usage_error("run --duration 1 --predict 0.02", "--tracker scaat");
+    expect_usage_error("run --duration 1 --predict -1", "--predict");
+    expect_usage_error("run --duration 1 --tracker scaat --predict -0.1", "--predict");
+    expect_usage_error("run --duration 1 --tracker scaat --mux tdm --no-deskew", "--no-deskew");
+    expect_usage_error("run --duration 1 --mux fdm --no-deskew", "--no-deskew");
+    expect_usage_error("run --duration 1 --tracker fixed-direct --no-deskew", "--no-deskew: not with --tracker fixed-direct");
+    expect_usage_error("run --duration 1 --tracker fixed-direct --predict 0.1", "--predict: not with --tracker fixed-direct");
+    expect_usage_error("run --duration 1 --tracker fixed-previous --record /tmp/r", "--samples records what it is given");
+    expect_usage_error("run --duration 1 --samples /tmp/samples.bin", "--samples: only with --tracker fixed-direct");
+    expect_usage_error("run --duration 1 --tracker fixed-direct --samples /no/such/folder/f", "--samples /no/such/folder/f");
     for (const char* option : {"--tip 0.1,0,0", "--align 0,0,0,1,0,0,0,1,0", "--boresight", "--units mm", "--euler zyx"}) {
-        expect_complaint(std::string("run --duration 1 ") + option, "--out");
+        expect_usage_error(std::string("run --duration 1 ") + option, "--out");
     }
-    expect_complaint("run --duration 1 --euler ''", "--euler");
-    expect_complaint("run --duration 1 --out /dev/null --tip 1e308,1e308,0", "--tip");
+    expect_usage_error("run --duration 1 --euler ''", "--euler");
+    expect_usage_error("run --duration 1 --out /dev/null --tip 1e308,1e308,0", "--tip");
 }
 
-TEST(Usage, ImpossibleNumbersAreNamed) {
-    expect_complaint("run --rate-hz 0", "frame rate");
-    expect_complaint("run --rate-hz nan", "frame rate");
-    expect_complaint("run --rate-hz -240", "frame rate");
-    expect_complaint("run --rate-hz 241", "whole number of samples");
-    expect_complaint("run --rate-hz 960 --mux tdm", "use FDM");
-    expect_complaint("run --rate-hz fast", "--rate-hz");
-    expect_complaint("run --duration 0", "--duration");
-    expect_complaint("run --duration nan", "--duration");
-    expect_complaint("run --duration -1", "--duration");
-    expect_complaint("run --passes 0", "passes");
-    expect_complaint("run --hemisphere 1,0", "--hemisphere");
-    expect_complaint("run --hemisphere inf,0,0", "--hemisphere");
-    expect_complaint("run --fault dropped_blocks:2", "0 to 1");
-    expect_complaint("run --device tcp:host", "use sim:, can:INTERFACE");
-    expect_complaint("run --seed -1", "--seed");
-    expect_complaint("run --rate-hz fast", "expected: a number");
-    expect_complaint("run --passes 1.5", "expected: a whole number");
-    expect_complaint("motion --azimuth fast,1", "expected: 2 numbers");
+TEST(Usage, NumbersOutOfRangeAreNamed) {
+    expect_usage_error("run --rate-hz 0", "frame rate");
+    expect_usage_error("run --rate-hz nan", "frame rate");
+    expect_usage_error("run --rate-hz -240", "frame rate");
+    expect_usage_error("run --rate-hz 241", "whole number of samples");
+    expect_usage_error("run --rate-hz 960 --mux tdm", "use FDM");
+    expect_usage_error("run --rate-hz fast", "--rate-hz");
+    expect_usage_error("run --duration 0", "--duration");
+    expect_usage_error("run --duration nan", "--duration");
+    expect_usage_error("run --duration -1", "--duration");
+    expect_usage_error("run --passes 0", "passes");
+    expect_usage_error("run --hemisphere 1,0", "--hemisphere");
+    expect_usage_error("run --hemisphere inf,0,0", "--hemisphere");
+    expect_usage_error("run --fault dropped_blocks:2", "0 to 1");
+    expect_usage_error("run --device tcp:host", "use sim:, can:INTERFACE");
+    expect_usage_error("run --seed -1", "--seed");
+    expect_usage_error("run --rate-hz fast", "expected: a number");
+    expect_usage_error("run --passes 1.5", "expected: a whole number");
+    expect_usage_error("motion --azimuth fast,1", "expected: 2 numbers");
 }
 
-TEST(Usage, FilesThatCannotBeUsedAreNamed) {
-    expect_complaint("run --trajectory /no/such.traj", "/no/such.traj");
-    expect_complaint("run --trajectory /tmp", "folder");
-    expect_complaint("run --trajectory " + write_file("short.traj", "1 0 0 0\n"), "short.traj:1");
-    expect_complaint("run --trajectory " + write_file("empty.traj", ""), "is empty");
-    expect_complaint("run --scenario " + write_file("bad.toml", "duration_s = true\n"), "bad.toml:1");
-    expect_complaint("run --out /no/such/folder/x.csv", "/no/such/folder/x.csv");
-    expect_complaint("run --out ''", "--out");
+TEST(Usage, UnusableFilesAreNamed) {
+    expect_usage_error("run --trajectory /no/such.traj", "/no/such.traj");
+    expect_usage_error("run --trajectory /tmp", "folder");
+    expect_usage_error("run --trajectory " + write_file("short.traj", "1 0 0 0\n"), "short.traj:1");
+    expect_usage_error("run --trajectory " + write_file("empty.traj", ""), "is empty");
+    expect_usage_error("run --scenario " + write_file("bad.toml", "duration_s = true\n"), "bad.toml:1");
+    expect_usage_error("run --out /no/such/folder/x.csv", "/no/such/folder/x.csv");
+    expect_usage_error("run --out ''", "--out");
     const std::string mine = write_file("protected.csv", "mine");
     std::filesystem::permissions(mine, std::filesystem::perms::owner_read);
-    expect_complaint("run --duration 0.1 --out " + mine, "write-protected");
+    expect_usage_error("run --duration 0.1 --out " + mine, "write-protected");
     EXPECT_EQ(read_file(mine), "mine");
-    expect_complaint("demodulate /no/such.csv --carrier-hz 1e4 --rate-hz 2e5", "/no/such.csv");
+    expect_usage_error("demodulate /no/such.csv --carrier-hz 1e4 --rate-hz 2e5", "/no/such.csv");
 }
 
-TEST(Usage, AFullDiskIsDeviceTrouble) {
-    // As good as full: no file may grow beyond some kilobytes.
+TEST(Usage, AFullDiskExitsWith3) {
+    // A file size limit of a few kilobytes simulates a full disk.
     const CliResult result = tricoil("run --duration 1 --out " + path_in_temp("full.csv"), "trap '' XFSZ; ulimit -f 16");
     EXPECT_EQ(result.exit_code, 3);
     EXPECT_THAT(result.err, HasSubstr("full.csv"));

@@ -1,4 +1,4 @@
-// What a front end says of a window, for tests of whoever hears it.
+// Column messages of a front end, for tests of receivers.
 #pragma once
 
 #include "core/protocol/messages.hpp"

@@ -1,5 +1,5 @@
-// `tricoil run --device` against the simulated front end in a process of its own, on the kernel's real CAN, USB and GPIO: the
-// same poses as in one process, and every fault recovered from without a wrong valid pose.
+// `tricoil run --device` against the simulated front end in a process of its own, on the kernel's CAN, USB and GPIO: the same
+// poses as in one process, and recovery from every fault without a wrong valid pose.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -62,8 +62,8 @@ TEST_F(Device, TracksFdmAtNineHundredAndSixtyFrames) {
     EXPECT_EQ(summary()["columns_lost"], 0);
 }
 
-/// In step with nobody: what the host does not take in time is lost. (960 frames a second need a machine that has nothing else to
-/// do: the test kernel shares one processor among the front end, the bus and the tracker.)
+/// The front end does not wait: columns that the host does not read in time are lost. (960 frames a second need an idle machine,
+/// as the test kernel shares one processor among front end, bus and tracker.)
 TEST_F(Device, LosesNothingAtTheFrontEndsOwnPace) {
     Program peer(front_end("--pace real --watchdog-us 3000000 --duration 20"));
     Program tracker(tricoil("--device can:vcan0 --duration 4"));
@@ -199,7 +199,7 @@ TEST_F(Device, TheUsbPlugIsPulledFiftyTimes) {
                 judged.worst_mm);
 }
 
-TEST_F(Device, AUsbDeviceThatStallsIsHeardAgain) {
+TEST_F(Device, RecoversFromAUsbStall) {
     Program peer(kFrontEnd + " --link usbip: --duration 6 --stall 20 --report /run/report.json");
     Program tracker(tricoil("--device usb:1209:0001 --duration 2"));
     ASSERT_EQ(tracker.wait(), 0) << complaints();
@@ -246,7 +246,7 @@ TEST_F(Device, QuestionsAreAnsweredOverCanAndUsb) {
     }
 }
 
-TEST_F(Device, WhoAsksMeanwhileDisturbsNobody) {
+TEST_F(Device, QueriesDuringARunAreRefused) {
     Program peer(front_end("--duration 600 --watchdog-us 5000000"));
     Program tracker(tricoil("--device can:vcan0"));
     ASSERT_TRUE(test::eventually([] { return test::lines(test::read_text("/run/poses.csv")).size() > 100; })) << complaints();
@@ -311,7 +311,7 @@ TEST_F(Device, TakesRealTimePriorityAndLocksItsMemoryWhereAllowed) {
     EXPECT_GT(judge("/run/poses.csv").valid, 600U) << "it tracks all the same";
 }
 
-TEST_F(Device, WhatIsNotThereOrCannotBeEndsWithOneLine) {
+TEST_F(Device, MissingOrInvalidDeviceEndsWithOneLine) {
     const std::map<std::string, std::pair<int, std::string>> cases{
         {"--device can:vcan9 --wait 0.3", {3, "vcan9: no such network interface"}},
         {"--device can:vcan1 --wait 0.3", {3, "classic CAN interface"}},

@@ -12,8 +12,8 @@ using test::kTricoil;
 using test::kWrongMm;
 using test::Program;
 
-// This machine's kernel takes the test kernel's turn away for 50 ms a second when it wants all of a CPU: poses that must be equal
-// in every digit need an enable that lasts longer, and what is off in time is off that much later.
+// The host's scheduler stops the test kernel for 50 ms a second when it uses a full CPU. Tests of bit-exact poses therefore need
+// a longer enable time, and time limits for switching off include this pause.
 const std::string kPatientEnable = "--hold-ms 3000 --patience-ms 3000 --watchdog-us 3000000 ";
 constexpr double kTurnMs = 50 + 15;
 
@@ -82,7 +82,7 @@ TEST_F(Lines, ColumnsMeasuredWhileTheHostWasAwayAreRefused) {
     Program peer(front_end(watched() + "--hold-ms 2000 --watchdog-us 2000000 --duration 60"));
     Program tracker(tricoil(config()));
     ASSERT_TRUE(test::eventually([] { return test::lines(test::read_text("/run/poses.csv")).size() > 100; })) << complaints();
-    tracker.send(SIGSTOP);  // the front end waits for its coils, then measures without
+    tracker.send(SIGSTOP);  // the front end waits for the host's coil switch, then measures without it
     test::pause_ms(450);
     tracker.send(SIGCONT);
     test::pause_ms(300);
@@ -146,7 +146,7 @@ TEST_F(Lines, AreOffHoweverTheOutputEnds) {
     ends("sh -c 'ulimit -f 40; " + run + "--duration 2 --out /run/poses.csv >/dev/null 2>&1'", 0, "a file that grows too long");
 }
 
-TEST_F(Lines, ThatAreTakenEndTheProgramWithOneLine) {
+TEST_F(Lines, BusyLineExitsWith3) {
     Program holder("gpioset --mode=signal tracker-sim 1=0");
     test::pause_ms(100);
     Program tracker(tricoil(config()));

@@ -1,4 +1,5 @@
-// The loop with coils of its own: they are off whenever the conversation ends, and the enable's heartbeat stands for columns.
+// DeviceLoop with coils driven by the host: coils are off after every end of a session; the heartbeat beats once per accepted
+// column.
 #include <gtest/gtest.h>
 
 #include <deque>
@@ -13,7 +14,7 @@
 namespace tricoil::linux_board {
 namespace {
 
-/// A front end that answers hello and start, and says what a test wants it to.
+/// A front end that answers hello and start, and sends the messages that a test gives it.
 class ScriptedPort final : public hal::MessagePort {
 public:
     template <typename Message>

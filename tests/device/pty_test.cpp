@@ -20,7 +20,7 @@ using test::Program;
 
 test::CsvTable table(const std::string& path) { return test::CsvTable(test::read_text(path)); }
 
-/// Rows of valid poses by their times: a process that is kept from running may get or give other rows in between.
+/// Rows of valid poses by their times: a process that is not scheduled in time may have other rows in between.
 std::map<std::int64_t, std::size_t> valid_rows(const test::CsvTable& poses) {
     std::map<std::int64_t, std::size_t> found;
     for (std::size_t row = 0; row < poses.rows(); ++row) {
@@ -259,7 +259,7 @@ std::string matrix_text(const Mat3<double>& m) {
 }
 
 TEST_F(Pty, TheConfigurationsCalibrationReachesTheTracker) {
-    // The simulated coils are ideal: a calibration that says that they are turned must turn the poses.
+    // The simulated coils are ideal: a calibration with rotated coils must rotate the poses.
     const Mat3<double> turn = Eigen::AngleAxisd(0.4, Vec3<double>(1, 2, -1).normalized()).toRotationMatrix();
     const auto board = [&](const std::string& calibration) {
         test::write_text(in("board.toml"), "device = \"" + device + "\"\n[calibration]\nfile = \"cal.toml\"\n");

@@ -1,4 +1,4 @@
-// What a tracker must make of a simulated front end's columns: the same world, demodulator, wire and tracker in one process.
+// Reference poses: the simulated front end's world, demodulator, wire format and tracker in one process.
 #pragma once
 
 #include <cstdio>
@@ -16,7 +16,7 @@
 
 namespace tricoil::test {
 
-/// The scenario of a front end that is not told of another.
+/// The front end's default scenario.
 inline std::shared_ptr<const sim::Scenario> default_scenario() {
     return std::make_shared<sim::Scenario>(host::load_scenario("hand", 1));
 }

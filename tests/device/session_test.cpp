@@ -1,4 +1,4 @@
-// The host's side of the conversation where it drives the coils: which columns it believes.
+// Device session when the host drives the coils: accepted and refused columns.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -151,7 +151,7 @@ TEST_F(SessionOfCoils, AWindowOfManySensorsIsOverOnce) {
     EXPECT_TRUE(session.take_window_over());
 }
 
-TEST_F(SessionOfCoils, AStatusIsNoLifeWhileColumnsAreDue) {
+TEST_F(SessionOfCoils, StatusAloneDoesNotKeepTheSessionAlive) {
     session.excited(Excitation::s1, 1);
     for (int n = 0; n < 7; ++n) {
         protocol::StatusMessage status;
@@ -163,7 +163,7 @@ TEST_F(SessionOfCoils, AStatusIsNoLifeWhileColumnsAreDue) {
     EXPECT_EQ(session.counters().silences, 1U);
 }
 
-TEST_F(SessionOfCoils, ColumnsThatAreAllRefusedAreNoLifeEither) {
+TEST_F(SessionOfCoils, RefusedColumnsDoNotKeepTheSessionAlive) {
     session.excited(Excitation::s1, 1);
     EXPECT_EQ(say(column(1, 1)), SessionEvent::column);
     next = 0x10000000;  // of another start

@@ -1,5 +1,5 @@
-// What programs wrote to the simulated GPIO chip, from the kernel's own trace: a line that the kernel releases when a program
-// dies reads as low, and proves nothing.
+// Writes to the simulated GPIO chip, from the kernel's trace. Line levels alone are not sufficient: the kernel releases the lines
+// of a dead program, and a released line reads low.
 #pragma once
 
 #include <algorithm>

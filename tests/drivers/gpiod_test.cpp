@@ -1,4 +1,4 @@
-// Coil lines on the kernel's simulated GPIO chip; their order proved by the kernel's own trace of GPIO changes.
+// Coil lines on the kernel's simulated GPIO chip; switching order checked in the kernel's trace of GPIO changes.
 #include <gmock/gmock.h>
 #include <sys/wait.h>
 
@@ -17,7 +17,7 @@ const std::array<GpioLineName, 3> kCoils{{{"tracker-sim", "coil_s1"}, {"tracker-
 
 std::array<bool, 3> levels() { return {test::gpio_level(0), test::gpio_level(1), test::gpio_level(2)}; }
 
-TEST(GpioCoils, AreOffWhenTakenAndFollowEveryState) {
+TEST(GpioCoils, AreOffAfterOpenAndFollowEveryState) {
     const test::GpioTrace trace;
     Text why;
     GpioCoilDriver coils;
@@ -33,7 +33,7 @@ TEST(GpioCoils, AreOffWhenTakenAndFollowEveryState) {
     EXPECT_THAT(levels(), ::testing::ElementsAre(false, false, false));
     ASSERT_TRUE(coils.excite(Excitation::s1).ok());
     coils.close();
-    EXPECT_EQ(test::lines_on(trace.changes()).at_end, 0) << "written, not released";
+    EXPECT_EQ(test::lines_on(trace.changes()).at_end, 0) << "switched off by a write, not by the release";
 }
 
 TEST(GpioCoils, BreakBeforeMakeInTheKernelsOwnTrace) {
@@ -59,7 +59,7 @@ TEST(GpioCoils, BreakBeforeMakeInTheKernelsOwnTrace) {
     EXPECT_EQ(test::lines_on(changes).most, 1) << "two coils at once";
 }
 
-TEST(GpioCoils, ASecondProgramIsRefusedByNameAndDisturbsNothing) {
+TEST(GpioCoils, ASecondProgramIsRefused) {
     Text why;
     GpioCoilDriver first;
     ASSERT_TRUE(first.open(kCoils, why).ok());
@@ -72,7 +72,7 @@ TEST(GpioCoils, ASecondProgramIsRefusedByNameAndDisturbsNothing) {
     EXPECT_THAT(levels(), ::testing::ElementsAre(false, true, false));
 }
 
-TEST(GpioCoils, NameWhatIsMissing) {
+TEST(GpioCoils, MissingChipOrLineIsNamed) {
     Text why;
     GpioCoilDriver coils;
     auto lines = kCoils;
@@ -84,7 +84,8 @@ TEST(GpioCoils, NameWhatIsMissing) {
     EXPECT_THAT(why.c_str(), ::testing::HasSubstr("GPIO chip 'nowhere': cannot be opened"));
     lines = kCoils;
     lines[2].line = "2";
-    EXPECT_TRUE(coils.open(lines, why).ok()) << "by offset; the lines of the failed try are free again. " << why.c_str();
+    EXPECT_TRUE(coils.open(lines, why).ok())
+        << "opened by offset; the failed attempt must have released its lines.  " << why.c_str();
 }
 
 TEST(GpioCoils, ActiveLowLinesAreOffWhenHigh) {
@@ -113,7 +114,7 @@ TEST(GpioHeartbeat, ChangesItsLineWithEveryBeatAndEndsLow) {
     EXPECT_FALSE(test::gpio_level(3));
 }
 
-TEST(GpioSync, TellsRisingEdgesWithTheKernelsTime) {
+TEST(GpioSync, ReportsRisingEdgesWithKernelTime) {
     Text why;
     test::gpio_drive(4, false);
     GpioSyncLine sync;
@@ -130,7 +131,7 @@ TEST(GpioSync, TellsRisingEdgesWithTheKernelsTime) {
         EXPECT_LE(edge_us, monotonic_us());
         test::gpio_drive(4, false);
         test::pause_ms(3);
-        EXPECT_EQ(sync.next_edge(edge_us).code(), StatusCode::not_ready) << "a falling edge is none";
+        EXPECT_EQ(sync.next_edge(edge_us).code(), StatusCode::not_ready) << "a falling edge is not reported";
     }
 }
 

@@ -37,7 +37,7 @@ TEST(Serial, CarriesMessagesOfEveryLengthBothWays) {
     EXPECT_EQ(host.wire_errors().total(), 0U);
 }
 
-TEST(Serial, NeverWaitsForALineThatDoesNotMove) {
+TEST(Serial, NeverBlocksOnAStalledLine) {
     PtyPort device;
     SerialPort host(device.path());
     ASSERT_TRUE(device.open().ok());
@@ -49,10 +49,10 @@ TEST(Serial, NeverWaitsForALineThatDoesNotMove) {
     }
     EXPECT_EQ(code, StatusCode::not_ready);
     EXPECT_EQ(device.counters().send_queue_full, 1U);
-    EXPECT_EQ(next(host), message) << "what was taken before comes whole";
+    EXPECT_EQ(next(host), message) << "a message accepted earlier arrives complete";
 }
 
-TEST(Serial, IsLostWhenTheOtherEndIsAndSaysWhatCannotBeOpened) {
+TEST(Serial, ReportsALostLineAndNamesWhatCannotBeOpened) {
     std::string path;
     SerialPort* host = nullptr;
     {

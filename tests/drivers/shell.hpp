@@ -1,4 +1,4 @@
-// What a test has the test kernel's own tools do.
+// Shell commands and files of the test kernel, for tests.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ inline void write_text(const std::string& path, const std::string& text) {
     ASSERT_TRUE(file.good()) << path;
 }
 
-/// Simulated GPIO line's level, as the other end of the wire sees it.
+/// Level of a simulated GPIO line.
 inline bool gpio_level(int line) {
     return read_text(std::string(std::getenv("GPIO_SIM")) + "/sim_gpio" + std::to_string(line) + "/value") == "1\n";
 }
@@ -37,7 +37,7 @@ inline void gpio_drive(int line, bool high) {
 
 inline void pause_ms(int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); }
 
-/// Until `done`, or twenty seconds are over: long enough for a busy machine.
+/// Waits until `done`, at most 20 s, which is long enough on a busy machine.
 template <typename Done>
 bool eventually(Done done) {
     for (int i = 0; i < 4000; ++i) {

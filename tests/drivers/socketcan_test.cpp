@@ -1,4 +1,4 @@
-// CanPort on the kernel's own CAN: vcan0 (FD) and vcan1 (classic).
+// CanPort on the kernel's virtual CAN interfaces: vcan0 (FD) and vcan1 (classic).
 #include <gmock/gmock.h>
 #include <linux/can/error.h>
 
@@ -39,7 +39,7 @@ protected:
         return {};
     }
 
-    /// Sends a long message while both ends are served, and returns what came.
+    /// Sends a long message while both ends are served; returns the received message.
     std::vector<std::uint8_t> carry_long(const std::vector<std::uint8_t>& message) {
         EXPECT_TRUE(device.send(message).ok());
         hal::ReceivedMessage received;
@@ -58,7 +58,7 @@ protected:
     CanPort device{{"vcan0", 3, CanSide::device}};
 };
 
-TEST_F(Can, CarriesMessagesBothWaysAndTellsWhenTheyCame) {
+TEST_F(Can, CarriesMessagesBothWaysWithArrivalTimes) {
     std::mt19937_64 random(1);
     const auto pose = bytes_of(test::random_message<PoseMessage>(random));
     const std::int64_t before = monotonic_us();
@@ -77,12 +77,12 @@ TEST_F(Can, CarriesMessagesBothWaysAndTellsWhenTheyCame) {
     EXPECT_EQ(host.counters().sent, 1U);
 }
 
-TEST_F(Can, TheKernelKeepsOtherNodesAndStrangersOut) {
+TEST_F(Can, TheKernelFiltersOtherNodesAndForeignFrames) {
     CanPort other({"vcan0", 4, CanSide::device});
     ASSERT_TRUE(other.open().ok());
     std::mt19937_64 random(2);
     ASSERT_TRUE(other.send(bytes_of(test::random_message<PoseMessage>(random))).ok());
-    test::shell("cansend vcan0 153##1DEADBEEF");  // ours by number, garbage in content
+    test::shell("cansend vcan0 153##1DEADBEEF");  // a known identifier with invalid content
     test::shell("cansend vcan0 00000153#0102");   // the same number, extended
     test::shell("cansend vcan0 7FF#01");
     EXPECT_TRUE(next(host).empty());
@@ -101,8 +101,8 @@ TEST_F(Can, CarriesLongMessagesInSegments) {
     EXPECT_EQ(host.wire_errors().total(), 0U);
 }
 
-TEST_F(Can, SpeaksTheKernelsIsoTp) {
-    // The kernel's own ISO-TP receives what our device sends on node 3's segments, and sends what our host takes.
+TEST_F(Can, IsCompatibleWithTheKernelsIsoTp) {
+    // The kernel's ISO-TP receives segments from our device (node 3) and sends segments to our host.
     std::mt19937_64 random(4);
     const auto blob = test::random_bytes(300, random);
     protocol::CalibrationMessage m;
@@ -179,7 +179,7 @@ TEST_F(Can, BusOffStopsSendingUntilTheControllerRestarts) {
     EXPECT_TRUE(host.send(command).ok());
 }
 
-TEST_F(Can, RefusesAClassicInterfaceAndWhatIsNone) {
+TEST_F(Can, RefusesClassicAndNonCanInterfaces) {
     CanPort classic({"vcan1", 0, CanSide::host});
     EXPECT_EQ(classic.open().code(), StatusCode::device_lost);
     EXPECT_THAT(classic.detail(), ::testing::HasSubstr("vcan1 is a classic CAN interface"));
@@ -193,7 +193,7 @@ TEST_F(Can, RefusesAClassicInterfaceAndWhatIsNone) {
     EXPECT_EQ(nameless.send(bytes_of(CommandMessage{})).code(), StatusCode::device_lost);
 }
 
-TEST_F(Can, CountsWhatTheKernelHadToDrop) {
+TEST_F(Can, CountsFramesDroppedByTheKernel) {
     std::mt19937_64 random(6);
     const auto pose = bytes_of(test::random_message<PoseMessage>(random));
     std::uint64_t sent = 0;
@@ -205,14 +205,14 @@ TEST_F(Can, CountsWhatTheKernelHadToDrop) {
     while (host.receive(message).ok()) {
         ++received;
     }
-    ASSERT_TRUE(device.send(pose).ok());  // brings the kernel's count along
+    ASSERT_TRUE(device.send(pose).ok());  // carries the kernel's drop count
     received += host.receive(message).ok() ? 1U : 0U;
-    EXPECT_LT(received, sent) << "nobody read meanwhile";
+    EXPECT_LT(received, sent) << "frames must have been dropped";
     EXPECT_EQ(received + host.counters().receive_dropped, sent + 1);
 }
 
-TEST_F(Can, AFloodDoesNotStopOurs) {
-    // As fast as the generator can, unlike lengths, foreign identifiers.
+TEST_F(Can, OwnMessagesPassThroughAFlood) {
+    // Maximum rate, random lengths, foreign identifiers.
     test::shell("timeout 2 cangen vcan0 -g 0 -I i -L i -f -p 1 > /dev/null 2>&1 & sleep 0.2");
     std::mt19937_64 random(7);
     for (int i = 0; i < 300; ++i) {

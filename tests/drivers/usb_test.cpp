@@ -1,4 +1,4 @@
-// UsbPort against a device whose every transfer is under control, and against the kernel's gadget stack.
+// UsbPort against a device whose transfers the test controls, and against the kernel's gadget stack.
 #include <gmock/gmock.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -20,7 +20,7 @@ namespace {
 using sim::UsbIpPort;
 using test::bytes_of;
 
-/// Opens as soon as the device has been enumerated.
+/// Opens once the device has been enumerated.
 ::testing::AssertionResult open_soon(UsbPort& port) {
     return test::eventually([&] { return port.open().ok(); }) ? ::testing::AssertionSuccess()
                                                               : ::testing::AssertionFailure() << port.detail();
@@ -41,7 +41,7 @@ std::vector<std::uint8_t> next(UsbPort& port, int tries = 600) {
     return {};
 }
 
-/// A device that answers in a thread of its own: echoes every message; does what `act` says in between.
+/// A device in its own thread: echoes every message, and runs actions given to `act` in between.
 class EchoDevice {
 public:
     explicit EchoDevice(hal::MessagePort& port) : port_(port) {
@@ -52,7 +52,7 @@ public:
         ending_ = true;
         thread_.join();
         port_.close();
-        // A device that is put in while the kernel still lets go of the one before is not enumerated.
+        // The kernel does not enumerate a device that is plugged in while it still releases the previous one.
         EXPECT_TRUE(test::eventually([] { return std::system("grep -qs 1209 /sys/bus/usb/devices/*/idVendor") != 0; }));
     }
     void act(std::function<void()> action) {
@@ -101,7 +101,7 @@ TEST(Usb, CarriesMessagesOfEveryLength) {
     EXPECT_EQ(host.counters().link_faults, 0U);
 }
 
-TEST(Usb, IsPulledOutAndPutInFiftyTimes) {
+TEST(Usb, SurvivesFiftyReplugs) {
     UsbIpPort device({});
     UsbPort host(UsbAddress{});
     std::mt19937_64 random(2);
@@ -144,7 +144,7 @@ TEST(Usb, RecoversFromStalls) {
     }
 }
 
-TEST(Usb, ADeviceThatTakesNothingTimesOutAndNeverBlocksTheLoop) {
+TEST(Usb, AStalledDeviceTimesOutWithoutBlocking) {
     UsbIpPort device({});
     EchoDevice echo(device);
     UsbPort host(UsbAddress{});
@@ -162,7 +162,7 @@ TEST(Usb, ADeviceThatTakesNothingTimesOutAndNeverBlocksTheLoop) {
     ASSERT_TRUE(test::eventually([&] {
         (void)host.wait(Microseconds{5000});
         return host.counters().link_faults >= 8;
-    })) << "time-outs are seen";
+    })) << "time-outs are reported";
     echo.act([&] { device.hang(false); });
     ASSERT_TRUE(test::eventually([&] {
         (void)host.wait(Microseconds{5000});
@@ -193,7 +193,7 @@ TEST(Usb, ShortAndGarbledPacketsAreCountedAndTheNextMessageIsWhole) {
     EXPECT_GE(host.wire_errors().total(), 2U);
 }
 
-TEST(Usb, NamesWhatIsNotThereOrNotAllowed) {
+TEST(Usb, NamesAMissingOrForbiddenDevice) {
     UsbPort missing(UsbAddress{0x1209, 0x0001, ""});
     EXPECT_EQ(missing.open().code(), StatusCode::device_lost);
     EXPECT_THAT(missing.detail(), ::testing::HasSubstr("USB device 1209:0001: not found"));
@@ -211,7 +211,7 @@ TEST(Usb, NamesWhatIsNotThereOrNotAllowed) {
     const auto listing = list_usb(0x1209, 0x0001);
     ASSERT_EQ(listing.size(), 1U);
     EXPECT_EQ(listing[0].serial, "SIM0001");
-    // As nobody, who may read the device but not write.
+    // As user nobody, who may read but not write the device.
     test::shell("chmod 664 /dev/bus/usb/*/*");
     const pid_t child = ::fork();
     if (child == 0) {

@@ -1,4 +1,4 @@
-// Every term of the error budget against the simulation of just that effect.
+// Every term of the error budget against a simulation of that effect alone.
 #include "core/error_model/error_budget.hpp"
 
 #include <gtest/gtest.h>
@@ -43,8 +43,8 @@ struct SumOfSquares {
     [[nodiscard]] double unexplained() const { return std::sqrt(residual / measured); }
 };
 
-/// Averaged over the window and solved: the budget explains it but for the next order.
-TEST(Budget, BlurIsWhatAveragingLeaves) {
+/// The matrix is averaged over the window and solved: the budget predicts the error up to the next order.
+TEST(Budget, BlurEqualsTheErrorOfAveraging) {
     const sim::HandMotion motion({0.6, 0.1, -0.2}, kSeed);
     const double window_s = 1.0 / 240;
     SumOfSquares sum;
@@ -64,7 +64,7 @@ TEST(Budget, BlurIsWhatAveragingLeaves) {
     EXPECT_LT(sum.unexplained(), 0.01);
 }
 
-TEST(Budget, LatencyIsHowFarTheSensorMovesOn) {
+TEST(Budget, LatencyEqualsTheMotionDuringIt) {
     MotionState<double> state;
     state.velocity_m_s << 1, 2, 3;
     state.angular_rate_rad_s << 0.1, 0.2, 0.3;
@@ -73,7 +73,7 @@ TEST(Budget, LatencyIsHowFarTheSensorMovesOn) {
 }
 
 /// A closed loop of the pole-free form over a hand-like motion, no noise, no skew.
-TEST(Budget, LinearizationIsWhatThePoleFreeLoopLeaves) {
+TEST(Budget, LinearizationEqualsTheErrorOfThePoleFreeLoop) {
     const sim::HandMotion motion({0.6, 0.1, -0.2}, kSeed);
     const sim::Pose start = motion.at(0);
     solver::VectorPose<double> estimate{start.position_m.norm(), start.position_m.normalized(),
@@ -120,9 +120,9 @@ AngleLoopResult run_angle_loop(double update_s) {
     return {both.unexplained(), linearization_alone.unexplained()};
 }
 
-/// The same in the paper's angles: the frame's share comes on top. It is known to second order in the turn, so what it leaves
-/// falls at least in proportion to the update time.
-TEST(Budget, FramePropagationIsWhatTheAngleLoopAdds) {
+/// The same in the paper's angles, which adds the frame term. The budget knows it to second order in the turn, so the unexplained
+/// rest falls at least in proportion to the update time.
+TEST(Budget, FramePropagationExplainsTheAngleLoop) {
     const auto at_240 = run_angle_loop(kUpdate);
     const auto at_480 = run_angle_loop(kUpdate / 2);
     const auto at_960 = run_angle_loop(kUpdate / 4);
@@ -175,8 +175,8 @@ TEST(Budget, DirectSolverHasNeitherLinearizationNorFrameError) {
     EXPECT_GT(budget.blur.position_m, 0);
 }
 
-/// Each further pass cubes what is left, nearly.
-TEST(Budget, FurtherPassesLeaveNextToNothing) {
+/// Each further pass approximately cubes the remaining error.
+TEST(Budget, FurtherPassesReduceTheLinearizationError) {
     MotionState<double> state;
     state.position_m << 0.5, 0.2, 0.1;
     state.velocity_m_s << 1, 2, -1;
@@ -197,7 +197,7 @@ TEST(Budget, FurtherPassesLeaveNextToNothing) {
     EXPECT_TRUE(std::isnan(error_budget(state, 0.0, params).total.position_m));
 }
 
-TEST(Budget, IsNotANumberWhereTheStepLeavesItsDomain) {
+TEST(Budget, IsNaNOutsideTheStepsDomain) {
     MotionState<double> state;
     state.velocity_m_s << 0, 1'000, 0;
     BudgetParams<double> params;

@@ -88,7 +88,7 @@ TEST(ExactStep, EqualsTheSolverInOpenLoop) {
     }
 }
 
-/// At fixed, known orientation the closed forms of physics (28), (33) say the same.
+/// At fixed, known orientation the closed forms (28), (33) give the same result.
 TEST(ExactStep, ReducesToThePositionFormulasAtFixedOrientation) {
     Sweep sweep;
     for (int n = 0; n < 5'000; ++n) {
@@ -106,7 +106,7 @@ TEST(ExactStep, ReducesToThePositionFormulasAtFixedOrientation) {
     }
 }
 
-TEST(ExactStep, RefusesWhatTheSolverRefuses) {
+TEST(ExactStep, RefusesTheSameStepsAsTheSolver) {
     AnglePose real;
     real.position = {1, 0, 0};
     AnglePose before = real;

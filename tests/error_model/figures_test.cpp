@@ -1,4 +1,4 @@
-// The commands as a user meets them: exit codes, one line per mistake, nothing half-written.
+// Commands `motion` and `figures`: exit codes, one-line error messages, no partially written files.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -28,7 +28,7 @@ struct Answer {
     std::string output;
 };
 
-/// search_path: where it finds other programs; empty: as here.
+/// search_path: PATH of the program; empty: that of this process.
 Answer tricoil(const std::string& arguments, const std::string& search_path = "") {
     const std::string environment = search_path.empty() ? "" : "PATH=" + search_path + " ";
     const std::string line = environment + TRICOIL_PROGRAM + " " + arguments + " 2>&1";
@@ -67,7 +67,7 @@ protected:
     fs::path path_;
 };
 
-TEST(MotionCommand, AnswersInJson) {
+TEST(MotionCommand, WritesJson) {
     const Answer answer = tricoil("motion --example I --loop open --json");
     ASSERT_EQ(answer.exit_code, 0) << answer.output;
     const auto json = nlohmann::json::parse(answer.output);
@@ -78,7 +78,7 @@ TEST(MotionCommand, AnswersInJson) {
     EXPECT_TRUE(json["predicted"].contains("final_e_beta_rad"));
 }
 
-TEST(MotionCommand, TakesOwnRates) {
+TEST(MotionCommand, AcceptsUserRates) {
     const Answer own = tricoil("motion --elevation 0,31.41592653589793 --range 0.2,0.3 --json");
     const Answer two = tricoil("motion --example II --json");
     ASSERT_EQ(own.exit_code, 0) << own.output;
@@ -88,7 +88,7 @@ TEST(MotionCommand, TakesOwnRates) {
 TEST(MotionCommand, RefusesBadInputInOneLine) {
     expect_refused("motion", "--example");
     expect_refused("motion --example orientatoin", "did you mean 'orientation'?");
-    expect_refused("motion --example IIII", "unknown example 'IIII'; choices: I, II, III,");  // as near to IIIo
+    expect_refused("motion --example IIII", "unknown example 'IIII'; choices: I, II, III,");  // equally near to IIIo
     expect_refused("motion --example I --loop opne", "did you mean 'open'?");
     expect_refused("motion --example I --kappa tow", "did you mean 'two'?");
     expect_refused("motion --example I --rate-hz 0", "--rate-hz");
@@ -116,7 +116,7 @@ nlohmann::json motion(const std::string& arguments) {
     return nlohmann::json::parse(answer.output);
 }
 
-/// Nearly all of what one pass leaves is range, by (37) with the loop's own turn per update.
+/// The error of one pass is nearly all in range, by (37) with the turn per update of the loop.
 TEST(MotionCommand, PredictsThePoleFreeLoop) {
     const auto one = motion("--example III --loop closed --form vectors");
     EXPECT_NEAR(one["measured"]["max_abs_e_rho_m"], 0.018056, 5e-7);
@@ -124,14 +124,14 @@ TEST(MotionCommand, PredictsThePoleFreeLoop) {
     EXPECT_LT(one["max_abs_predicted_minus_measured"]["e_alpha_rad"], 1e-10);
     EXPECT_NEAR(one["max_position_error_m"], 0.018153, 5e-7);
     EXPECT_NEAR(one["predicted_max_position_error_m"], 0.018153, 5e-7);
-    EXPECT_FALSE(one.contains("singularities")) << "it has none";
+    EXPECT_FALSE(one.contains("singularities")) << "the pole-free form has none";
     const auto two = motion("--example III --loop closed --form vectors --passes 2");
     EXPECT_NEAR(two["predicted_max_position_error_m"], 5.46e-7, 1e-9);
     EXPECT_THAT(tricoil("motion --example III --loop closed --form vectors").output,
                 HasSubstr("position error at most 18.1532 mm (predicted 18.1532)"));
 }
 
-TEST(MotionCommand, PrintsNoPredictionThatDoesNotApply) {
+TEST(MotionCommand, PrintsNoPredictionOutsideItsDomain) {
     const auto json = motion("--example III --loop closed --passes 2");
     for (const char* key :
          {"predicted", "max_abs_predicted_minus_measured", "predicted_max_position_error_m", "singularities", "exact_step"}) {
@@ -168,17 +168,17 @@ TEST_F(Folder, FiguresRefuseFoldersThatCannotBeWritten) {
     EXPECT_EQ(entries(), 1);
 }
 
-TEST_F(Folder, FiguresLeaveNothingWhenTheyFail) {
+TEST_F(Folder, FiguresLeaveNoFilesAfterAFailure) {
     const fs::path out = path_ / "out";
     expect_refused("figures --out " + out.string() + " --hand-motion " + path_.string(), "no .traj files");
-    EXPECT_FALSE(fs::exists(out)) << "half-written";
+    EXPECT_FALSE(fs::exists(out)) << "partially written";
 }
 
 TEST_F(Folder, FiguresWriteTheirNumbers) {
     const fs::path out = path_ / "out";
     const Answer answer = tricoil("figures --csv-only --out " + out.string() + "/");
     ASSERT_EQ(answer.exit_code, 0) << answer.output;
-    for (const int n : {1, 2, 3, 5, 6}) {  // 4 shows the rate that fig3.csv holds
+    for (const int n : {1, 2, 3, 5, 6}) {  // figure 4 shows data of fig3.csv
         EXPECT_GT(fs::file_size(out / ("fig" + std::to_string(n) + ".csv")), 100'000U);
     }
     EXPECT_TRUE(fs::exists(out / "budget.csv"));
@@ -200,14 +200,14 @@ TEST_F(Folder, FiguresDrawThem) {
         EXPECT_THAT(svg, HasSubstr("<path")) << name;
         EXPECT_THAT(answer.output, HasSubstr(std::string(name) + ".svg"));
     }
-    // The space before a unit is one that does not vanish after a subscript.
+    // The space before the unit must be kept after a subscript.
     EXPECT_THAT(text_of(out / "fig1.svg"), HasSubstr("\u00a0(rad)"));
     for (const auto& entry : fs::directory_iterator(out)) {
         EXPECT_THAT(entry.path().extension(), testing::AnyOf(fs::path(".csv"), fs::path(".svg"))) << entry.path();
     }
 }
 
-TEST_F(Folder, FiguresSayWhatIsWrongWithGnuplot) {
+TEST_F(Folder, FiguresReportGnuplotErrors) {
     const std::string out = (path_ / "out").string();
     expect_refused("figures --out " + out, "gnuplot is not installed", (path_ / "nothing").string());
     const fs::path fake = path_ / "gnuplot";
@@ -217,17 +217,17 @@ TEST_F(Folder, FiguresSayWhatIsWrongWithGnuplot) {
     EXPECT_FALSE(fs::exists(out));
 }
 
-TEST_F(Folder, FiguresReplaceNothingButFiles) {
+TEST_F(Folder, FiguresReplaceRegularFilesOnly) {
     const fs::path out = path_ / "out";
     fs::create_directory(out);
     ASSERT_EQ(::mkfifo((out / "fig3.csv").c_str(), 0600), 0);
     expect_refused("figures --csv-only --out " + out.string(), "fig3.csv: it is no regular file");
     EXPECT_TRUE(fs::is_fifo(out / "fig3.csv"));
-    EXPECT_EQ(std::distance(fs::directory_iterator(out), {}), 1) << "published in part";
+    EXPECT_EQ(std::distance(fs::directory_iterator(out), {}), 1) << "partially published";
     expect_refused("figures --out ''", "--out");
 }
 
-TEST_F(Folder, AWholeFileGoesThroughASymbolicLink) {
+TEST_F(Folder, AWholeFileFollowsASymbolicLink) {
     write_whole_file(path_ / "real", "old");
     fs::create_directory(path_ / "sub");
     fs::create_symlink("../real", path_ / "sub" / "link");
@@ -242,14 +242,14 @@ TEST_F(Folder, AWholeFileGoesThroughASymbolicLink) {
     EXPECT_THROW(write_whole_file(path_ / "loop", "x"), InputError);
 }
 
-TEST_F(Folder, AWholeFileGoesIntoAPipeAsItIs) {
+TEST_F(Folder, AWholeFileIsWrittenDirectlyIntoAPipe) {
     const fs::path fifo = path_ / "fifo";
     ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
     std::string read;
     std::thread reader([&] { read = text_of(fifo); });
     write_whole_file(fifo, "text");
     EXPECT_TRUE(fs::is_fifo(fifo));
-    if (!fs::is_fifo(fifo)) {  // replaced: let the reader go
+    if (!fs::is_fifo(fifo)) {  // the FIFO was replaced: release the reader
         fs::remove(fifo);
         reader.detach();
         return;
@@ -258,7 +258,7 @@ TEST_F(Folder, AWholeFileGoesIntoAPipeAsItIs) {
     EXPECT_EQ(read, "text");
 }
 
-TEST_F(Folder, AWholeFileKeepsPermissionsAndHeedsThem) {
+TEST_F(Folder, AWholeFileKeepsAndObeysPermissions) {
     const fs::path file = path_ / "file";
     write_whole_file(file, "old");
     fs::permissions(file, fs::perms::owner_read | fs::perms::owner_write);
@@ -271,7 +271,7 @@ TEST_F(Folder, AWholeFileKeepsPermissionsAndHeedsThem) {
     EXPECT_EQ(entries(), 1);
 }
 
-/// By a link of our own, so that a mistake replaces only that.
+/// Through a symbolic link, so that a bug can replace only the link.
 TEST_F(Folder, StandardOutputTakesCsvAndSummary) {
     const std::string out = (path_ / "stdout").string();
     fs::create_symlink("/proc/self/fd/1", out);
@@ -292,7 +292,7 @@ TEST_F(Folder, StagedFolderKeepsOtherFiles) {
         StagedFolder staged(path_);
         write_whole_file(staged.path() / "a.csv", "a");
     }
-    EXPECT_EQ(entries(), 1) << "not published, nothing left";
+    EXPECT_EQ(entries(), 1) << "not published, no temporary files";
     {
         StagedFolder staged(path_);
         write_whole_file(staged.path() / "a.csv", "a");

@@ -1,4 +1,4 @@
-// The paper's formulas against the expressions that they expand, and the properties that the paper states.
+// The paper's formulas against the exact expressions that they approximate; properties stated in the paper.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,7 +17,7 @@ namespace {
 
 using Step = LineOfSightStep<double>;
 
-TEST(Kappa, ExactIsTheSquareOfTheTurnsCosine) {
+TEST(Kappa, ExactIsThreeCosineSquaredMinusOne) {
     const Step step{0.4, 0.3, -0.2};
     const auto u = geometry::direction(0.3, 0.2);
     const auto u_hat = geometry::direction(0.0, 0.4);
@@ -29,7 +29,7 @@ TEST(Kappa, PaperFormIsExactForPureElevation) {
     EXPECT_NEAR(kappa_paper(step), kappa_exact(step), 1e-15);
 }
 
-TEST(Kappa, PaperFormsErrorShrinksWithTheCubeOfTheStep) {
+TEST(Kappa, ErrorOfThePaperFormIsOfThirdOrder) {
     // Differences start at the third order, through sin(2 beta) d_beta d_alpha^2.
     const auto off = [](double size) {
         const Step step{0.7, size, size};
@@ -56,10 +56,10 @@ TEST(Limits38, AllErrorsVanishWithTheUpdateTime) {
     }
 }
 
-TEST(RateErrors, Equation21LeadsFromTheRatesErrorToTheIncrements) {
+TEST(RateErrors, Equation21GivesTheIncrementError) {
     const Step step{0.3, 0.1, 0.07};
     const double update_s = 1.0 / 240;
-    const double rate = 15.5;  // at the start of the update: the mean rate is another
+    const double rate = 15.5;  // at the start of the update; the mean rate differs
     for (const KappaForm form : {KappaForm::exact, KappaForm::paper, KappaForm::two}) {
         const double rate_error = elevation_rate_error(form, step, rate, update_s);
         EXPECT_NEAR(increment_error_from_rate_error(rate_error, step.d_elevation_rad, rate, update_s),
@@ -70,7 +70,7 @@ TEST(RateErrors, Equation21LeadsFromTheRatesErrorToTheIncrements) {
     }
 }
 
-/// (29), (28) and (33) term by term, at steps that leave none of them small.
+/// (29), (28) and (33) term by term, at steps for which no term is small.
 TEST(PaperForm, IsEquations28And29And33AsPrinted) {
     for (const Step& step : {Step{0.3, 0.1, 0.07}, Step{-0.9, 0.4, -0.3}, Step{1.2, -0.2, 0.35}}) {
         const double b = step.elevation_rad;
@@ -85,7 +85,7 @@ TEST(PaperForm, IsEquations28And29And33AsPrinted) {
         const double azimuth_33 = da - (2 / kappa_29) * std::sin(da) * std::cos(db) * std::cos(b) / std::cos(b - 0.05);
         EXPECT_NEAR(azimuth_increment_error(KappaForm::paper, step, 0.05), azimuth_33, 1e-15);
     }
-    // Numbers, computed elsewhere, so that no reading of the formulas above is on trial alone.
+    // Independently computed numbers, so that the test does not depend only on the formulas above.
     EXPECT_NEAR(kappa(KappaForm::paper, Step{0.3, 0.1, 0.07}), 1.958302099867667, 1e-15);
     EXPECT_NEAR(elevation_increment_error(KappaForm::paper, Step{0.3, 0.1, 0.07}), -0.0023380700629357792, 1e-15);
     EXPECT_NEAR(azimuth_increment_error(KappaForm::paper, Step{0.3, 0.1, 0.07}, 0.05), -0.0002843562900388258, 1e-15);
@@ -155,11 +155,11 @@ TEST(Singularity, FindsOddQuarterTurnsOnly) {
     EXPECT_EQ(passages, 3);  // 10 rad: pi/2, 3 pi/2, 5 pi/2
 }
 
-TEST(WholeTurns, AreTakenOffTowardsZero) {
+TEST(WholeTurns, AreRemovedTowardsZero) {
     const double turn = 2 * std::numbers::pi;
     EXPECT_NEAR(without_whole_turns(turn + 0.5), 0.5, 1e-15);
     EXPECT_NEAR(without_whole_turns(-turn - 0.5), -0.5, 1e-15);
-    EXPECT_NEAR(without_whole_turns(4.0), 4.0, 0);  // below one turn nothing is
+    EXPECT_NEAR(without_whole_turns(4.0), 4.0, 0);  // less than one turn is unchanged
 }
 
 TEST(CartesianError, FirstOrderAgreesForSmallErrors) {
@@ -183,7 +183,7 @@ TEST(BoardTiming, AgesFollowTheOrderOfTheStates) {
 }
 
 /// Remark 4: gaps lengthen the turn per update, and the closed-loop error with its cube.
-TEST(BoardTiming, EffectiveUpdateTimeEntersWithItsCube) {
+TEST(BoardTiming, ErrorGrowsWithTheCubeOfTheUpdateTime) {
     const double rate = 10;
     const double update_s = 1.0 / 240;
     const double longer_s = effective_update_time(update_s, 0.001, 0.0005);

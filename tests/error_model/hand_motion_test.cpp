@@ -1,4 +1,4 @@
-// The error budget against simulation on recorded hand motions; skipped where the recordings are not.
+// The error budget against simulation on recorded hand motions; skipped without the recordings.
 #include <gtest/gtest.h>
 
 #include <filesystem>

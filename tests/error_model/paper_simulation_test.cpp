@@ -1,4 +1,4 @@
-// The paper's examples: reference numbers of an independent prototype.
+// The paper's examples against reference numbers of an independent prototype.
 #include "sim/paper/paper_simulation.hpp"
 
 #include <gtest/gtest.h>
@@ -47,7 +47,7 @@ std::vector<Update> run_vectors(const char* name, int passes) {
     return simulate(example(name), params);
 }
 
-TEST(PaperExamples, OneOpen) {
+TEST(PaperExamples, ExampleOneOpenLoop) {
     const auto updates = run("I", Loop::open);
     ASSERT_EQ(updates.size(), 2'401U);
     EXPECT_NEAR(largest(updates, e_rho), 0.030113, 5e-7);
@@ -57,7 +57,7 @@ TEST(PaperExamples, OneOpen) {
     EXPECT_NEAR(largest(run("I", Loop::open, KappaForm::two), predicted_e_alpha), 0.003797, 5e-7);
 }
 
-TEST(PaperExamples, TwoOpen) {
+TEST(PaperExamples, ExampleTwoOpenLoop) {
     const auto updates = run("II", Loop::open);
     EXPECT_NEAR(largest(updates, e_rho), 0.030333, 5e-7);
     EXPECT_NEAR(updates.back().measured.position.elevation_rad, -4.56889, 5e-6);
@@ -66,7 +66,7 @@ TEST(PaperExamples, TwoOpen) {
     EXPECT_NEAR(run("II", Loop::open, KappaForm::two).back().predicted.elevation_rad, 3.5764, 5e-5);
 }
 
-TEST(PaperExamples, OneAndTwoClosed) {
+TEST(PaperExamples, ExamplesOneAndTwoClosedLoop) {
     const double one = largest(run("I", Loop::closed), e_alpha);
     EXPECT_LE(one, 0.00182);
     EXPECT_NEAR(one, 0.001811, 1e-6);
@@ -75,9 +75,11 @@ TEST(PaperExamples, OneAndTwoClosed) {
     EXPECT_NEAR(two, 0.001904, 1e-6);
 }
 
-TEST(PaperExamples, ThreeIsAStaircaseToMinusSevenTenths) { EXPECT_NEAR(largest(run("III", Loop::open), e_beta), 0.71, 0.01); }
+TEST(PaperExamples, ExampleThreeIsAStaircaseToMinusSevenTenths) {
+    EXPECT_NEAR(largest(run("III", Loop::open), e_beta), 0.71, 0.01);
+}
 
-TEST(PaperExamples, ThreeClosedPassesThePolesWithoutPoles) {
+TEST(PaperExamples, ExampleThreePoleFreeFormHasNoJumps) {
     const double one_pass = largest(run_vectors("III", 1), position_error);
     EXPECT_LE(one_pass, 0.0182);
     EXPECT_NEAR(one_pass, 0.018153, 1e-5);
@@ -87,8 +89,8 @@ TEST(PaperExamples, ThreeClosedPassesThePolesWithoutPoles) {
     EXPECT_GT(largest(run("III", Loop::closed), position_error), 0.3) << "the angle form jumps";
 }
 
-/// Exact steps chained, orientation included, are the simulation: of every example, in both loops, up to the poles'
-/// amplification.
+/// Chained exact steps, with orientation, equal the simulation in every example and both loops, up to the amplification at the
+/// poles.
 TEST(PaperExamples, ExactStepsFollowTheOrientationExamples) {
     SimulationParams params;
     params.duration_s = 0.3;  // before the first pole of theta
@@ -105,7 +107,7 @@ TEST(PaperExamples, ExactStepsFollowTheOrientationExamples) {
 }
 
 /// The research page's table of approximations: each against the exact expression, worst of all updates, open loop.
-TEST(Approximations, AreAsWrongAsTheTableSays) {
+TEST(Approximations, HaveTheErrorsOfTheTable) {
     struct Column {
         const char* name;
         double kappa_29, range_29_m, range_two_m, elevation_28, elevation_32, azimuth_33, azimuth_36;
@@ -137,7 +139,7 @@ TEST(Approximations, AreAsWrongAsTheTableSays) {
             include(worst.azimuth_33, off(KappaForm::paper, azimuth));
             include(worst.azimuth_36, off(KappaForm::two, azimuth));
         }
-        // Two digits are printed; roundings are no more than that.
+        // Two digits are printed, so rounding differences are below that.
         const auto agrees = [&](double measured, double printed) {
             EXPECT_NEAR(measured, printed, printed < 1e-12 ? 3e-15 : 0.05 * printed) << table.name;
         };
@@ -151,8 +153,8 @@ TEST(Approximations, AreAsWrongAsTheTableSays) {
     }
 }
 
-/// In closed loop, of the angle form, and where the azimuth stands still, remark 2 is no prediction of jumps.
-TEST(Singularities, ElsewhereAreNotWhatRemark2Says) {
+/// In closed loop, in the angle form, and at constant azimuth, remark 2 does not predict the jumps.
+TEST(Singularities, AreNotPredictedByRemark2InClosedLoop) {
     SimulationParams params;
     const auto two = compare_singularities(simulate(example("II"), params), params.update_s);
     EXPECT_EQ(two.predicted_s.size(), 101U);
@@ -163,7 +165,7 @@ TEST(Singularities, ElsewhereAreNotWhatRemark2Says) {
     const auto closed = compare_singularities(updates, params.update_s);
     EXPECT_GT(closed.missed, 0);
     EXPECT_GT(closed.false_alarms, closed.hits);
-    // The prediction takes the attitude for known; the exact steps, which carry it along, follow the loop to its first pole.
+    // The prediction assumes a known attitude; the exact steps compute it and follow the loop to its first pole.
     double predicted_off = 0;
     double exact_off = 0;
     for (const Update& u : updates) {
@@ -176,7 +178,7 @@ TEST(Singularities, ElsewhereAreNotWhatRemark2Says) {
     EXPECT_LT(exact_off, 1e-12);
 }
 
-TEST(Singularities, OfThreeArePredictedWithinOneUpdate) {
+TEST(Singularities, OfExampleThreeArePredictedWithinOneUpdate) {
     SimulationParams params;
     const auto report = compare_singularities(simulate(example("III"), params), params.update_s);
     EXPECT_EQ(report.predicted_s.size(), 15U);
@@ -192,7 +194,7 @@ TEST(Singularities, OfThreeArePredictedWithinOneUpdate) {
 }
 
 /// Instants are 64-bit microseconds: the same motion across 2^32 of them.
-TEST(Singularities, DoNotMindThe32BitWrap) {
+TEST(Singularities, AreDetectedAcrossThe32BitWrap) {
     SimulationParams params;
     params.duration_s = 2;
     const auto reference = compare_singularities(simulate(example("III"), params), params.update_s);

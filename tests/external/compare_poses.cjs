@@ -1,4 +1,4 @@
-// The poses of a candump log, decoded by somebody else's DBC reader, against those that `tricoil run --json` printed.
+// Compares poses of a candump log, decoded by a third-party DBC reader, with those printed by `tricoil run --json`.
 //   node compare_poses.cjs FOLDER_OF_NODE_MODULES FILE.dbc CANDUMP.log POSES.json
 const fs = require('fs');
 const path = require('path');
@@ -18,7 +18,7 @@ for (const line of fs.readFileSync(logFile, 'utf8').split('\n')) {
   if (!match || parseInt(match[1], 16) !== poseId) continue;
   const payload = match[2].match(/../g).map(byte => parseInt(byte, 16));
   if (payload.length !== 64) throw new Error(`not 64 bytes: ${line}`);
-  // This reader takes the first digit of a message's length for all of it: it is told its own.
+  // This reader parses only the first digit of a message length, so lengths are set here.
   const message = can.decode({id: poseId, dlc: pose.dlc, isExtended: false, payload});
   if (!message) throw new Error(`not decoded: ${line}`);
   const value = name => parseFloat(message.boundSignals.get(name).physValue);

@@ -1,4 +1,4 @@
-// What the live page shows of poses that we make up: several sensors, one that falls silent, gaps, and where a sensor may be.
+// The live page with generated poses: several sensors, a silent sensor, gaps, covariance ellipsoids.
 const http = require('http');
 const path = require('path');
 
@@ -8,7 +8,7 @@ function pose(sensor, t, x, more) {
           flags: '', state: 'tracking', snr: 60, distortion: 1, error: [0.2, 0.1], ...more};
 }
 
-/// A server of the page `html` whose stream carries what is given to send().
+/// Serves the page `html`; send() adds events to its stream.
 async function scripted(html) {
   const streams = new Set();
   const server = http.createServer((request, response) => {
@@ -52,7 +52,7 @@ module.exports = async function pageStates(browser, html, check, pictures) {
   const wait = (condition, argument = null) => page.waitForFunction(condition, argument, {timeout: 30000});
   const picture = name => pictures ? page.screenshot({path: path.join(pictures, `${name}.png`)}) : null;
   let now = 1.7e12;
-  /// `count` events a frame apart, each with both sensors; the second's pose is always a little older.
+  /// `count` events one frame apart, each with both sensors; the second sensor's pose is slightly older.
   const both = (count, more = {}) => {
     for (let n = 0; n < count; ++n, now += 33) server.send([pose(0, now, 0.4 + n / 400, more), pose(1, now - 4, 0.7 - n / 400, more)]);
   };
@@ -73,7 +73,7 @@ module.exports = async function pageStates(browser, html, check, pictures) {
     await wait(() => /y +100\.0 /.test(document.querySelector('#numbers').textContent));
     check(await page.evaluate(() => window.tricoil.boresight === null && window.tricoil.sensors.get(0).boresight !== null),
           'the second sensor can be chosen, and has a boresight of its own');
-    const ticker = setInterval(() => both(1), 100);  // a picture takes its time
+    const ticker = setInterval(() => both(1), 100);  // keeps the stream alive while a picture is drawn
     await wait(() => document.body.dataset.link === 'live' && document.body.dataset.pose === 'good');
     await picture('two-sensors');
     const said = await page.textContent('#ellipsoid');

@@ -1,4 +1,4 @@
-// The live page in headless Chromium: it connects, moves, obeys, and survives a restart of the server; strangers are refused.
+// The live page in headless Chromium: connects, shows motion, sends commands, reconnects after a server restart; foreign origins are refused.
 //   node web_page.cjs FOLDER_OF_NODE_MODULES TRICOIL [FOLDER_FOR_SCREENSHOTS]
 const {spawn} = require('child_process');
 const fs = require('fs');
@@ -14,7 +14,7 @@ function check(condition, what) {
   console.log(`web_page: ${what}`);
 }
 
-/// Starts the server; resolves to it once it has said where it is.
+/// Starts the server; resolves once it has printed its address.
 function serve(port, folder) {
   const child = spawn(program, ['serve', '--json', '--web', String(port), '--scenario', 'circle', '--record-folder', folder],
                       {stdio: ['ignore', 'pipe', 'inherit']});
@@ -94,7 +94,7 @@ async function main() {
       await page.waitForFunction(() => window.tricoil?.firstPoseMs && window.tricoil.firstPictureMs, null, {timeout: 30000});
       firsts.push(await page.evaluate(() => [window.tricoil.firstPoseMs, window.tricoil.firstPictureMs]));
     }
-    // Of the wall clock, so told and not judged; the picture in space is drawn by the processor here.
+    // Depends on the wall clock, so printed but not checked; here the 3D view is rendered in software.
     console.log(`web_page: first pose drawn after ${firsts.map(first => Math.round(first[0])).join(', ')} ms, in space from ` +
                 `${firsts.map(first => Math.round(first[1])).join(', ')} ms (load ${os.loadavg()[0].toFixed(1)})`);
     check(firsts.every(([pose, picture]) => pose < picture), 'the first pose does not wait for the picture in space');

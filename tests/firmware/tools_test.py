@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""image-info and flash on a sound image, on what is none, and without tools or board: one line each, and the documented status."""
+"""image-info and flash with a valid image, with invalid files, and without tools or board: one line and the documented exit status."""
 
 import os
 import pathlib
@@ -33,7 +33,7 @@ class Tools(unittest.TestCase):
             self.assertIn(word, done.stderr)
 
     def tools(self, **scripts):
-        """A path with what the scripts need, and these in place of the real ones."""
+        """Returns a PATH with the programs that the scripts need; `scripts` replace the real tools."""
         for name in ("bash", "env", "python3", "grep", "tail", "mktemp", "rm", "dirname"):
             (self.folder / name).symlink_to(f"/usr/bin/{name}")
         for name, text in scripts.items():
@@ -42,7 +42,7 @@ class Tools(unittest.TestCase):
             tool.chmod(0o755)
         return str(self.folder)
 
-    def test_the_image_says_what_it_is(self):
+    def test_image_info_prints_the_header(self):
         done = run("image-info", IMAGE)
         self.assertEqual(done.returncode, 0, done.stderr)
         said = dict(line.split() for line in done.stdout.splitlines())
@@ -51,7 +51,7 @@ class Tools(unittest.TestCase):
         self.assertEqual(len(said["sha256"]), 64)
         self.assertRegex(said["commit"], r"^([0-9a-f]{10}\+?|unknown)$")
 
-    def test_what_is_no_image_is_refused(self):
+    def test_invalid_images_are_refused(self):
         self.refused(run("image-info", self.folder / "none"), 2, "none", "build it")
         self.refused(run("image-info", self.file(b"short")), 2, "5 bytes")
         self.refused(run("image-info", self.file(bytes(10000))), 2, "no image header")
@@ -72,17 +72,17 @@ class Tools(unittest.TestCase):
                 self.refused(done, 2, f"'{board.decode()}'", "nucleo-g474re;", "toolchain/build")
         self.assertEqual(list(self.folder.glob("*.said")), [])
 
-    def test_flash_says_which_tool_is_missing(self):
+    def test_flash_names_the_missing_tool(self):
         path = self.tools()
         self.refused(run("flash", "dfu", IMAGE, path=path), 2, "no dfu-util", "install-deps flash")
         self.refused(run("flash", "stlink", IMAGE, path=path), 2, "neither openocd nor st-flash")
 
-    def test_flash_says_that_there_is_no_board(self):
+    def test_flash_reports_a_missing_board(self):
         path = self.tools(dfu_util="echo 'No DFU capable USB device available'; exit 74", openocd="echo 'Error: open failed'; exit 1")
         self.refused(run("flash", "dfu", IMAGE, path=path), 3, "no board in its loader")
         self.refused(run("flash", "stlink", IMAGE, path=path), 3, "no ST-LINK")
 
-    def test_flash_writes_the_image_where_the_program_begins(self):
+    def test_flash_writes_to_the_start_of_the_program(self):
         path = self.tools(dfu_util='echo "$*" >"$0.said"; echo "File downloaded successfully"; exit 251', st_flash='echo "$*" >"$0.said"')
         for way, tool in (("dfu", "dfu-util"), ("stlink", "st-flash")):
             done = run("flash", way, IMAGE, path=path)
@@ -91,7 +91,7 @@ class Tools(unittest.TestCase):
             self.assertIn("0x08000000", said)
             self.assertIn(str(IMAGE), said)
 
-    def test_flash_passes_on_what_went_wrong(self):
+    def test_flash_prints_the_error_of_the_tool(self):
         path = self.tools(openocd="echo 'Error: target voltage may be too low'; exit 1")
         self.refused(run("flash", "stlink", IMAGE, path=path), 3, "target voltage")
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The first words of an image: a stack in RAM, every vector within the image and in Thumb state."""
+"""Vector table of an image: initial stack pointer in RAM, every vector within the image and in Thumb state."""
 
 import pathlib
 import struct

@@ -63,7 +63,8 @@ TEST(FixedDemodulator, AgreesWithDoubleOverTheConvertersRange) {
     EXPECT_LT(worst_share, 1e-7);
 }
 
-/// Of every sample of a window, by a pulse there: a pulse's sum is the oscillator times its code.
+/// Worst error of the oscillator over a window, measured by a pulse at every sample: the lock-in of a pulse is the oscillator
+/// times its code.
 long double worst_of_oscillator(int cycles, int window) {
     constexpr std::int32_t kPulse = 1 << 22;
     long double worst = 0;

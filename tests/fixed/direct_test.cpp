@@ -100,7 +100,7 @@ TEST(FixedDirect, WorksAtAnyScale) {
     }
 }
 
-TEST(FixedDirect, RefusesWhatDeterminesNothing) {
+TEST(FixedDirect, RefusesDegenerateMatrices) {
     const auto good = as_codes(test::unit_signal({0.4, 0.1, -0.3}, Quat<double>::Identity()));
     BlockMatrix dead = good;
     dead.mantissa.row(1).setZero();
@@ -121,7 +121,7 @@ double misfit_squared(const DirectSolution& s, const Mat3<double>& x) {
     return (x - k * to_double(s.attitude) * field::dipole_factor<double>(to_double(s.direction))).squaredNorm();
 }
 
-/// Anything at all: an answer or a refusal, unit vectors and rotations where there is one, and nothing undefined on the way.
+/// Arbitrary mantissas give either a refusal, or unit vectors and rotations; no undefined behaviour.
 TEST(FixedDirect, SurvivesArbitraryMantissas) {
     std::mt19937_64 random(23);
     int solved = 0;

@@ -1,4 +1,4 @@
-// Blocks that no tracker should be given: refused and counted, or flagged; nothing undefined.
+// Invalid blocks are refused and counted, or flagged; no undefined behaviour.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -108,7 +108,7 @@ TEST_F(FixedTrackerInput, ADeviceThatBeganAnewWithoutASensorGoesStale) {
     EXPECT_TRUE(stale->flags.has(PoseFlag::stale));
 }
 
-/// What is refused for its length is no sign of order: it does not hide that the sequence began anew.
+/// A block refused for its length does not count in the sequence check, so it does not hide a restarted sequence.
 TEST_F(FixedTrackerInput, RefusedBlocksDoNotHideANewSequence) {
     const SampleBlock good = next();
     SampleBlock repeated = good;
@@ -124,7 +124,7 @@ TEST_F(FixedTrackerInput, RefusedBlocksDoNotHideANewSequence) {
     EXPECT_EQ(tracker_.counters().restarts, 1U);
 }
 
-/// Where the sensor has gone meanwhile nobody knows, unless it is confined.
+/// After a restart the hemisphere is unknown, unless the sensor is confined.
 TEST(FixedTrackerAnew, HasToBeToldTheHemisphere) {
     const Mat3<std::int32_t> x = Vec3<std::int32_t>(400'000, -200'000, -200'000).asDiagonal();
     Tracker tracker(test::IntegerBlocks::kAcquisition, {}, {});
@@ -237,7 +237,7 @@ TEST(FixedParameters, OfTheDemodulatorAreChecked) {
     EXPECT_TRUE(refused([](auto& p) { p.noise_jump = 0; }));
 }
 
-/// Parameters that nobody checked: wrong couplings perhaps, but nothing undefined.
+/// Unchecked parameters may give wrong couplings, but no undefined behaviour.
 TEST(FixedParameters, UncheckedOnesDoNoHarm) {
     for (const int exponent : {kLeast, kMost}) {
         DemodulatorParams params;

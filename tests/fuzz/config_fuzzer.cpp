@@ -1,4 +1,4 @@
-// Any text as the board's TOML file: understood, or refused by an InputError.
+// Random text as the board's TOML file: it is accepted, or refused with an InputError.
 #include "board/linux/device_config.hpp"
 #include "board/support/errors.hpp"
 

@@ -1,4 +1,4 @@
-// Writes the seeds of the wire and session fuzzers: one message of each type in every wrapping. make_seeds FOLDER
+// Writes the seeds of the wire and session fuzzers: one message of each type in every framing. Usage: make_seeds FOLDER
 #include <filesystem>
 #include <fstream>
 
@@ -7,7 +7,7 @@
 
 namespace {
 
-using namespace tricoil;  // NOLINT(google-build-using-namespace): a program of one file
+using namespace tricoil;  // NOLINT(google-build-using-namespace): single-file program
 using Bytes = std::vector<std::uint8_t>;
 
 void save(const std::filesystem::path& path, const Bytes& bytes) {
@@ -26,7 +26,7 @@ void append(Bytes& session, const Bytes& bytes) {
     session.insert(session.end(), bytes.begin(), bytes.end());
 }
 
-/// A device that says who it is, is started, and sends data.
+/// Messages of a device: identity, acknowledgement of start, data.
 Bytes conversation(protocol::Role role) {
     Bytes session;
     protocol::IdentifyMessage identity;

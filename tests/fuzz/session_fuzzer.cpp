@@ -1,4 +1,4 @@
-// Any messages, in any order, into the session of a host: pieces of the input become the messages of a device.
+// Random device messages in random order into a host session; the fuzzer input is split into messages.
 #include <array>
 #include <cstdlib>
 

@@ -1,4 +1,5 @@
-// Bytes as a message of every type, as a CAN frame, as segments and as a stream. What is decoded must encode to the same bytes.
+// Random bytes as a message of every type, as a CAN frame, as segments and as a stream. Decoded messages must encode to the same
+// bytes.
 #include <array>
 #include <cstdlib>
 #include <cstring>
@@ -16,7 +17,7 @@ using namespace tricoil;  // NOLINT(google-build-using-namespace): a program of 
 using protocol::WireError;
 using Bytes = std::span<const std::uint8_t>;
 
-void demand(bool holds) {
+void require(bool holds) {
     if (!holds) {
         std::abort();
     }
@@ -29,12 +30,12 @@ void decode_as(Bytes bytes) {
         return;
     }
     std::array<std::uint8_t, protocol::kMaxMessageBytes> again{};
-    demand(protocol::encode(message, again) == bytes.size());
-    demand(std::memcmp(again.data(), bytes.data(), bytes.size()) == 0);
+    require(protocol::encode(message, again) == bytes.size());
+    require(std::memcmp(again.data(), bytes.data(), bytes.size()) == 0);
     if constexpr (std::is_same_v<Message, protocol::PoseMessage>) {
         tracking::PoseEstimate<double> pose;
         if (protocol::from_message(message, pose) == WireError::none) {
-            demand(protocol::to_message(pose).position == message.position);
+            require(protocol::to_message(pose).position == message.position);
         }
     }
     if constexpr (std::is_same_v<Message, protocol::ColumnMessage>) {
@@ -68,7 +69,7 @@ void as_frame(Bytes bytes) {
     }
 }
 
-/// Each segment: a length byte, then that many bytes.
+/// Input format: per segment a length byte, then that many bytes.
 void as_segments(Bytes bytes) {
     static protocol::Reassembler reassembler;
     protocol::Segmenter segmenter;
@@ -104,7 +105,7 @@ void as_times(Bytes bytes) {
         const auto device = static_cast<std::int64_t>(protocol::get_bytes(bytes.data(), 8) % 9'200'000'000'000'000'000U);
         const auto host = static_cast<std::int64_t>(protocol::get_bytes(bytes.data() + 8, 4));
         map.observe(device, host);
-        demand(map.ready() && map.error_bound_us() >= 1);
+        require(map.ready() && map.error_bound_us() >= 1);
     }
 }
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""That the comparison sees a changed bit, a NaN, a line too few or too many.
+"""Tests `compare`: it must report a changed bit, a NaN, missing and extra lines.
   comparison_test.py PROGRAM [ARGUMENT...]
 """
 
@@ -19,7 +19,7 @@ def compare(lines, arithmetics="double,float,fixed"):
 
 
 def with_line(solver, part, change):
-    """The results with the first line of that kind changed; None leaves it out."""
+    """The results with the first line of that kind changed by `change`; if `change` returns None, the line is removed."""
     lines = list(RESULTS)
     n = next(n for n, line in enumerate(lines) if line.split()[2:4] == [solver, part])
     changed = change(lines[n].split())

@@ -1,4 +1,4 @@
-// Writes the golden files, and prints what this machine makes of the inputs.
+// Writes the golden files; prints the results of this machine.
 //   golden_generate inputs | expected | results
 #include <cmath>
 #include <cstdio>

@@ -27,7 +27,7 @@ void put(TextLine& line, fixed::Fixed<F> value) {
     line.text(" ").decimal(value.raw());
 }
 
-/// In lines of at most seven numbers, so that doubles fit too.
+/// At most seven numbers a line, so that doubles fit into a TextLine.
 template <typename Range, typename Number>
 Status print(int n, const char* what, Range range, const Vec3<Number>& direction, const Mat3<Number>& attitude,
              hal::Console& console) {

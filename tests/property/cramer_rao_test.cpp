@@ -13,8 +13,8 @@ struct Ratios {
     double orientation;
 };
 
-/// RMSE over RMS bound for poses drawn from 0.15-1.2 m, all directions and attitudes. Errors are taken in units of the bound at
-/// each pose, so that the far poses, whose errors are largest, do not drown the near ones.
+/// RMSE over RMS bound for poses drawn from 0.15-1.2 m, all directions and attitudes. Errors are normalised by the bound at each
+/// pose, so that far poses with large errors do not dominate.
 template <typename Scalar>
 Ratios rmse_over_bound(double snr_db, int poses, std::uint64_t seed) {
     test::RandomPoses random(seed);

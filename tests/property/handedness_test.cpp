@@ -1,4 +1,4 @@
-// Wrong-handed wiring is told from right in noise.
+// Wrong-handed wiring is detected in noise.
 #include <gtest/gtest.h>
 
 #include "core/solver/direct.hpp"
@@ -7,7 +7,7 @@
 namespace tricoil::solver {
 namespace {
 
-TEST(Handedness, ToldInAllOf10000CasesAt26Decibels) {
+TEST(Handedness, DetectedInAllOf10000CasesAt26Decibels) {
     constexpr std::uint64_t kSeed = 26;
     test::RandomPoses random(kSeed);
     int mistaken = 0;

@@ -64,7 +64,7 @@ TEST(CanExchange, CarriesLongMessagesBothWaysAtOnceThroughAQueueOfOne) {
     EXPECT_FALSE(host.exchange.begin(Bytes(301), 0)) << "too long";
 }
 
-TEST(CanExchange, DropsWhatItsSenderOrReceiverAbandons) {
+TEST(CanExchange, DropsAbandonedMessages) {
     End host(CanSide::host);
     End device(CanSide::device);
     const Bytes message(200, 1);
@@ -80,7 +80,7 @@ TEST(CanExchange, DropsWhatItsSenderOrReceiverAbandons) {
     EXPECT_FALSE(host.exchange.sending());
 }
 
-TEST(CanExchange, CountsAMessageThatAnotherOneInterruptsAndAnswersTheNewOne) {
+TEST(CanExchange, CountsAnInterruptedMessageAndAnswersTheNewOne) {
     End host(CanSide::host);
     End device(CanSide::device);
     for (const WireError expected : {WireError::none, WireError::bad_framing}) {

@@ -7,7 +7,7 @@
 namespace tricoil::protocol {
 namespace {
 
-TEST(CanMapping, EveryMessageThatFitsComesBackWithoutItsPadding) {
+TEST(CanMapping, RoundTripRemovesThePadding) {
     std::mt19937_64 random(3);
     const auto check = [&](const auto& message) {
         const auto bytes = test::bytes_of(message);
@@ -32,7 +32,7 @@ TEST(CanMapping, EveryMessageThatFitsComesBackWithoutItsPadding) {
     EXPECT_FALSE(to_frame(test::bytes_of(CovarianceMessage{}), 0, frame)) << "longer than a frame";
 }
 
-TEST(CanMapping, LengthsAreThoseThatCanFdHas) {
+TEST(CanMapping, LengthsAreValidForCanFd) {
     EXPECT_EQ(can_fd_length(0), 0);
     EXPECT_EQ(can_fd_length(8), 8);
     EXPECT_EQ(can_fd_length(9), 12);

@@ -24,13 +24,13 @@ TEST(ClockMap, FindsDriftAndOffsetThroughJitterAndKeepsItsBound) {
                 EXPECT_LE(error, 2 * map.error_bound_us() + 5);
             }
         }
-        EXPECT_LT(worst, 20) << "of 200 us mean jitter";
+        EXPECT_LT(worst, 20) << "with 200 us mean jitter";
         EXPECT_NEAR(map.drift(), drift, 3e-6);
         EXPECT_NEAR(static_cast<double>(map.to_device_us(map.to_host_us(59'000'000))), 59e6, 1);
     }
 }
 
-TEST(ClockMap, StartsAnewWhenTheDeviceDoes) {
+TEST(ClockMap, RestartsWithTheDevice) {
     ClockMap map;
     EXPECT_FALSE(map.ready());
     map.observe(9'000'000'000, 1'000'000);

@@ -1,4 +1,4 @@
-// What is encoded is decoded, to the last bit; what may not be is refused.
+// Bit-exact round trips; invalid messages are refused.
 #include "core/protocol/codec.hpp"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ using Messages = ::testing::Types<CommandMessage, AckMessage, StatusMessage, Col
                                   CouplingsMessage, CovarianceMessage, CheckMessage, RawBlockMessage, CalibrationMessage>;
 TYPED_TEST_SUITE(EveryMessage, Messages);
 
-TYPED_TEST(EveryMessage, ComesBackByteForByteAndNumberForNumber) {
+TYPED_TEST(EveryMessage, RoundTripsExactly) {
     std::mt19937_64 random(kSeed);
     for (int i = 0; i < 2000; ++i) {
         TypeParam sent = test::random_message<TypeParam>(random);
@@ -58,7 +58,7 @@ TYPED_TEST(EveryMessage, RefusesEveryNumberOutsideItsRange) {
     std::mt19937_64 random(kSeed);
     const auto bytes = test::bytes_of(test::random_message<TypeParam>(random));
     for_each_field(Schema<TypeParam>{}, [&](const char* name, const FieldInfo& f, std::size_t at) {
-        const double step = std::max(1.0, std::nextafter(f.high, 1e300) - f.high);  // the next number that a double can tell
+        const double step = std::max(1.0, std::nextafter(f.high, 1e300) - f.high);  // the next representable double
         for (const double beyond : {f.low - 1, f.high + step}) {
             if (f.type == WireType::f32 || beyond < lowest(f.type) || beyond > highest(f.type)) {
                 continue;
@@ -79,7 +79,7 @@ TYPED_TEST(EveryMessage, RefusesEveryNumberOutsideItsRange) {
     });
 }
 
-TEST(Codec, LaysNumbersDownAsTheSchemaSays) {
+TEST(Codec, EncodesNumbersAsTheSchemaStates) {
     CommandMessage m;
     m.sequence = 0x04030201;
     m.time_us = 0x0C0B0A0908070605;
@@ -92,7 +92,7 @@ TEST(Codec, LaysNumbersDownAsTheSchemaSays) {
     EXPECT_EQ(test::bytes_of(m), expected);
 }
 
-TEST(Codec, WritesNothingWhereThereIsNoRoom) {
+TEST(Codec, WritesNothingIntoATooSmallBuffer) {
     std::array<std::uint8_t, 63> small{};
     EXPECT_EQ(encode(PoseMessage{}, small), 0U);
     const std::vector<std::uint8_t> tail(kMaxMessageBytes);
@@ -138,20 +138,20 @@ TEST(Negotiation, TakesTheNewestCommonVersion) {
     EXPECT_EQ(common_version({1, 3}, {2, 5}), 3);
     EXPECT_EQ(common_version({1, 1}, {1, 9}), 1);
     EXPECT_EQ(common_version({1, 1}, {2, 5}), 0);
-    EXPECT_EQ(common_version({5, 2}, {1, 9}), 0) << "upside down";
+    EXPECT_EQ(common_version({5, 2}, {1, 9}), 0) << "oldest above newest";
     const VersionRange range = range_of_hello(hello_argument({2, 7}));
     EXPECT_EQ(range.oldest, 2);
     EXPECT_EQ(range.newest, 7);
 }
 
-TEST(SequenceCheck, CountsGapsAndSeesOldAndStrangeNumbersAcrossTheWrap) {
+TEST(SequenceCheck, CountsGapsAndDetectsOldNumbersAcrossTheWrap) {
     SequenceCheck check;
     EXPECT_EQ(check.check(0xFFFFFFFE), Order::next);
     EXPECT_EQ(check.check(0xFFFFFFFF), Order::next);
     EXPECT_EQ(check.check(2), Order::gap);
     EXPECT_EQ(check.lost(), 2U);
     EXPECT_EQ(check.check(1), Order::old);
-    EXPECT_EQ(check.check(2), Order::old) << "twice the same";
+    EXPECT_EQ(check.check(2), Order::old) << "the same number twice";
     EXPECT_EQ(check.check(1'000'000), Order::strange);
     EXPECT_EQ(check.check(3), Order::next);
     check.restart();

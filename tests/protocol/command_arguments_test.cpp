@@ -5,7 +5,7 @@
 namespace tricoil::protocol {
 namespace {
 
-TEST(ModeArgument, IsReadAsItWasWritten) {
+TEST(ModeArgument, RoundTrips) {
     for (const auto multiplexing : {signal::Multiplexing::tdm, signal::Multiplexing::fdm}) {
         for (const bool columns : {false, true}) {
             for (const std::uint32_t rate : {0U, 240'000U, 100'000'000U, kModeRateMask}) {
@@ -19,7 +19,7 @@ TEST(ModeArgument, IsReadAsItWasWritten) {
     }
 }
 
-TEST(ModeArgument, RefusesBitsThatMeanNothing) {
+TEST(ModeArgument, RefusesUnusedBits) {
     ModeRequest mode;
     EXPECT_FALSE(mode_of_argument(1U << 30U, mode));
     EXPECT_FALSE(mode_of_argument(1U << 31U, mode));
@@ -32,7 +32,7 @@ TEST(HemisphereArgument, KeepsTheDirection) {
     EXPECT_GT(got.towards.normalized().dot(towards.normalized()), 0.9999F);
 }
 
-TEST(HemisphereArgument, ZeroAndWhatIsNoDirectionAreUnknown) {
+TEST(HemisphereArgument, ZeroAndInvalidDirectionsAreUnknown) {
     EXPECT_EQ(hemisphere_argument({0, Vec3<float>::Zero()}), 0U);
     EXPECT_EQ(hemisphere_argument({0, Vec3<float>(std::nanf(""), 1, 0)}), 0U);
     EXPECT_TRUE(hemisphere_of_argument(0).towards.isZero(0));

@@ -9,7 +9,7 @@ namespace {
 
 using Data = std::array<std::uint8_t, kMaxFrameBytes>;
 
-/// Carries one message across; `flow` answers. Returns what arrived, empty if it was dropped.
+/// Transfers one message with `flow` as flow control. Returns the received message, empty if it was dropped.
 std::vector<std::uint8_t> carry(Segmenter& from, Reassembler& to, std::span<const std::uint8_t> flow) {
     Data data{};
     for (int frames = 0; frames < 200; ++frames) {
@@ -44,7 +44,7 @@ TEST(IsoTp, CarriesEveryLengthFromAFrameToTheLongest) {
     EXPECT_EQ(from.gap_us(), 500U);
 }
 
-TEST(IsoTp, TakesOneMessageAtATimeOfALengthThatNeedsIt) {
+TEST(IsoTp, AcceptsOneLongMessageAtATime) {
     const std::vector<std::uint8_t> message(100);
     const std::vector<std::uint8_t> longer(kMaxMessageBytes + 1);
     Segmenter s;
@@ -54,14 +54,14 @@ TEST(IsoTp, TakesOneMessageAtATimeOfALengthThatNeedsIt) {
     EXPECT_FALSE(s.begin(message));
     Data data{};
     EXPECT_EQ(s.next(data), 64U);
-    EXPECT_EQ(s.next(data), 0U) << "the receiver has to speak first";
+    EXPECT_EQ(s.next(data), 0U) << "flow control must come first";
     s.on_flow_control(std::array<std::uint8_t, 3>{0x31, 0, 0});
     EXPECT_TRUE(s.waits()) << "wait";
     s.on_flow_control(std::array<std::uint8_t, 3>{0x32, 0, 0});
     EXPECT_FALSE(s.busy()) << "overflow";
 }
 
-TEST(IsoTp, DropsWhatLacksAFrame) {
+TEST(IsoTp, DropsIncompleteMessages) {
     std::mt19937_64 random(12);
     const auto message = test::random_bytes(500, random);
     for (int lost = 1; lost < 8; ++lost) {
@@ -81,11 +81,12 @@ TEST(IsoTp, DropsWhatLacksAFrame) {
         }
         EXPECT_NE(last, SegmentEvent::complete) << lost;
         ASSERT_TRUE(from.begin(message));
-        EXPECT_EQ(carry(from, to, Reassembler::flow_control()), message) << "the next one comes whole; lost was " << lost;
+        EXPECT_EQ(carry(from, to, Reassembler::flow_control()), message)
+            << "the next message must be complete; lost frame  " << lost;
     }
 }
 
-TEST(IsoTp, AFirstFrameInTheMiddleBeginsANewMessageAndTellsOfTheBrokenOne) {
+TEST(IsoTp, AFirstFrameInTheMiddleBeginsANewMessage) {
     const std::vector<std::uint8_t> message(200, 1);
     Segmenter from;
     Reassembler to;

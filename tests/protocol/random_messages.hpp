@@ -25,7 +25,7 @@ T random_number(const protocol::FieldInfo& info, std::mt19937_64& random) {
     }
 }
 
-/// Fills every field; a tail is left empty.
+/// Fills every field; a variable-length tail stays empty.
 template <typename Message>
 Message random_message(std::mt19937_64& random) {
     Message message;

@@ -1,4 +1,4 @@
-// The stamp that all messages have comes through, whatever the compiler makes of members of a base class.
+// The stamp, a base class of all messages, survives encoding and decoding.
 #include <gtest/gtest.h>
 
 #include "core/protocol/codec.hpp"
@@ -12,7 +12,7 @@ using Every =
     ::testing::Types<CommandMessage, AckMessage, StatusMessage, ColumnMessage, PoseMessage, IdentifyMessage, CheckMessage>;
 TYPED_TEST_SUITE(Stamps, Every);
 
-TYPED_TEST(Stamps, ComeThrough) {
+TYPED_TEST(Stamps, RoundTrip) {
     TypeParam sent;
     sent.sequence = 7;
     sent.time_us = 4167;

@@ -48,7 +48,7 @@ TEST(StreamFraming, CarriesEveryLengthAndAnyBytes) {
     EXPECT_TRUE(framed(Bytes(kMaxMessageBytes + 1)).empty());
 }
 
-TEST(StreamFraming, OneDamagedByteCostsAtMostTwoMessagesAndPassesNoWrongOne) {
+TEST(StreamFraming, OneDamagedByteLosesAtMostTwoMessages) {
     std::mt19937_64 random(6);
     for (int trial = 0; trial < 3000; ++trial) {
         std::vector<Bytes> sent;
@@ -68,7 +68,7 @@ TEST(StreamFraming, OneDamagedByteCostsAtMostTwoMessagesAndPassesNoWrongOne) {
     }
 }
 
-TEST(StreamFraming, SaysWhatWasWrong) {
+TEST(StreamFraming, ReportsTheKindOfError) {
     StreamReader reader;
     const auto error_of = [&](const Bytes& stream) {
         WireError error = WireError::none;
@@ -89,7 +89,7 @@ TEST(StreamFraming, SaysWhatWasWrong) {
     EXPECT_EQ(error_of(good), WireError::none);
 }
 
-TEST(StreamFraming, ASmallReaderTakesWhatFitsAndFindsItsPlaceAfterWhatDoesNot) {
+TEST(StreamFraming, ASmallReaderResynchronisesAfterATooLongMessage) {
     BasicStreamReader<64> reader;
     const auto push_all = [&reader](const Bytes& stream) {
         bool complete = false;

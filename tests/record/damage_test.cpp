@@ -1,4 +1,4 @@
-// Recordings that were damaged, are of another version, or are none: one line that names file and place, exit code 2.
+// Damaged recordings, other versions, and folders that are not recordings: one line that names file and place, exit code 2.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -36,7 +36,7 @@ protected:
         put("recording.json", description.dump());
     }
 
-    /// As after a kill: nothing to check the files against.
+    /// As after a kill: the description has no check values.
     void end_early() const {
         describe([](auto& d) { d["complete"] = false; });
     }
@@ -68,7 +68,7 @@ TEST_F(Damage, AnyChangedByteIsFound) {
     }
 }
 
-TEST_F(Damage, MoreThanTheLastSecondIsMissed) {
+TEST_F(Damage, MissingLinesAreFound) {
     end_early();
     for (const char* name : {"inputs.csv", "poses.csv"}) {
         const std::string text = get(name);
@@ -95,7 +95,7 @@ TEST_F(Damage, ForeignFoldersAndVersions) {
     expect_refused("is no folder");
 }
 
-TEST_F(Damage, SettingsThatCannotBe) {
+TEST_F(Damage, InvalidSettings) {
     describe([](auto& d) { d["trackers"]["tracker"].erase("min_snr"); });
     expect_refused("trackers.tracker.min_snr: is missing");
     SetUp();
@@ -121,7 +121,7 @@ TEST_F(Damage, SettingsThatCannotBe) {
     expect_refused("sensors: must be 1 to 4");
 }
 
-TEST_F(Damage, LinesThatAreNone) {
+TEST_F(Damage, InvalidLines) {
     end_early();
     const std::string inputs = get("inputs.csv");
     const auto refused_by_replay = [&](const std::string& line, const std::string& reason) {

@@ -1,4 +1,4 @@
-// The files of a recording: whole lines, counted and summed, on disk before long.
+// Journal files of a recording: complete lines, line counts and CRC, bounded delay to disk.
 #include "board/record/journal.hpp"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ std::string fresh_path(const char* name) {
     return path;
 }
 
-TEST(Journal, LinesAreOnDiskSoonAndSummed) {
+TEST(Journal, LinesReachTheDiskAndTheChecksum) {
     const std::string path = fresh_path("journal");
     Journal journal({path}, Journal::Patience::never_wait);
     journal.append(0, "first");
@@ -38,14 +38,14 @@ TEST(Journal, LinesAreOnDiskSoonAndSummed) {
     EXPECT_FALSE(journal.failed());
 }
 
-TEST(Journal, TakesNoFileThatIsThere) {
+TEST(Journal, RefusesAnExistingFile) {
     const std::string path = fresh_path("journal_twice");
     std::ofstream(path) << "there";
     EXPECT_THROW(Journal({path}, Journal::Patience::never_wait), InputError);
     EXPECT_EQ(test::read_file(path), "there");
 }
 
-TEST(Journal, WaitsForTheDiskWhereItMay) {
+TEST(Journal, WaitsForTheDiskIfAllowed) {
     const std::string path = fresh_path("journal_much");
     Journal journal({path}, Journal::Patience::wait);
     const std::string line(1 << 20, 'x');

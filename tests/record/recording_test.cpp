@@ -1,4 +1,5 @@
-// A recorded run, replayed: the same poses bit for bit, whatever tracker, faults and all; killed programs lose next to nothing.
+// Replay of recorded runs gives bit-exact poses, with every tracker and with faults; a killed program loses at most the last
+// second.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -90,7 +91,7 @@ TEST(Recording, ReplaysWithAnotherTracker) {
     EXPECT_EQ(static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n')), json["poses"].get<std::size_t>() + 1);
 }
 
-/// Records in real time and is killed after `seconds`; what it should have written by then is known from the clock.
+/// Records in real time and is killed after `seconds`; the expected number of lines follows from the clock.
 TEST(Recording, LosesAtMostTheLastSecondWhenKilled) {
     for (const double seconds : {0.7, 1.3, 2.05}) {
         const std::string folder = fresh_folder("killed");
@@ -116,7 +117,7 @@ TEST(Recording, LosesAtMostTheLastSecondWhenKilled) {
     }
 }
 
-TEST(Recording, FullDiskEndsItButNotTheRun) {
+TEST(Recording, AFullDiskEndsTheRecordingNotTheRun) {
     const std::string folder = fresh_folder("full");
     const auto run = tricoil("run --json --duration 5 --record " + folder, "trap '' XFSZ; ulimit -f 300");
     EXPECT_EQ(run.exit_code, 3);
@@ -143,7 +144,7 @@ TEST(Recording, ConvertsToJsonLinesAndCandump) {
     EXPECT_THAT(read_file(log), HasSubstr("tricoil 150##5"));
 }
 
-TEST(Recording, IsNotOverwrittenByWhatReadsIt) {
+TEST(Recording, IsNotOverwrittenByReplayOrConvert) {
     const std::string folder = fresh_folder("read_only");
     ASSERT_EQ(tricoil("run --json --duration 1 --record " + folder).exit_code, 0);
     for (const std::string& command :
@@ -157,8 +158,8 @@ TEST(Recording, IsNotOverwrittenByWhatReadsIt) {
     EXPECT_EQ(tricoil("replay " + folder).exit_code, 0);
 }
 
-/// Number of OpenIGTLink messages of this type in `bytes`, which must hold whole ones alone: a head of 58 bytes with the type
-/// from byte 2 and the big-endian length of the body from byte 42.
+/// Number of OpenIGTLink messages of this type in `bytes`, which must consist of complete messages: a header of 58 bytes with the
+/// type at byte 2 and the big-endian body length at byte 42.
 std::size_t igtl_messages(const std::string& bytes, const std::string& type) {
     std::size_t count = 0;
     std::size_t at = 0;
@@ -174,7 +175,7 @@ std::size_t igtl_messages(const std::string& bytes, const std::string& type) {
     return count;
 }
 
-TEST(Recording, ConvertsToTheMessagesOfAnOpenIgtLinkServer) {
+TEST(Recording, ConvertsToOpenIgtLinkMessages) {
     const std::string folder = fresh_folder("converts_igtl");
     ASSERT_EQ(tricoil("run --json --duration 1 --fault unplugged@0.4-0.6 --record " + folder).exit_code, 0);
     const std::string out = path_in_temp("converts.igtl");

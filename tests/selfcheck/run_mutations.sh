@@ -1,8 +1,8 @@
 #!/bin/sh
 # Usage: run_mutations.sh SOURCE_DIR WORK_DIR   (CXX and EIGEN_INCLUDE in the environment)
-# Copies the core, applies one line of mutations.txt at a time, compiles the known-answer checks with it and demands that they
-# fail. The unchanged core must pass. A line that does not match exactly once in its file is an error: the table is stale.
-# Only the unit in whose checks a mutation belongs is compiled again, without optimisation and in one precision.
+# Copies the core, applies one line of mutations.txt at a time, compiles the known-answer checks with it and requires that they fail. The
+# unchanged core must pass. A line whose text does not occur exactly once in its file is an error (stale table). Only the affected units are
+# recompiled, without optimisation and in one precision.
 set -eu
 source_dir=$1
 work=$2
@@ -21,7 +21,7 @@ PREFIX
 
 units="selfcheck/geometry_checks selfcheck/field_checks selfcheck/solver_checks solver/direct solver/previous_measurement"
 
-# affected FILE: the units to compile again when FILE changes
+# affected FILE: units to recompile when FILE changes
 affected() {
     case $1 in
         core/geometry/*) echo selfcheck/geometry_checks ;;
@@ -48,7 +48,7 @@ check() {
     for unit in $units; do
         [ -e "$1/$(basename "$unit").o" ] || others="$others $work/unchanged/$(basename "$unit").o"
     done
-    # First come, first linked: a changed inline function is the one that all units use.
+    # Link order: the mutated units come first, so that all units use their inline functions.
     "$CXX" $changed $others "$work/main.o" -o "$1/check" 2>> "$1/compiler.log" || return 2
     "$1/check" > "$1/check.log" || return 1
 }
@@ -88,7 +88,7 @@ check "$work/unchanged" "$units" || { echo "the unchanged core does not pass"; c
 number=0
 failed=0
 pending=""
-# Two at a time.
+# Two mutations run at a time.
 while IFS='|' read -r file from to; do
     case $file in '' | '#'*) continue ;; esac
     number=$((number + 1))

@@ -14,7 +14,7 @@ namespace {
 long allocations = 0;
 }  // namespace
 
-// Counts what the program allocates; the trap itself is proven below.
+// Counts allocations; a test below checks the counter itself.
 void* operator new(std::size_t size) {
     ++allocations;
     if (void* memory = std::malloc(size)) {
@@ -61,7 +61,7 @@ TEST(SelfCheck, AllocatesNothing) {
     EXPECT_EQ(allocations, before + 1) << "the trap does not see allocations";
 }
 
-TEST(SelfCheck, RowsAreToldApart) {
+TEST(SelfCheck, RowsAreDistinct) {
     std::set<std::tuple<CheckId, Precision, std::string>> rows;
     const Report report = run(kSteady);
     for (const Check& check : report.checks()) {
@@ -70,7 +70,7 @@ TEST(SelfCheck, RowsAreToldApart) {
 }
 
 TEST(SelfCheck, AStepSlowerThanAFrameFails) {
-    // A clock on which each look costs two seconds: 10 ms per step.
+    // A clock that advances two seconds at each reading: 10 ms per step.
     std::int64_t now_us = 0;
     const auto slow = [](const void* context) {
         auto* us = const_cast<std::int64_t*>(static_cast<const std::int64_t*>(context));
@@ -86,7 +86,7 @@ TEST(SelfCheck, AStepSlowerThanAFrameFails) {
     }
 }
 
-TEST(Report, FailsOnTooMuchOnNotANumberAndOnNothing) {
+TEST(Report, FailsOnExcessNaNAndNoChecks) {
     Report report;
     EXPECT_FALSE(report.passed()) << "nothing was checked";
     report.add(CheckId::rotations, Precision::single, "fine", 1, 1);
@@ -100,7 +100,7 @@ TEST(Report, FailsOnTooMuchOnNotANumberAndOnNothing) {
     EXPECT_FALSE(report.passed());
 }
 
-TEST(Report, SaysWhenItOverflowed) {
+TEST(Report, ReportsOverflow) {
     Report report;
     for (std::size_t n = 0; n <= kMaxChecks; ++n) {
         report.add(CheckId::rotations, Precision::single, "fine", 0, 1);

@@ -1,4 +1,4 @@
-// What goes over the line, byte by byte: the records of the FASTRAK manual (OPM00PI002), and the conversation of VRPN's driver.
+// FASTRAK bytes: records as in the FASTRAK manual (OPM00PI002), and the command sequence of VRPN's driver.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -123,7 +123,7 @@ TEST(FastrakBytes, ConversationOfVrpn) {
     EXPECT_EQ(client.say("S")[5], '9');  // binary and continuous
 }
 
-// Its stubborn reset: each byte by itself, in modes that we do not have.
+// VRPN's second reset: single bytes, for modes that tricoil does not have.
 TEST(FastrakBytes, StubbornResetOfVrpn) {
     FastrakClient client;
     EXPECT_EQ(client.say("\r"), "");

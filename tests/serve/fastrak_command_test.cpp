@@ -88,7 +88,7 @@ TEST(FastrakCommand, AContinuousClientIsToldOfSilence) {
     EXPECT_EQ(records[2].substr(0, 3), "01 ");
 }
 
-TEST(FastrakCommand, WhoComesLaterIsAnsweredWithWhatThereIs) {
+TEST(FastrakCommand, ALaterClientGetsTheNewestPose) {
     std::string sent;
     host::fastrak::Session session({[&](std::string_view record) { sent += record; }, [](auto, const auto&) {}, [] { return 1; }},
                                    std::make_shared<host::fastrak::Memory>());

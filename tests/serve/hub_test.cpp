@@ -32,7 +32,7 @@ TEST(PoseHub, ReadersGetWhatCameSince) {
     EXPECT_EQ(cursor.missed, 0U);
 }
 
-TEST(PoseHub, WhoFallsBehindMissesTheOldest) {
+TEST(PoseHub, ASlowReaderMissesTheOldestPoses) {
     PoseHub hub;
     PoseHub::Cursor cursor = hub.cursor();
     for (std::uint32_t n = 0; n < PoseHub::kCapacity + 100; ++n) {
@@ -45,7 +45,7 @@ TEST(PoseHub, WhoFallsBehindMissesTheOldest) {
     EXPECT_EQ(poses.front().pose.sequence, 100U);
 }
 
-TEST(PoseHub, KeepsTheNewestForThoseWhoComeLater) {
+TEST(PoseHub, KeepsTheNewestForLaterReaders) {
     PoseHub hub;
     EXPECT_TRUE(hub.newest().empty());
     hub.pose(numbered(1));

@@ -174,7 +174,7 @@ protected:
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-TEST_F(IgtlSession, WhoAsksForNothingGetsTransforms) {
+TEST_F(IgtlSession, AClientWithoutRequestGetsTransforms) {
     have(pose_at(kNow));
     EXPECT_THAT(types(), IsEmpty());
     wait_out();

@@ -92,7 +92,7 @@ TEST(ServeProgram, AddressesAreWrittenSoThatClientsCanUseThem) {
     EXPECT_THAT(open.address("web"), ::testing::StartsWith("http://localhost:"));
 }
 
-TEST(ServeProgram, WhoComesLaterGetsAPoseAtOnce) {
+TEST(ServeProgram, ALaterClientGetsAPoseAtOnce) {
     const Serving serving({"--fastrak", "tcp:0", "--scenario", "still"});
     const int first = connect_to(serving.port("fastrak"));
     EXPECT_EQ(write(first, "C", 1), 1);
@@ -111,7 +111,7 @@ TEST(ServeProgram, WhoComesLaterGetsAPoseAtOnce) {
     close(first);
 }
 
-TEST(ServeProgram, WhoReadsLateGetsNewRecords) {
+TEST(ServeProgram, ALateReaderGetsNewRecords) {
     const Serving serving({"--fastrak", "tcp:0", "--fastrak-continuous", "--scenario", "still"});
     const int client = connect_to(serving.port("fastrak"), 2048);
     std::this_thread::sleep_for(std::chrono::seconds(6));  // 120 records of 47 bytes a second
@@ -159,7 +159,7 @@ void expect_every_column(const std::string& folder) {
     EXPECT_TRUE(std::all_of(columns.begin(), columns.end(), [](const auto& frame) { return frame.second == 3; }));
 }
 
-TEST(ServeProgram, WhoStopsReadingSlowsNobody) {
+TEST(ServeProgram, AStalledClientDoesNotSlowOthers) {
     const std::string folder = path_in_temp("stalled");
     std::filesystem::remove_all(folder);
     Serving serving({"--fastrak", "tcp:0", "--openigtlink", "0", "--scenario", "still", "--record", folder});
@@ -195,7 +195,7 @@ std::string get_page(std::uint16_t port, std::chrono::milliseconds limit) {
     return answer;
 }
 
-TEST(ServeProgram, WhoAsksForThePageLetterByLetterKeepsNobodyFromIt) {
+TEST(ServeProgram, SlowRequestsDoNotBlockOtherClients) {
     const Serving serving({"--web", "0", "--scenario", "still"});
     std::vector<int> drips;
     for (int n = 0; n < 100; ++n) {

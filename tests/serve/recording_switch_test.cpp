@@ -1,4 +1,4 @@
-// Recordings that clients begin, on a disk that takes no more: files that may not grow stand for it.
+// Recordings started by clients, on a full disk (simulated by a file size limit).
 #include "board/host/serve/recording_switch.hpp"
 
 #include <gmock/gmock.h>

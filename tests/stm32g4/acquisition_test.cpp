@@ -1,4 +1,4 @@
-// Blocks from converters that are plain structures: what is driven when, what becomes of late, lost and broken ones.
+// Acquisition with converters as plain structures: coil states and gains per block; late, lost and faulty blocks.
 #include "drivers/stm32g4/acquisition.hpp"
 
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ struct Registers {
     OpampRegisters amplifiers{};
 };
 
-/// Time that goes on with every look, and with it the hardware: converters do what their commands say.
+/// A clock that advances at each reading; the simulated converters execute their commands at the same time.
 class HardwareClock final : public hal::Clock {
 public:
     explicit HardwareClock(Registers& registers) : registers_(registers) {}
@@ -73,7 +73,7 @@ protected:
         return {registers.dma, registers.multiplexer, number, request};
     }
 
-    /// What writing ones has cleared in real ones.
+    /// Clears the flags that the driver has cleared by writing ones.
     void clear_flags() {
         for (AdcRegisters& adc : registers.adc) {
             adc.ISR = 0;
@@ -94,7 +94,7 @@ protected:
         }
     }
 
-    std::uint16_t* memory_of(std::uint8_t number) {  // addresses are half as wide there
+    std::uint16_t* memory_of(std::uint8_t number) {  // the registers hold 32-bit addresses
         const auto above = reinterpret_cast<std::uintptr_t>(&converters) & ~std::uintptr_t{0xFFFF'FFFF};
         return reinterpret_cast<std::uint16_t*>(above | registers.dma.channel[number - 1].CMAR);
     }
@@ -144,7 +144,7 @@ TEST_F(AcquisitionTest, ConfiguresConvertersForSimultaneousOversampledBlocks) {
     EXPECT_EQ(registers.dma.channel[4].CNDTR, 160U);   // 3 cycles of the carrier
     EXPECT_EQ(registers.dma.channel[4].CCR, 0x36B1U);
     EXPECT_EQ(registers.trigger.ARR, 294U);
-    EXPECT_EQ(registers.trigger.CR1, 0U);  // not before somebody polls
+    EXPECT_EQ(registers.trigger.CR1, 0U);  // started by the first poll
 }
 
 TEST_F(AcquisitionTest, FdmCarriersHaveTheirOwnPeriods) {
@@ -155,7 +155,7 @@ TEST_F(AcquisitionTest, FdmCarriersHaveTheirOwnPeriods) {
     EXPECT_EQ(registers.dma.channel[6].CNDTR, 300U);
 }
 
-TEST_F(AcquisitionTest, TheFirstBlockIsDrivenAlreadyAndEachTellsItsOwnState) {
+TEST_F(AcquisitionTest, EveryBlockIncludingTheFirstHasItsState) {
     ASSERT_TRUE(acquisition.begin().ok());
     ASSERT_TRUE(acquisition.start(kTdm).ok());
     ASSERT_TRUE(acquisition.coils().excite(Excitation::s1).ok());
@@ -196,7 +196,7 @@ TEST_F(AcquisitionTest, SamplesAreSignedAndStamped) {
     EXPECT_EQ((block.start - first).count(), 1'386'847);  // 999 blocks of 236000 / 170 us: no drift
 }
 
-TEST_F(AcquisitionTest, GainChangesBetweenBlocksAndIsTold) {
+TEST_F(AcquisitionTest, GainChangesBetweenBlocks) {
     ASSERT_TRUE(acquisition.begin().ok());
     EXPECT_EQ(acquisition.gain().steps(), 7);
     EXPECT_EQ(acquisition.gain().choose(7).code(), StatusCode::invalid_argument);
@@ -211,18 +211,18 @@ TEST_F(AcquisitionTest, GainChangesBetweenBlocksAndIsTold) {
     EXPECT_EQ(block.gain_step, 3);
 }
 
-TEST_F(AcquisitionTest, ARestartHasTheGainThatItTells) {
+TEST_F(AcquisitionTest, ARestartReportsTheGainInUse) {
     ASSERT_TRUE(acquisition.begin().ok());
     ASSERT_TRUE(acquisition.start(kTdm).ok());
     ASSERT_TRUE(acquisition.gain().choose(1).ok());
     ASSERT_TRUE(acquisition.poll(block).ok());
     ASSERT_TRUE(acquisition.gain().choose(0).ok());
-    acquisition.stop();  // before a block's end could have brought it to the amplifiers
+    acquisition.stop();  // before the end of a block applies it to the amplifiers
     ASSERT_NE(registers.amplifiers.CSR[2] >> 5U & 3U, 3U);
     ASSERT_TRUE(acquisition.start(kTdm).ok());
     ASSERT_TRUE(acquisition.poll(block).ok());
     EXPECT_EQ(block.gain_step, 0);
-    EXPECT_EQ(registers.amplifiers.CSR[2] >> 5U & 3U, 3U) << "a follower";
+    EXPECT_EQ(registers.amplifiers.CSR[2] >> 5U & 3U, 3U) << "the amplifier has gain 1";
 }
 
 TEST_F(AcquisitionTest, LostBlocksShowAsAGap) {
@@ -257,7 +257,7 @@ TEST_F(AcquisitionTest, OverrunsAndUnderrunsAreCounted) {
     EXPECT_EQ(block.overrun_count, 1U);
 }
 
-TEST_F(AcquisitionTest, AConverterThatStandsStillIsAnOverrun) {
+TEST_F(AcquisitionTest, AStoppedConverterIsAnOverrun) {
     ASSERT_TRUE(acquisition.begin().ok());
     ASSERT_TRUE(acquisition.start(kTdm).ok());
     clear_flags();
@@ -276,7 +276,7 @@ TEST_F(AcquisitionTest, OverCurrentSwitchesOffAtOnceAndStaysOffUntilTheNextStart
     ASSERT_TRUE(acquisition.poll(block).ok());
     registers.port.BRR = 0;
     registers.adc[3].ISR = 0;
-    acquisition.on_over_current();  // another interrupt of the same line
+    acquisition.on_over_current();  // another interrupt on the same line
     EXPECT_EQ(registers.port.BRR, 0U);
     registers.adc[3].ISR = adc::ISR_AWD1;
     acquisition.on_over_current();
@@ -299,7 +299,7 @@ TEST_F(AcquisitionTest, SilentConvertersTimeOut) {
     EXPECT_TRUE(acquisition.poll(block).ok());
 }
 
-TEST_F(AcquisitionTest, ADmaThatFailsSwitchesOff) {
+TEST_F(AcquisitionTest, ADmaErrorSwitchesOff) {
     ASSERT_TRUE(acquisition.begin().ok());
     ASSERT_TRUE(acquisition.start(kTdm).ok());
     ASSERT_TRUE(acquisition.coils().excite(Excitation::s1).ok());
@@ -311,7 +311,7 @@ TEST_F(AcquisitionTest, ADmaThatFailsSwitchesOff) {
     EXPECT_EQ(acquisition.poll(block).code(), StatusCode::device_lost);
 }
 
-TEST_F(AcquisitionTest, ConvertersThatDoNotFollowAreTold) {
+TEST_F(AcquisitionTest, UnresponsiveConvertersAreReported) {
     clock.calibrates = false;
     EXPECT_EQ(acquisition.begin().code(), StatusCode::timed_out);
     EXPECT_EQ(acquisition.start(kTdm).code(), StatusCode::device_lost);
@@ -324,7 +324,7 @@ TEST_F(AcquisitionTest, ConvertersThatDoNotFollowAreTold) {
     EXPECT_EQ(acquisition.start(kTdm).code(), StatusCode::device_lost);
 }
 
-TEST_F(AcquisitionTest, RefusesPlansThatItCannotPlay) {
+TEST_F(AcquisitionTest, RefusesUnsupportedPlans) {
     ASSERT_TRUE(acquisition.begin().ok());
     EXPECT_EQ(acquisition.start(signal::stated_tdm_plan(72e3, 100, 20, 12)).code(), StatusCode::invalid_argument);
     EXPECT_EQ(acquisition.start(signal::stated_fdm_plan(kRate, 301, {7, 14, 21})).code(), StatusCode::invalid_argument);
@@ -332,8 +332,8 @@ TEST_F(AcquisitionTest, RefusesPlansThatItCannotPlay) {
     EXPECT_TRUE(acquisition.start(signal::stated_tdm_plan(Acquisition::sample_rate_hz(4), 200, 40, 12)).ok());
 }
 
-/// While it measures the amplifiers' gain the carriers stay within the chip; then all is as before.
-TEST_F(AcquisitionTest, FeedsTheAmplifiersWithinTheChip) {
+/// During the gain measurement the carriers are routed inside the chip; afterwards the previous routing is restored.
+TEST_F(AcquisitionTest, RoutesCarriersToTheAmplifiers) {
     constexpr std::uint32_t kFromDac = 3U << 2U;
     ASSERT_TRUE(acquisition.begin().ok());
     EXPECT_EQ(registers.dac3.MCR & 7U, 3U);
@@ -359,7 +359,7 @@ TEST_F(AcquisitionTest, FeedsTheAmplifiersWithinTheChip) {
     EXPECT_EQ(registers.dac3.DHR12R1, 2048U);
 }
 
-TEST_F(AcquisitionTest, StoppingLeavesTheSamplesAndNoCarrier) {
+TEST_F(AcquisitionTest, StoppingKeepsTheSamplesAndEndsTheCarriers) {
     ASSERT_TRUE(acquisition.begin().ok());
     ASSERT_TRUE(acquisition.start(kTdm).ok());
     ASSERT_TRUE(acquisition.poll(block).ok());

@@ -1,4 +1,4 @@
-// From reset to full speed, with oscillators that start, and that do not.
+// Clock start-up from reset to full speed, with working and with failing oscillators.
 #include "drivers/stm32g4/clocks.hpp"
 
 #include <gtest/gtest.h>
@@ -6,7 +6,7 @@
 namespace tricoil::stm32g4 {
 namespace {
 
-/// A plain structure does not answer: what the hardware would have said by then is set beforehand.
+/// A plain structure does not react, so the status bits that the hardware would set are set in advance.
 struct Clocks {
     RccRegisters rcc{};
     PwrRegisters pwr{};
@@ -24,7 +24,7 @@ TEST(Clocks, RunFromTheCrystalIfItStarts) {
     EXPECT_EQ(clocks.rcc.CFGR & rcc::CFGR_SW, rcc::CFGR_SW_PLL);
     EXPECT_EQ(clocks.rcc.CFGR & rcc::CFGR_HPRE, 0U);
     EXPECT_EQ(clocks.flash.ACR & flash::ACR_LATENCY, 4U);
-    EXPECT_NE(clocks.rcc.CR & rcc::CR_CSSON, 0U);  // and it is watched
+    EXPECT_NE(clocks.rcc.CR & rcc::CR_CSSON, 0U);  // clock security system on
 }
 
 TEST(Clocks, RunFromTheInternalOscillatorIfTheCrystalDoesNotStart) {
@@ -45,14 +45,14 @@ TEST(Clocks, StaySlowWithoutThePll) {
     EXPECT_EQ(hertz_of(CoreClock::unmultiplied), 16'000'000U);
 }
 
-TEST(Clocks, StaySlowIfTheRegulatorDoesNotFollow) {
+TEST(Clocks, StaySlowIfTheRegulatorIsNotReady) {
     Clocks clocks;
     clocks.rcc.CR = rcc::CR_HSERDY | rcc::CR_PLLRDY;
     clocks.pwr.SR2 = pwr::SR2_VOSF;
     EXPECT_EQ(clocks.start(), CoreClock::unmultiplied);
 }
 
-TEST(Clocks, UsbOscillatorThatDoesNotStartIsTold) {
+TEST(Clocks, UsbOscillatorThatDoesNotStartIsReported) {
     RccRegisters rcc{};
     EXPECT_EQ(start_usb_clock(rcc).code(), StatusCode::timed_out);
     rcc.CRRCR = rcc::CRRCR_HSI48RDY;

@@ -1,4 +1,4 @@
-// The CAN port against plain structures: bit timing, what lies in the message RAM, conversations with a host, bus-off.
+// The CAN port against plain structures: bit timing, message RAM, exchanges with a host, bus-off.
 #include "drivers/stm32g4/fdcan/fdcan_port.hpp"
 
 #include <gtest/gtest.h>
@@ -33,7 +33,7 @@ TEST(BitTiming, DividesExactlyAndSamplesAtThreeQuarters) {
     EXPECT_EQ(data.jump, 8U);
 }
 
-TEST(BitTiming, AddsUpForEveryClockThatHasOneAndIsRefusedForOthers) {
+TEST(BitTiming, IsExactOrRefusedForEveryClock) {
     for (const std::uint32_t clock :
          {8'000'000U, 24'000'000U, 40'000'000U, 80'000'000U, 85'000'000U, 160'000'000U, 170'000'000U}) {
         for (const std::uint32_t rate : {125'000U, 500'000U, 1'000'000U}) {
@@ -58,7 +58,7 @@ protected:
         registers_.IR = 0;
     }
 
-    /// The next frame that the port hands to the controller; each goes into the next buffer of three.
+    /// The next frame that the port gives to the controller; frames use three buffers in turn.
     std::optional<CanFrame> transmitted() {
         registers_.TXBAR = 0;
         registers_.TXFQS = 3 | put_ << TXFQS_TFQPI_Pos;
@@ -146,7 +146,7 @@ TEST_F(Fdcan, RefusesAClockWithoutWholeQuanta) {
     EXPECT_NE(std::string(port.detail()).find("quanta"), std::string::npos);
 }
 
-TEST_F(Fdcan, SendsOneFrameAMessagePaddedToALengthOfCanFd) {
+TEST_F(Fdcan, SendsOneFramePerMessageWithPadding) {
     for (const std::size_t bytes : {2U, 5U, 8U, 9U, 22U, 33U, 58U, 64U}) {
         Bytes message(bytes, 0xA5);
         message[1] = 5;
@@ -162,7 +162,7 @@ TEST_F(Fdcan, SendsOneFrameAMessagePaddedToALengthOfCanFd) {
     }
 }
 
-TEST_F(Fdcan, AFullControllerAndQueueRefuseAndRecover) {
+TEST_F(Fdcan, RefusesWhenFullAndRecovers) {
     const Bytes message(30, 5);
     registers_.TXFQS = TXFQS_TFQF;
     for (int i = 0; i < 4; ++i) {
@@ -179,7 +179,7 @@ TEST_F(Fdcan, AFullControllerAndQueueRefuseAndRecover) {
     EXPECT_EQ(port_.send(Bytes(1)).code(), StatusCode::invalid_argument);
 }
 
-TEST_F(Fdcan, ReceivesCommandsAndRefusesWhatIsDamaged) {
+TEST_F(Fdcan, ReceivesCommandsAndRefusesDamagedFrames) {
     hal::ReceivedMessage message;
     EXPECT_EQ(port_.receive(message).code(), StatusCode::not_ready);
     arrive(frame_of(command()));
@@ -190,7 +190,7 @@ TEST_F(Fdcan, ReceivesCommandsAndRefusesWhatIsDamaged) {
     CanFrame wrong = frame_of(command());
     wrong.data[23] = 1;  // in the padding
     arrive(wrong);
-    arrive(frame_of(command()), 0, 0);  // as a classic frame its 24 bytes cannot be
+    arrive(frame_of(command()), 0, 0);  // a classic frame cannot have 24 bytes
     arrive(frame_of(command()), R0_RTR);
     arrive(frame_of(command()), R0_XTD);
     EXPECT_EQ(port_.receive(message).code(), StatusCode::not_ready);
@@ -198,7 +198,7 @@ TEST_F(Fdcan, ReceivesCommandsAndRefusesWhatIsDamaged) {
     EXPECT_EQ(port_.wait(Microseconds{10}).code(), StatusCode::timed_out);
 }
 
-TEST_F(Fdcan, SeveralFramesInTheFifoAreTakenOneAtATimeByPendingAgain) {
+TEST_F(Fdcan, TakesOneFramePerInterrupt) {
     nvic_.ISPR[2] = 0;
     ram_.rx_fifo_0[0].R0 = 0x113U << 18U;
     registers_.RXF0S = 2;
@@ -210,7 +210,7 @@ TEST_F(Fdcan, SeveralFramesInTheFifoAreTakenOneAtATimeByPendingAgain) {
     EXPECT_EQ(nvic_.ISPR[2], 0U);
 }
 
-TEST_F(Fdcan, AFloodFillsTheRingIsCountedAndPasses) {
+TEST_F(Fdcan, AFloodIsCountedAndRecoveredFrom) {
     for (int i = 0; i < 20; ++i) {
         arrive(frame_of(command()));
     }
@@ -226,7 +226,7 @@ TEST_F(Fdcan, AFloodFillsTheRingIsCountedAndPasses) {
     EXPECT_EQ(port_.counters().receive_dropped, 13U);
 }
 
-TEST_F(Fdcan, LongMessagesGoBothWaysToAHostThatSpeaksIsoTp) {
+TEST_F(Fdcan, LongMessagesGoBothWaysByIsoTp) {
     protocol::CanExchange<protocol::kMaxMessageBytes> host(protocol::CanSide::host, kNode);
     std::deque<CanFrame> to_device;
     const auto send = [&](const CanFrame& frame) {
@@ -264,7 +264,7 @@ TEST_F(Fdcan, LongMessagesGoBothWaysToAHostThatSpeaksIsoTp) {
     EXPECT_EQ(port_.wire_errors().total(), 0U);
 }
 
-TEST_F(Fdcan, ALongMessageThatNobodyTakesIsDroppedAfterASecond) {
+TEST_F(Fdcan, ALongMessageWithoutReceiverIsDroppedAfterASecond) {
     const Bytes message(100, 1);
     ASSERT_TRUE(port_.send(message).ok());
     EXPECT_EQ(port_.send(message).code(), StatusCode::not_ready) << "one at a time";
@@ -275,7 +275,7 @@ TEST_F(Fdcan, ALongMessageThatNobodyTakesIsDroppedAfterASecond) {
     EXPECT_TRUE(port_.send(message).ok());
 }
 
-TEST_F(Fdcan, BusOffIsToldAndLeftAfterAPause) {
+TEST_F(Fdcan, BusOffIsReportedAndLeftAfterAPause) {
     ASSERT_TRUE(port_.send(Bytes(30, 5)).ok());
     registers_.CCCR = CCCR_INIT | CCCR_FDOE | CCCR_BRSE;  // as the controller does
     hal::ReceivedMessage message;
@@ -295,7 +295,7 @@ TEST_F(Fdcan, BusOffIsToldAndLeftAfterAPause) {
     EXPECT_EQ(port_.counters().link_faults, 1U);
 }
 
-TEST_F(Fdcan, AnyFramesOnItsIdentifiersLeaveItWorking) {
+TEST_F(Fdcan, SurvivesRandomFrames) {
     std::mt19937 random(8);
     hal::ReceivedMessage message;
     for (int i = 0; i < 50'000; ++i) {
@@ -324,7 +324,7 @@ TEST_F(Fdcan, AnyFramesOnItsIdentifiersLeaveItWorking) {
     EXPECT_TRUE(transmitted().has_value());
 }
 
-TEST_F(Fdcan, ClosesQuietly) {
+TEST_F(Fdcan, ClosesWithInterruptsOff) {
     port_.close();
     EXPECT_EQ(registers_.IE, 0U);
     EXPECT_EQ(registers_.CCCR, CCCR_INIT);

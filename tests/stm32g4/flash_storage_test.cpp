@@ -1,4 +1,4 @@
-// Pages of flash, with memory that is plain: what reaches which register, and what errors become.
+// Flash pages with plain memory: register accesses and error handling.
 #include "drivers/stm32g4/flash_storage.hpp"
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ TEST_F(FlashStorageTest, ErasesAPageOfTheSecondBank) {
     EXPECT_EQ(storage.slots(), 2U);
     EXPECT_EQ(storage.slot_bytes(), 2048U);
     EXPECT_TRUE(storage.erase(1).ok());
-    EXPECT_EQ(registers.CR, flash::CR_LOCK);  // and nothing but
+    EXPECT_EQ(registers.CR, flash::CR_LOCK);  // no other bit
     EXPECT_EQ(storage.erase(2).code(), StatusCode::invalid_argument);
 }
 
@@ -39,7 +39,7 @@ TEST_F(FlashStorageTest, ProgramsADoubleWordAndReadsItBack) {
     EXPECT_EQ(bytes[8], 0xFF);
 }
 
-TEST_F(FlashStorageTest, RefusesPlacesThatAreNotThere) {
+TEST_F(FlashStorageTest, RefusesAddressesOutOfRange) {
     std::array<std::uint8_t, 16> bytes{};
     EXPECT_EQ(storage.program(0, 4, 0).code(), StatusCode::invalid_argument);
     EXPECT_EQ(storage.program(0, 2048, 0).code(), StatusCode::invalid_argument);
@@ -50,8 +50,8 @@ TEST_F(FlashStorageTest, RefusesPlacesThatAreNotThere) {
     EXPECT_EQ(registers.CR, 0U);
 }
 
-TEST_F(FlashStorageTest, ALockThatDoesNotOpenAndABusyFlashAreTold) {
-    registers.CR = flash::CR_LOCK;  // the keys open a real one
+TEST_F(FlashStorageTest, ReportsALockedAndABusyFlash) {
+    registers.CR = flash::CR_LOCK;  // real hardware unlocks after the keys
     EXPECT_EQ(storage.program(0, 0, 1).code(), StatusCode::device_lost);
     EXPECT_EQ(registers.KEYR, flash::KEYR_KEY2);
     EXPECT_EQ(memory[0], ~std::uint64_t{0});
@@ -60,13 +60,13 @@ TEST_F(FlashStorageTest, ALockThatDoesNotOpenAndABusyFlashAreTold) {
     EXPECT_EQ(storage.erase(0).code(), StatusCode::timed_out);
 }
 
-TEST_F(FlashStorageTest, ErrorsOfTheHardwareAreTold) {
-    registers.SR = 1U << 4U;  // a plain structure does not clear on being written one
+TEST_F(FlashStorageTest, ReportsHardwareErrors) {
+    registers.SR = 1U << 4U;  // a plain structure does not clear bits that are written as one
     EXPECT_EQ(storage.program(0, 0, 1).code(), StatusCode::device_lost);
     EXPECT_EQ(registers.CR, flash::CR_LOCK);
 }
 
-TEST_F(FlashStorageTest, TouchesNothingWhereTheFlashIsOneBank) {
+TEST_F(FlashStorageTest, RefusesSingleBankFlash) {
     registers.OPTR = 0;
     registers.CR = 0;
     std::array<std::uint8_t, 16> bytes{};
@@ -77,13 +77,13 @@ TEST_F(FlashStorageTest, TouchesNothingWhereTheFlashIsOneBank) {
     EXPECT_EQ(memory[0], ~std::uint64_t{0});
 }
 
-TEST_F(FlashStorageTest, AnEccErrorInItsPagesIsItsOwn) {
+TEST_F(FlashStorageTest, HandlesEccErrorsInItsPagesOnly) {
     registers.ECCR = flash::ECCR_ECCD | flash::ECCR_BK_ECC | (126U * 2048U + 8U);
     EXPECT_TRUE(storage.on_ecc_error());
     EXPECT_EQ(registers.ECCR, flash::ECCR_ECCD);                                             // written one to clear
     registers.ECCR = flash::ECCR_ECCD | flash::ECCR_BK_ECC | (256U * 1024U + 126U * 2048U);  // counted over both banks
     EXPECT_TRUE(storage.on_ecc_error());
-    registers.ECCR = flash::ECCR_ECCD | (126U * 2048U);  // the program's bank
+    registers.ECCR = flash::ECCR_ECCD | (126U * 2048U);  // an error in the program's bank
     EXPECT_FALSE(storage.on_ecc_error());
     registers.ECCR = flash::ECCR_ECCD | flash::ECCR_BK_ECC | (125U * 2048U);
     EXPECT_FALSE(storage.on_ecc_error());

@@ -1,4 +1,4 @@
-// Messages as byte streams carry them.
+// A message in stream framing.
 #pragma once
 
 #include <cstdint>

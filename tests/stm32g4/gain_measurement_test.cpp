@@ -1,4 +1,4 @@
-// Amplifiers that are not what their data sheet says, and what is found out about them.
+// Gain measurement of amplifiers with gain and lag errors.
 #include "drivers/stm32g4/gain_measurement.hpp"
 
 #include <gtest/gtest.h>
@@ -34,7 +34,7 @@ class FedAmplifiers final : public hal::CoilSampler, public TestInputGain {
 public:
     std::array<Amplifier, kSensorCoils> amplifiers;
     bool obeys = true;
-    std::uint32_t overruns = 0;  // of every second block, which is spoilt
+    std::uint32_t overruns = 0;  // reported in every second block, whose samples are corrupted
     Status status;
     int starts = 0;
     float fed = 0;
@@ -101,7 +101,7 @@ private:
     std::normal_distribution<double> normal_{0, 1};
 };
 
-TEST(Staircase, IsWhatAPoleMakesOfSteps) {
+TEST(Staircase, EqualsTheStepResponseOfAPole) {
     const auto w = static_cast<float>(kCarrierRadS);
     const Staircase staircase{w, static_cast<float>(kEdge_s), static_cast<float>(kSampling_s)};
     for (const double lag_s : {0.05e-6, 0.4e-6, 0.8e-6, 2e-6}) {
@@ -121,16 +121,16 @@ TEST(Staircase, IsWhatAPoleMakesOfSteps) {
     }
 }
 
-TEST(Staircase, FindsTheLagAgain) {
+TEST(Staircase, RecoversTheLag) {
     const Staircase staircase{static_cast<float>(kCarrierRadS), static_cast<float>(kEdge_s), static_cast<float>(kSampling_s)};
     for (const float lag_s : {0.3e-6F, 0.8e-6F, 2e-6F}) {
         EXPECT_NEAR(staircase.lag_of(60.0F * staircase.response(lag_s), 3e-6F) / lag_s, 1, 1e-3) << lag_s;
     }
 }
 
-/// To a thousandth: a carrier of few codes has harmonics, of which the 19th and 21st fall on the carrier when eight conversions
-/// become one sample.
-TEST(GainMeasurement, FindsWhatEveryStepIs) {
+/// Accuracy 1e-3: a carrier of few DAC codes has harmonics, and the 19th and 21st alias onto the carrier when eight conversions
+/// are added to one sample.
+TEST(GainMeasurement, MeasuresEveryStep) {
     FedAmplifiers fed;
     fed.amplifiers[0] = {{1, 2.03, 3.95, 8.1, 15.8, 32.6, 62.9}, 10e6};
     fed.amplifiers[1] = {{1, 1.97, 4.06, 7.9, 16.3, 31.5, 65.1}, 16e6};
@@ -143,11 +143,11 @@ TEST(GainMeasurement, FindsWhatEveryStepIs) {
             EXPECT_NEAR(static_cast<double>(steps[n].lag_s[coil]) / fed.amplifiers[coil].lag_s(n), 1, 0.05) << coil << ", " << n;
         }
     }
-    EXPECT_EQ(fed.fed, 0) << "the coils again";
+    EXPECT_EQ(fed.fed, 0) << "the inputs must be the sensor coils again";
     EXPECT_FALSE(fed.runs);
 }
 
-TEST(GainMeasurement, LeavesOutBlocksThatLostSamples) {
+TEST(GainMeasurement, SkipsBlocksThatLostSamples) {
     FedAmplifiers fed;
     fed.overruns = 1;
     signal::GainSteps<float> steps{};
@@ -158,13 +158,13 @@ TEST(GainMeasurement, LeavesOutBlocksThatLostSamples) {
 StatusCode result_of(FedAmplifiers& fed, const signal::AcquisitionPlan& plan = kPlan) {
     signal::GainSteps<float> steps{};
     const StatusCode code = measure_gain(fed, fed, plan, steps).code();
-    EXPECT_EQ(fed.fed, 0) << "the coils again";
+    EXPECT_EQ(fed.fed, 0) << "the inputs must be the sensor coils again";
     EXPECT_FALSE(fed.runs);
     return code;
 }
 
-TEST(GainMeasurement, RefusesALadderThatIsBroken) {
-    for (const double gain : {1.0, 25.0, 36.0}) {  // without its capacitor, the ladder does nothing
+TEST(GainMeasurement, RefusesABrokenLadder) {
+    for (const double gain : {1.0, 25.0, 36.0}) {  // without its capacitor the resistor ladder has no effect
         FedAmplifiers fed;
         fed.amplifiers[2].gain[5] = gain;
         EXPECT_EQ(result_of(fed), StatusCode::degenerate) << gain;
@@ -179,7 +179,7 @@ TEST(GainMeasurement, RefusesAnAmplifierThatIsTooSlowOrTooFast) {
     }
 }
 
-TEST(GainMeasurement, RefusesAChannelThatIsDeadOrFull) {
+TEST(GainMeasurement, RefusesADeadOrSaturatedChannel) {
     FedAmplifiers dead;
     dead.amplifiers[1].gain.fill(0);
     EXPECT_EQ(result_of(dead), StatusCode::degenerate);
@@ -195,7 +195,7 @@ TEST(GainMeasurement, RefusesACarrierThatEndsWithinABlock) {
     EXPECT_EQ(fed.starts, 0);
 }
 
-TEST(GainMeasurement, EndsWithConvertersThatDoNotDeliverAndAmplifiersThatDoNotObey) {
+TEST(GainMeasurement, ReturnsErrorsOfConvertersAndAmplifiers) {
     for (const StatusCode code : {StatusCode::timed_out, StatusCode::not_ready, StatusCode::device_lost}) {
         FedAmplifiers fed;
         fed.status = {code, "no block"};

@@ -1,4 +1,4 @@
-// The page for whoever wires the board says what the code says.
+// The tables of HARDWARE.md equal those computed from the code.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 namespace tricoil::test {
 namespace {
 
-TEST(HardwarePage, HasTheTablesThatTheCodeMakes) {
+TEST(HardwarePage, HasTheTablesComputedFromTheCode) {
     std::ifstream file(TRICOIL_SOURCE_DIR "/board/nucleo_g474re/HARDWARE.md");
     ASSERT_TRUE(file.is_open());
     const std::string page{std::istreambuf_iterator<char>(file), {}};
@@ -41,7 +41,7 @@ TEST(HardwarePage, NamesEveryPinOfTheBoardOnce) {
         EXPECT_EQ(pins.find(name, found + 1), std::string::npos) << "twice: " << line;
     }
     EXPECT_GT(declared, 15);
-    EXPECT_EQ(std::count(pins.begin(), pins.end(), '\n'), declared + 2) << "no pin that is none";
+    EXPECT_EQ(std::count(pins.begin(), pins.end(), '\n'), declared + 2) << "the table has only pins of the board";
 }
 
 /// The circuits are checked at these carriers and windows (tests/circuits).

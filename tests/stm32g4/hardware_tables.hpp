@@ -1,4 +1,4 @@
-// The tables of board/nucleo_g474re/HARDWARE.md, as they must stand there.
+// Generates the tables that board/nucleo_g474re/HARDWARE.md must contain.
 #pragma once
 
 #include <string>

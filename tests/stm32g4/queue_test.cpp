@@ -29,7 +29,7 @@ TEST(Ring, IsFullAfterItsLengthAndKeepsTheOrder) {
     }
 }
 
-TEST(FrameQueue, CarriesRandomMessagesWholeInOrderAndRefusesWhatDoesNotFit) {
+TEST(FrameQueue, KeepsMessagesInOrderAndRefusesThoseThatDoNotFit) {
     std::mt19937 random(3);
     FrameQueue<300> queue;
     Bytes expected;
@@ -65,7 +65,7 @@ TEST(FrameQueue, CarriesRandomMessagesWholeInOrderAndRefusesWhatDoesNotFit) {
     EXPECT_LT(refused, 15'000);
 }
 
-TEST(FrameQueue, AnEmptyOneOfTheRightSizeTakesTheLongestMessageAnywhere) {
+TEST(FrameQueue, TakesTheLongestMessageAtAnyPosition) {
     constexpr std::size_t kLongest = 40;
     for (std::size_t before = 1; before <= kLongest; ++before) {
         FrameQueue<FrameQueue<1>::bytes_for(kLongest)> queue;

@@ -1,4 +1,4 @@
-// Pins, time, watchdog, amplifiers, the processor: registers as plain structures.
+// Drivers of pins, clock, watchdog, amplifiers and processor, with registers as plain structures.
 #include <gtest/gtest.h>
 
 #include "drivers/stm32g4/carrier_table.hpp"
@@ -56,7 +56,7 @@ TEST(HeartbeatLine, ChangesWithEveryBeat) {
     EXPECT_EQ(port.BSRR, 1U << 25U);
 }
 
-TEST(TimerClock, GoesOnWhenTheTimerComesRound) {
+TEST(TimerClock, ContinuesAcrossTimerOverflow) {
     TimRegisters timer{};
     TimerClock clock(timer);
     clock.start(170'000'000);
@@ -69,7 +69,7 @@ TEST(TimerClock, GoesOnWhenTheTimerComesRound) {
     EXPECT_EQ(to_us(clock.now()), 0x1'0000'0004);
 }
 
-TEST(IndependentWatchdog, TakesTheFinestDividerThatHoldsItsTime) {
+TEST(IndependentWatchdog, UsesTheFinestDivider) {
     IwdgRegisters registers{};
     IndependentWatchdog watchdog(registers);
     watchdog.feed();
@@ -86,7 +86,7 @@ TEST(IndependentWatchdog, TakesTheFinestDividerThatHoldsItsTime) {
     EXPECT_EQ(registers.KR, iwdg::KR_feed);
 }
 
-TEST(IndependentWatchdog, RefusesWhatItCannotMeasureAndTellsADeadOscillator) {
+TEST(IndependentWatchdog, RefusesLongTimesAndReportsADeadOscillator) {
     IwdgRegisters registers{};
     IndependentWatchdog watchdog(registers);
     EXPECT_EQ(watchdog.start(Microseconds{100}).code(), StatusCode::invalid_argument);
@@ -96,7 +96,7 @@ TEST(IndependentWatchdog, RefusesWhatItCannotMeasureAndTellsADeadOscillator) {
     EXPECT_EQ(watchdog.start(Microseconds{250'000}).code(), StatusCode::timed_out);
 }
 
-TEST(SensorAmplifiers, FollowAtStepZeroAndDoubleWithEachStep) {
+TEST(SensorAmplifiers, HaveGainOneAtStepZeroAndDoubleWithEachStep) {
     OpampRegisters registers{};
     const SensorAmplifiers amplifiers(registers, {3, 6, 4});
     amplifiers.set(0, SensorAmplifiers::Input::coils);
@@ -150,7 +150,7 @@ struct ProcessorTest : testing::Test {
     }
 };
 
-TEST_F(ProcessorTest, TellsWhyItBegan) {
+TEST_F(ProcessorTest, ReportsTheResetReason) {
     EXPECT_EQ(reason_for(rcc::CSR_BORRSTF | rcc::CSR_PINRSTF), hal::ResetReason::power_on);
     EXPECT_EQ(reason_for(rcc::CSR_PINRSTF), hal::ResetReason::external);
     EXPECT_EQ(reason_for(rcc::CSR_PINRSTF | rcc::CSR_SFTRSTF), hal::ResetReason::software);
@@ -158,15 +158,15 @@ TEST_F(ProcessorTest, TellsWhyItBegan) {
     EXPECT_NE(rcc.CSR & rcc::CSR_RMVF, 0U);
 }
 
-TEST_F(ProcessorTest, TellsAFaultOnce) {
+TEST_F(ProcessorTest, ReportsAFaultOnce) {
     record.ending = BootRecord::kFaulted;
     EXPECT_EQ(reason_for(rcc::CSR_PINRSTF | rcc::CSR_IWDGRSTF), hal::ResetReason::fault);
     EXPECT_EQ(reason_for(rcc::CSR_PINRSTF | rcc::CSR_IWDGRSTF), hal::ResetReason::watchdog);
-    record.ending = BootRecord::kFaulted;  // what RAM holds after power-on means nothing
+    record.ending = BootRecord::kFaulted;  // RAM contents after power-on are random
     EXPECT_EQ(reason_for(rcc::CSR_BORRSTF), hal::ResetReason::power_on);
 }
 
-TEST_F(ProcessorTest, TellsItsTroubles) {
+TEST_F(ProcessorTest, ReportsClockAndStackFaults) {
     EXPECT_FALSE(processor.troubles().has(hal::SystemTrouble::stack));
     full = true;
     processor.report(hal::SystemTrouble::clock);
@@ -175,7 +175,7 @@ TEST_F(ProcessorTest, TellsItsTroubles) {
     EXPECT_FALSE(processor.troubles().has(hal::SystemTrouble::memory));
 }
 
-TEST_F(ProcessorTest, RestartsIntoTheLoaderByALetterToItself) {
+TEST_F(ProcessorTest, RestartsIntoTheLoader) {
     processor.restart();
     EXPECT_EQ(scb.AIRCR, 0x05FA'0004U);
     EXPECT_EQ(record.request, 0x1234U);

@@ -1,4 +1,4 @@
-// A clock that moves on a microsecond each time somebody looks, so that waits end.
+// A clock that advances one microsecond at each reading, so that waits end.
 #pragma once
 
 #include "hal/clock.hpp"

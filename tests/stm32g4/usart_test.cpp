@@ -1,4 +1,4 @@
-// The serial port against a plain structure: what it writes, and what it makes of bytes, errors and floods.
+// The serial port against a plain structure: register writes, reception, errors and floods.
 #include "drivers/stm32g4/usart/usart_port.hpp"
 
 #include <gtest/gtest.h>
@@ -74,7 +74,7 @@ TEST_F(Usart, DividesItsClockToTheNearestBaudRate) {
     EXPECT_EQ(baud_divider(170'000'000, 0), 0U);
 }
 
-TEST_F(Usart, OpensWithFifoAndReceptionOnAndTransmissionQuiet) {
+TEST_F(Usart, OpensWithFifoAndReceptionOnAndTransmissionIdle) {
     open();
     EXPECT_EQ(registers_.BRR, 184U);
     EXPECT_EQ(registers_.CR1, CR1_UE | CR1_RE | CR1_TE | CR1_FIFOEN | CR1_RXFNEIE);
@@ -83,10 +83,10 @@ TEST_F(Usart, OpensWithFifoAndReceptionOnAndTransmissionQuiet) {
     EXPECT_EQ(registers_.CR1, 0U);
     registers_.ISR = kReady | ISR_TXFNF;
     port_.on_interrupt();
-    EXPECT_EQ(registers_.CR1, 0U) << "a late interrupt wakes nothing";
+    EXPECT_EQ(registers_.CR1, 0U) << "a late interrupt has no effect";
 }
 
-TEST_F(Usart, AnUnclockedPeripheralIsLostAndSaysSo) {
+TEST_F(Usart, AnUnclockedPeripheralIsReported) {
     EXPECT_EQ(port_.open().code(), StatusCode::device_lost);
     EXPECT_NE(std::string(port_.detail()).find("is its clock on?"), std::string::npos);
     EXPECT_EQ(port_.send(Bytes{1, 2}).code(), StatusCode::device_lost);
@@ -95,7 +95,7 @@ TEST_F(Usart, AnUnclockedPeripheralIsLostAndSaysSo) {
     EXPECT_EQ(port_.wait(Microseconds{10}).code(), StatusCode::device_lost);
 }
 
-TEST_F(Usart, SendsFramedMessagesByteByByteAndFallsSilent) {
+TEST_F(Usart, SendsFramedMessagesByteByByte) {
     open();
     const Bytes first{1, 0, 2, 0, 0};
     const Bytes second(200, 7);
@@ -117,15 +117,15 @@ TEST_F(Usart, WaitsForRoomInTheTransmitter) {
     registers_.ISR = kReady;  // full
     port_.on_interrupt();
     EXPECT_EQ(registers_.TDR, 0xAAU);
-    EXPECT_NE(registers_.CR1 & CR1_TXFNFIE, 0U) << "it will be told";
+    EXPECT_NE(registers_.CR1 & CR1_TXFNFIE, 0U) << "an interrupt is requested";
 }
 
-TEST_F(Usart, RefusesWhatIsTooLongAndWhatComesTooFast) {
+TEST_F(Usart, RefusesTooLongAndTooManyMessages) {
     open();
     EXPECT_EQ(port_.send(Bytes(kBoardMessageBytes + 1)).code(), StatusCode::invalid_argument);
     EXPECT_EQ(port_.send(Bytes{}).code(), StatusCode::invalid_argument);
     EXPECT_TRUE(port_.send(Bytes(kBoardMessageBytes)).ok());
-    EXPECT_TRUE(port_.send(Bytes(64)).ok()) << "and a pose";
+    EXPECT_TRUE(port_.send(Bytes(64)).ok()) << "there is still room for a pose";
     EXPECT_EQ(port_.send(Bytes(64)).code(), StatusCode::not_ready);
     EXPECT_EQ(port_.counters().send_queue_full, 1U);
     EXPECT_EQ(transmit().size(), test::framed(Bytes(kBoardMessageBytes)).size() + test::framed(Bytes(64)).size());
@@ -147,7 +147,7 @@ TEST_F(Usart, ReceivesMessagesAndStampsThem) {
     EXPECT_EQ(port_.receive(message).code(), StatusCode::not_ready);
 }
 
-TEST_F(Usart, OverrunAndFramingErrorsAreClearedAndCountedAndTheNextMessageComes) {
+TEST_F(Usart, RecoversFromOverrunAndFramingErrors) {
     open();
     hal::ReceivedMessage message;
     const Bytes sent{1, 2, 3};
@@ -157,7 +157,7 @@ TEST_F(Usart, OverrunAndFramingErrorsAreClearedAndCountedAndTheNextMessageComes)
         for (std::size_t i = 0; i < stream.size(); ++i) {
             receive(stream[i], i == 2 ? error : 0);
             if (i == 2) {
-                EXPECT_EQ(registers_.ICR, error) << "the place in ICR is that in ISR";
+                EXPECT_EQ(registers_.ICR, error) << "the bit position in ICR is that in ISR";
             }
         }
         const bool byte_was_kept = error == ISR_ORE;
@@ -191,7 +191,7 @@ TEST_F(Usart, AFullRingDropsAndCountsAndRecovers) {
     EXPECT_TRUE(port_.receive(message).ok());
 }
 
-TEST_F(Usart, AnyBytesWithAnyErrorsLeaveItWorking) {
+TEST_F(Usart, SurvivesRandomBytesAndErrors) {
     open();
     std::mt19937 random(7);
     hal::ReceivedMessage message;

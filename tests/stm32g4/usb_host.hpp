@@ -1,4 +1,4 @@
-// The other end of the USB peripheral: what its hardware does with the endpoint registers when a host sends tokens.
+// Simulated USB host: changes the endpoint registers as the USB hardware does when a host sends tokens.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ namespace tricoil::test {
 /// How a device answers a token.
 enum class Handshake { none, ack, nak, stall };
 
-/// What the hardware makes of a word that is written to an endpoint register that holds `old`.
+/// Content of an endpoint register with content `old` after a write of `word`.
 constexpr std::uint16_t after_write(std::uint16_t old, std::uint16_t word) {
     using namespace stm32g4::usb;
     constexpr std::uint16_t kToggles = EP_DTOG_RX | EP_STAT_RX | EP_DTOG_TX | EP_STAT_TX;
@@ -29,7 +29,7 @@ public:
     UsbHost(stm32g4::UsbRegisters& registers, stm32g4::UsbPacketMemory& memory, Port& port)
         : registers_(registers), memory_(memory), port_(port) {}
 
-    /// The driver looks, with these flags beside those of the endpoints.
+    /// Calls the driver's interrupt handler with these flags in addition to those of the endpoints.
     void interrupt(std::uint16_t flags = 0) {
         using namespace stm32g4::usb;
         std::uint16_t transfers = 0;
@@ -102,7 +102,7 @@ public:
         return answer;
     }
 
-    /// A whole request to the device; nothing if it stalls.
+    /// A complete control read; empty if the device stalls.
     std::optional<Bytes> control_in(const std::array<std::uint8_t, 8>& bytes) {
         setup(bytes);
         const std::size_t length = bytes[6] | bytes[7] << 8U;
@@ -118,7 +118,7 @@ public:
         return data;
     }
 
-    /// A whole request without data; false if it stalls.
+    /// A complete control request without data; false if the device stalls.
     bool control_out(const std::array<std::uint8_t, 8>& bytes) {
         setup(bytes);
         Bytes packet;
@@ -127,7 +127,7 @@ public:
         return done;
     }
 
-    /// As a host does it when something is plugged in.
+    /// Enumerates the device as a host does after plug-in.
     void enumerate(std::uint8_t address = 5) {
         reset();
         EXPECT_TRUE(control_in({0x80, 6, 0, 1, 0, 0, 64, 0}).has_value());
@@ -137,7 +137,7 @@ public:
         EXPECT_TRUE(control_out({0, 9, 1, 0, 0, 0, 0, 0}));
     }
 
-    /// A host that clears a halt, or sets an interface, begins with DATA0 itself.
+    /// A host that clears a halt, or sets an interface, restarts with DATA0.
     void forget_toggles() { in_toggle_ = out_toggle_ = 0; }
     [[nodiscard]] std::uint16_t endpoint(std::size_t i) const { return ep_[i]; }
 

@@ -1,4 +1,4 @@
-// The USB port against plain structures: the endpoint registers' odd bits, enumeration to the byte, halts, floods and resets.
+// The USB port against plain structures: toggle bits of the endpoint registers, enumeration bytes, halts, floods and resets.
 #include "drivers/stm32g4/usb/usb_port.hpp"
 
 #include <gmock/gmock.h>
@@ -17,7 +17,7 @@ using test::Bytes;
 using test::Handshake;
 using Request = std::array<std::uint8_t, 8>;
 
-TEST(UsbEndpoint, AChangeDoesWhatItSaysAndNothingElseWhateverTheRegisterHolds) {
+TEST(UsbEndpoint, AWriteChangesOnlyTheIntendedBits) {
     for (unsigned now = 0; now <= 0xFFFF; ++now) {
         const auto old = static_cast<std::uint16_t>(now);
         ASSERT_EQ(test::after_write(old, EndpointChange(old).word()), old);
@@ -81,7 +81,7 @@ protected:
     test::UsbHost<UsbPort> host_{registers_, memory_, port_};
 };
 
-TEST_F(Usb, OpensWithPullUpInterruptsAndAClockThatFollowsTheHost) {
+TEST_F(Usb, OpensWithPullUpInterruptsAndClockRecovery) {
     EXPECT_EQ(registers_.CNTR, 0xDC00);
     EXPECT_EQ(registers_.BCDR, 0x8000);
     EXPECT_EQ(crs_.CR, 0x2000U | 1U << 5U | 1U << 6U);
@@ -93,7 +93,7 @@ TEST_F(Usb, OpensWithPullUpInterruptsAndAClockThatFollowsTheHost) {
     EXPECT_EQ(port_.send(Bytes{1}).code(), StatusCode::device_lost);
 }
 
-TEST_F(Usb, TellsItsDescriptorsToTheByte) {
+TEST_F(Usb, SendsItsDescriptors) {
     host_.reset();
     EXPECT_EQ(host_.control_in({0x80, 6, 0, 1, 0, 0, 64, 0}).value(),
               (Bytes{18, 1, 0x01, 0x02, 0xFF, 0, 0, 64, 0x09, 0x12, 0x01, 0x00, 0, 1, 1, 2, 3, 1}));
@@ -115,7 +115,7 @@ TEST_F(Usb, TellsItsDescriptorsToTheByte) {
                      0x9E, 0x64, 0x8A, 0x9F, 0,    0,    3,    6,    162,  0,    0x20, 0}));
 }
 
-TEST_F(Usb, TellsWindowsToUseWinUsb) {
+TEST_F(Usb, SendsTheWinUsbDescriptor) {
     host_.reset();
     const Bytes set = host_.control_in({0xC0, 0x20, 0, 0, 7, 0, 162, 0}).value();
     ASSERT_EQ(set.size(), 162U) << "three packets";
@@ -124,12 +124,12 @@ TEST_F(Usb, TellsWindowsToUseWinUsb) {
               (Bytes{20, 0, 3, 0, 'W', 'I', 'N', 'U', 'S', 'B', 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}));
     EXPECT_EQ(Bytes(set.begin() + 30, set.begin() + 40), (Bytes{132, 0, 4, 0, 7, 0, 42, 0, 'D', 0}));
     EXPECT_EQ(Bytes(set.begin() + 78, set.begin() + 84), (Bytes{0, 0, 80, 0, '{', 0})) << "name ends, length of the data";
-    EXPECT_EQ(Bytes(set.end() - 6, set.end()), (Bytes{'}', 0, 0, 0, 0, 0})) << "a list ends in two zeros";
+    EXPECT_EQ(Bytes(set.end() - 6, set.end()), (Bytes{'}', 0, 0, 0, 0, 0})) << "a string list ends with two zeros";
     EXPECT_FALSE(host_.control_in({0xC0, 0x20, 0, 0, 4, 0, 255, 0}).has_value());
     EXPECT_FALSE(host_.control_in({0xC0, 0x21, 0, 0, 7, 0, 255, 0}).has_value());
 }
 
-TEST_F(Usb, GivesNoMoreThanWasAskedFor) {
+TEST_F(Usb, SendsNoMoreThanRequested) {
     host_.reset();
     for (const std::uint8_t length : std::array<std::uint8_t, 5>{1, 8, 9, 17, 18}) {
         EXPECT_EQ(host_.control_in({0x80, 6, 0, 1, 0, 0, length, 0}).value().size(), length);
@@ -139,7 +139,7 @@ TEST_F(Usb, GivesNoMoreThanWasAskedFor) {
     EXPECT_TRUE(host_.control_in({0x80, 6, 0, 1, 0, 0, 0, 0}).value().empty());
 }
 
-TEST_F(Usb, TakesItsAddressOnlyWhenTheStatusHasBeenSent) {
+TEST_F(Usb, TakesItsAddressAfterTheStatusStage) {
     host_.reset();
     EXPECT_EQ(registers_.DADDR, DADDR_EF);
     host_.setup({0, 5, 42, 0, 0, 0, 0, 0});
@@ -167,7 +167,7 @@ TEST_F(Usb, AnswersTheOtherStandardRequests) {
     EXPECT_EQ(port_.send(Bytes{1}).code(), StatusCode::not_ready);
 }
 
-TEST_F(Usb, StallsWhatItDoesNotKnowAndIsThereForTheNextRequest) {
+TEST_F(Usb, StallsUnknownRequestsAndAnswersTheNext) {
     host_.enumerate();
     const std::vector<Request> unknown{
         {0x80, 6, 0, 6, 0, 0, 10, 0},     // device qualifier: no other speed
@@ -196,7 +196,7 @@ TEST_F(Usb, StallsWhatItDoesNotKnowAndIsThereForTheNextRequest) {
     expect_works();
 }
 
-TEST_F(Usb, ANewSetupEndsWhatWasUnderWay) {
+TEST_F(Usb, ANewSetupEndsTheRequestInProgress) {
     host_.enumerate();
     host_.setup({0xC0, 0x20, 0, 0, 7, 0, 162, 0});
     Bytes packet;
@@ -204,7 +204,7 @@ TEST_F(Usb, ANewSetupEndsWhatWasUnderWay) {
     EXPECT_EQ(host_.control_in({0x80, 8, 0, 0, 0, 0, 1, 0}).value(), (Bytes{1}));
     host_.setup({0xC0, 0x20, 0, 0, 7, 0, 162, 0});
     EXPECT_EQ(host_.in(0, packet), Handshake::ack);
-    EXPECT_EQ(host_.out(0, {}), Handshake::ack) << "the host has enough";
+    EXPECT_EQ(host_.out(0, {}), Handshake::ack) << "the host ends the data stage early";
     host_.setup({0, 5, 9, 0, 0, 0, 0, 0});
     EXPECT_EQ(host_.control_in({0x80, 8, 0, 0, 0, 0, 1, 0}).value(), (Bytes{1}));
     EXPECT_EQ(registers_.DADDR, DADDR_EF | 5) << "an address whose status was never fetched";
@@ -254,13 +254,13 @@ TEST_F(Usb, EndsAFullLastPacketWithAnEmptyOne) {
     EXPECT_EQ(host_.in(1, packet), Handshake::nak);
 }
 
-TEST_F(Usb, AnEmptyPacketFromTheHostIsNothing) {
+TEST_F(Usb, AnEmptyPacketFromTheHostIsIgnored) {
     host_.enumerate();
     EXPECT_EQ(host_.out(1, {}), Handshake::ack);
     expect_works();
 }
 
-TEST_F(Usb, HoldsTheHostBackWhileThereIsNoRoomAndLosesNothing) {
+TEST_F(Usb, SendsNakWhileFullAndLosesNothing) {
     host_.enumerate();
     Bytes stream;
     for (std::uint8_t i = 0; i < 12; ++i) {
@@ -282,7 +282,7 @@ TEST_F(Usb, HoldsTheHostBackWhileThereIsNoRoomAndLosesNothing) {
         nvic_.ISPR[0] = 0;
         ASSERT_TRUE(port_.receive(received).ok());
         EXPECT_EQ(received.bytes[0], next++);
-        EXPECT_NE(nvic_.ISPR[0], 0U) << "the handler is told that there may be room";
+        EXPECT_NE(nvic_.ISPR[0], 0U) << "an interrupt is pended to resume reception";
         host_.interrupt();
     }
     while (port_.receive(received).ok()) {
@@ -293,7 +293,7 @@ TEST_F(Usb, HoldsTheHostBackWhileThereIsNoRoomAndLosesNothing) {
     EXPECT_EQ(port_.counters().receive_dropped, 0U);
 }
 
-TEST_F(Usb, AHaltedEndpointStallsAndBeginsAnewAndThePacketIsNotLost) {
+TEST_F(Usb, AHaltedEndpointStallsAndResumesWithoutLoss) {
     host_.enumerate();
     const Bytes message(30, 1);
     ASSERT_TRUE(port_.send(message).ok());
@@ -315,7 +315,7 @@ TEST_F(Usb, AHaltedEndpointStallsAndBeginsAnewAndThePacketIsNotLost) {
     expect_works();
 }
 
-TEST_F(Usb, SuspendedItSendsNothingAndWakesUp) {
+TEST_F(Usb, SendsNothingWhileSuspended) {
     host_.enumerate();
     host_.interrupt(ISTR_SUSP);
     EXPECT_EQ(registers_.CNTR, 0xDC00 | CNTR_FSUSP);
@@ -330,7 +330,7 @@ TEST_F(Usb, SuspendedItSendsNothingAndWakesUp) {
     expect_works();
 }
 
-TEST_F(Usb, ResetsInTheMiddleOfAnythingLeaveItWorking) {
+TEST_F(Usb, SurvivesResetsAtAnyTime) {
     std::mt19937 random(5);
     host_.enumerate();
     Bytes packet;
@@ -377,7 +377,7 @@ TEST_F(Usb, ResetsInTheMiddleOfAnythingLeaveItWorking) {
     EXPECT_GT(port_.counters().link_losses, 100U);
 }
 
-TEST_F(Usb, AnyRequestIsAnsweredOrStalledAndNothingElseHappens) {
+TEST_F(Usb, AnyRequestIsAnsweredOrStalled) {
     std::mt19937 random(6);
     host_.enumerate();
     Bytes packet;
@@ -397,14 +397,14 @@ TEST_F(Usb, AnyRequestIsAnsweredOrStalledAndNothingElseHappens) {
     expect_works();
 }
 
-TEST_F(Usb, MessagesThatStayedInTheQueueDoNotOutliveTheirHost) {
+TEST_F(Usb, QueuedMessagesAreDroppedWithTheirHost) {
     host_.enumerate();
     ASSERT_TRUE(port_.send(Bytes(200, 1)).ok());
     host_.interrupt();
     ASSERT_TRUE(write_all({5, 5, 5}));  // the beginning of a frame
     host_.enumerate();
     expect_works();
-    EXPECT_EQ(port_.wire_errors().total(), 1U) << "the broken frame, and not the message behind it";
+    EXPECT_EQ(port_.wire_errors().total(), 1U) << "the incomplete frame, not the message after it";
 }
 
 }  // namespace

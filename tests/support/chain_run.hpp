@@ -1,4 +1,5 @@
-// The real chain: simulated field, circuits and converters, the main loop with demodulator and tracker, and a score of its poses.
+// The full signal chain: simulated field, circuits and converters, then the main loop with demodulator and tracker; scores its
+// poses.
 #pragma once
 
 #include "board/app/main_loop.hpp"
@@ -16,10 +17,10 @@ struct ChainParams {
     std::vector<std::string> faults;  // as parse_fault() reads them
     std::uint64_t seed = 1;
     double frame_rate_hz = 240;
-    bool confined = false;  // the trackers are told that the sensor stays on its side of the source
+    bool confined = false;  // the trackers may assume that the sensor stays in its hemisphere
 };
 
-/// Plays `motion` through the chain; `take` sees every pose, and the time at which it was sent (s).
+/// Plays `motion` through the chain; calls `take` with every pose and the time at which it was sent (s).
 template <typename Take>
 void run_chain(const sim::Motion& motion, const ChainParams& chain, Take&& take) {
     const auto mode = chain.tdm ? signal::Multiplexing::tdm : signal::Multiplexing::fdm;

@@ -1,4 +1,4 @@
-// Plays a motion as columns of the forward model at their own slot times, and scores poses; no samples, no converter.
+// Generates columns of a motion from the forward model at their slot times, without samples and converter; scores poses.
 #pragma once
 
 #include <cmath>
@@ -35,7 +35,7 @@ inline double sigma_for_snr(double snr_db, double range_m) {
 
 struct ReplayParams {
     bool tdm = true;
-    double sigma = 0;  // noise; the floor is what trackers are told at least
+    double sigma = 0;  // noise; the sigma given to trackers is at least kSigmaFloor
     std::uint64_t seed = 1;
     double begin_s = 0;
     double duration_s = 1;
@@ -71,7 +71,7 @@ void replay(const sim::Motion& motion, const ReplayParams& params, Take&& take) 
 struct Score {
     std::vector<double> position_m;
     std::vector<double> orientation_rad;
-    double static_bound_squares = 0;  // of the direct solution at the same poses, as if nothing moved
+    double static_bound_squares = 0;  // of the direct solution for a sensor at rest at the same poses
     double nees_position = 0;         // sums, 3 degrees of freedom each
     double nees_rotation = 0;
     std::size_t beyond_5_sigma = 0;  // Mahalanobis distance of position or rotation beyond that of 5 sigma in one dimension

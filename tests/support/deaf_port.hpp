@@ -1,4 +1,4 @@
-// A link behind which nobody is.
+// A port without a peer.
 #pragma once
 
 #include <span>
@@ -8,17 +8,17 @@
 
 namespace tricoil::test {
 
-/// Takes everything, gives nothing.
+/// Accepts every message and receives none.
 class DeafPort final : public hal::MessagePort {
 public:
-    /// The newest command that it was given.
+    /// The newest command sent through it.
     [[nodiscard]] const protocol::CommandMessage& command() const { return command_; }
 
 private:
     Status do_open() override { return {}; }
     void do_close() override {}
     Status do_send(std::span<const std::uint8_t> message) override {
-        (void)protocol::decode(message, command_);  // whatever else is sent is forgotten
+        (void)protocol::decode(message, command_);  // other messages are ignored
         return {};
     }
     Status do_receive(hal::ReceivedMessage&) override { return {StatusCode::not_ready, ""}; }

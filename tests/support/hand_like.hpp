@@ -1,11 +1,11 @@
-// A seeded hand for tests that need no data: the simulated hand of sim/, which reaches about 2 m/s.
+// Seeded hand motion and other motions for tests without recorded data. The simulated hand of sim/ reaches about 2 m/s.
 #pragma once
 
 #include "sim/motion/simple_motions.hpp"
 
 namespace tricoil::test {
 
-/// The simulated hand of sim/ at 0.7 of its pace: as fast as the recorded hands, at whose speeds the ratios are stated.
+/// The simulated hand of sim/ at 0.7 of its speed, which equals the speed of the recorded hands.
 class HandLike final : public sim::Motion {
 public:
     explicit HandLike(std::uint64_t seed) : hand_({0.75, 0, 0}, seed) {}

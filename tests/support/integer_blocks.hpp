@@ -35,7 +35,7 @@ public:
         return block;
     }
 
-    /// The samples of the last block, to be spoiled.
+    /// The samples of the last block, for tests that corrupt them.
     [[nodiscard]] std::array<Sample, kSamples>& samples() { return samples_; }
 
 private:

@@ -1,4 +1,4 @@
-// Two ports that are each other's other end, without anything between them.
+// Two directly connected ports in memory.
 #pragma once
 
 #include <deque>
@@ -8,17 +8,17 @@
 
 namespace tricoil::sim {
 
-/// A message that one end sends is received by the other, whole and in order; `room` of them wait at most. What a real link would
-/// refuse or damage, whoever uses this must do.
+/// A message sent at one end is received at the other, complete and in order; at most `room` messages wait. Tests must inject
+/// refusals and damage themselves.
 class MemoryPort final : public hal::MessagePort {
 public:
     explicit MemoryPort(std::size_t room = 64) : room_(room) {}
-    /// The two must outlive each other's use.
+    /// Both ports must exist while either is used.
     void connect(MemoryPort& other) {
         other_ = &other;
         other.other_ = this;
     }
-    /// Pulled out: both ends say device_lost, and cannot be opened until it is put in again.
+    /// Disconnects: both ends return device_lost, and cannot be opened until plug_in().
     void unplug() { is_plugged_ = false; }
     void plug_in() { is_plugged_ = true; }
     [[nodiscard]] bool is_open() const { return is_open_; }

@@ -1,4 +1,4 @@
-// Motions that a test says in a line.
+// Motions that a test can define in one line.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 namespace tricoil::test {
 
-/// Along a function of time, without turning.
+/// Position as a function of time, constant attitude.
 class Path final : public sim::Motion {
 public:
     explicit Path(std::function<Vec3<double>(double)> place) : place_(std::move(place)) {}
@@ -29,7 +29,7 @@ inline Path moved(const Vec3<double>& from, const Vec3<double>& to, double begin
     });
 }
 
-/// In the first second half around the source, from +x to -x, 0.5 m from it; then it stays.
+/// Half a circle around the source in the first second, from +x to -x at 0.5 m; then at rest.
 inline Path walked_behind() {
     return Path([](double t) -> Vec3<double> {
         const double angle = std::min(t, 1.0) * std::numbers::pi;

@@ -1,4 +1,4 @@
-// Recordings of real hardware and real hands, which the project does not ship. TRICOIL_DATA_DIR names their folder.
+// Recordings of real hardware and real hand motions (not part of this project) in the folder TRICOIL_DATA_DIR.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// How many poses were called valid, and how many of those lie.
+// Counts valid poses, and valid poses whose error exceeds 5 sigma.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Where a test may write: tests run at the same time, each in a process of its own.
+// Temporary paths that are unique per process, as tests run in parallel.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The scripts of toolchain/ on machines where something is missing: one line that says what, the documented exit status, and nothing
-half built is taken for built. Other programs are replaced by small scripts in a folder that is first on PATH."""
+"""The scripts of toolchain/ on machines where something is missing: one line that names it, the documented exit status, and no use of
+incomplete results. Other programs are replaced by small scripts in a folder that is first on PATH."""
 
 import os
 import pathlib
@@ -75,7 +75,7 @@ class NpmPackages(Scripts):
         done = self.run_script("npm-packages", "web")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual([str(path) for path in self.installed()], [done.stdout.strip()])
-        self.replace("npm", "exit 1")  # is not asked again
+        self.replace("npm", "exit 1")  # must not be called again
         self.assertEqual(self.run_script("npm-packages", "web").stdout, done.stdout)
 
 
@@ -116,7 +116,7 @@ class InstallDeps(Scripts):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("install-deps: waiting for another package manager", done.stdout)
 
-    def test_page_is_not_wanted(self):
+    def test_no_web_needs_no_npm(self):
         self.replace("apt-get", "true")
         self.assertIn(" npm", self.run_script("install-deps", "run").stdout)
         self.assertNotIn(" npm", self.run_script("install-deps", "run", "--no-web").stdout)

@@ -1,4 +1,4 @@
-// The filter behind samples, windows and demodulator: the blur of windows that are not points, and the simulator's own faults.
+// The filter with samples, windows and demodulator: blur by windows of finite length, and the simulator's faults.
 #include <gtest/gtest.h>
 
 #include "sim/motion/simple_motions.hpp"
@@ -141,8 +141,8 @@ TEST_P(ChainFault, IsFlaggedAndNeverLies) {
     }
 }
 
-/// The deskewed direct solver has no memory of motion to hold a first bad column against, but says that it does not fit; what was
-/// bad must not spoil what comes after it.
+/// The deskewed direct solver cannot predict, so it cannot refuse a first bad column; it flags the misfit. Poses after the fault
+/// must be good again.
 TEST_P(ChainFault, LeavesTheDirectSolverAsItWas) {
     const FaultRun run = play_fault(GetParam(), false, 3);
     EXPECT_EQ(run.far_unsaid, 0U);

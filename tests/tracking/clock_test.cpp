@@ -1,4 +1,4 @@
-// Time stamps that cannot be: both trackers hold them back, say so, and outlive a clock that started anew.
+// Invalid time stamps: both trackers refuse and count them, and recover from a clock restart.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -12,7 +12,7 @@ namespace {
 template <typename T>
 class Clock : public ::testing::Test {};
 
-// Confined to their half space: how long a restart took, and where the sensor went meanwhile, nobody knows.
+// Confined to one hemisphere, as the duration of a clock restart and the motion during it are unknown.
 struct Filtered {
     static auto make(bool tdm) {
         auto params = test::scaat_params<double>(tdm);

@@ -1,4 +1,5 @@
-// The filter on coils 45 mm apart: with the right model it tracks as on ideal coils, and the couplings tell the hemisphere.
+// The filter on coils 45 mm apart: with the right model it tracks as with ideal coils, and the couplings determine the
+// hemisphere.
 #include <gtest/gtest.h>
 
 #include "core/tracking/methods/any_tracker.hpp"
@@ -90,8 +91,8 @@ TEST(WideTriad, TracksFrames) {
     EXPECT_EQ(score.invalid, 0U);
 }
 
-/// No setting, or a wrong one: offsets of 45 mm tell the half space at half a metre, in motion and at once.
-TEST(WideTriad, TellsTheHemisphere) {
+/// Without a setting, or with a wrong one: coil offsets of 45 mm determine the hemisphere at 0.5 m, at once and in motion.
+TEST(WideTriad, DeterminesTheHemisphere) {
     for (const Vec3<double>& setting : {Vec3<double>(0, 0, 0), Vec3<double>(-1, 0, 0)}) {
         for (std::uint64_t seed = 1; seed <= 10; ++seed) {
             const auto motion = test::hand_like(seed);
@@ -135,7 +136,7 @@ TEST(WideTriad, NeedsTheFilter) {
     EXPECT_TRUE(AnyTracker<double>::check({{}, ScaatParams<double>{}}, known_wide_triad()).ok());
 }
 
-/// What the field model leaves over is taken out of the pose, and of its covariance.
+/// The output correction is applied to the pose and its covariance.
 TEST(WideTriad, PosesAreCorrectedAsTheCalibrationSays) {
     const auto motion = test::hand_like(6);
     const test::ReplayParams params{true, test::sigma_for_cost(0.05e-3), 6, 0, 1};

@@ -1,4 +1,4 @@
-// Faults: flags within 50 ms, honest covariance of what is called valid, and recovery.
+// Faults: flags within 50 ms, consistent covariance of valid poses, recovery.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -21,7 +21,8 @@ struct FaultRun {
     PoseFlags flags;
 };
 
-/// Plays a hand through a filter; `spoil` changes columns within the fault's second, or drops them by returning false.
+/// Replays a hand motion through a filter. During the second of the fault `spoil` changes columns, or drops them by returning
+/// false.
 FaultRun play_fault(const std::function<bool(Column<double>&)>& spoil, std::uint64_t seed = 2) {
     const auto motion = test::hand_like(seed);
     const double sigma = test::sigma_for_cost(0.2e-3);
@@ -160,7 +161,7 @@ TEST(Fault, WrongWiringFromTheStartIsNeverTracked) {
     EXPECT_EQ(filter.counters().acquisitions, 0U);
 }
 
-TEST(Hemisphere, UnknownIsSaid) {
+TEST(Hemisphere, UnknownIsFlagged) {
     const auto motion = test::hand_like(2);
     auto filter = test::scaat_filter<double>(test::scaat_params<double>(true, Vec3<double>::Zero()));
     bool said = true;
@@ -169,7 +170,7 @@ TEST(Hemisphere, UnknownIsSaid) {
         said = said && (!e || (e->flags.has(PoseFlag::hemisphere_unknown) && !e->valid()));
     });
     EXPECT_TRUE(said);
-    // Told the half space while moving: the mirrored motion goes over into the true one, velocity and covariance with it.
+    // Setting the hemisphere in motion mirrors position, velocity and covariance.
     ASSERT_TRUE(filter.set_hemisphere(Vec3<double>::UnitX()).ok());
     test::Score score;
     test::replay<double>(motion, {true, 1e-6, 2, 1.0, 1}, [&](const Column<double>& column) {

@@ -1,4 +1,4 @@
-// Which side of the source: a setting, then continuity, and after a loss only what cannot have changed meanwhile.
+// Hemisphere: initial setting, then continuity; after a loss it is kept only if the sensor cannot have crossed the boundary.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -45,7 +45,7 @@ void expect_unknown_after(const Seen& seen) {
     EXPECT_GT(seen.unknown_after, 500U);
 }
 
-TEST(AfterLoss, BehindTheSourceTheSettingIsNotUsedAgain) {
+TEST(AfterLoss, TheInitialSettingIsNotUsedAgain) {
     expect_unknown_after(play(test::walked_behind(), 1.5, 2.7, test::scaat_filter<double>(test::scaat_params<double>(true))));
     expect_unknown_after(play(test::walked_behind(), 1.5, 2.7, test::direct_tracker<double>(true, true)));
 }
@@ -65,8 +65,8 @@ TEST(AfterLoss, TooShortToHaveCrossedItStaysKnown) {
     }
 }
 
-/// Thrown by 100 degrees: the mirror image is the nearer one.
-TEST(AThrow, AcrossTheBoundaryLeavesTheSideOpen) {
+/// A jump by 100 degrees around the source: the mirror image is nearer.
+TEST(Jump, AcrossTheBoundaryMakesTheHemisphereUnknown) {
     const test::Path path = test::moved({0.5, 0, 0.05}, {-0.1, 0.5, 0.05}, 1, 1.001);
     expect_unknown_after(play(path, 1.001, 1.001, test::scaat_filter<double>(test::scaat_params<double>(true))));
     expect_unknown_after(play(path, 1.001, 1.001, test::direct_tracker<double>(true, true)));

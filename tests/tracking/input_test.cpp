@@ -1,4 +1,4 @@
-// What the filter must not take: each is refused with its reason, counted, and leaves the state as it was.
+// Invalid columns: each is refused with its reason, counted, and leaves the tracker state unchanged.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -136,7 +136,7 @@ TEST(FilterLate, TracksFromColumnsOutOfOrder) {
     EXPECT_EQ(filter.counters().of(Rejection::time_backwards), 0U);
 }
 
-/// A good column that comes late says nothing about a newer one of its coil.
+/// A late good column does not clear flags of a newer column of its coil.
 TEST_F(FilterInput, ALateColumnDoesNotClearTheFlagsOfANewerOne) {
     Column<double> saturated = next();
     saturated.state = last_.state;
@@ -154,7 +154,7 @@ TEST_F(FilterInput, LongGap) {
     const auto stale = filter_.tick(last_.midpoint + Microseconds{60'000});
     ASSERT_TRUE(stale.has_value());
     EXPECT_TRUE(stale->flags.has(PoseFlag::stale));
-    // In ten seconds it may have gone anywhere: somebody says the side.
+    // After ten seconds the sensor may be anywhere, so the hemisphere must be set.
     ASSERT_TRUE(filter_.set_hemisphere(Vec3<double>::UnitX()).ok());
     const auto motion = test::hand_like(3);
     test::ReplayParams params;

@@ -1,4 +1,4 @@
-// What motion costs each tracker, on generated motion: ratios, lag, prediction, rest, jumps, poles.
+// Motion errors of each tracker on generated motions: ratios, lag, prediction, rest, jumps, poles.
 #include <gtest/gtest.h>
 
 #include "tests/support/column_replay.hpp"
@@ -71,7 +71,7 @@ TEST(GeneratedHand, CovarianceIsHonest) {
     }
 }
 
-/// A pose belongs to its newest column's midpoint: at constant velocity nothing may trail.
+/// The time of a pose is its newest column's midpoint: no lag at constant velocity.
 TEST(Latency, ConstantVelocityDoesNotLag) {
     const Vec3<double> velocity(0.1, 0.9, -0.3);
     const Vec3<double> rate(0.5, -2, 4);
@@ -119,9 +119,9 @@ private:
     }
 };
 
-/// A resting hand's output is quiet, which must not make it late when the hand starts: a millisecond or two while it accelerates,
-/// covered by the covariance, and 30 ms after the acceleration ends nothing trails.
-TEST(Adaptivity, AHandThatStartsIsNotTrailed) {
+/// Low noise at rest must not cause a lag when the hand starts: at most 2 ms during acceleration, covered by the covariance, and
+/// none from 30 ms after the acceleration ends.
+TEST(Adaptivity, AStartingHandIsFollowedWithoutLag) {
     const Start motion;
     const double sigma = test::sigma_for_snr(60, 0.5);
     double starting_lag_s = 0;
@@ -229,8 +229,8 @@ TEST(Step, IsReachedWithinThreeFrames) {
     EXPECT_LT(std::sqrt(squares / kRuns), 1e-3 + direct);
 }
 
-/// How often the filter re-opens for nothing: never, in ten minutes of hands and rest under noise.
-TEST(Step, IsNotImagined) {
+/// No false reacquisition in ten minutes of hand motion and rest with noise.
+TEST(Step, CausesNoFalseReacquisition) {
     std::uint64_t reopened = 0;
     std::uint64_t opened = 0;
     std::uint64_t outliers = 0;
@@ -252,7 +252,7 @@ TEST(Step, IsNotImagined) {
 }
 
 /// 15.7 m/s around a circle, 6.5 cm from frame to frame: simultaneous columns are linearised at their own direct pose.
-TEST(Everywhere, SimultaneousColumnsFollowWhatIsFarFromFrameToFrame) {
+TEST(Everywhere, SimultaneousColumnsFollowLargeMotionPerFrame) {
     const test::OrbitMotion motion(0.5, {0, 0, 1}, 5.0);
     auto filter = test::scaat_filter<double>(test::scaat_params<double>(false));
     std::size_t valid = 0;
@@ -266,7 +266,7 @@ TEST(Everywhere, SimultaneousColumnsFollowWhatIsFarFromFrameToFrame) {
     EXPECT_GT(valid, poses * 9 / 10);
 }
 
-/// Poles of position and attitude, the hemisphere boundary, all octants: nothing happens there.
+/// No jump, flag or NaN at poles of position and attitude, at the hemisphere boundary, in any octant.
 TEST(Everywhere, NoJumpNoFlagNoNaN) {
     const std::array<Vec3<double>, 4> axes{Vec3<double>{0, 1, 0}, Vec3<double>{1, 0, 0}, Vec3<double>{0, 0, 1},
                                            Vec3<double>{1, 1, 1}};
@@ -313,7 +313,7 @@ TEST(PaperExampleIII, SimultaneousColumns) {
     EXPECT_LT(at_once.position().max, 1e-4);
     EXPECT_EQ(at_once.invalid, 0U) << at_once.flags.bits();
 
-    // In turn, what is left is what the filter's budget expects of it: the accelerations between a coil's columns.
+    // In TDM the remaining error equals the filter's error budget: accelerations between two columns of a coil.
     auto filter = test::scaat_filter<double>(test::scaat_params<double>(true, motion.at(0).position_m));
     std::vector<double> expected_m;
     test::replay<double>(motion, tdm, [&](const Column<double>& column) {

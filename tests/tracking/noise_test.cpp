@@ -1,4 +1,4 @@
-// Sigmas that are not true, and such as differ from channel to channel.
+// Wrong sigmas, and sigmas that differ between channels.
 #include <gtest/gtest.h>
 
 #include "tests/support/column_replay.hpp"
@@ -27,7 +27,7 @@ Stated play_understated(const sim::Motion& motion, bool tdm, double factor, std:
     return stated;
 }
 
-/// The motion model could take all of it for motion: the covariance grows, or the pose is flagged.
+/// The motion model could interpret excess noise as motion: the covariance must grow, or the pose must be flagged.
 TEST(UnderstatedNoise, IsNoticed) {
     for (const bool tdm : {true, false}) {
         for (const double factor : {1.0, 2.0, 3.0, 5.0, 10.0}) {
@@ -55,7 +55,8 @@ TEST(UnderstatedNoise, IsNoticed) {
     }
 }
 
-/// One noisy channel among good ones, all sigmas true: its pose must not be what the good ones are linearised at.
+/// One noisy channel among good ones, all sigmas true: the good channels must not be linearised at a pose dominated by the noisy
+/// one.
 TEST(UnevenNoise, OfOneSensorChannelIsWeighed) {
     for (const double factor : {10.0, 100.0, 300.0}) {
         test::Tally tally;

@@ -1,4 +1,4 @@
-// The recorded hand motions, all of them: the ratios that the filter is for. Skipped where the data are not.
+// Error ratios of the trackers on all recorded hand motions. Skipped without the data.
 #include <gtest/gtest.h>
 
 #include "tests/support/column_replay.hpp"
@@ -90,7 +90,7 @@ TEST_F(Recorded, PredictionBeatsHolding) {
         auto params = test::scaat_params<double>(true, motion->at(0).position_m);
         std::get<ScaatParams<double>>(params.method).predict_ahead = Microseconds{20'000};
         auto filter = test::scaat_filter<double>(params);
-        const double duration_s = motion->duration_s() - 0.03;  // the truth must go on for what is predicted
+        const double duration_s = motion->duration_s() - 0.03;  // the truth must extend over the prediction time
         test::replay<double>(*motion, {true, 0, 1, 0, duration_s}, [&](const Column<double>& column) {
             if (const auto e = filter.update(column)) {
                 predicted.add(*e, *motion, 0);

@@ -1,4 +1,4 @@
-// Several sensors on one source: the loop keeps them apart, and one of them failing does not disturb the others.
+// Several sensors on one source: the loop tracks them independently; a failing sensor does not disturb the others.
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kDuration_s = 1.5;
 
-/// One simulated converter per sensor, read in turn; all hear the same coils at the same time.
+/// One simulated converter per sensor, read in turn; all measure the same coils at the same time.
 class SensorBank final : public hal::CoilSampler {
 public:
     SensorBank(const std::vector<std::unique_ptr<sim::CoilWorld>>& worlds, const sim::SimulatedCoilDriver& coils,

@@ -1,4 +1,4 @@
-// States that are not heard, outliers and steps of every size: what is called valid must be as good as it says.
+// Missing coils, outliers and steps of every size: valid poses must agree with their covariance.
 #include <gtest/gtest.h>
 
 #include "tests/support/column_replay.hpp"
@@ -14,7 +14,7 @@ using test::Tally;
 
 enum class Silence { dropped, not_a_number };
 
-/// One state unheard from 2 s to 5 s of a hand; then somebody says the half space again.
+/// The columns of one coil are missing from 2 s to 5 s of a hand motion; then the hemisphere is set again.
 Tally unheard(int coil, Silence how, bool tdm, std::uint64_t seed, bool& valid_at_end) {
     const auto motion = test::hand_like(seed);
     const double sigma = test::sigma_for_cost(0.2e-3);
@@ -113,8 +113,8 @@ TEST(Outliers, OfEverySizeAndRateAreHonest) {
     }
 }
 
-/// Jumps of a millimetre to 20 cm: from the second column after it, no pose of the old place, or halfway, is called valid. The
-/// first column may be of the coil that sees the jump least.
+/// Jumps of 1 mm to 20 cm: from the second column after a jump, no pose at or near the old position is valid. (The first column
+/// may be of the coil that is least sensitive to the jump.)
 TEST(Steps, OfEverySizeAreHonest) {
     for (const double step_m : {0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2}) {
         Tally tally;

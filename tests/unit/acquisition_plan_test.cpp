@@ -26,7 +26,7 @@ TEST(AcquisitionPlan, DefaultsAreValidAtTheUsualRates) {
     }
 }
 
-TEST(AcquisitionPlan, TdmDefaultMeetsEveryBlockInTheSamePhase) {
+TEST(AcquisitionPlan, TdmDefaultHasTheSamePhaseInEveryBlock) {
     const auto plan = plan_acquisition(tdm());
     EXPECT_EQ(plan->block_samples, 200);
     EXPECT_EQ(plan->window_samples, 160);
@@ -44,7 +44,7 @@ AcquisitionParams changed(AcquisitionParams params, void (*change)(AcquisitionPa
     return params;
 }
 
-TEST(AcquisitionPlan, EachImpossibleParameterIsNamed) {
+TEST(AcquisitionPlan, NamesEachInvalidParameter) {
     constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
     const Refusal refusals[] = {
         {"sample rate must be", changed(tdm(), [](auto& p) { p.sample_rate_hz = 0; })},
@@ -70,7 +70,7 @@ TEST(AcquisitionPlan, EachImpossibleParameterIsNamed) {
     }
 }
 
-TEST(AcquisitionPlan, At960HertzTheSlotsOfTdmHoldTooFewCycles) {
+TEST(AcquisitionPlan, RefusesTdmAt960Hertz) {
     const auto plan = plan_acquisition(default_acquisition(Multiplexing::tdm, 960));
     EXPECT_THAT(plan.status().message(), HasSubstr("use FDM"));
 }

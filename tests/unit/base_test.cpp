@@ -10,7 +10,7 @@ namespace {
 
 enum class Colour : std::uint8_t { red, green, blue };
 
-TEST(FlagSet, HoldsWhatWasSetAndNothingElse) {
+TEST(FlagSet, HoldsExactlyTheFlagsSet) {
     FlagSet<Colour> flags;
     EXPECT_TRUE(flags.empty());
     flags.set(Colour::blue);
@@ -31,7 +31,7 @@ TEST(StaticVector, RefusesTheElementBeyondItsCapacity) {
     EXPECT_EQ(v[1], 2);
 }
 
-TEST(Result, HoldsAValueOrSaysWhyNot) {
+TEST(Result, HoldsAValueOrAStatus) {
     const Result<int> good(7);
     const Result<int> bad(Status{StatusCode::timed_out, "no answer"});
     EXPECT_TRUE(good.ok());
@@ -40,7 +40,7 @@ TEST(Result, HoldsAValueOrSaysWhyNot) {
     EXPECT_EQ(bad.status().code(), StatusCode::timed_out);
 }
 
-TEST(DeviceTime, RoundsToTheNearestMicrosecondAndCrosses32Bits) {
+TEST(DeviceTime, RoundsToTheNearestMicrosecondBeyond32Bits) {
     EXPECT_EQ(microseconds_from_seconds(1.0 / 720).count(), 1389);
     EXPECT_EQ(microseconds_from_seconds(-1.0 / 720).count(), -1389);
     const DeviceTime before = device_time_us((std::int64_t{1} << 32) - 1);

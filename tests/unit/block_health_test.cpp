@@ -21,7 +21,7 @@ TEST(BlockHealth, UnknownFullScaleMeansNoSaturationAndNoOffset) {
     EXPECT_TRUE(inspect_window(samples, plan, 0, 0.25F).empty());
 }
 
-TEST(BlockHealth, AStuckReferenceIsNotTheSensorsFault) {
+TEST(BlockHealth, AStuckReferenceDoesNotFlagTheSensor) {
     const auto plan = *plan_acquisition(default_acquisition(Multiplexing::tdm, 240));
     test::ToneBlock block;
     for (std::size_t c = 0; c < 3; ++c) {

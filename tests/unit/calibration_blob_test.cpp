@@ -78,7 +78,7 @@ TEST(CalibrationBlob, RefusesOtherVersionsLengthsAndErasedFlash) {
     EXPECT_STREQ(decode(blob).status().message(), "calibration of another version; calibrate again with this software");
 }
 
-TEST(CalibrationBlob, RefusesNumbersThatCannotBe) {
+TEST(CalibrationBlob, RefusesNumbersOutOfRange) {
     auto c = sample();
     c.model.source_moment(1, 1) = std::numeric_limits<double>::quiet_NaN();
     EXPECT_EQ(decode(encode(c)).status().code(), StatusCode::not_finite);

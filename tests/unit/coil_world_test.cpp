@@ -47,7 +47,7 @@ Mat3<double> demodulated(CoilWorld& world, const signal::AcquisitionPlan& plan) 
     return x;
 }
 
-TEST(CoilWorld, DemodulatedCouplingsAreTheFieldModels) {
+TEST(CoilWorld, DemodulatedCouplingsEqualTheFieldModel) {
     const Pose pose{{0.3, -0.2, 0.25}, Quat<double>(0.8, 0.2, -0.4, 0.1).normalized()};
     const StillMotion motion(pose);
     const auto model = field::signal_matrix<double>(quiet().coupling_constant_m3, pose.position_m,
@@ -58,7 +58,7 @@ TEST(CoilWorld, DemodulatedCouplingsAreTheFieldModels) {
     }
 }
 
-TEST(CoilWorld, MismatchMatricesActOnTheirSides) {
+TEST(CoilWorld, MismatchMatricesActOnSourceAndSensor) {
     const Pose pose{{0.3, -0.2, 0.25}, Quat<double>(0.8, 0.2, -0.4, 0.1).normalized()};
     const StillMotion motion(pose);
     auto params = quiet();
@@ -94,7 +94,7 @@ TEST(CoilWorld, FaultsShowInTheCouplings) {
 }
 
 TEST(CoilWorld, ANearbySphereOpposesTheField) {
-    // On the axis between source and sensor a conducting sphere weakens the axial coupling.
+    // A conducting sphere on the axis between source and sensor reduces the axial coupling.
     const StillMotion motion({{0.6, 0, 0}, Quat<double>::Identity()});
     CoilWorld world(quiet(), motion, {host::parse_fault("metal:0.3,0,0,0.05")});
     const double a3 = 0.05 * 0.05 * 0.05;
@@ -102,7 +102,7 @@ TEST(CoilWorld, ANearbySphereOpposesTheField) {
     EXPECT_NEAR(demodulated(world, plan_of(Multiplexing::fdm))(0, 0), expected, 1e-4 * expected);
 }
 
-TEST(CoilWorld, SigmaIsTheScatterOfTheCouplings) {
+TEST(CoilWorld, SigmaEqualsTheScatterOfTheCouplings) {
     WorldParams params;
     params.mains_v = 0;
     const StillMotion motion({{0.5, 0.1, 0.2}, Quat<double>::Identity()});
@@ -120,8 +120,8 @@ TEST(CoilWorld, SigmaIsTheScatterOfTheCouplings) {
     }
 }
 
-TEST(CoilWorld, TheGuardIsForTheCurrentToSettle) {
-    // With the guard the coupling is exact; without it the coils' transients, those of the coil before included, are in it.
+TEST(CoilWorld, TheGuardExcludesCurrentTransients) {
+    // With the guard the coupling is exact; without it the window contains transients of this coil and of the previous one.
     const StillMotion motion({{0.4, 0.1, 0.2}, Quat<double>::Identity()});
     CoilWorld world(quiet(), motion, {});
     const auto guarded = plan_of(Multiplexing::tdm);
@@ -133,7 +133,7 @@ TEST(CoilWorld, TheGuardIsForTheCurrentToSettle) {
     EXPECT_GT((demodulated(world, unguarded) - x).norm(), 1e-3 * x.norm());
 }
 
-TEST(CoilWorld, RefusesImpossibleWorlds) {
+TEST(CoilWorld, RefusesInvalidParameters) {
     const StillMotion motion({});
     const auto refused = [&](auto spoil) {
         WorldParams params;
@@ -173,7 +173,7 @@ TEST(SimulatedHal, IsDeterministicFromItsSeed) {
     EXPECT_NE(first_samples(1), first_samples(2));
 }
 
-TEST(SimulatedHal, SamplerNeedsStartAndEndsInTime) {
+TEST(SimulatedHal, SamplerRefusesBeforeStartAndTimesOut) {
     const StillMotion motion({{0.5, 0, 0}, Quat<double>::Identity()});
     CoilWorld world(quiet(), motion, {host::parse_fault("dropped_blocks:1@0.1-0.2")});
     SimulatedClock clock(device_time_us((std::int64_t{1} << 32) - 50'000));

@@ -58,7 +58,7 @@ TEST_F(DemodulatorTest, TdmGivesOneSignedColumnAtTheWindowsMidpoint) {
     EXPECT_TRUE(column.flags.empty());
 }
 
-TEST_F(DemodulatorTest, FdmGivesThreeColumnsOfOneTime) {
+TEST_F(DemodulatorTest, FdmGivesThreeColumnsWithTheSameTime) {
     test::ToneBlock tones;
     for (std::size_t j = 0; j < 3; ++j) {
         tones.tones[3][j] = {1e6, 0.2};
@@ -77,7 +77,7 @@ TEST_F(DemodulatorTest, FdmGivesThreeColumnsOfOneTime) {
     }
 }
 
-TEST_F(DemodulatorTest, SigmaIsTheScatterOfTheCouplings) {
+TEST_F(DemodulatorTest, SigmaEqualsTheScatterOfTheCouplings) {
     auto tones = coupled({0.5, -0.25, 0.125}, {0, 0, 0});
     tones.noise = 100;
     Demodulator<double> demodulator(tdm_, {});
@@ -113,7 +113,7 @@ TEST_F(DemodulatorTest, PhaseCalibrationMakesCouplingsReal) {
     EXPECT_LT(column.quadrature.norm(), 1e-5);
 }
 
-TEST_F(DemodulatorTest, FlagsWhatIsWrongWithTheSamples) {
+TEST_F(DemodulatorTest, FlagsFaultySamples) {
     const auto flags = [&](const test::ToneBlock& tones, auto spoil) {
         Demodulator<double> demodulator(tdm_, {});
         SampleBlock b = block(tdm_, Excitation::s1, tones);
@@ -144,7 +144,7 @@ TEST_F(DemodulatorTest, FlagsWhatIsWrongWithTheSamples) {
     EXPECT_TRUE(flags(weak, nothing).has(ColumnFlag::low_signal));
 }
 
-TEST_F(DemodulatorTest, ASineIsNotTakenForClippedAtAnyPhase) {
+TEST_F(DemodulatorTest, ASineIsNotFlaggedAsClippedAtAnyPhase) {
     for (const auto& plan : {tdm_, fdm_}) {
         Demodulator<double> demodulator(plan, {});
         for (double phase = 0; phase < 6.3; phase += 0.05) {
@@ -171,7 +171,7 @@ TEST_F(DemodulatorTest, RefusesBlocksThatDoNotFitThePlan) {
     EXPECT_EQ(demodulator.demodulate(b).status().code(), StatusCode::invalid_argument);
 }
 
-TEST_F(DemodulatorTest, AStepOfGainIsTakenOutAndItsFirstFdmBlockIsMarked) {
+TEST_F(DemodulatorTest, AGainStepIsCorrectedAndItsFirstFdmBlockIsFlagged) {
     DemodulatorParams<double> params;
     params.gain_steps[1].gain = {4, 2, 8};
     Demodulator<double> demodulator(fdm_, params);
@@ -186,7 +186,7 @@ TEST_F(DemodulatorTest, AStepOfGainIsTakenOutAndItsFirstFdmBlockIsMarked) {
     EXPECT_EQ(demodulator.demodulate(b).status().code(), StatusCode::invalid_argument);
 }
 
-TEST_F(DemodulatorTest, ABlockOfZerosIsNoSignalAndNoCrash) {
+TEST_F(DemodulatorTest, ABlockOfZerosIsFlaggedAsNoSignal) {
     Demodulator<float> demodulator(fdm_, {});
     const auto columns = demodulator.demodulate(block(fdm_, Excitation::all, {}));
     ASSERT_TRUE(columns.ok());

@@ -10,7 +10,7 @@
 namespace tricoil::solver {
 namespace {
 
-/// Distance and turn to the truth, the hemisphere taken as known.
+/// Position and rotation error; the hemisphere is assumed known.
 struct Error {
     double position_m;
     double attitude;
@@ -42,7 +42,7 @@ TEST(Direct, ExactOnDipolesInBothPrecisions) {
     }
 }
 
-TEST(Direct, NoTroubleAtPolesAxesAndOctants) {
+TEST(Direct, ExactAtPolesOnAxesAndInAllOctants) {
     test::RandomPoses random(7);
     for (int octant = 0; octant < 8; ++octant) {
         const Vec3<double> p((octant & 1) != 0 ? 0.4 : -0.4, (octant & 2) != 0 ? 0.3 : -0.3, (octant & 4) != 0 ? 0.2 : -0.2);
@@ -72,7 +72,7 @@ TEST(Direct, MisfitIsTheDistanceToTheNearestDipole) {
     }
 }
 
-TEST(Direct, TellsWrongHandedWiring) {
+TEST(Direct, DetectsWrongHandedWiring) {
     const Mat3<double> x = test::unit_signal({0.4, 0.1, -0.3}, Quat<double>(0.9, 0.1, -0.3, 0.2).normalized());
     Mat3<double> reversed = x;
     reversed.col(1) *= -1;
@@ -90,7 +90,7 @@ TEST(Direct, WorksAtAnyScale) {
     }
 }
 
-TEST(Direct, RefusesWhatDeterminesNothing) {
+TEST(Direct, RefusesDegenerateMatrices) {
     const Mat3<double> x = test::unit_signal({0.4, 0.1, -0.3}, Quat<double>::Identity());
     Mat3<double> nan = x;
     nan(1, 2) = std::numeric_limits<double>::quiet_NaN();
@@ -118,7 +118,7 @@ TEST(PoseCovariance, IsTheInverseInformationOfTheModel) {
     }
 }
 
-TEST(PoseCovariance, AtHalfAMetreAnd60DecibelsIs106Micrometres) {
+TEST(PoseCovariance, Is1060MicrometresAtHalfAMetreAnd60Decibels) {
     const Mat6<double> c = pose_covariance<double>(1.0, 0.5, Vec3<double>::UnitY(), 1e-3);
     EXPECT_NEAR(std::sqrt(c.topLeftCorner<3, 3>().trace()), 1.06e-3, 0.01e-3);
 }

@@ -1,4 +1,4 @@
-// Dynamic verification on streams whose clock, frames, lag and errors are known.
+// Dynamic verification on streams with known clock offset, coordinate frames, lag and errors.
 #include "board/host/dynamic/dynamic_report.hpp"
 
 #include <gtest/gtest.h>
@@ -33,7 +33,7 @@ PoseStream reference_of(const sim::Motion& motion, double duration_s) {
     return {poses, "reference"};
 }
 
-/// What a tracker would have delivered with this lag and noise.
+/// The stream of a tracker with this lag and noise.
 PoseStream tracker_of(const sim::Motion& motion, const Known& k, double duration_s, double lag_s, double noise_m) {
     std::mt19937_64 random(3);
     std::normal_distribution<double> normal(0, 1);
@@ -93,8 +93,9 @@ TEST(Dynamic, MotionWithoutTurningIsRefused) {
     EXPECT_THROW(align_streams(stream, stream, 100.0), InputError);
 }
 
-/// The lag is told from frames that could imitate a part of it, with the sensor on the body and away from it.
-TEST(Dynamic, ALagIsNotSharedOutToTheFrames) {
+/// The lag is separated from coordinate frame offsets, which could explain a part of it; with the sensor on the body and away
+/// from it.
+TEST(Dynamic, LagIsSeparatedFromFrameOffsets) {
     const sim::HandMotion motion({0.6, 0, 0}, 4);
     for (const Vec3<double>& mount_m : {Vec3<double>(0, 0, 0), Vec3<double>(0.2, 0, 0.1)}) {
         Known known;
@@ -108,8 +109,8 @@ TEST(Dynamic, ALagIsNotSharedOutToTheFrames) {
     }
 }
 
-/// A body that only turns moves a sensor that stands off from it.
-TEST(Dynamic, SpeedIsTheSensorsNotTheBodys) {
+/// A rotating body moves a sensor that has an offset from it.
+TEST(Dynamic, SpeedIsThatOfTheSensor) {
     const sim::HandMotion hand({0.6, 0, 0}, 4);
     const Known known;
     std::vector<TimedPose> poses;
@@ -129,8 +130,8 @@ TEST(Dynamic, SpeedIsTheSensorsNotTheBodys) {
     }
 }
 
-/// Where the reference has no samples nothing is compared, and it is said how much that is.
-TEST(Dynamic, GapsAreLeftOut) {
+/// Gaps of the reference are not compared; the report counts them.
+TEST(Dynamic, GapsAreSkipped) {
     const sim::HandMotion motion({0.6, 0, 0}, 4);
     Known known;
     known.offset_s = 0;
@@ -149,8 +150,8 @@ TEST(Dynamic, GapsAreLeftOut) {
     EXPECT_GE(report.in_gaps + report.errors.size() + 2, tracker.poses().size());  // the ends may lie a microsecond outside
 }
 
-/// Streams of different motions, and clocks further apart than is searched, are no measurement.
-TEST(Dynamic, StrangersAreRefused) {
+/// Streams of different motions, and clock offsets beyond the search range, are refused.
+TEST(Dynamic, UnrelatedStreamsAreRefused) {
     const auto reference = reference_of(sim::HandMotion({0.6, 0, 0}, 4), 12);
     const sim::HandMotion other({0.6, 0, 0}, 5);
     Known known;
@@ -190,7 +191,7 @@ protected:
     std::string path_ = test::path_in_temp("stream.csv");
 };
 
-TEST_F(StreamFile, SaysWhatIsWrongAndWhere) {
+TEST_F(StreamFile, NamesErrorAndLine) {
     EXPECT_EQ(refusal(lines(30, -1, "")), "");
     EXPECT_NE(refusal(lines(30, 5, "0.05,0,0\n")).find(":7: 3 fields"), std::string::npos);
     EXPECT_NE(refusal(lines(30, 5, "0.05,0,0,nan,1,0,0,0\n")).find(":7"), std::string::npos);

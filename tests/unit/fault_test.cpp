@@ -10,7 +10,7 @@
 namespace tricoil::sim {
 namespace {
 
-std::string complaint(const std::string& text) {
+std::string error_message(const std::string& text) {
     try {
         host::parse_fault(text);
     } catch (const host::InputError& error) {
@@ -28,7 +28,7 @@ TEST(Fault, ParsesNameArgumentsAndTimes) {
     EXPECT_EQ(host::parse_fault("unplugged@3").end_s, std::numeric_limits<double>::infinity());
 }
 
-TEST(Fault, ActsOnlyInItsTime) {
+TEST(Fault, ActsOnlyInItsTimeRange) {
     const std::vector<Fault> faults{host::parse_fault("open_coil:S2@1-2"), host::parse_fault("reversed_coil:C1")};
     EXPECT_EQ(effect_at(faults, 0.5).current, Vec3<double>::Ones());
     EXPECT_EQ(effect_at(faults, 1.0).current, Vec3<double>(1, 0, 1));
@@ -42,20 +42,20 @@ TEST(Fault, SwappingActsOnColumnsOfTheTriad) {
     EXPECT_EQ(effect.source(2, 0), 1);
 }
 
-TEST(Fault, EveryMistakeIsNamed) {
+TEST(Fault, NamesEveryError) {
     using ::testing::HasSubstr;
-    EXPECT_THAT(complaint("open_coyl:S1"), HasSubstr("open_coil"));
-    EXPECT_THAT(complaint("open_coil:S4"), HasSubstr("S1 to S3"));
-    EXPECT_THAT(complaint("open_coil"), HasSubstr("S1 to S3"));
-    EXPECT_THAT(complaint("swapped_coils:S1,C1"), HasSubstr("two coils of one triad"));
-    EXPECT_THAT(complaint("dropped_blocks:1.5"), HasSubstr("0 to 1"));
-    EXPECT_THAT(complaint("dropped_blocks:nan"), HasSubstr("not a number"));
-    EXPECT_THAT(complaint("metal:1,2,3"), HasSubstr("x,y,z,radius"));
-    EXPECT_THAT(complaint("metal:1,2,3,-1"), HasSubstr("positive"));
-    EXPECT_THAT(complaint("unplugged:now"), HasSubstr("no argument"));
-    EXPECT_THAT(complaint("unplugged@2-1"), HasSubstr("in order"));
-    EXPECT_THAT(complaint("unplugged@soon"), HasSubstr("not a number"));
-    EXPECT_THAT(complaint(""), HasSubstr("choices"));
+    EXPECT_THAT(error_message("open_coyl:S1"), HasSubstr("open_coil"));
+    EXPECT_THAT(error_message("open_coil:S4"), HasSubstr("S1 to S3"));
+    EXPECT_THAT(error_message("open_coil"), HasSubstr("S1 to S3"));
+    EXPECT_THAT(error_message("swapped_coils:S1,C1"), HasSubstr("two coils of one triad"));
+    EXPECT_THAT(error_message("dropped_blocks:1.5"), HasSubstr("0 to 1"));
+    EXPECT_THAT(error_message("dropped_blocks:nan"), HasSubstr("not a number"));
+    EXPECT_THAT(error_message("metal:1,2,3"), HasSubstr("x,y,z,radius"));
+    EXPECT_THAT(error_message("metal:1,2,3,-1"), HasSubstr("positive"));
+    EXPECT_THAT(error_message("unplugged:now"), HasSubstr("no argument"));
+    EXPECT_THAT(error_message("unplugged@2-1"), HasSubstr("in order"));
+    EXPECT_THAT(error_message("unplugged@soon"), HasSubstr("not a number"));
+    EXPECT_THAT(error_message(""), HasSubstr("choices"));
 }
 
 }  // namespace

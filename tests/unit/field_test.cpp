@@ -9,7 +9,7 @@
 namespace tricoil::field {
 namespace {
 
-TEST(ConcentricDipole, AlongTheLineOfSightCouplesAsEquation4) {
+TEST(ConcentricDipole, EqualsEquation4OnTheLineOfSight) {
     const Mat3<double> x = signal_matrix<double>(1.0, {0.5, 0, 0}, Mat3<double>::Identity());
     EXPECT_TRUE(x.isApprox(8.0 * Vec3<double>(1, -0.5, -0.5).asDiagonal().toDenseMatrix(), 1e-14));
 }

@@ -11,7 +11,7 @@ namespace {
 
 using Model = GeneralDipole<double>;
 
-/// Coils up to 60 mm off, a few degrees and per cent out of true; with finite sizes on request.
+/// Coils with offsets up to 60 mm and errors of a few degrees and per cent; optionally of finite size.
 Model random_model(test::RandomPoses& random, bool finite) {
     Model model;
     for (int j = 0; j < 3; ++j) {
@@ -42,7 +42,7 @@ Eigen::Matrix<double, 9, 6> numeric_jacobian(const Model& model, const Vec3<doub
     return jacobian;
 }
 
-TEST(GeneralDipole, IsTheConcentricModelWhenItsCoilsAreIdealIncludingTheJacobian) {
+TEST(GeneralDipole, EqualsTheConcentricModelForIdealCoils) {
     test::RandomPoses random(31);
     const auto model = Model::concentric(0.7);
     for (int i = 0; i < 200; ++i) {
@@ -58,7 +58,7 @@ TEST(GeneralDipole, IsTheConcentricModelWhenItsCoilsAreIdealIncludingTheJacobian
     }
 }
 
-TEST(GeneralDipole, CoilsInOnePlaceWithOtherMomentsAreGainsOnBothSidesOfTheConcentricModel) {
+TEST(GeneralDipole, MomentsOfConcentricCoilsAreGainMatrices) {
     test::RandomPoses random(32);
     Model model;
     model.source_moment += 0.1 * random.gaussian_matrix();
@@ -120,7 +120,7 @@ TEST(GeneralDipole, SinglePrecisionFollowsDouble) {
     }
 }
 
-/// The flux of a dipole through a disc coil by sampling its area and length: no series.
+/// The flux of a dipole through a disc coil, by sampling its area and length, without a series.
 double flux_through_coil(const Vec3<double>& centre, const Vec3<double>& axis, double radius, double length,
                          const Vec3<double>& moment) {
     const auto across = geometry::transverse_axes<double>(axis);
@@ -143,7 +143,7 @@ double flux_through_coil(const Vec3<double>& centre, const Vec3<double>& axis, d
     return sum / (kRings * kAngles * kSlices);
 }
 
-TEST(GeneralDipole, OctupoleTermIsTheNextOrderOfAFiniteCoil) {
+TEST(GeneralDipole, OctupoleIsTheNextOrderOfAFiniteCoil) {
     test::RandomPoses random(35);
     const double radius = 0.03;
     const double length = 0.01;
@@ -156,7 +156,7 @@ TEST(GeneralDipole, OctupoleTermIsTheNextOrderOfAFiniteCoil) {
         const double point = dipole_pair<double>(r, moment, axis).value;
         const double scale = 1 / std::pow(r.norm(), 3);
         const double as_sensor = octupole_correction<double>(r, moment, axis, 0.0, lambda).value;
-        EXPECT_NEAR(truth, point + as_sensor, 4e-4 * scale);  // what is left is of order (size / range)^4
+        EXPECT_NEAR(truth, point + as_sensor, 4e-4 * scale);  // the remaining error is of order (size / range)^4
         // Reciprocity: the same coil as a source, seen by a point-like sensor.
         EXPECT_NEAR(octupole_correction<double>(r, axis, moment, lambda, 0.0).value, as_sensor, 1e-12 * scale);
     }

@@ -51,7 +51,7 @@ TEST(Euler, RoundTripsThroughMatrixAndQuaternion) {
     }
 }
 
-TEST(Euler, AtTheGimbalPoleTheMatrixSurvives) {
+TEST(Euler, MatrixIsKeptAtTheGimbalPole) {
     for (const double theta : {-kPi / 2, kPi / 2}) {
         const Mat3<double> o = attitude_matrix(Euler<double>{0.3, theta, -0.8});
         const Euler<double> e = to_euler(o);
@@ -60,7 +60,7 @@ TEST(Euler, AtTheGimbalPoleTheMatrixSurvives) {
     }
 }
 
-TEST(SmallRotations, ExponentialAndLogarithmAreInverseAtAwkwardSizes) {
+TEST(SmallRotations, ExponentialAndLogarithmAreInverseAtAllSizes) {
     const Vec3<double> axis = Vec3<double>(1, -2, 0.5).normalized();
     for (const double angle : {0.0, 1e-12, 1e-5, 2e-4, 1.0, kPi - 1e-6}) {
         const Vec3<double> r = angle * axis;

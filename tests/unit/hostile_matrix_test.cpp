@@ -1,4 +1,4 @@
-// Signal matrices that no coil produces: every solver either refuses them or gives finite numbers, in float and in double.
+// Invalid signal matrices: every solver either refuses them or returns finite numbers, in float and double.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -86,7 +86,7 @@ TYPED_TEST(HostileMatrix, PreviousMeasurementIsFiniteOrRefuses) {
               StatusCode::not_converged);
 }
 
-/// A general model of coils that are 30 mm off their triad's middle.
+/// A general model with coils 30 mm from the triad's centre.
 template <typename Scalar>
 field::GeneralDipole<Scalar> wide_coils() {
     auto model = field::GeneralDipole<Scalar>::concentric(1);
@@ -119,7 +119,7 @@ TYPED_TEST(HostileMatrix, RefinementIsFiniteOrDoesNotConverge) {
     }
 }
 
-/// The filter told such matrices column by column: what it calls valid is finite, and good columns afterwards are followed.
+/// The filter gets such matrices column by column: valid poses must be finite, and it must track good columns afterwards.
 TYPED_TEST(HostileMatrix, FilterIsFiniteOrFlags) {
     using Scalar = TypeParam;
     tracking::TrackerParams<Scalar> params;

@@ -11,7 +11,7 @@ namespace {
 
 AcquisitionPlan plan_of(Multiplexing multiplexing) { return *plan_acquisition(default_acquisition(multiplexing, 240)); }
 
-TEST(UnitPhasor, IsThatOfTheLibraryToTheLastBits) {
+TEST(UnitPhasor, EqualsTheLibraryToTheLastBits) {
     double worst = 0;
     for (int window = 3; window < 400; ++window) {
         for (int n = 0; n < window; ++n) {
@@ -41,7 +41,7 @@ TYPED_TEST(LockIn, OscillatorFollowsTheExactPhasor) {
     }
 }
 
-TYPED_TEST(LockIn, ReadsAmplitudeAndPhaseBesideOffsetAndOtherCarriers) {
+TYPED_TEST(LockIn, MeasuresAmplitudeAndPhaseDespiteOffsetAndOtherCarriers) {
     const auto plan = plan_of(Multiplexing::fdm);
     test::ToneBlock block;
     block.tones[0] = {{{3e6, 0.3}, {2e6, -1.0}, {1e6, 2.5}}};
@@ -52,14 +52,14 @@ TYPED_TEST(LockIn, ReadsAmplitudeAndPhaseBesideOffsetAndOtherCarriers) {
         const Oscillator<TypeParam> oscillator(plan.window_cycles[j], plan.window_samples);
         const auto phasors = lock_in<TypeParam>(oscillator, samples);
         const auto exact = std::polar(block.tones[0][j].amplitude, block.tones[0][j].phase_rad);
-        // Codes are rounded: 0.29 sqrt(2/300) = 0.024 of each part, as the three carriers repeat after 300 samples; five times
-        // that.
+        // Codes are rounded: 0.29 sqrt(2/300) = 0.024 for each part, as the three carriers repeat after 300 samples. The limit is
+        // five times that.
         EXPECT_LT(std::abs(std::complex<double>(phasors[0]) - exact), sizeof(TypeParam) == 4 ? 6.0 : 0.12) << j;
         EXPECT_LT(std::abs(phasors[1]), 2.0);  // a channel with the offset alone
     }
 }
 
-TYPED_TEST(LockIn, HumIsTakenOutBesideTheCarriers) {
+TYPED_TEST(LockIn, HumIsRemoved) {
     const auto plan = plan_of(Multiplexing::fdm);
     test::ToneBlock block;
     block.hum = 1e5;
@@ -82,7 +82,7 @@ TYPED_TEST(LockIn, HumIsTakenOutBesideTheCarriers) {
     }
 }
 
-TYPED_TEST(LockIn, NoiseIsMeasuredBesideSignalOffsetAndRamp) {
+TYPED_TEST(LockIn, NoiseIsMeasuredDespiteSignalOffsetAndRamp) {
     for (const auto multiplexing : {Multiplexing::tdm, Multiplexing::fdm}) {
         const auto plan = plan_of(multiplexing);
         test::ToneBlock block;

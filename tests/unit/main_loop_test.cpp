@@ -13,7 +13,7 @@ namespace {
 
 using sim::SimulatedCoilDriver;
 
-/// A coil driver that fails on command, to see that nothing stays on.
+/// A coil driver that fails on command. No coil may stay on after a failure.
 class FailingCoilDriver final : public hal::CoilDriver {
 public:
     void fail_after(int calls) { calls_left_ = calls; }
@@ -21,7 +21,7 @@ public:
 
 private:
     Status do_excite(Excitation state) override {
-        state_ = state;  // a half-done switch: the interface must undo it
+        state_ = state;  // an incomplete switch: the interface must undo it
         return calls_left_-- > 0 ? Status{} : Status{StatusCode::device_lost, "gone"};
     }
     void do_switch_off() override { state_ = Excitation::off; }
@@ -97,7 +97,7 @@ TEST_F(MainLoopTest, TracksInBothMultiplexingSchemes) {
     }
 }
 
-TEST_F(MainLoopTest, CountsLostBlocksAndGoesOn) {
+TEST_F(MainLoopTest, CountsLostBlocksAndContinues) {
     run("dropped_blocks:0.2", signal::Multiplexing::tdm, 1);
     EXPECT_GT(counters_.lost_blocks, 100U);
     EXPECT_LT(counters_.lost_blocks, 190U);
@@ -105,7 +105,7 @@ TEST_F(MainLoopTest, CountsLostBlocksAndGoesOn) {
     EXPECT_LT(worst_m_, 1e-3);
 }
 
-/// Columns that the tracker refuses are as good as none: it is told the time, and says that it is coasting, stale, lost.
+/// Refused columns count as missing: the loop calls tick(), and the tracker reports coasting, stale, lost.
 TEST_F(MainLoopTest, RefusedColumnsDoNotSilenceTheTracker) {
     const sim::StillMotion motion({{0.5, 0.1, 0.2}, Quat<double>::Identity()});
     sim::CoilWorld world({}, motion, {});
@@ -123,7 +123,7 @@ TEST_F(MainLoopTest, RefusedColumnsDoNotSilenceTheTracker) {
         ASSERT_TRUE(loop.step().ok());
     }
     ASSERT_TRUE(sent.back().valid());
-    // Columns of the future: every one that follows is too old, until the clock is taken to have started anew.
+    // Columns with future stamps: every later column is too old until the tracker detects a clock restart.
     Column<double> stray;
     stray.midpoint = clock.now() + Microseconds{90'000};
     stray.in_phase.setConstant(1e-3);

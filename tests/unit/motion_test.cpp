@@ -68,7 +68,7 @@ TEST(PaperMotion, IntegratesTheRatesOfEquation40) {
     EXPECT_TRUE(motion.at(0).position_m.isApprox(Vec3<double>(0.5, 0, 0)));
 }
 
-TEST(HandMotion, IsSeededSmoothAndAsFastAsAHand) {
+TEST(HandMotion, IsSeededSmoothAndOfHandSpeed) {
     const HandMotion motion({0.6, 0, 0}, 1);
     const HandMotion same({0.6, 0, 0}, 1);
     const HandMotion other({0.6, 0, 0}, 2);
@@ -112,7 +112,7 @@ protected:
         }
         return text;
     }
-    std::string complaint(const std::string& text) {
+    std::string error_message(const std::string& text) {
         try {
             host::read_trajectory(write(text));
         } catch (const host::InputError& error) {
@@ -128,9 +128,9 @@ TEST_F(TrajectoryFile, ReadsPosesInOrder) {
     EXPECT_TRUE(poses[3].position_m.isApprox(Vec3<double>(0.3, 0.5, -2)));
 }
 
-TEST_F(TrajectoryFile, EveryMistakeIsNamedWithItsLine) {
+TEST_F(TrajectoryFile, NamesEveryErrorWithItsLine) {
     const auto expect = [&](const std::string& text, const std::string& place, const std::string& what) {
-        const std::string said = complaint(text);
+        const std::string said = error_message(text);
         EXPECT_NE(said.find(place), std::string::npos) << said;
         EXPECT_NE(said.find(what), std::string::npos) << said;
         EXPECT_EQ(said.find('\n'), std::string::npos) << said;
@@ -151,7 +151,7 @@ TEST_F(TrajectoryFile, EveryMistakeIsNamedWithItsLine) {
     EXPECT_THROW(host::read_trajectory("/tmp"), host::InputError);
 }
 
-TEST(RecordedMotion, DropsRepeatsSmoothsAndPlaces) {
+TEST(RecordedMotion, RemovesRepeatsSmoothsAndPositions) {
     std::vector<Pose> recording;
     for (int i = 0; i < 300; ++i) {
         const int shown = i % 7 == 3 ? i - 1 : i;  // every seventh sample repeats the one before
@@ -178,7 +178,7 @@ TEST(RecordedMotion, DropsRepeatsSmoothsAndPlaces) {
     EXPECT_TRUE(fast.at(0.5).position_m.isApprox(motion.at(1.0).position_m));
 }
 
-TEST(RecordedMotion, RefusesWhatIsNoMotion) {
+TEST(RecordedMotion, RefusesInvalidMotions) {
     const std::vector<Pose> still(50);
     EXPECT_THROW(RecordedMotion(still, {}), std::invalid_argument);
     std::vector<Pose> moving;

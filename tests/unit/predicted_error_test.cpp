@@ -1,4 +1,4 @@
-// The error that a pose predicts of itself, against the error that it has.
+// The predicted error of a pose against its real error.
 #include <gtest/gtest.h>
 
 #include "core/tracking/matrix/previous_tracker.hpp"
@@ -28,7 +28,7 @@ TrackerParams<double> params_for(Form form, int passes) {
     return params;
 }
 
-/// All columns at once, all but noiseless.
+/// All columns at once, almost without noise.
 PoseEstimate<double> feed(Tracker<double>& tracker, const Truth& truth, double time_s) {
     const Mat3<double> x = test::unit_signal(truth.position_m, truth.q_source_sensor);
     std::optional<PoseEstimate<double>> estimate;

@@ -29,7 +29,7 @@ double distance(const AnglePose<double>& a, const AnglePose<double>& b) {
            (geometry::attitude_matrix(a.attitude) - geometry::attitude_matrix(b.attitude)).norm();
 }
 
-TEST(TrackingIncrements, ReadBackWhatEquation14Says) {
+TEST(TrackingIncrements, InvertEquation14) {
     // R of (14) for small increments, exactly.
     const double a = 1e-3;
     const double b = -2e-3;
@@ -46,7 +46,7 @@ TEST(TrackingIncrements, ReadBackWhatEquation14Says) {
     EXPECT_TRUE(step->rotation.isApprox(Vec3<double>(phi, theta, psi), 1e-12));
 }
 
-TEST(StepAngles, FixedPointIsTheTruth) {
+TEST(StepAngles, TruthIsAFixedPoint) {
     const AnglePose<double> pose{{0.6, 0.8, -0.4}, {0.3, 0.5, -1.2}};
     const auto next = step_angles<double>(signal(pose), 1.0, pose);
     ASSERT_TRUE(next.ok());
@@ -63,7 +63,7 @@ TEST(StepAngles, ErrorFallsWithTheSquareOfTheStepAndWithEveryPass) {
     EXPECT_LT(error(0.02, 3), error(0.02, 2) / 100);
 }
 
-TEST(StepAngles, IsSingularAtThePoleAndSaysSo) {
+TEST(StepAngles, RefusesAtThePole) {
     AnglePose<double> pole{{0.6, 0.8, kPi / 2}, {}};
     const Mat3<double> x = signal({{0.6, 0.8, kPi / 2 - 0.01}, {0, 0, 0.01}});
     pole.position.elevation_rad = std::numeric_limits<double>::quiet_NaN();

@@ -25,7 +25,7 @@ std::string refusal(const std::string& text) {
     return "";
 }
 
-TEST(Scenario, EveryBuiltInOneLoads) {
+TEST(Scenario, EveryBuiltInScenarioLoads) {
     ASSERT_GE(host::builtin_scenarios().size(), 9U);
     for (const auto& [name, description] : host::builtin_scenarios()) {
         const Scenario scenario = host::load_scenario(name, 1);
@@ -35,7 +35,7 @@ TEST(Scenario, EveryBuiltInOneLoads) {
     }
 }
 
-TEST(Scenario, MistakesAreNamedByFileLineAndKey) {
+TEST(Scenario, NamesErrorsByFileLineAndKey) {
     EXPECT_EQ(refusal("[motion]\nkind = \"still\"\n"), "");
     EXPECT_THAT(refusal("[motion]\nkind = \"stil\"\n"), AllOf(HasSubstr("toml:2"), HasSubstr("did you mean 'still'")));
     EXPECT_THAT(refusal("duration_s = -1\n[motion]\nkind = \"still\"\n"), AllOf(HasSubstr("toml:1"), HasSubstr("duration_s")));

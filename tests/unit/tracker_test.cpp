@@ -82,7 +82,7 @@ TEST_F(TrackerTest, HemisphereBySettingAndByContinuity) {
     }
 }
 
-TEST_F(TrackerTest, WithoutHemisphereThePoseIsAGuessAndNotValid) {
+TEST_F(TrackerTest, WithoutHemisphereThePoseIsInvalid) {
     auto p = params();
     p.common.hemisphere.setZero();
     DirectTracker<double> tracker(p);
@@ -106,14 +106,14 @@ TEST_F(TrackerTest, LosesASilentSensorWithinBoundedTimeAndFindsItAgain) {
     time_ += Microseconds{2'000'000};
     feed_frame(tracker, x_);  // a column this far ahead waits for the next to agree
     EXPECT_EQ(tracker.counters().of(Rejection::time_ahead), 1U);
-    // In two seconds it may have gone to the other side.
+    // In two seconds the sensor may have crossed to the other hemisphere.
     EXPECT_TRUE(feed_frame(tracker, x_)->flags.has(PoseFlag::hemisphere_unknown));
     ASSERT_TRUE(tracker.set_hemisphere(position_).ok());
     EXPECT_TRUE(feed_frame(tracker, x_)->valid());
     EXPECT_EQ(tracker.counters().acquisitions, 2U);
 }
 
-TEST_F(TrackerTest, FlagsSayWhatIsWrong) {
+TEST_F(TrackerTest, FlagsGiveTheReason) {
     const auto flags_of = [&](const Mat3<double>& x, ColumnFlags column_flags, double sigma) {
         DirectTracker<double> tracker(params());
         std::optional<PoseEstimate<double>> estimate;
@@ -236,7 +236,7 @@ TEST_F(TrackerTest, PreviousMethodReacquiresAfterAJump) {
     EXPECT_LT(off, 1e-9);
 }
 
-TEST(TrackerParams, NonsenseIsRefusedWithAReason) {
+TEST(TrackerParams, InvalidOnesAreRefusedWithAReason) {
     const auto refused = [](auto spoil) {
         TrackerParams<float> p;
         spoil(p);

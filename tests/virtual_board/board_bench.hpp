@@ -1,4 +1,4 @@
-// The tracker board's own image in the virtual board, with a host at each of its links.
+// The tracker board's flash image on the virtual board, with a host on each link.
 #pragma once
 
 #include <fmt/format.h>
@@ -46,7 +46,7 @@ public:
 
     HostEnd& host(std::size_t n = on_serial) { return *hosts[n]; }
 
-    /// For so long; hosts listen, and those that are fed keep the device alive. Fails the test with place and reason.
+    /// Runs for a time; hosts receive, and active hosts send keep-alives. An error fails the test with address and reason.
     void run(double duration_s) {
         const double end = board->now_s() + duration_s;
         try {
@@ -61,7 +61,7 @@ public:
         }
     }
 
-    /// Says `opcode` on a link, and what became of it.
+    /// Sends `opcode` on a link; returns its result.
     std::optional<protocol::AckResult> ask(std::size_t link, protocol::Opcode opcode, std::uint32_t argument = 0) {
         host(link).command(opcode, argument);
         for (int n = 0; n < 150 && !host(link).result(); ++n) {
@@ -70,7 +70,7 @@ public:
         return host(link).result();
     }
 
-    /// Boots, greets, and starts measuring for these links.
+    /// Boots, sends hello, and starts measuring for these links.
     void start(const std::vector<std::size_t>& links) {
         run(kBootS);
         for (const std::size_t link : links) {

@@ -1,4 +1,4 @@
-// What breaks under the image that is flashed: coils off in time, the right fault told, recovery or a safe state, flash intact.
+// Hardware faults with the flash image: coils off in time, the right fault reported, recovery or a safe state, flash intact.
 #include <gmock/gmock.h>
 
 #include <random>
@@ -22,7 +22,7 @@ constexpr unsigned bit(Fault fault) { return static_cast<unsigned>(fault); }
 
 bool is_on(const BoardBench& bench) { return bench.board->bench.any_driven(); }
 
-/// A board that measures for its serial line, with faults of its own as in --fault.
+/// A board that measures for its serial link, with faults as in --fault.
 class FaultyBoard : public BoardBench {
 public:
     explicit FaultyBoard(const std::vector<std::string>& board_faults, const std::vector<std::string>& world_faults = {},
@@ -32,7 +32,8 @@ public:
         start(links);
     }
 
-    /// Coils go off within so long of the fault, and stay off; this is told, and nothing else but what was before.
+    /// Expects that coils go off within this time of the fault and stay off, and that only these faults are reported in addition
+    /// to earlier ones.
     void expect_off(double within_s, unsigned faults) {
         run(kFaultS + 0.3 - board->now_s());
         EXPECT_FALSE(is_on(*this));
@@ -43,7 +44,7 @@ public:
         EXPECT_EQ(board->resets(), 0U);
     }
 
-    /// Greeted and started again, poses come.
+    /// Expects poses after hello and start.
     void expect_tracking(std::size_t link = test::on_serial) {
         host(link).hello();
         run(0.02);
@@ -68,7 +69,7 @@ private:
 
 TEST(BoardFaults, OpenCoil) {
     FaultyBoard board({}, {"open_coil:S2@0.7-1.2"});
-    board.expect_off(5 * kBlockS, bit(Fault::open_coil));  // it shows when that coil's turn is over
+    board.expect_off(5 * kBlockS, bit(Fault::open_coil));  // it shows at the end of that coil's slot
     board.run(0.3);
     board.expect_tracking();
 }
@@ -90,7 +91,7 @@ TEST(BoardFaults, OverCurrentTripsTheHardwareWithinSamples) {
     EXPECT_NE(board.status().faults & bit(Fault::overcurrent), 0U);
 }
 
-TEST(BoardFaults, OverCurrentFromTheFirstMomentIsToldAsThat) {
+TEST(BoardFaults, OverCurrentAtStartIsReportedAsOverCurrent) {
     BoardBench board("hand", {"broken_stage:S1"});
     board.run(BoardBench::kBootS);
     board.host().hello();
@@ -99,25 +100,26 @@ TEST(BoardFaults, OverCurrentFromTheFirstMomentIsToldAsThat) {
     board.run(0.05);
     const auto faults = board.status().faults;
     EXPECT_NE(faults & bit(Fault::overcurrent), 0U);
-    EXPECT_EQ(faults & bit(Fault::open_coil), 0U) << "no current in the window: because it was cut off";
+    EXPECT_EQ(faults & bit(Fault::open_coil), 0U)
+        << "the window has no current because it was cut off, not because a coil is open";
     EXPECT_FALSE(board.board->bench.any_driven());
 }
 
-TEST(BoardFaults, ConverterThatRepeatsItself) {
+TEST(BoardFaults, StuckConverterIsReported) {
     FaultyBoard board({}, {"stuck_channel:C2@0.7-1.2"});
-    board.expect_off(7 * kBlockS, bit(Fault::converter));  // twice in each coil's turn is taken as proof
+    board.expect_off(7 * kBlockS, bit(Fault::converter));  // reported after two repeats per coil
     board.run(0.3);
     board.expect_tracking();
 }
 
-TEST(BoardFaults, ConverterThatFallsSilent) {
+TEST(BoardFaults, SilentConverterIsReported) {
     FaultyBoard board({"adc_silent:4@0.7-1.2"});
     board.expect_off(4 * kBlockS, bit(Fault::converter));
     board.run(0.3);
     board.expect_tracking();
 }
 
-TEST(BoardFaults, DmaThatServesNobody) {
+TEST(BoardFaults, DmaStallIsReported) {
     FaultyBoard board({"dma_stuck@0.7-1.2"});
     board.expect_off(4 * kBlockS, bit(Fault::converter));
     board.run(0.3);
@@ -130,7 +132,7 @@ TEST(BoardFaults, CrystalThatDoesNotStartKeepsTheCoilsOff) {
     board.run(BoardBench::kBootS);
     board.host().hello();
     board.run(0.02);
-    EXPECT_EQ(board.host().identities.size(), 1U) << "by the other oscillator it can still be talked to";
+    EXPECT_EQ(board.host().identities.size(), 1U) << "it still communicates, by the other oscillator";
     EXPECT_NE(board.ask(test::on_serial, Opcode::start), AckResult::done);
     board.host().command(Opcode::read_block, 0, Excitation::s1);
     board.run(0.05);
@@ -150,7 +152,7 @@ TEST(BoardFaults, CrystalThatStopsResetsTheBoardOntoTheOtherOscillator) {
     EXPECT_NE(board.status().faults & bit(Fault::clock), 0U);
 }
 
-TEST(BoardFaults, HangIsEndedByTheWatchdog) {
+TEST(BoardFaults, WatchdogEndsAHang) {
     for (const char* fault : {"hang@0.7", "hang_masked@0.7"}) {
         FaultyBoard board({fault});
         board.fed[test::on_serial] = false;
@@ -165,7 +167,7 @@ TEST(BoardFaults, HangIsEndedByTheWatchdog) {
     }
 }
 
-TEST(BoardFaults, StackNearItsLimitIsTold) {
+TEST(BoardFaults, StackNearItsLimitIsReported) {
     FaultyBoard board({});
     const std::uint32_t bottom = *board.symbols.address_of("stack_bottom");
     const auto words = board.board->machine.memory.at(bottom, 16);
@@ -184,7 +186,7 @@ TEST(BoardFaults, HostThatFallsSilentTurnsTheCoilsOff) {
     board.expect_tracking();
 }
 
-TEST(BoardFaults, BabblingCanBusHurtsOnlyCan) {
+TEST(BoardFaults, FloodedCanBusAffectsOnlyCan) {
     FaultyBoard board({"can_babble@0.7-1.1"}, {}, {test::on_serial, test::on_can});
     board.run(1.3 - board.board->now_s());
     const auto& poses = board.host().poses;
@@ -194,14 +196,14 @@ TEST(BoardFaults, BabblingCanBusHurtsOnlyCan) {
     EXPECT_EQ(board.board->resets(), 0U);
 }
 
-TEST(BoardFaults, BusOffIsRecoveredFrom) {
+TEST(BoardFaults, RecoversFromBusOff) {
     FaultyBoard board({"can_errors:60@0.7"}, {}, {test::on_serial, test::on_can});
     board.run(1.3 - board.board->now_s());
     EXPECT_EQ(board.board->can.frames_to_destroy, 0U);
     board.expect_tracking(test::on_can);
 }
 
-TEST(BoardFaults, NobodyOnTheCanBusBlocksNothing) {
+TEST(BoardFaults, EmptyCanBusDoesNotBlock) {
     FaultyBoard board({"can_alone@0.6-1.1"}, {}, {test::on_serial, test::on_can});
     board.run(1.3 - board.board->now_s());
     const auto& poses = board.host().poses;
@@ -225,7 +227,7 @@ calibration::Blob blob_of(double gain) {
     return calibration::encode(calibration);
 }
 
-/// Idle, greeted on its serial line.
+/// Idle, with a session on its serial link.
 class CalibratedBoard : public BoardBench {
 public:
     CalibratedBoard() { greet(); }
@@ -234,7 +236,7 @@ public:
         host().hello();
         run(0.02);
     }
-    /// Nothing: it was not acknowledged within half a second.
+    /// Empty if it was not acknowledged within half a second.
     std::optional<AckResult> write(const calibration::Blob& blob) {
         host().write(blob);
         for (int n = 0; n < 100 && !host().result() && board->resets() == resets_; ++n) {
@@ -266,7 +268,7 @@ TEST(BoardFlash, KeepsACalibrationThroughLossOfPower) {
     EXPECT_EQ(board.status().faults & bit(Fault::calibration), 0U);
 }
 
-TEST(BoardFlash, LosesNothingWhereverAWriteIsInterrupted) {
+TEST(BoardFlash, LosesNothingWhenAWriteIsInterrupted) {
     CalibratedBoard board;
     auto kept = blob_of(1);
     ASSERT_EQ(board.write(kept), AckResult::done);
@@ -291,7 +293,7 @@ TEST(BoardFlash, LosesNothingWhereverAWriteIsInterrupted) {
                 static_cast<unsigned long>(operations), kept_new);
 }
 
-TEST(BoardFlash, TellsOfACalibrationThatIsCorrupted) {
+TEST(BoardFlash, ReportsACorruptedCalibration) {
     CalibratedBoard board;
     ASSERT_EQ(board.write(blob_of(1.01)), AckResult::done);
     for (std::uint8_t& byte : board.board->flash.content()) {
@@ -312,7 +314,7 @@ std::vector<std::uint8_t> noise(std::mt19937& random, std::size_t most) {
     return bytes;
 }
 
-TEST(BoardInput, NoiseOnTwoLinksTakesNothingFromTheThird) {
+TEST(BoardInput, NoiseOnTwoLinksDoesNotDisturbTheThird) {
     FaultyBoard board({}, {}, {test::on_usb});
     board.run(0.3);
     std::mt19937 random(3);
@@ -330,7 +332,7 @@ TEST(BoardInput, NoiseOnTwoLinksTakesNothingFromTheThird) {
     }
 }
 
-TEST(BoardInput, BytesAtRandomOnAllLinksForAMinute) {
+TEST(BoardInput, RandomBytesOnAllLinksForAMinute) {
     BoardBench bench;
     bench.run(BoardBench::kBootS);
     std::mt19937 random(7);

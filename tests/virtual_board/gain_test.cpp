@@ -1,4 +1,4 @@
-// The board measures what its amplifiers' steps really are: no op-amp is made exactly as its data sheet says.
+// The board measures the real gain of each step of its amplifiers, as op-amps deviate from their data sheet.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -14,7 +14,7 @@ using protocol::AckResult;
 using protocol::Opcode;
 using test::BoardBench;
 
-/// A sensor that stays a while at each of some ranges.
+/// A sensor that rests at several ranges in turn.
 class Stations final : public sim::Motion {
 public:
     static constexpr std::array kRanges_m{0.17, 0.21, 0.27, 0.34, 0.43, 0.55, 0.70};
@@ -38,7 +38,7 @@ sim::Scenario stations() {
     return scenario;
 }
 
-/// Mean coupling of the columns that were measured in the second half of a stay.
+/// Mean coupling of the columns measured in the second half of each rest.
 struct Seen {
     Mat3<double> in_phase = Mat3<double>::Zero();
     Mat3<double> quadrature = Mat3<double>::Zero();
@@ -86,7 +86,7 @@ struct GainTest : ::testing::Test {
     }
 
     BoardBench bench;
-    std::array<unsigned, Stations::kRanges_m.size()> gains{};  // at the end of each stay
+    std::array<unsigned, Stations::kRanges_m.size()> gains{};  // at the end of each rest
     std::optional<AckResult> result;
 };
 
@@ -112,7 +112,7 @@ TEST_P(EachMultiplexing, NoStepShowsInTheCouplings) {
         }
     }
     EXPECT_EQ(std::set<unsigned>(gains.begin(), gains.end()).size(), gains.size()) << "each range has a gain of its own";
-    EXPECT_GT(worst_make, 10e-3) << "amplifiers this good need no measuring";
+    EXPECT_GT(worst_make, 10e-3) << "the simulated gain errors are too small for this test";
 }
 
 INSTANTIATE_TEST_SUITE_P(Modes, EachMultiplexing, ::testing::Values(signal::Multiplexing::tdm, signal::Multiplexing::fdm),
@@ -128,7 +128,7 @@ TEST_F(GainTest, ABrokenLadderIsAFault) {
     EXPECT_LT(bench.board->bench.last_driven_s(), 0);
     bench.board->amplifiers[1].ladder_error[3] = 0;
     bench.run(1.1);
-    EXPECT_EQ(bench.ask(test::on_usb, Opcode::start), AckResult::done) << "mended, it is measured anew";
+    EXPECT_EQ(bench.ask(test::on_usb, Opcode::start), AckResult::done) << "after repair it is measured again";
     EXPECT_EQ(bench.board->resets(), 0U);
 }
 

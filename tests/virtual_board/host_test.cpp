@@ -1,4 +1,4 @@
-// The same samples through the flash image and through the same application on this machine: the same poses.
+// The same samples through the flash image and through the application built for the host: equal poses.
 #include <gmock/gmock.h>
 
 #include <bit>
@@ -26,10 +26,10 @@ Microseconds time_of(std::uint64_t half_triggers) {
     return Microseconds{static_cast<std::int64_t>((half_triggers * 295 + 170) / 340)};
 }
 
-/// What the converters gave from one start to the next.
+/// Samples of the converters from one start to the next.
 using Burst = std::vector<SampleRecord>;
 
-/// What the board's converters gave, start by start and block by block, as its own sampler tells it.
+/// A sampler that replays the samples of the board's converters, start by start and block by block.
 class RecordedSampler final : public hal::CoilSampler {
 public:
     RecordedSampler(const std::vector<Burst>& bursts, sim::SimulatedClock& clock) : bursts_(bursts), clock_(clock) {}
@@ -91,7 +91,7 @@ private:
     hal::CoilSampler& sampler_;
 };
 
-/// Poses that the application, built for this machine, makes of them.
+/// Poses of the application built for the host, from these samples.
 std::vector<protocol::PoseMessage> poses_of(const std::vector<Burst>& bursts) {
     sim::SimulatedClock clock;
     clock.begin(nucleo_g474re::kSampleRateHz);
@@ -132,9 +132,9 @@ std::int64_t largest_difference(const Array& a, const Array& b) {
     return largest;
 }
 
-/// Not to the last bit: sines and roots of this machine's library and of the board's round differently, and compilers may add
-/// floats in another order. Units are the wire's: 0.1 um of position, 1.25e-7 of the quaternion.
-TEST(SameSamples, GiveTheSamePosesOnThisMachine) {
+/// Not bit for bit: the two C libraries round sines and roots differently, and compilers may reorder float additions. Units are
+/// those of the wire: 0.1 um for the position, 1.25e-7 for the quaternion.
+TEST(SameSamples, GiveEqualPosesOnTheHost) {
     BoardBench bench;
     std::vector<Burst> bursts;
     bench.board->on_sample = [&, last = virtual_board::Ticks{0}](const SampleRecord& record) mutable {

@@ -1,4 +1,4 @@
-// The image that is flashed, over the kernel's real CAN and USB, to `tricoil run`. In the test kernel.
+// The flash image with `tricoil run` over the kernel's CAN and USB, in the test kernel.
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>

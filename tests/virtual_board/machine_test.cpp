@@ -1,4 +1,4 @@
-// The processor of the virtual board: exceptions as ARMv7-M has them, time, and what ends a run. The image is firmware/processor.
+// The processor of the virtual board: ARMv7-M exceptions, time, run-ending errors. The image is firmware/processor.
 #include <gmock/gmock.h>
 
 #include <cstring>
@@ -35,7 +35,7 @@ protected:
 
     Mailbox& mailbox() { return *reinterpret_cast<Mailbox*>(machine_.memory.at(test::kMailbox, sizeof(Mailbox)).data()); }
 
-    /// Lets the image do it; the words that it noted.
+    /// Runs the job; returns the words that the image recorded.
     std::vector<std::uint32_t> run(Job job, double for_s = 0.01) {
         mailbox() = {job, 0, 0, 0, {}};
         machine_.reset();
@@ -44,7 +44,7 @@ protected:
         return {mailbox().results, mailbox().results + mailbox().count};
     }
 
-    /// Why the image could not do it.
+    /// The error that ended the job.
     std::string failure(Job job) {
         mailbox() = {job, 0, 0, 0, {}};
         machine_.reset();
@@ -70,9 +70,7 @@ TEST_F(Processor, CountsEveryInstructionAsOneCycle) {
 
 TEST_F(Processor, NestsAHigherPriority) { EXPECT_THAT(run(Job::nest_interrupts), ElementsAre(enters(0), enters(1), leaves(0))); }
 
-TEST_F(Processor, ChainsAnEqualPriorityAfterwards) {
-    EXPECT_THAT(run(Job::tail_chain), ElementsAre(enters(0), leaves(0), enters(1)));
-}
+TEST_F(Processor, TailChainsAnEqualPriority) { EXPECT_THAT(run(Job::tail_chain), ElementsAre(enters(0), leaves(0), enters(1))); }
 
 TEST_F(Processor, EntersTheMoreUrgentFirst) { EXPECT_THAT(run(Job::late_arrival), ElementsAre(enters(1), enters(2))); }
 
@@ -97,7 +95,7 @@ TEST_F(Processor, SavesFloatRegistersOnlyWhenAHandlerUsesThem) {
 
 TEST_F(Processor, ReturnsToTheProcessStack) { EXPECT_THAT(run(Job::process_stack), ElementsAre(enters(1), 1, 1, 1)); }
 
-TEST_F(Processor, CallsTheSystem) { EXPECT_THAT(run(Job::system_call), ElementsAre(kSvc, 1)); }
+TEST_F(Processor, TakesSystemCalls) { EXPECT_THAT(run(Job::system_call), ElementsAre(kSvc, 1)); }
 
 TEST_F(Processor, HintsDoNothing) { EXPECT_THAT(run(Job::hints), ElementsAre(1)); }
 
@@ -118,7 +116,7 @@ TEST_F(Processor, EndsInTheBootloader) {
     EXPECT_TRUE(machine_.cpu.in_bootloader());
 }
 
-TEST_F(Processor, FailsWithPlaceAndReason) {
+TEST_F(Processor, FailsWithAddressAndReason) {
     const Symbols symbols = read_symbols(TRICOIL_TEST_FIRMWARE "/processor.elf");
     const std::map<Job, std::string> reasons{
         {Job::read_nowhere, "read from 0x30000000"},
@@ -139,7 +137,7 @@ TEST_F(Processor, FailsWithPlaceAndReason) {
     EXPECT_THAT(symbols.name_of(*symbols.address_of("run") & ~1U), "run");
 }
 
-TEST_F(Processor, RefusesWhatIsNoImage) {
+TEST_F(Processor, RefusesInvalidImages) {
     EXPECT_THROW(machine_.load(std::vector<std::uint8_t>(8)), std::invalid_argument);
     EXPECT_THROW(machine_.load(std::vector<std::uint8_t>(4096, 0xFF)), std::invalid_argument);
     EXPECT_THROW((void)read_symbols("/nowhere.elf"), host::InputError);

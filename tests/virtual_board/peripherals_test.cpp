@@ -1,4 +1,4 @@
-// What takes its time on the chip takes it in the models, and who does not wait is told.
+// Peripheral models have the chip's start-up delays, and report firmware that does not wait.
 #include <gtest/gtest.h>
 
 #include "sim/virtual_board/peripherals/iwdg.hpp"

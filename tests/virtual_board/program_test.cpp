@@ -1,4 +1,4 @@
-// What tricoil-virtual-board says to wrong options: one line, and the documented status.
+// Wrong options of tricoil-virtual-board: one line and the documented exit status.
 #include <gmock/gmock.h>
 #include <unistd.h>
 
@@ -11,15 +11,15 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// TRICOIL_PROGRAM is the virtual board here, ended with status 124 if it runs on in spite of its options.
+/// TRICOIL_PROGRAM is the virtual board here; status 124 if it does not end by itself.
 test::CliResult virtual_board(const std::string& options) {
     return test::tricoil(TRICOIL_TEST_FIRMWARE "/processor.bin " + options);
 }
 
-void expect_refused(const std::string& options, int exit_code, const std::string& says) {
+void expect_refused(const std::string& options, int exit_code, const std::string& message) {
     const test::CliResult result = virtual_board(options);
     EXPECT_EQ(result.exit_code, exit_code) << options;
-    EXPECT_THAT(result.err, HasSubstr(says)) << options;
+    EXPECT_THAT(result.err, HasSubstr(message)) << options;
     EXPECT_TRUE(result.err.starts_with("tricoil-virtual-board: ")) << options << "\n" << result.err;
     EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << options << "\n" << result.err;
 }
@@ -30,20 +30,20 @@ TEST(Program, RunsForItsDuration) {
     EXPECT_DOUBLE_EQ(result.json()["simulated_s"].get<double>(), 0.001);
 }
 
-TEST(Program, DurationIsAFiniteNumberFromZeroOn) {
+TEST(Program, DurationIsFiniteAndNotNegative) {
     for (const char* wrong : {"nan", "-nan", "inf", "1e400", "1e10", "-1"}) {
         expect_refused(std::string("--duration ") + wrong, 2, "--duration must be a number of seconds");
     }
     expect_refused("--duration soon", 2, "--duration");
 }
 
-TEST(Program, SeedIsAWholeNumberFromZeroOn) {
+TEST(Program, SeedIsAWholeNumber) {
     for (const char* wrong : {"-1", "nan", "1e30"}) {
         expect_refused(std::string("--duration 0.001 --seed ") + wrong, 2, "--seed");
     }
 }
 
-TEST(Program, AnUnknownFaultIsAnsweredWithBothKinds) {
+TEST(Program, AnUnknownFaultListsBothKinds) {
     expect_refused("--duration 0.001 --fault foo", 2, "broken_stage, adc_silent");
     expect_refused("--duration 0.001 --fault can_eror:3", 2, "did you mean 'can_errors'");
     expect_refused("--duration 0.001 --fault open_coyl:S1", 2, "did you mean 'open_coil'");
@@ -57,7 +57,7 @@ TEST(Program, NumbersOfFaultsAreBounded) {
     }
 }
 
-TEST(Program, UsbWithoutAHostControllerIsToldAtOnce) {
+TEST(Program, UsbWithoutAHostControllerIsRefused) {
     if (::access("/sys/devices/platform/vhci_hcd.0/attach", W_OK) == 0) {
         GTEST_SKIP() << "this machine has a virtual host controller";
     }

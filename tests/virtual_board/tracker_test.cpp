@@ -1,4 +1,4 @@
-// The image that is flashed: boots, checks itself, tracks the simulated hand over all three links, the same in every run.
+// The flash image boots, passes its self-check, tracks the simulated hand on all three links, with equal results in every run.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -27,8 +27,8 @@ struct Score {
     unsigned flags = 0;  // of those
     double rms_mm = 0;
     double worst_mm = 0;
-    double stated_mm = 0;  // RMS of what the poses themselves say
-    double frame_mm = 0;   // RMS of what still single frames give without filter, after the board's noise budget
+    double stated_mm = 0;  // RMS of the predicted errors
+    double frame_mm = 0;   // RMS expected of single frames of a sensor at rest without filter, by the board's noise budget
 };
 
 /// Expected square of a single frame's position error at this range, mm^2 (analog_budget.hpp).
@@ -68,8 +68,8 @@ Score score(const sim::Scenario& scenario, const std::vector<protocol::PoseMessa
     return s;
 }
 
-/// Every pose after the first half second against the truth at its own time. The board's clock begins when its timer is started,
-/// some milliseconds after power-on: when, is what fits the first two seconds best.
+/// Every pose after the first half second against the truth at its own time. The board's clock starts some milliseconds after
+/// power-on; the offset is fitted to the first two seconds.
 Score score(const sim::Scenario& scenario, const std::vector<protocol::PoseMessage>& poses,
             const signal::AcquisitionPlan& plan = nucleo_g474re::kModes[0].plan) {
     const auto end = poses.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(poses.size(), 1440));
@@ -84,7 +84,7 @@ Score score(const sim::Scenario& scenario, const std::vector<protocol::PoseMessa
     return score(scenario, poses, plan, best_begin_s);
 }
 
-/// Errors are as large as the poses say, and those are no larger than the noise budget has them for single frames.
+/// Errors agree with the predicted errors, and these do not exceed the noise budget of single frames.
 void expect_accurate(const Score& s) {
     std::printf("RMS %.2f mm, stated %.2f, a still frame without filter %.2f, worst %.2f\n", s.rms_mm, s.stated_mm, s.frame_mm,
                 s.worst_mm);
@@ -105,7 +105,7 @@ bool same(const protocol::PoseMessage& a, const protocol::PoseMessage& b) {
            a.flags == b.flags && a.distortion == b.distortion;
 }
 
-/// Poses of one link are those of another, by their times.
+/// Expects that poses of two links with equal times are equal.
 void expect_same(const std::vector<protocol::PoseMessage>& some, const std::vector<protocol::PoseMessage>& all) {
     std::size_t compared = 0;
     auto at = all.begin();
@@ -119,7 +119,7 @@ void expect_same(const std::vector<protocol::PoseMessage>& some, const std::vect
     EXPECT_GT(compared + 30, some.size());
 }
 
-TEST(Tracker, BootsAndSaysWhoItIsOnEveryLink) {
+TEST(Tracker, BootsAndIdentifiesItselfOnEveryLink) {
     BoardBench bench;
     bench.run(BoardBench::kBootS);
     for (std::size_t link = 0; link < test::link_numbers; ++link) {
@@ -148,7 +148,7 @@ TEST(Tracker, PassesItsSelfCheck) {
     EXPECT_EQ(bench.status().faults & static_cast<unsigned>(protocol::Fault::self_check), 0U);
 }
 
-TEST(Tracker, TracksTheHandAlikeOnAllLinks) {
+TEST(Tracker, TracksTheHandOnAllLinks) {
     BoardBench bench;
     bench.start({test::on_serial, test::on_can, test::on_usb});
     bench.run(2);
@@ -172,7 +172,7 @@ TEST(Tracker, WrongExcitationGivesWrongPoses) {
     EXPECT_TRUE(s.valid == 0 || s.worst_mm > 50) << s.worst_mm;
 }
 
-TEST(Tracker, SaysTheSameInThreeRuns) {
+TEST(Tracker, GivesEqualOutputInThreeRuns) {
     std::vector<std::uint64_t> hashes;
     for (int n = 0; n < 3; ++n) {
         BoardBench bench;
@@ -194,7 +194,7 @@ struct MeasuringMode {
 
 class ModeOfTheBoard : public ::testing::TestWithParam<MeasuringMode> {};
 
-/// Every mode tracks without loss, with time to spare. Instructions are counted as one cycle each: see sim/virtual_board.
+/// Every mode tracks without loss and with spare processor time. An instruction counts as one cycle: see sim/virtual_board.
 TEST_P(ModeOfTheBoard, TracksWithTimeToSpare) {
     const auto& [name, request, mode, expected_per_s] = GetParam();
     const signal::AcquisitionPlan& plan = nucleo_g474re::kModes[mode].plan;

@@ -11,7 +11,7 @@
 
 namespace tricoil::test {
 
-/// What a HostEnd is connected to. serve() between two runs of the board.
+/// Host side of a link; connect a HostEnd to it. Call serve() between two runs of the board.
 class WireEnd {
 public:
     WireEnd() { (void)port_.open(); }
@@ -21,11 +21,11 @@ public:
 
     [[nodiscard]] sim::MemoryPort& port() { return port_; }
     virtual void serve() = 0;
-    /// Bytes at random, or whatever else is no message.
+    /// Sends random bytes or other invalid data.
     virtual void send_raw(std::span<const std::uint8_t> bytes) = 0;
 
 protected:
-    void came(std::span<const std::uint8_t> message) { (void)port_.send(message); }
+    void deliver(std::span<const std::uint8_t> message) { (void)port_.send(message); }
     template <typename Send>
     void for_each_to_send(Send send) {
         hal::ReceivedMessage message;
@@ -33,10 +33,10 @@ protected:
             send(message.bytes);
         }
     }
-    void came_bytes(std::span<const std::uint8_t> bytes) {
+    void deliver_bytes(std::span<const std::uint8_t> bytes) {
         for (const std::uint8_t byte : bytes) {
             if (reader_.push(byte)) {
-                came(reader_.message());
+                deliver(reader_.message());
             }
         }
     }
@@ -54,7 +54,7 @@ private:
 class SerialEnd final : public WireEnd {
 public:
     explicit SerialEnd(virtual_board::VirtualBoard& board) : line_(board.serial) {
-        line_.on_byte = [this](std::uint8_t byte) { came_bytes({&byte, 1}); };
+        line_.on_byte = [this](std::uint8_t byte) { deliver_bytes({&byte, 1}); };
     }
     void serve() override {
         for_each_to_send([this](std::span<const std::uint8_t> message) { line_.send(framed(message)); });
@@ -68,7 +68,7 @@ private:
 class CanEnd final : public WireEnd {
 public:
     explicit CanEnd(virtual_board::VirtualBoard& board) : board_(board) {
-        board.can.on_frame = [this](const virtual_board::CanFrame& frame) { came_frame(frame); };
+        board.can.on_frame = [this](const virtual_board::CanFrame& frame) { deliver_frame(frame); };
     }
     void serve() override {
         for_each_to_send(
@@ -106,7 +106,7 @@ private:
         board_.can.send(out);
         return true;
     }
-    void came_frame(const virtual_board::CanFrame& frame) {
+    void deliver_frame(const virtual_board::CanFrame& frame) {
         ++frames;
         protocol::CanFrame in;
         in.id = frame.id;
@@ -116,7 +116,7 @@ private:
         const auto arrival =
             exchange_.take(in, frame.fd, now_us(), message, [this](const protocol::CanFrame& answer) { return send(answer); });
         if (arrival.complete) {
-            came(message);
+            deliver(message);
         }
     }
 
@@ -152,7 +152,7 @@ public:
             wire_.submit(std::move(transfer));
         }
     }
-    /// Somebody else has reset the bus, or it shall be enumerated anew.
+    /// Call after a bus reset by others, or to enumerate again.
     void begin_again() { state_ = State::out; }
     [[nodiscard]] bool is_configured() const { return state_ == State::configured; }
 
@@ -192,7 +192,7 @@ private:
         transfer.to_host = true;
         transfer.length = kRead;
         transfer.done = [this](virtual_board::UsbResult result, const std::vector<std::uint8_t>& bytes) {
-            came_bytes(bytes);
+            deliver_bytes(bytes);
             if (result == virtual_board::UsbResult::ok) {
                 listen();
             } else {

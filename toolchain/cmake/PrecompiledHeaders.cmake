@@ -1,11 +1,11 @@
-# Headers of libraries that most hosted units include, parsed once: for the host's programs and, with GoogleTest, for the tests.
+# Precompiled headers of libraries that most hosted units include: one set for programs, one with GoogleTest for tests.
 # Presets that check includes (host-debug, host-clang) leave TRICOIL_PRECOMPILE off.
 option(TRICOIL_PRECOMPILE "Precompile the headers of libraries" OFF)
 
 set(TRICOIL_HOSTED_HEADERS <Eigen/Dense> <algorithm> <array> <chrono> <cmath> <cstdint> <filesystem> <fmt/format.h> <fstream> <functional>
   <map> <memory> <mutex> <nlohmann/json.hpp> <numbers> <optional> <random> <span> <sstream> <string> <thread> <vector>)
 
-# tricoil_precompile(NAME LIBRARIES ... HEADERS ...): a library of that name whose headers tricoil_use_precompiled() hands out.
+# tricoil_precompile(NAME LIBRARIES ... HEADERS ...): declares a library NAME; tricoil_use_precompiled() reuses its headers.
 function(tricoil_precompile name)
   cmake_parse_arguments(ARG "" "" "LIBRARIES;HEADERS" ${ARGN})
   if(TRICOIL_PRECOMPILE AND NOT TARGET ${name})
@@ -18,7 +18,7 @@ function(tricoil_precompile name)
   endif()
 endfunction()
 
-# A unit must see the same macros as the headers did, hence the same libraries.
+# A unit must be compiled with the same macros as the headers, hence with the same libraries.
 function(tricoil_use_precompiled target headers)
   if(TARGET ${headers})
     get_target_property(libraries ${headers} TRICOIL_LIBRARIES)

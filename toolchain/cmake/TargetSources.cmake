@@ -1,5 +1,5 @@
-# Writes target_sources.txt into the build folder: one line a source, "TARGET PATH", for toolchain/folder-graph. (CMake's file API would
-# answer only from the second run of cmake on.)
+# Writes target_sources.txt into the build folder for toolchain/folder-graph: one line "TARGET PATH" per source. (CMake's file API gives
+# an answer only from the second run of cmake on.)
 function(tricoil_list_sources directory)
   get_property(targets DIRECTORY ${directory} PROPERTY BUILDSYSTEM_TARGETS)
   foreach(target ${targets})

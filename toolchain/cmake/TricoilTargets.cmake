@@ -1,4 +1,4 @@
-# Compiler settings that every target shares, and the one function that declares a library of the tree.
+# Compiler settings that all targets share, and tricoil_library(), which declares a library.
 get_filename_component(TRICOIL_TREE ${CMAKE_CURRENT_LIST_DIR}/../.. ABSOLUTE)
 set(CMAKE_CXX_STANDARD 20)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
@@ -8,14 +8,14 @@ if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE Release)
 endif()
 
-# Precompiled headers need the two tolerances (ccache's manual, "Precompiled headers").
+# ccache needs these two sloppiness settings for precompiled headers (its manual, "Precompiled headers").
 find_program(TRICOIL_CCACHE ccache)
 if(TRICOIL_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros ${TRICOIL_CCACHE})
 endif()
 
-# On the host, code that runs once per command is compiled at -O1, which takes half the time; libraries that run for each sample or
-# column (FAST, FREESTANDING) at -O2. Images: toolchain/cmake/arm-none-eabi.cmake.
+# Host: code that runs once per command is compiled at -O1, which halves the compile time; libraries that run for each sample or column
+# (FAST, FREESTANDING) at -O2. Images: see toolchain/cmake/arm-none-eabi.cmake.
 if(NOT CMAKE_CROSSCOMPILING)
   string(REPLACE "-O3" "-O1" CMAKE_CXX_FLAGS_RELEASE "${CMAKE_CXX_FLAGS_RELEASE}")
 endif()
@@ -23,7 +23,7 @@ endif()
 add_library(tricoil_options INTERFACE)
 target_compile_options(tricoil_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wdouble-promotion -Wconversion -Wno-sign-conversion)
 target_compile_options(tricoil_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-psabi>)
-# GCC collects its garbage rarely: a tenth less processor time, for up to 0.6 GB of memory a compiler.
+# GCC collects garbage less often: 10 % less processor time, up to 0.6 GB of memory per compiler process.
 target_compile_options(tricoil_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-expand=200$<SEMICOLON>--param=ggc-min-heapsize=600000>)
 if(TRICOIL_SANITIZE)
   target_compile_options(tricoil_options INTERFACE -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
@@ -33,13 +33,13 @@ endif()
 include(PrecompiledHeaders)
 
 # tricoil_library(NAME [FREESTANDING] [FAST] SOURCES ... DEPENDS ...)
-# FREESTANDING: must also build for a board without an operating system, hence without exceptions and run-time types.
-# FAST: runs for each sample or column; optimised more.
+# FREESTANDING: must also build for boards without an operating system, so without exceptions and run-time type information.
+# FAST: runs for each sample or column; compiled at -O2.
 function(tricoil_library name)
   cmake_parse_arguments(ARG "FREESTANDING;FAST" "" "SOURCES;DEPENDS" ${ARGN})
   add_library(${name} STATIC ${ARG_SOURCES})
   target_compile_features(${name} PUBLIC cxx_std_20)
-  # Installed headers: <tricoil/core/...>, and "core/..." as they include each other.
+  # Installed headers: programs include <tricoil/core/...>; the headers include each other as "core/...".
   target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${TRICOIL_TREE}>
     $<INSTALL_INTERFACE:include> $<INSTALL_INTERFACE:include/tricoil>)
   target_link_libraries(${name} PUBLIC ${ARG_DEPENDS} PRIVATE $<BUILD_INTERFACE:tricoil_options>)

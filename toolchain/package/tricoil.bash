@@ -1,4 +1,4 @@
-# bash completion for tricoil: what its own help lists.
+# bash completion for tricoil, from the program's --help.
 _tricoil() {
     local current=${COMP_WORDS[COMP_CWORD]} words=() word
     for word in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do

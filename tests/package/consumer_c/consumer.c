@@ -1,4 +1,4 @@
-/* A program in C: prints ten poses of a device, for instance serial:/dev/ttyACM0 */
+/* Example in C: prints ten poses of a device, for instance serial:/dev/ttyACM0 */
 #include <stdio.h>
 #include <tricoil/tricoil.h>
 

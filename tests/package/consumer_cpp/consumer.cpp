@@ -1,4 +1,4 @@
-// A program outside the tree: nine couplings in, a pose and its uncertainty out.
+// Example program outside the tree: computes a pose and its uncertainty from nine couplings.
 #include <cstdio>
 
 #include <tricoil/core/field/concentric_dipole.hpp>
@@ -19,7 +19,7 @@ int main() {
         std::fprintf(stderr, "no pose: %s\n", pose.status().message());
         return 1;
     }
-    const double side = pose->direction.dot(truth_m) < 0 ? -1 : 1;  // nine couplings do not tell it
+    const double side = pose->direction.dot(truth_m) < 0 ? -1 : 1;  // nine couplings do not determine the hemisphere
     const Vec3<double> found_m = side * pose->range_m * pose->direction;
     const auto covariance = solver::pose_covariance<double>(k, pose->range_m, pose->direction, 1e-3 * k);
     std::printf("%.6f %.6f %.6f m, at 60 dB +- %.3f mm\n", found_m.x(), found_m.y(), found_m.z(),

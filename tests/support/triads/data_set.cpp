@@ -36,7 +36,7 @@ Mat3<double> small_turn(std::mt19937_64& random, double deg) {
     return geometry::rotation_vector_to_quaternion<double>(deg * kRadians * axis).toRotationMatrix();
 }
 
-/// Places of the coils: on the axes, so that any two are `spacing_m` apart, about their middle.
+/// Coil positions on the axes, relative to their mean; any two are `spacing_m` apart.
 Vec3<double> corner(int j, double spacing_m) {
     return spacing_m / std::sqrt(2.0) * (Vec3<double>::Unit(j) - Vec3<double>::Constant(1.0 / 3));
 }

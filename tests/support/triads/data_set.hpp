@@ -1,4 +1,4 @@
-// What a stage would record with real triads: couplings at known stage poses, as ILEMT text.
+// Simulated stage recording with wound triads: couplings at known stage poses, as ILEMT text.
 #pragma once
 
 #include <array>
@@ -10,21 +10,21 @@
 
 namespace tricoil::sim {
 
-/// Two triads of windings, each in its own frame.
+/// Two wound triads, each in its own coordinate frame.
 struct RealTriads {
     std::array<WoundCoilParams, 3> source;
     std::array<WoundCoilParams, 3> sensor;
     double coupling_constant = 2e-3;  // C: coupling units times m^3 for axes of unit length
 };
 
-/// Source coils on the corners of a triangle `spacing_m` from each other, sensor coils a few mm off; axes out of square by
-/// `skew_deg` in random directions, gains spread by 10 %. radius: of the source's windings; the sensor's are 3 mm.
+/// Source coils on the corners of a triangle `spacing_m` from each other, sensor coils a few mm off; axes `skew_deg` from
+/// orthogonal in random directions, gains spread by 10 %. radius: of the source's windings; the sensor's are 3 mm.
 RealTriads make_triads(double spacing_m, double skew_deg, double source_radius_m, std::uint64_t seed);
 
 /// X(i, j) with the sensor's frame at position_m (source frame) and attitude o (source to sensor components).
 Mat3<double> coupling_matrix(const RealTriads& triads, const Vec3<double>& position_m, const Mat3<double>& o);
 
-/// A stage with three axes and a turntable about its z; source and sensor mounted crookedly, as hands do.
+/// A stage with three axes and a turntable about its z; source and sensor mounted with small angle errors.
 struct StageParams {
     double distance_m = 0.25;  // of the workspace's middle from the source
     double half_width_m = 0.05;

@@ -26,10 +26,10 @@ struct Filament {
 std::vector<Filament> filaments_of(const WoundCoilParams& params);
 
 /// Neumann's double integral over the filaments of two windings, sum of dl1.dl2 / |r|: times winding_scale it is the coupling of
-/// the pair in the units of field::dipole_pair. No multipole is assumed. Both lists in one frame.
+/// the pair in the units of field::dipole_pair. No multipole is assumed. Both lists in one coordinate frame.
 double mutual_coupling(const std::vector<Filament>& source, const std::vector<Filament>& sensor);
 
-/// What brings a pair's mutual_coupling to that of unit dipoles times the lengths of the axes.
+/// Factor that scales mutual_coupling() of a pair to that of unit dipoles times the lengths of the axes.
 double winding_scale(const WoundCoilParams& source, const WoundCoilParams& sensor);
 
 }  // namespace tricoil::sim

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""That the analysis of images sees what it looks for, and counts nothing twice.
+"""Tests of the image analysis: it reports recursion and double arithmetic, and counts nothing twice.
   analysis_test.py BUILD_FOLDER
 """
 

@@ -1,4 +1,4 @@
-// Adds doubles and does nothing else with them: the check for double precision must see it.
+// Only adds doubles: the check for double precision must report it.
 namespace {
 
 volatile double terms[2] = {1, 2};

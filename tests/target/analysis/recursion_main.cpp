@@ -1,4 +1,4 @@
-// Calls itself until the stack is full: the analysis must report it, and the image must not end well.
+// Recurses until the stack is full: the analysis must report it, and the image must end with an error.
 #include "board/qemu_an386/report_printer.hpp"
 #include "drivers/semihosting/console.hpp"
 

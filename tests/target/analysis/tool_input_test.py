@@ -22,20 +22,20 @@ class Refusal(unittest.TestCase):
 
 
 class BadArguments(Refusal):
-    def test_presets_that_are_none(self):
+    def test_unknown_presets(self):
         for preset in ("nonsense", "", "../x"):
             self.refused(ROOT / "toolchain/budgets", preset, naming=f"no preset {preset!r}")
             self.refused(ROOT / "toolchain/build", preset, naming=f"no preset '{preset}'")
         self.refused(ROOT / "toolchain/build", naming="no preset")
 
-    def test_machines_and_images_that_are_none(self):
+    def test_unknown_machines_and_missing_images(self):
         run_image = ROOT / "tests/target/run_image"
         self.refused(run_image, naming="unknown machine ''")
         self.refused(run_image, "mps2-an999", "x.elf", naming="unknown machine 'mps2-an999'")
         self.refused(run_image, "mps2-an386", naming="no image ''")
         self.refused(run_image, "mps2-an386", "nowhere.elf", naming="no image 'nowhere.elf'")
 
-    def test_files_that_are_no_images(self):
+    def test_files_that_are_not_images(self):
         check_image = ROOT / "tests/target/check_image"
         self.refused(check_image, ROOT / "README.md", naming="README.md")
         self.refused(check_image, "nowhere.elf", naming="nowhere.elf: no such image")
@@ -48,7 +48,7 @@ class BadFiles(Refusal):
         self.root = pathlib.Path(self.folder.name)
         shutil.copytree(ROOT / "toolchain", self.root / "toolchain", ignore=shutil.ignore_patterns("uml", "__pycache__"))
 
-    def spoilt(self, file, text, naming):
+    def refused_with(self, file, text, naming):
         path = self.root / "toolchain" / file
         before = path.read_text()
         path.write_text(text(before))
@@ -56,17 +56,17 @@ class BadFiles(Refusal):
         path.write_text(before)
 
     def test_budgets(self):
-        self.spoilt("budgets.toml", lambda text: text.replace("[", "", 1), "budgets.toml")
-        self.spoilt("budgets.toml", lambda text: text.replace("flash = 98304\n", ""), "[size.tracker]")
-        self.spoilt("budgets.toml", lambda text: text.replace("direct = 2000 ", 'direct = "2000" '), "[instructions.qemu-an386]")
-        self.spoilt("budgets.toml", lambda text: text.replace("[instructions.qemu-an386]", "[instructions.other]"), "qemu-an386")
-        self.spoilt("budgets.toml", lambda text: text.replace("[stack]", "[stuck]"), "stack")
+        self.refused_with("budgets.toml", lambda text: text.replace("[", "", 1), "budgets.toml")
+        self.refused_with("budgets.toml", lambda text: text.replace("flash = 98304\n", ""), "[size.tracker]")
+        self.refused_with("budgets.toml", lambda text: text.replace("direct = 2000 ", 'direct = "2000" '), "[instructions.qemu-an386]")
+        self.refused_with("budgets.toml", lambda text: text.replace("[instructions.qemu-an386]", "[instructions.other]"), "qemu-an386")
+        self.refused_with("budgets.toml", lambda text: text.replace("[stack]", "[stuck]"), "stack")
         (self.root / "toolchain/budgets.toml").unlink()
         self.refused(self.root / "toolchain/budgets", "qemu-an386", naming="budgets.toml")
 
     def test_baseline(self):
-        self.spoilt("baseline.toml", lambda text: text + "]", "baseline.toml")
-        self.spoilt("baseline.toml", lambda text: text.replace("= 1", '= "1"', 1), "baseline.toml")
+        self.refused_with("baseline.toml", lambda text: text + "]", "baseline.toml")
+        self.refused_with("baseline.toml", lambda text: text.replace("= 1", '= "1"', 1), "baseline.toml")
 
     def test_no_image_and_no_compiler(self):
         self.refused(self.root / "toolchain/budgets", "qemu-an386", naming="kernels.elf: no such image")

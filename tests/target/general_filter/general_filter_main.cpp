@@ -1,5 +1,5 @@
-// The filter with real coils through what costs it most: starts from nothing, jumps that make it start anew, a frame so near the
-// coils that the start searches all sides, and columns that nothing explains. What a tracker with such coils needs of the stack.
+// The filter with real coils in its most expensive paths: cold start, restart after a jump, a start so near the coils that it
+// searches all sides, and columns that match no pose. Measures the stack of such a tracker.
 #include <optional>
 
 #include "board/qemu_an386/report_printer.hpp"
@@ -15,7 +15,7 @@ namespace scaat = tracking::scaat;
 using General = scaat::GeneralMeasurement<float>;
 
 constexpr int kSlot_us = 1389;
-constexpr int kColumns = 90;  // at each place
+constexpr int kColumns = 90;  // at each position
 
 General coils{field::GeneralDipole<float>::concentric(0.01F)};
 std::optional<tracking::GeneralTracker<float>> filter;
@@ -23,8 +23,8 @@ Vec3<float> last_m;
 const Vec3<float> places[] = {{0.4F, 0.1F, 0.2F}, {0.3F, -0.3F, 0.1F}, {0.09F, 0.02F, -0.03F}, {0.5F, 0, -0.2F}};
 Column<float> column;
 
-/// Of a sensor that rests at `position`; simultaneous columns share a time. Not inlined, as nothing here that is no part of the
-/// filter: its temporaries would count as the filter's.
+/// A column of a sensor at rest at `position`; simultaneous columns share a time. Not inlined, so that its temporaries do not
+/// count as stack of the filter.
 [[gnu::noinline]] void make_column(int n, bool simultaneous, const Vec3<float>& position) {
     const Mat3<float> o = geometry::attitude_matrix(geometry::Euler<float>{4 * position.x(), 0.3F, -position.z()});
     column.state = single_coil(n % 3);
@@ -33,7 +33,9 @@ Column<float> column;
     column.sigma.setConstant(1e-5F * column.in_phase.norm());
 }
 
-[[gnu::noinline]] void spoil_column() { column.in_phase = column.in_phase.reverse().cwiseProduct(Vec3<float>(1, -3, 2)).eval(); }
+[[gnu::noinline]] void corrupt_column() {
+    column.in_phase = column.in_phase.reverse().cwiseProduct(Vec3<float>(1, -3, 2)).eval();
+}
 
 [[gnu::noinline]] void set_up(bool simultaneous) {
     tracking::TrackerParams<float> params;
@@ -50,7 +52,7 @@ Column<float> column;
     }
 }
 
-/// From place to place; the distance from the last of them at the end, in metres.
+/// Moves through all positions; returns the final distance to the last one in metres.
 float follow(bool simultaneous) {
     set_up(simultaneous);
     int n = 0;
@@ -59,9 +61,9 @@ float follow(bool simultaneous) {
             make_column(n, simultaneous, place);
             take_column();
         }
-        for (int end = n + 9; n < end; ++n) {  // what no pose explains
+        for (int end = n + 9; n < end; ++n) {  // columns that match no pose
             make_column(n, simultaneous, place);
-            spoil_column();
+            corrupt_column();
             take_column();
         }
     }

@@ -1,6 +1,5 @@
-// A QEMU plugin (TCG plugin API version 1) that counts the instructions which the emulated processor executes between two
-// functions of the image: from the first instruction of one to the first instruction of the other, exactly and the same in every
-// run.
+// A QEMU plugin (TCG plugin API version 1) that counts the instructions executed by the emulated processor from the first
+// instruction of one function to the first instruction of another. The count is exact and equal in every run.
 //   -plugin libinstruction_count.so,begin=ADDRESS,end=ADDRESS,out=FILE
 // One line per pair is written to FILE.
 #include <cinttypes>
@@ -9,7 +8,7 @@
 #include <cstdlib>
 #include <cstring>
 
-// Debian ships no qemu-plugin.h: the few entries that are used, as QEMU 7.2 documents them (docs/devel/tcg-plugins).
+// Debian ships no qemu-plugin.h. These are the declarations in use, as documented for QEMU 7.2 (docs/devel/tcg-plugins).
 extern "C" {
 // NOLINTBEGIN(readability-identifier-naming): QEMU's names
 struct qemu_plugin_tb;
@@ -69,7 +68,7 @@ extern "C" [[gnu::visibility("default")]] int qemu_plugin_install(qemu_plugin_id
         }
         ++value;
         if (std::strncmp(argv[n], "begin=", 6) == 0) {
-            begin_address = std::strtoull(value, nullptr, 16) & ~1ULL;  // bit 0 says Thumb
+            begin_address = std::strtoull(value, nullptr, 16) & ~1ULL;  // bit 0 is the Thumb bit
         } else if (std::strncmp(argv[n], "end=", 4) == 0) {
             end_address = std::strtoull(value, nullptr, 16) & ~1ULL;
         } else if (std::strncmp(argv[n], "out=", 4) == 0) {

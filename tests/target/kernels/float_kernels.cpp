@@ -17,7 +17,7 @@ namespace {
 constexpr int kPoses = 12;
 constexpr int kBlock = 200;
 constexpr int kCycles = 10;
-constexpr float kNearby_rad = 0.03F;  // between the pose and the one that is stepped from
+constexpr float kNearby_rad = 0.03F;  // between the pose and the start pose of the step
 
 /// Poses all around the source, in every octant and on an axis, 0.2 to 0.9 m away.
 solver::VectorPose<float> pose_of(int run) {
@@ -44,7 +44,7 @@ struct Outputs {
     bool ok;
 };
 
-// In memory that is neither constant nor on the stack: nothing of a kernel can be computed in advance or left out.
+// Global variables, so that the compiler can neither precompute a kernel nor remove it.
 Inputs inputs;
 Outputs outputs;
 
@@ -93,7 +93,7 @@ void run_lock_in(int) { outputs.phasors = signal::lock_in(oscillator, std::span<
 std::optional<signal::Demodulator<float>> demodulator;
 SampleBlock block;
 
-/// Everything that is done with a block, health and noise included: 240 Hz TDM at 144 kS/s, 200 samples of which 160 are used.
+/// The complete processing of a block, with health and noise: 240 Hz TDM at 144 kS/s, 200 samples of which 160 are used.
 void prepare_block(int run) {
     prepare_samples(run);
     const auto plan = signal::plan_acquisition(signal::default_acquisition(signal::Multiplexing::tdm, 240));
@@ -112,7 +112,7 @@ std::optional<tracking::PreviousTracker<float>> previous_tracker;
 tracking::Tracker<float>* tracker = nullptr;
 std::array<Column<float>, 3> columns;
 
-/// A tracker that has been following for two frames; the column that comes next completes a matrix.
+/// A tracker that has followed for two frames; the next column completes a matrix.
 void prepare_tracker(int run) {
     prepare_pose(run);
     tracking::TrackerParams<float> params;

@@ -1,4 +1,4 @@
-// Runs every kernel between two markers that the instruction counter knows, and prints the names in the same order.
+// Runs every kernel between the two markers of the instruction counter; prints the kernel names in the same order.
 #include "board/cortex_m/stack.hpp"
 #include "board/qemu_an386/report_printer.hpp"
 #include "core/base/text_line.hpp"
@@ -6,9 +6,11 @@
 #include "tests/target/kernels/kernel.hpp"
 
 extern "C" {
-// Calls that the compiler can neither inline nor leave out; their addresses are the counter's markers.
+// Functions that the compiler can neither inline nor remove; their addresses are the markers of the counter.
 [[gnu::noinline]] void count_begin() { asm volatile("" ::: "memory"); }
-[[gnu::noinline]] void count_end() { asm volatile("nop" ::: "memory"); }  // not the same body: it would be folded into one
+[[gnu::noinline]] void count_end() {
+    asm volatile("nop" ::: "memory");
+}  // a different body, so that the two functions are not merged
 }
 
 namespace {
@@ -17,7 +19,7 @@ using tricoil::target::Kernel;
 
 void nothing(int) { asm volatile("" ::: "memory"); }
 
-/// What calling a kernel costs by itself; subtracted from every count.
+/// The cost of the call alone; subtracted from every count.
 const Kernel kEmpty{"empty", 1, nothing, nothing};
 
 void measure(const Kernel& kernel, tricoil::hal::Console& console) {

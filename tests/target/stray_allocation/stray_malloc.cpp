@@ -1,4 +1,4 @@
-// Must not link: malloc wants _sbrk, and there is none.
+// Must not link: malloc needs _sbrk, which does not exist.
 #include <cstdlib>
 
 int main(int argc, char**) {

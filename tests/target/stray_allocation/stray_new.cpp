@@ -1,4 +1,4 @@
-// Must not link: operator new lives in the C++ library, which is not linked.
+// Must not link: operator new is in the C++ library, which is not linked.
 int main(int argc, char**) {
     auto* const memory = new volatile int[static_cast<unsigned>(argc)];
     memory[0] = 1;

@@ -1,4 +1,4 @@
-// Must not link: the C library's printf allocates behind one's back.
+// Must not link: the C library's printf allocates.
 #include <cstdio>
 
 int main() { return std::printf("%d\n", 1); }

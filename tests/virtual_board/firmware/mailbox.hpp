@@ -1,4 +1,4 @@
-// What a test and the image it runs say to each other, at the start of RAM.
+// Mailbox at the start of RAM: job from the test, results from the image.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@ namespace tricoil::test {
 constexpr std::uint32_t kMailbox = 0x20000000;
 constexpr std::uint32_t kResults = 64;
 
-/// What the image shall do.
+/// Job that the image runs.
 enum class Job : std::uint32_t {
     nothing,
     count_instructions,
@@ -38,9 +38,9 @@ enum class Job : std::uint32_t {
 
 struct Mailbox {
     Job job;
-    std::uint32_t done;  // 1 when the job is
+    std::uint32_t done;  // 1 when the job is done
     std::uint32_t boots;
-    std::uint32_t count;  // of what is in results
+    std::uint32_t count;  // number of entries in results
     std::uint32_t results[kResults];
 };
 

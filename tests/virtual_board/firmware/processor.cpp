@@ -1,4 +1,4 @@
-// An image that makes the processor do one thing at a time, and writes what came of it into the mailbox.
+// Test image: runs one processor test per job and writes the results into the mailbox.
 #include "tests/virtual_board/firmware/mailbox.hpp"
 
 using tricoil::test::Job;
@@ -65,13 +65,13 @@ volatile float product;
 extern "C" {
 extern Word bss_begin, bss_end, stack_top;
 
-// Interrupt 0 pends 1 within itself, 1 is told by the job what to do; each notes its entry and exit.
+// Interrupt 0 pends interrupt 1; the job selects what interrupt 1 does. Each records its entry and exit.
 void interrupt_0() {
     note(100 + active_exception());
     if (mailbox.job == Job::lazy_float) {
         note(at(kFpccr) & 1U);
         note(stack_pointer() <= at(kFpcar) ? 1 : 0);
-        note(*reinterpret_cast<volatile Word*>(at(kFpcar)));  // still what the stack held before
+        note(*reinterpret_cast<volatile Word*>(at(kFpcar)));  // not yet written: old stack content
         product = half(product);                              // now the registers must be saved
         fence();
         note(at(kFpccr) & 1U);
@@ -150,7 +150,7 @@ void run() {
             pend(1);
             fence();
             note(1);
-            asm volatile("wfi" : : : "memory");  // goes on, as something is pending
+            asm volatile("wfi" : : : "memory");  // returns at once, as an interrupt is pending
             note(2);
             asm volatile("cpsie i" : : : "memory");
             fence();
@@ -196,7 +196,7 @@ void run() {
             break;
         case Job::cycle_counter: {
             at(0xE0001000) = 1;
-            asm volatile("b 1f\n 1:");  // time is counted by straight pieces of code
+            asm volatile("b 1f\n 1:");  // time is counted per basic block
             const Word before = at(0xE0001004);
             asm volatile("b 1f\n 1: .rept 100\n nop\n .endr");
             asm volatile("b 1f\n 1:");
