@@ -24,7 +24,8 @@ struct ReplayReport {
     /// Nothing differs, and nothing is missing but what a killed program could not write: its last second.
     [[nodiscard]] bool reproduces(bool complete) const {
         constexpr double kLastSecond = 1;
-        return equal == compared && (complete ? only_replayed + only_recorded == 0 : equal > 0 && tail_s <= kLastSecond);
+        const bool all_compared = only_replayed + only_recorded == 0;
+        return equal == compared && (all_compared || (!complete && equal > 0 && tail_s <= kLastSecond));
     }
 };
 

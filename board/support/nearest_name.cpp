@@ -30,6 +30,10 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 }  // namespace
 
 std::string nearest_name(std::string_view typed, const std::vector<std::string>& choices) {
+    const auto begins = [&](const std::string& choice) { return !typed.empty() && choice.starts_with(typed); };
+    if (std::count_if(choices.begin(), choices.end(), begins) == 1) {
+        return *std::find_if(choices.begin(), choices.end(), begins);
+    }
     std::string best;
     bool tied = false;
     std::size_t best_distance = std::max<std::size_t>(2, typed.size() / 2) + 1;

@@ -1,4 +1,4 @@
-// CoilCorrection against the general dipole: couplings of crooked coils come out as those of ideal ones.
+// CoilCorrection against the general dipole: couplings of misaligned coils are corrected to those of ideal coils.
 #include <gmock/gmock.h>
 
 #include <random>

@@ -83,7 +83,7 @@ TEST(Usage, ConfigurationErrorsNameTheLine) {
     refuse("[outputs]\npublish = 1", "2: 'outputs.publish' must be true or false");
     refuse("[tracker", "1: ");
     expect_usage_error("run --config " + write_file("empty.toml", ""), "'device' is missing");
-    expect_usage_error("run --config /no/such/file", "/no/such/file: cannot be read");
+    expect_usage_error("run --config /no/such/file", "/no/such/file: cannot be opened");
 }
 
 TEST(Usage, OptionsWithoutEffectAreRefused) {

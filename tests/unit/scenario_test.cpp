@@ -19,7 +19,7 @@ std::string refusal(const std::string& text) {
     std::ofstream(path, std::ios::binary) << text;
     try {
         host::load_scenario(path, 1);
-    } catch (const host::InputError& error) {
+    } catch (const std::invalid_argument& error) {
         return error.what();
     }
     return "";

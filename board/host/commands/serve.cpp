@@ -20,6 +20,7 @@
 #include "board/support/output_file.hpp"
 #include "board/support/service_notice.hpp"
 #include "board/support/terminal_text.hpp"
+#include "board/support/tracker_choice.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -159,6 +160,10 @@ nlohmann::ordered_json source_of(const RunCommand& run) {
 int run_serve(const ServeCommand& command) {
     if (!command.web.empty() && web::kPage.empty()) {
         throw InputError("serve: this program was built without the live page (TRICOIL_WEB=OFF)");
+    }
+    if (fixed_method(command.run->options.tracker)) {
+        throw InputError("serve: not with --tracker " + command.run->options.tracker +
+                         "; its integer poses have no columns to serve");
     }
     TrackerControl control;
     Server server;
