@@ -100,7 +100,7 @@ TEST(MotionCommand, RefusesBadInputInOneLine) {
     expect_refused("motion --example I --start-range 1e300", "--start-range must be");
     expect_refused("motion --example I --start-range 1e-300", "--start-range must be");
     expect_refused("motion --example I --gap -0.001", "--gap must be");
-    expect_refused("motion --example I --kappa two --form vectors --loop closed", "--kappa exact only");
+    expect_refused("motion --example I --kappa two --form vectors --loop closed", "use --kappa exact with the pole-free form");
     expect_refused("motion --example I --out ''", "--out");
     expect_refused("motion --azimuth nan,0", "azimuth rate");
     expect_refused("motion --azimuth 1e9,0", "azimuth rate");
