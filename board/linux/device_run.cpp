@@ -108,11 +108,11 @@ private:
 
 constexpr int kSignalled = 128;  // exit code: plus the signal
 
-/// Adds up the device's time over its restarts.
+/// Adds up the device's time since its first pose, over its restarts.
 class DeviceStopwatch {
 public:
     void see(std::int64_t time_us) {
-        const std::int64_t step = time_us - last_us_;
+        const std::int64_t step = time_us - last_us_.value_or(time_us);
         elapsed_us_ += step > 0 && step < kLongestStepUs ? step : 0;
         last_us_ = time_us;
     }
@@ -120,7 +120,7 @@ public:
 
 private:
     static constexpr std::int64_t kLongestStepUs = 1'000'000;
-    std::int64_t last_us_ = 0;
+    std::optional<std::int64_t> last_us_;
     std::int64_t elapsed_us_ = 0;
 };
 

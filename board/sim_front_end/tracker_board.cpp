@@ -21,16 +21,21 @@ signal::AcquisitionPlan planned(signal::Multiplexing multiplexing, double rate_h
     return *plan;
 }
 
-std::vector<app::MeasuringMode> all_modes(const sim::FrontEndParams& params, const signal::ChannelResponse<float>& response) {
+/// The one that was asked for comes first, and is what the world is left with.
+std::vector<app::MeasuringMode> all_modes(const sim::FrontEndParams& params, sim::CoilWorld& world) {
     using signal::Multiplexing;
-    std::vector<app::MeasuringMode> modes{{planned(params.multiplexing, params.frame_rate_hz), response}};
-    for (const auto& [multiplexing, rate_hz] : {std::pair{Multiplexing::tdm, 240.0},
-                                                {Multiplexing::tdm, 480.0},
-                                                {Multiplexing::fdm, 240.0},
-                                                {Multiplexing::fdm, 480.0},
-                                                {Multiplexing::fdm, 960.0}}) {
-        modes.push_back({planned(multiplexing, rate_hz), response});
-    }
+    std::vector<app::MeasuringMode> modes;
+    const auto add = [&](Multiplexing multiplexing, double rate_hz) {
+        const signal::AcquisitionPlan plan = planned(multiplexing, rate_hz);
+        world.configure(plan);
+        modes.insert(modes.begin(), {plan, sim::in_single(world.demodulation()).response});
+    };
+    add(Multiplexing::fdm, 960);
+    add(Multiplexing::fdm, 480);
+    add(Multiplexing::fdm, 240);
+    add(Multiplexing::tdm, 480);
+    add(Multiplexing::tdm, 240);
+    add(params.multiplexing, params.frame_rate_hz);
     return modes;
 }
 
@@ -41,8 +46,7 @@ TrackerBoard::TrackerBoard(hal::MessagePort& port, const sim::FrontEndParams& pa
       world_(params_.scenario->world, *params_.scenario->motion, params_.scenario->faults),
       port_(port),
       sampler_(world_, coils_, clock_, std::numeric_limits<double>::infinity()) {
-    world_.configure(planned(params.multiplexing, params.frame_rate_hz));
-    modes_ = all_modes(params, sim::in_single(world_.demodulation()).response);
+    modes_ = all_modes(params, world_);
     store_calibration();
     device_.emplace(hardware(), device_params());
     device_->boot();

@@ -30,7 +30,7 @@ if(TRICOIL_SANITIZE)
   target_link_options(tricoil_options INTERFACE -fsanitize=address,undefined)
 endif()
 
-include(PrecompiledHeaders)
+include(${CMAKE_CURRENT_LIST_DIR}/PrecompiledHeaders.cmake)
 
 # tricoil_library(NAME [FREESTANDING] [FAST] SOURCES ... DEPENDS ...)
 # FREESTANDING: must also build for boards without an operating system, so without exceptions and run-time type information.
