@@ -37,7 +37,7 @@ Mat3<Scalar> skew(const Vec3<Scalar>& v) {
     return (Mat3<Scalar>() << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0).finished();
 }
 
-/// Active rotation by |r| (rad) about r, as a unit quaternion; exact for any size, smooth through zero.
+/// Active rotation by |r| (rad) about r, as a unit quaternion. Exact for any angle and smooth at zero.
 template <typename Scalar>
 Quat<Scalar> rotation_vector_to_quaternion(const Vec3<Scalar>& r) {
     const Scalar angle = r.norm();

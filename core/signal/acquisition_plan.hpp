@@ -13,7 +13,7 @@ namespace tricoil::signal {
 /// Time-division: one carrier, states S1, S2, S3 in turn. Frequency-division: three carriers at the same time.
 enum class Multiplexing : std::uint8_t { tdm, fdm };
 
-/// What a user sets. All frequencies in Hz.
+/// Settings of the user. All frequencies in Hz.
 struct AcquisitionParams {
     Multiplexing multiplexing = Multiplexing::tdm;
     double sample_rate_hz = 144e3;                  // per channel; 144 kS/s is the ADS1274's fastest 24-bit rate
@@ -35,8 +35,9 @@ struct AcquisitionPlan {
     [[nodiscard]] double block_s() const { return block_samples / params.sample_rate_hz; }
 };
 
-/// Carriers near 10 kHz (TDM) or near 7.7, 10 and 13.4 kHz (FDM; unevenly spaced, so that no third-order product of two falls on
-/// the third), snapped to whole cycles per window; a guard of a fifth of a TDM slot. The result still has to be validated.
+/// Carriers near 10 kHz (TDM) or near 7.7, 10 and 13.4 kHz (FDM; unevenly spaced, so that no third-order product of two carriers
+/// has the frequency of the third), rounded to whole cycles per window. The guard is a fifth of a TDM slot. The result must still
+/// be validated.
 AcquisitionParams default_acquisition(Multiplexing multiplexing, double frame_rate_hz, double sample_rate_hz = 144e3);
 
 /// Errors (invalid_argument, the message names the parameter): a rate is not positive or not finite; a block is not a whole

@@ -17,7 +17,7 @@ struct TrackingIncrements {
     Scalar mean_roll;           // phi0 as the mean of the two forms of (16), rad; `rotation` has the first form
 };
 
-/// The paper's form: six angles and lengths. Singular where |beta| or |theta| is a quarter turn.
+/// Angle form: six angles and lengths of the paper. Singular where |beta| or |theta| is a quarter turn.
 template <typename Scalar>
 struct AnglePose {
     geometry::Spherical<Scalar> position;

@@ -33,10 +33,10 @@ public:
         Scalar unmodelled_variance = 0;  // of coupling errors other than noise, coupling units squared
     };
 
-    /// Updates with a column if it passes the gate, linearised at `around`; with less weight the nearer it comes to the gate:
-    /// many such columns are outliers too, and a manoeuvre is told again by the next one. (A late column is told by none and
-    /// keeps its weight.) One that does not pass is left out as an outlier, unless it is trusted: then the covariance is
-    /// inflated until it passes. False if it was left out.
+    /// Updates with a column if it passes the gate, linearised at `around`. The weight falls near the gate: many such columns
+    /// are outliers, and the next column shows a manoeuvre again. (A late column keeps its weight, because no later one repeats
+    /// it.) A column outside the gate is an outlier and not used, unless it is trusted: then the covariance is inflated until the
+    /// column passes. Returns false if the column was not used.
     bool use(const Column<Scalar>& column, const Motion<Scalar>& around, Use use);
 
     /// True if the position is within the gate of another one with the given covariance.
