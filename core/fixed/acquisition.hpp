@@ -25,7 +25,7 @@ struct Acquisition {
         const std::int64_t rate = sample_rate_hz;
         return Microseconds{(std::int64_t{halves} * 1'000'000 + rate) / (2 * rate)};
     }
-    /// From the first sample of a block to the middle of its window.
+    /// Time between the first sample of a block and the middle of its window.
     [[nodiscard]] constexpr Microseconds midpoint_offset() const {
         return half_samples(2 * guard_samples + window_samples() - 1);
     }

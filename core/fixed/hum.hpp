@@ -11,7 +11,7 @@ namespace tricoil::fixed {
 /// Per channel: decrease of the hum over one window, in codes times 2^8.
 using HumStep = std::array<std::int64_t, kChannels>;
 
-/// From the ends of the window minus the carriers found by lock_in(). Windows of 16 to kMaxBlockSamples samples.
+/// Hum step from the ends of the window, without the carriers found by lock_in(). Windows of 16 to kMaxBlockSamples samples.
 HumStep hum_step(std::span<const Oscillator> oscillators, std::span<const std::array<Phasor, kChannels>> carriers,
                  std::span<const Sample> window);
 
