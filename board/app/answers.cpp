@@ -52,7 +52,7 @@ void Answers::pump(DeviceTime now) {
     }
 }
 
-/// Moves on by what was encoded; 0: nothing is left.
+/// Encodes the next message and advances. 0: nothing is left.
 std::size_t Answers::encode_next(DeviceTime now) {
     if (report_ != nullptr) {
         return encode_row(now);

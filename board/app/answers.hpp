@@ -1,4 +1,4 @@
-// Answers that are more than one message, or longer than a link takes at once: sent as the link has room.
+// Answers of several messages, or of one that a link cannot take at once. They are sent as the link has room.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace tricoil::app {
 
-/// One answer at a time, for the whole board. What is told must stay where it is until the answer is over.
+/// One answer at a time for the whole board. The data must stay valid until the answer is complete.
 class Answers {
 public:
     /// `buffer`: for one message of kMaxBoardMessage bytes.
@@ -19,10 +19,10 @@ public:
 
     void tell(HostLink& link, const selfcheck::Report& report);
     void tell(HostLink& link, const SampleBlock& block, std::uint32_t sample_rate_mhz);
-    /// An empty calibration if the store has none.
+    /// Sends an empty calibration if the store has none.
     void tell(HostLink& link, CalibrationStore& store, std::uint16_t request);
 
-    /// Sends what there is room for; gives an answer up whose host has gone, or takes nothing for kPatience.
+    /// Sends messages while there is room. Drops the answer if the host is gone or accepts nothing for kPatience.
     void pump(DeviceTime now);
 
     [[nodiscard]] bool is_busy() const { return link_ != nullptr; }
@@ -39,12 +39,12 @@ private:
     std::size_t encode_calibration(DeviceTime now);
 
     std::span<std::uint8_t> buffer_;
-    HostLink* link_ = nullptr;  // null: nothing to tell
+    HostLink* link_ = nullptr;  // null: no answer in progress
     bool has_begun_ = false;
     DeviceTime last_sent_{};
-    std::size_t next_ = 0;  // row, or sample
+    std::size_t next_ = 0;  // index of the next row or sample
     const selfcheck::Report* report_ = nullptr;
-    CalibrationStore* store_ = nullptr;  // neither this nor a report: a block
+    CalibrationStore* store_ = nullptr;  // null, and no report: the answer is a block
     std::uint16_t request_ = 0;
     SampleBlock block_;
     std::uint32_t sample_rate_mhz_ = 0;

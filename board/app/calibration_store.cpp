@@ -21,7 +21,7 @@ static_assert(std::endian::native == std::endian::little, "records are little-en
 
 std::uint64_t word_of(std::uint32_t low, std::uint32_t high) { return low | static_cast<std::uint64_t>(high) << 32U; }
 
-/// Word n of a blob, filled up with zeros.
+/// Word n of a blob, padded with zeros.
 Word blob_word(const calibration::Blob& blob, std::size_t n) {
     Word word{};
     const std::size_t first = n * Storage::kWordBytes;

@@ -1,4 +1,4 @@
-// Where a board keeps its calibration: two slots, of which one is always whole.
+// Calibration in flash: two slots, at least one of which holds a complete record after the first write.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +10,8 @@
 
 namespace tricoil::app {
 
-/// A record is a head (what it is, its number), the blob, and a CRC-32 of both that is written last. A new record goes into the
-/// slot that does not hold the newest: power may fail at any moment, and what is read then is the old blob or the new one.
+/// A record is a head (magic, sequence number), the blob, and a CRC-32 of both that is written last. A new record goes into the
+/// slot that does not hold the newest. If power fails during a write, the old or the new blob is read.
 class CalibrationStore {
 public:
     static constexpr std::size_t kSlots = 2;
@@ -22,34 +22,34 @@ public:
 
     enum class Content : std::uint8_t {
         none,     // never written
-        sound,    // read() has it
-        damaged,  // something, and no record is whole
+        sound,    // read() returns it
+        damaged,  // data are present, but no record is complete
     };
-    /// Looks at both slots.
+    /// Reads both slots.
     Content open();
 
-    /// The newest whole record's blob. ok; not_ready: there is none; degenerate: it has been damaged since open().
+    /// Blob of the newest complete record. Errors: not_ready (no calibration); degenerate (damaged since open()).
     Status read(calibration::Blob& blob);
 
-    /// Keeps `blob` from now on; coils must be off. ok, and the old one is given up; or the errors of Storage, invalid_argument
-    /// if there are no two slots for it, degenerate if it reads back as something else: then the old one is still there.
+    /// Stores `blob` in place of the old one; coils must be off. Errors: those of Storage, invalid_argument (fewer than two
+    /// slots), degenerate (read back differently). After an error the old blob is still valid.
     Status write(const calibration::Blob& blob);
 
 private:
-    /// What stands in front of a blob.
+    /// Start of a record.
     struct Head {
         std::uint32_t magic = 0;
         std::uint32_t sequence = 0;
     };
     struct Look {
         bool is_erased = true;
-        std::optional<std::uint32_t> sequence;  // of a whole record
+        std::optional<std::uint32_t> sequence;  // of a complete record
     };
     Look look(std::size_t slot);
     Status write_record(std::size_t slot, Head head, const calibration::Blob& blob);
 
     hal::Storage& storage_;
-    std::optional<std::size_t> newest_;  // slot of the record that read() has
+    std::optional<std::size_t> newest_;  // slot of the newest complete record
     std::uint32_t sequence_ = 0;         // of that record
 };
 

@@ -2,7 +2,7 @@
 
 namespace tricoil::app {
 
-/// Not inlined: its frame is off the stack again when tick() needs one as large.
+/// Not inlined, so that its stack frame is free again when tick() needs one of the same size.
 template <typename Scalar, typename SensorTracker>
 [[gnu::noinline]] bool ColumnChain<Scalar, SensorTracker>::update(const SampleBlock& block, const Devices& devices,
                                                                   MainLoopCounters& counters) {

@@ -1,4 +1,4 @@
-// One sensor's samples to poses in floating point: demodulator, columns, tracker.
+// Processing of one sensor in floating point: samples, columns, poses.
 #pragma once
 
 #include <cstdint>
@@ -13,14 +13,14 @@
 
 namespace tricoil::app {
 
-/// What a board puts behind the loop. All must outlive it.
+/// Hardware interfaces of the loop. All must outlive it.
 template <typename Scalar>
 struct Devices {
     hal::Clock& clock;
     hal::CoilDriver& coils;
     hal::CoilSampler& sampler;
     hal::Link<Scalar>& link;
-    hal::TrackerTap<Scalar>* tap = nullptr;  // sees what the trackers are given and answer; none: nobody looks
+    hal::TrackerTap<Scalar>* tap = nullptr;  // observes inputs and outputs of the trackers; may be null
 };
 
 template <typename Scalar>
@@ -28,19 +28,19 @@ struct MainLoopParams {
     signal::AcquisitionPlan plan;  // from plan_acquisition()
     signal::DemodulatorParams<Scalar> demodulator;
     tracking::TrackerParams<Scalar> tracker;  // must pass check()
-    /// Of the coils that the columns are measured with; none: ideal triads.
+    /// Correction of the measured columns; none: ideal triads.
     typename tracking::Tracker<Scalar>::Correction correction = std::nullopt;
-    int sensors = 1;  // blocks that each excitation brings, one a sensor, in the order 0, 1, ...
+    int sensors = 1;  // each excitation brings one block per sensor, in the order 0, 1, ...
 };
 
 struct MainLoopCounters {
     std::uint64_t blocks = 0;          // received
     std::uint64_t lost_blocks = 0;     // gaps in the sequence, and polls that timed out
-    std::uint64_t refused_blocks = 0;  // that the demodulator refused, or of a sensor that is not there
-    std::uint64_t unsent_poses = 0;    // that the link did not take
+    std::uint64_t refused_blocks = 0;  // refused by the demodulator, or with an unknown sensor index
+    std::uint64_t unsent_poses = 0;    // refused by the link
 };
 
-/// SensorTracker: AnyTracker, or, where memory is scarce, the tracker of one method.
+/// SensorTracker: AnyTracker, or the tracker of one method to save memory.
 template <typename Scalar, typename SensorTracker>
 class ColumnChain {
 public:
@@ -51,10 +51,10 @@ public:
     explicit ColumnChain(const Params& params)
         : demodulator_(params.plan, params.demodulator), tracker_(params.tracker, params.correction) {}
 
-    /// Sends the block's poses; false if it gave none.
+    /// Sends the poses of the block; false if it gave none.
     bool update(const SampleBlock& block, const Devices& devices, MainLoopCounters& counters);
 
-    /// Sends the pose that passing time gives.
+    /// Calls the tracker's tick() and sends its pose, if any.
     void tick(std::uint8_t sensor, const Devices& devices, MainLoopCounters& counters);
 
     Status set_hemisphere(std::uint8_t sensor, const Direction& towards, const Devices& devices);

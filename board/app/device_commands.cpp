@@ -1,4 +1,4 @@
-// What a tracker board does when a host says something.
+// Commands of hosts to a tracker board.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -13,11 +13,11 @@ using protocol::AckResult;
 using protocol::Opcode;
 using protocol::WireError;
 
-constexpr int kMostMessages = 8;              // of one host in a turn: a babbling one must not hold up the blocks
-constexpr Microseconds kLoaderPause{50'000};  // for the acknowledgement to be sent
-constexpr int kSettlingBlocks = 2;            // until a block shows nothing of the switching-on
+constexpr int kMostMessages = 8;              // per host and turn, so that a host cannot delay the blocks
+constexpr Microseconds kLoaderPause{50'000};  // time to send the acknowledgement
+constexpr int kSettlingBlocks = 2;            // blocks until the switching transient has decayed
 
-/// In mHz, rounded; scaled by whole numbers where that is exact.
+/// In mHz, rounded.
 std::uint32_t millihertz(double hz) { return static_cast<std::uint32_t>(1e3 * hz + 0.5); }
 
 bool is_off(std::uint8_t state) { return state == static_cast<std::uint8_t>(Excitation::off); }
@@ -31,7 +31,7 @@ void TrackerDevice::hear(HostLink& link) {
         take(link, message.bytes);
         streamed = link.streams();
     }
-    if (streamed && !link.streams()) {  // the link is gone, and its host with it
+    if (streamed && !link.streams()) {  // the link was lost
         faults_.set(protocol::Fault::watchdog);
     }
 }
@@ -77,7 +77,7 @@ void TrackerDevice::complain(HostLink& link, WireError error) {
     }
 }
 
-/// Any version but none in common is answered with who this is: the host must be able to tell its user why.
+/// Answers every hello with identify, also without a common version, so that the host can show its user the reason.
 void TrackerDevice::greet(HostLink& link, const protocol::CommandMessage& command) {
     if (protocol::common_version(protocol::range_of_hello(command.argument), {}) != 0) {
         link.greet(command.sequence);
@@ -92,10 +92,10 @@ void TrackerDevice::greet(HostLink& link, const protocol::CommandMessage& comman
     m.frame_rate_mhz = millihertz(plan().params.frame_rate_hz);
     m.window_us = static_cast<std::uint32_t>(1e6 * plan().window_s() + 0.5);
     m.watchdog_us = static_cast<std::uint32_t>(params_.host_silence.count());
-    (void)send(link, m);  // a host that does not hear it says hello again
+    (void)send(link, m);  // if this message is lost, the host repeats hello
 }
 
-/// Whether the command may be obeyed at all, and if so what became of it. Stopping is never refused.
+/// Checks whether the command is allowed, and executes it. `stop` is never refused.
 AckResult TrackerDevice::judge(HostLink& link, const protocol::CommandMessage& command) {
     const auto opcode = static_cast<Opcode>(command.opcode);
     const bool is_stop = opcode == Opcode::stop;
@@ -156,15 +156,15 @@ AckResult TrackerDevice::obey(HostLink& link, const protocol::CommandMessage& co
             }
             loader_at_ = now_ + kLoaderPause;
             return AckResult::done;
-        case Opcode::excite:  // the coils are this board's own
+        case Opcode::excite:  // this board drives its coils itself
             return AckResult::refused;
-        default:  // write_calibration: the calibration itself is the command
+        default:  // write_calibration: acknowledged when the calibration message arrives
             return AckResult::wrong_state;
     }
 }
 
-/// Whether coils may be driven: not on the way to the loader, by a board that is not sound, or soon after an over-current
-/// or a measuring of gain that failed, however often a host asks.
+/// Coils may not be driven during a restart into the loader, with a failed self-check, clock or stack, or for a time after an
+/// over-current or a failed gain measurement.
 AckResult TrackerDevice::may_drive() const {
     if (loader_at_) {
         return AckResult::wrong_state;
@@ -178,7 +178,7 @@ AckResult TrackerDevice::may_drive() const {
 }
 
 AckResult TrackerDevice::obey_start(HostLink& link, std::uint32_t argument) {
-    if (argument != 0) {  // 1: a host that wants to drive the coils
+    if (argument != 0) {  // 1: the host wants to drive the coils
         return argument == 1 ? AckResult::refused : AckResult::bad_value;
     }
     if (const AckResult allowed = may_drive(); allowed != AckResult::done) {
@@ -234,11 +234,11 @@ AckResult TrackerDevice::obey_boresight(std::uint32_t argument) {
     if (!is_measuring_ || !attitude_) {
         return AckResult::wrong_state;
     }
-    boresight_ = attitude_->conjugate().normalized();  // q boresight is reported: identity now
+    boresight_ = attitude_->conjugate().normalized();  // the reported attitude q * boresight becomes the identity
     return AckResult::done;
 }
 
-/// Coils on for as many blocks as it takes to settle; the samples wait where the converters left them until they are told.
+/// Drives the coils until the current has settled. The samples stay in the converters' buffer until they are sent.
 AckResult TrackerDevice::obey_read_block(HostLink& link, Excitation state) {
     const bool is_driven = plan().is_tdm() ? coil_index(state) >= 0 : state == Excitation::all;
     if (!is_driven && state != Excitation::off) {
@@ -265,7 +265,7 @@ AckResult TrackerDevice::obey_read_block(HostLink& link, Excitation state) {
     return AckResult::done;
 }
 
-/// A calibration that is there already is not written again: a host that heard no answer repeats itself.
+/// A calibration that is already stored is not written again, because a host repeats a message after a lost acknowledgement.
 AckResult TrackerDevice::keep(HostLink& link, const protocol::CalibrationMessage& message) {
     const bool is_new = link.is_new_calibration(message.sequence);
     if (is_measuring_) {
@@ -306,7 +306,7 @@ void TrackerDevice::acknowledge(HostLink& link, std::uint8_t opcode, std::uint16
     ack.request = request;
     ack.result = static_cast<std::uint8_t>(result);
     ack.argument = argument;
-    (void)send(link, ack);  // a host that does not hear it asks again
+    (void)send(link, ack);  // if this message is lost, the host repeats the command
 }
 
 template <typename Message>

@@ -1,4 +1,4 @@
-// What a tracker board puts behind the firmware application, and what it says about itself.
+// Hardware interfaces and parameters of the firmware application of a tracker board.
 #pragma once
 
 #include <cstdint>
@@ -19,44 +19,44 @@
 
 namespace tricoil::app {
 
-/// All must outlive the application, which has them to itself.
+/// All must outlive the application, which uses them exclusively.
 struct DeviceHardware {
     hal::Clock& clock;
     hal::CoilDriver& coils;
     hal::CoilSampler& sampler;
     hal::GainControl& gain;
-    hal::Heartbeat& heartbeat;  // of the power stages' enable: beats while coils are on
-    hal::Storage& storage;      // two slots at least, of kStoreBytes at least
+    hal::Heartbeat& heartbeat;  // of the hardware enable of the power stages; toggled while coils are on
+    hal::Storage& storage;      // at least two slots of at least CalibrationStore::kRecordBytes
     hal::Watchdog& watchdog;
     hal::SystemControl& system;
     hal::Indicator& indicator;
-    std::span<hal::MessagePort* const> ports;  // at most kMaxPorts; messages of kMaxBoardMessage bytes go through whole
+    std::span<hal::MessagePort* const> ports;  // at most kMaxPorts; each must carry messages of kMaxBoardMessage bytes
 };
 
 constexpr std::size_t kMaxPorts = 4;
-/// Longest message that the application sends or takes: a calibration, or a part of a raw block.
+/// Longest message that the application sends or receives: a calibration, or a part of a raw block.
 constexpr std::size_t kMaxBoardMessage = 528;
 
-/// One way to measure: how, as plan_acquisition() makes it, and what the channels make of a coupling at its carriers.
+/// One mode: plan from plan_acquisition(), and channel responses at its carriers.
 struct MeasuringMode {
     signal::AcquisitionPlan plan;
     signal::ChannelResponse<float> response;
 };
 
 struct DeviceParams {
-    std::uint64_t serial = 0;    // of the processor's unique number
+    std::uint64_t serial = 0;    // unique number of the processor
     std::uint32_t firmware = 0;  // major << 16, minor << 8, patch
 
-    /// What the board can measure with; the first one at power-on.
+    /// Modes of the board; the first one is active after power-on.
     std::span<const MeasuringMode> modes{};
-    /// Gain steps, noise floor, least reference; the responses are the mode's.
+    /// Gain steps, noise floor, minimum reference. The responses come from the mode.
     signal::DemodulatorParams<float> demodulator;
-    float coupling_constant_m3 = 0;                 // C, while there is no calibration
-    Vec3<float> hemisphere = Vec3<float>::UnitX();  // where the sensor is at power-on
+    float coupling_constant_m3 = 0;                 // C, if there is no calibration
+    Vec3<float> hemisphere = Vec3<float>::UnitX();  // hemisphere at power-on
 
-    /// Amplitude of the reference channel beyond which a power stage is broken; V. In FDM: of the sum of three.
+    /// Limit of the reference channel's amplitude, V; above it a power stage is defective. In FDM: of the sum of three carriers.
     float most_reference_v = 0;
-    /// Silence of a host after which it counts as gone; with the last one the coils go off. Zero: never.
+    /// Time without a command after which a host counts as gone. Without hosts the coils are off. Zero: never.
     Microseconds host_silence{250'000};
     Microseconds watchdog{500'000};
 };

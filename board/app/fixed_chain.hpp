@@ -1,4 +1,4 @@
-// One sensor's samples to poses in integers: for boards without a floating-point unit.
+// Processing of one sensor in integers, for boards without a floating-point unit.
 #pragma once
 
 #include "board/app/column_chain.hpp"
@@ -24,7 +24,7 @@ public:
     explicit FixedChain(const Params& params)
         : tracker_(params.chain.acquisition, params.chain.demodulator, params.chain.tracker) {}
 
-    // As ColumnChain's.
+    // See ColumnChain.
     bool update(const SampleBlock& block, const Devices& devices, MainLoopCounters& counters);
     void tick(std::uint8_t sensor, const Devices& devices, MainLoopCounters& counters);
     Status set_hemisphere(std::uint8_t sensor, const Direction& towards, const Devices& devices);

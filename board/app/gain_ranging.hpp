@@ -1,4 +1,4 @@
-// Which gain the amplifier should have: as much as the converters bear.
+// Automatic gain: the largest gain with which the converters are not saturated.
 #pragma once
 
 #include <cstdint>
@@ -8,19 +8,19 @@
 namespace tricoil::app {
 
 struct GainRangingParams {
-    float most_share = 0.85F;   // of full scale: beyond it the gain goes down at once
-    float comfortable = 0.55F;  // of full scale, that a greater gain may reach: below it the gain goes up; well below most_share
-    int patience = 18;          // blocks in a row that must allow it: six frames of three coils in turn
+    float most_share = 0.85F;   // of full scale; above it the gain is reduced at once
+    float comfortable = 0.55F;  // of full scale; the gain is increased if the signal then stays below; well below most_share
+    int patience = 18;          // consecutive blocks that must allow the increase: six TDM frames
 };
 
-/// The signal falls with the cube of the distance: 54 dB between 0.15 and 1.2 m, more than the converters have to give away.
+/// The signal falls with the cube of the distance: 54 dB between 0.15 and 1.2 m, more than the headroom of the converters.
 class GainRanging {
 public:
-    /// `count`: steps that there are, at least one.
+    /// `count`: number of steps, at least one.
     GainRanging(const signal::GainSteps<float>& steps, std::size_t count, const GainRangingParams& params = {});
 
-    /// From a block's largest sensor code as a share of full scale, and the step that it was sampled with, the step for the
-    /// blocks to come. A block from before the last change decides nothing.
+    /// Gain step for the next blocks. share: largest sensor code of a block relative to full scale. sampled_with: the block's
+    /// gain step. Blocks from before the last change are ignored.
     std::uint8_t next(float share, std::uint8_t sampled_with);
 
     [[nodiscard]] std::uint8_t step() const { return step_; }
@@ -30,7 +30,7 @@ private:
     std::array<float, signal::kMaxGainSteps> gain_{};  // the largest of the three channels
     std::uint8_t last_;
     std::uint8_t step_ = 0;
-    int quiet_ = 0;  // blocks in a row that would have borne the next gain
+    int quiet_ = 0;  // consecutive blocks that allow the next gain
 };
 
 }  // namespace tricoil::app

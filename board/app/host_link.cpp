@@ -40,7 +40,7 @@ void HostLink::greet(std::uint32_t sequence) {
 
 bool HostLink::is_new(protocol::SequenceCheck& check, std::uint32_t sequence) {
     const protocol::Order order = check.check(sequence);
-    if (order == protocol::Order::strange) {  // another program on the same bus, or one that has gone on for long unheard
+    if (order == protocol::Order::strange) {  // another program on the same bus, or many messages were lost
         check.restart();
         (void)check.check(sequence);
     }

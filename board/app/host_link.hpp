@@ -1,4 +1,4 @@
-// One link of a board, and what is known of the host behind it.
+// Link of a board to one host.
 #pragma once
 
 #include <array>
@@ -11,27 +11,27 @@
 
 namespace tricoil::app {
 
-/// Opens its port whenever that is closed. A host is there once it has said hello, until the port is lost; it takes the stream
-/// between start and stop.
+/// Opens its port if it is closed. A host is connected from its hello until the port is lost. It receives the stream between
+/// start and stop.
 class HostLink {
 public:
     void attach(hal::MessagePort& port) { port_ = &port; }
 
-    /// The next message of a host; false: none. Opens the port if that is due.
+    /// Next message of the host; false: none. Opens the port if that is due.
     bool receive(hal::ReceivedMessage& message, DeviceTime now);
 
-    /// False: no room, or nobody there; counted if a host takes the stream.
+    /// False if there is no room or no host. Counted as dropped if the host receives the stream.
     bool send(std::span<const std::uint8_t> bytes);
 
-    /// A hello: whatever was, a new conversation begins with this number.
+    /// Starts a new session; `sequence` is the number of the hello command.
     void greet(std::uint32_t sequence);
 
-    /// Whether a command's number is one that has not been before; takes note of it.
+    /// True if the sequence number of a command is new; stores it.
     bool is_new(std::uint32_t sequence) { return is_new(commands_, sequence); }
-    /// The same of a calibration's number: a host counts its messages by type.
+    /// The same for a calibration: hosts count messages per type.
     bool is_new_calibration(std::uint32_t sequence) { return is_new(calibrations_, sequence); }
 
-    /// Something that was right has been heard.
+    /// Notes the time of a valid command.
     void hear(DeviceTime now) { heard_ = now; }
     [[nodiscard]] DeviceTime heard() const { return heard_; }
 
@@ -39,7 +39,7 @@ public:
     [[nodiscard]] bool streams() const { return streams_; }
     void stream(bool on) { streams_ = on; }
 
-    /// May a complaint about an unreadable message be sent? One in kComplaintPause: noise must not be answered with noise.
+    /// True if an acknowledgement of an unreadable message may be sent: at most one per kComplaintPause.
     bool may_complain(DeviceTime now);
 
     [[nodiscard]] std::uint32_t dropped() const { return dropped_; }
@@ -55,7 +55,7 @@ private:
     bool is_open_ = false;
     bool is_greeted_ = false;
     bool streams_ = false;
-    DeviceTime due_{};  // of the next try to open
+    DeviceTime due_{};  // next attempt to open the port
     DeviceTime heard_{};
     DeviceTime complained_{};
     protocol::SequenceCheck commands_;

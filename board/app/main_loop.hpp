@@ -1,4 +1,4 @@
-// The one main loop of every board: excite, sample, demodulate, track, send. It sees hardware only through hal references.
+// Main loop of every board: excite, sample, demodulate, track, send. It uses hardware only through hal references.
 #pragma once
 
 #include <array>
@@ -10,8 +10,8 @@
 
 namespace tricoil::app {
 
-/// Owns a chain per sensor, not the devices; memory for Sensors of them is part of the object. The coils are off before start(),
-/// after any error and after destruction. Chain: from one sensor's blocks to its poses, ColumnChain or FixedChain.
+/// Owns a chain per sensor (memory for `Sensors` chains is part of the object), but not the devices. The coils are off before
+/// start(), after any error and after destruction. Chain: ColumnChain or FixedChain.
 template <typename Chain, int Sensors>
 class BlockLoop {
 public:
@@ -23,29 +23,29 @@ public:
     BlockLoop(const BlockLoop&) = delete;
     BlockLoop& operator=(const BlockLoop&) = delete;
 
-    /// Begins sampling. A sensor's first FDM block is dropped: it holds the switching-on, which TDM has a guard for in every
-    /// slot. Errors: invalid_argument for a number of sensors outside 1 to Sensors, and those of CoilSampler::start.
+    /// Starts sampling. The first FDM block of each sensor is dropped, because it contains the switching transient; TDM has a
+    /// guard in every slot. Errors: invalid_argument for a number of sensors outside 1 to Sensors, and those of
+    /// CoilSampler::start.
     Status start();
 
-    /// One block: acquire() then process(). Errors: those of acquire().
+    /// Processes one block: acquire() then process(). Errors: those of acquire().
     Status step();
 
-    /// Excites the next state, when the one before has brought a block for each sensor, and waits for a block. timed_out is
-    /// survived (counted as lost); any other error has stopped the loop.
+    /// Excites the next state if the previous one has brought a block for each sensor, then waits for a block. After timed_out
+    /// the loop continues (the block is counted as lost). After any other error it has stopped.
     Status acquire();
 
-    /// Demodulates, tracks and sends the block that acquire() brought. A block that gives no pose is as good as none: the tracker
-    /// is told the time.
+    /// Demodulates, tracks and sends the block from acquire(). If the block gives no pose, tick() is called instead.
     void process();
 
-    /// Coils off, sampling ended; start() may follow.
+    /// Switches the coils off and stops sampling. start() may follow.
     void stop();
 
-    /// Chain::set_hemisphere of a sensor that is there, between two blocks.
+    /// Calls Chain::set_hemisphere of a sensor. Only between two blocks.
     Status set_hemisphere(std::size_t sensor, const typename Chain::Direction& towards);
 
     [[nodiscard]] const MainLoopCounters& counters() const { return counters_; }
-    /// Of sensor 0 to sensors - 1.
+    /// Tracker of sensor 0 to sensors - 1.
     [[nodiscard]] auto& tracker(std::size_t sensor = 0) { return chains_[sensor]->tracker(); }
 
 private:
@@ -53,7 +53,7 @@ private:
     void count_gap(std::uint32_t sequence);
 
     signal::AcquisitionPlan plan_;
-    std::array<std::optional<Chain>, Sensors> chains_;  // the first sensor_count_ are there
+    std::array<std::optional<Chain>, Sensors> chains_;  // the first sensor_count_ are used
     int sensor_count_;
     Devices devices_;
     SampleBlock block_;
@@ -69,13 +69,13 @@ template <typename Scalar, typename Tracker = tracking::AnyTracker<Scalar>, int 
 using MainLoop = BlockLoop<ColumnChain<Scalar, Tracker>, Sensors>;
 extern template class BlockLoop<ColumnChain<double, tracking::AnyTracker<double>>, tracking::kMaxSensors>;
 
-/// The loops of boards with one sensor: with the filter, and with the previous-measurement technique.
+/// Loops of boards with one sensor: with the filter, and with the previous-measurement technique.
 using BoardLoop = MainLoop<float, tracking::ScaatTracker<float>, 1>;
 using PreviousLoop = MainLoop<float, tracking::PreviousTracker<float>, 1>;
 extern template class BlockLoop<ColumnChain<float, tracking::ScaatTracker<float>>, 1>;
 extern template class BlockLoop<ColumnChain<float, tracking::PreviousTracker<float>>, 1>;
 
-/// The loop of a board without a floating-point unit.
+/// Loop of boards without a floating-point unit.
 using FixedLoop = BlockLoop<FixedChain, 1>;
 extern template class BlockLoop<FixedChain, 1>;
 

@@ -1,4 +1,4 @@
-// How a board blinks.
+// Status LED.
 #pragma once
 
 #include "core/base/time.hpp"
@@ -7,9 +7,9 @@
 
 namespace tricoil::app {
 
-/// Idle: a flash a second. Running: lit, with a gap a second. Fault: eight times a second.
+/// Idle: one flash per second. Running: on, with one gap per second. Fault: eight flashes per second.
 inline void show(hal::Indicator& light, protocol::DeviceState state, DeviceTime now) {
-    // In sixteenths of 1.05 s: powers of two, as a small processor divides 64-bit numbers slowly and at length.
+    // In units of 1.05 s / 16: powers of two avoid a slow 64-bit division.
     const auto phase = static_cast<std::uint32_t>(to_us(now) >> 16) & 15U;
     const bool flash = phase == 0;
     switch (state) {

@@ -8,7 +8,7 @@ namespace {
 
 constexpr const char* kTooMuchCurrent = "too much current: a power stage is broken";
 
-/// Largest magnitude of any sensor channel's code, and half of the reference's swing.
+/// Largest code magnitude of the sensor channels, and half of the peak-to-peak value of the reference channel.
 struct Peaks {
     std::int32_t sensor = 0;
     std::int32_t reference = 0;
@@ -43,7 +43,7 @@ Status SupervisedSampler::do_poll(SampleBlock& block) {
         return fail(protocol::Fault::drive, "the line that holds the power stages' enable is gone");
     }
     const Status polled = sampler_.poll(block);
-    if (polled.code() == StatusCode::not_ready) {  // before the block is judged: its window shows no current any more
+    if (polled.code() == StatusCode::not_ready) {  // check this first: the block's window contains no current any more
         return fail(protocol::Fault::overcurrent, kTooMuchCurrent);
     }
     if (!polled.ok()) {
@@ -59,7 +59,7 @@ Status SupervisedSampler::do_poll(SampleBlock& block) {
     }
     if (block.full_scale > 0) {
         const float share = static_cast<float>(peaks.sensor) / static_cast<float>(block.full_scale);
-        (void)gain_.choose(ranging_.next(share, block.gain_step));  // a step that it told itself: there
+        (void)gain_.choose(ranging_.next(share, block.gain_step));  // cannot fail: the step exists
     }
     return {};
 }

@@ -1,4 +1,4 @@
-// The sampler as the main loop of a board sees it: every block is looked at before anything is done with it.
+// Sampler of a board's main loop with supervision of every block.
 #pragma once
 
 #include <optional>
@@ -11,8 +11,8 @@
 
 namespace tricoil::app {
 
-/// A block that shows too much current, a converter that lost samples or delivers nothing: poll() says device_lost, whereupon the
-/// loop switches the coils off. Chooses the gain, and beats the heart that holds the power stages' enable.
+/// poll() returns device_lost if a block has too much current or the converters lost samples or deliver nothing; the loop then
+/// switches the coils off. Also selects the gain and toggles the heartbeat of the hardware enable.
 class SupervisedSampler final : public hal::CoilSampler {
 public:
     SupervisedSampler(hal::CoilSampler& sampler, hal::GainControl& gain, hal::Heartbeat& heartbeat,
@@ -23,10 +23,10 @@ public:
           ranging_(steps, gain.steps()),
           most_reference_v_(most_reference_v) {}
 
-    /// What was wrong since start(); nothing: all is well.
+    /// Fault since start(), if any.
     [[nodiscard]] std::optional<protocol::Fault> trouble() const { return trouble_; }
 
-    /// Samples that the converters lost, since power-on.
+    /// Number of lost samples since power-on.
     [[nodiscard]] std::uint32_t overruns() const { return overruns_; }
 
 private:

@@ -15,8 +15,8 @@ using protocol::DeviceState;
 using protocol::Fault;
 
 constexpr Microseconds kStatusPause{100'000};
-constexpr Microseconds kPauseAfterFailure{1'000'000};  // in which a power stage that carried too much cools
-/// In so many columns in a row one channel never moved: noise alone would have moved it.
+constexpr Microseconds kPauseAfterFailure{1'000'000};  // lets an overloaded power stage cool
+/// A channel that is constant in this many consecutive columns is stuck: noise alone would change it.
 constexpr int kStuckColumns = 6;
 
 }  // namespace
@@ -54,7 +54,7 @@ void TrackerDevice::boot() {
     }
 }
 
-/// Takes long: after a failure no start is tried for a while.
+/// Takes long, so after a failure starts are refused for some time.
 Status TrackerDevice::measure_gain() {
     hardware_.watchdog.feed();
     const Status status = hardware_.gain.measure(params_.modes[0].plan, params_.demodulator.gain_steps);
@@ -67,7 +67,7 @@ Status TrackerDevice::measure_gain() {
     return status;
 }
 
-/// Errors: those of CoilCorrection::ideal_triads; invalid_argument for an output correction, which this tracker does not make.
+/// Errors: those of CoilCorrection::ideal_triads; invalid_argument for an output correction, which this tracker does not support.
 Result<calibration::CoilCorrection<float>> TrackerDevice::usable(const calibration::Calibration<float>& c) {
     if (!c.output_linear.isIdentity(0) || !c.output_offset_m.isZero(0)) {
         return Status{StatusCode::invalid_argument, "it holds an output correction"};
@@ -75,7 +75,7 @@ Result<calibration::CoilCorrection<float>> TrackerDevice::usable(const calibrati
     return calibration::CoilCorrection<float>::ideal_triads(c);
 }
 
-/// Takes what is stored for the coils; without, they are taken for ideal.
+/// Uses the stored calibration; without one the coils are assumed ideal.
 void TrackerDevice::use_calibration() {
     coils_.reset();
     calibration::Blob blob{};
@@ -91,7 +91,7 @@ void TrackerDevice::use_calibration() {
 }
 
 void TrackerDevice::check_itself() {
-    ::new (&report_) selfcheck::Report;  // in place: it is much of a small stack
+    ::new (&report_) selfcheck::Report;  // in place, to save stack
     selfcheck::run_on_board(report_);
     if (stored_ == CalibrationStore::Content::none) {
         report_.add_absent(selfcheck::CheckId::calibration_crc, "calibration: none stored on this device");
@@ -99,7 +99,7 @@ void TrackerDevice::check_itself() {
         report_.add(selfcheck::CheckId::calibration_crc, selfcheck::Precision::none, "calibrations damaged", coils_ ? 0 : 1, 0);
     }
     hardware_.watchdog.feed();
-    // A damaged calibration is a fault of its own: with the next one that is written it is gone.
+    // A damaged calibration is reported as Fault::calibration. Writing a new one clears it.
     const bool passed = std::all_of(report_.checks().begin(), report_.checks().end(), [](const selfcheck::Check& check) {
         return check.outcome != selfcheck::Outcome::fail || check.id == selfcheck::CheckId::calibration_crc;
     });
@@ -137,7 +137,7 @@ void TrackerDevice::step() {
     hardware_.watchdog.feed();
 }
 
-/// Wrong rates, or a stack that may have run into data: better no coils.
+/// Processor faults (clock, stack, memory) switch the coils off.
 void TrackerDevice::look_after_processor() {
     const hal::SystemTroubles troubles = hardware_.system.troubles();
     for (const auto& [trouble, fault] :
@@ -149,7 +149,7 @@ void TrackerDevice::look_after_processor() {
     }
 }
 
-/// A host that fell silent, or whose link is gone, is not waited for; with the last one the coils go off.
+/// Stops the stream of hosts that are silent or whose link is lost. Without a streaming host the coils go off.
 void TrackerDevice::judge_hosts() {
     for (HostLink& link : links()) {
         if (link.streams() && params_.host_silence.count() > 0 && now_ - link.heard() > params_.host_silence) {
@@ -197,7 +197,7 @@ Status TrackerDevice::begin() {
     return status;
 }
 
-/// Coils off, whatever was. The loop stays until the next begin: its samples may still be told.
+/// Switches the coils off in any state. The loop stays until the next begin(), because its samples may still have to be sent.
 void TrackerDevice::end() {
     if (loop_) {
         loop_->stop();
@@ -218,12 +218,12 @@ void TrackerDevice::fail(Fault fault) {
     }
 }
 
-/// Of what measuring the gain, or beginning, ended with.
+/// Fault for a failed gain measurement or start.
 Fault TrackerDevice::fault_of_start(const Status& status) {
     return status.code() == StatusCode::not_ready ? Fault::overcurrent : Fault::converter;
 }
 
-/// Of what the loop or the coils' driver ended with.
+/// Fault for an error of the loop or the coil driver.
 Fault TrackerDevice::fault_of(const Status& status) const {
     const bool has_tripped = status.code() == StatusCode::not_ready;
     return sampler_.trouble().value_or(has_tripped ? Fault::overcurrent : Fault::drive);
@@ -296,7 +296,7 @@ void TrackerDevice::tell_status() {
     const std::size_t bytes = protocol::encode(status, buffer_);
     for (HostLink& link : links()) {
         if (link.is_greeted()) {
-            (void)link.send(std::span(buffer_).first(bytes));  // ten more come within a second
+            (void)link.send(std::span(buffer_).first(bytes));  // may be lost: status is sent ten times a second
         }
     }
 }

@@ -1,5 +1,5 @@
-// The firmware application of a tracker board: from power-on to poses on every link, commands, faults. All that it knows of time
-// it has from hal::Clock and from the blocks.
+// Firmware application of a tracker board: self-check, links, commands, measurement, faults. Time comes only from hal::Clock and
+// from the blocks.
 #pragma once
 
 #include <array>
@@ -17,31 +17,30 @@
 
 namespace tricoil::app {
 
-/// Coils are off until a host has said start, after any fault, when the last host has stopped or fallen silent, while the
-/// calibration is written, and after destruction. Memory for everything is part of the object; make it static.
+/// Coils are off until a host sends start, after any fault, after the last host has stopped or is silent, while the calibration
+/// is written, and after destruction. All memory is part of the object; make it static.
 class TrackerDevice final : hal::Link<float>, hal::TrackerTap<float> {
 public:
-    /// At least one mode and one port; C positive.
+    /// Requires at least one mode and one port, and C > 0.
     TrackerDevice(const DeviceHardware& hardware, const DeviceParams& params);
     ~TrackerDevice() override;
     TrackerDevice(const TrackerDevice&) = delete;
     TrackerDevice& operator=(const TrackerDevice&) = delete;
 
-    /// Starts the watchdog, checks the processor and itself, reads the calibration, measures what the gain's steps are. Once,
-    /// before step().
+    /// Starts the watchdog, runs the self-check, reads the calibration and measures the gain steps. Call once before step().
     void boot();
 
-    /// One turn: hears the hosts, then measures one block, or sleeps a little if nobody wants any.
+    /// One turn: processes messages of hosts, then measures one block, or idles if no host wants poses.
     void step();
 
     [[nodiscard]] protocol::DeviceState state() const;
     [[nodiscard]] protocol::Faults faults() const { return faults_; }
     [[nodiscard]] const selfcheck::Report& report() const { return report_; }
-    /// Messages that were no commands, or commands that were not obeyed.
+    /// Number of invalid messages and refused commands.
     [[nodiscard]] std::uint32_t refused() const { return refused_; }
 
 private:
-    // What the hosts say: device_commands.cpp.
+    // Commands of hosts: device_commands.cpp.
     void hear(HostLink& link);
     void take(HostLink& link, std::span<const std::uint8_t> bytes);
     void complain(HostLink& link, protocol::WireError error);
@@ -58,7 +57,7 @@ private:
                      std::uint32_t argument);
     void greet(HostLink& link, const protocol::CommandMessage& command);
 
-    // Measuring: tracker_device.cpp.
+    // Measurement: tracker_device.cpp.
     Status measure_gain();
     Status begin();
     void end();
@@ -82,7 +81,7 @@ private:
     template <typename Message>
     void stream(const Message& message);
 
-    // hal::Link and hal::TrackerTap: what the loop has to say.
+    // hal::Link and hal::TrackerTap: output of the loop.
     Status do_send(const tracking::PoseEstimate<float>& estimate) override;
     void do_begin(const Settings&) override {}
     void do_column(const Column<float>& column) override;
@@ -98,13 +97,13 @@ private:
     SupervisedSampler sampler_;
     std::optional<BoardLoop> loop_;
     bool is_measuring_ = false;
-    bool knows_gain_ = false;  // what its steps really are
+    bool knows_gain_ = false;  // gain steps were measured
 
     std::size_t mode_ = 0;
     bool sends_columns_ = false;
     Vec3<float> hemisphere_;
-    Quat<float> boresight_ = Quat<float>::Identity();  // the sensor's axes turned to those that are reported
-    std::optional<Quat<float>> attitude_;              // of the newest pose, if that was valid
+    Quat<float> boresight_ = Quat<float>::Identity();  // from boresight axes to sensor axes
+    std::optional<Quat<float>> attitude_;              // of the newest pose, if it was valid
 
     CalibrationStore store_;
     CalibrationStore::Content stored_ = CalibrationStore::Content::none;
@@ -112,16 +111,16 @@ private:
     selfcheck::Report report_;
 
     protocol::Faults faults_;
-    bool has_failed_ = false;    // and waits for a start
+    bool has_failed_ = false;    // until the next start
     bool no_reference_ = false;  // in the newest block
-    int stuck_blocks_ = 0;       // in a row
+    int stuck_blocks_ = 0;       // consecutive
     std::uint32_t refused_ = 0;
-    std::uint32_t columns_ = 0;   // messages of this type
-    std::uint32_t messages_ = 0;  // of the others
+    std::uint32_t columns_ = 0;   // column messages sent
+    std::uint32_t messages_ = 0;  // other messages sent
     DeviceTime now_{};
-    DeviceTime told_{};              // when the last status was
-    std::uint32_t told_faults_ = 0;  // and what it said, state included
-    DeviceTime not_before_{};        // does a coil go on
+    DeviceTime told_{};              // time of the last status message
+    std::uint32_t told_faults_ = 0;  // its faults and device state
+    DeviceTime not_before_{};        // earliest time at which a coil may be driven
     std::optional<DeviceTime> loader_at_;
 };
 

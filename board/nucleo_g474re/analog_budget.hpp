@@ -1,5 +1,5 @@
-// Coils, amplifiers and converters of the board's first design, which the virtual board still has. The circuits to build are in
-// circuits/; their numbers are in circuits/results.csv. Not in the image.
+// Coils, amplifiers and converters of the board's first design. The virtual board still simulates this design. The circuits to
+// build are in circuits/, their figures in circuits/results.csv. Not part of the image.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,7 @@ constexpr double kCopper_ohm_m = 1.72e-8;
 /// A round winding of rectangular cross-section.
 struct Winding {
     int turns;
-    double radius_m;  // of its middle
+    double radius_m;  // mean radius
     double length_m;  // along the axis
     double depth_m;   // of the layers
     double wire_m;    // diameter of the copper
@@ -28,21 +28,21 @@ struct Winding {
     [[nodiscard]] double resistance_ohm() const {
         return kCopper_ohm_m * wire_length_m() / (std::numbers::pi / 4 * wire_m * wire_m);
     }
-    /// Wheeler 1928, multilayer coils, in SI units; good to about 1 % for such proportions.
+    /// Wheeler 1928, multilayer coils, in SI units; accurate to about 1 % for such proportions.
     [[nodiscard]] double inductance_h() const {
         const double square = turns * radius_m;
         return 31.6e-6 * square * square / (6 * radius_m + 9 * length_m + 10 * depth_m);
     }
 };
 
-/// What a mode makes of the worst of its coils.
+/// Load of the most critical coil in a mode.
 struct ModeLoad {
     double hz = 0;
     double drive = 1;  // share of the full current
-    double crest = 1;  // by which all carriers together exceed one at a sensor coil, at most
+    double crest = 1;  // largest ratio of the sum of all carriers to one carrier, at a sensor coil
     double window_s = 0;
 
-    /// Coils at once: all signals equally large, the largest current 0.65 of the full one; the sum of a row's couplings is at
+    /// FDM: all signals have the same size and the largest current is 0.65 of the full one. The sum of a row's couplings is at
     /// most sqrt(3) k.
     static ModeLoad of(const signal::AcquisitionPlan& plan) {
         const auto& hz = plan.params.carrier_hz;
@@ -59,9 +59,9 @@ struct AnalogDesign {
     double series_capacitor_f = 780e-9;  // 680 nF and 100 nF
     Winding sensor{400, 0.005, 0.004, 0.0015, 0.1e-3};
     double preamplifier_v_rthz = 3.2e-9;  // AD8421, referred to its input
-    double opamp_v_rthz = 100e-9;         // the chip's, at 10 kHz; supposed, its share is small
-    double adc_snr_db = 66;               // of a 12-bit conversion, against a full-scale sine; supposed, DS12288 has about that
-    double external_snr_db = 108;         // of a 24-bit converter, likewise
+    double opamp_v_rthz = 100e-9;         // of the processor's op-amps at 10 kHz; estimated, its share is small
+    double adc_snr_db = 66;               // of a 12-bit conversion of a full-scale sine; estimated, about as in DS12288
+    double external_snr_db = 108;         // of a 24-bit converter with a full-scale sine
     double external_rate_hz = 144e3;
     double external_full_scale_v = 2.5;  // amplitude
 };
@@ -74,7 +74,7 @@ public:
 
     // --- Source
     [[nodiscard]] double moment_a_m2() const { return d_.source.area_m2() * d_.current_a; }
-    /// Drop of coil and series capacitor at an amplitude of current.
+    /// Voltage across coil and series capacitor for a current amplitude.
     [[nodiscard]] double drive_v(double current_a, double hz) const {
         const double reactance = w(hz) * d_.source.inductance_h() - 1 / (w(hz) * d_.series_capacitor_f);
         return current_a * std::hypot(d_.source.resistance_ohm() + d_.shunt_ohm, reactance);
@@ -89,22 +89,22 @@ public:
     [[nodiscard]] double reference_gain() const { return kFullReference_v / (d_.current_a * d_.shunt_ohm); }
 
     // --- Sensor
-    /// On the source coil's axis, amplitude: mu0 m / (2 pi r^3).
+    /// Field amplitude on the axis of the source coil: mu0 m / (2 pi r^3).
     [[nodiscard]] double field_t(double range_m) const {
         return kVacuum * moment_a_m2() / (2 * std::numbers::pi * std::pow(range_m, 3));
     }
     [[nodiscard]] double induced_v(double range_m, double hz) const { return w(hz) * field_t(range_m) * d_.sensor.area_m2(); }
-    /// So that the reference current and the sensor's voltage make the coupling constant of measuring.hpp.
+    /// Gain with which reference current and sensor voltage give the coupling constant of measuring.hpp.
     [[nodiscard]] double preamplifier_gain() const {
         const double wanted_v = kFullReference_v * double{kCouplingConstant} / std::pow(kRange_m, 3);
         return wanted_v / induced_v(kRange_m, kUnityResponseHz);
     }
-    /// Of one carrier at an op-amp's input, amplitude.
+    /// Amplitude of one carrier at an op-amp's input.
     [[nodiscard]] double signal_v(double range_m, const ModeLoad& load) const {
         return preamplifier_gain() * induced_v(range_m, load.hz) * load.drive;
     }
 
-    /// The largest that gain ranging goes up to by itself.
+    /// Largest step that automatic gain selects.
     [[nodiscard]] int gain_step(double range_m, const ModeLoad& load) const {
         const double most_v = double{app::GainRangingParams{}.comfortable} * kSupply_v / 2 / load.crest;
         int step = 0;
@@ -116,17 +116,17 @@ public:
     static double gain(int step) { return double{stm32g4::SensorAmplifiers::gain_of(static_cast<std::uint8_t>(step))}; }
 
     // --- Noise: densities at the carrier, one-sided, V/sqrt(Hz) at the converter
-    /// White over half the conversion rate; adding conversions up changes nothing near the carrier.
+    /// White noise over half the conversion rate. Adding conversions does not change the density near the carrier.
     [[nodiscard]] double adc_density() const {
         const double rms_v = kSupply_v / 2 / std::numbers::sqrt2 / std::pow(10, d_.adc_snr_db / 20);
         return rms_v / std::sqrt(conversion_hz() / 2);
     }
-    /// The op-amp's noise reaches to pi/2 GBW/gain, beyond half the conversion rate, and folds back.
+    /// Op-amp noise has a bandwidth of pi/2 GBW/gain, which exceeds half the conversion rate, so it aliases.
     [[nodiscard]] double opamp_density(int step) const {
         const double reach_hz = std::numbers::pi / 2 * double{stm32g4_board::kGainBandwidthHz} / gain(step);
         return d_.opamp_v_rthz * gain(step) * std::sqrt(std::max(1.0, reach_hz / (conversion_hz() / 2)));
     }
-    /// Its low-pass of 100 kHz keeps it from folding.
+    /// A low-pass of 100 kHz prevents aliasing.
     [[nodiscard]] double preamplifier_density(int step) const {
         return d_.preamplifier_v_rthz * preamplifier_gain() * gain(step);
     }
@@ -134,8 +134,8 @@ public:
         return std::hypot(adc_density(), opamp_density(step), preamplifier_density(step));
     }
 
-    /// k / sigma of one coupling, dB: lock-in over a window has the standard deviation density / sqrt(window); the reference's
-    /// noise comes with it in proportion.
+    /// k / sigma of one coupling, dB. Lock-in over a window has the standard deviation density / sqrt(window). The noise of the
+    /// reference is added in proportion.
     [[nodiscard]] double snr_db(double range_m, const ModeLoad& load) const {
         const int step = gain_step(range_m, load);
         const double sensor = density(step) / (signal_v(range_m, load) * gain(step));
@@ -152,7 +152,7 @@ public:
         return rms_v / std::sqrt(d_.external_rate_hz / 2);
     }
 
-    /// Of one frame: of the range, and of each coordinate across it (closed-form bound; core/solver).
+    /// Errors of one frame: of the range, and of each coordinate perpendicular to it (closed-form bound; core/solver).
     static double range_error_m(double range_m, double snr_db) { return range_m / ratio(snr_db) / std::sqrt(13.5); }
     static double cross_error_m(double range_m, double snr_db) { return range_m / ratio(snr_db) * std::sqrt(1.25 / 0.5625); }
 
@@ -160,7 +160,7 @@ public:
     static constexpr double kFullReference_v = 0.7;  // amplitude at PA0 at full drive
 
 private:
-    static constexpr double kRange_m = 0.3;  // where the gain is set; any other gives the same
+    static constexpr double kRange_m = 0.3;  // range for the gain calculation; the result does not depend on it
 
     static double w(double hz) { return 2 * std::numbers::pi * hz; }
     static double ratio(double db) { return std::pow(10, db / 20); }

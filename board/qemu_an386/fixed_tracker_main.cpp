@@ -1,4 +1,4 @@
-// The main loop of every board with the tracker in integers, on samples that `tricoil run --samples samples.bin` recorded.
+// Main loop with the integer tracker on recorded samples (`tricoil run --samples samples.bin`).
 #include <optional>
 
 #include "board/app/main_loop.hpp"
@@ -13,13 +13,13 @@ using namespace tricoil;
 
 constexpr char kRecord[] = "samples.bin";  // in the emulator's working directory
 
-// Static, as a board without a heap keeps what lives as long as it runs.
+// Static, because the board has no heap.
 board::StillCoilDriver coils;
 board::RecordClock record_clock;
 std::optional<board::RecordedCoilSampler> sampler;
 std::optional<app::FixedLoop> loop;
 
-/// Not inlined: what it sets up need not stay on the stack while the loop runs.
+/// Not inlined, so that its stack is free while the loop runs.
 [[gnu::noinline]] Status set_up(semihosting::InputFile& file, hal::EstimateLink<fixed::PoseEstimate>& link) {
     sampler.emplace(file, coils, record_clock);
     const auto chain = sampler->read_head();

@@ -1,4 +1,4 @@
-// The world of the image `fixed_tracker`: samples that the host recorded.
+// Hardware of the image `fixed_tracker`: samples that the host recorded.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace tricoil::board {
 
-/// The record's time, as of the last poll.
+/// Time of the last poll in the record.
 class RecordClock final : public hal::Clock {
 public:
     void set(DeviceTime now) { now_ = now; }
@@ -20,20 +20,20 @@ private:
     DeviceTime now_{};
 };
 
-/// Blocks of a sample record (fixed::RecordHead), as long as it lasts.
+/// Blocks of a sample record (fixed::RecordHead), until its end.
 class RecordedCoilSampler final : public hal::CoilSampler {
 public:
-    static constexpr std::size_t kMostSamples = 256;  // of a block
+    static constexpr std::size_t kMostSamples = 256;  // per block
 
     RecordedCoilSampler(semihosting::InputFile& file, const StillCoilDriver& coils, RecordClock& clock)
         : file_(file), coils_(coils), clock_(clock) {}
 
-    /// Reads the record's head, before start(). Errors: end_of_stream if there is none, and those of fixed::params_of.
+    /// Reads the head of the record, before start(). Errors: end_of_stream if there is no record, and those of fixed::params_of.
     Result<fixed::ChainParams> read_head();
 
 private:
     Status do_start(const signal::AcquisitionPlan& plan) override;
-    /// device_lost: the record was made with other excitation.
+    /// device_lost: the record was made with another excitation state.
     Status do_poll(SampleBlock& block) override;
     void do_stop() override {}
 

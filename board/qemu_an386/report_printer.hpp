@@ -1,4 +1,4 @@
-// A self-check's report as text, without a heap and without printf.
+// Self-check report as text, without heap and printf.
 #pragma once
 
 #include "core/selfcheck/report.hpp"
@@ -6,11 +6,10 @@
 
 namespace tricoil::board {
 
-/// One line per check: id, what, precision, measured, limit, outcome; then the verdict. Errors: those of Console::write.
+/// One line per check: id, text, precision, measured, limit, outcome; then the result. Errors: those of Console::write.
 Status print(const selfcheck::Report& report, hal::Console& console);
 
-/// "stack N bytes". Errors: those of Console::write; degenerate if the stack was full, so that an image whose stack was too small
-/// ends as failed.
+/// Prints "stack N bytes". Errors: those of Console::write; degenerate if the stack was full, so that such an image fails.
 Status print_stack_use(hal::Console& console);
 
 }  // namespace tricoil::board

@@ -1,4 +1,4 @@
-// The core's self-check on the emulated processor: the report on the console, the verdict as exit status.
+// Self-check of core on the emulated processor: report on the console, result as exit status.
 #include "board/cortex_m/stack.hpp"
 #include "board/qemu_an386/report_printer.hpp"
 #include "core/selfcheck/selfcheck.hpp"
@@ -9,7 +9,7 @@ namespace {
 
 tricoil::DeviceTime now(const void* clock) { return static_cast<const tricoil::hal::Clock*>(clock)->now(); }
 
-tricoil::selfcheck::Report report;  // 2 KiB that need not lie on the stack
+tricoil::selfcheck::Report report;  // static: 2 KiB of stack saved
 
 }  // namespace
 

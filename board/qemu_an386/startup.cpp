@@ -1,4 +1,4 @@
-// The vectors, and what happens instead of continuing when something is badly wrong.
+// Vectors and fault handling.
 #include <cstdint>
 
 #include "board/cortex_m/program.hpp"
@@ -6,7 +6,7 @@
 #include "drivers/semihosting/exit.hpp"
 
 namespace {
-constexpr int kExitFault = 99;  // of an image that met a fault or called what must not be called
+constexpr int kExitFault = 99;  // exit status after a fault or a forbidden call
 }
 
 void tricoil::board::halt() { semihosting::exit(kExitFault); }
@@ -20,7 +20,7 @@ extern std::uint32_t stack_top[];  // NOLINT(readability-identifier-naming): nam
 
 using Handler = void (*)();
 
-/// Stack pointer, reset, and the fourteen system exceptions: none is expected.
+/// Stack pointer, reset, and the fourteen system exceptions, all unexpected.
 [[gnu::section(".vectors"), gnu::used]] const Handler kVectors[16] = {
     reinterpret_cast<Handler>(stack_top),
     reset_handler,

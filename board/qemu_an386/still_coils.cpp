@@ -8,9 +8,9 @@ namespace {
 
 constexpr float kReferenceCodes = 4e6F;
 constexpr std::int32_t kFullScale = 8'388'607;
-constexpr std::uint32_t kNoiseCodes = 64;  // evenly spread over as many: 18 rms, as of a good 24-bit converter
+constexpr std::uint32_t kNoiseCodes = 64;  // uniform over this many codes: 18 rms, as of a good 24-bit converter
 
-/// Numerical Recipes' "quick and dirty" linear congruential generator; only its upper bits are of use.
+/// Numerical Recipes' "quick and dirty" linear congruential generator; only its upper bits are random enough.
 std::int32_t next_noise(std::uint32_t& state) {
     state = state * 1664525U + 1013904223U;
     return static_cast<std::int32_t>((state >> 16) % kNoiseCodes) - static_cast<std::int32_t>(kNoiseCodes / 2);

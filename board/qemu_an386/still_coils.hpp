@@ -1,5 +1,4 @@
-// The world of the image `tracker`: a sensor that does not move, computed in place. Stands where converters and power stages
-// would.
+// Hardware of the image `tracker`: couplings of a sensor at rest, in place of converters and power stages.
 #pragma once
 
 #include <array>
@@ -25,7 +24,7 @@ private:
     Excitation state_ = Excitation::off;
 };
 
-/// Time as the sampler makes it pass.
+/// Clock that the sampler advances.
 class SampleClock final : public hal::Clock {
 public:
     void advance(Microseconds step) { now_ += step; }
@@ -36,7 +35,7 @@ private:
     DeviceTime now_{};
 };
 
-/// Blocks of a carrier whose amplitudes are the couplings of one signal matrix, with a converter's noise.
+/// Blocks of a carrier whose amplitudes are the couplings of one signal matrix, with converter noise.
 class StillCoilSampler final : public hal::CoilSampler {
 public:
     /// Ends after `blocks` blocks. x: couplings relative to the reference channel, below one.

@@ -1,5 +1,5 @@
-// The main loop of every board, in single precision, on the emulated processor, with the previous-measurement technique and with
-// the filter: what it needs of flash, RAM and stack is what a real board will need beside its own drivers.
+// Main loop in single precision on the emulated processor, with the previous-measurement technique and with the filter. Its
+// flash, RAM and stack are the need of a real board without drivers.
 #include <algorithm>
 #include <optional>
 
@@ -18,7 +18,7 @@ constexpr float kCoupling_m3 = 0.01F;
 constexpr float kWindow_s = 160 / 144e3F;  // of the acquisition below
 constexpr std::uint32_t kBlocks = 30;
 
-// Static, as a board without a heap keeps what lives as long as it runs.
+// Static, because the board has no heap.
 board::StillCoilDriver coils;
 board::SampleClock sample_clock;
 std::optional<board::StillCoilSampler> sampler;
@@ -30,7 +30,7 @@ Mat3<float> couplings() {
     return field::signal_matrix<float>(kCoupling_m3, Vec3<float>(0.3F, 0.2F, -0.1F), attitude);
 }
 
-/// False if the acquisition cannot be planned. Not inlined: what it sets up need not stay on the stack while the loop runs.
+/// False if the acquisition plan is invalid. Not inlined, so that its stack is free while the loop runs.
 template <typename Loop>
 [[gnu::noinline]] bool set_up(std::optional<Loop>& loop, hal::Link<float>& link, const tracking::MethodParams<float>& method) {
     const auto plan = signal::plan_acquisition(signal::default_acquisition(signal::Multiplexing::tdm, 240));

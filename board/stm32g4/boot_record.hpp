@@ -1,4 +1,4 @@
-// Memory that one run leaves to the next one, through a reset.
+// Memory that is kept through a reset.
 #pragma once
 
 #include "drivers/stm32g4/processor.hpp"

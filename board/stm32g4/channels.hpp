@@ -1,4 +1,4 @@
-// Response and gain of the sensor channels that the chip's op-amps and converters make.
+// Response and gain steps of the sensor channels with the chip's op-amps and converters.
 #pragma once
 
 #include <numbers>
@@ -10,8 +10,8 @@ namespace tricoil::stm32g4_board {
 
 constexpr float kGainBandwidthHz = 13e6F;  // of the op-amps (DS12288)
 
-/// A coil's voltage is the derivative of the flux: i f / f0 at each carrier of a mode. unity_hz: f0, where a sensor channel at
-/// gain 1 gives the coupling itself.
+/// A coil's voltage is the derivative of the flux, so the response is i f / f0 at each carrier of a mode. unity_hz: f0, at which
+/// a sensor channel with gain 1 gives the coupling itself.
 constexpr app::MeasuringMode with_response(const signal::AcquisitionPlan& plan, double unity_hz) {
     signal::ChannelResponse<float> response{};
     for (std::size_t carrier = 0; carrier < response.size(); ++carrier) {
@@ -23,7 +23,7 @@ constexpr app::MeasuringMode with_response(const signal::AcquisitionPlan& plan, 
     return {plan, response};
 }
 
-/// Nominal: the board measures the real ones at boot.
+/// Nominal values; the board measures the actual ones at boot.
 inline signal::GainSteps<float> gain_steps() {
     signal::GainSteps<float> steps{};
     for (std::uint8_t n = 0; n < stm32g4::SensorAmplifiers::kSteps; ++n) {

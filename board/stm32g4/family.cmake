@@ -1,9 +1,9 @@
-# Images of boards with an STM32G4. Included by the CMakeLists.txt of a board's folder, whose pins.hpp and measuring.hpp the sources
-# of this folder include.
+# Images of boards with an STM32G4. Included by the CMakeLists.txt of a board's folder. The sources of this folder include pins.hpp and
+# measuring.hpp from there.
 include(TricoilImage)
 set(TRICOIL_STM32G4_FOLDER ${CMAKE_CURRENT_LIST_DIR})
 
-# tricoil_stm32g4_sources(NAME SOURCES ... [DEPENDS ...]): this folder's sources, built for the board.
+# tricoil_stm32g4_sources(NAME SOURCES ... [DEPENDS ...]): sources of this folder, built for the board.
 function(tricoil_stm32g4_sources name)
   cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS" ${ARGN})
   list(TRANSFORM ARG_SOURCES PREPEND ${TRICOIL_STM32G4_FOLDER}/)
@@ -13,7 +13,7 @@ function(tricoil_stm32g4_sources name)
 endfunction()
 
 # tricoil_stm32g4_image(NAME FLASH_KIB N RAM_KIB N SOURCES ... [DEPENDS ...])
-# An image that starts, and stops safely. Its sources define the vectors and switch_outputs_off() (startup.hpp).
+# An image with start-up code and safe fault handling. Its sources define the vectors and switch_outputs_off() (startup.hpp).
 function(tricoil_stm32g4_image name)
   cmake_parse_arguments(ARG "" "FLASH_KIB;RAM_KIB" "SOURCES;DEPENDS" ${ARGN})
   set(flash_kib ${ARG_FLASH_KIB})
@@ -25,11 +25,10 @@ function(tricoil_stm32g4_image name)
 endfunction()
 
 # tricoil_stm32g4_tracker(NAME BOARD_NAME TEXT FLASH_KIB N RAM_KIB N PARTS ...)
-# The firmware of a tracker board. Its parts, object libraries, define device_params() of measuring.hpp. BOARD_NAME: for the image's
-# header.
+# Firmware of a tracker board. PARTS: object libraries that define device_params() of measuring.hpp. BOARD_NAME: for the image header.
 function(tricoil_stm32g4_tracker name)
   cmake_parse_arguments(ARG "" "BOARD_NAME;FLASH_KIB;RAM_KIB" "PARTS" ${ARGN})
-  # Version and commit, taken anew with every build, written only if they differ.
+  # Version and commit are determined with every build; the file is written only if they change.
   set(version_header ${CMAKE_CURRENT_BINARY_DIR}/version/image_version.hpp)
   add_custom_target(image_version BYPRODUCTS ${version_header}
     COMMAND ${CMAKE_COMMAND} -D SOURCE_DIR=${PROJECT_SOURCE_DIR} -D VERSION=${PROJECT_VERSION} -D OUT=${version_header}
@@ -45,9 +44,9 @@ function(tricoil_stm32g4_tracker name)
     SOURCES $<TARGET_OBJECTS:${name}_parts>
     DEPENDS ${ARG_PARTS} ${links} tricoil_small_trigonometry)
 
-  # Flash is what is scarce here, so everything is built for size (toolchain/presets/targets.json), but the loops over samples. For
-  # that Eigen's little functions must go into what calls them: as calls, which is what the compiler takes for smaller, they add 4 KB.
-  # It costs minutes of compiling; what is not part of the image is spared them.
+  # Flash is scarce, so everything except loops over samples is built for size (toolchain/presets/targets.json). The compiler then does
+  # not inline Eigen's small functions, which adds 4 KB, so they are inlined by attribute. This costs minutes of compile time; sources
+  # outside the image are excluded.
   set(inlined "-DEIGEN_STRONG_INLINE=__attribute__((always_inline)) inline")
   get_target_property(sources tricoil_core SOURCES)
   list(FILTER sources INCLUDE REGEX "^(calibration|error_model/(error_budget|sampling_error|step_error)|protocol|selfcheck|signal|solver|tracking/scaat)")

@@ -1,4 +1,4 @@
-// What an image says about itself, at a fixed place: for readers that have only its bytes (toolchain/image-info).
+// Header at a fixed place of an image, for programs that read images (toolchain/image-info).
 #pragma once
 
 #include <array>
@@ -7,10 +7,10 @@
 
 namespace tricoil::stm32g4_board {
 
-constexpr std::uint32_t kImageHeaderOffset = 0x200;  // from the beginning of the flash; also in board/cortex_m/sections.ld
+constexpr std::uint32_t kImageHeaderOffset = 0x200;  // from the start of the flash; also in board/cortex_m/sections.ld
 constexpr std::uint32_t kImageMagic = 0x49435254;    // "TRCI"
 
-/// Little-endian, as everything.
+/// Little-endian.
 struct ImageHeader {
     std::uint32_t magic = kImageMagic;
     std::uint16_t header_version = 1;
@@ -18,7 +18,7 @@ struct ImageHeader {
     std::uint8_t newest_protocol = 0;
     std::uint32_t firmware = 0;            // major << 16, minor << 8, patch
     const std::byte* image_end = nullptr;  // address after the last byte
-    std::array<char, 16> commit{};         // zero-terminated; ends in + if files differed from it
+    std::array<char, 16> commit{};         // zero-terminated; ends in + if files differ from the commit
     std::array<char, 16> board{};
 };
 

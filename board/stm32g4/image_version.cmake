@@ -1,4 +1,4 @@
-# Writes OUT: the project's version and the commit that is built, with a + if files differ from it.
+# Writes OUT: version of the project and commit of the build, with a + if files differ from the commit.
 execute_process(COMMAND git -C ${SOURCE_DIR} describe --always --abbrev=10 --dirty=+ --exclude=*
   OUTPUT_VARIABLE commit OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET RESULT_VARIABLE failed)
 if(failed)

@@ -1,4 +1,4 @@
-// Handlers of a tracker board: tracker_vectors.cpp puts them into the vectors, tracker_main.cpp defines them.
+// Interrupt handlers of a tracker board: used in tracker_vectors.cpp, defined in tracker_main.cpp.
 #pragma once
 
 extern "C" {

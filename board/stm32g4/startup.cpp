@@ -1,4 +1,4 @@
-// From reset to main, and from a fault back to reset with the outputs off.
+// Start-up from reset to main, and fault handling: outputs off, then reset.
 #include <cstdint>
 #include <utility>
 
@@ -19,9 +19,9 @@ namespace {
 
 using namespace tricoil::stm32g4;
 
-constexpr std::uintptr_t kLoader = 0x1FFF'0000;  // system memory, with vectors of its own (AN2606)
+constexpr std::uintptr_t kLoader = 0x1FFF'0000;  // system memory; has its own vectors (AN2606)
 
-/// The watchdog's reset leaves nothing as it was; until then nothing runs but this.
+/// Waits until the watchdog resets the processor.
 [[noreturn]] void wait_for_reset() {
     peripheral<IwdgRegisters>(kIwdgBase).KR = iwdg::KR_start;
     for (;;) {
@@ -37,7 +37,7 @@ constexpr std::uintptr_t kLoader = 0x1FFF'0000;  // system memory, with vectors 
     stm32g4_board::wait_for_reset();
 }
 
-/// Of a program that has an end; that of a tracker board has none.
+/// For programs that end. A tracker board does not end.
 void tricoil::board::finish(int) {
     stm32g4_board::switch_outputs_off();
     for (;;) {
@@ -49,15 +49,15 @@ extern "C" {
 // NOLINTNEXTLINE(readability-identifier-naming): name of the linker script
 extern std::uint32_t stack_bottom[];
 
-/// Into the manufacturer's loader if the last run asked for it: nothing is on yet that would disturb it, no watchdog above all.
-/// A loader that jumps here when it has written new firmware leaves its vectors and clocks behind, which a reset takes away.
+/// Enters the manufacturer's boot loader if the last run requested it. No peripheral is on yet, in particular no watchdog.
+/// A loader that jumps here after a firmware update leaves its vectors and clocks behind; a reset clears them.
 void before_memory() {
     using namespace tricoil;
     stm32g4::ScbRegisters& scb = stm32g4::peripheral<stm32g4::ScbRegisters>(stm32g4::kScbBase);
     const stm32g4::RccRegisters& rcc = stm32g4::peripheral<const stm32g4::RccRegisters>(stm32g4::kRccBase);
     const bool is_fresh = (rcc.CFGR & stm32g4::rcc::CFGR_SWS) == stm32g4::rcc::CFGR_SWS_HSI && scb.VTOR == 0;
     stm32g4::BootRecord& record = stm32g4_board::boot_record;
-    if (!is_fresh && record.request != stm32g4::BootRecord::kFreshStart) {  // once: it may come by it again
+    if (!is_fresh && record.request != stm32g4::BootRecord::kFreshStart) {  // only once
         record.request = stm32g4::BootRecord::kFreshStart;
         scb.AIRCR = stm32g4::scb::AIRCR_reset;
         for (;;) {
@@ -73,7 +73,7 @@ void before_memory() {
     asm volatile("msr msp, %0\n bx %1\n" ::"r"(vectors[0]), "r"(vectors[1]));
 }
 
-/// `frame`: what the processor pushed; not to be read if the stack had run out.
+/// `frame`: registers that the processor pushed; not readable after a stack overflow.
 [[noreturn, gnu::used]] void record_fault(const std::uint32_t* frame, std::uint32_t exception) {
     using namespace tricoil;
     stm32g4_board::switch_outputs_off();
@@ -87,7 +87,7 @@ void before_memory() {
     stm32g4_board::wait_for_reset();
 }
 
-/// The stack may have run out, which is why this begins with a new one. Nothing comes back from here.
+/// Starts with a new stack, because the old one may have overflowed. Does not return.
 [[noreturn, gnu::naked]] void fault_handler() {
     asm volatile(
         "mrs r0, msp\n"

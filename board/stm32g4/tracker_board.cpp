@@ -40,7 +40,7 @@ CarrierPlayer::Parts carrier_parts() {
             dac::MCR_MODE1_pin};
 }
 
-/// To the op-amps of sensor coils 2, 1 and 3.
+/// Test carriers for the op-amps of sensor coils 2, 1 and 3.
 CarrierPlayer::Parts test_carrier_parts() {
     return {peripheral<DacRegisters>(kDac3Base),
             peripheral<DacRegisters>(kDac4Base),
@@ -73,16 +73,16 @@ void switch_peripherals_on() {
     rcc.APB2ENR = rcc.APB2ENR | rcc::APB2ENR_SYSCFGEN;
     rcc.CCIPR = (rcc.CCIPR & ~(rcc::CCIPR_FDCANSEL | rcc::CCIPR_ADC12SEL | rcc::CCIPR_ADC345SEL)) | rcc::CCIPR_FDCANSEL_PCLK1 |
                 rcc::CCIPR_ADC12SEL_SYSCLK | rcc::CCIPR_ADC345SEL_SYSCLK;
-    static_cast<void>(rcc.CCIPR);  // the clocks are there two cycles later
+    static_cast<void>(rcc.CCIPR);  // the clocks start two cycles later
 }
 
-/// Analog pins are so from reset on.
+/// Analog pins need no setting: analog is the reset state.
 void set_pins() {
     for (const PinName name : {kEnable1, kEnable2, kEnable3, kHeartbeat, kStatusLed}) {
         pin(name).make_output();
     }
     auto& power = peripheral<PwrRegisters>(kPwrBase);
-    power.CR3 = power.CR3 | pwr::CR3_UCPD1_DBDIS;  // PB6 has a pull-down until then
+    power.CR3 = power.CR3 | pwr::CR3_UCPD1_DBDIS;  // disables the pull-down on PB6
     pin(kSerialTx).make_alternate(kSerialFunction);
     pin(kSerialRx).make_alternate(kSerialFunction, true);
     pin(kCanTx).make_alternate(kCanFunction);
@@ -96,7 +96,7 @@ void enable_interrupts() {
     }
 }
 
-/// Ends waits that nothing else ends.
+/// Periodic interrupt that wakes the processor from waits without another interrupt.
 void start_tick(std::uint32_t core_hz) {
     peripheral<ScbRegisters>(kScbBase).SHPR[scb::SHPR_SysTick] = static_cast<std::uint8_t>(kTickPriority << 4U);
     auto& tick = peripheral<SysTickRegisters>(kSysTickBase);
@@ -142,9 +142,9 @@ void TrackerBoard::begin() {
     if (core != CoreClock::crystal) {
         processor.report(hal::SystemTrouble::clock);
     }
-    // Without its oscillator USB stays silent; the other links do not need it.
+    // If the oscillator fails, USB does not work; the other links do not need it.
     static_cast<void>(start_usb_clock(peripheral<RccRegisters>(kRccBase)));
-    // Converters that do not work say so with every start; the board can still be talked to.
+    // Defective converters report an error at every start; the board still communicates.
     static_cast<void>(acquisition.begin());
     start_tick(hertz_of(core));
     enable_interrupts();

@@ -1,4 +1,4 @@
-// Every driver of a tracker board, connected as its pins.hpp states: the hardware behind the firmware application.
+// All drivers of a tracker board, connected according to pins.hpp: the hardware of the firmware application.
 #pragma once
 
 #include <array>
@@ -17,12 +17,11 @@
 
 namespace tricoil::stm32g4_board {
 
-/// One, and for ever. Its construction switches nothing on.
+/// Exactly one object, which is never destroyed. Construction switches nothing on.
 struct TrackerBoard {
     explicit TrackerBoard(stm32g4::CoreClock core);
 
-    /// Clocks of the peripherals, pins with the coils off, interrupts, links. What does not follow shows in processor.troubles()
-    /// or when it is used.
+    /// Starts peripheral clocks, pins (coils off), interrupts and links. Failures appear in processor.troubles() or at first use.
     void begin();
 
     [[nodiscard]] app::DeviceHardware hardware();
@@ -44,7 +43,7 @@ struct TrackerBoard {
     std::array<hal::MessagePort*, 3> ports{&serial, &can, &usb};
 };
 
-/// Half of the processor's unique number (RM0440, "Unique device ID"), the half that tells dice of a wafer apart, and lot.
+/// Serial number from the processor's unique number (RM0440, "Unique device ID"): die position on the wafer, and lot.
 [[nodiscard]] std::uint64_t unique_number();
 
 }  // namespace tricoil::stm32g4_board

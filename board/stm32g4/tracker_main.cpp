@@ -1,4 +1,4 @@
-// Composition root of a tracker board, and the handlers of its interrupts.
+// Composition root of a tracker board, and its interrupt handlers.
 #include <optional>
 
 #include "board/app/tracker_device.hpp"
@@ -15,7 +15,7 @@ namespace {
 using namespace tricoil;
 using namespace tricoil::stm32g4;
 
-// Static, as a board without a heap keeps what lives as long as it runs. Made in main: rates of the links depend on the clock.
+// Static, because the board has no heap. Constructed in main, because the rates of the links depend on the clock.
 std::optional<stm32g4_board::TrackerBoard> board_;
 std::optional<app::TrackerDevice> device;
 
@@ -28,7 +28,7 @@ bool take_crystal_failure() {
     return true;
 }
 
-/// Not inlined: what it sets up need not stay on the stack for ever.
+/// Not inlined, so that its stack is free afterwards.
 [[gnu::noinline]] void set_up() {
     board_.emplace(start_core_clock(peripheral<RccRegisters>(kRccBase), peripheral<PwrRegisters>(kPwrBase),
                                     peripheral<FlashRegisters>(kFlashBase)));
@@ -40,7 +40,8 @@ bool take_crystal_failure() {
 }  // namespace
 
 extern "C" {
-/// A damaged word of the calibration is for whoever reads it to judge. A crystal that stops, or a damaged program: begin anew.
+/// A damaged word of the calibration is handled by its reader. After a crystal failure or a damaged program the processor
+/// restarts.
 void nmi_handler() {
     if (take_crystal_failure() || !board_ || !board_->storage.on_ecc_error()) {
         board::halt();

@@ -1,4 +1,4 @@
-// Vectors of a tracker board, and its coils' enables.
+// Vectors of a tracker board, and its coil enables.
 #include "board/stm32g4/interrupts.hpp"
 #include "board/stm32g4/startup.hpp"
 #include "drivers/stm32g4/registers/gpio.hpp"

@@ -1,17 +1,17 @@
-// Types of the numbers in a board's pins.hpp.
+// Types for the constants in a board's pins.hpp.
 #pragma once
 
 #include <cstdint>
 
 namespace tricoil::stm32g4_board {
 
-/// Port letter and number; alternate functions are those of the data sheet's tables.
+/// Port letter and number. Alternate functions are those of the data sheet.
 struct PinName {
     char port;
     std::uint8_t number;
 };
 
-/// Request of the DMA multiplexer (RM0440 table 91), and the channel of DMA1 that serves it, 1-7.
+/// Request of the DMA multiplexer (RM0440 table 91) and its channel of DMA1, 1-7.
 struct DmaRoute {
     std::uint8_t channel;
     std::uint8_t request;
@@ -24,7 +24,7 @@ struct AdcInput {
     DmaRoute dma;
 };
 
-/// Interrupt number (RM0440 table 97) and priority, 0 before 15.
+/// Interrupt number (RM0440 table 97) and priority; 0 is the highest, 15 the lowest.
 struct InterruptPlan {
     std::uint8_t number;
     std::uint8_t priority;

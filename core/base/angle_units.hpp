@@ -1,4 +1,4 @@
-// Angles are in radians everywhere; these are for what people read and write.
+// Conversion between radians (used everywhere in the code) and degrees (for input and output).
 #pragma once
 
 #include <numbers>

@@ -7,7 +7,7 @@
 
 namespace tricoil {
 
-/// CRC-32 of what `before` is the CRC-32 of, followed by `bytes`: for data that come in pieces.
+/// Continues a CRC-32: `before` is the CRC-32 of the data before `bytes`.
 constexpr std::uint32_t crc32_continued(std::uint32_t before, std::span<const std::uint8_t> bytes) {
     std::uint32_t crc = ~before;
     for (const std::uint8_t byte : bytes) {
@@ -19,7 +19,7 @@ constexpr std::uint32_t crc32_continued(std::uint32_t before, std::span<const st
     return ~crc;
 }
 
-/// Without a table: calibrations and frames are short, flash is not for sale.
+/// Bitwise, without a table: inputs are short, and a table costs flash.
 constexpr std::uint32_t crc32(std::span<const std::uint8_t> bytes) { return crc32_continued(0, bytes); }
 
 }  // namespace tricoil

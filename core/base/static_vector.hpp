@@ -9,7 +9,7 @@ namespace tricoil {
 template <typename T, std::size_t Capacity>
 class StaticVector {
 public:
-    /// Appends; returns false, and changes nothing, when full.
+    /// Appends `value`. Returns false and changes nothing if the vector is full.
     constexpr bool push_back(const T& value) {
         if (size_ == Capacity) {
             return false;

@@ -1,4 +1,4 @@
-// How fallible functions answer: a Status, or a Result that holds a value or a Status. Nothing in core, hal or board/app throws.
+// Return types of functions that can fail: Status, or Result (a value or a Status). core, hal and board/app do not throw.
 #pragma once
 
 #include <cstdint>
@@ -9,23 +9,23 @@ namespace tricoil {
 
 enum class StatusCode : std::uint8_t {
     ok,
-    invalid_argument,  // a parameter that can never work; the message names it
-    not_finite,        // NaN or infinity where a number is needed
-    degenerate,        // finite input that determines nothing (a zero signal matrix)
+    invalid_argument,  // a parameter is invalid; the message names it
+    not_finite,        // a number is NaN or infinite
+    degenerate,        // finite input without a unique solution, for example a zero signal matrix
     not_converged,     // an iteration or a linearisation left its domain
-    not_ready,         // nothing to deliver yet; ask again
+    not_ready,         // no data yet; try again later
     timed_out,         // the device did not answer in time
-    device_lost,       // the device is gone or broken
-    end_of_stream,     // a finite source is exhausted
+    device_lost,       // the device was disconnected or is defective
+    end_of_stream,     // a finite source has no more data
 };
 
-/// Whether a Status keeps its message. A board that has nobody to tell it saves flash and stack without (CMake:
-/// TRICOIL_STATUS_MESSAGES); all code of an image must agree.
+/// 1: a Status stores its message. 0 saves flash and stack on boards that cannot show messages (CMake: TRICOIL_STATUS_MESSAGES).
+/// All code of an image must use the same value.
 #ifndef TRICOIL_STATUS_MESSAGES
 #define TRICOIL_STATUS_MESSAGES 1
 #endif
 
-/// Outcome of an operation. `message` is a string literal that names the thing and the mend; empty when ok.
+/// Outcome of an operation. `message` is a string literal that names the cause and the remedy. It is empty if the code is ok.
 class [[nodiscard]] Status {
 public:
     constexpr Status() = default;
@@ -48,18 +48,18 @@ private:
 #endif
 };
 
-/// A value, or the Status that says why there is none. Reading value() of a failed result is a programmer's error.
+/// A value, or the Status that gives the reason why there is no value. Calling value() on a failed result is a programming error.
 template <typename T>
 class [[nodiscard]] Result {
 public:
-    Result(T value) : value_(std::move(value)) {}  // NOLINT(google-explicit-constructor): `return value;` must read naturally
-    Result(Status status) : status_(status) {}     // NOLINT(google-explicit-constructor): likewise `return Status{...};`
+    Result(T value) : value_(std::move(value)) {}  // NOLINT(google-explicit-constructor): allows `return value;`
+    Result(Status status) : status_(status) {}     // NOLINT(google-explicit-constructor): allows `return Status{...};`
 
     [[nodiscard]] bool ok() const { return value_.has_value(); }
     [[nodiscard]] Status status() const { return status_; }
     [[nodiscard]] const T& value() const& { return *value_; }
     [[nodiscard]] const T& operator*() const& { return *value_; }
-    [[nodiscard]] T value() && { return *std::move(value_); }  // by value: a reference into a temporary would dangle
+    [[nodiscard]] T value() && { return *std::move(value_); }  // returns by value: a reference would dangle
     [[nodiscard]] T operator*() && { return *std::move(value_); }
     [[nodiscard]] const T* operator->() const { return &*value_; }
 

@@ -1,4 +1,4 @@
-// One line of text, built in place: for reports on boards that have neither a heap nor printf.
+// One line of text in a fixed buffer, for reports on boards without heap and printf.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace tricoil {
 
-/// Appends in call order. What does not fit is dropped; overflowed() tells.
+/// Appends in call order. Text beyond the capacity is dropped; overflowed() then returns true.
 class TextLine {
 public:
     static constexpr std::size_t kCapacity = 192;
@@ -21,7 +21,7 @@ public:
         return *this;
     }
 
-    /// Blanks up to column `column`; at least one, if the line is longer already.
+    /// Adds blanks up to column `column`, and at least one blank.
     constexpr TextLine& pad_to(std::size_t column) {
         do {
             put(' ');
@@ -79,7 +79,7 @@ public:
             value *= 10;
         }
         auto thousandths = static_cast<std::int32_t>(value * 1000 + 0.5F);
-        if (thousandths >= 10'000) {  // 9.9996 rounds up to the next power
+        if (thousandths >= 10'000) {  // 9.9996 rounds to 10.00
             thousandths = 1000;
             ++exponent;
         }

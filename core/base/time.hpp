@@ -1,4 +1,4 @@
-// Device time: 64-bit microseconds since the device started, given by the HAL. The core never asks what time it is.
+// Device time: 64-bit microseconds since the device started. The HAL supplies it; the core does not read a clock.
 #pragma once
 
 #include <compare>
@@ -7,7 +7,7 @@
 
 namespace tricoil {
 
-/// A length of time in whole microseconds.
+/// Duration in whole microseconds.
 class Microseconds {
 public:
     constexpr Microseconds() = default;
@@ -38,7 +38,7 @@ private:
     std::int64_t count_ = 0;
 };
 
-/// An instant of the device's clock.
+/// Instant of the device clock.
 class DeviceTime {
 public:
     constexpr DeviceTime() = default;
@@ -70,7 +70,7 @@ constexpr std::int64_t to_us(DeviceTime time) { return time.since_start().count(
 constexpr double to_seconds(DeviceTime time) { return 1e-6 * static_cast<double>(to_us(time)); }
 constexpr double to_seconds(Microseconds duration) { return 1e-6 * static_cast<double>(duration.count()); }
 
-/// The same in the precision of the caller: a part without double precision in hardware computes no double.
+/// Duration in seconds in the caller's precision: processors without a double-precision FPU avoid double.
 template <typename Scalar>
 constexpr Scalar seconds_as(Microseconds duration) {
     return Scalar(1e-6) * static_cast<Scalar>(duration.count());

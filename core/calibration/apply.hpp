@@ -1,4 +1,4 @@
-// Applying a calibration to couplings and positions.
+// Functions that apply a calibration to couplings and positions.
 #pragma once
 
 #include <Eigen/LU>
@@ -8,13 +8,13 @@
 
 namespace tricoil::calibration {
 
-/// One column's real couplings from both phases: the part along each channel's own phase.
+/// Real couplings of one column: the part of (in phase, quadrature) along the phase of each channel.
 template <typename Scalar>
 Vec3<Scalar> at_phase(const Calibration<Scalar>& c, const Vec3<Scalar>& in_phase, const Vec3<Scalar>& quadrature) {
     return c.phase_rad.array().cos() * in_phase.array() + c.phase_rad.array().sin() * quadrature.array();
 }
 
-/// What ideal triads in one place would couple with C = 1: gains and angles undone, N^-T X M^-1. Offsets remain.
+/// Couplings of ideal concentric triads with C = 1: removes gains and coil angles, N^-T X M^-1. Offsets are not removed.
 template <typename Scalar>
 Mat3<Scalar> ideal_couplings(const Calibration<Scalar>& c, const Mat3<Scalar>& x) {
     const Mat3<Scalar> sensor = c.model.sensor_sensitivity.transpose().inverse();
@@ -22,7 +22,7 @@ Mat3<Scalar> ideal_couplings(const Calibration<Scalar>& c, const Mat3<Scalar>& x
     return sensor * x * source;
 }
 
-/// The optional output correction: what the field model leaves of the surroundings, as an affine map.
+/// Optional output correction: an affine map that removes position errors that the field model cannot describe.
 template <typename Scalar>
 Vec3<Scalar> corrected_position(const Calibration<Scalar>& c, const Vec3<Scalar>& position_m) {
     return c.output_linear * position_m + c.output_offset_m;

@@ -23,7 +23,7 @@ std::uint64_t get(const std::uint8_t* from) {
     return value;
 }
 
-/// Every number of a calibration in the order of the blob; one list for both directions.
+/// Visits every number of a calibration in the order of the blob, for encoding and decoding.
 template <typename Any, typename Visitor>
 void visit(Any& c, Visitor each) {
     const auto all = [&](auto& matrix) {
@@ -63,7 +63,7 @@ Blob encode(const Calibration<double>& calibration) {
 
 namespace {
 
-/// A calibration in the precision of whoever uses it; the numbers of a blob are doubles.
+/// Converts the doubles of a blob to the precision of the caller.
 template <typename Scalar>
 Result<Calibration<Scalar>> decode_as(std::span<const std::uint8_t> bytes) {
     if (bytes.size() < kBlobHeaderBytes || get<4>(bytes.data()) != kBlobMagic) {

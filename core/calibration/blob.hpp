@@ -1,4 +1,4 @@
-// A calibration as bytes for flash: magic, version, length, numbers, CRC-32.
+// Calibration as bytes for flash: magic, version, length, numbers, CRC-32.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@ namespace tricoil::calibration {
 constexpr std::uint32_t kBlobMagic = 0x4C414354;  // "TCAL", little-endian
 constexpr std::uint16_t kBlobVersion = 1;
 constexpr std::size_t kBlobNumbers = 60;
-constexpr std::size_t kBlobHeaderBytes = 8;  // magic (4), version (2), payload's bytes (2)
+constexpr std::size_t kBlobHeaderBytes = 8;  // magic (4), version (2), payload length (2)
 constexpr std::size_t kBlobBytes = kBlobHeaderBytes + 8 * kBlobNumbers + 4;
 static_assert(kBlobBytes <= 512, "half a kilobyte is set aside in every board's flash");
 
@@ -20,11 +20,10 @@ using Blob = std::array<std::uint8_t, kBlobBytes>;
 
 Blob encode(const Calibration<double>& calibration);
 
-/// Bit for bit what was encoded. Errors (invalid_argument): wrong length, other magic or version, CRC that does not match; and
-/// those of check().
+/// Returns exactly the encoded numbers. Errors (invalid_argument): wrong length, magic, version or CRC; and those of check().
 Result<Calibration<double>> decode(std::span<const std::uint8_t> bytes);
 
-/// The same in single precision, and judged in it, for processors that have no other.
+/// Decodes and checks in single precision, for processors without double.
 Result<Calibration<float>> decode_single(std::span<const std::uint8_t> bytes);
 
 }  // namespace tricoil::calibration

@@ -1,4 +1,4 @@
-// What a calibrated tracker knows about its coils.
+// Calibration parameters of the coils.
 #pragma once
 
 #include <cmath>
@@ -12,8 +12,8 @@ namespace tricoil::calibration {
 template <typename Scalar>
 struct Calibration {
     field::GeneralDipole<Scalar> model;                     // moments and sensitivities hold gains and non-orthogonality
-    Vec3<Scalar> phase_rad = Vec3<Scalar>::Zero();          // of each sensor channel against the reference current
-    Vec3<Scalar> hemisphere = Vec3<Scalar>::Zero();         // half space that the calibration's poses were in; zero: unknown
+    Vec3<Scalar> phase_rad = Vec3<Scalar>::Zero();          // of each sensor channel relative to the reference current
+    Vec3<Scalar> hemisphere = Vec3<Scalar>::Zero();         // half space of the calibration poses; zero: unknown
     Mat3<Scalar> output_linear = Mat3<Scalar>::Identity();  // corrected position = linear * position + offset, source frame
     Vec3<Scalar> output_offset_m = Vec3<Scalar>::Zero();
 
@@ -24,8 +24,8 @@ struct Calibration {
     }
 };
 
-/// Errors: not_finite (NaN or infinity anywhere), invalid_argument (dependent moments or sensitivities; an offset beyond 1 m; an
-/// output correction by more than a tenth).
+/// Errors: not_finite (NaN or infinity), invalid_argument (linearly dependent moments or sensitivities, an offset beyond 1 m, an
+/// output correction beyond 0.1).
 template <typename Scalar>
 Status check(const Calibration<Scalar>& c) {
     const bool finite =

@@ -1,4 +1,4 @@
-// A calibration as a tracker applies it: to each column before it is used, and to each position before it is reported.
+// Calibration in the form that trackers apply: to each column before its use and to each position before its report.
 #pragma once
 
 #include <Eigen/LU>
@@ -8,20 +8,19 @@
 
 namespace tricoil::calibration {
 
-/// Two kinds. ideal_triads(): phases, gains, signs, the sensor coils' angles and the source's attitude are undone column by
-/// column, for trackers whose field model is that of ideal triads. phases(): the rest is left to a field model of the coils as
-/// they are.
+/// Two kinds. ideal_triads(): corrects phases, gains, signs, sensor coil angles and the source's attitude column by column. It is
+/// for trackers with the concentric model. phases(): corrects phases only; the tracker's general model contains the rest.
 template <typename Scalar>
 class CoilCorrection {
 public:
-    /// What ideal_triads() may neglect: at half a metre it moves a pose by some 0.5 mm and 1 mrad.
+    /// Deviations that ideal_triads() neglects. At 0.5 m they change a pose by about 0.5 mm and 1 mrad.
     static constexpr Scalar kSquareness = Scalar(1e-3);  // cosine between two source coils
-    static constexpr Scalar kOffset_m = Scalar(5e-4);    // of a coil from its triad's place
-    static constexpr Scalar kOctupole = Scalar(1e-4);    // m^2, of a coil's finite size
+    static constexpr Scalar kOffset_m = Scalar(5e-4);    // of a coil from its triad's centre
+    static constexpr Scalar kOctupole = Scalar(1e-4);    // m^2, octupole of a coil
 
-    /// For triads whose coils share one place, and whose source coils are orthogonal. Source coils that are not cannot be
-    /// corrected here: their columns are measured at different times. Errors: those of check(); invalid_argument, with the
-    /// reason, for a calibration of another kind.
+    /// For concentric triads with orthogonal source coils. Non-orthogonal source coils cannot be corrected here, because their
+    /// columns are measured at different times. Errors: those of check(); invalid_argument, with the reason, for any other
+    /// calibration.
     static Result<CoilCorrection> ideal_triads(const Calibration<Scalar>& c) {
         if (const Status status = check(c); !status.ok()) {
             return status;
@@ -41,7 +40,7 @@ public:
         if (largest((cosines - Mat3<Scalar>::Identity()).eval()) > kSquareness) {
             return Status{StatusCode::invalid_argument, "its source coils are not square to each other within 1 mrad"};
         }
-        if (axes.determinant() < 0) {  // a reversed coil: of the three, the one that points most backwards
+        if (axes.determinant() < 0) {  // a reversed coil: the one whose axis points most in the negative direction
             Eigen::Index reversed = 0;
             axes.diagonal().minCoeff(&reversed);
             axes.col(reversed) *= Scalar(-1);
@@ -61,7 +60,7 @@ public:
         return correction;
     }
 
-    /// Column j (0-2), in phase, in quadrature and its standard deviations; after ideal_triads() as with C = 1.
+    /// Corrects column j (0-2): in phase, quadrature and standard deviations. After ideal_triads() the result has C = 1.
     void correct_column(int j, Vec3<Scalar>& in_phase, Vec3<Scalar>& quadrature, Vec3<Scalar>& sigma) const {
         const auto cosine = phase_rad_.array().cos();
         const auto sine = phase_rad_.array().sin();
@@ -73,11 +72,11 @@ public:
         sigma = variance.cwiseSqrt() / std::abs(gain_(j));
     }
 
-    /// The axes that corrected columns refer to: v_source = axes v_coils. The source frame itself after phases().
+    /// Axes of the corrected columns: v_source = axes v_coils. Identity after phases().
     [[nodiscard]] const Mat3<Scalar>& axes() const { return axes_; }
     [[nodiscard]] bool has_own_axes() const { return has_own_axes_; }
 
-    /// The optional output correction, in the source frame: an affine map of positions, and its derivative.
+    /// Optional output correction in the source frame: an affine map of positions, and its derivative.
     [[nodiscard]] Vec3<Scalar> corrected_position(const Vec3<Scalar>& position_m) const {
         return output_linear_ * position_m + output_offset_m_;
     }

@@ -1,4 +1,4 @@
-// The integrals (22), (23), (26): how increment errors add up to the errors of the measured angles.
+// Accumulated errors of the measured angles: the integrals (22), (23), (26) of the increment errors.
 #pragma once
 
 #include "core/error_model/increment_error.hpp"
@@ -6,10 +6,10 @@
 
 namespace tricoil::error_model {
 
-/// What a step is linearised about.
+/// Pose about which a step is linearised.
 enum class Loop : std::uint8_t {
-    open,    // the real previous pose: the paper's simulations; every increment error stays for ever
-    closed,  // the previous estimate, as in any device: the next increment takes the old error in as well
+    open,    // the real previous pose, as in the paper's simulations: increment errors add up
+    closed,  // the previous estimate, as in a device: the next increment corrects the old error
 };
 
 /// Errors are true minus measured. Angles are not wrapped: whole turns stay visible.
@@ -20,22 +20,23 @@ struct LineOfSightError {
     Scalar elevation_rad = 0;
 };
 
-/// Predicts the errors of the angle form from the true positions alone, one update after the other. Takes the attitude for known.
-/// In open loop it is: the real one enters R. In closed loop the device has only its estimate, which the roll of (16) tilts while
-/// azimuth and elevation turn together, and the tilt feeds back: of example III the elevation is off by 4.5e-4 rad before the
-/// first pole, by up to half a turn after it. exact_step_error, which carries the attitude along, follows the loop.
+/// Predicts the errors of the angle form from the true positions, one update after the other. It assumes a known attitude. In
+/// open loop this is correct: the real attitude enters R. In closed loop the device uses its estimated attitude, which the roll
+/// of (16) tilts while azimuth and elevation change together. This tilt affects the position: in example III the predicted
+/// elevation is wrong by 4.5e-4 rad before the first pole and by up to half a turn after it. exact_step_error() includes the
+/// attitude and predicts the closed loop correctly.
 template <typename Scalar>
 class AccumulatedError {
 public:
-    /// start: the first true position, at which the estimate is taken to be right.
-    /// azimuth_form: the paper plots range and elevation by (29) but azimuth by (35), which has kappa = 2.
+    /// start: first true position; the estimate is assumed correct there.
+    /// azimuth_form: the paper plots range and elevation by (29), but azimuth by (35), which assumes kappa = 2.
     AccumulatedError(KappaForm form, KappaForm azimuth_form, Loop loop, const geometry::Spherical<Scalar>& start)
         : form_(form), azimuth_form_(azimuth_form), loop_(loop), previous_(start) {}
 
     AccumulatedError(KappaForm form, Loop loop, const geometry::Spherical<Scalar>& start)
         : AccumulatedError(form, form, loop, start) {}
 
-    /// The errors after the update that sees the true position `now` (azimuth and elevation continuous, not wrapped).
+    /// Errors after the update at the true position `now` (azimuth and elevation continuous, not wrapped).
     const LineOfSightError<Scalar>& update(const geometry::Spherical<Scalar>& now) {
         const Scalar measured_elevation = previous_.elevation_rad - error_.elevation_rad;
         const bool closed = loop_ == Loop::closed;
@@ -55,7 +56,7 @@ public:
     [[nodiscard]] const LineOfSightError<Scalar>& error() const { return error_; }
     [[nodiscard]] const LineOfSightStep<Scalar>& step() const { return step_; }
 
-    /// beta - e_beta: the elevation that the device believes in, and divides by the cosine of.
+    /// beta - e_beta: the device's elevation estimate; (17) divides by its cosine.
     [[nodiscard]] Scalar measured_elevation_rad() const { return previous_.elevation_rad - error_.elevation_rad; }
 
 private:

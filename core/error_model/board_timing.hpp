@@ -1,23 +1,23 @@
-// When a board samples what: update time, multiplexing, window and latency.
+// Sampling times of a board: update time, multiplexing, window and latency.
 #pragma once
 
 #include "core/geometry/types.hpp"
 
 namespace tricoil::error_model {
 
-/// Times in seconds. All from the instant that the pose is stamped with, ages backwards.
+/// Times in seconds before the time stamp of the pose.
 template <typename Scalar>
 struct BoardTiming {
-    Scalar update_s = 0;                               // from one pose to the next; what (19)-(37) call Delta T_u
+    Scalar update_s = 0;                               // from one pose to the next: Delta T_u of (19)-(37)
     Vec3<Scalar> column_age_s = Vec3<Scalar>::Zero();  // of S1, S2, S3: zero in FDM
     Scalar window_s = 0;                               // length of one demodulation window
-    Scalar latency_s = 0;  // from the stamp to the use of the pose; zero if the user reckons with the stamp
+    Scalar latency_s = 0;  // from the time stamp to the use of the pose; zero if the user accounts for the time stamp
 };
 
-/// Which state a pose ends on, the others before it in turn: S1 S2 S3 S1 ... A tracker that solves on every column meets all.
+/// Newest excitation state of a pose. The order is S1 S2 S3 S1 ... A tracker that solves on every column uses all three.
 enum class LastState { s1, s2, s3 };
 
-/// Time-division multiplexing with one state per slot, stamped with the middle of the last slot.
+/// Time-division multiplexing with one excitation state per slot. Time stamp: middle of the last slot.
 template <typename Scalar>
 BoardTiming<Scalar> tdm_timing(Scalar slot_s, Scalar window_s, LastState last = LastState::s3) {
     BoardTiming<Scalar> timing;
@@ -30,7 +30,7 @@ BoardTiming<Scalar> tdm_timing(Scalar slot_s, Scalar window_s, LastState last = 
     return timing;
 }
 
-/// Frequency-division multiplexing: all at once over one window, stamped with its middle.
+/// Frequency-division multiplexing: all columns over the same window. Time stamp: middle of the window.
 template <typename Scalar>
 BoardTiming<Scalar> fdm_timing(Scalar frame_s) {
     BoardTiming<Scalar> timing;
@@ -39,7 +39,7 @@ BoardTiming<Scalar> fdm_timing(Scalar frame_s) {
     return timing;
 }
 
-/// Remark 4: with processing and multiplexing gaps the paper's formulas hold with a larger update time.
+/// Remark 4: processing time and multiplexing gaps are added to the update time; the paper's formulas then apply.
 template <typename Scalar>
 Scalar effective_update_time(Scalar update_s, Scalar processing_s, Scalar multiplexing_gap_s) {
     return update_s + processing_s + multiplexing_gap_s;

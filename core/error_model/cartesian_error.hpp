@@ -1,4 +1,4 @@
-// Angle errors as lengths: the paper's errors in Cartesian coordinates of the source frame.
+// The paper's angle errors as lengths: Cartesian coordinates of the source frame.
 #pragma once
 
 #include "core/geometry/angles.hpp"
@@ -13,7 +13,7 @@ Vec3<Scalar> cartesian_error(const geometry::Spherical<Scalar>& real, const geom
     return geometry::to_cartesian(real) - geometry::to_cartesian(measured);
 }
 
-/// The same to first order: P^T (e_rho, rho cos(beta) e_alpha, -rho e_beta). (Positive elevation points to -z.)
+/// The same to first order: P^T (e_rho, rho cos(beta) e_alpha, -rho e_beta). Positive elevation points to -z.
 template <typename Scalar>
 Vec3<Scalar> cartesian_error_first_order(const geometry::Spherical<Scalar>& real, const geometry::Spherical<Scalar>& error) {
     const Vec3<Scalar> tracking(error.range_m, real.range_m * std::cos(real.elevation_rad) * error.azimuth_rad,

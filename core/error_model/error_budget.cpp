@@ -18,8 +18,8 @@ ErrorTerm<Scalar> term(const PoseError<Scalar>& error) {
     return term<Scalar>(error.template head<3>().norm(), error.template tail<3>().norm());
 }
 
-/// Linearization and frame propagation. A further pass on the same matrix starts at the error that the one before left: to it,
-/// that error is the motion.
+/// Linearization and frame propagation errors. A further pass on the same matrix starts from the error of the previous pass,
+/// which takes the place of the motion.
 template <typename Scalar>
 void add_step_errors(MotionState<Scalar> state, const BudgetParams<Scalar>& params, SystematicErrors<Scalar>& errors) {
     const bool angles = params.solver == SolverForm::previous_angles;

@@ -1,4 +1,4 @@
-// The error to expect of one pose, term by term: from how the sensor moves, when the board samples and how the pose is solved.
+// Error budget of one pose: predicted error terms for a given motion, board timing and solver.
 #pragma once
 
 #include <cstdint>
@@ -9,15 +9,15 @@
 
 namespace tricoil::error_model {
 
-/// Sizes of one error: length of the position error, angle of the attitude error.
+/// Magnitude of one error: length of the position error, angle of the attitude error.
 template <typename Scalar>
 struct ErrorTerm {
     Scalar position_m = 0;
     Scalar rotation_rad = 0;
 };
 
-/// What travels with a pose. All terms but the noise are systematic: they have a direction and add up as vectors. Noise is the
-/// root mean square of the Cramer-Rao bound. total = root of |sum of systematic terms|^2 + noise^2.
+/// Error terms of a pose. All terms except noise are systematic: they have a direction and add as vectors. Noise is the root mean
+/// square of the Cramer-Rao bound. total = sqrt(|sum of systematic terms|^2 + noise^2).
 template <typename Scalar>
 struct ErrorBudget {
     ErrorTerm<Scalar> linearization;
@@ -29,18 +29,18 @@ struct ErrorBudget {
     ErrorTerm<Scalar> total;
 };
 
-/// How the poses are solved: which of the paper's error terms exist.
+/// Form of the solver. It decides which of the paper's error terms exist.
 enum class SolverForm : std::uint8_t {
-    direct,            // closed form: neither linearization nor frame propagation
-    previous_vectors,  // previous-measurement technique without poles: linearization
-    previous_angles,   // the paper's angle form: both
+    direct,            // closed form: no linearization error, no frame propagation
+    previous_vectors,  // pole-free previous-measurement technique: linearization error
+    previous_angles,   // the paper's angle form: both terms
 };
 
 template <typename Scalar>
 struct BudgetParams {
     BoardTiming<Scalar> timing;
     SolverForm solver = SolverForm::direct;
-    int passes = 1;  // of the previous-measurement step per pose: a second one leaves next to nothing of the first one's error
+    int passes = 1;  // previous-measurement steps per pose; a second pass removes nearly all error of the first
 };
 
 /// The systematic errors as vectors, true minus measured, source frame.
@@ -58,16 +58,16 @@ struct SystematicErrors {
 template <typename Scalar>
 SystematicErrors<Scalar> systematic_errors(const MotionState<Scalar>& state, const BudgetParams<Scalar>& params);
 
-/// What the board's timing alone makes of a motion, whatever solves: skew, blur, latency.
+/// Errors that depend only on the motion and the board's timing, not on the solver: skew, blur, latency.
 template <typename Scalar>
 SystematicErrors<Scalar> timing_errors(const MotionState<Scalar>& state, const BoardTiming<Scalar>& timing);
 
-/// Errors as a user reads them, with the noise given as the covariance of the pose (position m, small rotation rad).
+/// Magnitudes of the errors. `covariance`: noise of the pose (position m, small rotation rad).
 template <typename Scalar>
 ErrorBudget<Scalar> budget_of(const SystematicErrors<Scalar>& errors, const Mat6<Scalar>& covariance);
 
-/// noise_ratio: sigma / k, per-entry noise over the coupling strength at this pose. Not a number where the motion leaves the
-/// linearised solver's domain.
+/// noise_ratio: sigma / k, noise of one entry divided by the coupling strength at this pose. The result is NaN if the motion
+/// leaves the domain of the linearised solver.
 template <typename Scalar>
 ErrorBudget<Scalar> error_budget(const MotionState<Scalar>& state, Scalar noise_ratio, const BudgetParams<Scalar>& params);
 

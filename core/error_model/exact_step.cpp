@@ -9,7 +9,7 @@ RelativePose<Scalar> relative_pose(const solver::AnglePose<Scalar>& real, const 
     const Scalar b = real.position.elevation_rad;
     const Scalar b_hat = previous.position.elevation_rad;
     const Scalar da = real.position.azimuth_rad - previous.position.azimuth_rad;
-    // P^ u written out: only the difference of azimuths is left; 1 - cos(da) as 2 sin^2(da / 2), against cancellation.
+    // P^ u written out: it depends only on the difference of azimuths. 1 - cos(da) as 2 sin^2(da / 2), to avoid cancellation.
     const Scalar half = std::sin(da / 2);
     const Scalar versine = 2 * half * half;
     RelativePose<Scalar> relative;
@@ -52,12 +52,12 @@ Result<PoseAngleError<Scalar>> exact_step_error(const solver::AnglePose<Scalar>&
     const auto& [position, attitude] = estimate;
     PoseAngleError<Scalar> error;
     error.position.range_m = real.position.range_m - step->range_m;
-    // (17): divided by the cosine of the elevation that the device believes in.
+    // (17): divided by the cosine of the estimated elevation.
     error.position.azimuth_rad =
         real.position.azimuth_rad - position.azimuth_rad - step->position_azimuth / std::cos(position.elevation_rad);
     error.position.elevation_rad = real.position.elevation_rad - position.elevation_rad - step->position_elevation;
 
-    // (18) row by row: p and q are the turn about the yawed frame's x and y, s about z.
+    // (18) row by row: p and q are the rotations about x and y of the yawed frame, s about z.
     const Scalar yaw = attitude.azimuth_rad - position.azimuth_rad;
     const Scalar cb = std::cos(position.elevation_rad);
     const Scalar sb = std::sin(position.elevation_rad);

@@ -1,4 +1,4 @@
-// What one update measures of a turn, and its error: (28)-(36) and the exact expressions that they expand. Fixed orientation.
+// Measured increments of one update and their errors: (28)-(36) and the exact expressions behind them. Fixed attitude.
 #pragma once
 
 #include <cmath>
@@ -8,14 +8,14 @@
 
 namespace tricoil::error_model {
 
-/// The measured increment of elevation, Delta beta~: exactly (2 / kappa) cos(g) (sin db + cos b sin b^ (1 - cos da)), which
-/// is (16), (17) with the exact R; (28) is its expansion and (32) that with kappa = 2.
+/// Measured increment of elevation, Delta beta~. Exact: (2 / kappa) cos(g) (sin db + cos b sin b^ (1 - cos da)), from (16), (17)
+/// with the exact R. (28) is its expansion; (32) is (28) with kappa = 2.
 template <typename Scalar>
 Scalar measured_elevation_increment(KappaForm form, const LineOfSightStep<Scalar>& step) {
     const Scalar da = step.d_azimuth_rad;
     const Scalar db = step.d_elevation_rad;
     if (form == KappaForm::exact) {
-        // 1 - cos(da) as 2 sin^2(da / 2): no cancellation for the small steps that the formula is made for.
+        // 1 - cos(da) is computed as 2 sin^2(da / 2) to avoid cancellation for small steps.
         const Scalar half = std::sin(da / 2);
         const Scalar out_of_plane = std::cos(step.end_elevation_rad()) * std::sin(step.elevation_rad) * 2 * half * half;
         return (2 / kappa_exact(step)) * cosine_of_turn(step) * (std::sin(db) + out_of_plane);
@@ -24,8 +24,8 @@ Scalar measured_elevation_increment(KappaForm form, const LineOfSightStep<Scalar
     return (std::sin(2 * db) * std::cos(da) + std::sin(2 * step.elevation_rad) * sine * sine / 2) / kappa(form, step);
 }
 
-/// The measured increment of azimuth, Delta alpha~: exactly (2 / kappa) cos(g) cos(b) sin(da) / cos(b^measured). The divisor is
-/// (17)'s, and the device knows only its own estimate of the elevation, beta_1 - e_beta: the propagation of (34)-(36).
+/// Measured increment of azimuth, Delta alpha~. Exact: (2 / kappa) cos(g) cos(b) sin(da) / cos(b^measured). The divisor comes
+/// from (17); the device uses its estimate of the elevation, beta_1 - e_beta. This is the error propagation of (34)-(36).
 template <typename Scalar>
 Scalar measured_azimuth_increment(KappaForm form, const LineOfSightStep<Scalar>& step, Scalar measured_elevation_rad) {
     const Scalar divisor = std::cos(measured_elevation_rad);
@@ -42,13 +42,13 @@ Scalar elevation_increment_error(KappaForm form, const LineOfSightStep<Scalar>& 
     return step.d_elevation_rad - measured_elevation_increment(form, step);
 }
 
-/// e_Delta_alpha (25), (36); e_beta: the elevation error that the device carries when it divides.
+/// e_Delta_alpha (25), (36). elevation_error_rad: e_beta, the elevation error of the device's estimate in the divisor.
 template <typename Scalar>
 Scalar azimuth_increment_error(KappaForm form, const LineOfSightStep<Scalar>& step, Scalar elevation_error_rad) {
     return step.d_azimuth_rad - measured_azimuth_increment(form, step, step.elevation_rad - elevation_error_rad);
 }
 
-/// e_beta' (19), (28), (31): error of the measured rate over one update; rate_rad_s is the true rate where it starts.
+/// e_beta' (19), (28), (31): error of the measured rate over one update. rate_rad_s: true rate at the start of the update.
 template <typename Scalar>
 Scalar elevation_rate_error(KappaForm form, const LineOfSightStep<Scalar>& step, Scalar rate_rad_s, Scalar update_s) {
     return rate_rad_s - measured_elevation_increment(form, step) / update_s;
@@ -61,7 +61,7 @@ Scalar azimuth_rate_error(KappaForm form, const LineOfSightStep<Scalar>& step, S
     return rate_rad_s - measured_azimuth_increment(form, step, step.elevation_rad - elevation_error_rad) / update_s;
 }
 
-/// (21): the increment's error from the rate's.
+/// (21): error of the increment from the error of the rate.
 template <typename Scalar>
 Scalar increment_error_from_rate_error(Scalar rate_error_rad_s, Scalar increment_rad, Scalar rate_rad_s, Scalar update_s) {
     return increment_rad - rate_rad_s * update_s + rate_error_rad_s * update_s;

@@ -1,4 +1,4 @@
-// kappa(t): twice the signal along the assumed line of sight, as a share of what it would be along the real one; (29) and (37).
+// kappa(t): twice the signal along the assumed line of sight, relative to the signal along the real one; (29) and (37).
 #pragma once
 
 #include <cmath>
@@ -8,9 +8,9 @@
 
 namespace tricoil::error_model {
 
-/// Which of the paper's levels of approximation the formulas are evaluated at.
+/// Level of approximation of the formulas.
 enum class KappaForm : std::uint8_t {
-    exact,  // no approximation at all: kappa = 3 cos^2(g) - 1, and the increments that belong to it
+    exact,  // no approximation: kappa = 3 cos^2(g) - 1 and the matching increments
     paper,  // (29), with (28) and (33)
     two,    // kappa = 2, with (32) and (36)
 };
@@ -43,7 +43,7 @@ Scalar kappa(KappaForm form, const LineOfSightStep<Scalar>& step) {
     return Scalar(2);
 }
 
-/// e_rho = rho - rho~ (27) = rho (1 - cbrt(2 / kappa)) (37); kappa must be positive: below it the step is past 54.7 degrees.
+/// e_rho = rho - rho~ (27) = rho (1 - cbrt(2 / kappa)) (37). kappa must be positive; it is positive for steps below 54.7 degrees.
 template <typename Scalar>
 Scalar range_error(Scalar range_m, Scalar kappa) {
     return range_m * (1 - std::cbrt(2 / kappa));

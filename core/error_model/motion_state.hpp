@@ -1,18 +1,18 @@
-// How a sensor moves at one instant.
+// Motion of a sensor at one instant.
 #pragma once
 
 #include "core/geometry/quaternion.hpp"
 
 namespace tricoil::error_model {
 
-/// Everything in the source frame. Rates are those of the true motion, or an estimate of them.
+/// All vectors are in the source frame. Rates are true or estimated.
 template <typename Scalar>
 struct MotionState {
     Vec3<Scalar> position_m = Vec3<Scalar>::UnitX();
     Quat<Scalar> q_source_sensor = Quat<Scalar>::Identity();  // v_source = q v_sensor
     Vec3<Scalar> velocity_m_s = Vec3<Scalar>::Zero();
     Vec3<Scalar> angular_rate_rad_s = Vec3<Scalar>::Zero();
-    // Only the blur of a window needs these; zero if unknown.
+    // Used only for the blur of a window. Zero if unknown.
     Vec3<Scalar> acceleration_m_s2 = Vec3<Scalar>::Zero();
     Vec3<Scalar> angular_acceleration_rad_s2 = Vec3<Scalar>::Zero();
 };

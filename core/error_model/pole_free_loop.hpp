@@ -1,4 +1,4 @@
-// What the pole-free form leaves in closed loop: (37) and the exact step, with the loop's own turn per update.
+// Errors of the pole-free form in closed loop: (37) and the exact step, with the turn per update of the loop.
 #pragma once
 
 #include "core/error_model/kappa.hpp"
@@ -6,22 +6,22 @@
 
 namespace tricoil::error_model {
 
-/// Predicts the position that the pole-free form measures, from the true positions alone, one update after the other. Assumes a
-/// known attitude, as all of (19)-(37); the form's roll by the mean of (16) leaves a fixed attitude untouched, so there it is
-/// exact. One pass: nearly all of the error is range, by (37).
+/// Predicts the measured position of the pole-free form from the true positions, one update after the other. Assumes a known
+/// attitude, as (19)-(37) do. For a fixed attitude the prediction is exact, because the roll (mean of the two forms of (16)) does
+/// not change the attitude. With one pass nearly all of the error is range error (37).
 template <typename Scalar>
 class PoleFreeLoop {
 public:
-    /// start: the first true position, at which the estimate is taken to be right.
+    /// start_m: first true position; the estimate is assumed correct there.
     PoleFreeLoop(int passes, const Vec3<Scalar>& start_m)
         : passes_(passes), range_m_(start_m.norm()), direction_(start_m.normalized()) {}
 
-    /// The update that sees the true position `now_m`. Not a number beyond the step's domain, 54.7 degrees.
+    /// Update at the true position `now_m`. The result is NaN for steps beyond 54.7 degrees.
     void update(const Vec3<Scalar>& now_m) {
         const Scalar range = now_m.norm();
         const Vec3<Scalar> u = now_m / range;
         for (int pass = 0; pass < passes_; ++pass) {
-            // Exactly, for any step: across the estimate, (2 / kappa) cos(g) of what u has there.
+            // Exact for any step: perpendicular to the estimate, the step measures (2 / kappa) cos(g) times the component of u.
             const Scalar cosine = direction_.dot(u);
             const Scalar kappa = 3 * cosine * cosine - 1;
             const Vec3<Scalar> across = u - cosine * direction_;

@@ -7,7 +7,7 @@
 namespace tricoil::error_model {
 namespace {
 
-/// Errors do not depend on the coupling constant: it scales dX and J alike.
+/// The coupling constant cancels: it scales dX and J alike.
 template <typename Scalar>
 constexpr Scalar kUnitCoupling = 1;
 
@@ -34,7 +34,8 @@ Vec3<Scalar> field_curvature(const Vec3<Scalar>& r, const Vec3<Scalar>& v, Eigen
     return kUnitCoupling<Scalar> / 2 * (3 * turning - ddg * Vec3<Scalar>::Unit(j));
 }
 
-/// J^T x'' of all columns. Its frame, a kilobyte of small matrices, is off the stack again when the equations are solved.
+/// J^T x'' of all columns. In its own function, so that its stack (1 KiB of small matrices) is free when the equations are
+/// solved.
 template <typename Scalar>
 [[gnu::noinline]] Vec6<Scalar> curvature_gradient(const MotionState<Scalar>& state) {
     const Mat3<Scalar> o = geometry::attitude_matrix(state.q_source_sensor);

@@ -1,4 +1,4 @@
-// Pose errors because a signal matrix is not sampled at one instant: multiplexing skew and the blur of the window.
+// Pose errors from sampling over time: multiplexing skew and blur of the window.
 #pragma once
 
 #include "core/error_model/board_timing.hpp"
@@ -10,16 +10,16 @@ namespace tricoil::error_model {
 template <typename Scalar>
 using PoseError = Vec6<Scalar>;
 
-/// Error at the stamp if columns of different ages are solved as if they were simultaneous: the measured matrix lacks
-/// dX = X' diag(age), pushed through the least-squares solver's Jacobian (J^T J)^-1 J^T. First order in age.
+/// Error at the time stamp if columns of different ages are solved as if they were simultaneous. The error of the measured
+/// matrix, dX = X' diag(age), is multiplied by the Jacobian of the least-squares solver, (J^T J)^-1 J^T. First order in age.
 template <typename Scalar>
 PoseError<Scalar> skew_error(const MotionState<Scalar>& state, const Vec3<Scalar>& column_age_s);
 
-/// Error at a window's middle: its boxcar yields X + X'' tau^2 / 24. First order in tau^2.
+/// Error at the middle of a window: averaging over the window yields X + X'' tau^2 / 24. First order in tau^2.
 template <typename Scalar>
 PoseError<Scalar> blur_error(const MotionState<Scalar>& state, Scalar window_s);
 
-/// Error of a pose that is used `latency_s` after its stamp: the sensor has moved on.
+/// Error of a pose that is used `latency_s` after its time stamp, because the sensor has moved.
 template <typename Scalar>
 PoseError<Scalar> latency_error(const MotionState<Scalar>& state, Scalar latency_s) {
     PoseError<Scalar> error;

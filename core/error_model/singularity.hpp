@@ -1,4 +1,4 @@
-// When the angle form becomes singular: beta - e_beta = +-(2n + 1) pi/2, remark 2 of the paper.
+// Singularity of the angle form: beta - e_beta = +-(2n + 1) pi/2, remark 2 of the paper.
 #pragma once
 
 #include <cmath>
@@ -9,15 +9,15 @@
 
 namespace tricoil::error_model {
 
-/// Watches an elevation (measured, or predicted as beta - e_beta) for passages through odd quarter turns.
+/// Detects passages of an elevation (measured, or predicted as beta - e_beta) through odd quarter turns.
 template <typename Scalar>
 class SingularityDetector {
 public:
     SingularityDetector(Scalar elevation_rad, DeviceTime time)
         : half_turn_(half_turn_of(elevation_rad)), elevation_rad_(elevation_rad), time_(time) {}
 
-    /// The instant of the passage between the last update and this one, interpolated linearly; none if there was no passage.
-    /// More than one passage in one update is reported once, at the first pole met.
+    /// Time of a passage between the last update and this one, by linear interpolation; nullopt if there was none.
+    /// Several passages in one update are reported as one, at the first pole.
     std::optional<DeviceTime> update(Scalar elevation_rad, DeviceTime time) {
         const Scalar half_turn = half_turn_of(elevation_rad);
         std::optional<DeviceTime> passage;
@@ -36,7 +36,7 @@ public:
     }
 
 private:
-    /// Number of the half turn, centred on whole half turns, that an elevation lies in: poles are its borders.
+    /// Index of the half turn that contains the elevation. Half turns are centred on multiples of pi; the poles are their limits.
     static Scalar half_turn_of(Scalar elevation_rad) { return std::round(elevation_rad / std::numbers::pi_v<Scalar>); }
 
     Scalar half_turn_;

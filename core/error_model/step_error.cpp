@@ -11,7 +11,7 @@ namespace tricoil::error_model {
 
 namespace {
 
-/// Source frame to the tracking frame of a line of sight. Only the angle form depends on the choice of the transverse axes.
+/// Source frame to the tracking frame of a line of sight. Only the angle form depends on the direction of the transverse axes.
 template <typename Scalar>
 Mat3<Scalar> tracking_frame(const Vec3<Scalar>& position_m, StepForm form) {
     if (form == StepForm::angles) {
@@ -29,7 +29,7 @@ Mat3<Scalar> tracking_frame(const Vec3<Scalar>& position_m, StepForm form) {
 template <typename Scalar>
 PoseError<Scalar> linearization_error(const MotionState<Scalar>& state, Scalar update_s, StepForm form) {
     const Mat3<Scalar> p = tracking_frame<Scalar>(state.position_m - update_s * state.velocity_m_s, form);
-    // O = O^ exp(-[w T]x): seen from the tracking frame, Q = exp(-[P w T]x).
+    // O = O^ exp(-[w T]x): in the tracking frame Q = exp(-[P w T]x).
     const Vec3<Scalar> turn = p * (update_s * state.angular_rate_rad_s);
     const Scalar range = state.position_m.norm();
     const RelativePose<Scalar> relative{p * (state.position_m / range),
@@ -59,12 +59,12 @@ PoseError<Scalar> frame_propagation_error(const MotionState<Scalar>& state, Scal
     const Scalar b0 = -moved.z();  // and towards its -z
     const Scalar tan_b = std::tan(position.elevation_rad);
     PoseError<Scalar> error;
-    // A great circle, to second order: cos(beta^) d_alpha = a0 + a0 b0 tan(beta^), d_beta = b0 - a0^2 tan(beta^) / 2; (17) keeps
-    // the first-order terms.
+    // A great circle, to second order: cos(beta^) d_alpha = a0 + a0 b0 tan(beta^), d_beta = b0 - a0^2 tan(beta^) / 2. (17)
+    // contains only the first-order terms.
     const Vec3<Scalar> tracking(0, a0 * b0 * tan_b, a0 * a0 * tan_b / 2);
     error.template head<3>() = position.range_m * (p.transpose() * tracking);
 
-    // Of a steady turn (p, q, s about the yawed frame's axes): half the second derivatives of the Euler angles, as a turn there.
+    // For a constant rotation (p, q, s about the axes of the yawed frame): half the second derivatives of the Euler angles.
     const Mat3<Scalar> yaw = geometry::rotation_z(attitude.azimuth_rad);
     const Vec3<Scalar> turn = yaw * (update_s * state.angular_rate_rad_s);
     const Scalar tan_t = std::tan(attitude.elevation_rad);

@@ -1,4 +1,4 @@
-// Coupling between one source coil and one sensor coil in free space: dipoles, and the next order for coils of finite size.
+// Coupling between one source coil and one sensor coil in free space: dipole and octupole (coils of finite size).
 #pragma once
 
 #include <cmath>
@@ -7,7 +7,7 @@
 
 namespace tricoil::field {
 
-/// A coupling and its gradients. The coupling is linear in the direction for a point-like coil, so by_direction is then the
+/// Coupling and its gradients. For a point-like sensor coil the coupling is linear in its sensitivity, so by_sensitivity is the
 /// field.
 template <typename Scalar>
 struct PairCoupling {
@@ -16,8 +16,9 @@ struct PairCoupling {
     Vec3<Scalar> by_sensitivity;         // d value / d n
 };
 
-/// X = n.B(r) with B = (3 (u.m) u - m) / (2 |r|^3), u = r / |r|: (4)-(6) for one pair of coils, physics of real triads.
-/// r_m: from source coil to sensor coil, not zero; moment m: coupling units times m^3; sensitivity n: no unit. One frame for all.
+/// X = n.B(r) with B = (3 (u.m) u - m) / (2 |r|^3), u = r / |r|: (4)-(6) for one pair of coils.
+/// r_m: from source coil to sensor coil, not zero; moment m: coupling units times m^3; sensitivity n: no unit. All in one
+/// coordinate frame.
 template <typename Scalar>
 PairCoupling<Scalar> dipole_pair(const Vec3<Scalar>& r_m, const Vec3<Scalar>& moment, const Vec3<Scalar>& sensitivity) {
     using std::sqrt;
@@ -35,7 +36,7 @@ PairCoupling<Scalar> dipole_pair(const Vec3<Scalar>& r_m, const Vec3<Scalar>& mo
 
 /// (n.grad)(a.grad)^3 (1 / 2|r|) for a unit vector a: the coupling of a point-like coil n to the axial octupole along a.
 /// With alpha = a.u, beta = n.u, gamma = a.n it is (105 alpha^3 beta - 45 alpha^2 gamma - 45 alpha beta + 9 gamma) / (2 |r|^5).
-/// `by_axis`: its gradient by a, each of its three places counted, for the caller who turns a.
+/// `by_axis`: gradient with respect to a, over all three factors a, for rotations of a.
 template <typename Scalar>
 struct OctupoleCoupling {
     Scalar value;
@@ -64,7 +65,7 @@ OctupoleCoupling<Scalar> octupole_pair(const Vec3<Scalar>& r_m, const Vec3<Scala
     result.by_displacement_per_m = (strength * inverse) * (by_alpha * (axis - alpha * u) + by_beta * (sensitivity - beta * u)) -
                                    (Scalar(5) * value * inverse) * u;
     result.by_sensitivity = strength * (by_beta * u + by_gamma * axis);
-    // a.a = 1 went into the form; along a the gradient is therefore open, and a rotation of a does not ask for it.
+    // a.a = 1 was used in the form, so the gradient along a is undefined. Rotations of a do not need it.
     result.by_axis = strength * (by_alpha * u + by_gamma * sensitivity);
     return result;
 }

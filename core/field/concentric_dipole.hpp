@@ -6,11 +6,11 @@
 
 namespace tricoil::field {
 
-/// The coupling strength at which the model is stated: C of (3), in coupling units times cubic metres.
+/// C of (3), coupling units times m^3.
 template <typename Scalar>
 using CouplingConstant = Scalar;
 
-/// D(u) = P^T S P = 3/2 u u^T - 1/2 I of (6): the dipole field's direction factor. u: unit vector to the sensor.
+/// D(u) = P^T S P = 3/2 u u^T - 1/2 I of (6): directional factor of the dipole field. u: unit vector to the sensor.
 template <typename Scalar>
 Mat3<Scalar> dipole_factor(const Vec3<Scalar>& u) {
     return Scalar(1.5) * u * u.transpose() - Scalar(0.5) * Mat3<Scalar>::Identity();
@@ -38,7 +38,7 @@ struct ColumnModel {
     Eigen::Matrix<Scalar, 3, 3> by_rotation_per_rad;  // d column / d r, attitude q -> exp(r) q
 };
 
-/// Column j (0-2) of (6) with its analytic Jacobian: from B = C (3 (u.m) u - m) / (2 rho^3), m = e_j.
+/// Column j (0-2) of (6) with its analytic Jacobian. From B = C (3 (u.m) u - m) / (2 rho^3), m = e_j.
 template <typename Scalar>
 ColumnModel<Scalar> column_model(CouplingConstant<Scalar> c, const Vec3<Scalar>& position_m, const Mat3<Scalar>& o, int j) {
     const Scalar range = position_m.norm();
@@ -53,7 +53,7 @@ ColumnModel<Scalar> column_model(CouplingConstant<Scalar> c, const Vec3<Scalar>&
     return {o * b, o * db, o * geometry::skew<Scalar>(b)};
 }
 
-/// Jacobian of vec(X), column after column, with respect to (position, small rotation), source frame: 9 x 6.
+/// Jacobian of vec(X), in column order, with respect to (position, small rotation), source frame: 9 x 6.
 template <typename Scalar>
 Eigen::Matrix<Scalar, 9, 6> signal_matrix_jacobian(CouplingConstant<Scalar> c, const Vec3<Scalar>& position_m,
                                                    const Mat3<Scalar>& o) {

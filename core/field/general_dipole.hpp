@@ -1,4 +1,4 @@
-// Coupling of two real triads: each coil has its own place, direction and strength, and optionally its own finite size.
+// General model: coupling of two triads whose coils each have their own position, direction, strength and optionally finite size.
 #pragma once
 
 #include "core/field/coil_pair.hpp"
@@ -8,12 +8,12 @@
 namespace tricoil::field {
 
 /// X(i, j) = n_i^T O B_j(p + O^T s_i - l_j), B_j(r) = (3 (u.m_j) u - m_j) / (2 |r|^3), u = r / |r|.
-/// The factor 1/2 is that of (4): m_j = C e_j, n_i = e_i and no offsets give the concentric model (6) with the same C.
+/// The factor 1/2 is that of (4). With m_j = C e_j, n_i = e_i and no offsets this is the concentric model (6) with the same C.
 ///
-/// Finite coils: a coil symmetric about its axis and its centre has no quadrupole; its next term is the axial octupole. It adds
-/// lambda (axis.grad)^2 to the field (source) or to the sensitivity (sensor), with lambda = length^2/24 - radius^2/8 for a
-/// one-layer coil: from the mean of a harmonic field over its turns. It falls by (size / range)^2 against the dipole. A core or a
-/// square former keeps this term's shape (a fourfold axis allows no other octupole), only its size changes.
+/// Finite coils: a coil symmetric about its axis and its centre has no quadrupole. Its next term is the axial octupole. It adds
+/// lambda (axis.grad)^2 to the field (source) or to the sensitivity (sensor). For a one-layer coil lambda = length^2/24 -
+/// radius^2/8: the mean of a harmonic field over its turns. The term falls by (size / range)^2 relative to the dipole. A core or
+/// a square former changes only lambda: fourfold symmetry allows no other octupole.
 template <typename Scalar>
 struct GeneralDipole {
     Mat3<Scalar> source_offset_m = Mat3<Scalar>::Zero();         // column j: l_j, source frame
@@ -23,7 +23,7 @@ struct GeneralDipole {
     Vec3<Scalar> source_octupole_m2 = Vec3<Scalar>::Zero();      // lambda of source coil j
     Vec3<Scalar> sensor_octupole_m2 = Vec3<Scalar>::Zero();      // lambda of sensor coil i
 
-    /// The concentric model (6) with coupling constant C in this form.
+    /// Concentric model (6) with coupling constant C.
     static GeneralDipole concentric(CouplingConstant<Scalar> c) {
         GeneralDipole model;
         model.source_moment = c * Mat3<Scalar>::Identity();
@@ -38,7 +38,7 @@ struct GeneralDipole {
     }
 };
 
-/// What the finite sizes of both coils add to dipole_pair; zero for point-like coils. Same arguments.
+/// Contribution of the finite sizes of both coils, to be added to dipole_pair(); zero for point-like coils. Same arguments.
 template <typename Scalar>
 PairCoupling<Scalar> octupole_correction(const Vec3<Scalar>& r_m, const Vec3<Scalar>& moment, const Vec3<Scalar>& sensitivity,
                                          Scalar source_m2, Scalar sensor_m2) {
@@ -51,7 +51,7 @@ PairCoupling<Scalar> octupole_correction(const Vec3<Scalar>& r_m, const Vec3<Sca
         sum.by_displacement_per_m += source_m2 * size * term.by_displacement_per_m;
         sum.by_sensitivity += source_m2 * size * term.by_sensitivity;
     }
-    if (sensor_m2 != Scalar(0)) {  // reciprocity: the coils change places, the derivatives are of even order
+    if (sensor_m2 != Scalar(0)) {  // reciprocity: exchange the coils; the derivatives are of even order, so signs stay
         const Scalar size = sensitivity.norm();
         const Vec3<Scalar> axis = sensitivity / size;
         const auto term = octupole_pair<Scalar>(r_m, axis, moment);
@@ -63,8 +63,8 @@ PairCoupling<Scalar> octupole_correction(const Vec3<Scalar>& r_m, const Vec3<Sca
 }
 
 /// Column j (0-2) with its analytic Jacobian by position and small rotation, both in the source frame; attitude q -> exp(r) q.
-/// position_m: sensor frame's origin in the source frame; no sensor coil may lie in a source coil's centre. o: source components
-/// to sensor components.
+/// position_m: origin of the sensor frame in the source frame. No sensor coil may be at the centre of a source coil. o: source
+/// components to sensor components.
 template <typename Scalar>
 ColumnModel<Scalar> column_model(const GeneralDipole<Scalar>& model, const Vec3<Scalar>& position_m, const Mat3<Scalar>& o,
                                  int j) {
@@ -101,7 +101,7 @@ Mat3<Scalar> signal_matrix(const GeneralDipole<Scalar>& model, const Vec3<Scalar
     return x;
 }
 
-/// Signal matrix and Jacobian of vec(X), column after column, by (position, small rotation), source frame: 9 x 6.
+/// Signal matrix and Jacobian of vec(X), in column order, by (position, small rotation), source frame: 9 x 6.
 template <typename Scalar>
 struct SignalModel {
     Mat3<Scalar> x;

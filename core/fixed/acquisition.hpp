@@ -1,4 +1,4 @@
-// What a part without floating-point unit needs of an acquisition plan: lengths and cycles in whole numbers.
+// Acquisition parameters for processors without floating-point unit: integer lengths and cycles.
 #pragma once
 
 #include <algorithm>
@@ -9,27 +9,27 @@
 
 namespace tricoil::fixed {
 
-/// Whole numbers only, so that a firmware may hold them as constants.
+/// Integers only, so that firmware can define them as constants.
 struct Acquisition {
     signal::Multiplexing multiplexing = signal::Multiplexing::tdm;
     int sample_rate_hz = 144'000;
     int block_samples = 200;
-    int guard_samples = 40;                                 // dropped at the head of each block
+    int guard_samples = 40;                                 // dropped at the start of each block
     std::array<int, kSourceCoils> window_cycles{11, 0, 0};  // whole carrier cycles in the window; TDM uses the first
 
     [[nodiscard]] constexpr bool is_tdm() const { return multiplexing == signal::Multiplexing::tdm; }
     [[nodiscard]] constexpr std::size_t carriers() const { return is_tdm() ? 1 : kSourceCoils; }
     [[nodiscard]] constexpr int window_samples() const { return block_samples - guard_samples; }
-    /// `halves` half samples, to the nearest microsecond.
+    /// Duration of `halves` half samples, to the nearest microsecond.
     [[nodiscard]] constexpr Microseconds half_samples(int halves) const {
         const std::int64_t rate = sample_rate_hz;
         return Microseconds{(std::int64_t{halves} * 1'000'000 + rate) / (2 * rate)};
     }
-    /// From a block's first sample to the middle of its window.
+    /// Time between the first sample of a block and the middle of its window.
     [[nodiscard]] constexpr Microseconds midpoint_offset() const {
         return half_samples(2 * guard_samples + window_samples() - 1);
     }
-    /// Longest span of the columns of one matrix: see tracking::column_span.
+    /// Longest time span of the columns of one matrix: see tracking::column_span.
     [[nodiscard]] constexpr Microseconds column_span() const {
         return is_tdm() ? half_samples(5 * block_samples) : Microseconds{0};
     }
@@ -52,8 +52,8 @@ constexpr Status check(const Acquisition& acquisition) {
     return {};
 }
 
-/// Of a plan made in double. Errors (invalid_argument): a sample rate that is not of whole hertz below 2^31, and those of
-/// check().
+/// Converts a plan that was computed in double. Errors (invalid_argument): a sample rate that is not an integer in hertz or not
+/// below 2^31, and those of check().
 inline Result<Acquisition> acquisition_of(const signal::AcquisitionPlan& plan) {
     const double rate_hz = plan.params.sample_rate_hz;
     if (!(rate_hz >= 1 && rate_hz < 2147483648.0) || rate_hz != static_cast<double>(static_cast<std::int32_t>(rate_hz))) {

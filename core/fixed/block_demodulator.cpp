@@ -7,7 +7,7 @@
 namespace tricoil::fixed {
 namespace {
 
-constexpr std::uint64_t kMostCorrection = 64;  // of an exponent: no gain is larger or smaller
+constexpr std::uint64_t kMostCorrection = 64;  // largest exponent
 
 /// (a^2 + b^2) 2^(2 exponent); parts of 32 bits.
 Scaled squared_size(std::int32_t a, std::int32_t b, int exponent) {
@@ -81,7 +81,7 @@ Result<Columns> Demodulator::demodulate(const SampleBlock& block) {
 void Demodulator::update_noise(std::span<const Sample> window) {
     const SampleVariances variances = noise_estimator_.sample_variance(window);
     for (std::size_t channel = 0; channel < kChannels; ++channel) {
-        std::int64_t& running = sample_variance_[channel];  // below 2^63 as the estimates are
+        std::int64_t& running = sample_variance_[channel];  // below 2^63, like the estimates
         const std::int64_t change = variances[channel] - running;
         const bool slowly = has_noise_ && variances[channel] / std::max(params_.noise_jump, 1) <= running;
         running += slowly ? shift_right_rounded(change, std::clamp(params_.noise_shift, 0, 16)) : change;
@@ -107,7 +107,7 @@ Column Demodulator::make_column(const SampleBlock& block, std::size_t source_coi
     return column;
 }
 
-/// Entries below 2^31 in size, corrections at most 2^30: sums of two products below 2^62, kept in 30 bits.
+/// Entries have magnitudes below 2^31, corrections at most 2^30. Sums of two products are below 2^62 and are reduced to 30 bits.
 void Demodulator::correct(std::size_t carrier, BlockColumn& column) const {
     const auto& corrections = params_.corrections[carrier];
     int most = corrections[0].exponent;

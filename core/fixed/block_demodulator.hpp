@@ -1,4 +1,4 @@
-// From a block of samples to couplings with their noise and flags, in integers: signal::Demodulator.
+// Couplings, noise and flags of a block of samples, in integers. Twin of signal::Demodulator.
 #pragma once
 
 #include "core/base/static_vector.hpp"
@@ -9,8 +9,8 @@
 
 namespace tricoil::fixed {
 
-/// What a quotient of phasors is multiplied by to leave the real coupling: the reciprocal of signal::ChannelResponse, as
-/// (re + i im) 2^exponent with parts of at most one in size.
+/// Factor that converts a quotient of phasors to a coupling: the reciprocal of signal::ChannelResponse, as (re + i im) 2^exponent
+/// with re and im of magnitude at most one.
 struct Correction {
     Unit re = 1;
     Unit im = 0;
@@ -20,13 +20,13 @@ struct Correction {
 struct DemodulatorParams {
     std::array<std::array<Correction, kSensorCoils>, kSourceCoils> corrections{};  // [carrier][coil]
     std::int32_t least_reference = 33'554;  // amplitude in codes: 10 mV of 2.5 V in 24 bits
-    std::int32_t low_signal_ratio = 10;     // a column shorter than this many sigma is too little signal (20 dB)
-    Unit linear_share = 1;                  // of full scale, up to which the amplifiers before the converter are linear
-    int noise_shift = 4;                    // a new block's weight in the running noise power: 2^-noise_shift
-    int noise_jump = 4;                     // a block with so many times the running power counts as noisy at once
+    std::int32_t low_signal_ratio = 10;     // a column below this multiple of sigma (20 dB) is flagged low_signal
+    Unit linear_share = 1;                  // share of full scale up to which the sensor amplifiers are linear
+    int noise_shift = 4;                    // weight of a new block in the running noise power: 2^-noise_shift
+    int noise_jump = 4;                     // a block with this multiple of the running power is flagged noisy at once
 };
 
-/// Errors (invalid_argument): corrections beyond one or with exponents beyond 64, limits out of range.
+/// Errors (invalid_argument): corrections above one or with exponents above 64, limits out of range.
 Status check(const DemodulatorParams& params);
 
 /// Couplings of the three sensor coils to one source coil.
@@ -34,7 +34,7 @@ struct Column {
     Excitation state = Excitation::off;
     DeviceTime midpoint{};
     BlockColumn couplings;
-    Scaled variance;  // mean of the three entries', coupling units squared
+    Scaled variance;  // mean of the variances of the three entries, coupling units squared
     ColumnFlags flags;
 };
 
@@ -42,11 +42,11 @@ using Columns = StaticVector<Column, kSourceCoils>;
 
 class Demodulator {
 public:
-    /// Both must pass check().
+    /// Both arguments must pass check().
     Demodulator(const Acquisition& acquisition, const DemodulatorParams& params);
 
-    /// The couplings of one block, mains hum taken out. no_reference leaves them zero.
-    /// Errors (invalid_argument): block of another length than planned, or of a state that the plan does not use.
+    /// Couplings of one block, after removal of mains hum. They are zero if the flag no_reference is set.
+    /// Errors (invalid_argument): length differs from the plan, or excitation state is not in the plan.
     Result<Columns> demodulate(const SampleBlock& block);
 
     [[nodiscard]] bool fits_length(const SampleBlock& block) const {

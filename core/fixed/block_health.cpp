@@ -5,10 +5,10 @@
 namespace tricoil::fixed {
 namespace {
 
-constexpr std::int64_t kNearPeakTurnsQ32 = 193'502'938;  // acos(0.99) / pi of a turn: how long a cosine stays that near its peak
-constexpr int kNearPeakDivisor = 200;                    // 1 % of half the swing
-constexpr int kFewestFlatTops = 3;                       // fewer may be chance
-constexpr std::int64_t kClearSwingCodes = 2000;          // below it, quantisation itself looks flat
+constexpr std::int64_t kNearPeakTurnsQ32 = 193'502'938;  // acos(0.99) / pi of a turn: time of a cosine within 1 % of its peak
+constexpr int kNearPeakDivisor = 200;                    // 1 % of half the peak-to-peak value
+constexpr int kFewestFlatTops = 3;                       // fewer may occur by chance
+constexpr std::int64_t kClearSwingCodes = 2000;          // below it, quantisation causes flat tops
 constexpr int kDcDivisor = 4;
 
 struct ChannelRange {

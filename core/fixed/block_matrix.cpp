@@ -14,7 +14,7 @@ constexpr std::int64_t kOneQ30 = std::int64_t{1} << 30;
 NormalisedBlock normalise(const BlockMatrix& x) {
     std::uint64_t all = 0;
     for (Eigen::Index i = 0; i < 9; ++i) {
-        all |= size_of(x.mantissa(i));  // its highest bit is the largest entry's
+        all |= size_of(x.mantissa(i));  // highest bit: that of the largest entry
     }
     NormalisedBlock block;
     if (all == 0) {
@@ -30,7 +30,7 @@ NormalisedBlock normalise(const BlockMatrix& x) {
 }
 
 Vec3<Unit> unit_vector(const Vec3<std::int64_t>& v) {
-    // To 30 bits, so that the sum of squares stays below 3 2^60; then one division for the reciprocal.
+    // Scaled to 30 bits, so that the sum of squares is below 3 2^60; then one division for the reciprocal.
     const std::uint64_t all = size_of(v(0)) | size_of(v(1)) | size_of(v(2));
     if (all == 0) {
         return Vec3<Unit>::Zero();
@@ -72,7 +72,7 @@ Unit ratio(std::int64_t numerator, std::int64_t denominator) {
     const int shift = std::max(excess_bits(static_cast<std::uint64_t>(denominator), 31), 0);
     const std::int64_t divisor = shift_right_rounded(denominator, shift);
     const std::int64_t dividend = shift_right_rounded(numerator, shift);
-    constexpr std::int64_t kLargest = std::int64_t{1} << 32;  // beyond it the ratio exceeds two anyway
+    constexpr std::int64_t kLargest = std::int64_t{1} << 32;  // beyond it the ratio exceeds two
     const std::int64_t limited = dividend > kLargest ? kLargest : (dividend < -kLargest ? -kLargest : dividend);
     return Unit::from_raw(saturate(limited * kOneQ30 / divisor));
 }

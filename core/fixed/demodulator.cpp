@@ -7,7 +7,7 @@
 namespace tricoil::fixed {
 namespace {
 
-// 1024 of them at a constant phase: 2^63 - 2^40, with room for the oscillator's size.
+// 1024 samples at constant phase: 2^63 - 2^40, with margin for the oscillator's magnitude.
 constexpr std::int32_t kLargestCode = kFullScaleCode - 1;
 
 /// exp(-i w n).
@@ -18,7 +18,7 @@ SineCosine phasor(int cycles, int window_samples, std::size_t n) {
     return sine_cosine({0U - turns});
 }
 
-/// a b, rounded once per part. Sizes stay below 1 + 32 2^-30 over a segment.
+/// a b, rounded once per part. Magnitudes stay below 1 + 32 2^-30 over a segment.
 SineCosine turned(const SineCosine& a, const SineCosine& b) {
     const auto wide = [](Unit x, Unit y) { return std::int64_t{x.raw()} * y.raw(); };
     const std::int64_t cosine = wide(a.cosine, b.cosine) - wide(a.sine, b.sine);
@@ -39,7 +39,7 @@ Oscillator::Oscillator(int cycles, int window_samples) {
 }
 
 std::array<Phasor, kChannels> lock_in(const Oscillator& oscillator, std::span<const Sample> window) {
-    // Segment by segment: first the reference, then one channel after the other, whose two 64-bit sums then stay in registers.
+    // Per segment: first the reference, then each channel, so that its two 64-bit sums stay in registers.
     window = window.first(std::min<std::size_t>(window.size(), kMaxBlockSamples));
     std::array<SineCosine, signal::kSegmentSamples> reference;
     std::array<Phasor, kChannels> sums{};
@@ -67,7 +67,7 @@ Result<BlockColumn> couplings(const std::array<Phasor, kChannels>& phasors, std:
                               std::int32_t least_reference) {
     const Phasor& reference = phasors[kReferenceChannel];
     const std::uint64_t reference_size = size_of(reference.re) | size_of(reference.im);
-    // Of amplitude a the sum is a N / 2 2^30, in one part or spread over both.
+    // For amplitude a the sum has the magnitude a N / 2 2^30.
     window_samples = std::clamp<std::size_t>(window_samples, 1, kMaxBlockSamples);
     const auto least_code = static_cast<std::uint64_t>(std::clamp<std::int32_t>(least_reference, 1, kLargestCode));
     const std::uint64_t least = (least_code * window_samples) << 28;  // at most 2^23 2^10 2^28
@@ -78,12 +78,12 @@ Result<BlockColumn> couplings(const std::array<Phasor, kChannels>& phasors, std:
     for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
         all |= size_of(phasors[coil].re) | size_of(phasors[coil].im);
     }
-    // Brought to 30 bits together.
+    // Scaled to 30 bits with a common shift.
     const int reference_shift = excess_bits(reference_size, 30);
     const int shift = excess_bits(all, 30);
     const std::int64_t re = scaled_down(reference.re, reference_shift);
     const std::int64_t im = scaled_down(reference.im, reference_shift);
-    // |r|^2 lies between 2^58 and 2^61, numerators below 2^61: their ratio is below 8 and given in eighths.
+    // |r|^2 is between 2^58 and 2^61, numerators are below 2^61. Their ratio is below 8 and has three fraction bits.
     const std::int64_t power = re * re + im * im;
     BlockColumn column;
     column.exponent = shift - reference_shift + 3 - 30;

@@ -1,4 +1,4 @@
-// From samples to couplings in integers: the lock-in of signal::lock_in and the division by the reference current.
+// Couplings from samples in integers: the lock-in of signal::lock_in and the division by the reference current.
 #pragma once
 
 #include <array>
@@ -11,13 +11,12 @@
 
 namespace tricoil::fixed {
 
-/// Reference oscillator exp(-i w n): exact at the head of each segment, by recurrence within; off by less than 8e-8
-/// anywhere.
+/// Reference oscillator exp(-i w n): exact at the start of each segment, by recurrence within it. Error below 8e-8.
 class Oscillator {
 public:
     Oscillator() = default;
-    /// `cycles` whole cycles in `window_samples` samples; 0 < cycles < window_samples <= kMaxBlockSamples. What lies outside
-    /// counts as the nearest of these.
+    /// `cycles` whole cycles in `window_samples` samples; 0 < cycles < window_samples <= kMaxBlockSamples. Values outside this
+    /// range are clamped.
     Oscillator(int cycles, int window_samples);
 
     [[nodiscard]] SineCosine step() const { return step_; }
@@ -28,15 +27,14 @@ private:
     std::array<SineCosine, kMaxBlockSamples / signal::kSegmentSamples> segments_{};
 };
 
-/// Sum of x[n] exp(-i w n) in codes times 2^30: half the window's length times the amplitude.
+/// Sum of x[n] exp(-i w n) in codes times 2^30: half the window length times the amplitude.
 struct Phasor {
     std::int64_t re = 0;
     std::int64_t im = 0;
 };
 
-/// Samples are those of a converter of at most 24 bits; what is larger counts as the largest code. Then a sum over 1024 samples
-/// stays below 2^23 2^30 2^10 2/pi < 2^63: exact, no rounding at all but the oscillator's. Of longer windows only the first
-/// kMaxBlockSamples are read.
+/// Samples of a converter with at most 24 bits; larger values are clamped. A sum over 1024 samples then stays below
+/// 2^23 2^30 2^10 2/pi < 2^63: exact except for the oscillator's rounding. Only the first kMaxBlockSamples samples are read.
 std::array<Phasor, kChannels> lock_in(const Oscillator& oscillator, std::span<const Sample> window);
 
 /// Couplings of one column: mantissa 2^exponent.
@@ -46,12 +44,12 @@ struct BlockColumn {
     int exponent = 0;
 };
 
-/// Sensor channels over the reference channel. Error below 2^-24 of the largest entry: quotients are kept in eighths.
+/// Sensor channels divided by the reference channel. Error below 2^-24 of the largest entry: quotients have three fraction bits.
 /// Errors: degenerate (no reference: its amplitude is below least_reference codes).
 Result<BlockColumn> couplings(const std::array<Phasor, kChannels>& phasors, std::size_t window_samples,
                               std::int32_t least_reference);
 
-/// The signal matrix of three columns, on the largest of their exponents.
+/// Signal matrix of three columns, with the largest of their exponents.
 BlockMatrix assemble(const std::array<BlockColumn, 3>& columns);
 
 }  // namespace tricoil::fixed

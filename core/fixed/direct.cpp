@@ -7,14 +7,14 @@
 namespace tricoil::fixed {
 namespace {
 
-/// A symmetric matrix that is not negative: xx, xy, xz, yy, yz, zz. Its largest entry is on the diagonal.
+/// Positive semidefinite symmetric matrix: xx, xy, xz, yy, yz, zz. Its largest entry is on the diagonal.
 struct Symmetric {
     std::int64_t xx, xy, xz, yy, yz, zz;
 
     [[nodiscard]] std::int64_t trace() const { return xx + yy + zz; }
 
-    /// By a power of two, so that the largest entry has 29 bits: the trace is below 3 2^29, its square and the squares' trace
-    /// below 9 2^58.
+    /// Scales by a power of two such that the largest entry has 29 bits. Then the trace is below 3 2^29; its square and the sum
+    /// of squares are below 9 2^58.
     void normalise() {
         const auto largest = static_cast<std::uint64_t>(std::max({xx, yy, zz, std::int64_t{1}}));
         const int shift = excess_bits(largest, 29);
@@ -31,8 +31,8 @@ struct Symmetric {
 
 constexpr int kMostSquarings = 10;
 
-/// First right singular vector of y: squaring Y^T Y squares the ratio of its eigenvalues, 4 for a dipole, until a single one is
-/// left; every column is then a multiple of its vector. Entries of y are at most 1, of Y^T Y at most 3 2^56 units.
+/// First right singular vector of y. Squaring Y^T Y squares the ratio of its eigenvalues (4 for a dipole) until only one is left;
+/// every column is then a multiple of its vector. Entries of y are at most 1, of Y^T Y at most 3 2^56 units.
 Vec3<Unit> first_right_singular_vector(const Mat3<Entry>& y) {
     const auto gram = [&y](Eigen::Index i, Eigen::Index j) {
         std::int64_t sum = 0;
@@ -45,7 +45,7 @@ Vec3<Unit> first_right_singular_vector(const Mat3<Entry>& y) {
     g.normalise();
     for (int n = 0; n < kMostSquarings; ++n) {
         const Symmetric square = g.squared();
-        // With eigenvalue ratio r << 1, 1 - tr(G^2) / (tr G)^2 is about 2 r or 4 r; squared once more, r^2 is below 2^-30.
+        // With eigenvalue ratio r << 1, 1 - tr(G^2) / (tr G)^2 is about 2 r or 4 r. After one more squaring r^2 is below 2^-30.
         const std::int64_t whole = g.trace() * g.trace();
         const bool single = whole - square.trace() < (whole >> 14);
         g = square;
@@ -73,8 +73,8 @@ std::int64_t squared_norm(const Vec3<Entry>& v) {
 
 Vec3<std::int64_t> widened(const Vec3<Entry>& v) { return {v(0).raw(), v(1).raw(), v(2).raw()}; }
 
-/// The plane normal to the first singular vector, where the two other singular values may coincide.
-/// Entries of ye are at most 3, so b <= 9 2^56 units of Q56; their Q27 forms at most 9, root at most 9, sum at most 6.
+/// Plane normal to the first singular vector; the other two singular values may be equal.
+/// Entries of ye are at most 3, so b <= 9 2^56 units of Q56; in Q27 b is at most 9, root at most 9, sum at most 6.
 struct Plane {
     Vec3<Entry> ye1, ye2;
     std::int64_t b11, b22, b12;  // Q27
@@ -120,7 +120,7 @@ struct Plane {
     }
 };
 
-constexpr std::int64_t kLeastRootQ27 = 1 << 15;  // below it, 12 bits are left of s2 s3
+constexpr std::int64_t kLeastRootQ27 = 1 << 15;  // below it s2 s3 has fewer than 12 significant bits
 
 }  // namespace
 

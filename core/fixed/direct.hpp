@@ -1,4 +1,4 @@
-// The direct solution in integers: solver::solve_direct for parts without a floating-point unit.
+// Direct solver in integers for processors without floating-point unit. Twin of solver::solve_direct.
 #pragma once
 
 #include "core/base/status.hpp"
@@ -6,21 +6,21 @@
 
 namespace tricoil::fixed {
 
-/// Lengths: up to 8 m, in steps of 4 nm.
+/// Length up to 8 m in steps of 4 nm.
 using Metres = Fixed<28>;
 
 struct DirectSolution {
     Scaled strength;       // k, in coupling units
     Metres range_m;        // (C / k)^(1/3); saturates at 8 m
-    Vec3<Unit> direction;  // u, up to its sign
+    Vec3<Unit> direction;  // u; the sign is undetermined
     Mat3<Unit> attitude;   // O; a proper rotation only if right_handed
-    Unit misfit_share;     // squared distance of X to the nearest dipole matrix as a share of |X|^2; one at most
+    Unit misfit_share;     // squared distance of X to the nearest dipole matrix, relative to |X|^2; at most one
     bool right_handed;     // det X > 0
 };
 
-/// coupling_constant: C, normalised and positive. The maximum-likelihood solution for every dipole matrix with noise; on matrices
-/// far from any dipole (entries saturated, signs at random) its squared misfit is above the least by up to 1e-4 of |X|^2.
-/// Errors: invalid_argument (C is not positive), degenerate (X is zero, or s2 s3 below 2^-12 of the largest entry's square).
+/// coupling_constant: C, normalised and positive. Maximum-likelihood solution for dipole matrices with noise. For matrices far
+/// from any dipole (saturated entries, random signs) the squared misfit exceeds the minimum by up to 1e-4 of |X|^2. Errors:
+/// invalid_argument (C is not positive), degenerate (X is zero, or s2 s3 below 2^-12 of the largest entry's square).
 Result<DirectSolution> solve_direct(const BlockMatrix& x, Scaled coupling_constant);
 
 }  // namespace tricoil::fixed

@@ -1,4 +1,4 @@
-// A number on a 32-bit integer whose type says where the binary point is: arithmetic for parts without a floating-point unit.
+// Fixed-point number on a 32-bit integer with the binary point as template parameter, for processors without floating-point unit.
 #pragma once
 
 #include <compare>
@@ -7,20 +7,20 @@
 
 namespace tricoil::fixed {
 
-/// The nearest 32-bit integer range: what does not fit becomes the largest or smallest value there is.
+/// Clamps to the range of a 32-bit integer.
 constexpr std::int32_t saturate(std::int64_t value) {
     constexpr std::int64_t kLargest = std::numeric_limits<std::int32_t>::max();
     constexpr std::int64_t kSmallest = std::numeric_limits<std::int32_t>::min();
     return static_cast<std::int32_t>(value > kLargest ? kLargest : (value < kSmallest ? kSmallest : value));
 }
 
-/// value / 2^bits, rounded to nearest, halves up. 0 <= bits <= 63; defined for every value.
+/// value / 2^bits, rounded to nearest, halves upwards. 0 <= bits <= 63; defined for every value.
 constexpr std::int64_t shift_right_rounded(std::int64_t value, int bits) {
     return bits == 0 ? value : (value >> bits) + ((value >> (bits - 1)) & 1);
 }
 
-/// raw / 2^F: F bits behind the binary point, 31 - F before it, one sign. Everything saturates and nothing wraps; sums are exact
-/// where they fit, products within half a unit of the last place, 2^-(F+1).
+/// raw / 2^F: F fraction bits, 31 - F integer bits, one sign bit. All operations saturate, none wraps. Sums are exact unless they
+/// saturate. Products are accurate to half a unit of the last place, 2^-(F+1).
 template <int F>
 class Fixed {
     static_assert(F >= 0 && F <= 31);
@@ -29,16 +29,16 @@ public:
     static constexpr int kFractionBits = F;
 
     constexpr Fixed() = default;
-    /// Whole numbers, as Eigen writes 0 and 1.
+    /// Conversion from integers: Eigen initialises with 0 and 1.
     constexpr Fixed(int whole)
-        : raw_(saturate(static_cast<std::int64_t>(whole) * (std::int64_t{1} << F))) {}  // NOLINT: meant to convert
+        : raw_(saturate(static_cast<std::int64_t>(whole) * (std::int64_t{1} << F))) {}  // NOLINT: implicit by intention
 
     static constexpr Fixed from_raw(std::int32_t raw) {
         Fixed value;
         value.raw_ = raw;
         return value;
     }
-    /// Nearest; not a number becomes zero. For constants and for tests: a part without floating-point unit computes no double.
+    /// Nearest value; NaN becomes zero. For constants and tests only: processors without floating-point unit avoid double.
     static constexpr Fixed from(double value) {
         const double scaled = value * static_cast<double>(std::int64_t{1} << F);
         if (!(scaled < 2147483647.0)) {
@@ -49,7 +49,7 @@ public:
         }
         return from_raw(saturate(static_cast<std::int64_t>(scaled < 0 ? scaled - 0.5 : scaled + 0.5)));
     }
-    /// From another format; rounds or saturates.
+    /// Converts from another format; rounds or saturates.
     template <int G>
     static constexpr Fixed from(Fixed<G> other) {
         if constexpr (G >= F) {
@@ -89,7 +89,7 @@ constexpr Fixed<F> abs(Fixed<F> value) {
     return value.raw() < 0 ? -value : value;
 }
 
-/// a b in a third format, rounded once.
+/// Product a b in format Out, rounded once.
 template <int Out, int A, int B>
 constexpr Fixed<Out> product(Fixed<A> a, Fixed<B> b) {
     static_assert(A + B >= Out);

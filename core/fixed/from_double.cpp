@@ -9,7 +9,7 @@
 namespace tricoil::fixed {
 namespace {
 
-/// 1 / response, in parts of at most one.
+/// 1 / response, with real and imaginary part of magnitude at most one.
 Correction correction_from(std::complex<double> response) {
     const std::complex<double> g = 1.0 / response;
     int exponent = 0;

@@ -1,4 +1,4 @@
-// Conversions between the integer tracker's types and those in double: for programs that set it up or show its poses.
+// Conversions between the types of the integer tracker and types in double, for programs that configure it or show its poses.
 #pragma once
 
 #include "core/fixed/tracker.hpp"
@@ -10,14 +10,15 @@ namespace tricoil::fixed {
 /// value must be finite; relative error below 2^-31.
 Scaled scaled_from(double value);
 
-/// A vector of that direction with entries of at most one half; zero of one that is zero or not finite.
+/// Vector in the direction of v with entries of magnitude at most one half. Zero if v is zero or not finite.
 Vec3<Unit> direction_from(const Vec3<double>& v);
 
-/// Responses, limits and smoothing; the smoothing's weight becomes the nearest power of two. Gain steps and the noise floor have
-/// no counterpart. volts_per_code: of the converters. Errors: those of check().
+/// Converts responses, limits and smoothing. The smoothing weight is rounded to a power of two. Gain steps and the noise floor
+/// are not supported. volts_per_code: of the converters. Errors: those of check().
 Result<DemodulatorParams> demodulator_params_from(const signal::DemodulatorParams<double>& params, double volts_per_code);
 
-/// Position and attitude exactly; covariance and SNR from the noise share. No chi-square: the misfit share is too coarse for it.
+/// Position and attitude are exact; covariance and SNR follow from the noise share. No chi-square: the misfit share is too
+/// coarse.
 tracking::PoseEstimate<double> to_double(const PoseEstimate& estimate);
 
 }  // namespace tricoil::fixed

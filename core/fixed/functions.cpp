@@ -24,7 +24,7 @@ std::int64_t polynomial(const std::array<std::int32_t, N>& c, std::int64_t x) {
 
 constexpr std::int32_t q30(double value) { return Unit::from(value).raw(); }
 
-// Taylor series up to an eighth of a turn: the first term left out is below 1e-11 (sine) and 1e-11 (cosine) there.
+// Taylor series up to an eighth of a turn. The first omitted term is below 1e-11.
 constexpr std::array<std::int32_t, 6> kSine{q30(1.0),         q30(-1.0 / 6),     q30(1.0 / 120),
                                             q30(-1.0 / 5040), q30(1.0 / 362880), q30(-1.0 / 39916800)};
 constexpr std::array<std::int32_t, 7> kCosine{q30(1.0),         q30(-0.5),           q30(1.0 / 24),       q30(-1.0 / 720),
@@ -39,7 +39,7 @@ SineCosine near_zero(std::int64_t x) {
 }  // namespace
 
 SineCosine sine_cosine(Angle angle) {
-    const std::uint32_t quadrant = (angle.turns + kEighth) / kQuarter;  // 0 to 3, and 0 again behind the wrap
+    const std::uint32_t quadrant = (angle.turns + kEighth) / kQuarter;  // 0 to 3, and 0 again after the wrap
     const auto rest = static_cast<std::int32_t>(angle.turns - quadrant * kQuarter);
     // 2^32 turns to Q30 radians: times 2 pi / 4 = pi / 2, in Q29 half of pi's.
     const SineCosine near = near_zero(shift_right_rounded(rest * kPiQ29, 30));
@@ -59,7 +59,7 @@ std::uint32_t square_root(std::uint64_t value) {
     if (value == 0) {
         return 0;
     }
-    // Bit by bit from the highest that can be set: no division, and nothing to converge.
+    // Bit by bit from the highest possible one: no division and no iteration.
     std::uint64_t bit = std::uint64_t{1} << ((63 - std::countl_zero(value)) & ~1);
     std::uint64_t rest = value;
     std::uint64_t root = 0;

@@ -1,4 +1,4 @@
-// Elementary functions in integers. Stated errors are worst cases over the whole domain, held by tests/fixed.
+// Elementary functions in integers. Stated errors are worst cases over the whole domain; tests/fixed checks them.
 #pragma once
 
 #include <cstdint>
@@ -7,10 +7,10 @@
 
 namespace tricoil::fixed {
 
-/// Numbers that stay below two in size: sines, entries of rotations, unit vectors.
+/// Number with magnitude below two: sine, entry of a rotation matrix or unit vector.
 using Unit = Fixed<30>;
 
-/// An angle as a share of a turn, 2^32 to a turn: it wraps as angles do.
+/// Angle in units of 2^-32 turn. It wraps like an angle.
 struct Angle {
     std::uint32_t turns = 0;
     friend constexpr bool operator==(Angle, Angle) = default;
@@ -21,7 +21,7 @@ struct SineCosine {
     Unit cosine;
 };
 
-/// Error of either below 4e-9.
+/// Error of each below 4e-9.
 SineCosine sine_cosine(Angle angle);
 
 /// floor(sqrt(value)), exact.

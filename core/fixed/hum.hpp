@@ -1,4 +1,4 @@
-// What mains hum adds to a lock-in, in integers: signal::hum_step and signal::hum_leakage.
+// Removal of mains hum from lock-in results, in integers. Twin of signal::hum_step and signal::hum_leakage.
 #pragma once
 
 #include <array>
@@ -8,14 +8,14 @@
 
 namespace tricoil::fixed {
 
-/// Per channel: what the hum falls by over one window, in codes times 2^8.
+/// Per channel: decrease of the hum over one window, in codes times 2^8.
 using HumStep = std::array<std::int64_t, kChannels>;
 
-/// From the ends of the window less the carriers as lock_in() read them. Windows of 16 to kMaxBlockSamples samples.
+/// Hum step from the ends of the window, without the carriers found by lock_in(). Windows of 16 to kMaxBlockSamples samples.
 HumStep hum_step(std::span<const Oscillator> oscillators, std::span<const std::array<Phasor, kChannels>> carriers,
                  std::span<const Sample> window);
 
-/// Takes the hum's leakage, step / (1 - exp(-i w)), from the sums of one carrier.
+/// Subtracts the leakage of the hum, step / (1 - exp(-i w)), from the sums of one carrier.
 void remove_hum(const Oscillator& oscillator, const HumStep& step, std::array<Phasor, kChannels>& carrier);
 
 }  // namespace tricoil::fixed

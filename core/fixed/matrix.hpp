@@ -1,4 +1,4 @@
-// Fixed-point numbers in fixed-size Eigen matrices, and products of such that are rounded once instead of at every term.
+// Fixed-point numbers in fixed-size Eigen matrices, and matrix products that are rounded only once.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,7 +15,7 @@ struct NumTraits<tricoil::fixed::Fixed<F>> : GenericNumTraits<tricoil::fixed::Fi
     using Real = Self;
     using NonInteger = Self;
     using Nested = Self;
-    // NOLINTNEXTLINE(readability-identifier-naming): Eigen's names
+    // NOLINTNEXTLINE(readability-identifier-naming): names that Eigen requires
     enum { IsComplex = 0, IsInteger = 0, IsSigned = 1, RequireInitialization = 0, ReadCost = 1, AddCost = 4, MulCost = 8 };
     static Self epsilon() { return Self::from_raw(1); }
     static Self dummy_precision() { return Self::from_raw(4); }
@@ -28,8 +28,8 @@ struct NumTraits<tricoil::fixed::Fixed<F>> : GenericNumTraits<tricoil::fixed::Fi
 
 namespace tricoil::fixed {
 
-/// a . b in format Out, rounded once. Two products of 32-bit numbers fit into 64 bits but for the one sum 2^63, three may not:
-/// then the sum stops at the end of its range, as the result does.
+/// a . b in format Out, rounded once. The sum of three products may exceed 64 bits; it then saturates, and so does the result.
+/// (Two products exceed 64 bits only in one case, the sum 2^63.)
 template <int Out, typename A, typename B>
 Fixed<Out> dot(const Eigen::MatrixBase<A>& a, const Eigen::MatrixBase<B>& b) {
     constexpr int kBits = A::Scalar::kFractionBits + B::Scalar::kFractionBits - Out;
@@ -44,7 +44,7 @@ Fixed<Out> dot(const Eigen::MatrixBase<A>& a, const Eigen::MatrixBase<B>& b) {
     return Fixed<Out>::from_raw(saturate(shift_right_rounded(sum, kBits)));
 }
 
-/// a b for three rows or columns between, by dot().
+/// a b with inner dimension three, by dot().
 template <int Out, typename A, typename B>
 Eigen::Matrix<Fixed<Out>, A::RowsAtCompileTime, B::ColsAtCompileTime> multiply(const Eigen::MatrixBase<A>& a,
                                                                                const Eigen::MatrixBase<B>& b) {
@@ -58,7 +58,7 @@ Eigen::Matrix<Fixed<Out>, A::RowsAtCompileTime, B::ColsAtCompileTime> multiply(c
     return result;
 }
 
-/// a x b in format Out. Differences of two products stay within 64 bits: the largest is 2^63 - 2^31.
+/// a x b in format Out. Differences of two products fit in 64 bits: the largest is 2^63 - 2^31.
 template <int Out, typename A, typename B>
 Vec3<Fixed<Out>> cross(const Eigen::MatrixBase<A>& a, const Eigen::MatrixBase<B>& b) {
     constexpr int kBits = A::Scalar::kFractionBits + B::Scalar::kFractionBits - Out;

@@ -1,4 +1,4 @@
-// How well a pose explains a signal matrix, in integers.
+// Fit of a pose to a signal matrix, in integers.
 #pragma once
 
 #include "core/fixed/previous_measurement.hpp"
@@ -8,7 +8,7 @@ namespace tricoil::fixed {
 struct ModelFit {
     Scaled strength;        // k = C / range^3, coupling units
     Scaled misfit_squared;  // |X - k O D(u)|^2, coupling units squared
-    Unit misfit_share;      // of |X|^2; saturates at two
+    Unit misfit_share;      // misfit_squared relative to |X|^2; saturates at two
     bool right_handed;      // det X > 0
 };
 

@@ -6,15 +6,15 @@
 namespace tricoil::fixed {
 namespace {
 
-constexpr std::size_t kStride = 2;  // as in signal::NoiseEstimator: every second output holds nearly all of the information
+constexpr std::size_t kStride = 2;  // as in signal::NoiseEstimator: every second output has nearly all of the information
 constexpr int kTapBits = 25;
-constexpr int kOutputBits = 4;  // outputs in sixteenths of a code
+constexpr int kOutputBits = 4;  // outputs in units of 1/16 code
 constexpr std::int64_t kMostOutput = std::int64_t{1} << (19 + kOutputBits);
 
 }  // namespace
 
 NoiseEstimator::NoiseEstimator(const Acquisition& acquisition) {
-    // In Q26 until the end: coefficients are at most 35 while they are formed, products with c < 2 in Q30 stay below 2^63.
+    // In Q26 until the end: intermediate coefficients are at most 35, products with c < 2 in Q30 stay below 2^63.
     std::array<std::int64_t, kMaxTaps> taps{std::int64_t{1} << (kTapBits + 1), -(std::int64_t{1} << (kTapBits + 1))};
     std::size_t count = 2;
     for (std::size_t j = 0; j < acquisition.carriers(); ++j) {

@@ -9,7 +9,7 @@ constexpr Status kTooFar{StatusCode::not_converged, "previous pose is too far fr
 constexpr Entry kLeastStrength = Entry::from(1.0 / 16);
 constexpr Fixed<31> kThird = Fixed<31>::from(1.0 / 3);
 
-/// Unit length within a sixty-fourth: the ranges stated below rest on it.
+/// True if the length is one within 1/64. The stated ranges assume this.
 bool is_unit(const Vec3<Unit>& v) {
     std::int64_t squared = 0;
     for (Eigen::Index i = 0; i < 3; ++i) {
@@ -22,7 +22,7 @@ bool is_unit(const Vec3<Unit>& v) {
     return off < (std::int64_t{1} << 55) && off > -(std::int64_t{1} << 55);
 }
 
-/// Rows of unit length, the first two normal to each other, the third their cross product; each within a thirty-second.
+/// True if rows have unit length, the first two are orthogonal, and the third is their cross product, each within 1/32.
 bool is_rotation(const Mat3<Unit>& o) {
     const Unit tolerance = Unit::from(1.0 / 32);
     if (!is_unit(o.row(0)) || !is_unit(o.row(1)) || !is_unit(o.row(2)) || abs(dot<30>(o.row(0), o.row(1))) > tolerance) {
@@ -37,13 +37,13 @@ bool is_rotation(const Mat3<Unit>& o) {
     return true;
 }
 
-/// Increments of (15) and (16): strength in the block's unit, the rest in radians, each at most one.
+/// Increments of (15) and (16): strength in units of the block, the rest in radians, each at most one.
 struct Increments {
     Entry strength;
     Unit azimuth, elevation, roll, pitch, yaw;
 };
 
-/// Entries of w are at most 3 (a rotated Y), sums of three of them at most 9: formed in 64 bits, then divided by W11.
+/// Entries of w are at most 3 (a rotated Y), sums of three at most 9: computed in 64 bits, then divided by W11.
 Result<Increments> increments_of(const Mat3<Entry>& w) {
     const Entry k = w(0, 0);
     if (k < kLeastStrength) {
@@ -66,8 +66,8 @@ Result<Increments> increments_of(const Mat3<Entry>& w) {
     return step;
 }
 
-/// Active rotation by -r, |r_i| <= 1: I - a [r]x + b [r]x^2 with a = sin(|r|) / |r|, b = (1 - cos(|r|)) / |r|^2, both as series
-/// in |r|^2 <= 3 whose first term left out is below 1e-6 at 3 and below 1e-11 at 0.3.
+/// Active rotation by -r, |r_i| <= 1: I - a [r]x + b [r]x^2 with a = sin(|r|) / |r|, b = (1 - cos(|r|)) / |r|^2. Both are series
+/// in |r|^2 <= 3 whose first omitted term is below 1e-6 at 3 and below 1e-11 at 0.3.
 Mat3<Unit> rotation_back(const Vec3<Unit>& r) {
     using Square = Fixed<29>;
     const Square x = dot<29>(r, r);  // at most 3
@@ -106,7 +106,7 @@ Mat3<Unit> rotation_back(const Vec3<Unit>& r) {
     return rotation;
 }
 
-/// One step of O <- O (3 I - O^T O) / 2 towards the nearest rotation: errors of the size of roundings are squared away.
+/// One step of O <- O (3 I - O^T O) / 2 towards the nearest rotation. Its error is of second order in the rounding errors.
 Mat3<Unit> orthonormalised(const Mat3<Unit>& o) {
     const Mat3<Unit> gram = multiply<30>(o.transpose(), o);
     Mat3<Unit> correction;

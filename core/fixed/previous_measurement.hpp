@@ -1,4 +1,4 @@
-// The previous-measurement step without poles, in integers: solver::step_vectors for parts without a floating-point unit.
+// Pole-free previous-measurement step in integers. Twin of solver::step_vectors.
 #pragma once
 
 #include "core/fixed/direct.hpp"
@@ -13,10 +13,10 @@ struct VectorPose {
 
 constexpr int kMostPasses = 10;
 
-/// (15), (16) and small rotations of u and O.
-/// Errors: invalid_argument (C is not positive, passes outside 1-10, or the previous pose no unit vector with a rotation),
+/// Increments (15), (16), applied as small rotations of u and O.
+/// Errors: invalid_argument (C is not positive, passes outside 1-10, or the previous pose is not a unit vector with a rotation),
 /// degenerate (X is zero), not_converged (W11 below 1/16 of the largest entry's power of two, or an increment above one: the
-/// previous pose is too far off).
+/// previous pose is too far away).
 Result<VectorPose> step_vectors(const BlockMatrix& x, Scaled coupling_constant, const VectorPose& previous, int passes = 1);
 
 }  // namespace tricoil::fixed

@@ -10,14 +10,14 @@ namespace tricoil::fixed {
 Quaternion attitude_quaternion(const Mat3<Unit>& o) {
     const auto entry = [&o](Eigen::Index i, Eigen::Index j) { return std::int64_t{o(j, i).raw()}; };  // of O's transpose
     constexpr std::int64_t kOne = std::int64_t{1} << 30;
-    // Four times the square of each part, Q30: of a rotation they sum to four, so that the largest is at least one.
+    // Four times the square of each component, Q30. For a rotation their sum is four, so the largest is at least one.
     const std::array<std::int64_t, 4> squares{
         kOne + entry(0, 0) + entry(1, 1) + entry(2, 2), kOne + entry(0, 0) - entry(1, 1) - entry(2, 2),
         kOne - entry(0, 0) + entry(1, 1) - entry(2, 2), kOne - entry(0, 0) - entry(1, 1) + entry(2, 2)};
     const std::size_t lead = entry(0, 0) + entry(1, 1) + entry(2, 2) > 0
                                  ? 0
                                  : static_cast<std::size_t>(std::max_element(squares.begin(), squares.end()) - squares.begin());
-    // Four times the products with the leading part: sums of two entries, below 2^32.
+    // Four times the products with the largest component: sums of two entries, below 2^32.
     const std::int64_t wx = entry(2, 1) - entry(1, 2);
     const std::int64_t wy = entry(0, 2) - entry(2, 0);
     const std::int64_t wz = entry(1, 0) - entry(0, 1);
@@ -27,7 +27,7 @@ Quaternion attitude_quaternion(const Mat3<Unit>& o) {
     const std::array<std::array<std::int64_t, 4>, 4> rows{
         {{squares[0], wx, wy, wz}, {wx, squares[1], xy, xz}, {wy, xy, squares[2], yz}, {wz, xz, yz, squares[3]}}};
     const std::int64_t square = std::max<std::int64_t>(squares[lead], 1);              // below 2^33
-    const std::int64_t twice = square_root(static_cast<std::uint64_t>(square) << 30);  // twice the leading part, Q30
+    const std::int64_t twice = square_root(static_cast<std::uint64_t>(square) << 30);  // twice the largest component, Q30
     const auto part = [&](std::size_t n) { return ratio(rows[lead][n], 2 * twice); };
     return {part(0), part(1), part(2), part(3)};
 }

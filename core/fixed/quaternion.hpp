@@ -1,4 +1,4 @@
-// Attitude as a quaternion, in integers.
+// Attitude quaternion in integers.
 #pragma once
 
 #include "core/fixed/functions.hpp"
@@ -14,8 +14,8 @@ struct Quaternion {
     friend constexpr bool operator==(const Quaternion&, const Quaternion&) = default;
 };
 
-/// q_source_sensor (v_source = q v_sensor) of O, a rotation; w or else the largest part is not negative. Error below 4e-9 for a
-/// rotation; for any other matrix four numbers of no meaning.
+/// q_source_sensor (v_source = q v_sensor) of O, a rotation. w is not negative; if w is zero, the largest component is not
+/// negative. Error below 4e-9 for a rotation; undefined numbers for any other matrix.
 Quaternion attitude_quaternion(const Mat3<Unit>& o);
 
 }  // namespace tricoil::fixed

@@ -1,19 +1,19 @@
-// The input of an integer tracker as words of fixed size: parameters once, then each poll of the converters. What one processor
-// writes another one reads, and both compute the same poses. Little-endian.
+// Input of an integer tracker as words of fixed size: first the parameters, then each poll of the converters. A tracker computes
+// the same poses from a record on any processor. Little-endian.
 #pragma once
 
 #include "core/fixed/tracker.hpp"
 
 namespace tricoil::fixed {
 
-/// All that the tracker is made from.
+/// All parameters of the tracker.
 struct ChainParams {
     Acquisition acquisition;
     DemodulatorParams demodulator;
     TrackerParams tracker;
 };
 
-/// Errors: those of the three parts' check().
+/// Errors: those of check() of the three members.
 inline Status check(const ChainParams& params) {
     for (const Status& status : {check(params.acquisition), check(params.demodulator), check(params.tracker)}) {
         if (!status.ok()) {
@@ -26,7 +26,7 @@ inline Status check(const ChainParams& params) {
 constexpr std::uint32_t kSampleRecordMagic = 0x53435254;  // "TRCS"
 constexpr std::uint32_t kSampleRecordVersion = 1;
 
-/// First in a record. Parameters that are not here have their default.
+/// Start of a record. Parameters that are not listed here have their default values.
 struct RecordHead {
     std::uint32_t magic = kSampleRecordMagic;
     std::uint32_t version = kSampleRecordVersion;

@@ -73,7 +73,7 @@ Scaled cube_root(Scaled value) {
     if (value.mantissa <= 0) {
         return {};
     }
-    // As m 2^(3 n) with m of up to 63 bits, whose root has 21: then one Newton step in integers, r -= (r^3 - m) / (3 r^2).
+    // As m 2^(3 n) with m of up to 63 bits, whose root has 21 bits. Then one Newton step in integers, r -= (r^3 - m) / (3 r^2).
     const int exponent = bounded_exponent(value.exponent);
     int shift = 30;
     while ((exponent - shift) % 3 != 0) {
@@ -82,7 +82,7 @@ Scaled cube_root(Scaled value) {
     const std::uint64_t m = static_cast<std::uint64_t>(value.mantissa) << shift;
     const std::uint64_t root = cube_root(m);
     const auto rest = static_cast<std::int64_t>(m - root * root * root);  // below 3 r^2 + 3 r + 1, hence 2^44
-    // Ten more bits: root + rest / (3 root^2 + 3 root) is off by less than 2^-22 of a unit of the last of 21.
+    // Ten more bits: the error of root + rest / (3 root^2 + 3 root) is below 2^-22 of the last of 21 bits.
     const auto slope = static_cast<std::int64_t>(3 * root * root + 3 * rest / static_cast<std::int64_t>(3 * root));
     const std::int64_t fraction = rest * (1 << 10) / slope;
     return normalise(static_cast<std::int64_t>(root) * (1 << 10) + fraction, (exponent - shift) / 3 - 10);

@@ -1,4 +1,4 @@
-// Numbers of any size: a mantissa and an exponent. Stated errors are worst cases, held by tests/fixed.
+// Numbers with mantissa and exponent. Stated errors are worst cases; tests/fixed checks them.
 #pragma once
 
 #include <cstdint>
@@ -7,15 +7,14 @@
 
 namespace tricoil::fixed {
 
-/// Exponents are kept within this: no signal comes near it, and sums of a few of them stay far from an int's ends.
+/// Exponents are limited to this magnitude. Signals are far below it, and sums of a few exponents do not overflow an int.
 constexpr int kMostExponent = 1 << 24;
 
 constexpr int bounded_exponent(int exponent) {
     return exponent > kMostExponent ? kMostExponent : (exponent < -kMostExponent ? -kMostExponent : exponent);
 }
 
-/// A number of any size: mantissa 2^exponent. Normalised: 2^30 <= |mantissa| < 2^31, or zero.
-/// Exponents beyond kMostExponent count as that.
+/// Number mantissa * 2^exponent. Normalised: 2^30 <= |mantissa| < 2^31, or zero. Exponents are limited to kMostExponent.
 struct Scaled {
     std::int32_t mantissa = 0;
     int exponent = 0;
@@ -28,16 +27,16 @@ Scaled normalise(std::int64_t value, int exponent);
 Scaled multiply(Scaled a, Scaled b);
 /// a + b for normalised a and b; error below 2^-29 of the larger.
 Scaled add(Scaled a, Scaled b);
-/// a / b for normalised b; relative error below 2^-29. By zero: the largest number there is, with a's sign; 0 / 0 is 0.
+/// a / b for normalised b; relative error below 2^-29. Division by zero: the largest number, with the sign of a; 0 / 0 is 0.
 Scaled divide(Scaled a, Scaled b);
-/// Square root of a normalised number; zero of a negative one; relative error below 2^-29.
+/// Square root of a normalised number; zero for a negative one; relative error below 2^-29.
 Scaled square_root(Scaled value);
 /// a < b for normalised a and b.
 bool is_less(Scaled a, Scaled b);
-/// Cube root of a normalised number that is not negative; relative error below 1e-8.
+/// Cube root of a normalised number >= 0; relative error below 1e-8.
 Scaled cube_root(Scaled value);
 
-/// In format F; saturates, or rounds to nearest.
+/// Conversion to format F; saturates or rounds to nearest.
 template <int F>
 Fixed<F> to_fixed(Scaled value) {
     const int shift = -(bounded_exponent(value.exponent) + F);  // raw = mantissa 2^(exponent + F)

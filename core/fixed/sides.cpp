@@ -14,7 +14,7 @@ SquareMetres square_of(const Vec3<Metres>& v) { return dot<SquareMetres::kFracti
 
 Scaled scaled(SquareMetres value) { return normalise(value.raw(), -SquareMetres::kFractionBits); }
 
-/// How far a hand comes, squared, 2^-25 m^2; as if at most 10 s had passed, within which it comes from anywhere.
+/// Squared distance that a hand can move, 2^-25 m^2. Times are limited to 10 s, in which it can reach any position.
 std::int64_t reach_squared(Microseconds unseen) {
     constexpr auto kStepsPerSecond = static_cast<std::int64_t>(tracking::kFastestUnseen_m_s * (1 << 20));  // of 2^-20 m
     constexpr std::int64_t kLongest_us = 10'000'000;
@@ -26,7 +26,7 @@ std::int64_t reach_squared(Microseconds unseen) {
 
 bool Sides::are_opposite(const Vec3<Metres>& a, const Vec3<Metres>& b) { return dot<25>(a, b).raw() < 0; }
 
-/// (near + last)^2 = near^2 + 2 near . last + last^2, as no sum of two positions fits.
+/// (near + last)^2 = near^2 + 2 near . last + last^2, because the sum of two positions may overflow.
 bool Sides::is_mirror_excluded(const Vec3<Metres>& near, const Vec3<Metres>& last, Microseconds unseen) {
     const SquareMetres both = dot<SquareMetres::kFractionBits>(near, last);
     const SquareMetres near_squared = square_of(near);

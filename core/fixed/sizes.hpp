@@ -1,4 +1,4 @@
-// How large numbers are, and may be.
+// Magnitudes of integers and their limits.
 #pragma once
 
 #include <bit>
@@ -10,15 +10,15 @@ namespace tricoil::fixed {
 
 constexpr std::int64_t kFullScaleCode = 1 << 23;  // of a 24-bit converter
 
-/// |value|, also of the least number, whose size no signed one holds.
+/// |value|. The result is unsigned, so it is correct for the smallest value too.
 constexpr std::uint64_t size_of(std::int64_t value) {
     return value < 0 ? 0U - static_cast<std::uint64_t>(value) : static_cast<std::uint64_t>(value);
 }
 
-/// By how many bits a number of that size is longer than `bits`; negative if it is shorter.
+/// Bit length of `size` minus `bits`; negative if it is shorter.
 constexpr int excess_bits(std::uint64_t size, int bits) { return 64 - std::countl_zero(size) - bits; }
 
-/// value 2^-bits for either sign of bits; rounds. What is shifted up must fit.
+/// value 2^-bits for either sign of bits; rounds. The result of an upward shift must fit.
 constexpr std::int64_t scaled_down(std::int64_t value, int bits) {
     return bits >= 0 ? shift_right_rounded(value, bits) : value * (std::int64_t{1} << -bits);
 }

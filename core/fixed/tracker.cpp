@@ -13,7 +13,7 @@ using tracking::TrackerState;
 
 constexpr Status kUnexplained{StatusCode::not_converged, "the step from the last pose does not explain the couplings"};
 
-/// Differences of such times, and sums with a block's length, stay within 64 bits.
+/// Limit with which differences of times, and sums with the length of a block, stay within 64 bits.
 bool is_time(DeviceTime time) {
     constexpr std::int64_t kMost_us = std::int64_t{1} << 61;
     return to_us(time) > -kMost_us && to_us(time) < kMost_us;
@@ -125,7 +125,7 @@ bool Tracker::is_out_of_order(const SampleBlock& block) {
     return false;
 }
 
-/// The clock began anew: what was known has no time any more, and the last pose counts as of now.
+/// The device clock restarted: stored times are invalid, and the last pose is taken as of now.
 void Tracker::begin_anew(DeviceTime now) {
     ++counters_.restarts;
     columns_ = {};
@@ -180,8 +180,7 @@ PoseEstimate Tracker::solve(const Measurement& measurement) {
     return estimate;
 }
 
-/// The previous-measurement step from the last pose; not converged also where it lands on a pose that explains the couplings
-/// worse than any sensor would.
+/// Previous-measurement step from the last pose. Also not_converged if the misfit of the result is too large for a sensor.
 Result<VectorPose> Tracker::follow(const Measurement& measurement) const {
     if (params_.method == Method::direct || state_ != TrackerState::tracking || !has_last_) {
         return Status{StatusCode::not_ready, "no pose to follow"};
@@ -194,7 +193,7 @@ Result<VectorPose> Tracker::follow(const Measurement& measurement) const {
     return fit.misfit_share > params_.max_misfit ? Result<VectorPose>(kUnexplained) : stepped;
 }
 
-/// The direct solution, in the hemisphere that continuity or the setting tells.
+/// Direct solution, in the hemisphere from continuity or setting.
 Result<VectorPose> Tracker::acquire(const Measurement& measurement) {
     const auto direct = solve_direct(measurement.x, params_.coupling_constant);
     if (!direct.ok()) {
@@ -207,7 +206,7 @@ Result<VectorPose> Tracker::acquire(const Measurement& measurement) {
     return pose;
 }
 
-/// Fills in the pose with its diagnostics, and adds the flags that depend on it.
+/// Fills in the pose and its diagnostics, and adds the flags that depend on it.
 void Tracker::judge(const Measurement& measurement, const VectorPose& pose, PoseEstimate& estimate) const {
     const ModelFit fit = fit_of(normalise(measurement.x), params_.coupling_constant, pose);
     estimate.position_m = position_m(pose);

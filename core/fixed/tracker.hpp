@@ -1,5 +1,5 @@
-// The tracker of one sensor in integers: blocks of samples in, poses out. Acquires by the direct solution, follows by that or by
-// the previous-measurement step, and keeps the hemisphere and its flags as tracking::Tracker does.
+// Tracker of one sensor in integers: blocks of samples in, poses out. It acquires with the direct solver and follows with that or
+// the previous-measurement step. Hemisphere and flags are as in tracking::Tracker.
 #pragma once
 
 #include <optional>
@@ -13,26 +13,26 @@
 
 namespace tricoil::fixed {
 
-/// From the signal matrix alone, or by a step from the last pose where there is one.
+/// direct: each pose from its signal matrix alone. previous: by a step from the last pose, if there is one.
 enum class Method : std::uint8_t { direct, previous };
 
 struct TrackerParams {
     Method method = Method::previous;
     Scaled coupling_constant{1 << 30, -30};              // C, coupling units times m^3
-    int passes = 1;                                      // of the previous-measurement step per matrix
-    Vec3<Unit> hemisphere = Vec3<Unit>(1, 0, 0);         // towards the half space the sensor starts in; zero: unknown
-    bool confined = false;                               // to that half space, by a wall or a table: told again after every loss
+    int passes = 1;                                      // previous-measurement steps per matrix
+    Vec3<Unit> hemisphere = Vec3<Unit>(1, 0, 0);         // direction to the half space at the start; zero: unknown
+    bool confined = false;                               // the sensor never leaves that half space (wall, table)
     std::int32_t min_snr = 10;                           // k / sigma below which a pose is flagged (20 dB)
-    Unit max_misfit = Unit::from(0.1);                   // share of the couplings' power that no dipole explains: no sensor
-    Fixed<16> distortion_gate = Fixed<16>::from(16.27);  // chi-square of 3 degrees of freedom passed once in 1,000
+    Unit max_misfit = Unit::from(0.1);                   // misfit share above which no sensor is assumed
+    Fixed<16> distortion_gate = Fixed<16>::from(16.27);  // chi-square of 3 degrees of freedom, exceeded once in 1,000
     Microseconds lost_after{100'000};                    // without a valid pose
-    Microseconds search_after{1'000'000};                // when lost: forget the last pose
+    Microseconds search_after{1'000'000};                // after the loss; then the last pose is forgotten
 };
 
 /// Errors (invalid_argument): coupling constant, limits or times not positive, passes outside 1-10.
 Status check(const TrackerParams& params);
 
-/// Why a block was refused.
+/// Reason for which a block is refused.
 enum class Rejection : std::uint8_t { wrong_length, unknown_state, repeated_sequence, time_backwards, bad_time };
 constexpr std::size_t kRejections = 5;
 
@@ -40,7 +40,7 @@ struct TrackerCounters {
     std::uint32_t accepted = 0;
     std::array<std::uint32_t, kRejections> rejected{};  // by Rejection
     std::uint32_t lost_blocks = 0;                      // gaps in the sequence
-    std::uint32_t restarts = 0;                         // sequence or time began anew
+    std::uint32_t restarts = 0;                         // sequence or time started again
     std::uint32_t poses = 0;
     std::uint32_t invalid_poses = 0;
     std::uint32_t acquisitions = 0;  // searching or lost -> tracking
@@ -57,7 +57,7 @@ struct PoseEstimate {
     Vec3<Metres> position_m = Vec3<Metres>::Zero();  // sensor in the source frame; saturates at 8 m
     Quaternion q_source_sensor;                      // v_source = q v_sensor
     Fixed<31> noise_share;                           // sigma / k: noise of a coupling relative to the coupling
-    Unit misfit_share;                               // of the couplings' power that no dipole explains
+    Unit misfit_share;                               // squared misfit relative to |X|^2
 
     [[nodiscard]] bool valid() const { return !flags.has_any(tracking::kInvalidating); }
 };
@@ -68,14 +68,14 @@ public:
     /// All parameters must pass check().
     Tracker(const Acquisition& acquisition, const DemodulatorParams& demodulator, const TrackerParams& params);
 
-    /// Takes one block; a pose once it completes a signal matrix. A refused block is counted and changes nothing else, but for
-    /// the one that shows that sequence or time began anew (kPatience in a row are out of order): then all is forgotten.
+    /// Processes one block. Returns a pose if the block completes a signal matrix. A refused block is only counted. If kPatience
+    /// blocks in a row are out of order, the device has restarted: the tracker then forgets everything.
     std::optional<PoseEstimate> update(const SampleBlock& block);
 
-    /// Called when time passes without blocks: the last pose, flagged stale, once it is older than lost_after.
+    /// For times without blocks: returns the last pose, flagged stale, if it is older than lost_after.
     std::optional<PoseEstimate> tick(DeviceTime now);
 
-    /// Points to the half space in which the sensor is now; zero makes it unknown.
+    /// Direction to the half space in which the sensor is now; zero: unknown.
     void set_hemisphere(const Vec3<Unit>& towards);
 
     [[nodiscard]] tracking::TrackerState state() const { return state_; }
@@ -84,10 +84,10 @@ public:
     static constexpr int kPatience = 16;
 
 private:
-    /// Three columns as one matrix.
+    /// Signal matrix of three columns.
     struct Measurement {
         BlockMatrix x;
-        Scaled variance;  // mean of the nine entries'
+        Scaled variance;  // mean of the nine entries' variances
         ColumnFlags flags;
         DeviceTime newest{};
     };

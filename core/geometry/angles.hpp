@@ -1,4 +1,4 @@
-// The paper's angles: spherical position of the sensor and Euler attitude, and their conversions.
+// The paper's angles: spherical position and Euler attitude of the sensor, and their conversions.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,7 @@ struct Spherical {
     Scalar elevation_rad = 0;  // beta
 };
 
-/// Attitude as z-y-x Euler angles: O = Tx(roll) Ty(elevation) Tz(azimuth) takes source components to sensor components.
+/// Attitude as z-y-x Euler angles: O = Tx(roll) Ty(elevation) Tz(azimuth) converts source components to sensor components.
 template <typename Scalar>
 struct Euler {
     Scalar azimuth_rad = 0;    // psi
@@ -26,7 +26,7 @@ struct Euler {
     Scalar roll_rad = 0;       // phi
 };
 
-/// P = Ty(beta) Tz(alpha): source frame to the frame whose x axis points at the sensor, (2).
+/// P = Ty(beta) Tz(alpha): source frame to the frame whose x axis points to the sensor, (2).
 template <typename Scalar>
 Mat3<Scalar> line_of_sight_rotation(Scalar azimuth_rad, Scalar elevation_rad) {
     return rotation_y(elevation_rad) * rotation_z(azimuth_rad);
@@ -44,7 +44,7 @@ Vec3<Scalar> to_cartesian(const Spherical<Scalar>& s) {
     return s.range_m * direction(s.azimuth_rad, s.elevation_rad);
 }
 
-/// Azimuth in (-pi, pi], elevation in [-pi/2, pi/2]; the azimuth at a pole and the angles at the origin are zero by choice.
+/// Azimuth in (-pi, pi], elevation in [-pi/2, pi/2]. By definition, the azimuth at a pole and both angles at the origin are zero.
 template <typename Scalar>
 Spherical<Scalar> to_spherical(const Vec3<Scalar>& p) {
     return {p.norm(), std::atan2(p.y(), p.x()), std::atan2(-p.z(), std::hypot(p.x(), p.y()))};
@@ -56,7 +56,7 @@ Mat3<Scalar> attitude_matrix(const Euler<Scalar>& e) {
     return rotation_x(e.roll_rad) * rotation_y(e.elevation_rad) * rotation_z(e.azimuth_rad);
 }
 
-/// Inverse of attitude_matrix with elevation in [-pi/2, pi/2]; at the poles roll is zero by choice.
+/// Inverse of attitude_matrix with elevation in [-pi/2, pi/2]. By definition, roll is zero at the poles.
 template <typename Scalar>
 Euler<Scalar> to_euler(const Mat3<Scalar>& o) {
     const Scalar sine = std::clamp(-o(0, 2), Scalar(-1), Scalar(1));

@@ -8,8 +8,8 @@
 
 namespace tricoil {
 
-/// A = L L^T of a symmetric N x N matrix. Written out, since Eigen's factorisation of fixed sizes goes through its code for sizes
-/// known at run time: that names malloc, and takes a third of a filter's compile time.
+/// A = L L^T of a symmetric N x N matrix. Eigen's factorisation is not used: for fixed sizes it calls its code for dynamic sizes,
+/// which refers to malloc and takes a third of a filter's compile time.
 template <typename Scalar, int N>
 class Cholesky {
 public:
@@ -84,7 +84,7 @@ private:
         }
     }
 
-    /// Sum of term(j) for j in [Begin, End), by halves, as Eigen adds.
+    /// Sum of term(j) for j in [Begin, End), in Eigen's order of addition (recursive halves).
     template <int Begin, int End, typename Term>
     static Scalar sum(const Term& term) {
         if constexpr (Begin >= End) {

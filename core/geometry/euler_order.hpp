@@ -1,4 +1,4 @@
-// Euler angles in the order that a user asks for; the core itself reckons in quaternions.
+// Euler angles in any axis order, for output. The core itself uses quaternions.
 #pragma once
 
 #include <algorithm>
@@ -9,13 +9,12 @@
 
 namespace tricoil::geometry {
 
-/// Axes (0 x, 1 y, 2 z) of three turns about the body's own, already turned axes: R = R_first(a) R_second(b) R_third(c).
+/// Axes (0 x, 1 y, 2 z) of three successive turns about the body's axes: R = R_first(a) R_second(b) R_third(c).
 using AxisOrder = std::array<int, 3>;
 
-/// Angles a, b, c (rad) of the rotation q for three different axes; a and c in (-pi, pi], b in [-pi/2, pi/2]. Where b is +-90 deg
-/// only a + c or a - c is determined: c is zero there by choice. From the entries of R = R_i(a) R_j(b) R_k(c), s = +1 for cyclic
-/// orders and -1 for the others: R_ik = s sin b, R_jk = -s sin a cos b, R_kk = cos a cos b, R_ij = -s cos b sin c, R_ii = cos b
-/// cos c.
+/// Angles a, b, c (rad) of the rotation q for three different axes; a and c in (-pi, pi], b in [-pi/2, pi/2]. At b = +-90 degrees
+/// only a + c or a - c is determined; c is then set to zero. From the entries of R = R_i(a) R_j(b) R_k(c), with s = +1 for cyclic
+/// orders and -1 otherwise: R_ik = s sin b, R_jk = -s sin a cos b, R_kk = cos a cos b, R_ij = -s cos b sin c, R_ii = cos b cos c.
 template <typename Scalar>
 Vec3<Scalar> euler_angles(const Quat<Scalar>& q, const AxisOrder& order) {
     const auto [i, j, k] = order;

@@ -1,4 +1,4 @@
-// Unit quaternions as attitudes. With cross products, inverses and determinants of 3x3 matrices, which Eigen declares with them.
+// Unit quaternions for attitudes. Includes Eigen's cross products, inverses and determinants of 3x3 matrices.
 #pragma once
 
 #include <Eigen/Geometry>

@@ -1,4 +1,4 @@
-// The passive elementary rotations of the paper's Table 1, and small rotations.
+// Passive elementary rotations (Table 1 of the paper) and small rotations.
 #pragma once
 
 #include <cmath>
@@ -37,7 +37,7 @@ Mat3<Scalar> skew(const Vec3<Scalar>& v) {
     return (Mat3<Scalar>() << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0).finished();
 }
 
-/// Active rotation by |r| (rad) about r, as a unit quaternion; exact for any size, smooth through zero.
+/// Active rotation by |r| (rad) about r, as a unit quaternion. Exact for any angle and smooth at zero.
 template <typename Scalar>
 Quat<Scalar> rotation_vector_to_quaternion(const Vec3<Scalar>& r) {
     const Scalar angle = r.norm();
@@ -49,7 +49,7 @@ Quat<Scalar> rotation_vector_to_quaternion(const Vec3<Scalar>& r) {
     return q;
 }
 
-/// The rotation vector (rad, length at most pi) of a unit quaternion: inverse of rotation_vector_to_quaternion.
+/// Rotation vector (rad, length at most pi) of a unit quaternion: inverse of rotation_vector_to_quaternion.
 template <typename Scalar>
 Vec3<Scalar> quaternion_to_rotation_vector(const Quat<Scalar>& q) {
     const Scalar sign = q.w() < 0 ? Scalar(-1) : Scalar(1);
@@ -60,17 +60,17 @@ Vec3<Scalar> quaternion_to_rotation_vector(const Quat<Scalar>& q) {
     return (2 * std::atan2(sine, sign * q.w()) / sine) * sign * q.vec();
 }
 
-/// Angle (rad, 0 to pi) of the rotation that takes one attitude to another; both unit quaternions.
+/// Angle (rad, 0 to pi) of the rotation between two attitudes, both unit quaternions.
 template <typename Scalar>
 Scalar angle_between(const Quat<Scalar>& a, const Quat<Scalar>& b) {
     const Quat<Scalar> difference = a.conjugate() * b;
     return 2 * std::atan2(difference.vec().norm(), std::abs(difference.w()));
 }
 
-/// Two unit vectors that complete the unit vector `x` to a right-handed triad (x, e2, e3), as columns; defined for every x.
+/// Two unit vectors that complete the unit vector `x` to a right-handed triad (x, e2, e3), as columns. Defined for every x.
 template <typename Scalar>
 Eigen::Matrix<Scalar, 3, 2> transverse_axes(const Vec3<Scalar>& x) {
-    // Duff et al. 2017, "Building an Orthonormal Basis, Revisited", JCGT 6(1): no branch but the sign, no pole.
+    // Duff et al. 2017, "Building an Orthonormal Basis, Revisited", JCGT 6(1): no branches and no pole.
     const Scalar sign = std::copysign(Scalar(1), x.z());
     const Scalar a = Scalar(-1) / (sign + x.z());
     const Scalar b = x.x() * x.y() * a;

@@ -1,4 +1,4 @@
-// Fixed-size vectors and matrices in the two scalar types that the core is built for.
+// Fixed-size vectors and matrices.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,5 +1,5 @@
-// One end of one node's conversation over CAN FD: messages to frames and back, long ones in segments. Whoever has the bus sends
-// and receives the frames.
+// CAN FD transport of one node, for host or device: converts messages to frames and back, and segments long messages. The caller
+// sends and receives the frames.
 #pragma once
 
 #include <algorithm>
@@ -8,16 +8,16 @@
 
 namespace tricoil::protocol {
 
-/// Which end of the conversation.
+/// End of the link.
 enum class CanSide : std::uint8_t { host, device };
 
-/// What became of a frame.
+/// Result of a received frame.
 struct CanArrival {
-    bool complete = false;  // a message is there
+    bool complete = false;  // a complete message was received
     WireError error = WireError::none;
 };
 
-/// kBytes: longest message. kWindow: segments that the sender may send before it waits for us; 0: all of them.
+/// kBytes: longest message. kWindow: segments that the sender may send before it waits for flow control; 0: all of them.
 template <std::size_t kBytes, std::uint8_t kWindow = 0>
 class CanExchange {
 public:
@@ -29,13 +29,14 @@ public:
         owes_answer_ = false;
     }
 
-    /// Segments that the other end sends come under this identifier.
+    /// Identifier of the segments that the other end sends.
     [[nodiscard]] std::uint32_t incoming_segments() const {
         return can_id(side_ == CanSide::host ? kSegmentsFromDevice : kSegmentsFromHost, node_);
     }
     [[nodiscard]] std::uint8_t node() const { return node_; }
 
-    /// Begins to send a message that is longer than a frame, and copies it; go_on() sends it. False: too long, or sending() one.
+    /// Starts to send a message that is longer than a frame. The message is copied; go_on() sends it. False: the message is too
+    /// long, or another one is being sent.
     bool begin(std::span<const std::uint8_t> message, std::int64_t now_us) {
         if (sending() || message.size() > kBytes) {
             return false;
@@ -46,12 +47,12 @@ public:
         return segmenter_.begin(std::span(outgoing_).first(message.size()));
     }
     [[nodiscard]] bool sending() const { return segmenter_.busy(); }
-    /// A segment may be sent from this time on; meaningless while waits().
+    /// Earliest time of the next segment. Invalid while waits().
     [[nodiscard]] std::int64_t next_segment_us() const { return next_segment_us_; }
     [[nodiscard]] bool waits() const { return segmenter_.waits(); }
 
-    /// Call it often: sends what may go now, the answer to a sender that waits, and segments; send(frame) is false if the frame
-    /// must wait. bad_framing: the other end fell silent in the middle of a message, which is dropped.
+    /// Call this often. It sends due frames: flow control and segments. send(frame) returns false if the frame must wait.
+    /// bad_framing: the other end stopped in the middle of a message; the message is dropped.
     template <typename Send>
     WireError go_on(std::int64_t now_us, Send send) {
         owes_answer_ = owes_answer_ && !send(answer());
@@ -67,7 +68,7 @@ public:
         return sender_is_silent || receiver_is_silent ? WireError::bad_framing : WireError::none;
     }
 
-    /// Takes a frame of this node; `message` is valid until the next one. is_fd: not a classic frame.
+    /// Processes a frame of this node. `message` is valid until the next call. is_fd: false for a classic frame.
     template <typename Send>
     CanArrival take(const CanFrame& frame, bool is_fd, std::int64_t now_us, std::span<const std::uint8_t>& message, Send send) {
         if (frame.id == incoming_segments()) {
@@ -95,7 +96,7 @@ private:
                 break;
             }
             if (!send(frame)) {
-                segmenter_ = before;  // once more, when there is room
+                segmenter_ = before;  // try again later
                 next_segment_us_ = now_us + 1000;
                 break;
             }
@@ -145,8 +146,8 @@ private:
     BasicReassembler<kBytes> reassembler_;
     std::array<std::uint8_t, kBytes> outgoing_{};
     std::int64_t next_segment_us_ = 0;
-    std::int64_t deadline_us_ = 0;          // for the receiver of what we send
-    std::int64_t receive_deadline_us_ = 0;  // for the sender of what we receive
+    std::int64_t deadline_us_ = 0;          // for the answer to our segments
+    std::int64_t receive_deadline_us_ = 0;  // for the next segment from the other end
 };
 
 }  // namespace tricoil::protocol

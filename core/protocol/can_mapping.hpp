@@ -1,5 +1,5 @@
-// Messages on CAN FD: one a frame, the type and the device's node number in the identifier, zeros up to the next length that
-// CAN FD has. Messages longer than a frame go in segments (iso_tp.hpp) under identifiers of their own.
+// Messages on CAN FD: one per frame, with type and node in the identifier, padded with zeros to the next CAN FD length. Longer
+// messages are segmented (iso_tp.hpp) and use other identifiers.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace tricoil::protocol {
 
-/// Standard (11-bit) identifier: 0x100 | type << 4 | node. Types in order of priority; 14 and 15 are segments.
+/// Standard (11-bit) identifier: 0x100 | type << 4 | node. Types are in order of priority; 14 and 15 are segments.
 constexpr std::uint32_t kCanBase = 0x100;
 constexpr std::uint32_t kCanMask = 0x700;  // of the base
 constexpr std::uint8_t kSegmentsFromDevice = 14;
@@ -19,7 +19,7 @@ constexpr std::uint8_t kSegmentsFromHost = 15;
 
 struct CanFrame {
     std::uint32_t id = 0;
-    std::uint8_t length = 0;  // bytes, one of those that CAN FD has
+    std::uint8_t length = 0;  // bytes, a valid CAN FD length
     std::array<std::uint8_t, kMaxFrameBytes> data{};
     [[nodiscard]] std::span<const std::uint8_t> bytes() const {
         return {data.data(), length < data.size() ? length : data.size()};
@@ -33,7 +33,7 @@ constexpr std::uint32_t can_id(MessageType type, std::uint8_t node) { return can
 constexpr std::uint8_t channel_of(std::uint32_t id) { return static_cast<std::uint8_t>((id >> 4U) & 0x0FU); }
 constexpr std::uint8_t node_of(std::uint32_t id) { return static_cast<std::uint8_t>(id & 0x0FU); }
 
-/// Least CAN FD frame length that holds `bytes` (at most 64).
+/// Smallest CAN FD frame length for `bytes` (at most 64).
 constexpr std::uint8_t can_fd_length(std::size_t bytes) {
     constexpr std::array<std::uint8_t, 7> kLengths{12, 16, 20, 24, 32, 48, 64};
     if (bytes <= 8) {
@@ -47,7 +47,7 @@ constexpr std::uint8_t can_fd_length(std::size_t bytes) {
     return 64;
 }
 
-/// False if the message is longer than a frame.
+/// False if the message is shorter than its prefix or longer than a frame.
 inline bool to_frame(std::span<const std::uint8_t> message, std::uint8_t node, CanFrame& frame) {
     if (message.size() < kPrefixBytes || message.size() > kMaxFrameBytes) {
         return false;
@@ -61,8 +61,8 @@ inline bool to_frame(std::span<const std::uint8_t> message, std::uint8_t node, C
     return true;
 }
 
-/// The message within a frame of a message channel, without its padding. wrong_sender: identifier and content name different
-/// types; wrong_length: too short, too long, or padded with anything but zeros; and the errors of the prefix.
+/// The message in a frame of a message channel, without padding. wrong_sender: identifier and content have different types.
+/// wrong_length: too short, too long, or padding is not zero. Other errors: those of the prefix.
 inline WireError from_frame(const CanFrame& frame, std::span<const std::uint8_t>& message) {
     const std::span<const std::uint8_t> bytes = frame.bytes();
     if (bytes.size() < kPrefixBytes) {

@@ -1,6 +1,6 @@
-// Device time beside the host's: from pairs of the time a message tells and the time it was received. Messages are late by
-// varying amounts and never early, so that the least late of each stretch lie on the line that the two clocks make; its slope is
-// their drift.
+// Conversion between device time and host time, from pairs of send time (device) and receive time (host). The delay of messages
+// varies but is never negative. The messages with the least delay in each interval therefore lie on the line that relates the two
+// clocks. Its slope is the drift.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@ public:
     static constexpr std::int64_t kStretchUs = 500'000;
     static constexpr std::size_t kStretches = 16;
 
-    /// Both in microseconds. A device clock that goes back, or leaps by more than the whole memory, starts the map anew.
+    /// Both in microseconds. The map restarts if the device time decreases or jumps by more than the whole memory.
     void observe(std::int64_t device_us, std::int64_t host_us) {
         const bool leapt = count_ > 0 && (device_us < newest_us_ || device_us - newest_us_ > kMemoryUs);
         if (leapt) {
@@ -40,7 +40,7 @@ public:
 
     [[nodiscard]] bool ready() const { return count_ > 0; }
 
-    /// When the device's instant is on the host's clock; the shortest delay of the link is part of it. Needs ready().
+    /// Host time of a device time; it includes the shortest delay of the link. Needs ready().
     [[nodiscard]] std::int64_t to_host_us(std::int64_t device_us) const {
         return device_us + std::llround(offset_us_ + drift_ * static_cast<double>(device_us - origin_us_));
     }
@@ -49,10 +49,11 @@ public:
         return origin_us_ + std::llround(since / (1 + drift_));
     }
 
-    /// Of the host's clock against the device's, as a share.
+    /// Drift of the host clock relative to the device clock, as a fraction.
     [[nodiscard]] double drift() const { return drift_; }
 
-    /// How far the least late messages lie from the line: the error of the map but for the link's shortest delay. Needs ready().
+    /// Largest distance of the least-delay messages from the line: the error of the map without the link's shortest delay. Needs
+    /// ready().
     [[nodiscard]] double error_bound_us() const { return bound_us_; }
 
 private:
@@ -64,7 +65,7 @@ private:
         std::int64_t lateness_us = 0;
     };
 
-    /// Through the least late of each whole stretch; of the one under way only while there is no other.
+    /// Fits a line to the least-delay point of each complete interval. The current interval is used only if it is the first.
     void fit() {
         const std::size_t origin = count_ == 1 ? newest_ : (newest_ + kStretches - 1) % kStretches;
         origin_us_ = least_[origin].device_us;

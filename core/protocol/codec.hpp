@@ -1,4 +1,5 @@
-// Messages to bytes and back, driven by the schema. Same bytes on every link; no allocation; any bytes may be given to decode().
+// Encoding and decoding of messages, driven by the schema. The bytes are the same on every link. No allocation. decode() accepts
+// any bytes.
 #pragma once
 
 #include <span>
@@ -9,7 +10,7 @@
 
 namespace tricoil::protocol {
 
-/// Bytes that encode() will write.
+/// Number of bytes that encode() writes.
 template <typename Message>
 std::size_t encoded_bytes(const Message& message) {
     if constexpr (Schema<Message>::kInfo.tail_unit > 0) {
@@ -21,9 +22,9 @@ std::size_t encoded_bytes(const Message& message) {
 
 namespace detail {
 
-// A field is named by its place in a schema, so that all about it is known to the compiler and no table of it lies in flash. It
-// is referred to and not copied: through a copy's pointer to a member of the stamp, GCC 12 takes the member for another's at -O2,
-// and loses what was read into it.
+// A field is identified by its index in a schema, so it is known at compile time and no table is stored in flash. It is used by
+// reference, not copied: with a copied pointer to a member of the stamp, GCC 12 at -O2 confuses it with another member and loses
+// values.
 
 template <const auto& fields, std::size_t place, typename Message>
 void put_field(const Message& message, std::uint8_t*& at) {
@@ -41,7 +42,7 @@ void put_field(const Message& message, std::uint8_t*& at) {
     }
 }
 
-/// Whether a number read from the wire is in the field's range; NaN is in none.
+/// True if a number from the wire is in the range of the field. False for NaN.
 template <WireType type, typename Value>
 bool is_within(Value value, double low, double high) {
     if constexpr (type == WireType::f32) {
@@ -90,8 +91,8 @@ bool get_fields(Message& message, const std::uint8_t*& at, std::index_sequence<p
 
 }  // namespace detail
 
-/// Writes the message; returns its bytes, or 0 if `out` is too small, the message is longer than kMaxMessageBytes, or its tail is
-/// no whole number of elements.
+/// Writes the message and returns the number of bytes. Returns 0 if `out` is too small, the message is longer than
+/// kMaxMessageBytes, or its tail is not a whole number of elements.
 template <typename Message>
 std::size_t encode(const Message& message, std::span<std::uint8_t> out) {
     using S = Schema<Message>;
@@ -115,7 +116,7 @@ std::size_t encode(const Message& message, std::span<std::uint8_t> out) {
     return bytes;
 }
 
-/// The type of a message, once version, type and length are known to be right; else the reason in `error`.
+/// Type of a message after a check of version, type and length. If the check fails, the reason is in `error`.
 inline MessageType type_of(std::span<const std::uint8_t> bytes, WireError& error) {
     error = WireError::none;
     if (bytes.size() < kPrefixBytes) {
@@ -140,8 +141,8 @@ inline MessageType type_of(std::span<const std::uint8_t> bytes, WireError& error
     return static_cast<MessageType>(bytes[1]);
 }
 
-/// Reads a message of the type asked for (unknown_type if it is another). A tail stays where it is: `message.tail` points into
-/// `bytes`. After an error `message` must not be used.
+/// Decodes a message of the requested type (unknown_type if it has another). `message.tail` points into `bytes`. After an error
+/// `message` must not be used.
 template <typename Message>
 [[nodiscard]] WireError decode(std::span<const std::uint8_t> bytes, Message& message) {
     using S = Schema<Message>;

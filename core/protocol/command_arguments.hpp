@@ -1,4 +1,4 @@
-// What the 32-bit argument of a command holds, for commands that pack more than a number into it. hello: negotiation.hpp.
+// Contents of the 32-bit command arguments that pack more than one number. For hello see negotiation.hpp.
 #pragma once
 
 #include <cmath>
@@ -9,11 +9,11 @@
 
 namespace tricoil::protocol {
 
-/// How a device is to measure, and whether it tracks or leaves that to the host.
+/// Acquisition mode of a device, and whether it sends poses or columns.
 struct ModeRequest {
-    std::uint32_t frame_rate_mhz = 0;  // the nearest that it has within a hundredth; 0: the first of that multiplexing
+    std::uint32_t frame_rate_mhz = 0;  // millihertz; selects the nearest rate within 1 %; 0: first rate of the multiplexing
     signal::Multiplexing multiplexing = signal::Multiplexing::tdm;
-    bool columns = false;  // instead of poses
+    bool columns = false;  // send columns instead of poses
 };
 constexpr std::uint32_t kModeRateMask = (1U << 28U) - 1;
 constexpr std::uint32_t kModeFdmBit = 1U << 28U;
@@ -24,20 +24,20 @@ constexpr std::uint32_t mode_argument(const ModeRequest& mode) {
            (mode.columns ? kModeColumnsBit : 0U);
 }
 
-/// False if bits are set that mean nothing.
+/// False if undefined bits are set.
 constexpr bool mode_of_argument(std::uint32_t argument, ModeRequest& mode) {
     mode = {argument & kModeRateMask, (argument & kModeFdmBit) != 0 ? signal::Multiplexing::fdm : signal::Multiplexing::tdm,
             (argument & kModeColumnsBit) != 0};
     return argument == mode_argument(mode);
 }
 
-/// Towards the half space that a sensor is in, source frame: three signed bytes, the sensor's index above them. Zero: unknown.
+/// Direction to the sensor's half space, source frame: three signed bytes, sensor index in the top byte. Zero: unknown.
 struct HemisphereRequest {
     std::uint8_t sensor = 0;
     Vec3<float> towards = Vec3<float>::Zero();
 };
 
-/// The direction in steps of 1/127 of its largest part; not finite: zero.
+/// Direction in steps of 1/127 of its largest component. Zero if it is not finite.
 inline std::uint32_t hemisphere_argument(const HemisphereRequest& request) {
     const float largest = request.towards.cwiseAbs().maxCoeff();
     const bool is_direction = request.towards.allFinite() && largest > 0;

@@ -1,4 +1,4 @@
-// Between the numbers of the wire and what the tracker uses.
+// Conversion between wire messages and tracker types.
 #pragma once
 
 #include <algorithm>
@@ -17,10 +17,10 @@ namespace tricoil::protocol {
 static_assert(static_cast<int>(tracking::PoseFlag::coasting) == 11, "the schema lists the pose flags by number");
 static_assert(static_cast<int>(ColumnFlag::overrun) == 6, "the schema lists the column flags by number");
 
-/// On the wire only: the receiver must refuse such a column.
+/// Wire-only flag. The receiver must refuse such a column.
 constexpr std::uint16_t kTransitionFlag = 1U << 7U;
 
-/// Nearest number on the wire; the nearest there is for values out of range, 0 for NaN.
+/// Scaled and rounded to the nearest wire number. Clamps values out of range; NaN becomes 0.
 template <typename Raw, typename Scalar>
 Raw to_wire(Scalar value, Scalar per_unit, double low, double high) {
     const double scaled = static_cast<double>(value * per_unit);
@@ -67,7 +67,7 @@ PoseMessage to_message(const tracking::PoseEstimate<Scalar>& e) {
     return m;
 }
 
-/// impossible: a quaternion that is none. The covariance holds the variances only; couplings and prediction stay empty.
+/// impossible: the quaternion is not a unit quaternion. The covariance has only variances; couplings and prediction stay empty.
 template <typename Scalar>
 [[nodiscard]] WireError from_message(const PoseMessage& m, tracking::PoseEstimate<Scalar>& e) {
     e = {};
@@ -92,11 +92,12 @@ template <typename Scalar>
     }
     e.distortion_chi_square = Scalar(m.distortion) / 100;
     e.snr_db = Scalar(m.snr_cdb) / 100;
-    constexpr Scalar kLengthTolerance = Scalar(1e-5);  // of the squared length: four rounded numbers
+    constexpr Scalar kLengthTolerance = Scalar(1e-5);  // of the squared length: rounding of four numbers
     return std::abs(e.q_source_sensor.squaredNorm() - 1) < kLengthTolerance ? WireError::none : WireError::impossible;
 }
 
-/// A coupling that is not finite travels as 0 with the flag `no_reference`; a standard deviation stays within its field's range.
+/// A column that is not finite is sent as zeros with the flag `no_reference`. Standard deviations are clamped to the field's
+/// range.
 template <typename Scalar>
 ColumnMessage to_message(const Column<Scalar>& c, std::uint32_t message_sequence, bool transition = false) {
     ColumnMessage m;
@@ -118,7 +119,7 @@ ColumnMessage to_message(const Column<Scalar>& c, std::uint32_t message_sequence
     return m;
 }
 
-/// transition: the coils changed within the window; the column must not be used.
+/// transition: the excitation state changed within the window; the column must not be used.
 template <typename Scalar>
 [[nodiscard]] WireError from_message(const ColumnMessage& m, Column<Scalar>& c) {
     c = {};

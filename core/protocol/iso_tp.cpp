@@ -13,7 +13,7 @@ constexpr std::uint32_t kNoLimit = 0xFFFFFFFFU;
 
 constexpr std::uint8_t kind(std::uint8_t byte) { return byte & 0xF0U; }
 
-/// Separation time as flow control codes it: milliseconds up to 127, hundreds of microseconds from 0xF1 to 0xF9.
+/// Separation time as coded in flow control: milliseconds up to 127, hundreds of microseconds from 0xF1 to 0xF9.
 constexpr std::uint32_t gap_of(std::uint8_t code) {
     if (code <= 0x7F) {
         return code * 1000U;
@@ -97,7 +97,7 @@ SegmentEvent ReassemblerBase::begin(std::span<const std::uint8_t> data) {
 
 SegmentEvent ReassemblerBase::go_on(std::span<const std::uint8_t> data) {
     if (!busy()) {
-        return SegmentEvent::none;  // the rest of what was dropped
+        return SegmentEvent::none;  // segment of a dropped message
     }
     const std::size_t expected = can_fd_length(1 + std::min(kMaxFrameBytes - 1, size_ - at_));
     if ((data[0] & 0x0FU) != (serial_ & 0x0FU) || data.size() != expected) {

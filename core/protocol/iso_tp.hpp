@@ -1,5 +1,5 @@
-// Long messages in segments over CAN FD frames of 64 bytes: ISO 15765-2 with normal addressing, as the kernel's CAN_ISOTP speaks
-// it.
+// Segmentation of long messages for CAN FD frames of 64 bytes: ISO 15765-2 with normal addressing, compatible with the Linux
+// kernel's CAN_ISOTP.
 #pragma once
 
 #include <array>
@@ -10,52 +10,52 @@
 
 namespace tricoil::protocol {
 
-/// Cuts one message at a time. The caller sends each frame that next() gives, and hands over the frames of the other direction.
+/// Sends one message at a time. The caller sends each frame from next() and passes in received frames.
 class Segmenter {
 public:
-    /// Begins a message of 65 to kMaxMessageBytes bytes, which must stay where it is until done(); false for other lengths or
-    /// while another message is under way.
+    /// Starts a message of 65 to kMaxMessageBytes bytes. The message must stay valid until busy() is false. False for other
+    /// lengths or if another message is being sent.
     bool begin(std::span<const std::uint8_t> message);
 
-    /// The next frame's data; 0 bytes if there is none now: done, or the receiver has to speak first.
+    /// Data of the next frame. Returns 0 if there is none now: the message is complete, or flow control is awaited.
     std::size_t next(std::span<std::uint8_t, kMaxFrameBytes> data);
 
-    /// A frame from the receiver; ignored unless it is flow control. An overflow, or one out of place, ends the message.
+    /// Frame from the receiver; ignored unless it is flow control. An overflow or an unexpected frame aborts the message.
     void on_flow_control(std::span<const std::uint8_t> data);
 
     void cancel() { *this = {}; }
     [[nodiscard]] bool busy() const { return at_ < message_.size(); }
     [[nodiscard]] bool waits() const { return busy() && window_ == 0; }
-    /// Shortest time between frames that the receiver asked for.
+    /// Minimum time between frames, set by the receiver.
     [[nodiscard]] std::uint32_t gap_us() const { return gap_us_; }
 
 private:
     std::span<const std::uint8_t> message_{};
     std::size_t at_ = 0;
-    std::uint32_t window_ = 1;  // frames that may still be sent before the receiver speaks
+    std::uint32_t window_ = 1;  // frames that may be sent before the next flow control
     std::uint32_t gap_us_ = 0;
     std::uint8_t serial_ = 0;
 };
 
 enum class SegmentEvent : std::uint8_t { none, answer, answer_anew, taken, complete, error };
 
-/// Puts one message at a time together, in a buffer that BasicReassembler has. A wrong serial or a length out of range drops what
-/// was there; so does another first frame, with which a new message begins.
+/// Reassembles one message at a time in the buffer of BasicReassembler. A wrong serial number or an invalid length drops the
+/// message. A new first frame drops it too and starts the next message.
 class ReassemblerBase {
 public:
     ReassemblerBase(const ReassemblerBase&) = delete;
     ReassemblerBase& operator=(const ReassemblerBase&) = delete;
 
-    /// answer: send flow_control() to the sender; answer_anew: the same, and what was there has been dropped; taken: more is to
-    /// come; complete: message() is whole; error: what was there has been dropped.
+    /// answer: send flow_control(). answer_anew: the same; an incomplete message was dropped. taken: more segments follow.
+    /// complete: message() is complete. error: the message was dropped.
     SegmentEvent on_frame(std::span<const std::uint8_t> data);
 
-    /// Whole after `complete`, until the next frame.
+    /// Complete after `complete`, valid until the next frame.
     [[nodiscard]] std::span<const std::uint8_t> message() const { return {buffer_.data(), size_}; }
     [[nodiscard]] bool busy() const { return at_ < size_; }
     void cancel() { at_ = size_ = 0; }
 
-    /// Clear to send, `window` frames and then wait, or everything at once (0), as fast as you can.
+    /// Clear to send: `window` frames before the next flow control, or all (0), without a minimum time between frames.
     static constexpr std::array<std::uint8_t, 3> flow_control(std::uint8_t window = 0) { return {0x30, window, 0}; }
 
 protected:
@@ -73,7 +73,7 @@ private:
     std::uint8_t serial_ = 0;
 };
 
-/// Takes messages of at most `kBytes`; the first frame of a longer one is an error.
+/// For messages of at most `kBytes`. The first frame of a longer message is an error.
 template <std::size_t kBytes>
 class BasicReassembler final : public ReassemblerBase {
 public:

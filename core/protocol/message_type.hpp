@@ -1,16 +1,15 @@
-// What messages there are, and the numbers that their fields take. Numbers go over the wire: new things get new numbers, old ones
-// are never used again.
+// Message types and the numbers of their enumerations on the wire. New entries get new numbers; old numbers are never reused.
 #pragma once
 
 #include <cstdint>
 
 namespace tricoil::protocol {
 
-/// Version that this code speaks; the first byte of every message.
+/// Protocol versions of this code. The version is the first byte of every message.
 constexpr std::uint8_t kOldestVersion = 1;
 constexpr std::uint8_t kNewestVersion = 1;
 
-/// In the order of their priority on a bus.
+/// In order of priority on a bus.
 enum class MessageType : std::uint8_t {
     command = 1,
     ack = 2,
@@ -26,64 +25,64 @@ enum class MessageType : std::uint8_t {
 };
 constexpr std::uint8_t kMessageTypes = 11;
 
-/// What a device is: it measures and leaves the tracking to the host, or tracks by itself.
+/// front_end: measures; the host tracks. tracker: tracks on the device.
 enum class Role : std::uint8_t { front_end = 1, tracker = 2 };
 
 enum class Opcode : std::uint8_t {
     hello = 1,              // argument: oldest version, newest version << 8; answered by identify
-    start = 2,              // begin to measure
-    stop = 3,               // coils off, end
+    start = 2,              // start measuring
+    stop = 3,               // switch the coils off and end the session
     excite = 4,             // the host has switched the coils: `state`, argument: its state sequence
-    keep_alive = 5,         // feeds the device's watchdog; argument: sequence of the newest column received
+    keep_alive = 5,         // resets the device's watchdog; argument: sequence of the newest received column
     read_calibration = 6,   // answered by calibration
-    write_calibration = 7,  // acknowledges the calibration message that went before
+    write_calibration = 7,  // stores the calibration message that was sent before
     self_check = 8,         // answered by check messages
     read_block = 9,         // excite `state` for one block; answered by its raw_block messages
-    mode = 10,              // how it measures from the next start on; argument: mode_argument()
-    hemisphere = 11,        // where the sensor is now; argument: hemisphere_argument()
-    boresight = 12,         // argument 1: the present attitude reads as straight ahead from now on; 0: forget that
-    loader = 13,            // begin again in the manufacturer's loader, for new firmware; argument: kLoaderKey
+    mode = 10,              // acquisition mode from the next start; argument: mode_argument()
+    hemisphere = 11,        // present half space of the sensor; argument: hemisphere_argument()
+    boresight = 12,         // argument 1: the present attitude reads as zero from now on; 0: removes that correction
+    loader = 13,            // restart in the manufacturer's boot loader for a firmware update; argument: kLoaderKey
 };
 constexpr std::uint8_t kOpcodes = 13;
 
-/// Argument of `loader`: nobody says it by chance.
+/// Argument of `loader`, a guard against accidental commands.
 constexpr std::uint32_t kLoaderKey = 0x4C4F4144;
 
-/// What became of a command. refused: not by this device.
+/// Result of a command. refused: this device does not support it.
 enum class AckResult : std::uint8_t {
     done = 0,
     refused = 1,
     unknown = 2,      // no such command
-    busy = 3,         // later
-    failed = 4,       // tried in vain
-    bad_value = 5,    // an argument outside its range
-    wrong_state = 6,  // not while it measures, not while it does not, or not before hello
-    replayed = 7,     // a sequence number that has been before
-    unreadable = 8,   // damaged: opcode 0; argument: the WireError
+    busy = 3,         // try again later
+    failed = 4,       // the operation failed
+    bad_value = 5,    // an argument is out of range
+    wrong_state = 6,  // not allowed in this device state, or before hello
+    replayed = 7,     // repeated sequence number
+    unreadable = 8,   // damaged command: opcode 0; argument: the WireError
 };
 
 enum class DeviceState : std::uint8_t { idle = 0, running = 1, fault = 2 };
 
-/// Bits of a status message. Some are told until the next start, some for as long as they are true.
+/// Fault bits of a status message. Some stay set until the next start, others as long as the fault is present.
 enum class Fault : std::uint16_t {
-    watchdog = 1U << 0U,       // the host fell silent: coils are off
-    overcurrent = 1U << 1U,    // a power stage limits
-    converter = 1U << 2U,      // samples were lost, or an amplifier is broken
-    calibration = 1U << 3U,    // none, or a damaged one
-    temperature = 1U << 4U,    // beyond its limits
-    supply = 1U << 5U,         // beyond its limits
-    transition = 1U << 6U,     // the coils changed within a window
+    watchdog = 1U << 0U,       // no command from the host in time: coils are off
+    overcurrent = 1U << 1U,    // a power stage limits its current
+    converter = 1U << 2U,      // samples were lost, or an amplifier is defective
+    calibration = 1U << 3U,    // missing or damaged
+    temperature = 1U << 4U,    // out of limits
+    supply = 1U << 5U,         // out of limits
+    transition = 1U << 6U,     // the excitation state changed within a window
     send_overflow = 1U << 7U,  // messages were dropped before they were sent
-    open_coil = 1U << 8U,      // no reference current though a coil is driven
-    self_check = 1U << 9U,     // a row of the self-check failed
-    hung = 1U << 10U,          // the watchdog, or a fault of the program, has reset the processor
-    clock = 1U << 11U,         // no crystal: rates are wrong
-    stack = 1U << 12U,         // next to nothing of the stack is left
-    memory = 1U << 13U,        // the store of the calibration does not take what is written
-    drive = 1U << 14U,         // the power stages do not do what they are told
+    open_coil = 1U << 8U,      // no reference current although a coil is driven
+    self_check = 1U << 9U,     // a self-check row failed
+    hung = 1U << 10U,          // the processor was reset by the watchdog or after a program fault
+    clock = 1U << 11U,         // the crystal does not run: rates are inaccurate
+    stack = 1U << 12U,         // the stack is nearly full
+    memory = 1U << 13U,        // the calibration memory cannot be written
+    drive = 1U << 14U,         // the power stages do not follow commands
 };
 
-/// A set of faults; its bits are those of the status message.
+/// Set of faults, with the bits of the status message.
 class Faults {
 public:
     constexpr void set(Fault fault) { bits_ = static_cast<std::uint16_t>(bits_ | static_cast<std::uint16_t>(fault)); }

@@ -1,5 +1,5 @@
-// The messages as C++ structures that hold the numbers of the wire: integers in the unit that schema.hpp gives each, so that
-// encoding and decoding lose nothing. convert.hpp turns them into what the tracker uses.
+// Messages as C++ structures with wire numbers: integers in the units of schema.hpp, so that encoding and decoding are lossless.
+// convert.hpp converts them to tracker types.
 #pragma once
 
 #include <array>
@@ -10,10 +10,10 @@
 
 namespace tricoil::protocol {
 
-/// In every message, after version and type.
+/// Common fields of every message, after version and type.
 struct Stamp {
     std::uint32_t sequence = 0;  // counts the messages of this type from this sender
-    std::int64_t time_us = 0;    // sender's device time of what is told: for columns and poses the middle of the window
+    std::int64_t time_us = 0;    // sender's device time of the event; for columns and poses the middle of the window
 };
 
 struct CommandMessage : Stamp {
@@ -97,7 +97,7 @@ struct CheckMessage : Stamp {
     float measured = 0;
 };
 
-/// A burst of samples in parts; the tail holds four 32-bit codes a sample, channel by channel.
+/// Part of a raw block. The tail holds four 32-bit codes per sample, one per channel.
 struct RawBlockMessage : Stamp {
     std::uint8_t sensor = 0;
     std::uint8_t state = 0;
@@ -115,7 +115,7 @@ struct RawBlockMessage : Stamp {
     std::span<const std::uint8_t> tail{};
 };
 
-/// The tail is a calibration blob; empty: there is none.
+/// The tail is a calibration blob. Empty: no calibration.
 struct CalibrationMessage : Stamp {
     std::uint16_t request = 0;
     std::span<const std::uint8_t> tail{};

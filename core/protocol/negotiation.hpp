@@ -1,4 +1,4 @@
-// Which version two sides speak: the newest that both know.
+// Negotiation of the protocol version: the newest that both sides support.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@ struct VersionRange {
     std::uint8_t newest = kNewestVersion;
 };
 
-/// 0: there is none in common (a range upside down has none with anybody).
+/// Newest common version; 0 if there is none. A range with oldest > newest has no common version with any other.
 constexpr std::uint8_t common_version(VersionRange a, VersionRange b) {
     const std::uint8_t newest = std::min(a.newest, b.newest);
     return a.oldest <= a.newest && b.oldest <= b.newest && newest >= std::max(a.oldest, b.oldest) ? newest : std::uint8_t{0};

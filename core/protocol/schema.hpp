@@ -1,5 +1,5 @@
-// The one definition of the wire: every message, its fields in their order, and each field's type, scale, unit and range. Codec,
-// DBC file and protocol page are made from it.
+// Definition of the wire format: every message, its fields in order, and the type, scale, unit and range of each field. Codec,
+// DBC file and protocol page are generated from it.
 #pragma once
 
 #include <array>
@@ -12,22 +12,22 @@
 
 namespace tricoil::protocol {
 
-/// Longest message on any link; also what ISO-TP's 12-bit length can tell.
+/// Longest message on any link: the limit of ISO-TP's 12-bit length.
 constexpr std::size_t kMaxMessageBytes = 4095;
 /// Longest message that fits a CAN FD frame.
 constexpr std::size_t kMaxFrameBytes = 64;
 
-/// What a reader of one field must know; physical value = scale * number on the wire.
+/// Description of one field; physical value = scale * wire number.
 struct FieldInfo {
     WireType type;
     double scale;
     const char* unit;
-    double low;  // permitted numbers on the wire
+    double low;  // permitted wire numbers
     double high;
     const char* what;
 };
 
-/// A field of N equal elements of a message, each with its own name.
+/// Field of a message with N equal elements, each with its own name.
 template <typename Message, typename Member, std::size_t N>
 struct Field {
     Member Message::*member;
@@ -38,9 +38,9 @@ struct Field {
 struct MessageInfo {
     MessageType type;
     const char* name;
-    const char* from;  // who sends it
+    const char* from;  // sender
     const char* what;
-    std::size_t tail_unit = 0;  // bytes of one element of the tail; 0: there is no tail
+    std::size_t tail_unit = 0;  // bytes of one element of the tail; 0: no tail
     const char* tail_what = "";
 };
 
@@ -63,7 +63,7 @@ constexpr Field<Message, std::array<Element, N>, N> fields(std::array<Element, N
     return {member, names, info};
 }
 
-/// First in every message.
+/// Start of every message.
 constexpr std::size_t kPrefixBytes = 2;  // version, type
 inline constexpr auto kStampFields =
     std::tuple{field(&Stamp::sequence, "sequence", count(WireType::u32, "counts the sender's messages of this type")),
@@ -264,7 +264,7 @@ struct Schema<CalibrationMessage> {
     static constexpr auto kFields = std::tuple{field(&CalibrationMessage::request, "request", detail::kRequest)};
 };
 
-/// Calls visit(Schema<Message>{}) for every message there is.
+/// Calls visit(Schema<Message>{}) for every message.
 template <typename Visitor>
 constexpr void for_each_message(Visitor visit) {
     visit(Schema<CommandMessage>{});
@@ -280,7 +280,7 @@ constexpr void for_each_message(Visitor visit) {
     visit(Schema<CalibrationMessage>{});
 }
 
-/// Calls visit(name, info, byte offset) for every number of a message, stamp included.
+/// Calls visit(name, info, byte offset) for every number of a message, including the stamp.
 template <typename AnySchema, typename Visitor>
 constexpr void for_each_field(AnySchema, Visitor visit) {
     std::size_t at = kPrefixBytes;
@@ -307,7 +307,7 @@ constexpr std::size_t kFixedBytes = fixed_bytes(Schema<Message>{});
 static_assert(kFixedBytes<PoseMessage> == kMaxFrameBytes, "a pose fills one CAN FD frame");
 static_assert(kFixedBytes<ColumnMessage> <= kMaxFrameBytes, "a column fits one CAN FD frame");
 
-/// Bytes without the tail, and of one element of the tail, for a type's number; {0, 0} for a number that no message has.
+/// Size of a message type without its tail, and size of one element of its tail; {0, 0} for an unknown type.
 struct MessageSize {
     std::size_t fixed = 0;
     std::size_t tail_unit = 0;

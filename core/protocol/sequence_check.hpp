@@ -6,15 +6,15 @@
 namespace tricoil::protocol {
 
 enum class Order : std::uint8_t {
-    next,    // what was expected
-    gap,     // some before it are missing
-    old,     // taken before, or overtaken by a later one
-    strange  // so far off that it belongs to another stream, or the sender started anew
+    next,    // expected number
+    gap,     // numbers before it are missing
+    old,     // repeated, or overtaken by a later one
+    strange  // far from the expected number: another stream, or the sender restarted
 };
 
 class SequenceCheck {
 public:
-    /// Gaps beyond this many, and numbers older than this, are strange.
+    /// Numbers that differ by more than this are strange.
     static constexpr std::int32_t kFarthest = 4096;
 
     Order check(std::uint32_t sequence) {
@@ -32,7 +32,7 @@ public:
         return gap ? Order::gap : Order::next;
     }
 
-    /// The next number begins a new stream; what was lost stays counted.
+    /// The next number starts a new stream. The count of lost messages stays.
     void restart() { started_ = false; }
     [[nodiscard]] std::uint64_t lost() const { return lost_; }
     [[nodiscard]] bool started() const { return started_; }

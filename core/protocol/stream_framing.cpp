@@ -31,7 +31,7 @@ bool StreamReaderBase::finish() {
         return false;
     }
     if (size_ == 0) {
-        return false;  // two zeros in a row: a pause
+        return false;  // repeated zeros: no message
     }
     if (!unstuff()) {
         error_ = WireError::bad_framing;
@@ -54,7 +54,7 @@ bool StreamReaderBase::finish() {
     return true;
 }
 
-/// In place: what is read is never behind what is written.
+/// Works in place: the read position is never behind the write position.
 bool StreamReaderBase::unstuff() {
     std::size_t from = 0;
     std::size_t to = 0;

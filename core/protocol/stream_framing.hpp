@@ -1,5 +1,5 @@
-// Messages on byte streams (USB bulk, serial lines): message, CRC-32 (little-endian), all of it consistent-overhead byte stuffed
-// (Cheshire and Baker 1999) so that it holds no zero, and a zero behind it. A reader finds its place again at the next zero.
+// Messages on byte streams (USB bulk, serial lines): message and CRC-32 (little-endian), encoded with consistent-overhead byte
+// stuffing (Cheshire and Baker 1999) so that they contain no zero, then a zero. A reader resynchronises at the next zero.
 #pragma once
 
 #include <array>
@@ -15,27 +15,26 @@ namespace tricoil::protocol {
 constexpr std::size_t kCrcBytes = 4;
 constexpr std::uint8_t kLongestRun = 0xFF;
 
-/// Bytes that a message of `bytes` takes at most: CRC, one code byte per 254, the zero.
+/// Maximum length of a framed message of `bytes`: CRC, one code byte per 254, the zero.
 constexpr std::size_t framed_bytes(std::size_t bytes) { return bytes + kCrcBytes + (bytes + kCrcBytes) / 254 + 1 + 1; }
 constexpr std::size_t kMaxFramedBytes = framed_bytes(kMaxMessageBytes);
 
-/// Frames `message`, byte by byte, through put(position, byte), which is also called again for positions within the last 255;
-/// returns the bytes that it is then, at most framed_bytes().
+/// Frames `message` byte by byte with put(position, byte). put() may be called again for one of the last 255 positions. Returns
+/// the framed length, at most framed_bytes().
 template <typename Put>
 std::size_t frame_through(std::span<const std::uint8_t> message, Put put);
 
-/// Frames `message` into `out`; returns the bytes written, 0 if they do not fit.
+/// Frames `message` into `out`. Returns the bytes written, or 0 if they do not fit.
 std::size_t frame(std::span<const std::uint8_t> message, std::span<std::uint8_t> out);
 
-/// Finds messages in a stream, in a buffer that BasicStreamReader has. Whatever comes in, nothing is read or written out of
-/// bounds, and at most one message is lost per damaged place.
+/// Finds messages in a stream, in the buffer of BasicStreamReader. Any input is safe. A damaged place loses at most one message.
 class StreamReaderBase {
 public:
     StreamReaderBase(const StreamReaderBase&) = delete;
     StreamReaderBase& operator=(const StreamReaderBase&) = delete;
 
-    /// Takes one byte; true when it completes a message: message() holds it until the next call. A frame that is damaged is
-    /// dropped, and error() says why until the next call.
+    /// Processes one byte. True if it completes a message: message() is valid until the next call. A damaged frame is dropped;
+    /// error() gives the reason until the next call.
     bool push(std::uint8_t byte);
 
     [[nodiscard]] std::span<const std::uint8_t> message() const { return {buffer_.data(), message_bytes_}; }
@@ -57,7 +56,7 @@ private:
     WireError error_ = WireError::none;
 };
 
-/// Takes messages of at most `kBytes`; longer ones are oversize.
+/// For messages of at most `kBytes`; longer ones are oversize.
 template <std::size_t kBytes>
 class BasicStreamReader final : public StreamReaderBase {
 public:
@@ -70,7 +69,7 @@ using StreamReader = BasicStreamReader<kMaxMessageBytes>;
 
 namespace detail {
 
-/// Writes stuffed bytes: a code byte ahead of every run without zeros.
+/// Writes stuffed bytes: a code byte before every run without zeros.
 template <typename Put>
 class Stuffer {
 public:

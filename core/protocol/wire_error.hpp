@@ -1,4 +1,4 @@
-// What can be wrong with received bytes, and how often it was.
+// Errors of received bytes, and their counters.
 #pragma once
 
 #include <array>
@@ -9,22 +9,22 @@ namespace tricoil::protocol {
 
 enum class WireError : std::uint8_t {
     none,
-    too_short,        // less than version, type and stamp
-    unknown_version,  // a version that this code does not speak
-    unknown_type,     // a message that this version does not have
-    wrong_length,     // not the length that the type has on this link
-    impossible,       // a number outside the range of its field, or numbers that contradict each other
-    bad_crc,          // stream: the check value does not match
-    bad_framing,      // stream: zero codes that cannot be; segments out of order or too many
+    too_short,        // shorter than version, type and stamp
+    unknown_version,  // version not supported
+    unknown_type,     // message type not in this version
+    wrong_length,     // wrong length for the type on this link
+    impossible,       // a number out of the range of its field, or contradictory numbers
+    bad_crc,          // stream: CRC mismatch
+    bad_framing,      // stream: invalid byte stuffing; segments: out of order or too many
     oversize,         // longer than any message
-    wrong_sender,     // a message that this peer has no business to send, or of a node that nobody asked
-    duplicate_node,   // two devices answer to one address
-    out_of_order,     // older than what has been taken already, or twice the same
-    transition,       // a column during whose window the coils changed, or of another excitation than it says
+    wrong_sender,     // message not allowed from this sender, or from an unexpected node
+    duplicate_node,   // two devices use one address
+    out_of_order,     // older than an accepted message, or repeated
+    transition,       // column measured across a change of the excitation state, or in another state than stated
 };
 constexpr std::size_t kWireErrors = 13;
 
-/// For reports; the order of WireError.
+/// Names for reports, in the order of WireError.
 constexpr std::array<const char*, kWireErrors> kWireErrorNames{
     "none",        "too_short", "unknown_version", "unknown_type",   "wrong_length", "impossible", "bad_crc",
     "bad_framing", "oversize",  "wrong_sender",    "duplicate_node", "out_of_order", "transition"};

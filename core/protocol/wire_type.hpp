@@ -1,4 +1,4 @@
-// How one number stands in a message: little-endian, two's complement, 1 to 8 bytes; or an IEEE 754 binary32.
+// Encoding of one number in a message: little-endian, two's complement, 1 to 8 bytes; or an IEEE 754 binary32.
 #pragma once
 
 #include <bit>
@@ -35,7 +35,7 @@ constexpr bool is_signed(WireType type) {
     return type == WireType::i16 || type == WireType::i24 || type == WireType::i32 || type == WireType::i64;
 }
 
-/// Least and largest number that the type can hold; floating point: of the finite ones.
+/// Smallest and largest number of the type; for floating point the largest finite ones.
 constexpr double lowest(WireType type) {
     if (type == WireType::f32) {
         return -3.4028234663852886e38;
@@ -50,7 +50,7 @@ constexpr double highest(WireType type) {
     return bits == 64 ? 18446744073709551615.0 : static_cast<double>((std::uint64_t{1} << bits) - 1);
 }
 
-/// Low `bytes` bytes of `value`, least significant first.
+/// Writes the low `bytes` bytes of `value`, least significant first.
 constexpr void put_bytes(std::uint8_t* to, std::uint64_t value, std::size_t bytes) {
     for (std::size_t i = 0; i < bytes; ++i) {
         to[i] = static_cast<std::uint8_t>(value >> (8 * i));
@@ -65,7 +65,7 @@ constexpr std::uint64_t get_bytes(const std::uint8_t* from, std::size_t bytes) {
     return value;
 }
 
-/// Two's complement of `bytes` bytes, widened to 64 bits.
+/// Two's complement number of `bytes` bytes, extended to 64 bits.
 constexpr std::int64_t sign_extended(std::uint64_t value, std::size_t bytes) {
     const std::uint64_t sign = std::uint64_t{1} << (8 * bytes - 1);
     return static_cast<std::int64_t>((value ^ sign) - sign);

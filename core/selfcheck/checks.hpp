@@ -1,4 +1,4 @@
-// The groups of checks. Each adds its rows to the report; known answers come from an independent computation in double.
+// Groups of checks. Each adds its rows to the report. Known answers come from an independent computation in double.
 #pragma once
 
 #include "core/selfcheck/report.hpp"
@@ -17,19 +17,19 @@ void check_field(Report& report);
 template <typename Scalar>
 void check_direct(Report& report);
 
-/// That, covariance, previous-measurement step, and what they must refuse.
+/// Direct solver, covariance, previous-measurement step, and inputs that they must refuse.
 template <typename Scalar>
 void check_solver(Report& report);
 
-/// The paper's examples, shortened: predicted against measured errors, open and closed loop, poles.
+/// The paper's examples, shortened: predicted and measured errors compared, open and closed loop, poles.
 template <typename Scalar>
 void check_examples(Report& report);
 
-/// These, the pole-free form, and the error budget.
+/// The paper's examples, the pole-free form and the error budget.
 template <typename Scalar>
 void check_error_model(Report& report);
 
-/// The processor's arithmetic: denormals, rounding, no excess precision.
+/// Arithmetic of the processor: denormals, rounding, no excess precision.
 template <typename Scalar>
 void check_arithmetic(Report& report);
 

@@ -14,7 +14,7 @@ constexpr int kSamples = 40;  // more than a segment of the oscillator; 640 byte
 constexpr int kCycles = 5;
 constexpr double kAmplitude = 4e6;                                   // codes, of a 24-bit converter
 constexpr std::array<double, kChannels> kPhases{0.05, 0.8, 0.4, 0};  // of a turn, as in unit_phasor()
-constexpr double kOffset = 2e5;                                      // codes; whole cycles must not see it
+constexpr double kOffset = 2e5;                                      // codes; whole cycles cancel it
 
 void fill_with_tone(std::array<Sample, kSamples>& samples) {
     for (int n = 0; n < kSamples; ++n) {
@@ -42,7 +42,7 @@ void check_demodulator(Report& report) {
         const double quadrature = std::abs(static_cast<double>(phasors[channel].imag()) - amplitude * answer.imag());
         worst = std::max({worst, in_phase, quadrature});
     }
-    // Codes are whole: a rounding of half a code in each of the samples, plus what the scalar type rounds.
+    // Each sample is rounded to a whole code; in addition the rounding of the scalar type.
     report.add(CheckId::demodulator_tone, precision_of<Scalar>(), "demodulated tone (codes)", worst,
                0.5 + kAmplitude * roundings<Scalar>(16));
 }

@@ -23,7 +23,7 @@ double prediction_error(const ShortExample& example, Loop loop) {
     return result.ok ? largest(result.prediction) : kInfinite;
 }
 
-/// Of example III the azimuth is left out: at its pole it jumps, and rounding with it.
+/// The azimuth of example III is not checked: it jumps at the pole, and so do rounding errors.
 template <typename Scalar>
 double prediction_error_three() {
     const auto result = run_example<Scalar>(kThree, Loop::open);
@@ -64,15 +64,16 @@ double budget_error() {
 template <typename Scalar>
 void check_examples(Report& report) {
     constexpr Precision p = precision_of<Scalar>();
-    // Roundings add up over the updates, most where the elevation runs on to 15 rad. Limits: eight times what an x86-64 measures.
+    // Rounding errors accumulate over the updates, most where the elevation reaches 15 rad. Limits: eight times the x86-64
+    // values.
     report.add(CheckId::example_one, p, "example I: prediction (m, rad)", prediction_error<Scalar>(kOne, Loop::open),
                roundings<Scalar>(8 * 8));
     report.add(CheckId::example_two, p, "example II: prediction (m, rad)", prediction_error<Scalar>(kTwo, Loop::open),
                roundings<Scalar>(8 * 120));
     report.add(CheckId::example_three, p, "example III: prediction (m, rad)", prediction_error_three<Scalar>(),
                roundings<Scalar>(8 * 8));
-    // Closed loops must leave what they are known to leave: less would be as wrong as more. Known to
-    // ten places; example II rounds at 15 rad.
+    // Known errors of closed loops, to ten places; smaller errors are as wrong as larger ones. Example II has rounding errors at
+    // 15 rad.
     const auto off = [](double error, double known_error) { return std::abs(error - known_error); };
     report.add(CheckId::closed_loop_one, p, "example I, closed: off 0.001813 rad",
                off(run_example<Scalar>(kOne, Loop::closed).error.azimuth_rad, 0.0018125083), roundings<Scalar>(8) + 3e-10);
@@ -86,7 +87,7 @@ void check_error_model(Report& report) {
     constexpr Precision p = precision_of<Scalar>();
     const auto off = [](double error, double known_error) { return std::abs(error - known_error); };
     check_examples<Scalar>(report);
-    // At 0.65 m; the paper's 10 s end at 3.5 m with 18.2 mm.
+    // At 0.65 m. The paper's 10 s end at 3.5 m with 18.2 mm.
     report.add(CheckId::pole_free, p, "example III, pole-free: off 2.901 mm",
                off(pole_free_error<Scalar>(kThree, 1), 0.0029011904), roundings<Scalar>(8) + 3e-10);
     report.add(CheckId::pole_free, p, "the same, two passes: off 88 nm", off(pole_free_error<Scalar>(kThree, 2), 8.7567436e-08),

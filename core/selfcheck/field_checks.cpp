@@ -17,7 +17,7 @@ double signal_matrix_error() {
                             sample_signal_matrix());
 }
 
-/// The Jacobian times one vector of weights that are all different: every entry counts.
+/// Jacobian times a vector of different weights, so that every entry counts.
 template <typename Scalar>
 double jacobian_error() {
     const auto pose = sample_pose<Scalar>();
@@ -29,7 +29,7 @@ double jacobian_error() {
     return worst_difference(jacobian * sample_weights().cast<Scalar>(), answer);
 }
 
-/// The columns themselves: the Jacobian's model must state the same field as the signal matrix.
+/// Columns of the model with Jacobian: they must equal the signal matrix.
 template <typename Scalar>
 double column_error() {
     const auto pose = sample_pose<Scalar>();

@@ -39,7 +39,7 @@ double spherical() {
     return std::max(worst_difference(p, answer), worst_difference(angles, known<3, 1>(1.3, 0.8, 0.35)));
 }
 
-/// Away from the poles, and at one: there roll is zero by choice. Ever so near to one it is not.
+/// Away from the poles, and at a pole, where roll is zero by definition; also close to a pole.
 template <typename Scalar>
 double attitude() {
     const auto answer =
@@ -53,7 +53,7 @@ double attitude() {
     const geometry::Euler<Scalar> near{Scalar(0.4), Scalar(std::numbers::pi / 2 - 0.01), Scalar(1.1)};
     const auto near_back = geometry::to_euler<Scalar>(geometry::attitude_matrix(near));
     const Vec3<Scalar> near_angles(near_back.azimuth_rad, near_back.elevation_rad, near_back.roll_rad);
-    // Divided by the cosine, roundings count a hundredfold.
+    // Division by the cosine amplifies rounding errors a hundredfold.
     const double near_pole = worst_difference(near_angles, known<3, 1>(0.4, std::numbers::pi / 2 - 0.01, 1.1)) / 100;
     return std::max({near_pole, worst_difference(o, answer), worst_difference(angles, known<3, 1>(0.4, -0.6, 1.1)),
                      worst_difference(pole_angles, known<3, 1>(0.64350110879328437, std::numbers::pi / 2, 0.))});
@@ -72,7 +72,7 @@ double quaternion() {
     return std::max(worst_difference(wxyz(q), answer), worst_difference(geometry::attitude_matrix(q), o));
 }
 
-/// Between two attitudes of which neither is the identity, and with one of them written as its negative, which is the same turn.
+/// Between two attitudes other than the identity, also with one quaternion negated (the same rotation).
 template <typename Scalar>
 double angle_between() {
     const Quat<Scalar> a(Scalar(0.5), Scalar(0.5), Scalar(-0.5), Scalar(0.5));
@@ -92,10 +92,10 @@ double small_rotation() {
     const auto q = geometry::rotation_vector_to_quaternion<Scalar>(vector.cast<Scalar>());
     const auto tiny = geometry::rotation_vector_to_quaternion<Scalar>({Scalar(1e-5), 0, 0});
     const Quat<Scalar> tiny_turn(1, 0, Scalar(5e-8), 0);
-    // Small, but not so small that an arc is its sine; as sine and cosine of its half.
+    // Small, but large enough that sine and angle differ. Answer: sine and cosine of the half angle.
     const Quat<Scalar> small_turn(Scalar(0.99999687500162762), Scalar(0), Scalar(0), Scalar(0.0024999973958341471));
     const auto back = geometry::quaternion_to_rotation_vector<Scalar>(q);
-    const Quat<Scalar> opposite(-q.w(), -q.x(), -q.y(), -q.z());  // the same turn
+    const Quat<Scalar> opposite(-q.w(), -q.x(), -q.y(), -q.z());  // the same rotation
     const Vec3<Scalar> cross = geometry::skew<Scalar>(vector.cast<Scalar>()) * Vec3<Scalar>(1, 2, 4);
     return std::max({worst_difference(wxyz(q), answer), worst_difference(back, vector),
                      worst_difference(geometry::quaternion_to_rotation_vector<Scalar>(opposite), vector),
@@ -105,7 +105,7 @@ double small_rotation() {
                      1e7 * std::abs(static_cast<double>(geometry::quaternion_to_rotation_vector(tiny_turn).y()) - 1e-7)});
 }
 
-/// Orthonormal and right-handed, at the axes and their opposites too.
+/// Orthonormal and right-handed, also along the coordinate axes and their opposites.
 template <typename Scalar>
 double transverse_axes() {
     const double s = 0.57735026918962576;
@@ -128,7 +128,7 @@ double whole_turns() {
     const auto off = [](double angle, double answer) {
         return std::abs(static_cast<double>(geometry::wrap_turns(static_cast<Scalar>(angle))) - answer);
     };
-    return std::max(off(7, 0.71681469282041377), off(4, -2.2831853071795862));  // 4 tells whole turns from half ones
+    return std::max(off(7, 0.71681469282041377), off(4, -2.2831853071795862));  // 4 distinguishes whole turns from half turns
 }
 
 }  // namespace

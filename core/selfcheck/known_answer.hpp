@@ -1,4 +1,4 @@
-// Comparison of a result with its known answer, and of a limit with the precision it is computed in.
+// Comparison of a result with its known answer, and limits in units of the precision.
 #pragma once
 
 #include <limits>
@@ -8,7 +8,7 @@
 
 namespace tricoil::selfcheck {
 
-/// The error of a result that is not there.
+/// Error of a missing result.
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 template <typename Scalar>
@@ -16,13 +16,13 @@ constexpr Precision precision_of() {
     return sizeof(Scalar) == sizeof(float) ? Precision::single : Precision::twofold;
 }
 
-/// `count` roundings at size one.
+/// `count` rounding errors at magnitude one.
 template <typename Scalar>
 constexpr double roundings(double count) {
     return count * static_cast<double>(std::numeric_limits<Scalar>::epsilon());
 }
 
-/// Largest difference of any of `count` entries, in the precision of the result; infinite if one is not a number.
+/// Largest difference among `count` entries, in the precision of the result; infinite if an entry is NaN.
 double worst_difference(const float* result, const double* answer, Eigen::Index count);
 double worst_difference(const double* result, const double* answer, Eigen::Index count);
 

@@ -7,7 +7,7 @@
 namespace tricoil::selfcheck {
 namespace {
 
-/// Read through volatile: the processor has to compute it, not the compiler.
+/// Reads through volatile, so that the processor and not the compiler does the computation.
 template <typename Scalar>
 Scalar runtime(Scalar value) {
     volatile Scalar through = value;
@@ -21,7 +21,7 @@ int denormals_lost() {
     return half > 0 && runtime(half * 2) == smallest ? 0 : 1;
 }
 
-/// To nearest, ties to even, both signs.
+/// Rounding to nearest, ties to even, both signs.
 template <typename Scalar>
 int wrong_roundings() {
     const Scalar one = runtime(Scalar(1));
@@ -33,7 +33,7 @@ int wrong_roundings() {
     return wrong;
 }
 
-/// No excess precision, no flags that assume away NaN and infinity.
+/// No excess precision, and no compiler flags that exclude NaN and infinity.
 template <typename Scalar>
 int wrong_precision() {
     const Scalar one = runtime(Scalar(1));
@@ -41,12 +41,12 @@ int wrong_precision() {
     const Scalar nan = runtime(std::numeric_limits<Scalar>::quiet_NaN());
     int wrong = runtime(runtime(one + e) - one) == e ? 0 : 1;
     wrong += runtime(runtime(one + e / 4) - one) == 0 ? 0 : 1;
-    wrong += nan == runtime(nan) ? 1 : 0;  // -ffast-math would have it equal
+    wrong += nan == runtime(nan) ? 1 : 0;  // true with -ffast-math
     wrong += runtime(one / runtime(Scalar(0))) > std::numeric_limits<Scalar>::max() ? 0 : 1;
     return wrong;
 }
 
-/// Across 2^32 microseconds, where 32-bit counters wrap after 71.6 minutes.
+/// Time differences across 2^32 microseconds, where 32-bit counters wrap after 71.6 minutes.
 int wrong_times() {
     constexpr std::int64_t kWrap = std::int64_t{1} << 32;
     volatile std::int64_t before = kWrap - 1;

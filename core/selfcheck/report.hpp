@@ -1,4 +1,4 @@
-// What a self-check reports: one row per check, small enough to go over a wire.
+// Report of a self-check: one row per check, small enough for a message.
 #pragma once
 
 #include <cmath>
@@ -8,7 +8,7 @@
 
 namespace tricoil::selfcheck {
 
-/// What is checked. The numbers go over the wire: new checks get new numbers, old ones are never used again.
+/// Identifiers of the checks on the wire. New checks get new numbers; old numbers are never reused.
 enum class CheckId : std::uint16_t {
     rotations = 0x100,
     line_of_sight = 0x101,
@@ -50,7 +50,7 @@ enum class CheckId : std::uint16_t {
 enum class Precision : std::uint8_t { none, single, twofold };
 enum class Outcome : std::uint8_t { pass, fail, absent };
 
-/// Passes if `measured` does not exceed `limit`; not a number fails.
+/// Passes if `measured` does not exceed `limit`; NaN fails.
 struct Check {
     CheckId id{};
     Precision precision = Precision::none;
@@ -75,7 +75,7 @@ public:
         add(check);
     }
 
-    /// One that was made elsewhere. What claims to pass beyond its limit fails.
+    /// Adds a row from elsewhere. A row marked as passed fails if it exceeds its limit.
     void add(Check check) {
         if (check.outcome == Outcome::pass && !(check.measured <= check.limit)) {
             check.outcome = Outcome::fail;
@@ -83,7 +83,7 @@ public:
         overflowed_ = !checks_.push_back(check) || overflowed_;
     }
 
-    /// For what this device does not have.
+    /// Adds a row for a feature that this device does not have.
     void add_absent(CheckId id, const char* what) {
         Check check;
         check.id = id;
@@ -94,7 +94,7 @@ public:
 
     [[nodiscard]] const StaticVector<Check, kMaxChecks>& checks() const { return checks_; }
 
-    /// False if a check failed, if none was made, or if they did not fit.
+    /// False if a check failed, there are no checks, or the report overflowed.
     [[nodiscard]] bool passed() const {
         bool passed = !checks_.empty() && !overflowed_;
         for (const Check& check : checks_) {

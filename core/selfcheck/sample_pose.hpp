@@ -1,4 +1,4 @@
-// The pose at which known answers are stated, with its signal matrix.
+// Pose of the known answers, with its signal matrix.
 #pragma once
 
 #include "core/selfcheck/known_answer.hpp"
@@ -19,7 +19,7 @@ inline Mat3<double> sample_signal_matrix() {
                        -0.32229000124477081, -2.3306991757229598, -0.72263112207528812, 0.52015327219589769);
 }
 
-/// Six different numbers, to fold a matrix into a vector.
+/// Six different numbers that reduce a matrix to a vector.
 inline Vec6<double> sample_weights() { return known<6, 1>(0.3, -0.2, 0.5, -0.4, 0.25, 0.1); }
 
 }  // namespace tricoil::selfcheck

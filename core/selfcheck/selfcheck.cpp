@@ -9,10 +9,10 @@ namespace tricoil::selfcheck {
 namespace {
 
 constexpr int kRepeats = 200;
-/// A step must fit between two frames at 240 Hz; what it really takes is in the report.
+/// Limit: a step must fit between two frames at 240 Hz. The report has the measured time.
 constexpr double kFrame_us = 1e6 / 240;
 
-/// Mean time of one call (us). Every call takes the result of the one before: none can be left out.
+/// Mean time of one call (us). Every call uses the previous result, so the compiler cannot omit any.
 template <typename Step>
 double time_of(const TimeSource& time, Step step) {
     const DeviceTime start = time.now(time.context);

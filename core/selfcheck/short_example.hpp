@@ -1,4 +1,4 @@
-// The paper's examples, short enough for a power-on check: the real forward model and solver, beside the error model.
+// The paper's examples, shortened for a power-on check: real forward model and solver, compared with the error model.
 #pragma once
 
 #include <algorithm>
@@ -14,8 +14,8 @@
 
 namespace tricoil::selfcheck {
 
-/// rho, alpha and beta of (40), integrated: B t + 1 - cos(A t). Rates in turns per second, so that a processor without double
-/// precision needs no library for the cosine.
+/// rho, alpha and beta of (40), integrated: B t + 1 - cos(A t). Rates are in turns per second, so that processors without double
+/// precision need no library function for the cosine.
 struct ShortExample {
     double azimuth_a = 0;
     double elevation_a = 0;
@@ -31,7 +31,7 @@ struct ShortExample {
     }
 
 private:
-    /// One minus the cosine of so many turns, zero or more.
+    /// One minus the cosine of `turns`, which must not be negative.
     static double versine(double turns) { return 1 - signal::unit_phasor(turns - static_cast<int>(turns)).real(); }
 };
 
@@ -56,7 +56,7 @@ struct ExampleResult {
     bool ok = true;
     Worst error;                                  // of the solver
     Worst prediction;                             // predicted minus measured
-    std::optional<DeviceTime> predicted_passage;  // of beta - e_beta through a pole: the first
+    std::optional<DeviceTime> predicted_passage;  // first passage of beta - e_beta through a pole
     std::optional<DeviceTime> measured_passage;
 };
 
@@ -65,7 +65,7 @@ Mat3<Scalar> signal_matrix_at(const geometry::Spherical<Scalar>& position) {
     return field::signal_matrix<Scalar>(Scalar(1), geometry::to_cartesian(position), Mat3<Scalar>::Identity());
 }
 
-/// One update of the angle form at fixed orientation: increments about `about`, added to `estimate` by (17).
+/// One update of the angle form at fixed attitude: increments relative to `about`, added to `estimate` by (17).
 template <typename Scalar>
 bool update_angles(const Mat3<Scalar>& x, const geometry::Spherical<Scalar>& about, geometry::Spherical<Scalar>& estimate) {
     const Mat3<Scalar> p = geometry::line_of_sight_rotation(about.azimuth_rad, about.elevation_rad);
@@ -107,7 +107,7 @@ ExampleResult run_example(const ShortExample& example, error_model::Loop loop) {
     return result;
 }
 
-/// Largest position error (m) of the pole-free form in closed loop; infinite if it stops.
+/// Largest position error (m) of the pole-free form in closed loop; infinite if it fails.
 template <typename Scalar>
 double pole_free_error(const ShortExample& example, int passes) {
     const auto start = example.at<Scalar>(0);

@@ -11,7 +11,7 @@
 namespace tricoil::selfcheck {
 namespace {
 
-/// sample_signal_matrix() with an addition that no dipole explains, so that all three singular values count: 0.05, -0.02, 0.03;
+/// sample_signal_matrix() plus a matrix that no dipole explains, so that all three singular values matter: 0.05, -0.02, 0.03;
 /// 0.01, 0.04, -0.06; -0.03, 0.02, 0.05.
 Mat3<double> distorted_matrix() {
     return known<3, 3>(0.47410047266016498, 1.1641703592648558, -1.7525025788707596, -0.61243858725698697, -2.028320641486693,
@@ -24,7 +24,7 @@ double direct_pose() {
     if (!s.ok() || !s->right_handed) {
         return kInfinite;
     }
-    const Vec3<Scalar> u = s->direction.x() < 0 ? Vec3<Scalar>(-s->direction) : s->direction;  // either sign is right
+    const Vec3<Scalar> u = s->direction.x() < 0 ? Vec3<Scalar>(-s->direction) : s->direction;  // both signs are correct
     const Eigen::Matrix<Scalar, 2, 1> sizes(s->strength, s->range_m);
     return std::max({worst_difference(sizes, known<2, 1>(3.2325530409356742, 0.60050615080811642)),
                      worst_difference(u, known<3, 1>(0.67816732174962757, 0.64822156656444474, -0.34626273890165216)),
@@ -39,7 +39,7 @@ double direct_misfit() {
     return s.ok() ? std::abs(static_cast<double>(s->misfit_squared) - 0.004207567479979215) : kInfinite;
 }
 
-/// Number of answers that are wrong where the only right one is a refusal or a warning.
+/// Number of wrong answers to inputs that must be refused or flagged.
 template <typename Scalar>
 int direct_refusals() {
     const Mat3<Scalar> x = sample_signal_matrix().cast<Scalar>();
@@ -56,7 +56,7 @@ int direct_refusals() {
     return wrong;
 }
 
-/// The Cramer-Rao bound at the sample pose for noise of 0.001, times weights; relative to its largest entry.
+/// Cramer-Rao bound at the sample pose for noise of 0.001, times weights; relative to its largest entry.
 template <typename Scalar>
 double covariance() {
     const auto pose = sample_pose<Scalar>();
@@ -85,7 +85,7 @@ double increments() {
                                         -0.0096208875653239507, -0.0023067278564488647, -0.046787920279281379));
 }
 
-/// The estimate before the step: some 3 degrees off in every angle.
+/// Estimate before the step: wrong by about 3 degrees in every angle.
 template <typename Scalar>
 solver::AnglePose<Scalar> estimate_before() {
     return {{Scalar(0.6), Scalar(0.75), Scalar(0.31)}, {Scalar(0.36), Scalar(-0.57), Scalar(1.14)}};
@@ -142,7 +142,7 @@ int step_refusals() {
     int wrong = solver::step_angles<Scalar>(x, c, sideways).status().code() == StatusCode::not_converged ? 0 : 1;
     wrong += solver::step_vectors<Scalar>(x, c, as_vectors(sideways)).status().code() == StatusCode::not_converged ? 0 : 1;
     wrong += solver::step_angles<Scalar>(x, c, lost).ok() ? 1 : 0;
-    // A W that is not finite where W11 is; and increments that make the angles so, as a pole does.
+    // W with NaN or infinity although W11 is finite; and increments that make the angles infinite, as at a pole.
     Mat3<Scalar> w = x;
     w(0, 0) = 1;
     w(1, 2) = std::numeric_limits<Scalar>::quiet_NaN();

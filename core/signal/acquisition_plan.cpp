@@ -14,7 +14,7 @@ constexpr int kFewestCyclesApart = 2;
 constexpr double kTdmCarrierHz = 10e3;
 constexpr std::array<double, kSourceCoils> kFdmCarriersHz{7.7e3, 10e3, 13.4e3};
 constexpr int kGuardDivisor = 5;
-constexpr double kFarthestShare = 0.2;  // that a carrier may be moved for the sake of equal phases
+constexpr double kFarthestShare = 0.2;  // largest relative change of a carrier for equal phases in all blocks
 
 constexpr Status invalid(const char* message) { return {StatusCode::invalid_argument, message}; }
 
@@ -64,7 +64,8 @@ Status check_carrier(double carrier_hz, double cycles, double sample_rate_hz) {
 
 double snap_to_cycles(double nominal_hz, double window_s) { return std::max(1.0, std::round(nominal_hz * window_s)) / window_s; }
 
-/// Whole cycles in the window; in the block too, if that is not far off, so that the carrier meets every block in the same phase.
+/// Whole cycles in the window. If a small change suffices, also in the block, so that the carrier has the same phase in every
+/// block.
 double choose_carrier(double nominal_hz, int block, int guard, double sample_rate_hz) {
     const double in_both = snap_to_cycles(nominal_hz, std::gcd(block, block - guard) / sample_rate_hz);
     if (std::abs(in_both - nominal_hz) < kFarthestShare * nominal_hz) {
@@ -78,7 +79,7 @@ double choose_carrier(double nominal_hz, int block, int guard, double sample_rat
 AcquisitionParams default_acquisition(Multiplexing multiplexing, double frame_rate_hz, double sample_rate_hz) {
     AcquisitionParams params{multiplexing, sample_rate_hz, frame_rate_hz, {}, 0};
     if (!check_rates(params).ok()) {
-        return params;  // plan_acquisition will say why
+        return params;  // plan_acquisition() gives the reason
     }
     const int block = static_cast<int>(std::lround(samples_per_block(params)));
     const bool is_tdm = multiplexing == Multiplexing::tdm;

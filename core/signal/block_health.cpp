@@ -8,9 +8,9 @@ namespace tricoil::signal {
 namespace {
 
 constexpr float kNearPeak = 0.99F;
-constexpr float kNearPeakWidth_rad = 0.28307857F;  // 2 acos(0.99): how long a cosine stays that near
-constexpr int kFewestFlatTops = 3;                 // fewer may be chance
-constexpr float kClearSignalCodes = 1000;          // below it, quantisation itself looks flat
+constexpr float kNearPeakWidth_rad = 0.28307857F;  // 2 acos(0.99): width of a cosine within 1 % of its peak
+constexpr int kFewestFlatTops = 3;                 // fewer may occur by chance
+constexpr float kClearSignalCodes = 1000;          // below it, quantisation causes flat tops
 
 struct ChannelRange {
     std::int32_t lowest = 0;
@@ -30,8 +30,7 @@ ChannelRange measure(std::span<const Sample> window, std::size_t channel) {
     return range;
 }
 
-/// Longest run of samples that a cosine of the window's slowest carrier spends within 1 % of its peak, plus one for the rounding
-/// of where it starts.
+/// Longest run of samples that a cosine of the slowest carrier spends within 1 % of its peak, plus one for rounding of the start.
 int longest_natural_run(const AcquisitionPlan& plan) {
     const int cycles = *std::min_element(plan.window_cycles.begin(), plan.window_cycles.end());
     const float step_rad = 2 * std::numbers::pi_v<float> * static_cast<float>(cycles) / static_cast<float>(plan.window_samples);

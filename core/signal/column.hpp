@@ -1,4 +1,4 @@
-// One column of the signal matrix: what the demodulator delivers and the tracker takes.
+// One column of the signal matrix: output of the demodulator, input of the tracker.
 #pragma once
 
 #include <cstdint>
@@ -14,13 +14,13 @@ namespace tricoil {
 template <typename Scalar>
 struct Column {
     std::uint8_t sensor = 0;
-    Excitation state = Excitation::off;  // s1, s2 or s3: which column of X this is
+    Excitation state = Excitation::off;  // s1, s2 or s3: selects the column of X
     std::uint32_t state_sequence = 0;    // counts excitation states; equal for the three columns of an FDM block
     DeviceTime midpoint{};               // of the demodulation window
     Vec3<Scalar> in_phase = Vec3<Scalar>::Zero();
-    Vec3<Scalar> quadrature = Vec3<Scalar>::Zero();  // eddy-current metal shows here first
+    Vec3<Scalar> quadrature = Vec3<Scalar>::Zero();  // eddy currents in metal appear here first
     Vec3<Scalar> sigma = Vec3<Scalar>::Zero();       // standard deviation per entry, never below the quantisation floor
-    std::uint32_t sequence = 0;                      // of the block it came from
+    std::uint32_t sequence = 0;                      // of its block
     ColumnFlags flags;
 };
 

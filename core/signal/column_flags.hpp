@@ -10,10 +10,10 @@ namespace tricoil {
 /// Defects of the samples behind a column (bit numbers).
 enum class ColumnFlag : std::uint8_t {
     saturated,     // a code at full scale
-    clipped,       // flat tops below full scale: an amplifier at its rail
-    stuck,         // a channel that never moves
+    clipped,       // flat tops below full scale: an amplifier at its limit
+    stuck,         // a channel with constant code
     no_reference,  // no reference current: the coupling has no scale and no sign
-    dc_offset,     // mean beyond the allowed part of full scale
+    dc_offset,     // mean beyond the allowed share of full scale
     low_signal,    // all three entries below the detection limit
     overrun,       // the converter lost samples within the block
 };

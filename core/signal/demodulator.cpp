@@ -43,7 +43,7 @@ Result<Columns<Scalar>> Demodulator<Scalar>::demodulate(const SampleBlock& block
     ColumnFlags flags = inspect_window(window, plan_, linear_range(block.full_scale, params_.linear_share), params_.dc_limit);
     const bool switched = has_noise_ && block.gain_step != gain_step_;
     flags.set_if(switched && !plan_.is_tdm(), ColumnFlag::overrun);
-    has_noise_ = has_noise_ && !switched;  // noise in codes is another one at another gain
+    has_noise_ = has_noise_ && !switched;  // noise in codes depends on the gain
     gain_step_ = block.gain_step;
     update_noise(window);
     const CarrierPhasors phasors = read_carriers(window);
@@ -55,7 +55,7 @@ Result<Columns<Scalar>> Demodulator<Scalar>::demodulate(const SampleBlock& block
     return columns;
 }
 
-/// Amplitude and phase of each carrier, hum taken out.
+/// Amplitude and phase of each carrier, without hum.
 template <typename Scalar>
 auto Demodulator<Scalar>::read_carriers(std::span<const Sample> window) const -> CarrierPhasors {
     const auto count = static_cast<std::size_t>(plan_.carriers());
@@ -85,7 +85,7 @@ void Demodulator<Scalar>::update_noise(std::span<const Sample> window) {
     has_noise_ = true;
 }
 
-/// Of one channel relative to the reference, the amplifier's gain included.
+/// Response of one channel relative to the reference, including the amplifier's gain.
 template <typename Scalar>
 std::complex<Scalar> Demodulator<Scalar>::response(const SampleBlock& block, int carrier, std::size_t coil) const {
     const auto j = static_cast<std::size_t>(carrier);
@@ -122,7 +122,7 @@ Column<Scalar> Demodulator<Scalar>::make_column(const SampleBlock& block, int so
         const auto entry = static_cast<Eigen::Index>(coil);
         column.in_phase(entry) = coupling.real();
         column.quadrature(entry) = coupling.imag();
-        // Noise of the coil's own channel, and that of the reference scaled by the ratio.
+        // Noise of the coil's own channel, and of the reference multiplied by the ratio.
         const Scalar power = sample_power_[coil] + std::norm(ratio) * reference_power;
         column.sigma(entry) = std::max(params_.sigma_floor, amplitude_noise * std::sqrt(power) / std::abs(amplified));
     }

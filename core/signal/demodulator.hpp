@@ -1,4 +1,4 @@
-// From a block of samples to signed couplings with their noise: lock-in, division by the reference current, channel response.
+// Couplings with sign and noise from a block of samples: lock-in, division by the reference current and by the channel response.
 #pragma once
 
 #include <array>
@@ -15,8 +15,8 @@
 
 namespace tricoil::signal {
 
-/// Complex response of each sensor channel relative to the reference channel, per carrier: [carrier][coil]. Dividing by it leaves
-/// the real coupling. A coil's voltage is the derivative of the flux, so an ideal channel has response i w / w0.
+/// Complex response of each sensor channel relative to the reference channel, per carrier: [carrier][coil]. Division by it gives
+/// the real coupling. A coil's voltage is the derivative of the flux, so an ideal channel has the response i w / w0.
 template <typename Scalar>
 using ChannelResponse = std::array<std::array<std::complex<Scalar>, kSensorCoils>, kSourceCoils>;
 
@@ -33,13 +33,13 @@ template <typename Scalar>
 struct DemodulatorParams {
     ChannelResponse<Scalar> response = unit_response<Scalar>();
     GainSteps<Scalar> gain_steps{};             // of the amplifier, by SampleBlock::gain_step
-    Scalar sigma_floor = Scalar(1e-9);          // coupling units: the converter's quantisation, in force even without noise
-    Scalar min_reference_v = Scalar(10e-3);     // amplitude of the reference current's channel below which there is none
-    Scalar low_signal_ratio = 10;               // a column shorter than this many sigma is too little signal (20 dB)
-    float linear_share = 1;                     // of full scale, up to which the amplifiers before the converter are linear
-    float dc_limit = 0.25F;                     // allowed offset as a share of that
+    Scalar sigma_floor = Scalar(1e-9);          // coupling units: quantisation of the converter, the least sigma
+    Scalar min_reference_v = Scalar(10e-3);     // amplitude of the reference channel below which the flag no_reference is set
+    Scalar low_signal_ratio = 10;               // a column below this multiple of sigma (20 dB) is flagged low_signal
+    float linear_share = 1;                     // share of full scale up to which the sensor amplifiers are linear
+    float dc_limit = 0.25F;                     // allowed offset relative to the linear range
     Scalar noise_smoothing = Scalar(1.0 / 16);  // weight of a new block in the running noise power
-    Scalar noise_jump = 4;                      // a block with so many times the running power counts as noisy at once
+    Scalar noise_jump = 4;                      // a block with this multiple of the running power is flagged noisy at once
 };
 
 /// Columns of one block: one for TDM, three for FDM.
@@ -51,11 +51,11 @@ class Demodulator {
 public:
     Demodulator(const AcquisitionPlan& plan, const DemodulatorParams<Scalar>& params);
 
-    /// The couplings of one block. A column with a flag is still delivered; no_reference leaves its values zero.
-    /// Mains hum is taken out. Where coils are never off (FDM) the first block of another gain step holds the switching: its
-    /// columns are flagged as overrun.
-    /// Errors (invalid_argument): block of another length than planned, of a state that the plan does not use, or of a gain step
-    /// beyond all.
+    /// Couplings of one block, after removal of mains hum. Flagged columns are delivered too; no_reference sets their values to
+    /// zero. In FDM the coils are always driven, so the first block of another gain step contains the switching transient: its
+    /// columns are flagged overrun.
+    /// Errors (invalid_argument): length differs from the plan, the excitation state is not in the plan, or the gain step is out
+    /// of range.
     Result<Columns<Scalar>> demodulate(const SampleBlock& block);
 
 private:
@@ -74,7 +74,7 @@ private:
     std::array<Scalar, kChannels> sample_power_{};  // running noise power per channel, codes squared
     bool has_noise_ = false;
     std::uint8_t gain_step_ = 0;      // of the newest block
-    Microseconds midpoint_offset_{};  // from a block's first sample to the middle of its window
+    Microseconds midpoint_offset_{};  // from the first sample of a block to the middle of its window
 };
 
 extern template class Demodulator<float>;

@@ -1,4 +1,4 @@
-// The excitation states of the source, (1).
+// Excitation states of the source, (1).
 #pragma once
 
 #include <cstddef>
@@ -6,17 +6,17 @@
 
 namespace tricoil {
 
-/// Which source coils carry current: none, one (S1-S3, TDM) or all three at their own carriers (FDM).
+/// Driven source coils: none, one (S1-S3, TDM) or all three at their own carriers (FDM).
 enum class Excitation : std::uint8_t { off, s1, s2, s3, all };
 
 constexpr int kSourceCoils = 3;
 constexpr int kSensorCoils = 3;
 constexpr std::size_t kCouplings = kSourceCoils * kSensorCoils;
 
-/// State that drives source coil j (0-2) alone.
+/// State in which only source coil j (0-2) is driven.
 constexpr Excitation single_coil(int j) { return static_cast<Excitation>(static_cast<int>(Excitation::s1) + j); }
 
-/// Index of the coil that `state` drives alone; -1 for off and all.
+/// Index of the only driven coil; -1 for off and all.
 constexpr int coil_index(Excitation state) {
     const int j = static_cast<int>(state) - static_cast<int>(Excitation::s1);
     return j >= 0 && j < kSourceCoils ? j : -1;

@@ -1,4 +1,4 @@
-// What an amplifier with steps of gain does to the sensor channels, step by step.
+// Response of the sensor amplifiers for each gain step.
 #pragma once
 
 #include <array>
@@ -10,14 +10,14 @@ namespace tricoil::signal {
 
 constexpr std::size_t kMaxGainSteps = 8;
 
-/// One step's amplification of each sensor channel, beyond what DemodulatorParams::response holds: gain / (1 + i w lag), an
-/// amplifier whose bandwidth falls as its gain rises. As it is: none.
+/// Amplification of each sensor channel at one step, in addition to DemodulatorParams::response: gain / (1 + i w lag), because
+/// the bandwidth of an amplifier falls as its gain rises. The default is no amplification.
 template <typename Scalar>
 struct GainStep {
     std::array<Scalar, kSensorCoils> gain{1, 1, 1};
     std::array<Scalar, kSensorCoils> lag_s{};
 
-    /// At an angular frequency, rad/s.
+    /// Response at an angular frequency, rad/s.
     [[nodiscard]] std::complex<Scalar> response(std::size_t coil, Scalar w_rad_s) const {
         const Scalar turn = w_rad_s * lag_s[coil];
         const Scalar scale = gain[coil] / (1 + turn * turn);

@@ -7,14 +7,14 @@
 namespace tricoil::signal {
 namespace {
 
-/// In-phase and quadrature sums of the four channels, as plain arrays that a compiler keeps in registers.
+/// In-phase and quadrature sums of the four channels, as plain arrays that the compiler keeps in registers.
 template <typename Scalar>
 struct Sums {
     std::array<Scalar, kChannels> re{};
     std::array<Scalar, kChannels> im{};
 };
 
-/// Sums over one segment; adding segments rather than samples also keeps the rounding of long float sums small.
+/// Sums over one segment. Adding segments instead of samples also reduces rounding errors of long float sums.
 template <typename Scalar>
 Sums<Scalar> sum_segment(std::complex<Scalar> start, std::complex<Scalar> step, std::span<const Sample> segment) {
     Sums<Scalar> sums;
@@ -82,8 +82,8 @@ std::array<Scalar, kChannels> hum_step(std::span<const Oscillator<Scalar>> oscil
             first -= carriers[j][channel].real();
             last -= multiply(carriers[j][channel], oscillators[j].step()).real();  // exp(i w (N - 1)) = exp(-i w)
         }
-        // Window ends lie N - 1 samples apart, not N; and each carrier as read holds the hum's leakage, which takes a share of
-        // 2/N of the step away with it.
+        // Window ends are N - 1 samples apart, not N. Each measured carrier contains the leakage of the hum, which reduces the
+        // step by 2/N.
         step[channel] = (first - last) * samples / (samples - 1 - 2 * static_cast<Scalar>(carriers.size()));
     }
     return step;

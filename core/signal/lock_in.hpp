@@ -10,24 +10,24 @@
 
 namespace tricoil::signal {
 
-/// Complex amplitudes per channel, in codes: a channel 'a cos(w n + p)' gives a exp(i p), n counted from the window's first
-/// sample.
+/// Complex amplitudes per channel, in codes: a channel 'a cos(w n + p)' gives a exp(i p), with n = 0 at the first sample of the
+/// window.
 template <typename Scalar>
 using ChannelPhasors = std::array<std::complex<Scalar>, kChannels>;
 
-/// Sum of x[n] exp(-i w n), times 2/N. Whole cycles make a constant offset and the other FDM carriers vanish exactly.
+/// Sum of x[n] exp(-i w n), times 2/N. With whole cycles a constant offset and the other FDM carriers cancel exactly.
 template <typename Scalar>
 ChannelPhasors<Scalar> lock_in(const Oscillator<Scalar>& oscillator, std::span<const Sample> window);
 
-/// What mains hum adds to one carrier's lock_in(), per channel, to be taken from it. Over a short window hum is a slope, and a
-/// slope is no whole number of cycles. The transform of the samples' differences would not see it; that transform equals
-/// lock_in() less step / (1 - exp(-i w)) times 2/N, where step is what the hum falls by from one window's start to the next
-/// one's. Costs 2 % of noise; suppresses hum by the ratio of carrier to mains frequency.
+/// Contribution of mains hum to lock_in() of one carrier, per channel, to be subtracted. Within a short window hum is
+/// approximately a slope, which does not cancel. The transform of the differences of samples contains no slope; it equals
+/// lock_in() minus step / (1 - exp(-i w)) times 2/N, where step is the decrease of the hum over one window. This costs 2 % of
+/// noise and suppresses hum by the ratio of carrier to mains frequency.
 template <typename Scalar>
 ChannelPhasors<Scalar> hum_leakage(const Oscillator<Scalar>& oscillator, const std::array<Scalar, kChannels>& step,
                                    std::size_t window_samples);
 
-/// The fall of what is left in the window once the carriers, as lock_in() read them, are taken away: ends of the window compared.
+/// Decrease over the window after subtraction of the carriers found by lock_in(), from the difference of its ends.
 template <typename Scalar>
 std::array<Scalar, kChannels> hum_step(std::span<const Oscillator<Scalar>> oscillators,
                                        std::span<const ChannelPhasors<Scalar>> carriers, std::span<const Sample> window);

@@ -7,7 +7,7 @@
 namespace tricoil::signal {
 namespace {
 
-constexpr int kStride = 2;  // outputs overlap strongly: every second one holds nearly all of the information
+constexpr int kStride = 2;  // outputs overlap strongly: every second one has nearly all of the information
 
 }  // namespace
 

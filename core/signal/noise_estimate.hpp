@@ -1,4 +1,4 @@
-// Noise of the samples, measured beside the signal: what is left after a short filter that no carrier passes.
+// Noise of the samples, measured together with the signal by a short filter that suppresses the carriers.
 #pragma once
 
 #include <array>
@@ -9,16 +9,16 @@
 
 namespace tricoil::signal {
 
-/// The filter (1 - z^-1) times (1 - 2 cos(w) z^-1 + z^-2) for each carrier has exact zeros at direct current and at the carriers,
-/// so neither offset nor signal passes, and a slow change of amplitude hardly; white noise passes with a known gain.
-/// Unlike a fit's residual it needs no difference of large numbers, which keeps it usable in float at 100 dB and more.
+/// The filter (1 - z^-1) times (1 - 2 cos(w) z^-1 + z^-2) per carrier has exact zeros at direct current and at the carriers. It
+/// suppresses offset and signal completely and slow amplitude changes almost completely; white noise passes with a known gain.
+/// Unlike the residual of a fit it needs no difference of large numbers, so it works in float at 100 dB and more.
 template <typename Scalar>
 class NoiseEstimator {
 public:
     NoiseEstimator() = default;
     explicit NoiseEstimator(const AcquisitionPlan& plan);
 
-    /// Standard deviation of one sample, in codes, per channel. White noise is assumed; interference counts as noise.
+    /// Standard deviation of one sample, in codes, per channel. Assumes white noise; interference counts as noise.
     [[nodiscard]] std::array<Scalar, kChannels> sample_sigma(std::span<const Sample> window) const;
 
 private:

@@ -1,4 +1,4 @@
-// Reference oscillator: the unit phasor exp(-i w n) for n = 0, 1, 2, ... without a sine per sample.
+// Reference oscillator: unit phasor exp(-i w n) for n = 0, 1, 2, ... without a sine per sample.
 #pragma once
 
 #include <array>
@@ -9,8 +9,8 @@
 
 namespace tricoil::signal {
 
-/// Within a segment the phasor is turned by recurrence; each segment starts from an exact value, so that the rounding of the
-/// recurrence never runs longer than one segment (in float: below 2e-6).
+/// Within a segment the phasor is computed by recurrence. Each segment starts from an exact value, so rounding errors accumulate
+/// over one segment only (in float: below 2e-6).
 constexpr int kSegmentSamples = 32;
 
 template <typename Scalar>
@@ -31,7 +31,7 @@ public:
 
 private:
     static std::complex<Scalar> phasor(int cycles, int window_samples, long n) {
-        const auto part = static_cast<double>((n * cycles) % window_samples) / window_samples;  // exact before the sine
+        const auto part = static_cast<double>((n * cycles) % window_samples) / window_samples;  // reduced exactly
         return static_cast<std::complex<Scalar>>(unit_phasor(part));
     }
 

@@ -1,4 +1,4 @@
-// The phase of each sensor channel against the reference, found from couplings themselves: a true coupling is real.
+// Phase of each sensor channel relative to the reference, estimated from couplings. A true coupling is real.
 #pragma once
 
 #include <array>
@@ -9,12 +9,12 @@
 
 namespace tricoil::signal {
 
-/// Accumulates squared complex couplings, whose phase is twice the channel's whatever the coupling's sign.
-/// What remains open is one common sign, that of all channels together; det X > 0 settles it.
+/// Accumulates squared complex couplings. Their phase is twice the phase of the channel, independent of the sign of the coupling.
+/// One common sign of all channels remains unknown; det X > 0 determines it.
 template <typename Scalar>
 class PhaseCalibration {
 public:
-    /// Takes a column that was demodulated with unit response.
+    /// Adds a column that was demodulated with unit response.
     void add(const Column<Scalar>& column) {
         for (Eigen::Index coil = 0; coil < kSensorCoils; ++coil) {
             const std::complex<Scalar> coupling(column.in_phase(coil), column.quadrature(coil));
@@ -22,7 +22,7 @@ public:
         }
     }
 
-    /// Phase (rad) per channel, each within a quarter turn of the common phase, which lies in (-pi/2, pi/2].
+    /// Phase (rad) per channel, each within a quarter turn of the common phase, which is in (-pi/2, pi/2].
     [[nodiscard]] std::array<Scalar, kSensorCoils> phases() const {
         const Scalar common = std::arg(squared_[0] + squared_[1] + squared_[2]) / 2;
         const std::complex<Scalar> back = std::polar(Scalar(1), -2 * common);

@@ -1,4 +1,4 @@
-// A block of simultaneous ADC samples: what a CoilSampler delivers.
+// Block of simultaneous ADC samples: output of a CoilSampler.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@ constexpr int kReferenceChannel = 3;
 /// Codes of the four converters at one instant.
 using Sample = std::array<std::int32_t, kChannels>;
 
-/// Longest block that any board delivers; buffers downstream are sized by it.
+/// Longest block of any board; buffers have this size.
 constexpr int kMaxBlockSamples = 1024;
 
 /// One block. The samples belong to the sampler and stay valid until its next poll.
@@ -28,7 +28,7 @@ struct SampleBlock {
     float scale = 1;                  // volts per code, at the converters
     std::int32_t full_scale = 0;      // largest code magnitude; samples at or beyond it are saturated. 0: unknown
     DeviceTime start{};               // instant of the first sample
-    std::uint32_t sequence = 0;       // counts blocks, lost ones included
+    std::uint32_t sequence = 0;       // counts blocks, including lost ones
     std::uint32_t overrun_count = 0;  // converter overruns within this block
     std::span<const Sample> samples{};
 };

@@ -1,11 +1,11 @@
-// An acquisition plan stated by whoever knows its converter's clock, for boards that cannot afford to compute one.
+// Acquisition plan with given numbers, for boards that know their converter clock and have no room to compute a plan.
 #pragma once
 
 #include "core/signal/acquisition_plan.hpp"
 
 namespace tricoil::signal {
 
-/// Coils in turn: blocks of `block` samples, of which the first `guard` are dropped and the rest hold `cycles` of the carrier.
+/// TDM: blocks of `block` samples. The first `guard` are dropped, the rest holds `cycles` of the carrier.
 constexpr AcquisitionPlan stated_tdm_plan(double sample_rate_hz, int block, int guard, int cycles) {
     AcquisitionPlan plan;
     const double carrier_hz = sample_rate_hz * cycles / (block - guard);
@@ -17,7 +17,7 @@ constexpr AcquisitionPlan stated_tdm_plan(double sample_rate_hz, int block, int 
     return plan;
 }
 
-/// All coils at once: every block is a frame, and holds so many cycles of each coil's carrier.
+/// FDM: every block is a frame and holds `cycles` of each coil's carrier.
 constexpr AcquisitionPlan stated_fdm_plan(double sample_rate_hz, int block, const std::array<int, kSourceCoils>& cycles) {
     AcquisitionPlan plan;
     plan.params = {Multiplexing::fdm, sample_rate_hz, sample_rate_hz / block, {}, 0};

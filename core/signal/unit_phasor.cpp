@@ -10,7 +10,7 @@ std::complex<double> unit_phasor(double part) {
     const double square = x * x;
     double sine = 1;
     double cosine = 1;
-    for (int n = 8; n > 0; --n) {  // Taylor, innermost factor first; the next term is below 1e-17
+    for (int n = 8; n > 0; --n) {  // Taylor series, innermost factor first; the next term is below 1e-17
         sine = 1 - square / (2 * n * (2 * n + 1)) * sine;
         cosine = 1 - square / (2 * n * (2 * n - 1)) * cosine;
     }

@@ -15,7 +15,7 @@ namespace {
 template <typename Scalar>
 using Model = field::GeneralDipole<Scalar>;
 
-/// Takes couplings to those of ideal triads in one place, and back.
+/// Converts couplings to those of ideal concentric triads, and back.
 template <typename Scalar>
 struct Gains {
     explicit Gains(const Model<Scalar>& model)
@@ -38,7 +38,7 @@ Mat3<Scalar> model_at(const Model<Scalar>& model, const RigidPose<Scalar>& pose)
     return field::signal_matrix<Scalar>(model, pose.position_m, pose.q_source_sensor.toRotationMatrix().transpose());
 }
 
-/// What ideal triads in one place would have measured, if the sensor were at `guess`.
+/// Couplings of ideal concentric triads if the sensor is at `guess`.
 template <typename Scalar>
 Mat3<Scalar> as_concentric(const Model<Scalar>& model, const Gains<Scalar>& gains, const Mat3<Scalar>& x,
                            const RigidPose<Scalar>& guess) {
@@ -47,7 +47,7 @@ Mat3<Scalar> as_concentric(const Model<Scalar>& model, const Gains<Scalar>& gain
     return gains.undo(x - model_at(model, guess)) + ideal;
 }
 
-/// The model with both frames' origins in the middle of their coils, where one dipole for all three is the best approximation.
+/// The model with both origins at the centres of the coils, where one dipole is the best approximation of all three.
 template <typename Scalar>
 struct Centred {
     explicit Centred(const Model<Scalar>& original)
@@ -58,7 +58,7 @@ struct Centred {
         model.sensor_offset_m.colwise() -= sensor_m;
     }
 
-    /// A pose between the centred frames as one between the original frames.
+    /// Converts a pose between centred frames to one between the original frames.
     [[nodiscard]] RigidPose<Scalar> original(const RigidPose<Scalar>& pose) const {
         return {pose.position_m + source_m - pose.q_source_sensor * sensor_m, pose.q_source_sensor};
     }
@@ -68,7 +68,7 @@ struct Centred {
     Vec3<Scalar> sensor_m;
 };
 
-/// A start: a pose, and how badly it explains the couplings.
+/// Start of a search: a pose and its misfit.
 template <typename Scalar>
 struct Start {
     RigidPose<Scalar> pose;
@@ -83,8 +83,8 @@ Start<Scalar> rated(const Model<Scalar>& model, const Mat3<Scalar>& x, const Mat
     return {pose, std::isfinite(cost) ? cost : std::numeric_limits<Scalar>::max()};
 }
 
-/// The best of the passes: close to the coils they need not converge. Not inlined, as the other stages of the search: what one of
-/// them needs is gone from the stack before the next.
+/// The best of the passes, which need not converge near the coils. Not inlined, like the other stages of the search, so that
+/// their stack use does not add up.
 template <typename Scalar>
 [[gnu::noinline]] Start<Scalar> best_pass(const Model<Scalar>& model, const Gains<Scalar>& gains, const Mat3<Scalar>& x,
                                           const Mat3<Scalar>& weights, RigidPose<Scalar> pose, int passes) {
@@ -124,7 +124,7 @@ public:
     [[nodiscard]] const ColdSolution<Scalar>& best() const { return best_; }
 
 private:
-    /// The direct solution as if the coils were ideal triads in one place.
+    /// Direct solution as if the coils were ideal concentric triads.
     [[gnu::noinline]] Status solve_concentric(bool known, RigidPose<Scalar>& near) {
         const auto direct = solve_direct<Scalar>(gains_.undo(x_), Scalar(1));
         if (!direct.ok()) {
@@ -135,7 +135,7 @@ private:
         return {};
     }
 
-    /// Refines the likelier side; the other one too unless the first explains the couplings beyond doubt.
+    /// Refines the better hemisphere; also the other one, unless the misfit of the first is small enough.
     [[gnu::noinline]] Status try_sides(const RigidPose<Scalar>& near, bool known) {
         Start<Scalar> first = best_pass(centred_.model, gains_, x_, weights_, near, params_.passes);
         if (known) {
@@ -155,7 +155,7 @@ private:
                best_.refinement.misfit_share < params_.clear_share * params_.refine.max_misfit_share;
     }
 
-    /// Where the offsets are no small share of the range: minima that are no mirror image of each other have been seen there.
+    /// True if the coil offsets are a large share of the range. There are then minima that are not mirror images of each other.
     [[nodiscard]] bool among_the_coils() const {
         constexpr Scalar kNearness = 7;
         const Scalar source = centred_.model.source_offset_m.colwise().norm().maxCoeff();
@@ -163,8 +163,8 @@ private:
         return best_.refinement.pose.position_m.norm() < kNearness * (source + sensor);
     }
 
-    /// So near the coils that the direct solution misleads: starts from all sides, those that explain the couplings best first.
-    /// Of each only the cost is kept; those that are tried are found once more.
+    /// Near the coils the direct solution is unreliable: starts from all directions, smallest misfit first. To save memory only
+    /// the cost of each is stored, and the selected ones are computed again.
     [[gnu::noinline]] Status try_directions(const Vec3<Scalar>& near_m, bool known) {
         constexpr Scalar kNever = std::numeric_limits<Scalar>::infinity();
         const Scalar range_m = near_m.norm();
@@ -191,13 +191,13 @@ private:
     static constexpr int kDirectionStarts = 10;
 
     static Vec3<Scalar> direction_of(std::size_t i) {
-        const int cell = static_cast<int>(i < 13 ? i : i + 1);  // the middle of the 3 x 3 x 3 cells is no direction
+        const int cell = static_cast<int>(i < 13 ? i : i + 1);  // skips the middle of the 3 x 3 x 3 cells
         const int row = cell / 3 % 3;
         const int layer = cell / 9;
         return Vec3<Scalar>(Scalar(cell % 3 - 1), Scalar(row - 1), Scalar(layer - 1)).normalized();
     }
 
-    /// Given the direction u, the attitude that fits best is the polar factor of X D(u), by (6); then the corrected passes.
+    /// For a given direction u, the best attitude is the polar factor of X D(u), by (6). Then the corrected passes.
     [[gnu::noinline]] Start<Scalar> start_towards(const Vec3<Scalar>& u, Scalar range_m) {
         Mat3<Scalar> polar = gains_.undo(x_) * field::dipole_factor<Scalar>(u);
         polar /= polar.norm();

@@ -9,8 +9,8 @@
 namespace tricoil::solver {
 namespace {
 
-/// First right singular vector of x. Its singular value stands a factor two off the others for any dipole, so the closed-form
-/// eigenvector of x^T x is well conditioned however close the other two are.
+/// First right singular vector of x. Its singular value is twice the others for any dipole, so the closed-form eigenvector of x^T
+/// x is well conditioned even if the other two are equal.
 template <typename Scalar>
 Vec3<Scalar> first_right_singular_vector(const Mat3<Scalar>& x) {
     Eigen::SelfAdjointEigenSolver<Mat3<Scalar>> eigen;
@@ -41,14 +41,14 @@ Result<DirectSolution<Scalar>> solve_direct(const Mat3<Scalar>& x, Scalar coupli
     const Scalar s1 = image.norm();
     const Vec3<Scalar> u1 = image / s1;
 
-    // In the plane normal to v1 the two other singular pairs may coincide, so only their sum and their polar factor are formed:
+    // In the plane normal to v1 the other two singular pairs may be equal, so only their sum and their polar factor are computed:
     // with B = (Y E)^T (Y E) of 2x2, B^(1/2) = (B + sqrt(det B) I) / t, t = s2 + s3 = sqrt(tr B + 2 sqrt(det B)).
     const Eigen::Matrix<Scalar, 3, 2> e = geometry::transverse_axes(v1);
     const Eigen::Matrix<Scalar, 3, 2> ye = y * e;
     const Scalar b11 = ye.col(0).squaredNorm();
     const Scalar b22 = ye.col(1).squaredNorm();
     const Scalar b12 = ye.col(0).dot(ye.col(1));
-    const Scalar determinant = ye.col(0).cross(ye.col(1)).squaredNorm();  // b11 b22 - b12^2, without the cancellation
+    const Scalar determinant = ye.col(0).cross(ye.col(1)).squaredNorm();  // b11 b22 - b12^2, without cancellation
     const Scalar root = std::sqrt(determinant);                           // s2 s3
     const Scalar sum = std::sqrt(b11 + b22 + 2 * root);                   // s2 + s3
     if (!(root > 8 * std::numeric_limits<Scalar>::epsilon())) {

@@ -1,4 +1,4 @@
-// Closed-form covariance of the direct solution; it is the Cramer-Rao bound for equal noise on the nine entries.
+// Closed-form covariance of the direct solution: the Cramer-Rao bound for equal noise on the nine entries.
 #pragma once
 
 #include "core/geometry/rotations.hpp"
@@ -6,9 +6,10 @@
 
 namespace tricoil::solver {
 
-/// Covariance of (position in m, small rotation in rad), both in the source frame, for per-entry noise `sigma` at strength k.
-/// From (14): with n = sigma / k the information is 13.5 for range, 1/2 for roll about the line of sight, and the block
-/// [[4.5, -2.25], [-2.25, 1.25]] for each transverse angle with its rotation. Written with u, no tracking frame is needed.
+/// Covariance of (position in m, small rotation in rad), both in the source frame, for noise `sigma` per entry at coupling
+/// strength k. From (14): with n = sigma / k the information times n^2 is 13.5 for relative range, 1/2 for roll about the line of
+/// sight, and the block [[4.5, -2.25], [-2.25, 1.25]] for each transverse angle with its rotation. Written with u, it needs no
+/// tracking frame.
 template <typename Scalar>
 Mat6<Scalar> pose_covariance(Scalar strength, Scalar range_m, const Vec3<Scalar>& u, Scalar sigma) {
     constexpr Scalar determinant = Scalar(4.5 * 1.25 - 2.25 * 2.25);

@@ -16,15 +16,16 @@ bool is_finite(const AnglePose<Scalar>& pose) {
                          attitude.elevation_rad + attitude.roll_rad);
 }
 
-/// The measurement's increments as small turns: u within the tracking frame, O by the passive rotation (phi0, theta0, psi0).
+/// Applies the increments as small rotations: to u within the tracking frame, to O by the passive rotation (phi0, theta0, psi0).
 template <typename Scalar>
 VectorPose<Scalar> turn(const VectorPose<Scalar>& previous, const Mat3<Scalar>& p, const TrackingIncrements<Scalar>& step) {
-    // Tracking axes are the rows of p; u is the first. Azimuth turns u towards y, elevation towards -z. Added and normalised, not
-    // turned by that angle: a0 = tan(g) + g^3 / 2 is nearer to the tangent than to the angle, by g^3 / 3.
+    // Tracking axes are the rows of p; u is the first. Azimuth turns u towards y, elevation towards -z. The increments are added
+    // and u is normalised, not rotated by the angle: a0 = tan(g) + g^3 / 2 is closer to the tangent than to the angle, by g^3
+    // / 3.
     const Vec3<Scalar> step_across = p.transpose() * Vec3<Scalar>(0, step.position_azimuth, -step.position_elevation);
     // P^ O^^T O P^^T = exp(-[r0]x), hence O = O^ exp(-[P^^T r0]x).
-    // Roll by the mean form: either alone holds 3 u_y u_z (twice W32 / k = 3/2 u_y u_z) of the line of sight's own turn, which
-    // depends on the choice of p and leaves 80 micrometres where the mean leaves 0.5 (example III, two passes).
+    // Roll by the mean of both forms. Each form contains 3 u_y u_z (twice W32 / k = 3/2 u_y u_z) from the turn of the line of
+    // sight, depends on the choice of p and leaves an error of 80 micrometres; the mean leaves 0.5 (example III, two passes).
     const Vec3<Scalar> rotation = p.transpose() * Vec3<Scalar>(step.mean_roll, step.rotation.y(), step.rotation.z());
     const Quat<Scalar> turn_o = geometry::rotation_vector_to_quaternion<Scalar>(-rotation);
     VectorPose<Scalar> next;

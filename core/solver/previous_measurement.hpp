@@ -1,4 +1,4 @@
-// The classic technique (8)-(18): linearise about the previous pose, read six increments off the signal matrix, add them.
+// Previous-measurement technique (8)-(18): linearise about the previous pose, compute six increments, add them.
 #pragma once
 
 #include "core/base/status.hpp"
@@ -14,17 +14,17 @@ struct TrackingIncrements {
     Scalar position_azimuth;    // a0, rad
     Scalar position_elevation;  // b0, rad
     Vec3<Scalar> rotation;      // (phi0, theta0, psi0), rad: a passive small rotation about the tracking frame's x, y, z
-    Scalar mean_roll;           // phi0 again, rad: the mean of (16)'s two forms, where `rotation` has the first
+    Scalar mean_roll;           // phi0 as the mean of the two forms of (16), rad; `rotation` has the first form
 };
 
-/// The paper's form: six angles and lengths. Singular where |beta| or |theta| is a quarter turn.
+/// Angle form: six angles and lengths of the paper. Singular where |beta| or |theta| is a quarter turn.
 template <typename Scalar>
 struct AnglePose {
     geometry::Spherical<Scalar> position;
     geometry::Euler<Scalar> attitude;
 };
 
-/// The pole-free form: range, unit vector and attitude matrix O. Defined everywhere.
+/// Pole-free form: range, unit vector and attitude matrix O. Defined everywhere.
 template <typename Scalar>
 struct VectorPose {
     Scalar range_m = 1;
@@ -33,23 +33,23 @@ struct VectorPose {
 };
 
 /// (15) with W11, and (16), from W = P^ O^^T X P^^T.
-/// Errors: not_converged when W11 <= 0: the previous pose is more than 54.7 degrees off.
+/// Errors: not_converged if W11 <= 0: the previous pose is wrong by more than 54.7 degrees.
 template <typename Scalar>
 Result<TrackingIncrements<Scalar>> tracking_increments(const Mat3<Scalar>& w, Scalar coupling_constant);
 
-/// (17) and (18): tracking-frame increments to increments of the source-frame angles, added to the previous ones.
+/// (17) and (18): converts tracking-frame increments to source-frame angles and adds them to the previous ones.
 /// Errors: not_converged (a previous pose exactly on a pole).
 template <typename Scalar>
 Result<AnglePose<Scalar>> add_increments(const AnglePose<Scalar>& previous, const TrackingIncrements<Scalar>& step);
 
 /// One measurement by (15)-(18) in angles. `passes` > 1 repeats the step on the same X from its own result.
-/// The increments are added as the paper does: angles are not wrapped, so a full turn stays visible.
+/// Angles are not wrapped, as in the paper, so they contain full turns.
 /// Errors: not_finite, not_converged (as above, or a previous pose exactly on a pole).
 template <typename Scalar>
 Result<AnglePose<Scalar>> step_angles(const Mat3<Scalar>& x, Scalar coupling_constant, const AnglePose<Scalar>& previous,
                                       int passes = 1);
 
-/// The same measurement with (17), (18) replaced by small rotations of u and O: equal to first order, no pole.
+/// One measurement with small rotations of u and O in place of (17), (18): equal to first order, without a pole.
 template <typename Scalar>
 Result<VectorPose<Scalar>> step_vectors(const Mat3<Scalar>& x, Scalar coupling_constant, const VectorPose<Scalar>& previous,
                                         int passes = 1);

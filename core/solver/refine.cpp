@@ -13,7 +13,7 @@ namespace {
 template <typename Scalar>
 using Vec9 = Eigen::Matrix<Scalar, 9, 1>;
 
-/// The normal equations at a pose, J^T J and J^T r of the weighted residuals; lengths in units of range, angles in rad.
+/// Normal equations at a pose, J^T J and J^T r of the weighted residuals; lengths in units of range, angles in rad.
 template <typename Scalar>
 struct NormalEquations {
     Mat6<Scalar> information;
@@ -22,7 +22,7 @@ struct NormalEquations {
     Scalar range_m = 1;
 };
 
-/// Not inlined: the Jacobian need not stay on the stack while a step is tried.
+/// Not inlined, so that the Jacobian is off the stack while a step is tried.
 template <typename Scalar>
 [[gnu::noinline]] void linearise(const field::GeneralDipole<Scalar>& model, const Mat3<Scalar>& x, const Mat3<Scalar>& weights,
                                  const RigidPose<Scalar>& pose, NormalEquations<Scalar>& result) {
@@ -32,7 +32,7 @@ template <typename Scalar>
     at.jacobian.array().colwise() *= weights.reshaped().array();
     at.jacobian.template leftCols<3>() *= result.range_m;
     result.cost = residual.squaredNorm();
-    // Entry by entry: nine rows are enough for Eigen to choose its product for large matrices, which names malloc.
+    // Entry by entry: for nine rows Eigen would use its product for large matrices, which refers to malloc.
     result.information.noalias() = at.jacobian.transpose().lazyProduct(at.jacobian);
     result.gradient.noalias() = at.jacobian.transpose().lazyProduct(residual);
 }
@@ -44,7 +44,7 @@ RigidPose<Scalar> moved(const RigidPose<Scalar>& pose, const Vec6<Scalar>& step,
             (geometry::rotation_vector_to_quaternion<Scalar>(rotation) * pose.q_source_sensor).normalized()};
 }
 
-/// Shortens a step whose length leaves the region where the linear model means something.
+/// Shortens a step to the region in which the linear model is valid.
 template <typename Scalar>
 Vec6<Scalar> limited(const Vec6<Scalar>& step, const RefineParams<Scalar>& params) {
     const Scalar by_position = step.template head<3>().norm() / params.max_range_step;
@@ -64,7 +64,7 @@ Status check(const Mat3<Scalar>& x, const Mat3<Scalar>& weights, const RigidPose
     return {};
 }
 
-/// One run; the state of the iteration between steps.
+/// One run of the iteration, with its state between steps.
 template <typename Scalar>
 class Iteration {
 public:
@@ -87,7 +87,7 @@ public:
         return result_;
     }
 
-    /// After run(): (position, small rotation), source frame; zero if the couplings do not determine them.
+    /// After run(): (position, small rotation), source frame; zero if the couplings do not determine the pose.
     [[nodiscard]] Mat6<Scalar> covariance() const {
         const Cholesky<Scalar, 6> cholesky(at_.information);
         if (!cholesky.ok()) {
@@ -111,7 +111,7 @@ private:
         return RefineEnd::iteration_limit;
     }
 
-    /// Tries steps with growing damping until one does not raise the cost. False if the normal matrix is not definite.
+    /// Tries steps with growing damping until one does not increase the cost. False if the normal matrix is not definite.
     bool descend() {
         while (result_.iterations < params_.max_iterations) {
             ++result_.iterations;
@@ -124,7 +124,7 @@ private:
             NormalEquations<Scalar> there;
             linearise(model_, x_, weights_, trial, there);
             const bool tiny = step.cwiseAbs().maxCoeff() < params_.step_tolerance;
-            // A tiny step may raise the cost by rounding alone.
+            // Rounding may increase the cost after a tiny step.
             if (std::isfinite(there.cost) && (tiny || there.cost <= at_.cost)) {
                 result_.pose = trial;
                 at_ = there;
@@ -137,7 +137,7 @@ private:
         return true;
     }
 
-    /// Not inlined: its factors are gone before the next linearisation. False if the normal matrix is not definite.
+    /// Not inlined, so that its factors are off the stack at the next linearisation. False if the normal matrix is not definite.
     [[gnu::noinline]] static bool damped_step(const NormalEquations<Scalar>& at, Scalar damping, Vec6<Scalar>& step) {
         Mat6<Scalar> damped = at.information;
         damped.diagonal() *= 1 + damping;
@@ -148,7 +148,7 @@ private:
         return cholesky.ok();
     }
 
-    /// Zero if the matrix is not definite. Not inlined: likewise.
+    /// Zero if the matrix is not definite. Not inlined, for the same reason.
     [[gnu::noinline]] static Scalar reciprocal_condition(const Mat6<Scalar>& information) {
         const Cholesky<Scalar, 6> cholesky(information);
         if (!cholesky.ok()) {

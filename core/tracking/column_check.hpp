@@ -1,4 +1,4 @@
-// Columns that are no measurement, whatever the time: one answer for all trackers.
+// Check for unusable columns, common to all trackers.
 #pragma once
 
 #include <cmath>
@@ -11,8 +11,8 @@
 
 namespace tricoil::tracking {
 
-/// Why a column cannot be used: not one of s1-s3; couplings that are not finite or whose squares are not; sigma not positive, or
-/// with a square that the scalar type does not hold (float: 1e-19 to 1e19). Every tracker works with squares.
+/// Reason why a column cannot be used: state is not s1-s3; couplings or their squares are not finite; sigma is not positive or
+/// its square is out of range of the scalar type (float: sigma 1e-19 to 1e19). All trackers compute squares.
 template <typename Scalar>
 std::optional<Rejection> why_unusable(const Column<Scalar>& column) {
     if (coil_index(column.state) < 0) {
@@ -29,7 +29,7 @@ std::optional<Rejection> why_unusable(const Column<Scalar>& column) {
     return std::nullopt;
 }
 
-/// The reason for which a verdict refuses; nothing if it does not.
+/// Reason of refusal of a verdict; nullopt if the verdict accepts.
 constexpr std::optional<Rejection> reason_of(TimeBase::Verdict verdict) {
     switch (verdict) {
         case TimeBase::Verdict::in_order:

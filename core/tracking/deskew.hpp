@@ -1,21 +1,21 @@
-// Columns of one signal matrix, brought to one instant by extrapolating each from the last two of its state.
+// Deskew: extrapolates the columns of one signal matrix to one time, each from the last two of its excitation state.
 #pragma once
 
 #include "core/signal/column.hpp"
 
 namespace tricoil::tracking {
 
-/// A column's couplings at another time than its own.
+/// Couplings of a column at another time than its own.
 template <typename Scalar>
 struct DeskewedColumn {
     Vec3<Scalar> in_phase;
-    Scalar variance_factor;  // of its noise: extrapolating costs (1 + a)^2 + a^2
-    DeviceTime time;         // that in_phase stands for
+    Scalar variance_factor;  // of its noise: extrapolation costs (1 + a)^2 + a^2
+    DeviceTime time;         // of in_phase
 };
 
-/// Linear extrapolation of `latest` to `time` with the slope from `before`, the column of the same state one frame earlier
-/// (physics 6). Falls back to `latest` itself where there is no column before or it is not within (0, longest_gap]. A column
-/// extrapolated by the share a of the frame keeps an error of (a + a^2) T^2 X''/2.
+/// Linear extrapolation of `latest` to `time` with the slope from `before`, the column of the same state one frame earlier.
+/// Returns `latest` itself if `before` is missing or its age is not within (0, longest_gap]. A column extrapolated by the share a
+/// of the frame T has an error of (a + a^2) T^2 X''/2.
 template <typename Scalar>
 DeskewedColumn<Scalar> deskew(const Column<Scalar>& before, const Column<Scalar>& latest, DeviceTime time,
                               Microseconds longest_gap) {

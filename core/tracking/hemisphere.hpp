@@ -1,4 +1,4 @@
-// Which side of the source the sensor is on: told, then followed, and after a loss only as far as that goes.
+// Hemisphere of the sensor: given by a setting, then continued from pose to pose; after a loss known only within limits.
 #pragma once
 
 #include "core/base/time.hpp"
@@ -6,17 +6,18 @@
 
 namespace tricoil::tracking {
 
-/// Fastest that a sensor moves while it is not seen, m/s: a fast hand (recorded ones reach 2).
+/// Highest assumed speed of a sensor during a loss, m/s: a fast hand (recorded hands reach 2).
 constexpr double kFastestUnseen_m_s = 3;
 
-/// What Hemisphere asks about positions (3, metres, source frame), in floating point.
+/// Comparisons of positions (m, source frame) for Hemisphere, in floating point.
 template <typename Scalar>
 struct Sides {
-    /// Whether a and b lie in opposite half spaces.
+    /// True if a and b lie in opposite half spaces.
     static bool are_opposite(const Vec3<Scalar>& a, const Vec3<Scalar>& b) { return a.dot(b) < 0; }
 
-    /// Whether the mirror image of `near` is out of question: further from `last` than the sensor can have come in the time
-    /// `unseen`, and not within 120 degrees of it. The latter is for what is no motion at all: a throw, or a solver's slip.
+    /// True if the mirror image of `near` is impossible: `near` is within 60 degrees of `last`, and the mirror image is farther
+    /// from `last` than the sensor can move in the time `unseen`. The angle rejects jumps that are not motion, for example a
+    /// solver error.
     static bool is_mirror_excluded(const Vec3<Scalar>& near, const Vec3<Scalar>& last, Microseconds unseen) {
         constexpr Scalar kLeastCosine = Scalar(0.5);
         const Scalar dot = near.dot(last);
@@ -26,19 +27,19 @@ struct Sides {
     }
 };
 
-/// X is even in the position, so a pose from one signal matrix may as well be its mirror image behind the source. The setting
-/// says which it is where tracking starts; from there continuity does. A setting is used up by the first pose that is followed:
-/// where the sensor has gone since, it cannot know. Unless the sensor is confined to that half space, by a wall or a table.
+/// X is even in the position, so a pose from one signal matrix may be the mirror image behind the source. At the start of
+/// tracking the setting decides, then continuity does. The setting ends with the first continued pose, because the sensor may
+/// since have moved to the other side. It stays in force only if the sensor is confined to that half space (wall, table).
 template <typename Scalar, typename SidesOf = Sides<Scalar>>
 class Hemisphere {
 public:
-    /// towards: into the half space the sensor starts in; zero: unknown.
+    /// towards: direction to the half space at the start; zero: unknown.
     Hemisphere(const Vec3<Scalar>& towards, bool confined) : towards_(towards), confined_(confined) {}
 
-    /// Whether the last resolve() was more than a guess.
+    /// False if the last decision was a guess.
     [[nodiscard]] bool known() const { return known_; }
 
-    /// Where the sensor is now; zero makes it unknown.
+    /// Sets the direction to the present half space; zero: unknown.
     void set(const Vec3<Scalar>& towards) {
         towards_ = towards;
         fresh_ = true;
@@ -48,7 +49,7 @@ public:
         }
     }
 
-    /// A pose that is sure, to be continued from.
+    /// Stores a reliable pose from which to continue.
     void follow(const Vec3<Scalar>& position_m, DeviceTime time) {
         last_m_ = position_m;
         last_time_ = time;
@@ -56,13 +57,13 @@ public:
         fresh_ = false;
     }
 
-    /// The clock started anew: nobody knows how long ago the last pose was.
+    /// The device clock restarted: the age of the last pose is unknown.
     void forget() { followed_ = false; }
 
-    /// The model itself told the side.
+    /// The general model determined the hemisphere from the couplings.
     void resolved_by_data() { known_ = true; }
 
-    /// Whether the pose at `position_m` must be turned to the other side of the source.
+    /// True if the pose at `position_m` must be replaced by its mirror image.
     [[nodiscard]] bool must_turn(const Vec3<Scalar>& position_m, DeviceTime time) {
         const bool told = (fresh_ || confined_) && is_told(towards_);
         if (told || !followed_) {
@@ -80,7 +81,7 @@ private:
 
     Vec3<Scalar> towards_;
     bool confined_;
-    bool fresh_ = true;  // the setting has not been followed by a pose yet
+    bool fresh_ = true;  // no pose has been continued since the setting
     bool known_ = false;
     bool followed_ = false;
     Vec3<Scalar> last_m_ = Vec3<Scalar>::Zero();

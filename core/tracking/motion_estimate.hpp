@@ -1,4 +1,4 @@
-// How the sensor moves, from the poses themselves: what the error budget of a pose needs to know.
+// Velocity and angular rate of the sensor from its poses, for the error budget.
 #pragma once
 
 #include <array>
@@ -10,16 +10,16 @@
 
 namespace tricoil::tracking {
 
-/// Velocity and angular rate as the difference to the pose one whole frame earlier. In TDM that pose ended on the same state, so
-/// that the skew error, which depends on the order of the states, is in both and drops out. Their noise is that of two poses over
-/// one frame; accelerations stay zero.
+/// Velocity and angular rate from the difference to the pose one column frame earlier. In TDM both poses end on the same
+/// excitation state, so the skew error, which depends on the order of states, cancels. The noise is that of two poses over one
+/// frame. Accelerations are zero.
 template <typename Scalar>
 class MotionEstimate {
 public:
     /// poses_per_frame: three in TDM, where every column gives a pose; one in FDM.
     explicit MotionEstimate(int poses_per_frame) : poses_per_frame_(static_cast<std::size_t>(poses_per_frame)) {}
 
-    /// Takes a pose; the motion there, unless the pose a frame earlier is missing or older than longest_frame.
+    /// Adds a pose. Returns the motion there, or nullopt if the pose one frame earlier is missing or older than longest_frame.
     std::optional<error_model::MotionState<Scalar>> add(DeviceTime time, const Vec3<Scalar>& position_m,
                                                         const Quat<Scalar>& q_source_sensor, Microseconds longest_frame) {
         const Entry before = entries_[next_ % poses_per_frame_];
@@ -39,7 +39,7 @@ public:
         return state;
     }
 
-    /// Forgets: the poses that follow are not continuous with those before.
+    /// Forgets all poses, because later poses are not continuous with them.
     void clear() { entries_ = {}; }
 
 private:

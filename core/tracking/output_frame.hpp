@@ -1,4 +1,4 @@
-// What a user wants to see: the tip of a tool instead of the sensor, a table instead of the source, straight ahead as zero.
+// Output settings: tip offset of a tool, alignment frame and boresight.
 #pragma once
 
 #include "core/base/status.hpp"
@@ -7,17 +7,17 @@
 
 namespace tricoil::tracking {
 
-/// Applied to a pose in the order of the members. As it is, it changes nothing.
+/// Applied to a pose in the order of the members. The default changes nothing.
 template <typename Scalar>
 struct OutputFrame {
     Vec3<Scalar> tip_m = Vec3<Scalar>::Zero();                   // of the tool, sensor frame
-    Quat<Scalar> q_sensor_boresight = Quat<Scalar>::Identity();  // the sensor's axes turned to those that are reported
+    Quat<Scalar> q_sensor_boresight = Quat<Scalar>::Identity();  // from boresight axes to sensor axes
     Vec3<Scalar> origin_m = Vec3<Scalar>::Zero();                // of the alignment frame, source frame
     Quat<Scalar> q_source_alignment = Quat<Scalar>::Identity();  // v_source = q v_alignment
 };
 
-/// `estimate` as seen in `frame`: position of the tip in the alignment frame, attitude of the boresighted sensor against it. A
-/// rotation error r moves the tip by r x (q t), so the tip's covariance holds the attitude's, times the lever.
+/// Converts `estimate` to `frame`: position of the tip in the alignment frame, attitude of the boresighted sensor relative to it.
+/// A rotation error r moves the tip by r x (q t), so the tip's covariance includes that of the attitude.
 template <typename Scalar>
 PoseEstimate<Scalar> in_frame(const PoseEstimate<Scalar>& estimate, const OutputFrame<Scalar>& frame) {
     const Vec3<Scalar> lever = estimate.q_source_sensor * frame.tip_m;
@@ -34,20 +34,20 @@ PoseEstimate<Scalar> in_frame(const PoseEstimate<Scalar>& estimate, const Output
     return seen;
 }
 
-/// Makes the attitude at this moment read `reading` (identity: straight ahead) in `frame`.
+/// Sets the boresight such that the present attitude reads `reading` (identity: zero angles) in `frame`.
 template <typename Scalar>
 void boresight(OutputFrame<Scalar>& frame, const Quat<Scalar>& q_source_sensor,
                const Quat<Scalar>& reading = Quat<Scalar>::Identity()) {
     frame.q_sensor_boresight = (q_source_sensor.conjugate() * frame.q_source_alignment * reading).normalized();
 }
 
-/// Alignment frame from three points touched with the tip (source frame, m): its origin, a point on its x axis, and a point in
-/// its x-y plane on the side of positive y. Errors: not_finite; degenerate when the points are on a line or within a millimetre.
+/// Alignment frame from three points touched with the tip (source frame, m): its origin, a point on the positive x axis, and a
+/// point in the x-y plane with positive y. Errors: not_finite; degenerate if the points are on a line or less than 1 mm apart.
 template <typename Scalar>
 Status align(OutputFrame<Scalar>& frame, const Vec3<Scalar>& origin_m, const Vec3<Scalar>& on_x_m,
              const Vec3<Scalar>& towards_y_m) {
     constexpr Scalar kShortest_m = Scalar(1e-3);
-    constexpr Scalar kFlattest = Scalar(0.01);  // sine of the angle between the two arms
+    constexpr Scalar kFlattest = Scalar(0.01);  // sine of the angle at the origin
     const Vec3<Scalar> x = on_x_m - origin_m;
     const Vec3<Scalar> y = towards_y_m - origin_m;
     if (!(x.allFinite() && y.allFinite() && origin_m.allFinite())) {

@@ -1,4 +1,4 @@
-// What the tracker delivers: a pose, how sure it is, and why not when it is not.
+// Output of a tracker: pose, covariance, validity flags and diagnostics.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ struct PoseEstimate {
     Scalar snr_db = 0;                                        // 20 log10(k / sigma)
     Mat3<Scalar> signal_matrix = Mat3<Scalar>::Zero();        // X as it was solved
 
-    // The error to expect from motion and noise at this pose, term by term; nothing until the motion is known.
+    // Error budget at this pose; nullopt until the motion is known.
     std::optional<error_model::ErrorBudget<Scalar>> predicted_error;
 
     [[nodiscard]] bool valid() const { return !flags.has_any(kInvalidating); }

@@ -1,4 +1,4 @@
-// What the flags of columns say about a pose that is computed from them: one answer for all trackers.
+// Pose flags that follow from column flags, common to all trackers.
 #pragma once
 
 #include "core/signal/column.hpp"
@@ -12,7 +12,7 @@ constexpr PoseFlags signal_flags(ColumnFlags columns) {
     flags.set_if(columns.has(ColumnFlag::no_reference), PoseFlag::no_reference);
     flags.set_if(columns.has(ColumnFlag::low_signal), PoseFlag::low_signal);
     flags.set_if(columns.has(ColumnFlag::stuck), PoseFlag::no_sensor);
-    flags.set_if(columns.has(ColumnFlag::overrun), PoseFlag::unconfirmed);  // samples are missing: the phase is not known
+    flags.set_if(columns.has(ColumnFlag::overrun), PoseFlag::unconfirmed);  // samples are missing: the phase is unknown
     return flags;
 }
 

@@ -1,4 +1,4 @@
-// The latest column of each state, as one signal matrix when the three are recent enough.
+// Assembler of signal matrices: the latest column of each excitation state, if the three are close enough in time.
 #pragma once
 
 #include <algorithm>
@@ -9,24 +9,24 @@
 
 namespace tricoil::tracking {
 
-/// X of (6) with what the solver needs to know about it.
+/// X of (6) with noise, flags and times.
 template <typename Scalar>
 struct SignalMatrix {
     Mat3<Scalar> x;
     Scalar sigma = 0;   // root mean square of the nine entries' noise
     ColumnFlags flags;  // of all three columns
     DeviceTime newest{};
-    Vec3<Scalar> column_age_s = Vec3<Scalar>::Zero();  // of what x holds of each column, against the newest
+    Vec3<Scalar> column_age_s = Vec3<Scalar>::Zero();  // age of each column's values in x relative to the newest column
 };
 
 template <typename Scalar>
 class SignalMatrixAssembler {
 public:
-    /// max_span: longest time between the oldest and the newest column of one matrix. Zero asks for simultaneous columns (FDM).
-    /// deskew: extrapolate every column to the newest one's time; has no effect on simultaneous ones.
+    /// max_span: longest time between the oldest and the newest column of one matrix. Zero: only simultaneous columns (FDM).
+    /// deskew: extrapolate each column to the time of the newest; no effect on simultaneous columns.
     explicit SignalMatrixAssembler(Microseconds max_span, bool deskew = false) : max_span_(max_span), deskew_(deskew) {}
 
-    /// Takes a column of state s1-s3; the matrix if it is complete with it. One older than what is held of its state is left out.
+    /// Adds a column of state s1-s3. Returns the matrix if this column completes it. Ignores a column older than the stored one.
     std::optional<SignalMatrix<Scalar>> add(const Column<Scalar>& column) {
         const auto index = static_cast<std::size_t>(coil_index(column.state));
         if (columns_[index].state != Excitation::off && column.midpoint < columns_[index].midpoint) {
@@ -57,7 +57,7 @@ private:
     [[nodiscard]] SignalMatrix<Scalar> assemble(DeviceTime newest) const {
         SignalMatrix<Scalar> matrix;
         matrix.newest = newest;
-        // Two spans: a state's columns are a frame apart, a frame is one slot longer than the span of its columns.
+        // Two spans: columns of one state are one frame apart, and a frame is one slot longer than the span of its columns.
         const Microseconds longest_gap = deskew_ ? 2 * max_span_ : Microseconds{0};
         Scalar variance = 0;
         for (std::size_t j = 0; j < kSourceCoils; ++j) {

@@ -1,4 +1,4 @@
-// Which time stamps can be: duplicates, time backwards, and stamps that no clock has given are refused here for all trackers.
+// Plausibility of time stamps, common to all trackers: refuses duplicates, stamps that go back, and implausible stamps.
 #pragma once
 
 #include <algorithm>
@@ -10,17 +10,17 @@
 
 namespace tricoil::tracking {
 
-/// Follows the stamps of one sensor's columns. A stamp implausibly far ahead is held back until a later one agrees with it; when
-/// stamps keep coming that are too old but agree among themselves, the device's clock has started anew, and the base with it.
+/// Checks the time stamps of one sensor's columns. A stamp implausibly far ahead is held until a later one agrees with it. If
+/// stamps are too old but agree with each other for long enough, the device clock has restarted, and the time base restarts too.
 class TimeBase {
 public:
     enum class Verdict : std::uint8_t { in_order, late, restarted, duplicate, time_backwards, time_ahead };
 
-    /// max_lateness: how much older than the newest a column may be. longest_step: how much newer, without a second witness.
+    /// max_lateness: largest age of a column relative to the newest. longest_step: largest step ahead without a second stamp.
     TimeBase(Microseconds max_lateness, Microseconds longest_step) : max_lateness_(max_lateness), longest_step_(longest_step) {}
 
-    /// Judges the stamp of a column of source coil 0-2, and remembers it unless it is refused. late_allowed: whether the tracker
-    /// can use one older than the newest at present.
+    /// Checks the stamp of a column of source coil 0-2 and stores it unless it is refused. late_allowed: true if the tracker can
+    /// at present use a column older than the newest.
     Verdict take(int coil, DeviceTime time, bool late_allowed) {
         if (time > kLatest || time < kEarliest) {
             return time > kLatest ? Verdict::time_ahead : Verdict::time_backwards;
@@ -35,10 +35,10 @@ public:
         return Verdict::in_order;
     }
 
-    /// Source coils (bit each) whose columns have the newest stamp.
+    /// Source coils (one bit each) whose columns have the newest stamp.
     [[nodiscard]] unsigned coils_at_newest() const { return instants_[newest_index_].coils; }
 
-    /// Beyond these, differences of stamps would not fit: 36,000 years.
+    /// Limits that keep differences of stamps within 64 bits: 36,000 years.
     static constexpr DeviceTime kLatest = device_time_us(std::int64_t{1} << 60);
     static constexpr DeviceTime kEarliest = device_time_us(-(std::int64_t{1} << 60));
 
@@ -47,12 +47,12 @@ private:
         DeviceTime time = kEarliest;
         unsigned coils = 0;
     };
-    static constexpr std::size_t kInstants = 12;  // 12 ms of FDM at 960 Hz; older ones cannot be told from duplicates
-    static constexpr int kAgreeing = 8;           // instants in a row, too old, that make a new base: 11 ms of 240 Hz TDM
+    static constexpr std::size_t kInstants = 12;  // 12 ms of FDM at 960 Hz; older stamps count as duplicates
+    static constexpr int kAgreeing = 8;           // consecutive old stamps that restart the base: 11 ms of TDM at 240 Hz
 
     static unsigned bit(int coil) { return 1U << static_cast<unsigned>(coil); }
 
-    /// An entry for a new instant, in place of the oldest entry.
+    /// Stores a new stamp in place of the oldest entry.
     std::size_t enter(int coil, DeviceTime time) {
         const std::size_t index = next_;
         forgotten_ = std::max(forgotten_, instants_[index].time);
@@ -97,7 +97,7 @@ private:
         return Verdict::late;
     }
 
-    /// Counts instants that follow one another.
+    /// Counts consecutive old stamps that agree with each other.
     Verdict too_old(int coil, DeviceTime time) {
         const bool follows = too_old_in_row_ > 0 && time >= last_too_old_ && time - last_too_old_ <= longest_step_;
         too_old_in_row_ = follows ? too_old_in_row_ + (time > last_too_old_ ? 1 : 0) : 1;
@@ -111,7 +111,8 @@ private:
         return Verdict::restarted;
     }
 
-    /// Whether `time` confirms the stamp that is held back: later, and nearer to it than that was to the past. Holds it if not.
+    /// True if `time` confirms the held stamp: later, and closer to it than the held stamp is to the newest. Otherwise holds
+    /// `time`.
     bool agrees_with_held(DeviceTime time) {
         if (held_ && time > held_time_ && time - held_time_ <= held_time_ - newest_) {
             return true;
@@ -127,7 +128,7 @@ private:
     std::size_t next_ = 0;
     std::size_t newest_index_ = 0;
     DeviceTime newest_ = kEarliest;
-    DeviceTime forgotten_ = kEarliest;  // the newest instant that had to make room
+    DeviceTime forgotten_ = kEarliest;  // newest entry that was overwritten
     DeviceTime held_time_{};
     DeviceTime last_too_old_{};
     int too_old_in_row_ = 0;

@@ -57,7 +57,7 @@ void Tracker<Scalar>::finish(std::optional<PoseEstimate<Scalar>>& estimate) {
     last_reported_ = q;
 }
 
-/// Not inlined: its temporaries would stay on the stack beside the method's.
+/// Not inlined, so that its temporaries do not add to the stack of the method.
 template <typename Scalar>
 [[gnu::noinline]] void Tracker<Scalar>::to_source_frame(PoseEstimate<Scalar>& estimate) const {
     if (correction_->has_own_axes()) {

@@ -1,4 +1,4 @@
-// The tracker of one sensor: columns in, poses out. The interface of every method, and the one place that applies a calibration.
+// Tracker of one sensor: columns in, poses out. Common interface of all methods; applies the calibration.
 #pragma once
 
 #include <optional>
@@ -11,9 +11,9 @@
 
 namespace tricoil::tracking {
 
-/// With the correction of its coils a tracker takes columns as they were measured and reports poses in the calibration's source
-/// frame; without one the coils are ideal. Hemispheres are in the same frame as poses. Of the two quaternions of an attitude, a
-/// tracker reports the one that is nearer to the last.
+/// With a coil correction a tracker takes measured columns and reports poses in the calibration's source frame. Without one the
+/// coils are ideal. Hemispheres are in the same frame as poses. Of the two quaternions of an attitude the tracker reports the one
+/// closer to the last.
 template <typename Scalar>
 class Tracker {
 public:
@@ -23,13 +23,13 @@ public:
     Tracker(const Tracker&) = delete;
     Tracker& operator=(const Tracker&) = delete;
 
-    /// Takes one column; a pose if there is one at its time. A refused column is counted and changes nothing else.
+    /// Processes one column. Returns a pose if the method has one at its time. A refused column is only counted.
     std::optional<PoseEstimate<Scalar>> update(const Column<Scalar>& column);
 
-    /// Called when a column did not come: a pose if the method has one to say, flagged coasting or stale.
+    /// For times without columns: returns a pose flagged coasting or stale, if the method supports it.
     std::optional<PoseEstimate<Scalar>> tick(DeviceTime now);
 
-    /// Points to the half space in which the sensor is now; zero makes it unknown. Refused (not_finite) if not finite.
+    /// Direction to the half space in which the sensor is now; zero: unknown. Errors: not_finite.
     Status set_hemisphere(const Vec3<Scalar>& towards);
 
     [[nodiscard]] TrackerState state() const { return do_state(); }
@@ -38,7 +38,7 @@ public:
 protected:
     explicit Tracker(const Correction& correction) : correction_(correction) {}
 
-    /// The parameters for corrected columns.
+    /// Parameters for corrected columns.
     static CommonParams<Scalar> corrected(CommonParams<Scalar> params, const Correction& correction);
 
 private:

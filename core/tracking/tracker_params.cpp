@@ -62,7 +62,7 @@ Status check_process_noise(const ProcessNoiseParams<Scalar>& n) {
     return {};
 }
 
-/// Of numbers that are not times.
+/// Checks of numbers that are not times.
 template <typename Scalar>
 Status check_filter(const CommonParams<Scalar>& common, const ScaatParams<Scalar>& p) {
     for (const Scalar value : {p.gate, p.most_inflated, p.start_speed_m_s, p.start_rate_rad_s, p.inconsistent_above}) {

@@ -1,4 +1,4 @@
-// Parameters of a tracker: those that every method has, and those of the method that is chosen.
+// Parameters of a tracker: common ones and those of the selected method.
 #pragma once
 
 #include <variant>
@@ -10,76 +10,76 @@
 
 namespace tricoil::tracking {
 
-/// Sensors that one source can serve: the bound of every table that is kept per sensor.
+/// Largest number of sensors of one source; size of all tables per sensor.
 constexpr int kMaxSensors = 4;
 
-/// Parameters that every method has.
+/// Parameters of all methods.
 template <typename Scalar>
 struct CommonParams {
     Scalar coupling_constant = 1;                     // C, coupling units times m^3; not used with a calibration
-    Vec3<Scalar> hemisphere = Vec3<Scalar>::UnitX();  // towards the half space the sensor starts in; zero: unknown
-    bool confined = false;                            // to that half space, by a wall or a table: applies again after every loss
+    Vec3<Scalar> hemisphere = Vec3<Scalar>::UnitX();  // direction to the half space at the start; zero: unknown
+    bool confined = false;                            // the sensor never leaves that half space (wall, table)
     Microseconds max_column_span{0};                  // see SignalMatrixAssembler; column_span() derives it from a plan
     Scalar window_s = 0;                              // length of a demodulation window, for the predicted blur
     Scalar latency_s = 0;                             // from a pose's time to its use, for the predicted error
     Scalar min_snr = 10;                              // k / sigma below which a pose is flagged (20 dB)
-    Scalar max_misfit = Scalar(0.1);                  // share of the couplings' power that no dipole explains: no sensor.
-                                                      // Rank-one crosstalk has 1/3; the worst real sensor seen so far 0.034
-    Scalar distortion_gate = Scalar(16.27);           // chi-square of 3 degrees of freedom passed once in 1,000
+    Scalar max_misfit = Scalar(0.1);                  // share of squared couplings that no dipole explains; above: no sensor.
+                                                      // Rank-one crosstalk has 1/3, real sensors up to 0.034
+    Scalar distortion_gate = Scalar(16.27);           // chi-square of 3 degrees of freedom, exceeded once in 1,000
     Microseconds lost_after{100'000};                 // without a valid pose
     Microseconds search_after{1'000'000};             // when lost: forget the last pose
 };
 
-/// DirectTracker: closed form, maximum likelihood, of each complete signal matrix.
+/// DirectTracker: closed-form maximum-likelihood pose of each complete signal matrix.
 struct DirectParams {
-    bool deskew = false;  // TDM: extrapolate each column to the newest one's time
+    bool deskew = false;  // TDM: extrapolate each column to the time of the newest
 };
 
-/// PreviousTracker: the previous-measurement technique. Acquisition is direct.
+/// PreviousTracker: the previous-measurement technique. Acquisition uses the direct solver.
 struct PreviousParams {
     enum class Form : std::uint8_t {
         vectors,  // pole-free
-        angles,   // the paper's angles, with its poles
+        angles,   // the paper's angles, singular at the poles
     };
     Form form = Form::vectors;
-    int passes = 1;  // of the step per matrix
+    int passes = 1;  // steps per matrix
 };
 
-/// Process noise of the SCAAT filter, estimated within limits; see scaat/process_noise.hpp. Limits come from what hands do:
-/// 0.1 m/s^2 for 0.1 s is a resting hand, 2,000 m/s^2 for 25 ms the paper's example III. Gain, rise and smoothing were chosen on
-/// recorded hand motions (tests/bench/tracking_table): errors are flat within 2 % around them, and the same on the half of the
-/// files that was not used to choose them.
+/// Process noise of the SCAAT filter, estimated within limits; see scaat/process_noise.hpp. The limits come from hand motion:
+/// 0.1 m/s^2 for 0.1 s is a resting hand, 2,000 m/s^2 for 25 ms is the paper's example III. Gain, rise and smoothing were chosen
+/// on recorded hand motions (tests/bench/tracking_table): errors change by less than 2 % around these values, also on the half of
+/// the files that was not used for the choice.
 template <typename Scalar>
 struct ProcessNoiseParams {
     Scalar least_m2_s3 = Scalar(1e-3);       // translation, m^2/s^3
     Scalar most_m2_s3 = Scalar(1e5);         //
-    Scalar start_m2_s3 = 1;                  // while nothing is known: 4.5 m/s^2 for 50 ms
+    Scalar start_m2_s3 = 1;                  // at the start: 4.5 m/s^2 for 50 ms
     Scalar least_rad2_s3 = Scalar(0.3);      // rotation, rad^2/s^3
     Scalar most_rad2_s3 = Scalar(1e6);       //
     Scalar start_rad2_s3 = 30;               // 25 rad/s^2 for 50 ms
     Scalar gain = Scalar(1) / 20;            // weight of one column: 20 columns are 28 ms of 240 Hz TDM frames
-    Scalar rise = Scalar(1.8);               // times the gain upwards: too low a q lags, too high a one is only noisier
+    Scalar rise = Scalar(1.8);               // factor on the gain for increases: a low q causes lag, a high q only noise
     Scalar smoothing = Scalar(0.35);         // weight of one column's score: at rest single scores are mostly noise
-    Scalar information_floor = Scalar(0.2);  // Fisher information per column below which the gain fades: noise hides the motion
+    Scalar information_floor = Scalar(0.2);  // Fisher information per column below which the gain falls: noise hides the motion
     Scalar largest_step = 2;                 // of log q per column: limits the effect of one outlier
 };
 
-/// ScaatTracker and, for coils that are no ideal triads, GeneralTracker: a Kalman filter that takes each column at its own time.
+/// ScaatTracker and, for coils that cannot be corrected to ideal triads, GeneralTracker: a Kalman filter over single columns.
 template <typename Scalar>
 struct ScaatParams {
     ProcessNoiseParams<Scalar> process;
-    Scalar gate = 30;                     // squared innovation over its covariance, 3 degrees of freedom: passed once in 7e5
-    Scalar most_inflated = Scalar(0.05);  // innovation over coupling up to which a manoeuvre is followed by a larger covariance
-    Scalar start_speed_m_s = 3;           // standard deviation of the velocity when the filter starts: a fast hand
-    Scalar start_rate_rad_s = 20;         // likewise of the angular rate
+    Scalar gate = 30;                     // squared innovation over its covariance, 3 degrees of freedom: exceeded once in 7e5
+    Scalar most_inflated = Scalar(0.05);  // innovation over coupling up to which the covariance is inflated for a manoeuvre
+    Scalar start_speed_m_s = 3;           // standard deviation of the velocity at the start: a fast hand
+    Scalar start_rate_rad_s = 20;         // standard deviation of the angular rate at the start
     Scalar consistency_gain = Scalar(1) / 24;  // weight of a column in the windowed consistency: 24 columns are 33 ms of TDM
     Scalar inconsistent_above = 6;             // mean squared innovation per degree of freedom; expectation 1
-    Microseconds max_lateness{10'000};         // a column older than the newest by more is refused: two frames at 240 Hz
-    Microseconds coast_limit{40'000};          // prediction without columns beyond which a pose is stale
-    Microseconds predict_ahead{0};             // deliver the pose this long after the newest column, to hide a display's delay
+    Microseconds max_lateness{10'000};         // largest age of a column relative to the newest: two frames at 240 Hz
+    Microseconds coast_limit{40'000};          // longest prediction without columns; then a pose is stale
+    Microseconds predict_ahead{0};             // predict poses by this time, to compensate the delay of a display
 };
 
-/// The method of a tracker, with its parameters.
+/// Method of a tracker, with its parameters.
 template <typename Scalar>
 using MethodParams = std::variant<DirectParams, PreviousParams, ScaatParams<Scalar>>;
 
@@ -91,12 +91,11 @@ struct TrackerParams {
 
 static_assert(sizeof(TrackerParams<float>) <= 176, "set once");
 
-/// max_column_span for a plan: FDM columns are simultaneous; three TDM slots in turn span two, and a lost one must not be
-/// bridged.
+/// max_column_span for a plan. FDM columns are simultaneous. Three consecutive TDM slots span two slots; a lost slot exceeds the
+/// limit.
 Microseconds column_span(const signal::AcquisitionPlan& plan);
 
-/// Errors (invalid_argument), with the reason: a number that is not finite, out of its limits, or with which the method cannot
-/// work; times out of order.
+/// Errors (invalid_argument), with the reason: a number is not finite or out of its limits, or times are out of order.
 template <typename Scalar>
 Status check(const TrackerParams<Scalar>& params);
 

@@ -1,4 +1,4 @@
-// The direct method: the closed-form, maximum-likelihood pose of each signal matrix.
+// Direct method: closed-form maximum-likelihood pose of each signal matrix.
 #pragma once
 
 #include "core/tracking/matrix/matrix_tracker.hpp"

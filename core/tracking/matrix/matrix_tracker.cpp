@@ -11,7 +11,7 @@
 namespace tricoil::tracking {
 namespace {
 
-/// What makes a matrix worthless to extrapolate from, even by one column of it.
+/// Flags of a matrix whose columns must not be used for extrapolation.
 constexpr PoseFlags kBad{PoseFlag::saturated, PoseFlag::no_sensor, PoseFlag::wrong_handedness, PoseFlag::not_converged,
                          PoseFlag::no_reference};
 
@@ -34,7 +34,7 @@ void MatrixTracker<Scalar>::do_set_hemisphere(const Vec3<Scalar>& towards) {
     if (has_last_ && last_.direction.dot(towards) < 0) {
         last_.direction = -last_.direction;
         do_follow(last_, false);
-        motion_.clear();  // the next pose is on the other side: their difference is no motion
+        motion_.clear();  // the next pose is on the other side: the difference is not motion
     }
 }
 
@@ -104,7 +104,7 @@ std::optional<Rejection> MatrixTracker<Scalar>::why_refused(const Column<Scalar>
         return reason;
     }
     const auto verdict = time_base_.take(coil_index(column.state), column.midpoint, false);
-    if (verdict == TimeBase::Verdict::restarted) {  // nothing that was known has a time any more
+    if (verdict == TimeBase::Verdict::restarted) {  // stored times are invalid
         ++counters_.clock_restarts;
         state_ = TrackerState::searching;
         has_last_ = false;
@@ -116,8 +116,8 @@ std::optional<Rejection> MatrixTracker<Scalar>::why_refused(const Column<Scalar>
     return reason_of(verdict);
 }
 
-/// A column of a bad matrix looks good beside two others where nothing is left over to tell. It stays one of those that deskewing
-/// extrapolates from for two columns of each state.
+/// A bad column can stay undetected in a later matrix that has no misfit. Deskew uses it for two columns of each state, so poses
+/// are unconfirmed for that time.
 template <typename Scalar>
 void MatrixTracker<Scalar>::doubt_history(PoseEstimate<Scalar>& estimate) {
     constexpr int kHistory = 2 * kSourceCoils;
@@ -129,8 +129,8 @@ void MatrixTracker<Scalar>::doubt_history(PoseEstimate<Scalar>& estimate) {
     doubtful_ = bad ? kHistory : std::max(doubtful_ - 1, 0);
 }
 
-/// The method's step from the last pose. not_ready: there is none, or the method takes none; not_converged: the step left its
-/// domain, or ended at a pose that explains the couplings worse than any sensor would.
+/// The method's step from the last pose. not_ready: no last pose, or the method has no step. not_converged: the step left its
+/// domain, or the misfit of its result is too large for a sensor.
 template <typename Scalar>
 auto MatrixTracker<Scalar>::step(const Mat3<Scalar>& x) -> Result<Pose> {
     if (state_ != TrackerState::tracking || !has_last_) {
@@ -143,7 +143,7 @@ auto MatrixTracker<Scalar>::step(const Mat3<Scalar>& x) -> Result<Pose> {
     return next;
 }
 
-/// The direct solution, in the hemisphere that continuity or the setting tells.
+/// Direct solution, in the hemisphere from continuity or setting.
 template <typename Scalar>
 auto MatrixTracker<Scalar>::acquire(const SignalMatrix<Scalar>& matrix) -> Result<Pose> {
     const auto direct = solver::solve_direct(matrix.x, params_.coupling_constant);
@@ -181,7 +181,7 @@ void MatrixTracker<Scalar>::judge(const SignalMatrix<Scalar>& matrix, const Pose
     estimate.flags.set_if(significant && misfit > params_.max_misfit * matrix.x.squaredNorm(), PoseFlag::no_sensor);
 }
 
-/// The error model's budget for this pose, with the motion as the poses show it and the columns' ages as they are.
+/// Error budget of this pose, with motion from the poses and the actual ages of the columns.
 template <typename Scalar>
 void MatrixTracker<Scalar>::predict_error(const SignalMatrix<Scalar>& matrix, Step step, PoseEstimate<Scalar>& estimate) {
     const auto motion = motion_.add(estimate.time, estimate.position_m, estimate.q_source_sensor, params_.lost_after);

@@ -1,4 +1,4 @@
-// Trackers that solve each complete signal matrix: what they share, from columns to the judged pose.
+// Base of the trackers that solve each complete signal matrix: from columns to the flagged pose.
 #pragma once
 
 #include "core/solver/previous_measurement.hpp"
@@ -10,15 +10,15 @@
 
 namespace tricoil::tracking {
 
-/// A method may follow the last pose with a step of its own; otherwise, and where the step fails, the direct solver gives the
-/// pose and Hemisphere its side. tick(): the last pose, flagged stale, once it is older than lost_after.
+/// A method may compute the pose by a step from the last pose. Without a step, or if it fails, the direct solver computes the
+/// pose and Hemisphere decides its side. tick(): the last pose, flagged stale, if it is older than lost_after.
 template <typename Scalar>
 class MatrixTracker : public Tracker<Scalar> {
 protected:
     using Pose = solver::VectorPose<Scalar>;
     using typename Tracker<Scalar>::Correction;
 
-    /// Form and passes of the method's step, for the predicted error.
+    /// Form and passes of the method's step, for the error budget.
     struct Step {
         error_model::SolverForm form = error_model::SolverForm::direct;
         int passes = 1;
@@ -29,9 +29,9 @@ protected:
     [[nodiscard]] Scalar coupling_constant() const { return params_.coupling_constant; }
 
 private:
-    /// The method's step from the last pose. not_ready: the method takes none.
+    /// Step of the method from the last pose. not_ready: the method has no step.
     virtual Result<Pose> do_step(const Mat3<Scalar>& x, const Pose& last) = 0;
-    /// `pose` is the one to step from next. is_step: do_step() has just returned it.
+    /// `pose` is the start of the next step. is_step: the pose came from do_step().
     virtual void do_follow(const Pose& /*pose*/, bool /*is_step*/) {}
 
     std::optional<PoseEstimate<Scalar>> do_update(const Column<Scalar>& column) final;
@@ -59,7 +59,7 @@ private:
     bool has_last_ = false;
     TimeBase time_base_;
     Hemisphere<Scalar> hemisphere_;
-    int doubtful_ = 0;  // columns still to come until no older one is extrapolated from that was part of a bad matrix
+    int doubtful_ = 0;  // columns to come until deskew no longer uses columns of a bad matrix
     DeviceTime last_valid_{};
     PoseEstimate<Scalar> last_estimate_;
     TrackerCounters counters_;

@@ -1,4 +1,4 @@
-// The previous-measurement technique: each signal matrix moves the last pose by small increments.
+// Previous-measurement technique: each signal matrix changes the last pose by small increments.
 #pragma once
 
 #include "core/tracking/matrix/matrix_tracker.hpp"
@@ -19,7 +19,7 @@ private:
     void do_follow(const Pose& pose, bool is_step) override;
 
     PreviousParams method_;
-    solver::AnglePose<Scalar> last_angles_;  // not wrapped: a full turn stays visible
+    solver::AnglePose<Scalar> last_angles_;  // not wrapped: contains full turns
     solver::AnglePose<Scalar> next_angles_;
 };
 

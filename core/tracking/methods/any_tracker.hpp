@@ -1,4 +1,4 @@
-// A tracker whose method is chosen at run time, without heap: for programs that offer all methods.
+// Tracker with a method chosen at run time, without heap. For programs that offer all methods.
 #pragma once
 
 #include "core/tracking/matrix/direct_tracker.hpp"
@@ -8,8 +8,7 @@
 
 namespace tricoil::tracking {
 
-/// The method is that of the parameters. Coils that CoilCorrection cannot make ideal need the filter, which then is the
-/// GeneralTracker.
+/// The parameters select the method. Coils that CoilCorrection cannot correct need the filter; it is then a GeneralTracker.
 template <typename Scalar>
 class AnyTracker {
 public:
@@ -17,7 +16,7 @@ public:
     using Correction = typename Tracker<Scalar>::Correction;
 
     /// Errors (invalid_argument or not_finite, with the reason): those of the parameters and of the calibration; coils that need
-    /// the filter, without the filter.
+    /// the filter while another method is selected.
     static Status check(const TrackerParams<Scalar>& params, const Calibration& coils);
 
     /// Both must pass check().

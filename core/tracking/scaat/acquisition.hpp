@@ -1,4 +1,4 @@
-// The filter's first state: a direct pose, opened wide, and narrowed by its three columns at their own times.
+// First state of the filter: a direct pose with large covariance, updated with its three columns at their own times.
 #pragma once
 
 #include <array>
@@ -12,8 +12,8 @@
 
 namespace tricoil::tracking::scaat {
 
-/// Measurement variances, at no less than a share of the prediction's own: one column may not shrink a variance by more than what
-/// the scalar type resolves (float: 10^5). Only the first columns after a start, with noise far below a micrometre, notice.
+/// Measurement variances with a lower limit relative to the prediction's variance: one column may not reduce a variance by more
+/// than the scalar type resolves (float: 10^5). It matters only for the first columns after a start with noise far below 1 um.
 template <typename Scalar>
 Vec3<Scalar> resolvable_variance(const Vec3<Scalar>& variance, const Innovation<Scalar>& innovation) {
     constexpr Scalar kShare = 64 * std::numeric_limits<Scalar>::epsilon();
@@ -21,8 +21,8 @@ Vec3<Scalar> resolvable_variance(const Vec3<Scalar>& variance, const Innovation<
     return variance.cwiseMax(kShare * predicted);
 }
 
-/// Innovation of a column with its variance kept resolvable. `around` as in innovation(); unmodelled_variance: of the errors of
-/// the couplings besides noise, coupling units squared.
+/// Innovation of a column, with resolvable_variance(). `around` as in innovation(). unmodelled_variance: of coupling errors other
+/// than noise, coupling units squared.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 Innovation<Scalar> column_innovation(const Model& model, const State<Scalar>& state, const Motion<Scalar>& around,
                                      const Column<Scalar>& column, Scalar unmodelled_variance = 0) {
@@ -41,7 +41,7 @@ Innovation<Scalar> column_innovation(const Model& model, const State<Scalar>& st
     return result;
 }
 
-/// An assembler's three latest columns, oldest first. By compare and swap: a library's sort brings its recursion along.
+/// Latest three columns of an assembler, oldest first. Three compare-and-swap steps need less flash than std::sort.
 template <typename Scalar>
 std::array<const Column<Scalar>*, kSourceCoils> oldest_first(const SignalMatrixAssembler<Scalar>& columns) {
     std::array<const Column<Scalar>*, kSourceCoils> order{&columns.latest(0), &columns.latest(1), &columns.latest(2)};
@@ -53,11 +53,11 @@ std::array<const Column<Scalar>*, kSourceCoils> oldest_first(const SignalMatrixA
     return order;
 }
 
-/// Sets `state` to that at the newest of the assembler's three columns. The prior is the direct pose of the three as if
-/// simultaneous, with a standard deviation that covers what moved between them; taking the columns again counts them twice, but
-/// with a prior this wide that adds less than 1 % of information. Position and velocity come out correlated as they must: the
-/// next three columns are what tells the velocity, which is the difference of two deskewed poses, weighted by the noise. In
-/// place: a state on the stack would be a quarter of a small processor's.
+/// Sets `state` to the time of the newest of the assembler's three columns. The prior is the direct pose of the three columns as
+/// if simultaneous, with a standard deviation that covers the motion between them. The columns are then used a second time as
+/// updates; with this wide prior that adds less than 1 % of information. Position and velocity errors become correlated, as they
+/// must: the next three columns determine the velocity, which is the difference of two deskewed poses weighted by the noise.
+/// Works in place to save stack: a state takes a quarter of a small processor's stack.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 [[gnu::noinline]] void start_state(State<Scalar>& state, const Model& model, const StartPose<Scalar>& start,
                                    const SignalMatrixAssembler<Scalar>& columns, const ScaatParams<Scalar>& params) {

@@ -1,4 +1,4 @@
-// What each source coil last said about the filter: believed, refused, or nothing.
+// Record of accepted and refused columns of each source coil.
 #pragma once
 
 #include <algorithm>
@@ -10,12 +10,12 @@
 
 namespace tricoil::tracking::scaat {
 
-/// Two coils leave six numbers with false solutions that pass through the true one, so a pose is only as good as the coil that
-/// was not heard for longest. After an inflation of its covariance a filter can bend twelve numbers, pose and rates, to the next
-/// columns: it stands unconfirmed until each coil has been accepted twice since, eighteen numbers.
+/// Two coils give six numbers, which have false solutions close to the true one. A pose is therefore only as reliable as the coil
+/// with the oldest accepted column. After an inflation of the covariance the filter can fit twelve numbers (pose and rates) to
+/// the next columns. The pose is then unconfirmed until each coil has been accepted twice: eighteen numbers.
 class CoilRecord {
 public:
-    /// All coils were heard at `time`, and none has been refused.
+    /// All coils were accepted at `time`; none is refused.
     void start(DeviceTime time) {
         *this = CoilRecord{};
         accepted_at_.fill(time);
@@ -29,37 +29,37 @@ public:
         awaited_[c] = std::max(awaited_[c] - 1, 0);
     }
 
-    /// far: by so much that the sensor must have jumped.
+    /// far: the deviation is so large that the sensor must have jumped.
     void refuse(int coil, bool far) {
         ++refused_[index(coil)];
         far_[index(coil)] = far;
     }
 
-    /// The covariance was inflated for the column just accepted: what the coils said so far, that one included, no longer counts.
+    /// The covariance was inflated for the column just accepted: earlier columns, and this one, no longer count.
     void inflate() { awaited_.fill(kConfirming); }
 
-    /// A whole measurement, a column in turn or a frame, was refused or not.
+    /// Result of a complete measurement: one column (TDM) or one frame (FDM).
     void measured(bool accepted) { in_row_ = accepted ? 0 : in_row_ + 1; }
 
-    /// Nothing speaks against the state: each coil was accepted often enough since the last inflation, and none stands refused.
+    /// True if each coil was accepted often enough since the last inflation and none is refused at present.
     [[nodiscard]] bool confirmed() const {
         constexpr std::array<int, kSourceCoils> kNone{};
         return in_row_ == 0 && awaited_ == kNone && refused_ == kNone;
     }
 
-    /// Whether both coils beside this one stand refused: if it contradicts the prediction too, that is no outlier.
+    /// True if both other coils are refused at present. If this coil contradicts the prediction too, it is not an outlier.
     [[nodiscard]] bool contradicted_beside(int coil) const {
         return (coil == 0 || refused_[0] > 0) && (coil == 1 || refused_[1] > 0) && (coil == 2 || refused_[2] > 0);
     }
 
     [[nodiscard]] bool any_far() const { return far_[0] || far_[1] || far_[2]; }
 
-    /// Three measurements in a row were refused, or three of one coil.
+    /// True if three measurements in a row were refused, or three of one coil.
     [[nodiscard]] bool left_behind() const {
         return in_row_ >= kMostRefused || std::max({refused_[0], refused_[1], refused_[2]}) >= kMostRefused;
     }
 
-    /// For how long this coil has not been heard; the silent one of the three.
+    /// Time since the last accepted column of this coil; without `coil`: the longest of the three.
     [[nodiscard]] Microseconds silence(int coil, DeviceTime now) const { return now - accepted_at_[index(coil)]; }
     [[nodiscard]] Microseconds silence(DeviceTime now) const {
         return now - std::min({accepted_at_[0], accepted_at_[1], accepted_at_[2]});
@@ -73,7 +73,7 @@ private:
     std::array<DeviceTime, kSourceCoils> accepted_at_{};
     std::array<int, kSourceCoils> refused_{};  // in a row
     std::array<bool, kSourceCoils> far_{};
-    std::array<int, kSourceCoils> awaited_{};  // acceptances since the covariance was inflated
+    std::array<int, kSourceCoils> awaited_{};  // acceptances still needed after an inflation of the covariance
     int in_row_ = 0;
 };
 

@@ -1,4 +1,4 @@
-// One column against the state: innovation, gate quantities, and the Joseph update.
+// Update with one column: innovation, gate quantities and Joseph update.
 #pragma once
 
 #include "core/geometry/cholesky.hpp"
@@ -12,22 +12,22 @@ using PoseJacobian = Eigen::Matrix<Scalar, 3, 6>;  // of a column by position an
 template <typename Scalar>
 using GainMatrix = Eigen::Matrix<Scalar, kErrorStates, 3, Eigen::RowMajor>;
 
-/// Innovation of one column and what follows from it. Coupling units; H has shape 3 x 6 (position, small rotation).
+/// Innovation of one column and derived quantities. Coupling units; H has shape 3 x 6 (position, small rotation).
 template <typename Scalar>
 struct Innovation {
-    Vec3<Scalar> y;                     // measured less predicted
+    Vec3<Scalar> y;                     // measured minus predicted
     PoseJacobian<Scalar> h;             // by the pose at the column's time
     GainMatrix<Scalar> gain_numerator;  // G = P H^T
     Vec3<Scalar> r;                     // measurement variances
     Cholesky<Scalar, 3> s;              // of S = H P H^T + R
-    Scalar late_s = 0;                  // state's time less the column's
-    bool ok = false;                    // S is positive definite and everything finite
+    Scalar late_s = 0;                  // time of the state minus time of the column
+    bool ok = false;                    // S is positive definite and all numbers are finite
 
     [[nodiscard]] Vec3<Scalar> whitened() const { return s.solve_lower(y); }
 };
 
-/// A H^T, for a measurement of the pose `late_s` before the state: the pose then is the pose now less late_s times the rates.
-/// Row by row, which keeps H in registers.
+/// A H^T for a measurement of the pose `late_s` before the state. That pose is the present pose minus late_s times the rates.
+/// Computed row by row, so that H stays in registers.
 template <typename Scalar>
 GainMatrix<Scalar> times_h_transposed(const Mat12<Scalar>& a, const PoseJacobian<Scalar>& h, Scalar late_s) {
     GainMatrix<Scalar> g;
@@ -42,7 +42,7 @@ GainMatrix<Scalar> times_h_transposed(const Mat12<Scalar>& a, const PoseJacobian
     return g;
 }
 
-/// H G, likewise.
+/// H G, in the same way.
 template <typename Scalar>
 Mat3<Scalar> h_times(const PoseJacobian<Scalar>& h, const GainMatrix<Scalar>& g, Scalar late_s) {
     Mat3<Scalar> product = h * g.template topRows<6>();
@@ -52,8 +52,8 @@ Mat3<Scalar> h_times(const PoseJacobian<Scalar>& h, const GainMatrix<Scalar>& g,
     return product;
 }
 
-/// Innovation of the couplings z (variances r, column j) taken late_s before `state`. `around`: state to linearise at, usually
-/// `state` itself; another one re-linearises (iterated extended Kalman filter, Bar-Shalom et al. 2001, section 10.5.2).
+/// Innovation of the couplings z (variances r, column j) measured late_s before `state`. `around`: point of linearisation,
+/// usually `state`. Another point gives the iterated extended Kalman filter (Bar-Shalom et al. 2001, section 10.5.2).
 template <typename Scalar, MeasurementModel<Scalar> Model>
 Innovation<Scalar> innovation(const Model& model, const State<Scalar>& state, const Motion<Scalar>& around, int j,
                               const Vec3<Scalar>& z, const Vec3<Scalar>& r, Scalar late_s) {
@@ -72,7 +72,7 @@ Innovation<Scalar> innovation(const Model& model, const State<Scalar>& state, co
     result.h.template leftCols<3>() = predicted.by_position_per_m;
     result.h.template rightCols<3>() = predicted.by_rotation_per_rad;
     if (late_s > 0) {
-        result.h.template rightCols<3>() *= back.toRotationMatrix();  // a rotation error now, seen from then
+        result.h.template rightCols<3>() *= back.toRotationMatrix();  // a rotation error now, in the axes of that time
     }
     result.y = z - predicted.column;
     if (&around != static_cast<const Motion<Scalar>*>(&state)) {
@@ -90,7 +90,7 @@ Innovation<Scalar> innovation(const Model& model, const State<Scalar>& state, co
     return result;
 }
 
-/// Multiplies the measurement's variances, as if it had been that much noisier.
+/// Multiplies the variances of the measurement by `factor`.
 template <typename Scalar>
 void inflate_noise(Innovation<Scalar>& innovation, Scalar factor) {
     innovation.r *= factor;
@@ -109,7 +109,7 @@ void correct(State<Scalar>& state, const Vec12<Scalar>& error) {
     state.rate_rad_s += error.template segment<3>(9);
 }
 
-/// A -= K B^T: the first columns in full, of the others the upper triangle.
+/// A -= K B^T: columns below `full_columns` completely, of the others only the upper triangle.
 template <typename Scalar>
 void subtract_product(Mat12<Scalar>& a, const GainMatrix<Scalar>& k, const GainMatrix<Scalar>& b, int full_columns) {
     for (int j = 0; j < kErrorStates; ++j) {
@@ -130,10 +130,10 @@ void mirror_upper_triangle(Mat12<Scalar>& p) {
     }
 }
 
-/// x += K y and P = (I - K H) P (I - K H)^T + K R K^T (Joseph). In float a column can be 10^4 times surer than the prediction;
-/// the short form P - K G^T then leaves rounding errors of the size of the result, to first order in the error of K, and P turns
-/// indefinite. Joseph's is quadratic in that error. Of the last product only the upper triangle is formed and mirrored, so P
-/// stays symmetric exactly; of the first, what the two after it read. Returns K y.
+/// x += K y and P = (I - K H) P (I - K H)^T + K R K^T (Joseph). In float a column can be 10^4 times more accurate than the
+/// prediction. The short form P - K G^T then has rounding errors of the size of the result, of first order in the error of K, and
+/// P becomes indefinite. The Joseph form is of second order in that error. Only the upper triangle of the last product is
+/// computed and mirrored, so P stays exactly symmetric; of the first product only the part that is used. Returns K y.
 template <typename Scalar>
 Vec12<Scalar> apply(State<Scalar>& state, const Innovation<Scalar>& innovation) {
     const GainMatrix<Scalar>& g = innovation.gain_numerator;
@@ -145,7 +145,7 @@ Vec12<Scalar> apply(State<Scalar>& state, const Innovation<Scalar>& innovation) 
     correct(state, error);
     Mat12<Scalar>& p = state.covariance;
     subtract_product(p, k, g, innovation.late_s > 0 ? kErrorStates : kErrorStates / 2);  // (I - K H) P
-    // (I - K H) P H^T equals K R but for rounding; the difference is what the second factor takes away.
+    // (I - K H) P H^T equals K R except for rounding; this difference is the effect of the second factor.
     GainMatrix<Scalar> rest = times_h_transposed<Scalar>(p, innovation.h, innovation.late_s);
     for (int i = 0; i < kErrorStates; ++i) {
         rest.row(i) -= k.row(i).cwiseProduct(innovation.r.transpose());

@@ -1,4 +1,4 @@
-// The Kalman filter: state, covariance and process noise, updated by one column at a time.
+// Kalman filter: state, covariance and process noise, updated with one column at a time.
 #pragma once
 
 #include "core/tracking/scaat/acquisition.hpp"
@@ -9,8 +9,8 @@
 
 namespace tricoil::tracking::scaat {
 
-/// Single constraint at a time (Welch and Bishop 1997), with a gate against outliers and process noise that follows the
-/// innovations. Parameters, model and counters must outlive it.
+/// Single constraint at a time (Welch and Bishop 1997), with an outlier gate and process noise estimated from the innovations.
+/// The parameters, the model and the counters must outlive it.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 class Estimator {
 public:
@@ -19,30 +19,30 @@ public:
         reset_adaptation();
     }
 
-    /// Starts from a pose and the columns that it was computed from.
+    /// Starts from a pose and the columns from which it was computed.
     void start(const StartPose<Scalar>& pose, const SignalMatrixAssembler<Scalar>& columns);
 
-    /// Moves the state to a time that is not before its own.
+    /// Moves the state to `time`, which must not be before the state's time.
     void propagate_to(DeviceTime time) { propagate(state_, intensity(), time); }
     [[nodiscard]] State<Scalar> predicted(Microseconds ahead) const;
 
-    /// What the caller knows about a column that is to be used.
+    /// Information on a column from the caller.
     struct Use {
-        bool trusted = false;            // other columns agree with it: a contradiction of the prediction is an acceleration
+        bool trusted = false;            // other columns agree with it: if it contradicts the prediction, the sensor accelerates
         bool in_frame = false;           // one of three simultaneous columns
-        Scalar unmodelled_variance = 0;  // of a coupling's errors besides noise, coupling units squared
+        Scalar unmodelled_variance = 0;  // of coupling errors other than noise, coupling units squared
     };
 
-    /// Updates with a column if it passes the gate, linearised at `around`; with less weight the nearer it comes to the gate:
-    /// many such columns are outliers too, and a manoeuvre is told again by the next one. (A late column is told by none and
-    /// keeps its weight.) One that does not pass is left out as an outlier, unless it is trusted: then the covariance is
-    /// inflated until it passes. False if it was left out.
+    /// Updates with a column if it passes the gate, linearised at `around`. The weight falls near the gate: many such columns
+    /// are outliers, and the next column shows a manoeuvre again. (A late column keeps its weight, because no later one repeats
+    /// it.) A column outside the gate is an outlier and not used, unless it is trusted: then the covariance is inflated until the
+    /// column passes. Returns false if the column was not used.
     bool use(const Column<Scalar>& column, const Motion<Scalar>& around, Use use);
 
-    /// The position lies within the gate of one whose covariance is given.
+    /// True if the position is within the gate of another one with the given covariance.
     [[nodiscard]] bool is_beside(const Vec3<Scalar>& position_m, const Mat3<Scalar>& covariance) const;
 
-    /// The state as the motion on the other side of the source.
+    /// Replaces the state by its mirror image.
     void mirror_state() { mirror(state_); }
 
     [[nodiscard]] const State<Scalar>& state() const { return state_; }
@@ -51,27 +51,27 @@ public:
     [[nodiscard]] Intensity<Scalar> intensity() const;
     /// Windowed mean of squared innovations per degree of freedom; expectation 1.
     [[nodiscard]] Scalar consistency() const { return consistency_; }
-    /// Factor by which the innovations of late, and their noise, are larger than the covariance says.
+    /// Factor by which recent innovations and their noise exceed the covariance.
     [[nodiscard]] Scalar covariance_factor() const { return std::max({noise_.excess(), consistency_, outlier_inflation_}); }
     [[nodiscard]] bool is_inconsistent() const { return std::max(consistency_, noise_.excess()) > params_.inconsistent_above; }
-    /// The velocity is known: two columns of each coil were used.
+    /// True if the velocity is known: two columns of each coil were used.
     [[nodiscard]] bool is_settled() const { return settled_ >= kSettlingColumns; }
-    /// Two columns of each coil were used since the three that it started from.
+    /// True if two columns of each coil were used since the start.
     [[nodiscard]] bool may_deskew() const { return settled_ >= 3 * kSourceCoils; }
     [[nodiscard]] DeviceTime last_used() const { return last_used_; }
     void set_last_used(DeviceTime time) { last_used_ = time; }
 
 private:
-    static constexpr int kSettlingColumns = 6;   // until velocity is known: two of each coil
-    static constexpr int kLearningColumns = 24;  // until its corrections tell of accelerations
-    // From here on a column weighs less, its variance by the third power of the excess: chosen for outliers of 5 to 15 sigma in
-    // one column of 20, which are hidden in motion. It costs 3 % of accuracy where there are none.
-    static constexpr double kDoubtful = 9;  // squared innovation, 3 degrees of freedom: passed once in 34
-    // An outlier that just passes the gate moves the pose by as many of its sigmas: said in the covariance until others outvote
-    // it.
-    static constexpr double kSurprising = 6;  // squared innovation, 3 degrees of freedom: passed once in 9
+    static constexpr int kSettlingColumns = 6;   // until the velocity is known: two of each coil
+    static constexpr int kLearningColumns = 24;  // until corrections are used to learn accelerations
+    // Above this value the variance of a column grows with the third power of the excess. Chosen for outliers of 5 to 15 sigma in
+    // one column of 20, hidden by motion. It costs 3 % of accuracy if there are no outliers.
+    static constexpr double kDoubtful = 9;  // squared innovation, 3 degrees of freedom: exceeded once in 34
+    // An outlier that just passes the gate moves the pose by several sigma. The reported covariance is increased until other
+    // columns outvote it.
+    static constexpr double kSurprising = 6;  // squared innovation, 3 degrees of freedom: exceeded once in 9
     static constexpr double kSurpriseKept = 0.96;
-    static constexpr int kMostInflations = 4;  // for one column
+    static constexpr int kMostInflations = 4;  // per column
 
     void inflate_covariance(Scalar factor);
     void adapt_process_noise(const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened);
@@ -85,9 +85,9 @@ private:
     ProcessNoiseState<Scalar> process_;
     Scalar consistency_ = 1;
     NoiseCheck<Scalar> noise_;
-    Scalar outlier_inflation_ = 0;  // of recent columns: squared innovation over kSurprising, fading
+    Scalar outlier_inflation_ = 0;  // of recent columns: squared innovation over kSurprising, decaying
     CoilRecord record_;
-    int settled_ = 0;  // columns used since the start, up to kLearningColumns
+    int settled_ = 0;  // columns used since the start, at most kLearningColumns
     DeviceTime last_used_{};
 };
 

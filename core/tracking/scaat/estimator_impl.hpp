@@ -1,4 +1,4 @@
-// Definitions of Estimator; included only where it is instantiated.
+// Definitions of Estimator. Include only where it is instantiated.
 #pragma once
 
 #include <cmath>
@@ -61,7 +61,7 @@ bool Estimator<Scalar, Model>::use(const Column<Scalar>& column, const Motion<Sc
     return true;
 }
 
-/// The update itself, and what is learnt from the innovation.
+/// Updates the state, and the estimates that depend on the innovation.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 void Estimator<Scalar, Model>::take(const Column<Scalar>& column, const Innovation<Scalar>& innovation,
                                     const Vec3<Scalar>& whitened) {
@@ -84,7 +84,7 @@ void Estimator<Scalar, Model>::take(const Column<Scalar>& column, const Innovati
     settled_ = std::min(settled_ + 1, kLearningColumns);
 }
 
-/// The process noise from an innovation as large as it was, but with the share in it that the column's weight left.
+/// Adapts the process noise with the original innovation, but with the reduced weight of the column.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 void Estimator<Scalar, Model>::adapt_process_noise(const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened) {
     const auto& n = params_.process;
@@ -102,7 +102,7 @@ void Estimator<Scalar, Model>::adapt_process_noise(const Innovation<Scalar>& inn
         std::log(n.least_rad2_s3), std::log(n.most_rad2_s3));
 }
 
-/// Multiplies the prediction's covariance, and the intensity that led to it.
+/// Multiplies the covariance of the prediction, and the process noise.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 void Estimator<Scalar, Model>::inflate_covariance(Scalar factor) {
     const auto& n = params_.process;

@@ -1,4 +1,4 @@
-// The SCAAT method: intake, estimator, health and report, and the rules that connect them.
+// SCAAT method: connects intake, estimator, health and report.
 #pragma once
 
 #include "core/tracking/hemisphere.hpp"
@@ -9,16 +9,16 @@
 
 namespace tricoil::tracking::scaat {
 
-/// Searches with the direct solver until three columns give a pose, then filters: a pose for each column while tracking (FDM: for
-/// the last of three, or with the next frame's first if one did not come), and a flagged one per complete matrix while searching.
-/// A column that contradicts the prediction is refused and the pose flagged unconfirmed; three in a row, or three of one coil in
-/// a row, mean that the filter has lost the sensor: it starts anew from the last three columns. Not used: columns saturated,
-/// clipped, offset, stuck, overrun or without reference. tick(): the pose predicted to that time, flagged coasting, and stale
-/// beyond coast_limit.
+/// Searches with the direct solver until three columns give a pose, then filters. While tracking it returns a pose for each
+/// column (FDM: at the last of three, or at the first column of the next frame if one is missing). While searching it returns a
+/// flagged pose per complete matrix. A column that contradicts the prediction is refused and the pose flagged unconfirmed. After
+/// three refused measurements in a row, or three of one coil, the filter starts again from the last three columns. Columns that
+/// are saturated, clipped, offset, stuck, overrun or without reference are not used. tick(): the pose predicted to that time,
+/// flagged coasting, and stale beyond coast_limit.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 class Filter : public Tracker<Scalar> {
 public:
-    /// Pose and covariance `ahead_s` (0 to 10 s) after the newest column, at the present rates; as PoseEstimate does it.
+    /// Pose and covariance `ahead_s` (0 to 10 s) after the newest column, at the present rates.
     [[nodiscard]] State<Scalar> predicted(Scalar ahead_s) const;
 
     [[nodiscard]] const State<Scalar>& motion() const { return estimator_.state(); }

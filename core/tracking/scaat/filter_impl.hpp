@@ -1,4 +1,4 @@
-// Definitions of Filter; included only where it is instantiated for a field model.
+// Definitions of Filter. Include only where it is instantiated for a field model.
 #pragma once
 
 #include "core/geometry/angles.hpp"
@@ -9,7 +9,7 @@
 
 namespace tricoil::tracking::scaat {
 
-/// Poses from which the side of the source cannot be continued; those that only wait to be confirmed are near enough for that.
+/// Flags of poses from which the hemisphere cannot be continued. Unconfirmed poses are near enough.
 constexpr PoseFlags kDiscontinuous{PoseFlag::saturated,         PoseFlag::no_sensor,    PoseFlag::stale,
                                    PoseFlag::wrong_handedness,  PoseFlag::no_reference, PoseFlag::inconsistent,
                                    PoseFlag::hemisphere_unknown};
@@ -39,7 +39,7 @@ auto Filter<Scalar, Model>::do_update(const Column<Scalar>& column) -> Pose {
     ++counters_.accepted;
     sensor_ = column.sensor;
     if (state_ == TrackerState::tracking && !admission.is_late) {
-        // Without this coil the state may have strayed to a false solution: it does not go on from there.
+        // Without this coil the state may have moved to a false solution, so the filter does not continue from it.
         const bool returns = estimator_.record().silence(coil_index(column.state), column.midpoint) > params_.coast_limit;
         if (returns || estimator_.record().silence(column.midpoint) > common_.lost_after) {
             lose(column.midpoint);
@@ -52,7 +52,7 @@ auto Filter<Scalar, Model>::do_update(const Column<Scalar>& column) -> Pose {
     return intake_.in_frames() && column.midpoint >= motion().time ? track_frame(column) : track_column(column);
 }
 
-/// One column by itself while tracking.
+/// Processes one column alone while tracking.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 auto Filter<Scalar, Model>::track_column(const Column<Scalar>& column) -> Pose {
     const bool in_order = column.midpoint >= motion().time;
@@ -72,7 +72,7 @@ auto Filter<Scalar, Model>::track_column(const Column<Scalar>& column) -> Pose {
     return intake_.in_frames() ? std::nullopt : judge(matrix);
 }
 
-/// One of three simultaneous columns. They are used together when all have come, and those that came when the next frame begins.
+/// Processes one of three simultaneous columns. A complete frame is used as a whole; an incomplete one when the next begins.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 auto Filter<Scalar, Model>::track_frame(const Column<Scalar>& column) -> Pose {
     if (column.midpoint > motion().time && intake_.has_waiting()) {
@@ -91,7 +91,7 @@ auto Filter<Scalar, Model>::track_frame(const Column<Scalar>& column) -> Pose {
     return judge(matrix);
 }
 
-/// A frame that lacks one or two columns, now that the next one's first has come.
+/// Ends an incomplete frame at the first column of the next.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 auto Filter<Scalar, Model>::end_frame(const Column<Scalar>& next) -> Pose {
     use_waiting();
@@ -100,11 +100,11 @@ auto Filter<Scalar, Model>::end_frame(const Column<Scalar>& next) -> Pose {
     return ended;
 }
 
-/// Moves the state to the column's time; the frame's three columns if this is the last of them.
+/// Moves the state to the column's time. Returns the signal matrix if this column completes the frame.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 std::optional<SignalMatrix<Scalar>> Filter<Scalar, Model>::take_into_frame(const Column<Scalar>& column) {
-    if (state_ != TrackerState::tracking) {  // the frame before could not be followed
-        return intake_.add(column);          // the frame's others will find it there
+    if (state_ != TrackerState::tracking) {  // tracking was lost at the previous frame
+        return intake_.add(column);          // keep the column for the frame's signal matrix
     }
     if (column.midpoint > motion().time) {
         estimator_.propagate_to(column.midpoint);
@@ -113,7 +113,7 @@ std::optional<SignalMatrix<Scalar>> Filter<Scalar, Model>::take_into_frame(const
     return intake_.wait_for_frame(column) ? intake_.add(column) : std::nullopt;
 }
 
-/// The columns of a frame that lacks one or two, each for itself.
+/// Uses the columns of an incomplete frame one by one.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 void Filter<Scalar, Model>::use_waiting() {
     for (int j = 0; j < kSourceCoils; ++j) {
@@ -125,9 +125,9 @@ void Filter<Scalar, Model>::use_waiting() {
     intake_.clear_waiting();
 }
 
-/// Three simultaneous columns. Their direct pose is where the model is linearised: exact however far the prediction is off. Nine
-/// numbers that agree on a pose are no outliers, so the covariance of a prediction that they contradict is inflated at once; what
-/// is left over may be blur or metal, but it is a sensor. False if most are refused, or the state does not come to lie beside the
+/// Uses three simultaneous columns. The model is linearised at their direct pose, so the accuracy does not depend on the
+/// prediction. Nine numbers that agree on a pose are not outliers: if they contradict the prediction, its covariance is inflated
+/// at once. A remaining misfit may be blur or metal. Returns false if most columns are refused or the state does not reach the
 /// direct pose.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 [[gnu::noinline]] bool Filter<Scalar, Model>::use_frame(const SignalMatrix<Scalar>& matrix) {
@@ -148,14 +148,15 @@ template <typename Scalar, MeasurementModel<Scalar> Model>
 
 template <typename Scalar, MeasurementModel<Scalar> Model>
 bool Filter<Scalar, Model>::use(const Column<Scalar>& column, const Motion<Scalar>& around, bool trusted) {
-    // Most of the blur looks like a pose and changes slowly: nothing to hold against a column. The share that does neither, over
-    // the recorded motions and the paper's example III; more makes the filter trail behind the direct pose, less makes it refuse.
+    // Most of the blur has the form of a pose error and changes slowly; it must not lead to refusals. This is the share of the
+    // rest, from the recorded motions and the paper's example III. A larger value makes the filter lag behind the direct pose, a
+    // smaller one makes it refuse columns.
     constexpr double kRestlessBlur = 0.1;
     const Scalar restless = Scalar(kRestlessBlur * kRestlessBlur) * health_.blur_variance();
     return estimator_.use(column, around, {trusted, intake_.in_frames(), restless});
 }
 
-/// Whether the direct pose, to which all nine numbers count alike, is as good as the best of them allow.
+/// True if the nine noise values are similar enough for the direct pose, which gives all nine numbers equal weight.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 bool Filter<Scalar, Model>::is_evenly_noisy() const {
     constexpr Scalar kMostUneven = 30;
@@ -168,7 +169,7 @@ bool Filter<Scalar, Model>::is_evenly_noisy() const {
     return most <= kMostUneven * least;
 }
 
-/// Whether the state lies within the gate of the direct pose of the columns that it has just taken.
+/// True if the state is within the gate of the direct pose of the columns just used.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 bool Filter<Scalar, Model>::is_beside(const StartPose<Scalar>& pose, Scalar sigma) const {
     const Scalar range = pose.position_m.norm();
@@ -177,7 +178,7 @@ bool Filter<Scalar, Model>::is_beside(const StartPose<Scalar>& pose, Scalar sigm
     return estimator_.is_beside(pose.position_m, direct.template topLeftCorner<3, 3>());
 }
 
-/// The report after a measurement; starts anew from the three columns of `matrix` if the filter has lost the sensor.
+/// Report after a measurement. Starts again from the three columns of `matrix` if the filter has lost the sensor.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 auto Filter<Scalar, Model>::judge(const std::optional<SignalMatrix<Scalar>>& matrix) -> Pose {
     PoseFlags flags = intake_.flags();
@@ -194,7 +195,7 @@ auto Filter<Scalar, Model>::judge(const std::optional<SignalMatrix<Scalar>>& mat
     return report(flags, params_.predict_ahead);
 }
 
-/// One column while searching or lost.
+/// Processes one column while searching or lost.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 auto Filter<Scalar, Model>::search(const Column<Scalar>& column) -> Pose {
     const auto matrix = intake_.add(column);
@@ -204,7 +205,7 @@ auto Filter<Scalar, Model>::search(const Column<Scalar>& column) -> Pose {
     return acquire(*matrix, column.midpoint);
 }
 
-/// The report when a matrix has come while searching.
+/// Report after a complete matrix while searching.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 [[gnu::noinline]] auto Filter<Scalar, Model>::acquire(const SignalMatrix<Scalar>& matrix, DeviceTime time) -> Pose {
     const PoseFlags flags = signal_flags(matrix.flags);
@@ -217,7 +218,7 @@ template <typename Scalar, MeasurementModel<Scalar> Model>
     return estimate;
 }
 
-/// Begins to track from the three columns of `matrix`; false, with the reason in health_, if they are no pose.
+/// Starts tracking from the three columns of `matrix`. False if they give no pose; the reason is in health_.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 bool Filter<Scalar, Model>::start(const SignalMatrix<Scalar>& matrix) {
     const auto pose = health_.examine(matrix, nullptr);
@@ -234,7 +235,7 @@ bool Filter<Scalar, Model>::start(const SignalMatrix<Scalar>& matrix) {
     return true;
 }
 
-/// The sign of the position: from the model where it knows, otherwise told or continued.
+/// Sign of the position: from the model if it can determine it, otherwise from the setting or by continuity.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 void Filter<Scalar, Model>::resolve_hemisphere(StartPose<Scalar>& pose, const SignalMatrix<Scalar>& matrix) {
     if (pose.hemisphere_from_data) {
@@ -245,7 +246,7 @@ void Filter<Scalar, Model>::resolve_hemisphere(StartPose<Scalar>& pose, const Si
         return;
     }
     pose.position_m = -pose.position_m;
-    if constexpr (!Model::kEven) {  // beside the mirror image, not at it
+    if constexpr (!Model::kEven) {  // refine from the mirror image, which is only approximately a solution
         const auto turned = model_.near(matrix.x, pose.position_m, geometry::attitude_quaternion(pose.attitude));
         pose = turned.ok() ? *turned : pose;
     }
@@ -263,7 +264,7 @@ void Filter<Scalar, Model>::lose(DeviceTime time) {
     }
 }
 
-/// The clock started anew: nothing that was known has a time any more.
+/// The device clock restarted: all stored times are invalid.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 void Filter<Scalar, Model>::forget(DeviceTime time) {
     ++counters_.clock_restarts;
@@ -274,7 +275,7 @@ void Filter<Scalar, Model>::forget(DeviceTime time) {
     estimator_.set_last_used(time);
 }
 
-/// Always one; as an option, so that all who hand it on do so in place.
+/// Always contains a value. The optional lets callers return it without a copy.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 auto Filter<Scalar, Model>::report(PoseFlags flags, Microseconds ahead) -> Pose {
     const bool moved = ahead.count() > 0;
@@ -332,7 +333,7 @@ void Filter<Scalar, Model>::do_set_hemisphere(const Vec3<Scalar>& towards) {
     if (motion().position_m.dot(towards) < 0) {
         if constexpr (Model::kEven) {
             estimator_.mirror_state();
-        } else {  // where X is not even, the other side is another motion: sought anew
+        } else {  // X is not even: the mirror image is not a solution, so search again
             lose(motion().time);
         }
     }

@@ -1,4 +1,4 @@
-// Real coils, each with its own place and moment, as the filter's field model.
+// Measurement model of the filter for real coils (general model).
 #pragma once
 
 #include "core/field/general_dipole.hpp"
@@ -7,8 +7,8 @@
 
 namespace tricoil::tracking::scaat {
 
-/// General dipole (physics 7). Coil offsets make X uneven in the position: where they are large enough against what noise and
-/// motion leave unexplained, the couplings themselves tell the hemisphere.
+/// General model. Coil offsets make X uneven in the position. If they are large compared with noise and motion errors, the
+/// couplings determine the hemisphere.
 template <typename Scalar>
 struct GeneralMeasurement {
     static constexpr bool kEven = false;
@@ -27,14 +27,14 @@ struct GeneralMeasurement {
     }
 
 private:
-    /// A pose that explains the couplings.
+    /// Pose that fits the couplings.
     struct Found {
         solver::RigidPose<Scalar> pose;
         Scalar misfit_squared;
         bool right_handed;
     };
 
-    // The stages are not inlined: what one of them needs is gone from the stack before the next.
+    // The functions are not inlined, so that their stack use does not add up.
     [[nodiscard, gnu::noinline]] Result<Found> search(const Mat3<Scalar>& x) const {
         solver::ColdStartParams<Scalar> params;
         params.refine = tolerant();
@@ -56,15 +56,15 @@ private:
         return Found{refined->pose, refined->misfit_squared, true};
     }
 
-    /// Columns taken as simultaneous while the sensor moves, or metal, may leave more than a wrong minimum does; whether what is
-    /// left is too much to be a sensor the filter decides.
+    /// Limits that allow for motion between columns and for metal, whose misfit may exceed that of a wrong minimum. The filter
+    /// decides whether the misfit is too large for a sensor.
     static solver::RefineParams<Scalar> tolerant() {
         solver::RefineParams<Scalar> params;
         params.max_misfit_share = Scalar(0.3);
         return params;
     }
 
-    /// A mirror image that explains the couplings nearly as well leaves the hemisphere open.
+    /// False if the mirror image fits nearly as well: the hemisphere is then unknown.
     [[nodiscard, gnu::noinline]] bool beats_its_mirror(const Mat3<Scalar>& x, const Found& best) const {
         constexpr Scalar kClearly = 9;  // in squares: a third of the misfit
         const auto mirror = solver::minimise<Scalar>(coils, x, Mat3<Scalar>::Ones(),
@@ -73,7 +73,7 @@ private:
         return !elsewhere || mirror->misfit_squared > kClearly * best.misfit_squared;
     }
 
-    /// continued: continuity told the hemisphere. |X|^2 = 3/2 k^2 for ideal triads, by (6).
+    /// continued: the hemisphere is known by continuity. |X|^2 = 3/2 k^2 for ideal triads, by (6).
     [[nodiscard, gnu::noinline]] Result<StartPose<Scalar>> start_pose(const Mat3<Scalar>& x, const Result<Found>& found,
                                                                       bool continued) const {
         if (!found.ok()) {

@@ -1,4 +1,4 @@
-// The SCAAT method for coils as they are: each with its own place, moment and size, from their calibration.
+// SCAAT method for real coils, with positions, moments and sizes from their calibration.
 #pragma once
 
 #include "core/tracking/scaat/filter.hpp"

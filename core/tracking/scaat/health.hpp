@@ -1,4 +1,4 @@
-// Signal health: what a whole signal matrix says about the sensor and its surroundings; needs no motion model.
+// Signal health: flags and diagnostics of a complete signal matrix. Needs no motion model.
 #pragma once
 
 #include <cmath>
@@ -11,14 +11,14 @@
 
 namespace tricoil::tracking::scaat {
 
-/// Judges the pose of a signal matrix: flags, distortion, signal to noise. Parameters and model must outlive it.
+/// Computes flags, distortion and signal-to-noise ratio of a signal matrix. Parameters and model must outlive it.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 class Health {
 public:
     Health(const CommonParams<Scalar>& params, const Model& model)
         : params_(params), model_(model), accepted_(params.max_column_span, true) {}
 
-    /// The pose of a matrix, sought beside a state, or without one from nothing. Not inlined: stack.
+    /// Pose of a matrix, found near a state or, without one, from the matrix alone. Not inlined, to save stack.
     [[gnu::noinline]] Result<StartPose<Scalar>> examine(const SignalMatrix<Scalar>& matrix, const State<Scalar>* beside) {
         const auto pose =
             beside != nullptr ? model_.near(matrix.x, beside->position_m, beside->q_source_sensor) : model_.start(matrix.x);
@@ -34,7 +34,7 @@ public:
         return pose;
     }
 
-    /// A column that the gate passed; once a frame the deskewed matrix of such columns is examined.
+    /// Adds a column that passed the gate. Once per frame the deskewed matrix of such columns is examined.
     void take(const Column<Scalar>& column, const State<Scalar>& state, bool may_deskew) {
         const auto matrix = accepted_.add(column);
         if (matrix && may_deskew && ++columns_since_ >= kSourceCoils) {
@@ -43,7 +43,7 @@ public:
         }
     }
 
-    /// The filter starts: nothing is known of the motion.
+    /// Start of the filter: the motion is unknown.
     void start() {
         accepted_.clear();
         columns_since_ = 0;
@@ -56,11 +56,11 @@ public:
     [[nodiscard]] Scalar distortion_chi_square() const { return distortion_chi_square_; }
     [[nodiscard]] Scalar snr_db() const { return snr_db_; }
     [[nodiscard]] const Mat3<Scalar>& signal_matrix() const { return x_; }
-    /// Of a coupling, because a demodulation window has finite length; coupling units squared.
+    /// Variance of a coupling due to blur, coupling units squared.
     [[nodiscard]] Scalar blur_variance() const { return blur_variance_; }
 
 private:
-    /// curvature: of the couplings over their strength, 1/s^2.
+    /// curvature: second time derivative of the couplings relative to their strength, 1/s^2.
     void judge(const SignalMatrix<Scalar>& matrix, const StartPose<Scalar>& pose, Scalar curvature) {
         const Scalar bend = pose.strength * curvature;
         const Scalar remainder = bend * deskew_remainder_s2(seconds_as<Scalar>(params_.max_column_span));
@@ -80,7 +80,7 @@ private:
     const CommonParams<Scalar>& params_;
     const Model& model_;
     SignalMatrixAssembler<Scalar> accepted_;  // deskewed
-    int columns_since_ = 0;                   // the last examination
+    int columns_since_ = 0;                   // since the last examination
     PoseFlags flags_;
     Scalar distortion_chi_square_ = 0;
     Scalar snr_db_ = 0;

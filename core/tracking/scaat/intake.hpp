@@ -1,4 +1,4 @@
-// Columns on their way into the filter: what is refused, and which of them form one measurement.
+// Intake of columns: refusal of invalid columns, and grouping into measurements.
 #pragma once
 
 #include "core/tracking/column_check.hpp"
@@ -7,12 +7,12 @@
 
 namespace tricoil::tracking::scaat {
 
-/// Columns that say nothing about the couplings.
+/// Columns with these flags contain no information on the couplings.
 constexpr ColumnFlags kUnusable{ColumnFlag::no_reference, ColumnFlag::saturated, ColumnFlag::clipped,
                                 ColumnFlag::stuck,        ColumnFlag::overrun,   ColumnFlag::dc_offset};
 
-/// In TDM each column is a measurement. In FDM the three columns of an instant are one: they are complete when all have come, and
-/// those of a frame that lacks one or two wait until the next frame begins.
+/// In TDM each column is a measurement. In FDM the three columns of one time are one measurement. It is complete when all three
+/// have come; the columns of an incomplete frame wait until the next frame begins.
 template <typename Scalar>
 class Intake {
 public:
@@ -23,8 +23,8 @@ public:
 
     struct Admission {
         std::optional<Rejection> rejection;
-        bool is_late = false;        // older than the newest column, but of use
-        bool has_restarted = false;  // the device's clock started anew
+        bool is_late = false;        // older than the newest column, but usable
+        bool has_restarted = false;  // the device clock restarted
     };
 
     Admission admit(const Column<Scalar>& column) {
@@ -36,10 +36,10 @@ public:
         return {reason_of(verdict), verdict == Verdict::late, verdict == Verdict::restarted};
     }
 
-    /// The signal matrix of the latest columns, where this one completes it; to start from, and to linearise a frame.
+    /// Signal matrix of the latest columns if this column completes it, for a start and for the linearisation of a frame.
     std::optional<SignalMatrix<Scalar>> add(const Column<Scalar>& column) { return latest_.add(column); }
 
-    /// A column of the frame at the present instant; false if it cannot be used.
+    /// Adds a column to the frame at the present time; false if it is unusable.
     bool wait_for_frame(const Column<Scalar>& column) {
         if (column.flags.has_any(kUnusable)) {
             return false;
@@ -53,7 +53,7 @@ public:
     [[nodiscard]] bool is_waiting(int coil) const { return (waiting_ >> static_cast<unsigned>(coil) & 1U) != 0U; }
     void clear_waiting() { waiting_ = 0; }
 
-    /// Columns of all coils have come at the newest instant.
+    /// True if columns of all coils have come at the newest time.
     [[nodiscard]] bool frame_is_over() const {
         constexpr unsigned kAllCoils = 7;  // bit each
         return time_base_.coils_at_newest() == kAllCoils;
@@ -61,29 +61,29 @@ public:
 
     [[nodiscard]] const SignalMatrixAssembler<Scalar>& columns() const { return latest_; }
 
-    /// Flags of the newest column of each coil.
+    /// Stores the flags of the newest column of each coil.
     void note_flags(const Column<Scalar>& column) {
         flags_[static_cast<std::size_t>(coil_index(column.state))] = signal_flags(column.flags);
     }
     [[nodiscard]] PoseFlags flags() const { return flags_[0] | flags_[1] | flags_[2]; }
 
-    /// The filter starts; its columns stay.
+    /// Start of the filter; the columns stay.
     void start() {
         flags_.fill({});
         waiting_ = 0;
     }
 
-    /// The device's clock started anew: no column has a time any more.
+    /// The device clock restarted: stored columns are invalid.
     void forget() {
         latest_.clear();
         waiting_ = 0;
     }
 
 private:
-    SignalMatrixAssembler<Scalar> latest_;  // usable or not while searching, usable ones while tracking
+    SignalMatrixAssembler<Scalar> latest_;  // all columns while searching, only usable ones while tracking
     TimeBase time_base_;
     bool in_frames_;
-    unsigned waiting_ = 0;  // coils, bit each
+    unsigned waiting_ = 0;  // one bit per coil
     std::array<PoseFlags, kSourceCoils> flags_{};
 };
 

@@ -1,4 +1,4 @@
-// What the filter needs of a field model, and the concentric dipole that offers it.
+// Interface between filter and field model, and its implementation for the concentric dipole.
 #pragma once
 
 #include <cmath>
@@ -10,22 +10,23 @@
 
 namespace tricoil::tracking::scaat {
 
-/// A pose to start from, with what the signal matrix said about itself.
+/// Pose for a start of the filter, with diagnostics of the signal matrix.
 template <typename Scalar>
 struct StartPose {
     Vec3<Scalar> position_m;
     Mat3<Scalar> attitude;      // O: source components to sensor components
-    Scalar strength;            // k, coupling units: the size of the couplings at this pose
-    Scalar misfit_squared;      // coupling units squared: what no pose explains, 3 degrees of freedom
+    Scalar strength;            // k, coupling units: coupling strength at this pose
+    Scalar misfit_squared;      // coupling units squared, 3 degrees of freedom
     bool right_handed;          // false: a coil is reversed or two are swapped
-    bool hemisphere_from_data;  // the model itself tells the sign of the position (coil offsets do, concentric coils cannot)
+    bool hemisphere_from_data;  // the couplings determine the sign of the position (only with coil offsets)
 };
 
-/// The one interface between the filter and field/:
+/// Requirements on a measurement model:
 ///   column(p, O, j)  coupling column j (0-2) at a pose with its Jacobian by position (1/m) and small rotation (1/rad), source
-///   frame; start(X)         a pose from three columns taken as simultaneous, with nothing known before; errors as solve_direct;
-///   near(X, p, q)    the same beside the pose (p, q);
-///   kEven            whether X is the same at -p, so that a motion may be mirrored.
+///                    frame;
+///   start(X)         pose of three columns taken as simultaneous, without prior knowledge; errors as solve_direct;
+///   near(X, p, q)    the same, near the pose (p, q);
+///   kEven            true if X is the same at -p, so that a state has a mirror image.
 template <typename Model, typename Scalar>
 concept MeasurementModel = requires(const Model& model, const Vec3<Scalar>& p, const Mat3<Scalar>& m, int j) {
     { model.column(p, m, j) } -> std::same_as<field::ColumnModel<Scalar>>;
@@ -34,8 +35,8 @@ concept MeasurementModel = requires(const Model& model, const Vec3<Scalar>& p, c
     { Model::kEven } -> std::convertible_to<bool>;
 };
 
-/// Concentric triads, (6). X is even in the position's direction, at rest and in motion alike: no trajectory resolves the
-/// hemisphere, so start() leaves it open.
+/// Concentric triads, (6). X is even in the position, at rest and in motion. No trajectory determines the hemisphere, so start()
+/// does not resolve it.
 template <typename Scalar>
 struct ConcentricMeasurement {
     static constexpr bool kEven = true;
@@ -58,7 +59,7 @@ struct ConcentricMeasurement {
                                  false};
     }
 
-    /// The direct solution needs no neighbour; only its sign does.
+    /// The direct solution needs no start pose; only its sign depends on it.
     [[nodiscard]] Result<StartPose<Scalar>> near(const Mat3<Scalar>& x, const Vec3<Scalar>& position_m,
                                                  const Quat<Scalar>& /*q*/) const {
         auto pose = start(x);

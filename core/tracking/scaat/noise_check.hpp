@@ -1,4 +1,4 @@
-// Whether the couplings are as noisy as they say: what no motion model can take for motion.
+// Check of the stated noise of the couplings, independent of the motion model.
 #pragma once
 
 #include <algorithm>
@@ -9,17 +9,17 @@
 
 namespace tricoil::tracking::scaat {
 
-/// The process noise follows the innovations, so a filter that is told too small a sigma takes the noise for motion and believes
-/// in it. Third differences of a coil's columns tell the two apart: of white noise of variance v they have variance 20 v and,
-/// from one to the next, covariance -15 v; what a hand does within a few columns is smooth, and adds to that covariance rather
-/// than takes.
+/// The process noise follows the innovations. If the stated sigma is too small, the filter therefore takes noise for motion and
+/// its covariance becomes too small. Third differences of a coil's columns separate the two. For white noise of variance v they
+/// have variance 20 v, and consecutive ones have covariance -15 v. Hand motion is smooth over a few columns; its contribution to
+/// that covariance is positive.
 template <typename Scalar>
 class NoiseCheck {
 public:
-    /// The filter starts anew: no difference across that. What is known of the noise stays.
+    /// The filter starts again: no differences across this time. The estimated noise stays.
     void restart() { histories_ = {}; }
 
-    /// Takes a column that the filter believed in.
+    /// Adds a column that the filter accepted.
     void add(const Column<Scalar>& column) {
         History& h = histories_[static_cast<std::size_t>(coil_index(column.state))];
         const Microseconds step = column.midpoint - h.time;
@@ -42,13 +42,13 @@ public:
         }
     }
 
-    /// The variance there is over the one stated, where it is larger than chance explains; else 1.
+    /// Ratio of the actual to the stated variance if it is larger than chance explains; else 1.
     [[nodiscard]] Scalar excess() const { return ratio_ > kChance ? ratio_ : Scalar(1); }
 
 private:
     static constexpr int kFirst = 4;                   // columns of a coil until two third differences are known
     static constexpr Scalar kWeight = Scalar(1) / 96;  // of a column: 0.13 s of TDM at 240 Hz
-    static constexpr Scalar kOutlying = 4;             // what is beyond so many times the ratio counts as that: an outlier
+    static constexpr Scalar kOutlying = 4;             // values are limited to this multiple of the ratio, against outliers
     static constexpr Scalar kChance = Scalar(1.6);     // four standard deviations of the estimate
 
     struct History {

@@ -6,9 +6,9 @@
 
 namespace tricoil::tracking::scaat {
 
-/// The motion model is constant velocity with white acceleration (Bar-Shalom, Li, Kirubarajan 2001, section 6.2.2), about the
-/// mean one that learn_acceleration() follows. Its spectral density q is estimated, not set: a resting hand gets a quiet output
-/// and a fast one no lag.
+/// The motion model is constant velocity with white acceleration (Bar-Shalom, Li, Kirubarajan 2001, section 6.2.2), around the
+/// mean acceleration of learn_acceleration(). The spectral density q is estimated, not set: the output is quiet for a resting
+/// hand and has no lag for a fast one.
 template <typename Scalar>
 struct ProcessNoiseState {
     Scalar log_translation = 0;          // of m^2/s^3

@@ -1,4 +1,4 @@
-// Moves the state through time: constant velocity and angular rate, bent by slowly fading mean accelerations.
+// Propagation of the state in time: constant velocity and angular rate, plus slowly decaying mean accelerations.
 #pragma once
 
 #include <algorithm>
@@ -16,11 +16,11 @@ struct Intensity {
     Scalar rotation_rad2_s3 = 0;
 };
 
-/// A mean acceleration fades with this time constant: hands turn back (6 Hz motion: 27 ms per radian). It and kAccelerationShare
-/// were chosen on the recorded hand motions; errors change by 3 % when either is halved or doubled.
+/// Time constant with which a mean acceleration decays, because hands turn back (motion at 6 Hz: 27 ms per radian). This value
+/// and kAccelerationShare were chosen on recorded hand motions; errors change by 3 % if either is halved or doubled.
 constexpr double kAccelerationMemory_s = 0.1;
 constexpr double kAccelerationShare = 0.2;
-/// Fastest rate at which a velocity correction counts as an acceleration: with no noise the filter is as fast as its columns.
+/// Largest rate at which velocity corrections are added to the acceleration. Without noise the gain would be one per column.
 constexpr double kFastestLearning_per_s = 500;
 
 /// Displacement in dt (s, either sign; rad for a rotation) from a velocity and an acceleration.
@@ -29,7 +29,7 @@ Vec3<Scalar> displacement(const Vec3<Scalar>& velocity, const Vec3<Scalar>& acce
     return dt * velocity + (dt * dt / 2) * acceleration;
 }
 
-/// `state` moved by dt >= 0 (s) with its own rates and what is left of its accelerations; exact for constant rates.
+/// Moves `state` by dt >= 0 (s) with its rates and decayed accelerations; exact for constant rates.
 template <typename Scalar>
 void move(State<Scalar>& state, Scalar dt) {
     const Scalar kept = 1 / (1 + dt / Scalar(kAccelerationMemory_s));
@@ -44,8 +44,8 @@ void move(State<Scalar>& state, Scalar dt) {
 }
 
 /// P -> F P F^T + Q with F = [I, dt I; 0, I] in blocks of six and white acceleration of the given intensities over dt >= 0 (s).
-/// Left out of F: the turn of a rotation error with the body, w dt (0.014 rad per slot at 10 rad/s), which changes no gain by
-/// more.
+/// F omits the rotation of an attitude error with the body, w dt (0.014 rad per slot at 10 rad/s); its effect on the gains is not
+/// larger than that.
 template <typename Scalar>
 void grow_covariance(Mat12<Scalar>& p, const Intensity<Scalar>& q, Scalar dt) {
     auto pose = p.template topLeftCorner<6, 6>();
@@ -69,15 +69,15 @@ void grow_covariance(Mat12<Scalar>& p, const Intensity<Scalar>& q, Scalar dt) {
     p.template bottomLeftCorner<6, 6>() = cross.transpose();
 }
 
-/// Longest time over which accelerations of consecutive intervals are taken as independent. A hand's are not: across a gap its
-/// acceleration stays, the error grows with t^4 instead of t^3, and the intensity seen column by column is too small by t over
-/// this.
+/// Longest time over which accelerations of consecutive intervals are treated as independent. Accelerations of a hand are not:
+/// across a longer gap the acceleration stays, so the variance grows with t^4 instead of t^3, and the intensity estimated per
+/// column is too small by the factor t / kIndependent_s.
 constexpr double kIndependent_s = 4e-3;
 
-/// Shares of velocity and rate corrections that count as accelerations (1/s), for a correction made with the covariance p. In an
-/// alpha-beta-gamma filter (Kalata 1984, gamma = beta^2/alpha) the acceleration takes beta/(alpha T) of each velocity correction,
-/// the ratio of velocity gain to position gain: P_vp / P_pp, here by the traces. A part of that keeps the uncertainty small that
-/// the error state does not carry. Noise slows the filter, and the learning with it.
+/// Shares of velocity and rate corrections that are added to the accelerations (1/s), for a correction with the covariance p. In
+/// an alpha-beta-gamma filter (Kalata 1984, gamma = beta^2/alpha) the acceleration gets beta/(alpha T) of each velocity
+/// correction, the ratio of velocity gain to position gain: P_vp / P_pp, here from the traces. Only a part of it is used, because
+/// the error state does not contain the uncertainty of the acceleration. With more noise filter and learning are slower.
 template <typename Scalar>
 std::array<Scalar, 2> acceleration_gains_per_s(const Mat12<Scalar>& p) {
     const auto gain = [&p](int block) {
@@ -88,15 +88,14 @@ std::array<Scalar, 2> acceleration_gains_per_s(const Mat12<Scalar>& p) {
     return {gain(0), gain(3)};
 }
 
-/// Corrections of velocity and rate that keep pointing one way are an acceleration.
+/// Adds a share of the velocity and rate corrections to the accelerations: corrections in a constant direction accumulate.
 template <typename Scalar>
 void learn_acceleration(State<Scalar>& state, const Vec12<Scalar>& correction, const std::array<Scalar, 2>& gains_per_s) {
     state.acceleration_m_s2 += gains_per_s[0] * correction.template segment<3>(6);
     state.angular_acceleration_rad_s2 += gains_per_s[1] * correction.template segment<3>(9);
 }
 
-/// State and covariance at `time`, not before the state's own. Not inlined: its temporaries would stay on the stack of what
-/// follows.
+/// Moves state and covariance to `time`, not before the state's own. Not inlined, so that its temporaries leave the stack.
 template <typename Scalar>
 [[gnu::noinline]] void propagate(State<Scalar>& state, const Intensity<Scalar>& q, DeviceTime time) {
     const Scalar dt = seconds_as<Scalar>(time - state.time);

@@ -1,4 +1,4 @@
-// The report: a pose estimate from the filter's state, its covariance and the health of its signals.
+// Pose estimate from the filter's state, its covariance and the signal health.
 #pragma once
 
 #include "core/tracking/pose_estimate.hpp"
@@ -7,18 +7,19 @@
 
 namespace tricoil::tracking::scaat {
 
-/// Over the recorded motions squared errors are 0.9 to 1.0 of the filter's own covariance, and a second of motion is only some
-/// twenty independent errors: the covariance that is reported is a little larger rather than a little smaller.
+/// Factor on the reported covariance. Over the recorded motions squared errors are 0.9 to 1.0 of the filter's own covariance, but
+/// one second of motion has only about twenty independent errors. The margin makes the reported covariance rather too large than
+/// too small.
 constexpr double kCovarianceMargin = 1.1;
 
-/// Fills in what estimator and health know; `state` is the estimator's, or a prediction of it. `flags`: of the columns.
+/// Fills in the data of estimator and health. `state`: of the estimator, or a prediction of it. `flags`: of the columns.
 template <typename Scalar, typename Model>
 void report_state(PoseEstimate<Scalar>& estimate, const State<Scalar>& state, const Estimator<Scalar, Model>& estimator,
                   const Health<Scalar, Model>& health, PoseFlags flags) {
     estimate.time = state.time;
     estimate.position_m = state.position_m;
     estimate.q_source_sensor = state.q_source_sensor;
-    // A window of innovations larger than predicted: some assumption is wrong. The covariance says so before the flag does.
+    // Innovations larger than predicted mean a wrong assumption. The covariance grows before the flag is set.
     estimate.covariance =
         state.covariance.template topLeftCorner<6, 6>() * (Scalar(kCovarianceMargin) * estimator.covariance_factor());
     estimate.flags = flags | health.flags();
@@ -30,7 +31,7 @@ void report_state(PoseEstimate<Scalar>& estimate, const State<Scalar>& state, co
     estimate.signal_matrix = health.signal_matrix();
 }
 
-/// Of the error model's terms a filter keeps the window's blur, the latency, and its own covariance in place of the noise.
+/// Error budget of a filter: blur, latency, and the filter's covariance in place of the noise.
 template <typename Scalar>
 error_model::ErrorBudget<Scalar> expected_error(const State<Scalar>& state, const Mat6<Scalar>& covariance,
                                                 const CommonParams<Scalar>& params) {
@@ -42,8 +43,8 @@ error_model::ErrorBudget<Scalar> expected_error(const State<Scalar>& state, cons
     return error_model::budget_of(error_model::timing_errors(motion, timing), covariance);
 }
 
-/// Blur is no noise: it stays the same from column to column and averaging does not reduce it, so its size goes into the
-/// covariance as it is, whatever its direction.
+/// Adds the blur to the covariance in all directions. Blur is systematic: it stays from column to column, and averaging does not
+/// reduce it.
 template <typename Scalar>
 void cover_blur(PoseEstimate<Scalar>& estimate) {
     const Scalar position_m = estimate.predicted_error->blur.position_m;

@@ -1,4 +1,4 @@
-// The SCAAT method for ideal triads, or for coils that a CoilCorrection makes ideal.
+// SCAAT method for ideal triads, or for coils that a CoilCorrection makes ideal.
 #pragma once
 
 #include "core/tracking/scaat/filter.hpp"

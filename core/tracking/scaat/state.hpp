@@ -1,4 +1,4 @@
-// The filter's state: a moving pose and how sure it is.
+// State of the filter: motion and covariance.
 #pragma once
 
 #include "core/base/time.hpp"
@@ -13,7 +13,7 @@ using Vec12 = Eigen::Matrix<Scalar, kErrorStates, 1>;
 template <typename Scalar>
 using Mat12 = Eigen::Matrix<Scalar, kErrorStates, kErrorStates>;
 
-/// A moving pose, in the source frame.
+/// Pose, rates and accelerations, in the source frame.
 template <typename Scalar>
 struct Motion {
     DeviceTime time{};
@@ -25,16 +25,16 @@ struct Motion {
     Vec3<Scalar> angular_acceleration_rad_s2 = Vec3<Scalar>::Zero();
 };
 
-/// Covariance in the source frame too. The error state is (position m, small rotation rad, velocity m/s, angular rate rad/s): the
-/// pose first, so that the pose and its rates are two blocks of six. Attitude error r: q_true = exp(r) q. The accelerations are
-/// not part of the error state: they are learnt from the velocity corrections (learn_acceleration) and only steer the prediction.
+/// Covariance in the source frame. The error state is (position m, small rotation rad, velocity m/s, angular rate rad/s): pose
+/// and rates are two blocks of six. Attitude error r: q_true = exp(r) q. The accelerations are not part of the error state; they
+/// are learnt from velocity corrections (learn_acceleration) and used only for prediction.
 template <typename Scalar>
 struct State : Motion<Scalar> {
     Mat12<Scalar> covariance = Mat12<Scalar>::Zero();
 };
 static_assert(sizeof(State<float>) <= 704, "a filter's state in float: 12x12 covariance, 19 numbers and a time");
 
-/// The same motion on the other side of the source: at -p, moving with -v, bent by -a. Only what turns keeps its sign.
+/// Mirror image of the motion: position, velocity and acceleration change sign, rotation does not.
 template <typename Scalar>
 void mirror(State<Scalar>& state) {
     state.position_m = -state.position_m;
