@@ -1,5 +1,5 @@
-// Poses as OpenIGTLink messages: lengths in millimetres, the matrix takes sensor components to source components, time stamps are
-// the midpoint of sampling in UTC.
+// Poses as OpenIGTLink messages. Lengths are in millimetres, the matrix converts sensor components to source components, time
+// stamps are the midpoint of sampling in UTC.
 #pragma once
 
 #include <span>
@@ -9,7 +9,7 @@
 
 namespace tricoil::host::igtl_output {
 
-/// "tricoil_1" for sensor 0; at most 20 characters, as the header allows.
+/// "tricoil_1" for sensor 0. The message header allows 20 characters.
 std::string device_name(std::uint8_t sensor);
 
 /// TRANSFORM of one sensor.
