@@ -15,15 +15,15 @@ std::string device_name(std::uint8_t sensor);
 /// TRANSFORM of one sensor.
 std::string transform_message(const ServedPose& served);
 
-/// TDATA of several sensors, with the time stamp of the newest.
+/// TDATA of several sensors, with the time stamp of the newest pose.
 std::string tracking_data_message(std::span<const ServedPose> poses, const std::string& coordinate_name);
 
-/// STATUS of one sensor: OK (1) or, while its pose must not be used, NOT READY (13) with the flags as the error's name.
+/// STATUS of one sensor: OK (1), or NOT READY (13) with the flags as error name while its pose is invalid.
 std::string status_message(const ServedPose& served);
-/// STATUS of the whole, before there is a pose.
+/// STATUS of the server before the first pose.
 std::string waiting_message();
 
-/// Answer to a stop.
+/// Answer to STP_TDATA.
 std::string tracking_stopped_message();
 
 }  // namespace tricoil::host::igtl_output
