@@ -29,7 +29,7 @@ struct PoseTerms {
     const MeasuredPose& pose;
     Mat3<double> source_start;  // start rotation, stage to source, of the source block
     Mat3<double> named;         // N
-    Mat3<double> jig_start;     // rotation that the jig block turns on
+    Mat3<double> jig_start;     // start rotation of the jig block
     double coupling_constant;
     Eigen::Matrix<double, 9, 9> weight;  // metres per coupling unit, see pose_weight
     bool finite;                         // the coils have octupoles
