@@ -56,8 +56,8 @@ std::string first_line(const std::filesystem::path& file) {
     return line;
 }
 
-/// Runs gnuplot in `folder`, its messages going to `log`. The exit status, or 127 if there is no such program. Throws
-/// Interrupted, with gnuplot ended, if the guard sees a signal.
+/// Runs gnuplot in `folder` and writes its messages to `log`. Returns the exit status, or 127 if it is not installed. After a
+/// signal it ends gnuplot and throws Interrupted.
 int run_gnuplot(const std::filesystem::path& folder, const std::string& script, const std::string& log,
                 const InterruptGuard& guard) {
     posix_spawn_file_actions_t actions;

@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 
 constexpr std::uintmax_t kLeastRoom = std::uintmax_t{4} << 20U;  // bytes: less than a minute's columns
 
-/// Why no recording can be begun in `folder`; empty if one can.
+/// Reason why no recording can start in `folder`; empty if it can.
 std::string refusal(const std::string& folder) {
     if (folder.empty()) {
         return "start tricoil serve with --record-folder to record from here";

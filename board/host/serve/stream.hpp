@@ -25,9 +25,9 @@ class Stream {
 public:
     using Clock = std::chrono::steady_clock;
     static constexpr std::size_t kMostWaiting = 64 * 1024;
-    static constexpr std::size_t kShare = 12;                   // bytes that are read at once
+    static constexpr std::size_t kShare = 12;                   // bytes per read
     static constexpr std::chrono::milliseconds kSharePause{1};  // pause after a full share
-    static constexpr std::size_t kMostUnread = 4096;            // bytes of answers; beyond, nothing more is read
+    static constexpr std::size_t kMostUnread = 4096;            // bytes of unread answers at which reading stops
 
     /// Takes ownership of the descriptor and makes it non-blocking.
     explicit Stream(int descriptor, const StreamLimits& limits = {});

@@ -28,7 +28,7 @@ void answer(httplib::Response& response, int status, const std::string& text) {
     response.set_content(nlohmann::json{{"answer", text}}.dump(), "application/json");
 }
 
-/// A page's stream: its place in the hub, and the pace of its events.
+/// Event stream of one page: its position in the hub and the interval of its events.
 struct Reader {
     const PoseHub& hub;
     const TrackerControl& control;
@@ -38,7 +38,7 @@ struct Reader {
     std::vector<ServedPose> poses;
     SilenceWatch silence;
 
-    /// False once the client or the tracker is gone.
+    /// False after the client or the tracker is gone.
     bool send(httplib::DataSink& sink) {
         poses.clear();
         hub.wait(cursor, poses, kPatience);
@@ -56,7 +56,7 @@ struct Reader {
     }
 };
 
-/// What was done, for the one who asked; empty if the wish is none.
+/// Executes a control request. Returns the result as text for the client; empty if the request is invalid.
 std::string carry_out(const nlohmann::json& wish, TrackerControl& control, RecordingSwitch& recordings) {
     if (wish.contains("run") && wish["run"].is_boolean()) {
         control.set_running(wish["run"].get<bool>());
@@ -117,7 +117,7 @@ WebServer::WebServer(const TcpAddress& address, Access access, const PoseHub& hu
         response.set_header("Referrer-Policy", "no-referrer");
         response.set_header("X-Content-Type-Options", "nosniff");
         response.set_header("Cache-Control", "no-store");
-        // From a provider: the library would compress a text anew for every visitor, which takes seconds.
+        // Uses a content provider: the library would compress a text for every client, which takes seconds.
         response.set_content_provider(kPage.size(), "text/html", [](std::size_t at, std::size_t length, httplib::DataSink& sink) {
             const std::string_view piece = kPage.substr(std::min(at, kPage.size()), length);  // the library checks no bounds
             return sink.write(piece.data(), piece.size());
