@@ -21,14 +21,14 @@ namespace {
 
 constexpr double kFirstLoss_m = 5e-3;     // of the robust loss before the residuals' own spread is known
 constexpr double kLossDeviations = 4;     // afterwards, in robust standard deviations
-constexpr double kOutlierDeviations = 8;  // named as set aside
+constexpr double kOutlierDeviations = 8;  // reported as outliers
 constexpr double kWorstCondition = 1e6;   // of the normalised Jacobian; beyond, parameters are not determined
 constexpr double kWarnCondition = 2e4;
 constexpr double kMixedFactor = 4;    // a file's residuals against the median file's
 constexpr double kMixedShare = 5e-3;  // and only if they are at least this share of the couplings
 constexpr double kPoorShare = 0.02;   // residuals beyond this deserve a warning
 constexpr double kUnexplainedByGeneralShare = 0.05;
-constexpr double kUnexplainedShare = 0.3;  // residuals beyond this are no calibration
+constexpr double kUnexplainedShare = 0.3;  // larger residuals: no calibration
 constexpr double kFixtureTolerance_deg = 5;
 
 double median(std::vector<double> values) {

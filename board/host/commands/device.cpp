@@ -154,7 +154,7 @@ int watch(const DeviceCommand& command) {
     linux_board::DeviceInquiry inquiry(command.uri, command.wait_s);
     const auto heard = inquiry.listen(command.duration_s, [&](const hal::ReceivedMessage& message) {
         print_text("{}\n", line_of(message.bytes, command.json));
-        end_standard_output();  // for whoever reads along; who is gone ends this
+        end_standard_output();  // flushes for the reader; throws if the reader is gone
     });
     if (heard == 0) {
         throw DeviceError(fmt::format("{}: {}", command.uri, inquiry.detail()));
@@ -180,7 +180,7 @@ int fetch_calibration(const DeviceCommand& command) {
 
 int send_calibration(const DeviceCommand& command) {
     std::ifstream file(command.file, std::ios::binary);
-    std::vector<std::uint8_t> blob(calibration::kBlobBytes + 1);  // one that is longer is none either
+    std::vector<std::uint8_t> blob(calibration::kBlobBytes + 1);  // one byte more, to detect a file that is too long
     file.read(reinterpret_cast<char*>(blob.data()), std::ssize(blob));
     blob.resize(static_cast<std::size_t>(file.gcount()));
     if (blob.empty()) {
@@ -225,7 +225,7 @@ int set_mode(const DeviceCommand& command) {
     mode.columns = command.columns;
     linux_board::DeviceInquiry(command.uri, command.wait_s)
         .order("this mode", protocol::Opcode::mode, protocol::mode_argument(mode));
-    linux_board::DeviceInquiry inquiry(command.uri, command.wait_s);  // says hello again: what it is now
+    linux_board::DeviceInquiry inquiry(command.uri, command.wait_s);  // identifies the device again
     const ordered_json identity = identity_json(inquiry.identify());
     print_text("{}: {}, {}, {:g} frames a second\n", command.uri, identity["role"].get<std::string>(),
                identity["multiplexing"].get<std::string>(), identity["frame_rate_hz"].get<double>());

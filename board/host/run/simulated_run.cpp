@@ -151,7 +151,7 @@ Pace drive(Loop& loop, const sim::SimulatedClock& clock, const InterruptGuard& g
     }
     Pace pace;
     const auto begin = SteadyClock::now();
-    auto start = begin;  // of the pace
+    auto start = begin;  // start of the pace
     while (!guard.interrupted()) {
         const Status status = loop.acquire();
         if (status.code() == StatusCode::end_of_stream) {

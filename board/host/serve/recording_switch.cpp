@@ -66,7 +66,7 @@ std::string RecordingSwitch::begin_recording() {
     } catch (const std::exception& error) {
         return error.what();
     }
-    if (recorder->failed()) {  // not even its description can be written
+    if (recorder->failed()) {  // its description cannot be written
         recorder.reset();
         if (!was_there) {
             fs::remove_all(path, ignored);
@@ -93,7 +93,7 @@ std::string RecordingSwitch::end_recording() {
         const std::lock_guard lock(mutex_);
         recorder = std::move(recorder_);
         died_ = false;
-        if (!recorder) {  // it has just died
+        if (!recorder) {  // it has just failed
             return trouble_;
         }
     }
@@ -138,7 +138,7 @@ void RecordingSwitch::do_pose(const tracking::PoseEstimate<double>& estimate) {
         last_m_[estimate.sensor] = estimate.position_m;
     }
     if (recorder_) {
-        died_ = recorder_->failed();  // before it is told of the pose, so that it can say why first
+        died_ = recorder_->failed();  // checked before the pose, so that the reason is reported first
         recorder_->pose(estimate);
     }
 }

@@ -48,7 +48,7 @@ std::uint64_t body_size(std::string_view header) { return number(header, kSizeAt
 /// Content of a message without the extended header and metadata of version 2; empty if the CRC is wrong.
 std::string_view content_of(std::string_view message) {
     const std::string_view body = message.substr(kHeaderBytes);
-    std::string copy(body);  // the library's function would be free to change it
+    std::string copy(body);  // the library function may change its argument
     if (crc64(reinterpret_cast<unsigned char*>(copy.data()), copy.size(), 0) != number(message, kCrcAt, 8)) {  // NOLINT
         return {};
     }
@@ -71,7 +71,7 @@ void Session::receive(std::span<const char> bytes) {
     received_.append(bytes.data(), bytes.size());
     while (received_.size() >= kHeaderBytes && !stream_.gone()) {
         const std::uint64_t body = body_size(received_);
-        if (body > kLongestBody) {  // garbage, or for somebody else
+        if (body > kLongestBody) {  // invalid size
             stream_.hang_up();
             return;
         }
@@ -110,7 +110,7 @@ void Session::start_tracking_data(std::string_view message) {
     if (start.size() != kStartBytes) {
         return;
     }
-    const auto resolution_ms = static_cast<std::int32_t>(number(start, 0, kNameAt));  // a negative one: as fast as it goes
+    const auto resolution_ms = static_cast<std::int32_t>(number(start, 0, kNameAt));  // negative: every pose
     period_us_ = std::int64_t{1000} * std::clamp(resolution_ms, 0, kLongestResolutionMs);
     due_us_ = 0;
     if (const std::string_view name = text(start.substr(kNameAt)); !name.empty()) {
@@ -151,7 +151,7 @@ void Session::remember(std::span<const ServedPose> poses) {
 
 void Session::tell_status(Sensor& sensor) {
     const bool valid = sensor.newest->pose.valid();
-    if (sensor.told ? sensor.told_valid != valid : !valid) {  // what begins well needs no word
+    if (sensor.told ? sensor.told_valid != valid : !valid) {  // a valid start needs no STATUS
         stream_.send(status_message(*sensor.newest));
     }
     sensor.told = true;
