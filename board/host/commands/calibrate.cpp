@@ -56,7 +56,7 @@ struct Report {
 
 Json list_of(const Vec3<double>& v) { return {v(0), v(1), v(2)}; }
 
-/// Writes both files before renaming them. The blob is renamed first, so that a new TOML file never exists with an old blob.
+/// Writes the blob first, so that a new TOML file never exists with an old blob. Each file is complete or absent.
 void write_files(const CalibrateCommand& command, const CalibrationFile& file) {
     const Status status = calibration::check(file.calibration);
     if (!status.ok()) {

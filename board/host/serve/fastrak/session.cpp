@@ -319,7 +319,7 @@ void Session::filter(const Arguments& arguments, std::size_t which) {
         return;
     }
     const std::optional<double> first = arguments.number(0);
-    if (count == 1 && first && *first >= 1) {  // predefined setting, 2 to 5; 1 is not defined
+    if (count == 1 && first && *first >= 1) {  // predefined setting, 1 to 5; 1 and 2: no filter
         if (*first > 5 || *first != std::floor(*first)) {
             arguments.refuse(0, CommandError::out_of_range);
         }
