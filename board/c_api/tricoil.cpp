@@ -27,7 +27,7 @@ bool ends_with(const std::string& text, const std::string& end) {
 
 constexpr const char* kForms = "can:INTERFACE, usb:VENDOR:PRODUCT, serial:PATH or a .toml file";
 
-/// Throws InputError for what is none of kForms: the reason that the program gives would name forms that only it knows.
+/// Throws InputError if the device matches none of kForms. The message of the program would list forms that the library lacks.
 void expect_device(const std::string& device) {
     const std::string scheme = device.substr(0, device.find(':') + 1);
     if (scheme != "can:" && scheme != "usb:" && scheme != "serial:") {
@@ -51,7 +51,7 @@ std::optional<calibration::Calibration<double>> calibration_of(const linux_board
     return config.calibration.empty() ? std::nullopt : std::optional(host::read_calibration(config.calibration).calibration);
 }
 
-/// Of a connection that has nothing to complain of.
+/// Status of a connection without errors.
 const char* to_text(linux_board::Phase phase) {
     switch (phase) {
         case linux_board::Phase::closed:
@@ -86,7 +86,7 @@ tricoil_pose to_pose(const protocol::PoseMessage& m) {
 
 }  // namespace
 
-/// Port before loop, lines before both: the coils are off before anything is released.
+/// Order of members: lines, port, loop. Destruction in reverse order switches the coils off before anything is released.
 struct tricoil_tracker {  // NOLINT(readability-identifier-naming): C
     explicit tricoil_tracker(const linux_board::DeviceConfig& config)
         : lines(config.coils),
@@ -166,7 +166,7 @@ void tricoil_close(tricoil_tracker* tracker) {
         try {
             tracker->loop.stop();
             tracker->port->close();
-        } catch (...) {  // what is left is closed with the tracker
+        } catch (...) {  // the destructor of the tracker releases the rest
         }
         delete tracker;
     }

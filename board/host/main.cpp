@@ -1,4 +1,4 @@
-// The `tricoil` program: parses the line, runs one subcommand, prints one line for an error.
+// The `tricoil` program: parses the command line, runs one subcommand, prints errors as one line.
 #include <fmt/format.h>
 
 #include <csignal>
@@ -23,7 +23,7 @@ constexpr const char* kFooter =
     "Exit codes: 0 fine, 1 a check failed, 2 bad usage or input, 3 device trouble;\n"
     "128 + signal: interrupted before there was a result.";
 
-/// CLI11 takes an unknown subcommand for a stray argument; name it and the nearest there is.
+/// Names an unknown subcommand and the nearest valid one. CLI11 reports it as an extra argument.
 void refuse_unknown_command(const CLI::App& program, int argc, char** argv) {
     if (argc < 2 || argv[1][0] == '-') {
         return;
@@ -35,7 +35,7 @@ void refuse_unknown_command(const CLI::App& program, int argc, char** argv) {
     tricoil::host::index_of_name("command", argv[1], names);
 }
 
-/// CLI11 says which value it could not convert, but not to what.
+/// Adds the expected type: CLI11 names only the value that it could not convert.
 std::string what_is_expected(const CLI::App& program, const CLI::ParseError& error) {
     const std::string text = error.what();
     const auto begin = text.find("--");

@@ -1,4 +1,4 @@
-// One TOML file that says what hangs on a Linux board: link, coil lines, front end, calibration, outputs.
+// Configuration of a Linux board in TOML: link, coil lines, front end, calibration, outputs.
 #pragma once
 
 #include <array>
@@ -19,23 +19,23 @@ struct CoilLines {
 };
 
 struct DeviceConfig {
-    std::string device;              // URI; empty: not said
-    std::optional<CoilLines> coils;  // none: the front end drives them
-    std::uint64_t serial = 0;        // of the front end; 0: any
+    std::string device;              // URI; empty: not configured
+    std::optional<CoilLines> coils;  // none: the front end drives the coils
+    std::uint64_t serial = 0;        // serial number of the front end; 0: any
     double coupling_constant_m3 = 6.75e-3;
-    std::string calibration;  // a file that tricoil calibrate wrote; empty: none
+    std::string calibration;  // output file of tricoil calibrate; empty: none
     std::string method = "direct";
-    std::optional<Vec3<double>> hemisphere;  // none: the calibration's, or +x
+    std::optional<Vec3<double>> hemisphere;  // none: that of the calibration, or +x
     std::string csv;                         // empty: none
-    bool publish = false;                    // poses back onto the link
-    int priority = 0;                        // SCHED_FIFO; 0: ordinary
-    std::optional<bool> lock_memory;         // none: where allowed
+    bool publish = false;                    // send poses on the link
+    int priority = 0;                        // SCHED_FIFO; 0: normal scheduling
+    std::optional<bool> lock_memory;         // none: if permitted
 };
 
-/// Throws InputError: FILE:LINE and the key that is unknown, missing or out of range.
+/// Throws InputError with FILE:LINE for a key that is unknown, missing or out of range.
 DeviceConfig load_device_config(const std::string& path);
 
-/// The same from text; `name` stands for the file in messages.
+/// The same from text. `name`: file name for messages.
 DeviceConfig parse_device_config(const std::string& name, std::string_view text);
 
 }  // namespace tricoil::linux_board

@@ -18,7 +18,7 @@ using protocol::WireError;
 
 constexpr Microseconds kPatience{5000};
 constexpr std::int64_t kPosePauseUs = 20'000;
-constexpr double kMostAbsent_s = 5;  // that a device may be unplugged while it is listened to
+constexpr double kMostAbsent_s = 5;  // longest absence of a device during listen()
 
 SessionParams listening() {
     SessionParams params;
@@ -58,10 +58,10 @@ std::vector<Sample> samples_of(std::span<const std::uint8_t> tail) {
     return samples;
 }
 
-/// Puts the parts of one block together, in whatever order they come; a part of another block begins anew.
+/// Assembles the parts of one block in any order. A part of another block starts a new block.
 class BlockParts {
 public:
-    /// True when the block is whole.
+    /// Returns true when the block is complete.
     bool add(const protocol::RawBlockMessage& part) {
         const std::vector<Sample> samples = samples_of(part.tail);
         const bool is_other = parts_.empty() || part.block_sequence != about_.block_sequence || part.total != about_.total;
@@ -100,15 +100,15 @@ DeviceInquiry::DeviceInquiry(const std::string& uri, double wait_s)
       wait_s_(wait_s),
       port_(make_port(parse_device_uri(uri))),
       session_(*port_, listening()),
-      request_(static_cast<std::uint16_t>(drivers::monotonic_us() >> 10U)) {}  // unlike that of a program before this one
+      request_(static_cast<std::uint16_t>(drivers::monotonic_us() >> 10U)) {}  // differs from the requests of an earlier program
 
-/// Until `seconds` (0: no end) are over or a signal comes: the device is greeted, then asked at once and every second; true as
-/// soon as is_done(message).
+/// Identifies the device, then calls `ask` at once and every second until is_done(message), `seconds` have passed (0: no limit)
+/// or a signal comes. Returns true if is_done() was true.
 bool DeviceInquiry::converse(double seconds, const host::InterruptGuard& guard, const Ask& ask, const Take& is_done,
                              std::int64_t again_us) {
     const std::int64_t begin = drivers::monotonic_us();
     std::int64_t due = begin;
-    std::int64_t there_us = begin;  // when the port was last open
+    std::int64_t there_us = begin;  // time at which the port was last open
     for (std::int64_t now = begin; !guard.interrupted() && (seconds <= 0 || static_cast<double>(now - begin) <= 1e6 * seconds);
          now = drivers::monotonic_us()) {
         if (!session_.has_identity()) {
@@ -138,7 +138,7 @@ bool DeviceInquiry::converse(double seconds, const host::InterruptGuard& guard, 
     return false;
 }
 
-/// Asks until is_answer(message); `what` for the complaint if there is none.
+/// Calls `ask` until is_answer(message). `what`: name of the request for the error message.
 void DeviceInquiry::inquire(const char* what, Opcode opcode, const Ask& ask, const Take& is_answer) {
     std::string trouble;
     const auto is_over = [&](const hal::ReceivedMessage& message) {
@@ -210,12 +210,12 @@ std::vector<std::uint8_t> DeviceInquiry::read_calibration() {
 void DeviceInquiry::write_calibration(const std::vector<std::uint8_t>& blob) {
     const auto ask = [&] {
         protocol::CalibrationMessage message;
-        message.sequence = calibrations_++;  // an old number would be a replay
+        message.sequence = calibrations_++;  // a repeated number would be refused
         message.request = request_;
         message.tail = blob;
         std::vector<std::uint8_t> bytes(protocol::kMaxMessageBytes);
         bytes.resize(protocol::encode(message, bytes));
-        (void)port_->send(bytes);  // lost, or no room: asked again
+        (void)port_->send(bytes);  // repeated if lost
     };
     const auto is_answer = [&](const hal::ReceivedMessage& message) {
         protocol::AckMessage ack;
@@ -265,9 +265,9 @@ void DeviceInquiry::boresight() {
     }
 }
 
-/// Feeds the device until a pose is valid.
+/// Resets the device's watchdog until a pose is valid.
 void DeviceInquiry::await_pose() {
-    std::uint32_t newest = 0;  // what has been heard: a device that waits for its host is told
+    std::uint32_t newest = 0;  // newest received message, acknowledged for a device in lockstep
     const auto is_valid_pose = [&](const hal::ReceivedMessage& message) {
         protocol::PoseMessage pose;
         tracking::PoseEstimate<double> estimate;

@@ -1,4 +1,4 @@
-// Questions to a device that is left as it is: who it is, whether it is sound, its calibration, a block of its samples.
+// Requests to a device without tracking: identity, self-check, calibration, raw blocks, settings.
 #pragma once
 
 #include <cstdint>
@@ -13,45 +13,45 @@
 
 namespace tricoil::linux_board {
 
-/// One burst of samples as it was put together again.
+/// Raw block, assembled from its parts.
 struct RawBurst {
-    protocol::RawBlockMessage about;  // of the first part; its tail is empty
+    protocol::RawBlockMessage about;  // header of the first part; its tail is empty
     std::vector<Sample> samples;
 };
 
-/// Everything throws DeviceError with one line: no answer in time, refused, two devices, or the link is gone; Interrupted at a
-/// signal.
+/// All functions throw DeviceError with one line if there is no answer in time, the request is refused, two devices answer, or
+/// the link is lost, and Interrupted after a signal.
 class DeviceInquiry {
 public:
-    /// `wait_s`: for each answer. Throws InputError for a URI that is none.
+    /// `wait_s`: time-out of each answer. Throws InputError for an invalid URI.
     DeviceInquiry(const std::string& uri, double wait_s);
 
     const protocol::IdentifyMessage& identify();
 
-    /// All rows of the device's self-check, in order.
+    /// Runs the device's self-check and returns all rows in order.
     std::vector<protocol::CheckMessage> self_check();
 
-    /// The device's calibration blob as it came, not yet checked; empty: it has none.
+    /// Reads the device's calibration blob. The blob is not checked; empty: no calibration.
     std::vector<std::uint8_t> read_calibration();
 
-    /// Returns when the device says that it keeps `blob`.
+    /// Returns when the device has confirmed that it stored `blob`.
     void write_calibration(const std::vector<std::uint8_t>& blob);
 
-    /// One block with the coils in `state`.
+    /// Reads one raw block in this excitation state.
     RawBurst read_block(Excitation state);
 
-    /// What a device is to do or to be set to; returns when it says that it is done. `what`: for the complaint.
+    /// Sends a command and returns when the device has confirmed it. `what`: name of the request for error messages.
     void order(const char* what, protocol::Opcode opcode, std::uint32_t argument);
 
-    /// The attitude that the sensor has now reads as straight ahead from now on. A device that does not measure is started for
-    /// it, and stopped again when a pose has been valid.
+    /// Sets the boresight: the present attitude reads as straight ahead. An idle device is started for this, and stopped after a
+    /// valid pose.
     void boresight();
 
-    /// Calls each(message) for whatever the device says, until `seconds` are over (0: never) or a signal comes; the device is
-    /// greeted until it has said who it is, and then only listened to. Returns how many messages there were.
+    /// Calls each(message) for every message until `seconds` have passed (0: no limit) or a signal comes. Sends hello until the
+    /// device has identified itself, and then only receives. Returns the number of messages.
     std::uint64_t listen(double seconds, const std::function<void(const hal::ReceivedMessage&)>& each);
 
-    /// Why there is no conversation; empty while there is one.
+    /// Reason why there is no session; empty during a session.
     [[nodiscard]] const char* detail() const { return session_.detail(); }
 
 private:
@@ -69,7 +69,7 @@ private:
     double wait_s_;
     std::unique_ptr<hal::MessagePort> port_;
     DeviceSession session_;
-    std::uint32_t calibrations_ = 0;  // sent
+    std::uint32_t calibrations_ = 0;  // number of sent calibrations
     std::uint16_t request_;
 };
 

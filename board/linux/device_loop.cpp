@@ -10,12 +10,12 @@ namespace tricoil::linux_board {
 namespace {
 
 constexpr Microseconds kWait{5000};
-constexpr Microseconds kSyncWait{200};              // an edge must not wait for a message
-constexpr int kMostEdges = 16;                      // in a step; as many as the kernel keeps
-constexpr int kMostMessages = 256;                  // in a step: a flood must not keep signals and time-outs waiting
-constexpr std::int64_t kColumnSilenceUs = 150'000;  // without a column, before poses are flagged stale
+constexpr Microseconds kSyncWait{200};              // an edge is not delayed by the wait for messages
+constexpr int kMostEdges = 16;                      // per step; size of the kernel's queue
+constexpr int kMostMessages = 256;                  // per step, so that a flood does not delay signals and time-outs
+constexpr std::int64_t kColumnSilenceUs = 150'000;  // longest time without a column before poses are flagged stale
 
-/// The timing that a front end tells of itself.
+/// Timing parameters from the identity of the front end.
 struct Timing {
     bool is_tdm = true;
     Microseconds max_column_span{0};
@@ -88,7 +88,7 @@ void DeviceLoop::step() {
     tick(now);
 }
 
-/// Whatever ends the conversation ends the current too.
+/// Switches the coils off when the session ends.
 void DeviceLoop::follow_phase() {
     const bool running = session_.phase() == Phase::running;
     if (was_running_ && !running) {
@@ -143,16 +143,16 @@ void DeviceLoop::begin() {
     }
     state_sequence_ = 0;
     column_us_ = 0;
-    take_edges();  // of what was before
+    take_edges();  // discards old edges
     (void)session_.take_window_over();
     beat();
     next_state();
 }
 
-/// One when measuring begins, then one for each column that was taken.
+/// Toggles the heartbeat at the start of the measurement, and then for each accepted column.
 void DeviceLoop::beat() {
     if (lines_.heartbeat != nullptr) {
-        (void)lines_.heartbeat->beat();  // a line that is gone lets the enable drop: the safe side
+        (void)lines_.heartbeat->beat();  // if the line is lost, the enable drops, which is safe
     }
 }
 
@@ -176,7 +176,7 @@ void DeviceLoop::follow_sync() {
     }
 }
 
-/// How many came since; a line that never rests does not stop the loop.
+/// Number of new edges, limited so that a noisy line does not block the loop.
 int DeviceLoop::take_edges() {
     int edges = 0;
     std::int64_t edge_us = 0;
@@ -205,7 +205,7 @@ void DeviceLoop::track(const hal::ReceivedMessage& message) {
     }
 }
 
-/// Delivers what a tracker here answered.
+/// Delivers a pose of a tracker of this host.
 void DeviceLoop::answer(const tracking::PoseEstimate<double>& estimate, bool valid, std::int64_t received_us) {
     if (params_.tap != nullptr) {
         params_.tap->pose(estimate);
@@ -226,7 +226,7 @@ void DeviceLoop::deliver(const protocol::PoseMessage& pose, bool valid, std::int
     }
 }
 
-/// Silence shows in the poses too: the last one, flagged stale.
+/// During silence, delivers the last pose, flagged stale.
 void DeviceLoop::tick(std::int64_t now_us) {
     const std::int64_t silence_us = now_us - column_us_;
     if (session_.phase() != Phase::running || column_us_ == 0 || silence_us < kColumnSilenceUs) {
@@ -251,7 +251,7 @@ void DeviceLoop::set_hemisphere(std::size_t sensor, const Vec3<double>& towards)
     if (params_.tap != nullptr) {
         params_.tap->hemisphere(static_cast<std::uint8_t>(sensor), towards);
     }
-    (void)trackers_[sensor]->set_hemisphere(towards);  // refused, and as it was, if not finite
+    (void)trackers_[sensor]->set_hemisphere(towards);  // refused, without a change, if not finite
 }
 
 }  // namespace tricoil::linux_board

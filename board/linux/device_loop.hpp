@@ -1,5 +1,5 @@
-// The loop of a Linux board: messages in, coils switched, columns tracked, poses out. No heap (but
-// what libusb takes for a transfer), no exceptions in its steps.
+// Main loop of a Linux board: receives messages, switches coils, tracks columns, sends poses. A step uses no heap (except
+// libusb transfers) and throws no exceptions.
 #pragma once
 
 #include <functional>
@@ -16,7 +16,7 @@
 
 namespace tricoil::linux_board {
 
-/// What the host switches itself; null where there is none. All must outlive the loop.
+/// GPIO lines of the host; null: not present. All must outlive the loop.
 struct HostLines {
     hal::CoilDriver* coils = nullptr;
     hal::Heartbeat* heartbeat = nullptr;
@@ -27,10 +27,10 @@ struct DeviceLoopParams {
     SessionParams session;
     tracking::MethodParams<double> method;
     double coupling_constant_m3 = 6.75e-3;
-    std::optional<calibration::Calibration<double>> calibration;  // must be one that the tracker can take
+    std::optional<calibration::Calibration<double>> calibration;  // must suit the tracker
     Vec3<double> hemisphere = Vec3<double>::UnitX();
     bool publish = false;
-    hal::TrackerTap<double>* tap = nullptr;  // sees what the trackers are given and answer; must outlive the loop
+    hal::TrackerTap<double>* tap = nullptr;  // receives inputs and outputs of the trackers; must outlive the loop
 };
 
 struct DeviceLoopCounters {
@@ -40,26 +40,26 @@ struct DeviceLoopCounters {
     std::uint64_t sync_edges = 0;
     std::uint64_t lines_lost = 0;
     std::uint64_t unpublished = 0;
-    std::uint64_t sides_recovered = 0;  // times that a tracker was told the side that it had lost
+    std::uint64_t sides_recovered = 0;  // number of restored hemispheres
 };
 
 class DeviceLoop {
 public:
     using PoseSink = std::function<void(const protocol::PoseMessage&)>;
 
-    /// `sink` gets every pose as the wire holds it.
+    /// `sink` receives every pose as wire message.
     DeviceLoop(hal::MessagePort& port, HostLines lines, const DeviceLoopParams& params, PoseSink sink);
     ~DeviceLoop();
     DeviceLoop(const DeviceLoop&) = delete;
     DeviceLoop& operator=(const DeviceLoop&) = delete;
 
-    /// Takes what has come, or waits for it, 5 ms at most.
+    /// Processes arrived messages, or waits for them at most 5 ms.
     void step();
 
-    /// AnyTracker::set_hemisphere of a sensor that is tracked here; else nothing happens.
+    /// AnyTracker::set_hemisphere. Does nothing for a sensor that is not tracked by this host.
     void set_hemisphere(std::size_t sensor, const Vec3<double>& towards);
 
-    /// Coils off, front end stopped. The destructor does it too.
+    /// Switches the coils off and stops the front end. The destructor calls it too.
     void stop();
 
     [[nodiscard]] const DeviceSession& session() const { return session_; }
@@ -86,11 +86,11 @@ private:
     PoseSink sink_;
     DeviceSession session_;
     std::array<std::optional<tracking::AnyTracker<double>>, tracking::kMaxSensors> trackers_;
-    std::array<SideKeeper, tracking::kMaxSensors> sides_;  // outlive the trackers, and with them a pulled plug
+    std::array<SideKeeper, tracking::kMaxSensors> sides_;  // survive new trackers after a lost link
     std::array<std::uint8_t, protocol::kMaxFrameBytes> bytes_{};
     std::uint32_t state_sequence_ = 0;
     std::uint32_t pose_sequence_ = 0;
-    std::int64_t column_us_ = 0;  // when the newest came; 0: none since the start
+    std::int64_t column_us_ = 0;  // arrival of the newest column; 0: none since the start
     bool is_tdm_ = true;
     bool was_running_ = false;
     LatencyHistogram latency_;

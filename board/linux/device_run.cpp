@@ -60,7 +60,7 @@ nlohmann::ordered_json summary(const DeviceConfig& config, const DeviceLoop& loo
             {"fifo", habits.fifo}};
 }
 
-/// What was asked for and not granted; the loop runs on without it.
+/// Reports settings that were not granted. The loop runs without them.
 void tell_refusals(const DeviceConfig& config, const RealtimeHabits& habits) {
     if (config.lock_memory.value_or(false) && !habits.memory_locked) {
         host::print_notice(
@@ -88,8 +88,8 @@ std::string text_of(const nlohmann::ordered_json& s) {
         s["latency_us"]["max"].get<std::int64_t>());
 }
 
-/// While it lives, a reader that goes away, or a file that grows too long, is a failed write and no end of the program: the coils
-/// have to be switched off first.
+/// During its lifetime a closed pipe or a file size limit is a failed write and does not end the program, because the coils must
+/// be switched off first.
 class UnsignalledWrites {
 public:
     UnsignalledWrites() : pipe_(std::signal(SIGPIPE, SIG_IGN)), size_(std::signal(SIGXFSZ, SIG_IGN)) {}
@@ -108,7 +108,7 @@ private:
 
 constexpr int kSignalled = 128;  // exit code: plus the signal
 
-/// Adds up the device's time since its first pose, over its restarts.
+/// Sums the device time since its first pose over its restarts.
 class DeviceStopwatch {
 public:
     void see(std::int64_t time_us) {
@@ -176,7 +176,7 @@ int run_device(const DeviceRunOptions& options) {
     params.tap = taps.any() ? &taps : nullptr;
     const auto port = make_port(uri);
     DeviceStopwatch stopwatch;
-    tracking::PoseFlags flags;  // of the newest pose, as far as they need the user
+    tracking::PoseFlags flags;  // flags of the newest pose that need an action of the user
     DeviceLoop loop(*port, lines.lines(), params, [&](const protocol::PoseMessage& pose) {
         stopwatch.see(pose.time_us);
         constexpr auto kSide = tracking::PoseFlag::hemisphere_unknown;
@@ -194,7 +194,7 @@ int run_device(const DeviceRunOptions& options) {
     tell_refusals(config, habits);
     const host::InterruptGuard guard;
     const std::int64_t begin_us = drivers::monotonic_us();
-    std::int64_t steady_us = begin_us;  // when the device last worked
+    std::int64_t steady_us = begin_us;  // time at which the device last worked
     const auto gives_up = [&](std::int64_t now_us) {
         steady_us = loop.session().is_steady() ? now_us : steady_us;
         return options.give_up_after_s > 0 && static_cast<double>(now_us - steady_us) > 1e6 * options.give_up_after_s;

@@ -1,4 +1,4 @@
-// `tricoil run --device`: tracks with real coils, or poses of a tracker board, until told to stop.
+// `tricoil run --device`: tracks columns of a front end, or receives poses of a tracker board.
 #pragma once
 
 #include <functional>
@@ -15,21 +15,21 @@ namespace tricoil::linux_board {
 
 struct DeviceRunOptions {
     DeviceConfig config;
-    std::optional<calibration::Calibration<double>> calibration;  // what config.calibration holds
-    double duration_s = 0;                                        // of the device's time; 0: until a signal comes
-    double wait_s = 5;                                            // for the device at the start; 0: for ever
-    double give_up_after_s = 0;                                   // without a steady device; 0: never
+    std::optional<calibration::Calibration<double>> calibration;  // content of the file config.calibration
+    double duration_s = 0;                                        // device time; 0: until a signal comes
+    double wait_s = 5;                                            // wait for the device at the start; 0: no limit
+    double give_up_after_s = 0;                                   // time without a steady device; 0: never
     bool json = false;
     std::string record;                          // folder; empty: none
-    hal::TrackerTap<double>* tap = nullptr;      // sees what the trackers are given and answer
-    std::function<void(DeviceLoop&)> each_step;  // called between steps; empty: nobody
-    std::function<bool()> paused;                // asked between steps: whether to hold, coils off; empty: never
+    hal::TrackerTap<double>* tap = nullptr;      // receives inputs and outputs of the trackers
+    std::function<void(DeviceLoop&)> each_step;  // called between steps; may be empty
+    std::function<bool()> paused;                // called between steps: true keeps the coils off; empty: never
 };
 
-/// Where the columns of such a run come from, for a recording.
+/// Describes the origin of the columns, for a recording.
 nlohmann::ordered_json describe_source(const DeviceConfig& config);
 
-/// Returns the exit code. Throws InputError for what cannot be run, DeviceError if the device does not come or lines are taken.
+/// Returns the exit code. Throws InputError for invalid options, DeviceError if the device does not connect or lines are in use.
 int run_device(const DeviceRunOptions& options);
 
 }  // namespace tricoil::linux_board

@@ -17,7 +17,7 @@ constexpr std::int64_t kOpenPauseUs = 100'000;
 constexpr std::int64_t kGreetPauseUs = 100'000;
 constexpr std::int64_t kSilenceUs = 500'000;
 constexpr std::int64_t kConflictUs = 1'000'000;
-constexpr std::int64_t kFeedUs = 20'000;  // at least so often
+constexpr std::int64_t kFeedUs = 20'000;  // longest interval
 constexpr std::uint16_t kProduct = 1;
 
 }  // namespace
@@ -31,7 +31,7 @@ void DeviceSession::command(Opcode opcode, std::uint16_t request, std::uint32_t 
     m.request = request;
     m.argument = argument;
     const std::size_t size = protocol::encode(m, bytes_);
-    (void)port_.send(std::span(bytes_).first(size));  // counted by the port; everything here is repeated or timed
+    (void)port_.send(std::span(bytes_).first(size));  // the port counts failures; every message is repeated or has a time-out
 }
 
 SessionEvent DeviceSession::service(std::int64_t now_us) {
@@ -143,13 +143,13 @@ SessionEvent DeviceSession::take(const hal::ReceivedMessage& message) {
                 return refuse(bad);
             }
             status_ = status;
-            heard_us_ = phase_ == Phase::running ? heard_us_ : now_us_;  // a device that runs has more to say
+            heard_us_ = phase_ == Phase::running ? heard_us_ : now_us_;  // a running device must also send columns or poses
             return SessionEvent::none;
         }
         case MessageType::command:
             return refuse(WireError::wrong_sender);
         default:
-            return SessionEvent::none;  // right, and of no use here
+            return SessionEvent::none;  // valid, but not used here
     }
 }
 
@@ -209,7 +209,7 @@ SessionEvent DeviceSession::take_ack(const hal::ReceivedMessage& message) {
         return SessionEvent::none;
     }
     if (static_cast<std::uint16_t>(request_ - ack.request) >= starts_asked_) {
-        return SessionEvent::none;  // the answer to somebody else's question
+        return SessionEvent::none;  // answer to a request of another program
     }
     if (ack.result != 0) {
         why_.print("the device refuses to start (%u)", ack.result);

@@ -1,6 +1,5 @@
-// A conversation with one front end or tracker board: find it, agree on a version, start it, keep it fed, and begin again by
-// itself whenever it falls silent or goes away. Nothing that it says is trusted before it has been checked. No heap after
-// construction.
+// Session with one front end or tracker board: finds it, checks the version, starts it, resets its watchdog, and reconnects after
+// silence or a lost link. Every message is checked. No heap after construction.
 #pragma once
 
 #include <array>
@@ -18,10 +17,10 @@
 namespace tricoil::linux_board {
 
 struct SessionParams {
-    std::uint64_t serial = 0;  // the device that it must be; 0: any
+    std::uint64_t serial = 0;  // required serial number; 0: any
     bool host_drives_coils = false;
-    bool start = true;       // false: ask who it is, and leave it alone
-    bool any_coils = false;  // whoever drives the coils is right
+    bool start = true;       // false: only identify the device
+    bool any_coils = false;  // true: accept any driver of the coils
 };
 
 enum class Phase : std::uint8_t { closed, greeting, starting, running };
@@ -33,11 +32,11 @@ struct SessionCounters {
     std::uint64_t poses = 0;
     std::uint64_t lost_columns = 0;  // gaps in the sequence
     std::uint64_t lost_poses = 0;
-    std::uint64_t starts = 0;    // times that a device was started
-    std::uint64_t silences = 0;  // times that it was given up
+    std::uint64_t starts = 0;    // number of starts of a device
+    std::uint64_t silences = 0;  // number of time-outs of a device
 };
 
-/// After a device that fails, the next try waits: 0.1 s, twice as long each time, kLongestPauseUs at most, until it has been
+/// After a failure the next try waits 0.1 s. The pause doubles with each failure up to kLongestPauseUs, until the device is
 /// steady.
 class DeviceSession {
 public:
@@ -46,35 +45,35 @@ public:
 
     DeviceSession(hal::MessagePort& port, const SessionParams& params) : port_(port), params_(params) {}
 
-    /// Opens, greets, starts, gives up: whatever is due. Call it at least every few milliseconds.
+    /// Performs the due action: open, hello, start or time-out. Call it at least every few milliseconds.
     SessionEvent service(std::int64_t now_us);
 
-    /// Takes one message; for a column or a pose the event says so and column() or pose() holds it.
+    /// Processes one message. After an event `column` or `pose`, column() or pose() returns the content.
     SessionEvent take(const hal::ReceivedMessage& message);
 
-    /// The port is gone; service() will look for it again.
+    /// Reports that the port is lost. service() opens it again.
     void on_device_lost(std::int64_t now_us);
 
-    /// Tells the device that the host has switched the coils; columns must echo this. Sequence counts from 1 after each start.
+    /// Sends the new excitation state of the host's coils to the device. Columns must echo `sequence`, which starts at 1.
     void excited(Excitation state, std::uint32_t sequence);
 
-    /// Feeds the device's watchdog, and tells it how far the host has come.
+    /// Resets the device's watchdog and acknowledges the newest message.
     void keep_alive(std::int64_t now_us);
 
-    /// Whether the first column of a window has come since the last call, be it of use or not: time to switch the coils.
+    /// True if the first column of a window arrived since the last call, also if it was refused: the coils may be switched.
     bool take_window_over() { return std::exchange(window_over_, false); }
 
-    /// Coils off; the conversation is over.
+    /// Stops the device, coils off, and ends the session.
     void stop();
 
-    /// Any command; answers that carry `request` belong to it. It may get lost: whoever needs an answer asks again.
+    /// Sends a command. Its answers carry `request`. Commands may be lost: repeat the command if no answer comes.
     void command(protocol::Opcode opcode, std::uint16_t request, std::uint32_t argument, Excitation state);
 
     [[nodiscard]] Phase phase() const { return phase_; }
     [[nodiscard]] const protocol::IdentifyMessage& identity() const { return identity_; }
     [[nodiscard]] const protocol::StatusMessage& device_status() const { return status_; }
     [[nodiscard]] bool has_identity() const { return has_identity_; }
-    /// Whether the device has been running for kSteadyUs: what went wrong before is over.
+    /// True if the device has been running for kSteadyUs.
     [[nodiscard]] bool is_steady() const { return phase_ == Phase::running && heard_us_ - started_us_ >= kSteadyUs; }
     [[nodiscard]] const Column<double>& column() const { return column_; }
     [[nodiscard]] const tracking::PoseEstimate<double>& pose() const { return pose_; }
@@ -82,7 +81,7 @@ public:
     [[nodiscard]] const SessionCounters& counters() const { return counters_; }
     [[nodiscard]] const protocol::WireCounters& refused() const { return refused_; }
     [[nodiscard]] const protocol::ClockMap& clock_map() const { return clock_map_; }
-    /// Why there is no conversation; empty while there is one.
+    /// Reason why there is no session; empty during a session.
     [[nodiscard]] const char* detail() const { return why_.c_str(); }
 
 private:
@@ -107,16 +106,16 @@ private:
     hal::MessagePort& port_;
     SessionParams params_;
     Phase phase_ = Phase::closed;
-    std::int64_t due_us_ = 0;       // of the next try to open, greet or start
-    std::int64_t heard_us_ = 0;     // last message that was right; while running: column or pose that was taken
-    std::int64_t conflict_us_ = 0;  // until then two devices have answered to one address
+    std::int64_t due_us_ = 0;       // time of the next try to open, identify or start
+    std::int64_t heard_us_ = 0;     // last valid message; while running: last accepted column or pose
+    std::int64_t conflict_us_ = 0;  // two devices answered on one address; valid until this time
     std::int64_t now_us_ = 0;
     std::int64_t fed_us_ = 0;
     std::int64_t started_us_ = 0;
     std::int64_t pause_us_ = 0;  // before the next try; grows
     std::uint32_t command_sequence_ = 0;
     std::uint16_t request_ = 0;
-    std::uint16_t starts_asked_ = 0;  // since the device was identified: the newest requests
+    std::uint16_t starts_asked_ = 0;  // start requests since the device was identified
     protocol::IdentifyMessage identity_;
     bool has_identity_ = false;
     bool window_over_ = false;

@@ -1,4 +1,4 @@
-// From a configuration to what the device loop takes: its parameters, and the lines that this host switches.
+// Converts a configuration to parameters and GPIO lines of the device loop.
 #pragma once
 
 #include <optional>
@@ -11,14 +11,14 @@
 
 namespace tricoil::linux_board {
 
-/// calibration: what config.calibration holds. Throws InputError for an unknown tracker, or for a calibration that this
-/// tracker cannot take: what it says is refused, not left out.
+/// calibration: content of the file config.calibration. Throws InputError for an unknown tracker, or for a calibration that this
+/// tracker does not support.
 DeviceLoopParams loop_params(const DeviceConfig& config, const std::optional<calibration::Calibration<double>>& calibration);
 
-/// Coil, heartbeat and sync lines; released with the object.
+/// Coil, heartbeat and sync lines. The destructor releases them.
 class OpenLines {
 public:
-    /// None if nothing is wanted. Throws DeviceError naming the line that could not be taken.
+    /// Opens no line if `wanted` is empty. Throws DeviceError that names a line that could not be opened.
     explicit OpenLines(const std::optional<CoilLines>& wanted);
 
     [[nodiscard]] const HostLines& lines() const { return lines_; }

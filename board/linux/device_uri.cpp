@@ -12,7 +12,7 @@ namespace {
 
 constexpr const char* kForms = "use sim:, can:INTERFACE[#NODE], usb:VENDOR:PRODUCT[:SERIAL] or serial:PATH";
 
-/// All of `text` as a number in this base, at most `most`.
+/// Parses all of `text` as a number in this base, at most `most`.
 std::uint16_t number(const std::string& text, int base, unsigned most, const std::string& uri, const char* what) {
     unsigned value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, base);

@@ -1,4 +1,4 @@
-// Which device: can:INTERFACE[#NODE], usb:VENDOR:PRODUCT[:SERIAL], serial:PATH.
+// Device names: can:INTERFACE[#NODE], usb:VENDOR:PRODUCT[:SERIAL], serial:PATH.
 #pragma once
 
 #include <cstdint>
@@ -20,10 +20,10 @@ struct DeviceUri {
     std::string serial;
 };
 
-/// Throws InputError that names what is wrong with `text`.
+/// Throws InputError that names the error in `text`.
 DeviceUri parse_device_uri(const std::string& text);
 
-/// The host's end of the link, closed.
+/// Creates the host's end of the link. It is not open yet.
 std::unique_ptr<hal::MessagePort> make_port(const DeviceUri& uri);
 
 }  // namespace tricoil::linux_board

@@ -26,7 +26,7 @@ constexpr std::array<const char*, protocol::kWireErrors> kMeanings{"",
                                                                    "out of order or twice",
                                                                    "measured while the coils changed"};
 
-/// What a device says of itself, by the bits of its status message.
+/// Device faults, by the bits of the status message.
 constexpr std::array<const char*, 15> kFaults{"the host was silent: coils off",
                                               "too much current in a coil or its power stage",
                                               "samples were lost, or a converter is stuck",

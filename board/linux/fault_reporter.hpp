@@ -1,5 +1,5 @@
-// Says what is refused and what is wrong with the link, on standard error and to a tap: once per kind and second; a fault that
-// comes back within a minute is counted, and told at the end.
+// Reports refused messages and faults of the link on standard error and to a tap, once per kind and second. A fault that returns
+// within a minute is counted and reported at the end.
 #pragma once
 
 #include <array>
@@ -14,16 +14,16 @@ namespace tricoil::linux_board {
 
 class FaultReporter {
 public:
-    /// tap: none, or one that outlives it.
+    /// tap: may be null; must outlive this object.
     explicit FaultReporter(std::string device, hal::TrackerTap<double>* tap = nullptr) : device_(std::move(device)), tap_(tap) {}
 
-    /// Compares the counters with what has been told, and tells what is due.
+    /// Reports counters that have changed.
     void look(const DeviceSession& session, const hal::MessagePort& port, std::int64_t now_us);
 
-    /// What the user has to do about the newest pose, once it has lasted for a second.
+    /// Reports flags that need an action of the user, after they have lasted for one second.
     void look(tracking::PoseFlags flags, std::int64_t now_us);
 
-    /// At the end: what came more often than it was told.
+    /// Reports the counts of repeated faults. Call it at the end.
     void tell_repeated() const;
 
 private:
@@ -40,7 +40,7 @@ private:
     std::uint16_t told_faults_ = 0;
     std::int64_t faults_us_ = 0;
     std::int64_t detail_us_ = 0;
-    std::int64_t sided_us_ = 0;  // when the sensor's side was last known
+    std::int64_t sided_us_ = 0;  // time at which the hemisphere was last known
     bool told_side_ = false;
 };
 

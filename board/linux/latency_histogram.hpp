@@ -1,4 +1,4 @@
-// Times in buckets of constant relative width: median and tail of a run of any length in a fixed space.
+// Histogram of times with logarithmic buckets: quantiles of a run of any length in constant memory.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,7 @@ public:
         max_us_ = std::max(max_us_, us);
     }
 
-    /// Upper end of the bucket that holds this share (0 to 1) of the times, but never beyond the longest; 0 without any.
+    /// Upper end of the bucket of the quantile `share` (0 to 1), at most the longest time; 0 without times.
     [[nodiscard]] double quantile_us(double share) const {
         const auto wanted = static_cast<std::uint64_t>(std::ceil(share * static_cast<double>(total_)));
         std::uint64_t below = 0;
@@ -36,7 +36,7 @@ public:
 
 private:
     static constexpr double kPerOctave = 8;          // a bucket is 9 % wide
-    static constexpr std::size_t kBuckets = 26 * 8;  // to a minute
+    static constexpr std::size_t kBuckets = 26 * 8;  // up to one minute
     std::array<std::uint64_t, kBuckets> counts_{};
     std::uint64_t total_ = 0;
     std::int64_t max_us_ = 0;

@@ -15,11 +15,10 @@
 namespace tricoil::linux_board {
 namespace {
 
-constexpr std::size_t kPortion = 4096;  // what a pipe that has room is sure to take (PIPE_BUF)
+constexpr std::size_t kPortion = 4096;  // a pipe that is ready accepts this size without blocking (PIPE_BUF)
 constexpr int kPollMs = 100;
 constexpr std::chrono::seconds kPatience{2};
-constexpr std::chrono::milliseconds kPause{
-    25};  // lines are written together: a system call for each would cost more than the pose
+constexpr std::chrono::milliseconds kPause{25};  // several lines per system call: a call costs more processor time than a pose
 
 int make_file(const std::string& path) {
     const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
@@ -82,7 +81,7 @@ void LinePump::run() {
     }
 }
 
-/// False, with errno, if nothing more can be written; nothing written: not now.
+/// Returns false and sets errno if writing failed. written == 0: try again later.
 bool LinePump::write_some(std::string_view bytes, std::size_t& written) {
     pollfd ready{descriptor_, POLLOUT, 0};
     if (::poll(&ready, 1, kPollMs) <= 0) {

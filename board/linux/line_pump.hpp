@@ -1,5 +1,4 @@
-// Lines to a file or a pipe by a thread of its own: whoever reads slowly, or not at all, never holds up the loop that has coils
-// to switch.
+// Writes lines to a file or pipe in a separate thread, so that a slow reader never delays the loop that switches the coils.
 #pragma once
 
 #include <chrono>
@@ -17,25 +16,25 @@ namespace tricoil::linux_board {
 
 class LinePump {
 public:
-    /// To a file that it makes; throws InputError if it cannot be made.
+    /// Creates a file. Throws InputError on failure.
     explicit LinePump(const std::string& path);
-    /// To what is open already and stays its owner's; `name` stands for it in messages.
+    /// Writes to an open descriptor that the caller owns. `name`: for messages.
     LinePump(int descriptor, std::string name);
     ~LinePump();
     LinePump(const LinePump&) = delete;
     LinePump& operator=(const LinePump&) = delete;
 
-    /// Whole or not at all; never waits, no heap. What does not fit is dropped and counted.
+    /// Queues a line. Never waits, no heap. A line that does not fit is dropped and counted.
     void push(std::string_view line);
 
-    /// Whether the reader has gone away.
+    /// True if the reader has closed the pipe.
     [[nodiscard]] bool is_unread() const;
 
-    /// Writes the rest, for two seconds at most. One line about what was not written and why; empty if nothing.
+    /// Writes the queued lines, for at most two seconds. Returns one line with the lost lines and the reason; empty if none.
     std::string close();
 
 private:
-    static constexpr std::size_t kCapacity = std::size_t{1} << 20U;  // some seconds of poses
+    static constexpr std::size_t kCapacity = std::size_t{1} << 20U;  // several seconds of poses
 
     void run();
     bool write_some(std::string_view bytes, std::size_t& written);
@@ -45,7 +44,7 @@ private:
     std::string name_;
     mutable std::mutex mutex_;
     std::condition_variable wake_;
-    std::vector<char> ring_;  // made once
+    std::vector<char> ring_;  // allocated once
     std::size_t begin_ = 0;
     std::size_t size_ = 0;
     std::uint64_t dropped_ = 0;  // lines

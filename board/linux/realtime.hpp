@@ -1,16 +1,16 @@
-// What a loop that must not be late asks of the kernel.
+// Real-time settings of the kernel for the main loop.
 #pragma once
 
 namespace tricoil::linux_board {
 
 struct RealtimeHabits {
-    bool memory_locked = false;  // mlockall: no page is fetched in the loop
-    bool fifo = false;           // SCHED_FIFO at the priority asked for
-    int memory_error = 0;        // errno of what was refused
+    bool memory_locked = false;  // mlockall: no page faults in the loop
+    bool fifo = false;           // SCHED_FIFO at the requested priority
+    int memory_error = 0;        // errno of a refused request; 0: none
     int fifo_error = 0;
 };
 
-/// Asks, and says what was granted; a refusal is no error. `priority` 0: leave the scheduling as it is.
+/// Requests the settings and returns the granted ones. A refusal is not an error. `priority` 0: does not change the scheduling.
 RealtimeHabits take_realtime_habits(bool lock_memory, int priority);
 
 }  // namespace tricoil::linux_board

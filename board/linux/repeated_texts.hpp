@@ -1,4 +1,4 @@
-// Texts that come again and again: told once, then counted. No heap.
+// Filters repeated texts: reported once, then counted. No heap.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@ namespace tricoil::linux_board {
 
 class RepeatedTexts {
 public:
-    static constexpr std::int64_t kForgottenUs = 60'000'000;  // one that did not come for so long is news
+    static constexpr std::int64_t kForgottenUs = 60'000'000;  // a text that did not occur for this time is reported again
 
     struct Entry {
         std::array<char, 160> text{};
@@ -17,7 +17,7 @@ public:
         std::int64_t newest_us = 0;
     };
 
-    /// Whether to tell `text`, which came now; else it is counted.
+    /// Returns true if `text` must be reported. Otherwise counts it.
     bool is_news(const char* text, std::int64_t now_us) {
         std::array<char, 160> shown{};
         std::snprintf(shown.data(), shown.size(), "%s", text);

@@ -1,4 +1,4 @@
-// Where a tracker no longer knows on which side of the source its sensor is, although the host does.
+// Restores the hemisphere of a tracker that has lost it, if the host still knows it.
 #pragma once
 
 #include <array>
@@ -10,12 +10,12 @@
 
 namespace tricoil::linux_board {
 
-/// A jump of the device's clock or a damaged column looks to the tracker like a long absence, in which the sensor may have gone
-/// anywhere. By the host's clock it was short: if the sensor cannot have reached the mirror image since the last valid pose, the
-/// side is known. After a real absence it is not, and the user has to say it.
+/// After a jump of the device's clock or a damaged column the tracker assumes a long dropout, in which the sensor may have moved
+/// anywhere. The host's clock shows the real, short time. If the sensor cannot have reached the mirror image since the last valid
+/// pose, the hemisphere is known. After a real long dropout the user must set it.
 class SideKeeper {
 public:
-    /// Takes each pose of one sensor in turn, by the host's clock; the side to tell its tracker, if it lacks that alone.
+    /// Call it with each pose of one sensor and the host's time. Returns the hemisphere for the tracker if only that is missing.
     std::optional<Vec3<double>> side(const tracking::PoseEstimate<double>& estimate, std::int64_t host_us) {
         if (estimate.valid()) {
             last_m_ = estimate.position_m;
@@ -37,7 +37,7 @@ public:
     }
 
 private:
-    // That invalidate a pose beside hemisphere_unknown.
+    // Flags that invalidate a pose, except hemisphere_unknown.
     static constexpr std::array kOthers{
         tracking::PoseFlag::saturated,    tracking::PoseFlag::low_signal,       tracking::PoseFlag::no_sensor,
         tracking::PoseFlag::stale,        tracking::PoseFlag::wrong_handedness, tracking::PoseFlag::not_converged,

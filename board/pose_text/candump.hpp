@@ -1,4 +1,4 @@
-// Poses as lines of candump's log format.
+// Poses in candump log format.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace tricoil::host {
 
-/// As candump -L writes it: (time) interface ID##FDATA, F: the bit rate is switched. With its end.
+/// One line of candump -L, with line feed: (time) interface ID##FDATA. F: flags, here bit rate switch.
 std::string candump_line(const protocol::PoseMessage& pose);
 
 }  // namespace tricoil::host

@@ -5,7 +5,7 @@
 namespace tricoil::host {
 namespace {
 
-// In the order of PoseFlag.
+// Order of PoseFlag.
 constexpr std::array<const char*, 12> kFlags{"saturated",        "low_signal",  "no_sensor",     "distorted",
                                              "wrong_handedness", "stale",       "not_converged", "hemisphere_unknown",
                                              "no_reference",     "unconfirmed", "inconsistent",  "coasting"};

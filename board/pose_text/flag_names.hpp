@@ -1,4 +1,4 @@
-// Flags and states in words.
+// Names of pose flags and tracker states.
 #pragma once
 
 #include <string>
@@ -7,11 +7,11 @@
 
 namespace tricoil::host {
 
-/// "low_signal, distorted"; empty for none.
+/// For example "low_signal, distorted"; empty if no flag is set.
 std::string to_text(tracking::PoseFlags flags);
 const char* to_text(tracking::TrackerState state);
 
-/// What the user can do about flags that do not go by themselves; empty if there are none.
+/// Action for the user against flags that do not clear by themselves; empty if there are none.
 std::string advice(tracking::PoseFlags flags);
 
 }  // namespace tricoil::host

@@ -1,4 +1,4 @@
-// How poses are written: in which frame, unit and angles. The tracker itself knows metres and quaternions only.
+// Output format of poses: coordinate frame, unit and Euler angles. The tracker itself uses metres and quaternions.
 #pragma once
 
 #include <optional>
@@ -11,12 +11,12 @@
 namespace tricoil::host {
 
 struct OutputOptions {
-    std::vector<double> tip_m;  // x, y, z in the sensor frame; empty: the sensor itself
+    std::vector<double> tip_m;  // tip offset, sensor frame; empty: none
     std::vector<double>
-        align_points;        // origin, a point on the x axis, one towards y: nine numbers, m, source frame; empty: source
-    bool boresight = false;  // the first valid pose's attitude reads zero
+        align_points;        // origin, point on the x axis, point towards y: nine numbers, m, source frame; empty: source frame
+    bool boresight = false;  // the attitude of the first valid pose reads zero
     std::string unit = "m";  // m, mm, cm or in
-    std::string euler;       // as zyx; empty: no angles
+    std::string euler;       // order of axes, for example zyx; empty: no angles
 };
 
 struct OutputFormat {
@@ -28,7 +28,7 @@ struct OutputFormat {
     std::optional<geometry::AxisOrder> euler;
 };
 
-/// Throws InputError that names the option for what is no number, no frame, no unit or no order of axes.
+/// Throws InputError, naming the option, for an invalid number, coordinate frame, unit or order of axes.
 OutputFormat make_output_format(const OutputOptions& options);
 
 }  // namespace tricoil::host

@@ -1,4 +1,4 @@
-// Poses beside the truth as CSV, one line each; both in the frame, unit and angles asked for.
+// CSV file with pose and true pose per line, both in the selected coordinate frame, unit and Euler angles.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace tricoil::host {
 
-/// Where the sensor really was.
+/// True pose of the simulated sensor.
 struct TruePose {
     Vec3<double> position_m = Vec3<double>::Zero();
     Quat<double> q_source_sensor = Quat<double>::Identity();
@@ -16,12 +16,12 @@ struct TruePose {
 
 class PoseCsv {
 public:
-    /// Opens and writes the header; throws as an OutputFile does.
+    /// Opens the file and writes the header. Throws like OutputFile.
     explicit PoseCsv(const std::string& path, OutputFormat format = {});
 
     void write(const tracking::PoseEstimate<double>& estimate, const TruePose& truth);
 
-    /// Without it there is no file. Throws as OutputFile::commit() does.
+    /// Moves the file into place; without commit() no file remains. Throws like OutputFile::commit().
     void commit() { file_.commit(); }
 
 private:

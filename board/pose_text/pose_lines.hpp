@@ -1,4 +1,4 @@
-// Poses as text, one line each: CSV or JSON. The numbers are those of the wire, in decimal without loss. No heap.
+// Poses as CSV or JSON lines. The numbers are those of the wire message, in decimal without loss. No heap.
 #pragma once
 
 #include <array>
@@ -11,10 +11,10 @@ namespace tricoil::host {
 
 enum class PoseFormat : std::uint8_t { csv, json };
 
-/// First line of a CSV file, with its end.
+/// First line of a CSV file, with line feed.
 std::string_view pose_csv_header();
 
-/// One line, with its end. Valid as long as `buffer`.
+/// One line, with line feed. Valid while `buffer` is unchanged.
 std::string_view pose_line(const protocol::PoseMessage& pose, PoseFormat format, std::array<char, 512>& buffer);
 
 }  // namespace tricoil::host

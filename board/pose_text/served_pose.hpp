@@ -1,4 +1,4 @@
-// A pose on its way to clients: what the tracker said, and when that was by the clock on the wall.
+// Pose for clients, with its time in UTC.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@ namespace tricoil::host {
 
 struct ServedPose {
     tracking::PoseEstimate<double> pose;
-    std::int64_t utc_us = 0;  // of the pose's own time, since 1970
+    std::int64_t utc_us = 0;  // pose time, microseconds since 1970
 };
 
 }  // namespace tricoil::host

@@ -24,7 +24,7 @@ std::uint64_t for_each_pose(const Recording& recording, const std::function<void
     return count;
 }
 
-/// What a server would have sent, stamped with the time of the recording.
+/// Messages as a server would send them, stamped with the time in the recording.
 std::string igtl_bytes(const Pose& pose) {
     const ServedPose served{pose, to_us(pose.time)};
     return pose.valid() ? igtl_output::transform_message(served) : igtl_output::status_message(served);

@@ -1,4 +1,4 @@
-// A recording's poses in the forms that other programs read.
+// Converts the poses of a recording to formats of other programs.
 #pragma once
 
 #include <functional>
@@ -9,10 +9,12 @@
 
 namespace tricoil::host {
 
-/// Gives all poses to `put` as one of: jsonl (a JSON object a line, as run --device --json), candump (a log of CAN FD frames by
-/// our protocol, for canplayer and the DBC file), openigtlink (the messages of a server on end: TRANSFORM, or STATUS where the
-/// pose is not valid; their time stamps count from the recording's own zero). Returns their number. Throws InputError for another
-/// form or a damaged line.
+/// Passes all poses to `put` in one of these forms:
+/// - jsonl: one JSON object per line, like run --device --json.
+/// - candump: log of CAN FD frames of the tricoil protocol, for canplayer and the DBC file.
+/// - openigtlink: consecutive server messages, TRANSFORM, or STATUS if the pose is invalid. Time stamps start at the recording's
+///   time zero.
+/// Returns the number of poses. Throws InputError for an unknown form or a damaged line.
 std::uint64_t convert(const Recording& recording, const std::string& form, const std::function<void(std::string_view)>& put);
 
 }  // namespace tricoil::host

@@ -14,7 +14,7 @@
 namespace tricoil::host {
 namespace {
 
-/// Bytes written, at most all; errno says why not.
+/// Number of bytes written. If it is less than the size, errno gives the reason.
 std::size_t write_all(int descriptor, std::string_view text) {
     std::size_t done = 0;
     while (done < text.size()) {
@@ -34,7 +34,7 @@ std::size_t write_all(int descriptor, std::string_view text) {
 
 Journal::Journal(const std::vector<std::string>& paths, Patience patience, std::span<const char* const> headers)
     : files_(paths.size()), patience_(patience) {
-    std::signal(SIGXFSZ, SIG_IGN);  // a limit on the size of files is told by write(), as a full disk is
+    std::signal(SIGXFSZ, SIG_IGN);  // write() then reports a file size limit like a full disk
     for (std::size_t n = 0; n < paths.size(); ++n) {
         make(paths[n], files_[n]);
         if (n < headers.size()) {
@@ -97,7 +97,7 @@ void Journal::run() {
             }
         }
         drained_.notify_all();
-        const bool failed_before = failed_;  // a file that fails now must not keep the others from what they have
+        const bool failed_before = failed_;  // if one file fails now, the others are still written
         for (File& file : files_) {
             if (!failed_before) {
                 write(file);
@@ -107,7 +107,8 @@ void Journal::run() {
         if (const auto now = std::chrono::steady_clock::now(); now - synced >= kSyncInterval || last) {
             synced = now;
             for (const File& file : files_) {
-                if (::fdatasync(file.descriptor) != 0 && errno != EINVAL && errno != ENOTSUP) {  // some file systems cannot
+                if (::fdatasync(file.descriptor) != 0 && errno != EINVAL &&
+                    errno != ENOTSUP) {  // some file systems do not support it
                     fail(std::strerror(errno));
                 }
             }

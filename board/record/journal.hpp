@@ -1,4 +1,4 @@
-// Files of lines that grow while a tracker runs: written by a thread of their own, so that no disk ever holds the tracker up.
+// Line files that grow while a tracker runs. A separate thread writes them, so that a slow disk never delays the tracker.
 #pragma once
 
 #include <atomic>
@@ -14,39 +14,39 @@
 
 namespace tricoil::host {
 
-/// A killed program loses at most the lines of the last kInterval, and leaves whole lines behind but for perhaps the last; a disk
-/// that fails ends the journal after the last whole line that fits.
+/// If the program is killed, at most the lines of the last kInterval are lost, and only the last line may be incomplete. If the
+/// disk fails, the journal ends after the last complete line that fits.
 class Journal {
 public:
-    /// What a file has come to.
+    /// Size and checksum of a file.
     struct Extent {
         std::uint64_t lines = 0;
         std::uint64_t bytes = 0;
         std::uint32_t crc32 = 0;
     };
     enum class Patience : std::uint8_t {
-        never_wait,  // a disk that falls behind by kMostPending bytes ends the journal
-        wait,        // append() waits for it: where time is simulated
+        never_wait,  // the journal ends if more than kMostPending bytes wait for the disk
+        wait,        // append() waits for the disk: for simulated time
     };
     static constexpr std::chrono::milliseconds kInterval{200};
     static constexpr std::chrono::seconds kSyncInterval{1};
     static constexpr std::size_t kMostPending = std::size_t{64} << 20U;
 
-    /// Makes the files, and writes `headers`, a line each, at once: a program that is killed leaves no file without one. Throws
-    /// InputError if a file cannot be made.
+    /// Creates the files and writes the header line of each at once, so that every file has one even if the program is killed.
+    /// Throws InputError if a file cannot be created.
     Journal(const std::vector<std::string>& paths, Patience patience, std::span<const char* const> headers = {});
     ~Journal();
     Journal(const Journal&) = delete;
     Journal& operator=(const Journal&) = delete;
 
-    /// Adds a line, without its end, to the n-th file. Lines are dropped once failed().
+    /// Adds a line, given without line feed, to the n-th file. Lines are dropped after failed().
     void append(std::size_t n, std::string_view line);
 
     [[nodiscard]] bool failed() const { return failed_; }
-    /// Of the failure; call it once failed().
+    /// Reason of the failure. Call it only after failed().
     [[nodiscard]] std::string why() const;
 
-    /// Writes the rest and closes.
+    /// Writes the remaining lines and closes the files.
     std::vector<Extent> close();
 
 private:

@@ -1,5 +1,5 @@
-// Parameters of a tracker as named fields, each listed once for writing and reading. A parameter that is added to the core stops
-// the build here until a recording holds it too: without it a replay would be another run.
+// Tracker parameters as named fields, each listed once for writing and reading. A parameter that is added to the core does not
+// compile here until it is listed: a replay needs all parameters.
 #pragma once
 
 #include "core/calibration/calibration.hpp"
@@ -30,7 +30,7 @@ void visit_direct(Params& params, Visit&& visit) {
     visit("deskew", deskew);
 }
 
-/// The form is part of the method's name.
+/// The form is not a field: it is part of the method's name.
 template <typename Params, typename Visit>
 void visit_previous(Params& params, Visit&& visit) {
     auto& [form, passes] = params;
@@ -70,7 +70,7 @@ void visit_scaat(Params& params, Visit&& visit) {
     visit("predict_ahead_us", predict_ahead);
 }
 
-/// Of the method that `params` holds; its name is not among the fields.
+/// Fields of the method that `params` holds. The method's name is not a field.
 template <typename Params, typename Visit>
 void visit_tracker(Params& params, Visit&& visit) {
     visit_common(params.common, visit);

@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t kInputFields = 16;
 constexpr std::size_t kPoseFields = 47;
 
-/// Takes the fields of one line in turn.
+/// Reads the fields of one line in order.
 class Fields {
 public:
     Fields(std::string_view line, std::size_t count, const std::string& where) : where_(where), fields_(split(line, ',')) {
@@ -166,7 +166,7 @@ tracking::PoseEstimate<double> parse_pose(std::string_view line, const std::stri
     e.sensor = fields.number_below<std::uint8_t>(tracking::kMaxSensors);
     e.sequence = fields.number<std::uint32_t>();
     e.time = device_time_us(fields.number<std::int64_t>());
-    fields.skip(1);  // valid: follows from the flags
+    fields.skip(1);  // valid: derived from the flags
     e.flags = fields.flags(tracking::PoseFlag::coasting);
     e.state = static_cast<tracking::TrackerState>(fields.number_below<std::uint8_t>(3));
     e.position_m = fields.vector();

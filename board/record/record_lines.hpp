@@ -1,4 +1,4 @@
-// The lines of a recording. Numbers are the shortest decimals that read back as the same bits.
+// Writes and parses lines of a recording. Numbers are the shortest decimals that read back as the same bits.
 #pragma once
 
 #include <string>
@@ -11,21 +11,21 @@
 
 namespace tricoil::host {
 
-/// One thing that a tracker was given.
+/// One input of a tracker.
 struct TrackerInput {
     InputKind kind = InputKind::column;
     std::uint8_t sensor = 0;
-    Column<double> column;  // of a column
-    DeviceTime now{};       // of a tick
+    Column<double> column;  // kind: column
+    DeviceTime now{};       // kind: tick
     Vec3<double> hemisphere = Vec3<double>::Zero();
 };
 
 std::string line_of(const TrackerInput& input);
 std::string line_of(const tracking::PoseEstimate<double>& estimate);
 
-/// Throws InputError, which begins with `where`, for a line that is no such one.
+/// Throws InputError, beginning with `where`, if the line is not an input.
 TrackerInput parse_input(std::string_view line, const std::string& where);
-/// Of the predicted error the total only.
+/// Restores only the total of the predicted error. Throws like parse_input().
 tracking::PoseEstimate<double> parse_pose(std::string_view line, const std::string& where);
 
 }  // namespace tricoil::host

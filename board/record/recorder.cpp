@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Paths of the journal's files, in a folder that is now there and empty.
+/// Paths of the journal's files. Creates the folder; it must be empty.
 std::vector<std::string> prepare(const std::string& folder) {
     std::error_code error;
     fs::create_directories(folder, error);

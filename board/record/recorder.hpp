@@ -1,4 +1,4 @@
-// Records a run: everything that the trackers were given and answered, and how they were made.
+// Records a run: parameters, inputs and outputs of the trackers.
 #pragma once
 
 #include <array>
@@ -16,19 +16,19 @@ namespace tricoil::host {
 
 class Recorder final : public hal::TrackerTap<double> {
 public:
-    /// Makes `folder`, or takes it if it is there and empty. source: whatever describes where the columns come from; goes into
-    /// the description as it is. Throws InputError, naming the folder, if it cannot be used.
+    /// Creates `folder`, or uses it if it exists and is empty. source: description of the origin of the columns, stored
+    /// unchanged. Throws InputError, naming the folder, if it cannot be used.
     Recorder(const std::string& folder, nlohmann::ordered_json source, Journal::Patience patience);
     ~Recorder() override;
 
-    /// Instead of begin(): the trackers have been at work for a while, and their last valid positions (m, by sensor; zero: none)
-    /// tell the hemisphere. A replay begins with trackers that have no past, so its first poses may differ.
+    /// Replaces begin() for trackers that already run. Their last valid positions (m, by sensor; zero: none) give the
+    /// hemisphere. A replay starts with new trackers, so its first poses may differ.
     void begin_midway(const Settings& settings, std::span<const Vec3<double>> positions_m);
 
-    /// Whether nothing more is being written: the disk is full or too slow, or the device came back as another.
+    /// True if recording has stopped: the disk is full or too slow, or a different device came back.
     [[nodiscard]] bool failed() const { return !why_.empty() || journal_.failed(); }
 
-    /// Ends the recording. One line about what went wrong; empty if nothing.
+    /// Ends the recording. Returns one line that describes the failure; empty if there was none.
     std::string close();
 
 private:

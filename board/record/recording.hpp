@@ -1,4 +1,4 @@
-// Reads a recording back: checked before it is used, line by line.
+// Reads a recording line by line, after a check of its files.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -11,15 +11,15 @@
 
 namespace tricoil::host {
 
-/// The lines of one of the files; without its header, and without a last one that was cut off.
+/// Lines of one file, without its header and without an incomplete last line.
 class RecordLines {
 public:
-    /// Throws InputError if the file is not there or has another header; without any whole line it holds nothing.
+    /// Throws InputError if the file is missing or has a different header. A file without a complete line counts as empty.
     RecordLines(const std::string& folder, RecordFile file);
 
-    /// False at the end. Throws ReadError if the disk fails.
+    /// Reads the next line; false at the end. Throws ReadError if the disk fails.
     bool next(std::string& line);
-    /// "FILE:LINE" of the last one.
+    /// "FILE:LINE" of the last line read.
     [[nodiscard]] std::string where() const { return path_ + ":" + std::to_string(reader_.line()); }
 
 private:
@@ -29,20 +29,20 @@ private:
 
 class Recording {
 public:
-    /// Throws InputError, naming file and reason, for what is no recording, is of another version, or was damaged since.
+    /// Throws InputError, naming file and reason, if the folder is not a recording, has another version or is damaged.
     explicit Recording(const std::string& folder);
 
     [[nodiscard]] const std::string& folder() const { return folder_; }
     [[nodiscard]] const nlohmann::json& description() const { return description_; }
-    /// Nothing for a device that tracks by itself: it has no columns to replay.
+    /// Empty if the device computed the poses: there are no columns to replay.
     [[nodiscard]] const std::optional<TrackerSettings>& settings() const { return settings_; }
-    /// Whether it was ended in order; else the program was killed or the disk was full.
+    /// True if the recording was completed. Otherwise the program was killed or the disk was full.
     [[nodiscard]] bool complete() const { return complete_; }
 
-    /// Whether the trackers had been at work before it began: then a replay cannot equal it from its first pose on.
+    /// True if the trackers ran before the recording began. The first poses of a replay may then differ.
     [[nodiscard]] bool midway() const { return description_.value("midway", nlohmann::json()) == true; }
 
-    /// Throws InputError if `path`, which is about to be written, lies in the recording's folder.
+    /// Throws InputError if the output file `path` lies in the recording's folder.
     void refuse_as_output(const std::string& path) const;
 
 private:

@@ -1,4 +1,4 @@
-// What a recording consists of: a folder with a description and three files of lines. README.md here tells it to people.
+// Format of a recording: a folder with a description and three line files. README.md describes it.
 #pragma once
 
 #include <array>
@@ -10,11 +10,11 @@ constexpr const char* kRecordingFormat = "tricoil recording";
 constexpr int kRecordingVersion = 2;
 constexpr const char* kDescriptionFile = "recording.json";
 
-/// The files of lines.
+/// Line files.
 enum class RecordFile : std::size_t { inputs, poses, events };
 constexpr std::array<const char*, 3> kRecordFiles{"inputs.csv", "poses.csv", "events.csv"};
 
-/// What an input line is of. `begin`: the trackers were made anew.
+/// Kinds of input lines. `begin`: the trackers were created again.
 constexpr std::array<const char*, 4> kInputKinds{"column", "tick", "hemisphere", "begin"};
 enum class InputKind : std::size_t { column, tick, hemisphere, begin };
 

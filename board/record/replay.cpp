@@ -17,15 +17,15 @@ namespace {
 
 using Pose = tracking::PoseEstimate<double>;
 
-/// A pose's line without its sequence number, the second field: trackers that began earlier have counted further.
+/// Line of a pose without its sequence number (second field), which differs if the trackers started earlier.
 std::string without_sequence(const std::string& line) {
     const std::size_t begin = line.find(',');
     const std::size_t end = line.find(',', begin + 1);
     return end == std::string::npos ? line : line.substr(0, begin) + line.substr(end);
 }
 
-/// Replayed poses beside the recorded ones: of trackers that began as these did one by one, of others those of the same sensor
-/// and time.
+/// Compares replayed and recorded poses: one by one if the recording has the start of the trackers, otherwise by sensor and
+/// time.
 class Comparison {
 public:
     Comparison(const std::string& folder, bool one_by_one, ReplayReport& report)
@@ -81,7 +81,7 @@ private:
     bool one_by_one_;
     ReplayReport& report_;
     std::string line_;
-    std::optional<Pose> at_;  // the next recorded pose; none at the end
+    std::optional<Pose> at_;  // next recorded pose; none at the end
     DeviceTime recorded_until_{};
     DeviceTime replayed_until_{};
     std::uint64_t both_valid_ = 0;
@@ -89,7 +89,7 @@ private:
     double orientation_squared_ = 0;
 };
 
-/// The trackers, made as often as the recording says.
+/// Trackers, created again at each `begin` of the recording.
 class Trackers {
 public:
     explicit Trackers(const TrackerSettings& settings) : settings_(settings) { make(); }
@@ -109,7 +109,7 @@ public:
             case InputKind::tick:
                 return tracker.tick(input.now);
             default:
-                (void)tracker.set_hemisphere(input.hemisphere);  // refused as it was
+                (void)tracker.set_hemisphere(input.hemisphere);  // a refused hemisphere is refused again
                 return std::nullopt;
         }
     }

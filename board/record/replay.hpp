@@ -1,4 +1,4 @@
-// Runs a recording's inputs through its trackers again, or through others.
+// Runs the inputs of a recording through the same or other trackers.
 #pragma once
 
 #include <optional>
@@ -12,16 +12,16 @@ struct ReplayReport {
     std::uint64_t inputs = 0;
     std::uint64_t poses = 0;
     std::uint64_t valid_poses = 0;
-    std::uint64_t compared = 0;  // with a recorded pose of the same sensor, and number or time
-    std::uint64_t equal = 0;     // of those: bit for bit
+    std::uint64_t compared = 0;  // poses with a recorded pose of the same sensor and the same number or time
+    std::uint64_t equal = 0;     // compared poses that are equal bit for bit
     std::uint64_t only_replayed = 0;
     std::uint64_t only_recorded = 0;
-    double tail_s = 0;             // between the last recorded and the last replayed pose
+    double tail_s = 0;             // from the last recorded to the last replayed pose
     std::string first_difference;  // "FILE:LINE"; empty if none
-    double rms_position_m = 0;     // of the difference to the recorded poses, both valid
+    double rms_position_m = 0;     // difference between replayed and recorded poses, both valid
     double rms_orientation_rad = 0;
 
-    /// Nothing differs, and nothing is missing but what a killed program could not write: its last second.
+    /// True if no pose differs and none is missing. If the recording is not complete, its last second may be missing.
     [[nodiscard]] bool reproduces(bool complete) const {
         constexpr double kLastSecond = 1;
         const bool all_compared = only_replayed + only_recorded == 0;
@@ -29,12 +29,12 @@ struct ReplayReport {
     }
 };
 
-/// The settings of a recording with another tracker: one of direct, previous, previous-angles, scaat. Throws InputError for an
-/// unknown name, and for settings that it cannot work with.
+/// Settings of a recording with another tracker: direct, previous, previous-angles or scaat. Throws InputError for an unknown
+/// name and for settings that the tracker does not support.
 TrackerSettings with_tracker(const TrackerSettings& recorded, const std::string& tracker);
 
-/// out: poses as in a recording's poses.csv; empty: none. Throws InputError for a line that is damaged, DeviceError if `out`
-/// cannot be written completely.
+/// out: output file with the format of poses.csv; empty: none. Throws InputError for a damaged line, DeviceError if `out` cannot
+/// be written completely.
 ReplayReport replay(const Recording& recording, const TrackerSettings& settings, const std::string& out);
 
 }  // namespace tricoil::host

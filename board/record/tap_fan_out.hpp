@@ -1,4 +1,4 @@
-// One tap for several who want to see.
+// Forwards the calls of one tap to several taps.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@ namespace tricoil::host {
 
 class TapFanOut final : public hal::TrackerTap<double> {
 public:
-    /// Those that are null are left out.
+    /// Null pointers are ignored.
     TapFanOut(std::initializer_list<hal::TrackerTap<double>*> taps) {
         std::copy_if(taps.begin(), taps.end(), std::back_inserter(taps_), [](const auto* tap) { return tap != nullptr; });
     }

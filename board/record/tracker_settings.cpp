@@ -25,7 +25,7 @@ OrderedJson value_of(const Mat3<double>& value) {
     return {value_of(Vec3<double>(value.row(0))), value_of(Vec3<double>(value.row(1))), value_of(Vec3<double>(value.row(2)))};
 }
 
-/// Takes fields out of an object, strictly.
+/// Reads the fields of a JSON object strictly.
 class FieldReader {
 public:
     FieldReader(const nlohmann::json& object, std::string where) : object_(object), where_(std::move(where)) {
@@ -46,7 +46,7 @@ public:
         }
     }
 
-    /// Every key has been asked for.
+    /// Throws InputError for keys that were not read.
     void finish() const {
         if (read_ != object_.size()) {
             throw InputError(where_ + ": has keys that this tricoil does not know; read it with the one that wrote it");

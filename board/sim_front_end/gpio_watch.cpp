@@ -46,7 +46,7 @@ Excitation GpioWatch::look(std::int64_t now_us) {
     }
     std::array<bool, kSourceCoils> on{level(0), level(1), level(2)};
     if (std::count(on.begin(), on.end(), true) > 1) {
-        // One may have gone off between two reads: only what is still on was on together with the later ones.
+        // A line may go low between two reads. Only a line that is still high was on together with the lines read later.
         for (std::size_t coil = 0; coil < on.size(); ++coil) {
             on[coil] = on[coil] && level(coil);
         }

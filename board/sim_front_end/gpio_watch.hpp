@@ -1,4 +1,4 @@
-// The power stages' view of the coil lines: three levels, and an enable that only heartbeats keep up.
+// Reads the coil lines like the power stages: three levels and a hardware enable that needs a heartbeat.
 #pragma once
 
 #include <array>
@@ -11,22 +11,22 @@
 namespace tricoil::sim_front_end {
 
 struct GpioReport {
-    std::uint64_t several_on = 0;        // looks at which two or three coils were on, outside FDM
-    std::uint64_t out_of_turn = 0;       // coils that came on other than S1, S2, S3, S1
-    std::uint64_t turned_on = 0;         // times a coil came on
+    std::uint64_t several_on = 0;        // reads with two or three coils on, outside FDM
+    std::uint64_t out_of_turn = 0;       // coils that came on in another order than S1, S2, S3, S1
+    std::uint64_t turned_on = 0;         // number of times that a coil came on
     std::int64_t longest_enable_us = 0;  // from the last heartbeat until the enable dropped
-    bool on_at_end = false;              // a line was still high at the last look
+    bool on_at_end = false;              // a line was high at the last read
     bool enabled_at_end = false;
 };
 
 class GpioWatch {
 public:
-    /// `folder`: of the simulated chip in sysfs; lines 0-2 are the coils, 3 the heartbeat. Throws DeviceError if it is not there.
+    /// `folder`: simulated chip in sysfs. Lines 0-2: coils; line 3: heartbeat. Throws DeviceError if the folder does not exist.
     GpioWatch(const std::string& folder, std::int64_t hold_us, bool has_heartbeat);
 
-    /// Looks at the lines once.
+    /// Reads the lines once.
     Excitation look(std::int64_t now_us);
-    /// Drives line 4, which the host sees. Throws DeviceError if it cannot be driven.
+    /// Drives the sync line (4), an input of the host. Throws DeviceError on failure.
     void drive_sync(bool high);
     [[nodiscard]] bool enabled() const { return enabled_; }
     [[nodiscard]] const GpioReport& report() const { return report_; }
@@ -36,7 +36,7 @@ private:
     void judge(const std::array<bool, kSourceCoils>& on);
 
     std::array<drivers::FileDescriptor, 4> values_;
-    drivers::FileDescriptor sync_;  // the simulated chip's pull of line 4
+    drivers::FileDescriptor sync_;  // pull attribute of line 4
     std::int64_t hold_us_;
     bool has_heartbeat_;
     bool enabled_ = false;

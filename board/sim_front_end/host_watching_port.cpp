@@ -24,7 +24,7 @@ void HostWatchingPort::take(std::vector<std::uint8_t> bytes) {
     protocol::CommandMessage command;
     const bool is_keep_alive =
         protocol::decode(bytes, command) == WireError::none && static_cast<Opcode>(command.opcode) == Opcode::keep_alive;
-    if (is_keep_alive) {  // names the newest message that the host has; a host that has none says 0
+    if (is_keep_alive) {  // holds the newest message that the host received; 0: none
         acknowledged_ = std::max(acknowledged_, std::min(command.argument + 1, sent_));
     }
     commands_ += is_keep_alive ? 0U : 1U;
@@ -66,7 +66,7 @@ Status HostWatchingPort::do_send(std::span<const std::uint8_t> message) {
 }
 
 void HostWatchingPort::note_sent(std::uint32_t sequence) {
-    if (!has_sent_ || sequence < sent_) {  // a tracker's poses count from 0 after each start
+    if (!has_sent_ || sequence < sent_) {  // the pose counter restarts from 0
         acknowledged_ = sequence;
     }
     has_sent_ = true;

@@ -1,4 +1,4 @@
-// A port that sees how far the host has come.
+// Message port that measures how far the host is behind.
 #pragma once
 
 #include <deque>
@@ -8,27 +8,27 @@
 
 namespace tricoil::sim_front_end {
 
-/// Passes messages on, in order. Compares the poses or columns that are sent with those that the host's keep-alives acknowledge.
+/// Forwards messages in order. Compares the sent poses or columns with those that the host's keep-alive messages acknowledge.
 class HostWatchingPort final : public hal::MessagePort {
 public:
-    /// `port` is open, and outlives this.
+    /// `port` must be open and must outlive this object.
     explicit HostWatchingPort(hal::MessagePort& port) : port_(port) {}
 
-    /// Takes in what has arrived, for receive(). now_us: the host's monotonic clock.
+    /// Queues the arrived messages for receive(). now_us: the host's monotonic clock.
     void listen(std::int64_t now_us);
 
-    /// Puts a command of the host's to stop behind what has arrived.
+    /// Appends a stop command to the arrived messages.
     void pretend_stop();
 
-    /// Something other than keep-alives waits to be received, the loss of the link included.
+    /// True if a message other than keep_alive, or the loss of the link, waits to be received.
     [[nodiscard]] bool has_command() const { return commands_ > 0 || is_lost_; }
-    /// Poses or columns beyond those that the host has acknowledged.
+    /// Number of sent poses or columns that the host has not acknowledged.
     [[nodiscard]] std::uint32_t ahead() const { return has_sent_ ? sent_ - acknowledged_ : 0; }
-    /// When the newest message of the host came.
+    /// Arrival time of the host's newest message.
     [[nodiscard]] std::int64_t heard_us() const { return heard_us_; }
     [[nodiscard]] std::uint64_t unsent() const { return unsent_; }
 
-    /// A new stream begins: the host has not fallen behind yet.
+    /// Starts a new stream: ahead() is 0.
     void catch_up() { has_sent_ = false; }
 
 private:
@@ -53,9 +53,9 @@ private:
     std::deque<Arrived> arrived_;
     std::vector<std::uint8_t> taken_;
     std::size_t commands_ = 0;
-    bool has_sent_ = false;           // anything of this stream
+    bool has_sent_ = false;           // true after the first message of this stream
     std::uint32_t sent_ = 0;          // sequence after the newest one sent
-    std::uint32_t acknowledged_ = 0;  // sequence after the newest one that the host has
+    std::uint32_t acknowledged_ = 0;  // sequence after the newest acknowledged one
     std::int64_t heard_us_ = 0;
     std::uint64_t unsent_ = 0;
 };

@@ -94,7 +94,7 @@ nlohmann::ordered_json report(const Device& device, const hal::MessagePort& port
     return json;
 }
 
-/// Empty if there is no such file.
+/// Returns an empty result if the file does not exist.
 std::vector<std::uint8_t> read_blob(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
     return {std::istreambuf_iterator<char>(file), {}};
@@ -106,7 +106,7 @@ void keep_blob(const std::string& path, const std::vector<std::uint8_t>& blob) {
     }
 }
 
-/// Serves the link until everything has been told or a signal comes; opens it again whenever it is lost.
+/// Serves the link until all messages are sent or a signal comes. Opens the link again if it is lost.
 template <typename Device>
 void serve(Device& device, hal::MessagePort& port, const Options& o, GpioWatch* gpio) {
     const host::InterruptGuard guard;
@@ -114,7 +114,7 @@ void serve(Device& device, hal::MessagePort& port, const Options& o, GpioWatch* 
     auto* const usb = dynamic_cast<sim::UsbIpPort*>(&port);
     int stalls = o.stalls;
     std::uint64_t replugs = 0;
-    std::uint64_t plugged_in = 0;  // slots measured by then
+    std::uint64_t plugged_in = 0;  // slots measured at that time
     while (!guard.interrupted()) {
         const std::int64_t now = drivers::monotonic_us();
         const std::uint64_t slots = device.counters().slots;
@@ -142,7 +142,7 @@ void serve(Device& device, hal::MessagePort& port, const Options& o, GpioWatch* 
     }
 }
 
-/// Returns the closing report.
+/// Returns the final report.
 template <typename Device>
 std::string run_device(Device& device, hal::MessagePort& port, const Options& o, GpioWatch* gpio) {
     serve(device, port, o, gpio);
@@ -166,7 +166,7 @@ int run(Options& o) {
     if (!o.gpio.empty()) {
         gpio.emplace(o.gpio, static_cast<std::int64_t>(1e3 * o.hold_ms), o.heartbeat);
         o.front_end.sense_coils = [&gpio, sync = o.sync] {
-            if (sync) {  // high from the end of a window to the beginning of the next: edges a millisecond apart get lost here
+            if (sync) {  // high from the end of a window to the beginning of the next: the chip loses edges that are 1 ms apart
                 gpio->drive_sync(false);
             }
             return gpio->look(drivers::monotonic_us());

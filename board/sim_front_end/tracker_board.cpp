@@ -99,7 +99,7 @@ sim::FrontEndCounters TrackerBoard::counters() const {
 void TrackerBoard::step(std::int64_t now_us) {
     port_.listen(now_us);
     heard_s_ = port_.heard_us() == now_us ? clock_.elapsed_s() : heard_s_;
-    if (system_.loader_restarts() > 0) {  // it speaks another protocol there
+    if (system_.loader_restarts() > 0) {  // the loader uses another protocol
         finished_ = true;
         (void)port_.wait(kWait);
         return;
@@ -108,7 +108,7 @@ void TrackerBoard::step(std::int64_t now_us) {
         idle();
     } else if (now_us - port_.heard_us() > params_.watchdog_us) {
         counters_.longest_silence_us = std::max(counters_.longest_silence_us, now_us - port_.heard_us());
-        clock_.pause(2e-6 * params_.watchdog_us);  // the host's silence takes device time as well
+        clock_.pause(2e-6 * params_.watchdog_us);  // the host is also silent in device time
         measure(now_us);
     } else if (block_is_due(now_us)) {
         measure(now_us);
@@ -125,7 +125,7 @@ void TrackerBoard::step(std::int64_t now_us) {
     was_running_ = is_running();
 }
 
-/// A step without coils: hears the host.
+/// Step with coils off: receives commands.
 void TrackerBoard::idle() {
     if (!port_.has_command()) {
         (void)port_.wait(kWait);
@@ -140,7 +140,7 @@ bool TrackerBoard::block_is_due(std::int64_t now_us) const {
     if (params_.pace == sim::Pace::real) {
         return static_cast<double>(now_us - pace_begin_us_) >= 1e6 * (clock_.elapsed_s() - pace_begin_s_);
     }
-    // Device time runs ahead of the host's, but not so far that the device takes the host for silent.
+    // Device time runs ahead of host time, but not so far that the watchdog of the device expires.
     constexpr double kMostSilence = 0.7;
     return port_.ahead() < params_.ahead && clock_.elapsed_s() - heard_s_ < kMostSilence * 1e-6 * params_.watchdog_us;
 }

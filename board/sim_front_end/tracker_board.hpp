@@ -1,4 +1,4 @@
-// A tracker board without hardware: the firmware application of board/app in front of a simulated world.
+// Simulated tracker board: the firmware application of board/app with a simulated world.
 #pragma once
 
 #include <optional>
@@ -12,21 +12,21 @@
 
 namespace tricoil::sim_front_end {
 
-/// Device time passes by sampling, and by a millisecond with each step that measures nothing. In lockstep it stands still until
-/// the host has come near enough; at the real pace blocks last as long as they say.
+/// Sampling advances the device time; a step without a measurement advances it by one millisecond. In lockstep it waits for the
+/// host; with real pace a block lasts as long as its samples.
 class TrackerBoard {
 public:
-    /// `port` is open. Throws InputError for a frame rate that cannot be planned, and for a calibration that is not sound.
+    /// `port` must be open. Throws InputError for an impossible frame rate or an invalid calibration.
     TrackerBoard(hal::MessagePort& port, const sim::FrontEndParams& params);
 
-    /// Serves the link, and measures a block when one is due; `now_us`: the host's monotonic clock. Waits a millisecond at most.
+    /// Serves the link, and measures a block if one is due. `now_us`: the host's monotonic clock. Waits at most one millisecond.
     void step(std::int64_t now_us);
 
-    /// Has measured for as long as it was to, or is in its loader.
+    /// True if the requested duration is over, or the board is in its loader.
     [[nodiscard]] bool finished() const { return finished_; }
     [[nodiscard]] sim::FrontEndCounters counters() const;
     [[nodiscard]] bool coils_on() const { return coils_.state() != Excitation::off; }
-    /// What its flash holds; empty: none.
+    /// Content of the flash; empty: no calibration.
     [[nodiscard]] std::vector<std::uint8_t> calibration();
 
 private:
@@ -57,8 +57,8 @@ private:
     bool was_running_ = false;
     bool finished_ = false;
     double measured_s_ = 0;    // since the newest start
-    double heard_s_ = 0;       // device time when the host was heard last
-    double pace_begin_s_ = 0;  // device time, and the host's, when it began
+    double heard_s_ = 0;       // device time of the host's last message
+    double pace_begin_s_ = 0;  // device time at the start; pace_begin_us_: the host's time
     std::int64_t pace_begin_us_ = 0;
     std::int64_t block_begin_us_ = 0;  // when the newest block was measured
     sim::FrontEndCounters counters_;

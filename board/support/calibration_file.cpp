@@ -23,7 +23,7 @@ std::string text_of(const Mat3<double>& m) {
                        text_of(Vec3<double>(m.row(2))));
 }
 
-/// TOML wants a point in every float; fmt leaves it out of whole numbers, which TOML then takes for integers: both are read.
+/// fmt prints whole floats without a point, and TOML then treats them as integers. Both types are read.
 std::string line(const char* key, const auto& value) { return fmt::format("{} = {}\n", key, text_of(value)); }
 
 std::string fixtures_text(const char* table, const std::map<std::string, Rigid>& fixtures) {

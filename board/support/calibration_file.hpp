@@ -1,4 +1,4 @@
-// A calibration and the fixtures it was found with, as TOML.
+// Calibration and its fixtures as TOML.
 #pragma once
 
 #include <map>
@@ -9,19 +9,19 @@
 
 namespace tricoil::host {
 
-/// What the file holds: parameters for the tracker, and for evaluation how source and sensor were mounted.
+/// Content of the file: parameters for the tracker, and fixtures for evaluation.
 struct CalibrationFile {
     calibration::Calibration<double> calibration;
     std::string model;  // concentric, general, finite, free-motion, grid
     std::map<std::string, Rigid> source_stage;
     std::map<std::string, Rigid> mount_sensor;
     bool stage_turns_left_handed = false;
-    double residual_rms = 0;  // of the couplings, as share
+    double residual_rms = 0;  // share of the couplings
 };
 
 std::string to_toml(const CalibrationFile& file);
 
-/// Throws InputError naming file, line and key: not TOML, missing or unknown keys, numbers that cannot be.
+/// Throws InputError, naming file, line and key, for invalid TOML, missing or unknown keys, and impossible numbers.
 CalibrationFile read_calibration(const std::string& path);
 
 }  // namespace tricoil::host

@@ -13,7 +13,7 @@ namespace {
 
 const toml::table kEmptyTable{};
 
-/// The numbers of an array of `count` numbers; empty if it is anything else.
+/// Numbers of an array; empty if the node is not an array of `count` numbers.
 std::vector<double> numbers_of(const toml::node& node, std::size_t count) {
     std::vector<double> values;
     const toml::array* array = node.as_array();

@@ -1,4 +1,4 @@
-// A TOML table that complains by file, line and key: wrong types, values out of range, and keys nobody asked for.
+// TOML table with strict checks of types, ranges and unknown keys. Messages name file, line and key.
 #pragma once
 
 #include <toml++/toml.h>
@@ -13,16 +13,16 @@
 
 namespace tricoil::host {
 
-/// Bytes of a TOML file; longer ones are refused before they are parsed.
+/// Maximum size of a TOML file in bytes. A longer file is refused before it is parsed.
 constexpr std::size_t kLongestToml = std::size_t{4} << 20U;
 
-/// Throws InputError with place and reason if `text` is not TOML. `name`: the file, for messages.
+/// Throws InputError with place and reason if `text` is not TOML. `name`: file name for messages.
 toml::table parse_toml(const std::string& name, std::string_view text);
 
-/// Every getter returns the default when the key is absent, and throws InputError when it holds something else than it should.
+/// Every getter returns the fallback if the key is absent, and throws InputError if its value has a wrong type or range.
 class CheckedTable {
 public:
-    /// `table` must outlive this. `prefix`: path of the table within the file, as "motion.".
+    /// `table` must outlive this object. `prefix`: path of the table within the file, for example "motion.".
     CheckedTable(std::string file, std::string prefix, const toml::table& table);
 
     double number(const std::string& key, double fallback);
@@ -34,12 +34,12 @@ public:
     std::vector<std::string> texts(const std::string& key);
     Vec3<double> vector(const std::string& key, const Vec3<double>& fallback);
     Mat3<double> matrix(const std::string& key, const Mat3<double>& fallback);  // three rows of three
-    CheckedTable child(const std::string& key);                                 // an absent table is an empty one
+    CheckedTable child(const std::string& key);                                 // an absent table is returned empty
 
-    /// Throws InputError with the key's place unless `good`; `what` says what it must be.
+    /// Throws InputError with the key's place unless `good`. `what`: the requirement.
     void demand(bool good, const std::string& key, const std::string& what);
 
-    /// Complains about keys that no getter asked for.
+    /// Throws InputError for keys that no getter has read.
     void finish() const;
 
 private:

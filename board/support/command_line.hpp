@@ -1,4 +1,4 @@
-// The command line of a program that is one command.
+// Command line of a program without subcommands.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -7,12 +7,12 @@
 
 namespace tricoil::host {
 
-/// False if there is nothing more to do: help was asked for, and printed. Throws InputError for what cannot be parsed.
+/// Returns false if help was requested and printed. Throws InputError if the command line is invalid.
 inline bool parse_command_line(CLI::App& program, int argc, char** argv) {
     try {
         program.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
-        if (error.get_exit_code() == 0) {  // help arrives as an exception too
+        if (error.get_exit_code() == 0) {  // help is reported as an exception too
             program.exit(error);
             return false;
         }

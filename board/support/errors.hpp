@@ -1,4 +1,4 @@
-// How a host command ends: exit codes, and what it throws at its outer edge; main prints the text as one line.
+// Exit codes and exceptions of host commands. main prints the text of an exception as one line.
 #pragma once
 
 #include <stdexcept>
@@ -11,26 +11,26 @@ enum class ExitCode : int { fine = 0, check_failed = 1, bad_input = 2, device_tr
 
 constexpr int to_int(ExitCode code) { return static_cast<int>(code); }
 
-/// Wrong usage or wrong input (exit code 2). One line: what, where, what to do.
-/// The simulator, which knows no program, throws its base class for a parameter that makes no sense.
+/// Wrong usage or input (exit code 2). One line: error, place, remedy.
+/// The simulator does not include this header; it throws the base class for an invalid parameter.
 class InputError : public std::invalid_argument {
 public:
     using std::invalid_argument::invalid_argument;
 };
 
-/// A file that the disk or device does not give back (exit code 3). One line that names it.
+/// A file could not be read from its disk or device (exit code 3). One line that names the file.
 class ReadError : public std::runtime_error {
 public:
     using std::runtime_error::runtime_error;
 };
 
-/// A device, disk or bus that fails (exit code 3). One line: what, where, what to do.
+/// A device, disk or bus failed (exit code 3). One line: error, place, remedy.
 class DeviceError : public std::runtime_error {
 public:
     using std::runtime_error::runtime_error;
 };
 
-/// Ended by a signal before there was a result (exit code 128 + signal, as the shell reports it).
+/// A signal ended the command before there was a result (exit code 128 + signal, like the shell).
 class Interrupted : public std::runtime_error {
 public:
     explicit Interrupted(int signal) : std::runtime_error("interrupted; nothing was written"), signal_(signal) {}

@@ -5,7 +5,7 @@
 namespace tricoil::host {
 namespace {
 
-// A signal handler can reach nothing but static storage. The signal seen; 0: none.
+// Received signal; 0: none. Static, because a signal handler can access only static storage.
 volatile std::sig_atomic_t interrupt_seen = 0;
 
 void on_signal(int signal) { interrupt_seen = signal; }

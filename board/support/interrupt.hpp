@@ -1,4 +1,4 @@
-// Ctrl-C, termination and hang-up as a flag that loops look at, so that every run ends in order: summary, whole files, coils off.
+// Signals as a flag that loops check, so that every run ends with a summary, complete files and coils off.
 #pragma once
 
 #include <array>
@@ -6,8 +6,8 @@
 
 namespace tricoil::host {
 
-/// While it lives, SIGINT, SIGTERM, SIGHUP and SIGQUIT set a flag instead of ending the program; a second one ends it at once.
-/// SIGHUP stays ignored where it is (nohup).
+/// During its lifetime SIGINT, SIGTERM, SIGHUP and SIGQUIT set a flag. A second signal ends the program at once. SIGHUP stays
+/// ignored if it was ignored before (nohup).
 class InterruptGuard {
 public:
     InterruptGuard();
@@ -17,7 +17,7 @@ public:
 
     [[nodiscard]] bool interrupted() const;
 
-    /// For work whose half is worth nothing: throws Interrupted if interrupted().
+    /// Throws Interrupted if interrupted(). For work without a useful partial result.
     void check() const;
 
 private:

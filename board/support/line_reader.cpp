@@ -34,7 +34,7 @@ bool LineReader::next(std::string& line) {
             }
             line += static_cast<char>(c);
         }
-    } catch (const std::ios_base::failure& failure) {  // the library's buffer throws for a failed read()
+    } catch (const std::ios_base::failure& failure) {  // the stream buffer throws if read() fails
         throw ReadError(path_ + ":" + std::to_string(line_ + 1) + ": cannot be read to its end (" + failure.code().message() +
                         "); check the disk");
     }

@@ -1,4 +1,4 @@
-// Lines of a text file, read strictly: the end of the file and a failing disk are not the same, and no file is too long.
+// Reads a text file of any length line by line, and distinguishes the end of the file from a read error.
 #pragma once
 
 #include <cstddef>
@@ -19,9 +19,9 @@ public:
     /// line that is longer than kLongestLine.
     bool next(std::string& line);
 
-    /// Whether the last line that next() gave ended with the file instead of a line feed.
+    /// True if the last line that next() returned has no line feed.
     [[nodiscard]] bool was_cut() const { return cut_; }
-    /// Of the last line, from 1.
+    /// Number of the last line, from 1.
     [[nodiscard]] std::size_t line() const { return line_; }
 
 private:
@@ -31,7 +31,8 @@ private:
     bool cut_ = false;
 };
 
-/// All of a small text file. Throws as LineReader, and InputError if it is longer than `most_bytes` or holds a zero byte.
+/// Reads a small text file completely. Throws like LineReader, and InputError if the file is longer than `most_bytes` or contains
+/// a zero byte.
 std::string read_text(const std::string& path, std::size_t most_bytes);
 
 }  // namespace tricoil::host

@@ -11,7 +11,7 @@
 namespace tricoil::host {
 namespace {
 
-/// Levenshtein's distance: insertions, deletions and substitutions that turn a into b.
+/// Levenshtein distance: number of insertions, deletions and substitutions that change a to b.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
     std::vector<std::size_t> row(b.size() + 1);
     std::iota(row.begin(), row.end(), std::size_t{0});

@@ -1,4 +1,4 @@
-// Names that a person types: look them up, and answer a wrong one with the nearest right one.
+// Looks up a typed name and suggests the nearest valid one.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace tricoil::host {
 
-/// The choice nearest to `typed` by edit distance; empty if none is near enough to suggest, or several are equally near.
+/// The choice nearest to `typed` by edit distance; empty if none is near enough, or several are equally near.
 std::string nearest_name(std::string_view typed, const std::vector<std::string>& choices);
 
 /// Index of `typed` in `choices`. Throws InputError: "unknown WHAT 'typed'; did you mean '...'?" or the list of choices.

@@ -17,14 +17,14 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::size_t kBufferBytes = std::size_t{64} << 10U;
-constexpr int kMaxLinks = 40;  // as the kernel
+constexpr int kMaxLinks = 40;  // as in the kernel
 constexpr fs::perms kAnyWrite = fs::perms::owner_write | fs::perms::group_write | fs::perms::others_write;
 
 [[noreturn]] void refuse(const fs::path& path, const std::string& why) {
     throw InputError(fmt::format("cannot write {}: {}; choose another file or folder", path.string(), why));
 }
 
-/// So that a renamed file is still there after a power failure. Some file systems cannot; they are left to themselves.
+/// Flushes the folder, so that a renamed file survives a power failure. Errors are ignored: some file systems do not support it.
 void sync_folder_of(const fs::path& place) {
     const fs::path folder = place.has_parent_path() ? place.parent_path() : fs::path(".");
     const drivers::FileDescriptor descriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
@@ -42,7 +42,7 @@ fs::path without_links(const fs::path& path) {
         if (links == kMaxLinks) {
             refuse(path, "its symbolic links lead nowhere");
         }
-        place = place.parent_path() / fs::read_symlink(place, error);  // an absolute one replaces the parent
+        place = place.parent_path() / fs::read_symlink(place, error);  // an absolute target replaces the parent
     }
     return place;
 }
@@ -62,7 +62,7 @@ OutputFile::OutputFile(const fs::path& path, unsigned mode) : path_(path) {
     if (fs::is_directory(status)) {
         refuse(path, "it is a folder");
     }
-    // Standard output sent to a file is a regular file, but to replace it would lose what else is printed there.
+    // If standard output is redirected to this file, replacing the file would lose the other output.
     const bool is_stdout = fs::exists(status) && fs::equivalent(path, "/dev/stdout", error);
     if (is_stdout) {
         std::fflush(stdout);
@@ -82,7 +82,7 @@ OutputFile::OutputFile(const fs::path& path, unsigned mode) : path_(path) {
 void OutputFile::open_aside(unsigned mode) {
     aside_ = place_;
     aside_ += fmt::format(".part-{}", ::getpid());
-    (void)::unlink(aside_.c_str());  // a killed program's, whose number is this one's now
+    (void)::unlink(aside_.c_str());  // left by a killed program with the same process number
     file_.reset(::open(aside_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode));
     struct stat old {};
     if (file_.get() >= 0 && ::stat(place_.c_str(), &old) == 0) {
@@ -93,7 +93,7 @@ void OutputFile::open_aside(unsigned mode) {
 void write_private_file(const fs::path& path, std::string_view text) {
     std::error_code ignored;
     if (fs::is_regular_file(fs::symlink_status(path, ignored))) {
-        fs::remove(path, ignored);  // its permissions are not kept
+        fs::remove(path, ignored);  // the new file has its own permissions
     }
     OutputFile file(path, 0600);
     file.write(text);

@@ -1,4 +1,4 @@
-// A file that is written whole or not at all.
+// Output file that is written completely or not at all.
 #pragma once
 
 #include <filesystem>
@@ -9,21 +9,21 @@
 
 namespace tricoil::host {
 
-/// Writes beside `path`; commit() renames it into place, through symbolic links to where they lead. Without commit() nothing is
-/// left of it, and an older file stays as it was. What is there and is no regular file (a pipe, a terminal, a device) is written
-/// to directly, never replaced; so is a file that is the program's standard output.
+/// Writes a temporary file beside `path`; commit() renames it to the target of `path`, following symbolic links. Without commit()
+/// the temporary file is removed and an older file stays unchanged. A pipe, terminal, device, or file that is the standard output
+/// is written directly and never replaced.
 class OutputFile {
 public:
-    /// mode: of a file that is not there yet. Throws InputError, naming the path, if it is a folder or write-protected or the
-    /// file cannot be made.
+    /// mode: permissions of a new file. Throws InputError, naming the path, if it is a folder or write-protected, or the file
+    /// cannot be created.
     explicit OutputFile(const std::filesystem::path& path, unsigned mode = 0666);
     ~OutputFile();
     OutputFile(const OutputFile&) = delete;
     OutputFile& operator=(const OutputFile&) = delete;
 
-    /// Throws DeviceError, naming the path, if the disk or device does not take the text.
+    /// Throws DeviceError, naming the path, if the text cannot be written.
     void write(std::string_view text);
-    /// Flushes to the disk and renames. Throws DeviceError as write() does, InputError if the place cannot be taken.
+    /// Flushes to the disk and renames. Throws DeviceError like write(), InputError if the file cannot be renamed.
     void commit();
 
 private:
@@ -31,20 +31,20 @@ private:
     void flush();
     [[noreturn]] void fail() const;
 
-    std::filesystem::path path_;   // as the user named it
+    std::filesystem::path path_;   // as given by the user
     std::filesystem::path place_;  // without symbolic links
-    std::filesystem::path aside_;  // empty: written to directly
+    std::filesystem::path aside_;  // temporary file; empty: written directly
     drivers::FileDescriptor file_;
     std::string buffer_;
 };
 
-/// Writes `text` into a new file that this user alone may read, in place of an older one.
+/// Replaces the file by a new one with `text` that only this user can read.
 void write_private_file(const std::filesystem::path& path, std::string_view text);
 
-/// Throws InputError if `path` is an existing file without permission to write: the owner protects it, root or not.
+/// Throws InputError if `path` is an existing file without write permission, also for root.
 void refuse_write_protected(const std::filesystem::path& path);
 
-/// Where symbolic links lead, also to a file that is not there yet. Throws InputError for links that lead nowhere.
+/// Target of symbolic links; the target file need not exist. Throws InputError for unresolvable links.
 std::filesystem::path without_links(const std::filesystem::path& path);
 
 }  // namespace tricoil::host

@@ -1,4 +1,4 @@
-// A rigid transform between two coordinate frames.
+// Rigid transform between two coordinate frames.
 #pragma once
 
 #include "core/geometry/types.hpp"

@@ -23,7 +23,7 @@ ServiceNotice::ServiceNotice() : address_(variable("NOTIFY_SOCKET")) {
         return;
     }
     if (address_.front() == '@') {
-        address_.front() = '\0';  // an abstract name
+        address_.front() = '\0';  // abstract socket name
     }
     socket_.reset(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
     const std::string_view watchdog = variable("WATCHDOG_USEC");

@@ -1,4 +1,4 @@
-// Tells systemd that a service is ready and still at work (sd_notify's protocol: a datagram to NOTIFY_SOCKET).
+// Notifies systemd that a service is ready and alive (sd_notify protocol: datagram to NOTIFY_SOCKET).
 #pragma once
 
 #include <chrono>
@@ -9,21 +9,21 @@
 
 namespace tricoil::host {
 
-/// Does nothing where no service manager asks for it.
+/// Does nothing without a service manager.
 class ServiceNotice {
 public:
     ServiceNotice();
 
     void ready() const { send("READY=1"); }
-    /// To be called by the loop that must not hang; sends at most twice within the manager's watchdog time.
+    /// Call it in the monitored loop. Sends at most twice per watchdog time of the service manager.
     void alive();
 
 private:
     void send(std::string_view text) const;
 
-    std::string address_;  // empty: nobody asks
+    std::string address_;  // empty: no service manager
     drivers::FileDescriptor socket_;
-    std::chrono::microseconds period_{0};  // between signs of life; 0: none wanted
+    std::chrono::microseconds period_{0};  // between watchdog messages; 0: no watchdog
     std::chrono::steady_clock::time_point due_{};
 };
 

@@ -10,14 +10,14 @@
 namespace tricoil::host {
 namespace {
 
-// A signal handler can reach nothing but static storage.
+// Static, because a signal handler can access only static storage.
 volatile std::sig_atomic_t reader_gone = 0;
 
 void on_broken_pipe(int /*signal*/) { reader_gone = 1; }
 
 bool is_control(unsigned char c) { return (c < ' ' && c != '\n' && c != '\t') || c == 0x7F; }
 
-/// In UTF-8, C1 controls are C2 80 to C2 9F.
+/// C1 controls are C2 80 to C2 9F in UTF-8.
 bool is_c1_control(std::string_view text, std::size_t at) {
     const auto byte = [&](std::size_t n) { return static_cast<unsigned char>(text[n]); };
     return byte(at) == 0xC2 && at + 1 < text.size() && byte(at + 1) >= 0x80 && byte(at + 1) <= 0x9F;

@@ -1,4 +1,4 @@
-// Text for the person at the terminal: without control characters of others, and never the end of the program.
+// Prints text to the terminal with control characters escaped. A failed write does not end the program.
 #pragma once
 
 #include <fmt/format.h>
@@ -9,13 +9,13 @@
 
 namespace tricoil::host {
 
-/// `text` with every control character but line feed and tab as \xNN, C1 controls (U+0080 to U+009F) too: names and contents of
-/// files reach no terminal as commands.
+/// Replaces control characters, except line feed and tab, by \xNN, including C1 controls (U+0080 to U+009F), so that names and
+/// contents of files cannot control the terminal.
 std::string terminal_text(std::string_view text);
 
-/// To standard output. A failure is kept by the stream; end_standard_output() tells it.
+/// Prints to standard output. end_standard_output() reports a failure.
 void print_text(std::string_view text);
-/// To standard error. Whether anybody can read it makes no difference to what the program does.
+/// Prints to standard error. Failures are ignored.
 void print_notice(std::string_view text);
 
 template <typename First, typename... Others>
@@ -27,12 +27,12 @@ void print_notice(fmt::format_string<First, Others...> format, First&& first, Ot
     print_notice(std::string_view(fmt::format(format, std::forward<First>(first), std::forward<Others>(others)...)));
 }
 
-/// From now on a reader of standard output that goes away is a failed write and no end of the program.
+/// After this call a closed pipe on standard output is a failed write and does not end the program.
 void outlive_readers();
-/// Whether the reader of standard output has gone away since.
+/// True if the pipe on standard output was closed since outlive_readers().
 bool reader_is_gone();
 
-/// Flushes standard output. Throws DeviceError if something that was printed is lost.
+/// Flushes standard output. Throws DeviceError if printed text was lost.
 void end_standard_output();
 
 }  // namespace tricoil::host

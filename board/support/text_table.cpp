@@ -21,7 +21,7 @@ std::string_view trim(std::string_view text) {
     return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
 }
 
-/// The start of a field, made fit to print on one line.
+/// Beginning of a field for a message, with unprintable characters replaced.
 std::string shown(std::string_view field) {
     std::string text(field.substr(0, kShownCharacters));
     for (char& c : text) {

@@ -1,4 +1,4 @@
-// Text files of numbers, read strictly: every complaint names file and line.
+// Strict reader for text files of numbers. Every error message names file and line.
 #pragma once
 
 #include <cstddef>
@@ -8,21 +8,21 @@
 
 namespace tricoil::host {
 
-/// The lines of a text file, without their ends. Throws InputError if it cannot be opened, is empty, too long or not text;
-/// ReadError if the disk fails before its end.
+/// Lines of a text file, without line feeds. Throws InputError if the file cannot be opened, is empty, too long or not text,
+/// ReadError if the disk fails.
 std::vector<std::string> read_lines(const std::string& path);
 
-/// Where a piece of text stands, for messages.
+/// Place of a text in a file, for messages.
 struct TextPlace {
     const std::string& path;
     std::size_t line;  // from 1
     [[nodiscard]] std::string str() const { return path + ":" + std::to_string(line); }
 };
 
-/// Fields of a line, split at `separator`; a space separates at any run of blanks.
+/// Fields of a line, split at `separator`. A space splits at any run of blanks.
 std::vector<std::string_view> split(std::string_view line, char separator);
 
-/// The finite number that `field` holds, all of it. Throws InputError otherwise.
+/// Throws InputError unless `field` is exactly one finite number.
 double parse_number(std::string_view field, const TextPlace& place);
 
 }  // namespace tricoil::host

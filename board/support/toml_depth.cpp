@@ -5,7 +5,7 @@
 namespace tricoil::host {
 namespace {
 
-/// Behind the string that begins at `at`; of one that does not end, as far as a parser reads before it complains.
+/// Position after the string that begins at `at`; for an unterminated string, the position at which a parser stops.
 std::size_t end_of_string(std::string_view text, std::size_t at) {
     const char quote = text[at];
     const std::string_view triple = text.substr(at, 3);

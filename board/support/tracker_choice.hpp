@@ -1,4 +1,4 @@
-// The trackers that a person chooses from, by name.
+// Names of the trackers for options and configuration files.
 #pragma once
 
 #include <algorithm>
@@ -15,10 +15,10 @@ namespace tricoil::host {
 
 inline const std::vector<std::string> kTrackerNames{"direct", "previous", "previous-angles", "scaat"};
 
-/// Trackers in integers, in the order of fixed::Method.
+/// Integer trackers, in the order of fixed::Method.
 inline const std::vector<std::string> kFixedTrackerNames{"fixed-direct", "fixed-previous"};
 
-/// The method of an integer tracker; none for any other name.
+/// Method of an integer tracker; empty for any other name.
 inline std::optional<fixed::Method> fixed_method(const std::string& typed) {
     const auto found = std::find(kFixedTrackerNames.begin(), kFixedTrackerNames.end(), typed);
     if (found == kFixedTrackerNames.end()) {
@@ -27,7 +27,7 @@ inline std::optional<fixed::Method> fixed_method(const std::string& typed) {
     return static_cast<fixed::Method>(found - kFixedTrackerNames.begin());
 }
 
-/// The method that --tracker names, with its default parameters. Throws InputError for an unknown name.
+/// Method named by --tracker, with default parameters. Throws InputError for an unknown name.
 inline tracking::MethodParams<double> method_of_name(const std::string& typed) {
     using Form = tracking::PreviousParams::Form;
     if (fixed_method(typed)) {
@@ -55,7 +55,7 @@ inline const std::string& name_of_method(const tracking::MethodParams<double>& m
     return kTrackerNames[angles || method.index() == 2 ? method.index() + 1 : method.index()];
 }
 
-/// The direct method deskews where columns come in turn.
+/// Enables deskew of the direct method if the columns have different times.
 inline void deskew_in_turn(tracking::TrackerParams<double>& params) {
     if (auto* direct = std::get_if<tracking::DirectParams>(&params.method)) {
         direct->deskew = params.common.max_column_span.count() > 0;

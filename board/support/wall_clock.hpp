@@ -1,4 +1,4 @@
-// The device's time on the clock on the wall.
+// Converts device time to UTC.
 #pragma once
 
 #include <algorithm>
@@ -10,20 +10,20 @@
 
 namespace tricoil::host {
 
-/// Poses are late by what their way takes, never early: the least difference of arrival and time that was seen lately maps one
-/// clock onto the other. Too late by the shortest way there is (half a window, a transfer), and by at most 2 ms more where the
-/// clocks drift apart by 100 ppm.
+/// A pose arrives after its own time, never before. The smallest recent difference between arrival and pose time therefore maps
+/// one clock to the other. The result is late by the shortest delay (half a window, one transfer), and by at most 2 ms more if
+/// the clocks drift by 100 ppm.
 class WallClock {
 public:
-    /// lead_us: how long after its own time a pose can be there at the earliest (half a window).
+    /// lead_us: shortest possible delay of a pose after its own time (half a window).
     explicit WallClock(std::int64_t lead_us = 0) : lead_us_(lead_us) {}
 
-    /// Takes note of a pose of `time` that arrived at arrival_us (UTC), and gives its own time in UTC.
+    /// Records that a pose of `time` arrived at arrival_us (UTC). Returns the pose time in UTC.
     std::int64_t utc_us(DeviceTime time, std::int64_t arrival_us) {
         const std::int64_t difference = arrival_us - to_us(time) - lead_us_;
         const bool jumped = std::abs(difference - std::min(least_, least_before_)) > kLongestDelayUs;
         if (jumped || arrival_us - began_us_ > kEpochUs || arrival_us < began_us_) {
-            least_before_ = jumped ? difference : least_;  // the device began anew, or one of the clocks was set
+            least_before_ = jumped ? difference : least_;  // the device restarted, or a clock was set
             least_ = difference;
             began_us_ = arrival_us;
         }

@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kStagingPrefix = ".unfinished-";
-/// Removes staging folders that nobody holds a lock on: their programs were killed.
+/// Removes unlocked staging folders: their programs were killed.
 void sweep(const fs::path& target) {
     std::error_code ignored;
     for (const auto& entry : fs::directory_iterator(target, ignored)) {
@@ -48,7 +48,7 @@ StagedFolder::StagedFolder(const fs::path& target) {
     }
     target_ = fs::absolute(target).lexically_normal();
     if (!target_.has_filename()) {
-        target_ = target_.parent_path();  // a trailing slash
+        target_ = target_.parent_path();  // removes a trailing slash
     }
     std::error_code error;
     const bool is_other = fs::exists(target_, error) && !fs::is_directory(target_, error);
@@ -105,7 +105,7 @@ StagedFolder::~StagedFolder() {
         ::close(lock_);
     }
     if (created_target_ && !published_) {
-        fs::remove(target_, ignored);  // only if nothing else has come to lie in it
+        fs::remove(target_, ignored);  // only if it is empty
     }
 }
 

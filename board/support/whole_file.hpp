@@ -1,4 +1,4 @@
-// Files that are there in whole or not at all.
+// Files and folders that are written completely or not at all.
 #pragma once
 
 #include <filesystem>
@@ -6,14 +6,14 @@
 
 namespace tricoil::host {
 
-/// Writes `text` as an OutputFile; throws as it does.
+/// Writes `text` through an OutputFile and throws like it.
 void write_whole_file(const std::filesystem::path& path, const std::string& text);
 
-/// A folder being filled: hidden beside its target until publish() moves its files there; removed with all in it otherwise.
-/// Locked while it is in use: what a killed program left behind is not, and is swept up by the next one.
+/// Hidden staging folder beside its target. publish() moves its files to the target; otherwise it is removed with its files.
+/// The folder is locked while in use. Unlocked staging folders of killed programs are removed by the next program.
 class StagedFolder {
 public:
-    /// Creates the target folder if need be and proves that it can be written. Throws InputError, naming it, if not.
+    /// Creates the target folder if necessary. Throws InputError, naming the folder, if it cannot be written.
     explicit StagedFolder(const std::filesystem::path& target);
     StagedFolder(const StagedFolder&) = delete;
     StagedFolder& operator=(const StagedFolder&) = delete;
@@ -21,8 +21,8 @@ public:
 
     [[nodiscard]] const std::filesystem::path& path() const { return staging_; }
 
-    /// Moves every file into the target, over older ones of the same name. Throws InputError, before the first is moved, if one
-    /// of those is no regular file or write-protected.
+    /// Moves every file to the target and replaces older files. Throws InputError before the first move if an older file is
+    /// write-protected or not a regular file.
     void publish();
 
 private:

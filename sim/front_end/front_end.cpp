@@ -73,7 +73,7 @@ tracking::TrackerParams<double> ColumnSource::tracker_params() const {
 
 SimulatedFrontEnd::SimulatedFrontEnd(hal::MessagePort& port, FrontEndParams params)
     : port_(port), params_(std::move(params)), services_(port, params_.calibration) {
-    make_plan(params_);  // complains now
+    make_plan(params_);  // throws here if the plan is invalid
 }
 
 void SimulatedFrontEnd::step(std::int64_t now_us) {
@@ -112,7 +112,7 @@ void SimulatedFrontEnd::serve(std::int64_t now_us) {
     }
 }
 
-/// Only the host that has it measure feeds its watchdog: whoever asks something meanwhile does not keep the coils on.
+/// Only the host that started the measurement resets the watchdog. Requests of other hosts do not keep the coils on.
 void SimulatedFrontEnd::obey(const protocol::CommandMessage& command, std::int64_t now_us) {
     const auto opcode = static_cast<Opcode>(command.opcode);
     switch (opcode) {
@@ -126,11 +126,12 @@ void SimulatedFrontEnd::obey(const protocol::CommandMessage& command, std::int64
             heard_us_ = now_us;
             excited_ = command.argument;
             excited_state_ = static_cast<Excitation>(command.state);
-            acknowledged_ = sequence_;  // it answers the newest column
+            acknowledged_ = sequence_;  // it acknowledges the newest column
             break;
         case Opcode::keep_alive:
             heard_us_ = now_us;
-            acknowledged_ = std::max(acknowledged_, std::min(command.argument + 1, sequence_));  // who has heard nothing says 0
+            acknowledged_ =
+                std::max(acknowledged_, std::min(command.argument + 1, sequence_));  // 0: the host has received nothing
             break;
         case Opcode::start:
             heard_us_ = now_us;
@@ -154,7 +155,7 @@ void SimulatedFrontEnd::obey(const protocol::CommandMessage& command, std::int64
     }
 }
 
-/// Questions are answered by their own messages; none while it measures.
+/// Requests have their own answer messages. They are refused during a measurement.
 protocol::AckResult SimulatedFrontEnd::answer(const protocol::CommandMessage& command) {
     using protocol::AckResult;
     const auto opcode = static_cast<Opcode>(command.opcode);
@@ -191,7 +192,7 @@ protocol::AckResult SimulatedFrontEnd::set(const protocol::CommandMessage& comma
             return set_mode(command.argument);
         case Opcode::hemisphere:
         case Opcode::boresight:
-            return AckResult::refused;  // it sends no poses
+            return AckResult::refused;  // a front end sends no poses
         default:
             break;
     }
@@ -213,7 +214,7 @@ protocol::AckResult SimulatedFrontEnd::set_mode(std::uint32_t argument) {
         return AckResult::bad_value;
     }
     if (!request.columns) {
-        return AckResult::refused;  // it does not track
+        return AckResult::refused;  // a front end does not track
     }
     const double rate_hz = request.frame_rate_mhz == 0 ? 240 : 1e-3 * request.frame_rate_mhz;
     if (!signal::plan_acquisition(signal::default_acquisition(request.multiplexing, rate_hz)).ok()) {
@@ -240,7 +241,7 @@ void SimulatedFrontEnd::acknowledge(Opcode opcode, std::uint16_t request, protoc
 
 void SimulatedFrontEnd::start(std::int64_t now_us) {
     if (running_ && slot_ == 0) {
-        return;  // asked twice
+        return;  // repeated request
     }
     source_ = std::make_unique<ColumnSource>(params_);
     ++counters_.starts;

@@ -1,4 +1,4 @@
-// A front end as a peer on a link.
+// Simulated front end on a link.
 #pragma once
 
 #include <functional>
@@ -25,42 +25,42 @@ struct FrontEndParams {
     std::shared_ptr<const Scenario> scenario;  // required
     signal::Multiplexing multiplexing = signal::Multiplexing::tdm;
     double frame_rate_hz = 240;
-    double duration_s = 10;  // then it stops sending
+    double duration_s = 10;  // of sending
     Pace pace = Pace::lockstep;
     std::uint32_t ahead = 64;            // lockstep: messages sent beyond what the host has acknowledged
-    std::int64_t patience_us = 100'000;  // how long a host may take over a slot
+    std::int64_t patience_us = 100'000;  // longest time that a host may take for a slot
     std::uint64_t serial = 1;
     std::uint32_t watchdog_us = 100'000;
     std::vector<PeerFault> faults;
 
-    /// The state that the host's lines put the coils in; empty: the front end drives them itself.
+    /// Reads the excitation state from the host's lines; empty: the front end drives the coils.
     std::function<Excitation()> sense_coils;
-    /// Called when a window is over, ahead of its columns: the sync line; empty: there is none.
+    /// Called at the end of a window, before its columns are sent (sync line); empty: no sync line.
     std::function<void()> window_over;
-    /// The calibration that it has; empty: none.
+    /// Calibration blob; empty: none.
     std::vector<std::uint8_t> calibration;
-    bool fails_self_check = false;  // in its last row
+    bool fails_self_check = false;  // the last row fails
 };
 
 struct FrontEndCounters {
     std::uint64_t slots = 0;
     std::uint64_t sent = 0;
     std::uint64_t unsent = 0;       // the link had no room
-    std::uint64_t transitions = 0;  // windows in which the coils were not what the host had said
-    std::uint64_t watchdogs = 0;    // times that the host fell silent
+    std::uint64_t transitions = 0;  // windows in which the excitation state was not the commanded one
+    std::uint64_t watchdogs = 0;    // times that the watchdog expired
     std::uint64_t starts = 0;
-    std::int64_t longest_silence_us = 0;  // of the host, after which the coils were off
+    std::int64_t longest_silence_us = 0;  // of the host, until the coils were off
 };
 
-/// The one way from a world to columns, for the front end and for whoever wants to know what it must have measured.
+/// Measures columns of a simulated world, for the front end and for tests that compute the expected columns.
 class ColumnSource {
 public:
     ColumnSource(const FrontEndParams& params);
 
-    /// Samples the next slot in this state; the samples stay valid until the next call. None if the faults of the world lose it.
+    /// Samples the next slot. The samples are valid until the next call. Empty if a simulated fault loses the slot.
     std::optional<SampleBlock> sample(Excitation state);
 
-    /// Measures the next slot in this state. Columns: one (TDM), three (FDM), none if the faults of the world lose it.
+    /// Measures the next slot. Returns one column (TDM), three (FDM), or none if a simulated fault loses the slot.
     signal::Columns<double> measure(Excitation state);
 
     [[nodiscard]] const signal::AcquisitionPlan& plan() const { return plan_; }
@@ -81,7 +81,7 @@ class SimulatedFrontEnd {
 public:
     SimulatedFrontEnd(hal::MessagePort& port, FrontEndParams params);
 
-    /// Serves the link, and measures a slot when one is due; `now_us`: the host's monotonic clock. Waits a millisecond at most.
+    /// Serves the link, and measures a slot if one is due. `now_us`: the host's monotonic clock. Waits at most one millisecond.
     void step(std::int64_t now_us);
 
     [[nodiscard]] bool finished() const { return finished_; }
@@ -114,22 +114,22 @@ private:
     FrontEndParams params_;
     FrontEndServices services_;
     std::unique_ptr<ColumnSource> source_;
-    std::unique_ptr<ColumnSource> bench_;  // what raw blocks are sampled from: a world of its own
+    std::unique_ptr<ColumnSource> bench_;  // separate world for raw blocks
     bool running_ = false;
     bool finished_ = false;
     bool watchdog_bit_ = false;
-    bool in_loader_ = false;      // and deaf to this protocol
+    bool in_loader_ = false;      // does not answer to this protocol
     std::uint32_t sequence_ = 0;  // of columns
     std::uint32_t other_sequence_ = 0;
-    std::uint32_t acknowledged_ = 0;  // newest column that the host has
+    std::uint32_t acknowledged_ = 0;  // newest column that the host acknowledged
     std::uint32_t slot_ = 0;
-    std::uint32_t excited_ = 0;  // newest state sequence that the host told
+    std::uint32_t excited_ = 0;  // newest state sequence of the host
     Excitation excited_state_ = Excitation::off;
     std::int64_t begin_us_ = 0;
     std::int64_t heard_us_ = 0;
     std::int64_t slot_begin_us_ = 0;
     std::int64_t status_us_ = 0;
-    std::vector<std::uint8_t> held_;  // to be sent after the next one
+    std::vector<std::uint8_t> held_;  // message to send after the next one
     FrontEndCounters counters_;
 };
 

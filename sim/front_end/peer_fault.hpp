@@ -1,4 +1,4 @@
-// What can go wrong with a peer's messages, by the number of the message.
+// Faults of a peer's messages, by message number.
 #pragma once
 
 #include <cstdint>
@@ -7,20 +7,20 @@ namespace tricoil::sim {
 
 enum class PeerFaultKind : std::uint8_t {
     drop,        // not sent
-    swap,        // sent after the next one
+    swap,        // sent after the next message
     twice,       // sent two times
-    truncate,    // cut off
-    corrupt,     // numbers that cannot be
-    version,     // of a version nobody speaks
-    type,        // of a type that there is not
-    transition,  // says that the coils changed within the window
-    misecho,     // a column that echoes a state sequence which was never told
-    misstate,    // a column of another coil than that of the sequence which it echoes
-    silence,     // nothing is sent, status included
-    stranger,    // another device answers too
+    truncate,    // truncated
+    corrupt,     // impossible numbers
+    version,     // unknown protocol version
+    type,        // unknown message type
+    transition,  // column with the flag that the excitation state changed within its window
+    misecho,     // column with a state sequence that the host never sent
+    misstate,    // column of another coil than its state sequence states
+    silence,     // no messages, not even status
+    stranger,    // a second device answers
 };
 
-/// A fault of the messages from `first` to `last`.
+/// Fault of the messages from `first` to `last`.
 struct PeerFault {
     PeerFaultKind kind = PeerFaultKind::drop;
     std::uint32_t first = 0;

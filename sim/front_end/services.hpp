@@ -1,4 +1,4 @@
-// What a front end answers beside measuring: its self-check, its calibration, a block of raw samples.
+// Services of an idle front end: self-check, calibration, raw blocks.
 #pragma once
 
 #include <cstdint>
@@ -13,24 +13,24 @@
 
 namespace tricoil::sim {
 
-/// Answers wait here until the link has room for them, oldest first.
+/// Answers are queued until the link has room, oldest first.
 class FrontEndServices {
 public:
-    /// `blob`: the calibration that it has; empty: none.
+    /// `blob`: calibration; empty: none.
     FrontEndServices(hal::MessagePort& port, std::vector<std::uint8_t> blob) : port_(port), blob_(std::move(blob)) {}
 
-    /// Checks itself; one row a message. The last one is told as failed if it is to fail.
+    /// Runs the self-check and sends one message per row. fails: report the last row as failed.
     void self_check(bool fails);
 
     void tell_calibration(std::uint16_t request);
 
-    /// Keeps the blob if it is a sound one: done, or failed.
+    /// Stores the blob if it is valid. Returns done or failed.
     protocol::AckResult keep_calibration(std::span<const std::uint8_t> blob);
 
-    /// In parts as long as a message may be.
+    /// Sends the block in parts of the maximum message length.
     void tell_block(const SampleBlock& block, double sample_rate_hz);
 
-    /// Sends what the link takes.
+    /// Sends queued answers as long as the link has room.
     void flush();
 
     [[nodiscard]] const std::vector<std::uint8_t>& blob() const { return blob_; }

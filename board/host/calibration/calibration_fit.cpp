@@ -21,14 +21,14 @@ namespace {
 
 constexpr double kFirstLoss_m = 5e-3;     // of the robust loss before the residuals' own spread is known
 constexpr double kLossDeviations = 4;     // afterwards, in robust standard deviations
-constexpr double kOutlierDeviations = 8;  // named as set aside
+constexpr double kOutlierDeviations = 8;  // reported as outliers
 constexpr double kWorstCondition = 1e6;   // of the normalised Jacobian; beyond, parameters are not determined
 constexpr double kWarnCondition = 2e4;
 constexpr double kMixedFactor = 4;    // a file's residuals against the median file's
 constexpr double kMixedShare = 5e-3;  // and only if they are at least this share of the couplings
 constexpr double kPoorShare = 0.02;   // residuals beyond this deserve a warning
 constexpr double kUnexplainedByGeneralShare = 0.05;
-constexpr double kUnexplainedShare = 0.3;  // residuals beyond this are no calibration
+constexpr double kUnexplainedShare = 0.3;  // larger residuals: no calibration
 constexpr double kFixtureTolerance_deg = 5;
 
 double median(std::vector<double> values) {
@@ -41,7 +41,7 @@ double degrees_between(const Mat3<double>& a, const Mat3<double>& b) {
     return geometry::angle_between(Quat<double>(a), Quat<double>(b)) * 180 / std::numbers::pi;
 }
 
-/// One fit: the parameter blocks, the Ceres problem, and what comes out of it.
+/// One fit: parameter blocks, Ceres problem and results.
 class Fit {
 public:
     Fit(std::vector<PoseFile> files, const FitOptions& options) : files_(std::move(files)), options_(options) {}
@@ -108,7 +108,7 @@ private:
         }
     }
 
-    /// Everything from the closed form for the files of one source fixture; the magnetic start from the first.
+    /// Start values in closed form for the files of each source fixture. The first fixture gives the magnetic parameters.
     void start_source(std::size_t s) {
         std::vector<PoseFile> mine;
         std::vector<std::size_t> sensor;
@@ -165,7 +165,7 @@ private:
         }
     }
 
-    /// Whether the stage turns about one axis (z) only: the mounts' offsets along it are then the source's.
+    /// True if the stage only turns about z: offsets of mounts and source along z are then not separable.
     [[nodiscard]] bool turns_about_z_only() const {
         double most = 0;
         for (const PoseFile& file : files_) {
@@ -240,7 +240,7 @@ private:
         const bool named = options_.fixtures == FixtureModel::named;
         const bool about_z = turns_about_z_only();
         if (named) {
-            // The one mount has a place only: its rotation is the names', what is left is the jig's.
+            // The common mount has only a position. The names give the rotations; the jig has the remaining rotation.
             std::vector<int> held{3, 4, 5};
             if (about_z) {
                 held.insert(held.begin(), 2);
@@ -343,7 +343,7 @@ private:
         }
     }
 
-    /// A file that most of its own poses do not fit was recorded with other coils or another mounting.
+    /// A file whose poses mostly do not fit was recorded with other coils or another mounting.
     void refuse_mixed_sets(const std::vector<double>& by_file, const std::vector<std::size_t>& bad_by_file) {
         for (std::size_t f = 0; f < files_.size(); ++f) {
             std::vector<double> others = by_file;
@@ -357,7 +357,7 @@ private:
                                 files_[f].path, bad_by_file[f], files_[f].poses.size(), by_file[f]));
             }
         }
-        // Concentric triads may be a poor model of good data; a place for every coil leaves per mille of it.
+        // The concentric model may fit good data badly; the general model leaves residuals of per mille.
         const double limit = options_.model == FitModel::concentric ? kUnexplainedShare : kUnexplainedByGeneralShare;
         const auto worst = std::max_element(by_file.begin(), by_file.end());
         if (*worst > limit) {
@@ -398,7 +398,7 @@ private:
         }
     }
 
-    /// Standard deviations that hold whatever the residuals' distribution, poses being independent of each other:
+    /// Standard deviations for any distribution of the residuals, if the poses are independent:
     /// (J^T J)^-1 (sum over poses of J_k^T r_k r_k^T J_k) (J^T J)^-1 (White 1980, Econometrica 48(4)).
     Eigen::VectorXd deviations(const Eigen::MatrixXd& jacobian, const SymmetricEigen& eigen, const Eigen::VectorXd& norms) {
         const std::vector<double> values = residuals();

@@ -1,4 +1,4 @@
-// Pose errors summarised, as a table and as a picture.
+// Summary of pose errors as table and picture.
 #pragma once
 
 #include <string>
@@ -25,8 +25,9 @@ struct ErrorReport {
     int iterations_max = 0;
     double misfit_share_max = 0;
     Vec3<double> axis_rms_m = Vec3<double>::Zero();  // along the source frame's axes
-    // The position error split by least squares: a cubic polynomial of the position (surroundings, field shape, stage), what then
-    // follows the attitude within each file (sensor's shape, its fixture), and the rest (stage's repeatability, noise).
+    // Position error, split by least squares: a cubic polynomial of the position (surroundings, field shape, stage), the
+    // remaining part that depends on the attitude within each file (sensor shape, fixture), and the rest (repeatability of the
+    // stage, noise).
     double smooth_rms_m = 0;
     double attitude_rms_m = 0;
     double rough_rms_m = 0;
@@ -34,7 +35,7 @@ struct ErrorReport {
 
 ErrorReport summarise_errors(const std::vector<PoseError>& errors, const std::vector<PoseFile>& files);
 
-/// One line a pose: file, line, truth, error, rotation error, misfit, iterations.
+/// One line per pose: file, line, true position, error, rotation error, misfit, iterations.
 std::string error_csv(const std::vector<PoseError>& errors, const std::vector<PoseFile>& files);
 
 /// Error vectors over the workspace in three views, from pose_errors.csv.

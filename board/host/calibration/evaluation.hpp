@@ -1,4 +1,4 @@
-// Pose errors of a calibrated tracker against a stage.
+// Pose errors of a calibrated tracker relative to a stage.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@ namespace tricoil::host {
 
 enum class EvaluationSolver { direct, refined };
 
-/// One pose: what the tracker says, what the stage says, both in the source frame.
+/// Error of one pose: tracker minus stage, source frame.
 struct PoseError {
     std::size_t file = 0;
     std::size_t line = 0;
@@ -20,18 +20,18 @@ struct PoseError {
     Vec3<double> truth_m = Vec3<double>::Zero();
     Vec3<double> error_m = Vec3<double>::Zero();  // tracker minus stage
     Vec3<double> rotation_error_rad = Vec3<double>::Zero();
-    double misfit_share = 0;  // of the couplings that the pose leaves unexplained
+    double misfit_share = 0;  // share of the couplings that the pose does not explain
 };
 
-/// Solves every pose cold, with the calibration's hemisphere and nothing of the truth. Poses that do not converge are marked.
-/// Throws InputError for a fixture that the calibration does not know (and names those it does), or couplings that are no pose.
+/// Solves every pose without a start pose, with the hemisphere of the calibration. Poses that do not converge are marked.
+/// Throws InputError for a fixture that the calibration lacks (with the known names), or couplings without a pose.
 std::vector<PoseError> evaluate(const CalibrationFile& calibration, const std::vector<PoseFile>& files, EvaluationSolver solver);
 
-/// Fixtures fitted to these files with the magnetic parameters held: source and mounts of every file's names.
+/// Fits the fixtures of these files with fixed magnetic parameters.
 CalibrationFile with_refitted_fixtures(const CalibrationFile& calibration, const std::vector<PoseFile>& files,
                                        EvaluationSolver solver);
 
-/// The affine map (about the identity) that takes the tracker's positions to the stage's; poses far off count nothing.
+/// Fits the affine map (near identity) from the tracker's positions to the stage's. Outliers have no weight.
 void fit_output_correction(CalibrationFile& calibration, const std::vector<PoseError>& errors);
 
 }  // namespace tricoil::host

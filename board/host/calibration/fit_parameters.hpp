@@ -1,4 +1,4 @@
-// The parameters that a calibration estimates, as one vector without redundancy.
+// Vector of the parameters that a calibration estimates, without redundancy.
 #pragma once
 
 #include <array>
@@ -28,7 +28,7 @@ inline Mat3<double> offsets_with_zero_sum(const double* p) {
     return kLengthUnit_m * m;
 }
 
-/// The model of parameters `p`; moments times `c`, the coupling constant of the start.
+/// Model of parameters `p`. `c`: coupling constant of the start, factor of the moments.
 inline field::GeneralDipole<double> model_of(const double* p, double c) {
     field::GeneralDipole<double> model;
     model.source_moment = c * symmetric_matrix(p[0], p[1], p[2], p[3], p[4], p[5]);

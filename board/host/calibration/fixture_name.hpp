@@ -1,4 +1,4 @@
-// What a fixture's name says: "ZinXdown" has z pointing in and x pointing down.
+// Orientation from a fixture name: "ZinXdown" has z pointing in and x pointing down.
 #pragma once
 
 #include <optional>
@@ -8,9 +8,9 @@
 
 namespace tricoil::host {
 
-/// Directions in the stage's frame: right +x, left -x, out +y, in -y, up +z, down -z. Two axes are named, the third follows.
-/// Returns the rotation that takes the mounted frame's components to the stage's (v_stage = R v_mounted); empty if the name is
-/// none, or names no two different axes in different directions.
+/// Directions in the stage frame: right +x, left -x, out +y, in -y, up +z, down -z. The name gives two axes; the third follows.
+/// Returns the rotation from the mounted frame to the stage frame (v_stage = R v_mounted); empty if the name does not give two
+/// different axes in orthogonal directions.
 std::optional<Mat3<double>> rotation_of_fixture(const std::string& name);
 
 }  // namespace tricoil::host

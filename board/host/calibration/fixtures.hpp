@@ -1,4 +1,4 @@
-// How source and sensor are mounted: what lies between the stage's numbers and the pose that the tracker sees.
+// Pose of the sensor from the pose of a stage and the fixtures of source and sensor.
 #pragma once
 
 #include "board/host/calibration/pose_set.hpp"
@@ -8,8 +8,7 @@
 
 namespace tricoil::host {
 
-/// The pose of the sensor's frame in the source's: source_stage takes stage to source components, mount_sensor takes sensor to
-/// mount components, the stage is between them.
+/// Pose of the sensor in the source frame. source_stage: stage to source components; mount_sensor: sensor to mount components.
 inline solver::RigidPose<double> true_pose(const Rigid& source_stage, const MeasuredPose& pose, const Rigid& mount_sensor) {
     const Vec3<double> in_stage = pose.stage_position_m + pose.stage_rotation * mount_sensor.translation_m;
     const Mat3<double> turned = source_stage.rotation * pose.stage_rotation * mount_sensor.rotation;

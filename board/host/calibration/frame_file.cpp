@@ -12,7 +12,7 @@
 namespace tricoil::host {
 namespace {
 
-/// How many columns stand before the couplings; throws InputError unless the header ends in all nine, in order.
+/// Number of columns before the couplings. Throws InputError unless the header ends in all nine couplings, in order.
 std::size_t columns_before(const std::string& path, const std::string& header) {
     const auto names = split(header, ',');
     for (const char letter : {'x', 'm'}) {
@@ -29,7 +29,7 @@ std::size_t columns_before(const std::string& path, const std::string& header) {
     throw InputError(path + ":1: the header must end in x11,x12,x13,x21,x22,x23,x31,x32,x33 (xij: sensor coil i, source coil j)");
 }
 
-/// The numbers of every line, checked for count and for couplings of full rank.
+/// Numbers of every line. Checks their count and the rank of the couplings.
 template <typename Take>
 void read_table(const std::string& path, std::size_t before, const std::vector<std::string>& lines, Take take) {
     for (std::size_t n = 1; n < lines.size(); ++n) {

@@ -1,4 +1,4 @@
-// Couplings without poses: what a user without a stage records.
+// Reads couplings without poses, recorded without a stage.
 #pragma once
 
 #include <string>
@@ -8,16 +8,16 @@
 
 namespace tricoil::host {
 
-/// Reads CSV; columns before x11 (or m11) are left: any header that ends in x11,x12,x13,x21,...,x33 (or m11,...), xij: sensor
-/// coil i, source coil j. Throws InputError, naming file and line.
+/// Reads CSV with any header that ends in x11,x12,x13,x21,...,x33 (or m11,...), xij: sensor coil i, source coil j. Columns before
+/// these are ignored. Throws InputError, naming file and line.
 std::vector<Mat3<double>> read_frames(const std::string& path);
 
-/// Frames of multiplexed columns as if simultaneous. Column j was taken j * skew frame periods after column 0, frames follow each
-/// other evenly; each column is interpolated (cubic, four frames) to the middle column's time. Loses the first and last two
-/// frames.
+/// Interpolates the columns of each column frame to the time of the middle column (cubic, four column frames). Column j was
+/// measured j * skew frame periods after column 0; column frames have a constant period. The first two and the last two column
+/// frames are lost.
 std::vector<Mat3<double>> deskewed(const std::vector<Mat3<double>>& frames, double skew);
 
-/// A sensor resting on a node of a printed grid, in any attitude.
+/// Couplings of a sensor on a node of a printed grid, in any attitude.
 struct GridFrame {
     Vec3<double> node;  // column, row, level: whole steps
     Mat3<double> x;

@@ -22,7 +22,7 @@ namespace {
 constexpr std::size_t kFewestPoses = 20;
 constexpr double kFewestSpread = 0.02;  // of the smallest principal extent of the stage's positions against the largest
 
-/// A pose of all files with what the direct solution says about it.
+/// Pose of any file with its direct solution.
 struct Solved {
     const MeasuredPose* pose;
     std::size_t file;
@@ -106,7 +106,7 @@ void align_hemispheres(std::vector<Solved>& solved) {
             solved[next].position_m *= -1;
         }
         for (std::size_t i = 0; i < n; ++i) {
-            // A turn of the mount moves the sensor too: a radian counts as a hand's breadth.
+            // A rotation of the mount also moves the sensor: a radian counts as 0.1 m.
             const double turn = (solved[i].pose->stage_rotation - solved[next].pose->stage_rotation).norm() / std::sqrt(2.0);
             const double other_file = solved[i].file == solved[next].file ? 0 : 0.05;
             const double d =
@@ -185,7 +185,7 @@ double reweigh(std::vector<Solved>& solved, double scale, const InitialGuess& gu
     return std::sqrt(squares / count);
 }
 
-/// How well the attitudes agree with one rotation of each mount: RMS of the rotation left over, rad.
+/// RMS of the rotation that one rotation per mount does not explain, rad.
 double attitude_rms(const std::vector<Solved>& solved, const InitialGuess& guess) {
     double squares = 0;
     double weights = 0;

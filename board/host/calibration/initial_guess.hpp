@@ -1,4 +1,4 @@
-// Where a calibration starts from: fixtures and gains in closed form, from the data alone.
+// Start values of a calibration: fixtures and gains in closed form from the data.
 #pragma once
 
 #include <string>
@@ -16,18 +16,19 @@ struct InitialGuess {
     Rigid source_stage;
     std::vector<Rigid> mount_sensor;  // by file
     bool stage_turns_left_handed = false;
-    double position_rms_m = 0;  // of the closed-form poses against the stage, with these
+    double position_rms_m = 0;  // closed-form poses relative to the stage
     double attitude_rms_rad = 0;
 };
 
-/// Transposes every stage rotation. Some stages count angles against the handedness of their own axes; no fixture and no wiring
-/// can make up for that, so the sense that fits the couplings is the right one.
+/// Transposes every stage rotation. Some stages count angles opposite to the handedness of their axes. No fixture or wiring can
+/// compensate this, so the sense that fits the couplings is correct.
 void turn_other_way(std::vector<PoseFile>& files);
 
-/// For one source fixture. Gains from the couplings themselves (self_calibrate); poses from the direct solution; their
-/// hemispheres from neighbours on the stage, and all of them together from the handedness of the fit; transforms by linear least
-/// squares; the sense of the stage's rotations by which of both fits. Throws InputError if the poses do not determine them: too
-/// few, without spread in all three directions, or left-handed couplings.
+/// Start values for files with one source fixture:
+/// - gains from the couplings (self_calibrate), poses from the direct solution;
+/// - relative hemispheres from neighbours on the stage, the common hemisphere from the handedness of the fit;
+/// - transforms by linear least squares; the sense of the stage rotations that fits better.
+/// Throws InputError if the poses do not determine them: too few, no spread in all three directions, or left-handed couplings.
 InitialGuess guess_start(const std::vector<PoseFile>& files);
 
 }  // namespace tricoil::host

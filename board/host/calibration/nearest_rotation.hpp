@@ -1,4 +1,4 @@
-// The rotation that is nearest to a matrix.
+// Rotation nearest to a matrix.
 #pragma once
 
 #include <Eigen/SVD>

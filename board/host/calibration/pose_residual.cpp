@@ -9,8 +9,8 @@
 namespace tricoil::host {
 namespace {
 
-constexpr double kLever_m = 0.1;      // a rad counts as much as this length: a hand's breadth, a stylus
-constexpr double kMisfitShare = 0.5;  // weight of what no pose explains, against what moves the pose
+constexpr double kLever_m = 0.1;      // a rad counts as this length, typical of a stylus
+constexpr double kMisfitShare = 0.5;  // relative weight of the part that no pose explains
 
 template <int Columns>
 using Jacobian = Eigen::Matrix<double, 9, Columns, Eigen::RowMajor>;

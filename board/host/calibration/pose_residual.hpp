@@ -1,4 +1,4 @@
-// One pose of a calibration set against the model: the residual as a pose error, and its derivatives.
+// Residual of one calibration pose, weighted as pose error, and its derivatives.
 #pragma once
 
 #include <ceres/sized_cost_function.h>
@@ -11,31 +11,31 @@
 
 namespace tricoil::host {
 
-constexpr int kRigid = 6;  // translation (units of 0.1 m), rotation vector (rad) on top of the start's rotation
+constexpr int kRigid = 6;  // translation (units of 0.1 m), rotation vector (rad) relative to the start rotation
 using RigidBlock = std::array<double, kRigid>;
 
 Mat3<double> rotation_of(const double* vector);
 
 inline Vec3<double> length_of(const double* p) { return Vec3<double>(p[0], p[1], p[2]) * kLengthUnit_m; }
 
-/// Symmetric root of J+^T diag(1, lever^2) J+ + share^2 metres^2 (I - J J+): weighs differences of couplings as the position and
-/// rotation error that they cause (J+), and with less weight the part that no pose explains. metres: per coupling unit.
+/// Symmetric root of J+^T diag(1, lever^2) J+ + share^2 metres^2 (I - J J+). Weights coupling residuals as the position and
+/// rotation error that they cause (J+), and the part that no pose explains with `share`. metres: metres per coupling unit.
 Eigen::Matrix<double, 9, 9> pose_weight(const field::GeneralDipole<double>& model, const solver::RigidPose<double>& pose,
                                         double metres);
 
-/// Constants of one pose's residual. Sensor frame to mount: d + N W (j + J .), with the named rotation N, the fixture's own
-/// (d, W) and the jig's common (j, J).
+/// Constants of the residual of one pose. Sensor frame to mount: d + N W (j + J .), with named rotation N, fixture (d, W) and
+/// common jig (j, J).
 struct PoseTerms {
     const MeasuredPose& pose;
-    Mat3<double> source_start;  // rotation stage -> source that the source block turns on
+    Mat3<double> source_start;  // start rotation, stage to source, of the source block
     Mat3<double> named;         // N
-    Mat3<double> jig_start;     // rotation that the jig block turns on
+    Mat3<double> jig_start;     // start rotation of the jig block
     double coupling_constant;
     Eigen::Matrix<double, 9, 9> weight;  // metres per coupling unit, see pose_weight
-    bool finite;                         // coils have octupoles
+    bool finite;                         // the coils have octupoles
 };
 
-/// Weighted couplings of one pose less the model's, metres. Parameter blocks: magnetic, source, fixture, jig.
+/// Weighted coupling residual (measured minus model) of one pose, m. Parameter blocks: magnetic, source, fixture, jig.
 class PoseResidual final : public ceres::SizedCostFunction<9, kMagnetic, kRigid, kRigid, kRigid> {
 public:
     explicit PoseResidual(const PoseTerms& terms) : terms_(terms) {}

@@ -1,4 +1,4 @@
-// Couplings at poses that a stage knows: what a calibration is fitted to and an evaluation measures against.
+// Couplings at known stage poses, for calibration and evaluation.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace tricoil::host {
 
-/// One line of a file. The stage carries the sensor's mount: v_stage = stage_position_m + stage_rotation v_mount.
+/// One line of a file. The sensor's mount is on the stage: v_stage = stage_position_m + stage_rotation v_mount.
 struct MeasuredPose {
     Vec3<double> stage_position_m;
     Mat3<double> stage_rotation;
@@ -16,13 +16,13 @@ struct MeasuredPose {
     std::size_t line = 0;  // in the file, from 1
 };
 
-/// One recording: source and sensor stay in their fixtures, only the stage moves.
+/// One file, recorded with fixed fixtures; only the stage moves.
 struct PoseFile {
     std::string path;
-    std::string source_fixture;  // as the file's name says, "YoutZup" for soYoutZup_...; empty if it does not
+    std::string source_fixture;  // from the file name, "YoutZup" for soYoutZup_...; empty if not given
     std::string sensor_fixture;
     std::vector<MeasuredPose> poses;
-    Vec3<double> phase_rad = Vec3<double>::Zero();  // of each sensor channel, where the format has complex couplings
+    Vec3<double> phase_rad = Vec3<double>::Zero();  // of each sensor channel, if the format has complex couplings
 };
 
 /// Reads either format. Throws InputError, naming file and line.

@@ -1,4 +1,4 @@
-// Which coil is on which channel, and which way round: also what leaves the handedness of the couplings as it was.
+// Identifies coil and polarity of each channel, including swaps and reversals that keep the handedness.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace tricoil::host {
 
-/// For each channel the coil it carries (0-2) and its sign.
+/// Coil (0-2) and sign of each channel.
 struct CoilOrder {
     std::array<int, 3> coil{0, 1, 2};
     std::array<int, 3> sign{1, 1, 1};
@@ -20,14 +20,15 @@ struct CoilOrder {
 struct Wiring {
     CoilOrder sensor;
     CoilOrder source;
-    double misfit = 0;         // share of the couplings that the best wiring leaves
-    double second_misfit = 0;  // that the next best leaves
+    double misfit = 0;         // share of the couplings that the best wiring does not explain
+    double second_misfit = 0;  // the same for the second best wiring
     [[nodiscard]] bool certain() const { return misfit < 0.3 && second_misfit > 1.5 * misfit + 0.02; }
 };
 
-/// The wiring that explains couplings of a sensor held at `direction` with its axes along the source's: all 48 orders and signs
-/// of each side against D(u). The direction must be unlike any axis or diagonal, or several wirings look alike. Reversing all six
-/// coils changes nothing and is never reported. Throws InputError if the direction is zero or too symmetric.
+/// Finds the wiring that explains the couplings of a sensor at `direction`, with its axes parallel to the source's: compares all
+/// 48 orders and signs of each side with D(u). The direction must differ from every axis and diagonal, because several wirings
+/// fit there. Reversal of all six coils has no effect and is never reported. Throws InputError if the direction is zero or too
+/// symmetric.
 Wiring identify_wiring(const std::vector<Mat3<double>>& frames, const Vec3<double>& direction);
 
 /// "channel 1 = coil 2 reversed, ..." or "straight".

@@ -56,7 +56,7 @@ void check_states(const Capture& capture, const std::string& path) {
     }
 }
 
-/// Unsigned codes stand around half scale; the demodulator wants them around zero.
+/// Centres unsigned codes: the demodulator needs codes around zero.
 void centre(Capture& capture, int bits) {
     const auto half = static_cast<std::int32_t>(std::int64_t{1} << (bits - 1));
     capture.full_scale = half - 1;

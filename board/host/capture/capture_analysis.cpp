@@ -144,7 +144,7 @@ void average(const std::vector<Eigen::Matrix3cd>& matrices, CaptureAnalysis& ana
     analysis.scatter = (squares / (n - 1)).cwiseSqrt();
 }
 
-/// A sensor is there if its couplings stand out of their scatter and look like a dipole's.
+/// A sensor is present if its couplings are large relative to their scatter and fit a dipole.
 void judge(CaptureAnalysis& analysis) {
     const tracking::CommonParams<double> limits;
     const double scatter = std::sqrt(analysis.scatter.squaredNorm() / 9);

@@ -1,5 +1,4 @@
-// What a recording of raw ADC blocks says: which channel is the reference, the signal matrix, its scatter, and whether a sensor
-// is there.
+// Analyses a recording of raw ADC blocks: reference channel, signal matrix, scatter, presence of a sensor.
 #pragma once
 
 #include <array>
@@ -12,26 +11,26 @@
 namespace tricoil::host {
 
 struct CaptureAnalysis {
-    int reference_channel = 0;                        // of the file: the one with the largest carrier in every block
-    std::array<int, kSensorCoils> sensor_channels{};  // of the file, in order: rows of the matrix
+    int reference_channel = 0;                        // channel of the file with the largest carrier in every block
+    std::array<int, kSensorCoils> sensor_channels{};  // channels of the file, in order: rows of the matrix
     double reference_amplitude_codes = 0;
-    std::array<double, kSensorCoils> phase_deg{};  // of each sensor channel against the reference
+    std::array<double, kSensorCoils> phase_deg{};  // of each sensor channel relative to the reference
     int repeats = 0;
     Mat3<double> mean;        // signed couplings, X(i, j): sensor channel i, state S_j; overall sign such that det > 0
     Mat3<double> scatter;     // standard deviation over the repeats
-    Mat3<double> quadrature;  // mean of the other phase
+    Mat3<double> quadrature;  // mean quadrature
     double mean_sigma = 0;    // of one entry of one block, as the demodulator estimates it
     Vec3<double> singular_values;
     double determinant = 0;
     double strength = 0;      // k of the nearest dipole matrix
     double snr_db = 0;        // 20 log10(k / root mean square scatter)
-    double misfit_share = 0;  // of the mean matrix's power that no dipole explains
+    double misfit_share = 0;  // share of the mean matrix's power that no dipole explains
     ColumnFlags flags;        // of all blocks
     bool sensor_present = false;
-    std::string verdict;  // why not
+    std::string verdict;  // reason if no sensor is present
 };
 
-/// Throws InputError if carrier and rate do not suit the blocks, no channel stands out as the reference, or there are fewer than
+/// Throws InputError if carrier and rate do not suit the blocks, the reference channel is not distinct, or there are fewer than
 /// two repeats.
 CaptureAnalysis analyse_capture(const Capture& capture, double carrier_hz, double rate_hz, int guard_samples);
 

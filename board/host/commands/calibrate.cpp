@@ -1,5 +1,4 @@
-// tricoil calibrate: measured couplings to a calibrated tracker; against a stage, from free motion, on a grid, or the wiring
-// alone.
+// tricoil calibrate: calibrates with a stage, from free motion or on a grid, or identifies the wiring.
 #include <fmt/format.h>
 
 #include <Eigen/Dense>
@@ -48,7 +47,7 @@ struct CalibrateCommand {
     bool json = false;
 };
 
-/// Text for people and numbers for programs, gathered side by side.
+/// Collects text output and JSON output.
 struct Report {
     std::string text;
     Json json;
@@ -57,7 +56,7 @@ struct Report {
 
 Json list_of(const Vec3<double>& v) { return {v(0), v(1), v(2)}; }
 
-/// The blob first: a TOML file that names a calibration must not stand beside an old blob. Both aside, then renamed.
+/// Writes the blob first, so that a new TOML file never exists with an old blob. Each file is complete or absent.
 void write_files(const CalibrateCommand& command, const CalibrationFile& file) {
     const Status status = calibration::check(file.calibration);
     if (!status.ok()) {

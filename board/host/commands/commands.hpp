@@ -1,4 +1,4 @@
-// The subcommands of the `tricoil` program, one file each.
+// Subcommands of the `tricoil` program, one file each.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -10,10 +10,10 @@
 
 namespace tricoil::host {
 
-/// What the chosen subcommand does once the line is parsed; returns the exit code, may throw InputError or DeviceError.
+/// Action of the selected subcommand. Returns the exit code; may throw InputError or DeviceError.
 using Action = std::function<int()>;
 
-// Each adds its subcommand with options to `program` and, when the user picks it, sets `action`.
+// Each function adds its subcommand with options to `program`. If the user selects it, `action` is set.
 void add_run_command(CLI::App& program, Action& action);
 void add_demodulate_command(CLI::App& program, Action& action);
 void add_figures_command(CLI::App& program, Action& action);
@@ -27,10 +27,10 @@ void add_replay_command(CLI::App& program, Action& action);
 void add_convert_command(CLI::App& program, Action& action);
 void add_serve_command(CLI::App& program, Action& action);
 
-/// Refuses an empty name, which would mean another thing than leaving the option out.
+/// Refuses an empty name, because it would differ from an omitted option.
 inline std::string refuse_empty(const std::string& name) { return name.empty() ? "a name is missing" : ""; }
 
-/// Refuses what is no whole number of 64 bits: CLI11 takes a longer one for the largest there is.
+/// Refuses a text that is not a 64-bit unsigned integer: CLI11 replaces a larger number by the maximum.
 inline std::string refuse_overflow(const std::string& text) {
     std::uint64_t value = 0;
     const char* const end = text.data() + text.size();

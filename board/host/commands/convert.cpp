@@ -1,4 +1,4 @@
-// tricoil convert: a recording's poses for other programs.
+// tricoil convert: converts the poses of a recording for other programs.
 #include <fmt/format.h>
 
 #include <cstdio>

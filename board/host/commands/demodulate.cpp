@@ -1,4 +1,4 @@
-// tricoil demodulate: a recording of raw ADC blocks to a signal matrix.
+// tricoil demodulate: computes the signal matrix of a recording of raw ADC blocks.
 #include <fmt/format.h>
 
 #include <memory>

@@ -1,4 +1,4 @@
-// tricoil device: which devices there are, who one is, what it says and keeps.
+// tricoil device: lists, identifies, watches and configures devices.
 #include <fmt/format.h>
 #include <net/if.h>
 
@@ -39,7 +39,7 @@ struct DeviceCommand {
     bool clear = false;
 };
 
-/// CAN interfaces, by the kernel's list; FD by their MTU.
+/// CAN interfaces of the kernel. The MTU shows CAN FD.
 ordered_json can_interfaces() {
     ordered_json found = ordered_json::array();
     struct if_nameindex* const all = ::if_nameindex();
@@ -106,7 +106,7 @@ int show_info(const DeviceCommand& command) {
     return to_int(ExitCode::fine);
 }
 
-/// What a field says: whole numbers stay whole.
+/// Value of a field; integers stay integers.
 ordered_json value_of(const protocol::FieldInfo& f, const std::uint8_t* bytes) {
     if (f.type == protocol::WireType::f32) {
         return static_cast<double>(protocol::get<float>(bytes, f.type));
@@ -118,7 +118,7 @@ ordered_json value_of(const protocol::FieldInfo& f, const std::uint8_t* bytes) {
     return protocol::is_signed(f.type) ? ordered_json(number) : ordered_json(static_cast<std::uint64_t>(number));
 }
 
-/// One line a message: its fields, or, where it is none, why.
+/// One line per message: its fields, or the reason why it is invalid.
 std::string line_of(std::span<const std::uint8_t> bytes, bool json) {
     protocol::WireError error = protocol::WireError::none;
     const auto type = protocol::type_of(bytes, error);
@@ -154,7 +154,7 @@ int watch(const DeviceCommand& command) {
     linux_board::DeviceInquiry inquiry(command.uri, command.wait_s);
     const auto heard = inquiry.listen(command.duration_s, [&](const hal::ReceivedMessage& message) {
         print_text("{}\n", line_of(message.bytes, command.json));
-        end_standard_output();  // for whoever reads along; who is gone ends this
+        end_standard_output();  // flushes for the reader; throws if the reader is gone
     });
     if (heard == 0) {
         throw DeviceError(fmt::format("{}: {}", command.uri, inquiry.detail()));
@@ -180,7 +180,7 @@ int fetch_calibration(const DeviceCommand& command) {
 
 int send_calibration(const DeviceCommand& command) {
     std::ifstream file(command.file, std::ios::binary);
-    std::vector<std::uint8_t> blob(calibration::kBlobBytes + 1);  // one that is longer is none either
+    std::vector<std::uint8_t> blob(calibration::kBlobBytes + 1);  // one byte more, to detect a file that is too long
     file.read(reinterpret_cast<char*>(blob.data()), std::ssize(blob));
     blob.resize(static_cast<std::size_t>(file.gcount()));
     if (blob.empty()) {
@@ -196,7 +196,7 @@ int send_calibration(const DeviceCommand& command) {
     return to_int(ExitCode::fine);
 }
 
-/// Every state in turn, as tricoil demodulate wants them.
+/// Records every excitation state in turn, in the format of tricoil demodulate.
 int capture_blocks(const DeviceCommand& command) {
     linux_board::DeviceInquiry inquiry(command.uri, command.wait_s);
     std::string text = "state,repeat,sample,adc0,adc1,adc2,adc3\n";
@@ -225,7 +225,7 @@ int set_mode(const DeviceCommand& command) {
     mode.columns = command.columns;
     linux_board::DeviceInquiry(command.uri, command.wait_s)
         .order("this mode", protocol::Opcode::mode, protocol::mode_argument(mode));
-    linux_board::DeviceInquiry inquiry(command.uri, command.wait_s);  // says hello again: what it is now
+    linux_board::DeviceInquiry inquiry(command.uri, command.wait_s);  // identifies the device again
     const ordered_json identity = identity_json(inquiry.identify());
     print_text("{}: {}, {}, {:g} frames a second\n", command.uri, identity["role"].get<std::string>(),
                identity["multiplexing"].get<std::string>(), identity["frame_rate_hz"].get<double>());

@@ -89,7 +89,7 @@ std::string text_of(const EvaluateCommand& command, const ErrorReport& report) {
     return text;
 }
 
-/// Which of the two ways to evaluate, and whether the options belong to it.
+/// Selects the kind of evaluation and checks its options.
 void check_options(const EvaluateCommand& command) {
     if (command.dynamic && (command.data.size() != 2 || !command.calibration.empty() || command.refit_fixtures)) {
         throw InputError("--dynamic takes two files, TRUTH.csv and POSES.csv, and no calibration");

@@ -1,4 +1,4 @@
-// tricoil evaluate --dynamic: a recorded pose stream against a reference's.
+// tricoil evaluate --dynamic: compares a recorded pose stream with a reference.
 #pragma once
 
 #include <optional>
@@ -8,13 +8,13 @@
 namespace tricoil::host {
 
 struct DynamicOptions {
-    std::vector<std::string> files;  // the reference's, then the tracker's
+    std::vector<std::string> files;  // reference, then tracker
     std::optional<double> time_offset_s;
     std::string out;  // folder for CSV and picture; empty: none
     bool json = false;
 };
 
-/// Prints the report; an exit code. Throws InputError as the parts do.
+/// Prints the report and returns the exit code. Throws InputError for invalid files.
 int evaluate_dynamic(const DynamicOptions& options);
 
 }  // namespace tricoil::host

@@ -1,4 +1,4 @@
-// Matrices as commands print them.
+// Matrices in JSON output of commands.
 #pragma once
 
 #include <nlohmann/json.hpp>

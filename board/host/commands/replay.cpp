@@ -1,4 +1,4 @@
-// tricoil replay: a recorded run again, from what its trackers were given.
+// tricoil replay: runs the recorded inputs of a run again.
 #include <fmt/format.h>
 
 #include <memory>

@@ -1,4 +1,4 @@
-// What `run` and `serve` have in common: what is tracked, and how.
+// Common options of `run` and `serve`.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -29,7 +29,7 @@ void add_run_options(CLI::App* sub, const std::shared_ptr<RunCommand>& command);
 
 bool is_on_device(const RunCommand& command);
 
-// Options as typed, into those of a run. Throw InputError that names the option.
+// Convert command-line options to run options. Throw InputError that names the option.
 linux_board::DeviceRunOptions device_options(const RunCommand& command);
 void complete_simulation_options(RunCommand& command);
 

@@ -64,7 +64,7 @@ struct SelfcheckCommand {
     bool json = false;
 };
 
-/// The rows that a device sends hold numbers only: the words are those of the same checks here.
+/// The rows of a device contain only numbers. The texts come from the same checks on this host.
 Report report_of(const std::vector<protocol::CheckMessage>& rows, const Report& here) {
     Report report;
     for (const protocol::CheckMessage& row : rows) {

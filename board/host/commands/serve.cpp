@@ -1,4 +1,4 @@
-// tricoil serve: track, and let other programs have the poses.
+// tricoil serve: tracks and sends poses to other programs.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -51,7 +51,7 @@ Access access_of(const ServeCommand& command) {
     return access;
 }
 
-/// Says what another address than loopback exposes.
+/// Prints a warning if an address other than loopback is used.
 void warn_of_exposure(const char* option, const TcpAddress& address, Controls controls) {
     if (!address.is_loopback()) {
         print_notice("tricoil: {} {}: whoever reaches this address can read poses{}; nothing is encrypted\n", option,
@@ -83,7 +83,7 @@ void add_outputs(const ServeCommand& command, Controls controls, Server& server,
     }
 }
 
-/// Where clients find us, before the first pose: a program that starts us waits for this line.
+/// Prints the addresses before the first pose. A program that starts this one waits for this line.
 void announce(const Addresses& addresses, bool json) {
     if (json) {
         print_text("{}\n", addresses.dump());
@@ -97,7 +97,7 @@ void announce(const Addresses& addresses, bool json) {
     std::fflush(stdout);
 }
 
-/// The link with the token goes to a file that the user alone may read, or beside the addresses, but into no log.
+/// Writes the link with the token to a file that only the user can read, or prints it with the addresses. It is never logged.
 void hand_out_link(const ServeCommand& command, const std::string& link, Addresses& addresses) {
     if (command.open_controls || command.read_only) {
         return;
@@ -112,7 +112,7 @@ void hand_out_link(const ServeCommand& command, const std::string& link, Address
     }
 }
 
-/// Hands the clients' wishes to whichever loop runs; one for a sensor that is not there, or not finite, is in vain.
+/// Passes the clients' requests to the running loop. Requests for an unknown sensor, or not finite, have no effect.
 auto carry_out(TrackerControl& control) {
     return [&control](auto& loop) {
         for (const auto& wish : control.take()) {
@@ -121,7 +121,7 @@ auto carry_out(TrackerControl& control) {
     };
 }
 
-/// Asked by whichever loop runs in every round, which is a sign of life as well.
+/// The running loop calls it in every round. It also notifies the service manager.
 auto is_paused(TrackerControl& control, ServiceNotice& notice) {
     return [&] {
         notice.alive();

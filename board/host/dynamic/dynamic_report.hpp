@@ -1,4 +1,4 @@
-// What motion costs a tracker, measured against a reference: errors by speed, and how they grow with speed and acceleration.
+// Motion errors of a tracker relative to a reference: errors by speed, and growth with speed and acceleration.
 #pragma once
 
 #include <string>
@@ -14,7 +14,7 @@ struct DynamicError {
     double speed_m_s = 0;
     double acceleration_m_s2 = 0;
     double position_m = 0;
-    double along_m = 0;  // of the position error along the velocity; a lag makes it negative
+    double along_m = 0;  // component of the position error along the velocity; negative for a lag
     double orientation_rad = 0;
 };
 
@@ -32,17 +32,17 @@ struct DynamicReport {
     ErrorSummary position_m;
     ErrorSummary orientation_deg;
     std::vector<SpeedBand> bands;
-    // Least squares of the squared position error: rest^2 + (per_speed v)^2 + (per_acceleration a)^2, none negative.
+    // Non-negative least squares of the squared position error: rest^2 + (per_speed v)^2 + (per_acceleration a)^2.
     double at_rest_m = 0;
-    double per_speed_s = 0;          // m of error per m/s: a time
-    double per_acceleration_s2 = 0;  // m of error per m/s^2: a time squared
-    double lag_s = 0;                // with a given time offset, fitted; otherwise the mean of -along over speed, which it left
-    std::size_t in_gaps = 0;         // tracker poses not compared, as the reference has a gap there
+    double per_speed_s = 0;          // m per m/s
+    double per_acceleration_s2 = 0;  // m per m/s^2
+    double lag_s = 0;                // fitted if the time offset is given; otherwise the remaining mean of -along / speed
+    std::size_t in_gaps = 0;         // tracker poses not compared because of a gap in the reference
 };
 
 DynamicReport dynamic_report(const PoseStream& tracker, const PoseStream& reference, const StreamAlignment& alignment);
 
-/// Errors as CSV with a header line.
+/// Errors as CSV with header.
 std::string dynamic_csv(const DynamicReport& report);
 
 std::string dynamic_text(const DynamicReport& report);

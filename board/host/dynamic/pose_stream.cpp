@@ -20,7 +20,7 @@ constexpr double kFarthest_m = 1000;
 constexpr double kGap = 4;  // median sample intervals
 constexpr std::array<const char*, 7> kColumns{"x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"};
 
-/// Where the header puts what.
+/// Column numbers from the header.
 struct Columns {
     std::size_t time = 0;
     double seconds_per_unit = 1;

@@ -1,4 +1,4 @@
-// A recorded stream of poses against time, and the pose at any instant in between.
+// Recorded pose stream, with interpolation between samples.
 #pragma once
 
 #include <string>
@@ -14,7 +14,7 @@ struct TimedPose {
     Quat<double> q = Quat<double>::Identity();
 };
 
-/// A pose with its rates, in the stream's own frame.
+/// Pose with rates and accelerations, in the coordinate frame of the stream.
 struct MovingPose {
     TimedPose pose;
     Vec3<double> rate_rad_s = Vec3<double>::Zero();
@@ -23,7 +23,7 @@ struct MovingPose {
     Vec3<double> acceleration_m_s2 = Vec3<double>::Zero();
 };
 
-/// Samples in order of time, neighbouring quaternions on the same half sphere.
+/// Samples in time order. Consecutive quaternions have a positive scalar product.
 class PoseStream {
 public:
     /// Reads a CSV file with a header: time_us or time_s, x_m, y_m, z_m, qw, qx, qy, qz in any order; lines with valid = 0 are
@@ -49,7 +49,7 @@ public:
 private:
     [[nodiscard]] std::size_t interval_of(double time_s) const;
     std::vector<TimedPose> poses_;
-    double longest_interval_s_ = 0;  // that is not a gap
+    double longest_interval_s_ = 0;  // longest interval that is not a gap
 };
 
 }  // namespace tricoil::host

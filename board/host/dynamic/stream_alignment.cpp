@@ -39,7 +39,7 @@ Eigen::Matrix4d right_product(const Quat<double>& q) {
     return m;
 }
 
-/// Nothing where the stream has a gap.
+/// Empty in a gap of the stream.
 std::optional<double> angular_speed(const PoseStream& stream, double time_s) {
     constexpr double kHalf_s = 0.02;
     if (!stream.covers(time_s - kHalf_s) || !stream.covers(time_s + kHalf_s)) {
@@ -202,7 +202,7 @@ struct Residuals {
     }
 };
 
-/// Frames can be fitted to any two streams; whether they are of one motion the residuals tell.
+/// Coordinate frames can be fitted to any two streams. Only small residuals show that both are of one motion.
 void refuse_strangers(const PoseStream& tracker, const std::vector<std::size_t>& samples, const Residuals& residuals,
                       const Eigen::VectorXd& x) {
     Vec3<double> mean = Vec3<double>::Zero();

@@ -1,4 +1,4 @@
-// The updates of a simulated motion as a table.
+// Updates of a simulated motion as CSV.
 #pragma once
 
 #include <string>
@@ -8,11 +8,11 @@
 
 namespace tricoil::host {
 
-/// One line per update: time, measured and predicted errors; angles without whole turns. Written beside the target and renamed,
-/// so that a failure leaves nothing half-written. Throws InputError if the file cannot be written.
+/// One line per update: time, measured and predicted errors; angles without whole turns. Writes a temporary file and renames it,
+/// so that the file is complete or absent. Throws InputError if the file cannot be written.
 void write_error_csv(const std::string& path, const std::vector<paper::Update>& updates);
 
-/// The same text, without a file.
+/// Returns the same text.
 std::string error_csv(const std::vector<paper::Update>& updates);
 
 }  // namespace tricoil::host

@@ -1,4 +1,4 @@
-// Largest errors of a simulated motion, measured and predicted.
+// Largest measured and predicted errors of a simulated motion.
 #pragma once
 
 #include <vector>

@@ -1,5 +1,5 @@
-// The figures: each writes its CSV files into a folder and returns the pictures to draw from them; throws Interrupted between two
-// simulations if the guard has seen a signal.
+// Figures. Each function writes CSV files to a folder and returns the pictures to draw from them. After a signal it throws
+// Interrupted between two simulations.
 #pragma once
 
 #include <filesystem>
@@ -13,11 +13,11 @@ namespace tricoil::host {
 /// Figs. 1 to 6 in the paper's arrangement: open loop, measured solid red (Fig. 6 blue), calculated dash-dotted black.
 std::vector<Picture> paper_figures(const std::filesystem::path& folder, const InterruptGuard& guard);
 
-/// Closed loop beside open loop, examples I, II and III.
+/// Comparison of closed loop and open loop, examples I, II and III.
 Picture loop_figure(const std::filesystem::path& folder, const InterruptGuard& guard);
 
-/// The error budget against simulation, TDM at 240 Hz. recordings: folder of .traj files; empty: generated hand-like motions.
-/// Throws InputError if the folder holds no trajectory.
+/// Comparison of error budget and simulation, TDM at 240 Hz. recordings: folder of .traj files; empty: generated hand motions.
+/// Throws InputError if the folder contains no trajectory.
 Picture budget_figure(const std::filesystem::path& folder, const std::filesystem::path& recordings, const InterruptGuard& guard);
 
 }  // namespace tricoil::host

@@ -21,7 +21,7 @@ namespace {
 constexpr const char* kSettings =
     "set datafile separator ','\nset grid lc rgb '#dddddd'\nset tics nomirror\nset border 3\n"
     "set key above right horizontal samplen 2\n";
-constexpr auto kLook = std::chrono::milliseconds(10);  // between two looks at gnuplot and at the guard
+constexpr auto kLook = std::chrono::milliseconds(10);  // interval of checks of gnuplot and the guard
 
 std::string curve_text(const Curve& curve) {
     const std::string title = curve.title.empty() ? "notitle" : fmt::format("title '{}'", curve.title);
@@ -56,8 +56,8 @@ std::string first_line(const std::filesystem::path& file) {
     return line;
 }
 
-/// Runs gnuplot in `folder`, its messages going to `log`. The exit status, or 127 if there is no such program. Throws
-/// Interrupted, with gnuplot ended, if the guard sees a signal.
+/// Runs gnuplot in `folder` and writes its messages to `log`. Returns the exit status, or 127 if it is not installed. After a
+/// signal it ends gnuplot and throws Interrupted.
 int run_gnuplot(const std::filesystem::path& folder, const std::string& script, const std::string& log,
                 const InterruptGuard& guard) {
     posix_spawn_file_actions_t actions;
@@ -76,7 +76,7 @@ int run_gnuplot(const std::filesystem::path& folder, const std::string& script, 
     int status = 0;
     while (::waitpid(child, &status, WNOHANG) == 0) {
         if (guard.interrupted()) {
-            ::kill(child, SIGKILL);  // it writes into the staging folder only, and that goes
+            ::kill(child, SIGKILL);  // it writes only to the staging folder, which is removed
             ::waitpid(child, &status, 0);
         }
         guard.check();

@@ -1,4 +1,4 @@
-// Pictures, drawn by gnuplot.
+// Draws pictures with gnuplot.
 #pragma once
 
 #include <filesystem>
@@ -9,13 +9,13 @@
 
 namespace tricoil::host {
 
-/// One curve of a CSV file with a header line.
+/// One curve of a CSV file with header.
 struct Curve {
     std::string file;
-    std::string x;  // column names; y may be an expression, in gnuplot's words
+    std::string x;  // column names; y may be a gnuplot expression
     std::string y;
     std::string title;  // empty: not in the key
-    std::string style;  // gnuplot's, e.g. "lines lc rgb 'red'"
+    std::string style;  // gnuplot style, e.g. "lines lc rgb 'red'"
 };
 
 struct Panel {
@@ -34,12 +34,12 @@ struct Picture {
     int panel_height = 260;
 };
 
-/// The paper's line styles.
+/// Line styles of the paper.
 constexpr const char* kMeasuredStyle = "lines lw 1.2 lc rgb '#cc0000'";
 constexpr const char* kCalculatedStyle = "lines lw 1.4 dt '_.' lc rgb 'black'";
 
-/// Draws into `folder`, where the CSV files are too. Throws InputError if gnuplot is not installed or refuses, Interrupted, with
-/// gnuplot stopped, if the guard sees a signal.
+/// Draws into `folder`, which contains the CSV files. Throws InputError if gnuplot is not installed or fails. After a signal it
+/// stops gnuplot and throws Interrupted.
 void draw(const std::filesystem::path& folder, const std::vector<Picture>& pictures, const InterruptGuard& guard);
 
 }  // namespace tricoil::host

@@ -17,7 +17,7 @@ constexpr const char* kTypeNames[] = {"u8", "u16", "u32", "u64", "i16", "i24", "
 
 const char* name_of(WireType type) { return kTypeNames[static_cast<int>(type)]; }
 
-/// In plain decimals: not every reader of DBC files knows exponents.
+/// Decimal number without exponent, because some readers of DBC files do not support exponents.
 std::string decimal(double value) {
     std::string text = fmt::format("{:.12f}", value);
     text.erase(text.find_last_not_of('0') + 1);

@@ -1,14 +1,14 @@
-// The schema as files that other programs and people read.
+// Exports the protocol schema as DBC file and Markdown page.
 #pragma once
 
 #include <string>
 
 namespace tricoil::host {
 
-/// A DBC file of every message that fits a CAN FD frame, for node 0.
+/// DBC file of all messages that fit into a CAN FD frame, for node 0.
 std::string dbc_file();
 
-/// The protocol in words and tables, Markdown.
+/// Protocol description in Markdown.
 std::string protocol_page();
 
 }  // namespace tricoil::host

@@ -1,4 +1,4 @@
-// The parts of a simulated run whose tracker computes in integers.
+// Parts of a simulated run with an integer tracker.
 #pragma once
 
 #include <functional>
@@ -9,14 +9,14 @@
 
 namespace tricoil::host {
 
-/// The tracker's parameters, for samples of this world. Throws InputError for options that it cannot honour.
+/// Parameters of the tracker for samples of this world. Throws InputError for unsupported options.
 app::FixedChain::Params fixed_params(const RunOptions& options, const RunCompany& company, const sim::CoilWorld& world,
                                      const signal::AcquisitionPlan& plan, const Vec3<double>& hemisphere);
 
-/// Of the columns' rejections those that blocks have too.
+/// Converts the counters of the integer tracker to the common counters.
 tracking::TrackerCounters in_common_counters(const fixed::TrackerCounters& counters);
 
-/// Hands every estimate on as it is, and in double.
+/// Passes every estimate on in integers and in double.
 class FixedLink final : public hal::EstimateLink<fixed::PoseEstimate> {
 public:
     FixedLink(hal::Link<double>& link, std::function<void(const fixed::PoseEstimate&)> each)

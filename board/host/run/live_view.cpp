@@ -15,7 +15,7 @@ namespace {
 
 constexpr auto kInterval = std::chrono::milliseconds(100);
 constexpr int kBarCells = 16;
-constexpr double kSpeedSpan_s = 0.05;  // long enough that noise does not show as speed
+constexpr double kSpeedSpan_s = 0.05;  // long enough to average noise
 
 std::string bar(double share) {
     const int filled = static_cast<int>(std::clamp(share, 0.0, 1.0) * kBarCells);
@@ -52,8 +52,7 @@ void LiveView::show(const tracking::PoseEstimate<double>& estimate, const PoseEr
 }
 
 void LiveView::draw(const std::string& text) {
-    active_ =
-        std::fputs(text.c_str(), terminal_) >= 0 && std::fflush(terminal_) == 0;  // a terminal that is gone ends the view only
+    active_ = std::fputs(text.c_str(), terminal_) >= 0 && std::fflush(terminal_) == 0;  // a closed terminal ends only the view
 }
 
 void LiveView::track_speed(const Vec3<double>& position_m, double time_s) {

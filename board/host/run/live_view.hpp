@@ -1,4 +1,4 @@
-// One line on a terminal that follows the run: progress, pose, speed, error, quality. Silent where there is no terminal.
+// Status line on a terminal: progress, pose, speed, error, quality. No output without a terminal.
 #pragma once
 
 #include <chrono>
@@ -11,7 +11,7 @@ namespace tricoil::host {
 
 class LiveView {
 public:
-    /// Shows on `terminal` if it is one and `wanted`; duration_s: of the whole run.
+    /// Active if `wanted` and `terminal` is a terminal. duration_s: duration of the run.
     LiveView(std::FILE* terminal, bool wanted, double duration_s);
     ~LiveView();
     LiveView(const LiveView&) = delete;

@@ -66,7 +66,7 @@ std::string score_text(const ScoreSummary& s) {
     return text;
 }
 
-/// Nothing instead of a perfect score where no pose was scored.
+/// Null instead of zero errors if no pose was scored.
 nlohmann::ordered_json or_null(const ScoreSummary& s, double value) {
     return s.scored == 0 ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(value);
 }

@@ -1,4 +1,4 @@
-// A finished run in words and as JSON.
+// Report of a finished run as text and as JSON.
 #pragma once
 
 #include <string>
@@ -7,10 +7,10 @@
 
 namespace tricoil::host {
 
-/// A summary of a few lines, for people.
+/// Summary text of a few lines.
 std::string summary_text(const RunReport& report);
 
-/// The same and what was assumed, for programs. Lengths in metres, angles as the key says.
+/// Summary and assumptions as JSON. Lengths are in metres; the keys state the units of angles.
 std::string summary_json(const RunReport& report);
 
 }  // namespace tricoil::host

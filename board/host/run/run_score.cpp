@@ -40,7 +40,7 @@ PoseError RunScore::add(const tracking::PoseEstimate<double>& estimate) {
     return error;
 }
 
-/// Cramer-Rao bound at the true pose, and what the window's length costs there: a boxcar of length tau reads X + X'' tau^2 / 24.
+/// Cramer-Rao bound at the true pose, and blur of the window: the mean over a window of length tau is X + X'' tau^2 / 24.
 void RunScore::add_bound(const PoseError& error) {
     const Vec3<double>& p = error.truth.position_m;
     const double c = world_.params().coupling_constant_m3;

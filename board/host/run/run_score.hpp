@@ -1,4 +1,4 @@
-// Compares every pose of a simulated run with the truth at its own midpoint time.
+// Compares every pose of a simulated run with the true pose at its midpoint time.
 #pragma once
 
 #include <vector>
@@ -12,7 +12,7 @@
 
 namespace tricoil::host {
 
-/// One pose beside the truth.
+/// Error of one pose, with the true pose.
 struct PoseError {
     sim::Pose truth;
     double time_s = 0;  // since the run began
@@ -26,7 +26,7 @@ struct ScoreSummary {
     double bound_position_m = 0;  // RMS of the Cramer-Rao bound of simultaneous columns, with the window's motion blur
     double bound_orientation_rad = 0;
     double blur_position_m = 0;       // RMS of the blur alone
-    double predicted_position_m = 0;  // RMS of the errors that the poses predict of themselves
+    double predicted_position_m = 0;  // RMS of the errors that the poses predict
     double predicted_orientation_rad = 0;
     double snr_db = 0;  // 20 log10(k / sigma), mean over the scored poses
     std::size_t scored = 0;
@@ -35,7 +35,7 @@ struct ScoreSummary {
     std::size_t distorted = 0;     // scored, but flagged
 };
 
-/// The first half second, invalid poses, and poses outside 0.15 to 2 m are left out of the score, and counted.
+/// Poses of the first half second, invalid poses, and poses outside 0.15 to 2 m are not scored, but counted.
 class RunScore {
 public:
     static constexpr double kSettling_s = 0.5;
@@ -45,7 +45,7 @@ public:
     RunScore(const sim::Motion& motion, const sim::CoilWorld& world, const sim::SimulatedClock& clock,
              const signal::AcquisitionPlan& plan);
 
-    /// The error of one estimate; scored if it qualifies.
+    /// Returns the error of one estimate, and scores it if it qualifies.
     PoseError add(const tracking::PoseEstimate<double>& estimate);
 
     [[nodiscard]] ScoreSummary summary() const;
@@ -61,7 +61,7 @@ private:
     std::vector<double> position_m_;
     std::vector<double> orientation_rad_;
     std::size_t predictions_ = 0;
-    ScoreSummary totals_;  // counts, and sums of squares of the bounds
+    ScoreSummary totals_;  // counts, and sums of squared bounds
 };
 
 }  // namespace tricoil::host

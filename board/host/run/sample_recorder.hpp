@@ -1,4 +1,4 @@
-// Keeps what an integer tracker is given: a sample record (core/fixed/sample_record.hpp).
+// Records the samples of an integer tracker in a sample record (core/fixed/sample_record.hpp).
 #pragma once
 
 #include <fstream>
@@ -11,13 +11,13 @@
 
 namespace tricoil::host {
 
-/// Passes every block on, and writes it.
+/// Writes every block and passes it on.
 class SampleRecorder final : public hal::CoilSampler {
 public:
     /// Throws InputError if the file cannot be written.
     SampleRecorder(const std::string& path, const fixed::ChainParams& params, hal::CoilSampler& sampler, const hal::Clock& clock);
 
-    /// Throws DeviceError if something could not be written.
+    /// Throws DeviceError if writing failed.
     void close();
 
 private:

@@ -68,7 +68,7 @@ void refuse_bad(const Status& status) {
     }
 }
 
-/// The method that the options name, with the parameters that they give it.
+/// Method and parameters from the options.
 tracking::MethodParams<double> make_method(const RunOptions& options, const signal::AcquisitionPlan& plan) {
     tracking::MethodParams<double> method = method_of_name(options.tracker);
     auto* direct = std::get_if<tracking::DirectParams>(&method);
@@ -115,7 +115,7 @@ Vec3<double> make_hemisphere(const RunOptions& options, const sim::Motion& motio
     return h.empty() ? motion.at(0).position_m : Vec3<double>(h[0], h[1], h[2]);
 }
 
-/// Lets virtual time pass no faster than real time; what was lost in a pause, or on a busy machine, is not made up for.
+/// Limits simulated time to real time. Delays by a pause or a busy machine are not caught up.
 void keep_pace(SteadyClock::time_point& start, double simulated_s) {
     constexpr auto kMostBehind = std::chrono::milliseconds(250);
     const auto due = start + std::chrono::duration_cast<SteadyClock::duration>(std::chrono::duration<double>(simulated_s));
@@ -125,7 +125,7 @@ void keep_pace(SteadyClock::time_point& start, double simulated_s) {
     std::this_thread::sleep_until(due);
 }
 
-/// Coils off until nobody asks for it any more.
+/// Switches the coils off until the pause ends.
 template <typename Loop>
 void pause(Loop& loop, const InterruptGuard& guard, const RunCompany& company) {
     loop.stop();
@@ -151,7 +151,7 @@ Pace drive(Loop& loop, const sim::SimulatedClock& clock, const InterruptGuard& g
     }
     Pace pace;
     const auto begin = SteadyClock::now();
-    auto start = begin;  // of the pace
+    auto start = begin;  // start of the pace
     while (!guard.interrupted()) {
         const Status status = loop.acquire();
         if (status.code() == StatusCode::end_of_stream) {
@@ -181,7 +181,7 @@ Pace drive(Loop& loop, const sim::SimulatedClock& clock, const InterruptGuard& g
     return pace;
 }
 
-/// What both kinds of loop run on.
+/// Common parts of both kinds of loop.
 struct SimulatedBoard {
     const RunOptions& options;
     const RunCompany& company;

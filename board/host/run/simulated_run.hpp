@@ -1,4 +1,4 @@
-// One run of the main loop against the simulated HAL, scored against the truth.
+// Runs the main loop with the simulated HAL and scores its poses.
 #pragma once
 
 #include <functional>
@@ -25,8 +25,8 @@ struct RunOptions {
     double frame_rate_hz = 240;
     std::optional<double> duration_s;
     std::vector<std::string> faults;
-    std::vector<double> hemisphere;  // empty: where the simulated motion begins
-    bool confined = false;           // the sensor never leaves it
+    std::vector<double> hemisphere;  // empty: that of the start of the motion
+    bool confined = false;           // the sensor never leaves its hemisphere
     bool no_noise = false;
     bool no_deskew = false;
     double predict_ahead_s = 0;
@@ -34,7 +34,7 @@ struct RunOptions {
     bool show_live = true;
     std::uint64_t seed = 1;
     std::string out_csv;
-    OutputOptions output;  // of the CSV; scores stay in the source frame
+    OutputOptions output;  // format of the CSV; scores use the source frame
     std::string record;    // folder; empty: none
     std::string samples;   // file for the samples of an integer tracker; empty: none
 };
@@ -59,19 +59,19 @@ struct RunReport {
     std::string recording_trouble;   // one line; empty: none
 };
 
-/// What else takes part in a run.
+/// Further participants of a run.
 struct RunCompany {
     hal::TrackerTap<double>* tap = nullptr;
-    std::function<void(app::MainLoop<double>&)> each_block;           // called between blocks; empty: nobody
-    std::function<void(const fixed::PoseEstimate&)> each_fixed_pose;  // of an integer tracker; empty: nobody
-    std::function<bool()> paused;  // asked between blocks: whether to hold, coils off; empty: never
-    bool score = true;             // false: a run without end, whose errors nobody keeps; no CSV, no live view
+    std::function<void(app::MainLoop<double>&)> each_block;           // called between blocks; may be empty
+    std::function<void(const fixed::PoseEstimate&)> each_fixed_pose;  // for an integer tracker; may be empty
+    std::function<bool()> paused;  // called between blocks: true keeps the coils off; empty: never
+    bool score = true;             // false: unlimited run without score, CSV and live view
 };
 
-/// Where the columns of such a run come from, for a recording.
+/// Describes the origin of the columns, for a recording.
 nlohmann::ordered_json describe_source(const RunOptions& options);
 
-/// Runs to the end or until interrupted. Throws InputError for options that cannot be run, DeviceError if the CSV cannot be kept.
+/// Runs to the end or until interrupted. Throws InputError for invalid options, DeviceError if the CSV cannot be written.
 RunReport run_simulated(const RunOptions& options, const RunCompany& company = {});
 
 }  // namespace tricoil::host

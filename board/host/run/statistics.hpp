@@ -1,4 +1,4 @@
-// RMS, percentiles and maximum of a series of errors.
+// RMS, percentiles and maximum of errors.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Who may ask what of a server: poses are for everybody who reaches it, controls for those who were given a token.
+// Access rules of a server: every client may read poses; controls need a token.
 #pragma once
 
 #include <string>
@@ -9,24 +9,24 @@ namespace tricoil::host {
 
 /// Controls: coils on and off, hemisphere, recordings.
 enum class Controls : unsigned char {
-    by_token,  // a request must bring the token
-    open,      // anybody's
-    none,      // read only
+    by_token,  // a request must contain the token
+    open,      // every client
+    none,      // read-only
 };
 
 struct Access {
     Controls controls = Controls::by_token;
     std::string token;               // for by_token
-    std::vector<std::string> names;  // under which browsers may ask, beside this machine's own
+    std::vector<std::string> names;  // additional host names that browsers may use
 
-    /// Whether a request may control, by its Authorization header.
+    /// True if a request with this Authorization header may control.
     [[nodiscard]] bool permits(std::string_view authorization) const;
 };
 
-/// 128 random bits as hexadecimal digits. Throws DeviceError if the system has none.
+/// 128 random bits as hexadecimal digits. Throws DeviceError if the system has no random source.
 std::string new_token();
 
-/// As pose events and addresses name it.
+/// Name in pose events and addresses.
 const char* to_text(Controls controls);
 
 }  // namespace tricoil::host

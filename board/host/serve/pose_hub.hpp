@@ -1,4 +1,4 @@
-// Where the tracker's poses wait for those who send them on. The tracker never waits for anybody.
+// Passes poses from the tracker to the services. The tracker never waits.
 #pragma once
 
 #include <array>
@@ -16,34 +16,34 @@
 
 namespace tricoil::host {
 
-/// A ring: each reader has its place in it, and one that falls behind by more than kCapacity poses misses the oldest.
+/// Ring buffer. Each reader has its own position; a reader that is more than kCapacity poses behind misses the oldest.
 class PoseHub final : public hal::TrackerTap<double> {
 public:
     static constexpr std::size_t kCapacity = 512;
 
-    /// A reader's place; starts at the poses to come.
+    /// Position of a reader. It starts at the next pose.
     struct Cursor {
         std::uint64_t next = 0;
         std::uint64_t missed = 0;
     };
 
-    /// `notify` is called, from the tracker's thread, whenever there is something new; it must not wait.
+    /// `notify` is called by the tracker's thread after each new pose. It must not wait.
     explicit PoseHub(std::function<void()> notify = {}) : ring_(kCapacity), notify_(std::move(notify)) {}
 
     [[nodiscard]] Cursor cursor() const;
-    /// Appends what is new to `out`.
+    /// Appends new poses to `out`.
     void read(Cursor& cursor, std::vector<ServedPose>& out) const;
-    /// The same, after waiting for it: false if nothing came for `patience`, or the hub is closed.
+    /// Waits for new poses, then reads them. False if none came within `patience`, or the hub is closed.
     bool wait(Cursor& cursor, std::vector<ServedPose>& out, std::chrono::milliseconds patience) const;
 
-    /// Wakes all who wait, for good.
+    /// Ends all present and future waits.
     void close();
     [[nodiscard]] bool closed() const;
 
-    /// The newest pose of each sensor, flagged stale if it has grown old: for one who comes later.
+    /// Newest pose of each sensor, flagged stale if it is old. For clients that connect later.
     [[nodiscard]] std::vector<ServedPose> newest() const;
 
-    /// Sensors that the tracker follows; 0 until it has begun.
+    /// Number of tracked sensors; 0 before the start of the tracker.
     [[nodiscard]] int sensors() const;
 
 private:
@@ -58,7 +58,7 @@ private:
     mutable std::mutex mutex_;
     mutable std::condition_variable news_;
     std::vector<ServedPose> ring_;
-    std::uint64_t count_ = 0;  // poses ever
+    std::uint64_t count_ = 0;  // total number of poses
     std::array<std::optional<ServedPose>, tracking::kMaxSensors> newest_;
     int sensors_ = 0;
     bool closed_ = false;

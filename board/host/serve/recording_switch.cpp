@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 
 constexpr std::uintmax_t kLeastRoom = std::uintmax_t{4} << 20U;  // bytes: less than a minute's columns
 
-/// Why no recording can be begun in `folder`; empty if one can.
+/// Reason why no recording can start in `folder`; empty if it can.
 std::string refusal(const std::string& folder) {
     if (folder.empty()) {
         return "start tricoil serve with --record-folder to record from here";
@@ -66,7 +66,7 @@ std::string RecordingSwitch::begin_recording() {
     } catch (const std::exception& error) {
         return error.what();
     }
-    if (recorder->failed()) {  // not even its description can be written
+    if (recorder->failed()) {  // its description cannot be written
         recorder.reset();
         if (!was_there) {
             fs::remove_all(path, ignored);
@@ -93,7 +93,7 @@ std::string RecordingSwitch::end_recording() {
         const std::lock_guard lock(mutex_);
         recorder = std::move(recorder_);
         died_ = false;
-        if (!recorder) {  // it has just died
+        if (!recorder) {  // it has just failed
             return trouble_;
         }
     }
@@ -138,7 +138,7 @@ void RecordingSwitch::do_pose(const tracking::PoseEstimate<double>& estimate) {
         last_m_[estimate.sensor] = estimate.position_m;
     }
     if (recorder_) {
-        died_ = recorder_->failed();  // before it is told of the pose, so that it can say why first
+        died_ = recorder_->failed();  // checked before the pose, so that the reason is reported first
         recorder_->pose(estimate);
     }
 }

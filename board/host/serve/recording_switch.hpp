@@ -1,4 +1,4 @@
-// Recording that a client begins and ends while the tracker runs.
+// Recording that a client starts and stops while the tracker runs.
 #pragma once
 
 #include <array>
@@ -13,18 +13,19 @@ namespace tricoil::host {
 
 struct RecordingStatus {
     bool on = false;
-    std::string trouble;  // why the last one ended by itself; empty: it did not
+    std::string trouble;  // reason if the last recording ended by itself; otherwise empty
 };
 
-/// Makes and closes recordings in the caller's thread; the tracker's thread waits for no disk.
+/// Creates and closes recordings in the caller's thread, so that the tracker's thread never waits for a disk.
 class RecordingSwitch final : public hal::TrackerTap<double> {
 public:
-    /// folder: where recordings go, each named by its start; empty: nowhere. source: of the columns.
+    /// folder: parent of the recordings, which are named by their start time; empty: no recordings. source: origin of the
+    /// columns.
     RecordingSwitch(std::string folder, nlohmann::ordered_json source) : folder_(std::move(folder)), source_(std::move(source)) {}
 
-    /// Begins or ends; what happened, for the one who asked.
+    /// Starts or stops a recording. Returns the result as text for the client.
     std::string record(bool on);
-    /// Ends a recording that has died, as one on a full disk does.
+    /// Also ends a failed recording, for example on a full disk.
     [[nodiscard]] RecordingStatus status();
 
 private:
@@ -40,14 +41,14 @@ private:
 
     std::string folder_;
     nlohmann::ordered_json source_;
-    std::mutex asking_;  // one wish at a time
-    std::mutex mutex_;   // between the tracker and those who ask
+    std::mutex asking_;  // one request at a time
+    std::mutex mutex_;   // between tracker and clients
     std::unique_ptr<Recorder> recorder_;
-    bool died_ = false;  // recorder_ has, and has said so
+    bool died_ = false;  // recorder_ failed, and the failure was reported
     std::string trouble_;
     std::optional<Settings> settings_;
     std::array<Vec3<double>, tracking::kMaxSensors> last_m_{Vec3<double>::Zero(), Vec3<double>::Zero(), Vec3<double>::Zero(),
-                                                            Vec3<double>::Zero()};  // of valid poses
+                                                            Vec3<double>::Zero()};  // last valid positions
 };
 
 }  // namespace tricoil::host

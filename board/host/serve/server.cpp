@@ -11,13 +11,13 @@
 namespace tricoil::host {
 namespace {
 
-constexpr int kRoundMs = 200;  // services look around at least this often
+constexpr int kRoundMs = 200;  // longest interval between two rounds
 constexpr int kPauseMs = static_cast<int>(Stream::kSharePause.count());
 
 }  // namespace
 
 Server::Server() : bell_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)), hub_([this] { wake(); }) {
-    std::signal(SIGPIPE, SIG_IGN);  // a client that is gone is told by write()
+    std::signal(SIGPIPE, SIG_IGN);  // write() reports a closed connection
 }
 
 Server::~Server() { stop(); }
@@ -56,7 +56,7 @@ void Server::run() {
         poses.clear();
         hub_.read(cursor, poses);
         silence.look(WallClock::now_us(), poses);
-        for (const auto& service : services_) {  // poses first: they must not wait for what clients ask
+        for (const auto& service : services_) {  // poses first: requests must not delay them
             service->take(poses);
         }
         for (const auto& service : services_) {

@@ -1,4 +1,4 @@
-// The thread that serves clients: woken by them, and by new poses.
+// Thread that serves clients. Client input and new poses wake it.
 #pragma once
 
 #include <memory>
@@ -11,7 +11,7 @@
 
 namespace tricoil::host {
 
-/// Owns the hub, for the tracker to tap into, and the services.
+/// Owns the services and the hub, which is a tap of the tracker.
 class Server {
 public:
     Server();
@@ -21,17 +21,17 @@ public:
 
     [[nodiscard]] PoseHub& hub() { return hub_; }
 
-    /// Before start().
+    /// Call it before start().
     void add(std::unique_ptr<Service> service) { services_.push_back(std::move(service)); }
     void start();
-    /// Ends the thread; the services, and with them their clients' lines, live on until destruction.
+    /// Ends the thread. Services and client connections stay until destruction.
     void stop();
 
 private:
     void run();
     void wake();
 
-    drivers::FileDescriptor bell_;  // an eventfd
+    drivers::FileDescriptor bell_;  // eventfd that wakes the thread
     PoseHub hub_;
     std::vector<std::unique_ptr<Service>> services_;
     std::thread thread_;

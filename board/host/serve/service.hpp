@@ -1,4 +1,4 @@
-// One kind of output: its descriptors, and what to do when something happens on them or there are new poses.
+// Interface of one kind of output: handles its descriptors and new poses.
 #pragma once
 
 #include <poll.h>
@@ -10,7 +10,7 @@
 
 namespace tricoil::host {
 
-/// Called by one thread, the server's. Nothing here waits for a client, and each call does a bounded share of work for each.
+/// Only the server's thread calls it. No function waits for a client; each call does a bounded amount of work per client.
 class Service {
 public:
     Service() = default;
@@ -18,9 +18,9 @@ public:
     Service& operator=(const Service&) = delete;
     virtual ~Service() = default;
 
-    /// Appends what to wait for; true if a pause of Stream's is on, so that the wait must be short.
+    /// Appends the descriptors to poll. Returns true if a Stream pauses, so that the wait must be short.
     virtual bool watch(std::vector<pollfd>& descriptors) = 0;
-    /// Looks at all its descriptors, whichever woke the server.
+    /// Handles all descriptors of this service.
     virtual void handle() = 0;
     virtual void take(std::span<const ServedPose> poses) = 0;
 };

@@ -1,4 +1,4 @@
-// When the tracker falls silent, its last poses must not pass for fresh ones.
+// Flags the last poses as stale when the tracker is silent.
 #pragma once
 
 #include <array>
@@ -15,8 +15,7 @@ class SilenceWatch {
 public:
     static constexpr std::int64_t kLimitUs = 500'000;
 
-    /// Looks at what came at now_us (UTC); appends, once, the last pose of each sensor of which nothing came for kLimitUs,
-    /// flagged stale.
+    /// poses: new poses at now_us (UTC). Appends, once, the last pose of each sensor without a pose for kLimitUs, flagged stale.
     void look(std::int64_t now_us, std::vector<ServedPose>& poses) {
         for (const ServedPose& served : poses) {
             if (served.pose.sensor < sensors_.size()) {
@@ -34,7 +33,7 @@ public:
 
 private:
     struct Sensor {
-        std::optional<ServedPose> newest;  // none: nothing yet, or its silence is told
+        std::optional<ServedPose> newest;  // none: no pose yet, or the silence was reported
         std::int64_t came_us = 0;
     };
     std::array<Sensor, tracking::kMaxSensors> sensors_;

@@ -1,4 +1,4 @@
-// An open line to one client that is never waited for.
+// Connection to one client, without waiting.
 #pragma once
 
 #include <array>
@@ -14,49 +14,49 @@
 namespace tricoil::host {
 
 struct StreamLimits {
-    std::chrono::milliseconds oldest = std::chrono::hours(24);  // records that have waited for longer are dropped
-    int socket_bytes = 0;                                       // that the system may hold back for the client; 0: as it likes
+    std::chrono::milliseconds oldest = std::chrono::hours(24);  // older records are dropped
+    int socket_bytes = 0;                                       // send buffer of the socket; 0: system default
 };
 
-/// Records go out whole or not at all: while the client has kMostWaiting bytes to read, new ones are dropped and counted. What a
-/// client asks for is read in small shares with pauses between them, 12 kB/s at most (a FASTRAK's line at 115,200 baud carries
-/// 11.5 kB/s), and not while the client leaves answers unread: a client that floods costs little, and delays no other.
+/// A record is sent completely or not at all. New records are dropped and counted while kMostWaiting bytes wait. Requests are
+/// read in small shares with pauses, at most 12 kB/s (a FASTRAK line at 115,200 baud carries 11.5 kB/s), and not while the client
+/// leaves answers unread. A client that floods therefore does not delay the others.
 class Stream {
 public:
     using Clock = std::chrono::steady_clock;
     static constexpr std::size_t kMostWaiting = 64 * 1024;
-    static constexpr std::size_t kShare = 12;                   // bytes that are read at once
-    static constexpr std::chrono::milliseconds kSharePause{1};  // after a full share
-    static constexpr std::size_t kMostUnread = 4096;            // bytes of answers; beyond, nothing more is read
+    static constexpr std::size_t kShare = 12;                   // bytes per read
+    static constexpr std::chrono::milliseconds kSharePause{1};  // pause after a full share
+    static constexpr std::size_t kMostUnread = 4096;            // bytes of unread answers at which reading stops
 
-    /// Takes the descriptor, and makes it non-blocking.
+    /// Takes ownership of the descriptor and makes it non-blocking.
     explicit Stream(int descriptor, const StreamLimits& limits = {});
     Stream(const Stream&) = delete;
     Stream& operator=(const Stream&) = delete;
 
     [[nodiscard]] int descriptor() const { return descriptor_.get(); }
 
-    /// False if the record was dropped.
+    /// Sends or queues a record. False if it was dropped.
     bool send(std::string_view record);
 
-    /// What has come, at most a share, valid until the next call; empty: nothing, or not yet, or the client is gone.
+    /// Reads at most one share. Valid until the next call. Empty: no data, pause, or the client is gone.
     std::span<const char> receive();
 
-    /// For poll(): POLLIN if a share may be read, POLLOUT if records wait.
+    /// Events for poll(): POLLIN if a share may be read, POLLOUT if records wait.
     [[nodiscard]] short events() const;
-    /// Whether the pause after a full share is still on: poll() must not wait much longer than that.
+    /// True during the pause after a full share: poll() must then use a short time-out.
     [[nodiscard]] bool pauses() const { return Clock::now() < next_share_; }
 
-    /// Sends what waits, as far as the client takes it.
+    /// Sends waiting records as far as the client accepts them.
     void flush();
 
     [[nodiscard]] bool has_waiting() const { return !waiting_.empty(); }
-    /// Bytes.
+    /// Number of waiting bytes.
     [[nodiscard]] std::size_t waiting() const { return bytes_waiting_; }
     [[nodiscard]] bool gone() const { return gone_; }
-    /// The client is to be let go once this has been seen.
+    /// Marks the client for disconnection.
     void hang_up() { gone_ = true; }
-    /// The line is there again, or another client on it: what waited was for the one before.
+    /// Starts with a new client on the same line. Discards records for the previous one.
     void begin_anew() {
         gone_ = false;
         forget_all();
@@ -65,7 +65,7 @@ public:
 
 private:
     struct Record {
-        std::string bytes;  // what of it has not gone out
+        std::string bytes;  // unsent part
         Clock::time_point since;
         bool begun = false;
     };

@@ -1,4 +1,4 @@
-// A TCP port that clients come to.
+// Listening TCP port.
 #pragma once
 
 #include <cstdint>
@@ -8,20 +8,20 @@
 
 namespace tricoil::host {
 
-/// Where to listen. "18944", ":18944", "127.0.0.1:18944", "[::]:18944", "*:18944".
+/// Listening address: "18944", ":18944", "127.0.0.1:18944", "[::]:18944", "*:18944".
 struct TcpAddress {
-    std::string host = "127.0.0.1";  // this machine alone, unless told otherwise
+    std::string host = "127.0.0.1";  // default: loopback
     std::string port;
 
-    /// As in a URL: "127.0.0.1:18944", "[::1]:18944".
+    /// Form of a URL: "127.0.0.1:18944", "[::1]:18944".
     [[nodiscard]] std::string text(int port_number) const;
-    /// Whether it stands for all addresses of this machine.
+    /// True for all addresses of this machine.
     [[nodiscard]] bool is_any() const { return host == "*" || host == "0.0.0.0" || host == "::"; }
-    /// Whether only this machine reaches it. A name is taken for one of the network's, but for localhost.
+    /// True if only this machine can reach it. A host name other than localhost counts as a network address.
     [[nodiscard]] bool is_loopback() const { return host == "localhost" || host == "::1" || host.starts_with("127."); }
 };
 
-/// Throws InputError, beginning with `option`, for what is no address.
+/// Throws InputError, beginning with `option`, for an invalid address.
 TcpAddress parse_tcp_address(const std::string& option, const std::string& text);
 
 class TcpListener {
@@ -30,9 +30,9 @@ public:
     TcpListener(const std::string& option, const TcpAddress& address);
 
     [[nodiscard]] int descriptor() const { return descriptor_.get(); }
-    /// The port, also where 0 was asked for.
+    /// Actual port, also if 0 was requested.
     [[nodiscard]] int port() const { return port_; }
-    /// The next client's line; -1: none waits.
+    /// Accepts the next client. Returns its descriptor; -1: none waits.
     [[nodiscard]] int accept() const;
 
 private:

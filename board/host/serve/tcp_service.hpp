@@ -1,4 +1,4 @@
-// Serves whoever connects to a TCP port, each with a session of its own.
+// Serves the clients of a TCP port, each with its own session.
 #pragma once
 
 #include <algorithm>
@@ -13,8 +13,8 @@
 
 namespace tricoil::host {
 
-/// Session: constructible by the factory from a Stream&; receive(std::span<const char>) and take(std::span<const ServedPose>).
-/// It sends by its stream, and hangs up there.
+/// Session: created by the factory with a Stream&, with receive(std::span<const char>) and take(std::span<const ServedPose>). It
+/// sends and hangs up through its stream.
 template <typename Session>
 class TcpService final : public Service {
 public:
@@ -62,7 +62,7 @@ private:
     };
 
     void welcome() {
-        for (std::size_t n = 0; n < kMostClients; ++n) {  // others in the next round
+        for (std::size_t n = 0; n < kMostClients; ++n) {  // further clients in the next round
             const int descriptor = listener_.accept();
             if (descriptor < 0) {
                 return;

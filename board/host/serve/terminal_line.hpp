@@ -1,4 +1,4 @@
-// Lines of bytes on which one client sits: a pseudo terminal that we make, or a serial port.
+// Byte streams for one client: a pseudo terminal or a serial port.
 #pragma once
 
 #include <string>
@@ -7,18 +7,18 @@
 
 namespace tricoil::host {
 
-/// A pseudo terminal; programs open path(). With a link, path() is the same from one start to the next.
+/// Pseudo terminal. Clients open path(). With a link, path() stays the same after a restart.
 class PseudoTerminal {
 public:
-    /// link: made, or taken over if it is a link to a pseudo terminal that is no more; empty: none. Throws InputError, naming the
-    /// link, if there is something else; DeviceError if the system has no pseudo terminal.
+    /// link: symbolic link to create; a link to a closed pseudo terminal is replaced; empty: none. Throws InputError, naming the
+    /// link, if another file exists, DeviceError if the system has no pseudo terminal.
     explicit PseudoTerminal(const std::string& link);
     ~PseudoTerminal();
     PseudoTerminal(const PseudoTerminal&) = delete;
     PseudoTerminal& operator=(const PseudoTerminal&) = delete;
 
     [[nodiscard]] const std::string& path() const { return link_.empty() ? name_ : link_; }
-    /// Our end, duplicated; the caller closes it.
+    /// Duplicate of the server's end. The caller closes it.
     [[nodiscard]] int duplicate() const;
 
 private:
@@ -27,9 +27,9 @@ private:
     std::string link_;
 };
 
-/// A serial port, raw, at `baud`. -1, and `why` says why not, if it cannot be had.
+/// Opens a serial port in raw mode at `baud`. Returns -1 on failure; `why` then holds the reason.
 int open_serial(const std::string& path, int baud, std::string& why);
-/// Whether serial ports have that speed.
+/// True for a standard speed of serial ports.
 bool is_baud(int baud);
 
 }  // namespace tricoil::host

@@ -1,4 +1,4 @@
-// Serves the one client of a line that outlives clients: a pseudo terminal or a serial port.
+// Serves one client at a time on a pseudo terminal or a serial port.
 #pragma once
 
 #include <chrono>
@@ -11,12 +11,12 @@
 
 namespace tricoil::host {
 
-/// Session: as for TcpService. It goes on from one client to the next, as a device on a cable does; only what waited for a client
-/// that left is thrown away.
+/// Session: as for TcpService. It continues from one client to the next, like a device on a cable. Only records that wait for a
+/// client that left are discarded.
 template <typename Session>
 class TerminalService final : public Service {
 public:
-    /// open: the line's descriptor, or -1; asked again whenever the line is lost, once a second.
+    /// Returns the descriptor of the line, or -1. Called again, once per second, if the line is lost.
     using Open = std::function<int()>;
     using Factory = std::function<std::unique_ptr<Session>(std::function<void(std::string_view)> send)>;
 
@@ -30,7 +30,8 @@ public:
     }
 
     bool watch(std::vector<pollfd>& descriptors) override {
-        if (!stream_ || hung_up_) {  // a terminal without a client is readable at all times: looked at every round instead
+        if (!stream_ ||
+            hung_up_) {  // poll() always reports a terminal without a client as readable, so each round checks it instead
             return false;
         }
         descriptors.push_back({stream_->descriptor(), stream_->events(), 0});
@@ -86,7 +87,7 @@ private:
     Open open_;
     std::unique_ptr<Session> session_;
     std::optional<Stream> stream_;
-    bool hung_up_ = false;  // nobody has the other end open
+    bool hung_up_ = false;  // no client has the other end open
     std::chrono::steady_clock::time_point tried_{};
 };
 

@@ -1,4 +1,4 @@
-// What clients ask of the tracker, carried out by the tracker's own thread between two blocks.
+// Requests of clients to the tracker, executed by the tracker's thread between two blocks.
 #pragma once
 
 #include <algorithm>
@@ -22,18 +22,18 @@ public:
     void set_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) {
         const std::lock_guard lock(mutex_);
         const auto same = std::find_if(wishes_.begin(), wishes_.end(), [&](const auto& wish) { return wish.sensor == sensor; });
-        if (same != wishes_.end()) {  // the newest for a sensor counts: a client that floods keeps no other from its own
+        if (same != wishes_.end()) {  // only the newest request per sensor is kept, so that a flood does not delay other clients
             same->towards = towards;
         } else {
             wishes_.push_back({sensor, towards});
         }
     }
 
-    /// Stopped: coils off, no poses.
+    /// Paused: coils off, no poses.
     void set_running(bool running) { running_ = running; }
     [[nodiscard]] bool running() const { return running_; }
 
-    /// Those that have come since the last call.
+    /// Requests since the last call.
     std::vector<Hemisphere> take() {
         const std::lock_guard lock(mutex_);
         return std::exchange(wishes_, {});
@@ -42,7 +42,7 @@ public:
 private:
     std::atomic<bool> running_ = true;
     std::mutex mutex_;
-    std::vector<Hemisphere> wishes_;  // one a sensor
+    std::vector<Hemisphere> wishes_;  // at most one per sensor
 };
 
 }  // namespace tricoil::host

@@ -15,13 +15,13 @@ namespace tricoil::host::igtl_output {
 namespace {
 
 constexpr double kMillimetres = 1e3;
-constexpr std::size_t kLongestErrorName = 19;  // and a zero behind it
+constexpr std::size_t kLongestErrorName = 19;  // plus a terminating zero
 
 std::string packed(igtl::MessageBase& message, const std::string& name, std::int64_t utc_us) {
     const igtl::TimeStamp::Pointer stamp = igtl::TimeStamp::New();
     stamp->SetTimeInNanoseconds(static_cast<igtlUint64>(std::max<std::int64_t>(utc_us, 0)) * 1000);
     igtl::TimeStamp::Pointer taken = stamp;
-    message.AllocatePack();  // the library leaves reserved bytes as it found them in the heap
+    message.AllocatePack();  // the library does not initialise reserved bytes
     std::memset(message.GetPackBodyPointer(), 0, static_cast<std::size_t>(message.GetPackBodySize()));
     message.SetDeviceName(name.c_str());
     message.SetTimeStamp(taken);
@@ -47,7 +47,7 @@ struct StatusFields {
     std::string text;
 };
 
-/// Every field is set: the library leaves those that are not as it found them in the heap.
+/// Sets every field, because the library does not initialise them.
 std::string status(const StatusFields& fields, const std::string& name, std::int64_t utc_us) {
     const igtl::StatusMessage::Pointer message = igtl::StatusMessage::New();
     message->SetCode(fields.code);
@@ -57,7 +57,7 @@ std::string status(const StatusFields& fields, const std::string& name, std::int
     return packed(*message, name, utc_us);
 }
 
-/// As many of the flags in `text` as fit into `size` characters.
+/// The flags in `text` that fit into `size` characters.
 std::string whole_flags(const std::string& text, std::size_t size) {
     if (text.size() <= size) {
         return text;

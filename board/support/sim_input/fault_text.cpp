@@ -25,7 +25,7 @@ double number(const std::string& field, const std::string& text) {
     }
 }
 
-/// 0-2 for the coil named by `prefix` and 1-3; -1 for another name.
+/// 0-2 for a coil name that consists of `prefix` and 1-3; -1 for any other name.
 int coil(const std::string& name, char prefix) {
     return name.size() == 2 && name[0] == prefix && name[1] >= '1' && name[1] <= '3' ? name[1] - '1' : -1;
 }
@@ -38,7 +38,7 @@ bool are_coils_of_one_triad(const std::vector<std::string>& names) {
     return std::all_of(names.begin(), names.end(), [&](const auto& name) { return is_coil(name) && name[0] == names[0][0]; });
 }
 
-/// Stores the coils that `names` names.
+/// Stores the named coils.
 void take_coils(const std::vector<std::string>& names, Fault& fault) {
     fault.triad = names[0][0] == 'S' ? sim::Triad::source : sim::Triad::sensor;
     for (std::size_t i = 0; i < names.size(); ++i) {

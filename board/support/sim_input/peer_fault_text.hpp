@@ -1,4 +1,4 @@
-// Faults of a simulated peer as a person types them.
+// Parses faults of a simulated peer.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace tricoil::host {
 
-/// Reads NAME@FIRST-LAST, or NAME@N. Throws InputError that names what is wrong with `text`.
+/// Parses NAME@FIRST-LAST or NAME@N. Throws InputError that names the error in `text`.
 sim::PeerFault parse_peer_fault(const std::string& text);
 
 }  // namespace tricoil::host

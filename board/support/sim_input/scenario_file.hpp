@@ -1,4 +1,4 @@
-// Scenarios from TOML, built in or from a file.
+// Loads scenarios from TOML: built in or from a file.
 #pragma once
 
 #include <cstdint>
@@ -17,8 +17,8 @@ struct ScenarioName {
 /// The built-in scenarios, in alphabetical order.
 std::vector<ScenarioName> builtin_scenarios();
 
-/// A built-in scenario, or the file if `name_or_path` ends in .toml. `seed` goes to the motion and to the noise.
-/// Throws InputError: unknown name (with the nearest), or FILE:LINE and the key that is unknown, missing or out of range.
+/// Loads a built-in scenario, or the file if `name_or_path` ends in .toml. `seed`: for motion and noise. Throws InputError for an
+/// unknown name (with the nearest), or with FILE:LINE for a key that is unknown, missing or out of range.
 sim::Scenario load_scenario(const std::string& name_or_path, std::uint64_t seed);
 
 }  // namespace tricoil::host

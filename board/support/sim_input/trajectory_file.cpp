@@ -8,7 +8,7 @@
 namespace tricoil::host {
 namespace {
 
-constexpr double kOrthonormalTolerance = 0.02;  // recorders print six digits; larger errors are no rounding
+constexpr double kOrthonormalTolerance = 0.02;  // recorders print six digits, so rounding errors are smaller
 constexpr std::size_t kFewestPoses = 8;
 constexpr int kRows = 4;
 

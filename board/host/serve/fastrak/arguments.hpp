@@ -1,4 +1,4 @@
-// What stands behind a command's letter, between commas.
+// Comma-separated arguments of a FASTRAK command.
 #pragma once
 
 #include <charconv>
@@ -12,7 +12,7 @@
 
 namespace tricoil::host::fastrak {
 
-/// Thrown for an argument that cannot be used; becomes the error record.
+/// Thrown for an invalid argument. It is reported by the error record.
 struct Refusal {
     CommandError error;
     std::size_t position = 0;
@@ -33,7 +33,7 @@ public:
         }
     }
 
-    /// Fields behind the n-th, trailing empty ones left out.
+    /// Number of fields after the n-th, without trailing empty fields.
     [[nodiscard]] std::size_t behind(std::size_t n) const {
         std::size_t count = fields_.size();
         while (count > n && fields_[count - 1].text.empty()) {
@@ -42,7 +42,7 @@ public:
         return count > n ? count - n : 0;
     }
 
-    /// The station that the first field names.
+    /// Station in the first field.
     [[nodiscard]] int station(int most = kStations) const {
         const std::optional<double> number = this->number(0);
         if (!number) {
@@ -54,7 +54,7 @@ public:
         return static_cast<int>(*number);
     }
 
-    /// The n-th field; nothing if it was left out.
+    /// The n-th field; empty if omitted.
     [[nodiscard]] std::optional<double> number(std::size_t n) const {
         if (n >= fields_.size() || fields_[n].text.empty()) {
             return std::nullopt;
@@ -69,7 +69,7 @@ public:
         return value;
     }
 
-    /// The n-th field within `limit` of zero, or `otherwise` if it was left out.
+    /// The n-th field, at most `limit` in magnitude, or `otherwise` if omitted.
     [[nodiscard]] double number(std::size_t n, double otherwise, double limit) const {
         const double value = number(n).value_or(otherwise);
         if (std::abs(value) > limit) {
@@ -98,7 +98,7 @@ private:
         return text.substr(begin, text.find_last_not_of(' ') + 1 - begin);
     }
 
-    /// The station that the command is about, 1 if that is not clear.
+    /// Station of the command; 1 if not determined.
     [[nodiscard]] int named_station() const {
         const std::string_view text = fields_.front().text;
         const bool is_one = is_of_station_ && text.size() == 1 && text.front() >= '1' && text.front() < '1' + kStations;

@@ -15,7 +15,7 @@ namespace {
 
 constexpr const char* kOption = "--fastrak";
 
-/// Records do not say when they were; a client that reads late must not take old ones for new.
+/// Records have no time stamps, so a slow client must not receive old ones.
 constexpr StreamLimits kUnstamped{std::chrono::milliseconds(250), 4096};
 
 struct SerialPlace {

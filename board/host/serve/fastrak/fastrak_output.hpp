@@ -1,4 +1,4 @@
-// The places where a FASTRAK can be served.
+// Creates a FASTRAK output on a pseudo terminal, serial port or TCP port.
 #pragma once
 
 #include <memory>
@@ -13,14 +13,15 @@ namespace tricoil::host::fastrak {
 
 struct Output {
     std::unique_ptr<Service> service;
-    std::string address;  // where clients find it
+    std::string address;  // address for clients
 };
 
-/// where: "pty" or "pty:LINK" (a pseudo terminal), "serial:PATH[:BAUD]" (115200 unless said), "tcp:[ADDRESS:]PORT". continuous:
-/// sends from the start, as a FASTRAK does that was saved so. controls: a line of this machine may ask for a hemisphere unless
-/// they are `none`, a TCP client only where they are `open`, as the protocol has no place for a token. hub and control must
-/// outlive it. Throws InputError for another place, or one that cannot be used, DeviceError for a device or port that is not to
-/// be had.
+/// where: "pty" or "pty:LINK" (pseudo terminal), "serial:PATH[:BAUD]" (default 115200), "tcp:[ADDRESS:]PORT".
+/// continuous: sends records from the start, like a FASTRAK with this setting saved.
+/// controls: local lines may set a hemisphere unless it is `none`; TCP clients only if it is `open`, because the protocol has no
+/// field for a token.
+/// hub and control must outlive the service. Throws InputError for an invalid place, DeviceError if the device or port cannot be
+/// opened.
 Output make_output(const std::string& where, bool continuous, Controls controls, const PoseHub& hub, TrackerControl& control);
 
 }  // namespace tricoil::host::fastrak

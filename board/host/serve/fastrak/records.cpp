@@ -18,7 +18,7 @@ using tracking::PoseFlag;
 constexpr double kFarthest_m = 2.0;  // of each coordinate: the manual's position envelope
 constexpr const char* kVersion = "0.1.00";
 
-/// S, digits, point, digits; the largest that fits instead of what does not.
+/// S, digits, point, digits; limited to the largest number that fits.
 std::string fixed_point(double value, int digits, double limit) {
     const double safe = std::isnan(value) ? 0 : std::clamp(value, -limit, limit);
     return fmt::format("{:7.{}f}", safe == 0 ? 0.0 : safe, digits);  // no minus before a zero
@@ -42,7 +42,7 @@ std::string little_endian(double value) {
     return bytes;
 }
 
-/// The numbers of one item; none for text.
+/// Numbers of one item; empty for text.
 std::vector<double> numbers_of(Item item, const Settings& settings, const Pose& pose, const Vec3<double>& previous_m) {
     const double scale = settings.units_per_m();
     const Quat<double>& q = pose.q_source_sensor;

@@ -85,13 +85,13 @@ bool Session::at_once(char c) {
         case 'S': {
             const auto& pose = newest_[static_cast<std::size_t>(status_station_ - 1)].pose;
             links_.send(status_record(settings_, status_station_, links_.sensors(), pose ? error_letter(*pose) : ' '));
-            status_station_ = status_station_ % std::max(links_.sensors(), 1) + 1;  // the manual's: stations in turn
+            status_station_ = status_station_ % std::max(links_.sensors(), 1) + 1;  // stations in turn, as in the manual
             return true;
         }
         case 'W':
             settings_ = Settings{};
             return true;
-        case 'Y':  // out of a point-by-point mode that this emulation does not have
+        case 'Y':  // leaves a point-by-point mode that this emulation does not have
             return true;
         case kControlK:
             memory_->saved = settings_;
@@ -235,7 +235,7 @@ void Session::hemisphere(const Arguments& arguments) {
         arguments.refuse(0, CommandError::not_configured);
     }
     s.hemisphere = arguments.vector(1, s.hemisphere, kLongest);
-    if (!s.hemisphere.isZero()) {  // zero: follow the sensor wherever it goes, as this tracker always does
+    if (!s.hemisphere.isZero()) {  // zero: follow the sensor everywhere, which is the default of this tracker
         links_.hemisphere(static_cast<std::uint8_t>(number - 1), s.hemisphere);
     }
 }
@@ -319,13 +319,13 @@ void Session::filter(const Arguments& arguments, std::size_t which) {
         return;
     }
     const std::optional<double> first = arguments.number(0);
-    if (count == 1 && first && *first >= 1) {  // a ready-made setting, 2 to 5; 1 is none as well
+    if (count == 1 && first && *first >= 1) {  // predefined setting, 1 to 5; 1 and 2: no filter
         if (*first > 5 || *first != std::floor(*first)) {
             arguments.refuse(0, CommandError::out_of_range);
         }
         constexpr std::array kReadyMade{kNoFilter, kNoFilter, kLowFilter, kMediumFilter, kHeavyFilter};
         values = kReadyMade[static_cast<std::size_t>(*first) - 1];
-        if (which == kAttitudeFilter) {  // the attitude's sets the position's too
+        if (which == kAttitudeFilter) {  // the attitude filter also sets the position filter
             settings_.filters[kPositionFilter] = values;
         }
         return;

@@ -1,4 +1,4 @@
-// One client's conversation with a FASTRAK: bytes in, records out.
+// FASTRAK session of one client: receives commands, sends records.
 #pragma once
 
 #include <functional>
@@ -11,7 +11,7 @@
 
 namespace tricoil::host::fastrak {
 
-/// What a FASTRAK keeps when it is switched off; shared by the sessions that follow one another on a line.
+/// Non-volatile settings of a FASTRAK, shared by consecutive sessions on a line.
 struct Memory {
     Settings saved;
 };
@@ -19,28 +19,28 @@ struct Memory {
 class Arguments;
 
 struct SessionLinks {
-    std::function<void(std::string_view)> send;                                // a record; may drop it
-    std::function<void(std::uint8_t sensor, const Vec3<double>&)> hemisphere;  // asks the tracker; empty: may not
-    std::function<int()> sensors;                                              // that the tracker follows
+    std::function<void(std::string_view)> send;                                // sends a record; may drop it
+    std::function<void(std::uint8_t sensor, const Vec3<double>&)> hemisphere;  // request to the tracker; empty: not permitted
+    std::function<int()> sensors;                                              // number of tracked sensors
 };
 
-/// Commands: C c P S F f U u W Y ^K ^Y act at once; O H B b G A R N x v l y take arguments and end with a carriage return. Others
-/// get the error record, and so do arguments that are missing, no numbers, or out of range. Records go out at most 120 times a
-/// second, the fastest that a FASTRAK has, but for one whose error letter is another: that is not put off.
+/// Commands C c P S F f U u W Y ^K ^Y act at once. O H B b G A R N x v l y have arguments and end with a carriage return. Other
+/// commands, and missing or invalid arguments, get the error record. Records are sent at most 120 times per second, the maximum
+/// of a FASTRAK; a record with a changed error letter is sent at once.
 class Session {
 public:
     Session(SessionLinks links, std::shared_ptr<Memory> memory);
 
     void receive(std::span<const char> bytes);
     void take(std::span<const ServedPose> poses);
-    /// What came before this client did: it is not sent, unless asked for.
+    /// Poses from before the connection: sent only on request.
     void remember(std::span<const ServedPose> poses);
 
 private:
     struct Newest {
         std::optional<tracking::PoseEstimate<double>> pose;  // source frame
         Vec3<double> sent_m = Vec3<double>::Zero();          // as last reported
-        std::int64_t due_us = 0;                             // of the next record
+        std::int64_t due_us = 0;                             // time of the next record
     };
 
     void byte(char c);
@@ -51,7 +51,7 @@ private:
     void answer(int station);
     [[nodiscard]] tracking::PoseEstimate<double> reported(int station) const;
 
-    // One command each.
+    // One function per command.
     void output_list(const Arguments& arguments);
     void hemisphere(const Arguments& arguments);
     void boresight(const Arguments& arguments, bool on);
@@ -69,8 +69,8 @@ private:
     std::shared_ptr<Memory> memory_;
     Settings settings_;
     std::array<Newest, kStations> newest_;
-    std::string command_;      // begun, not ended
-    bool discarding_ = false;  // the rest of a command that is too long
+    std::string command_;      // incomplete command
+    bool discarding_ = false;  // true for the rest of a command that is too long
     int status_station_ = 1;
 };
 

@@ -1,4 +1,4 @@
-// What a FASTRAK keeps for each of its four stations (a receiver and its settings).
+// Settings of one of the four stations (receivers) of a FASTRAK.
 #pragma once
 
 #include <array>
@@ -12,39 +12,39 @@ namespace tricoil::host::fastrak {
 
 constexpr int kStations = 4;
 
-/// Items of an output list that this emulation knows (Polhemus, FASTRAK user manual OPM00PI002, "O").
+/// Supported items of an output list (Polhemus, FASTRAK user manual OPM00PI002, "O").
 enum class Item : int {
     space = 0,
     line_end = 1,
     position = 2,
-    movement = 3,  // since the last record
+    movement = 3,  // change since the last record
     euler = 4,
-    x_cosines = 5,  // x components of the receiver's three axes: a row of the attitude's matrix
+    x_cosines = 5,  // x components of the receiver's three axes: a row of the attitude matrix
     y_cosines = 6,
     z_cosines = 7,
     quaternion = 11,
     stylus = 16,
 };
-constexpr int kExtended = 50;  // added to an item: the same in extended precision
+constexpr int kExtended = 50;  // added to an item: extended precision
 
-/// The source's own frame (manual, "A": 200 cm).
+/// Source frame (manual, "A": 200 cm).
 inline const std::array<Vec3<double>, 3> kAlignment_m{Vec3<double>::Zero(), Vec3<double>(2, 0, 0), Vec3<double>(0, 2, 0)};
 
-/// Filter settings F, FLOW, FHIGH, FACTOR (manual, "v": FLOW of 1 disables it, the others are "medium"). "Low" and "heavy" are
-/// ours, as the manual does not say what they are.
+/// Filter settings F, FLOW, FHIGH, FACTOR (manual, "v": FLOW of 1 disables the filter, the others are "medium"). The manual does
+/// not define "low" and "heavy"; these values are our choice.
 constexpr std::array<double, 4> kNoFilter{0.2, 1, 0.8, 0.95};
 constexpr std::array<double, 4> kLowFilter{0.2, 0.4, 0.9, 0.95};
 constexpr std::array<double, 4> kMediumFilter{0.2, 0.2, 0.8, 0.95};
 constexpr std::array<double, 4> kHeavyFilter{0.1, 0.05, 0.6, 0.95};
 
-/// What ^K keeps and ^Y brings back.
+/// Settings that ^K stores and ^Y restores.
 struct StationSettings {
     bool active = true;
     std::vector<int> output_list{2, 4, 1};
     Vec3<double> hemisphere = Vec3<double>::UnitX();
     Vec3<double> tip_m = Vec3<double>::Zero();
     Vec3<double> boresight_reference_deg = Vec3<double>::Zero();  // azimuth, elevation, roll
-    std::array<Vec3<double>, 3> alignment_m{kAlignment_m};        // as set: origin, a point on the x axis, one towards +y
+    std::array<Vec3<double>, 3> alignment_m{kAlignment_m};        // as set: origin, point on the x axis, point towards +y
     tracking::OutputFrame<double> frame;
 };
 
@@ -53,7 +53,7 @@ struct Settings {
     bool binary = false;
     bool centimetres = false;
     bool continuous = false;
-    std::array<std::array<double, 4>, 2> filters{kMediumFilter, kMediumFilter};  // x and v: kept, not used
+    std::array<std::array<double, 4>, 2> filters{kMediumFilter, kMediumFilter};  // x and v: stored, not used
 
     [[nodiscard]] double units_per_m() const { return centimetres ? 100 : 1 / 0.0254; }
 };

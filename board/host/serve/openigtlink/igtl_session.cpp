@@ -17,14 +17,14 @@ constexpr std::int64_t kJitterUs = 1000;
 constexpr std::int64_t kNoFrameUs = 20'000;  // until two poses have told it
 constexpr std::int64_t kMostFrames = 2;      // that one sensor's pose may be older than another's in the same message
 
-// Where an OpenIGTLink header has them; read here, as the library takes any size for granted.
+// Offsets in an OpenIGTLink header. The header is parsed here, because the library does not check sizes.
 constexpr std::size_t kVersionAt = 0;
 constexpr std::size_t kTypeAt = 2;
 constexpr std::size_t kTypeBytes = 12;
 constexpr std::size_t kSizeAt = 42;
 constexpr std::size_t kCrcAt = 50;
 
-// The extended header with which a body begins from version 2 on.
+// Extended header at the beginning of a body, from version 2.
 constexpr std::size_t kExtendedHeaderBytes = 12;
 constexpr std::size_t kMetadataHeaderSizeAt = 2;
 constexpr std::size_t kMetadataSizeAt = 4;
@@ -34,7 +34,7 @@ constexpr std::size_t kNameAt = 4;
 constexpr std::size_t kStartBytes = 36;
 constexpr std::size_t kLongestName = 20;  // that fits a header
 
-/// Big-endian, as all of OpenIGTLink.
+/// Big-endian, like all numbers of OpenIGTLink.
 std::uint64_t number(std::string_view bytes, std::size_t at, std::size_t size) {
     std::uint64_t value = 0;
     for (const char byte : bytes.substr(at, size)) {
@@ -45,10 +45,10 @@ std::uint64_t number(std::string_view bytes, std::size_t at, std::size_t size) {
 
 std::uint64_t body_size(std::string_view header) { return number(header, kSizeAt, 8); }
 
-/// What the sender had to say, without the extended header and the metadata of version 2; nothing if the CRC differs.
+/// Content of a message without the extended header and metadata of version 2; empty if the CRC is wrong.
 std::string_view content_of(std::string_view message) {
     const std::string_view body = message.substr(kHeaderBytes);
-    std::string copy(body);  // the library's function would be free to change it
+    std::string copy(body);  // the library function may change its argument
     if (crc64(reinterpret_cast<unsigned char*>(copy.data()), copy.size(), 0) != number(message, kCrcAt, 8)) {  // NOLINT
         return {};
     }
@@ -71,7 +71,7 @@ void Session::receive(std::span<const char> bytes) {
     received_.append(bytes.data(), bytes.size());
     while (received_.size() >= kHeaderBytes && !stream_.gone()) {
         const std::uint64_t body = body_size(received_);
-        if (body > kLongestBody) {  // garbage, or for somebody else
+        if (body > kLongestBody) {  // invalid size
             stream_.hang_up();
             return;
         }
@@ -110,7 +110,7 @@ void Session::start_tracking_data(std::string_view message) {
     if (start.size() != kStartBytes) {
         return;
     }
-    const auto resolution_ms = static_cast<std::int32_t>(number(start, 0, kNameAt));  // a negative one: as fast as it goes
+    const auto resolution_ms = static_cast<std::int32_t>(number(start, 0, kNameAt));  // negative: every pose
     period_us_ = std::int64_t{1000} * std::clamp(resolution_ms, 0, kLongestResolutionMs);
     due_us_ = 0;
     if (const std::string_view name = text(start.substr(kNameAt)); !name.empty()) {
@@ -151,7 +151,7 @@ void Session::remember(std::span<const ServedPose> poses) {
 
 void Session::tell_status(Sensor& sensor) {
     const bool valid = sensor.newest->pose.valid();
-    if (sensor.told ? sensor.told_valid != valid : !valid) {  // what begins well needs no word
+    if (sensor.told ? sensor.told_valid != valid : !valid) {  // a valid start needs no STATUS
         stream_.send(status_message(*sensor.newest));
     }
     sensor.told = true;

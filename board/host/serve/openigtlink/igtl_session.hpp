@@ -1,4 +1,4 @@
-// One OpenIGTLink client: what it asks for, and what it gets.
+// OpenIGTLink session of one client.
 #pragma once
 
 #include <array>
@@ -14,27 +14,27 @@
 
 namespace tricoil::host::igtl_output {
 
-/// A client that says nothing for kPatience after it came gets a TRANSFORM for every valid pose. STT_TDATA makes that TDATA, at
-/// most one per the resolution asked for; STP_TDATA ends it. GET_TRANS and GET_STATUS are answered at any time. A sensor whose
-/// pose must not be used sends no pose: a STATUS says so when that begins and when it ends. TDATA leaves out a sensor whose pose
-/// is more than two frames older than the newest. Damaged messages are dropped.
+/// A client without a request within kPatience gets a TRANSFORM for every valid pose. STT_TDATA selects TDATA, at most one per
+/// requested resolution; STP_TDATA ends it. GET_TRANS and GET_STATUS are answered at any time. Invalid poses are not sent; a
+/// STATUS reports begin and end of an invalid period. TDATA leaves out a sensor whose pose is more than two column frames older
+/// than the newest. Damaged messages are dropped.
 class Session {
 public:
     static constexpr std::chrono::milliseconds kPatience{100};
-    static constexpr std::size_t kLongestBody = 4096;  // of a request; a client that announces more is let go
+    static constexpr std::size_t kLongestBody = 4096;  // of a request; a client that announces more is disconnected
 
     explicit Session(Stream& stream) : stream_(stream) {}
 
     void receive(std::span<const char> bytes);
     void take(std::span<const ServedPose> poses);
-    /// What came before this client did: for its questions.
+    /// Poses from before the connection, for GET_TRANS and GET_STATUS.
     void remember(std::span<const ServedPose> poses);
 
 private:
     enum class Mode : std::uint8_t { waiting, transforms, tracking_data, silent };
     struct Sensor {
         std::optional<ServedPose> newest;
-        std::int64_t frame_us = 0;  // between the newest and the one before
+        std::int64_t frame_us = 0;  // interval between the two newest poses
         bool told_valid = false;
         bool told = false;
     };

@@ -15,7 +15,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// A connection as httplib reads and writes it, within the limits.
+/// httplib stream of one connection, with the limits applied.
 class GuardedStream final : public httplib::Stream {
 public:
     explicit GuardedStream(int socket) : socket_(socket) {}
@@ -23,7 +23,7 @@ public:
     [[nodiscard]] bool is_readable() const override { return at_ < received_.size() || ready(POLLIN, request_deadline_); }
     [[nodiscard]] bool is_writable() const override { return ready(POLLOUT, Clock::now() + GuardedHttpServer::kAnswerPatience); }
 
-    /// Reads the head of the request; false if it does not come whole. What the library reads begins with its reduced form.
+    /// Reads the head of the request; false if it is incomplete. The library then reads its reduced form.
     bool receive_head(RequestHead& head) {
         constexpr std::string_view kEnd = "\r\n\r\n";
         std::size_t end = std::string::npos;
@@ -104,7 +104,7 @@ private:
 
 }  // namespace
 
-/// httplib's threads; told of every newcomer.
+/// Thread pool of httplib that reports every new connection.
 class GuardedHttpServer::Queue final : public httplib::TaskQueue {
 public:
     explicit Queue(GuardedHttpServer& server) : server_(server), pool_(kMostConnections) {}

@@ -1,4 +1,4 @@
-// httplib's server with limits for each connection: bytes, time, places, and requests in a reduced form (request_head).
+// httplib server with limits of bytes, time and number of connections, and with reduced requests (request_head).
 #pragma once
 
 #include <httplib.h>
@@ -10,23 +10,24 @@
 #include <string>
 #include <thread>
 
-#undef _res  // a macro of <resolv.h>, which httplib includes; Eigen has parameters of that name
+#undef _res  // macro of <resolv.h>, which httplib includes; Eigen has parameters with this name
 
 namespace tricoil::host::web {
 
-/// One request a connection. A newcomer that finds all places taken gets that of the oldest connection that is not kept.
+/// One request per connection. If all connections are in use, a new one replaces the oldest that is not protected.
 class GuardedHttpServer final : public httplib::Server {
 public:
     static constexpr std::size_t kMostConnections = 32;
     static constexpr std::size_t kLongestRequest = 16 * 1024;   // header and body, in bytes
     static constexpr std::chrono::seconds kRequestPatience{5};  // from connection to the end of the request
-    static constexpr std::chrono::seconds kAnswerPatience{10};  // for the client to take one piece of the answer
+    static constexpr std::chrono::seconds kAnswerPatience{10};  // for the client to accept one piece of the answer
 
     GuardedHttpServer();
 
-    /// False if it is not to be had. With room for those who come at once: who finds none tries again after a second.
+    /// Listens on the port; false on failure. The backlog has room for simultaneous clients, because a client without room tries
+    /// again only after a second.
     bool bind(const std::string& host, int port);
-    /// For a handler: its connection lasts for as long as the client likes.
+    /// Call it in a handler: protects its connection from replacement and time-out.
     void keep_this_connection();
     /// On all connections, those to come too.
     void hang_up();
@@ -47,8 +48,8 @@ private:
     void make_room();
 
     std::mutex mutex_;
-    std::map<std::thread::id, Connection> connections_;  // by the thread that serves it
-    std::size_t waiting_ = 0;                            // accepted, and no thread for them yet
+    std::map<std::thread::id, Connection> connections_;  // by serving thread
+    std::size_t waiting_ = 0;                            // accepted connections without a thread
     bool ends_ = false;
 };
 

@@ -1,4 +1,4 @@
-// Stands in for the generated page where the program is built without one (TRICOIL_WEB=OFF).
+// Replaces the generated page if the program is built without it (TRICOIL_WEB=OFF).
 #include "board/host/serve/web/page_text.hpp"
 
 namespace tricoil::host::web {

@@ -1,4 +1,4 @@
-// Whether a browser meant us.
+// Checks that a browser request names this server.
 #pragma once
 
 #include <arpa/inet.h>
@@ -13,7 +13,7 @@
 
 namespace tricoil::host::web {
 
-/// A number, as in a URL: 192.0.2.1 or [2001:db8::1].
+/// True for a numeric address as in a URL: 192.0.2.1 or [2001:db8::1].
 inline bool is_ip_address(const std::string& name) {
     std::array<unsigned char, sizeof(in6_addr)> address{};
     const bool bracketed = name.size() > 2 && name.front() == '[' && name.back() == ']';
@@ -21,12 +21,12 @@ inline bool is_ip_address(const std::string& name) {
            (bracketed && ::inet_pton(AF_INET6, name.substr(1, name.size() - 2).c_str(), address.data()) == 1);
 }
 
-/// host: what a request says it is for. Ours are this machine's own names for itself, the address or name that we were told to
-/// listen on, the names that are allowed and, if we listen on all addresses, any number. Another name that leads here is not: a
-/// hostile page could have made it so.
+/// host: Host field of a request. Accepted are loopback names, the listening address or name, the allowed names and, if the
+/// server listens on all addresses, any numeric address. Other names are refused, because a hostile page can make a name that
+/// leads here (DNS rebinding).
 inline bool is_own_name(const std::string& host, const TcpAddress& address, int port,
                         const std::vector<std::string>& allowed = {}) {
-    constexpr int kUsualPort = 80;  // of HTTP: browsers leave it out
+    constexpr int kUsualPort = 80;  // HTTP port, which browsers omit
     const std::string behind = fmt::format(":{}", port);
     std::string name = host;
     if (name.ends_with(behind)) {

@@ -1,4 +1,4 @@
-// The page as it was built, in one piece; empty in a program that was built without it.
+// Text of the live page; empty in a program that was built without the page.
 #pragma once
 
 #include <string_view>

@@ -1,4 +1,4 @@
-// Poses as the page wants them.
+// Pose events for the live page.
 #pragma once
 
 #include <span>
@@ -11,11 +11,11 @@ namespace tricoil::host::web {
 struct PageStatus {
     bool running = true;
     bool recording = false;
-    std::string trouble;   // of the last recording
-    std::string controls;  // who may control: "token", "open" or "none"
+    std::string trouble;   // error of the last recording
+    std::string controls;  // access rule: "token", "open" or "none"
 };
 
-/// One server-sent event: {"status": {...}, "poses": [...]}; of each sensor the newest pose only.
+/// One server-sent event: {"status": {...}, "poses": [...]}, with only the newest pose of each sensor.
 std::string pose_event(std::span<const ServedPose> poses, const PageStatus& status);
 
 }  // namespace tricoil::host::web

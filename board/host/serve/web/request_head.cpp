@@ -51,7 +51,7 @@ std::string_view trim(std::string_view text) {
     return text;
 }
 
-/// The line at the front of `rest`, which then begins behind it.
+/// Removes the first line from `rest` and returns it.
 std::string_view take_line(std::string_view& rest) {
     const auto end = std::min(rest.find(kLineEnd), rest.size());
     const std::string_view line = rest.substr(0, end);

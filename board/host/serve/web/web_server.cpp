@@ -18,7 +18,7 @@
 namespace tricoil::host::web {
 namespace {
 
-static_assert(WebServer::kMostStreams < GuardedHttpServer::kMostConnections);  // others get in at all times
+static_assert(WebServer::kMostStreams < GuardedHttpServer::kMostConnections);  // connections remain free for other requests
 constexpr std::chrono::milliseconds kPeriod{33};                               // between events: as often as a page draws
 constexpr std::chrono::milliseconds kPatience{500};                            // without poses: an event says that there are none
 constexpr std::size_t kLongestWish = 1024;
@@ -28,7 +28,7 @@ void answer(httplib::Response& response, int status, const std::string& text) {
     response.set_content(nlohmann::json{{"answer", text}}.dump(), "application/json");
 }
 
-/// A page's stream: its place in the hub, and the pace of its events.
+/// Event stream of one page: its position in the hub and the interval of its events.
 struct Reader {
     const PoseHub& hub;
     const TrackerControl& control;
@@ -38,7 +38,7 @@ struct Reader {
     std::vector<ServedPose> poses;
     SilenceWatch silence;
 
-    /// False once the client or the tracker is gone.
+    /// False after the client or the tracker is gone.
     bool send(httplib::DataSink& sink) {
         poses.clear();
         hub.wait(cursor, poses, kPatience);
@@ -56,7 +56,7 @@ struct Reader {
     }
 };
 
-/// What was done, for the one who asked; empty if the wish is none.
+/// Executes a control request. Returns the result as text for the client; empty if the request is invalid.
 std::string carry_out(const nlohmann::json& wish, TrackerControl& control, RecordingSwitch& recordings) {
     if (wish.contains("run") && wish["run"].is_boolean()) {
         control.set_running(wish["run"].get<bool>());
@@ -92,16 +92,16 @@ WebServer::WebServer(const TcpAddress& address, Access access, const PoseHub& hu
       control_(control),
       recordings_(recordings),
       server_(std::make_unique<GuardedHttpServer>()) {
-    port_ = TcpListener("--web", address).port();  // says what is wrong with an address in our words
+    port_ = TcpListener("--web", address).port();  // reports an invalid address with our message
     GuardedHttpServer& s = *server_;
     s.set_socket_options(
-        [](socket_t socket) {  // connections of a server before us do not keep the port; the library's default would
+        [](socket_t socket) {  // old connections of an earlier server must not block the port, unlike with the library's default
             const int yes = 1;
             ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
         });
     s.set_payload_max_length(kLongestWish);
     s.set_exception_handler([](const httplib::Request&, httplib::Response& response, const std::exception_ptr&) {
-        answer(response, 500, "internal error");  // the library would tell the client what() was
+        answer(response, 500, "internal error");  // the library would send what() to the client
     });
     s.set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
         if (is_ours(request)) {
@@ -117,7 +117,7 @@ WebServer::WebServer(const TcpAddress& address, Access access, const PoseHub& hu
         response.set_header("Referrer-Policy", "no-referrer");
         response.set_header("X-Content-Type-Options", "nosniff");
         response.set_header("Cache-Control", "no-store");
-        // From a provider: the library would compress a text anew for every visitor, which takes seconds.
+        // Uses a content provider: the library would compress a text for every client, which takes seconds.
         response.set_content_provider(kPage.size(), "text/html", [](std::size_t at, std::size_t length, httplib::DataSink& sink) {
             const std::string_view piece = kPage.substr(std::min(at, kPage.size()), length);  // the library checks no bounds
             return sink.write(piece.data(), piece.size());
@@ -177,7 +177,7 @@ void WebServer::control(const httplib::Request& request, httplib::Response& resp
                read_only ? "this server is read only" : "controls need the link that tricoil serve gave at its start");
         return;
     }
-    if (request.get_header_value("Content-Type") != "application/json") {  // what a page can send unasked is no JSON
+    if (request.get_header_value("Content-Type") != "application/json") {  // another page cannot send JSON without permission
         answer(response, 415, "wishes are JSON");
         return;
     }

@@ -1,4 +1,4 @@
-// The live page: one embedded file, a stream of poses, and wishes that come back.
+// Server of the live page: one embedded file, a stream of poses, and control requests.
 #pragma once
 
 #include <atomic>
@@ -21,22 +21,21 @@ namespace tricoil::host::web {
 
 class GuardedHttpServer;
 
-/// GET / is the page, GET /stream its events, POST /control a wish, of those whom `access` permits. Only requests that name this
-/// very host and port, and come from no other page, are answered: a hostile page in the same browser can neither read nor ask for
-/// anything.
+/// GET /: the page. GET /stream: its events. POST /control: a control request, if `access` permits it. Only requests that name
+/// this host and port, and do not come from another page, are answered, so that a hostile page in the same browser has no access.
 class WebServer {
 public:
     static constexpr int kMostStreams = 16;
 
-    /// Listens. hub, control and recordings must outlive it. Throws InputError, naming --web, for an address that this machine
-    /// does not have, DeviceError for a port in use.
+    /// Starts to listen. hub, control and recordings must outlive this object. Throws InputError, naming --web, for an address
+    /// that this machine does not have, DeviceError for a port in use.
     WebServer(const TcpAddress& address, Access access, const PoseHub& hub, TrackerControl& control, RecordingSwitch& recordings);
     ~WebServer();
     WebServer(const WebServer&) = delete;
     WebServer& operator=(const WebServer&) = delete;
 
     [[nodiscard]] std::string url() const;
-    /// For who may control: the token stands behind the #, which browsers send to no server. Equal to url() without a token.
+    /// URL with the token after the #, which browsers do not send to servers. Equal to url() without a token.
     [[nodiscard]] std::string control_url() const;
 
 private:

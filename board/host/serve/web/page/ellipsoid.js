@@ -1,4 +1,4 @@
-// Where a sensor may be: the ellipsoid of its covariance, drawn as much too large as it takes to be seen.
+// Ellipsoid of a sensor's position covariance, exaggerated so that it is visible.
 export const kSigmas = 3;
 const kLongest_m = 0.12;   // half-axis as drawn
 const kTolerance = 1.5;    // beyond these limits before another exaggeration is chosen
@@ -14,12 +14,12 @@ export function cholesky([xx, xy, xz, yy, yz, zz]) {
   return [a, b, d, c, e, Math.sqrt(Math.max(zz - c*c - e*e, 1e-14))];
 }
 
-/// Of the unit sphere to the ellipsoid as drawn.
+/// Transform from the unit sphere to the drawn ellipsoid.
 export function drawnFactor(covariance, exaggeration) {
   return cholesky(covariance).map(v => Math.max(-kMost_m, Math.min(kSigmas * exaggeration * v, kMost_m)));
 }
 
-/// A round number, at least 1: `current` as long as it will do.
+/// Exaggeration: a round number, at least 1. Keeps `current` while it is within the limits.
 export function exaggerationFor(covariance, current) {
   const longest = kSigmas * Math.sqrt(Math.max(covariance[0] + covariance[3] + covariance[5], 1e-14));  // an upper bound
   const drawn = longest * current;

@@ -1,4 +1,4 @@
-// What one sensor did in the last ten seconds, as columns for the plots.
+// History of one sensor over the last ten seconds, as columns for the plots.
 export const kSeconds = 10;
 const kMost = 600;
 const kGap_s = 0.3;
@@ -15,7 +15,7 @@ export class History {
     this.previous = null;
   }
 
-  /// Invalid poses leave a gap, and so does time without any.
+  /// Invalid poses and times without poses leave a gap.
   add(pose) {
     const t = pose.t / 1000;
     if (this.previous && pose.t < this.previous.t) this.clear();
@@ -29,10 +29,10 @@ export class History {
     this.forget(t);
   }
 
-  /// Whether `pose` does not go on from the one before.
+  /// True if `pose` does not continue the previous one.
   breaksWith(pose) { return !this.previous?.valid || pose.t < this.previous.t || pose.t - this.previous.t > 1000 * kGap_s; }
 
-  /// Drops what is older than ten seconds at `now`, in s.
+  /// Drops entries older than ten seconds at `now`, s.
   forget(now) {
     while (this.times.length > kMost || this.times[0] < now - kSeconds) {
       this.times.shift();

@@ -1,4 +1,4 @@
-// The live page: one stream of poses in, a picture and plots out; wishes go back by POST.
+// Live page: receives poses as a stream, draws scene and plots, sends control requests by POST.
 import {conjugate, eulerAngles, product} from './attitude.js';
 import {exaggerationFor, kSigmas} from './ellipsoid.js';
 import {History} from './history.js';
@@ -76,7 +76,7 @@ function showChosen() {
   plots.draw(tracked.history, pose.t / 1000 + (performance.now() - tracked.heardMs) / 1000);
 }
 
-/// Last, as a picture in space may take a second to begin where the processor draws it; numbers and plots do without.
+/// Called last: without a graphics processor the scene may take a second to start, and numbers and plots do not need it.
 function openScene() {
   try {
     scene = new Scene(element('scene'));

@@ -1,4 +1,4 @@
-// One sensor in space: its triad, where it may be, and where it came from.
+// Sensor in the scene: triad, covariance ellipsoid and trail.
 import {AxesHelper, BoxGeometry, BufferAttribute, BufferGeometry, DynamicDrawUsage, Group, LineBasicMaterial, LineSegments, Matrix4, Mesh,
         MeshBasicMaterial, MeshLambertMaterial, SphereGeometry} from 'three';
 import {drawnFactor} from './ellipsoid.js';
@@ -17,7 +17,7 @@ export class SensorView {
   constructor(number) {
     const color = kColors[number % kColors.length];
     this.triad = triad(0.1, 0.015, color);
-    // Not hidden by the sensor that is inside it.
+    // The sensor inside must not hide the ellipsoid.
     this.ellipsoid = new Mesh(new SphereGeometry(1, 24, 16),
                               new MeshBasicMaterial({color: 0xff8800, transparent: true, opacity: 0.45, depthTest: false, depthWrite: false}));
     this.ellipsoid.matrixAutoUpdate = false;

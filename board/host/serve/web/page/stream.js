@@ -1,4 +1,4 @@
-// The stream of poses, taken up again by itself whenever it drops.
+// Pose stream that reconnects automatically.
 const kSilentMs = 1500;
 const kRetryMs = 500;
 

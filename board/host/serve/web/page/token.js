@@ -1,4 +1,4 @@
-// The token for controls: it comes behind the # of the link, is kept for this tab, and does not stay in the address bar.
+// Token for controls. It comes after the # of the link, is stored for this tab and removed from the address bar.
 const kKey = 'token';
 
 function adopt() {
@@ -8,7 +8,7 @@ function adopt() {
   history.replaceState(null, '', location.pathname + location.search);
 }
 
-/// Null if there is none.
+/// Returns null without a token.
 export const token = () => sessionStorage.getItem(kKey);
 
 adopt();
