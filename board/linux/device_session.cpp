@@ -171,7 +171,7 @@ SessionEvent DeviceSession::take_identity(const hal::ReceivedMessage& message) {
         return refuse(WireError::impossible);
     }
     if (protocol::common_version({identity.oldest_version, identity.newest_version}, {}) == 0) {
-        why_.print("the device speaks versions %u to %u of the protocol, this program %u to %u; update the older one",
+        why_.print("the device supports protocol versions %u to %u, this program %u to %u; update the older one",
                    identity.oldest_version, identity.newest_version, protocol::kOldestVersion, protocol::kNewestVersion);
         return refuse(WireError::unknown_version);
     }

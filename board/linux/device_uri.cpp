@@ -17,7 +17,7 @@ std::uint16_t number(const std::string& text, int base, unsigned most, const std
     unsigned value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, base);
     if (error != std::errc() || end != text.data() + text.size() || value > most) {
-        throw host::InputError("device '" + uri + "': '" + text + "' is no " + what + "; " + kForms);
+        throw host::InputError("device '" + uri + "': '" + text + "' is not a valid " + what + "; " + kForms);
     }
     return static_cast<std::uint16_t>(value);
 }
@@ -32,7 +32,7 @@ DeviceUri parse_device_uri(const std::string& text) {
         throw host::InputError("device '" + text + "': a simulated one has no link to open here; say run --device sim: alone");
     }
     if (rest.empty() || (scheme != "can" && scheme != "usb" && scheme != "serial")) {
-        throw host::InputError("device '" + text + "' is none that this program knows; " + kForms);
+        throw host::InputError("unknown device '" + text + "'; " + kForms);
     }
     DeviceUri uri;
     if (scheme == "can") {

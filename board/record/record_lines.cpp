@@ -129,7 +129,7 @@ TrackerInput parse_input(std::string_view line, const std::string& where) {
         ++n;
     }
     if (n == kInputKinds.size()) {
-        throw InputError(fmt::format("{}: '{}' is no kind of input", where, kind));
+        throw InputError(fmt::format("{}: unknown input kind '{}'", where, kind));
     }
     input.kind = static_cast<InputKind>(n);
     if (input.kind == InputKind::begin) {

@@ -18,7 +18,7 @@ constexpr std::size_t kLongestDescription = std::size_t{1} << 20U;
 nlohmann::json read_description(const std::string& folder) {
     const std::string path = (fs::path(folder) / kDescriptionFile).string();
     if (!fs::is_directory(folder)) {
-        throw InputError(folder + ": is no folder; name one that --record made");
+        throw InputError(folder + ": is not a folder; give a folder written by --record");
     }
     if (!fs::exists(path)) {
         throw InputError(path + ": is not there; is this a recording?");

@@ -83,7 +83,7 @@ void StagedFolder::publish() {
         std::error_code error;
         const fs::file_status status = fs::status(to, error);
         if (fs::exists(status) && !fs::is_regular_file(status)) {
-            throw InputError(fmt::format("cannot write {}: it is no regular file; remove what is in the way", to.string()));
+            throw InputError(fmt::format("cannot write {}: not a regular file; remove it", to.string()));
         }
         refuse_write_protected(to);
         moves.push_back({entry.path(), without_links(to)});

@@ -74,7 +74,7 @@ TEST(Usage, ConfigurationErrorsNameTheLine) {
         const std::string path = write_file("board.toml", text);
         expect_usage_error("run --config " + path, path + ":" + message);
     };
-    refuse("device = \"can:can0#16\"", "1: 'device' device 'can:can0#16': '16' is no node number, 0 to 15");
+    refuse("device = \"can:can0#16\"", "1: 'device' device 'can:can0#16': '16' is not a valid node number, 0 to 15");
     refuse("device = \"can:can0\"\nspeed = 3", "2: 'speed' is not a known key");
     refuse("\n\n[coils]\nchip = \"x\"\ns1 = \"a\"\ns2 = \"b\"\ns3 = \"a\"", "7: 'coils.s3' is the line of another coil");
     refuse("[coils]\nchip = 1", "2: 'coils.chip' must be a text in quotes");

@@ -318,11 +318,11 @@ TEST_F(Device, MissingOrInvalidDeviceEndsWithOneLine) {
         {"--device can:vcan0 --wait 0.3", {3, "can:vcan0: no answer yet"}},
         {"--device usb:1209:0001 --wait 0.3", {3, "not found; is it plugged in"}},
         {"--device serial:/dev/nothing --wait 0.3", {3, "/dev/nothing: cannot be opened"}},
-        {"--device can:vcan0#16", {2, "'16' is no node number, 0 to 15"}},
-        {"--device usb:12:zz", {2, "'zz' is no product number"}},
-        {"--device tcp:host", {2, "is none that this program knows"}},
-        {"--device can:", {2, "is none that this program knows"}},
-        {"--config /nothing.toml", {2, "/nothing.toml: cannot be read"}},
+        {"--device can:vcan0#16", {2, "'16' is not a valid node number, 0 to 15"}},
+        {"--device usb:12:zz", {2, "'zz' is not a valid product number"}},
+        {"--device tcp:host", {2, "unknown device 'tcp:host'"}},
+        {"--device can:", {2, "unknown device 'can:'"}},
+        {"--config /nothing.toml", {2, "/nothing.toml: cannot be opened"}},
     };
     for (const auto& [options, expected] : cases) {
         Program tracker(tricoil(options));

@@ -221,7 +221,7 @@ TEST_F(Folder, FiguresReplaceRegularFilesOnly) {
     const fs::path out = path_ / "out";
     fs::create_directory(out);
     ASSERT_EQ(::mkfifo((out / "fig3.csv").c_str(), 0600), 0);
-    expect_refused("figures --csv-only --out " + out.string(), "fig3.csv: it is no regular file");
+    expect_refused("figures --csv-only --out " + out.string(), "fig3.csv: not a regular file");
     EXPECT_TRUE(fs::is_fifo(out / "fig3.csv"));
     EXPECT_EQ(std::distance(fs::directory_iterator(out), {}), 1) << "partially published";
     expect_refused("figures --out ''", "--out");

@@ -92,7 +92,7 @@ TEST_F(Damage, ForeignFoldersAndVersions) {
     describe([](auto& d) { d["version"] = 1; });
     expect_refused("is of version 1; this tricoil reads version 2");
     fs::remove_all(folder_);
-    expect_refused("is no folder");
+    expect_refused("is not a folder");
 }
 
 TEST_F(Damage, InvalidSettings) {
@@ -132,7 +132,7 @@ TEST_F(Damage, InvalidLines) {
         EXPECT_THAT(result.err, HasSubstr("inputs.csv:"));
     };
     refused_by_replay("nonsense", "has 1 fields instead of 16");
-    refused_by_replay("song,0,,,,,,,,,,,,,,", "'song' is no kind of input");
+    refused_by_replay("song,0,,,,,,,,,,,,,,", "unknown input kind 'song'");
     refused_by_replay("tick,9,100,,,,,,,,,,,,,", "names sensor 9 of 1");
     refused_by_replay("tick,0,soon,,,,,,,,,,,,,", "'soon', is not a number");
     refused_by_replay("column,0,1,9,1,1,0,1,1,1,1,1,1,1,1,1", "must be less than 5");

@@ -133,7 +133,7 @@ TEST(ServeProgram, OfAHundredClientsSomeAreTurnedAway) {
         served += read_for(client, std::chrono::milliseconds(300), 55).size() == 55U ? 1U : 0U;
     }
     EXPECT_EQ(served, 16U);
-    EXPECT_THAT(serving.err(), HasSubstr("16 clients are connected, which is the most; others are turned away"));
+    EXPECT_THAT(serving.err(), HasSubstr("limit of 16 clients reached; new clients are refused"));
     for (const int client : clients) {
         close(client);
     }

@@ -22,7 +22,7 @@ struct BandErrors {
     std::vector<double> position_m;
     std::vector<double> orientation_deg;
 
-    void add(const PoseError& e) {
+    void add(const EvaluatedPose& e) {
         position_m.push_back(e.error_m.norm());
         orientation_deg.push_back(kDegrees * e.rotation_error_rad.norm());
     }
@@ -52,20 +52,20 @@ Eigen::MatrixXd explained(const Eigen::MatrixXd& features, const Eigen::MatrixXd
     return features * least_squares(features, wanted);
 }
 
-void split_by_fixture(const std::vector<PoseError>& errors, const std::vector<PoseFile>& files, ErrorReport& report) {
+void split_by_fixture(const std::vector<EvaluatedPose>& errors, const std::vector<PoseFile>& files, ErrorReport& report) {
     const auto n = static_cast<Eigen::Index>(errors.size());
     Eigen::MatrixXd error(n, 3);
     Eigen::MatrixXd position(n, 20);
     Eigen::MatrixXd attitude = Eigen::MatrixXd::Zero(n, 9 * static_cast<Eigen::Index>(files.size()));
     Vec3<double> centre = Vec3<double>::Zero();
-    for (const PoseError& e : errors) {
+    for (const EvaluatedPose& e : errors) {
         centre += e.truth_m / static_cast<double>(n);
     }
     std::size_t at = 0;
     for (std::size_t f = 0; f < files.size(); ++f) {
         for (const MeasuredPose& pose : files[f].poses) {
             const auto row = static_cast<Eigen::Index>(at);
-            const PoseError& e = errors[at++];
+            const EvaluatedPose& e = errors[at++];
             error.row(row) = e.error_m.transpose();
             position.row(row) = monomials(10 * (e.truth_m - centre));
             attitude.row(row).segment(9 * static_cast<Eigen::Index>(f), 9) = pose.stage_rotation.reshaped().transpose();
@@ -81,11 +81,11 @@ void split_by_fixture(const std::vector<PoseError>& errors, const std::vector<Po
 
 }  // namespace
 
-ErrorReport summarise_errors(const std::vector<PoseError>& errors, const std::vector<PoseFile>& files) {
+ErrorReport summarise_errors(const std::vector<EvaluatedPose>& errors, const std::vector<PoseFile>& files) {
     ErrorReport report;
     BandErrors all;
     std::map<double, BandErrors> bands;  // by their number; as many as there are poses at most
-    for (const PoseError& e : errors) {
+    for (const EvaluatedPose& e : errors) {
         all.add(e);
         bands[std::floor(e.truth_m.norm() / kBand_m)].add(e);
         report.not_converged += e.converged ? 0U : 1U;
@@ -100,9 +100,9 @@ ErrorReport summarise_errors(const std::vector<PoseError>& errors, const std::ve
     return report;
 }
 
-std::string error_csv(const std::vector<PoseError>& errors, const std::vector<PoseFile>& files) {
+std::string error_csv(const std::vector<EvaluatedPose>& errors, const std::vector<PoseFile>& files) {
     std::string text = "file,line,x_mm,y_mm,z_mm,ex_mm,ey_mm,ez_mm,rx_deg,ry_deg,rz_deg,misfit_share,iterations,converged\n";
-    for (const PoseError& e : errors) {
+    for (const EvaluatedPose& e : errors) {
         const Vec3<double> p = 1e3 * e.truth_m;
         const Vec3<double> d = 1e3 * e.error_m;
         const Vec3<double> r = kDegrees * e.rotation_error_rad;
@@ -113,9 +113,9 @@ std::string error_csv(const std::vector<PoseError>& errors, const std::vector<Po
     return text;
 }
 
-Picture error_picture(const std::vector<PoseError>& errors) {
+Picture error_picture(const std::vector<EvaluatedPose>& errors) {
     double largest = 1e-9;
-    for (const PoseError& e : errors) {
+    for (const EvaluatedPose& e : errors) {
         largest = std::max(largest, e.error_m.norm());
     }
     // Round magnification that draws the largest error about 20 mm long.

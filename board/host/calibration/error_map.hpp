@@ -33,12 +33,12 @@ struct ErrorReport {
     double rough_rms_m = 0;
 };
 
-ErrorReport summarise_errors(const std::vector<PoseError>& errors, const std::vector<PoseFile>& files);
+ErrorReport summarise_errors(const std::vector<EvaluatedPose>& errors, const std::vector<PoseFile>& files);
 
 /// One line per pose: file, line, true position, error, rotation error, misfit, iterations.
-std::string error_csv(const std::vector<PoseError>& errors, const std::vector<PoseFile>& files);
+std::string error_csv(const std::vector<EvaluatedPose>& errors, const std::vector<PoseFile>& files);
 
 /// Error vectors over the workspace in three views, from pose_errors.csv.
-Picture error_picture(const std::vector<PoseError>& errors);
+Picture error_picture(const std::vector<EvaluatedPose>& errors);
 
 }  // namespace tricoil::host

@@ -69,13 +69,14 @@ const Rigid& fixture_of(const std::map<std::string, Rigid>& known, const std::st
 
 }  // namespace
 
-std::vector<PoseError> evaluate(const CalibrationFile& calibration, const std::vector<PoseFile>& files, EvaluationSolver solver) {
+std::vector<EvaluatedPose> evaluate(const CalibrationFile& calibration, const std::vector<PoseFile>& files,
+                                    EvaluationSolver solver) {
     std::vector<PoseFile> turned = files;
     if (calibration.stage_turns_left_handed) {
         turn_other_way(turned);
     }
     const auto& c = calibration.calibration;
-    std::vector<PoseError> errors;
+    std::vector<EvaluatedPose> errors;
     for (std::size_t f = 0; f < turned.size(); ++f) {
         const PoseFile& file = turned[f];
         const Rigid& source = fixture_of(calibration.source_stage, source_fixture_name(file), "source", file);
@@ -85,7 +86,7 @@ std::vector<PoseError> evaluate(const CalibrationFile& calibration, const std::v
             const Found found =
                 solver == EvaluationSolver::direct ? solve_direct_pose(c, pose.x, place) : solve_refined_pose(c, pose.x, place);
             const auto truth = true_pose(source, pose, mount);
-            PoseError error;
+            EvaluatedPose error;
             error.file = f;
             error.line = pose.line;
             error.converged = found.converged;
@@ -101,9 +102,9 @@ std::vector<PoseError> evaluate(const CalibrationFile& calibration, const std::v
     return errors;
 }
 
-void fit_output_correction(CalibrationFile& calibration, const std::vector<PoseError>& errors) {
+void fit_output_correction(CalibrationFile& calibration, const std::vector<EvaluatedPose>& errors) {
     std::vector<double> sizes;
-    for (const PoseError& e : errors) {
+    for (const EvaluatedPose& e : errors) {
         sizes.push_back(e.error_m.norm());
     }
     std::vector<double> sorted = sizes;
@@ -126,7 +127,7 @@ void fit_output_correction(CalibrationFile& calibration, const std::vector<PoseE
 namespace {
 
 /// Gauss-Newton on the pose errors of one file pair of fixtures, alternating: small, linear, and few.
-void improve(CalibrationFile& c, const std::vector<PoseFile>& files, const std::vector<PoseError>& errors) {
+void improve(CalibrationFile& c, const std::vector<PoseFile>& files, const std::vector<EvaluatedPose>& errors) {
     std::map<std::string, Eigen::Index> column;
     for (const PoseFile& file : files) {
         column.try_emplace("source " + source_fixture_name(file), 6 * static_cast<Eigen::Index>(column.size()));
@@ -144,7 +145,7 @@ void improve(CalibrationFile& c, const std::vector<PoseFile>& files, const std::
         const Eigen::Index m = column.at("mount " + sensor_fixture_name(files[f]));
         for (const MeasuredPose& pose : files[f].poses) {
             const auto row = 6 * static_cast<Eigen::Index>(at);
-            const PoseError& e = errors[at++];
+            const EvaluatedPose& e = errors[at++];
             const Mat3<double> turned = source.rotation * pose.stage_rotation;
             const Vec3<double> arm = e.truth_m - source.translation_m;
             // Truth moves by d_source + w_source x arm + A R d_mount; turns by w_source + A R B w_mount' (w' in the mount).

@@ -12,7 +12,7 @@ namespace tricoil::host {
 enum class EvaluationSolver { direct, refined };
 
 /// Error of one pose: tracker minus stage, source frame.
-struct PoseError {
+struct EvaluatedPose {
     std::size_t file = 0;
     std::size_t line = 0;
     bool converged = false;
@@ -25,13 +25,14 @@ struct PoseError {
 
 /// Solves every pose without a start pose, with the hemisphere of the calibration. Poses that do not converge are marked.
 /// Throws InputError for a fixture that the calibration lacks (with the known names), or couplings without a pose.
-std::vector<PoseError> evaluate(const CalibrationFile& calibration, const std::vector<PoseFile>& files, EvaluationSolver solver);
+std::vector<EvaluatedPose> evaluate(const CalibrationFile& calibration, const std::vector<PoseFile>& files,
+                                    EvaluationSolver solver);
 
 /// Fits the fixtures of these files with fixed magnetic parameters.
 CalibrationFile with_refitted_fixtures(const CalibrationFile& calibration, const std::vector<PoseFile>& files,
                                        EvaluationSolver solver);
 
 /// Fits the affine map (near identity) from the tracker's positions to the stage's. Outliers have no weight.
-void fit_output_correction(CalibrationFile& calibration, const std::vector<PoseError>& errors);
+void fit_output_correction(CalibrationFile& calibration, const std::vector<EvaluatedPose>& errors);
 
 }  // namespace tricoil::host

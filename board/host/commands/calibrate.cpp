@@ -72,17 +72,17 @@ void write_files(const CalibrateCommand& command, const CalibrationFile& file) {
     }
 }
 
-ErrorSummary position_summary(const std::vector<PoseError>& errors) {
+ErrorSummary position_summary(const std::vector<EvaluatedPose>& errors) {
     std::vector<double> sizes;
-    for (const PoseError& e : errors) {
+    for (const EvaluatedPose& e : errors) {
         sizes.push_back(e.error_m.norm());
     }
     return summarise(sizes);
 }
 
-ErrorSummary orientation_summary(const std::vector<PoseError>& errors) {
+ErrorSummary orientation_summary(const std::vector<EvaluatedPose>& errors) {
     std::vector<double> sizes;
-    for (const PoseError& e : errors) {
+    for (const EvaluatedPose& e : errors) {
         sizes.push_back(kDegrees * e.rotation_error_rad.norm());
     }
     return summarise(sizes);

@@ -35,7 +35,7 @@ inline std::string refuse_overflow(const std::string& text) {
     std::uint64_t value = 0;
     const char* const end = text.data() + text.size();
     const auto [at, error] = std::from_chars(text.data(), end, value);
-    return error == std::errc{} && at == end ? "" : text + " is no whole number from 0 to 18446744073709551615";
+    return error == std::errc{} && at == end ? "" : text + " is not an integer from 0 to 18446744073709551615";
 }
 
 }  // namespace tricoil::host

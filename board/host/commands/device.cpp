@@ -171,7 +171,7 @@ int fetch_calibration(const DeviceCommand& command) {
     }
     if (const auto calibration = calibration::decode(blob); !calibration.ok()) {
         throw DeviceError(
-            fmt::format("{}: what it calls its calibration is none: {}", command.uri, calibration.status().message()));
+            fmt::format("{}: device returned an invalid calibration: {}", command.uri, calibration.status().message()));
     }
     write_whole_file(command.file, std::string(blob.begin(), blob.end()));
     print_text("{}: {} bytes\n", command.file, blob.size());

@@ -145,8 +145,7 @@ void add_run_options(CLI::App* sub, const std::shared_ptr<RunCommand>& command) 
         sub->add_option("--device", command->device,
                         "Where the coils are: sim:, can:INTERFACE[#NODE], usb:VENDOR:PRODUCT[:SERIAL], serial:PATH")
             ->capture_default_str();
-    sub->add_option("--config", command->config, "What hangs on this board: a TOML file; --device goes before its own")
-        ->check(refuse_empty);
+    sub->add_option("--config", command->config, "Board configuration (TOML); --device overrides it")->check(refuse_empty);
     sub->add_option("--give-up-after", command->give_up_after_s,
                     "Seconds without a device that works for two seconds on end; then end with exit code 3; 0: try for ever")
         ->check(CLI::NonNegativeNumber)

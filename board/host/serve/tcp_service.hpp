@@ -70,8 +70,7 @@ private:
             auto client = std::make_unique<Client>(descriptor, limits_);
             if (clients_.size() >= kMostClients) {
                 if (!told_full_) {
-                    print_notice("tricoil: {}: {} clients are connected, which is the most; others are turned away\n", name_,
-                                 kMostClients);
+                    print_notice("tricoil: {}: limit of {} clients reached; new clients are refused\n", name_, kMostClients);
                     told_full_ = true;
                 }
                 continue;

@@ -54,7 +54,7 @@ PseudoTerminal::PseudoTerminal(const std::string& link) {
     std::array<char, 64> name{};
     if (!master_.is_open() || ::grantpt(master_.get()) != 0 || ::unlockpt(master_.get()) != 0 ||
         ::ptsname_r(master_.get(), name.data(), name.size()) != 0) {
-        throw DeviceError("no pseudo terminal is to be had; is /dev/pts mounted?");
+        throw DeviceError("cannot open a pseudo terminal; is /dev/pts mounted?");
     }
     name_ = name.data();
     const drivers::FileDescriptor slave(::open(name_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC));
@@ -87,7 +87,7 @@ int open_serial(const std::string& path, int baud, std::string& why) {
         return -1;
     }
     if (!drivers::make_raw(descriptor, known->speed)) {
-        why = path + ": is no serial line";
+        why = path + ": is not a serial port";
         ::close(descriptor);
         return -1;
     }

@@ -159,7 +159,7 @@ bool WebServer::is_ours(const httplib::Request& request) const {
 void WebServer::stream(httplib::Response& response) {
     if (++streams_ > kMostStreams) {
         --streams_;
-        answer(response, 503, fmt::format("{} pages are connected, which is the most", kMostStreams));
+        answer(response, 503, fmt::format("limit of {} pages reached", kMostStreams));
         return;
     }
     server_->keep_this_connection();
