@@ -5,6 +5,7 @@ import functools
 import pathlib
 import re
 import subprocess
+import tempfile
 
 TOOLS = "arm-none-eabi-"
 ROOT = pathlib.Path(__file__).resolve().parent.parent
@@ -167,9 +168,22 @@ class Image:
             return "library"
         return path[1] if path[1] in _namespaces() and len(path) > 2 else "base"
 
+    def _string_bytes(self, named):
+        """Bytes of .rodata that are strings, terminators included, outside `named` (address: size)."""
+        size, begin = self._places.get(".rodata", (0, 0))
+        with tempfile.TemporaryDirectory() as folder:
+            dump = pathlib.Path(folder) / "rodata"
+            run_tool("objcopy", "-O", "binary", "--only-section=.rodata", self.path, dump)
+            content = bytearray(dump.read_bytes()[:size]) if dump.exists() else bytearray()
+        for address, length in named.items():
+            if begin <= address < begin + len(content):
+                at = address - begin
+                content[at:at + length] = bytes(min(length, len(content) - at))
+        return sum(len(string) for string in re.findall(rb"[\t\n -~]{4,}\0", bytes(content)))
+
     def modules(self):
-        """Bytes of flash and of static RAM by module. Every address counts once. Bytes without a name (string constants, padding)
-                count as "unnamed", so that the sums equal those of the image."""
+        """Bytes of flash and of static RAM by module. Every address counts once. Strings without a symbol count as "text", other
+                bytes without one (constants, padding) as "unnamed", so that the sums equal those of the image."""
         sizes = collections.defaultdict(lambda: [0, 0])
         largest = {}
         for symbol in self.symbols:
@@ -184,6 +198,7 @@ class Image:
             initialised = data_begin <= address < data_begin + data_bytes  # initial values are in flash as well
             entry[0] += size if address < RAM_BEGIN or initialised else 0
             entry[1] += size if address >= RAM_BEGIN else 0
+        sizes["text"][0] = self._string_bytes({address: size for address, (size, _) in largest.items()})
         for n, whole in enumerate((self.flash, self.ram)):
             sizes["unnamed"][n] = whole - sum(entry[n] for entry in sizes.values())
         return dict(sizes)
