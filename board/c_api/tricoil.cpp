@@ -31,7 +31,7 @@ constexpr const char* kForms = "can:INTERFACE, usb:VENDOR:PRODUCT, serial:PATH o
 void expect_device(const std::string& device) {
     const std::string scheme = device.substr(0, device.find(':') + 1);
     if (scheme != "can:" && scheme != "usb:" && scheme != "serial:") {
-        throw host::InputError("unknown device '" + device + "'; use " + kForms);
+        throw host::InputError("unknown device '" + device + "'; give " + kForms);
     }
 }
 
