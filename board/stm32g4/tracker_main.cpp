@@ -47,7 +47,9 @@ void nmi_handler() {
         board::halt();
     }
 }
-void tick_handler() {}
+/// Only wakes the processor. A handler of fewer than three instructions may corrupt the result of a division or square root that
+/// it interrupts (ES0430 2.1.2, Arm erratum 776924).
+void tick_handler() { asm volatile("dsb\n nop\n nop"); }
 void over_current_handler() { board_->acquisition.on_over_current(); }
 void block_end_handler() { board_->acquisition.on_block_end(); }
 void serial_handler() { board_->serial.on_interrupt(); }

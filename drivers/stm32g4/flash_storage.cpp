@@ -10,7 +10,6 @@ namespace {
 constexpr std::uint32_t kBusyPolls = 4'000'000;  // a page erase takes at most 22 ms (DS12288), and one poll at least 10 ns
 constexpr Status kInvalidAddress{StatusCode::invalid_argument, "address outside the storage"};
 constexpr Status kOneBank{StatusCode::device_lost, "the flash is configured as one bank; set DBANK in its option bytes"};
-constexpr std::uint32_t kBankBytes = 256 * 1024;
 
 }  // namespace
 
@@ -21,6 +20,7 @@ Status FlashStorage::do_erase(std::size_t slot) {
     if (const Status unlocked = unlock(); !unlocked.ok()) {
         return unlocked;
     }
+    switch_data_cache_off();
     const auto page = static_cast<std::uint32_t>(pages_.first + slot);
     registers_.CR = flash::CR_PER | flash::CR_BKER | page << flash::CR_PNB_Pos;
     registers_.CR = flash::CR_PER | flash::CR_BKER | page << flash::CR_PNB_Pos | flash::CR_STRT;
@@ -34,6 +34,7 @@ Status FlashStorage::do_program(std::size_t slot, std::size_t offset, std::uint6
     if (const Status unlocked = unlock(); !unlocked.ok()) {
         return unlocked;
     }
+    switch_data_cache_off();
     registers_.CR = flash::CR_PG;
     auto* const halves = reinterpret_cast<volatile std::uint32_t*>(word_at(slot, offset));
     halves[0] = static_cast<std::uint32_t>(word);
@@ -49,25 +50,20 @@ Status FlashStorage::do_read(std::size_t slot, std::size_t offset, std::span<std
         return kOneBank;
     }
     is_damaged_ = false;
+    is_reading_ = true;
     const volatile std::uint64_t* from = word_at(slot, offset);
     for (std::size_t at = 0; at < to.size(); at += kWordBytes) {
         const std::uint64_t word = *from++;
         std::memcpy(to.data() + at, &word, kWordBytes);
     }
+    is_reading_ = false;
     return is_damaged_ ? Status{StatusCode::degenerate, "a double-word of the storage is damaged"} : Status{};
 }
 
 bool FlashStorage::on_ecc_error() {
-    const std::uint32_t error = registers_.ECCR;
-    if ((error & flash::ECCR_ECCD) == 0) {
-        return false;
-    }
     registers_.ECCR = flash::ECCR_ECCD;
-    const std::uint32_t page = (error & flash::ECCR_ADDR_ECC) % kBankBytes / kFlashPageBytes;
-    const bool ours =
-        (error & flash::ECCR_BK_ECC) != 0 && page >= pages_.first && page < std::uint32_t{pages_.first} + pages_.count;
-    is_damaged_ = is_damaged_ || ours;
-    return ours;
+    is_damaged_ = is_damaged_ || is_reading_;
+    return is_reading_;
 }
 
 /// In single-bank mode the pages are twice as large and a page number means another address: both slots would be in one page.
@@ -94,7 +90,7 @@ Status FlashStorage::finish() {
     const Status done = wait_until([this] { return (registers_.SR & flash::SR_BSY) == 0; }, kBusyPolls, "the flash stays busy");
     const std::uint32_t errors = take_errors();
     registers_.CR = flash::CR_LOCK;
-    reset_data_cache();
+    restore_data_cache();
     if (!done.ok()) {
         return done;
     }
@@ -109,13 +105,18 @@ std::uint32_t FlashStorage::take_errors() {
     return errors;
 }
 
+/// While bank 2 is erased or programmed, a read of bank 1 may corrupt the data cache (ES0430 2.2.2). So it is off meanwhile.
+void FlashStorage::switch_data_cache_off() {
+    data_cache_ = registers_.ACR & flash::ACR_DCEN;
+    registers_.ACR = registers_.ACR & ~flash::ACR_DCEN;
+}
+
 /// The data cache would still hold the old content; it can be reset only while it is off.
-void FlashStorage::reset_data_cache() {
-    const std::uint32_t before = registers_.ACR;
-    registers_.ACR = before & ~flash::ACR_DCEN;
-    registers_.ACR = (before & ~flash::ACR_DCEN) | flash::ACR_DCRST;
-    registers_.ACR = before & ~flash::ACR_DCEN;
-    registers_.ACR = before;
+void FlashStorage::restore_data_cache() {
+    const std::uint32_t off = registers_.ACR;
+    registers_.ACR = off | flash::ACR_DCRST;
+    registers_.ACR = off;
+    registers_.ACR = off | data_cache_;
 }
 
 bool FlashStorage::is_valid_range(std::size_t slot, std::size_t offset, std::size_t bytes) const {

@@ -21,8 +21,9 @@ public:
 
     FlashStorage(FlashRegisters& registers, const Pages& pages) : registers_(registers), pages_(pages) {}
 
-    /// Call from the NMI handler: clears the error, which would otherwise raise the NMI again. False: no error, or not in these
-    /// pages.
+    /// Call from the NMI handler: clears the error, which would otherwise raise the NMI again. True: a read of these pages was in
+    /// progress, so the damaged word is theirs. The address in ECCR does not decide: after an operation that a reset or a power
+    /// failure interrupted, its content is unreliable (ES0430 2.2.3).
     bool on_ecc_error();
 
 private:
@@ -36,12 +37,15 @@ private:
     Status unlock();
     Status finish();
     std::uint32_t take_errors();
-    void reset_data_cache();
+    void switch_data_cache_off();
+    void restore_data_cache();
     [[nodiscard]] bool is_valid_range(std::size_t slot, std::size_t offset, std::size_t bytes) const;
     [[nodiscard]] volatile std::uint64_t* word_at(std::size_t slot, std::size_t offset) const;
 
     FlashRegisters& registers_;
     Pages pages_;
+    std::uint32_t data_cache_ = 0;  // ACR_DCEN if the cache was on before the operation
+    volatile bool is_reading_ = false;
     volatile bool is_damaged_ = false;  // a read since the flag was cleared hit a damaged double-word
 };
 

@@ -45,8 +45,6 @@ constexpr std::uint32_t CR_BKER = 1U << 11U;
 constexpr std::uint32_t CR_STRT = 1U << 16U;
 constexpr std::uint32_t CR_LOCK = 1U << 31U;
 
-constexpr std::uint32_t ECCR_ADDR_ECC =
-    0x7FFFFU;  // address of the double-word within the bank; the bits above the bank's address range are the bank or unused
 constexpr std::uint32_t ECCR_BK_ECC = 1U << 21U;
 constexpr std::uint32_t ECCR_ECCD2 = 1U << 29U;  // single-bank mode with 128-bit words: the upper half
 constexpr std::uint32_t ECCR_ECCD = 1U << 31U;   // uncorrectable error in a double-word; raises the NMI; write 1 to clear

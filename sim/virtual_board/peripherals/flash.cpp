@@ -13,6 +13,8 @@ constexpr std::uint32_t kCr = 0x14;
 constexpr std::uint32_t kEccr = 0x18;
 constexpr std::uint32_t kOptr = 0x20;
 
+constexpr unsigned kDataCache = 10;
+
 constexpr unsigned kEndOfOperation = 0;
 constexpr unsigned kProgramError = 3;
 constexpr unsigned kAlignmentError = 5;
@@ -26,7 +28,7 @@ constexpr unsigned kBank2 = 11;
 constexpr unsigned kStart = 16;
 constexpr unsigned kLock = 31;
 constexpr unsigned kDoubleError = 31;
-constexpr unsigned kErrorInBank2 = 21;
+constexpr unsigned kCorrectionInterrupt = 24;
 
 }  // namespace
 
@@ -55,6 +57,10 @@ void Flash::interrupt_operation(std::uint64_t n, std::function<void()> act) {
 void Flash::error(unsigned bit) { registers_.at(kSr) |= 1U << bit; }
 
 void Flash::begin(Operation operation, double duration_s) {
+    if (is_set(registers_[kAcr], kDataCache)) {
+        throw RunFailure(
+            "bank 2 is erased or programmed with the data cache on, which may corrupt it: clear ACR.DCEN (ES0430 2.2.2)");
+    }
     operation_ = operation;
     registers_.at(kSr) |= 1U << kBusy;
     finish_.in(ticks(duration_s));
@@ -104,13 +110,20 @@ std::uint32_t Flash::read_bank(std::uint32_t offset) {
     std::uint32_t word = 0;
     std::memcpy(&word, content_.data() + offset, sizeof word);
     if (damaged_.contains(offset & ~7U)) {
-        if (!is_set(registers_[kEccr], kDoubleError)) {
-            registers_.at(kEccr) = (registers_[kEccr] & (1U << 24U)) | 1U << kDoubleError | 1U << kErrorInBank2 | (offset & ~7U);
-        }
+        report_damage(offset & ~7U);
         machine_.nvic.pend(kNmi);
         word ^= 0x5A5A5A5AU;
     }
     return word;
+}
+
+/// ECCR is unreliable after an interrupted operation (ES0430 2.2.3). Here it keeps its content for every other damaged
+/// double-word, and names an address of bank 1 for the rest.
+void Flash::report_damage(std::uint32_t double_word) {
+    if ((double_word & 8U) == 0) {
+        return;
+    }
+    registers_.at(kEccr) = (registers_[kEccr] & (1U << kCorrectionInterrupt)) | 1U << kDoubleError | (~double_word & 0x3FFF8U);
 }
 
 void Flash::write_bank(std::uint32_t offset, std::uint32_t value) {
@@ -193,7 +206,7 @@ void Flash::write(std::uint32_t offset, std::uint32_t value) {
             break;
         case kEccr: {
             const bool cleared = is_set(value, kDoubleError);
-            registers_.at(kEccr) = cleared ? value & (1U << 24U) : registers_[kEccr];
+            registers_.at(kEccr) = cleared ? value & (1U << kCorrectionInterrupt) : registers_[kEccr];
             break;
         }
         case kAcr:

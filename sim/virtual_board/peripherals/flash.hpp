@@ -13,7 +13,8 @@
 namespace tricoil::virtual_board {
 
 /// Registers at 0x40022000 and bank 2 at 0x08040000. The content survives resets and power failures. A double-word is damaged if
-/// its programming or erasing was interrupted: reading it raises the NMI with ECCR.ECCD, until its page is erased.
+/// its programming or erasing was interrupted: reading it raises the NMI until its page is erased. As on the chip, ECCR is
+/// unreliable then (ES0430 2.2.3), and erasing or programming with the data cache on is refused (ES0430 2.2.2).
 class Flash final : public Peripheral {
 public:
     static constexpr std::uint32_t kPageBytes = 2048;
@@ -61,6 +62,7 @@ private:
 
     static constexpr std::uint32_t kAcr = 0x00;
     std::uint32_t read_bank(std::uint32_t offset);
+    void report_damage(std::uint32_t double_word);
     void write_bank(std::uint32_t offset, std::uint32_t value);
     void control(std::uint32_t value);
     void unlock(std::uint32_t key);
