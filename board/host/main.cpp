@@ -3,9 +3,11 @@
 
 #include <csignal>
 #include <exception>
+#include <new>
 
 #include "board/host/commands/commands.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/memory_reserve.hpp"
 #include "board/support/nearest_name.hpp"
 #include "board/support/terminal_text.hpp"
 
@@ -101,12 +103,15 @@ int run_to_the_end(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+    tricoil::host::set_memory_aside();
     try {
         return run_to_the_end(argc, argv);
     } catch (const std::invalid_argument& error) {
         return report(to_int(ExitCode::bad_input), error.what());
     } catch (const tricoil::host::Interrupted& interrupt) {
         return report(interrupt.exit_code(), interrupt.what());
+    } catch (const std::bad_alloc&) {
+        return report(to_int(ExitCode::device_trouble), "out of memory; the input is too large for this machine");
     } catch (const std::exception& error) {
         if (tricoil::host::reader_is_gone()) {  // as the shell reports it for programs that the signal ends
             return kSignalled + SIGPIPE;

@@ -1,7 +1,7 @@
 // Preloaded into a program: makes one call of the C library fail.
 //
 // TRICOIL_FAULT="CALL:COUNT:ERRNO:PATH": the COUNT-th (from 1) call of CALL (open, read, write, fsync, rename) on a file whose
-// path contains PATH fails with the number ERRNO, and so do all after it.
+// path contains PATH fails with the number ERRNO, and so do all after it; with "CALL!" only that one.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/uio.h>
@@ -23,6 +23,7 @@ struct Fault {
     long count = 0;
     int error = 0;
     std::string path;
+    bool once = false;
 };
 
 /// Text up to the next colon, which is removed with it.
@@ -39,6 +40,8 @@ const Fault& fault() {
         if (const char* text = std::getenv("TRICOIL_FAULT"); text != nullptr) {
             std::string_view rest = text;
             f.call = take(rest);
+            f.once = f.call.ends_with('!');
+            f.call.resize(f.call.size() - (f.once ? 1 : 0));
             f.count = std::atol(take(rest).c_str());
             f.error = std::atoi(take(rest).c_str());
             f.path = rest;
@@ -51,7 +54,11 @@ const Fault& fault() {
 bool fails(const char* call, std::string_view path) {
     static std::atomic<long> seen = 0;
     const Fault& f = fault();
-    if (f.call != call || path.find(f.path) == std::string_view::npos || ++seen < f.count) {
+    if (f.call != call || path.find(f.path) == std::string_view::npos) {
+        return false;
+    }
+    const long now = ++seen;
+    if (f.once ? now != f.count : now < f.count) {
         return false;
     }
     errno = f.error;

@@ -44,6 +44,23 @@ std::string pose_table() {
     return text;
 }
 
+/// Samples of four converters at 200 kHz, two repeats: a carrier of 10 kHz in the reference and, weaker, in one sensor channel.
+std::string capture_text() {
+    constexpr int kSamples = 200;
+    std::string text = "state,repeat,sample,adc0,adc1,adc2,adc3\n";
+    for (int block = 0; block < 6; ++block) {
+        const int state = 1 + block % 3;
+        const int repeat = block / 3;
+        for (int n = 0; n < kSamples; ++n) {
+            const double carrier = std::sin(2 * EIGEN_PI * n / 20);
+            const auto code = [&](int channel) { return std::lround((channel == state ? 2000 + repeat : 200) * carrier); };
+            text += fmt::format("S{},{},{},{},{},{},{}\n", state, repeat, n, code(1), code(2), code(3),
+                                std::lround(20'000 * carrier));
+        }
+    }
+    return text;
+}
+
 class Faults : public ::testing::Test {
 protected:
     static void SetUpTestSuite() {
@@ -51,12 +68,29 @@ protected:
         fs::remove_all(recording_);
         ASSERT_EQ(tricoil("run --scenario still --duration 1 --record " + recording_).exit_code, 0);
         poses_ = write_file("sOx_sEx.csv", pose_table());
+        capture_ = write_file("capture.csv", capture_text());
         calibration_ = path_in_temp("calibration.toml");
         const auto fitted = tricoil("calibrate --model concentric --out " + calibration_ + " " + poses_);
         ASSERT_EQ(fitted.exit_code, 0) << fitted.err;
     }
 
-    /// `call` on `path` fails the first time, the second, and so on, until the command no longer comes so far.
+    /// Only the `count`-th `call` fails: the command is refused, or did without it and has the whole result.
+    static void expect_survives_once(const std::string& arguments, const std::string& call, int count, const std::string& path,
+                                     const std::string& out, const CliResult& whole, const std::string& expected) {
+        fs::remove(out);
+        const auto result = tricoil_with_fault(arguments, "'" + call + "!'", count, EIO, path);
+        if (result.exit_code == 0) {
+            EXPECT_EQ(read_file(out), expected) << arguments << ": " << call << " " << count;
+            EXPECT_EQ(result.out, whole.out) << arguments << ": " << call << " " << count;
+            return;
+        }
+        EXPECT_TRUE(result.exit_code == 2 || result.exit_code == 3) << arguments << ": " << call << " " << count << result.err;
+        EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+        EXPECT_TRUE(!fs::exists(out) || read_file(out) == expected) << arguments << ": " << call << " " << count;
+    }
+
+    /// `call` on `path` fails the first time, the second, and so on, until the command no longer comes so far: from then on, and
+    /// once.
     static int expect_each_is_told(const std::string& arguments, const std::string& call, const std::string& path,
                                    const std::string& out) {
         fs::remove(out);
@@ -65,6 +99,7 @@ protected:
         const std::string expected = read_file(out);
         constexpr int kMost = 200;
         for (int count = 1; count < kMost; ++count) {
+            expect_survives_once(arguments, call, count, path, out, whole, expected);
             fs::remove(out);
             const auto result = tricoil_with_fault(arguments, call, count, EIO, path);
             if (result.exit_code == 0) {
@@ -83,6 +118,7 @@ protected:
 
     static inline std::string recording_;
     static inline std::string poses_;
+    static inline std::string capture_;
     static inline std::string calibration_;
     const std::string out_ = path_in_temp("out_file");
 };
@@ -96,6 +132,7 @@ TEST_F(Faults, AFailedReadIsNotTheEndOfAFile) {
         {"convert " + recording_ + " --out " + out_, recording_ + "/recording.json"},
         {"replay " + recording_ + " --out " + out_, recording_ + "/inputs.csv"},
         {"replay " + recording_ + " --out " + out_, recording_ + "/poses.csv"},
+        {"demodulate " + capture_ + " --carrier-hz 10000 --rate-hz 200000", capture_},
     };
     for (const auto& [command, path] : commands) {
         EXPECT_GT(expect_each_is_told(command, "read", path, out_), 0) << command << ": " << path << " was never read";
@@ -127,6 +164,7 @@ TEST_F(Faults, AnOutputFileIsWholeOrNotThere) {
     for (const std::string& command : commands) {
         for (const char* call : {"open", "write", "fsync", "rename"}) {
             if (command.starts_with("run")) {  // says how long it took
+                fs::remove(out_);
                 const auto result = tricoil_with_fault(command + out_, call, 1, EIO, out_);
                 EXPECT_NE(result.exit_code, 0) << call;
                 EXPECT_FALSE(fs::exists(out_)) << call;

@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 #include <net/if.h>
 
+#include <cerrno>
+#include <cstring>
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -43,7 +45,10 @@ struct DeviceCommand {
 ordered_json can_interfaces() {
     ordered_json found = ordered_json::array();
     struct if_nameindex* const all = ::if_nameindex();
-    for (struct if_nameindex* i = all; i != nullptr && i->if_index != 0; ++i) {
+    if (all == nullptr) {
+        throw DeviceError(std::string("network interfaces cannot be listed (") + std::strerror(errno) + ")");
+    }
+    for (struct if_nameindex* i = all; i->if_index != 0; ++i) {
         const std::string folder = std::string("/sys/class/net/") + i->if_name;
         int type = 0;
         int mtu = 0;

@@ -1,0 +1,101 @@
+"""Clients of `tricoil serve`: hostile ones, and one that reads what it asked for."""
+import json
+import os
+import socket
+import threading
+import time
+
+
+def connect(port):
+    return socket.create_connection(("127.0.0.1", port), timeout=5)
+
+
+def flood(port, random, seconds):
+    """Asks without reading."""
+    with connect(port) as line:
+        line.settimeout(0.2)
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            try:
+                line.sendall(random.choice([b"P", b"PS\x16", b"C", b"O1,2,4\r"]) * 100)
+            except (socket.timeout, BrokenPipeError, ConnectionResetError):
+                time.sleep(0.01)
+
+
+def babble(port, random, seconds):
+    """Random bytes, and goes away."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        try:
+            with connect(port) as line:
+                line.sendall(random.randbytes(random.randrange(1, 3000)))
+                line.settimeout(0.05)
+                line.recv(100)
+        except OSError:
+            pass
+        time.sleep(0.02)
+
+
+REQUESTS = [
+    b"GET / HTTP/1.1\r\nHost: 127.0.0.1:%d\r\nRange: bytes=0-99999999\r\n\r\n",
+    b"GET /" + b"a" * 300 + b" HTTP/1.1\r\nHost: 127.0.0.1:%d\r\n\r\n",
+    b"POST /control HTTP/1.1\r\nHost: 127.0.0.1:%d\r\nContent-Type: application/json\r\nContent-Length: 14\r\n\r\n{\"run\": false}",
+    b"POST /control HTTP/1.1\r\nHost: 127.0.0.1:%d\r\nTransfer-Encoding: chunked\r\n\r\nffffffff\r\n",
+    b"GET / HTTP/1.1\r\nHost: 127.0.0.1:%d\r\nX: ",  # never ends
+    b"GET /stream HTTP/1.1\r\nHost: 127.0.0.1:%d\r\n\r\n",  # never read
+    b"HEAD / HTTP/1.1\r\nHost: evil.example\r\n\r\n",
+]
+
+
+def browse(port, random, seconds):
+    """Bad requests, up to ten open at a time."""
+    lines, end = [], time.monotonic() + seconds
+    while time.monotonic() < end:
+        try:
+            line = connect(port)
+            request = random.choice(REQUESTS)
+            line.sendall(request % port if b"%d" in request else request)
+            lines.append(line)
+        except OSError:
+            pass
+        while len(lines) > 10:
+            lines.pop(random.randrange(len(lines))).close()
+        time.sleep(0.02)
+    for line in lines:
+        line.close()
+
+
+class Page(threading.Thread):
+    """Reads the live page's stream, as a browser does; counts events and valid poses."""
+
+    def __init__(self, port):
+        super().__init__(daemon=True)
+        self.port, self.events, self.valid, self.warnings, self.ends = port, 0, 0, set(), False
+        self.came = time.monotonic()
+
+    def run(self):
+        while not self.ends:
+            try:
+                self.read()
+            except (OSError, ValueError):
+                time.sleep(0.1)
+
+    def read(self):
+        with connect(self.port) as line:
+            line.sendall(b"GET /stream HTTP/1.1\r\nHost: 127.0.0.1:%d\r\n\r\n" % self.port)
+            for text in line.makefile("rb"):
+                if self.ends:
+                    return
+                if text.startswith(b"data: "):
+                    event = json.loads(text[6:])
+                    self.events += 1
+                    self.valid += any(pose["valid"] for pose in event["poses"])
+                    self.warnings.add(event["status"].get("health", {}).get("warning", ""))
+                    self.came = time.monotonic()
+
+
+def use_of(process):
+    """Resident kilobytes, descriptors, threads of a process."""
+    with open(f"/proc/{process}/status") as status:
+        fields = dict(line.split(":", 1) for line in status)
+    return int(fields["VmRSS"].split()[0]), len(os.listdir(f"/proc/{process}/fd")), int(fields["Threads"])
