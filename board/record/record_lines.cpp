@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "board/pose_text/pose_fields.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/text_table.hpp"
 #include "core/base/angle_units.hpp"
@@ -49,10 +50,13 @@ public:
     }
 
     template <typename FlagEnum>
-    FlagSet<FlagEnum> flags(FlagEnum last) {
-        const auto bits = number_below<std::uint32_t>(2U << static_cast<std::uint32_t>(last));
+    FlagSet<FlagEnum> flags(FlagSet<FlagEnum> known) {
+        const auto bits = number<std::uint32_t>();
+        if ((bits & ~known.bits()) != 0) {
+            throw InputError(fmt::format("{}: field {}, '{}', has unknown flags", where_, at_, bits));
+        }
         FlagSet<FlagEnum> set;
-        for (std::uint32_t bit = 0; bit <= static_cast<std::uint32_t>(last); ++bit) {
+        for (std::uint32_t bit = 0; known.bits() >> bit != 0; ++bit) {
             set.set_if((bits >> bit & 1U) != 0, static_cast<FlagEnum>(bit));
         }
         return set;
@@ -73,6 +77,11 @@ private:
     std::vector<std::string_view> fields_;
     std::size_t at_ = 0;
 };
+
+// The covariance in place of the standard deviations.
+constexpr std::string_view kCovarianceNames =
+    "cov_xx,cov_xy,cov_xz,cov_xrx,cov_xry,cov_xrz,cov_yy,cov_yz,cov_yrx,cov_yry,cov_yrz,cov_zz,cov_zrx,cov_zry,cov_zrz,"
+    "cov_rxrx,cov_rxry,cov_rxrz,cov_ryry,cov_ryrz,cov_rzrz";
 
 std::string text_of(const Vec3<double>& v) { return fmt::format("{},{},{}", v.x(), v.y(), v.z()); }
 
@@ -97,17 +106,36 @@ std::string line_of(const TrackerInput& input) {
     return fmt::format("{},,,,,,,,,,,,,,,", kind);
 }
 
+const std::array<std::string, 3>& record_headers() {
+    static const std::array<std::string, 3> headers{
+        "kind,sensor,time_us,state,state_sequence,sequence,flags,in_phase_1,in_phase_2,in_phase_3,quadrature_1,quadrature_2,"
+        "quadrature_3,sigma_1,sigma_2,sigma_3",
+        fmt::format("{},{},x11,x21,x31,x12,x22,x32,x13,x23,x33", pose_column_names("m", kCovarianceNames), kPredictedErrorNames),
+        "time_us,sensor,event,detail"};
+    return headers;
+}
+
 std::string line_of(const tracking::PoseEstimate<double>& e) {
     fmt::memory_buffer line;
-    const Quat<double>& q = e.q_source_sensor;
-    fmt::format_to(std::back_inserter(line), "{},{},{},{:d},{},{},{},{},{},{},{}", e.sensor, e.sequence, to_us(e.time), e.valid(),
-                   e.flags.bits(), static_cast<int>(e.state), text_of(e.position_m), q.w(), q.x(), q.y(), q.z());
-    for (int i = 0; i < 6; ++i) {
-        for (int j = i; j < 6; ++j) {
-            fmt::format_to(std::back_inserter(line), ",{}", e.covariance(i, j));
+    const auto add = [&](const auto& value) {
+        fmt::format_to(std::back_inserter(line), "{}{}", line.size() == 0 ? "" : ",", value);
+    };
+    const PoseNumbers numbers = numbers_of(e);
+    for (const PoseField& field : pose_fields()) {
+        if (is_deviation(field)) {
+            for (int i = 0; i < 6; ++i) {
+                for (int j = i; j < 6; ++j) {
+                    add(e.covariance(i, j));
+                }
+            }
+        } else if (field.integer != nullptr) {
+            add(numbers.*field.integer);
+        } else {
+            for (const double number : field.numbers(numbers)) {
+                add(number);
+            }
         }
     }
-    fmt::format_to(std::back_inserter(line), ",{},{}", e.distortion_chi_square, e.snr_db);
     if (e.predicted_error) {
         fmt::format_to(std::back_inserter(line), ",{},{}", 1e3 * e.predicted_error->total.position_m,
                        kDegrees * e.predicted_error->total.rotation_rad);
@@ -144,7 +172,7 @@ TrackerInput parse_input(std::string_view line, const std::string& where) {
             c.state = static_cast<Excitation>(fields.number_below<std::uint8_t>(static_cast<int>(Excitation::all) + 1));
             c.state_sequence = fields.number<std::uint32_t>();
             c.sequence = fields.number<std::uint32_t>();
-            c.flags = fields.flags(ColumnFlag::overrun);
+            c.flags = fields.flags(kAllColumnFlags);
             c.in_phase = fields.vector();
             c.quadrature = fields.vector();
             c.sigma = fields.vector();
@@ -167,7 +195,7 @@ tracking::PoseEstimate<double> parse_pose(std::string_view line, const std::stri
     e.sequence = fields.number<std::uint32_t>();
     e.time = device_time_us(fields.number<std::int64_t>());
     fields.skip(1);  // valid: derived from the flags
-    e.flags = fields.flags(tracking::PoseFlag::coasting);
+    e.flags = fields.flags(tracking::kAllPoseFlags);
     e.state = static_cast<tracking::TrackerState>(fields.number_below<std::uint8_t>(3));
     e.position_m = fields.vector();
     e.q_source_sensor.w() = fields.number<double>();

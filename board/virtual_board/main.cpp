@@ -15,6 +15,7 @@
 #include "board/support/nearest_name.hpp"
 #include "board/support/sim_input/fault_text.hpp"
 #include "board/support/sim_input/scenario_file.hpp"
+#include "board/support/whole_file.hpp"
 #include "board/virtual_board/board_fault_text.hpp"
 #include "board/virtual_board/bridges.hpp"
 #include "board/virtual_board/symbols_file.hpp"
@@ -82,9 +83,7 @@ void save_flash(VirtualBoard& board, const std::string& path) {
         return;
     }
     const auto& bytes = board.flash.content();
-    if (!std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(bytes.data()), std::ssize(bytes))) {
-        throw host::DeviceError(path + ": cannot be written");
-    }
+    host::write_whole_file(path, {bytes.begin(), bytes.end()});
 }
 
 class Run {
@@ -110,14 +109,14 @@ public:
         const host::InterruptGuard guard;
         const double end_s = options_.duration_s > 0 ? options_.duration_s : kEndlessS;
         const bool paced = options_.pace == "real" || (options_.pace == "auto" && !bridges_.empty());
-        const std::int64_t began_us = drivers::monotonic_us();
+        const HostTime began = drivers::host_now();
         while (!guard.interrupted() && board_->now_s() < end_s && !board_->machine.cpu.in_bootloader()) {
             faults_->update();
             step(std::min(board_->now_s() + kStepS, end_s));
             for (const auto& bridge : bridges_) {
                 bridge->serve();
             }
-            const std::int64_t ahead = static_cast<std::int64_t>(1e6 * board_->now_s()) - (drivers::monotonic_us() - began_us);
+            const std::int64_t ahead = static_cast<std::int64_t>(1e6 * board_->now_s()) - (drivers::host_now() - began).count();
             if (paced && ahead > 0) {
                 ::usleep(static_cast<unsigned>(ahead));
             }
@@ -208,8 +207,8 @@ int run(const Options& options) {
     const std::string text = run.report().dump(2) + "\n";
     if (options.report.empty()) {
         fmt::print("{}", text);
-    } else if (!(std::ofstream(options.report) << text)) {
-        throw host::DeviceError(options.report + ": cannot be written");
+    } else {
+        host::write_whole_file(options.report, text);
     }
     return 0;
 }

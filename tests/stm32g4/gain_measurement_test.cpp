@@ -46,6 +46,9 @@ private:
         wanted_ = obeys ? step : wanted_;
         return {};
     }
+    Status do_measure(const signal::AcquisitionPlan& plan, signal::GainSteps<float>& steps) override {
+        return measure_gain(*this, *this, plan, steps);
+    }
     void do_set_test_carrier(float amplitude_codes) override { fed = amplitude_codes; }
 
     Status do_start(const signal::AcquisitionPlan&) override {
@@ -196,7 +199,7 @@ TEST(GainMeasurement, RefusesACarrierThatEndsWithinABlock) {
 }
 
 TEST(GainMeasurement, ReturnsErrorsOfConvertersAndAmplifiers) {
-    for (const StatusCode code : {StatusCode::timed_out, StatusCode::not_ready, StatusCode::device_lost}) {
+    for (const StatusCode code : {StatusCode::timed_out, StatusCode::over_current, StatusCode::device_lost}) {
         FedAmplifiers fed;
         fed.status = {code, "no block"};
         EXPECT_EQ(result_of(fed), code);
