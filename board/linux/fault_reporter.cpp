@@ -13,64 +13,64 @@ namespace {
 constexpr std::int64_t kPauseUs = 1'000'000;
 
 constexpr std::array<const char*, protocol::kWireErrors> kMeanings{"",
-                                                                   "too short for any message",
-                                                                   "of an unknown protocol version; update one of the two sides",
-                                                                   "of an unknown type",
-                                                                   "of a wrong length",
-                                                                   "with values that cannot be",
-                                                                   "with a wrong check value; look at cable and shielding",
-                                                                   "wrongly framed",
-                                                                   "longer than any message",
-                                                                   "from a sender that has no business to send them",
-                                                                   "of a second device at the same address",
-                                                                   "out of order or twice",
+                                                                   "too short",
+                                                                   "unknown protocol version; update the older side",
+                                                                   "unknown type",
+                                                                   "wrong length",
+                                                                   "values out of range",
+                                                                   "wrong CRC; check cable and shielding",
+                                                                   "invalid framing",
+                                                                   "too long",
+                                                                   "type not allowed for this sender",
+                                                                   "from a second device with the same address",
+                                                                   "out of order or repeated",
                                                                    "measured while the coils changed"};
 
 /// Device faults, by the bits of the status message.
 constexpr std::array<const char*, 15> kFaults{"the host was silent: coils off",
-                                              "too much current in a coil or its power stage",
+                                              "over-current in a coil or its power stage",
                                               "samples were lost, or a converter is stuck",
                                               "no calibration, or a damaged one",
-                                              "temperature beyond its limits",
-                                              "supply beyond its limits",
+                                              "temperature out of range",
+                                              "supply voltage out of range",
                                               "coils changed within a window",
                                               "messages were dropped, as the link is too slow",
-                                              "an open coil: no current though it is driven",
-                                              "a row of its self-check failed",
-                                              "it hung and was reset by its watchdog",
-                                              "no crystal: its rates are wrong",
-                                              "next to nothing of its stack is left",
-                                              "its calibration store does not take what is written",
-                                              "its power stages do not do what they are told"};
+                                              "open coil: no current while it is driven",
+                                              "self-check failed",
+                                              "the watchdog has reset it",
+                                              "no crystal: sample and link rates are inaccurate",
+                                              "the stack is almost full",
+                                              "the calibration cannot be stored",
+                                              "the power stages do not follow their commands"};
 
 }  // namespace
 
-void FaultReporter::tell_device_faults(std::uint16_t faults, std::int64_t now_us) {
-    if (faults == told_faults_ || (faults_us_ != 0 && now_us - faults_us_ < kPauseUs)) {
+void FaultReporter::print_device_faults(std::uint16_t faults, std::int64_t now_us) {
+    if (faults == printed_faults_ || (faults_us_ != 0 && now_us - faults_us_ < kPauseUs)) {
         return;
     }
-    const unsigned news = faults & ~static_cast<unsigned>(told_faults_);
+    const unsigned news = faults & ~static_cast<unsigned>(printed_faults_);
     for (std::size_t bit = 0; bit < kFaults.size(); ++bit) {
         if ((news >> bit & 1U) != 0) {
             std::array<char, 160> text{};
             std::snprintf(text.data(), text.size(), "the device reports: %s", kFaults[bit]);
-            tell_once(text.data(), now_us);
+            print_once(text.data(), now_us);
         }
     }
-    told_faults_ = faults;
+    printed_faults_ = faults;
     faults_us_ = now_us;
 }
 
-void FaultReporter::tell(const char* text) const {
+void FaultReporter::print(const char* text) const {
     host::print_notice("tricoil: {}: {}\n", device_, text);
     if (tap_ != nullptr) {
         tap_->fault(text);
     }
 }
 
-void FaultReporter::tell_once(const char* text, std::int64_t now_us) {
-    if (repeated_.is_news(text, now_us)) {
-        tell(text);
+void FaultReporter::print_once(const char* text, std::int64_t now_us) {
+    if (repeated_.should_print(text, now_us)) {
+        print(text);
     }
 }
 
@@ -80,14 +80,14 @@ void FaultReporter::look(tracking::PoseFlags flags, std::int64_t now_us) {
         told_side_ = false;
     } else if (!told_side_ && now_us - sided_us_ > kPauseUs) {
         told_side_ = true;
-        tell_once(host::advice(flags).c_str(), now_us);
+        print_once(host::advice(flags).c_str(), now_us);
     }
 }
 
-void FaultReporter::tell_repeated() const {
+void FaultReporter::print_repeated() const {
     for (const RepeatedTexts::Entry& entry : repeated_.entries()) {
         if (entry.untold > 0) {
-            host::print_notice("tricoil: {}: {} more times: {}\n", device_, entry.untold, entry.text.data());
+            host::print_notice("tricoil: {}: repeated {} times: {}\n", device_, entry.untold, entry.text.data());
         }
     }
 }
@@ -98,20 +98,20 @@ void FaultReporter::look(const DeviceSession& session, const hal::MessagePort& p
         const std::uint64_t count = session.refused().of(error) + port.wire_errors().of(error);
         if (count > told_[kind] && (told_us_[kind] == 0 || now_us - told_us_[kind] >= kPauseUs)) {
             std::array<char, 160> text{};
-            std::snprintf(text.data(), text.size(), "refused %" PRIu64 " messages %s", count - told_[kind], kMeanings[kind]);
-            tell(text.data());
+            std::snprintf(text.data(), text.size(), "refused %" PRIu64 " messages: %s", count - told_[kind], kMeanings[kind]);
+            print(text.data());
             told_[kind] = count;
             told_us_[kind] = now_us;
         }
     }
-    tell_device_faults(session.device_status().faults, now_us);
+    print_device_faults(session.device_status().faults, now_us);
     const char* const detail = session.detail();
     const bool is_new = std::strcmp(detail, told_detail_.data()) != 0;
     if (is_new && detail[0] == '\0') {
-        tell_once("connected", now_us);
+        print_once("connected", now_us);
         told_detail_[0] = '\0';
     } else if (is_new && now_us - detail_us_ >= kPauseUs) {
-        tell_once(detail, now_us);
+        print_once(detail, now_us);
         std::snprintf(told_detail_.data(), told_detail_.size(), "%s", detail);
         detail_us_ = now_us;
     }

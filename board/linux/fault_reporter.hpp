@@ -24,12 +24,12 @@ public:
     void look(tracking::PoseFlags flags, std::int64_t now_us);
 
     /// Reports the counts of repeated faults. Call it at the end.
-    void tell_repeated() const;
+    void print_repeated() const;
 
 private:
-    void tell(const char* text) const;
-    void tell_once(const char* text, std::int64_t now_us);
-    void tell_device_faults(std::uint16_t faults, std::int64_t now_us);
+    void print(const char* text) const;
+    void print_once(const char* text, std::int64_t now_us);
+    void print_device_faults(std::uint16_t faults, std::int64_t now_us);
 
     std::string device_;
     hal::TrackerTap<double>* tap_;
@@ -37,7 +37,7 @@ private:
     std::array<std::int64_t, protocol::kWireErrors> told_us_{};
     std::array<char, 320> told_detail_{};
     RepeatedTexts repeated_;
-    std::uint16_t told_faults_ = 0;
+    std::uint16_t printed_faults_ = 0;
     std::int64_t faults_us_ = 0;
     std::int64_t detail_us_ = 0;
     std::int64_t sided_us_ = 0;  // time at which the hemisphere was last known

@@ -18,7 +18,7 @@ public:
     };
 
     /// Returns true if `text` must be reported. Otherwise counts it.
-    bool is_news(const char* text, std::int64_t now_us) {
+    bool should_print(const char* text, std::int64_t now_us) {
         std::array<char, 160> shown{};
         std::snprintf(shown.data(), shown.size(), "%s", text);
         Entry* place = &entries_.front();

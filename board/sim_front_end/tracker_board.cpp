@@ -11,7 +11,7 @@ namespace tricoil::sim_front_end {
 namespace {
 
 constexpr Microseconds kWait{1000};
-constexpr float kMostReference_v = 1.8F;  // the simulated current makes 1 V, 1.6 V in FDM
+constexpr float kMaxReference_v = 1.8F;  // the simulated reference is 1 V in TDM, 1.6 V in FDM
 
 signal::AcquisitionPlan planned(signal::Multiplexing multiplexing, double rate_hz) {
     const auto plan = signal::plan_acquisition(signal::default_acquisition(multiplexing, rate_hz));
@@ -21,7 +21,7 @@ signal::AcquisitionPlan planned(signal::Multiplexing multiplexing, double rate_h
     return *plan;
 }
 
-/// The one that was asked for comes first, and is what the world is left with.
+/// All modes. The requested mode is the first one, and `world` is configured for it at the end.
 std::vector<app::MeasuringMode> all_modes(const sim::FrontEndParams& params, sim::CoilWorld& world) {
     using signal::Multiplexing;
     std::vector<app::MeasuringMode> modes;
@@ -64,7 +64,7 @@ app::DeviceParams TrackerBoard::device_params() {
     p.demodulator = sim::in_single(world_.demodulation());
     p.coupling_constant_m3 = static_cast<float>(params_.scenario->world.coupling_constant_m3);
     p.hemisphere = params_.scenario->motion->at(0).position_m.cast<float>();
-    p.most_reference_v = kMostReference_v;
+    p.most_reference_v = kMaxReference_v;
     p.host_silence = Microseconds{params_.watchdog_us};
     return p;
 }
@@ -98,7 +98,7 @@ sim::FrontEndCounters TrackerBoard::counters() const {
 
 void TrackerBoard::step(std::int64_t now_us) {
     port_.listen(now_us);
-    heard_s_ = port_.heard_us() == now_us ? clock_.elapsed_s() : heard_s_;
+    heard_s_ = port_.last_message_us() == now_us ? clock_.elapsed_s() : heard_s_;
     if (system_.loader_restarts() > 0) {  // the loader uses another protocol
         finished_ = true;
         (void)port_.wait(kWait);
@@ -106,9 +106,9 @@ void TrackerBoard::step(std::int64_t now_us) {
     }
     if (!is_running()) {
         idle();
-    } else if (now_us - port_.heard_us() > params_.watchdog_us) {
-        counters_.longest_silence_us = std::max(counters_.longest_silence_us, now_us - port_.heard_us());
-        clock_.pause(2e-6 * params_.watchdog_us);  // the host is also silent in device time
+    } else if (now_us - port_.last_message_us() > params_.watchdog_us) {
+        counters_.longest_silence_us = std::max(counters_.longest_silence_us, now_us - port_.last_message_us());
+        clock_.pause(2e-6 * params_.watchdog_us);  // device time advances beyond the watchdog's limit too
         measure(now_us);
     } else if (block_is_due(now_us)) {
         measure(now_us);
@@ -141,8 +141,8 @@ bool TrackerBoard::block_is_due(std::int64_t now_us) const {
         return static_cast<double>(now_us - pace_begin_us_) >= 1e6 * (clock_.elapsed_s() - pace_begin_s_);
     }
     // Device time runs ahead of host time, but not so far that the watchdog of the device expires.
-    constexpr double kMostSilence = 0.7;
-    return port_.ahead() < params_.ahead && clock_.elapsed_s() - heard_s_ < kMostSilence * 1e-6 * params_.watchdog_us;
+    constexpr double kMaxSilence = 0.7;
+    return port_.ahead() < params_.ahead && clock_.elapsed_s() - heard_s_ < kMaxSilence * 1e-6 * params_.watchdog_us;
 }
 
 void TrackerBoard::measure(std::int64_t now_us) {
@@ -155,7 +155,7 @@ void TrackerBoard::measure(std::int64_t now_us) {
     measured_s_ += clock_.elapsed_s() - before_s;
     if (is_running() && !finished_ && measured_s_ >= params_.duration_s) {
         finished_ = true;
-        port_.pretend_stop();
+        port_.inject_stop();
     }
 }
 

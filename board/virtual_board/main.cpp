@@ -260,6 +260,6 @@ int main(int argc, char** argv) {
     } catch (const tricoil::virtual_board::RunFailure& error) {
         return print_error(error, ExitCode::check_failed);
     } catch (const std::exception& error) {
-        return print_error(error, ExitCode::device_trouble);
+        return print_error(error, ExitCode::device_error);
     }
 }

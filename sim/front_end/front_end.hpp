@@ -91,7 +91,7 @@ public:
 
 private:
     void serve(std::int64_t now_us);
-    void obey(const protocol::CommandMessage& command, std::int64_t now_us);
+    void dispatch_command(const protocol::CommandMessage& command, std::int64_t now_us);
     [[nodiscard]] protocol::AckResult answer(const protocol::CommandMessage& command);
     [[nodiscard]] protocol::AckResult set(const protocol::CommandMessage& command);
     [[nodiscard]] protocol::AckResult set_mode(std::uint32_t argument);

@@ -1,4 +1,4 @@
-// The tracker's side never waits; readers that fall behind miss the oldest poses and know how many.
+// The tracker never waits. Slow readers lose the oldest poses and get the number of lost poses.
 #include "board/host/serve/pose_hub.hpp"
 
 #include <gtest/gtest.h>
@@ -98,7 +98,7 @@ TEST(WallClock, TakesTheShortestWay) {
     std::int64_t worst = 0;
     for (int n = 0; n < 2400; ++n) {
         const std::int64_t time = 4167 * n;
-        const std::int64_t way = 2000 + 300 + 500 * (n % 7);  // half a window, the least transfer, and what comes on top
+        const std::int64_t way = 2000 + 300 + 500 * (n % 7);  // half a window, minimum transfer time, and processing
         const std::int64_t utc = clock.utc_us(device_time_us(time), kEpoch + time + way);
         worst = std::max(worst, std::abs(utc - (kEpoch + time)));
     }
@@ -119,7 +119,7 @@ TEST(WallClock, FollowsDriftAndRestarts) {
     }
     EXPECT_LE(worst, 2000);
     const std::int64_t later = kEpoch + 300'000'000;
-    EXPECT_EQ(clock.utc_us(device_time_us(5), later), later);  // the device began anew
+    EXPECT_EQ(clock.utc_us(device_time_us(5), later), later);  // the device restarted
 }
 
 }  // namespace

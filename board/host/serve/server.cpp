@@ -11,7 +11,7 @@
 namespace tricoil::host {
 namespace {
 
-constexpr int kRoundMs = 200;  // longest interval between two rounds
+constexpr int kRoundMs = 200;  // maximum interval between two rounds
 constexpr int kPauseMs = static_cast<int>(Stream::kSharePause.count());
 
 }  // namespace
