@@ -20,7 +20,7 @@ std::int32_t next_noise(std::uint32_t& state) {
 
 Status StillCoilSampler::do_start(const signal::AcquisitionPlan& plan) {
     if (!plan.is_tdm() || static_cast<std::size_t>(plan.block_samples) > samples_.size()) {
-        return {StatusCode::invalid_argument, "still coils are sampled in TDM, at most 256 samples per block"};
+        return {StatusCode::invalid_argument, "only TDM with at most 256 samples per block is supported"};
     }
     block_samples_ = static_cast<std::size_t>(plan.block_samples);
     step_rad_ =

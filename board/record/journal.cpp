@@ -57,7 +57,7 @@ void Journal::make(const std::string& path, File& file) {
             ::close(other.descriptor);
         }
     }
-    throw InputError(path + ": cannot be made (" + reason + "); choose another folder");
+    throw InputError(path + ": cannot be created (" + reason + "); choose another folder");
 }
 
 Journal::~Journal() { close(); }

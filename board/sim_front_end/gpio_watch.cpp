@@ -16,7 +16,7 @@ GpioWatch::GpioWatch(const std::string& folder, std::int64_t hold_us, bool has_h
         const std::string path = folder + "/sim_gpio" + std::to_string(line) + "/value";
         values_[line].reset(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
         if (!values_[line].is_open()) {
-            throw host::DeviceError(path + ": no simulated GPIO line there; give --gpio the chip's folder in sysfs");
+            throw host::DeviceError(path + ": no simulated GPIO line; --gpio needs the folder of the chip in sysfs");
         }
     }
     sync_.reset(::open((folder + "/sim_gpio4/pull").c_str(), O_WRONLY | O_CLOEXEC));

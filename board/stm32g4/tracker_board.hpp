@@ -21,7 +21,7 @@ namespace tricoil::stm32g4_board {
 struct TrackerBoard {
     explicit TrackerBoard(stm32g4::CoreClock core);
 
-    /// Starts peripheral clocks, pins (coils off), interrupts and links. Failures appear in processor.troubles() or at first use.
+    /// Starts peripheral clocks, pins (coils off), interrupts and links. Failures appear in processor.faults() or at first use.
     void begin();
 
     [[nodiscard]] app::DeviceHardware hardware();

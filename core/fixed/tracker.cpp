@@ -13,7 +13,7 @@ using tracking::TrackerState;
 
 constexpr Status kUnexplained{StatusCode::not_converged, "the step from the last pose does not explain the couplings"};
 
-/// Limit with which differences of times, and sums with the length of a block, stay within 64 bits.
+/// Limit of times, so that differences of times and their sums with a block's length fit into 64 bits.
 bool is_time(DeviceTime time) {
     constexpr std::int64_t kMax_us = std::int64_t{1} << 61;
     return to_us(time) > -kMax_us && to_us(time) < kMax_us;

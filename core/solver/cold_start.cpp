@@ -83,8 +83,8 @@ Start<Scalar> rated(const Model<Scalar>& model, const Mat3<Scalar>& x, const Mat
     return {pose, std::isfinite(cost) ? cost : std::numeric_limits<Scalar>::max()};
 }
 
-/// The best of the passes, which need not converge near the coils. Not inlined, like the other stages of the search, so that
-/// their stack use does not add up.
+/// Returns the best of the passes, because near the coils they may not converge. Not inlined, like the other stages of the
+/// search, so that their stack use does not add up.
 template <typename Scalar>
 [[gnu::noinline]] Start<Scalar> best_pass(const Model<Scalar>& model, const Gains<Scalar>& gains, const Mat3<Scalar>& x,
                                           const Mat3<Scalar>& weights, RigidPose<Scalar> pose, int passes) {

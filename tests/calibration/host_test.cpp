@@ -135,7 +135,8 @@ TEST(GridCalibration, FindsScaleGainsAndPivotFromAPrintedGrid) {
     EXPECT_NEAR(scale, 1, 0.005);
     EXPECT_LT((shape.gain - truth.gain).cwiseAbs().maxCoeff(), 0.003);
     EXPECT_LT((shape.angle_deg - truth.angle_deg).cwiseAbs().maxCoeff(), 0.3);
-    EXPECT_NEAR(found.pivot_m.norm(), pivot.norm(), 5e-4);  // its direction depends on the rotation of the sensor frame, which is not observable
+    EXPECT_NEAR(found.pivot_m.norm(), pivot.norm(),
+                5e-4);  // its direction depends on the rotation of the sensor frame, which is not observable
     EXPECT_LT(found.position_rms_m, 1.5e-3);
     std::vector<GridFrame> one_row;
     std::copy_if(frames.begin(), frames.end(), std::back_inserter(one_row), [](const GridFrame& f) { return f.node.y() == 0; });

@@ -116,7 +116,7 @@ nlohmann::json motion(const std::string& arguments) {
     return nlohmann::json::parse(answer.output);
 }
 
-/// The error of one pass is almost only in range, by (37) with the turn per update of the loop.
+/// The error of one pass is mainly in range. It agrees with (37), evaluated for the turn in one update.
 TEST(MotionCommand, PredictsThePoleFreeLoop) {
     const auto one = motion("--example III --loop closed --form vectors");
     EXPECT_NEAR(one["measured"]["max_abs_e_rho_m"], 0.018056, 5e-7);

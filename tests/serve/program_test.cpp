@@ -34,7 +34,7 @@ TEST(ServeProgram, RefusesWhatCannotBeServed) {
         {"--fastrak tcp:99999", "needs a port number up to 65535"},
         {"--fastrak serial:/dev/ttyS0:1234", "the speed must be 9600"},
         {"--fastrak pty:/dev/null", "exists and is not a link to a pseudo terminal"},
-        {"--fastrak pty:/no/such/folder/link", "cannot be made"},
+        {"--fastrak pty:/no/such/folder/link", "cannot be created"},
         {"--openigtlink here", "needs a port number"},
         {"--openigtlink 0 --scenario nonsense", "nonsense"},
     };

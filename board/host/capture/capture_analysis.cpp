@@ -164,8 +164,7 @@ void detect_sensor(CaptureAnalysis& analysis) {
     } else if (analysis.misfit_share > limits.max_misfit) {
         analysis.verdict = fmt::format(
             "no sensor: {:.0f} % of the couplings' power fits no dipole ({:.0f} % is the limit); singular values {:.2f} : {:.2f} "
-            ": 1 where "
-            "a sensor has about 2 : 1 : 1, so the inputs pick up the drive alike, as unplugged ones do",
+            ": 1 instead of about 2 : 1 : 1. Inputs that are not connected can cause this",
             100 * analysis.misfit_share, 100 * limits.max_misfit, analysis.singular_values(0) / analysis.singular_values(2),
             analysis.singular_values(1) / analysis.singular_values(2));
     } else {

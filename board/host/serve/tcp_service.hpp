@@ -14,7 +14,7 @@
 namespace tricoil::host {
 
 /// Session: created by the factory with a Stream&, with receive(std::span<const char>) and take(std::span<const ServedPose>). It
-/// sends and hangs up through its stream.
+/// sends and disconnects through its stream.
 template <typename Session>
 class TcpService final : public Service {
 public:

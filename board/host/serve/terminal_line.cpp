@@ -43,7 +43,7 @@ void make_link(const std::string& link, const std::string& name) {
     }
     fs::create_symlink(name, link, error);
     if (error) {
-        throw InputError(fmt::format("{}: cannot be made ({}); choose another path", link, error.message()));
+        throw InputError(fmt::format("{}: cannot be created ({}); choose another path", link, error.message()));
     }
 }
 

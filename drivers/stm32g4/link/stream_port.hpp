@@ -30,7 +30,7 @@ protected:
     [[nodiscard]] const hal::Clock& clock() const { return clock_; }
 
 private:
-    /// Configures the peripheral; the handler may run afterwards. ok; device_lost, with the reason in why().
+    /// Configures the peripheral; the handler may run afterwards. ok; device_lost, with the reason in reason().
     virtual Status start() = 0;
     /// Shuts the peripheral down; afterwards the handler has no effect.
     virtual void stop() = 0;

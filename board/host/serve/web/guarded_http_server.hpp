@@ -29,7 +29,7 @@ public:
     bool bind(const std::string& host, int port);
     /// Call it in a handler: protects its connection from replacement and time-out.
     void keep_this_connection();
-    /// On all connections, those to come too.
+    /// Disconnects all present and future connections.
     void disconnect();
 
 private:
