@@ -179,9 +179,9 @@ int run_device(const DeviceRunOptions& options) {
     tracking::PoseFlags flags;  // of the newest pose; only flags that the user can clear by an action
     DeviceLoop loop(*port, lines.lines(), params, [&](const protocol::PoseMessage& pose) {
         stopwatch.see(pose.time_us);
-        constexpr auto kSide = tracking::PoseFlag::hemisphere_unknown;
+        constexpr auto kHemisphereUnknown = tracking::PoseFlag::hemisphere_unknown;
         flags = {};
-        flags.set_if((pose.flags >> static_cast<unsigned>(kSide) & 1U) != 0, kSide);
+        flags.set_if((pose.flags >> static_cast<unsigned>(kHemisphereUnknown) & 1U) != 0, kHemisphereUnknown);
         if (csv) {
             csv->push(host::pose_line(pose, host::PoseFormat::csv, line));
         }
@@ -213,8 +213,8 @@ int run_device(const DeviceRunOptions& options) {
             options.each_step(loop);
         }
         const std::int64_t now_us = drivers::monotonic_us();
-        reporter.look(loop.session(), *port, now_us);
-        reporter.look(flags, now_us);
+        reporter.check(loop.session(), *port, now_us);
+        reporter.check(flags, now_us);
         if (loop.counters().lines_lost > 0) {
             throw host::DeviceError("the coil lines are lost (they were off); check the GPIO chip, then start again");
         }

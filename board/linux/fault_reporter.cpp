@@ -74,45 +74,45 @@ void FaultReporter::print_once(const char* text, std::int64_t now_us) {
     }
 }
 
-void FaultReporter::look(tracking::PoseFlags flags, std::int64_t now_us) {
+void FaultReporter::check(tracking::PoseFlags flags, std::int64_t now_us) {
     if (!flags.has(tracking::PoseFlag::hemisphere_unknown)) {
-        sided_us_ = now_us;
-        told_side_ = false;
-    } else if (!told_side_ && now_us - sided_us_ > kPauseUs) {
-        told_side_ = true;
+        hemisphere_known_us_ = now_us;
+        hemisphere_reported_ = false;
+    } else if (!hemisphere_reported_ && now_us - hemisphere_known_us_ > kPauseUs) {
+        hemisphere_reported_ = true;
         print_once(host::advice(flags).c_str(), now_us);
     }
 }
 
 void FaultReporter::print_repeated() const {
     for (const RepeatedTexts::Entry& entry : repeated_.entries()) {
-        if (entry.untold > 0) {
-            host::print_notice("tricoil: {}: repeated {} times: {}\n", device_, entry.untold, entry.text.data());
+        if (entry.unprinted > 0) {
+            host::print_notice("tricoil: {}: repeated {} times: {}\n", device_, entry.unprinted, entry.text.data());
         }
     }
 }
 
-void FaultReporter::look(const DeviceSession& session, const hal::MessagePort& port, std::int64_t now_us) {
+void FaultReporter::check(const DeviceSession& session, const hal::MessagePort& port, std::int64_t now_us) {
     for (std::size_t kind = 1; kind < kMeanings.size(); ++kind) {
         const auto error = static_cast<protocol::WireError>(kind);
         const std::uint64_t count = session.refused().of(error) + port.wire_errors().of(error);
-        if (count > told_[kind] && (told_us_[kind] == 0 || now_us - told_us_[kind] >= kPauseUs)) {
+        if (count > reported_[kind] && (reported_us_[kind] == 0 || now_us - reported_us_[kind] >= kPauseUs)) {
             std::array<char, 160> text{};
-            std::snprintf(text.data(), text.size(), "refused %" PRIu64 " messages: %s", count - told_[kind], kMeanings[kind]);
+            std::snprintf(text.data(), text.size(), "refused %" PRIu64 " messages: %s", count - reported_[kind], kMeanings[kind]);
             print(text.data());
-            told_[kind] = count;
-            told_us_[kind] = now_us;
+            reported_[kind] = count;
+            reported_us_[kind] = now_us;
         }
     }
     print_device_faults(session.device_status().faults, now_us);
     const char* const detail = session.detail();
-    const bool is_new = std::strcmp(detail, told_detail_.data()) != 0;
+    const bool is_new = std::strcmp(detail, reported_detail_.data()) != 0;
     if (is_new && detail[0] == '\0') {
         print_once("connected", now_us);
-        told_detail_[0] = '\0';
+        reported_detail_[0] = '\0';
     } else if (is_new && now_us - detail_us_ >= kPauseUs) {
         print_once(detail, now_us);
-        std::snprintf(told_detail_.data(), told_detail_.size(), "%s", detail);
+        std::snprintf(reported_detail_.data(), reported_detail_.size(), "%s", detail);
         detail_us_ = now_us;
     }
 }

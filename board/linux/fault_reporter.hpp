@@ -18,10 +18,10 @@ public:
     explicit FaultReporter(std::string device, hal::TrackerTap<double>* tap = nullptr) : device_(std::move(device)), tap_(tap) {}
 
     /// Reports counters that have changed.
-    void look(const DeviceSession& session, const hal::MessagePort& port, std::int64_t now_us);
+    void check(const DeviceSession& session, const hal::MessagePort& port, std::int64_t now_us);
 
     /// Reports flags that need an action of the user, after they have lasted for one second.
-    void look(tracking::PoseFlags flags, std::int64_t now_us);
+    void check(tracking::PoseFlags flags, std::int64_t now_us);
 
     /// Reports the counts of repeated faults. Call it at the end.
     void print_repeated() const;
@@ -33,15 +33,15 @@ private:
 
     std::string device_;
     hal::TrackerTap<double>* tap_;
-    std::array<std::uint64_t, protocol::kWireErrors> told_{};
-    std::array<std::int64_t, protocol::kWireErrors> told_us_{};
-    std::array<char, 320> told_detail_{};
+    std::array<std::uint64_t, protocol::kWireErrors> reported_{};
+    std::array<std::int64_t, protocol::kWireErrors> reported_us_{};
+    std::array<char, 320> reported_detail_{};
     RepeatedTexts repeated_;
     std::uint16_t printed_faults_ = 0;
     std::int64_t faults_us_ = 0;
     std::int64_t detail_us_ = 0;
-    std::int64_t sided_us_ = 0;  // time at which the hemisphere was last known
-    bool told_side_ = false;
+    std::int64_t hemisphere_known_us_ = 0;  // time at which the hemisphere was last known
+    bool hemisphere_reported_ = false;
 };
 
 }  // namespace tricoil::linux_board

@@ -13,7 +13,7 @@ public:
 
     struct Entry {
         std::array<char, 160> text{};
-        std::uint64_t untold = 0;
+        std::uint64_t unprinted = 0;
         std::int64_t newest_us = 0;
     };
 
@@ -26,7 +26,7 @@ public:
             if (entry.text == shown) {
                 const bool forgotten = now_us - entry.newest_us > kForgottenUs;
                 entry.newest_us = now_us;
-                entry.untold += forgotten ? 0 : 1;
+                entry.unprinted += forgotten ? 0 : 1;
                 return forgotten;
             }
             place = entry.newest_us < place->newest_us ? &entry : place;

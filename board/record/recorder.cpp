@@ -79,8 +79,8 @@ void Recorder::describe() {
 
 void Recorder::append(RecordFile file, const std::string& line) {
     if (failed()) {
-        if (!told_) {
-            told_ = true;
+        if (!failure_printed_) {
+            failure_printed_ = true;
             print_notice("tricoil: {}; tracking continues\n", failure());
         }
         return;

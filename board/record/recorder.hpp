@@ -51,7 +51,7 @@ private:
     std::array<tracking::PoseFlags, tracking::kMaxSensors> flags_{};
     std::int64_t time_us_ = 0;  // of the newest input
     std::string reason_;
-    bool told_ = false;
+    bool failure_printed_ = false;
     bool closed_ = false;
 };
 

@@ -208,7 +208,7 @@ int main_program(int argc, char** argv) {
     program.add_option("--scenario", o.scenario, "Built-in scenario or a .toml file")->capture_default_str();
     program.add_option("--mux", o.mux, "tdm or fdm")->capture_default_str();
     program.add_option("--rate-hz", o.front_end.frame_rate_hz, "Frames per second")->capture_default_str();
-    program.add_option("--seed", o.seed, "Of noise and motion")->capture_default_str();
+    program.add_option("--seed", o.seed, "Seed of noise and motion")->capture_default_str();
     program.add_option("--duration", o.front_end.duration_s, "Simulated time to measure, s")->capture_default_str();
     program.add_option("--pace", o.pace, "real, or lockstep: wait for the host")->capture_default_str();
     program.add_option("--patience-ms", o.patience_ms, "Time limit of the host for a slot")->capture_default_str();

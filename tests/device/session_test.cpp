@@ -234,7 +234,7 @@ TEST(RepeatedTexts, AreToldOnceAMinuteOfSilence) {
         EXPECT_FALSE(texts.should_print("a", 1'000'000 + n * 10'000'000));
         EXPECT_EQ(texts.should_print("b", 1'000'000 + n * 10'000'000), n == 0);
     }
-    EXPECT_EQ(texts.entries()[0].untold, 100U);
+    EXPECT_EQ(texts.entries()[0].unprinted, 100U);
     EXPECT_TRUE(texts.should_print("a", 2'000'000'000));
 }
 

@@ -55,7 +55,7 @@ void Server::run() {
         (void)!::read(bell_.get(), &rings, sizeof rings);
         poses.clear();
         hub_.read(cursor, poses);
-        silence.look(WallClock::now_us(), poses);
+        silence.check(WallClock::now_us(), poses);
         for (const auto& service : services_) {  // poses first: requests must not delay them
             service->take(poses);
         }

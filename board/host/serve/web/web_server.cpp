@@ -42,7 +42,7 @@ struct Reader {
     bool send(httplib::DataSink& sink) {
         poses.clear();
         hub.wait(cursor, poses, kIdleEventInterval);
-        silence.look(WallClock::now_us(), poses);
+        silence.check(WallClock::now_us(), poses);
         if (hub.closed()) {
             return false;
         }
