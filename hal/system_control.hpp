@@ -16,12 +16,12 @@ enum class ResetReason : std::uint8_t {
 };
 
 /// Processor problems (bit numbers).
-enum class SystemTrouble : std::uint8_t {
+enum class SystemFault : std::uint8_t {
     clock,   // the crystal did not start or has stopped: all rates differ from the nominal ones
     stack,   // almost no stack is left
     memory,  // program or data memory is damaged
 };
-using SystemTroubles = FlagSet<SystemTrouble>;
+using SystemFaults = FlagSet<SystemFault>;
 
 class SystemControl {
 public:
@@ -33,7 +33,7 @@ public:
     [[nodiscard]] ResetReason reset_reason() const { return do_reset_reason(); }
 
     /// Present state; polled many times a second. Thread context.
-    [[nodiscard]] SystemTroubles troubles() const { return do_troubles(); }
+    [[nodiscard]] SystemFaults faults() const { return do_faults(); }
 
     /// Sleeps until an interrupt, at most one millisecond, when a board has nothing to do. Thread context.
     void idle() { do_idle(); }
@@ -47,7 +47,7 @@ public:
 
 private:
     [[nodiscard]] virtual ResetReason do_reset_reason() const = 0;
-    [[nodiscard]] virtual SystemTroubles do_troubles() const = 0;
+    [[nodiscard]] virtual SystemFaults do_faults() const = 0;
     virtual void do_idle() = 0;
     virtual void do_restart() = 0;
     virtual void do_restart_into_loader() = 0;

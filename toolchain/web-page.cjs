@@ -3,7 +3,7 @@
 const fs = require('fs');
 const path = require('path');
 const [page, bundle, modules, out] = process.argv.slice(2);
-const kMostBytes = 1e6;
+const kMaxBytes = 1e6;
 
 const style = fs.readFileSync(path.join(modules, 'node_modules/uplot/dist/uPlot.min.css'), 'utf8') +
               fs.readFileSync(path.join(page, 'style.css'), 'utf8');
@@ -11,8 +11,8 @@ const script = fs.readFileSync(bundle, 'utf8').replaceAll('</script', '<\\/scrip
 const html = fs.readFileSync(path.join(page, 'index.html'), 'utf8')
   .replace('/*STYLE*/', () => style).replace('/*SCRIPT*/', () => script);
 const bytes = Buffer.from(html);
-if (bytes.length >= kMostBytes) {
-  console.error(`web-page: ${bytes.length} bytes; the page must stay under ${kMostBytes}`);
+if (bytes.length >= kMaxBytes) {
+  console.error(`web-page: ${bytes.length} bytes; the page must stay under ${kMaxBytes}`);
   process.exit(1);
 }
 const rows = [];

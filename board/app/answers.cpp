@@ -12,25 +12,25 @@ void Answers::begin(HostLink& link) {
     store_ = nullptr;
 }
 
-void Answers::tell(HostLink& link, const selfcheck::Report& report) {
+void Answers::start(HostLink& link, const selfcheck::Report& report) {
     begin(link);
     report_ = &report;
 }
 
-void Answers::tell(HostLink& link, const SampleBlock& block, std::uint32_t sample_rate_millihertz) {
+void Answers::start(HostLink& link, const SampleBlock& block, std::uint32_t sample_rate_millihertz) {
     begin(link);
     block_ = block;
     sample_rate_millihertz_ = sample_rate_millihertz;
     ++blocks_;
 }
 
-void Answers::tell(HostLink& link, CalibrationStore& store, std::uint16_t request) {
+void Answers::start(HostLink& link, CalibrationStore& store, std::uint16_t request) {
     begin(link);
     store_ = &store;
     request_ = request;
 }
 
-void Answers::pump(DeviceTime now) {
+void Answers::send_pending(DeviceTime now) {
     if (link_ != nullptr && !has_begun_) {
         has_begun_ = true;
         last_sent_ = now;
@@ -38,13 +38,13 @@ void Answers::pump(DeviceTime now) {
     while (link_ != nullptr) {
         const std::size_t before = next_;
         const std::size_t bytes = encode_next(now);
-        if (bytes == 0 || !link_->is_greeted()) {
+        if (bytes == 0 || !link_->has_session()) {
             link_ = nullptr;
             return;
         }
         if (!link_->send(buffer_.first(bytes))) {
             next_ = before;
-            link_ = now - last_sent_ > kPatience ? nullptr : link_;
+            link_ = now - last_sent_ > kSendTimeout ? nullptr : link_;
             return;
         }
         ++messages_;

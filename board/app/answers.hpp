@@ -17,18 +17,18 @@ public:
     /// `buffer`: for one message of kMaxBoardMessage bytes.
     explicit Answers(std::span<std::uint8_t> buffer) : buffer_(buffer) {}
 
-    void tell(HostLink& link, const selfcheck::Report& report);
-    void tell(HostLink& link, const SampleBlock& block, std::uint32_t sample_rate_millihertz);
+    void start(HostLink& link, const selfcheck::Report& report);
+    void start(HostLink& link, const SampleBlock& block, std::uint32_t sample_rate_millihertz);
     /// Sends an empty calibration if the store has none.
-    void tell(HostLink& link, CalibrationStore& store, std::uint16_t request);
+    void start(HostLink& link, CalibrationStore& store, std::uint16_t request);
 
-    /// Sends messages while there is room. Drops the answer if the host is gone or accepts nothing for kPatience.
-    void pump(DeviceTime now);
+    /// Sends messages while there is room. Drops the answer if the host is gone or accepts nothing for kSendTimeout.
+    void send_pending(DeviceTime now);
 
     [[nodiscard]] bool is_busy() const { return link_ != nullptr; }
 
 private:
-    static constexpr Microseconds kPatience{2'000'000};
+    static constexpr Microseconds kSendTimeout{2'000'000};
     static constexpr std::size_t kSamplesOfPart =
         (kMaxBoardMessage - protocol::kFixedBytes<protocol::RawBlockMessage>) / sizeof(Sample);
 

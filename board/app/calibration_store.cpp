@@ -17,7 +17,7 @@ constexpr std::size_t kBlobAt = Storage::kWordBytes;
 constexpr std::size_t kBlobWords = (calibration::kBlobBytes + Storage::kWordBytes - 1) / Storage::kWordBytes;
 constexpr std::size_t kTailAt = kBlobAt + kBlobWords * Storage::kWordBytes;
 
-static_assert(std::endian::native == std::endian::little, "records are little-endian, and so must their words be");
+static_assert(std::endian::native == std::endian::little, "records are little-endian");
 
 std::uint64_t word_of(std::uint32_t low, std::uint32_t high) { return low | static_cast<std::uint64_t>(high) << 32U; }
 
@@ -35,7 +35,7 @@ CalibrationStore::Content CalibrationStore::open() {
     newest_.reset();
     bool is_erased = true;
     for (std::size_t slot = 0; slot < kSlots; ++slot) {
-        const Look found = look(slot);
+        const SlotContent found = inspect(slot);
         is_erased = is_erased && found.is_erased;
         const bool is_newer = found.sequence && (!newest_ || static_cast<std::int32_t>(*found.sequence - sequence_) > 0);
         if (is_newer) {
@@ -46,8 +46,8 @@ CalibrationStore::Content CalibrationStore::open() {
     return newest_ ? Content::sound : (is_erased ? Content::none : Content::damaged);
 }
 
-auto CalibrationStore::look(std::size_t slot) -> Look {
-    Look found;
+auto CalibrationStore::inspect(std::size_t slot) -> SlotContent {
+    SlotContent found;
     std::uint32_t crc = 0;
     Word word{};
     bool is_whole = true;
@@ -97,9 +97,9 @@ Status CalibrationStore::write(const calibration::Blob& blob) {
     if (const Status written = write_record(slot, head, blob); !written.ok()) {
         return written;
     }
-    const Look found = look(slot);
+    const SlotContent found = inspect(slot);
     if (found.sequence != head.sequence) {
-        return {StatusCode::degenerate, "what was written reads back as something else"};
+        return {StatusCode::degenerate, "the calibration reads back differently"};
     }
     newest_ = slot;
     sequence_ = head.sequence;

@@ -41,11 +41,11 @@ private:
         std::uint32_t magic = 0;
         std::uint32_t sequence = 0;
     };
-    struct Look {
+    struct SlotContent {
         bool is_erased = true;
         std::optional<std::uint32_t> sequence;  // of a complete record
     };
-    Look look(std::size_t slot);
+    SlotContent inspect(std::size_t slot);
     Status write_record(std::size_t slot, Head head, const calibration::Blob& blob);
 
     hal::Storage& storage_;

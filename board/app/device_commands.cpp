@@ -13,7 +13,7 @@ using protocol::AckResult;
 using protocol::Opcode;
 using protocol::WireError;
 
-constexpr int kMostMessages = 8;              // per host and turn, so that a host cannot delay the blocks
+constexpr int kMaxMessagesPerTurn = 8;        // per host and turn, so that a host cannot delay the blocks
 constexpr Microseconds kLoaderPause{50'000};  // time to send the acknowledgement
 constexpr int kSettlingBlocks = 2;            // blocks until the switching transient has decayed
 
@@ -24,10 +24,10 @@ bool is_off(std::uint8_t state) { return state == static_cast<std::uint8_t>(Exci
 
 }  // namespace
 
-void TrackerDevice::hear(HostLink& link) {
+void TrackerDevice::receive_messages(HostLink& link) {
     hal::ReceivedMessage message;
     bool streamed = link.streams();
-    for (int n = 0; n < kMostMessages && link.receive(message, now_); ++n) {
+    for (int n = 0; n < kMaxMessagesPerTurn && link.receive(message, now_); ++n) {
         take(link, message.bytes);
         streamed = link.streams();
     }
@@ -47,21 +47,21 @@ void TrackerDevice::take(HostLink& link, std::span<const std::uint8_t> bytes) {
         error = type == protocol::MessageType::command ? protocol::decode(bytes, command) : WireError::wrong_sender;
     }
     if (error != WireError::none) {
-        complain(link, error);
+        report_unreadable(link, error);
         return;
     }
     if (type == protocol::MessageType::calibration) {
-        const AckResult result = link.is_greeted() ? keep(link, calibration) : AckResult::wrong_state;
+        const AckResult result = link.has_session() ? store_calibration(link, calibration) : AckResult::wrong_state;
         acknowledge(link, static_cast<std::uint8_t>(Opcode::write_calibration), calibration.request, result, 0);
         return;
     }
     const auto opcode = static_cast<Opcode>(command.opcode);
     if (opcode == Opcode::hello && is_off(command.state)) {
-        link.hear(now_);
+        link.note_command(now_);
         greet(link, command);
         return;
     }
-    const AckResult result = judge(link, command);
+    const AckResult result = process_command(link, command);
     const bool answers_itself = opcode == Opcode::keep_alive || opcode == Opcode::read_calibration ||
                                 opcode == Opcode::self_check || opcode == Opcode::read_block;
     if (result != AckResult::done || !answers_itself) {
@@ -70,9 +70,9 @@ void TrackerDevice::take(HostLink& link, std::span<const std::uint8_t> bytes) {
     }
 }
 
-void TrackerDevice::complain(HostLink& link, WireError error) {
+void TrackerDevice::report_unreadable(HostLink& link, WireError error) {
     ++refused_;
-    if (link.may_complain(now_)) {
+    if (link.may_report_unreadable(now_)) {
         acknowledge(link, 0, 0, AckResult::unreadable, static_cast<std::uint32_t>(error));
     }
 }
@@ -80,7 +80,7 @@ void TrackerDevice::complain(HostLink& link, WireError error) {
 /// Answers every hello with identify, also without a common version, so that the host can show its user the reason.
 void TrackerDevice::greet(HostLink& link, const protocol::CommandMessage& command) {
     if (protocol::common_version(protocol::range_of_hello(command.argument), {}) != 0) {
-        link.greet(command.sequence);
+        link.start_session(command.sequence);
     } else {
         ++refused_;
     }
@@ -96,10 +96,10 @@ void TrackerDevice::greet(HostLink& link, const protocol::CommandMessage& comman
 }
 
 /// Checks whether the command is allowed, and executes it. `stop` is never refused.
-AckResult TrackerDevice::judge(HostLink& link, const protocol::CommandMessage& command) {
+AckResult TrackerDevice::process_command(HostLink& link, const protocol::CommandMessage& command) {
     const auto opcode = static_cast<Opcode>(command.opcode);
     const bool is_stop = opcode == Opcode::stop;
-    if (!link.is_greeted() && !is_stop) {
+    if (!link.has_session() && !is_stop) {
         return AckResult::wrong_state;
     }
     if (!link.is_new(command.sequence) && !is_stop) {
@@ -117,39 +117,39 @@ AckResult TrackerDevice::judge(HostLink& link, const protocol::CommandMessage& c
     if (needs_rest && is_measuring_) {
         return AckResult::wrong_state;
     }
-    const bool needs_voice = needs_rest || opcode == Opcode::start || opcode == Opcode::read_calibration;
-    if (needs_voice && answers_.is_busy()) {
+    const bool needs_answers = needs_rest || opcode == Opcode::start || opcode == Opcode::read_calibration;
+    if (needs_answers && answers_.is_busy()) {
         return AckResult::busy;
     }
-    link.hear(now_);
-    return obey(link, command);
+    link.note_command(now_);
+    return dispatch_command(link, command);
 }
 
-AckResult TrackerDevice::obey(HostLink& link, const protocol::CommandMessage& command) {
+AckResult TrackerDevice::dispatch_command(HostLink& link, const protocol::CommandMessage& command) {
     switch (static_cast<Opcode>(command.opcode)) {
         case Opcode::start:
-            return obey_start(link, command.argument);
+            return execute_start(link, command.argument);
         case Opcode::stop:
             link.stream(false);
-            judge_hosts();
+            check_hosts();
             return AckResult::done;
         case Opcode::keep_alive:
             return link.streams() ? AckResult::done : AckResult::wrong_state;
         case Opcode::read_calibration:
-            answers_.tell(link, store_, command.request);
+            answers_.start(link, store_, command.request);
             return AckResult::done;
         case Opcode::self_check:
-            check_itself();
-            answers_.tell(link, report_);
+            run_self_check();
+            answers_.start(link, report_);
             return AckResult::done;
         case Opcode::read_block:
-            return obey_read_block(link, static_cast<Excitation>(command.state));
+            return execute_read_block(link, static_cast<Excitation>(command.state));
         case Opcode::mode:
-            return obey_mode(command.argument);
+            return execute_mode(command.argument);
         case Opcode::hemisphere:
-            return obey_hemisphere(command.argument);
+            return execute_hemisphere(command.argument);
         case Opcode::boresight:
-            return obey_boresight(command.argument);
+            return execute_boresight(command.argument);
         case Opcode::loader:
             if (command.argument != protocol::kLoaderKey) {
                 return AckResult::bad_value;
@@ -169,15 +169,15 @@ AckResult TrackerDevice::may_drive() const {
     if (loader_at_) {
         return AckResult::wrong_state;
     }
-    const bool is_sound =
+    const bool is_healthy =
         !(faults_.has(protocol::Fault::self_check) || faults_.has(protocol::Fault::clock) || faults_.has(protocol::Fault::stack));
-    if (!is_sound) {
+    if (!is_healthy) {
         return AckResult::failed;
     }
     return now_ < not_before_ ? AckResult::busy : AckResult::done;
 }
 
-AckResult TrackerDevice::obey_start(HostLink& link, std::uint32_t argument) {
+AckResult TrackerDevice::execute_start(HostLink& link, std::uint32_t argument) {
     if (argument != 0) {  // 1: the host wants to drive the coils
         return argument == 1 ? AckResult::refused : AckResult::bad_value;
     }
@@ -192,7 +192,7 @@ AckResult TrackerDevice::obey_start(HostLink& link, std::uint32_t argument) {
     return AckResult::done;
 }
 
-AckResult TrackerDevice::obey_mode(std::uint32_t argument) {
+AckResult TrackerDevice::execute_mode(std::uint32_t argument) {
     protocol::ModeRequest request;
     if (!protocol::mode_of_argument(argument, request)) {
         return AckResult::bad_value;
@@ -211,7 +211,7 @@ AckResult TrackerDevice::obey_mode(std::uint32_t argument) {
     return AckResult::bad_value;
 }
 
-AckResult TrackerDevice::obey_hemisphere(std::uint32_t argument) {
+AckResult TrackerDevice::execute_hemisphere(std::uint32_t argument) {
     const protocol::HemisphereRequest request = protocol::hemisphere_of_argument(argument);
     if (request.sensor != 0 || request.towards.minCoeff() < -127) {
         return AckResult::bad_value;
@@ -223,7 +223,7 @@ AckResult TrackerDevice::obey_hemisphere(std::uint32_t argument) {
     return AckResult::done;
 }
 
-AckResult TrackerDevice::obey_boresight(std::uint32_t argument) {
+AckResult TrackerDevice::execute_boresight(std::uint32_t argument) {
     if (argument > 1) {
         return AckResult::bad_value;
     }
@@ -239,7 +239,7 @@ AckResult TrackerDevice::obey_boresight(std::uint32_t argument) {
 }
 
 /// Drives the coils until the current has settled. The samples stay in the converters' buffer until they are sent.
-AckResult TrackerDevice::obey_read_block(HostLink& link, Excitation state) {
+AckResult TrackerDevice::execute_read_block(HostLink& link, Excitation state) {
     const bool is_driven = plan().is_tdm() ? coil_index(state) >= 0 : state == Excitation::all;
     if (!is_driven && state != Excitation::off) {
         return AckResult::bad_value;
@@ -261,12 +261,12 @@ AckResult TrackerDevice::obey_read_block(HostLink& link, Excitation state) {
         fail(fault_of(status));
         return AckResult::failed;
     }
-    answers_.tell(link, block, millihertz(plan().params.sample_rate_hz));
+    answers_.start(link, block, millihertz(plan().params.sample_rate_hz));
     return AckResult::done;
 }
 
 /// A calibration that is already stored is not written again, because a host repeats a message after a lost acknowledgement.
-AckResult TrackerDevice::keep(HostLink& link, const protocol::CalibrationMessage& message) {
+AckResult TrackerDevice::store_calibration(HostLink& link, const protocol::CalibrationMessage& message) {
     const bool is_new = link.is_new_calibration(message.sequence);
     if (is_measuring_) {
         return AckResult::wrong_state;
@@ -291,11 +291,11 @@ AckResult TrackerDevice::keep(HostLink& link, const protocol::CalibrationMessage
     std::copy(message.tail.begin(), message.tail.end(), blob.begin());
     hardware_.coils.switch_off();
     hardware_.watchdog.feed();
-    const bool is_kept = store_.write(blob).ok();
-    faults_.set_to(!is_kept, protocol::Fault::memory);
+    const bool is_stored = store_.write(blob).ok();
+    faults_.set_to(!is_stored, protocol::Fault::memory);
     stored_ = store_.open();
     use_calibration();
-    return is_kept ? AckResult::done : AckResult::failed;
+    return is_stored ? AckResult::done : AckResult::failed;
 }
 
 void TrackerDevice::acknowledge(HostLink& link, std::uint8_t opcode, std::uint16_t request, AckResult result,

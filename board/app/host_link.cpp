@@ -21,7 +21,7 @@ bool HostLink::receive(hal::ReceivedMessage& message, DeviceTime now) {
 void HostLink::lose(DeviceTime now) {
     port_->close();
     is_open_ = false;
-    is_greeted_ = false;
+    has_session_ = false;
     streams_ = false;
     due_ = now + kOpenPause;
 }
@@ -32,8 +32,8 @@ bool HostLink::send(std::span<const std::uint8_t> bytes) {
     return sent;
 }
 
-void HostLink::greet(std::uint32_t sequence) {
-    is_greeted_ = true;
+void HostLink::start_session(std::uint32_t sequence) {
+    has_session_ = true;
     commands_.restart();
     (void)commands_.check(sequence);
 }
@@ -47,11 +47,11 @@ bool HostLink::is_new(protocol::SequenceCheck& check, std::uint32_t sequence) {
     return order != protocol::Order::old;
 }
 
-bool HostLink::may_complain(DeviceTime now) {
-    if (now - complained_ < kComplaintPause) {
+bool HostLink::may_report_unreadable(DeviceTime now) {
+    if (now - last_report_ < kReportPause) {
         return false;
     }
-    complained_ = now;
+    last_report_ = now;
     return true;
 }
 

@@ -24,7 +24,7 @@ public:
     bool send(std::span<const std::uint8_t> bytes);
 
     /// Starts a new session; `sequence` is the number of the hello command.
-    void greet(std::uint32_t sequence);
+    void start_session(std::uint32_t sequence);
 
     /// True if the sequence number of a command is new; stores it.
     bool is_new(std::uint32_t sequence) { return is_new(commands_, sequence); }
@@ -32,32 +32,32 @@ public:
     bool is_new_calibration(std::uint32_t sequence) { return is_new(calibrations_, sequence); }
 
     /// Notes the time of a valid command.
-    void hear(DeviceTime now) { heard_ = now; }
-    [[nodiscard]] DeviceTime heard() const { return heard_; }
+    void note_command(DeviceTime now) { last_command_time_ = now; }
+    [[nodiscard]] DeviceTime last_command_time() const { return last_command_time_; }
 
-    [[nodiscard]] bool is_greeted() const { return is_greeted_; }
+    [[nodiscard]] bool has_session() const { return has_session_; }
     [[nodiscard]] bool streams() const { return streams_; }
     void stream(bool on) { streams_ = on; }
 
-    /// True if an acknowledgement of an unreadable message may be sent: at most one per kComplaintPause.
-    bool may_complain(DeviceTime now);
+    /// True if an acknowledgement of an unreadable message may be sent: at most one per kReportPause.
+    bool may_report_unreadable(DeviceTime now);
 
     [[nodiscard]] std::uint32_t dropped() const { return dropped_; }
 
 private:
     static constexpr Microseconds kOpenPause{100'000};
-    static constexpr Microseconds kComplaintPause{10'000};
+    static constexpr Microseconds kReportPause{10'000};
 
     static bool is_new(protocol::SequenceCheck& check, std::uint32_t sequence);
     void lose(DeviceTime now);
 
     hal::MessagePort* port_ = nullptr;
     bool is_open_ = false;
-    bool is_greeted_ = false;
+    bool has_session_ = false;
     bool streams_ = false;
     DeviceTime due_{};  // next attempt to open the port
-    DeviceTime heard_{};
-    DeviceTime complained_{};
+    DeviceTime last_command_time_{};
+    DeviceTime last_report_{};
     protocol::SequenceCheck commands_;
     protocol::SequenceCheck calibrations_;
     std::uint32_t dropped_ = 0;

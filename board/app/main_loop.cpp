@@ -21,7 +21,7 @@ BlockLoop<Chain, Sensors>::~BlockLoop() {
 template <typename Chain, int Sensors>
 Status BlockLoop<Chain, Sensors>::start() {
     if (sensor_count_ < 1 || sensor_count_ > Sensors) {
-        return {StatusCode::invalid_argument, "number of sensors must be at least one, and no more than there is memory for"};
+        return {StatusCode::invalid_argument, "number of sensors is zero or exceeds the capacity"};
     }
     slot_ = 0;
     blocks_of_slot_ = 0;

@@ -6,7 +6,7 @@
 namespace tricoil::app {
 namespace {
 
-constexpr const char* kTooMuchCurrent = "too much current: a power stage is broken";
+constexpr const char* kTooMuchCurrent = "over-current: a power stage is faulty";
 
 /// Largest code magnitude of the sensor channels, and half of the peak-to-peak value of the reference channel.
 struct Peaks {
@@ -30,7 +30,7 @@ Peaks peaks_of(std::span<const Sample> window) {
 }  // namespace
 
 Status SupervisedSampler::do_start(const signal::AcquisitionPlan& plan) {
-    trouble_.reset();
+    fault_.reset();
     guard_ = static_cast<std::size_t>(plan.params.guard_samples);
     if (const Status chosen = gain_.choose(ranging_.step()); !chosen.ok()) {
         return chosen;
@@ -40,14 +40,14 @@ Status SupervisedSampler::do_start(const signal::AcquisitionPlan& plan) {
 
 Status SupervisedSampler::do_poll(SampleBlock& block) {
     if (!heartbeat_.beat().ok()) {
-        return fail(protocol::Fault::drive, "the line that holds the power stages' enable is gone");
+        return fail(protocol::Fault::drive, "the heartbeat line is lost");
     }
     const Status polled = sampler_.poll(block);
     if (polled.code() == StatusCode::over_current) {  // check this first: the block's window contains no current any more
         return fail(protocol::Fault::overcurrent, kTooMuchCurrent);
     }
     if (!polled.ok()) {
-        return fail(protocol::Fault::converter, "the converters deliver nothing");
+        return fail(protocol::Fault::converter, "no data from the converters");
     }
     if (block.overrun_count > 0 || block.samples.size() <= guard_) {
         overruns_ += block.overrun_count;
@@ -64,9 +64,9 @@ Status SupervisedSampler::do_poll(SampleBlock& block) {
     return {};
 }
 
-Status SupervisedSampler::fail(protocol::Fault fault, const char* why) {
-    trouble_ = fault;
-    return {StatusCode::device_lost, why};
+Status SupervisedSampler::fail(protocol::Fault fault, const char* reason) {
+    fault_ = fault;
+    return {StatusCode::device_lost, reason};
 }
 
 }  // namespace tricoil::app

@@ -24,7 +24,7 @@ public:
           most_reference_v_(most_reference_v) {}
 
     /// Fault since start(), if any.
-    [[nodiscard]] std::optional<protocol::Fault> trouble() const { return trouble_; }
+    [[nodiscard]] std::optional<protocol::Fault> fault() const { return fault_; }
 
     /// Number of lost samples since power-on.
     [[nodiscard]] std::uint32_t overruns() const { return overruns_; }
@@ -34,7 +34,7 @@ private:
     Status do_poll(SampleBlock& block) override;
     void do_stop() override { sampler_.stop(); }
 
-    Status fail(protocol::Fault fault, const char* why);
+    Status fail(protocol::Fault fault, const char* reason);
 
     hal::CoilSampler& sampler_;
     hal::GainControl& gain_;
@@ -42,7 +42,7 @@ private:
     GainRanging ranging_;
     float most_reference_v_;
     std::size_t guard_ = 0;
-    std::optional<protocol::Fault> trouble_;
+    std::optional<protocol::Fault> fault_;
     std::uint32_t overruns_ = 0;
 };
 

@@ -42,11 +42,11 @@ void TrackerDevice::boot() {
     const bool is_watched = hardware_.watchdog.start(params_.watchdog).ok();
     stored_ = store_.open();
     use_calibration();
-    check_itself();
+    run_self_check();
     if (!is_watched) {
         fail(Fault::self_check);
     }
-    look_after_processor();
+    check_processor();
     if (may_drive() == protocol::AckResult::done) {
         if (const Status measured = measure_gain(); !measured.ok()) {
             fail(fault_of_start(measured));
@@ -70,7 +70,7 @@ Status TrackerDevice::measure_gain() {
 /// Errors: those of CoilCorrection::ideal_triads; invalid_argument for an output correction, which this tracker does not support.
 Result<calibration::CoilCorrection<float>> TrackerDevice::usable(const calibration::Calibration<float>& c) {
     if (!c.output_linear.isIdentity(0) || !c.output_offset_m.isZero(0)) {
-        return Status{StatusCode::invalid_argument, "it holds an output correction"};
+        return Status{StatusCode::invalid_argument, "output correction is not supported"};
     }
     return calibration::CoilCorrection<float>::ideal_triads(c);
 }
@@ -90,7 +90,7 @@ void TrackerDevice::use_calibration() {
     faults_.set_to(stored_ != CalibrationStore::Content::none && !coils_, Fault::calibration);
 }
 
-void TrackerDevice::check_itself() {
+void TrackerDevice::run_self_check() {
     ::new (&report_) selfcheck::Report;  // in place, to save stack
     selfcheck::run_on_board(report_);
     if (stored_ == CalibrationStore::Content::none) {
@@ -116,12 +116,12 @@ DeviceState TrackerDevice::state() const {
 
 void TrackerDevice::step() {
     now_ = hardware_.clock.now();
-    look_after_processor();
+    check_processor();
     for (HostLink& link : links()) {
-        hear(link);
+        receive_messages(link);
     }
-    answers_.pump(now_);
-    judge_hosts();
+    answers_.send_pending(now_);
+    check_hosts();
     if (is_measuring_) {
         measure();
     } else {
@@ -132,27 +132,27 @@ void TrackerDevice::step() {
         }
         hardware_.system.idle();
     }
-    tell_status();
+    report_status();
     show(hardware_.indicator, state(), now_);
     hardware_.watchdog.feed();
 }
 
 /// Processor faults (clock, stack, memory) switch the coils off.
-void TrackerDevice::look_after_processor() {
-    const hal::SystemTroubles troubles = hardware_.system.troubles();
-    for (const auto& [trouble, fault] :
-         {std::pair{hal::SystemTrouble::clock, Fault::clock}, std::pair{hal::SystemTrouble::stack, Fault::stack},
-          std::pair{hal::SystemTrouble::memory, Fault::self_check}}) {
-        if (troubles.has(trouble)) {
+void TrackerDevice::check_processor() {
+    const hal::SystemFaults system_faults = hardware_.system.faults();
+    for (const auto& [system_fault, fault] :
+         {std::pair{hal::SystemFault::clock, Fault::clock}, std::pair{hal::SystemFault::stack, Fault::stack},
+          std::pair{hal::SystemFault::memory, Fault::self_check}}) {
+        if (system_faults.has(system_fault)) {
             fail(fault);
         }
     }
 }
 
 /// Stops the stream of hosts that are silent or whose link is lost. Without a streaming host the coils go off.
-void TrackerDevice::judge_hosts() {
+void TrackerDevice::check_hosts() {
     for (HostLink& link : links()) {
-        if (link.streams() && params_.host_silence.count() > 0 && now_ - link.heard() > params_.host_silence) {
+        if (link.streams() && params_.host_silence.count() > 0 && now_ - link.last_command_time() > params_.host_silence) {
             link.stream(false);
             faults_.set(Fault::watchdog);
         }
@@ -226,7 +226,7 @@ Fault TrackerDevice::fault_of_start(const Status& status) {
 /// Fault for an error of the loop or the coil driver.
 Fault TrackerDevice::fault_of(const Status& status) const {
     const bool has_tripped = status.code() == StatusCode::over_current;
-    return sampler_.trouble().value_or(has_tripped ? Fault::overcurrent : Fault::drive);
+    return sampler_.fault().value_or(has_tripped ? Fault::overcurrent : Fault::drive);
 }
 
 void TrackerDevice::measure() {
@@ -273,14 +273,14 @@ void TrackerDevice::stream(const Message& message) {
     }
 }
 
-void TrackerDevice::tell_status() {
+void TrackerDevice::report_status() {
     const auto state_now = static_cast<std::uint8_t>(state());
     const std::uint32_t news = faults_.bits() | static_cast<std::uint32_t>(state_now) << 16U;
-    if (now_ - told_ < kStatusPause && news == told_faults_) {
+    if (now_ - last_status_ < kStatusPause && news == last_status_faults_) {
         return;
     }
-    told_ = now_;
-    told_faults_ = news;
+    last_status_ = now_;
+    last_status_faults_ = news;
     protocol::StatusMessage status;
     status.sequence = messages_++;
     status.time_us = to_us(now_);
@@ -295,7 +295,7 @@ void TrackerDevice::tell_status() {
     status.overruns = sampler_.overruns();
     const std::size_t bytes = protocol::encode(status, buffer_);
     for (HostLink& link : links()) {
-        if (link.is_greeted()) {
+        if (link.has_session()) {
             (void)link.send(std::span(buffer_).first(bytes));  // may be lost: status is sent ten times a second
         }
     }

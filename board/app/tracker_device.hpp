@@ -41,18 +41,18 @@ public:
 
 private:
     // Commands of hosts: device_commands.cpp.
-    void hear(HostLink& link);
+    void receive_messages(HostLink& link);
     void take(HostLink& link, std::span<const std::uint8_t> bytes);
-    void complain(HostLink& link, protocol::WireError error);
-    protocol::AckResult judge(HostLink& link, const protocol::CommandMessage& command);
-    protocol::AckResult obey(HostLink& link, const protocol::CommandMessage& command);
+    void report_unreadable(HostLink& link, protocol::WireError error);
+    protocol::AckResult process_command(HostLink& link, const protocol::CommandMessage& command);
+    protocol::AckResult dispatch_command(HostLink& link, const protocol::CommandMessage& command);
     [[nodiscard]] protocol::AckResult may_drive() const;
-    protocol::AckResult obey_start(HostLink& link, std::uint32_t argument);
-    protocol::AckResult obey_mode(std::uint32_t argument);
-    protocol::AckResult obey_hemisphere(std::uint32_t argument);
-    protocol::AckResult obey_boresight(std::uint32_t argument);
-    protocol::AckResult obey_read_block(HostLink& link, Excitation state);
-    protocol::AckResult keep(HostLink& link, const protocol::CalibrationMessage& message);
+    protocol::AckResult execute_start(HostLink& link, std::uint32_t argument);
+    protocol::AckResult execute_mode(std::uint32_t argument);
+    protocol::AckResult execute_hemisphere(std::uint32_t argument);
+    protocol::AckResult execute_boresight(std::uint32_t argument);
+    protocol::AckResult execute_read_block(HostLink& link, Excitation state);
+    protocol::AckResult store_calibration(HostLink& link, const protocol::CalibrationMessage& message);
     void acknowledge(HostLink& link, std::uint8_t opcode, std::uint16_t request, protocol::AckResult result,
                      std::uint32_t argument);
     void greet(HostLink& link, const protocol::CommandMessage& command);
@@ -65,12 +65,12 @@ private:
     static protocol::Fault fault_of_start(const Status& status);
     [[nodiscard]] protocol::Fault fault_of(const Status& status) const;
     void measure();
-    void judge_hosts();
-    void look_after_processor();
+    void check_hosts();
+    void check_processor();
     static Result<calibration::CoilCorrection<float>> usable(const calibration::Calibration<float>& c);
     void use_calibration();
-    void check_itself();
-    void tell_status();
+    void run_self_check();
+    void report_status();
     [[nodiscard]] bool is_streaming() const;
     [[nodiscard]] const signal::AcquisitionPlan& plan() const { return params_.modes[mode_].plan; }
     [[nodiscard]] std::span<HostLink> links() { return std::span(links_).first(hardware_.ports.size()); }
@@ -118,9 +118,9 @@ private:
     std::uint32_t columns_ = 0;   // column messages sent
     std::uint32_t messages_ = 0;  // other messages sent
     DeviceTime now_{};
-    DeviceTime told_{};              // time of the last status message
-    std::uint32_t told_faults_ = 0;  // its faults and device state
-    DeviceTime not_before_{};        // earliest time at which a coil may be driven
+    DeviceTime last_status_{};              // time of the last status message
+    std::uint32_t last_status_faults_ = 0;  // its faults and device state
+    DeviceTime not_before_{};               // earliest time at which a coil may be driven
     std::optional<DeviceTime> loader_at_;
 };
 

@@ -19,7 +19,7 @@ namespace {
 
 using namespace tricoil;
 
-constexpr std::size_t kMostKept = 256;  // poses: a quarter of a second at 960 Hz
+constexpr std::size_t kMaxKept = 256;  // poses: a quarter of a second at 960 Hz
 
 // The flags of the C interface are those of the C++ one, and all of them.
 static_assert(TRICOIL_FLAG_SATURATED == tracking::PoseFlags{tracking::PoseFlag::saturated}.bits());
@@ -73,9 +73,9 @@ std::optional<calibration::Calibration<double>> calibration_of(const linux_board
 const char* to_text(linux_board::Phase phase) {
     switch (phase) {
         case linux_board::Phase::closed:
-            return "not looked for yet: poll";
+            return "not connected yet; call tricoil_poll()";
         case linux_board::Phase::greeting:
-            return "waiting for the device to say what it is";
+            return "waiting for the device's identification";
         case linux_board::Phase::starting:
             return "waiting for the device to start";
         case linux_board::Phase::running:
@@ -113,7 +113,7 @@ struct tricoil_tracker {  // NOLINT(readability-identifier-naming): C
                [this](const protocol::PoseMessage& pose) { keep(pose); }) {}
 
     void keep(const protocol::PoseMessage& pose) {
-        if (poses.size() == kMostKept) {
+        if (poses.size() == kMaxKept) {
             poses.pop_front();
         }
         poses.push_back(to_pose(pose));
@@ -127,21 +127,21 @@ struct tricoil_tracker {  // NOLINT(readability-identifier-naming): C
 };
 
 tricoil_tracker* tricoil_open(const char* device, const char* tracker, char* error, size_t error_size) {
-    const auto fail = [&](const char* why) -> tricoil_tracker* {
+    const auto fail = [&](const char* reason) -> tricoil_tracker* {
         if (error != nullptr && error_size > 0) {
-            (void)std::snprintf(error, error_size, "%s", why);
+            (void)std::snprintf(error, error_size, "%s", reason);
         }
         return nullptr;
     };
     if (device == nullptr) {
-        return fail((std::string("no device named; give ") + kForms).c_str());
+        return fail((std::string("no device given; use ") + kForms).c_str());
     }
     try {
         return new tricoil_tracker(configuration(device, tracker));
     } catch (const std::exception& e) {
         return fail(e.what());
     } catch (...) {
-        return fail("failed for a reason that it does not tell");
+        return fail("failed for an unknown reason");
     }
 }
 
@@ -170,9 +170,9 @@ const char* tricoil_status(tricoil_tracker* tracker) {
         return "not open";
     }
     const linux_board::DeviceSession& session = tracker->loop.session();
-    const char* const trouble = session.detail();
+    const char* const error = session.detail();
     try {
-        tracker->status = *trouble != '\0' ? trouble : to_text(session.phase());
+        tracker->status = *error != '\0' ? error : to_text(session.phase());
     } catch (...) {
         return "out of memory";
     }

@@ -12,8 +12,8 @@ namespace tricoil::board {
 namespace {
 
 constexpr std::uint32_t kPaint = 0x5AFE57ACU;
-constexpr std::size_t kOwnFrameWords = 32;  // not painted, below this function's frame
-constexpr std::size_t kMinFreeBytes = 64;   // a deeper call may not have written its last words
+constexpr std::size_t kOwnFrameWords = 32;  // words below this frame's address that are in use and not painted
+constexpr std::size_t kMinFreeBytes = 64;   // with fewer unwritten bytes the stack counts as full
 
 }  // namespace
 

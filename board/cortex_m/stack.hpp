@@ -5,7 +5,7 @@
 
 namespace tricoil::board {
 
-/// Paints the stack below the caller's frame. Call it once, at reset, while nothing of value is there.
+/// Paints the stack below the caller's frame. Call it once at reset, while the stack below contains no data.
 void paint_stack();
 
 /// Bytes from the top of the stack down to the lowest word ever overwritten; the whole stack if it was full. The run time grows

@@ -22,8 +22,8 @@ constexpr const char* kDescription =
     "tricoil: an open AC electromagnetic tracker.\n"
     "From the nine couplings of three source and three sensor coils to where the sensor is and how it is turned.";
 constexpr const char* kFooter =
-    "Exit codes: 0 fine, 1 a check failed, 2 bad usage or input, 3 device trouble;\n"
-    "128 + signal: interrupted before there was a result.";
+    "Exit codes: 0 success, 1 check failed, 2 bad usage or input, 3 device error;\n"
+    "128 + signal: interrupted without a result.";
 
 /// Names an unknown subcommand and the nearest valid one. CLI11 reports it as an extra argument.
 void refuse_unknown_command(const CLI::App& program, int argc, char** argv) {
@@ -52,7 +52,7 @@ std::string what_is_expected(const CLI::App& program, const CLI::ParseError& err
     }
     std::string expected = option->get_type_name() == "FLOAT" ? "a number" : "a whole number";
     if (option->get_items_expected_max() > 1) {
-        expected = fmt::format("{} numbers, with commas between them", option->get_items_expected_max());
+        expected = fmt::format("{} comma-separated numbers", option->get_items_expected_max());
     }
     return fmt::format(" (expected: {})", expected);
 }
@@ -94,7 +94,7 @@ int report(int code, const char* line) {
 }
 
 int run_to_the_end(int argc, char** argv) {
-    tricoil::host::outlive_readers();
+    tricoil::host::ignore_broken_pipe();
     const int code = run_program(argc, argv);
     tricoil::host::end_standard_output();
     return code;
@@ -116,6 +116,6 @@ int main(int argc, char** argv) {
         if (tricoil::host::reader_is_gone()) {  // as the shell reports it for programs that the signal ends
             return kSignalled + SIGPIPE;
         }
-        return report(to_int(ExitCode::device_trouble), error.what());
+        return report(to_int(ExitCode::device_error), error.what());
     }
 }

@@ -17,15 +17,15 @@ using host::CheckedTable;
 
 CoilLines coil_lines(CheckedTable table) {
     const std::string chip = table.text("chip", "");
-    table.demand(!chip.empty(), "chip", "is missing: the GPIO chip's name or label, as gpiodetect shows it");
+    table.require(!chip.empty(), "chip", "is missing; give the name or label of the GPIO chip, see gpiodetect");
     const bool active_low = table.flag("active_low", false);
     CoilLines lines;
     constexpr std::array<const char*, 3> kKeys{"s1", "s2", "s3"};
     for (std::size_t i = 0; i < kKeys.size(); ++i) {
         lines.coils[i] = {chip, table.text(kKeys[i], ""), active_low};
-        table.demand(!lines.coils[i].line.empty(), kKeys[i], "is missing: the line's name, as gpioinfo shows it");
+        table.require(!lines.coils[i].line.empty(), kKeys[i], "is missing; give the name of the line, see gpioinfo");
         for (std::size_t other = 0; other < i; ++other) {
-            table.demand(lines.coils[other].line != lines.coils[i].line, kKeys[i], "is the line of another coil");
+            table.require(lines.coils[other].line != lines.coils[i].line, kKeys[i], "is the line of another coil");
         }
     }
     const auto optional_line = [&](const char* key) {
@@ -38,10 +38,10 @@ CoilLines coil_lines(CheckedTable table) {
         return line &&
                std::any_of(lines.coils.begin(), lines.coils.end(), [&](const auto& coil) { return coil.line == line->line; });
     };
-    table.demand(!is_coil(lines.heartbeat), "heartbeat", "is the line of a coil; it needs its own");
-    table.demand(!is_coil(lines.sync), "sync", "is the line of a coil; it needs its own");
+    table.require(!is_coil(lines.heartbeat), "heartbeat", "is the line of a coil; choose another line");
+    table.require(!is_coil(lines.sync), "sync", "is the line of a coil; choose another line");
     const bool shared = lines.heartbeat && lines.sync && lines.heartbeat->line == lines.sync->line;
-    table.demand(!shared, "sync", "is the heartbeat's line; it needs its own");
+    table.require(!shared, "sync", "is the line of the heartbeat; choose another line");
     table.finish();
     return lines;
 }
@@ -54,7 +54,8 @@ void read_front_end(CheckedTable table, DeviceConfig& config) {
 void read_calibration(CheckedTable table, DeviceConfig& config) {
     config.calibration = table.text("file", "");
     const bool is_constant_said = table.positive("coupling_constant_m3", 1) == table.positive("coupling_constant_m3", 2);
-    table.demand(config.calibration.empty() || !is_constant_said, "coupling_constant_m3", "is part of the file named beside it");
+    table.require(config.calibration.empty() || !is_constant_said, "coupling_constant_m3",
+                  "is part of the calibration file; remove this key or 'file'");
     config.coupling_constant_m3 = table.positive("coupling_constant_m3", config.coupling_constant_m3);
     table.finish();
 }
@@ -62,8 +63,8 @@ void read_calibration(CheckedTable table, DeviceConfig& config) {
 void read_tracker(CheckedTable table, DeviceConfig& config) {
     const std::string method = table.text("method", "");
     config.method = method.empty() ? config.method : table.choice("method", host::kTrackerNames);
-    const Vec3<double> unsaid = Vec3<double>::Constant(std::numeric_limits<double>::quiet_NaN());
-    const Vec3<double> hemisphere = table.vector("hemisphere", unsaid);
+    const Vec3<double> unset = Vec3<double>::Constant(std::numeric_limits<double>::quiet_NaN());
+    const Vec3<double> hemisphere = table.vector("hemisphere", unset);
     config.hemisphere = hemisphere.allFinite() ? std::optional(hemisphere) : std::nullopt;
     table.finish();
 }
@@ -93,7 +94,7 @@ DeviceConfig parse_device_config(const std::string& name, std::string_view text)
         try {
             parse_device_uri(config.device);
         } catch (const host::InputError& error) {
-            root.demand(false, "device", error.what());
+            root.require(false, "device", error.what());
         }
     }
     const CheckedTable coils = root.child("coils");

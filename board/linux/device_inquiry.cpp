@@ -16,9 +16,9 @@ namespace {
 using protocol::Opcode;
 using protocol::WireError;
 
-constexpr Microseconds kPatience{5000};
+constexpr Microseconds kPollTimeout{5000};
 constexpr Microseconds kPosePause{20'000};
-constexpr double kMostAbsent_s = 5;  // longest absence of a device during listen()
+constexpr double kMaxAbsent_s = 5;  // longest absence of a device during listen()
 
 SessionParams listening() {
     SessionParams params;
@@ -33,19 +33,19 @@ const char* text_of(std::uint8_t result) {
             return "refused; it is measuring for another program, leaves coils or tracking to its host, or cannot use such a "
                    "calibration";
         case protocol::AckResult::unknown:
-            return "it does not know this command; update its firmware";
+            return "unknown command; update the firmware of the device";
         case protocol::AckResult::busy:
-            return "it is busy; try again";
+            return "the device is busy; try again";
         case protocol::AckResult::bad_value:
-            return "refused: it has no such value";
+            return "refused: invalid value";
         case protocol::AckResult::wrong_state:
-            return "refused: not while it measures, or not while it does not; stop or start it first";
+            return "refused in the present state; start or stop the measurement first";
         case protocol::AckResult::replayed:
-            return "refused: another program talks to it at the same time; try again";
+            return "refused: another program uses the device at the same time; try again";
         case protocol::AckResult::unreadable:
-            return "it could not read the message; look at cable and shielding";
+            return "the device could not read the message; check cable and shielding";
         default:
-            return "it tried, and failed";
+            return "the command failed";
     }
 }
 
@@ -105,7 +105,7 @@ DeviceInquiry::DeviceInquiry(const std::string& uri, double wait_s)
 
 /// Identifies the device, then calls `ask` at once and every second until is_done(message), `seconds` have passed (0: no limit)
 /// or a signal comes. Returns true if is_done() was true.
-bool DeviceInquiry::converse(double seconds, const host::InterruptGuard& guard, const Ask& ask, const Take& is_done,
+bool DeviceInquiry::exchange(double seconds, const host::InterruptGuard& guard, const Ask& ask, const Take& is_done,
                              Microseconds again) {
     const HostTime begin = drivers::host_now();
     HostTime due = begin;
@@ -118,12 +118,12 @@ bool DeviceInquiry::converse(double seconds, const host::InterruptGuard& guard, 
             ask();
             due = now + again;
         }
-        if (port_->wait(kPatience).code() == StatusCode::device_lost) {
+        if (port_->wait(kPollTimeout).code() == StatusCode::device_lost) {
             session_.on_device_lost(now);
-            if (to_seconds(now - there) > kMostAbsent_s) {
+            if (to_seconds(now - there) > kMaxAbsent_s) {
                 throw host::DeviceError(fmt::format("{}: {}", uri_, session_.detail()));
             }
-            const ::timespec pause{0, kPatience.count() * 1000};
+            const ::timespec pause{0, kPollTimeout.count() * 1000};
             ::nanosleep(&pause, nullptr);
             continue;
         }
@@ -141,24 +141,24 @@ bool DeviceInquiry::converse(double seconds, const host::InterruptGuard& guard, 
 
 /// Calls `ask` until is_answer(message). `what`: name of the request for the error message.
 void DeviceInquiry::inquire(const char* what, Opcode opcode, const Ask& ask, const Take& is_answer) {
-    std::string trouble;
+    std::string error;
     const auto is_over = [&](const hal::ReceivedMessage& message) {
         protocol::AckMessage ack;
         const bool is_ours = protocol::decode(message.bytes, ack) == WireError::none && ack.request == request_ &&
                              ack.opcode == static_cast<std::uint8_t>(opcode);
         if (is_ours && ack.result != 0 && ack.result != static_cast<std::uint8_t>(protocol::AckResult::busy)) {
-            trouble = text_of(ack.result);
+            error = text_of(ack.result);
         }
-        return !trouble.empty() || (session_.has_identity() && is_answer(message));
+        return !error.empty() || (session_.has_identity() && is_answer(message));
     };
     const host::InterruptGuard guard;
     ++request_;
-    if (!converse(wait_s_, guard, ask, is_over)) {
+    if (!exchange(wait_s_, guard, ask, is_over)) {
         guard.check();
-        trouble = session_.has_identity() ? fmt::format("no answer within {:g} s", wait_s_) : session_.detail();
+        error = session_.has_identity() ? fmt::format("no answer within {:g} s", wait_s_) : session_.detail();
     }
-    if (!trouble.empty()) {
-        throw host::DeviceError(fmt::format("{}: {}: {}", uri_, what, trouble));
+    if (!error.empty()) {
+        throw host::DeviceError(fmt::format("{}: {}: {}", uri_, what, error));
     }
 }
 
@@ -167,7 +167,7 @@ void DeviceInquiry::command(Opcode opcode, Excitation state, std::uint32_t argum
 }
 
 const protocol::IdentifyMessage& DeviceInquiry::identify() {
-    inquire("who it is", Opcode::hello, {}, [](const auto&) { return true; });
+    inquire("identify", Opcode::hello, {}, [](const auto&) { return true; });
     return session_.identity();
 }
 
@@ -204,7 +204,7 @@ std::vector<std::uint8_t> DeviceInquiry::read_calibration() {
         return is_ours;
     };
     inquire(
-        "its calibration", Opcode::read_calibration, [&] { command(Opcode::read_calibration); }, is_answer);
+        "read calibration", Opcode::read_calibration, [&] { command(Opcode::read_calibration); }, is_answer);
     return blob;
 }
 
@@ -223,7 +223,7 @@ void DeviceInquiry::write_calibration(const std::vector<std::uint8_t>& blob) {
         return protocol::decode(message.bytes, ack) == WireError::none && ack.request == request_ && ack.result == 0 &&
                ack.opcode == static_cast<std::uint8_t>(Opcode::write_calibration);
     };
-    inquire("writing its calibration", Opcode::write_calibration, ask, is_answer);
+    inquire("write calibration", Opcode::write_calibration, ask, is_answer);
 }
 
 RawBurst DeviceInquiry::read_block(Excitation state) {
@@ -234,7 +234,7 @@ RawBurst DeviceInquiry::read_block(Excitation state) {
                parts.add(part);
     };
     inquire(
-        "a block of samples", Opcode::read_block, [&] { command(Opcode::read_block, state); }, is_answer);
+        "read samples", Opcode::read_block, [&] { command(Opcode::read_block, state); }, is_answer);
     return parts.burst();
 }
 
@@ -250,7 +250,7 @@ void DeviceInquiry::order(const char* what, Opcode opcode, std::uint32_t argumen
 
 void DeviceInquiry::boresight() {
     bool is_running = false;
-    inquire("its state", Opcode::hello, {}, [&](const hal::ReceivedMessage& message) {
+    inquire("read state", Opcode::hello, {}, [&](const hal::ReceivedMessage& message) {
         protocol::StatusMessage status;
         const bool is_status = protocol::decode(message.bytes, status) == WireError::none;
         is_running = is_status && status.device_state == static_cast<std::uint8_t>(protocol::DeviceState::running);
@@ -279,7 +279,7 @@ void DeviceInquiry::await_pose() {
         return protocol::from_message(pose, estimate) == WireError::none && estimate.valid();
     };
     const host::InterruptGuard guard;
-    if (!converse(
+    if (!exchange(
             wait_s_, guard, [&] { command(Opcode::keep_alive, Excitation::off, newest); }, is_valid_pose, kPosePause)) {
         command(Opcode::stop);
         guard.check();
@@ -291,7 +291,7 @@ void DeviceInquiry::await_pose() {
 std::uint64_t DeviceInquiry::listen(double seconds, const std::function<void(const hal::ReceivedMessage&)>& each) {
     std::uint64_t heard = 0;
     const host::InterruptGuard guard;
-    converse(seconds, guard, {}, [&](const hal::ReceivedMessage& message) {
+    exchange(seconds, guard, {}, [&](const hal::ReceivedMessage& message) {
         ++heard;
         each(message);
         return false;

@@ -59,7 +59,7 @@ private:
     using Ask = std::function<void()>;
     using Take = std::function<bool(const hal::ReceivedMessage&)>;
 
-    bool converse(double seconds, const host::InterruptGuard& guard, const Ask& ask, const Take& is_done,
+    bool exchange(double seconds, const host::InterruptGuard& guard, const Ask& ask, const Take& is_done,
                   Microseconds again = kAskAgain);
     void await_pose();
     void inquire(const char* what, protocol::Opcode opcode, const Ask& ask, const Take& is_answer);

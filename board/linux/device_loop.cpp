@@ -11,8 +11,8 @@ namespace {
 
 constexpr Microseconds kWait{5000};
 constexpr Microseconds kSyncWait{200};           // an edge is not delayed by the wait for messages
-constexpr int kMostEdges = 16;                   // per step; size of the kernel's queue
-constexpr int kMostMessages = 256;               // per step, so that a flood does not delay signals and time-outs
+constexpr int kMaxEdges = 16;                    // per step; size of the kernel's queue
+constexpr int kMaxMessagesPerStep = 256;         // per step, so that a flood does not delay signals and time-outs
 constexpr Microseconds kColumnSilence{150'000};  // longest time without a column before poses are flagged stale
 
 /// Timing parameters from the identity of the front end.
@@ -67,7 +67,7 @@ void DeviceLoop::step() {
     }
     Status status = port_.wait(lines_.sync != nullptr ? kSyncWait : kWait);
     bool any = false;
-    for (int n = 0; n < kMostMessages && status.code() != StatusCode::device_lost; ++n) {
+    for (int n = 0; n < kMaxMessagesPerStep && status.code() != StatusCode::device_lost; ++n) {
         hal::ReceivedMessage message;
         status = port_.receive(message);
         if (!status.ok()) {
@@ -166,7 +166,7 @@ void DeviceLoop::next_state() {
         return;
     }
     ++counters_.excitations;
-    session_.excited(state, ++state_sequence_);
+    session_.note_excitation(state, ++state_sequence_);
 }
 
 void DeviceLoop::follow_sync() {
@@ -180,7 +180,7 @@ void DeviceLoop::follow_sync() {
 int DeviceLoop::take_edges() {
     int edges = 0;
     HostTime edge;
-    while (lines_.sync != nullptr && edges < kMostEdges && lines_.sync->next_edge(edge).ok()) {
+    while (lines_.sync != nullptr && edges < kMaxEdges && lines_.sync->next_edge(edge).ok()) {
         ++edges;
     }
     return edges;
@@ -198,8 +198,8 @@ void DeviceLoop::track(const hal::ReceivedMessage& message) {
     }
     if (const auto estimate = trackers_[column.sensor]->update(column)) {
         answer(*estimate, estimate->valid(), message.arrival);
-        if (const auto side = sides_[column.sensor].side(*estimate, *column_time_)) {
-            ++counters_.sides_recovered;
+        if (const auto side = restorers_[column.sensor].side(*estimate, *column_time_)) {
+            ++counters_.hemispheres_restored;
             set_hemisphere(column.sensor, *side);
         }
     }

@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "board/linux/device_session.hpp"
+#include "board/linux/hemisphere_restorer.hpp"
 #include "board/linux/latency_histogram.hpp"
-#include "board/linux/side_keeper.hpp"
 #include "core/tracking/methods/any_tracker.hpp"
 #include "core/tracking/tracker_tap.hpp"
 #include "hal/coil_driver.hpp"
@@ -40,7 +40,7 @@ struct DeviceLoopCounters {
     std::uint64_t sync_edges = 0;
     std::uint64_t lines_lost = 0;
     std::uint64_t unpublished = 0;
-    std::uint64_t sides_recovered = 0;  // number of restored hemispheres
+    std::uint64_t hemispheres_restored = 0;  // number of restored hemispheres
 };
 
 class DeviceLoop {
@@ -86,7 +86,7 @@ private:
     PoseSink sink_;
     DeviceSession session_;
     std::array<std::optional<tracking::AnyTracker<double>>, tracking::kMaxSensors> trackers_;
-    std::array<SideKeeper, tracking::kMaxSensors> sides_;  // survive new trackers after a lost link
+    std::array<HemisphereRestorer, tracking::kMaxSensors> restorers_;  // survive new trackers after a lost link
     std::array<std::uint8_t, protocol::kMaxFrameBytes> bytes_{};
     std::uint32_t state_sequence_ = 0;
     std::uint32_t pose_sequence_ = 0;

@@ -27,7 +27,7 @@ namespace tricoil::linux_board {
 namespace {
 
 nlohmann::ordered_json summary(const DeviceConfig& config, const DeviceLoop& loop, const hal::MessagePort& port,
-                               const RealtimeHabits& habits) {
+                               const RealtimeStatus& realtime) {
     const DeviceSession& session = loop.session();
     nlohmann::ordered_json refused = nlohmann::ordered_json::object();
     for (std::size_t kind = 1; kind < protocol::kWireErrors; ++kind) {
@@ -52,25 +52,25 @@ nlohmann::ordered_json summary(const DeviceConfig& config, const DeviceLoop& loo
             {"excitations", loop.counters().excitations},
             {"sync_edges", loop.counters().sync_edges},
             {"unpublished", loop.counters().unpublished},
-            {"sides_recovered", loop.counters().sides_recovered},
+            {"hemispheres_restored", loop.counters().hemispheres_restored},
             {"latency_us", {{"median", latency.quantile_us(0.5)}, {"p99", latency.quantile_us(0.99)}, {"max", latency.max_us()}}},
             {"clock_drift_ppm", 1e6 * session.clock_map().drift()},
             {"clock_error_bound_us", session.clock_map().ready() ? session.clock_map().error_bound_us() : 0},
-            {"memory_locked", habits.memory_locked},
-            {"fifo", habits.fifo}};
+            {"memory_locked", realtime.memory_locked},
+            {"fifo", realtime.fifo}};
 }
 
 /// Reports settings that were not granted. The loop runs without them.
-void tell_refusals(const DeviceConfig& config, const RealtimeHabits& habits) {
-    if (config.lock_memory.value_or(false) && !habits.memory_locked) {
+void print_realtime_refusals(const DeviceConfig& config, const RealtimeStatus& realtime) {
+    if (config.lock_memory.value_or(false) && !realtime.memory_locked) {
         host::print_notice(
             "tricoil: memory is not locked ({}); poses may come late: raise its limit (ulimit -l, or LimitMEMLOCK)\n",
-            std::strerror(habits.memory_error));
+            std::strerror(realtime.memory_error));
     }
-    if (config.priority > 0 && !habits.fifo) {
+    if (config.priority > 0 && !realtime.fifo) {
         host::print_notice(
             "tricoil: no real-time priority {} ({}); poses may come late: raise its limit (ulimit -r, or LimitRTPRIO)\n",
-            config.priority, std::strerror(habits.fifo_error));
+            config.priority, std::strerror(realtime.fifo_error));
     }
 }
 
@@ -90,12 +90,12 @@ std::string text_of(const nlohmann::ordered_json& s) {
 
 /// During its lifetime a closed pipe or a file size limit is a failed write and does not end the program, because the coils must
 /// be switched off first.
-class UnsignalledWrites {
+class IgnoredWriteSignals {
 public:
-    UnsignalledWrites() : pipe_(std::signal(SIGPIPE, SIG_IGN)), size_(std::signal(SIGXFSZ, SIG_IGN)) {}
-    UnsignalledWrites(const UnsignalledWrites&) = delete;
-    UnsignalledWrites& operator=(const UnsignalledWrites&) = delete;
-    ~UnsignalledWrites() {
+    IgnoredWriteSignals() : pipe_(std::signal(SIGPIPE, SIG_IGN)), size_(std::signal(SIGXFSZ, SIG_IGN)) {}
+    IgnoredWriteSignals(const IgnoredWriteSignals&) = delete;
+    IgnoredWriteSignals& operator=(const IgnoredWriteSignals&) = delete;
+    ~IgnoredWriteSignals() {
         std::signal(SIGPIPE, pipe_);
         std::signal(SIGXFSZ, size_);
     }
@@ -157,7 +157,7 @@ int run_device(const DeviceRunOptions& options) {
     const DeviceUri uri = parse_device_uri(config.device);
     DeviceLoopParams params = loop_params(config, options.calibration);
     const OpenLines lines(config.coils);
-    const UnsignalledWrites writes;
+    const IgnoredWriteSignals writes;
     std::optional<LinePump> csv;
     if (!config.csv.empty()) {
         csv.emplace(config.csv);
@@ -170,18 +170,18 @@ int run_device(const DeviceRunOptions& options) {
     host::PoseLineBuffer line{};
     std::optional<host::Recorder> recorder;
     if (!options.record.empty()) {
-        recorder.emplace(options.record, describe_source(config), host::Journal::Patience::never_wait);
+        recorder.emplace(options.record, describe_source(config), host::Journal::WhenFull::end);
     }
     host::TapFanOut taps{options.tap, recorder ? &*recorder : nullptr};
     params.tap = taps.any() ? &taps : nullptr;
     const auto port = make_port(uri);
     DeviceStopwatch stopwatch;
-    tracking::PoseFlags flags;  // flags of the newest pose that need an action of the user
+    tracking::PoseFlags flags;  // of the newest pose; only flags that the user can clear by an action
     DeviceLoop loop(*port, lines.lines(), params, [&](const protocol::PoseMessage& pose) {
         stopwatch.see(pose.time_us);
-        constexpr auto kSide = tracking::PoseFlag::hemisphere_unknown;
+        constexpr auto kHemisphereUnknown = tracking::PoseFlag::hemisphere_unknown;
         flags = {};
-        flags.set_if((pose.flags >> static_cast<unsigned>(kSide) & 1U) != 0, kSide);
+        flags.set_if((pose.flags >> static_cast<unsigned>(kHemisphereUnknown) & 1U) != 0, kHemisphereUnknown);
         if (csv) {
             csv->push(host::pose_line(pose, host::PoseFormat::csv, line));
         }
@@ -190,8 +190,8 @@ int run_device(const DeviceRunOptions& options) {
         }
     });
     FaultReporter reporter(config.device, params.tap);
-    const RealtimeHabits habits = take_realtime_habits(config.lock_memory.value_or(true), config.priority);
-    tell_refusals(config, habits);
+    const RealtimeStatus realtime = request_realtime(config.lock_memory.value_or(true), config.priority);
+    print_realtime_refusals(config, realtime);
     const host::InterruptGuard guard;
     const HostTime begin = drivers::host_now();
     HostTime steady = begin;  // time at which the device last worked
@@ -199,7 +199,7 @@ int run_device(const DeviceRunOptions& options) {
         steady = loop.session().is_steady() ? now : steady;
         return options.give_up_after_s > 0 && to_seconds(now - steady) > options.give_up_after_s;
     };
-    std::string trouble;
+    std::string error;
     const auto is_unread = [&] { return (json && json->is_unread()) || (csv && csv->is_unread()); };
     while (!guard.interrupted() && !is_unread() && (options.duration_s <= 0 || stopwatch.elapsed_s() < options.duration_s)) {
         if (options.paused && options.paused()) {
@@ -213,11 +213,10 @@ int run_device(const DeviceRunOptions& options) {
             options.each_step(loop);
         }
         const HostTime now = drivers::host_now();
-        reporter.look(loop.session(), *port, now);
-        reporter.look(flags, now);
+        reporter.check(loop.session(), *port, now);
+        reporter.check(flags, now);
         if (loop.counters().lines_lost > 0) {
-            throw host::DeviceError(
-                "the coil lines are gone: they were off when they went; look at the GPIO chip, then start again");
+            throw host::DeviceError("the coil lines are lost (they were off); check the GPIO chip, then start again");
         }
         const bool waits_in_vain =
             options.wait_s > 0 && loop.session().counters().starts == 0 && to_seconds(now - begin) > options.wait_s;
@@ -225,17 +224,17 @@ int run_device(const DeviceRunOptions& options) {
             throw host::DeviceError(fmt::format("{}: {}", config.device, loop.session().detail()));
         }
         if (gives_up(now)) {
-            trouble = fmt::format("{}: it has not worked for {:g} s; given up", config.device, options.give_up_after_s);
+            error = fmt::format("{}: the device has not worked for {:g} s; giving up", config.device, options.give_up_after_s);
             break;
         }
     }
     loop.stop();
-    reporter.tell_repeated();
+    reporter.print_repeated();
     const bool unread = is_unread();
     for (const std::string& also : {csv ? csv->close() : "", json ? json->close() : "", recorder ? recorder->close() : ""}) {
-        trouble = trouble.empty() ? also : trouble;
+        error = error.empty() ? also : error;
     }
-    const auto closing = summary(config, loop, *port, habits);
+    const auto closing = summary(config, loop, *port, realtime);
     port->close();
     if (unread) {
         return kSignalled + SIGPIPE;
@@ -245,8 +244,8 @@ int run_device(const DeviceRunOptions& options) {
     } else {
         host::print_text(text_of(closing));
     }
-    if (!trouble.empty()) {
-        throw host::DeviceError(trouble);
+    if (!error.empty()) {
+        throw host::DeviceError(error);
     }
     return to_int(loop.counters().valid_poses > 0 ? host::ExitCode::fine : host::ExitCode::check_failed);
 }

@@ -38,9 +38,9 @@ SessionEvent DeviceSession::service(HostTime now) {
     now_ = now;
     if (phase_ == Phase::running && now - heard_ > kSilence) {
         ++counters_.silences;
-        begin_greeting(now);
+        begin_handshake(now);
         pause_before_next_try();
-        why_.print("nothing usable comes from the device");
+        reason_.print("no valid messages from the device");
         return SessionEvent::none;
     }
     if (phase_ == Phase::running) {
@@ -56,30 +56,30 @@ SessionEvent DeviceSession::service(HostTime now) {
     due_ = now + kGreetPause;
     if (phase_ == Phase::closed) {
         if (!port_.open().ok()) {
-            why_.print("%s", port_.detail());
+            reason_.print("%s", port_.detail());
             due_ = now + kOpenPause;
             return SessionEvent::none;
         }
-        begin_greeting(now);
+        begin_handshake(now);
     }
     if (phase_ == Phase::starting && now - heard_ < kSilence) {
         ++starts_asked_;
-        tell(Opcode::start, params_.host_drives_coils ? 1 : 0);
+        send_command(Opcode::start, params_.host_drives_coils ? 1 : 0);
     } else {
         phase_ = Phase::greeting;
-        tell(Opcode::hello, protocol::hello_argument({}));
+        send_command(Opcode::hello, protocol::hello_argument({}));
     }
     return SessionEvent::none;
 }
 
-void DeviceSession::begin_greeting(HostTime now) {
+void DeviceSession::begin_handshake(HostTime now) {
     if (phase_ == Phase::running) {
-        tell(Opcode::stop, 0);
+        send_command(Opcode::stop, 0);
     }
     phase_ = Phase::greeting;
     has_identity_ = false;
     due_ = now;
-    why_.print("no answer yet");
+    reason_.print("no answer yet");
 }
 
 void DeviceSession::pause_before_next_try() {
@@ -91,14 +91,14 @@ void DeviceSession::on_device_lost(HostTime now) {
     counters_.silences += phase_ == Phase::running ? 1U : 0U;
     phase_ = Phase::closed;
     has_identity_ = false;
-    why_.print("%s", port_.detail());
+    reason_.print("%s", port_.detail());
     due_ = now + kOpenPause;
 }
 
-void DeviceSession::excited(Excitation state, std::uint32_t sequence) {
-    newest_excited_ = (newest_excited_ + 1) % excited_.size();
-    excited_[newest_excited_] = {sequence, state};
-    tell(Opcode::excite, sequence, state);
+void DeviceSession::note_excitation(Excitation state, std::uint32_t sequence) {
+    newest_sent_ = (newest_sent_ + 1) % sent_states_.size();
+    sent_states_[newest_sent_] = {sequence, state};
+    send_command(Opcode::excite, sequence, state);
     fed_ = now_;
 }
 
@@ -106,12 +106,12 @@ void DeviceSession::keep_alive(HostTime now) {
     now_ = now;
     fed_ = now;
     const protocol::SequenceCheck& data = columns_.started() ? columns_ : poses_;
-    tell(Opcode::keep_alive, data.started() ? data.newest() : 0);
+    send_command(Opcode::keep_alive, data.started() ? data.newest() : 0);
 }
 
 void DeviceSession::stop() {
     if (phase_ == Phase::starting || phase_ == Phase::running) {
-        tell(Opcode::stop, 0);
+        send_command(Opcode::stop, 0);
     }
     phase_ = Phase::closed;
 }
@@ -160,29 +160,29 @@ SessionEvent DeviceSession::take_identity(const hal::ReceivedMessage& message) {
     }
     if (has_identity_ && identity.serial != identity_.serial) {
         conflict_ = now_ + kConflict;
-        begin_greeting(now_);
+        begin_handshake(now_);
         due_ = conflict_;
-        why_.print("devices %" PRIu64 " and %" PRIu64 " answer to one address; give one of them another node number",
-                   identity_.serial, identity.serial);
+        reason_.print("devices %" PRIu64 " and %" PRIu64 " answer to one address; give one of them another node number",
+                      identity_.serial, identity.serial);
         return refuse(WireError::duplicate_node);
     }
     if (identity.product != kProduct) {
-        why_.print("the device is of product %u, no tricoil; disconnect it, or choose another node", identity.product);
+        reason_.print("unknown product %u; disconnect the device, or choose another node", identity.product);
         return refuse(WireError::impossible);
     }
     if (protocol::common_version({identity.oldest_version, identity.newest_version}, {}) == 0) {
-        why_.print("the device supports protocol versions %u to %u, this program %u to %u; update the older one",
-                   identity.oldest_version, identity.newest_version, protocol::kOldestVersion, protocol::kNewestVersion);
+        reason_.print("the device supports protocol versions %u to %u, this program %u to %u; update the older one",
+                      identity.oldest_version, identity.newest_version, protocol::kOldestVersion, protocol::kNewestVersion);
         return refuse(WireError::unknown_version);
     }
     if (params_.serial != 0 && identity.serial != params_.serial) {
-        why_.print("the device has serial number %" PRIu64 ", the configuration asks for %" PRIu64, identity.serial,
-                   params_.serial);
+        reason_.print("the device has serial number %" PRIu64 ", the configuration asks for %" PRIu64, identity.serial,
+                      params_.serial);
         return refuse(WireError::wrong_sender);
     }
     if (!params_.any_coils && params_.host_drives_coils == (identity.drives_coils != 0)) {
-        why_.print(params_.host_drives_coils ? "the device drives the coils itself; remove [coils] from the configuration"
-                                             : "the device leaves the coils to the host; name their lines under [coils]");
+        reason_.print(params_.host_drives_coils ? "the device drives the coils itself; remove [coils] from the configuration"
+                                                : "the host must drive the coils; give their lines in [coils]");
         return refuse(WireError::wrong_sender);
     }
     if (phase_ != Phase::greeting || now_ < conflict_) {
@@ -191,7 +191,7 @@ SessionEvent DeviceSession::take_identity(const hal::ReceivedMessage& message) {
     identity_ = identity;
     has_identity_ = true;
     heard_ = now_;
-    why_.clear();
+    reason_.clear();
     if (params_.start) {
         phase_ = Phase::starting;
         starts_asked_ = 0;
@@ -212,7 +212,7 @@ SessionEvent DeviceSession::take_ack(const hal::ReceivedMessage& message) {
         return SessionEvent::none;  // answer to a request of another program
     }
     if (ack.result != 0) {
-        why_.print("the device refuses to start (%u)", ack.result);
+        reason_.print("the device refuses to start (%u)", ack.result);
         pause_before_next_try();
         return SessionEvent::none;
     }
@@ -222,7 +222,7 @@ SessionEvent DeviceSession::take_ack(const hal::ReceivedMessage& message) {
     columns_.restart();
     poses_.restart();
     clock_map_ = {};
-    excited_ = {};
+    sent_states_ = {};
     window_us_ = -1;
     ++counters_.starts;
     return SessionEvent::started;
@@ -240,7 +240,7 @@ bool DeviceSession::in_order(protocol::SequenceCheck& check, std::uint32_t seque
 }
 
 bool DeviceSession::was_excited(const Column<double>& column) const {
-    return std::any_of(excited_.begin(), excited_.end(), [&](const Excited& e) {
+    return std::any_of(sent_states_.begin(), sent_states_.end(), [&](const SentState& e) {
         return e.sequence == column.state_sequence && (e.state == column.state || e.state == Excitation::all);
     });
 }

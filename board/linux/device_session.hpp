@@ -55,7 +55,7 @@ public:
     void on_device_lost(HostTime now);
 
     /// Sends the new excitation state of the host's coils to the device. Columns must echo `sequence`, which starts at 1.
-    void excited(Excitation state, std::uint32_t sequence);
+    void note_excitation(Excitation state, std::uint32_t sequence);
 
     /// Resets the device's watchdog and acknowledges the newest message.
     void keep_alive(HostTime now);
@@ -82,17 +82,17 @@ public:
     [[nodiscard]] const protocol::WireCounters& refused() const { return refused_; }
     [[nodiscard]] const protocol::ClockMap& clock_map() const { return clock_map_; }
     /// Reason why there is no session; empty during a session.
-    [[nodiscard]] const char* detail() const { return why_.c_str(); }
+    [[nodiscard]] const char* detail() const { return reason_.c_str(); }
 
 private:
-    struct Excited {
+    struct SentState {
         std::uint32_t sequence = 0;
         Excitation state = Excitation::off;
     };
 
-    void begin_greeting(HostTime now);
+    void begin_handshake(HostTime now);
     void pause_before_next_try();
-    void tell(protocol::Opcode opcode, std::uint32_t argument, Excitation state = Excitation::off) {
+    void send_command(protocol::Opcode opcode, std::uint32_t argument, Excitation state = Excitation::off) {
         command(opcode, ++request_, argument, state);
     }
     SessionEvent take_identity(const hal::ReceivedMessage& message);
@@ -127,12 +127,12 @@ private:
     protocol::SequenceCheck columns_;
     protocol::SequenceCheck poses_;
     protocol::ClockMap clock_map_;
-    std::array<Excited, 4> excited_{};
-    std::size_t newest_excited_ = 0;
+    std::array<SentState, 4> sent_states_{};
+    std::size_t newest_sent_ = 0;
     std::array<std::uint8_t, protocol::kMaxFrameBytes> bytes_{};
     SessionCounters counters_;
     protocol::WireCounters refused_;
-    drivers::Text why_;
+    drivers::Text reason_;
 };
 
 }  // namespace tricoil::linux_board

@@ -10,7 +10,7 @@ void take_calibration(const DeviceConfig& config, const calibration::Calibration
     const bool filters = std::holds_alternative<tracking::ScaatParams<double>>(params.method);
     if (const Status status = tracking::AnyTracker<double>::check({{}, params.method}, c); !status.ok()) {
         throw host::InputError(config.calibration + ": " + status.message() +
-                               (filters ? "" : "; such coils are tracked with --tracker scaat"));
+                               (filters ? "" : "; use --tracker scaat for such coils"));
     }
     params.calibration = c;
     if (!config.hemisphere && !c.hemisphere.isZero(0)) {
@@ -38,20 +38,20 @@ OpenLines::OpenLines(const std::optional<CoilLines>& wanted) {
     if (!wanted) {
         return;
     }
-    drivers::Text why;
+    drivers::Text reason;
     const auto check = [&](const Status& status) {
         if (!status.ok()) {
-            throw host::DeviceError(why.c_str());
+            throw host::DeviceError(reason.c_str());
         }
     };
-    check(coils_.open(wanted->coils, why));
+    check(coils_.open(wanted->coils, reason));
     lines_.coils = &coils_;
     if (wanted->heartbeat) {
-        check(heartbeat_.open(*wanted->heartbeat, why));
+        check(heartbeat_.open(*wanted->heartbeat, reason));
         lines_.heartbeat = &heartbeat_;
     }
     if (wanted->sync) {
-        check(sync_.open(*wanted->sync, why));
+        check(sync_.open(*wanted->sync, reason));
         lines_.sync = &sync_;
     }
 }

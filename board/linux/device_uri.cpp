@@ -29,7 +29,7 @@ DeviceUri parse_device_uri(const std::string& text) {
     const std::string scheme = text.substr(0, colon);
     const std::string rest = colon == std::string::npos ? "" : text.substr(colon + 1);
     if (scheme == "sim") {
-        throw host::InputError("device '" + text + "': a simulated one has no link to open here; say run --device sim: alone");
+        throw host::InputError("device '" + text + "': only tricoil run supports the simulated device");
     }
     if (rest.empty() || (scheme != "can" && scheme != "usb" && scheme != "serial")) {
         throw host::InputError("unknown device '" + text + "'; " + kForms);

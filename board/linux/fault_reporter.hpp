@@ -20,30 +20,30 @@ public:
         : device_(std::move(device)), tap_(tap) {}
 
     /// Reports counters that have changed.
-    void look(const DeviceSession& session, const hal::MessagePort& port, HostTime now);
+    void check(const DeviceSession& session, const hal::MessagePort& port, HostTime now);
 
     /// Reports flags that need an action of the user, after they have lasted for one second.
-    void look(tracking::PoseFlags flags, HostTime now);
+    void check(tracking::PoseFlags flags, HostTime now);
 
     /// Reports the counts of repeated faults. Call it at the end.
-    void tell_repeated() const;
+    void print_repeated() const;
 
 private:
-    void tell(const char* text) const;
-    void tell_once(const char* text, HostTime now);
-    void tell_device_faults(std::uint16_t faults, HostTime now);
+    void print(const char* text) const;
+    void print_once(const char* text, HostTime now);
+    void print_device_faults(std::uint16_t faults, HostTime now);
 
     std::string device_;
     tracking::TrackerTap<double>* tap_;
-    std::array<std::uint64_t, protocol::kWireErrors> told_{};
-    std::array<std::optional<HostTime>, protocol::kWireErrors> told_at_{};
-    std::array<char, 320> told_detail_{};
+    std::array<std::uint64_t, protocol::kWireErrors> reported_{};
+    std::array<std::optional<HostTime>, protocol::kWireErrors> reported_at_{};
+    std::array<char, 320> reported_detail_{};
     RepeatedTexts repeated_;
-    std::uint16_t told_faults_ = 0;
-    std::optional<HostTime> faults_told_;
-    HostTime detail_told_;
-    HostTime sided_;  // time at which the hemisphere was last known
-    bool told_side_ = false;
+    std::uint16_t printed_faults_ = 0;
+    std::optional<HostTime> faults_printed_;
+    HostTime detail_reported_;
+    HostTime hemisphere_known_;  // time at which the hemisphere was last known
+    bool hemisphere_reported_ = false;
 };
 
 }  // namespace tricoil::linux_board

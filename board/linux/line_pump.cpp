@@ -17,8 +17,8 @@ namespace {
 
 constexpr std::size_t kPortion = 4096;  // a pipe that is ready accepts this size without blocking (PIPE_BUF)
 constexpr int kPollMs = 100;
-constexpr std::chrono::seconds kPatience{2};
-constexpr std::chrono::milliseconds kPause{25};  // several lines per system call: a call costs more processor time than a pose
+constexpr std::chrono::seconds kCloseTimeout{2};
+constexpr std::chrono::milliseconds kPause{25};  // collects several lines per system call to save processor time
 
 int make_file(const std::string& path) {
     const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
@@ -99,7 +99,7 @@ std::string LinePump::close() {
     {
         const std::lock_guard lock(mutex_);
         closing_ = true;
-        deadline_ = std::chrono::steady_clock::now() + kPatience;
+        deadline_ = std::chrono::steady_clock::now() + kCloseTimeout;
     }
     wake_.notify_one();
     thread_.join();

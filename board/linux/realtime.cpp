@@ -7,16 +7,16 @@
 
 namespace tricoil::linux_board {
 
-RealtimeHabits take_realtime_habits(bool lock_memory, int priority) {
-    RealtimeHabits habits;
-    habits.memory_locked = lock_memory && ::mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
-    habits.memory_error = habits.memory_locked ? 0 : errno;
+RealtimeStatus request_realtime(bool lock_memory, int priority) {
+    RealtimeStatus realtime;
+    realtime.memory_locked = lock_memory && ::mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
+    realtime.memory_error = realtime.memory_locked ? 0 : errno;
     if (priority > 0) {
         const sched_param parameter{priority};
-        habits.fifo = ::sched_setscheduler(0, SCHED_FIFO, &parameter) == 0;
-        habits.fifo_error = habits.fifo ? 0 : errno;
+        realtime.fifo = ::sched_setscheduler(0, SCHED_FIFO, &parameter) == 0;
+        realtime.fifo_error = realtime.fifo ? 0 : errno;
     }
-    return habits;
+    return realtime;
 }
 
 }  // namespace tricoil::linux_board

@@ -3,7 +3,7 @@
 
 namespace tricoil::linux_board {
 
-struct RealtimeHabits {
+struct RealtimeStatus {
     bool memory_locked = false;  // mlockall: no page faults in the loop
     bool fifo = false;           // SCHED_FIFO at the requested priority
     int memory_error = 0;        // errno of a refused request; 0: none
@@ -11,6 +11,6 @@ struct RealtimeHabits {
 };
 
 /// Requests the settings and returns the granted ones. A refusal is not an error. `priority` 0: does not change the scheduling.
-RealtimeHabits take_realtime_habits(bool lock_memory, int priority);
+RealtimeStatus request_realtime(bool lock_memory, int priority);
 
 }  // namespace tricoil::linux_board

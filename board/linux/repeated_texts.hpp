@@ -15,12 +15,12 @@ public:
 
     struct Entry {
         std::array<char, 160> text{};
-        std::uint64_t untold = 0;
+        std::uint64_t unprinted = 0;
         HostTime newest{};
     };
 
     /// Returns true if `text` must be reported. Otherwise counts it.
-    bool is_news(const char* text, HostTime now) {
+    bool should_print(const char* text, HostTime now) {
         std::array<char, 160> shown{};
         std::snprintf(shown.data(), shown.size(), "%s", text);
         Entry* place = &entries_.front();
@@ -28,7 +28,7 @@ public:
             if (entry.text == shown) {
                 const bool forgotten = now - entry.newest > kForgotten;
                 entry.newest = now;
-                entry.untold += forgotten ? 0 : 1;
+                entry.unprinted += forgotten ? 0 : 1;
                 return forgotten;
             }
             place = entry.newest < place->newest ? &entry : place;

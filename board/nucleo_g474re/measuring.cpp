@@ -9,10 +9,10 @@ app::DeviceParams device_params(std::uint64_t serial, std::uint32_t firmware) {
     params.modes = kModes;
     params.demodulator.gain_steps = stm32g4_board::gain_steps();
     params.demodulator.sigma_floor = 1e-7F;      // quantisation at the highest gain
-    params.demodulator.min_reference_v = 0.05F;  // of 0.7 V, or 0.25 V in FDM
-    params.demodulator.linear_share = 0.95F;     // the op-amps reach to 0.1 V of the rails (DS12288)
+    params.demodulator.min_reference_v = 0.05F;  // nominal: 0.7 V in TDM, 0.25 V in FDM
+    params.demodulator.linear_share = 0.95F;     // the op-amp output saturates 0.1 V from the rails (DS12288)
     params.coupling_constant_m3 = kCouplingConstant;
-    params.most_reference_v = kMostReference_v;
+    params.most_reference_v = kMaxReference_v;
     return params;
 }
 

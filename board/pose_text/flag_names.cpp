@@ -23,9 +23,8 @@ std::string to_text(tracking::PoseFlags flags) {
 }
 
 std::string advice(tracking::PoseFlags flags) {
-    return flags.has(tracking::PoseFlag::hemisphere_unknown)
-               ? "the side of the source on which the sensor is, is not known: set the hemisphere to where it is now"
-               : "";
+    return flags.has(tracking::PoseFlag::hemisphere_unknown) ? "the hemisphere is unknown: set it to the half space of the sensor"
+                                                             : "";
 }
 
 const char* to_text(tracking::TrackerState state) {

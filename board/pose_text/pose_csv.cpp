@@ -52,8 +52,8 @@ void PoseCsv::write(const tracking::PoseEstimate<double>& estimate, const TruePo
     line += ',';
     line += e.predicted_error ? fmt::format("{:.4f},{:.5f},", 1e3 * e.predicted_error->total.position_m,
                                             kDegrees * e.predicted_error->total.rotation_rad)
-                              : std::string(",,");  // not known yet
-    // Errors of the reported point: the tip if there is a tip offset.
+                              : std::string(",,");  // no error budget yet
+    // Errors of the reported point, which is the tip if a tip offset is set.
     const double error_m = (e.position_m - truth.position_m).norm();
     line += fmt::format("{},{},{:.4e},{:.4e}", fields(scale * truth.position_m), fields(truth.q_source_sensor), error_m,
                         geometry::angle_between(estimate.q_source_sensor, true_pose.q_source_sensor));

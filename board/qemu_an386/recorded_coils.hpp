@@ -23,7 +23,7 @@ private:
 /// Blocks of a sample record (fixed::RecordHead), until its end.
 class RecordedCoilSampler final : public hal::CoilSampler {
 public:
-    static constexpr std::size_t kMostSamples = 256;  // per block
+    static constexpr std::size_t kMaxSamples = 256;  // per block
 
     RecordedCoilSampler(semihosting::InputFile& file, const StillCoilDriver& coils, RecordClock& clock)
         : file_(file), coils_(coils), clock_(clock) {}
@@ -41,7 +41,7 @@ private:
     const StillCoilDriver& coils_;
     RecordClock& clock_;
     std::size_t block_samples_ = 0;
-    std::array<Sample, kMostSamples> samples_{};
+    std::array<Sample, kMaxSamples> samples_{};
 };
 
 }  // namespace tricoil::board

@@ -8,9 +8,9 @@ namespace {
 
 constexpr float kReferenceCodes = 4e6F;
 constexpr std::int32_t kFullScale = 8'388'607;
-constexpr std::uint32_t kNoiseCodes = 64;  // uniform over this many codes: 18 rms, as of a good 24-bit converter
+constexpr std::uint32_t kNoiseCodes = 64;  // width of the uniform noise: 18 codes RMS, typical of a 24-bit converter
 
-/// Numerical Recipes' "quick and dirty" linear congruential generator; only its upper bits are random enough.
+/// Linear congruential generator of Numerical Recipes. Only the upper bits are used, because the lower ones are not random.
 std::int32_t next_noise(std::uint32_t& state) {
     state = state * 1664525U + 1013904223U;
     return static_cast<std::int32_t>((state >> 16) % kNoiseCodes) - static_cast<std::int32_t>(kNoiseCodes / 2);
@@ -20,7 +20,7 @@ std::int32_t next_noise(std::uint32_t& state) {
 
 Status StillCoilSampler::do_start(const signal::AcquisitionPlan& plan) {
     if (!plan.is_tdm() || static_cast<std::size_t>(plan.block_samples) > samples_.size()) {
-        return {StatusCode::invalid_argument, "still coils are sampled in TDM, at most 256 samples per block"};
+        return {StatusCode::invalid_argument, "only TDM with at most 256 samples per block is supported"};
     }
     block_samples_ = static_cast<std::size_t>(plan.block_samples);
     step_rad_ =

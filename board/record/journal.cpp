@@ -32,8 +32,8 @@ std::size_t write_all(int descriptor, std::string_view text) {
 
 }  // namespace
 
-Journal::Journal(const std::vector<std::string>& paths, Patience patience, std::span<const std::string> headers)
-    : files_(paths.size()), patience_(patience) {
+Journal::Journal(const std::vector<std::string>& paths, WhenFull when_full, std::span<const std::string> headers)
+    : files_(paths.size()), when_full_(when_full) {
     std::signal(SIGXFSZ, SIG_IGN);  // write() then reports a file size limit like a full disk
     for (std::size_t n = 0; n < paths.size(); ++n) {
         make(paths[n], files_[n]);
@@ -51,13 +51,13 @@ void Journal::make(const std::string& path, File& file) {
     if (file.descriptor >= 0) {
         return;
     }
-    const std::string why = std::strerror(errno);
+    const std::string reason = std::strerror(errno);
     for (const File& other : files_) {
         if (other.descriptor >= 0) {
             ::close(other.descriptor);
         }
     }
-    throw InputError(path + ": cannot be made (" + why + "); choose another folder");
+    throw InputError(path + ": cannot be created (" + reason + "); choose another folder");
 }
 
 Journal::~Journal() { close(); }
@@ -70,10 +70,10 @@ void Journal::append(std::size_t n, std::string_view line) {
     std::string& pending = files_[n].pending;
     pending += line;
     pending += '\n';
-    if (pending.size() < kMostPending) {
+    if (pending.size() < kMaxPending) {
         return;
     }
-    if (patience_ == Patience::never_wait) {
+    if (when_full_ == WhenFull::end) {
         lock.unlock();
         fail("the disk is too slow");
         return;
@@ -89,7 +89,7 @@ void Journal::run() {
             std::unique_lock lock(mutex_);
             wake_.wait_for(lock, kInterval, [this] {
                 return ending_ || std::any_of(files_.begin(), files_.end(),
-                                              [](const File& file) { return file.pending.size() >= kMostPending; });
+                                              [](const File& file) { return file.pending.size() >= kMaxPending; });
             });
             last = ending_;
             for (File& file : files_) {
@@ -118,7 +118,7 @@ void Journal::run() {
 
 void Journal::write(File& file) {
     const std::size_t done = write_all(file.descriptor, file.writing);
-    const std::string why = done < file.writing.size() ? std::strerror(errno) : "";
+    const std::string reason = done < file.writing.size() ? std::strerror(errno) : "";
     const std::size_t end = std::string_view(file.writing).substr(0, done).rfind('\n');
     const std::string_view whole(file.writing.data(), end == std::string::npos ? 0 : end + 1);
     file.written.lines += static_cast<std::uint64_t>(std::count(whole.begin(), whole.end(), '\n'));
@@ -127,22 +127,22 @@ void Journal::write(File& file) {
         file.written.crc32, {reinterpret_cast<const std::uint8_t*>(whole.data()), whole.size()});  // NOLINT: bytes as such
     if (done < file.writing.size()) {
         (void)!::ftruncate(file.descriptor, static_cast<off_t>(file.written.bytes));
-        fail(why);
+        fail(reason);
     }
 }
 
-void Journal::fail(const std::string& why) {
+void Journal::fail(const std::string& reason) {
     const std::lock_guard lock(mutex_);
     if (!failed_) {
-        why_ = why;
+        reason_ = reason;
         failed_ = true;
     }
     drained_.notify_all();
 }
 
-std::string Journal::why() const {
+std::string Journal::reason() const {
     const std::lock_guard lock(mutex_);
-    return why_;
+    return reason_;
 }
 
 std::vector<Journal::Extent> Journal::close() {

@@ -24,17 +24,17 @@ public:
         std::uint64_t bytes = 0;
         std::uint32_t crc32 = 0;
     };
-    enum class Patience : std::uint8_t {
-        never_wait,  // the journal ends if more than kMostPending bytes wait for the disk
-        wait,        // append() waits for the disk: for simulated time
+    enum class WhenFull : std::uint8_t {
+        end,   // the journal ends if more than kMaxPending bytes wait for the disk
+        wait,  // append() waits for the disk: for simulated time
     };
     static constexpr std::chrono::milliseconds kInterval{200};
     static constexpr std::chrono::seconds kSyncInterval{1};
-    static constexpr std::size_t kMostPending = std::size_t{64} << 20U;
+    static constexpr std::size_t kMaxPending = std::size_t{64} << 20U;
 
     /// Creates the files and writes the header line of each at once, so that every file has one even if the program is killed.
     /// Throws InputError if a file cannot be created.
-    Journal(const std::vector<std::string>& paths, Patience patience, std::span<const std::string> headers = {});
+    Journal(const std::vector<std::string>& paths, WhenFull when_full, std::span<const std::string> headers = {});
     ~Journal();
     Journal(const Journal&) = delete;
     Journal& operator=(const Journal&) = delete;
@@ -44,7 +44,7 @@ public:
 
     [[nodiscard]] bool failed() const { return failed_; }
     /// Reason of the failure. Call it only after failed().
-    [[nodiscard]] std::string why() const;
+    [[nodiscard]] std::string reason() const;
 
     /// Writes the remaining lines and closes the files.
     std::vector<Extent> close();
@@ -60,16 +60,16 @@ private:
     void make(const std::string& path, File& file);
     void run();
     void write(File& file);
-    void fail(const std::string& why);
+    void fail(const std::string& reason);
 
     std::vector<File> files_;
-    Patience patience_;
+    WhenFull when_full_;
     mutable std::mutex mutex_;
     std::condition_variable wake_;
     std::condition_variable drained_;
     bool ending_ = false;
     std::atomic<bool> failed_ = false;
-    std::string why_;
+    std::string reason_;
     std::thread thread_;
 };
 

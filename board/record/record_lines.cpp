@@ -35,7 +35,7 @@ public:
         T value{};
         const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
         if (error != std::errc{} || end != field.data() + field.size()) {
-            throw InputError(fmt::format("{}: field {}, '{}', is not a number of its kind", where_, at_, field));
+            throw InputError(fmt::format("{}: field {}, '{}', is not a valid number", where_, at_, field));
         }
         return value;
     }

@@ -23,10 +23,10 @@ std::vector<std::string> prepare(const std::string& folder) {
     std::error_code error;
     fs::create_directories(folder, error);
     if (!fs::is_directory(folder)) {
-        throw InputError(fmt::format("{}: no folder can be made there ({}); choose another --record", folder, error.message()));
+        throw InputError(fmt::format("{}: cannot create the folder ({}); choose another --record", folder, error.message()));
     }
     if (!fs::is_empty(folder, error) || error) {
-        throw InputError(folder + ": holds files already; record into a new folder");
+        throw InputError(folder + ": the folder is not empty; record into a new folder");
     }
     std::vector<std::string> paths;
     for (const char* name : kRecordFiles) {
@@ -50,7 +50,7 @@ nlohmann::ordered_json describe_columns() {
 
 }  // namespace
 
-Recorder::Recorder(const std::string& folder, nlohmann::ordered_json source, Journal::Patience patience)
+Recorder::Recorder(const std::string& folder, nlohmann::ordered_json source, Journal::WhenFull patience)
     : folder_(folder), journal_(prepare(folder), patience, record_headers()) {
     description_ = {{"format", kRecordingFormat},
                     {"version", kRecordingVersion},
@@ -73,26 +73,26 @@ void Recorder::describe() {
     try {
         write_whole_file(fs::path(folder_) / kDescriptionFile, description_.dump(2) + "\n");
     } catch (const std::exception& error) {
-        why_ = error.what();
+        reason_ = error.what();
     }
 }
 
 void Recorder::append(RecordFile file, const std::string& line) {
     if (failed()) {
-        if (!told_) {
-            told_ = true;
-            print_notice("tricoil: {}; tracking goes on\n", complaint());
+        if (!failure_printed_) {
+            failure_printed_ = true;
+            print_notice("tricoil: {}; tracking continues\n", failure());
         }
         return;
     }
     journal_.append(static_cast<std::size_t>(file), line);
 }
 
-std::string Recorder::complaint() const {
-    const std::string why = why_.empty() ? journal_.why() : why_;
+std::string Recorder::failure() const {
+    const std::string reason = reason_.empty() ? journal_.reason() : reason_;
     const char* const rest =
-        fs::exists(fs::path(folder_) / kDescriptionFile) ? "what is there can be replayed" : "nothing can be replayed";
-    return fmt::format("{}: recording ended early ({}); {}", folder_, why, rest);
+        fs::exists(fs::path(folder_) / kDescriptionFile) ? "the recorded part can be replayed" : "nothing can be replayed";
+    return fmt::format("{}: recording ended early ({}); {}", folder_, reason, rest);
 }
 
 void Recorder::event(std::uint8_t sensor, const std::string& what, const std::string& detail) {
@@ -104,7 +104,7 @@ void Recorder::event(std::uint8_t sensor, const std::string& what, const std::st
 void Recorder::do_begin(const Settings& settings) {
     nlohmann::ordered_json made = settings_json(settings);
     if (settings_ && *settings_ != made) {
-        why_ = "the device came back with other settings";
+        reason_ = "the device reconnected with other settings";
         return;
     }
     if (!settings_) {
@@ -118,7 +118,7 @@ void Recorder::do_begin(const Settings& settings) {
     event(0, "begin", "");
 }
 
-void Recorder::begin_midway(const Settings& settings, std::span<const Vec3<double>> positions_m) {
+void Recorder::begin_while_running(const Settings& settings, std::span<const Vec3<double>> positions_m) {
     description_["midway"] = true;
     begin(settings);
     for (std::size_t n = 0; n < static_cast<std::size_t>(settings.sensors); ++n) {
@@ -176,7 +176,7 @@ std::string Recorder::close() {
         description_["files"] = files;
         describe();
     }
-    return failed() ? complaint() : "";
+    return failed() ? failure() : "";
 }
 
 }  // namespace tricoil::host

@@ -18,15 +18,15 @@ class Recorder final : public tracking::TrackerTap<double> {
 public:
     /// Creates `folder`, or uses it if it exists and is empty. source: description of the origin of the columns, stored
     /// unchanged. Throws InputError, naming the folder, if it cannot be used.
-    Recorder(const std::string& folder, nlohmann::ordered_json source, Journal::Patience patience);
+    Recorder(const std::string& folder, nlohmann::ordered_json source, Journal::WhenFull patience);
     ~Recorder() override;
 
     /// Replaces begin() for trackers that already run. Their last valid positions (m, by sensor; zero: none) give the
     /// hemisphere. A replay starts with new trackers, so its first poses may differ.
-    void begin_midway(const Settings& settings, std::span<const Vec3<double>> positions_m);
+    void begin_while_running(const Settings& settings, std::span<const Vec3<double>> positions_m);
 
     /// True if recording has stopped: the disk is full or too slow, or a different device came back.
-    [[nodiscard]] bool failed() const { return !why_.empty() || journal_.failed(); }
+    [[nodiscard]] bool failed() const { return !reason_.empty() || journal_.failed(); }
 
     /// Ends the recording. Returns one line that describes the failure; empty if there was none.
     std::string close();
@@ -42,7 +42,7 @@ private:
     void append(RecordFile file, const std::string& line);
     void event(std::uint8_t sensor, const std::string& what, const std::string& detail);
     void describe();
-    [[nodiscard]] std::string complaint() const;
+    [[nodiscard]] std::string failure() const;
 
     std::string folder_;
     Journal journal_;
@@ -50,8 +50,8 @@ private:
     std::optional<nlohmann::ordered_json> settings_;
     std::array<tracking::PoseFlags, tracking::kMaxSensors> flags_{};
     std::int64_t time_us_ = 0;  // of the newest input
-    std::string why_;
-    bool told_ = false;
+    std::string reason_;
+    bool failure_printed_ = false;
     bool closed_ = false;
 };
 

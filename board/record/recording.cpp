@@ -21,11 +21,11 @@ nlohmann::json read_description(const std::string& folder) {
         throw InputError(folder + ": is not a folder; give a folder written by --record");
     }
     if (!fs::exists(path)) {
-        throw InputError(path + ": is not there; is this a recording?");
+        throw InputError(path + ": does not exist; is this a recording?");
     }
     nlohmann::json description = nlohmann::json::parse(read_text(path, kLongestDescription), nullptr, false);
     if (!description.is_object() || description.value("format", nlohmann::json()) != kRecordingFormat) {
-        throw InputError(path + ": does not describe a recording of tricoil");
+        throw InputError(path + ": is not the description of a tricoil recording");
     }
     const nlohmann::json version = description.value("version", nlohmann::json());
     if (version != kRecordingVersion) {
@@ -42,7 +42,7 @@ RecordLines::RecordLines(const std::string& folder, RecordFile file)
     std::string header;
     if (next(header) &&
         header != record_headers()[static_cast<std::size_t>(file)]) {  // no line: the program was killed before the first
-        throw InputError(path_ + ":1: is not the header of such a file");
+        throw InputError(path_ + ":1: wrong header");
     }
 }
 
@@ -70,7 +70,7 @@ void Recording::refuse_as_output(const std::string& path) const {
     std::error_code error;
     const fs::path within = fs::weakly_canonical(path, error).lexically_relative(fs::weakly_canonical(folder_, error));
     if (!within.empty() && *within.begin() != "..") {
-        throw InputError(path + ": lies in the recording that is read, which it would destroy; choose another --out");
+        throw InputError(path + ": is in the recording that is read; choose another --out");
     }
 }
 
@@ -78,7 +78,7 @@ void Recording::check_file(const char* name, const nlohmann::json& extent) const
     const std::string path = (fs::path(folder_) / name).string();
     std::ifstream file(path, std::ios::binary);
     if (!file) {
-        throw InputError(path + ": cannot be opened; the recording lacks it");
+        throw InputError(path + ": cannot be opened; the recording is incomplete");
     }
     std::uint64_t bytes = 0;
     std::uint32_t crc = 0;

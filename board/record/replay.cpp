@@ -100,7 +100,8 @@ public:
             return std::nullopt;
         }
         if (input.sensor >= trackers_.size()) {
-            throw InputError(fmt::format("{}: names sensor {} of {}", where, input.sensor, trackers_.size()));
+            throw InputError(
+                fmt::format("{}: sensor {} does not exist; the recording has {}", where, input.sensor, trackers_.size()));
         }
         tracking::AnyTracker<double>& tracker = *trackers_[input.sensor];
         switch (input.kind) {

@@ -42,14 +42,14 @@ public:
             throw InputError(where_ + "." + key + ": is missing");
         }
         if (!take(*at, value)) {
-            throw InputError(where_ + "." + key + ": has another type or range than it was written with");
+            throw InputError(where_ + "." + key + ": has a wrong type or value");
         }
     }
 
     /// Throws InputError for keys that were not read.
     void finish() const {
         if (read_ != object_.size()) {
-            throw InputError(where_ + ": has keys that this tricoil does not know; read it with the one that wrote it");
+            throw InputError(where_ + ": has unknown keys; use the tricoil version that wrote it");
         }
     }
 
@@ -109,7 +109,7 @@ tracking::MethodParams<double> read_method(FieldReader& tracker, const std::stri
     std::string name;
     tracker("method", name);
     if (std::find(kTrackerNames.begin(), kTrackerNames.end(), name) == kTrackerNames.end()) {
-        throw InputError(where + ": has another type or range than it was written with");
+        throw InputError(where + ": has a wrong type or value");
     }
     return method_of_name(name);
 }

@@ -16,7 +16,7 @@ GpioWatch::GpioWatch(const std::string& folder, Microseconds hold, bool has_hear
         const std::string path = folder + "/sim_gpio" + std::to_string(line) + "/value";
         values_[line].reset(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
         if (!values_[line].is_open()) {
-            throw host::DeviceError(path + ": no simulated GPIO line there; give --gpio the chip's folder in sysfs");
+            throw host::DeviceError(path + ": no simulated GPIO line; --gpio needs the folder of the chip in sysfs");
         }
     }
     sync_.reset(::open((folder + "/sim_gpio4/pull").c_str(), O_WRONLY | O_CLOEXEC));
@@ -46,12 +46,12 @@ Excitation GpioWatch::look(HostTime now) {
     }
     std::array<bool, kSourceCoils> on{level(0), level(1), level(2)};
     if (std::count(on.begin(), on.end(), true) > 1) {
-        // A line may go low between two reads. Only a line that is still high was on together with the lines read later.
+        // A line may have gone low after it was read. Reads again: lines that are still high were on at the same time.
         for (std::size_t coil = 0; coil < on.size(); ++coil) {
             on[coil] = on[coil] && level(coil);
         }
     }
-    judge(on);
+    count_changes(on);
     report_.on_at_end = on[0] || on[1] || on[2];
     report_.enabled_at_end = enabled_;
     if (has_heartbeat_ && !enabled_) {
@@ -65,7 +65,7 @@ Excitation GpioWatch::look(HostTime now) {
     return count == 1 ? single_coil(static_cast<int>(first)) : Excitation::off;
 }
 
-void GpioWatch::judge(const std::array<bool, kSourceCoils>& on) {
+void GpioWatch::count_changes(const std::array<bool, kSourceCoils>& on) {
     report_.several_on += std::count(on.begin(), on.end(), true) > 1 ? 1U : 0U;
     for (int coil = 0; coil < kSourceCoils; ++coil) {
         const auto k = static_cast<std::size_t>(coil);

@@ -34,7 +34,7 @@ public:
 
 private:
     [[nodiscard]] bool level(std::size_t line) const;
-    void judge(const std::array<bool, kSourceCoils>& on);
+    void count_changes(const std::array<bool, kSourceCoils>& on);
 
     std::array<drivers::FileDescriptor, 4> values_;
     drivers::FileDescriptor sync_;  // pull attribute of line 4

@@ -167,7 +167,7 @@ int run(Options& o) {
     if (!o.gpio.empty()) {
         gpio.emplace(o.gpio, microseconds_from_seconds(1e-3 * o.hold_ms), o.heartbeat);
         o.front_end.sense_coils = [&gpio, sync = o.sync] {
-            if (sync) {  // high from the end of a window to the beginning of the next: the chip loses edges that are 1 ms apart
+            if (sync) {  // high between two windows; a short pulse is not possible, as the simulated chip loses edges within 1 ms
                 gpio->drive_sync(false);
             }
             return gpio->look(drivers::host_now());
@@ -203,32 +203,33 @@ int run(Options& o) {
 
 int main_program(int argc, char** argv) {
     Options o;
-    CLI::App program{"A simulated front end, or tracker board, on a real link", "tricoil-front-end"};
+    CLI::App program{"Simulate a front end or a tracker board on a real link", "tricoil-front-end"};
     program.add_option("--link", o.link, "can:INTERFACE[#NODE], usbip:, gadget:FOLDER or pty: (prints its path)")
         ->capture_default_str();
     program.add_option("--scenario", o.scenario, "Built-in scenario or a .toml file")->capture_default_str();
     program.add_option("--mux", o.mux, "tdm or fdm")->capture_default_str();
     program.add_option("--rate-hz", o.front_end.frame_rate_hz, "Frames per second")->capture_default_str();
-    program.add_option("--seed", o.seed, "Of noise and motion")->capture_default_str();
-    program.add_option("--duration", o.front_end.duration_s, "Seconds of the world's time to measure")->capture_default_str();
+    program.add_option("--seed", o.seed, "Seed of noise and motion")->capture_default_str();
+    program.add_option("--duration", o.front_end.duration_s, "Simulated time to measure, s")->capture_default_str();
     program.add_option("--pace", o.pace, "real, or lockstep: wait for the host")->capture_default_str();
-    program.add_option("--patience-ms", o.patience_ms, "How long the host may take over a slot")->capture_default_str();
-    program.add_flag("--tracks", o.tracks, "Be a tracker board: send poses");
+    program.add_option("--patience-ms", o.patience_ms, "Time limit of the host for a slot")->capture_default_str();
+    program.add_flag("--tracks", o.tracks, "Simulate a tracker board, which sends poses");
     program.add_option("--serial", o.front_end.serial, "Serial number")->capture_default_str();
-    program.add_option("--watchdog-us", o.front_end.watchdog_us, "Silence after which the coils go off")->capture_default_str();
+    program.add_option("--watchdog-us", o.front_end.watchdog_us, "Silence of the host after which the coils are switched off")
+        ->capture_default_str();
     program.add_option("--fault", o.faults, "NAME@FIRST-LAST, by number of message: drop, swap, twice, truncate, corrupt, ...");
-    program.add_option("--gpio", o.gpio, "The coils hang on this simulated GPIO chip (its folder in sysfs)");
+    program.add_option("--gpio", o.gpio, "Simulated GPIO chip of the coil lines (its folder in sysfs)");
     program.add_option("--hold-ms", o.hold_ms, "Time of the hardware enable's monostable")->capture_default_str();
-    program.add_flag("--heartbeat", o.heartbeat, "The coils need heartbeats");
-    program.add_flag("--sync", o.sync, "Pulse that chip's line 4 when a window is over");
-    program.add_option("--calibration", o.calibration, "Its flash: where its calibration is read from, and written at the end");
-    program.add_flag("--fail-self-check", o.front_end.fails_self_check, "A row of its self-check fails");
-    program.add_option("--replug", o.replug_slots, "Pull the plug after every so many slots, and put it in again");
-    program.add_option("--replug-times", o.replug_times, "So often")->capture_default_str();
-    program.add_option("--stall", o.stalls, "usbip: so many transfers stall");
-    program.add_option("--stall-slot", o.stall_slot, "After so many slots")->capture_default_str();
-    program.add_option("--linger-ms", o.linger_ms, "Stay on the link so long after the last slot")->capture_default_str();
-    program.add_option("--report", o.report, "Write the closing report to this file");
+    program.add_flag("--heartbeat", o.heartbeat, "Switch the coils off without heartbeats");
+    program.add_flag("--sync", o.sync, "Pulse line 4 of the chip at the end of each window");
+    program.add_option("--calibration", o.calibration, "Flash file: the calibration is read at the start and written at the end");
+    program.add_flag("--fail-self-check", o.front_end.fails_self_check, "Let the self-check fail");
+    program.add_option("--replug", o.replug_slots, "Number of slots after which the device is unplugged and plugged in again");
+    program.add_option("--replug-times", o.replug_times, "Number of times")->capture_default_str();
+    program.add_option("--stall", o.stalls, "usbip: number of transfers that stall");
+    program.add_option("--stall-slot", o.stall_slot, "Number of slots before the stall")->capture_default_str();
+    program.add_option("--linger-ms", o.linger_ms, "Time on the link after the last slot")->capture_default_str();
+    program.add_option("--report", o.report, "Write the final report to this file");
     return host::parse_command_line(program, argc, argv) ? run(o) : to_int(host::ExitCode::fine);
 }
 
@@ -244,6 +245,6 @@ int main(int argc, char** argv) {
         return to_int(ExitCode::bad_input);
     } catch (const std::exception& error) {
         fmt::print(stderr, "tricoil-front-end: {}\n", error.what());
-        return to_int(ExitCode::device_trouble);
+        return to_int(ExitCode::device_error);
     }
 }

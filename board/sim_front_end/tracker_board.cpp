@@ -11,7 +11,7 @@ namespace tricoil::sim_front_end {
 namespace {
 
 constexpr Microseconds kWait{1000};
-constexpr float kMostReference_v = 1.8F;  // the simulated current makes 1 V, 1.6 V in FDM
+constexpr float kMaxReference_v = 1.8F;  // the simulated reference is 1 V in TDM, 1.6 V in FDM
 
 signal::AcquisitionPlan planned(signal::Multiplexing multiplexing, double rate_hz) {
     const auto plan = signal::plan_acquisition(signal::default_acquisition(multiplexing, rate_hz));
@@ -21,7 +21,7 @@ signal::AcquisitionPlan planned(signal::Multiplexing multiplexing, double rate_h
     return *plan;
 }
 
-/// The one that was asked for comes first, and is what the world is left with.
+/// All modes. The requested mode is the first one, and `world` is configured for it at the end.
 std::vector<app::MeasuringMode> all_modes(const sim::FrontEndParams& params, sim::CoilWorld& world) {
     using signal::Multiplexing;
     std::vector<app::MeasuringMode> modes;
@@ -64,7 +64,7 @@ app::DeviceParams TrackerBoard::device_params() {
     p.demodulator = sim::in_single(world_.demodulation());
     p.coupling_constant_m3 = static_cast<float>(params_.scenario->world.coupling_constant_m3);
     p.hemisphere = params_.scenario->motion->at(0).position_m.cast<float>();
-    p.most_reference_v = kMostReference_v;
+    p.most_reference_v = kMaxReference_v;
     p.host_silence = Microseconds{params_.watchdog_us};
     return p;
 }
@@ -98,7 +98,7 @@ sim::FrontEndCounters TrackerBoard::counters() const {
 
 void TrackerBoard::step(HostTime now) {
     port_.listen(now);
-    heard_s_ = port_.heard() == now ? clock_.elapsed_s() : heard_s_;
+    heard_s_ = port_.last_message() == now ? clock_.elapsed_s() : heard_s_;
     if (system_.loader_restarts() > 0) {  // the loader uses another protocol
         finished_ = true;
         (void)port_.wait(kWait);
@@ -106,8 +106,8 @@ void TrackerBoard::step(HostTime now) {
     }
     if (!is_running()) {
         idle();
-    } else if (now - port_.heard() > Microseconds{params_.watchdog_us}) {
-        counters_.longest_silence_us = std::max(counters_.longest_silence_us, (now - port_.heard()).count());
+    } else if (now - port_.last_message() > Microseconds{params_.watchdog_us}) {
+        counters_.longest_silence_us = std::max(counters_.longest_silence_us, (now - port_.last_message()).count());
         clock_.pause(2e-6 * params_.watchdog_us);  // the host is also silent in device time
         measure(now);
     } else if (block_is_due(now)) {
@@ -141,8 +141,8 @@ bool TrackerBoard::block_is_due(HostTime now) const {
         return to_seconds(now - pace_begin_) >= clock_.elapsed_s() - pace_begin_s_;
     }
     // Device time runs ahead of host time, but not so far that the watchdog of the device expires.
-    constexpr double kMostSilence = 0.7;
-    return port_.ahead() < params_.ahead && clock_.elapsed_s() - heard_s_ < kMostSilence * 1e-6 * params_.watchdog_us;
+    constexpr double kMaxSilence = 0.7;
+    return port_.ahead() < params_.ahead && clock_.elapsed_s() - heard_s_ < kMaxSilence * 1e-6 * params_.watchdog_us;
 }
 
 void TrackerBoard::measure(HostTime now) {
@@ -155,7 +155,7 @@ void TrackerBoard::measure(HostTime now) {
     measured_s_ += clock_.elapsed_s() - before_s;
     if (is_running() && !finished_ && measured_s_ >= params_.duration_s) {
         finished_ = true;
-        port_.pretend_stop();
+        port_.inject_stop();
     }
 }
 

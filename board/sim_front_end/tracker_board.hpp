@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "board/app/tracker_device.hpp"
-#include "board/sim_front_end/host_watching_port.hpp"
+#include "board/sim_front_end/acknowledgement_monitor.hpp"
 #include "sim/front_end/front_end.hpp"
 #include "sim/hal/simulated_processor.hpp"
 #include "sim/hal/simulated_storage.hpp"
@@ -41,7 +41,7 @@ private:
     sim::FrontEndParams params_;
     sim::CoilWorld world_;
     std::vector<app::MeasuringMode> modes_;
-    HostWatchingPort port_;
+    AcknowledgementMonitor port_;
     std::array<hal::MessagePort*, 1> ports_{&port_};
     sim::SimulatedClock clock_;
     sim::SimulatedCoilDriver coils_;

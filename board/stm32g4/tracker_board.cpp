@@ -116,7 +116,7 @@ TrackerBoard::TrackerBoard(CoreClock core_clock)
       storage(peripheral<FlashRegisters>(kFlashBase),
               {&peripheral<volatile std::uint64_t>(kCalibrationMemory), kFirstCalibrationPage, kCalibrationPages}),
       heartbeat(pin(kHeartbeat)),
-      light(pin(kStatusLed)),
+      status_led(pin(kStatusLed)),
       carriers(carrier_parts()),
       test_carriers(test_carrier_parts()),
       converters(converter_parts(), clock),
@@ -127,7 +127,7 @@ TrackerBoard::TrackerBoard(CoreClock core_clock)
                    {port(kEnable1.port), {kEnable1.number, kEnable2.number, kEnable3.number}},
                    {peripheral<OpampRegisters>(kOpampBase), {kSensor1Opamp, kSensor2Opamp, kSensor3Opamp}},
                    clock},
-                  {.most_reference_v = kMostReference_v * kTripMargin, .sleep = &sleep}),
+                  {.most_reference_v = kMaxReference_v * kTripMargin, .sleep = &sleep}),
       serial(peripheral<UsartRegisters>(kUsart2Base), line(kSerial), clock, {.kernel_clock_hz = hertz_of(core_clock)}),
       can(peripheral<FdcanRegisters>(kFdcan2Base), peripheral<FdcanMessageRam>(kFdcan2RamBase), line(kCan), clock,
           {.kernel_clock_hz = hertz_of(core_clock)}),
@@ -140,7 +140,7 @@ void TrackerBoard::begin() {
     clock.start(hertz_of(core));
     processor.begin();
     if (core != CoreClock::crystal) {
-        processor.report(hal::SystemTrouble::clock);
+        processor.report(hal::SystemFault::clock);
     }
     // If the oscillator fails, USB does not work; the other links do not need it.
     static_cast<void>(start_usb_clock(peripheral<RccRegisters>(kRccBase)));
@@ -151,7 +151,8 @@ void TrackerBoard::begin() {
 }
 
 app::DeviceHardware TrackerBoard::hardware() {
-    return {clock, acquisition.coils(), acquisition, acquisition.gain(), heartbeat, storage, watchdog, processor, light, ports};
+    return {clock,     acquisition.coils(), acquisition, acquisition.gain(), heartbeat, storage, watchdog,
+            processor, status_led,          ports};
 }
 
 std::uint64_t unique_number() {

@@ -21,7 +21,7 @@ namespace tricoil::stm32g4_board {
 struct TrackerBoard {
     explicit TrackerBoard(stm32g4::CoreClock core);
 
-    /// Starts peripheral clocks, pins (coils off), interrupts and links. Failures appear in processor.troubles() or at first use.
+    /// Starts peripheral clocks, pins (coils off), interrupts and links. Failures appear in processor.faults() or at first use.
     void begin();
 
     [[nodiscard]] app::DeviceHardware hardware();
@@ -32,7 +32,7 @@ struct TrackerBoard {
     stm32g4::IndependentWatchdog watchdog;
     stm32g4::FlashStorage storage;
     stm32g4::HeartbeatLine heartbeat;
-    stm32g4::Light light;
+    stm32g4::StatusLed status_led;
     stm32g4::CarrierPlayer carriers;
     stm32g4::CarrierPlayer test_carriers;
     stm32g4::Converters converters;

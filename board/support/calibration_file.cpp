@@ -49,7 +49,7 @@ std::map<std::string, Rigid> read_fixtures(const std::string& path, const std::s
         CheckedTable fixture(path, prefix, *node.as_table());
         Rigid rigid;
         rigid.translation_m = fixture.vector("translation_m", rigid.translation_m);
-        fixture.demand(rigid.translation_m.cwiseAbs().maxCoeff() <= kLongestFixture_m, "translation_m", "is longer than 1 km");
+        fixture.require(rigid.translation_m.cwiseAbs().maxCoeff() <= kLongestFixture_m, "translation_m", "is longer than 1 km");
         rigid.rotation = fixture.matrix("rotation", rigid.rotation);
         fixture.finish();
         const double off = (rigid.rotation.transpose() * rigid.rotation - Mat3<double>::Identity()).cwiseAbs().maxCoeff();

@@ -50,7 +50,7 @@ double CheckedTable::number(const std::string& key, double fallback) {
     }
     const auto value = node->value<double>();
     if (!value || !std::isfinite(*value)) {
-        complain(key, node, "must be a finite number");
+        throw_error(key, node, "must be a finite number");
     }
     return *value;
 }
@@ -58,7 +58,7 @@ double CheckedTable::number(const std::string& key, double fallback) {
 double CheckedTable::positive(const std::string& key, double fallback) {
     const double value = number(key, fallback);
     if (!(value > 0)) {
-        complain(key, find(key), "must be greater than zero");
+        throw_error(key, find(key), "must be greater than zero");
     }
     return value;
 }
@@ -70,7 +70,7 @@ bool CheckedTable::flag(const std::string& key, bool fallback) {
     }
     const auto value = node->value_exact<bool>();
     if (!value) {
-        complain(key, node, "must be true or false");
+        throw_error(key, node, "must be true or false");
     }
     return *value;
 }
@@ -82,7 +82,7 @@ std::uint64_t CheckedTable::whole(const std::string& key, std::uint64_t fallback
     }
     const auto value = node->value_exact<std::int64_t>();
     if (!value || *value < 0 || static_cast<std::uint64_t>(*value) > most) {
-        complain(key, node, fmt::format("must be a whole number from 0 to {}", most));
+        throw_error(key, node, fmt::format("must be a whole number from 0 to {}", most));
     }
     return static_cast<std::uint64_t>(*value);
 }
@@ -94,7 +94,7 @@ std::string CheckedTable::text(const std::string& key, const std::string& fallba
     }
     const auto value = node->value<std::string>();
     if (!value) {
-        complain(key, node, "must be a text in quotes");
+        throw_error(key, node, "must be a string in quotes");
     }
     return *value;
 }
@@ -102,12 +102,12 @@ std::string CheckedTable::text(const std::string& key, const std::string& fallba
 std::string CheckedTable::choice(const std::string& key, const std::vector<std::string>& choices) {
     const std::string value = text(key, "");
     if (value.empty()) {
-        complain(key, nullptr, "is missing");
+        throw_error(key, nullptr, "is missing");
     }
     try {
         return choices[index_of_name(prefix_ + key, value, choices)];
     } catch (const InputError& error) {
-        complain(key, find(key), error.what());
+        throw_error(key, find(key), error.what());
     }
 }
 
@@ -122,7 +122,7 @@ std::vector<std::string> CheckedTable::texts(const std::string& key) {
         values.push_back((*array)[i].value_or<std::string>(""));
     }
     if (array == nullptr || std::find(values.begin(), values.end(), "") != values.end()) {
-        complain(key, node, "must be a list of texts");
+        throw_error(key, node, "must be a list of strings");
     }
     return values;
 }
@@ -134,7 +134,7 @@ Vec3<double> CheckedTable::vector(const std::string& key, const Vec3<double>& fa
     }
     const auto values = numbers_of(*node, 3);
     if (values.empty()) {
-        complain(key, node, "must be three finite numbers, as [0.5, 0, 0]");
+        throw_error(key, node, "must be three finite numbers, as [0.5, 0, 0]");
     }
     return {values[0], values[1], values[2]};
 }
@@ -149,7 +149,7 @@ Mat3<double> CheckedTable::matrix(const std::string& key, const Mat3<double>& fa
     for (std::size_t i = 0; i < 3; ++i) {
         const auto row = rows != nullptr && rows->size() == 3 ? numbers_of((*rows)[i], 3) : std::vector<double>{};
         if (row.empty()) {
-            complain(key, node, "must be three rows of three finite numbers");
+            throw_error(key, node, "must be three rows of three finite numbers");
         }
         matrix.row(static_cast<Eigen::Index>(i)) << row[0], row[1], row[2];
     }
@@ -159,14 +159,14 @@ Mat3<double> CheckedTable::matrix(const std::string& key, const Mat3<double>& fa
 CheckedTable CheckedTable::child(const std::string& key) {
     const toml::node* node = find(key);
     if (node != nullptr && !node->is_table()) {
-        complain(key, node, "must be a table, [" + key + "]");
+        throw_error(key, node, "must be a table, [" + key + "]");
     }
     return {file_, prefix_ + key + ".", node == nullptr ? kEmptyTable : *node->as_table()};
 }
 
-void CheckedTable::demand(bool good, const std::string& key, const std::string& what) {
+void CheckedTable::require(bool good, const std::string& key, const std::string& what) {
     if (!good) {
-        complain(key, find(key), what);
+        throw_error(key, find(key), what);
     }
 }
 
@@ -175,7 +175,8 @@ void CheckedTable::finish() const {
         const std::string name(key.str());
         if (!known_.contains(name)) {
             const std::string nearest = nearest_name(name, {known_.begin(), known_.end()});
-            complain(name, &node, nearest.empty() ? "is not a known key" : "is not a known key; did you mean '" + nearest + "'?");
+            throw_error(name, &node,
+                        nearest.empty() ? "is not a known key" : "is not a known key; did you mean '" + nearest + "'?");
         }
     }
 }
@@ -185,7 +186,7 @@ const toml::node* CheckedTable::find(const std::string& key) {
     return table_->get(key);
 }
 
-void CheckedTable::complain(const std::string& key, const toml::node* node, const std::string& what) const {
+void CheckedTable::throw_error(const std::string& key, const toml::node* node, const std::string& what) const {
     const std::string line = node == nullptr ? "" : fmt::format(":{}", node->source().begin.line);
     throw InputError(file_ + line + ": '" + prefix_ + key + "' " + what);
 }

@@ -37,14 +37,14 @@ public:
     CheckedTable child(const std::string& key);                                 // an absent table is returned empty
 
     /// Throws InputError with the key's place unless `good`. `what`: the requirement.
-    void demand(bool good, const std::string& key, const std::string& what);
+    void require(bool good, const std::string& key, const std::string& what);
 
     /// Throws InputError for keys that no getter has read.
     void finish() const;
 
 private:
     const toml::node* find(const std::string& key);
-    [[noreturn]] void complain(const std::string& key, const toml::node* node, const std::string& what) const;
+    [[noreturn]] void throw_error(const std::string& key, const toml::node* node, const std::string& what) const;
 
     std::string file_;
     std::string prefix_;

@@ -7,7 +7,7 @@
 namespace tricoil::host {
 
 /// Exit codes of the `tricoil` program.
-enum class ExitCode : int { fine = 0, check_failed = 1, bad_input = 2, device_trouble = 3 };
+enum class ExitCode : int { fine = 0, check_failed = 1, bad_input = 2, device_error = 3 };
 
 constexpr int to_int(ExitCode code) { return static_cast<int>(code); }
 

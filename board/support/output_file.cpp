@@ -20,8 +20,8 @@ constexpr std::size_t kBufferBytes = std::size_t{64} << 10U;
 constexpr int kMaxLinks = 40;  // as in the kernel
 constexpr fs::perms kAnyWrite = fs::perms::owner_write | fs::perms::group_write | fs::perms::others_write;
 
-[[noreturn]] void refuse(const fs::path& path, const std::string& why) {
-    throw InputError(fmt::format("cannot write {}: {}; choose another file or folder", path.string(), why));
+[[noreturn]] void refuse(const fs::path& path, const std::string& reason) {
+    throw InputError(fmt::format("cannot write {}: {}; choose another file or folder", path.string(), reason));
 }
 
 /// Flushes the folder, so that a renamed file survives a power failure. Errors are ignored: some file systems do not support it.
@@ -40,7 +40,7 @@ fs::path without_links(const fs::path& path) {
     std::error_code error;
     for (int links = 0; fs::is_symlink(place, error); ++links) {
         if (links == kMaxLinks) {
-            refuse(path, "its symbolic links lead nowhere");
+            refuse(path, "broken symbolic link");
         }
         place = place.parent_path() / fs::read_symlink(place, error);  // an absolute target replaces the parent
     }

@@ -50,7 +50,7 @@ void print_text(std::string_view text) { print(text, stdout); }
 
 void print_notice(std::string_view text) { print(text, stderr); }
 
-void outlive_readers() {
+void ignore_broken_pipe() {
     struct sigaction action {};
     action.sa_handler = on_broken_pipe;
     action.sa_flags = SA_RESTART;
@@ -62,9 +62,9 @@ bool reader_is_gone() { return reader_gone != 0; }
 void end_standard_output() {
     errno = 0;
     const bool flushed = std::fflush(stdout) == 0;
-    const std::string why = errno != 0 ? fmt::format(" ({})", std::strerror(errno)) : "";
+    const std::string reason = errno != 0 ? fmt::format(" ({})", std::strerror(errno)) : "";
     if (!flushed || std::ferror(stdout) != 0) {
-        throw DeviceError(fmt::format("standard output could not be written completely{}; is the disk full?", why));
+        throw DeviceError(fmt::format("standard output could not be written completely{}; is the disk full?", reason));
     }
 }
 

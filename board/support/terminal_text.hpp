@@ -28,8 +28,8 @@ void print_notice(fmt::format_string<First, Others...> format, First&& first, Ot
 }
 
 /// After this call a closed pipe on standard output is a failed write and does not end the program.
-void outlive_readers();
-/// True if the pipe on standard output was closed since outlive_readers().
+void ignore_broken_pipe();
+/// True if the pipe on standard output was closed since ignore_broken_pipe().
 bool reader_is_gone();
 
 /// Flushes standard output. Throws DeviceError if printed text was lost.

@@ -10,8 +10,8 @@ namespace tricoil::host {
 namespace {
 
 constexpr std::size_t kShownCharacters = 24;
-constexpr std::size_t kMostBytes = std::size_t{256} << 20U;
-constexpr std::size_t kMostLines = 4'000'000;
+constexpr std::size_t kMaxBytes = std::size_t{256} << 20U;
+constexpr std::size_t kMaxLines = 4'000'000;
 
 std::string_view trim(std::string_view text) {
     const auto first = text.find_first_not_of(" \t\r");
@@ -41,7 +41,7 @@ std::vector<std::string> read_lines(const std::string& path) {
             throw InputError(TextPlace{path, reader.line()}.str() + ": binary data; a text file is needed");
         }
         bytes += line.size();
-        if (bytes > kMostBytes || lines.size() == kMostLines) {
+        if (bytes > kMaxBytes || lines.size() == kMaxLines) {
             throw InputError(TextPlace{path, reader.line()}.str() +
                              ": the file is too long; at most 256 MiB and 4 million lines are read");
         }

@@ -54,9 +54,9 @@ StagedFolder::StagedFolder(const fs::path& target) {
     const bool is_other = fs::exists(target_, error) && !fs::is_directory(target_, error);
     created_target_ = !is_other && fs::create_directory(target_, error);
     if (error || is_other) {
-        const std::string why = is_other ? "it is a file" : error.message();
+        const std::string reason = is_other ? "it is a file" : error.message();
         throw InputError(
-            fmt::format("cannot use output folder {}: {}; create its parent or choose another", target.string(), why));
+            fmt::format("cannot use output folder {}: {}; create its parent or choose another", target.string(), reason));
     }
     sweep(target_);
     staging_ = target_ / fmt::format("{}{}", kStagingPrefix, ::getpid());
@@ -92,7 +92,7 @@ void StagedFolder::publish() {
         std::error_code error;
         fs::rename(move.from, move.to, error);
         if (error) {
-            throw InputError(fmt::format("cannot write {}: {}; remove what is in the way", move.to.string(), error.message()));
+            throw InputError(fmt::format("cannot write {}: {}; remove the existing file", move.to.string(), error.message()));
         }
     }
     published_ = true;

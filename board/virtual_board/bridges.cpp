@@ -12,7 +12,7 @@
 namespace tricoil::virtual_board {
 namespace {
 
-constexpr std::size_t kMaxUnsent = 65536;  // when nobody reads, later bytes are lost, as on an open line
+constexpr std::size_t kMaxUnsent = 65536;  // while nobody reads, further bytes are lost, as on a real line
 
 int result_code(UsbResult result) {
     switch (result) {
@@ -64,9 +64,9 @@ void SerialBridge::serve() {
 
 CanBridge::CanBridge(CanWire& wire, const std::string& interface) : wire_(wire) {
     constexpr std::array<can_filter, 1> kEverything{{{0, 0}}};
-    drivers::Text why;
-    if (!socket_.open(interface, kEverything, why).ok()) {
-        throw host::DeviceError(why.c_str());
+    drivers::Text reason;
+    if (!socket_.open(interface, kEverything, reason).ok()) {
+        throw host::DeviceError(reason.c_str());
     }
     wire_.on_frame = [this](const CanFrame& frame) {
         protocol::CanFrame out;
@@ -106,8 +106,8 @@ UsbBridge::UsbBridge(UsbWire& wire)
       kernel_([this](const sim::UsbIpRequest& request, std::span<const std::uint8_t> data) { submit(request, data); },
               [this](std::uint32_t number) { return wire_.cancel(number); }) {
     // Checked here, because the firmware plugs the board in later, and a short run ends before that.
-    if (const std::string why = sim::UsbIpWire::unavailable_reason(); !why.empty()) {
-        throw host::DeviceError(why);
+    if (const std::string reason = sim::UsbIpWire::unavailable_reason(); !reason.empty()) {
+        throw host::DeviceError(reason);
     }
 }
 
@@ -138,9 +138,9 @@ void UsbBridge::serve() {
         state_ = State::resetting;
         wire_.reset([this](UsbResult result) { state_ = result == UsbResult::ok ? State::ready : State::out; });
     } else if (state_ == State::ready) {
-        const std::string why = kernel_.plug_in(sim::UsbSpeed::full);
-        if (!why.empty()) {
-            throw host::DeviceError(why);
+        const std::string reason = kernel_.plug_in(sim::UsbSpeed::full);
+        if (!reason.empty()) {
+            throw host::DeviceError(reason);
         }
         state_ = State::in;
     }

@@ -46,7 +46,7 @@ struct Options {
 };
 
 constexpr double kEndlessS = 1e9;
-constexpr double kStepS = 250e-6;  // between two services of the links
+constexpr double kStepS = 250e-6;  // simulated time between two transfers of data on the links
 
 /// An unknown name is reported with the names of the world's faults and of the board's faults.
 void check_fault_name(const std::string& text) {
@@ -259,6 +259,6 @@ int main(int argc, char** argv) {
     } catch (const tricoil::virtual_board::RunFailure& error) {
         return print_error(error, ExitCode::check_failed);
     } catch (const std::exception& error) {
-        return print_error(error, ExitCode::device_trouble);
+        return print_error(error, ExitCode::device_error);
     }
 }

@@ -73,7 +73,7 @@ Result<Calibration<Scalar>> decode_as(std::span<const std::uint8_t> bytes) {
         return Status{StatusCode::invalid_argument, "calibration of another version; calibrate again with this software"};
     }
     if (bytes.size() != kBlobBytes || get<2>(bytes.data() + 6) != 8 * kBlobNumbers) {
-        return Status{StatusCode::invalid_argument, "calibration of a wrong length: cut off or run together"};
+        return Status{StatusCode::invalid_argument, "calibration has a wrong length"};
     }
     if (get<4>(bytes.data() + kBlobBytes - 4) != crc32(bytes.first(kBlobBytes - 4))) {
         return Status{StatusCode::invalid_argument, "calibration is damaged: its CRC does not match; store it again"};

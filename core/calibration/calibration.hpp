@@ -33,19 +33,19 @@ Status check(const Calibration<Scalar>& c) {
         c.model.sensor_offset_m.allFinite() && c.model.source_octupole_m2.allFinite() && c.model.sensor_octupole_m2.allFinite() &&
         c.phase_rad.allFinite() && c.hemisphere.allFinite() && c.output_linear.allFinite() && c.output_offset_m.allFinite();
     if (!finite) {
-        return {StatusCode::not_finite, "calibration holds NaN or infinity"};
+        return {StatusCode::not_finite, "calibration contains NaN or infinity"};
     }
     const auto independent = [](const Mat3<Scalar>& m) {
         return std::abs(m.determinant()) > Scalar(1e-3) * m.col(0).norm() * m.col(1).norm() * m.col(2).norm();
     };
     if (!independent(c.model.source_moment) || !independent(c.model.sensor_sensitivity)) {
-        return {StatusCode::invalid_argument, "calibration: three moments, or three sensitivities, do not span space"};
+        return {StatusCode::invalid_argument, "calibration: moments or sensitivities are linearly dependent"};
     }
     if (c.model.source_offset_m.cwiseAbs().maxCoeff() > 1 || c.model.sensor_offset_m.cwiseAbs().maxCoeff() > 1) {
-        return {StatusCode::invalid_argument, "calibration: a coil lies more than a metre off; offsets are in metres"};
+        return {StatusCode::invalid_argument, "calibration: a coil offset exceeds 1 m; offsets are in metres"};
     }
     if ((c.output_linear - Mat3<Scalar>::Identity()).cwiseAbs().maxCoeff() > Scalar(0.1)) {
-        return {StatusCode::invalid_argument, "calibration: the output correction is more than a tenth"};
+        return {StatusCode::invalid_argument, "calibration: the output correction exceeds 10 %"};
     }
     return {};
 }

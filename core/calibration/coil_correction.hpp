@@ -26,10 +26,10 @@ public:
             return status;
         }
         if (largest(c.model.source_offset_m) > kOffset_m || largest(c.model.sensor_offset_m) > kOffset_m) {
-            return Status{StatusCode::invalid_argument, "its coils lie more than 0.5 mm off their triad's place"};
+            return Status{StatusCode::invalid_argument, "coil offsets exceed 0.5 mm"};
         }
         if (largest(c.model.source_octupole_m2) > kOctupole || largest(c.model.sensor_octupole_m2) > kOctupole) {
-            return Status{StatusCode::invalid_argument, "its coils are too large to be taken for points"};
+            return Status{StatusCode::invalid_argument, "coils are too large for the dipole model"};
         }
         CoilCorrection correction = phases(c);
         Vec3<Scalar>& gain = correction.gain_;
@@ -38,7 +38,7 @@ public:
         axes = c.model.source_moment * gain.cwiseInverse().asDiagonal();
         const Mat3<Scalar> cosines = axes.transpose() * axes;
         if (largest((cosines - Mat3<Scalar>::Identity()).eval()) > kSquareness) {
-            return Status{StatusCode::invalid_argument, "its source coils are not square to each other within 1 mrad"};
+            return Status{StatusCode::invalid_argument, "source coils are not orthogonal within 1 mrad"};
         }
         if (axes.determinant() < 0) {  // a reversed coil: the one whose axis points most in the negative direction
             Eigen::Index reversed = 0;

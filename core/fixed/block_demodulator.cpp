@@ -7,7 +7,7 @@
 namespace tricoil::fixed {
 namespace {
 
-constexpr std::uint64_t kMostCorrection = 64;  // largest exponent
+constexpr std::uint64_t kMaxCorrection = 64;  // largest exponent
 
 /// (a^2 + b^2) 2^(2 exponent); parts of 32 bits.
 Scaled squared_size(std::int32_t a, std::int32_t b, int exponent) {
@@ -26,7 +26,7 @@ Scaled squared_size(const Phasor& phasor) {
 Status check(const DemodulatorParams& params) {
     for (const auto& carrier : params.corrections) {
         for (const Correction& correction : carrier) {
-            if (abs(correction.re) > Unit(1) || abs(correction.im) > Unit(1) || size_of(correction.exponent) > kMostCorrection) {
+            if (abs(correction.re) > Unit(1) || abs(correction.im) > Unit(1) || size_of(correction.exponent) > kMaxCorrection) {
                 return {StatusCode::invalid_argument, "corrections must have parts of at most one and exponents within 64"};
             }
         }

@@ -7,7 +7,7 @@ namespace {
 
 constexpr std::int64_t kNearPeakTurnsQ32 = 193'502'938;  // acos(0.99) / pi of a turn: time of a cosine within 1 % of its peak
 constexpr int kNearPeakDivisor = 200;                    // 1 % of half the peak-to-peak value
-constexpr int kFewestFlatTops = 3;                       // fewer may occur by chance
+constexpr int kMinFlatTops = 3;                          // fewer may occur by chance
 constexpr std::int64_t kClearSwingCodes = 2000;          // below it, quantisation causes flat tops
 constexpr int kDcDivisor = 4;
 
@@ -48,7 +48,7 @@ bool has_flat_tops(std::span<const Sample> window, std::size_t channel, const Ch
         side = now;
         flat_tops += run == natural_run + 1 ? 1 : 0;
     }
-    return flat_tops >= kFewestFlatTops;
+    return flat_tops >= kMinFlatTops;
 }
 
 }  // namespace

@@ -29,7 +29,7 @@ struct Symmetric {
     }
 };
 
-constexpr int kMostSquarings = 10;
+constexpr int kMaxSquarings = 10;
 
 /// First right singular vector of y. Squaring Y^T Y squares the ratio of its eigenvalues (4 for a dipole) until only one is left;
 /// every column is then a multiple of its vector. Entries of y are at most 1, of Y^T Y at most 3 2^56 units.
@@ -43,7 +43,7 @@ Vec3<Unit> first_right_singular_vector(const Mat3<Entry>& y) {
     };
     Symmetric g{gram(0, 0), gram(0, 1), gram(0, 2), gram(1, 1), gram(1, 2), gram(2, 2)};
     g.normalise();
-    for (int n = 0; n < kMostSquarings; ++n) {
+    for (int n = 0; n < kMaxSquarings; ++n) {
         const Symmetric square = g.squared();
         // With eigenvalue ratio r << 1, 1 - tr(G^2) / (tr G)^2 is about 2 r or 4 r. After one more squaring r^2 is below 2^-30.
         const std::int64_t whole = g.trace() * g.trace();
@@ -120,7 +120,7 @@ struct Plane {
     }
 };
 
-constexpr std::int64_t kLeastRootQ27 = 1 << 15;  // below it s2 s3 has fewer than 12 significant bits
+constexpr std::int64_t kMinRootQ27 = 1 << 15;  // below it s2 s3 has fewer than 12 significant bits
 
 }  // namespace
 
@@ -135,7 +135,7 @@ Result<DirectSolution> solve_direct(const BlockMatrix& x, Scaled coupling_consta
     const Vec3<Unit> v1 = first_right_singular_vector(block.y);
     const Eigen::Matrix<Unit, 3, 2> e = transverse_axes(v1);
     const Plane plane(block.y, e);
-    if (plane.root < kLeastRootQ27) {
+    if (plane.root < kMinRootQ27) {
         return Status{StatusCode::degenerate, "signal matrix has rank below three: a coil or a channel is dead"};
     }
     const Vec3<Entry> image = multiply<28>(block.y, v1);

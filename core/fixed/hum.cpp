@@ -7,7 +7,7 @@
 namespace tricoil::fixed {
 namespace {
 
-constexpr std::int64_t kMostStep = kFullScaleCode << 8;  // full scale, Q8
+constexpr std::int64_t kMaxStep = kFullScaleCode << 8;  // full scale, Q8
 
 }  // namespace
 
@@ -32,7 +32,7 @@ HumStep hum_step(std::span<const Oscillator> oscillators, std::span<const std::a
             first -= re;
             last -= shift_right_rounded(re * turn.cosine.raw() - im * turn.sine.raw(), 30);  // 2^33 2^30
         }
-        step[channel] = std::clamp((first - last) * samples / between, -kMostStep, kMostStep);
+        step[channel] = std::clamp((first - last) * samples / between, -kMaxStep, kMaxStep);
     }
     return step;
 }

@@ -9,7 +9,7 @@ namespace {
 constexpr std::size_t kStride = 2;  // as in signal::NoiseEstimator: every second output has nearly all of the information
 constexpr int kTapBits = 25;
 constexpr int kOutputBits = 4;  // outputs in units of 1/16 code
-constexpr std::int64_t kMostOutput = std::int64_t{1} << (19 + kOutputBits);
+constexpr std::int64_t kMaxOutput = std::int64_t{1} << (19 + kOutputBits);
 
 }  // namespace
 
@@ -54,7 +54,7 @@ SampleVariances NoiseEstimator::sample_variance(std::span<const Sample> window) 
                 output +=
                     std::int64_t{taps_[t]} * std::clamp<std::int64_t>(window[n + t][channel], -kFullScaleCode, kFullScaleCode);
             }
-            const std::int64_t kept = std::clamp(shift_right_rounded(output, kTapBits - kOutputBits), -kMostOutput, kMostOutput);
+            const std::int64_t kept = std::clamp(shift_right_rounded(output, kTapBits - kOutputBits), -kMaxOutput, kMaxOutput);
             power += kept * kept;
         }
         // Mean below 2^46 + 1 in Q8; times 2^16 stays below 2^63, over the gain in Q8 gives Q16.

@@ -6,7 +6,7 @@ namespace tricoil::fixed {
 namespace {
 
 constexpr Status kTooFar{StatusCode::not_converged, "previous pose is too far from the measurement to linearise about"};
-constexpr Entry kLeastStrength = Entry::from(1.0 / 16);
+constexpr Entry kMinStrength = Entry::from(1.0 / 16);
 constexpr Fixed<31> kThird = Fixed<31>::from(1.0 / 3);
 
 /// True if the length is one within 1/64. The stated ranges assume this.
@@ -46,7 +46,7 @@ struct Increments {
 /// Entries of w are at most 3 (a rotated Y), sums of three at most 9: computed in 64 bits, then divided by W11.
 Result<Increments> increments_of(const Mat3<Entry>& w) {
     const Entry k = w(0, 0);
-    if (k < kLeastStrength) {
+    if (k < kMinStrength) {
         return kTooFar;
     }
     const auto over_k = [&k](std::int64_t numerator) { return ratio(numerator, k.raw()); };
@@ -137,11 +137,11 @@ Result<VectorPose> step_vectors(const BlockMatrix& x, Scaled coupling_constant, 
     if (coupling_constant.mantissa <= 0) {
         return Status{StatusCode::invalid_argument, "coupling constant must be positive"};
     }
-    if (passes < 1 || passes > kMostPasses) {
+    if (passes < 1 || passes > kMaxSteps) {
         return Status{StatusCode::invalid_argument, "passes must be 1 to 10"};
     }
     if (!is_unit(previous.direction) || !is_rotation(previous.attitude)) {
-        return Status{StatusCode::invalid_argument, "previous pose is no unit vector with a rotation"};
+        return Status{StatusCode::invalid_argument, "previous pose is not a unit vector and a rotation"};
     }
     const NormalisedBlock block = normalise(x);
     if (block.zero) {

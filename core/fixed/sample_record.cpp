@@ -38,7 +38,7 @@ RecordHead head_of(const ChainParams& params) {
 
 Result<ChainParams> params_of(const RecordHead& head) {
     if (head.magic != kSampleRecordMagic || head.version != kSampleRecordVersion) {
-        return Status{StatusCode::invalid_argument, "no sample record of this version"};
+        return Status{StatusCode::invalid_argument, "not a sample record of this version"};
     }
     if (head.multiplexing < 0 || head.multiplexing > 1 || head.method < 0 || head.method > 1) {
         return Status{StatusCode::invalid_argument, "unknown multiplexing or method"};

@@ -63,7 +63,7 @@ bool is_less(Scaled a, Scaled b) {
 Scaled divide(Scaled a, Scaled b) {
     if (b.mantissa == 0) {
         const std::int32_t most = std::numeric_limits<std::int32_t>::max();
-        return a.mantissa == 0 ? Scaled{} : Scaled{a.mantissa > 0 ? most : -most, kMostExponent};
+        return a.mantissa == 0 ? Scaled{} : Scaled{a.mantissa > 0 ? most : -most, kMaxExponent};
     }
     const std::int64_t quotient = std::int64_t{a.mantissa} * (std::int64_t{1} << 31) / b.mantissa;
     return normalise(quotient, bounded_exponent(a.exponent) - bounded_exponent(b.exponent) - 31);

@@ -8,13 +8,13 @@
 namespace tricoil::fixed {
 
 /// Exponents are limited to this magnitude. Signals are far below it, and sums of a few exponents do not overflow an int.
-constexpr int kMostExponent = 1 << 24;
+constexpr int kMaxExponent = 1 << 24;
 
 constexpr int bounded_exponent(int exponent) {
-    return exponent > kMostExponent ? kMostExponent : (exponent < -kMostExponent ? -kMostExponent : exponent);
+    return exponent > kMaxExponent ? kMaxExponent : (exponent < -kMaxExponent ? -kMaxExponent : exponent);
 }
 
-/// Number mantissa * 2^exponent. Normalised: 2^30 <= |mantissa| < 2^31, or zero. Exponents are limited to kMostExponent.
+/// Number mantissa * 2^exponent. Normalised: 2^30 <= |mantissa| < 2^31, or zero. Exponents are limited to kMaxExponent.
 struct Scaled {
     std::int32_t mantissa = 0;
     int exponent = 0;

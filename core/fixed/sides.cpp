@@ -16,7 +16,7 @@ Scaled scaled(SquareMetres value) { return normalise(value.raw(), -SquareMetres:
 
 /// Squared distance that a hand can move, 2^-25 m^2. Times are limited to 10 s, in which it can reach any position.
 std::int64_t reach_squared(Microseconds unseen) {
-    constexpr auto kStepsPerSecond = static_cast<std::int64_t>(tracking::kFastestUnseen_m_s * (1 << 20));  // of 2^-20 m
+    constexpr auto kStepsPerSecond = static_cast<std::int64_t>(tracking::kMaxUnseenSpeed_m_s * (1 << 20));  // of 2^-20 m
     constexpr std::int64_t kLongest_us = 10'000'000;
     const std::int64_t steps = std::min<std::int64_t>(unseen.count(), kLongest_us) * kStepsPerSecond / 1'000'000;  // below 2^25
     return (steps * steps) >> 15;

@@ -13,10 +13,10 @@ using tracking::TrackerState;
 
 constexpr Status kUnexplained{StatusCode::not_converged, "the step from the last pose does not explain the couplings"};
 
-/// Limit with which differences of times, and sums with the length of a block, stay within 64 bits.
+/// Limit of times, so that differences of times and their sums with a block's length fit into 64 bits.
 bool is_time(DeviceTime time) {
-    constexpr std::int64_t kMost_us = std::int64_t{1} << 61;
-    return to_us(time) > -kMost_us && to_us(time) < kMost_us;
+    constexpr std::int64_t kMax_us = std::int64_t{1} << 61;
+    return to_us(time) > -kMax_us && to_us(time) < kMax_us;
 }
 
 Vec3<Metres> in_metres(const Vec3<Unit>& direction) {
@@ -33,7 +33,7 @@ Status check(const TrackerParams& params) {
     if (params.coupling_constant.mantissa < 1 << 30) {
         return {StatusCode::invalid_argument, "coupling constant must be positive and normalised"};
     }
-    if (params.passes < 1 || params.passes > kMostPasses) {
+    if (params.passes < 1 || params.passes > kMaxSteps) {
         return {StatusCode::invalid_argument, "passes must be 1 to 10"};
     }
     if (params.min_snr < 1 || params.max_misfit.raw() <= 0 || params.distortion_gate.raw() <= 0) {
@@ -118,15 +118,15 @@ bool Tracker::is_out_of_order(const SampleBlock& block) {
     if (!repeated && !backwards) {
         return false;
     }
-    if (++out_of_order_ <= kPatience) {
+    if (++out_of_order_ <= kMaxOutOfOrder) {
         return refuse(backwards ? Rejection::time_backwards : Rejection::repeated_sequence);
     }
-    begin_anew(block.start);
+    restart_tracking(block.start);
     return false;
 }
 
-/// The device clock restarted: stored times are invalid, and the last pose is taken as of now.
-void Tracker::begin_anew(DeviceTime now) {
+/// Starts again after a restart of the device clock, which makes the stored times invalid. The last pose gets the time `now`.
+void Tracker::restart_tracking(DeviceTime now) {
     ++counters_.restarts;
     columns_ = {};
     state_ = TrackerState::searching;
@@ -170,7 +170,7 @@ PoseEstimate Tracker::solve(const Measurement& measurement) {
         estimate.flags.set(solved.status().code() == StatusCode::degenerate ? PoseFlag::no_sensor : PoseFlag::not_converged);
         return estimate;
     }
-    judge(measurement, *solved, estimate);
+    fill_estimate(measurement, *solved, estimate);
     estimate.q_source_sensor = last_attitude_ = with_sign_of(estimate.q_source_sensor, last_attitude_);
     if (estimate.valid()) {
         last_ = *solved;
@@ -184,7 +184,7 @@ PoseEstimate Tracker::solve(const Measurement& measurement) {
 /// Previous-measurement step from the last pose. Also not_converged if the misfit of the result is too large for a sensor.
 Result<VectorPose> Tracker::follow(const Measurement& measurement) const {
     if (params_.method == Method::direct || state_ != TrackerState::tracking || !has_last_) {
-        return Status{StatusCode::not_ready, "no pose to follow"};
+        return Status{StatusCode::not_ready, "no previous pose"};
     }
     const auto stepped = step_vectors(measurement.x, params_.coupling_constant, last_, params_.passes);
     if (!stepped.ok()) {
@@ -201,14 +201,14 @@ Result<VectorPose> Tracker::acquire(const Measurement& measurement) {
         return direct.status();
     }
     VectorPose pose{direct->range_m, direct->direction, direct->attitude};
-    if (hemisphere_.must_turn(position_m(pose), measurement.newest)) {
+    if (hemisphere_.must_mirror(position_m(pose), measurement.newest)) {
         pose.direction = -pose.direction;
     }
     return pose;
 }
 
 /// Fills in the pose and its diagnostics, and adds the flags that depend on it.
-void Tracker::judge(const Measurement& measurement, const VectorPose& pose, PoseEstimate& estimate) const {
+void Tracker::fill_estimate(const Measurement& measurement, const VectorPose& pose, PoseEstimate& estimate) const {
     const ModelFit fit = fit_of(normalise(measurement.x), params_.coupling_constant, pose);
     estimate.position_m = position_m(pose);
     estimate.q_source_sensor = attitude_quaternion(pose.attitude);

@@ -68,8 +68,8 @@ public:
     /// All parameters must pass check().
     Tracker(const Acquisition& acquisition, const DemodulatorParams& demodulator, const TrackerParams& params);
 
-    /// Processes one block. Returns a pose if the block completes a signal matrix. A refused block is only counted. If kPatience
-    /// blocks in a row are out of order, the device has restarted: the tracker then forgets everything.
+    /// Processes one block. Returns a pose if the block completes a signal matrix. A refused block is only counted. If
+    /// kMaxOutOfOrder blocks in a row are out of order, the device has restarted: the tracker then forgets everything.
     std::optional<PoseEstimate> update(const SampleBlock& block);
 
     /// For times without blocks: returns the last pose, flagged stale, if it is older than lost_after.
@@ -81,7 +81,7 @@ public:
     [[nodiscard]] tracking::TrackerState state() const { return state_; }
     [[nodiscard]] const TrackerCounters& counters() const { return counters_; }
 
-    static constexpr int kPatience = 16;
+    static constexpr int kMaxOutOfOrder = 16;
 
 private:
     /// Signal matrix of three columns.
@@ -94,12 +94,12 @@ private:
 
     bool refuse(Rejection reason);
     bool is_out_of_order(const SampleBlock& block);
-    void begin_anew(DeviceTime now);
+    void restart_tracking(DeviceTime now);
     [[nodiscard]] std::optional<Measurement> assemble_columns() const;
     PoseEstimate solve(const Measurement& measurement);
     [[nodiscard]] Result<VectorPose> follow(const Measurement& measurement) const;
     [[nodiscard]] Result<VectorPose> acquire(const Measurement& measurement);
-    void judge(const Measurement& measurement, const VectorPose& pose, PoseEstimate& estimate) const;
+    void fill_estimate(const Measurement& measurement, const VectorPose& pose, PoseEstimate& estimate) const;
     void advance(bool valid, DeviceTime time);
 
     TrackerParams params_;

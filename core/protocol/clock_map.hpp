@@ -64,7 +64,7 @@ public:
 
 private:
     static constexpr std::int64_t kMemoryUs = kStretchUs * static_cast<std::int64_t>(kStretches);
-    static constexpr std::size_t kFewestForDrift = 4;
+    static constexpr std::size_t kMinForDrift = 4;
 
     struct Point {
         std::int64_t device_us = 0;
@@ -100,7 +100,7 @@ private:
             xy += dx * dy;
         }
         const double spread = n * xx - x * x;
-        drift_ = count_ >= kFewestForDrift && spread > 0 ? (n * xy - x * y) / spread : 0;
+        drift_ = count_ >= kMinForDrift && spread > 0 ? (n * xy - x * y) / spread : 0;
         const double intercept = (y - drift_ * x) / n;
         offset_us_ = static_cast<double>(base) + intercept;
         bound_us_ = 1;  // both clocks tick in whole microseconds

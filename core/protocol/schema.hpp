@@ -87,7 +87,7 @@ inline constexpr FieldInfo kOpcode = code(WireType::u8, 1, 255,
                                           "1 hello, 2 start, 3 stop, 4 excite, 5 keep alive, 6 read calibration, 7 write "
                                           "calibration, 8 self-check, 9 read a raw block, 10 mode, 11 hemisphere, 12 boresight, "
                                           "13 loader");
-inline constexpr FieldInfo kRequest = count(WireType::u16, "number that ties an answer to its question");
+inline constexpr FieldInfo kRequest = count(WireType::u16, "number of the request, repeated in the answer");
 }  // namespace detail
 
 template <typename Message>
@@ -95,7 +95,7 @@ struct Schema;
 
 template <>
 struct Schema<CommandMessage> {
-    static constexpr MessageInfo kInfo{MessageType::command, "command", "host", "asks the device to do something"};
+    static constexpr MessageInfo kInfo{MessageType::command, "command", "host", "command to the device"};
     static constexpr auto kFields = std::tuple{field(&CommandMessage::opcode, "opcode", detail::kOpcode),
                                                field(&CommandMessage::state, "state", detail::kState),
                                                field(&CommandMessage::request, "request", detail::kRequest),
@@ -104,9 +104,9 @@ struct Schema<CommandMessage> {
 
 template <>
 struct Schema<AckMessage> {
-    static constexpr MessageInfo kInfo{MessageType::ack, "ack", "device", "what became of a command"};
+    static constexpr MessageInfo kInfo{MessageType::ack, "ack", "device", "result of a command"};
     static constexpr auto kFields = std::tuple{
-        field(&AckMessage::opcode, "opcode", code(WireType::u8, 0, 255, "of the command; 0: of one that could not be read")),
+        field(&AckMessage::opcode, "opcode", code(WireType::u8, 0, 255, "of the command; 0: the command could not be read")),
         field(&AckMessage::result, "result",
               code(WireType::u8, 0, 8,
                    "0 done, 1 refused, 2 unknown command, 3 busy, 4 failed, 5 bad value, 6 not in this state, 7 replayed, "
@@ -140,23 +140,23 @@ struct Schema<ColumnMessage> {
     static constexpr MessageInfo kInfo{MessageType::column, "column", "front end", "one column of the signal matrix"};
     static constexpr auto kFields = std::tuple{
         field(&ColumnMessage::sensor, "sensor", detail::kSensor),
-        field(&ColumnMessage::state, "state", code(WireType::u8, 1, 3, "the source coil: 1-3")),
+        field(&ColumnMessage::state, "state", code(WireType::u8, 1, 3, "source coil: 1-3")),
         field(&ColumnMessage::flags, "flags",
               code(WireType::u16, 0, 511,
                    "bits: 0 saturated, 1 clipped, 2 stuck, 3 no reference, 4 offset, 5 low signal, "
-                   "6 overrun, 7 the coils changed within the window, "
-                   "8 the gain step changed")),
-        field(&ColumnMessage::state_sequence, "state_sequence", count(WireType::u32, "of the excitation that was measured")),
+                   "6 overrun, 7 the coils changed within the window, 8 the gain step changed")),
+        field(&ColumnMessage::state_sequence, "state_sequence",
+              count(WireType::u32, "sequence number of the measured excitation state")),
         fields(&ColumnMessage::in_phase, detail::kInPhase, info(WireType::f32, 1, "", -1e6, 1e6, "coupling to each sensor coil")),
         fields(&ColumnMessage::quadrature, detail::kQuadrature,
-               info(WireType::f32, 1, "", -1e6, 1e6, "a quarter turn later: metal shows here")),
+               info(WireType::f32, 1, "", -1e6, 1e6, "quadrature part; metal appears here first")),
         fields(&ColumnMessage::sigma, detail::kSigma,
                info(WireType::f32, 1, "", 1e-12, 1e6, "standard deviation of a coupling"))};
 };
 
 template <>
 struct Schema<PoseMessage> {
-    static constexpr MessageInfo kInfo{MessageType::pose, "pose", "tracker", "where the sensor is and how it is turned"};
+    static constexpr MessageInfo kInfo{MessageType::pose, "pose", "tracker", "pose of the sensor"};
     static constexpr auto kFields = std::tuple{
         field(&PoseMessage::sensor, "sensor", detail::kSensor),
         field(&PoseMessage::tracker_state, "tracker_state", code(WireType::u8, 0, 2, "0 searching, 1 tracking, 2 lost")),
@@ -172,37 +172,41 @@ struct Schema<PoseMessage> {
         fields(&PoseMessage::deviation, detail::kDeviation,
                info(WireType::u24, 1e-7, "m or rad",
                     "standard deviations: position, small rotation, source frame; "
-                    "the largest number: that or more")),
+                    "the largest number also stands for larger values")),
         field(&PoseMessage::distortion, "distortion",
-              info(WireType::u16, 1e-2, "", "chi-square of 3 degrees of freedom; the largest number: that or more")),
+              info(WireType::u16, 1e-2, "",
+                   "chi-square of 3 degrees of freedom; the largest number also stands for larger values")),
         field(&PoseMessage::snr_cdb, "snr", info(WireType::i16, 1e-2, "dB", "20 log10(k / sigma)"))};
 };
 
 template <>
 struct Schema<IdentifyMessage> {
-    static constexpr MessageInfo kInfo{MessageType::identify, "identify", "device", "who the device is and what it speaks"};
-    static constexpr auto kFields = std::tuple{
-        field(&IdentifyMessage::role, "role", code(WireType::u8, 1, 2, "1 front end, 2 tracker")),
-        field(&IdentifyMessage::oldest_version, "oldest_version", code(WireType::u8, 1, 255, "of this protocol that it speaks")),
-        field(&IdentifyMessage::newest_version, "newest_version", code(WireType::u8, 1, 255, "of this protocol that it speaks")),
-        field(&IdentifyMessage::sensors, "sensors", code(WireType::u8, 1, 4, "how many it has")),
-        field(&IdentifyMessage::serial, "serial", count(WireType::u64, "unique to the device")),
-        field(&IdentifyMessage::firmware, "firmware", count(WireType::u32, "version: major << 16, minor << 8, patch")),
-        field(&IdentifyMessage::product, "product", count(WireType::u16, "1: tricoil")),
-        field(&IdentifyMessage::multiplexing, "multiplexing", code(WireType::u8, 0, 1, "0 coils in turn, 1 all at once")),
-        field(&IdentifyMessage::drives_coils, "drives_coils",
-              code(WireType::u8, 0, 1, "0: the host switches them, 1: the device")),
-        field(&IdentifyMessage::frame_rate_millihertz, "frame_rate",
-              info(WireType::u32, 1e-3, "Hz", 1e3, 1e8, "signal matrices a second")),
-        field(&IdentifyMessage::window_us, "window", info(WireType::u32, 1e-6, "s", 0, 1e6, "that is demodulated")),
-        field(&IdentifyMessage::watchdog_us, "watchdog",
-              info(WireType::u32, 1e-6, "s", 0, 1e7, "silence of the host after which the coils go off"))};
+    static constexpr MessageInfo kInfo{MessageType::identify, "identify", "device",
+                                       "identity of the device and supported protocol versions"};
+    static constexpr auto kFields =
+        std::tuple{field(&IdentifyMessage::role, "role", code(WireType::u8, 1, 2, "1 front end, 2 tracker")),
+                   field(&IdentifyMessage::oldest_version, "oldest_version",
+                         code(WireType::u8, 1, 255, "oldest supported protocol version")),
+                   field(&IdentifyMessage::newest_version, "newest_version",
+                         code(WireType::u8, 1, 255, "newest supported protocol version")),
+                   field(&IdentifyMessage::sensors, "sensors", code(WireType::u8, 1, 4, "number of sensors")),
+                   field(&IdentifyMessage::serial, "serial", count(WireType::u64, "unique to the device")),
+                   field(&IdentifyMessage::firmware, "firmware", count(WireType::u32, "version: major << 16, minor << 8, patch")),
+                   field(&IdentifyMessage::product, "product", count(WireType::u16, "1: tricoil")),
+                   field(&IdentifyMessage::multiplexing, "multiplexing", code(WireType::u8, 0, 1, "0 TDM, 1 FDM")),
+                   field(&IdentifyMessage::drives_coils, "drives_coils",
+                         code(WireType::u8, 0, 1, "1: the device drives the coils, 0: the host")),
+                   field(&IdentifyMessage::frame_rate_millihertz, "frame_rate",
+                         info(WireType::u32, 1e-3, "Hz", 1e3, 1e8, "signal matrices a second")),
+                   field(&IdentifyMessage::window_us, "window", info(WireType::u32, 1e-6, "s", 0, 1e6, "demodulation window")),
+                   field(&IdentifyMessage::watchdog_us, "watchdog",
+                         info(WireType::u32, 1e-6, "s", 0, 1e7, "silence of the host after which the coils are switched off"))};
 };
 
 template <>
 struct Schema<CouplingsMessage> {
     static constexpr MessageInfo kInfo{MessageType::couplings, "couplings", "tracker",
-                                       "the signal matrix behind the pose of equal time"};
+                                       "signal matrix of the pose with the same time"};
     static constexpr auto kFields =
         std::tuple{field(&CouplingsMessage::sensor, "sensor", detail::kSensor),
                    fields(&CouplingsMessage::x, detail::kCouplings,
@@ -212,7 +216,7 @@ struct Schema<CouplingsMessage> {
 template <>
 struct Schema<CovarianceMessage> {
     static constexpr MessageInfo kInfo{MessageType::covariance, "covariance", "tracker",
-                                       "of the pose of equal time; longer than a CAN frame"};
+                                       "covariance of the pose with the same time; longer than a CAN frame"};
     static constexpr auto kFields =
         std::tuple{field(&CovarianceMessage::sensor, "sensor", detail::kSensor),
                    fields(&CovarianceMessage::upper, detail::kUpper,
@@ -224,11 +228,11 @@ template <>
 struct Schema<CheckMessage> {
     static constexpr MessageInfo kInfo{MessageType::check, "check", "device", "one row of the self-check"};
     static constexpr auto kFields =
-        std::tuple{field(&CheckMessage::id, "id", count(WireType::u16, "which check")),
+        std::tuple{field(&CheckMessage::id, "id", count(WireType::u16, "identifier of the check")),
                    field(&CheckMessage::precision, "precision", code(WireType::u8, 0, 2, "0 none, 1 single, 2 double")),
                    field(&CheckMessage::outcome, "outcome", code(WireType::u8, 0, 2, "0 pass, 1 fail, 2 absent")),
-                   field(&CheckMessage::index, "index", count(WireType::u8, "of the row")),
-                   field(&CheckMessage::count, "count", code(WireType::u8, 1, 255, "of rows")),
+                   field(&CheckMessage::index, "index", count(WireType::u8, "index of the row")),
+                   field(&CheckMessage::count, "count", code(WireType::u8, 1, 255, "number of rows")),
                    field(&CheckMessage::limit, "limit", info(WireType::f32, 1, "", "largest value that passes")),
                    field(&CheckMessage::measured, "measured", info(WireType::f32, 1, "", "value found"))};
 };
@@ -241,14 +245,16 @@ struct Schema<RawBlockMessage> {
     static constexpr auto kFields = std::tuple{
         field(&RawBlockMessage::sensor, "sensor", detail::kSensor),
         field(&RawBlockMessage::state, "state", detail::kState),
-        field(&RawBlockMessage::gain_step, "gain_step", count(WireType::u8, "of the amplifier")),
-        field(&RawBlockMessage::decimation, "decimation", code(WireType::u8, 1, 255, "one sample sent of so many")),
-        field(&RawBlockMessage::first, "first", code(WireType::u16, 0, 1023, "index in the block of this part's first sample")),
-        field(&RawBlockMessage::total, "total", code(WireType::u16, 1, 1024, "samples of the whole block")),
+        field(&RawBlockMessage::gain_step, "gain_step", count(WireType::u8, "gain step of the amplifier")),
+        field(&RawBlockMessage::decimation, "decimation", code(WireType::u8, 1, 255, "number of samples per sent sample")),
+        field(&RawBlockMessage::first, "first", code(WireType::u16, 0, 1023, "index of the first sample in the block")),
+        field(&RawBlockMessage::total, "total", code(WireType::u16, 1, 1024, "number of samples in the block")),
         field(&RawBlockMessage::full_scale, "full_scale", code(WireType::i32, 0, 2147483647, "largest code; 0: unknown")),
-        field(&RawBlockMessage::scale, "scale", info(WireType::f32, 1, "V", 1e-15, 1e3, "of one code")),
-        field(&RawBlockMessage::state_sequence, "state_sequence", count(WireType::u32, "of the excitation that was sampled")),
-        field(&RawBlockMessage::block_sequence, "block_sequence", count(WireType::u32, "counts blocks, those not sent included")),
+        field(&RawBlockMessage::scale, "scale", info(WireType::f32, 1, "V", 1e-15, 1e3, "value of one code")),
+        field(&RawBlockMessage::state_sequence, "state_sequence",
+              count(WireType::u32, "sequence number of the sampled excitation state")),
+        field(&RawBlockMessage::block_sequence, "block_sequence",
+              count(WireType::u32, "counts all blocks, also those that were not sent")),
         field(&RawBlockMessage::sample_rate_millihertz, "sample_rate", info(WireType::u32, 1e-3, "Hz", "before decimation")),
         field(&RawBlockMessage::overruns, "overruns", count(WireType::u32, "samples that the converter lost in this block")),
         field(&RawBlockMessage::dropped, "dropped", count(WireType::u32, "blocks that were not sent since the last one"))};
@@ -259,7 +265,7 @@ struct Schema<CalibrationMessage> {
     static constexpr MessageInfo kInfo{MessageType::calibration,
                                        "calibration",
                                        "both",
-                                       "a calibration, read or to be written",
+                                       "calibration that was read, or is to be written",
                                        1,
                                        "a calibration blob with its own CRC; none: the device has no calibration"};
     static constexpr auto kFields = std::tuple{field(&CalibrationMessage::request, "request", detail::kRequest)};

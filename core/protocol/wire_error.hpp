@@ -16,7 +16,7 @@ enum class WireError : std::uint8_t {
     impossible,       // a number out of the range of its field, or contradictory numbers
     bad_crc,          // stream: CRC mismatch
     bad_framing,      // stream: invalid byte stuffing; segments: out of order or too many
-    oversize,         // longer than any message
+    oversize,         // too long
     wrong_sender,     // message not allowed from this sender, or from an unexpected node
     duplicate_node,   // two devices use one address
     out_of_order,     // older than an accepted message, or repeated

@@ -13,7 +13,7 @@ constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 template <typename Scalar>
 constexpr Precision precision_of() {
-    return sizeof(Scalar) == sizeof(float) ? Precision::single : Precision::twofold;
+    return sizeof(Scalar) == sizeof(float) ? Precision::single : Precision::f64;
 }
 
 /// `count` rounding errors at magnitude one.

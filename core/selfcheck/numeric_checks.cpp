@@ -62,7 +62,7 @@ template <typename Scalar>
 void check_arithmetic(Report& report) {
     constexpr Precision p = precision_of<Scalar>();
     report.add(CheckId::denormals, p, "denormals lost", denormals_lost<Scalar>(), 0);
-    report.add(CheckId::rounding, p, "roundings not to nearest", wrong_roundings<Scalar>(), 0);
+    report.add(CheckId::rounding, p, "roundings other than nearest", wrong_roundings<Scalar>(), 0);
     report.add(CheckId::precision, p, "results of wrong precision", wrong_precision<Scalar>(), 0);
 }
 
@@ -70,7 +70,7 @@ template void check_arithmetic<float>(Report&);
 template void check_arithmetic<double>(Report&);
 
 void check_times(Report& report) {
-    report.add(CheckId::device_time, Precision::none, "times wrong across 2^32 us", wrong_times(), 0);
+    report.add(CheckId::device_time, Precision::none, "time errors across 2^32 us", wrong_times(), 0);
 }
 
 }  // namespace tricoil::selfcheck

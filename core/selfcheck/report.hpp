@@ -47,7 +47,7 @@ enum class CheckId : std::uint16_t {
     time_budget = 0x802,
 };
 
-enum class Precision : std::uint8_t { none, single, twofold };
+enum class Precision : std::uint8_t { none, single, f64 };
 enum class Outcome : std::uint8_t { pass, fail, absent };
 
 /// Passes if `measured` does not exceed `limit`; NaN fails.

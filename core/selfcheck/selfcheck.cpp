@@ -97,7 +97,7 @@ const char* name_of(Precision precision) {
     switch (precision) {
         case Precision::single:
             return "float";
-        case Precision::twofold:
+        case Precision::f64:
             return "double";
         case Precision::none:
             break;

@@ -9,8 +9,8 @@ namespace {
 
 constexpr double kWholeTolerance = 1e-6;  // relative: decimal frequencies are rarely exact in binary
 constexpr double kHighestCarrierShare = 0.45;
-constexpr int kFewestCycles = 4;
-constexpr int kFewestCyclesApart = 2;
+constexpr int kMinCycles = 4;
+constexpr int kMinCyclesApart = 2;
 constexpr double kTdmCarrierHz = 10e3;
 constexpr std::array<double, kSourceCoils> kFdmCarriersHz{7.7e3, 10e3, 13.4e3};
 constexpr int kGuardDivisor = 5;
@@ -56,7 +56,7 @@ Status check_carrier(double carrier_hz, double cycles, double sample_rate_hz) {
     if (!is_whole(cycles)) {
         return invalid("carrier does not fill the window with whole cycles: use a multiple of sample rate / window samples");
     }
-    if (cycles < kFewestCycles - 0.5) {
+    if (cycles < kMinCycles - 0.5) {
         return invalid("fewer than four carrier cycles per window: lower the frame rate or use FDM");
     }
     return {};
@@ -109,7 +109,7 @@ Result<AcquisitionPlan> plan_acquisition(const AcquisitionParams& params) {
         plan.params.carrier_hz[j] = carrier;
         plan.window_cycles[j] = static_cast<int>(std::lround(cycles));
         for (std::size_t other = 0; other < j && !plan.is_tdm(); ++other) {
-            if (std::abs(plan.window_cycles[j] - plan.window_cycles[other]) < kFewestCyclesApart) {
+            if (std::abs(plan.window_cycles[j] - plan.window_cycles[other]) < kMinCyclesApart) {
                 return invalid("FDM carriers are closer than two cycles per window: spread them");
             }
         }

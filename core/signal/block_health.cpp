@@ -9,7 +9,7 @@ namespace {
 
 constexpr float kNearPeak = 0.99F;
 constexpr float kNearPeakWidth_rad = 0.28307857F;  // 2 acos(0.99): width of a cosine within 1 % of its peak
-constexpr int kFewestFlatTops = 3;                 // fewer may occur by chance
+constexpr int kMinFlatTops = 3;                    // fewer may occur by chance
 constexpr float kClearSignalCodes = 1000;          // below it, quantisation causes flat tops
 
 struct ChannelRange {
@@ -54,7 +54,7 @@ bool has_flat_tops(std::span<const Sample> window, std::size_t channel, const Ch
         side = now;
         flat_tops += run == natural_run + 1 ? 1 : 0;
     }
-    return flat_tops >= kFewestFlatTops;
+    return flat_tops >= kMinFlatTops;
 }
 
 }  // namespace

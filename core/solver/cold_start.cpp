@@ -83,8 +83,8 @@ Start<Scalar> rated(const Model<Scalar>& model, const Mat3<Scalar>& x, const Mat
     return {pose, std::isfinite(cost) ? cost : std::numeric_limits<Scalar>::max()};
 }
 
-/// The best of the passes, which need not converge near the coils. Not inlined, like the other stages of the search, so that
-/// their stack use does not add up.
+/// Returns the best of the passes, because near the coils they may not converge. Not inlined, like the other stages of the
+/// search, so that their stack use does not add up.
 template <typename Scalar>
 [[gnu::noinline]] Start<Scalar> best_pass(const Model<Scalar>& model, const Gains<Scalar>& gains, const Mat3<Scalar>& x,
                                           const Mat3<Scalar>& weights, RigidPose<Scalar> pose, int passes) {
@@ -115,9 +115,9 @@ public:
         RigidPose<Scalar> near;
         Status status = solve_concentric(known, near);
         if (status.ok()) {
-            status = try_sides(near, known);
+            status = try_hemispheres(near, known);
         }
-        const bool all_sides = !best_.refinement.converged() || (!beyond_doubt() && among_the_coils());
+        const bool all_sides = !best_.refinement.converged() || (!is_unambiguous() && is_near_coils());
         return status.ok() && all_sides ? try_directions(near.position_m, known) : status;
     }
 
@@ -136,7 +136,7 @@ private:
     }
 
     /// Refines the better hemisphere; also the other one, unless the misfit of the first is small enough.
-    [[gnu::noinline]] Status try_sides(const RigidPose<Scalar>& near, bool known) {
+    [[gnu::noinline]] Status try_hemispheres(const RigidPose<Scalar>& near, bool known) {
         Start<Scalar> first = best_pass(centred_.model, gains_, x_, weights_, near, params_.passes);
         if (known) {
             return try_start(first.pose);
@@ -147,16 +147,16 @@ private:
             std::swap(first, second);
         }
         const Status status = try_start(first.pose);
-        return !status.ok() || beyond_doubt() ? status : try_start(second.pose);
+        return !status.ok() || is_unambiguous() ? status : try_start(second.pose);
     }
 
-    [[nodiscard]] bool beyond_doubt() const {
+    [[nodiscard]] bool is_unambiguous() const {
         return best_.refinement.converged() &&
                best_.refinement.misfit_share < params_.clear_share * params_.refine.max_misfit_share;
     }
 
     /// True if the coil offsets are a large share of the range. There are then minima that are not mirror images of each other.
-    [[nodiscard]] bool among_the_coils() const {
+    [[nodiscard]] bool is_near_coils() const {
         constexpr Scalar kNearness = 7;
         const Scalar source = centred_.model.source_offset_m.colwise().norm().maxCoeff();
         const Scalar sensor = centred_.model.sensor_offset_m.colwise().norm().maxCoeff();
@@ -173,7 +173,7 @@ private:
             const Vec3<Scalar> u = direction_of(i);
             costs[i] = !known || u.dot(near_m) >= 0 ? start_towards(u, range_m).cost : kNever;
         }
-        for (int tried = 0; tried < kDirectionStarts && !beyond_doubt(); ++tried) {
+        for (int tried = 0; tried < kDirectionStarts && !is_unambiguous(); ++tried) {
             const auto best = static_cast<std::size_t>(std::min_element(costs.begin(), costs.end()) - costs.begin());
             if (costs[best] == kNever) {
                 break;

@@ -29,7 +29,7 @@ Scalar square(Scalar value) {
 template <typename Scalar>
 Result<DirectSolution<Scalar>> solve_direct(const Mat3<Scalar>& x, Scalar coupling_constant) {
     if (!x.allFinite()) {
-        return Status{StatusCode::not_finite, "signal matrix holds NaN or infinity"};
+        return Status{StatusCode::not_finite, "signal matrix contains NaN or infinity"};
     }
     const Scalar scale = x.cwiseAbs().maxCoeff();
     if (!(scale > std::numeric_limits<Scalar>::min())) {

@@ -5,7 +5,7 @@
 namespace tricoil::solver {
 namespace {
 
-constexpr Status kNotFinite{StatusCode::not_finite, "signal matrix or previous pose holds NaN or infinity"};
+constexpr Status kNotFinite{StatusCode::not_finite, "signal matrix or previous pose contains NaN or infinity"};
 constexpr Status kTooFar{StatusCode::not_converged, "previous pose is too far from the measurement to linearise about"};
 constexpr Status kPole{StatusCode::not_converged, "angle form is singular at elevation +-90 degrees; use the vector form"};
 

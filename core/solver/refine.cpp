@@ -55,7 +55,7 @@ Vec6<Scalar> limited(const Vec6<Scalar>& step, const RefineParams<Scalar>& param
 template <typename Scalar>
 Status check(const Mat3<Scalar>& x, const Mat3<Scalar>& weights, const RigidPose<Scalar>& start) {
     if (!x.allFinite() || !weights.allFinite() || !start.position_m.allFinite() || !start.q_source_sensor.coeffs().allFinite()) {
-        return {StatusCode::not_finite, "couplings, weights or start hold NaN or infinity"};
+        return {StatusCode::not_finite, "couplings, weights or start contain NaN or infinity"};
     }
     if (!(x.cwiseProduct(weights).cwiseAbs().maxCoeff() > std::numeric_limits<Scalar>::min()) ||
         !(start.position_m.squaredNorm() > std::numeric_limits<Scalar>::min())) {

@@ -14,7 +14,7 @@ namespace tricoil::tracking {
 /// Reason why a column cannot be used: state is not s1-s3; couplings or their squares are not finite; sigma is not positive or
 /// its square is out of range of the scalar type (float: sigma 1e-19 to 1e19). All trackers compute squares.
 template <typename Scalar>
-std::optional<Rejection> why_unusable(const Column<Scalar>& column) {
+std::optional<Rejection> invalid_field(const Column<Scalar>& column) {
     if (coil_index(column.state) < 0) {
         return Rejection::unknown_state;
     }

@@ -7,7 +7,7 @@
 namespace tricoil::tracking {
 
 /// Highest assumed speed of a sensor during a loss, m/s: a fast hand (recorded hands reach 2).
-constexpr double kFastestUnseen_m_s = 3;
+constexpr double kMaxUnseenSpeed_m_s = 3;
 
 /// Comparisons of positions (m, source frame) for Hemisphere, in floating point.
 template <typename Scalar>
@@ -19,10 +19,10 @@ struct Sides {
     /// from `last` than the sensor can move in the time `unseen`. The angle rejects jumps that are not motion, for example a
     /// solver error.
     static bool is_mirror_excluded(const Vec3<Scalar>& near, const Vec3<Scalar>& last, Microseconds unseen) {
-        constexpr Scalar kLeastCosine = Scalar(0.5);
+        constexpr Scalar kMinCosine = Scalar(0.5);
         const Scalar dot = near.dot(last);
-        const Scalar reach_m = Scalar(kFastestUnseen_m_s) * seconds_as<Scalar>(unseen);
-        return dot * dot > kLeastCosine * kLeastCosine * near.squaredNorm() * last.squaredNorm() &&
+        const Scalar reach_m = Scalar(kMaxUnseenSpeed_m_s) * seconds_as<Scalar>(unseen);
+        return dot * dot > kMinCosine * kMinCosine * near.squaredNorm() * last.squaredNorm() &&
                (near + last).squaredNorm() > reach_m * reach_m;
     }
 };
@@ -43,7 +43,7 @@ public:
     void set(const Vec3<Scalar>& towards) {
         towards_ = towards;
         fresh_ = true;
-        known_ = is_told(towards);
+        known_ = is_set(towards);
         if (followed_ && SidesOf::are_opposite(last_m_, towards)) {
             last_m_ = -last_m_;
         }
@@ -64,10 +64,10 @@ public:
     void resolved_by_data() { known_ = true; }
 
     /// True if the pose at `position_m` must be replaced by its mirror image.
-    [[nodiscard]] bool must_turn(const Vec3<Scalar>& position_m, DeviceTime time) {
-        const bool told = (fresh_ || confined_) && is_told(towards_);
-        if (told || !followed_) {
-            known_ = told;
+    [[nodiscard]] bool must_mirror(const Vec3<Scalar>& position_m, DeviceTime time) {
+        const bool is_given = (fresh_ || confined_) && is_set(towards_);
+        if (is_given || !followed_) {
+            known_ = is_given;
             return SidesOf::are_opposite(position_m, towards_);
         }
         const bool turn = SidesOf::are_opposite(position_m, last_m_);
@@ -77,7 +77,7 @@ public:
     }
 
 private:
-    static bool is_told(const Vec3<Scalar>& towards) { return !(towards == Vec3<Scalar>::Zero()); }
+    static bool is_set(const Vec3<Scalar>& towards) { return !(towards == Vec3<Scalar>::Zero()); }
 
     Vec3<Scalar> towards_;
     bool confined_;

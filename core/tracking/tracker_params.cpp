@@ -49,8 +49,8 @@ Status check_process_noise(const ProcessNoiseParams<Scalar>& n) {
         n.start_rad2_s3 > n.most_rad2_s3) {
         return refused("process noise must be least <= start <= most");
     }
-    constexpr Scalar kMost = Scalar(1e12);  // squares of it fit into a float
-    if (n.most_m2_s3 > kMost || n.most_rad2_s3 > kMost) {
+    constexpr Scalar kMax = Scalar(1e12);  // squares of it fit into a float
+    if (n.most_m2_s3 > kMax || n.most_rad2_s3 > kMax) {
         return refused("process noise must not exceed 1e12");
     }
     if (!(n.gain > 0 && n.gain < 1)) {

@@ -9,9 +9,9 @@ bool carries_current(Excitation state, std::size_t coil) {
 
 }  // namespace
 
-Status GpioCoilDriver::open(const std::array<GpioLineName, kSourceCoils>& lines, Text& why) {
+Status GpioCoilDriver::open(const std::array<GpioLineName, kSourceCoils>& lines, Text& reason) {
     close();
-    return lines_.request({lines.begin(), lines.end()}, why);
+    return lines_.request({lines.begin(), lines.end()}, reason);
 }
 
 void GpioCoilDriver::close() {

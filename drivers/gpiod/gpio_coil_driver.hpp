@@ -14,7 +14,7 @@ public:
     ~GpioCoilDriver() override { close(); }
 
     /// Requests the lines of S1, S2 and S3, off. device_lost: see GpioOutputs::request.
-    Status open(const std::array<GpioLineName, kSourceCoils>& lines, Text& why);
+    Status open(const std::array<GpioLineName, kSourceCoils>& lines, Text& reason);
 
     /// Switches the lines off and releases them.
     void close();

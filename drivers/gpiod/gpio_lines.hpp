@@ -27,9 +27,9 @@ public:
     GpioOutputs& operator=(const GpioOutputs&) = delete;
     ~GpioOutputs();
 
-    /// Requests all lines, off. device_lost, with the reason in `why` and no line requested: a chip or line is missing, another
-    /// program uses it, or there is no permission.
-    Status request(const std::vector<GpioLineName>& lines, Text& why);
+    /// Requests all lines, off. device_lost, with the reason in `reason` and no line requested: a chip or line is missing,
+    /// another program uses it, or there is no permission.
+    Status request(const std::vector<GpioLineName>& lines, Text& reason);
 
     /// Sets one line. device_lost: the chip is gone.
     Status set(std::size_t line, bool on);
@@ -51,7 +51,7 @@ public:
     GpioEdges& operator=(const GpioEdges&) = delete;
     ~GpioEdges();
 
-    Status request(const GpioLineName& line, Text& why);  // as GpioOutputs::request
+    Status request(const GpioLineName& line, Text& reason);  // as GpioOutputs::request
     /// Returns the oldest edge. ok; not_ready; device_lost.
     Status next(HostTime& edge);
     Status wait(Microseconds timeout);  // ok; timed_out; device_lost

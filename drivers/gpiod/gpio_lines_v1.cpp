@@ -47,30 +47,31 @@ bool may_open_chips() {
     return true;
 }
 
-bool locate(const GpioLineName& name, Held& held, Text& why) {
+bool locate(const GpioLineName& name, Held& held, Text& reason) {
     held.chip.reset(gpiod_chip_open_lookup(name.chip.c_str()));
     if (!held.chip) {
         const int error = errno;
         errno = may_open_chips() ? error : EACCES;
         const char* remedy = errno == EACCES ? "; install the udev rules and join the group gpio" : "; see: gpiodetect";
-        why.print("GPIO chip '%s': cannot be opened (%s)%s", name.chip.c_str(), std::strerror(errno), remedy);
+        reason.print("GPIO chip '%s': cannot be opened (%s)%s", name.chip.c_str(), std::strerror(errno), remedy);
         return false;
     }
     held.line = find(held.chip.get(), name.line);
     if (held.line == nullptr) {
-        why.print("GPIO chip '%s' has no line '%s'; see: gpioinfo %s", name.chip.c_str(), name.line.c_str(), name.chip.c_str());
+        reason.print("GPIO chip '%s' has no line '%s'; see: gpioinfo %s", name.chip.c_str(), name.line.c_str(),
+                     name.chip.c_str());
     }
     return held.line != nullptr;
 }
 
-void explain_refusal(const GpioLineName& name, const Held& held, Text& why) {
+void explain_refusal(const GpioLineName& name, const Held& held, Text& reason) {
     const int error = errno;
     if (error == EBUSY) {
         const char* owner = gpiod_line_consumer(held.line);
-        why.print("GPIO line '%s' of '%s' is in use by '%s'; end that program, or choose another line", name.line.c_str(),
-                  name.chip.c_str(), owner != nullptr ? owner : "the kernel");
+        reason.print("GPIO line '%s' of '%s' is in use by '%s'; end that program, or choose another line", name.line.c_str(),
+                     name.chip.c_str(), owner != nullptr ? owner : "the kernel");
     } else {
-        why.print("GPIO line '%s' of '%s': request refused (%s)", name.line.c_str(), name.chip.c_str(), std::strerror(error));
+        reason.print("GPIO line '%s' of '%s': request refused (%s)", name.line.c_str(), name.chip.c_str(), std::strerror(error));
     }
 }
 
@@ -83,15 +84,15 @@ struct GpioOutputs::Lines {
 GpioOutputs::GpioOutputs() : lines_(std::make_unique<Lines>()) {}
 GpioOutputs::~GpioOutputs() = default;
 
-Status GpioOutputs::request(const std::vector<GpioLineName>& lines, Text& why) {
+Status GpioOutputs::request(const std::vector<GpioLineName>& lines, Text& reason) {
     std::vector<Held> held(lines.size());
     for (std::size_t i = 0; i < lines.size(); ++i) {
-        if (!locate(lines[i], held[i], why)) {
+        if (!locate(lines[i], held[i], reason)) {
             return lost();
         }
         const int flags = lines[i].active_low ? GPIOD_LINE_REQUEST_FLAG_ACTIVE_LOW : 0;
         if (gpiod_line_request_output_flags(held[i].line, kConsumer, flags, 0) != 0) {
-            explain_refusal(lines[i], held[i], why);
+            explain_refusal(lines[i], held[i], reason);
             return lost();
         }
     }
@@ -113,14 +114,14 @@ struct GpioEdges::Line {
 GpioEdges::GpioEdges() : line_(std::make_unique<Line>()) {}
 GpioEdges::~GpioEdges() = default;
 
-Status GpioEdges::request(const GpioLineName& line, Text& why) {
+Status GpioEdges::request(const GpioLineName& line, Text& reason) {
     Held held;
-    if (!locate(line, held, why)) {
+    if (!locate(line, held, reason)) {
         return lost();
     }
     const int flags = line.active_low ? GPIOD_LINE_REQUEST_FLAG_ACTIVE_LOW : 0;
     if (gpiod_line_request_rising_edge_events_flags(held.line, kConsumer, flags) != 0) {
-        explain_refusal(line, held, why);
+        explain_refusal(line, held, reason);
         return lost();
     }
     line_->held = std::move(held);

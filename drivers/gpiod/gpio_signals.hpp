@@ -12,7 +12,7 @@ class GpioHeartbeat final : public hal::Heartbeat {
 public:
     GpioHeartbeat() = default;
     ~GpioHeartbeat() override { (void)line_.set(0, false); }
-    Status open(const GpioLineName& line, Text& why) { return line_.request({line}, why); }
+    Status open(const GpioLineName& line, Text& reason) { return line_.request({line}, reason); }
 
 private:
     Status do_beat() override {
@@ -26,7 +26,7 @@ private:
 
 class GpioSyncLine final : public hal::SyncLine {
 public:
-    Status open(const GpioLineName& line, Text& why) { return edges_.request(line, why); }
+    Status open(const GpioLineName& line, Text& reason) { return edges_.request(line, reason); }
 
 private:
     Status do_next_edge(HostTime& edge) override { return edges_.next(edge); }

@@ -54,7 +54,7 @@ bool find_endpoints(UsbDevice& device) {
     return device.in != 0 && device.out != 0 && device.packet_bytes > 0;
 }
 
-void explain(const UsbAddress& address, int error, const char* doing, Text& why) {
+void explain(const UsbAddress& address, int error, const char* doing, Text& reason) {
     const char* remedy = "";
     if (error == LIBUSB_ERROR_ACCESS) {
         remedy = ": no permission; install board/linux/system/70-tricoil.rules in /etc/udev/rules.d and plug the device in again";
@@ -63,7 +63,8 @@ void explain(const UsbAddress& address, int error, const char* doing, Text& why)
     } else if (error == LIBUSB_ERROR_NO_DEVICE) {
         remedy = ": it was unplugged";
     }
-    why.print("USB device %04x:%04x: %s failed (%s)%s", address.vendor, address.product, doing, libusb_error_name(error), remedy);
+    reason.print("USB device %04x:%04x: %s failed (%s)%s", address.vendor, address.product, doing, libusb_error_name(error),
+                 remedy);
 }
 
 /// Opens the first matching device. Returns the error of the last device that failed to open; LIBUSB_ERROR_NOT_FOUND if there is
@@ -91,31 +92,31 @@ int open_matching(const UsbAddress& address, UsbDevice& device) {
 
 }  // namespace
 
-Status open_usb(const UsbAddress& address, UsbDevice& device, Text& why) {
+Status open_usb(const UsbAddress& address, UsbDevice& device, Text& reason) {
     device.close();
     device.in = device.out = 0;
     libusb_context* context = nullptr;
     if (const int error = libusb_init(&context); error != 0) {
-        why.print("USB is not available (%s)", libusb_error_name(error));
+        reason.print("USB is not available (%s)", libusb_error_name(error));
         return lost();
     }
     device.context.reset(context);
     if (const int error = open_matching(address, device); error == LIBUSB_ERROR_NOT_FOUND) {
-        why.print("USB device %04x:%04x%s%s: not found; is it plugged in? see: lsusb", address.vendor, address.product,
-                  address.serial.empty() ? "" : " with serial number ", address.serial.c_str());
+        reason.print("USB device %04x:%04x%s%s: not found; is it plugged in? see: lsusb", address.vendor, address.product,
+                     address.serial.empty() ? "" : " with serial number ", address.serial.c_str());
         return lost();
     } else if (error != 0) {
-        explain(address, error, "opening", why);
+        explain(address, error, "opening", reason);
         return lost();
     }
     libusb_set_auto_detach_kernel_driver(device.handle.get(), 1);
     if (const int error = libusb_claim_interface(device.handle.get(), kInterface); error != 0) {
-        explain(address, error, "claiming its interface", why);
+        explain(address, error, "claiming its interface", reason);
         return lost();
     }
     if (!find_endpoints(device)) {
-        why.print("USB device %04x:%04x: no pair of bulk endpoints; this is not a tricoil device", address.vendor,
-                  address.product);
+        reason.print("USB device %04x:%04x: no pair of bulk endpoints; this is not a tricoil device", address.vendor,
+                     address.product);
         return lost();
     }
     return {};

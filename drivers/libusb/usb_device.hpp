@@ -42,8 +42,8 @@ struct UsbDevice {
     }
 };
 
-/// device_lost, with the reason in `why`: not found, no permission, in use, or without bulk endpoints.
-Status open_usb(const UsbAddress& address, UsbDevice& device, Text& why);
+/// device_lost, with the reason in `reason`: not found, no permission, in use, or without bulk endpoints.
+Status open_usb(const UsbAddress& address, UsbDevice& device, Text& reason);
 
 struct UsbListing {
     std::uint8_t bus = 0;

@@ -9,8 +9,8 @@ namespace {
 
 constexpr unsigned kSendTimeoutMs = 200;
 constexpr Microseconds kFaultPause{5000};  // before a failed transfer is repeated
-constexpr int kCloseRounds = 50;
-constexpr Microseconds kCloseRound{20'000};
+constexpr int kCloseAttempts = 50;
+constexpr Microseconds kCloseAttempt{20'000};
 
 constexpr Status closed() { return {StatusCode::device_lost, "USB port is closed"}; }
 
@@ -23,7 +23,7 @@ timeval to_timeval(Microseconds time) {
 
 Status UsbPort::do_open() {
     do_close();
-    if (const Status status = open_usb(address_, device_, why()); !status.ok()) {
+    if (const Status status = open_usb(address_, device_, reason()); !status.ok()) {
         device_.close();
         return status;
     }
@@ -43,7 +43,7 @@ Status UsbPort::do_open() {
         libusb_fill_bulk_transfer(in.transfer, device_.handle.get(), device_.in, in.bytes.data(), packet, &on_received, this, 0);
         submit(in);
     }
-    why().clear();
+    reason().clear();
     return {};
 }
 
@@ -62,8 +62,8 @@ void UsbPort::do_close() {
             libusb_cancel_transfer(out.transfer);
         }
     }
-    for (int round = 0; round < kCloseRounds && in_flight(); ++round) {
-        timeval time = to_timeval(kCloseRound);
+    for (int round = 0; round < kCloseAttempts && in_flight(); ++round) {
+        timeval time = to_timeval(kCloseAttempt);
         libusb_handle_events_timeout_completed(device_.context.get(), &time, nullptr);
     }
     const auto free_transfer = [](auto& owner) {
@@ -169,7 +169,7 @@ Status UsbPort::handle_events(Microseconds timeout) {
     const int error = libusb_handle_events_timeout_completed(device_.context.get(), &time, nullptr);
     if (lost_ || error == LIBUSB_ERROR_NO_DEVICE) {
         ++counts().link_losses;
-        why().print("USB device %04x:%04x: it was unplugged", address_.vendor, address_.product);
+        reason().print("USB device %04x:%04x: it was unplugged", address_.vendor, address_.product);
         do_close();
         return {StatusCode::device_lost, "USB device is gone"};
     }

@@ -9,12 +9,12 @@ namespace tricoil::drivers {
 class ReportingPort : public hal::MessagePort {
 protected:
     /// The text of detail().
-    [[nodiscard]] Text& why() { return why_; }
+    [[nodiscard]] Text& reason() { return reason_; }
 
 private:
-    [[nodiscard]] const char* do_detail() const final { return why_.c_str(); }
+    [[nodiscard]] const char* do_detail() const final { return reason_.c_str(); }
 
-    Text why_;
+    Text reason_;
 };
 
 }  // namespace tricoil::drivers

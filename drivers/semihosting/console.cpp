@@ -6,7 +6,7 @@ namespace tricoil::semihosting {
 namespace {
 
 constexpr char kTerminal[] = ":tt";  // name defined by the specification
-constexpr std::uint32_t kForWriting = 4;
+constexpr std::uint32_t kOpenWrite = 4;
 
 struct OpenBlock {
     const char* name;
@@ -21,7 +21,7 @@ struct WriteBlock {
 };
 
 std::int32_t open_terminal() {
-    const OpenBlock block{kTerminal, kForWriting, sizeof(kTerminal) - 1};
+    const OpenBlock block{kTerminal, kOpenWrite, sizeof(kTerminal) - 1};
     return call(Operation::open, &block);
 }
 

@@ -7,7 +7,7 @@
 namespace tricoil::semihosting {
 namespace {
 
-constexpr std::uint32_t kForReadingBytes = 1;  // "rb"
+constexpr std::uint32_t kOpenReadBinary = 1;  // "rb"
 
 struct OpenBlock {
     const char* name;
@@ -24,7 +24,7 @@ struct ReadBlock {
 }  // namespace
 
 InputFile::InputFile(const char* name) {
-    const OpenBlock block{name, kForReadingBytes, static_cast<std::uint32_t>(std::strlen(name))};
+    const OpenBlock block{name, kOpenReadBinary, static_cast<std::uint32_t>(std::strlen(name))};
     handle_ = call(Operation::open, &block);
 }
 

@@ -12,7 +12,7 @@ public:
 
     [[nodiscard]] bool is_open() const { return handle_ >= 0; }
 
-    /// The next `bytes` bytes; false if there are not so many.
+    /// Reads the next `bytes` bytes; false if fewer are left.
     bool read(void* to, std::uint32_t bytes);
 
 private:

@@ -17,15 +17,15 @@ int SerialPort::open_descriptor() {
         const char* remedy = errno == EACCES  ? "; add yourself to the group dialout"
                              : errno == EBUSY ? "; another program uses it"
                                               : "; is it plugged in?";
-        why().print("%s: cannot be opened (%s)%s", path_.c_str(), std::strerror(errno), remedy);
+        reason().print("%s: cannot be opened (%s)%s", path_.c_str(), std::strerror(errno), remedy);
         return -1;
     }
     if (!make_raw(fd.get())) {
-        why().print("%s: not a serial line", path_.c_str());
+        reason().print("%s: not a serial line", path_.c_str());
         return -1;
     }
     if (::ioctl(fd.get(), TIOCEXCL) != 0) {
-        why().print("%s: cannot lock for exclusive use (%s)", path_.c_str(), std::strerror(errno));
+        reason().print("%s: cannot lock for exclusive use (%s)", path_.c_str(), std::strerror(errno));
         return -1;
     }
     ::tcflush(fd.get(), TCIOFLUSH);
@@ -47,7 +47,7 @@ PtyPort::PtyPort() {
 int PtyPort::open_descriptor() {
     const int fd = ::fcntl(master_.get(), F_DUPFD_CLOEXEC, 0);
     if (fd < 0) {
-        why().print("cannot open a pseudo terminal; check that /dev/pts is mounted");
+        reason().print("cannot open a pseudo terminal; check that /dev/pts is mounted");
         return -1;
     }
     ::fcntl(fd, F_SETFL, O_NONBLOCK);

@@ -19,7 +19,7 @@ Status StreamPort::do_open() {
     if (!fd_.is_open()) {
         return {StatusCode::device_lost, "serial line cannot be opened"};
     }
-    why().clear();
+    reason().clear();
     return {};
 }
 
@@ -33,7 +33,7 @@ void StreamPort::do_close() {
 
 Status StreamPort::lost(const char* what) {
     ++counts().link_losses;
-    why().print("serial line: %s (%s)", what, std::strerror(errno));
+    reason().print("serial line: %s (%s)", what, std::strerror(errno));
     do_close();
     return {StatusCode::device_lost, "serial line is gone"};
 }

@@ -11,7 +11,7 @@ namespace tricoil::drivers {
 
 class StreamPort : public ReportingPort {
 private:
-    /// Returns an open non-blocking descriptor; -1, with the reason in why(), on failure.
+    /// Returns an open non-blocking descriptor; -1, with the reason in reason(), on failure.
     virtual int open_descriptor() = 0;
 
     Status do_open() final;

@@ -28,10 +28,10 @@ Status CanPort::do_open() {
         }
     }
     filters[count++] = {exchange_.incoming_segments(), kExact};
-    why().clear();
+    reason().clear();
     link_ = CanLink::up;
     dropped_seen_ = 0;
-    return socket_.open(params_.interface, std::span(filters).first(count), why());
+    return socket_.open(params_.interface, std::span(filters).first(count), reason());
 }
 
 void CanPort::do_close() {
@@ -154,20 +154,20 @@ void CanPort::set_link(CanLink link) {
     }
     link_ = link;
     if (link == CanLink::up) {
-        why().clear();
+        reason().clear();
     } else if (link == CanLink::down) {
         ++counts().link_losses;
-        why().print("%s: link is down; bring it up: ip link set %s up", params_.interface.c_str(), params_.interface.c_str());
+        reason().print("%s: link is down; bring it up: ip link set %s up", params_.interface.c_str(), params_.interface.c_str());
     } else {
         ++counts().link_faults;
-        why().print("%s: bus-off; check the wiring; for an automatic restart: ip link set %s type can restart-ms 100",
-                    params_.interface.c_str(), params_.interface.c_str());
+        reason().print("%s: bus-off; check the wiring; for an automatic restart: ip link set %s type can restart-ms 100",
+                       params_.interface.c_str(), params_.interface.c_str());
     }
 }
 
 Status CanPort::vanished() {
     ++counts().link_losses;
-    why().print("%s: the interface is gone; plug the adapter in again", params_.interface.c_str());
+    reason().print("%s: the interface is gone; plug the adapter in again", params_.interface.c_str());
     do_close();
     return {StatusCode::device_lost, "CAN interface is gone"};
 }

@@ -28,25 +28,25 @@ bool set_option(int fd, int level, int name, const Value& value) {
     return ::setsockopt(fd, level, name, &value, sizeof value) == 0;
 }
 
-/// Index of a CAN FD interface; 0, with the reason in `why`, for any other interface.
-int fd_interface_index(int fd, const std::string& name, Text& why) {
+/// Index of a CAN FD interface; 0, with the reason in `reason`, for any other interface.
+int fd_interface_index(int fd, const std::string& name, Text& reason) {
     ifreq request{};
     if (name.empty() || name.size() >= IFNAMSIZ) {
-        why.print("'%s' is not a valid interface name; see: ip -br link show type can", name.c_str());
+        reason.print("'%s' is not a valid interface name; see: ip -br link show type can", name.c_str());
         return 0;
     }
     std::memcpy(request.ifr_name, name.c_str(), name.size());
     if (::ioctl(fd, SIOCGIFINDEX, &request) != 0) {
-        why.print("%s: no such network interface; see: ip -br link show type can", name.c_str());
+        reason.print("%s: no such network interface; see: ip -br link show type can", name.c_str());
         return 0;
     }
     const int index = request.ifr_ifindex;
     if (::ioctl(fd, SIOCGIFHWADDR, &request) != 0 || request.ifr_hwaddr.sa_family != ARPHRD_CAN) {
-        why.print("%s is not a CAN interface", name.c_str());
+        reason.print("%s is not a CAN interface", name.c_str());
         return 0;
     }
     if (::ioctl(fd, SIOCGIFMTU, &request) != 0 || request.ifr_mtu < static_cast<int>(CANFD_MTU)) {
-        why.print(
+        reason.print(
             "%s is a classic CAN interface; messages need CAN FD: ip link set %s down, then type can ... fd on (vcan: mtu 72)",
             name.c_str(), name.c_str());
         return 0;
@@ -67,13 +67,13 @@ bool is_gone(int error) { return error == ENODEV || error == ENXIO || error == E
 
 }  // namespace
 
-Status CanSocket::open(const std::string& interface, std::span<const can_filter> filters, Text& why) {
+Status CanSocket::open(const std::string& interface, std::span<const can_filter> filters, Text& reason) {
     fd_.reset(::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, CAN_RAW));
     if (!fd_.is_open()) {
-        why.print("cannot open CAN socket (%s); is the kernel module can_raw loaded?", std::strerror(errno));
+        reason.print("cannot open CAN socket (%s); is the kernel module can_raw loaded?", std::strerror(errno));
         return lost();
     }
-    const int index = fd_interface_index(fd(), interface, why);
+    const int index = fd_interface_index(fd(), interface, reason);
     if (index == 0) {
         fd_.reset();
         return lost();
@@ -96,7 +96,7 @@ Status CanSocket::open(const std::string& interface, std::span<const can_filter>
     // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): required by the socket interface
     done = done && ::bind(fd(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
     if (!done) {
-        why.print("%s: cannot be opened (%s)", interface.c_str(), std::strerror(errno));
+        reason.print("%s: cannot be opened (%s)", interface.c_str(), std::strerror(errno));
         fd_.reset();
         return lost();
     }

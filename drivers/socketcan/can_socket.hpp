@@ -27,9 +27,9 @@ struct CanReception {
 
 class CanSocket {
 public:
-    /// Binds to the interface; receives identifiers that match a filter, and error frames. Sets `why` if not ok. device_lost: no
-    /// such interface, not a CAN interface, classic CAN only, or no permission. An interface that is down is not an error.
-    Status open(const std::string& interface, std::span<const can_filter> filters, Text& why);
+    /// Binds to the interface; receives identifiers that match a filter, and error frames. Sets `reason` if not ok. device_lost:
+    /// no such interface, not a CAN interface, classic CAN only, or no permission. An interface that is down is not an error.
+    Status open(const std::string& interface, std::span<const can_filter> filters, Text& reason);
     void close() { fd_.reset(); }
 
     /// ok; not_ready: the queue is full, or the link is down (then `link_down` is true); device_lost: the interface is gone.

@@ -13,18 +13,18 @@ namespace {
 using Phasors = signal::ChannelPhasors<float>;
 
 constexpr std::uint8_t kTop = SensorAmplifiers::kSteps - 1;
-constexpr float kOutputCodes = 1536;  // amplitude after the higher gain: three quarters of the converter's range
-/// At power-up the capacitors at the foot of the feedback ladders are empty. They charge with a time constant of 10 ms while the
-/// op-amp is not at its rail, which is true only for the lowest ladder gain: ten time constants, with step 1.
+constexpr float kOutputCodes = 1536;  // amplitude at the higher of the two gains: three quarters of the converter's range
+/// Charging time of the feedback ladders' capacitors after power-on: ten time constants of 10 ms. Uses gain step 1, because with
+/// higher gains the op-amp is at its rail and the capacitors do not charge.
 constexpr Microseconds kFilling{100'000};
 constexpr std::uint8_t kFillingStep = 1;
 constexpr int kBlocks = 4;                  // blocks per reading
 constexpr int kMaxBlocks = 3 * kBlocks;     // blocks before a reading times out
 constexpr float kLinearShare = 0.95F;       // of full scale; linear range of the op-amps
-constexpr float kOffset = 0.2F;             // of the linear range; the carrier takes three quarters
-constexpr float kTolerance = 0.1F;          // relative, of a step's gain
-constexpr float kShortestLag_s = 0.25e-6F;  // at the highest gain: 40 MHz of bandwidth
-constexpr float kLongestLag_s = 2.4e-6F;    // 4 MHz of bandwidth; 13 MHz are typical
+constexpr float kOffset = 0.2F;             // largest offset, share of the linear range; the carrier uses three quarters
+constexpr float kTolerance = 0.1F;          // of the gain of a step, relative
+constexpr float kShortestLag_s = 0.25e-6F;  // at the highest gain; bandwidth 40 MHz
+constexpr float kLongestLag_s = 2.4e-6F;    // at the highest gain; bandwidth 4 MHz (typical: 13 MHz)
 constexpr Status kOutOfTolerance{StatusCode::degenerate, "a sensor amplifier is out of tolerance"};
 
 class Measurement {

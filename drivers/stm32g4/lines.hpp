@@ -23,9 +23,9 @@ private:
     bool level_ = false;
 };
 
-class Light final : public hal::Indicator {
+class StatusLed final : public hal::Indicator {
 public:
-    explicit Light(const Pin& pin) : pin_(pin) {}
+    explicit StatusLed(const Pin& pin) : pin_(pin) {}
 
 private:
     void do_show(bool lit) override { pin_.set(lit); }

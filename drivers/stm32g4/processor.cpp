@@ -29,12 +29,12 @@ void Processor::begin() {
     rcc_.CSR = flags | rcc::CSR_RMVF;
 }
 
-void Processor::report(hal::SystemTrouble trouble) { troubles_.set(trouble); }
+void Processor::report(hal::SystemFault trouble) { faults_.set(trouble); }
 
-hal::SystemTroubles Processor::do_troubles() const {
-    hal::SystemTroubles troubles = troubles_;
-    troubles.set_if(hooks_.stack_was_full(), hal::SystemTrouble::stack);
-    return troubles;
+hal::SystemFaults Processor::do_faults() const {
+    hal::SystemFaults faults = faults_;
+    faults.set_if(hooks_.stack_was_full(), hal::SystemFault::stack);
+    return faults;
 }
 
 void Processor::do_restart() {

@@ -38,11 +38,11 @@ public:
     void begin();
 
     /// The problem stays set until the next reset. Any context.
-    void report(hal::SystemTrouble trouble);
+    void report(hal::SystemFault trouble);
 
 private:
     [[nodiscard]] hal::ResetReason do_reset_reason() const override { return reason_; }
-    [[nodiscard]] hal::SystemTroubles do_troubles() const override;
+    [[nodiscard]] hal::SystemFaults do_faults() const override;
     void do_idle() override { hooks_.sleep(); }
     void do_restart() override;
     void do_restart_into_loader() override;
@@ -52,7 +52,7 @@ private:
     BootRecord& record_;
     Hooks hooks_;
     hal::ResetReason reason_ = hal::ResetReason::power_on;
-    hal::SystemTroubles troubles_;
+    hal::SystemFaults faults_;
 };
 
 }  // namespace tricoil::stm32g4

@@ -105,7 +105,7 @@ void SimulatedFrontEnd::serve(HostTime now) {
         protocol::CommandMessage command;
         protocol::CalibrationMessage calibration;
         if (protocol::decode(message.bytes, command) == protocol::WireError::none) {
-            obey(command, now);
+            dispatch_command(command, now);
         } else if (protocol::decode(message.bytes, calibration) == protocol::WireError::none) {
             keep_calibration(calibration);
         }
@@ -113,12 +113,12 @@ void SimulatedFrontEnd::serve(HostTime now) {
 }
 
 /// Only the host that started the measurement resets the watchdog. Requests of other hosts do not keep the coils on.
-void SimulatedFrontEnd::obey(const protocol::CommandMessage& command, HostTime now) {
+void SimulatedFrontEnd::dispatch_command(const protocol::CommandMessage& command, HostTime now) {
     const auto opcode = static_cast<Opcode>(command.opcode);
     switch (opcode) {
         case Opcode::hello:
             send_identity(params_.serial);
-            if (fault_at(sequence_) != nullptr && fault_at(sequence_)->kind == PeerFaultKind::stranger) {
+            if (fault_at(sequence_) != nullptr && fault_at(sequence_)->kind == PeerFaultKind::second_device) {
                 send_identity(params_.serial + 1);
             }
             break;
@@ -160,7 +160,7 @@ protocol::AckResult SimulatedFrontEnd::answer(const protocol::CommandMessage& co
     using protocol::AckResult;
     const auto opcode = static_cast<Opcode>(command.opcode);
     if (opcode == Opcode::read_calibration) {
-        services_.tell_calibration(command.request);
+        services_.start_calibration(command.request);
         return AckResult::done;
     }
     if (opcode != Opcode::self_check && opcode != Opcode::read_block) {
@@ -181,7 +181,7 @@ protocol::AckResult SimulatedFrontEnd::answer(const protocol::CommandMessage& co
     if (!block) {
         return AckResult::failed;
     }
-    services_.tell_block(*block, bench_->plan().params.sample_rate_hz);
+    services_.send_block(*block, bench_->plan().params.sample_rate_hz);
     return AckResult::done;
 }
 
@@ -346,9 +346,9 @@ void SimulatedFrontEnd::send_data(std::vector<std::uint8_t> bytes, std::uint32_t
         bytes[1] = 13;
     } else if (kind == PeerFaultKind::transition) {
         bytes[kFlagsAt] |= static_cast<std::uint8_t>(protocol::kTransitionFlag);
-    } else if (kind == PeerFaultKind::misecho) {
+    } else if (kind == PeerFaultKind::wrong_sequence) {
         bytes[kStateSequenceAt + 3] ^= 0x40U;
-    } else if (kind == PeerFaultKind::misstate) {
+    } else if (kind == PeerFaultKind::wrong_coil) {
         bytes[kStateAt] = static_cast<std::uint8_t>(bytes[kStateAt] % kSourceCoils + 1);
     }
     transmit(bytes);

@@ -88,7 +88,7 @@ public:
 
 private:
     void serve(HostTime now);
-    void obey(const protocol::CommandMessage& command, HostTime now);
+    void dispatch_command(const protocol::CommandMessage& command, HostTime now);
     [[nodiscard]] protocol::AckResult answer(const protocol::CommandMessage& command);
     [[nodiscard]] protocol::AckResult set(const protocol::CommandMessage& command);
     [[nodiscard]] protocol::AckResult set_mode(std::uint32_t argument);

@@ -6,18 +6,18 @@
 namespace tricoil::sim {
 
 enum class PeerFaultKind : std::uint8_t {
-    drop,        // not sent
-    swap,        // sent after the next message
-    twice,       // sent two times
-    truncate,    // truncated
-    corrupt,     // impossible numbers
-    version,     // unknown protocol version
-    type,        // unknown message type
-    transition,  // column with the flag that the excitation state changed within its window
-    misecho,     // column with a state sequence that the host never sent
-    misstate,    // column of another coil than its state sequence states
-    silence,     // no messages, not even status
-    stranger,    // a second device answers
+    drop,            // not sent
+    swap,            // sent after the next message
+    twice,           // sent two times
+    truncate,        // truncated
+    corrupt,         // impossible numbers
+    version,         // unknown protocol version
+    type,            // unknown message type
+    transition,      // column with the flag that the excitation state changed within its window
+    wrong_sequence,  // column with a state sequence that the host never sent
+    wrong_coil,      // column of another coil than its state sequence states
+    silence,         // no messages, not even status
+    second_device,   // a second device answers
 };
 
 /// Fault of the messages from `first` to `last`.

@@ -43,7 +43,7 @@ void FrontEndServices::self_check(bool fails) {
     }
 }
 
-void FrontEndServices::tell_calibration(std::uint16_t request) {
+void FrontEndServices::start_calibration(std::uint16_t request) {
     protocol::CalibrationMessage message;
     message.request = request;
     message.tail = blob_;
@@ -58,8 +58,8 @@ protocol::AckResult FrontEndServices::keep_calibration(std::span<const std::uint
     return protocol::AckResult::done;
 }
 
-void FrontEndServices::tell_block(const SampleBlock& block, double sample_rate_hz) {
-    constexpr std::size_t kMostSamples =
+void FrontEndServices::send_block(const SampleBlock& block, double sample_rate_hz) {
+    constexpr std::size_t kMaxSamples =
         (protocol::kMaxMessageBytes - protocol::kFixedBytes<protocol::RawBlockMessage>) / sizeof(Sample);
     protocol::RawBlockMessage part;
     part.sensor = block.sensor;
@@ -72,9 +72,9 @@ void FrontEndServices::tell_block(const SampleBlock& block, double sample_rate_h
     part.sample_rate_millihertz = static_cast<std::uint32_t>(std::lround(1e3 * sample_rate_hz));
     part.time_us = to_us(midpoint(block, part.sample_rate_millihertz));
     part.overruns = block.overrun_count;
-    for (std::size_t first = 0; first < block.samples.size(); first += kMostSamples) {
+    for (std::size_t first = 0; first < block.samples.size(); first += kMaxSamples) {
         std::vector<std::uint8_t> tail;
-        for (const Sample& sample : block.samples.subspan(first, std::min(kMostSamples, block.samples.size() - first))) {
+        for (const Sample& sample : block.samples.subspan(first, std::min(kMaxSamples, block.samples.size() - first))) {
             for (const std::int32_t code : sample) {
                 tail.resize(tail.size() + sizeof code);
                 protocol::put(tail.data() + tail.size() - sizeof code, protocol::WireType::i32, code);

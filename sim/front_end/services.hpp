@@ -22,13 +22,13 @@ public:
     /// Runs the self-check and sends one message per row. fails: report the last row as failed.
     void self_check(bool fails);
 
-    void tell_calibration(std::uint16_t request);
+    void start_calibration(std::uint16_t request);
 
     /// Stores the blob if it is valid. Returns done or failed.
     protocol::AckResult keep_calibration(std::span<const std::uint8_t> blob);
 
     /// Sends the block in parts of the maximum message length.
-    void tell_block(const SampleBlock& block, double sample_rate_hz);
+    void send_block(const SampleBlock& block, double sample_rate_hz);
 
     /// Sends queued answers as long as the link has room.
     void flush();

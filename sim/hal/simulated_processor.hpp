@@ -40,20 +40,20 @@ class SimulatedSystem final : public hal::SystemControl {
 public:
     explicit SimulatedSystem(SimulatedClock& clock) : clock_(clock) {}
     void set_reset_reason(hal::ResetReason reason) { reason_ = reason; }
-    void set_troubles(hal::SystemTroubles troubles) { troubles_ = troubles; }
+    void set_faults(hal::SystemFaults faults) { faults_ = faults; }
     [[nodiscard]] int restarts() const { return restarts_; }
     [[nodiscard]] int loader_restarts() const { return loader_restarts_; }
 
 private:
     [[nodiscard]] hal::ResetReason do_reset_reason() const override { return reason_; }
-    [[nodiscard]] hal::SystemTroubles do_troubles() const override { return troubles_; }
+    [[nodiscard]] hal::SystemFaults do_faults() const override { return faults_; }
     void do_idle() override { clock_.pause(1e-3); }
     void do_restart() override { ++restarts_; }
     void do_restart_into_loader() override { ++loader_restarts_; }
 
     SimulatedClock& clock_;
     hal::ResetReason reason_ = hal::ResetReason::power_on;
-    hal::SystemTroubles troubles_;
+    hal::SystemFaults faults_;
     int restarts_ = 0;
     int loader_restarts_ = 0;
 };

@@ -48,7 +48,7 @@ Mat3<double> signal_matrix(const AnglePose& pose) {
 /// The pose as angles, each within half a turn of the true one.
 AnglePose angles_near(const VectorPose& vectors, const AnglePose& real) {
     AnglePose pose{geometry::to_spherical<double>(vectors.range_m * vectors.direction), geometry::to_euler(vectors.attitude)};
-    // The true elevation continues past the pole: there the same point has the supplementary elevation and the opposite azimuth.
+    // The true elevation may exceed 90 degrees. The same point then has the elevation pi - beta and the opposite azimuth.
     if (std::cos(real.position.elevation_rad) < 0) {
         pose.position.elevation_rad = std::numbers::pi - pose.position.elevation_rad;
         pose.position.azimuth_rad += std::numbers::pi;

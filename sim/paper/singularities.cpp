@@ -29,7 +29,7 @@ std::vector<double> jumps(const std::vector<Update>& updates) {
             largest = 0;
         } else if (change > largest) {
             if (largest > 0) {
-                times.pop_back();  // a smaller change of the same run
+                times.pop_back();  // only the largest of consecutive jumps counts
             }
             times.push_back(updates[n].time_s);
             largest = change;
@@ -38,7 +38,7 @@ std::vector<double> jumps(const std::vector<Update>& updates) {
     return times;
 }
 
-/// Time from a passage to the update with the jump. The update spans (jump - T, jump]; a passage within it has distance 0.
+/// Time between a passage and the update interval (jump - T, jump]; 0 for a passage within the interval.
 double distance(double jump_s, double passage_s, double update_s) {
     const double after = passage_s - jump_s;              // positive: passage after the update
     const double before = jump_s - update_s - passage_s;  // positive: passage before the update

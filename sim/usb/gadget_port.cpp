@@ -68,7 +68,7 @@ Strings strings() {
 }  // namespace
 
 Status GadgetPort::fail(const char* what) {
-    why() = std::string("USB gadget: ") + what + " (" + std::strerror(errno) + ")";
+    reason() = std::string("USB gadget: ") + what + " (" + std::strerror(errno) + ")";
     do_close();
     return {StatusCode::device_lost, "USB gadget cannot be used"};
 }
@@ -100,7 +100,7 @@ Status GadgetPort::do_open() {
     start(&GadgetPort::serve_control);
     start(&GadgetPort::read_endpoint);
     start(&GadgetPort::write_endpoint);
-    why().clear();
+    reason().clear();
     return {};
 }
 

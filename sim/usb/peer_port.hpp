@@ -30,14 +30,14 @@ protected:
     }
 
     /// The text of detail().
-    [[nodiscard]] std::string& why() { return why_; }
+    [[nodiscard]] std::string& reason() { return reason_; }
 
 private:
-    [[nodiscard]] const char* do_detail() const final { return why_.c_str(); }
+    [[nodiscard]] const char* do_detail() const final { return reason_.c_str(); }
 
     std::deque<std::vector<std::uint8_t>> messages_;
     std::vector<std::uint8_t> message_;  // the message taken last
-    std::string why_;
+    std::string reason_;
 };
 
 }  // namespace tricoil::sim

@@ -46,7 +46,7 @@ std::vector<std::uint8_t> descriptor(const UsbIpParams& params, int type, int in
 
 Status UsbIpPort::do_open() {
     do_close();
-    why() = wire_.plug_in(UsbSpeed::high);
+    reason() = wire_.plug_in(UsbSpeed::high);
     return wire_.is_plugged_in() ? Status{} : Status{StatusCode::device_lost, "no virtual host controller"};
 }
 

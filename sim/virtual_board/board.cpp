@@ -278,7 +278,7 @@ void VirtualBoard::convert() {
     if (busy == adcs_.end()) {
         return;
     }
-    const bool steady = triggered_by_ == machine.cpu.ticks_per_cycle();  // false if the clock has failed in between
+    const bool steady = triggered_by_ == machine.cpu.ticks_per_cycle();  // false if the core clock changed after the trigger
     if (steady && (*busy)->conversion_time() > machine.now() - triggered_) {
         throw RunFailure("a conversion lasts longer than the time between two triggers");
     }

@@ -22,9 +22,9 @@
 #include "sim/virtual_board/peripherals/gpio.hpp"
 #include "sim/virtual_board/peripherals/iwdg.hpp"
 #include "sim/virtual_board/peripherals/opamp.hpp"
-#include "sim/virtual_board/peripherals/plain.hpp"
 #include "sim/virtual_board/peripherals/pwr.hpp"
 #include "sim/virtual_board/peripherals/rcc.hpp"
+#include "sim/virtual_board/peripherals/stored_registers.hpp"
 #include "sim/virtual_board/peripherals/timer.hpp"
 #include "sim/virtual_board/peripherals/usart.hpp"
 #include "sim/virtual_board/peripherals/usb.hpp"
@@ -104,8 +104,8 @@ private:
     std::array<std::unique_ptr<Adc>, kChannels> adcs_;  // by channel: sensor coils 1-3, reference
     Opamp opamp_;
     Iwdg watchdog_;
-    Plain<5> clock_recovery_;
-    Plain<8> system_configuration_;
+    StoredRegisters<5> clock_recovery_;
+    StoredRegisters<8> system_configuration_;
     std::mt19937_64 random_;
     std::normal_distribution<double> normal_{0, 1};
     SampleRecord sample_;

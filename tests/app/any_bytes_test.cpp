@@ -22,7 +22,7 @@ public:
 
     std::uint32_t below(std::uint32_t n) { return static_cast<std::uint32_t>(random_() % n); }
 
-    /// Bytes of any kind; or a message of the protocol with some of its bytes changed.
+    /// Random bytes, or a message of the protocol with some random changes.
     std::vector<std::uint8_t> next() {
         std::vector<std::uint8_t> bytes;
         if (below(3) == 0) {
@@ -89,7 +89,7 @@ TEST(AnyBytes, ForAMinuteOnAllLinks) {
     }
     EXPECT_TRUE(ran && rested) << "the noise must reach both states";
     EXPECT_GT(board.device->refused(), 1000U);
-    // The board still works as before.
+    // The board answers commands and tracks.
     board.host().command(Opcode::stop);
     board.host(1).command(Opcode::stop);
     board.host(2).command(Opcode::stop);

@@ -1,4 +1,4 @@
-// Every command that must be refused, with its reason, while the board goes on.
+// Commands that must be refused, each with its reason. The board continues to work.
 #include <gtest/gtest.h>
 
 #include "core/calibration/blob.hpp"
@@ -93,20 +93,20 @@ TEST(Refused, WhatIsAskedInTheWrongState) {
 }
 
 TEST(Refused, WhateverDrivesCoilsWhereTheyMustStayOff) {
-    const auto expect_none = [](DeviceBench& board, AckResult result, const std::string& why) {
-        EXPECT_EQ(board.ask(Opcode::start), result) << why;
+    const auto expect_none = [](DeviceBench& board, AckResult result, const std::string& reason) {
+        EXPECT_EQ(board.ask(Opcode::start), result) << reason;
         for (const Excitation state : {Excitation::s1, Excitation::s2, Excitation::s3}) {
-            EXPECT_EQ(board.ask(Opcode::read_block, 0, state), result) << why;
+            EXPECT_EQ(board.ask(Opcode::read_block, 0, state), result) << reason;
         }
-        EXPECT_EQ(board.coils.changes(), 0U) << why;
+        EXPECT_EQ(board.coils.changes(), 0U) << reason;
     };
-    for (const auto trouble : {hal::SystemTrouble::clock, hal::SystemTrouble::stack, hal::SystemTrouble::memory}) {
+    for (const auto fault : {hal::SystemFault::clock, hal::SystemFault::stack, hal::SystemFault::memory}) {
         DeviceBench board;
         board.run(0.01);
         board.host().hello();
-        board.system.set_troubles(hal::SystemTroubles{trouble});
+        board.system.set_faults(hal::SystemFaults{fault});
         board.run(0.01);
-        expect_none(board, AckResult::failed, "trouble " + std::to_string(static_cast<int>(trouble)));
+        expect_none(board, AckResult::failed, "fault " + std::to_string(static_cast<int>(fault)));
     }
     DeviceBench board;
     board.run(0.01);
@@ -179,7 +179,7 @@ TEST(Refused, MessagesOfAWrongLengthVersionOrType) {
     stop.sequence = 1000;
     std::array<std::uint8_t, 64> bytes{};
     const std::size_t size = protocol::encode(stop, bytes);
-    const auto refused = [&](std::span<const std::uint8_t> message, WireError why) {
+    const auto refused = [&](std::span<const std::uint8_t> message, WireError reason) {
         const std::size_t before = board.host().acks.size();
         board.host().send(message);
         board.run(0.02);
@@ -187,7 +187,7 @@ TEST(Refused, MessagesOfAWrongLengthVersionOrType) {
         const auto& ack = board.host().acks.back();
         EXPECT_EQ(ack.opcode, 0);
         EXPECT_EQ(static_cast<AckResult>(ack.result), AckResult::unreadable);
-        EXPECT_EQ(static_cast<WireError>(ack.argument), why);
+        EXPECT_EQ(static_cast<WireError>(ack.argument), reason);
         EXPECT_EQ(board.device->state(), DeviceState::running);
     };
     const auto all = std::span<const std::uint8_t>(bytes);
@@ -200,7 +200,7 @@ TEST(Refused, MessagesOfAWrongLengthVersionOrType) {
     bytes[1] = 77;
     refused(all.first(size), WireError::unknown_type);
     bytes[1] = 1;
-    bytes[15] = 5;  // a state that there is not
+    bytes[15] = 5;  // not an excitation state
     refused(all.first(size), WireError::impossible);
     std::array<std::uint8_t, 64> pose{};
     refused(std::span<const std::uint8_t>(pose).first(protocol::encode(protocol::PoseMessage{}, pose)), WireError::wrong_sender);
@@ -231,7 +231,7 @@ TEST(Calibration, IsAppliedToWhatIsTracked) {
     board.run(0.2);
     const auto plain = board.host().poses.back().position;
     board.ask(Opcode::stop);
-    calibration::Calibration<double> c;  // couplings of ideal triads with C = 1, of this world's
+    calibration::Calibration<double> c;  // unit of the couplings: ideal triads of this world with C = 1
     c.model.source_moment = board.scenario.world.coupling_constant_m3 * 0.125 * Mat3<double>::Identity();
     board.host().write(calibration::encode(c));
     board.run(0.01);
@@ -239,13 +239,13 @@ TEST(Calibration, IsAppliedToWhatIsTracked) {
     board.host().hello();
     board.host().start();
     board.run(0.3);
-    const auto halved = board.host().poses.back().position;  // eight times the couplings: half as far
+    const auto halved = board.host().poses.back().position;  // eight times the couplings at half the range
     for (std::size_t i = 0; i < 3; ++i) {
         EXPECT_NEAR(halved[i], 0.5 * plain[i], 2e4);
     }
 }
 
-/// Coils that are turned within their housing: poses, hemisphere and straight ahead are in the housing's frame all the same.
+/// Coils that are rotated in their housing: poses, hemisphere and boresight refer to the frame of the housing.
 TEST(Calibration, OfTurnedSourceCoilsGivesPosesInTheSourcesFrame) {
     const Mat3<double> turned = geometry::attitude_matrix(geometry::Euler<double>{1.9, -0.4, 0.7}).transpose();
     DeviceBench board({.scenario = "still", .source = turned});
@@ -281,10 +281,10 @@ TEST(Calibration, ThatIsNoneIsRefusedAndNothingIsWritten) {
     DeviceBench board;
     board.run(0.01);
     board.host().hello();
-    const auto refused = [&](std::vector<std::uint8_t> bytes, AckResult why, const char* what) {
+    const auto refused = [&](std::vector<std::uint8_t> bytes, AckResult reason, const char* what) {
         board.host().write(bytes);
         board.run(0.02);
-        EXPECT_EQ(board.host().result(), why) << what;
+        EXPECT_EQ(board.host().result(), reason) << what;
     };
     const calibration::Blob good = a_calibration();
     const std::vector<std::uint8_t> sound(good.begin(), good.end());

@@ -1,4 +1,4 @@
-// A complete tracker board without hardware: the firmware application, a simulated world, three links, and a host on each.
+// Tracker board without hardware: the firmware application, a simulated world, and three links, each with a host.
 #pragma once
 
 #include <functional>
@@ -20,7 +20,7 @@ namespace tricoil::test {
 class TamperedSampler final : public hal::CoilSampler {
 public:
     explicit TamperedSampler(hal::CoilSampler& sampler) : sampler_(sampler) {}
-    /// Returns what poll() shall say.
+    /// Returns the result of poll().
     std::function<Status(SampleBlock&, std::vector<Sample>&)> tamper;
     std::uint64_t polls = 0;
     std::function<void()> started;
@@ -94,7 +94,7 @@ struct DeviceBench {
         p.serial = 42;
         p.firmware = 0x000100;
         p.demodulator = sim::in_single(world.demodulation());
-        for (std::size_t n = 0; n < bench.gain_steps; ++n) {  // as the data sheet says; the board has to find out what they are
+        for (std::size_t n = 0; n < bench.gain_steps; ++n) {  // nominal values; the board measures the real ones
             p.demodulator.gain_steps[n].gain.fill(std::pow(4.0F, static_cast<float>(n)));
         }
         for (std::size_t n = 0; n < modes.size(); ++n) {
@@ -108,7 +108,7 @@ struct DeviceBench {
         return p;
     }
 
-    /// From reset; the storage keeps what it holds.
+    /// Restarts from reset. The content of the storage is kept.
     void boot() {
         device.emplace(app::DeviceHardware{clock, coils, tampered, gain, heartbeat, storage, watchdog, system, indicator, ports},
                        params());
@@ -117,7 +117,7 @@ struct DeviceBench {
 
     HostEnd& host(std::size_t n = 0) { return *hosts[n]; }
 
-    /// Steps for so long of device time; hosts listen, and those that are fed keep the device alive.
+    /// Runs for a device time. Hosts receive, and hosts with keep_alive set send keep-alive commands.
     void run(double seconds) {
         const double end = clock.elapsed_s() + seconds;
         double fed = clock.elapsed_s();
@@ -144,7 +144,7 @@ struct DeviceBench {
         return host(n).result();
     }
 
-    /// Links opened, greeted, started and fed.
+    /// Opens the links, sends hello and start, and enables keep-alive commands.
     void track(std::size_t links = 1) {
         run(0.01);
         for (std::size_t n = 0; n < links; ++n) {

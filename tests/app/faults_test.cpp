@@ -1,4 +1,4 @@
-// Faults: coils off within a block, the right fault reported, recovery by a start after the cause is gone.
+// Faults: coils off within a block, correct fault reported, restart possible after the cause is removed.
 #include <gtest/gtest.h>
 
 #include "tests/app/device_bench.hpp"
@@ -79,7 +79,7 @@ TEST_F(Faults, OpenCoil) {
         }
         return Status{};
     };
-    expect_off(Fault::open_coil, 3.5 * kBlock_s);  // it shows when that coil's turn comes
+    expect_off(Fault::open_coil, 3.5 * kBlock_s);  // visible in the next slot of that coil
     expect_recovery();
 }
 
@@ -106,7 +106,7 @@ TEST_F(Faults, ConverterThatRepeatsOneCode) {
         }
         return Status{};
     };
-    expect_off(Fault::converter, 7.5 * kBlock_s);  // a single block may be chance
+    expect_off(Fault::converter, 7.5 * kBlock_s);  // a single block may look like this by chance
     expect_recovery();
 }
 
@@ -129,7 +129,7 @@ TEST_F(Faults, HeartbeatLineGone) {
 }
 
 TEST_F(Faults, ClockOrStack) {
-    board.system.set_troubles(hal::SystemTroubles{hal::SystemTrouble::stack});
+    board.system.set_faults(hal::SystemFaults{hal::SystemFault::stack});
     expect_off(Fault::stack);
     EXPECT_EQ(board.ask(Opcode::start), AckResult::failed);
     EXPECT_EQ(board.coils.state(), Excitation::off);
@@ -164,7 +164,7 @@ TEST_F(Faults, LinkIsPulledOut) {
 TEST(FaultsOf, AHostThatTakesNothing) {
     DeviceBench board;
     board.track(2);
-    // The second host feeds the board and never listens: its queue fills up, the first one's poses come all the same.
+    // The second host sends keep-alive commands and never receives: its queue fills up. The first host still gets all poses.
     for (int n = 0; n < 1000; ++n) {
         board.device->step();
         board.host(0).listen();

@@ -1,4 +1,4 @@
-// The gain follows the distance, with hysteresis; gain steps do not show in the couplings.
+// The gain follows the distance, with hysteresis. Changes of the gain step do not appear in the couplings.
 #include "board/app/gain_ranging.hpp"
 
 #include <gtest/gtest.h>
@@ -48,7 +48,7 @@ TEST(GainRanging, ABlockFromBeforeTheChangeDecidesNothing) {
     }
 }
 
-/// No signal size makes it go up and down for ever.
+/// No signal amplitude makes the gain oscillate.
 TEST(GainRanging, HasHysteresis) {
     for (float volts = 0.001F; volts < 1; volts *= 1.01F) {
         GainRanging ranging(fours(), 4);
@@ -72,13 +72,13 @@ TEST(GainRanging, StaysWithinTheStepsThatThereAre) {
     }
 }
 
-/// Gains that are off by percents and lag as real amplifiers do, and are calibrated so.
+/// Gains and lags with tolerances of a few per cent, known to the board by calibration.
 signal::GainSteps<double> real_amplifier() {
     signal::GainSteps<double> steps{};
     for (std::size_t n = 0; n < 4; ++n) {
         const double nominal = std::pow(4.0, static_cast<double>(n));
         steps[n].gain = {nominal * 1.02, nominal * 0.985, nominal * (n == 2 ? 1.03 : 0.99)};
-        steps[n].lag_s.fill(nominal / (2 * std::numbers::pi * 13e6));  // of 13 MHz gain-bandwidth
+        steps[n].lag_s.fill(nominal / (2 * std::numbers::pi * 13e6));  // for a gain-bandwidth product of 13 MHz
     }
     return steps;
 }
@@ -95,7 +95,7 @@ class Away final : public sim::Motion {
 struct Seen {
     Column<float> column;
     std::uint8_t step = 0;
-    double truth_ratio = 0;  // column's length over that of the true one
+    double truth_ratio = 0;  // norm of the column relative to the true column
 };
 
 std::vector<Seen> columns_along(const signal::AcquisitionPlan& plan, const signal::GainSteps<double>& truth,
@@ -140,7 +140,7 @@ struct Change {
     double after = 0;
 };
 
-/// Mean ratio to the truth of the last and the first usable columns on either side of each change of step.
+/// Mean ratio to the truth of the last usable column before, and the first usable column after, each change of the step.
 std::vector<Change> changes_in(const std::vector<Seen>& all) {
     std::vector<Seen> seen;
     for (const Seen& one : all) {
@@ -209,7 +209,7 @@ TEST(Amplified, LagTurnsCouplingsIntoQuadratureUnlessItIsCalibrated) {
     EXPECT_GT(ignored, 3 * calibrated);
 }
 
-/// RMS of a board's positions against the truth, after half a second, mm.
+/// RMS position error of a board after the first half second, mm.
 double tracking_error_mm(DeviceBench& board) {
     board.boot();
     board.track();
@@ -291,7 +291,7 @@ TEST_F(BrokenAmplifier, ACurrentWhereNoneShouldBeIsToldAsThat) {
     EXPECT_FALSE(board.device->faults().has(protocol::Fault::converter));
 }
 
-/// A plan stated by hand is the one that is planned.
+/// A constexpr plan equals the one that plan_acquisition() computes.
 TEST(StatedPlan, EqualsThePlanThatIsMade) {
     for (const signal::AcquisitionPlan& stated : test::kBenchModes) {
         const auto planned = signal::plan_acquisition(stated.params);

@@ -1,4 +1,4 @@
-// A host at the other end of a link: sends commands, stores the messages that it receives.
+// Host at the other end of a link: sends commands, stores the messages that it receives.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -47,7 +47,7 @@ public:
         say(m);
     }
 
-    /// Takes what has come.
+    /// Receives all waiting messages.
     void listen() {
         hal::ReceivedMessage message;
         while (port_.receive(message).ok()) {

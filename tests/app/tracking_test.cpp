@@ -1,4 +1,4 @@
-// The board tracks: from power-on to the hand's poses on every link.
+// The board tracks from power-on: poses of the simulated hand on every link.
 #include <gtest/gtest.h>
 
 #include "core/protocol/convert.hpp"
@@ -42,7 +42,7 @@ TEST(Board, SaysWhoItIs) {
 /// The same samples through the main loop with a runtime-selected tracker: it must give the same poses as the board's fixed
 /// tracker.
 std::vector<protocol::PoseMessage> poses_of_the_loop(double begin_s, std::size_t count) {
-    DeviceBench board;  // of which only the world is used
+    DeviceBench board;  // only its world is used
     const app::DeviceParams device = board.params();
     std::vector<protocol::PoseMessage> poses;
     sim::SimulatedLink<float> link([&](const auto& estimate) { poses.push_back(protocol::to_message(estimate)); });

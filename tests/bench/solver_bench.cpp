@@ -44,7 +44,7 @@ SolvedPose solve_direct(const Problem& problem) {
     return {p, geometry::attitude_quaternion<double>(s->attitude.template cast<double>())};
 }
 
-/// Relative to range, so that near and far poses weigh alike.
+/// Relative to the range, so that near and far poses have the same weight.
 double rmse(SolvedPose (*solve)(const Problem&)) {
     double squares = 0;
     for (const Problem& problem : problems()) {
@@ -62,7 +62,7 @@ void run(benchmark::State& state, SolvedPose (*solve)(const Problem&)) {
     state.counters["rmse_per_range"] = rmse(solve);
 }
 
-/// Prints the usual table and keeps the times for the ratios.
+/// Prints the table and stores the times for the ratios.
 class Reporter : public benchmark::ConsoleReporter {
 public:
     void ReportRuns(const std::vector<Run>& runs) override {

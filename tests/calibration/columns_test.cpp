@@ -20,7 +20,8 @@ Mat3<double> random_rotation(std::mt19937_64& random) {
     return Eigen::AngleAxisd(random_vector(random).norm(), random_vector(random).normalized()).toRotationMatrix();
 }
 
-/// Gains, signs, phases, angles between the sensor coils, a turned source; every third one with a reversed source coil.
+/// Random gains, signs, phases, angles between the sensor coils and rotation of the source; every third triad has a reversed
+/// source coil.
 Calibration<double> misaligned_calibration(int n, std::mt19937_64& random) {
     Calibration<double> c;
     const Vec3<double> gain(5e-3, 7e-3, n % 3 == 0 ? -9e-3 : 9e-3);
@@ -75,19 +76,19 @@ TEST(CoilCorrection, OfIdealCoilsChangeNothingButTheScale) {
 }
 
 TEST(CoilCorrection, RefuseWhatOneColumnCannotUndo) {
-    const auto why = [](const Calibration<double>& c) { return std::string(Correction::ideal_triads(c).status().message()); };
+    const auto reason = [](const Calibration<double>& c) { return std::string(Correction::ideal_triads(c).status().message()); };
     Calibration<double> skewed;
     skewed.model.source_moment(0, 1) = 0.01;
-    EXPECT_THAT(why(skewed), ::testing::HasSubstr("not square"));
+    EXPECT_THAT(reason(skewed), ::testing::HasSubstr("not orthogonal"));
     Calibration<double> apart;
     apart.model.source_offset_m(0, 0) = 0.005;
-    EXPECT_THAT(why(apart), ::testing::HasSubstr("off their triad's place"));
+    EXPECT_THAT(reason(apart), ::testing::HasSubstr("coil offsets exceed"));
     Calibration<double> large;
     large.model.sensor_octupole_m2(1) = 1e-3;
-    EXPECT_THAT(why(large), ::testing::HasSubstr("too large"));
+    EXPECT_THAT(reason(large), ::testing::HasSubstr("too large"));
     Calibration<double> broken;
     broken.phase_rad(0) = std::nan("");
-    EXPECT_THAT(why(broken), ::testing::HasSubstr("NaN"));
+    EXPECT_THAT(reason(broken), ::testing::HasSubstr("NaN"));
     Calibration<double> nearly;
     nearly.model.source_moment(0, 1) = 5e-4;
     EXPECT_TRUE(Correction::ideal_triads(nearly).ok());

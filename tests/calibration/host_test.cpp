@@ -99,7 +99,7 @@ TEST(SelfCalibration, DeskewReducesTheMisfit) {
 TEST(SelfCalibration, RefusesDegenerateData) {
     const Mat3<double> x = test::unit_signal({0.4, 0.1, -0.2}, Quat<double>::Identity());
     EXPECT_THROW(self_calibrate(std::vector<Mat3<double>>(10, x)), InputError);
-    EXPECT_THROW(self_calibrate(std::vector<Mat3<double>>(500, x)), InputError);  // it never moves
+    EXPECT_THROW(self_calibrate(std::vector<Mat3<double>>(500, x)), InputError);  // the sensor does not move
 }
 
 TEST(GridCalibration, FindsScaleGainsAndPivotFromAPrintedGrid) {
@@ -127,7 +127,7 @@ TEST(GridCalibration, FindsScaleGainsAndPivotFromAPrintedGrid) {
     const auto found = calibrate_on_grid(frames, 0.05, Vec3<double>::UnitX());
     const auto truth = shape_of(source);
     const auto shape = shape_of(found.source_moment);
-    // Lengths depend on the product of both sides' scales.
+    // Lengths depend on the product of the scales of both sides.
     const double scale = std::cbrt((found.source_moment.determinant() * found.sensor.determinant()) /
                                    (source.determinant() * sensor.determinant()));
     std::cout << "C off by " << 100 * (scale - 1) << " % (+- " << 100 * found.scale_deviation << "), pivot "
@@ -135,7 +135,8 @@ TEST(GridCalibration, FindsScaleGainsAndPivotFromAPrintedGrid) {
     EXPECT_NEAR(scale, 1, 0.005);
     EXPECT_LT((shape.gain - truth.gain).cwiseAbs().maxCoeff(), 0.003);
     EXPECT_LT((shape.angle_deg - truth.angle_deg).cwiseAbs().maxCoeff(), 0.3);
-    EXPECT_NEAR(found.pivot_m.norm(), pivot.norm(), 5e-4);  // its direction turns with the sensor frame's own rotation
+    EXPECT_NEAR(found.pivot_m.norm(), pivot.norm(),
+                5e-4);  // its direction depends on the rotation of the sensor frame, which is not observable
     EXPECT_LT(found.position_rms_m, 1.5e-3);
     std::vector<GridFrame> one_row;
     std::copy_if(frames.begin(), frames.end(), std::back_inserter(one_row), [](const GridFrame& f) { return f.node.y() == 0; });
@@ -164,7 +165,7 @@ TEST(Wiring, FindsEveryOrderAndSignOfEqualHandedness) {
                     const Mat3<double> x =
                         sensor.matrix() * ideal * source.matrix().transpose() + 0.02 * ideal.norm() * random.gaussian_matrix();
                     const Wiring found = identify_wiring({x}, direction);
-                    EXPECT_TRUE(found.certain());
+                    EXPECT_TRUE(found.is_certain());
                     const Mat3<double> again = found.sensor.matrix() * ideal * found.source.matrix().transpose();
                     EXPECT_TRUE(again.isApprox(sensor.matrix() * ideal * source.matrix().transpose(), 1e-9))
                         << to_text(found.sensor);

@@ -50,7 +50,7 @@ public:
                 .reshaped();
         };
         Eigen::Map<Eigen::Matrix<double, 9, 1>>(residuals, 9) = value(d);
-        if (jacobians != nullptr && jacobians[0] != nullptr) {  // numeric: independent of the derivation under test
+        if (jacobians != nullptr && jacobians[0] != nullptr) {  // numeric, so that it is independent of the derivation under test
             Eigen::Map<Eigen::Matrix<double, 9, 6, Eigen::RowMajor>> jacobian(jacobians[0], 9, 6);
             constexpr double kStep = 1e-5;
             for (int i = 0; i < 6; ++i) {
@@ -225,7 +225,7 @@ TEST(Refine, ZeroWeightExcludesAnEntry) {
     const Vec3<double> p(0.35, 0.2, -0.1);
     const Quat<double> q = Quat<double>(0.8, 0.2, -0.4, 0.3).normalized();
     Mat3<double> x = couplings(model, p, q);
-    x(1, 2) *= 1.5;  // a bad entry
+    x(1, 2) *= 1.5;  // one wrong entry
     Mat3<double> weights = Mat3<double>::Ones();
     const auto unweighted = refine<double>(model, x, weights, {p, q});
     weights(1, 2) = 0;
@@ -245,7 +245,7 @@ TEST(Refine, ReportsNonConvergence) {
     const auto stopped = refine<double>(model, x, kEqual, {1.3 * p, Quat<double>::Identity()}, one);
     EXPECT_EQ(stopped->end, RefineEnd::iteration_limit);
     EXPECT_EQ(stopped->iterations, 1);
-    // Couplings of no dipole: the minimum has a large residual.
+    // Couplings that no dipole explains: the minimum has a large residual.
     test::RandomPoses random(55);
     const auto nonsense = solve_cold<double>(model, x.norm() * random.gaussian_matrix(), kEqual);
     EXPECT_FALSE(nonsense->refinement.converged());

@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-/// Source coils 45 mm apart, 3 deg out of square, wound on 20 mm radius; three files to calibrate and three to test.
+/// Source coils 45 mm apart, axes 3 deg from orthogonal, winding radius 20 mm; three files to calibrate and three to test.
 class Stage : public ::testing::Test {
 protected:
     static void SetUpTestSuite() {
@@ -190,26 +190,26 @@ TEST_F(Stage, DegeneratePosesAreRefused) {
     write("plane.dat", joined(plane));
     expect_refused(tricoil("calibrate --out " + path("x.toml") + " " + path("plane.dat")), "plane");
     write("one_turn.dat", joined(one_turn));
-    expect_refused(tricoil("calibrate --out " + path("x.toml") + " " + path("one_turn.dat")), "never turns");
+    expect_refused(tricoil("calibrate --out " + path("x.toml") + " " + path("one_turn.dat")), "does not rotate");
 }
 
 TEST_F(Stage, WrongNamesMixedSetsAndReversedCoilsAreReported) {
     const auto first = lines_of(sim::ilemt_name(0, "md"));
     const auto second = lines_of(sim::ilemt_name(1, "md"));
-    // The file says one fixture, the couplings another.
+    // The file name states another fixture than the couplings show.
     write("soYoutZup_seZinYup_wrong.dat", joined(second));
     const std::string wrong = " " + path(sim::ilemt_name(0, "md")) + " " + path("soYoutZup_seZinYup_wrong.dat");
     const auto warned = tricoil("calibrate --json --out " + path("w.toml") + wrong);
     ASSERT_EQ(warned.exit_code, 0) << warned.err;
     EXPECT_THAT(warned.json()["warnings"].dump(), HasSubstr("ZinYup"));
-    expect_refused(tricoil("calibrate --fixtures named --out " + path("x.toml") + wrong), "fixture names");
-    // Another tracker's file among them.
+    expect_refused(tricoil("calibrate --fixtures named --out " + path("x.toml") + wrong), "differs by");
+    // One of the files is from another tracker.
     const auto other = sim::make_triads(0.045, 3, 0.02, 123);
     write("soYoutZup_seZinXdown_other.dat", sim::ilemt_text(other, {}, 1));
     expect_refused(tricoil("calibrate --out " + path("x.toml") + " " + path(sim::ilemt_name(0, "md")) + " " +
                            path("soYoutZup_seZinXdown_other.dat") + " " + path(sim::ilemt_name(2, "md"))),
                    "other");
-    // One source coil reversed: every coupling of it changes its sign.
+    // One source coil reversed: all its couplings change their sign.
     auto reversed = *triads_;
     reversed.source[1].axis *= -1;
     write("soYoutZup_seYoutZup_reversed.dat", sim::ilemt_text(reversed, {}, 0));
@@ -226,7 +226,7 @@ TEST_F(Stage, AnExistingCalibrationSurvivesAFailure) {
     const std::string before = read_file(path("keep.toml"));
     expect_refused(tricoil("calibrate --out " + path("keep.toml") + " " + path(sim::ilemt_name(0, "md")) + " /dev/null"), "");
     EXPECT_EQ(read_file(path("keep.toml")), before);
-    // A damaged one is refused by name.
+    // A damaged calibration is refused; the message names the file.
     std::string damaged = before;
     damaged.replace(damaged.find("sensitivity"), 11, "sensitiveness");
     write("damaged.toml", damaged);

@@ -1,4 +1,4 @@
-"""Accuracy of one frame: what each analog cause makes of the position."""
+"""Position error of one frame by analog cause."""
 import csv
 import functools
 import math
@@ -14,14 +14,14 @@ LSB_V = 3.3 / 4096
 COMFORTABLE_V = 0.55 * HALF_SUPPLY_V  # board/app/gain_ranging.hpp
 CONVERSIONS_HZ = 170e6 / 295
 
-# The chip (DS12288 gives typical figures near these; layout and supply decide)
+# The chip: assumptions close to the typical figures of DS12288
 ADC_SNR_DB = 66
 OPAMP_EN = 100e-9
 OPAMP_GBW = 13e6
-ADC_INL_LSB = 1.0       # largest of a converter
-SWEEP_S = 0.8           # spent on each amplitude of the sweep
+ADC_INL_LSB = 1.0       # largest integral non-linearity of a converter
+SWEEP_S = 0.8           # measurement time for each amplitude of the sweep
 
-# Drift: temperature since calibration within +-5 K evenly, 2.9 K RMS
+# Drift: temperature change since calibration, uniform within +-5 K, 2.9 K RMS
 DRIFT_K = 5 / math.sqrt(3)
 SENSE_PER_K = 15e-6     # each sense resistor
 GAIN_PER_K = 14e-6      # each preamplifier: two ratios of 10 ppm/K resistors
@@ -40,7 +40,7 @@ NOISES = 4  # of the causes of of_frame, the first are noise
 
 
 def load_of(mode):
-    """Carrier, window, share of the full drive, crest of the sum; of the weakest carrier of a mode."""
+    """Mode of acquisition: its weakest carrier, window, share of the full drive, crest factor of the sum."""
     first, last = float(mode["f1_hz"]), float(mode["f3_hz"])
     if mode["multiplexing"] == "tdm":
         return round(first), float(mode["window_s"]), 1.0, 1.0
@@ -48,7 +48,7 @@ def load_of(mode):
 
 
 class Chain:
-    """From the source's moment to the converter. results: of the netlists; coil: parameters of the sensor coil."""
+    """Signal chain from the source to the converter. results: of the netlists; coil: parameters of the sensor coil."""
 
     def __init__(self, results, coil, moment):
         self.moment = moment
@@ -66,11 +66,11 @@ class Chain:
         return 2 * math.pi * hz * self.field_t(range_m) * self.area
 
     def nearest_m(self, hz):
-        """Where a signal at the full drive fills the converter's comfortable part at gain 1."""
+        """Range, m, at which the signal at full drive and gain 1 uses the intended part of the converter's range."""
         return (self.coil_v(1, hz) * self.gain[hz] / COMFORTABLE_V) ** (1 / 3)
 
     def ranging(self, range_m, hz, share=1.0, crest=1.0):
-        """Drive (a power of a half) and gain step that the signal asks for, and the voltage at the converter."""
+        """Drive (a power of 1/2) and gain for a range, and the voltage at the converter."""
         volts = self.coil_v(range_m, hz) * self.gain[hz] * share
         drive, gain = 1.0, 1
         while volts * drive * crest > COMFORTABLE_V:
@@ -80,13 +80,13 @@ class Chain:
         return drive, gain, volts * drive * gain
 
     def densities(self, hz, gain):
-        """V/sqrt(Hz) at the converter: preamplifier with coil; the chip's op-amp, folded; converter."""
+        """Noise densities at the converter, V/sqrt(Hz): coil and preamplifier; op-amp of the chip with aliases; converter."""
         reach = math.pi / 2 * OPAMP_GBW / gain
         folded = math.sqrt(max(1.0, reach / (CONVERSIONS_HZ / 2)))
         return self.noise[hz] * self.gain[hz] * gain, OPAMP_EN * gain * folded, self.adc
 
     def relative_noise(self, range_m, hz, window_s, share=1.0, crest=1.0):
-        """Of the largest coupling, by cause: preamplifier, op-amp, converter, reference."""
+        """Noise relative to the largest coupling: preamplifier, op-amp, converter, reference."""
         drive, gain, volts = self.ranging(range_m, hz, share, crest)
         own = [d / math.sqrt(window_s) / volts for d in self.densities(hz, gain)]
         return [*own, self.adc / math.sqrt(window_s) / (self.reference_v * share * drive)]

@@ -1,9 +1,9 @@
-"""Limits that the results must keep, and for each of them a wrong part that breaks it."""
+"""Limits of the results, and for each limit a wrong part with which it must fail."""
 import measures
 
 
 class Check:
-    """`result` is within least and most. `wrong`: overrides of one part that must take it out of them."""
+    """`result` must be between least and most. `wrong`: overrides of one part with which it must not."""
 
     def __init__(self, measure, result, least=None, most=None, wrong=None):
         self.measure, self.result, self.least, self.most, self.wrong = measure, result, least, most, wrong

@@ -6,7 +6,7 @@ from sheet import Sheet
 
 
 def _v(file, name, unit="ohm"):
-    """A value as a netlist writes it, for people."""
+    """Readable form of a value of a netlist."""
     text = re.search(rf"^\.param\b.*? {name}=(\S+)", spice.netlists()[file], re.M)[1]
     number, prefix = re.fullmatch(r"([0-9.]+)(meg|[pnumk]?)", text).groups()
     return f"{number} {'M' if prefix == 'meg' else prefix}{unit}"

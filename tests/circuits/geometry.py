@@ -1,4 +1,4 @@
-"""Position error that errors of the couplings make: linear least squares about random poses of the dipole model."""
+"""Position error due to errors of the couplings: linear least squares at random poses of the dipole model."""
 import math
 import random
 

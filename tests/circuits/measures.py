@@ -9,7 +9,7 @@ from waves import Wave
 
 AMBIENT_C = 40
 FULL_DRIVE_V = 1.44  # carrier at the DAC's pin: 1792 of 2048 codes (drivers/stm32g4/acquisition.hpp)
-CONVERSION_TAPS = 8  # added to one sample
+CONVERSION_TAPS = 8  # conversions per sample
 
 
 def parameters(file, names, overrides):
@@ -17,7 +17,7 @@ def parameters(file, names, overrides):
 
 
 def _with(overrides, **more):
-    return {**more, **overrides}  # what the caller sets wins
+    return {**more, **overrides}  # `overrides` of the caller have priority
 
 
 def tdm():
@@ -59,7 +59,7 @@ def slot(**overrides):
 
 
 def drive(**overrides):
-    """Voltage and current that are there, for the highest TDM carrier and for the low band."""
+    """Available voltage and current for the highest TDM carrier and for the low band."""
     p = parameters("power_stage.cir", ["vs", "drop", "rset"], overrides)
     run = spice.run("power_drive.cir", **overrides)
     swing = 0.98 * p["vs"] - p["drop"]
@@ -73,7 +73,7 @@ def drive(**overrides):
 
 
 def fault(**overrides):
-    """The output stays at its supply until the enable drops."""
+    """Fault: the output is at its supply until the enable drops."""
     vs = parameters("power_stage.cir", ["vs"], overrides)["vs"]
     run = spice.run("power_fault.cir", **overrides)
     return {"fault.current_a": run["fault_current_a"],
@@ -82,7 +82,7 @@ def fault(**overrides):
 
 
 def heat(**overrides):
-    """Heat of each stage and of all, and the hottest junction at 40 degrees of ambient."""
+    """Power dissipation of each stage and in total, and the hottest junction at an ambient temperature of 40 degrees."""
     p = parameters("power_stage.cir", ["vs", "iqoff", "rjh", "rhs"], overrides)
     off = 2 * p["vs"] * p["iqoff"]
     fdm = next(mode for mode in budget.modes() if mode["mode"] == "FDM 240")
@@ -101,7 +101,7 @@ HIGH_SHARE, LOW_A = 0.8, 0.35  # of two bands: high carriers against those of FD
 
 
 def two_bands(**overrides):
-    """Coil S1 with a high and a low carrier at once."""
+    """Coil S1 with a high and a low carrier at the same time."""
     p = parameters("power_stage.cir", ["rjh", "rhs"], overrides)
     gain = spice.run("power_drive.cir")
     hz = 7684.0
@@ -125,7 +125,7 @@ def enable(**overrides):
 
 
 def _boxcar(hz):
-    """Attenuation by adding neighbouring conversions up."""
+    """Attenuation by adding consecutive conversions."""
     x = math.pi * hz / budget.CONVERSIONS_HZ
     return abs(math.sin(CONVERSION_TAPS * x) / (CONVERSION_TAPS * math.sin(x)))
 
@@ -162,7 +162,7 @@ def reference(**overrides):
 
 
 def coils(**overrides):
-    """Wheeler 1928 for coils of several layers, in SI units; and how far the netlists' values are from it."""
+    """Inductances by Wheeler 1928 for multilayer coils, SI units, and the deviation of the netlists' values."""
     p = parameters("power_stage.cir", ["n1", "n2", "n3", "a1", "a2", "a3", "length", "depth", "copper", "lcoil", "rcoil"], overrides)
     q = parameters("preamplifier.cir", ["turns", "radius", "length", "depth", "copper", "lcoil", "rcoil"], {})
 
@@ -182,7 +182,7 @@ def coils(**overrides):
 
 
 def exposure(**overrides):
-    """RMS field 10 and 30 cm from the middle of the source; FDM: sum over the coils, by the sum rule."""
+    """RMS field at 10 and 30 cm from the middle of the source; FDM: sum over the coils (sum rule)."""
     p = parameters("power_stage.cir", ["n1", "n2", "n3", "a1", "a2", "a3"], overrides)
     full = spice.run("power_drive.cir")["siemens_10805"] * FULL_DRIVE_V
     fdm = next(mode for mode in budget.modes() if mode["mode"] == "FDM 240")
@@ -200,7 +200,7 @@ def exposure(**overrides):
 
 
 def accuracy(results, **overrides):
-    """What the chain makes of positions. results: of the functions above; overrides: of the preamplifier's netlist."""
+    """Position errors of the chain. results: of the functions above; overrides: of the preamplifier's netlist."""
     names = ("turns", "radius", "lcoil", "rcoil", "ccable", "rdamp")
     coil = parameters("preamplifier.cir", names, overrides)
     if overrides:

@@ -1,9 +1,9 @@
-"""Error of a carrier's amplitude that a converter's integral non-linearity makes, before and after a sweep of the drive."""
+"""Amplitude error of a carrier due to the integral non-linearity of a converter, before and after a sweep of the drive."""
 import math
 import random
 
 HALF = 2047.5
-LARGEST = 1126  # codes; the largest amplitude that gain ranging lets pass, 0.55 of full scale
+LARGEST = 1126  # codes; the largest amplitude that gain ranging permits, 0.55 of full scale
 POINTS = 128    # amplitudes of the sweep
 
 
@@ -18,7 +18,7 @@ def curve(rng, most_lsb):
 
 
 def error_lsb(errors, amplitude):
-    """Fundamental of the error while a sine of this amplitude, in codes, stands about the middle."""
+    """Fundamental of the error for a sine of this amplitude (codes) about the middle of the range."""
     total = 0.0
     for k in range(180):
         sine = math.sin(2 * math.pi * (k + 0.5) / 360 - math.pi / 2)
@@ -30,7 +30,7 @@ def error_lsb(errors, amplitude):
 
 
 def rms_errors(most_lsb, noise_lsb, converters=10, seed=3):
-    """RMS over converters and amplitudes, LSB: as delivered, and after correction by a sweep at POINTS amplitudes."""
+    """RMS error over converters and amplitudes, LSB: uncorrected, and corrected by a sweep at POINTS amplitudes."""
     rng = random.Random(seed)
     raw = left = count = 0.0
     for _ in range(converters):

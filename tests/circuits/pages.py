@@ -1,4 +1,4 @@
-"""Tables of the pages, from results.csv. A page marks a table's place by <!-- table NAME --> and <!-- end -->."""
+"""Generates the tables of the pages from results.csv. In a page a table is between <!-- table NAME --> and <!-- end -->."""
 import os
 import re
 
@@ -131,7 +131,7 @@ def _drawn():
 
 
 def stale(results):
-    """Tables that are not in any page, pages with other tables than the results give, drawings with other values."""
+    """Errors: tables without a page, outdated tables in pages, outdated values in drawings."""
     found, used = [], set()
     for page in _pages():
         text, filled = _filled(page, results)

@@ -1,4 +1,4 @@
-"""board/nucleo_g474re/circuits/results.csv: what the netlists gave, for the pages and for whoever models the board."""
+"""Reads and writes board/nucleo_g474re/circuits/results.csv: results of the netlists, for the pages and for models of the board."""
 import csv
 import os
 
@@ -20,7 +20,7 @@ def write(results):
 
 
 def differences(fresh, stored):
-    """Names whose values are not the same within 1 %, and names that only one has."""
+    """Names with values that differ by more than 1 %, and names in only one of the two."""
     found = [name for name in fresh.keys() ^ stored.keys()]
     for name in fresh.keys() & stored.keys():
         if abs(fresh[name] - stored[name]) > 0.01 * max(abs(fresh[name]), abs(stored[name])) + 1e-12:

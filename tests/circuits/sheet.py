@@ -56,7 +56,7 @@ class Sheet:
             self.text(mx + away, my + 4 - 7.5 * lines, words)
 
     def _leads(self, a, b, half):
-        """Wires to a symbol in the middle; returns its centre and the unit vector along it."""
+        """Draws the wires to a symbol in the middle; returns its centre and the unit vector along it."""
         (x1, y1), (x2, y2) = a, b
         mx, my = (x1 + x2) / 2, (y1 + y2) / 2
         length = abs(x2 - x1) + abs(y2 - y1)

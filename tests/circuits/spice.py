@@ -33,7 +33,7 @@ def netlists():
 
 
 def value(file, name):
-    """A value that a netlist states."""
+    """Value of a parameter of a netlist."""
     match = _parameter(name).search(netlists()[file])
     if match is None:
         raise KeyError(f"{file} has no parameter {name}")
@@ -41,13 +41,13 @@ def value(file, name):
 
 
 def run(bench, **overrides):
-    """Results that a bench prints, name to value. An override must name a parameter of the bench or of the circuit it includes."""
+    """Runs a bench; returns its printed results, name to value. An override must name a parameter of the bench or of an included circuit."""
     with tempfile.TemporaryDirectory() as folder:
         return _run_in(folder, bench, overrides)
 
 
 def run_vectors(bench, **overrides):
-    """Rows (time, values...) of the file that a bench writes."""
+    """Rows (time, values...) of the output file of a bench."""
     with tempfile.TemporaryDirectory() as folder:
         _run_in(folder, bench, overrides)
         written = [name for name in os.listdir(folder) if name.endswith(".txt")]
@@ -79,5 +79,5 @@ def _run_in(folder, bench, overrides):
     if done.returncode != 0 or re.search(r"^Error(?!: measure .* out of interval)", output, re.M):
         raise RuntimeError(f"{bench} with {overrides}: ngspice fails:\n{output[-2000:]}")
     results = {name: float(result) for name, result in re.findall(r"^(\w+)\s*=\s*([-+0-9.eE]+)", output, re.M)}
-    never = re.findall(r"meas \w+ (\w+) .*failed!", output)  # an event that does not happen
+    never = re.findall(r"meas \w+ (\w+) .*failed!", output)  # the event did not occur
     return {**results, **{name: math.nan for name in never}}

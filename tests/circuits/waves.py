@@ -1,10 +1,10 @@
-"""Carriers in sampled waves."""
+"""Amplitudes of carriers in sampled waveforms."""
 import cmath
 import math
 
 
 class Wave:
-    """One column of rows of equal steps; read between them by linear interpolation."""
+    """Waveform from one column of rows with equal time steps; linear interpolation between samples."""
 
     def __init__(self, rows, column):
         self.step = rows[1][0] - rows[0][0]
@@ -27,7 +27,7 @@ class Wave:
         return 2 * total / count
 
     def unsettled(self, hz, start, settled):
-        """Largest difference between the cycle at `start` and the same cycle later, at about `settled`; of the amplitude."""
+        """Largest difference, relative to the amplitude, between the cycle at `start` and the settled cycle at about `settled`."""
         period = 1 / hz
         shift = round((settled - start) / period) * period
         points = [period * k / 250 for k in range(250)]

@@ -15,7 +15,7 @@ using ::testing::HasSubstr;
 
 constexpr const char* kOptions = " --carrier-hz 10000 --rate-hz 200000 ";
 
-/// A recording with the reference on channel 1, given couplings, 16-bit unsigned codes and some noise.
+/// Recording with the reference on channel 1, given couplings, 16-bit unsigned codes and noise.
 std::string recording(const Eigen::Matrix3d& x, int repeats, double noise) {
     std::ostringstream text;
     text << "state,repeat,sample,adc0,adc1,adc2,adc3\n";
@@ -97,7 +97,7 @@ TEST(Demodulate, NamesEveryErrorWithItsLine) {
     expect(good, "whole cycles", " --carrier-hz 10123 --rate-hz 200000");
     expect(good, "Nyquist", " --carrier-hz 95000 --rate-hz 200000");
     expect(good, "sample rate", " --carrier-hz 10000 --rate-hz nan");
-    expect(good, "no channel stands out", " --carrier-hz 20000 --rate-hz 200000");
+    expect(good, "cannot identify the reference channel", " --carrier-hz 20000 --rate-hz 200000");
     expect(good, "--bits", std::string(kOptions) + "--bits 99");
     expect(good, "guard", std::string(kOptions) + "--guard 200");
     expect(recording(dipole(), 1, 20), "one repeat");

@@ -18,7 +18,7 @@
 namespace tricoil::test {
 namespace {
 
-/// Starts a run that would last for hours, interrupts it once the CSV has begun to grow, and returns its exit code.
+/// Starts a run of several hours, interrupts it after the CSV file has begun to grow, and returns its exit code.
 int interrupt_run(int signal, const std::string& csv, const std::string& out) {
     const pid_t child = fork();
     if (child == 0) {

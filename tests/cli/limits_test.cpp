@@ -1,4 +1,4 @@
-// Input without a limit, or far beyond any that makes sense: refused in one line, soon, and without much memory.
+// Input without end, or far beyond the limits: refused with one line, quickly and with little memory.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -39,7 +39,7 @@ TEST(Usage, EveryCommandHasJsonOutput) {
     int commands = 0;
     for (std::string line; std::getline(lines, line);) {
         const auto begin = line.find_first_not_of(' ');
-        if (begin != 2) {  // a description that goes on
+        if (begin != 2) {  // option description of several lines
             continue;
         }
         const std::string command = line.substr(2, line.find(' ', 2) - 2);
@@ -60,7 +60,7 @@ TEST(Usage, UnknownNamesGetASuggestion) {
     expect_usage_error("run --tracker previus", "did you mean 'previous'");
     expect_usage_error("run --tracker fixed-prev", "did you mean 'fixed-previous'");
     expect_usage_error("run --device can:vcan9 --tracker fixed-direct", "--tracker fixed-direct: computes poses from samples");
-    expect_usage_error("run --device can:vcan9 --tracker direct --samples /tmp/s", "--samples: a device sends columns");
+    expect_usage_error("run --device can:vcan9 --tracker direct --samples /tmp/s", "--samples: not with a device");
     expect_usage_error("serve --openigtlink 0 --tracker fixed-direct", "serve: not with --tracker fixed-direct");
     expect_usage_error("run --scenario hnd", "did you mean 'hand'");
     expect_usage_error("run --fault open_coyl:S1", "did you mean 'open_coil'");
@@ -77,7 +77,7 @@ TEST(Usage, ConfigurationErrorsNameTheLine) {
     refuse("device = \"can:can0#16\"", "1: 'device' device 'can:can0#16': '16' is not a valid node number, 0 to 15");
     refuse("device = \"can:can0\"\nspeed = 3", "2: 'speed' is not a known key");
     refuse("\n\n[coils]\nchip = \"x\"\ns1 = \"a\"\ns2 = \"b\"\ns3 = \"a\"", "7: 'coils.s3' is the line of another coil");
-    refuse("[coils]\nchip = 1", "2: 'coils.chip' must be a text in quotes");
+    refuse("[coils]\nchip = 1", "2: 'coils.chip' must be a string in quotes");
     refuse("[tracker]\nmethod = \"scat\"", "2: 'tracker.method' unknown tracker.method 'scat'; did you mean 'scaat'?");
     refuse("[realtime]\npriority = 100", "2: 'realtime.priority' must be a whole number from 0 to 99");
     refuse("[outputs]\npublish = 1", "2: 'outputs.publish' must be true or false");
@@ -94,7 +94,7 @@ TEST(Usage, OptionsWithoutEffectAreRefused) {
     expect_usage_error("run --duration 1 --mux fdm --no-deskew", "--no-deskew");
     expect_usage_error("run --duration 1 --tracker fixed-direct --no-deskew", "--no-deskew: not with --tracker fixed-direct");
     expect_usage_error("run --duration 1 --tracker fixed-direct --predict 0.1", "--predict: not with --tracker fixed-direct");
-    expect_usage_error("run --duration 1 --tracker fixed-previous --record /tmp/r", "--samples records what it is given");
+    expect_usage_error("run --duration 1 --tracker fixed-previous --record /tmp/r", "--record (use --samples)");
     expect_usage_error("run --duration 1 --samples /tmp/samples.bin", "--samples: only with --tracker fixed-direct");
     expect_usage_error("run --duration 1 --tracker fixed-direct --samples /no/such/folder/f", "--samples /no/such/folder/f");
     for (const char* option : {"--tip 0.1,0,0", "--align 0,0,0,1,0,0,0,1,0", "--boresight", "--units mm", "--euler zyx"}) {

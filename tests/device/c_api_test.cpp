@@ -1,4 +1,4 @@
-// The C interface: what it refuses, and what it says of a connection.
+// The C interface: refused arguments, and the status text of a connection.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ TEST(CApi, RefusesWithWhatItTakes) {
         EXPECT_THAT(refusal(device), HasSubstr("give can:INTERFACE, usb:VENDOR:PRODUCT, serial:PATH or a .toml file")) << device;
         EXPECT_THAT(refusal(device), Not(HasSubstr("use sim:"))) << device;
     }
-    EXPECT_THAT(refusal(nullptr), HasSubstr("no device named; give can:"));
+    EXPECT_THAT(refusal(nullptr), HasSubstr("no device given; use can:"));
     EXPECT_THAT(refusal("usb:12345678"), HasSubstr("vendor number"));
     EXPECT_EQ(tricoil_open("sim:", nullptr, nullptr, 0), nullptr);
 }
@@ -38,7 +38,7 @@ TEST(CApi, AlwaysSaysWhatTheConnectionIsDoing) {
     tricoil_pose pose;
     EXPECT_EQ(tricoil_poll(nullptr, &pose, 0), -1);
 
-    // A line on which nobody answers.
+    // Serial line without a device.
     const drivers::FileDescriptor master(::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC));
     ASSERT_EQ(::grantpt(master.get()), 0);
     ASSERT_EQ(::unlockpt(master.get()), 0);

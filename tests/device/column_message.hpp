@@ -5,7 +5,7 @@
 
 namespace tricoil::test {
 
-/// Column n of coil `coil` (1-3) that echoes `state_sequence`, its window a 720th of a second after the one before.
+/// Column n of coil `coil` (1-3) that echoes `state_sequence`. Windows are 1/720 s apart.
 inline protocol::ColumnMessage column_message(std::uint32_t n, int coil, std::uint32_t state_sequence) {
     protocol::ColumnMessage m;
     m.sequence = n;

@@ -1,4 +1,4 @@
-// Runs of `tricoil run --device` beside the simulated front end, in the test kernel.
+// Runs `tricoil run --device` with the simulated front end in the test kernel.
 #pragma once
 
 #include <gmock/gmock.h>
@@ -17,7 +17,7 @@ using nlohmann::json;
 inline const std::string kFrontEnd = TRICOIL_FRONT_END;
 inline const std::string kTricoil = TRICOIL_PROGRAM;
 
-/// Every valid pose of the simulated front end's world.
+/// Compares all valid poses with the world of the simulated front end.
 inline Judged judge(const std::string& csv) { return judge(CsvTable(read_text(csv)), *default_scenario()->motion); }
 
 class Device : public ::testing::Test {
@@ -27,11 +27,11 @@ protected:
         std::filesystem::remove("/run/poses.csv");
     }
 
-    /// The front end with these options, on CAN.
+    /// Command line of a front end on CAN.
     static std::string front_end(const std::string& options) {
         return kFrontEnd + " --link can:vcan0 --report /run/report.json " + options + " 2>/run/front-end.err";
     }
-    /// The tracker's last line as JSON.
+    /// Last line of the tracker's output, parsed as JSON.
     static json summary() {
         const auto output = lines(read_text("/run/tricoil.out"));
         return output.empty() ? json() : json::parse(output.back());
@@ -42,7 +42,7 @@ protected:
     }
     static std::string complaints() { return read_text("/run/tricoil.err"); }
 
-    /// A run through faults: both programs, to the end.
+    /// Runs both programs to their end, with faults.
     static json run_with(const std::string& front_end_options, double duration_s = 2) {
         Program peer(front_end("--duration 6 " + front_end_options));
         Program tracker(tricoil("--device can:vcan0 --duration " + std::to_string(duration_s)));

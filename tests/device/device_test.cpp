@@ -104,7 +104,7 @@ TEST_F(Device, DamagedMessagesAreRefusedByKindAndToldOnceASecond) {
     EXPECT_EQ(s["refused"]["impossible"], 20);
     EXPECT_EQ(s["refused"]["unknown_version"], 20);
     EXPECT_EQ(s["starts"], 1);
-    for (const char* what : {"of a wrong length", "with values that cannot be", "of an unknown protocol version"}) {
+    for (const char* what : {"wrong length", "values out of range", "unknown protocol version"}) {
         const std::string text = complaints();
         const auto first = text.find(what);
         ASSERT_NE(first, std::string::npos) << what;
@@ -124,7 +124,7 @@ TEST_F(Device, ASilentFrontEndIsStartedAgain) {
 }
 
 TEST_F(Device, TwoDevicesAtOneAddressAreNotTrusted) {
-    Program peer(front_end("--duration 6 --fault stranger@0-1000000"));
+    Program peer(front_end("--duration 6 --fault second_device@0-1000000"));
     Program tracker(tricoil("--device can:vcan0 --duration 1 --wait 2"));
     EXPECT_EQ(tracker.wait(), 3);
     EXPECT_THAT(complaints(),
@@ -187,7 +187,7 @@ TEST_F(Device, TheFrontEndIsStartedAnew) {
 TEST_F(Device, TheUsbPlugIsPulledFiftyTimes) {
     Program peer(kFrontEnd + " --link usbip: --duration 1 --replug 60 --replug-times 50 --report /run/report.json");
     Program tracker(tricoil("--device usb:1209:0001"));
-    ASSERT_EQ(peer.wait(), 0) << complaints();  // measured to the end after the last time
+    ASSERT_EQ(peer.wait(), 0) << complaints();  // it continued to measure after the last one
     tracker.send(SIGTERM);
     ASSERT_EQ(tracker.wait(), 0) << complaints();
     const Judged judged = judge("/run/poses.csv");
@@ -219,7 +219,7 @@ TEST_F(Device, ListShowsWhatTheMachineHas) {
     EXPECT_EQ(found, json::parse(R"([{"uri": "can:vcan0", "fd": true}, {"uri": "can:vcan1", "fd": false},
                                      {"uri": "usb:1209:0001:SIM0001", "product": "simulated front end"}])"));
     test::shell(kTricoil + " device list > /run/list.txt");
-    EXPECT_THAT(test::read_text("/run/list.txt"), ::testing::HasSubstr("classic CAN: of no use here; enable FD"));
+    EXPECT_THAT(test::read_text("/run/list.txt"), ::testing::HasSubstr("classic CAN; messages need CAN FD"));
 }
 
 TEST_F(Device, QuestionsAreAnsweredOverCanAndUsb) {

@@ -1,4 +1,4 @@
-// Poses that the program wrote, against the truth of the world that was simulated.
+// Compares poses in the program's output with the truth of the simulated world.
 #pragma once
 
 #include <algorithm>
@@ -15,13 +15,13 @@ struct Judged {
     double worst_mm = 0;
 };
 
-constexpr double kWrongMm = 25;  // the hand's noise and skew stay below half of it; a wrong coil or sign costs ten times as much
+constexpr double kWrongMm = 25;  // errors by noise and skew are below half of it; a wrong coil or sign causes ten times as much
 
 inline Vec3<double> position_m(const CsvTable& poses, std::size_t row) {
     return {poses.number(row, "x_m"), poses.number(row, "y_m"), poses.number(row, "z_m")};
 }
 
-/// Every valid pose against the truth at its own time; those of the first settle_s are not counted.
+/// Compares valid poses with the truth at their times, without those of the first settle_s.
 inline Judged judge(const CsvTable& poses, const sim::Motion& motion, double settle_s = 0) {
     Judged judged;
     for (std::size_t row = 0; row < poses.rows(); ++row) {

@@ -1,5 +1,5 @@
-// Coil lines that `tricoil run --device` switches itself, on the kernel's simulated GPIO chip: in turn, never two at once, and
-// off however a run ends.
+// Coil lines that `tricoil run --device` switches on the kernel's simulated GPIO chip: in turn, never two at once, and off after
+// every end of a run.
 #include "tests/device/device_fixture.hpp"
 #include "tests/drivers/gpio_trace.hpp"
 
@@ -69,7 +69,8 @@ TEST_F(Lines, FollowTheSyncLine) {
 }
 
 TEST_F(Lines, AColumnThatEchoesAnotherStateIsRefused) {
-    Program peer(front_end(watched() + kPatientEnable + "--duration 4 --fault misecho@100-119 --fault misstate@300-319"));
+    Program peer(
+        front_end(watched() + kPatientEnable + "--duration 4 --fault wrong_sequence@100-119 --fault wrong_coil@300-319"));
     Program tracker(tricoil(config() + "--duration 2"));
     ASSERT_EQ(tracker.wait(), 0) << complaints();
     EXPECT_LT(judge("/run/poses.csv").worst_mm, kWrongMm);
@@ -82,7 +83,7 @@ TEST_F(Lines, ColumnsMeasuredWhileTheHostWasAwayAreRefused) {
     Program peer(front_end(watched() + "--hold-ms 2000 --watchdog-us 2000000 --duration 60"));
     Program tracker(tricoil(config()));
     ASSERT_TRUE(test::eventually([] { return test::lines(test::read_text("/run/poses.csv")).size() > 100; })) << complaints();
-    tracker.send(SIGSTOP);  // the front end waits for the host's coil switch, then measures without it
+    tracker.send(SIGSTOP);  // the front end waits for the host to switch the coil, then measures in any case
     test::pause_ms(450);
     tracker.send(SIGCONT);
     test::pause_ms(300);

@@ -1,4 +1,4 @@
-// Foreign traffic that keeps a CAN bus loaded, in step with ours.
+// Loads a CAN bus with foreign frames, synchronised with our traffic.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -19,9 +19,9 @@
 
 namespace tricoil::test {
 
-/// Sends foreign frames after each column of node 0, as many as bring the bus to its load: the time that all frames take at
-/// 500 kbit/s, data of FD frames at 2 Mbit/s, against the time that the columns stand for. Frames without their stuff bits, so
-/// that a real bus would be loaded more.
+/// Sends foreign frames after each column of node 0 until the bus has the given load: bus time of all frames at 500 kbit/s (data
+/// phase of FD frames at 2 Mbit/s) relative to the time between columns. Stuff bits are not counted, so a real bus would have a
+/// higher load.
 class LoadedBus {
 public:
     LoadedBus(const std::string& interface, double load, double columns_hz) : load_(load), columns_hz_(columns_hz) {
@@ -48,7 +48,7 @@ public:
         }
     }
 
-    /// After stop().
+    /// Results; valid after stop().
     [[nodiscard]] double load() const { return busy_s_ / (static_cast<double>(columns_) / columns_hz_); }
     [[nodiscard]] std::uint64_t foreign() const { return foreign_; }
     [[nodiscard]] std::uint64_t ours() const { return ours_; }
@@ -57,8 +57,8 @@ private:
     static constexpr double kArbitration_s = 1 / 500e3;
     static constexpr double kData_s = 1 / 2e6;
 
-    /// ISO 11898-1: a classic frame has 47 bits beside its data (67 with a long identifier); of an FD frame about 29 go at the
-    /// slow rate, and length, CRC and data at the fast one.
+    /// Bus time of a frame by ISO 11898-1: a classic frame has 47 bits besides its data (67 with a long identifier); of an FD
+    /// frame about 29 bits have the slow rate, and length, CRC and data have the fast rate.
     static double time_of(const canfd_frame& frame, bool is_fd) {
         const double data = 8.0 * frame.len;
         const double longer = (frame.can_id & CAN_EFF_FLAG) != 0 ? 20 : 0;
@@ -86,7 +86,7 @@ private:
         }
     }
 
-    /// Foreign by node, by number and by kind, classic and FD.
+    /// Foreign frames of other nodes, other identifiers and other kinds, classic and FD.
     void fill() {
         while (busy_s_ < load_ * static_cast<double>(columns_) / columns_hz_) {
             canfd_frame frame{};
@@ -96,7 +96,7 @@ private:
             frame.len = is_fd ? 64 : 8;
             std::memset(frame.data, static_cast<int>(foreign_ & 0xFFU), frame.len);
             if (::write(socket_, &frame, is_fd ? CANFD_MTU : CAN_MTU) < 0) {
-                return;  // no room now; the next column tries again
+                return;  // the queue is full; tried again at the next column
             }
             ++foreign_;
             busy_s_ += time_of(frame, is_fd);

@@ -144,7 +144,7 @@ TEST_F(Loop, StopsWithTheCoilsOff) {
     EXPECT_EQ(coils.state, Excitation::off);
 }
 
-/// The loop with a sensor in front of the source, which every column sees.
+/// Loop with a sensor that is visible to all coils.
 class LoopWithSensor : public Loop {
 protected:
     LoopWithSensor() {
@@ -155,7 +155,7 @@ protected:
         });
     }
 
-    /// A frame of three columns; their device time is `ahead_us` later than it should be.
+    /// Sends a frame of three columns, with device times that are `ahead_us` too late.
     void see(std::int64_t ahead_us) {
         const Mat3<double> x =
             field::signal_matrix<double>(params.coupling_constant_m3, Vec3<double>(0.4, 0.1, 0.05), Mat3<double>::Identity());
@@ -187,26 +187,26 @@ TEST_F(LoopWithSensor, KnowsItsSideAgainAfterTheDevicesClockJumped) {
         see(100'000'000);
     }
     EXPECT_EQ(without_side_, 1) << "the pose by which the loop knows that the tracker lost its side";
-    EXPECT_EQ(loop->counters().sides_recovered, 1U);
+    EXPECT_EQ(loop->counters().hemispheres_restored, 1U);
     EXPECT_FALSE(side_is_unknown());
     EXPECT_GT(x_m(), 0);
 }
 
-TEST(SideKeeper, RecoversOnlyWhatTheSensorCannotHaveChanged) {
+TEST(HemisphereRestorer, RecoversOnlyWhatTheSensorCannotHaveChanged) {
     tracking::PoseEstimate<double> pose;
     pose.position_m = {0.5, 0, 0};
     tracking::PoseEstimate<double> lost = pose;
     lost.position_m = -pose.position_m;  // the mirror image
     lost.flags.set(tracking::PoseFlag::hemisphere_unknown);
-    SideKeeper keeper;
-    EXPECT_FALSE(keeper.side(lost, host_time_us(1))) << "it was never known";
-    EXPECT_FALSE(keeper.side(pose, host_time_us(1'000'000)));
-    const auto side = keeper.side(lost, host_time_us(1'100'000));
+    HemisphereRestorer restorer;
+    EXPECT_FALSE(restorer.side(lost, host_time_us(1))) << "it was never known";
+    EXPECT_FALSE(restorer.side(pose, host_time_us(1'000'000)));
+    const auto side = restorer.side(lost, host_time_us(1'100'000));
     ASSERT_TRUE(side);
     EXPECT_GT(side->x(), 0);
-    EXPECT_FALSE(keeper.side(lost, host_time_us(1'500'000))) << "half a second is enough to go round to the other side";
+    EXPECT_FALSE(restorer.side(lost, host_time_us(1'500'000))) << "half a second is enough to go round to the other side";
     lost.flags.set(tracking::PoseFlag::low_signal);
-    EXPECT_FALSE(keeper.side(lost, host_time_us(1'100'000)));
+    EXPECT_FALSE(restorer.side(lost, host_time_us(1'100'000)));
 }
 
 }  // namespace

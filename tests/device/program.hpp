@@ -1,4 +1,4 @@
-// Programs that a test starts beside itself.
+// Programs that a test starts in the background.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ extern char** environ;  // NOLINT(readability-identifier-naming): the system's o
 
 namespace tricoil::test {
 
-/// A shell command in the background; killed, if it still runs, at the end of its life.
+/// Shell command in the background. The destructor kills it if it still runs.
 class Program {
 public:
     explicit Program(const std::string& command) {
@@ -37,7 +37,7 @@ public:
     [[nodiscard]] pid_t pid() const { return pid_; }
     void send(int signal) const { ::kill(pid_, signal); }
 
-    /// Its exit code, 128 + signal if one ended it.
+    /// Waits for the exit code: 128 + signal if a signal ended it.
     int wait() {
         int status = 0;
         ::waitpid(pid_, &status, 0);

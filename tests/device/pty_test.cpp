@@ -1,5 +1,5 @@
-// The program against the simulated front end over a pseudo terminal: tracking, and everything that `tricoil device` and
-// `tricoil selfcheck --device` ask. Needs no test kernel.
+// The program with the simulated front end on a pseudo terminal: tracking, and all commands of `tricoil device` and `tricoil
+// selfcheck --device`. Needs no test kernel.
 #include <gmock/gmock.h>
 
 #include <filesystem>
@@ -20,7 +20,7 @@ using test::Program;
 
 test::CsvTable table(const std::string& path) { return test::CsvTable(test::read_text(path)); }
 
-/// Rows of valid poses by their times: a process that is not scheduled in time may have other rows in between.
+/// Rows of valid poses, by time. A process that is not scheduled in time may lose rows.
 std::map<std::int64_t, std::size_t> valid_rows(const test::CsvTable& poses) {
     std::map<std::int64_t, std::size_t> found;
     for (std::size_t row = 0; row < poses.rows(); ++row) {
@@ -40,7 +40,7 @@ protected:
     }
     void TearDown() override { std::filesystem::remove_all(folder); }
 
-    /// Starts the front end, and waits for the line that it made.
+    /// Starts the front end, and waits until it has created the pseudo terminal.
     void plug_in(const std::string& options) {
         std::filesystem::remove(in("line"));
         peer =
@@ -51,7 +51,7 @@ protected:
     }
     [[nodiscard]] std::string in(const std::string& file) const { return folder + file; }
 
-    /// Exit code of `tricoil ARGUMENTS`; what it says is in `out` and `err`.
+    /// Runs `tricoil ARGUMENTS` and returns its exit code. Output: `out` and `err`.
     int tricoil(const std::string& arguments) {
         Program program(std::string(TRICOIL_PROGRAM) + " " + arguments + " >" + in("out") + " 2>" + in("err"));
         const int code = program.wait();
@@ -151,7 +151,7 @@ TEST_F(Pty, ModeIsSetAndTold) {
     ASSERT_EQ(tricoil("run --json --device " + device + " --duration 0.5 --out " + in("poses.csv")), 0) << err;
     EXPECT_GT(test::lines(test::read_text(in("poses.csv"))).size(), 300U);
     EXPECT_EQ(tricoil("device mode --rate-hz 960 " + device), 3) << "coils in turn are not that fast";
-    EXPECT_THAT(err, ::testing::HasSubstr("this mode: refused: it has no such value"));
+    EXPECT_THAT(err, ::testing::HasSubstr("this mode: refused: invalid value"));
     EXPECT_EQ(tricoil("device mode --mux both " + device), 2);
     EXPECT_EQ(tricoil("device mode --rate-hz -1 " + device), 2);
 }
@@ -179,7 +179,7 @@ TEST_F(Pty, AFrontEndHasNoPosesToTurn) {
 TEST_F(Pty, TheLoaderIsEnteredAndTheProtocolIsOver) {
     plug_in("--duration 4");
     ASSERT_EQ(tricoil("device loader " + device), 0) << err;
-    EXPECT_THAT(out, ::testing::HasSubstr("in its loader"));
+    EXPECT_THAT(out, ::testing::HasSubstr("in the boot loader"));
     EXPECT_EQ(tricoil("device info --wait 0.3 " + device), 3);
 }
 
@@ -333,12 +333,11 @@ TEST_F(Pty, CalibrationsThatATrackerCannotTakeAreRefused) {
     skewed(0, 1) = 0.05;
     board("[source]\nmoment = " + matrix_text(skewed) + "\n" + sensor);
     EXPECT_EQ(tricoil("run --config " + in("board.toml")), 2);
-    EXPECT_THAT(err, ::testing::HasSubstr("cal.toml: its source coils are not square to each other"));
+    EXPECT_THAT(err, ::testing::HasSubstr("cal.toml: source coils are not orthogonal"));
     board("[source]\nmoment = " + matrix_text(Mat3<double>::Identity()) +
           "\noffset_m = " + matrix_text(0.01 * Mat3<double>::Identity()) + "\n" + sensor);
     EXPECT_EQ(tricoil("run --config " + in("board.toml")), 2);
-    EXPECT_THAT(err,
-                ::testing::HasSubstr("more than 0.5 mm off their triad's place; such coils are tracked with --tracker scaat"));
+    EXPECT_THAT(err, ::testing::HasSubstr("coil offsets exceed 0.5 mm; use --tracker scaat for such coils"));
     EXPECT_NE(tricoil("run --tracker scaat --duration 1 --config " + in("board.toml")), 2) << err;
     test::write_text(in("cal.toml"), "nonsense\n");
     EXPECT_EQ(tricoil("run --config " + in("board.toml")), 2);

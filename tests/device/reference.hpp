@@ -21,7 +21,7 @@ inline std::shared_ptr<const sim::Scenario> default_scenario() {
     return std::make_shared<sim::Scenario>(host::load_scenario("hand", 1));
 }
 
-/// The poses of the first `duration_s`, as the wire holds them; Euclidean hemisphere as `tricoil run` has it by default.
+/// Poses of the first `duration_s`, with the resolution of the wire format.
 inline std::vector<protocol::PoseMessage> reference_poses(sim::FrontEndParams params, double duration_s) {
     params.scenario = default_scenario();
     sim::ColumnSource source(params);
@@ -56,7 +56,7 @@ inline std::vector<std::string> lines(const std::string& text) {
     return found;
 }
 
-/// The poses that came, against the first as many of the reference: equal in every digit.
+/// Compares the received poses with the reference: equal in every digit.
 inline void expect_equal_poses(const std::string& csv, const sim::FrontEndParams& params, double duration_s,
                                std::size_t at_least) {
     std::string reference = host::pose_column_names() + '\n';

@@ -35,7 +35,7 @@ protected:
         ASSERT_EQ(say(started()), SessionEvent::started);
     }
 
-    /// The answer to the command that was sent last, which is start.
+    /// Acknowledges the newest command, which is start.
     protocol::AckMessage started() const {
         protocol::AckMessage ack;
         ack.opcode = static_cast<std::uint8_t>(protocol::Opcode::start);
@@ -72,15 +72,15 @@ protected:
 };
 
 TEST_F(SessionOfCoils, BelievesAColumnThatEchoesWhatTheHostSwitched) {
-    session.excited(Excitation::s1, 1);
+    session.note_excitation(Excitation::s1, 1);
     EXPECT_EQ(say(column(1, 1)), SessionEvent::column);
-    session.excited(Excitation::s2, 2);
+    session.note_excitation(Excitation::s2, 2);
     EXPECT_EQ(say(column(2, 2)), SessionEvent::column);
     EXPECT_EQ(refused(), 0U);
 }
 
 TEST_F(SessionOfCoils, RefusesASequenceThatWasNeverTold) {
-    session.excited(Excitation::s1, 1);
+    session.note_excitation(Excitation::s1, 1);
     EXPECT_EQ(say(column(1, 2)), SessionEvent::none);
     EXPECT_EQ(say(column(1, 0)), SessionEvent::none) << "before the first";
     EXPECT_EQ(say(column(1, 0x40000001)), SessionEvent::none);
@@ -90,8 +90,8 @@ TEST_F(SessionOfCoils, RefusesASequenceThatWasNeverTold) {
 }
 
 TEST_F(SessionOfCoils, RefusesTheRightSequenceOfAnotherCoil) {
-    session.excited(Excitation::s1, 1);
-    session.excited(Excitation::s2, 2);
+    session.note_excitation(Excitation::s1, 1);
+    session.note_excitation(Excitation::s2, 2);
     EXPECT_EQ(say(column(2, 1)), SessionEvent::none);
     EXPECT_EQ(say(column(3, 2)), SessionEvent::none);
     EXPECT_EQ(say(column(2, 2)), SessionEvent::column);
@@ -100,7 +100,7 @@ TEST_F(SessionOfCoils, RefusesTheRightSequenceOfAnotherCoil) {
 
 TEST_F(SessionOfCoils, RefusesAnEchoOfLongAgo) {
     for (std::uint32_t n = 1; n <= 5; ++n) {
-        session.excited(single_coil(static_cast<int>((n - 1) % 3)), n);
+        session.note_excitation(single_coil(static_cast<int>((n - 1) % 3)), n);
     }
     EXPECT_EQ(say(column(1, 1)), SessionEvent::none) << "four changes later";
     EXPECT_EQ(say(column(2, 5)), SessionEvent::column);
@@ -108,7 +108,7 @@ TEST_F(SessionOfCoils, RefusesAnEchoOfLongAgo) {
 }
 
 TEST_F(SessionOfCoils, RefusesAColumnThatSpansATransition) {
-    session.excited(Excitation::s1, 1);
+    session.note_excitation(Excitation::s1, 1);
     auto spanning = column(1, 1);
     spanning.flags |= protocol::kTransitionFlag;
     EXPECT_EQ(say(spanning), SessionEvent::none);
@@ -117,7 +117,7 @@ TEST_F(SessionOfCoils, RefusesAColumnThatSpansATransition) {
 }
 
 TEST_F(SessionOfCoils, BelievesEveryColumnOfAllCoilsAtOnce) {
-    session.excited(Excitation::all, 1);
+    session.note_excitation(Excitation::all, 1);
     for (const int coil : {1, 2, 3}) {
         EXPECT_EQ(say(column(coil, 1)), SessionEvent::column);
     }
@@ -126,7 +126,7 @@ TEST_F(SessionOfCoils, BelievesEveryColumnOfAllCoilsAtOnce) {
 }
 
 TEST_F(SessionOfCoils, ForgetsWhatItSwitchedBeforeTheDeviceWasStartedAnew) {
-    session.excited(Excitation::s1, 1);
+    session.note_excitation(Excitation::s1, 1);
     session.service(now += Microseconds{600'000});  // silence
     session.service(now += Microseconds{200'000});
     ASSERT_NO_FATAL_FAILURE(start());
@@ -138,10 +138,10 @@ TEST_F(SessionOfCoils, AWindowOfManySensorsIsOverOnce) {
     identity.sensors = 2;
     session.service(now += Microseconds{600'000});
     ASSERT_NO_FATAL_FAILURE(start());
-    session.excited(Excitation::s1, 1);
+    session.note_excitation(Excitation::s1, 1);
     EXPECT_EQ(say(column(1, 1)), SessionEvent::column);
     EXPECT_TRUE(session.take_window_over());
-    session.excited(Excitation::s2, 2);
+    session.note_excitation(Excitation::s2, 2);
     auto of_the_other = column(1, 1);
     of_the_other.sensor = 1;
     of_the_other.time_us -= 1389;
@@ -152,7 +152,7 @@ TEST_F(SessionOfCoils, AWindowOfManySensorsIsOverOnce) {
 }
 
 TEST_F(SessionOfCoils, StatusAloneDoesNotKeepTheSessionAlive) {
-    session.excited(Excitation::s1, 1);
+    session.note_excitation(Excitation::s1, 1);
     for (int n = 0; n < 7; ++n) {
         protocol::StatusMessage status;
         status.device_state = static_cast<std::uint8_t>(protocol::DeviceState::running);
@@ -164,9 +164,9 @@ TEST_F(SessionOfCoils, StatusAloneDoesNotKeepTheSessionAlive) {
 }
 
 TEST_F(SessionOfCoils, RefusedColumnsDoNotKeepTheSessionAlive) {
-    session.excited(Excitation::s1, 1);
+    session.note_excitation(Excitation::s1, 1);
     EXPECT_EQ(say(column(1, 1)), SessionEvent::column);
-    next = 0x10000000;  // of another start
+    next = 0x10000000;  // acknowledgement of another start
     for (int n = 0; n < 7; ++n) {
         auto old = column(1, 1);
         old.sequence = 0x80000000U + static_cast<std::uint32_t>(n);
@@ -177,7 +177,7 @@ TEST_F(SessionOfCoils, RefusedColumnsDoNotKeepTheSessionAlive) {
 }
 
 TEST_F(SessionOfCoils, ASecondDeviceEndsTheRunAndBothAreToldToStop) {
-    session.excited(Excitation::s1, 1);
+    session.note_excitation(Excitation::s1, 1);
     identity.serial = 7;
     say(identity);
     EXPECT_NE(session.phase(), Phase::running);
@@ -229,13 +229,13 @@ TEST_F(SessionOfCoils, ADeviceThatFailsIsTriedAfterGrowingPauses) {
 
 TEST(RepeatedTexts, AreToldOnceAMinuteOfSilence) {
     RepeatedTexts texts;
-    EXPECT_TRUE(texts.is_news("a", host_time_us(1'000'000)));
+    EXPECT_TRUE(texts.should_print("a", host_time_us(1'000'000)));
     for (int n = 0; n < 100; ++n) {
-        EXPECT_FALSE(texts.is_news("a", host_time_us(1'000'000 + n * 10'000'000)));
-        EXPECT_EQ(texts.is_news("b", host_time_us(1'000'000 + n * 10'000'000)), n == 0);
+        EXPECT_FALSE(texts.should_print("a", host_time_us(1'000'000 + n * 10'000'000)));
+        EXPECT_EQ(texts.should_print("b", host_time_us(1'000'000 + n * 10'000'000)), n == 0);
     }
-    EXPECT_EQ(texts.entries()[0].untold, 100U);
-    EXPECT_TRUE(texts.is_news("a", host_time_us(2'000'000'000)));
+    EXPECT_EQ(texts.entries()[0].unprinted, 100U);
+    EXPECT_TRUE(texts.should_print("a", host_time_us(2'000'000'000)));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Ten minutes of the world's time at 960 FDM frames a second over the kernel's CAN: nothing lost, no heap in the loop.
+// Ten simulated minutes at 960 FDM frames/s on the kernel's CAN: nothing lost, no heap use in the loop.
 #include <gtest/gtest.h>
 
 #include <cstdio>

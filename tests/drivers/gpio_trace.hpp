@@ -51,7 +51,7 @@ private:
     static std::string folder() { return "/sys/kernel/tracing/"; }
 };
 
-/// How many lines the last writes left on, and the most that were on at once.
+/// Number of lines that are on at the end, and the largest number that were on at the same time.
 struct LinesOn {
     int at_end = 0;
     int most = 0;

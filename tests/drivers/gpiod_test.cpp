@@ -19,9 +19,9 @@ std::array<bool, 3> levels() { return {test::gpio_level(0), test::gpio_level(1),
 
 TEST(GpioCoils, AreOffAfterOpenAndFollowEveryState) {
     const test::GpioTrace trace;
-    Text why;
+    Text reason;
     GpioCoilDriver coils;
-    ASSERT_TRUE(coils.open(kCoils, why).ok()) << why.c_str();
+    ASSERT_TRUE(coils.open(kCoils, reason).ok()) << reason.c_str();
     EXPECT_THAT(levels(), ::testing::ElementsAre(false, false, false));
     ASSERT_TRUE(coils.excite(Excitation::s2).ok());
     EXPECT_THAT(levels(), ::testing::ElementsAre(false, true, false));
@@ -37,9 +37,9 @@ TEST(GpioCoils, AreOffAfterOpenAndFollowEveryState) {
 }
 
 TEST(GpioCoils, BreakBeforeMakeInTheKernelsOwnTrace) {
-    Text why;
+    Text reason;
     GpioCoilDriver coils;
-    ASSERT_TRUE(coils.open(kCoils, why).ok()) << why.c_str();
+    ASSERT_TRUE(coils.open(kCoils, reason).ok()) << reason.c_str();
     const test::GpioTrace trace;
     constexpr int kFrames = 50;
     for (int frame = 0; frame < kFrames; ++frame) {
@@ -60,52 +60,52 @@ TEST(GpioCoils, BreakBeforeMakeInTheKernelsOwnTrace) {
 }
 
 TEST(GpioCoils, ASecondProgramIsRefused) {
-    Text why;
+    Text reason;
     GpioCoilDriver first;
-    ASSERT_TRUE(first.open(kCoils, why).ok());
+    ASSERT_TRUE(first.open(kCoils, reason).ok());
     ASSERT_TRUE(first.excite(Excitation::s2).ok());
     GpioCoilDriver second;
-    EXPECT_EQ(second.open(kCoils, why).code(), StatusCode::device_lost);
-    EXPECT_STREQ(why.c_str(),
+    EXPECT_EQ(second.open(kCoils, reason).code(), StatusCode::device_lost);
+    EXPECT_STREQ(reason.c_str(),
                  "GPIO line 'coil_s1' of 'tracker-sim' is in use by 'tricoil'; end that program, or choose another line");
     EXPECT_EQ(second.excite(Excitation::s1).code(), StatusCode::device_lost);
     EXPECT_THAT(levels(), ::testing::ElementsAre(false, true, false));
 }
 
 TEST(GpioCoils, MissingChipOrLineIsNamed) {
-    Text why;
+    Text reason;
     GpioCoilDriver coils;
     auto lines = kCoils;
     lines[1].line = "coil_s9";
-    EXPECT_FALSE(coils.open(lines, why).ok());
-    EXPECT_STREQ(why.c_str(), "GPIO chip 'tracker-sim' has no line 'coil_s9'; see: gpioinfo tracker-sim");
+    EXPECT_FALSE(coils.open(lines, reason).ok());
+    EXPECT_STREQ(reason.c_str(), "GPIO chip 'tracker-sim' has no line 'coil_s9'; see: gpioinfo tracker-sim");
     lines[1].chip = "nowhere";
-    EXPECT_FALSE(coils.open(lines, why).ok());
-    EXPECT_THAT(why.c_str(), ::testing::HasSubstr("GPIO chip 'nowhere': cannot be opened"));
+    EXPECT_FALSE(coils.open(lines, reason).ok());
+    EXPECT_THAT(reason.c_str(), ::testing::HasSubstr("GPIO chip 'nowhere': cannot be opened"));
     lines = kCoils;
     lines[2].line = "2";
-    EXPECT_TRUE(coils.open(lines, why).ok())
-        << "opened by offset; the failed attempt must have released its lines.  " << why.c_str();
+    EXPECT_TRUE(coils.open(lines, reason).ok())
+        << "opened by offset; the failed attempt must have released its lines.  " << reason.c_str();
 }
 
 TEST(GpioCoils, ActiveLowLinesAreOffWhenHigh) {
-    Text why;
+    Text reason;
     GpioCoilDriver coils;
     auto lines = kCoils;
     for (auto& line : lines) {
         line.active_low = true;
     }
-    ASSERT_TRUE(coils.open(lines, why).ok());
+    ASSERT_TRUE(coils.open(lines, reason).ok());
     EXPECT_THAT(levels(), ::testing::ElementsAre(true, true, true));
     ASSERT_TRUE(coils.excite(Excitation::s1).ok());
     EXPECT_THAT(levels(), ::testing::ElementsAre(false, true, true));
 }
 
 TEST(GpioHeartbeat, ChangesItsLineWithEveryBeatAndEndsLow) {
-    Text why;
+    Text reason;
     {
         GpioHeartbeat heartbeat;
-        ASSERT_TRUE(heartbeat.open({"tracker-sim", "heartbeat"}, why).ok()) << why.c_str();
+        ASSERT_TRUE(heartbeat.open({"tracker-sim", "heartbeat"}, reason).ok()) << reason.c_str();
         for (int i = 0; i < 5; ++i) {
             ASSERT_TRUE(heartbeat.beat().ok());
             EXPECT_EQ(test::gpio_level(3), i % 2 == 0);
@@ -115,10 +115,10 @@ TEST(GpioHeartbeat, ChangesItsLineWithEveryBeatAndEndsLow) {
 }
 
 TEST(GpioSync, ReportsRisingEdgesWithKernelTime) {
-    Text why;
+    Text reason;
     test::gpio_drive(4, false);
     GpioSyncLine sync;
-    ASSERT_TRUE(sync.open({"tracker-sim", "sync"}, why).ok()) << why.c_str();
+    ASSERT_TRUE(sync.open({"tracker-sim", "sync"}, reason).ok()) << reason.c_str();
     HostTime edge;
     EXPECT_EQ(sync.next_edge(edge).code(), StatusCode::not_ready);
     EXPECT_EQ(sync.wait(Microseconds{2000}).code(), StatusCode::timed_out);

@@ -41,7 +41,7 @@ std::vector<std::uint8_t> next(UsbPort& port, int tries = 600) {
     return {};
 }
 
-/// A device in its own thread: echoes every message, and runs actions given to `act` in between.
+/// Device in its own thread: echoes every message, and runs the actions given to act().
 class EchoDevice {
 public:
     explicit EchoDevice(hal::MessagePort& port) : port_(port) {
@@ -211,7 +211,7 @@ TEST(Usb, NamesAMissingOrForbiddenDevice) {
     const auto listing = list_usb(0x1209, 0x0001);
     ASSERT_EQ(listing.size(), 1U);
     EXPECT_EQ(listing[0].serial, "SIM0001");
-    // As user nobody, who may read but not write the device.
+    // As user nobody, who may read but not write the device file.
     test::shell("chmod 664 /dev/bus/usb/*/*");
     const pid_t child = ::fork();
     if (child == 0) {

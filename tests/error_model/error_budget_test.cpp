@@ -158,7 +158,7 @@ TEST(Budget, TotalAddsSystematicTermsAsVectorsAndNoiseInSquares) {
     EXPECT_NEAR(budget.latency.position_m, 2e-3, 1e-12);
     // Section 2: at 60 dB and 0.5 m the bound is 1.06 mm.
     EXPECT_NEAR(budget.noise.position_m, 1.06e-3, 1e-5);
-    // And there sqrt(8 + 8 + 2) n in all for the three angles.
+    // The rotation bound is sqrt(8 + 8 + 2) n for the three angles together.
     EXPECT_NEAR(budget.noise.rotation_rad, std::sqrt(18.0) * 1e-3, 1e-11);
 }
 

@@ -28,7 +28,7 @@ struct Answer {
     std::string output;
 };
 
-/// search_path: PATH of the program; empty: that of this process.
+/// search_path: PATH of the program; empty: inherited.
 Answer tricoil(const std::string& arguments, const std::string& search_path = "") {
     const std::string environment = search_path.empty() ? "" : "PATH=" + search_path + " ";
     const std::string line = environment + TRICOIL_PROGRAM + " " + arguments + " 2>&1";
@@ -116,7 +116,7 @@ nlohmann::json motion(const std::string& arguments) {
     return nlohmann::json::parse(answer.output);
 }
 
-/// The error of one pass is nearly all in range, by (37) with the turn per update of the loop.
+/// The error of one pass is mainly in range. It agrees with (37), evaluated for the turn in one update.
 TEST(MotionCommand, PredictsThePoleFreeLoop) {
     const auto one = motion("--example III --loop closed --form vectors");
     EXPECT_NEAR(one["measured"]["max_abs_e_rho_m"], 0.018056, 5e-7);
@@ -144,7 +144,7 @@ TEST(MotionCommand, PrintsNoPredictionOutsideItsDomain) {
     EXPECT_THAT(text, testing::Not(HasSubstr("\n  predicted")));
 }
 
-/// Remark 4: a gap makes the update longer, nothing else.
+/// Remark 4: a gap only makes the update longer.
 TEST(MotionCommand, AGapLengthensTheUpdate) {
     const auto gap = motion("--example I --gap 0.0015 --duration 2");
     const auto slower = motion("--example I --rate-hz 176.47058823529412 --duration 2");  // 1 / (1/240 + 0.0015)

@@ -10,7 +10,7 @@ can.database = new Dbc().load(fs.readFileSync(dbcFile, 'utf8'));
 const pose = can._database.messages.get('pose');
 const poseId = pose.id;
 
-/// candump -L: (time) interface ID##FDATA
+/// Line of candump -L: (time) interface ID##FDATA
 const decoded = new Map();
 let frames = 0;
 for (const line of fs.readFileSync(logFile, 'utf8').split('\n')) {

@@ -2,7 +2,7 @@
 const http = require('http');
 const path = require('path');
 
-/// A pose as the server sends it; t in ms.
+/// Pose in the form in which the server sends it; t in ms.
 function pose(sensor, t, x, more) {
   return {sensor, t, p: [x, 0.1 * sensor, 0.1], q: [1, 0, 0, 0], c: [8e-7, 0, 0, 1.6e-5, 0, 1.6e-5], valid: true, stale: false,
           flags: '', state: 'tracking', snr: 60, distortion: 1, error: [0.2, 0.1], ...more};
@@ -22,14 +22,14 @@ async function scripted(html) {
   return {
     url: `http://127.0.0.1:${server.address().port}/`,
     connected: () => streams.size > 0,
-    send(poses, status = {running: true, recording: false, trouble: ''}) {
+    send(poses, status = {running: true, recording: false, recording_error: ''}) {
       for (const stream of streams) stream.write(`data: ${JSON.stringify({status, poses})}\n\n`);
     },
     close() { server.close(); server.closeAllConnections(); },
   };
 }
 
-/// Pixels of the picture that are orange: ellipsoids, and some hundred of the source's x axis.
+/// Number of orange pixels in the picture: ellipsoids, and a few hundred pixels of the source's x axis.
 async function orangePixels(page) {
   const picture = (await page.screenshot({clip: {x: 0, y: 60, width: 760, height: 600}})).toString('base64');
   return page.evaluate(async data => {
@@ -52,7 +52,7 @@ module.exports = async function pageStates(browser, html, check, pictures) {
   const wait = (condition, argument = null) => page.waitForFunction(condition, argument, {timeout: 30000});
   const picture = name => pictures ? page.screenshot({path: path.join(pictures, `${name}.png`)}) : null;
   let now = 1.7e12;
-  /// `count` events one frame apart, each with both sensors; the second sensor's pose is slightly older.
+  /// Sends `count` events, one frame apart, with poses of both sensors. The pose of the second sensor is slightly older.
   const both = (count, more = {}) => {
     for (let n = 0; n < count; ++n, now += 33) server.send([pose(0, now, 0.4 + n / 400, more), pose(1, now - 4, 0.7 - n / 400, more)]);
   };
@@ -92,8 +92,8 @@ module.exports = async function pageStates(browser, html, check, pictures) {
     check(await page.textContent('#state') === '', 'without poses there is no state');
     check(await page.evaluate(() => getComputedStyle(document.querySelector('#numbers')).opacity) < 0.5, 'and the numbers are grey');
     check(await orangePixels(page) < 300, 'and no sensor is drawn');
-    server.send([], {running: true, recording: false, trouble: 'take1: recording ended early (No space left on device)'});
-    await wait(() => /ended early .No space/.test(document.querySelector('#trouble').textContent));
+    server.send([], {running: true, recording: false, recording_error: 'take1: recording ended early (No space left on device)'});
+    await wait(() => /ended early .No space/.test(document.querySelector('#recording_error').textContent));
     check(true, 'why a recording ended is said');
     now += 2000;
     both(10);

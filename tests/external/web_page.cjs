@@ -38,23 +38,23 @@ function request(url, options, body) {
 
 async function refuseStrangers(url, controls) {
   const {host} = new URL(url);
-  const wish = JSON.stringify({run: false});
+  const command = JSON.stringify({run: false});
   const bearer = {Authorization: `Bearer ${new URLSearchParams(new URL(controls).hash.slice(1)).get('token')}`};
   const json = {'Content-Type': 'application/json', ...bearer};
-  check((await request(url + 'control', {method: 'POST', headers: {'Content-Type': 'application/json'}}, wish)).status === 401,
-        'a wish without the token is refused');
-  const post = headers => request(url + 'control', {method: 'POST', headers}, wish);
-  check((await post({...json, Origin: 'http://evil.example'})).status === 403, 'a wish from another page is refused');
-  check((await post({...json, Origin: 'null'})).status === 403, 'a wish from a page without an origin is refused');
-  check((await post({...json, Host: 'evil.example'})).status === 403, 'a wish under another name is refused');
-  check((await post({...bearer, 'Content-Type': 'text/plain'})).status === 415, 'a wish that is no JSON is refused');
+  check((await request(url + 'control', {method: 'POST', headers: {'Content-Type': 'application/json'}}, command)).status === 401,
+        'a control request without the token is refused');
+  const post = headers => request(url + 'control', {method: 'POST', headers}, command);
+  check((await post({...json, Origin: 'http://evil.example'})).status === 403, 'a control request from another page is refused');
+  check((await post({...json, Origin: 'null'})).status === 403, 'a control request from a page without an origin is refused');
+  check((await post({...json, Host: 'evil.example'})).status === 403, 'a control request under another name is refused');
+  check((await post({...bearer, 'Content-Type': 'text/plain'})).status === 415, 'a control request that is no JSON is refused');
   check((await request(url, {headers: {Host: 'evil.example:80'}})).status === 403, 'the page is not given under another name');
   check((await request(url + 'stream', {headers: {Origin: 'http://evil.example'}})).status === 403, 'the stream is not given to another page');
   for (const bad of ['', '{', '[]', '{"hemisphere":[1,2]}', '{"hemisphere":[1,2,"x"]}', '{"hemisphere":[1,0,0],"sensor":9}', '{"run":1}'])
-    check((await request(url + 'control', {method: 'POST', headers: json}, bad)).status === 400, `'${bad}' is no wish`);
-  check((await request(url + 'control', {method: 'POST', headers: json}, 'x'.repeat(5000))).status === 413, 'a wish that is too long is refused');
+    check((await request(url + 'control', {method: 'POST', headers: json}, bad)).status === 400, `'${bad}' is not a valid control request`);
+  check((await request(url + 'control', {method: 'POST', headers: json}, 'x'.repeat(5000))).status === 413, 'a control request that is too long is refused');
   check((await request(url + 'control', {method: 'POST', headers: {...json, Origin: `http://${host}`}}, '{"run":true}')).status === 200,
-        'a wish from our own page is heard');
+        'a control request from our own page is heard');
 }
 
 async function withoutWebGl(url) {

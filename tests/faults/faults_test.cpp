@@ -1,4 +1,4 @@
-// Commands on disks that fail: never a success reported, never a file half written.
+// Commands on failing disks: no success is reported, and no file is incomplete.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Runs with the `count`-th `call` on `path` failing; none for an empty call.
+/// Runs with a failure of the `count`-th `call` on `path`; empty `call`: no failure.
 CliResult tricoil_with_fault(const std::string& arguments, const std::string& call, int count, int error,
                              const std::string& path) {
     const std::string setup = "export LD_PRELOAD=" TRICOIL_FAULT_INJECTION " TRICOIL_FAULT=" + call + ":" +
@@ -74,7 +74,7 @@ protected:
         ASSERT_EQ(fitted.exit_code, 0) << fitted.err;
     }
 
-    /// Only the `count`-th `call` fails: the command is refused, or did without it and has the whole result.
+    /// Lets only the `count`-th `call` fail: the command fails, or does not need the call and gives the complete result.
     static void expect_survives_once(const std::string& arguments, const std::string& call, int count, const std::string& path,
                                      const std::string& out, const CliResult& whole, const std::string& expected) {
         fs::remove(out);
@@ -89,16 +89,15 @@ protected:
         EXPECT_TRUE(!fs::exists(out) || read_file(out) == expected) << arguments << ": " << call << " " << count;
     }
 
-    /// `call` on `path` fails the first time, the second, and so on, until the command no longer comes so far: from then on, and
-    /// once.
+    /// Lets the first `call` on `path` fail, then the second, and so on, until the command succeeds; also with a single failure.
     static int expect_each_is_told(const std::string& arguments, const std::string& call, const std::string& path,
                                    const std::string& out) {
         fs::remove(out);
         const auto whole = tricoil(arguments);
         EXPECT_EQ(whole.exit_code, 0) << whole.err;
         const std::string expected = read_file(out);
-        constexpr int kMost = 200;
-        for (int count = 1; count < kMost; ++count) {
+        constexpr int kMax = 200;
+        for (int count = 1; count < kMax; ++count) {
             expect_survives_once(arguments, call, count, path, out, whole, expected);
             fs::remove(out);
             const auto result = tricoil_with_fault(arguments, call, count, EIO, path);
@@ -113,7 +112,7 @@ protected:
             EXPECT_FALSE(fs::exists(out)) << arguments << ": " << call << " " << count;
         }
         ADD_FAILURE() << arguments << ": " << call << " fails without an end";
-        return kMost;
+        return kMax;
     }
 
     static inline std::string recording_;
@@ -139,7 +138,7 @@ TEST_F(Faults, AFailedReadIsNotTheEndOfAFile) {
     }
 }
 
-TEST_F(Faults, AReadThatFailsInAKilledRecordingIsTold) {  // no CRC is there to notice it
+TEST_F(Faults, AReadThatFailsInAKilledRecordingIsTold) {  // the file has no CRC
     const std::string killed = path_in_temp("killed");
     fs::remove_all(killed);
     fs::copy(recording_, killed);
@@ -163,7 +162,7 @@ TEST_F(Faults, AnOutputFileIsWholeOrNotThere) {
     };
     for (const std::string& command : commands) {
         for (const char* call : {"open", "write", "fsync", "rename"}) {
-            if (command.starts_with("run")) {  // says how long it took
+            if (command.starts_with("run")) {  // contains the run time
                 fs::remove(out_);
                 const auto result = tricoil_with_fault(command + out_, call, 1, EIO, out_);
                 EXPECT_NE(result.exit_code, 0) << call;

@@ -1,4 +1,4 @@
-// Standard output that is lost: a full disk, a reader that goes away, names that hold terminal commands.
+// Lost standard output: full disk, closed pipe; and names with terminal control sequences.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -15,7 +15,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-/// The program with its output to `where`; its standard error.
+/// Runs the program with its output to `where`; returns its standard error.
 CliResult tricoil_into(const std::string& where, const std::string& arguments) {
     const std::string err = path_in_temp("err_of_full.txt");
     const int status = std::system((TRICOIL_PROGRAM " " + arguments + " 2>" + err + " " + where).c_str());
@@ -41,7 +41,7 @@ TEST(Output, ThatIsLostIsNoSuccess) {
 TEST(Output, AReaderThatGoesAwayLeavesFilesWhole) {
     const std::string out = path_in_temp("beside_a_pipe.csv");
     std::filesystem::remove(out);
-    // The reader is gone at once; the summary comes when the file is whole.
+    // The reader closes the pipe at once. The summary must be printed after the file is complete.
     const auto result = tricoil_into("| true", "run --scenario still --duration 1 --out " + out);
     const std::string text = read_file(out);
     EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 240) << result.err;

@@ -1,4 +1,4 @@
-// Couplings as a 24-bit converter delivers them.
+// Couplings with the resolution of a 24-bit converter.
 #pragma once
 
 #include <cmath>
@@ -7,10 +7,10 @@
 
 namespace tricoil::fixed {
 
-/// Full scale is the coupling at 0.15 m for C = 1 with room for the factor of its direction; the unit is 2^-13.
+/// Full scale: the coupling at 0.15 m for C = 1, with room for the directional factor. Unit: 2^-13.
 constexpr int kCodeExponent = -13;
 
-/// X of C = 1 in whole codes: at 0.15 m up to 2.4 million of them, at 1.2 m 4,700.
+/// X for C = 1 in whole codes: up to 2.4 million codes at 0.15 m, 4,700 at 1.2 m.
 inline BlockMatrix as_codes(const Mat3<double>& x) {
     BlockMatrix codes;
     codes.exponent = kCodeExponent;
@@ -20,7 +20,7 @@ inline BlockMatrix as_codes(const Mat3<double>& x) {
     return codes;
 }
 
-/// What those codes say in double.
+/// The same couplings in double.
 inline Mat3<double> as_double(const BlockMatrix& x) { return std::ldexp(1.0, x.exponent) * x.mantissa.cast<double>(); }
 
 template <typename Derived>

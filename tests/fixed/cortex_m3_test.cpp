@@ -38,7 +38,7 @@ std::string output_of(const std::string& command) {
     return text;
 }
 
-/// What the image prints when samples.bin is in `folder`.
+/// Runs the image with `folder`/samples.bin and returns its output.
 std::string on_cortex_m3(const fs::path& folder) {
     return output_of("cd " + folder.string() + " && " + TRICOIL_RUN_IMAGE + " mps2-an385 " + kImage.string());
 }
@@ -51,7 +51,7 @@ protected:
     }
     void TearDown() override { fs::remove_all(folder_); }
 
-    /// Runs on this machine; leaves the samples in the folder, the poses in `poses`.
+    /// Runs `tricoil run`; writes the samples into the folder and returns the poses in `poses`.
     host::RunReport run_here(const Case& c) {
         host::RunOptions options;
         options.tracker = c.tracker;
@@ -61,7 +61,7 @@ protected:
         options.duration_s = 1;
         options.show_live = false;
         options.samples = (folder_ / "samples.bin").string();
-        host::RunCompany company;
+        host::RunObservers company;
         company.each_fixed_pose = [this](const fixed::PoseEstimate& pose) { poses += fixed::pose_line(pose).view(); };
         return host::run_simulated(options, company);
     }
@@ -89,7 +89,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Case{"fixed-previous", "fdm", 960, {}, 900},
                       Case{"fixed-previous", "tdm", 240, {"dropped_blocks:0.3", "open_coil:S2@0.2-0.4"}, 300}));
 
-/// That the comparison above can fail.
+/// Proves that the comparison above can fail.
 TEST_F(CortexM3, AChangedSampleChangesThePoses) {
     (void)run_here({"fixed-direct", "tdm", 240, {}, 0});
     std::fstream file(folder_ / "samples.bin", std::ios::in | std::ios::out | std::ios::binary);

@@ -15,7 +15,7 @@ struct Difference {
     double misfit_share;
 };
 
-/// From the double-precision solution of the same codes: arithmetic alone.
+/// Difference from the double-precision solution of the same codes: error of the arithmetic alone.
 Difference difference_to_double(const BlockMatrix& codes, double c) {
     const auto exact = solver::solve_direct<double>(as_double(codes), c);
     const auto ours = solve_direct(codes, scaled_from(c));

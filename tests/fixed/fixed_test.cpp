@@ -11,7 +11,7 @@ namespace {
 
 __extension__ using Wide = __int128;
 
-/// Numbers of every size and both signs, the ends of the range among them.
+/// Random numbers of all magnitudes and both signs, including the ends of the range.
 class Raws {
 public:
     std::int32_t next() {

@@ -43,7 +43,7 @@ TEST(FixedPreviousMeasurement, OneStepAgreesWithDouble) {
     }
 }
 
-/// Where a hand is: a slow wander of sums of sines that never repeats, up to about 1 m/s and 3 rad/s.
+/// Motion like that of a hand: sums of sines that do not repeat, up to about 1 m/s and 3 rad/s.
 solver::VectorPose<double> hand_at(double t) {
     const auto wave = [t](double a, double b, double c) {
         return a * std::sin(b * t + c) + 0.3 * a * std::sin(3.7 * b * t + 2 * c);

@@ -1,4 +1,4 @@
-// Every function of core/fixed at the ends of its arguments' ranges: a stated result, nothing undefined.
+// All functions of core/fixed at the ends of their arguments' ranges: documented results, no undefined behaviour.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -13,19 +13,19 @@ namespace {
 
 __extension__ using Wide = __int128;
 
-constexpr std::int32_t kMost = std::numeric_limits<std::int32_t>::max();
-constexpr std::int32_t kLeast = std::numeric_limits<std::int32_t>::min();
+constexpr std::int32_t kMax = std::numeric_limits<std::int32_t>::max();
+constexpr std::int32_t kMin = std::numeric_limits<std::int32_t>::min();
 constexpr int kExponents[] = {std::numeric_limits<int>::min(), -70, -1, 0, 1, 70, std::numeric_limits<int>::max()};
 
-/// Every second number an end of the range.
+/// Random numbers; every second one is an end of the range.
 class Extremes {
 public:
     std::int32_t next() {
         switch (engine_() % 6) {
             case 0:
-                return kMost;
+                return kMax;
             case 1:
-                return kLeast;
+                return kMin;
             case 2:
                 return engine_() % 2 == 0 ? 0 : 1;
             default:
@@ -50,7 +50,7 @@ private:
 Wide rounded(Wide value, int bits) { return bits == 0 ? value : (value + (Wide{1} << (bits - 1))) >> bits; }
 
 std::int32_t clamped(Wide value) {
-    return static_cast<std::int32_t>(value > kMost ? Wide{kMost} : (value < kLeast ? Wide{kLeast} : value));
+    return static_cast<std::int32_t>(value > kMax ? Wide{kMax} : (value < kMin ? Wide{kMin} : value));
 }
 
 template <int A, int B, int Out>
@@ -110,8 +110,8 @@ TEST(RangeEnd, NumbersWithAnExponent) {
         const std::int64_t raw = to_fixed<28>(Scaled{a.mantissa, extremes.exponent()}).raw();
         ASSERT_TRUE(raw == 0 || (raw > 0) == (a.mantissa > 0));
     }
-    EXPECT_EQ(divide({1 << 30, 0}, {}), (Scaled{kMost, kMostExponent}));
-    EXPECT_EQ(divide({-(1 << 30), 0}, {}), (Scaled{-kMost, kMostExponent}));
+    EXPECT_EQ(divide({1 << 30, 0}, {}), (Scaled{kMax, kMaxExponent}));
+    EXPECT_EQ(divide({-(1 << 30), 0}, {}), (Scaled{-kMax, kMaxExponent}));
     EXPECT_EQ(divide({}, {}), Scaled{});
 }
 
@@ -162,17 +162,17 @@ TEST(RangeEnd, BlocksOfAnyExponent) {
             column.in_phase << extremes.next(), extremes.next(), extremes.next();
         }
         const BlockMatrix assembled = assemble(columns);
-        ASSERT_LE(std::abs(assembled.exponent), kMostExponent);
+        ASSERT_LE(std::abs(assembled.exponent), kMaxExponent);
     }
 }
 
 TEST(RangeEnd, WindowsAndReferencesOfAnyLength) {
     std::vector<Sample> samples(2 * kMaxBlockSamples);
     for (auto& sample : samples) {
-        sample = {kMost, kLeast, 1, kMost};
+        sample = {kMax, kMin, 1, kMax};
     }
-    for (const int cycles : {kLeast, -1, 0, 1, 500, kMost}) {
-        for (const int window : {kLeast, -1, 0, 1, 200, kMaxBlockSamples, kMost}) {
+    for (const int cycles : {kMin, -1, 0, 1, 500, kMax}) {
+        for (const int window : {kMin, -1, 0, 1, 200, kMaxBlockSamples, kMax}) {
             const Oscillator oscillator(cycles, window);
             const auto sums = lock_in(oscillator, samples);
             EXPECT_EQ(sums[0].re, lock_in(oscillator, std::span(samples).first(kMaxBlockSamples))[0].re);
@@ -190,18 +190,18 @@ TEST(RangeEnd, WindowsAndReferencesOfAnyLength) {
             ASSERT_TRUE(column.ok() || column.status().code() == StatusCode::degenerate);
         }
     }
-    EXPECT_EQ(couplings({}, 0, kLeast).status().code(), StatusCode::degenerate);
+    EXPECT_EQ(couplings({}, 0, kMin).status().code(), StatusCode::degenerate);
     ends.fill({std::int64_t{1} << 50, 0});
-    EXPECT_EQ(couplings(ends, kMaxBlockSamples, kMost).status().code(), StatusCode::degenerate);
+    EXPECT_EQ(couplings(ends, kMaxBlockSamples, kMax).status().code(), StatusCode::degenerate);
 }
 
 TEST(RangeEnd, PassesOutOfRangeAreRefused) {
     BlockMatrix x;
     x.mantissa.diagonal() << 2000, -1000, -1000;
-    for (const int passes : {kLeast, 0, kMostPasses + 1, kMost}) {
+    for (const int passes : {kMin, 0, kMaxSteps + 1, kMax}) {
         EXPECT_EQ(step_vectors(x, {1 << 30, -30}, {}, passes).status().code(), StatusCode::invalid_argument);
     }
-    EXPECT_TRUE(step_vectors(x, {1 << 30, -30}, {}, kMostPasses).ok());
+    EXPECT_TRUE(step_vectors(x, {1 << 30, -30}, {}, kMaxSteps).ok());
 }
 
 }  // namespace

@@ -13,8 +13,8 @@ namespace {
 using tracking::PoseFlag;
 using tracking::TrackerState;
 
-constexpr std::int32_t kMost = std::numeric_limits<std::int32_t>::max();
-constexpr std::int32_t kLeast = std::numeric_limits<std::int32_t>::min();
+constexpr std::int32_t kMax = std::numeric_limits<std::int32_t>::max();
+constexpr std::int32_t kMin = std::numeric_limits<std::int32_t>::min();
 
 TrackerParams confined() {
     TrackerParams params;
@@ -34,7 +34,7 @@ protected:
 
     SampleBlock next() { return blocks_.next(x_); }
 
-    /// Refused for that reason, and the next good block is a pose again.
+    /// Expects refusal for that reason, and a pose from the next good block.
     void expect_refused(const SampleBlock& block, Rejection reason) {
         const auto before = tracker_.counters();
         EXPECT_FALSE(tracker_.update(block));
@@ -82,7 +82,7 @@ TEST_F(FixedTrackerInput, ADeviceThatBeganAnewIsFollowed) {
     }
     test::IntegerBlocks anew;
     bool valid = false;
-    for (int n = 0; n < Tracker::kPatience + 4 + 6; ++n) {
+    for (int n = 0; n < Tracker::kMaxOutOfOrder + 4 + 6; ++n) {
         const auto pose = tracker_.update(anew.next(x_));
         valid = pose && pose->valid();
     }
@@ -90,14 +90,14 @@ TEST_F(FixedTrackerInput, ADeviceThatBeganAnewIsFollowed) {
     EXPECT_EQ(tracker_.counters().restarts, 1U);
 }
 
-/// After a clock that began anew, time passes as before: the old clock's times are forgotten.
+/// After a restart of the clock, the old times have no effect.
 TEST_F(FixedTrackerInput, ADeviceThatBeganAnewWithoutASensorGoesStale) {
     for (int n = 0; n < 600; ++n) {
         (void)tracker_.update(next());
     }
     test::IntegerBlocks anew;
     SampleBlock block;
-    for (int n = 0; n < Tracker::kPatience + 4; ++n) {
+    for (int n = 0; n < Tracker::kMaxOutOfOrder + 4; ++n) {
         block = anew.next(Mat3<std::int32_t>::Zero());
         (void)tracker_.update(block);
     }
@@ -115,7 +115,7 @@ TEST_F(FixedTrackerInput, RefusedBlocksDoNotHideANewSequence) {
     repeated.sequence -= 1;
     SampleBlock cut = good;
     cut.samples = cut.samples.first(100);
-    for (int n = 0; n < Tracker::kPatience; ++n) {
+    for (int n = 0; n < Tracker::kMaxOutOfOrder; ++n) {
         (void)tracker_.update(repeated);
         (void)tracker_.update(cut);
     }
@@ -172,7 +172,8 @@ TEST_F(FixedTrackerInput, HemisphereTurnsThePosition) {
     EXPECT_TRUE(behind->valid());
 }
 
-/// Codes of any size in any channel: a pose, flagged or not, whose quaternion is one; and the good blocks afterwards are good.
+/// Random codes of all magnitudes in all channels: poses, flagged or not, have unit quaternions, and later good blocks give good
+/// poses.
 TEST_F(FixedTrackerInput, SurvivesAnyCodes) {
     std::mt19937_64 random(61);
     for (int n = 0; n < 600; ++n) {
@@ -181,13 +182,13 @@ TEST_F(FixedTrackerInput, SurvivesAnyCodes) {
         for (Sample& sample : blocks_.samples()) {
             for (std::int32_t& code : sample) {
                 const bool end = random() % 4 == 0 && n % 2 == 0;
-                code = end ? (random() % 2 == 0 ? kMost : kLeast)
+                code = end ? (random() % 2 == 0 ? kMax : kMin)
                            : static_cast<std::int32_t>(static_cast<std::uint32_t>(random())) >> bits;
             }
         }
-        block.full_scale = n % 3 == 0 ? 0 : (n % 3 == 1 ? kMost : kLeast);
+        block.full_scale = n % 3 == 0 ? 0 : (n % 3 == 1 ? kMax : kMin);
         const auto pose = tracker_.update(block);
-        ASSERT_TRUE(!pose || pose->q_source_sensor.w.raw() != kLeast);
+        ASSERT_TRUE(!pose || pose->q_source_sensor.w.raw() != kMin);
     }
     bool valid = false;
     for (int n = 0; n < 200; ++n) {
@@ -226,11 +227,11 @@ TEST(FixedParameters, OfTheDemodulatorAreChecked) {
         change(params);
         return check(params).code() == StatusCode::invalid_argument;
     };
-    EXPECT_TRUE(refused([](auto& p) { p.corrections[2][1].exponent = kLeast; }));
+    EXPECT_TRUE(refused([](auto& p) { p.corrections[2][1].exponent = kMin; }));
     EXPECT_TRUE(refused([](auto& p) { p.corrections[0][0].re = Unit::smallest(); }));
     EXPECT_TRUE(refused([](auto& p) { p.corrections[1][2].im = Unit::from(1.001); }));
     EXPECT_TRUE(refused([](auto& p) { p.least_reference = 0; }));
-    EXPECT_TRUE(refused([](auto& p) { p.least_reference = kMost; }));
+    EXPECT_TRUE(refused([](auto& p) { p.least_reference = kMax; }));
     EXPECT_TRUE(refused([](auto& p) { p.low_signal_ratio = 0; }));
     EXPECT_TRUE(refused([](auto& p) { p.linear_share = Unit(0); }));
     EXPECT_TRUE(refused([](auto& p) { p.noise_shift = 17; }));
@@ -239,7 +240,7 @@ TEST(FixedParameters, OfTheDemodulatorAreChecked) {
 
 /// Unchecked parameters may give wrong couplings, but no undefined behaviour.
 TEST(FixedParameters, UncheckedOnesDoNoHarm) {
-    for (const int exponent : {kLeast, kMost}) {
+    for (const int exponent : {kMin, kMax}) {
         DemodulatorParams params;
         params.corrections[0][0] = {Unit::smallest(), Unit::smallest(), exponent};
         Tracker tracker(Acquisition{}, params, {});

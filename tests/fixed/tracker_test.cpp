@@ -19,7 +19,7 @@ using tracking::PoseFlag;
 using tracking::PoseFlags;
 using tracking::TrackerState;
 
-/// A simulated world with both trackers behind it.
+/// Simulated world whose samples go to both trackers.
 class Pair {
 public:
     Pair(signal::Multiplexing multiplexing, const sim::Motion& motion, const sim::WorldParams& world_params,
@@ -54,7 +54,7 @@ public:
         bool arrived = false;
     };
 
-    /// One block through both.
+    /// Processes one block with both trackers.
     Poses step() {
         const Excitation state = plan_.is_tdm() ? single_coil(static_cast<int>(blocks_++ % 3)) : Excitation::all;
         EXPECT_TRUE(static_cast<hal::CoilDriver&>(coils_).excite(state).ok());
@@ -125,7 +125,7 @@ Worst compare(signal::Multiplexing multiplexing, int bits, double seconds, Metho
         worst.position_squares += position_m * position_m;
         worst.attitude_squares += attitude_rad * attitude_rad;
         const auto shown = to_double(*ours);
-        // The two estimate the noise apart from each other; SNR and covariance follow from it.
+        // The trackers estimate the noise independently; SNR and covariance depend on it.
         const double noise_ratio = ours->noise_share.to_double() * std::pow(10, exact->snr_db / 20);
         EXPECT_NEAR(shown.snr_db, exact->snr_db - 20 * std::log10(noise_ratio), 0.01);
         EXPECT_NEAR(std::sqrt(shown.covariance.trace() / exact->covariance.trace()), noise_ratio, 2e-3);
@@ -227,7 +227,8 @@ FaultRun play(const std::string& fault, double begin_s = 0.5, double end_s = 1) 
             run.valid_again_s = t >= end_s ? std::min(run.valid_again_s, t - end_s) : run.valid_again_s;
         }
     }
-    // After a gap the double tracker waits for a second column before it believes in the first one's time; whole numbers do not.
+    // After a gap the double tracker waits for a second column before it accepts the time of the first one; the integer tracker
+    // does not.
     EXPECT_LE(run.answered_alone, 1) << fault;
     run.counters = pair.ours().counters();
     EXPECT_EQ(pair.ours().state(), TrackerState::tracking) << fault;
@@ -333,7 +334,7 @@ TEST(FixedHemisphere, StaysKnownThroughALossTooShortToCrossTheBoundary) {
     EXPECT_EQ(seen.unknown + seen.wrong + seen.different, 0);
 }
 
-/// The integer answer is the exact one but within a rounding of either limit.
+/// The integer decision may differ from the exact one only within a rounding of a limit.
 TEST(FixedSides, AnswerAsDoubleDoes) {
     std::mt19937 random(7);
     std::uniform_real_distribution<double> entry(-1.2, 1.2);

@@ -1,4 +1,4 @@
-// One golden case, solved and printed.
+// Solves one golden case and prints the results.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,8 @@ namespace tricoil::golden {
 
 constexpr int kExponent = -13;  // of the mantissas: X = mantissa 2^-13, with C = 1
 
-/// Mantissas of X by columns; then the pose to step from: range (Q28 metres), direction and O by columns (Q30).
+/// Input: mantissas of X, column by column; then the start pose of the step: range (Q28 metres), direction and O by columns
+/// (Q30).
 struct Input {
     std::int32_t x[9];
     std::int32_t range;

@@ -1,4 +1,4 @@
-// Two ends of one node's conversation.
+// Both ends of the link of one node.
 #include "core/protocol/can_exchange.hpp"
 
 #include <gtest/gtest.h>

@@ -99,7 +99,7 @@ TEST(Codec, WritesNothingIntoATooSmallBuffer) {
     CalibrationMessage m;
     m.tail = tail;
     std::vector<std::uint8_t> out(2 * kMaxMessageBytes);
-    EXPECT_EQ(encode(m, out), 0U) << "longer than any message";
+    EXPECT_EQ(encode(m, out), 0U) << "too long";
 }
 
 TEST(Codec, SignExtendsThreeBytes) {

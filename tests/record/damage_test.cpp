@@ -36,7 +36,7 @@ protected:
         put("recording.json", description.dump());
     }
 
-    /// As after a kill: the description has no check values.
+    /// Makes the recording look as after a kill: its description has no checksums.
     void end_early() const {
         describe([](auto& d) { d["complete"] = false; });
     }
@@ -83,9 +83,9 @@ TEST_F(Damage, MissingLinesAreFound) {
 
 TEST_F(Damage, ForeignFoldersAndVersions) {
     put("recording.json", "{}");
-    expect_refused("does not describe a recording of tricoil");
+    expect_refused("is not the description of a tricoil recording");
     put("recording.json", "binary \x01\x02");
-    expect_refused("does not describe a recording of tricoil");
+    expect_refused("is not the description of a tricoil recording");
     fs::remove(folder_ + "/recording.json");
     expect_refused("is this a recording?");
     SetUp();
@@ -115,7 +115,7 @@ TEST_F(Damage, InvalidSettings) {
     expect_refused("trackers.calibration: is missing");
     SetUp();
     describe([](auto& d) { d["trackers"]["tracker"]["new_one"] = 1; });
-    expect_refused("has keys that this tricoil does not know");
+    expect_refused("has unknown keys");
     SetUp();
     describe([](auto& d) { d["trackers"]["sensors"] = 5; });
     expect_refused("sensors: must be 1 to 4");

@@ -22,7 +22,7 @@ std::string fresh_path(const char* name) {
 
 TEST(Journal, LinesReachTheDiskAndTheChecksum) {
     const std::string path = fresh_path("journal");
-    Journal journal({path}, Journal::Patience::never_wait);
+    Journal journal({path}, Journal::WhenFull::end);
     journal.append(0, "first");
     for (int i = 0; i < 200 && std::filesystem::file_size(path) == 0; ++i) {
         std::this_thread::sleep_for(std::chrono::milliseconds(10));
@@ -41,13 +41,13 @@ TEST(Journal, LinesReachTheDiskAndTheChecksum) {
 TEST(Journal, RefusesAnExistingFile) {
     const std::string path = fresh_path("journal_twice");
     std::ofstream(path) << "there";
-    EXPECT_THROW(Journal({path}, Journal::Patience::never_wait), InputError);
+    EXPECT_THROW(Journal({path}, Journal::WhenFull::end), InputError);
     EXPECT_EQ(test::read_file(path), "there");
 }
 
 TEST(Journal, WaitsForTheDiskIfAllowed) {
     const std::string path = fresh_path("journal_much");
-    Journal journal({path}, Journal::Patience::wait);
+    Journal journal({path}, Journal::WhenFull::wait);
     const std::string line(1 << 20, 'x');
     for (int n = 0; n < 150; ++n) {
         journal.append(0, line);

@@ -122,7 +122,7 @@ TEST(Recording, AFullDiskEndsTheRecordingNotTheRun) {
     const auto run = tricoil("run --json --duration 5 --record " + folder, "trap '' XFSZ; ulimit -f 300");
     EXPECT_EQ(run.exit_code, 3);
     EXPECT_THAT(run.err, HasSubstr("recording ended early"));
-    EXPECT_THAT(run.err, HasSubstr("tracking goes on"));
+    EXPECT_THAT(run.err, HasSubstr("tracking continues"));
     EXPECT_EQ(run.json()["duration_s"], 5.0);
     EXPECT_EQ(read_file(folder + "/inputs.csv").back(), '\n');
     const auto replayed = tricoil("replay --json " + folder);
@@ -153,7 +153,7 @@ TEST(Recording, IsNotOverwrittenByReplayOrConvert) {
           "replay " + folder + " --out " + folder + "/new.csv"}) {
         const auto refused = tricoil(command);
         EXPECT_EQ(refused.exit_code, 2) << command;
-        EXPECT_THAT(refused.err, HasSubstr("lies in the recording that is read"));
+        EXPECT_THAT(refused.err, HasSubstr("is in the recording that is read"));
     }
     EXPECT_EQ(tricoil("replay " + folder).exit_code, 0);
 }
@@ -193,7 +193,7 @@ TEST(Recording, RefusesFoldersThatAreInUse) {
     std::ofstream(folder + "/mine") << "kept";
     const auto used = tricoil("run --duration 1 --record " + folder);
     EXPECT_EQ(used.exit_code, 2);
-    EXPECT_EQ(used.err, "tricoil: " + folder + ": holds files already; record into a new folder\n");
+    EXPECT_EQ(used.err, "tricoil: " + folder + ": the folder is not empty; record into a new folder\n");
     const auto file = tricoil("run --duration 1 --record " + folder + "/mine");
     EXPECT_EQ(file.exit_code, 2);
     EXPECT_THAT(file.err, HasSubstr("choose another --record"));

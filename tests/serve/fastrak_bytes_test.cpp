@@ -81,7 +81,7 @@ TEST(FastrakBytes, TableOfRefusals) {
         EXPECT_EQ(client.say(exchange.command), exchange.reply) << exchange.name;
     }
     EXPECT_THAT(client.say("O" + std::string(1000, '1') + "\r"), ::testing::HasSubstr("EC-5"));
-    EXPECT_EQ(client.say("P").size(), 47U);  // and all is as before
+    EXPECT_EQ(client.say("P").size(), 47U);  // the state has not changed
 }
 
 float float_at(const std::string& record, std::size_t offset) {
@@ -90,7 +90,7 @@ float float_at(const std::string& record, std::size_t offset) {
     return value;
 }
 
-// What vrpn_Tracker_Fastrak sends, in its order, and what it checks in the replies.
+// Commands of vrpn_Tracker_Fastrak in their order, and its checks of the replies.
 TEST(FastrakBytes, ConversationOfVrpn) {
     FastrakClient client;
     client.see(kPose);

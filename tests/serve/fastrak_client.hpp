@@ -1,4 +1,4 @@
-// A FASTRAK session at hand: poses and commands in, records out.
+// FASTRAK session for tests: takes poses and commands, returns records.
 #pragma once
 
 #include <string>
@@ -25,13 +25,13 @@ class FastrakClient {
 public:
     explicit FastrakClient(int sensors = 1) : sensors_(sensors) {}
 
-    /// What the device answers.
+    /// Sends a command; returns the answer.
     std::string say(std::string_view command) {
         session_.receive(command);
         return std::exchange(sent_, {});
     }
 
-    /// A pose arrives, 10 ms after the one before; what the device sends of its own accord.
+    /// Delivers a pose, 10 ms after the previous one; returns the records that the device sends without request.
     std::string see(tracking::PoseEstimate<double> pose, std::uint8_t sensor = 0) {
         pose.sensor = sensor;
         time_us_ += 10'000;

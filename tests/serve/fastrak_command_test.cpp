@@ -1,4 +1,4 @@
-// What commands do: stations, rates, error letters, frames, and what survives a reset.
+// Effects of commands: stations, rates, error letters, frames, and settings that survive a reset.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -75,7 +75,7 @@ TEST(FastrakCommand, AContinuousClientIsToldOfSilence) {
     session.receive(std::string_view("C"));
     host::ServedPose served{fastrak_pose({10, 0, 0}, 0, 0, 0), 1'000'000};
     session.take({&served, 1});
-    served.pose.flags.set(PoseFlag::stale);  // as SilenceWatch has it: the last pose, of its own time
+    served.pose.flags.set(PoseFlag::stale);  // as SilenceWatch does: the last pose with its own time
     session.take({&served, 1});
     session.take({&served, 1});
     ASSERT_EQ(records.size(), 2U);
@@ -93,7 +93,7 @@ TEST(FastrakCommand, ALaterClientGetsTheNewestPose) {
     host::fastrak::Session session({[&](std::string_view record) { sent += record; }, [](auto, const auto&) {}, [] { return 1; }},
                                    std::make_shared<host::fastrak::Memory>());
     const host::ServedPose served{fastrak_pose({10, 0, 0}, 0, 0, 0), 1'000'000};
-    session.remember({&served, 1});
+    session.set_newest({&served, 1});
     EXPECT_EQ(sent, "");
     session.receive(std::string_view("P"));
     EXPECT_EQ(sent.substr(0, 10), "01   10.00");
@@ -124,7 +124,7 @@ TEST(FastrakCommand, HemisphereGoesToTheTracker) {
     ASSERT_EQ(client.hemispheres.size(), 1U);
     EXPECT_EQ(client.hemispheres[0].first, 1);
     EXPECT_EQ(client.hemispheres[0].second, Vec3<double>(0, -1, 0));
-    client.say("H1,0,0,0\r");  // follow the sensor: what this tracker does anyhow
+    client.say("H1,0,0,0\r");  // hemisphere tracking, the default
     EXPECT_EQ(client.hemispheres.size(), 1U);
 }
 
@@ -149,7 +149,7 @@ TEST(FastrakCommand, AlignmentIsRelativeToTheOneInForce) {
 TEST(FastrakCommand, BoresightReadsTheReferenceAngles) {
     FastrakClient client;
     client.say("G1,0,-15,0\r");
-    client.say("B1\r");  // no pose yet: in vain
+    client.say("B1\r");  // no pose yet: no effect
     client.see(fastrak_pose({10, 0, 0}, 33, 22, 11));
     EXPECT_THAT(numbers(client.say("P"))[3], ::testing::DoubleNear(33, 0.006));
     client.say("B1\r");

@@ -1,4 +1,4 @@
-// The tracker's side never waits; readers that fall behind miss the oldest poses and know how many.
+// The tracker never waits. Slow readers lose the oldest poses and get the number of lost poses.
 #include "board/host/serve/pose_hub.hpp"
 
 #include <gtest/gtest.h>
@@ -79,16 +79,16 @@ TEST(PoseHub, WaitsForPosesUntilClosed) {
 TEST(SilenceWatch, TellsOnceThatAPoseHasGrownOld) {
     SilenceWatch watch;
     std::vector<ServedPose> poses{{numbered(1), 0}};
-    watch.look(1'000'000, poses);
+    watch.check(1'000'000, poses);
     EXPECT_EQ(poses.size(), 1U);
     poses.clear();
-    watch.look(1'000'000 + SilenceWatch::kLimitUs, poses);
+    watch.check(1'000'000 + SilenceWatch::kLimitUs, poses);
     EXPECT_TRUE(poses.empty());
-    watch.look(1'000'001 + SilenceWatch::kLimitUs, poses);
+    watch.check(1'000'001 + SilenceWatch::kLimitUs, poses);
     ASSERT_EQ(poses.size(), 1U);
     EXPECT_FALSE(poses[0].pose.valid());
     poses.clear();
-    watch.look(9'000'000, poses);
+    watch.check(9'000'000, poses);
     EXPECT_TRUE(poses.empty());
 }
 

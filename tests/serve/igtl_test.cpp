@@ -1,4 +1,4 @@
-// OpenIGTLink sessions, read with the library that everybody uses.
+// OpenIGTLink sessions; messages are read with the OpenIGTLink library.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <igtlMessageHeader.h>
@@ -74,7 +74,7 @@ TEST(IgtlMessages, TransformIsInMillimetresAtItsOwnTime) {
     EXPECT_STREQ(message->GetDeviceName(), "tricoil_1");
 }
 
-/// All messages that go out, with fresh heap memory that holds `pattern`.
+/// All sent messages. New heap memory is filled with `pattern`.
 std::vector<std::string> all_messages(int pattern) {
     test::poison_fresh_memory(pattern);
     std::vector<ServedPose> poses{pose_at(kNow, 0), pose_at(kNow, 1)};
@@ -113,7 +113,7 @@ TEST(IgtlMessages, StatusHoldsWholeFlagsAndSubCodeZero) {
                  "set the hemisphere to where it is now");
 }
 
-/// A session and the client's end of its line.
+/// A session, and the client at the other end of its connection.
 class IgtlSession : public ::testing::Test {
 protected:
     void SetUp() override {
@@ -124,10 +124,10 @@ protected:
         session_.emplace(*stream_);
     }
     void have(const ServedPose& served) { session_->take({&served, 1}); }
-    void wait_out() { std::this_thread::sleep_for(Session::kPatience + std::chrono::milliseconds(20)); }
+    void wait_out() { std::this_thread::sleep_for(Session::kQueryTimeout + std::chrono::milliseconds(20)); }
     void ask(const std::string& bytes) { session_->receive(bytes); }
 
-    /// The messages that have come.
+    /// Received messages.
     std::vector<std::string> messages() {
         std::array<char, 65536> buffer{};
         const ssize_t n = ::recv(client_.get(), buffer.data(), buffer.size(), MSG_DONTWAIT);
@@ -223,7 +223,7 @@ TEST_F(IgtlSession, TrackingDataLeavesOutWhatIsOld) {
         have(pose_at(kNow + n * 4167, 0));
         have(pose_at(kNow + n * 4167, 1));
     }
-    for (int n = 3; n < 7; ++n) {  // the second has fallen silent
+    for (int n = 3; n < 7; ++n) {  // no more poses of the second sensor
         have(pose_at(kNow + n * 4167, 0));
     }
     std::vector<int> elements;
@@ -264,7 +264,7 @@ TEST_F(IgtlSession, AStartOfVersion2IsUnderstood) {
     damaged[70] = static_cast<char>(damaged[70] ^ 1);
     ask(damaged);
     std::string too_long = as_version_2(start(20));
-    too_long[kHeader] = 1;  // an extended header beyond the message, with the CRC of what is there
+    too_long[kHeader] = 1;  // an extended header that is longer than the message, with a correct CRC
     const std::uint64_t crc =
         crc64(reinterpret_cast<unsigned char*>(too_long.data() + kHeader), too_long.size() - kHeader, 0);  // NOLINT
     for (unsigned n = 0; n < 8; ++n) {
@@ -309,7 +309,7 @@ TEST_F(IgtlSession, DamagedRequestsAreDropped) {
     ask(damaged);
     have(pose_at(kNow));
     EXPECT_THAT(types(), IsEmpty());
-    ask(start(0));  // the next one counts
+    ask(start(0));  // the next pose is sent
     have(pose_at(kNow));
     EXPECT_THAT(types(), ElementsAre("TDATA"));
     ask(start(0).substr(0, 70));  // half a request

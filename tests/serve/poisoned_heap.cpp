@@ -6,7 +6,7 @@
 
 namespace {
 
-int poison = -1;  // of the one test at a time that asks for it
+int poison = -1;  // set by one test at a time
 
 void* fresh(std::size_t size) {
     void* const memory = std::malloc(size == 0 ? 1 : size);
@@ -27,7 +27,7 @@ void poison_fresh_memory(int pattern) { poison = pattern; }
 
 }  // namespace tricoil::test
 
-// The C library's own means (M_PERTURB) leaves small blocks that were used before as they are.
+// M_PERTURB of the C library does not fill small blocks that were used before.
 void* operator new(std::size_t size) { return fresh(size); }
 void* operator new[](std::size_t size) { return fresh(size); }
 void operator delete(void* memory) noexcept { std::free(memory); }

@@ -1,9 +1,9 @@
-// A heap whose fresh memory holds a pattern: what a program sends of it uninitialized can be seen.
+// Fills new heap memory with a pattern, to detect uninitialised bytes in sent messages.
 #pragma once
 
 namespace tricoil::test {
 
-/// pattern: the byte that memory from operator new holds from now on; -1: whatever was there.
+/// pattern: value of all bytes of memory from operator new; -1: not filled.
 void poison_fresh_memory(int pattern);
 
 }  // namespace tricoil::test

@@ -1,4 +1,4 @@
-// The age of poses at one client, alone and beside ten that flood the server without reading.
+// Age of poses at one client, alone and with ten other clients that flood the server and do not read.
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -19,7 +19,7 @@ std::uint64_t big_endian(const std::string& bytes, std::size_t at, std::size_t s
     return value;
 }
 
-/// An OpenIGTLink client that asks for nothing.
+/// OpenIGTLink client that sends no requests.
 class Reader {
 public:
     explicit Reader(std::uint16_t port) : line_(connect_to(port)) {}
@@ -27,7 +27,7 @@ public:
     Reader(const Reader&) = delete;
     Reader& operator=(const Reader&) = delete;
 
-    /// The age, in seconds, of the next message when it comes; not a number if none does.
+    /// Waits for the next message; returns its age in seconds, or NaN without a message.
     double next_age_s() {
         constexpr std::size_t kTimeAt = 34;  // seconds and fractions of 2^-32 s, four bytes each
         constexpr std::size_t kSizeAt = 42;
@@ -70,7 +70,7 @@ private:
     int line_;
 };
 
-/// Clients that ask without an end, and read nothing.
+/// Clients that send requests continuously and do not read.
 class Flood {
 public:
     Flood(std::uint16_t port, int clients) {
@@ -107,7 +107,7 @@ TEST(PoseAge, TenClientsThatFloodAtMostDoubleAnothersAge) {
     const Serving serving({"--fastrak", "tcp:0", "--openigtlink", "0", "--scenario", "still"});
     constexpr std::size_t kMessages = 500;
     Reader reader(serving.port("openigtlink"));
-    (void)reader.median_age_s(kMessages);  // until the tracker has settled
+    (void)reader.median_age_s(kMessages);  // waits until the tracker has settled
     const double alone_s = reader.median_age_s(kMessages);
     const Flood flood(serving.port("fastrak"), 10);
     (void)reader.median_age_s(kMessages);

@@ -1,4 +1,4 @@
-// `tricoil serve` as a whole: bad input, clients by the hundred, and one that stops reading beside one that does not.
+// `tricoil serve`: bad input, hundreds of clients, and a client that stops reading beside one that reads.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -29,12 +29,12 @@ using ::testing::HasSubstr;
 
 TEST(ServeProgram, RefusesWhatCannotBeServed) {
     const std::vector<std::pair<std::string, std::string>> lines{
-        {"", "nothing to serve on; add --fastrak, --openigtlink or --web"},
+        {"", "serve: no output; add --fastrak, --openigtlink or --web"},
         {"--fastrak nowhere", "must be pty, pty:LINK, serial:PATH[:BAUD] or tcp:[ADDRESS:]PORT"},
         {"--fastrak tcp:99999", "needs a port number up to 65535"},
         {"--fastrak serial:/dev/ttyS0:1234", "the speed must be 9600"},
-        {"--fastrak pty:/dev/null", "is there and no link to a pseudo terminal"},
-        {"--fastrak pty:/no/such/folder/link", "cannot be made"},
+        {"--fastrak pty:/dev/null", "exists and is not a link to a pseudo terminal"},
+        {"--fastrak pty:/no/such/folder/link", "cannot be created"},
         {"--openigtlink here", "needs a port number"},
         {"--openigtlink 0 --scenario nonsense", "nonsense"},
     };
@@ -48,12 +48,12 @@ TEST(ServeProgram, RefusesWhatCannotBeServed) {
     const Serving first({"--fastrak", "tcp:0"});
     const auto second = tricoil("serve --fastrak tcp:" + std::to_string(first.port("fastrak")));
     EXPECT_EQ(second.exit_code, 3);
-    EXPECT_THAT(second.err, HasSubstr("another program has this port"));
+    EXPECT_THAT(second.err, HasSubstr("the port is used by another program"));
 }
 
 TEST(ServeProgram, APseudoTerminalOutlivesItsClients) {
     const std::string link = path_in_temp("fastrak_link");
-    std::filesystem::create_symlink("/dev/pts/99999", link);  // left behind by a killed one
+    std::filesystem::create_symlink("/dev/pts/99999", link);  // link of a program that was killed
     Serving serving({"--fastrak", "pty:" + link, "--scenario", "still"});
     for (int client = 0; client < 3; ++client) {
         const int line = open(link.c_str(), O_RDWR | O_NOCTTY);
@@ -97,7 +97,7 @@ TEST(ServeProgram, ALaterClientGetsAPoseAtOnce) {
     const int first = connect_to(serving.port("fastrak"));
     EXPECT_EQ(write(first, "C", 1), 1);
     std::string record;
-    for (int n = 0; n < 10'000 && record.substr(0, 3) != "01 "; ++n) {  // until the tracker has confirmed what it sees
+    for (int n = 0; n < 10'000 && record.substr(0, 3) != "01 "; ++n) {  // until the first confirmed pose
         record = read_for(first, std::chrono::seconds(10), 47);
         record = record.substr(record.size() - std::min<std::size_t>(record.size(), 47));
     }
@@ -144,7 +144,7 @@ TEST(ServeProgram, OfAHundredClientsSomeAreTurnedAway) {
     close(late);
 }
 
-/// The tracker missed nothing: the columns of a recording are numbered without a gap.
+/// The tracker lost nothing: the columns of the recording are numbered without gaps.
 void expect_every_column(const std::string& folder) {
     const CsvTable inputs(read_file(folder + "/inputs.csv"));
     std::map<long, int> columns;  // of each frame: three, as the coils are driven at once
@@ -155,7 +155,7 @@ void expect_every_column(const std::string& folder) {
     }
     ASSERT_GT(columns.size(), 360U);
     EXPECT_EQ(columns.rbegin()->first - columns.begin()->first + 1, static_cast<long>(columns.size()));
-    columns.erase(std::prev(columns.end()));  // may have been cut short
+    columns.erase(std::prev(columns.end()));  // the last record may be incomplete
     EXPECT_TRUE(std::all_of(columns.begin(), columns.end(), [](const auto& frame) { return frame.second == 3; }));
 }
 
@@ -185,7 +185,7 @@ TEST(ServeProgram, AStalledClientDoesNotSlowOthers) {
     close(reader);
 }
 
-/// The page, or what comes of it within `limit`.
+/// The page, or the part of it that arrives within `limit`.
 std::string get_page(std::uint16_t port, std::chrono::milliseconds limit) {
     const int client = connect_to(port);
     const std::string request = "GET / HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) + "\r\n\r\n";
@@ -211,11 +211,11 @@ TEST(ServeProgram, SlowRequestsDoNotBlockOtherClients) {
             std::this_thread::sleep_for(std::chrono::milliseconds(300));
         }
     });
-    std::this_thread::sleep_for(std::chrono::seconds(1));  // until they are all being waited for
+    std::this_thread::sleep_for(std::chrono::seconds(1));  // until the server waits for all of them
     for (int n = 0; n < 3; ++n) {
         EXPECT_THAT(get_page(serving.port("web"), std::chrono::seconds(10)).substr(0, 15), HasSubstr("200 OK"));
     }
-    std::this_thread::sleep_for(std::chrono::seconds(6));  // longer than a request may take
+    std::this_thread::sleep_for(std::chrono::seconds(6));  // longer than the time limit of a request
     std::array<char, 4096> rest{};
     for (const int drip : drips) {
         ssize_t n = 1;
@@ -237,7 +237,7 @@ TEST(ServeProgram, AHeaderWithoutAnEndIsNotReadToTheEnd) {
     const std::string piece(1 << 16, 'x');
     EXPECT_GT(send(client, "GET / HTTP/1.1\r\nX: ", 19, MSG_NOSIGNAL), 0);
     std::size_t sent = 0;
-    constexpr std::size_t kFarTooMuch = 64 << 20;  // more than any socket holds
+    constexpr std::size_t kFarTooMuch = 64 << 20;  // more than the buffers of a socket
     for (ssize_t n = 0; n >= 0 && sent < kFarTooMuch; sent += static_cast<std::size_t>(std::max<ssize_t>(n, 0))) {
         n = send(client, piece.data(), piece.size(), MSG_NOSIGNAL);
     }

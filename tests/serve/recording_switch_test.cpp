@@ -17,7 +17,7 @@ namespace {
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
-/// While it lives, no file of this process grows beyond `bytes`.
+/// Limits the size of all files of this process during its lifetime.
 class FullDisk {
 public:
     explicit FullDisk(rlim_t bytes) {
@@ -42,7 +42,7 @@ protected:
     }
     void TearDown() override { fs::remove_all(folder_); }
 
-    /// Poses until `until` holds, at most ten seconds.
+    /// Sends poses until `until` is true, at most for ten seconds.
     template <typename Condition>
     void track_until(Condition until) {
         tracking::TrackerTap<double>& tap = recordings_;
@@ -71,14 +71,14 @@ TEST_F(RecordingSwitchTest, SaysThatARecordingDiedAndWhy) {
     }
     EXPECT_THAT(begun, HasSubstr("recording into"));
     EXPECT_FALSE(status.on);
-    EXPECT_THAT(status.trouble, HasSubstr("recording ended early"));
-    EXPECT_EQ(ended, "is not recording");
+    EXPECT_THAT(status.error, HasSubstr("recording ended early"));
+    EXPECT_EQ(ended, "no recording is running");
 
-    EXPECT_THAT(host::RecordingSwitch(folder_ + "/other", {}).status().trouble, "");
-    std::this_thread::sleep_for(std::chrono::milliseconds(1100));  // its folder is named by the second
+    EXPECT_THAT(host::RecordingSwitch(folder_ + "/other", {}).status().error, "");
+    std::this_thread::sleep_for(std::chrono::milliseconds(1100));  // the name of the folder contains the time in seconds
     EXPECT_THAT(recordings_.record(true), HasSubstr("recording into"));
     EXPECT_TRUE(recordings_.status().on);
-    EXPECT_EQ(recordings_.status().trouble, "");
+    EXPECT_EQ(recordings_.status().error, "");
     EXPECT_EQ(recordings_.record(false), "recorded");
 }
 
@@ -88,7 +88,7 @@ TEST_F(RecordingSwitchTest, RefusesToBeginWhereNothingCanBeWritten) {
         const FullDisk full(64);
         answer = recordings_.record(true);
     }
-    EXPECT_THAT(answer, HasSubstr("no recording can be begun there; is the disk full?"));
+    EXPECT_THAT(answer, HasSubstr("cannot start a recording; is the disk full?"));
     EXPECT_FALSE(recordings_.status().on);
     EXPECT_TRUE(fs::is_empty(folder_));
 }

@@ -1,4 +1,4 @@
-// A `tricoil serve` of its own for a test, and clients of it.
+// Runs `tricoil serve` for a test, and connects clients to it.
 #pragma once
 
 #include <arpa/inet.h>
@@ -23,7 +23,7 @@ namespace tricoil::test {
 
 using Clock = std::chrono::steady_clock;
 
-/// The program, serving until the end of this object's life.
+/// The program; runs until the end of this object's lifetime.
 class Serving {
 public:
     explicit Serving(const std::vector<std::string>& options) {
@@ -92,7 +92,7 @@ inline int connect_to(std::uint16_t port, int receive_buffer = 0) {
     return client;
 }
 
-/// What comes within `limit`, until `enough` bytes are there.
+/// Receives until `enough` bytes have arrived, at most for `limit`.
 inline std::string read_for(int descriptor, std::chrono::milliseconds limit, std::size_t enough = SIZE_MAX) {
     std::string text;
     const auto end = Clock::now() + limit;

@@ -1,4 +1,4 @@
-// A line to a client that reads slowly, not at all, or is gone.
+// Stream to a client that reads slowly, does not read, or has disconnected.
 #include "board/host/serve/stream.hpp"
 
 #include <gtest/gtest.h>
@@ -46,7 +46,7 @@ TEST_F(StreamPair, AClientThatStopsReadingMissesWholeRecords) {
     }
     EXPECT_EQ(taken + stream_->dropped(), 2000U);
     EXPECT_GT(stream_->dropped(), 0U);
-    EXPECT_LE(stream_->waiting(), Stream::kMostWaiting);
+    EXPECT_LE(stream_->waiting(), Stream::kMaxWaiting);
     std::string text;
     for (int n = 0; n < 1000 && stream_->has_waiting(); ++n) {
         text += read_all();
@@ -79,7 +79,7 @@ TEST_F(StreamPair, OldRecordsAreDropped) {
         text += read_all();
         stream_->flush();
     }
-    // Of the record that had begun comes the rest, of the others nothing.
+    // The rest of the record in progress is sent, and nothing of the other records.
     EXPECT_LE(text.size(), held_by_the_socket + old.size() + 4);
     EXPECT_EQ((text.size() - 4) % old.size(), 0U);
     EXPECT_EQ(text.substr(text.size() - 4), "new\n");
@@ -110,7 +110,7 @@ TEST_F(StreamPair, AFloodIsReadInShares) {
 
 TEST_F(StreamPair, WhoLeavesAnswersUnreadIsNotRead) {
     ASSERT_EQ(::write(client_.get(), "P", 1), 1);
-    while (stream_->waiting() <= Stream::kMostUnread) {
+    while (stream_->waiting() <= Stream::kMaxUnread) {
         stream_->send(std::string(1000, 'x'));
     }
     EXPECT_EQ(stream_->events(), POLLOUT);
@@ -149,7 +149,7 @@ TEST(OwnName, IsAnAddressOrTheNameThatWasGiven) {
     EXPECT_TRUE(is_own("[::1]:8080", "[::1]:8080", 8080));
     EXPECT_FALSE(is_own("localhost:8081", "8080", 8080));
     EXPECT_FALSE(is_own("localhost", "8080", 8080));
-    EXPECT_TRUE(is_own("localhost", "80", 80));  // as browsers say it
+    EXPECT_TRUE(is_own("localhost", "80", 80));  // as browsers write it
     EXPECT_TRUE(is_own("localhost:80", "80", 80));
     EXPECT_FALSE(is_own("evil.example", "80", 80));
     EXPECT_TRUE(is_own("192.0.2.7:8080", "0.0.0.0:8080", 8080));
@@ -169,7 +169,7 @@ TEST(TcpListener, APortInUseIsSaid) {
         const TcpListener second("--x", {"127.0.0.1", std::to_string(first.port())});
         FAIL();
     } catch (const DeviceError& error) {
-        EXPECT_NE(std::string(error.what()).find("another program has this port"), std::string::npos);
+        EXPECT_NE(std::string(error.what()).find("the port is used by another program"), std::string::npos);
     }
     EXPECT_THROW(TcpListener("--x", {"no.such.host.invalid", "0"}), InputError);
     EXPECT_THROW(TcpListener("--x", {"192.0.2.1", "0"}), InputError);  // not ours

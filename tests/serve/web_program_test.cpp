@@ -1,4 +1,4 @@
-// The live page of `tricoil serve`, asked by hostile clients.
+// The live page of `tricoil serve` with malicious clients.
 #include <gmock/gmock.h>
 #include <sys/stat.h>
 
@@ -11,7 +11,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// All that comes for a GET of the page with one more header field.
+/// Complete answer to a GET of the page with one additional header field.
 std::string get_page_with(std::uint16_t port, const std::string& field) {
     const int client = connect_to(port);
     const std::string request = "GET / HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) + "\r\n" + field + "\r\n\r\n";
@@ -36,12 +36,12 @@ TEST(ServePage, ARangeGivesThePageAndNothingBeyondIt) {
     }
 }
 
-/// The status line of the answer to a wish.
-std::string ask(std::uint16_t port, const std::string& wish, const std::string& token) {
+/// Status line of the answer to a control request.
+std::string ask(std::uint16_t port, const std::string& command, const std::string& token) {
     const int client = connect_to(port);
     const std::string request = "POST /control HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) +
-                                "\r\nContent-Type: application/json\r\nContent-Length: " + std::to_string(wish.size()) + "\r\n" +
-                                (token.empty() ? "" : "Authorization: Bearer " + token + "\r\n") + "\r\n" + wish;
+                                "\r\nContent-Type: application/json\r\nContent-Length: " + std::to_string(command.size()) +
+                                "\r\n" + (token.empty() ? "" : "Authorization: Bearer " + token + "\r\n") + "\r\n" + command;
     EXPECT_EQ(write(client, request.data(), request.size()), static_cast<ssize_t>(request.size()));
     const std::string answer = read_for(client, std::chrono::seconds(10));
     close(client);
@@ -108,7 +108,7 @@ TEST(ServePage, ANameNeedsToBeAllowed) {
     }
 }
 
-TEST(ServeFastrak, ATcpClientSetsNoHemisphereUnlessControlsAreOpen) {  // its protocol has no place for a token
+TEST(ServeFastrak, ATcpClientSetsNoHemisphereUnlessControlsAreOpen) {  // the protocol has no field for a token
     const Serving serving({"--fastrak", "tcp:0", "--scenario", "still"});
     const int client = connect_to(serving.port("fastrak"));
     EXPECT_EQ(write(client, "H1,-1,0,0\r", 10), 10);

@@ -236,7 +236,7 @@ TEST_F(AcquisitionTest, LostBlocksShowAsAGap) {
     ASSERT_TRUE(acquisition.poll(block).ok());
     EXPECT_EQ(block.sequence, 3U);
     EXPECT_EQ(block.overrun_count, 0U);
-    end_block(dma::ISR_HTIF | dma::ISR_TCIF);  // the handler came a block too late
+    end_block(dma::ISR_HTIF | dma::ISR_TCIF);  // the handler runs one block too late
     ASSERT_TRUE(acquisition.poll(block).ok());
     EXPECT_EQ(block.sequence, 5U);
     EXPECT_EQ(block.overrun_count, 1U);

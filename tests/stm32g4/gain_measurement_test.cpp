@@ -18,7 +18,7 @@ constexpr int kOversampling = 8;
 constexpr auto kPlan = signal::stated_tdm_plan(Acquisition::sample_rate_hz(kOversampling), 100, 20, 12);
 constexpr double kEdge_s = 295.0 / 170e6;
 constexpr double kSampling_s = 47.5 / 42.5e6;
-constexpr double kNoiseCodes = 0.6;  // of a conversion
+constexpr double kNoiseCodes = 0.6;  // time of a conversion
 const double kCarrierRadS = 2 * std::numbers::pi * kPlan.params.carrier_hz[0];
 
 struct Amplifier {
@@ -29,7 +29,7 @@ struct Amplifier {
     }
 };
 
-/// Three amplifiers at the converters that feed them, conversion by conversion.
+/// Three amplifiers and their converters, conversion by conversion.
 class FedAmplifiers final : public hal::CoilSampler, public TestInputGain {
 public:
     std::array<Amplifier, kSensorCoils> amplifiers;

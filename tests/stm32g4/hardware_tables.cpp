@@ -84,8 +84,8 @@ std::string oversampling() {
 
 std::string over_current() {
     Lines out;
-    out.add("- over-current: %.2f V at PA0 ends the measurement, %.2f V drops the enables by hardware", double{kMostReference_v},
-            double{kMostReference_v * kTripMargin});
+    out.add("- over-current: %.2f V at PA0 ends the measurement, %.2f V drops the enables by hardware", double{kMaxReference_v},
+            double{kMaxReference_v * kTripMargin});
     return out.text();
 }
 

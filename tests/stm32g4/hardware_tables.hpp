@@ -8,7 +8,7 @@ namespace tricoil::test {
 
 struct HardwareTable {
     std::string name;
-    std::string text;  // lines, each with its end
+    std::string text;  // lines, including line ends
 };
 
 std::vector<HardwareTable> hardware_tables();

@@ -169,12 +169,12 @@ TEST_F(ProcessorTest, ReportsAFaultOnce) {
 }
 
 TEST_F(ProcessorTest, ReportsClockAndStackFaults) {
-    EXPECT_FALSE(processor.troubles().has(hal::SystemTrouble::stack));
+    EXPECT_FALSE(processor.faults().has(hal::SystemFault::stack));
     full = true;
-    processor.report(hal::SystemTrouble::clock);
-    EXPECT_TRUE(processor.troubles().has(hal::SystemTrouble::stack));
-    EXPECT_TRUE(processor.troubles().has(hal::SystemTrouble::clock));
-    EXPECT_FALSE(processor.troubles().has(hal::SystemTrouble::memory));
+    processor.report(hal::SystemFault::clock);
+    EXPECT_TRUE(processor.faults().has(hal::SystemFault::stack));
+    EXPECT_TRUE(processor.faults().has(hal::SystemFault::clock));
+    EXPECT_FALSE(processor.faults().has(hal::SystemFault::memory));
 }
 
 TEST_F(ProcessorTest, RestartsIntoTheLoader) {

@@ -41,7 +41,7 @@ protected:
         return is;
     }
 
-    /// Interrupts until the port asks for no more.
+    /// Calls the interrupt handler until the port has no pending interrupt.
     Bytes transmit() {
         Bytes sent;
         for (int i = 0; i < 5000; ++i) {

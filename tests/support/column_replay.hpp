@@ -41,7 +41,7 @@ struct ReplayParams {
     double duration_s = 1;
 };
 
-/// Column of the slot-th slot (TDM) or all three of a frame (FDM), handed to `take`.
+/// Generates the column of a slot (TDM) or all three columns of a frame (FDM), and calls `take` with each.
 template <typename Scalar, typename Take>
 void replay(const sim::Motion& motion, const ReplayParams& params, Take&& take) {
     std::mt19937_64 random(params.seed);

@@ -1,4 +1,4 @@
-// Rows of numbers under named columns, as the program's outputs and recordings hold them.
+// Table of numbers with named columns, read from CSV files of the program or of recordings.
 #pragma once
 
 #include <algorithm>
@@ -32,7 +32,7 @@ public:
         return rows_.at(row).at(static_cast<std::size_t>(found - names_.begin()));
     }
 
-    /// NaN where nothing is written.
+    /// Values of a column; NaN for empty fields.
     double number(std::size_t row, const std::string& name) const {
         const std::string& field = text(row, name);
         return field.empty() ? std::numeric_limits<double>::quiet_NaN() : std::stod(field);

@@ -17,7 +17,7 @@ private:
 
 inline HandLike hand_like(std::uint64_t seed) { return HandLike(seed); }
 
-/// Straight at constant speed and turning at a constant rate.
+/// Uniform motion on a straight line with constant angular rate.
 class RampMotion final : public sim::Motion {
 public:
     RampMotion(const sim::Pose& start, const Vec3<double>& velocity_m_s, const Vec3<double>& rate_rad_s)
@@ -33,7 +33,7 @@ private:
     Vec3<double> rate_rad_s_;
 };
 
-/// At rest, then at rest elsewhere.
+/// At rest at one place, then at another (jump).
 class StepMotion final : public sim::Motion {
 public:
     StepMotion(const sim::Pose& before, const sim::Pose& after, double at_s) : before_(before), after_(after), at_s_(at_s) {}

@@ -14,11 +14,11 @@ public:
     static constexpr int kSamples = 200;
     static constexpr fixed::Acquisition kAcquisition{signal::Multiplexing::tdm, 144'000, kSamples, 40, {11, 0, 0}};
 
-    /// The next block, of couplings x 2^-22 between a sensor channel and the reference; valid until the next call.
+    /// Next block for the couplings x 2^-22 (sensor channel to reference). Valid until the next call.
     SampleBlock next(const Mat3<std::int32_t>& x) {
         const auto coil = static_cast<int>(count_ % kSourceCoils);
         for (std::size_t n = 0; n < kSamples; ++n) {
-            // The carrier's phase runs on from the window's head: 11 cycles in 160 samples.
+            // The carrier phase starts at the first sample of the window: 11 cycles in 160 samples.
             const auto turns = static_cast<std::uint32_t>((std::uint64_t{n} * 11 << 32) / 160);
             const std::int64_t carrier = fixed::sine_cosine({turns}).cosine.raw();
             for (std::size_t i = 0; i < kSensorCoils; ++i) {

@@ -38,7 +38,7 @@ private:
             return lost();
         }
         if (message.size() > kLongest) {
-            return {StatusCode::invalid_argument, "longer than any message"};
+            return {StatusCode::invalid_argument, "too long"};
         }
         if (!other_->is_open_ || other_->arrived_.size() >= other_->room_) {
             ++counts().send_queue_full;

@@ -9,7 +9,7 @@
 
 namespace tricoil::test {
 
-/// A folder of recordings; empty if TRICOIL_DATA_DIR is not set or does not hold it.
+/// Path of a folder of recordings; empty if TRICOIL_DATA_DIR is not set or does not contain it.
 inline std::string recordings_folder(const std::string& name = "") {
     const char* const data = std::getenv("TRICOIL_DATA_DIR");
     if (data == nullptr) {

@@ -13,9 +13,9 @@ namespace tricoil::test {
 
 struct Tally {
     std::size_t valid = 0;
-    std::size_t lies = 0;  // valid, yet beyond 5 sigma
+    std::size_t beyond_5_sigma = 0;  // valid poses with an error above 5 sigma
     std::size_t poses = 0;
-    double worst_lie_m = 0;
+    double worst_beyond_m = 0;
     double first_flag_s = 1e9;     // after the fault began
     double longest_silence_s = 0;  // between poses
     double last_s = 0;
@@ -31,19 +31,19 @@ struct Tally {
         ++valid;
         const Vec3<double> d = e.position_m - motion.at(t).position_m;
         if (d.dot(e.covariance.topLeftCorner<3, 3>().ldlt().solve(d)) > 25) {
-            ++lies;
-            worst_lie_m = std::max(worst_lie_m, d.norm());
+            ++beyond_5_sigma;
+            worst_beyond_m = std::max(worst_beyond_m, d.norm());
         }
     }
     void add(const Tally& other) {
         valid += other.valid;
-        lies += other.lies;
+        beyond_5_sigma += other.beyond_5_sigma;
         poses += other.poses;
-        worst_lie_m = std::max(worst_lie_m, other.worst_lie_m);
+        worst_beyond_m = std::max(worst_beyond_m, other.worst_beyond_m);
     }
     void print(const char* what) const {
-        std::printf("%s: %zu of %zu valid poses beyond 5 sigma, worst %.1f mm, %zu poses\n", what, lies, valid, 1e3 * worst_lie_m,
-                    poses);
+        std::printf("%s: %zu of %zu valid poses beyond 5 sigma, worst %.1f mm, %zu poses\n", what, beyond_5_sigma, valid,
+                    1e3 * worst_beyond_m, poses);
     }
 };
 

@@ -28,7 +28,7 @@ void expect_honest(const Score& score) {
     EXPECT_EQ(score.invalid, 0U);
 }
 
-/// A window of 4 ms blurs what a hand does: the covariance says so, with and without noise.
+/// A window of 4 ms blurs the motion of a hand. The covariance must include this, with and without noise.
 TEST(Blur, IsInTheCovariance) {
     for (const bool tdm : {false, true}) {
         for (const bool noise : {true, false}) {
@@ -43,7 +43,7 @@ TEST(Blur, IsInTheCovariance) {
     }
 }
 
-/// The blur of a fast hand looks like metal to the chi-square unless it expects it.
+/// The chi-square must allow for the blur of a fast hand, which otherwise looks like metal.
 TEST(Blur, IsNotTakenForMetal) {
     ChainParams chain;
     chain.tdm = false;
@@ -95,7 +95,7 @@ struct FaultRun {
     std::size_t far_after = 0;   // valid poses 5 cm off after the fault's end
 };
 
-/// The fault is there from 2 s to 3 s of 4.
+/// The run lasts 4 s; the fault lasts from 2 s to 3 s.
 FaultRun play_fault(const FaultCase& fault, bool filtered, std::uint64_t seed) {
     const auto motion = sim::HandMotion({0.6, 0, 0}, seed);
     ChainParams chain;
@@ -126,7 +126,8 @@ FaultRun play_fault(const FaultCase& fault, bool filtered, std::uint64_t seed) {
     return run;
 }
 
-/// Each fault of the simulator for a second: flagged within 50 ms, valid again as soon after it, and no valid pose lies.
+/// Each fault of the simulator for one second: flagged within 50 ms; poses are valid again within 50 ms after the fault; no valid
+/// pose is wrong.
 TEST_P(ChainFault, IsFlaggedAndNeverLies) {
     for (const std::uint64_t seed : {3U, 5U}) {
         const FaultRun run = play_fault(GetParam(), true, seed);

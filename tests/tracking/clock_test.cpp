@@ -30,7 +30,7 @@ struct Direct {
 using Trackers = ::testing::Types<Filtered, Direct>;
 TYPED_TEST_SUITE(Clock, Trackers);
 
-/// Plays three seconds, with `stamp` applied to each column; valid poses after the first second, and all poses.
+/// Plays three seconds, with time stamps changed by `stamp`. Returns the valid poses after the first second, and all poses.
 template <typename Make, typename Stamp>
 std::pair<std::size_t, TrackerCounters> play(bool tdm, Stamp&& stamp) {
     auto tracker = Make::make(tdm);
@@ -69,7 +69,7 @@ TYPED_TEST(Clock, StartedAnewIsFollowed) {
     }
 }
 
-/// Stamps at the ends of the range, and everything around zero: no arithmetic may leave 64 bits.
+/// Time stamps at the ends of the range and around zero: no arithmetic overflows 64 bits.
 TYPED_TEST(Clock, ExtremeStampsAreRefused) {
     auto tracker = TypeParam::make(true);
     Column<double> column;
@@ -116,7 +116,7 @@ class Values : public ::testing::Test {};
 using Scalars = ::testing::Types<float, double>;
 TYPED_TEST_SUITE(Values, Scalars);
 
-/// Couplings whose squares overflow, and sigmas whose squares vanish, would reach the state as infinities.
+/// Couplings with overflowing squares and sigmas with underflowing squares must be refused; they would make the state infinite.
 TYPED_TEST(Values, WithoutASquareAreRefused) {
     using Scalar = TypeParam;
     const auto expect_refused = [](auto& tracker, Scalar coupling, Scalar sigma, Rejection reason) {

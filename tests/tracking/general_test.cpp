@@ -1,4 +1,4 @@
-// The filter on coils 45 mm apart: with the right model it tracks as with ideal coils, and the couplings determine the
+// Filter with coils 45 mm apart: with the correct model it is as accurate as with ideal coils, and the couplings determine the
 // hemisphere.
 #include <gtest/gtest.h>
 
@@ -28,7 +28,7 @@ calibration::Calibration<double> known_wide_triad() {
     return known;
 }
 
-/// Columns as test::replay makes them, but of these coils.
+/// Columns like those of test::replay, but of these coils.
 template <typename Take>
 void replay_wide(const sim::Motion& motion, const test::ReplayParams& params, Take&& take) {
     const auto coils = wide_triad();
@@ -104,7 +104,7 @@ TEST(WideTriad, DeterminesTheHemisphere) {
     }
 }
 
-/// The same coils by their calibration: as the filter itself, and through channels that turn the phase.
+/// The same coils described by a calibration: equal results, also with phase errors of the channels.
 TEST(WideTriad, IsTrackedByItsCalibration) {
     const auto motion = test::hand_like(5);
     const test::ReplayParams params{true, test::sigma_for_cost(0.05e-3), 5, 0, 3};

@@ -16,7 +16,7 @@ struct FaultRun {
     double first_flag_s = 1e9;   // after the fault's begin
     double valid_again_s = 1e9;  // after its end
     std::size_t valid = 0;
-    std::size_t lies = 0;  // valid, yet beyond 5 sigma
+    std::size_t beyond_5_sigma = 0;  // valid, yet beyond 5 sigma
     std::size_t lost_poses = 0;
     PoseFlags flags;
 };
@@ -52,7 +52,7 @@ FaultRun play_fault(const std::function<bool(Column<double>&)>& spoil, std::uint
         }
     });
     run.valid = all.position_m.size();
-    run.lies = all.beyond_5_sigma;
+    run.beyond_5_sigma = all.beyond_5_sigma;
     run.lost_poses = all.invalid;
     EXPECT_EQ(filter.state(), TrackerState::tracking);
     return run;
@@ -61,7 +61,7 @@ FaultRun play_fault(const std::function<bool(Column<double>&)>& spoil, std::uint
 void expect_honest(const FaultRun& run) {
     EXPECT_LT(run.first_flag_s, 0.05);
     EXPECT_LT(run.valid_again_s, 0.05);
-    EXPECT_LE(static_cast<double>(run.lies), 1e-3 * static_cast<double>(run.valid));
+    EXPECT_LE(static_cast<double>(run.beyond_5_sigma), 1e-3 * static_cast<double>(run.valid));
     EXPECT_GT(run.valid, 2000U);
 }
 
@@ -88,7 +88,7 @@ TEST(Fault, Outliers) {
         return true;
     });
     EXPECT_TRUE(run.flags.has(PoseFlag::unconfirmed));
-    EXPECT_LE(static_cast<double>(run.lies), 1e-3 * static_cast<double>(run.valid));
+    EXPECT_LE(static_cast<double>(run.beyond_5_sigma), 1e-3 * static_cast<double>(run.valid));
     EXPECT_LT(run.lost_poses, 200U);  // about 36 outliers and what follows them, of 720
 }
 

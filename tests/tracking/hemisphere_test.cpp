@@ -13,7 +13,7 @@ namespace {
 struct Seen {
     std::size_t valid_before = 0;
     std::size_t valid_after = 0;
-    std::size_t wrong = 0;  // valid, yet more than 5 cm off
+    std::size_t wrong = 0;  // valid poses with an error above 5 cm
     std::size_t unknown_after = 0;
 };
 
@@ -72,7 +72,7 @@ TEST(Jump, AcrossTheBoundaryMakesTheHemisphereUnknown) {
     expect_unknown_after(play(path, 1.001, 1.001, test::direct_tracker<double>(true, true)));
 }
 
-/// Told the half space in motion: mirrored accelerations too, so that no innovation is worse than without a flip.
+/// Setting the hemisphere during motion: accelerations are mirrored too, so that innovations do not increase.
 TEST(SetHemisphere, MirrorsTheWholeMotion) {
     std::array<double, 2> worst{};
     for (const bool flip : {false, true}) {

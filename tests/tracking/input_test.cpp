@@ -25,7 +25,7 @@ protected:
         ASSERT_EQ(filter_.state(), TrackerState::tracking);
     }
 
-    /// A good next column.
+    /// Next valid column.
     Column<double> next() const {
         Column<double> c = last_;
         c.midpoint += Microseconds{1389};
@@ -85,7 +85,7 @@ TEST_F(FilterInput, TimeBackwards) {
     expect_refused(c, Rejection::time_backwards);
 }
 
-/// Columns that overtake each other by less than the bound are used, and are worth more than nothing.
+/// Columns that arrive out of order within the limit are used and improve the estimate.
 TEST(FilterLate, LateColumnsAreBetterThanNone) {
     const auto motion = test::hand_like(4);
     const double sigma = test::sigma_for_cost(0.2e-3);
@@ -102,7 +102,7 @@ TEST(FilterLate, LateColumnsAreBetterThanNone) {
                 }
             }
             if (n >= 102 && (n - 2) % 3 == 0 &&
-                delivery == Delivery::late) {  // every column of state 1 comes after the next two: 2.8 ms late
+                delivery == Delivery::late) {  // every column of S1 arrives after the next two: 2.8 ms late
                 (void)filter.update(columns[n - 2]);
             }
         }
@@ -115,11 +115,10 @@ TEST(FilterLate, LateColumnsAreBetterThanNone) {
     std::printf("one state late: %.3f mm, in time: %.3f mm\n", 1e3 * late.position().rms, 1e3 * in_time.position().rms);
     EXPECT_LT(late.position().rms, 1.5 * in_time.position().rms);
     EXPECT_LT(late.invalid, late.position_m.size() / 100);
-    EXPECT_TRUE(without.position_m.empty());  // two states alone are no measurement of a pose
+    EXPECT_TRUE(without.position_m.empty());  // two coils do not determine a pose
 }
 
-/// Ten seconds of nothing: stale at once, lost, and tracking again three columns after the columns return.
-/// Neighbours swapped from the start: the filter acquires all the same.
+/// Ten seconds without columns: stale at once, then lost; tracking again three columns after the columns return.
 TEST(FilterLate, TracksFromColumnsOutOfOrder) {
     const auto motion = test::hand_like(4);
     std::vector<Column<double>> columns;
@@ -219,7 +218,7 @@ TEST(FilterParams, ACouplingConstantThatIsNoneIsRefused) {
     EXPECT_TRUE(check(params).ok());
 }
 
-/// Prediction backwards, or to no time at all, is none: the covariance only grows.
+/// A prediction to an earlier or equal time has no effect; the covariance only grows.
 TEST_F(FilterInput, PredictionBackwardsIsNone) {
     for (const double ahead_s : {-1.0, kNaN, 0.0}) {
         EXPECT_EQ(filter_.predicted(ahead_s).covariance, filter_.motion().covariance);
@@ -227,7 +226,7 @@ TEST_F(FilterInput, PredictionBackwardsIsNone) {
     EXPECT_EQ(filter_.predicted(1e30).time, filter_.motion().time + Microseconds{10'000'000});
 }
 
-/// Memory per sensor in an image of 32 KiB RAM for four sensors: a member that is added shows here.
+/// Memory per sensor. An image of 32 KiB RAM has four sensors, so additional members must be noticed.
 TEST(FilterSizes, AreWithinTheRamOfAnImage) {
     EXPECT_LE(sizeof(State<float>), 704U);
     EXPECT_LE(sizeof(TrackerParams<float>), 176U);

@@ -23,7 +23,7 @@ extern "C" void* malloc(std::size_t size) {
 namespace tricoil::tracking {
 namespace {
 
-/// Hours of a hand at 240 Hz, one minute unless TRICOIL_LONG_RUN_S says more (86,400 for a day).
+/// Hand motion at 240 Hz for TRICOIL_LONG_RUN_S seconds (default 60; a day: 86,400).
 TEST(LongRun, FloatStaysSound) {
     const char* given = std::getenv("TRICOIL_LONG_RUN_S");
     const double duration_s = given != nullptr ? std::atof(given) : 60;
@@ -34,7 +34,7 @@ TEST(LongRun, FloatStaysSound) {
     double worst_m = 0;
     std::size_t invalid = 0;
     std::size_t poses = 0;
-    // Stretches of ten seconds, rest and motion in turn; time goes on, the motion repeats.
+    // Alternates ten seconds of rest and of motion. Time continues, the motion repeats.
     for (int stretch = 0; 10.0 * stretch < duration_s; ++stretch) {
         const sim::Motion& motion = stretch % 2 == 0 ? static_cast<const sim::Motion&>(hand) : still;
         const Microseconds offset = microseconds_from_seconds(10.0 * stretch);
@@ -77,7 +77,7 @@ TEST(Heap, TheFilterDoesNotAllocate) {
     long counted = 0;
     test::replay<float>(motion, {true, 1e-6, 1, 0, 5}, [&](Column<float> column) {
         const double t = to_seconds(column.midpoint);
-        column.in_phase *= t > 2 && t < 2.5 ? -1.0F : 1.0F;  // lost and found again on the way
+        column.in_phase *= t > 2 && t < 2.5 ? -1.0F : 1.0F;  // lost and acquired again during the run
         const long before = allocations;
         (void)filter.update(column);
         (void)filter.tick(column.midpoint + Microseconds{500});

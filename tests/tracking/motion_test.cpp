@@ -20,7 +20,7 @@ Score play_direct(const sim::Motion& motion, const ReplayParams& params, bool de
     return test::play<double>(motion, params, tracker);
 }
 
-/// Naive, deskewed and filtered over several seeded hands.
+/// Naive, deskewed and filtered poses for several hand motions.
 std::array<Score, 3> play_hands(double sigma) {
     std::array<Score, 3> scores;
     for (std::uint64_t seed = 1; seed <= 5; ++seed) {
@@ -196,7 +196,7 @@ TEST(Still, NoiseIsHalfOfTheDirectSolversAtMost) {
     }
 }
 
-/// A jump of 10 cm: the first column after it is refused, the third re-opens the filter, and three frames later it has settled.
+/// A jump of 10 cm: the first column after it is refused, the third restarts the filter, and it has settled three frames later.
 TEST(Step, IsReachedWithinThreeFrames) {
     const sim::Pose before{{0.5, 0, 0}, geometry::rotation_vector_to_quaternion<double>({0.3, -0.2, 0.6})};
     sim::Pose after = before;

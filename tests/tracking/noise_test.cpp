@@ -13,7 +13,7 @@ struct Stated {
     std::size_t inconsistent = 0;
 };
 
-/// Columns with `factor` times the noise that they state.
+/// Columns with `factor` times their stated noise.
 Stated play_understated(const sim::Motion& motion, bool tdm, double factor, std::uint64_t seed) {
     auto filter = test::scaat_filter<double>(test::scaat_params<double>(tdm));
     Stated stated;
@@ -45,11 +45,11 @@ TEST(UnderstatedNoise, IsNoticed) {
             all.tally.print((std::string(tdm ? "tdm" : "fdm") + ", stated sigma over " + std::to_string(factor)).c_str());
             const double flagged = static_cast<double>(all.inconsistent) / static_cast<double>(all.tally.poses);
             if (factor < 3) {
-                EXPECT_LE(static_cast<double>(all.tally.lies), 1e-3 * static_cast<double>(all.tally.valid)) << factor;
+                EXPECT_LE(static_cast<double>(all.tally.beyond_5_sigma), 1e-3 * static_cast<double>(all.tally.valid)) << factor;
                 EXPECT_LT(flagged, 1e-3) << factor;
             } else {
                 EXPECT_GT(flagged, 0.98) << factor;
-                EXPECT_LE(static_cast<double>(all.tally.lies), 2e-3 * static_cast<double>(all.tally.poses)) << factor;
+                EXPECT_LE(static_cast<double>(all.tally.beyond_5_sigma), 2e-3 * static_cast<double>(all.tally.poses)) << factor;
             }
         }
     }
@@ -75,7 +75,7 @@ TEST(UnevenNoise, OfOneSensorChannelIsWeighed) {
             });
         }
         tally.print(("one channel times " + std::to_string(factor)).c_str());
-        EXPECT_LE(static_cast<double>(tally.lies), 1e-3 * static_cast<double>(tally.valid)) << factor;
+        EXPECT_LE(static_cast<double>(tally.beyond_5_sigma), 1e-3 * static_cast<double>(tally.valid)) << factor;
         EXPECT_GT(tally.valid, tally.poses / 2) << factor;
     }
 }

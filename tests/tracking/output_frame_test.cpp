@@ -69,7 +69,7 @@ TEST(OutputFrame, AlignmentPointsReadAsTheyWereTouched) {
         ASSERT_TRUE(align(frame, origin, on_x, towards_y).ok());
         const auto touch = [&](const Vec3<double>& point) {
             auto e = random_pose(random);
-            e.position_m = point - e.q_source_sensor * frame.tip_m;  // held at any angle, the tip on the point
+            e.position_m = point - e.q_source_sensor * frame.tip_m;  // tip on the point, at any attitude of the tool
             return in_frame(e, frame).position_m;
         };
         EXPECT_LT(touch(origin).norm(), 1e-14);

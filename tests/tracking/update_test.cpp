@@ -60,7 +60,8 @@ TEST(Propagate, TurnsExactlyThroughManyTurns) {
     EXPECT_LT(geometry::angle_between(s.q_source_sensor, geometry::rotation_vector_to_quaternion<double>({0, 0, 14.4})), 1e-12);
 }
 
-/// Innovation against a changed state, in every one of the twelve error directions, on time and late, poles and small angles too.
+/// Jacobian of the innovation against numeric differentiation in all twelve error directions: columns on time and late, at poles
+/// and with small angles.
 TEST(Innovation, JacobianEqualsNumericDifferentiation) {
     std::mt19937_64 random(12);
     std::vector<State<double>> states;
@@ -87,7 +88,7 @@ TEST(Innovation, JacobianEqualsNumericDifferentiation) {
                         return innovation<double>(kModel, moved, moved, j, z, Vec3<double>::Ones(), late).y;
                     };
                     const Vec3<double> numeric = -(at(1) - at(-1)) / (2 * step);
-                    // The rates' block leaves out half the turn w dt of a late column, up to 15 rad/s times 5 ms.
+                    // The block of the rates neglects half the turn w dt of a late column: up to 15 rad/s times 5 ms.
                     const double allowed = i >= 9 && late > 0 ? 0.05 * h.rightCols<3>().norm() : 1e-7;
                     EXPECT_LT((numeric - h.col(i)).norm(), allowed) << "state " << i << " column " << j << " late " << late;
                 }
@@ -110,7 +111,7 @@ TEST(Update, EqualsTheInformationForm) {
     EXPECT_EQ((state.covariance - state.covariance.transpose()).cwiseAbs().maxCoeff(), 0);
 }
 
-/// Columns far surer than the prediction, in float, from a wide start and again and again: P must stay positive definite.
+/// Repeated columns with much less noise than the prediction, in float, from a large covariance: P must stay positive definite.
 TEST(Update, FloatKeepsTheCovariancePositiveDefinite) {
     std::mt19937_64 random(14);
     const ConcentricMeasurement<float> model{6.75e-3F};
@@ -123,7 +124,7 @@ TEST(Update, FloatKeepsTheCovariancePositiveDefinite) {
         Column<float> column;
         column.state = single_coil(n % 3);
         column.in_phase = z;
-        column.sigma.setConstant(1e-8F);  // a converter's quantisation, with no noise at all
+        column.sigma.setConstant(1e-8F);  // only the quantisation of the converter
         const auto y = column_innovation<float>(model, state, state, column);
         ASSERT_TRUE(y.ok) << n;
         apply(state, y);

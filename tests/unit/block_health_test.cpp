@@ -43,8 +43,8 @@ TEST(SampleBlock, MidpointLiesBetweenTheFirstAndTheLastSample) {
     EXPECT_EQ(to_us(midpoint(block, 0)), 1'000);
 }
 
-/// The limit for flat tops is that of the slowest carrier: alone in FDM, as near a source coil, it is no clipping, and cut off at
-/// its peaks it is.
+/// The limit for flat tops is that of the slowest carrier: FDM samples with the slowest carrier alone (near a source coil) are
+/// not clipped, with cut peaks they are.
 TEST(BlockHealth, TheSlowestCarrierAloneIsNotClipped) {
     AcquisitionParams params = default_acquisition(Multiplexing::fdm, 240);
     params.carrier_hz = {9'600, 960, 12'000};

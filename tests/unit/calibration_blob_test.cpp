@@ -86,7 +86,7 @@ TEST(CalibrationBlob, RefusesNumbersOutOfRange) {
     c.model.sensor_sensitivity.col(2) = c.model.sensor_sensitivity.col(1);
     EXPECT_EQ(decode(encode(c)).status().code(), StatusCode::invalid_argument);
     c = sample();
-    c.model.source_offset_m(0, 0) = 30;  // millimetres where metres belong
+    c.model.source_offset_m(0, 0) = 30;  // offsets in millimetres instead of metres
     EXPECT_EQ(decode(encode(c)).status().code(), StatusCode::invalid_argument);
 }
 

@@ -33,7 +33,7 @@ PoseStream reference_of(const sim::Motion& motion, double duration_s) {
     return {poses, "reference"};
 }
 
-/// The stream of a tracker with this lag and noise.
+/// Pose stream of a tracker with the given lag and noise.
 PoseStream tracker_of(const sim::Motion& motion, const Known& k, double duration_s, double lag_s, double noise_m) {
     std::mt19937_64 random(3);
     std::normal_distribution<double> normal(0, 1);
@@ -147,7 +147,7 @@ TEST(Dynamic, GapsAreSkipped) {
     const auto report = dynamic_report(tracker, reference, align_streams(tracker, reference, std::nullopt));
     EXPECT_NEAR(report.position_m.rms, 0.2e-3, 0.02e-3);
     EXPECT_NEAR(static_cast<double>(report.in_gaps), 480, 10);
-    EXPECT_GE(report.in_gaps + report.errors.size() + 2, tracker.poses().size());  // the ends may lie a microsecond outside
+    EXPECT_GE(report.in_gaps + report.errors.size() + 2, tracker.poses().size());  // the ends may be outside by a microsecond
 }
 
 /// Streams of different motions, and clock offsets beyond the search range, are refused.
@@ -195,7 +195,7 @@ TEST_F(StreamFile, NamesErrorAndLine) {
     EXPECT_EQ(refusal(lines(30, -1, "")), "");
     EXPECT_NE(refusal(lines(30, 5, "0.05,0,0\n")).find(":7: 3 fields"), std::string::npos);
     EXPECT_NE(refusal(lines(30, 5, "0.05,0,0,nan,1,0,0,0\n")).find(":7"), std::string::npos);
-    EXPECT_NE(refusal(lines(30, 5, "0.01,0,0,1,1,0,0,0\n")).find("time does not rise"), std::string::npos);
+    EXPECT_NE(refusal(lines(30, 5, "0.01,0,0,1,1,0,0,0\n")).find("time does not increase"), std::string::npos);
     EXPECT_NE(refusal(lines(30, 5, "0.05,0,0,1,2,0,0,0\n")).find("quaternion"), std::string::npos);
     EXPECT_NE(refusal(lines(30, 5, "0.05,1e300,0,1,1,0,0,0\n")).find("metres"), std::string::npos);
     EXPECT_NE(refusal(lines(10, -1, "")).find("at least 20"), std::string::npos);

@@ -124,7 +124,7 @@ TYPED_TEST(HostileMatrix, FilterIsFiniteOrFlags) {
     using Scalar = TypeParam;
     tracking::TrackerParams<Scalar> params;
     params.method = tracking::ScaatParams<Scalar>{};
-    params.common.confined = true;  // so that the hemisphere is told again after every loss
+    params.common.confined = true;  // so that the hemisphere is known again after a loss
     params.common.max_column_span = Microseconds{3500};
     tracking::ScaatTracker<Scalar> filter(params);
     int n = 0;

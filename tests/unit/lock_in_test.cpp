@@ -55,7 +55,7 @@ TYPED_TEST(LockIn, MeasuresAmplitudeAndPhaseDespiteOffsetAndOtherCarriers) {
         // Codes are rounded: 0.29 sqrt(2/300) = 0.024 for each part, as the three carriers repeat after 300 samples. The limit is
         // five times that.
         EXPECT_LT(std::abs(std::complex<double>(phasors[0]) - exact), sizeof(TypeParam) == 4 ? 6.0 : 0.12) << j;
-        EXPECT_LT(std::abs(phasors[1]), 2.0);  // a channel with the offset alone
+        EXPECT_LT(std::abs(phasors[1]), 2.0);  // channel with an offset and no carrier
     }
 }
 

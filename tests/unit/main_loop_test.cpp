@@ -21,7 +21,7 @@ public:
 
 private:
     Status do_excite(Excitation state) override {
-        state_ = state;  // an incomplete switch: the interface must undo it
+        state_ = state;  // an incomplete switch, which the interface must undo
         return calls_left_-- > 0 ? Status{} : Status{StatusCode::device_lost, "gone"};
     }
     void do_switch_off() override { state_ = Excitation::off; }
@@ -29,7 +29,7 @@ private:
     int calls_left_ = 1'000'000;
 };
 
-/// A sampler that answers with a given status.
+/// Sampler that returns a given status.
 class ScriptedSampler final : public hal::CoilSampler {
 public:
     Status start_status;

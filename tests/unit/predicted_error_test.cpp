@@ -28,7 +28,7 @@ TrackerParams<double> params_for(Form form, int passes) {
     return params;
 }
 
-/// All columns at once, almost without noise.
+/// Three simultaneous columns with little noise.
 PoseEstimate<double> feed(Tracker<double>& tracker, const Truth& truth, double time_s) {
     const Mat3<double> x = test::unit_signal(truth.position_m, truth.q_source_sensor);
     std::optional<PoseEstimate<double>> estimate;
@@ -74,7 +74,7 @@ TEST(PredictedError, OfTheFirstPassIsNotNothing) {
     EXPECT_GT(feed(tracker, truth_at(3 * kUpdate), 3 * kUpdate).predicted_error->linearization.position_m, 1e-5);
 }
 
-/// A turn beyond the step's domain: the pose is the direct solution, which has no linearization error.
+/// A rotation beyond the domain of the step: the pose is the direct solution, which has no linearization error.
 TEST(PredictedError, OfADirectSolutionHoldsNoLinearization) {
     PreviousTracker<double> tracker(params_for(Form::vectors, 1));
     feed(tracker, truth_at(0), 0);

@@ -8,7 +8,7 @@ namespace {
 
 constexpr Microseconds kStep{1389};
 
-/// A base that has followed a clock for a while, up to `time`.
+/// TimeBase after a regular sequence of times up to `time`.
 TimeBase started_at(DeviceTime time) {
     TimeBase base(Microseconds{10'000}, Microseconds{100'000});
     for (int n = 0; n < 20; ++n) {

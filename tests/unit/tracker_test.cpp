@@ -44,7 +44,7 @@ protected:
     const Vec3<double> position_{0.4, 0.2, -0.1};
     const Quat<double> attitude_ = Quat<double>(0.9, 0.1, -0.3, 0.2).normalized();
     const Mat3<double> x_ = test::unit_signal(position_, attitude_);
-    DeviceTime time_ = device_time_us((std::int64_t{1} << 32) - 2000);  // crosses 32 bits at once
+    DeviceTime time_ = device_time_us((std::int64_t{1} << 32) - 2000);  // exceeds 32 bits after the first step
 };
 
 TEST_F(TrackerTest, EveryMethodFindsAStillSensor) {
@@ -71,7 +71,7 @@ TEST_F(TrackerTest, HemisphereBySettingAndByContinuity) {
     ASSERT_TRUE(tracker.set_hemisphere(-position_).ok());
     EXPECT_LT((feed_frame(tracker, x_)->position_m + position_).norm(), 1e-12);
 
-    // Through x = 0, against the setting: continuity holds the side.
+    // Motion through x = 0, against the setting: the hemisphere follows by continuity.
     DirectTracker<double> follower(params());
     std::optional<PoseEstimate<double>> estimate;
     for (double x = 0.3; x > -0.3; x -= 0.02) {
@@ -182,7 +182,7 @@ TEST_F(TrackerTest, ALostColumnIsNotBridged) {
     DirectTracker<double> tracker(params());
     feed_frame(tracker, x_);
     EXPECT_TRUE(tracker.update(column(x_, 0)).has_value());
-    time_ += 2 * kSlot;  // the S2 column never comes
+    time_ += 2 * kSlot;  // no column of S2
     EXPECT_FALSE(tracker.update(column(x_, 2)).has_value());
 }
 

@@ -1,4 +1,4 @@
-// The tracker board's flash image on the virtual board, with a host on each link.
+// Flash image of the tracker board on the virtual board, with a host on each link.
 #pragma once
 
 #include <fmt/format.h>

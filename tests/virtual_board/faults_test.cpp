@@ -18,13 +18,13 @@ using protocol::Fault;
 using protocol::Opcode;
 using test::BoardBench;
 
-constexpr double kBlockS = 100 * 8 * 295 / 170e6;  // one coil's turn
+constexpr double kBlockS = 100 * 8 * 295 / 170e6;  // time of one slot
 constexpr double kFaultS = 0.7;                    // measuring by then
 constexpr unsigned bit(Fault fault) { return static_cast<unsigned>(fault); }
 
 bool is_on(const BoardBench& bench) { return bench.board->bench.any_driven(); }
 
-/// A board that measures for its serial link, with faults as in --fault.
+/// Board that measures for a host on its serial link, with faults as in --fault.
 class FaultyBoard : public BoardBench {
 public:
     explicit FaultyBoard(const std::vector<std::string>& board_faults, const std::vector<std::string>& world_faults = {},
@@ -71,7 +71,7 @@ private:
 
 TEST(BoardFaults, OpenCoil) {
     FaultyBoard board({}, {"open_coil:S2@0.7-1.2"});
-    board.expect_off(5 * kBlockS, bit(Fault::open_coil));  // it shows at the end of that coil's slot
+    board.expect_off(5 * kBlockS, bit(Fault::open_coil));  // detected at the end of the slot of that coil
     board.run(0.3);
     board.expect_tracking();
 }
@@ -255,7 +255,7 @@ calibration::Blob blob_of(double gain) {
     return calibration::encode(calibration);
 }
 
-/// Idle, with a session on its serial link.
+/// Idle board with a session on its serial link.
 class CalibratedBoard : public BoardBench {
 public:
     CalibratedBoard() { greet(); }
@@ -264,7 +264,7 @@ public:
         host().hello();
         run(0.02);
     }
-    /// Empty if it was not acknowledged within half a second.
+    /// Sends a command; empty without an acknowledgement within half a second.
     std::optional<AckResult> write(const calibration::Blob& blob) {
         host().write(blob);
         for (int n = 0; n < 100 && !host().result() && board->resets() == resets_; ++n) {

@@ -1,4 +1,4 @@
-// The same samples through the flash image and through the application built for the host: equal poses.
+// Processes the same samples with the flash image and with the application built for the host: equal poses.
 #include <gmock/gmock.h>
 
 #include <bit>
@@ -76,7 +76,7 @@ private:
     std::array<Sample, kBlock> samples_{};
 };
 
-/// Measures as the board does, from what its converters gave meanwhile.
+/// Simulates the board, and returns the samples of its converters and its poses.
 class RecordedGain final : public stm32g4::TestInputGain {
 public:
     explicit RecordedGain(hal::CoilSampler& sampler) : sampler_(sampler) {}

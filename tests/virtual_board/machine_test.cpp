@@ -35,7 +35,7 @@ protected:
 
     Mailbox& mailbox() { return *reinterpret_cast<Mailbox*>(machine_.memory.at(test::kMailbox, sizeof(Mailbox)).data()); }
 
-    /// Runs the job; returns the words that the image recorded.
+    /// Runs a job; returns the words that the image recorded.
     std::vector<std::uint32_t> run(Job job, double for_s = 0.01) {
         mailbox() = {job, 0, 0, 0, {}};
         machine_.reset();

@@ -11,7 +11,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// TRICOIL_PROGRAM is the virtual board here; status 124 if it does not end by itself.
+/// TRICOIL_PROGRAM is the virtual board's program. Exit status 124: it did not end by itself.
 test::CliResult virtual_board(const std::string& options) {
     return test::tricoil(TRICOIL_TEST_FIRMWARE "/processor.bin " + options);
 }

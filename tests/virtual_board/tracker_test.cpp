@@ -68,7 +68,7 @@ Score score(const sim::Scenario& scenario, const std::vector<protocol::PoseMessa
     return s;
 }
 
-/// Every pose after the first half second against the truth at its own time. The board's clock starts some milliseconds after
+/// Compares poses after the first half second with the truth at their times. The board's clock starts a few milliseconds after
 /// power-on; the offset is fitted to the first two seconds.
 Score score(const sim::Scenario& scenario, const std::vector<protocol::PoseMessage>& poses,
             const signal::AcquisitionPlan& plan = nucleo_g474re::kModes[0].plan) {
@@ -194,7 +194,7 @@ struct MeasuringMode {
 
 class ModeOfTheBoard : public ::testing::TestWithParam<MeasuringMode> {};
 
-/// Every mode tracks without loss and with spare processor time. An instruction counts as one cycle: see sim/virtual_board.
+/// Every mode tracks without losses and leaves processor time unused. An instruction counts as one cycle (see sim/virtual_board).
 TEST_P(ModeOfTheBoard, TracksWithTimeToSpare) {
     const auto& [name, request, mode, expected_per_s] = GetParam();
     const signal::AcquisitionPlan& plan = nucleo_g474re::kModes[mode].plan;
@@ -229,7 +229,7 @@ INSTANTIATE_TEST_SUITE_P(Rates, ModeOfTheBoard,
                                            MeasuringMode{"tdm_480", {480'000, signal::Multiplexing::tdm}, 3, 1440.7}),
                          [](const auto& instance) { return instance.param.name; });
 
-/// Twenty seconds, or as many as TRICOIL_BOARD_S says: an hour by hand.
+/// Runs for TRICOIL_BOARD_S seconds (default 20; long test: 3600).
 TEST(Tracker, RunsWithoutLoss) {
     const char* const wanted = std::getenv("TRICOIL_BOARD_S");
     const double duration_s = wanted == nullptr ? 20 : std::stod(wanted);

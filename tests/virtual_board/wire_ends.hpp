@@ -1,4 +1,4 @@
-// The host's ends of the board's three links, in simulated time: messages on one side, bytes, frames and transfers on the other.
+// Host side of the three links of the board in simulated time: messages on one side, bytes, frames and transfers on the other.
 #pragma once
 
 #include <deque>

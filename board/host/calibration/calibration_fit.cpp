@@ -7,10 +7,10 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
-#include <numbers>
+#include <span>
 
-#include "board/host/calibration/dense_algebra.hpp"
 #include "board/host/calibration/fit_parameters.hpp"
+#include "board/host/calibration/fit_quality.hpp"
 #include "board/host/calibration/fixture_name.hpp"
 #include "board/host/calibration/initial_guess.hpp"
 #include "board/host/calibration/pose_residual.hpp"
@@ -19,27 +19,10 @@
 namespace tricoil::host {
 namespace {
 
-constexpr double kFirstLoss_m = 5e-3;     // of the robust loss before the residuals' own spread is known
-constexpr double kLossDeviations = 4;     // afterwards, in robust standard deviations
-constexpr double kOutlierDeviations = 8;  // reported as outliers
-constexpr double kWorstCondition = 1e6;   // of the normalised Jacobian; beyond, parameters are not determined
-constexpr double kWarnCondition = 2e4;
-constexpr double kMixedFactor = 4;    // a file's residuals against the median file's
-constexpr double kMixedShare = 5e-3;  // and only if they are at least this share of the couplings
-constexpr double kPoorShare = 0.02;   // residuals beyond this deserve a warning
-constexpr double kUnexplainedByGeneralShare = 0.05;
-constexpr double kUnexplainedShare = 0.3;  // larger residuals: no calibration
-constexpr double kFixtureTolerance_deg = 5;
-
-double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
-
-double degrees_between(const Mat3<double>& a, const Mat3<double>& b) {
-    return geometry::angle_between(Quat<double>(a), Quat<double>(b)) * 180 / std::numbers::pi;
-}
+constexpr double kFirstLoss_m = 5e-3;  // scale of the robust loss for the first fit, when the spread of the residuals is unknown
+constexpr double kLossDeviations = 4;  // scale of the robust loss for later fits, in robust standard deviations
+constexpr double kOutlierDeviations = 8;   // a pose with a larger residual is an outlier, in robust standard deviations
+constexpr double kNameTolerance_deg = 15;  // between the rotation of a start value and a fixture's name
 
 /// One fit: parameter blocks, Ceres problem and results.
 class Fit {
@@ -133,7 +116,7 @@ private:
             for (std::size_t f = 0; f < files_.size(); ++f) {
                 if (source_index_[f] == s) {
                     std::vector<PoseFile> one{std::move(files_[f])};
-                    turn_other_way(one);
+                    transpose_rotations(one);
                     files_[f] = std::move(one[0]);
                 }
             }
@@ -156,11 +139,11 @@ private:
     void check_names() {
         for (std::size_t i = 1; i < named_.size(); ++i) {
             const double off = degrees_between(named_[0].transpose() * mount_start_[0], named_[i].transpose() * mount_start_[i]);
-            if (off > 3 * kFixtureTolerance_deg) {
+            if (off > kNameTolerance_deg) {
                 throw InputError(
-                    fmt::format("the couplings turn the sensor by {:.0f} deg from what the fixture names '{}' and '{}' say; a "
-                                "name is wrong, or leave out --fixtures named",
-                                off, sensor_names_[0], sensor_names_[i]));
+                    fmt::format("the couplings show a rotation between the fixtures '{}' and '{}' that differs by {:.0f} deg "
+                                "from their names; correct the name, or leave out --fixtures named",
+                                sensor_names_[0], sensor_names_[i], off));
             }
         }
     }
@@ -221,7 +204,7 @@ private:
         return true_pose(source_of(s), pose, mount_of(m));
     }
 
-    /// Metres per coupling unit: a coupling falls by 3 k / rho per metre.
+    /// Weight of a pose's couplings, metres per coupling unit: a coupling decreases by 3 k / rho per metre.
     [[nodiscard]] double weight_m(const MeasuredPose& pose) const {
         const double strength = pose.x.norm() / std::sqrt(1.5);
         const double range = std::cbrt(coupling_constant_ / strength);
@@ -230,8 +213,7 @@ private:
 
     void fix_gauge(FitModel model) {
         std::vector<int> constant;
-        const int free = model == FitModel::concentric ? kSourceOffsets : model == FitModel::general ? kOctupoles : kMagnetic;
-        for (int k = free; k < kMagnetic; ++k) {
+        for (int k = free_magnetic(model); k < kMagnetic; ++k) {
             constant.push_back(k);
         }
         if (!constant.empty()) {
@@ -256,7 +238,7 @@ private:
         }
     }
 
-    /// In the order of the Jacobian's columns: the magnetic block first.
+    /// Free parameter blocks in the order of the Jacobian's columns: magnetic parameters first.
     [[nodiscard]] std::vector<double*> free_blocks() const {
         std::vector<double*> all;
         std::vector<double*> free;
@@ -275,7 +257,7 @@ private:
         return values;
     }
 
-    /// Length of each pose's residual: metres, position and rotation at the lever together.
+    /// Norm of each pose's residual, m. It contains position and rotation (see PoseResidual).
     std::vector<double> pose_norms() {
         const std::vector<double> values = residuals();
         std::vector<double> norms;
@@ -300,24 +282,20 @@ private:
         fit.start_position_rms_m = start_rms_m_;
         fit.coupling_constant = coupling_constant_;
         fit.poses = count_poses(files_);
-        judge_residuals(fit);
-        judge_parameters(fit);
-        compare_with_names(fit);
+        check_residuals(residuals_by_file(fit), options_.model, fit);
+        check_parameters(parameter_estimate(), fit);
+        check_fixture_names(sensor_names_, fit);
         return fit;
     }
 
-    /// RMS of couplings by file, without poses beyond kOutlierDeviations, which are named.
-    void judge_residuals(CalibrationFit& fit) {
+    /// RMS residual of each file without its outliers. Adds the outliers to `fit`.
+    std::vector<FileResidual> residuals_by_file(CalibrationFit& fit) {
         const std::vector<double> norms = pose_norms();
-        const double limit = kOutlierDeviations * median(norms) + 1e-12;
+        const double limit = outlier_limit_m(norms);
+        std::vector<FileResidual> files;
         std::size_t at = 0;
-        double all = 0;
-        double all_count = 0;
-        std::vector<double> by_file;
-        std::vector<std::size_t> bad_by_file;
         for (std::size_t f = 0; f < files_.size(); ++f) {
-            double squares = 0;
-            double count = 0;
+            FileResidual file{files_[f].path, files_[f].poses.size()};
             for (const MeasuredPose& pose : files_[f].poses) {
                 if (norms[at++] > limit) {
                     fit.outliers.push_back(fmt::format("{}:{}", files_[f].path, pose.line));
@@ -325,158 +303,31 @@ private:
                 }
                 const auto at_pose = current_pose(source_index_[f], sensor_index_[f], pose);
                 const Mat3<double> o = at_pose.q_source_sensor.toRotationMatrix().transpose();
-                squares += (field::signal_matrix<double>(fit.model, at_pose.position_m, o) - pose.x).squaredNorm() /
-                           pose.x.squaredNorm();
-                count += 1;
+                file.squares += (field::signal_matrix<double>(fit.model, at_pose.position_m, o) - pose.x).squaredNorm() /
+                                pose.x.squaredNorm();
+                ++file.used;
             }
-            by_file.push_back(count > 0 ? std::sqrt(squares / count) : 1);
-            bad_by_file.push_back(files_[f].poses.size() - static_cast<std::size_t>(count));
-            fit.residual_rms_by_file[files_[f].path] = by_file.back();
-            all += squares;
-            all_count += count;
+            files.push_back(file);
         }
-        fit.residual_rms = std::sqrt(all / std::max(all_count, 1.0));
-        refuse_mixed_sets(by_file, bad_by_file);
-        if (fit.residual_rms > kPoorShare) {
-            fit.warnings.push_back(fmt::format("the model leaves {:.1f} % of the couplings unexplained{}", 100 * fit.residual_rms,
-                                               options_.model == FitModel::concentric ? "; try --model general" : ""));
-        }
+        return files;
     }
 
-    /// A file whose poses mostly do not fit was recorded with other coils or another mounting.
-    void refuse_mixed_sets(const std::vector<double>& by_file, const std::vector<std::size_t>& bad_by_file) {
-        for (std::size_t f = 0; f < files_.size(); ++f) {
-            std::vector<double> others = by_file;
-            others.erase(others.begin() + static_cast<std::ptrdiff_t>(f));
-            const bool worse = !others.empty() && by_file[f] > kMixedFactor * median(others) && by_file[f] > kMixedShare;
-            if (2 * bad_by_file[f] > files_[f].poses.size() || worse) {
-                throw InputError(
-                    fmt::format("{}: {} of {} poses do not fit the model of the whole set (residual {:.2g} of the couplings); it "
-                                "was recorded with "
-                                "other coils, gains or mounting: calibrate it by itself",
-                                files_[f].path, bad_by_file[f], files_[f].poses.size(), by_file[f]));
-            }
-        }
-        // The concentric model may fit good data badly; the general model leaves residuals of per mille.
-        const double limit = options_.model == FitModel::concentric ? kUnexplainedShare : kUnexplainedByGeneralShare;
-        const auto worst = std::max_element(by_file.begin(), by_file.end());
-        if (*worst > limit) {
-            throw InputError(fmt::format(
-                "{}: the model leaves {:.0f} % of the couplings unexplained, most of all in this file; files of different coils "
-                "or gains "
-                "are mixed, a coil was reversed or swapped within the set, or the stage's numbers do not belong to the couplings",
-                files_[static_cast<std::size_t>(worst - by_file.begin())].path, 100 * *worst));
-        }
-    }
-
-    /// Standard deviations from the Jacobian at the solution; scale of the residuals from the robust deviation.
-    void judge_parameters(CalibrationFit& fit) {
+    ParameterEstimate parameter_estimate() {
         ceres::CRSMatrix sparse;
-        residuals(&sparse);
-        Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(sparse.num_rows, sparse.num_cols);
+        ParameterEstimate estimate;
+        estimate.residuals = residuals(&sparse);
+        estimate.jacobian = Eigen::MatrixXd::Zero(sparse.num_rows, sparse.num_cols);
         for (int row = 0; row < sparse.num_rows; ++row) {
             for (int k = sparse.rows[static_cast<std::size_t>(row)]; k < sparse.rows[static_cast<std::size_t>(row) + 1]; ++k) {
-                jacobian(row, sparse.cols[static_cast<std::size_t>(k)]) = sparse.values[static_cast<std::size_t>(k)];
+                estimate.jacobian(row, sparse.cols[static_cast<std::size_t>(k)]) = sparse.values[static_cast<std::size_t>(k)];
             }
         }
-        const Eigen::VectorXd norms = jacobian.colwise().norm().cwiseMax(1e-300);
-        const Eigen::MatrixXd normalised = jacobian * norms.cwiseInverse().asDiagonal();
-        const SymmetricEigen eigen = eigen_of_symmetric(normalised.transpose() * normalised);
-        const double least = std::max(eigen.values(0), 1e-300);
-        fit.condition = std::sqrt(eigen.values(eigen.values.size() - 1) / least);
-        eigen.vectors.col(0).cwiseAbs().maxCoeff(&weakest_index_);
-        name_parameters(fit, deviations(jacobian, eigen, norms));
-        if (fit.condition > kWorstCondition) {
-            throw InputError(
-                fmt::format("the poses do not determine all parameters (condition {:.1e}); weakest: {}. Add poses that turn "
-                            "and move the sensor in more directions, or use --model concentric",
-                            fit.condition, weakest_name_));
-        }
-        if (fit.condition > kWarnCondition) {
-            fit.warnings.push_back(
-                fmt::format("parameters are weakly determined (condition {:.1e}); weakest: {}", fit.condition, weakest_name_));
-        }
+        estimate.outlier_limit_m = outlier_limit_m(pose_norms());
+        estimate.magnetic = std::span(magnetic_).first(static_cast<std::size_t>(free_magnetic(options_.model)));
+        return estimate;
     }
 
-    /// Standard deviations for any distribution of the residuals, if the poses are independent:
-    /// (J^T J)^-1 (sum over poses of J_k^T r_k r_k^T J_k) (J^T J)^-1 (White 1980, Econometrica 48(4)).
-    Eigen::VectorXd deviations(const Eigen::MatrixXd& jacobian, const SymmetricEigen& eigen, const Eigen::VectorXd& norms) {
-        const std::vector<double> values = residuals();
-        const Eigen::VectorXd inverse = eigen.values.cwiseMax(1e-300).cwiseInverse();
-        const Eigen::MatrixXd bread = eigen.vectors * inverse.asDiagonal() * eigen.vectors.transpose();
-        const double limit = kOutlierDeviations * deviation_m() + 1e-12;
-        Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(jacobian.rows() / 9, jacobian.cols());
-        for (Eigen::Index k = 0; k < scores.rows(); ++k) {
-            const Eigen::Map<const Eigen::Matrix<double, 9, 1>> r(values.data() + 9 * k);
-            if (r.norm() <= limit) {
-                scores.row(k) = r.transpose() * jacobian.middleRows<9>(9 * k) * norms.cwiseInverse().asDiagonal();
-            }
-        }
-        const Eigen::MatrixXd spread = scores * bread;
-        return spread.colwise().norm().transpose().cwiseQuotient(norms);
-    }
-
-    void name_parameters(CalibrationFit& fit, const Eigen::VectorXd& deviations) {
-        static const std::array<const char*, kMagnetic> names{"moment xx",
-                                                              "moment yy",
-                                                              "moment zz",
-                                                              "moment xy",
-                                                              "moment xz",
-                                                              "moment yz",
-                                                              "sensitivity xx",
-                                                              "sensitivity yy",
-                                                              "sensitivity xy",
-                                                              "sensitivity xz",
-                                                              "sensitivity yz",
-                                                              "source 1 x mm",
-                                                              "source 1 y mm",
-                                                              "source 1 z mm",
-                                                              "source 2 x mm",
-                                                              "source 2 y mm",
-                                                              "source 2 z mm",
-                                                              "sensor 1 x mm",
-                                                              "sensor 1 y mm",
-                                                              "sensor 1 z mm",
-                                                              "sensor 2 x mm",
-                                                              "sensor 2 y mm",
-                                                              "sensor 2 z mm",
-                                                              "source 1 octupole mm2",
-                                                              "source 2 octupole mm2",
-                                                              "source 3 octupole mm2",
-                                                              "sensor 1 octupole mm2",
-                                                              "sensor 2 octupole mm2",
-                                                              "sensor 3 octupole mm2"};
-        const int free = options_.model == FitModel::concentric ? kSourceOffsets
-                         : options_.model == FitModel::general  ? kOctupoles
-                                                                : kMagnetic;
-        for (int k = 0; k < free; ++k) {
-            const double unit = k < kSourceOffsets ? 1
-                                : k < kOctupoles   ? 1e3 * kLengthUnit_m
-                                                   : 1e6 * kLengthUnit_m * kLengthUnit_m;
-            fit.parameters.push_back(
-                {names[static_cast<std::size_t>(k)], unit * magnetic_[static_cast<std::size_t>(k)], unit * deviations(k)});
-        }
-        // Ceres orders the columns by first use: magnetic first.
-        weakest_name_ = weakest_index_ < free ? names[static_cast<std::size_t>(weakest_index_)] : "a fixture's place or rotation";
-    }
-
-    void compare_with_names(CalibrationFit& fit) const {
-        for (std::size_t i = 1; i < sensor_names_.size(); ++i) {
-            const auto first = rotation_of_fixture(sensor_names_[0]);
-            const auto other = rotation_of_fixture(sensor_names_[i]);
-            if (!first || !other) {
-                continue;
-            }
-            const double off = degrees_between(first->transpose() * fit.mount_sensor.at(sensor_names_[0]).rotation,
-                                               other->transpose() * fit.mount_sensor.at(sensor_names_[i]).rotation);
-            if (off > kFixtureTolerance_deg) {
-                fit.warnings.push_back(
-                    fmt::format("fixture '{}' is turned by {:.1f} deg from what its name says beside '{}': a wrong name, "
-                                "or coils of the sensor reversed or swapped between the files",
-                                sensor_names_[i], off, sensor_names_[0]));
-            }
-        }
-    }
+    static double outlier_limit_m(const std::vector<double>& norms) { return kOutlierDeviations * median(norms) + 1e-12; }
 
     std::vector<PoseFile> files_;
     FitOptions options_;
@@ -490,8 +341,6 @@ private:
     double start_rms_m_ = 0;
     bool left_handed_ = false;
     std::unique_ptr<ceres::Problem> problem_;
-    Eigen::Index weakest_index_ = 0;
-    std::string weakest_name_;
 };
 
 }  // namespace

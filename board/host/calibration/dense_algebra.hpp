@@ -17,7 +17,7 @@ SymmetricEigen eigen_of_symmetric(const Eigen::MatrixXd& a);
 /// Inverse of a positive definite matrix.
 Eigen::MatrixXd inverse_of_definite(const Eigen::MatrixXd& a);
 
-/// Minimum-norm X that minimises |A X - B|.
+/// Least-squares solution X of A X = B with minimum norm.
 Eigen::MatrixXd least_squares(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 
 }  // namespace tricoil::host

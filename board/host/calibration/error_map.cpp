@@ -84,7 +84,7 @@ void split_by_fixture(const std::vector<EvaluatedPose>& errors, const std::vecto
 ErrorReport summarise_errors(const std::vector<EvaluatedPose>& errors, const std::vector<PoseFile>& files) {
     ErrorReport report;
     BandErrors all;
-    std::map<double, BandErrors> bands;  // by their number; as many as there are poses at most
+    std::map<double, BandErrors> bands;  // key: number of the range band
     for (const EvaluatedPose& e : errors) {
         all.add(e);
         bands[std::floor(e.truth_m.norm() / kBand_m)].add(e);
@@ -118,13 +118,13 @@ Picture error_picture(const std::vector<EvaluatedPose>& errors) {
     for (const EvaluatedPose& e : errors) {
         largest = std::max(largest, e.error_m.norm());
     }
-    // Round magnification that draws the largest error about 20 mm long.
+    // Magnification with one significant digit. The largest error is drawn at most 20 mm long.
     const double magnification = std::pow(10, std::floor(std::log10(0.02 / largest))) *
                                  std::max(1.0, std::floor(0.02 / largest / std::pow(10, std::floor(std::log10(0.02 / largest)))));
     const auto view = [&](const char* horizontal, const char* vertical) {
         const std::string y = fmt::format("(column('{}_mm')):({}*column('e{}_mm')):({}*column('e{}_mm'))", vertical,
                                           magnification, horizontal, magnification, vertical);
-        const std::string title = fmt::format("error vectors, {:.0f} times; seen along the third axis", magnification);
+        const std::string title = fmt::format("error vectors, drawn x{:.0f}; viewed along the third axis", magnification);
         return Panel{
             title,
             fmt::format("{} (mm)", horizontal),

@@ -73,7 +73,7 @@ std::vector<EvaluatedPose> evaluate(const CalibrationFile& calibration, const st
                                     EvaluationSolver solver) {
     std::vector<PoseFile> turned = files;
     if (calibration.stage_turns_left_handed) {
-        turn_other_way(turned);
+        transpose_rotations(turned);
     }
     const auto& c = calibration.calibration;
     std::vector<EvaluatedPose> errors;
@@ -126,8 +126,8 @@ void fit_output_correction(CalibrationFile& calibration, const std::vector<Evalu
 
 namespace {
 
-/// Gauss-Newton on the pose errors of one file pair of fixtures, alternating: small, linear, and few.
-void improve(CalibrationFile& c, const std::vector<PoseFile>& files, const std::vector<EvaluatedPose>& errors) {
+/// One Gauss-Newton step that changes the transforms of all fixtures so that the pose errors decrease.
+void refine_fixtures(CalibrationFile& c, const std::vector<PoseFile>& files, const std::vector<EvaluatedPose>& errors) {
     std::map<std::string, Eigen::Index> column;
     for (const PoseFile& file : files) {
         column.try_emplace("source " + source_fixture_name(file), 6 * static_cast<Eigen::Index>(column.size()));
@@ -148,7 +148,8 @@ void improve(CalibrationFile& c, const std::vector<PoseFile>& files, const std::
             const EvaluatedPose& e = errors[at++];
             const Mat3<double> turned = source.rotation * pose.stage_rotation;
             const Vec3<double> arm = e.truth_m - source.translation_m;
-            // Truth moves by d_source + w_source x arm + A R d_mount; turns by w_source + A R B w_mount' (w' in the mount).
+            // A small change (d, w) of source and mount moves the true pose by d_source + w_source x arm + A R d_mount and
+            // rotates it by w_source + A R w_mount (A, R: rotations of source and stage).
             jacobian.block<3, 3>(row, s).setIdentity();
             jacobian.block<3, 3>(row, s + 3) = -geometry::skew<double>(arm);
             jacobian.block<3, 3>(row, m) = turned;
@@ -190,7 +191,7 @@ CalibrationFile with_refitted_fixtures(const CalibrationFile& calibration, const
     }
     for (const auto& [name, group] : by_source) {
         const InitialGuess guess = guess_start(group);
-        // The guess has gauges of its own; it serves only where the calibration has no fixture of that name.
+        // The guess uses another gauge than the calibration, so it is used only for fixtures that the calibration lacks.
         if (result.source_stage.try_emplace(name, guess.source_stage).second) {
             result.stage_turns_left_handed = guess.stage_turns_left_handed;
         }
@@ -200,11 +201,11 @@ CalibrationFile with_refitted_fixtures(const CalibrationFile& calibration, const
     }
     std::vector<PoseFile> turned = files;
     if (result.stage_turns_left_handed) {
-        turn_other_way(turned);
+        transpose_rotations(turned);
     }
     constexpr int kRounds = 5;
     for (int round = 0; round < kRounds; ++round) {
-        improve(result, turned, evaluate(result, files, solver));
+        refine_fixtures(result, turned, evaluate(result, files, solver));
     }
     return result;
 }

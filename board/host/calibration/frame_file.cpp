@@ -67,16 +67,17 @@ std::vector<Mat3<double>> deskewed(const std::vector<Mat3<double>>& frames, doub
     for (std::size_t k = 2; k + 2 < frames.size(); ++k) {
         Mat3<double> x;
         for (int j = 0; j < 3; ++j) {
-            // Column j of frame n stands at n + j skew; wanted at k + skew, that is t = (1 - j) skew frames after its own.
+            // Unit of time: one frame. Column j of frame n was measured at n + j skew. Its value at k + skew is interpolated,
+            // t = (1 - j) skew after its own time.
             const double t = (1 - j) * skew;
             const double shift = std::floor(t);
-            const double s = t - shift;  // between frames k + shift and the next
+            const double s = t - shift;  // position between frames k + shift and k + shift + 1
             const auto column = [&](int offset) {
                 return frames[static_cast<std::size_t>(static_cast<std::ptrdiff_t>(k) + static_cast<std::ptrdiff_t>(shift) +
                                                        offset)]
                     .col(j);
             };
-            // Lagrange's cubic through -1, 0, 1, 2.
+            // Cubic Lagrange interpolation with nodes at -1, 0, 1 and 2.
             x.col(j) = -s * (s - 1) * (s - 2) / 6 * column(-1) + (s + 1) * (s - 1) * (s - 2) / 2 * column(0) -
                        (s + 1) * s * (s - 2) / 2 * column(1) + (s + 1) * s * (s - 1) / 6 * column(2);
         }

@@ -17,15 +17,14 @@
 namespace tricoil::host {
 namespace {
 
-constexpr double kMisfitLever_m = 0.02;  // a misfit of the whole coupling weighs as this length
-constexpr double kLoss_m = 3e-3;         // a sensor held badly is not worth more than this
-constexpr double kWorstFit =
-    0.1;  // RMS of positions against the grid's extent: beyond, nodes and couplings do not belong together
+constexpr double kMisfitLever_m = 0.02;  // position error with the same weight as a misfit of 100 %
+constexpr double kLoss_m = 3e-3;         // scale of the robust loss; a hand places the sensor with about this error
+constexpr double kWorstFit = 0.1;        // RMS position error relative to the grid's extent; a larger one is refused
 
 struct Parameters {
     std::array<double, 5> sensor{1, 1, 0, 0, 0};
-    std::array<double, 6> moment{1, 1, 1, 0, 0, 0};  // in units of the start's coupling constant
-    std::array<double, 6> grid{};                    // translation (0.1 m), rotation vector on top of the start's
+    std::array<double, 6> moment{1, 1, 1, 0, 0, 0};  // in units of the start value of C
+    std::array<double, 6> grid{};                    // translation (0.1 m), rotation vector relative to the start value
     std::array<double, 3> pivot{};                   // 0.1 m
 };
 
@@ -57,7 +56,7 @@ struct NodeResidual {
     }
 };
 
-/// Rotation and scale that take nodes to positions with C = 1, about their means.
+/// Least-squares transform from node coordinates to positions computed with C = 1.
 struct Similarity {
     double scale = 1;
     Mat3<double> rotation;
@@ -81,7 +80,7 @@ void check_nodes(const std::vector<GridFrame>& frames) {
     nodes.colwise() -= nodes.rowwise().mean().eval();
     const Vec3<double> extent = nodes.jacobiSvd().singularValues();
     if (extent(1) < 0.05 * extent(0) || !(extent(0) > 0)) {
-        throw InputError("the grid's nodes lie on one line; rest the sensor on nodes of several rows and columns");
+        throw InputError("the grid's nodes lie on one line; place the sensor on nodes of several rows and columns");
     }
 }
 
@@ -111,10 +110,10 @@ GridCalibration result_of(const Parameters& p, double c, const Similarity& start
     result.misfit_after = std::sqrt(misfit / count / 1.5) / kMisfitLever_m;
     result.scale_deviation = 3 * result.position_rms_m / (extent * std::sqrt(count));
     if (result.position_rms_m > kWorstFit * extent) {
-        throw InputError(
-            fmt::format("the positions miss the grid by {:.1f} mm: nodes and couplings do not belong together, or the grid "
-                        "reaches through the source's plane",
-                        1e3 * result.position_rms_m));
+        throw InputError(fmt::format(
+            "the positions differ from the grid by {:.1f} mm RMS: nodes and couplings do not belong together, or the grid "
+            "crosses the plane of the source",
+            1e3 * result.position_rms_m));
     }
     return result;
 }
@@ -137,7 +136,7 @@ GridCalibration calibrate_on_grid(const std::vector<GridFrame>& frames, double s
         const auto s = solver::solve_direct<double>(corrected(frames[k].x, gains.sensor, gains.source), 1.0);
         if (!s.ok() || !s->right_handed) {
             throw InputError(
-                fmt::format("line {}: the couplings are left-handed or degenerate; mend the wiring", frames[k].line));
+                fmt::format("line {}: the couplings are left-handed or degenerate; correct the wiring", frames[k].line));
         }
         const double side = s->direction.dot(hemisphere) < 0 ? -1 : 1;
         nodes.col(static_cast<Eigen::Index>(k)) = spacing_m * frames[k].node;

@@ -19,14 +19,14 @@
 namespace tricoil::host {
 namespace {
 
-constexpr std::size_t kFewestPoses = 20;
-constexpr double kFewestSpread = 0.02;  // of the smallest principal extent of the stage's positions against the largest
+constexpr std::size_t kMinPoses = 20;
+constexpr double kMinSpread = 0.02;  // ratio of the smallest to the largest principal extent of the stage positions
 
-/// Pose of any file with its direct solution.
+/// Measured pose and its direct solution.
 struct Solved {
     const MeasuredPose* pose;
     std::size_t file;
-    Vec3<double> position_m;  // with C = 1, sign as chosen so far
+    Vec3<double> position_m;  // computed with C = 1
     Mat3<double> attitude;    // O
     double weight = 1;
 };
@@ -44,9 +44,9 @@ PoseList list_of(const std::vector<PoseFile>& files) {
 }
 
 void check_spread(const PoseList& list) {
-    if (list.size() < kFewestPoses) {
+    if (list.size() < kMinPoses) {
         throw InputError(fmt::format("{} poses are too few to calibrate; at least {} are needed, spread over the workspace",
-                                     list.size(), kFewestPoses));
+                                     list.size(), kMinPoses));
     }
     Eigen::Matrix3Xd positions(3, list.size());
     for (std::size_t i = 0; i < list.size(); ++i) {
@@ -54,7 +54,7 @@ void check_spread(const PoseList& list) {
     }
     positions.colwise() -= positions.rowwise().mean().eval();
     const Vec3<double> extent = positions.jacobiSvd().singularValues();
-    if (extent(2) < kFewestSpread * extent(0)) {
+    if (extent(2) < kMinSpread * extent(0)) {
         throw InputError(
             "the stage's positions lie in one plane or on one line; calibration needs poses spread in all three directions");
     }
@@ -63,7 +63,7 @@ void check_spread(const PoseList& list) {
         mean += pose->stage_rotation / static_cast<double>(list.size());
     }
     if (mean.jacobiSvd().singularValues()(2) > 0.999) {
-        throw InputError("the stage never turns; calibration needs poses in different attitudes (20 degrees and more)");
+        throw InputError("the stage does not rotate; calibration needs poses in different attitudes (20 degrees and more)");
     }
 }
 
@@ -82,12 +82,13 @@ std::vector<Solved> solve_all(const PoseList& list, const std::vector<PoseFile>&
     if (2 * left_handed > list.size()) {
         throw InputError(
             "the couplings are left-handed (det X < 0): one coil, or all three of one side, is reversed, or two are "
-            "swapped; mend the wiring or the signs");
+            "swapped; correct the wiring or the signs");
     }
     return solved;
 }
 
-/// A pair of poses near on the stage must be near, not opposite, in the source frame. Grows a tree from pose to nearest pose.
+/// Chooses the signs of the positions: poses that are close on the stage must be close in the source frame. Follows a minimum
+/// spanning tree of the distances on the stage.
 void align_hemispheres(std::vector<Solved>& solved) {
     const std::size_t n = solved.size();
     std::vector<double> distance(n, std::numeric_limits<double>::max());
@@ -106,7 +107,7 @@ void align_hemispheres(std::vector<Solved>& solved) {
             solved[next].position_m *= -1;
         }
         for (std::size_t i = 0; i < n; ++i) {
-            // A rotation of the mount also moves the sensor: a radian counts as 0.1 m.
+            // A rotation of the stage also moves the sensor in its mount: a radian counts as 0.1 m.
             const double turn = (solved[i].pose->stage_rotation - solved[next].pose->stage_rotation).norm() / std::sqrt(2.0);
             const double other_file = solved[i].file == solved[next].file ? 0 : 0.05;
             const double d =
@@ -119,7 +120,7 @@ void align_hemispheres(std::vector<Solved>& solved) {
     }
 }
 
-/// p = G t + R-dependent part + c: the linear part, for each component of p by itself.
+/// G of p = G t + H_f vec(R) + c by least squares. p: position with C = 1; t, R: stage; H_f: 3 x 9 matrix of each file.
 Mat3<double> linear_part(const std::vector<Solved>& solved, std::size_t files) {
     const auto n = static_cast<Eigen::Index>(solved.size());
     Eigen::MatrixXd features = Eigen::MatrixXd::Zero(n, 4 + 9 * static_cast<Eigen::Index>(files));
@@ -135,7 +136,7 @@ Mat3<double> linear_part(const std::vector<Solved>& solved, std::size_t files) {
     return solution.topRows<3>().transpose();
 }
 
-/// Given scale and rotation of stage to source: c and the mount's offset of each file from p / s - A t = A R d + c.
+/// c and the offset d of each file's mount from p / s - A t = A R d + c by least squares. s: scale; A: rotation of the stage.
 void fit_offsets(const std::vector<Solved>& solved, double scale, InitialGuess& guess) {
     const auto n = static_cast<Eigen::Index>(solved.size());
     const auto unknowns = 3 + 3 * static_cast<Eigen::Index>(guess.mount_sensor.size());
@@ -157,7 +158,7 @@ void fit_offsets(const std::vector<Solved>& solved, double scale, InitialGuess& 
 
 void fit_mount_rotations(const std::vector<Solved>& solved, InitialGuess& guess) {
     std::vector<Mat3<double>> sum(guess.mount_sensor.size(), Mat3<double>::Zero());
-    for (const Solved& s : solved) {  // O^T = A R B
+    for (const Solved& s : solved) {  // O^T = A R B, B: rotation of the mount
         sum[s.file] += s.weight * (guess.source_stage.rotation * s.pose->stage_rotation).transpose() * s.attitude.transpose();
     }
     for (std::size_t f = 0; f < sum.size(); ++f) {
@@ -165,8 +166,8 @@ void fit_mount_rotations(const std::vector<Solved>& solved, InitialGuess& guess)
     }
 }
 
-/// Errors of the closed-form positions against the stage; poses far off the rest get no weight in the next round.
-double reweigh(std::vector<Solved>& solved, double scale, const InitialGuess& guess) {
+/// RMS position error. Sets the weight of poses with an error above five times the median to zero.
+double update_weights(std::vector<Solved>& solved, double scale, const InitialGuess& guess) {
     std::vector<double> errors;
     for (const Solved& s : solved) {
         const auto truth = true_pose(guess.source_stage, *s.pose, guess.mount_sensor[s.file]);
@@ -185,7 +186,7 @@ double reweigh(std::vector<Solved>& solved, double scale, const InitialGuess& gu
     return std::sqrt(squares / count);
 }
 
-/// RMS of the rotation that one rotation per mount does not explain, rad.
+/// RMS attitude error with one rotation for each mount, rad.
 double attitude_rms(const std::vector<Solved>& solved, const InitialGuess& guess) {
     double squares = 0;
     double weights = 0;
@@ -198,7 +199,7 @@ double attitude_rms(const std::vector<Solved>& solved, const InitialGuess& guess
     return std::sqrt(squares / weights);
 }
 
-InitialGuess guess_with_sense(const std::vector<PoseFile>& files, const SelfCalibration& gains) {
+InitialGuess guess_with_gains(const std::vector<PoseFile>& files, const SelfCalibration& gains) {
     const PoseList list = list_of(files);
     InitialGuess guess;
     guess.mount_sensor.resize(files.size());
@@ -209,26 +210,26 @@ InitialGuess guess_with_sense(const std::vector<PoseFile>& files, const SelfCali
     constexpr int kRounds = 3;
     for (int round = 0; round < kRounds; ++round) {
         Mat3<double> linear = linear_part(solved, files.size());
-        if (linear.determinant() < 0) {  // the whole set sits in the other hemisphere
+        if (linear.determinant() < 0) {  // all positions have the wrong sign
             for (Solved& s : solved) {
                 s.position_m *= -1;
             }
             linear *= -1;
         }
-        const double scale = std::cbrt(linear.determinant());  // lengths with C = 1 are C^(-1/3) of true ones
+        const double scale = std::cbrt(linear.determinant());  // lengths computed with C = 1 are too short by C^(1/3)
         guess.coupling_constant = 1 / (scale * scale * scale);
         guess.source_stage.rotation = nearest_rotation(linear);
         fit_offsets(solved, scale, guess);
         fit_mount_rotations(solved, guess);
         guess.attitude_rms_rad = attitude_rms(solved, guess);
-        guess.position_rms_m = reweigh(solved, scale, guess);
+        guess.position_rms_m = update_weights(solved, scale, guess);
     }
     return guess;
 }
 
 }  // namespace
 
-void turn_other_way(std::vector<PoseFile>& files) {
+void transpose_rotations(std::vector<PoseFile>& files) {
     for (PoseFile& file : files) {
         for (MeasuredPose& pose : file.poses) {
             pose.stage_rotation.transposeInPlace();
@@ -243,10 +244,10 @@ InitialGuess guess_start(const std::vector<PoseFile>& files) {
         frames.push_back(pose->x);
     }
     const SelfCalibration gains = self_calibrate(frames, 0.02);
-    const InitialGuess as_read = guess_with_sense(files, gains);
+    const InitialGuess as_read = guess_with_gains(files, gains);
     std::vector<PoseFile> turned = files;
-    turn_other_way(turned);
-    InitialGuess reversed = guess_with_sense(turned, gains);
+    transpose_rotations(turned);
+    InitialGuess reversed = guess_with_gains(turned, gains);
     reversed.stage_turns_left_handed = true;
     return reversed.attitude_rms_rad < as_read.attitude_rms_rad ? reversed : as_read;
 }

@@ -9,8 +9,8 @@
 namespace tricoil::host {
 namespace {
 
-constexpr double kLever_m = 0.1;      // a rad counts as this length, typical of a stylus
-constexpr double kMisfitShare = 0.5;  // relative weight of the part that no pose explains
+constexpr double kLever_m = 0.1;      // position error with the same weight as a rotation of 1 rad: length of a stylus
+constexpr double kMisfitShare = 0.5;  // relative weight of the part of a residual that no pose error explains
 
 template <int Columns>
 using Jacobian = Eigen::Matrix<double, 9, Columns, Eigen::RowMajor>;
@@ -33,21 +33,21 @@ Mat3<double> left_jacobian(const double* vector) {
     return Mat3<double>::Identity() + first * cross + second * cross * cross;
 }
 
-/// A coupling and its gradients by displacement, moment, sensitivity and both octupoles.
+/// Coupling of one pair of coils, and its gradients with respect to displacement, moment, sensitivity and octupoles.
 struct PairDerivatives {
     double value;
     Vec3<double> by_displacement_per_m, by_moment, by_sensitivity;
     double by_source_octupole = 0, by_sensor_octupole = 0;
 };
 
-/// Gradient of |v| f(v / |v|) by v, where `term.by_axis` is f's along and across the axis.
+/// Gradient of |v| f(v / |v|) with respect to v, given f and its gradient at the axis v / |v| (`term`).
 Vec3<double> by_scaled_axis(const field::OctupoleCoupling<double>& term, const Vec3<double>& axis) {
     return term.by_axis + (term.value - axis.dot(term.by_axis)) * axis;
 }
 
 PairDerivatives pair_derivatives(const Vec3<double>& r, const Vec3<double>& moment, const Vec3<double>& sensitivity) {
     const auto pair = field::dipole_pair<double>(r, moment, sensitivity);
-    // Reciprocity: the field of the sensor coil at the source coil.
+    // Reciprocity: gradient with respect to the moment from the pair with exchanged roles.
     const auto swapped = field::dipole_pair<double>(r, sensitivity, moment);
     return {pair.value, pair.by_displacement_per_m, swapped.by_sensitivity, pair.by_sensitivity};
 }
@@ -125,7 +125,8 @@ CouplingDerivatives coupling_derivatives(const field::GeneralDipole<double>& mod
     return all;
 }
 
-/// Writes weight * (by_position * translation, by_position * moved + by_rotation * turned) unless Ceres asks for none.
+/// Jacobian of a rigid transform: weight * (by_position * translation, by_position * moved + by_rotation * turned). `out` may be
+/// null.
 void write_rigid(double* out, const PoseTerms& terms, const CouplingDerivatives& x, const Mat3<double>& translation,
                  const Mat3<double>& moved, const Mat3<double>& turned) {
     if (out != nullptr) {

@@ -24,9 +24,9 @@ namespace {
 constexpr const char* kCsvHeader = "x_m,y_m,z_m,qw,qx,qy,qz,x11,x12,x13,x21,x22,x23,x31,x32,x33";
 constexpr std::size_t kStageFields = 6;
 constexpr double kQuaternionTolerance = 1e-3;
-constexpr double kFarthestPose_m = 1000;  // of anything that a tracker measures
+constexpr double kFarthestPose_m = 1000;  // a larger coordinate is an error of units
 
-/// +0.171918451-0.000000586i; throws InputError unless the field is that, all of it, and finite.
+/// Parses a finite complex number such as +0.171918451-0.000000586i. Throws InputError if the field is anything else.
 std::complex<double> parse_complex(std::string_view field, const TextPlace& place) {
     const auto bad = [&] {
         return InputError(fmt::format("{}: '{}' is not a coupling such as +0.12-0.03i", place.str(), field.substr(0, 32)));
@@ -67,12 +67,14 @@ void check_couplings(const Mat3<double>& x, const TextPlace& place) {
     }
 }
 
-/// `squared`: sums of squared couplings by sensor channel; their phase is twice the channel's whatever the couplings' signs.
+/// Adds the squared couplings to `squared`, by sensor channel. The phase of a square is twice the phase of the channel and does
+/// not depend on the sign of the coupling.
 MeasuredPose parse_ilemt(const std::vector<std::string_view>& fields, const TextPlace& place,
                          std::array<std::complex<double>, 3>& squared) {
     if (fields.size() != kStageFields + kCouplings && fields.size() != kStageFields + 2 * kCouplings) {
-        throw InputError(fmt::format("{}: {} fields; a line has 6 stage numbers and 9 or 18 couplings; it was cut off or garbled",
-                                     place.str(), fields.size()));
+        throw InputError(
+            fmt::format("{}: {} fields; a line has 6 stage numbers and 9 or 18 couplings; the line is truncated or damaged",
+                        place.str(), fields.size()));
     }
     double stage[kStageFields];
     for (std::size_t i = 0; i < kStageFields; ++i) {
@@ -162,7 +164,7 @@ std::vector<PoseFile> read_pose_files(const std::vector<std::string>& paths) {
         std::error_code error;
         const auto canonical = std::filesystem::weakly_canonical(path, error).string();
         if (!seen.insert(error ? path : canonical).second) {
-            throw InputError(path + ": named twice; name each file once");
+            throw InputError(path + ": given twice; give each file once");
         }
         files.push_back(read_pose_file(path));
     }

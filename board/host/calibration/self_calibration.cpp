@@ -15,21 +15,21 @@
 namespace tricoil::host {
 namespace {
 
-constexpr std::size_t kFewestFrames = 30;
-constexpr int kShape = 5;              // of one triad: symmetric with trace three
-constexpr double kWeakest = 1e-4;      // below this share of the best seen direction a parameter counts as undetermined
-constexpr double kRobustShare = 0.02;  // misfits beyond this are down-weighted
+constexpr std::size_t kMinFrames = 30;
+constexpr int kShape = 5;              // parameters of one triad: symmetric matrix with trace three
+constexpr double kWeakest = 1e-4;      // smallest accepted ratio of singular values of the Jacobian
+constexpr double kRobustShare = 0.02;  // scale of the robust loss, relative misfit
 
 using Shape = Eigen::Matrix<double, kShape, 1>;
 
-/// (xx, yy, xy, xz, yz) with zz = 3 - xx - yy.
+/// Matrix from the parameters xx, yy, xy, xz, yz; zz = 3 - xx - yy.
 Mat3<double> symmetric(const double* p) {
     Mat3<double> m;
     m << p[0], p[2], p[3], p[2], p[1], p[4], p[3], p[4], 3 - p[0] - p[1];
     return m;
 }
 
-/// X minus its nearest dipole matrix, over its strength: smooth in X, also where two singular values coincide.
+/// (X - nearest dipole matrix) / coupling strength. It is smooth in X, also where two singular values are equal.
 struct MisfitFunctor {
     Mat3<double> x;
 
@@ -79,8 +79,8 @@ Mat3<double> entries_of(const Eigen::VectorXd& deviation, double last) {
     return m;
 }
 
-/// Standard deviations from the Jacobian at the solution, scaled by the residuals themselves; fills `weakest`.
-void judge(ceres::Problem& problem, std::vector<double*> blocks, SelfCalibration& result) {
+/// Sets `weakest` and the standard deviations: from the Jacobian at the solution and the variance of the residuals.
+void estimate_deviations(ceres::Problem& problem, std::vector<double*> blocks, SelfCalibration& result) {
     ceres::Problem::EvaluateOptions options;
     options.parameter_blocks = std::move(blocks);
     ceres::CRSMatrix sparse;
@@ -117,9 +117,9 @@ Mat3<double> corrected(const Mat3<double>& x, const Mat3<double>& sensor, const 
 }
 
 SelfCalibration self_calibrate(const std::vector<Mat3<double>>& frames, double prior) {
-    if (frames.size() < kFewestFrames) {
+    if (frames.size() < kMinFrames) {
         throw InputError(fmt::format("{} frames are too few to calibrate from free motion; at least {} are needed", frames.size(),
-                                     kFewestFrames));
+                                     kMinFrames));
     }
     Shape sensor;
     sensor << 1, 1, 0, 0, 0;
@@ -149,7 +149,7 @@ SelfCalibration self_calibrate(const std::vector<Mat3<double>>& frames, double p
     result.sensor = symmetric(sensor.data());
     result.source = symmetric(source.data());
     if (prior == 0) {
-        judge(problem, {sensor.data(), source.data()}, result);
+        estimate_deviations(problem, {sensor.data(), source.data()}, result);
     }
     const Spread before = spread_of(frames, Mat3<double>::Identity(), Mat3<double>::Identity());
     const Spread after = spread_of(frames, result.sensor, result.source);

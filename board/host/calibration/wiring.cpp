@@ -12,7 +12,7 @@
 namespace tricoil::host {
 namespace {
 
-constexpr double kDistinct = 0.08;  // least difference between the magnitudes of a direction's components, and their least size
+constexpr double kDistinct = 0.08;  // minimum of the magnitudes of the direction's components, and of their differences
 
 std::vector<CoilOrder> all_orders() {
     std::vector<CoilOrder> orders;
@@ -42,7 +42,8 @@ void check_direction(const Vec3<double>& direction) {
     std::sort(size.data(), size.data() + 3);
     if (size(0) < kDistinct || size(1) - size(0) < kDistinct || size(2) - size(1) < kDistinct) {
         throw InputError(
-            "--wiring: several wirings look alike from that direction; hold the sensor off all axes and diagonals, as at "
+            "--wiring: several wirings give the same couplings in that direction; choose one off all axes and diagonals, for "
+            "example "
             "0.4,0.2,0.1");
     }
 }
@@ -73,7 +74,7 @@ Wiring identify_wiring(const std::vector<Mat3<double>>& frames, const Vec3<doubl
     for (const CoilOrder& sensor : orders) {
         for (const CoilOrder& source : orders) {
             if (sensor.sign[0] < 0 && reversed(sensor, source) >= 3 && reversed(sensor, source) > 6 - reversed(sensor, source)) {
-                continue;  // its twin with all six reversed has fewer reversed coils and explains as much
+                continue;  // reversing all six coils gives the same couplings with fewer reversed coils
             }
             const double misfit = (sensor.matrix() * ideal * source.matrix().transpose() - measured).norm();
             const bool twin = std::abs(misfit - best.misfit) < 1e-12;

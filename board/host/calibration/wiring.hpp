@@ -22,7 +22,7 @@ struct Wiring {
     CoilOrder source;
     double misfit = 0;         // share of the couplings that the best wiring does not explain
     double second_misfit = 0;  // the same for the second best wiring
-    [[nodiscard]] bool certain() const { return misfit < 0.3 && second_misfit > 1.5 * misfit + 0.02; }
+    [[nodiscard]] bool is_certain() const { return misfit < 0.3 && second_misfit > 1.5 * misfit + 0.02; }
 };
 
 /// Finds the wiring that explains the couplings of a sensor at `direction`, with its axes parallel to the source's: compares all

@@ -19,7 +19,7 @@
 namespace tricoil::host {
 namespace {
 
-constexpr double kReferenceStandsOut = 1.5;  // times the next channel's carrier, in the block where it is closest
+constexpr double kMinReferenceRatio = 1.5;  // in every block, reference amplitude over that of the largest other channel
 constexpr double kMinReferenceCodes = 10;
 
 struct BlockColumn {
@@ -59,9 +59,9 @@ int find_reference(const Capture& capture, const signal::AcquisitionPlan& plan, 
     }
     const auto reference = static_cast<std::size_t>(std::max_element(weakest.begin(), weakest.end()) - weakest.begin());
     for (std::size_t c = 0; c < kChannels; ++c) {
-        if (c != reference && weakest[reference] < kReferenceStandsOut * strongest[c]) {
+        if (c != reference && weakest[reference] < kMinReferenceRatio * strongest[c]) {
             throw InputError(
-                "no channel stands out as the reference current: none carries the strongest carrier in every block; "
+                "cannot identify the reference channel: no channel has the strongest carrier in every block; "
                 "check --carrier-hz");
         }
     }
@@ -69,7 +69,7 @@ int find_reference(const Capture& capture, const signal::AcquisitionPlan& plan, 
     return static_cast<int>(reference);
 }
 
-/// Reference last, sensor channels in the order of the file.
+/// Channels of the file in the order of a Sample: sensor channels in the order of the file, then the reference.
 std::array<int, kChannels> channel_order(int reference) {
     std::array<int, kChannels> order{};
     std::size_t next = 0;
@@ -85,7 +85,7 @@ std::array<int, kChannels> channel_order(int reference) {
 std::vector<BlockColumn> demodulate(const Capture& capture, const signal::AcquisitionPlan& plan,
                                     const std::array<int, kChannels>& order) {
     signal::DemodulatorParams<double> params;
-    params.min_reference_v = kMinReferenceCodes;  // a recording has no volts: one code counts as one
+    params.min_reference_v = kMinReferenceCodes;  // the scale of a recording is unknown: one code is 1 V
     signal::Demodulator<double> demodulator(plan, params);
     std::vector<BlockColumn> columns;
     std::vector<Sample> samples;
@@ -111,9 +111,9 @@ std::vector<BlockColumn> demodulate(const Capture& capture, const signal::Acquis
     return columns;
 }
 
-/// Couplings of every repeat turned by the channels' phases.
-std::vector<Eigen::Matrix3cd> turn_to_real(const std::vector<BlockColumn>& columns,
-                                           const std::array<double, kSensorCoils>& phases) {
+/// Complex signal matrices of all repeats, each row rotated by minus the phase of its channel, so that the couplings are real.
+std::vector<Eigen::Matrix3cd> rotate_to_real(const std::vector<BlockColumn>& columns,
+                                             const std::array<double, kSensorCoils>& phases) {
     std::map<int, Eigen::Matrix3cd> matrices;
     for (const auto& [repeat, column] : columns) {
         for (Eigen::Index c = 0; c < kSensorCoils; ++c) {
@@ -145,7 +145,7 @@ void average(const std::vector<Eigen::Matrix3cd>& matrices, CaptureAnalysis& ana
 }
 
 /// A sensor is present if its couplings are large relative to their scatter and fit a dipole.
-void judge(CaptureAnalysis& analysis) {
+void detect_sensor(CaptureAnalysis& analysis) {
     const tracking::CommonParams<double> limits;
     const double scatter = std::sqrt(analysis.scatter.squaredNorm() / 9);
     analysis.singular_values = analysis.mean.jacobiSvd().singularValues();
@@ -164,8 +164,7 @@ void judge(CaptureAnalysis& analysis) {
     } else if (analysis.misfit_share > limits.max_misfit) {
         analysis.verdict = fmt::format(
             "no sensor: {:.0f} % of the couplings' power fits no dipole ({:.0f} % is the limit); singular values {:.2f} : {:.2f} "
-            ": 1 where "
-            "a sensor has about 2 : 1 : 1, so the inputs pick up the drive alike, as unplugged ones do",
+            ": 1 instead of about 2 : 1 : 1. Inputs that are not connected can cause this",
             100 * analysis.misfit_share, 100 * limits.max_misfit, analysis.singular_values(0) / analysis.singular_values(2),
             analysis.singular_values(1) / analysis.singular_values(2));
     } else {
@@ -196,13 +195,13 @@ CaptureAnalysis analyse_capture(const Capture& capture, double carrier_hz, doubl
     for (std::size_t c = 0; c < kSensorCoils; ++c) {
         analysis.phase_deg[c] = kDegrees * phases[c];
     }
-    const auto matrices = turn_to_real(columns, phases);
+    const auto matrices = rotate_to_real(columns, phases);
     analysis.repeats = static_cast<int>(matrices.size());
     if (analysis.repeats < 2) {
-        throw InputError("the recording holds one repeat; at least two are needed to tell signal from scatter");
+        throw InputError("the recording has one repeat; at least two are needed to estimate the scatter");
     }
     average(matrices, analysis);
-    judge(analysis);
+    detect_sensor(analysis);
     return analysis;
 }
 

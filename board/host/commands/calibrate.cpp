@@ -122,12 +122,11 @@ void describe_fit(const CalibrationFit& fit, const CalibrateCommand& command, Re
     }
     report.json["outliers"] = fit.outliers;
     for (const std::string& place : fit.outliers) {
-        report.warnings.push_back(place + ": does not fit the others and was set aside");
+        report.warnings.push_back(place + ": outlier, not used");
     }
     report.warnings.insert(report.warnings.end(), fit.warnings.begin(), fit.warnings.end());
     if (fit.stage_turns_left_handed) {
-        report.warnings.emplace_back(
-            "the stage counts its angles against the handedness of its axes; they are taken the other way round");
+        report.warnings.emplace_back("the stage counts angles in the left-handed sense; they are inverted");
     }
 }
 
@@ -273,14 +272,16 @@ int check_wiring(const CalibrateCommand& command) {
         const Json json = {
             {"sensor", to_text(wiring.sensor)}, {"source", to_text(wiring.source)},
             {"misfit", wiring.misfit},          {"second_misfit", wiring.second_misfit},
-            {"certain", wiring.certain()},      {"straight", wiring.sensor.straight() && wiring.source.straight()}};
+            {"certain", wiring.is_certain()},   {"straight", wiring.sensor.straight() && wiring.source.straight()}};
         print_text("{}\n", json.dump(2));
     } else {
-        print_text("sensor: {}\nsource: {}\nleft over {:.3f}, by the next best wiring {:.3f}\n", to_text(wiring.sensor),
+        print_text("sensor: {}\nsource: {}\nmisfit {:.3f}, of the next best wiring {:.3f}\n", to_text(wiring.sensor),
                    to_text(wiring.source), wiring.misfit, wiring.second_misfit);
     }
-    if (!wiring.certain()) {
-        print_notice("tricoil: no wiring stands out; is the sensor where --wiring says, with its axes along the source's?\n");
+    if (!wiring.is_certain()) {
+        print_notice(
+            "tricoil: no wiring fits clearly better than the others; is the sensor at the position given by --wiring, with axes "
+            "parallel to those of the source?\n");
         return to_int(ExitCode::check_failed);
     }
     return to_int(wiring.sensor.straight() && wiring.source.straight() ? ExitCode::fine : ExitCode::check_failed);
@@ -327,20 +328,22 @@ int calibrate(const CalibrateCommand& command) {
 
 void add_calibrate_command(CLI::App& program, Action& action) {
     auto c = std::make_shared<CalibrateCommand>();
-    CLI::App* sub = program.add_subcommand("calibrate", "Measured couplings to a calibrated tracker");
+    CLI::App* sub = program.add_subcommand("calibrate", "Calibrate coils and fixtures from measured couplings");
     sub->add_option("data", c->data, "Couplings at stage poses (ILEMT text or CSV); frames or grid nodes (CSV)")->required();
-    sub->add_option("--model", c->model, "concentric | general (a place for every coil) | finite (and a size)")
+    sub->add_option("--model", c->model, "concentric | general (a position for each coil) | finite (also a size)")
         ->capture_default_str();
-    sub->add_option("--fixtures", c->fixtures, "free (each sensor fixture's rotation is estimated) | named (exactly as named)")
+    sub->add_option("--fixtures", c->fixtures,
+                    "free (estimate the rotation of each sensor fixture) | named (rotation from the fixture's name)")
         ->capture_default_str();
     sub->add_flag("--affine", c->affine, "Also fit an affine correction of the positions");
     sub->add_option("--out", c->out, "Calibration as TOML");
     sub->add_option("--blob", c->blob, "Calibration as bytes for flash");
     sub->add_flag("--free-motion", c->free_motion, "Gains and angles from any motion, without ground truth");
-    sub->add_option("--column-skew", c->column_skew, "Free motion: frame periods between columns (1/3 for TDM); deskewed first");
-    sub->add_flag("--grid", c->grid, "Sensor rested on the nodes of a printed grid, in many attitudes");
-    sub->add_option("--spacing-mm", c->spacing_mm, "Of the grid");
-    sub->add_option("--hemisphere", c->hemisphere, "Grid: half space (source frame) it lies in, X,Y,Z")
+    sub->add_option("--column-skew", c->column_skew,
+                    "Free motion: time between columns, in frame periods (1/3 for TDM); columns are deskewed");
+    sub->add_flag("--grid", c->grid, "Sensor placed on the nodes of a printed grid, in many attitudes");
+    sub->add_option("--spacing-mm", c->spacing_mm, "Grid: distance of neighbouring nodes");
+    sub->add_option("--hemisphere", c->hemisphere, "Grid: direction to the half space that contains it, source frame, X,Y,Z")
         ->expected(3)
         ->delimiter(',');
     sub->add_option("--wiring", c->wiring, "Check the wiring: sensor at X,Y,Z with its axes along the source's")

@@ -24,7 +24,7 @@ int run_convert(const ConvertCommand& command) {
     const Recording recording(command.folder);
     if (command.out.empty()) {
         if (command.json) {
-            throw InputError("--json: the summary needs a file beside it; add --out FILE");
+            throw InputError("--json: the poses need a file; add --out FILE");
         }
         convert(recording, command.form,
                 [](std::string_view bytes) { (void)std::fwrite(bytes.data(), 1, bytes.size(), stdout); });
@@ -43,10 +43,10 @@ int run_convert(const ConvertCommand& command) {
 
 void add_convert_command(CLI::App& program, Action& action) {
     auto command = std::make_shared<ConvertCommand>();
-    CLI::App* sub = program.add_subcommand("convert", "A recording's poses for other programs");
-    sub->add_option("recording", command->folder, "Folder that run --record made")->required()->check(refuse_empty);
+    CLI::App* sub = program.add_subcommand("convert", "Convert the poses of a recording for other programs");
+    sub->add_option("recording", command->folder, "Folder written by run --record")->required()->check(refuse_empty);
     sub->add_option("--to", command->form, "jsonl, candump or openigtlink")->capture_default_str();
-    sub->add_option("--out", command->out, "File to write; default: standard output")->check(refuse_empty);
+    sub->add_option("--out", command->out, "Output file; default: standard output")->check(refuse_empty);
     sub->add_flag("--json", command->json, "Summary as JSON");
     sub->callback([command, &action] { action = [command] { return run_convert(*command); }; });
 }

@@ -95,13 +95,12 @@ int demodulate(const DemodulateCommand& command) {
 
 void add_demodulate_command(CLI::App& program, Action& action) {
     auto command = std::make_shared<DemodulateCommand>();
-    CLI::App* sub =
-        program.add_subcommand("demodulate", "Raw ADC recording to signed signal matrix, scatter and signal to noise");
+    CLI::App* sub = program.add_subcommand("demodulate", "Compute the signal matrix and its scatter from a raw ADC recording");
     sub->add_option("capture", command->capture, "CSV: state,repeat,sample,adc0,adc1,adc2,adc3")->required();
     sub->add_option("--carrier-hz", command->carrier_hz, "Frequency of the excitation")->required();
     sub->add_option("--rate-hz", command->rate_hz, "Samples per second and channel")->required();
-    sub->add_option("--bits", command->bits, "Of the converter; unsigned codes are recognised")->capture_default_str();
-    sub->add_option("--guard", command->guard_samples, "Samples to drop at the head of each block")->capture_default_str();
+    sub->add_option("--bits", command->bits, "Resolution of the converter; unsigned codes are detected")->capture_default_str();
+    sub->add_option("--guard", command->guard_samples, "Samples to discard at the start of each block")->capture_default_str();
     sub->add_flag("--json", command->json, "Result as JSON");
     sub->callback([command, &action] { action = [command] { return demodulate(*command); }; });
 }

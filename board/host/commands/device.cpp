@@ -75,12 +75,12 @@ int list_devices(const DeviceCommand& command) {
     }
     for (const auto& device : all) {
         const std::string note = device.contains("fd")
-                                     ? (device["fd"].get<bool>() ? "CAN FD" : "classic CAN: of no use here; enable FD")
+                                     ? (device["fd"].get<bool>() ? "CAN FD" : "classic CAN; messages need CAN FD")
                                      : device["product"].get<std::string>();
         print_text("{:<32} {}\n", device["uri"].get<std::string>(), note);
     }
     if (all.empty()) {
-        print_text("no CAN interface and no tricoil USB device is there\n");
+        print_text("no CAN interface and no tricoil USB device found\n");
     }
     return to_int(ExitCode::fine);
 }
@@ -128,8 +128,8 @@ std::string line_of(std::span<const std::uint8_t> bytes, bool json) {
     protocol::WireError error = protocol::WireError::none;
     const auto type = protocol::type_of(bytes, error);
     if (error != protocol::WireError::none) {
-        const char* const why = protocol::kWireErrorNames[static_cast<std::size_t>(error)];
-        return json ? ordered_json{{"damaged", why}}.dump() : fmt::format("{:<11} {}", "damaged", why);
+        const char* const reason = protocol::kWireErrorNames[static_cast<std::size_t>(error)];
+        return json ? ordered_json{{"damaged", reason}}.dump() : fmt::format("{:<11} {}", "damaged", reason);
     }
     std::string line;
     protocol::for_each_message([&](auto schema) {
@@ -189,11 +189,11 @@ int send_calibration(const DeviceCommand& command) {
     file.read(reinterpret_cast<char*>(blob.data()), std::ssize(blob));
     blob.resize(static_cast<std::size_t>(file.gcount()));
     if (blob.empty()) {
-        throw InputError(command.file + ": cannot be read; give the file that tricoil calibrate --blob wrote");
+        throw InputError(command.file + ": cannot be read; give a file written by tricoil calibrate --blob");
     }
     if (const auto calibration = calibration::decode(blob); !calibration.ok()) {
-        throw InputError(fmt::format("{}: {}; give the file that tricoil calibrate --blob wrote", command.file,
-                                     calibration.status().message()));
+        throw InputError(
+            fmt::format("{}: {}; give a file written by tricoil calibrate --blob", command.file, calibration.status().message()));
     }
     linux_board::DeviceInquiry inquiry(command.uri, command.wait_s);
     inquiry.write_calibration(blob);
@@ -245,7 +245,7 @@ int set_hemisphere(const DeviceCommand& command) {
     }
     linux_board::DeviceInquiry(command.uri, command.wait_s)
         .order("this hemisphere", protocol::Opcode::hemisphere, protocol::hemisphere_argument(request));
-    print_text("{}: its sensor is {}\n", command.uri, request.towards.isZero(0) ? "on either side" : "on that side");
+    print_text("{}: hemisphere {}\n", command.uri, request.towards.isZero(0) ? "unknown" : "set");
     return to_int(ExitCode::fine);
 }
 
@@ -256,13 +256,13 @@ int set_boresight(const DeviceCommand& command) {
     } else {
         inquiry.boresight();
     }
-    print_text("{}: {}\n", command.uri, command.clear ? "attitudes are the sensor's own" : "this attitude is straight ahead");
+    print_text("{}: {}\n", command.uri, command.clear ? "boresight cleared" : "boresight set to the present attitude");
     return to_int(ExitCode::fine);
 }
 
 int enter_loader(const DeviceCommand& command) {
-    linux_board::DeviceInquiry(command.uri, command.wait_s).order("its loader", protocol::Opcode::loader, protocol::kLoaderKey);
-    print_text("{}: in its loader; write new firmware, for instance with dfu-util\n", command.uri);
+    linux_board::DeviceInquiry(command.uri, command.wait_s).order("loader", protocol::Opcode::loader, protocol::kLoaderKey);
+    print_text("{}: in the boot loader; write new firmware, for instance with dfu-util\n", command.uri);
     return to_int(ExitCode::fine);
 }
 
@@ -270,7 +270,7 @@ int enter_loader(const DeviceCommand& command) {
 
 void add_device_command(CLI::App& program, Action& action) {
     auto command = std::make_shared<DeviceCommand>();
-    CLI::App* sub = program.add_subcommand("device", "Front ends and tracker boards: which there are, and what one has to say");
+    CLI::App* sub = program.add_subcommand("device", "List, identify, watch and configure front ends and tracker boards");
     sub->require_subcommand(1);
     const auto add = [&](const char* name, const char* what, int (*act)(const DeviceCommand&)) {
         CLI::App* const one = sub->add_subcommand(name, what);
@@ -286,40 +286,44 @@ void add_device_command(CLI::App& program, Action& action) {
         return one;
     };
     const auto add_wait = [&](CLI::App* one) {
-        one->add_option("--wait", command->wait_s, "Seconds to wait for its answer")
+        one->add_option("--wait", command->wait_s, "Time to wait for an answer, s")
             ->check(CLI::PositiveNumber)
             ->capture_default_str();
         return one;
     };
-    add_json(add("list", "CAN interfaces and USB devices of this machine", &list_devices));
-    add_wait(add_device(add_json(add("info", "Ask a device who it is", &show_info))));
-    add_device(add_json(add("watch", "Print every message of a device, leaving it as it is", &watch)))
-        ->add_option("--duration", command->duration_s, "Seconds; default: until a signal comes")
+    add_json(add("list", "List CAN interfaces and USB devices of this machine", &list_devices));
+    add_wait(add_device(add_json(add("info", "Identify a device", &show_info))));
+    add_device(add_json(add("watch", "Print every message of a device without sending commands", &watch)))
+        ->add_option("--duration", command->duration_s, "Duration, s; default: until a signal")
         ->check(CLI::PositiveNumber);
-    add_wait(add_device(add("read-calibration", "Fetch a device's calibration", &fetch_calibration)))
-        ->add_option("--out", command->file, "For the bytes, as tricoil calibrate --blob writes them")
+    add_wait(add_device(add("read-calibration", "Read the calibration of a device", &fetch_calibration)))
+        ->add_option("--out", command->file, "Output file, in the format of tricoil calibrate --blob")
         ->required();
-    add_wait(add_device(add("write-calibration", "Have a device keep a calibration", &send_calibration)))
-        ->add_option("file", command->file, "What tricoil calibrate --blob wrote")
+    add_wait(add_device(add("write-calibration", "Store a calibration in a device", &send_calibration)))
+        ->add_option("file", command->file, "File written by tricoil calibrate --blob")
         ->required();
-    CLI::App* const mode = add_wait(add_device(add("mode", "How it measures from its next start on", &set_mode)));
+    CLI::App* const mode =
+        add_wait(add_device(add("mode", "Select multiplexing and frame rate, from the next start on", &set_mode)));
     mode->add_option("--mux", command->mux, "tdm or fdm")->capture_default_str();
-    mode->add_option("--rate-hz", command->rate_hz, "Frames per second; 0: the usual of that multiplexing")
+    mode->add_option("--rate-hz", command->rate_hz, "Frames per second; 0: default of the multiplexing")
         ->check(CLI::Range(0.0, 100e3))
         ->capture_default_str();
-    mode->add_flag("--columns", command->columns, "Leave the tracking to this side: columns instead of poses");
-    add_wait(add_device(add("hemisphere", "Tell it on which side of the source its sensor is now", &set_hemisphere)))
-        ->add_option("--towards", command->towards, "x,y,z in the source frame; 0,0,0: unknown")
+    mode->add_flag("--columns", command->columns, "Send columns instead of poses; the host tracks");
+    add_wait(add_device(add("hemisphere", "Set the hemisphere: the half space of the source that contains the sensor now",
+                            &set_hemisphere)))
+        ->add_option("--towards", command->towards, "Direction to the half space, source frame, x,y,z; 0,0,0: unknown")
         ->delimiter(',')
         ->expected(3)
         ->required();
-    add_wait(add_device(add("boresight", "The present attitude reads as straight ahead from now on", &set_boresight)))
-        ->add_flag("--clear", command->clear, "Forget that");
-    add_wait(add_device(add("loader", "Restart it in its processor's loader, for new firmware", &enter_loader)));
+    add_wait(add_device(add("boresight", "Set the boresight: the present attitude becomes straight ahead", &set_boresight)))
+        ->add_flag("--clear", command->clear, "Clear the boresight");
+    add_wait(add_device(add("loader", "Restart a device in its boot loader, to write new firmware", &enter_loader)));
     CLI::App* const captured =
-        add_wait(add_device(add("capture", "Raw samples of every coil, for tricoil demodulate", &capture_blocks)));
+        add_wait(add_device(add("capture", "Record raw samples of every coil, for tricoil demodulate", &capture_blocks)));
     captured->add_option("--out", command->file, "CSV file")->required();
-    captured->add_option("--repeats", command->repeats, "Of all three coils")->check(CLI::Range(1, 1000))->capture_default_str();
+    captured->add_option("--repeats", command->repeats, "Repeats of the three coils")
+        ->check(CLI::Range(1, 1000))
+        ->capture_default_str();
 }
 
 }  // namespace tricoil::host

@@ -98,7 +98,7 @@ void check_options(const EvaluateCommand& command) {
         throw InputError("--calibration is required: the TOML file of tricoil calibrate (or use --dynamic)");
     }
     if (!command.dynamic && command.time_offset_s) {
-        throw InputError("--time-offset belongs to --dynamic");
+        throw InputError("--time-offset requires --dynamic");
     }
 }
 
@@ -111,7 +111,7 @@ int evaluate_command(const EvaluateCommand& command) {
     CalibrationFile calibration = read_calibration(command.calibration);
     const auto files = read_pose_files(command.data);
     if (calibration.source_stage.empty() && !command.refit_fixtures) {
-        throw InputError(command.calibration + ": holds no fixtures (it was not made on a stage); use --refit-fixtures");
+        throw InputError(command.calibration + ": has no fixtures (not calibrated on a stage); use --refit-fixtures");
     }
     if (command.refit_fixtures) {
         calibration = with_refitted_fixtures(calibration, files, solver);
@@ -127,8 +127,7 @@ int evaluate_command(const EvaluateCommand& command) {
     }
     print_text(command.json ? to_json(command, report) : text_of(command, report));
     if (report.not_converged > 0) {
-        print_notice("tricoil: {} poses did not converge; they are counted with the pose where the solver stopped\n",
-                     report.not_converged);
+        print_notice("tricoil: {} poses did not converge; their last iterate is used\n", report.not_converged);
         return to_int(ExitCode::check_failed);
     }
     return to_int(ExitCode::fine);
@@ -143,10 +142,10 @@ void add_evaluate_command(CLI::App& program, Action& action) {
     sub->add_option("data", c->data, "Couplings at stage poses: ILEMT text or CSV; with --dynamic TRUTH.csv POSES.csv")
         ->required();
     sub->add_option("--solver", c->solver, "direct | refined")->capture_default_str();
-    sub->add_flag("--refit-fixtures", c->refit_fixtures, "Fit the fixtures to this very data; the output says so");
-    sub->add_flag("--dynamic", c->dynamic, "Compare a recorded pose stream with a reference's: clock, frames, what motion costs");
+    sub->add_flag("--refit-fixtures", c->refit_fixtures, "Fit the fixtures to these data (stated in the output)");
+    sub->add_flag("--dynamic", c->dynamic, "Compare a recorded pose stream with a reference: clock, frames, error due to motion");
     sub->add_option("--time-offset", c->time_offset_s,
-                    "--dynamic: reference clock less the tracker's, s; then a lag is measured");
+                    "--dynamic: reference time minus tracker time, s; the lag is then estimated");
     sub->add_option("--out", c->out, "Folder for the errors as CSV and picture");
     sub->add_flag("--json", c->json, "Result as JSON");
     sub->callback([c, &action] { action = [c] { return evaluate_command(*c); }; });

@@ -51,13 +51,13 @@ int figures(const FiguresCommand& command) {
 
 void add_figures_command(CLI::App& program, Action& action) {
     auto c = std::make_shared<FiguresCommand>();
-    CLI::App* sub =
-        program.add_subcommand("figures", "The paper's figures 1 to 6, closed against open loop, error budget: CSV and SVG");
-    sub->add_option("--out", c->out, "Folder; created if its parent exists")->required()->check(refuse_empty);
+    CLI::App* sub = program.add_subcommand(
+        "figures", "Write figures 1 to 6 of the paper, closed and open loop, and error budget as CSV and SVG");
+    sub->add_option("--out", c->out, "Output folder; created if its parent folder exists")->required()->check(refuse_empty);
     sub->add_option("--hand-motion", c->hand_motion,
-                    "Folder of recorded .traj files for the error budget; else generated motions");
-    sub->add_flag("--csv-only", c->csv_only, "Numbers without pictures");
-    sub->add_flag("--json", c->json, "The pictures' files as JSON");
+                    "Folder of recorded .traj files for the error budget; default: generated motions");
+    sub->add_flag("--csv-only", c->csv_only, "CSV files only");
+    sub->add_flag("--json", c->json, "File names as JSON");
     sub->callback([c, &action] { action = [c] { return figures(*c); }; });
 }
 

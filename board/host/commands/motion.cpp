@@ -163,7 +163,7 @@ std::string text_of(const MotionResult& r) {
                                    kForms[static_cast<std::size_t>(r.params.form)], r.updates.size() - 1, r.params.update_s);
     text += r.params.passes > 1 ? fmt::format(", {} passes", r.params.passes) : "";
     text += has_prediction ? fmt::format("; prediction with kappa {}\n", kKappas[static_cast<std::size_t>(r.params.kappa)])
-                           : "; no prediction: the angle form's is that of one pass\n";
+                           : "; no prediction for more than one pass of the angle form\n";
     text += fmt::format("  {:<12} {:>14} {:>14} {:>14} {:>14}\n", "", "max|e_rho| m", "max|e_alpha|", "max|e_beta| rad",
                         "final e_beta");
     text += row("measured", s.measured);
@@ -208,18 +208,19 @@ int motion(const MotionCommand& command) {
 
 void add_motion_command(CLI::App& program, Action& action) {
     auto c = std::make_shared<MotionCommand>();
-    CLI::App* sub = program.add_subcommand("motion", "Movement-induced error model against simulation (the paper's examples)");
+    CLI::App* sub = program.add_subcommand("motion", "Compare the movement-induced error model with a simulation");
     sub->add_option("--example", c->example, "I, II, III, orientation or IIIo");
-    sub->add_option("--loop", c->loop, "open: the paper's; closed: a device's")->capture_default_str();
-    sub->add_option("--kappa", c->kappa, "Of the prediction: exact, paper or two")->capture_default_str();
-    sub->add_option("--form", c->form, "angles: the paper's; vectors: without poles, closed loop")->capture_default_str();
-    sub->add_option("--passes", c->passes, "Steps on each sample")->capture_default_str();
+    sub->add_option("--loop", c->loop, "open (as in the paper) or closed (as in a device)")->capture_default_str();
+    sub->add_option("--kappa", c->kappa, "kappa of the prediction: exact, paper or two")->capture_default_str();
+    sub->add_option("--form", c->form, "angles (as in the paper) or vectors (pole-free, closed loop only)")
+        ->capture_default_str();
+    sub->add_option("--passes", c->passes, "Passes per sample")->capture_default_str();
     sub->add_option("--azimuth", c->azimuth, "A,B: azimuth rate B + A sin(A t), rad/s")->delimiter(',')->expected(2);
     sub->add_option("--elevation", c->elevation, "A,B: elevation rate, likewise")->delimiter(',')->expected(2);
     sub->add_option("--attitude", c->attitude, "A,B: rate of psi, theta and phi, likewise")->delimiter(',')->expected(2);
     sub->add_option("--range", c->range, "A,B: range rate B + A sin(10 pi t), m/s")->delimiter(',')->expected(2);
     sub->add_option("--start-range", c->start_range_m, "m")->capture_default_str();
-    sub->add_option("--start-time", c->start_time_s, "Of the device's clock, s")->capture_default_str();
+    sub->add_option("--start-time", c->start_time_s, "Device time at the start, s")->capture_default_str();
     sub->add_option("--rate-hz", c->rate_hz, "Updates per second")->capture_default_str();
     sub->add_option("--gap", c->gap_s, "Processing and multiplexing gap that lengthens each update, s")->capture_default_str();
     sub->add_option("--duration", c->duration_s, "s")->capture_default_str();

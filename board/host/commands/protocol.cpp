@@ -46,10 +46,10 @@ int run_protocol(const ProtocolCommand& command) {
 void add_protocol_command(CLI::App& program, Action& action) {
     auto command = std::make_shared<ProtocolCommand>();
     CLI::App* sub =
-        program.add_subcommand("protocol", "The wire protocol: prints its page, or writes it and a DBC file for CAN tools");
+        program.add_subcommand("protocol", "Print the page of the wire protocol, or write it and a DBC file for CAN tools");
     sub->add_option("--dbc", command->dbc, "Write a DBC file (node 0)")->check(refuse_empty);
     sub->add_option("--page", command->page, "Write the page, Markdown")->check(refuse_empty);
-    sub->add_flag("--json", command->json, "What was written, or page and DBC file themselves, as JSON");
+    sub->add_flag("--json", command->json, "Names of the written files, or their contents, as JSON");
     sub->callback([command, &action] { action = [command] { return run_protocol(*command); }; });
 }
 

@@ -38,7 +38,7 @@ std::string replay_text(const Recording& recording, const ReplayReport& r, bool 
     std::string text =
         fmt::format("{}: {} inputs, {} poses, {} of them valid\n", recording.folder(), r.inputs, r.poses, r.valid_poses);
     if (!recording.complete()) {
-        text += "  was not ended in order: read as far as it goes\n";
+        text += "  incomplete: the recording program was killed\n";
     }
     if (!same_tracker || recording.midway()) {
         text += fmt::format(
@@ -54,8 +54,7 @@ int run_replay(const ReplayCommand& command) {
     const Recording recording(command.folder);
     if (!recording.settings()) {
         throw InputError(command.folder +
-                         ": holds the poses of a device that tracks by itself, or ended before it began; there is "
-                         "nothing to replay");
+                         ": has no inputs to replay: the device computed the poses, or the run ended at its start");
     }
     if (!command.out.empty()) {
         recording.refuse_as_output(command.out);
@@ -68,11 +67,11 @@ int run_replay(const ReplayCommand& command) {
                             : replay_text(recording, report, same_tracker));
     if (same_tracker && !recording.midway() && !report.reproduces(recording.complete())) {
         if (report.equal == report.compared) {
-            print_notice("tricoil: {}: inputs and poses end {:.1f} s apart: one of the files was cut off\n", command.folder,
+            print_notice("tricoil: {}: inputs and poses end {:.1f} s apart: one of the files is truncated\n", command.folder,
                          report.tail_s);
             return to_int(ExitCode::check_failed);
         }
-        print_notice("tricoil: {}: replay differs{}: {} of {} poses are equal; was it recorded by this very program ({})?\n",
+        print_notice("tricoil: {}: replay differs{}: {} of {} poses are equal; was it recorded by this version ({})?\n",
                      command.folder, report.first_difference.empty() ? "" : ", first at " + report.first_difference, report.equal,
                      report.poses + report.only_recorded, recording.description().value("program", "unknown"));
         return to_int(ExitCode::check_failed);
@@ -85,10 +84,10 @@ int run_replay(const ReplayCommand& command) {
 void add_replay_command(CLI::App& program, Action& action) {
     auto command = std::make_shared<ReplayCommand>();
     CLI::App* sub = program.add_subcommand("replay", "Track a recording again: bit for bit, or with another tracker");
-    sub->add_option("recording", command->folder, "Folder that run --record made")->required()->check(refuse_empty);
-    sub->add_option("--tracker", command->tracker, "direct, previous, previous-angles or scaat; default: as it was")
+    sub->add_option("recording", command->folder, "Folder written by run --record")->required()->check(refuse_empty);
+    sub->add_option("--tracker", command->tracker, "direct, previous, previous-angles or scaat; default: as recorded")
         ->check(refuse_empty);
-    sub->add_option("--out", command->out, "Write the poses to this file, as in the recording's poses.csv")->check(refuse_empty);
+    sub->add_option("--out", command->out, "Write the poses to this file, in the format of poses.csv")->check(refuse_empty);
     sub->add_flag("--json", command->json, "Summary as JSON");
     sub->callback([command, &action] { action = [command] { return run_replay(*command); }; });
 }

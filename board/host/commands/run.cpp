@@ -50,11 +50,11 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
         options.config.device = command.device;
     }
     if (options.config.device.empty()) {
-        throw InputError(command.config + ": 'device' is missing; name it there or with --device");
+        throw InputError(command.config + ": 'device' is missing; set it there or give --device");
     }
     refuse_fixed_method(command.options.tracker);
     if (!command.options.samples.empty()) {
-        throw InputError("--samples: a device sends columns, no samples");
+        throw InputError("--samples: not with a device, which sends columns");
     }
     if (command.options.tracker != "direct" || command.config.empty()) {
         options.config.method = command.options.tracker;
@@ -102,13 +102,13 @@ int run(RunCommand& command) {
     command.options.show_live = !command.json;
     const RunReport report = run_simulated(command.options);
     print_text(command.json ? summary_json(report) : summary_text(report));
-    if (!report.recording_trouble.empty()) {
-        throw DeviceError(report.recording_trouble);
+    if (!report.recording_error.empty()) {
+        throw DeviceError(report.recording_error);
     }
     if (report.score.scored == 0 && report.score.invalid > 0) {
         const bool side_unknown = report.seen_flags.has(tracking::PoseFlag::hemisphere_unknown);
         print_notice("tricoil: no valid pose: {}{}\n", to_text(report.seen_flags),
-                     side_unknown ? "; say where the sensor stays by --hemisphere X,Y,Z or --confined" : "");
+                     side_unknown ? "; give the half space of the sensor with --hemisphere X,Y,Z, or use --confined" : "");
         return to_int(ExitCode::check_failed);
     }
     return to_int(ExitCode::fine);
@@ -133,22 +133,21 @@ void add_run_options(CLI::App* sub, const std::shared_ptr<RunCommand>& command) 
     RunOptions& o = command->options;
     sub->add_option("--scenario", o.scenario, "Built-in scenario (see --list) or a .toml file")->capture_default_str();
     sub->add_flag("--list", command->list, "List the built-in scenarios");
-    sub->add_option("--trajectory", o.trajectory, "Recorded path to move along: 4x4 matrices at 100 Hz");
-    sub->add_option("--place", command->place, "Where the recorded path's centre goes: x,y,z in metres")
+    sub->add_option("--trajectory", o.trajectory, "Recorded path: 4x4 matrices at 100 Hz");
+    sub->add_option("--place", command->place, "Centre of the recorded path: x,y,z in metres")
         ->delimiter(',')
         ->expected(3)
         ->capture_default_str();
     sub->add_option("--speed", o.speed, "Play the recorded path faster (2) or slower (0.5)")->capture_default_str();
-    command->device_option =
-        sub->add_option("--device", command->device,
-                        "Where the coils are: sim:, can:INTERFACE[#NODE], usb:VENDOR:PRODUCT[:SERIAL], serial:PATH")
-            ->capture_default_str();
+    command->device_option = sub->add_option("--device", command->device,
+                                             "Device: sim:, can:INTERFACE[#NODE], usb:VENDOR:PRODUCT[:SERIAL], serial:PATH")
+                                 ->capture_default_str();
     sub->add_option("--config", command->config, "Board configuration (TOML); --device overrides it")->check(refuse_empty);
     sub->add_option("--give-up-after", command->give_up_after_s,
-                    "Seconds without a device that works for two seconds on end; then end with exit code 3; 0: try for ever")
+                    "End with exit code 3 if the device has not worked for this time, s; 0: never")
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
-    sub->add_option("--wait", command->wait_s, "Seconds to wait for the device at the start; 0: for ever")
+    sub->add_option("--wait", command->wait_s, "Time to wait for the device at the start, s; 0: no limit")
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
     sub->add_option("--mux", o.multiplexing, "tdm (coils in turn) or fdm (all at once)")->capture_default_str();
@@ -158,20 +157,19 @@ void add_run_options(CLI::App* sub, const std::shared_ptr<RunCommand>& command) 
         ->capture_default_str();
     sub->add_option("--passes", o.passes, "Passes of the previous-measurement step per frame, 1-10")->capture_default_str();
     sub->add_option("--rate-hz", o.frame_rate_hz, "Frames per second")->capture_default_str();
-    command->duration =
-        sub->add_option("--duration", command->duration_s,
-                        "Seconds to simulate, or of the device's time; default: the scenario's, or until a signal comes");
-    sub->add_option("--fault", o.faults, "Break something: NAME[:ARG][@BEGIN-END], as open_coil:S2@1-1.5; repeatable");
+    command->duration = sub->add_option("--duration", command->duration_s,
+                                        "Duration, s of simulated or device time; default: the scenario's, or until a signal");
+    sub->add_option("--fault", o.faults, "Simulate a fault: NAME[:ARG][@BEGIN-END], for example open_coil:S2@1-1.5; repeatable");
     sub->add_option("--hemisphere", o.hemisphere,
-                    "Half space that the sensor stays in, x,y,z; 0,0,0: unknown; default: where the motion begins, then followed")
+                    "Direction to the half space of the sensor at the start, x,y,z; 0,0,0: unknown; default: from the motion")
         ->delimiter(',')
         ->expected(3);
     sub->add_flag("--confined", o.confined,
-                  "The sensor never leaves the half space in which it begins: it is known again after every loss");
-    sub->add_flag("--no-deskew", o.no_deskew, "TDM, direct: take the latest three columns as simultaneous");
+                  "The sensor never leaves the half space of the start; the hemisphere stays known after a loss");
+    sub->add_flag("--no-deskew", o.no_deskew, "TDM, direct: treat the latest three columns as simultaneous");
     sub->add_option("--predict", o.predict_ahead_s, "scaat: deliver poses this many seconds ahead of the newest column");
-    sub->add_flag("--no-noise", o.no_noise, "No converter noise, no mains; quantisation stays");
-    sub->add_option("--seed", o.seed, "Of noise and of the hand's motion")->check(refuse_overflow)->capture_default_str();
+    sub->add_flag("--no-noise", o.no_noise, "No converter noise and no mains; with quantisation");
+    sub->add_option("--seed", o.seed, "Seed of noise and motion")->check(refuse_overflow)->capture_default_str();
     sub->add_option("--record", o.record, "Record the run into this new folder, for tricoil replay and convert")
         ->check(refuse_empty);
 }
@@ -180,23 +178,21 @@ void add_run_command(CLI::App& program, Action& action) {
     auto command = std::make_shared<RunCommand>();
     RunOptions& o = command->options;
     CLI::App* sub =
-        program.add_subcommand("run", "Track: a simulated sensor, every pose compared with the truth; or a real device");
+        program.add_subcommand("run", "Track a simulated sensor (poses are compared with the truth) or a real device");
     add_run_options(sub, command);
-    sub->add_option("--samples", o.samples, "Integer trackers: write all that the tracker is given to this file")
-        ->check(refuse_empty);
-    sub->add_flag("--realtime", o.realtime, "Let time pass as it does outside");
-    sub->add_option("--out", o.out_csv, "Write every pose beside the truth to this CSV file")->check(refuse_empty);
-    sub->add_option("--tip", o.output.tip_m, "CSV: report this point of the tool, x,y,z in metres from the sensor, in its axes")
+    sub->add_option("--samples", o.samples, "Integer trackers: write the input of the tracker to this file")->check(refuse_empty);
+    sub->add_flag("--realtime", o.realtime, "Run in real time");
+    sub->add_option("--out", o.out_csv, "Write all poses and true poses to this CSV file")->check(refuse_empty);
+    sub->add_option("--tip", o.output.tip_m, "CSV: report the tip of a tool at x,y,z (m, sensor frame)")
         ->delimiter(',')
         ->expected(3);
     sub->add_option("--align", o.output.align_points,
-                    "CSV: report in the frame of three points, metres: its origin, one on its x axis, one towards its y axis")
+                    "CSV: alignment frame from three points (m): origin, point on the x axis, point towards the y axis")
         ->delimiter(',')
         ->expected(9);
-    sub->add_flag("--boresight", o.output.boresight, "CSV: the first valid pose's attitude reads zero");
+    sub->add_flag("--boresight", o.output.boresight, "CSV: the attitude of the first valid pose becomes zero");
     sub->add_option("--units", o.output.unit, "CSV: unit of positions: m, mm, cm or in")->capture_default_str();
-    sub->add_option("--euler", o.output.euler,
-                    "CSV: add three angles, in this order of turns about the sensor's own axes, as zyx")
+    sub->add_option("--euler", o.output.euler, "CSV: add Euler angles (intrinsic) in this order of axes, for example zyx")
         ->check(refuse_empty);
     sub->add_flag("--json", command->json, "Summary as JSON");
     sub->callback([command, &action] { action = [command] { return run(*command); }; });

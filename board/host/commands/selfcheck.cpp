@@ -79,7 +79,7 @@ Report report_of(const std::vector<protocol::CheckMessage>& rows, const Report& 
         check.outcome = static_cast<Outcome>(row.outcome);
         check.limit = row.limit;
         check.measured = row.measured;
-        check.what = known == here.checks().end() ? "of its own" : known->what;
+        check.what = known == here.checks().end() ? "unknown check" : known->what;
         report.add(check);
     }
     return report;
@@ -101,10 +101,10 @@ int run_selfcheck(const SelfcheckCommand& command) {
 
 void add_selfcheck_command(CLI::App& program, Action& action) {
     auto command = std::make_shared<SelfcheckCommand>();
-    CLI::App* sub = program.add_subcommand("selfcheck", "The core's self-check: known answers, error model, numbers");
+    CLI::App* sub = program.add_subcommand("selfcheck", "Run the self-check of the core: known answers, error model, numbers");
     sub->add_flag("--json", command->json, "Report as JSON");
-    sub->add_option("--device", command->device, "On this device, not here: can:..., usb:... or serial:...");
-    sub->add_option("--wait", command->wait_s, "Seconds to wait for its answer")
+    sub->add_option("--device", command->device, "Self-check of this device: can:..., usb:... or serial:...");
+    sub->add_option("--wait", command->wait_s, "Time to wait for an answer, s")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
     sub->callback([command, &action] { action = [command] { return run_selfcheck(*command); }; });

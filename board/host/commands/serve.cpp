@@ -25,7 +25,7 @@
 namespace tricoil::host {
 namespace {
 
-constexpr double kEndless_s = 1e9;
+constexpr double kUnlimited_s = 1e9;
 
 struct ServeCommand {
     std::shared_ptr<RunCommand> run = std::make_shared<RunCommand>();
@@ -54,7 +54,7 @@ Access access_of(const ServeCommand& command) {
 /// Prints a warning if an address other than loopback is used.
 void warn_of_exposure(const char* option, const TcpAddress& address, Controls controls) {
     if (!address.is_loopback()) {
-        print_notice("tricoil: {} {}: whoever reaches this address can read poses{}; nothing is encrypted\n", option,
+        print_notice("tricoil: {} {}: everyone who reaches this address can read poses{}; there is no encryption\n", option,
                      address.text(std::stoi(address.port)),
                      controls == Controls::open ? ", switch the coils, set the hemisphere and record" : "");
     }
@@ -75,7 +75,7 @@ void add_outputs(const ServeCommand& command, Controls controls, Server& server,
         warn_of_exposure(kOption, address, Controls::none);  // its clients control nothing
         auto service = std::make_unique<TcpService<igtl_output::Session>>(kOption, address, [&server](Stream& stream) {
             auto session = std::make_unique<igtl_output::Session>(stream);
-            session->remember(server.hub().newest());
+            session->set_newest(server.hub().newest());
             return session;
         });
         addresses["openigtlink"] = address.text(service->port());
@@ -98,25 +98,24 @@ void announce(const Addresses& addresses, bool json) {
 }
 
 /// Writes the link with the token to a file that only the user can read, or prints it with the addresses. It is never logged.
-void hand_out_link(const ServeCommand& command, const std::string& link, Addresses& addresses) {
+void publish_link(const ServeCommand& command, const std::string& link, Addresses& addresses) {
     if (command.open_controls || command.read_only) {
         return;
     }
     if (!command.token_file.empty()) {
         write_private_file(command.token_file, link + "\n");
     } else if (std::getenv("JOURNAL_STREAM") != nullptr) {
-        print_notice(
-            "tricoil: controls need a link, which is kept out of the journal; give --token-file FILE to have it there\n");
+        print_notice("tricoil: the link for controls is not written to the journal; use --token-file FILE\n");
     } else {
         addresses["web_controls"] = link;
     }
 }
 
 /// Passes the clients' requests to the running loop. Requests for an unknown sensor, or not finite, have no effect.
-auto carry_out(TrackerControl& control) {
+auto execute_request(TrackerControl& control) {
     return [&control](auto& loop) {
-        for (const auto& wish : control.take()) {
-            (void)loop.set_hemisphere(wish.sensor, wish.towards);
+        for (const auto& request : control.take()) {
+            (void)loop.set_hemisphere(request.sensor, request.towards);
         }
     };
 }
@@ -132,15 +131,15 @@ auto is_paused(TrackerControl& control, ServiceNotice& notice) {
 int serve_simulation(RunCommand& run, tracking::TrackerTap<double>& tap, TrackerControl& control, ServiceNotice& notice) {
     complete_simulation_options(run);
     run.options.realtime = true;
-    run.options.duration_s = run.options.duration_s.value_or(kEndless_s);
-    RunCompany company;
-    company.tap = &tap;
-    company.paused = is_paused(control, notice);
-    company.score = false;
-    company.each_block = carry_out(control);
-    const RunReport report = run_simulated(run.options, company);
-    if (!report.recording_trouble.empty()) {
-        throw DeviceError(report.recording_trouble);
+    run.options.duration_s = run.options.duration_s.value_or(kUnlimited_s);
+    RunObservers observers;
+    observers.tap = &tap;
+    observers.paused = is_paused(control, notice);
+    observers.score = false;
+    observers.each_block = execute_request(control);
+    const RunReport report = run_simulated(run.options, observers);
+    if (!report.recording_error.empty()) {
+        throw DeviceError(report.recording_error);
     }
     return to_int(ExitCode::fine);
 }
@@ -149,7 +148,7 @@ int serve_device(const RunCommand& run, tracking::TrackerTap<double>& tap, Track
     auto options = device_options(run);
     options.tap = &tap;
     options.paused = is_paused(control, notice);
-    options.each_step = carry_out(control);
+    options.each_step = execute_request(control);
     return linux_board::run_device(options);
 }
 
@@ -174,10 +173,10 @@ int run_serve(const ServeCommand& command) {
         page.emplace(address, access, server.hub(), control, recordings);
         warn_of_exposure("--web", address, access.controls);
         addresses["web"] = page->url();
-        hand_out_link(command, page->control_url(), addresses);
+        publish_link(command, page->control_url(), addresses);
     }
     if (addresses.empty()) {
-        throw InputError("serve: nothing to serve on; add --fastrak, --openigtlink or --web");
+        throw InputError("serve: no output; add --fastrak, --openigtlink or --web");
     }
     announce(addresses, command.run->json);
     server.start();
@@ -197,27 +196,27 @@ int run_serve(const ServeCommand& command) {
 
 void add_serve_command(CLI::App& program, Action& action) {
     auto command = std::make_shared<ServeCommand>();
-    CLI::App* sub = program.add_subcommand("serve", "Track, and let other programs have the poses");
+    CLI::App* sub = program.add_subcommand("serve", "Track, and send poses to other programs");
     sub->add_option("--fastrak", command->fastrak,
-                    "Be a Polhemus FASTRAK on pty, pty:LINK, serial:PATH[:BAUD] or tcp:[ADDRESS:]PORT; repeatable")
+                    "Emulate a Polhemus FASTRAK on pty, pty:LINK, serial:PATH[:BAUD] or tcp:[ADDRESS:]PORT; repeatable")
         ->check(refuse_empty);
-    sub->add_flag("--fastrak-continuous", command->fastrak_continuous, "FASTRAK: send from the start, without being asked");
+    sub->add_flag("--fastrak-continuous", command->fastrak_continuous, "FASTRAK: start in continuous mode");
     sub->add_option("--openigtlink", command->openigtlink, "OpenIGTLink server on [ADDRESS:]PORT (18944 is usual)")
         ->check(refuse_empty);
     sub->add_option("--web", command->web,
                     "Live page for browsers on [ADDRESS:]PORT; on this machine alone unless told otherwise. It answers to its "
                     "address, or to a name that is given here as ADDRESS")
         ->check(refuse_empty);
-    sub->add_option("--record-folder", command->record_folder, "Where recordings go that are begun on the page")
+    sub->add_option("--record-folder", command->record_folder, "Folder for recordings that are started on the live page")
         ->check(refuse_empty);
-    sub->add_flag("--open-controls", command->open_controls,
-                  "Whoever reaches the server may control: coils, hemisphere, recordings");
-    sub->add_flag("--read-only", command->read_only, "Nobody may control");
-    sub->add_option("--token-file", command->token_file, "Write the link for controls there, readable by this user alone")
+    sub->add_flag("--open-controls", command->open_controls, "Everyone may use the controls: coils, hemisphere, recordings");
+    sub->add_flag("--read-only", command->read_only, "No controls");
+    sub->add_option("--token-file", command->token_file, "Write the link for controls to this file, readable by this user only")
         ->check(refuse_empty);
-    sub->add_option("--allow-host", command->names, "A name under which browsers may ask; repeatable")->check(refuse_empty);
+    sub->add_option("--allow-host", command->names, "Host name under which browsers may use the server; repeatable")
+        ->check(refuse_empty);
     add_run_options(sub, command->run);
-    sub->add_flag("--json", command->run->json, "Where clients find us as JSON; with a device also its poses and summary");
+    sub->add_flag("--json", command->run->json, "Addresses of the outputs as JSON; with a device also poses and summary");
     sub->callback([command, &action] { action = [command] { return run_serve(*command); }; });
 }
 

@@ -45,7 +45,7 @@ SpeedBand band_of(const std::vector<DynamicError>& errors, double from, double t
     return band;
 }
 
-/// Non-negative least squares of three unknowns: of all subsets, the one that fits best without a negative share.
+/// Non-negative least squares with three unknowns: tries all subsets of unknowns that are not zero.
 Vec3<double> non_negative(const Mat3<double>& normal, const Vec3<double>& right) {
     Vec3<double> best = Vec3<double>::Zero();
     double lowest = 0;
@@ -135,10 +135,10 @@ std::string dynamic_csv(const DynamicReport& report) {
 }
 
 std::string dynamic_text(const DynamicReport& r) {
-    std::string text = fmt::format("{} poses against the reference; its clock is {:+.3f} ms from the tracker's\n",
-                                   r.errors.size(), 1e3 * r.alignment.time_offset_s);
+    std::string text = fmt::format("{} poses compared; reference clock minus tracker clock {:+.3f} ms\n", r.errors.size(),
+                                   1e3 * r.alignment.time_offset_s);
     if (r.in_gaps > 0) {
-        text += fmt::format("  {} poses left out: the reference has gaps there\n", r.in_gaps);
+        text += fmt::format("  {} poses not compared: gaps in the reference\n", r.in_gaps);
     }
     text += fmt::format("  position     RMS {:.3f} mm   95 % {:.3f} mm   max {:.3f} mm\n", 1e3 * r.position_m.rms,
                         1e3 * r.position_m.p95, 1e3 * r.position_m.max);

@@ -14,13 +14,13 @@
 namespace tricoil::host {
 namespace {
 
-constexpr std::size_t kFewestPoses = 20;
+constexpr std::size_t kMinPoses = 20;
 constexpr double kQuaternionTolerance = 0.01;
 constexpr double kFarthest_m = 1000;
-constexpr double kGap = 4;  // median sample intervals
+constexpr double kGap = 4;  // a longer pause is a gap, in median sample intervals
 constexpr std::array<const char*, 7> kColumns{"x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"};
 
-/// Column numbers from the header.
+/// Columns of the CSV file, from its header.
 struct Columns {
     std::size_t time = 0;
     double seconds_per_unit = 1;
@@ -66,7 +66,7 @@ TimedPose parse_pose(const std::vector<std::string_view>& fields, const Columns&
     const Vec3<double> position(v[0], v[1], v[2]);
     if (!(position.cwiseAbs().maxCoeff() <= kFarthest_m)) {
         throw InputError(
-            fmt::format("{}: a place {:g} m away; positions are in metres", place.str(), position.cwiseAbs().maxCoeff()));
+            fmt::format("{}: position {:g} m away; positions must be in metres", place.str(), position.cwiseAbs().maxCoeff()));
     }
     return {columns.seconds_per_unit * parse_number(fields[columns.time], place), position, q.normalized()};
 }
@@ -81,22 +81,22 @@ PoseStream PoseStream::read(const std::string& path) {
         const TextPlace place{path, n + 1};
         const auto fields = split(lines[n], ',');
         if (fields.size() != columns.count) {
-            throw InputError(fmt::format("{}: {} fields where the header has {}", place.str(), fields.size(), columns.count));
+            throw InputError(fmt::format("{}: {} fields; the header has {}", place.str(), fields.size(), columns.count));
         }
         if (columns.has_valid && parse_number(fields[columns.valid], place) == 0) {
             continue;
         }
         poses.push_back(parse_pose(fields, columns, place));
         if (poses.size() > 1 && !(poses.back().time_s > poses[poses.size() - 2].time_s)) {
-            throw InputError(place.str() + ": time does not rise");
+            throw InputError(place.str() + ": time does not increase");
         }
     }
     return {std::move(poses), path};
 }
 
 PoseStream::PoseStream(std::vector<TimedPose> poses, const std::string& name) : poses_(std::move(poses)) {
-    if (poses_.size() < kFewestPoses) {
-        throw InputError(fmt::format("{}: {} valid poses; at least {} are needed", name, poses_.size(), kFewestPoses));
+    if (poses_.size() < kMinPoses) {
+        throw InputError(fmt::format("{}: {} valid poses; at least {} are needed", name, poses_.size(), kMinPoses));
     }
     for (std::size_t n = 1; n < poses_.size(); ++n) {
         if (poses_[n].q.dot(poses_[n - 1].q) < 0) {
@@ -112,7 +112,7 @@ PoseStream::PoseStream(std::vector<TimedPose> poses, const std::string& name) : 
     longest_interval_s_ = kGap * *middle;
 }
 
-/// Index of the sample before `time_s`, of all that have one after them.
+/// Index of the last sample at or before `time_s`, but at least the first and at most the last but one.
 std::size_t PoseStream::interval_of(double time_s) const {
     const auto after =
         std::upper_bound(poses_.begin(), poses_.end(), time_s, [](double t, const auto& p) { return t < p.time_s; });
@@ -136,7 +136,7 @@ MovingPose PoseStream::at(double time_s) const {
         const std::size_t to = std::min(n + 1, poses_.size() - 1);
         return (poses_[to].position_m - poses_[from].position_m) / (poses_[to].time_s - poses_[from].time_s);
     };
-    // Cubic Hermite with central differences as slopes.
+    // Cubic Hermite interpolation; slopes are central differences.
     const Vec3<double> va = h * slope(i);
     const Vec3<double> vb = h * slope(i + 1);
     const Vec3<double> d = b.position_m - a.position_m;

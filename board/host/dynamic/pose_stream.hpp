@@ -26,24 +26,22 @@ struct MovingPose {
 /// Samples in time order. Consecutive quaternions have a positive scalar product.
 class PoseStream {
 public:
-    /// Reads a CSV file with a header: time_us or time_s, x_m, y_m, z_m, qw, qx, qy, qz in any order; lines with valid = 0 are
-    /// left out, further columns are ignored. Throws InputError naming file and line: columns missing, no number, time not
-    /// rising, a quaternion far from unit length, a place
-    /// further than 1 km, fewer than 20 poses.
+    /// Reads a CSV file with a header: time_us or time_s, x_m, y_m, z_m, qw, qx, qy, qz in any order. Lines with valid = 0 and
+    /// other columns are ignored. Throws InputError, naming file and line: missing columns, invalid numbers, time that does not
+    /// increase, a quaternion far from unit length, a position beyond 1 km, fewer than 20 poses.
     static PoseStream read(const std::string& path);
 
-    /// Throws InputError (named by `name`) as read() does.
+    /// From poses in time order. Throws InputError like read(); `name`: for messages.
     PoseStream(std::vector<TimedPose> poses, const std::string& name);
 
     [[nodiscard]] const std::vector<TimedPose>& poses() const { return poses_; }
     [[nodiscard]] double begin_s() const { return poses_.front().time_s; }
     [[nodiscard]] double end_s() const { return poses_.back().time_s; }
 
-    /// Whether the samples on both sides of `time_s` are neighbours: not in a gap of more than 4 median sample intervals, where
-    /// nobody knows what happened, nor beyond the ends.
+    /// True if `time_s` is between two samples that are at most 4 median sample intervals apart.
     [[nodiscard]] bool covers(double time_s) const;
 
-    /// Position by a cubic through four samples, attitude by the shortest turn between two. Clamped to the stream's ends.
+    /// Position by cubic interpolation, attitude by spherical interpolation. Clamped to the ends of the stream.
     [[nodiscard]] MovingPose at(double time_s) const;
 
 private:

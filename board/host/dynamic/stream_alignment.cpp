@@ -20,10 +20,10 @@ constexpr double kCoarseOffset_s = 0.02;
 constexpr double kOffsetStep_s = 2e-3;
 constexpr double kShortestOverlap_s = 1;
 constexpr double kMetresPerRadian = 0.5;
-constexpr std::size_t kMostSamples = 3000;
-constexpr double kLeastCorrelation = 0.7;
-constexpr double kLargestResidual = 0.5;  // share of how far the tracker's poses are spread
-constexpr double kLeastTurning = 1e-3;    // singular value per sample below which attitudes leave the alignment open
+constexpr std::size_t kMaxSamples = 3000;
+constexpr double kMinCorrelation = 0.7;
+constexpr double kLargestResidual = 0.5;  // relative to the spread of the tracker's positions
+constexpr double kMinTurning = 1e-3;      // singular value per sample; with a smaller one the rotations are not determined
 
 Quat<double> quaternion(const Eigen::Vector4d& wxyz) { return Quat<double>(wxyz(0), wxyz(1), wxyz(2), wxyz(3)).normalized(); }
 
@@ -39,7 +39,7 @@ Eigen::Matrix4d right_product(const Quat<double>& q) {
     return m;
 }
 
-/// Empty in a gap of the stream.
+/// Angular speed, rad/s; empty in a gap of the stream.
 std::optional<double> angular_speed(const PoseStream& stream, double time_s) {
     constexpr double kHalf_s = 0.02;
     if (!stream.covers(time_s - kHalf_s) || !stream.covers(time_s + kHalf_s)) {
@@ -48,7 +48,7 @@ std::optional<double> angular_speed(const PoseStream& stream, double time_s) {
     return geometry::angle_between(stream.at(time_s - kHalf_s).pose.q, stream.at(time_s + kHalf_s).pose.q) / (2 * kHalf_s);
 }
 
-/// Tracker times to compare at: evenly chosen, inside the reference with the given room for the offset.
+/// Indices of at most kMaxSamples tracker poses, evenly spaced, that the reference covers for all offsets within `room_s`.
 std::vector<std::size_t> chosen(const PoseStream& tracker, const PoseStream& reference, double offset_s, double room_s) {
     std::vector<std::size_t> all;
     for (std::size_t n = 0; n < tracker.poses().size(); ++n) {
@@ -57,7 +57,7 @@ std::vector<std::size_t> chosen(const PoseStream& tracker, const PoseStream& ref
             all.push_back(n);
         }
     }
-    const std::size_t step = all.size() / kMostSamples + 1;
+    const std::size_t step = all.size() / kMaxSamples + 1;
     std::vector<std::size_t> some;
     for (std::size_t n = 0; n < all.size(); n += step) {
         some.push_back(all[n]);
@@ -112,9 +112,9 @@ double best_offset(const PoseStream& tracker, const PoseStream& reference) {
     const double near = best;
     look(near - kCoarseOffset_s, near + kCoarseOffset_s, kOffsetStep_s);
     if (highest < 0) {
-        throw InputError("the two streams do not overlap for a second within 2 s of each other, or do not turn");
+        throw InputError("the streams overlap by less than 1 s at all offsets within 2 s, or do not rotate");
     }
-    if (highest < kLeastCorrelation) {
+    if (highest < kMinCorrelation) {
         throw InputError(fmt::format(
             "the two streams do not turn alike (correlation {:.2f} at best within 2 s): other motions, or clocks further apart; "
             "give --time-offset",
@@ -123,7 +123,8 @@ double best_offset(const PoseStream& tracker, const PoseStream& reference) {
     return best;
 }
 
-/// q_tracker m = q_world q_reference with m = q_mount^-1: eight unknowns up to scale, from the smallest singular vector.
+/// Solves q_tracker m = q_world q_reference with m = q_mount^-1. The eight unknowns are the singular vector of the smallest
+/// singular value.
 void solve_attitudes(const PoseStream& tracker, const PoseStream& reference, const std::vector<std::size_t>& samples,
                      StreamAlignment& alignment) {
     Eigen::Matrix<double, 8, 8> normal = Eigen::Matrix<double, 8, 8>::Zero();
@@ -134,15 +135,15 @@ void solve_attitudes(const PoseStream& tracker, const PoseStream& reference, con
         normal += row.transpose() * row / static_cast<double>(samples.size());
     }
     const Eigen::JacobiSVD<Eigen::Matrix<double, 8, 8>> svd(normal, Eigen::ComputeFullV);
-    if (svd.singularValues()(6) < kLeastTurning) {
-        throw InputError("the motion does not turn about two axes: world frame and mount cannot be told apart");
+    if (svd.singularValues()(6) < kMinTurning) {
+        throw InputError("the motion does not rotate about two axes: world frame and mount cannot be separated");
     }
     const Eigen::Matrix<double, 8, 1> v = svd.matrixV().col(7);
     alignment.q_mount = quaternion(v.head<4>()).conjugate();
     alignment.q_world = quaternion(v.tail<4>());
 }
 
-/// p_tracker = R_world p_reference + R_world R_reference mount + world: linear in mount and world.
+/// Solves p_tracker = R_world p_reference + R_world R_reference mount + world, which is linear in `mount` and `world`.
 void solve_positions(const PoseStream& tracker, const PoseStream& reference, const std::vector<std::size_t>& samples,
                      StreamAlignment& alignment) {
     Mat6<double> normal = Mat6<double>::Zero();
@@ -160,7 +161,7 @@ void solve_positions(const PoseStream& tracker, const PoseStream& reference, con
     alignment.world_m = solution.tail<3>();
 }
 
-/// Residuals of the refinement; parameters: offset, small turn of the world, world, small turn of the mount, mount.
+/// Residuals of the refinement. Parameters: time offset, small rotation and translation of the world, then of the mount.
 struct Residuals {
     using Scalar = double;
     using InputType = Eigen::VectorXd;
@@ -202,9 +203,9 @@ struct Residuals {
     }
 };
 
-/// Coordinate frames can be fitted to any two streams. Only small residuals show that both are of one motion.
-void refuse_strangers(const PoseStream& tracker, const std::vector<std::size_t>& samples, const Residuals& residuals,
-                      const Eigen::VectorXd& x) {
+/// Throws InputError if the residuals are large: the fit always gives a result, even for streams of different motions.
+void refuse_different_motions(const PoseStream& tracker, const std::vector<std::size_t>& samples, const Residuals& residuals,
+                              const Eigen::VectorXd& x) {
     Vec3<double> mean = Vec3<double>::Zero();
     for (const std::size_t n : samples) {
         mean += tracker.poses()[n].position_m / static_cast<double>(samples.size());
@@ -220,7 +221,7 @@ void refuse_strangers(const PoseStream& tracker, const std::vector<std::size_t>&
         left += r.segment<3>(static_cast<Eigen::Index>(6 * n)).squaredNorm();
     }
     if (!(left <= kLargestResidual * kLargestResidual * spread)) {
-        throw InputError(fmt::format("no frames bring the two streams together: {:.1f} mm are left of {:.1f} mm of motion",
+        throw InputError(fmt::format("no choice of frames aligns the two streams: {:.1f} mm remain of {:.1f} mm of motion",
                                      1e3 * std::sqrt(left / static_cast<double>(samples.size())),
                                      1e3 * std::sqrt(spread / static_cast<double>(samples.size()))));
     }
@@ -261,7 +262,7 @@ StreamAlignment align_streams(const PoseStream& tracker, const PoseStream& refer
     if (!given_offset_s && std::abs(found.time_offset_s) > kLargestOffset_s + kCoarseOffset_s) {
         throw InputError("the clocks are more than 2 s apart; give --time-offset");
     }
-    refuse_strangers(tracker, samples, residuals, x);
+    refuse_different_motions(tracker, samples, residuals, x);
     return found;
 }
 

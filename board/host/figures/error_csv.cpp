@@ -12,7 +12,7 @@ namespace tricoil::host {
 
 namespace {
 
-/// Nothing where there is no prediction.
+/// Number as text; empty for NaN (no prediction).
 std::string number(double value) { return std::isnan(value) ? "" : fmt::format("{:.12g}", value); }
 
 }  // namespace

@@ -10,7 +10,7 @@ namespace {
 
 using error_model::without_whole_turns;
 
-/// Errors is anything with range_m, azimuth_rad and elevation_rad.
+/// `Errors` has the members range_m, azimuth_rad and elevation_rad.
 template <typename Errors>
 void include(ErrorMaxima& maxima, const Errors& e) {
     maxima.max_abs_e_rho_m = std::max(maxima.max_abs_e_rho_m, std::abs(e.range_m));

@@ -22,7 +22,7 @@ namespace {
 constexpr const char* kSettings =
     "set datafile separator ','\nset grid lc rgb '#dddddd'\nset tics nomirror\nset border 3\n"
     "set key above right horizontal samplen 2\n";
-constexpr auto kLook = std::chrono::milliseconds(10);  // interval of checks of gnuplot and the guard
+constexpr auto kPollInterval = std::chrono::milliseconds(10);  // interval of checks of gnuplot and the guard
 
 std::string curve_text(const Curve& curve) {
     const std::string title = curve.title.empty() ? "notitle" : fmt::format("title '{}'", curve.title);
@@ -81,7 +81,7 @@ int run_gnuplot(const std::filesystem::path& folder, const std::string& script, 
             ::waitpid(child, &status, 0);
         }
         guard.check();
-        std::this_thread::sleep_for(kLook);
+        std::this_thread::sleep_for(kPollInterval);
     }
     guard.check();  // a signal from the terminal ends gnuplot too
     return WIFEXITED(status) ? WEXITSTATUS(status) : 1;
@@ -99,11 +99,11 @@ void draw(const std::filesystem::path& folder, const std::vector<Picture>& pictu
     write_whole_file(folder / script_name, script);
     const int status = run_gnuplot(folder, script_name, log_name, guard);
     if (status == 127) {
-        throw InputError("gnuplot is not installed: install the package gnuplot-nox, or take --csv-only");
+        throw InputError("gnuplot is not installed: install the package gnuplot-nox, or use --csv-only");
     }
     if (status != 0) {
         throw InputError(
-            fmt::format("gnuplot failed: {}; --csv-only writes the numbers without it", first_line(folder / log_name)));
+            fmt::format("gnuplot failed: {}; use --csv-only to write the data without it", first_line(folder / log_name)));
     }
     std::filesystem::remove(folder / log_name);
     std::filesystem::remove(folder / script_name);

@@ -6,11 +6,11 @@
 namespace tricoil::host {
 namespace {
 
-// In labels, the space before a unit is one that does not break: after a subscript gnuplot swallows a plain one.
+// Labels have a no-break space before the unit, because gnuplot drops a plain space after a subscript.
 constexpr const char* kTime = "time_s";
 constexpr const char* kBlue = "lines lw 1.2 lc rgb '#0044cc'";
 
-/// As the paper plots: range (37) and elevation (28) with kappa of (29), azimuth by (35), which has kappa = 2.
+/// Equations of the paper's figures: range (37) and elevation (28) with kappa of (29), azimuth (35) with kappa = 2.
 std::vector<paper::Update> simulate_as_plotted(const char* example) {
     paper::SimulationParams params;
     params.kappa = error_model::KappaForm::paper;
@@ -50,7 +50,7 @@ Panel elevation_panel(const std::string& csv, const char* title, const char* sty
     return compare(csv, title, "{e_β}\u00a0(rad)", "e_beta_rad", "predicted_e_beta_rad", style);
 }
 
-/// The measured error at fixed orientation, Fig. 3(b), is repeated in red.
+/// Also shows the measured error at fixed orientation of Fig. 3(b), in red.
 Panel azimuth_panel_of_fig6(const std::string& csv, const std::string& fixed_csv) {
     Panel panel = azimuth_panel(csv, kBlue);
     panel.curves[0].title = "Measured, turning";
@@ -66,7 +66,7 @@ std::vector<Picture> paper_figures(const std::filesystem::path& folder, const In
     const auto three = write(folder, "fig3.csv", "III", guard);
     const auto five = write(folder, "fig5.csv", "orientation", guard);
     const auto six = write(folder, "fig6.csv", "IIIo", guard);
-    // Where a pole is all but hit the rate peaks at some ten thousand rad/s: cut off, so that the others can be seen.
+    // Close to a pole the rate exceeds 10,000 rad/s. The axis is limited, so that the other values are visible.
     Panel rate = compare(three, "Error of the azimuth rate, example III", "{e_{dα/dt}}\u00a0(rad/s)", "e_alpha_rate_rad_s",
                          "predicted_e_alpha_rate_rad_s");
     rate.settings = "set yrange [-2000:2000]";

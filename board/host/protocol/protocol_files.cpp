@@ -69,40 +69,39 @@ std::string dbc_file() {
            formats + floats;
 }
 
+/// Beginning of the page. Arguments: version, longest message.
+constexpr const char* kIntroduction = R"(# Wire protocol, version {}
+
+Generated from `schema.hpp` by `tricoil protocol`; do not edit. Numbers are little-endian; physical value = scale x number. Every
+message begins with the version (1 byte) and its type (1 byte), then sequence and time. A number outside the range of its field
+makes the message invalid. Messages with an unknown version or type are refused and counted.
+
+- CAN FD: one message per frame, standard identifier 0x100 + 16 type + node (0-15), padded with zeros to the next CAN FD length.
+  Longer messages use ISO 15765-2 segments: 0x1E0 + node from the device, 0x1F0 + node from the host; at most {} bytes.
+- Byte streams (USB bulk, serial): message and CRC-32 (IEEE 802.3, little-endian), COBS encoded, then a zero byte.
+
+A host sends `command` hello with its range of versions. The device answers `identify`. Both use the newest common version. The
+device answers `command` start by `ack`, and then sends columns or poses. Without a message from the host for the watchdog time
+it switches the coils off and becomes idle. If the host drives the coils, it reports each change by `command` excite with a state
+sequence. A column echoes the state sequence of its measurement; a flag marks a column during which the coils changed.
+
+A command that is not executed is answered by `ack` with the reason. A device with several links sends its stream to each host
+that has sent start, until this host sends stop or is silent. Without such a host the coils are off. Arguments of commands:
+
+| command | argument |
+|---|---|
+| hello | oldest version, newest version x 256 |
+| start | 0; 1: the host drives the coils |
+| excite | state sequence |
+| keep alive | sequence of the newest received column or pose |
+| mode | bits 0-27: frame rate in mHz, 0: default; bit 28: FDM; bit 29: columns instead of poses. `ack` returns the frame rate |
+| hemisphere | x, y, z of its direction as signed bytes, index of the sensor in the highest byte; all zero: unknown |
+| boresight | 1: the present attitude becomes zero; 0: removes this correction |
+| loader | 0x4C4F4144 |
+)";
+
 std::string protocol_page() {
-    std::string page = fmt::format(
-        "# Wire protocol, version {}\n\n"
-        "Made from `schema.hpp` by `tricoil protocol`; do not edit. Numbers are little-endian; physical value = scale x number. "
-        "Every\n"
-        "message begins with the version (1 byte) and its type (1 byte), then sequence and time; a number outside its field's "
-        "range makes\n"
-        "the whole message invalid. Unknown versions and types are refused and counted, never guessed at.\n\n"
-        "- CAN FD: one message a frame, standard identifier 0x100 + 16 type + node (0-15), zeros up to the next CAN FD length. "
-        "Longer\n"
-        "  messages in ISO 15765-2 segments: 0x1E0 + node from the device, 0x1F0 + node from the host; at most {} bytes.\n"
-        "- Byte streams (USB bulk, serial): message, CRC-32 (IEEE 802.3, little-endian), COBS, a zero byte.\n\n"
-        "A host sends `command` hello with the versions that it speaks; the device answers `identify`; the newest version that "
-        "both know is\n"
-        "spoken. `command` start is answered by `ack`, then columns or poses flow. A device that hears nothing for its watchdog "
-        "time\n"
-        "switches the coils off and is idle. Where the host drives the coils, it tells each change by `command` excite with a "
-        "state\n"
-        "sequence; the column that was measured then echoes it, and one during which the coils changed says so in its flags.\n\n"
-        "A command that is not obeyed is answered by `ack` with the reason. Of a device with several links each that said start "
-        "takes "
-        "the\n"
-        "stream, until it says stop or falls silent; with the last one the coils go off. Arguments of commands:\n\n"
-        "| command | argument |\n|---|---|\n"
-        "| hello | oldest version, newest version x 256 |\n"
-        "| start | 0; 1: the host drives the coils |\n"
-        "| excite | state sequence |\n"
-        "| keep alive | sequence of the newest column or pose received |\n"
-        "| mode | bits 0-27: frame rate in mHz, 0: the usual; bit 28: all coils at once; bit 29: columns instead of poses. `ack` "
-        "tells the rate |\n"
-        "| hemisphere | x, y, z towards it as signed bytes, index of the sensor in the highest; all zero: unknown |\n"
-        "| boresight | 1: the present attitude reads as straight ahead; 0: forget that |\n"
-        "| loader | 0x4C4F4144 |\n",
-        protocol::kNewestVersion, protocol::kMaxMessageBytes);
+    std::string page = fmt::format(kIntroduction, protocol::kNewestVersion, protocol::kMaxMessageBytes);
     protocol::for_each_message([&](auto schema) {
         const std::size_t bytes = protocol::fixed_bytes(schema);
         fmt::format_to(

@@ -23,10 +23,10 @@ T value_of(const Result<T>& result) {
 
 }  // namespace
 
-app::FixedChain::Params fixed_params(const RunOptions& options, const RunCompany& company, const sim::CoilWorld& world,
+app::FixedChain::Params fixed_params(const RunOptions& options, const RunObservers& observers, const sim::CoilWorld& world,
                                      const signal::AcquisitionPlan& plan, const Vec3<double>& hemisphere) {
-    refuse(company.tap != nullptr || company.each_block != nullptr, options, "serve");
-    refuse(!options.record.empty(), options, "--record (--samples records what it is given)");
+    refuse(observers.tap != nullptr || observers.each_block != nullptr, options, "serve");
+    refuse(!options.record.empty(), options, "--record (use --samples)");
     refuse(options.predict_ahead_s > 0, options, "--predict");
     refuse(options.no_deskew, options, "--no-deskew");
     app::FixedChain::Params params;

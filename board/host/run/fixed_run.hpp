@@ -10,7 +10,7 @@
 namespace tricoil::host {
 
 /// Parameters of the tracker for samples of this world. Throws InputError for unsupported options.
-app::FixedChain::Params fixed_params(const RunOptions& options, const RunCompany& company, const sim::CoilWorld& world,
+app::FixedChain::Params fixed_params(const RunOptions& options, const RunObservers& observers, const sim::CoilWorld& world,
                                      const signal::AcquisitionPlan& plan, const Vec3<double>& hemisphere);
 
 /// Converts the counters of the integer tracker to the common counters.

@@ -61,8 +61,8 @@ std::string score_text(const ScoreSummary& s) {
     text += fmt::format("  orientation  RMS {:.4f} deg  95 % {:.4f} deg  max {:.4f} deg  (bound {:.4f} deg)\n",
                         kDegrees * s.orientation_rad.rms, kDegrees * s.orientation_rad.p95, kDegrees * s.orientation_rad.max,
                         kDegrees * s.bound_orientation_rad);
-    text += fmt::format("  predicted    RMS {:.3f} mm, {:.4f} deg by the poses themselves, from their motion and noise\n",
-                        1e3 * s.predicted_position_m, kDegrees * s.predicted_orientation_rad);
+    text += fmt::format("  predicted    RMS {:.3f} mm, {:.4f} deg (error budget of the poses)\n", 1e3 * s.predicted_position_m,
+                        kDegrees * s.predicted_orientation_rad);
     return text;
 }
 

@@ -73,7 +73,7 @@ tracking::MethodParams<double> make_method(const RunOptions& options, const sign
     tracking::MethodParams<double> method = method_of_name(options.tracker);
     auto* direct = std::get_if<tracking::DirectParams>(&method);
     if (options.no_deskew && (direct == nullptr || !plan.is_tdm())) {
-        throw InputError("--no-deskew: only --mux tdm with --tracker direct deskews");
+        throw InputError("--no-deskew: only for --mux tdm with --tracker direct");
     }
     if (direct != nullptr) {
         direct->deskew = plan.is_tdm() && !options.no_deskew;
@@ -89,7 +89,7 @@ tracking::MethodParams<double> make_method(const RunOptions& options, const sign
     }
     auto* scaat = std::get_if<tracking::ScaatParams<double>>(&method);
     if (scaat == nullptr && options.predict_ahead_s > 0) {
-        throw InputError("--predict: only --tracker scaat knows the motion");
+        throw InputError("--predict: only for --tracker scaat");
     }
     if (scaat != nullptr) {
         scaat->predict_ahead = microseconds_from_seconds(options.predict_ahead_s);
@@ -117,9 +117,9 @@ Vec3<double> make_hemisphere(const RunOptions& options, const sim::Motion& motio
 
 /// Limits simulated time to real time. Delays by a pause or a busy machine are not caught up.
 void keep_pace(SteadyClock::time_point& start, double simulated_s) {
-    constexpr auto kMostBehind = std::chrono::milliseconds(250);
+    constexpr auto kMaxBehind = std::chrono::milliseconds(250);
     const auto due = start + std::chrono::duration_cast<SteadyClock::duration>(std::chrono::duration<double>(simulated_s));
-    if (const auto behind = SteadyClock::now() - due; behind > kMostBehind) {
+    if (const auto behind = SteadyClock::now() - due; behind > kMaxBehind) {
         start += behind;
     }
     std::this_thread::sleep_until(due);
@@ -127,9 +127,9 @@ void keep_pace(SteadyClock::time_point& start, double simulated_s) {
 
 /// Switches the coils off until the pause ends.
 template <typename Loop>
-void pause(Loop& loop, const InterruptGuard& guard, const RunCompany& company) {
+void pause(Loop& loop, const InterruptGuard& guard, const RunObservers& observers) {
     loop.stop();
-    while (company.paused() && !guard.interrupted()) {
+    while (observers.paused() && !guard.interrupted()) {
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
     if (const Status started = loop.start(); !started.ok()) {
@@ -145,7 +145,8 @@ struct Pace {
 
 /// Starts the loop, and runs it to its end or an interrupt.
 template <typename Loop>
-Pace drive(Loop& loop, const sim::SimulatedClock& clock, const InterruptGuard& guard, bool realtime, const RunCompany& company) {
+Pace drive(Loop& loop, const sim::SimulatedClock& clock, const InterruptGuard& guard, bool realtime,
+           const RunObservers& observers) {
     if (const Status started = loop.start(); !started.ok()) {
         throw DeviceError(std::string("simulated board: ") + started.message());
     }
@@ -165,12 +166,12 @@ Pace drive(Loop& loop, const sim::SimulatedClock& clock, const InterruptGuard& g
         pace.update_s += seconds_since(before);
         ++pace.updates;
         if constexpr (std::is_same_v<Loop, app::MainLoop<double>>) {
-            if (company.each_block) {
-                company.each_block(loop);
+            if (observers.each_block) {
+                observers.each_block(loop);
             }
         }
-        if (company.paused && company.paused()) {
-            pause(loop, guard, company);
+        if (observers.paused && observers.paused()) {
+            pause(loop, guard, observers);
         }
         if (realtime) {
             keep_pace(start, clock.elapsed_s());
@@ -184,7 +185,7 @@ Pace drive(Loop& loop, const sim::SimulatedClock& clock, const InterruptGuard& g
 /// Common parts of both kinds of loop.
 struct SimulatedBoard {
     const RunOptions& options;
-    const RunCompany& company;
+    const RunObservers& observers;
     const sim::WorldParams& world_params;
     const signal::AcquisitionPlan& plan;
     const sim::CoilWorld& world;
@@ -198,7 +199,7 @@ struct SimulatedBoard {
 template <typename Loop>
 void run_loop(Loop& loop, const SimulatedBoard& board, RunReport& report) {
     const InterruptGuard guard;
-    const Pace pace = drive(loop, board.clock, guard, board.options.realtime, board.company);
+    const Pace pace = drive(loop, board.clock, guard, board.options.realtime, board.observers);
     report.interrupted = guard.interrupted();
     report.loop = loop.counters();
     report.mean_update_us = pace.updates > 0 ? 1e6 * pace.update_s / static_cast<double>(pace.updates) : 0;
@@ -208,7 +209,7 @@ void run_loop(Loop& loop, const SimulatedBoard& board, RunReport& report) {
 void run_in_double(const SimulatedBoard& board, RunReport& report) {
     const RunOptions& options = board.options;
     if (!options.samples.empty()) {
-        throw InputError("--samples: only with --tracker fixed-direct or fixed-previous; --record records the others");
+        throw InputError("--samples: only with --tracker fixed-direct or fixed-previous; use --record for the others");
     }
     app::MainLoopParams<double> params{board.plan, board.world.demodulation(),
                                        make_tracker(options, board.world_params, board.plan, board.hemisphere)};
@@ -217,24 +218,24 @@ void run_in_double(const SimulatedBoard& board, RunReport& report) {
     std::optional<Recorder> recorder;
     if (!options.record.empty()) {
         recorder.emplace(options.record, describe_source(options),
-                         options.realtime ? Journal::Patience::never_wait : Journal::Patience::wait);
+                         options.realtime ? Journal::WhenFull::end : Journal::WhenFull::wait);
     }
-    TapFanOut taps{board.company.tap, recorder ? &*recorder : nullptr};
+    TapFanOut taps{board.observers.tap, recorder ? &*recorder : nullptr};
     app::MainLoop<double> loop(params, {board.clock, board.coils, board.sampler, board.link, taps.any() ? &taps : nullptr});
     taps.begin({params.tracker, params.sensors});
     run_loop(loop, board, report);
-    report.recording_trouble = recorder ? recorder->close() : "";
+    report.recording_error = recorder ? recorder->close() : "";
     report.tracker = loop.tracker().counters();
 }
 
 void run_in_integers(const SimulatedBoard& board, RunReport& report) {
-    const auto params = fixed_params(board.options, board.company, board.world, board.plan, board.hemisphere);
+    const auto params = fixed_params(board.options, board.observers, board.world, board.plan, board.hemisphere);
     std::optional<SampleRecorder> recorder;
     if (!board.options.samples.empty()) {
         recorder.emplace(board.options.samples, params.chain, board.sampler, board.clock);
     }
     hal::CoilSampler& sampler = recorder ? static_cast<hal::CoilSampler&>(*recorder) : board.sampler;
-    FixedLink link(board.link, board.company.each_fixed_pose);
+    FixedLink link(board.link, board.observers.each_fixed_pose);
     app::FixedLoop loop(params, {board.clock, board.coils, sampler, link});
     run_loop(loop, board, report);
     if (recorder) {
@@ -257,7 +258,7 @@ nlohmann::ordered_json describe_source(const RunOptions& o) {
     return source;
 }
 
-RunReport run_simulated(const RunOptions& options, const RunCompany& company) {
+RunReport run_simulated(const RunOptions& options, const RunObservers& observers) {
     sim::Scenario scenario = make_scenario(options);
     const signal::AcquisitionPlan plan = make_plan(options);
     if (!std::isfinite(scenario.duration_s) || scenario.duration_s < plan.block_s()) {
@@ -278,9 +279,9 @@ RunReport run_simulated(const RunOptions& options, const RunCompany& company) {
         csv.emplace(options.out_csv, format);
     }
     {
-        LiveView live(stderr, options.show_live && company.score, scenario.duration_s);
+        LiveView live(stderr, options.show_live && observers.score, scenario.duration_s);
         sim::SimulatedLink<double> link([&](const tracking::PoseEstimate<double>& estimate) {
-            if (!company.score) {
+            if (!observers.score) {
                 return;
             }
             const PoseError error = score.add(estimate);
@@ -292,8 +293,8 @@ RunReport run_simulated(const RunOptions& options, const RunCompany& company) {
             }
             live.show(estimate, error);
         });
-        const SimulatedBoard board{options, company, scenario.world, plan, world,
-                                   clock,   coils,   sampler,        link, make_hemisphere(options, *scenario.motion)};
+        const SimulatedBoard board{options, observers, scenario.world, plan, world,
+                                   clock,   coils,     sampler,        link, make_hemisphere(options, *scenario.motion)};
         if (fixed_method(options.tracker)) {
             run_in_integers(board, report);
         } else {

@@ -56,11 +56,11 @@ struct RunReport {
     double mean_update_us = 0;       // demodulation and tracking of one block
     double simulated_s_per_s = 0;    // the whole loop, simulation included
     tracking::PoseFlags seen_flags;  // of all poses after the settling time
-    std::string recording_trouble;   // one line; empty: none
+    std::string recording_error;     // one line; empty: none
 };
 
 /// Further participants of a run.
-struct RunCompany {
+struct RunObservers {
     tracking::TrackerTap<double>* tap = nullptr;
     std::function<void(app::MainLoop<double>&)> each_block;           // called between blocks; may be empty
     std::function<void(const fixed::PoseEstimate&)> each_fixed_pose;  // for an integer tracker; may be empty
@@ -72,6 +72,6 @@ struct RunCompany {
 nlohmann::ordered_json describe_source(const RunOptions& options);
 
 /// Runs to the end or until interrupted. Throws InputError for invalid options, DeviceError if the CSV cannot be written.
-RunReport run_simulated(const RunOptions& options, const RunCompany& company = {});
+RunReport run_simulated(const RunOptions& options, const RunObservers& observers = {});
 
 }  // namespace tricoil::host

@@ -38,7 +38,7 @@ bool Access::permits(std::string_view authorization) const {
 std::string new_token() {
     std::array<std::uint8_t, 16> bits{};
     if (::getrandom(bits.data(), bits.size(), 0) != static_cast<ssize_t>(bits.size())) {
-        throw DeviceError("the system gives no random numbers for a token");
+        throw DeviceError("the system provides no random numbers for a token");
     }
     std::string token;
     for (const std::uint8_t byte : bits) {

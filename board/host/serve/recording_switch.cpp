@@ -11,17 +11,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uintmax_t kLeastRoom = std::uintmax_t{4} << 20U;  // bytes: less than a minute's columns
+constexpr std::uintmax_t kMinRoom = std::uintmax_t{4} << 20U;  // free bytes on the disk; enough for almost a minute
 
 /// Reason why no recording can start in `folder`; empty if it can.
 std::string refusal(const std::string& folder) {
     if (folder.empty()) {
-        return "start tricoil serve with --record-folder to record from here";
+        return "recording needs tricoil serve --record-folder FOLDER";
     }
     std::error_code error;
     const fs::space_info room = fs::space(folder, error);
-    if (!error && room.available < kLeastRoom) {
-        return fmt::format("{}: the disk has {} KiB left, too few for a recording; make room", folder, room.available / 1024);
+    if (!error && room.available < kMinRoom) {
+        return fmt::format("{}: only {} KiB free, too little for a recording; free disk space", folder, room.available / 1024);
     }
     return "";
 }
@@ -31,7 +31,7 @@ std::string refusal(const std::string& folder) {
 std::string RecordingSwitch::record(bool on) {
     const std::lock_guard asking(asking_);
     if (on == status().on) {
-        return on ? "is recording" : "is not recording";
+        return on ? "already recording" : "no recording is running";
     }
     return on ? begin_recording() : end_recording();
 }
@@ -41,20 +41,20 @@ RecordingStatus RecordingSwitch::status() {
     {
         const std::lock_guard lock(mutex_);
         if (!died_) {
-            return {recorder_ != nullptr, trouble_};
+            return {recorder_ != nullptr, error_};
         }
         dead = std::move(recorder_);
         died_ = false;
     }
-    const std::string trouble = dead->close();
+    const std::string error = dead->close();
     const std::lock_guard lock(mutex_);
-    trouble_ = trouble;
-    return {recorder_ != nullptr, trouble_};
+    error_ = error;
+    return {recorder_ != nullptr, error_};
 }
 
 std::string RecordingSwitch::begin_recording() {
-    if (const std::string why = refusal(folder_); !why.empty()) {
-        return why;
+    if (const std::string reason = refusal(folder_); !reason.empty()) {
+        return reason;
     }
     const std::string name = fmt::format("{:%Y-%m-%dT%H%M%SZ}", fmt::gmtime(std::time(nullptr)));
     const fs::path path = fs::path(folder_) / name;
@@ -62,16 +62,16 @@ std::string RecordingSwitch::begin_recording() {
     std::error_code ignored;
     const bool was_there = fs::exists(path, ignored);
     try {
-        recorder = std::make_unique<Recorder>(path.string(), source_, Journal::Patience::never_wait);
+        recorder = std::make_unique<Recorder>(path.string(), source_, Journal::WhenFull::end);
     } catch (const std::exception& error) {
         return error.what();
     }
-    if (recorder->failed()) {  // its description cannot be written
+    if (recorder->failed()) {  // the description of the recording could not be written
         recorder.reset();
         if (!was_there) {
             fs::remove_all(path, ignored);
         }
-        return path.string() + ": no recording can be begun there; is the disk full?";
+        return path.string() + ": cannot start a recording; is the disk full?";
     }
     take_over(std::move(recorder));
     return "recording into " + name;
@@ -80,10 +80,10 @@ std::string RecordingSwitch::begin_recording() {
 void RecordingSwitch::take_over(std::unique_ptr<Recorder> recorder) {
     const std::lock_guard lock(mutex_);
     recorder_ = std::move(recorder);
-    trouble_.clear();
+    error_.clear();
     died_ = false;
     if (settings_) {
-        recorder_->begin_midway(*settings_, last_m_);
+        recorder_->begin_while_running(*settings_, last_m_);
     }
 }
 
@@ -93,14 +93,14 @@ std::string RecordingSwitch::end_recording() {
         const std::lock_guard lock(mutex_);
         recorder = std::move(recorder_);
         died_ = false;
-        if (!recorder) {  // it has just failed
-            return trouble_;
+        if (!recorder) {  // the recording has failed and status() has closed it
+            return error_;
         }
     }
-    const std::string trouble = recorder->close();
+    const std::string error = recorder->close();
     const std::lock_guard lock(mutex_);
-    trouble_ = trouble;
-    return trouble.empty() ? "recorded" : trouble;
+    error_ = error;
+    return error.empty() ? "recorded" : error;
 }
 
 void RecordingSwitch::do_begin(const Settings& settings) {
@@ -138,7 +138,7 @@ void RecordingSwitch::do_pose(const tracking::PoseEstimate<double>& estimate) {
         last_m_[estimate.sensor] = estimate.position_m;
     }
     if (recorder_) {
-        died_ = recorder_->failed();  // checked before the pose, so that the reason is reported first
+        died_ = recorder_->failed();  // checked before the pose is added, because a failed recorder drops it
         recorder_->pose(estimate);
     }
 }

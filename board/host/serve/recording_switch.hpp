@@ -13,7 +13,7 @@ namespace tricoil::host {
 
 struct RecordingStatus {
     bool on = false;
-    std::string trouble;  // reason if the last recording ended by itself; otherwise empty
+    std::string error;  // reason if the last recording ended by itself; otherwise empty
 };
 
 /// Creates and closes recordings in the caller's thread, so that the tracker's thread never waits for a disk.
@@ -45,7 +45,7 @@ private:
     std::mutex mutex_;   // between tracker and clients
     std::unique_ptr<Recorder> recorder_;
     bool died_ = false;  // recorder_ failed, and the failure was reported
-    std::string trouble_;
+    std::string error_;
     std::optional<Settings> settings_;
     std::array<Vec3<double>, tracking::kMaxSensors> last_m_{Vec3<double>::Zero(), Vec3<double>::Zero(), Vec3<double>::Zero(),
                                                             Vec3<double>::Zero()};  // last valid positions

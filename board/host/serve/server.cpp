@@ -12,7 +12,7 @@
 namespace tricoil::host {
 namespace {
 
-constexpr int kRoundMs = 200;  // longest interval between two rounds
+constexpr int kRoundMs = 200;  // maximum interval between two rounds
 constexpr int kPauseMs = static_cast<int>(Stream::kSharePause.count());
 
 }  // namespace
@@ -56,7 +56,7 @@ void Server::run() {
         (void)!::read(bell_.get(), &rings, sizeof rings);
         poses.clear();
         hub_.read(cursor, poses);
-        silence.look(utc_now_us(), poses);
+        silence.check(utc_now_us(), poses);
         for (const auto& service : services_) {  // poses first: requests must not delay them
             service->take(poses);
         }

@@ -16,7 +16,7 @@ public:
     static constexpr std::int64_t kLimitUs = 500'000;
 
     /// poses: new poses at now_us (UTC). Appends, once, the last pose of each sensor without a pose for kLimitUs, flagged stale.
-    void look(std::int64_t now_us, std::vector<ServedPose>& poses) {
+    void check(std::int64_t now_us, std::vector<ServedPose>& poses) {
         for (const ServedPose& served : poses) {
             if (served.pose.sensor < sensors_.size()) {
                 sensors_[served.pose.sensor] = {served, now_us};

@@ -18,16 +18,16 @@ struct StreamLimits {
     int socket_bytes = 0;                                       // send buffer of the socket; 0: system default
 };
 
-/// A record is sent completely or not at all. New records are dropped and counted while kMostWaiting bytes wait. Requests are
+/// A record is sent completely or not at all. New records are dropped and counted while kMaxWaiting bytes wait. Requests are
 /// read in small shares with pauses, at most 12 kB/s (a FASTRAK line at 115,200 baud carries 11.5 kB/s), and not while the client
 /// leaves answers unread. A client that floods therefore does not delay the others.
 class Stream {
 public:
     using Clock = std::chrono::steady_clock;
-    static constexpr std::size_t kMostWaiting = 64 * 1024;
+    static constexpr std::size_t kMaxWaiting = 64 * 1024;
     static constexpr std::size_t kShare = 12;                   // bytes per read
     static constexpr std::chrono::milliseconds kSharePause{1};  // pause after a full share
-    static constexpr std::size_t kMostUnread = 4096;            // bytes of unread answers at which reading stops
+    static constexpr std::size_t kMaxUnread = 4096;             // bytes of unread answers at which reading stops
 
     /// Takes ownership of the descriptor and makes it non-blocking.
     explicit Stream(int descriptor, const StreamLimits& limits = {});
@@ -55,9 +55,9 @@ public:
     [[nodiscard]] std::size_t waiting() const { return bytes_waiting_; }
     [[nodiscard]] bool gone() const { return gone_; }
     /// Marks the client for disconnection.
-    void hang_up() { gone_ = true; }
+    void disconnect() { gone_ = true; }
     /// Starts with a new client on the same line. Discards records for the previous one.
-    void begin_anew() {
+    void restart() {
         gone_ = false;
         forget_all();
     }
@@ -72,7 +72,7 @@ private:
 
     void drop_old();
     void forget_all();
-    [[nodiscard]] bool may_receive() const { return !pauses() && bytes_waiting_ <= kMostUnread; }
+    [[nodiscard]] bool may_receive() const { return !pauses() && bytes_waiting_ <= kMaxUnread; }
 
     drivers::FileDescriptor descriptor_;
     std::chrono::milliseconds oldest_;

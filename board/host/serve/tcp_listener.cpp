@@ -70,12 +70,12 @@ TcpListener::TcpListener(const std::string& option, const TcpAddress& address) {
     if (::bind(descriptor_.get(), found->ai_addr, found->ai_addrlen) != 0 || ::listen(descriptor_.get(), kBacklog) != 0) {
         const int error = errno;
         if (error == EADDRINUSE) {
-            throw DeviceError(name + ": another program has this port; choose another, or end that one");
+            throw DeviceError(name + ": the port is used by another program; choose another port, or end that program");
         }
         if (error == EACCES) {
-            throw InputError(name + ": ports below 1024 are for root; choose another");
+            throw InputError(name + ": ports below 1024 need root; choose another port");
         }
-        throw InputError(fmt::format("{}: cannot be listened to ({})", name, std::strerror(error)));
+        throw InputError(fmt::format("{}: cannot listen ({})", name, std::strerror(error)));
     }
     port_ = port_of(descriptor_.get());
 }

@@ -14,11 +14,11 @@
 namespace tricoil::host {
 
 /// Session: created by the factory with a Stream&, with receive(std::span<const char>) and take(std::span<const ServedPose>). It
-/// sends and hangs up through its stream.
+/// sends and disconnects through its stream.
 template <typename Session>
 class TcpService final : public Service {
 public:
-    static constexpr std::size_t kMostClients = 16;
+    static constexpr std::size_t kMaxClients = 16;
     using Factory = std::function<std::unique_ptr<Session>(Stream&)>;
 
     TcpService(std::string option, const TcpAddress& address, Factory factory, const StreamLimits& limits = {})
@@ -37,7 +37,7 @@ public:
     }
 
     void handle() override {
-        welcome();
+        accept_client();
         for (const auto& client : clients_) {
             client->stream.flush();
             if (const auto bytes = client->stream.receive(); !bytes.empty()) {
@@ -45,7 +45,7 @@ public:
             }
         }
         std::erase_if(clients_, [](const auto& client) { return client->stream.gone(); });
-        told_full_ = told_full_ && clients_.size() == kMostClients;
+        told_full_ = told_full_ && clients_.size() == kMaxClients;
     }
 
     void take(std::span<const ServedPose> poses) override {
@@ -61,16 +61,16 @@ private:
         std::unique_ptr<Session> session;
     };
 
-    void welcome() {
-        for (std::size_t n = 0; n < kMostClients; ++n) {  // further clients in the next round
+    void accept_client() {
+        for (std::size_t n = 0; n < kMaxClients; ++n) {  // further clients in the next round
             const int descriptor = listener_.accept();
             if (descriptor < 0) {
                 return;
             }
             auto client = std::make_unique<Client>(descriptor, limits_);
-            if (clients_.size() >= kMostClients) {
+            if (clients_.size() >= kMaxClients) {
                 if (!told_full_) {
-                    print_notice("tricoil: {}: limit of {} clients reached; new clients are refused\n", name_, kMostClients);
+                    print_notice("tricoil: {}: limit of {} clients reached; new clients are refused\n", name_, kMaxClients);
                     told_full_ = true;
                 }
                 continue;

@@ -32,18 +32,18 @@ void make_link(const std::string& link, const std::string& name) {
     if (fs::exists(status)) {
         const bool is_ours = fs::is_symlink(status) && fs::read_symlink(link, error).string().starts_with("/dev/pts/");
         if (!is_ours) {
-            throw InputError(link + ": is there and no link to a pseudo terminal; choose another path");
+            throw InputError(link + ": exists and is not a link to a pseudo terminal; choose another path");
         }
         const fs::path other = fs::read_symlink(link, error);
-        if (other != name && fs::exists(other, error)) {  // a pseudo terminal is there for as long as it is open
+        if (other != name && fs::exists(other, error)) {  // a pseudo terminal exists while it is open
             throw InputError(
-                fmt::format("{}: leads to {}, which is in use; choose another path, or remove the link", link, other.string()));
+                fmt::format("{}: links to {}, which is in use; choose another path, or remove the link", link, other.string()));
         }
         fs::remove(link, error);
     }
     fs::create_symlink(name, link, error);
     if (error) {
-        throw InputError(fmt::format("{}: cannot be made ({}); choose another path", link, error.message()));
+        throw InputError(fmt::format("{}: cannot be created ({}); choose another path", link, error.message()));
     }
 }
 
@@ -78,16 +78,16 @@ bool is_baud(int baud) {
     return std::any_of(kBauds.begin(), kBauds.end(), [&](const Baud& known) { return known.rate == baud; });
 }
 
-int open_serial(const std::string& path, int baud, std::string& why) {
+int open_serial(const std::string& path, int baud, std::string& reason) {
     const auto* const known = std::find_if(kBauds.begin(), kBauds.end(), [&](const Baud& b) { return b.rate == baud; });
     const int descriptor = ::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
     if (descriptor < 0) {
-        why = fmt::format("{}: cannot be opened ({}){}", path, std::strerror(errno),
-                          errno == EACCES ? "; add yourself to the group dialout" : "; is it plugged in?");
+        reason = fmt::format("{}: cannot be opened ({}){}", path, std::strerror(errno),
+                             errno == EACCES ? "; add yourself to the group dialout" : "; is it plugged in?");
         return -1;
     }
     if (!drivers::make_raw(descriptor, known->speed)) {
-        why = path + ": is not a serial port";
+        reason = path + ": is not a serial port";
         ::close(descriptor);
         return -1;
     }

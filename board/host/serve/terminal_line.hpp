@@ -27,8 +27,8 @@ private:
     std::string link_;
 };
 
-/// Opens a serial port in raw mode at `baud`. Returns -1 on failure; `why` then holds the reason.
-int open_serial(const std::string& path, int baud, std::string& why);
+/// Opens a serial port in raw mode at `baud`. Returns -1 on failure; `reason` then holds the reason.
+int open_serial(const std::string& path, int baud, std::string& reason);
 /// True for a standard speed of serial ports.
 bool is_baud(int baud);
 

@@ -68,7 +68,7 @@ private:
         ::poll(&descriptor, 1, 0);
         hung_up_ = (descriptor.revents & POLLHUP) != 0;
         if (hung_up_) {
-            stream_->begin_anew();
+            stream_->restart();
         }
     }
 

@@ -21,11 +21,13 @@ public:
 
     void set_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) {
         const std::lock_guard lock(mutex_);
-        const auto same = std::find_if(wishes_.begin(), wishes_.end(), [&](const auto& wish) { return wish.sensor == sensor; });
-        if (same != wishes_.end()) {  // only the newest request per sensor is kept, so that a flood does not delay other clients
+        const auto same =
+            std::find_if(requests_.begin(), requests_.end(), [&](const auto& request) { return request.sensor == sensor; });
+        if (same !=
+            requests_.end()) {  // only the newest request per sensor is kept, so that a flood does not delay other clients
             same->towards = towards;
         } else {
-            wishes_.push_back({sensor, towards});
+            requests_.push_back({sensor, towards});
         }
     }
 
@@ -36,13 +38,13 @@ public:
     /// Requests since the last call.
     std::vector<Hemisphere> take() {
         const std::lock_guard lock(mutex_);
-        return std::exchange(wishes_, {});
+        return std::exchange(requests_, {});
     }
 
 private:
     std::atomic<bool> running_ = true;
     std::mutex mutex_;
-    std::vector<Hemisphere> wishes_;  // at most one per sensor
+    std::vector<Hemisphere> requests_;  // at most one per sensor
 };
 
 }  // namespace tricoil::host

@@ -22,12 +22,13 @@ std::uint32_t message_number(const std::string& text, const std::string& whole) 
 sim::PeerFault parse_peer_fault(const std::string& text) {
     const auto at = text.find('@');
     if (at == std::string::npos) {
-        throw InputError("fault '" + text + "' has no place; write NAME@FIRST-LAST");
+        throw InputError("fault '" + text + "' has no message numbers; write NAME@FIRST-LAST");
     }
     sim::PeerFault fault;
-    fault.kind = static_cast<sim::PeerFaultKind>(index_of_name("fault", text.substr(0, at),
-                                                               {"drop", "swap", "twice", "truncate", "corrupt", "version", "type",
-                                                                "transition", "misecho", "misstate", "silence", "stranger"}));
+    fault.kind = static_cast<sim::PeerFaultKind>(
+        index_of_name("fault", text.substr(0, at),
+                      {"drop", "swap", "twice", "truncate", "corrupt", "version", "type", "transition", "wrong_sequence",
+                       "wrong_coil", "silence", "second_device"}));
     const std::string place = text.substr(at + 1);
     const auto dash = place.find('-');
     fault.first = message_number(place.substr(0, dash), text);

@@ -21,19 +21,19 @@ constexpr double kFastest_hz = 1000;
 
 Vec3<double> read_place(CheckedTable& table, const std::string& key, const Vec3<double>& fallback) {
     const Vec3<double> place = table.vector(key, fallback);
-    table.demand(place.cwiseAbs().maxCoeff() <= kFarthest_m, key, "must lie within 1000 m");
+    table.require(place.cwiseAbs().maxCoeff() <= kFarthest_m, key, "must lie within 1000 m");
     return place;
 }
 
 double read_length(CheckedTable& table, const std::string& key, double fallback) {
     const double length = table.positive(key, fallback);
-    table.demand(length <= kFarthest_m, key, "must be at most 1000 m");
+    table.require(length <= kFarthest_m, key, "must be at most 1000 m");
     return length;
 }
 
 double read_rate(CheckedTable& table) {
     const double rate_hz = table.positive("rate_hz", 1);
-    table.demand(rate_hz <= kFastest_hz, "rate_hz", "must be at most 1000");
+    table.require(rate_hz <= kFastest_hz, "rate_hz", "must be at most 1000");
     return rate_hz;
 }
 

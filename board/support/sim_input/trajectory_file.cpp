@@ -9,7 +9,7 @@ namespace tricoil::host {
 namespace {
 
 constexpr double kOrthonormalTolerance = 0.02;  // recorders print six digits, so rounding errors are smaller
-constexpr std::size_t kFewestPoses = 8;
+constexpr std::size_t kMinPoses = 8;
 constexpr int kRows = 4;
 
 bool is_blank(const std::string& line) { return line.find_first_not_of(" \t") == std::string::npos; }
@@ -63,7 +63,7 @@ std::vector<sim::Pose> read_trajectory(const std::string& path) {
     if (row != 0) {
         throw InputError(TextPlace{path, lines.size()}.str() + ": the file ends within a matrix; it was cut off");
     }
-    if (poses.size() < kFewestPoses) {
+    if (poses.size() < kMinPoses) {
         throw InputError(path + ": holds " + std::to_string(poses.size()) + " poses; at least 8 are needed to fit a motion");
     }
     return poses;

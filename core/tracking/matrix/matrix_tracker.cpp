@@ -12,8 +12,8 @@ namespace tricoil::tracking {
 namespace {
 
 /// Flags of a matrix whose columns must not be used for extrapolation.
-constexpr PoseFlags kBad{PoseFlag::saturated, PoseFlag::no_sensor, PoseFlag::wrong_handedness, PoseFlag::not_converged,
-                         PoseFlag::no_reference};
+constexpr PoseFlags kFaultFlags{PoseFlag::saturated, PoseFlag::no_sensor, PoseFlag::wrong_handedness, PoseFlag::not_converged,
+                                PoseFlag::no_reference};
 
 }  // namespace
 
@@ -40,7 +40,7 @@ void MatrixTracker<Scalar>::do_set_hemisphere(const Vec3<Scalar>& towards) {
 
 template <typename Scalar>
 std::optional<PoseEstimate<Scalar>> MatrixTracker<Scalar>::do_update(const Column<Scalar>& column) {
-    if (const auto reason = why_refused(column)) {
+    if (const auto reason = rejection_of(column)) {
         ++counters_.rejected[static_cast<std::size_t>(*reason)];
         return std::nullopt;
     }
@@ -61,12 +61,12 @@ std::optional<PoseEstimate<Scalar>> MatrixTracker<Scalar>::do_update(const Colum
         solved = acquire(*matrix);
     }
     if (solved.ok()) {
-        judge(*matrix, *solved, estimate);
+        fill_estimate(*matrix, *solved, estimate);
         estimate.flags.set_if(!hemisphere_.known(), PoseFlag::hemisphere_unknown);
     } else {
         estimate.flags.set(solved.status().code() == StatusCode::degenerate ? PoseFlag::no_sensor : PoseFlag::not_converged);
     }
-    doubt_history(estimate);
+    flag_recent_faults(estimate);
     if (estimate.valid()) {
         last_ = *solved;
         has_last_ = true;
@@ -99,8 +99,8 @@ std::optional<PoseEstimate<Scalar>> MatrixTracker<Scalar>::do_tick(DeviceTime no
 }
 
 template <typename Scalar>
-std::optional<Rejection> MatrixTracker<Scalar>::why_refused(const Column<Scalar>& column) {
-    if (const auto reason = why_unusable(column)) {
+std::optional<Rejection> MatrixTracker<Scalar>::rejection_of(const Column<Scalar>& column) {
+    if (const auto reason = invalid_field(column)) {
         return reason;
     }
     const auto verdict = time_base_.take(coil_index(column.state), column.midpoint, false);
@@ -119,14 +119,14 @@ std::optional<Rejection> MatrixTracker<Scalar>::why_refused(const Column<Scalar>
 /// A bad column can stay undetected in a later matrix that has no misfit. Deskew uses it for two columns of each state, so poses
 /// are unconfirmed for that time.
 template <typename Scalar>
-void MatrixTracker<Scalar>::doubt_history(PoseEstimate<Scalar>& estimate) {
+void MatrixTracker<Scalar>::flag_recent_faults(PoseEstimate<Scalar>& estimate) {
     constexpr int kHistory = 2 * kSourceCoils;
     if (!deskew_) {
         return;
     }
-    const bool bad = estimate.flags.has_any(kBad);
-    estimate.flags.set_if(doubtful_ > 0, PoseFlag::unconfirmed);
-    doubtful_ = bad ? kHistory : std::max(doubtful_ - 1, 0);
+    const bool bad = estimate.flags.has_any(kFaultFlags);
+    estimate.flags.set_if(unconfirmed_ > 0, PoseFlag::unconfirmed);
+    unconfirmed_ = bad ? kHistory : std::max(unconfirmed_ - 1, 0);
 }
 
 /// The method's step from the last pose. not_ready: no last pose, or the method has no step. not_converged: the step left its
@@ -134,7 +134,7 @@ void MatrixTracker<Scalar>::doubt_history(PoseEstimate<Scalar>& estimate) {
 template <typename Scalar>
 auto MatrixTracker<Scalar>::step(const Mat3<Scalar>& x) -> Result<Pose> {
     if (state_ != TrackerState::tracking || !has_last_) {
-        return Status{StatusCode::not_ready, "no pose to follow"};
+        return Status{StatusCode::not_ready, "no previous pose"};
     }
     const Result<Pose> next = do_step(x, last_);
     if (next.ok() && misfit_squared(x, *next) > params_.max_misfit * x.squaredNorm()) {
@@ -151,7 +151,7 @@ auto MatrixTracker<Scalar>::acquire(const SignalMatrix<Scalar>& matrix) -> Resul
         return direct.status();
     }
     Pose pose{direct->range_m, direct->direction, direct->attitude};
-    if (hemisphere_.must_turn(pose.range_m * pose.direction, matrix.newest)) {
+    if (hemisphere_.must_mirror(pose.range_m * pose.direction, matrix.newest)) {
         pose.direction = -pose.direction;
     }
     return pose;
@@ -165,7 +165,8 @@ Scalar MatrixTracker<Scalar>::misfit_squared(const Mat3<Scalar>& x, const Pose& 
 
 /// Fills in the pose with covariance and diagnostics, and adds the flags that depend on it.
 template <typename Scalar>
-void MatrixTracker<Scalar>::judge(const SignalMatrix<Scalar>& matrix, const Pose& pose, PoseEstimate<Scalar>& estimate) const {
+void MatrixTracker<Scalar>::fill_estimate(const SignalMatrix<Scalar>& matrix, const Pose& pose,
+                                          PoseEstimate<Scalar>& estimate) const {
     const Scalar k = field::coupling_strength(params_.coupling_constant, pose.range_m);
     const Scalar misfit = misfit_squared(matrix.x, pose);
     const Scalar snr = k / matrix.sigma;

@@ -40,12 +40,12 @@ private:
     [[nodiscard]] TrackerState do_state() const final { return state_; }
     [[nodiscard]] const TrackerCounters& do_counters() const final { return counters_; }
 
-    [[nodiscard]] std::optional<Rejection> why_refused(const Column<Scalar>& column);
+    [[nodiscard]] std::optional<Rejection> rejection_of(const Column<Scalar>& column);
     [[nodiscard]] Result<Pose> step(const Mat3<Scalar>& x);
     [[nodiscard]] Result<Pose> acquire(const SignalMatrix<Scalar>& matrix);
-    void doubt_history(PoseEstimate<Scalar>& estimate);
+    void flag_recent_faults(PoseEstimate<Scalar>& estimate);
     [[nodiscard]] Scalar misfit_squared(const Mat3<Scalar>& x, const Pose& pose) const;
-    void judge(const SignalMatrix<Scalar>& matrix, const Pose& pose, PoseEstimate<Scalar>& estimate) const;
+    void fill_estimate(const SignalMatrix<Scalar>& matrix, const Pose& pose, PoseEstimate<Scalar>& estimate) const;
     void predict_error(const SignalMatrix<Scalar>& matrix, Step step, PoseEstimate<Scalar>& estimate);
     void advance(bool valid, DeviceTime time);
 
@@ -59,7 +59,7 @@ private:
     bool has_last_ = false;
     TimeBase time_base_;
     Hemisphere<Scalar> hemisphere_;
-    int doubtful_ = 0;  // columns to come until deskew no longer uses columns of a bad matrix
+    int unconfirmed_ = 0;  // columns to come until deskew no longer uses columns of a bad matrix
     DeviceTime last_valid_{};
     PoseEstimate<Scalar> last_estimate_;
     TrackerCounters counters_;

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/tracking/scaat/acquisition.hpp"
-#include "core/tracking/scaat/coil_record.hpp"
+#include "core/tracking/scaat/coil_history.hpp"
 #include "core/tracking/scaat/noise_check.hpp"
 #include "core/tracking/scaat/process_noise.hpp"
 #include "core/tracking/tracker_counters.hpp"
@@ -40,14 +40,14 @@ public:
     bool use(const Column<Scalar>& column, const Motion<Scalar>& around, Use use);
 
     /// True if the position is within the gate of another one with the given covariance.
-    [[nodiscard]] bool is_beside(const Vec3<Scalar>& position_m, const Mat3<Scalar>& covariance) const;
+    [[nodiscard]] bool is_within_gate(const Vec3<Scalar>& position_m, const Mat3<Scalar>& covariance) const;
 
     /// Replaces the state by its mirror image.
     void mirror_state() { mirror(state_); }
 
     [[nodiscard]] const State<Scalar>& state() const { return state_; }
-    [[nodiscard]] CoilRecord& record() { return record_; }
-    [[nodiscard]] const CoilRecord& record() const { return record_; }
+    [[nodiscard]] CoilHistory& history() { return history_; }
+    [[nodiscard]] const CoilHistory& history() const { return history_; }
     [[nodiscard]] Intensity<Scalar> intensity() const;
     /// Windowed mean of squared innovations per degree of freedom; expectation 1.
     [[nodiscard]] Scalar consistency() const { return consistency_; }
@@ -66,16 +66,16 @@ private:
     static constexpr int kLearningColumns = 24;  // until corrections are used to learn accelerations
     // Above this value the variance of a column grows with the third power of the excess. Chosen for outliers of 5 to 15 sigma in
     // one column of 20, hidden by motion. It costs 3 % of accuracy if there are no outliers.
-    static constexpr double kDoubtful = 9;  // squared innovation, 3 degrees of freedom: exceeded once in 34
+    static constexpr double kDownweightAbove = 9;  // squared innovation, 3 degrees of freedom: exceeded once in 34
     // An outlier that just passes the gate moves the pose by several sigma. The reported covariance is increased until other
     // columns outvote it.
-    static constexpr double kSurprising = 6;  // squared innovation, 3 degrees of freedom: exceeded once in 9
-    static constexpr double kSurpriseKept = 0.96;
-    static constexpr int kMostInflations = 4;  // per column
+    static constexpr double kInflateAbove = 6;  // squared innovation, 3 degrees of freedom: exceeded once in 9
+    static constexpr double kInflationDecay = 0.96;
+    static constexpr int kMaxInflations = 4;  // per column
 
     void inflate_covariance(Scalar factor);
     void adapt_process_noise(const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened);
-    void take(const Column<Scalar>& column, const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened);
+    void update_state(const Column<Scalar>& column, const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened);
     void reset_adaptation();
 
     const ScaatParams<Scalar>& params_;
@@ -85,8 +85,8 @@ private:
     ProcessNoiseState<Scalar> process_;
     Scalar consistency_ = 1;
     NoiseCheck<Scalar> noise_;
-    Scalar outlier_inflation_ = 0;  // of recent columns: squared innovation over kSurprising, decaying
-    CoilRecord record_;
+    Scalar outlier_inflation_ = 0;  // of recent columns: squared innovation over kInflateAbove, decaying
+    CoilHistory history_;
     int settled_ = 0;  // columns used since the start, at most kLearningColumns
     DeviceTime last_used_{};
 };

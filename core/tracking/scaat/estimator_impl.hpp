@@ -11,7 +11,7 @@ template <typename Scalar, MeasurementModel<Scalar> Model>
 void Estimator<Scalar, Model>::start(const StartPose<Scalar>& pose, const SignalMatrixAssembler<Scalar>& columns) {
     start_state<Scalar>(state_, model_, pose, columns, params_);
     last_used_ = state_.time;
-    record_.start(state_.time);
+    history_.start(state_.time);
     reset_adaptation();
 }
 
@@ -34,42 +34,42 @@ bool Estimator<Scalar, Model>::use(const Column<Scalar>& column, const Motion<Sc
     const int coil = coil_index(column.state);
     auto innovation = column_innovation<Scalar>(model_, state_, around, column, use.unmodelled_variance);
     const bool far = innovation.y.norm() > params_.most_inflated * column.in_phase.norm();
-    const bool may_inflate = use.trusted && !far && !record_.any_far();
+    const bool may_inflate = use.trusted && !far && !history_.any_far();
     Vec3<Scalar> whitened = innovation.whitened();
     Scalar nis = whitened.squaredNorm();
     int inflations = 0;
-    for (; may_inflate && innovation.ok && nis > params_.gate && inflations < kMostInflations; ++inflations) {
+    for (; may_inflate && innovation.ok && nis > params_.gate && inflations < kMaxInflations; ++inflations) {
         inflate_covariance(nis / 3);
         innovation = column_innovation<Scalar>(model_, state_, around, column, use.unmodelled_variance);
         whitened = innovation.whitened();
         nis = whitened.squaredNorm();
     }
     if (!innovation.ok || !(nis <= params_.gate)) {
-        record_.refuse(coil, far);
+        history_.refuse(coil, far);
         ++counters_.outliers;
         return false;
     }
-    record_.accept(coil, column.midpoint);
+    history_.accept(coil, column.midpoint);
     if (inflations > 0 && !use.in_frame) {
-        record_.inflate();
+        history_.inflate();
     }
-    if (!use.trusted && innovation.late_s <= 0 && nis > Scalar(kDoubtful)) {
-        const Scalar excess = nis / Scalar(kDoubtful);
+    if (!use.trusted && innovation.late_s <= 0 && nis > Scalar(kDownweightAbove)) {
+        const Scalar excess = nis / Scalar(kDownweightAbove);
         inflate_noise(innovation, excess * excess * excess);
     }
-    take(column, innovation, whitened);
+    update_state(column, innovation, whitened);
     return true;
 }
 
 /// Updates the state, and the estimates that depend on the innovation.
 template <typename Scalar, MeasurementModel<Scalar> Model>
-void Estimator<Scalar, Model>::take(const Column<Scalar>& column, const Innovation<Scalar>& innovation,
-                                    const Vec3<Scalar>& whitened) {
+void Estimator<Scalar, Model>::update_state(const Column<Scalar>& column, const Innovation<Scalar>& innovation,
+                                            const Vec3<Scalar>& whitened) {
     const Scalar nis = whitened.squaredNorm();
     if (innovation.late_s <= 0) {
         noise_.add(column);
     }
-    outlier_inflation_ = std::max(nis / Scalar(kSurprising), Scalar(kSurpriseKept) * outlier_inflation_);
+    outlier_inflation_ = std::max(nis / Scalar(kInflateAbove), Scalar(kInflationDecay) * outlier_inflation_);
     const bool settled = is_settled();
     if (settled) {
         adapt_process_noise(innovation, whitened);
@@ -113,7 +113,7 @@ void Estimator<Scalar, Model>::inflate_covariance(Scalar factor) {
 }
 
 template <typename Scalar, MeasurementModel<Scalar> Model>
-bool Estimator<Scalar, Model>::is_beside(const Vec3<Scalar>& position_m, const Mat3<Scalar>& covariance) const {
+bool Estimator<Scalar, Model>::is_within_gate(const Vec3<Scalar>& position_m, const Mat3<Scalar>& covariance) const {
     const Vec3<Scalar> apart = state_.position_m - position_m;
     const Mat3<Scalar> expected = state_.covariance.template topLeftCorner<3, 3>() + covariance;
     const Cholesky<Scalar, 3> factors(expected);

@@ -49,8 +49,8 @@ private:
     void use_waiting();
     bool use(const Column<Scalar>& column, const Motion<Scalar>& around, bool trusted);
     [[nodiscard]] bool is_evenly_noisy() const;
-    [[nodiscard]] bool is_beside(const StartPose<Scalar>& pose, Scalar sigma) const;
-    Pose judge(const std::optional<SignalMatrix<Scalar>>& matrix);
+    [[nodiscard]] bool is_within_gate(const StartPose<Scalar>& pose, Scalar sigma) const;
+    Pose finish_measurement(const std::optional<SignalMatrix<Scalar>>& matrix);
 
     // Acquisition and loss.
     Pose search(const Column<Scalar>& column);

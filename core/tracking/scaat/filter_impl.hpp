@@ -40,8 +40,8 @@ auto Filter<Scalar, Model>::do_update(const Column<Scalar>& column) -> Pose {
     sensor_ = column.sensor;
     if (state_ == TrackerState::tracking && !admission.is_late) {
         // Without this coil the state may have moved to a false solution, so the filter does not continue from it.
-        const bool returns = estimator_.record().silence(coil_index(column.state), column.midpoint) > params_.coast_limit;
-        if (returns || estimator_.record().silence(column.midpoint) > common_.lost_after) {
+        const bool returns = estimator_.history().silence(coil_index(column.state), column.midpoint) > params_.coast_limit;
+        if (returns || estimator_.history().silence(column.midpoint) > common_.lost_after) {
             lose(column.midpoint);
         }
     }
@@ -61,15 +61,15 @@ auto Filter<Scalar, Model>::track_column(const Column<Scalar>& column) -> Pose {
         estimator_.propagate_to(column.midpoint);
     }
     if (column.flags.has_any(kUnusable)) {
-        return judge(std::nullopt);
+        return finish_measurement(std::nullopt);
     }
     const auto matrix = in_order ? intake_.add(column) : std::nullopt;
-    const bool accepted = use(column, motion(), estimator_.record().contradicted_beside(coil_index(column.state)));
-    estimator_.record().measured(accepted);
+    const bool accepted = use(column, motion(), estimator_.history().others_refused(coil_index(column.state)));
+    estimator_.history().measured(accepted);
     if (accepted && in_order) {
         health_.take(column, motion(), estimator_.may_deskew());
     }
-    return intake_.in_frames() ? std::nullopt : judge(matrix);
+    return intake_.in_frames() ? std::nullopt : finish_measurement(matrix);
 }
 
 /// Processes one of three simultaneous columns. A complete frame is used as a whole; an incomplete one when the next begins.
@@ -84,18 +84,18 @@ auto Filter<Scalar, Model>::track_frame(const Column<Scalar>& column) -> Pose {
     }
     if (matrix) {
         intake_.clear_waiting();
-        estimator_.record().measured(use_frame(*matrix));
+        estimator_.history().measured(use_frame(*matrix));
     } else {
         use_waiting();
     }
-    return judge(matrix);
+    return finish_measurement(matrix);
 }
 
 /// Ends an incomplete frame at the first column of the next.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 auto Filter<Scalar, Model>::end_frame(const Column<Scalar>& next) -> Pose {
     use_waiting();
-    auto ended = judge(std::nullopt);
+    auto ended = finish_measurement(std::nullopt);
     (void)take_into_frame(next);
     return ended;
 }
@@ -118,8 +118,8 @@ template <typename Scalar, MeasurementModel<Scalar> Model>
 void Filter<Scalar, Model>::use_waiting() {
     for (int j = 0; j < kSourceCoils; ++j) {
         if (intake_.is_waiting(j)) {
-            const bool trusted = estimator_.record().contradicted_beside(j);
-            estimator_.record().measured(use(intake_.columns().latest(j), motion(), trusted));
+            const bool trusted = estimator_.history().others_refused(j);
+            estimator_.history().measured(use(intake_.columns().latest(j), motion(), trusted));
         }
     }
     intake_.clear_waiting();
@@ -143,7 +143,7 @@ template <typename Scalar, MeasurementModel<Scalar> Model>
         const Motion<Scalar>& at = agree ? around : static_cast<const Motion<Scalar>&>(motion());
         refused += use(intake_.columns().latest(j), at, agree) ? 0 : 1;
     }
-    return 2 * refused < kSourceCoils && (!agree || is_beside(*pose, matrix.sigma));
+    return 2 * refused < kSourceCoils && (!agree || is_within_gate(*pose, matrix.sigma));
 }
 
 template <typename Scalar, MeasurementModel<Scalar> Model>
@@ -151,44 +151,44 @@ bool Filter<Scalar, Model>::use(const Column<Scalar>& column, const Motion<Scala
     // Most of the blur has the form of a pose error and changes slowly; it must not lead to refusals. This is the share of the
     // rest, from the recorded motions and the paper's example III. A larger value makes the filter lag behind the direct pose, a
     // smaller one makes it refuse columns.
-    constexpr double kRestlessBlur = 0.1;
-    const Scalar restless = Scalar(kRestlessBlur * kRestlessBlur) * health_.blur_variance();
-    return estimator_.use(column, around, {trusted, intake_.in_frames(), restless});
+    constexpr double kUnmodelledBlur = 0.1;
+    const Scalar unmodelled = Scalar(kUnmodelledBlur * kUnmodelledBlur) * health_.blur_variance();
+    return estimator_.use(column, around, {trusted, intake_.in_frames(), unmodelled});
 }
 
 /// True if the nine noise values are similar enough for the direct pose, which gives all nine numbers equal weight.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 bool Filter<Scalar, Model>::is_evenly_noisy() const {
-    constexpr Scalar kMostUneven = 30;
+    constexpr Scalar kMaxUneven = 30;
     Scalar least = intake_.columns().latest(0).sigma.minCoeff();
     Scalar most = intake_.columns().latest(0).sigma.maxCoeff();
     for (int j = 1; j < kSourceCoils; ++j) {
         least = std::min(least, intake_.columns().latest(j).sigma.minCoeff());
         most = std::max(most, intake_.columns().latest(j).sigma.maxCoeff());
     }
-    return most <= kMostUneven * least;
+    return most <= kMaxUneven * least;
 }
 
 /// True if the state is within the gate of the direct pose of the columns just used.
 template <typename Scalar, MeasurementModel<Scalar> Model>
-bool Filter<Scalar, Model>::is_beside(const StartPose<Scalar>& pose, Scalar sigma) const {
+bool Filter<Scalar, Model>::is_within_gate(const StartPose<Scalar>& pose, Scalar sigma) const {
     const Scalar range = pose.position_m.norm();
     const Mat6<Scalar> direct = solver::pose_covariance<Scalar>(pose.strength, range, pose.position_m / range,
                                                                 std::sqrt(sigma * sigma + health_.blur_variance()));
-    return estimator_.is_beside(pose.position_m, direct.template topLeftCorner<3, 3>());
+    return estimator_.is_within_gate(pose.position_m, direct.template topLeftCorner<3, 3>());
 }
 
 /// Report after a measurement. Starts again from the three columns of `matrix` if the filter has lost the sensor.
 template <typename Scalar, MeasurementModel<Scalar> Model>
-auto Filter<Scalar, Model>::judge(const std::optional<SignalMatrix<Scalar>>& matrix) -> Pose {
+auto Filter<Scalar, Model>::finish_measurement(const std::optional<SignalMatrix<Scalar>>& matrix) -> Pose {
     PoseFlags flags = intake_.flags();
-    if (estimator_.record().left_behind()) {
+    if (estimator_.history().has_lost_sensor()) {
         ++counters_.reacquisitions;
         if (!matrix || !start(*matrix)) {
             lose(motion().time);
             flags |= health_.flags();
         } else if (!intake_.in_frames()) {
-            estimator_.record().inflate();  // one of the three may be an outlier
+            estimator_.history().inflate();  // one of the three may be an outlier
         }
         flags.set(PoseFlag::unconfirmed);
     }
@@ -242,7 +242,7 @@ void Filter<Scalar, Model>::resolve_hemisphere(StartPose<Scalar>& pose, const Si
         hemisphere_.resolved_by_data();
         return;
     }
-    if (!hemisphere_.must_turn(pose.position_m, matrix.newest)) {
+    if (!hemisphere_.must_mirror(pose.position_m, matrix.newest)) {
         return;
     }
     pose.position_m = -pose.position_m;
@@ -287,7 +287,7 @@ auto Filter<Scalar, Model>::report(PoseFlags flags, Microseconds ahead) -> Pose 
     estimate.sensor = sensor_;
     estimate.sequence = static_cast<std::uint32_t>(counters_.poses++);
     estimate.state = state_;
-    const bool silent = estimator_.record().silence(motion().time) > params_.coast_limit;
+    const bool silent = estimator_.history().silence(motion().time) > params_.coast_limit;
     estimate.flags.set_if(!hemisphere_.known(), PoseFlag::hemisphere_unknown);
     estimate.flags.set_if(ahead > params_.coast_limit, PoseFlag::coasting);
     estimate.flags.set_if(state_ != TrackerState::tracking || silent, PoseFlag::stale);
@@ -316,7 +316,7 @@ auto Filter<Scalar, Model>::do_tick(DeviceTime now) -> Pose {
     if (state_ == TrackerState::tracking) {
         use_waiting();
     }
-    const Microseconds age = estimator_.record().silence(now);
+    const Microseconds age = estimator_.history().silence(now);
     if (state_ != TrackerState::tracking || age > common_.lost_after) {
         lose(now);
         return report({PoseFlag::stale}, Microseconds{0});

@@ -22,7 +22,7 @@ struct GeneralMeasurement {
 
     [[nodiscard]] Result<StartPose<Scalar>> near(const Mat3<Scalar>& x, const Vec3<Scalar>& position_m,
                                                  const Quat<Scalar>& q) const {
-        const Result<Found> found = beside(x, {position_m, q});
+        const Result<Found> found = refine_from(x, {position_m, q});
         return found.ok() ? start_pose(x, found, true) : start(x);
     }
 
@@ -48,7 +48,7 @@ private:
         return Found{cold->refinement.pose, cold->refinement.misfit_squared, cold->right_handed};
     }
 
-    [[nodiscard, gnu::noinline]] Result<Found> beside(const Mat3<Scalar>& x, const solver::RigidPose<Scalar>& pose) const {
+    [[nodiscard, gnu::noinline]] Result<Found> refine_from(const Mat3<Scalar>& x, const solver::RigidPose<Scalar>& pose) const {
         const auto refined = solver::minimise<Scalar>(coils, x, Mat3<Scalar>::Ones(), pose, tolerant());
         if (!refined.ok() || !refined->converged()) {
             return Status{StatusCode::not_converged, "no pose near there explains the couplings"};
@@ -65,12 +65,12 @@ private:
     }
 
     /// False if the mirror image fits nearly as well: the hemisphere is then unknown.
-    [[nodiscard, gnu::noinline]] bool beats_its_mirror(const Mat3<Scalar>& x, const Found& best) const {
-        constexpr Scalar kClearly = 9;  // in squares: a third of the misfit
+    [[nodiscard, gnu::noinline]] bool fits_better_than_mirror(const Mat3<Scalar>& x, const Found& best) const {
+        constexpr Scalar kMinMisfitRatio = 9;  // in squares: a third of the misfit
         const auto mirror = solver::minimise<Scalar>(coils, x, Mat3<Scalar>::Ones(),
                                                      {-best.pose.position_m, best.pose.q_source_sensor}, tolerant());
         const bool elsewhere = mirror.ok() && mirror->pose.position_m.dot(best.pose.position_m) < 0;
-        return !elsewhere || mirror->misfit_squared > kClearly * best.misfit_squared;
+        return !elsewhere || mirror->misfit_squared > kMinMisfitRatio * best.misfit_squared;
     }
 
     /// continued: the hemisphere is known by continuity. |X|^2 = 3/2 k^2 for ideal triads, by (6).
@@ -85,7 +85,7 @@ private:
         pose.strength = std::sqrt(x.squaredNorm() / Scalar(1.5));
         pose.misfit_squared = found->misfit_squared;
         pose.right_handed = found->right_handed;
-        pose.hemisphere_from_data = continued || (found->right_handed && beats_its_mirror(x, *found));
+        pose.hemisphere_from_data = continued || (found->right_handed && fits_better_than_mirror(x, *found));
         return pose;
     }
 };

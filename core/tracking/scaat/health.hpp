@@ -80,7 +80,7 @@ private:
     const CommonParams<Scalar>& params_;
     const Model& model_;
     SignalMatrixAssembler<Scalar> accepted_;  // deskewed
-    int columns_since_ = 0;                   // since the last examination
+    int columns_since_ = 0;                   // columns since the last call of examine()
     PoseFlags flags_;
     Scalar distortion_chi_square_ = 0;
     Scalar snr_db_ = 0;

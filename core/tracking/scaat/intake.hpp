@@ -28,7 +28,7 @@ public:
     };
 
     Admission admit(const Column<Scalar>& column) {
-        if (const auto reason = why_unusable(column)) {
+        if (const auto reason = invalid_field(column)) {
             return {reason};
         }
         using Verdict = TimeBase::Verdict;

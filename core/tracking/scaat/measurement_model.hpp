@@ -59,7 +59,7 @@ struct ConcentricMeasurement {
                                  false};
     }
 
-    /// The direct solution needs no start pose; only its sign depends on it.
+    /// The direct solution does not need the given pose. The pose only determines the sign of the position.
     [[nodiscard]] Result<StartPose<Scalar>> near(const Mat3<Scalar>& x, const Vec3<Scalar>& position_m,
                                                  const Quat<Scalar>& /*q*/) const {
         auto pose = start(x);

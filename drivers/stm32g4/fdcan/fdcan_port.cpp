@@ -40,14 +40,14 @@ constexpr std::uint32_t length_code(std::uint8_t length) {
 
 }  // namespace
 
-Status FdcanPort::lost(const char* why) {
-    why_ = why;
-    return {StatusCode::device_lost, why};
+Status FdcanPort::lost(const char* reason) {
+    reason_ = reason;
+    return {StatusCode::device_lost, reason};
 }
 
 Status FdcanPort::do_open() {
     do_close();
-    why_ = "";
+    reason_ = "";
     is_bus_off_ = false;
     exchange_.reset();
     incoming_.clear();
@@ -149,13 +149,13 @@ void FdcanPort::supervise() {
         bus_off_us_ = now_us;
         ++bus_offs_;
         exchange_.reset();
-        why_ = "CAN: bus-off; check the wiring and the bit rates";
+        reason_ = "CAN: bus-off; check the wiring and the bit rates";
     } else if (stopped && now_us - bus_off_us_ >= kBusOffPauseUs) {
         registers_.CCCR = CCCR_INIT | CCCR_CCE | kRunning;
         registers_.CCCR = kRunning;
     } else if (!stopped && is_bus_off_) {
         is_bus_off_ = false;
-        why_ = "";
+        reason_ = "";
     }
     counts().link_faults += bus_offs_;
 }

@@ -52,9 +52,9 @@ private:
     Status do_send(std::span<const std::uint8_t> message) override;
     Status do_receive(hal::ReceivedMessage& message) override;
     Status do_wait(Microseconds timeout) override;
-    [[nodiscard]] const char* do_detail() const override { return why_; }
+    [[nodiscard]] const char* do_detail() const override { return reason_; }
 
-    Status lost(const char* why);
+    Status lost(const char* reason);
     void configure();
     void write_filter();
     bool queue(const protocol::CanFrame& frame);
@@ -75,7 +75,7 @@ private:
     InterruptCounts interrupt_counts_;
     std::uint64_t bus_offs_ = 0;
     std::int64_t bus_off_us_ = 0;
-    const char* why_ = "";
+    const char* reason_ = "";
     bool is_open_ = false;
     bool is_bus_off_ = false;
 };

@@ -7,7 +7,7 @@ Status StreamPort::do_open() {
     reader_.reset();
     incoming_.clear();
     outgoing_.clear();
-    why_ = "";
+    reason_ = "";
     const Status status = start();
     is_open_ = status.ok();
     return status;

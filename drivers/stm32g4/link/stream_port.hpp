@@ -26,11 +26,11 @@ protected:
     Incoming& incoming() { return incoming_; }
     InterruptCounts& interrupt_counts() { return interrupt_counts_; }
 
-    void why(const char* text) { why_ = text; }
+    void reason(const char* text) { reason_ = text; }
     [[nodiscard]] const hal::Clock& clock() const { return clock_; }
 
 private:
-    /// Configures the peripheral; the handler may run afterwards. ok; device_lost, with the reason in why().
+    /// Configures the peripheral; the handler may run afterwards. ok; device_lost, with the reason in reason().
     virtual Status start() = 0;
     /// Shuts the peripheral down; afterwards the handler has no effect.
     virtual void stop() = 0;
@@ -44,7 +44,7 @@ private:
     Status do_send(std::span<const std::uint8_t> message) final;
     Status do_receive(hal::ReceivedMessage& message) final;
     Status do_wait(Microseconds timeout) final;
-    [[nodiscard]] const char* do_detail() const final { return why_; }
+    [[nodiscard]] const char* do_detail() const final { return reason_; }
 
     bool read_message();
 
@@ -54,7 +54,7 @@ private:
     Incoming incoming_;
     protocol::BasicStreamReader<kBoardMessageBytes> reader_;
     InterruptCounts interrupt_counts_;
-    const char* why_ = "";
+    const char* reason_ = "";
     bool is_open_ = false;
 };
 

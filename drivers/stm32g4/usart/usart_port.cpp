@@ -17,7 +17,7 @@ constexpr std::uint32_t kStartPolls = 100'000;
 Status UsartPort::start() {
     const std::uint32_t divider = baud_divider(params_.kernel_clock_hz, params_.baud);
     if (divider == 0) {
-        why("serial line: the clock cannot be divided to the baud rate");
+        reason("serial line: the clock cannot be divided to the baud rate");
         return {StatusCode::invalid_argument, "invalid baud rate"};
     }
     registers_.CR1 = 0;  // all other registers may be written only while it is off
@@ -30,7 +30,7 @@ Status UsartPort::start() {
     registers_.CR1 = kListening;
     const auto started = [this] { return (registers_.ISR & (ISR_TEACK | ISR_REACK)) == (ISR_TEACK | ISR_REACK); };
     if (!wait_until(started, kStartPolls, "USART does not start").ok()) {
-        why("serial line: the USART does not start; is its clock on?");
+        reason("serial line: the USART does not start; is its clock on?");
         registers_.CR1 = 0;
         return {StatusCode::device_lost, "USART does not start"};
     }

@@ -36,12 +36,12 @@ constexpr EndpointState idle_state(Pipe pipe) {
 Status UsbPort::start() {
     registers_.CNTR = CNTR_FRES;  // power on, still in reset
     if (registers_.CNTR != CNTR_FRES) {
-        why("USB: the peripheral does not answer; is its clock on?");
+        reason("USB: the peripheral does not answer; is its clock on?");
         return {StatusCode::device_lost, "USB does not answer"};
     }
     const DeviceTime ready = clock().now() + kTransceiverStart;
     if (!wait_until([&] { return clock().now() >= ready; }, kStartPolls, "the clock does not run").ok()) {
-        why("USB: the clock does not run");
+        reason("USB: the clock does not run");
         return {StatusCode::device_lost, "the clock does not run"};
     }
     crs_.CFGR = (crs_.CFGR & ~crs::CFGR_SYNCSRC) | crs::CFGR_SYNCSRC_usb;

@@ -8,7 +8,7 @@ bool is_float(std::uint32_t first, std::uint32_t second) { return (first & 0xEC0
 
 }  // namespace
 
-BlockFacts look_at_block(std::span<const std::uint8_t> code) {
+BlockFacts analyse_block(std::span<const std::uint8_t> code) {
     BlockFacts facts;
     facts.bytes = static_cast<std::uint32_t>(code.size());
     const auto half = [&](std::size_t at) { return static_cast<std::uint32_t>(code[at] | code[at + 1] << 8U); };

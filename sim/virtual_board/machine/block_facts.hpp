@@ -15,6 +15,6 @@ struct BlockFacts {
 };
 
 /// Thumb-2: an instruction is two half-words long if the upper five bits of the first are 0b11101 or more (ARMv7-M A5.1).
-BlockFacts look_at_block(std::span<const std::uint8_t> code);
+BlockFacts analyse_block(std::span<const std::uint8_t> code);
 
 }  // namespace tricoil::virtual_board

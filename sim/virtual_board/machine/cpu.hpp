@@ -54,6 +54,8 @@ public:
     [[nodiscard]] std::uint32_t pc() const;
 
 private:
+    static constexpr std::uint32_t kThumb = 1U << 24U;  // EPSR.T
+
     struct Hooks;  // callbacks of Unicorn
     friend struct Hooks;
 
@@ -62,25 +64,26 @@ private:
     void on_block(std::uint32_t address, std::uint32_t bytes);
     void on_interrupt(std::uint32_t number);
     const BlockFacts& facts_at(std::uint32_t address, std::uint32_t bytes);
-    void use_float(std::uint32_t address);
-    void save_float(std::uint32_t address);
-    void fail(const std::string& why);
-
+    void fail(const std::string& reason);
     void run();
     void sleep();
+    void spend(int cycles);
+
+    // Exceptions: cpu_exceptions.cpp.
     void take_exceptions();
     void enter(bool tail_chained, std::uint32_t exc_return);
     void stack_frame();
     void leave(std::uint32_t exc_return);
     void unstack_frame(std::uint32_t exc_return);
-    void spend(int cycles);
+    void use_float(std::uint32_t address);
+    void save_float(std::uint32_t address);
     void sync_float_context(bool active);
+    void store(std::uint32_t address, std::uint32_t word);
+    [[nodiscard]] std::uint32_t load(std::uint32_t address);
 
     [[nodiscard]] Masks masks() const;
     [[nodiscard]] std::uint32_t get(int reg) const;
     void set(int reg, std::uint32_t value);
-    void store(std::uint32_t address, std::uint32_t word);
-    [[nodiscard]] std::uint32_t load(std::uint32_t address);
 
     Memory& memory_;
     Bus& bus_;

@@ -21,7 +21,7 @@ struct RealTriads {
 /// orthogonal in random directions, gains spread by 10 %. radius: of the source's windings; the sensor's are 3 mm.
 RealTriads make_triads(double spacing_m, double skew_deg, double source_radius_m, std::uint64_t seed);
 
-/// X(i, j) with the sensor's frame at position_m (source frame) and attitude o (source to sensor components).
+/// X(i, j) for the sensor at position_m (source frame) with attitude o (source to sensor components).
 Mat3<double> coupling_matrix(const RealTriads& triads, const Vec3<double>& position_m, const Mat3<double>& o);
 
 /// A stage with three axes and a turntable about its z; source and sensor mounted with small angle errors.

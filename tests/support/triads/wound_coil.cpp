@@ -11,7 +11,8 @@ std::vector<Filament> filaments_of(const WoundCoilParams& params) {
     const Vec3<double> axis = params.axis.normalized();
     const auto across = geometry::transverse_axes<double>(axis);
     const double step = 2 * std::numbers::pi / params.segments;
-    // A polygon of n corners at R has the area n/2 R^2 sin(2 pi / n); the polygon gets the area of the circle.
+    // A polygon with n corners at radius R has the area n/2 R^2 sin(2 pi / n). The radius is increased so that the area equals
+    // that of the circle.
     const double corner = params.radius_m * std::sqrt(step / std::sin(step));
     std::vector<Filament> filaments;
     for (int turn = 0; turn < params.turns; ++turn) {

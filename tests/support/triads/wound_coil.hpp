@@ -1,4 +1,4 @@
-// A cylindrical winding as filaments: its field by the Biot-Savart law, its pick-up by the flux through its turns.
+// Cylindrical winding as straight filaments: field by the Biot-Savart law, pick-up by the flux through the turns.
 #pragma once
 
 #include <vector>
@@ -9,20 +9,20 @@ namespace tricoil::sim {
 
 struct WoundCoilParams {
     Vec3<double> centre_m = Vec3<double>::Zero();
-    Vec3<double> axis = Vec3<double>::UnitZ();  // need not be of unit length: its length scales the strength
+    Vec3<double> axis = Vec3<double>::UnitZ();  // its length scales the strength; need not be 1
     double radius_m = 0.01;
     double length_m = 0.01;
     int turns = 5;      // filaments along the length
     int segments = 32;  // per turn
 };
 
-/// A straight piece of a turn.
+/// Straight filament: a part of a turn.
 struct Filament {
     Vec3<double> middle_m;
     Vec3<double> along_m;  // from its start to its end
 };
 
-/// Turns as polygons whose area is the circle's. In the frame of `params`.
+/// Filaments of a winding, in the frame of `params`. The polygons have the area of the circle.
 std::vector<Filament> filaments_of(const WoundCoilParams& params);
 
 /// Neumann's double integral over the filaments of two windings, sum of dl1.dl2 / |r|: times winding_scale it is the coupling of

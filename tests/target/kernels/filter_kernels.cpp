@@ -37,7 +37,8 @@ void make_column(const Model& model, int n) {
 template <typename Filter>
 class Tracking {
 public:
-    /// Run 0 starts anew and settles; every run is the next column. `coils`: what the filter takes beside its parameters.
+    /// Run 0 starts the filter and lets it settle. Each further run processes the next column. `coils`: the coil parameters of
+    /// the filter.
     template <typename Model, typename... Coils>
     void prepare(const Model& model, int run, const Coils&... coils) {
         if (run == 0) {
@@ -80,7 +81,7 @@ void prepare_general(int run) {
 }
 void run_general(int) { general.run(); }
 
-/// The filter's arithmetic alone: propagation to the column's time, innovation, Joseph update.
+/// Arithmetic of the filter for one column: propagation, innovation, Joseph update.
 scaat::State<float> state;
 std::optional<scaat::Innovation<float>> innovation;
 

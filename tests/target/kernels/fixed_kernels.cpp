@@ -32,7 +32,7 @@ Outputs outputs;
 
 fixed::Unit unit(float value) { return fixed::Unit::from_raw(static_cast<std::int32_t>(value * 1073741824.0F)); }
 
-/// The poses of the floating-point kernels.
+/// Same poses as in the floating-point kernels.
 void prepare(int run) {
     const auto n = static_cast<float>(run);
     const float range = 0.2F + 0.06F * n;
@@ -96,7 +96,7 @@ void run_couplings(int) {
     column = *couplings;
 }
 
-// A whole block through the loop: 200 samples of 4 channels, a pose with its flags; the third block acquires, the others follow.
+// Processing of a complete block: 200 samples of 4 channels give a pose with flags. The third block acquires, the others track.
 test::IntegerBlocks integer_blocks;
 fixed::Tracker tracker(test::IntegerBlocks::kAcquisition, {}, {});
 SampleBlock block;

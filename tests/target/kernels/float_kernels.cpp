@@ -19,7 +19,7 @@ constexpr int kBlock = 200;
 constexpr int kCycles = 10;
 constexpr float kNearby_rad = 0.03F;  // between the pose and the start pose of the step
 
-/// Poses all around the source, in every octant and on an axis, 0.2 to 0.9 m away.
+/// Poses around the source, in every octant and on an axis, 0.2 to 0.9 m away.
 solver::VectorPose<float> pose_of(int run) {
     const auto n = static_cast<float>(run);
     solver::VectorPose<float> pose;

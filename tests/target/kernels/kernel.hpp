@@ -1,4 +1,4 @@
-// A piece of the core whose instructions are counted and whose stack is measured on an emulated processor.
+// Kernel: a part of the core whose instructions are counted and whose stack is measured on an emulated processor.
 #pragma once
 
 #include <span>

@@ -53,7 +53,7 @@ Output make_output(const std::string& where, bool continuous, Controls controls,
             };
         }
         auto session = std::make_unique<Session>(std::move(links), memory);
-        session->remember(hub.newest());
+        session->set_newest(hub.newest());
         return session;
     };
     const auto colon = where.find(':');
@@ -66,10 +66,10 @@ Output make_output(const std::string& where, bool continuous, Controls controls,
     }
     if (kind == "serial" && !rest.empty()) {
         const SerialPlace place = parse_serial(rest);
-        std::string why;
-        const int first = open_serial(place.path, place.baud, why);
+        std::string reason;
+        const int first = open_serial(place.path, place.baud, reason);
         if (first < 0) {
-            throw DeviceError(fmt::format("{} {}", kOption, why));
+            throw DeviceError(fmt::format("{} {}", kOption, reason));
         }
         auto open = [place, first = std::make_shared<int>(first)] {
             std::string ignored;

@@ -15,7 +15,7 @@ namespace {
 using Pose = tracking::PoseEstimate<double>;
 using tracking::PoseFlag;
 
-constexpr double kFarthest_m = 2.0;  // of each coordinate: the manual's position envelope
+constexpr double kFarthest_m = 2.0;  // limit of each coordinate (manual, position envelope)
 constexpr const char* kVersion = "0.1.00";
 
 /// S, digits, point, digits; limited to the largest number that fits.
@@ -79,7 +79,7 @@ std::string text_of(Item item) {
         case Item::line_end:
             return "\r\n";
         default:
-            return "0";  // the stylus' switch: there is none
+            return "0";  // stylus switch, which does not exist here
     }
 }
 

@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kLongestCommand = 256;
 constexpr std::int64_t kPeriodUs = 1'000'000 / 120;
 constexpr std::int64_t kJitterUs = 1000;
-constexpr double kLongest = 1000;  // any coordinate, in either unit
+constexpr double kLongest = 1000;  // limit of coordinates, inches or centimetres
 
 constexpr std::size_t kPositionFilter = 0;
 constexpr std::size_t kAttitudeFilter = 1;
@@ -85,13 +85,14 @@ bool Session::at_once(char c) {
         case 'S': {
             const auto& pose = newest_[static_cast<std::size_t>(status_station_ - 1)].pose;
             links_.send(status_record(settings_, status_station_, links_.sensors(), pose ? error_letter(*pose) : ' '));
-            status_station_ = status_station_ % std::max(links_.sensors(), 1) + 1;  // stations in turn, as in the manual
+            status_station_ =
+                status_station_ % std::max(links_.sensors(), 1) + 1;  // each request reports the next station (manual)
             return true;
         }
         case 'W':
             settings_ = Settings{};
             return true;
-        case 'Y':  // leaves a point-by-point mode that this emulation does not have
+        case 'Y':  // ends the point mode, which this emulation does not have
             return true;
         case kControlK:
             memory_->saved = settings_;
@@ -163,7 +164,7 @@ void Session::take(std::span<const ServedPose> poses) {
     }
 }
 
-void Session::remember(std::span<const ServedPose> poses) {
+void Session::set_newest(std::span<const ServedPose> poses) {
     for (const ServedPose& served : poses) {
         if (served.pose.sensor < kStations) {
             newest_[served.pose.sensor].pose = served.pose;
@@ -186,7 +187,7 @@ tracking::PoseEstimate<double> Session::reported(int number) const {
 
 void Session::answer(int number) {
     Newest& newest = newest_[static_cast<std::size_t>(number - 1)];
-    if (!newest.pose) {  // none yet: no signal
+    if (!newest.pose) {  // no pose yet: reported as low signal
         links_.send(data_record(settings_, number, {}, 'l', nothing()));
         return;
     }
@@ -235,7 +236,7 @@ void Session::hemisphere(const Arguments& arguments) {
         arguments.refuse(0, CommandError::not_configured);
     }
     s.hemisphere = arguments.vector(1, s.hemisphere, kLongest);
-    if (!s.hemisphere.isZero()) {  // zero: follow the sensor everywhere, which is the default of this tracker
+    if (!s.hemisphere.isZero()) {  // zero: hemisphere tracking, the default of this tracker
         links_.hemisphere(static_cast<std::uint8_t>(number - 1), s.hemisphere);
     }
 }
@@ -276,7 +277,7 @@ void Session::alignment(const Arguments& arguments) {
         links_.send(values_record(number, 'A', values));
         return;
     }
-    std::array<Vec3<double>, 3> seen;    // in the frame that is in force, as the user reads them
+    std::array<Vec3<double>, 3> seen;    // in the present alignment frame, in which the user reads them
     std::array<Vec3<double>, 3> source;  // in the source frame
     for (std::size_t n = 0; n < seen.size(); ++n) {
         seen[n] = arguments.vector(1 + 3 * n, scale * s.alignment_m[n], kLongest) / scale;
@@ -323,7 +324,7 @@ void Session::filter(const Arguments& arguments, std::size_t which) {
         if (*first > 5 || *first != std::floor(*first)) {
             arguments.refuse(0, CommandError::out_of_range);
         }
-        constexpr std::array kReadyMade{kNoFilter, kNoFilter, kLowFilter, kMediumFilter, kHeavyFilter};
+        constexpr std::array kReadyMade{kNoFilter, kNoFilter, kWeakFilter, kMediumFilter, kStrongFilter};
         values = kReadyMade[static_cast<std::size_t>(*first) - 1];
         if (which == kAttitudeFilter) {  // the attitude filter also sets the position filter
             settings_.filters[kPositionFilter] = values;

@@ -34,7 +34,7 @@ public:
     void receive(std::span<const char> bytes);
     void take(std::span<const ServedPose> poses);
     /// Poses from before the connection: sent only on request.
-    void remember(std::span<const ServedPose> poses);
+    void set_newest(std::span<const ServedPose> poses);
 
 private:
     struct Newest {

@@ -33,9 +33,9 @@ inline const std::array<Vec3<double>, 3> kAlignment_m{Vec3<double>::Zero(), Vec3
 /// Filter settings F, FLOW, FHIGH, FACTOR (manual, "v": FLOW of 1 disables the filter, the others are "medium"). The manual does
 /// not define "low" and "heavy"; these values are our choice.
 constexpr std::array<double, 4> kNoFilter{0.2, 1, 0.8, 0.95};
-constexpr std::array<double, 4> kLowFilter{0.2, 0.4, 0.9, 0.95};
+constexpr std::array<double, 4> kWeakFilter{0.2, 0.4, 0.9, 0.95};
 constexpr std::array<double, 4> kMediumFilter{0.2, 0.2, 0.8, 0.95};
-constexpr std::array<double, 4> kHeavyFilter{0.1, 0.05, 0.6, 0.95};
+constexpr std::array<double, 4> kStrongFilter{0.1, 0.05, 0.6, 0.95};
 
 /// Settings that ^K stores and ^Y restores.
 struct StationSettings {

@@ -14,8 +14,8 @@ namespace {
 constexpr std::size_t kHeaderBytes = 58;
 constexpr int kLongestResolutionMs = 60'000;
 constexpr std::int64_t kJitterUs = 1000;
-constexpr std::int64_t kNoFrameUs = 20'000;  // until two poses have told it
-constexpr std::int64_t kMostFrames = 2;      // that one sensor's pose may be older than another's in the same message
+constexpr std::int64_t kNoFrameUs = 20'000;  // assumed frame time until two poses give the real one
+constexpr std::int64_t kMaxFrames = 2;       // maximum age difference of two sensors' poses in one message, frames
 
 // Offsets in an OpenIGTLink header. The header is parsed here, because the library does not check sizes.
 constexpr std::size_t kVersionAt = 0;
@@ -32,7 +32,7 @@ constexpr std::size_t kMetadataSizeAt = 4;
 // STT_TDATA
 constexpr std::size_t kNameAt = 4;
 constexpr std::size_t kStartBytes = 36;
-constexpr std::size_t kLongestName = 20;  // that fits a header
+constexpr std::size_t kLongestName = 20;  // size of the header field
 
 /// Big-endian, like all numbers of OpenIGTLink.
 std::uint64_t number(std::string_view bytes, std::size_t at, std::size_t size) {
@@ -72,7 +72,7 @@ void Session::receive(std::span<const char> bytes) {
     while (received_.size() >= kHeaderBytes && !stream_.gone()) {
         const std::uint64_t body = body_size(received_);
         if (body > kLongestBody) {  // invalid size
-            stream_.hang_up();
+            stream_.disconnect();
             return;
         }
         const std::size_t size = kHeaderBytes + static_cast<std::size_t>(body);
@@ -120,7 +120,7 @@ void Session::start_tracking_data(std::string_view message) {
 }
 
 void Session::take(std::span<const ServedPose> poses) {
-    if (mode_ == Mode::waiting && std::chrono::steady_clock::now() - came_ >= kPatience) {
+    if (mode_ == Mode::waiting && std::chrono::steady_clock::now() - came_ >= kQueryTimeout) {
         mode_ = Mode::transforms;
     }
     for (const ServedPose& served : poses) {
@@ -131,7 +131,7 @@ void Session::take(std::span<const ServedPose> poses) {
         sensor.frame_us = sensor.newest ? std::abs(served.utc_us - sensor.newest->utc_us) : kNoFrameUs;
         sensor.newest = served;
         if (mode_ == Mode::transforms || mode_ == Mode::tracking_data) {
-            tell_status(sensor);
+            send_sensor_status(sensor);
         }
         if (mode_ == Mode::transforms && served.pose.valid()) {
             stream_.send(transform_message(served));
@@ -141,7 +141,7 @@ void Session::take(std::span<const ServedPose> poses) {
     }
 }
 
-void Session::remember(std::span<const ServedPose> poses) {
+void Session::set_newest(std::span<const ServedPose> poses) {
     for (const ServedPose& served : poses) {
         if (served.pose.sensor < sensors_.size()) {
             sensors_[served.pose.sensor].newest = served;
@@ -149,7 +149,7 @@ void Session::remember(std::span<const ServedPose> poses) {
     }
 }
 
-void Session::tell_status(Sensor& sensor) {
+void Session::send_sensor_status(Sensor& sensor) {
     const bool valid = sensor.newest->pose.valid();
     if (sensor.told ? sensor.told_valid != valid : !valid) {  // a valid start needs no STATUS
         stream_.send(status_message(*sensor.newest));
@@ -167,8 +167,7 @@ void Session::send_tracking_data(std::int64_t utc_us, std::int64_t frame_us) {
     due_us_ = (fell_behind ? utc_us : due_us_) + period_us_;
     std::vector<ServedPose> valid;
     for (const Sensor& sensor : sensors_) {
-        if (sensor.newest && sensor.newest->pose.valid() &&
-            utc_us - sensor.newest->utc_us <= kMostFrames * frame_us + kJitterUs) {
+        if (sensor.newest && sensor.newest->pose.valid() && utc_us - sensor.newest->utc_us <= kMaxFrames * frame_us + kJitterUs) {
             valid.push_back(*sensor.newest);
         }
     }

@@ -14,13 +14,13 @@
 
 namespace tricoil::host::igtl_output {
 
-/// A client without a request within kPatience gets a TRANSFORM for every valid pose. STT_TDATA selects TDATA, at most one per
-/// requested resolution; STP_TDATA ends it. GET_TRANS and GET_STATUS are answered at any time. Invalid poses are not sent; a
+/// A client without a request within kQueryTimeout gets a TRANSFORM for every valid pose. STT_TDATA selects TDATA, at most one
+/// per requested resolution; STP_TDATA ends it. GET_TRANS and GET_STATUS are answered at any time. Invalid poses are not sent; a
 /// STATUS reports begin and end of an invalid period. TDATA leaves out a sensor whose pose is more than two column frames older
 /// than the newest. Damaged messages are dropped.
 class Session {
 public:
-    static constexpr std::chrono::milliseconds kPatience{100};
+    static constexpr std::chrono::milliseconds kQueryTimeout{100};
     static constexpr std::size_t kLongestBody = 4096;  // of a request; a client that announces more is disconnected
 
     explicit Session(Stream& stream) : stream_(stream) {}
@@ -28,7 +28,7 @@ public:
     void receive(std::span<const char> bytes);
     void take(std::span<const ServedPose> poses);
     /// Poses from before the connection, for GET_TRANS and GET_STATUS.
-    void remember(std::span<const ServedPose> poses);
+    void set_newest(std::span<const ServedPose> poses);
 
 private:
     enum class Mode : std::uint8_t { waiting, transforms, tracking_data, silent };
@@ -42,7 +42,7 @@ private:
     void request(std::string_view type, std::string_view message);
     void start_tracking_data(std::string_view message);
     void send_tracking_data(std::int64_t utc_us, std::int64_t frame_us);
-    void tell_status(Sensor& sensor);
+    void send_sensor_status(Sensor& sensor);
 
     Stream& stream_;
     std::string received_;

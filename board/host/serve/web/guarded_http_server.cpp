@@ -21,7 +21,7 @@ public:
     explicit GuardedStream(int socket) : socket_(socket) {}
 
     [[nodiscard]] bool is_readable() const override { return at_ < received_.size() || ready(POLLIN, request_deadline_); }
-    [[nodiscard]] bool is_writable() const override { return ready(POLLOUT, Clock::now() + GuardedHttpServer::kAnswerPatience); }
+    [[nodiscard]] bool is_writable() const override { return ready(POLLOUT, Clock::now() + GuardedHttpServer::kAnswerTimeout); }
 
     /// Reads the head of the request; false if it is incomplete. The library then reads its reduced form.
     bool receive_head(RequestHead& head) {
@@ -50,7 +50,7 @@ public:
     }
 
     ssize_t write(const char* data, std::size_t size) override {
-        const auto deadline = Clock::now() + GuardedHttpServer::kAnswerPatience;
+        const auto deadline = Clock::now() + GuardedHttpServer::kAnswerTimeout;
         for (std::size_t done = 0; done < size;) {
             if (!ready(POLLOUT, deadline)) {
                 return -1;
@@ -64,7 +64,7 @@ public:
         return static_cast<ssize_t>(size);
     }
 
-    void get_remote_ip_and_port(std::string& /*ip*/, int& /*port*/) const override {}  // nobody asks
+    void get_remote_ip_and_port(std::string& /*ip*/, int& /*port*/) const override {}  // not used
     void get_local_ip_and_port(std::string& /*ip*/, int& /*port*/) const override {}
     [[nodiscard]] socket_t socket() const override { return socket_; }
 
@@ -96,9 +96,9 @@ private:
     }
 
     int socket_;
-    Clock::time_point request_deadline_ = Clock::now() + GuardedHttpServer::kRequestPatience;
+    Clock::time_point request_deadline_ = Clock::now() + GuardedHttpServer::kRequestTimeout;
     std::string received_;
-    std::size_t at_ = 0;  // of received_, read by the library
+    std::size_t at_ = 0;  // number of bytes of received_ that the library has read
     std::size_t bytes_read_ = 0;
 };
 
@@ -107,7 +107,7 @@ private:
 /// Thread pool of httplib that reports every new connection.
 class GuardedHttpServer::Queue final : public httplib::TaskQueue {
 public:
-    explicit Queue(GuardedHttpServer& server) : server_(server), pool_(kMostConnections) {}
+    explicit Queue(GuardedHttpServer& server) : server_(server), pool_(kMaxConnections) {}
 
     void enqueue(std::function<void()> serve) override {
         {
@@ -118,7 +118,7 @@ public:
         pool_.enqueue(std::move(serve));
     }
     void shutdown() override {
-        server_.hang_up();
+        server_.disconnect();
         pool_.shutdown();
     }
 
@@ -141,7 +141,7 @@ void GuardedHttpServer::keep_this_connection() {
     connections_[std::this_thread::get_id()].kept = true;
 }
 
-void GuardedHttpServer::hang_up() {
+void GuardedHttpServer::disconnect() {
     const std::lock_guard lock(mutex_);
     ends_ = true;
     for (auto& [thread, connection] : connections_) {
@@ -161,7 +161,7 @@ bool GuardedHttpServer::process_and_close_socket(socket_t socket) {
         bool closed = false;
         served = process_request(stream, true, closed, nullptr);
     }
-    leave();  // first, as the descriptor may be another's once it is closed
+    forget_socket();  // before close(), because a new connection may then get the same descriptor
     ::shutdown(socket, SHUT_RDWR);
     ::close(socket);
     return served;
@@ -177,14 +177,14 @@ void GuardedHttpServer::enter(int socket) {
     make_room();
 }
 
-void GuardedHttpServer::leave() {
+void GuardedHttpServer::forget_socket() {
     const std::lock_guard lock(mutex_);
     connections_.erase(std::this_thread::get_id());
 }
 
 void GuardedHttpServer::make_room() {
     const auto leaving = std::count_if(connections_.begin(), connections_.end(), [](const auto& c) { return c.second.leaving; });
-    std::size_t places = kMostConnections - connections_.size() + static_cast<std::size_t>(leaving);
+    std::size_t places = kMaxConnections - connections_.size() + static_cast<std::size_t>(leaving);
     for (; places < waiting_; ++places) {
         Connection* oldest = nullptr;
         for (auto& [thread, connection] : connections_) {

@@ -17,10 +17,10 @@ namespace tricoil::host::web {
 /// One request per connection. If all connections are in use, a new one replaces the oldest that is not protected.
 class GuardedHttpServer final : public httplib::Server {
 public:
-    static constexpr std::size_t kMostConnections = 32;
-    static constexpr std::size_t kLongestRequest = 16 * 1024;   // header and body, in bytes
-    static constexpr std::chrono::seconds kRequestPatience{5};  // from connection to the end of the request
-    static constexpr std::chrono::seconds kAnswerPatience{10};  // for the client to accept one piece of the answer
+    static constexpr std::size_t kMaxConnections = 32;
+    static constexpr std::size_t kLongestRequest = 16 * 1024;  // header and body, in bytes
+    static constexpr std::chrono::seconds kRequestTimeout{5};  // from connection to the end of the request
+    static constexpr std::chrono::seconds kAnswerTimeout{10};  // for the client to accept one piece of the answer
 
     GuardedHttpServer();
 
@@ -29,8 +29,8 @@ public:
     bool bind(const std::string& host, int port);
     /// Call it in a handler: protects its connection from replacement and time-out.
     void keep_this_connection();
-    /// On all connections, those to come too.
-    void hang_up();
+    /// Disconnects all present and future connections.
+    void disconnect();
 
 private:
     using Clock = std::chrono::steady_clock;
@@ -44,7 +44,7 @@ private:
 
     bool process_and_close_socket(socket_t socket) override;
     void enter(int socket);
-    void leave();
+    void forget_socket();
     void make_room();
 
     std::mutex mutex_;

@@ -22,8 +22,8 @@ inline bool is_ip_address(const std::string& name) {
 }
 
 /// host: Host field of a request. Accepted are loopback names, the listening address or name, the allowed names and, if the
-/// server listens on all addresses, any numeric address. Other names are refused, because a hostile page can make a name that
-/// leads here (DNS rebinding).
+/// server listens on all addresses, any numeric address. Other names are refused, because a hostile page can use a name that
+/// resolves to this machine (DNS rebinding).
 inline bool is_own_name(const std::string& host, const TcpAddress& address, int port,
                         const std::vector<std::string>& allowed = {}) {
     constexpr int kUsualPort = 80;  // HTTP port, which browsers omit

@@ -50,7 +50,7 @@ std::string pose_event(std::span<const ServedPose> poses, const PageStatus& stat
     Json message{{"status",
                   {{"running", status.running},
                    {"recording", status.recording},
-                   {"trouble", status.trouble},
+                   {"recording_error", status.recording_error},
                    {"controls", status.controls}}},
                  {"poses", Json::array()}};
     for (const ServedPose* served : newest) {

@@ -11,8 +11,8 @@ namespace tricoil::host::web {
 struct PageStatus {
     bool running = true;
     bool recording = false;
-    std::string trouble;   // error of the last recording
-    std::string controls;  // access rule: "token", "open" or "none"
+    std::string recording_error;  // error of the last recording
+    std::string controls;         // access rule: "token", "open" or "none"
 };
 
 /// One server-sent event: {"status": {...}, "poses": [...]}, with only the newest pose of each sensor.

@@ -70,10 +70,10 @@ RequestHead reduced_request_line(std::string_view line, std::string_view& method
     const std::string_view target = line.substr(first + 1, last - first - 1);
     const std::string_view version = line.substr(last + 1);
     if (version != "HTTP/1.1" && version != "HTTP/1.0") {
-        return refuse(505, "only HTTP/1.0 and HTTP/1.1 are served");
+        return refuse(505, "only HTTP/1.0 and HTTP/1.1 are supported");
     }
     if (method != "GET" && method != "HEAD" && method != "POST") {
-        return refuse(405, "only GET, HEAD and POST are served");
+        return refuse(405, "only GET, HEAD and POST are supported");
     }
     if (target.size() > kLongestTarget) {
         return refuse(414, "the path is too long");
@@ -99,14 +99,14 @@ RequestHead reduced_head(std::string_view received) {
             return refuse(400, "a header field is malformed");
         }
         if (name == "transfer-encoding") {
-            return refuse(501, "transfer encodings are not served");
+            return refuse(501, "transfer encodings are not supported");
         }
         const auto* const field = std::find_if(kFields.begin(), kFields.end(), [&](const Field& f) { return f.name == name; });
         if (field == kFields.end() || (field->for_post_only && method != "POST")) {
             continue;
         }
         if (!std::all_of(value.begin(), value.end(), is_text)) {
-            return refuse(400, fmt::format("{} holds a control character", field->name));
+            return refuse(400, fmt::format("{} contains a control character", field->name));
         }
         if (field->name == "content-length" &&
             (value.empty() || value.size() > 6 || !std::all_of(value.begin(), value.end(), is_digit))) {
@@ -116,7 +116,7 @@ RequestHead reduced_head(std::string_view received) {
             return refuse(400, fmt::format("{} is given twice", field->name));
         }
         if (field->name == "content-type" && value != "application/json") {
-            continue;  // the library would take forms apart
+            continue;  // otherwise the library parses forms
         }
         head.text += fmt::format("{}: {}\r\n", field->name, value);
     }

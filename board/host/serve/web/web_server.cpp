@@ -19,10 +19,10 @@
 namespace tricoil::host::web {
 namespace {
 
-static_assert(WebServer::kMostStreams < GuardedHttpServer::kMostConnections);  // connections remain free for other requests
-constexpr std::chrono::milliseconds kPeriod{33};                               // between events: as often as a page draws
-constexpr std::chrono::milliseconds kPatience{500};                            // without poses: an event says that there are none
-constexpr std::size_t kLongestWish = 1024;
+static_assert(WebServer::kMaxStreams < GuardedHttpServer::kMaxConnections);  // leaves connections for other requests
+constexpr std::chrono::milliseconds kPeriod{33};                             // between two events; a page draws at this rate
+constexpr std::chrono::milliseconds kIdleEventInterval{500};                 // between two events while there are no poses
+constexpr std::size_t kMaxRequestBytes = 1024;
 
 void answer(httplib::Response& response, int status, const std::string& text) {
     response.status = status;
@@ -42,13 +42,13 @@ struct Reader {
     /// False after the client or the tracker is gone.
     bool send(httplib::DataSink& sink) {
         poses.clear();
-        hub.wait(cursor, poses, kPatience);
-        silence.look(utc_now_us(), poses);
+        hub.wait(cursor, poses, kIdleEventInterval);
+        silence.check(utc_now_us(), poses);
         if (hub.closed()) {
             return false;
         }
         const RecordingStatus recording = recordings.status();
-        const std::string event = pose_event(poses, {control.running(), recording.on, recording.trouble, controls});
+        const std::string event = pose_event(poses, {control.running(), recording.on, recording.error, controls});
         if (!sink.write(event.data(), event.size())) {
             return false;
         }
@@ -58,22 +58,22 @@ struct Reader {
 };
 
 /// Executes a control request. Returns the result as text for the client; empty if the request is invalid.
-std::string carry_out(const nlohmann::json& wish, TrackerControl& control, RecordingSwitch& recordings) {
-    if (wish.contains("run") && wish["run"].is_boolean()) {
-        control.set_running(wish["run"].get<bool>());
+std::string execute_request(const nlohmann::json& request, TrackerControl& control, RecordingSwitch& recordings) {
+    if (request.contains("run") && request["run"].is_boolean()) {
+        control.set_running(request["run"].get<bool>());
         return control.running() ? "running" : "stopped, coils off";
     }
-    if (wish.contains("record") && wish["record"].is_boolean()) {
-        return recordings.record(wish["record"].get<bool>());
+    if (request.contains("record") && request["record"].is_boolean()) {
+        return recordings.record(request["record"].get<bool>());
     }
-    if (wish.contains("hemisphere") && wish["hemisphere"].is_array() && wish["hemisphere"].size() == 3) {
+    if (request.contains("hemisphere") && request["hemisphere"].is_array() && request["hemisphere"].size() == 3) {
         Vec3<double> towards;
         for (std::size_t n = 0; n < 3; ++n) {
-            const auto& number = wish["hemisphere"][n];
+            const auto& number = request["hemisphere"][n];
             towards[static_cast<Eigen::Index>(n)] =
                 number.is_number() ? number.get<double>() : std::numeric_limits<double>::quiet_NaN();
         }
-        const auto sensor = wish.value("sensor", nlohmann::json(0));
+        const auto sensor = request.value("sensor", nlohmann::json(0));
         if (!towards.allFinite() || !sensor.is_number_unsigned() || sensor.get<std::uint64_t>() >= tracking::kMaxSensors) {
             return "";
         }
@@ -96,19 +96,19 @@ WebServer::WebServer(const TcpAddress& address, Access access, const PoseHub& hu
     port_ = TcpListener("--web", address).port();  // reports an invalid address with our message
     GuardedHttpServer& s = *server_;
     s.set_socket_options(
-        [](socket_t socket) {  // old connections of an earlier server must not block the port, unlike with the library's default
+        [](socket_t socket) {  // unlike the library's default, connections of an earlier server do not block the port
             const int yes = 1;
             ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
         });
-    s.set_payload_max_length(kLongestWish);
+    s.set_payload_max_length(kMaxRequestBytes);
     s.set_exception_handler([](const httplib::Request&, httplib::Response& response, const std::exception_ptr&) {
-        answer(response, 500, "internal error");  // the library would send what() to the client
+        answer(response, 500, "internal error");  // by default the library sends what() to the client
     });
     s.set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
         if (is_ours(request)) {
             return httplib::Server::HandlerResponse::Unhandled;
         }
-        answer(response, 403, "asked by another page, or under a name that is not ours; for a name, use --allow-host NAME");
+        answer(response, 403, "request from another page, or to an unknown host name; to permit a name, use --allow-host NAME");
         return httplib::Server::HandlerResponse::Handled;
     });
     s.Get("/", [](const httplib::Request&, httplib::Response& response) {
@@ -118,9 +118,9 @@ WebServer::WebServer(const TcpAddress& address, Access access, const PoseHub& hu
         response.set_header("Referrer-Policy", "no-referrer");
         response.set_header("X-Content-Type-Options", "nosniff");
         response.set_header("Cache-Control", "no-store");
-        // Uses a content provider: the library would compress a text for every client, which takes seconds.
+        // A content provider, because the library compresses a plain text again for every client, which takes seconds.
         response.set_content_provider(kPage.size(), "text/html", [](std::size_t at, std::size_t length, httplib::DataSink& sink) {
-            const std::string_view piece = kPage.substr(std::min(at, kPage.size()), length);  // the library checks no bounds
+            const std::string_view piece = kPage.substr(std::min(at, kPage.size()), length);  // `at` may exceed the size
             return sink.write(piece.data(), piece.size());
         });
     });
@@ -129,7 +129,7 @@ WebServer::WebServer(const TcpAddress& address, Access access, const PoseHub& hu
            [this](const httplib::Request& request, httplib::Response& response) { this->control(request, response); });
     const std::string host = address.host == "*" ? "0.0.0.0" : address.host;
     if (!s.bind(host, port_)) {
-        throw DeviceError(fmt::format("--web {}: cannot be listened to; choose another port", address.text(port_)));
+        throw DeviceError(fmt::format("--web {}: cannot listen; choose another port", address.text(port_)));
     }
     thread_ = std::thread([this] { server_->listen_after_bind(); });
 }
@@ -158,9 +158,9 @@ bool WebServer::is_ours(const httplib::Request& request) const {
 }
 
 void WebServer::stream(httplib::Response& response) {
-    if (++streams_ > kMostStreams) {
+    if (++streams_ > kMaxStreams) {
         --streams_;
-        answer(response, 503, fmt::format("limit of {} pages reached", kMostStreams));
+        answer(response, 503, fmt::format("limit of {} pages reached", kMaxStreams));
         return;
     }
     server_->keep_this_connection();
@@ -175,16 +175,16 @@ void WebServer::control(const httplib::Request& request, httplib::Response& resp
     if (!access_.permits(request.get_header_value("Authorization"))) {
         const bool read_only = access_.controls == Controls::none;
         answer(response, read_only ? 403 : 401,
-               read_only ? "this server is read only" : "controls need the link that tricoil serve gave at its start");
+               read_only ? "this server is read only" : "for controls, open the link that tricoil serve printed at its start");
         return;
     }
-    if (request.get_header_value("Content-Type") != "application/json") {  // another page cannot send JSON without permission
-        answer(response, 415, "wishes are JSON");
+    if (request.get_header_value("Content-Type") != "application/json") {  // pages of other origins cannot send this type
+        answer(response, 415, "the request must be JSON (Content-Type: application/json)");
         return;
     }
-    const nlohmann::json wish = nlohmann::json::parse(request.body, nullptr, false);
-    const std::string done = wish.is_object() ? carry_out(wish, control_, recordings_) : "";
-    answer(response, done.empty() ? 400 : 200, done.empty() ? "no such wish" : done);
+    const nlohmann::json command = nlohmann::json::parse(request.body, nullptr, false);
+    const std::string done = command.is_object() ? execute_request(command, control_, recordings_) : "";
+    answer(response, done.empty() ? 400 : 200, done.empty() ? "unknown request" : done);
 }
 
 }  // namespace tricoil::host::web

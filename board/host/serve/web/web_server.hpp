@@ -25,7 +25,7 @@ class GuardedHttpServer;
 /// this host and port, and do not come from another page, are answered, so that a hostile page in the same browser has no access.
 class WebServer {
 public:
-    static constexpr int kMostStreams = 16;
+    static constexpr int kMaxStreams = 16;
 
     /// Starts to listen. hub, control and recordings must outlive this object. Throws InputError, naming --web, for an address
     /// that this machine does not have, DeviceError for a port in use.

@@ -1,11 +1,11 @@
 // Ellipsoid of a sensor's position covariance, exaggerated so that it is visible.
 export const kSigmas = 3;
-const kLongest_m = 0.12;   // half-axis as drawn
-const kTolerance = 1.5;    // beyond these limits before another exaggeration is chosen
+const kLongest_m = 0.12;   // maximum length of a drawn half-axis
+const kTolerance = 1.5;    // hysteresis of the exaggeration, as a factor
 const kMost_m = 1;
 const kSteps = [1, 2, 5];
 
-/// Lower triangle L of a covariance given as [xx, xy, xz, yy, yz, zz], by rows: L of the unit sphere is its ellipsoid.
+/// Cholesky factor L, row by row, of the covariance [xx, xy, xz, yy, yz, zz]. L maps the unit sphere to the 1 sigma ellipsoid.
 export function cholesky([xx, xy, xz, yy, yz, zz]) {
   const a = Math.sqrt(Math.max(xx, 1e-14));
   const b = xy / a, c = xz / a;
@@ -19,7 +19,7 @@ export function drawnFactor(covariance, exaggeration) {
   return cholesky(covariance).map(v => Math.max(-kMost_m, Math.min(kSigmas * exaggeration * v, kMost_m)));
 }
 
-/// Exaggeration: a round number, at least 1. Keeps `current` while it is within the limits.
+/// Scale factor of the drawn ellipsoid: a round number, at least 1. Returns `current` while it is suitable.
 export function exaggerationFor(covariance, current) {
   const longest = kSigmas * Math.sqrt(Math.max(covariance[0] + covariance[3] + covariance[5], 1e-14));  // an upper bound
   const drawn = longest * current;

@@ -1,21 +1,21 @@
 // History of one sensor over the last ten seconds, as columns for the plots.
 export const kSeconds = 10;
-const kMost = 600;
+const kMax = 600;
 const kGap_s = 0.3;
 
-/// In the order of the columns; speed: m/s, or null where there is none.
+/// Values of a pose, in the order of the columns. speed: m/s, or null if unknown.
 const kValues = [pose => 1000 * pose.p[0], pose => 1000 * pose.p[1], pose => 1000 * pose.p[2], (pose, speed) => speed,
                  pose => pose.error ? pose.error[0] : null, pose => pose.distortion, pose => pose.snr];
-const kAlwaysTrue = 6;  // the column that means something without a valid pose too
+const kAlwaysValid = 6;  // column that is also valid for an invalid pose: signal-to-noise ratio
 
 export class History {
   constructor() {
-    this.times = [];  // s, of the sensor's own poses
+    this.times = [];  // s, device time
     this.columns = kValues.map(() => []);
     this.previous = null;
   }
 
-  /// Invalid poses and times without poses leave a gap.
+  /// Adds a pose. Invalid poses and times without poses become gaps.
   add(pose) {
     const t = pose.t / 1000;
     if (this.previous && pose.t < this.previous.t) this.clear();
@@ -25,7 +25,7 @@ export class History {
     const both = dt > 0 && !broken && this.previous.valid && pose.valid;
     const speed = both ? Math.hypot(...pose.p.map((v, n) => v - this.previous.p[n])) / dt : null;
     this.previous = pose;
-    this.#push(t, n => pose.valid || n === kAlwaysTrue ? kValues[n](pose, speed) : null);
+    this.#push(t, n => pose.valid || n === kAlwaysValid ? kValues[n](pose, speed) : null);
     this.forget(t);
   }
 
@@ -34,7 +34,7 @@ export class History {
 
   /// Drops entries older than ten seconds at `now`, s.
   forget(now) {
-    while (this.times.length > kMost || this.times[0] < now - kSeconds) {
+    while (this.times.length > kMax || this.times[0] < now - kSeconds) {
       this.times.shift();
       for (const column of this.columns) column.shift();
     }

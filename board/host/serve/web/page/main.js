@@ -7,15 +7,15 @@ import {Scene} from './scene.js';
 import {connect} from './stream.js';
 import {token} from './token.js';
 
-const kRefreshMs = 250;  // while nothing comes
+const kRefreshMs = 250;  // redraw interval without new poses
 
 const element = id => document.getElementById(id);
 const plots = new Plots(element('plots'));
 let scene = null;
-let wanted = false;  // the scene
+let sceneRequested = false;
 let exaggeration = 1;
 
-/// sensors: by number, {newest, heardMs, history, boresight}, in the order in which they came.
+/// State of the page. sensors: Map from sensor number to {newest, heardMs, history, boresight}.
 const page = {
   poses: 0, firstPoseMs: null, firstPictureMs: null, status: {}, sensors: new Map(), selected: null,
   get newest() { return chosen()?.newest ?? null; },
@@ -48,12 +48,12 @@ const isLive = () => document.body.dataset.link === 'live';
 const isGood = tracked => isLive() && tracked.newest.valid && !tracked.newest.stale;
 const turned = tracked => tracked.boresight ? product(tracked.newest.q, conjugate(tracked.boresight)) : tracked.newest.q;
 
-/// A pose of any sensor.
+/// Processes a pose of any sensor.
 function take(pose) {
   const tracked = sensor(pose.sensor);
   const begins = tracked.history.breaksWith(pose);
   tracked.newest = pose;
-  if (!pose.stale) {  // one that has grown old was there before
+  if (!pose.stale) {  // a stale pose repeats an earlier one
     tracked.heardMs = performance.now();
     tracked.history.add(pose);
   }
@@ -72,17 +72,17 @@ function showChosen() {
   document.body.dataset.pose = isGood(tracked) ? 'good' : 'bad';
   element('state').textContent = isLive() && !pose.stale ? pose.state : '';
   element('flags').textContent = isLive() ? [pose.flags, pose.advice].filter(Boolean).join(': ') : '';
-  if (scene) element('ellipsoid').textContent = `ellipsoid: ${kSigmas} sigma, ${exaggeration} times too large`;
+  if (scene) element('ellipsoid').textContent = `${kSigmas} sigma ellipsoid, drawn x${exaggeration}`;
   plots.draw(tracked.history, pose.t / 1000 + (performance.now() - tracked.heardMs) / 1000);
 }
 
-/// Called last: without a graphics processor the scene may take a second to start, and numbers and plots do not need it.
+/// Creates the 3D view. Called last, because without a graphics processor it may take a second.
 function openScene() {
   try {
     scene = new Scene(element('scene'));
     page.firstPictureMs = performance.now();
   } catch {
-    element('ellipsoid').textContent = 'no picture in space: this browser has no WebGL';
+    element('ellipsoid').textContent = 'no 3D view: this browser does not support WebGL';
   }
 }
 
@@ -94,7 +94,7 @@ function receive(message) {
   page.status = message.status;
   element('run').textContent = message.status.running ? 'Stop' : 'Start';
   element('record').textContent = message.status.recording ? 'End recording' : 'Record';
-  element('trouble').textContent = message.status.trouble;
+  element('recording_error').textContent = message.status.recording_error;
   allowControls(message.status.controls);
   for (const pose of message.poses) {
     ++page.poses;
@@ -102,8 +102,8 @@ function receive(message) {
   }
   showChosen();
   if (page.newest && page.firstPoseMs === null) afterPaint(() => { page.firstPoseMs ??= performance.now(); });
-  if (!wanted) afterPaint(openScene);
-  wanted = true;
+  if (!sceneRequested) afterPaint(openScene);
+  sceneRequested = true;
 }
 
 function link(state) {
@@ -115,22 +115,22 @@ function link(state) {
   showChosen();
 }
 
-/// controls: 'open', 'token' (for those who came by the link with it), 'none'.
+/// controls: 'open' (for everyone), 'token' (for clients with the token), 'none'.
 function allowControls(controls) {
   const allowed = controls === 'open' || (controls === 'token' && token() !== null);
   for (const id of ['run', 'set', 'record', 'hemisphere']) element(id).disabled = !allowed;
-  element('access').textContent = allowed ? '' : controls === 'none' ? 'read only' : 'read only: to control, open the link that tricoil serve gave at its start';
+  element('access').textContent = allowed ? '' : controls === 'none' ? 'read only' : 'read only; for controls, open the link that tricoil serve printed at its start';
 }
 
-async function ask(wish) {
+async function ask(request) {
   const answer = element('answer');
   try {
     const headers = {'Content-Type': 'application/json'};
     if (token()) headers.Authorization = `Bearer ${token()}`;
-    const response = await fetch('control', {method: 'POST', headers, body: JSON.stringify(wish)});
+    const response = await fetch('control', {method: 'POST', headers, body: JSON.stringify(request)});
     answer.textContent = (await response.json()).answer;
   } catch {
-    answer.textContent = 'not reached';
+    answer.textContent = 'server not reachable';
   }
 }
 

@@ -4,7 +4,7 @@ import {kSeconds} from './history.js';
 
 const kColors = ['#c33', '#2a8a4a', '#36c'];
 
-/// columns: of a History.
+/// columns: indices into History.columns.
 const kPlots = [
   {title: 'position, mm', names: ['x', 'y', 'z'], columns: [0, 1, 2]},
   {title: 'speed, m/s', names: ['speed'], columns: [3]},
@@ -28,7 +28,7 @@ export class Plots {
     }).observe(parent);
   }
 
-  /// now: in s, by the clock of the poses; it goes on while none come.
+  /// Draws the last ten seconds before `now`: device time, s, which advances also without new poses.
   draw(history, now) {
     history.forget(now);
     const ages = history.times.map(t => t - now);

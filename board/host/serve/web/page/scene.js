@@ -1,4 +1,4 @@
-// The source's triad and the sensors around it. z points down.
+// 3D scene: the source and the sensors. z points down.
 import {AmbientLight, DirectionalLight, GridHelper, PerspectiveCamera, Scene as ThreeScene, WebGLRenderer} from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 import {SensorView, triad} from './sensor_view.js';
@@ -27,7 +27,7 @@ export class Scene {
     this.renderer.setAnimationLoop(() => this.draw());
   }
 
-  /// The view of a sensor, made when it is first asked for.
+  /// View of a sensor; created at the first call.
   sensor(number) {
     if (!this.sensors.has(number)) {
       const view = new SensorView(number);

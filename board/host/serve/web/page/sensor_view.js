@@ -17,7 +17,7 @@ export class SensorView {
   constructor(number) {
     const color = kColors[number % kColors.length];
     this.triad = triad(0.1, 0.015, color);
-    // The sensor inside must not hide the ellipsoid.
+    // Without depth test, so that the sensor inside does not hide the ellipsoid.
     this.ellipsoid = new Mesh(new SphereGeometry(1, 24, 16),
                               new MeshBasicMaterial({color: 0xff8800, transparent: true, opacity: 0.45, depthTest: false, depthWrite: false}));
     this.ellipsoid.matrixAutoUpdate = false;
@@ -32,7 +32,7 @@ export class SensorView {
     this.group.add(this.triad, this.ellipsoid, this.line);
   }
 
-  /// q: the attitude to draw; begins: the trail does not lead here from where it ended; a pose that is not good hides the sensor.
+  /// Draws a pose with the attitude q. begins: starts a new trail. An invalid pose hides the sensor.
   show(pose, q, exaggeration, begins) {
     this.triad.position.set(...pose.p);
     this.triad.quaternion.set(q[1], q[2], q[3], q[0]);

@@ -2,7 +2,8 @@
 const kSilentMs = 1500;
 const kRetryMs = 500;
 
-/// receive(message) for every message; link('live' | 'silent' | 'down') whenever that changes: silent without fresh poses.
+/// Calls receive(message) for every message, and link(state) when the state changes: 'live', 'silent' (connected, without new poses)
+/// or 'down'.
 export function connect(receive, link) {
   let source = null;
   let heard = performance.now();

@@ -9,23 +9,23 @@
 namespace tricoil::sim_front_end {
 
 /// Forwards messages in order. Compares the sent poses or columns with those that the host's keep-alive messages acknowledge.
-class HostWatchingPort final : public hal::MessagePort {
+class AcknowledgementMonitor final : public hal::MessagePort {
 public:
     /// `port` must be open and must outlive this object.
-    explicit HostWatchingPort(hal::MessagePort& port) : port_(port) {}
+    explicit AcknowledgementMonitor(hal::MessagePort& port) : port_(port) {}
 
     /// Queues the arrived messages for receive(). now: the host's monotonic clock.
     void listen(HostTime now);
 
     /// Appends a stop command to the arrived messages.
-    void pretend_stop();
+    void inject_stop();
 
     /// True if a message other than keep_alive, or the loss of the link, waits to be received.
     [[nodiscard]] bool has_command() const { return commands_ > 0 || is_lost_; }
     /// Number of sent poses or columns that the host has not acknowledged.
     [[nodiscard]] std::uint32_t ahead() const { return has_sent_ ? sent_ - acknowledged_ : 0; }
     /// Arrival time of the host's newest message.
-    [[nodiscard]] HostTime heard() const { return heard_; }
+    [[nodiscard]] HostTime last_message() const { return last_message_; }
     [[nodiscard]] std::uint64_t unsent() const { return unsent_; }
 
     /// Starts a new stream: ahead() is 0.
@@ -56,7 +56,7 @@ private:
     bool has_sent_ = false;           // true after the first message of this stream
     std::uint32_t sent_ = 0;          // sequence after the newest one sent
     std::uint32_t acknowledged_ = 0;  // sequence after the newest acknowledged one
-    HostTime heard_;
+    HostTime last_message_;
     std::uint64_t unsent_ = 0;
 };
 

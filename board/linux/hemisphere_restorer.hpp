@@ -13,7 +13,7 @@ namespace tricoil::linux_board {
 /// After a jump of the device's clock or a damaged column the tracker assumes a long dropout, in which the sensor may have moved
 /// anywhere. The host's clock shows the real, short time. If the sensor cannot have reached the mirror image since the last valid
 /// pose, the hemisphere is known. After a real long dropout the user must set it.
-class SideKeeper {
+class HemisphereRestorer {
 public:
     /// Call it with each pose of one sensor and the host's time. Returns the hemisphere for the tracker if only that is missing.
     std::optional<Vec3<double>> side(const tracking::PoseEstimate<double>& estimate, HostTime now) {

@@ -13,11 +13,11 @@ namespace tricoil::tracking::scaat {
 /// Two coils give six numbers, which have false solutions close to the true one. A pose is therefore only as reliable as the coil
 /// with the oldest accepted column. After an inflation of the covariance the filter can fit twelve numbers (pose and rates) to
 /// the next columns. The pose is then unconfirmed until each coil has been accepted twice: eighteen numbers.
-class CoilRecord {
+class CoilHistory {
 public:
     /// All coils were accepted at `time`; none is refused.
     void start(DeviceTime time) {
-        *this = CoilRecord{};
+        *this = CoilHistory{};
         accepted_at_.fill(time);
     }
 
@@ -48,15 +48,15 @@ public:
     }
 
     /// True if both other coils are refused at present. If this coil contradicts the prediction too, it is not an outlier.
-    [[nodiscard]] bool contradicted_beside(int coil) const {
+    [[nodiscard]] bool others_refused(int coil) const {
         return (coil == 0 || refused_[0] > 0) && (coil == 1 || refused_[1] > 0) && (coil == 2 || refused_[2] > 0);
     }
 
     [[nodiscard]] bool any_far() const { return far_[0] || far_[1] || far_[2]; }
 
     /// True if three measurements in a row were refused, or three of one coil.
-    [[nodiscard]] bool left_behind() const {
-        return in_row_ >= kMostRefused || std::max({refused_[0], refused_[1], refused_[2]}) >= kMostRefused;
+    [[nodiscard]] bool has_lost_sensor() const {
+        return in_row_ >= kMaxRefused || std::max({refused_[0], refused_[1], refused_[2]}) >= kMaxRefused;
     }
 
     /// Time since the last accepted column of this coil; without `coil`: the longest of the three.
@@ -66,7 +66,7 @@ public:
     }
 
 private:
-    static constexpr int kMostRefused = 3;
+    static constexpr int kMaxRefused = 3;
     static constexpr int kConfirming = 2;
     static std::size_t index(int coil) { return static_cast<std::size_t>(coil); }
 

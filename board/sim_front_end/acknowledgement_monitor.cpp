@@ -1,4 +1,4 @@
-#include "board/sim_front_end/host_watching_port.hpp"
+#include "board/sim_front_end/acknowledgement_monitor.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -10,28 +10,28 @@ namespace tricoil::sim_front_end {
 using protocol::Opcode;
 using protocol::WireError;
 
-void HostWatchingPort::listen(HostTime now) {
+void AcknowledgementMonitor::listen(HostTime now) {
     hal::ReceivedMessage message;
     Status status;
     while (is_open_ && !is_lost_ && (status = port_.receive(message)).ok()) {
-        heard_ = now;
+        last_message_ = now;
         take({message.bytes.begin(), message.bytes.end()});
     }
     is_lost_ = is_lost_ || status.code() == StatusCode::device_lost;
 }
 
-void HostWatchingPort::take(std::vector<std::uint8_t> bytes) {
+void AcknowledgementMonitor::take(std::vector<std::uint8_t> bytes) {
     protocol::CommandMessage command;
     const bool is_keep_alive =
         protocol::decode(bytes, command) == WireError::none && static_cast<Opcode>(command.opcode) == Opcode::keep_alive;
-    if (is_keep_alive) {  // holds the newest message that the host received; 0: none
+    if (is_keep_alive) {  // its argument is the sequence number of the newest message that the host received; 0: none
         acknowledged_ = std::max(acknowledged_, std::min(command.argument + 1, sent_));
     }
     commands_ += is_keep_alive ? 0U : 1U;
     arrived_.push_back({std::move(bytes), !is_keep_alive});
 }
 
-void HostWatchingPort::pretend_stop() {
+void AcknowledgementMonitor::inject_stop() {
     protocol::CommandMessage command;
     command.opcode = static_cast<std::uint8_t>(Opcode::stop);
     std::vector<std::uint8_t> bytes(protocol::kMaxMessageBytes);
@@ -39,12 +39,12 @@ void HostWatchingPort::pretend_stop() {
     take(std::move(bytes));
 }
 
-Status HostWatchingPort::do_open() {
+Status AcknowledgementMonitor::do_open() {
     is_open_ = is_open_ || port_.open().ok();
     return is_open_ ? Status{} : Status{StatusCode::device_lost, "not there"};
 }
 
-void HostWatchingPort::do_close() {
+void AcknowledgementMonitor::do_close() {
     port_.close();
     is_open_ = false;
     is_lost_ = false;
@@ -52,7 +52,7 @@ void HostWatchingPort::do_close() {
     commands_ = 0;
 }
 
-Status HostWatchingPort::do_send(std::span<const std::uint8_t> message) {
+Status AcknowledgementMonitor::do_send(std::span<const std::uint8_t> message) {
     const Status status = port_.send(message);
     unsent_ += status.ok() ? 0U : 1U;
     protocol::PoseMessage pose;
@@ -65,7 +65,7 @@ Status HostWatchingPort::do_send(std::span<const std::uint8_t> message) {
     return status;
 }
 
-void HostWatchingPort::note_sent(std::uint32_t sequence) {
+void AcknowledgementMonitor::note_sent(std::uint32_t sequence) {
     if (!has_sent_ || sequence < sent_) {  // the pose counter restarts from 0
         acknowledged_ = sequence;
     }
@@ -73,7 +73,7 @@ void HostWatchingPort::note_sent(std::uint32_t sequence) {
     sent_ = sequence + 1;
 }
 
-Status HostWatchingPort::do_receive(hal::ReceivedMessage& message) {
+Status AcknowledgementMonitor::do_receive(hal::ReceivedMessage& message) {
     if (arrived_.empty()) {
         return is_lost_ ? Status{StatusCode::device_lost, "the link is gone"} : Status{StatusCode::not_ready, "none yet"};
     }

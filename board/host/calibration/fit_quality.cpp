@@ -1,0 +1,195 @@
+#include "board/host/calibration/fit_quality.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "board/host/calibration/dense_algebra.hpp"
+#include "board/host/calibration/fit_parameters.hpp"
+#include "board/host/calibration/fixture_name.hpp"
+#include "board/support/errors.hpp"
+#include "core/geometry/angles.hpp"
+
+namespace tricoil::host {
+namespace {
+
+constexpr double kMaxCondition = 1e6;           // of the normalised Jacobian; above it the calibration is refused
+constexpr double kWarnCondition = 2e4;          // above it a warning is added
+constexpr double kMixedFactor = 4;              // a file does not belong to the set if its residual exceeds the median file's by
+constexpr double kMixedShare = 5e-3;            // this factor and this share of the couplings
+constexpr double kPoorShare = 0.02;             // a larger residual causes a warning
+constexpr double kMaxConcentricResidual = 0.3;  // share of the couplings; a larger residual is refused
+constexpr double kMaxGeneralResidual = 0.05;    // the same for models with offsets, which usually leave a few per mille
+constexpr double kFixtureTolerance_deg = 5;
+
+constexpr std::array<const char*, kMagnetic> kParameterNames{"moment xx",
+                                                             "moment yy",
+                                                             "moment zz",
+                                                             "moment xy",
+                                                             "moment xz",
+                                                             "moment yz",
+                                                             "sensitivity xx",
+                                                             "sensitivity yy",
+                                                             "sensitivity xy",
+                                                             "sensitivity xz",
+                                                             "sensitivity yz",
+                                                             "source 1 x mm",
+                                                             "source 1 y mm",
+                                                             "source 1 z mm",
+                                                             "source 2 x mm",
+                                                             "source 2 y mm",
+                                                             "source 2 z mm",
+                                                             "sensor 1 x mm",
+                                                             "sensor 1 y mm",
+                                                             "sensor 1 z mm",
+                                                             "sensor 2 x mm",
+                                                             "sensor 2 y mm",
+                                                             "sensor 2 z mm",
+                                                             "source 1 octupole mm2",
+                                                             "source 2 octupole mm2",
+                                                             "source 3 octupole mm2",
+                                                             "sensor 1 octupole mm2",
+                                                             "sensor 2 octupole mm2",
+                                                             "sensor 3 octupole mm2"};
+
+/// Refuses files that were recorded with other coils, gains or mounts than the rest of the set.
+void refuse_mixed_sets(const std::vector<FileResidual>& files) {
+    for (std::size_t f = 0; f < files.size(); ++f) {
+        std::vector<double> others;
+        for (std::size_t other = 0; other < files.size(); ++other) {
+            if (other != f) {
+                others.push_back(files[other].rms());
+            }
+        }
+        const double rms = files[f].rms();
+        const std::size_t outliers = files[f].poses - files[f].used;
+        const bool worse = !others.empty() && rms > kMixedFactor * median(others) && rms > kMixedShare;
+        if (2 * outliers > files[f].poses || worse) {
+            throw InputError(
+                fmt::format("{}: {} of {} poses do not fit the model of the whole set (residual {:.2g} of the couplings); it "
+                            "was recorded with other coils, gains or mounting: calibrate it by itself",
+                            files[f].path, outliers, files[f].poses, rms));
+        }
+    }
+}
+
+void refuse_unexplained(const std::vector<FileResidual>& files, FitModel model) {
+    const auto worst = std::max_element(files.begin(), files.end(),
+                                        [](const FileResidual& a, const FileResidual& b) { return a.rms() < b.rms(); });
+    if (worst->rms() > (model == FitModel::concentric ? kMaxConcentricResidual : kMaxGeneralResidual)) {
+        throw InputError(
+            fmt::format("{}: the model leaves {:.0f} % of the couplings unexplained, the largest share of all files; files of "
+                        "different coils or gains are mixed, a coil was reversed or swapped within the set, or the stage's "
+                        "numbers do not belong to the couplings",
+                        worst->path, 100 * worst->rms()));
+    }
+}
+
+/// Standard deviations for any distribution of the residuals, if the poses are independent:
+/// (J^T J)^-1 (sum over poses of J_k^T r_k r_k^T J_k) (J^T J)^-1 (White 1980, Econometrica 48(4)). `eigen`: of J^T J with columns
+/// divided by `norms`.
+Eigen::VectorXd deviations(const ParameterEstimate& estimate, const SymmetricEigen& eigen, const Eigen::VectorXd& norms) {
+    const Eigen::VectorXd inverse = eigen.values.cwiseMax(1e-300).cwiseInverse();
+    const Eigen::MatrixXd covariance = eigen.vectors * inverse.asDiagonal() * eigen.vectors.transpose();
+    const Eigen::MatrixXd& jacobian = estimate.jacobian;
+    Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(jacobian.rows() / 9, jacobian.cols());
+    for (Eigen::Index k = 0; k < scores.rows(); ++k) {
+        const Eigen::Map<const Eigen::Matrix<double, 9, 1>> r(estimate.residuals.data() + 9 * k);
+        if (r.norm() <= estimate.outlier_limit_m) {
+            scores.row(k) = r.transpose() * jacobian.middleRows<9>(9 * k) * norms.cwiseInverse().asDiagonal();
+        }
+    }
+    const Eigen::MatrixXd spread = scores * covariance;
+    return spread.colwise().norm().transpose().cwiseQuotient(norms);
+}
+
+/// Factor from a parameter's internal unit to the unit in its name.
+double unit_of(std::size_t parameter) {
+    const auto k = static_cast<int>(parameter);
+    return k < kSourceOffsets ? 1 : k < kOctupoles ? 1e3 * kLengthUnit_m : 1e6 * kLengthUnit_m * kLengthUnit_m;
+}
+
+}  // namespace
+
+double median(std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+double degrees_between(const Mat3<double>& a, const Mat3<double>& b) {
+    return geometry::angle_between(Quat<double>(a), Quat<double>(b)) * 180 / std::numbers::pi;
+}
+
+int free_magnetic(FitModel model) {
+    return model == FitModel::concentric ? kSourceOffsets : model == FitModel::general ? kOctupoles : kMagnetic;
+}
+
+double FileResidual::rms() const { return used > 0 ? std::sqrt(squares / static_cast<double>(used)) : 1; }
+
+void check_residuals(const std::vector<FileResidual>& files, FitModel model, CalibrationFit& fit) {
+    double squares = 0;
+    std::size_t used = 0;
+    for (const FileResidual& file : files) {
+        fit.residual_rms_by_file[file.path] = file.rms();
+        squares += file.squares;
+        used += file.used;
+    }
+    fit.residual_rms = std::sqrt(squares / std::max(static_cast<double>(used), 1.0));
+    refuse_mixed_sets(files);
+    refuse_unexplained(files, model);
+    if (fit.residual_rms > kPoorShare) {
+        fit.warnings.push_back(fmt::format("the model leaves {:.1f} % of the couplings unexplained{}", 100 * fit.residual_rms,
+                                           model == FitModel::concentric ? "; try --model general" : ""));
+    }
+}
+
+void check_parameters(const ParameterEstimate& estimate, CalibrationFit& fit) {
+    const Eigen::VectorXd norms = estimate.jacobian.colwise().norm().cwiseMax(1e-300);
+    const Eigen::MatrixXd normalised = estimate.jacobian * norms.cwiseInverse().asDiagonal();
+    const SymmetricEigen eigen = eigen_of_symmetric(normalised.transpose() * normalised);
+    fit.condition = std::sqrt(eigen.values(eigen.values.size() - 1) / std::max(eigen.values(0), 1e-300));
+    const Eigen::VectorXd deviation = deviations(estimate, eigen, norms);
+    for (std::size_t k = 0; k < estimate.magnetic.size(); ++k) {
+        const double unit = unit_of(k);
+        fit.parameters.push_back(
+            {kParameterNames[k], unit * estimate.magnetic[k], unit * deviation(static_cast<Eigen::Index>(k))});
+    }
+    Eigen::Index index = 0;
+    eigen.vectors.col(0).cwiseAbs().maxCoeff(&index);
+    const auto weakest = static_cast<std::size_t>(index);
+    const std::string name = weakest < estimate.magnetic.size() ? kParameterNames[weakest] : "a fixture's position or rotation";
+    if (fit.condition > kMaxCondition) {
+        throw InputError(
+            fmt::format("the poses do not determine all parameters (condition {:.1e}); weakest: {}. Add poses that turn "
+                        "and move the sensor in more directions, or use --model concentric",
+                        fit.condition, name));
+    }
+    if (fit.condition > kWarnCondition) {
+        fit.warnings.push_back(
+            fmt::format("parameters are weakly determined (condition {:.1e}); weakest: {}", fit.condition, name));
+    }
+}
+
+void check_fixture_names(const std::vector<std::string>& sensor_fixtures, CalibrationFit& fit) {
+    for (std::size_t i = 1; i < sensor_fixtures.size(); ++i) {
+        const auto first = rotation_of_fixture(sensor_fixtures[0]);
+        const auto other = rotation_of_fixture(sensor_fixtures[i]);
+        if (!first || !other) {
+            continue;
+        }
+        const double off = degrees_between(first->transpose() * fit.mount_sensor.at(sensor_fixtures[0]).rotation,
+                                           other->transpose() * fit.mount_sensor.at(sensor_fixtures[i]).rotation);
+        if (off > kFixtureTolerance_deg) {
+            fit.warnings.push_back(
+                fmt::format("the rotation between fixtures '{}' and '{}' differs by {:.1f} deg from their names: a wrong name, "
+                            "or coils of the sensor reversed or swapped between the files",
+                            sensor_fixtures[0], sensor_fixtures[i], off));
+        }
+    }
+}
+
+}  // namespace tricoil::host

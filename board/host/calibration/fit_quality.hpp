@@ -1,0 +1,50 @@
+// Checks of a calibration fit: residuals by file, standard deviations of the parameters, names of the fixtures.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "board/host/calibration/calibration_fit.hpp"
+
+namespace tricoil::host {
+
+/// Residuals of the couplings of one file, relative to the norm of each signal matrix.
+struct FileResidual {
+    std::string path;
+    std::size_t poses = 0;
+    std::size_t used = 0;  // poses that are not outliers
+    double squares = 0;    // sum over the used poses
+
+    [[nodiscard]] double rms() const;  // 1 if no pose is used
+};
+
+/// Sets the RMS residuals of `fit` and adds warnings. Throws InputError if most poses of a file are outliers, if its residual is
+/// far above those of the other files, or if the model does not explain the couplings.
+void check_residuals(const std::vector<FileResidual>& files, FitModel model, CalibrationFit& fit);
+
+/// Linearised fit at the solution: nine rows per pose.
+struct ParameterEstimate {
+    Eigen::MatrixXd jacobian;          // columns: free parameters, magnetic parameters first
+    std::vector<double> residuals;     // m
+    double outlier_limit_m = 0;        // poses with a longer residual are outliers
+    std::span<const double> magnetic;  // free magnetic parameters
+};
+
+/// Sets the parameters with their standard deviations and the condition number of the normalised Jacobian. Adds a warning for
+/// parameters that the poses determine weakly. Throws InputError if they do not determine them.
+void check_parameters(const ParameterEstimate& estimate, CalibrationFit& fit);
+
+/// Adds a warning for each fixture whose rotation relative to the first fixture contradicts their names.
+void check_fixture_names(const std::vector<std::string>& sensor_fixtures, CalibrationFit& fit);
+
+/// Number of free magnetic parameters of a model.
+int free_magnetic(FitModel model);
+
+double median(std::vector<double> values);
+double degrees_between(const Mat3<double>& a, const Mat3<double>& b);
+
+}  // namespace tricoil::host
