@@ -17,7 +17,7 @@ public:
 
     /// Changes the excitation state, effective from the next sample block. The old coil goes off before the new one goes on.
     /// Thread context, never an interrupt; does not wait for the current to settle. ok; invalid_argument: this board cannot drive
-    /// that state; not_ready: the power stages have shut down because of over-current, until sampling is started again;
+    /// that state; over_current: the power stages have shut down because of over-current, until sampling is started again;
     /// device_lost or timed_out: the hardware did not follow.
     Status excite(Excitation state) {
         const Status status = do_excite(state);

@@ -21,8 +21,8 @@ public:
 
     /// Returns the next block, oldest first; its samples stay valid until the next poll() or start(). Waits at most about two
     /// blocks. Thread context. ok; timed_out: no block arrived, sampling continues; end_of_stream: a finite source is exhausted;
-    /// not_ready: the power stages have shut down because of over-current; device_lost. A gap in SampleBlock::sequence means lost
-    /// blocks.
+    /// over_current: the power stages have shut down because of over-current; device_lost. A gap in SampleBlock::sequence means
+    /// lost blocks.
     Status poll(SampleBlock& block) { return do_poll(block); }
 
     /// Stops sampling; start() may follow. Cannot fail.

@@ -33,7 +33,7 @@ public:
 private:
     [[nodiscard]] virtual std::uint8_t do_steps() const = 0;
     virtual Status do_choose(std::uint8_t step) = 0;
-    virtual Status do_measure(const signal::AcquisitionPlan&, signal::GainSteps<float>&) { return {}; }
+    virtual Status do_measure(const signal::AcquisitionPlan& plan, signal::GainSteps<float>& steps) = 0;
 };
 
 }  // namespace tricoil::hal

@@ -13,7 +13,7 @@ namespace tricoil::hal {
 /// One received message. The port owns the bytes until its next receive() or close().
 struct ReceivedMessage {
     std::span<const std::uint8_t> bytes{};
-    std::int64_t host_time_us = 0;      // arrival time on the host's monotonic clock
+    HostTime arrival{};                 // on the receiver's clock
     std::int64_t hardware_time_us = 0;  // arrival time on the bus controller's clock; 0: it has no clock
 };
 

@@ -17,10 +17,10 @@ void Answers::tell(HostLink& link, const selfcheck::Report& report) {
     report_ = &report;
 }
 
-void Answers::tell(HostLink& link, const SampleBlock& block, std::uint32_t sample_rate_mhz) {
+void Answers::tell(HostLink& link, const SampleBlock& block, std::uint32_t sample_rate_millihertz) {
     begin(link);
     block_ = block;
-    sample_rate_mhz_ = sample_rate_mhz;
+    sample_rate_millihertz_ = sample_rate_millihertz;
     ++blocks_;
 }
 
@@ -109,7 +109,7 @@ std::size_t Answers::encode_part() {
     }
     protocol::RawBlockMessage message;
     message.sequence = messages_;
-    message.time_us = to_us(midpoint(block_, sample_rate_mhz_));
+    message.time_us = to_us(midpoint(block_, sample_rate_millihertz_));
     message.sensor = block_.sensor;
     message.state = static_cast<std::uint8_t>(block_.state);
     message.gain_step = block_.gain_step;
@@ -119,7 +119,7 @@ std::size_t Answers::encode_part() {
     message.scale = block_.scale;
     message.state_sequence = block_.sequence;
     message.block_sequence = blocks_;
-    message.sample_rate_mhz = sample_rate_mhz_;
+    message.sample_rate_millihertz = sample_rate_millihertz_;
     message.overruns = block_.overrun_count;
     message.tail = std::span<const std::uint8_t>(codes).first(part.size_bytes());
     next_ += part.size();

@@ -18,7 +18,7 @@ public:
     explicit Answers(std::span<std::uint8_t> buffer) : buffer_(buffer) {}
 
     void tell(HostLink& link, const selfcheck::Report& report);
-    void tell(HostLink& link, const SampleBlock& block, std::uint32_t sample_rate_mhz);
+    void tell(HostLink& link, const SampleBlock& block, std::uint32_t sample_rate_millihertz);
     /// Sends an empty calibration if the store has none.
     void tell(HostLink& link, CalibrationStore& store, std::uint16_t request);
 
@@ -47,7 +47,7 @@ private:
     CalibrationStore* store_ = nullptr;  // null, and no report: the answer is a block
     std::uint16_t request_ = 0;
     SampleBlock block_;
-    std::uint32_t sample_rate_mhz_ = 0;
+    std::uint32_t sample_rate_millihertz_ = 0;
     std::uint32_t blocks_ = 0;
     std::uint32_t messages_ = 0;
 };

@@ -5,11 +5,11 @@
 
 #include "core/signal/demodulator.hpp"
 #include "core/tracking/methods/any_tracker.hpp"
+#include "core/tracking/tracker_tap.hpp"
 #include "hal/clock.hpp"
 #include "hal/coil_driver.hpp"
 #include "hal/coil_sampler.hpp"
 #include "hal/link.hpp"
-#include "hal/tracker_tap.hpp"
 
 namespace tricoil::app {
 
@@ -20,7 +20,7 @@ struct Devices {
     hal::CoilDriver& coils;
     hal::CoilSampler& sampler;
     hal::Link<Scalar>& link;
-    hal::TrackerTap<Scalar>* tap = nullptr;  // observes inputs and outputs of the trackers; may be null
+    tracking::TrackerTap<Scalar>* tap = nullptr;  // observes inputs and outputs of the trackers; may be null
 };
 
 template <typename Scalar>

@@ -89,7 +89,7 @@ void TrackerDevice::greet(HostLink& link, const protocol::CommandMessage& comman
     m.serial = params_.serial;
     m.firmware = params_.firmware;
     m.multiplexing = plan().is_tdm() ? 0 : 1;
-    m.frame_rate_mhz = millihertz(plan().params.frame_rate_hz);
+    m.frame_rate_millihertz = millihertz(plan().params.frame_rate_hz);
     m.window_us = static_cast<std::uint32_t>(1e6 * plan().window_s() + 0.5);
     m.watchdog_us = static_cast<std::uint32_t>(params_.host_silence.count());
     (void)send(link, m);  // if this message is lost, the host repeats hello
@@ -200,8 +200,8 @@ AckResult TrackerDevice::obey_mode(std::uint32_t argument) {
     for (std::size_t n = 0; n < params_.modes.size(); ++n) {
         const signal::AcquisitionPlan& candidate = params_.modes[n].plan;
         const auto rate = static_cast<std::int32_t>(millihertz(candidate.params.frame_rate_hz));
-        const bool is_rate =
-            request.frame_rate_mhz == 0 || std::abs(static_cast<std::int32_t>(request.frame_rate_mhz) - rate) <= rate / 100;
+        const bool is_rate = request.frame_rate_millihertz == 0 ||
+                             std::abs(static_cast<std::int32_t>(request.frame_rate_millihertz) - rate) <= rate / 100;
         if (candidate.params.multiplexing == request.multiplexing && is_rate) {
             mode_ = n;
             sends_columns_ = request.columns;

@@ -220,12 +220,12 @@ void TrackerDevice::fail(Fault fault) {
 
 /// Fault for a failed gain measurement or start.
 Fault TrackerDevice::fault_of_start(const Status& status) {
-    return status.code() == StatusCode::not_ready ? Fault::overcurrent : Fault::converter;
+    return status.code() == StatusCode::over_current ? Fault::overcurrent : Fault::converter;
 }
 
 /// Fault for an error of the loop or the coil driver.
 Fault TrackerDevice::fault_of(const Status& status) const {
-    const bool has_tripped = status.code() == StatusCode::not_ready;
+    const bool has_tripped = status.code() == StatusCode::over_current;
     return sampler_.trouble().value_or(has_tripped ? Fault::overcurrent : Fault::drive);
 }
 

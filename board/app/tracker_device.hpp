@@ -19,7 +19,7 @@ namespace tricoil::app {
 
 /// Coils are off until a host sends start, after any fault, after the last host has stopped or is silent, while the calibration
 /// is written, and after destruction. All memory is part of the object; make it static.
-class TrackerDevice final : hal::Link<float>, hal::TrackerTap<float> {
+class TrackerDevice final : hal::Link<float>, tracking::TrackerTap<float> {
 public:
     /// Requires at least one mode and one port, and C > 0.
     TrackerDevice(const DeviceHardware& hardware, const DeviceParams& params);
@@ -81,7 +81,7 @@ private:
     template <typename Message>
     void stream(const Message& message);
 
-    // hal::Link and hal::TrackerTap: output of the loop.
+    // hal::Link and tracking::TrackerTap: output of the loop.
     Status do_send(const tracking::PoseEstimate<float>& estimate) override;
     void do_begin(const Settings&) override {}
     void do_column(const Column<float>& column) override;

@@ -131,11 +131,11 @@ int tricoil_poll(tricoil_tracker* tracker, tricoil_pose* pose, int timeout_ms) {
     if (tracker == nullptr || pose == nullptr) {
         return -1;
     }
-    const std::int64_t end_us = drivers::monotonic_us() + 1000 * std::int64_t{timeout_ms};
+    const HostTime end = drivers::host_now() + Microseconds{1000 * std::int64_t{timeout_ms}};
     try {
         do {
             tracker->loop.step();
-        } while (tracker->poses.empty() && drivers::monotonic_us() < end_us);
+        } while (tracker->poses.empty() && drivers::host_now() < end);
     } catch (...) {
         return -2;
     }

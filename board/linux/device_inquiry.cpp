@@ -17,7 +17,7 @@ using protocol::Opcode;
 using protocol::WireError;
 
 constexpr Microseconds kPatience{5000};
-constexpr std::int64_t kPosePauseUs = 20'000;
+constexpr Microseconds kPosePause{20'000};
 constexpr double kMostAbsent_s = 5;  // longest absence of a device during listen()
 
 SessionParams listening() {
@@ -100,33 +100,34 @@ DeviceInquiry::DeviceInquiry(const std::string& uri, double wait_s)
       wait_s_(wait_s),
       port_(make_port(parse_device_uri(uri))),
       session_(*port_, listening()),
-      request_(static_cast<std::uint16_t>(drivers::monotonic_us() >> 10U)) {}  // differs from the requests of an earlier program
+      request_(static_cast<std::uint16_t>(to_us(drivers::host_now()) >> 10U)) {
+}  // differs from the requests of an earlier program
 
 /// Identifies the device, then calls `ask` at once and every second until is_done(message), `seconds` have passed (0: no limit)
 /// or a signal comes. Returns true if is_done() was true.
 bool DeviceInquiry::converse(double seconds, const host::InterruptGuard& guard, const Ask& ask, const Take& is_done,
-                             std::int64_t again_us) {
-    const std::int64_t begin = drivers::monotonic_us();
-    std::int64_t due = begin;
-    std::int64_t there_us = begin;  // time at which the port was last open
-    for (std::int64_t now = begin; !guard.interrupted() && (seconds <= 0 || static_cast<double>(now - begin) <= 1e6 * seconds);
-         now = drivers::monotonic_us()) {
+                             Microseconds again) {
+    const HostTime begin = drivers::host_now();
+    HostTime due = begin;
+    HostTime there = begin;  // time at which the port was last open
+    for (HostTime now = begin; !guard.interrupted() && (seconds <= 0 || to_seconds(now - begin) <= seconds);
+         now = drivers::host_now()) {
         if (!session_.has_identity()) {
             session_.service(now);
         } else if (ask && now >= due) {
             ask();
-            due = now + again_us;
+            due = now + again;
         }
         if (port_->wait(kPatience).code() == StatusCode::device_lost) {
             session_.on_device_lost(now);
-            if (static_cast<double>(now - there_us) > 1e6 * kMostAbsent_s) {
+            if (to_seconds(now - there) > kMostAbsent_s) {
                 throw host::DeviceError(fmt::format("{}: {}", uri_, session_.detail()));
             }
             const ::timespec pause{0, kPatience.count() * 1000};
             ::nanosleep(&pause, nullptr);
             continue;
         }
-        there_us = now;
+        there = now;
         hal::ReceivedMessage message;
         while (port_->receive(message).ok()) {
             session_.take(message);
@@ -279,7 +280,7 @@ void DeviceInquiry::await_pose() {
     };
     const host::InterruptGuard guard;
     if (!converse(
-            wait_s_, guard, [&] { command(Opcode::keep_alive, Excitation::off, newest); }, is_valid_pose, kPosePauseUs)) {
+            wait_s_, guard, [&] { command(Opcode::keep_alive, Excitation::off, newest); }, is_valid_pose, kPosePause)) {
         command(Opcode::stop);
         guard.check();
         throw host::DeviceError(

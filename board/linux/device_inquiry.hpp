@@ -55,12 +55,12 @@ public:
     [[nodiscard]] const char* detail() const { return session_.detail(); }
 
 private:
-    static constexpr std::int64_t kAskAgainUs = 1'000'000;
+    static constexpr Microseconds kAskAgain{1'000'000};
     using Ask = std::function<void()>;
     using Take = std::function<bool(const hal::ReceivedMessage&)>;
 
     bool converse(double seconds, const host::InterruptGuard& guard, const Ask& ask, const Take& is_done,
-                  std::int64_t again_us = kAskAgainUs);
+                  Microseconds again = kAskAgain);
     void await_pose();
     void inquire(const char* what, protocol::Opcode opcode, const Ask& ask, const Take& is_answer);
     void command(protocol::Opcode opcode, Excitation state = Excitation::off, std::uint32_t argument = 0);

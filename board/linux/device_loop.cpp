@@ -10,10 +10,10 @@ namespace tricoil::linux_board {
 namespace {
 
 constexpr Microseconds kWait{5000};
-constexpr Microseconds kSyncWait{200};              // an edge is not delayed by the wait for messages
-constexpr int kMostEdges = 16;                      // per step; size of the kernel's queue
-constexpr int kMostMessages = 256;                  // per step, so that a flood does not delay signals and time-outs
-constexpr std::int64_t kColumnSilenceUs = 150'000;  // longest time without a column before poses are flagged stale
+constexpr Microseconds kSyncWait{200};           // an edge is not delayed by the wait for messages
+constexpr int kMostEdges = 16;                   // per step; size of the kernel's queue
+constexpr int kMostMessages = 256;               // per step, so that a flood does not delay signals and time-outs
+constexpr Microseconds kColumnSilence{150'000};  // longest time without a column before poses are flagged stale
 
 /// Timing parameters from the identity of the front end.
 struct Timing {
@@ -27,11 +27,11 @@ Timing timing_of(const protocol::IdentifyMessage& identity) {
     timing.is_tdm = identity.multiplexing == 0;
     timing.window_s = 1e-6 * identity.window_us;
     const auto multiplexing = timing.is_tdm ? signal::Multiplexing::tdm : signal::Multiplexing::fdm;
-    const auto plan = signal::plan_acquisition(signal::default_acquisition(multiplexing, 1e-3 * identity.frame_rate_mhz));
+    const auto plan = signal::plan_acquisition(signal::default_acquisition(multiplexing, 1e-3 * identity.frame_rate_millihertz));
     if (plan.ok()) {
         timing.max_column_span = tracking::column_span(*plan);
     } else if (timing.is_tdm) {
-        timing.max_column_span = microseconds_from_seconds(0.8e3 / identity.frame_rate_mhz);
+        timing.max_column_span = microseconds_from_seconds(0.8e3 / identity.frame_rate_millihertz);
     }
     return timing;
 }
@@ -57,7 +57,7 @@ void DeviceLoop::switch_off() {
 }
 
 void DeviceLoop::step() {
-    const std::int64_t now = drivers::monotonic_us();
+    const HostTime now = drivers::host_now();
     (void)session_.service(now);
     follow_phase();
     if (session_.phase() == Phase::closed) {
@@ -79,7 +79,7 @@ void DeviceLoop::step() {
     }
     follow_sync();
     if (any && session_.phase() == Phase::running && lines_.coils == nullptr) {
-        session_.keep_alive(drivers::monotonic_us());
+        session_.keep_alive(drivers::host_now());
     }
     if (status.code() == StatusCode::device_lost) {
         session_.on_device_lost(now);
@@ -109,7 +109,7 @@ void DeviceLoop::take(const hal::ReceivedMessage& message) {
             if (params_.tap != nullptr) {
                 params_.tap->pose(session_.pose());
             }
-            deliver(session_.pose_message(), session_.pose().valid(), message.host_time_us);
+            deliver(session_.pose_message(), session_.pose().valid(), message.arrival);
             break;
         }
         default:
@@ -123,7 +123,7 @@ void DeviceLoop::take(const hal::ReceivedMessage& message) {
 void DeviceLoop::begin() {
     const Timing timing = timing_of(session_.identity());
     is_tdm_ = timing.is_tdm;
-    hal::TrackerTap<double>::Settings settings;
+    tracking::TrackerTap<double>::Settings settings;
     settings.sensors = session_.identity().sensors;
     settings.calibration = params_.calibration;
     settings.tracker.method = params_.method;
@@ -142,7 +142,7 @@ void DeviceLoop::begin() {
         params_.tap->begin(settings);
     }
     state_sequence_ = 0;
-    column_us_ = 0;
+    column_time_.reset();
     take_edges();  // discards old edges
     (void)session_.take_window_over();
     beat();
@@ -179,8 +179,8 @@ void DeviceLoop::follow_sync() {
 /// Number of new edges, limited so that a noisy line does not block the loop.
 int DeviceLoop::take_edges() {
     int edges = 0;
-    std::int64_t edge_us = 0;
-    while (lines_.sync != nullptr && edges < kMostEdges && lines_.sync->next_edge(edge_us).ok()) {
+    HostTime edge;
+    while (lines_.sync != nullptr && edges < kMostEdges && lines_.sync->next_edge(edge).ok()) {
         ++edges;
     }
     return edges;
@@ -188,7 +188,7 @@ int DeviceLoop::take_edges() {
 
 void DeviceLoop::track(const hal::ReceivedMessage& message) {
     const Column<double>& column = session_.column();
-    column_us_ = drivers::monotonic_us();
+    column_time_ = drivers::host_now();
     beat();
     if (column.sensor >= trackers_.size() || !trackers_[column.sensor]) {
         return;
@@ -197,8 +197,8 @@ void DeviceLoop::track(const hal::ReceivedMessage& message) {
         params_.tap->column(column);
     }
     if (const auto estimate = trackers_[column.sensor]->update(column)) {
-        answer(*estimate, estimate->valid(), message.host_time_us);
-        if (const auto side = sides_[column.sensor].side(*estimate, column_us_)) {
+        answer(*estimate, estimate->valid(), message.arrival);
+        if (const auto side = sides_[column.sensor].side(*estimate, *column_time_)) {
             ++counters_.sides_recovered;
             set_hemisphere(column.sensor, *side);
         }
@@ -206,17 +206,17 @@ void DeviceLoop::track(const hal::ReceivedMessage& message) {
 }
 
 /// Delivers a pose of a tracker of this host.
-void DeviceLoop::answer(const tracking::PoseEstimate<double>& estimate, bool valid, std::int64_t received_us) {
+void DeviceLoop::answer(const tracking::PoseEstimate<double>& estimate, bool valid, HostTime received) {
     if (params_.tap != nullptr) {
         params_.tap->pose(estimate);
     }
-    deliver(protocol::to_message(estimate), valid, received_us);
+    deliver(protocol::to_message(estimate), valid, received);
 }
 
-void DeviceLoop::deliver(const protocol::PoseMessage& pose, bool valid, std::int64_t received_us) {
+void DeviceLoop::deliver(const protocol::PoseMessage& pose, bool valid, HostTime received) {
     ++counters_.poses;
     counters_.valid_poses += valid ? 1U : 0U;
-    latency_.add(drivers::monotonic_us() - received_us);
+    latency_.add((drivers::host_now() - received).count());
     sink_(pose);
     if (params_.publish && session_.identity().role == static_cast<std::uint8_t>(protocol::Role::front_end)) {
         protocol::PoseMessage published = pose;
@@ -227,19 +227,18 @@ void DeviceLoop::deliver(const protocol::PoseMessage& pose, bool valid, std::int
 }
 
 /// During silence, delivers the last pose, flagged stale.
-void DeviceLoop::tick(std::int64_t now_us) {
-    const std::int64_t silence_us = now_us - column_us_;
-    if (session_.phase() != Phase::running || column_us_ == 0 || silence_us < kColumnSilenceUs) {
+void DeviceLoop::tick(HostTime host_now) {
+    if (session_.phase() != Phase::running || !column_time_ || host_now - *column_time_ < kColumnSilence) {
         return;
     }
-    const DeviceTime now = session_.column().midpoint + Microseconds{silence_us};
+    const DeviceTime now = session_.column().midpoint + (host_now - *column_time_);
     for (std::size_t n = 0; n < trackers_.size(); ++n) {
         auto& tracker = trackers_[n];
         if (params_.tap != nullptr && tracker) {
             params_.tap->tick(static_cast<std::uint8_t>(n), now);
         }
         if (const auto estimate = tracker ? tracker->tick(now) : std::nullopt) {
-            answer(*estimate, false, now_us);
+            answer(*estimate, false, host_now);
         }
     }
 }

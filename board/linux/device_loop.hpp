@@ -9,10 +9,10 @@
 #include "board/linux/latency_histogram.hpp"
 #include "board/linux/side_keeper.hpp"
 #include "core/tracking/methods/any_tracker.hpp"
+#include "core/tracking/tracker_tap.hpp"
 #include "hal/coil_driver.hpp"
 #include "hal/heartbeat.hpp"
 #include "hal/sync_line.hpp"
-#include "hal/tracker_tap.hpp"
 
 namespace tricoil::linux_board {
 
@@ -30,7 +30,7 @@ struct DeviceLoopParams {
     std::optional<calibration::Calibration<double>> calibration;  // must suit the tracker
     Vec3<double> hemisphere = Vec3<double>::UnitX();
     bool publish = false;
-    hal::TrackerTap<double>* tap = nullptr;  // receives inputs and outputs of the trackers; must outlive the loop
+    tracking::TrackerTap<double>* tap = nullptr;  // receives inputs and outputs of the trackers; must outlive the loop
 };
 
 struct DeviceLoopCounters {
@@ -71,14 +71,14 @@ private:
     void take(const hal::ReceivedMessage& message);
     void begin();
     void track(const hal::ReceivedMessage& message);
-    void answer(const tracking::PoseEstimate<double>& estimate, bool valid, std::int64_t received_us);
-    void deliver(const protocol::PoseMessage& pose, bool valid, std::int64_t received_us);
+    void answer(const tracking::PoseEstimate<double>& estimate, bool valid, HostTime received);
+    void deliver(const protocol::PoseMessage& pose, bool valid, HostTime received);
     void follow_sync();
     int take_edges();
     void beat();
     void next_state();
     void switch_off();
-    void tick(std::int64_t now_us);
+    void tick(HostTime host_now);
 
     hal::MessagePort& port_;
     HostLines lines_;
@@ -90,7 +90,7 @@ private:
     std::array<std::uint8_t, protocol::kMaxFrameBytes> bytes_{};
     std::uint32_t state_sequence_ = 0;
     std::uint32_t pose_sequence_ = 0;
-    std::int64_t column_us_ = 0;  // arrival of the newest column; 0: none since the start
+    std::optional<HostTime> column_time_;  // arrival of the newest column; empty: none since the start
     bool is_tdm_ = true;
     bool was_running_ = false;
     LatencyHistogram latency_;

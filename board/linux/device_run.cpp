@@ -193,18 +193,18 @@ int run_device(const DeviceRunOptions& options) {
     const RealtimeHabits habits = take_realtime_habits(config.lock_memory.value_or(true), config.priority);
     tell_refusals(config, habits);
     const host::InterruptGuard guard;
-    const std::int64_t begin_us = drivers::monotonic_us();
-    std::int64_t steady_us = begin_us;  // time at which the device last worked
-    const auto gives_up = [&](std::int64_t now_us) {
-        steady_us = loop.session().is_steady() ? now_us : steady_us;
-        return options.give_up_after_s > 0 && static_cast<double>(now_us - steady_us) > 1e6 * options.give_up_after_s;
+    const HostTime begin = drivers::host_now();
+    HostTime steady = begin;  // time at which the device last worked
+    const auto gives_up = [&](HostTime now) {
+        steady = loop.session().is_steady() ? now : steady;
+        return options.give_up_after_s > 0 && to_seconds(now - steady) > options.give_up_after_s;
     };
     std::string trouble;
     const auto is_unread = [&] { return (json && json->is_unread()) || (csv && csv->is_unread()); };
     while (!guard.interrupted() && !is_unread() && (options.duration_s <= 0 || stopwatch.elapsed_s() < options.duration_s)) {
         if (options.paused && options.paused()) {
             loop.stop();
-            steady_us = drivers::monotonic_us();
+            steady = drivers::host_now();
             std::this_thread::sleep_for(std::chrono::milliseconds(20));
             continue;
         }
@@ -212,19 +212,19 @@ int run_device(const DeviceRunOptions& options) {
         if (options.each_step) {
             options.each_step(loop);
         }
-        const std::int64_t now_us = drivers::monotonic_us();
-        reporter.look(loop.session(), *port, now_us);
-        reporter.look(flags, now_us);
+        const HostTime now = drivers::host_now();
+        reporter.look(loop.session(), *port, now);
+        reporter.look(flags, now);
         if (loop.counters().lines_lost > 0) {
             throw host::DeviceError(
                 "the coil lines are gone: they were off when they went; look at the GPIO chip, then start again");
         }
-        const bool waits_in_vain = options.wait_s > 0 && loop.session().counters().starts == 0 &&
-                                   static_cast<double>(now_us - begin_us) > 1e6 * options.wait_s;
+        const bool waits_in_vain =
+            options.wait_s > 0 && loop.session().counters().starts == 0 && to_seconds(now - begin) > options.wait_s;
         if (waits_in_vain) {
             throw host::DeviceError(fmt::format("{}: {}", config.device, loop.session().detail()));
         }
-        if (gives_up(now_us)) {
+        if (gives_up(now)) {
             trouble = fmt::format("{}: it has not worked for {:g} s; given up", config.device, options.give_up_after_s);
             break;
         }

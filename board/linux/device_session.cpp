@@ -13,11 +13,11 @@ using protocol::MessageType;
 using protocol::Opcode;
 using protocol::WireError;
 
-constexpr std::int64_t kOpenPauseUs = 100'000;
-constexpr std::int64_t kGreetPauseUs = 100'000;
-constexpr std::int64_t kSilenceUs = 500'000;
-constexpr std::int64_t kConflictUs = 1'000'000;
-constexpr std::int64_t kFeedUs = 20'000;  // longest interval
+constexpr Microseconds kOpenPause{100'000};
+constexpr Microseconds kGreetPause{100'000};
+constexpr Microseconds kSilence{500'000};
+constexpr Microseconds kConflict{1'000'000};
+constexpr Microseconds kFeed{20'000};  // longest interval
 constexpr std::uint16_t kProduct = 1;
 
 }  // namespace
@@ -25,7 +25,7 @@ constexpr std::uint16_t kProduct = 1;
 void DeviceSession::command(Opcode opcode, std::uint16_t request, std::uint32_t argument, Excitation state) {
     protocol::CommandMessage m;
     m.sequence = command_sequence_++;
-    m.time_us = now_us_;
+    m.time_us = to_us(now_);
     m.opcode = static_cast<std::uint8_t>(opcode);
     m.state = static_cast<std::uint8_t>(state);
     m.request = request;
@@ -34,35 +34,35 @@ void DeviceSession::command(Opcode opcode, std::uint16_t request, std::uint32_t 
     (void)port_.send(std::span(bytes_).first(size));  // the port counts failures; every message is repeated or has a time-out
 }
 
-SessionEvent DeviceSession::service(std::int64_t now_us) {
-    now_us_ = now_us;
-    if (phase_ == Phase::running && now_us - heard_us_ > kSilenceUs) {
+SessionEvent DeviceSession::service(HostTime now) {
+    now_ = now;
+    if (phase_ == Phase::running && now - heard_ > kSilence) {
         ++counters_.silences;
-        begin_greeting(now_us);
+        begin_greeting(now);
         pause_before_next_try();
         why_.print("nothing usable comes from the device");
         return SessionEvent::none;
     }
     if (phase_ == Phase::running) {
-        pause_us_ = is_steady() ? 0 : pause_us_;
-        if (now_us - fed_us_ > kFeedUs) {
-            keep_alive(now_us);
+        pause_ = is_steady() ? Microseconds{} : pause_;
+        if (now - fed_ > kFeed) {
+            keep_alive(now);
         }
         return SessionEvent::none;
     }
-    if (now_us < due_us_) {
+    if (now < due_) {
         return SessionEvent::none;
     }
-    due_us_ = now_us + kGreetPauseUs;
+    due_ = now + kGreetPause;
     if (phase_ == Phase::closed) {
         if (!port_.open().ok()) {
             why_.print("%s", port_.detail());
-            due_us_ = now_us + kOpenPauseUs;
+            due_ = now + kOpenPause;
             return SessionEvent::none;
         }
-        begin_greeting(now_us);
+        begin_greeting(now);
     }
-    if (phase_ == Phase::starting && now_us - heard_us_ < kSilenceUs) {
+    if (phase_ == Phase::starting && now - heard_ < kSilence) {
         ++starts_asked_;
         tell(Opcode::start, params_.host_drives_coils ? 1 : 0);
     } else {
@@ -72,39 +72,39 @@ SessionEvent DeviceSession::service(std::int64_t now_us) {
     return SessionEvent::none;
 }
 
-void DeviceSession::begin_greeting(std::int64_t now_us) {
+void DeviceSession::begin_greeting(HostTime now) {
     if (phase_ == Phase::running) {
         tell(Opcode::stop, 0);
     }
     phase_ = Phase::greeting;
     has_identity_ = false;
-    due_us_ = now_us;
+    due_ = now;
     why_.print("no answer yet");
 }
 
 void DeviceSession::pause_before_next_try() {
-    pause_us_ = std::clamp(2 * pause_us_, kGreetPauseUs, kLongestPauseUs);
-    due_us_ = now_us_ + pause_us_;
+    pause_ = std::clamp(2 * pause_, kGreetPause, kLongestPause);
+    due_ = now_ + pause_;
 }
 
-void DeviceSession::on_device_lost(std::int64_t now_us) {
+void DeviceSession::on_device_lost(HostTime now) {
     counters_.silences += phase_ == Phase::running ? 1U : 0U;
     phase_ = Phase::closed;
     has_identity_ = false;
     why_.print("%s", port_.detail());
-    due_us_ = now_us + kOpenPauseUs;
+    due_ = now + kOpenPause;
 }
 
 void DeviceSession::excited(Excitation state, std::uint32_t sequence) {
     newest_excited_ = (newest_excited_ + 1) % excited_.size();
     excited_[newest_excited_] = {sequence, state};
     tell(Opcode::excite, sequence, state);
-    fed_us_ = now_us_;
+    fed_ = now_;
 }
 
-void DeviceSession::keep_alive(std::int64_t now_us) {
-    now_us_ = now_us;
-    fed_us_ = now_us;
+void DeviceSession::keep_alive(HostTime now) {
+    now_ = now;
+    fed_ = now;
     const protocol::SequenceCheck& data = columns_.started() ? columns_ : poses_;
     tell(Opcode::keep_alive, data.started() ? data.newest() : 0);
 }
@@ -127,7 +127,7 @@ SessionEvent DeviceSession::take(const hal::ReceivedMessage& message) {
     if (error != WireError::none) {
         return refuse(error);
     }
-    now_us_ = std::max(now_us_, message.host_time_us);
+    now_ = std::max(now_, message.arrival);
     switch (type) {
         case MessageType::identify:
             return take_identity(message);
@@ -143,7 +143,7 @@ SessionEvent DeviceSession::take(const hal::ReceivedMessage& message) {
                 return refuse(bad);
             }
             status_ = status;
-            heard_us_ = phase_ == Phase::running ? heard_us_ : now_us_;  // a running device must also send columns or poses
+            heard_ = phase_ == Phase::running ? heard_ : now_;  // a running device must also send columns or poses
             return SessionEvent::none;
         }
         case MessageType::command:
@@ -159,9 +159,9 @@ SessionEvent DeviceSession::take_identity(const hal::ReceivedMessage& message) {
         return refuse(error);
     }
     if (has_identity_ && identity.serial != identity_.serial) {
-        conflict_us_ = now_us_ + kConflictUs;
-        begin_greeting(now_us_);
-        due_us_ = conflict_us_;
+        conflict_ = now_ + kConflict;
+        begin_greeting(now_);
+        due_ = conflict_;
         why_.print("devices %" PRIu64 " and %" PRIu64 " answer to one address; give one of them another node number",
                    identity_.serial, identity.serial);
         return refuse(WireError::duplicate_node);
@@ -185,17 +185,17 @@ SessionEvent DeviceSession::take_identity(const hal::ReceivedMessage& message) {
                                              : "the device leaves the coils to the host; name their lines under [coils]");
         return refuse(WireError::wrong_sender);
     }
-    if (phase_ != Phase::greeting || now_us_ < conflict_us_) {
+    if (phase_ != Phase::greeting || now_ < conflict_) {
         return SessionEvent::none;
     }
     identity_ = identity;
     has_identity_ = true;
-    heard_us_ = now_us_;
+    heard_ = now_;
     why_.clear();
     if (params_.start) {
         phase_ = Phase::starting;
         starts_asked_ = 0;
-        due_us_ = now_us_;
+        due_ = now_;
     }
     return SessionEvent::identified;
 }
@@ -217,8 +217,8 @@ SessionEvent DeviceSession::take_ack(const hal::ReceivedMessage& message) {
         return SessionEvent::none;
     }
     phase_ = Phase::running;
-    heard_us_ = now_us_;
-    started_us_ = now_us_;
+    heard_ = now_;
+    started_ = now_;
     columns_.restart();
     poses_.restart();
     clock_map_ = {};
@@ -261,14 +261,14 @@ SessionEvent DeviceSession::take_column(const hal::ReceivedMessage& message) {
         window_us_ = m.time_us;
         window_over_ = true;
     }
-    clock_map_.observe(m.time_us, message.host_time_us);
+    clock_map_.observe(device_time_us(m.time_us), message.arrival);
     if (const WireError error = protocol::from_message(m, column_); error != WireError::none) {
         return refuse(error);
     }
     if (params_.host_drives_coils && !was_excited(column_)) {
         return refuse(WireError::transition);
     }
-    heard_us_ = now_us_;
+    heard_ = now_;
     ++counters_.columns;
     return SessionEvent::column;
 }
@@ -284,11 +284,11 @@ SessionEvent DeviceSession::take_pose(const hal::ReceivedMessage& message) {
     if (!in_order(poses_, pose_message_.sequence, counters_.lost_poses)) {
         return SessionEvent::none;
     }
-    clock_map_.observe(pose_message_.time_us, message.host_time_us);
+    clock_map_.observe(device_time_us(pose_message_.time_us), message.arrival);
     if (const WireError error = protocol::from_message(pose_message_, pose_); error != WireError::none) {
         return refuse(error);
     }
-    heard_us_ = now_us_;
+    heard_ = now_;
     ++counters_.poses;
     return SessionEvent::pose;
 }

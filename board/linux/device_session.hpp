@@ -36,29 +36,29 @@ struct SessionCounters {
     std::uint64_t silences = 0;  // number of time-outs of a device
 };
 
-/// After a failure the next try waits 0.1 s. The pause doubles with each failure up to kLongestPauseUs, until the device is
+/// After a failure the next try waits 0.1 s. The pause doubles with each failure up to kLongestPause, until the device is
 /// steady.
 class DeviceSession {
 public:
-    static constexpr std::int64_t kSteadyUs = 2'000'000;
-    static constexpr std::int64_t kLongestPauseUs = 10'000'000;
+    static constexpr Microseconds kSteady{2'000'000};
+    static constexpr Microseconds kLongestPause{10'000'000};
 
     DeviceSession(hal::MessagePort& port, const SessionParams& params) : port_(port), params_(params) {}
 
     /// Performs the due action: open, hello, start or time-out. Call it at least every few milliseconds.
-    SessionEvent service(std::int64_t now_us);
+    SessionEvent service(HostTime now);
 
     /// Processes one message. After an event `column` or `pose`, column() or pose() returns the content.
     SessionEvent take(const hal::ReceivedMessage& message);
 
     /// Reports that the port is lost. service() opens it again.
-    void on_device_lost(std::int64_t now_us);
+    void on_device_lost(HostTime now);
 
     /// Sends the new excitation state of the host's coils to the device. Columns must echo `sequence`, which starts at 1.
     void excited(Excitation state, std::uint32_t sequence);
 
     /// Resets the device's watchdog and acknowledges the newest message.
-    void keep_alive(std::int64_t now_us);
+    void keep_alive(HostTime now);
 
     /// True if the first column of a window arrived since the last call, also if it was refused: the coils may be switched.
     bool take_window_over() { return std::exchange(window_over_, false); }
@@ -73,8 +73,8 @@ public:
     [[nodiscard]] const protocol::IdentifyMessage& identity() const { return identity_; }
     [[nodiscard]] const protocol::StatusMessage& device_status() const { return status_; }
     [[nodiscard]] bool has_identity() const { return has_identity_; }
-    /// True if the device has been running for kSteadyUs.
-    [[nodiscard]] bool is_steady() const { return phase_ == Phase::running && heard_us_ - started_us_ >= kSteadyUs; }
+    /// True if the device has been running for kSteady.
+    [[nodiscard]] bool is_steady() const { return phase_ == Phase::running && heard_ - started_ >= kSteady; }
     [[nodiscard]] const Column<double>& column() const { return column_; }
     [[nodiscard]] const tracking::PoseEstimate<double>& pose() const { return pose_; }
     [[nodiscard]] const protocol::PoseMessage& pose_message() const { return pose_message_; }
@@ -90,7 +90,7 @@ private:
         Excitation state = Excitation::off;
     };
 
-    void begin_greeting(std::int64_t now_us);
+    void begin_greeting(HostTime now);
     void pause_before_next_try();
     void tell(protocol::Opcode opcode, std::uint32_t argument, Excitation state = Excitation::off) {
         command(opcode, ++request_, argument, state);
@@ -106,13 +106,13 @@ private:
     hal::MessagePort& port_;
     SessionParams params_;
     Phase phase_ = Phase::closed;
-    std::int64_t due_us_ = 0;       // time of the next try to open, identify or start
-    std::int64_t heard_us_ = 0;     // last valid message; while running: last accepted column or pose
-    std::int64_t conflict_us_ = 0;  // two devices answered on one address; valid until this time
-    std::int64_t now_us_ = 0;
-    std::int64_t fed_us_ = 0;
-    std::int64_t started_us_ = 0;
-    std::int64_t pause_us_ = 0;  // before the next try; grows
+    HostTime due_;       // time of the next try to open, identify or start
+    HostTime heard_;     // last valid message; while running: last accepted column or pose
+    HostTime conflict_;  // two devices answered on one address; valid until this time
+    HostTime now_;
+    HostTime fed_;
+    HostTime started_;
+    Microseconds pause_;  // before the next try; grows
     std::uint32_t command_sequence_ = 0;
     std::uint16_t request_ = 0;
     std::uint16_t starts_asked_ = 0;  // start requests since the device was identified

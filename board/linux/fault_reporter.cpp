@@ -10,7 +10,7 @@
 namespace tricoil::linux_board {
 namespace {
 
-constexpr std::int64_t kPauseUs = 1'000'000;
+constexpr Microseconds kPause{1'000'000};
 
 constexpr std::array<const char*, protocol::kWireErrors> kMeanings{"",
                                                                    "too short for any message",
@@ -45,8 +45,8 @@ constexpr std::array<const char*, 15> kFaults{"the host was silent: coils off",
 
 }  // namespace
 
-void FaultReporter::tell_device_faults(std::uint16_t faults, std::int64_t now_us) {
-    if (faults == told_faults_ || (faults_us_ != 0 && now_us - faults_us_ < kPauseUs)) {
+void FaultReporter::tell_device_faults(std::uint16_t faults, HostTime now) {
+    if (faults == told_faults_ || (faults_told_ && now - *faults_told_ < kPause)) {
         return;
     }
     const unsigned news = faults & ~static_cast<unsigned>(told_faults_);
@@ -54,11 +54,11 @@ void FaultReporter::tell_device_faults(std::uint16_t faults, std::int64_t now_us
         if ((news >> bit & 1U) != 0) {
             std::array<char, 160> text{};
             std::snprintf(text.data(), text.size(), "the device reports: %s", kFaults[bit]);
-            tell_once(text.data(), now_us);
+            tell_once(text.data(), now);
         }
     }
     told_faults_ = faults;
-    faults_us_ = now_us;
+    faults_told_ = now;
 }
 
 void FaultReporter::tell(const char* text) const {
@@ -68,19 +68,19 @@ void FaultReporter::tell(const char* text) const {
     }
 }
 
-void FaultReporter::tell_once(const char* text, std::int64_t now_us) {
-    if (repeated_.is_news(text, now_us)) {
+void FaultReporter::tell_once(const char* text, HostTime now) {
+    if (repeated_.is_news(text, now)) {
         tell(text);
     }
 }
 
-void FaultReporter::look(tracking::PoseFlags flags, std::int64_t now_us) {
+void FaultReporter::look(tracking::PoseFlags flags, HostTime now) {
     if (!flags.has(tracking::PoseFlag::hemisphere_unknown)) {
-        sided_us_ = now_us;
+        sided_ = now;
         told_side_ = false;
-    } else if (!told_side_ && now_us - sided_us_ > kPauseUs) {
+    } else if (!told_side_ && now - sided_ > kPause) {
         told_side_ = true;
-        tell_once(host::advice(flags).c_str(), now_us);
+        tell_once(host::advice(flags).c_str(), now);
     }
 }
 
@@ -92,28 +92,28 @@ void FaultReporter::tell_repeated() const {
     }
 }
 
-void FaultReporter::look(const DeviceSession& session, const hal::MessagePort& port, std::int64_t now_us) {
+void FaultReporter::look(const DeviceSession& session, const hal::MessagePort& port, HostTime now) {
     for (std::size_t kind = 1; kind < kMeanings.size(); ++kind) {
         const auto error = static_cast<protocol::WireError>(kind);
         const std::uint64_t count = session.refused().of(error) + port.wire_errors().of(error);
-        if (count > told_[kind] && (told_us_[kind] == 0 || now_us - told_us_[kind] >= kPauseUs)) {
+        if (count > told_[kind] && (!told_at_[kind] || now - *told_at_[kind] >= kPause)) {
             std::array<char, 160> text{};
             std::snprintf(text.data(), text.size(), "refused %" PRIu64 " messages %s", count - told_[kind], kMeanings[kind]);
             tell(text.data());
             told_[kind] = count;
-            told_us_[kind] = now_us;
+            told_at_[kind] = now;
         }
     }
-    tell_device_faults(session.device_status().faults, now_us);
+    tell_device_faults(session.device_status().faults, now);
     const char* const detail = session.detail();
     const bool is_new = std::strcmp(detail, told_detail_.data()) != 0;
     if (is_new && detail[0] == '\0') {
-        tell_once("connected", now_us);
+        tell_once("connected", now);
         told_detail_[0] = '\0';
-    } else if (is_new && now_us - detail_us_ >= kPauseUs) {
-        tell_once(detail, now_us);
+    } else if (is_new && now - detail_told_ >= kPause) {
+        tell_once(detail, now);
         std::snprintf(told_detail_.data(), told_detail_.size(), "%s", detail);
-        detail_us_ = now_us;
+        detail_told_ = now;
     }
 }
 

@@ -4,43 +4,45 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "board/linux/device_session.hpp"
 #include "board/linux/repeated_texts.hpp"
-#include "hal/tracker_tap.hpp"
+#include "core/tracking/tracker_tap.hpp"
 
 namespace tricoil::linux_board {
 
 class FaultReporter {
 public:
     /// tap: may be null; must outlive this object.
-    explicit FaultReporter(std::string device, hal::TrackerTap<double>* tap = nullptr) : device_(std::move(device)), tap_(tap) {}
+    explicit FaultReporter(std::string device, tracking::TrackerTap<double>* tap = nullptr)
+        : device_(std::move(device)), tap_(tap) {}
 
     /// Reports counters that have changed.
-    void look(const DeviceSession& session, const hal::MessagePort& port, std::int64_t now_us);
+    void look(const DeviceSession& session, const hal::MessagePort& port, HostTime now);
 
     /// Reports flags that need an action of the user, after they have lasted for one second.
-    void look(tracking::PoseFlags flags, std::int64_t now_us);
+    void look(tracking::PoseFlags flags, HostTime now);
 
     /// Reports the counts of repeated faults. Call it at the end.
     void tell_repeated() const;
 
 private:
     void tell(const char* text) const;
-    void tell_once(const char* text, std::int64_t now_us);
-    void tell_device_faults(std::uint16_t faults, std::int64_t now_us);
+    void tell_once(const char* text, HostTime now);
+    void tell_device_faults(std::uint16_t faults, HostTime now);
 
     std::string device_;
-    hal::TrackerTap<double>* tap_;
+    tracking::TrackerTap<double>* tap_;
     std::array<std::uint64_t, protocol::kWireErrors> told_{};
-    std::array<std::int64_t, protocol::kWireErrors> told_us_{};
+    std::array<std::optional<HostTime>, protocol::kWireErrors> told_at_{};
     std::array<char, 320> told_detail_{};
     RepeatedTexts repeated_;
     std::uint16_t told_faults_ = 0;
-    std::int64_t faults_us_ = 0;
-    std::int64_t detail_us_ = 0;
-    std::int64_t sided_us_ = 0;  // time at which the hemisphere was last known
+    std::optional<HostTime> faults_told_;
+    HostTime detail_told_;
+    HostTime sided_;  // time at which the hemisphere was last known
     bool told_side_ = false;
 };
 

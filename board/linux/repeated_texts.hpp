@@ -5,33 +5,35 @@
 #include <cstdint>
 #include <cstdio>
 
+#include "core/base/time.hpp"
+
 namespace tricoil::linux_board {
 
 class RepeatedTexts {
 public:
-    static constexpr std::int64_t kForgottenUs = 60'000'000;  // a text that did not occur for this time is reported again
+    static constexpr Microseconds kForgotten{60'000'000};  // a text that did not occur for this time is reported again
 
     struct Entry {
         std::array<char, 160> text{};
         std::uint64_t untold = 0;
-        std::int64_t newest_us = 0;
+        HostTime newest{};
     };
 
     /// Returns true if `text` must be reported. Otherwise counts it.
-    bool is_news(const char* text, std::int64_t now_us) {
+    bool is_news(const char* text, HostTime now) {
         std::array<char, 160> shown{};
         std::snprintf(shown.data(), shown.size(), "%s", text);
         Entry* place = &entries_.front();
         for (Entry& entry : entries_) {
             if (entry.text == shown) {
-                const bool forgotten = now_us - entry.newest_us > kForgottenUs;
-                entry.newest_us = now_us;
+                const bool forgotten = now - entry.newest > kForgotten;
+                entry.newest = now;
                 entry.untold += forgotten ? 0 : 1;
                 return forgotten;
             }
-            place = entry.newest_us < place->newest_us ? &entry : place;
+            place = entry.newest < place->newest ? &entry : place;
         }
-        *place = {shown, 0, now_us};
+        *place = {shown, 0, now};
         return true;
     }
 

@@ -16,10 +16,10 @@ namespace tricoil::linux_board {
 class SideKeeper {
 public:
     /// Call it with each pose of one sensor and the host's time. Returns the hemisphere for the tracker if only that is missing.
-    std::optional<Vec3<double>> side(const tracking::PoseEstimate<double>& estimate, std::int64_t host_us) {
+    std::optional<Vec3<double>> side(const tracking::PoseEstimate<double>& estimate, HostTime now) {
         if (estimate.valid()) {
             last_m_ = estimate.position_m;
-            last_us_ = host_us;
+            last_ = now;
             return std::nullopt;
         }
         tracking::PoseFlags others;
@@ -32,7 +32,7 @@ public:
         using Sides = tracking::Sides<double>;
         const Vec3<double>& p = estimate.position_m;
         const Vec3<double> near = Sides::are_opposite(p, *last_m_) ? Vec3<double>(-p) : p;
-        const bool known = Sides::is_mirror_excluded(near, *last_m_, Microseconds{host_us - last_us_});
+        const bool known = Sides::is_mirror_excluded(near, *last_m_, now - last_);
         return known ? std::optional(near) : std::nullopt;
     }
 
@@ -44,7 +44,7 @@ private:
         tracking::PoseFlag::no_reference, tracking::PoseFlag::unconfirmed,      tracking::PoseFlag::inconsistent};
 
     std::optional<Vec3<double>> last_m_;
-    std::int64_t last_us_ = 0;
+    HostTime last_;
 };
 
 }  // namespace tricoil::linux_board

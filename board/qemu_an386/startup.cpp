@@ -3,6 +3,9 @@
 
 #include "board/cortex_m/program.hpp"
 #include "board/cortex_m/reset.hpp"
+#include "core/base/assertion.hpp"
+#include "core/base/text_line.hpp"
+#include "drivers/semihosting/console.hpp"
 #include "drivers/semihosting/exit.hpp"
 
 namespace {
@@ -12,6 +15,14 @@ constexpr int kExitFault = 99;  // exit status after a fault or a forbidden call
 void tricoil::board::halt() { semihosting::exit(kExitFault); }
 
 void tricoil::board::finish(int status) { semihosting::exit(status); }
+
+void tricoil::assertion_failed(const char* condition, const char* file, int line) {
+    TextLine text;
+    text.text(file).text(":").decimal(line).text(": assertion failed: ").text(condition).text("\n");
+    (void)semihosting::Console().write(text.view());
+    board::halt();
+}
+void tricoil::assertion_failed() { board::halt(); }
 
 extern "C" {
 extern std::uint32_t stack_top[];  // NOLINT(readability-identifier-naming): name of the linker script

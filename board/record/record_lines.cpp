@@ -49,10 +49,13 @@ public:
     }
 
     template <typename FlagEnum>
-    FlagSet<FlagEnum> flags(FlagEnum last) {
-        const auto bits = number_below<std::uint32_t>(2U << static_cast<std::uint32_t>(last));
+    FlagSet<FlagEnum> flags(FlagSet<FlagEnum> known) {
+        const auto bits = number<std::uint32_t>();
+        if ((bits & ~known.bits()) != 0) {
+            throw InputError(fmt::format("{}: field {}, '{}', has unknown flags", where_, at_, bits));
+        }
         FlagSet<FlagEnum> set;
-        for (std::uint32_t bit = 0; bit <= static_cast<std::uint32_t>(last); ++bit) {
+        for (std::uint32_t bit = 0; known.bits() >> bit != 0; ++bit) {
             set.set_if((bits >> bit & 1U) != 0, static_cast<FlagEnum>(bit));
         }
         return set;
@@ -144,7 +147,7 @@ TrackerInput parse_input(std::string_view line, const std::string& where) {
             c.state = static_cast<Excitation>(fields.number_below<std::uint8_t>(static_cast<int>(Excitation::all) + 1));
             c.state_sequence = fields.number<std::uint32_t>();
             c.sequence = fields.number<std::uint32_t>();
-            c.flags = fields.flags(ColumnFlag::overrun);
+            c.flags = fields.flags(kAllColumnFlags);
             c.in_phase = fields.vector();
             c.quadrature = fields.vector();
             c.sigma = fields.vector();
@@ -167,7 +170,7 @@ tracking::PoseEstimate<double> parse_pose(std::string_view line, const std::stri
     e.sequence = fields.number<std::uint32_t>();
     e.time = device_time_us(fields.number<std::int64_t>());
     fields.skip(1);  // valid: derived from the flags
-    e.flags = fields.flags(tracking::PoseFlag::coasting);
+    e.flags = fields.flags(tracking::kAllPoseFlags);
     e.state = static_cast<tracking::TrackerState>(fields.number_below<std::uint8_t>(3));
     e.position_m = fields.vector();
     e.q_source_sensor.w() = fields.number<double>();

@@ -10,11 +10,11 @@
 #include "board/record/journal.hpp"
 #include "board/record/recording_format.hpp"
 #include "board/record/tracker_settings.hpp"
-#include "hal/tracker_tap.hpp"
+#include "core/tracking/tracker_tap.hpp"
 
 namespace tricoil::host {
 
-class Recorder final : public hal::TrackerTap<double> {
+class Recorder final : public tracking::TrackerTap<double> {
 public:
     /// Creates `folder`, or uses it if it exists and is empty. source: description of the origin of the columns, stored
     /// unchanged. Throws InputError, naming the folder, if it cannot be used.

@@ -5,14 +5,14 @@
 #include <initializer_list>
 #include <vector>
 
-#include "hal/tracker_tap.hpp"
+#include "core/tracking/tracker_tap.hpp"
 
 namespace tricoil::host {
 
-class TapFanOut final : public hal::TrackerTap<double> {
+class TapFanOut final : public tracking::TrackerTap<double> {
 public:
     /// Null pointers are ignored.
-    TapFanOut(std::initializer_list<hal::TrackerTap<double>*> taps) {
+    TapFanOut(std::initializer_list<tracking::TrackerTap<double>*> taps) {
         std::copy_if(taps.begin(), taps.end(), std::back_inserter(taps_), [](const auto* tap) { return tap != nullptr; });
     }
     [[nodiscard]] bool any() const { return !taps_.empty(); }
@@ -44,7 +44,7 @@ private:
         each([&](auto& tap) { tap.fault(text); });
     }
 
-    std::vector<hal::TrackerTap<double>*> taps_;
+    std::vector<tracking::TrackerTap<double>*> taps_;
 };
 
 }  // namespace tricoil::host

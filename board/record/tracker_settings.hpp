@@ -4,11 +4,11 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "hal/tracker_tap.hpp"
+#include "core/tracking/tracker_tap.hpp"
 
 namespace tricoil::host {
 
-using TrackerSettings = hal::TrackerTap<double>::Settings;
+using TrackerSettings = tracking::TrackerTap<double>::Settings;
 
 /// Keys: "sensors", "tracker" ("method" and its parameters) and "calibration" (null: none; matrices by rows). Numbers are exact.
 nlohmann::ordered_json settings_json(const TrackerSettings& settings);

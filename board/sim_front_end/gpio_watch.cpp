@@ -10,8 +10,8 @@
 
 namespace tricoil::sim_front_end {
 
-GpioWatch::GpioWatch(const std::string& folder, std::int64_t hold_us, bool has_heartbeat)
-    : hold_us_(hold_us), has_heartbeat_(has_heartbeat) {
+GpioWatch::GpioWatch(const std::string& folder, Microseconds hold, bool has_heartbeat)
+    : hold_(hold), has_heartbeat_(has_heartbeat) {
     for (std::size_t line = 0; line < values_.size(); ++line) {
         const std::string path = folder + "/sim_gpio" + std::to_string(line) + "/value";
         values_[line].reset(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
@@ -34,15 +34,15 @@ bool GpioWatch::level(std::size_t line) const {
     return ::pread(values_[line].get(), &value, 1, 0) == 1 && value == '1';
 }
 
-Excitation GpioWatch::look(std::int64_t now_us) {
+Excitation GpioWatch::look(HostTime now) {
     const bool beat = level(3);
     if (beat != beat_level_) {
         beat_level_ = beat;
-        beat_us_ = now_us;
+        beat_ = now;
         enabled_ = true;
-    } else if (enabled_ && now_us - beat_us_ > hold_us_) {
+    } else if (enabled_ && now - beat_ > hold_) {
         enabled_ = false;
-        report_.longest_enable_us = std::max(report_.longest_enable_us, now_us - beat_us_);
+        report_.longest_enable_us = std::max(report_.longest_enable_us, (now - beat_).count());
     }
     std::array<bool, kSourceCoils> on{level(0), level(1), level(2)};
     if (std::count(on.begin(), on.end(), true) > 1) {

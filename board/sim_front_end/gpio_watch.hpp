@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 
+#include "core/base/time.hpp"
 #include "core/signal/excitation.hpp"
 #include "drivers/posix/file_descriptor.hpp"
 
@@ -22,10 +23,10 @@ struct GpioReport {
 class GpioWatch {
 public:
     /// `folder`: simulated chip in sysfs. Lines 0-2: coils; line 3: heartbeat. Throws DeviceError if the folder does not exist.
-    GpioWatch(const std::string& folder, std::int64_t hold_us, bool has_heartbeat);
+    GpioWatch(const std::string& folder, Microseconds hold, bool has_heartbeat);
 
     /// Reads the lines once.
-    Excitation look(std::int64_t now_us);
+    Excitation look(HostTime now);
     /// Drives the sync line (4), an input of the host. Throws DeviceError on failure.
     void drive_sync(bool high);
     [[nodiscard]] bool enabled() const { return enabled_; }
@@ -37,11 +38,11 @@ private:
 
     std::array<drivers::FileDescriptor, 4> values_;
     drivers::FileDescriptor sync_;  // pull attribute of line 4
-    std::int64_t hold_us_;
+    Microseconds hold_;
     bool has_heartbeat_;
     bool enabled_ = false;
     bool beat_level_ = false;
-    std::int64_t beat_us_ = 0;
+    HostTime beat_;
     int last_coil_ = -1;
     std::array<bool, kSourceCoils> on_{};
     GpioReport report_;

@@ -10,11 +10,11 @@ namespace tricoil::sim_front_end {
 using protocol::Opcode;
 using protocol::WireError;
 
-void HostWatchingPort::listen(std::int64_t now_us) {
+void HostWatchingPort::listen(HostTime now) {
     hal::ReceivedMessage message;
     Status status;
     while (is_open_ && !is_lost_ && (status = port_.receive(message)).ok()) {
-        heard_us_ = now_us;
+        heard_ = now;
         take({message.bytes.begin(), message.bytes.end()});
     }
     is_lost_ = is_lost_ || status.code() == StatusCode::device_lost;

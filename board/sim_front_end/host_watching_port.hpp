@@ -14,8 +14,8 @@ public:
     /// `port` must be open and must outlive this object.
     explicit HostWatchingPort(hal::MessagePort& port) : port_(port) {}
 
-    /// Queues the arrived messages for receive(). now_us: the host's monotonic clock.
-    void listen(std::int64_t now_us);
+    /// Queues the arrived messages for receive(). now: the host's monotonic clock.
+    void listen(HostTime now);
 
     /// Appends a stop command to the arrived messages.
     void pretend_stop();
@@ -25,7 +25,7 @@ public:
     /// Number of sent poses or columns that the host has not acknowledged.
     [[nodiscard]] std::uint32_t ahead() const { return has_sent_ ? sent_ - acknowledged_ : 0; }
     /// Arrival time of the host's newest message.
-    [[nodiscard]] std::int64_t heard_us() const { return heard_us_; }
+    [[nodiscard]] HostTime heard() const { return heard_; }
     [[nodiscard]] std::uint64_t unsent() const { return unsent_; }
 
     /// Starts a new stream: ahead() is 0.
@@ -56,7 +56,7 @@ private:
     bool has_sent_ = false;           // true after the first message of this stream
     std::uint32_t sent_ = 0;          // sequence after the newest one sent
     std::uint32_t acknowledged_ = 0;  // sequence after the newest acknowledged one
-    std::int64_t heard_us_ = 0;
+    HostTime heard_;
     std::uint64_t unsent_ = 0;
 };
 

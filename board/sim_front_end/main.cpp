@@ -110,13 +110,13 @@ void keep_blob(const std::string& path, const std::vector<std::uint8_t>& blob) {
 template <typename Device>
 void serve(Device& device, hal::MessagePort& port, const Options& o, GpioWatch* gpio) {
     const host::InterruptGuard guard;
-    std::int64_t finished_us = 0;
+    std::optional<HostTime> finished;
     auto* const usb = dynamic_cast<sim::UsbIpPort*>(&port);
     int stalls = o.stalls;
     std::uint64_t replugs = 0;
     std::uint64_t plugged_in = 0;  // slots measured at that time
     while (!guard.interrupted()) {
-        const std::int64_t now = drivers::monotonic_us();
+        const HostTime now = drivers::host_now();
         const std::uint64_t slots = device.counters().slots;
         if (o.replug_slots > 0 && replugs < o.replug_times && slots - plugged_in >= o.replug_slots) {
             ++replugs;
@@ -133,10 +133,10 @@ void serve(Device& device, hal::MessagePort& port, const Options& o, GpioWatch* 
             ::usleep(20'000);
         }
         if (gpio != nullptr) {
-            gpio->look(drivers::monotonic_us());
+            gpio->look(drivers::host_now());
         }
-        finished_us = device.finished() && finished_us == 0 ? now : finished_us;
-        if (finished_us != 0 && now - finished_us > 1000 * o.linger_ms) {
+        finished = device.finished() && !finished ? now : finished;
+        if (finished && now - *finished > Microseconds{1000 * o.linger_ms}) {
             return;
         }
     }
@@ -164,12 +164,12 @@ int run(Options& o) {
     }
     std::optional<GpioWatch> gpio;
     if (!o.gpio.empty()) {
-        gpio.emplace(o.gpio, static_cast<std::int64_t>(1e3 * o.hold_ms), o.heartbeat);
+        gpio.emplace(o.gpio, microseconds_from_seconds(1e-3 * o.hold_ms), o.heartbeat);
         o.front_end.sense_coils = [&gpio, sync = o.sync] {
             if (sync) {  // high from the end of a window to the beginning of the next: the chip loses edges that are 1 ms apart
                 gpio->drive_sync(false);
             }
-            return gpio->look(drivers::monotonic_us());
+            return gpio->look(drivers::host_now());
         };
     }
     if (o.sync && !gpio) {

@@ -96,9 +96,9 @@ sim::FrontEndCounters TrackerBoard::counters() const {
     return counters;
 }
 
-void TrackerBoard::step(std::int64_t now_us) {
-    port_.listen(now_us);
-    heard_s_ = port_.heard_us() == now_us ? clock_.elapsed_s() : heard_s_;
+void TrackerBoard::step(HostTime now) {
+    port_.listen(now);
+    heard_s_ = port_.heard() == now ? clock_.elapsed_s() : heard_s_;
     if (system_.loader_restarts() > 0) {  // the loader uses another protocol
         finished_ = true;
         (void)port_.wait(kWait);
@@ -106,12 +106,12 @@ void TrackerBoard::step(std::int64_t now_us) {
     }
     if (!is_running()) {
         idle();
-    } else if (now_us - port_.heard_us() > params_.watchdog_us) {
-        counters_.longest_silence_us = std::max(counters_.longest_silence_us, now_us - port_.heard_us());
+    } else if (now - port_.heard() > Microseconds{params_.watchdog_us}) {
+        counters_.longest_silence_us = std::max(counters_.longest_silence_us, (now - port_.heard()).count());
         clock_.pause(2e-6 * params_.watchdog_us);  // the host is also silent in device time
-        measure(now_us);
-    } else if (block_is_due(now_us)) {
-        measure(now_us);
+        measure(now);
+    } else if (block_is_due(now)) {
+        measure(now);
     } else {
         (void)port_.wait(kWait);
     }
@@ -120,7 +120,7 @@ void TrackerBoard::step(std::int64_t now_us) {
         port_.catch_up();
         measured_s_ = 0;
         pace_begin_s_ = clock_.elapsed_s();
-        pace_begin_us_ = block_begin_us_ = now_us;
+        pace_begin_ = block_begin_ = now;
     }
     was_running_ = is_running();
 }
@@ -133,25 +133,25 @@ void TrackerBoard::idle() {
     device_->step();
 }
 
-bool TrackerBoard::block_is_due(std::int64_t now_us) const {
-    if (port_.has_command() || now_us - block_begin_us_ > params_.patience_us) {
+bool TrackerBoard::block_is_due(HostTime now) const {
+    if (port_.has_command() || now - block_begin_ > Microseconds{params_.patience_us}) {
         return true;
     }
     if (params_.pace == sim::Pace::real) {
-        return static_cast<double>(now_us - pace_begin_us_) >= 1e6 * (clock_.elapsed_s() - pace_begin_s_);
+        return to_seconds(now - pace_begin_) >= clock_.elapsed_s() - pace_begin_s_;
     }
     // Device time runs ahead of host time, but not so far that the watchdog of the device expires.
     constexpr double kMostSilence = 0.7;
     return port_.ahead() < params_.ahead && clock_.elapsed_s() - heard_s_ < kMostSilence * 1e-6 * params_.watchdog_us;
 }
 
-void TrackerBoard::measure(std::int64_t now_us) {
+void TrackerBoard::measure(HostTime now) {
     const double before_s = clock_.elapsed_s();
     const bool had_fault = device_->faults().has(protocol::Fault::watchdog);
     device_->step();
     counters_.watchdogs += !had_fault && device_->faults().has(protocol::Fault::watchdog) ? 1U : 0U;
     ++counters_.slots;
-    block_begin_us_ = now_us;
+    block_begin_ = now;
     measured_s_ += clock_.elapsed_s() - before_s;
     if (is_running() && !finished_ && measured_s_ >= params_.duration_s) {
         finished_ = true;

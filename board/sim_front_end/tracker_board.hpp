@@ -19,8 +19,8 @@ public:
     /// `port` must be open. Throws InputError for an impossible frame rate or an invalid calibration.
     TrackerBoard(hal::MessagePort& port, const sim::FrontEndParams& params);
 
-    /// Serves the link, and measures a block if one is due. `now_us`: the host's monotonic clock. Waits at most one millisecond.
-    void step(std::int64_t now_us);
+    /// Serves the link, and measures a block if one is due. `now`: the host's monotonic clock. Waits at most one millisecond.
+    void step(HostTime now);
 
     /// True if the requested duration is over, or the board is in its loader.
     [[nodiscard]] bool finished() const { return finished_; }
@@ -34,8 +34,8 @@ private:
     [[nodiscard]] app::DeviceParams device_params();
     void store_calibration();
     [[nodiscard]] bool is_running() const { return device_->state() == protocol::DeviceState::running; }
-    [[nodiscard]] bool block_is_due(std::int64_t now_us) const;
-    void measure(std::int64_t now_us);
+    [[nodiscard]] bool block_is_due(HostTime now) const;
+    void measure(HostTime now);
     void idle();
 
     sim::FrontEndParams params_;
@@ -58,9 +58,9 @@ private:
     bool finished_ = false;
     double measured_s_ = 0;    // since the newest start
     double heard_s_ = 0;       // device time of the host's last message
-    double pace_begin_s_ = 0;  // device time at the start; pace_begin_us_: the host's time
-    std::int64_t pace_begin_us_ = 0;
-    std::int64_t block_begin_us_ = 0;  // when the newest block was measured
+    double pace_begin_s_ = 0;  // device time at the start; pace_begin_: the host's time
+    HostTime pace_begin_;
+    HostTime block_begin_;  // when the newest block was measured
     sim::FrontEndCounters counters_;
 };
 

@@ -6,6 +6,7 @@
 #include "board/cortex_m/reset.hpp"
 #include "board/stm32g4/boot_record.hpp"
 #include "board/stm32g4/startup.hpp"
+#include "core/base/assertion.hpp"
 #include "drivers/stm32g4/registers/cortex.hpp"
 #include "drivers/stm32g4/registers/iwdg.hpp"
 #include "drivers/stm32g4/registers/peripheral.hpp"
@@ -29,6 +30,13 @@ constexpr std::uintptr_t kLoader = 0x1FFF'0000;  // system memory; has its own v
     }
 }
 
+[[noreturn]] void end_after_assertion(const void* return_address) {
+    switch_outputs_off();
+    boot_record.ending = BootRecord::kAssertionFailed;
+    boot_record.pc = static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(return_address));
+    wait_for_reset();
+}
+
 }  // namespace
 }  // namespace tricoil::stm32g4_board
 
@@ -36,6 +44,10 @@ constexpr std::uintptr_t kLoader = 0x1FFF'0000;  // system memory; has its own v
     stm32g4_board::switch_outputs_off();
     stm32g4_board::wait_for_reset();
 }
+
+// The fault record has the address after the call; addr2line names the line.
+void tricoil::assertion_failed() { stm32g4_board::end_after_assertion(__builtin_return_address(0)); }
+void tricoil::assertion_failed(const char*, const char*, int) { stm32g4_board::end_after_assertion(__builtin_return_address(0)); }
 
 /// For programs that end. A tracker board does not end.
 void tricoil::board::finish(int) {

@@ -27,14 +27,19 @@ inline std::optional<fixed::Method> fixed_method(const std::string& typed) {
     return static_cast<fixed::Method>(found - kFixedTrackerNames.begin());
 }
 
+/// Throws InputError for an integer tracker. Only a simulated run (tricoil run, without a device) takes these.
+inline void refuse_fixed_method(const std::string& typed) {
+    if (fixed_method(typed)) {
+        throw InputError("--tracker " + typed +
+                         ": computes poses from samples, which only tricoil run with a simulated board has; use direct, previous "
+                         "or scaat for columns");
+    }
+}
+
 /// Method named by --tracker, with default parameters. Throws InputError for an unknown name.
 inline tracking::MethodParams<double> method_of_name(const std::string& typed) {
     using Form = tracking::PreviousParams::Form;
-    if (fixed_method(typed)) {
-        throw InputError(
-            "--tracker " + typed +
-            ": computes poses from samples, which only a simulated run has; use direct, previous or scaat for columns");
-    }
+    refuse_fixed_method(typed);
     std::vector<std::string> names = kTrackerNames;
     names.insert(names.end(), kFixedTrackerNames.begin(), kFixedTrackerNames.end());
     switch (index_of_name("--tracker", typed, names)) {

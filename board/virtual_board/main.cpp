@@ -110,14 +110,14 @@ public:
         const host::InterruptGuard guard;
         const double end_s = options_.duration_s > 0 ? options_.duration_s : kEndlessS;
         const bool paced = options_.pace == "real" || (options_.pace == "auto" && !bridges_.empty());
-        const std::int64_t began_us = drivers::monotonic_us();
+        const HostTime began = drivers::host_now();
         while (!guard.interrupted() && board_->now_s() < end_s && !board_->machine.cpu.in_bootloader()) {
             faults_->update();
             step(std::min(board_->now_s() + kStepS, end_s));
             for (const auto& bridge : bridges_) {
                 bridge->serve();
             }
-            const std::int64_t ahead = static_cast<std::int64_t>(1e6 * board_->now_s()) - (drivers::monotonic_us() - began_us);
+            const std::int64_t ahead = static_cast<std::int64_t>(1e6 * board_->now_s()) - (drivers::host_now() - began).count();
             if (paced && ahead > 0) {
                 ::usleep(static_cast<unsigned>(ahead));
             }

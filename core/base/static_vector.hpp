@@ -4,6 +4,8 @@
 #include <array>
 #include <cstddef>
 
+#include "core/base/assertion.hpp"
+
 namespace tricoil {
 
 template <typename T, std::size_t Capacity>
@@ -20,12 +22,17 @@ public:
 
     [[nodiscard]] constexpr std::size_t size() const { return size_; }
     [[nodiscard]] constexpr bool empty() const { return size_ == 0; }
-    [[nodiscard]] constexpr const T& operator[](std::size_t index) const { return items_[index]; }
-    [[nodiscard]] constexpr T& operator[](std::size_t index) { return items_[index]; }
+    [[nodiscard]] constexpr const T& operator[](std::size_t index) const { return items_[checked(index)]; }
+    [[nodiscard]] constexpr T& operator[](std::size_t index) { return items_[checked(index)]; }
     [[nodiscard]] constexpr const T* begin() const { return items_.data(); }
     [[nodiscard]] constexpr const T* end() const { return items_.data() + size_; }
 
 private:
+    [[nodiscard]] constexpr std::size_t checked(std::size_t index) const {
+        TRICOIL_ASSERT(index < size_);
+        return index;
+    }
+
     std::array<T, Capacity> items_{};
     std::size_t size_ = 0;
 };

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <utility>
+#include <variant>
+
+#include "core/base/assertion.hpp"
 
 namespace tricoil {
 
@@ -17,15 +19,11 @@ enum class StatusCode : std::uint8_t {
     timed_out,         // the device did not answer in time
     device_lost,       // the device was disconnected or is defective
     end_of_stream,     // a finite source has no more data
+    over_current,      // the power stages have shut down because of over-current
 };
 
-/// 1: a Status stores its message. 0 saves flash and stack on boards that cannot show messages (CMake: TRICOIL_STATUS_MESSAGES).
-/// All code of an image must use the same value.
-#ifndef TRICOIL_STATUS_MESSAGES
-#define TRICOIL_STATUS_MESSAGES 1
-#endif
-
-/// Outcome of an operation. `message` is a string literal that names the cause and the remedy. It is empty if the code is ok.
+/// Outcome of an operation. `message` is a string literal that names the cause and the remedy. It is empty if the code is ok, and
+/// in builds without TRICOIL_STATUS_MESSAGES.
 class [[nodiscard]] Status {
 public:
     constexpr Status() = default;
@@ -48,24 +46,33 @@ private:
 #endif
 };
 
-/// A value, or the Status that gives the reason why there is no value. Calling value() on a failed result is a programming error.
+/// Either a value, or the Status that gives the reason why there is no value. Access to the value of a failed result and
+/// construction from a Status that is ok are programming errors (TRICOIL_ASSERT).
 template <typename T>
 class [[nodiscard]] Result {
 public:
-    Result(T value) : value_(std::move(value)) {}  // NOLINT(google-explicit-constructor): allows `return value;`
-    Result(Status status) : status_(status) {}     // NOLINT(google-explicit-constructor): allows `return Status{...};`
+    Result(T value)
+        : content_(std::in_place_index<0>, std::move(value)) {}         // NOLINT(google-explicit-constructor): `return value;`
+    Result(Status status) : content_(std::in_place_index<1>, status) {  // NOLINT(google-explicit-constructor): `return status;`
+        TRICOIL_ASSERT(!status.ok());
+    }
 
-    [[nodiscard]] bool ok() const { return value_.has_value(); }
-    [[nodiscard]] Status status() const { return status_; }
-    [[nodiscard]] const T& value() const& { return *value_; }
-    [[nodiscard]] const T& operator*() const& { return *value_; }
-    [[nodiscard]] T value() && { return *std::move(value_); }  // returns by value: a reference would dangle
-    [[nodiscard]] T operator*() && { return *std::move(value_); }
-    [[nodiscard]] const T* operator->() const { return &*value_; }
+    [[nodiscard]] bool ok() const { return content_.index() == 0; }
+    [[nodiscard]] Status status() const { return ok() ? Status{} : *std::get_if<1>(&content_); }
+    [[nodiscard]] const T& value() const& { return checked(); }
+    [[nodiscard]] const T& operator*() const& { return checked(); }
+    [[nodiscard]] T value() && { return std::move(*const_cast<T*>(&checked())); }  // returns by value: a reference would dangle
+    [[nodiscard]] T operator*() && { return std::move(*this).value(); }
+    [[nodiscard]] const T* operator->() const { return &checked(); }
 
 private:
-    std::optional<T> value_;
-    Status status_;
+    const T& checked() const {
+        const T* value = std::get_if<0>(&content_);
+        TRICOIL_ASSERT(value != nullptr);
+        return *value;
+    }
+
+    std::variant<T, Status> content_;
 };
 
 }  // namespace tricoil

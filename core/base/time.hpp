@@ -1,4 +1,4 @@
-// Device time: 64-bit microseconds since the device started. The HAL supplies it; the core does not read a clock.
+// Instants and durations in 64-bit microseconds. The HAL and the drivers supply the time; the core does not read a clock.
 #pragma once
 
 #include <compare>
@@ -38,36 +38,51 @@ private:
     std::int64_t count_ = 0;
 };
 
-/// Instant of the device clock.
-class DeviceTime {
+/// Instant of the clock `Clock`. Instants of different clocks are different types.
+template <typename Clock>
+class TimePoint {
 public:
-    constexpr DeviceTime() = default;
-    constexpr explicit DeviceTime(Microseconds since_start) : since_start_(since_start) {}
+    constexpr TimePoint() = default;
+    constexpr explicit TimePoint(Microseconds since_start) : since_start_(since_start) {}
 
     [[nodiscard]] constexpr Microseconds since_start() const { return since_start_; }
-    static constexpr DeviceTime max() { return DeviceTime{Microseconds::max()}; }
+    static constexpr TimePoint max() { return TimePoint{Microseconds::max()}; }
 
-    constexpr DeviceTime& operator+=(Microseconds duration) {
+    constexpr TimePoint& operator+=(Microseconds duration) {
         since_start_ += duration;
         return *this;
     }
-    constexpr DeviceTime& operator-=(Microseconds duration) {
+    constexpr TimePoint& operator-=(Microseconds duration) {
         since_start_ -= duration;
         return *this;
     }
-    friend constexpr DeviceTime operator+(DeviceTime time, Microseconds duration) { return time += duration; }
-    friend constexpr DeviceTime operator+(Microseconds duration, DeviceTime time) { return time += duration; }
-    friend constexpr DeviceTime operator-(DeviceTime time, Microseconds duration) { return time -= duration; }
-    friend constexpr Microseconds operator-(DeviceTime a, DeviceTime b) { return a.since_start_ - b.since_start_; }
-    friend constexpr auto operator<=>(DeviceTime, DeviceTime) = default;
+    friend constexpr TimePoint operator+(TimePoint time, Microseconds duration) { return time += duration; }
+    friend constexpr TimePoint operator+(Microseconds duration, TimePoint time) { return time += duration; }
+    friend constexpr TimePoint operator-(TimePoint time, Microseconds duration) { return time -= duration; }
+    friend constexpr Microseconds operator-(TimePoint a, TimePoint b) { return a.since_start_ - b.since_start_; }
+    friend constexpr auto operator<=>(TimePoint, TimePoint) = default;
 
 private:
     Microseconds since_start_;
 };
 
+struct DeviceClock;
+struct HostClock;
+/// Instant of the device's clock, since the device started.
+using DeviceTime = TimePoint<DeviceClock>;
+/// Instant of the host's monotonic clock.
+using HostTime = TimePoint<HostClock>;
+
 constexpr DeviceTime device_time_us(std::int64_t microseconds) { return DeviceTime{Microseconds{microseconds}}; }
-constexpr std::int64_t to_us(DeviceTime time) { return time.since_start().count(); }
-constexpr double to_seconds(DeviceTime time) { return 1e-6 * static_cast<double>(to_us(time)); }
+constexpr HostTime host_time_us(std::int64_t microseconds) { return HostTime{Microseconds{microseconds}}; }
+template <typename Clock>
+constexpr std::int64_t to_us(TimePoint<Clock> time) {
+    return time.since_start().count();
+}
+template <typename Clock>
+constexpr double to_seconds(TimePoint<Clock> time) {
+    return 1e-6 * static_cast<double>(to_us(time));
+}
 constexpr double to_seconds(Microseconds duration) { return 1e-6 * static_cast<double>(duration.count()); }
 
 /// Duration in seconds in the caller's precision: processors without a double-precision FPU avoid double.

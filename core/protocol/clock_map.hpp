@@ -1,12 +1,17 @@
-// Conversion between device time and host time, from pairs of send time (device) and receive time (host). The delay of messages
-// varies but is never negative. The messages with the least delay in each interval therefore lie on the line that relates the two
+// Conversion of device time to host time, from pairs of send time (device) and receive time (host). The delay of messages varies
+// but is never negative. The messages with the least delay in each interval therefore lie on the line that relates the two
 // clocks. Its slope is the drift.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
+
+#include "core/base/assertion.hpp"
+#include "core/base/time.hpp"
 
 namespace tricoil::protocol {
 
@@ -14,14 +19,17 @@ class ClockMap {
 public:
     static constexpr std::int64_t kStretchUs = 500'000;
     static constexpr std::size_t kStretches = 16;
+    static constexpr std::int64_t kLongestDelayUs = 1'000'000;
 
-    /// Both in microseconds. The map restarts if the device time decreases or jumps by more than the whole memory.
-    void observe(std::int64_t device_us, std::int64_t host_us) {
-        const bool leapt = count_ > 0 && (device_us < newest_us_ || device_us - newest_us_ > kMemoryUs);
-        if (leapt) {
+    /// Records that a message of time `device` arrived at `host`. The map restarts if the device time goes back by more than a
+    /// stretch or jumps by more than the whole memory, or if a message is early or late by more than kLongestDelayUs.
+    void observe(DeviceTime device, HostTime host) {
+        const std::int64_t device_us = to_us(device);
+        const std::int64_t host_us = to_us(host);
+        if (ready() && has_jumped(device, host)) {
             *this = {};
         }
-        newest_us_ = device_us;
+        newest_us_ = ready() ? std::max(newest_us_, device_us) : device_us;
         const Point point{device_us, host_us - device_us};
         const bool first_stretch = count_ == 0;
         if (first_stretch || device_us - begin_us_ >= kStretchUs) {
@@ -41,12 +49,10 @@ public:
     [[nodiscard]] bool ready() const { return count_ > 0; }
 
     /// Host time of a device time; it includes the shortest delay of the link. Needs ready().
-    [[nodiscard]] std::int64_t to_host_us(std::int64_t device_us) const {
-        return device_us + std::llround(offset_us_ + drift_ * static_cast<double>(device_us - origin_us_));
-    }
-    [[nodiscard]] std::int64_t to_device_us(std::int64_t host_us) const {
-        const double since = static_cast<double>(host_us - origin_us_) - offset_us_;
-        return origin_us_ + std::llround(since / (1 + drift_));
+    [[nodiscard]] HostTime to_host(DeviceTime device) const {
+        TRICOIL_ASSERT(ready());
+        const std::int64_t device_us = to_us(device);
+        return host_time_us(device_us + std::llround(offset_us_ + drift_ * static_cast<double>(device_us - origin_us_)));
     }
 
     /// Drift of the host clock relative to the device clock, as a fraction.
@@ -64,6 +70,11 @@ private:
         std::int64_t device_us = 0;
         std::int64_t lateness_us = 0;
     };
+
+    [[nodiscard]] bool has_jumped(DeviceTime device, HostTime host) const {
+        const std::int64_t ahead_us = to_us(device) - newest_us_;
+        return ahead_us < -kStretchUs || ahead_us > kMemoryUs || std::abs((host - to_host(device)).count()) > kLongestDelayUs;
+    }
 
     /// Fits a line to the least-delay point of each complete interval. The current interval is used only if it is the first.
     void fit() {

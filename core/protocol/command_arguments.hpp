@@ -11,7 +11,8 @@ namespace tricoil::protocol {
 
 /// Acquisition mode of a device, and whether it sends poses or columns.
 struct ModeRequest {
-    std::uint32_t frame_rate_mhz = 0;  // millihertz; selects the nearest rate within 1 %; 0: first rate of the multiplexing
+    std::uint32_t frame_rate_millihertz =
+        0;  // millihertz; selects the nearest rate within 1 %; 0: first rate of the multiplexing
     signal::Multiplexing multiplexing = signal::Multiplexing::tdm;
     bool columns = false;  // send columns instead of poses
 };
@@ -20,7 +21,7 @@ constexpr std::uint32_t kModeFdmBit = 1U << 28U;
 constexpr std::uint32_t kModeColumnsBit = 1U << 29U;
 
 constexpr std::uint32_t mode_argument(const ModeRequest& mode) {
-    return (mode.frame_rate_mhz & kModeRateMask) | (mode.multiplexing == signal::Multiplexing::fdm ? kModeFdmBit : 0U) |
+    return (mode.frame_rate_millihertz & kModeRateMask) | (mode.multiplexing == signal::Multiplexing::fdm ? kModeFdmBit : 0U) |
            (mode.columns ? kModeColumnsBit : 0U);
 }
 

@@ -15,7 +15,8 @@
 namespace tricoil::protocol {
 
 static_assert(static_cast<int>(tracking::PoseFlag::coasting) == 11, "the schema lists the pose flags by number");
-static_assert(static_cast<int>(ColumnFlag::overrun) == 6, "the schema lists the column flags by number");
+static_assert(static_cast<int>(ColumnFlag::overrun) == 6 && static_cast<int>(ColumnFlag::gain_changed) == 8,
+              "the schema lists the column flags by number");
 
 /// Wire-only flag. The receiver must refuse such a column.
 constexpr std::uint16_t kTransitionFlag = 1U << 7U;
@@ -131,7 +132,7 @@ template <typename Scalar>
     c.state_sequence = m.state_sequence;
     c.sequence = m.sequence;
     c.midpoint = device_time_us(m.time_us);
-    for (int bit = 0; bit <= static_cast<int>(ColumnFlag::overrun); ++bit) {
+    for (int bit = 0; bit <= static_cast<int>(ColumnFlag::gain_changed); ++bit) {
         c.flags.set_if((m.flags >> bit & 1) != 0, static_cast<ColumnFlag>(bit));
     }
     for (std::size_t i = 0; i < 3; ++i) {

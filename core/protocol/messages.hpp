@@ -72,7 +72,7 @@ struct IdentifyMessage : Stamp {
     std::uint16_t product = 1;
     std::uint8_t multiplexing = 0;
     std::uint8_t drives_coils = 1;
-    std::uint32_t frame_rate_mhz = 240'000;
+    std::uint32_t frame_rate_millihertz = 240'000;
     std::uint32_t window_us = 0;
     std::uint32_t watchdog_us = 0;
 };
@@ -109,7 +109,7 @@ struct RawBlockMessage : Stamp {
     float scale = 1;
     std::uint32_t state_sequence = 0;
     std::uint32_t block_sequence = 0;
-    std::uint32_t sample_rate_mhz = 1;
+    std::uint32_t sample_rate_millihertz = 1;
     std::uint32_t overruns = 0;
     std::uint32_t dropped = 0;
     std::span<const std::uint8_t> tail{};

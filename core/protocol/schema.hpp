@@ -142,9 +142,10 @@ struct Schema<ColumnMessage> {
         field(&ColumnMessage::sensor, "sensor", detail::kSensor),
         field(&ColumnMessage::state, "state", code(WireType::u8, 1, 3, "the source coil: 1-3")),
         field(&ColumnMessage::flags, "flags",
-              code(WireType::u16, 0, 255,
+              code(WireType::u16, 0, 511,
                    "bits: 0 saturated, 1 clipped, 2 stuck, 3 no reference, 4 offset, 5 low signal, "
-                   "6 overrun, 7 the coils changed within the window")),
+                   "6 overrun, 7 the coils changed within the window, "
+                   "8 the gain step changed")),
         field(&ColumnMessage::state_sequence, "state_sequence", count(WireType::u32, "of the excitation that was measured")),
         fields(&ColumnMessage::in_phase, detail::kInPhase, info(WireType::f32, 1, "", -1e6, 1e6, "coupling to each sensor coil")),
         fields(&ColumnMessage::quadrature, detail::kQuadrature,
@@ -191,7 +192,7 @@ struct Schema<IdentifyMessage> {
         field(&IdentifyMessage::multiplexing, "multiplexing", code(WireType::u8, 0, 1, "0 coils in turn, 1 all at once")),
         field(&IdentifyMessage::drives_coils, "drives_coils",
               code(WireType::u8, 0, 1, "0: the host switches them, 1: the device")),
-        field(&IdentifyMessage::frame_rate_mhz, "frame_rate",
+        field(&IdentifyMessage::frame_rate_millihertz, "frame_rate",
               info(WireType::u32, 1e-3, "Hz", 1e3, 1e8, "signal matrices a second")),
         field(&IdentifyMessage::window_us, "window", info(WireType::u32, 1e-6, "s", 0, 1e6, "that is demodulated")),
         field(&IdentifyMessage::watchdog_us, "watchdog",
@@ -248,7 +249,7 @@ struct Schema<RawBlockMessage> {
         field(&RawBlockMessage::scale, "scale", info(WireType::f32, 1, "V", 1e-15, 1e3, "of one code")),
         field(&RawBlockMessage::state_sequence, "state_sequence", count(WireType::u32, "of the excitation that was sampled")),
         field(&RawBlockMessage::block_sequence, "block_sequence", count(WireType::u32, "counts blocks, those not sent included")),
-        field(&RawBlockMessage::sample_rate_mhz, "sample_rate", info(WireType::u32, 1e-3, "Hz", "before decimation")),
+        field(&RawBlockMessage::sample_rate_millihertz, "sample_rate", info(WireType::u32, 1e-3, "Hz", "before decimation")),
         field(&RawBlockMessage::overruns, "overruns", count(WireType::u32, "samples that the converter lost in this block")),
         field(&RawBlockMessage::dropped, "dropped", count(WireType::u32, "blocks that were not sent since the last one"))};
 };

@@ -9,14 +9,19 @@ namespace tricoil {
 
 /// Defects of the samples behind a column (bit numbers).
 enum class ColumnFlag : std::uint8_t {
-    saturated,     // a code at full scale
-    clipped,       // flat tops below full scale: an amplifier at its limit
-    stuck,         // a channel with constant code
-    no_reference,  // no reference current: the coupling has no scale and no sign
-    dc_offset,     // mean beyond the allowed share of full scale
-    low_signal,    // all three entries below the detection limit
-    overrun,       // the converter lost samples within the block
+    saturated,         // a code at full scale
+    clipped,           // flat tops below full scale: an amplifier at its limit
+    stuck,             // a channel with constant code
+    no_reference,      // no reference current: the coupling has no scale and no sign
+    dc_offset,         // mean beyond the allowed share of full scale
+    low_signal,        // all three entries below the detection limit
+    overrun,           // the converter lost samples within the block
+    gain_changed = 8,  // FDM: the gain step changed at the start of the block; 7 is a flag of the wire only
 };
 using ColumnFlags = FlagSet<ColumnFlag>;
+
+constexpr ColumnFlags kAllColumnFlags{ColumnFlag::saturated,    ColumnFlag::clipped,     ColumnFlag::stuck,
+                                      ColumnFlag::no_reference, ColumnFlag::dc_offset,   ColumnFlag::low_signal,
+                                      ColumnFlag::overrun,      ColumnFlag::gain_changed};
 
 }  // namespace tricoil

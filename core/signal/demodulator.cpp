@@ -42,7 +42,7 @@ Result<Columns<Scalar>> Demodulator<Scalar>::demodulate(const SampleBlock& block
     const auto window = block.samples.subspan(static_cast<std::size_t>(plan_.params.guard_samples));
     ColumnFlags flags = inspect_window(window, plan_, linear_range(block.full_scale, params_.linear_share), params_.dc_limit);
     const bool switched = has_noise_ && block.gain_step != gain_step_;
-    flags.set_if(switched && !plan_.is_tdm(), ColumnFlag::overrun);
+    flags.set_if(switched && !plan_.is_tdm(), ColumnFlag::gain_changed);
     has_noise_ = has_noise_ && !switched;  // noise in codes depends on the gain
     gain_step_ = block.gain_step;
     update_noise(window);

@@ -53,7 +53,7 @@ public:
 
     /// Couplings of one block, after removal of mains hum. Flagged columns are delivered too; no_reference sets their values to
     /// zero. In FDM the coils are always driven, so the first block of another gain step contains the switching transient: its
-    /// columns are flagged overrun.
+    /// columns are flagged gain_changed.
     /// Errors (invalid_argument): length differs from the plan, the excitation state is not in the plan, or the gain step is out
     /// of range.
     Result<Columns<Scalar>> demodulate(const SampleBlock& block);

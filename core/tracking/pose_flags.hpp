@@ -30,6 +30,8 @@ constexpr PoseFlags kInvalidating{PoseFlag::saturated,    PoseFlag::low_signal, 
                                   PoseFlag::no_reference, PoseFlag::hemisphere_unknown, PoseFlag::unconfirmed,
                                   PoseFlag::inconsistent};
 
+constexpr PoseFlags kAllPoseFlags = kInvalidating | PoseFlags{PoseFlag::distorted, PoseFlag::coasting};
+
 enum class TrackerState : std::uint8_t { searching, tracking, lost };
 
 }  // namespace tricoil::tracking

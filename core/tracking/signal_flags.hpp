@@ -12,7 +12,8 @@ constexpr PoseFlags signal_flags(ColumnFlags columns) {
     flags.set_if(columns.has(ColumnFlag::no_reference), PoseFlag::no_reference);
     flags.set_if(columns.has(ColumnFlag::low_signal), PoseFlag::low_signal);
     flags.set_if(columns.has(ColumnFlag::stuck), PoseFlag::no_sensor);
-    flags.set_if(columns.has(ColumnFlag::overrun), PoseFlag::unconfirmed);  // samples are missing: the phase is unknown
+    // Samples are missing, or the amplifier settles: amplitude and phase are unknown.
+    flags.set_if(columns.has_any({ColumnFlag::overrun, ColumnFlag::gain_changed}), PoseFlag::unconfirmed);
     return flags;
 }
 

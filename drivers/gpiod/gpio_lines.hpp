@@ -53,7 +53,7 @@ public:
 
     Status request(const GpioLineName& line, Text& why);  // as GpioOutputs::request
     /// Returns the oldest edge. ok; not_ready; device_lost.
-    Status next(std::int64_t& monotonic_us);
+    Status next(HostTime& edge);
     Status wait(Microseconds timeout);  // ok; timed_out; device_lost
 
 private:

@@ -127,7 +127,7 @@ Status GpioEdges::request(const GpioLineName& line, Text& why) {
     return {};
 }
 
-Status GpioEdges::next(std::int64_t& monotonic_us) {
+Status GpioEdges::next(HostTime& edge) {
     const Status ready = wait(Microseconds{0});
     if (!ready.ok()) {
         return ready.code() == StatusCode::timed_out ? Status{StatusCode::not_ready, "no edge"} : ready;
@@ -136,7 +136,7 @@ Status GpioEdges::next(std::int64_t& monotonic_us) {
     if (gpiod_line_event_read(line_->held.line, &event) != 0) {
         return lost();
     }
-    monotonic_us = to_us(event.ts);
+    edge = host_time_us(to_us(event.ts));
     return {};
 }
 

@@ -29,7 +29,7 @@ public:
     Status open(const GpioLineName& line, Text& why) { return edges_.request(line, why); }
 
 private:
-    Status do_next_edge(std::int64_t& host_time_us) override { return edges_.next(host_time_us); }
+    Status do_next_edge(HostTime& edge) override { return edges_.next(edge); }
     Status do_wait(Microseconds timeout) override { return edges_.wait(timeout); }
 
     GpioEdges edges_;

@@ -8,7 +8,7 @@ namespace tricoil::drivers {
 namespace {
 
 constexpr unsigned kSendTimeoutMs = 200;
-constexpr std::int64_t kFaultPauseUs = 5'000;  // before a failed transfer is repeated
+constexpr Microseconds kFaultPause{5000};  // before a failed transfer is repeated
 constexpr int kCloseRounds = 50;
 constexpr Microseconds kCloseRound{20'000};
 
@@ -121,7 +121,7 @@ void UsbPort::take(const libusb_transfer& transfer) {
         return;
     }
     Packet& packet = packets_[(first_packet_ + packet_count_++) % kPackets];
-    packet.time_us = monotonic_us();
+    packet.arrival = host_now();
     packet.size = static_cast<std::size_t>(transfer.actual_length);
     std::copy_n(transfer.buffer, packet.size, packet.bytes.begin());
 }
@@ -135,7 +135,7 @@ void UsbPort::note_fault(const libusb_transfer& transfer) {
         return;
     }
     ++counts().link_faults;
-    fault_us_ = monotonic_us();
+    fault_ = host_now();
     if (transfer.status == LIBUSB_TRANSFER_STALL) {
         (transfer.endpoint == device_.in ? in_stalled_ : out_stalled_) = true;
     } else if (transfer.status == LIBUSB_TRANSFER_OVERFLOW) {
@@ -145,7 +145,7 @@ void UsbPort::note_fault(const libusb_transfer& transfer) {
 
 /// Clears stalls and resubmits failed transfers.
 void UsbPort::repair() {
-    if (lost_ || monotonic_us() - fault_us_ < kFaultPauseUs) {
+    if (lost_ || host_now() - fault_ < kFaultPause) {
         return;
     }
     if (in_stalled_) {
@@ -203,10 +203,10 @@ Status UsbPort::do_send(std::span<const std::uint8_t> message) {
 bool UsbPort::unframe(hal::ReceivedMessage& message) {
     while (packet_count_ > 0) {
         const Packet& packet = packets_[first_packet_];
-        const std::int64_t time_us = packet.time_us;
+        const HostTime arrival = packet.arrival;
         while (packet_at_ < packet.size) {
             if (reader_.push(packet.bytes[packet_at_++])) {
-                message = {reader_.message(), time_us, 0};
+                message = {reader_.message(), arrival, 0};
                 ++counts().received;
                 return true;
             }

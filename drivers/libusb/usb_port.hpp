@@ -31,7 +31,7 @@ private:
         std::array<std::uint8_t, kLongestPacket> bytes{};
     };
     struct Packet {
-        std::int64_t time_us = 0;
+        HostTime arrival{};
         std::size_t size = 0;
         std::array<std::uint8_t, kLongestPacket> bytes{};
     };
@@ -65,7 +65,7 @@ private:
     bool closing_ = false;
     bool in_stalled_ = false;
     bool out_stalled_ = false;
-    std::int64_t fault_us_ = 0;  // time of the last failed transfer
+    HostTime fault_{};  // time of the last failed transfer
 };
 
 }  // namespace tricoil::drivers

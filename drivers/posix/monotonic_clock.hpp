@@ -1,9 +1,9 @@
-// The host's monotonic clock, in microseconds.
+// The host's monotonic clock.
 #pragma once
 
 #include <ctime>
 
-#include "hal/clock.hpp"
+#include "core/base/time.hpp"
 
 namespace tricoil::drivers {
 
@@ -15,11 +15,6 @@ inline std::int64_t clock_us(clockid_t clock) {
     return to_us(time);
 }
 
-inline std::int64_t monotonic_us() { return clock_us(CLOCK_MONOTONIC); }
-
-class MonotonicClock final : public hal::Clock {
-private:
-    [[nodiscard]] DeviceTime do_now() const override { return device_time_us(monotonic_us()); }
-};
+inline HostTime host_now() { return host_time_us(clock_us(CLOCK_MONOTONIC)); }
 
 }  // namespace tricoil::drivers

@@ -81,7 +81,7 @@ Status StreamPort::do_receive(hal::ReceivedMessage& message) {
     for (;;) {
         while (received_at_ < received_size_) {
             if (reader_.push(received_[received_at_++])) {
-                message = {reader_.message(), received_us_, 0};
+                message = {reader_.message(), received_time_, 0};
                 ++counts().received;
                 return {};
             }
@@ -97,7 +97,7 @@ Status StreamPort::do_receive(hal::ReceivedMessage& message) {
         if (bytes < 0) {
             return {StatusCode::not_ready, "no message"};
         }
-        received_us_ = monotonic_us();
+        received_time_ = host_now();
         received_size_ = static_cast<std::size_t>(bytes);
         received_at_ = 0;
     }

@@ -28,7 +28,7 @@ private:
     std::array<std::uint8_t, 4096> received_{};
     std::size_t received_size_ = 0;
     std::size_t received_at_ = 0;
-    std::int64_t received_us_ = 0;
+    HostTime received_time_{};
     std::array<std::uint8_t, 2 * protocol::kMaxFramedBytes> unsent_{};
     std::size_t unsent_size_ = 0;
 };

@@ -56,7 +56,7 @@ Status CanPort::do_send(std::span<const std::uint8_t> message) {
         ++counts().send_queue_full;
         return {StatusCode::not_ready, "another long message is being sent"};
     }
-    if (!exchange_.begin(message, monotonic_us())) {
+    if (!exchange_.begin(message, to_us(host_now()))) {
         return {StatusCode::invalid_argument, "message is too short"};
     }
     send_segments();
@@ -84,7 +84,7 @@ Status CanPort::send_frame(const CanFrame& frame) {
 }
 
 void CanPort::send_segments() {
-    damaged().count(exchange_.go_on(monotonic_us(), [this](const CanFrame& frame) { return send_frame(frame).ok(); }));
+    damaged().count(exchange_.go_on(to_us(host_now()), [this](const CanFrame& frame) { return send_frame(frame).ok(); }));
 }
 
 Status CanPort::do_receive(hal::ReceivedMessage& message) {
@@ -117,10 +117,10 @@ Status CanPort::do_receive(hal::ReceivedMessage& message) {
 
 bool CanPort::take_frame(hal::ReceivedMessage& message) {
     set_link(CanLink::up);  // a received frame proves that the link is up
-    const protocol::CanArrival arrival = exchange_.take(reception_.frame, reception_.is_fd, monotonic_us(), message.bytes,
+    const protocol::CanArrival arrival = exchange_.take(reception_.frame, reception_.is_fd, to_us(host_now()), message.bytes,
                                                         [this](const CanFrame& frame) { return send_frame(frame).ok(); });
     damaged().count(arrival.error);
-    message.host_time_us = reception_.host_time_us;
+    message.arrival = reception_.arrival;
     message.hardware_time_us = reception_.hardware_time_us;
     return arrival.complete;
 }
@@ -129,7 +129,7 @@ Status CanPort::do_wait(Microseconds timeout) {
     if (!socket_.is_open()) {
         return {StatusCode::device_lost, "CAN port is closed"};
     }
-    const std::int64_t now = monotonic_us();
+    const std::int64_t now = to_us(host_now());
     if (exchange_.sending() && !exchange_.waits()) {
         send_segments();
         const std::int64_t pause = std::max<std::int64_t>(exchange_.next_segment_us() - now, 100);

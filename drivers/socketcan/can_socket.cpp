@@ -58,7 +58,7 @@ void read_times(const cmsghdr& header, CanReception& reception) {
     std::array<timespec, 3> times{};  // software, (unused), hardware
     std::memcpy(times.data(), CMSG_DATA(&header), sizeof times);
     if (times[0].tv_sec != 0) {  // wall-clock time, converted to the monotonic clock
-        reception.host_time_us = to_us(times[0]) - clock_us(CLOCK_REALTIME) + monotonic_us();
+        reception.arrival = host_now() + Microseconds{to_us(times[0]) - clock_us(CLOCK_REALTIME)};
     }
     reception.hardware_time_us = to_us(times[2]);
 }
@@ -134,7 +134,7 @@ Status CanSocket::receive(CanReception& reception) {
         return is_gone(errno) ? lost() : Status{StatusCode::not_ready, "no frame"};
     }
     reception = {};
-    reception.host_time_us = monotonic_us();
+    reception.arrival = host_now();
     reception.is_fd = bytes == static_cast<ssize_t>(CANFD_MTU);
     reception.is_error = (raw.can_id & CAN_ERR_FLAG) != 0;
     reception.frame.id = raw.can_id & CAN_EFF_MASK;

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "core/base/status.hpp"
+#include "core/base/time.hpp"
 #include "core/protocol/can_mapping.hpp"
 #include "drivers/posix/file_descriptor.hpp"
 #include "drivers/posix/text.hpp"
@@ -19,7 +20,7 @@ struct CanReception {
     protocol::CanFrame frame;
     bool is_error = false;  // an error frame: `frame.id` holds its class bits
     bool is_fd = false;
-    std::int64_t host_time_us = 0;
+    HostTime arrival{};
     std::int64_t hardware_time_us = 0;
     std::uint32_t dropped = 0;  // dropped by the kernel since the socket was opened, because its buffer was full
 };

@@ -11,7 +11,7 @@ namespace {
 /// Wait beyond the block time: for interrupts of higher priority, and because the wait loop runs only once per millisecond.
 constexpr Microseconds kPollMargin{300};
 constexpr std::int32_t kTopOfOneConversion = 2047;
-constexpr Status kTripped{StatusCode::not_ready, "over-current: a power stage is faulty"};
+constexpr Status kTripped{StatusCode::over_current, "over-current: a power stage is faulty"};
 
 struct Rate {
     std::uint64_t bits;

@@ -27,7 +27,7 @@ struct AcquisitionParams {
 
 /// The sampler; coils() and gain() are its two other interfaces. Sampling starts with the first poll() after start(), so that the
 /// first block already has the excitation state set by excite(). excite() and gain().choose() take effect at the end of the
-/// running block. After an over-current poll() and excite() return not_ready until the next start().
+/// running block. After an over-current poll() and excite() return over_current until the next start().
 class Acquisition final : public hal::CoilSampler {
 public:
     /// Core clock cycles from one trigger to the next. Each trigger converts every input and updates every carrier. 576.3 kHz; an

@@ -22,7 +22,8 @@ hal::ResetReason reason_of(std::uint32_t flags, bool faulted) {
 void Processor::begin() {
     const std::uint32_t flags = rcc_.CSR;
     // The content of RAM is undefined after power-on.
-    const bool faulted = record_.ending == BootRecord::kFaulted && (flags & rcc::CSR_BORRSTF) == 0;
+    const bool ended_itself = record_.ending == BootRecord::kFaulted || record_.ending == BootRecord::kAssertionFailed;
+    const bool faulted = ended_itself && (flags & rcc::CSR_BORRSTF) == 0;
     reason_ = reason_of(flags, faulted);
     record_.ending = 0;
     rcc_.CSR = flags | rcc::CSR_RMVF;

@@ -13,11 +13,12 @@ struct BootRecord {
     static constexpr std::uint32_t kEnterLoader = 0x10ADE2B0;
     static constexpr std::uint32_t kFreshStart = 0xF2E5'4A27;  // set before a reset whose only purpose is a clean start
     static constexpr std::uint32_t kFaulted = 0xFA017ED5;
+    static constexpr std::uint32_t kAssertionFailed = 0xA55E'27ED;
 
     std::uint32_t request;  // one of these values, or none
-    std::uint32_t ending;   // kFaulted: a fault, described by the words below
+    std::uint32_t ending;   // kFaulted: a fault, described by the words below; kAssertionFailed: described by pc
     std::uint32_t exception;
-    std::uint32_t pc;
+    std::uint32_t pc;  // of the faulty instruction, or of the instruction after the call of assertion_failed()
     std::uint32_t lr;
     std::uint32_t cfsr;  // ARMv7-M B3.2.15
 };

@@ -13,7 +13,7 @@ namespace {
 
 using protocol::Opcode;
 
-constexpr std::int64_t kStatusUs = 100'000;
+constexpr Microseconds kStatusPause{100'000};
 constexpr Microseconds kWait{1000};
 
 signal::AcquisitionPlan make_plan(const FrontEndParams& params) {
@@ -76,27 +76,27 @@ SimulatedFrontEnd::SimulatedFrontEnd(hal::MessagePort& port, FrontEndParams para
     make_plan(params_);  // throws here if the plan is invalid
 }
 
-void SimulatedFrontEnd::step(std::int64_t now_us) {
-    serve(now_us);
+void SimulatedFrontEnd::step(HostTime now) {
+    serve(now);
     services_.flush();
-    if (running_ && now_us - heard_us_ > params_.watchdog_us) {
-        counters_.longest_silence_us = std::max(counters_.longest_silence_us, now_us - heard_us_);
+    if (running_ && now - heard_ > Microseconds{params_.watchdog_us}) {
+        counters_.longest_silence_us = std::max(counters_.longest_silence_us, (now - heard_).count());
         ++counters_.watchdogs;
         watchdog_bit_ = true;
         stop();
     }
-    if (now_us - status_us_ > kStatusUs && !in_loader_) {
-        send_status(now_us);
+    if (now - status_ > kStatusPause && !in_loader_) {
+        send_status(now);
     }
-    if (running_ && slot_is_due(now_us)) {
+    if (running_ && slot_is_due(now)) {
         run_slot();
-        slot_begin_us_ = now_us;
+        slot_begin_ = now;
         return;
     }
     (void)port_.wait(kWait);
 }
 
-void SimulatedFrontEnd::serve(std::int64_t now_us) {
+void SimulatedFrontEnd::serve(HostTime now) {
     hal::ReceivedMessage message;
     while (port_.receive(message).ok()) {
         if (in_loader_) {
@@ -105,7 +105,7 @@ void SimulatedFrontEnd::serve(std::int64_t now_us) {
         protocol::CommandMessage command;
         protocol::CalibrationMessage calibration;
         if (protocol::decode(message.bytes, command) == protocol::WireError::none) {
-            obey(command, now_us);
+            obey(command, now);
         } else if (protocol::decode(message.bytes, calibration) == protocol::WireError::none) {
             keep_calibration(calibration);
         }
@@ -113,7 +113,7 @@ void SimulatedFrontEnd::serve(std::int64_t now_us) {
 }
 
 /// Only the host that started the measurement resets the watchdog. Requests of other hosts do not keep the coils on.
-void SimulatedFrontEnd::obey(const protocol::CommandMessage& command, std::int64_t now_us) {
+void SimulatedFrontEnd::obey(const protocol::CommandMessage& command, HostTime now) {
     const auto opcode = static_cast<Opcode>(command.opcode);
     switch (opcode) {
         case Opcode::hello:
@@ -123,19 +123,19 @@ void SimulatedFrontEnd::obey(const protocol::CommandMessage& command, std::int64
             }
             break;
         case Opcode::excite:
-            heard_us_ = now_us;
+            heard_ = now;
             excited_ = command.argument;
             excited_state_ = static_cast<Excitation>(command.state);
             acknowledged_ = sequence_;  // it acknowledges the newest column
             break;
         case Opcode::keep_alive:
-            heard_us_ = now_us;
+            heard_ = now;
             acknowledged_ =
                 std::max(acknowledged_, std::min(command.argument + 1, sequence_));  // 0: the host has received nothing
             break;
         case Opcode::start:
-            heard_us_ = now_us;
-            start(now_us);
+            heard_ = now;
+            start(now);
             acknowledge(opcode, command.request, protocol::AckResult::done);
             break;
         case Opcode::stop:
@@ -216,7 +216,7 @@ protocol::AckResult SimulatedFrontEnd::set_mode(std::uint32_t argument) {
     if (!request.columns) {
         return AckResult::refused;  // a front end does not track
     }
-    const double rate_hz = request.frame_rate_mhz == 0 ? 240 : 1e-3 * request.frame_rate_mhz;
+    const double rate_hz = request.frame_rate_millihertz == 0 ? 240 : 1e-3 * request.frame_rate_millihertz;
     if (!signal::plan_acquisition(signal::default_acquisition(request.multiplexing, rate_hz)).ok()) {
         return AckResult::bad_value;
     }
@@ -239,7 +239,7 @@ void SimulatedFrontEnd::acknowledge(Opcode opcode, std::uint16_t request, protoc
     transmit(stamped(ack));
 }
 
-void SimulatedFrontEnd::start(std::int64_t now_us) {
+void SimulatedFrontEnd::start(HostTime now) {
     if (running_ && slot_ == 0) {
         return;  // repeated request
     }
@@ -250,19 +250,19 @@ void SimulatedFrontEnd::start(std::int64_t now_us) {
     acknowledged_ = sequence_;
     slot_ = 0;
     excited_ = 0;
-    begin_us_ = slot_begin_us_ = now_us;
+    begin_ = slot_begin_ = now;
     held_.clear();
 }
 
 void SimulatedFrontEnd::stop() { running_ = false; }
 
-bool SimulatedFrontEnd::slot_is_due(std::int64_t now_us) const {
-    const bool impatient = now_us - slot_begin_us_ > params_.patience_us;
+bool SimulatedFrontEnd::slot_is_due(HostTime now) const {
+    const bool impatient = now - slot_begin_ > Microseconds{params_.patience_us};
     if (params_.sense_coils && excited_ < slot_ + 1 && !impatient) {
         return false;
     }
     if (params_.pace == Pace::real) {
-        return static_cast<double>(now_us - begin_us_) >= 1e6 * source_->plan().block_s() * (slot_ + 1.0);
+        return to_seconds(now - begin_) >= source_->plan().block_s() * (slot_ + 1.0);
     }
     return sequence_ - acknowledged_ < params_.ahead || impatient;
 }
@@ -369,14 +369,14 @@ void SimulatedFrontEnd::send_identity(std::uint64_t serial) {
     m.firmware = 0x000100;
     m.multiplexing = plan.is_tdm() ? 0 : 1;
     m.drives_coils = params_.sense_coils ? 0 : 1;
-    m.frame_rate_mhz = static_cast<std::uint32_t>(std::lround(1e3 * params_.frame_rate_hz));
+    m.frame_rate_millihertz = static_cast<std::uint32_t>(std::lround(1e3 * params_.frame_rate_hz));
     m.window_us = static_cast<std::uint32_t>(std::lround(1e6 * plan.window_s()));
     m.watchdog_us = params_.watchdog_us;
     transmit(stamped(m));
 }
 
-void SimulatedFrontEnd::send_status(std::int64_t now_us) {
-    status_us_ = now_us;
+void SimulatedFrontEnd::send_status(HostTime now) {
+    status_ = now;
     const PeerFault* const fault = fault_at(sequence_);
     if (fault != nullptr && fault->kind == PeerFaultKind::silence) {
         return;

@@ -81,8 +81,8 @@ class SimulatedFrontEnd {
 public:
     SimulatedFrontEnd(hal::MessagePort& port, FrontEndParams params);
 
-    /// Serves the link, and measures a slot if one is due. `now_us`: the host's monotonic clock. Waits at most one millisecond.
-    void step(std::int64_t now_us);
+    /// Serves the link, and measures a slot if one is due. `now`: the host's monotonic clock. Waits at most one millisecond.
+    void step(HostTime now);
 
     [[nodiscard]] bool finished() const { return finished_; }
     [[nodiscard]] bool coils_on() const { return running_; }
@@ -90,21 +90,21 @@ public:
     [[nodiscard]] const std::vector<std::uint8_t>& calibration() const { return services_.blob(); }
 
 private:
-    void serve(std::int64_t now_us);
-    void obey(const protocol::CommandMessage& command, std::int64_t now_us);
+    void serve(HostTime now);
+    void obey(const protocol::CommandMessage& command, HostTime now);
     [[nodiscard]] protocol::AckResult answer(const protocol::CommandMessage& command);
     [[nodiscard]] protocol::AckResult set(const protocol::CommandMessage& command);
     [[nodiscard]] protocol::AckResult set_mode(std::uint32_t argument);
     void keep_calibration(const protocol::CalibrationMessage& message);
     void acknowledge(protocol::Opcode opcode, std::uint16_t request, protocol::AckResult result);
-    void start(std::int64_t now_us);
+    void start(HostTime now);
     void stop();
-    [[nodiscard]] bool slot_is_due(std::int64_t now_us) const;
+    [[nodiscard]] bool slot_is_due(HostTime now) const;
     void run_slot();
     void send_column(const Column<double>& column, bool transition);
     void send_data(std::vector<std::uint8_t> bytes, std::uint32_t number);
     void send_identity(std::uint64_t serial);
-    void send_status(std::int64_t now_us);
+    void send_status(HostTime now);
     template <typename Message>
     std::vector<std::uint8_t> stamped(Message message);
     bool transmit(std::span<const std::uint8_t> bytes);
@@ -125,10 +125,10 @@ private:
     std::uint32_t slot_ = 0;
     std::uint32_t excited_ = 0;  // newest state sequence of the host
     Excitation excited_state_ = Excitation::off;
-    std::int64_t begin_us_ = 0;
-    std::int64_t heard_us_ = 0;
-    std::int64_t slot_begin_us_ = 0;
-    std::int64_t status_us_ = 0;
+    HostTime begin_;
+    HostTime heard_;
+    HostTime slot_begin_;
+    HostTime status_;
     std::vector<std::uint8_t> held_;  // message to send after the next one
     FrontEndCounters counters_;
 };

@@ -69,8 +69,8 @@ void FrontEndServices::tell_block(const SampleBlock& block, double sample_rate_h
     part.full_scale = block.full_scale;
     part.scale = block.scale;
     part.block_sequence = blocks_++;
-    part.sample_rate_mhz = static_cast<std::uint32_t>(std::lround(1e3 * sample_rate_hz));
-    part.time_us = to_us(midpoint(block, part.sample_rate_mhz));
+    part.sample_rate_millihertz = static_cast<std::uint32_t>(std::lround(1e3 * sample_rate_hz));
+    part.time_us = to_us(midpoint(block, part.sample_rate_millihertz));
     part.overruns = block.overrun_count;
     for (std::size_t first = 0; first < block.samples.size(); first += kMostSamples) {
         std::vector<std::uint8_t> tail;

@@ -24,7 +24,7 @@ protected:
         }
         message_ = std::move(messages_.front());
         messages_.pop_front();
-        message = {message_, 0, 0};
+        message = {message_, HostTime{}, 0};
         ++counts().received;
         return {};
     }

@@ -111,7 +111,7 @@ TEST_F(Faults, ConverterThatRepeatsOneCode) {
 }
 
 TEST_F(Faults, PowerStagesThatSwitchedOffByThemselves) {
-    board.coils.fail_with({StatusCode::not_ready, "tripped"});
+    board.coils.fail_with({StatusCode::over_current, "tripped"});
     expect_off(Fault::overcurrent);
     board.coils.fail_with({});
     board.run(kCooling_s);

@@ -144,7 +144,7 @@ struct Change {
 std::vector<Change> changes_in(const std::vector<Seen>& all) {
     std::vector<Seen> seen;
     for (const Seen& one : all) {
-        if (!one.column.flags.has(ColumnFlag::overrun) && !one.column.flags.has(ColumnFlag::saturated)) {
+        if (!one.column.flags.has(ColumnFlag::gain_changed) && !one.column.flags.has(ColumnFlag::saturated)) {
             seen.push_back(one);
         }
     }
@@ -284,7 +284,7 @@ TEST_F(BrokenAmplifier, IsMeasuredOnceHoweverManyStartsCome) {
 }
 
 TEST_F(BrokenAmplifier, ACurrentWhereNoneShouldBeIsToldAsThat) {
-    board.gain.fail_with({StatusCode::not_ready, "over-current"});
+    board.gain.fail_with({StatusCode::over_current, "over-current"});
     board.run(kPause_s);
     EXPECT_EQ(board.ask(protocol::Opcode::start), protocol::AckResult::failed);
     EXPECT_TRUE(board.device->faults().has(protocol::Fault::overcurrent));

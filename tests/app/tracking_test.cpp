@@ -32,7 +32,7 @@ TEST(Board, SaysWhoItIs) {
     const protocol::IdentifyMessage& m = board.host().identities[0];
     EXPECT_EQ(m.serial, 42U);
     EXPECT_EQ(m.role, 2);
-    EXPECT_EQ(m.frame_rate_mhz, 240'000U);
+    EXPECT_EQ(m.frame_rate_millihertz, 240'000U);
     EXPECT_EQ(m.window_us, 1111U);
     EXPECT_EQ(m.drives_coils, 1);
     EXPECT_GE(board.host().statuses.size(), 2U);
@@ -199,7 +199,7 @@ TEST(Board, TellsABlockOfSamplesInParts) {
     ASSERT_FALSE(parts.empty());
     EXPECT_EQ(parts.front().total, 200);
     EXPECT_EQ(parts.front().state, 2);
-    EXPECT_EQ(parts.front().sample_rate_mhz, 144'000'000U);
+    EXPECT_EQ(parts.front().sample_rate_millihertz, 144'000'000U);
     EXPECT_EQ(board.coils.state(), Excitation::off);
 }
 

@@ -199,14 +199,14 @@ TEST(SideKeeper, RecoversOnlyWhatTheSensorCannotHaveChanged) {
     lost.position_m = -pose.position_m;  // the mirror image
     lost.flags.set(tracking::PoseFlag::hemisphere_unknown);
     SideKeeper keeper;
-    EXPECT_FALSE(keeper.side(lost, 1)) << "it was never known";
-    EXPECT_FALSE(keeper.side(pose, 1'000'000));
-    const auto side = keeper.side(lost, 1'100'000);
+    EXPECT_FALSE(keeper.side(lost, host_time_us(1))) << "it was never known";
+    EXPECT_FALSE(keeper.side(pose, host_time_us(1'000'000)));
+    const auto side = keeper.side(lost, host_time_us(1'100'000));
     ASSERT_TRUE(side);
     EXPECT_GT(side->x(), 0);
-    EXPECT_FALSE(keeper.side(lost, 1'500'000)) << "half a second is enough to go round to the other side";
+    EXPECT_FALSE(keeper.side(lost, host_time_us(1'500'000))) << "half a second is enough to go round to the other side";
     lost.flags.set(tracking::PoseFlag::low_signal);
-    EXPECT_FALSE(keeper.side(lost, 1'100'000));
+    EXPECT_FALSE(keeper.side(lost, host_time_us(1'100'000)));
 }
 
 }  // namespace

@@ -25,13 +25,13 @@ SessionParams host_drives() {
 class SessionOfCoils : public ::testing::Test {
 protected:
     void SetUp() override {
-        session.service(now_us);
+        session.service(now);
         start();
     }
 
     void start() {
         say(identity);
-        session.service(++now_us);
+        session.service(now += Microseconds{1});
         ASSERT_EQ(say(started()), SessionEvent::started);
     }
 
@@ -49,7 +49,7 @@ protected:
         const auto bytes = test::bytes_of(message);
         hal::ReceivedMessage received;
         received.bytes = bytes;
-        received.host_time_us = ++now_us;
+        received.arrival = now += Microseconds{1};
         return session.take(received);
     }
 
@@ -67,7 +67,7 @@ protected:
     }();
     test::DeafPort port;
     DeviceSession session{port, host_drives()};
-    std::int64_t now_us = 1;
+    HostTime now = host_time_us(1);
     std::uint32_t next = 0;
 };
 
@@ -127,8 +127,8 @@ TEST_F(SessionOfCoils, BelievesEveryColumnOfAllCoilsAtOnce) {
 
 TEST_F(SessionOfCoils, ForgetsWhatItSwitchedBeforeTheDeviceWasStartedAnew) {
     session.excited(Excitation::s1, 1);
-    session.service(now_us += 600'000);  // silence
-    session.service(now_us += 200'000);
+    session.service(now += Microseconds{600'000});  // silence
+    session.service(now += Microseconds{200'000});
     ASSERT_NO_FATAL_FAILURE(start());
     EXPECT_EQ(say(column(1, 1)), SessionEvent::none);
     EXPECT_EQ(refused(), 1U);
@@ -136,7 +136,7 @@ TEST_F(SessionOfCoils, ForgetsWhatItSwitchedBeforeTheDeviceWasStartedAnew) {
 
 TEST_F(SessionOfCoils, AWindowOfManySensorsIsOverOnce) {
     identity.sensors = 2;
-    session.service(now_us += 600'000);
+    session.service(now += Microseconds{600'000});
     ASSERT_NO_FATAL_FAILURE(start());
     session.excited(Excitation::s1, 1);
     EXPECT_EQ(say(column(1, 1)), SessionEvent::column);
@@ -157,7 +157,7 @@ TEST_F(SessionOfCoils, StatusAloneDoesNotKeepTheSessionAlive) {
         protocol::StatusMessage status;
         status.device_state = static_cast<std::uint8_t>(protocol::DeviceState::running);
         say(status);
-        session.service(now_us += 100'000);
+        session.service(now += Microseconds{100'000});
     }
     EXPECT_NE(session.phase(), Phase::running);
     EXPECT_EQ(session.counters().silences, 1U);
@@ -171,7 +171,7 @@ TEST_F(SessionOfCoils, RefusedColumnsDoNotKeepTheSessionAlive) {
         auto old = column(1, 1);
         old.sequence = 0x80000000U + static_cast<std::uint32_t>(n);
         say(old);
-        session.service(now_us += 100'000);
+        session.service(now += Microseconds{100'000});
     }
     EXPECT_NE(session.phase(), Phase::running);
 }
@@ -186,9 +186,9 @@ TEST_F(SessionOfCoils, ASecondDeviceEndsTheRunAndBothAreToldToStop) {
 }
 
 TEST_F(SessionOfCoils, AnAnswerToSomebodyElseStartsNothing) {
-    session.service(now_us += 600'000);
+    session.service(now += Microseconds{600'000});
     say(identity);
-    session.service(++now_us);
+    session.service(now += Microseconds{1});
     auto answer = started();
     answer.request = static_cast<std::uint16_t>(answer.request + 4711);
     EXPECT_EQ(say(answer), SessionEvent::none);
@@ -197,7 +197,7 @@ TEST_F(SessionOfCoils, AnAnswerToSomebodyElseStartsNothing) {
 }
 
 TEST_F(SessionOfCoils, APoseOfASensorThatIsNotThereIsRefused) {
-    session.service(now_us += 600'000);
+    session.service(now += Microseconds{600'000});
     identity.role = static_cast<std::uint8_t>(protocol::Role::tracker);
     ASSERT_NO_FATAL_FAILURE(start());
     protocol::PoseMessage pose;
@@ -212,13 +212,13 @@ TEST_F(SessionOfCoils, ADeviceThatFailsIsTriedAfterGrowingPauses) {
     std::vector<std::int64_t> pauses_us;
     for (int failure = 0; failure < 10; ++failure) {
         while (session.phase() == Phase::running) {
-            session.service(now_us += 10'000);
+            session.service(now += Microseconds{10'000});
         }
-        const std::int64_t failed_us = now_us;
+        const HostTime failed = now;
         while (told() != protocol::Opcode::hello) {
-            session.service(now_us += 10'000);
+            session.service(now += Microseconds{10'000});
         }
-        pauses_us.push_back(now_us - failed_us);
+        pauses_us.push_back((now - failed).count());
         start();
     }
     EXPECT_LE(pauses_us.front(), 200'000);
@@ -229,13 +229,13 @@ TEST_F(SessionOfCoils, ADeviceThatFailsIsTriedAfterGrowingPauses) {
 
 TEST(RepeatedTexts, AreToldOnceAMinuteOfSilence) {
     RepeatedTexts texts;
-    EXPECT_TRUE(texts.is_news("a", 1'000'000));
+    EXPECT_TRUE(texts.is_news("a", host_time_us(1'000'000)));
     for (int n = 0; n < 100; ++n) {
-        EXPECT_FALSE(texts.is_news("a", 1'000'000 + n * 10'000'000));
-        EXPECT_EQ(texts.is_news("b", 1'000'000 + n * 10'000'000), n == 0);
+        EXPECT_FALSE(texts.is_news("a", host_time_us(1'000'000 + n * 10'000'000)));
+        EXPECT_EQ(texts.is_news("b", host_time_us(1'000'000 + n * 10'000'000)), n == 0);
     }
     EXPECT_EQ(texts.entries()[0].untold, 100U);
-    EXPECT_TRUE(texts.is_news("a", 2'000'000'000));
+    EXPECT_TRUE(texts.is_news("a", host_time_us(2'000'000'000)));
 }
 
 }  // namespace

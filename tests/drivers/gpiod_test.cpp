@@ -119,19 +119,19 @@ TEST(GpioSync, ReportsRisingEdgesWithKernelTime) {
     test::gpio_drive(4, false);
     GpioSyncLine sync;
     ASSERT_TRUE(sync.open({"tracker-sim", "sync"}, why).ok()) << why.c_str();
-    std::int64_t edge_us = 0;
-    EXPECT_EQ(sync.next_edge(edge_us).code(), StatusCode::not_ready);
+    HostTime edge;
+    EXPECT_EQ(sync.next_edge(edge).code(), StatusCode::not_ready);
     EXPECT_EQ(sync.wait(Microseconds{2000}).code(), StatusCode::timed_out);
     for (int i = 0; i < 5; ++i) {
-        const std::int64_t before = monotonic_us();
+        const HostTime before = host_now();
         test::gpio_drive(4, true);
         ASSERT_TRUE(sync.wait(Microseconds{500'000}).ok());
-        ASSERT_TRUE(sync.next_edge(edge_us).ok());
-        EXPECT_GE(edge_us, before);
-        EXPECT_LE(edge_us, monotonic_us());
+        ASSERT_TRUE(sync.next_edge(edge).ok());
+        EXPECT_GE(edge, before);
+        EXPECT_LE(edge, host_now());
         test::gpio_drive(4, false);
         test::pause_ms(3);
-        EXPECT_EQ(sync.next_edge(edge_us).code(), StatusCode::not_ready) << "a falling edge is not reported";
+        EXPECT_EQ(sync.next_edge(edge).code(), StatusCode::not_ready) << "a falling edge is not reported";
     }
 }
 

@@ -11,14 +11,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     std::span<const std::uint8_t> bytes(data, size);
     test::DeafPort port;
     linux_board::DeviceSession session(port, {});
-    std::int64_t now_us = 1;
-    session.service(now_us);
+    HostTime now = host_time_us(1);
+    session.service(now);
     while (bytes.size() > 2) {
         const std::size_t length = std::min<std::size_t>(bytes[0], bytes.size() - 2);
-        now_us += 1000 * bytes[1];
+        now += Microseconds{1000 * bytes[1]};
         hal::ReceivedMessage message;
         message.bytes = bytes.subspan(2, length);
-        message.host_time_us = now_us;
+        message.arrival = now;
         const auto event = session.take(message);
         if (event == linux_board::SessionEvent::column && !session.column().in_phase.allFinite()) {
             std::abort();
@@ -26,7 +26,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         if (event == linux_board::SessionEvent::pose && !session.pose().position_m.allFinite()) {
             std::abort();
         }
-        session.service(now_us);
+        session.service(now);
         bytes = bytes.subspan(2 + length);
     }
     return 0;

@@ -104,7 +104,7 @@ void as_times(Bytes bytes) {
     for (; bytes.size() >= 12; bytes = bytes.subspan(12)) {
         const auto device = static_cast<std::int64_t>(protocol::get_bytes(bytes.data(), 8) % 9'200'000'000'000'000'000U);
         const auto host = static_cast<std::int64_t>(protocol::get_bytes(bytes.data() + 8, 4));
-        map.observe(device, host);
+        map.observe(device_time_us(device), host_time_us(host));
         require(map.ready() && map.error_bound_us() >= 1);
     }
 }

@@ -11,7 +11,7 @@ TEST(ModeArgument, RoundTrips) {
             for (const std::uint32_t rate : {0U, 240'000U, 100'000'000U, kModeRateMask}) {
                 ModeRequest mode;
                 ASSERT_TRUE(mode_of_argument(mode_argument({rate, multiplexing, columns}), mode));
-                EXPECT_EQ(mode.frame_rate_mhz, rate);
+                EXPECT_EQ(mode.frame_rate_millihertz, rate);
                 EXPECT_EQ(mode.multiplexing, multiplexing);
                 EXPECT_EQ(mode.columns, columns);
             }

@@ -92,35 +92,5 @@ TEST(SilenceWatch, TellsOnceThatAPoseHasGrownOld) {
     EXPECT_TRUE(poses.empty());
 }
 
-TEST(WallClock, TakesTheShortestWay) {
-    constexpr std::int64_t kEpoch = 1'700'000'000'000'000;
-    WallClock clock(2000);
-    std::int64_t worst = 0;
-    for (int n = 0; n < 2400; ++n) {
-        const std::int64_t time = 4167 * n;
-        const std::int64_t way = 2000 + 300 + 500 * (n % 7);  // half a window, the least transfer, and what comes on top
-        const std::int64_t utc = clock.utc_us(device_time_us(time), kEpoch + time + way);
-        worst = std::max(worst, std::abs(utc - (kEpoch + time)));
-    }
-    EXPECT_LE(worst, 300);
-}
-
-TEST(WallClock, FollowsDriftAndRestarts) {
-    constexpr std::int64_t kEpoch = 1'700'000'000'000'000;
-    WallClock clock(0);
-    std::int64_t worst = 0;
-    for (std::int64_t n = 0; n < 240 * 120; ++n) {
-        const double host = 4167.0 * static_cast<double>(n);
-        for (const double ppm : {100.0}) {
-            const auto time = static_cast<std::int64_t>(host * (1 - 1e-6 * ppm));
-            const std::int64_t utc = clock.utc_us(device_time_us(time), kEpoch + static_cast<std::int64_t>(host));
-            worst = std::max(worst, std::abs(utc - kEpoch - static_cast<std::int64_t>(host)));
-        }
-    }
-    EXPECT_LE(worst, 2000);
-    const std::int64_t later = kEpoch + 300'000'000;
-    EXPECT_EQ(clock.utc_us(device_time_us(5), later), later);  // the device began anew
-}
-
 }  // namespace
 }  // namespace tricoil::host

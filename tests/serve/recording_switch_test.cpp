@@ -45,7 +45,7 @@ protected:
     /// Poses until `until` holds, at most ten seconds.
     template <typename Condition>
     void track_until(Condition until) {
-        hal::TrackerTap<double>& tap = recordings_;
+        tracking::TrackerTap<double>& tap = recordings_;
         for (int n = 0; n < 10'000 && !until(); ++n) {
             tracking::PoseEstimate<double> pose;
             pose.sequence = static_cast<std::uint32_t>(n);

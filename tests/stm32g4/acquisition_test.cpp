@@ -285,7 +285,7 @@ TEST_F(AcquisitionTest, OverCurrentSwitchesOffAtOnceAndStaysOffUntilTheNextStart
     registers.port.BSRR = 0;
     end_block();
     EXPECT_EQ(registers.port.BSRR, 0U);
-    EXPECT_EQ(acquisition.coils().excite(Excitation::s1).code(), StatusCode::not_ready);
+    EXPECT_EQ(acquisition.coils().excite(Excitation::s1).code(), StatusCode::over_current);
     ASSERT_TRUE(acquisition.start(kTdm).ok());
     EXPECT_TRUE(acquisition.coils().excite(Excitation::s1).ok());
 }

@@ -196,7 +196,7 @@ TEST(GainMeasurement, RefusesACarrierThatEndsWithinABlock) {
 }
 
 TEST(GainMeasurement, ReturnsErrorsOfConvertersAndAmplifiers) {
-    for (const StatusCode code : {StatusCode::timed_out, StatusCode::not_ready, StatusCode::device_lost}) {
+    for (const StatusCode code : {StatusCode::timed_out, StatusCode::over_current, StatusCode::device_lost}) {
         FedAmplifiers fed;
         fed.status = {code, "no block"};
         EXPECT_EQ(result_of(fed), code);

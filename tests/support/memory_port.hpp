@@ -58,7 +58,7 @@ private:
         taken_ = std::move(arrived_.front());
         arrived_.pop_front();
         ++counts().received;
-        message = {taken_, 0, 0};
+        message = {taken_, HostTime{}, 0};
         return {};
     }
     Status do_wait(Microseconds) override { return arrived_.empty() ? Status{StatusCode::timed_out, ""} : Status{}; }

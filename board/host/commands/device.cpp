@@ -93,7 +93,7 @@ ordered_json identity_json(const protocol::IdentifyMessage& m) {
             {"sensors", m.sensors},
             {"multiplexing", m.multiplexing == 0 ? "tdm" : "fdm"},
             {"drives_coils", m.drives_coils != 0},
-            {"frame_rate_hz", 1e-3 * m.frame_rate_mhz},
+            {"frame_rate_hz", 1e-3 * m.frame_rate_millihertz},
             {"window_s", 1e-6 * m.window_us},
             {"watchdog_s", 1e-6 * m.watchdog_us}};
 }
@@ -209,7 +209,7 @@ int capture_blocks(const DeviceCommand& command) {
     for (int repeat = 0; repeat < command.repeats; ++repeat) {
         for (int coil = 0; coil < kSourceCoils; ++coil) {
             const auto burst = inquiry.read_block(single_coil(coil));
-            rate_hz = 1e-3 * burst.about.sample_rate_mhz / burst.about.decimation;
+            rate_hz = 1e-3 * burst.about.sample_rate_millihertz / burst.about.decimation;
             int n = 0;
             for (const Sample& sample : burst.samples) {
                 text += fmt::format("S{},{},{},{}\n", coil + 1, repeat, n++, fmt::join(sample, ","));
@@ -226,7 +226,7 @@ int set_mode(const DeviceCommand& command) {
     protocol::ModeRequest mode;
     mode.multiplexing =
         index_of_name("--mux", command.mux, {"tdm", "fdm"}) == 0 ? signal::Multiplexing::tdm : signal::Multiplexing::fdm;
-    mode.frame_rate_mhz = static_cast<std::uint32_t>(std::lround(1e3 * command.rate_hz));
+    mode.frame_rate_millihertz = static_cast<std::uint32_t>(std::lround(1e3 * command.rate_hz));
     mode.columns = command.columns;
     linux_board::DeviceInquiry(command.uri, command.wait_s)
         .order("this mode", protocol::Opcode::mode, protocol::mode_argument(mode));

@@ -52,9 +52,7 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
     if (options.config.device.empty()) {
         throw InputError(command.config + ": 'device' is missing; name it there or with --device");
     }
-    if (fixed_method(command.options.tracker)) {
-        (void)method_of_name(command.options.tracker);  // throws: it needs samples
-    }
+    refuse_fixed_method(command.options.tracker);
     if (!command.options.samples.empty()) {
         throw InputError("--samples: a device sends columns, no samples");
     }

@@ -129,7 +129,7 @@ auto is_paused(TrackerControl& control, ServiceNotice& notice) {
     };
 }
 
-int serve_simulation(RunCommand& run, hal::TrackerTap<double>& tap, TrackerControl& control, ServiceNotice& notice) {
+int serve_simulation(RunCommand& run, tracking::TrackerTap<double>& tap, TrackerControl& control, ServiceNotice& notice) {
     complete_simulation_options(run);
     run.options.realtime = true;
     run.options.duration_s = run.options.duration_s.value_or(kEndless_s);
@@ -145,7 +145,7 @@ int serve_simulation(RunCommand& run, hal::TrackerTap<double>& tap, TrackerContr
     return to_int(ExitCode::fine);
 }
 
-int serve_device(const RunCommand& run, hal::TrackerTap<double>& tap, TrackerControl& control, ServiceNotice& notice) {
+int serve_device(const RunCommand& run, tracking::TrackerTap<double>& tap, TrackerControl& control, ServiceNotice& notice) {
     auto options = device_options(run);
     options.tap = &tap;
     options.paused = is_paused(control, notice);
@@ -161,10 +161,7 @@ int run_serve(const ServeCommand& command) {
     if (!command.web.empty() && web::kPage.empty()) {
         throw InputError("serve: this program was built without the live page (TRICOIL_WEB=OFF)");
     }
-    if (fixed_method(command.run->options.tracker)) {
-        throw InputError("serve: not with --tracker " + command.run->options.tracker +
-                         "; its integer poses have no columns to serve");
-    }
+    refuse_fixed_method(command.run->options.tracker);
     TrackerControl control;
     Server server;
     Addresses addresses;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "board/host/serve/silence_watch.hpp"
+#include "board/support/wall_clock.hpp"
 
 namespace tricoil::host {
 
@@ -53,7 +54,7 @@ std::vector<ServedPose> PoseHub::newest() const {
     for (const auto& newest : newest_) {
         if (newest) {
             poses.push_back(*newest);
-            if (WallClock::now_us() - newest->utc_us > SilenceWatch::kLimitUs) {
+            if (utc_now_us() - newest->utc_us > SilenceWatch::kLimitUs) {
                 poses.back().pose.flags.set(tracking::PoseFlag::stale);
             }
         }
@@ -69,17 +70,19 @@ int PoseHub::sensors() const {
 void PoseHub::do_begin(const Settings& settings) {
     const std::lock_guard lock(mutex_);
     sensors_ = settings.sensors;
-    clock_ = WallClock(microseconds_from_seconds(settings.tracker.common.window_s / 2).count());
+    clock_map_ = {};
+    lead_ = microseconds_from_seconds(settings.tracker.common.window_s / 2);
 }
 
 void PoseHub::do_pose(const tracking::PoseEstimate<double>& estimate) {
-    const std::int64_t arrival_us = WallClock::now_us();
+    const HostTime arrival = drivers::host_now();
     {
         const std::lock_guard lock(mutex_);
         sensors_ = std::max(sensors_, estimate.sensor + 1);
         ServedPose& served = ring_[count_ % kCapacity];
         served.pose = estimate;
-        served.utc_us = clock_.utc_us(estimate.time, arrival_us);
+        clock_map_.observe(estimate.time, arrival);
+        served.utc_us = to_utc_us(clock_map_.to_host(estimate.time) - lead_);
         ++count_;
         if (estimate.sensor < newest_.size()) {
             newest_[estimate.sensor] = served;

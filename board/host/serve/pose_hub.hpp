@@ -9,15 +9,15 @@
 #include <vector>
 
 #include "board/pose_text/served_pose.hpp"
-#include "board/support/wall_clock.hpp"
+#include "core/protocol/clock_map.hpp"
 #include "core/tracking/pose_estimate.hpp"
 #include "core/tracking/tracker_params.hpp"
-#include "hal/tracker_tap.hpp"
+#include "core/tracking/tracker_tap.hpp"
 
 namespace tricoil::host {
 
 /// Ring buffer. Each reader has its own position; a reader that is more than kCapacity poses behind misses the oldest.
-class PoseHub final : public hal::TrackerTap<double> {
+class PoseHub final : public tracking::TrackerTap<double> {
 public:
     static constexpr std::size_t kCapacity = 512;
 
@@ -62,7 +62,8 @@ private:
     std::array<std::optional<ServedPose>, tracking::kMaxSensors> newest_;
     int sensors_ = 0;
     bool closed_ = false;
-    WallClock clock_;
+    protocol::ClockMap clock_map_;
+    Microseconds lead_;  // shortest possible delay of a pose after its own time: half a window
     std::function<void()> notify_;
 };
 

@@ -17,7 +17,7 @@ struct RecordingStatus {
 };
 
 /// Creates and closes recordings in the caller's thread, so that the tracker's thread never waits for a disk.
-class RecordingSwitch final : public hal::TrackerTap<double> {
+class RecordingSwitch final : public tracking::TrackerTap<double> {
 public:
     /// folder: parent of the recordings, which are named by their start time; empty: no recordings. source: origin of the
     /// columns.

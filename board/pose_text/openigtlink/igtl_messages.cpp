@@ -106,13 +106,13 @@ std::string status_message(const ServedPose& served) {
 
 std::string waiting_message() {
     return status({igtl::StatusMessage::STATUS_NOT_READY, "no pose yet", "the tracker has not delivered a pose yet"}, "tricoil",
-                  WallClock::now_us());
+                  utc_now_us());
 }
 
 std::string tracking_stopped_message() {
     const igtl::RTSTrackingDataMessage::Pointer message = igtl::RTSTrackingDataMessage::New();
     message->SetStatus(0);
-    return packed(*message, "tricoil", WallClock::now_us());
+    return packed(*message, "tricoil", utc_now_us());
 }
 
 }  // namespace tricoil::host::igtl_output

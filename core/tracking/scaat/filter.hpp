@@ -13,8 +13,8 @@ namespace tricoil::tracking::scaat {
 /// column (FDM: at the last of three, or at the first column of the next frame if one is missing). While searching it returns a
 /// flagged pose per complete matrix. A column that contradicts the prediction is refused and the pose flagged unconfirmed. After
 /// three refused measurements in a row, or three of one coil, the filter starts again from the last three columns. Columns that
-/// are saturated, clipped, offset, stuck, overrun or without reference are not used. tick(): the pose predicted to that time,
-/// flagged coasting, and stale beyond coast_limit.
+/// are saturated, clipped, offset, stuck, overrun, gain_changed or without reference are not used. tick(): the pose predicted to
+/// that time, flagged coasting, and stale beyond coast_limit.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 class Filter : public Tracker<Scalar> {
 public:

@@ -8,8 +8,8 @@
 namespace tricoil::tracking::scaat {
 
 /// Columns with these flags contain no information on the couplings.
-constexpr ColumnFlags kUnusable{ColumnFlag::no_reference, ColumnFlag::saturated, ColumnFlag::clipped,
-                                ColumnFlag::stuck,        ColumnFlag::overrun,   ColumnFlag::dc_offset};
+constexpr ColumnFlags kUnusable{ColumnFlag::no_reference, ColumnFlag::saturated, ColumnFlag::clipped,     ColumnFlag::stuck,
+                                ColumnFlag::overrun,      ColumnFlag::dc_offset, ColumnFlag::gain_changed};
 
 /// In TDM each column is a measurement. In FDM the three columns of one time are one measurement. It is complete when all three
 /// have come; the columns of an incomplete frame wait until the next frame begins.

@@ -171,7 +171,7 @@ Status FdcanPort::do_receive(hal::ReceivedMessage& message) {
         const protocol::CanArrival arrival = exchange_.take(frame_.can, frame_.is_fd, now_us, message.bytes, Sender{*this});
         damaged().count(arrival.error);
         if (arrival.complete) {
-            message.host_time_us = now_us;
+            message.arrival = host_time_us(now_us);
             message.hardware_time_us = 0;
             ++counts().received;
             return {};

@@ -52,7 +52,7 @@ Status StreamPort::do_receive(hal::ReceivedMessage& message) {
     if (!complete) {
         return {StatusCode::not_ready, "no message"};
     }
-    message = {reader_.message(), to_us(clock_.now()), 0};
+    message = {reader_.message(), host_time_us(to_us(clock_.now())), 0};
     ++counts().received;
     return {};
 }

@@ -14,6 +14,7 @@
 #include "board/host/serve/web/page_text.hpp"
 #include "board/host/serve/web/pose_event.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/wall_clock.hpp"
 
 namespace tricoil::host::web {
 namespace {
@@ -42,7 +43,7 @@ struct Reader {
     bool send(httplib::DataSink& sink) {
         poses.clear();
         hub.wait(cursor, poses, kPatience);
-        silence.look(WallClock::now_us(), poses);
+        silence.look(utc_now_us(), poses);
         if (hub.closed()) {
             return false;
         }

@@ -10,7 +10,7 @@
 #include "core/tracking/pose_estimate.hpp"
 #include "core/tracking/tracker_params.hpp"
 
-namespace tricoil::hal {
+namespace tricoil::tracking {
 
 /// Called in the order of the trackers' calls, from the loop that runs the trackers; an implementation must not wait for a slow
 /// consumer. Scalar: the precision of the trackers.
@@ -19,7 +19,7 @@ class TrackerTap {
 public:
     /// Settings of the trackers of sensors 0 to sensors - 1.
     struct Settings {
-        tracking::TrackerParams<Scalar> tracker;
+        TrackerParams<Scalar> tracker;
         int sensors = 1;
         std::optional<calibration::Calibration<Scalar>> calibration = std::nullopt;  // applied to the columns by the trackers
     };
@@ -36,7 +36,7 @@ public:
     void tick(std::uint8_t sensor, DeviceTime now) { do_tick(sensor, now); }
     void hemisphere(std::uint8_t sensor, const Vec3<Scalar>& towards) { do_hemisphere(sensor, towards); }
     /// An estimate that a tracker returned or a tracker board sent.
-    void pose(const tracking::PoseEstimate<Scalar>& estimate) { do_pose(estimate); }
+    void pose(const PoseEstimate<Scalar>& estimate) { do_pose(estimate); }
     /// One line about a refused input, or a problem of the device or its link.
     void fault(std::string_view text) { do_fault(text); }
 
@@ -45,8 +45,8 @@ private:
     virtual void do_column(const Column<Scalar>& column) = 0;
     virtual void do_tick(std::uint8_t sensor, DeviceTime now) = 0;
     virtual void do_hemisphere(std::uint8_t sensor, const Vec3<Scalar>& towards) = 0;
-    virtual void do_pose(const tracking::PoseEstimate<Scalar>& estimate) = 0;
+    virtual void do_pose(const PoseEstimate<Scalar>& estimate) = 0;
     virtual void do_fault(std::string_view /*text*/) {}
 };
 
-}  // namespace tricoil::hal
+}  // namespace tricoil::tracking
