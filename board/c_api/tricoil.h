@@ -13,6 +13,23 @@
 extern "C" {
 #endif
 
+/* Flags of a pose. All except distorted and coasting make the pose invalid. */
+/* NOLINTNEXTLINE(readability-identifier-naming,cert-dcl37-c): C */
+enum tricoil_flag {
+    TRICOIL_FLAG_SATURATED = 1 << 0,          /* a channel reached full scale or clipped: couplings are too small */
+    TRICOIL_FLAG_LOW_SIGNAL = 1 << 1,         /* signal-to-noise ratio below the limit */
+    TRICOIL_FLAG_NO_SENSOR = 1 << 2,          /* no dipole fits the couplings: open inputs, or a dead channel */
+    TRICOIL_FLAG_DISTORTED = 1 << 3,          /* warning: couplings differ from a dipole's by more than noise, as near metal */
+    TRICOIL_FLAG_WRONG_HANDEDNESS = 1 << 4,   /* a coil is reversed, or two are swapped */
+    TRICOIL_FLAG_STALE = 1 << 5,              /* no usable measurement for some time; the pose is the last known one */
+    TRICOIL_FLAG_NOT_CONVERGED = 1 << 6,      /* the solver left its domain */
+    TRICOIL_FLAG_HEMISPHERE_UNKNOWN = 1 << 7, /* the sign of the position is a guess */
+    TRICOIL_FLAG_NO_REFERENCE = 1 << 8,       /* no source current */
+    TRICOIL_FLAG_UNCONFIRMED = 1 << 9,        /* the newest measurements contradict the prediction, or too few agree yet */
+    TRICOIL_FLAG_INCONSISTENT = 1 << 10,      /* the last measurements differ more than their noise allows */
+    TRICOIL_FLAG_COASTING = 1 << 11           /* warning: no new measurement; the pose is predicted */
+};
+
 typedef struct tricoil_tracker tricoil_tracker; /* NOLINT(modernize-use-using): C */
 
 /* NOLINTNEXTLINE(readability-identifier-naming): C */
@@ -21,7 +38,7 @@ typedef struct tricoil_pose {
     uint32_t sequence;          /* pose counter */
     uint8_t sensor;             /* 0 to 3 */
     uint8_t valid;              /* 0: do not use this pose; flags give the reason */
-    uint16_t flags;             /* bit numbers: see core/tracking/pose_flags.hpp */
+    uint16_t flags;             /* TRICOIL_FLAG_... */
     double position_m[3];       /* x, y, z */
     double quaternion_wxyz[4];  /* unit length */
     double position_std_m[3];   /* standard deviations along the axes of the source frame */

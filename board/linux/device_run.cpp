@@ -161,13 +161,13 @@ int run_device(const DeviceRunOptions& options) {
     std::optional<LinePump> csv;
     if (!config.csv.empty()) {
         csv.emplace(config.csv);
-        csv->push(host::pose_csv_header());
+        csv->push(host::pose_column_names() + '\n');
     }
     std::optional<LinePump> json;
     if (options.json) {
         json.emplace(STDOUT_FILENO, "standard output");
     }
-    std::array<char, 512> line{};
+    host::PoseLineBuffer line{};
     std::optional<host::Recorder> recorder;
     if (!options.record.empty()) {
         recorder.emplace(options.record, describe_source(config), host::Journal::Patience::never_wait);

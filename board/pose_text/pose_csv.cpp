@@ -2,27 +2,24 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-#include <numbers>
+#include <array>
 #include <utility>
 
-#include "board/support/errors.hpp"
-#include "board/support/whole_file.hpp"
+#include "board/pose_text/pose_fields.hpp"
 #include "core/base/angle_units.hpp"
+
 namespace tricoil::host {
 namespace {
 
 std::string header(const OutputFormat& format) {
-    const std::string& u = format.unit;
     std::string angles;
     if (format.euler) {
         angles = fmt::format(",euler_{0}_1_deg,euler_{0}_2_deg,euler_{0}_3_deg", format.euler_name);
     }
     return fmt::format(
-        "sequence,time_us,x_{0},y_{0},z_{0},qw,qx,qy,qz,std_x_{0},std_y_{0},std_z_{0},std_rx_rad,std_ry_rad,std_rz_rad,"
-        "valid,flags,state,distortion_chi_square,snr_db,predicted_error_mm,predicted_error_deg,"
-        "true_x_{0},true_y_{0},true_z_{0},true_qw,true_qx,true_qy,true_qz,error_position_m,error_orientation_rad{1}\n",
-        u, angles);
+        "{0},{1},true_x_{2},true_y_{2},true_z_{2},true_qw,true_qx,true_qy,true_qz,error_position_m,"
+        "error_orientation_rad{3}\n",
+        pose_column_names(format.unit), kPredictedErrorNames, format.unit, angles);
 }
 
 std::string fields(const Vec3<double>& v) { return fmt::format("{:.7f},{:.7f},{:.7f}", v.x(), v.y(), v.z()); }
@@ -50,15 +47,9 @@ void PoseCsv::write(const tracking::PoseEstimate<double>& estimate, const TruePo
     const auto e = tracking::in_frame(estimate, format_.frame);
     const auto truth = tracking::in_frame(pose_of(true_pose), format_.frame);
     const double scale = format_.units_per_m;
-    std::string line =
-        fmt::format("{},{},{},{},", e.sequence, to_us(e.time), fields(scale * e.position_m), fields(e.q_source_sensor));
-    Vec6<double> deviation = e.covariance.diagonal().cwiseSqrt();
-    deviation.head<3>() *= scale;
-    for (const double value : deviation) {
-        line += fmt::format("{:.4e},", value);
-    }
-    line += fmt::format("{:d},{},{},{:.3f},{:.2f},", e.valid(), e.flags.bits(), static_cast<int>(e.state),
-                        e.distortion_chi_square, e.snr_db);
+    std::array<char, kLongestPoseText> numbers{};
+    std::string line(numbers.data(), put_csv(numbers_of(e, scale), numbers));
+    line += ',';
     line += e.predicted_error ? fmt::format("{:.4f},{:.5f},", 1e3 * e.predicted_error->total.position_m,
                                             kDegrees * e.predicted_error->total.rotation_rad)
                               : std::string(",,");  // not known yet
@@ -67,7 +58,7 @@ void PoseCsv::write(const tracking::PoseEstimate<double>& estimate, const TruePo
     line += fmt::format("{},{},{:.4e},{:.4e}", fields(scale * truth.position_m), fields(truth.q_source_sensor), error_m,
                         geometry::angle_between(estimate.q_source_sensor, true_pose.q_source_sensor));
     if (format_.euler) {
-        const Vec3<double> angles = geometry::euler_angles<double>(e.q_source_sensor, *format_.euler) * (180 / std::numbers::pi);
+        const Vec3<double> angles = geometry::euler_angles<double>(e.q_source_sensor, *format_.euler) * kDegrees;
         line += fmt::format(",{:.5f},{:.5f},{:.5f}", angles(0), angles(1), angles(2));
     }
     line += '\n';

@@ -2,19 +2,22 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
 #include <string_view>
 
-#include "core/protocol/messages.hpp"
+#include "board/pose_text/pose_fields.hpp"
 
 namespace tricoil::host {
 
 enum class PoseFormat : std::uint8_t { csv, json };
 
-/// First line of a CSV file, with line feed.
-std::string_view pose_csv_header();
+using PoseLineBuffer = std::array<char, kLongestPoseText + 1>;
 
-/// One line, with line feed. Valid while `buffer` is unchanged.
-std::string_view pose_line(const protocol::PoseMessage& pose, PoseFormat format, std::array<char, 512>& buffer);
+/// One line, with line feed. Valid while `buffer` is unchanged. The first line of a CSV file is pose_column_names().
+inline std::string_view pose_line(const protocol::PoseMessage& pose, PoseFormat format, PoseLineBuffer& buffer) {
+    const PoseNumbers numbers = numbers_of(pose);
+    const std::size_t size = format == PoseFormat::csv ? put_csv(numbers, buffer) : put_json(numbers, buffer);
+    buffer[size] = '\n';
+    return {buffer.data(), size + 1};
+}
 
 }  // namespace tricoil::host

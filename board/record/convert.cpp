@@ -34,7 +34,7 @@ std::string igtl_bytes(const Pose& pose) {
 
 std::uint64_t convert(const Recording& recording, const std::string& form, const std::function<void(std::string_view)>& put) {
     const std::size_t to = index_of_name("--to", form, {"jsonl", "candump", "openigtlink"});
-    std::array<char, 512> buffer{};
+    PoseLineBuffer buffer{};
     const std::array<std::function<void(const Pose&)>, 3> take{
         [&](const Pose& pose) { put(pose_line(protocol::to_message(pose), PoseFormat::json, buffer)); },
         [&](const Pose& pose) { put(candump_line(protocol::to_message(pose))); },

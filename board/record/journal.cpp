@@ -32,13 +32,13 @@ std::size_t write_all(int descriptor, std::string_view text) {
 
 }  // namespace
 
-Journal::Journal(const std::vector<std::string>& paths, Patience patience, std::span<const char* const> headers)
+Journal::Journal(const std::vector<std::string>& paths, Patience patience, std::span<const std::string> headers)
     : files_(paths.size()), patience_(patience) {
     std::signal(SIGXFSZ, SIG_IGN);  // write() then reports a file size limit like a full disk
     for (std::size_t n = 0; n < paths.size(); ++n) {
         make(paths[n], files_[n]);
         if (n < headers.size()) {
-            files_[n].writing = std::string(headers[n]) + '\n';
+            files_[n].writing = headers[n] + '\n';
             write(files_[n]);
             files_[n].writing.clear();
         }

@@ -34,7 +34,7 @@ public:
 
     /// Creates the files and writes the header line of each at once, so that every file has one even if the program is killed.
     /// Throws InputError if a file cannot be created.
-    Journal(const std::vector<std::string>& paths, Patience patience, std::span<const char* const> headers = {});
+    Journal(const std::vector<std::string>& paths, Patience patience, std::span<const std::string> headers = {});
     ~Journal();
     Journal(const Journal&) = delete;
     Journal& operator=(const Journal&) = delete;

@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "board/pose_text/pose_fields.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/text_table.hpp"
 #include "core/base/angle_units.hpp"
@@ -77,6 +78,11 @@ private:
     std::size_t at_ = 0;
 };
 
+// The covariance in place of the standard deviations.
+constexpr std::string_view kCovarianceNames =
+    "cov_xx,cov_xy,cov_xz,cov_xrx,cov_xry,cov_xrz,cov_yy,cov_yz,cov_yrx,cov_yry,cov_yrz,cov_zz,cov_zrx,cov_zry,cov_zrz,"
+    "cov_rxrx,cov_rxry,cov_rxrz,cov_ryry,cov_ryrz,cov_rzrz";
+
 std::string text_of(const Vec3<double>& v) { return fmt::format("{},{},{}", v.x(), v.y(), v.z()); }
 
 }  // namespace
@@ -100,17 +106,36 @@ std::string line_of(const TrackerInput& input) {
     return fmt::format("{},,,,,,,,,,,,,,,", kind);
 }
 
+const std::array<std::string, 3>& record_headers() {
+    static const std::array<std::string, 3> headers{
+        "kind,sensor,time_us,state,state_sequence,sequence,flags,in_phase_1,in_phase_2,in_phase_3,quadrature_1,quadrature_2,"
+        "quadrature_3,sigma_1,sigma_2,sigma_3",
+        fmt::format("{},{},x11,x21,x31,x12,x22,x32,x13,x23,x33", pose_column_names("m", kCovarianceNames), kPredictedErrorNames),
+        "time_us,sensor,event,detail"};
+    return headers;
+}
+
 std::string line_of(const tracking::PoseEstimate<double>& e) {
     fmt::memory_buffer line;
-    const Quat<double>& q = e.q_source_sensor;
-    fmt::format_to(std::back_inserter(line), "{},{},{},{:d},{},{},{},{},{},{},{}", e.sensor, e.sequence, to_us(e.time), e.valid(),
-                   e.flags.bits(), static_cast<int>(e.state), text_of(e.position_m), q.w(), q.x(), q.y(), q.z());
-    for (int i = 0; i < 6; ++i) {
-        for (int j = i; j < 6; ++j) {
-            fmt::format_to(std::back_inserter(line), ",{}", e.covariance(i, j));
+    const auto add = [&](const auto& value) {
+        fmt::format_to(std::back_inserter(line), "{}{}", line.size() == 0 ? "" : ",", value);
+    };
+    const PoseNumbers numbers = numbers_of(e);
+    for (const PoseField& field : pose_fields()) {
+        if (is_deviation(field)) {
+            for (int i = 0; i < 6; ++i) {
+                for (int j = i; j < 6; ++j) {
+                    add(e.covariance(i, j));
+                }
+            }
+        } else if (field.integer != nullptr) {
+            add(numbers.*field.integer);
+        } else {
+            for (const double number : field.numbers(numbers)) {
+                add(number);
+            }
         }
     }
-    fmt::format_to(std::back_inserter(line), ",{},{}", e.distortion_chi_square, e.snr_db);
     if (e.predicted_error) {
         fmt::format_to(std::back_inserter(line), ",{},{}", 1e3 * e.predicted_error->total.position_m,
                        kDegrees * e.predicted_error->total.rotation_rad);

@@ -43,7 +43,7 @@ std::string now_utc() {
 nlohmann::ordered_json describe_columns() {
     nlohmann::ordered_json columns;
     for (std::size_t n = 0; n < kRecordFiles.size(); ++n) {
-        columns[kRecordFiles[n]] = kRecordHeaders[n];
+        columns[kRecordFiles[n]] = record_headers()[n];
     }
     return columns;
 }
@@ -51,7 +51,7 @@ nlohmann::ordered_json describe_columns() {
 }  // namespace
 
 Recorder::Recorder(const std::string& folder, nlohmann::ordered_json source, Journal::Patience patience)
-    : folder_(folder), journal_(prepare(folder), patience, kRecordHeaders) {
+    : folder_(folder), journal_(prepare(folder), patience, record_headers()) {
     description_ = {{"format", kRecordingFormat},
                     {"version", kRecordingVersion},
                     {"program", "tricoil " TRICOIL_VERSION},

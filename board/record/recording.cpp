@@ -41,7 +41,7 @@ RecordLines::RecordLines(const std::string& folder, RecordFile file)
     : path_((fs::path(folder) / kRecordFiles[static_cast<std::size_t>(file)]).string()), reader_(path_) {
     std::string header;
     if (next(header) &&
-        header != kRecordHeaders[static_cast<std::size_t>(file)]) {  // no line: the program was killed before the first
+        header != record_headers()[static_cast<std::size_t>(file)]) {  // no line: the program was killed before the first
         throw InputError(path_ + ":1: is not the header of such a file");
     }
 }

@@ -146,7 +146,7 @@ ReplayReport replay(const Recording& recording, const TrackerSettings& settings,
     std::optional<OutputFile> file;
     if (!out.empty()) {
         file.emplace(out);
-        file->write(std::string(kRecordHeaders[static_cast<std::size_t>(RecordFile::poses)]) + "\n");
+        file->write(record_headers()[static_cast<std::size_t>(RecordFile::poses)] + '\n');
     }
     RecordLines inputs(recording.folder(), RecordFile::inputs);
     for (std::string line; inputs.next(line);) {

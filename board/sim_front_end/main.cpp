@@ -17,6 +17,7 @@
 #include "board/support/nearest_name.hpp"
 #include "board/support/sim_input/peer_fault_text.hpp"
 #include "board/support/sim_input/scenario_file.hpp"
+#include "board/support/whole_file.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
 #include "drivers/serial/serial_port.hpp"
 #include "drivers/socketcan/can_port.hpp"
@@ -102,7 +103,7 @@ std::vector<std::uint8_t> read_blob(const std::string& path) {
 
 void keep_blob(const std::string& path, const std::vector<std::uint8_t>& blob) {
     if (!path.empty() && !blob.empty()) {
-        std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(blob.data()), std::ssize(blob));
+        host::write_whole_file(path, {blob.begin(), blob.end()});
     }
 }
 
@@ -193,7 +194,7 @@ int run(Options& o) {
         text = run_device(front_end, *port, o, gpio ? &*gpio : nullptr);
     }
     if (!o.report.empty()) {
-        std::ofstream(o.report) << text;
+        host::write_whole_file(o.report, text);
     } else {
         fmt::print("{}", text);
     }

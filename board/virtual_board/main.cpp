@@ -15,6 +15,7 @@
 #include "board/support/nearest_name.hpp"
 #include "board/support/sim_input/fault_text.hpp"
 #include "board/support/sim_input/scenario_file.hpp"
+#include "board/support/whole_file.hpp"
 #include "board/virtual_board/board_fault_text.hpp"
 #include "board/virtual_board/bridges.hpp"
 #include "board/virtual_board/symbols_file.hpp"
@@ -82,9 +83,7 @@ void save_flash(VirtualBoard& board, const std::string& path) {
         return;
     }
     const auto& bytes = board.flash.content();
-    if (!std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(bytes.data()), std::ssize(bytes))) {
-        throw host::DeviceError(path + ": cannot be written");
-    }
+    host::write_whole_file(path, {bytes.begin(), bytes.end()});
 }
 
 class Run {
@@ -208,8 +207,8 @@ int run(const Options& options) {
     const std::string text = run.report().dump(2) + "\n";
     if (options.report.empty()) {
         fmt::print("{}", text);
-    } else if (!(std::ofstream(options.report) << text)) {
-        throw host::DeviceError(options.report + ": cannot be written");
+    } else {
+        host::write_whole_file(options.report, text);
     }
     return 0;
 }

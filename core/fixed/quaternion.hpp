@@ -18,4 +18,7 @@ struct Quaternion {
 /// negative. Error below 4e-9 for a rotation; undefined numbers for any other matrix.
 Quaternion attitude_quaternion(const Mat3<Unit>& o);
 
+/// q or -q, which is the same attitude: the one closer to `last`.
+Quaternion with_sign_of(const Quaternion& q, const Quaternion& last);
+
 }  // namespace tricoil::fixed

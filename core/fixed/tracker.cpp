@@ -171,6 +171,7 @@ PoseEstimate Tracker::solve(const Measurement& measurement) {
         return estimate;
     }
     judge(measurement, *solved, estimate);
+    estimate.q_source_sensor = last_attitude_ = with_sign_of(estimate.q_source_sensor, last_attitude_);
     if (estimate.valid()) {
         last_ = *solved;
         has_last_ = true;

@@ -116,6 +116,7 @@ private:
     int out_of_order_ = 0;
     DeviceTime last_valid_{};
     PoseEstimate last_estimate_;
+    Quaternion last_attitude_;  // of the newest solution
     TrackerCounters counters_;
 };
 

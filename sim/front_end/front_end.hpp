@@ -4,14 +4,11 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "core/protocol/codec.hpp"
 #include "core/signal/demodulator.hpp"
-#include "core/tracking/matrix/direct_tracker.hpp"
-#include "core/tracking/output_frame.hpp"
-#include "core/tracking/tracker.hpp"
+#include "core/tracking/tracker_params.hpp"
 #include "hal/message_port.hpp"
 #include "sim/front_end/peer_fault.hpp"
 #include "sim/front_end/services.hpp"

@@ -108,7 +108,7 @@ TEST(Run, CsvHoldsEveryPoseBesideTheTruth) {
     run("--duration 1 --out " + path);
     const std::string text = read_file(path);
     EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1 + 239);  // the first block of 240 settles
-    EXPECT_TRUE(text.starts_with("sequence,time_us,"));
+    EXPECT_TRUE(text.starts_with("sensor,sequence,time_us,"));
     EXPECT_EQ(text.find("nan"), std::string::npos);
 }
 

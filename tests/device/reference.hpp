@@ -59,8 +59,8 @@ inline std::vector<std::string> lines(const std::string& text) {
 /// The poses that came, against the first as many of the reference: equal in every digit.
 inline void expect_equal_poses(const std::string& csv, const sim::FrontEndParams& params, double duration_s,
                                std::size_t at_least) {
-    std::string reference(host::pose_csv_header());
-    std::array<char, 512> buffer{};
+    std::string reference = host::pose_column_names() + '\n';
+    host::PoseLineBuffer buffer{};
     for (const auto& pose : reference_poses(params, duration_s + 1)) {
         reference += host::pose_line(pose, host::PoseFormat::csv, buffer);
     }

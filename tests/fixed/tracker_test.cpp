@@ -150,6 +150,25 @@ TEST(FixedTracker, StaysWithDoubleOnTimeDivision) {
     EXPECT_LE(worst.different_flags, worst.valid / 100);
 }
 
+/// Two turns about z: the sign of the quaternion of an attitude matrix changes on the way.
+TEST(FixedTracker, QuaternionSignsAreContinuous) {
+    const sim::CircleMotion motion({0.5, 0, 0}, 0.1, 1);
+    Pair pair(signal::Multiplexing::fdm, motion, {}, {}, true, Method::direct);
+    Quat<double> last = Quat<double>::Identity();
+    double least = 1;
+    double least_w = 1;
+    while (pair.elapsed_s() < 2) {
+        if (const auto ours = pair.step().ours) {
+            const Quat<double> q = to_double(ours->q_source_sensor);
+            least = std::min(least, q.dot(last));
+            least_w = std::min(least_w, q.w());
+            last = q;
+        }
+    }
+    EXPECT_GT(least, 0.9);
+    EXPECT_LT(least_w, -0.9);
+}
+
 TEST(FixedTracker, StaysWithDoubleByTheDirectSolution) {
     const Worst worst = compare(signal::Multiplexing::tdm, 24, 4, Method::direct);
     EXPECT_GT(worst.valid, 2500);

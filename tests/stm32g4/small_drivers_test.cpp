@@ -162,6 +162,8 @@ TEST_F(ProcessorTest, ReportsAFaultOnce) {
     record.ending = BootRecord::kFaulted;
     EXPECT_EQ(reason_for(rcc::CSR_PINRSTF | rcc::CSR_IWDGRSTF), hal::ResetReason::fault);
     EXPECT_EQ(reason_for(rcc::CSR_PINRSTF | rcc::CSR_IWDGRSTF), hal::ResetReason::watchdog);
+    record.ending = BootRecord::kAssertionFailed;
+    EXPECT_EQ(reason_for(rcc::CSR_PINRSTF | rcc::CSR_IWDGRSTF), hal::ResetReason::fault);
     record.ending = BootRecord::kFaulted;  // RAM contents after power-on are random
     EXPECT_EQ(reason_for(rcc::CSR_BORRSTF), hal::ResetReason::power_on);
 }

@@ -22,7 +22,7 @@ constexpr double kSigmaFloor = 1e-8;     // its converter's quantisation over a 
 constexpr double kSlotsPerSecond = 720;  // 240 Hz frames
 constexpr Microseconds kTdmSpan{3500};
 
-/// Per-entry noise that costs the direct solution `cost_m` RMS at 0.75 m (physics 2).
+/// Per-entry noise that costs the direct solution `cost_m` RMS at 0.75 m (Cramer-Rao bound, core/solver/pose_covariance.hpp).
 inline double sigma_for_cost(double cost_m) {
     const double share = std::sqrt(1 / 13.5 + 2 * 1.25 / 0.5625);
     return cost_m / (share * 0.75) * kCoupling / (0.75 * 0.75 * 0.75);

@@ -1,10 +1,12 @@
 // Hardware faults with the flash image: coils off in time, the right fault reported, recovery or a safe state, flash intact.
 #include <gmock/gmock.h>
 
+#include <cstring>
 #include <random>
 
 #include "board/virtual_board/board_fault_text.hpp"
 #include "core/calibration/blob.hpp"
+#include "drivers/stm32g4/processor.hpp"
 #include "tests/virtual_board/board_bench.hpp"
 
 namespace tricoil {
@@ -165,6 +167,32 @@ TEST(BoardFaults, WatchdogEndsAHang) {
         EXPECT_NE(board.status().faults & bit(Fault::hung), 0U);
         board.expect_tracking();
     }
+}
+
+/// As if the program had called it while it measures.
+TEST(BoardFaults, AFailedAssertionSwitchesTheCoilsOffAndRestarts) {
+    FaultyBoard board({});
+    board.run(kFaultS - board.board->now_s());
+    ASSERT_TRUE(is_on(board));
+    const auto failed = board.symbols.address_of("_ZN7tricoil16assertion_failedEv");
+    const auto record_address = board.symbols.address_of("_ZN7tricoil13stm32g4_board11boot_recordE");
+    ASSERT_TRUE(failed && record_address);
+    virtual_board::Machine& machine = board.board->machine;
+    machine.cpu.jump(*failed & ~1U, false);
+    board.run(20e-6);
+    EXPECT_FALSE(is_on(board));
+    stm32g4::BootRecord record{};
+    std::memcpy(&record, machine.memory.at(*record_address, sizeof record).data(), sizeof record);
+    EXPECT_EQ(record.ending, stm32g4::BootRecord::kAssertionFailed);
+    EXPECT_FALSE(board.symbols.name_of(record.pc).empty());
+    board.fed[test::on_serial] = false;
+    board.run(2);
+    EXPECT_EQ(board.board->resets(), 1U);
+    EXPECT_FALSE(is_on(board));
+    board.host().hello();
+    board.run(0.05);
+    EXPECT_NE(board.status().faults & bit(Fault::hung), 0U);
+    board.expect_tracking();
 }
 
 TEST(BoardFaults, StackNearItsLimitIsReported) {

@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "board/support/errors.hpp"
+#include "board/support/whole_file.hpp"
 
 extern char** environ;
 
@@ -91,16 +92,11 @@ int run_gnuplot(const std::filesystem::path& folder, const std::string& script, 
 void draw(const std::filesystem::path& folder, const std::vector<Picture>& pictures, const InterruptGuard& guard) {
     const std::string script_name = "draw.gp";
     const std::string log_name = "gnuplot.log";
-    {
-        std::ofstream script(folder / script_name);
-        script << "set encoding utf8\n";
-        for (const Picture& picture : pictures) {
-            script << kSettings << script_of(picture);
-        }
-        if (!script.flush()) {
-            throw InputError(fmt::format("cannot write {}; is the disk full?", (folder / script_name).string()));
-        }
+    std::string script = "set encoding utf8\n";
+    for (const Picture& picture : pictures) {
+        script += kSettings + script_of(picture);
     }
+    write_whole_file(folder / script_name, script);
     const int status = run_gnuplot(folder, script_name, log_name, guard);
     if (status == 127) {
         throw InputError("gnuplot is not installed: install the package gnuplot-nox, or take --csv-only");
