@@ -48,7 +48,7 @@ private:
         }
         current_ = queue_.front();
         queue_.pop_front();
-        message = {current_, 0, 0};
+        message = {current_, HostTime{}, 0};
         return {};
     }
     Status do_wait(Microseconds) override { return {}; }

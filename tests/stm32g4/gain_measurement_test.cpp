@@ -46,6 +46,9 @@ private:
         wanted_ = obeys ? step : wanted_;
         return {};
     }
+    Status do_measure(const signal::AcquisitionPlan& plan, signal::GainSteps<float>& steps) override {
+        return measure_gain(*this, *this, plan, steps);
+    }
     void do_set_test_carrier(float amplitude_codes) override { fed = amplitude_codes; }
 
     Status do_start(const signal::AcquisitionPlan&) override {
