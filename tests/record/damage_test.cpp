@@ -136,7 +136,7 @@ TEST_F(Damage, InvalidLines) {
     refused_by_replay("tick,9,100,,,,,,,,,,,,,", "names sensor 9 of 1");
     refused_by_replay("tick,0,soon,,,,,,,,,,,,,", "'soon', is not a number");
     refused_by_replay("column,0,1,9,1,1,0,1,1,1,1,1,1,1,1,1", "must be less than 5");
-    refused_by_replay("column,0,1,1,1,1,128,1,1,1,1,1,1,1,1,1", "must be less than 128");
+    refused_by_replay("column,0,1,1,1,1,128,1,1,1,1,1,1,1,1,1", "field 7, '128', has unknown flags");
     put("inputs.csv", "kind\n");
     EXPECT_THAT(tricoil("replay " + folder_).err, HasSubstr("inputs.csv:1: is not the header"));
 }
