@@ -111,7 +111,7 @@ int main(int argc, char** argv) {
     } catch (const tricoil::host::Interrupted& interrupt) {
         return report(interrupt.exit_code(), interrupt.what());
     } catch (const std::bad_alloc&) {
-        return report(to_int(ExitCode::device_trouble), "out of memory; the input is too large for this machine");
+        return report(to_int(ExitCode::device_error), "out of memory; the input is too large for this machine");
     } catch (const std::exception& error) {
         if (tricoil::host::reader_is_gone()) {  // as the shell reports it for programs that the signal ends
             return kSignalled + SIGPIPE;
