@@ -116,7 +116,7 @@ private:
     int out_of_order_ = 0;
     DeviceTime last_valid_{};
     PoseEstimate last_estimate_;
-    Quaternion last_attitude_;  // of the newest solution
+    Quaternion last_attitude_{0, 0, 0, 0};  // of the newest solution; zero: none yet
     TrackerCounters counters_;
 };
 

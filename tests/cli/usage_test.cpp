@@ -61,7 +61,7 @@ TEST(Usage, UnknownNamesGetASuggestion) {
     expect_usage_error("run --tracker fixed-prev", "did you mean 'fixed-previous'");
     expect_usage_error("run --device can:vcan9 --tracker fixed-direct", "--tracker fixed-direct: computes poses from samples");
     expect_usage_error("run --device can:vcan9 --tracker direct --samples /tmp/s", "--samples: not with a device");
-    expect_usage_error("serve --openigtlink 0 --tracker fixed-direct", "serve: not with --tracker fixed-direct");
+    expect_usage_error("serve --openigtlink 0 --tracker fixed-direct", "--tracker fixed-direct: computes poses from samples");
     expect_usage_error("run --scenario hnd", "did you mean 'hand'");
     expect_usage_error("run --fault open_coyl:S1", "did you mean 'open_coil'");
     expect_usage_error("run --nonsense", "--nonsense");
@@ -122,7 +122,7 @@ TEST(Usage, NumbersOutOfRangeAreNamed) {
     expect_usage_error("run --seed -1", "--seed");
     expect_usage_error("run --rate-hz fast", "expected: a number");
     expect_usage_error("run --passes 1.5", "expected: a whole number");
-    expect_usage_error("motion --azimuth fast,1", "expected: 2 numbers");
+    expect_usage_error("motion --azimuth fast,1", "expected: 2 comma-separated numbers");
 }
 
 TEST(Usage, UnusableFilesAreNamed) {

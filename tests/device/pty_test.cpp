@@ -228,7 +228,7 @@ TEST_F(Pty, SilenceEndsWithOneLine) {
     plug_in("--duration 600");
     peer->send(SIGSTOP);
     EXPECT_EQ(tricoil("device info --wait 0.3 " + device), 3);
-    EXPECT_EQ(err, "tricoil: " + device + ": who it is: no answer yet\n");
+    EXPECT_EQ(err, "tricoil: " + device + ": identify: no answer yet\n");
     EXPECT_EQ(tricoil("selfcheck --wait 0.3 --device " + device), 3);
     EXPECT_EQ(tricoil("device watch --duration 0.3 " + device), 3);
     EXPECT_EQ(tricoil("device info serial:" + in("nothing")), 3);

@@ -100,13 +100,13 @@ TEST_F(Damage, InvalidSettings) {
     expect_refused("trackers.tracker.min_snr: is missing");
     SetUp();
     describe([](auto& d) { d["trackers"]["tracker"]["min_snr"] = "many"; });
-    expect_refused("trackers.tracker.min_snr: has another type");
+    expect_refused("trackers.tracker.min_snr: has a wrong type or value");
     SetUp();
     describe([](auto& d) { d["trackers"]["tracker"]["min_snr"] = -1; });
     expect_refused("trackers.tracker: ");
     SetUp();
     describe([](auto& d) { d["trackers"]["tracker"]["method"] = "scat"; });
-    expect_refused("trackers.tracker.method: has another type");
+    expect_refused("trackers.tracker.method: has a wrong type or value");
     SetUp();
     describe([](auto& d) { d["trackers"]["tracker"].erase("method"); });
     expect_refused("trackers.tracker.method: is missing");
@@ -133,12 +133,12 @@ TEST_F(Damage, InvalidLines) {
     };
     refused_by_replay("nonsense", "has 1 fields instead of 16");
     refused_by_replay("song,0,,,,,,,,,,,,,,", "unknown input kind 'song'");
-    refused_by_replay("tick,9,100,,,,,,,,,,,,,", "names sensor 9 of 1");
-    refused_by_replay("tick,0,soon,,,,,,,,,,,,,", "'soon', is not a number");
+    refused_by_replay("tick,9,100,,,,,,,,,,,,,", "sensor 9 does not exist; the recording has 1");
+    refused_by_replay("tick,0,soon,,,,,,,,,,,,,", "'soon', is not a valid number");
     refused_by_replay("column,0,1,9,1,1,0,1,1,1,1,1,1,1,1,1", "must be less than 5");
     refused_by_replay("column,0,1,1,1,1,128,1,1,1,1,1,1,1,1,1", "field 7, '128', has unknown flags");
     put("inputs.csv", "kind\n");
-    EXPECT_THAT(tricoil("replay " + folder_).err, HasSubstr("inputs.csv:1: is not the header"));
+    EXPECT_THAT(tricoil("replay " + folder_).err, HasSubstr("inputs.csv:1: wrong header"));
 }
 
 TEST_F(Damage, ALineCutOffIsNotRead) {

@@ -108,9 +108,9 @@ TEST(IgtlMessages, StatusHoldsWholeFlagsAndSubCodeZero) {
     const auto message = unpack<igtl::StatusMessage>(status_message(served), unpacked);
     EXPECT_EQ(message->GetSubCode(), 0);
     EXPECT_STREQ(message->GetErrorName(), "low_signal");
-    EXPECT_STREQ(message->GetStatusString(),
-                 "no valid pose: low_signal, hemisphere_unknown; the side of the source on which the sensor is, is not known: "
-                 "set the hemisphere to where it is now");
+    EXPECT_STREQ(
+        message->GetStatusString(),
+        "no valid pose: low_signal, hemisphere_unknown; the hemisphere is unknown: set it to the half space of the sensor");
 }
 
 /// A session, and the client at the other end of its connection.

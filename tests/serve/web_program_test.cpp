@@ -86,8 +86,8 @@ TEST(ServePage, TheLinkGoesToAFileOfTheUsersOwn) {
 
 TEST(ServePage, OtherAddressesThanLoopbackAreToldWhatTheyExpose) {
     const Serving wide({"--web", "0.0.0.0:0", "--fastrak", "tcp:0.0.0.0:0", "--open-controls", "--scenario", "still"});
-    EXPECT_THAT(wide.err(), HasSubstr("--web 0.0.0.0:0: whoever reaches this address can read poses, switch the coils"));
-    EXPECT_THAT(wide.err(), HasSubstr("--fastrak 0.0.0.0:0: whoever reaches this address"));
+    EXPECT_THAT(wide.err(), HasSubstr("--web 0.0.0.0:0: everyone who reaches this address can read poses, switch the coils"));
+    EXPECT_THAT(wide.err(), HasSubstr("--fastrak 0.0.0.0:0: everyone who reaches this address"));
     const Serving narrow({"--web", "0", "--openigtlink", "0", "--scenario", "still"});
     EXPECT_THAT(narrow.err(), ::testing::Not(HasSubstr("whoever")));
 }

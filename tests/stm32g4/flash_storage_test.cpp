@@ -81,6 +81,7 @@ TEST_F(FlashStorageTest, SwitchesTheDataCacheOnAgainAfterAnOperation) {
     registers.ACR = flash::ACR_DCEN;
     EXPECT_TRUE(storage.erase(0).ok());
     EXPECT_EQ(registers.ACR, flash::ACR_DCEN);
+    registers.CR = 0;  // plain memory does not unlock
     EXPECT_TRUE(storage.program(0, 0, 1).ok());
     EXPECT_EQ(registers.ACR, flash::ACR_DCEN);
 }
