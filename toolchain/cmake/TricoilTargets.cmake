@@ -29,6 +29,20 @@ if(TRICOIL_SANITIZE)
   target_compile_options(tricoil_options INTERFACE -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
   target_link_options(tricoil_options INTERFACE -fsanitize=address,undefined)
 endif()
+# Programs are position independent by Debian's default of GCC and clang; tests/toolchain checks the result. Sanitizers do not work with
+# _FORTIFY_SOURCE, and it needs optimisation.
+if(TRICOIL_HARDEN AND NOT CMAKE_CROSSCOMPILING)
+  include(CheckCXXCompilerFlag)
+  add_compile_options(-fstack-protector-strong)
+  add_link_options(LINKER:-z,relro,-z,now,-z,noexecstack)
+  check_cxx_compiler_flag(-fcf-protection=full TRICOIL_HAS_CF_PROTECTION)
+  if(TRICOIL_HAS_CF_PROTECTION)
+    add_compile_options(-fcf-protection=full)
+  endif()
+  if(NOT TRICOIL_SANITIZE AND NOT TRICOIL_FUZZ)
+    add_compile_options($<$<NOT:$<CONFIG:Debug>>:-U_FORTIFY_SOURCE> $<$<NOT:$<CONFIG:Debug>>:-D_FORTIFY_SOURCE=2>)
+  endif()
+endif()
 
 include(${CMAKE_CURRENT_LIST_DIR}/PrecompiledHeaders.cmake)
 

@@ -15,19 +15,6 @@ typename Tracker<Scalar>::Correction ideal_triads(const std::optional<calibratio
 }  // namespace
 
 template <typename Scalar>
-Status AnyTracker<Scalar>::check(const TrackerParams<Scalar>& params, const Calibration& coils) {
-    Status status = tracking::check(params);
-    if (!status.ok() || !coils) {
-        return status;
-    }
-    status = calibration::check(*coils);
-    if (status.ok() && !std::holds_alternative<ScaatParams<Scalar>>(params.method)) {
-        status = calibration::CoilCorrection<Scalar>::ideal_triads(*coils).status();
-    }
-    return status;
-}
-
-template <typename Scalar>
 AnyTracker<Scalar>::AnyTracker(const TrackerParams<Scalar>& params, const Calibration& coils) {
     const Correction correction = ideal_triads(coils);
     if (coils && !correction) {

@@ -1,0 +1,21 @@
+// AnyTracker::check, apart from the trackers: readers of settings need no more.
+#include "core/tracking/methods/any_tracker.hpp"
+
+namespace tricoil::tracking {
+
+template <typename Scalar>
+Status AnyTracker<Scalar>::check(const TrackerParams<Scalar>& params, const Calibration& coils) {
+    Status status = tracking::check(params);
+    if (!status.ok() || !coils) {
+        return status;
+    }
+    status = calibration::check(*coils);
+    if (status.ok() && !std::holds_alternative<ScaatParams<Scalar>>(params.method)) {
+        status = calibration::CoilCorrection<Scalar>::ideal_triads(*coils).status();
+    }
+    return status;
+}
+
+template Status AnyTracker<double>::check(const TrackerParams<double>& params, const Calibration& coils);
+
+}  // namespace tricoil::tracking

@@ -1,0 +1,52 @@
+// Random bytes as a calibration: TOML, or a blob, whose CRC is made right so that its numbers are read. What is accepted can be
+// written and read again.
+#include <cstring>
+
+#include "board/support/calibration_file.hpp"
+#include "core/base/crc32.hpp"
+#include "core/calibration/blob.hpp"
+#include "tests/fuzz/input_file.hpp"
+
+namespace {
+
+using namespace tricoil;  // NOLINT(google-build-using-namespace): a program of one file
+
+void as_toml(std::string_view text) {
+    fuzz::accept_or_refuse([&] {
+        const auto file = host::read_calibration(fuzz::input_file("calibration.toml", text));
+        const auto again = host::read_calibration(fuzz::input_file("again.toml", host::to_toml(file)));
+        if (again.calibration.hemisphere != file.calibration.hemisphere) {
+            std::abort();
+        }
+    });
+}
+
+void as_blob(std::span<const std::uint8_t> bytes) {
+    (void)calibration::decode(bytes);
+    calibration::Blob blob{};
+    std::memcpy(blob.data(), bytes.data(), std::min(bytes.size(), blob.size()));
+    const std::size_t end = blob.size() - 4;
+    const std::uint32_t crc = crc32({blob.data(), end});
+    for (unsigned n = 0; n < 4; ++n) {
+        blob[end + n] = static_cast<std::uint8_t>(crc >> 8 * n);
+    }
+    const auto decoded = calibration::decode(blob);
+    if (decoded.ok() && calibration::encode(*decoded) != blob) {
+        std::abort();
+    }
+    const auto single = calibration::decode_single(blob);
+    if (single.ok() && !single->model.source_moment.allFinite()) {
+        std::abort();
+    }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {  // NOLINT(readability-identifier-naming)
+    if (size > 0 && data[0] % 2 == 0) {
+        as_toml(fuzz::text_of(data + 1, size - 1));
+    } else if (size > 0) {
+        as_blob({data + 1, size - 1});
+    }
+    return 0;
+}

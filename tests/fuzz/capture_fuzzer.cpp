@@ -1,0 +1,15 @@
+// Random text as a raw recording of converters; the first byte gives their bits.
+#include "board/host/capture/adc_capture.hpp"
+#include "tests/fuzz/input_file.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {  // NOLINT(readability-identifier-naming)
+    using namespace tricoil;
+    if (size == 0) {
+        return 0;
+    }
+    constexpr int kMostBits = 32;
+    const int bits = 2 + data[0] % (kMostBits - 1);
+    const std::string path = fuzz::input_file("capture.csv", fuzz::text_of(data + 1, size - 1));
+    fuzz::accept_or_refuse([&] { (void)host::read_capture(path, bits); });
+    return 0;
+}
