@@ -74,6 +74,7 @@ int run_program(int argc, char** argv) {
     tricoil::host::add_device_command(program, action);
     tricoil::host::add_replay_command(program, action);
     tricoil::host::add_convert_command(program, action);
+    tricoil::host::add_couplings_command(program, action);
     tricoil::host::add_serve_command(program, action);
     refuse_unknown_command(program, argc, argv);
     try {

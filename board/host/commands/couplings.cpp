@@ -1,0 +1,142 @@
+// tricoil couplings: poses from recorded couplings of two bands, with the effect of metal removed.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "board/host/commands/commands.hpp"
+#include "board/host/couplings/band_checks.hpp"
+#include "board/host/couplings/coupling_run.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/nearest_name.hpp"
+#include "board/support/terminal_text.hpp"
+
+namespace tricoil::host {
+namespace {
+
+constexpr std::uint64_t kLargestRatio = 100'000;
+constexpr double kMostScalar = 20;
+constexpr double kClosestToMinusOne = 0.05;  // at -1 both bands are equal, and nothing can be extrapolated
+
+const std::vector<std::string> kTrackers{"scaat", "direct"};
+
+struct CouplingsCommand {
+    BandFiles files;
+    std::string calibration;
+    std::string out;
+    std::string ratio;
+    std::string tracker = "scaat";
+    std::optional<double> scalar;
+    double rate_hz = 1500;
+    std::vector<double> hemisphere;
+    bool json = false;
+};
+
+std::size_t ratio_of(const std::string& text) {
+    const std::uint64_t ratio = std::stoull(text);  // refuse_overflow has checked it
+    if (ratio < 2 || ratio > kLargestRatio) {
+        throw InputError(fmt::format("--ratio must be from 2 to {}", kLargestRatio));
+    }
+    return static_cast<std::size_t>(ratio);
+}
+
+tracking::DualRateParams<double> params_of(const CouplingsCommand& c) {
+    tracking::DualRateParams<double> params;
+    if (!(c.rate_hz >= 1 && c.rate_hz <= 1e6)) {
+        throw InputError("--rate-hz must be from 1 to 1000000");
+    }
+    params.row_period_s = 1 / c.rate_hz;
+    params.rows_per_line = static_cast<int>(c.files.ratio);
+    params.filter = index_of_name("--tracker", c.tracker, kTrackers) == 0;
+    if (c.scalar && !(std::abs(*c.scalar) <= kMostScalar && std::abs(1 + *c.scalar) >= kClosestToMinusOne)) {
+        throw InputError(fmt::format("--scalar must be from -{0} to {0}, and not -1", kMostScalar));
+    }
+    params.scalar = c.scalar;
+    if (!c.hemisphere.empty()) {
+        params.hemisphere = {c.hemisphere[0], c.hemisphere[1], c.hemisphere[2]};
+        if (!params.hemisphere.allFinite() || params.hemisphere.isZero(0)) {
+            throw InputError("--hemisphere must be a direction: three finite numbers, not all zero");
+        }
+    }
+    return params;
+}
+
+void refuse_input_as_output(const CouplingsCommand& c) {
+    for (const std::string& input : {c.files.high, c.files.low, c.calibration}) {
+        std::error_code error;
+        if (std::filesystem::equivalent(input, c.out, error)) {
+            throw InputError("--out " + c.out + ": is an input file");
+        }
+    }
+}
+
+std::string text_of(const CouplingsCommand& c, const CouplingSummary& s) {
+    const std::string source = c.scalar ? "given" : fmt::format("estimated, sigma {:.4f}", s.scalar_sigma);
+    return fmt::format("poses        {} rows, {} valid, {} low-band lines: {}\n", s.rows, s.valid, s.low_lines, c.out) +
+           fmt::format("scalar       {:.4f} ({})\n", s.scalar, source) +
+           fmt::format("distortion   median {:.3f} mm, max {:.3f} mm of the high band alone\n", 1e3 * s.distortion.median,
+                       1e3 * s.distortion.max) +
+           fmt::format("sigma        median {:.3f} mm per axis\n", 1e3 * s.position_sigma.median);
+}
+
+std::string json_of(const CouplingsCommand& c, const CouplingSummary& s) {
+    return nlohmann::ordered_json{{"rows", s.rows},
+                                  {"rows_valid", s.valid},
+                                  {"low_lines", s.low_lines},
+                                  {"scalar", s.scalar},
+                                  {"scalar_sigma", s.scalar_sigma},
+                                  {"scalar_given", c.scalar.has_value()},
+                                  {"distortion_median_mm", 1e3 * s.distortion.median},
+                                  {"distortion_max_mm", 1e3 * s.distortion.max},
+                                  {"position_sigma_median_m", s.position_sigma.median},
+                                  {"tracker", c.tracker},
+                                  {"out", c.out}}
+               .dump(2) +
+           "\n";
+}
+
+int run_command(CouplingsCommand& c) {
+    c.files.ratio = ratio_of(c.ratio);
+    const auto params = params_of(c);
+    refuse_input_as_output(c);
+    const BandModels models = read_band_models(c.calibration);
+    const BandRecording recording = read_bands(c.files);
+    check_bands(c.files, models, recording, params.hemisphere);
+    const CouplingSummary summary = run_couplings(models, recording, params, c.out);
+    print_text(c.json ? json_of(c, summary) : text_of(c, summary));
+    return to_int(summary.valid > 0 ? ExitCode::fine : ExitCode::check_failed);
+}
+
+}  // namespace
+
+void add_couplings_command(CLI::App& program, Action& action) {
+    auto c = std::make_shared<CouplingsCommand>();
+    CLI::App* sub = program.add_subcommand("couplings", "Poses from recorded couplings of two bands, corrected for metal");
+    sub->add_option("--high", c->files.high, "CSV of the high band: source1_sensor1,source1_sensor2,...")
+        ->required()
+        ->check(refuse_empty);
+    sub->add_option("--low", c->files.low,
+                    "CSV of the low band; line k is the mean over the 2 x RATIO high-band lines before line k x RATIO")
+        ->required()
+        ->check(refuse_empty);
+    sub->add_option("--ratio", c->ratio, "High-band lines for each low-band line")->required()->check(refuse_overflow);
+    sub->add_option("--calibration", c->calibration, "JSON with the coils of both bands: high and low")
+        ->required()
+        ->check(refuse_empty);
+    sub->add_option("--out", c->out, "CSV to write: one row for each high-band line")->required()->check(refuse_empty);
+    sub->add_option("--scalar", c->scalar,
+                    "K of the extrapolation low - K (high - low) to zero metal; default: estimated from the data so far");
+    sub->add_option("--tracker", c->tracker, "scaat (Kalman filter of pose and bias) or direct (holds the last bias)")
+        ->capture_default_str();
+    sub->add_option("--rate-hz", c->rate_hz, "High-band lines per second")->capture_default_str();
+    sub->add_option("--hemisphere", c->hemisphere, "Half space (source frame) of the first pose, X,Y,Z; default: from the coils")
+        ->delimiter(',')
+        ->expected(3);
+    sub->add_flag("--json", c->json, "Summary as JSON");
+    sub->callback([c, &action] { action = [c] { return run_command(*c); }; });
+}
+
+}  // namespace tricoil::host

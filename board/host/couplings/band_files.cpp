@@ -1,0 +1,126 @@
+#include "board/host/couplings/band_files.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "board/support/errors.hpp"
+#include "board/support/line_reader.hpp"
+#include "board/support/text_table.hpp"
+#include "core/calibration/calibration.hpp"
+
+namespace tricoil::host {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr std::size_t kLongestCalibration = std::size_t{1} << 20U;
+constexpr double kCouplingUnit = 2.0 / 250;  // the files' field has no factor 1/2, and couplings are divided by 250
+constexpr std::size_t kCouplings = 9;
+
+/// Columns are coils.
+Mat3<double> coils(const std::string& path, const Json& band, const std::string& name, const char* key) {
+    const auto refuse = [&](const char* why) { throw InputError(fmt::format("{}: '{}.{}' {}", path, name, key, why)); };
+    if (!band.contains(key)) {
+        refuse("is missing");
+    }
+    const Json& list = band[key];
+    if (!list.is_array() || list.size() != 3) {
+        refuse("must be a list of three coils");
+    }
+    Mat3<double> m;
+    for (std::size_t coil = 0; coil < 3; ++coil) {
+        if (!list[coil].is_array() || list[coil].size() != 3) {
+            refuse("must have three numbers for each coil");
+        }
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const Json& number = list[coil][axis];
+            if (!number.is_number() || !std::isfinite(number.get<double>())) {
+                refuse("must hold finite numbers");
+            }
+            m(static_cast<Eigen::Index>(axis), static_cast<Eigen::Index>(coil)) = number.get<double>();
+        }
+    }
+    return m;
+}
+
+field::GeneralDipole<double> band_model(const std::string& path, const Json& root, const std::string& name) {
+    if (!root.contains(name) || !root[name].is_object()) {
+        throw InputError(fmt::format("{}: '{}' is missing; the calibration of both bands is needed", path, name));
+    }
+    const Json& band = root[name];
+    calibration::Calibration<double> c;
+    c.model.source_offset_m = coils(path, band, name, "source_pos");
+    c.model.source_moment = kCouplingUnit * coils(path, band, name, "source_moment");
+    c.model.sensor_offset_m = coils(path, band, name, "sensor_pos");
+    c.model.sensor_sensitivity = coils(path, band, name, "sensor_moment");
+    const Status status = calibration::check(c);
+    if (!status.ok()) {
+        throw InputError(fmt::format("{}: '{}': {}", path, name, status.message()));
+    }
+    return c.model;
+}
+
+std::string coupling_header() {
+    std::string header;
+    for (int source = 1; source <= 3; ++source) {
+        for (int sensor = 1; sensor <= 3; ++sensor) {
+            header += fmt::format("{}source{}_sensor{}", header.empty() ? "" : ",", source, sensor);
+        }
+    }
+    return header;
+}
+
+std::vector<Mat3<double>> read_couplings(const std::string& path) {
+    const auto lines = read_lines(path);
+    if (lines.front() != coupling_header()) {
+        throw InputError(path + ":1: the header must be source1_sensor1,source1_sensor2,...,source3_sensor3");
+    }
+    std::vector<Mat3<double>> matrices;
+    matrices.reserve(lines.size());
+    for (std::size_t n = 1; n < lines.size(); ++n) {
+        const TextPlace place{path, n + 1};
+        const auto fields = split(lines[n], ',');
+        if (fields.size() != kCouplings) {
+            throw InputError(fmt::format("{}: {} columns; {} are needed", place.str(), fields.size(), kCouplings));
+        }
+        Mat3<double> x;
+        for (std::size_t k = 0; k < kCouplings; ++k) {
+            x(static_cast<Eigen::Index>(k % 3), static_cast<Eigen::Index>(k / 3)) = parse_number(fields[k], place);
+        }
+        if (!(std::abs(x.determinant()) > 1e-6 * std::pow(x.norm(), 3))) {
+            throw InputError(place.str() + ": the couplings are zero or have rank below three: a coil or a channel was dead");
+        }
+        matrices.push_back(x);
+    }
+    if (matrices.empty()) {
+        throw InputError(path + ": holds a header but no couplings");
+    }
+    return matrices;
+}
+
+}  // namespace
+
+BandModels read_band_models(const std::string& path) {
+    const Json root = Json::parse(read_text(path, kLongestCalibration), nullptr, false);
+    if (root.is_discarded() || !root.is_object()) {
+        throw InputError(path + ": is not a JSON object with the calibrations 'high' and 'low'");
+    }
+    return {band_model(path, root, "high"), band_model(path, root, "low")};
+}
+
+BandRecording read_bands(const BandFiles& files) {
+    BandRecording recording{read_couplings(files.high), read_couplings(files.low)};
+    const std::size_t high = recording.high.size();
+    const std::size_t low = recording.low.size();
+    const std::size_t needed = (high + files.ratio - 1) / files.ratio;
+    if (low != needed) {
+        throw InputError(fmt::format("--ratio {}: {} has {} lines, so {} must have {}, but has {}", files.ratio, files.high, high,
+                                     files.low, needed, low));
+    }
+    return recording;
+}
+
+}  // namespace tricoil::host

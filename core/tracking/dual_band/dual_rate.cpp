@@ -1,0 +1,310 @@
+#include "core/tracking/dual_band/dual_rate.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/geometry/cholesky.hpp"
+#include "core/geometry/rotations.hpp"
+#include "core/solver/cold_start.hpp"
+
+namespace tricoil::tracking {
+namespace {
+
+constexpr double kFirstBias = 0.03;       // sigma of the bias before the first low-band line, relative to the range; and in rad
+constexpr double kFirstSpeed = 0.5;       // m/s
+constexpr double kFirstTurn = 3;          // rad/s
+constexpr double kHighNoiseShare = 0.01;  // of a new estimate, once a row
+constexpr double kLowNoiseShare = 0.1;    // once a line
+
+template <typename Scalar>
+SplitParams scaled(SplitParams params, Scalar unit) {
+    params.least_noise *= static_cast<double>(unit * unit);
+    return params;
+}
+
+/// Covariance of (position, small rotation) for unit noise of each coupling; zero if it is not determined. Computed with lengths
+/// relative to the range, for its conditioning.
+template <typename Scalar>
+Mat6<Scalar> unit_covariance(const Eigen::Matrix<Scalar, 9, 6>& jacobian, Scalar range_m) {
+    Vec6<Scalar> units = Vec6<Scalar>::Ones();
+    units.template head<3>().setConstant(range_m);
+    const Eigen::Matrix<Scalar, 9, 6> j = jacobian * units.asDiagonal();
+    const Mat6<Scalar> information = j.transpose() * j;
+    const Cholesky<Scalar, 6> cholesky(information);
+    if (!cholesky.ok()) {
+        return Mat6<Scalar>::Zero();
+    }
+    const Mat6<Scalar> inverse = cholesky.template solve<6>(Mat6<Scalar>::Identity());
+    return units.asDiagonal() * inverse * units.asDiagonal();
+}
+
+template <typename Scalar>
+Eigen::Matrix<Scalar, 9, 1> vec(const Mat3<Scalar>& m) {
+    return Eigen::Map<const Eigen::Matrix<Scalar, 9, 1>>(m.data());
+}
+
+}  // namespace
+
+/// Both bands over the last two lines.
+template <typename Scalar>
+struct DualRateEstimator<Scalar>::Comparison {
+    Vec6<Scalar> disagreement;  // high - low: position, small rotation
+    Vec3<Scalar> position_m;    // means of the high band
+    Vec3<Scalar> rotation_rad;
+    Vec9 low_redundant;  // parts of the couplings that no pose explains, both in units of the low band
+    Vec9 high_redundant;
+    Scalar low_norm;          // of the low band's couplings
+    Mat6<Scalar> covariance;  // of the low band's pose, for unit noise of each coupling
+};
+
+template <typename Scalar>
+DualRateEstimator<Scalar>::DualRateEstimator(const field::GeneralDipole<Scalar>& high, const field::GeneralDipole<Scalar>& low,
+                                             const DualRateParams<Scalar>& params)
+    : high_(high),
+      low_(low),
+      params_(params),
+      gain_((low.sensor_sensitivity.colwise().norm().transpose() * low.source_moment.colwise().norm())
+                .cwiseQuotient(high.sensor_sensitivity.colwise().norm().transpose() * high.source_moment.colwise().norm())),
+      scalar_(params.scalar),
+      position_(params.split, params.row_period_s, params.rows_per_line) {}
+
+template <typename Scalar>
+Result<DualRatePose<Scalar>> DualRateEstimator<Scalar>::add_high(const Mat3<Scalar>& couplings) {
+    if (!couplings.allFinite()) {
+        return Status{StatusCode::not_finite, "couplings of the high band hold NaN or infinity"};
+    }
+    if (couplings.isZero(0)) {
+        return Status{StatusCode::degenerate, "couplings of the high band are zero"};
+    }
+    const bool first = !tracking_;
+    const solver::RigidPose<Scalar> before = high_pose_;
+    solved_ = solve(couplings);
+    if (!solved_) {
+        position_.skip_row();
+        rotation_.skip_row();
+        return report();
+    }
+    if (first) {
+        start();
+    } else {
+        const Quat<Scalar> turn = high_pose_.q_source_sensor * before.q_source_sensor.conjugate();
+        turned_rad_ += geometry::quaternion_to_rotation_vector(turn);
+    }
+    accumulate();
+    position_.add_row(high_pose_.position_m, position_variance_);
+    rotation_.add_row(turned_rad_, rotation_variance_);
+    return report();
+}
+
+template <typename Scalar>
+void DualRateEstimator<Scalar>::start() {
+    const Scalar range = high_pose_.position_m.norm();
+    position_ = SplitFilter<Scalar>(params_.split, params_.row_period_s, params_.rows_per_line);
+    rotation_ = SplitFilter<Scalar>(scaled(params_.split, 1 / range), params_.row_period_s, params_.rows_per_line);
+    position_.start(high_pose_.position_m, static_cast<Scalar>(kFirstBias) * range, static_cast<Scalar>(kFirstSpeed));
+    rotation_.start(turned_rad_, static_cast<Scalar>(kFirstBias), static_cast<Scalar>(kFirstTurn));
+    this_line_ = Line{};
+    last_line_ = Line{};
+    compared_ = false;
+    line_position_m_ = high_pose_.position_m;
+    line_turned_rad_ = turned_rad_;
+    held_bias_m_.setZero();
+    held_bias_rad_.setZero();
+}
+
+template <typename Scalar>
+bool DualRateEstimator<Scalar>::solve(const Mat3<Scalar>& couplings) {
+    solver::RefineParams<Scalar> refine;
+    refine.max_misfit_share = params_.max_misfit_share;
+    if (tracking_) {
+        const auto found = solver::minimise(high_, couplings, Mat3<Scalar>(Mat3<Scalar>::Ones()), high_pose_, refine);
+        if (!found.ok() || !found->converged()) {
+            return false;
+        }
+        high_pose_ = found->pose;
+    } else if (!cold_start(couplings)) {
+        return false;
+    }
+    last_misfit_ = high_misfit_;
+    high_misfit_ = couplings - field::signal_matrix(high_, high_pose_.position_m,
+                                                    Mat3<Scalar>(high_pose_.q_source_sensor.conjugate().toRotationMatrix()));
+    return true;
+}
+
+template <typename Scalar>
+bool DualRateEstimator<Scalar>::cold_start(const Mat3<Scalar>& couplings) {
+    solver::ColdStartParams<Scalar> params;
+    params.hemisphere = params_.hemisphere;
+    params.refine.max_misfit_share = params_.max_misfit_share;
+    const auto found = solver::solve_cold(high_, couplings, Mat3<Scalar>(Mat3<Scalar>::Ones()), params);
+    if (!found.ok() || !found->refinement.converged() || !found->right_handed) {
+        return false;
+    }
+    high_pose_ = found->refinement.pose;
+    tracking_ = true;
+    return true;
+}
+
+template <typename Scalar>
+void DualRateEstimator<Scalar>::accumulate() {
+    if (this_line_.rows > 0) {  // white noise, from the change of the three redundant numbers from row to row
+        const Scalar seen = (high_misfit_ - last_misfit_).squaredNorm() / 6;
+        high_variance_ += (high_variance_ > 0 ? static_cast<Scalar>(kHighNoiseShare) : Scalar(1)) * (seen - high_variance_);
+    }
+    const Scalar each = 1 / (1 + scalar_.value());
+    const Vec3<Scalar> off_m = each * position_.bias();
+    const Vec3<Scalar> off_rad = each * rotation_.bias();
+    const Quat<Scalar> q =
+        (geometry::rotation_vector_to_quaternion(Vec3<Scalar>(-off_rad)) * high_pose_.q_source_sensor).normalized();
+    const auto low =
+        field::signal_model(low_, Vec3<Scalar>(high_pose_.position_m - off_m), Mat3<Scalar>(q.conjugate().toRotationMatrix()));
+    ++this_line_.rows;
+    this_line_.expected.template head<3>() += off_m;
+    this_line_.expected.template tail<3>() += off_rad;
+    this_line_.low_model += low.x;
+    this_line_.jacobian += low.jacobian;
+    this_line_.high_residual += vec<Scalar>(gain_.cwiseProduct(high_misfit_));
+    this_line_.position_m += high_pose_.position_m;
+    this_line_.rotation_rad += turned_rad_;
+}
+
+template <typename Scalar>
+Status DualRateEstimator<Scalar>::add_low(const Mat3<Scalar>& couplings) {
+    Comparison c;
+    const bool complete = this_line_.rows == params_.rows_per_line && last_line_.rows == params_.rows_per_line;
+    const Status status = complete ? compare(couplings, c) : Status{};
+    if (complete && status.ok()) {
+        use(c);
+    }
+    close_line();
+    return status;
+}
+
+template <typename Scalar>
+Status DualRateEstimator<Scalar>::compare(const Mat3<Scalar>& low, Comparison& result) const {
+    if (!low.allFinite()) {
+        return {StatusCode::not_finite, "couplings of the low band hold NaN or infinity"};
+    }
+    result.low_norm = low.norm();
+    const Scalar each = Scalar(1) / static_cast<Scalar>(2 * params_.rows_per_line);
+    const Jacobian jacobian = each * (last_line_.jacobian + this_line_.jacobian);
+    const Vec9 excess = vec<Scalar>(each * (last_line_.low_model + this_line_.low_model) - low);
+    result.covariance = unit_covariance<Scalar>(jacobian, high_pose_.position_m.norm());
+    if (!(result.covariance(0, 0) > 0)) {
+        return {StatusCode::degenerate, "couplings of the low band do not determine a pose here"};
+    }
+    const auto pose_of = [&](const Vec9& v) -> Vec6<Scalar> { return result.covariance * (jacobian.transpose() * v); };
+    const Vec6<Scalar> unexpected = pose_of(excess);
+    result.disagreement = each * (last_line_.expected + this_line_.expected) + unexpected;
+    result.low_redundant = jacobian * unexpected - excess;
+    const Vec9 high = each * (last_line_.high_residual + this_line_.high_residual);
+    result.high_redundant = high - jacobian * pose_of(high);
+    result.position_m = each * (last_line_.position_m + this_line_.position_m);
+    result.rotation_rad = each * (last_line_.rotation_rad + this_line_.rotation_rad);
+    return {};
+}
+
+template <typename Scalar>
+void DualRateEstimator<Scalar>::use(const Comparison& c) {
+    if (compared_) {
+        const Vec9 unexplained =
+            c.low_redundant - last_low_redundant_ - scalar_.share() * (c.high_redundant - last_high_redundant_);
+        const Scalar seen = unexplained.squaredNorm() / 6;
+        low_variance_ += (low_variance_ > 0 ? static_cast<Scalar>(kLowNoiseShare) : Scalar(1)) * (seen - low_variance_);
+    }
+    const Scalar stretch = 1 + scalar_.value();
+    const Scalar noise = low_variance_ / 3;
+    disagreement_m_ = c.disagreement.template head<3>();
+    held_bias_m_ = stretch * disagreement_m_;
+    held_bias_rad_ = stretch * c.disagreement.template tail<3>();
+    position_.add_means(disagreement_m_, c.position_m, stretch, noise * c.covariance.template topLeftCorner<3, 3>().trace());
+    rotation_.add_means(Vec3<Scalar>(c.disagreement.template tail<3>()), c.rotation_rad, stretch,
+                        noise * c.covariance.template bottomRightCorner<3, 3>().trace());
+    fit_scalar(c);  // for the lines after this one
+}
+
+template <typename Scalar>
+void DualRateEstimator<Scalar>::fit_scalar(const Comparison& c) {
+    const Vec3<Scalar> low_m = c.position_m - disagreement_m_;
+    if (compared_) {
+        // Of a change: twice the variance of one line.
+        const Scalar per_axis = 2 * low_variance_ / 3 * c.covariance.template topLeftCorner<3, 3>().trace();
+        scalar_.add_poses(low_m - last_low_m_, disagreement_m_ - last_disagreement_m_, per_axis);
+        const Scalar moved = (low_m - last_low_m_).norm() / low_m.norm();
+        const Scalar misfit = params_.misfit_share * moved * c.low_norm;
+        scalar_.template add_redundant<9>(c.low_redundant - last_low_redundant_, c.high_redundant - last_high_redundant_,
+                                          2 * low_variance_, misfit * misfit / 3);
+    }
+    compared_ = true;
+    last_low_m_ = low_m;
+    last_disagreement_m_ = disagreement_m_;
+    last_low_redundant_ = c.low_redundant;
+    last_high_redundant_ = c.high_redundant;
+}
+
+template <typename Scalar>
+void DualRateEstimator<Scalar>::close_line() {
+    position_.next_line();
+    rotation_.next_line();
+    line_position_m_ = high_pose_.position_m;
+    line_turned_rad_ = turned_rad_;
+    last_line_ = this_line_;
+    this_line_ = Line{};
+    tracking_ = tracking_ && solved_;  // otherwise start anew: the sensor may be anywhere
+    if (!tracking_) {
+        return;
+    }
+    const auto model = field::signal_model(high_, high_pose_.position_m,
+                                           Mat3<Scalar>(high_pose_.q_source_sensor.conjugate().toRotationMatrix()));
+    const Mat6<Scalar> covariance = unit_covariance<Scalar>(model.jacobian, high_pose_.position_m.norm());
+    position_variance_ = high_variance_ / 3 * covariance.template topLeftCorner<3, 3>().trace();
+    rotation_variance_ = high_variance_ / 3 * covariance.template bottomRightCorner<3, 3>().trace();
+}
+
+template <typename Scalar>
+DualRatePose<Scalar> DualRateEstimator<Scalar>::report() const {
+    DualRatePose<Scalar> out;
+    out.pose = high_pose_;
+    out.solved = solved_;
+    if (!tracking_) {
+        return out;
+    }
+    const Vec3<Scalar> moved_m = high_pose_.position_m - line_position_m_;
+    const Vec3<Scalar> turned_rad = turned_rad_ - line_turned_rad_;
+    const Vec3<Scalar> bias_m = params_.filter ? position_.bias() : held_bias_m_;
+    const Vec3<Scalar> bias_rad = params_.filter ? rotation_.bias() : held_bias_rad_;
+    if (params_.filter) {
+        out.pose.position_m = position_.sum() - bias_m;
+        const Vec3<Scalar> correction = rotation_.sum() - turned_rad_ - bias_rad;
+        out.pose.q_source_sensor =
+            (geometry::rotation_vector_to_quaternion(correction) * high_pose_.q_source_sensor).normalized();
+    } else {
+        out.pose.position_m -= bias_m;
+        out.pose.q_source_sensor =
+            (geometry::rotation_vector_to_quaternion(Vec3<Scalar>(-bias_rad)) * high_pose_.q_source_sensor).normalized();
+    }
+    constexpr Scalar kAppears = Scalar(1e-3);  // bias that may appear within a line, relative to the range; and in rad
+    const Scalar range = out.pose.position_m.norm();
+    out.position_sigma_m = sigma_of(position_.variance(), bias_m, moved_m, kAppears * range);
+    out.rotation_sigma_rad = sigma_of(rotation_.variance(), bias_rad, turned_rad, kAppears);
+    out.distortion_m = bias_m.norm();
+    out.valid = solved_ && out.position_sigma_m <= params_.max_sigma_m;
+    return out;
+}
+
+template <typename Scalar>
+Scalar DualRateEstimator<Scalar>::sigma_of(Scalar variance, const Vec3<Scalar>& bias, const Vec3<Scalar>& change,
+                                           Scalar appears) const {
+    const Scalar size = bias.norm();
+    const Scalar by_scalar = size * scalar_.sigma() / (1 + scalar_.value());
+    const Scalar by_spread = size * params_.scalar_spread * scalar_.share();
+    // What the high band has changed since the last line may be bias, but not more bias than there can be.
+    const Scalar plausible = size + 5 * std::sqrt(variance) + appears;
+    const Scalar by_split = params_.filter ? params_.split_spread * std::min(change.norm(), plausible) : change.norm();
+    return std::sqrt(variance + (by_scalar * by_scalar + by_spread * by_spread + by_split * by_split) / 3);
+}
+
+template class DualRateEstimator<float>;
+template class DualRateEstimator<double>;
+
+}  // namespace tricoil::tracking
