@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
-#include <array>
 #include <cmath>
 #include <optional>
 
@@ -129,15 +128,17 @@ void check_alignment(const BandFiles& files, const BandRecording& recording) {
     if (low.size() < kFewestLines) {
         return;
     }
+    const double as_given = unexplained(high, low, 0);
+    double least = as_given;
     int best = 0;
-    std::array<double, 2 * kMostShift + 1> power{};
-    for (int shift = -kMostShift; shift <= kMostShift; ++shift) {
-        power[static_cast<std::size_t>(shift + kMostShift)] = unexplained(high, low, shift);
-        if (power[static_cast<std::size_t>(shift + kMostShift)] < power[static_cast<std::size_t>(best + kMostShift)]) {
+    for (const int shift : {-2, -1, 1, 2}) {
+        const double power = unexplained(high, low, shift);
+        if (power < least) {
+            least = power;
             best = shift;
         }
     }
-    if (power[kMostShift] > kClearer * power[static_cast<std::size_t>(best + kMostShift)]) {
+    if (as_given > kClearer * least) {
         throw InputError(
             fmt::format("{}: is shifted by {} line{} against {}: its line k must be the mean over the {} lines before "
                         "line k x {}",

@@ -108,6 +108,8 @@ void DualRateEstimator<Scalar>::start() {
     compared_ = false;
     line_position_m_ = high_pose_.position_m;
     line_turned_rad_ = turned_rad_;
+    end_position_m_ = line_position_m_;
+    end_turned_rad_ = turned_rad_;
     held_bias_m_.setZero();
     held_bias_rad_.setZero();
 }
@@ -246,8 +248,11 @@ template <typename Scalar>
 void DualRateEstimator<Scalar>::close_line() {
     position_.next_line();
     rotation_.next_line();
-    line_position_m_ = high_pose_.position_m;
-    line_turned_rad_ = turned_rad_;
+    // A held bias has the time of the middle of its window, one line ago.
+    line_position_m_ = params_.filter ? high_pose_.position_m : end_position_m_;
+    line_turned_rad_ = params_.filter ? turned_rad_ : end_turned_rad_;
+    end_position_m_ = high_pose_.position_m;
+    end_turned_rad_ = turned_rad_;
     last_line_ = this_line_;
     this_line_ = Line{};
     tracking_ = tracking_ && solved_;  // otherwise start anew: the sensor may be anywhere

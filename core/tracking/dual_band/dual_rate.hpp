@@ -109,7 +109,9 @@ private:
     Line this_line_;
     Line last_line_;
 
-    Vec3<Scalar> line_position_m_ = Vec3<Scalar>::Zero();  // high band, at the last line
+    Vec3<Scalar> end_position_m_ = Vec3<Scalar>::Zero();  // high band, at the end of the last line
+    Vec3<Scalar> end_turned_rad_ = Vec3<Scalar>::Zero();
+    Vec3<Scalar> line_position_m_ = Vec3<Scalar>::Zero();  // at the time of the bias
     Vec3<Scalar> line_turned_rad_ = Vec3<Scalar>::Zero();
     Vec3<Scalar> held_bias_m_ = Vec3<Scalar>::Zero();  // as measured at the last line
     Vec3<Scalar> held_bias_rad_ = Vec3<Scalar>::Zero();
