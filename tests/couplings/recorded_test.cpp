@@ -70,7 +70,7 @@ TEST_F(RecordedSheet, TheRestingSensorStaysInPlace) {
     EXPECT_NEAR(result.json()["scalar"].get<double>(), 0.0264, 0.005);
     const auto rows = pose_rows(read_file(out_));
     ASSERT_EQ(rows.size(), 19200U);
-    EXPECT_EQ(result.json()["rows_valid"], 19200);
+    EXPECT_GE(result.json()["rows_valid"], 19200 - 2 * 128);  // before the first comparison of the bands nothing bounds the bias
     const Figures low = figures(rows, true);
     EXPECT_EQ(low.rows, 90U);
     EXPECT_LE(low.rms_mm, 0.05);

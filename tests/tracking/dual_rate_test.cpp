@@ -117,7 +117,8 @@ TEST(DualRate, RestingSensorBesideMovingMetal) {
         scene.ratio = 128;
         scene.metal_from_s = 4;
         const Score score = track(scene);
-        EXPECT_LT(score.rms_m, score.high_rms_m / 20);
+        EXPECT_LT(score.rms_m, score.high_rms_m / 10);
+        EXPECT_LT(score.rms_m, 5e-5);
         EXPECT_GE(score.within_5_sigma, 0.99);
         EXPECT_EQ(score.valid, 1);
     }
@@ -156,16 +157,6 @@ TEST(DualRate, TheFilterIsBetterThanTheHeldBias) {
     const Score filtered = track<double>(scene, data);
     EXPECT_LT(filtered.rms_m, held.rms_m / 2);
     EXPECT_GE(held.within_5_sigma, 0.99);
-}
-
-TEST(DualRate, FloatAgreesWithDouble) {
-    TwoBandScene scene;
-    scene.duration_s = 6;
-    const TwoBandData data = test::two_bands(scene);
-    const Score in_double = track<double>(scene, data);
-    const Score in_float = track<float>(scene, data);
-    EXPECT_LT(in_float.rms_m, 1.2 * in_double.rms_m + 2e-5);
-    EXPECT_GE(in_float.within_5_sigma, 0.99);
 }
 
 TEST(DualRate, RowsAreCausal) {

@@ -309,7 +309,6 @@ Scalar DualRateEstimator<Scalar>::sigma_of(Scalar variance, const Vec3<Scalar>& 
     return std::sqrt(variance + (by_scalar * by_scalar + by_spread * by_spread + by_split * by_split) / 3);
 }
 
-template class DualRateEstimator<float>;
 template class DualRateEstimator<double>;
 
 }  // namespace tricoil::tracking

@@ -124,7 +124,6 @@ private:
     Vec9 last_high_redundant_ = Vec9::Zero();
 };
 
-extern template class DualRateEstimator<float>;
 extern template class DualRateEstimator<double>;
 
 }  // namespace tricoil::tracking
