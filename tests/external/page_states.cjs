@@ -79,7 +79,7 @@ module.exports = async function pageStates(browser, html, check, pictures) {
     const said = await page.textContent('#ellipsoid');
     const orange = await orangePixels(page);
     clearInterval(ticker);
-    check(orange > 1500 && /3 sigma, \d+ times/.test(said), `the ellipsoids are seen: ${orange} pixels ("${said}")`);
+    check(orange > 1500 && /3 sigma ellipsoid, drawn x\d+/.test(said), `the ellipsoids are seen: ${orange} pixels ("${said}")`);
 
     server.send([pose(0, now, 0.4), pose(1, now, 0.7, {valid: false, stale: true, flags: 'stale'})]);
     await wait(() => document.body.dataset.pose === 'bad');

@@ -64,7 +64,7 @@ async function withoutWebGl(url) {
     await page.goto(url);
     await page.waitForFunction(() => window.tricoil?.poses > 60, null, {timeout: 30000});
     const note = await page.textContent('#ellipsoid');
-    check(/no WebGL/.test(note) && /x +-?\d/.test(await page.textContent('#numbers')), 'without WebGL it says so, and numbers and plots go on');
+    check(/does not support WebGL/.test(note) && /x +-?\d/.test(await page.textContent('#numbers')), 'without WebGL it says so, and numbers and plots go on');
     if (pictures) await page.screenshot({path: path.join(pictures, 'no-webgl.png')});
   } finally {
     await browser.close();
