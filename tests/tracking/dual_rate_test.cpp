@@ -48,14 +48,13 @@ double roc_area(const std::vector<double>& value, const std::vector<bool>& is_tr
 }
 
 /// Scored from half a second before the metal comes.
-template <typename Scalar>
-Score track(const TwoBandScene& scene, const TwoBandData& data, std::optional<Scalar> scalar = std::nullopt, bool filter = true) {
-    DualRateParams<Scalar> params;
-    params.row_period_s = static_cast<Scalar>(1 / scene.rate_hz);
+Score track(const TwoBandScene& scene, const TwoBandData& data, std::optional<double> scalar = std::nullopt, bool filter = true) {
+    DualRateParams params;
+    params.row_period_s = 1 / scene.rate_hz;
     params.rows_per_line = static_cast<int>(scene.ratio);
     params.scalar = scalar;
     params.filter = filter;
-    DualRateEstimator<Scalar> estimator(data.high_model.cast<Scalar>(), data.low_model.cast<Scalar>(), params);
+    DualRateEstimator estimator(data.high_model, data.low_model, params);
     Score score;
     std::vector<double> distortion;
     std::vector<double> sigma;
@@ -64,14 +63,14 @@ Score track(const TwoBandScene& scene, const TwoBandData& data, std::optional<Sc
     const std::size_t from = data.first_metal_row - static_cast<std::size_t>(scene.rate_hz / 2);
     for (std::size_t n = 0; n < data.high.size(); ++n) {
         if (n % scene.ratio == 0) {
-            EXPECT_TRUE(estimator.add_low(data.low[n / scene.ratio].cast<Scalar>()).ok());
+            EXPECT_TRUE(estimator.add_low(data.low[n / scene.ratio]).ok());
         }
-        const auto row = estimator.add_high(data.high[n].cast<Scalar>());
+        const auto row = estimator.add_high(data.high[n]);
         if (!row.ok()) {
             ADD_FAILURE() << row.status().message();
             break;
         }
-        score.positions.push_back(row->pose.position_m.template cast<double>());
+        score.positions.push_back(row->pose.position_m);
         if (n < from) {
             continue;
         }
@@ -81,13 +80,12 @@ Score track(const TwoBandScene& scene, const TwoBandData& data, std::optional<Sc
         score.high_rms_m += high_error * high_error;
         score.rms_m += error.squaredNorm();
         score.max_m = std::max(score.max_m, error.norm());
-        const double turned =
-            geometry::angle_between(row->pose.q_source_sensor.template cast<double>(), data.truth[n].q_source_sensor);
+        const double turned = geometry::angle_between(row->pose.q_source_sensor, data.truth[n].q_source_sensor);
         score.rotation_rms_rad += turned * turned;
-        score.within_5_sigma += error.cwiseAbs().maxCoeff() < 5 * static_cast<double>(row->position_sigma_m);
+        score.within_5_sigma += error.cwiseAbs().maxCoeff() < 5 * row->position_sigma_m;
         score.valid += row->valid;
-        distortion.push_back(static_cast<double>(row->distortion_m));
-        sigma.push_back(static_cast<double>(row->position_sigma_m));
+        distortion.push_back(row->distortion_m);
+        sigma.push_back(row->position_sigma_m);
         wrong.push_back(high_error > 1e-3);
     }
     const auto rows = static_cast<double>(distortion.size());
@@ -99,7 +97,7 @@ Score track(const TwoBandScene& scene, const TwoBandData& data, std::optional<Sc
     score.valid /= rows;
     std::nth_element(sigma.begin(), sigma.begin() + static_cast<std::ptrdiff_t>(sigma.size() / 2), sigma.end());
     score.sigma_median_m = sigma[sigma.size() / 2];
-    score.scalar = static_cast<double>(estimator.scalar().value());
+    score.scalar = estimator.scalar().value();
     std::cout << "high band " << 1e3 * score.high_rms_m << " mm RMS; both " << 1e3 * score.rms_m << " mm, max "
               << 1e3 * score.max_m << ", " << 1e3 * score.rotation_rms_rad << " mrad; within 5 sigma " << score.within_5_sigma
               << ", sigma " << 1e3 * score.sigma_median_m << " mm, valid " << score.valid << ", ROC area " << score.roc_area
@@ -107,7 +105,7 @@ Score track(const TwoBandScene& scene, const TwoBandData& data, std::optional<Sc
     return score;
 }
 
-Score track(const TwoBandScene& scene) { return track<double>(scene, test::two_bands(scene)); }
+Score track(const TwoBandScene& scene) { return track(scene, test::two_bands(scene)); }
 
 TEST(DualRate, RestingSensorBesideMovingMetal) {
     for (const auto& sphere : {test::kSteel304, test::kTitanium}) {
@@ -143,18 +141,18 @@ TEST(DualRate, ThickAluminiumIsExtrapolatedWithALargeScalar) {
     TwoBandScene scene;
     scene.sphere = test::kAluminium;
     const TwoBandData data = test::two_bands(scene);
-    const Score estimated = track<double>(scene, data);
+    const Score estimated = track(scene, data);
     EXPECT_LT(estimated.rms_m, estimated.high_rms_m / 3);
     EXPECT_GE(estimated.within_5_sigma, 0.99);
-    const Score given = track<double>(scene, data, data.share / (1 - data.share));
+    const Score given = track(scene, data, data.share / (1 - data.share));
     EXPECT_LT(given.rms_m, given.high_rms_m / 3);
 }
 
 TEST(DualRate, TheFilterIsBetterThanTheHeldBias) {
     const TwoBandScene scene;
     const TwoBandData data = test::two_bands(scene);
-    const Score held = track<double>(scene, data, std::nullopt, false);
-    const Score filtered = track<double>(scene, data);
+    const Score held = track(scene, data, std::nullopt, false);
+    const Score filtered = track(scene, data);
     EXPECT_LT(filtered.rms_m, held.rms_m / 2);
     EXPECT_GE(held.within_5_sigma, 0.99);
 }
@@ -163,10 +161,10 @@ TEST(DualRate, RowsAreCausal) {
     TwoBandScene scene;
     scene.duration_s = 5;
     TwoBandData data = test::two_bands(scene);
-    const Score all = track<double>(scene, data);
+    const Score all = track(scene, data);
     data.high.resize(6000);
     data.low.resize(6000 / scene.ratio + 1);
-    const Score first = track<double>(scene, data);
+    const Score first = track(scene, data);
     for (std::size_t n = 0; n < first.positions.size(); ++n) {
         ASSERT_EQ(first.positions[n], all.positions[n]) << n;
     }
@@ -174,7 +172,7 @@ TEST(DualRate, RowsAreCausal) {
 
 TEST(DualRate, UnusableCouplingsAreRefused) {
     const TwoBandData data = test::two_bands({.duration_s = 0.1, .metal_from_s = 0});
-    DualRateEstimator<double> estimator(data.high_model, data.low_model, {});
+    DualRateEstimator estimator(data.high_model, data.low_model, {});
     const Mat3<double> bad = Mat3<double>::Constant(std::nan(""));
     EXPECT_EQ(estimator.add_high(bad).status().code(), StatusCode::not_finite);
     EXPECT_EQ(estimator.add_high(Mat3<double>::Zero()).status().code(), StatusCode::degenerate);
@@ -185,7 +183,7 @@ TEST(DualRate, UnusableCouplingsAreRefused) {
 TEST(BandScalar, NoiseAloneDoesNotMoveIt) {
     std::mt19937 random(3);
     std::normal_distribution<double> normal(0, 1e-6);
-    BandScalar<double> scalar;
+    BandScalar scalar;
     for (int n = 0; n < 1000; ++n) {
         const Vec3<double> noise(normal(random), normal(random), normal(random));
         scalar.add_poses(noise, -noise, 2e-12);
@@ -198,7 +196,7 @@ TEST(BandScalar, AMovingSensorLeavesItToTheRedundantPart) {
     std::normal_distribution<double> normal;
     const auto vector = [&] { return Vec3<double>(normal(random), normal(random), normal(random)); };
     constexpr double kScalar = 0.25;
-    BandScalar<double> scalar;
+    BandScalar scalar;
     for (int n = 0; n < 300; ++n) {
         const Vec3<double> disagreement = 1e-3 * vector();
         scalar.add_poses(20e-3 * vector() + kScalar * disagreement, disagreement, 1e-12);

@@ -17,8 +17,8 @@
 namespace tricoil::host {
 namespace {
 
-constexpr std::uint64_t kLargestRatio = 100'000;
-constexpr double kMostScalar = 20;
+constexpr std::uint64_t kMaxRatio = 100'000;
+constexpr double kMaxScalar = 20;
 constexpr double kClosestToMinusOne = 0.05;  // at -1 both bands are equal, and nothing can be extrapolated
 
 const std::vector<std::string> kTrackers{"scaat", "direct"};
@@ -37,22 +37,22 @@ struct CouplingsCommand {
 
 std::size_t ratio_of(const std::string& text) {
     const std::uint64_t ratio = std::stoull(text);  // refuse_overflow has checked it
-    if (ratio < 2 || ratio > kLargestRatio) {
-        throw InputError(fmt::format("--ratio must be from 2 to {}", kLargestRatio));
+    if (ratio < 2 || ratio > kMaxRatio) {
+        throw InputError(fmt::format("--ratio must be from 2 to {}", kMaxRatio));
     }
     return static_cast<std::size_t>(ratio);
 }
 
-tracking::DualRateParams<double> params_of(const CouplingsCommand& c) {
-    tracking::DualRateParams<double> params;
+tracking::DualRateParams params_of(const CouplingsCommand& c) {
+    tracking::DualRateParams params;
     if (!(c.rate_hz >= 1 && c.rate_hz <= 1e6)) {
         throw InputError("--rate-hz must be from 1 to 1000000");
     }
     params.row_period_s = 1 / c.rate_hz;
     params.rows_per_line = static_cast<int>(c.files.ratio);
     params.filter = index_of_name("--tracker", c.tracker, kTrackers) == 0;
-    if (c.scalar && !(std::abs(*c.scalar) <= kMostScalar && std::abs(1 + *c.scalar) >= kClosestToMinusOne)) {
-        throw InputError(fmt::format("--scalar must be from -{0} to {0}, and not -1", kMostScalar));
+    if (c.scalar && !(std::abs(*c.scalar) <= kMaxScalar && std::abs(1 + *c.scalar) >= kClosestToMinusOne)) {
+        throw InputError(fmt::format("--scalar must be from -{0} to {0}, and not -1", kMaxScalar));
     }
     params.scalar = c.scalar;
     if (!c.hemisphere.empty()) {

@@ -17,10 +17,10 @@ namespace {
 constexpr double kMisfit = 0.05;    // calibrated coils leave 0.01, an aluminium sheet near them 0.03
 constexpr double kPosition = 0.15;  // relative to the range
 constexpr double kRotation_rad = 0.2;
-constexpr std::size_t kSolved = 200;      // lines that are solved for the checks, evenly spaced
-constexpr int kMostShift = 2;             // lines
-constexpr std::size_t kFewestLines = 40;  // for the check of the alignment
-constexpr double kClearer = 2;            // power of the unexplained changes, here relative to another alignment
+constexpr std::size_t kSolved = 200;   // lines that are solved for the checks, evenly spaced
+constexpr int kMaxShift = 2;           // lines
+constexpr std::size_t kMinLines = 40;  // for the check of the alignment
+constexpr double kClearer = 2;         // power of the unexplained changes, here relative to another alignment
 constexpr double kRidge = 1e-9;
 
 using Vec9 = Eigen::Matrix<double, 9, 1>;
@@ -68,7 +68,7 @@ void check_poses(const BandFiles& files, const BandModels& models, const BandRec
             rotation.push_back(geometry::angle_between(high->pose.q_source_sensor, low->pose.q_source_sensor));
         }
     }
-    const auto demand_fit = [](const std::string& path, const std::vector<double>& misfit) {
+    const auto require_fit = [](const std::string& path, const std::vector<double>& misfit) {
         if (median(misfit) > kMisfit) {
             throw InputError(
                 fmt::format("{}: the calibration does not fit these couplings (median misfit {:.0f} %); is it of other "
@@ -76,8 +76,8 @@ void check_poses(const BandFiles& files, const BandModels& models, const BandRec
                             path, 100 * median(misfit)));
         }
     };
-    demand_fit(files.high, misfit_high);
-    demand_fit(files.low, misfit_low);
+    require_fit(files.high, misfit_high);
+    require_fit(files.low, misfit_low);
     if (median(position) > kPosition || median(rotation) > kRotation_rad) {
         throw InputError(
             fmt::format("{}: its poses are {:.0f} % of the range and {:.2f} rad off those of {}; is it of another "
@@ -91,7 +91,7 @@ double unexplained(const std::vector<Vec9>& high, const std::vector<Vec9>& low, 
     Mat9 squares = Mat9::Zero();
     Mat9 products = Mat9::Zero();
     double power = 0;
-    for (std::size_t k = kMostShift; k + kMostShift < low.size(); ++k) {
+    for (std::size_t k = kMaxShift; k + kMaxShift < low.size(); ++k) {
         const Vec9& h = high[static_cast<std::size_t>(static_cast<std::ptrdiff_t>(k) + shift)];
         squares += h * h.transpose();
         products += h * low[k].transpose();
@@ -125,7 +125,7 @@ void check_alignment(const BandFiles& files, const BandRecording& recording) {
             last_mean = mean;
         }
     }
-    if (low.size() < kFewestLines) {
+    if (low.size() < kMinLines) {
         return;
     }
     const double as_given = unexplained(high, low, 0);

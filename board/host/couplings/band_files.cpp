@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr std::size_t kLongestCalibration = std::size_t{1} << 20U;
+constexpr std::size_t kMaxCalibrationBytes = std::size_t{1} << 20U;
 constexpr double kCouplingUnit = 2.0 / 250;  // the files' field has no factor 1/2, and couplings are divided by 250
 constexpr std::size_t kCouplings = 9;
 
@@ -104,7 +104,7 @@ std::vector<Mat3<double>> read_couplings(const std::string& path) {
 }  // namespace
 
 BandModels read_band_models(const std::string& path) {
-    const Json root = Json::parse(read_text(path, kLongestCalibration), nullptr, false);
+    const Json root = Json::parse(read_text(path, kMaxCalibrationBytes), nullptr, false);
     if (root.is_discarded() || !root.is_object()) {
         throw InputError(path + ": is not a JSON object with the calibrations 'high' and 'low'");
     }

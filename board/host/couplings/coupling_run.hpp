@@ -23,7 +23,7 @@ struct CouplingSummary {
 /// CSV: time_us,x_m,y_m,z_m,qw,qx,qy,qz,std_x_m,std_y_m,std_z_m,std_rx_rad,std_ry_rad,std_rz_rad,valid,distortion_mm,low_band.
 /// low_band is 1 at rows at which a low-band line was used. Each row depends only on lines up to its own. Throws like OutputFile,
 /// and Interrupted; then no file is left.
-CouplingSummary run_couplings(const BandModels& models, const BandRecording& recording,
-                              const tracking::DualRateParams<double>& params, const std::string& out);
+CouplingSummary run_couplings(const BandModels& models, const BandRecording& recording, const tracking::DualRateParams& params,
+                              const std::string& out);
 
 }  // namespace tricoil::host

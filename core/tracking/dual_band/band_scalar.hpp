@@ -15,30 +15,29 @@ namespace tricoil::tracking {
 /// Two sources. If the sensor rests, the low band's pose moves by scalar times the disagreement of the bands. If it moves, only
 /// the three redundant directions of the couplings are without motion: there the low band changes by share times the high band.
 /// Each source is weighted by the noise of its own residuals, so motion makes the first one weak by itself.
-template <typename Scalar>
 class BandScalar {
 public:
-    static constexpr Scalar kPriorSigma = Scalar(1);
-    static constexpr Scalar kLeast = Scalar(-0.2);
-    static constexpr Scalar kMost = Scalar(5);  // share 0.83: beyond this the bands are too similar to extrapolate
+    static constexpr double kPriorSigma = 1;
+    static constexpr double kMin = -0.2;
+    static constexpr double kMax = 5;  // share 0.83: beyond this the bands are too similar to extrapolate
 
     BandScalar() = default;
-    explicit BandScalar(std::optional<Scalar> fixed) : fixed_(fixed.has_value()) {
+    explicit BandScalar(std::optional<double> fixed) : fixed_(fixed.has_value()) {
         if (fixed_) {
             value_ = *fixed;
             variance_ = 0;
         }
     }
 
-    [[nodiscard]] Scalar value() const { return value_; }
-    [[nodiscard]] Scalar sigma() const { return std::sqrt(variance_); }
-    [[nodiscard]] Scalar share() const { return value_ / (1 + value_); }
+    [[nodiscard]] double value() const { return value_; }
+    [[nodiscard]] double sigma() const { return std::sqrt(variance_); }
+    [[nodiscard]] double share() const { return value_ / (1 + value_); }
 
     /// Change of the low band's position (m) and of the bands' disagreement (high - low) from one line to the next. `variance`:
     /// of the low band's position per axis. A disagreement within its noise is ignored: the noise of the low band is in both.
-    void add_poses(const Vec3<Scalar>& low, const Vec3<Scalar>& disagreement, Scalar variance) {
+    void add_poses(const Vec3<double>& low, const Vec3<double>& disagreement, double variance) {
         if (!fixed_ && disagreement.squaredNorm() > kClear * variance) {
-            correct(Vec3<Scalar>(low - value_ * disagreement), disagreement, variance, pose_noise_);
+            correct(Vec3<double>(low - value_ * disagreement), disagreement, variance, pose_noise_);
         }
     }
 
@@ -46,35 +45,35 @@ public:
     /// within it are ignored, because slow drift is equal in both bands. `misfit`: variance by which motion changes the misfit of
     /// the calibration, also equal in both bands.
     template <int N>
-    void add_redundant(const Eigen::Matrix<Scalar, N, 1>& low, const Eigen::Matrix<Scalar, N, 1>& high, Scalar variance,
-                       Scalar misfit) {
-        const Scalar slope = 1 / ((1 + value_) * (1 + value_));  // d share / d scalar
+    void add_redundant(const Eigen::Matrix<double, N, 1>& low, const Eigen::Matrix<double, N, 1>& high, double variance,
+                       double misfit) {
+        const double slope = 1 / ((1 + value_) * (1 + value_));  // d share / d scalar
         if (!fixed_ && high.squaredNorm() > kSeen * variance) {
             correct<N>(low - share() * high, slope * high, variance + misfit, redundant_noise_);
         }
     }
 
 private:
-    static constexpr Scalar kClear = Scalar(100);
-    static constexpr Scalar kSeen = Scalar(4);
+    static constexpr double kClear = 100;
+    static constexpr double kSeen = 4;
 
     /// noise: running variance of the residuals. A residual far above it does not count as much as its size.
     template <int N>
-    void correct(const Eigen::Matrix<Scalar, N, 1>& residual, const Eigen::Matrix<Scalar, N, 1>& slope, Scalar least,
-                 Scalar& noise) {
-        const Scalar size = residual.squaredNorm() / 3;
-        const Scalar used = std::max({noise, size / 2, least});
-        const Scalar information = slope.squaredNorm() / used;
+    void correct(const Eigen::Matrix<double, N, 1>& residual, const Eigen::Matrix<double, N, 1>& slope, double min_variance,
+                 double& noise) {
+        const double size = residual.squaredNorm() / 3;
+        const double used = std::max({noise, size / 2, min_variance});
+        const double information = slope.squaredNorm() / used;
         variance_ /= 1 + variance_ * information;
-        value_ = std::clamp(value_ + variance_ * slope.dot(residual) / used, kLeast, kMost);
-        noise += Scalar(0.2) * (size - noise);
+        value_ = std::clamp(value_ + variance_ * slope.dot(residual) / used, kMin, kMax);
+        noise += 0.2 * (size - noise);
     }
 
     bool fixed_ = false;
-    Scalar value_ = 0;
-    Scalar variance_ = kPriorSigma * kPriorSigma;
-    Scalar pose_noise_ = 0;       // m^2
-    Scalar redundant_noise_ = 0;  // low coupling units squared
+    double value_ = 0;
+    double variance_ = kPriorSigma * kPriorSigma;
+    double pose_noise_ = 0;       // m^2
+    double redundant_noise_ = 0;  // low coupling units squared
 };
 
 }  // namespace tricoil::tracking

@@ -16,50 +16,43 @@ constexpr double kFirstTurn = 3;          // rad/s
 constexpr double kHighNoiseShare = 0.01;  // of a new estimate, once a row
 constexpr double kLowNoiseShare = 0.1;    // once a line
 
-template <typename Scalar>
-SplitParams scaled(SplitParams params, Scalar unit) {
-    params.least_noise *= static_cast<double>(unit * unit);
+SplitParams scaled(SplitParams params, double unit) {
+    params.min_noise *= unit * unit;
     return params;
 }
 
 /// Covariance of (position, small rotation) for unit noise of each coupling; zero if it is not determined. Computed with lengths
 /// relative to the range, for its conditioning.
-template <typename Scalar>
-Mat6<Scalar> unit_covariance(const Eigen::Matrix<Scalar, 9, 6>& jacobian, Scalar range_m) {
-    Vec6<Scalar> units = Vec6<Scalar>::Ones();
-    units.template head<3>().setConstant(range_m);
-    const Eigen::Matrix<Scalar, 9, 6> j = jacobian * units.asDiagonal();
-    const Mat6<Scalar> information = j.transpose() * j;
-    const Cholesky<Scalar, 6> cholesky(information);
+Mat6<double> unit_covariance(const Eigen::Matrix<double, 9, 6>& jacobian, double range_m) {
+    Vec6<double> units = Vec6<double>::Ones();
+    units.head<3>().setConstant(range_m);
+    const Eigen::Matrix<double, 9, 6> j = jacobian * units.asDiagonal();
+    const Mat6<double> information = j.transpose() * j;
+    const Cholesky<double, 6> cholesky(information);
     if (!cholesky.ok()) {
-        return Mat6<Scalar>::Zero();
+        return Mat6<double>::Zero();
     }
-    const Mat6<Scalar> inverse = cholesky.template solve<6>(Mat6<Scalar>::Identity());
+    const Mat6<double> inverse = cholesky.solve<6>(Mat6<double>::Identity());
     return units.asDiagonal() * inverse * units.asDiagonal();
 }
 
-template <typename Scalar>
-Eigen::Matrix<Scalar, 9, 1> vec(const Mat3<Scalar>& m) {
-    return Eigen::Map<const Eigen::Matrix<Scalar, 9, 1>>(m.data());
-}
+Eigen::Matrix<double, 9, 1> vec(const Mat3<double>& m) { return Eigen::Map<const Eigen::Matrix<double, 9, 1>>(m.data()); }
 
 }  // namespace
 
 /// Both bands over the last two lines.
-template <typename Scalar>
-struct DualRateEstimator<Scalar>::Comparison {
-    Vec6<Scalar> disagreement;  // high - low: position, small rotation
-    Vec3<Scalar> position_m;    // means of the high band
-    Vec3<Scalar> rotation_rad;
+struct DualRateEstimator::Comparison {
+    Vec6<double> disagreement;  // high - low: position, small rotation
+    Vec3<double> position_m;    // means of the high band
+    Vec3<double> rotation_rad;
     Vec9 low_redundant;  // parts of the couplings that no pose explains, both in units of the low band
     Vec9 high_redundant;
-    Scalar low_norm;          // of the low band's couplings
-    Mat6<Scalar> covariance;  // of the low band's pose, for unit noise of each coupling
+    double low_norm;          // of the low band's couplings
+    Mat6<double> covariance;  // of the low band's pose, for unit noise of each coupling
 };
 
-template <typename Scalar>
-DualRateEstimator<Scalar>::DualRateEstimator(const field::GeneralDipole<Scalar>& high, const field::GeneralDipole<Scalar>& low,
-                                             const DualRateParams<Scalar>& params)
+DualRateEstimator::DualRateEstimator(const field::GeneralDipole<double>& high, const field::GeneralDipole<double>& low,
+                                     const DualRateParams& params)
     : high_(high),
       low_(low),
       params_(params),
@@ -68,16 +61,15 @@ DualRateEstimator<Scalar>::DualRateEstimator(const field::GeneralDipole<Scalar>&
       scalar_(params.scalar),
       position_(params.split, params.row_period_s, params.rows_per_line) {}
 
-template <typename Scalar>
-Result<DualRatePose<Scalar>> DualRateEstimator<Scalar>::add_high(const Mat3<Scalar>& couplings) {
+Result<DualRatePose> DualRateEstimator::add_high(const Mat3<double>& couplings) {
     if (!couplings.allFinite()) {
-        return Status{StatusCode::not_finite, "couplings of the high band hold NaN or infinity"};
+        return Status{StatusCode::not_finite, "couplings of the high band contain NaN or infinity"};
     }
     if (couplings.isZero(0)) {
         return Status{StatusCode::degenerate, "couplings of the high band are zero"};
     }
     const bool first = !tracking_;
-    const solver::RigidPose<Scalar> before = high_pose_;
+    const solver::RigidPose<double> before = high_pose_;
     solved_ = solve(couplings);
     if (!solved_) {
         position_.skip_row();
@@ -87,7 +79,7 @@ Result<DualRatePose<Scalar>> DualRateEstimator<Scalar>::add_high(const Mat3<Scal
     if (first) {
         start();
     } else {
-        const Quat<Scalar> turn = high_pose_.q_source_sensor * before.q_source_sensor.conjugate();
+        const Quat<double> turn = high_pose_.q_source_sensor * before.q_source_sensor.conjugate();
         turned_rad_ += geometry::quaternion_to_rotation_vector(turn);
     }
     accumulate();
@@ -96,13 +88,12 @@ Result<DualRatePose<Scalar>> DualRateEstimator<Scalar>::add_high(const Mat3<Scal
     return report();
 }
 
-template <typename Scalar>
-void DualRateEstimator<Scalar>::start() {
-    const Scalar range = high_pose_.position_m.norm();
-    position_ = SplitFilter<Scalar>(params_.split, params_.row_period_s, params_.rows_per_line);
-    rotation_ = SplitFilter<Scalar>(scaled(params_.split, 1 / range), params_.row_period_s, params_.rows_per_line);
-    position_.start(high_pose_.position_m, static_cast<Scalar>(kFirstBias) * range, static_cast<Scalar>(kFirstSpeed));
-    rotation_.start(turned_rad_, static_cast<Scalar>(kFirstBias), static_cast<Scalar>(kFirstTurn));
+void DualRateEstimator::start() {
+    const double range = high_pose_.position_m.norm();
+    position_ = SplitFilter(params_.split, params_.row_period_s, params_.rows_per_line);
+    rotation_ = SplitFilter(scaled(params_.split, 1 / range), params_.row_period_s, params_.rows_per_line);
+    position_.start(high_pose_.position_m, kFirstBias * range, kFirstSpeed);
+    rotation_.start(turned_rad_, kFirstBias, kFirstTurn);
     this_line_ = Line{};
     last_line_ = Line{};
     compared_ = false;
@@ -114,12 +105,11 @@ void DualRateEstimator<Scalar>::start() {
     held_bias_rad_.setZero();
 }
 
-template <typename Scalar>
-bool DualRateEstimator<Scalar>::solve(const Mat3<Scalar>& couplings) {
-    solver::RefineParams<Scalar> refine;
+bool DualRateEstimator::solve(const Mat3<double>& couplings) {
+    solver::RefineParams<double> refine;
     refine.max_misfit_share = params_.max_misfit_share;
     if (tracking_) {
-        const auto found = solver::minimise(high_, couplings, Mat3<Scalar>(Mat3<Scalar>::Ones()), high_pose_, refine);
+        const auto found = solver::minimise(high_, couplings, Mat3<double>(Mat3<double>::Ones()), high_pose_, refine);
         if (!found.ok() || !found->converged()) {
             return false;
         }
@@ -129,16 +119,15 @@ bool DualRateEstimator<Scalar>::solve(const Mat3<Scalar>& couplings) {
     }
     last_misfit_ = high_misfit_;
     high_misfit_ = couplings - field::signal_matrix(high_, high_pose_.position_m,
-                                                    Mat3<Scalar>(high_pose_.q_source_sensor.conjugate().toRotationMatrix()));
+                                                    Mat3<double>(high_pose_.q_source_sensor.conjugate().toRotationMatrix()));
     return true;
 }
 
-template <typename Scalar>
-bool DualRateEstimator<Scalar>::cold_start(const Mat3<Scalar>& couplings) {
-    solver::ColdStartParams<Scalar> params;
+bool DualRateEstimator::cold_start(const Mat3<double>& couplings) {
+    solver::ColdStartParams<double> params;
     params.hemisphere = params_.hemisphere;
     params.refine.max_misfit_share = params_.max_misfit_share;
-    const auto found = solver::solve_cold(high_, couplings, Mat3<Scalar>(Mat3<Scalar>::Ones()), params);
+    const auto found = solver::solve_cold(high_, couplings, Mat3<double>(Mat3<double>::Ones()), params);
     if (!found.ok() || !found->refinement.converged() || !found->right_handed) {
         return false;
     }
@@ -147,31 +136,29 @@ bool DualRateEstimator<Scalar>::cold_start(const Mat3<Scalar>& couplings) {
     return true;
 }
 
-template <typename Scalar>
-void DualRateEstimator<Scalar>::accumulate() {
+void DualRateEstimator::accumulate() {
     if (this_line_.rows > 0) {  // white noise, from the change of the three redundant numbers from row to row
-        const Scalar seen = (high_misfit_ - last_misfit_).squaredNorm() / 6;
-        high_variance_ += (high_variance_ > 0 ? static_cast<Scalar>(kHighNoiseShare) : Scalar(1)) * (seen - high_variance_);
+        const double seen = (high_misfit_ - last_misfit_).squaredNorm() / 6;
+        high_variance_ += (high_variance_ > 0 ? kHighNoiseShare : 1) * (seen - high_variance_);
     }
-    const Scalar each = 1 / (1 + scalar_.value());
-    const Vec3<Scalar> off_m = each * position_.bias();
-    const Vec3<Scalar> off_rad = each * rotation_.bias();
-    const Quat<Scalar> q =
-        (geometry::rotation_vector_to_quaternion(Vec3<Scalar>(-off_rad)) * high_pose_.q_source_sensor).normalized();
+    const double each = 1 / (1 + scalar_.value());
+    const Vec3<double> off_m = each * position_.bias();
+    const Vec3<double> off_rad = each * rotation_.bias();
+    const Quat<double> q =
+        (geometry::rotation_vector_to_quaternion(Vec3<double>(-off_rad)) * high_pose_.q_source_sensor).normalized();
     const auto low =
-        field::signal_model(low_, Vec3<Scalar>(high_pose_.position_m - off_m), Mat3<Scalar>(q.conjugate().toRotationMatrix()));
+        field::signal_model(low_, Vec3<double>(high_pose_.position_m - off_m), Mat3<double>(q.conjugate().toRotationMatrix()));
     ++this_line_.rows;
-    this_line_.expected.template head<3>() += off_m;
-    this_line_.expected.template tail<3>() += off_rad;
+    this_line_.expected.head<3>() += off_m;
+    this_line_.expected.tail<3>() += off_rad;
     this_line_.low_model += low.x;
     this_line_.jacobian += low.jacobian;
-    this_line_.high_residual += vec<Scalar>(gain_.cwiseProduct(high_misfit_));
+    this_line_.high_residual += vec(gain_.cwiseProduct(high_misfit_));
     this_line_.position_m += high_pose_.position_m;
     this_line_.rotation_rad += turned_rad_;
 }
 
-template <typename Scalar>
-Status DualRateEstimator<Scalar>::add_low(const Mat3<Scalar>& couplings) {
+Status DualRateEstimator::add_low(const Mat3<double>& couplings) {
     Comparison c;
     const bool complete = this_line_.rows == params_.rows_per_line && last_line_.rows == params_.rows_per_line;
     const Status status = complete ? compare(couplings, c) : Status{};
@@ -182,21 +169,20 @@ Status DualRateEstimator<Scalar>::add_low(const Mat3<Scalar>& couplings) {
     return status;
 }
 
-template <typename Scalar>
-Status DualRateEstimator<Scalar>::compare(const Mat3<Scalar>& low, Comparison& result) const {
+Status DualRateEstimator::compare(const Mat3<double>& low, Comparison& result) const {
     if (!low.allFinite()) {
-        return {StatusCode::not_finite, "couplings of the low band hold NaN or infinity"};
+        return {StatusCode::not_finite, "couplings of the low band contain NaN or infinity"};
     }
     result.low_norm = low.norm();
-    const Scalar each = Scalar(1) / static_cast<Scalar>(2 * params_.rows_per_line);
+    const double each = 1 / static_cast<double>(2 * params_.rows_per_line);
     const Jacobian jacobian = each * (last_line_.jacobian + this_line_.jacobian);
-    const Vec9 excess = vec<Scalar>(each * (last_line_.low_model + this_line_.low_model) - low);
-    result.covariance = unit_covariance<Scalar>(jacobian, high_pose_.position_m.norm());
+    const Vec9 excess = vec(each * (last_line_.low_model + this_line_.low_model) - low);
+    result.covariance = unit_covariance(jacobian, high_pose_.position_m.norm());
     if (!(result.covariance(0, 0) > 0)) {
         return {StatusCode::degenerate, "couplings of the low band do not determine a pose here"};
     }
-    const auto pose_of = [&](const Vec9& v) -> Vec6<Scalar> { return result.covariance * (jacobian.transpose() * v); };
-    const Vec6<Scalar> unexpected = pose_of(excess);
+    const auto pose_of = [&](const Vec9& v) -> Vec6<double> { return result.covariance * (jacobian.transpose() * v); };
+    const Vec6<double> unexpected = pose_of(excess);
     result.disagreement = each * (last_line_.expected + this_line_.expected) + unexpected;
     result.low_redundant = jacobian * unexpected - excess;
     const Vec9 high = each * (last_line_.high_residual + this_line_.high_residual);
@@ -206,36 +192,34 @@ Status DualRateEstimator<Scalar>::compare(const Mat3<Scalar>& low, Comparison& r
     return {};
 }
 
-template <typename Scalar>
-void DualRateEstimator<Scalar>::use(const Comparison& c) {
+void DualRateEstimator::use(const Comparison& c) {
     if (compared_) {
         const Vec9 unexplained =
             c.low_redundant - last_low_redundant_ - scalar_.share() * (c.high_redundant - last_high_redundant_);
-        const Scalar seen = unexplained.squaredNorm() / 6;
-        low_variance_ += (low_variance_ > 0 ? static_cast<Scalar>(kLowNoiseShare) : Scalar(1)) * (seen - low_variance_);
+        const double seen = unexplained.squaredNorm() / 6;
+        low_variance_ += (low_variance_ > 0 ? kLowNoiseShare : 1) * (seen - low_variance_);
     }
-    const Scalar stretch = 1 + scalar_.value();
-    const Scalar noise = low_variance_ / 3;
-    disagreement_m_ = c.disagreement.template head<3>();
+    const double stretch = 1 + scalar_.value();
+    const double noise = low_variance_ / 3;
+    disagreement_m_ = c.disagreement.head<3>();
     held_bias_m_ = stretch * disagreement_m_;
-    held_bias_rad_ = stretch * c.disagreement.template tail<3>();
-    position_.add_means(disagreement_m_, c.position_m, stretch, noise * c.covariance.template topLeftCorner<3, 3>().trace());
-    rotation_.add_means(Vec3<Scalar>(c.disagreement.template tail<3>()), c.rotation_rad, stretch,
-                        noise * c.covariance.template bottomRightCorner<3, 3>().trace());
+    held_bias_rad_ = stretch * c.disagreement.tail<3>();
+    position_.add_means(disagreement_m_, c.position_m, stretch, noise * c.covariance.topLeftCorner<3, 3>().trace());
+    rotation_.add_means(Vec3<double>(c.disagreement.tail<3>()), c.rotation_rad, stretch,
+                        noise * c.covariance.bottomRightCorner<3, 3>().trace());
     fit_scalar(c);  // for the lines after this one
 }
 
-template <typename Scalar>
-void DualRateEstimator<Scalar>::fit_scalar(const Comparison& c) {
-    const Vec3<Scalar> low_m = c.position_m - disagreement_m_;
+void DualRateEstimator::fit_scalar(const Comparison& c) {
+    const Vec3<double> low_m = c.position_m - disagreement_m_;
     if (compared_) {
         // Of a change: twice the variance of one line.
-        const Scalar per_axis = 2 * low_variance_ / 3 * c.covariance.template topLeftCorner<3, 3>().trace();
+        const double per_axis = 2 * low_variance_ / 3 * c.covariance.topLeftCorner<3, 3>().trace();
         scalar_.add_poses(low_m - last_low_m_, disagreement_m_ - last_disagreement_m_, per_axis);
-        const Scalar moved = (low_m - last_low_m_).norm() / low_m.norm();
-        const Scalar misfit = params_.misfit_share * moved * c.low_norm;
-        scalar_.template add_redundant<9>(c.low_redundant - last_low_redundant_, c.high_redundant - last_high_redundant_,
-                                          2 * low_variance_, misfit * misfit / 3);
+        const double moved = (low_m - last_low_m_).norm() / low_m.norm();
+        const double misfit = params_.misfit_share * moved * c.low_norm;
+        scalar_.add_redundant<9>(c.low_redundant - last_low_redundant_, c.high_redundant - last_high_redundant_,
+                                 2 * low_variance_, misfit * misfit / 3);
     }
     compared_ = true;
     last_low_m_ = low_m;
@@ -244,8 +228,7 @@ void DualRateEstimator<Scalar>::fit_scalar(const Comparison& c) {
     last_high_redundant_ = c.high_redundant;
 }
 
-template <typename Scalar>
-void DualRateEstimator<Scalar>::close_line() {
+void DualRateEstimator::close_line() {
     position_.next_line();
     rotation_.next_line();
     // A held bias has the time of the middle of its window, one line ago.
@@ -260,36 +243,35 @@ void DualRateEstimator<Scalar>::close_line() {
         return;
     }
     const auto model = field::signal_model(high_, high_pose_.position_m,
-                                           Mat3<Scalar>(high_pose_.q_source_sensor.conjugate().toRotationMatrix()));
-    const Mat6<Scalar> covariance = unit_covariance<Scalar>(model.jacobian, high_pose_.position_m.norm());
-    position_variance_ = high_variance_ / 3 * covariance.template topLeftCorner<3, 3>().trace();
-    rotation_variance_ = high_variance_ / 3 * covariance.template bottomRightCorner<3, 3>().trace();
+                                           Mat3<double>(high_pose_.q_source_sensor.conjugate().toRotationMatrix()));
+    const Mat6<double> covariance = unit_covariance(model.jacobian, high_pose_.position_m.norm());
+    position_variance_ = high_variance_ / 3 * covariance.topLeftCorner<3, 3>().trace();
+    rotation_variance_ = high_variance_ / 3 * covariance.bottomRightCorner<3, 3>().trace();
 }
 
-template <typename Scalar>
-DualRatePose<Scalar> DualRateEstimator<Scalar>::report() const {
-    DualRatePose<Scalar> out;
+DualRatePose DualRateEstimator::report() const {
+    DualRatePose out;
     out.pose = high_pose_;
     out.solved = solved_;
     if (!tracking_) {
         return out;
     }
-    const Vec3<Scalar> moved_m = high_pose_.position_m - line_position_m_;
-    const Vec3<Scalar> turned_rad = turned_rad_ - line_turned_rad_;
-    const Vec3<Scalar> bias_m = params_.filter ? position_.bias() : held_bias_m_;
-    const Vec3<Scalar> bias_rad = params_.filter ? rotation_.bias() : held_bias_rad_;
+    const Vec3<double> moved_m = high_pose_.position_m - line_position_m_;
+    const Vec3<double> turned_rad = turned_rad_ - line_turned_rad_;
+    const Vec3<double> bias_m = params_.filter ? position_.bias() : held_bias_m_;
+    const Vec3<double> bias_rad = params_.filter ? rotation_.bias() : held_bias_rad_;
     if (params_.filter) {
         out.pose.position_m = position_.sum() - bias_m;
-        const Vec3<Scalar> correction = rotation_.sum() - turned_rad_ - bias_rad;
+        const Vec3<double> correction = rotation_.sum() - turned_rad_ - bias_rad;
         out.pose.q_source_sensor =
             (geometry::rotation_vector_to_quaternion(correction) * high_pose_.q_source_sensor).normalized();
     } else {
         out.pose.position_m -= bias_m;
         out.pose.q_source_sensor =
-            (geometry::rotation_vector_to_quaternion(Vec3<Scalar>(-bias_rad)) * high_pose_.q_source_sensor).normalized();
+            (geometry::rotation_vector_to_quaternion(Vec3<double>(-bias_rad)) * high_pose_.q_source_sensor).normalized();
     }
-    constexpr Scalar kAppears = Scalar(1e-3);  // bias that may appear within a line, relative to the range; and in rad
-    const Scalar range = out.pose.position_m.norm();
+    constexpr double kAppears = 1e-3;  // bias that may appear within a line, relative to the range; and in rad
+    const double range = out.pose.position_m.norm();
     out.position_sigma_m = sigma_of(position_.variance(), bias_m, moved_m, kAppears * range);
     out.rotation_sigma_rad = sigma_of(rotation_.variance(), bias_rad, turned_rad, kAppears);
     out.distortion_m = bias_m.norm();
@@ -297,18 +279,14 @@ DualRatePose<Scalar> DualRateEstimator<Scalar>::report() const {
     return out;
 }
 
-template <typename Scalar>
-Scalar DualRateEstimator<Scalar>::sigma_of(Scalar variance, const Vec3<Scalar>& bias, const Vec3<Scalar>& change,
-                                           Scalar appears) const {
-    const Scalar size = bias.norm();
-    const Scalar by_scalar = size * scalar_.sigma() / (1 + scalar_.value());
-    const Scalar by_spread = size * params_.scalar_spread * scalar_.share();
+double DualRateEstimator::sigma_of(double variance, const Vec3<double>& bias, const Vec3<double>& change, double appears) const {
+    const double size = bias.norm();
+    const double by_scalar = size * scalar_.sigma() / (1 + scalar_.value());
+    const double by_spread = size * params_.scalar_spread * scalar_.share();
     // What the high band has changed since the last line may be bias, but not more bias than there can be.
-    const Scalar plausible = size + 5 * std::sqrt(variance) + appears;
-    const Scalar by_split = params_.filter ? params_.split_spread * std::min(change.norm(), plausible) : change.norm();
+    const double plausible = size + 5 * std::sqrt(variance) + appears;
+    const double by_split = params_.filter ? params_.split_spread * std::min(change.norm(), plausible) : change.norm();
     return std::sqrt(variance + (by_scalar * by_scalar + by_spread * by_spread + by_split * by_split) / 3);
 }
-
-template class DualRateEstimator<double>;
 
 }  // namespace tricoil::tracking

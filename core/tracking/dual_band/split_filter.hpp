@@ -13,29 +13,28 @@ namespace tricoil::tracking {
 /// band measures the mean bias over the last two lines, once a line. What tells the parts apart between two lines is how much
 /// each of them has changed recently: both process noises are estimated from second differences of the low band's results.
 struct SplitParams {
-    double decay = 0.1;         // share of a new estimate, once a line, if it is smaller than the process noise in use
-    double attack = 0.4;        // share if it is larger
-    double least_noise = 1e-8;  // smallest process noise, unit^2/s^3: 3 um after 0.13 s
+    double decay = 0.1;       // share of a new estimate, once a line, if it is smaller than the process noise in use
+    double attack = 0.4;      // share if it is larger
+    double min_noise = 1e-8;  // smallest process noise, unit^2/s^3: 3 um after 0.13 s
 };
 
-template <typename Scalar>
 class SplitFilter {
 public:
-    using Vector = Vec3<Scalar>;
+    using Vector = Vec3<double>;
 
     SplitFilter() = default;
-    SplitFilter(const SplitParams& params, Scalar row_period_s, int rows_per_line)
-        : attack_(static_cast<Scalar>(params.attack)),
-          decay_(static_cast<Scalar>(params.decay)),
-          least_(static_cast<Scalar>(params.least_noise)),
+    SplitFilter(const SplitParams& params, double row_period_s, int rows_per_line)
+        : attack_(params.attack),
+          decay_(params.decay),
+          min_noise_(params.min_noise),
           period_s_(row_period_s),
-          row_share_(Scalar(1) / static_cast<Scalar>(rows_per_line)),
-          line_s_(row_period_s * static_cast<Scalar>(rows_per_line)),
-          motion_noise_(least_),
-          bias_noise_(least_) {}
+          row_share_(1.0 / rows_per_line),
+          line_s_(row_period_s * rows_per_line),
+          motion_noise_(min_noise_),
+          bias_noise_(min_noise_) {}
 
     /// Before the first row. Standard deviations: of the bias, and of both rates (unit/s).
-    void start(const Vector& sum, Scalar bias_sigma, Scalar rate_sigma) {
+    void start(const Vector& sum, double bias_sigma, double rate_sigma) {
         means_.setZero();
         means_.row(kSum) = sum.transpose();
         covariance_.setZero();
@@ -44,7 +43,7 @@ public:
     }
 
     /// One row: prediction, then the measured sum.
-    void add_row(const Vector& sum, Scalar variance) {
+    void add_row(const Vector& sum, double variance) {
         predict();
         States h = States::Zero();
         h(kSum) = 1;
@@ -56,12 +55,12 @@ public:
 
     /// At the end of a line, if the last two lines were complete: means of the bands' disagreement and of the sum over both. The
     /// bias is `stretch` times the disagreement. variance: of the disagreement.
-    void add_means(const Vector& disagreement, const Vector& sum, Scalar stretch, Scalar variance) {
+    void add_means(const Vector& disagreement, const Vector& sum, double stretch, double variance) {
         const Vector bias = stretch * disagreement;
         variance *= stretch * stretch;
         estimate_noise(disagreement, sum, stretch, variance);
         States h = States::Zero();
-        h(kThisLine) = h(kLastLine) = Scalar(0.5);
+        h(kThisLine) = h(kLastLine) = 0.5;
         correct(h, bias, variance);
     }
 
@@ -78,30 +77,30 @@ public:
     [[nodiscard]] Vector sum() const { return means_.row(kSum).transpose(); }
     [[nodiscard]] Vector bias() const { return means_.row(kBias).transpose(); }
     /// Of the motion and, but for the high band's noise, of the bias; per axis.
-    [[nodiscard]] Scalar variance() const {
-        const Scalar v = covariance_(kSum, kSum) - 2 * covariance_(kSum, kBias) + covariance_(kBias, kBias);
-        return std::max(v, Scalar(0));
+    [[nodiscard]] double variance() const {
+        const double v = covariance_(kSum, kSum) - 2 * covariance_(kSum, kBias) + covariance_(kBias, kBias);
+        return std::max(v, 0);
     }
 
 private:
     // The sum, not the motion, is a state: its variance is small by itself, not as a difference of large ones.
     enum State : int { kSum, kSumRate, kBias, kBiasRate, kThisLine, kLastLine, kStates };  // k...Line: mean bias of that line
-    using States = Eigen::Matrix<Scalar, kStates, 1>;
-    using Covariance = Eigen::Matrix<Scalar, kStates, kStates>;
+    using States = Eigen::Matrix<double, kStates, 1>;
+    using Covariance = Eigen::Matrix<double, kStates, kStates>;
 
     /// Variance of second differences of means over two lines, per process noise and line period cubed: the integral of the
     /// squared second difference of a ramp's means.
-    static constexpr Scalar kSecondDifference = Scalar(0.3833);
+    static constexpr double kSecondDifference = 0.3833;
 
     void predict() {
-        const Scalar dt = period_s_;
+        const double dt = period_s_;
         Covariance f = Covariance::Identity();
         f(kSum, kSumRate) = f(kBias, kBiasRate) = dt;
         f(kThisLine, kBias) = row_share_;
         f(kThisLine, kBiasRate) = row_share_ * dt;
         means_ = (f * means_).eval();
         covariance_ = (f * covariance_ * f.transpose()).eval();
-        const Scalar both = motion_noise_ + bias_noise_;
+        const double both = motion_noise_ + bias_noise_;
         add_noise(kSum, kSum, both);
         add_noise(kBias, kBias, bias_noise_);
         add_noise(kSum, kBias, bias_noise_);
@@ -109,17 +108,17 @@ private:
     }
 
     /// Integrated white noise of one row, in the block of (value, rate) at (i, j).
-    void add_noise(int i, int j, Scalar q) {
-        const Scalar dt = period_s_;
+    void add_noise(int i, int j, double q) {
+        const double dt = period_s_;
         covariance_(i, j) += q * dt * dt * dt / 3;
         covariance_(i, j + 1) += q * dt * dt / 2;
         covariance_(i + 1, j) += q * dt * dt / 2;
         covariance_(i + 1, j + 1) += q * dt;
     }
 
-    void correct(const States& h, const Vector& measured, Scalar variance) {
+    void correct(const States& h, const Vector& measured, double variance) {
         const States ph = covariance_ * h;
-        const Scalar innovation = h.dot(ph) + variance;
+        const double innovation = h.dot(ph) + variance;
         if (!(innovation > 0)) {
             return;
         }
@@ -127,12 +126,12 @@ private:
         means_ += (gain * (measured.transpose() - h.transpose() * means_)).eval();
         covariance_ -= (gain * ph.transpose()).eval();
         for (int i = 0; i < kStates; ++i) {  // rounding
-            covariance_(i, i) = std::max(covariance_(i, i), Scalar(0));
+            covariance_(i, i) = std::max(covariance_(i, i), 0);
         }
     }
 
     /// All differences with the same stretch: changes of the scalar are no motion.
-    void estimate_noise(const Vector& disagreement, const Vector& sum, Scalar stretch, Scalar variance) {
+    void estimate_noise(const Vector& disagreement, const Vector& sum, double stretch, double variance) {
         if (known_lines_ >= 2) {
             const Vector bias = stretch * (disagreement - 2 * disagreements_[1] + disagreements_[0]);
             follow(bias_noise_, bias, variance);
@@ -143,21 +142,21 @@ private:
         sums_ = {sums_[1], sum};
     }
 
-    void follow(Scalar& noise, const Vector& second_difference, Scalar variance) const {
-        const Scalar power = std::max(second_difference.squaredNorm() / 3 - 6 * variance, Scalar(0));
-        const Scalar seen = power / (kSecondDifference * line_s_ * line_s_ * line_s_);
-        noise = std::max(noise + (seen > noise ? attack_ : decay_) * (seen - noise), least_);
+    void follow(double& noise, const Vector& second_difference, double variance) const {
+        const double power = std::max(second_difference.squaredNorm() / 3 - 6 * variance, 0);
+        const double seen = power / (kSecondDifference * line_s_ * line_s_ * line_s_);
+        noise = std::max(noise + (seen > noise ? attack_ : decay_) * (seen - noise), min_noise_);
     }
 
-    Scalar attack_ = 0;
-    Scalar decay_ = 0;
-    Scalar least_ = 0;
-    Scalar period_s_ = 0;
-    Scalar row_share_ = 0;
-    Scalar line_s_ = 0;
-    Scalar motion_noise_ = 0;  // unit^2/s^3
-    Scalar bias_noise_ = 0;
-    Eigen::Matrix<Scalar, kStates, 3> means_ = Eigen::Matrix<Scalar, kStates, 3>::Zero();
+    double attack_ = 0;
+    double decay_ = 0;
+    double min_noise_ = 0;
+    double period_s_ = 0;
+    double row_share_ = 0;
+    double line_s_ = 0;
+    double motion_noise_ = 0;  // unit^2/s^3
+    double bias_noise_ = 0;
+    Eigen::Matrix<double, kStates, 3> means_ = Eigen::Matrix<double, kStates, 3>::Zero();
     Covariance covariance_ = Covariance::Zero();
     int known_lines_ = 0;
     std::array<Vector, 2> disagreements_{Vector::Zero(), Vector::Zero()};  // of the last two lines, the older first
