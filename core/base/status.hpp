@@ -61,7 +61,10 @@ public:
     [[nodiscard]] Status status() const { return ok() ? Status{} : *std::get_if<1>(&content_); }
     [[nodiscard]] const T& value() const& { return checked(); }
     [[nodiscard]] const T& operator*() const& { return checked(); }
-    [[nodiscard]] T value() && { return std::move(*const_cast<T*>(&checked())); }  // returns by value: a reference would dangle
+    [[nodiscard]] T value() && {  // returns by value: a reference would dangle
+        TRICOIL_ASSERT(ok());
+        return std::move(*std::get_if<0>(&content_));
+    }
     [[nodiscard]] T operator*() && { return std::move(*this).value(); }
     [[nodiscard]] const T* operator->() const { return &checked(); }
 
