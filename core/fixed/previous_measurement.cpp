@@ -137,7 +137,7 @@ Result<VectorPose> step_vectors(const BlockMatrix& x, Scaled coupling_constant, 
     if (coupling_constant.mantissa <= 0) {
         return Status{StatusCode::invalid_argument, "coupling constant must be positive"};
     }
-    if (passes < 1 || passes > kMaxSteps) {
+    if (passes < 1 || passes > kMaxPasses) {
         return Status{StatusCode::invalid_argument, "passes must be 1 to 10"};
     }
     if (!is_unit(previous.direction) || !is_rotation(previous.attitude)) {

@@ -11,7 +11,7 @@ struct VectorPose {
     Mat3<Unit> attitude = Mat3<Unit>::Identity();
 };
 
-constexpr int kMaxSteps = 10;
+constexpr int kMaxPasses = 10;
 
 /// Increments (15), (16), applied as small rotations of u and O.
 /// Errors: invalid_argument (C is not positive, passes outside 1-10, or the previous pose is not a unit vector with a rotation),

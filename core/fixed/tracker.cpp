@@ -33,7 +33,7 @@ Status check(const TrackerParams& params) {
     if (params.coupling_constant.mantissa < 1 << 30) {
         return {StatusCode::invalid_argument, "coupling constant must be positive and normalised"};
     }
-    if (params.passes < 1 || params.passes > kMaxSteps) {
+    if (params.passes < 1 || params.passes > kMaxPasses) {
         return {StatusCode::invalid_argument, "passes must be 1 to 10"};
     }
     if (params.min_snr < 1 || params.max_misfit.raw() <= 0 || params.distortion_gate.raw() <= 0) {

@@ -198,10 +198,10 @@ TEST(RangeEnd, WindowsAndReferencesOfAnyLength) {
 TEST(RangeEnd, PassesOutOfRangeAreRefused) {
     BlockMatrix x;
     x.mantissa.diagonal() << 2000, -1000, -1000;
-    for (const int passes : {kMin, 0, kMaxSteps + 1, kMax}) {
+    for (const int passes : {kMin, 0, kMaxPasses + 1, kMax}) {
         EXPECT_EQ(step_vectors(x, {1 << 30, -30}, {}, passes).status().code(), StatusCode::invalid_argument);
     }
-    EXPECT_TRUE(step_vectors(x, {1 << 30, -30}, {}, kMaxSteps).ok());
+    EXPECT_TRUE(step_vectors(x, {1 << 30, -30}, {}, kMaxPasses).ok());
 }
 
 }  // namespace
