@@ -21,23 +21,38 @@ using namespace tricoil;
 
 constexpr std::size_t kMaxKept = 256;  // poses: a quarter of a second at 960 Hz
 
-// The flags of the C interface are those of the C++ one, and all of them.
-static_assert(TRICOIL_FLAG_SATURATED == tracking::PoseFlags{tracking::PoseFlag::saturated}.bits());
-static_assert(TRICOIL_FLAG_LOW_SIGNAL == tracking::PoseFlags{tracking::PoseFlag::low_signal}.bits());
-static_assert(TRICOIL_FLAG_NO_SENSOR == tracking::PoseFlags{tracking::PoseFlag::no_sensor}.bits());
-static_assert(TRICOIL_FLAG_DISTORTED == tracking::PoseFlags{tracking::PoseFlag::distorted}.bits());
-static_assert(TRICOIL_FLAG_WRONG_HANDEDNESS == tracking::PoseFlags{tracking::PoseFlag::wrong_handedness}.bits());
-static_assert(TRICOIL_FLAG_STALE == tracking::PoseFlags{tracking::PoseFlag::stale}.bits());
-static_assert(TRICOIL_FLAG_NOT_CONVERGED == tracking::PoseFlags{tracking::PoseFlag::not_converged}.bits());
-static_assert(TRICOIL_FLAG_HEMISPHERE_UNKNOWN == tracking::PoseFlags{tracking::PoseFlag::hemisphere_unknown}.bits());
-static_assert(TRICOIL_FLAG_NO_REFERENCE == tracking::PoseFlags{tracking::PoseFlag::no_reference}.bits());
-static_assert(TRICOIL_FLAG_UNCONFIRMED == tracking::PoseFlags{tracking::PoseFlag::unconfirmed}.bits());
-static_assert(TRICOIL_FLAG_INCONSISTENT == tracking::PoseFlags{tracking::PoseFlag::inconsistent}.bits());
-static_assert(TRICOIL_FLAG_COASTING == tracking::PoseFlags{tracking::PoseFlag::coasting}.bits());
-static_assert((TRICOIL_FLAG_SATURATED | TRICOIL_FLAG_LOW_SIGNAL | TRICOIL_FLAG_NO_SENSOR | TRICOIL_FLAG_DISTORTED |
-               TRICOIL_FLAG_WRONG_HANDEDNESS | TRICOIL_FLAG_STALE | TRICOIL_FLAG_NOT_CONVERGED | TRICOIL_FLAG_HEMISPHERE_UNKNOWN |
-               TRICOIL_FLAG_NO_REFERENCE | TRICOIL_FLAG_UNCONFIRMED | TRICOIL_FLAG_INCONSISTENT | TRICOIL_FLAG_COASTING) ==
-              tracking::kAllPoseFlags.bits());
+struct FlagOfBoth {
+    std::uint32_t c;
+    tracking::PoseFlag flag;
+};
+
+constexpr std::array<FlagOfBoth, 12> kFlags{{
+    {TRICOIL_FLAG_SATURATED, tracking::PoseFlag::saturated},
+    {TRICOIL_FLAG_LOW_SIGNAL, tracking::PoseFlag::low_signal},
+    {TRICOIL_FLAG_NO_SENSOR, tracking::PoseFlag::no_sensor},
+    {TRICOIL_FLAG_DISTORTED, tracking::PoseFlag::distorted},
+    {TRICOIL_FLAG_WRONG_HANDEDNESS, tracking::PoseFlag::wrong_handedness},
+    {TRICOIL_FLAG_STALE, tracking::PoseFlag::stale},
+    {TRICOIL_FLAG_NOT_CONVERGED, tracking::PoseFlag::not_converged},
+    {TRICOIL_FLAG_HEMISPHERE_UNKNOWN, tracking::PoseFlag::hemisphere_unknown},
+    {TRICOIL_FLAG_NO_REFERENCE, tracking::PoseFlag::no_reference},
+    {TRICOIL_FLAG_UNCONFIRMED, tracking::PoseFlag::unconfirmed},
+    {TRICOIL_FLAG_INCONSISTENT, tracking::PoseFlag::inconsistent},
+    {TRICOIL_FLAG_COASTING, tracking::PoseFlag::coasting},
+}};
+
+/// True if the flags of the C interface are those of the C++ interface, and all of them.
+constexpr bool flags_agree() {
+    std::uint32_t all = 0;
+    for (const auto& [c, flag] : kFlags) {
+        if (c != tracking::PoseFlags{flag}.bits()) {
+            return false;
+        }
+        all |= c;
+    }
+    return all == tracking::kAllPoseFlags.bits();
+}
+static_assert(flags_agree());
 
 bool ends_with(const std::string& text, const std::string& end) {
     return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
