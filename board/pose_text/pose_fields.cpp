@@ -1,8 +1,8 @@
 #include "board/pose_text/pose_fields.hpp"
 
-#include <cinttypes>
+#include <fmt/format.h>
+
 #include <cmath>
-#include <cstdio>
 
 #include "core/base/assertion.hpp"
 #include "core/protocol/convert.hpp"
@@ -13,7 +13,7 @@ namespace {
 using P = PoseNumbers;
 using Numbers = std::span<const double>;
 
-constexpr const char* kSignificant = "%.8g";  // the wire has 24 bits
+constexpr const char* kSignificant = "{:.8g}";  // the wire has 24 bits
 
 const std::array<PoseField, 11> kFields{{
     {"sensor", {"sensor"}, 0, "", &P::sensor},
@@ -22,8 +22,8 @@ const std::array<PoseField, 11> kFields{{
     {"valid", {"valid"}, 0, "", &P::valid},
     {"flags", {"flags"}, 0, "", &P::flags},
     {"state", {"state"}, 0, "", &P::state},
-    {"position_m", {"x", "y", "z"}, 3, "%.7f", nullptr, [](const P& p) { return Numbers(p.position); }},
-    {"q_wxyz", {"qw", "qx", "qy", "qz"}, 0, "%.9f", nullptr, [](const P& p) { return Numbers(p.q_wxyz); }},
+    {"position_m", {"x", "y", "z"}, 3, "{:.7f}", nullptr, [](const P& p) { return Numbers(p.position); }},
+    {"q_wxyz", {"qw", "qx", "qy", "qz"}, 0, "{:.9f}", nullptr, [](const P& p) { return Numbers(p.q_wxyz); }},
     {"std_m_rad",
      {"std_x", "std_y", "std_z", "std_rx_rad", "std_ry_rad", "std_rz_rad"},
      3,
@@ -33,10 +33,10 @@ const std::array<PoseField, 11> kFields{{
     {"distortion_chi_square",
      {"distortion_chi_square"},
      0,
-     "%.3f",
+     "{:.3f}",
      nullptr,
      [](const P& p) { return Numbers(&p.distortion_chi_square, 1); }},
-    {"snr_db", {"snr_db"}, 0, "%.2f", nullptr, [](const P& p) { return Numbers(&p.snr_db, 1); }},
+    {"snr_db", {"snr_db"}, 0, "{:.2f}", nullptr, [](const P& p) { return Numbers(&p.snr_db, 1); }},
 }};
 constexpr std::size_t kDeviation = 8;
 
@@ -46,11 +46,11 @@ public:
     explicit Text(std::span<char> out) : out_(out) {}
 
     template <typename... Values>
-    void print(const char* format, Values... values) {
-        // NOLINTNEXTLINE(clang-diagnostic-format-nonliteral): formats of kFields, which suit the values
-        const int size = std::snprintf(out_.data() + size_, out_.size() - size_, format, values...);
-        TRICOIL_ASSERT(size >= 0 && size_ + static_cast<std::size_t>(size) < out_.size());
-        size_ += static_cast<std::size_t>(size);
+    void print(std::string_view format, const Values&... values) {
+        const auto free = out_.subspan(size_);
+        const std::size_t size = fmt::format_to_n(free.data(), free.size(), fmt::runtime(format), values...).size;
+        TRICOIL_ASSERT(size <= free.size());
+        size_ += size;
     }
     void put_numbers(const PoseField& field, Numbers numbers) {
         for (std::size_t i = 0; i < numbers.size(); ++i) {
@@ -141,7 +141,7 @@ std::size_t put_csv(const PoseNumbers& pose, std::span<char> out) {
     for (const PoseField& field : kFields) {
         text.print(text.size() == 0 ? "" : ",");
         if (field.integer != nullptr) {
-            text.print("%" PRId64, pose.*field.integer);
+            text.print("{}", pose.*field.integer);
         } else {
             text.put_numbers(field, field.numbers(pose));
         }
@@ -152,9 +152,9 @@ std::size_t put_csv(const PoseNumbers& pose, std::span<char> out) {
 std::size_t put_json(const PoseNumbers& pose, std::span<char> out) {
     Text text(out);
     for (const PoseField& field : kFields) {
-        text.print(text.size() == 0 ? "{\"%s\":" : ",\"%s\":", field.key);
+        text.print(text.size() == 0 ? "{{\"{}\":" : ",\"{}\":", field.key);
         if (field.integer != nullptr) {
-            text.print("%" PRId64, pose.*field.integer);
+            text.print("{}", pose.*field.integer);
             continue;
         }
         const Numbers numbers = field.numbers(pose);
@@ -162,7 +162,7 @@ std::size_t put_json(const PoseNumbers& pose, std::span<char> out) {
         text.put_numbers(field, numbers);
         text.print(numbers.size() > 1 ? "]" : "");
     }
-    text.print("}");
+    text.print("}}");
     return text.size();
 }
 

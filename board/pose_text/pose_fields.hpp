@@ -38,7 +38,7 @@ struct PoseField {
     const char* key;                               // JSON
     std::array<const char*, 6> names;              // CSV columns, without unit
     std::size_t lengths;                           // number of leading columns that are lengths
-    const char* format;                            // of one number, printf
+    const char* format;                            // of one number, fmt
     std::int64_t PoseNumbers::*integer = nullptr;  // null: numbers
     std::span<const double> (*numbers)(const PoseNumbers&) = nullptr;
 };
@@ -57,7 +57,7 @@ std::string pose_column_names(std::string_view unit = "m", std::string_view inst
 constexpr std::string_view kPredictedErrorNames = "predicted_error_mm,predicted_error_deg";
 
 /// Values of all fields, separated by commas, or one JSON object; without line feed. No heap. Returns the number of characters,
-/// which kLongestPoseText exceeds.
+/// at most kLongestPoseText.
 std::size_t put_csv(const PoseNumbers& pose, std::span<char> out);
 std::size_t put_json(const PoseNumbers& pose, std::span<char> out);
 constexpr std::size_t kLongestPoseText = 768;
