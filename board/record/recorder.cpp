@@ -50,8 +50,8 @@ nlohmann::ordered_json describe_columns() {
 
 }  // namespace
 
-Recorder::Recorder(const std::string& folder, nlohmann::ordered_json source, Journal::WhenFull patience)
-    : folder_(folder), journal_(prepare(folder), patience, record_headers()) {
+Recorder::Recorder(const std::string& folder, nlohmann::ordered_json source, Journal::WhenFull when_full)
+    : folder_(folder), journal_(prepare(folder), when_full, record_headers()) {
     description_ = {{"format", kRecordingFormat},
                     {"version", kRecordingVersion},
                     {"program", "tricoil " TRICOIL_VERSION},

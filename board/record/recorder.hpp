@@ -18,7 +18,7 @@ class Recorder final : public tracking::TrackerTap<double> {
 public:
     /// Creates `folder`, or uses it if it exists and is empty. source: description of the origin of the columns, stored
     /// unchanged. Throws InputError, naming the folder, if it cannot be used.
-    Recorder(const std::string& folder, nlohmann::ordered_json source, Journal::WhenFull patience);
+    Recorder(const std::string& folder, nlohmann::ordered_json source, Journal::WhenFull when_full);
     ~Recorder() override;
 
     /// Replaces begin() for trackers that already run. Their last valid positions (m, by sensor; zero: none) give the
