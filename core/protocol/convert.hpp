@@ -144,31 +144,4 @@ template <typename Scalar>
     return WireError::none;
 }
 
-template <typename Scalar>
-CouplingsMessage couplings_message(const tracking::PoseEstimate<Scalar>& e) {
-    CouplingsMessage m;
-    m.sequence = e.sequence;
-    m.time_us = std::max<std::int64_t>(to_us(e.time), 0);
-    m.sensor = e.sensor;
-    for (std::size_t i = 0; i < m.x.size() && e.signal_matrix.allFinite(); ++i) {
-        m.x[i] = std::clamp(static_cast<float>(e.signal_matrix.data()[i]), -1e6F, 1e6F);
-    }
-    return m;
-}
-
-template <typename Scalar>
-CovarianceMessage covariance_message(const tracking::PoseEstimate<Scalar>& e) {
-    CovarianceMessage m;
-    m.sequence = e.sequence;
-    m.time_us = std::max<std::int64_t>(to_us(e.time), 0);
-    m.sensor = e.sensor;
-    std::size_t at = 0;
-    for (Eigen::Index i = 0; i < 6 && e.covariance.allFinite(); ++i) {
-        for (Eigen::Index j = i; j < 6; ++j) {
-            m.upper[at++] = std::clamp(static_cast<float>(e.covariance(i, j)), -1e6F, 1e6F);
-        }
-    }
-    return m;
-}
-
 }  // namespace tricoil::protocol

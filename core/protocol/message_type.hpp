@@ -9,7 +9,7 @@ namespace tricoil::protocol {
 constexpr std::uint8_t kOldestVersion = 1;
 constexpr std::uint8_t kNewestVersion = 1;
 
-/// In order of priority on a bus.
+/// In order of priority on a bus. 7 and 8 were used in the past.
 enum class MessageType : std::uint8_t {
     command = 1,
     ack = 2,
@@ -17,13 +17,11 @@ enum class MessageType : std::uint8_t {
     column = 4,
     pose = 5,
     identify = 6,
-    couplings = 7,
-    covariance = 8,
     check = 9,
     raw_block = 10,
     calibration = 11,
 };
-constexpr std::uint8_t kMessageTypes = 11;
+constexpr std::uint8_t kMaxMessageType = 11;
 
 /// front_end: measures; the host tracks. tracker: tracks on the device.
 enum class Role : std::uint8_t { front_end = 1, tracker = 2 };

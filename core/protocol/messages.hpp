@@ -77,16 +77,6 @@ struct IdentifyMessage : Stamp {
     std::uint32_t watchdog_us = 0;
 };
 
-struct CouplingsMessage : Stamp {
-    std::uint8_t sensor = 0;
-    std::array<float, 9> x{};
-};
-
-struct CovarianceMessage : Stamp {
-    std::uint8_t sensor = 0;
-    std::array<float, 21> upper{};
-};
-
 struct CheckMessage : Stamp {
     std::uint16_t id = 0;
     std::uint8_t precision = 0;

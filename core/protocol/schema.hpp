@@ -78,9 +78,6 @@ inline constexpr std::array<const char*, 3> kSigma{"sigma_1", "sigma_2", "sigma_
 inline constexpr std::array<const char*, 3> kPosition{"x", "y", "z"};
 inline constexpr std::array<const char*, 4> kQuaternion{"qw", "qx", "qy", "qz"};
 inline constexpr std::array<const char*, 6> kDeviation{"std_x", "std_y", "std_z", "std_rx", "std_ry", "std_rz"};
-inline constexpr std::array<const char*, 9> kCouplings{"x11", "x21", "x31", "x12", "x22", "x32", "x13", "x23", "x33"};
-inline constexpr std::array<const char*, 21> kUpper{"c11", "c12", "c13", "c14", "c15", "c16", "c22", "c23", "c24", "c25", "c26",
-                                                    "c33", "c34", "c35", "c36", "c44", "c45", "c46", "c55", "c56", "c66"};
 inline constexpr FieldInfo kSensor = code(WireType::u8, 0, 3, "index of the sensor");
 inline constexpr FieldInfo kState = code(WireType::u8, 0, 4, "excitation: 0 off, 1-3 S1-S3, 4 all");
 inline constexpr FieldInfo kOpcode = code(WireType::u8, 1, 255,
@@ -204,27 +201,6 @@ struct Schema<IdentifyMessage> {
 };
 
 template <>
-struct Schema<CouplingsMessage> {
-    static constexpr MessageInfo kInfo{MessageType::couplings, "couplings", "tracker",
-                                       "signal matrix of the pose with the same time"};
-    static constexpr auto kFields =
-        std::tuple{field(&CouplingsMessage::sensor, "sensor", detail::kSensor),
-                   fields(&CouplingsMessage::x, detail::kCouplings,
-                          info(WireType::f32, 1, "", -1e6, 1e6, "sensor coil, source coil; column by column"))};
-};
-
-template <>
-struct Schema<CovarianceMessage> {
-    static constexpr MessageInfo kInfo{MessageType::covariance, "covariance", "tracker",
-                                       "covariance of the pose with the same time; longer than a CAN frame"};
-    static constexpr auto kFields =
-        std::tuple{field(&CovarianceMessage::sensor, "sensor", detail::kSensor),
-                   fields(&CovarianceMessage::upper, detail::kUpper,
-                          info(WireType::f32, 1, "m^2, m rad, rad^2", -1e6, 1e6,
-                               "upper triangle, row by row: position, small rotation, source frame"))};
-};
-
-template <>
 struct Schema<CheckMessage> {
     static constexpr MessageInfo kInfo{MessageType::check, "check", "device", "one row of the self-check"};
     static constexpr auto kFields =
@@ -280,8 +256,6 @@ constexpr void for_each_message(Visitor visit) {
     visit(Schema<ColumnMessage>{});
     visit(Schema<PoseMessage>{});
     visit(Schema<IdentifyMessage>{});
-    visit(Schema<CouplingsMessage>{});
-    visit(Schema<CovarianceMessage>{});
     visit(Schema<CheckMessage>{});
     visit(Schema<RawBlockMessage>{});
     visit(Schema<CalibrationMessage>{});
@@ -321,7 +295,7 @@ struct MessageSize {
 };
 namespace detail {
 inline constexpr auto kMessageSizes = [] {
-    std::array<MessageSize, kMessageTypes + 1> sizes{};
+    std::array<MessageSize, kMaxMessageType + 1> sizes{};
     for_each_message([&](auto schema) {
         sizes[static_cast<std::size_t>(schema.kInfo.type)] = {fixed_bytes(schema), schema.kInfo.tail_unit};
     });
@@ -329,7 +303,7 @@ inline constexpr auto kMessageSizes = [] {
 }();
 }  // namespace detail
 constexpr MessageSize size_of_type(std::uint8_t type) {
-    return type <= kMessageTypes ? detail::kMessageSizes[type] : MessageSize{};
+    return type <= kMaxMessageType ? detail::kMessageSizes[type] : MessageSize{};
 }
 
 }  // namespace tricoil::protocol

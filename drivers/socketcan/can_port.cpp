@@ -19,9 +19,9 @@ constexpr canid_t kExact = CAN_EFF_FLAG | CAN_RTR_FLAG | CAN_SFF_MASK;
 Status CanPort::do_open() {
     do_close();
     // The host receives the node's messages, the device those of the host: exact identifiers, standard data frames.
-    std::array<can_filter, protocol::kMessageTypes + 1> filters{};
+    std::array<can_filter, protocol::kMaxMessageType + 1> filters{};
     std::size_t count = 0;
-    for (std::uint8_t type = 1; type <= protocol::kMessageTypes; ++type) {
+    for (std::uint8_t type = 1; type <= protocol::kMaxMessageType; ++type) {
         const bool from_host = type == static_cast<std::uint8_t>(protocol::MessageType::command);
         if (from_host == (params_.side == CanSide::device)) {
             filters[count++] = {protocol::can_id(type, params_.node), kExact};

@@ -59,7 +59,6 @@ int main(int, char** arguments) {
     for (const Bytes& bytes : {message<protocol::IdentifyMessage>(random), message<protocol::AckMessage>(random),
                                message<protocol::CommandMessage>(random), message<protocol::StatusMessage>(random),
                                message<protocol::ColumnMessage>(random), message<protocol::PoseMessage>(random),
-                               message<protocol::CouplingsMessage>(random), message<protocol::CovarianceMessage>(random),
                                message<protocol::CheckMessage>(random), message<protocol::RawBlockMessage>(random),
                                message<protocol::CalibrationMessage>(random)}) {
         const std::string name = "type" + std::to_string(bytes[1]);

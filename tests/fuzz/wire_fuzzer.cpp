@@ -51,8 +51,6 @@ void decode_all(Bytes bytes) {
     decode_as<protocol::ColumnMessage>(bytes);
     decode_as<protocol::PoseMessage>(bytes);
     decode_as<protocol::IdentifyMessage>(bytes);
-    decode_as<protocol::CouplingsMessage>(bytes);
-    decode_as<protocol::CovarianceMessage>(bytes);
     decode_as<protocol::CheckMessage>(bytes);
     decode_as<protocol::RawBlockMessage>(bytes);
     decode_as<protocol::CalibrationMessage>(bytes);

@@ -15,7 +15,7 @@ constexpr std::uint64_t kSeed = 7;
 template <typename Message>
 class EveryMessage : public ::testing::Test {};
 using Messages = ::testing::Types<CommandMessage, AckMessage, StatusMessage, ColumnMessage, PoseMessage, IdentifyMessage,
-                                  CouplingsMessage, CovarianceMessage, CheckMessage, RawBlockMessage, CalibrationMessage>;
+                                  CheckMessage, RawBlockMessage, CalibrationMessage>;
 TYPED_TEST_SUITE(EveryMessage, Messages);
 
 TYPED_TEST(EveryMessage, RoundTripsExactly) {
@@ -50,7 +50,7 @@ TYPED_TEST(EveryMessage, OfAWrongLengthVersionOrTypeIsRefused) {
     changed[0] = kNewestVersion + 1;
     EXPECT_EQ(decode(std::span<const std::uint8_t>(changed), m), WireError::unknown_version);
     changed = bytes;
-    changed[1] = kMessageTypes + 1;
+    changed[1] = kMaxMessageType + 1;
     EXPECT_EQ(decode(std::span<const std::uint8_t>(changed), m), WireError::unknown_type);
 }
 
@@ -128,10 +128,9 @@ TEST(Schema, NamesAndNumbersAreUnique) {
     });
     std::sort(names.begin(), names.end());
     EXPECT_EQ(std::adjacent_find(names.begin(), names.end()), names.end());
-    EXPECT_EQ(numbers.size(), kMessageTypes);
-    for (int type = 1; type <= kMessageTypes; ++type) {
-        EXPECT_EQ(numbers[static_cast<std::size_t>(type - 1)], type);
-    }
+    EXPECT_EQ(std::adjacent_find(numbers.begin(), numbers.end(), std::greater_equal<>()), numbers.end()) << "not in order";
+    EXPECT_GE(numbers.front(), 1);
+    EXPECT_EQ(numbers.back(), kMaxMessageType);
 }
 
 TEST(Negotiation, TakesTheNewestCommonVersion) {

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "board/support/coupling_text.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/text_table.hpp"
 #include "core/geometry/quaternion.hpp"
@@ -41,14 +42,7 @@ void read_table(const std::string& path, std::size_t before, const std::vector<s
         if (fields.size() != before + kCouplings) {
             throw InputError(fmt::format("{}: {} columns; {} are needed", place.str(), fields.size(), before + kCouplings));
         }
-        Mat3<double> x;
-        for (std::size_t k = 0; k < kCouplings; ++k) {
-            x(static_cast<Eigen::Index>(k / 3), static_cast<Eigen::Index>(k % 3)) = parse_number(fields[before + k], place);
-        }
-        if (!(std::abs(x.determinant()) > 1e-6 * std::pow(x.norm(), 3))) {
-            throw InputError(place.str() + ": the couplings are zero or have rank below three: a coil or a channel was dead");
-        }
-        take(fields, x, place);
+        take(fields, parse_couplings(std::span(fields).subspan(before), place), place);
     }
 }
 

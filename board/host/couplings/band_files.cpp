@@ -6,10 +6,12 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "board/support/coupling_text.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/line_reader.hpp"
 #include "board/support/text_table.hpp"
 #include "core/calibration/calibration.hpp"
+#include "core/signal/excitation.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -18,7 +20,6 @@ using Json = nlohmann::json;
 
 constexpr std::size_t kMaxCalibrationBytes = std::size_t{1} << 20U;
 constexpr double kCouplingUnit = 2.0 / 250;  // the files' field has no factor 1/2, and couplings are divided by 250
-constexpr std::size_t kCouplings = 9;
 
 /// Columns are coils.
 Mat3<double> coils(const std::string& path, const Json& band, const std::string& name, const char* key) {
@@ -86,14 +87,7 @@ std::vector<Mat3<double>> read_couplings(const std::string& path) {
         if (fields.size() != kCouplings) {
             throw InputError(fmt::format("{}: {} columns; {} are needed", place.str(), fields.size(), kCouplings));
         }
-        Mat3<double> x;
-        for (std::size_t k = 0; k < kCouplings; ++k) {
-            x(static_cast<Eigen::Index>(k % 3), static_cast<Eigen::Index>(k / 3)) = parse_number(fields[k], place);
-        }
-        if (!(std::abs(x.determinant()) > 1e-6 * std::pow(x.norm(), 3))) {
-            throw InputError(place.str() + ": the couplings are zero or have rank below three: a coil or a channel was dead");
-        }
-        matrices.push_back(x);
+        matrices.push_back(parse_couplings(fields, place).transpose());  // the columns' order is source by source
     }
     if (matrices.empty()) {
         throw InputError(path + ": holds a header but no couplings");
