@@ -79,7 +79,7 @@ public:
     /// Of the motion and, but for the high band's noise, of the bias; per axis.
     [[nodiscard]] double variance() const {
         const double v = covariance_(kSum, kSum) - 2 * covariance_(kSum, kBias) + covariance_(kBias, kBias);
-        return std::max(v, 0);
+        return std::max(v, 0.0);
     }
 
 private:
@@ -126,7 +126,7 @@ private:
         means_ += (gain * (measured.transpose() - h.transpose() * means_)).eval();
         covariance_ -= (gain * ph.transpose()).eval();
         for (int i = 0; i < kStates; ++i) {  // rounding
-            covariance_(i, i) = std::max(covariance_(i, i), 0);
+            covariance_(i, i) = std::max(covariance_(i, i), 0.0);
         }
     }
 
@@ -143,7 +143,7 @@ private:
     }
 
     void follow(double& noise, const Vector& second_difference, double variance) const {
-        const double power = std::max(second_difference.squaredNorm() / 3 - 6 * variance, 0);
+        const double power = std::max(second_difference.squaredNorm() / 3 - 6 * variance, 0.0);
         const double seen = power / (kSecondDifference * line_s_ * line_s_ * line_s_);
         noise = std::max(noise + (seen > noise ? attack_ : decay_) * (seen - noise), min_noise_);
     }
