@@ -26,7 +26,7 @@ std::uint64_t for_each_pose(const Recording& recording, const std::function<void
 
 /// Messages as a server would send them, stamped with the time in the recording.
 std::string igtl_bytes(const Pose& pose) {
-    const ServedPose served{pose, to_us(pose.time)};
+    const ServedPose served{pose, utc_time_us(to_us(pose.time))};
     return pose.valid() ? igtl_output::transform_message(served) : igtl_output::status_message(served);
 }
 

@@ -1,15 +1,19 @@
-// Time in UTC, in microseconds since 1970.
+// Time in UTC.
 #pragma once
-
-#include <cstdint>
 
 #include "drivers/posix/monotonic_clock.hpp"
 
 namespace tricoil::host {
 
-inline std::int64_t utc_now_us() { return drivers::clock_us(CLOCK_REALTIME); }
+struct UtcClock;
+/// Instant in UTC, since 1970.
+using UtcTime = TimePoint<UtcClock>;
+
+constexpr UtcTime utc_time_us(std::int64_t microseconds) { return UtcTime{Microseconds{microseconds}}; }
+
+inline UtcTime utc_now() { return utc_time_us(drivers::clock_us(CLOCK_REALTIME)); }
 
 /// UTC of an instant of the host's monotonic clock, by the present difference of the two clocks.
-inline std::int64_t to_utc_us(HostTime time) { return utc_now_us() - (drivers::host_now() - time).count(); }
+inline UtcTime to_utc(HostTime time) { return utc_now() - (drivers::host_now() - time); }
 
 }  // namespace tricoil::host

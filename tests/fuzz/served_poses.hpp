@@ -12,7 +12,7 @@ inline std::vector<host::ServedPose> served_poses(std::uint32_t n) {
     std::vector<host::ServedPose> poses(2);
     for (std::uint8_t sensor = 0; sensor < 2; ++sensor) {
         host::ServedPose& served = poses[sensor];
-        served.utc_us = 1'700'000'000'000'000 + std::int64_t{4167} * n;
+        served.utc = host::utc_time_us(1'700'000'000'000'000 + std::int64_t{4167} * n);
         served.pose.sensor = sensor;
         served.pose.sequence = n;
         served.pose.state = tracking::TrackerState::tracking;

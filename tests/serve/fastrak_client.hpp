@@ -35,7 +35,7 @@ public:
     std::string see(tracking::PoseEstimate<double> pose, std::uint8_t sensor = 0) {
         pose.sensor = sensor;
         time_us_ += 10'000;
-        const host::ServedPose served{pose, time_us_};
+        const host::ServedPose served{pose, host::utc_time_us(time_us_)};
         session_.take({&served, 1});
         return std::exchange(sent_, {});
     }

@@ -61,7 +61,7 @@ TEST(FastrakCommand, ContinuousAtMost120TimesASecond) {
     session.receive(std::string_view("C"));
     std::mt19937 random(5);
     for (int n = 0; n < 2400; ++n) {  // 10 s at 240 Hz, arriving with jitter
-        const host::ServedPose served{pose, 1'000'000 + n * 4167 + static_cast<int>(random() % 500)};
+        const host::ServedPose served{pose, host::utc_time_us(1'000'000 + n * 4167 + static_cast<int>(random() % 500))};
         session.take({&served, 1});
     }
     EXPECT_NEAR(static_cast<double>(records), 1200, 3);
@@ -73,7 +73,7 @@ TEST(FastrakCommand, AContinuousClientIsToldOfSilence) {
         {[&](std::string_view record) { records.emplace_back(record); }, [](auto, const auto&) {}, [] { return 1; }},
         std::make_shared<host::fastrak::Memory>());
     session.receive(std::string_view("C"));
-    host::ServedPose served{fastrak_pose({10, 0, 0}, 0, 0, 0), 1'000'000};
+    host::ServedPose served{fastrak_pose({10, 0, 0}, 0, 0, 0), host::utc_time_us(1'000'000)};
     session.take({&served, 1});
     served.pose.flags.set(PoseFlag::stale);  // as SilenceWatch does: the last pose with its own time
     session.take({&served, 1});
@@ -82,7 +82,7 @@ TEST(FastrakCommand, AContinuousClientIsToldOfSilence) {
     EXPECT_EQ(records[0].substr(0, 3), "01 ");
     EXPECT_EQ(records[1].substr(0, 3), "01l");
     served.pose.flags = {};
-    served.utc_us += 1000;
+    served.utc += Microseconds{1000};
     session.take({&served, 1});
     ASSERT_EQ(records.size(), 3U);
     EXPECT_EQ(records[2].substr(0, 3), "01 ");
@@ -92,7 +92,7 @@ TEST(FastrakCommand, ALaterClientGetsTheNewestPose) {
     std::string sent;
     host::fastrak::Session session({[&](std::string_view record) { sent += record; }, [](auto, const auto&) {}, [] { return 1; }},
                                    std::make_shared<host::fastrak::Memory>());
-    const host::ServedPose served{fastrak_pose({10, 0, 0}, 0, 0, 0), 1'000'000};
+    const host::ServedPose served{fastrak_pose({10, 0, 0}, 0, 0, 0), host::utc_time_us(1'000'000)};
     session.set_newest({&served, 1});
     EXPECT_EQ(sent, "");
     session.receive(std::string_view("P"));

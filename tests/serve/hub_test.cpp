@@ -58,7 +58,7 @@ TEST(PoseHub, KeepsTheNewestForLaterReaders) {
     EXPECT_EQ(poses[0].pose.sequence, 2U);
     EXPECT_EQ(poses[1].pose.sequence, 3U);
     EXPECT_TRUE(poses[0].pose.valid());
-    std::this_thread::sleep_for(std::chrono::microseconds(SilenceWatch::kLimitUs + 20'000));
+    std::this_thread::sleep_for(std::chrono::microseconds(SilenceWatch::kLimit.count() + 20'000));
     EXPECT_FALSE(hub.newest()[0].pose.valid());
 }
 
@@ -77,18 +77,19 @@ TEST(PoseHub, WaitsForPosesUntilClosed) {
 }
 
 TEST(SilenceWatch, TellsOnceThatAPoseHasGrownOld) {
+    constexpr UtcTime kNow = utc_time_us(1'000'000);
     SilenceWatch watch;
-    std::vector<ServedPose> poses{{numbered(1), 0}};
-    watch.check(1'000'000, poses);
+    std::vector<ServedPose> poses{{numbered(1), {}}};
+    watch.check(kNow, poses);
     EXPECT_EQ(poses.size(), 1U);
     poses.clear();
-    watch.check(1'000'000 + SilenceWatch::kLimitUs, poses);
+    watch.check(kNow + SilenceWatch::kLimit, poses);
     EXPECT_TRUE(poses.empty());
-    watch.check(1'000'001 + SilenceWatch::kLimitUs, poses);
+    watch.check(kNow + SilenceWatch::kLimit + Microseconds{1}, poses);
     ASSERT_EQ(poses.size(), 1U);
     EXPECT_FALSE(poses[0].pose.valid());
     poses.clear();
-    watch.check(9'000'000, poses);
+    watch.check(utc_time_us(9'000'000), poses);
     EXPECT_TRUE(poses.empty());
 }
 

@@ -29,7 +29,7 @@ ServedPose pose_at(std::int64_t utc_us, std::uint8_t sensor = 0) {
     served.pose.sensor = sensor;
     served.pose.position_m = {0.1, -0.2, 0.3};
     served.pose.q_source_sensor = Quat<double>(0.5, 0.5, -0.5, 0.5);
-    served.utc_us = utc_us;
+    served.utc = utc_time_us(utc_us);
     return served;
 }
 

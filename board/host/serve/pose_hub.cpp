@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "board/host/serve/silence_watch.hpp"
-#include "board/support/wall_clock.hpp"
 
 namespace tricoil::host {
 
@@ -54,7 +53,7 @@ std::vector<ServedPose> PoseHub::newest() const {
     for (const auto& newest : newest_) {
         if (newest) {
             poses.push_back(*newest);
-            if (utc_now_us() - newest->utc_us > SilenceWatch::kLimitUs) {
+            if (utc_now() - newest->utc > SilenceWatch::kLimit) {
                 poses.back().pose.flags.set(tracking::PoseFlag::stale);
             }
         }
@@ -82,7 +81,7 @@ void PoseHub::do_pose(const tracking::PoseEstimate<double>& estimate) {
         ServedPose& served = ring_[count_ % kCapacity];
         served.pose = estimate;
         clock_map_.observe(estimate.time, arrival);
-        served.utc_us = to_utc_us(clock_map_.to_host(estimate.time) - lead_);
+        served.utc = to_utc(clock_map_.to_host(estimate.time) - lead_);
         ++count_;
         if (estimate.sensor < newest_.size()) {
             newest_[estimate.sensor] = served;

@@ -7,7 +7,6 @@
 
 #include "board/host/serve/silence_watch.hpp"
 #include "board/host/serve/stream.hpp"
-#include "board/support/wall_clock.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -56,7 +55,7 @@ void Server::run() {
         (void)!::read(bell_.get(), &rings, sizeof rings);
         poses.clear();
         hub_.read(cursor, poses);
-        silence.check(utc_now_us(), poses);
+        silence.check(utc_now(), poses);
         for (const auto& service : services_) {  // poses first: requests must not delay them
             service->take(poses);
         }

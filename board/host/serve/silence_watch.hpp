@@ -13,17 +13,17 @@ namespace tricoil::host {
 
 class SilenceWatch {
 public:
-    static constexpr std::int64_t kLimitUs = 500'000;
+    static constexpr Microseconds kLimit{500'000};
 
-    /// poses: new poses at now_us (UTC). Appends, once, the last pose of each sensor without a pose for kLimitUs, flagged stale.
-    void check(std::int64_t now_us, std::vector<ServedPose>& poses) {
+    /// poses: new poses at `now`. Appends, once, the last pose of each sensor without a pose for kLimit, flagged stale.
+    void check(UtcTime now, std::vector<ServedPose>& poses) {
         for (const ServedPose& served : poses) {
             if (served.pose.sensor < sensors_.size()) {
-                sensors_[served.pose.sensor] = {served, now_us};
+                sensors_[served.pose.sensor] = {served, now};
             }
         }
         for (auto& sensor : sensors_) {
-            if (sensor.newest && now_us - sensor.came_us > kLimitUs) {
+            if (sensor.newest && now - sensor.came > kLimit) {
                 sensor.newest->pose.flags.set(tracking::PoseFlag::stale);
                 poses.push_back(*sensor.newest);
                 sensor.newest.reset();
@@ -34,7 +34,7 @@ public:
 private:
     struct Sensor {
         std::optional<ServedPose> newest;  // none: no pose yet, or the silence was reported
-        std::int64_t came_us = 0;
+        UtcTime came;
     };
     std::array<Sensor, tracking::kMaxSensors> sensors_;
 };

@@ -9,7 +9,6 @@
 #include <cstring>
 
 #include "board/pose_text/flag_names.hpp"
-#include "board/support/wall_clock.hpp"
 
 namespace tricoil::host::igtl_output {
 namespace {
@@ -17,9 +16,9 @@ namespace {
 constexpr double kMillimetres = 1e3;
 constexpr std::size_t kLongestErrorName = 19;  // plus a terminating zero
 
-std::string packed(igtl::MessageBase& message, const std::string& name, std::int64_t utc_us) {
+std::string packed(igtl::MessageBase& message, const std::string& name, UtcTime utc) {
     const igtl::TimeStamp::Pointer stamp = igtl::TimeStamp::New();
-    stamp->SetTimeInNanoseconds(static_cast<igtlUint64>(std::max<std::int64_t>(utc_us, 0)) * 1000);
+    stamp->SetTimeInNanoseconds(static_cast<igtlUint64>(std::max<std::int64_t>(to_us(utc), 0)) * 1000);
     igtl::TimeStamp::Pointer taken = stamp;
     message.AllocatePack();  // the library does not initialise reserved bytes
     std::memset(message.GetPackBodyPointer(), 0, static_cast<std::size_t>(message.GetPackBodySize()));
@@ -48,13 +47,13 @@ struct StatusFields {
 };
 
 /// Sets every field, because the library does not initialise them.
-std::string status(const StatusFields& fields, const std::string& name, std::int64_t utc_us) {
+std::string status(const StatusFields& fields, const std::string& name, UtcTime utc) {
     const igtl::StatusMessage::Pointer message = igtl::StatusMessage::New();
     message->SetCode(fields.code);
     message->SetSubCode(0);
     message->SetErrorName(fields.error_name.c_str());
     message->SetStatusString(fields.text.c_str());
-    return packed(*message, name, utc_us);
+    return packed(*message, name, utc);
 }
 
 /// The flags in `text` that fit into `size` characters.
@@ -75,12 +74,12 @@ std::string transform_message(const ServedPose& served) {
     fill(matrix, served.pose);
     const igtl::TransformMessage::Pointer message = igtl::TransformMessage::New();
     message->SetMatrix(matrix);
-    return packed(*message, device_name(served.pose.sensor), served.utc_us);
+    return packed(*message, device_name(served.pose.sensor), served.utc);
 }
 
 std::string tracking_data_message(std::span<const ServedPose> poses, const std::string& coordinate_name) {
     const igtl::TrackingDataMessage::Pointer message = igtl::TrackingDataMessage::New();
-    std::int64_t newest_us = 0;
+    UtcTime newest;
     for (const ServedPose& served : poses) {
         igtl::Matrix4x4 matrix;
         fill(matrix, served.pose);
@@ -89,9 +88,9 @@ std::string tracking_data_message(std::span<const ServedPose> poses, const std::
         element->SetType(igtl::TrackingDataElement::TYPE_6D);
         element->SetMatrix(matrix);
         message->AddTrackingDataElement(element);
-        newest_us = std::max(newest_us, served.utc_us);
+        newest = std::max(newest, served.utc);
     }
-    return packed(*message, coordinate_name, newest_us);
+    return packed(*message, coordinate_name, newest);
 }
 
 std::string status_message(const ServedPose& served) {
@@ -101,18 +100,18 @@ std::string status_message(const ServedPose& served) {
     const StatusFields fields = valid ? StatusFields{igtl::StatusMessage::STATUS_OK, "", "tracking"}
                                       : StatusFields{igtl::StatusMessage::STATUS_NOT_READY, whole_flags(flags, kLongestErrorName),
                                                      "no valid pose: " + flags + (advice.empty() ? "" : "; " + advice)};
-    return status(fields, device_name(served.pose.sensor), served.utc_us);
+    return status(fields, device_name(served.pose.sensor), served.utc);
 }
 
 std::string waiting_message() {
     return status({igtl::StatusMessage::STATUS_NOT_READY, "no pose yet", "the tracker has not delivered a pose yet"}, "tricoil",
-                  utc_now_us());
+                  utc_now());
 }
 
 std::string tracking_stopped_message() {
     const igtl::RTSTrackingDataMessage::Pointer message = igtl::RTSTrackingDataMessage::New();
     message->SetStatus(0);
-    return packed(*message, "tricoil", utc_now_us());
+    return packed(*message, "tricoil", utc_now());
 }
 
 }  // namespace tricoil::host::igtl_output

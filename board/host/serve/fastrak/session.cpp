@@ -12,8 +12,8 @@ namespace tricoil::host::fastrak {
 namespace {
 
 constexpr std::size_t kLongestCommand = 256;
-constexpr std::int64_t kPeriodUs = 1'000'000 / 120;
-constexpr std::int64_t kJitterUs = 1000;
+constexpr Microseconds kPeriod{1'000'000 / 120};
+constexpr Microseconds kJitter{1000};
 constexpr double kLongest = 1000;  // limit of coordinates, inches or centimetres
 
 constexpr std::size_t kPositionFilter = 0;
@@ -153,10 +153,10 @@ void Session::take(std::span<const ServedPose> poses) {
         if (!settings_.continuous || !station(number).active) {
             continue;
         }
-        const bool began_anew = served.utc_us < newest.due_us - 2 * kPeriodUs;
-        if (served.utc_us >= newest.due_us - kJitterUs || began_anew) {
-            const bool fell_behind = served.utc_us > newest.due_us + kPeriodUs || began_anew;
-            newest.due_us = (fell_behind ? served.utc_us : newest.due_us) + kPeriodUs;
+        const bool began_anew = served.utc < newest.due - 2 * kPeriod;
+        if (served.utc >= newest.due - kJitter || began_anew) {
+            const bool fell_behind = served.utc > newest.due + kPeriod || began_anew;
+            newest.due = (fell_behind ? served.utc : newest.due) + kPeriod;
             answer(number);
         } else if (letter_changes) {
             answer(number);

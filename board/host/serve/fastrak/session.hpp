@@ -40,7 +40,7 @@ private:
     struct Newest {
         std::optional<tracking::PoseEstimate<double>> pose;  // source frame
         Vec3<double> sent_m = Vec3<double>::Zero();          // as last reported
-        std::int64_t due_us = 0;                             // time of the next record
+        UtcTime due;                                         // time of the next record
     };
 
     void byte(char c);

@@ -13,9 +13,9 @@ namespace {
 
 constexpr std::size_t kHeaderBytes = 58;
 constexpr int kLongestResolutionMs = 60'000;
-constexpr std::int64_t kJitterUs = 1000;
-constexpr std::int64_t kNoFrameUs = 20'000;  // assumed frame time until two poses give the real one
-constexpr std::int64_t kMaxFrames = 2;       // maximum age difference of two sensors' poses in one message, frames
+constexpr Microseconds kJitter{1000};
+constexpr Microseconds kNoFrame{20'000};  // assumed frame time until two poses give the real one
+constexpr std::int64_t kMaxFrames = 2;    // maximum age difference of two sensors' poses in one message, frames
 
 // Offsets in an OpenIGTLink header. The header is parsed here, because the library does not check sizes.
 constexpr std::size_t kVersionAt = 0;
@@ -111,8 +111,8 @@ void Session::start_tracking_data(std::string_view message) {
         return;
     }
     const auto resolution_ms = static_cast<std::int32_t>(number(start, 0, kNameAt));  // negative: every pose
-    period_us_ = std::int64_t{1000} * std::clamp(resolution_ms, 0, kLongestResolutionMs);
-    due_us_ = 0;
+    period_ = Microseconds{1000} * std::clamp(resolution_ms, 0, kLongestResolutionMs);
+    due_ = {};
     if (const std::string_view name = text(start.substr(kNameAt)); !name.empty()) {
         coordinate_name_ = name.substr(0, kLongestName);
     }
@@ -128,7 +128,7 @@ void Session::take(std::span<const ServedPose> poses) {
             continue;
         }
         Sensor& sensor = sensors_[served.pose.sensor];
-        sensor.frame_us = sensor.newest ? std::abs(served.utc_us - sensor.newest->utc_us) : kNoFrameUs;
+        sensor.frame = sensor.newest ? std::max(served.utc - sensor.newest->utc, sensor.newest->utc - served.utc) : kNoFrame;
         sensor.newest = served;
         if (mode_ == Mode::transforms || mode_ == Mode::tracking_data) {
             send_sensor_status(sensor);
@@ -136,7 +136,7 @@ void Session::take(std::span<const ServedPose> poses) {
         if (mode_ == Mode::transforms && served.pose.valid()) {
             stream_.send(transform_message(served));
         } else if (mode_ == Mode::tracking_data && served.pose.valid()) {
-            send_tracking_data(served.utc_us, sensor.frame_us);
+            send_tracking_data(served.utc, sensor.frame);
         }
     }
 }
@@ -158,16 +158,16 @@ void Session::send_sensor_status(Sensor& sensor) {
     sensor.told_valid = valid;
 }
 
-void Session::send_tracking_data(std::int64_t utc_us, std::int64_t frame_us) {
-    const bool clock_was_set = utc_us < due_us_ - 2 * period_us_ - kJitterUs;
-    if (utc_us < due_us_ - kJitterUs && !clock_was_set) {
+void Session::send_tracking_data(UtcTime utc, Microseconds frame) {
+    const bool clock_was_set = utc < due_ - 2 * period_ - kJitter;
+    if (utc < due_ - kJitter && !clock_was_set) {
         return;
     }
-    const bool fell_behind = utc_us > due_us_ + period_us_ || clock_was_set;
-    due_us_ = (fell_behind ? utc_us : due_us_) + period_us_;
+    const bool fell_behind = utc > due_ + period_ || clock_was_set;
+    due_ = (fell_behind ? utc : due_) + period_;
     std::vector<ServedPose> valid;
     for (const Sensor& sensor : sensors_) {
-        if (sensor.newest && sensor.newest->pose.valid() && utc_us - sensor.newest->utc_us <= kMaxFrames * frame_us + kJitterUs) {
+        if (sensor.newest && sensor.newest->pose.valid() && utc - sensor.newest->utc <= kMaxFrames * frame + kJitter) {
             valid.push_back(*sensor.newest);
         }
     }

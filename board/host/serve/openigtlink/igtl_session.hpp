@@ -34,14 +34,14 @@ private:
     enum class Mode : std::uint8_t { waiting, transforms, tracking_data, silent };
     struct Sensor {
         std::optional<ServedPose> newest;
-        std::int64_t frame_us = 0;  // interval between the two newest poses
+        Microseconds frame;  // interval between the two newest poses
         bool told_valid = false;
         bool told = false;
     };
 
     void request(std::string_view type, std::string_view message);
     void start_tracking_data(std::string_view message);
-    void send_tracking_data(std::int64_t utc_us, std::int64_t frame_us);
+    void send_tracking_data(UtcTime utc, Microseconds frame);
     void send_sensor_status(Sensor& sensor);
 
     Stream& stream_;
@@ -49,8 +49,8 @@ private:
     Mode mode_ = Mode::waiting;
     std::chrono::steady_clock::time_point came_ = std::chrono::steady_clock::now();
     std::array<Sensor, tracking::kMaxSensors> sensors_;
-    std::int64_t period_us_ = 0;
-    std::int64_t due_us_ = 0;
+    Microseconds period_;
+    UtcTime due_;
     std::string coordinate_name_ = "tricoil";
 };
 

@@ -20,7 +20,7 @@ Json json_of(const ServedPose& served) {
     const auto& q = e.q_source_sensor;
     const auto& c = e.covariance;
     Json pose{{"sensor", e.sensor},
-              {"t", 1e-3 * static_cast<double>(served.utc_us)},
+              {"t", 1e-3 * static_cast<double>(to_us(served.utc))},
               {"p", {e.position_m.x(), e.position_m.y(), e.position_m.z()}},
               {"q", {q.w(), q.x(), q.y(), q.z()}},
               {"c", {c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2), c(2, 2)}},

@@ -14,7 +14,6 @@
 #include "board/host/serve/web/page_text.hpp"
 #include "board/host/serve/web/pose_event.hpp"
 #include "board/support/errors.hpp"
-#include "board/support/wall_clock.hpp"
 
 namespace tricoil::host::web {
 namespace {
@@ -43,7 +42,7 @@ struct Reader {
     bool send(httplib::DataSink& sink) {
         poses.clear();
         hub.wait(cursor, poses, kIdleEventInterval);
-        silence.check(utc_now_us(), poses);
+        silence.check(utc_now(), poses);
         if (hub.closed()) {
             return false;
         }
