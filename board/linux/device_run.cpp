@@ -7,7 +7,6 @@
 #include <chrono>
 #include <csignal>
 #include <cstring>
-#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "board/linux/device_setup.hpp"
@@ -20,6 +19,7 @@
 #include "board/record/tap_fan_out.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
+#include "board/support/json_text.hpp"
 #include "board/support/terminal_text.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
 
@@ -74,18 +74,13 @@ void print_realtime_refusals(const DeviceConfig& config, const RealtimeStatus& r
     }
 }
 
-std::string text_of(const nlohmann::ordered_json& s) {
-    const auto number = [&](const char* key) { return s[key].get<std::uint64_t>(); };
-    std::uint64_t refused = 0;
-    for (const auto& count : s["refused"]) {
-        refused += count.get<std::uint64_t>();
-    }
-    return fmt::format(
-        "{}: {} poses, {} valid\n  columns  {} received, {} lost, {} messages refused; started {} times\n"
-        "  latency  median {:.0f} us, 99 % {:.0f} us, max {} us from the frame's arrival to the pose\n  coils    off\n",
-        s["device"].get<std::string>(), number("poses"), number("poses_valid"), number("columns"), number("columns_lost"),
-        refused, number("starts"), s["latency_us"]["median"].get<double>(), s["latency_us"]["p99"].get<double>(),
-        s["latency_us"]["max"].get<std::int64_t>());
+std::string text_of(const host::Json& s) {
+    return host::fill(s,
+                      "{device}: {poses} poses, {poses_valid} valid\n"
+                      "  columns  {columns} received, {columns_lost} lost, {refused} messages refused; started {starts} times\n"
+                      "  latency  median {latency_us/median:.0f} us, 99 % {latency_us/p99:.0f} us, "
+                      "max {latency_us/max} us from the frame's arrival to the pose\n"
+                      "  coils    off\n");
 }
 
 /// During its lifetime a closed pipe or a file size limit is a failed write and does not end the program, because the coils must

@@ -17,20 +17,6 @@ namespace {
 
 constexpr double kBand_m = 0.05;
 
-/// Errors of the poses in one band.
-struct BandErrors {
-    std::vector<double> position_m;
-    std::vector<double> orientation_deg;
-
-    void add(const EvaluatedPose& e) {
-        position_m.push_back(e.error_m.norm());
-        orientation_deg.push_back(kDegrees * e.rotation_error_rad.norm());
-    }
-    [[nodiscard]] ErrorBand summary(double from_m, double to_m) const {
-        return {from_m, to_m, position_m.size(), summarise(position_m), summarise(orientation_deg)};
-    }
-};
-
 double rms(const Eigen::MatrixXd& rows) { return std::sqrt(rows.squaredNorm() / static_cast<double>(rows.rows())); }
 
 /// All monomials of the centred position up to the third power: 20.
@@ -81,20 +67,28 @@ void split_by_fixture(const std::vector<EvaluatedPose>& errors, const std::vecto
 
 }  // namespace
 
+ErrorBand error_band(const std::vector<EvaluatedPose>& errors, double from_m, double to_m) {
+    std::vector<double> position_m;
+    std::vector<double> orientation_deg;
+    for (const EvaluatedPose& e : errors) {
+        position_m.push_back(e.error_m.norm());
+        orientation_deg.push_back(kDegrees * e.rotation_error_rad.norm());
+    }
+    return {from_m, to_m, errors.size(), summarise(position_m), summarise(orientation_deg)};
+}
+
 ErrorReport summarise_errors(const std::vector<EvaluatedPose>& errors, const std::vector<PoseFile>& files) {
     ErrorReport report;
-    BandErrors all;
-    std::map<double, BandErrors> bands;  // key: number of the range band
+    std::map<double, std::vector<EvaluatedPose>> bands;  // key: number of the range band
     for (const EvaluatedPose& e : errors) {
-        all.add(e);
-        bands[std::floor(e.truth_m.norm() / kBand_m)].add(e);
+        bands[std::floor(e.truth_m.norm() / kBand_m)].push_back(e);
         report.not_converged += e.converged ? 0U : 1U;
         report.iterations_max = std::max(report.iterations_max, e.iterations);
         report.misfit_share_max = std::max(report.misfit_share_max, e.misfit_share);
     }
-    report.all = all.summary(0, kBand_m * (bands.empty() ? 0 : bands.rbegin()->first + 1));
+    report.all = error_band(errors, 0, kBand_m * (bands.empty() ? 0 : bands.rbegin()->first + 1));
     for (const auto& [number, band] : bands) {
-        report.bands.push_back(band.summary(kBand_m * number, kBand_m * (number + 1)));
+        report.bands.push_back(error_band(band, kBand_m * number, kBand_m * (number + 1)));
     }
     split_by_fixture(errors, files, report);
     return report;

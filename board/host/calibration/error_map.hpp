@@ -33,6 +33,9 @@ struct ErrorReport {
     double rough_rms_m = 0;
 };
 
+/// Errors of all these poses as one band.
+ErrorBand error_band(const std::vector<EvaluatedPose>& errors, double from_m = 0, double to_m = 0);
+
 ErrorReport summarise_errors(const std::vector<EvaluatedPose>& errors, const std::vector<PoseFile>& files);
 
 /// One line per pose: file, line, true position, error, rotation error, misfit, iterations.

@@ -3,10 +3,9 @@
 
 #include <Eigen/Dense>
 #include <memory>
-#include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "board/host/calibration/calibration_fit.hpp"
+#include "board/host/calibration/error_map.hpp"
 #include "board/host/calibration/evaluation.hpp"
 #include "board/host/calibration/frame_file.hpp"
 #include "board/host/calibration/grid_calibration.hpp"
@@ -14,19 +13,16 @@
 #include "board/host/calibration/wiring.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/json_rows.hpp"
-#include "board/host/run/statistics.hpp"
 #include "board/support/calibration_file.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/json_text.hpp"
 #include "board/support/nearest_name.hpp"
 #include "board/support/terminal_text.hpp"
 #include "board/support/whole_file.hpp"
-#include "core/base/angle_units.hpp"
 #include "core/calibration/blob.hpp"
 
 namespace tricoil::host {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 const std::vector<std::string> kModels{"concentric", "general", "finite"};
 const std::vector<std::string> kFixtures{"free", "named"};
@@ -47,9 +43,8 @@ struct CalibrateCommand {
     bool json = false;
 };
 
-/// Collects text output and JSON output.
+/// Result as JSON, with the warnings so far.
 struct Report {
-    std::string text;
     Json json;
     std::vector<std::string> warnings;
 };
@@ -72,20 +67,15 @@ void write_files(const CalibrateCommand& command, const CalibrationFile& file) {
     }
 }
 
-ErrorSummary position_summary(const std::vector<EvaluatedPose>& errors) {
-    std::vector<double> sizes;
-    for (const EvaluatedPose& e : errors) {
-        sizes.push_back(e.error_m.norm());
+/// Rows of all files.
+template <typename Read>
+auto read_all(const std::vector<std::string>& paths, Read read) {
+    decltype(read(paths.front())) rows;
+    for (const std::string& path : paths) {
+        const auto part = read(path);
+        rows.insert(rows.end(), part.begin(), part.end());
     }
-    return summarise(sizes);
-}
-
-ErrorSummary orientation_summary(const std::vector<EvaluatedPose>& errors) {
-    std::vector<double> sizes;
-    for (const EvaluatedPose& e : errors) {
-        sizes.push_back(kDegrees * e.rotation_error_rad.norm());
-    }
-    return summarise(sizes);
+    return rows;
 }
 
 Vec3<double> mean_direction(const std::vector<PoseFile>& files, const CalibrationFit& fit) {
@@ -100,10 +90,6 @@ Vec3<double> mean_direction(const std::vector<PoseFile>& files, const Calibratio
 }
 
 void describe_fit(const CalibrationFit& fit, const CalibrateCommand& command, Report& report) {
-    report.text += fmt::format(
-        "{} poses, model {}, fixtures {}; closed-form start {:.2f} mm, couplings left {:.3f} %, condition {:.0f}\n", fit.poses,
-        command.model, command.fixtures, 1e3 * fit.start_position_rms_m, 100 * fit.residual_rms, fit.condition);
-    report.text += fmt::format("  moments in units of C = {:.6g}\n", fit.coupling_constant);
     report.json["poses"] = fit.poses;
     report.json["model"] = command.model;
     report.json["fixtures"] = command.fixtures;
@@ -113,13 +99,9 @@ void describe_fit(const CalibrationFit& fit, const CalibrateCommand& command, Re
     report.json["coupling_constant"] = fit.coupling_constant;
     report.json["parameters"] = Json::array();
     for (const FittedParameter& p : fit.parameters) {
-        report.text += fmt::format("  {:<24} {:>12.6f} +- {:.6f}\n", p.name, p.value, p.deviation);
         report.json["parameters"].push_back({{"name", p.name}, {"value", p.value}, {"deviation", p.deviation}});
     }
-    for (const auto& [path, rms] : fit.residual_rms_by_file) {
-        report.text += fmt::format("  {}: couplings left {:.3f} %\n", path, 100 * rms);
-        report.json["residual_rms_by_file"][path] = rms;
-    }
+    report.json["residual_rms_by_file"] = fit.residual_rms_by_file;
     report.json["outliers"] = fit.outliers;
     for (const std::string& place : fit.outliers) {
         report.warnings.push_back(place + ": outlier, not used");
@@ -130,11 +112,24 @@ void describe_fit(const CalibrationFit& fit, const CalibrateCommand& command, Re
     }
 }
 
-void add_output_correction(CalibrationFile& file, const std::vector<PoseFile>& files, EvaluationSolver solver, Report& report) {
-    fit_output_correction(file, evaluate(file, files, solver));
-    const auto after = position_summary(evaluate(file, files, solver));
-    report.text += fmt::format("  affine output correction: {:.4f} mm RMS on the same poses\n", 1e3 * after.rms);
-    report.json["affine_position_rms_m"] = after.rms;
+std::string stage_text(const Json& r) {
+    std::string text =
+        fill(r,
+             "{poses} poses, model {model}, fixtures {fixtures}; closed-form start {start_position_rms_m in mm:.2f} mm, "
+             "couplings left {residual_rms in %:.3f} %, condition {condition:.0f}\n"
+             "  moments in units of C = {coupling_constant:.6g}\n");
+    for (const Json& p : r["parameters"]) {
+        text += fill(p, "  {name:<24} {value:>12.6f} +- {deviation:.6f}\n");
+    }
+    for (const auto& [path, rms] : r["residual_rms_by_file"].items()) {
+        text += fmt::format("  {}: couplings left {:.3f} %\n", path, 100 * rms.get<double>());
+    }
+    text += fill(r,
+                 "  on these poses: {position_rms_m in mm:.4f} mm, {orientation_rms_deg:.4f} deg RMS "
+                 "(95 % {position_p95_m in mm:.4f} mm, {orientation_p95_deg:.4f} deg)\n");
+    return text + (r.contains("affine_position_rms_m")
+                       ? fill(r, "  affine output correction: {affine_position_rms_m in mm:.4f} mm RMS on the same poses\n")
+                       : "");
 }
 
 CalibrationFile calibrate_on_stage(const CalibrateCommand& command, Report& report) {
@@ -156,62 +151,58 @@ CalibrationFile calibrate_on_stage(const CalibrateCommand& command, Report& repo
         file.calibration.phase_rad += one.phase_rad / static_cast<double>(files.size());
     }
     const auto solver = options.model == FitModel::concentric ? EvaluationSolver::direct : EvaluationSolver::refined;
-    const auto errors = evaluate(file, files, solver);
-    const ErrorSummary position = position_summary(errors);
-    const ErrorSummary orientation = orientation_summary(errors);
-    report.text += fmt::format("  on these poses: {:.4f} mm, {:.4f} deg RMS (95 % {:.4f} mm, {:.4f} deg)\n", 1e3 * position.rms,
-                               orientation.rms, 1e3 * position.p95, orientation.p95);
-    report.json["position_rms_m"] = position.rms;
-    report.json["orientation_rms_deg"] = orientation.rms;
+    const ErrorBand all = error_band(evaluate(file, files, solver));
+    report.json["position_rms_m"] = all.position_m.rms;
+    report.json["position_p95_m"] = all.position_m.p95;
+    report.json["orientation_rms_deg"] = all.orientation_deg.rms;
+    report.json["orientation_p95_deg"] = all.orientation_deg.p95;
     if (command.affine) {
-        add_output_correction(file, files, solver, report);
+        fit_output_correction(file, evaluate(file, files, solver));
+        report.json["affine_position_rms_m"] = error_band(evaluate(file, files, solver)).position_m.rms;
     }
     return file;
 }
 
-CalibrationFile calibrate_free_motion(const CalibrateCommand& command, Report& report) {
-    std::vector<Mat3<double>> frames;
-    for (const std::string& path : command.data) {
-        auto part = read_frames(path);
-        if (command.column_skew != 0) {
-            part = deskewed(part, command.column_skew);
+std::string free_motion_text(const Json& r) {
+    std::string text =
+        fill(r,
+             "{frames} frames; share of the couplings that no dipole explains: {misfit_before in %:.3f} % before, "
+             "{misfit_after in %:.3f} % after\n"
+             "  singular ratios {ratios_before/0:.4f} : {ratios_before/1:.4f} : 1 before, "
+             "{ratios_after/0:.4f} : {ratios_after/1:.4f} : 1 after (ideal 2 : 1 : 1)\n"
+             "  spread over the frames: s1/(s2+s3) {ratio_spread_before/0:.4f} before, {ratio_spread_after/0:.4f} after; "
+             "s2/s3 {ratio_spread_before/1:.4f} before, {ratio_spread_after/1:.4f} after\n");
+    for (const std::string name : {"sensor", "source"}) {
+        for (std::size_t i = 0; i < 3; ++i) {
+            text += fmt::format("  {:<7}", i == 0 ? name : "");
+            text += fill(r[name][i], " {0:>9.5f} {1:>9.5f} {2:>9.5f}   +-");
+            text += fill(r[name + "_deviation"][i], " {0:.5f} {1:.5f} {2:.5f}\n");
         }
-        frames.insert(frames.end(), part.begin(), part.end());
     }
+    return text + fill(r, "  {not_observable}\n");
+}
+
+CalibrationFile calibrate_free_motion(const CalibrateCommand& command, Report& report) {
+    const auto frames = read_all(command.data, [&](const std::string& path) {
+        return command.column_skew == 0 ? read_frames(path) : deskewed(read_frames(path), command.column_skew);
+    });
     const SelfCalibration found = self_calibrate(frames);
-    report.text += fmt::format("{} frames; share of the couplings that no dipole explains: {:.3f} % before, {:.3f} % after\n",
-                               frames.size(), 100 * found.misfit_before, 100 * found.misfit_after);
-    report.text += fmt::format("  singular ratios {:.4f} : {:.4f} : 1 before, {:.4f} : {:.4f} : 1 after (ideal 2 : 1 : 1)\n",
-                               found.ratios_before(0), found.ratios_before(1), found.ratios_after(0), found.ratios_after(1));
-    report.text +=
-        fmt::format("  spread over the frames: s1/(s2+s3) {:.4f} before, {:.4f} after; s2/s3 {:.4f} before, {:.4f} after\n",
-                    found.spread_before(0), found.spread_after(0), found.spread_before(1), found.spread_after(1));
-    const auto matrix = [&](const char* name, const Mat3<double>& m, const Mat3<double>& deviation) {
-        for (Eigen::Index i = 0; i < 3; ++i) {
-            report.text += fmt::format("  {:<7} {:>9.5f} {:>9.5f} {:>9.5f}   +- {:.5f} {:.5f} {:.5f}\n", i == 0 ? name : "",
-                                       m(i, 0), m(i, 1), m(i, 2), deviation(i, 0), deviation(i, 1), deviation(i, 2));
-        }
-    };
-    matrix("sensor", found.sensor, found.sensor_deviation);
-    matrix("source", found.source, found.source_deviation);
-    const std::string unseen =
-        "not observable from free motion: the coupling constant C (scale of all lengths), a rotation of each triad as a whole, "
-        "coils "
-        "reversed or swapped in pairs, the hemisphere; offsets of the coils are not estimated";
-    report.text += "  " + unseen + "\n";
-    report.json = {{"frames", frames.size()},
-                   {"misfit_before", found.misfit_before},
-                   {"misfit_after", found.misfit_after},
-                   {"ratios_before", list_of(found.ratios_before)},
-                   {"ratios_after", list_of(found.ratios_after)},
-                   {"ratio_spread_before", {found.spread_before(0), found.spread_before(1)}},
-                   {"ratio_spread_after", {found.spread_after(0), found.spread_after(1)}},
-                   {"sensor", rows_of(found.sensor)},
-                   {"sensor_deviation", rows_of(found.sensor_deviation)},
-                   {"source", rows_of(found.source)},
-                   {"source_deviation", rows_of(found.source_deviation)},
-                   {"identifiability", found.weakest},
-                   {"not_observable", unseen}};
+    report.json = {
+        {"frames", frames.size()},
+        {"misfit_before", found.misfit_before},
+        {"misfit_after", found.misfit_after},
+        {"ratios_before", list_of(found.ratios_before)},
+        {"ratios_after", list_of(found.ratios_after)},
+        {"ratio_spread_before", {found.spread_before(0), found.spread_before(1)}},
+        {"ratio_spread_after", {found.spread_after(0), found.spread_after(1)}},
+        {"sensor", rows_of(found.sensor)},
+        {"sensor_deviation", rows_of(found.sensor_deviation)},
+        {"source", rows_of(found.source)},
+        {"source_deviation", rows_of(found.source_deviation)},
+        {"identifiability", found.weakest},
+        {"not_observable",
+         "not observable from free motion: the coupling constant C (scale of all lengths), a rotation of each triad as a "
+         "whole, coils reversed or swapped in pairs, the hemisphere; offsets of the coils are not estimated"}};
     if (!found.converged) {
         report.warnings.emplace_back("the fit stopped before it converged; record more motion");
     }
@@ -225,29 +216,26 @@ CalibrationFile calibrate_free_motion(const CalibrateCommand& command, Report& r
 
 Vec3<double> vector_of(const std::vector<double>& v) { return {v[0], v[1], v[2]}; }
 
+std::string grid_text(const Json& r) {
+    return fill(r,
+                "{frames} frames on the grid: positions fit to {position_rms_m in mm:.3f} mm RMS; couplings left "
+                "{misfit_before in %:.3f} % before, {misfit_after in %:.3f} % after\n"
+                "  coupling constant {coupling_constant:.6g} +- {coupling_constant_deviation in %:.2f} %; "
+                "pivot {pivot_m/0 in mm:.2f} {pivot_m/1 in mm:.2f} {pivot_m/2 in mm:.2f} mm from the node\n");
+}
+
 CalibrationFile calibrate_grid(const CalibrateCommand& command, Report& report) {
     if (command.spacing_mm <= 0) {
         throw InputError("--grid needs --spacing-mm, the distance between neighbouring nodes");
     }
-    std::vector<GridFrame> frames;
-    for (const std::string& path : command.data) {
-        const auto part = read_grid(path);
-        frames.insert(frames.end(), part.begin(), part.end());
-    }
+    const auto frames = read_all(command.data, read_grid);
     const Vec3<double> hemisphere = vector_of(command.hemisphere);
     const GridCalibration found = calibrate_on_grid(frames, 1e-3 * command.spacing_mm, hemisphere);
-    const double c = found.source_moment.trace() / 3;
-    report.text +=
-        fmt::format("{} frames on the grid: positions fit to {:.3f} mm RMS; couplings left {:.3f} % before, {:.3f} % after\n",
-                    frames.size(), 1e3 * found.position_rms_m, 100 * found.misfit_before, 100 * found.misfit_after);
-    report.text +=
-        fmt::format("  coupling constant {:.6g} +- {:.2f} %; pivot {:.2f} {:.2f} {:.2f} mm from the node\n", c,
-                    100 * found.scale_deviation, 1e3 * found.pivot_m(0), 1e3 * found.pivot_m(1), 1e3 * found.pivot_m(2));
     report.json = {{"frames", frames.size()},
                    {"position_rms_m", found.position_rms_m},
                    {"misfit_before", found.misfit_before},
                    {"misfit_after", found.misfit_after},
-                   {"coupling_constant", c},
+                   {"coupling_constant", found.source_moment.trace() / 3},
                    {"coupling_constant_deviation", found.scale_deviation},
                    {"pivot_m", list_of(found.pivot_m)},
                    {"source_moment", rows_of(found.source_moment)},
@@ -262,29 +250,20 @@ CalibrationFile calibrate_grid(const CalibrateCommand& command, Report& report) 
 }
 
 int check_wiring(const CalibrateCommand& command) {
-    std::vector<Mat3<double>> frames;
-    for (const std::string& path : command.data) {
-        const auto part = read_frames(path);
-        frames.insert(frames.end(), part.begin(), part.end());
-    }
-    const Wiring wiring = identify_wiring(frames, vector_of(command.wiring));
-    if (command.json) {
-        const Json json = {
-            {"sensor", to_text(wiring.sensor)}, {"source", to_text(wiring.source)},
-            {"misfit", wiring.misfit},          {"second_misfit", wiring.second_misfit},
-            {"certain", wiring.is_certain()},   {"straight", wiring.sensor.straight() && wiring.source.straight()}};
-        print_text("{}\n", json.dump(2));
-    } else {
-        print_text("sensor: {}\nsource: {}\nmisfit {:.3f}, of the next best wiring {:.3f}\n", to_text(wiring.sensor),
-                   to_text(wiring.source), wiring.misfit, wiring.second_misfit);
-    }
+    const Wiring wiring = identify_wiring(read_all(command.data, read_frames), vector_of(command.wiring));
+    const bool straight = wiring.sensor.straight() && wiring.source.straight();
+    const Json result = {{"sensor", to_text(wiring.sensor)},      {"source", to_text(wiring.source)}, {"misfit", wiring.misfit},
+                         {"second_misfit", wiring.second_misfit}, {"certain", wiring.is_certain()},   {"straight", straight}};
+    print_result(result, command.json, [](const Json& r) {
+        return fill(r, "sensor: {sensor}\nsource: {source}\nmisfit {misfit:.3f}, of the next best wiring {second_misfit:.3f}\n");
+    });
     if (!wiring.is_certain()) {
         print_notice(
             "tricoil: no wiring fits clearly better than the others; is the sensor at the position given by --wiring, with axes "
             "parallel to those of the source?\n");
         return to_int(ExitCode::check_failed);
     }
-    return to_int(wiring.sensor.straight() && wiring.source.straight() ? ExitCode::fine : ExitCode::check_failed);
+    return to_int(straight ? ExitCode::fine : ExitCode::check_failed);
 }
 
 void check_usage(const CalibrateCommand& c) {
@@ -305,6 +284,14 @@ void check_usage(const CalibrateCommand& c) {
     }
 }
 
+std::string text_of(const CalibrateCommand& command, const Json& result) {
+    std::string text = command.free_motion ? free_motion_text(result) : command.grid ? grid_text(result) : stage_text(result);
+    for (const Json& warning : result["warnings"]) {
+        text += "warning: " + warning.get<std::string>() + "\n";
+    }
+    return text + fill(result, "wrote {out}\n");
+}
+
 int calibrate(const CalibrateCommand& command) {
     check_usage(command);
     if (!command.wiring.empty()) {
@@ -317,10 +304,7 @@ int calibrate(const CalibrateCommand& command) {
     write_files(command, file);
     report.json["warnings"] = report.warnings;
     report.json["out"] = command.out;
-    for (const std::string& warning : report.warnings) {
-        report.text += "warning: " + warning + "\n";
-    }
-    print_text(command.json ? report.json.dump(2) + "\n" : report.text + "wrote " + command.out + "\n");
+    print_text(command.json ? report.json.dump(2) + "\n" : text_of(command, report.json));
     return to_int(ExitCode::fine);
 }
 

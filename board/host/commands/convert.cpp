@@ -1,12 +1,11 @@
 // tricoil convert: converts the poses of a recording for other programs.
-#include <fmt/format.h>
-
 #include <cstdio>
 #include <memory>
 
 #include "board/host/commands/commands.hpp"
 #include "board/record/convert.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/json_text.hpp"
 #include "board/support/output_file.hpp"
 #include "board/support/terminal_text.hpp"
 
@@ -34,8 +33,8 @@ int run_convert(const ConvertCommand& command) {
     OutputFile file(command.out);
     const std::uint64_t poses = convert(recording, command.form, [&](std::string_view bytes) { file.write(bytes); });
     file.commit();
-    print_text(command.json ? nlohmann::ordered_json{{"poses", poses}, {"out", command.out}}.dump() + "\n"
-                            : fmt::format("{}: {} poses as {}\n", command.out, poses, command.form));
+    const Json result{{"poses", poses}, {"out", command.out}};
+    print_text(command.json ? result.dump() + "\n" : fill(result, "{out}: {poses} poses as ") + command.form + "\n");
     return to_int(ExitCode::fine);
 }
 

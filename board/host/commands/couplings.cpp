@@ -4,13 +4,13 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "board/host/commands/commands.hpp"
 #include "board/host/couplings/band_checks.hpp"
 #include "board/host/couplings/coupling_run.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/json_text.hpp"
 #include "board/support/nearest_name.hpp"
 #include "board/support/terminal_text.hpp"
 
@@ -73,29 +73,27 @@ void refuse_input_as_output(const CouplingsCommand& c) {
     }
 }
 
-std::string text_of(const CouplingsCommand& c, const CouplingSummary& s) {
-    const std::string source = c.scalar ? "given" : fmt::format("estimated, sigma {:.4f}", s.scalar_sigma);
-    return fmt::format("poses        {} rows, {} valid, {} low-band lines: {}\n", s.rows, s.valid, s.low_lines, c.out) +
-           fmt::format("scalar       {:.4f} ({})\n", s.scalar, source) +
-           fmt::format("distortion   median {:.3f} mm, max {:.3f} mm of the high band alone\n", 1e3 * s.distortion.median,
-                       1e3 * s.distortion.max) +
-           fmt::format("sigma        median {:.3f} mm per axis\n", 1e3 * s.position_sigma.median);
+Json result_of(const CouplingsCommand& c, const CouplingSummary& s) {
+    return {{"rows", s.rows},
+            {"rows_valid", s.valid},
+            {"low_lines", s.low_lines},
+            {"scalar", s.scalar},
+            {"scalar_sigma", s.scalar_sigma},
+            {"scalar_given", c.scalar.has_value()},
+            {"distortion_median_mm", 1e3 * s.distortion.median},
+            {"distortion_max_mm", 1e3 * s.distortion.max},
+            {"position_sigma_median_m", s.position_sigma.median},
+            {"tracker", c.tracker},
+            {"out", c.out}};
 }
 
-std::string json_of(const CouplingsCommand& c, const CouplingSummary& s) {
-    return nlohmann::ordered_json{{"rows", s.rows},
-                                  {"rows_valid", s.valid},
-                                  {"low_lines", s.low_lines},
-                                  {"scalar", s.scalar},
-                                  {"scalar_sigma", s.scalar_sigma},
-                                  {"scalar_given", c.scalar.has_value()},
-                                  {"distortion_median_mm", 1e3 * s.distortion.median},
-                                  {"distortion_max_mm", 1e3 * s.distortion.max},
-                                  {"position_sigma_median_m", s.position_sigma.median},
-                                  {"tracker", c.tracker},
-                                  {"out", c.out}}
-               .dump(2) +
-           "\n";
+std::string text_of(const Json& r) {
+    return fill(r,
+                "poses        {rows} rows, {rows_valid} valid, {low_lines} low-band lines: {out}\nscalar       {scalar:.4f} ") +
+           (r["scalar_given"] ? "(given)\n" : fill(r, "(estimated, sigma {scalar_sigma:.4f})\n")) +
+           fill(r,
+                "distortion   median {distortion_median_mm:.3f} mm, max {distortion_max_mm:.3f} mm of the high band alone\n"
+                "sigma        median {position_sigma_median_m in mm:.3f} mm per axis\n");
 }
 
 int run_command(CouplingsCommand& c) {
@@ -106,7 +104,7 @@ int run_command(CouplingsCommand& c) {
     const BandRecording recording = read_bands(c.files);
     check_bands(c.files, models, recording, params.hemisphere);
     const CouplingSummary summary = run_couplings(models, recording, params, c.out);
-    print_text(c.json ? json_of(c, summary) : text_of(c, summary));
+    print_result(result_of(c, summary), c.json, text_of);
     return to_int(summary.valid > 0 ? ExitCode::fine : ExitCode::check_failed);
 }
 

@@ -2,12 +2,12 @@
 #include <fmt/format.h>
 
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "board/host/capture/capture_analysis.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/json_rows.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/json_text.hpp"
 #include "board/support/terminal_text.hpp"
 
 namespace tricoil::host {
@@ -35,8 +35,8 @@ std::vector<std::string> names_of(ColumnFlags flags) {
     return names;
 }
 
-std::string to_json(const CaptureAnalysis& a) {
-    const nlohmann::ordered_json json = {
+Json result_of(const CaptureAnalysis& a) {
+    return {
         {"sensor_present", a.sensor_present},
         {"verdict", a.verdict},
         {"reference_channel", a.reference_channel},
@@ -54,27 +54,24 @@ std::string to_json(const CaptureAnalysis& a) {
         {"misfit_share", a.misfit_share},
         {"flags", names_of(a.flags)},
     };
-    return json.dump(2) + "\n";
 }
 
-std::string text_of(const CaptureAnalysis& a) {
-    std::string text = fmt::format("reference current on channel {} ({:.0f} codes); {} repeats\n", a.reference_channel,
-                                   a.reference_amplitude_codes, a.repeats);
-    text += "signal matrix (rows: sensor channels; columns: S1 S2 S3) +- scatter between repeats\n";
-    for (int i = 0; i < 3; ++i) {
-        text += fmt::format("  adc{}", a.sensor_channels[static_cast<std::size_t>(i)]);
-        for (int j = 0; j < 3; ++j) {
-            text += fmt::format("   {:+.5f} +- {:.5f}", a.mean(i, j), a.scatter(i, j));
+std::string text_of(const Json& a) {
+    std::string text = fill(a, "reference current on channel {reference_channel} ({reference_amplitude_codes:.0f} codes); ");
+    text += fill(a, "{repeats} repeats\nsignal matrix (rows: sensor channels; columns: S1 S2 S3) +- scatter between repeats\n");
+    for (std::size_t i = 0; i < 3; ++i) {
+        text += fmt::format("  adc{}", a["sensor_channels"][i].get<int>());
+        for (std::size_t j = 0; j < 3; ++j) {
+            text += fmt::format("   {:+.5f} +- {:.5f}", a["mean"][i][j].get<double>(), a["scatter"][i][j].get<double>());
         }
-        text += fmt::format("   (phase {:+.1f} deg)\n", a.phase_deg[static_cast<std::size_t>(i)]);
+        text += fmt::format("   (phase {:+.1f} deg)\n", a["phase_deg"][i].get<double>());
     }
-    text += fmt::format(
-        "det {:+.3e}, singular values {:.5f} {:.5f} {:.5f}, signal to noise {:.1f} dB, misfit to a dipole {:.1f} %\n",
-        a.determinant, a.singular_values(0), a.singular_values(1), a.singular_values(2), a.snr_db, 100 * a.misfit_share);
-    for (const std::string& name : names_of(a.flags)) {
-        text += "flag: " + name + "\n";
+    text += fill(a, "det {determinant:+.3e}, singular values ") + fill(a["singular_values"], "{0:.5f} {1:.5f} {2:.5f}, ");
+    text += fill(a, "signal to noise {snr_db:.1f} dB, misfit to a dipole {misfit_share in %:.1f} %\n");
+    for (const Json& flag : a["flags"]) {
+        text += "flag: " + flag.get<std::string>() + "\n";
     }
-    return text + a.verdict + "\n";
+    return text + fill(a, "{verdict}\n");
 }
 
 int demodulate(const DemodulateCommand& command) {
@@ -83,7 +80,7 @@ int demodulate(const DemodulateCommand& command) {
     }
     const Capture capture = read_capture(command.capture, command.bits);
     const auto analysis = analyse_capture(capture, command.carrier_hz, command.rate_hz, command.guard_samples);
-    print_text(command.json ? to_json(analysis) : text_of(analysis));
+    print_result(result_of(analysis), command.json, text_of);
     if (!analysis.sensor_present) {
         print_notice("tricoil: {}: {}\n", command.capture, analysis.verdict);
         return to_int(ExitCode::check_failed);

@@ -6,11 +6,11 @@
 #include <cstring>
 #include <fstream>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "board/host/commands/commands.hpp"
 #include "board/linux/device_inquiry.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/json_text.hpp"
 #include "board/support/nearest_name.hpp"
 #include "board/support/terminal_text.hpp"
 #include "board/support/whole_file.hpp"
@@ -20,8 +20,6 @@
 
 namespace tricoil::host {
 namespace {
-
-using nlohmann::ordered_json;
 
 constexpr std::uint16_t kVendor = 0x1209;
 constexpr std::uint16_t kProduct = 0x0001;
@@ -42,8 +40,8 @@ struct DeviceCommand {
 };
 
 /// CAN interfaces of the kernel. The MTU shows CAN FD.
-ordered_json can_interfaces() {
-    ordered_json found = ordered_json::array();
+Json can_interfaces() {
+    Json found = Json::array();
     struct if_nameindex* const all = ::if_nameindex();
     if (all == nullptr) {
         throw DeviceError(std::string("network interfaces cannot be listed (") + std::strerror(errno) + ")");
@@ -63,29 +61,25 @@ ordered_json can_interfaces() {
 }
 
 int list_devices(const DeviceCommand& command) {
-    ordered_json all = can_interfaces();
+    Json all = can_interfaces();
     for (const auto& usb : drivers::list_usb(kVendor, kProduct)) {
         std::string uri = fmt::format("usb:{:04x}:{:04x}", kVendor, kProduct);
         uri += usb.serial.empty() ? "" : ":" + usb.serial;
         all.push_back({{"uri", uri}, {"product", usb.product}});
     }
-    if (command.json) {
-        print_text("{}\n", all.dump(2));
-        return to_int(ExitCode::fine);
-    }
-    for (const auto& device : all) {
-        const std::string note = device.contains("fd")
-                                     ? (device["fd"].get<bool>() ? "CAN FD" : "classic CAN; messages need CAN FD")
-                                     : device["product"].get<std::string>();
-        print_text("{:<32} {}\n", device["uri"].get<std::string>(), note);
-    }
-    if (all.empty()) {
-        print_text("no CAN interface and no tricoil USB device found\n");
-    }
+    print_result(all, command.json, [](const Json& devices) {
+        std::string text = devices.empty() ? "no CAN interface and no tricoil USB device found\n" : "";
+        for (const Json& device : devices) {
+            text += fill(device, !device.contains("fd") ? "{uri:<32} {product}\n"
+                                 : device["fd"]         ? "{uri:<32} CAN FD\n"
+                                                        : "{uri:<32} classic CAN; messages need CAN FD\n");
+        }
+        return text;
+    });
     return to_int(ExitCode::fine);
 }
 
-ordered_json identity_json(const protocol::IdentifyMessage& m) {
+Json identity_json(const protocol::IdentifyMessage& m) {
     return {{"role", m.role == 1 ? "front end" : "tracker"},
             {"serial", m.serial},
             {"firmware", fmt::format("{}.{}.{}", m.firmware >> 16U, m.firmware >> 8U & 0xFFU, m.firmware & 0xFFU)},
@@ -100,19 +94,18 @@ ordered_json identity_json(const protocol::IdentifyMessage& m) {
 
 int show_info(const DeviceCommand& command) {
     linux_board::DeviceInquiry inquiry(command.uri, command.wait_s);
-    const ordered_json identity = identity_json(inquiry.identify());
-    if (command.json) {
-        print_text("{}\n", identity.dump(2));
-        return to_int(ExitCode::fine);
-    }
-    for (const auto& [key, value] : identity.items()) {
-        print_text("{:<14} {}\n", key, value.is_string() ? value.get<std::string>() : value.dump());
-    }
+    print_result(identity_json(inquiry.identify()), command.json, [](const Json& identity) {
+        std::string text;
+        for (const auto& [key, value] : identity.items()) {
+            text += fmt::format("{:<14} {}\n", key, value.is_string() ? value.get<std::string>() : value.dump());
+        }
+        return text;
+    });
     return to_int(ExitCode::fine);
 }
 
 /// Value of a field; integers stay integers.
-ordered_json value_of(const protocol::FieldInfo& f, const std::uint8_t* bytes) {
+Json value_of(const protocol::FieldInfo& f, const std::uint8_t* bytes) {
     if (f.type == protocol::WireType::f32) {
         return static_cast<double>(protocol::get<float>(bytes, f.type));
     }
@@ -120,7 +113,7 @@ ordered_json value_of(const protocol::FieldInfo& f, const std::uint8_t* bytes) {
     if (f.scale != 1) {
         return f.scale * static_cast<double>(number);
     }
-    return protocol::is_signed(f.type) ? ordered_json(number) : ordered_json(static_cast<std::uint64_t>(number));
+    return protocol::is_signed(f.type) ? Json(number) : Json(static_cast<std::uint64_t>(number));
 }
 
 /// One line per message: its fields, or the reason why it is invalid.
@@ -129,19 +122,19 @@ std::string line_of(std::span<const std::uint8_t> bytes, bool json) {
     const auto type = protocol::type_of(bytes, error);
     if (error != protocol::WireError::none) {
         const char* const reason = protocol::kWireErrorNames[static_cast<std::size_t>(error)];
-        return json ? ordered_json{{"damaged", reason}}.dump() : fmt::format("{:<11} {}", "damaged", reason);
+        return json ? Json{{"damaged", reason}}.dump() : fmt::format("{:<11} {}", "damaged", reason);
     }
     std::string line;
     protocol::for_each_message([&](auto schema) {
         if (schema.kInfo.type != type) {
             return;
         }
-        ordered_json fields = ordered_json::object();
+        Json fields = Json::object();
         protocol::for_each_field(schema, [&](const char* name, const protocol::FieldInfo& f, std::size_t at) {
             fields[name] = value_of(f, bytes.data() + at);
         });
         if (json) {
-            ordered_json whole = {{"message", schema.kInfo.name}};
+            Json whole = {{"message", schema.kInfo.name}};
             whole.update(fields);
             line = whole.dump();
             return;
@@ -231,9 +224,8 @@ int set_mode(const DeviceCommand& command) {
     linux_board::DeviceInquiry(command.uri, command.wait_s)
         .order("this mode", protocol::Opcode::mode, protocol::mode_argument(mode));
     linux_board::DeviceInquiry inquiry(command.uri, command.wait_s);  // identifies the device again
-    const ordered_json identity = identity_json(inquiry.identify());
-    print_text("{}: {}, {}, {:g} frames a second\n", command.uri, identity["role"].get<std::string>(),
-               identity["multiplexing"].get<std::string>(), identity["frame_rate_hz"].get<double>());
+    print_text(command.uri +
+               fill(identity_json(inquiry.identify()), ": {role}, {multiplexing}, {frame_rate_hz:g} frames a second\n"));
     return to_int(ExitCode::fine);
 }
 

@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <memory>
-#include <nlohmann/json.hpp>
-#include <numbers>
 #include <optional>
 
 #include "board/host/calibration/error_map.hpp"
@@ -14,6 +12,7 @@
 #include "board/host/figures/gnuplot.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
+#include "board/support/json_text.hpp"
 #include "board/support/nearest_name.hpp"
 #include "board/support/terminal_text.hpp"
 #include "board/support/whole_file.hpp"
@@ -34,7 +33,7 @@ struct EvaluateCommand {
     bool json = false;
 };
 
-nlohmann::ordered_json json_of(const ErrorBand& band) {
+Json json_of(const ErrorBand& band) {
     return {{"poses", band.poses},
             {"position_rms_m", band.position_m.rms},
             {"position_median_m", band.position_m.median},
@@ -46,14 +45,14 @@ nlohmann::ordered_json json_of(const ErrorBand& band) {
             {"orientation_max_deg", band.orientation_deg.max}};
 }
 
-std::string to_json(const EvaluateCommand& command, const ErrorReport& report) {
-    nlohmann::ordered_json json = json_of(report.all);
+Json result_of(const EvaluateCommand& command, const ErrorReport& report) {
+    Json json = json_of(report.all);
     json["poses_not_converged"] = report.not_converged;
     json["iterations_max"] = report.iterations_max;
     json["misfit_share_max"] = report.misfit_share_max;
     json["solver"] = command.solver;
     json["fixtures"] = command.refit_fixtures ? "refitted on this data" : "from the calibration";
-    json["bands"] = nlohmann::ordered_json::array();
+    json["bands"] = Json::array();
     for (const ErrorBand& band : report.bands) {
         auto entry = json_of(band);
         entry["from_m"] = band.from_m;
@@ -64,29 +63,29 @@ std::string to_json(const EvaluateCommand& command, const ErrorReport& report) {
                         {"smooth_in_position_m", report.smooth_rms_m},
                         {"rough_m", report.rough_rms_m},
                         {"repeats_with_attitude_m", report.attitude_rms_m}};
-    return json.dump(2) + "\n";
+    return json;
 }
 
-std::string row(const std::string& name, const ErrorBand& b) {
-    return fmt::format("  {:<14} {:>6} {:>9.4f} {:>8.4f} {:>8.4f} {:>8.4f}   {:>8.4f} {:>8.4f} {:>8.4f} {:>8.4f}\n", name,
-                       b.poses, 1e3 * b.position_m.rms, 1e3 * b.position_m.median, 1e3 * b.position_m.p95, 1e3 * b.position_m.max,
-                       b.orientation_deg.rms, b.orientation_deg.median, b.orientation_deg.p95, b.orientation_deg.max);
+std::string row(const std::string& name, const Json& band) {
+    return fmt::format("  {:<14}", name) +
+           fill(band,
+                " {poses:>6} {position_rms_m in mm:>9.4f} {position_median_m in mm:>8.4f} {position_p95_m in mm:>8.4f} "
+                "{position_max_m in mm:>8.4f}   {orientation_rms_deg:>8.4f} {orientation_median_deg:>8.4f} "
+                "{orientation_p95_deg:>8.4f} {orientation_max_deg:>8.4f}\n");
 }
 
-std::string text_of(const EvaluateCommand& command, const ErrorReport& report) {
-    std::string text =
-        fmt::format("{} poses, {} solver, fixtures {}; {} did not converge\n", report.all.poses, command.solver,
-                    command.refit_fixtures ? "REFITTED on this data" : "from the calibration", report.not_converged);
-    text += fmt::format("  {:<14} {:>6} {:>9} {:>8} {:>8} {:>8}   {:>8} {:>8} {:>8} {:>8}\n", "range", "poses", "RMS mm",
-                        "median", "95 %", "max", "RMS deg", "median", "95 %", "max");
-    for (const ErrorBand& band : report.bands) {
-        text += row(fmt::format("{:.2f}-{:.2f} m", band.from_m, band.to_m), band);
+std::string text_of(const Json& r) {
+    const char* const fixtures = r["fixtures"] == "from the calibration" ? "from the calibration" : "REFITTED on this data";
+    std::string text = fill(r, "{poses} poses, {solver} solver, fixtures ") + fixtures;
+    text += fill(r, "; {poses_not_converged} did not converge\n");
+    text += "  range           poses    RMS mm   median     95 %      max    RMS deg   median     95 %      max\n";
+    for (const Json& band : r["bands"]) {
+        text += row(fill(band, "{from_m:.2f}-{to_m:.2f} m"), band);
     }
-    text += row("all", report.all);
-    text += fmt::format(
-        "  what is left: smooth over the workspace {:.3f} mm, with the attitude {:.3f} mm, the rest {:.3f} mm (RMS)\n",
-        1e3 * report.smooth_rms_m, 1e3 * report.attitude_rms_m, 1e3 * report.rough_rms_m);
-    return text;
+    return text + row("all", r) +
+           fill(r["residual"],
+                "  what is left: smooth over the workspace {smooth_in_position_m in mm:.3f} mm, with the attitude "
+                "{repeats_with_attitude_m in mm:.3f} mm, the rest {rough_m in mm:.3f} mm (RMS)\n");
 }
 
 /// Selects the kind of evaluation and checks its options.
@@ -125,7 +124,7 @@ int evaluate_command(const EvaluateCommand& command) {
         draw(folder.path(), {error_picture(errors)}, interrupt);
         folder.publish();
     }
-    print_text(command.json ? to_json(command, report) : text_of(command, report));
+    print_result(result_of(command, report), command.json, text_of);
     if (report.not_converged > 0) {
         print_notice("tricoil: {} poses did not converge; their last iterate is used\n", report.not_converged);
         return to_int(ExitCode::check_failed);

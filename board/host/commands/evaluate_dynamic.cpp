@@ -54,7 +54,7 @@ int evaluate_dynamic(const DynamicOptions& options) {
         draw(folder.path(), {picture()}, guard);
         folder.publish();
     }
-    print_text(options.json ? dynamic_json(report) : dynamic_text(report));
+    print_result(dynamic_result(report), options.json, dynamic_text);
     return to_int(ExitCode::fine);
 }
 

@@ -5,11 +5,11 @@
 
 #include <cstdlib>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "board/host/commands/commands.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
+#include "board/support/json_text.hpp"
 #include "board/support/terminal_text.hpp"
 #include "board/support/whole_file.hpp"
 
@@ -34,16 +34,12 @@ int figures(const FiguresCommand& command) {
     }
     guard.check();
     folder.publish();
-    nlohmann::ordered_json files = nlohmann::ordered_json::array();
+    Json files = Json::array();
     for (const Picture& picture : pictures) {
         files.push_back((std::filesystem::path(command.out) / picture.file).string());
-        if (!command.json) {
-            print_text("{}\n", files.back().get<std::string>());
-        }
     }
-    if (command.json) {
-        print_text("{}\n", nlohmann::ordered_json{{"pictures", files}}.dump());
-    }
+    print_text("{}\n", command.json ? Json{{"pictures", files}}.dump()
+                                    : fmt::format("{}", fmt::join(files.get<std::vector<std::string>>(), "\n")));
     return to_int(ExitCode::fine);
 }
 

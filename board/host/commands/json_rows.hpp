@@ -1,15 +1,14 @@
 // Matrices in JSON output of commands.
 #pragma once
 
-#include <nlohmann/json.hpp>
-
+#include "board/support/json_text.hpp"
 #include "core/geometry/types.hpp"
 
 namespace tricoil::host {
 
 /// A list of three rows.
-inline nlohmann::ordered_json rows_of(const Mat3<double>& m) {
-    auto rows = nlohmann::ordered_json::array();
+inline Json rows_of(const Mat3<double>& m) {
+    Json rows = Json::array();
     for (Eigen::Index i = 0; i < 3; ++i) {
         rows.push_back({m(i, 0), m(i, 1), m(i, 2)});
     }

@@ -2,13 +2,13 @@
 #include <fmt/format.h>
 
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "board/host/commands/commands.hpp"
 #include "board/host/figures/error_csv.hpp"
 #include "board/host/figures/error_maxima.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/json_text.hpp"
 #include "board/support/nearest_name.hpp"
 #include "board/support/terminal_text.hpp"
 #include "core/error_model/board_timing.hpp"
@@ -96,7 +96,7 @@ paper::SimulationParams make_params(const MotionCommand& c) {
     return params;
 }
 
-nlohmann::ordered_json json_of(const ErrorMaxima& m) {
+Json json_of(const ErrorMaxima& m) {
     return {{"max_abs_e_rho_m", m.max_abs_e_rho_m},
             {"max_abs_e_alpha_rad", m.max_abs_e_alpha_rad},
             {"max_abs_e_beta_rad", m.max_abs_e_beta_rad},
@@ -108,16 +108,16 @@ bool has_poles(const paper::SimulationParams& params) {
     return params.form == paper::Form::angles && paper::has_prediction(params);
 }
 
-std::string to_json(const MotionResult& r) {
+Json json_of(const MotionResult& r) {
     const Summary s = summarise(r.updates);
-    nlohmann::ordered_json json = {{"example", r.example.name},
-                                   {"loop", kLoops[static_cast<std::size_t>(r.params.loop)]},
-                                   {"kappa", kKappas[static_cast<std::size_t>(r.params.kappa)]},
-                                   {"form", kForms[static_cast<std::size_t>(r.params.form)]},
-                                   {"passes", r.params.passes},
-                                   {"update_s", r.params.update_s},
-                                   {"updates", r.updates.size() - 1},
-                                   {"measured", json_of(s.measured)}};
+    Json json = {{"example", r.example.name},
+                 {"loop", kLoops[static_cast<std::size_t>(r.params.loop)]},
+                 {"kappa", kKappas[static_cast<std::size_t>(r.params.kappa)]},
+                 {"form", kForms[static_cast<std::size_t>(r.params.form)]},
+                 {"passes", r.params.passes},
+                 {"update_s", r.params.update_s},
+                 {"updates", r.updates.size() - 1},
+                 {"measured", json_of(s.measured)}};
     if (paper::has_prediction(r.params)) {
         json["predicted"] = json_of(s.predicted);
         json["max_abs_predicted_minus_measured"] = {{"e_rho_m", s.worst_prediction.e_rho_m},
@@ -136,7 +136,7 @@ std::string to_json(const MotionResult& r) {
     }
     json["max_orientation_error_rad"] = s.max_rotation_error_rad;
     if (!has_poles(r.params)) {
-        return json.dump(2) + "\n";
+        return json;
     }
     json["singularities"] = {{"predicted", r.singularities.predicted_s.size()},
                              {"measured_passages", r.singularities.passages_s.size()},
@@ -147,44 +147,34 @@ std::string to_json(const MotionResult& r) {
                              {"worst_hit_distance_s", r.singularities.worst_distance_s},
                              {"predicted_s", r.singularities.predicted_s},
                              {"jumps_s", r.singularities.jumps_s}};
-    return json.dump(2) + "\n";
+    return json;
 }
 
-std::string row(const char* name, const ErrorMaxima& m) {
-    return fmt::format("  {:<12} {:>14.9f} {:>14.9f} {:>14.9f} {:>14.9f}\n", name, m.max_abs_e_rho_m, m.max_abs_e_alpha_rad,
-                       m.max_abs_e_beta_rad, m.final_e_beta_rad);
-}
-
-std::string text_of(const MotionResult& r) {
-    const Summary s = summarise(r.updates);
-    const bool has_prediction = paper::has_prediction(r.params);
-    std::string text = fmt::format("{}, {} loop, {} form, {} updates of {:.6f} s", r.example.name,
-                                   kLoops[static_cast<std::size_t>(r.params.loop)],
-                                   kForms[static_cast<std::size_t>(r.params.form)], r.updates.size() - 1, r.params.update_s);
-    text += r.params.passes > 1 ? fmt::format(", {} passes", r.params.passes) : "";
-    text += has_prediction ? fmt::format("; prediction with kappa {}\n", kKappas[static_cast<std::size_t>(r.params.kappa)])
+std::string text_of(const Json& r) {
+    const bool has_prediction = r.contains("predicted");
+    const auto row = [&](const char* name, const char* key) {
+        constexpr const char* kRow =
+            " {max_abs_e_rho_m:>14.9f} {max_abs_e_alpha_rad:>14.9f} {max_abs_e_beta_rad:>14.9f} {final_e_beta_rad:>14.9f}\n";
+        return r.contains(key) ? fmt::format("  {:<12}", name) + fill(r[key], kRow) : "";
+    };
+    std::string text = fill(r, "{example}, {loop} loop, {form} form, {updates} updates of {update_s:.6f} s");
+    text += r["passes"] > 1 ? fill(r, ", {passes} passes") : "";
+    text += has_prediction ? fill(r, "; prediction with kappa {kappa}\n")
                            : "; no prediction for more than one pass of the angle form\n";
-    text += fmt::format("  {:<12} {:>14} {:>14} {:>14} {:>14}\n", "", "max|e_rho| m", "max|e_alpha|", "max|e_beta| rad",
-                        "final e_beta");
-    text += row("measured", s.measured);
+    text += "                 max|e_rho| m   max|e_alpha| max|e_beta| rad   final e_beta\n";
+    text += row("measured", "measured") + row("predicted", "predicted") + row("exact steps", "exact_step");
     if (has_prediction) {
-        text += row("predicted", s.predicted);
+        text += fill(r["max_abs_predicted_minus_measured"],
+                     "predicted minus measured, at most: e_rho {e_rho_m:.2e} m, e_alpha {e_alpha_rad:.2e} rad, "
+                     "e_beta {e_beta_rad:.2e} rad\n");
     }
-    if (paper::has_exact_chain(r.params)) {
-        text += row("exact steps", s.exact);
-    }
-    if (has_prediction) {
-        text += fmt::format("predicted minus measured, at most: e_rho {:.2e} m, e_alpha {:.2e} rad, e_beta {:.2e} rad\n",
-                            s.worst_prediction.e_rho_m, s.worst_prediction.e_alpha_rad, s.worst_prediction.e_beta_rad);
-    }
-    text += fmt::format("position error at most {:.6g} mm", 1e3 * s.max_position_error_m);
-    text += has_prediction ? fmt::format(" (predicted {:.6g})", 1e3 * s.predicted_max_position_error_m) : "";
-    text += fmt::format(", orientation error at most {:.6g} deg\n", s.max_rotation_error_rad * 180 / std::numbers::pi);
-    if (has_poles(r.params)) {
-        const auto& q = r.singularities;
-        text += fmt::format(
-            "singular instants: {} predicted; {} jumps of the azimuth error: {} predicted, {} missed, {} false alarms\n",
-            q.predicted_s.size(), q.jumps_s.size(), q.hits, q.missed, q.false_alarms);
+    text += fill(r, "position error at most {max_position_error_m in mm:.6g} mm");
+    text += has_prediction ? fill(r, " (predicted {predicted_max_position_error_m in mm:.6g})") : "";
+    text += fill(r, ", orientation error at most {max_orientation_error_rad in deg:.6g} deg\n");
+    if (r.contains("singularities")) {
+        text += fill(r["singularities"],
+                     "singular instants: {predicted} predicted; {measured_jumps} jumps of the azimuth error: {hits} predicted, "
+                     "{missed} missed, {false_alarms} false alarms\n");
     }
     return text;
 }
@@ -200,7 +190,7 @@ int motion(const MotionCommand& command) {
     if (!command.out.empty()) {
         write_error_csv(command.out, result.updates);
     }
-    print_text(command.json ? to_json(result) : text_of(result));
+    print_result(json_of(result), command.json, text_of);
     return to_int(ExitCode::fine);
 }
 

@@ -2,11 +2,11 @@
 #include <fmt/format.h>
 
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "board/host/commands/commands.hpp"
 #include "board/host/protocol/protocol_files.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/json_text.hpp"
 #include "board/support/terminal_text.hpp"
 #include "board/support/whole_file.hpp"
 
@@ -21,12 +21,7 @@ struct ProtocolCommand {
 
 int run_protocol(const ProtocolCommand& command) {
     const bool to_screen = command.dbc.empty() && command.page.empty();
-    nlohmann::ordered_json written;
-    if (to_screen && !command.json) {
-        print_text(protocol_page());
-    } else if (to_screen) {
-        written = {{"page", protocol_page()}, {"dbc", dbc_file()}};
-    }
+    Json written = to_screen ? Json{{"page", protocol_page()}, {"dbc", dbc_file()}} : Json();
     if (!command.dbc.empty()) {
         write_whole_file(command.dbc, dbc_file());
         written["dbc_file"] = command.dbc;
@@ -37,6 +32,8 @@ int run_protocol(const ProtocolCommand& command) {
     }
     if (command.json) {
         print_text("{}\n", written.dump());
+    } else if (to_screen) {
+        print_text(fill(written, "{page}"));
     }
     return to_int(ExitCode::fine);
 }

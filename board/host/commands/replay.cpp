@@ -6,6 +6,7 @@
 #include "board/host/commands/commands.hpp"
 #include "board/record/replay.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/json_text.hpp"
 #include "board/support/terminal_text.hpp"
 #include "core/base/angle_units.hpp"
 
@@ -19,7 +20,7 @@ struct ReplayCommand {
     bool json = false;
 };
 
-nlohmann::ordered_json replay_json(const Recording& recording, const ReplayReport& r, bool same_tracker) {
+Json result_of(const Recording& recording, const ReplayReport& r, bool same_tracker) {
     return {{"recording", recording.folder()},
             {"complete", recording.complete()},
             {"inputs", r.inputs},
@@ -29,23 +30,21 @@ nlohmann::ordered_json replay_json(const Recording& recording, const ReplayRepor
             {"equal", r.equal},
             {"only_replayed", r.only_replayed},
             {"only_recorded", r.only_recorded},
+            {"expected_equal", same_tracker && !recording.midway()},
             {"bit_for_bit", same_tracker && r.reproduces(recording.complete())},
             {"difference_rms_m", r.rms_position_m},
             {"difference_rms_deg", kDegrees * r.rms_orientation_rad}};
 }
 
-std::string replay_text(const Recording& recording, const ReplayReport& r, bool same_tracker) {
-    std::string text =
-        fmt::format("{}: {} inputs, {} poses, {} of them valid\n", recording.folder(), r.inputs, r.poses, r.valid_poses);
-    if (!recording.complete()) {
-        text += "  incomplete: the recording program was killed\n";
-    }
-    if (!same_tracker || recording.midway()) {
-        text += fmt::format(
-            "  against the recorded poses: {} at the same times, {} of them equal, {:.4f} mm and {:.5f} deg RMS apart\n",
-            r.compared, r.equal, 1e3 * r.rms_position_m, kDegrees * r.rms_orientation_rad);
-    } else if (r.reproduces(recording.complete())) {
-        text += fmt::format("  equals the recorded run bit for bit ({} poses)\n", r.equal);
+std::string text_of(const Json& r) {
+    std::string text = fill(r, "{recording}: {inputs} inputs, {poses} poses, {poses_valid} of them valid\n");
+    text += r["complete"] ? "" : "  incomplete: the recording program was killed\n";
+    if (!r["expected_equal"]) {
+        text += fill(r,
+                     "  against the recorded poses: {compared} at the same times, {equal} of them equal, "
+                     "{difference_rms_m in mm:.4f} mm and {difference_rms_deg:.5f} deg RMS apart\n");
+    } else if (r["bit_for_bit"]) {
+        text += fill(r, "  equals the recorded run bit for bit ({equal} poses)\n");
     }
     return text;
 }
@@ -63,9 +62,9 @@ int run_replay(const ReplayCommand& command) {
         command.tracker.empty() ? *recording.settings() : with_tracker(*recording.settings(), command.tracker);
     const bool same_tracker = settings_json(settings) == settings_json(*recording.settings());
     const ReplayReport report = replay(recording, settings, command.out);
-    print_text(command.json ? replay_json(recording, report, same_tracker).dump(2) + "\n"
-                            : replay_text(recording, report, same_tracker));
-    if (same_tracker && !recording.midway() && !report.reproduces(recording.complete())) {
+    const Json result = result_of(recording, report, same_tracker);
+    print_result(result, command.json, text_of);
+    if (result["expected_equal"] && !result["bit_for_bit"]) {
         if (report.equal == report.compared) {
             print_notice("tricoil: {}: inputs and poses end {:.1f} s apart: one of the files is truncated\n", command.folder,
                          report.tail_s);

@@ -18,17 +18,13 @@ namespace tricoil::host {
 namespace {
 
 int list_scenarios(bool json) {
-    if (json) {
-        nlohmann::ordered_json list = nlohmann::ordered_json::array();
-        for (const auto& scenario : builtin_scenarios()) {
-            list.push_back({{"name", scenario.name}, {"description", scenario.description}});
-        }
-        print_text("{}\n", list.dump(2));
-        return to_int(ExitCode::fine);
-    }
+    Json list = Json::array();
+    std::string text;
     for (const auto& scenario : builtin_scenarios()) {
-        print_text("{:<10}  {}\n", scenario.name, scenario.description);
+        list.push_back({{"name", scenario.name}, {"description", scenario.description}});
+        text += fill(list.back(), "{name:<10}  {description}\n");
     }
+    print_text(json ? list.dump(2) + "\n" : text);
     return to_int(ExitCode::fine);
 }
 
@@ -101,7 +97,7 @@ int run(RunCommand& command) {
     }
     command.options.show_live = !command.json;
     const RunReport report = run_simulated(command.options);
-    print_text(command.json ? summary_json(report) : summary_text(report));
+    print_result(run_result(report), command.json, run_text);
     if (!report.recording_error.empty()) {
         throw DeviceError(report.recording_error);
     }

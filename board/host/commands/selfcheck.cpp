@@ -5,13 +5,12 @@
 
 #include <algorithm>
 #include <chrono>
-#include <iterator>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "board/host/commands/commands.hpp"
 #include "board/linux/device_inquiry.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/json_text.hpp"
 #include "board/support/terminal_text.hpp"
 
 namespace tricoil::host {
@@ -26,27 +25,10 @@ DeviceTime steady_now(const void*) {
         std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now().time_since_epoch()).count());
 }
 
-std::string text_of(const Report& report) {
-    std::string text = fmt::format("{:<6} {:<36} {:<7} {:>12} {:>12}  {}\n", "id", "check", "in", "measured", "limit", "");
-    int failed = 0;
+Json result_of(const Report& report) {
+    Json checks = Json::array();
     for (const Check& check : report.checks()) {
-        const auto id = static_cast<unsigned>(check.id);
-        if (check.outcome == Outcome::absent) {
-            fmt::format_to(std::back_inserter(text), "0x{:03x}  {:<69}  absent\n", id, check.what);
-            continue;
-        }
-        failed += check.outcome == Outcome::fail ? 1 : 0;
-        fmt::format_to(std::back_inserter(text), "0x{:03x}  {:<36} {:<7} {:>12.4g} {:>12.4g}  {}\n", id, check.what,
-                       name_of(check.precision), check.measured, check.limit, name_of(check.outcome));
-    }
-    return text + fmt::format("{} checks, {} failed: {}\n", report.checks().size(), failed, report.passed() ? "pass" : "FAIL");
-}
-
-std::string to_json(const Report& report) {
-    auto checks = nlohmann::ordered_json::array();
-    for (const Check& check : report.checks()) {
-        nlohmann::ordered_json row = {
-            {"id", static_cast<unsigned>(check.id)}, {"what", check.what}, {"precision", name_of(check.precision)}};
+        Json row = {{"id", static_cast<unsigned>(check.id)}, {"what", check.what}, {"precision", name_of(check.precision)}};
         if (check.outcome != Outcome::absent) {
             row["limit"] = check.limit;
             row["measured"] = check.measured;
@@ -54,8 +36,20 @@ std::string to_json(const Report& report) {
         row["outcome"] = check.outcome == Outcome::fail ? "fail" : name_of(check.outcome);
         checks.push_back(row);
     }
-    const nlohmann::ordered_json json = {{"passed", report.passed()}, {"checks", checks}};
-    return json.dump(2) + "\n";
+    return {{"passed", report.passed()}, {"checks", checks}};
+}
+
+std::string text_of(const Json& result) {
+    std::string text = "id     check                                in          measured        limit  \n";
+    int failed = 0;
+    for (const Json& check : result["checks"]) {
+        const bool fails = check["outcome"] == "fail";
+        failed += fails ? 1 : 0;
+        text += fill(check, check.contains("limit") ? "0x{id:03x}  {what:<36} {precision:<7} {measured:>12.4g} {limit:>12.4g}  "
+                                                    : "0x{id:03x}  {what:<69}  ");
+        text += fails ? "FAIL\n" : fill(check, "{outcome}\n");
+    }
+    return text + fmt::format("{} checks, {} failed: {}\n", result["checks"].size(), failed, result["passed"] ? "pass" : "FAIL");
 }
 
 struct SelfcheckCommand {
@@ -85,15 +79,12 @@ Report report_of(const std::vector<protocol::CheckMessage>& rows, const Report& 
     return report;
 }
 
-Report report_of_device(const SelfcheckCommand& command, const Report& here) {
-    linux_board::DeviceInquiry inquiry(command.device, command.wait_s);
-    return report_of(inquiry.self_check(), here);
-}
-
 int run_selfcheck(const SelfcheckCommand& command) {
     const Report here = selfcheck::run({&steady_now, nullptr});
-    const Report report = command.device.empty() || command.device == "sim:" ? here : report_of_device(command, here);
-    print_text(command.json ? to_json(report) : text_of(report));
+    const bool is_here = command.device.empty() || command.device == "sim:";
+    const Report report =
+        is_here ? here : report_of(linux_board::DeviceInquiry(command.device, command.wait_s).self_check(), here);
+    print_result(result_of(report), command.json, text_of);
     return to_int(report.passed() ? ExitCode::fine : ExitCode::check_failed);
 }
 

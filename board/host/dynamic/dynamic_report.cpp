@@ -5,7 +5,6 @@
 #include <Eigen/Dense>
 #include <array>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "core/base/angle_units.hpp"
@@ -14,7 +13,7 @@
 namespace tricoil::host {
 namespace {
 
-constexpr std::array kSpeedEdges_m_s{0.0, 0.1, 0.25, 0.5, 1.0, 2.0, 1e9};
+constexpr std::array kSpeedEdges_m_s{0.0, 0.1, 0.25, 0.5, 1.0, 2.0, HUGE_VAL};
 
 DynamicError error_of(const TimedPose& measured, const MovingPose& truth) {
     const Vec3<double> d = measured.position_m - truth.pose.position_m;
@@ -95,10 +94,6 @@ void fit_growth(DynamicReport& report) {
     }
 }
 
-std::string band_name(const SpeedBand& b) {
-    return b.to_m_s > 1e6 ? fmt::format("above {:.2f}", b.from_m_s) : fmt::format("{:.2f} to {:.2f}", b.from_m_s, b.to_m_s);
-}
-
 }  // namespace
 
 DynamicReport dynamic_report(const PoseStream& tracker, const PoseStream& reference, const StreamAlignment& alignment) {
@@ -134,55 +129,55 @@ std::string dynamic_csv(const DynamicReport& report) {
     return text;
 }
 
-std::string dynamic_text(const DynamicReport& r) {
-    std::string text = fmt::format("{} poses compared; reference clock minus tracker clock {:+.3f} ms\n", r.errors.size(),
-                                   1e3 * r.alignment.time_offset_s);
-    if (r.in_gaps > 0) {
-        text += fmt::format("  {} poses not compared: gaps in the reference\n", r.in_gaps);
-    }
-    text += fmt::format("  position     RMS {:.3f} mm   95 % {:.3f} mm   max {:.3f} mm\n", 1e3 * r.position_m.rms,
-                        1e3 * r.position_m.p95, 1e3 * r.position_m.max);
-    text += fmt::format("  orientation  RMS {:.4f} deg  95 % {:.4f} deg  max {:.4f} deg\n", r.orientation_deg.rms,
-                        r.orientation_deg.p95, r.orientation_deg.max);
-    for (const SpeedBand& b : r.bands) {
-        if (b.poses > 0) {
-            text += fmt::format("  {:>13} m/s  {:6} poses  RMS {:.3f} mm  {:.4f} deg\n", band_name(b), b.poses,
-                                1e3 * b.position_rms_m, b.orientation_rms_deg);
-        }
-    }
-    text +=
-        fmt::format("  position error^2 = ({:.3f} mm)^2 + ({:.3f} ms speed)^2 + ({:.2f} ms^2 acceleration)^2; lag {:+.3f} ms\n",
-                    1e3 * r.at_rest_m, 1e3 * r.per_speed_s, 1e6 * r.per_acceleration_s2, 1e3 * r.lag_s);
-    return text;
-}
-
-std::string dynamic_json(const DynamicReport& r) {
-    const auto vector = [](const Vec3<double>& v) { return nlohmann::ordered_json{v.x(), v.y(), v.z()}; };
-    const auto rotation = [](const Quat<double>& q) { return nlohmann::ordered_json{q.w(), q.x(), q.y(), q.z()}; };
-    nlohmann::ordered_json json{{"poses", r.errors.size()},
-                                {"position_rms_m", r.position_m.rms},
-                                {"position_p95_m", r.position_m.p95},
-                                {"position_max_m", r.position_m.max},
-                                {"orientation_rms_deg", r.orientation_deg.rms},
-                                {"orientation_max_deg", r.orientation_deg.max},
-                                {"time_offset_s", r.alignment.time_offset_s},
-                                {"lag_s", r.lag_s},
-                                {"poses_in_gaps", r.in_gaps},
-                                {"error_at_rest_m", r.at_rest_m},
-                                {"error_per_speed_s", r.per_speed_s},
-                                {"error_per_acceleration_s2", r.per_acceleration_s2},
-                                {"q_world", rotation(r.alignment.q_world)},
-                                {"world_m", vector(r.alignment.world_m)},
-                                {"q_mount", rotation(r.alignment.q_mount)},
-                                {"mount_m", vector(r.alignment.mount_m)},
-                                {"bands", nlohmann::ordered_json::array()}};
+Json dynamic_result(const DynamicReport& r) {
+    const auto vector = [](const Vec3<double>& v) { return Json{v.x(), v.y(), v.z()}; };
+    const auto rotation = [](const Quat<double>& q) { return Json{q.w(), q.x(), q.y(), q.z()}; };
+    Json json{{"poses", r.errors.size()},
+              {"position_rms_m", r.position_m.rms},
+              {"position_p95_m", r.position_m.p95},
+              {"position_max_m", r.position_m.max},
+              {"orientation_rms_deg", r.orientation_deg.rms},
+              {"orientation_p95_deg", r.orientation_deg.p95},
+              {"orientation_max_deg", r.orientation_deg.max},
+              {"time_offset_s", r.alignment.time_offset_s},
+              {"lag_s", r.lag_s},
+              {"poses_in_gaps", r.in_gaps},
+              {"error_at_rest_m", r.at_rest_m},
+              {"error_per_speed_s", r.per_speed_s},
+              {"error_per_acceleration_s2", r.per_acceleration_s2},
+              {"q_world", rotation(r.alignment.q_world)},
+              {"world_m", vector(r.alignment.world_m)},
+              {"q_mount", rotation(r.alignment.q_mount)},
+              {"mount_m", vector(r.alignment.mount_m)},
+              {"bands", Json::array()}};
     for (const SpeedBand& b : r.bands) {
         json["bands"].push_back({{"from_m_s", b.from_m_s},
+                                 {"to_m_s", b.to_m_s},
                                  {"poses", b.poses},
                                  {"position_rms_m", b.position_rms_m},
                                  {"orientation_rms_deg", b.orientation_rms_deg}});
     }
-    return json.dump(2) + "\n";
+    return json;
+}
+
+std::string dynamic_text(const Json& r) {
+    std::string text = fill(r, "{poses} poses compared; reference clock minus tracker clock {time_offset_s in ms:+.3f} ms\n");
+    text += r["poses_in_gaps"] > 0 ? fill(r, "  {poses_in_gaps} poses not compared: gaps in the reference\n") : "";
+    text += fill(r,
+                 "  position     RMS {position_rms_m in mm:.3f} mm   95 % {position_p95_m in mm:.3f} mm   "
+                 "max {position_max_m in mm:.3f} mm\n"
+                 "  orientation  RMS {orientation_rms_deg:.4f} deg  95 % {orientation_p95_deg:.4f} deg  "
+                 "max {orientation_max_deg:.4f} deg\n");
+    for (const Json& band : r["bands"]) {
+        if (band["poses"] > 0) {
+            const char* const speeds = band["to_m_s"] == HUGE_VAL ? "above {from_m_s:.2f}" : "{from_m_s:.2f} to {to_m_s:.2f}";
+            text += fmt::format("  {:>13} m/s", fill(band, speeds));
+            text += fill(band, "  {poses:6} poses  RMS {position_rms_m in mm:.3f} mm  {orientation_rms_deg:.4f} deg\n");
+        }
+    }
+    return text + fill(r,
+                       "  position error^2 = ({error_at_rest_m in mm:.3f} mm)^2 + ({error_per_speed_s in ms:.3f} ms speed)^2 + "
+                       "({error_per_acceleration_s2 in ms^2:.2f} ms^2 acceleration)^2; lag {lag_s in ms:+.3f} ms\n");
 }
 
 }  // namespace tricoil::host

@@ -6,6 +6,7 @@
 
 #include "board/host/dynamic/stream_alignment.hpp"
 #include "board/host/run/statistics.hpp"
+#include "board/support/json_text.hpp"
 
 namespace tricoil::host {
 
@@ -45,7 +46,8 @@ DynamicReport dynamic_report(const PoseStream& tracker, const PoseStream& refere
 /// Errors as CSV with header.
 std::string dynamic_csv(const DynamicReport& report);
 
-std::string dynamic_text(const DynamicReport& report);
-std::string dynamic_json(const DynamicReport& report);
+/// Result of `evaluate --dynamic`, and its text.
+Json dynamic_result(const DynamicReport& report);
+std::string dynamic_text(const Json& result);
 
 }  // namespace tricoil::host

@@ -1,11 +1,5 @@
 #include "board/host/run/report.hpp"
 
-#include <fmt/format.h>
-
-#include <nlohmann/json.hpp>
-#include <numbers>
-#include <numeric>
-
 #include "board/pose_text/flag_names.hpp"
 #include "core/base/angle_units.hpp"
 
@@ -15,11 +9,15 @@ namespace {
 constexpr std::array<const char*, tracking::TrackerCounters{}.rejected.size()> kRejectionNames{
     "not_finite", "bad_sigma", "unknown_state", "time_backwards", "duplicate", "time_ahead"};
 
-const char* multiplexing(const RunReport& report) { return report.plan.is_tdm() ? "tdm" : "fdm"; }
+constexpr const char* kScoreText =
+    "  position     RMS {position_rms_m in mm:.3f} mm   95 % {position_p95_m in mm:.3f} mm   max {position_max_m in mm:.3f} mm   "
+    "(bound for simultaneous columns {bound_position_rms_m in mm:.3f} mm)\n"
+    "  orientation  RMS {orientation_rms_deg:.4f} deg  95 % {orientation_p95_deg:.4f} deg  max {orientation_max_deg:.4f} deg  "
+    "(bound {bound_orientation_rms_deg:.4f} deg)\n"
+    "  predicted    RMS {predicted_position_rms_m in mm:.3f} mm, {predicted_orientation_rms_deg:.4f} deg "
+    "(error budget of the poses)\n";
 
-std::uint64_t rejected(const RunReport& report) {
-    return std::accumulate(report.tracker.rejected.begin(), report.tracker.rejected.end(), std::uint64_t{0});
-}
+const char* multiplexing(const RunReport& report) { return report.plan.is_tdm() ? "tdm" : "fdm"; }
 
 const char* columns(const RunReport& r) {
     if (!r.plan.is_tdm()) {
@@ -31,7 +29,7 @@ const char* columns(const RunReport& r) {
     return r.deskewed ? "the latest three extrapolated to the newest one's time" : "the latest three taken as simultaneous";
 }
 
-nlohmann::ordered_json assumptions(const RunReport& r) {
+Json assumptions(const RunReport& r) {
     const auto& world = r.world;
     return {{"noise_v_per_sqrt_hz", world.converter.noise_v_per_sqrt_hz},
             {"mains_v", world.mains_v},
@@ -43,9 +41,9 @@ nlohmann::ordered_json assumptions(const RunReport& r) {
             {"columns", columns(r)}};
 }
 
-nlohmann::ordered_json acquisition(const RunReport& r) {
+Json acquisition(const RunReport& r) {
     const auto& p = r.plan.params;
-    nlohmann::ordered_json carriers = nlohmann::ordered_json::array();
+    Json carriers = Json::array();
     for (int j = 0; j < r.plan.carriers(); ++j) {
         carriers.push_back(p.carrier_hz[static_cast<std::size_t>(j)]);
     }
@@ -54,49 +52,18 @@ nlohmann::ordered_json acquisition(const RunReport& r) {
             {"block_samples", r.plan.block_samples}, {"window_samples", r.plan.window_samples}};
 }
 
-std::string score_text(const ScoreSummary& s) {
-    std::string text = fmt::format(
-        "  position     RMS {:.3f} mm   95 % {:.3f} mm   max {:.3f} mm   (bound for simultaneous columns {:.3f} mm)\n",
-        1e3 * s.position_m.rms, 1e3 * s.position_m.p95, 1e3 * s.position_m.max, 1e3 * s.bound_position_m);
-    text += fmt::format("  orientation  RMS {:.4f} deg  95 % {:.4f} deg  max {:.4f} deg  (bound {:.4f} deg)\n",
-                        kDegrees * s.orientation_rad.rms, kDegrees * s.orientation_rad.p95, kDegrees * s.orientation_rad.max,
-                        kDegrees * s.bound_orientation_rad);
-    text += fmt::format("  predicted    RMS {:.3f} mm, {:.4f} deg (error budget of the poses)\n", 1e3 * s.predicted_position_m,
-                        kDegrees * s.predicted_orientation_rad);
-    return text;
-}
-
 /// Null instead of zero errors if no pose was scored.
-nlohmann::ordered_json or_null(const ScoreSummary& s, double value) {
-    return s.scored == 0 ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(value);
-}
+Json or_null(const ScoreSummary& s, double value) { return s.scored == 0 ? Json(nullptr) : Json(value); }
 
 }  // namespace
 
-std::string summary_text(const RunReport& r) {
+Json run_result(const RunReport& r) {
     const ScoreSummary& s = r.score;
-    std::string text = fmt::format("{}: {:.2f} s simulated, {}, {:.0f} frames/s{}\n", r.scenario, r.simulated_s, multiplexing(r),
-                                   r.plan.params.frame_rate_hz, r.interrupted ? ", interrupted" : "");
-    text += s.scored == 0 ? "  no pose was scored\n" : score_text(s);
-    text += fmt::format("  poses        {} scored, {} invalid, {} out of range, {} distorted; mean signal to noise {:.1f} dB\n",
-                        s.scored, s.invalid, s.out_of_range, s.distorted, s.snr_db);
-    text += fmt::format("  blocks       {} received, {} lost, {} refused; {} columns rejected; {} acquisitions\n", r.loop.blocks,
-                        r.loop.lost_blocks, r.loop.refused_blocks, rejected(r), r.tracker.acquisitions);
-    text += fmt::format("  speed        {:.1f} us per update, {:.1f} simulated seconds per second; coils {}\n", r.mean_update_us,
-                        r.simulated_s_per_s, r.coils_at_end == Excitation::off ? "off" : "ON");
-    if (!r.seen_flags.empty()) {
-        text += fmt::format("  flags seen   {}\n", to_text(r.seen_flags));
-    }
-    return text;
-}
-
-std::string summary_json(const RunReport& r) {
-    const ScoreSummary& s = r.score;
-    nlohmann::ordered_json rejections;
+    Json rejections;
     for (std::size_t i = 0; i < kRejectionNames.size(); ++i) {
         rejections[kRejectionNames[i]] = r.tracker.rejected[i];
     }
-    const nlohmann::ordered_json json = {
+    return {
         {"scenario", r.scenario},
         {"tracker", r.tracker_name},
         {"position_rms_m", or_null(s, s.position_m.rms)},
@@ -132,7 +99,26 @@ std::string summary_json(const RunReport& r) {
         {"update_us", r.mean_update_us},
         {"simulated_s_per_s", r.simulated_s_per_s},
     };
-    return json.dump(2) + "\n";
+}
+
+std::string run_text(const Json& r) {
+    std::string text =
+        fill(r, "{scenario}: {duration_s:.2f} s simulated, {acquisition/multiplexing}, {acquisition/frame_rate_hz:.0f} frames/s");
+    text += r["interrupted"] ? ", interrupted\n" : "\n";
+    const bool scored = r["poses_scored"] > 0;
+    text += scored ? fill(r, kScoreText) : "  no pose was scored\n";
+    text += fill(r,
+                 "  poses        {poses_scored} scored, {poses_invalid} invalid, {poses_out_of_range} out of range, "
+                 "{poses_distorted} distorted; mean signal to noise ");
+    text += scored ? fill(r, "{mean_snr_db:.1f} dB\n") : "0.0 dB\n";
+    text += fill(
+        r,
+        "  blocks       {blocks} received, {blocks_lost} lost, {blocks_refused} refused; {columns_rejected} columns rejected; "
+        "{acquisitions} acquisitions\n"
+        "  speed        {update_us:.1f} us per update, {simulated_s_per_s:.1f} simulated seconds per second; coils ");
+    text += r["coils_off"] ? "off\n" : "ON\n";
+    text += r["flags_seen"] == "" ? "" : fill(r, "  flags seen   {flags_seen}\n");
+    return text;
 }
 
 }  // namespace tricoil::host

@@ -4,13 +4,14 @@
 #include <string>
 
 #include "board/host/run/simulated_run.hpp"
+#include "board/support/json_text.hpp"
 
 namespace tricoil::host {
 
-/// Summary text of a few lines.
-std::string summary_text(const RunReport& report);
+/// Summary and assumptions. Lengths are in metres; the keys state the units of angles.
+Json run_result(const RunReport& report);
 
-/// Summary and assumptions as JSON. Lengths are in metres; the keys state the units of angles.
-std::string summary_json(const RunReport& report);
+/// Summary text of a few lines from run_result().
+std::string run_text(const Json& result);
 
 }  // namespace tricoil::host

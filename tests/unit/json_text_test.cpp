@@ -1,0 +1,44 @@
+#include <gtest/gtest.h>
+
+#include "board/support/json_text.hpp"
+
+namespace tricoil::host {
+namespace {
+
+const Json kValues = {{"name", "a {b}"},
+                      {"poses", 12},
+                      {"largest", std::int64_t{-3}},
+                      {"rms_m", 0.0123456},
+                      {"angle_rad", 0.5},
+                      {"latency_us", {{"median", 1.5}, {"max", 7}}},
+                      {"rejected", {{"stale", 2}, {"late", 40}}},
+                      {"list", {1.0, 2.5}}};
+
+TEST(JsonText, FillsKeysWithFormats) {
+    EXPECT_EQ(fill(kValues, "{name}|{poses:>4}|{largest}|{rms_m:.3f}|"), "a {b}|  12|-3|0.012|");
+    EXPECT_EQ(fill(kValues, "no key"), "no key");
+    EXPECT_EQ(fill(kValues, ""), "");
+}
+
+TEST(JsonText, FollowsPathsIntoObjectsAndLists) {
+    EXPECT_EQ(fill(kValues, "{latency_us/median:.1f} {latency_us/max} {list/1:.2f}"), "1.5 7 2.50");
+}
+
+TEST(JsonText, ConvertsUnits) {
+    EXPECT_EQ(fill(kValues, "{rms_m in mm:.2f} {rms_m in %:.3f} {list/0 in ms:.0f} {list/0 in ms^2:.0f}"),
+              "12.35 1.235 1000 1000000");
+    EXPECT_EQ(fill(kValues, "{angle_rad in deg:.3f} {poses in mm:.0f}"), "28.648 12000");
+}
+
+TEST(JsonText, AddsTheCountsOfAnObject) { EXPECT_EQ(fill(kValues, "{rejected} rejected"), "42 rejected"); }
+
+TEST(JsonText, RefusesMistakesInTheText) {
+    EXPECT_THROW(fill(kValues, "{pose}"), std::exception);
+    EXPECT_THROW(fill(kValues, "{rms_m in inch}"), std::exception);
+    EXPECT_THROW(fill(kValues, "{name:.3f}"), std::exception);
+    EXPECT_THROW(fill(kValues, "{name in mm}"), std::exception);
+    EXPECT_THROW(fill(kValues, "{list/7}"), std::exception);
+}
+
+}  // namespace
+}  // namespace tricoil::host
