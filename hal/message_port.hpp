@@ -22,7 +22,7 @@ struct PortCounters {
     std::uint64_t sent = 0;
     std::uint64_t received = 0;
     std::uint64_t send_queue_full = 0;  // messages not sent because the queue was full
-    std::uint64_t receive_dropped = 0;  // messages or transfers that the host did not take in time
+    std::uint64_t receive_dropped = 0;  // received messages or transfers that were lost because a buffer was full
     std::uint64_t link_faults = 0;      // bus-off, stalls, failed transfers
     std::uint64_t link_losses = 0;      // link down, unplugged
 };

@@ -289,7 +289,7 @@ class StackAnalysis:
         return self.depths[address]
 
     def deepest_path(self, address):
-        """(frame, name) of each function on the deepest call path. Use it to find what to shorten."""
+        """(frame, name) of each function on the deepest call path. Shows which functions need less stack if a budget is exceeded."""
         path = []
         while (function := self.image.functions.get(address)) is not None:
             path.append((function.frame, self.plain_name(address)))

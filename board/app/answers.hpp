@@ -1,4 +1,4 @@
-// Answers of several messages, or of one that a link cannot take at once. They are sent as the link has room.
+// Answers of one or more messages. Each message is sent when the link has room.
 #pragma once
 
 #include <array>
@@ -44,7 +44,7 @@ private:
     DeviceTime last_sent_{};
     std::size_t next_ = 0;  // index of the next row or sample
     const selfcheck::Report* report_ = nullptr;
-    CalibrationStore* store_ = nullptr;  // null, and no report: the answer is a block
+    CalibrationStore* store_ = nullptr;  // null: the answer is a report or a block
     std::uint16_t request_ = 0;
     SampleBlock block_;
     std::uint32_t sample_rate_millihertz_ = 0;

@@ -90,7 +90,7 @@ Status CalibrationStore::read(calibration::Blob& blob) {
 
 Status CalibrationStore::write(const calibration::Blob& blob) {
     if (storage_.slots() < kSlots || storage_.slot_bytes() < kRecordBytes) {
-        return {StatusCode::invalid_argument, "the storage has no two slots of 512 bytes"};
+        return {StatusCode::invalid_argument, "the storage needs two slots of 512 bytes"};
     }
     const std::size_t slot = newest_ ? 1 - *newest_ : 0;
     const Head head{kMagic, newest_ ? sequence_ + 1 : 0};
@@ -99,7 +99,7 @@ Status CalibrationStore::write(const calibration::Blob& blob) {
     }
     const SlotContent found = inspect(slot);
     if (found.sequence != head.sequence) {
-        return {StatusCode::degenerate, "the calibration reads back differently"};
+        return {StatusCode::degenerate, "the stored calibration differs from the written one"};
     }
     newest_ = slot;
     sequence_ = head.sequence;

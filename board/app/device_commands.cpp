@@ -13,7 +13,7 @@ using protocol::AckResult;
 using protocol::Opcode;
 using protocol::WireError;
 
-constexpr int kMaxMessagesPerTurn = 8;        // per host and turn, so that a host cannot delay the blocks
+constexpr int kMaxMessagesPerTurn = 8;        // per host and call of step(), so that a host cannot delay the blocks
 constexpr Microseconds kLoaderPause{50'000};  // time to send the acknowledgement
 constexpr int kSettlingBlocks = 2;            // blocks until the switching transient has decayed
 

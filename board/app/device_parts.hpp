@@ -56,7 +56,7 @@ struct DeviceParams {
 
     /// Limit of the reference channel's amplitude, V; above it a power stage is defective. In FDM: of the sum of three carriers.
     float most_reference_v = 0;
-    /// Time without a command after which a host counts as gone. Without hosts the coils are off. Zero: never.
+    /// Time without a command after which a host counts as gone. Without hosts the coils are off. Zero: no limit.
     Microseconds host_silence{250'000};
     Microseconds watchdog{500'000};
 };

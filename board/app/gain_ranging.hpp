@@ -9,7 +9,7 @@ namespace tricoil::app {
 
 struct GainRangingParams {
     float most_share = 0.85F;   // of full scale; above it the gain is reduced at once
-    float comfortable = 0.55F;  // of full scale; the gain is increased if the signal then stays below; well below most_share
+    float comfortable = 0.55F;  // of full scale; the gain is increased if the amplified signal stays below this
     int patience = 18;          // consecutive blocks that must allow the increase: six TDM frames
 };
 

@@ -113,7 +113,7 @@ Excitation BlockLoop<Chain, Sensors>::next_state() const {
 
 template <typename Chain, int Sensors>
 void BlockLoop<Chain, Sensors>::count_gap(std::uint32_t sequence) {
-    const auto gap = static_cast<std::int32_t>(sequence - expected_sequence_);  // wraps as the sequence does
+    const auto gap = static_cast<std::int32_t>(sequence - expected_sequence_);  // modulo 2^32
     counters_.lost_blocks += gap > 0 ? static_cast<std::uint32_t>(gap) : 0U;
     expected_sequence_ = sequence + 1;
 }

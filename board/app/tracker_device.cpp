@@ -54,7 +54,7 @@ void TrackerDevice::boot() {
     }
 }
 
-/// Takes long, so after a failure starts are refused for some time.
+/// The measurement takes long. After a failure, start commands are therefore refused for some time.
 Status TrackerDevice::measure_gain() {
     hardware_.watchdog.feed();
     const Status status = hardware_.gain.measure(params_.modes[0].plan, params_.demodulator.gain_steps);

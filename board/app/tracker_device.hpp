@@ -30,7 +30,7 @@ public:
     /// Starts the watchdog, runs the self-check, reads the calibration and measures the gain steps. Call once before step().
     void boot();
 
-    /// One turn: processes messages of hosts, then measures one block, or idles if no host wants poses.
+    /// One iteration: processes messages of hosts, then measures one block, or idles if no host wants poses.
     void step();
 
     [[nodiscard]] protocol::DeviceState state() const;
@@ -119,7 +119,7 @@ private:
     std::uint32_t messages_ = 0;  // other messages sent
     DeviceTime now_{};
     DeviceTime last_status_{};              // time of the last status message
-    std::uint32_t last_status_faults_ = 0;  // its faults and device state
+    std::uint32_t last_status_faults_ = 0;  // faults and device state of the last status message
     DeviceTime not_before_{};               // earliest time at which a coil may be driven
     std::optional<DeviceTime> loader_at_;
 };

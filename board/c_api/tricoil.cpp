@@ -19,7 +19,7 @@ namespace {
 
 using namespace tricoil;
 
-constexpr std::size_t kMaxKept = 256;  // poses: a quarter of a second at 960 Hz
+constexpr std::size_t kMaxKept = 256;  // poses, 0.27 s at 960 Hz
 
 struct FlagOfBoth {
     std::uint32_t c;
@@ -41,7 +41,7 @@ constexpr std::array<FlagOfBoth, 12> kFlags{{
     {TRICOIL_FLAG_COASTING, tracking::PoseFlag::coasting},
 }};
 
-/// True if the flags of the C interface are those of the C++ interface, and all of them.
+/// True if the C interface has exactly the flags of the C++ interface.
 constexpr bool flags_agree() {
     std::uint32_t all = 0;
     for (const auto& [c, flag] : kFlags) {
@@ -60,7 +60,8 @@ bool ends_with(const std::string& text, const std::string& end) {
 
 constexpr const char* kForms = "can:INTERFACE, usb:VENDOR:PRODUCT, serial:PATH or a .toml file";
 
-/// Throws InputError if the device matches none of kForms. The message of the program would list forms that the library lacks.
+/// Throws InputError if the device matches none of kForms. The error message of the program is not used, because it lists forms
+/// that the library does not support.
 void expect_device(const std::string& device) {
     const std::string scheme = device.substr(0, device.find(':') + 1);
     if (scheme != "can:" && scheme != "usb:" && scheme != "serial:") {

@@ -22,7 +22,7 @@ enum tricoil_flag {
     TRICOIL_FLAG_DISTORTED = 1 << 3,          /* warning: couplings differ from a dipole's by more than noise, as near metal */
     TRICOIL_FLAG_WRONG_HANDEDNESS = 1 << 4,   /* a coil is reversed, or two are swapped */
     TRICOIL_FLAG_STALE = 1 << 5,              /* no usable measurement for some time; the pose is the last known one */
-    TRICOIL_FLAG_NOT_CONVERGED = 1 << 6,      /* the solver left its domain */
+    TRICOIL_FLAG_NOT_CONVERGED = 1 << 6,      /* the solver did not converge */
     TRICOIL_FLAG_HEMISPHERE_UNKNOWN = 1 << 7, /* the sign of the position is a guess */
     TRICOIL_FLAG_NO_REFERENCE = 1 << 8,       /* no source current */
     TRICOIL_FLAG_UNCONFIRMED = 1 << 9,        /* the newest measurements contradict the prediction, or too few agree yet */

@@ -16,11 +16,11 @@ namespace {
 using tricoil::host::ExitCode;
 using tricoil::host::to_int;
 
-constexpr int kSignalled = 128;  // exit code: plus the signal
+constexpr int kSignalled = 128;  // the exit code is this plus the signal number
 
 constexpr const char* kDescription =
     "tricoil: an open AC electromagnetic tracker.\n"
-    "From the nine couplings of three source and three sensor coils to where the sensor is and how it is turned.";
+    "Computes position and attitude of a sensor from the nine couplings of three source and three sensor coils.";
 constexpr const char* kFooter =
     "Exit codes: 0 success, 1 check failed, 2 bad usage or input, 3 device error;\n"
     "128 + signal: interrupted without a result.";
@@ -114,7 +114,7 @@ int main(int argc, char** argv) {
     } catch (const std::bad_alloc&) {
         return report(to_int(ExitCode::device_error), "out of memory; the input is too large for this machine");
     } catch (const std::exception& error) {
-        if (tricoil::host::reader_is_gone()) {  // as the shell reports it for programs that the signal ends
+        if (tricoil::host::reader_is_gone()) {  // exit as if terminated by SIGPIPE
             return kSignalled + SIGPIPE;
         }
         return report(to_int(ExitCode::device_error), error.what());

@@ -30,8 +30,8 @@ SessionParams listening() {
 const char* text_of(std::uint8_t result) {
     switch (static_cast<protocol::AckResult>(result)) {
         case protocol::AckResult::refused:
-            return "refused; it is measuring for another program, leaves coils or tracking to its host, or cannot use such a "
-                   "calibration";
+            return "refused: the device measures for another program, leaves coils or tracking to its host, or does not support "
+                   "this calibration";
         case protocol::AckResult::unknown:
             return "unknown command; update the firmware of the device";
         case protocol::AckResult::busy:
@@ -100,8 +100,8 @@ DeviceInquiry::DeviceInquiry(const std::string& uri, double wait_s)
       wait_s_(wait_s),
       port_(make_port(parse_device_uri(uri))),
       session_(*port_, listening()),
-      request_(static_cast<std::uint16_t>(to_us(drivers::host_now()) >> 10U)) {
-}  // differs from the requests of an earlier program
+      // From the clock: differs from the request numbers of an earlier program.
+      request_(static_cast<std::uint16_t>(to_us(drivers::host_now()) >> 10U)) {}
 
 /// Identifies the device, then calls `ask` at once and every second until is_done(message), `seconds` have passed (0: no limit)
 /// or a signal comes. Returns true if is_done() was true.

@@ -10,7 +10,7 @@ namespace tricoil::linux_board {
 namespace {
 
 constexpr Microseconds kWait{5000};
-constexpr Microseconds kSyncWait{200};           // an edge is not delayed by the wait for messages
+constexpr Microseconds kSyncWait{200};           // short, so that the wait for messages does not delay an edge
 constexpr int kMaxEdges = 16;                    // per step; size of the kernel's queue
 constexpr int kMaxMessagesPerStep = 256;         // per step, so that a flood does not delay signals and time-outs
 constexpr Microseconds kColumnSilence{150'000};  // longest time without a column before poses are flagged stale

@@ -101,9 +101,9 @@ private:
     Handler size_;
 };
 
-constexpr int kSignalled = 128;  // exit code: plus the signal
+constexpr int kSignalled = 128;  // the exit code is this plus the signal number
 
-/// Sums the device time since its first pose over its restarts.
+/// Device time since the first pose, summed over restarts of the device.
 class DeviceStopwatch {
 public:
     void see(std::int64_t time_us) {

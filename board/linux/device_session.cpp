@@ -17,7 +17,7 @@ constexpr Microseconds kOpenPause{100'000};
 constexpr Microseconds kGreetPause{100'000};
 constexpr Microseconds kSilence{500'000};
 constexpr Microseconds kConflict{1'000'000};
-constexpr Microseconds kFeed{20'000};  // longest interval
+constexpr Microseconds kFeed{20'000};  // longest interval between keep_alive messages
 constexpr std::uint16_t kProduct = 1;
 
 }  // namespace

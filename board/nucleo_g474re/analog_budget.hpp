@@ -94,7 +94,7 @@ public:
         return kVacuum * moment_a_m2() / (2 * std::numbers::pi * std::pow(range_m, 3));
     }
     [[nodiscard]] double induced_v(double range_m, double hz) const { return w(hz) * field_t(range_m) * d_.sensor.area_m2(); }
-    /// Gain with which reference current and sensor voltage give the coupling constant of measuring.hpp.
+    /// Gain at which the coupling constant is that of measuring.hpp.
     [[nodiscard]] double preamplifier_gain() const {
         const double wanted_v = kFullReference_v * double{kCouplingConstant} / std::pow(kRange_m, 3);
         return wanted_v / induced_v(kRange_m, kUnityResponseHz);
@@ -134,8 +134,8 @@ public:
         return std::hypot(adc_density(), opamp_density(step), preamplifier_density(step));
     }
 
-    /// k / sigma of one coupling, dB. Lock-in over a window has the standard deviation density / sqrt(window). The noise of the
-    /// reference is added in proportion.
+    /// k / sigma of one coupling, dB. Lock-in over a window has the standard deviation density / sqrt(window). The relative noise
+    /// of the reference is added.
     [[nodiscard]] double snr_db(double range_m, const ModeLoad& load) const {
         const int step = gain_step(range_m, load);
         const double sensor = density(step) / (signal_v(range_m, load) * gain(step));

@@ -29,8 +29,8 @@ inline constexpr std::array kModes{
     with_response(signal::stated_tdm_plan(kSampleRateHz, 50, 10, 6)),          // 480.2
 };
 
-constexpr float kMaxReference_v = 1.3F;        // full amplitude gives 0.7 V; the three FDM carriers together give 1.1 V
-constexpr float kTripMargin = 1.1F;            // hardware limit relative to the program's, so that the program reports the cause
+constexpr float kMaxReference_v = 1.3F;  // full amplitude gives 0.7 V; the three FDM carriers together give 1.1 V
+constexpr float kTripMargin = 1.1F;  // hardware limit / software limit: the software detects an over-current first and reports it
 constexpr float kCouplingConstant = 6.75e-3F;  // C: 0.175 V at 0.3 m
 
 app::DeviceParams device_params(std::uint64_t serial, std::uint32_t firmware);

@@ -11,7 +11,7 @@ namespace tricoil::host {
 std::string to_text(tracking::PoseFlags flags);
 const char* to_text(tracking::TrackerState state);
 
-/// Action for the user against flags that do not clear by themselves; empty if there are none.
+/// Instruction to the user for flags that do not clear by themselves; empty if there are none.
 std::string advice(tracking::PoseFlags flags);
 
 }  // namespace tricoil::host

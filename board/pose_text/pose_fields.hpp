@@ -38,12 +38,12 @@ struct PoseField {
     const char* key;                               // JSON
     std::array<const char*, 6> names;              // CSV columns, without unit
     std::size_t lengths;                           // number of leading columns that are lengths
-    const char* format;                            // of one number, fmt
-    std::int64_t PoseNumbers::*integer = nullptr;  // null: numbers
+    const char* format;                            // fmt format of one number
+    std::int64_t PoseNumbers::*integer = nullptr;  // null: the field holds numbers
     std::span<const double> (*numbers)(const PoseNumbers&) = nullptr;
 };
 
-/// In the order of every text form.
+/// All fields, in the order of all text forms.
 std::span<const PoseField> pose_fields();
 
 /// The field of the standard deviations. A form with the whole covariance replaces it.

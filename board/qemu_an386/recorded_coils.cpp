@@ -21,7 +21,7 @@ Status RecordedCoilSampler::do_start(const signal::AcquisitionPlan& plan) {
 Status RecordedCoilSampler::do_poll(SampleBlock& block) {
     fixed::RecordBlock record;
     if (!file_.read(&record, sizeof record)) {
-        return {StatusCode::end_of_stream, "the record is over"};
+        return {StatusCode::end_of_stream, "end of the record"};
     }
     clock_.set(device_time_us(record.now_us));
     if (record.arrived == 0) {
@@ -34,7 +34,7 @@ Status RecordedCoilSampler::do_poll(SampleBlock& block) {
     block = {};
     block.state = static_cast<Excitation>(record.state);
     if (block.state != coils_.state()) {
-        return {StatusCode::device_lost, "the record was made with other excitation"};
+        return {StatusCode::device_lost, "the record has another excitation state"};
     }
     block.full_scale = record.full_scale;
     block.start = device_time_us(record.start_us);

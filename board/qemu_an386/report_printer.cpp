@@ -41,8 +41,9 @@ Status print_stack_use(hal::Console& console) {
     TextLine line;
     line.text("stack ").decimal(static_cast<std::int32_t>(used_stack_bytes())).text(" bytes\n");
     const Status written = console.write(line.view());
-    return written.ok() && stack_was_full() ? Status{StatusCode::degenerate, "the stack was full; what lies below may be lost"}
-                                            : written;
+    return written.ok() && stack_was_full()
+               ? Status{StatusCode::degenerate, "the stack was full; data below it may be overwritten"}
+               : written;
 }
 
 }  // namespace tricoil::board

@@ -32,7 +32,7 @@ Status StillCoilSampler::do_start(const signal::AcquisitionPlan& plan) {
 Status StillCoilSampler::do_poll(SampleBlock& block) {
     const int coil = coil_index(coils_.state());
     if (sequence_ == blocks_) {
-        return {StatusCode::end_of_stream, "as many blocks as were asked for"};
+        return {StatusCode::end_of_stream, "all requested blocks were delivered"};
     }
     for (std::size_t n = 0; n < block_samples_; ++n) {
         const float carrier = kReferenceCodes * std::cos(step_rad_ * static_cast<float>(n));

@@ -1,5 +1,5 @@
-// Main loop in single precision on the emulated processor, with the previous-measurement technique and with the filter. Its
-// flash, RAM and stack are the need of a real board without drivers.
+// Main loop in single precision on the emulated processor, with the previous-measurement technique and with the filter. A real
+// board needs this flash, RAM and stack in addition to its drivers.
 #include <algorithm>
 #include <optional>
 

@@ -108,7 +108,7 @@ void Journal::run() {
             synced = now;
             for (const File& file : files_) {
                 if (::fdatasync(file.descriptor) != 0 && errno != EINVAL &&
-                    errno != ENOTSUP) {  // some file systems do not support it
+                    errno != ENOTSUP) {  // not supported by some file systems
                     fail(std::strerror(errno));
                 }
             }

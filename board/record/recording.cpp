@@ -40,8 +40,7 @@ nlohmann::json read_description(const std::string& folder) {
 RecordLines::RecordLines(const std::string& folder, RecordFile file)
     : path_((fs::path(folder) / kRecordFiles[static_cast<std::size_t>(file)]).string()), reader_(path_) {
     std::string header;
-    if (next(header) &&
-        header != record_headers()[static_cast<std::size_t>(file)]) {  // no line: the program was killed before the first
+    if (next(header) && header != record_headers()[static_cast<std::size_t>(file)]) {  // a killed program may leave an empty file
         throw InputError(path_ + ":1: wrong header");
     }
 }

@@ -115,7 +115,7 @@ void serve(Device& device, hal::MessagePort& port, const Options& o, GpioWatch* 
     auto* const usb = dynamic_cast<sim::UsbIpPort*>(&port);
     int stalls = o.stalls;
     std::uint64_t replugs = 0;
-    std::uint64_t plugged_in = 0;  // slots measured at that time
+    std::uint64_t plugged_in = 0;  // slots measured until the newest replug
     while (!guard.interrupted()) {
         const HostTime now = drivers::host_now();
         const std::uint64_t slots = device.counters().slots;
@@ -212,23 +212,25 @@ int main_program(int argc, char** argv) {
     program.add_option("--seed", o.seed, "Seed of noise and motion")->capture_default_str();
     program.add_option("--duration", o.front_end.duration_s, "Simulated time to measure, s")->capture_default_str();
     program.add_option("--pace", o.pace, "real, or lockstep: wait for the host")->capture_default_str();
-    program.add_option("--patience-ms", o.patience_ms, "Time limit of the host for a slot")->capture_default_str();
+    program.add_option("--patience-ms", o.patience_ms, "Lockstep: longest wait for the host per slot")->capture_default_str();
     program.add_flag("--tracks", o.tracks, "Simulate a tracker board, which sends poses");
     program.add_option("--serial", o.front_end.serial, "Serial number")->capture_default_str();
     program.add_option("--watchdog-us", o.front_end.watchdog_us, "Silence of the host after which the coils are switched off")
         ->capture_default_str();
     program.add_option("--fault", o.faults, "NAME@FIRST-LAST, by number of message: drop, swap, twice, truncate, corrupt, ...");
     program.add_option("--gpio", o.gpio, "Simulated GPIO chip of the coil lines (its folder in sysfs)");
-    program.add_option("--hold-ms", o.hold_ms, "Time of the hardware enable's monostable")->capture_default_str();
-    program.add_flag("--heartbeat", o.heartbeat, "Switch the coils off without heartbeats");
+    program.add_option("--hold-ms", o.hold_ms, "Time for which the hardware enable stays on after a heartbeat")
+        ->capture_default_str();
+    program.add_flag("--heartbeat", o.heartbeat, "Model the hardware enable: coils off without heartbeats");
     program.add_flag("--sync", o.sync, "Pulse line 4 of the chip at the end of each window");
     program.add_option("--calibration", o.calibration, "Flash file: the calibration is read at the start and written at the end");
-    program.add_flag("--fail-self-check", o.front_end.fails_self_check, "Let the self-check fail");
+    program.add_flag("--fail-self-check", o.front_end.fails_self_check, "Report a failed self-check");
     program.add_option("--replug", o.replug_slots, "Number of slots after which the device is unplugged and plugged in again");
-    program.add_option("--replug-times", o.replug_times, "Number of times")->capture_default_str();
+    program.add_option("--replug-times", o.replug_times, "Number of replugs")->capture_default_str();
     program.add_option("--stall", o.stalls, "usbip: number of transfers that stall");
     program.add_option("--stall-slot", o.stall_slot, "Number of slots before the stall")->capture_default_str();
-    program.add_option("--linger-ms", o.linger_ms, "Time on the link after the last slot")->capture_default_str();
+    program.add_option("--linger-ms", o.linger_ms, "Time for which the link stays open after the last slot")
+        ->capture_default_str();
     program.add_option("--report", o.report, "Write the final report to this file");
     return host::parse_command_line(program, argc, argv) ? run(o) : to_int(host::ExitCode::fine);
 }

@@ -108,7 +108,7 @@ void TrackerBoard::step(HostTime now) {
         idle();
     } else if (now - port_.last_message() > Microseconds{params_.watchdog_us}) {
         counters_.longest_silence_us = std::max(counters_.longest_silence_us, (now - port_.last_message()).count());
-        clock_.pause(2e-6 * params_.watchdog_us);  // the host is also silent in device time
+        clock_.pause(2e-6 * params_.watchdog_us);  // twice the watchdog's time: it expires
         measure(now);
     } else if (block_is_due(now)) {
         measure(now);

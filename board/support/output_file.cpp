@@ -93,7 +93,7 @@ void OutputFile::open_aside(unsigned mode) {
 void write_private_file(const fs::path& path, std::string_view text) {
     std::error_code ignored;
     if (fs::is_regular_file(fs::symlink_status(path, ignored))) {
-        fs::remove(path, ignored);  // the new file has its own permissions
+        fs::remove(path, ignored);  // otherwise the new file gets the permissions of the old one
     }
     OutputFile file(path, 0600);
     file.write(text);

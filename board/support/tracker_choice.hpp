@@ -27,7 +27,7 @@ inline std::optional<fixed::Method> fixed_method(const std::string& typed) {
     return static_cast<fixed::Method>(found - kFixedTrackerNames.begin());
 }
 
-/// Throws InputError for an integer tracker. Only a simulated run (tricoil run, without a device) takes these.
+/// Throws InputError for an integer tracker. Only a simulated run (tricoil run, without a device) supports these trackers.
 inline void refuse_fixed_method(const std::string& typed) {
     if (fixed_method(typed)) {
         throw InputError("--tracker " + typed +

@@ -12,7 +12,7 @@
 namespace tricoil::virtual_board {
 namespace {
 
-constexpr std::size_t kMaxUnsent = 65536;  // while nobody reads, further bytes are lost, as on a real line
+constexpr std::size_t kMaxUnsent = 65536;  // while no program reads, further bytes are lost, as on a real line
 
 int result_code(UsbResult result) {
     switch (result) {

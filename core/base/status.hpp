@@ -14,7 +14,7 @@ enum class StatusCode : std::uint8_t {
     invalid_argument,  // a parameter is invalid; the message names it
     not_finite,        // a number is NaN or infinite
     degenerate,        // finite input without a unique solution, for example a zero signal matrix
-    not_converged,     // an iteration or a linearisation left its domain
+    not_converged,     // an iteration did not converge, or a linearisation is not valid here
     not_ready,         // no data yet; try again later
     timed_out,         // the device did not answer in time
     device_lost,       // the device was disconnected or is defective

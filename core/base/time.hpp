@@ -68,7 +68,7 @@ private:
 
 struct DeviceClock;
 struct HostClock;
-/// Instant of the device's clock, since the device started.
+/// Instant of the device's clock, counted from the start of the device.
 using DeviceTime = TimePoint<DeviceClock>;
 /// Instant of the host's monotonic clock.
 using HostTime = TimePoint<HostClock>;

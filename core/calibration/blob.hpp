@@ -14,7 +14,7 @@ constexpr std::uint16_t kBlobVersion = 1;
 constexpr std::size_t kBlobNumbers = 60;
 constexpr std::size_t kBlobHeaderBytes = 8;  // magic (4), version (2), payload length (2)
 constexpr std::size_t kBlobBytes = kBlobHeaderBytes + 8 * kBlobNumbers + 4;
-static_assert(kBlobBytes <= 512, "half a kilobyte is set aside in every board's flash");
+static_assert(kBlobBytes <= 512, "every board reserves 512 bytes of flash");
 
 using Blob = std::array<std::uint8_t, kBlobBytes>;
 

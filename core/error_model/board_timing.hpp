@@ -11,7 +11,7 @@ struct BoardTiming {
     Scalar update_s = 0;                               // from one pose to the next: Delta T_u of (19)-(37)
     Vec3<Scalar> column_age_s = Vec3<Scalar>::Zero();  // of S1, S2, S3: zero in FDM
     Scalar window_s = 0;                               // length of one demodulation window
-    Scalar latency_s = 0;  // from the time stamp to the use of the pose; zero if the user accounts for the time stamp
+    Scalar latency_s = 0;  // from the time stamp to the use of the pose; zero if the user compensates it
 };
 
 /// Newest excitation state of a pose. The order is S1 S2 S3 S1 ... A tracker that solves on every column uses all three.

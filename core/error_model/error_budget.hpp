@@ -66,8 +66,8 @@ SystematicErrors<Scalar> timing_errors(const MotionState<Scalar>& state, const B
 template <typename Scalar>
 ErrorBudget<Scalar> budget_of(const SystematicErrors<Scalar>& errors, const Mat6<Scalar>& covariance);
 
-/// noise_ratio: sigma / k, noise of one entry divided by the coupling strength at this pose. The result is NaN if the motion
-/// leaves the domain of the linearised solver.
+/// noise_ratio: sigma / k, noise of one entry divided by the coupling strength at this pose. The result is NaN if the motion is
+/// too large for the linearised solver.
 template <typename Scalar>
 ErrorBudget<Scalar> error_budget(const MotionState<Scalar>& state, Scalar noise_ratio, const BudgetParams<Scalar>& params);
 

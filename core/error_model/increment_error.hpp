@@ -1,4 +1,5 @@
-// Measured increments of one update and their errors: (28)-(36) and the exact expressions behind them. Fixed attitude.
+// Measured increments of one update and their errors: (28)-(36), and the exact expressions that they approximate. The attitude is
+// constant.
 #pragma once
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Errors of the pole-free form in closed loop: (37) and the exact step, with the turn per update of the loop.
+// Errors of the pole-free form in closed loop: (37) and the exact step, for the turn in each update.
 #pragma once
 
 #include "core/error_model/kappa.hpp"

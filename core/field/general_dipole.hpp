@@ -62,9 +62,9 @@ PairCoupling<Scalar> octupole_correction(const Vec3<Scalar>& r_m, const Vec3<Sca
     return sum;
 }
 
-/// Column j (0-2) with its analytic Jacobian by position and small rotation, both in the source frame; attitude q -> exp(r) q.
-/// position_m: origin of the sensor frame in the source frame. No sensor coil may be at the centre of a source coil. o: source
-/// components to sensor components.
+/// Column j (0-2) with its analytic Jacobian with respect to position and small rotation, both in the source frame; attitude q ->
+/// exp(r) q. position_m: origin of the sensor frame in the source frame. No sensor coil may be at the centre of a source coil. o:
+/// source components to sensor components.
 template <typename Scalar>
 ColumnModel<Scalar> column_model(const GeneralDipole<Scalar>& model, const Vec3<Scalar>& position_m, const Mat3<Scalar>& o,
                                  int j) {
@@ -101,7 +101,7 @@ Mat3<Scalar> signal_matrix(const GeneralDipole<Scalar>& model, const Vec3<Scalar
     return x;
 }
 
-/// Signal matrix and Jacobian of vec(X), in column order, by (position, small rotation), source frame: 9 x 6.
+/// Signal matrix and Jacobian of vec(X), in column order, with respect to (position, small rotation), source frame: 9 x 6.
 template <typename Scalar>
 struct SignalModel {
     Mat3<Scalar> x;

@@ -46,7 +46,8 @@ constexpr Status check(const Acquisition& acquisition) {
     }
     for (std::size_t j = 0; j < acquisition.carriers(); ++j) {
         if (acquisition.window_cycles[j] < 1 || 2 * acquisition.window_cycles[j] >= acquisition.window_samples()) {
-            return {StatusCode::invalid_argument, "carriers must have whole cycles in the window, below half the sample rate"};
+            return {StatusCode::invalid_argument,
+                    "carriers must have a whole number of cycles in the window, and be below half the sample rate"};
         }
     }
     return {};

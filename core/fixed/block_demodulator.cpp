@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::uint64_t kMaxCorrection = 64;  // largest exponent
 
-/// (a^2 + b^2) 2^(2 exponent); parts of 32 bits.
+/// (a^2 + b^2) * 2^(2 exponent); parts of 32 bits.
 Scaled squared_size(std::int32_t a, std::int32_t b, int exponent) {
     const std::int64_t squares = (std::int64_t{a} * a >> 1) + (std::int64_t{b} * b >> 1);  // below 2^63
     return normalise(squares, 2 * bounded_exponent(exponent) + 1);
@@ -52,7 +52,7 @@ Demodulator::Demodulator(const Acquisition& acquisition, const DemodulatorParams
 
 Result<Columns> Demodulator::demodulate(const SampleBlock& block) {
     if (!fits_length(block)) {
-        return Status{StatusCode::invalid_argument, "block is not of the planned length"};
+        return Status{StatusCode::invalid_argument, "block length differs from the plan"};
     }
     const bool state_fits = acquisition_.is_tdm() ? coil_index(block.state) >= 0 : block.state == Excitation::all;
     if (!state_fits) {
@@ -129,7 +129,7 @@ void Demodulator::correct(std::size_t carrier, BlockColumn& column) const {
 }
 
 /// Variance of an entry: 2 / (N A^2) (v |g|^2 + |x|^2 v_reference), with A the reference's amplitude, g the correction and x the
-/// entry. A lock-in's sum is A N / 2 2^30, so 2 / (N A^2) = N 2^59 / |sum|^2.
+/// entry. A lock-in's sum is (A N / 2) * 2^30, so 2 / (N A^2) = N * 2^59 / |sum|^2.
 void Demodulator::judge_noise(std::size_t carrier, const Phasor& reference, Column& column) const {
     const Scaled factor = divide(normalise(acquisition_.window_samples(), 59), squared_size(reference));
     const Scaled reference_variance = normalise(sample_variance_[kReferenceChannel], -16);

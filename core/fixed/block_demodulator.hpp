@@ -9,8 +9,8 @@
 
 namespace tricoil::fixed {
 
-/// Factor that converts a quotient of phasors to a coupling: the reciprocal of signal::ChannelResponse, as (re + i im) 2^exponent
-/// with re and im of magnitude at most one.
+/// Factor that converts a quotient of phasors to a coupling: the reciprocal of signal::ChannelResponse, (re + i im) * 2^exponent.
+/// The magnitudes of re and im are at most one.
 struct Correction {
     Unit re = 1;
     Unit im = 0;

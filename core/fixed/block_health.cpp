@@ -58,7 +58,7 @@ int longest_natural_run(const Acquisition& acquisition) {
     for (std::size_t j = 1; j < acquisition.carriers(); ++j) {
         slowest = std::min(slowest, acquisition.window_cycles[j]);
     }
-    // 2^28 2^10 at most.
+    // 2^28 * 2^10 at most.
     return static_cast<int>((kNearPeakTurnsQ32 * acquisition.window_samples() / std::max(slowest, 1)) >> 32) + 2;
 }
 

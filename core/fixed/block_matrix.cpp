@@ -14,7 +14,7 @@ constexpr std::int64_t kOneQ30 = std::int64_t{1} << 30;
 NormalisedBlock normalise(const BlockMatrix& x) {
     std::uint64_t all = 0;
     for (Eigen::Index i = 0; i < 9; ++i) {
-        all |= size_of(x.mantissa(i));  // highest bit: that of the largest entry
+        all |= size_of(x.mantissa(i));  // its highest bit is that of the largest entry
     }
     NormalisedBlock block;
     if (all == 0) {
@@ -30,7 +30,7 @@ NormalisedBlock normalise(const BlockMatrix& x) {
 }
 
 Vec3<Unit> unit_vector(const Vec3<std::int64_t>& v) {
-    // Scaled to 30 bits, so that the sum of squares is below 3 2^60; then one division for the reciprocal.
+    // Scaled to 30 bits, so that the sum of squares is below 3 * 2^60; then one division for the reciprocal.
     const std::uint64_t all = size_of(v(0)) | size_of(v(1)) | size_of(v(2));
     if (all == 0) {
         return Vec3<Unit>::Zero();
@@ -42,7 +42,7 @@ Vec3<Unit> unit_vector(const Vec3<std::int64_t>& v) {
         w(i) = scaled_down(v(i), shift);
         squared += static_cast<std::uint64_t>(w(i) * w(i));
     }
-    const auto norm = static_cast<std::int64_t>(square_root(squared));  // 2^29 to sqrt(3) 2^30
+    const auto norm = static_cast<std::int64_t>(square_root(squared));  // 2^29 to sqrt(3) * 2^30
     const std::int64_t reciprocal = ((std::int64_t{1} << 60) + norm / 2) / norm;
     Vec3<Unit> u;
     for (Eigen::Index i = 0; i < 3; ++i) {

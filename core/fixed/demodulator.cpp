@@ -7,7 +7,7 @@
 namespace tricoil::fixed {
 namespace {
 
-// 1024 samples at constant phase: 2^63 - 2^40, with margin for the oscillator's magnitude.
+// Limits the sum of 1024 samples at constant phase to 2^63 - 2^40. The difference to 2^63 allows for the oscillator's magnitude.
 constexpr std::int32_t kLargestCode = kFullScaleCode - 1;
 
 /// exp(-i w n).
@@ -18,7 +18,7 @@ SineCosine phasor(int cycles, int window_samples, std::size_t n) {
     return sine_cosine({0U - turns});
 }
 
-/// a b, rounded once per part. Magnitudes stay below 1 + 32 2^-30 over a segment.
+/// a b, rounded once per part. Magnitudes stay below 1 + 32 * 2^-30 over a segment.
 SineCosine turned(const SineCosine& a, const SineCosine& b) {
     const auto wide = [](Unit x, Unit y) { return std::int64_t{x.raw()} * y.raw(); };
     const std::int64_t cosine = wide(a.cosine, b.cosine) - wide(a.sine, b.sine);
@@ -67,10 +67,10 @@ Result<BlockColumn> couplings(const std::array<Phasor, kChannels>& phasors, std:
                               std::int32_t least_reference) {
     const Phasor& reference = phasors[kReferenceChannel];
     const std::uint64_t reference_size = size_of(reference.re) | size_of(reference.im);
-    // For amplitude a the sum has the magnitude a N / 2 2^30.
+    // For amplitude a the sum has the magnitude (a N / 2) * 2^30.
     window_samples = std::clamp<std::size_t>(window_samples, 1, kMaxBlockSamples);
     const auto least_code = static_cast<std::uint64_t>(std::clamp<std::int32_t>(least_reference, 1, kLargestCode));
-    const std::uint64_t least = (least_code * window_samples) << 28;  // at most 2^23 2^10 2^28
+    const std::uint64_t least = (least_code * window_samples) << 28;  // at most 2^23 * 2^10 * 2^28
     if (std::max(size_of(reference.re), size_of(reference.im)) < least) {
         return Status{StatusCode::degenerate, "no reference current"};
     }

@@ -33,8 +33,8 @@ struct Phasor {
     std::int64_t im = 0;
 };
 
-/// Samples of a converter with at most 24 bits; larger values are clamped. A sum over 1024 samples then stays below
-/// 2^23 2^30 2^10 2/pi < 2^63: exact except for the oscillator's rounding. Only the first kMaxBlockSamples samples are read.
+/// Samples of a converter with at most 24 bits; larger values are clamped. A sum over 1024 samples then stays below 2^64 / pi <
+/// 2^63: exact except for the oscillator's rounding. Only the first kMaxBlockSamples samples are read.
 std::array<Phasor, kChannels> lock_in(const Oscillator& oscillator, std::span<const Sample> window);
 
 /// Couplings of one column: mantissa 2^exponent.

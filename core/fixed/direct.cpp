@@ -13,8 +13,8 @@ struct Symmetric {
 
     [[nodiscard]] std::int64_t trace() const { return xx + yy + zz; }
 
-    /// Scales by a power of two such that the largest entry has 29 bits. Then the trace is below 3 2^29; its square and the sum
-    /// of squares are below 9 2^58.
+    /// Scales by a power of two such that the largest entry has 29 bits. Then the trace is below 3 * 2^29; its square and the sum
+    /// of squares are below 9 * 2^58.
     void normalise() {
         const auto largest = static_cast<std::uint64_t>(std::max({xx, yy, zz, std::int64_t{1}}));
         const int shift = excess_bits(largest, 29);
@@ -31,8 +31,8 @@ struct Symmetric {
 
 constexpr int kMaxSquarings = 10;
 
-/// First right singular vector of y. Squaring Y^T Y squares the ratio of its eigenvalues (4 for a dipole) until only one is left;
-/// every column is then a multiple of its vector. Entries of y are at most 1, of Y^T Y at most 3 2^56 units.
+/// First right singular vector of y. Each squaring of Y^T Y squares the ratios of its eigenvalues (4 for a dipole). When the
+/// largest dominates, every column is a multiple of its eigenvector. Entries of y are at most 1, of Y^T Y at most 3 * 2^56 units.
 Vec3<Unit> first_right_singular_vector(const Mat3<Entry>& y) {
     const auto gram = [&y](Eigen::Index i, Eigen::Index j) {
         std::int64_t sum = 0;
@@ -74,7 +74,7 @@ std::int64_t squared_norm(const Vec3<Entry>& v) {
 Vec3<std::int64_t> widened(const Vec3<Entry>& v) { return {v(0).raw(), v(1).raw(), v(2).raw()}; }
 
 /// Plane normal to the first singular vector; the other two singular values may be equal.
-/// Entries of ye are at most 3, so b <= 9 2^56 units of Q56; in Q27 b is at most 9, root at most 9, sum at most 6.
+/// Entries of ye are at most 3, so b <= 9 * 2^56 units of Q56; in Q27 b is at most 9, root at most 9, sum at most 6.
 struct Plane {
     Vec3<Entry> ye1, ye2;
     std::int64_t b11, b22, b12;  // Q27
@@ -99,7 +99,7 @@ struct Plane {
         sum = root_q28(b11_q56 + b22_q56 + root * (std::int64_t{1} << 30));
     }
 
-    /// Columns of the polar factor: ye [b22 + r, -b12; -b12, b11 + r] / (sum r). Products stay below 3 18 2 2^55 units.
+    /// Columns of the polar factor: ye [b22 + r, -b12; -b12, b11 + r] / (sum r). Products stay below 3 * 18 * 2 * 2^55 units.
     [[nodiscard]] Eigen::Matrix<Unit, 3, 2> polar() const {
         const std::int64_t denominator = sum * root;  // Q55
         Eigen::Matrix<Unit, 3, 2> result;
@@ -149,7 +149,7 @@ Result<DirectSolution> solve_direct(const BlockMatrix& x, Scaled coupling_consta
     solution.direction = v1;
     for (Eigen::Index i = 0; i < 3; ++i) {
         for (Eigen::Index j = 0; j < 3; ++j) {
-            // Three products of unit entries: below 3 2^60 units.
+            // Three products of unit entries: below 3 * 2^60 units.
             const std::int64_t sum = std::int64_t{u1(i).raw()} * v1(j).raw() - std::int64_t{polar(i, 0).raw()} * e(j, 0).raw() -
                                      std::int64_t{polar(i, 1).raw()} * e(j, 1).raw();
             solution.attitude(i, j) = Unit::from_raw(saturate(shift_right_rounded(sum, 30)));

@@ -41,7 +41,7 @@ SineCosine near_zero(std::int64_t x) {
 SineCosine sine_cosine(Angle angle) {
     const std::uint32_t quadrant = (angle.turns + kEighth) / kQuarter;  // 0 to 3, and 0 again after the wrap
     const auto rest = static_cast<std::int32_t>(angle.turns - quadrant * kQuarter);
-    // 2^32 turns to Q30 radians: times 2 pi / 4 = pi / 2, in Q29 half of pi's.
+    // 2^-32 turn is pi / 2 units of Q30 radians: multiply by pi in Q29 and divide by 2^30.
     const SineCosine near = near_zero(shift_right_rounded(rest * kPiQ29, 30));
     switch (quadrant & 3U) {
         case 0:

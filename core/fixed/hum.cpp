@@ -15,7 +15,8 @@ HumStep hum_step(std::span<const Oscillator> oscillators, std::span<const std::a
                  std::span<const Sample> window) {
     const auto samples = static_cast<std::int64_t>(window.size());
     const std::int64_t per_sample = (std::int64_t{1} << 31) / samples;
-    // A sum of codes times 2^30, at most 2^23 N 2^30, converted to an amplitude in Q8 by 2 / N: below 2^24 2^31 before the shift.
+    // A sum of codes times 2^30, at most 2^23 * N * 2^30, converted to an amplitude in Q8 by 2 / N: below 2^24 * 2^31 before the
+    // shift.
     const auto amplitude = [per_sample](std::int64_t sum) { return shift_right_rounded((sum >> 30) * per_sample, 22); };
     const std::int64_t between = samples - 1 - 2 * static_cast<std::int64_t>(carriers.size());
     HumStep step{};
@@ -30,7 +31,7 @@ HumStep hum_step(std::span<const Oscillator> oscillators, std::span<const std::a
             const std::int64_t im = amplitude(carriers[j][channel].im);
             const SineCosine turn = oscillators[j].step();  // exp(i w (N - 1)) = exp(-i w)
             first -= re;
-            last -= shift_right_rounded(re * turn.cosine.raw() - im * turn.sine.raw(), 30);  // 2^33 2^30
+            last -= shift_right_rounded(re * turn.cosine.raw() - im * turn.sine.raw(), 30);  // 2^33 * 2^30
         }
         step[channel] = std::clamp((first - last) * samples / between, -kMaxStep, kMaxStep);
     }

@@ -12,7 +12,7 @@ ModelFit fit_of(const NormalisedBlock& x, Scaled coupling_constant, const Vector
     // k O D(u) = k (3 (O u) u^T - O) / 2. The bracket is at most 4.1 for unit vectors, stored in Q28 and limited to 8.
     const Vec3<Unit> v = multiply<30>(pose.attitude, pose.direction);
     std::uint64_t misfit_q52 = 0;
-    std::uint64_t power_q56 = 0;  // at most 9 2^56
+    std::uint64_t power_q56 = 0;  // at most 9 * 2^56
     for (Eigen::Index i = 0; i < 3; ++i) {
         for (Eigen::Index j = 0; j < 3; ++j) {
             const std::int64_t along = 3 * (std::int64_t{v(i).raw()} * pose.direction(j).raw() >> 2);  // Q58, below 2^62

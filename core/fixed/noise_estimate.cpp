@@ -30,7 +30,7 @@ NoiseEstimator::NoiseEstimator(const Acquisition& acquisition) {
         taps = next;
         count += 2;
     }
-    std::int64_t gain = 0;  // Q50: at most 128 35 2^50, below 2^63
+    std::int64_t gain = 0;  // Q50: at most 128 * 35 * 2^50, below 2^63
     for (std::size_t n = 0; n < count; ++n) {
         taps_[n] = saturate(shift_right_rounded(taps[n], 1));
         gain += std::int64_t{taps_[n]} * taps_[n];
@@ -57,7 +57,7 @@ SampleVariances NoiseEstimator::sample_variance(std::span<const Sample> window) 
             const std::int64_t kept = std::clamp(shift_right_rounded(output, kTapBits - kOutputBits), -kMaxOutput, kMaxOutput);
             power += kept * kept;
         }
-        // Mean below 2^46 + 1 in Q8; times 2^16 stays below 2^63, over the gain in Q8 gives Q16.
+        // The mean is at most 2^46 in Q8. 2^16 times the mean, divided by the gain in Q8, is in Q16.
         const std::int64_t mean_q8 = power / static_cast<std::int64_t>(outputs);
         variances[channel] = std::max(mean_q8 * (1 << 16) / gain_q8_, kQuantisationQ16);
     }

@@ -25,7 +25,7 @@ public:
 
 private:
     static constexpr std::size_t kMaxTaps = 2 + 2 * kSourceCoils;
-    // Q25: a tap is at most 35, the sum of magnitudes at most 2 4^3 = 128.
+    // Q25: a tap is at most 35, the sum of magnitudes at most 2 * 4^3 = 128.
     std::array<std::int32_t, kMaxTaps> taps_{};
     std::size_t tap_count_ = 0;
     std::int64_t gain_q8_ = 1;  // sum of squared taps, at least 2

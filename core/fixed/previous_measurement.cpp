@@ -141,7 +141,7 @@ Result<VectorPose> step_vectors(const BlockMatrix& x, Scaled coupling_constant, 
         return Status{StatusCode::invalid_argument, "passes must be 1 to 10"};
     }
     if (!is_unit(previous.direction) || !is_rotation(previous.attitude)) {
-        return Status{StatusCode::invalid_argument, "previous pose is not a unit vector and a rotation"};
+        return Status{StatusCode::invalid_argument, "previous pose must consist of a unit vector and a rotation"};
     }
     const NormalisedBlock block = normalise(x);
     if (block.zero) {

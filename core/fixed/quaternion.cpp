@@ -33,7 +33,9 @@ Quaternion attitude_quaternion(const Mat3<Unit>& o) {
 }
 
 Quaternion with_sign_of(const Quaternion& q, const Quaternion& last) {
-    const auto product = [](Unit a, Unit b) { return (std::int64_t{a.raw()} * b.raw()) >> 2; };  // room for four
+    const auto product = [](Unit a, Unit b) {
+        return (std::int64_t{a.raw()} * b.raw()) >> 2;
+    };  // the sum of four products then fits into 64 bits
     const std::int64_t dot = product(q.w, last.w) + product(q.x, last.x) + product(q.y, last.y) + product(q.z, last.z);
     return dot < 0 ? Quaternion{-q.w, -q.x, -q.y, -q.z} : q;
 }

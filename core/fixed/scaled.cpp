@@ -36,7 +36,7 @@ Scaled add(Scaled a, Scaled b) {
     const Scaled larger = a_leads ? a : b;
     const Scaled smaller = a_leads ? b : a;
     const int apart = bounded_exponent(larger.exponent) - bounded_exponent(smaller.exponent);
-    // Both with 30 more bits: at most 2^61 in size, their sum 2^62.
+    // Both mantissas are shifted left by 30 bits: magnitudes at most 2^61, sum at most 2^62.
     const std::int64_t high = std::int64_t{larger.mantissa} * (std::int64_t{1} << 30);
     const std::int64_t low = apart > 62 ? 0 : (std::int64_t{smaller.mantissa} * (std::int64_t{1} << 30)) >> apart;
     return normalise(high + low, bounded_exponent(larger.exponent) - 30);
@@ -82,7 +82,7 @@ Scaled cube_root(Scaled value) {
     const std::uint64_t m = static_cast<std::uint64_t>(value.mantissa) << shift;
     const std::uint64_t root = cube_root(m);
     const auto rest = static_cast<std::int64_t>(m - root * root * root);  // below 3 r^2 + 3 r + 1, hence 2^44
-    // Ten more bits: the error of root + rest / (3 root^2 + 3 root) is below 2^-22 of the last of 21 bits.
+    // Adds ten bits: root + rest / (3 root^2 + 3 rest / (3 root)) has an error below 2^-22 of the last of the 21 bits.
     const auto slope = static_cast<std::int64_t>(3 * root * root + 3 * rest / static_cast<std::int64_t>(3 * root));
     const std::int64_t fraction = rest * (1 << 10) / slope;
     return normalise(static_cast<std::int64_t>(root) * (1 << 10) + fraction, (exponent - shift) / 3 - 10);

@@ -26,7 +26,7 @@ std::int64_t reach_squared(Microseconds unseen) {
 
 bool Sides::are_opposite(const Vec3<Metres>& a, const Vec3<Metres>& b) { return dot<25>(a, b).raw() < 0; }
 
-/// (near + last)^2 = near^2 + 2 near . last + last^2, because the sum of two positions may overflow.
+/// Uses (near + last)^2 = near^2 + 2 near . last + last^2, because the sum of two positions may overflow.
 bool Sides::is_mirror_excluded(const Vec3<Metres>& near, const Vec3<Metres>& last, Microseconds unseen) {
     const SquareMetres both = dot<SquareMetres::kFractionBits>(near, last);
     const SquareMetres near_squared = square_of(near);

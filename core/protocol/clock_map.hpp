@@ -21,8 +21,8 @@ public:
     static constexpr std::size_t kStretches = 16;
     static constexpr std::int64_t kLongestDelayUs = 1'000'000;
 
-    /// Records that a message of time `device` arrived at `host`. The map restarts if the device time goes back by more than a
-    /// stretch or jumps by more than the whole memory, or if a message is early or late by more than kLongestDelayUs.
+    /// Records that a message of time `device` arrived at `host`. The map restarts if the device time goes back by more than
+    /// kStretchUs or jumps ahead by more than kMemoryUs, or if a message is early or late by more than kLongestDelayUs.
     void observe(DeviceTime device, HostTime host) {
         const std::int64_t device_us = to_us(device);
         const std::int64_t host_us = to_us(host);

@@ -93,10 +93,10 @@ struct Schema;
 template <>
 struct Schema<CommandMessage> {
     static constexpr MessageInfo kInfo{MessageType::command, "command", "host", "command to the device"};
-    static constexpr auto kFields = std::tuple{field(&CommandMessage::opcode, "opcode", detail::kOpcode),
-                                               field(&CommandMessage::state, "state", detail::kState),
-                                               field(&CommandMessage::request, "request", detail::kRequest),
-                                               field(&CommandMessage::argument, "argument", count(WireType::u32, "by opcode"))};
+    static constexpr auto kFields = std::tuple{
+        field(&CommandMessage::opcode, "opcode", detail::kOpcode), field(&CommandMessage::state, "state", detail::kState),
+        field(&CommandMessage::request, "request", detail::kRequest),
+        field(&CommandMessage::argument, "argument", count(WireType::u32, "depends on the opcode"))};
 };
 
 template <>
@@ -109,7 +109,7 @@ struct Schema<AckMessage> {
                    "0 done, 1 refused, 2 unknown command, 3 busy, 4 failed, 5 bad value, 6 not in this state, 7 replayed, "
                    "8 unreadable")),
         field(&AckMessage::request, "request", detail::kRequest),
-        field(&AckMessage::argument, "argument", count(WireType::u32, "by opcode"))};
+        field(&AckMessage::argument, "argument", count(WireType::u32, "depends on the opcode"))};
 };
 
 template <>
@@ -122,7 +122,8 @@ struct Schema<StatusMessage> {
                    field(&StatusMessage::faults, "faults",
                          count(WireType::u16,
                                "bits: 0 host silent, 1 overcurrent, 2 converter, 3 calibration, 4 temperature, 5 supply, "
-                               "6 coils changed in a window, 7 send queue overflowed, 8 open coil, 9 self-check, 10 hung before, "
+                               "6 coils changed in a window, 7 send queue overflowed, 8 open coil, 9 self-check, 10 restarted "
+                               "after a hang or fault, "
                                "11 clock, 12 stack, 13 memory, 14 drive")),
                    field(&StatusMessage::dropped, "dropped", count(WireType::u32, "messages that could not be sent")),
                    field(&StatusMessage::overruns, "overruns", count(WireType::u32, "samples that the converter lost")),
@@ -161,7 +162,7 @@ struct Schema<PoseMessage> {
               code(WireType::u16, 0, 4095,
                    "bits: 0 saturated, 1 low signal, 2 no sensor, 3 distorted, 4 wrong handedness, 5 stale, "
                    "6 not converged, 7 hemisphere unknown, 8 no reference, 9 unconfirmed, "
-                   "10 inconsistent, 11 coasting; 0 or 3 and 11 alone: valid")),
+                   "10 inconsistent, 11 coasting; valid: none, or only 3 and 11")),
         fields(&PoseMessage::position, detail::kPosition,
                info(WireType::i32, detail::kPositionScale, "m", -1e9, 1e9, "sensor in the source frame")),
         fields(&PoseMessage::quaternion, detail::kQuaternion,
@@ -233,7 +234,7 @@ struct Schema<RawBlockMessage> {
               count(WireType::u32, "counts all blocks, also those that were not sent")),
         field(&RawBlockMessage::sample_rate_millihertz, "sample_rate", info(WireType::u32, 1e-3, "Hz", "before decimation")),
         field(&RawBlockMessage::overruns, "overruns", count(WireType::u32, "samples that the converter lost in this block")),
-        field(&RawBlockMessage::dropped, "dropped", count(WireType::u32, "blocks that were not sent since the last one"))};
+        field(&RawBlockMessage::dropped, "dropped", count(WireType::u32, "blocks not sent since the last sent block"))};
 };
 
 template <>

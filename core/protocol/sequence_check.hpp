@@ -18,7 +18,7 @@ public:
     static constexpr std::int32_t kFarthest = 4096;
 
     Order check(std::uint32_t sequence) {
-        const auto ahead = static_cast<std::int32_t>(sequence - expected_);  // wraps as the sequence does
+        const auto ahead = static_cast<std::int32_t>(sequence - expected_);  // modulo 2^32
         if (started_ && (ahead > kFarthest || ahead < -kFarthest)) {
             return Order::strange;
         }

@@ -75,9 +75,9 @@ void check_examples(Report& report) {
     // Known errors of closed loops. The check is two-sided: a smaller error also fails. The limit of example II allows for
     // rounding errors of angles of 15 rad.
     const auto off = [](double error, double known_error) { return std::abs(error - known_error); };
-    report.add(CheckId::closed_loop_one, p, "example I, closed: minus 0.001813 rad",
+    report.add(CheckId::closed_loop_one, p, "example I, closed: e - 0.001813 rad",
                off(run_example<Scalar>(kOne, Loop::closed).error.azimuth_rad, 0.0018125083), roundings<Scalar>(8) + 3e-10);
-    report.add(CheckId::closed_loop_two, p, "example II, closed: minus 0.001904 rad",
+    report.add(CheckId::closed_loop_two, p, "example II, closed: e - 0.001904 rad",
                off(run_example<Scalar>(kTwo, Loop::closed).error.elevation_rad, 0.0019037032), roundings<Scalar>(16) + 3e-10);
     report.add(CheckId::singular_instants, p, "singular instant (updates)", singular_instants<Scalar>(), 1);
 }
@@ -88,10 +88,10 @@ void check_error_model(Report& report) {
     const auto off = [](double error, double known_error) { return std::abs(error - known_error); };
     check_examples<Scalar>(report);
     // Error at the end of the short example, at 0.65 m. The example of the paper ends after 10 s at 3.5 m with 18.2 mm.
-    report.add(CheckId::pole_free, p, "example III, pole-free: minus 2.901 mm",
+    report.add(CheckId::pole_free, p, "example III, pole-free: e - 2.901 mm",
                off(pole_free_error<Scalar>(kThree, 1), 0.0029011904), roundings<Scalar>(8) + 3e-10);
-    report.add(CheckId::pole_free, p, "the same, two passes: minus 88 nm", off(pole_free_error<Scalar>(kThree, 2), 8.7567436e-08),
-               roundings<Scalar>(8) + 2e-14);
+    report.add(CheckId::pole_free, p, "example III, two passes: e - 88 nm",
+               off(pole_free_error<Scalar>(kThree, 2), 8.7567436e-08), roundings<Scalar>(8) + 2e-14);
     report.add(CheckId::error_budget, p, "error budget (relative)", budget_error<Scalar>(), roundings<Scalar>(128) + 1.3e-8);
 }
 

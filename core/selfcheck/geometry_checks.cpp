@@ -72,7 +72,7 @@ double quaternion() {
     return std::max(worst_difference(wxyz(q), answer), worst_difference(geometry::attitude_matrix(q), o));
 }
 
-/// Between two attitudes other than the identity, also with one quaternion negated (the same rotation).
+/// Angle between two attitudes other than the identity, also with one quaternion negated (the same rotation).
 template <typename Scalar>
 double angle_between() {
     const Quat<Scalar> a(Scalar(0.5), Scalar(0.5), Scalar(-0.5), Scalar(0.5));

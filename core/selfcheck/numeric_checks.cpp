@@ -62,7 +62,7 @@ template <typename Scalar>
 void check_arithmetic(Report& report) {
     constexpr Precision p = precision_of<Scalar>();
     report.add(CheckId::denormals, p, "denormals lost", denormals_lost<Scalar>(), 0);
-    report.add(CheckId::rounding, p, "roundings other than nearest", wrong_roundings<Scalar>(), 0);
+    report.add(CheckId::rounding, p, "results not rounded to nearest", wrong_roundings<Scalar>(), 0);
     report.add(CheckId::precision, p, "results of wrong precision", wrong_precision<Scalar>(), 0);
 }
 

@@ -75,7 +75,7 @@ public:
         add(check);
     }
 
-    /// Adds a row from elsewhere. A row marked as passed fails if it exceeds its limit.
+    /// Adds a complete row, for example one received from a device. A row marked as passed fails if it exceeds its limit.
     void add(Check check) {
         if (check.outcome == Outcome::pass && !(check.measured <= check.limit)) {
             check.outcome = Outcome::fail;

@@ -166,12 +166,12 @@ void check_solver(Report& report) {
     constexpr Precision p = precision_of<Scalar>();
     check_direct<Scalar>(report);
     report.add(CheckId::direct_misfit, p, "misfit", direct_misfit<Scalar>(), roundings<Scalar>(64));
-    report.add(CheckId::direct_refusals, p, "direct solution: refusals missed", direct_refusals<Scalar>(), 0);
+    report.add(CheckId::direct_refusals, p, "direct solution: bad inputs accepted", direct_refusals<Scalar>(), 0);
     report.add(CheckId::covariance, p, "covariance (relative)", covariance<Scalar>(), roundings<Scalar>(64));
     report.add(CheckId::tracking_increments, p, "increments (15), (16)", increments<Scalar>(), roundings<Scalar>(16));
-    report.add(CheckId::step_angles, p, "step in angles", angle_step<Scalar>(), roundings<Scalar>(32));
-    report.add(CheckId::step_vectors, p, "step without poles", vector_step<Scalar>(), roundings<Scalar>(32));
-    report.add(CheckId::step_refusals, p, "step: refusals missed", step_refusals<Scalar>(), 0);
+    report.add(CheckId::step_angles, p, "step, angle form", angle_step<Scalar>(), roundings<Scalar>(32));
+    report.add(CheckId::step_vectors, p, "step, pole-free form", vector_step<Scalar>(), roundings<Scalar>(32));
+    report.add(CheckId::step_refusals, p, "step: bad inputs accepted", step_refusals<Scalar>(), 0);
 }
 
 template void check_direct<float>(Report&);

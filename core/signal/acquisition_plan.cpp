@@ -14,7 +14,8 @@ constexpr int kMinCyclesApart = 2;
 constexpr double kTdmCarrierHz = 10e3;
 constexpr std::array<double, kSourceCoils> kFdmCarriersHz{7.7e3, 10e3, 13.4e3};
 constexpr int kGuardDivisor = 5;
-constexpr double kFarthestShare = 0.2;  // largest relative change of a carrier for equal phases in all blocks
+/// Largest relative shift of a carrier that gives it the same phase in all blocks.
+constexpr double kFarthestShare = 0.2;
 
 constexpr Status invalid(const char* message) { return {StatusCode::invalid_argument, message}; }
 

@@ -1,4 +1,4 @@
-// Defects of the samples behind a column.
+// Defects of the samples of a column.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace tricoil {
 
-/// Defects of the samples behind a column (bit numbers).
+/// Flags of a column (bit numbers).
 enum class ColumnFlag : std::uint8_t {
     saturated,         // a code at full scale
     clipped,           // flat tops below full scale: an amplifier at its limit

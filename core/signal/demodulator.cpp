@@ -30,7 +30,7 @@ Demodulator<Scalar>::Demodulator(const AcquisitionPlan& plan, const DemodulatorP
 template <typename Scalar>
 Result<Columns<Scalar>> Demodulator<Scalar>::demodulate(const SampleBlock& block) {
     if (block.samples.size() != static_cast<std::size_t>(plan_.block_samples)) {
-        return Status{StatusCode::invalid_argument, "block is not of the planned length"};
+        return Status{StatusCode::invalid_argument, "block length differs from the plan"};
     }
     const bool state_fits = plan_.is_tdm() ? coil_index(block.state) >= 0 : block.state == Excitation::all;
     if (!state_fits) {

@@ -33,7 +33,7 @@ template <typename Scalar>
 struct DemodulatorParams {
     ChannelResponse<Scalar> response = unit_response<Scalar>();
     GainSteps<Scalar> gain_steps{};             // of the amplifier, by SampleBlock::gain_step
-    Scalar sigma_floor = Scalar(1e-9);          // coupling units: quantisation of the converter, the least sigma
+    Scalar sigma_floor = Scalar(1e-9);          // coupling units: quantisation of the converter, the smallest sigma
     Scalar min_reference_v = Scalar(10e-3);     // amplitude of the reference channel below which the flag no_reference is set
     Scalar low_signal_ratio = 10;               // a column below this multiple of sigma (20 dB) is flagged low_signal
     float linear_share = 1;                     // share of full scale up to which the sensor amplifiers are linear

@@ -27,7 +27,7 @@ template <typename Scalar>
 ChannelPhasors<Scalar> hum_leakage(const Oscillator<Scalar>& oscillator, const std::array<Scalar, kChannels>& step,
                                    std::size_t window_samples);
 
-/// Decrease over the window after subtraction of the carriers found by lock_in(), from the difference of its ends.
+/// Decrease of the hum over the window: difference of the window's ends, without the carriers found by lock_in().
 template <typename Scalar>
 std::array<Scalar, kChannels> hum_step(std::span<const Oscillator<Scalar>> oscillators,
                                        std::span<const ChannelPhasors<Scalar>> carriers, std::span<const Sample> window);

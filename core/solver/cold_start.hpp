@@ -5,14 +5,15 @@
 
 namespace tricoil::solver {
 
-/// Coil offsets distinguish p from -p if they are large compared with noise times range. Concentric coils never do; without a
-/// given hemisphere either one may result.
+/// Coil offsets distinguish p from -p if they are large compared with noise times range. Concentric coils never distinguish them;
+/// without a given hemisphere the result may be either.
 template <typename Scalar>
 struct ColdStartParams {
     int passes = 5;                                  // corrected direct solutions per hemisphere
     Vec3<Scalar> hemisphere = Vec3<Scalar>::Zero();  // direction to the half space of the sensor; zero: unknown
-    Scalar clear_share = Scalar(1e-3);  // a misfit below this share of refine.max_misfit_share is accepted; above it the other
-                                        // hemisphere is refined too and the better result is used
+    /// A misfit below this share of refine.max_misfit_share is accepted. Otherwise the other hemisphere is refined too, and the
+    /// better result is used.
+    Scalar clear_share = Scalar(1e-3);
     RefineParams<Scalar> refine;
 };
 

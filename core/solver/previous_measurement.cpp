@@ -24,8 +24,9 @@ VectorPose<Scalar> turn(const VectorPose<Scalar>& previous, const Mat3<Scalar>& 
     // / 3.
     const Vec3<Scalar> step_across = p.transpose() * Vec3<Scalar>(0, step.position_azimuth, -step.position_elevation);
     // P^ O^^T O P^^T = exp(-[r0]x), hence O = O^ exp(-[P^^T r0]x).
-    // Roll by the mean of both forms. Each form contains 3 u_y u_z (twice W32 / k = 3/2 u_y u_z) from the turn of the line of
-    // sight, depends on the choice of p and leaves an error of 80 micrometres; the mean leaves 0.5 (example III, two passes).
+    // Roll: mean of both forms. The rotation of the line of sight adds 3 u_y u_z (twice W32 / k = 3/2 u_y u_z) to each form. A
+    // single form depends on the choice of p and has an error of 80 um; the mean has an error of 0.5 um (example III, two
+    // passes).
     const Vec3<Scalar> rotation = p.transpose() * Vec3<Scalar>(step.mean_roll, step.rotation.y(), step.rotation.z());
     const Quat<Scalar> turn_o = geometry::rotation_vector_to_quaternion<Scalar>(-rotation);
     VectorPose<Scalar> next;

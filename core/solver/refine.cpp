@@ -59,7 +59,7 @@ Status check(const Mat3<Scalar>& x, const Mat3<Scalar>& weights, const RigidPose
     }
     if (!(x.cwiseProduct(weights).cwiseAbs().maxCoeff() > std::numeric_limits<Scalar>::min()) ||
         !(start.position_m.squaredNorm() > std::numeric_limits<Scalar>::min())) {
-        return {StatusCode::degenerate, "couplings or weights are zero, or the start lies in the source's origin"};
+        return {StatusCode::degenerate, "couplings or weights are zero, or the start pose is at the origin of the source frame"};
     }
     return {};
 }

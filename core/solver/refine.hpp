@@ -18,16 +18,17 @@ struct RigidPose {
 
 template <typename Scalar>
 struct RefineParams {
-    int max_iterations = 20;                 // Jacobians and trial steps, accepted or not
-    Scalar step_tolerance = Scalar(1e-4);    // of a step, relative to the range and in rad. Convergence is quadratic, so the
-                                             // remaining error is the square of the last step
+    int max_iterations = 20;  // Jacobians and trial steps, accepted or not
+    /// Of a step, relative to the range and in rad. Convergence is quadratic: the remaining error is the square of the last step.
+    Scalar step_tolerance = Scalar(1e-4);
     Scalar max_range_step = Scalar(0.35);    // of one step, relative to the range; the field falls with the third power
     Scalar max_rotation_step = Scalar(0.7);  // rad
-    Scalar max_misfit_share = Scalar(0.01);  // misfit relative to the signal (root sum squares) beyond noise. A larger one means
-                                             // a wrong minimum or another field than the model's (measured: see README)
-    Scalar noise_gate = 0;                   // chi-square allowed for noise if weights are 1 / sigma: 16.27 (three degrees of
-                                             // freedom) is exceeded once in 1,000 poses
-    Scalar max_condition = Scalar(1e6);      // of the scaled normal matrix (about 60 for an ideal triad)
+    /// Misfit beyond noise, relative to the signal (root sum squares). A larger misfit means a wrong minimum, or a field that the
+    /// model does not describe (measured: see README).
+    Scalar max_misfit_share = Scalar(0.01);
+    /// Chi-square allowed for noise if weights are 1 / sigma: 16.27 (three degrees of freedom) is exceeded once in 1,000 poses.
+    Scalar noise_gate = 0;
+    Scalar max_condition = Scalar(1e6);  // of the scaled normal matrix (about 60 for an ideal triad)
 };
 
 enum class RefineEnd : std::uint8_t {

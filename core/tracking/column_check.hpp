@@ -29,7 +29,7 @@ std::optional<Rejection> invalid_field(const Column<Scalar>& column) {
     return std::nullopt;
 }
 
-/// Reason of refusal of a verdict; nullopt if the verdict accepts.
+/// Reason for which a verdict refuses a column; nullopt if it accepts the column.
 constexpr std::optional<Rejection> reason_of(TimeBase::Verdict verdict) {
     switch (verdict) {
         case TimeBase::Verdict::in_order:

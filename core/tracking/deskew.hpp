@@ -9,7 +9,7 @@ namespace tricoil::tracking {
 template <typename Scalar>
 struct DeskewedColumn {
     Vec3<Scalar> in_phase;
-    Scalar variance_factor;  // of its noise: extrapolation costs (1 + a)^2 + a^2
+    Scalar variance_factor;  // factor of the noise variance: (1 + a)^2 + a^2
     DeviceTime time;         // of in_phase
 };
 

@@ -81,7 +81,7 @@ private:
 
     Vec3<Scalar> towards_;
     bool confined_;
-    bool fresh_ = true;  // no pose has been continued since the setting
+    bool fresh_ = true;  // no pose has been followed since towards_ was set
     bool known_ = false;
     bool followed_ = false;
     Vec3<Scalar> last_m_ = Vec3<Scalar>::Zero();

@@ -19,7 +19,8 @@ public:
     /// poses_per_frame: three in TDM, where every column gives a pose; one in FDM.
     explicit MotionEstimate(int poses_per_frame) : poses_per_frame_(static_cast<std::size_t>(poses_per_frame)) {}
 
-    /// Adds a pose. Returns the motion there, or nullopt if the pose one frame earlier is missing or older than longest_frame.
+    /// Adds a pose. Returns the motion at this pose, or nullopt if the pose one frame earlier is missing or older than
+    /// longest_frame.
     std::optional<error_model::MotionState<Scalar>> add(DeviceTime time, const Vec3<Scalar>& position_m,
                                                         const Quat<Scalar>& q_source_sensor, Microseconds longest_frame) {
         const Entry before = entries_[next_ % poses_per_frame_];

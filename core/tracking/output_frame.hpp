@@ -55,7 +55,7 @@ Status align(OutputFrame<Scalar>& frame, const Vec3<Scalar>& origin_m, const Vec
     }
     const Vec3<Scalar> normal = x.cross(y);
     if (x.norm() < kShortest_m || y.norm() < kShortest_m || normal.norm() < kFlattest * x.norm() * y.norm()) {
-        return {StatusCode::degenerate, "alignment points must be apart and not on one line"};
+        return {StatusCode::degenerate, "alignment points must be distinct and not on one line"};
     }
     Mat3<Scalar> axes;  // columns: the alignment frame's axes in the source frame
     axes.col(0) = x.normalized();

@@ -15,7 +15,7 @@ enum class PoseFlag : std::uint8_t {
     distorted,           // couplings differ from a dipole's by more than noise: metal, or motion between columns
     wrong_handedness,    // det X < 0: a coil is reversed or two are swapped
     stale,               // no usable measurement for some time; the pose is the last known one
-    not_converged,       // the solver left its domain
+    not_converged,       // the solver did not converge
     hemisphere_unknown,  // the sign of the position is a guess
     no_reference,        // no source current
     unconfirmed,         // the newest columns contradict the prediction (outlier or jump), or too few were accepted since

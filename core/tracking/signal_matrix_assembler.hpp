@@ -64,7 +64,7 @@ private:
             const auto column = deskew<Scalar>(before_[j], columns_[j], newest, longest_gap);
             matrix.x.col(static_cast<Eigen::Index>(j)) = column.in_phase;
             matrix.flags |= columns_[j].flags;
-            if (column.variance_factor != Scalar(1)) {  // extrapolated, from the one before
+            if (column.variance_factor != Scalar(1)) {  // extrapolated from the previous column
                 matrix.flags |= before_[j].flags;
             }
             variance += columns_[j].sigma.squaredNorm() * column.variance_factor;

@@ -76,10 +76,10 @@ Status check_filter(const CommonParams<Scalar>& common, const ScaatParams<Scalar
     if (!(p.consistency_gain > 0 && p.consistency_gain < 1)) {
         return refused("weights of a column must lie between 0 and 1");
     }
-    if (p.gate < 3 || common.distortion_gate < 3) {  // their expectation
+    if (p.gate < 3 || common.distortion_gate < 3) {  // expectation of chi-square
         return refused("gates of 3 degrees of freedom must be at least 3");
     }
-    if (p.inconsistent_above < 1) {  // its expectation
+    if (p.inconsistent_above < 1) {  // its expected value without errors
         return refused("inconsistent_above must be at least 1");
     }
     if (common.window_s > 1 || common.latency_s > 10) {
@@ -101,8 +101,8 @@ Status check_filter_times(const CommonParams<Scalar>& common, const ScaatParams<
         common.search_after > kLongest) {
         return refused("times must be 1 ms <= coast_limit <= lost_after <= search_after <= 10 s");
     }
-    if (5 * p.coast_limit < 6 * common.max_column_span) {  // see column_span(): a frame is three slots, that is two and a half
-        return refused("coast_limit must be at least a frame: 1.2 times max_column_span");
+    if (5 * p.coast_limit < 6 * common.max_column_span) {  // column_span() is 2.5 slots, a frame is 3 slots
+        return refused("coast_limit must be at least one frame: 1.2 times max_column_span");
     }
     return {};
 }

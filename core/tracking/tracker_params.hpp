@@ -23,11 +23,12 @@ struct CommonParams {
     Scalar window_s = 0;                              // length of a demodulation window, for the predicted blur
     Scalar latency_s = 0;                             // from a pose's time to its use, for the predicted error
     Scalar min_snr = 10;                              // k / sigma below which a pose is flagged (20 dB)
-    Scalar max_misfit = Scalar(0.1);                  // share of squared couplings that no dipole explains; above: no sensor.
-                                                      // Rank-one crosstalk has 1/3, real sensors up to 0.034
-    Scalar distortion_gate = Scalar(16.27);           // chi-square of 3 degrees of freedom, exceeded once in 1,000
-    Microseconds lost_after{100'000};                 // without a valid pose
-    Microseconds search_after{1'000'000};             // when lost: forget the last pose
+    /// Share of squared couplings that no dipole explains; above it no sensor is assumed. Rank-one crosstalk has 1/3, real
+    /// sensors have up to 0.034.
+    Scalar max_misfit = Scalar(0.1);
+    Scalar distortion_gate = Scalar(16.27);  // chi-square of 3 degrees of freedom, exceeded once in 1,000
+    Microseconds lost_after{100'000};        // without a valid pose
+    Microseconds search_after{1'000'000};    // when lost: forget the last pose
 };
 
 /// DirectTracker: closed-form maximum-likelihood pose of each complete signal matrix.

@@ -30,7 +30,7 @@ InputFile::InputFile(const char* name) {
 
 bool InputFile::read(void* to, std::uint32_t bytes) {
     const ReadBlock block{handle_, to, bytes};
-    return is_open() && call(Operation::read, &block) == 0;  // it answers how many bytes are missing
+    return is_open() && call(Operation::read, &block) == 0;  // the call returns the number of bytes not read
 }
 
 }  // namespace tricoil::semihosting

@@ -21,7 +21,7 @@ namespace tricoil::stm32g4 {
 struct AcquisitionParams {
     float carrier_amplitude_codes = 1792;  // of 2048: a buffered DAC output does not reach the rails
     float volts_per_conversion_code = 3.3F / 4096;
-    float most_reference_v = 1.5F;  // a reference beyond +- this drops the enable lines at once
+    float most_reference_v = 1.5F;  // if the reference exceeds this magnitude, the enable lines drop at once
     void (*sleep)() = nullptr;      // sleeps until any interrupt, at most a millisecond; called with interrupts disabled
 };
 

@@ -36,7 +36,7 @@ Status Converters::switch_on(AdcRegisters& adc) {
     pause(kRegulatorStart);
     adc.CR = adc::CR_ADVREGEN | adc::CR_ADCAL;
     if (!await(adc.CR, adc::CR_ADCAL, 0)) {
-        return {StatusCode::timed_out, "an ADC does not calibrate"};
+        return {StatusCode::timed_out, "calibration of an ADC timed out"};
     }
     pause(kAfterCalibration);
     adc.ISR = adc::ISR_ADRDY;

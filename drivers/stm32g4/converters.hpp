@@ -60,8 +60,8 @@ public:
     /// True if a sample was overwritten before it was read, since the last call.
     bool take_overrun();
 
-    /// Call from the interrupt of the reference channel's analog watchdog: clears and disables it. False: another interrupt
-    /// source.
+    /// Call from the interrupt of the reference channel's analog watchdog: clears and disables it. Returns false if another
+    /// source raised the interrupt.
     bool take_over_limit();
 
     /// Copies one half of the buffer, 0 or 1, as signed codes.

@@ -9,8 +9,8 @@
 
 namespace tricoil::stm32g4 {
 
-/// Non-inverting amplifiers. The foot of the feedback ladder is a capacitor on VINM0, so that the carriers are amplified and the
-/// bias voltage is not. Step 0 is a follower, step n multiplies by 2^n. Any context.
+/// Non-inverting amplifiers. The feedback ladder ends at a capacitor on VINM0, so that the carriers are amplified and the bias
+/// voltage is not. Step 0 is a follower, step n multiplies by 2^n. Any context.
 class SensorAmplifiers {
 public:
     static constexpr std::uint8_t kSteps = 7;

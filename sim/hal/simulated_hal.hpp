@@ -54,7 +54,7 @@ private:
 /// The amplifier between the world and its converters.
 class SimulatedGain final : public hal::GainControl {
 public:
-    /// The first `steps` entries of `all` exist.
+    /// Only the first `steps` entries of `all` are used.
     SimulatedGain(const signal::GainSteps<double>& all, std::uint8_t steps) : all_(all), steps_(steps) {}
     [[nodiscard]] std::uint8_t step() const { return step_; }
     [[nodiscard]] const signal::GainStep<double>& chosen() const { return all_[step_]; }

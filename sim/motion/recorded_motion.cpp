@@ -11,7 +11,7 @@ namespace {
 using Spline = CubicSpline<7>;
 using Point = Spline::Point;
 
-/// q and -q are the same attitude: chooses the sign closer to the point before.
+/// q and -q are the same attitude: chooses the sign closer to the previous point.
 Point to_point(const Pose& pose, const Point& before) {
     Point point;
     point << pose.position_m, pose.q_source_sensor.coeffs();

@@ -120,7 +120,7 @@ AnglePose measured_by(const AnglePose& real, const error_model::PoseAngleError<d
             {ra.azimuth_rad - ea.azimuth_rad, ra.elevation_rad - ea.elevation_rad, ra.roll_rad - ea.roll_rad}};
 }
 
-/// Chained exact one-step errors: each step starts from the errors of the step before, never from the simulated device.
+/// Chained exact one-step errors: each step starts from the errors of the previous step, not from the simulated device.
 error_model::PoseAngleError<double> exact_error(const AnglePose& real, const Update& last, Loop loop) {
     const AnglePose estimate = measured_by(last.real, last.exact);
     const auto error = error_model::exact_step_error(real, loop == Loop::open ? last.real : estimate, estimate);

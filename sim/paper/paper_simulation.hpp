@@ -50,11 +50,12 @@ constexpr bool has_exact_chain(const SimulationParams& params) { return params.f
 /// known attitude.
 constexpr bool has_prediction(const SimulationParams& params) { return params.form == Form::vectors || params.passes == 1; }
 
-/// Limits of the start range, m. As with the rates, values outside are taken as input errors.
+/// Limits of the start range, m. Values outside are treated as input errors.
 constexpr double kMinStartRange = 1e-3;
 constexpr double kMaxStartRange = 1e3;
 
-/// Throws std::invalid_argument if the step leaves its domain (rates too high for the update time) or a parameter is invalid.
+/// Throws std::invalid_argument if a parameter is invalid, or if the rates are too high for the update time (steps beyond 54.7
+/// degrees).
 std::vector<Update> simulate(const Example& example, const SimulationParams& params);
 
 /// Throws std::invalid_argument, naming the parameter, for values that are zero, negative, not finite or out of range.

@@ -12,8 +12,8 @@ namespace tricoil::paper {
 constexpr double kJumpRad = 0.3;
 
 struct SingularityReport {
-    std::vector<double> predicted_s;  // passages of the model's beta - e_beta
-    std::vector<double> passages_s;   // of the measured elevation
+    std::vector<double> predicted_s;  // times at which the model's beta - e_beta passes a pole
+    std::vector<double> passages_s;   // times at which the measured elevation passes a pole
     std::vector<double> jumps_s;      // a run of updates above kJumpRad counts as one jump, at its largest change
     int hits = 0;                     // jumps within one update of a predicted passage
     int missed = 0;                   // jumps without a prediction nearby

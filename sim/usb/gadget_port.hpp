@@ -23,7 +23,7 @@ struct GadgetParams {
 };
 
 /// open() writes the descriptors and binds the gadget to its controller; close() unbinds it, which the host sees as unplugged.
-/// Reading and writing the endpoints blocks, and so has a thread each.
+/// Reading and writing the endpoints block, so each has its own thread.
 class GadgetPort final : public PeerPort {
 public:
     explicit GadgetPort(GadgetParams params) : params_(std::move(params)) {}

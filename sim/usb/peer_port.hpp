@@ -36,7 +36,7 @@ private:
     [[nodiscard]] const char* do_detail() const final { return reason_.c_str(); }
 
     std::deque<std::vector<std::uint8_t>> messages_;
-    std::vector<std::uint8_t> message_;  // the message taken last
+    std::vector<std::uint8_t> message_;  // newest message that take_arrived() returned
     std::string reason_;
 };
 

@@ -35,7 +35,7 @@ constexpr std::array<unsigned, kSourceCoils> kEnablePins{6, 7, 8};  // port C
 constexpr unsigned kHeartbeatPin = 9;                               // port C
 
 constexpr double kCodes = 4096;
-constexpr double kConverterNoiseCodes = 0.67;  // with quantisation, the 66 dB of DS12288
+constexpr double kConverterNoiseCodes = 0.67;  // together with quantisation: 66 dB (DS12288)
 // Length of the idle loop in half-words. The loop lies in flash behind every image; it is long, because the emulator runs short
 // loops slowest.
 constexpr std::uint32_t kIdleNops = 1000;

@@ -110,7 +110,7 @@ private:
     std::normal_distribution<double> normal_{0, 1};
     SampleRecord sample_;
     Ticks triggered_ = 0;
-    Ticks triggered_by_ = 0;  // ticks per cycle at that time
+    Ticks triggered_by_ = 0;  // ticks per cycle at the time triggered_
     Ticks last_conversion_ = 0;
     bool heartbeat_ = false;
     ResetCause cause_ = ResetCause::software;

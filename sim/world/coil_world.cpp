@@ -89,7 +89,7 @@ bool CoilWorld::sample(Excitation state, double start_s, std::span<Sample> sampl
         Vec3<std::complex<double>> derivative;
         for (Eigen::Index j = 0; j < kSourceCoils; ++j) {
             const CoilCurrent coil = circuits_[static_cast<std::size_t>(j)].next();
-            const double share = std::max(1.0, effect.current(j));  // the current of an open coil decays by the circuit
+            const double share = std::max(1.0, effect.current(j));  // 1 for an open coil: its circuit is off
             current(j) = share * coil.current;
             derivative(j) = share * coil.derivative;
         }
@@ -118,7 +118,7 @@ void CoilWorld::amplify(const signal::GainStep<double>& amplifier) {
     }
 }
 
-/// The sensor voltages behind the amplifier, whose response differs between the carriers.
+/// The sensor voltages after the amplifier, whose response differs between the carriers.
 Vec3<double> CoilWorld::amplified(const Mat3<double>& x, const Mat3<double>& dx, const Vec3<std::complex<double>>& current,
                                   const Vec3<std::complex<double>>& derivative) const {
     Vec3<std::complex<double>> sum = Vec3<std::complex<double>>::Zero();

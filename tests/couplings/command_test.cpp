@@ -174,7 +174,7 @@ TEST_F(Couplings, InputFilesAreNotOverwritten) {
     const CliResult result = tricoil("couplings --high " + high_ + " --low " + low_ + " --ratio 32 --calibration " +
                                      write_file("calibration.json", calibration_.dump()) + " --out " + low_);
     EXPECT_EQ(result.exit_code, 2);
-    EXPECT_THAT(result.err, HasSubstr("is an input file"));
+    EXPECT_THAT(result.err, HasSubstr("is also an input file"));
     EXPECT_EQ(read_file(low_), before);
 }
 

@@ -254,7 +254,7 @@ TEST_F(Device, QueriesDuringARunAreRefused) {
     EXPECT_THAT(test::read_text("/run/watch.json"), ::testing::HasSubstr("\"message\":\"column\""));
     for (const char* question : {" selfcheck --device can:vcan0", " device capture --out /run/capture.csv can:vcan0"}) {
         EXPECT_NE(std::system((kTricoil + question + " > /run/none 2> /run/asked.err").c_str()), 0);
-        EXPECT_THAT(test::read_text("/run/asked.err"), ::testing::HasSubstr("refused; it is measuring for another program"));
+        EXPECT_THAT(test::read_text("/run/asked.err"), ::testing::HasSubstr("refused: the device measures for another program"));
     }
     tracker.send(SIGTERM);
     ASSERT_EQ(tracker.wait(), 0);

@@ -191,7 +191,7 @@ TEST_F(Pty, ACalibrationIsWrittenReadAndKept) {
     std::ofstream(in("cal.bin"), std::ios::binary).write(reinterpret_cast<const char*>(blob.data()), std::ssize(blob));
     plug_in("--duration 4 --calibration " + in("flash"));
     EXPECT_EQ(tricoil("device read-calibration --out " + in("got.bin") + " " + device), 1);
-    EXPECT_THAT(err, ::testing::HasSubstr("it has no calibration"));
+    EXPECT_THAT(err, ::testing::HasSubstr("the device has no calibration"));
     ASSERT_EQ(tricoil("device write-calibration " + device + " " + in("cal.bin")), 0) << err;
     ASSERT_EQ(tricoil("device read-calibration --out " + in("got.bin") + " " + device), 0) << err;
     EXPECT_EQ(test::read_text(in("got.bin")), test::read_text(in("cal.bin")));

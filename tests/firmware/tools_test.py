@@ -55,7 +55,7 @@ class Tools(unittest.TestCase):
         self.refused(run("image-info", self.folder / "none"), 2, "none", "build it")
         self.refused(run("image-info", self.file(b"short")), 2, "5 bytes")
         self.refused(run("image-info", self.file(bytes(10000))), 2, "no image header")
-        self.refused(run("image-info", self.file(IMAGE.read_bytes()[:-1])), 2, "not whole")
+        self.refused(run("image-info", self.file(IMAGE.read_bytes()[:-1])), 2, "the file is damaged")
 
     def test_flash_refuses_bad_usage(self):
         self.refused(run("flash", "radio", IMAGE), 2, "'radio'")

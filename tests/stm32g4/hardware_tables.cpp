@@ -59,7 +59,7 @@ std::string pins() {
         {kUsbPlus, "D+", "USB_DP"},
     };
     Lines out;
-    out.add("| pin | what is wired there | peripheral |");
+    out.add("| pin | connection | peripheral |");
     out.add("|---|---|---|");
     for (const Row& row : rows) {
         out.add("| P%c%u | %s | %s |", row.pin.port, unsigned{row.pin.number}, row.what, row.where);

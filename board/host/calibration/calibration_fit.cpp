@@ -22,7 +22,7 @@ namespace {
 constexpr double kFirstLoss_m = 5e-3;  // scale of the robust loss for the first fit, when the spread of the residuals is unknown
 constexpr double kLossDeviations = 4;  // scale of the robust loss for later fits, in robust standard deviations
 constexpr double kOutlierDeviations = 8;   // a pose with a larger residual is an outlier, in robust standard deviations
-constexpr double kNameTolerance_deg = 15;  // between the rotation of a start value and a fixture's name
+constexpr double kNameTolerance_deg = 15;  // largest angle between a start rotation and the fixture's name
 
 /// One fit: parameter blocks, Ceres problem and results.
 class Fit {
@@ -142,7 +142,7 @@ private:
             if (off > kNameTolerance_deg) {
                 throw InputError(
                     fmt::format("the couplings show a rotation between the fixtures '{}' and '{}' that differs by {:.0f} deg "
-                                "from their names; correct the name, or leave out --fixtures named",
+                                "from that in their names; correct the name, or leave out --fixtures named",
                                 sensor_names_[0], sensor_names_[i], off));
             }
         }
@@ -222,7 +222,8 @@ private:
         const bool named = options_.fixtures == FixtureModel::named;
         const bool about_z = turns_about_z_only();
         if (named) {
-            // The common mount has only a position. The names give the rotations; the jig has the remaining rotation.
+            // fixture_[0] is the common mount. Only its position is fitted: the names give the rotations, and jig_ has their
+            // common error.
             std::vector<int> held{3, 4, 5};
             if (about_z) {
                 held.insert(held.begin(), 2);
@@ -232,7 +233,7 @@ private:
         } else {
             problem_->SetParameterBlockConstant(jig_.data());
             if (about_z) {
-                // One z is the gauge; it moves into the source's translation.
+                // Gauge: z of the first mount is fixed, because a shift along z is equivalent to a shift of the source.
                 problem_->SetManifold(fixture_[0].data(), new ceres::SubsetManifold(kRigid, {2}));
             }
         }

@@ -57,9 +57,9 @@ std::string source_fixture_name(const PoseFile& file);
 /// Levenberg-Marquardt (Ceres), starting from guess_start. Gauge: moments and sensitivities are symmetric matrices, the latter
 /// with trace three; offsets of each side sum to zero; if the stage only turns about z, the first mount's offset along z is zero.
 /// Residuals are weighted as the pose error that they would cause (metres; a rad counts as 0.1 m). The part that no pose explains
-/// has half that weight. Cauchy loss at four times their median.
-/// Throws InputError like guess_start, and for unknown fixture names with FixtureModel::named, no convergence, parameters that
-/// the poses do not determine, and contradictory files (residuals of one file far above those of the others).
+/// has half that weight. The scale of the Cauchy loss is four times the median of the residual norms. Throws InputError like
+/// guess_start, and for unknown fixture names with FixtureModel::named, no convergence, parameters that the poses do not
+/// determine, and contradictory files (residuals of one file far above those of the others).
 CalibrationFit fit_calibration(const std::vector<PoseFile>& files, const FitOptions& options);
 
 }  // namespace tricoil::host

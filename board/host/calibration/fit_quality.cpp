@@ -18,8 +18,8 @@ namespace {
 
 constexpr double kMaxCondition = 1e6;           // of the normalised Jacobian; above it the calibration is refused
 constexpr double kWarnCondition = 2e4;          // above it a warning is added
-constexpr double kMixedFactor = 4;              // a file does not belong to the set if its residual exceeds the median file's by
-constexpr double kMixedShare = 5e-3;            // this factor and this share of the couplings
+constexpr double kMixedFactor = 4;              // limit of a file's residual relative to that of the median file
+constexpr double kMixedShare = 5e-3;            // share of the couplings; a file above both limits does not belong to the set
 constexpr double kPoorShare = 0.02;             // a larger residual causes a warning
 constexpr double kMaxConcentricResidual = 0.3;  // share of the couplings; a larger residual is refused
 constexpr double kMaxGeneralResidual = 0.05;    // the same for models with offsets, which usually leave a few per mille
@@ -185,8 +185,8 @@ void check_fixture_names(const std::vector<std::string>& sensor_fixtures, Calibr
                                            other->transpose() * fit.mount_sensor.at(sensor_fixtures[i]).rotation);
         if (off > kFixtureTolerance_deg) {
             fit.warnings.push_back(
-                fmt::format("the rotation between fixtures '{}' and '{}' differs by {:.1f} deg from their names: a wrong name, "
-                            "or coils of the sensor reversed or swapped between the files",
+                fmt::format("the rotation between fixtures '{}' and '{}' differs by {:.1f} deg from that in their names: a name "
+                            "is wrong, or coils of the sensor are reversed or swapped between the files",
                             sensor_fixtures[0], sensor_fixtures[i], off));
         }
     }

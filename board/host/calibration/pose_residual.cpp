@@ -66,7 +66,7 @@ void add_octupoles(PairDerivatives& pair, const Vec3<double>& r, const Vec3<doub
     pair.by_sensitivity += source_m2 * m * source.by_sensitivity + sensor_m2 * by_scaled_axis(sensor, sensitivity / n);
 }
 
-/// Derivatives of vec(X) by the magnetic parameters, and by position and small rotation of the sensor in the source frame.
+/// Derivatives of vec(X) with respect to the magnetic parameters, and to position and small rotation of the sensor, source frame.
 struct CouplingDerivatives {
     Eigen::Matrix<double, 9, 1> x;
     Jacobian<kMagnetic> by_magnetic = Jacobian<kMagnetic>::Zero();
@@ -83,7 +83,8 @@ Eigen::Matrix<double, 1, 6> by_symmetric(const Vec3<double>& g, int column) {
     return row;
 }
 
-/// Adds the gradient g by the offset of coil `coil`, of three with zero sum, at `first` in the row.
+/// Adds the gradient g with respect to the offset of coil `coil`. The row has the offsets of coils 0 and 1 from `first` on; the
+/// sum of the three offsets is zero.
 template <typename Row>
 void add_offset(Row&& row, int first, const Vec3<double>& g, int coil) {
     if (coil < 2) {

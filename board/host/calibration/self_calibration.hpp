@@ -19,17 +19,17 @@ struct SelfCalibration {
     double misfit_after = 0;
     Vec3<double> ratios_before;  // mean singular values divided by the mean of the smallest
     Vec3<double> ratios_after;
-    Vec3<double> spread_before;  // standard deviation over the column frames of s1 / (s2 + s3), s2 / s3 and their misfit to 1, 1
+    Vec3<double> spread_before;  // standard deviations of s1 / (s2 + s3) and s2 / s3; RMS misfit share
     Vec3<double> spread_after;
     double weakest = 0;  // smallest over largest singular value of the normalised Jacobian: identifiability
     bool converged = false;
 };
 
 /// Robust least squares (Cauchy loss) on the misfit of every column frame to its nearest dipole matrix, starting from ideal
-/// triads. Throws InputError for fewer than 30 column frames, or motion that does not determine all parameters. prior: weight of
-/// the prior that the triads are ideal, relative to the misfit of one column frame, per root of their number. Use zero (no prior)
-/// for a result. Use 0.02 for the start values of another fit: weakly determined parameters then stay ideal, and no motion is
-/// refused.
+/// triads. Throws InputError for fewer than 30 column frames, or motion that does not determine all parameters. prior: the prior
+/// that the triads are ideal has the weight prior * sqrt(number of column frames), relative to the misfit of one column frame.
+/// Use zero (no prior) for a result. Use 0.02 for the start values of another fit: weakly determined parameters then stay ideal,
+/// and no motion is refused.
 SelfCalibration self_calibrate(const std::vector<Mat3<double>>& frames, double prior = 0);
 
 /// X of ideal triads: sensor^-T X source^-1.

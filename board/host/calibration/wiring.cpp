@@ -74,7 +74,7 @@ Wiring identify_wiring(const std::vector<Mat3<double>>& frames, const Vec3<doubl
     for (const CoilOrder& sensor : orders) {
         for (const CoilOrder& source : orders) {
             if (sensor.sign[0] < 0 && reversed(sensor, source) >= 3 && reversed(sensor, source) > 6 - reversed(sensor, source)) {
-                continue;  // reversing all six coils gives the same couplings with fewer reversed coils
+                continue;  // skipped: the equivalent wiring with all six coils reversed has fewer reversed coils
             }
             const double misfit = (sensor.matrix() * ideal * source.matrix().transpose() - measured).norm();
             const bool twin = std::abs(misfit - best.misfit) < 1e-12;

@@ -27,8 +27,8 @@ struct Wiring {
 
 /// Finds the wiring that explains the couplings of a sensor at `direction`, with its axes parallel to the source's: compares all
 /// 48 orders and signs of each side with D(u). The direction must differ from every axis and diagonal, because several wirings
-/// fit there. Reversal of all six coils has no effect and is never reported. Throws InputError if the direction is zero or too
-/// symmetric.
+/// fit equally well there. Reversal of all six coils has no effect and is never reported. Throws InputError if the direction is
+/// zero or too symmetric.
 Wiring identify_wiring(const std::vector<Mat3<double>>& frames, const Vec3<double>& direction);
 
 /// "channel 1 = coil 2 reversed, ..." or "straight".

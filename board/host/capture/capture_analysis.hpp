@@ -11,8 +11,8 @@
 namespace tricoil::host {
 
 struct CaptureAnalysis {
-    int reference_channel = 0;                        // channel of the file with the largest carrier in every block
-    std::array<int, kSensorCoils> sensor_channels{};  // channels of the file, in order: rows of the matrix
+    int reference_channel = 0;                        // in the file; the channel with the largest carrier in every block
+    std::array<int, kSensorCoils> sensor_channels{};  // in the file; row i of the matrix is sensor_channels[i]
     double reference_amplitude_codes = 0;
     std::array<double, kSensorCoils> phase_deg{};  // of each sensor channel relative to the reference
     int repeats = 0;

@@ -116,13 +116,13 @@ std::string stage_text(const Json& r) {
     std::string text =
         fill(r,
              "{poses} poses, model {model}, fixtures {fixtures}; closed-form start {start_position_rms_m in mm:.2f} mm, "
-             "couplings left {residual_rms in %:.3f} %, condition {condition:.0f}\n"
+             "couplings unexplained {residual_rms in %:.3f} %, condition {condition:.0f}\n"
              "  moments in units of C = {coupling_constant:.6g}\n");
     for (const Json& p : r["parameters"]) {
         text += fill(p, "  {name:<24} {value:>12.6f} +- {deviation:.6f}\n");
     }
     for (const auto& [path, rms] : r["residual_rms_by_file"].items()) {
-        text += fmt::format("  {}: couplings left {:.3f} %\n", path, 100 * rms.get<double>());
+        text += fmt::format("  {}: couplings unexplained {:.3f} %\n", path, 100 * rms.get<double>());
     }
     text += fill(r,
                  "  on these poses: {position_rms_m in mm:.4f} mm, {orientation_rms_deg:.4f} deg RMS "
@@ -218,7 +218,7 @@ Vec3<double> vector_of(const std::vector<double>& v) { return {v[0], v[1], v[2]}
 
 std::string grid_text(const Json& r) {
     return fill(r,
-                "{frames} frames on the grid: positions fit to {position_rms_m in mm:.3f} mm RMS; couplings left "
+                "{frames} frames on the grid: positions fit to {position_rms_m in mm:.3f} mm RMS; couplings unexplained "
                 "{misfit_before in %:.3f} % before, {misfit_after in %:.3f} % after\n"
                 "  coupling constant {coupling_constant:.6g} +- {coupling_constant_deviation in %:.2f} %; "
                 "pivot {pivot_m/0 in mm:.2f} {pivot_m/1 in mm:.2f} {pivot_m/2 in mm:.2f} mm from the node\n");
@@ -255,7 +255,7 @@ int check_wiring(const CalibrateCommand& command) {
     const Json result = {{"sensor", to_text(wiring.sensor)},      {"source", to_text(wiring.source)}, {"misfit", wiring.misfit},
                          {"second_misfit", wiring.second_misfit}, {"certain", wiring.is_certain()},   {"straight", straight}};
     print_result(result, command.json, [](const Json& r) {
-        return fill(r, "sensor: {sensor}\nsource: {source}\nmisfit {misfit:.3f}, of the next best wiring {second_misfit:.3f}\n");
+        return fill(r, "sensor: {sensor}\nsource: {source}\nmisfit {misfit:.3f}; next best wiring {second_misfit:.3f}\n");
     });
     if (!wiring.is_certain()) {
         print_notice(
@@ -326,7 +326,7 @@ void add_calibrate_command(CLI::App& program, Action& action) {
     sub->add_option("--column-skew", c->column_skew,
                     "Free motion: time between columns, in frame periods (1/3 for TDM); columns are deskewed");
     sub->add_flag("--grid", c->grid, "Sensor placed on the nodes of a printed grid, in many attitudes");
-    sub->add_option("--spacing-mm", c->spacing_mm, "Grid: distance of neighbouring nodes");
+    sub->add_option("--spacing-mm", c->spacing_mm, "Grid: distance between neighbouring nodes, mm");
     sub->add_option("--hemisphere", c->hemisphere, "Grid: direction to the half space that contains it, source frame, X,Y,Z")
         ->expected(3)
         ->delimiter(',');

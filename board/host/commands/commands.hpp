@@ -28,7 +28,7 @@ void add_convert_command(CLI::App& program, Action& action);
 void add_couplings_command(CLI::App& program, Action& action);
 void add_serve_command(CLI::App& program, Action& action);
 
-/// Refuses an empty name, because it would differ from an omitted option.
+/// Refuses an empty name: the program would treat it as an omitted option.
 inline std::string refuse_empty(const std::string& name) { return name.empty() ? "a name is missing" : ""; }
 
 /// Refuses a text that is not a 64-bit unsigned integer: CLI11 replaces a larger number by the maximum.

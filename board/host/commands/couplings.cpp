@@ -68,7 +68,7 @@ void refuse_input_as_output(const CouplingsCommand& c) {
     for (const std::string& input : {c.files.high, c.files.low, c.calibration}) {
         std::error_code error;
         if (std::filesystem::equivalent(input, c.out, error)) {
-            throw InputError("--out " + c.out + ": is an input file");
+            throw InputError("--out " + c.out + ": is also an input file; choose another file");
         }
     }
 }

@@ -164,7 +164,8 @@ int fetch_calibration(const DeviceCommand& command) {
     linux_board::DeviceInquiry inquiry(command.uri, command.wait_s);
     const auto blob = inquiry.read_calibration();
     if (blob.empty()) {
-        print_notice("tricoil: {}: it has no calibration; write one with: tricoil device write-calibration\n", command.uri);
+        print_notice("tricoil: {}: the device has no calibration; write one with: tricoil device write-calibration\n",
+                     command.uri);
         return to_int(ExitCode::check_failed);
     }
     if (const auto calibration = calibration::decode(blob); !calibration.ok()) {
@@ -313,7 +314,7 @@ void add_device_command(CLI::App& program, Action& action) {
     CLI::App* const captured =
         add_wait(add_device(add("capture", "Record raw samples of every coil, for tricoil demodulate", &capture_blocks)));
     captured->add_option("--out", command->file, "CSV file")->required();
-    captured->add_option("--repeats", command->repeats, "Repeats of the three coils")
+    captured->add_option("--repeats", command->repeats, "Number of times that each coil is recorded")
         ->check(CLI::Range(1, 1000))
         ->capture_default_str();
 }

@@ -84,8 +84,8 @@ std::string text_of(const Json& r) {
     }
     return text + row("all", r) +
            fill(r["residual"],
-                "  what is left: smooth over the workspace {smooth_in_position_m in mm:.3f} mm, with the attitude "
-                "{repeats_with_attitude_m in mm:.3f} mm, the rest {rough_m in mm:.3f} mm (RMS)\n");
+                "  error by cause: position in the workspace {smooth_in_position_m in mm:.3f} mm, attitude "
+                "{repeats_with_attitude_m in mm:.3f} mm, other {rough_m in mm:.3f} mm (RMS)\n");
 }
 
 /// Selects the kind of evaluation and checks its options.

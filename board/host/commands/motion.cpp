@@ -204,7 +204,7 @@ void add_motion_command(CLI::App& program, Action& action) {
     sub->add_option("--kappa", c->kappa, "kappa of the prediction: exact, paper or two")->capture_default_str();
     sub->add_option("--form", c->form, "angles (as in the paper) or vectors (pole-free, closed loop only)")
         ->capture_default_str();
-    sub->add_option("--passes", c->passes, "Passes per sample")->capture_default_str();
+    sub->add_option("--passes", c->passes, "Passes of the previous-measurement step per update")->capture_default_str();
     sub->add_option("--azimuth", c->azimuth, "A,B: azimuth rate B + A sin(A t), rad/s")->delimiter(',')->expected(2);
     sub->add_option("--elevation", c->elevation, "A,B: elevation rate, likewise")->delimiter(',')->expected(2);
     sub->add_option("--attitude", c->attitude, "A,B: rate of psi, theta and phi, likewise")->delimiter(',')->expected(2);

@@ -1,4 +1,4 @@
-// tricoil run: the tracker against a simulated board.
+// tricoil run: tracks a simulated sensor or a real device.
 #include <fmt/format.h>
 
 #include <memory>
@@ -50,7 +50,7 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
     }
     refuse_fixed_method(command.options.tracker);
     if (!command.options.samples.empty()) {
-        throw InputError("--samples: not with a device, which sends columns");
+        throw InputError("--samples: not with a device, because a device sends columns");
     }
     if (command.options.tracker != "direct" || command.config.empty()) {
         options.config.method = command.options.tracker;

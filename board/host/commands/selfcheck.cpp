@@ -64,7 +64,7 @@ Report report_of(const std::vector<protocol::CheckMessage>& rows, const Report& 
     for (const protocol::CheckMessage& row : rows) {
         const auto is_it = [&](const Check& check) { return static_cast<std::uint16_t>(check.id) == row.id; };
         const auto* known = here.checks().begin() + std::min<std::size_t>(row.index, here.checks().size() - 1);
-        if (!is_it(*known)) {  // several rows may share an id: those of equal software stand in equal places
+        if (!is_it(*known)) {  // several rows may have one id; equal software has equal row numbers
             known = std::find_if(here.checks().begin(), here.checks().end(), is_it);
         }
         Check check;
@@ -92,7 +92,7 @@ int run_selfcheck(const SelfcheckCommand& command) {
 
 void add_selfcheck_command(CLI::App& program, Action& action) {
     auto command = std::make_shared<SelfcheckCommand>();
-    CLI::App* sub = program.add_subcommand("selfcheck", "Run the self-check of the core: known answers, error model, numbers");
+    CLI::App* sub = program.add_subcommand("selfcheck", "Run the self-check of the core: known answers, error model, arithmetic");
     sub->add_flag("--json", command->json, "Report as JSON");
     sub->add_option("--device", command->device, "Self-check of this device: can:..., usb:... or serial:...");
     sub->add_option("--wait", command->wait_s, "Time to wait for an answer, s")

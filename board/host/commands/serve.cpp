@@ -111,7 +111,8 @@ void publish_link(const ServeCommand& command, const std::string& link, Addresse
     }
 }
 
-/// Passes the clients' requests to the running loop. Requests for an unknown sensor, or not finite, have no effect.
+/// Passes the clients' requests to the running loop. A request for an unknown sensor, or with a number that is not finite, has no
+/// effect.
 auto execute_request(TrackerControl& control) {
     return [&control](auto& loop) {
         for (const auto& request : control.take()) {
@@ -204,8 +205,8 @@ void add_serve_command(CLI::App& program, Action& action) {
     sub->add_option("--openigtlink", command->openigtlink, "OpenIGTLink server on [ADDRESS:]PORT (18944 is usual)")
         ->check(refuse_empty);
     sub->add_option("--web", command->web,
-                    "Live page for browsers on [ADDRESS:]PORT; on this machine alone unless told otherwise. It answers to its "
-                    "address, or to a name that is given here as ADDRESS")
+                    "Live page for browsers on [ADDRESS:]PORT; without ADDRESS, only for browsers of this machine. "
+                    "Browsers can use a host name that is given as ADDRESS or with --allow-host")
         ->check(refuse_empty);
     sub->add_option("--record-folder", command->record_folder, "Folder for recordings that are started on the live page")
         ->check(refuse_empty);

@@ -20,7 +20,7 @@ constexpr double kRotation_rad = 0.2;
 constexpr std::size_t kSolved = 200;   // lines that are solved for the checks, evenly spaced
 constexpr int kMaxShift = 2;           // lines
 constexpr std::size_t kMinLines = 40;  // for the check of the alignment
-constexpr double kClearer = 2;         // power of the unexplained changes, here relative to another alignment
+constexpr double kClearer = 2;         // ratio of the unexplained powers at which another alignment is better
 constexpr double kRidge = 1e-9;
 
 using Vec9 = Eigen::Matrix<double, 9, 1>;
@@ -28,7 +28,7 @@ using Mat9 = Eigen::Matrix<double, 9, 9>;
 
 double median(const std::vector<double>& values) { return summarise(values).median; }
 
-/// Pose of one line: from the pose before, or without it.
+/// Pose of one line. Tries `start` first, then a cold start.
 std::optional<solver::Minimum<double>> solve(const field::GeneralDipole<double>& model, const Mat3<double>& x,
                                              const std::optional<solver::RigidPose<double>>& start,
                                              const Vec3<double>& hemisphere) {
@@ -71,8 +71,8 @@ void check_poses(const BandFiles& files, const BandModels& models, const BandRec
     const auto require_fit = [](const std::string& path, const std::vector<double>& misfit) {
         if (median(misfit) > kMisfit) {
             throw InputError(
-                fmt::format("{}: the calibration does not fit these couplings (median misfit {:.0f} %); is it of other "
-                            "coils, or are columns exchanged?",
+                fmt::format("{}: the calibration does not fit these couplings (median misfit {:.0f} %); was it made for other "
+                            "coils, or are columns swapped?",
                             path, 100 * median(misfit)));
         }
     };
@@ -80,9 +80,9 @@ void check_poses(const BandFiles& files, const BandModels& models, const BandRec
     require_fit(files.low, misfit_low);
     if (median(position) > kPosition || median(rotation) > kRotation_rad) {
         throw InputError(
-            fmt::format("{}: its poses are {:.0f} % of the range and {:.2f} rad off those of {}; is it of another "
-                        "recording, or its calibration of other coils?",
-                        files.low, 100 * median(position), median(rotation), files.high));
+            fmt::format("{}: its poses differ from those of {} by {:.0f} % of the range and {:.2f} rad; is the file from another "
+                        "recording, or is its calibration for other coils?",
+                        files.low, files.high, 100 * median(position), median(rotation)));
     }
 }
 
@@ -102,7 +102,7 @@ double unexplained(const std::vector<Vec9>& high, const std::vector<Vec9>& low, 
     return power - map.cwiseProduct(products).sum();
 }
 
-/// A low-band line is the mean over the two high-band lines' periods before it.
+/// A low-band line is the mean over the 2 * ratio high-band lines before it.
 void check_alignment(const BandFiles& files, const BandRecording& recording) {
     std::vector<Vec9> high;
     std::vector<Vec9> low;

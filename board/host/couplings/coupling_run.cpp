@@ -41,7 +41,7 @@ CouplingSummary run_couplings(const BandModels& models, const BandRecording& rec
     for (std::size_t n = 0; n < recording.high.size(); ++n) {
         guard.check();
         const bool low_band = n % ratio == 0;
-        if (low_band) {  // a line that cannot be used leaves larger standard deviations
+        if (low_band) {  // without a usable line, the standard deviations grow
             summary.low_lines += estimator.add_low(recording.low[n / ratio]).ok() ? 1 : 0;
         }
         if (const auto next = estimator.add_high(recording.high[n]); next.ok()) {

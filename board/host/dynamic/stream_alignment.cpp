@@ -116,8 +116,8 @@ double best_offset(const PoseStream& tracker, const PoseStream& reference) {
     }
     if (highest < kMinCorrelation) {
         throw InputError(fmt::format(
-            "the two streams do not turn alike (correlation {:.2f} at best within 2 s): other motions, or clocks further apart; "
-            "give --time-offset",
+            "the angular speeds of the two streams do not agree (correlation at most {:.2f} within 2 s): different motions, or "
+            "clocks more than 2 s apart; give --time-offset",
             highest));
     }
     return best;

@@ -14,7 +14,7 @@ struct Curve {
     std::string file;
     std::string x;  // column names; y may be a gnuplot expression
     std::string y;
-    std::string title;  // empty: not in the key
+    std::string title;  // empty: not in the legend
     std::string style;  // gnuplot style, e.g. "lines lc rgb 'red'"
 };
 

@@ -163,7 +163,7 @@ Picture budget_figure(const fs::path& folder, const fs::path& recordings, const 
     }
     write_whole_file(folder / "budget.csv", table);
     const std::string source = recordings.empty() ? "generated hand-like motions" : "recorded hand motions";
-    Panel instants{fmt::format("First of the {}, z: direct solution of each column with the two before it", source),
+    Panel instants{fmt::format("First of the {}, z: direct solution of each column with the previous two", source),
                    "Time (s)",
                    "z error (mm)",
                    {{"budget_instants.csv", "time_s", "(1000*column('measured_z_m'))", "Simulated", kMeasuredStyle},

@@ -53,8 +53,8 @@ Panel elevation_panel(const std::string& csv, const char* title, const char* sty
 /// Also shows the measured error at fixed orientation of Fig. 3(b), in red.
 Panel azimuth_panel_of_fig6(const std::string& csv, const std::string& fixed_csv) {
     Panel panel = azimuth_panel(csv, kBlue);
-    panel.curves[0].title = "Measured, turning";
-    panel.curves.push_back({fixed_csv, kTime, "e_alpha_rad", "Measured, not turning", kMeasuredStyle});
+    panel.curves[0].title = "Measured, varying orientation";
+    panel.curves.push_back({fixed_csv, kTime, "e_alpha_rad", "Measured, fixed orientation", kMeasuredStyle});
     return panel;
 }
 

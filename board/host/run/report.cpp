@@ -26,7 +26,7 @@ const char* columns(const RunReport& r) {
     if (r.tracker_name == "scaat") {
         return "each at its own time";
     }
-    return r.deskewed ? "the latest three extrapolated to the newest one's time" : "the latest three taken as simultaneous";
+    return r.deskewed ? "the latest three extrapolated to the time of the newest" : "the latest three taken as simultaneous";
 }
 
 Json assumptions(const RunReport& r) {

@@ -115,7 +115,7 @@ Vec3<double> make_hemisphere(const RunOptions& options, const sim::Motion& motio
     return h.empty() ? motion.at(0).position_m : Vec3<double>(h[0], h[1], h[2]);
 }
 
-/// Limits simulated time to real time. Delays by a pause or a busy machine are not caught up.
+/// Limits simulated time to real time. Time lost by a pause or a busy machine is not made up.
 void keep_pace(SteadyClock::time_point& start, double simulated_s) {
     constexpr auto kMaxBehind = std::chrono::milliseconds(250);
     const auto due = start + std::chrono::duration_cast<SteadyClock::duration>(std::chrono::duration<double>(simulated_s));
@@ -152,7 +152,7 @@ Pace drive(Loop& loop, const sim::SimulatedClock& clock, const InterruptGuard& g
     }
     Pace pace;
     const auto begin = SteadyClock::now();
-    auto start = begin;  // start of the pace
+    auto start = begin;  // reference of keep_pace()
     while (!guard.interrupted()) {
         const Status status = loop.acquire();
         if (status.code() == StatusCode::end_of_stream) {

@@ -15,7 +15,7 @@ class SilenceWatch {
 public:
     static constexpr Microseconds kLimit{500'000};
 
-    /// poses: new poses at `now`. Appends, once, the last pose of each sensor without a pose for kLimit, flagged stale.
+    /// poses: new poses at `now`. If a sensor has had no pose for kLimit, appends its last pose once, flagged stale.
     void check(UtcTime now, std::vector<ServedPose>& poses) {
         for (const ServedPose& served : poses) {
             if (served.pose.sensor < sensors_.size()) {

@@ -18,15 +18,15 @@ struct StreamLimits {
     int socket_bytes = 0;                                       // send buffer of the socket; 0: system default
 };
 
-/// A record is sent completely or not at all. New records are dropped and counted while kMaxWaiting bytes wait. Requests are
-/// read in small shares with pauses, at most 12 kB/s (a FASTRAK line at 115,200 baud carries 11.5 kB/s), and not while the client
+/// A record is sent completely or not at all. New records are dropped and counted while kMaxWaiting bytes wait. Requests are read
+/// in small chunks with pauses, at most 12 kB/s (a FASTRAK line at 115,200 baud carries 11.5 kB/s), and not while the client
 /// leaves answers unread. A client that floods therefore does not delay the others.
 class Stream {
 public:
     using Clock = std::chrono::steady_clock;
     static constexpr std::size_t kMaxWaiting = 64 * 1024;
     static constexpr std::size_t kShare = 12;                   // bytes per read
-    static constexpr std::chrono::milliseconds kSharePause{1};  // pause after a full share
+    static constexpr std::chrono::milliseconds kSharePause{1};  // pause after a full chunk
     static constexpr std::size_t kMaxUnread = 4096;             // bytes of unread answers at which reading stops
 
     /// Takes ownership of the descriptor and makes it non-blocking.
@@ -39,12 +39,12 @@ public:
     /// Sends or queues a record. False if it was dropped.
     bool send(std::string_view record);
 
-    /// Reads at most one share. Valid until the next call. Empty: no data, pause, or the client is gone.
+    /// Reads at most one chunk. Valid until the next call. Empty: no data, pause, or the client is gone.
     std::span<const char> receive();
 
-    /// Events for poll(): POLLIN if a share may be read, POLLOUT if records wait.
+    /// Events for poll(): POLLIN if a chunk may be read, POLLOUT if records wait.
     [[nodiscard]] short events() const;
-    /// True during the pause after a full share: poll() must then use a short time-out.
+    /// True during the pause after a full chunk: poll() must then use a short time-out.
     [[nodiscard]] bool pauses() const { return Clock::now() < next_share_; }
 
     /// Sends waiting records as far as the client accepts them.

@@ -15,7 +15,7 @@ struct TcpAddress {
 
     /// Form of a URL: "127.0.0.1:18944", "[::1]:18944".
     [[nodiscard]] std::string text(int port_number) const;
-    /// True for all addresses of this machine.
+    /// True if the host name stands for all addresses of this machine.
     [[nodiscard]] bool is_any() const { return host == "*" || host == "0.0.0.0" || host == "::"; }
     /// True if only this machine can reach it. A host name other than localhost counts as a network address.
     [[nodiscard]] bool is_loopback() const { return host == "localhost" || host == "::1" || host.starts_with("127."); }

@@ -75,7 +75,7 @@ void take_arguments(const std::vector<std::string>& a, const std::string& text, 
             fault.channel = channel(a[0]);
             return;
         case FaultKind::dropped_blocks:
-            need(a.size() == 1 && number(a[0], text) >= 0 && number(a[0], text) <= 1, "give the share lost, 0 to 1");
+            need(a.size() == 1 && number(a[0], text) >= 0 && number(a[0], text) <= 1, "give the share of lost blocks, 0 to 1");
             return take_numbers(a, text, fault);
         case FaultKind::metal:
             need(a.size() == fault.numbers.size(), "give x,y,z,radius in metres");
@@ -84,7 +84,7 @@ void take_arguments(const std::vector<std::string>& a, const std::string& text, 
         case FaultKind::unplugged:
             return need(a.empty(), "takes no argument");
         case FaultKind::overload:
-            need(a.size() == 1 && number(a[0], text) > 0, "give its amplitude in converter ranges, above 0");
+            need(a.size() == 1 && number(a[0], text) > 0, "give an amplitude above 0, in converter ranges");
             return take_numbers(a, text, fault);
     }
 }

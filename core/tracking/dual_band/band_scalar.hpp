@@ -13,8 +13,8 @@ namespace tricoil::tracking {
 /// in the low band relative to the high band.
 ///
 /// Two sources. If the sensor rests, the low band's pose moves by scalar times the disagreement of the bands. If it moves, only
-/// the three redundant directions of the couplings are without motion: there the low band changes by share times the high band.
-/// Each source is weighted by the noise of its own residuals, so motion makes the first one weak by itself.
+/// the three redundant directions of the couplings do not depend on motion: there the low band changes by share times the high
+/// band. Each source is weighted by the noise of its own residuals, so motion makes the first one weak by itself.
 class BandScalar {
 public:
     static constexpr double kPriorSigma = 1;
@@ -34,7 +34,8 @@ public:
     [[nodiscard]] double share() const { return value_ / (1 + value_); }
 
     /// Change of the low band's position (m) and of the bands' disagreement (high - low) from one line to the next. `variance`:
-    /// of the low band's position per axis. A disagreement within its noise is ignored: the noise of the low band is in both.
+    /// of the low band's position per axis. A disagreement within its noise is ignored, because both arguments contain the noise
+    /// of the low band.
     void add_poses(const Vec3<double>& low, const Vec3<double>& disagreement, double variance) {
         if (!fixed_ && disagreement.squaredNorm() > kClear * variance) {
             correct(Vec3<double>(low - value_ * disagreement), disagreement, variance, pose_noise_);
@@ -57,7 +58,7 @@ private:
     static constexpr double kClear = 100;
     static constexpr double kSeen = 4;
 
-    /// noise: running variance of the residuals. A residual far above it does not count as much as its size.
+    /// noise: running variance of the residuals. A residual far above it gets less weight.
     template <int N>
     void correct(const Eigen::Matrix<double, N, 1>& residual, const Eigen::Matrix<double, N, 1>& slope, double min_variance,
                  double& noise) {

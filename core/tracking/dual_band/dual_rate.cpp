@@ -10,11 +10,11 @@
 namespace tricoil::tracking {
 namespace {
 
-constexpr double kFirstBias = 0.03;       // sigma of the bias before the first low-band line, relative to the range; and in rad
+constexpr double kFirstBias = 0.03;       // sigma of the bias before the first low-band line: share of the range, and rad
 constexpr double kFirstSpeed = 0.5;       // m/s
 constexpr double kFirstTurn = 3;          // rad/s
-constexpr double kHighNoiseShare = 0.01;  // of a new estimate, once a row
-constexpr double kLowNoiseShare = 0.1;    // once a line
+constexpr double kHighNoiseShare = 0.01;  // weight of each row in the running noise power
+constexpr double kLowNoiseShare = 0.1;    // weight of each line
 
 SplitParams scaled(SplitParams params, double unit) {
     params.min_noise *= unit * unit;
@@ -22,7 +22,7 @@ SplitParams scaled(SplitParams params, double unit) {
 }
 
 /// Covariance of (position, small rotation) for unit noise of each coupling; zero if it is not determined. Computed with lengths
-/// relative to the range, for its conditioning.
+/// relative to the range, for better conditioning.
 Mat6<double> unit_covariance(const Eigen::Matrix<double, 9, 6>& jacobian, double range_m) {
     Vec6<double> units = Vec6<double>::Ones();
     units.head<3>().setConstant(range_m);
@@ -213,7 +213,7 @@ void DualRateEstimator::use(const Comparison& c) {
 void DualRateEstimator::fit_scalar(const Comparison& c) {
     const Vec3<double> low_m = c.position_m - disagreement_m_;
     if (compared_) {
-        // Of a change: twice the variance of one line.
+        // Variance of a change from line to line: twice the variance of one line.
         const double per_axis = 2 * low_variance_ / 3 * c.covariance.topLeftCorner<3, 3>().trace();
         scalar_.add_poses(low_m - last_low_m_, disagreement_m_ - last_disagreement_m_, per_axis);
         const double moved = (low_m - last_low_m_).norm() / low_m.norm();
@@ -238,7 +238,7 @@ void DualRateEstimator::close_line() {
     end_turned_rad_ = turned_rad_;
     last_line_ = this_line_;
     this_line_ = Line{};
-    tracking_ = tracking_ && solved_;  // otherwise start anew: the sensor may be anywhere
+    tracking_ = tracking_ && solved_;  // otherwise restart: the sensor may be anywhere
     if (!tracking_) {
         return;
     }
@@ -270,7 +270,7 @@ DualRatePose DualRateEstimator::report() const {
         out.pose.q_source_sensor =
             (geometry::rotation_vector_to_quaternion(Vec3<double>(-bias_rad)) * high_pose_.q_source_sensor).normalized();
     }
-    constexpr double kAppears = 1e-3;  // bias that may appear within a line, relative to the range; and in rad
+    constexpr double kAppears = 1e-3;  // largest new bias within a line: share of the range, and rad
     const double range = out.pose.position_m.norm();
     out.position_sigma_m = sigma_of(position_.variance(), bias_m, moved_m, kAppears * range);
     out.rotation_sigma_rad = sigma_of(rotation_.variance(), bias_rad, turned_rad, kAppears);
@@ -283,7 +283,7 @@ double DualRateEstimator::sigma_of(double variance, const Vec3<double>& bias, co
     const double size = bias.norm();
     const double by_scalar = size * scalar_.sigma() / (1 + scalar_.value());
     const double by_spread = size * params_.scalar_spread * scalar_.share();
-    // What the high band has changed since the last line may be bias, but not more bias than there can be.
+    // The high band's change since the last line may be bias, up to the largest plausible bias.
     const double plausible = size + 5 * std::sqrt(variance) + appears;
     const double by_split = params_.filter ? params_.split_spread * std::min(change.norm(), plausible) : change.norm();
     return std::sqrt(variance + (by_scalar * by_scalar + by_spread * by_spread + by_split * by_split) / 3);

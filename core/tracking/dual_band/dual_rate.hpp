@@ -19,11 +19,12 @@ struct DualRateParams {
     Vec3<double> hemisphere = Vec3<double>::Zero();  // of the first pose, source frame; zero: unknown
     double max_misfit_share = 0.1;                   // of the high band; beyond it no dipole explains the couplings
     double max_sigma_m = 0.02;                       // of the position per axis; beyond it the pose is not valid
-    double scalar_spread = 0.2;   // one scalar for all couplings leaves this share of the low band's own error: recorded
-                                  // aluminium sheet, 0.026 of 0.13 mm
-    double misfit_share = 0.003;  // of the couplings: by how much the misfit of calibrated coils changes over the range;
-                                  // it is equal in both bands (calibrated coils leave 0.3-0.8 %)
-    double split_spread = 0.2;    // sigma of the bias' change since the last line, relative to its largest plausible value
+    /// One scalar for all couplings leaves this share of the low band's own error: 0.026 of 0.13 mm (recorded aluminium sheet).
+    double scalar_spread = 0.2;
+    /// Change of the misfit of calibrated coils over the range, share of the couplings. It is equal in both bands (calibrated
+    /// coils leave 0.3-0.8 %).
+    double misfit_share = 0.003;
+    double split_spread = 0.2;  // sigma of the bias' change since the last line, relative to its largest plausible value
     SplitParams split;
 };
 
@@ -31,7 +32,7 @@ struct DualRatePose {
     solver::RigidPose<double> pose;
     double position_sigma_m = 0;    // per axis
     double rotation_sigma_rad = 0;  // per axis
-    double distortion_m = 0;        // by how much metal moves the high band's pose, as estimated
+    double distortion_m = 0;        // estimated displacement of the high band's pose by metal
     bool solved = false;            // the high band's couplings fit a dipole
     bool valid = false;             // solved, and position_sigma_m within its limit
 };
@@ -65,9 +66,9 @@ private:
 
     /// Sums over the high-band rows of one line.
     struct Line {
-        Vec6<double> expected = Vec6<double>::Zero();   // disagreement of the bands, from the bias so far
-        Mat3<double> low_model = Mat3<double>::Zero();  // low-band couplings at the high band's poses without it
-        Jacobian jacobian = Jacobian::Zero();           // of them
+        Vec6<double> expected = Vec6<double>::Zero();   // disagreement of the bands expected from the bias so far
+        Mat3<double> low_model = Mat3<double>::Zero();  // low-band couplings at the poses corrected by the bias so far
+        Jacobian jacobian = Jacobian::Zero();           // of low_model
         Vec9 high_residual = Vec9::Zero();              // of the high band's fit, in units of the low band
         Vec3<double> position_m = Vec3<double>::Zero();
         Vec3<double> rotation_rad = Vec3<double>::Zero();
@@ -108,7 +109,7 @@ private:
 
     Vec3<double> end_position_m_ = Vec3<double>::Zero();  // high band, at the end of the last line
     Vec3<double> end_turned_rad_ = Vec3<double>::Zero();
-    Vec3<double> line_position_m_ = Vec3<double>::Zero();  // at the time of the bias
+    Vec3<double> line_position_m_ = Vec3<double>::Zero();  // high band, at the time for which the bias is valid
     Vec3<double> line_turned_rad_ = Vec3<double>::Zero();
     Vec3<double> held_bias_m_ = Vec3<double>::Zero();  // as measured at the last line
     Vec3<double> held_bias_rad_ = Vec3<double>::Zero();

@@ -10,11 +10,11 @@
 namespace tricoil::tracking {
 
 /// Both parts are double-integrated white noise. The high band measures their sum on every row, almost without noise. The low
-/// band measures the mean bias over the last two lines, once a line. What tells the parts apart between two lines is how much
-/// each of them has changed recently: both process noises are estimated from second differences of the low band's results.
+/// band measures the mean bias over the last two lines, once a line. Between two lines the filter separates the parts by their
+/// process noises, which are estimated from second differences of the low band's results.
 struct SplitParams {
-    double decay = 0.1;       // share of a new estimate, once a line, if it is smaller than the process noise in use
-    double attack = 0.4;      // share if it is larger
+    double decay = 0.1;       // weight of a new estimate, once a line, if it is smaller than the present process noise
+    double attack = 0.4;      // weight if it is larger
     double min_noise = 1e-8;  // smallest process noise, unit^2/s^3: 3 um after 0.13 s
 };
 
@@ -76,7 +76,7 @@ public:
 
     [[nodiscard]] Vector sum() const { return means_.row(kSum).transpose(); }
     [[nodiscard]] Vector bias() const { return means_.row(kBias).transpose(); }
-    /// Of the motion and, but for the high band's noise, of the bias; per axis.
+    /// Variance of the motion per axis. The variance of the bias is equal, except for the high band's noise.
     [[nodiscard]] double variance() const {
         const double v = covariance_(kSum, kSum) - 2 * covariance_(kSum, kBias) + covariance_(kBias, kBias);
         return std::max(v, 0.0);
@@ -130,7 +130,7 @@ private:
         }
     }
 
-    /// All differences with the same stretch: changes of the scalar are no motion.
+    /// All differences use the present `stretch`, so that a change of the scalar does not appear as motion.
     void estimate_noise(const Vector& disagreement, const Vector& sum, double stretch, double variance) {
         if (known_lines_ >= 2) {
             const Vector bias = stretch * (disagreement - 2 * disagreements_[1] + disagreements_[0]);

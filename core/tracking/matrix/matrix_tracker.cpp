@@ -116,8 +116,8 @@ std::optional<Rejection> MatrixTracker<Scalar>::rejection_of(const Column<Scalar
     return reason_of(verdict);
 }
 
-/// A bad column can stay undetected in a later matrix that has no misfit. Deskew uses it for two columns of each state, so poses
-/// are unconfirmed for that time.
+/// Deskew uses a bad column in later matrices too, where it can stay undetected. Poses are therefore unconfirmed until two
+/// further columns of each state have come.
 template <typename Scalar>
 void MatrixTracker<Scalar>::flag_recent_faults(PoseEstimate<Scalar>& estimate) {
     constexpr int kHistory = 2 * kSourceCoils;
@@ -129,8 +129,8 @@ void MatrixTracker<Scalar>::flag_recent_faults(PoseEstimate<Scalar>& estimate) {
     unconfirmed_ = bad ? kHistory : std::max(unconfirmed_ - 1, 0);
 }
 
-/// The method's step from the last pose. not_ready: no last pose, or the method has no step. not_converged: the step left its
-/// domain, or the misfit of its result is too large for a sensor.
+/// The method's step from the last pose. not_ready: no last pose, or the method has no step. not_converged: the step is too large
+/// for its linearisation, or the misfit of its result is too large for a sensor.
 template <typename Scalar>
 auto MatrixTracker<Scalar>::step(const Mat3<Scalar>& x) -> Result<Pose> {
     if (state_ != TrackerState::tracking || !has_last_) {

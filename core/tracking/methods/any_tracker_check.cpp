@@ -1,4 +1,4 @@
-// AnyTracker::check, apart from the trackers: readers of settings need no more.
+// AnyTracker::check in its own file: programs that only check settings do not link the trackers.
 #include "core/tracking/methods/any_tracker.hpp"
 
 namespace tricoil::tracking {

@@ -8,7 +8,7 @@
 namespace tricoil::tracking::scaat {
 
 template <typename Scalar>
-using PoseJacobian = Eigen::Matrix<Scalar, 3, 6>;  // of a column by position and small rotation
+using PoseJacobian = Eigen::Matrix<Scalar, 3, 6>;  // of a column with respect to position and small rotation
 template <typename Scalar>
 using GainMatrix = Eigen::Matrix<Scalar, kErrorStates, 3, Eigen::RowMajor>;
 
@@ -16,7 +16,7 @@ using GainMatrix = Eigen::Matrix<Scalar, kErrorStates, 3, Eigen::RowMajor>;
 template <typename Scalar>
 struct Innovation {
     Vec3<Scalar> y;                     // measured minus predicted
-    PoseJacobian<Scalar> h;             // by the pose at the column's time
+    PoseJacobian<Scalar> h;             // Jacobian of the column with respect to the pose at the column's time
     GainMatrix<Scalar> gain_numerator;  // G = P H^T
     Vec3<Scalar> r;                     // measurement variances
     Cholesky<Scalar, 3> s;              // of S = H P H^T + R
@@ -72,7 +72,7 @@ Innovation<Scalar> innovation(const Model& model, const State<Scalar>& state, co
     result.h.template leftCols<3>() = predicted.by_position_per_m;
     result.h.template rightCols<3>() = predicted.by_rotation_per_rad;
     if (late_s > 0) {
-        result.h.template rightCols<3>() *= back.toRotationMatrix();  // a rotation error now, in the axes of that time
+        result.h.template rightCols<3>() *= back.toRotationMatrix();  // converts a present rotation error to the column's time
     }
     result.y = z - predicted.column;
     if (&around != static_cast<const Motion<Scalar>*>(&state)) {
@@ -145,7 +145,7 @@ Vec12<Scalar> apply(State<Scalar>& state, const Innovation<Scalar>& innovation) 
     correct(state, error);
     Mat12<Scalar>& p = state.covariance;
     subtract_product(p, k, g, innovation.late_s > 0 ? kErrorStates : kErrorStates / 2);  // (I - K H) P
-    // (I - K H) P H^T equals K R except for rounding; this difference is the effect of the second factor.
+    // Second factor: subtracts ((I - K H) P H^T - K R) K^T, which is zero except for rounding errors.
     GainMatrix<Scalar> rest = times_h_transposed<Scalar>(p, innovation.h, innovation.late_s);
     for (int i = 0; i < kErrorStates; ++i) {
         rest.row(i) -= k.row(i).cwiseProduct(innovation.r.transpose());

@@ -33,13 +33,13 @@ public:
         Scalar unmodelled_variance = 0;  // of coupling errors other than noise, coupling units squared
     };
 
-    /// Updates with a column if it passes the gate, linearised at `around`. The weight falls near the gate: many such columns
-    /// are outliers, and the next column shows a manoeuvre again. (A late column keeps its weight, because no later one repeats
-    /// it.) A column outside the gate is an outlier and not used, unless it is trusted: then the covariance is inflated until the
-    /// column passes. Returns false if the column was not used.
+    /// Updates with a column if it passes the gate, linearised at `around`. The weight falls near the gate, because many such
+    /// columns are outliers; a manoeuvre also appears in the next column. A late column keeps its weight, because no later column
+    /// shows its motion. A column outside the gate is an outlier and not used, unless it is trusted: then the covariance is
+    /// inflated until the column passes. Returns false if the column was not used.
     bool use(const Column<Scalar>& column, const Motion<Scalar>& around, Use use);
 
-    /// True if the position is within the gate of another one with the given covariance.
+    /// True if the position is within the gate of `position_m`, which has the given covariance.
     [[nodiscard]] bool is_within_gate(const Vec3<Scalar>& position_m, const Mat3<Scalar>& covariance) const;
 
     /// Replaces the state by its mirror image.
@@ -67,8 +67,8 @@ private:
     // Above this value the variance of a column grows with the third power of the excess. Chosen for outliers of 5 to 15 sigma in
     // one column of 20, hidden by motion. It costs 3 % of accuracy if there are no outliers.
     static constexpr double kDownweightAbove = 9;  // squared innovation, 3 degrees of freedom: exceeded once in 34
-    // An outlier that just passes the gate moves the pose by several sigma. The reported covariance is increased until other
-    // columns outvote it.
+    // An outlier that just passes the gate moves the pose by several sigma. The reported covariance is increased until later
+    // columns have corrected the pose.
     static constexpr double kInflateAbove = 6;  // squared innovation, 3 degrees of freedom: exceeded once in 9
     static constexpr double kInflationDecay = 0.96;
     static constexpr int kMaxInflations = 4;  // per column

@@ -9,7 +9,7 @@
 
 namespace tricoil::tracking::scaat {
 
-/// Flags of poses from which the hemisphere cannot be continued. Unconfirmed poses are near enough.
+/// Flags of poses from which the hemisphere cannot be continued. An unconfirmed pose is accurate enough.
 constexpr PoseFlags kDiscontinuous{PoseFlag::saturated,         PoseFlag::no_sensor,    PoseFlag::stale,
                                    PoseFlag::wrong_handedness,  PoseFlag::no_reference, PoseFlag::inconsistent,
                                    PoseFlag::hemisphere_unknown};
@@ -148,9 +148,8 @@ template <typename Scalar, MeasurementModel<Scalar> Model>
 
 template <typename Scalar, MeasurementModel<Scalar> Model>
 bool Filter<Scalar, Model>::use(const Column<Scalar>& column, const Motion<Scalar>& around, bool trusted) {
-    // Most of the blur has the form of a pose error and changes slowly; it must not lead to refusals. This is the share of the
-    // rest, from the recorded motions and the paper's example III. A larger value makes the filter lag behind the direct pose, a
-    // smaller one makes it refuse columns.
+    // Share of the blur that does not have the form of a pose error, from the recorded motions and the paper's example III. A
+    // larger value makes the filter lag behind the direct pose, a smaller one makes it refuse columns.
     constexpr double kUnmodelledBlur = 0.1;
     const Scalar unmodelled = Scalar(kUnmodelledBlur * kUnmodelledBlur) * health_.blur_variance();
     return estimator_.use(column, around, {trusted, intake_.in_frames(), unmodelled});
@@ -342,7 +341,7 @@ void Filter<Scalar, Model>::do_set_hemisphere(const Vec3<Scalar>& towards) {
 template <typename Scalar, MeasurementModel<Scalar> Model>
 State<Scalar> Filter<Scalar, Model>::predicted(Scalar ahead_s) const {
     constexpr Scalar kLongest_s = 10;
-    const bool forward = ahead_s > 0;  // not for a NaN either
+    const bool forward = ahead_s > 0;  // false for NaN
     const Scalar us = forward ? Scalar(1e6) * std::min(ahead_s, kLongest_s) : Scalar(0);
     return estimator_.predicted(Microseconds{static_cast<std::int32_t>(us + Scalar(0.5))});
 }

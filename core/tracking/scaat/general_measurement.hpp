@@ -51,7 +51,7 @@ private:
     [[nodiscard, gnu::noinline]] Result<Found> refine_from(const Mat3<Scalar>& x, const solver::RigidPose<Scalar>& pose) const {
         const auto refined = solver::minimise<Scalar>(coils, x, Mat3<Scalar>::Ones(), pose, tolerant());
         if (!refined.ok() || !refined->converged()) {
-            return Status{StatusCode::not_converged, "no pose near there explains the couplings"};
+            return Status{StatusCode::not_converged, "no pose near the start explains the couplings"};
         }
         return Found{refined->pose, refined->misfit_squared, true};
     }
@@ -66,7 +66,7 @@ private:
 
     /// False if the mirror image fits nearly as well: the hemisphere is then unknown.
     [[nodiscard, gnu::noinline]] bool fits_better_than_mirror(const Mat3<Scalar>& x, const Found& best) const {
-        constexpr Scalar kMinMisfitRatio = 9;  // in squares: a third of the misfit
+        constexpr Scalar kMinMisfitRatio = 9;  // of squared misfits: factor 3 in the misfit
         const auto mirror = solver::minimise<Scalar>(coils, x, Mat3<Scalar>::Ones(),
                                                      {-best.pose.position_m, best.pose.q_source_sensor}, tolerant());
         const bool elsewhere = mirror.ok() && mirror->pose.position_m.dot(best.pose.position_m) < 0;

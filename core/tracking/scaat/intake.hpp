@@ -55,7 +55,7 @@ public:
 
     /// True if columns of all coils have come at the newest time.
     [[nodiscard]] bool frame_is_over() const {
-        constexpr unsigned kAllCoils = 7;  // bit each
+        constexpr unsigned kAllCoils = 7;  // one bit per coil
         return time_base_.coils_at_newest() == kAllCoils;
     }
 

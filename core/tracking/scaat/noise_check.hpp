@@ -47,7 +47,7 @@ public:
 
 private:
     static constexpr int kFirst = 4;                   // columns of a coil until two third differences are known
-    static constexpr Scalar kWeight = Scalar(1) / 96;  // of a column: 0.13 s of TDM at 240 Hz
+    static constexpr Scalar kWeight = Scalar(1) / 96;  // of one column; 96 columns are 0.13 s of TDM at 240 Hz
     static constexpr Scalar kOutlying = 4;             // values are limited to this multiple of the ratio, against outliers
     static constexpr Scalar kChance = Scalar(1.6);     // four standard deviations of the estimate
 

@@ -16,8 +16,8 @@ struct Intensity {
     Scalar rotation_rad2_s3 = 0;
 };
 
-/// Time constant with which a mean acceleration decays, because hands turn back (motion at 6 Hz: 27 ms per radian). This value
-/// and kAccelerationShare were chosen on recorded hand motions; errors change by 3 % if either is halved or doubled.
+/// Time constant with which a mean acceleration decays, because hands reverse their direction (motion at 6 Hz: 27 ms per radian).
+/// This value and kAccelerationShare were chosen on recorded hand motions; errors change by 3 % if either is halved or doubled.
 constexpr double kAccelerationMemory_s = 0.1;
 constexpr double kAccelerationShare = 0.2;
 /// Largest rate at which velocity corrections are added to the acceleration. Without noise the gain would be one per column.

@@ -19,7 +19,7 @@ void report_state(PoseEstimate<Scalar>& estimate, const State<Scalar>& state, co
     estimate.time = state.time;
     estimate.position_m = state.position_m;
     estimate.q_source_sensor = state.q_source_sensor;
-    // Innovations larger than predicted mean a wrong assumption. The covariance grows before the flag is set.
+    // Innovations larger than predicted increase the covariance. If they are too large, the flag `inconsistent` is set as well.
     estimate.covariance =
         state.covariance.template topLeftCorner<6, 6>() * (Scalar(kCovarianceMargin) * estimator.covariance_factor());
     estimate.flags = flags | health.flags();

@@ -32,7 +32,7 @@ template <typename Scalar>
 struct State : Motion<Scalar> {
     Mat12<Scalar> covariance = Mat12<Scalar>::Zero();
 };
-static_assert(sizeof(State<float>) <= 704, "a filter's state in float: 12x12 covariance, 19 numbers and a time");
+static_assert(sizeof(State<float>) <= 704, "size of a state in float: 12x12 covariance, 19 numbers and a time");
 
 /// Mirror image of the motion: position, velocity and acceleration change sign, rotation does not.
 template <typename Scalar>

@@ -253,7 +253,7 @@ void FdcanPort::send_frame() {
     }
     registers_.TXBAR = 1U << index;
     if (outgoing_.size() > 0) {
-        interrupt_.pend();  // if no buffer was free, the end of a transmission interrupts again
+        interrupt_.pend();  // if no buffer was free, the end of a transmission raises the interrupt again
     }
 }
 

@@ -82,7 +82,7 @@ static_assert(offsetof(FdcanMessageRam, tx_buffers) == 0x278);
 static_assert(sizeof(FdcanMessageRam) == 0x350);
 
 constexpr std::uintptr_t kFdcan2Base = 0x4000'6800;
-constexpr std::uintptr_t kFdcan2RamBase = 0x4000'A400 + sizeof(FdcanMessageRam);  // after that of FDCAN1
+constexpr std::uintptr_t kFdcan2RamBase = 0x4000'A400 + sizeof(FdcanMessageRam);  // after the message RAM of FDCAN1
 constexpr std::uintptr_t kFdcan3Base = 0x4000'6C00;
 constexpr std::uintptr_t kFdcan3RamBase = 0x4000'A400 + 2 * sizeof(FdcanMessageRam);
 constexpr std::uint8_t kFdcan2Interrupt0 = 86;

@@ -154,7 +154,7 @@ inline constexpr std::array<std::uint8_t, 33> kBos{5,
                                                    28,
                                                    kCapabilityDescriptor,
                                                    kPlatformCapability,
-                                                   0,  // UUID of the
+                                                   0,  // UUID of the Microsoft platform capability
                                                    0xDF,
                                                    0x60,
                                                    0xDD,
@@ -170,7 +170,7 @@ inline constexpr std::array<std::uint8_t, 33> kBos{5,
                                                    0x9E,
                                                    0x64,
                                                    0x8A,
-                                                   0x9F,  // Microsoft platform capability
+                                                   0x9F,  // end of the UUID
                                                    0x00,
                                                    0x00,
                                                    0x03,

@@ -1,4 +1,5 @@
-// Endpoint register. Its bits have three write rules: keep by 0, keep by 1, keep by the present value.
+// Endpoint register. Its bits follow three rules: a write keeps them if it writes 0, if it writes 1, or if it writes the present
+// value.
 #pragma once
 
 #include "drivers/stm32g4/registers/usb.hpp"
@@ -15,8 +16,8 @@ constexpr EndpointState send_state(std::uint16_t value) {
 }
 
 /// Collects changes of an endpoint register that reads `now`; word() is the value to write, once. All other bits keep their
-/// values, even if the hardware changes them meanwhile. Only a direction that is not `valid` may get a new state, because the
-/// hardware changes that state itself.
+/// values, even if the hardware changes them meanwhile. Change the state only of a direction that is not `valid`: the hardware
+/// may change the state of a valid one at any time.
 class EndpointChange {
 public:
     explicit constexpr EndpointChange(std::uint16_t now)

@@ -37,7 +37,7 @@ Status UsbPort::start() {
     registers_.CNTR = CNTR_FRES;  // power on, still in reset
     if (registers_.CNTR != CNTR_FRES) {
         reason("USB: the peripheral does not answer; is its clock on?");
-        return {StatusCode::device_lost, "USB does not answer"};
+        return {StatusCode::device_lost, "the USB peripheral does not answer"};
     }
     const DeviceTime ready = clock().now() + kTransceiverStart;
     if (!wait_until([&] { return clock().now() >= ready; }, kStartPolls, "the clock does not run").ok()) {
@@ -191,7 +191,7 @@ void UsbPort::send_control(EndpointChange& change) {
     change.send(EndpointState::valid);
 }
 
-/// serve_bulk() writes the endpoint registers.
+/// Changes the state of the bulk endpoints. serve_bulk() writes it to their registers.
 void UsbPort::apply(ControlEffect effect) {
     switch (effect) {
         case ControlEffect::configure:

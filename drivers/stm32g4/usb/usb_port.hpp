@@ -65,7 +65,7 @@ private:
     Direction out_;
     Direction in_;
     std::size_t in_flight_ = 0;      // bytes in the packet memory; still in the queue
-    bool is_sending_ = false;        // these bytes, or an empty packet
+    bool is_sending_ = false;        // a packet is being sent: these bytes, or none
     bool sent_full_packet_ = false;  // the host may wait for more
     std::atomic<bool> is_up_{false};
     std::atomic<bool> waits_for_room_{false};  // incoming() has no room for a packet

@@ -76,8 +76,8 @@ double CoilBench::reference_v() const {
     return sum;
 }
 
-/// Mains interference as in CoilWorld: the fundamental, one third of its third harmonic, one fifth of its fifth harmonic, by
-/// multiple-angle formulas; plus an overload at the mains frequency.
+/// Mains interference as in CoilWorld: the fundamental, the third harmonic with 1/3 and the fifth harmonic with 1/5 of its
+/// amplitude (multiple-angle formulas); plus an overload at the mains frequency.
 double CoilBench::hum_v(double sine) const {
     const double squared = sine * sine;
     const double third = sine * (3 - 4 * squared);

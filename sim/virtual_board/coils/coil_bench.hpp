@@ -37,12 +37,12 @@ public:
     [[nodiscard]] double reference_v() const;
     /// The channel's converter repeats one code.
     [[nodiscard]] bool is_stuck(int channel) const { return effect_.stuck[static_cast<std::size_t>(channel)]; }
-    /// White noise before every gain: of the preamplifiers (HARDWARE.md) and of the scenario's converters.
+    /// White noise of the preamplifiers (HARDWARE.md) and of the scenario's converters, before any gain.
     [[nodiscard]] double noise_v_per_sqrt_hz() const {
         return std::hypot(kPreamplifierV_rthz, scenario_.world.converter.noise_v_per_sqrt_hz);
     }
 
-    /// The stage is enabled, and the hardware enable is on too.
+    /// True if both the stage's enable and the hardware enable are on.
     [[nodiscard]] bool is_driven(int coil) const;
     [[nodiscard]] bool any_driven() const { return is_driven(0) || is_driven(1) || is_driven(2); }
     /// Time at which a stage was last on; for deadlines.

@@ -9,8 +9,8 @@
 
 namespace tricoil::virtual_board {
 
-/// A gain ladder with tolerances, one pole whose frequency falls with the gain, output rails, and the capacitor at the foot of
-/// the ladder. Voltages are relative to half the supply.
+/// A gain ladder with tolerances, one pole whose frequency falls with the gain, output rails, and the capacitor at the ground end
+/// of the ladder. Voltages are relative to half the supply.
 class SensorAmplifier {
 public:
     /// Gains 2, 4, ... 64.
@@ -85,7 +85,7 @@ private:
 
     double capacitor_v_ = -kHalfSupplyV;  // empty
     double next_v_ = 0;
-    double driven_v_ = 0;  // input of the pole up to now
+    double driven_v_ = 0;  // present input of the pole
     double output_v_ = 0;
 };
 

@@ -49,7 +49,7 @@ public:
     [[nodiscard]] const std::uint64_t& cycles() const { return cycles_; }
     /// Cycles of instructions, exception entries and exception returns.
     [[nodiscard]] std::uint64_t busy_cycles() const { return busy_cycles_; }
-    /// The code of the system memory is running.
+    /// True while code in the system memory runs.
     [[nodiscard]] bool in_bootloader() const { return in_bootloader_; }
     [[nodiscard]] std::uint32_t pc() const;
 

@@ -91,7 +91,8 @@ void Cpu::stack_frame() {
     const std::uint32_t exc_return =
         kExcReturn | (running_ == 0 ? kToThread : 0) | (process_stack ? kToProcessStack : 0) | (with_float ? 0 : kWithoutFloat);
     spend(kEntryCycles);
-    events_.advance(events_.now());  // a more urgent exception that arrives until here is entered first: late arrival
+    events_.advance(
+        events_.now());  // late arrival: a more urgent exception that becomes pending up to this point is entered first
     enter(false, exc_return);
 }
 

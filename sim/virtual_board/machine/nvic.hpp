@@ -43,7 +43,7 @@ public:
     void pend(int exception);
     void unpend(int exception);
 
-    /// An exception is more urgent than the running one, without regard to the masks; then to_take() is worth a call.
+    /// True if an exception is more urgent than the running one, without regard to the masks. If false, to_take() returns 0.
     [[nodiscard]] bool may_take() const { return pending_count_ > 0 && most_urgent() != 0; }
     /// The exception to enter now; 0: none.
     [[nodiscard]] int to_take(const Masks& masks) const;

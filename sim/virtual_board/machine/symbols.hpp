@@ -17,7 +17,7 @@ public:
 
     /// "tricoil::app::start()+0x12"; "" if unknown.
     [[nodiscard]] std::string name_of(std::uint32_t address) const;
-    /// Looks up a name as it stands in the file.
+    /// Looks up a name exactly as written in the file.
     [[nodiscard]] std::optional<std::uint32_t> address_of(const std::string& name) const;
 
 private:

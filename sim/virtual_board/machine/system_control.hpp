@@ -13,7 +13,7 @@ public:
     SystemControl(Nvic& nvic, std::function<void()> request_reset) : nvic_(nvic), request_reset_(std::move(request_reset)) {}
 
     [[nodiscard]] std::uint32_t vector_table() const { return vtor_; }
-    /// CPACR gives code full access to coprocessors 10 and 11.
+    /// True if CPACR gives code full access to coprocessors 10 and 11.
     [[nodiscard]] bool float_is_on() const { return (cpacr_ >> 20U & 0xFU) == 0xFU; }
     [[nodiscard]] bool stack_aligned() const { return (ccr_ & 1U << 9U) != 0; }
 

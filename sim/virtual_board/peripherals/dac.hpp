@@ -16,9 +16,9 @@ public:
 
     /// Trigger `source`.
     void trigger(unsigned source);
-    /// A channel that is off has a floating output.
+    /// False: the output of the channel floats.
     [[nodiscard]] bool is_on(unsigned channel) const { return is_set(registers_[0x00], 16 * channel); }
-    /// The output is connected to on-chip peripherals only, unbuffered.
+    /// True if the output is connected only to on-chip peripherals, unbuffered.
     [[nodiscard]] bool is_inside(unsigned channel) const { return field(registers_[0x3C], 16 * channel, 3) == 3; }
     /// Output code, 0 to 4095.
     [[nodiscard]] std::uint32_t code(unsigned channel) const { return outputs_[channel]; }

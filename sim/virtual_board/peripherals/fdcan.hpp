@@ -31,7 +31,7 @@ public:
     /// Message memory, for the bus.
     Peripheral& memory() { return memory_; }
 
-    /// The controller takes part in the bus: neither initialising nor bus-off.
+    /// True if the controller takes part in the bus: neither initialising nor bus-off.
     [[nodiscard]] bool is_on() const;
     /// The next frame to send. In FIFO mode it is the oldest, in queue mode the lowest identifier.
     [[nodiscard]] std::optional<CanFrame> waiting() const;

@@ -85,7 +85,7 @@ void Fdcan::acknowledge(unsigned n, std::uint32_t index) {
     Fifo& fifo = fifos_[n];
     const unsigned count = (index + kDepth - fifo.get) % kDepth + 1;
     if (count > fifo.level) {
-        throw RunFailure("acknowledge of more FIFO elements than are stored");
+        throw RunFailure("more FIFO elements are acknowledged than are stored");
     }
     fifo.level -= count;
     fifo.get = (fifo.get + count) % kDepth;

@@ -47,7 +47,7 @@ constexpr unsigned kSwitchOn = 9;
 constexpr unsigned kCompensation = 23;
 
 // Bits of IR.
-constexpr unsigned kNewMessage0 = 0;  // followed by full and lost; the bits of FIFO 1 are three positions higher
+constexpr unsigned kNewMessage0 = 0;  // the bits for full and lost follow; those of FIFO 1 are three positions higher
 constexpr unsigned kTransmitted = 7;
 constexpr unsigned kCancelled = 8;
 constexpr unsigned kQueueEmpty = 9;

@@ -62,9 +62,9 @@ private:
 
     RegisterFile<5> registers_{{kKey, 0}, {0x04, 0}, {0x08, 0xFFF}, {0x0C, 0}, {0x10, 0xFFF}};
     Event expires_;
-    Event prescaler_;  // due: SR.PVU
-    Event reload_;     // due: SR.RVU
-    Event window_;     // due: SR.WVU
+    Event prescaler_;  // SR.PVU is set while it is pending
+    Event reload_;     // SR.RVU
+    Event window_;     // SR.WVU
     bool unlocked_ = false;
 };
 

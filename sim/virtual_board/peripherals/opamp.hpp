@@ -22,7 +22,8 @@ public:
                 return on ? 1 : 0;
             case 2:
                 if (on && field(code, 3, 2) != 1) {
-                    throw RunFailure("the gain ladder is connected to ground: half the supply saturates the op-amp");
+                    throw RunFailure(
+                        "the gain ladder is connected to ground, so the bias of half the supply saturates the op-amp");
                 }
                 return on && field(code, 0, 3) < 6 ? static_cast<double>(2U << field(code, 0, 3)) : 0;
             default:

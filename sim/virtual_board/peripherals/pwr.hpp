@@ -12,7 +12,7 @@ public:
 
     /// True after the regulator has settled.
     [[nodiscard]] bool is_boosted() const { return !is_set(registers_[kCr5], 8) && !settled_.is_due(); }
-    /// The dead-battery pull-downs (USB-C) on PB4 and PB6 are off.
+    /// True if the dead-battery pull-downs (USB-C) on PB4 and PB6 are off.
     [[nodiscard]] bool dead_battery_disabled() const { return is_set(registers_[kCr3], 14); }
 
     std::uint32_t read(std::uint32_t offset) override {

@@ -45,7 +45,7 @@ private:
     int interrupt_;
     RegisterFile<12> registers_;
     Event sent_;
-    std::deque<std::uint8_t> outgoing_;  // the first is in the shift register while sent_ is due
+    std::deque<std::uint8_t> outgoing_;  // front: the byte in the shift register, if sent_ is scheduled
     std::deque<Received> incoming_;
     bool overrun_ = false;
     bool framing_ = false;

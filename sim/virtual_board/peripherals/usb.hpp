@@ -24,7 +24,7 @@ public:
     /// Packet memory, for the bus.
     Peripheral& memory() { return memory_; }
 
-    /// The pull-up on D+ is on and the device is powered: a host detects it.
+    /// True if a host detects the device: the pull-up on D+ is on and the device is powered.
     [[nodiscard]] bool is_attached() const;
 
     // Actions of a host. `address`: address of the device, 0 after a bus reset.
@@ -67,7 +67,7 @@ private:
     PacketMemory memory_;
     std::array<std::uint16_t, kEndpoints> endpoints_{};
     RegisterFile<23> registers_;
-    std::uint32_t events_ = 0;  // ISTR without CTR
+    std::uint32_t events_ = 0;  // flags of ISTR, except CTR
 };
 
 }  // namespace tricoil::virtual_board

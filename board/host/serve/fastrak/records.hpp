@@ -18,7 +18,7 @@ char error_letter(const tracking::PoseEstimate<double>& pose);
 std::string data_record(const Settings& settings, int station, const tracking::PoseEstimate<double>& pose, char letter,
                         const Vec3<double>& previous_m);
 
-/// Size of such a record in bytes. The limit is kLongestRecord.
+/// Size of a data_record() in bytes. The limit is kLongestRecord.
 std::size_t record_size(const std::vector<int>& output_list, bool binary);
 constexpr std::size_t kLongestRecord = 254;
 constexpr std::size_t kLongestList = 32;

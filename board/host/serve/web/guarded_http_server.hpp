@@ -24,8 +24,8 @@ public:
 
     GuardedHttpServer();
 
-    /// Listens on the port; false on failure. The backlog has room for simultaneous clients, because a client without room tries
-    /// again only after a second.
+    /// Listens on the port; false on failure. The backlog has room for simultaneous clients, because a client that finds it full
+    /// tries again only after a second.
     bool bind(const std::string& host, int port);
     /// Call it in a handler: protects its connection from replacement and time-out.
     void keep_this_connection();
