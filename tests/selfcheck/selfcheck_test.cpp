@@ -15,15 +15,16 @@ long allocations = 0;
 }  // namespace
 
 // Counts allocations; a test below checks the counter itself.
-void* operator new(std::size_t size) {
+// Not inlined: the compiler would see malloc behind new, and warn of delete.
+[[gnu::noinline]] void* operator new(std::size_t size) {
     ++allocations;
     if (void* memory = std::malloc(size)) {
         return memory;
     }
     throw std::bad_alloc();
 }
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
 namespace tricoil::selfcheck {
 namespace {
