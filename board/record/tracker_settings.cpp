@@ -19,7 +19,6 @@ OrderedJson value_of(bool value) { return value; }
 OrderedJson value_of(int value) { return value; }
 OrderedJson value_of(double value) { return value; }
 OrderedJson value_of(Microseconds value) { return value.count(); }
-OrderedJson value_of(const std::string& value) { return value; }
 OrderedJson value_of(const Vec3<double>& value) { return {value.x(), value.y(), value.z()}; }
 OrderedJson value_of(const Mat3<double>& value) {
     return {value_of(Vec3<double>(value.row(0))), value_of(Vec3<double>(value.row(1))), value_of(Vec3<double>(value.row(2)))};
