@@ -4,8 +4,8 @@ const path = require('path');
 
 /// Pose in the form in which the server sends it; t in ms.
 function pose(sensor, t, x, more) {
-  return {sensor, t, p: [x, 0.1 * sensor, 0.1], q: [1, 0, 0, 0], c: [8e-7, 0, 0, 1.6e-5, 0, 1.6e-5], valid: true, stale: false,
-          flags: '', state: 'tracking', snr: 60, distortion: 1, error: [0.2, 0.1], ...more};
+  return {sensor, utc_ms: t, position_m: [x, 0.1 * sensor, 0.1], q_wxyz: [1, 0, 0, 0],
+          position_covariance_m2: [8e-7, 0, 0, 1.6e-5, 0, 1.6e-5], valid: 1, stale: false, flag_names: '', state_name: 'tracking', snr_db: 60, distortion_chi_square: 1, predicted_error_mm: 0.2, ...more};
 }
 
 /// Serves the page `html`; send() adds events to its stream.
@@ -81,7 +81,7 @@ module.exports = async function pageStates(browser, html, check, pictures) {
     clearInterval(ticker);
     check(orange > 1500 && /3 sigma ellipsoid, drawn x\d+/.test(said), `the ellipsoids are seen: ${orange} pixels ("${said}")`);
 
-    server.send([pose(0, now, 0.4), pose(1, now, 0.7, {valid: false, stale: true, flags: 'stale'})]);
+    server.send([pose(0, now, 0.4), pose(1, now, 0.7, {valid: false, stale: true, flag_names: 'stale'})]);
     await wait(() => document.body.dataset.pose === 'bad');
     check(await page.evaluate(() => document.body.dataset.link === 'live' && document.querySelector('#state').textContent === ''),
           'a sensor that fell silent beside one that did not is greyed');

@@ -4,9 +4,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <vector>
 
 #include "board/pose_text/flag_names.hpp"
-#include "core/base/angle_units.hpp"
+#include "board/pose_text/pose_fields.hpp"
 #include "core/tracking/pose_estimate.hpp"
 #include "core/tracking/tracker_params.hpp"
 
@@ -15,26 +16,28 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+/// The fields of a pose in all text forms, and those that only the page needs.
 Json json_of(const ServedPose& served) {
     const auto& e = served.pose;
-    const auto& q = e.q_source_sensor;
     const auto& c = e.covariance;
-    Json pose{{"sensor", e.sensor},
-              {"t", 1e-3 * static_cast<double>(to_us(served.utc))},
-              {"p", {e.position_m.x(), e.position_m.y(), e.position_m.z()}},
-              {"q", {q.w(), q.x(), q.y(), q.z()}},
-              {"c", {c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2), c(2, 2)}},
-              {"valid", e.valid()},
-              {"stale", e.flags.has(tracking::PoseFlag::stale)},
-              {"flags", to_text(e.flags)},
-              {"advice", advice(e.flags)},
-              {"state", to_text(e.state)},
-              {"snr", e.snr_db},
-              {"distortion", e.distortion_chi_square},
-              {"error", nullptr}};
-    if (e.predicted_error) {
-        pose["error"] = {1e3 * e.predicted_error->total.position_m, kDegrees * e.predicted_error->total.rotation_rad};
+    const PoseNumbers numbers = numbers_of(e);
+    Json pose;
+    for (const PoseField& field : pose_fields()) {
+        if (field.integer != nullptr) {
+            pose[field.key] = numbers.*field.integer;
+        } else if (const auto values = field.numbers(numbers); values.size() == 1) {
+            pose[field.key] = values.front();
+        } else {
+            pose[field.key] = std::vector<double>(values.begin(), values.end());
+        }
     }
+    pose["utc_ms"] = 1e-3 * static_cast<double>(to_us(served.utc));
+    pose["position_covariance_m2"] = {c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2), c(2, 2)};
+    pose["stale"] = e.flags.has(tracking::PoseFlag::stale);
+    pose["flag_names"] = to_text(e.flags);
+    pose["advice"] = advice(e.flags);
+    pose["state_name"] = to_text(e.state);
+    pose["predicted_error_mm"] = e.predicted_error ? Json(1e3 * e.predicted_error->total.position_m) : Json(nullptr);
     return pose;
 }
 

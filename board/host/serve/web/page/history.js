@@ -4,8 +4,8 @@ const kMax = 600;
 const kGap_s = 0.3;
 
 /// Values of a pose, in the order of the columns. speed: m/s, or null if unknown.
-const kValues = [pose => 1000 * pose.p[0], pose => 1000 * pose.p[1], pose => 1000 * pose.p[2], (pose, speed) => speed,
-                 pose => pose.error ? pose.error[0] : null, pose => pose.distortion, pose => pose.snr];
+const kValues = [pose => 1000 * pose.position_m[0], pose => 1000 * pose.position_m[1], pose => 1000 * pose.position_m[2], (pose, speed) => speed,
+                 pose => pose.predicted_error_mm, pose => pose.distortion_chi_square, pose => pose.snr_db];
 const kAlwaysValid = 6;  // column that is also valid for an invalid pose: signal-to-noise ratio
 
 export class History {
@@ -17,20 +17,20 @@ export class History {
 
   /// Adds a pose. Invalid poses and times without poses become gaps.
   add(pose) {
-    const t = pose.t / 1000;
-    if (this.previous && pose.t < this.previous.t) this.clear();
-    const dt = this.previous ? t - this.previous.t / 1000 : 0;
+    const t = pose.utc_ms / 1000;
+    if (this.previous && pose.utc_ms < this.previous.utc_ms) this.clear();
+    const dt = this.previous ? t - this.previous.utc_ms / 1000 : 0;
     const broken = dt > kGap_s;
     if (broken) this.#push(t - dt / 2, () => null);
     const both = dt > 0 && !broken && this.previous.valid && pose.valid;
-    const speed = both ? Math.hypot(...pose.p.map((v, n) => v - this.previous.p[n])) / dt : null;
+    const speed = both ? Math.hypot(...pose.position_m.map((v, n) => v - this.previous.position_m[n])) / dt : null;
     this.previous = pose;
     this.#push(t, n => pose.valid || n === kAlwaysValid ? kValues[n](pose, speed) : null);
     this.forget(t);
   }
 
   /// True if `pose` does not continue the previous one.
-  breaksWith(pose) { return !this.previous?.valid || pose.t < this.previous.t || pose.t - this.previous.t > 1000 * kGap_s; }
+  breaksWith(pose) { return !this.previous?.valid || pose.utc_ms < this.previous.utc_ms || pose.utc_ms - this.previous.utc_ms > 1000 * kGap_s; }
 
   /// Drops entries older than ten seconds at `now`, s.
   forget(now) {

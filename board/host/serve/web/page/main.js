@@ -46,7 +46,7 @@ function select(number) {
 
 const isLive = () => document.body.dataset.link === 'live';
 const isGood = tracked => isLive() && tracked.newest.valid && !tracked.newest.stale;
-const turned = tracked => tracked.boresight ? product(tracked.newest.q, conjugate(tracked.boresight)) : tracked.newest.q;
+const turned = tracked => tracked.boresight ? product(tracked.newest.q_wxyz, conjugate(tracked.boresight)) : tracked.newest.q_wxyz;
 
 /// Processes a pose of any sensor.
 function take(pose) {
@@ -57,7 +57,7 @@ function take(pose) {
     tracked.heardMs = performance.now();
     tracked.history.add(pose);
   }
-  if (pose.sensor === page.selected && pose.valid) exaggeration = exaggerationFor(pose.c, exaggeration);
+  if (pose.sensor === page.selected && pose.valid) exaggeration = exaggerationFor(pose.position_covariance_m2, exaggeration);
   scene?.sensor(pose.sensor).show(pose, turned(tracked), exaggeration, begins);
 }
 
@@ -65,15 +65,15 @@ function showChosen() {
   const tracked = chosen();
   if (!tracked) return;
   const pose = tracked.newest;
-  const mm = pose.p.map(v => (1000 * v).toFixed(1).padStart(8));
+  const mm = pose.position_m.map(v => (1000 * v).toFixed(1).padStart(8));
   const angles = eulerAngles(turned(tracked)).map(v => v.toFixed(2).padStart(8));
   element('numbers').textContent =
     `x ${mm[0]} mm  azimuth   ${angles[0]}°\ny ${mm[1]} mm  elevation ${angles[1]}°\nz ${mm[2]} mm  roll      ${angles[2]}°`;
   document.body.dataset.pose = isGood(tracked) ? 'good' : 'bad';
-  element('state').textContent = isLive() && !pose.stale ? pose.state : '';
-  element('flags').textContent = isLive() ? [pose.flags, pose.advice].filter(Boolean).join(': ') : '';
+  element('state').textContent = isLive() && !pose.stale ? pose.state_name : '';
+  element('flags').textContent = isLive() ? [pose.flag_names, pose.advice].filter(Boolean).join(': ') : '';
   if (scene) element('ellipsoid').textContent = `${kSigmas} sigma ellipsoid, drawn x${exaggeration}`;
-  plots.draw(tracked.history, pose.t / 1000 + (performance.now() - tracked.heardMs) / 1000);
+  plots.draw(tracked.history, pose.utc_ms / 1000 + (performance.now() - tracked.heardMs) / 1000);
 }
 
 /// Creates the 3D view. Called last, because without a graphics processor it may take a second.
@@ -141,7 +141,7 @@ function setBoresight(q) {
 const actions = {
   run: () => ask({run: !page.status.running}),
   set: () => ask({hemisphere: element('hemisphere').value.split(',').map(Number), sensor: page.selected ?? 0}),
-  boresight: () => setBoresight(page.newest?.q),
+  boresight: () => setBoresight(page.newest?.q_wxyz),
   unboresight: () => setBoresight(null),
   record: () => ask({record: !page.status.recording}),
 };

@@ -34,11 +34,11 @@ export class SensorView {
 
   /// Draws a pose with the attitude q. begins: starts a new trail. An invalid pose hides the sensor.
   show(pose, q, exaggeration, begins) {
-    this.triad.position.set(...pose.p);
+    this.triad.position.set(...pose.position_m);
     this.triad.quaternion.set(q[1], q[2], q[3], q[0]);
-    const [a, b, d, c, e, f] = drawnFactor(pose.c, exaggeration);
-    this.ellipsoid.matrix = new Matrix4().set(a, 0, 0, pose.p[0], b, d, 0, pose.p[1], c, e, f, pose.p[2], 0, 0, 0, 1);
-    if (pose.valid) this.#extendTrail(pose.p, begins);
+    const [a, b, d, c, e, f] = drawnFactor(pose.position_covariance_m2, exaggeration);
+    this.ellipsoid.matrix = new Matrix4().set(a, 0, 0, pose.position_m[0], b, d, 0, pose.position_m[1], c, e, f, pose.position_m[2], 0, 0, 0, 1);
+    if (pose.valid) this.#extendTrail(pose.position_m, begins);
     this.setVisible(pose.valid);
   }
 
