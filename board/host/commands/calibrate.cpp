@@ -284,7 +284,7 @@ void check_usage(const CalibrateCommand& c) {
     }
 }
 
-std::string text_of(const CalibrateCommand& command, const Json& result) {
+std::string calibration_text(const CalibrateCommand& command, const Json& result) {
     std::string text = command.free_motion ? free_motion_text(result) : command.grid ? grid_text(result) : stage_text(result);
     for (const Json& warning : result["warnings"]) {
         text += "warning: " + warning.get<std::string>() + "\n";
@@ -304,7 +304,7 @@ int calibrate(const CalibrateCommand& command) {
     write_files(command, file);
     report.json["warnings"] = report.warnings;
     report.json["out"] = command.out;
-    print_text(command.json ? report.json.dump(2) + "\n" : text_of(command, report.json));
+    print_text(command.json ? report.json.dump(2) + "\n" : calibration_text(command, report.json));
     return to_int(ExitCode::fine);
 }
 

@@ -87,7 +87,7 @@ Json result_of(const CouplingsCommand& c, const CouplingSummary& s) {
             {"out", c.out}};
 }
 
-std::string text_of(const Json& r) {
+std::string couplings_text(const Json& r) {
     return fill(r,
                 "poses        {rows} rows, {rows_valid} valid, {low_lines} low-band lines: {out}\nscalar       {scalar:.4f} ") +
            (r["scalar_given"] ? "(given)\n" : fill(r, "(estimated, sigma {scalar_sigma:.4f})\n")) +
@@ -104,7 +104,7 @@ int run_command(CouplingsCommand& c) {
     const BandRecording recording = read_bands(c.files);
     check_bands(c.files, models, recording, params.hemisphere);
     const CouplingSummary summary = run_couplings(models, recording, params, c.out);
-    print_result(result_of(c, summary), c.json, text_of);
+    print_result(result_of(c, summary), c.json, couplings_text);
     return to_int(summary.valid > 0 ? ExitCode::fine : ExitCode::check_failed);
 }
 

@@ -56,7 +56,7 @@ Json result_of(const CaptureAnalysis& a) {
     };
 }
 
-std::string text_of(const Json& a) {
+std::string demodulation_text(const Json& a) {
     std::string text = fill(a, "reference current on channel {reference_channel} ({reference_amplitude_codes:.0f} codes); ");
     text += fill(a, "{repeats} repeats\nsignal matrix (rows: sensor channels; columns: S1 S2 S3) +- scatter between repeats\n");
     for (std::size_t i = 0; i < 3; ++i) {
@@ -80,7 +80,7 @@ int demodulate(const DemodulateCommand& command) {
     }
     const Capture capture = read_capture(command.capture, command.bits);
     const auto analysis = analyse_capture(capture, command.carrier_hz, command.rate_hz, command.guard_samples);
-    print_result(result_of(analysis), command.json, text_of);
+    print_result(result_of(analysis), command.json, demodulation_text);
     if (!analysis.sensor_present) {
         print_notice("tricoil: {}: {}\n", command.capture, analysis.verdict);
         return to_int(ExitCode::check_failed);

@@ -74,7 +74,7 @@ std::string row(const std::string& name, const Json& band) {
                 "{orientation_p95_deg:>8.4f} {orientation_max_deg:>8.4f}\n");
 }
 
-std::string text_of(const Json& r) {
+std::string evaluation_text(const Json& r) {
     const char* const fixtures = r["fixtures"] == "from the calibration" ? "from the calibration" : "REFITTED on this data";
     std::string text = fill(r, "{poses} poses, {solver} solver, fixtures ") + fixtures;
     text += fill(r, "; {poses_not_converged} did not converge\n");
@@ -124,7 +124,7 @@ int evaluate_command(const EvaluateCommand& command) {
         draw(folder.path(), {error_picture(errors)}, interrupt);
         folder.publish();
     }
-    print_result(result_of(command, report), command.json, text_of);
+    print_result(result_of(command, report), command.json, evaluation_text);
     if (report.not_converged > 0) {
         print_notice("tricoil: {} poses did not converge; their last iterate is used\n", report.not_converged);
         return to_int(ExitCode::check_failed);

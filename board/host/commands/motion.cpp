@@ -150,7 +150,7 @@ Json json_of(const MotionResult& r) {
     return json;
 }
 
-std::string text_of(const Json& r) {
+std::string motion_text(const Json& r) {
     const bool has_prediction = r.contains("predicted");
     const auto row = [&](const char* name, const char* key) {
         constexpr const char* kRow =
@@ -190,7 +190,7 @@ int motion(const MotionCommand& command) {
     if (!command.out.empty()) {
         write_error_csv(command.out, result.updates);
     }
-    print_result(json_of(result), command.json, text_of);
+    print_result(json_of(result), command.json, motion_text);
     return to_int(ExitCode::fine);
 }
 

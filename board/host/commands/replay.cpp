@@ -36,7 +36,7 @@ Json result_of(const Recording& recording, const ReplayReport& r, bool same_trac
             {"difference_rms_deg", kDegrees * r.rms_orientation_rad}};
 }
 
-std::string text_of(const Json& r) {
+std::string replay_text(const Json& r) {
     std::string text = fill(r, "{recording}: {inputs} inputs, {poses} poses, {poses_valid} of them valid\n");
     text += r["complete"] ? "" : "  incomplete: the recording program was killed\n";
     if (!r["expected_equal"]) {
@@ -63,7 +63,7 @@ int run_replay(const ReplayCommand& command) {
     const bool same_tracker = settings_json(settings) == settings_json(*recording.settings());
     const ReplayReport report = replay(recording, settings, command.out);
     const Json result = result_of(recording, report, same_tracker);
-    print_result(result, command.json, text_of);
+    print_result(result, command.json, replay_text);
     if (result["expected_equal"] && !result["bit_for_bit"]) {
         if (report.equal == report.compared) {
             print_notice("tricoil: {}: inputs and poses end {:.1f} s apart: one of the files is truncated\n", command.folder,

@@ -39,7 +39,7 @@ Json result_of(const Report& report) {
     return {{"passed", report.passed()}, {"checks", checks}};
 }
 
-std::string text_of(const Json& result) {
+std::string selfcheck_text(const Json& result) {
     std::string text = "id     check                                in          measured        limit  \n";
     int failed = 0;
     for (const Json& check : result["checks"]) {
@@ -84,7 +84,7 @@ int run_selfcheck(const SelfcheckCommand& command) {
     const bool is_here = command.device.empty() || command.device == "sim:";
     const Report report =
         is_here ? here : report_of(linux_board::DeviceInquiry(command.device, command.wait_s).self_check(), here);
-    print_result(result_of(report), command.json, text_of);
+    print_result(result_of(report), command.json, selfcheck_text);
     return to_int(report.passed() ? ExitCode::fine : ExitCode::check_failed);
 }
 

@@ -16,18 +16,16 @@
 namespace tricoil::host {
 namespace {
 
-using Json = nlohmann::json;
-
 constexpr std::size_t kMaxCalibrationBytes = std::size_t{1} << 20U;
 constexpr double kCouplingUnit = 2.0 / 250;  // the files' field has no factor 1/2, and couplings are divided by 250
 
 /// Columns are coils.
-Mat3<double> coils(const std::string& path, const Json& band, const std::string& name, const char* key) {
+Mat3<double> coils(const std::string& path, const nlohmann::json& band, const std::string& name, const char* key) {
     const auto refuse = [&](const char* why) { throw InputError(fmt::format("{}: '{}.{}' {}", path, name, key, why)); };
     if (!band.contains(key)) {
         refuse("is missing");
     }
-    const Json& list = band[key];
+    const nlohmann::json& list = band[key];
     if (!list.is_array() || list.size() != 3) {
         refuse("must be a list of three coils");
     }
@@ -37,7 +35,7 @@ Mat3<double> coils(const std::string& path, const Json& band, const std::string&
             refuse("must have three numbers for each coil");
         }
         for (std::size_t axis = 0; axis < 3; ++axis) {
-            const Json& number = list[coil][axis];
+            const nlohmann::json& number = list[coil][axis];
             if (!number.is_number() || !std::isfinite(number.get<double>())) {
                 refuse("must hold finite numbers");
             }
@@ -47,11 +45,11 @@ Mat3<double> coils(const std::string& path, const Json& band, const std::string&
     return m;
 }
 
-field::GeneralDipole<double> band_model(const std::string& path, const Json& root, const std::string& name) {
+field::GeneralDipole<double> band_model(const std::string& path, const nlohmann::json& root, const std::string& name) {
     if (!root.contains(name) || !root[name].is_object()) {
         throw InputError(fmt::format("{}: '{}' is missing; the calibration of both bands is needed", path, name));
     }
-    const Json& band = root[name];
+    const nlohmann::json& band = root[name];
     calibration::Calibration<double> c;
     c.model.source_offset_m = coils(path, band, name, "source_pos");
     c.model.source_moment = kCouplingUnit * coils(path, band, name, "source_moment");
@@ -98,7 +96,7 @@ std::vector<Mat3<double>> read_couplings(const std::string& path) {
 }  // namespace
 
 BandModels read_band_models(const std::string& path) {
-    const Json root = Json::parse(read_text(path, kMaxCalibrationBytes), nullptr, false);
+    const nlohmann::json root = nlohmann::json::parse(read_text(path, kMaxCalibrationBytes), nullptr, false);
     if (root.is_discarded() || !root.is_object()) {
         throw InputError(path + ": is not a JSON object with the calibrations 'high' and 'low'");
     }
