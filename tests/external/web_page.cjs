@@ -99,10 +99,10 @@ async function main() {
                 `${firsts.map(first => Math.round(first[1])).join(', ')} ms (load ${os.loadavg()[0].toFixed(1)})`);
     check(firsts.every(([pose, picture]) => pose < picture), 'the first pose does not wait for the picture in space');
 
-    const position = () => page.evaluate(() => window.tricoil.newest.p);
+    const position = () => page.evaluate(() => window.tricoil.newest.position_m);
     const moved = async () => {
       const before = await position();
-      await page.waitForFunction(p => Math.hypot(...window.tricoil.newest.p.map((v, n) => v - p[n])) > 0.02, before, {timeout: 30000});
+      await page.waitForFunction(p => Math.hypot(...window.tricoil.newest.position_m.map((v, n) => v - p[n])) > 0.02, before, {timeout: 30000});
     };
     await moved();
     check(await page.evaluate(() => document.body.dataset.link) === 'live', 'it is live, and the sensor moves');
@@ -127,7 +127,7 @@ async function main() {
     check(true, 'started by the key, and it moves again');
     await page.selectOption('#hemisphere', '-1,0,0');
     await page.click('#set');
-    await page.waitForFunction(() => window.tricoil.newest.p[0] < 0, null, {timeout: 10000});
+    await page.waitForFunction(() => window.tricoil.newest.position_m[0] < 0, null, {timeout: 10000});
     check(true, 'the hemisphere was set');
     await page.click('#record');
     await page.waitForFunction(() => window.tricoil.status.recording, null, {timeout: 10000});
