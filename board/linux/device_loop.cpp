@@ -132,9 +132,7 @@ void DeviceLoop::begin() {
     common.hemisphere = params_.hemisphere;
     common.max_column_span = timing.max_column_span;
     common.window_s = timing.window_s;
-    if (auto* direct = std::get_if<tracking::DirectParams>(&settings.tracker.method)) {
-        direct->deskew = timing.is_tdm;
-    }
+    host::set_deskew(settings.tracker.method, timing.is_tdm);
     for (std::size_t n = 0; n < std::min<std::size_t>(session_.identity().sensors, trackers_.size()); ++n) {
         trackers_[n].emplace(settings.tracker, settings.calibration);
     }

@@ -38,10 +38,11 @@ public:
 
 private:
     // Flags that invalidate a pose, except hemisphere_unknown.
-    static constexpr std::array kOthers{
-        tracking::PoseFlag::saturated,    tracking::PoseFlag::low_signal,       tracking::PoseFlag::no_sensor,
-        tracking::PoseFlag::stale,        tracking::PoseFlag::wrong_handedness, tracking::PoseFlag::not_converged,
-        tracking::PoseFlag::no_reference, tracking::PoseFlag::unconfirmed,      tracking::PoseFlag::inconsistent};
+    static constexpr std::array kOthers{tracking::PoseFlag::saturated,        tracking::PoseFlag::low_signal,
+                                        tracking::PoseFlag::no_sensor,        tracking::PoseFlag::stale,
+                                        tracking::PoseFlag::wrong_handedness, tracking::PoseFlag::not_converged,
+                                        tracking::PoseFlag::no_reference,     tracking::PoseFlag::unconfirmed,
+                                        tracking::PoseFlag::inconsistent,     tracking::PoseFlag::uncertain};
 
     std::optional<Vec3<double>> last_m_;
     HostTime last_;

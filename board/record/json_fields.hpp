@@ -10,7 +10,7 @@ namespace tricoil::host {
 template <typename Params, typename Visit>
 void visit_common(Params& params, Visit&& visit) {
     auto& [coupling_constant, hemisphere, confined, max_column_span, window_s, latency_s, min_snr, max_misfit, distortion_gate,
-           lost_after, search_after] = params;
+           misfit_floor, max_deviation_m, lost_after, search_after] = params;
     visit("coupling_constant_m3", coupling_constant);
     visit("hemisphere", hemisphere);
     visit("confined", confined);
@@ -20,6 +20,8 @@ void visit_common(Params& params, Visit&& visit) {
     visit("min_snr", min_snr);
     visit("max_misfit", max_misfit);
     visit("distortion_gate", distortion_gate);
+    visit("misfit_floor", misfit_floor);
+    visit("max_deviation_m", max_deviation_m);
     visit("lost_after_us", lost_after);
     visit("search_after_us", search_after);
 }
@@ -33,8 +35,9 @@ void visit_direct(Params& params, Visit&& visit) {
 /// The form is not a field: it is part of the method's name.
 template <typename Params, typename Visit>
 void visit_previous(Params& params, Visit&& visit) {
-    auto& [form, passes] = params;
+    auto& [form, passes, deskew] = params;
     visit("passes", passes);
+    visit("deskew", deskew);
 }
 
 template <typename Params, typename Visit>

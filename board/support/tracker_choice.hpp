@@ -60,11 +60,18 @@ inline const std::string& name_of_method(const tracking::MethodParams<double>& m
     return kTrackerNames[angles || method.index() == 2 ? method.index() + 1 : method.index()];
 }
 
-/// Enables deskew of the direct method if the columns have different times.
-inline void deskew_in_turn(tracking::TrackerParams<double>& params) {
-    if (auto* direct = std::get_if<tracking::DirectParams>(&params.method)) {
-        direct->deskew = params.common.max_column_span.count() > 0;
+/// Sets deskew of a method that solves signal matrices; no effect on the filter.
+inline void set_deskew(tracking::MethodParams<double>& method, bool deskew) {
+    if (auto* direct = std::get_if<tracking::DirectParams>(&method)) {
+        direct->deskew = deskew;
+    } else if (auto* previous = std::get_if<tracking::PreviousParams>(&method)) {
+        previous->deskew = deskew;
     }
+}
+
+/// Enables deskew if the columns have different times.
+inline void deskew_in_turn(tracking::TrackerParams<double>& params) {
+    set_deskew(params.method, params.common.max_column_span.count() > 0);
 }
 
 }  // namespace tricoil::host

@@ -14,7 +14,7 @@
 
 namespace tricoil::protocol {
 
-static_assert(static_cast<int>(tracking::PoseFlag::coasting) == 11, "the schema lists the pose flags by number");
+static_assert(static_cast<int>(tracking::PoseFlag::uncertain) == 12, "the schema lists the pose flags by number");
 static_assert(static_cast<int>(ColumnFlag::overrun) == 6 && static_cast<int>(ColumnFlag::gain_changed) == 8,
               "the schema lists the column flags by number");
 
@@ -35,6 +35,7 @@ Raw to_wire(Scalar value, Scalar per_unit, double low, double high) {
 constexpr double kPositionPerMetre = 1e7;
 constexpr double kQuaternionPerUnit = 8e6;
 constexpr double kDeviationPerUnit = 1e7;
+constexpr double kDistortionPerMetre = 1e5;
 
 template <typename Scalar>
 PoseMessage to_message(const tracking::PoseEstimate<Scalar>& e) {
@@ -63,7 +64,7 @@ PoseMessage to_message(const tracking::PoseEstimate<Scalar>& e) {
         m.deviation[i] = to_wire<std::uint32_t>(std::sqrt(std::max(e.covariance(k, k), Scalar(0))), Scalar(kDeviationPerUnit), 0,
                                                 highest(WireType::u24));
     }
-    m.distortion = to_wire<std::uint16_t>(e.distortion_chi_square, Scalar(100), 0, highest(WireType::u16));
+    m.distortion = to_wire<std::uint16_t>(e.distortion_m, Scalar(kDistortionPerMetre), 0, highest(WireType::u16));
     m.snr_cdb = to_wire<std::int16_t>(e.snr_db, Scalar(100), lowest(WireType::i16), highest(WireType::i16));
     return m;
 }
@@ -76,7 +77,7 @@ template <typename Scalar>
     e.sequence = m.sequence;
     e.time = device_time_us(m.time_us);
     e.state = static_cast<tracking::TrackerState>(m.tracker_state);
-    for (int bit = 0; bit <= static_cast<int>(tracking::PoseFlag::coasting); ++bit) {
+    for (int bit = 0; bit <= static_cast<int>(tracking::PoseFlag::uncertain); ++bit) {
         e.flags.set_if((m.flags >> bit & 1) != 0, static_cast<tracking::PoseFlag>(bit));
     }
     for (std::size_t i = 0; i < 3; ++i) {
@@ -91,7 +92,7 @@ template <typename Scalar>
         const auto deviation = static_cast<Scalar>(m.deviation[i] / kDeviationPerUnit);
         e.covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i)) = deviation * deviation;
     }
-    e.distortion_chi_square = Scalar(m.distortion) / 100;
+    e.distortion_m = static_cast<Scalar>(m.distortion / kDistortionPerMetre);
     e.snr_db = Scalar(m.snr_cdb) / 100;
     constexpr Scalar kLengthTolerance = Scalar(1e-5);  // of the squared length: rounding of four numbers
     return std::abs(e.q_source_sensor.squaredNorm() - 1) < kLengthTolerance ? WireError::none : WireError::impossible;

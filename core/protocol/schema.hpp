@@ -159,10 +159,10 @@ struct Schema<PoseMessage> {
         field(&PoseMessage::sensor, "sensor", detail::kSensor),
         field(&PoseMessage::tracker_state, "tracker_state", code(WireType::u8, 0, 2, "0 searching, 1 tracking, 2 lost")),
         field(&PoseMessage::flags, "flags",
-              code(WireType::u16, 0, 4095,
+              code(WireType::u16, 0, 8191,
                    "bits: 0 saturated, 1 low signal, 2 no sensor, 3 distorted, 4 wrong handedness, 5 stale, "
                    "6 not converged, 7 hemisphere unknown, 8 no reference, 9 unconfirmed, "
-                   "10 inconsistent, 11 coasting; valid: none, or only 3 and 11")),
+                   "10 inconsistent, 11 coasting, 12 uncertain; valid: none, or only 3 and 11")),
         fields(&PoseMessage::position, detail::kPosition,
                info(WireType::i32, detail::kPositionScale, "m", -1e9, 1e9, "sensor in the source frame")),
         fields(&PoseMessage::quaternion, detail::kQuaternion,
@@ -172,8 +172,7 @@ struct Schema<PoseMessage> {
                     "standard deviations: position, small rotation, source frame; "
                     "the largest number also stands for larger values")),
         field(&PoseMessage::distortion, "distortion",
-              info(WireType::u16, 1e-2, "",
-                   "chi-square of 3 degrees of freedom; the largest number also stands for larger values")),
+              info(WireType::u16, 1e-5, "m", "position error that the misfit suggests; the largest number also stands for larger values")),
         field(&PoseMessage::snr_cdb, "snr", info(WireType::i16, 1e-2, "dB", "20 log10(k / sigma)"))};
 };
 

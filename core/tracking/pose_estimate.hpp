@@ -1,6 +1,7 @@
 // Output of a tracker: pose, covariance, validity flags and diagnostics.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <optional>
 
@@ -22,6 +23,7 @@ struct PoseEstimate {
     Quat<Scalar> q_source_sensor = Quat<Scalar>::Identity();  // v_source = q v_sensor
     Mat6<Scalar> covariance = Mat6<Scalar>::Zero();           // position (m), then small rotation (rad), source frame
     Scalar distortion_chi_square = 0;                         // 3 degrees of freedom; expectation 3 without distortion
+    Scalar distortion_m = 0;                                  // position error (RMS) that the misfit suggests; 0: no misfit
     Scalar snr_db = 0;                                        // 20 log10(k / sigma)
     Mat3<Scalar> signal_matrix = Mat3<Scalar>::Zero();        // X as it was solved
 
@@ -30,5 +32,11 @@ struct PoseEstimate {
 
     [[nodiscard]] bool valid() const { return !flags.has_any(kInvalidating); }
 };
+
+/// Standard deviation of the position (3D root mean square).
+template <typename Scalar>
+Scalar deviation_m(const PoseEstimate<Scalar>& estimate) {
+    return std::sqrt(estimate.covariance.template topLeftCorner<3, 3>().trace());
+}
 
 }  // namespace tricoil::tracking

@@ -12,7 +12,7 @@ enum class PoseFlag : std::uint8_t {
     saturated,           // a channel reached full scale or clipped, also because of an offset: couplings are too small
     low_signal,          // signal-to-noise ratio below the limit
     no_sensor,           // no dipole fits the couplings: crosstalk into open inputs, or a dead channel
-    distorted,           // couplings differ from a dipole's by more than noise: metal, or motion between columns
+    distorted,           // couplings differ from a dipole's by more than noise and motion: metal
     wrong_handedness,    // det X < 0: a coil is reversed or two are swapped
     stale,               // no usable measurement for some time; the pose is the last known one
     not_converged,       // the solver did not converge
@@ -21,6 +21,7 @@ enum class PoseFlag : std::uint8_t {
     unconfirmed,         // the newest columns contradict the prediction (outlier or jump), or too few were accepted since
     inconsistent,        // the innovations of the last columns are much larger than their covariance
     coasting,            // no new column since the last pose: pose and covariance are predicted
+    uncertain,           // the standard deviation of the position is above its limit
 };
 using PoseFlags = FlagSet<PoseFlag>;
 
@@ -28,7 +29,7 @@ using PoseFlags = FlagSet<PoseFlag>;
 constexpr PoseFlags kInvalidating{PoseFlag::saturated,    PoseFlag::low_signal,         PoseFlag::no_sensor,
                                   PoseFlag::stale,        PoseFlag::wrong_handedness,   PoseFlag::not_converged,
                                   PoseFlag::no_reference, PoseFlag::hemisphere_unknown, PoseFlag::unconfirmed,
-                                  PoseFlag::inconsistent};
+                                  PoseFlag::inconsistent, PoseFlag::uncertain};
 
 constexpr PoseFlags kAllPoseFlags = kInvalidating | PoseFlags{PoseFlag::distorted, PoseFlag::coasting};
 

@@ -20,6 +20,9 @@ Status check_common(const CommonParams<Scalar>& p) {
     if (!is_positive(p.min_snr) || !is_positive(p.max_misfit) || !is_positive(p.distortion_gate)) {
         return refused("signal limits must be positive and finite");
     }
+    if (!(p.misfit_floor >= 0 && p.misfit_floor < 1) || !is_positive(p.max_deviation_m)) {
+        return refused("misfit floor must lie between 0 and 1, the largest deviation must be positive and finite");
+    }
     if (p.max_column_span.count() < 0 || p.lost_after.count() <= 0 || p.search_after < p.lost_after) {
         return refused("times must be positive, and search_after not shorter than lost_after");
     }

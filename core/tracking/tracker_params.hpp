@@ -26,9 +26,11 @@ struct CommonParams {
     /// Share of squared couplings that no dipole explains; above it no sensor is assumed. Rank-one crosstalk has 1/3, real
     /// sensors have up to 0.034.
     Scalar max_misfit = Scalar(0.1);
-    Scalar distortion_gate = Scalar(16.27);  // chi-square of 3 degrees of freedom, exceeded once in 1,000
-    Microseconds lost_after{100'000};        // without a valid pose
-    Microseconds search_after{1'000'000};    // when lost: forget the last pose
+    Scalar distortion_gate = 21;            // chi-square of 3 degrees of freedom, exceeded once in 10,000
+    Scalar misfit_floor = Scalar(1e-6);     // misfit of calibrated coils without metal, per coupling, relative to k
+    Scalar max_deviation_m = Scalar(0.02);  // standard deviation of the position (3D) above which a pose is invalid
+    Microseconds lost_after{100'000};       // without a valid pose
+    Microseconds search_after{1'000'000};   // when lost: forget the last pose
 };
 
 /// DirectTracker: closed-form maximum-likelihood pose of each complete signal matrix.
@@ -43,7 +45,8 @@ struct PreviousParams {
         angles,   // the paper's angles, singular at the poles
     };
     Form form = Form::vectors;
-    int passes = 1;  // steps per matrix
+    int passes = 1;       // steps per matrix
+    bool deskew = false;  // TDM: extrapolate each column to the time of the newest
 };
 
 /// Process noise of the SCAAT filter, estimated within limits; see scaat/process_noise.hpp. The limits come from hand motion:
@@ -90,7 +93,7 @@ struct TrackerParams {
     MethodParams<Scalar> method;
 };
 
-static_assert(sizeof(TrackerParams<float>) <= 176, "set once");
+static_assert(sizeof(TrackerParams<float>) <= 184, "set once");
 
 /// max_column_span for a plan. FDM columns are simultaneous. Three consecutive TDM slots span two slots; a lost slot exceeds the
 /// limit.

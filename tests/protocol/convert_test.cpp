@@ -21,7 +21,7 @@ tracking::PoseEstimate<double> some_pose(std::mt19937_64& random) {
     e.position_m << 2 * uniform(random), 2 * uniform(random), 2 * uniform(random);
     e.q_source_sensor = Quat<double>(uniform(random), uniform(random), uniform(random), uniform(random)).normalized();
     e.covariance.diagonal() << 1e-8, 4e-8, 9e-8, 1e-10, 4e-10, 9e-10;
-    e.distortion_chi_square = 3.25;
+    e.distortion_m = 3.25e-3;
     e.snr_db = 61.5;
     return e;
 }
@@ -40,6 +40,7 @@ TEST(Convert, APoseKeepsATenthOfAMicrometre) {
         EXPECT_EQ(received.time, sent.time);
         EXPECT_NEAR(std::sqrt(received.covariance(1, 1)), 2e-4, 1e-7);
         EXPECT_NEAR(received.snr_db, sent.snr_db, 5e-3);
+        EXPECT_NEAR(received.distortion_m, sent.distortion_m, 5e-6);
         const PoseMessage again = to_message(received);
         EXPECT_EQ(again.position, m.position);
         EXPECT_EQ(again.quaternion, m.quaternion);
@@ -63,7 +64,7 @@ TEST(Convert, ValuesOutOfRangeSaturate) {
     auto e = some_pose(random);
     e.position_m << 1e9, -1e9, 0;
     e.covariance(0, 0) = 1e12;
-    e.distortion_chi_square = 1e12;
+    e.distortion_m = 1e12;
     e.snr_db = -1e9;
     const PoseMessage m = to_message(e);
     EXPECT_EQ(m.position[0], 1'000'000'000);

@@ -117,8 +117,8 @@ TEST_F(TrackerTest, FlagsGiveTheReason) {
     const auto flags_of = [&](const Mat3<double>& x, ColumnFlags column_flags, double sigma) {
         DirectTracker<double> tracker(params());
         std::optional<PoseEstimate<double>> estimate;
-        for (int j = 0; j < 3; ++j) {
-            auto c = column(x, j);
+        for (int n = 0; n < 6; ++n) {  // two frames: a first pose is unconfirmed
+            auto c = column(x, n % 3);
             c.flags = column_flags;
             c.sigma.setConstant(sigma);
             estimate = tracker.update(c);
@@ -138,10 +138,12 @@ TEST_F(TrackerTest, FlagsGiveTheReason) {
     crosstalk.diagonal() *= 1.3;
     EXPECT_TRUE(flags_of(crosstalk, {}, kSigma).has(PoseFlag::no_sensor));
     Mat3<double> metal = x_;
-    metal.row(1) *= 1.05;
+    metal.row(1) *= 1.01;
     const auto distorted = flags_of(metal, {}, kSigma);
     EXPECT_TRUE(distorted.has(PoseFlag::distorted));
     EXPECT_FALSE(distorted.has_any(kInvalidating));
+    metal.row(1) *= 1.1;
+    EXPECT_TRUE(flags_of(metal, {}, kSigma).has(PoseFlag::uncertain));
 }
 
 TEST_F(TrackerTest, DistortionChiSquareHasThreeDegreesOfFreedom) {
@@ -153,6 +155,26 @@ TEST_F(TrackerTest, DistortionChiSquareHasThreeDegreesOfFreedom) {
         sum += feed_frame(tracker, x_ + kSigma * random.gaussian_matrix())->distortion_chi_square;
     }
     EXPECT_NEAR(sum / kFrames, 3.0, 0.12);  // standard error sqrt(6 / 4000) = 0.039
+}
+
+/// Neither the first pose nor one that is farther from the last than a body can move is confirmed.
+TEST_F(TrackerTest, APoseMustContinueTheLastOne) {
+    for (const bool deskew : {false, true}) {
+        auto p = params();
+        p.method = DirectParams{deskew};
+        DirectTracker<double> tracker(p);
+        EXPECT_TRUE(feed_frame(tracker, x_)->flags.has(PoseFlag::unconfirmed));
+        for (int frame = 0; frame < 3; ++frame) {
+            feed_frame(tracker, x_);
+        }
+        EXPECT_TRUE(feed_frame(tracker, x_)->valid());
+        const Mat3<double> elsewhere = test::unit_signal(Vec3<double>(0.6, 0.4, 0.1), attitude_);
+        tracker.update(column(elsewhere, 0));
+        time_ += kSlot;
+        tracker.update(column(elsewhere, 1));
+        time_ += kSlot;
+        EXPECT_FALSE(tracker.update(column(elsewhere, 2))->valid());
+    }
 }
 
 TEST_F(TrackerTest, BadColumnsAreRefusedCountedAndChangeNothing) {

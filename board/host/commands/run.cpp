@@ -162,7 +162,7 @@ void add_run_options(CLI::App* sub, const std::shared_ptr<RunCommand>& command) 
         ->expected(3);
     sub->add_flag("--confined", o.confined,
                   "The sensor never leaves the half space of the start; the hemisphere stays known after a loss");
-    sub->add_flag("--no-deskew", o.no_deskew, "TDM, direct: treat the latest three columns as simultaneous");
+    sub->add_flag("--no-deskew", o.no_deskew, "TDM, direct and previous: treat the latest three columns as simultaneous");
     sub->add_option("--predict", o.predict_ahead_s, "scaat: deliver poses this many seconds ahead of the newest column");
     sub->add_flag("--no-noise", o.no_noise, "No converter noise and no mains; with quantisation");
     sub->add_option("--seed", o.seed, "Seed of noise and motion")->check(refuse_overflow)->capture_default_str();

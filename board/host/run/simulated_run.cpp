@@ -71,13 +71,11 @@ void refuse_bad(const Status& status) {
 /// Method and parameters from the options.
 tracking::MethodParams<double> make_method(const RunOptions& options, const signal::AcquisitionPlan& plan) {
     tracking::MethodParams<double> method = method_of_name(options.tracker);
-    auto* direct = std::get_if<tracking::DirectParams>(&method);
-    if (options.no_deskew && (direct == nullptr || !plan.is_tdm())) {
-        throw InputError("--no-deskew: only for --mux tdm with --tracker direct");
+    const bool is_filter = std::holds_alternative<tracking::ScaatParams<double>>(method);
+    if (options.no_deskew && (is_filter || !plan.is_tdm())) {
+        throw InputError("--no-deskew: only for --mux tdm with --tracker direct or previous");
     }
-    if (direct != nullptr) {
-        direct->deskew = plan.is_tdm() && !options.no_deskew;
-    }
+    set_deskew(method, plan.is_tdm() && !options.no_deskew);
     tracking::PreviousParams previous;
     previous.passes = options.passes;
     refuse_bad(tracking::check(tracking::TrackerParams<double>{{}, previous}));
@@ -213,8 +211,7 @@ void run_in_double(const SimulatedBoard& board, RunReport& report) {
     }
     app::MainLoopParams<double> params{board.plan, board.world.demodulation(),
                                        make_tracker(options, board.world_params, board.plan, board.hemisphere)};
-    const auto* direct = std::get_if<tracking::DirectParams>(&params.tracker.method);
-    report.deskewed = direct != nullptr && direct->deskew;
+    report.deskewed = board.plan.is_tdm() && !options.no_deskew;
     std::optional<Recorder> recorder;
     if (!options.record.empty()) {
         recorder.emplace(options.record, describe_source(options),

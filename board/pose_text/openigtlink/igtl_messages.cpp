@@ -1,5 +1,6 @@
 #include "board/pose_text/openigtlink/igtl_messages.hpp"
 
+#include <fmt/format.h>
 #include <igtlStatusMessage.h>
 #include <igtlTimeStamp.h>
 #include <igtlTrackingDataMessage.h>
@@ -97,9 +98,11 @@ std::string status_message(const ServedPose& served) {
     const bool valid = served.pose.valid();
     const std::string flags = to_text(served.pose.flags);
     const std::string advice = host::advice(served.pose.flags);
-    const StatusFields fields = valid ? StatusFields{igtl::StatusMessage::STATUS_OK, "", "tracking"}
-                                      : StatusFields{igtl::StatusMessage::STATUS_NOT_READY, whole_flags(flags, kLongestErrorName),
-                                                     "no valid pose: " + flags + (advice.empty() ? "" : "; " + advice)};
+    const StatusFields fields = valid
+                                    ? StatusFields{igtl::StatusMessage::STATUS_OK, "",
+                                                   fmt::format("tracking; distortion {:.2f} mm", 1e3 * served.pose.distortion_m)}
+                                    : StatusFields{igtl::StatusMessage::STATUS_NOT_READY, whole_flags(flags, kLongestErrorName),
+                                                   "no valid pose: " + flags + (advice.empty() ? "" : "; " + advice)};
     return status(fields, device_name(served.pose.sensor), served.utc);
 }
 

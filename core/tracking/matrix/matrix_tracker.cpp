@@ -6,6 +6,7 @@
 #include "core/field/concentric_dipole.hpp"
 #include "core/solver/direct.hpp"
 #include "core/solver/pose_covariance.hpp"
+#include "core/tracking/body_motion.hpp"
 #include "core/tracking/signal_flags.hpp"
 
 namespace tricoil::tracking {
@@ -31,6 +32,9 @@ MatrixTracker<Scalar>::MatrixTracker(const CommonParams<Scalar>& params, bool de
 template <typename Scalar>
 void MatrixTracker<Scalar>::do_set_hemisphere(const Vec3<Scalar>& towards) {
     hemisphere_.set(towards);
+    if (solved_.position_m.dot(towards) < 0) {
+        solved_.position_m = -solved_.position_m;
+    }
     if (has_last_ && last_.direction.dot(towards) < 0) {
         last_.direction = -last_.direction;
         do_follow(last_, false);
@@ -45,6 +49,7 @@ std::optional<PoseEstimate<Scalar>> MatrixTracker<Scalar>::do_update(const Colum
         return std::nullopt;
     }
     ++counters_.accepted;
+    column_motion_.add(column);
     const auto matrix = assembler_.add(column);
     if (!matrix) {
         return std::nullopt;
@@ -61,12 +66,17 @@ std::optional<PoseEstimate<Scalar>> MatrixTracker<Scalar>::do_update(const Colum
         solved = acquire(*matrix);
     }
     if (solved.ok()) {
-        fill_estimate(*matrix, *solved, estimate);
+        fill_estimate(*matrix, *solved, stepped, estimate);
         estimate.flags.set_if(!hemisphere_.known(), PoseFlag::hemisphere_unknown);
     } else {
         estimate.flags.set(solved.status().code() == StatusCode::degenerate ? PoseFlag::no_sensor : PoseFlag::not_converged);
     }
-    flag_recent_faults(estimate);
+    const bool jumped = !is_continuation(estimate);
+    estimate.flags.set_if(jumped || (deskew_ && !column_motion_.known()), PoseFlag::unconfirmed);
+    flag_recent_faults(estimate, jumped && solved_.exists);
+    if (solved.ok() && !estimate.flags.has_any(kFaultFlags)) {
+        solved_ = {estimate.position_m, deviation_m(estimate), estimate.time, true};
+    }
     if (estimate.valid()) {
         last_ = *solved;
         has_last_ = true;
@@ -111,6 +121,8 @@ std::optional<Rejection> MatrixTracker<Scalar>::rejection_of(const Column<Scalar
         last_valid_ = column.midpoint;
         assembler_.clear();
         motion_.clear();
+        column_motion_.clear();
+        solved_.exists = false;
         hemisphere_.forget();
     }
     return reason_of(verdict);
@@ -119,12 +131,12 @@ std::optional<Rejection> MatrixTracker<Scalar>::rejection_of(const Column<Scalar
 /// Deskew uses a bad column in later matrices too, where it can stay undetected. Poses are therefore unconfirmed until two
 /// further columns of each state have come.
 template <typename Scalar>
-void MatrixTracker<Scalar>::flag_recent_faults(PoseEstimate<Scalar>& estimate) {
+void MatrixTracker<Scalar>::flag_recent_faults(PoseEstimate<Scalar>& estimate, bool jumped) {
     constexpr int kHistory = 2 * kSourceCoils;
     if (!deskew_) {
         return;
     }
-    const bool bad = estimate.flags.has_any(kFaultFlags);
+    const bool bad = estimate.flags.has_any(kFaultFlags) || jumped;
     estimate.flags.set_if(unconfirmed_ > 0, PoseFlag::unconfirmed);
     unconfirmed_ = bad ? kHistory : std::max(unconfirmed_ - 1, 0);
 }
@@ -163,23 +175,55 @@ Scalar MatrixTracker<Scalar>::misfit_squared(const Mat3<Scalar>& x, const Pose& 
     return (x - k * pose.attitude * field::dipole_factor(pose.direction)).squaredNorm();
 }
 
+/// Linearization error of a step from the last pose to `pose`, per coupling and relative to k: second order in the change of
+/// direction, relative range and attitude (their squared norms; |dO|^2 is twice the squared angle). A second pass removes it.
+template <typename Scalar>
+Scalar MatrixTracker<Scalar>::linearization_share(const Pose& pose) const {
+    constexpr Scalar kSecondOrder = Scalar(0.4);  // from the errors of the simulated hand
+    const Scalar range_change = pose.range_m / last_.range_m - 1;
+    return step_.passes > 1 ? Scalar(0)
+                            : kSecondOrder * ((pose.direction - last_.direction).squaredNorm() + range_change * range_change +
+                                              (pose.attitude - last_.attitude).squaredNorm() / 2);
+}
+
 /// Fills in the pose with covariance and diagnostics, and adds the flags that depend on it.
 template <typename Scalar>
-void MatrixTracker<Scalar>::fill_estimate(const SignalMatrix<Scalar>& matrix, const Pose& pose,
-                                          PoseEstimate<Scalar>& estimate) const {
+void MatrixTracker<Scalar>::fill_estimate(const SignalMatrix<Scalar>& matrix, const Pose& pose, bool stepped,
+                                  PoseEstimate<Scalar>& estimate) {
     const Scalar k = field::coupling_strength(params_.coupling_constant, pose.range_m);
     const Scalar misfit = misfit_squared(matrix.x, pose);
     const Scalar snr = k / matrix.sigma;
     estimate.position_m = pose.range_m * pose.direction;
     estimate.q_source_sensor = geometry::attitude_quaternion(pose.attitude);
-    estimate.covariance = solver::pose_covariance(k, pose.range_m, pose.direction, matrix.sigma);
-    estimate.distortion_chi_square = misfit / (matrix.sigma * matrix.sigma);
+    const Scalar floor = params_.misfit_floor * k;
+    const Scalar linearization = stepped ? k * linearization_share(pose) : Scalar(0);
+    const Scalar variance = matrix.sigma * matrix.sigma + column_motion_.error_variance(matrix, params_.window_s) +
+                            floor * floor + linearization * linearization;
+    estimate.distortion_chi_square = misfit / variance;
+    misfit_.add(misfit, variance, params_.distortion_gate, matrix.newest);
+    const Scalar distorted = misfit_.variance();
+    estimate.distortion_m = position_deviation(k, pose.range_m, std::sqrt(distorted));
+    estimate.covariance = solver::pose_covariance<Scalar>(k, pose.range_m, pose.direction, std::sqrt(variance + distorted));
+    estimate.flags.set_if(deviation_m(estimate) > params_.max_deviation_m, PoseFlag::uncertain);
     estimate.snr_db = 20 * std::log10(snr);
     estimate.flags.set_if(matrix.x.determinant() < 0, PoseFlag::wrong_handedness);
     estimate.flags.set_if(snr < params_.min_snr, PoseFlag::low_signal);
     const bool significant = estimate.distortion_chi_square > params_.distortion_gate;
     estimate.flags.set_if(significant, PoseFlag::distorted);
     estimate.flags.set_if(significant && misfit > params_.max_misfit * matrix.x.squaredNorm(), PoseFlag::no_sensor);
+}
+
+/// True if the last solved pose is near enough in time and place for the motion of a body.
+template <typename Scalar>
+bool MatrixTracker<Scalar>::is_continuation(const PoseEstimate<Scalar>& estimate) const {
+    constexpr Scalar kDeviations = 5;
+    const Microseconds step = estimate.time - solved_.time;
+    if (!solved_.exists || step > params_.lost_after) {
+        return false;
+    }
+    const Scalar reach_m =
+        Scalar(kFastestBody_m_s) * seconds_as<Scalar>(step) + kDeviations * (deviation_m(estimate) + solved_.deviation_m);
+    return (estimate.position_m - solved_.position_m).squaredNorm() <= reach_m * reach_m;
 }
 
 /// Error budget of this pose, with motion from the poses and the actual ages of the columns.

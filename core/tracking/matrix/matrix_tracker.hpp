@@ -3,13 +3,17 @@
 
 #include "core/solver/previous_measurement.hpp"
 #include "core/tracking/column_check.hpp"
+#include "core/tracking/column_motion.hpp"
 #include "core/tracking/hemisphere.hpp"
+#include "core/tracking/misfit.hpp"
 #include "core/tracking/motion_estimate.hpp"
 #include "core/tracking/signal_matrix_assembler.hpp"
 #include "core/tracking/tracker.hpp"
 
 namespace tricoil::tracking {
 
+/// A pose is unconfirmed unless it continues the one before it, and in TDM with deskew unless the motion is known from earlier
+/// columns. Motion and misfit widen its covariance.
 /// A method may compute the pose by a step from the last pose. Without a step, or if it fails, the direct solver computes the
 /// pose and Hemisphere decides its side. tick(): the last pose, flagged stale, if it is older than lost_after.
 template <typename Scalar>
@@ -43,9 +47,11 @@ private:
     [[nodiscard]] std::optional<Rejection> rejection_of(const Column<Scalar>& column);
     [[nodiscard]] Result<Pose> step(const Mat3<Scalar>& x);
     [[nodiscard]] Result<Pose> acquire(const SignalMatrix<Scalar>& matrix);
-    void flag_recent_faults(PoseEstimate<Scalar>& estimate);
+    void flag_recent_faults(PoseEstimate<Scalar>& estimate, bool jumped);
     [[nodiscard]] Scalar misfit_squared(const Mat3<Scalar>& x, const Pose& pose) const;
-    void fill_estimate(const SignalMatrix<Scalar>& matrix, const Pose& pose, PoseEstimate<Scalar>& estimate) const;
+    void fill_estimate(const SignalMatrix<Scalar>& matrix, const Pose& pose, bool stepped, PoseEstimate<Scalar>& estimate);
+    [[nodiscard]] Scalar linearization_share(const Pose& pose) const;
+    [[nodiscard]] bool is_continuation(const PoseEstimate<Scalar>& estimate) const;
     void predict_error(const SignalMatrix<Scalar>& matrix, Step step, PoseEstimate<Scalar>& estimate);
     void advance(bool valid, DeviceTime time);
 
@@ -59,6 +65,15 @@ private:
     bool has_last_ = false;
     TimeBase time_base_;
     Hemisphere<Scalar> hemisphere_;
+    ColumnMotion<Scalar> column_motion_;
+    Misfit<Scalar> misfit_;
+    /// The last solved pose, valid or not.
+    struct {
+        Vec3<Scalar> position_m = Vec3<Scalar>::Zero();
+        Scalar deviation_m = 0;
+        DeviceTime time{};
+        bool exists = false;
+    } solved_;
     int unconfirmed_ = 0;  // columns to come until deskew no longer uses columns of a bad matrix
     DeviceTime last_valid_{};
     PoseEstimate<Scalar> last_estimate_;

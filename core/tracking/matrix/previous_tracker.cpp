@@ -24,7 +24,7 @@ error_model::SolverForm solver_form(PreviousParams::Form form) {
 template <typename Scalar>
 PreviousTracker<Scalar>::PreviousTracker(const TrackerParams<Scalar>& params, const Correction& correction)
     : MatrixTracker<Scalar>(
-          params.common, false,
+          params.common, std::get_if<PreviousParams>(&params.method)->deskew,
           {solver_form(std::get_if<PreviousParams>(&params.method)->form), std::get_if<PreviousParams>(&params.method)->passes},
           correction),
       method_(*std::get_if<PreviousParams>(&params.method)) {}

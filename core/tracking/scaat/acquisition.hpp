@@ -21,15 +21,21 @@ Vec3<Scalar> resolvable_variance(const Vec3<Scalar>& variance, const Innovation<
     return variance.cwiseMax(kShare * predicted);
 }
 
-/// Innovation of a column, with resolvable_variance(). `around` as in innovation(). unmodelled_variance: of coupling errors other
-/// than noise, coupling units squared.
+/// Coupling errors of a column other than noise.
+template <typename Scalar>
+struct Unmodelled {
+    Scalar variance = 0;                           // coupling units squared
+    Vec3<Scalar> residual = Vec3<Scalar>::Zero();  // known error, coupling units
+};
+
+/// Innovation of a column, with resolvable_variance(). `around` as in innovation().
 template <typename Scalar, MeasurementModel<Scalar> Model>
 Innovation<Scalar> column_innovation(const Model& model, const State<Scalar>& state, const Motion<Scalar>& around,
-                                     const Column<Scalar>& column, Scalar unmodelled_variance = 0) {
+                                     const Column<Scalar>& column, const Unmodelled<Scalar>& unmodelled) {
     const Scalar late_s = column.midpoint < state.time ? seconds_as<Scalar>(state.time - column.midpoint) : Scalar(0);
     const int j = coil_index(column.state);
-    const Vec3<Scalar> measured = column.sigma.cwiseAbs2().array() + unmodelled_variance;
-    auto result = innovation<Scalar>(model, state, around, j, column.in_phase, measured, late_s);
+    const Vec3<Scalar> measured = column.sigma.cwiseAbs2().array() + unmodelled.variance;
+    auto result = innovation<Scalar>(model, state, around, j, column.in_phase - unmodelled.residual, measured, late_s);
     const Vec3<Scalar> variance = resolvable_variance<Scalar>(measured, result);
     if (variance != result.r) {
         Mat3<Scalar> s = h_times(result.h, result.gain_numerator, late_s);
@@ -57,10 +63,12 @@ std::array<const Column<Scalar>*, kSourceCoils> oldest_first(const SignalMatrixA
 /// if simultaneous, with a standard deviation that covers the motion between them. The columns are then used a second time as
 /// updates; with this wide prior that adds less than 1 % of information. Position and velocity errors become correlated, as they
 /// must: the next three columns determine the velocity, which is the difference of two deskewed poses weighted by the noise.
+/// unmodelled_variance: of errors of the couplings other than noise (metal, or motion that the prior does not cover).
 /// Works in place to save stack: a state takes a quarter of a small processor's stack.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 [[gnu::noinline]] void start_state(State<Scalar>& state, const Model& model, const StartPose<Scalar>& start,
-                                   const SignalMatrixAssembler<Scalar>& columns, const ScaatParams<Scalar>& params) {
+                                   const SignalMatrixAssembler<Scalar>& columns, const ScaatParams<Scalar>& params,
+                                   Scalar unmodelled_variance) {
     const auto order = oldest_first(columns);
     state = State<Scalar>{};
     state.time = order.front()->midpoint;
@@ -76,7 +84,7 @@ template <typename Scalar, MeasurementModel<Scalar> Model>
     const Intensity<Scalar> q{params.process.start_m2_s3, params.process.start_rad2_s3};
     for (const auto* column : order) {
         propagate(state, q, column->midpoint);
-        const auto innovation = column_innovation<Scalar>(model, state, state, *column);
+        const auto innovation = column_innovation<Scalar>(model, state, state, *column, {unmodelled_variance});
         if (innovation.ok) {
             (void)apply(state, innovation);
         }

@@ -19,8 +19,8 @@ public:
         reset_adaptation();
     }
 
-    /// Starts from a pose and the columns from which it was computed.
-    void start(const StartPose<Scalar>& pose, const SignalMatrixAssembler<Scalar>& columns);
+    /// Starts from a pose and the columns from which it was computed. unmodelled_variance: as in start_state().
+    void start(const StartPose<Scalar>& pose, const SignalMatrixAssembler<Scalar>& columns, Scalar unmodelled_variance);
 
     /// Moves the state to `time`, which must not be before the state's time.
     void propagate_to(DeviceTime time) { propagate(state_, intensity(), time); }
@@ -28,16 +28,16 @@ public:
 
     /// Information on a column from the caller.
     struct Use {
-        bool trusted = false;            // other columns agree with it: if it contradicts the prediction, the sensor accelerates
-        bool in_frame = false;           // one of three simultaneous columns
-        Scalar unmodelled_variance = 0;  // of coupling errors other than noise, coupling units squared
+        bool trusted = false;   // other columns agree with it: if it contradicts the prediction, the sensor accelerates
+        bool in_frame = false;  // one of three simultaneous columns
+        Unmodelled<Scalar> unmodelled;
     };
 
     /// Updates with a column if it passes the gate, linearised at `around`. The weight falls near the gate, because many such
     /// columns are outliers; a manoeuvre also appears in the next column. A late column keeps its weight, because no later column
     /// shows its motion. A column outside the gate is an outlier and not used, unless it is trusted: then the covariance is
     /// inflated until the column passes. Returns false if the column was not used.
-    bool use(const Column<Scalar>& column, const Motion<Scalar>& around, Use use);
+    bool use(const Column<Scalar>& column, const Motion<Scalar>& around, const Use& use);
 
     /// True if the position is within the gate of `position_m`, which has the given covariance.
     [[nodiscard]] bool is_within_gate(const Vec3<Scalar>& position_m, const Mat3<Scalar>& covariance) const;

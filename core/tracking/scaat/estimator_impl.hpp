@@ -8,8 +8,9 @@
 namespace tricoil::tracking::scaat {
 
 template <typename Scalar, MeasurementModel<Scalar> Model>
-void Estimator<Scalar, Model>::start(const StartPose<Scalar>& pose, const SignalMatrixAssembler<Scalar>& columns) {
-    start_state<Scalar>(state_, model_, pose, columns, params_);
+void Estimator<Scalar, Model>::start(const StartPose<Scalar>& pose, const SignalMatrixAssembler<Scalar>& columns,
+                                     Scalar unmodelled_variance) {
+    start_state<Scalar>(state_, model_, pose, columns, params_, unmodelled_variance);
     last_used_ = state_.time;
     history_.start(state_.time);
     reset_adaptation();
@@ -30,9 +31,9 @@ void Estimator<Scalar, Model>::reset_adaptation() {
 }
 
 template <typename Scalar, MeasurementModel<Scalar> Model>
-bool Estimator<Scalar, Model>::use(const Column<Scalar>& column, const Motion<Scalar>& around, Use use) {
+bool Estimator<Scalar, Model>::use(const Column<Scalar>& column, const Motion<Scalar>& around, const Use& use) {
     const int coil = coil_index(column.state);
-    auto innovation = column_innovation<Scalar>(model_, state_, around, column, use.unmodelled_variance);
+    auto innovation = column_innovation<Scalar>(model_, state_, around, column, use.unmodelled);
     const bool far = innovation.y.norm() > params_.most_inflated * column.in_phase.norm();
     const bool may_inflate = use.trusted && !far && !history_.any_far();
     Vec3<Scalar> whitened = innovation.whitened();
@@ -40,7 +41,7 @@ bool Estimator<Scalar, Model>::use(const Column<Scalar>& column, const Motion<Sc
     int inflations = 0;
     for (; may_inflate && innovation.ok && nis > params_.gate && inflations < kMaxInflations; ++inflations) {
         inflate_covariance(nis / 3);
-        innovation = column_innovation<Scalar>(model_, state_, around, column, use.unmodelled_variance);
+        innovation = column_innovation<Scalar>(model_, state_, around, column, use.unmodelled);
         whitened = innovation.whitened();
         nis = whitened.squaredNorm();
     }

@@ -63,6 +63,9 @@ auto Filter<Scalar, Model>::track_column(const Column<Scalar>& column) -> Pose {
     if (column.flags.has_any(kUnusable)) {
         return finish_measurement(std::nullopt);
     }
+    if (in_order) {
+        health_.note(column);
+    }
     const auto matrix = in_order ? intake_.add(column) : std::nullopt;
     const bool accepted = use(column, motion(), estimator_.history().others_refused(coil_index(column.state)));
     estimator_.history().measured(accepted);
@@ -110,7 +113,11 @@ std::optional<SignalMatrix<Scalar>> Filter<Scalar, Model>::take_into_frame(const
         estimator_.propagate_to(column.midpoint);
     }
     intake_.note_flags(column);
-    return intake_.wait_for_frame(column) ? intake_.add(column) : std::nullopt;
+    if (!intake_.wait_for_frame(column)) {
+        return std::nullopt;
+    }
+    health_.note(column);
+    return intake_.add(column);
 }
 
 /// Uses the columns of an incomplete frame one by one.
@@ -152,7 +159,13 @@ bool Filter<Scalar, Model>::use(const Column<Scalar>& column, const Motion<Scala
     // larger value makes the filter lag behind the direct pose, a smaller one makes it refuse columns.
     constexpr double kUnmodelledBlur = 0.1;
     const Scalar unmodelled = Scalar(kUnmodelledBlur * kUnmodelledBlur) * health_.blur_variance();
-    return estimator_.use(column, around, {trusted, intake_.in_frames(), unmodelled});
+    // In TDM the residual is one frame old; near metal it changes with the motion.
+    constexpr double kResidualChange = 0.3;
+    const Vec3<Scalar> residual = health_.residual(coil_index(column.state));
+    const Scalar change =
+        intake_.in_frames() ? Scalar(0) : Scalar(kResidualChange * kResidualChange / 3) * residual.squaredNorm();
+    return estimator_.use(column, around,
+                          {trusted, intake_.in_frames(), {unmodelled + change + health_.start_variance(), residual}});
 }
 
 /// True if the nine noise values are similar enough for the direct pose, which gives all nine numbers equal weight.
@@ -181,7 +194,7 @@ bool Filter<Scalar, Model>::is_within_gate(const StartPose<Scalar>& pose, Scalar
 template <typename Scalar, MeasurementModel<Scalar> Model>
 auto Filter<Scalar, Model>::finish_measurement(const std::optional<SignalMatrix<Scalar>>& matrix) -> Pose {
     PoseFlags flags = intake_.flags();
-    if (estimator_.history().has_lost_sensor()) {
+    if (estimator_.history().has_lost_sensor() || !is_possible(motion())) {
         ++counters_.reacquisitions;
         if (!matrix || !start(*matrix)) {
             lose(motion().time);
@@ -226,7 +239,7 @@ bool Filter<Scalar, Model>::start(const SignalMatrix<Scalar>& matrix) {
     }
     StartPose<Scalar> chosen = *pose;
     resolve_hemisphere(chosen, matrix);
-    estimator_.start(chosen, intake_.columns());
+    estimator_.start(chosen, intake_.columns(), health_.start_variance());
     counters_.acquisitions += state_ == TrackerState::tracking ? 0U : 1U;
     state_ = TrackerState::tracking;
     health_.start();
@@ -290,6 +303,8 @@ auto Filter<Scalar, Model>::report(PoseFlags flags, Microseconds ahead) -> Pose 
     estimate.flags.set_if(!hemisphere_.known(), PoseFlag::hemisphere_unknown);
     estimate.flags.set_if(ahead > params_.coast_limit, PoseFlag::coasting);
     estimate.flags.set_if(state_ != TrackerState::tracking || silent, PoseFlag::stale);
+    cover_misfit(estimate, health_);
+    estimate.flags.set_if(deviation_m(estimate) > common_.max_deviation_m, PoseFlag::uncertain);
     counters_.invalid_poses += estimate.valid() ? 0U : 1U;
     if (estimate.valid()) {
         estimate.predicted_error = expected_error(state, estimate.covariance, common_);

@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "core/tracking/column_motion.hpp"
+#include "core/tracking/misfit.hpp"
 #include "core/tracking/pose_flags.hpp"
 #include "core/tracking/scaat/measurement_model.hpp"
 #include "core/tracking/scaat/signal_curvature.hpp"
@@ -26,8 +28,9 @@ public:
         distortion_chi_square_ = 0;
         snr_db_ = 0;
         x_ = matrix.x;
+        residual_.setZero();
         if (pose.ok()) {
-            judge(matrix, *pose, beside != nullptr ? signal_curvature(*beside) : Scalar(0));
+            judge(matrix, *pose, beside);
         } else {
             flags_.set(PoseFlag::no_sensor);
         }
@@ -42,6 +45,9 @@ public:
             (void)examine(*matrix, &state);
         }
     }
+
+    /// Notes a usable column, in the order of time.
+    void note(const Column<Scalar>& column) { motion_.add(column); }
 
     /// Start of the filter: the motion is unknown.
     void start() {
@@ -58,23 +64,48 @@ public:
     [[nodiscard]] const Mat3<Scalar>& signal_matrix() const { return x_; }
     /// Variance of a coupling due to blur, coupling units squared.
     [[nodiscard]] Scalar blur_variance() const { return blur_variance_; }
+    /// Variance of a coupling due to errors that only the first matrix after a start has: motion between its columns, or metal.
+    [[nodiscard]] Scalar start_variance() const { return start_variance_; }
+    /// Part of column j of the last matrix that no pose explains, if it is significant; else close to zero. Coupling units.
+    [[nodiscard]] auto residual(int j) const { return residual_.col(j); }
+    /// Variance of a coupling that the misfit suggests, coupling units squared, and the coupling strength.
+    [[nodiscard]] Scalar misfit_variance() const { return misfit_.variance(); }
+    [[nodiscard]] Scalar strength() const { return strength_; }
 
 private:
-    /// curvature: second time derivative of the couplings relative to their strength, 1/s^2.
-    void judge(const SignalMatrix<Scalar>& matrix, const StartPose<Scalar>& pose, Scalar curvature) {
-        const Scalar bend = pose.strength * curvature;
-        const Scalar remainder = bend * deskew_remainder_s2(seconds_as<Scalar>(params_.max_column_span));
-        const Scalar blur = bend * blur_s2(params_.window_s);
+    /// beside: the state, or null at a start.
+    void judge(const SignalMatrix<Scalar>& matrix, const StartPose<Scalar>& pose, const State<Scalar>* beside) {
+        const bool simultaneous = params_.max_column_span.count() == 0;
+        const bool moving = beside == nullptr || !(simultaneous || motion_.known());
+        const Scalar blur = beside == nullptr ? Scalar(0) : pose.strength * signal_curvature(*beside) * blur_s2(params_.window_s);
+        const Scalar floor = params_.misfit_floor * pose.strength;
         blur_variance_ = blur * blur;
-        const Scalar variance = matrix.sigma * matrix.sigma + remainder * remainder + blur_variance_;
+        // Motion from the columns, not from the state: a state that takes metal for motion would explain its misfit.
+        const Scalar variance = matrix.sigma * matrix.sigma + motion_.error_variance(matrix, params_.window_s) + floor * floor;
         const Scalar snr = pose.strength / matrix.sigma;
         distortion_chi_square_ = pose.misfit_squared / variance;
         snr_db_ = 20 * std::log10(snr);
         const bool significant = distortion_chi_square_ > params_.distortion_gate;
         flags_.set_if(!pose.right_handed, PoseFlag::wrong_handedness);
         flags_.set_if(snr < params_.min_snr, PoseFlag::low_signal);
-        flags_.set_if(significant, PoseFlag::distorted);
+        flags_.set_if(significant && !moving, PoseFlag::distorted);
         flags_.set_if(significant && pose.misfit_squared > params_.max_misfit * matrix.x.squaredNorm(), PoseFlag::no_sensor);
+        strength_ = pose.strength;
+        start_variance_ = beside == nullptr ? pose.misfit_squared / 3 : Scalar(0);
+        if (!moving) {
+            misfit_.add(pose.misfit_squared, variance, params_.distortion_gate, matrix.newest);
+        }
+        if (significant && !moving) {
+            find_residual(pose, 1 - params_.distortion_gate / distortion_chi_square_);
+        }
+    }
+
+    /// The residual of the columns at `pose`, times `weight`. It lies in the directions that do not depend on the pose, so that
+    /// columns without it give the same pose.
+    void find_residual(const StartPose<Scalar>& pose, Scalar weight) {
+        for (int j = 0; j < kSourceCoils; ++j) {
+            residual_.col(j) = weight * (x_.col(j) - model_.column(pose.position_m, pose.attitude, j).column);
+        }
     }
 
     const CommonParams<Scalar>& params_;
@@ -86,6 +117,11 @@ private:
     Scalar snr_db_ = 0;
     Mat3<Scalar> x_ = Mat3<Scalar>::Zero();
     Scalar blur_variance_ = 0;
+    Scalar start_variance_ = 0;
+    Scalar strength_ = 1;
+    Mat3<Scalar> residual_ = Mat3<Scalar>::Zero();
+    ColumnMotion<Scalar> motion_;
+    Misfit<Scalar> misfit_;
 };
 
 }  // namespace tricoil::tracking::scaat

@@ -3,6 +3,7 @@
 
 #include "core/base/time.hpp"
 #include "core/geometry/quaternion.hpp"
+#include "core/tracking/body_motion.hpp"
 
 namespace tricoil::tracking::scaat {
 
@@ -33,6 +34,15 @@ struct State : Motion<Scalar> {
     Mat12<Scalar> covariance = Mat12<Scalar>::Zero();
 };
 static_assert(sizeof(State<float>) <= 704, "size of a state in float: 12x12 covariance, 19 numbers and a time");
+
+/// True if the rates of the motion are possible for a body. A state beyond these limits is not continued.
+template <typename Scalar>
+bool is_possible(const Motion<Scalar>& motion) {
+    constexpr Scalar kMost_m_s = Scalar(kFastestBody_m_s);
+    constexpr Scalar kMost_rad_s = Scalar(kFastestBody_rad_s);
+    return motion.velocity_m_s.squaredNorm() <= kMost_m_s * kMost_m_s &&
+           motion.rate_rad_s.squaredNorm() <= kMost_rad_s * kMost_rad_s;
+}
 
 /// Mirror image of the motion: position, velocity and acceleration change sign, rotation does not.
 template <typename Scalar>

@@ -100,7 +100,7 @@ std::string format(int item, double value, bool binary) {
 }  // namespace
 
 char error_letter(const Pose& pose) {
-    constexpr std::array<std::pair<PoseFlag, char>, 10> kLetters{{{PoseFlag::no_reference, 'a'},
+    constexpr std::array<std::pair<PoseFlag, char>, 11> kLetters{{{PoseFlag::no_reference, 'a'},
                                                                   {PoseFlag::saturated, 'j'},
                                                                   {PoseFlag::no_sensor, 'l'},
                                                                   {PoseFlag::stale, 'l'},
@@ -109,7 +109,8 @@ char error_letter(const Pose& pose) {
                                                                   {PoseFlag::not_converged, 's'},
                                                                   {PoseFlag::hemisphere_unknown, 's'},
                                                                   {PoseFlag::unconfirmed, 's'},
-                                                                  {PoseFlag::inconsistent, 's'}}};
+                                                                  {PoseFlag::inconsistent, 's'},
+                                                                  {PoseFlag::uncertain, 's'}}};
     for (const auto& [flag, letter] : kLetters) {
         if (pose.flags.has(flag)) {
             return letter;

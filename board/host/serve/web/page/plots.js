@@ -9,7 +9,7 @@ const kPlots = [
   {title: 'position, mm', names: ['x', 'y', 'z'], columns: [0, 1, 2]},
   {title: 'speed, m/s', names: ['speed'], columns: [3]},
   {title: 'predicted error, mm', names: ['error'], columns: [4]},
-  {title: 'distortion, chi-square', names: ['distortion'], columns: [5]},
+  {title: 'distortion, mm', names: ['distortion'], columns: [5]},
   {title: 'signal / noise, dB', names: ['S/N'], columns: [6]},
 ];
 

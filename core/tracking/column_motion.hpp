@@ -1,0 +1,93 @@
+// Errors of a signal matrix due to motion, from the columns of the last frames.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+#include "core/tracking/signal_matrix_assembler.hpp"
+
+namespace tricoil::tracking {
+
+/// First and second time derivative of each column of X from differences of consecutive columns. They give the size of the errors
+/// that motion within a window and between columns causes. Without them these errors would be taken for metal.
+template <typename Scalar>
+class ColumnMotion {
+public:
+    /// Adds an accepted column. sigma of the column: noise of its entries, which the second difference contains as well.
+    void add(const Column<Scalar>& column) {
+        History& h = histories_[static_cast<std::size_t>(coil_index(column.state))];
+        const Scalar gap_s = seconds_as<Scalar>(column.midpoint - h.time);
+        const bool follows = h.columns > 0 && gap_s > 0 && gap_s < Scalar(kLongestGap_s);
+        const Vec3<Scalar> slope = follows ? Vec3<Scalar>((column.in_phase - h.couplings) / gap_s) : Vec3<Scalar>::Zero();
+        const Scalar kept = h.columns > 0 ? Scalar(kMemory_s) / (Scalar(kMemory_s) + std::max(gap_s, Scalar(0))) : Scalar(0);
+        h.curvature_squared *= kept;
+        if (follows && h.columns > 1) {
+            h.curvature_squared =
+                std::max(h.curvature_squared, curvature_squared(h, slope, gap_s, column.sigma.squaredNorm() / 3));
+        }
+        h.columns = follows ? std::min(h.columns + 1, 3) : 1;
+        h.couplings = column.in_phase;
+        h.slope = slope;
+        h.slope_squared = follows ? significant(slope, 2 * column.sigma.squaredNorm() / (3 * gap_s * gap_s)) : Scalar(0);
+        h.gap_s = gap_s;
+        h.time = column.midpoint;
+    }
+
+    /// True if two columns of each coil precede the newest, with short gaps.
+    [[nodiscard]] bool known() const {
+        return std::all_of(histories_.begin(), histories_.end(), [](const History& h) { return h.columns > 2; });
+    }
+
+    /// Mean variance of the nine entries of `matrix`, of the newest columns, due to motion; coupling units squared. A linear
+    /// extrapolation by h from two columns g apart has the error h (h + g) X''/2, a column of age h has the error h X', and the
+    /// mean over a window of length tau has the error X'' tau^2/24.
+    [[nodiscard]] Scalar error_variance(const SignalMatrix<Scalar>& matrix, Scalar window_s) const {
+        Scalar sum = 0;
+        for (std::size_t j = 0; j < kSourceCoils; ++j) {
+            const History& h = histories_[j];
+            const Scalar elapsed_s = seconds_as<Scalar>(matrix.newest - h.time);
+            const Scalar age_s = matrix.column_age_s(static_cast<Eigen::Index>(j));
+            const Scalar extrapolated_s = elapsed_s - age_s;
+            const Scalar bend_s2 = (age_s * age_s + extrapolated_s * (extrapolated_s + h.gap_s)) / 2 + window_s * window_s / 24;
+            sum += bend_s2 * bend_s2 * h.curvature_squared + age_s * age_s * h.slope_squared;
+        }
+        return sum / kSourceCoils;
+    }
+
+    /// Forgets all columns.
+    void clear() { histories_ = {}; }
+
+private:
+    static constexpr double kLongestGap_s = 0.015;  // three frames at 240 Hz
+    // Second derivatives decay in this time, so that they do not vanish where they change sign: a quarter period at 5 Hz.
+    static constexpr double kMemory_s = 0.05;
+
+    struct History {
+        Vec3<Scalar> couplings = Vec3<Scalar>::Zero();
+        Vec3<Scalar> slope = Vec3<Scalar>::Zero();  // 1/s
+        Scalar slope_squared = 0;                   // mean square of an entry of X', 1/s^2
+        Scalar curvature_squared = 0;               // the same of X'', 1/s^4, decaying
+        Scalar gap_s = 0;                           // between the last two columns
+        DeviceTime time{};
+        int columns = 0;  // with short gaps; counts to 3
+    };
+
+    /// Mean square of the entries of a derivative without the part that noise of the given variance explains.
+    static Scalar significant(const Vec3<Scalar>& derivative, Scalar noise) {
+        constexpr Scalar kChance = 4;  // mean of three squares: exceeded once in 140
+        return std::max(Scalar(0), derivative.squaredNorm() / 3 - kChance * noise);
+    }
+
+    static Scalar curvature_squared(const History& before, const Vec3<Scalar>& slope, Scalar gap_s, Scalar variance) {
+        const Scalar mean_gap_s = (gap_s + before.gap_s) / 2;
+        const Scalar a = 1 / gap_s;
+        const Scalar b = 1 / before.gap_s;
+        const Scalar noise = variance * (a * a + b * b + (a + b) * (a + b));
+        return significant(slope - before.slope, noise) / (mean_gap_s * mean_gap_s);
+    }
+
+    std::array<History, kSourceCoils> histories_{};
+};
+
+}  // namespace tricoil::tracking
