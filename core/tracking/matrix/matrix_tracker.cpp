@@ -204,7 +204,7 @@ void MatrixTracker<Scalar>::fill_estimate(const SignalMatrix<Scalar>& matrix, co
     const Scalar distorted = misfit_.variance();
     estimate.distortion_m = position_deviation(k, pose.range_m, std::sqrt(distorted));
     estimate.covariance = solver::pose_covariance<Scalar>(k, pose.range_m, pose.direction, std::sqrt(variance + distorted));
-    estimate.flags.set_if(deviation_m(estimate) > params_.max_deviation_m, PoseFlag::uncertain);
+    estimate.flags.set_if(!(deviation_m(estimate) <= params_.max_deviation_m), PoseFlag::uncertain);
     estimate.snr_db = 20 * std::log10(snr);
     estimate.flags.set_if(matrix.x.determinant() < 0, PoseFlag::wrong_handedness);
     estimate.flags.set_if(snr < params_.min_snr, PoseFlag::low_signal);
