@@ -26,7 +26,7 @@ struct FlagOfBoth {
     tracking::PoseFlag flag;
 };
 
-constexpr std::array<FlagOfBoth, 12> kFlags{{
+constexpr std::array<FlagOfBoth, 13> kFlags{{
     {TRICOIL_FLAG_SATURATED, tracking::PoseFlag::saturated},
     {TRICOIL_FLAG_LOW_SIGNAL, tracking::PoseFlag::low_signal},
     {TRICOIL_FLAG_NO_SENSOR, tracking::PoseFlag::no_sensor},
@@ -39,6 +39,7 @@ constexpr std::array<FlagOfBoth, 12> kFlags{{
     {TRICOIL_FLAG_UNCONFIRMED, tracking::PoseFlag::unconfirmed},
     {TRICOIL_FLAG_INCONSISTENT, tracking::PoseFlag::inconsistent},
     {TRICOIL_FLAG_COASTING, tracking::PoseFlag::coasting},
+    {TRICOIL_FLAG_UNCERTAIN, tracking::PoseFlag::uncertain},
 }};
 
 /// True if the C interface has exactly the flags of the C++ interface.
@@ -115,6 +116,7 @@ tricoil_pose to_pose(const protocol::PoseMessage& m) {
     for (std::size_t i = 0; i < 4; ++i) {
         pose.quaternion_wxyz[i] = m.quaternion[i] / protocol::kQuaternionPerUnit;
     }
+    pose.distortion_m = m.distortion / protocol::kDistortionPerMetre;
     return pose;
 }
 

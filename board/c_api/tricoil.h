@@ -19,7 +19,7 @@ enum tricoil_flag {
     TRICOIL_FLAG_SATURATED = 1 << 0,          /* a channel reached full scale or clipped: couplings are too small */
     TRICOIL_FLAG_LOW_SIGNAL = 1 << 1,         /* signal-to-noise ratio below the limit */
     TRICOIL_FLAG_NO_SENSOR = 1 << 2,          /* no dipole fits the couplings: open inputs, or a dead channel */
-    TRICOIL_FLAG_DISTORTED = 1 << 3,          /* warning: couplings differ from a dipole's by more than noise, as near metal */
+    TRICOIL_FLAG_DISTORTED = 1 << 3,          /* warning: couplings differ from a dipole's as near metal */
     TRICOIL_FLAG_WRONG_HANDEDNESS = 1 << 4,   /* a coil is reversed, or two are swapped */
     TRICOIL_FLAG_STALE = 1 << 5,              /* no usable measurement for some time; the pose is the last known one */
     TRICOIL_FLAG_NOT_CONVERGED = 1 << 6,      /* the solver did not converge */
@@ -27,7 +27,8 @@ enum tricoil_flag {
     TRICOIL_FLAG_NO_REFERENCE = 1 << 8,       /* no source current */
     TRICOIL_FLAG_UNCONFIRMED = 1 << 9,        /* the newest measurements contradict the prediction, or too few agree yet */
     TRICOIL_FLAG_INCONSISTENT = 1 << 10,      /* the last measurements differ more than their noise allows */
-    TRICOIL_FLAG_COASTING = 1 << 11           /* warning: no new measurement; the pose is predicted */
+    TRICOIL_FLAG_COASTING = 1 << 11,          /* warning: no new measurement; the pose is predicted */
+    TRICOIL_FLAG_UNCERTAIN = 1 << 12          /* the standard deviation of the position is above its limit */
 };
 
 typedef struct tricoil_tracker tricoil_tracker; /* NOLINT(modernize-use-using): C */
@@ -43,6 +44,7 @@ typedef struct tricoil_pose {
     double quaternion_wxyz[4];  /* unit length */
     double position_std_m[3];   /* standard deviations along the axes of the source frame */
     double rotation_std_rad[3]; /* standard deviations of a small rotation about the axes of the source frame */
+    double distortion_m;        /* position error (3D, RMS) that metal near the coils suggests; part of position_std_m */
 } tricoil_pose;                 /* NOLINT(modernize-use-using): C */
 
 /* Opens a device.

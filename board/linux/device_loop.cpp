@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "board/support/tracker_choice.hpp"
 #include "core/protocol/convert.hpp"
 #include "core/signal/acquisition_plan.hpp"
 #include "drivers/posix/monotonic_clock.hpp"

@@ -30,12 +30,7 @@ const std::array<PoseField, 11> kFields{{
      kSignificant,
      nullptr,
      [](const P& p) { return Numbers(p.deviation); }},
-    {"distortion_chi_square",
-     {"distortion_chi_square"},
-     0,
-     "{:.3f}",
-     nullptr,
-     [](const P& p) { return Numbers(&p.distortion_chi_square, 1); }},
+    {"distortion_mm", {"distortion_mm"}, 0, "{:.4f}", nullptr, [](const P& p) { return Numbers(&p.distortion_mm, 1); }},
     {"snr_db", {"snr_db"}, 0, "{:.2f}", nullptr, [](const P& p) { return Numbers(&p.snr_db, 1); }},
 }};
 constexpr std::size_t kDeviation = 8;
@@ -81,7 +76,7 @@ PoseNumbers numbers_of(const protocol::PoseMessage& m) {
                   {},
                   {},
                   {},
-                  1e-2 * m.distortion,
+                  1e3 * m.distortion / protocol::kDistortionPerMetre,
                   1e-2 * m.snr_cdb};
     for (std::size_t i = 0; i < 3; ++i) {
         n.position[i] = m.position[i] / protocol::kPositionPerMetre;
@@ -106,7 +101,7 @@ PoseNumbers numbers_of(const tracking::PoseEstimate<double>& e, double units_per
                   {},
                   {q.w(), q.x(), q.y(), q.z()},
                   {},
-                  e.distortion_chi_square,
+                  1e3 * e.distortion_m,
                   e.snr_db};
     for (std::size_t i = 0; i < 6; ++i) {
         const auto k = static_cast<Eigen::Index>(i);

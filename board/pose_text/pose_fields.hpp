@@ -24,7 +24,7 @@ struct PoseNumbers {
     std::array<double, 3> position{};
     std::array<double, 4> q_wxyz{};
     std::array<double, 6> deviation{};  // position, then small rotation
-    double distortion_chi_square = 0;
+    double distortion_mm = 0;
     double snr_db = 0;
 };
 

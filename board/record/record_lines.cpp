@@ -205,7 +205,7 @@ tracking::PoseEstimate<double> parse_pose(std::string_view line, const std::stri
             e.covariance(i, j) = e.covariance(j, i) = fields.number<double>();
         }
     }
-    e.distortion_chi_square = fields.number<double>();
+    e.distortion_m = 1e-3 * fields.number<double>();
     e.snr_db = fields.number<double>();
     if (const std::string_view position_mm = fields.text(); !position_mm.empty()) {
         double position = 0;

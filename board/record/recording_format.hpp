@@ -8,7 +8,7 @@
 namespace tricoil::host {
 
 constexpr const char* kRecordingFormat = "tricoil recording";
-constexpr int kRecordingVersion = 2;
+constexpr int kRecordingVersion = 3;
 constexpr const char* kDescriptionFile = "recording.json";
 
 /// Line files.

@@ -172,7 +172,8 @@ struct Schema<PoseMessage> {
                     "standard deviations: position, small rotation, source frame; "
                     "the largest number also stands for larger values")),
         field(&PoseMessage::distortion, "distortion",
-              info(WireType::u16, 1e-5, "m", "position error that the misfit suggests; the largest number also stands for larger values")),
+              info(WireType::u16, 1e-5, "m",
+                   "position error that the misfit suggests; the largest number also stands for larger values")),
         field(&PoseMessage::snr_cdb, "snr", info(WireType::i16, 1e-2, "dB", "20 log10(k / sigma)"))};
 };
 

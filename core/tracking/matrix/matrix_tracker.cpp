@@ -189,7 +189,7 @@ Scalar MatrixTracker<Scalar>::linearization_share(const Pose& pose) const {
 /// Fills in the pose with covariance and diagnostics, and adds the flags that depend on it.
 template <typename Scalar>
 void MatrixTracker<Scalar>::fill_estimate(const SignalMatrix<Scalar>& matrix, const Pose& pose, bool stepped,
-                                  PoseEstimate<Scalar>& estimate) {
+                                          PoseEstimate<Scalar>& estimate) {
     const Scalar k = field::coupling_strength(params_.coupling_constant, pose.range_m);
     const Scalar misfit = misfit_squared(matrix.x, pose);
     const Scalar snr = k / matrix.sigma;
