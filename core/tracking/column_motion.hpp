@@ -18,7 +18,7 @@ public:
     void add(const Column<Scalar>& column) {
         History& h = histories_[static_cast<std::size_t>(coil_index(column.state))];
         const Scalar gap_s = seconds_as<Scalar>(column.midpoint - h.time);
-        const bool follows = h.columns > 0 && gap_s > Scalar(kShortestGap_s) && gap_s < Scalar(kLongestGap_s);
+        const bool follows = h.columns > 0 && gap_s > Scalar(kMinGap_s) && gap_s < Scalar(kMaxGap_s);
         const Vec3<Scalar> slope = follows ? Vec3<Scalar>((column.in_phase - h.couplings) / gap_s) : Vec3<Scalar>::Zero();
         const Scalar kept = h.columns > 0 ? Scalar(kMemory_s) / (Scalar(kMemory_s) + std::max(gap_s, Scalar(0))) : Scalar(0);
         h.curvature_squared *= kept;
@@ -59,8 +59,8 @@ public:
     void clear() { histories_ = {}; }
 
 private:
-    static constexpr double kLongestGap_s = 0.015;  // three frames at 240 Hz
-    static constexpr double kShortestGap_s = 1e-4;  // keeps the derivatives of all couplings within float
+    static constexpr double kMaxGap_s = 0.015;  // three frames at 240 Hz
+    static constexpr double kMinGap_s = 1e-4;   // keeps the derivatives of all couplings within float
     // The squared second derivative decays in this time. At 5 Hz 0.38 of its amplitude is left where it changes sign; the change
     // within one and a half frames, by which it is late, is 0.19.
     static constexpr double kMemory_s = 0.02;

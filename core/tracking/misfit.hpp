@@ -22,13 +22,13 @@ public:
     /// squared: squared misfit, 3 degrees of freedom. expected: variance of a coupling from noise, motion and calibration, in the
     /// same unit squared. gate: chi-square above which the misfit is significant.
     void add(Scalar squared, Scalar expected, Scalar gate, DeviceTime time) {
-        const Scalar elapsed_s = std::clamp(seconds_as<Scalar>(time - time_), Scalar(0), Scalar(kLongest_s));
+        const Scalar elapsed_s = std::clamp(seconds_as<Scalar>(time - time_), Scalar(0), Scalar(kMaxElapsed_s));
         const Scalar weight = started_ ? elapsed_s / (elapsed_s + Scalar(kMemory_s)) : Scalar(0);
         const Scalar ratio = squared / (3 * expected);
         time_ = time;
         started_ = true;
         held_ -= weight * held_;
-        mean_ratio_ += weight * (std::min(ratio, Scalar(kMostCounted)) - mean_ratio_);
+        mean_ratio_ += weight * (std::min(ratio, Scalar(kMaxRatio)) - mean_ratio_);
         if (3 * ratio > gate) {
             held_ = std::max(held_, squared / 3);
         }
@@ -41,9 +41,9 @@ public:
 
 private:
     static constexpr double kMemory_s = 0.1;
-    static constexpr double kLongest_s = 0.02;  // a longer gap counts as this
-    static constexpr double kChance = 1.6;      // mean ratio of 24 matrices: five standard deviations above its expectation
-    static constexpr double kMostCounted = 10;  // limits how long the mean remembers a large misfit
+    static constexpr double kMaxElapsed_s = 0.02;  // a longer gap counts as this
+    static constexpr double kChance = 1.6;         // mean ratio of 24 matrices: five standard deviations above its expectation
+    static constexpr double kMaxRatio = 10;        // limits how long the mean remembers a large misfit
 
     Scalar held_ = 0;        // variance of a coupling, decaying
     Scalar lasting_ = 0;     // the same from the mean ratio

@@ -41,7 +41,7 @@ struct SimulatedColumns {
 };
 
 /// Stores the columns that the trackers receive.
-class ColumnStore final : public hal::TrackerTap<double> {
+class ColumnStore final : public tracking::TrackerTap<double> {
 public:
     explicit ColumnStore(std::vector<Column<double>>& columns) : columns_(columns) {}
 

@@ -222,7 +222,7 @@ bool MatrixTracker<Scalar>::is_continuation(const PoseEstimate<Scalar>& estimate
         return false;
     }
     const Scalar reach_m =
-        Scalar(kFastestBody_m_s) * seconds_as<Scalar>(step) + kDeviations * (deviation_m(estimate) + solved_.deviation_m);
+        Scalar(kMaxBodySpeed_m_s) * seconds_as<Scalar>(step) + kDeviations * (deviation_m(estimate) + solved_.deviation_m);
     return (estimate.position_m - solved_.position_m).squaredNorm() <= reach_m * reach_m;
 }
 

@@ -8,7 +8,7 @@
 namespace tricoil::tracking::scaat {
 
 /// The paper's example III (15.7 m/s at 0.5 m) reaches half of it.
-constexpr double kFastestCurvature_per_s2 = 1e4;
+constexpr double kMaxCurvature_per_s2 = 1e4;
 
 /// Second time derivative of a coupling divided by the coupling strength k (1/s^2): root mean square of the nine entries of (6),
 /// from k / rho^3 and the rotation of u and O. All terms are added with positive sign: metal effects smaller than this cannot be
@@ -22,7 +22,7 @@ Scalar signal_curvature(const State<Scalar>& state) {
     const Scalar w = state.rate_rad_s.norm();
     const Scalar curvature = kEntry * (3 * state.acceleration_m_s2.norm() / range + 12 * v * v + 6 * v * w + w * w +
                                        state.angular_acceleration_rad_s2.norm());
-    return std::min(curvature, Scalar(kFastestCurvature_per_s2));
+    return std::min(curvature, Scalar(kMaxCurvature_per_s2));
 }
 
 /// Error of blur per unit of X'': the mean over a window of length tau is X + X'' tau^2 / 24.

@@ -38,10 +38,9 @@ static_assert(sizeof(State<float>) <= 704, "size of a state in float: 12x12 cova
 /// True if the rates of the motion are possible for a body. A state beyond these limits is not continued.
 template <typename Scalar>
 bool is_possible(const Motion<Scalar>& motion) {
-    constexpr Scalar kMost_m_s = Scalar(kFastestBody_m_s);
-    constexpr Scalar kMost_rad_s = Scalar(kFastestBody_rad_s);
-    return motion.velocity_m_s.squaredNorm() <= kMost_m_s * kMost_m_s &&
-           motion.rate_rad_s.squaredNorm() <= kMost_rad_s * kMost_rad_s;
+    constexpr Scalar kMaxSpeed = Scalar(kMaxBodySpeed_m_s);
+    constexpr Scalar kMaxRate = Scalar(kMaxBodyRate_rad_s);
+    return motion.velocity_m_s.squaredNorm() <= kMaxSpeed * kMaxSpeed && motion.rate_rad_s.squaredNorm() <= kMaxRate * kMaxRate;
 }
 
 /// Mirror image of the motion: position, velocity and acceleration change sign, rotation does not.
