@@ -56,7 +56,7 @@ TEST_P(LossAndFaults, LeaveValidPosesHonest) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Multiplexing, LossAndFaults, ::testing::Values(signal::Multiplexing::tdm, signal::Multiplexing::fdm),
-                         [](const auto& info) { return name_of(info.param); });
+                         [](const auto& mode) { return name_of(mode.param); });
 
 }  // namespace
 }  // namespace tricoil::test

@@ -59,7 +59,7 @@ TEST_P(OneBand, SpheresNearTheSensor) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Multiplexing, OneBand, ::testing::Values(signal::Multiplexing::tdm, signal::Multiplexing::fdm),
-                         [](const auto& info) { return name_of(info.param); });
+                         [](const auto& mode) { return name_of(mode.param); });
 
 }  // namespace
 }  // namespace tricoil::test

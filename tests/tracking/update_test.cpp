@@ -125,7 +125,7 @@ TEST(Update, FloatKeepsTheCovariancePositiveDefinite) {
         column.state = single_coil(n % 3);
         column.in_phase = z;
         column.sigma.setConstant(1e-8F);  // only the quantisation of the converter
-        const auto y = column_innovation<float>(model, state, state, column);
+        const auto y = column_innovation<float>(model, state, state, column, {});
         ASSERT_TRUE(y.ok) << n;
         apply(state, y);
         const Eigen::LLT<Mat12<double>> llt(state.covariance.cast<double>());
