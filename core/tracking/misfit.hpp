@@ -12,10 +12,11 @@ namespace tricoil::tracking {
 /// Ratio assumed between a distortion's standard deviation in the six directions of the couplings that a pose explains and in the
 /// three others, which the misfit shows. Metal acts on all nine couplings; it is not known how much of it lies in the six. With
 /// this ratio, errors exceed five standard deviations for few of the conducting spheres of tests/honesty.
-constexpr double kHiddenShare = 2;
+constexpr double kHiddenShare = 2.5;
 
 /// Follows the misfit of consecutive signal matrices. A single misfit counts if it is significant; a smaller one counts if it
-/// lasts. A significant misfit decays slowly, because near metal it passes through zero while the sensor moves.
+/// lasts. A significant misfit decays slowly, because near metal it passes through zero while the sensor moves; faster when it
+/// stays away.
 template <typename Scalar>
 class Misfit {
 public:
@@ -23,16 +24,20 @@ public:
     /// same unit squared. gate: chi-square above which the misfit is significant.
     void add(Scalar squared, Scalar expected, Scalar gate, DeviceTime time) {
         const Scalar elapsed_s = std::clamp(seconds_as<Scalar>(time - time_), Scalar(0), Scalar(kMaxElapsed_s));
-        const Scalar weight = started_ ? elapsed_s / (elapsed_s + Scalar(kMemory_s)) : Scalar(0);
+        const bool started_before = started_;
+        const Scalar weight = started_before ? elapsed_s / (elapsed_s + Scalar(kMemory_s)) : Scalar(0);
         const Scalar ratio = squared / (3 * expected);
         time_ = time;
         started_ = true;
-        held_ -= weight * held_;
-        mean_ratio_ += weight * (std::min(ratio, Scalar(kMaxRatio)) - mean_ratio_);
+        quiet_s_ += elapsed_s;
+        held_ *= quiet_s_ > Scalar(kPassing_s) ? (1 - weight) * (1 - weight) * (1 - weight) : 1 - weight;
+        const Scalar slow = started_before ? elapsed_s / (elapsed_s + Scalar(kLongMemory_s)) : Scalar(0);
+        mean_ratio_ += slow * (std::min(ratio, Scalar(kMaxRatio)) - mean_ratio_);
         if (3 * ratio > gate) {
             held_ = std::max(held_, squared / 3);
+            quiet_s_ = 0;
         }
-        lasting_ = mean_ratio_ > Scalar(kChance) ? mean_ratio_ * expected : Scalar(0);
+        lasting_ = std::max(mean_ratio_ - Scalar(kChance), Scalar(0)) * expected;
     }
 
     /// Variance of a coupling that the recent misfit suggests in the directions that a pose explains; zero if it is not
@@ -41,13 +46,16 @@ public:
 
 private:
     static constexpr double kMemory_s = 0.1;
+    static constexpr double kPassing_s = 0.15;     // near metal a moving sensor's misfit is small for a shorter time
     static constexpr double kMaxElapsed_s = 0.02;  // a longer gap counts as this
-    static constexpr double kChance = 1.6;         // mean ratio of 24 matrices: five standard deviations above its expectation
-    static constexpr double kMaxRatio = 10;        // limits how long the mean remembers a large misfit
+    static constexpr double kLongMemory_s = 0.4;
+    static constexpr double kChance = 1.2;   // mean ratio of 190 independent matrices: three standard deviations above 1
+    static constexpr double kMaxRatio = 10;  // limits how long the mean remembers a large misfit
 
     Scalar held_ = 0;        // variance of a coupling, decaying
     Scalar lasting_ = 0;     // the same from the mean ratio
     Scalar mean_ratio_ = 1;  // of misfit to its expectation
+    Scalar quiet_s_ = 0;     // since the last significant misfit
     DeviceTime time_{};
     bool started_ = false;
 };

@@ -41,11 +41,19 @@ TEST_P(OneBand, SpheresNearTheSensor) {
     for (std::uint64_t seed = 1; seed <= kCases; ++seed) {
         const auto run = simulate_columns(random_case(seed, GetParam()));
         for (std::size_t n = 0; n < kMethods.size(); ++n) {
-            rows[n].add(replay_columns(run, kMethods[n]));
+            const PoseRow row = replay_columns(run, kMethods[n]);
+            if (row.max_m() > 0.05) {
+                std::printf("%s %s: seed %d: max %.1f mm\n", name_of(GetParam()), name_of(kMethods[n]), static_cast<int>(seed),
+                            1e3 * row.max_m());
+            }
+            rows[n].add(row);
         }
         // After the metal has gone the filter must be back within 0.5 s.
         const PoseRow after = replay_columns(run, Method::scaat, {}, 2.3);
         const bool gone = seed % 3 != 0;
+        if (gone && (after.valid < after.poses || after.max_m() > 5e-3)) {
+            std::printf("%s: seed %d: late\n", name_of(GetParam()), static_cast<int>(seed));
+        }
         late += gone && (after.valid < after.poses || after.max_m() > 5e-3) ? 1U : 0U;
     }
     PoseRow::print_header();

@@ -75,8 +75,7 @@ public:
 private:
     /// beside: the state, or null at a start.
     void judge(const SignalMatrix<Scalar>& matrix, const StartPose<Scalar>& pose, const State<Scalar>* beside) {
-        const bool simultaneous = params_.max_column_span.count() == 0;
-        const bool moving = beside == nullptr || !(simultaneous || motion_.known());
+        const bool moving = beside == nullptr || !motion_.known();  // perhaps: the misfit may be due to motion
         const Scalar blur = beside == nullptr ? Scalar(0) : pose.strength * signal_curvature(*beside) * blur_s2(params_.window_s);
         const Scalar floor = params_.misfit_floor * pose.strength;
         blur_variance_ = blur * blur;
@@ -88,7 +87,7 @@ private:
         const bool significant = distortion_chi_square_ > params_.distortion_gate;
         flags_.set_if(!pose.right_handed, PoseFlag::wrong_handedness);
         flags_.set_if(snr < params_.min_snr, PoseFlag::low_signal);
-        flags_.set_if(significant && !moving, PoseFlag::distorted);
+        flags_.set_if(significant, moving ? PoseFlag::unconfirmed : PoseFlag::distorted);
         flags_.set_if(significant && pose.misfit_squared > params_.max_misfit * matrix.x.squaredNorm(), PoseFlag::no_sensor);
         strength_ = pose.strength;
         start_variance_ = beside == nullptr ? pose.misfit_squared / 3 : Scalar(0);
