@@ -5,7 +5,7 @@ const path = require('path');
 /// Pose in the form in which the server sends it; t in ms.
 function pose(sensor, t, x, more) {
   return {sensor, utc_ms: t, position_m: [x, 0.1 * sensor, 0.1], q_wxyz: [1, 0, 0, 0],
-          position_covariance_m2: [8e-7, 0, 0, 1.6e-5, 0, 1.6e-5], valid: 1, stale: false, flag_names: '', state_name: 'tracking', snr_db: 60, distortion_chi_square: 1, predicted_error_mm: 0.2, ...more};
+          position_covariance_m2: [8e-7, 0, 0, 1.6e-5, 0, 1.6e-5], valid: 1, stale: false, flag_names: '', state_name: 'tracking', snr_db: 60, distortion_mm: 1, predicted_error_mm: 0.2, ...more};
 }
 
 /// Serves the page `html`; send() adds events to its stream.

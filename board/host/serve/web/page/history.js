@@ -5,7 +5,7 @@ const kGap_s = 0.3;
 
 /// Values of a pose, in the order of the columns. speed: m/s, or null if unknown.
 const kValues = [pose => 1000 * pose.position_m[0], pose => 1000 * pose.position_m[1], pose => 1000 * pose.position_m[2], (pose, speed) => speed,
-                 pose => pose.predicted_error_mm, pose => pose.distortion_chi_square, pose => pose.snr_db];
+                 pose => pose.predicted_error_mm, pose => pose.distortion_mm, pose => pose.snr_db];
 const kAlwaysValid = 6;  // column that is also valid for an invalid pose: signal-to-noise ratio
 
 export class History {
