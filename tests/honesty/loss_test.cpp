@@ -18,7 +18,7 @@ const std::vector<std::string> kFaults{"",
                                        "overload:0.5@1-1.5",
                                        "broken_stage:S1@1-1.5"};
 constexpr std::array<Loss, 7> kLosses{{{0, 1}, {0.01, 1}, {0.01, 4}, {0.05, 1}, {0.05, 4}, {0.2, 1}, {0.2, 4}}};
-constexpr double kDuration_s = 2.5;
+constexpr double kLossDuration_s = 2.5;
 
 /// All runs of one multiplexing.
 std::vector<SimulatedColumns> runs_of(signal::Multiplexing mode) {
@@ -27,7 +27,7 @@ std::vector<SimulatedColumns> runs_of(signal::Multiplexing mode) {
     for (const std::string& fault : kFaults) {
         for (const char* scenario : {"hand", "circle"}) {
             const auto faults = fault.empty() ? std::vector<std::string>{} : std::vector<std::string>{fault};
-            runs.push_back(simulate_columns({scenario, mode, true, faults, kDuration_s, seed++}));
+            runs.push_back(simulate_columns({scenario, mode, true, faults, kLossDuration_s, seed++}));
         }
     }
     return runs;

@@ -9,7 +9,7 @@ namespace tricoil::test {
 namespace {
 
 constexpr int kCases = 200;
-constexpr double kDuration_s = 2.5;
+constexpr double kMetalDuration_s = 2.5;
 
 /// A sphere of 5 to 80 mm radius, present from 0.8 to 1.8 s or always, at least its diameter away from source and sensor centre.
 RunSettings random_case(std::uint64_t seed, signal::Multiplexing mode) {
@@ -26,7 +26,7 @@ RunSettings random_case(std::uint64_t seed, signal::Multiplexing mode) {
     RunSettings settings;
     settings.scenario = still ? "still" : "hand";
     settings.multiplexing = mode;
-    settings.duration_s = kDuration_s;
+    settings.duration_s = kMetalDuration_s;
     settings.seed = seed;
     settings.faults = {fmt::format("metal:{:.4f},{:.4f},{:.4f},{:.4f}{}", place.x(), place.y(), place.z(), radius_m,
                                    seed % 3 == 0 ? "" : "@0.8-1.8")};
