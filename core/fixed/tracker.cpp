@@ -132,6 +132,7 @@ void Tracker::restart_tracking(DeviceTime now) {
     state_ = TrackerState::searching;
     has_last_ = false;
     has_block_ = false;
+    solved_at_.reset();
     hemisphere_.forget();
     out_of_order_ = 0;
     last_valid_ = now;
@@ -171,6 +172,11 @@ PoseEstimate Tracker::solve(const Measurement& measurement) {
         return estimate;
     }
     fill_estimate(measurement, *solved, estimate);
+    const bool alone = !solved_at_ || estimate.time - *solved_at_ > params_.lost_after;
+    if (!estimate.flags.has_any(tracking::kFaultFlags)) {
+        solved_at_ = estimate.time;
+    }
+    estimate.flags.set_if(alone, PoseFlag::unconfirmed);
     estimate.q_source_sensor = last_attitude_ = with_sign_of(estimate.q_source_sensor, last_attitude_);
     if (estimate.valid()) {
         last_ = *solved;

@@ -1,5 +1,6 @@
 // Tracker of one sensor in integers: blocks of samples in, poses out. It acquires with the direct solver and follows with that or
-// the previous-measurement step. Hemisphere and flags are as in tracking::Tracker.
+// the previous-measurement step. Hemisphere and flags are as in tracking::Tracker, except that the covariance contains noise
+// alone: motion and metal do not widen it, both set the flag `distorted`, and no pose is `uncertain`.
 #pragma once
 
 #include <optional>
@@ -18,15 +19,15 @@ enum class Method : std::uint8_t { direct, previous };
 
 struct TrackerParams {
     Method method = Method::previous;
-    Scaled coupling_constant{1 << 30, -30};              // C, coupling units times m^3
-    int passes = 1;                                      // previous-measurement steps per matrix
-    Vec3<Unit> hemisphere = Vec3<Unit>(1, 0, 0);         // direction to the half space at the start; zero: unknown
-    bool confined = false;                               // the sensor never leaves that half space (wall, table)
-    std::int32_t min_snr = 10;                           // k / sigma below which a pose is flagged (20 dB)
-    Unit max_misfit = Unit::from(0.1);                   // misfit share above which no sensor is assumed
-    Fixed<16> distortion_gate = Fixed<16>::from(16.27);  // chi-square of 3 degrees of freedom, exceeded once in 1,000
-    Microseconds lost_after{100'000};                    // without a valid pose
-    Microseconds search_after{1'000'000};                // after the loss; then the last pose is forgotten
+    Scaled coupling_constant{1 << 30, -30};             // C, coupling units times m^3
+    int passes = 1;                                     // previous-measurement steps per matrix
+    Vec3<Unit> hemisphere = Vec3<Unit>(1, 0, 0);        // direction to the half space at the start; zero: unknown
+    bool confined = false;                              // the sensor never leaves that half space (wall, table)
+    std::int32_t min_snr = 10;                          // k / sigma below which a pose is flagged (20 dB)
+    Unit max_misfit = Unit::from(0.1);                  // misfit share above which no sensor is assumed
+    Fixed<16> distortion_gate = Fixed<16>::from(21.0);  // chi-square of 3 degrees of freedom, exceeded once in 10,000
+    Microseconds lost_after{100'000};                   // without a valid pose
+    Microseconds search_after{1'000'000};               // after the loss; then the last pose is forgotten
 };
 
 /// Errors (invalid_argument): coupling constant, limits or times not positive, passes outside 1-10.
@@ -115,6 +116,7 @@ private:
     DeviceTime last_start_{};
     int out_of_order_ = 0;
     DeviceTime last_valid_{};
+    std::optional<DeviceTime> solved_at_;  // time of the last pose without a fault, valid or not
     PoseEstimate last_estimate_;
     Quaternion last_attitude_{0, 0, 0, 0};  // of the newest solution; zero: none yet
     TrackerCounters counters_;

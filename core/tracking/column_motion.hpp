@@ -14,9 +14,13 @@ namespace tricoil::tracking {
 template <typename Scalar>
 class ColumnMotion {
 public:
-    /// Adds an accepted column. sigma of the column: noise of its entries, which the second difference contains as well.
+    /// Adds a column, unless it is older than the last of its coil. sigma of the column: noise of its entries, which the second
+    /// difference contains as well.
     void add(const Column<Scalar>& column) {
         History& h = histories_[static_cast<std::size_t>(coil_index(column.state))];
+        if (h.columns > 0 && column.midpoint < h.time) {
+            return;
+        }
         const Scalar gap_s = seconds_as<Scalar>(column.midpoint - h.time);
         const bool follows = h.columns > 0 && gap_s > Scalar(kMinGap_s) && gap_s < Scalar(kMaxGap_s);
         const Vec3<Scalar> slope = follows ? Vec3<Scalar>((column.in_phase - h.couplings) / gap_s) : Vec3<Scalar>::Zero();

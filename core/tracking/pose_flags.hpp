@@ -31,6 +31,10 @@ constexpr PoseFlags kInvalidating{PoseFlag::saturated,    PoseFlag::low_signal, 
                                   PoseFlag::no_reference, PoseFlag::hemisphere_unknown, PoseFlag::unconfirmed,
                                   PoseFlag::inconsistent, PoseFlag::uncertain};
 
+/// Flags of a fault of the hardware or of the solution: such a pose is not continued by the next.
+constexpr PoseFlags kFaultFlags{PoseFlag::saturated, PoseFlag::no_sensor, PoseFlag::wrong_handedness, PoseFlag::not_converged,
+                                PoseFlag::no_reference};
+
 constexpr PoseFlags kAllPoseFlags = kInvalidating | PoseFlags{PoseFlag::distorted, PoseFlag::coasting};
 
 enum class TrackerState : std::uint8_t { searching, tracking, lost };

@@ -62,7 +62,7 @@ TEST(Run, WritesPosesInChosenUnitsAndAngles) {
 
 TEST(Run, PosesPredictTheirOwnErrors) {
     for (const char* options :
-         {"--mux tdm --no-deskew", "--mux fdm", "--mux tdm --tracker previous", "--mux tdm --tracker scaat"}) {
+         {"--mux tdm --no-deskew", "--mux fdm", "--mux tdm --tracker previous --no-deskew", "--mux tdm --tracker scaat"}) {
         const auto json = run("--duration 6 " + std::string(options));
         const double position = json["predicted_position_rms_m"].get<double>() / json["position_rms_m"].get<double>();
         const double orientation =

@@ -140,7 +140,11 @@ tracking::TrackerParams<Scalar> replay_params(bool tdm, const tracking::MethodPa
 
 template <typename Scalar>
 tracking::TrackerParams<Scalar> direct_params(bool tdm, bool deskew, const Vec3<double>& hemisphere = Vec3<double>::UnitX()) {
-    return replay_params<Scalar>(tdm, tracking::DirectParams{deskew}, hemisphere);
+    auto params = replay_params<Scalar>(tdm, tracking::DirectParams{deskew}, hemisphere);
+    if (!deskew) {
+        params.common.max_deviation_m = 1;  // the naive solver's errors count, however uncertain the pose is
+    }
+    return params;
 }
 
 template <typename Scalar>

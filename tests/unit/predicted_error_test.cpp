@@ -91,6 +91,7 @@ TEST(PredictedError, OfADirectSolutionHoldsNoLinearization) {
 
 TEST(PredictedError, ANewHemisphereIsNoMotion) {
     PreviousTracker<double> tracker(params_for(Form::vectors, 1));
+    feed(tracker, truth_at(-kUpdate), -kUpdate);  // a first pose is unconfirmed
     feed(tracker, truth_at(0), 0);
     const auto before = feed(tracker, truth_at(kUpdate), kUpdate);
     ASSERT_TRUE(before.predicted_error);

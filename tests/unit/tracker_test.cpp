@@ -74,7 +74,8 @@ TEST_F(TrackerTest, HemisphereBySettingAndByContinuity) {
     // Motion through x = 0, against the setting: the hemisphere follows by continuity.
     DirectTracker<double> follower(params());
     std::optional<PoseEstimate<double>> estimate;
-    for (double x = 0.3; x > -0.3; x -= 0.02) {
+    feed_frame(follower, test::unit_signal(Vec3<double>(0.3, 0.4, 0), attitude_));  // a first pose is unconfirmed
+    for (double x = 0.3; x > -0.3; x -= 0.004) {
         const Vec3<double> p(x, 0.4, 0);
         estimate = feed_frame(follower, test::unit_signal(p, attitude_));
         EXPECT_LT((estimate->position_m - p).norm(), 1e-12);
@@ -95,6 +96,7 @@ TEST_F(TrackerTest, WithoutHemisphereThePoseIsInvalid) {
 
 TEST_F(TrackerTest, LosesASilentSensorWithinBoundedTimeAndFindsItAgain) {
     DirectTracker<double> tracker(params());
+    EXPECT_TRUE(feed_frame(tracker, x_)->flags.has(PoseFlag::unconfirmed));
     feed_frame(tracker, x_);
     EXPECT_FALSE(tracker.tick(time_ + Microseconds{50'000}).has_value());
     const auto stale = tracker.tick(time_ + Microseconds{150'000});
@@ -117,7 +119,7 @@ TEST_F(TrackerTest, FlagsGiveTheReason) {
     const auto flags_of = [&](const Mat3<double>& x, ColumnFlags column_flags, double sigma) {
         DirectTracker<double> tracker(params());
         std::optional<PoseEstimate<double>> estimate;
-        for (int n = 0; n < 6; ++n) {  // two frames: a first pose is unconfirmed
+        for (int n = 0; n < 9; ++n) {  // a first pose is unconfirmed; the motion is known from the third frame
             auto c = column(x, n % 3);
             c.flags = column_flags;
             c.sigma.setConstant(sigma);

@@ -10,13 +10,6 @@
 #include "core/tracking/signal_flags.hpp"
 
 namespace tricoil::tracking {
-namespace {
-
-/// Flags of a matrix whose columns must not be used for extrapolation.
-constexpr PoseFlags kFaultFlags{PoseFlag::saturated, PoseFlag::no_sensor, PoseFlag::wrong_handedness, PoseFlag::not_converged,
-                                PoseFlag::no_reference};
-
-}  // namespace
 
 template <typename Scalar>
 MatrixTracker<Scalar>::MatrixTracker(const CommonParams<Scalar>& params, bool deskew, Step step, const Correction& correction)
@@ -129,14 +122,19 @@ std::optional<Rejection> MatrixTracker<Scalar>::rejection_of(const Column<Scalar
 }
 
 /// Deskew uses a bad column in later matrices too, where it can stay undetected. Poses are therefore unconfirmed until two
-/// further columns of each state have come.
+/// further columns of each state have come. A fault is neither motion nor metal.
 template <typename Scalar>
 void MatrixTracker<Scalar>::flag_recent_faults(PoseEstimate<Scalar>& estimate, bool jumped) {
     constexpr int kHistory = 2 * kSourceCoils;
     if (!deskew_) {
         return;
     }
-    const bool bad = estimate.flags.has_any(kFaultFlags) || jumped;
+    const bool faulty = estimate.flags.has_any(kFaultFlags);
+    if (faulty) {
+        column_motion_.clear();
+        misfit_ = {};
+    }
+    const bool bad = faulty || jumped;
     estimate.flags.set_if(unconfirmed_ > 0, PoseFlag::unconfirmed);
     unconfirmed_ = bad ? kHistory : std::max(unconfirmed_ - 1, 0);
 }
@@ -204,7 +202,9 @@ void MatrixTracker<Scalar>::fill_estimate(const SignalMatrix<Scalar>& matrix, co
     constexpr Scalar kStepMisfit = Scalar(1.16);
     const Scalar expected = stepped ? kStepMisfit * variance : variance;
     estimate.distortion_chi_square = misfit / expected;
-    misfit_.add(misfit, expected, params_.distortion_gate, matrix.newest);
+    if (unconfirmed_ == 0) {
+        misfit_.add(misfit, expected, params_.distortion_gate, matrix.newest);
+    }
     const Scalar distorted = misfit_.variance();
     estimate.distortion_m = position_deviation(k, pose.range_m, std::sqrt(distorted));
     estimate.covariance = solver::pose_covariance<Scalar>(k, pose.range_m, pose.direction, std::sqrt(variance + distorted));

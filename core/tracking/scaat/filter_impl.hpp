@@ -63,13 +63,11 @@ auto Filter<Scalar, Model>::track_column(const Column<Scalar>& column) -> Pose {
     if (column.flags.has_any(kUnusable)) {
         return finish_measurement(std::nullopt);
     }
-    if (in_order) {
-        health_.note(column);
-    }
+    health_.note(column);
     const auto matrix = in_order ? intake_.add(column) : std::nullopt;
     const bool accepted = use(column, motion(), estimator_.history().others_refused(coil_index(column.state)));
     estimator_.history().measured(accepted);
-    if (accepted && in_order) {
+    if (accepted) {
         health_.take(column, motion(), estimator_.may_deskew());
     }
     return intake_.in_frames() ? std::nullopt : finish_measurement(matrix);
@@ -282,7 +280,7 @@ void Filter<Scalar, Model>::forget(DeviceTime time) {
     ++counters_.clock_restarts;
     state_ = TrackerState::searching;
     intake_.forget();
-    health_.forget_columns();
+    health_.forget_times();
     hemisphere_.forget();
     estimator_.set_last_used(time);
 }

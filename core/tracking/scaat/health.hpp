@@ -46,7 +46,7 @@ public:
         }
     }
 
-    /// Notes a usable column, in the order of time.
+    /// Notes a usable column.
     void note(const Column<Scalar>& column) { motion_.add(column); }
 
     /// Start of the filter: the motion is unknown.
@@ -56,6 +56,10 @@ public:
         blur_variance_ = 0;
     }
     void forget_columns() { accepted_.clear(); }
+    void forget_times() {
+        accepted_.clear();
+        motion_.clear();
+    }
 
     [[nodiscard]] PoseFlags flags() const { return flags_; }
     [[nodiscard]] bool is_sensor() const { return !flags_.has_any({PoseFlag::no_sensor, PoseFlag::wrong_handedness}); }
@@ -64,7 +68,8 @@ public:
     [[nodiscard]] const Mat3<Scalar>& signal_matrix() const { return x_; }
     /// Variance of a coupling due to blur, coupling units squared.
     [[nodiscard]] Scalar blur_variance() const { return blur_variance_; }
-    /// Variance of a coupling due to errors that only the first matrix after a start has: motion between its columns, or metal.
+    /// Variance of a coupling due to a significant misfit of the matrix of the start: motion between its columns, or metal. Zero
+    /// after the next matrix.
     [[nodiscard]] Scalar start_variance() const { return start_variance_; }
     /// Part of column j of the last matrix that no pose explains, if it is significant; else close to zero. Coupling units.
     [[nodiscard]] auto residual(int j) const { return residual_.col(j); }
@@ -87,10 +92,12 @@ private:
         const bool significant = distortion_chi_square_ > params_.distortion_gate;
         flags_.set_if(!pose.right_handed, PoseFlag::wrong_handedness);
         flags_.set_if(snr < params_.min_snr, PoseFlag::low_signal);
-        flags_.set_if(significant, moving ? PoseFlag::unconfirmed : PoseFlag::distorted);
+        if (beside != nullptr) {
+            flags_.set_if(significant, moving ? PoseFlag::unconfirmed : PoseFlag::distorted);
+        }
         flags_.set_if(significant && pose.misfit_squared > params_.max_misfit * matrix.x.squaredNorm(), PoseFlag::no_sensor);
         strength_ = pose.strength;
-        start_variance_ = beside == nullptr ? pose.misfit_squared / 3 : Scalar(0);
+        start_variance_ = beside == nullptr && significant ? pose.misfit_squared / 3 : Scalar(0);
         if (!moving) {
             misfit_.add(pose.misfit_squared, variance, params_.distortion_gate, matrix.newest);
         }

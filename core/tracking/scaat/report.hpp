@@ -23,7 +23,7 @@ void report_state(PoseEstimate<Scalar>& estimate, const State<Scalar>& state, co
     estimate.covariance =
         state.covariance.template topLeftCorner<6, 6>() * (Scalar(kCovarianceMargin) * estimator.covariance_factor());
     estimate.flags = flags | health.flags();
-    estimate.flags.set_if(!estimator.history().confirmed(), PoseFlag::unconfirmed);
+    estimate.flags.set_if(!estimator.history().confirmed() || health.start_variance() > 0, PoseFlag::unconfirmed);
     estimate.flags.set_if(!estimator.is_settled(), PoseFlag::not_converged);
     estimate.flags.set_if(estimator.is_inconsistent(), PoseFlag::inconsistent);
     estimate.distortion_chi_square = health.distortion_chi_square();
