@@ -202,19 +202,20 @@ void MatrixTracker<Scalar>::fill_estimate(const SignalMatrix<Scalar>& matrix, co
     constexpr Scalar kStepMisfit = Scalar(1.16);
     const Scalar expected = stepped ? kStepMisfit * variance : variance;
     estimate.distortion_chi_square = misfit / expected;
-    if (unconfirmed_ == 0) {
-        misfit_.add(misfit, expected, params_.distortion_gate, matrix.newest);
-    }
-    const Scalar distorted = misfit_.variance();
-    estimate.distortion_m = position_deviation(k, pose.range_m, std::sqrt(distorted));
-    estimate.covariance = solver::pose_covariance<Scalar>(k, pose.range_m, pose.direction, std::sqrt(variance + distorted));
-    estimate.flags.set_if(!(deviation_m(estimate) <= params_.max_deviation_m), PoseFlag::uncertain);
     estimate.snr_db = 20 * std::log10(snr);
     estimate.flags.set_if(matrix.x.determinant() < 0, PoseFlag::wrong_handedness);
     estimate.flags.set_if(snr < params_.min_snr, PoseFlag::low_signal);
     const bool significant = estimate.distortion_chi_square > params_.distortion_gate;
     estimate.flags.set_if(significant && column_motion_.known(), PoseFlag::distorted);
     estimate.flags.set_if(significant && misfit > params_.max_misfit * matrix.x.squaredNorm(), PoseFlag::no_sensor);
+    if (unconfirmed_ == 0) {  // a fault is not metal
+        const Scalar metal = estimate.flags.has_any(kFaultFlags) ? Scalar(0) : misfit;
+        misfit_.add(metal, expected, params_.distortion_gate, matrix.newest);
+    }
+    const Scalar distorted = misfit_.variance();
+    estimate.distortion_m = position_deviation(k, pose.range_m, std::sqrt(distorted));
+    estimate.covariance = solver::pose_covariance<Scalar>(k, pose.range_m, pose.direction, std::sqrt(variance + distorted));
+    estimate.flags.set_if(!(deviation_m(estimate) <= params_.max_deviation_m), PoseFlag::uncertain);
 }
 
 /// True if the last solved pose is near enough in time and place for the motion of a body.
