@@ -14,9 +14,9 @@ namespace tricoil::tracking {
 /// this ratio, errors exceed five standard deviations for few of the conducting spheres of tests/honesty.
 constexpr double kHiddenShare = 2.5;
 
-/// Follows the misfit of consecutive signal matrices. A single misfit counts if it is significant; a smaller one counts if it
-/// lasts. A significant misfit decays slowly, because near metal it passes through zero while the sensor moves; faster when it
-/// stays away.
+/// Follows the misfit of consecutive signal matrices. A significant misfit counts once, because a single one may be chance (once
+/// in 40 s at 240 Hz). After two in a row it decays slowly, because near metal it passes through zero while the sensor moves;
+/// faster when it stays away. A smaller misfit counts if it lasts.
 template <typename Scalar>
 class Misfit {
 public:
@@ -33,16 +33,18 @@ public:
         held_ *= quiet_s_ > Scalar(kPassing_s) ? (1 - weight) * (1 - weight) * (1 - weight) : 1 - weight;
         const Scalar slow = started_before ? elapsed_s / (elapsed_s + Scalar(kLongMemory_s)) : Scalar(0);
         mean_ratio_ += slow * (std::min(ratio, Scalar(kMaxRatio)) - mean_ratio_);
-        if (3 * ratio > gate) {
-            held_ = std::max(held_, squared / 3);
+        const Scalar last = 3 * ratio > gate ? squared / 3 : Scalar(0);
+        if (last > 0 && last_ > 0) {
+            held_ = std::max({held_, last_, last});
             quiet_s_ = 0;
         }
+        last_ = last;
         lasting_ = std::max(mean_ratio_ - Scalar(kChance), Scalar(0)) * expected;
     }
 
     /// Variance of a coupling that the recent misfit suggests in the directions that a pose explains; zero if it is not
     /// significant.
-    [[nodiscard]] Scalar variance() const { return Scalar(kHiddenShare * kHiddenShare) * std::max(held_, lasting_); }
+    [[nodiscard]] Scalar variance() const { return Scalar(kHiddenShare * kHiddenShare) * std::max({last_, held_, lasting_}); }
 
 private:
     static constexpr double kMemory_s = 0.1;
@@ -52,12 +54,13 @@ private:
     static constexpr double kChance = 1.2;   // mean ratio of 190 independent matrices: three standard deviations above 1
     static constexpr double kMaxRatio = 10;  // limits how long the mean remembers a large misfit
 
-    Scalar held_ = 0;        // variance of a coupling, decaying
+    Scalar last_ = 0;        // variance of a coupling if the last misfit was significant; else zero
+    Scalar held_ = 0;        // the same, decaying; zero until two in a row were significant
     Scalar lasting_ = 0;     // the same from the mean ratio
     Scalar mean_ratio_ = 1;  // of misfit to its expectation
     Scalar quiet_s_ = 0;     // since the last significant misfit
-    DeviceTime time_{};
     bool started_ = false;
+    DeviceTime time_{};
 };
 
 /// Root mean square of the position error that an error of `sigma` in each coupling causes: the trace of pose_covariance().
