@@ -52,6 +52,8 @@ typedef struct tricoil_pose {
  *   `tricoil run --config` whose name ends in .toml.
  * tracker: "direct", "previous", "previous-angles" or "scaat". NULL: the configured tracker, or "direct".
  * The device need not be connected yet: tricoil_poll() waits for it, and connects again after the cable was unplugged.
+ *   Poses then are invalid (hemisphere unknown) after a long pause unless the file says `confined = true` in [tracker]; a tracker
+ *   that is opened again starts with the hemisphere of the file.
  * Returns NULL for invalid input, or if the coil lines are in use. `error` (error_size bytes; may be NULL) then holds the reason
  * in one line. */
 tricoil_tracker* tricoil_open(const char* device, const char* tracker, char* error, size_t error_size);

@@ -66,6 +66,7 @@ void read_tracker(CheckedTable table, DeviceConfig& config) {
     const Vec3<double> unset = Vec3<double>::Constant(std::numeric_limits<double>::quiet_NaN());
     const Vec3<double> hemisphere = table.vector("hemisphere", unset);
     config.hemisphere = hemisphere.allFinite() ? std::optional(hemisphere) : std::nullopt;
+    config.confined = table.flag("confined", false);
     table.finish();
 }
 

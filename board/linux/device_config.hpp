@@ -26,6 +26,7 @@ struct DeviceConfig {
     std::string calibration;  // output file of tricoil calibrate; empty: none
     std::string method = "direct";
     std::optional<Vec3<double>> hemisphere;  // none: that of the calibration, or +x
+    bool confined = false;                   // the sensor never leaves the half space `hemisphere`
     std::string csv;                         // empty: none
     bool publish = false;                    // send poses on the link
     int priority = 0;                        // SCHED_FIFO; 0: normal scheduling

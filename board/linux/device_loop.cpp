@@ -11,10 +11,11 @@ namespace tricoil::linux_board {
 namespace {
 
 constexpr Microseconds kWait{5000};
-constexpr Microseconds kSyncWait{200};           // short, so that the wait for messages does not delay an edge
-constexpr int kMaxEdges = 16;                    // per step; size of the kernel's queue
-constexpr int kMaxMessagesPerStep = 256;         // per step, so that a flood does not delay signals and time-outs
-constexpr Microseconds kColumnSilence{150'000};  // longest time without a column before poses are flagged stale
+constexpr Microseconds kSyncWait{200};             // short, so that the wait for messages does not delay an edge
+constexpr int kMaxEdges = 16;                      // per step; size of the kernel's queue
+constexpr int kMaxMessagesPerStep = 256;           // per step, so that a flood does not delay signals and time-outs
+constexpr Microseconds kHemispherePause{100'000};  // between commands to a tracker board, which answers with its next poses
+constexpr Microseconds kColumnSilence{150'000};    // longest time without a column before poses are flagged stale
 
 /// Timing parameters from the identity of the front end.
 struct Timing {
@@ -106,13 +107,9 @@ void DeviceLoop::take(const hal::ReceivedMessage& message) {
         case SessionEvent::column:
             track(message);
             break;
-        case SessionEvent::pose: {
-            if (params_.tap != nullptr) {
-                params_.tap->pose(session_.pose());
-            }
-            deliver(session_.pose_message(), session_.pose().valid(), message.arrival);
+        case SessionEvent::pose:
+            take_pose(message.arrival);
             break;
-        }
         default:
             break;
     }
@@ -131,6 +128,7 @@ void DeviceLoop::begin() {
     tracking::CommonParams<double>& common = settings.tracker.common;
     common.coupling_constant = params_.coupling_constant_m3;
     common.hemisphere = params_.hemisphere;
+    common.confined = params_.session.confined;
     common.max_column_span = timing.max_column_span;
     common.window_s = timing.window_s;
     host::set_deskew(settings.tracker.method, timing.is_tdm);
@@ -140,12 +138,36 @@ void DeviceLoop::begin() {
     if (params_.tap != nullptr) {
         params_.tap->begin(settings);
     }
+    for (std::size_t n = 0; n < restorers_.size() && !session_.is_tracker_board() && !params_.session.confined; ++n) {
+        if (restorers_[n].has_tracked()) {
+            set_hemisphere(n, Vec3<double>::Zero());
+        }
+    }
     state_sequence_ = 0;
     column_time_.reset();
     take_edges();  // discards old edges
     (void)session_.take_window_over();
     beat();
     next_state();
+}
+
+/// A pose of a tracker board.
+void DeviceLoop::take_pose(HostTime arrival) {
+    const tracking::PoseEstimate<double>& pose = session_.pose();
+    if (params_.tap != nullptr) {
+        params_.tap->pose(pose);
+    }
+    deliver(session_.pose_message(), pose.valid(), arrival);
+    const HostTime now = drivers::host_now();
+    std::optional<Vec3<double>> side = restorers_[pose.sensor].side(pose, now);
+    if (params_.session.confined && HemisphereRestorer::lacks_only_hemisphere(pose)) {
+        side = params_.session.hemisphere;
+    }
+    if (side && now - hemisphere_sent_[pose.sensor] > kHemispherePause) {
+        hemisphere_sent_[pose.sensor] = now;
+        ++counters_.hemispheres_restored;
+        set_hemisphere(pose.sensor, *side);
+    }
 }
 
 /// Toggles the heartbeat at the start of the measurement, and then for each accepted column.
@@ -217,7 +239,7 @@ void DeviceLoop::deliver(const protocol::PoseMessage& pose, bool valid, HostTime
     counters_.valid_poses += valid ? 1U : 0U;
     latency_.add((drivers::host_now() - received).count());
     sink_(pose);
-    if (params_.publish && session_.identity().role == static_cast<std::uint8_t>(protocol::Role::front_end)) {
+    if (params_.publish && !session_.is_tracker_board()) {
         protocol::PoseMessage published = pose;
         published.sequence = pose_sequence_++;
         const std::size_t size = protocol::encode(published, bytes_);
@@ -243,6 +265,11 @@ void DeviceLoop::tick(HostTime host_now) {
 }
 
 void DeviceLoop::set_hemisphere(std::size_t sensor, const Vec3<double>& towards) {
+    if (session_.phase() == Phase::running && session_.is_tracker_board() && sensor < session_.identity().sensors &&
+        towards.allFinite()) {
+        session_.set_hemisphere(static_cast<std::uint8_t>(sensor), towards);
+        return;
+    }
     if (sensor >= trackers_.size() || !trackers_[sensor]) {
         return;
     }

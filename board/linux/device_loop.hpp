@@ -28,7 +28,7 @@ struct DeviceLoopParams {
     tracking::MethodParams<double> method;
     double coupling_constant_m3 = 6.75e-3;
     std::optional<calibration::Calibration<double>> calibration;  // must suit the tracker
-    Vec3<double> hemisphere = Vec3<double>::UnitX();
+    Vec3<double> hemisphere = Vec3<double>::UnitX();              // at the first start; later only if session.confined
     bool publish = false;
     tracking::TrackerTap<double>* tap = nullptr;  // receives inputs and outputs of the trackers; must outlive the loop
 };
@@ -56,7 +56,7 @@ public:
     /// Processes arrived messages, or waits for them at most 5 ms.
     void step();
 
-    /// AnyTracker::set_hemisphere. Does nothing for a sensor that is not tracked by this host.
+    /// AnyTracker::set_hemisphere, or the command of a tracker board. Does nothing for an unknown sensor.
     void set_hemisphere(std::size_t sensor, const Vec3<double>& towards);
 
     /// Switches the coils off and stops the front end. The destructor calls it too.
@@ -71,6 +71,7 @@ private:
     void take(const hal::ReceivedMessage& message);
     void begin();
     void track(const hal::ReceivedMessage& message);
+    void take_pose(HostTime arrival);
     void answer(const tracking::PoseEstimate<double>& estimate, bool valid, HostTime received);
     void deliver(const protocol::PoseMessage& pose, bool valid, HostTime received);
     void follow_sync();
@@ -87,6 +88,7 @@ private:
     DeviceSession session_;
     std::array<std::optional<tracking::AnyTracker<double>>, tracking::kMaxSensors> trackers_;
     std::array<HemisphereRestorer, tracking::kMaxSensors> restorers_;  // survive new trackers after a lost link
+    std::array<HostTime, tracking::kMaxSensors> hemisphere_sent_{};    // to a tracker board
     std::array<std::uint8_t, protocol::kMaxFrameBytes> bytes_{};
     std::uint32_t state_sequence_ = 0;
     std::uint32_t pose_sequence_ = 0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cinttypes>
 
+#include "core/protocol/command_arguments.hpp"
 #include "core/protocol/convert.hpp"
 #include "core/protocol/negotiation.hpp"
 
@@ -63,13 +64,23 @@ SessionEvent DeviceSession::service(HostTime now) {
         begin_handshake(now);
     }
     if (phase_ == Phase::starting && now - heard_ < kSilence) {
-        ++starts_asked_;
-        send_command(Opcode::start, params_.host_drives_coils ? 1 : 0);
+        request_start();
     } else {
         phase_ = Phase::greeting;
         send_command(Opcode::hello, protocol::hello_argument({}));
     }
     return SessionEvent::none;
+}
+
+/// Sends start. A tracker board first gets the hemisphere of each sensor, one after the other acknowledged.
+void DeviceSession::request_start() {
+    ++starts_asked_;
+    const auto hemisphere = has_tracked_ && !params_.confined ? Vec3<double>(Vec3<double>::Zero()) : params_.hemisphere;
+    if (is_tracker_board() && hemisphere && hemispheres_set_ < identity_.sensors) {
+        set_hemisphere(hemispheres_set_, *hemisphere);
+    } else {
+        send_command(Opcode::start, params_.host_drives_coils ? 1 : 0);
+    }
 }
 
 void DeviceSession::begin_handshake(HostTime now) {
@@ -100,6 +111,12 @@ void DeviceSession::note_excitation(Excitation state, std::uint32_t sequence) {
     sent_states_[newest_sent_] = {sequence, state};
     send_command(Opcode::excite, sequence, state);
     fed_ = now_;
+}
+
+void DeviceSession::set_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) {
+    const double largest = towards.cwiseAbs().maxCoeff();
+    const Vec3<double> direction = largest > 0 ? Vec3<double>(towards / largest) : Vec3<double>(Vec3<double>::Zero());
+    send_command(Opcode::hemisphere, protocol::hemisphere_argument({sensor, direction.cast<float>()}));
 }
 
 void DeviceSession::keep_alive(HostTime now) {
@@ -195,6 +212,7 @@ SessionEvent DeviceSession::take_identity(const hal::ReceivedMessage& message) {
     if (params_.start) {
         phase_ = Phase::starting;
         starts_asked_ = 0;
+        hemispheres_set_ = 0;
         due_ = now_;
     }
     return SessionEvent::identified;
@@ -205,7 +223,8 @@ SessionEvent DeviceSession::take_ack(const hal::ReceivedMessage& message) {
     if (const WireError error = protocol::decode(message.bytes, ack); error != WireError::none) {
         return refuse(error);
     }
-    if (phase_ != Phase::starting || ack.opcode != static_cast<std::uint8_t>(Opcode::start)) {
+    const bool is_hemisphere = ack.opcode == static_cast<std::uint8_t>(Opcode::hemisphere) && ack.request == request_;
+    if (phase_ != Phase::starting || (ack.opcode != static_cast<std::uint8_t>(Opcode::start) && !is_hemisphere)) {
         return SessionEvent::none;
     }
     if (static_cast<std::uint16_t>(request_ - ack.request) >= starts_asked_) {
@@ -214,6 +233,11 @@ SessionEvent DeviceSession::take_ack(const hal::ReceivedMessage& message) {
     if (ack.result != 0) {
         reason_.print("the device refuses to start (%u)", ack.result);
         pause_before_next_try();
+        return SessionEvent::none;
+    }
+    if (is_hemisphere) {
+        ++hemispheres_set_;
+        due_ = now_;
         return SessionEvent::none;
     }
     phase_ = Phase::running;
@@ -288,6 +312,7 @@ SessionEvent DeviceSession::take_pose(const hal::ReceivedMessage& message) {
     if (const WireError error = protocol::from_message(pose_message_, pose_); error != WireError::none) {
         return refuse(error);
     }
+    has_tracked_ = has_tracked_ || pose_.valid();
     heard_ = now_;
     ++counters_.poses;
     return SessionEvent::pose;

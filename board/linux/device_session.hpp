@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <utility>
 
 #include "core/protocol/clock_map.hpp"
@@ -21,6 +22,11 @@ struct SessionParams {
     bool host_drives_coils = false;
     bool start = true;       // false: only identify the device
     bool any_coils = false;  // true: accept any driver of the coils
+
+    // Hemisphere of the sensors of a tracker board; empty: as set in the board. After valid poses it is unknown at the next
+    // start, because the sensor may have left it while the link was down, unless it is confined to it.
+    std::optional<Vec3<double>> hemisphere;
+    bool confined = false;
 };
 
 enum class Phase : std::uint8_t { closed, greeting, starting, running };
@@ -57,6 +63,9 @@ public:
     /// Sends the new excitation state of the host's coils to the device. Columns must echo `sequence`, which starts at 1.
     void note_excitation(Excitation state, std::uint32_t sequence);
 
+    /// Sends the direction to the half space of a sensor to a tracker board; zero: unknown. It is not repeated.
+    void set_hemisphere(std::uint8_t sensor, const Vec3<double>& towards);
+
     /// Resets the device's watchdog and acknowledges the newest message.
     void keep_alive(HostTime now);
 
@@ -73,6 +82,7 @@ public:
     [[nodiscard]] const protocol::IdentifyMessage& identity() const { return identity_; }
     [[nodiscard]] const protocol::StatusMessage& device_status() const { return status_; }
     [[nodiscard]] bool has_identity() const { return has_identity_; }
+    [[nodiscard]] bool is_tracker_board() const { return identity_.role == static_cast<std::uint8_t>(protocol::Role::tracker); }
     /// True if the device has been running for kSteady.
     [[nodiscard]] bool is_steady() const { return phase_ == Phase::running && heard_ - started_ >= kSteady; }
     [[nodiscard]] const Column<double>& column() const { return column_; }
@@ -92,6 +102,7 @@ private:
 
     void begin_handshake(HostTime now);
     void pause_before_next_try();
+    void request_start();
     void send_command(protocol::Opcode opcode, std::uint32_t argument, Excitation state = Excitation::off) {
         command(opcode, ++request_, argument, state);
     }
@@ -115,7 +126,9 @@ private:
     Microseconds pause_;  // before the next try; grows
     std::uint32_t command_sequence_ = 0;
     std::uint16_t request_ = 0;
-    std::uint16_t starts_asked_ = 0;  // start requests since the device was identified
+    std::uint16_t starts_asked_ = 0;    // requests since the device was identified
+    std::uint8_t hemispheres_set_ = 0;  // sensors whose hemisphere the device has acknowledged since
+    bool has_tracked_ = false;          // a tracker board has sent a valid pose
     protocol::IdentifyMessage identity_;
     bool has_identity_ = false;
     bool window_over_ = false;

@@ -21,7 +21,12 @@ void take_calibration(const DeviceConfig& config, const calibration::Calibration
 }  // namespace
 
 DeviceLoopParams loop_params(const DeviceConfig& config, const std::optional<calibration::Calibration<double>>& calibration) {
+    if (config.confined && (!config.hemisphere || config.hemisphere->isZero(0))) {
+        throw host::InputError("confined: give the half space too, with --hemisphere X,Y,Z or 'hemisphere' in [tracker]");
+    }
     DeviceLoopParams params;
+    params.session.hemisphere = config.hemisphere;
+    params.session.confined = config.confined;
     params.session.serial = config.serial;
     params.session.host_drives_coils = config.coils.has_value();
     params.method = host::method_of_name(config.method);

@@ -1,8 +1,6 @@
 // Restores the hemisphere of a tracker that has lost it, if the host still knows it.
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <optional>
 
 #include "core/tracking/hemisphere.hpp"
@@ -11,8 +9,8 @@
 namespace tricoil::linux_board {
 
 /// After a jump of the device's clock or a damaged column the tracker assumes a long dropout, in which the sensor may have moved
-/// anywhere. The host's clock shows the real, short time. If the sensor cannot have reached the mirror image since the last valid
-/// pose, the hemisphere is known. After a real long dropout the user must set it.
+/// anywhere. A tracker that starts again knows nothing. The host's clock shows the real, short time. If the sensor cannot have
+/// reached the mirror image since the last valid pose, the hemisphere is known. After a real long dropout the user must set it.
 class HemisphereRestorer {
 public:
     /// Call it with each pose of one sensor and the host's time. Returns the hemisphere for the tracker if only that is missing.
@@ -22,11 +20,7 @@ public:
             last_ = now;
             return std::nullopt;
         }
-        tracking::PoseFlags others;
-        for (const auto flag : kOthers) {
-            others.set_if(estimate.flags.has(flag), flag);
-        }
-        if (!last_m_ || !others.empty() || !estimate.position_m.allFinite()) {
+        if (!last_m_ || !lacks_only_hemisphere(estimate)) {
             return std::nullopt;
         }
         using Sides = tracking::Sides<double>;
@@ -36,14 +30,16 @@ public:
         return known ? std::optional(near) : std::nullopt;
     }
 
-private:
-    // Flags that invalidate a pose, except hemisphere_unknown.
-    static constexpr std::array kOthers{tracking::PoseFlag::saturated,        tracking::PoseFlag::low_signal,
-                                        tracking::PoseFlag::no_sensor,        tracking::PoseFlag::stale,
-                                        tracking::PoseFlag::wrong_handedness, tracking::PoseFlag::not_converged,
-                                        tracking::PoseFlag::no_reference,     tracking::PoseFlag::unconfirmed,
-                                        tracking::PoseFlag::inconsistent,     tracking::PoseFlag::uncertain};
+    /// True if there was a valid pose: the sensor may since have left the half space of the configuration.
+    [[nodiscard]] bool has_tracked() const { return last_m_.has_value(); }
 
+    /// True if nothing but the unknown hemisphere makes the pose invalid.
+    [[nodiscard]] static bool lacks_only_hemisphere(const tracking::PoseEstimate<double>& estimate) {
+        constexpr tracking::PoseFlags kUnknown{tracking::PoseFlag::hemisphere_unknown};
+        return (estimate.flags.bits() & tracking::kInvalidating.bits()) == kUnknown.bits() && estimate.position_m.allFinite();
+    }
+
+private:
     std::optional<Vec3<double>> last_m_;
     HostTime last_;
 };

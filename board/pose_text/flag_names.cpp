@@ -23,7 +23,8 @@ std::string to_text(tracking::PoseFlags flags) {
 }
 
 std::string advice(tracking::PoseFlags flags) {
-    return flags.has(tracking::PoseFlag::hemisphere_unknown) ? "the hemisphere is unknown: set it to the half space of the sensor"
+    return flags.has(tracking::PoseFlag::hemisphere_unknown) ? "the hemisphere is unknown: set it to the half space of the "
+                                                               "sensor, or use --confined if the sensor never leaves it"
                                                              : "";
 }
 

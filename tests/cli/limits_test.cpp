@@ -74,7 +74,9 @@ TEST(Limits, NumbersThatAreNone) {
     expect_refused("run --seed 99999999999999999999", "--seed: 99999999999999999999 is not an integer from 0 to");
     expect_refused("run --seed -1", "--seed");
     expect_refused("run --wait -1", "--wait");
-    expect_refused("run --device can:can0 --give-up-after -1", "--give-up-after");
+    for (const char* value : {"-1", "nan", "inf"}) {
+        expect_refused(std::string("run --device can:can0 --give-up-after ") + value, "--give-up-after");
+    }
 }
 
 TEST(Limits, NoPoseIsNoPerfectScore) {

@@ -80,9 +80,12 @@ TEST(Usage, ConfigurationErrorsNameTheLine) {
     refuse("[coils]\nchip = 1", "2: 'coils.chip' must be a string in quotes");
     refuse("[tracker]\nmethod = \"scat\"", "2: 'tracker.method' unknown tracker.method 'scat'; did you mean 'scaat'?");
     refuse("[realtime]\npriority = 100", "2: 'realtime.priority' must be a whole number from 0 to 99");
+    refuse("[tracker]\nconfined = 1", "2: 'tracker.confined' must be true or false");
     refuse("[outputs]\npublish = 1", "2: 'outputs.publish' must be true or false");
     refuse("[tracker", "1: ");
     expect_usage_error("run --config " + write_file("empty.toml", ""), "'device' is missing");
+    expect_usage_error("run --config " + write_file("confined.toml", "device = \"can:vcan9\"\n[tracker]\nconfined = true"),
+                       "confined: give the half space too");
     expect_usage_error("run --config /no/such/file", "/no/such/file: cannot be opened");
 }
 
@@ -101,6 +104,8 @@ TEST(Usage, OptionsWithoutEffectAreRefused) {
         expect_usage_error(std::string("run --duration 1 ") + option, "--out");
     }
     expect_usage_error("run --duration 1 --euler ''", "--euler");
+    expect_usage_error("run --device can:vcan9 --confined", "confined: give the half space too");
+    expect_usage_error("run --device can:vcan9 --confined --hemisphere 0,0,0", "confined: give the half space too");
     expect_usage_error("run --duration 1 --out /dev/null --tip 1e308,1e308,0", "--tip");
 }
 

@@ -186,7 +186,7 @@ TEST_F(Device, TheFrontEndIsStartedAnew) {
 
 TEST_F(Device, TheUsbPlugIsPulledFiftyTimes) {
     Program peer(kFrontEnd + " --link usbip: --duration 1 --replug 60 --replug-times 50 --report /run/report.json");
-    Program tracker(tricoil("--device usb:1209:0001"));
+    Program tracker(tricoil("--device usb:1209:0001 --confined --hemisphere 1,0,0"));
     ASSERT_EQ(peer.wait(), 0) << complaints();  // it continued to measure after the last one
     tracker.send(SIGTERM);
     ASSERT_EQ(tracker.wait(), 0) << complaints();

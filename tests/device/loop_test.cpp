@@ -1,12 +1,15 @@
 // DeviceLoop with coils driven by the host: coils are off after every end of a session; the heartbeat beats once per accepted
-// column.
+// column. After a lost link the hemisphere is known only if the sensor cannot have left it.
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <deque>
+#include <thread>
 #include <vector>
 
 #include "board/linux/device_loop.hpp"
 #include "core/field/concentric_dipole.hpp"
+#include "core/protocol/command_arguments.hpp"
 #include "core/protocol/convert.hpp"
 #include "tests/device/column_message.hpp"
 #include "tests/protocol/random_messages.hpp"
@@ -14,16 +17,21 @@
 namespace tricoil::linux_board {
 namespace {
 
-/// A front end that answers hello and start, and sends the messages that a test gives it.
+/// A device that answers hello, hemisphere and start, and sends the messages that a test gives it.
 class ScriptedPort final : public hal::MessagePort {
 public:
+    protocol::Role role = protocol::Role::front_end;
+    bool is_unplugged = false;
+    std::vector<Vec3<float>> hemispheres;  // that it got, in steps of 1/127
+    std::size_t hemispheres_at_start = 0;  // before the newest start
+
     template <typename Message>
     void say(const Message& message) {
         queue_.push_back(test::bytes_of(message));
     }
 
 private:
-    Status do_open() override { return {}; }
+    Status do_open() override { return is_unplugged ? Status{StatusCode::device_lost, ""} : Status{}; }
     void do_close() override {}
     Status do_send(std::span<const std::uint8_t> bytes) override {
         protocol::CommandMessage command;
@@ -32,9 +40,17 @@ private:
         }
         if (command.opcode == static_cast<std::uint8_t>(protocol::Opcode::hello)) {
             protocol::IdentifyMessage identity;
-            identity.drives_coils = 0;
+            identity.role = static_cast<std::uint8_t>(role);
+            identity.drives_coils = role == protocol::Role::tracker ? 1 : 0;
             say(identity);
-        } else if (command.opcode == static_cast<std::uint8_t>(protocol::Opcode::start)) {
+        }
+        const bool starts = command.opcode == static_cast<std::uint8_t>(protocol::Opcode::start);
+        const bool sets = command.opcode == static_cast<std::uint8_t>(protocol::Opcode::hemisphere);
+        if (sets) {
+            hemispheres.push_back(protocol::hemisphere_of_argument(command.argument).towards);
+        }
+        hemispheres_at_start = starts ? hemispheres.size() : hemispheres_at_start;
+        if (starts || sets) {
             protocol::AckMessage ack;
             ack.opcode = command.opcode;
             ack.request = command.request;
@@ -43,6 +59,10 @@ private:
         return {};
     }
     Status do_receive(hal::ReceivedMessage& message) override {
+        if (is_unplugged) {
+            queue_.clear();
+            return {StatusCode::device_lost, ""};
+        }
         if (queue_.empty()) {
             return {StatusCode::not_ready, ""};
         }
@@ -93,6 +113,19 @@ protected:
         }
         ASSERT_EQ(loop->session().phase(), Phase::running);
         ASSERT_EQ(coils.state, Excitation::s1);
+    }
+
+    /// The link is lost for `silence_ms`, then the device is found and started again.
+    void lose_link(int silence_ms) {
+        port.is_unplugged = true;
+        loop->step();
+        std::this_thread::sleep_for(std::chrono::milliseconds(silence_ms));
+        port.is_unplugged = false;
+        for (int n = 0; n < 1000 && loop->session().phase() != Phase::running; ++n) {
+            loop->step();
+        }
+        ASSERT_EQ(loop->session().counters().starts, 2U);
+        next = 0;
     }
 
     void column(int coil, std::uint32_t state_sequence) {
@@ -147,8 +180,9 @@ TEST_F(Loop, StopsWithTheCoilsOff) {
 /// Loop with a sensor that is visible to all coils.
 class LoopWithSensor : public Loop {
 protected:
-    LoopWithSensor() {
+    explicit LoopWithSensor(bool confined = false) {
         params.hemisphere = {1, 0, 0};
+        params.session.confined = confined;
         loop.emplace(port, HostLines{&coils, &heartbeat, nullptr}, params, [this](const protocol::PoseMessage& pose) {
             pose_ = pose;
             without_side_ += side_is_unknown() ? 1 : 0;
@@ -157,11 +191,11 @@ protected:
 
     /// Sends a frame of three columns, with device times that are `ahead_us` too late.
     void see(std::int64_t ahead_us) {
-        const Mat3<double> x =
-            field::signal_matrix<double>(params.coupling_constant_m3, Vec3<double>(0.4, 0.1, 0.05), Mat3<double>::Identity());
+        const Mat3<double> x = field::signal_matrix<double>(params.coupling_constant_m3, position_m_, Mat3<double>::Identity());
         for (int n = 0; n < kSourceCoils; ++n) {
             const int coil = coil_index(coils.state);
-            auto message = test::column_message(next++, 1 + coil, static_cast<std::uint32_t>(loop->counters().excitations));
+            auto message = test::column_message(next++, 1 + coil,
+                                                static_cast<std::uint32_t>(loop->counters().excitations - excited_before_));
             message.time_us += ahead_us;
             message.in_phase = {static_cast<float>(x(0, coil)), static_cast<float>(x(1, coil)), static_cast<float>(x(2, coil))};
             port.say(message);
@@ -171,10 +205,26 @@ protected:
     [[nodiscard]] bool side_is_unknown() const {
         return (unsigned{pose_.flags} >> static_cast<unsigned>(tracking::PoseFlag::hemisphere_unknown) & 1U) != 0;
     }
-    [[nodiscard]] double x_m() const { return 1e-6 * pose_.position[0]; }
+    [[nodiscard]] double x_m() const { return pose_.position[0] / protocol::kPositionPerMetre; }
+    void see_frames(int count) {
+        for (int frame = 0; frame < count; ++frame) {
+            see(0);
+        }
+    }
+    void restart_after(int silence_ms) {
+        ASSERT_NO_FATAL_FAILURE(lose_link(silence_ms));
+        excited_before_ = loop->counters().excitations - 1;
+    }
 
     protocol::PoseMessage pose_;
     int without_side_ = 0;
+    Vec3<double> position_m_{0.4, 0.1, 0.05};
+    std::uint64_t excited_before_ = 0;  // in earlier sessions
+};
+
+class ConfinedLoop : public LoopWithSensor {
+protected:
+    ConfinedLoop() : LoopWithSensor(true) {}
 };
 
 TEST_F(LoopWithSensor, KnowsItsSideAgainAfterTheDevicesClockJumped) {
@@ -192,6 +242,112 @@ TEST_F(LoopWithSensor, KnowsItsSideAgainAfterTheDevicesClockJumped) {
     EXPECT_EQ(loop->counters().hemispheres_restored, 1U);
     EXPECT_FALSE(side_is_unknown());
     EXPECT_GT(x_m(), 0);
+}
+
+TEST_F(LoopWithSensor, DoesNotTrustTheConfiguredHemisphereAfterALongLoss) {
+    see_frames(10);
+    ASSERT_FALSE(side_is_unknown());
+    restart_after(600);  // enough to carry the sensor to its mirror image
+    see_frames(10);
+    EXPECT_TRUE(side_is_unknown());
+    loop->set_hemisphere(0, {1, 0, 0});
+    see_frames(1);
+    EXPECT_FALSE(side_is_unknown());
+    EXPECT_GT(x_m(), 0);
+}
+
+TEST_F(LoopWithSensor, TrustsTheConfiguredHemisphereIfNothingWasTracked) {
+    restart_after(0);
+    see_frames(10);
+    EXPECT_FALSE(side_is_unknown());
+}
+
+TEST_F(LoopWithSensor, KnowsItsSideAfterAShortLoss) {
+    position_m_ = {-2, 0, 0};  // 1.3 s from its mirror image, and not where the configuration says
+    loop->set_hemisphere(0, {-1, 0, 0});
+    see_frames(10);
+    ASSERT_LT(x_m(), 0);
+    restart_after(0);  // the loop waits a tenth of a second before it opens the port again
+    see_frames(10);
+    EXPECT_FALSE(side_is_unknown());
+    EXPECT_EQ(loop->counters().hemispheres_restored, 1U);
+    EXPECT_LT(x_m(), 0);
+}
+
+TEST_F(ConfinedLoop, KnowsItsSideAfterEveryLoss) {
+    see_frames(10);
+    restart_after(600);
+    see_frames(3);
+    EXPECT_EQ(without_side_, 0);
+    EXPECT_GT(x_m(), 0);
+}
+
+/// A tracker board, which sends poses.
+class LoopOfBoard : public Loop {
+protected:
+    explicit LoopOfBoard(bool confined = false) {
+        port.role = protocol::Role::tracker;
+        params.session.host_drives_coils = false;
+        params.session.hemisphere = Vec3<double>(0, 1e300, 0);
+        params.session.confined = confined;
+        loop.emplace(port, HostLines{nullptr, nullptr, nullptr}, params, [](const protocol::PoseMessage&) {});
+    }
+    void SetUp() override {
+        for (int n = 0; n < 5 && loop->session().phase() != Phase::running; ++n) {
+            loop->step();
+        }
+        ASSERT_EQ(loop->session().phase(), Phase::running);
+    }
+    void pose(double y_m, bool is_known) {
+        tracking::PoseEstimate<double> estimate;
+        estimate.position_m = {0, y_m, 0};
+        estimate.flags.set_if(!is_known, tracking::PoseFlag::hemisphere_unknown);
+        protocol::PoseMessage message = protocol::to_message(estimate);
+        message.sequence = next++;
+        message.time_us = 1000 * next;
+        port.say(message);
+        loop->step();
+    }
+};
+
+class ConfinedLoopOfBoard : public LoopOfBoard {
+protected:
+    ConfinedLoopOfBoard() : LoopOfBoard(true) {}
+};
+
+const Vec3<float> kPlusY(0, 127, 0);
+
+TEST_F(LoopOfBoard, TellsTheHemisphereBeforeTheFirstStartAndTakesItBackBeforeTheNext) {
+    EXPECT_EQ(port.hemispheres, std::vector{kPlusY});
+    EXPECT_EQ(port.hemispheres_at_start, 1U);
+    pose(0.4, true);
+    lose_link(600);
+    pose(0.4, false);
+    EXPECT_EQ(port.hemispheres, (std::vector<Vec3<float>>{kPlusY, Vec3<float>::Zero()})) << "the sensor may be anywhere";
+    EXPECT_EQ(port.hemispheres_at_start, 2U);
+    loop->set_hemisphere(0, {0, std::nan(""), 0});
+    loop->set_hemisphere(1, {0, 1, 0});
+    EXPECT_EQ(port.hemispheres.size(), 2U) << "neither is a request";
+    loop->set_hemisphere(0, {0, 1, 0});
+    EXPECT_EQ(port.hemispheres.back(), kPlusY);
+}
+
+TEST_F(LoopOfBoard, RestoresTheHemisphereAfterAShortLoss) {
+    pose(-2, true);
+    lose_link(0);
+    pose(2, false);
+    pose(2, false);  // sent before the command arrived
+    EXPECT_EQ(port.hemispheres, (std::vector<Vec3<float>>{kPlusY, Vec3<float>::Zero(), -kPlusY}));
+    EXPECT_EQ(loop->counters().hemispheres_restored, 1U);
+}
+
+TEST_F(ConfinedLoopOfBoard, TellsTheHemisphereAfterEveryLoss) {
+    pose(0.4, true);
+    lose_link(600);
+    EXPECT_EQ(port.hemispheres, (std::vector{kPlusY, kPlusY}));
+    pose(0.4, false);
+    EXPECT_EQ(port.hemispheres.back(), kPlusY);
+    EXPECT_EQ(port.hemispheres.size(), 3U);
 }
 
 TEST(HemisphereRestorer, RecoversOnlyWhatTheSensorCannotHaveChanged) {

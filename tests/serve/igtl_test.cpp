@@ -110,7 +110,8 @@ TEST(IgtlMessages, StatusHoldsWholeFlagsAndSubCodeZero) {
     EXPECT_STREQ(message->GetErrorName(), "low_signal");
     EXPECT_STREQ(
         message->GetStatusString(),
-        "no valid pose: low_signal, hemisphere_unknown; the hemisphere is unknown: set it to the half space of the sensor");
+        "no valid pose: low_signal, hemisphere_unknown; the hemisphere is unknown: set it to the half space of the sensor, "
+        "or use --confined if the sensor never leaves it");
 }
 
 /// A session, and the client at the other end of its connection.

@@ -60,6 +60,7 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
         check_vector(h, "--hemisphere");
         options.config.hemisphere = Vec3<double>(h[0], h[1], h[2]);
     }
+    options.config.confined = options.config.confined || command.options.confined;
     if (!command.options.out_csv.empty()) {
         options.config.csv = command.options.out_csv;
     }
@@ -68,6 +69,9 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
     }
     if (!(std::isfinite(command.wait_s) && command.wait_s >= 0)) {
         throw InputError("--wait must be a number of seconds, 0 or more");
+    }
+    if (!(std::isfinite(command.give_up_after_s) && command.give_up_after_s >= 0)) {
+        throw InputError("--give-up-after must be a number of seconds, 0 or more");
     }
     if (!options.config.calibration.empty()) {
         options.calibration = read_calibration(options.config.calibration).calibration;
@@ -161,7 +165,8 @@ void add_run_options(CLI::App* sub, const std::shared_ptr<RunCommand>& command) 
         ->delimiter(',')
         ->expected(3);
     sub->add_flag("--confined", o.confined,
-                  "The sensor never leaves the half space of the start; the hemisphere stays known after a loss");
+                  "The sensor never leaves the half space of the start (device: of --hemisphere); the hemisphere stays known "
+                  "after a loss");
     sub->add_flag("--no-deskew", o.no_deskew, "TDM, direct and previous: treat the latest three columns as simultaneous");
     sub->add_option("--predict", o.predict_ahead_s, "scaat: deliver poses this many seconds ahead of the newest column");
     sub->add_flag("--no-noise", o.no_noise, "No converter noise and no mains; with quantisation");
