@@ -1,18 +1,22 @@
 #include "board/app/column_chain.hpp"
 
+#include <utility>
+
 namespace tricoil::app {
 
 /// Not inlined, so that its stack frame is free again when tick() needs one of the same size.
 template <typename Scalar, typename SensorTracker>
-[[gnu::noinline]] bool ColumnChain<Scalar, SensorTracker>::update(const SampleBlock& block, const Devices& devices,
-                                                                  MainLoopCounters& counters) {
-    const auto columns = demodulator_.demodulate(block);
+[[gnu::noinline]] bool ColumnChain<Scalar, SensorTracker>::update(const SampleBlock& block, bool& after_gap,
+                                                                  const Devices& devices, MainLoopCounters& counters) {
+    auto columns = demodulator_.demodulate(block);
     if (!columns.ok()) {
         ++counters.refused_blocks;
+        after_gap = true;
         return false;
     }
     bool gave_pose = false;
-    for (const Column<Scalar>& column : *columns) {
+    for (Column<Scalar>& column : *columns) {
+        column.flags.set_if(std::exchange(after_gap, false), ColumnFlag::after_gap);
         if (devices.tap != nullptr) {
             devices.tap->column(column);
         }

@@ -51,8 +51,9 @@ public:
     explicit ColumnChain(const Params& params)
         : demodulator_(params.plan, params.demodulator), tracker_(params.tracker, params.correction) {}
 
-    /// Sends the poses of the block; false if it gave none.
-    bool update(const SampleBlock& block, const Devices& devices, MainLoopCounters& counters);
+    /// Sends the poses of the block; false if it gave none. after_gap: blocks of the sensor were lost or refused since its last
+    /// one. It is set if this block is refused, cleared otherwise.
+    bool update(const SampleBlock& block, bool& after_gap, const Devices& devices, MainLoopCounters& counters);
 
     /// Calls the tracker's tick() and sends its pose, if any.
     void tick(std::uint8_t sensor, const Devices& devices, MainLoopCounters& counters);

@@ -2,7 +2,8 @@
 
 namespace tricoil::app {
 
-bool FixedChain::update(const SampleBlock& block, const Devices& devices, MainLoopCounters& counters) {
+/// The tracker finds gaps itself.
+bool FixedChain::update(const SampleBlock& block, bool& /*after_gap*/, const Devices& devices, MainLoopCounters& counters) {
     const std::uint32_t accepted = tracker_.counters().accepted;
     const auto estimate = tracker_.update(block);
     counters.refused_blocks += tracker_.counters().accepted == accepted ? 1U : 0U;

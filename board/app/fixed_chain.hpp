@@ -25,7 +25,7 @@ public:
         : tracker_(params.chain.acquisition, params.chain.demodulator, params.chain.tracker) {}
 
     // See ColumnChain.
-    bool update(const SampleBlock& block, const Devices& devices, MainLoopCounters& counters);
+    bool update(const SampleBlock& block, bool& after_gap, const Devices& devices, MainLoopCounters& counters);
     void tick(std::uint8_t sensor, const Devices& devices, MainLoopCounters& counters);
     Status set_hemisphere(std::uint8_t sensor, const Direction& towards, const Devices& devices);
 

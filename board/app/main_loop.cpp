@@ -26,6 +26,7 @@ Status BlockLoop<Chain, Sensors>::start() {
     slot_ = 0;
     blocks_of_slot_ = 0;
     expected_sequence_ = 0;
+    after_gap_ = {};
     settling_blocks_ = plan_.is_tdm() ? 0 : sensor_count_;
     const Status status = devices_.sampler.start(plan_);
     if (!status.ok()) {
@@ -58,6 +59,7 @@ Status BlockLoop<Chain, Sensors>::acquire() {
     if (polled.code() == StatusCode::timed_out) {
         ++counters_.lost_blocks;
         ++expected_sequence_;
+        after_gap_.fill(true);
         for (std::size_t n = 0; n < chains_.size(); ++n) {
             if (chains_[n]) {
                 chains_[n]->tick(static_cast<std::uint8_t>(n), devices_, counters_);
@@ -83,10 +85,11 @@ void BlockLoop<Chain, Sensors>::process() {
     }
     if (block_.sensor >= chains_.size() || !chains_[block_.sensor]) {
         ++counters_.refused_blocks;
+        after_gap_.fill(true);
         return;
     }
     Chain& chain = *chains_[block_.sensor];
-    if (!chain.update(block_, devices_, counters_)) {
+    if (!chain.update(block_, after_gap_[block_.sensor], devices_, counters_)) {
         chain.tick(block_.sensor, devices_, counters_);
     }
 }
@@ -114,7 +117,10 @@ Excitation BlockLoop<Chain, Sensors>::next_state() const {
 template <typename Chain, int Sensors>
 void BlockLoop<Chain, Sensors>::count_gap(std::uint32_t sequence) {
     const auto gap = static_cast<std::int32_t>(sequence - expected_sequence_);  // modulo 2^32
-    counters_.lost_blocks += gap > 0 ? static_cast<std::uint32_t>(gap) : 0U;
+    if (gap > 0) {
+        counters_.lost_blocks += static_cast<std::uint32_t>(gap);
+        after_gap_.fill(true);
+    }
     expected_sequence_ = sequence + 1;
 }
 

@@ -59,6 +59,7 @@ private:
     SampleBlock block_;
     bool has_block_ = false;
     std::uint32_t expected_sequence_ = 0;
+    std::array<bool, Sensors> after_gap_{};  // by sensor: blocks were lost or refused since its last one
     int slot_ = 0;
     int blocks_of_slot_ = 0;   // polled since the last excitation
     int settling_blocks_ = 0;  // still to be dropped

@@ -26,7 +26,7 @@ struct FlagOfBoth {
     tracking::PoseFlag flag;
 };
 
-constexpr std::array<FlagOfBoth, 13> kFlags{{
+constexpr std::array<FlagOfBoth, 14> kFlags{{
     {TRICOIL_FLAG_SATURATED, tracking::PoseFlag::saturated},
     {TRICOIL_FLAG_LOW_SIGNAL, tracking::PoseFlag::low_signal},
     {TRICOIL_FLAG_NO_SENSOR, tracking::PoseFlag::no_sensor},
@@ -40,6 +40,7 @@ constexpr std::array<FlagOfBoth, 13> kFlags{{
     {TRICOIL_FLAG_INCONSISTENT, tracking::PoseFlag::inconsistent},
     {TRICOIL_FLAG_COASTING, tracking::PoseFlag::coasting},
     {TRICOIL_FLAG_UNCERTAIN, tracking::PoseFlag::uncertain},
+    {TRICOIL_FLAG_COLUMNS_MISSING, tracking::PoseFlag::columns_missing},
 }};
 
 /// True if the C interface has exactly the flags of the C++ interface.

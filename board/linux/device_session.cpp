@@ -247,6 +247,7 @@ SessionEvent DeviceSession::take_ack(const hal::ReceivedMessage& message) {
     poses_.restart();
     clock_map_ = {};
     sent_states_ = {};
+    after_gap_ = {};
     window_us_ = -1;
     ++counters_.starts;
     return SessionEvent::started;
@@ -278,20 +279,27 @@ SessionEvent DeviceSession::take_column(const hal::ReceivedMessage& message) {
         m.sensor >= identity_.sensors) {
         return refuse(WireError::wrong_sender);
     }
+    const std::uint64_t lost = counters_.lost_columns;
     if (!in_order(columns_, m.sequence, counters_.lost_columns)) {
         return SessionEvent::none;
+    }
+    if (counters_.lost_columns != lost) {
+        after_gap_.fill(true);
     }
     if (m.time_us != window_us_) {  // columns of one window have one time
         window_us_ = m.time_us;
         window_over_ = true;
     }
     clock_map_.observe(device_time_us(m.time_us), message.arrival);
+    const bool after_gap = std::exchange(after_gap_[m.sensor], true);  // a gap for the next column if this one is refused
     if (const WireError error = protocol::from_message(m, column_); error != WireError::none) {
         return refuse(error);
     }
     if (params_.host_drives_coils && !was_excited(column_)) {
         return refuse(WireError::transition);
     }
+    after_gap_[m.sensor] = false;
+    column_.flags.set_if(after_gap, ColumnFlag::after_gap);
     heard_ = now_;
     ++counters_.columns;
     return SessionEvent::column;

@@ -12,6 +12,7 @@
 #include "core/protocol/sequence_check.hpp"
 #include "core/signal/column.hpp"
 #include "core/tracking/pose_estimate.hpp"
+#include "core/tracking/tracker_params.hpp"
 #include "drivers/posix/text.hpp"
 #include "hal/message_port.hpp"
 
@@ -132,7 +133,8 @@ private:
     protocol::IdentifyMessage identity_;
     bool has_identity_ = false;
     bool window_over_ = false;
-    std::int64_t window_us_ = -1;  // device time of the newest column's window; -1: none yet
+    std::array<bool, tracking::kMaxSensors> after_gap_{};  // columns were lost or refused since the sensor's last one
+    std::int64_t window_us_ = -1;                          // device time of the newest column's window; -1: none yet
     protocol::StatusMessage status_;
     Column<double> column_;
     tracking::PoseEstimate<double> pose_;

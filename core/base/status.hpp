@@ -61,6 +61,10 @@ public:
     [[nodiscard]] Status status() const { return ok() ? Status{} : *std::get_if<1>(&content_); }
     [[nodiscard]] const T& value() const& { return checked(); }
     [[nodiscard]] const T& operator*() const& { return checked(); }
+    [[nodiscard]] T& operator*() & {
+        TRICOIL_ASSERT(ok());
+        return *std::get_if<0>(&content_);
+    }
     [[nodiscard]] T value() && {  // returns by value: a reference would dangle
         TRICOIL_ASSERT(ok());
         return std::move(*std::get_if<0>(&content_));

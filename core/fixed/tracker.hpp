@@ -115,6 +115,7 @@ private:
     std::uint32_t last_sequence_ = 0;
     DeviceTime last_start_{};
     int out_of_order_ = 0;
+    int columns_since_gap_ = tracking::kGapColumns;  // at most kGapColumns
     DeviceTime last_valid_{};
     std::optional<DeviceTime> solved_at_;  // time of the last pose without a fault, valid or not
     PoseEstimate last_estimate_;

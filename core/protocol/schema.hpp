@@ -140,9 +140,9 @@ struct Schema<ColumnMessage> {
         field(&ColumnMessage::sensor, "sensor", detail::kSensor),
         field(&ColumnMessage::state, "state", code(WireType::u8, 1, 3, "source coil: 1-3")),
         field(&ColumnMessage::flags, "flags",
-              code(WireType::u16, 0, 511,
+              code(WireType::u16, 0, 1023,
                    "bits: 0 saturated, 1 clipped, 2 stuck, 3 no reference, 4 offset, 5 low signal, "
-                   "6 overrun, 7 the coils changed within the window, 8 the gain step changed")),
+                   "6 overrun, 7 the coils changed within the window, 8 the gain step changed, 9 columns before it are missing")),
         field(&ColumnMessage::state_sequence, "state_sequence",
               count(WireType::u32, "sequence number of the measured excitation state")),
         fields(&ColumnMessage::in_phase, detail::kInPhase, info(WireType::f32, 1, "", -1e6, 1e6, "coupling to each sensor coil")),
@@ -159,10 +159,10 @@ struct Schema<PoseMessage> {
         field(&PoseMessage::sensor, "sensor", detail::kSensor),
         field(&PoseMessage::tracker_state, "tracker_state", code(WireType::u8, 0, 2, "0 searching, 1 tracking, 2 lost")),
         field(&PoseMessage::flags, "flags",
-              code(WireType::u16, 0, 8191,
+              code(WireType::u16, 0, 16383,
                    "bits: 0 saturated, 1 low signal, 2 no sensor, 3 distorted, 4 wrong handedness, 5 stale, "
                    "6 not converged, 7 hemisphere unknown, 8 no reference, 9 unconfirmed, "
-                   "10 inconsistent, 11 coasting, 12 uncertain; valid: none, or only 3 and 11")),
+                   "10 inconsistent, 11 coasting, 12 uncertain, 13 columns missing; valid: none, or only 3, 11 and 13")),
         fields(&PoseMessage::position, detail::kPosition,
                info(WireType::i32, detail::kPositionScale, "m", -1e9, 1e9, "sensor in the source frame")),
         fields(&PoseMessage::quaternion, detail::kQuaternion,

@@ -17,11 +17,12 @@ enum class ColumnFlag : std::uint8_t {
     low_signal,        // all three entries below the detection limit
     overrun,           // the converter lost samples within the block
     gain_changed = 8,  // FDM: the gain step changed at the start of the block; 7 is a flag of the wire only
+    after_gap,         // columns between the sensor's previous column and this one were lost or refused
 };
 using ColumnFlags = FlagSet<ColumnFlag>;
 
-constexpr ColumnFlags kAllColumnFlags{ColumnFlag::saturated,    ColumnFlag::clipped,     ColumnFlag::stuck,
-                                      ColumnFlag::no_reference, ColumnFlag::dc_offset,   ColumnFlag::low_signal,
-                                      ColumnFlag::overrun,      ColumnFlag::gain_changed};
+constexpr ColumnFlags kAllColumnFlags{ColumnFlag::saturated,    ColumnFlag::clipped,      ColumnFlag::stuck,
+                                      ColumnFlag::no_reference, ColumnFlag::dc_offset,    ColumnFlag::low_signal,
+                                      ColumnFlag::overrun,      ColumnFlag::gain_changed, ColumnFlag::after_gap};
 
 }  // namespace tricoil

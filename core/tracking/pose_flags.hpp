@@ -22,10 +22,15 @@ enum class PoseFlag : std::uint8_t {
     inconsistent,        // the innovations of the last columns are much larger than their covariance
     coasting,            // no new column since the last pose: pose and covariance are predicted
     uncertain,           // the standard deviation of the position is above its limit
+    columns_missing,     // of the last kGapColumns columns some were lost or refused
 };
 using PoseFlags = FlagSet<PoseFlag>;
 
-/// A pose with one of these flags must not be used. `distorted` (see distortion_chi_square) and `coasting` are warnings.
+/// Columns after a gap whose poses are flagged `columns_missing`: two signal matrices.
+constexpr int kGapColumns = 6;
+
+/// A pose with one of these flags must not be used. `distorted` (see distortion_chi_square), `coasting` and `columns_missing` are
+/// warnings.
 constexpr PoseFlags kInvalidating{PoseFlag::saturated,    PoseFlag::low_signal,         PoseFlag::no_sensor,
                                   PoseFlag::stale,        PoseFlag::wrong_handedness,   PoseFlag::not_converged,
                                   PoseFlag::no_reference, PoseFlag::hemisphere_unknown, PoseFlag::unconfirmed,
@@ -35,7 +40,7 @@ constexpr PoseFlags kInvalidating{PoseFlag::saturated,    PoseFlag::low_signal, 
 constexpr PoseFlags kFaultFlags{PoseFlag::saturated, PoseFlag::no_sensor, PoseFlag::wrong_handedness, PoseFlag::not_converged,
                                 PoseFlag::no_reference};
 
-constexpr PoseFlags kAllPoseFlags = kInvalidating | PoseFlags{PoseFlag::distorted, PoseFlag::coasting};
+constexpr PoseFlags kAllPoseFlags = kInvalidating | PoseFlags{PoseFlag::distorted, PoseFlag::coasting, PoseFlag::columns_missing};
 
 enum class TrackerState : std::uint8_t { searching, tracking, lost };
 

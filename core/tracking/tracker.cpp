@@ -1,5 +1,7 @@
 #include "core/tracking/tracker.hpp"
 
+#include <algorithm>
+
 #include "core/tracking/output_frame.hpp"
 
 namespace tricoil::tracking {
@@ -20,7 +22,10 @@ std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::update(const Column<Scalar>
     if (correction_ && coil >= 0) {
         correction_->correct_column(coil, corrected.in_phase, corrected.quadrature, corrected.sigma);
     }
+    const std::uint64_t used = used_columns();
     std::optional<PoseEstimate<Scalar>> estimate = do_update(corrected);
+    const bool has_gap = column.flags.has(ColumnFlag::after_gap) || used_columns() <= used;
+    columns_since_gap_ = has_gap ? 0 : std::min(columns_since_gap_ + 1, kGapColumns);
     finish(estimate);
     return estimate;
 }
@@ -47,6 +52,7 @@ void Tracker<Scalar>::finish(std::optional<PoseEstimate<Scalar>>& estimate) {
     if (!estimate) {
         return;
     }
+    estimate->flags.set_if(columns_since_gap_ < kGapColumns, PoseFlag::columns_missing);
     if (correction_) {
         to_source_frame(*estimate);
     }

@@ -23,7 +23,8 @@ public:
     Tracker(const Tracker&) = delete;
     Tracker& operator=(const Tracker&) = delete;
 
-    /// Processes one column. Returns a pose if the method has one at its time. A refused column is only counted.
+    /// Processes one column. Returns a pose if the method has one at its time. A refused column is counted. Like a column with
+    /// the flag `after_gap`, it sets `columns_missing` in the next poses.
     std::optional<PoseEstimate<Scalar>> update(const Column<Scalar>& column);
 
     /// For times without columns: returns a pose flagged coasting or stale, if the method supports it.
@@ -48,10 +49,12 @@ private:
     [[nodiscard]] virtual TrackerState do_state() const = 0;
     [[nodiscard]] virtual const TrackerCounters& do_counters() const = 0;
 
+    [[nodiscard]] std::uint64_t used_columns() const { return do_counters().accepted - do_counters().outliers; }
     void finish(std::optional<PoseEstimate<Scalar>>& estimate);
     void to_source_frame(PoseEstimate<Scalar>& estimate) const;
 
     Correction correction_;
+    int columns_since_gap_ = kGapColumns;  // at most kGapColumns
     Quat<Scalar> last_reported_ = Quat<Scalar>::Identity();
 };
 

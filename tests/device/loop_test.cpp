@@ -256,6 +256,25 @@ TEST_F(LoopWithSensor, DoesNotTrustTheConfiguredHemisphereAfterALongLoss) {
     EXPECT_GT(x_m(), 0);
 }
 
+TEST_F(LoopWithSensor, FlagsPosesAfterALostOrRefusedColumn) {
+    const auto is_flagged = [&] {
+        return (unsigned{pose_.flags} >> static_cast<unsigned>(tracking::PoseFlag::columns_missing) & 1U) != 0;
+    };
+    see_frames(10);
+    EXPECT_FALSE(is_flagged());
+    ++next;  // a message is lost
+    see_frames(1);
+    EXPECT_TRUE(is_flagged());
+    EXPECT_EQ(loop->session().counters().lost_columns, 1U);
+    see_frames(2);
+    EXPECT_FALSE(is_flagged());
+    column(1, 4711);  // not the state that the host switched: refused
+    see_frames(1);
+    EXPECT_TRUE(is_flagged());
+    see_frames(2);
+    EXPECT_FALSE(is_flagged());
+}
+
 TEST_F(LoopWithSensor, TrustsTheConfiguredHemisphereIfNothingWasTracked) {
     restart_after(0);
     see_frames(10);

@@ -172,6 +172,32 @@ TEST_F(FixedTrackerInput, HemisphereTurnsThePosition) {
     EXPECT_TRUE(behind->valid());
 }
 
+TEST_F(FixedTrackerInput, PosesAfterALostOrRefusedBlockAreFlagged) {
+    int poses = 0;
+    int flagged = 0;
+    const auto see_twelve_blocks = [&] {
+        poses = flagged = 0;
+        for (int n = 0; n < 12; ++n) {
+            const auto pose = tracker_.update(next());
+            poses += pose ? 1 : 0;
+            flagged += pose && pose->flags.has(PoseFlag::columns_missing) ? 1 : 0;
+        }
+    };
+    see_twelve_blocks();
+    EXPECT_EQ(poses, 12);
+    EXPECT_EQ(flagged, 0);
+    (void)next();  // lost
+    see_twelve_blocks();
+    EXPECT_EQ(poses, 10) << "the first pose after a gap needs three columns";
+    EXPECT_EQ(flagged, 4);
+    SampleBlock bad = next();
+    bad.samples = {};
+    EXPECT_FALSE(tracker_.update(bad));
+    see_twelve_blocks();
+    EXPECT_EQ(poses, 10);
+    EXPECT_EQ(flagged, 4);
+}
+
 /// Random codes of all magnitudes in all channels: poses, flagged or not, have unit quaternions, and later good blocks give good
 /// poses.
 TEST_F(FixedTrackerInput, SurvivesAnyCodes) {

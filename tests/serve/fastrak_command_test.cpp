@@ -25,7 +25,7 @@ TEST(FastrakCommand, ErrorLetters) {
         {PoseFlag::stale, 'l'},         {PoseFlag::no_reference, 'a'},       {PoseFlag::wrong_handedness, 'g'},
         {PoseFlag::not_converged, 's'}, {PoseFlag::hemisphere_unknown, 's'}, {PoseFlag::unconfirmed, 's'},
         {PoseFlag::inconsistent, 's'},  {PoseFlag::uncertain, 's'},          {PoseFlag::distorted, ' '},
-        {PoseFlag::coasting, ' '}};
+        {PoseFlag::coasting, ' '},      {PoseFlag::columns_missing, ' '}};
     for (const auto& [flag, letter] : letters) {
         FastrakClient client;
         auto pose = fastrak_pose({10, 0, 0}, 0, 0, 0);
@@ -36,7 +36,7 @@ TEST(FastrakCommand, ErrorLetters) {
         EXPECT_THAT(client.say("S").substr(6, 3), ::testing::HasSubstr(bit.substr(0, 2)));
     }
     // Every flag that makes a pose invalid has a letter.
-    for (unsigned bit = 0; bit < 13; ++bit) {
+    for (unsigned bit = 0; bit < 14; ++bit) {
         tracking::PoseEstimate<double> pose;
         pose.flags.set(static_cast<PoseFlag>(bit));
         EXPECT_EQ(host::fastrak::error_letter(pose) == ' ', pose.valid()) << bit;

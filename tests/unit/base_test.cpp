@@ -40,6 +40,16 @@ TEST(Result, HoldsAValueOrAStatus) {
     EXPECT_EQ(bad.status().code(), StatusCode::timed_out);
 }
 
+TEST(Result, ItsValueCanBeChanged) {
+    StaticVector<int, 2> numbers;
+    EXPECT_TRUE(numbers.push_back(7));
+    Result<StaticVector<int, 2>> result(numbers);
+    for (int& number : *result) {
+        ++number;
+    }
+    EXPECT_EQ((*result)[0], 8);
+}
+
 TEST(DeviceTime, RoundsToTheNearestMicrosecondBeyond32Bits) {
     EXPECT_EQ(microseconds_from_seconds(1.0 / 720).count(), 1389);
     EXPECT_EQ(microseconds_from_seconds(-1.0 / 720).count(), -1389);

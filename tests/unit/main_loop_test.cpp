@@ -105,6 +105,22 @@ TEST_F(MainLoopTest, CountsLostBlocksAndContinues) {
     EXPECT_LT(worst_m_, 1e-3);
 }
 
+TEST_F(MainLoopTest, PosesAfterALostBlockAreFlagged) {
+    for (const auto multiplexing : {signal::Multiplexing::tdm, signal::Multiplexing::fdm}) {
+        estimates_.clear();
+        run("dropped_blocks:1@0.5-0.504", multiplexing, 0.6);
+        EXPECT_GE(counters_.lost_blocks, 1U);
+        std::size_t flagged = 0;
+        for (const auto& estimate : estimates_) {
+            const bool is_after = to_seconds(estimate.time) > 0.5 && to_seconds(estimate.time) < 0.515;
+            const bool is_missing = estimate.flags.has(tracking::PoseFlag::columns_missing);
+            EXPECT_TRUE(is_after || !is_missing) << to_seconds(estimate.time);
+            flagged += is_missing ? 1 : 0;
+        }
+        EXPECT_EQ(flagged, multiplexing == signal::Multiplexing::tdm ? 4U : 2U) << "the first pose needs three columns";
+    }
+}
+
 /// Refused columns count as missing: the loop calls tick(), and the tracker reports coasting, stale, lost.
 TEST_F(MainLoopTest, RefusedColumnsDoNotSilenceTheTracker) {
     const sim::StillMotion motion({{0.5, 0.1, 0.2}, Quat<double>::Identity()});

@@ -22,8 +22,8 @@ struct DemodulateCommand {
     bool json = false;
 };
 
-constexpr std::array<const char*, 9> kFlagNames{"saturated",  "clipped", "stuck", "no_reference", "dc_offset",
-                                                "low_signal", "overrun", "",      "gain_changed"};
+constexpr std::array<const char*, 10> kFlagNames{"saturated",  "clipped", "stuck", "no_reference", "dc_offset",
+                                                 "low_signal", "overrun", "",      "gain_changed", "after_gap"};
 
 std::vector<std::string> names_of(ColumnFlags flags) {
     std::vector<std::string> names;
