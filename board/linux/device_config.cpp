@@ -70,6 +70,19 @@ void read_tracker(CheckedTable table, DeviceConfig& config) {
     table.finish();
 }
 
+void read_health(CheckedTable table, DeviceConfig& config) {
+    constexpr double kLongestAge_ms = 1e6;
+    host::HealthLimits& limits = config.health;
+    const double percent = table.positive("missing_percent", 100 * limits.missing_share);
+    const double age_ms = table.positive("age_ms", 1e3 * to_seconds(limits.age));
+    table.require(percent <= 100, "missing_percent", "must be 100 or less");
+    table.require(age_ms <= kLongestAge_ms, "age_ms", "must be 1e6 or less");
+    limits.missing_share = percent / 100;
+    limits.age = microseconds_from_seconds(1e-3 * age_ms);
+    limits.temperature_c = table.number("temperature_c", limits.temperature_c);
+    table.finish();
+}
+
 void read_outputs(CheckedTable table, DeviceConfig& config) {
     config.csv = table.text("csv", "");
     config.publish = table.flag("publish", false);
@@ -105,6 +118,7 @@ DeviceConfig parse_device_config(const std::string& name, std::string_view text)
     read_front_end(root.child("front_end"), config);
     read_calibration(root.child("calibration"), config);
     read_tracker(root.child("tracker"), config);
+    read_health(root.child("health"), config);
     read_outputs(root.child("outputs"), config);
     read_realtime(root.child("realtime"), config);
     root.finish();

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "board/support/link_health.hpp"
 #include "core/geometry/types.hpp"
 #include "drivers/gpiod/gpio_lines.hpp"
 
@@ -27,10 +28,11 @@ struct DeviceConfig {
     std::string method = "direct";
     std::optional<Vec3<double>> hemisphere;  // none: that of the calibration, or +x
     bool confined = false;                   // the sensor never leaves the half space `hemisphere`
-    std::string csv;                         // empty: none
-    bool publish = false;                    // send poses on the link
-    int priority = 0;                        // SCHED_FIFO; 0: normal scheduling
-    std::optional<bool> lock_memory;         // none: if permitted
+    host::HealthLimits health;
+    std::string csv;                  // empty: none
+    bool publish = false;             // send poses on the link
+    int priority = 0;                 // SCHED_FIFO; 0: normal scheduling
+    std::optional<bool> lock_memory;  // none: if permitted
 };
 
 /// Throws InputError with FILE:LINE for a key that is unknown, missing or out of range.

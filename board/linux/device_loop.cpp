@@ -48,6 +48,7 @@ DeviceLoop::DeviceLoop(hal::MessagePort& port, HostLines lines, const DeviceLoop
 DeviceLoop::~DeviceLoop() { stop(); }
 
 void DeviceLoop::stop() {
+    newest_.reset();
     switch_off();
     session_.stop();
 }
@@ -159,6 +160,7 @@ void DeviceLoop::take_pose(HostTime arrival) {
     }
     deliver(session_.pose_message(), pose.valid(), arrival);
     const HostTime now = drivers::host_now();
+    newest_ = now;
     std::optional<Vec3<double>> side = restorers_[pose.sensor].side(pose, now);
     if (params_.session.confined && HemisphereRestorer::lacks_only_hemisphere(pose)) {
         side = params_.session.hemisphere;
@@ -209,7 +211,7 @@ int DeviceLoop::take_edges() {
 
 void DeviceLoop::track(const hal::ReceivedMessage& message) {
     const Column<double>& column = session_.column();
-    column_time_ = drivers::host_now();
+    newest_ = column_time_ = drivers::host_now();
     beat();
     if (column.sensor >= trackers_.size() || !trackers_[column.sensor]) {
         return;
@@ -217,7 +219,11 @@ void DeviceLoop::track(const hal::ReceivedMessage& message) {
     if (params_.tap != nullptr) {
         params_.tap->column(column);
     }
-    if (const auto estimate = trackers_[column.sensor]->update(column)) {
+    tracking::AnyTracker<double>& tracker = *trackers_[column.sensor];
+    const std::uint64_t accepted = tracker.counters().accepted;
+    const auto estimate = tracker.update(column);
+    counters_.rejected_columns += tracker.counters().accepted == accepted ? 1U : 0U;
+    if (estimate) {
         answer(*estimate, estimate->valid(), message.arrival);
         if (const auto side = restorers_[column.sensor].side(*estimate, *column_time_)) {
             ++counters_.hemispheres_restored;

@@ -41,6 +41,7 @@ struct DeviceLoopCounters {
     std::uint64_t lines_lost = 0;
     std::uint64_t unpublished = 0;
     std::uint64_t hemispheres_restored = 0;  // number of restored hemispheres
+    std::uint64_t rejected_columns = 0;      // by the trackers of this host
 };
 
 class DeviceLoop {
@@ -65,6 +66,8 @@ public:
     [[nodiscard]] const DeviceSession& session() const { return session_; }
     [[nodiscard]] const DeviceLoopCounters& counters() const { return counters_; }
     [[nodiscard]] const LatencyHistogram& latency() const { return latency_; }
+    /// Arrival of the newest column or pose; empty: none since the start or stop().
+    [[nodiscard]] std::optional<HostTime> newest() const { return newest_; }
 
 private:
     void follow_phase();
@@ -92,7 +95,8 @@ private:
     std::array<std::uint8_t, protocol::kMaxFrameBytes> bytes_{};
     std::uint32_t state_sequence_ = 0;
     std::uint32_t pose_sequence_ = 0;
-    std::optional<HostTime> column_time_;  // arrival of the newest column; empty: none since the start
+    std::optional<HostTime> newest_;
+    std::optional<HostTime> column_time_;  // arrival of the newest column; empty: none since the session's start
     bool is_tdm_ = true;
     bool was_running_ = false;
     LatencyHistogram latency_;

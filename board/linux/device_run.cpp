@@ -26,8 +26,29 @@
 namespace tricoil::linux_board {
 namespace {
 
+host::HealthCounts counts_of(const DeviceLoop& loop, const hal::MessagePort& port, HostTime now,
+                             std::initializer_list<const LinePump*> pumps) {
+    const DeviceSession& session = loop.session();
+    const protocol::StatusMessage& status = session.device_status();
+    host::HealthCounts counts;
+    counts.received = session.counters().columns + session.counters().poses - loop.counters().rejected_columns;
+    counts.lost = session.counters().lost_columns + session.counters().lost_poses;
+    counts.refused = session.counters().refused + loop.counters().rejected_columns;
+    counts.dropped = port.counters().send_queue_full + port.counters().receive_dropped + status.dropped;
+    for (const LinePump* pump : pumps) {
+        const LinePump::Depth depth = pump != nullptr ? pump->depth() : LinePump::Depth{};
+        counts.queued_bytes += depth.queued_bytes;
+        counts.dropped += depth.dropped;
+    }
+    counts.age = loop.newest() ? now - *loop.newest() : Microseconds{};
+    if (status.supply_mv != 0 || status.temperature_cdeg != 0) {  // both zero: the device does not measure them
+        counts.temperature_c = 0.01 * status.temperature_cdeg;
+    }
+    return counts;
+}
+
 nlohmann::ordered_json summary(const DeviceConfig& config, const DeviceLoop& loop, const hal::MessagePort& port,
-                               const RealtimeStatus& realtime) {
+                               const RealtimeStatus& realtime, const host::LinkHealth& health) {
     const DeviceSession& session = loop.session();
     nlohmann::ordered_json refused = nlohmann::ordered_json::object();
     for (std::size_t kind = 1; kind < protocol::kWireErrors; ++kind) {
@@ -53,6 +74,7 @@ nlohmann::ordered_json summary(const DeviceConfig& config, const DeviceLoop& loo
             {"sync_edges", loop.counters().sync_edges},
             {"unpublished", loop.counters().unpublished},
             {"hemispheres_restored", loop.counters().hemispheres_restored},
+            {"health", host::health_json(health)},
             {"latency_us", {{"median", latency.quantile_us(0.5)}, {"p99", latency.quantile_us(0.99)}, {"max", latency.max_us()}}},
             {"clock_drift_ppm", 1e6 * session.clock_map().drift()},
             {"clock_error_bound_us", session.clock_map().ready() ? session.clock_map().error_bound_us() : 0},
@@ -79,8 +101,8 @@ std::string text_of(const host::Json& s) {
                       "{device}: {poses} poses, {poses_valid} valid\n"
                       "  columns  {columns} received, {columns_lost} lost, {refused} messages refused; started {starts} times\n"
                       "  latency  median {latency_us/median:.0f} us, 99 % {latency_us/p99:.0f} us, "
-                      "max {latency_us/max} us from the frame's arrival to the pose\n"
-                      "  coils    off\n");
+                      "max {latency_us/max} us from the frame's arrival to the pose\n") +
+           "  health   " + host::health_line(s["health"]) + "\n  coils    off\n";
 }
 
 /// During its lifetime a closed pipe or a file size limit is a failed write and does not end the program, because the coils must
@@ -185,6 +207,7 @@ int run_device(const DeviceRunOptions& options) {
         }
     });
     FaultReporter reporter(config.device, params.tap);
+    host::HealthMonitor monitor(config.health);
     const RealtimeStatus realtime = request_realtime(config.lock_memory.value_or(true), config.priority);
     print_realtime_refusals(config, realtime);
     const host::InterruptGuard guard;
@@ -210,6 +233,12 @@ int run_device(const DeviceRunOptions& options) {
         const HostTime now = drivers::host_now();
         reporter.check(loop.session(), *port, now);
         reporter.check(flags, now);
+        if (monitor.update(counts_of(loop, *port, now, {csv ? &*csv : nullptr, json ? &*json : nullptr}), now - begin)) {
+            reporter.check(monitor.health(), now);
+            if (options.each_health) {
+                options.each_health(monitor.health());
+            }
+        }
         if (loop.counters().lines_lost > 0) {
             throw host::DeviceError("the coil lines are lost (they were off); check the GPIO chip, then start again");
         }
@@ -229,7 +258,7 @@ int run_device(const DeviceRunOptions& options) {
     for (const std::string& also : {csv ? csv->close() : "", json ? json->close() : "", recorder ? recorder->close() : ""}) {
         error = error.empty() ? also : error;
     }
-    const auto closing = summary(config, loop, *port, realtime);
+    const auto closing = summary(config, loop, *port, realtime, monitor.health());
     port->close();
     if (unread) {
         return kSignalled + SIGPIPE;

@@ -20,10 +20,11 @@ struct DeviceRunOptions {
     double wait_s = 5;                                            // wait for the device at the start; 0: no limit
     double give_up_after_s = 0;                                   // time without a steady device; 0: never
     bool json = false;
-    std::string record;                           // folder; empty: none
-    tracking::TrackerTap<double>* tap = nullptr;  // receives inputs and outputs of the trackers
-    std::function<void(DeviceLoop&)> each_step;   // called between steps; may be empty
-    std::function<bool()> paused;                 // called between steps: true keeps the coils off; empty: never
+    std::string record;                                        // folder; empty: none
+    tracking::TrackerTap<double>* tap = nullptr;               // receives inputs and outputs of the trackers
+    std::function<void(DeviceLoop&)> each_step;                // called between steps; may be empty
+    std::function<void(const host::LinkHealth&)> each_health;  // called several times a second; may be empty
+    std::function<bool()> paused;                              // called between steps: true keeps the coils off; empty: never
 };
 
 /// Describes the origin of the columns, for a recording.

@@ -138,6 +138,12 @@ SessionEvent DeviceSession::refuse(WireError error) {
     return SessionEvent::none;
 }
 
+SessionEvent DeviceSession::refuse_column(WireError error, std::uint8_t sensor) {
+    after_gap_[sensor] = true;
+    ++counters_.refused;
+    return refuse(error);
+}
+
 SessionEvent DeviceSession::take(const hal::ReceivedMessage& message) {
     WireError error = WireError::none;
     const MessageType type = protocol::type_of(message.bytes, error);
@@ -291,15 +297,13 @@ SessionEvent DeviceSession::take_column(const hal::ReceivedMessage& message) {
         window_over_ = true;
     }
     clock_map_.observe(device_time_us(m.time_us), message.arrival);
-    const bool after_gap = std::exchange(after_gap_[m.sensor], true);  // a gap for the next column if this one is refused
     if (const WireError error = protocol::from_message(m, column_); error != WireError::none) {
-        return refuse(error);
+        return refuse_column(error, m.sensor);
     }
     if (params_.host_drives_coils && !was_excited(column_)) {
-        return refuse(WireError::transition);
+        return refuse_column(WireError::transition, m.sensor);
     }
-    after_gap_[m.sensor] = false;
-    column_.flags.set_if(after_gap, ColumnFlag::after_gap);
+    column_.flags.set_if(std::exchange(after_gap_[m.sensor], false), ColumnFlag::after_gap);
     heard_ = now_;
     ++counters_.columns;
     return SessionEvent::column;
@@ -318,6 +322,7 @@ SessionEvent DeviceSession::take_pose(const hal::ReceivedMessage& message) {
     }
     clock_map_.observe(device_time_us(pose_message_.time_us), message.arrival);
     if (const WireError error = protocol::from_message(pose_message_, pose_); error != WireError::none) {
+        ++counters_.refused;
         return refuse(error);
     }
     has_tracked_ = has_tracked_ || pose_.valid();

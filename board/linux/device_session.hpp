@@ -39,6 +39,7 @@ struct SessionCounters {
     std::uint64_t poses = 0;
     std::uint64_t lost_columns = 0;  // gaps in the sequence
     std::uint64_t lost_poses = 0;
+    std::uint64_t refused = 0;   // columns and poses in sequence, but with wrong contents
     std::uint64_t starts = 0;    // number of starts of a device
     std::uint64_t silences = 0;  // number of time-outs of a device
 };
@@ -114,6 +115,7 @@ private:
     bool in_order(protocol::SequenceCheck& check, std::uint32_t sequence, std::uint64_t& lost);
     [[nodiscard]] bool was_excited(const Column<double>& column) const;
     SessionEvent refuse(protocol::WireError error);
+    SessionEvent refuse_column(protocol::WireError error, std::uint8_t sensor);
 
     hal::MessagePort& port_;
     SessionParams params_;

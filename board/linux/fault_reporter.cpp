@@ -84,6 +84,16 @@ void FaultReporter::check(tracking::PoseFlags flags, HostTime now) {
     }
 }
 
+void FaultReporter::check(const host::LinkHealth& health, HostTime now) {
+    using host::HealthWarning;
+    for (const HealthWarning warning : {HealthWarning::missing, HealthWarning::queue, HealthWarning::hot}) {
+        if (health.warnings.has(warning) && !warnings_.has(warning)) {
+            print_once(("warning: " + host::to_text({warning}, health.limits)).c_str(), now);
+        }
+    }
+    warnings_ = health.warnings;
+}
+
 void FaultReporter::print_repeated() const {
     for (const RepeatedTexts::Entry& entry : repeated_.entries()) {
         if (entry.unprinted > 0) {

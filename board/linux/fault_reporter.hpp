@@ -9,6 +9,7 @@
 
 #include "board/linux/device_session.hpp"
 #include "board/linux/repeated_texts.hpp"
+#include "board/support/link_health.hpp"
 #include "core/tracking/tracker_tap.hpp"
 
 namespace tricoil::linux_board {
@@ -24,6 +25,9 @@ public:
 
     /// Reports flags that need an action of the user, after they have lasted for one second.
     void check(tracking::PoseFlags flags, HostTime now);
+
+    /// Reports new warnings, except that of a late column, because the session says more about it.
+    void check(const host::LinkHealth& health, HostTime now);
 
     /// Reports the counts of repeated faults. Call it at the end.
     void print_repeated() const;
@@ -44,6 +48,7 @@ private:
     HostTime detail_reported_;
     HostTime hemisphere_known_;  // time at which the hemisphere was last known
     bool hemisphere_reported_ = false;
+    host::HealthWarnings warnings_;
 };
 
 }  // namespace tricoil::linux_board

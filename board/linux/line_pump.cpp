@@ -55,6 +55,11 @@ bool LinePump::is_unread() const {
     return error_ == EPIPE;
 }
 
+LinePump::Depth LinePump::depth() const {
+    const std::lock_guard lock(mutex_);
+    return {size_, dropped_};
+}
+
 void LinePump::run() {
     std::array<char, kPortion> portion{};
     std::unique_lock lock(mutex_);

@@ -30,6 +30,12 @@ public:
     /// True if the reader has closed the pipe.
     [[nodiscard]] bool is_unread() const;
 
+    struct Depth {
+        std::size_t queued_bytes = 0;
+        std::uint64_t dropped = 0;  // lines
+    };
+    [[nodiscard]] Depth depth() const;
+
     /// Writes the queued lines, for at most two seconds. Returns one line with the lost lines and the reason; empty if none.
     std::string close();
 

@@ -116,6 +116,11 @@ TEST(Run, FaultsAreFlaggedAndRecoveredFrom) {
     const auto drops = run("--duration 3 --fault dropped_blocks:0.3@1-2");
     EXPECT_GT(drops["blocks_lost"].get<int>(), 30);
     EXPECT_LT(drops["position_max_m"].get<double>(), 5e-3);
+    EXPECT_THAT(drops["flags_seen"].get<std::string>(), ::testing::HasSubstr("columns_missing"));
+    EXPECT_EQ(drops["health"]["seen_warnings"], "more than 1 % of the columns are missing");
+    EXPECT_GT(drops["health"]["worst_missing_percent"].get<double>(), 15);
+    EXPECT_EQ(drops["health"]["lost"].get<int>(), 3 * drops["blocks_lost"].get<int>());
+    EXPECT_EQ(run("--duration 2")["health"]["seen_warnings"], "");
     const auto plug =
         run("--scenario unplugged --confined");  // after two seconds without columns the sensor may have changed sides
     EXPECT_THAT(plug["flags_seen"].get<std::string>(), ::testing::HasSubstr("no_sensor"));

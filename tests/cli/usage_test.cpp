@@ -81,6 +81,11 @@ TEST(Usage, ConfigurationErrorsNameTheLine) {
     refuse("[tracker]\nmethod = \"scat\"", "2: 'tracker.method' unknown tracker.method 'scat'; did you mean 'scaat'?");
     refuse("[realtime]\npriority = 100", "2: 'realtime.priority' must be a whole number from 0 to 99");
     refuse("[tracker]\nconfined = 1", "2: 'tracker.confined' must be true or false");
+    refuse("[health]\nmissing_percent = 101", "2: 'health.missing_percent' must be 100 or less");
+    refuse("[health]\nmissing_percent = nan", "2: 'health.missing_percent' must be");
+    refuse("[health]\nage_ms = 1e300", "2: 'health.age_ms' must be 1e6 or less");
+    refuse("[health]\nage_ms = 0", "2: 'health.age_ms' must be");
+    refuse("[health]\ntemperature_c = \"hot\"", "2: 'health.temperature_c' must be");
     refuse("[outputs]\npublish = 1", "2: 'outputs.publish' must be true or false");
     refuse("[tracker", "1: ");
     expect_usage_error("run --config " + write_file("empty.toml", ""), "'device' is missing");

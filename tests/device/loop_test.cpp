@@ -269,6 +269,7 @@ TEST_F(LoopWithSensor, FlagsPosesAfterALostOrRefusedColumn) {
     see_frames(2);
     EXPECT_FALSE(is_flagged());
     column(1, 4711);  // not the state that the host switched: refused
+    EXPECT_EQ(loop->session().counters().refused, 1U);
     see_frames(1);
     EXPECT_TRUE(is_flagged());
     see_frames(2);

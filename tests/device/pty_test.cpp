@@ -75,6 +75,8 @@ TEST_F(Pty, TracksToTheLastBitWithoutLoss) {
     EXPECT_EQ(summary["columns_lost"], 0);
     EXPECT_EQ(summary["starts"], 1);
     EXPECT_EQ(summary["device"], device);
+    EXPECT_EQ(summary["health"]["received"], summary["columns"]);
+    EXPECT_EQ(summary["health"]["lost"], 0);
 }
 
 TEST_F(Pty, TheFrontEndIsPulledOutAndTheLineIsGone) {

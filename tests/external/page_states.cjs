@@ -8,6 +8,8 @@ function pose(sensor, t, x, more) {
           position_covariance_m2: [8e-7, 0, 0, 1.6e-5, 0, 1.6e-5], valid: 1, stale: false, flag_names: '', state_name: 'tracking', snr_db: 60, distortion_mm: 1, predicted_error_mm: 0.2, ...more};
 }
 
+const healthy = {warning: '', missing_percent: 0, temperature_c: 41.6};
+
 /// Serves the page `html`; send() adds events to its stream.
 async function scripted(html) {
   const streams = new Set();
@@ -22,7 +24,7 @@ async function scripted(html) {
   return {
     url: `http://127.0.0.1:${server.address().port}/`,
     connected: () => streams.size > 0,
-    send(poses, status = {running: true, recording: false, recording_error: ''}) {
+    send(poses, status = {running: true, recording: false, recording_error: '', health: healthy}) {
       for (const stream of streams) stream.write(`data: ${JSON.stringify({status, poses})}\n\n`);
     },
     close() { server.close(); server.closeAllConnections(); },
@@ -92,9 +94,13 @@ module.exports = async function pageStates(browser, html, check, pictures) {
     check(await page.textContent('#state') === '', 'without poses there is no state');
     check(await page.evaluate(() => getComputedStyle(document.querySelector('#numbers')).opacity) < 0.5, 'and the numbers are grey');
     check(await orangePixels(page) < 300, 'and no sensor is drawn');
-    server.send([], {running: true, recording: false, recording_error: 'take1: recording ended early (No space left on device)'});
+    const warning = 'more than 1 % of the columns are missing';
+    check(await page.textContent('#health') === '0.0 % missing, 42 °C', 'without a warning the health is two numbers');
+    server.send([], {running: true, recording: false, recording_error: 'take1: recording ended early (No space left on device)',
+                     health: {...healthy, warning}});
     await wait(() => /ended early .No space/.test(document.querySelector('#recording_error').textContent));
     check(true, 'why a recording ended is said');
+    check(await page.textContent('#health') === warning && await page.getAttribute('#health', 'data-warning') === 'true', 'a warning is shown');
     now += 2000;
     both(10);
     await wait(() => document.body.dataset.pose === 'good');

@@ -36,6 +36,17 @@ TEST(ServePage, ARangeGivesThePageAndNothingBeyondIt) {
     }
 }
 
+TEST(ServePage, TheStreamTellsTheHealthOfTheMeasurement) {
+    const Serving serving({"--web", "0", "--scenario", "still", "--fault", "dropped_blocks:0.3"});
+    const int client = connect_to(serving.port("web"));
+    const std::string request = "GET /stream HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(serving.port("web")) + "\r\n\r\n";
+    EXPECT_EQ(write(client, request.data(), request.size()), static_cast<ssize_t>(request.size()));
+    const std::string events = read_for(client, std::chrono::seconds(3));
+    close(client);
+    EXPECT_THAT(events, HasSubstr(R"("health":{"warning":"more than 1 % of the columns are missing")"));
+    EXPECT_THAT(events, HasSubstr("columns_missing"));
+}
+
 /// Status line of the answer to a control request.
 std::string ask(std::uint16_t port, const std::string& command, const std::string& token) {
     const int client = connect_to(port);

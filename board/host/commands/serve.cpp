@@ -129,7 +129,8 @@ auto is_paused(TrackerControl& control, ServiceNotice& notice) {
     };
 }
 
-int serve_simulation(RunCommand& run, tracking::TrackerTap<double>& tap, TrackerControl& control, ServiceNotice& notice) {
+int serve_simulation(RunCommand& run, PoseHub& hub, tracking::TrackerTap<double>& tap, TrackerControl& control,
+                     ServiceNotice& notice) {
     complete_simulation_options(run);
     run.options.realtime = true;
     run.options.duration_s = run.options.duration_s.value_or(kUnlimited_s);
@@ -138,6 +139,7 @@ int serve_simulation(RunCommand& run, tracking::TrackerTap<double>& tap, Tracker
     observers.paused = is_paused(control, notice);
     observers.score = false;
     observers.each_block = execute_request(control);
+    observers.each_health = [&hub](const LinkHealth& health) { hub.set_health(health); };
     const RunReport report = run_simulated(run.options, observers);
     if (!report.recording_error.empty()) {
         throw DeviceError(report.recording_error);
@@ -145,11 +147,13 @@ int serve_simulation(RunCommand& run, tracking::TrackerTap<double>& tap, Tracker
     return to_int(ExitCode::fine);
 }
 
-int serve_device(const RunCommand& run, tracking::TrackerTap<double>& tap, TrackerControl& control, ServiceNotice& notice) {
+int serve_device(const RunCommand& run, PoseHub& hub, tracking::TrackerTap<double>& tap, TrackerControl& control,
+                 ServiceNotice& notice) {
     auto options = device_options(run);
     options.tap = &tap;
     options.paused = is_paused(control, notice);
     options.each_step = execute_request(control);
+    options.each_health = [&hub](const LinkHealth& health) { hub.set_health(health); };
     return linux_board::run_device(options);
 }
 
@@ -184,8 +188,8 @@ int run_serve(const ServeCommand& command) {
     ServiceNotice notice;
     notice.ready();
     TapFanOut taps{&server.hub(), &recordings};
-    const int result = is_on_device(*command.run) ? serve_device(*command.run, taps, control, notice)
-                                                  : serve_simulation(*command.run, taps, control, notice);
+    const int result = is_on_device(*command.run) ? serve_device(*command.run, server.hub(), taps, control, notice)
+                                                  : serve_simulation(*command.run, server.hub(), taps, control, notice);
     server.stop();
     if (recordings.status().on) {
         recordings.record(false);

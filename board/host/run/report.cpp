@@ -92,7 +92,9 @@ Json run_result(const RunReport& r) {
         {"outliers", r.tracker.outliers},
         {"reopened", r.tracker.reacquisitions},
         {"clock_restarts", r.tracker.clock_restarts},
+        {"health", health_json(r.health)},
         {"flags_seen", to_text(r.seen_flags)},
+        {"advice", advice(r.seen_flags)},
         {"duration_s", r.simulated_s},
         {"interrupted", r.interrupted},
         {"coils_off", r.coils_at_end == Excitation::off},
@@ -117,7 +119,10 @@ std::string run_text(const Json& r) {
         "{acquisitions} acquisitions\n"
         "  speed        {update_us:.1f} us per update, {simulated_s_per_s:.1f} simulated seconds per second; coils ");
     text += r["coils_off"] ? "off\n" : "ON\n";
-    text += r["flags_seen"] == "" ? "" : fill(r, "  flags seen   {flags_seen}\n");
+    text += "  health       " + health_line(r["health"]) + '\n';
+    if (r["flags_seen"] != "") {
+        text += fill(r, r["advice"] == "" ? "  flags seen   {flags_seen}\n" : "  flags seen   {flags_seen}; {advice}\n");
+    }
     return text;
 }
 

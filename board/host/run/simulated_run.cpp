@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <numeric>
 #include <thread>
 
 #include "board/host/run/fixed_run.hpp"
@@ -135,50 +136,31 @@ void pause(Loop& loop, const InterruptGuard& guard, const RunObservers& observer
     }
 }
 
+/// In columns. The integer tracker counts blocks.
+template <typename Loop>
+HealthCounts counts_of(Loop& loop, const signal::AcquisitionPlan& plan, Microseconds age) {
+    const std::uint64_t columns_per_block = plan.is_tdm() ? 1 : kSourceCoils;
+    HealthCounts counts;
+    counts.lost = columns_per_block * loop.counters().lost_blocks;
+    counts.refused = columns_per_block * loop.counters().refused_blocks;
+    if constexpr (std::is_same_v<Loop, app::MainLoop<double>>) {
+        const tracking::TrackerCounters& tracker = loop.tracker().counters();
+        counts.received = tracker.accepted;
+        counts.refused = std::accumulate(tracker.rejected.begin(), tracker.rejected.end(), counts.refused);
+    } else {
+        counts.received = columns_per_block * loop.tracker().counters().accepted;
+    }
+    counts.dropped = loop.counters().unsent_poses;
+    counts.age = age;
+    return counts;
+}
+
 struct Pace {
+    HealthMonitor health;
     double update_s = 0;
     std::uint64_t updates = 0;
     double total_s = 0;
 };
-
-/// Starts the loop, and runs it to its end or an interrupt.
-template <typename Loop>
-Pace drive(Loop& loop, const sim::SimulatedClock& clock, const InterruptGuard& guard, bool realtime,
-           const RunObservers& observers) {
-    if (const Status started = loop.start(); !started.ok()) {
-        throw DeviceError(std::string("simulated board: ") + started.message());
-    }
-    Pace pace;
-    const auto begin = SteadyClock::now();
-    auto start = begin;  // reference of keep_pace()
-    while (!guard.interrupted()) {
-        const Status status = loop.acquire();
-        if (status.code() == StatusCode::end_of_stream) {
-            break;
-        }
-        if (!status.ok() && status.code() != StatusCode::timed_out) {
-            throw DeviceError(fmt::format("simulated board: {}", status.message()));
-        }
-        const auto before = SteadyClock::now();
-        loop.process();
-        pace.update_s += seconds_since(before);
-        ++pace.updates;
-        if constexpr (std::is_same_v<Loop, app::MainLoop<double>>) {
-            if (observers.each_block) {
-                observers.each_block(loop);
-            }
-        }
-        if (observers.paused && observers.paused()) {
-            pause(loop, guard, observers);
-        }
-        if (realtime) {
-            keep_pace(start, clock.elapsed_s());
-        }
-    }
-    loop.stop();
-    pace.total_s = seconds_since(begin);
-    return pace;
-}
 
 /// Common parts of both kinds of loop.
 struct SimulatedBoard {
@@ -194,12 +176,58 @@ struct SimulatedBoard {
     Vec3<double> hemisphere;
 };
 
+/// Starts the loop, and runs it to its end or an interrupt.
+template <typename Loop>
+Pace drive(Loop& loop, const SimulatedBoard& board, const InterruptGuard& guard) {
+    const RunObservers& observers = board.observers;
+    if (const Status started = loop.start(); !started.ok()) {
+        throw DeviceError(std::string("simulated board: ") + started.message());
+    }
+    Pace pace;
+    const auto begin = SteadyClock::now();
+    auto start = begin;  // reference of keep_pace()
+    DeviceTime newest = board.clock.now();
+    while (!guard.interrupted()) {
+        const Status status = loop.acquire();
+        if (status.code() == StatusCode::end_of_stream) {
+            break;
+        }
+        if (!status.ok() && status.code() != StatusCode::timed_out) {
+            throw DeviceError(fmt::format("simulated board: {}", status.message()));
+        }
+        const auto before = SteadyClock::now();
+        loop.process();
+        pace.update_s += seconds_since(before);
+        ++pace.updates;
+        const DeviceTime now = board.clock.now();
+        newest = status.ok() ? now : newest;
+        if (pace.health.update(counts_of(loop, board.plan, now - newest), now.since_start()) && observers.each_health) {
+            observers.each_health(pace.health.health());
+        }
+        if constexpr (std::is_same_v<Loop, app::MainLoop<double>>) {
+            if (observers.each_block) {
+                observers.each_block(loop);
+            }
+        }
+        if (observers.paused && observers.paused()) {
+            pause(loop, guard, observers);
+        }
+        if (board.options.realtime) {
+            keep_pace(start, board.clock.elapsed_s());
+        }
+    }
+    loop.stop();
+    pace.total_s = seconds_since(begin);
+    return pace;
+}
+
 template <typename Loop>
 void run_loop(Loop& loop, const SimulatedBoard& board, RunReport& report) {
     const InterruptGuard guard;
-    const Pace pace = drive(loop, board.clock, guard, board.options.realtime, board.observers);
+    const Pace pace = drive(loop, board, guard);
     report.interrupted = guard.interrupted();
     report.loop = loop.counters();
+    report.health = pace.health.health();
     report.mean_update_us = pace.updates > 0 ? 1e6 * pace.update_s / static_cast<double>(pace.updates) : 0;
     report.simulated_s_per_s = pace.total_s > 0 ? board.clock.elapsed_s() / pace.total_s : 0;
 }

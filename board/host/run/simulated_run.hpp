@@ -10,6 +10,7 @@
 #include "board/app/main_loop.hpp"
 #include "board/host/run/run_score.hpp"
 #include "board/pose_text/output_format.hpp"
+#include "board/support/link_health.hpp"
 #include "sim/world/scenario.hpp"
 
 namespace tricoil::host {
@@ -56,7 +57,8 @@ struct RunReport {
     double mean_update_us = 0;       // demodulation and tracking of one block
     double simulated_s_per_s = 0;    // the whole loop, simulation included
     tracking::PoseFlags seen_flags;  // of all poses after the settling time
-    std::string recording_error;     // one line; empty: none
+    LinkHealth health;
+    std::string recording_error;  // one line; empty: none
 };
 
 /// Further participants of a run.
@@ -64,8 +66,9 @@ struct RunObservers {
     tracking::TrackerTap<double>* tap = nullptr;
     std::function<void(app::MainLoop<double>&)> each_block;           // called between blocks; may be empty
     std::function<void(const fixed::PoseEstimate&)> each_fixed_pose;  // for an integer tracker; may be empty
-    std::function<bool()> paused;  // called between blocks: true keeps the coils off; empty: never
-    bool score = true;             // false: unlimited run without score, CSV and live view
+    std::function<bool()> paused;                        // called between blocks: true keeps the coils off; empty: never
+    std::function<void(const LinkHealth&)> each_health;  // called several times per simulated second; may be empty
+    bool score = true;                                   // false: unlimited run without score, CSV and live view
 };
 
 /// Describes the origin of the columns, for a recording.

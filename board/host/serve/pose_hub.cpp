@@ -61,6 +61,16 @@ std::vector<ServedPose> PoseHub::newest() const {
     return poses;
 }
 
+void PoseHub::set_health(const LinkHealth& health) {
+    const std::lock_guard lock(mutex_);
+    health_ = health;
+}
+
+LinkHealth PoseHub::health() const {
+    const std::lock_guard lock(mutex_);
+    return health_;
+}
+
 int PoseHub::sensors() const {
     const std::lock_guard lock(mutex_);
     return sensors_;

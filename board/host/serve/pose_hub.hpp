@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "board/pose_text/served_pose.hpp"
+#include "board/support/link_health.hpp"
 #include "core/protocol/clock_map.hpp"
 #include "core/tracking/pose_estimate.hpp"
 #include "core/tracking/tracker_params.hpp"
@@ -43,6 +44,10 @@ public:
     /// Newest pose of each sensor, flagged stale if it is old. For clients that connect later.
     [[nodiscard]] std::vector<ServedPose> newest() const;
 
+    /// Newest state of the measurement and its link.
+    void set_health(const LinkHealth& health);
+    [[nodiscard]] LinkHealth health() const;
+
     /// Number of tracked sensors; 0 before the start of the tracker.
     [[nodiscard]] int sensors() const;
 
@@ -60,6 +65,7 @@ private:
     std::vector<ServedPose> ring_;
     std::uint64_t count_ = 0;  // total number of poses
     std::array<std::optional<ServedPose>, tracking::kMaxSensors> newest_;
+    LinkHealth health_;
     int sensors_ = 0;
     bool closed_ = false;
     protocol::ClockMap clock_map_;

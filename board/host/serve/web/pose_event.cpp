@@ -54,7 +54,8 @@ std::string pose_event(std::span<const ServedPose> poses, const PageStatus& stat
                   {{"running", status.running},
                    {"recording", status.recording},
                    {"recording_error", status.recording_error},
-                   {"controls", status.controls}}},
+                   {"controls", status.controls},
+                   {"health", health_json(status.health)}}},
                  {"poses", Json::array()}};
     for (const ServedPose* served : newest) {
         if (served != nullptr) {

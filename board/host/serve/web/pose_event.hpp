@@ -5,6 +5,7 @@
 #include <string>
 
 #include "board/pose_text/served_pose.hpp"
+#include "board/support/link_health.hpp"
 
 namespace tricoil::host::web {
 
@@ -13,6 +14,7 @@ struct PageStatus {
     bool recording = false;
     std::string recording_error;  // error of the last recording
     std::string controls;         // access rule: "token", "open" or "none"
+    LinkHealth health;
 };
 
 /// One server-sent event: {"status": {...}, "poses": [...]}, with only the newest pose of each sensor.

@@ -47,7 +47,9 @@ struct Reader {
             return false;
         }
         const RecordingStatus recording = recordings.status();
-        const std::string event = pose_event(poses, {control.running(), recording.on, recording.error, controls});
+        LinkHealth health = hub.health();
+        health.counts.dropped += cursor.missed;  // by this page
+        const std::string event = pose_event(poses, {control.running(), recording.on, recording.error, controls, health});
         if (!sink.write(event.data(), event.size())) {
             return false;
         }

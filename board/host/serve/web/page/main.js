@@ -96,6 +96,7 @@ function receive(message) {
   element('record').textContent = message.status.recording ? 'End recording' : 'Record';
   element('recording_error').textContent = message.status.recording_error;
   allowControls(message.status.controls);
+  showHealth(message.status.health);
   for (const pose of message.poses) {
     ++page.poses;
     take(pose);
@@ -104,6 +105,16 @@ function receive(message) {
   if (page.newest && page.firstPoseMs === null) afterPaint(() => { page.firstPoseMs ??= performance.now(); });
   if (!sceneRequested) afterPaint(openScene);
   sceneRequested = true;
+}
+
+/// Warnings as text; otherwise the share of missing columns, and the temperature if the device measures it.
+function showHealth(health) {
+  const output = element('health');
+  output.dataset.warning = String(health.warning !== '');
+  const temperature = health.temperature_c === null ? '' : `, ${health.temperature_c.toFixed(0)} °C`;
+  const text = health.warning || `${health.missing_percent.toFixed(1)} % missing${temperature}`;
+  if (output.textContent !== text) output.textContent = text;
+  output.title = Object.entries(health).map(([key, value]) => `${key}: ${value}`).join('\n');
 }
 
 function link(state) {
