@@ -26,8 +26,8 @@ target_compile_options(tricoil_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-p
 # GCC collects garbage less often: 10 % less processor time, up to 0.6 GB of memory per compiler process.
 target_compile_options(tricoil_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-expand=200$<SEMICOLON>--param=ggc-min-heapsize=600000>)
 if(TRICOIL_SANITIZE)
-  target_compile_options(tricoil_options INTERFACE -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
-  target_link_options(tricoil_options INTERFACE -fsanitize=address,undefined)
+  target_compile_options(tricoil_options INTERFACE -fsanitize=${TRICOIL_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_link_options(tricoil_options INTERFACE -fsanitize=${TRICOIL_SANITIZE})
 endif()
 # Programs are position independent by Debian's default of GCC and clang; tests/toolchain checks the result. Sanitizers do not work with
 # _FORTIFY_SOURCE, and it needs optimisation.
