@@ -153,7 +153,8 @@ tricoil_tracker* tricoil_open(const char* device, const char* tracker, char* err
         return nullptr;
     };
     if (device == nullptr) {
-        return fail((std::string("no device given; use ") + kForms).c_str());
+        std::string reason = "no device given; use ";
+        return fail(reason.append(kForms).c_str());
     }
     try {
         return new tricoil_tracker(configuration(device, tracker));

@@ -328,31 +328,31 @@ void SimulatedFrontEnd::send_data(std::vector<std::uint8_t> bytes, std::uint32_t
     constexpr std::size_t kFlagsAt = 16;
     constexpr std::size_t kStateSequenceAt = 18;
     const PeerFault* const fault = fault_at(number);
-    const auto kind = fault == nullptr ? std::optional<PeerFaultKind>() : fault->kind;
-    if (kind == PeerFaultKind::drop || kind == PeerFaultKind::silence) {
+    const auto is = [&](PeerFaultKind kind) { return fault != nullptr && fault->kind == kind; };
+    if (is(PeerFaultKind::drop) || is(PeerFaultKind::silence)) {
         return;
     }
-    if (kind == PeerFaultKind::swap && held_.empty()) {
+    if (is(PeerFaultKind::swap) && held_.empty()) {
         held_ = std::move(bytes);
         return;
     }
-    if (kind == PeerFaultKind::truncate) {
+    if (is(PeerFaultKind::truncate)) {
         bytes.resize(bytes.size() / 2);
-    } else if (kind == PeerFaultKind::corrupt) {
+    } else if (is(PeerFaultKind::corrupt)) {
         std::fill(bytes.begin() + kFlagsAt, bytes.end(), std::uint8_t{0xFF});
-    } else if (kind == PeerFaultKind::version) {
+    } else if (is(PeerFaultKind::version)) {
         bytes[0] = 99;
-    } else if (kind == PeerFaultKind::type) {
+    } else if (is(PeerFaultKind::type)) {
         bytes[1] = 13;
-    } else if (kind == PeerFaultKind::transition) {
+    } else if (is(PeerFaultKind::transition)) {
         bytes[kFlagsAt] |= static_cast<std::uint8_t>(protocol::kTransitionFlag);
-    } else if (kind == PeerFaultKind::wrong_sequence) {
+    } else if (is(PeerFaultKind::wrong_sequence)) {
         bytes[kStateSequenceAt + 3] ^= 0x40U;
-    } else if (kind == PeerFaultKind::wrong_coil) {
+    } else if (is(PeerFaultKind::wrong_coil)) {
         bytes[kStateAt] = static_cast<std::uint8_t>(bytes[kStateAt] % kSourceCoils + 1);
     }
     transmit(bytes);
-    if (kind == PeerFaultKind::twice) {
+    if (is(PeerFaultKind::twice)) {
         transmit(bytes);
     }
     if (!held_.empty()) {
