@@ -40,7 +40,7 @@ bool HealthMonitor::update(const HealthCounts& counts, Microseconds now) {
     warnings.set_if(h.missing_share > h.limits.missing_share, HealthWarning::missing);
     warnings.set_if(counts.age > h.limits.age, HealthWarning::late);
     warnings.set_if(counts.queued_bytes > h.limits.queued_bytes || has_dropped, HealthWarning::queue);
-    warnings.set_if(counts.temperature_c.value_or(0) > h.limits.temperature_c, HealthWarning::hot);
+    warnings.set_if(counts.temperature_c && *counts.temperature_c > h.limits.temperature_c, HealthWarning::hot);
     const bool passes = !(warnings == h.warnings) || now - passed_ >= kPassPause;
     passed_ = passes ? now : passed_;
     h.counts = counts;

@@ -17,6 +17,7 @@ public:
     }
 
     constexpr void set(Enum flag) { bits_ |= bit(flag); }
+    constexpr void clear(Enum flag) { bits_ &= ~bit(flag); }
     constexpr void set_if(bool condition, Enum flag) { bits_ |= condition ? bit(flag) : 0U; }
     [[nodiscard]] constexpr bool has(Enum flag) const { return (bits_ & bit(flag)) != 0U; }
     [[nodiscard]] constexpr bool has_any(FlagSet other) const { return (bits_ & other.bits_) != 0U; }

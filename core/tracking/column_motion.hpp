@@ -6,6 +6,7 @@
 #include <cstddef>
 
 #include "core/tracking/signal_matrix_assembler.hpp"
+#include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::tracking {
 
@@ -14,15 +15,22 @@ namespace tricoil::tracking {
 template <typename Scalar>
 class ColumnMotion {
 public:
+    /// Longest gap between two columns of a coil across which they give a derivative: three frames, at least 15 ms. The frame
+    /// follows from the span of three TDM columns (0.8 of a frame) or from the window (a whole FDM frame).
+    static Scalar max_gap_s(const CommonParams<Scalar>& params) {
+        const Scalar tdm_frame_s = seconds_as<Scalar>(params.max_column_span) / Scalar(0.8);
+        return std::max({Scalar(kMinLongestGap_s), 3 * tdm_frame_s, 3 * Scalar(kGuard) * params.window_s});
+    }
+
     /// Adds a column, unless it is older than the last of its coil. sigma of the column: noise of its entries, which the second
     /// difference contains as well.
-    void add(const Column<Scalar>& column) {
+    void add(const Column<Scalar>& column, Scalar max_gap_s) {
         History& h = histories_[static_cast<std::size_t>(coil_index(column.state))];
         if (h.columns > 0 && column.midpoint < h.time) {
             return;
         }
         const Scalar gap_s = seconds_as<Scalar>(column.midpoint - h.time);
-        const bool follows = h.columns > 0 && gap_s > Scalar(kMinGap_s) && gap_s < Scalar(kMaxGap_s);
+        const bool follows = h.columns > 0 && gap_s > Scalar(kMinGap_s) && gap_s < max_gap_s;
         const Vec3<Scalar> slope = follows ? Vec3<Scalar>((column.in_phase - h.couplings) / gap_s) : Vec3<Scalar>::Zero();
         const Scalar kept = h.columns > 0 ? Scalar(kMemory_s) / (Scalar(kMemory_s) + std::max(gap_s, Scalar(0))) : Scalar(0);
         h.curvature_squared *= kept;
@@ -63,8 +71,9 @@ public:
     void clear() { histories_ = {}; }
 
 private:
-    static constexpr double kMaxGap_s = 0.015;  // three frames at 240 Hz
-    static constexpr double kMinGap_s = 1e-4;   // keeps the derivatives of all couplings within float
+    static constexpr double kMinLongestGap_s = 0.015;
+    static constexpr double kGuard = 1.1;      // a frame is longer than its window
+    static constexpr double kMinGap_s = 1e-4;  // keeps the derivatives of all couplings within float
     // The squared second derivative decays in this time. At 5 Hz 0.38 of its amplitude is left where it changes sign; the change
     // within one and a half frames, by which it is late, is 0.19.
     static constexpr double kMemory_s = 0.02;

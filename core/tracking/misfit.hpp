@@ -58,7 +58,7 @@ private:
     Scalar held_ = 0;        // the same, decaying; zero until two in a row were significant
     Scalar lasting_ = 0;     // the same from the mean ratio
     Scalar mean_ratio_ = 1;  // of misfit to its expectation
-    Scalar quiet_s_ = 0;     // since the last significant misfit
+    Scalar quiet_s_ = 0;     // since two significant misfits in a row
     bool started_ = false;
     DeviceTime time_{};
 };

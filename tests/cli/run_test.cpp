@@ -129,6 +129,22 @@ TEST(Run, FaultsAreFlaggedAndRecoveredFrom) {
     EXPECT_GE(plug["acquisitions"].get<int>(), 2);
 }
 
+/// The motion is found from columns up to three frames apart, also at a low rate.
+TEST(Run, EveryTrackerWorksAtLowRates) {
+    for (const char* tracker : {"direct", "previous", "scaat"}) {
+        const auto json = run("--duration 3 --rate-hz 60 --mux tdm --tracker " + std::string(tracker));
+        EXPECT_EQ(json["poses_invalid"], 0) << tracker;
+        EXPECT_EQ(json["poses_distorted"], 0) << tracker;
+    }
+}
+
+/// Poses near metal are too uncertain to be used, but they show on which side of the source the sensor is.
+TEST(Run, MetalDoesNotLoseTheHemisphere) {
+    const auto json = run("--scenario still --tracker direct --duration 3 --fault metal:0.3,0.16,0,0.06@1-2");
+    EXPECT_GT(json["poses_invalid"].get<int>(), 200);
+    EXPECT_LT(json["poses_invalid"].get<int>(), 300) << "240 frames with metal";
+}
+
 TEST(Run, NoValidPoseIsAFailedCheck) {
     const CliResult result = tricoil("run --duration 1 --fault reversed_coil:S1");
     EXPECT_EQ(result.exit_code, 1);

@@ -10,6 +10,19 @@
 #include "core/tracking/signal_flags.hpp"
 
 namespace tricoil::tracking {
+namespace {
+
+/// True if the pose determines the half space of the sensor: valid, or only uncertain and much nearer than its mirror image.
+template <typename Scalar>
+bool shows_side(const PoseEstimate<Scalar>& estimate) {
+    constexpr Scalar kDeviations = 4;
+    PoseFlags others = estimate.flags;
+    others.clear(PoseFlag::uncertain);
+    return estimate.valid() ||
+           (!others.has_any(kInvalidating) && kDeviations * deviation_m(estimate) < estimate.position_m.norm());
+}
+
+}  // namespace
 
 template <typename Scalar>
 MatrixTracker<Scalar>::MatrixTracker(const CommonParams<Scalar>& params, bool deskew, Step step, const Correction& correction)
@@ -42,7 +55,7 @@ std::optional<PoseEstimate<Scalar>> MatrixTracker<Scalar>::do_update(const Colum
         return std::nullopt;
     }
     ++counters_.accepted;
-    column_motion_.add(column);
+    column_motion_.add(column, ColumnMotion<Scalar>::max_gap_s(params_));
     const auto matrix = assembler_.add(column);
     if (!matrix) {
         return std::nullopt;
@@ -74,6 +87,8 @@ std::optional<PoseEstimate<Scalar>> MatrixTracker<Scalar>::do_update(const Colum
         last_ = *solved;
         has_last_ = true;
         do_follow(last_, stepped);
+    }
+    if (shows_side(estimate)) {
         hemisphere_.follow(estimate.position_m, estimate.time);
     }
     advance(estimate.valid(), estimate.time);

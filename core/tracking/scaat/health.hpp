@@ -47,7 +47,7 @@ public:
     }
 
     /// Notes a usable column.
-    void note(const Column<Scalar>& column) { motion_.add(column); }
+    void note(const Column<Scalar>& column) { motion_.add(column, ColumnMotion<Scalar>::max_gap_s(params_)); }
 
     /// Start of the filter: the motion is unknown.
     void start() {
@@ -69,7 +69,7 @@ public:
     /// Variance of a coupling due to blur, coupling units squared.
     [[nodiscard]] Scalar blur_variance() const { return blur_variance_; }
     /// Variance of a coupling due to a significant misfit of the matrix of the start: motion between its columns, or metal. Zero
-    /// after the next matrix.
+    /// after the next matrix that gives a pose.
     [[nodiscard]] Scalar start_variance() const { return start_variance_; }
     /// Part of column j of the last matrix that no pose explains, if it is significant; else close to zero. Coupling units.
     [[nodiscard]] auto residual(int j) const { return residual_.col(j); }
