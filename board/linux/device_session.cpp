@@ -32,7 +32,8 @@ void DeviceSession::command(Opcode opcode, std::uint16_t request, std::uint32_t 
     m.request = request;
     m.argument = argument;
     const std::size_t size = protocol::encode(m, bytes_);
-    (void)port_.send(std::span(bytes_).first(size));  // the port counts failures; every message is repeated or has a time-out
+    // The port counts failures. Every message is repeated or has a time-out, except the hemisphere command while running.
+    (void)port_.send(std::span(bytes_).first(size));
 }
 
 SessionEvent DeviceSession::service(HostTime now) {
