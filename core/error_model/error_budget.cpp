@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/base/precision.hpp"
 #include "core/error_model/step_error.hpp"
 #include "core/solver/pose_covariance.hpp"
 
@@ -85,12 +86,14 @@ ErrorBudget<Scalar> budget_of(const SystematicErrors<Scalar>& errors, const Mat6
 }
 
 template SystematicErrors<float> systematic_errors(const MotionState<float>&, const BudgetParams<float>&);
-template SystematicErrors<double> systematic_errors(const MotionState<double>&, const BudgetParams<double>&);
 template ErrorBudget<float> error_budget(const MotionState<float>&, float, const BudgetParams<float>&);
-template ErrorBudget<double> error_budget(const MotionState<double>&, double, const BudgetParams<double>&);
 template SystematicErrors<float> timing_errors(const MotionState<float>&, const BoardTiming<float>&);
 template ErrorBudget<float> budget_of(const SystematicErrors<float>&, const Mat6<float>&);
+#if TRICOIL_DOUBLE
+template SystematicErrors<double> systematic_errors(const MotionState<double>&, const BudgetParams<double>&);
+template ErrorBudget<double> error_budget(const MotionState<double>&, double, const BudgetParams<double>&);
 template SystematicErrors<double> timing_errors(const MotionState<double>&, const BoardTiming<double>&);
 template ErrorBudget<double> budget_of(const SystematicErrors<double>&, const Mat6<double>&);
+#endif
 
 }  // namespace tricoil::error_model

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "core/base/precision.hpp"
+
 namespace tricoil::error_model {
 
 template <typename Scalar>
@@ -75,12 +77,14 @@ Result<PoseAngleError<Scalar>> exact_step_error(const solver::AnglePose<Scalar>&
 }
 
 template RelativePose<float> relative_pose(const solver::AnglePose<float>&, const solver::AnglePose<float>&);
-template RelativePose<double> relative_pose(const solver::AnglePose<double>&, const solver::AnglePose<double>&);
 template Result<solver::TrackingIncrements<float>> exact_increments(const RelativePose<float>&, float);
-template Result<solver::TrackingIncrements<double>> exact_increments(const RelativePose<double>&, double);
 template Result<PoseAngleError<float>> exact_step_error(const solver::AnglePose<float>&, const solver::AnglePose<float>&,
                                                         const solver::AnglePose<float>&);
+#if TRICOIL_DOUBLE
+template RelativePose<double> relative_pose(const solver::AnglePose<double>&, const solver::AnglePose<double>&);
+template Result<solver::TrackingIncrements<double>> exact_increments(const RelativePose<double>&, double);
 template Result<PoseAngleError<double>> exact_step_error(const solver::AnglePose<double>&, const solver::AnglePose<double>&,
                                                          const solver::AnglePose<double>&);
+#endif
 
 }  // namespace tricoil::error_model

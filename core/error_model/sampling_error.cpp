@@ -1,5 +1,6 @@
 #include "core/error_model/sampling_error.hpp"
 
+#include "core/base/precision.hpp"
 #include "core/field/concentric_dipole.hpp"
 #include "core/geometry/angles.hpp"
 #include "core/solver/pose_covariance.hpp"
@@ -80,8 +81,10 @@ PoseError<Scalar> blur_error(const MotionState<Scalar>& state, Scalar window_s) 
 }
 
 template PoseError<float> skew_error(const MotionState<float>&, const Vec3<float>&);
-template PoseError<double> skew_error(const MotionState<double>&, const Vec3<double>&);
 template PoseError<float> blur_error(const MotionState<float>&, float);
+#if TRICOIL_DOUBLE
+template PoseError<double> skew_error(const MotionState<double>&, const Vec3<double>&);
 template PoseError<double> blur_error(const MotionState<double>&, double);
+#endif
 
 }  // namespace tricoil::error_model

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/precision.hpp"
 #include "core/error_model/exact_step.hpp"
 #include "core/geometry/angles.hpp"
 #include "core/geometry/rotations.hpp"
@@ -75,8 +76,10 @@ PoseError<Scalar> frame_propagation_error(const MotionState<Scalar>& state, Scal
 }
 
 template PoseError<float> linearization_error(const MotionState<float>&, float, StepForm);
-template PoseError<double> linearization_error(const MotionState<double>&, double, StepForm);
 template PoseError<float> frame_propagation_error(const MotionState<float>&, float);
+#if TRICOIL_DOUBLE
+template PoseError<double> linearization_error(const MotionState<double>&, double, StepForm);
 template PoseError<double> frame_propagation_error(const MotionState<double>&, double);
+#endif
 
 }  // namespace tricoil::error_model

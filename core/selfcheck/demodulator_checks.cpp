@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/base/precision.hpp"
 #include "core/selfcheck/checks.hpp"
 #include "core/selfcheck/known_answer.hpp"
 #include "core/signal/complex_division.hpp"
@@ -48,6 +49,8 @@ void check_demodulator(Report& report) {
 }
 
 template void check_demodulator<float>(Report&);
+#if TRICOIL_DOUBLE
 template void check_demodulator<double>(Report&);
+#endif
 
 }  // namespace tricoil::selfcheck

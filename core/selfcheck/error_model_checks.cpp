@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/precision.hpp"
 #include "core/error_model/error_budget.hpp"
 #include "core/selfcheck/checks.hpp"
 #include "core/selfcheck/known_answer.hpp"
@@ -96,8 +97,10 @@ void check_error_model(Report& report) {
 }
 
 template void check_examples<float>(Report&);
-template void check_examples<double>(Report&);
 template void check_error_model<float>(Report&);
+#if TRICOIL_DOUBLE
+template void check_examples<double>(Report&);
 template void check_error_model<double>(Report&);
+#endif
 
 }  // namespace tricoil::selfcheck

@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "core/base/precision.hpp"
 #include "core/field/concentric_dipole.hpp"
 #include "core/geometry/angles.hpp"
 #include "core/selfcheck/checks.hpp"
@@ -53,6 +54,8 @@ void check_field(Report& report) {
 }
 
 template void check_field<float>(Report&);
+#if TRICOIL_DOUBLE
 template void check_field<double>(Report&);
+#endif
 
 }  // namespace tricoil::selfcheck

@@ -1,5 +1,6 @@
 #include <numbers>
 
+#include "core/base/precision.hpp"
 #include "core/geometry/angles.hpp"
 #include "core/geometry/rotations.hpp"
 #include "core/selfcheck/checks.hpp"
@@ -148,6 +149,8 @@ void check_geometry(Report& report) {
 }
 
 template void check_geometry<float>(Report&);
+#if TRICOIL_DOUBLE
 template void check_geometry<double>(Report&);
+#endif
 
 }  // namespace tricoil::selfcheck

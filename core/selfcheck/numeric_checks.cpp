@@ -1,5 +1,6 @@
 #include <limits>
 
+#include "core/base/precision.hpp"
 #include "core/base/time.hpp"
 #include "core/selfcheck/checks.hpp"
 #include "core/selfcheck/known_answer.hpp"
@@ -67,7 +68,9 @@ void check_arithmetic(Report& report) {
 }
 
 template void check_arithmetic<float>(Report&);
+#if TRICOIL_DOUBLE
 template void check_arithmetic<double>(Report&);
+#endif
 
 void check_times(Report& report) {
     report.add(CheckId::device_time, Precision::none, "time errors across 2^32 us", wrong_times(), 0);

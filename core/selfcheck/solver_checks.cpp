@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/precision.hpp"
 #include "core/selfcheck/checks.hpp"
 #include "core/selfcheck/known_answer.hpp"
 #include "core/selfcheck/sample_pose.hpp"
@@ -175,8 +176,10 @@ void check_solver(Report& report) {
 }
 
 template void check_direct<float>(Report&);
-template void check_direct<double>(Report&);
 template void check_solver<float>(Report&);
+#if TRICOIL_DOUBLE
+template void check_direct<double>(Report&);
 template void check_solver<double>(Report&);
+#endif
 
 }  // namespace tricoil::selfcheck

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/base/precision.hpp"
 #include "core/signal/block_health.hpp"
 #include "core/signal/complex_division.hpp"
 
@@ -131,6 +132,8 @@ Column<Scalar> Demodulator<Scalar>::make_column(const SampleBlock& block, int so
 }
 
 template class Demodulator<float>;
+#if TRICOIL_DOUBLE_TRACKERS
 template class Demodulator<double>;
+#endif
 
 }  // namespace tricoil::signal

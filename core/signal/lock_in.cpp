@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/base/precision.hpp"
 #include "core/signal/complex_division.hpp"
 
 namespace tricoil::signal {
@@ -90,12 +91,14 @@ std::array<Scalar, kChannels> hum_step(std::span<const Oscillator<Scalar>> oscil
 }
 
 template ChannelPhasors<float> lock_in(const Oscillator<float>&, std::span<const Sample>);
-template ChannelPhasors<double> lock_in(const Oscillator<double>&, std::span<const Sample>);
 template ChannelPhasors<float> hum_leakage(const Oscillator<float>&, const std::array<float, kChannels>&, std::size_t);
-template ChannelPhasors<double> hum_leakage(const Oscillator<double>&, const std::array<double, kChannels>&, std::size_t);
 template std::array<float, kChannels> hum_step(std::span<const Oscillator<float>>, std::span<const ChannelPhasors<float>>,
                                                std::span<const Sample>);
+#if TRICOIL_DOUBLE
+template ChannelPhasors<double> lock_in(const Oscillator<double>&, std::span<const Sample>);
+template ChannelPhasors<double> hum_leakage(const Oscillator<double>&, const std::array<double, kChannels>&, std::size_t);
 template std::array<double, kChannels> hum_step(std::span<const Oscillator<double>>, std::span<const ChannelPhasors<double>>,
                                                 std::span<const Sample>);
+#endif
 
 }  // namespace tricoil::signal

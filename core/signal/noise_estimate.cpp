@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/base/precision.hpp"
 #include "core/signal/unit_phasor.hpp"
 
 namespace tricoil::signal {
@@ -58,6 +59,8 @@ std::array<Scalar, kChannels> NoiseEstimator<Scalar>::sample_sigma(std::span<con
 }
 
 template class NoiseEstimator<float>;
+#if TRICOIL_DOUBLE_TRACKERS
 template class NoiseEstimator<double>;
+#endif
 
 }  // namespace tricoil::signal

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/precision.hpp"
 #include "core/geometry/rotations.hpp"
 
 namespace tricoil::solver {
@@ -73,6 +74,8 @@ Result<DirectSolution<Scalar>> solve_direct(const Mat3<Scalar>& x, Scalar coupli
 }
 
 template Result<DirectSolution<float>> solve_direct(const Mat3<float>&, float);
+#if TRICOIL_DOUBLE
 template Result<DirectSolution<double>> solve_direct(const Mat3<double>&, double);
+#endif
 
 }  // namespace tricoil::solver

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "core/base/precision.hpp"
+
 namespace tricoil::solver {
 namespace {
 
@@ -114,12 +116,14 @@ Result<VectorPose<Scalar>> step_vectors(const Mat3<Scalar>& x, Scalar coupling_c
 }
 
 template Result<TrackingIncrements<float>> tracking_increments(const Mat3<float>&, float);
-template Result<TrackingIncrements<double>> tracking_increments(const Mat3<double>&, double);
 template Result<AnglePose<float>> add_increments(const AnglePose<float>&, const TrackingIncrements<float>&);
-template Result<AnglePose<double>> add_increments(const AnglePose<double>&, const TrackingIncrements<double>&);
 template Result<AnglePose<float>> step_angles(const Mat3<float>&, float, const AnglePose<float>&, int);
-template Result<AnglePose<double>> step_angles(const Mat3<double>&, double, const AnglePose<double>&, int);
 template Result<VectorPose<float>> step_vectors(const Mat3<float>&, float, const VectorPose<float>&, int);
+#if TRICOIL_DOUBLE
+template Result<TrackingIncrements<double>> tracking_increments(const Mat3<double>&, double);
+template Result<AnglePose<double>> add_increments(const AnglePose<double>&, const TrackingIncrements<double>&);
+template Result<AnglePose<double>> step_angles(const Mat3<double>&, double, const AnglePose<double>&, int);
 template Result<VectorPose<double>> step_vectors(const Mat3<double>&, double, const VectorPose<double>&, int);
+#endif
 
 }  // namespace tricoil::solver

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/precision.hpp"
 #include "core/geometry/cholesky.hpp"
 #include "core/geometry/rotations.hpp"
 
@@ -200,11 +201,13 @@ Result<Minimum<Scalar>> minimise(const field::GeneralDipole<Scalar>& model, cons
 
 template Result<Refinement<float>> refine(const field::GeneralDipole<float>&, const Mat3<float>&, const Mat3<float>&,
                                           const RigidPose<float>&, const RefineParams<float>&);
-template Result<Refinement<double>> refine(const field::GeneralDipole<double>&, const Mat3<double>&, const Mat3<double>&,
-                                           const RigidPose<double>&, const RefineParams<double>&);
 template Result<Minimum<float>> minimise(const field::GeneralDipole<float>&, const Mat3<float>&, const Mat3<float>&,
                                          const RigidPose<float>&, const RefineParams<float>&);
+#if TRICOIL_DOUBLE_TRACKERS
+template Result<Refinement<double>> refine(const field::GeneralDipole<double>&, const Mat3<double>&, const Mat3<double>&,
+                                           const RigidPose<double>&, const RefineParams<double>&);
 template Result<Minimum<double>> minimise(const field::GeneralDipole<double>&, const Mat3<double>&, const Mat3<double>&,
                                           const RigidPose<double>&, const RefineParams<double>&);
+#endif
 
 }  // namespace tricoil::solver

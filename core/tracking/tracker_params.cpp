@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "core/base/precision.hpp"
+
 namespace tricoil::tracking {
 namespace {
 
@@ -131,6 +133,8 @@ Status check(const TrackerParams<Scalar>& params) {
 }
 
 template Status check(const TrackerParams<float>&);
+#if TRICOIL_DOUBLE_TRACKERS
 template Status check(const TrackerParams<double>&);
+#endif
 
 }  // namespace tricoil::tracking

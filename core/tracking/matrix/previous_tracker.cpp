@@ -1,5 +1,7 @@
 #include "core/tracking/matrix/previous_tracker.hpp"
 
+#include "core/base/precision.hpp"
+
 namespace tricoil::tracking {
 namespace {
 
@@ -50,6 +52,8 @@ void PreviousTracker<Scalar>::do_follow(const Pose& pose, bool is_step) {
 }
 
 template class PreviousTracker<float>;
+#if TRICOIL_DOUBLE_TRACKERS
 template class PreviousTracker<double>;
+#endif
 
 }  // namespace tricoil::tracking

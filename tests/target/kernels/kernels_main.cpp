@@ -39,8 +39,13 @@ void measure(const Kernel& kernel, tricoil::hal::Console& console) {
 int main() {
     tricoil::semihosting::Console console;
     measure(kEmpty, console);
-    for (const auto kernels :
-         {tricoil::target::float_kernels(), tricoil::target::filter_kernels(), tricoil::target::fixed_kernels()}) {
+    for (const auto kernels : {
+             tricoil::target::float_kernels(),
+#if TRICOIL_FILTER_KERNELS
+                 tricoil::target::filter_kernels(),
+#endif
+                 tricoil::target::fixed_kernels(),
+         }) {
         for (const Kernel& kernel : kernels) {
             measure(kernel, console);
         }
