@@ -70,7 +70,7 @@ std::optional<PoseEstimate> Tracker::update(const SampleBlock& block) {
     out_of_order_ = 0;
     const std::uint32_t lost = has_block_ ? block.sequence - last_sequence_ - 1 : 0U;
     counters_.lost_blocks += lost;
-    columns_since_gap_ = lost > 0 ? 0 : std::min(columns_since_gap_ + static_cast<int>(columns->size()), tracking::kGapColumns);
+    since_gap_.add(static_cast<int>(columns->size()), lost > 0);
     ++counters_.accepted;
     has_block_ = true;
     last_sequence_ = block.sequence;
@@ -84,7 +84,7 @@ std::optional<PoseEstimate> Tracker::update(const SampleBlock& block) {
     }
     PoseEstimate estimate = solve(*measurement);
     estimate.sensor = block.sensor;
-    estimate.flags.set_if(columns_since_gap_ < tracking::kGapColumns, PoseFlag::columns_missing);
+    estimate.flags.set_if(since_gap_.is_recent(), PoseFlag::columns_missing);
     advance(estimate.valid(), estimate.time);
     estimate.state = state_;
     counters_.invalid_poses += estimate.valid() ? 0U : 1U;
@@ -108,7 +108,7 @@ std::optional<PoseEstimate> Tracker::tick(DeviceTime now) {
 }
 
 bool Tracker::refuse(Rejection reason) {
-    columns_since_gap_ = 0;
+    since_gap_.refuse();
     ++counters_.rejected[static_cast<std::size_t>(reason)];
     return true;
 }

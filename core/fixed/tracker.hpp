@@ -9,6 +9,7 @@
 #include "core/fixed/previous_measurement.hpp"
 #include "core/fixed/quaternion.hpp"
 #include "core/fixed/sides.hpp"
+#include "core/tracking/columns_since_gap.hpp"
 #include "core/tracking/hemisphere.hpp"
 #include "core/tracking/pose_flags.hpp"
 
@@ -115,7 +116,7 @@ private:
     std::uint32_t last_sequence_ = 0;
     DeviceTime last_start_{};
     int out_of_order_ = 0;
-    int columns_since_gap_ = tracking::kGapColumns;  // at most kGapColumns
+    tracking::ColumnsSinceGap since_gap_;
     DeviceTime last_valid_{};
     std::optional<DeviceTime> solved_at_;  // time of the last pose without a fault, valid or not
     PoseEstimate last_estimate_;

@@ -15,22 +15,17 @@ namespace tricoil::tracking {
 template <typename Scalar>
 class ColumnMotion {
 public:
-    /// Longest gap between two columns of a coil across which they give a derivative: three frames, at least 15 ms. The frame
-    /// follows from the span of three TDM columns (0.8 of a frame) or from the window (a whole FDM frame).
-    static Scalar max_gap_s(const CommonParams<Scalar>& params) {
-        const Scalar tdm_frame_s = seconds_as<Scalar>(params.max_column_span) / Scalar(0.8);
-        return std::max({Scalar(kMinLongestGap_s), 3 * tdm_frame_s, 3 * Scalar(kGuard) * params.window_s});
-    }
+    explicit ColumnMotion(const CommonParams<Scalar>& params) : max_gap_s_(longest_gap_s(params)) {}
 
     /// Adds a column, unless it is older than the last of its coil. sigma of the column: noise of its entries, which the second
     /// difference contains as well.
-    void add(const Column<Scalar>& column, Scalar max_gap_s) {
+    void add(const Column<Scalar>& column) {
         History& h = histories_[static_cast<std::size_t>(coil_index(column.state))];
         if (h.columns > 0 && column.midpoint < h.time) {
             return;
         }
         const Scalar gap_s = seconds_as<Scalar>(column.midpoint - h.time);
-        const bool follows = h.columns > 0 && gap_s > Scalar(kMinGap_s) && gap_s < max_gap_s;
+        const bool follows = h.columns > 0 && gap_s > Scalar(kMinGap_s) && gap_s < max_gap_s_;
         const Vec3<Scalar> slope = follows ? Vec3<Scalar>((column.in_phase - h.couplings) / gap_s) : Vec3<Scalar>::Zero();
         const Scalar kept = h.columns > 0 ? Scalar(kMemory_s) / (Scalar(kMemory_s) + std::max(gap_s, Scalar(0))) : Scalar(0);
         h.curvature_squared *= kept;
@@ -84,9 +79,16 @@ private:
         Scalar slope_squared = 0;                   // mean square of an entry of X', 1/s^2
         Scalar curvature_squared = 0;               // the same of X'', 1/s^4, decaying
         Scalar gap_s = 0;                           // between the last two columns
+        int columns = 0;                            // with short gaps; counts to 3
         DeviceTime time{};
-        int columns = 0;  // with short gaps; counts to 3
     };
+
+    /// Longest gap between two columns of a coil across which they give a derivative: three frames, at least 15 ms. The frame
+    /// follows from the span of three TDM columns (0.8 of a frame) or from the window (a whole FDM frame).
+    static Scalar longest_gap_s(const CommonParams<Scalar>& params) {
+        const Scalar tdm_frame_s = seconds_as<Scalar>(params.max_column_span) / Scalar(0.8);
+        return std::max({Scalar(kMinLongestGap_s), 3 * tdm_frame_s, 3 * Scalar(kGuard) * params.window_s});
+    }
 
     /// Mean square of the entries of a derivative without the part that noise of the given variance explains.
     static Scalar significant(const Vec3<Scalar>& derivative, Scalar noise) {
@@ -102,6 +104,7 @@ private:
         return significant(slope - before.slope, noise) / (mean_gap_s * mean_gap_s);
     }
 
+    Scalar max_gap_s_;
     std::array<History, kSourceCoils> histories_{};
 };
 

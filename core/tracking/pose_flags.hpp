@@ -22,12 +22,9 @@ enum class PoseFlag : std::uint8_t {
     inconsistent,        // the innovations of the last columns are much larger than their covariance
     coasting,            // no new column since the last pose: pose and covariance are predicted
     uncertain,           // the standard deviation of the position is above its limit
-    columns_missing,     // of the last kGapColumns columns some were lost or refused
+    columns_missing,     // columns were lost or refused shortly before (ColumnsSinceGap)
 };
 using PoseFlags = FlagSet<PoseFlag>;
-
-/// Columns after a gap whose poses are flagged `columns_missing`: two signal matrices.
-constexpr int kGapColumns = 6;
 
 /// A pose with one of these flags must not be used. `distorted` (see distortion_chi_square), `coasting` and `columns_missing` are
 /// warnings.

@@ -1,7 +1,6 @@
 #include "core/tracking/tracker.hpp"
 
-#include <algorithm>
-
+#include "core/base/precision.hpp"
 #include "core/tracking/output_frame.hpp"
 
 namespace tricoil::tracking {
@@ -24,8 +23,11 @@ std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::update(const Column<Scalar>
     }
     const std::uint64_t used = used_columns();
     std::optional<PoseEstimate<Scalar>> estimate = do_update(corrected);
-    const bool has_gap = column.flags.has(ColumnFlag::after_gap) || used_columns() <= used;
-    columns_since_gap_ = has_gap ? 0 : std::min(columns_since_gap_ + 1, kGapColumns);
+    if (used_columns() > used) {
+        since_gap_.add(1, column.flags.has(ColumnFlag::after_gap));
+    } else {
+        since_gap_.refuse();
+    }
     finish(estimate);
     return estimate;
 }
@@ -52,7 +54,7 @@ void Tracker<Scalar>::finish(std::optional<PoseEstimate<Scalar>>& estimate) {
     if (!estimate) {
         return;
     }
-    estimate->flags.set_if(columns_since_gap_ < kGapColumns, PoseFlag::columns_missing);
+    estimate->flags.set_if(since_gap_.is_recent(), PoseFlag::columns_missing);
     if (correction_) {
         to_source_frame(*estimate);
     }
@@ -80,6 +82,8 @@ template <typename Scalar>
 }
 
 template class Tracker<float>;
+#if TRICOIL_DOUBLE_TRACKERS
 template class Tracker<double>;
+#endif
 
 }  // namespace tricoil::tracking

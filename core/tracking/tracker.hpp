@@ -5,6 +5,7 @@
 
 #include "core/calibration/coil_correction.hpp"
 #include "core/signal/column.hpp"
+#include "core/tracking/columns_since_gap.hpp"
 #include "core/tracking/pose_estimate.hpp"
 #include "core/tracking/tracker_counters.hpp"
 #include "core/tracking/tracker_params.hpp"
@@ -54,7 +55,7 @@ private:
     void to_source_frame(PoseEstimate<Scalar>& estimate) const;
 
     Correction correction_;
-    int columns_since_gap_ = kGapColumns;  // at most kGapColumns
+    ColumnsSinceGap since_gap_;
     Quat<Scalar> last_reported_ = Quat<Scalar>::Identity();
 };
 

@@ -40,7 +40,7 @@ TEST(Missing, TheNextTwoMatricesAreFlagged) {
     const auto filter = [] { return test::scaat_filter<double>(test::scaat_params<double>(true)); };
     EXPECT_EQ(flagged_columns(filter(), true, kNothing), std::vector<int>{});
     EXPECT_EQ(flagged_columns(filter(), true, kFollowGap), (std::vector<int>{300, 301, 302, 303, 304, 305}));
-    EXPECT_EQ(flagged_columns(filter(), true, kRefuse), (std::vector<int>{301, 302, 303, 304, 305}));
+    EXPECT_EQ(flagged_columns(filter(), true, kRefuse), (std::vector<int>{301, 302, 303, 304, 305, 306}));
 }
 
 TEST(Missing, AlsoByTheDirectMethodInBothModes) {
@@ -48,6 +48,8 @@ TEST(Missing, AlsoByTheDirectMethodInBothModes) {
     EXPECT_EQ(flagged_columns(test::direct_tracker<double>(true, true), true, kFollowGap),
               (std::vector<int>{300, 301, 302, 303, 304, 305}));
     EXPECT_EQ(flagged_columns(test::direct_tracker<double>(false, false), false, kFollowGap), (std::vector<int>{302, 305}));
+    EXPECT_EQ(flagged_columns(test::direct_tracker<double>(false, false), false, kRefuse), (std::vector<int>{305}))
+        << "the frame of the refused column has no pose";
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/precision.hpp"
 #include "core/field/concentric_dipole.hpp"
 #include "core/solver/direct.hpp"
 #include "core/solver/pose_covariance.hpp"
@@ -33,7 +34,8 @@ MatrixTracker<Scalar>::MatrixTracker(const CommonParams<Scalar>& params, bool de
       assembler_(params.max_column_span, deskew),
       motion_(params.max_column_span.count() > 0 ? kSourceCoils : 1),
       time_base_(Microseconds{0}, params.lost_after),
-      hemisphere_(params_.hemisphere, params.confined) {}
+      hemisphere_(params_.hemisphere, params.confined),
+      column_motion_(params) {}
 
 template <typename Scalar>
 void MatrixTracker<Scalar>::do_set_hemisphere(const Vec3<Scalar>& towards) {
@@ -55,7 +57,7 @@ std::optional<PoseEstimate<Scalar>> MatrixTracker<Scalar>::do_update(const Colum
         return std::nullopt;
     }
     ++counters_.accepted;
-    column_motion_.add(column, ColumnMotion<Scalar>::max_gap_s(params_));
+    column_motion_.add(column);
     const auto matrix = assembler_.add(column);
     if (!matrix) {
         return std::nullopt;
@@ -285,6 +287,8 @@ void MatrixTracker<Scalar>::advance(bool valid, DeviceTime time) {
 }
 
 template class MatrixTracker<float>;
+#if TRICOIL_DOUBLE_TRACKERS
 template class MatrixTracker<double>;
+#endif
 
 }  // namespace tricoil::tracking

@@ -302,12 +302,12 @@ auto Filter<Scalar, Model>::report(PoseFlags flags, Microseconds ahead) -> Pose 
     estimate.flags.set_if(ahead > params_.coast_limit, PoseFlag::coasting);
     estimate.flags.set_if(state_ != TrackerState::tracking || silent, PoseFlag::stale);
     cover_misfit(estimate, health_);
-    estimate.flags.set_if(!(deviation_m(estimate) <= common_.max_deviation_m), PoseFlag::uncertain);
-    counters_.invalid_poses += estimate.valid() ? 0U : 1U;
     if (estimate.valid()) {
         estimate.predicted_error = expected_error(state, estimate.covariance, common_);
         cover_blur(estimate);
     }
+    estimate.flags.set_if(!(deviation_m(estimate) <= common_.max_deviation_m), PoseFlag::uncertain);
+    counters_.invalid_poses += estimate.valid() ? 0U : 1U;
     if (!estimate.flags.has_any(kDiscontinuous)) {
         hemisphere_.follow(motion().position_m, motion().time);
     }

@@ -18,7 +18,7 @@ template <typename Scalar, MeasurementModel<Scalar> Model>
 class Health {
 public:
     Health(const CommonParams<Scalar>& params, const Model& model)
-        : params_(params), model_(model), accepted_(params.max_column_span, true) {}
+        : params_(params), model_(model), accepted_(params.max_column_span, true), motion_(params) {}
 
     /// Pose of a matrix, found near a state or, without one, from the matrix alone. Not inlined, to save stack.
     [[gnu::noinline]] Result<StartPose<Scalar>> examine(const SignalMatrix<Scalar>& matrix, const State<Scalar>* beside) {
@@ -47,7 +47,7 @@ public:
     }
 
     /// Notes a usable column.
-    void note(const Column<Scalar>& column) { motion_.add(column, ColumnMotion<Scalar>::max_gap_s(params_)); }
+    void note(const Column<Scalar>& column) { motion_.add(column); }
 
     /// Start of the filter: the motion is unknown.
     void start() {

@@ -46,10 +46,11 @@ error_model::ErrorBudget<Scalar> expected_error(const State<Scalar>& state, cons
 /// Adds the error that the misfit suggests to the covariance, and states it in metres. Systematic: averaging does not reduce it.
 template <typename Scalar, typename Model>
 void cover_misfit(PoseEstimate<Scalar>& estimate, const Health<Scalar, Model>& health) {
-    if (!(health.misfit_variance() > 0)) {
+    const Scalar variance = health.misfit_variance();
+    if (!(variance > 0)) {
         return;
     }
-    const Scalar sigma = std::sqrt(health.misfit_variance());
+    const Scalar sigma = std::sqrt(variance);
     const Scalar range_m = estimate.position_m.norm();
     estimate.covariance += solver::pose_covariance<Scalar>(health.strength(), range_m, estimate.position_m / range_m, sigma);
     estimate.distortion_m = position_deviation(health.strength(), range_m, sigma);
