@@ -5,9 +5,10 @@
 
 namespace tricoil::protocol {
 
-/// Protocol versions of this code. The version is the first byte of every message.
-constexpr std::uint8_t kOldestVersion = 1;
-constexpr std::uint8_t kNewestVersion = 1;
+/// Protocol versions of this code. The version is the first byte of every message. Since version 2 the pose flags have bits 12
+/// and 13, and `distortion` is a length.
+constexpr std::uint8_t kOldestVersion = 2;
+constexpr std::uint8_t kNewestVersion = 2;
 
 /// In order of priority on a bus. 7 and 8 were used in the past.
 enum class MessageType : std::uint8_t {

@@ -196,7 +196,7 @@ TEST(Refused, MessagesOfAWrongLengthVersionOrType) {
     refused(all.first(size + 1), WireError::wrong_length);
     bytes[0] = 9;
     refused(all.first(size), WireError::unknown_version);
-    bytes[0] = 1;
+    bytes[0] = protocol::kNewestVersion;
     bytes[1] = 77;
     refused(all.first(size), WireError::unknown_type);
     bytes[1] = 1;

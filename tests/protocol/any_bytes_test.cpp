@@ -36,7 +36,7 @@ TEST(AnyBytes, MatchAtMostOneMessageType) {
     for (int i = 0; i < 20000; ++i) {
         auto bytes = test::random_bytes(random() % 130, random);
         if (bytes.size() > 1 && i % 2 == 0) {  // valid version and type, so that more of the decoder runs
-            bytes[0] = 1;
+            bytes[0] = kNewestVersion;
             bytes[1] = static_cast<std::uint8_t>(random() % (kMaxMessageType + 2));
             bytes.resize(std::max<std::size_t>(2, size_of_type(bytes[1]).fixed), 0);
         }

@@ -107,7 +107,7 @@ protected:
 
     static Bytes command() {
         Bytes message(22, 1);
-        message[0] = 1;
+        message[0] = protocol::kNewestVersion;
         message[1] = 1;
         return message;
     }
