@@ -216,9 +216,9 @@ AckResult TrackerDevice::execute_hemisphere(std::uint32_t argument) {
     if (request.sensor != 0 || request.towards.minCoeff() < -127) {
         return AckResult::bad_value;
     }
-    hemisphere_ = request.towards;
+    commanded_hemisphere_ = request.towards;
     if (is_measuring_) {
-        return loop_->set_hemisphere(0, hemisphere_).ok() ? AckResult::done : AckResult::failed;
+        return loop_->set_hemisphere(0, request.towards).ok() ? AckResult::done : AckResult::failed;
     }
     return AckResult::done;
 }

@@ -187,7 +187,7 @@ Status TrackerDevice::begin() {
     params.tracker.method = tracking::ScaatParams<float>{};
     tracking::CommonParams<float>& common = params.tracker.common;
     common.coupling_constant = params_.coupling_constant_m3;
-    common.hemisphere = hemisphere_;
+    common.hemisphere = commanded_hemisphere_.value_or(hemisphere_);
     common.max_column_span = tracking::column_span(plan());
     common.window_s = static_cast<float>(plan().window_s());
     params.correction = coils_;
@@ -203,6 +203,7 @@ void TrackerDevice::end() {
         loop_->stop();
     }
     hardware_.coils.switch_off();
+    commanded_hemisphere_.reset();
     is_measuring_ = false;
 }
 

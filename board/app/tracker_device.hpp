@@ -101,7 +101,8 @@ private:
 
     std::size_t mode_ = 0;
     bool sends_columns_ = false;
-    Vec3<float> hemisphere_;
+    Vec3<float> hemisphere_;                           // of the board or its calibration
+    std::optional<Vec3<float>> commanded_hemisphere_;  // by a host, until the measurement ends
     Quat<float> boresight_ = Quat<float>::Identity();  // from boresight axes to sensor axes
     std::optional<Quat<float>> attitude_;              // of the newest pose, if it was valid
 

@@ -1,6 +1,7 @@
 #include "board/linux/device_loop.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "board/support/tracker_choice.hpp"
 #include "core/protocol/convert.hpp"
@@ -144,7 +145,13 @@ void DeviceLoop::begin() {
             set_hemisphere(n, Vec3<double>::Zero());
         }
     }
+    for (std::size_t n = 0; n < wanted_hemisphere_.size(); ++n) {
+        if (const auto towards = std::exchange(wanted_hemisphere_[n], std::nullopt)) {
+            set_hemisphere(n, *towards);
+        }
+    }
     state_sequence_ = 0;
+    newest_ = drivers::host_now();
     column_time_.reset();
     take_edges();  // discards old edges
     (void)session_.take_window_over();
@@ -211,7 +218,7 @@ int DeviceLoop::take_edges() {
 
 void DeviceLoop::track(const hal::ReceivedMessage& message) {
     const Column<double>& column = session_.column();
-    newest_ = column_time_ = drivers::host_now();
+    column_time_ = drivers::host_now();
     beat();
     if (column.sensor >= trackers_.size() || !trackers_[column.sensor]) {
         return;
@@ -222,7 +229,11 @@ void DeviceLoop::track(const hal::ReceivedMessage& message) {
     tracking::AnyTracker<double>& tracker = *trackers_[column.sensor];
     const std::uint64_t accepted = tracker.counters().accepted;
     const auto estimate = tracker.update(column);
-    counters_.rejected_columns += tracker.counters().accepted == accepted ? 1U : 0U;
+    if (tracker.counters().accepted == accepted) {
+        ++counters_.rejected_columns;
+    } else {
+        newest_ = column_time_;
+    }
     if (estimate) {
         answer(*estimate, estimate->valid(), message.arrival);
         if (const auto side = restorers_[column.sensor].side(*estimate, *column_time_)) {
@@ -271,18 +282,24 @@ void DeviceLoop::tick(HostTime host_now) {
 }
 
 void DeviceLoop::set_hemisphere(std::size_t sensor, const Vec3<double>& towards) {
-    if (session_.phase() == Phase::running && session_.is_tracker_board() && sensor < session_.identity().sensors &&
-        towards.allFinite()) {
-        session_.set_hemisphere(static_cast<std::uint8_t>(sensor), towards);
+    if (sensor >= trackers_.size() || !towards.allFinite()) {
         return;
     }
-    if (sensor >= trackers_.size() || !trackers_[sensor]) {
+    if (session_.phase() != Phase::running) {
+        wanted_hemisphere_[sensor] = towards;
+        return;
+    }
+    if (sensor >= session_.identity().sensors) {
+        return;
+    }
+    if (session_.is_tracker_board()) {
+        session_.set_hemisphere(static_cast<std::uint8_t>(sensor), towards);
         return;
     }
     if (params_.tap != nullptr) {
         params_.tap->hemisphere(static_cast<std::uint8_t>(sensor), towards);
     }
-    (void)trackers_[sensor]->set_hemisphere(towards);  // refused, without a change, if not finite
+    (void)trackers_[sensor]->set_hemisphere(towards);
 }
 
 }  // namespace tricoil::linux_board

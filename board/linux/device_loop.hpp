@@ -57,7 +57,8 @@ public:
     /// Processes arrived messages, or waits for them at most 5 ms.
     void step();
 
-    /// AnyTracker::set_hemisphere, or the command of a tracker board. Does nothing for an unknown sensor.
+    /// AnyTracker::set_hemisphere, or the command of a tracker board. Without a session, takes effect at the next start. Does
+    /// nothing for an unknown sensor.
     void set_hemisphere(std::size_t sensor, const Vec3<double>& towards);
 
     /// Switches the coils off and stops the front end. The destructor calls it too.
@@ -66,7 +67,7 @@ public:
     [[nodiscard]] const DeviceSession& session() const { return session_; }
     [[nodiscard]] const DeviceLoopCounters& counters() const { return counters_; }
     [[nodiscard]] const LatencyHistogram& latency() const { return latency_; }
-    /// Arrival of the newest column or pose; empty: none since the start or stop().
+    /// Arrival of the newest column or pose that was not refused, or the device's start if later; empty: no start since stop().
     [[nodiscard]] std::optional<HostTime> newest() const { return newest_; }
 
 private:
@@ -90,8 +91,9 @@ private:
     PoseSink sink_;
     DeviceSession session_;
     std::array<std::optional<tracking::AnyTracker<double>>, tracking::kMaxSensors> trackers_;
-    std::array<HemisphereRestorer, tracking::kMaxSensors> restorers_;  // survive new trackers after a lost link
-    std::array<HostTime, tracking::kMaxSensors> hemisphere_sent_{};    // to a tracker board
+    std::array<HemisphereRestorer, tracking::kMaxSensors> restorers_;                   // survive new trackers after a lost link
+    std::array<HostTime, tracking::kMaxSensors> hemisphere_sent_{};                     // to a tracker board
+    std::array<std::optional<Vec3<double>>, tracking::kMaxSensors> wanted_hemisphere_;  // set without a session
     std::array<std::uint8_t, protocol::kMaxFrameBytes> bytes_{};
     std::uint32_t state_sequence_ = 0;
     std::uint32_t pose_sequence_ = 0;

@@ -29,20 +29,20 @@ namespace {
 host::HealthCounts counts_of(const DeviceLoop& loop, const hal::MessagePort& port, HostTime now,
                              std::initializer_list<const LinePump*> pumps) {
     const DeviceSession& session = loop.session();
-    const protocol::StatusMessage& status = session.device_status();
     host::HealthCounts counts;
     counts.received = session.counters().columns + session.counters().poses - loop.counters().rejected_columns;
     counts.lost = session.counters().lost_columns + session.counters().lost_poses;
     counts.refused = session.counters().refused + loop.counters().rejected_columns;
-    counts.dropped = port.counters().send_queue_full + port.counters().receive_dropped + status.dropped;
+    counts.dropped = port.counters().send_queue_full + port.counters().receive_dropped + session.counters().dropped;
     for (const LinePump* pump : pumps) {
         const LinePump::Depth depth = pump != nullptr ? pump->depth() : LinePump::Depth{};
         counts.queued_bytes += depth.queued_bytes;
         counts.dropped += depth.dropped;
     }
     counts.age = loop.newest() ? now - *loop.newest() : Microseconds{};
-    if (status.supply_mv != 0 || status.temperature_cdeg != 0) {  // both zero: the device does not measure them
-        counts.temperature_c = 0.01 * status.temperature_cdeg;
+    const auto& status = session.device_status();
+    if (status && (status->supply_mv != 0 || status->temperature_cdeg != 0)) {  // both zero: the device does not measure them
+        counts.temperature_c = 0.01 * status->temperature_cdeg;
     }
     return counts;
 }
@@ -210,6 +210,9 @@ int run_device(const DeviceRunOptions& options) {
     host::HealthMonitor monitor(config.health);
     const RealtimeStatus realtime = request_realtime(config.lock_memory.value_or(true), config.priority);
     print_realtime_refusals(config, realtime);
+    if (options.ready) {
+        options.ready();
+    }
     const host::InterruptGuard guard;
     const HostTime begin = drivers::host_now();
     HostTime steady = begin;  // time at which the device last worked

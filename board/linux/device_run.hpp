@@ -22,6 +22,7 @@ struct DeviceRunOptions {
     bool json = false;
     std::string record;                                        // folder; empty: none
     tracking::TrackerTap<double>* tap = nullptr;               // receives inputs and outputs of the trackers
+    std::function<void()> ready;                               // called once, with valid options; may be empty
     std::function<void(DeviceLoop&)> each_step;                // called between steps; may be empty
     std::function<void(const host::LinkHealth&)> each_health;  // called several times a second; may be empty
     std::function<bool()> paused;                              // called between steps: true keeps the coils off; empty: never

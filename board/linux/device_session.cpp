@@ -166,6 +166,8 @@ SessionEvent DeviceSession::take(const hal::ReceivedMessage& message) {
             if (const WireError bad = protocol::decode(message.bytes, status); bad != WireError::none) {
                 return refuse(bad);
             }
+            const bool dropped_more = status_ && status.dropped > status_->dropped;  // fewer: the device has restarted
+            counters_.dropped += dropped_more ? status.dropped - status_->dropped : 0U;
             status_ = status;
             heard_ = phase_ == Phase::running ? heard_ : now_;  // a running device must also send columns or poses
             return SessionEvent::none;
@@ -238,7 +240,8 @@ SessionEvent DeviceSession::take_ack(const hal::ReceivedMessage& message) {
         return SessionEvent::none;  // answer to a request of another program
     }
     if (ack.result != 0) {
-        reason_.print("the device refuses to start (%u)", ack.result);
+        reason_.print("the device refuses %s (%u)", is_hemisphere ? "the hemisphere" : "to start", ack.result);
+        hemispheres_set_ = 0;  // the device may have forgotten them
         pause_before_next_try();
         return SessionEvent::none;
     }

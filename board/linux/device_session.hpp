@@ -40,6 +40,7 @@ struct SessionCounters {
     std::uint64_t lost_columns = 0;  // gaps in the sequence
     std::uint64_t lost_poses = 0;
     std::uint64_t refused = 0;   // columns and poses in sequence, but with wrong contents
+    std::uint64_t dropped = 0;   // messages that the device could not send, since its first status
     std::uint64_t starts = 0;    // number of starts of a device
     std::uint64_t silences = 0;  // number of time-outs of a device
 };
@@ -82,7 +83,8 @@ public:
 
     [[nodiscard]] Phase phase() const { return phase_; }
     [[nodiscard]] const protocol::IdentifyMessage& identity() const { return identity_; }
-    [[nodiscard]] const protocol::StatusMessage& device_status() const { return status_; }
+    /// The newest status of the device.
+    [[nodiscard]] const std::optional<protocol::StatusMessage>& device_status() const { return status_; }
     [[nodiscard]] bool has_identity() const { return has_identity_; }
     [[nodiscard]] bool is_tracker_board() const { return identity_.role == static_cast<std::uint8_t>(protocol::Role::tracker); }
     /// True if the device has been running for kSteady.
@@ -137,7 +139,7 @@ private:
     bool window_over_ = false;
     std::array<bool, tracking::kMaxSensors> after_gap_{};  // columns were lost or refused since the sensor's last one
     std::int64_t window_us_ = -1;                          // device time of the newest column's window; -1: none yet
-    protocol::StatusMessage status_;
+    std::optional<protocol::StatusMessage> status_;
     Column<double> column_;
     tracking::PoseEstimate<double> pose_;
     protocol::PoseMessage pose_message_;

@@ -114,7 +114,7 @@ void FaultReporter::check(const DeviceSession& session, const hal::MessagePort& 
             reported_at_[kind] = now;
         }
     }
-    print_device_faults(session.device_status().faults, now);
+    print_device_faults(session.device_status() ? session.device_status()->faults : 0U, now);
     const char* const detail = session.detail();
     const bool is_new = std::strcmp(detail, reported_detail_.data()) != 0;
     if (is_new && detail[0] == '\0') {

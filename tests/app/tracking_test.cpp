@@ -186,6 +186,13 @@ TEST(Board, IsOnTheSideThatItIsTold) {
     for (std::size_t i = 0; i < 3; ++i) {
         EXPECT_NEAR(after[i], -before[i], 2e4);
     }
+    ASSERT_EQ(board.ask(Opcode::stop), AckResult::done);
+    ASSERT_EQ(board.ask(Opcode::start), AckResult::done);
+    board.run(0.2);
+    const auto next = board.host().poses.back().position;
+    for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_NEAR(next[i], before[i], 2e4) << "the board forgets what a host told it when the measurement ends";
+    }
 }
 
 TEST(Board, TellsABlockOfSamplesInParts) {

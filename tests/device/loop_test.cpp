@@ -256,6 +256,27 @@ TEST_F(LoopWithSensor, DoesNotTrustTheConfiguredHemisphereAfterALongLoss) {
     EXPECT_GT(x_m(), 0);
 }
 
+TEST_F(LoopWithSensor, AHemisphereThatIsSetWithoutALinkTakesEffectAtTheNextStart) {
+    see_frames(10);
+    port.is_unplugged = true;
+    loop->step();
+    loop->set_hemisphere(0, {1, 0, 0});
+    restart_after(600);
+    see_frames(3);
+    EXPECT_FALSE(side_is_unknown());
+    EXPECT_GT(x_m(), 0);
+}
+
+TEST_F(LoopWithSensor, ARefusedColumnIsNotTheNewest) {
+    EXPECT_TRUE(loop->newest()) << "the start counts, so that silence from the first column on is seen";
+    see_frames(10);
+    const auto newest = loop->newest();
+    const auto rejected = loop->counters().rejected_columns;
+    see(-20'000);  // the tracker refuses columns that go back in time
+    EXPECT_EQ(loop->counters().rejected_columns, rejected + 3);
+    EXPECT_EQ(loop->newest(), newest);
+}
+
 TEST_F(LoopWithSensor, FlagsPosesAfterALostOrRefusedColumn) {
     const auto is_flagged = [&] {
         return (unsigned{pose_.flags} >> static_cast<unsigned>(tracking::PoseFlag::columns_missing) & 1U) != 0;

@@ -208,6 +208,45 @@ TEST_F(SessionOfCoils, APoseOfASensorThatIsNotThereIsRefused) {
     EXPECT_EQ(say(pose), SessionEvent::pose);
 }
 
+TEST_F(SessionOfCoils, CountsWhatTheDeviceDroppedSinceItsFirstStatus) {
+    protocol::StatusMessage status;
+    for (const auto dropped : {1000U, 1003U, 2U, 3U}) {  // the third is of a device that has restarted
+        status.dropped = dropped;
+        say(status);
+    }
+    EXPECT_EQ(session.counters().dropped, 4U);
+}
+
+/// A device may forget the hemisphere when its start fails.
+TEST(SessionOfBoard, SendsTheHemisphereAgainAfterARefusedStart) {
+    test::DeafPort port;
+    SessionParams params;
+    params.hemisphere = Vec3<double>(0, 0, 1);
+    DeviceSession session(port, params);
+    HostTime now = host_time_us(1);
+    const auto answer = [&](std::uint8_t result) {
+        protocol::AckMessage ack;
+        ack.opcode = port.command().opcode;
+        ack.request = port.command().request;
+        ack.result = result;
+        session.take({test::bytes_of(ack), now, 0});
+        session.take({test::bytes_of(protocol::StatusMessage{}), now += Microseconds{200'000}, 0});
+        session.service(now);
+        return static_cast<protocol::Opcode>(port.command().opcode);
+    };
+    session.service(now);
+    protocol::IdentifyMessage identity;
+    identity.role = static_cast<std::uint8_t>(protocol::Role::tracker);
+    session.take({test::bytes_of(identity), now, 0});
+    session.service(now += Microseconds{1});
+    ASSERT_EQ(static_cast<protocol::Opcode>(port.command().opcode), protocol::Opcode::hemisphere);
+    EXPECT_EQ(answer(1), protocol::Opcode::hemisphere);
+    EXPECT_STREQ(session.detail(), "the device refuses the hemisphere (1)");
+    EXPECT_EQ(answer(0), protocol::Opcode::start);
+    EXPECT_EQ(answer(1), protocol::Opcode::hemisphere);
+    EXPECT_STREQ(session.detail(), "the device refuses to start (1)");
+}
+
 TEST_F(SessionOfCoils, ADeviceThatFailsIsTriedAfterGrowingPauses) {
     std::vector<std::int64_t> pauses_us;
     for (int failure = 0; failure < 10; ++failure) {
