@@ -69,6 +69,14 @@ TEST(Usage, UnknownNamesGetASuggestion) {
     expect_usage_error("motion --example IV", "unknown example 'IV'; choices: I, II, III,");
 }
 
+/// A program that waits for the line with the addresses must not connect to a server that ends at once.
+TEST(Usage, ServePrintsNoAddressesWithInvalidOptions) {
+    expect_usage_error("serve --openigtlink 0 --fault nonsense", "nonsense");
+    expect_usage_error("serve --openigtlink 0 --scenario hnd", "did you mean 'hand'");
+    expect_usage_error("serve --openigtlink 0 --rate-hz 1e9", "--rate-hz");
+    expect_usage_error("serve --openigtlink 0 --hemisphere nan,0,0", "hemisphere");
+}
+
 TEST(Usage, ConfigurationErrorsNameTheLine) {
     const auto refuse = [](const std::string& text, const std::string& message) {
         const std::string path = write_file("board.toml", text);

@@ -130,12 +130,13 @@ auto is_paused(TrackerControl& control, ServiceNotice& notice) {
 }
 
 int serve_simulation(RunCommand& run, PoseHub& hub, tracking::TrackerTap<double>& tap, TrackerControl& control,
-                     ServiceNotice& notice) {
+                     ServiceNotice& notice, const std::function<void()>& ready) {
     complete_simulation_options(run);
     run.options.realtime = true;
     run.options.duration_s = run.options.duration_s.value_or(kUnlimited_s);
     RunObservers observers;
     observers.tap = &tap;
+    observers.ready = ready;
     observers.paused = is_paused(control, notice);
     observers.score = false;
     observers.each_block = execute_request(control);
@@ -148,9 +149,10 @@ int serve_simulation(RunCommand& run, PoseHub& hub, tracking::TrackerTap<double>
 }
 
 int serve_device(const RunCommand& run, PoseHub& hub, tracking::TrackerTap<double>& tap, TrackerControl& control,
-                 ServiceNotice& notice) {
+                 ServiceNotice& notice, const std::function<void()>& ready) {
     auto options = device_options(run);
     options.tap = &tap;
+    options.ready = ready;
     options.paused = is_paused(control, notice);
     options.each_step = execute_request(control);
     options.each_health = [&hub](const LinkHealth& health) { hub.set_health(health); };
@@ -183,13 +185,15 @@ int run_serve(const ServeCommand& command) {
     if (addresses.empty()) {
         throw InputError("serve: no output; add --fastrak, --openigtlink or --web");
     }
-    announce(addresses, command.run->json);
-    server.start();
     ServiceNotice notice;
-    notice.ready();
+    const auto ready = [&] {
+        announce(addresses, command.run->json);
+        server.start();
+        notice.ready();
+    };
     TapFanOut taps{&server.hub(), &recordings};
-    const int result = is_on_device(*command.run) ? serve_device(*command.run, server.hub(), taps, control, notice)
-                                                  : serve_simulation(*command.run, server.hub(), taps, control, notice);
+    const int result = is_on_device(*command.run) ? serve_device(*command.run, server.hub(), taps, control, notice, ready)
+                                                  : serve_simulation(*command.run, server.hub(), taps, control, notice, ready);
     server.stop();
     if (recordings.status().on) {
         recordings.record(false);

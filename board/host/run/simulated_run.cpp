@@ -138,7 +138,7 @@ void pause(Loop& loop, const InterruptGuard& guard, const RunObservers& observer
 
 /// In columns. The integer tracker counts blocks.
 template <typename Loop>
-HealthCounts counts_of(Loop& loop, const signal::AcquisitionPlan& plan, Microseconds age) {
+HealthCounts counts_of(Loop& loop, const signal::AcquisitionPlan& plan) {
     const std::uint64_t columns_per_block = plan.is_tdm() ? 1 : kSourceCoils;
     HealthCounts counts;
     counts.lost = columns_per_block * loop.counters().lost_blocks;
@@ -151,7 +151,6 @@ HealthCounts counts_of(Loop& loop, const signal::AcquisitionPlan& plan, Microsec
         counts.received = columns_per_block * loop.tracker().counters().accepted;
     }
     counts.dropped = loop.counters().unsent_poses;
-    counts.age = age;
     return counts;
 }
 
@@ -183,10 +182,14 @@ Pace drive(Loop& loop, const SimulatedBoard& board, const InterruptGuard& guard)
     if (const Status started = loop.start(); !started.ok()) {
         throw DeviceError(std::string("simulated board: ") + started.message());
     }
+    if (observers.ready) {
+        observers.ready();
+    }
     Pace pace;
     const auto begin = SteadyClock::now();
     auto start = begin;  // reference of keep_pace()
     DeviceTime newest = board.clock.now();
+    std::uint64_t received = 0;
     while (!guard.interrupted()) {
         const Status status = loop.acquire();
         if (status.code() == StatusCode::end_of_stream) {
@@ -200,8 +203,11 @@ Pace drive(Loop& loop, const SimulatedBoard& board, const InterruptGuard& guard)
         pace.update_s += seconds_since(before);
         ++pace.updates;
         const DeviceTime now = board.clock.now();
-        newest = status.ok() ? now : newest;
-        if (pace.health.update(counts_of(loop, board.plan, now - newest), now.since_start()) && observers.each_health) {
+        HealthCounts counts = counts_of(loop, board.plan);
+        newest = counts.received != received ? now : newest;
+        received = counts.received;
+        counts.age = now - newest;
+        if (pace.health.update(counts, now.since_start()) && observers.each_health) {
             observers.each_health(pace.health.health());
         }
         if constexpr (std::is_same_v<Loop, app::MainLoop<double>>) {

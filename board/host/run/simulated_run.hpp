@@ -64,6 +64,7 @@ struct RunReport {
 /// Further participants of a run.
 struct RunObservers {
     tracking::TrackerTap<double>* tap = nullptr;
+    std::function<void()> ready;  // called once, with valid options, before the first block; may be empty
     std::function<void(app::MainLoop<double>&)> each_block;           // called between blocks; may be empty
     std::function<void(const fixed::PoseEstimate&)> each_fixed_pose;  // for an integer tracker; may be empty
     std::function<bool()> paused;                        // called between blocks: true keeps the coils off; empty: never
