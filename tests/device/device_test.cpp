@@ -212,7 +212,9 @@ TEST_F(Device, ListShowsWhatTheMachineHas) {
     Program peer(kFrontEnd + " --link usbip: --duration 600");
     json found;
     EXPECT_TRUE(test::eventually([&] {
-        std::system((kTricoil + " device list --json > /run/list.json").c_str());
+        if (std::system((kTricoil + " device list --json > /run/list.json").c_str()) != 0) {
+            return false;
+        }
         found = json::parse(test::read_text("/run/list.json"));
         return found.size() == 3;
     })) << found;
