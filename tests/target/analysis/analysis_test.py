@@ -41,7 +41,7 @@ class Calls(unittest.TestCase):
 
 class Modules(unittest.TestCase):
     def test_rows_add_up_to_the_image(self):
-        for name, folder in (("kernels", "tests/target"), ("general_filter", "tests/target"), ("fixed_tracker", "board/qemu_an386")):
+        for name, folder in (("kernels", "tests/target"), ("tracker", "board/qemu_an386"), ("fixed_tracker", "board/qemu_an386")):
             image = target_image(name, folder)
             modules = image.modules()
             self.assertEqual(sum(flash for flash, _ in modules.values()), image.flash)
