@@ -1,20 +1,21 @@
 #include "tests/serve/poisoned_heap.hpp"
 
+#include <atomic>
 #include <cstdlib>
 #include <cstring>
 #include <new>
 
 namespace {
 
-int poison = -1;  // set by one test at a time
+std::atomic<int> poison = -1;  // read by every thread that allocates
 
 void* fresh(std::size_t size) {
     void* const memory = std::malloc(size == 0 ? 1 : size);
     if (memory == nullptr) {
         throw std::bad_alloc();
     }
-    if (poison >= 0) {
-        std::memset(memory, poison, size);
+    if (const int pattern = poison; pattern >= 0) {
+        std::memset(memory, pattern, size);
     }
     return memory;
 }
