@@ -77,7 +77,7 @@ void TrackerDevice::report_unreadable(HostLink& link, WireError error) {
     }
 }
 
-/// Answers every hello with identify, also without a common version, so that the host can show its user the reason.
+/// Answers every readable hello with identify, also without a common version, so that the host can show its user the reason.
 void TrackerDevice::greet(HostLink& link, const protocol::CommandMessage& command) {
     if (protocol::common_version(protocol::range_of_hello(command.argument), {}) != 0) {
         link.start_session(command.sequence);

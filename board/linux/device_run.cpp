@@ -208,12 +208,12 @@ int run_device(const DeviceRunOptions& options) {
     });
     FaultReporter reporter(config.device, params.tap);
     host::HealthMonitor monitor(config.health);
-    const RealtimeStatus realtime = request_realtime(config.lock_memory.value_or(true), config.priority);
-    print_realtime_refusals(config, realtime);
-    if (options.ready) {
+    const host::InterruptGuard guard;
+    if (options.ready) {  // before real-time priority, which threads inherit
         options.ready();
     }
-    const host::InterruptGuard guard;
+    const RealtimeStatus realtime = request_realtime(config.lock_memory.value_or(true), config.priority);
+    print_realtime_refusals(config, realtime);
     const HostTime begin = drivers::host_now();
     HostTime steady = begin;  // time at which the device last worked
     const auto gives_up = [&](HostTime now) {

@@ -68,6 +68,11 @@ SessionEvent DeviceSession::service(HostTime now) {
         request_start();
     } else {
         phase_ = Phase::greeting;
+        const std::uint64_t others = refused_.of(WireError::unknown_version) + port_.wire_errors().of(WireError::unknown_version);
+        if (std::exchange(other_versions_, others) < others) {
+            reason_.print("the device uses another protocol version, this program %u to %u; update the older one",
+                          protocol::kOldestVersion, protocol::kNewestVersion);
+        }
         send_command(Opcode::hello, protocol::hello_argument({}));
     }
     return SessionEvent::none;
@@ -213,6 +218,9 @@ SessionEvent DeviceSession::take_identity(const hal::ReceivedMessage& message) {
     }
     if (phase_ != Phase::greeting || now_ < conflict_) {
         return SessionEvent::none;
+    }
+    if (identity.serial != identity_.serial) {
+        status_.reset();  // of another device
     }
     identity_ = identity;
     has_identity_ = true;

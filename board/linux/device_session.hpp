@@ -133,6 +133,7 @@ private:
     std::uint16_t request_ = 0;
     std::uint16_t starts_asked_ = 0;    // requests since the device was identified
     std::uint8_t hemispheres_set_ = 0;  // sensors whose hemisphere the device has acknowledged since
+    std::uint64_t other_versions_ = 0;  // refused messages of another protocol version, at the last hello
     bool has_tracked_ = false;          // a tracker board has sent a valid pose
     protocol::IdentifyMessage identity_;
     bool has_identity_ = false;

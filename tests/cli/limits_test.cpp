@@ -73,10 +73,19 @@ TEST(Limits, InputWithoutAnEnd) {
 TEST(Limits, NumbersThatAreNone) {
     expect_refused("run --seed 99999999999999999999", "--seed: 99999999999999999999 is not an integer from 0 to");
     expect_refused("run --seed -1", "--seed");
-    expect_refused("run --wait -1", "--wait");
+    expect_refused("run --wait -1", "--wait: -1 is not a number of seconds, 0 or more");
+    expect_refused("device info can:can0 --wait 0", "--wait: 0 is not a positive number of seconds");
+    expect_refused("device mode can:can0 --rate-hz nan", "--rate-hz must be a finite number");
+    expect_refused("device info can:can0 --wait nan", "--wait: nan is not a positive number of seconds");
     for (const char* value : {"-1", "nan", "inf"}) {
         expect_refused(std::string("run --device can:can0 --give-up-after ") + value, "--give-up-after");
     }
+}
+
+TEST(Limits, ADeviceThatNeverWorksIsGivenUp) {
+    const auto result = tricoil("run --device serial:/dev/nope --wait 0 --give-up-after 0.5");
+    EXPECT_EQ(result.exit_code, 3);
+    EXPECT_THAT(result.err, HasSubstr("serial:/dev/nope: the device has not worked for 0.5 s; giving up"));
 }
 
 TEST(Limits, NoPoseIsNoPerfectScore) {

@@ -217,6 +217,18 @@ TEST_F(SessionOfCoils, CountsWhatTheDeviceDroppedSinceItsFirstStatus) {
     EXPECT_EQ(session.counters().dropped, 4U);
 }
 
+TEST(SessionOfOldBoard, SaysThatTheVersionsDiffer) {
+    test::DeafPort port;
+    DeviceSession session(port, {});
+    HostTime now = host_time_us(1);
+    session.service(now);
+    auto bytes = test::bytes_of(protocol::AckMessage{});
+    bytes[0] = protocol::kOldestVersion - 1;
+    session.take({bytes, now, 0});
+    session.service(now += Microseconds{200'000});
+    EXPECT_THAT(session.detail(), ::testing::HasSubstr("the device uses another protocol version"));
+}
+
 /// A device may forget the hemisphere when its start fails.
 TEST(SessionOfBoard, SendsTheHemisphereAgainAfterARefusedStart) {
     test::DeafPort port;

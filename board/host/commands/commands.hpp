@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <charconv>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -38,5 +39,16 @@ inline std::string refuse_overflow(const std::string& text) {
     const auto [at, error] = std::from_chars(text.data(), end, value);
     return error == std::errc{} && at == end ? "" : text + " is not an integer from 0 to 18446744073709551615";
 }
+
+/// Refuses a text that is not a finite number of seconds, 0 or more; without `zero`, above 0.
+inline std::string refuse_bad_time(const std::string& text, bool zero) {
+    double value = 0;
+    const char* const end = text.data() + text.size();
+    const auto [at, error] = std::from_chars(text.data(), end, value);
+    const bool fits = error == std::errc{} && at == end && std::isfinite(value) && (value > 0 || (zero && value == 0));
+    return fits ? "" : text + (zero ? " is not a number of seconds, 0 or more" : " is not a positive number of seconds");
+}
+inline std::string refuse_negative_time(const std::string& text) { return refuse_bad_time(text, true); }
+inline std::string refuse_no_time(const std::string& text) { return refuse_bad_time(text, false); }
 
 }  // namespace tricoil::host

@@ -67,12 +67,6 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
     if (duration_given && !(std::isfinite(command.duration_s) && command.duration_s > 0)) {
         throw InputError("--duration must be a positive number of seconds");
     }
-    if (!(std::isfinite(command.wait_s) && command.wait_s >= 0)) {
-        throw InputError("--wait must be a number of seconds, 0 or more");
-    }
-    if (!(std::isfinite(command.give_up_after_s) && command.give_up_after_s >= 0)) {
-        throw InputError("--give-up-after must be a number of seconds, 0 or more");
-    }
     if (!options.config.calibration.empty()) {
         options.calibration = read_calibration(options.config.calibration).calibration;
     }
@@ -145,10 +139,10 @@ void add_run_options(CLI::App* sub, const std::shared_ptr<RunCommand>& command) 
     sub->add_option("--config", command->config, "Board configuration (TOML); --device overrides it")->check(refuse_empty);
     sub->add_option("--give-up-after", command->give_up_after_s,
                     "End with exit code 3 if the device has not worked for this time, s; 0: never")
-        ->check(CLI::NonNegativeNumber)
+        ->check(refuse_negative_time)
         ->capture_default_str();
     sub->add_option("--wait", command->wait_s, "Time to wait for the device at the start, s; 0: no limit")
-        ->check(CLI::NonNegativeNumber)
+        ->check(refuse_negative_time)
         ->capture_default_str();
     sub->add_option("--mux", o.multiplexing, "tdm (coils in turn) or fdm (all at once)")->capture_default_str();
     sub->add_option(
