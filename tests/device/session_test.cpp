@@ -1,4 +1,5 @@
 // Device session when the host drives the coils: accepted and refused columns.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
