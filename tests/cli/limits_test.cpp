@@ -70,9 +70,22 @@ TEST(Limits, InputWithoutAnEnd) {
     }
 }
 
+TEST(Limits, TextOfManyShortLines) {
+    std::string text;
+    while (text.size() < std::size_t{8} << 20U) {
+        text += "# comment\n";
+    }
+    const std::string path = write_file("comments.toml", text);
+    for (const char* option : {"run --scenario ", "run --config ", "evaluate x.csv --calibration "}) {
+        expect_refused(option + path, "comments.toml: is longer than");
+    }
+}
+
 TEST(Limits, NumbersThatAreNone) {
     expect_refused("run --seed 99999999999999999999", "--seed: 99999999999999999999 is not an integer from 0 to");
     expect_refused("run --seed -1", "--seed");
+    expect_refused("demodulate x.csv --carrier-hz 1e4 --rate-hz 2e5 --bits 32",
+                   "a converter of 32 bits (--bits); 8 to 31 are possible");
     expect_refused("run --wait -1", "--wait: -1 is not a number of seconds, 0 or more");
     expect_refused("device info can:can0 --wait 0", "--wait: 0 is not a positive number of seconds");
     expect_refused("device mode can:can0 --rate-hz nan", "--rate-hz must be a finite number");

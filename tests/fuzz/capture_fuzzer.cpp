@@ -7,8 +7,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (size == 0) {
         return 0;
     }
-    constexpr int kMostBits = 32;
-    const int bits = 2 + data[0] % (kMostBits - 1);
+    const int bits = data[0] % (host::kMostBits + 2);
     const std::string path = fuzz::input_file("capture.csv", fuzz::text_of(data + 1, size - 1));
     fuzz::accept_or_refuse([&] { (void)host::read_capture(path, bits); });
     return 0;

@@ -76,6 +76,9 @@ void centre(Capture& capture, int bits) {
 }  // namespace
 
 Capture read_capture(const std::string& path, int bits) {
+    if (bits < kFewestBits || bits > kMostBits) {
+        throw InputError(fmt::format("a converter of {} bits (--bits); {} to {} are possible", bits, kFewestBits, kMostBits));
+    }
     const auto lines = read_lines(path);
     if (lines.front() != kHeader) {
         throw InputError(path + ":1: the header must be " + kHeader);

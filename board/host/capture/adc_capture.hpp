@@ -21,9 +21,14 @@ struct Capture {
     bool offset_binary = false;         // the file has unsigned codes; they are centred here
 };
 
-/// Reads CSV with the header state,repeat,sample,adc0,adc1,adc2,adc3. `bits`: resolution of the converter (8-31).
-/// Throws InputError, naming file and line, for a different header, wrong column counts, values outside the converter's range,
-/// samples out of order, blocks of different length, or repeats without all states.
+/// Resolution of a converter in bits: a code that is not yet centred fits into 32 bits with a sign.
+constexpr int kFewestBits = 8;
+constexpr int kMostBits = 31;
+
+/// Reads CSV with the header state,repeat,sample,adc0,adc1,adc2,adc3. `bits`: resolution of the converter.
+/// Throws InputError for another resolution than kFewestBits to kMostBits; naming file and line, for a different header, wrong
+/// column counts, values outside the converter's range, samples out of order, blocks of different length, or repeats without all
+/// states.
 Capture read_capture(const std::string& path, int bits);
 
 }  // namespace tricoil::host

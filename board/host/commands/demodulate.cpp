@@ -75,9 +75,6 @@ std::string demodulation_text(const Json& a) {
 }
 
 int demodulate(const DemodulateCommand& command) {
-    if (command.bits < 8 || command.bits > 31) {
-        throw InputError("--bits must be 8 to 31");
-    }
     const Capture capture = read_capture(command.capture, command.bits);
     const auto analysis = analyse_capture(capture, command.carrier_hz, command.rate_hz, command.guard_samples);
     print_result(result_of(analysis), command.json, demodulation_text);
