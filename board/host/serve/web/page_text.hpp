@@ -1,10 +1,16 @@
 // Text of the live page; empty in a program that was built without the page.
 #pragma once
 
+#include <algorithm>
 #include <string_view>
 
 namespace tricoil::host::web {
 
 extern const std::string_view kPage;
+
+/// At most `length` bytes of `text` from byte `at`. A range beyond its end is cut; empty if it begins there.
+constexpr std::string_view part_of(std::string_view text, std::size_t at, std::size_t length) {
+    return text.substr(std::min(at, text.size()), length);
+}
 
 }  // namespace tricoil::host::web

@@ -121,7 +121,7 @@ WebServer::WebServer(const TcpAddress& address, Access access, const PoseHub& hu
         response.set_header("Cache-Control", "no-store");
         // A content provider, because the library compresses a plain text again for every client, which takes seconds.
         response.set_content_provider(kPage.size(), "text/html", [](std::size_t at, std::size_t length, httplib::DataSink& sink) {
-            const std::string_view piece = kPage.substr(std::min(at, kPage.size()), length);  // `at` may exceed the size
+            const std::string_view piece = part_of(kPage, at, length);
             return sink.write(piece.data(), piece.size());
         });
     });
