@@ -24,6 +24,7 @@
 #include "sim/front_end/front_end.hpp"
 #include "sim/usb/gadget_port.hpp"
 #include "sim/usb/usbip_port.hpp"
+#include "sim/world/metal_check.hpp"
 
 namespace tricoil::sim_front_end {
 namespace {
@@ -156,7 +157,10 @@ int run(Options& o) {
     if (o.tracks && (!o.gpio.empty() || !o.faults.empty() || o.front_end.fails_self_check)) {
         throw host::InputError("--tracks: a tracker board takes no --gpio, --fault or --fail-self-check");
     }
-    o.front_end.scenario = std::make_shared<sim::Scenario>(host::load_scenario(o.scenario, o.seed));
+    const auto scenario = std::make_shared<sim::Scenario>(host::load_scenario(o.scenario, o.seed));
+    scenario->duration_s = o.front_end.duration_s;
+    sim::check_metal(*scenario);
+    o.front_end.scenario = scenario;
     o.front_end.multiplexing =
         index_of_name("--mux", o.mux, {"tdm", "fdm"}) == 0 ? signal::Multiplexing::tdm : signal::Multiplexing::fdm;
     o.front_end.pace = index_of_name("--pace", o.pace, {"real", "lockstep"}) == 0 ? sim::Pace::real : sim::Pace::lockstep;

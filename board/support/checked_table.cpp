@@ -164,6 +164,21 @@ CheckedTable CheckedTable::child(const std::string& key) {
     return {file_, prefix_ + key + ".", node == nullptr ? kEmptyTable : *node->as_table()};
 }
 
+std::vector<CheckedTable> CheckedTable::children(const std::string& key) {
+    const toml::node* node = find(key);
+    std::vector<CheckedTable> tables;
+    const toml::array* array = node == nullptr ? nullptr : node->as_array();
+    for (std::size_t i = 0; array != nullptr && i < array->size(); ++i) {
+        if (const toml::table* table = (*array)[i].as_table()) {
+            tables.emplace_back(file_, prefix_ + key + ".", *table);
+        }
+    }
+    if (node != nullptr && (array == nullptr || tables.size() != array->size())) {
+        throw_error(key, node, "must be tables, [[" + key + "]]");
+    }
+    return tables;
+}
+
 void CheckedTable::require(bool good, const std::string& key, const std::string& what) {
     if (!good) {
         throw_error(key, find(key), what);
@@ -187,7 +202,8 @@ const toml::node* CheckedTable::find(const std::string& key) {
 }
 
 void CheckedTable::throw_error(const std::string& key, const toml::node* node, const std::string& what) const {
-    const std::string line = node == nullptr ? "" : fmt::format(":{}", node->source().begin.line);
+    const bool has_line = node != nullptr && node->source().begin.line > 0;  // a table that was not read from a file has none
+    const std::string line = has_line ? fmt::format(":{}", node->source().begin.line) : "";
     throw InputError(file_ + line + ": '" + prefix_ + key + "' " + what);
 }
 

@@ -25,6 +25,7 @@ public:
     /// `table` must outlive this object. `prefix`: path of the table within the file, for example "motion.".
     CheckedTable(std::string file, std::string prefix, const toml::table& table);
 
+    bool has(const std::string& key) { return find(key) != nullptr; }
     double number(const std::string& key, double fallback);
     double positive(const std::string& key, double fallback);
     bool flag(const std::string& key, bool fallback);
@@ -35,6 +36,8 @@ public:
     Vec3<double> vector(const std::string& key, const Vec3<double>& fallback);
     Mat3<double> matrix(const std::string& key, const Mat3<double>& fallback);  // three rows of three
     CheckedTable child(const std::string& key);                                 // an absent table is returned empty
+
+    std::vector<CheckedTable> children(const std::string& key);  // [[key]]; none if absent
 
     /// Throws InputError with the key's place unless `good`. `what`: the requirement.
     void require(bool good, const std::string& key, const std::string& what);

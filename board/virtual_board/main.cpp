@@ -24,6 +24,7 @@
 #include "sim/virtual_board/machine/run_failure.hpp"
 #include "sim/virtual_board/machine/symbols.hpp"
 #include "sim/virtual_board/run_report.hpp"
+#include "sim/world/metal_check.hpp"
 
 namespace tricoil::virtual_board {
 namespace {
@@ -99,6 +100,8 @@ public:
                 scenario_.faults.push_back(host::parse_fault(text));
             }
         }
+        scenario_.duration_s = options.duration_s > 0 ? options.duration_s : scenario_.duration_s;
+        sim::check_metal(scenario_);
         board_.emplace(read_file(options.image), scenario_);
         load_flash(*board_, options.flash);
         faults_.emplace(*board_, std::move(faults));

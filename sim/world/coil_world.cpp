@@ -46,7 +46,12 @@ void check(const WorldParams& p) {
 }
 
 CoilWorld::CoilWorld(const WorldParams& params, const Motion& motion, std::vector<Fault> faults)
-    : params_(params), motion_(motion), faults_(std::move(faults)), random_(params.seed), drop_random_(params.seed + 1) {
+    : params_(params),
+      motion_(motion),
+      faults_(std::move(faults)),
+      metal_(metal_of(faults_)),
+      random_(params.seed),
+      drop_random_(params.seed + 1) {
     check(params_);
     for (std::size_t c = 0; c < kSensorCoils; ++c) {
         channel_[c] = std::polar(params_.channel_gain[c], params_.channel_phase_rad[c]);
@@ -55,6 +60,7 @@ CoilWorld::CoilWorld(const WorldParams& params, const Motion& motion, std::vecto
 
 void CoilWorld::configure(const signal::AcquisitionPlan& plan) {
     plan_ = plan;
+    tune_metal();
     const double rate = plan.params.sample_rate_hz;
     const double middle_s = (plan.params.guard_samples + 0.5 * (plan.window_samples - 1)) / rate;
     const double time_constant_s = params_.coil_inductance_h / params_.coil_resistance_ohm;
@@ -73,6 +79,36 @@ void CoilWorld::configure(const signal::AcquisitionPlan& plan) {
     }
 }
 
+MetalSet CoilWorld::metal_of(const std::vector<Fault>& faults) {
+    MetalSet metal;
+    for (const Fault& fault : faults) {
+        if (fault.metal) {
+            metal.add(*fault.metal, fault.begin_s, fault.end_s);
+        }
+    }
+    return metal;
+}
+
+void CoilWorld::tune_metal() {
+    std::vector<double> tones_hz;
+    for (std::size_t j = 0; j < kSourceCoils; ++j) {
+        const auto tone = std::find(tones_hz.begin(), tones_hz.end(), plan_.params.carrier_hz[j]);
+        tone_of_coil_[j] = static_cast<std::size_t>(tone - tones_hz.begin());
+        if (tone == tones_hz.end()) {
+            tones_hz.push_back(plan_.params.carrier_hz[j]);
+        }
+    }
+    metal_.tune(tones_hz);
+}
+
+std::optional<MetalTrack> CoilWorld::metal_track(const FaultEffect& effect, double start_s, std::size_t samples) {
+    if (effect.unplugged || !metal_.acts_at(start_s)) {
+        return std::nullopt;
+    }
+    const MetalTrack::Source source{source_side(effect), tone_of_coil_};
+    return MetalTrack(metal_, motion_, source, start_s, 1 / plan_.params.sample_rate_hz, samples);
+}
+
 bool CoilWorld::sample(Excitation state, double start_s, std::span<Sample> samples) {
     const FaultEffect effect = effect_at(faults_, start_s);
     const double sample_s = 1 / plan_.params.sample_rate_hz;
@@ -81,10 +117,17 @@ bool CoilWorld::sample(Excitation state, double start_s, std::span<Sample> sampl
         circuits_[static_cast<std::size_t>(j)].begin_block(start_s, sample_s, on);
     }
     PoseTrack track(motion_, start_s, sample_s);
-    Mat3<double> before = coupling(track.at(-1), effect);
+    const std::optional<MetalTrack> metal = metal_track(effect, start_s, samples.size());
+    const auto with_metal = [&](const Pose& pose, const Mat3<double>& x, int n) -> ComplexMat3 {
+        return x + sensor_side(pose, effect) * metal->at(n);
+    };
+    const Pose first = track.at(-1);
+    Mat3<double> before = coupling(first, effect);
+    ComplexMat3 before_with_metal = metal ? with_metal(first, before, -1) : ComplexMat3::Zero();
+    const double per_sample = 1 / (sample_s * kReferenceRadS);
     for (std::size_t n = 0; n < samples.size(); ++n) {
-        const double time_s = start_s + static_cast<double>(n) * sample_s;
-        const Mat3<double> x = coupling(track.at(static_cast<int>(n)), effect);
+        const Pose pose = track.at(static_cast<int>(n));
+        const Mat3<double> x = coupling(pose, effect);
         Vec3<std::complex<double>> current;
         Vec3<std::complex<double>> derivative;
         for (Eigen::Index j = 0; j < kSourceCoils; ++j) {
@@ -93,17 +136,18 @@ bool CoilWorld::sample(Excitation state, double start_s, std::span<Sample> sampl
             current(j) = share * coil.current;
             derivative(j) = share * coil.derivative;
         }
-        // Induction: the derivative of (coupling times current); motion adds a small voltage.
-        const Mat3<double> dx = (x - before) / (sample_s * kReferenceRadS);
-        const Vec3<std::complex<double>> induced = x * derivative + dx * current;
-        before = x;
         Vec3<double> sensor_v;
-        for (Eigen::Index c = 0; c < kSensorCoils; ++c) {
-            sensor_v(c) = (channel_[static_cast<std::size_t>(c)] * induced(c)).real();
+        if (metal) {
+            const ComplexMat3 now = with_metal(pose, x, static_cast<int>(n));
+            const ComplexMat3 change = (now - before_with_metal) * per_sample;
+            sensor_v = sensor_voltages(now, change, current, derivative);
+            before_with_metal = now;
+        } else {
+            const Mat3<double> change = (x - before) / (sample_s * kReferenceRadS);
+            sensor_v = sensor_voltages(x, change, current, derivative);
         }
-        if (amplifier_) {
-            sensor_v = amplified(x, dx, current, derivative);
-        }
+        before = x;
+        const double time_s = start_s + static_cast<double>(n) * sample_s;
         samples[n] = convert(sensor_v, current.sum().real(), time_s, effect);
     }
     return std::uniform_real_distribution<double>(0, 1)(drop_random_) >= effect.drop_share;
@@ -118,15 +162,21 @@ void CoilWorld::amplify(const signal::GainStep<double>& amplifier) {
     }
 }
 
-/// The sensor voltages after the amplifier, whose response differs between the carriers.
-Vec3<double> CoilWorld::amplified(const Mat3<double>& x, const Mat3<double>& dx, const Vec3<std::complex<double>>& current,
-                                  const Vec3<std::complex<double>>& derivative) const {
+/// Induction is the derivative of (coupling times current); motion adds a small voltage. `dx`: the rate of change of `x` divided
+/// by the reference frequency. An amplifier's response differs between the carriers.
+template <typename Matrix>
+Vec3<double> CoilWorld::sensor_voltages(const Matrix& x, const Matrix& dx, const Vec3<std::complex<double>>& current,
+                                        const Vec3<std::complex<double>>& derivative) const {
     Vec3<std::complex<double>> sum = Vec3<std::complex<double>>::Zero();
-    for (Eigen::Index j = 0; j < kSourceCoils; ++j) {
-        for (Eigen::Index c = 0; c < kSensorCoils; ++c) {
-            sum(c) += amplification_[static_cast<std::size_t>(j)][static_cast<std::size_t>(c)] *
-                      (x(c, j) * derivative(j) + dx(c, j) * current(j));
+    if (amplifier_) {
+        for (Eigen::Index j = 0; j < kSourceCoils; ++j) {
+            for (Eigen::Index c = 0; c < kSensorCoils; ++c) {
+                sum(c) += amplification_[static_cast<std::size_t>(j)][static_cast<std::size_t>(c)] *
+                          (x(c, j) * derivative(j) + dx(c, j) * current(j));
+            }
         }
+    } else {
+        sum = x * derivative + dx * current;
     }
     Vec3<double> volts;
     for (Eigen::Index c = 0; c < kSensorCoils; ++c) {
@@ -158,16 +208,18 @@ Mat3<double> CoilWorld::coupling(const Pose& pose, const FaultEffect& effect) co
     if (effect.unplugged) {
         return params_.crosstalk * Mat3<double>::Ones();
     }
-    Mat3<double> field = dipole_field(pose.position_m);
-    if (effect.metal) {
-        // A conducting sphere much thicker than the skin depth responds to the field B at its centre with the dipole moment -2 pi
-        // a^3 B / mu0 (Jackson, Classical Electrodynamics, section 5.11, with no field inside the sphere).
-        const double a = effect.metal_radius_m;
-        field -= a * a * a * dipole_field(pose.position_m - effect.metal_position_m) * dipole_field(effect.metal_position_m);
-    }
+    const Mat3<double> field = dipole_field(pose.position_m);
     const Mat3<double> o = geometry::attitude_matrix(pose.q_source_sensor);
     return params_.coupling_constant_m3 * effect.sensor * params_.sensor_matrix * o * field * params_.source_matrix *
            effect.source;
+}
+
+Mat3<double> CoilWorld::sensor_side(const Pose& pose, const FaultEffect& effect) const {
+    if (effect.unplugged) {
+        return Mat3<double>::Zero();
+    }
+    return 0.5 * params_.coupling_constant_m3 * effect.sensor * params_.sensor_matrix *
+           geometry::attitude_matrix(pose.q_source_sensor);
 }
 
 double CoilWorld::drive_amplitude(int j) const {

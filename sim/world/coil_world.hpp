@@ -15,6 +15,8 @@
 #include "sim/world/coil_circuit.hpp"
 #include "sim/world/converter.hpp"
 #include "sim/world/fault.hpp"
+#include "sim/world/metal/metal_set.hpp"
+#include "sim/world/metal_track.hpp"
 
 namespace tricoil::sim {
 
@@ -64,8 +66,16 @@ public:
 
     /// X at a pose, without faults.
     [[nodiscard]] Mat3<double> coupling(const Pose& pose) const;
-    /// X at a pose with faults, except faults of the currents.
+    /// X at a pose with faults, except metal and faults of the currents.
     [[nodiscard]] Mat3<double> coupling(const Pose& pose, const FaultEffect& effect) const;
+
+    /// Couplings of the sensor's coils to fields along the axes of the source frame, 1/m^3; times a field of MetalBody, times
+    /// the moments of source_side(), they are what metal adds to X. Zero without sensor.
+    [[nodiscard]] Mat3<double> sensor_side(const Pose& pose, const FaultEffect& effect) const;
+    /// Moments of the source coils, one column per coil.
+    [[nodiscard]] Mat3<double> source_side(const FaultEffect& effect) const { return params_.source_matrix * effect.source; }
+    /// The metal of `faults`.
+    static MetalSet metal_of(const std::vector<Fault>& faults);
 
     [[nodiscard]] const WorldParams& params() const { return params_; }
     [[nodiscard]] double volts_per_code() const { return converters_.front().volts_per_code(); }
@@ -74,13 +84,18 @@ public:
 private:
     [[nodiscard]] double drive_amplitude(int j) const;
     [[nodiscard]] signal::ChannelResponse<double> channel_response() const;
-    [[nodiscard]] Vec3<double> amplified(const Mat3<double>& x, const Mat3<double>& dx, const Vec3<std::complex<double>>& current,
-                                         const Vec3<std::complex<double>>& derivative) const;
+    void tune_metal();
+    [[nodiscard]] std::optional<MetalTrack> metal_track(const FaultEffect& effect, double start_s, std::size_t samples);
+    template <typename Matrix>
+    [[nodiscard]] Vec3<double> sensor_voltages(const Matrix& x, const Matrix& dx, const Vec3<std::complex<double>>& current,
+                                               const Vec3<std::complex<double>>& derivative) const;
     Sample convert(const Vec3<double>& sensor_v, double reference_v, double time_s, const FaultEffect& effect);
 
     WorldParams params_;
     const Motion& motion_;
     std::vector<Fault> faults_;
+    MetalSet metal_;
+    std::array<std::size_t, kSourceCoils> tone_of_coil_{};
     signal::AcquisitionPlan plan_;
     std::array<CoilCircuit, kSourceCoils> circuits_;
     std::vector<Converter> converters_;  // one per channel

@@ -24,18 +24,15 @@ void apply(const Fault& fault, FaultEffect& effect) {
             effect.stuck[static_cast<std::size_t>(fault.channel)] = true;
             break;
         case FaultKind::dropped_blocks:
-            effect.drop_share = fault.numbers[0];
+            effect.drop_share = fault.number;
             break;
         case FaultKind::metal:
-            effect.metal = true;
-            effect.metal_position_m << fault.numbers[0], fault.numbers[1], fault.numbers[2];
-            effect.metal_radius_m = fault.numbers[3];
             break;
         case FaultKind::unplugged:
             effect.unplugged = true;
             break;
         case FaultKind::overload:
-            effect.overload_ranges += fault.numbers[0];
+            effect.overload_ranges += fault.number;
             break;
     }
 }

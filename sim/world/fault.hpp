@@ -4,9 +4,11 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "core/geometry/types.hpp"
+#include "sim/world/metal/object.hpp"
 
 namespace tricoil::sim {
 
@@ -16,7 +18,7 @@ enum class FaultKind : std::uint8_t {
     swapped_coils,   // argument: two of S1-S3, or two of C1-C3
     stuck_channel,   // argument: C1-C3 or R; the converter repeats one code
     dropped_blocks,  // argument: share of blocks that never arrive, 0 to 1
-    metal,           // argument: x,y,z,radius in metres of a conducting sphere, which acts as a secondary dipole
+    metal,           // arguments: shape, material, size and path of a metal object
     unplugged,       // no sensor: open inputs that pick up a little of the drive, all equally
     overload,        // argument: amplitude of a mains-frequency interference on the sensor inputs, in converter ranges
     broken_stage,    // argument: the power stage of source coil S1-S3 does not control its current and drives four times as much
@@ -27,15 +29,16 @@ enum class Triad : std::uint8_t { source, sensor };
 /// One fault and its time span.
 struct Fault {
     FaultKind kind = FaultKind::open_coil;
-    Triad triad = Triad::source;      // of the coils
-    std::array<int, 2> coils{};       // 0-2
-    int channel = 0;                  // 0-2: sensor coil; 3: reference
-    std::array<double, 4> numbers{};  // in the order of the arguments
+    Triad triad = Triad::source;  // of the coils
+    std::array<int, 2> coils{};   // 0-2
+    int channel = 0;              // 0-2: sensor coil; 3: reference
+    double number = 0;            // share or amplitude
+    std::optional<MetalObject> metal;
     double begin_s = 0;
     double end_s = std::numeric_limits<double>::infinity();
 };
 
-/// The effect of all faults that are active at one time.
+/// The effect of all faults that are active at one time, except metal (MetalSet).
 struct FaultEffect {
     Mat3<double> source = Mat3<double>::Identity();  // applied to the source coils' currents
     Mat3<double> sensor = Mat3<double>::Identity();  // applied to the sensor coils' signals
@@ -44,9 +47,6 @@ struct FaultEffect {
     double overload_ranges = 0;
     double drop_share = 0;
     bool unplugged = false;
-    bool metal = false;
-    Vec3<double> metal_position_m = Vec3<double>::Zero();
-    double metal_radius_m = 0;
 };
 FaultEffect effect_at(const std::vector<Fault>& faults, double time_s);
 

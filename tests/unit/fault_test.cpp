@@ -22,7 +22,8 @@ std::string error_message(const std::string& text) {
 TEST(Fault, ParsesNameArgumentsAndTimes) {
     const Fault fault = host::parse_fault("metal:0.6,-0.2,1e-1,0.05@1.5-2");
     EXPECT_EQ(fault.kind, FaultKind::metal);
-    EXPECT_THAT(fault.numbers, ::testing::ElementsAre(0.6, -0.2, 0.1, 0.05));
+    ASSERT_TRUE(fault.metal);
+    EXPECT_EQ(fault.metal->pose.position_m, Vec3<double>(0.6, -0.2, 0.1));
     EXPECT_DOUBLE_EQ(fault.begin_s, 1.5);
     EXPECT_DOUBLE_EQ(fault.end_s, 2);
     EXPECT_EQ(host::parse_fault("unplugged@3").end_s, std::numeric_limits<double>::infinity());

@@ -25,7 +25,7 @@ void expect_refused(const std::string& options, int exit_code, const std::string
 }
 
 TEST(Program, RunsForItsDuration) {
-    const test::CliResult result = virtual_board("--duration 0.001 --fault can_errors:3 --fault metal:0.6,0,0,0.05");
+    const test::CliResult result = virtual_board("--duration 0.001 --fault can_errors:3 --fault metal:0.6,0.3,0,0.05");
     EXPECT_EQ(result.exit_code, 0) << result.err;
     EXPECT_DOUBLE_EQ(result.json()["simulated_s"].get<double>(), 0.001);
 }

@@ -22,6 +22,7 @@
 #include "board/support/tracker_choice.hpp"
 #include "sim/hal/simulated_hal.hpp"
 #include "sim/motion/recorded_motion.hpp"
+#include "sim/world/metal_check.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -49,6 +50,7 @@ sim::Scenario make_scenario(const RunOptions& options) {
         scenario.world.mains_v = 0;
     }
     scenario.duration_s = options.duration_s.value_or(scenario.duration_s);
+    sim::check_metal(scenario);
     return scenario;
 }
 

@@ -4,6 +4,7 @@
 
 #include "board/support/errors.hpp"
 #include "board/support/nearest_name.hpp"
+#include "board/support/sim_input/metal_text.hpp"
 #include "board/support/text_table.hpp"
 
 namespace tricoil::host {
@@ -46,13 +47,6 @@ void take_coils(const std::vector<std::string>& names, Fault& fault) {
     }
 }
 
-/// Stores the numbers in `fields`.
-void take_numbers(const std::vector<std::string>& fields, const std::string& text, Fault& fault) {
-    for (std::size_t i = 0; i < fields.size(); ++i) {
-        fault.numbers[i] = number(fields[i], text);
-    }
-}
-
 void take_arguments(const std::vector<std::string>& a, const std::string& text, Fault& fault) {
     const auto need = [&](bool ok, const char* what) {
         if (!ok) {
@@ -76,16 +70,17 @@ void take_arguments(const std::vector<std::string>& a, const std::string& text, 
             return;
         case FaultKind::dropped_blocks:
             need(a.size() == 1 && number(a[0], text) >= 0 && number(a[0], text) <= 1, "give the share of lost blocks, 0 to 1");
-            return take_numbers(a, text, fault);
+            fault.number = number(a[0], text);
+            return;
         case FaultKind::metal:
-            need(a.size() == fault.numbers.size(), "give x,y,z,radius in metres");
-            take_numbers(a, text, fault);
-            return need(fault.numbers[3] > 0, "the radius must be positive");
+            fault.metal = parse_metal(a, text);
+            return;
         case FaultKind::unplugged:
             return need(a.empty(), "takes no argument");
         case FaultKind::overload:
             need(a.size() == 1 && number(a[0], text) > 0, "give an amplitude above 0, in converter ranges");
-            return take_numbers(a, text, fault);
+            fault.number = number(a[0], text);
+            return;
     }
 }
 

@@ -10,6 +10,7 @@
 #include "board/support/nearest_name.hpp"
 #include "board/support/sim_input/builtin.hpp"
 #include "board/support/sim_input/fault_text.hpp"
+#include "board/support/sim_input/metal_text.hpp"
 #include "board/support/text_table.hpp"
 #include "sim/motion/simple_motions.hpp"
 
@@ -96,6 +97,17 @@ sim::WorldParams read_world(CheckedTable table, std::uint64_t seed) {
     return world;
 }
 
+sim::Fault read_metal_fault(CheckedTable& table) {
+    sim::Fault fault;
+    fault.kind = sim::FaultKind::metal;
+    fault.metal = read_metal(table);
+    fault.begin_s = table.number("begin_s", 0);
+    fault.end_s = table.has("end_s") ? table.number("end_s", 0) : fault.end_s;
+    table.demand(fault.begin_s >= 0 && fault.end_s > fault.begin_s, "begin_s", "and 'end_s' must be times in order");
+    table.finish();
+    return fault;
+}
+
 sim::Scenario parse_scenario(const std::string& name, std::string_view text, std::uint64_t seed) {
     const toml::table document = parse_toml(name, text);
     CheckedTable table(name, "", document);
@@ -105,6 +117,9 @@ sim::Scenario parse_scenario(const std::string& name, std::string_view text, std
     scenario.duration_s = table.positive("duration_s", scenario.duration_s);
     for (const std::string& fault : table.texts("faults")) {
         scenario.faults.push_back(parse_fault(fault));
+    }
+    for (CheckedTable& metal : table.children("metal")) {
+        scenario.faults.push_back(read_metal_fault(metal));
     }
     scenario.motion = read_motion(table.child("motion"), seed);
     scenario.world = read_world(table.child("world"), seed);

@@ -8,6 +8,7 @@ namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kReferenceRadS = kTurn * 10e3;  // frequency at which couplings are defined, as in CoilWorld
+constexpr double kMetalKnotS = 1e-3;             // for 1 m/s at 50 mm from an object the error is 3e-4 of its field
 constexpr double kKnotS = 32e-6;  // linear interpolation over this time: error 1e-6 of the amplitude for a 10 Hz oscillation
 
 DrivenCoil::Params coil_params(const sim::WorldParams& world) {
@@ -26,6 +27,8 @@ CoilBench::CoilBench(const sim::Scenario& scenario)
       world_(scenario.world, *scenario.motion, scenario.faults),
       coils_{DrivenCoil(coil_params(scenario.world)), DrivenCoil(coil_params(scenario.world)),
              DrivenCoil(coil_params(scenario.world))} {
+    metal_.set = sim::CoilWorld::metal_of(scenario.faults);
+    metal_.set.tune(EddyResponse::tones_hz());
     update_coupling(0);
 }
 
@@ -50,6 +53,47 @@ void CoilBench::update_coupling(double time_s) {
         coupling_rate_ = (knots_[1] - knots_[0]) / kKnotS;
     }
     coupling_ = knots_[0] + (time_s - knot_s_) * coupling_rate_;
+    update_metal(time_s);
+}
+
+EddyResponse::Terms CoilBench::metal_terms(double time_s) {
+    const sim::Pose pose = scenario_.motion->at(time_s);
+    EddyResponse::Terms terms = metal_.response.fit(metal_.set.field(pose.position_m, time_s, now_s_));
+    for (Mat3<double>& term : terms) {
+        term = world_.sensor_side(pose, effect_) * term * world_.source_side(effect_);
+    }
+    return terms;
+}
+
+void CoilBench::update_metal(double time_s) {
+    metal_.is_active = metal_.set.acts_at(time_s);
+    if (!metal_.is_active) {
+        metal_.knot_s = -1;
+        return;
+    }
+    if (metal_.knot_s < 0 || time_s >= metal_.knot_s + kMetalKnotS) {
+        metal_.knot_s = time_s;
+        metal_.knots = {metal_terms(time_s), metal_terms(time_s + kMetalKnotS)};
+        for (std::size_t p = 0; p < EddyResponse::kTerms; ++p) {
+            metal_.rates[p] = (metal_.knots[1][p] - metal_.knots[0][p]) / kMetalKnotS;
+        }
+    }
+    for (std::size_t p = 0; p < EddyResponse::kTerms; ++p) {
+        metal_.couplings[p] = metal_.knots[0][p] + (time_s - metal_.knot_s) * metal_.rates[p];
+    }
+}
+
+/// Induced by the metal's field, times the reference frequency.
+double CoilBench::metal_v(int coil) const {
+    double induced = 0;
+    for (int j = 0; j < kSourceCoils; ++j) {
+        const LoopCurrents& loops = metal_.loops[static_cast<std::size_t>(j)];
+        for (std::size_t p = 0; p < EddyResponse::kTerms; ++p) {
+            induced += (metal_.couplings[p](coil, j) * loops.derivatives()[p] + metal_.rates[p](coil, j) * loops.currents()[p]) *
+                       effect_.current(j);
+        }
+    }
+    return induced;
 }
 
 void CoilBench::advance(double time_s) {
@@ -61,7 +105,12 @@ void CoilBench::advance(double time_s) {
     for (int j = 0; j < kSourceCoils; ++j) {
         const bool driven = is_driven(j);
         last_driven_s_ = driven ? time_s : last_driven_s_;
-        coils_[static_cast<std::size_t>(j)].advance(driven ? drive_v_[static_cast<std::size_t>(j)] : 0, step_s);
+        DrivenCoil& coil = coils_[static_cast<std::size_t>(j)];
+        const double before = coil.derivative();
+        coil.advance(driven ? drive_v_[static_cast<std::size_t>(j)] : 0, step_s);
+        if (!metal_.set.empty()) {
+            metal_.loops[static_cast<std::size_t>(j)].advance(step_s, before, coil.derivative(), coil.current());
+        }
     }
     update_coupling(time_s);
     hum_v_ = hum_v(std::sin(kTurn * scenario_.world.mains_hz * time_s));
@@ -90,6 +139,9 @@ double CoilBench::sensor_v(int coil) const {
     for (int j = 0; j < kSourceCoils; ++j) {
         const DrivenCoil& source = coils_[static_cast<std::size_t>(j)];
         induced += (coupling_(coil, j) * source.derivative() + coupling_rate_(coil, j) * source.current()) * effect_.current(j);
+    }
+    if (metal_.is_active) {
+        induced += metal_v(coil);
     }
     const sim::WorldParams& world = scenario_.world;
     return world.channel_gain[static_cast<std::size_t>(coil)] * induced / kReferenceRadS + hum_v_;

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "sim/virtual_board/coils/driven_coil.hpp"
+#include "sim/virtual_board/coils/eddy_response.hpp"
 #include "sim/virtual_board/machine/time.hpp"
 #include "sim/world/scenario.hpp"
 
@@ -51,7 +52,22 @@ public:
     double take_peak();
 
 private:
+    /// What metal adds to the couplings, per R-L loop of the response.
+    struct Metal {
+        sim::MetalSet set;
+        EddyResponse response;
+        std::array<LoopCurrents, kSourceCoils> loops;
+        double knot_s = -1;
+        std::array<EddyResponse::Terms, 2> knots;
+        bool is_active = false;
+        EddyResponse::Terms couplings;
+        EddyResponse::Terms rates;
+    };
+
     void update_coupling(double time_s);
+    void update_metal(double time_s);
+    [[nodiscard]] EddyResponse::Terms metal_terms(double time_s);
+    [[nodiscard]] double metal_v(int coil) const;
     [[nodiscard]] double hum_v(double sine) const;
 
     const sim::Scenario& scenario_;
@@ -69,6 +85,7 @@ private:
     Mat3<double> coupling_ = Mat3<double>::Zero();
     Mat3<double> coupling_rate_ = Mat3<double>::Zero();
     sim::FaultEffect effect_;
+    Metal metal_;
 };
 
 }  // namespace tricoil::virtual_board

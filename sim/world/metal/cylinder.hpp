@@ -1,0 +1,47 @@
+// Rod or tube: eddy currents and magnetisation, along and across the axis.
+#pragma once
+
+#include <Eigen/Dense>
+
+#include <array>
+#include <complex>
+#include <vector>
+
+#include "sim/world/metal/body.hpp"
+
+namespace tricoil::sim {
+
+/// Response of a long cylinder per length, relative to its cross-section pi b^2 (b: outer radius).
+struct CylinderResponse {
+    std::complex<double> across;  // moment across the axis per length = 2 pi b^2 across H; -1 for a perfect conductor
+    std::complex<double> along;   // moment along the axis per length = pi b^2 along H, H along the surface; -1 for a perfect one
+};
+CylinderResponse cylinder_response(const Cylinder& cylinder, const Material& material, double hz);
+
+/// The cylinder is cut into short pieces along its axis. Across the axis, each piece responds to the field at its centre as a
+/// part of a long cylinder. Along the axis, the pieces act on each other through the poles on the surface (demagnetisation).
+class CylinderBody final : public MetalBody {
+public:
+    CylinderBody(const Cylinder& cylinder, const Material& material);
+
+private:
+    struct Tone {
+        std::complex<double> across;          // moment of a piece over 4 pi, per field across the axis
+        Eigen::MatrixXcd poles_of_potential;  // poles per applied potential at the nodes times 4 pi
+    };
+
+    void do_tune(const std::vector<double>& frequencies_hz) override;
+    void do_place_source(const Vec3<double>& source_m) override;
+    void do_add_field(const Vec3<double>& sensor_m, std::span<ComplexMat3> fields) const override;
+
+    Cylinder cylinder_;
+    Material material_;
+    std::vector<double> piece_m_;  // centres of the pieces on the axis
+    std::vector<double> node_m_;   // places of the poles on the axis
+    Eigen::MatrixXd potential_;    // of unit poles at the nodes, times 4 pi
+    std::vector<Tone> tones_;
+    std::vector<Mat3<double>> fields_;      // of the source across the axis, per piece; one column per dipole
+    std::vector<Eigen::MatrixX3cd> poles_;  // per tone: one row per node, one column per dipole
+};
+
+}  // namespace tricoil::sim

@@ -1,0 +1,43 @@
+// All metal objects of a world.
+#pragma once
+
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "sim/world/metal/body.hpp"
+
+namespace tricoil::sim {
+
+/// Objects act on the source's field separately: what one adds is not scattered again by the others.
+class MetalSet {
+public:
+    /// The object is there from `begin_s` to `end_s`. Throws std::invalid_argument if it is invalid.
+    void add(const MetalObject& object, double begin_s, double end_s);
+
+    /// Sets the frequencies of field().
+    void tune(const std::vector<double>& frequencies_hz);
+
+    [[nodiscard]] bool empty() const { return objects_.empty(); }
+    /// True if an object is there.
+    [[nodiscard]] bool acts_at(double time_s) const;
+
+    /// Field that the objects add at a place in the source frame (m), per frequency; one column per source dipole of unit moment
+    /// along an axis, in 1/m^3 as in MetalBody. The objects are those of `selection_s` at their places at `time_s`, so that a
+    /// block of samples has the same objects throughout. A place inside an object counts as one on its surface.
+    std::vector<ComplexMat3> field(const Vec3<double>& place_m, double time_s, double selection_s);
+
+private:
+    struct Entry {
+        MetalObject object;
+        double begin_s;
+        double end_s;
+        std::unique_ptr<MetalBody> body;
+        bool is_placed = false;
+    };
+
+    std::vector<Entry> objects_;
+    std::size_t frequencies_ = 0;
+};
+
+}  // namespace tricoil::sim

@@ -1,0 +1,64 @@
+// A metal object: shape, material and path.
+#pragma once
+
+#include <string>
+#include <variant>
+
+#include "sim/motion/motion.hpp"
+#include "sim/world/metal/material.hpp"
+
+namespace tricoil::sim {
+
+struct Sphere {
+    double radius_m = 0.05;
+};
+
+/// A round rod, or a tube, along the z axis.
+struct Cylinder {
+    double diameter_m = 0.01;  // outer
+    double length_m = 0.1;
+    double wall_m = 0;  // 0: solid
+};
+
+/// A rectangular sheet; its normal is the z axis.
+struct Sheet {
+    double width_m = 0.3;   // along x
+    double height_m = 0.3;  // along y
+    double thickness_m = 1e-3;
+};
+
+/// In the frame of the object: its centre is the origin.
+using MetalShape = std::variant<Sphere, Cylinder, Sheet>;
+
+/// Moves from its first place to `far_m` and back, smoothly: the displacement is (1 - cos(w t)) / 2 of the way. Turns steadily.
+struct MetalObject {
+    MetalShape shape;
+    Material material;
+    Pose pose;                                       // at time 0, in the source frame; v_source = q v_object
+    Vec3<double> far_m = Vec3<double>::Zero();       // used if the speed is not 0
+    double speed_m_s = 0;                            // greatest speed on the way
+    Vec3<double> turn_rad_s = Vec3<double>::Zero();  // in the source frame
+
+    [[nodiscard]] Pose at(double time_s) const;
+    [[nodiscard]] bool is_at_rest() const { return speed_m_s == 0 && turn_rad_s.isZero(0); }
+};
+
+/// "sphere", "rod", "tube" or "sheet"
+std::string shape_name(const MetalShape& shape);
+
+/// True if the point (object frame, m) lies inside the shape.
+bool contains(const MetalShape& shape, const Vec3<double>& point_m);
+
+/// The point itself, or for a point inside the shape one on its surface.
+Vec3<double> outside(const MetalShape& shape, const Vec3<double>& point_m);
+
+/// True if a point of the source frame lies inside the object at a time.
+bool contains_at(const MetalObject& object, const Vec3<double>& point_m, double time_s);
+
+/// Throws std::invalid_argument naming the value if a size, the material or the path is invalid.
+void check(const MetalObject& object);
+
+constexpr double kGreatestMetalSize_m = 10;
+constexpr double kGreatestMetalSpeed_m_s = 100;
+
+}  // namespace tricoil::sim

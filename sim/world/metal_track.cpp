@@ -1,0 +1,35 @@
+#include "sim/world/metal_track.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tricoil::sim {
+
+MetalTrack::MetalTrack(MetalSet& metal, const Motion& motion, const Source& source, double start_s, double sample_s,
+                       std::size_t samples) {
+    const double first_s = start_s - sample_s;
+    const double length_s = static_cast<double>(samples) * sample_s;
+    const int spans = std::max(1, static_cast<int>(std::ceil(length_s / kLongestSpan_s)));
+    const double knot_s = length_s / (2 * spans);
+    knots_per_sample_ = sample_s / knot_s;
+    for (int i = 0; i <= 2 * spans; ++i) {
+        const double time_s = first_s + i * knot_s;
+        const std::vector<ComplexMat3> fields = metal.field(motion.at(time_s).position_m, time_s, start_s);
+        ComplexMat3 knot;
+        for (std::size_t j = 0; j < source.tone_of_coil.size(); ++j) {
+            const auto column = static_cast<Eigen::Index>(j);
+            knot.col(column) = fields[source.tone_of_coil[j]] * source.moments.col(column).cast<std::complex<double>>();
+        }
+        knots_.push_back(knot);
+    }
+}
+
+ComplexMat3 MetalTrack::at(int n) const {
+    const double place = (n + 1) * knots_per_sample_;
+    const std::size_t last = knots_.size() - 3;
+    const std::size_t base = std::min(last, 2 * static_cast<std::size_t>(place / 2));
+    const double t = place - static_cast<double>(base) - 1;  // -1 to 1
+    return t * (t - 1) / 2 * knots_[base] + (1 - t * t) * knots_[base + 1] + t * (t + 1) / 2 * knots_[base + 2];
+}
+
+}  // namespace tricoil::sim

@@ -1,0 +1,33 @@
+// The field of metal at every ADC sample of a block, interpolated between few evaluations.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "sim/motion/motion.hpp"
+#include "sim/world/metal/metal_set.hpp"
+
+namespace tricoil::sim {
+
+/// Parabolas of at most 4 ms: for 1 m/s at 50 mm from an object the error is below 3e-4 of the added field.
+class MetalTrack {
+public:
+    struct Source {
+        Mat3<double> moments = Mat3<double>::Identity();  // one column per coil
+        std::array<std::size_t, 3> tone_of_coil{};        // index of the coil's carrier in the set's frequencies
+    };
+
+    /// Samples -1 to `samples` from `start_s` on.
+    MetalTrack(MetalSet& metal, const Motion& motion, const Source& source, double start_s, double sample_s, std::size_t samples);
+
+    /// Added field at sample n, -1 and later; column j is that of coil j at its carrier.
+    [[nodiscard]] ComplexMat3 at(int n) const;
+
+private:
+    static constexpr double kLongestSpan_s = 4e-3;
+
+    std::vector<ComplexMat3> knots_;  // two per parabola, and a last one
+    double knots_per_sample_ = 0;
+};
+
+}  // namespace tricoil::sim

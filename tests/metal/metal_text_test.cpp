@@ -1,0 +1,91 @@
+#include "board/support/sim_input/metal_text.hpp"
+#include "board/support/sim_input/fault_text.hpp"
+#include "board/support/sim_input/scenario_file.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "board/support/errors.hpp"
+#include "sim/world/metal_check.hpp"
+
+namespace tricoil::host {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+sim::MetalObject metal(const std::string& text) { return *parse_fault("metal:" + text).metal; }
+
+std::string refusal(const std::string& text) {
+    try {
+        metal(text);
+    } catch (const InputError& error) {
+        return error.what();
+    }
+    return "";
+}
+
+TEST(MetalText, FourNumbersAreAnAluminiumSphere) {
+    const sim::MetalObject object = metal("0.6,-0.2,1e-1,0.05");
+    EXPECT_DOUBLE_EQ(std::get<sim::Sphere>(object.shape).radius_m, 0.05);
+    EXPECT_EQ(object.pose.position_m, Vec3<double>(0.6, -0.2, 0.1));
+    EXPECT_DOUBLE_EQ(object.material.conductivity_s_m, 3.77e7);
+    EXPECT_TRUE(object.is_at_rest());
+}
+
+TEST(MetalText, KeysNameMaterialAndPath) {
+    const sim::MetalObject object =
+        metal("sphere,material=304,radius_m=0.02,position_m=0.5/0.1/-0.1,to_m=0.5/0.4/-0.1,speed_m_s=0.3");
+    EXPECT_DOUBLE_EQ(object.material.conductivity_s_m, 1.39e6);
+    EXPECT_FALSE(object.is_at_rest());
+    const double there_s = 0.3 / 2 * M_PI / 0.3;  // half a period of the smooth way
+    EXPECT_LT((object.at(there_s).position_m - Vec3<double>(0.5, 0.4, -0.1)).norm(), 1e-9);
+    const double step_s = 1e-5;
+    const Vec3<double> fastest = object.at(there_s / 2 + step_s).position_m - object.at(there_s / 2).position_m;
+    EXPECT_NEAR(fastest.norm() / step_s, 0.3, 1e-4);
+    EXPECT_DOUBLE_EQ(
+        metal("sphere,conductivity_s_m=1e6,relative_permeability=50,radius_m=0.02,position_m=1/0/0").material.permeability(5000),
+        50);
+}
+
+TEST(MetalText, NamesEveryError) {
+    const std::string rest = ",radius_m=0.02,position_m=0.5/0/0";
+    EXPECT_THAT(refusal("sphere,material=coper" + rest), HasSubstr("did you mean 'copper'"));
+    EXPECT_THAT(refusal("spere,material=copper" + rest), HasSubstr("did you mean 'sphere'"));
+    EXPECT_THAT(refusal("sphere" + rest), HasSubstr("'material' is missing"));
+    EXPECT_THAT(refusal("sphere,conductivity_s_m=-1" + rest), AllOf(HasSubstr("conductivity_s_m"), HasSubstr("positive")));
+    EXPECT_THAT(refusal("sphere,conductivity_s_m=1e12" + rest), HasSubstr("at most 1e8"));
+    EXPECT_THAT(refusal("sphere,material=copper,relative_permeability=0.1" + rest), HasSubstr("1 to 1e6"));
+    EXPECT_THAT(refusal("sphere,material=copper,radius_m=-1,position_m=0.5/0/0"), HasSubstr("positive"));
+    EXPECT_THAT(refusal("sphere,material=copper,radius_m=1e3,position_m=0.5/0/0"), HasSubstr("at most 10 m"));
+    EXPECT_THAT(refusal("sphere,material=copper,position_m=0.5/0/0"), HasSubstr("'radius_m' is missing"));
+    EXPECT_THAT(refusal("sphere,material=copper,radius_m=0.1"), HasSubstr("'position_m' is missing"));
+    EXPECT_THAT(refusal("sphere,material=copper,radius_m=0.1,position_m=0.5/0"), HasSubstr("three finite numbers"));
+    EXPECT_THAT(refusal("sphere,material=copper,radius_m=0.1,position_m=0.5/0/x"), HasSubstr("'x' of 'position_m'"));
+    EXPECT_THAT(refusal("sphere,material=copper,radius=0.1,position_m=0.5/0/0"), HasSubstr("'radius_m' is missing"));
+    EXPECT_THAT(refusal("sphere,material=copper,colour=3" + rest), HasSubstr("'colour' is not a known key"));
+    EXPECT_THAT(refusal("sphere,material=copper,speed_m_s=1" + rest), HasSubstr("belong together"));
+    EXPECT_THAT(refusal("sphere,copper" + rest), HasSubstr("not KEY=VALUE"));
+    EXPECT_THAT(refusal("sphere,material=copper,material=304" + rest), HasSubstr("given twice"));
+}
+
+TEST(MetalText, AnObjectMustNotContainACoil) {
+    const auto refused = [](const std::string& fault) -> std::string {
+        sim::Scenario scenario = load_scenario("still", 1);
+        scenario.faults.push_back(parse_fault(fault));
+        try {
+            sim::check_metal(scenario);
+        } catch (const std::invalid_argument& error) {
+            return error.what();
+        }
+        return "";
+    };
+    EXPECT_THAT(refused("metal:0.1,0,0,0.2"), HasSubstr("contains the source coils"));
+    EXPECT_THAT(refused("metal:0.5,0,0.01,0.1@2-3"), AllOf(HasSubstr("contains the sensor coils"), HasSubstr("2.000 s")));
+    EXPECT_THAT(refused("metal:sphere,material=304,radius_m=0.05,position_m=0.5/1/0,to_m=0.5/-1/0,speed_m_s=0.5"),
+                HasSubstr("contains the sensor coils"));
+    EXPECT_EQ(refused("metal:0.5,0,0.2,0.1"), "");
+}
+
+}  // namespace
+}  // namespace tricoil::host

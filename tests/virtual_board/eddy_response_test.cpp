@@ -1,0 +1,71 @@
+#include "sim/virtual_board/coils/eddy_response.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <complex>
+
+#include "sim/world/metal/sphere.hpp"
+
+namespace tricoil::virtual_board {
+namespace {
+
+using Complex = std::complex<double>;
+
+/// The polarisability of a sphere as a field, in units of a^3 / 2.
+std::vector<sim::ComplexMat3> responses(const sim::Material& material, double radius_m) {
+    std::vector<sim::ComplexMat3> fields;
+    for (const double hz : EddyResponse::tones_hz()) {
+        const Complex share = sim::sphere_polarizability({radius_m}, material, hz) / (std::pow(radius_m, 3) / 2);
+        fields.push_back(share * sim::ComplexMat3::Identity());
+    }
+    return fields;
+}
+
+/// Amplitude and phase of the derivative of the response to cos(w t), by projection over ten periods after ten others.
+Complex driven(const EddyResponse::Terms& terms, double hz) {
+    const double w = 2 * M_PI * hz;
+    const double step_s = 1 / (200 * hz);
+    LoopCurrents loops;
+    Complex sum = 0;
+    for (int n = 1; n <= 4000; ++n) {
+        const double t = n * step_s;
+        loops.advance(step_s, -w * std::sin(w * (t - step_s)), -w * std::sin(w * t), std::cos(w * t));
+        double value = 0;
+        for (std::size_t p = 0; p < EddyResponse::kTerms; ++p) {
+            value += terms[p](0, 0) * loops.derivatives()[p];
+        }
+        sum += n > 2000 ? value * std::polar(1.0, -w * t) / 1000.0 : 0.0;
+    }
+    return sum / Complex(0, w);
+}
+
+TEST(EddyResponse, SineWavesKeepTheirAmplitudeAndPhase) {
+    const EddyResponse response;
+    for (const sim::NamedMaterial& metal : sim::materials()) {
+        const auto terms = response.fit(responses(metal.material, 0.01));
+        for (const double hz : {1000.0, 7680.0, 9600.0, 13450.0}) {
+            const Complex expected = sim::sphere_polarizability({0.01}, metal.material, hz) / 0.5e-6;
+            EXPECT_LT(std::abs(driven(terms, hz) - expected), 0.04) << metal.name << " " << hz;
+        }
+    }
+}
+
+TEST(EddyResponse, AStepDecays) {
+    const EddyResponse response;
+    const auto terms = response.fit(responses(sim::materials()[0].material, 0.002));
+    LoopCurrents loops;
+    const double step_s = 1e-6;
+    loops.advance(step_s, 1 / step_s, 1 / step_s, 1);
+    for (int n = 0; n < 100'000; ++n) {
+        loops.advance(step_s, 0, 0, 1);
+    }
+    double rest = 0;
+    for (std::size_t p = 1; p < EddyResponse::kTerms; ++p) {
+        rest += std::abs(terms[p](0, 0) * loops.currents()[p]);
+    }
+    EXPECT_LT(rest, 1e-6);
+}
+
+}  // namespace
+}  // namespace tricoil::virtual_board
