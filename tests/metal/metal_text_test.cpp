@@ -5,8 +5,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
+
 #include "board/support/errors.hpp"
 #include "sim/world/metal_check.hpp"
+#include "tests/support/temporary_path.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -85,6 +88,47 @@ TEST(MetalText, AnObjectMustNotContainACoil) {
     EXPECT_THAT(refused("metal:sphere,material=304,radius_m=0.05,position_m=0.5/1/0,to_m=0.5/-1/0,speed_m_s=0.5"),
                 HasSubstr("contains the sensor coils"));
     EXPECT_EQ(refused("metal:0.5,0,0.2,0.1"), "");
+}
+
+TEST(MetalText, ShapesHaveSizesAndDirections) {
+    const sim::MetalObject tube =
+        metal("tube,material=titanium,diameter_m=0.0127,length_m=0.1,wall_m=0.0013,position_m=0.3/0/0.1,axis=0/2/0");
+    EXPECT_EQ(sim::shape_name(tube.shape), "tube");
+    EXPECT_LT((tube.pose.q_source_sensor * Vec3<double>::UnitZ() - Vec3<double>::UnitY()).norm(), 1e-12);
+    const sim::MetalObject sheet =
+        metal("sheet,material=copper,width_m=0.4,height_m=0.2,thickness_m=0.001,position_m=0.3/0/0.1,axis=1/0/0,edge=0/0/1");
+    EXPECT_EQ(sim::shape_name(sheet.shape), "sheet");
+    EXPECT_LT((sheet.pose.q_source_sensor * Vec3<double>::UnitX() - Vec3<double>::UnitZ()).norm(), 1e-12);
+    EXPECT_EQ(sim::shape_name(metal("rod,material=416,diameter_m=0.0079,length_m=0.1,position_m=0.3/0/0.1").shape), "rod");
+    const std::string place = ",material=copper,position_m=0.3/0/0";
+    EXPECT_THAT(refusal("rod,diameter_m=0.1,length_m=0.01" + place), HasSubstr("at least the diameter"));
+    EXPECT_THAT(refusal("tube,diameter_m=0.01,length_m=0.1,wall_m=0.005" + place), HasSubstr("less than half"));
+    EXPECT_THAT(refusal("sheet,width_m=0.1,height_m=0.1,thickness_m=0.1" + place), HasSubstr("at most a fifth"));
+    EXPECT_THAT(refusal("rod,radius_m=0.1,diameter_m=0.01,length_m=0.1" + place), HasSubstr("'radius_m' is not a known key"));
+    EXPECT_THAT(refusal("rod,diameter_m=0.01,length_m=0.1,axis=0/0/0" + place), HasSubstr("'axis' must not be zero"));
+}
+
+TEST(MetalText, ScenarioFilesNameMetal) {
+    const auto load = [](const std::string& metal) {
+        const std::string path = test::path_in_temp("metal.toml");
+        std::ofstream(path, std::ios::binary) << "[motion]\nkind = \"still\"\n[[metal]]\n" << metal;
+        return load_scenario(path, 1);
+    };
+    const std::string sphere = "shape = \"sphere\"\nradius_m = 0.02\nposition_m = [0.3, 0.2, 0]\n";
+    const sim::Scenario scenario = load(sphere + "material = \"304\"\nbegin_s = 1\nend_s = 2\n");
+    ASSERT_EQ(scenario.faults.size(), 1U);
+    EXPECT_DOUBLE_EQ(scenario.faults[0].begin_s, 1);
+    EXPECT_DOUBLE_EQ(scenario.faults[0].metal->material.conductivity_s_m, 1.39e6);
+    const auto refused = [&](const std::string& metal) -> std::string {
+        try {
+            load(metal);
+        } catch (const InputError& error) {
+            return error.what();
+        }
+        return "";
+    };
+    EXPECT_THAT(refused(sphere + "material = \"tin\"\n"), AllOf(HasSubstr("toml:7"), HasSubstr("unknown")));
+    EXPECT_THAT(refused(sphere + "material = \"304\"\nend_s = -1\n"), HasSubstr("in order"));
 }
 
 }  // namespace
