@@ -106,7 +106,8 @@ TEST(MetalSphere, StrongMagnetTakesTheFieldAtRightAngles) {
     const Sphere sphere{0.04};
     const Material material{1e-3, 1e6, 1e6};
     const Vec3<double> n(0.48, -0.6, 0.64);
-    const Mat3<double> total = unit_dipole_field(0.04 * n - kNearSource) + added_field(sphere, material, 1e-3, kNearSource, 0.04 * n).real();
+    const Mat3<double> total =
+        unit_dipole_field(0.04 * n - kNearSource) + added_field(sphere, material, 1e-3, kNearSource, 0.04 * n).real();
     const Mat3<double> tangential = total - n * n.transpose() * total;
     EXPECT_LT(tangential.norm(), 2e-3 * total.norm());
 }

@@ -28,9 +28,9 @@ void check_size(const Cylinder& c) {
 void check_size(const Sheet& s) {
     demand(is_size(s.width_m) && is_size(s.height_m), "width and height must be positive, at most 10 m");
     demand(s.thickness_m > 0 && 5 * s.thickness_m <= std::min(s.width_m, s.height_m),
-            "the thickness must be positive, at most a fifth of width and height");
+           "the thickness must be positive, at most a fifth of width and height");
     demand(std::max(s.width_m, s.height_m) <= 10 * std::min(s.width_m, s.height_m),
-            "the sides must not differ by more than a factor of 10");
+           "the sides must not differ by more than a factor of 10");
 }
 
 bool is_inside(const Sphere& s, const Vec3<double>& p) { return p.norm() < s.radius_m; }
@@ -55,9 +55,7 @@ Vec3<double> pushed_out(const Cylinder& c, const Vec3<double>& p) {
     return distance > 0 ? Vec3<double>(scale * p.x(), scale * p.y(), p.z()) : Vec3<double>(c.diameter_m / 2, 0, p.z());
 }
 
-Vec3<double> pushed_out(const Sheet& s, const Vec3<double>& p) {
-    return {p.x(), p.y(), std::copysign(s.thickness_m / 2, p.z())};
-}
+Vec3<double> pushed_out(const Sheet& s, const Vec3<double>& p) { return {p.x(), p.y(), std::copysign(s.thickness_m / 2, p.z())}; }
 
 std::string name_of(const Sphere& /*unused*/) { return "sphere"; }
 std::string name_of(const Cylinder& c) { return c.wall_m > 0 ? "tube" : "rod"; }

@@ -19,6 +19,21 @@ Eigen::MatrixX3cd answer(const PlateModes& modes, const Eigen::VectorXcd& gains,
     return sum;
 }
 
+/// Mean over each cell of a function of the vector from a place to it: Gauss's rule of two by two points.
+template <typename Function>
+Eigen::MatrixX3d cell_means(const PlateGrid& grid, const Vec3<double>& place_m, const Function& function) {
+    const double x = grid.cell_x_m / (2 * std::numbers::sqrt3);
+    const double y = grid.cell_y_m / (2 * std::numbers::sqrt3);
+    Eigen::MatrixX3d means(grid.centres_m.rows(), 3);
+    for (Eigen::Index c = 0; c < means.rows(); ++c) {
+        const Vec3<double> r = Vec3<double>(grid.centres_m(c, 0), grid.centres_m(c, 1), 0) - place_m;
+        means.row(c) = (function(r + Vec3<double>(x, y, 0)) + function(r + Vec3<double>(x, -y, 0)) +
+                        function(r + Vec3<double>(-x, y, 0)) + function(r + Vec3<double>(-x, -y, 0))) /
+                       4;
+    }
+    return means;
+}
+
 }  // namespace
 
 SheetResponse sheet_response(double thickness_m, const Material& material, double hz) {
@@ -54,8 +69,8 @@ void SheetBody::do_tune(const std::vector<double>& frequencies_hz) {
 /// Nearer to the sheet than half a cell, the cells no longer look like a sheet: counts as half a cell.
 Vec3<double> SheetBody::far_enough(const Vec3<double>& place_m) const {
     const double nearest_m = 0.5 * std::max(poles_.grid.cell_x_m, poles_.grid.cell_y_m);
-    const bool is_beside = std::abs(place_m.x()) > sheet_.width_m / 2 + nearest_m ||
-                           std::abs(place_m.y()) > sheet_.height_m / 2 + nearest_m;
+    const bool is_beside =
+        std::abs(place_m.x()) > sheet_.width_m / 2 + nearest_m || std::abs(place_m.y()) > sheet_.height_m / 2 + nearest_m;
     if (is_beside || std::abs(place_m.z()) >= nearest_m) {
         return place_m;
     }
@@ -64,27 +79,20 @@ Vec3<double> SheetBody::far_enough(const Vec3<double>& place_m) const {
 
 /// Flux through each cell (z component) of unit dipoles at a place, over mu0 / 4 pi; one column per dipole.
 Eigen::MatrixX3d SheetBody::flux_drive(const Vec3<double>& place_m) const {
-    const PlateGrid& grid = currents_.grid;
-    Eigen::MatrixX3d drive(grid.centres_m.rows(), 3);
-    for (Eigen::Index c = 0; c < drive.rows(); ++c) {
-        const Vec3<double> r = Vec3<double>(grid.centres_m(c, 0), grid.centres_m(c, 1), 0) - place_m;
+    const double area = currents_.grid.cell_x_m * currents_.grid.cell_y_m;
+    return cell_means(currents_.grid, place_m, [area](const Vec3<double>& r) -> Eigen::RowVector3d {
         const double squared = r.squaredNorm();
-        const double inverse_cube = grid.cell_x_m * grid.cell_y_m / (squared * std::sqrt(squared));
-        drive.row(c) = inverse_cube * (3 * r.z() / squared * r.transpose() - Vec3<double>::UnitZ().transpose());
-    }
-    return drive;
+        const double inverse_cube = area / (squared * std::sqrt(squared));
+        return inverse_cube * (3 * r.z() / squared * r.transpose() - Vec3<double>::UnitZ().transpose());
+    });
 }
 
 /// Potential at each cell of unit dipoles at a place, times 4 pi; one column per dipole.
 Eigen::MatrixX3d SheetBody::potential_drive(const Vec3<double>& place_m) const {
-    const PlateGrid& grid = poles_.grid;
-    Eigen::MatrixX3d drive(grid.centres_m.rows(), 3);
-    for (Eigen::Index c = 0; c < drive.rows(); ++c) {
-        const Vec3<double> r = Vec3<double>(grid.centres_m(c, 0), grid.centres_m(c, 1), 0) - place_m;
+    return cell_means(poles_.grid, place_m, [](const Vec3<double>& r) -> Eigen::RowVector3d {
         const double squared = r.squaredNorm();
-        drive.row(c) = r.transpose() / (squared * std::sqrt(squared));
-    }
-    return drive;
+        return r.transpose() / (squared * std::sqrt(squared));
+    });
 }
 
 void SheetBody::do_place_source(const Vec3<double>& source_m) {
