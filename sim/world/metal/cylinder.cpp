@@ -30,7 +30,7 @@ std::array<Complex, 2> bessel_ratios(Complex z) {
 /// Logarithmic derivative w = r f'/f at the outer radius of a solution of f'' + f'/r = (k^2 + order^2 / r^2) f inside a wall; `w`
 /// at the inner radius. Runge-Kutta on r w' = k^2 r^2 + order^2 - w^2.
 Complex through_wall(Complex k, int order, Complex w, double inner_m, double outer_m) {
-    const int steps = 40 + static_cast<int>(40 * std::abs(k) * (outer_m - inner_m));
+    const int steps = 100 + static_cast<int>(100 * std::abs(k) * (outer_m - inner_m));
     const double h = std::log(outer_m / inner_m) / steps;
     const auto slope = [&](double r, Complex value) { return k * k * r * r + static_cast<double>(order) - value * value; };
     double r = inner_m;
@@ -122,6 +122,7 @@ CylinderBody::CylinderBody(const Cylinder& cylinder, const Material& material) :
             potential_(i, j) = band_potential(b, from - at, to - at);
         }
     }
+    potential_ = (potential_ + potential_.transpose()).eval() / 2;  // reciprocity holds exactly
 }
 
 void CylinderBody::do_tune(const std::vector<double>& frequencies_hz) {
