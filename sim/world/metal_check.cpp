@@ -10,11 +10,11 @@ namespace tricoil::sim {
 namespace {
 
 constexpr double kStep_s = 1e-3;
-constexpr double kMostSteps = 1e5;
+constexpr double kMaxSteps = 1e5;
 
 void check_object(const MetalObject& object, const Motion& motion, double begin_s, double end_s) {
     const double length_s = end_s - begin_s;
-    const int steps = static_cast<int>(std::clamp(std::ceil(length_s / kStep_s), 1.0, kMostSteps));
+    const int steps = static_cast<int>(std::clamp(std::ceil(length_s / kStep_s), 1.0, kMaxSteps));
     for (int i = 0; i <= steps; ++i) {
         const double time_s = begin_s + i * length_s / steps;
         const bool at_source = contains_at(object, Vec3<double>::Zero(), time_s);

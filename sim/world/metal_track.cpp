@@ -9,7 +9,7 @@ MetalTrack::MetalTrack(MetalSet& metal, const Motion& motion, const Source& sour
                        std::size_t samples) {
     const double first_s = start_s - sample_s;
     const double length_s = static_cast<double>(samples) * sample_s;
-    const int spans = std::max(1, static_cast<int>(std::ceil(length_s / kLongestSpan_s)));
+    const int spans = std::max(1, static_cast<int>(std::ceil(length_s / kMaxSpan_s)));
     const double knot_s = length_s / (2 * spans);
     knots_per_sample_ = sample_s / knot_s;
     for (int i = 0; i <= 2 * spans; ++i) {

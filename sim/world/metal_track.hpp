@@ -24,7 +24,7 @@ public:
     [[nodiscard]] ComplexMat3 at(int n) const;
 
 private:
-    static constexpr double kLongestSpan_s = 4e-3;
+    static constexpr double kMaxSpan_s = 4e-3;
 
     std::vector<ComplexMat3> knots_;  // two per parabola, and a last one
     double knots_per_sample_ = 0;

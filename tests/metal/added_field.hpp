@@ -19,7 +19,7 @@ inline ComplexMat3 added_field(const MetalShape& shape, const Material& material
 }
 
 /// Moment over 4 pi per field along an axis (m^3), from a source and a sensor on that axis at a far distance.
-inline std::complex<double> far_polarizability(const MetalShape& shape, const Material& material, double hz,
+inline std::complex<double> far_polarisability(const MetalShape& shape, const Material& material, double hz,
                                                const Vec3<double>& axis, double far_m) {
     const ComplexMat3 field = added_field(shape, material, hz, -far_m * axis, far_m * axis);
     const std::complex<double> added = axis.cast<std::complex<double>>().transpose() * field * axis.cast<std::complex<double>>();

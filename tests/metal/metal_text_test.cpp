@@ -67,7 +67,7 @@ TEST(MetalText, NamesEveryError) {
     EXPECT_THAT(refusal("sphere,material=copper,radius_m=0.1,position_m=0.5/0/x"), HasSubstr("'x' of 'position_m'"));
     EXPECT_THAT(refusal("sphere,material=copper,radius=0.1,position_m=0.5/0/0"), HasSubstr("'radius_m' is missing"));
     EXPECT_THAT(refusal("sphere,material=copper,colour=3" + rest), HasSubstr("'colour' is not a known key"));
-    EXPECT_THAT(refusal("sphere,material=copper,speed_m_s=1" + rest), HasSubstr("belong together"));
+    EXPECT_THAT(refusal("sphere,material=copper,speed_m_s=1" + rest), HasSubstr("must be given together"));
     EXPECT_THAT(refusal("sphere,copper" + rest), HasSubstr("not KEY=VALUE"));
     EXPECT_THAT(refusal("sphere,material=copper,material=304" + rest), HasSubstr("given twice"));
 }
@@ -101,7 +101,7 @@ TEST(MetalText, ShapesHaveSizesAndDirections) {
     EXPECT_LT((sheet.pose.q_source_sensor * Vec3<double>::UnitX() - Vec3<double>::UnitZ()).norm(), 1e-12);
     EXPECT_EQ(sim::shape_name(metal("rod,material=416,diameter_m=0.0079,length_m=0.1,position_m=0.3/0/0.1").shape), "rod");
     const std::string place = ",material=copper,position_m=0.3/0/0";
-    EXPECT_THAT(refusal("rod,diameter_m=0.1,length_m=0.01" + place), HasSubstr("at least the diameter"));
+    EXPECT_THAT(refusal("rod,diameter_m=0.1,length_m=0.39" + place), HasSubstr("at least four diameters"));
     EXPECT_THAT(refusal("tube,diameter_m=0.01,length_m=0.1,wall_m=0.005" + place), HasSubstr("less than half"));
     EXPECT_THAT(refusal("sheet,width_m=0.1,height_m=0.1,thickness_m=0.1" + place), HasSubstr("at most a fifth"));
     EXPECT_THAT(refusal("rod,radius_m=0.1,diameter_m=0.01,length_m=0.1" + place), HasSubstr("'radius_m' is not a known key"));

@@ -60,7 +60,7 @@ ComplexMat3 expected(const Sphere& sphere, const Vec3<double>& place, const Mate
     ComplexMat3 x = clean.cast<Complex>();
     for (Eigen::Index j = 0; j < 3; ++j) {
         const double hz = plan.params.carrier_hz[static_cast<std::size_t>(j)];
-        x.col(j) += sphere_polarizability(sphere, material, hz) * added.col(j).cast<Complex>();
+        x.col(j) += sphere_polarisability(sphere, material, hz) * added.col(j).cast<Complex>();
     }
     return x;
 }

@@ -41,7 +41,7 @@ TEST(MetalSphere, CoefficientsEqualTheTable) {
     for (const CoefficientRow& row : kCoefficients) {
         const Material material{row.conductivity, row.permeability, row.permeability};
         const Complex expected(row.real, row.imaginary);
-        const Complex a = sphere_coefficient(row.order, propagation(material, row.hz) * row.radius_m, row.permeability);
+        const Complex a = sphere_coefficient(row.order, propagation_constant(material, row.hz) * row.radius_m, row.permeability);
         EXPECT_LT(std::abs(a - expected), 1e-10 * std::abs(expected))
             << row.order << " " << row.radius_m << " " << row.conductivity << " " << row.hz;
     }
@@ -60,11 +60,11 @@ TEST(MetalSphere, CouplingsNearTheSphereEqualTheTable) {
     }
 }
 
-TEST(MetalSphere, PolarizabilityHasItsLimits) {
+TEST(MetalSphere, PolarisabilityHasItsLimits) {
     const Sphere sphere{0.03};
     const double a3 = 0.03 * 0.03 * 0.03;
     const auto alpha = [&](double conductivity, double permeability, double hz) {
-        return sphere_polarizability(sphere, {conductivity, permeability, permeability}, hz);
+        return sphere_polarisability(sphere, {conductivity, permeability, permeability}, hz);
     };
     EXPECT_LT(std::abs(alpha(1e8, 1, 1e12) + a3 / 2), 1e-4 * a3);    // perfect conductor
     EXPECT_LT(std::abs(alpha(1e6, 1e6, 1e-9) - a3), 1e-5 * a3);      // perfect magnet, static
@@ -75,11 +75,11 @@ TEST(MetalSphere, PolarizabilityHasItsLimits) {
     EXPECT_LT(std::abs(alpha(1e6, 1, 1) - Complex(0, -weak)), 1e-3 * weak);
 }
 
-TEST(MetalSphere, PolarizabilityOfPresetsEqualsPublishedFigures) {
+TEST(MetalSphere, PolarisabilityOfPresetsEqualsPublishedFigures) {
     const auto share = [](const char* name, double radius_m, double hz) {
         for (const NamedMaterial& m : materials()) {
             if (m.name == name) {
-                return sphere_polarizability(Sphere{radius_m}, m.material, hz) / (std::pow(radius_m, 3) / 2);
+                return sphere_polarisability(Sphere{radius_m}, m.material, hz) / (std::pow(radius_m, 3) / 2);
             }
         }
         return Complex();
@@ -116,7 +116,7 @@ TEST(MetalSphere, FarAwayItIsADipole) {
     const Vec3<double> source(-0.9, 0.2, 0.1);
     const Vec3<double> sensor(0.3, 0.7, -0.6);
     const Material material{3.77e7, 1, 1};
-    const Complex alpha = sphere_polarizability(Sphere{0.01}, material, 1000);
+    const Complex alpha = sphere_polarisability(Sphere{0.01}, material, 1000);
     const ComplexMat3 expected = alpha * (unit_dipole_field(sensor) * unit_dipole_field(source)).cast<Complex>();
     EXPECT_LT((added_field(Sphere{0.01}, material, 1000, source, sensor) - expected).norm(), 1e-3 * expected.norm());
 }

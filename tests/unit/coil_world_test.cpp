@@ -100,7 +100,7 @@ TEST(CoilWorld, ANearbySphereOpposesTheField) {
     const StillMotion motion({{0.6, 0, 0}, Quat<double>::Identity()});
     CoilWorld world(quiet(), motion, {host::parse_fault("metal:0.3,0,0,0.05")});
     const auto plan = plan_of(Multiplexing::fdm);
-    const auto z = propagation({3.77e7, 1, 1}, plan.params.carrier_hz[0]) * 0.05;
+    const auto z = propagation_constant({3.77e7, 1, 1}, plan.params.carrier_hz[0]) * 0.05;
     double added = 0;
     for (int n = 1; n < 20; ++n) {
         const double sign = n % 2 == 0 ? 1 : -1;

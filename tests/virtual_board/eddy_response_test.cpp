@@ -16,7 +16,7 @@ using Complex = std::complex<double>;
 std::vector<sim::ComplexMat3> responses(const sim::Material& material, double radius_m) {
     std::vector<sim::ComplexMat3> fields;
     for (const double hz : EddyResponse::tones_hz()) {
-        const Complex share = sim::sphere_polarizability({radius_m}, material, hz) / (std::pow(radius_m, 3) / 2);
+        const Complex share = sim::sphere_polarisability({radius_m}, material, hz) / (std::pow(radius_m, 3) / 2);
         fields.push_back(share * sim::ComplexMat3::Identity());
     }
     return fields;
@@ -45,7 +45,7 @@ TEST(EddyResponse, SineWavesKeepTheirAmplitudeAndPhase) {
     for (const sim::NamedMaterial& metal : sim::materials()) {
         const auto terms = response.fit(responses(metal.material, 0.01));
         for (const double hz : {1000.0, 7680.0, 9600.0, 13450.0}) {
-            const Complex expected = sim::sphere_polarizability({0.01}, metal.material, hz) / 0.5e-6;
+            const Complex expected = sim::sphere_polarisability({0.01}, metal.material, hz) / 0.5e-6;
             EXPECT_LT(std::abs(driven(terms, hz) - expected), 0.04) << metal.name << " " << hz;
         }
     }

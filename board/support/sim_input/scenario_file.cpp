@@ -103,7 +103,7 @@ sim::Fault read_metal_fault(CheckedTable& table) {
     fault.metal = read_metal(table);
     fault.begin_s = table.number("begin_s", 0);
     fault.end_s = table.has("end_s") ? table.number("end_s", 0) : fault.end_s;
-    table.demand(fault.begin_s >= 0 && fault.end_s > fault.begin_s, "begin_s", "and 'end_s' must be times in order");
+    table.require(fault.begin_s >= 0 && fault.end_s > fault.begin_s, "begin_s", "and 'end_s' must be times in order");
     table.finish();
     return fault;
 }

@@ -84,7 +84,7 @@ CylinderResponse cylinder_response(const Cylinder& cylinder, const Material& mat
     // Across: outside A_z = mu0 H (r + across b^2 / r) sin phi, inside f(r) sin phi with q = b f'/f; A_z and H_phi continuous.
     // Along: flux = mu0 pi b^2 (1 + along) H, from the electric field -H'/sigma at the surface.
     const double mu = material.permeability(hz);
-    const Complex k = propagation(material, hz);
+    const Complex k = propagation_constant(material, hz);
     const double b = cylinder.diameter_m / 2;
     const double c = cylinder.wall_m > 0 ? b - cylinder.wall_m : 0;
     const Complex z = k * b;

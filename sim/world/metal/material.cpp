@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 
 namespace tricoil::sim {
 namespace {
@@ -26,22 +25,12 @@ double Material::permeability(double hz) const {
     return std::lerp(permeability_low, permeability_high, std::clamp(share, 0.0, 1.0));
 }
 
-std::complex<double> propagation(const Material& material, double hz) {
+std::complex<double> propagation_constant(const Material& material, double hz) {
     constexpr double kMu0 = 4e-7 * std::numbers::pi;
     return std::sqrt(
         std::complex<double>(0, 2 * std::numbers::pi * hz * kMu0 * material.permeability(hz) * material.conductivity_s_m));
 }
 
 std::span<const NamedMaterial> materials() { return kMaterials; }
-
-void check(const Material& m) {
-    if (!(m.conductivity_s_m > 0 && m.conductivity_s_m <= kGreatestConductivity_s_m)) {
-        throw std::invalid_argument("conductivity must be positive, at most 1e8 S/m");
-    }
-    const auto permeable = [](double value) { return value >= 1 && value <= kGreatestPermeability; };
-    if (!permeable(m.permeability_low) || !permeable(m.permeability_high)) {
-        throw std::invalid_argument("relative permeability must be 1 to 1e6");
-    }
-}
 
 }  // namespace tricoil::sim

@@ -27,17 +27,13 @@ struct NamedMaterial {
 };
 
 /// Propagation constant inside a metal, k = sqrt(i w mu0 mu_r sigma), 1/m.
-std::complex<double> propagation(const Material& material, double hz);
+std::complex<double> propagation_constant(const Material& material, double hz);
 
 /// The presets; sources in README.md.
 std::span<const NamedMaterial> materials();
 
-/// Limits of plausible values. Above: better than any metal at room temperature (silver 6.3e7 S/m), beyond every alloy (2e6).
-constexpr double kGreatestConductivity_s_m = 1e8;
-constexpr double kGreatestPermeability = 1e6;
-
-/// Throws std::invalid_argument naming the value if a value is not finite, negative or beyond its limit, or below 1 for a
-/// permeability.
-void check(const Material& material);
+/// Limits of plausible values. Silver, the best conductor at room temperature, has 6.3e7 S/m.
+constexpr double kMaxConductivity_s_m = 1e8;
+constexpr double kMaxPermeability = 1e6;
 
 }  // namespace tricoil::sim

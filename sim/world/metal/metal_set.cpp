@@ -1,11 +1,16 @@
 #include "sim/world/metal/metal_set.hpp"
 
 #include <algorithm>
+#include <stdexcept>
+
+#include <fmt/format.h>
 
 namespace tricoil::sim {
 
 void MetalSet::add(const MetalObject& object, double begin_s, double end_s) {
-    check(object);
+    if (const auto invalid = find_invalid(object)) {
+        throw std::invalid_argument(fmt::format("metal: '{}' {}", invalid->key, invalid->requirement));
+    }
     objects_.push_back({object, begin_s, end_s, make_body(object.shape, object.material), false});
 }
 

@@ -1,7 +1,6 @@
 // All metal objects of a world.
 #pragma once
 
-#include <limits>
 #include <memory>
 #include <vector>
 

@@ -2,35 +2,86 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include "core/geometry/rotations.hpp"
 
 namespace tricoil::sim {
 namespace {
 
-void demand(bool ok, const char* what) {
-    if (!ok) {
-        throw std::invalid_argument(what);
+constexpr double kMaxSize_m = 10;
+constexpr double kMaxPlace_m = 1000;
+constexpr double kMaxSpeed_m_s = 100;
+constexpr double kMaxTurn_rad_s = 1000;
+constexpr const char* kSizeRequirement = "must be a positive length, at most 10 m";
+
+using Invalid = std::optional<InvalidValue>;
+
+bool is_size(double value_m) { return value_m > 0 && value_m <= kMaxSize_m; }
+
+Invalid find_invalid_size(const Sphere& s) {
+    return is_size(s.radius_m) ? std::nullopt : Invalid({"radius_m", kSizeRequirement});
+}
+
+Invalid find_invalid_size(const Cylinder& c) {
+    if (!is_size(c.diameter_m)) {
+        return {{"diameter_m", kSizeRequirement}};
     }
+    if (!is_size(c.length_m)) {
+        return {{"length_m", kSizeRequirement}};
+    }
+    if (c.length_m < 4 * c.diameter_m) {  // shorter ones: the end faces matter, which the model leaves out
+        return {{"length_m", "must be at least four diameters"}};
+    }
+    if (!(c.wall_m >= 0 && 2 * c.wall_m < c.diameter_m)) {
+        return {{"wall_m", "must be less than half the diameter"}};
+    }
+    return std::nullopt;
 }
 
-bool is_size(double value_m) { return value_m > 0 && value_m <= kGreatestMetalSize_m; }
-
-void check_size(const Sphere& s) { demand(is_size(s.radius_m), "the radius must be positive, at most 10 m"); }
-
-void check_size(const Cylinder& c) {
-    demand(is_size(c.diameter_m) && is_size(c.length_m), "diameter and length must be positive, at most 10 m");
-    demand(c.length_m >= c.diameter_m, "the length must be at least the diameter");
-    demand(c.wall_m >= 0 && c.wall_m <= c.diameter_m / 2, "the wall must be at most half the diameter");
+Invalid find_invalid_size(const Sheet& s) {
+    if (!is_size(s.width_m)) {
+        return {{"width_m", kSizeRequirement}};
+    }
+    if (!is_size(s.height_m)) {
+        return {{"height_m", kSizeRequirement}};
+    }
+    const auto [shorter, longer] = std::minmax(s.width_m, s.height_m);
+    if (longer > 10 * shorter) {
+        return {{"width_m", "and 'height_m' must not differ by more than a factor of 10"}};
+    }
+    if (!(s.thickness_m > 0 && 5 * s.thickness_m <= shorter)) {
+        return {{"thickness_m", "must be positive, at most a fifth of width and height"}};
+    }
+    return std::nullopt;
 }
 
-void check_size(const Sheet& s) {
-    demand(is_size(s.width_m) && is_size(s.height_m), "width and height must be positive, at most 10 m");
-    demand(s.thickness_m > 0 && 5 * s.thickness_m <= std::min(s.width_m, s.height_m),
-           "the thickness must be positive, at most a fifth of width and height");
-    demand(std::max(s.width_m, s.height_m) <= 10 * std::min(s.width_m, s.height_m),
-           "the sides must not differ by more than a factor of 10");
+Invalid find_invalid_value(const Material& m) {
+    if (!(m.conductivity_s_m > 0 && m.conductivity_s_m <= kMaxConductivity_s_m)) {
+        return {{"conductivity_s_m", "must be positive, at most 1e8 S/m (copper: 5.96e7)"}};
+    }
+    const auto is_permeability = [](double value) { return value >= 1 && value <= kMaxPermeability; };
+    if (!is_permeability(m.permeability_low) || !is_permeability(m.permeability_high)) {
+        return {{"relative_permeability", "must be 1 to 1e6"}};
+    }
+    return std::nullopt;
+}
+
+bool is_place(const Vec3<double>& place_m) { return place_m.cwiseAbs().maxCoeff() <= kMaxPlace_m; }
+
+Invalid find_invalid_path(const MetalObject& o) {
+    if (!is_place(o.pose.position_m)) {
+        return {{"position_m", "must lie within 1000 m"}};
+    }
+    if (!is_place(o.far_m)) {
+        return {{"to_m", "must lie within 1000 m"}};
+    }
+    if (!(o.speed_m_s >= 0 && o.speed_m_s <= kMaxSpeed_m_s)) {
+        return {{"speed_m_s", "must be 0 to 100"}};
+    }
+    if (!(o.turn_rad_s.norm() <= kMaxTurn_rad_s)) {
+        return {{"turn_rad_s", "must be at most 1000 rad/s"}};
+    }
+    return std::nullopt;
 }
 
 bool is_inside(const Sphere& s, const Vec3<double>& p) { return p.norm() < s.radius_m; }
@@ -93,12 +144,12 @@ bool contains_at(const MetalObject& object, const Vec3<double>& point_m, double 
     return contains(object.shape, pose.q_source_sensor.conjugate() * (point_m - pose.position_m));
 }
 
-void check(const MetalObject& object) {
-    std::visit([](const auto& s) { check_size(s); }, object.shape);
-    check(object.material);
-    demand(object.pose.position_m.allFinite() && object.far_m.allFinite(), "positions must be finite");
-    demand(object.speed_m_s >= 0 && object.speed_m_s <= kGreatestMetalSpeed_m_s, "the speed must be 0 to 100 m/s");
-    demand(object.turn_rad_s.allFinite(), "the turning rate must be finite");
+std::optional<InvalidValue> find_invalid(const MetalObject& object) {
+    Invalid invalid = std::visit([](const auto& s) { return find_invalid_size(s); }, object.shape);
+    if (!invalid) {
+        invalid = find_invalid_value(object.material);
+    }
+    return invalid ? invalid : find_invalid_path(object);
 }
 
 }  // namespace tricoil::sim

@@ -1,6 +1,7 @@
 // A metal object: shape, material and path.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <variant>
 
@@ -36,7 +37,7 @@ struct MetalObject {
     Material material;
     Pose pose;                                       // at time 0, in the source frame; v_source = q v_object
     Vec3<double> far_m = Vec3<double>::Zero();       // used if the speed is not 0
-    double speed_m_s = 0;                            // greatest speed on the way
+    double speed_m_s = 0;                            // maximum speed on the way
     Vec3<double> turn_rad_s = Vec3<double>::Zero();  // in the source frame
 
     [[nodiscard]] Pose at(double time_s) const;
@@ -55,10 +56,13 @@ Vec3<double> outside(const MetalShape& shape, const Vec3<double>& point_m);
 /// True if a point of the source frame lies inside the object at a time.
 bool contains_at(const MetalObject& object, const Vec3<double>& point_m, double time_s);
 
-/// Throws std::invalid_argument naming the value if a size, the material or the path is invalid.
-void check(const MetalObject& object);
+/// An invalid value: its key in scenario files, and the requirement.
+struct InvalidValue {
+    const char* key;
+    const char* requirement;
+};
 
-constexpr double kGreatestMetalSize_m = 10;
-constexpr double kGreatestMetalSpeed_m_s = 100;
+/// The first invalid value of an object; none if all are valid.
+std::optional<InvalidValue> find_invalid(const MetalObject& object);
 
 }  // namespace tricoil::sim

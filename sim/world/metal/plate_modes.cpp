@@ -9,26 +9,20 @@
 namespace tricoil::sim {
 namespace {
 
-constexpr double kSelfDistance = 0.2235;  // geometric mean distance of a thin strip from itself, of its width (Grover 1946)
-
 /// Symmetric interaction of two cells by their column and row numbers.
 using Interaction = std::function<double(int, int, int, int)>;
 
-/// Mutual partial inductance of two parallel filaments of one length, times 4 pi / mu0 (Grover 1946). `shift`: along them.
-double filaments(double length, double distance, double shift) {
-    const auto f = [&](double x) { return x * std::asinh(x / distance) - std::hypot(x, distance); };
-    return f(shift + length) - 2 * f(shift) + f(shift - length);
-}
-
-/// Mean of 1 / distance to the rectangle of a cell from a place in its plane, `x`, `y` from its centre.
-double patch_potential(double x, double y, double width, double height) {
-    const auto f = [](double u, double v) {
-        const double first = u == 0 ? 0 : u * std::asinh(v / std::abs(u));
-        return first + (v == 0 ? 0 : v * std::asinh(u / std::abs(v)));
+/// Mean of 1 / distance between the points of two equal rectangles in one plane, `x`, `y` apart. The integral over both is the
+/// second difference, along x and along y, of the fourth integral of 1 / r (Hoer and Love, J. Res. NBS 69C, 1965, for tapes).
+double mean_inverse_distance(double x, double y, double width, double height) {
+    const auto integral = [](double u, double v) {
+        const double first = u == 0 ? 0 : u * u * v / 2 * std::asinh(v / std::abs(u));
+        const double second = v == 0 ? 0 : v * v * u / 2 * std::asinh(u / std::abs(v));
+        return first + second - std::pow(std::hypot(u, v), 3) / 6;
     };
-    const double w = width / 2;
-    const double h = height / 2;
-    return (f(x + w, y + h) - f(x - w, y + h) - f(x + w, y - h) + f(x - w, y - h)) / (width * height);
+    const auto along_y = [&](double u) { return integral(u, y + height) - 2 * integral(u, y) + integral(u, y - height); };
+    const double area = width * height;
+    return (along_y(x + width) - 2 * along_y(x) + along_y(x - width)) / (area * area);
 }
 
 PlateGrid make_grid(double cell_x, double cell_y, int count) {
@@ -114,11 +108,11 @@ CurrentModes::CurrentModes(double width_m, double height_m, int count) {
     const double dx = width_m / (count + 1);
     const double dy = height_m / (count + 1);
     grid = make_grid(dx, dy, count);
-    const auto strip = [](double length, double width, int along, int across) {
-        return filaments(length, across == 0 ? kSelfDistance * width : across * width, along * length);
+    const auto strip = [&](double length, int x, int y) {  // mutual inductance times 4 pi / mu0
+        return length * length * mean_inverse_distance(x * dx, y * dy, dx, dy);
     };
-    const Eigen::MatrixXd along_x = tabulate(count, [&](int x, int y) { return strip(dx, dy, x, y); });
-    const Eigen::MatrixXd along_y = tabulate(count, [&](int y, int x) { return strip(dy, dx, y, x); });
+    const Eigen::MatrixXd along_x = tabulate(count, [&](int x, int y) { return strip(dx, x, y); });
+    const Eigen::MatrixXd along_y = tabulate(count, [&](int y, int x) { return strip(dy, x, y); });
     const Interaction inductance = [&](int i, int j, int k, int l) {
         return of_loops(along_x, i - k, j - l) + of_loops(along_y, j - l, i - k);
     };
@@ -139,7 +133,7 @@ PoleModes::PoleModes(double width_m, double height_m, int count) {
     const double dx = width_m / count;
     const double dy = height_m / count;
     grid = make_grid(dx, dy, count);
-    const Eigen::MatrixXd table = tabulate(count, [&](int x, int y) { return patch_potential(x * dx, y * dy, dx, dy); });
+    const Eigen::MatrixXd table = tabulate(count, [&](int x, int y) { return mean_inverse_distance(x * dx, y * dy, dx, dy); });
     const Interaction potential = [&](int i, int j, int k, int l) { return table(std::abs(i - k), std::abs(j - l)); };
     const double link_x = dy / dx;  // width over length
     const double link_y = dx / dy;

@@ -39,7 +39,7 @@ Eigen::MatrixX3d cell_means(const PlateGrid& grid, const Vec3<double>& place_m, 
 SheetResponse sheet_response(double thickness_m, const Material& material, double hz) {
     // Inside, fields vary as exp(+-k z). Currents on both faces: E even, Z = (k / 2 sigma) coth(k t / 2). Field along the sheet:
     // H even, mean B = mu0 mu_r H tanh(x) / x, x = k t / 2.
-    const Complex k = propagation(material, hz);
+    const Complex k = propagation_constant(material, hz);
     const Complex x = k * thickness_m / 2.0;
     const Complex tanh = std::abs(x.real()) > 20 ? Complex(1) : std::tanh(x);
     return {k / (2 * material.conductivity_s_m * tanh), material.permeability(hz) * tanh / x - 1.0};

@@ -57,15 +57,15 @@ Complex sphere_coefficient(int n, Complex z, double permeability) {
     return static_cast<double>(n) * (v - (n + 1.0) * (permeability - 1)) / ((n + 1.0) * (n * permeability + n + 1.0 + v));
 }
 
-Complex sphere_polarizability(const Sphere& sphere, const Material& material, double hz) {
+Complex sphere_polarisability(const Sphere& sphere, const Material& material, double hz) {
     const double a = sphere.radius_m;
-    return -a * a * a * sphere_coefficient(1, propagation(material, hz) * a, material.permeability(hz));
+    return -a * a * a * sphere_coefficient(1, propagation_constant(material, hz) * a, material.permeability(hz));
 }
 
 void SphereBody::do_tune(const std::vector<double>& frequencies_hz) {
     coefficients_.resize(frequencies_hz.size());
     for (std::size_t k = 0; k < frequencies_hz.size(); ++k) {
-        const Complex z = propagation(material_, frequencies_hz[k]) * sphere_.radius_m;
+        const Complex z = propagation_constant(material_, frequencies_hz[k]) * sphere_.radius_m;
         for (int n = 1; n <= kOrders; ++n) {
             coefficients_[k][static_cast<std::size_t>(n - 1)] =
                 sphere_coefficient(n, z, material_.permeability(frequencies_hz[k]));

@@ -13,7 +13,7 @@ namespace tricoil::sim {
 std::complex<double> sphere_coefficient(int n, std::complex<double> z, double permeability);
 
 /// Magnetic polarisability over 4 pi, m^3: moment = 4 pi alpha H. -a^3/2 for a perfect conductor (Wait 1951).
-std::complex<double> sphere_polarizability(const Sphere& sphere, const Material& material, double hz);
+std::complex<double> sphere_polarisability(const Sphere& sphere, const Material& material, double hz);
 
 class SphereBody final : public MetalBody {
 public:
