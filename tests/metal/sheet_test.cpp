@@ -130,8 +130,8 @@ TEST(MetalSheet, WeakMagnetisationNearASheetEqualsTheIntegral) {
 
 TEST(MetalSheet, NearALargeSheetItReflectsLikeAnInfiniteOne) {
     // Strong currents of an infinite sheet fall with the fourth power of the distance, so that the edges matter little. Weak ones
-    // (304 at 326 Hz) reach the edges: see the series above. Currents and magnetisation of steel oppose each other; the limit is
-    // a share of both.
+    // (304 at 326 Hz) reach the edges: see the series above. Currents and magnetisation of steel oppose each other; each has
+    // its own limit.
     const Sheet large{0.8, 0.8, 1.3e-3};
     const Vec3<double> place(0, 0, 0.08);
     const Material copper{5.96e7, 1, 1};
