@@ -1,4 +1,4 @@
-// tricoil figures: the paper's figures and two of our own, as CSV and SVG.
+// tricoil figures: the paper's figures and three of our own, as CSV and SVG.
 #include "board/host/figures/figures.hpp"
 
 #include <fmt/format.h>
@@ -29,6 +29,7 @@ int figures(const FiguresCommand& command) {
     std::vector<Picture> pictures = paper_figures(folder.path(), guard);
     pictures.push_back(loop_figure(folder.path(), guard));
     pictures.push_back(budget_figure(folder.path(), command.hand_motion, guard));
+    pictures.push_back(metal_figure(folder.path(), guard));
     if (!command.csv_only) {
         draw(folder.path(), pictures, guard);
     }
@@ -48,7 +49,7 @@ int figures(const FiguresCommand& command) {
 void add_figures_command(CLI::App& program, Action& action) {
     auto c = std::make_shared<FiguresCommand>();
     CLI::App* sub = program.add_subcommand(
-        "figures", "Write figures 1 to 6 of the paper, closed and open loop, and error budget as CSV and SVG");
+        "figures", "Write figures 1 to 6 of the paper, closed and open loop, error budget and metal as CSV and SVG");
     sub->add_option("--out", c->out, "Output folder; created if its parent folder exists")->required()->check(refuse_empty);
     sub->add_option("--hand-motion", c->hand_motion,
                     "Folder of recorded .traj files for the error budget; default: generated motions");

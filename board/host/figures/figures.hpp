@@ -20,4 +20,7 @@ Picture loop_figure(const std::filesystem::path& folder, const InterruptGuard& g
 /// Throws InputError if the folder contains no trajectory.
 Picture budget_figure(const std::filesystem::path& folder, const std::filesystem::path& recordings, const InterruptGuard& guard);
 
+/// Metal near the coils: response of a sphere by frequency, position error by distance, position error and distortion figure.
+Picture metal_figure(const std::filesystem::path& folder, const InterruptGuard& guard);
+
 }  // namespace tricoil::host
