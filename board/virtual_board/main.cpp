@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <fstream>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -100,7 +101,7 @@ public:
                 scenario_.faults.push_back(host::parse_fault(text));
             }
         }
-        scenario_.duration_s = options.duration_s > 0 ? options.duration_s : scenario_.duration_s;
+        scenario_.duration_s = options.duration_s > 0 ? options.duration_s : std::numeric_limits<double>::infinity();
         sim::check_metal(scenario_);
         board_.emplace(read_file(options.image), scenario_);
         load_flash(*board_, options.flash);

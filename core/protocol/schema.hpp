@@ -147,7 +147,7 @@ struct Schema<ColumnMessage> {
               count(WireType::u32, "sequence number of the measured excitation state")),
         fields(&ColumnMessage::in_phase, detail::kInPhase, info(WireType::f32, 1, "", -1e6, 1e6, "coupling to each sensor coil")),
         fields(&ColumnMessage::quadrature, detail::kQuadrature,
-               info(WireType::f32, 1, "", -1e6, 1e6, "quadrature part; metal appears here first")),
+               info(WireType::f32, 1, "", -1e6, 1e6, "quadrature part; shows metal, but hardly thick copper and aluminium")),
         fields(&ColumnMessage::sigma, detail::kSigma,
                info(WireType::f32, 1, "", 1e-12, 1e6, "standard deviation of a coupling"))};
 };

@@ -18,7 +18,7 @@ struct Column {
     std::uint32_t state_sequence = 0;    // counts excitation states; equal for the three columns of an FDM block
     DeviceTime midpoint{};               // of the demodulation window
     Vec3<Scalar> in_phase = Vec3<Scalar>::Zero();
-    Vec3<Scalar> quadrature = Vec3<Scalar>::Zero();  // eddy currents in metal appear here first
+    Vec3<Scalar> quadrature = Vec3<Scalar>::Zero();  // metal; small for thick copper and aluminium
     Vec3<Scalar> sigma = Vec3<Scalar>::Zero();       // standard deviation per entry, never below the quantisation floor
     std::uint32_t sequence = 0;                      // of its block
     ColumnFlags flags;

@@ -11,7 +11,7 @@ namespace tricoil::tracking {
 
 /// Ratio assumed between a distortion's standard deviation in the six directions of the couplings that a pose explains and in the
 /// three others, which the misfit shows. Metal acts on all nine couplings; it is not known how much of it lies in the six. With
-/// this ratio, errors exceed five standard deviations for few of the conducting spheres of tests/honesty.
+/// this ratio, errors exceed five standard deviations for few of the aluminium spheres of tests/honesty.
 constexpr double kHiddenShare = 2.5;
 
 /// Follows the misfit of consecutive signal matrices. A significant misfit counts once, because a single one may be chance (once

@@ -9,12 +9,14 @@
 namespace tricoil::sim {
 namespace {
 
+constexpr double kLongest_s = 100;
 constexpr double kStep_s = 1e-3;
-constexpr double kMaxSteps = 1e5;
+constexpr double kMaxSteps = 1e6;
 
 void check_object(const MetalObject& object, const Motion& motion, double begin_s, double end_s) {
     const double length_s = end_s - begin_s;
-    const int steps = static_cast<int>(std::clamp(std::ceil(length_s / kStep_s), 1.0, kMaxSteps));
+    const double step_s = std::min(kStep_s, passing_s(object) / 2);
+    const int steps = static_cast<int>(std::clamp(std::ceil(length_s / step_s), 1.0, kMaxSteps));
     for (int i = 0; i <= steps; ++i) {
         const double time_s = begin_s + i * length_s / steps;
         const bool at_source = contains_at(object, Vec3<double>::Zero(), time_s);
@@ -30,7 +32,7 @@ void check_object(const MetalObject& object, const Motion& motion, double begin_
 
 void check_metal(const Scenario& scenario) {
     for (const Fault& fault : scenario.faults) {
-        const double end_s = std::min(fault.end_s, scenario.duration_s);
+        const double end_s = std::min({fault.end_s, fault.begin_s + kLongest_s, scenario.duration_s});
         if (fault.metal && end_s > fault.begin_s) {
             check_object(*fault.metal, *scenario.motion, fault.begin_s, end_s);
         }

@@ -7,7 +7,8 @@ namespace tricoil::sim {
 
 /// Throws std::invalid_argument, naming object, coil and time, if a metal object contains the source at any time, or the sensor
 /// when it appears or while it moves. A sensor whose own motion leads through an object at rest is allowed: there its couplings
-/// are those of the object's surface. Checked every millisecond, in long scenarios at 100,000 times.
+/// are those of the object's surface. The first 100 s of an object are checked, every millisecond or more often, at most a
+/// million times.
 void check_metal(const Scenario& scenario);
 
 }  // namespace tricoil::sim

@@ -33,7 +33,7 @@ Vec3<double> random_vector(std::mt19937_64& random) {
 
 /// Term that a perfectly conducting sphere adds to (6): a field B at its centre induces the moment -2 pi r^3 B / mu_0 (Jackson,
 /// Classical Electrodynamics, section 5.9), in the units of (6) a dipole of -r^3 B. Its eddy currents have no phase lag, so the
-/// quadrature part, where real metal shows first, is zero: the hardest case.
+/// quadrature part is zero: the hardest case.
 Mat3<double> sphere_couplings(const Vec3<double>& centre_m, double radius_m, const Vec3<double>& sensor_m,
                               const Mat3<double>& o) {
     const Mat3<double> at_sphere = field::signal_matrix<double>(test::kCoupling, centre_m, Mat3<double>::Identity());

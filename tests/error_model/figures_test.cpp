@@ -182,6 +182,13 @@ TEST_F(Folder, FiguresWriteTheirNumbers) {
         EXPECT_GT(fs::file_size(out / ("fig" + std::to_string(n) + ".csv")), 100'000U);
     }
     EXPECT_TRUE(fs::exists(out / "budget.csv"));
+    // Strong skin effect (Landau and Lifshitz, Electrodynamics of Continuous Media, section 59): -(1 - 3 delta / 2 a) in phase.
+    // Copper, 0.1 MHz: delta = 0.206 mm; a = 20 mm.
+    const std::string response = text_of(out / "metal_response.csv");
+    ASSERT_THAT(response, testing::StartsWith("frequency_hz,copper_in_phase,copper_quadrature,"));
+    const std::string last = response.substr(response.rfind('\n', response.size() - 2) + 1);
+    EXPECT_NEAR(std::stod(last), 1e5, 1);
+    EXPECT_NEAR(std::stod(last.substr(last.find(',') + 1)), -(1 - 1.5 * 0.206 / 20), 1e-3) << last;
     for (const auto& entry : fs::directory_iterator(out)) {
         EXPECT_EQ(entry.path().extension(), ".csv") << entry.path();
     }
@@ -194,7 +201,7 @@ TEST_F(Folder, FiguresDrawThem) {
     const fs::path out = path_ / "out";
     const Answer answer = tricoil("figures --out " + out.string());
     ASSERT_EQ(answer.exit_code, 0) << answer.output;
-    for (const char* name : {"fig1", "fig2", "fig3", "fig4", "fig5", "fig6", "loops", "budget"}) {
+    for (const char* name : {"fig1", "fig2", "fig3", "fig4", "fig5", "fig6", "loops", "budget", "metal"}) {
         const std::string svg = text_of(out / (std::string(name) + ".svg"));
         EXPECT_THAT(svg, HasSubstr("</svg>")) << name;
         EXPECT_THAT(svg, HasSubstr("<path")) << name;

@@ -56,13 +56,23 @@ def number(x):
     return mp.nstr(x, 15, min_fixed=1, max_fixed=0)
 
 
+THICK = [  # diameter, wall, conductivity, permeability, frequency: thick walls of magnetic metal
+    ("0.0127", "0.0057", 1.75e6, 800, 250),
+    ("0.006", "0.0028", 1.75e6, 800, 1000),
+    ("0.0127", "0.0013", 1.6e6, 20000, 250),
+    ("0.01", "0.001", 1e6, 10000, 1000),
+]
 METALS = [(5.96e7, 1), (3.77e7, 1), (5.85e5, 1), (1.39e6, 1.02), (1.75e6, 800), (6.29e6, 240)]
 print("// Made by cylinder_table.py: diameter, wall (0: solid), conductivity, relative permeability, frequency, across, along.")
-for sigma, mu_r in METALS:
-    for outer, wall in (("0.0079", "0"), ("0.0127", "0.0013"), ("0.05", "0.001")):
-        for hz in (326, 10500):
-            b = mp.mpf(outer) / 2
-            c = b - mp.mpf(wall) if wall != "0" else 0
-            a, l = response(b, c, mp.mpf(sigma), mp.mpf(mu_r), mp.mpf(hz))
-            parts = ", ".join(number(x) for x in (a.real, a.imag, l.real, l.imag))
-            print(f"{{{outer}, {wall}, {sigma:g}, {mu_r}, {hz}, {parts}}},")
+ROWS = [
+    (outer, wall, sigma, mu_r, hz)
+    for sigma, mu_r in METALS
+    for outer, wall in (("0.0079", "0"), ("0.0127", "0.0013"), ("0.05", "0.001"))
+    for hz in (326, 10500)
+]
+for outer, wall, sigma, mu_r, hz in ROWS + THICK:
+    b = mp.mpf(outer) / 2
+    c = b - mp.mpf(wall) if wall != "0" else 0
+    a, l = response(b, c, mp.mpf(sigma), mp.mpf(mu_r), mp.mpf(hz))
+    parts = ", ".join(number(x) for x in (a.real, a.imag, l.real, l.imag))
+    print(f"{{{outer}, {wall}, {sigma:g}, {mu_r}, {hz}, {parts}}},")

@@ -20,7 +20,7 @@ const std::vector<Row> kRows{
 };
 
 TEST(MetalCylinder, ResponseOfLongRodsAndTubesEqualsTheTable) {
-    ASSERT_EQ(kRows.size(), 36U);
+    ASSERT_EQ(kRows.size(), 40U);
     for (const Row& row : kRows) {
         const CylinderResponse response =
             cylinder_response({row.diameter_m, 0.1, row.wall_m}, {row.conductivity, row.permeability, row.permeability}, row.hz);
@@ -57,6 +57,20 @@ TEST(MetalCylinder, FarAwayARodIsTwoDipoles) {
     const Complex along = far_polarisability(rod, titanium, 10.5e3, Vec3<double>::UnitZ(), 10);
     EXPECT_LT(std::abs(across - b2l / 2 * response.across), 0.01 * std::abs(across));
     EXPECT_LT(std::abs(along - b2l / 4 * response.along), 0.02 * std::abs(along));
+}
+
+TEST(MetalCylinder, FieldIsFiniteEverywhere) {
+    const Cylinder rod{0.01, 0.1, 0};
+    const Material copper{5.96e7, 1, 1};
+    for (const double z : {0.0, 0.0499, 0.05, 0.0501, 0.059, -0.05}) {
+        for (const double x : {0.0, 0.0051, 0.0099}) {
+            const Vec3<double> place = outside(rod, {x, 0, z});
+            const ComplexMat3 near_sensor = added_field(rod, copper, 1e4, {0.3, 0.1, 0}, place);
+            EXPECT_LT(near_sensor.norm(), 1e4) << x << " " << z;  // the source's own field there: 30 / m^3
+            EXPECT_LT((added_field(rod, copper, 1e4, place, {0.3, 0.1, 0}).transpose() - near_sensor).norm(),
+                      1e-3 * near_sensor.norm());
+        }
+    }
 }
 
 struct FiniteRow {

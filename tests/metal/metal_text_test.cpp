@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <limits>
 
 #include "board/support/errors.hpp"
 #include "sim/world/metal_check.hpp"
@@ -73,8 +74,9 @@ TEST(MetalText, NamesEveryError) {
 }
 
 TEST(MetalText, AnObjectMustNotContainACoil) {
-    const auto refused = [](const std::string& fault) -> std::string {
+    const auto refused = [](const std::string& fault, double duration_s = 10) -> std::string {
         sim::Scenario scenario = load_scenario("still", 1);
+        scenario.duration_s = duration_s;
         scenario.faults.push_back(parse_fault(fault));
         try {
             sim::check_metal(scenario);
@@ -88,6 +90,19 @@ TEST(MetalText, AnObjectMustNotContainACoil) {
     EXPECT_THAT(refused("metal:sphere,material=304,radius_m=0.05,position_m=0.5/1/0,to_m=0.5/-1/0,speed_m_s=0.5"),
                 HasSubstr("contains the sensor coils"));
     EXPECT_EQ(refused("metal:0.5,0,0.2,0.1"), "");
+    EXPECT_THAT(refused("metal:rod,material=copper,diameter_m=0.01,length_m=0.1,position_m=0/0/0.05"),
+                HasSubstr("the rod contains"))
+        << "a coil on the end";
+    EXPECT_THAT(
+        refused("metal:sheet,material=copper,width_m=1,height_m=1,thickness_m=0.001,position_m=0/0/9,to_m=0/0/-9,speed_m_s=100"),
+        HasSubstr("the sheet contains the source"))
+        << "for 10 microseconds";
+    EXPECT_THAT(refused("metal:0,0,0,0.1@20", std::numeric_limits<double>::infinity()), HasSubstr("at 20.000 s"));
+    EXPECT_EQ(refused("metal:0,0,0,0.1@20"), "") << "after the end";
+}
+
+TEST(MetalText, TheShortFormTakesNumbersOfAnyForm) {
+    EXPECT_EQ(parse_fault("metal:6E-1,.3,-0,5e-2").metal->pose.position_m, Vec3<double>(0.6, 0.3, 0));
 }
 
 TEST(MetalText, ShapesHaveSizesAndDirections) {

@@ -1,10 +1,13 @@
 // Metal in the samples: what the demodulator reads from the simulated world.
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "board/support/sim_input/fault_text.hpp"
 #include "sim/motion/simple_motions.hpp"
 #include "sim/world/coil_world.hpp"
 #include "sim/world/metal/sphere.hpp"
+#include "sim/world/metal_track.hpp"
 
 namespace tricoil::sim {
 namespace {
@@ -86,40 +89,107 @@ TEST(MetalWorld, QuadratureAndFrequencyFollowTheSphere) {
     }
 }
 
+/// A sphere that passes the sensor at 1 m/s, its surface 50 mm away; it is nearest at kNearest_s.
+constexpr double kNearest_s = 0.15 * std::numbers::pi;
+MetalObject passing_sphere() {
+    return *host::parse_fault(
+                "metal:sphere,material=aluminium,radius_m=0.05,position_m=0.5/-0.2/0.15,to_m=0.5/0.4/0.15,speed_m_s=1")
+                .metal;
+}
+
 TEST(MetalWorld, AMovingSphereIsFollowed) {
-    // After 0.1 s at 1 m/s the sphere is where a sphere at rest gives the same couplings.
+    // In the middle of the last window it gives the couplings of a sphere at rest.
     const StillMotion motion(kPose);
     const auto plan = plan_of(Multiplexing::fdm);
-    const Fault moving =
-        host::parse_fault("metal:sphere,material=aluminium,radius_m=0.05,position_m=0.3/-0.3/0.1,to_m=0.3/0.3/0.1,speed_m_s=1");
     const double middle_s =
         23 * plan.block_s() + (plan.params.guard_samples + 0.5 * (plan.window_samples - 1)) / plan.params.sample_rate_hz;
+    Fault moving = host::parse_fault("metal:0.6,0.3,0,0.08");
+    moving.metal = passing_sphere();
+    moving.metal->pose.position_m.y() += 0.1;  // nearest at the middle of the window
+    moving.metal->far_m.y() += 0.1;
     Fault still = moving;
     still.metal->pose = moving.metal->at(middle_s);
     still.metal->speed_m_s = 0;
-    CoilWorld healthy(quiet(), motion, {});
-    CoilWorld moved(quiet(), motion, {moving});
-    CoilWorld rested(quiet(), motion, {still});
-    const ComplexMat3 clean = demodulated(healthy, plan);
-    const ComplexMat3 there = demodulated(rested, plan) - clean;
-    EXPECT_LT((demodulated(moved, plan) - clean - there).norm(), 0.02 * there.norm());
+    Fault late = still;
+    late.metal->pose = moving.metal->at(middle_s + 0.5 * plan.block_s());
+    const auto couplings = [&](const std::vector<Fault>& faults) {
+        CoilWorld world(quiet(), motion, faults);
+        return demodulated(world, plan);
+    };
+    const ComplexMat3 clean = couplings({});
+    const ComplexMat3 there = couplings({still}) - clean;
+    const double error = (couplings({moving}) - clean - there).norm();
+    EXPECT_LT(error, 0.2 * (couplings({late}) - clean - there).norm());
+}
+
+TEST(MetalWorld, ParabolasFollowAPassingSphere) {
+    const StillMotion motion(kPose);
+    MetalSet set;
+    set.add(passing_sphere(), 0, 1);
+    set.tune({1e4});
+    constexpr double kSample_s = 1 / 72e3;
+    constexpr int kSamples = 288;
+    for (const double start_s : {kNearest_s - 0.03, kNearest_s - 0.002, kNearest_s + 0.01}) {
+        const MetalTrack track(set, motion, {}, start_s, kSample_s, kSamples);
+        double largest = 0;
+        double error = 0;
+        for (int n = -1; n < kSamples; n += 7) {
+            const ComplexMat3 field = set.field(kPose.position_m, start_s + n * kSample_s, start_s)[0];
+            largest = std::max(largest, field.norm());
+            error = std::max(error, (track.at(n) - field).norm());
+        }
+        EXPECT_LT(error, 3e-4 * largest) << start_s;
+    }
+}
+
+ComplexMat3 field_of(const MetalObject& object, const Vec3<double>& sensor_m, double time_s) {
+    MetalSet set;
+    set.add(object, 0, 1);
+    set.tune({1e4});
+    return set.field(sensor_m, time_s, time_s)[0];
 }
 
 TEST(MetalWorld, TurningTheObjectTurnsTheField) {
+    const Vec3<double> sensor(0.4, 0.2, 0.1);
+    const Quat<double> q = Quat<double>(0.8, 0.2, -0.4, 0.1).normalized();
+    const ComplexMat3 r = q.toRotationMatrix().cast<Complex>();
+    MetalObject rod;
+    rod.shape = Cylinder{0.01, 0.1, 0};
+    rod.material = {6.29e6, 240, 180};
+    rod.pose = {{0.3, 0.1, 0}, Quat<double>::Identity()};
+    const ComplexMat3 field = field_of(rod, sensor, 0);
+    MetalObject turned = rod;
+    turned.pose.q_source_sensor = q;
+    EXPECT_GT((field_of(turned, sensor, 0) - field).norm(), 0.1 * field.norm());
+    turned.pose.position_m = q * rod.pose.position_m;
+    EXPECT_LT((field_of(turned, q * sensor, 0) - r * field * r.adjoint()).norm(), 1e-9 * field.norm());
+}
+
+TEST(MetalWorld, AnObjectTurnsAtItsRate) {
+    const Vec3<double> sensor(0.4, 0.2, 0.1);
+    MetalObject rod;
+    rod.shape = Cylinder{0.01, 0.1, 0};
+    rod.pose = {{0.3, 0.1, 0}, Quat<double>::FromTwoVectors(Vec3<double>::UnitZ(), Vec3<double>::UnitX())};
+    MetalObject along_y = rod;
+    along_y.pose.q_source_sensor = Quat<double>::FromTwoVectors(Vec3<double>::UnitZ(), Vec3<double>::UnitY());
+    rod.turn_rad_s << 0, 0, 5;  // from x to y
+    const ComplexMat3 expected = field_of(along_y, sensor, 0);
+    EXPECT_LT((field_of(rod, sensor, 0.1 * std::numbers::pi) - expected).norm(), 1e-9 * expected.norm());
+    EXPECT_GT((field_of(rod, sensor, 0.05 * std::numbers::pi) - expected).norm(), 0.1 * expected.norm());
+}
+
+TEST(MetalWorld, AnObjectActsBetweenItsTimes) {
     MetalSet set;
     MetalObject object;
-    object.shape = Sphere{0.05};
-    object.pose = {{0.3, 0.1, 0}, Quat<double>::Identity()};
-    set.add(object, 0, 1);
-    object.pose.q_source_sensor = Quat<double>(0.5, 0.5, 0.5, 0.5);
-    MetalSet turned;
-    turned.add(object, 0, 1);
+    object.pose.position_m << 0.3, 0.1, 0;
+    set.add(object, 0.5, 1);
     set.tune({1e4});
-    turned.tune({1e4});
-    const ComplexMat3 field = set.field({0.6, 0, 0.1}, 0.5, 0.5)[0];
-    EXPECT_LT((turned.field({0.6, 0, 0.1}, 0.5, 0.5)[0] - field).norm(), 1e-12 * field.norm());
-    EXPECT_TRUE(set.field({0.6, 0, 0.1}, 1.5, 1.5)[0].isZero(0));
-    EXPECT_FALSE(set.acts_at(1.5));
+    for (const double time_s : {0.4, 1.0, 1.5}) {
+        EXPECT_TRUE(set.field({0.6, 0, 0.1}, time_s, time_s)[0].isZero(0)) << time_s;
+        EXPECT_FALSE(set.acts_at(time_s)) << time_s;
+    }
+    EXPECT_FALSE(set.field({0.6, 0, 0.1}, 0.5, 0.5)[0].isZero(0));
+    EXPECT_TRUE(set.acts_at(0.5));
 }
 
 }  // namespace

@@ -43,10 +43,17 @@ Complex driven(const EddyResponse::Terms& terms, double hz) {
 TEST(EddyResponse, SineWavesKeepTheirAmplitudeAndPhase) {
     const EddyResponse response;
     for (const sim::NamedMaterial& metal : sim::materials()) {
-        const auto terms = response.fit(responses(metal.material, 0.01));
-        for (const double hz : {1000.0, 7680.0, 9600.0, 13450.0}) {
-            const Complex expected = sim::sphere_polarisability({0.01}, metal.material, hz) / 0.5e-6;
-            EXPECT_LT(std::abs(driven(terms, hz) - expected), 0.04) << metal.name << " " << hz;
+        for (const double radius_m : {0.002, 0.01, 0.04}) {
+            const auto fields = responses(metal.material, radius_m);
+            const auto terms = response.fit(fields);
+            double largest = 0;
+            for (const sim::ComplexMat3& field : fields) {
+                largest = std::max(largest, std::abs(field(0, 0)));
+            }
+            for (const double hz : {326.0, 1000.0, 7680.0, 9600.0, 13450.0}) {
+                const Complex expected = sim::sphere_polarisability({radius_m}, metal.material, hz) / (std::pow(radius_m, 3) / 2);
+                EXPECT_LT(std::abs(driven(terms, hz) - expected), 0.02 * largest) << metal.name << " " << radius_m << " " << hz;
+            }
         }
     }
 }

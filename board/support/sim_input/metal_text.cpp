@@ -109,7 +109,7 @@ void insert_argument(toml::table& table, const std::string& argument, const std:
 
 /// True if an argument can only be one of X,Y,Z,RADIUS.
 bool is_short_form(const std::string& first) {
-    return first.empty() || first.find_first_not_of("+-.0123456789e") == std::string::npos;
+    return first.empty() || first.find_first_not_of("+-.0123456789eE") == std::string::npos;
 }
 
 toml::table table_of(const std::vector<std::string>& arguments, const std::string& text) {

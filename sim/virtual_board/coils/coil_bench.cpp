@@ -72,8 +72,11 @@ void CoilBench::update_metal(double time_s) {
         return;
     }
     if (metal_.knot_s < 0 || time_s >= metal_.knot_s + kMetalKnotS) {
-        metal_.knot_s = time_s;
-        metal_.knots = {metal_terms(time_s), metal_terms(time_s + kMetalKnotS)};
+        const double first = std::floor(time_s / kMetalKnotS) * kMetalKnotS;
+        const bool follows = metal_.knot_s >= 0 && std::abs(first - metal_.knot_s - kMetalKnotS) < 1e-9;
+        metal_.knots[0] = follows ? metal_.knots[1] : metal_terms(first);
+        metal_.knots[1] = metal_terms(first + kMetalKnotS);
+        metal_.knot_s = first;
         for (std::size_t p = 0; p < EddyResponse::kTerms; ++p) {
             metal_.rates[p] = (metal_.knots[1][p] - metal_.knots[0][p]) / kMetalKnotS;
         }

@@ -10,7 +10,7 @@ namespace tricoil::virtual_board {
 
 /// The currents of the board are not sine waves, so the field of the metal is written as a sum of R-L loops,
 /// D(w) = D_0 + sum of D_p i w T_p / (1 + i w T_p), with fixed time constants T_p and real matrices D_p that fit the response at
-/// kTones_hz. Eddy currents are such a sum (Wait 1951). The fit is within 2 % of the largest response for the presets.
+/// tones_hz(). Eddy currents are such a sum (Wait 1951). The fit is within 2 % of the largest response for the presets.
 class EddyResponse {
 public:
     static constexpr std::size_t kPoles = 7;

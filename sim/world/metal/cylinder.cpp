@@ -28,21 +28,18 @@ std::array<Complex, 2> bessel_ratios(Complex z) {
 }
 
 /// Logarithmic derivative w = r f'/f at the outer radius of a solution of f'' + f'/r = (k^2 + order^2 / r^2) f inside a wall; `w`
-/// at the inner radius. Runge-Kutta on r w' = k^2 r^2 + order^2 - w^2.
+/// at the inner radius. In layers of equal log r, with s^2 = k^2 r^2 + order^2 replaced by its mean: f = cosh and sinh of s log
+/// r.
 Complex through_wall(Complex k, int order, Complex w, double inner_m, double outer_m) {
-    const int steps = 100 + static_cast<int>(100 * std::abs(k) * (outer_m - inner_m));
-    const double h = std::log(outer_m / inner_m) / steps;
-    const auto slope = [&](double r, Complex value) { return k * k * r * r + static_cast<double>(order) - value * value; };
-    double r = inner_m;
-    for (int i = 0; i < steps; ++i) {
-        const double middle = r * std::exp(h / 2);
-        const double end = r * std::exp(h);
-        const Complex a = slope(r, w);
-        const Complex b = slope(middle, w + h / 2 * a);
-        const Complex c = slope(middle, w + h / 2 * b);
-        const Complex d = slope(end, w + h * c);
-        w += h / 6 * (a + 2.0 * b + 2.0 * c + d);
-        r = end;
+    const int layers = 800 + static_cast<int>(200 * std::abs(k) * (outer_m - inner_m));
+    const double h = std::log(outer_m / inner_m) / layers;
+    const double growth = std::exp(2 * h);
+    double squared = inner_m * inner_m;
+    for (int i = 0; i < layers; ++i) {
+        const Complex s = std::sqrt(static_cast<double>(order) + k * k * squared * ((growth - 1) / (2 * h)));
+        const Complex t = std::tanh(s * h);
+        w = s * (w + s * t) / (s + w * t);
+        squared *= growth;
     }
     return w;
 }
@@ -145,7 +142,20 @@ void CylinderBody::do_tune(const std::vector<double>& frequencies_hz) {
     }
 }
 
-void CylinderBody::do_place_source(const Vec3<double>& source_m) {
+/// The poles act as points. Nearer to an end than one diameter, a place counts as one diameter away from it.
+Vec3<double> CylinderBody::far_enough(const Vec3<double>& place_m) const {
+    const Vec3<double> end(0, 0, std::copysign(cylinder_.length_m / 2, place_m.z()));
+    const Vec3<double> r = place_m - end;
+    const double distance_m = r.norm();
+    if (distance_m >= cylinder_.diameter_m) {
+        return place_m;
+    }
+    const Vec3<double> outwards = distance_m > 0 ? Vec3<double>(r / distance_m) : Vec3<double>(end.normalized());
+    return end + cylinder_.diameter_m * outwards;
+}
+
+void CylinderBody::do_place_source(const Vec3<double>& place_m) {
+    const Vec3<double> source_m = far_enough(place_m);
     const auto nodes = static_cast<Eigen::Index>(node_m_.size());
     Eigen::MatrixX3d applied(nodes, 3);
     for (Eigen::Index i = 0; i < nodes; ++i) {
@@ -164,7 +174,8 @@ void CylinderBody::do_place_source(const Vec3<double>& source_m) {
     }
 }
 
-void CylinderBody::do_add_field(const Vec3<double>& sensor_m, std::span<ComplexMat3> fields) const {
+void CylinderBody::do_add_field(const Vec3<double>& place_m, std::span<ComplexMat3> fields) const {
+    const Vec3<double> sensor_m = far_enough(place_m);
     Mat3<double> across = Mat3<double>::Zero();
     for (std::size_t i = 0; i < piece_m_.size(); ++i) {
         across += unit_dipole_field(sensor_m - Vec3<double>(0, 0, piece_m_[i])) * fields_[i];

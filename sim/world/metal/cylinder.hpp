@@ -31,8 +31,9 @@ private:
     };
 
     void do_tune(const std::vector<double>& frequencies_hz) override;
-    void do_place_source(const Vec3<double>& source_m) override;
-    void do_add_field(const Vec3<double>& sensor_m, std::span<ComplexMat3> fields) const override;
+    void do_place_source(const Vec3<double>& place_m) override;
+    void do_add_field(const Vec3<double>& place_m, std::span<ComplexMat3> fields) const override;
+    [[nodiscard]] Vec3<double> far_enough(const Vec3<double>& place_m) const;
 
     Cylinder cylinder_;
     Material material_;

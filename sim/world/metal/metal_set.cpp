@@ -36,7 +36,7 @@ std::vector<ComplexMat3> MetalSet::field(const Vec3<double>& place_m, double tim
         const Pose pose = entry.object.at(time_s);
         const Mat3<double> turn = pose.q_source_sensor.toRotationMatrix();
         if (!entry.is_placed || !entry.object.is_at_rest()) {
-            entry.body->place_source(-turn.transpose() * pose.position_m);
+            entry.body->place_source(outside(entry.object.shape, -turn.transpose() * pose.position_m));
             entry.is_placed = true;
         }
         std::fill(own.begin(), own.end(), ComplexMat3::Zero());

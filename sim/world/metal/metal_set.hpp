@@ -23,7 +23,7 @@ public:
 
     /// Field that the objects add at a place in the source frame (m), per frequency; one column per source dipole of unit moment
     /// along an axis, in 1/m^3 as in MetalBody. The objects are those of `selection_s` at their places at `time_s`, so that a
-    /// block of samples has the same objects throughout. A place inside an object counts as one on its surface.
+    /// block of samples has the same objects throughout. A place or source inside an object counts as one on its surface.
     std::vector<ComplexMat3> field(const Vec3<double>& place_m, double time_s, double selection_s);
 
 private:

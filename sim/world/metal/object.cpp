@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/geometry/rotations.hpp"
 
@@ -88,7 +89,7 @@ bool is_inside(const Sphere& s, const Vec3<double>& p) { return p.norm() < s.rad
 
 /// The bore of a tube counts as inside.
 bool is_inside(const Cylinder& c, const Vec3<double>& p) {
-    return p.head<2>().norm() < c.diameter_m / 2 && std::abs(p.z()) < c.length_m / 2;
+    return p.head<2>().norm() < c.diameter_m / 2 && std::abs(p.z()) <= c.length_m / 2;
 }
 
 bool is_inside(const Sheet& s, const Vec3<double>& p) {
@@ -108,6 +109,14 @@ Vec3<double> pushed_out(const Cylinder& c, const Vec3<double>& p) {
 
 Vec3<double> pushed_out(const Sheet& s, const Vec3<double>& p) { return {p.x(), p.y(), std::copysign(s.thickness_m / 2, p.z())}; }
 
+double smallest_m(const Sphere& s) { return 2 * s.radius_m; }
+double smallest_m(const Cylinder& c) { return c.diameter_m; }
+double smallest_m(const Sheet& s) { return s.thickness_m; }
+
+double reach_m(const Sphere& s) { return s.radius_m; }
+double reach_m(const Cylinder& c) { return std::hypot(c.length_m, c.diameter_m) / 2; }
+double reach_m(const Sheet& s) { return std::hypot(s.width_m, s.height_m) / 2; }
+
 std::string name_of(const Sphere& /*unused*/) { return "sphere"; }
 std::string name_of(const Cylinder& c) { return c.wall_m > 0 ? "tube" : "rod"; }
 std::string name_of(const Sheet& /*unused*/) { return "sheet"; }
@@ -125,6 +134,14 @@ Pose MetalObject::at(double time_s) const {
         now.q_source_sensor = geometry::rotation_vector_to_quaternion<double>(turn_rad_s * time_s) * pose.q_source_sensor;
     }
     return now;
+}
+
+double passing_s(const MetalObject& object) {
+    const auto passing = [&](const auto& s) {
+        const double speed_m_s = object.speed_m_s + object.turn_rad_s.norm() * reach_m(s);
+        return speed_m_s > 0 ? smallest_m(s) / speed_m_s : std::numeric_limits<double>::infinity();
+    };
+    return std::visit(passing, object.shape);
 }
 
 std::string shape_name(const MetalShape& shape) {

@@ -44,6 +44,9 @@ struct MetalObject {
     [[nodiscard]] bool is_at_rest() const { return speed_m_s == 0 && turn_rad_s.isZero(0); }
 };
 
+/// Shortest time in which the object can pass a point; infinite at rest.
+double passing_s(const MetalObject& object);
+
 /// "sphere", "rod", "tube" or "sheet"
 std::string shape_name(const MetalShape& shape);
 
