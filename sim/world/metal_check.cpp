@@ -9,6 +9,7 @@
 namespace tricoil::sim {
 namespace {
 
+constexpr std::ptrdiff_t kMostObjects = 50;
 constexpr double kLongest_s = 100;
 constexpr double kStep_s = 1e-3;
 constexpr double kMaxSteps = 1e6;
@@ -31,6 +32,10 @@ void check_object(const MetalObject& object, const Motion& motion, double begin_
 }  // namespace
 
 void check_metal(const Scenario& scenario) {
+    const auto is_metal = [](const Fault& fault) { return fault.metal.has_value(); };
+    if (const auto objects = std::count_if(scenario.faults.begin(), scenario.faults.end(), is_metal); objects > kMostObjects) {
+        throw std::invalid_argument(fmt::format("metal: {} objects; at most {} are possible", objects, kMostObjects));
+    }
     for (const Fault& fault : scenario.faults) {
         const double end_s = std::min({fault.end_s, fault.begin_s + kLongest_s, scenario.duration_s});
         if (fault.metal && end_s > fault.begin_s) {

@@ -101,6 +101,14 @@ TEST(MetalText, AnObjectMustNotContainACoil) {
     EXPECT_EQ(refused("metal:0,0,0,0.1@20"), "") << "after the end";
 }
 
+TEST(MetalText, TheNumberOfObjectsIsLimited) {
+    sim::Scenario scenario = load_scenario("still", 1);
+    scenario.faults.assign(50, parse_fault("metal:0.5,0,0.2,0.1"));
+    EXPECT_NO_THROW(sim::check_metal(scenario));
+    scenario.faults.push_back(scenario.faults.front());
+    EXPECT_THROW(sim::check_metal(scenario), std::invalid_argument);
+}
+
 TEST(MetalText, TheShortFormTakesNumbersOfAnyForm) {
     EXPECT_EQ(parse_fault("metal:6E-1,.3,-0,5e-2").metal->pose.position_m, Vec3<double>(0.6, 0.3, 0));
 }
