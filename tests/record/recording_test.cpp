@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "tests/cli/cli_runner.hpp"
+#include "tests/support/instrumented.hpp"
 
 namespace tricoil::test {
 namespace {
@@ -113,7 +114,7 @@ TEST(Recording, LosesAtMostTheLastSecondWhenKilled) {
         const auto json = replayed.json();
         EXPECT_FALSE(json["complete"]);
         EXPECT_TRUE(json["bit_for_bit"]);
-        EXPECT_GT(json["equal"].get<double>(), 240 * (seconds - 1));
+        EXPECT_GT(json["equal"].get<double>(), 240 * (seconds - 1) / kSlowdown);
     }
 }
 
