@@ -9,6 +9,7 @@
 #include "board/host/commands/run_command.hpp"
 #include "board/host/serve/access.hpp"
 #include "board/host/serve/fastrak/fastrak_output.hpp"
+#include "board/host/serve/json_lines/json_lines_output.hpp"
 #include "board/host/serve/openigtlink/igtl_session.hpp"
 #include "board/host/serve/recording_switch.hpp"
 #include "board/host/serve/server.hpp"
@@ -32,6 +33,7 @@ struct ServeCommand {
     std::vector<std::string> fastrak;
     bool fastrak_continuous = false;
     std::string openigtlink;
+    std::vector<std::string> json_lines;
     std::string web;
     std::string record_folder;
     bool open_controls = false;
@@ -67,6 +69,14 @@ void add_outputs(const ServeCommand& command, Controls controls, Server& server,
             warn_of_exposure("--fastrak", parse_tcp_address("--fastrak", where.substr(4)), controls);
         }
         addresses["fastrak"].push_back(output.address);
+        server.add(std::move(output.service));
+    }
+    for (const std::string& where : command.json_lines) {
+        auto output = json_lines::make_output(where);
+        if (where.starts_with("tcp:")) {
+            warn_of_exposure("--json-lines", output.address, Controls::none);
+        }
+        addresses["json_lines"].push_back(output.text);
         server.add(std::move(output.service));
     }
     if (!command.openigtlink.empty()) {
@@ -183,7 +193,7 @@ int run_serve(const ServeCommand& command) {
         publish_link(command, page->control_url(), addresses);
     }
     if (addresses.empty()) {
-        throw InputError("serve: no output; add --fastrak, --openigtlink or --web");
+        throw InputError("serve: no output; add --fastrak, --openigtlink, --json-lines or --web");
     }
     ServiceNotice notice;
     const auto ready = [&] {
@@ -211,6 +221,10 @@ void add_serve_command(CLI::App& program, Action& action) {
         ->check(refuse_empty);
     sub->add_flag("--fastrak-continuous", command->fastrak_continuous, "FASTRAK: start in continuous mode");
     sub->add_option("--openigtlink", command->openigtlink, "OpenIGTLink server on [ADDRESS:]PORT (18944 is usual)")
+        ->check(refuse_empty);
+    sub->add_option(
+           "--json-lines", command->json_lines,
+           "Each pose as a line of JSON, to clients of tcp:[ADDRESS:]PORT, or as a datagram to udp:HOST:PORT; repeatable")
         ->check(refuse_empty);
     sub->add_option("--web", command->web,
                     "Live page for browsers on [ADDRESS:]PORT; without ADDRESS, only for browsers of this machine. "

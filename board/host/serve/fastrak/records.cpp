@@ -18,7 +18,7 @@ using tracking::PoseFlag;
 constexpr double kFarthest_m = 2.0;  // limit of each coordinate (manual, position envelope)
 constexpr const char* kVersion = "0.1.00";
 
-/// Sign, digits, point, digits; limited to the largest number that fits.
+/// Right-aligned in seven characters, with a minus sign or none; limited to the largest number that fits. 0 for NaN.
 std::string fixed_point(double value, int digits, double limit) {
     const double safe = std::isnan(value) ? 0 : std::clamp(value, -limit, limit);
     return fmt::format("{:7.{}f}", safe == 0 ? 0.0 : safe, digits);  // no minus before a zero

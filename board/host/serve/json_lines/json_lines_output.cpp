@@ -1,0 +1,35 @@
+#include "board/host/serve/json_lines/json_lines_output.hpp"
+
+#include <fmt/format.h>
+
+#include "board/host/serve/json_lines/session.hpp"
+#include "board/host/serve/json_lines/udp_sender.hpp"
+#include "board/host/serve/tcp_service.hpp"
+#include "board/support/errors.hpp"
+
+namespace tricoil::host::json_lines {
+namespace {
+
+constexpr const char* kOption = "--json-lines";
+
+}  // namespace
+
+Output make_output(const std::string& where) {
+    const bool is_udp = where.starts_with("udp:");
+    if (!is_udp && !where.starts_with("tcp:")) {
+        throw InputError(fmt::format("{} {}: must be tcp:[ADDRESS:]PORT or udp:HOST:PORT", kOption, where));
+    }
+    const TcpAddress address = parse_tcp_address(kOption, where.substr(4));
+    if (is_udp) {
+        if (address.port == "0") {
+            throw InputError(fmt::format("{} {}: name the port of the receiver", kOption, where));
+        }
+        return {std::make_unique<UdpSender>(kOption, address), address, "udp:" + address.text(std::stoi(address.port))};
+    }
+    auto service =
+        std::make_unique<TcpService<Session>>(kOption, address, [](Stream& stream) { return std::make_unique<Session>(stream); });
+    const std::string text = address.text(service->port());
+    return {std::move(service), address, text};
+}
+
+}  // namespace tricoil::host::json_lines

@@ -1,0 +1,21 @@
+// Output of `tricoil serve --json-lines`.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "board/host/serve/service.hpp"
+#include "board/host/serve/tcp_listener.hpp"
+
+namespace tricoil::host::json_lines {
+
+struct Output {
+    std::unique_ptr<Service> service;
+    TcpAddress address;
+    std::string text;  // for the user
+};
+
+/// where: tcp:[ADDRESS:]PORT or udp:HOST:PORT. Throws InputError for other text, and as TcpListener and UdpSender do.
+Output make_output(const std::string& where);
+
+}  // namespace tricoil::host::json_lines

@@ -1,0 +1,28 @@
+// Session of one client of JSON lines.
+#pragma once
+
+#include <span>
+
+#include "board/host/serve/stream.hpp"
+#include "board/pose_text/served_pose_line.hpp"
+
+namespace tricoil::host::json_lines {
+
+/// Sends every pose from the connection on, valid or not. What the client sends is ignored. A client that reads too slowly misses
+/// whole lines.
+class Session {
+public:
+    explicit Session(Stream& stream) : stream_(stream) {}
+
+    void receive(std::span<const char> /*bytes*/) {}
+    void take(std::span<const ServedPose> poses) {
+        for (const ServedPose& served : poses) {
+            stream_.send(served_pose_line(served));
+        }
+    }
+
+private:
+    Stream& stream_;
+};
+
+}  // namespace tricoil::host::json_lines

@@ -1,0 +1,26 @@
+// Sends each pose as one UDP datagram.
+#pragma once
+
+#include <string>
+
+#include "board/host/serve/service.hpp"
+#include "board/host/serve/tcp_listener.hpp"
+#include "drivers/posix/file_descriptor.hpp"
+
+namespace tricoil::host::json_lines {
+
+/// One JSON line per datagram. A datagram that cannot be sent at once is lost, as UDP permits.
+class UdpSender final : public Service {
+public:
+    /// Throws InputError, beginning with `option`, for a host that is not known.
+    UdpSender(const std::string& option, const TcpAddress& address);
+
+    bool watch(std::vector<pollfd>& /*descriptors*/) override { return false; }
+    void handle() override {}
+    void take(std::span<const ServedPose> poses) override;
+
+private:
+    drivers::FileDescriptor descriptor_;
+};
+
+}  // namespace tricoil::host::json_lines
