@@ -11,8 +11,8 @@
 
 namespace tricoil::app {
 
-/// poll() returns device_lost if a block has too much current or the converters lost samples or deliver nothing; the loop then
-/// switches the coils off. Also selects the gain and toggles the heartbeat of the hardware enable.
+/// poll() returns device_lost on over-current, lost samples, missing data or a failure of the heartbeat line. The main loop then
+/// switches the coils off. This class also selects the gain and toggles the heartbeat of the hardware enable.
 class SupervisedSampler final : public hal::CoilSampler {
 public:
     SupervisedSampler(hal::CoilSampler& sampler, hal::GainControl& gain, hal::Heartbeat& heartbeat,

@@ -29,8 +29,8 @@ nlohmann::json read_description(const std::string& folder) {
     }
     const nlohmann::json version = description.value("version", nlohmann::json());
     if (version != kRecordingVersion) {
-        throw InputError(
-            fmt::format("{}: is of version {}; this tricoil reads version {}", path, version.dump(), kRecordingVersion));
+        throw InputError(fmt::format("{}: recording format version {}; this program reads version {}", path, version.dump(),
+                                     kRecordingVersion));
     }
     return description;
 }

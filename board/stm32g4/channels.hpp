@@ -10,8 +10,8 @@ namespace tricoil::stm32g4_board {
 
 constexpr float kGainBandwidthHz = 13e6F;  // of the op-amps (DS12288)
 
-/// A coil's voltage is the derivative of the flux, so the response is i f / f0 at each carrier of a mode. unity_hz: f0, at which
-/// a sensor channel with gain 1 gives the coupling itself.
+/// A coil's voltage is the derivative of the flux, so the response is i f / f0 at carrier frequency f. unity_hz: f0, at which
+/// the response of a sensor channel with gain 1 has magnitude 1.
 constexpr app::MeasuringMode with_response(const signal::AcquisitionPlan& plan, double unity_hz) {
     signal::ChannelResponse<float> response{};
     for (std::size_t carrier = 0; carrier < response.size(); ++carrier) {

@@ -59,7 +59,7 @@ std::string to_text(HealthWarnings warnings, const HealthLimits& limits) {
     };
     add(HealthWarning::missing, fmt::format("more than {:g} % of the columns are missing", 100 * limits.missing_share));
     add(HealthWarning::late, fmt::format("no usable column for more than {:g} ms", milliseconds(limits.age)));
-    add(HealthWarning::queue, "an output or the link is too slow: lines or messages wait or were dropped");
+    add(HealthWarning::queue, "link or output too slow: data waits or was dropped");
     add(HealthWarning::hot, fmt::format("power stages hotter than {:g} degC", limits.temperature_c));
     return text;
 }

@@ -20,7 +20,8 @@ struct DirectSolution {
 
 /// coupling_constant: C, normalised and positive. Maximum-likelihood solution for dipole matrices with noise. For matrices far
 /// from any dipole (saturated entries, random signs) the squared misfit exceeds the minimum by up to 1e-4 of |X|^2. Errors:
-/// invalid_argument (C is not positive), degenerate (X is zero, or s2 s3 below 2^-12 of the largest entry's square).
+/// invalid_argument (C is not positive), degenerate (X is zero, or the product of its two smaller
+/// singular values is below 2^-12 of the square of its largest entry).
 Result<DirectSolution> solve_direct(const BlockMatrix& x, Scaled coupling_constant);
 
 }  // namespace tricoil::fixed

@@ -1,5 +1,5 @@
-// Messages as C++ structures with wire numbers: integers in the units of schema.hpp, so that encoding and decoding are lossless.
-// convert.hpp converts them to tracker types.
+// Messages as C++ structures. Their fields have the wire types and units of schema.hpp (integers or float), so that encoding and
+// decoding are lossless. convert.hpp converts them to tracker types.
 #pragma once
 
 #include <array>

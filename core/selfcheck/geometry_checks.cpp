@@ -73,7 +73,7 @@ double quaternion() {
     return std::max(worst_difference(wxyz(q), answer), worst_difference(geometry::attitude_matrix(q), o));
 }
 
-/// Angle between two attitudes other than the identity, also with one quaternion negated (the same rotation).
+/// Error of angle_between() for two attitudes, and for one quaternion negated (the same rotation).
 template <typename Scalar>
 double angle_between() {
     const Quat<Scalar> a(Scalar(0.5), Scalar(0.5), Scalar(-0.5), Scalar(0.5));

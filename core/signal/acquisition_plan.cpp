@@ -14,7 +14,7 @@ constexpr int kMinCyclesApart = 2;
 constexpr double kTdmCarrierHz = 10e3;
 constexpr std::array<double, kSourceCoils> kFdmCarriersHz{7.7e3, 10e3, 13.4e3};
 constexpr int kGuardDivisor = 5;
-/// Largest relative shift of a carrier that gives it the same phase in all blocks.
+/// A carrier is shifted by at most this fraction, to give it the same phase in all blocks.
 constexpr double kFarthestShare = 0.2;
 
 constexpr Status invalid(const char* message) { return {StatusCode::invalid_argument, message}; }

@@ -111,8 +111,8 @@ private:
         return Verdict::restarted;
     }
 
-    /// True if `time` confirms the held stamp: later, and closer to it than the held stamp is to the newest. Otherwise holds
-    /// `time`.
+    /// True if `time` is later than the held stamp, by at most the step from the newest stamp to the held one. Otherwise stores
+    /// `time` as the held stamp.
     bool agrees_with_held(DeviceTime time) {
         if (held_ && time > held_time_ && time - held_time_ <= held_time_ - newest_) {
             return true;

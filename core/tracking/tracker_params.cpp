@@ -67,7 +67,7 @@ Status check_process_noise(const ProcessNoiseParams<Scalar>& n) {
     return {};
 }
 
-/// Checks of numbers that are not times.
+/// Checks the parameters in floating point; check_filter_times() checks those in microseconds.
 template <typename Scalar>
 Status check_filter(const CommonParams<Scalar>& common, const ScaatParams<Scalar>& p) {
     for (const Scalar value : {p.gate, p.most_inflated, p.start_speed_m_s, p.start_rate_rad_s, p.inconsistent_above}) {

@@ -68,8 +68,9 @@ void explain_refusal(const GpioLineName& name, const Held& held, Text& reason) {
     const int error = errno;
     if (error == EBUSY) {
         const char* owner = gpiod_line_consumer(held.line);
-        reason.print("GPIO line '%s' of '%s' is in use by '%s'; end that program, or choose another line", name.line.c_str(),
-                     name.chip.c_str(), owner != nullptr ? owner : "the kernel");
+        const char* remedy = owner != nullptr ? "end that program, or choose another line" : "choose another line";
+        reason.print("GPIO line '%s' of '%s' is in use by '%s'; %s", name.line.c_str(), name.chip.c_str(),
+                     owner != nullptr ? owner : "the kernel", remedy);
     } else {
         reason.print("GPIO line '%s' of '%s': request refused (%s)", name.line.c_str(), name.chip.c_str(), std::strerror(error));
     }

@@ -37,8 +37,8 @@ public:
     /// Call once: reads and clears the record of the last run.
     void begin();
 
-    /// The problem stays set until the next reset. Any context.
-    void report(hal::SystemFault trouble);
+    /// Sets a fault until the next reset. May be called in any context.
+    void report(hal::SystemFault fault);
 
 private:
     [[nodiscard]] hal::ResetReason do_reset_reason() const override { return reason_; }

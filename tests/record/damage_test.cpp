@@ -90,7 +90,7 @@ TEST_F(Damage, ForeignFoldersAndVersions) {
     expect_refused("is this a recording?");
     SetUp();
     describe([](auto& d) { d["version"] = 1; });
-    expect_refused("is of version 1; this tricoil reads version 3");
+    expect_refused("recording format version 1; this program reads version 3");
     fs::remove_all(folder_);
     expect_refused("is not a folder");
 }

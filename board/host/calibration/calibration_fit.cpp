@@ -110,7 +110,7 @@ private:
             const Mat3<double>& n = guess.sensor;
             magnetic_ = {m(0, 0), m(1, 1), m(2, 2), m(0, 1), m(0, 2), m(1, 2), n(0, 0), n(1, 1), n(0, 1), n(0, 2), n(1, 2)};
         } else if (guess.stage_turns_left_handed != left_handed_) {
-            throw InputError("the files have different rotation senses of the stage; calibrate them separately");
+            throw InputError("the stage turns in opposite directions in these files; calibrate them separately");
         }
         if (guess.stage_turns_left_handed) {
             for (std::size_t f = 0; f < files_.size(); ++f) {

@@ -19,7 +19,7 @@ constexpr double kBand_m = 0.05;
 
 double rms(const Eigen::MatrixXd& rows) { return std::sqrt(rows.squaredNorm() / static_cast<double>(rows.rows())); }
 
-/// All monomials of the centred position up to the third power: 20.
+/// All 20 monomials of the centred position with total degree 0 to 3.
 Eigen::RowVectorXd monomials(const Vec3<double>& p) {
     Eigen::RowVectorXd row(20);
     Eigen::Index at = 0;

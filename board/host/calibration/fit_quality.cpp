@@ -163,14 +163,14 @@ void check_parameters(const ParameterEstimate& estimate, CalibrationFit& fit) {
     const auto weakest = static_cast<std::size_t>(index);
     const std::string name = weakest < estimate.magnetic.size() ? kParameterNames[weakest] : "a fixture's position or rotation";
     if (fit.condition > kMaxCondition) {
-        throw InputError(
-            fmt::format("the poses do not determine all parameters (condition {:.1e}); weakest: {}. Add poses that turn "
-                        "and move the sensor in more directions, or use --model concentric",
-                        fit.condition, name));
+        throw InputError(fmt::format(
+            "the poses do not determine all parameters (condition number {:.1e}); least determined: {}. Add poses that turn "
+            "and move the sensor in more directions, or use --model concentric",
+            fit.condition, name));
     }
     if (fit.condition > kWarnCondition) {
         fit.warnings.push_back(
-            fmt::format("parameters are weakly determined (condition {:.1e}); weakest: {}", fit.condition, name));
+            fmt::format("parameters are weakly determined (condition number {:.1e}); least determined: {}", fit.condition, name));
     }
 }
 

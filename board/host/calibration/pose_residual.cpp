@@ -181,7 +181,8 @@ bool PoseResidual::Evaluate(double const* const* blocks, double* residual, doubl
     if (jacobians[0] != nullptr) {
         Eigen::Map<Jacobian<kMagnetic>>{jacobians[0]} = terms_.weight * x.by_magnetic;
     }
-    // A small rotation d of a part at lever a moves the sensor by d x a = -[a] d.
+    // A small rotation d of the source or a fixture moves the sensor by d x a = -cross_matrix(a) d; a: vector from the centre of
+    // the rotation to the sensor.
     const Mat3<double> of_source = left_jacobian(source + 3);
     write_rigid(jacobians[1], terms_, x, Mat3<double>::Identity(), -cross_matrix(from_source) * of_source, of_source);
     const Mat3<double> of_fixture = turned * terms_.named * left_jacobian(fixture + 3);

@@ -116,7 +116,7 @@ std::string stage_text(const Json& r) {
     std::string text =
         fill(r,
              "{poses} poses, model {model}, fixtures {fixtures}; closed-form start {start_position_rms_m in mm:.2f} mm, "
-             "couplings unexplained {residual_rms in %:.3f} %, condition {condition:.0f}\n"
+             "couplings unexplained {residual_rms in %:.3f} %, condition number {condition:.0f}\n"
              "  moments in units of C = {coupling_constant:.6g}\n");
     for (const Json& p : r["parameters"]) {
         text += fill(p, "  {name:<24} {value:>12.6f} +- {deviation:.6f}\n");

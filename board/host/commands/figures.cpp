@@ -49,7 +49,7 @@ int figures(const FiguresCommand& command) {
 void add_figures_command(CLI::App& program, Action& action) {
     auto c = std::make_shared<FiguresCommand>();
     CLI::App* sub = program.add_subcommand(
-        "figures", "Write figures 1 to 6 of the paper, closed and open loop, error budget and metal as CSV and SVG");
+        "figures", "Write figures as CSV and SVG: 1 to 6 of the paper, comparison of closed and open loop, error budget, metal");
     sub->add_option("--out", c->out, "Output folder; created if its parent folder exists")->required()->check(refuse_empty);
     sub->add_option("--hand-motion", c->hand_motion,
                     "Folder of recorded .traj files for the error budget; default: generated motions");

@@ -70,9 +70,10 @@ int run_replay(const ReplayCommand& command) {
                          report.tail_s);
             return to_int(ExitCode::check_failed);
         }
-        print_notice("tricoil: {}: replay differs{}: {} of {} poses are equal; was it recorded by this version ({})?\n",
-                     command.folder, report.first_difference.empty() ? "" : ", first at " + report.first_difference, report.equal,
-                     report.poses + report.only_recorded, recording.description().value("program", "unknown"));
+        print_notice(
+            "tricoil: {}: replay differs{}: {} of {} poses are equal; the recording was made by {}, this is tricoil {}\n",
+            command.folder, report.first_difference.empty() ? "" : ", first at " + report.first_difference, report.equal,
+            report.poses + report.only_recorded, recording.description().value("program", "an unknown program"), TRICOIL_VERSION);
         return to_int(ExitCode::check_failed);
     }
     return to_int(ExitCode::fine);

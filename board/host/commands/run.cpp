@@ -178,7 +178,7 @@ void add_run_command(CLI::App& program, Action& action) {
     sub->add_option("--samples", o.samples, "Integer trackers: write the input of the tracker to this file")->check(refuse_empty);
     sub->add_flag("--realtime", o.realtime, "Run in real time");
     sub->add_option("--out", o.out_csv, "Write all poses and true poses to this CSV file")->check(refuse_empty);
-    sub->add_option("--tip", o.output.tip_m, "CSV: report the tip of a tool at x,y,z (m, sensor frame)")
+    sub->add_option("--tip", o.output.tip_m, "With --out: position of a tool tip at x,y,z (m, sensor frame)")
         ->delimiter(',')
         ->expected(3);
     sub->add_option("--align", o.output.align_points,

@@ -64,8 +64,8 @@ public:
 private:
     static constexpr int kSettlingColumns = 6;   // until the velocity is known: two of each coil
     static constexpr int kLearningColumns = 24;  // until corrections are used to learn accelerations
-    // Above this value the variance of a column grows with the third power of the excess. Chosen for outliers of 5 to 15 sigma in
-    // one column of 20, hidden by motion. It costs 3 % of accuracy if there are no outliers.
+    // Above this value the variance of a column is multiplied by the third power of (squared innovation / this value). Tuned for
+    // outliers of 5 to 15 sigma in one column of 20 of a moving sensor. It costs 3 % of accuracy if there are no outliers.
     static constexpr double kDownweightAbove = 9;  // squared innovation, 3 degrees of freedom: exceeded once in 34
     // An outlier that just passes the gate moves the pose by several sigma. The reported covariance is increased until later
     // columns have corrected the pose.

@@ -68,8 +68,8 @@ public:
     [[nodiscard]] const Mat3<Scalar>& signal_matrix() const { return x_; }
     /// Variance of a coupling due to blur, coupling units squared.
     [[nodiscard]] Scalar blur_variance() const { return blur_variance_; }
-    /// Variance of a coupling due to a significant misfit of the matrix of the start: motion between its columns, or metal. Zero
-    /// after the next matrix that gives a pose.
+    /// Variance of a coupling due to a significant misfit of the signal matrix with which the filter started. Motion between its
+    /// columns, or metal, causes this misfit. Zero after the next matrix that gives a pose.
     [[nodiscard]] Scalar start_variance() const { return start_variance_; }
     /// Part of column j of the last matrix that no pose explains, if it is significant; else close to zero. Coupling units.
     [[nodiscard]] auto residual(int j) const { return residual_.col(j); }

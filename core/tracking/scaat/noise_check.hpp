@@ -16,7 +16,7 @@ namespace tricoil::tracking::scaat {
 template <typename Scalar>
 class NoiseCheck {
 public:
-    /// The filter starts again: no differences across this time. The estimated noise stays.
+    /// Discards the stored columns, so that no difference includes a restart of the filter. Keeps the noise estimate.
     void restart() { histories_ = {}; }
 
     /// Adds a column that the filter accepted.

@@ -1,4 +1,4 @@
-// Event counters from an interrupt handler to thread context.
+// Event counters that an interrupt handler increments and thread context reads.
 #pragma once
 
 #include <atomic>

@@ -21,7 +21,7 @@ public:
     /// Advances by `step_s` with the input of the stage at `drive_v`.
     void advance(double drive_v, double step_s);
     [[nodiscard]] double current() const { return current_; }
-    /// Rate of change of the current, 1/s.
+    /// Rate of change of the current, in volts of the reference channel per second.
     [[nodiscard]] double derivative() const;
     void rest() { stage_v_ = current_ = 0; }
 

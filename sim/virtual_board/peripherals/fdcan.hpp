@@ -35,7 +35,7 @@ public:
     [[nodiscard]] bool is_on() const;
     /// The next frame to send. In FIFO mode it is the oldest, in queue mode the lowest identifier.
     [[nodiscard]] std::optional<CanFrame> waiting() const;
-    /// That frame was sent; `acknowledged`: by another node.
+    /// The bus has sent the frame of waiting(). acknowledged: another node acknowledged it.
     void sent(bool acknowledged);
     /// Receives a frame of another node.
     void receive(const CanFrame& frame);
