@@ -47,10 +47,11 @@ public:
         TRICOIL_ASSERT(size <= free.size());
         size_ += size;
     }
-    void put_numbers(const PoseField& field, Numbers numbers) {
+    /// not_finite: text for NaN and infinity.
+    void put_numbers(const PoseField& field, Numbers numbers, const char* not_finite) {
         for (std::size_t i = 0; i < numbers.size(); ++i) {
             print(i == 0 ? "" : ",");
-            print(field.format, numbers[i]);
+            print(std::isfinite(numbers[i]) ? field.format : not_finite, numbers[i]);
         }
     }
     [[nodiscard]] std::size_t size() const { return size_; }
@@ -138,7 +139,7 @@ std::size_t put_csv(const PoseNumbers& pose, std::span<char> out) {
         if (field.integer != nullptr) {
             text.print("{}", pose.*field.integer);
         } else {
-            text.put_numbers(field, field.numbers(pose));
+            text.put_numbers(field, field.numbers(pose), "{}");
         }
     }
     return text.size();
@@ -154,7 +155,7 @@ std::size_t put_json(const PoseNumbers& pose, std::span<char> out) {
         }
         const Numbers numbers = field.numbers(pose);
         text.print(numbers.size() > 1 ? "[" : "");
-        text.put_numbers(field, numbers);
+        text.put_numbers(field, numbers, "null");
         text.print(numbers.size() > 1 ? "]" : "");
     }
     text.print("}}");

@@ -56,8 +56,8 @@ std::string pose_column_names(std::string_view unit = "m", std::string_view inst
 /// Additional columns of forms that have the error budget.
 constexpr std::string_view kPredictedErrorNames = "predicted_error_mm,predicted_error_deg";
 
-/// Values of all fields, separated by commas, or one JSON object; without line feed. No heap. Returns the number of characters,
-/// at most kLongestPoseText.
+/// Values of all fields, separated by commas, or one JSON object, with null for NaN and infinity; without line feed. No heap.
+/// Returns the number of characters, at most kLongestPoseText.
 std::size_t put_csv(const PoseNumbers& pose, std::span<char> out);
 std::size_t put_json(const PoseNumbers& pose, std::span<char> out);
 constexpr std::size_t kLongestPoseText = 768;

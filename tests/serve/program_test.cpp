@@ -30,7 +30,7 @@ using ::testing::HasSubstr;
 
 TEST(ServeProgram, RefusesWhatCannotBeServed) {
     const std::vector<std::pair<std::string, std::string>> lines{
-        {"", "serve: no output; add --fastrak, --openigtlink or --web"},
+        {"", "serve: no output; add --fastrak, --openigtlink, --json-lines or --web"},
         {"--fastrak nowhere", "must be pty, pty:LINK, serial:PATH[:BAUD] or tcp:[ADDRESS:]PORT"},
         {"--fastrak tcp:99999", "needs a port number up to 65535"},
         {"--fastrak serial:/dev/ttyS0:1234", "the speed must be 9600"},
