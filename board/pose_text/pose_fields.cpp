@@ -14,6 +14,7 @@ using P = PoseNumbers;
 using Numbers = std::span<const double>;
 
 constexpr const char* kSignificant = "{:.8g}";  // the wire has 24 bits
+constexpr double kLongFrom = 1e12;  // larger numbers are written with an exponent, so that a pose has a limited length
 
 const std::array<PoseField, 11> kFields{{
     {"sensor", {"sensor"}, 0, "", &P::sensor},
@@ -51,7 +52,8 @@ public:
     void put_numbers(const PoseField& field, Numbers numbers, const char* not_finite) {
         for (std::size_t i = 0; i < numbers.size(); ++i) {
             print(i == 0 ? "" : ",");
-            print(std::isfinite(numbers[i]) ? field.format : not_finite, numbers[i]);
+            const bool is_long = std::abs(numbers[i]) >= kLongFrom;
+            print(!std::isfinite(numbers[i]) ? not_finite : is_long ? kSignificant : field.format, numbers[i]);
         }
     }
     [[nodiscard]] std::size_t size() const { return size_; }

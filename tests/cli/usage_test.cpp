@@ -71,9 +71,10 @@ TEST(Usage, UnknownNamesGetASuggestion) {
 
 /// A program that waits for the line with the addresses must not connect to a server that ends at once.
 TEST(Usage, ServePrintsNoAddressesWithInvalidOptions) {
-    expect_usage_error("serve --json-lines 5005", "must be tcp:[ADDRESS:]PORT or udp:HOST:PORT");
+    expect_usage_error("serve --json-lines 5005", "must be tcp:[ADDRESS:]PORT or udp:[HOST:]PORT");
     expect_usage_error("serve --json-lines udp:127.0.0.1:0", "name the port of the receiver");
-    expect_usage_error("serve --json-lines udp:no.such.host.invalid:9", "no such address");
+    expect_usage_error("serve --json-lines udp:127.0.0.1:00", "name the port of the receiver");
+    expect_usage_error("serve --json-lines udp:[]:9", "no such address");
     expect_usage_error("serve --json-lines tcp:192.0.2.1:0", "--json-lines 192.0.2.1:0");
     expect_usage_error("serve --json-lines ''", "--json-lines");
     expect_usage_error("serve --openigtlink 0 --fault nonsense", "nonsense");

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include <chrono>
+#include <limits>
 #include <sstream>
 
 #include "board/pose_text/served_pose_line.hpp"
@@ -12,22 +13,32 @@ namespace {
 
 using nlohmann::json;
 
+/// Adds the pose of a line. A machine that stops for half a second gives a stale one more; it is left out.
+void add(const std::string& line, std::vector<json>& poses) {
+    json pose = json::parse(line);
+    if (pose["flag_names"].get<std::string>().find("stale") == std::string::npos) {
+        poses.push_back(std::move(pose));
+    }
+}
+
 std::vector<json> parsed(const std::string& text) {
     std::vector<json> poses;
     std::istringstream lines(text);
     for (std::string line; std::getline(lines, line) && !lines.eof();) {  // without a last line that is cut
-        poses.push_back(json::parse(line));
+        add(line, poses);
     }
     return poses;
 }
 
-/// Consecutive poses, 1/240 s apart, of the present time.
-void expect_every_pose(const std::vector<json>& poses) {
+/// Poses of the present time, 1/240 s apart for consecutive sequence numbers. some_missing: numbers may be left out.
+void expect_poses(const std::vector<json>& poses, bool some_missing) {
     const double now_s = std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
     EXPECT_NEAR(poses.front()["utc_s"].get<double>(), now_s, 30);
     for (std::size_t n = 1; n < poses.size(); ++n) {
-        ASSERT_EQ(poses[n]["sequence"].get<int>(), poses[n - 1]["sequence"].get<int>() + 1);
-        ASSERT_NEAR(poses[n]["time_us"].get<double>() - poses[n - 1]["time_us"].get<double>(), 1e6 / 240, 2);
+        const int step = poses[n]["sequence"].get<int>() - poses[n - 1]["sequence"].get<int>();
+        ASSERT_GE(step, 1);
+        ASSERT_TRUE(step == 1 || some_missing) << step;
+        ASSERT_NEAR(poses[n]["time_us"].get<double>() - poses[n - 1]["time_us"].get<double>(), step * 1e6 / 240, 2);
     }
     EXPECT_EQ(poses.back()["valid"], 1);
     EXPECT_EQ(poses.back()["flag_names"], "");
@@ -42,7 +53,7 @@ TEST(JsonLines, ATcpClientReceivesEveryPose) {
     const auto poses = parsed(read_for(client, std::chrono::seconds(30), 300'000));
     close(client);
     ASSERT_GT(poses.size(), 500U);
-    expect_every_pose(poses);
+    expect_poses(poses, false);
 }
 
 TEST(JsonLines, AUdpReceiverGetsOnePosePerDatagram) {
@@ -59,15 +70,20 @@ TEST(JsonLines, AUdpReceiverGetsOnePosePerDatagram) {
         const std::string datagram = read_for(receiver, std::chrono::seconds(10), 1);
         ASSERT_FALSE(datagram.empty());
         ASSERT_EQ(datagram.find('\n'), datagram.size() - 1);
-        poses.push_back(json::parse(datagram));
+        add(datagram, poses);
     }
     close(receiver);
-    expect_every_pose(poses);
+    expect_poses(poses, true);  // UDP may lose datagrams
 }
 
 TEST(JsonLines, AReceiverThatIsNotThereStopsNothing) {
-    Serving serving({"--json-lines", "udp:127.0.0.1:9", "--json-lines", "tcp:0", "--scenario", "still", "--duration", "0.5"});
-    EXPECT_EQ(serving.stop(0), 0);  // waits
+    const Serving serving({"--json-lines", "udp:127.0.0.1:9", "--fastrak", "tcp:0", "--scenario", "still"});
+    const int client = connect_to(serving.port("fastrak"));
+    EXPECT_EQ(write(client, "C", 1), 1);
+    constexpr std::size_t kRecords = 100;
+    EXPECT_GE(read_for(client, std::chrono::seconds(30), 47 * kRecords).size(), 47 * kRecords);
+    close(client);
+    EXPECT_EQ(serving.err(), "");
 }
 
 TEST(JsonLines, ALineIsJsonForEveryPose) {
@@ -78,6 +94,9 @@ TEST(JsonLines, ALineIsJsonForEveryPose) {
     EXPECT_EQ(line["valid"], 0);
     EXPECT_TRUE(line["position_m"][0].is_null());
     EXPECT_DOUBLE_EQ(line["utc_s"].get<double>(), 1'700'000'000.000042);
+    served.pose.position_m.setConstant(std::numeric_limits<double>::max());
+    served.pose.covariance.setConstant(std::numeric_limits<double>::max());
+    EXPECT_DOUBLE_EQ(json::parse(host::served_pose_line(served))["position_m"][1].get<double>(), 1.7976931e+308);
     EXPECT_THAT(line["flag_names"].get<std::string>(), testing::HasSubstr("distorted"));
 }
 

@@ -75,6 +75,8 @@ void add_outputs(const ServeCommand& command, Controls controls, Server& server,
         auto output = json_lines::make_output(where);
         if (where.starts_with("tcp:")) {
             warn_of_exposure("--json-lines", output.address, Controls::none);
+        } else if (!output.address.is_loopback()) {
+            print_notice("tricoil: --json-lines {}: poses are sent over the network without encryption\n", where);
         }
         addresses["json_lines"].push_back(output.text);
         server.add(std::move(output.service));
@@ -224,7 +226,7 @@ void add_serve_command(CLI::App& program, Action& action) {
         ->check(refuse_empty);
     sub->add_option(
            "--json-lines", command->json_lines,
-           "Each pose as a line of JSON, to clients of tcp:[ADDRESS:]PORT, or as a datagram to udp:HOST:PORT; repeatable")
+           "Each pose as a line of JSON, to clients of tcp:[ADDRESS:]PORT, or as a datagram to udp:[HOST:]PORT; repeatable")
         ->check(refuse_empty);
     sub->add_option("--web", command->web,
                     "Live page for browsers on [ADDRESS:]PORT; without ADDRESS, only for browsers of this machine. "

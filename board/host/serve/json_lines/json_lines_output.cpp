@@ -17,11 +17,11 @@ constexpr const char* kOption = "--json-lines";
 Output make_output(const std::string& where) {
     const bool is_udp = where.starts_with("udp:");
     if (!is_udp && !where.starts_with("tcp:")) {
-        throw InputError(fmt::format("{} {}: must be tcp:[ADDRESS:]PORT or udp:HOST:PORT", kOption, where));
+        throw InputError(fmt::format("{} {}: must be tcp:[ADDRESS:]PORT or udp:[HOST:]PORT", kOption, where));
     }
     const TcpAddress address = parse_tcp_address(kOption, where.substr(4));
     if (is_udp) {
-        if (address.port == "0") {
+        if (std::stoi(address.port) == 0) {
             throw InputError(fmt::format("{} {}: name the port of the receiver", kOption, where));
         }
         return {std::make_unique<UdpSender>(kOption, address), address, "udp:" + address.text(std::stoi(address.port))};

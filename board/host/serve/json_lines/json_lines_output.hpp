@@ -15,7 +15,7 @@ struct Output {
     std::string text;  // for the user
 };
 
-/// where: tcp:[ADDRESS:]PORT or udp:HOST:PORT. Throws InputError for other text, and as TcpListener and UdpSender do.
+/// where: tcp:[ADDRESS:]PORT or udp:[HOST:]PORT. Throws InputError for other text, and as TcpListener and UdpSender do.
 Output make_output(const std::string& where);
 
 }  // namespace tricoil::host::json_lines

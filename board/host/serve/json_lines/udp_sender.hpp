@@ -9,10 +9,10 @@
 
 namespace tricoil::host::json_lines {
 
-/// One JSON line per datagram. A datagram that cannot be sent at once is lost, as UDP permits.
+/// One JSON line per datagram. A datagram that cannot be sent at once is lost. A lasting failure is told once.
 class UdpSender final : public Service {
 public:
-    /// Throws InputError, beginning with `option`, for a host that is not known.
+    /// Throws InputError for a host that is not known, DeviceError for one that cannot be reached; both name `option`.
     UdpSender(const std::string& option, const TcpAddress& address);
 
     bool watch(std::vector<pollfd>& /*descriptors*/) override { return false; }
@@ -20,7 +20,9 @@ public:
     void take(std::span<const ServedPose> poses) override;
 
 private:
+    std::string name_;
     drivers::FileDescriptor descriptor_;
+    bool is_told_ = false;
 };
 
 }  // namespace tricoil::host::json_lines
