@@ -311,7 +311,7 @@ TEST_F(Fdcan, SurvivesRandomFrames) {
             ASSERT_LE(message.bytes.size(), kBoardMessageBytes);
         }
         (void)transmitted();
-        clock_.advance(Microseconds{random() % 2000});
+        clock_.advance(Microseconds{static_cast<std::int64_t>(random() % 2000)});
     }
     EXPECT_GT(port_.wire_errors().total(), 1000U);
     clock_.advance(Microseconds{2'000'000});
