@@ -151,13 +151,14 @@ TEST(PoseAge, TenClientsThatFloodAtMostDoubleAnothersAge) {
     Asker asker(serving.port("fastrak"));
     (void)reader.median_age_s(kMessages);  // waits until the tracker has settled
     const auto oldest_s = [&] {
-        constexpr std::size_t kRequests = 100;
+        constexpr std::size_t kRequests = 25;
         const double age_s = reader.median_age_s(kMessages);
         return age_s + asker.median_wait_s(kRequests);
     };
+    double alone_s = std::numeric_limits<double>::infinity();  // the shortest of all rounds: requests may wait from the last one
     double least = std::numeric_limits<double>::infinity();
     for (int round = 0; round < 5 && least > 2; ++round) {
-        const double alone_s = oldest_s();
+        alone_s = std::min(alone_s, oldest_s());
         const Flood flood(serving.port("fastrak"), 10);
         (void)reader.median_age_s(kMessages);
         const double beside_s = oldest_s();
