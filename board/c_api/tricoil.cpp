@@ -1,25 +1,18 @@
 #include "board/c_api/tricoil.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
-#include <deque>
 #include <exception>
 #include <memory>
-#include <optional>
+#include <new>
 #include <string>
 
-#include "board/linux/device_setup.hpp"
-#include "board/linux/device_uri.hpp"
-#include "board/support/calibration_file.hpp"
-#include "board/support/errors.hpp"
-#include "core/protocol/convert.hpp"
-#include "drivers/posix/monotonic_clock.hpp"
+#include "board/pose_source/open_source.hpp"
 
 namespace {
 
 using namespace tricoil;
-
-constexpr std::size_t kMaxKept = 256;  // poses, 0.27 s at 960 Hz
 
 struct FlagOfBoth {
     std::uint32_t c;
@@ -56,108 +49,46 @@ constexpr bool flags_agree() {
 }
 static_assert(flags_agree());
 
-bool ends_with(const std::string& text, const std::string& end) {
-    return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
-}
-
-constexpr const char* kForms = "can:INTERFACE, usb:VENDOR:PRODUCT, serial:PATH or a .toml file";
-
-/// Throws InputError if the device matches none of kForms. The error message of the program is not used, because it lists forms
-/// that the library does not support.
-void expect_device(const std::string& device) {
-    const std::string scheme = device.substr(0, device.find(':') + 1);
-    if (scheme != "can:" && scheme != "usb:" && scheme != "serial:") {
-        throw host::InputError("unknown device '" + device + "'; give " + kForms);
-    }
-}
-
-linux_board::DeviceConfig configuration(const std::string& device, const char* tracker) {
-    linux_board::DeviceConfig config;
-    if (ends_with(device, ".toml")) {
-        config = linux_board::load_device_config(device);
-    } else {
-        config.device = device;
-    }
-    expect_device(config.device);
-    config.method = tracker != nullptr ? tracker : config.method;
-    return config;
-}
-
-std::optional<calibration::Calibration<double>> calibration_of(const linux_board::DeviceConfig& config) {
-    return config.calibration.empty() ? std::nullopt : std::optional(host::read_calibration(config.calibration).calibration);
-}
-
-/// Status of a connection without errors.
-const char* to_text(linux_board::Phase phase) {
-    switch (phase) {
-        case linux_board::Phase::closed:
-            return "not connected yet; call tricoil_poll()";
-        case linux_board::Phase::greeting:
-            return "waiting for the device's identification";
-        case linux_board::Phase::starting:
-            return "waiting for the device to start";
-        case linux_board::Phase::running:
-            break;
-    }
-    return "running";
-}
-
-tricoil_pose to_pose(const protocol::PoseMessage& m) {
+tricoil_pose to_pose(const tracking::PoseEstimate<double>& p) {
     tricoil_pose pose{};
-    pose.time_us = m.time_us;
-    pose.sequence = m.sequence;
-    pose.sensor = m.sensor;
-    pose.flags = m.flags;
-    pose.valid = (m.flags & tracking::kInvalidating.bits()) == 0 ? 1 : 0;
-    for (std::size_t i = 0; i < 3; ++i) {
-        pose.position_m[i] = m.position[i] / protocol::kPositionPerMetre;
-        pose.position_std_m[i] = m.deviation[i] / protocol::kDeviationPerUnit;
-        pose.rotation_std_rad[i] = m.deviation[i + 3] / protocol::kDeviationPerUnit;
-    }
-    for (std::size_t i = 0; i < 4; ++i) {
-        pose.quaternion_wxyz[i] = m.quaternion[i] / protocol::kQuaternionPerUnit;
-    }
-    pose.distortion_m = m.distortion / protocol::kDistortionPerMetre;
+    pose.time_us = p.time.since_start().count();
+    pose.sequence = p.sequence;
+    pose.sensor = p.sensor;
+    pose.valid = p.valid() ? 1 : 0;
+    pose.flags = static_cast<std::uint16_t>(p.flags.bits());
+    const Eigen::Vector4d wxyz(p.q_source_sensor.w(), p.q_source_sensor.x(), p.q_source_sensor.y(), p.q_source_sensor.z());
+    const Vec6<double> deviation = p.covariance.diagonal().cwiseSqrt();
+    Eigen::Map<Vec3<double>>(pose.position_m) = p.position_m;
+    Eigen::Map<Eigen::Vector4d>(pose.quaternion_wxyz) = wxyz;
+    Eigen::Map<Vec3<double>>(pose.position_std_m) = deviation.head<3>();
+    Eigen::Map<Vec3<double>>(pose.rotation_std_rad) = deviation.tail<3>();
+    Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(&pose.covariance[0][0]) = p.covariance;
+    Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&pose.couplings[0][0]) = p.signal_matrix;
+    pose.distortion_m = p.distortion_m;
+    pose.snr_db = p.snr_db;
     return pose;
 }
 
 }  // namespace
 
-/// Order of members: lines, port, loop. Destruction in reverse order switches the coils off before anything is released.
 struct tricoil_tracker {  // NOLINT(readability-identifier-naming): C
-    explicit tricoil_tracker(const linux_board::DeviceConfig& config)
-        : lines(config.coils),
-          port(linux_board::make_port(linux_board::parse_device_uri(config.device))),
-          loop(*port, lines.lines(), linux_board::loop_params(config, calibration_of(config)),
-               [this](const protocol::PoseMessage& pose) { keep(pose); }) {}
-
-    void keep(const protocol::PoseMessage& pose) {
-        if (poses.size() == kMaxKept) {
-            poses.pop_front();
-        }
-        poses.push_back(to_pose(pose));
-    }
-
-    std::deque<tricoil_pose> poses;
-    linux_board::OpenLines lines;
-    std::unique_ptr<hal::MessagePort> port;
-    linux_board::DeviceLoop loop;
+    std::unique_ptr<host::PoseSource> source;
     std::string status;
+    std::string failure;  // of tricoil_poll(); empty: none
 };
 
-tricoil_tracker* tricoil_open(const char* device, const char* tracker, char* error, size_t error_size) {
+tricoil_tracker* tricoil_open(const char* source, const char* tracker, char* error, size_t error_size) {
     const auto fail = [&](const char* reason) -> tricoil_tracker* {
         if (error != nullptr && error_size > 0) {
             (void)std::snprintf(error, error_size, "%s", reason);
         }
         return nullptr;
     };
-    if (device == nullptr) {
-        std::string reason = "no device given; use ";
-        return fail(reason.append(kForms).c_str());
+    if (source == nullptr) {
+        return fail("no source given; use for example sim:hand or serial:/dev/ttyACM0");
     }
     try {
-        return new tricoil_tracker(configuration(device, tracker));
+        return new tricoil_tracker{host::open_source(source, tracker != nullptr ? tracker : ""), {}, {}};
     } catch (const std::exception& e) {
         return fail(e.what());
     } catch (...) {
@@ -166,46 +97,62 @@ tricoil_tracker* tricoil_open(const char* device, const char* tracker, char* err
 }
 
 int tricoil_poll(tricoil_tracker* tracker, tricoil_pose* pose, int timeout_ms) {
+    constexpr int kOutOfMemory = -2;
+    constexpr int kEnd = -3;
+    constexpr int kFailed = -4;
     if (tracker == nullptr || pose == nullptr) {
         return -1;
     }
-    const HostTime end = drivers::host_now() + Microseconds{1000 * std::int64_t{timeout_ms}};
     try {
-        do {
-            tracker->loop.step();
-        } while (tracker->poses.empty() && drivers::host_now() < end);
+        tracking::PoseEstimate<double> estimate;
+        switch (tracker->source->poll(Microseconds{1000 * std::int64_t{std::max(timeout_ms, 0)}}, estimate)) {
+            case host::PoseSource::Event::pose:
+                *pose = to_pose(estimate);
+                return 1;
+            case host::PoseSource::Event::none:
+                return 0;
+            case host::PoseSource::Event::end:
+                return kEnd;
+        }
+    } catch (const std::bad_alloc&) {
+        return kOutOfMemory;
+    } catch (const std::exception& e) {
+        try {
+            tracker->failure = e.what();
+        } catch (...) {
+            return kOutOfMemory;
+        }
     } catch (...) {
-        return -2;
+        return kFailed;
     }
-    if (tracker->poses.empty()) {
-        return 0;
-    }
-    *pose = tracker->poses.front();
-    tracker->poses.pop_front();
-    return 1;
+    return kFailed;
+}
+
+int tricoil_set_hemisphere(tricoil_tracker* tracker, int sensor, const double towards[3]) {
+    const bool given = tracker != nullptr && towards != nullptr && sensor >= 0;
+    return given && tracker->source->set_hemisphere(static_cast<std::size_t>(sensor), Vec3<double>(towards)) ? 0 : -1;
+}
+
+int tricoil_set_tip(tricoil_tracker* tracker, int sensor, const double tip_m[3]) {
+    const bool given = tracker != nullptr && tip_m != nullptr && sensor >= 0;
+    return given && tracker->source->set_tip(static_cast<std::size_t>(sensor), Vec3<double>(tip_m)) ? 0 : -1;
+}
+
+int tricoil_boresight(tricoil_tracker* tracker, int sensor) {
+    const bool given = tracker != nullptr && sensor >= 0;
+    return given && tracker->source->boresight(static_cast<std::size_t>(sensor)) ? 0 : -1;
 }
 
 const char* tricoil_status(tricoil_tracker* tracker) {
     if (tracker == nullptr) {
         return "not open";
     }
-    const linux_board::DeviceSession& session = tracker->loop.session();
-    const char* const error = session.detail();
     try {
-        tracker->status = *error != '\0' ? error : to_text(session.phase());
+        tracker->status = tracker->failure.empty() ? tracker->source->status() : tracker->failure;
     } catch (...) {
         return "out of memory";
     }
     return tracker->status.c_str();
 }
 
-void tricoil_close(tricoil_tracker* tracker) {
-    if (tracker != nullptr) {
-        try {
-            tracker->loop.stop();
-            tracker->port->close();
-        } catch (...) {  // the destructor of the tracker releases the rest
-        }
-        delete tracker;
-    }
-}
+void tricoil_close(tricoil_tracker* tracker) { delete tracker; }

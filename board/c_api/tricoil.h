@@ -1,10 +1,13 @@
-/* C interface of tricoil: opens a device, polls poses, closes the device.
+/* C interface of tricoil: opens a device, a simulation or a recording, and polls poses.
  *
  * Position: of the sensor in the source frame, m. Quaternion: converts sensor frame components of a vector to source frame
- * components. Only one thread at a time may use a tracker. Several trackers may be open.
+ * components. Threads: only one thread at a time may use a tracker; several trackers may be open, each in its own thread.
  */
 #ifndef TRICOIL_H
 #define TRICOIL_H
+
+/* The shared library exports only these functions. */
+#define TRICOIL_API __attribute__((visibility("default")))
 
 #include <stddef.h>
 #include <stdint.h>
@@ -46,29 +49,46 @@ typedef struct tricoil_pose {
     double position_std_m[3];   /* standard deviations along the axes of the source frame */
     double rotation_std_rad[3]; /* standard deviations of a small rotation about the axes of the source frame */
     double distortion_m;        /* position error (3D, RMS) that metal near the coils suggests; part of position_std_m */
-} tricoil_pose;                 /* NOLINT(modernize-use-using): C */
+    double snr_db;              /* coupling relative to its noise */
+    double covariance[6][6]; /* of position (m), then of a small rotation (rad), along and about the axes of the source frame */
+    double couplings[3][3];  /* signal matrix X of this pose: sensor coil, source coil; zero if the device solved it */
+} tricoil_pose;              /* NOLINT(modernize-use-using): C */
 
-/* Opens a device.
- * device: can:can0, usb:1209:0001 or serial:/dev/ttyACM0 (sim: is not supported), or a configuration file of
- *   `tricoil run --config` whose name ends in .toml.
- * tracker: "direct", "previous", "previous-angles" or "scaat". NULL: the configured tracker, or "direct".
- * The device need not be connected yet: tricoil_poll() waits for it, and connects again after the cable was unplugged.
- *   Poses then are invalid (hemisphere unknown) after a long pause unless the file says `confined = true` in [tracker]; a tracker
- *   that is opened again starts with the hemisphere of the file.
- * Returns NULL for invalid input, or if the coil lines are in use. `error` (error_size bytes; may be NULL) then holds the reason
- * in one line. */
-tricoil_tracker* tricoil_open(const char* device, const char* tracker, char* error, size_t error_size);
+/* Opens a source of poses:
+ *   can:can0, usb:1209:0001 or serial:/dev/ttyACM0        a device
+ *   board.toml                                            the device of a configuration file of `tricoil run --config`
+ *   sim:hand or sim:hand,mux=tdm,seed=2,realtime=yes      a simulation of a scenario of `tricoil run --list`. Keys: mux (tdm,
+ * fdm), rate_hz, duration_s, seed, predict_s, noise (yes, no) and realtime (yes, no). Without realtime=yes it runs as fast as it
+ * is polled. recording:FOLDER                                      a recording of `tricoil run --record`, tracked again tracker:
+ * "direct", "previous", "previous-angles" or "scaat". NULL: that of the configuration or recording, otherwise "direct". A device
+ * need not be connected yet: tricoil_poll() waits for it, and connects again after the cable was unplugged. Poses then are
+ * invalid (hemisphere unknown) after a long pause unless the file says `confined = true` in [tracker]; a tracker that is opened
+ * again starts with the hemisphere of the file. Returns NULL for invalid input, or if the coil lines are in use. `error`
+ * (error_size bytes; may be NULL) then holds the reason in one line. */
+TRICOIL_API tricoil_tracker* tricoil_open(const char* source, const char* tracker, char* error, size_t error_size);
 
 /* Waits for the next pose, at most timeout_ms (negative: 0). Returns 1: *pose is set; 0: no pose came; -1: an argument is NULL;
- * -2: out of memory. Call it regularly: it also resets the device's watchdog. About 250 poses are buffered; the oldest are
- * dropped first. */
-int tricoil_poll(tricoil_tracker* tracker, tricoil_pose* pose, int timeout_ms);
+ * -2: out of memory; -3: the simulation or recording has ended; -4: the source failed, tricoil_status() gives the reason. With a
+ * device, call it regularly: it also resets the device's watchdog. 256 poses are buffered; the oldest are dropped first. */
+TRICOIL_API int tricoil_poll(tricoil_tracker* tracker, tricoil_pose* pose, int timeout_ms);
 
-/* Connection status as text for the user; never empty. The pointer is valid until the next call with this tracker. */
-const char* tricoil_status(tricoil_tracker* tracker);
+/* Half space of a sensor (0 to 3): direction from the source to it, source frame, any length. Returns 0; -1: an argument is NULL,
+ * zero or not finite, the sensor does not exist, or the source is a recording (it contains the hemisphere). */
+TRICOIL_API int tricoil_set_hemisphere(tricoil_tracker* tracker, int sensor, const double towards[3]);
+
+/* Tip of a tool, in the sensor frame, m: from now on poses give the position of the tip. Returns 0; -1: an argument is NULL or
+ * not finite, or the sensor does not exist. */
+TRICOIL_API int tricoil_set_tip(tricoil_tracker* tracker, int sensor, const double tip_m[3]);
+
+/* From now on the present attitude of the sensor reads as the unit quaternion. Returns 0; -1: the sensor has no valid pose yet.
+ */
+TRICOIL_API int tricoil_boresight(tricoil_tracker* tracker, int sensor);
+
+/* Status as text for the user; never empty. The pointer is valid until the next call with this tracker. */
+TRICOIL_API const char* tricoil_status(tricoil_tracker* tracker);
 
 /* Switches the coils off and releases the device. NULL is allowed. */
-void tricoil_close(tricoil_tracker* tracker);
+TRICOIL_API void tricoil_close(tricoil_tracker* tracker);
 
 #ifdef __cplusplus
 }

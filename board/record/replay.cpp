@@ -1,16 +1,10 @@
 #include "board/record/replay.hpp"
 
-#include <fmt/format.h>
-
 #include <cmath>
-#include <memory>
-#include <vector>
 
-#include "board/support/errors.hpp"
+#include "board/record/input_replay.hpp"
 #include "board/support/output_file.hpp"
-#include "board/support/tracker_choice.hpp"
 #include "core/geometry/rotations.hpp"
-#include "core/tracking/methods/any_tracker.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -89,59 +83,11 @@ private:
     double orientation_squared_ = 0;
 };
 
-/// Trackers, created again at each `begin` of the recording.
-class Trackers {
-public:
-    explicit Trackers(const TrackerSettings& settings) : settings_(settings) { make(); }
-
-    std::optional<Pose> take(const TrackerInput& input, const std::string& where) {
-        if (input.kind == InputKind::begin) {
-            make();
-            return std::nullopt;
-        }
-        if (input.sensor >= trackers_.size()) {
-            throw InputError(
-                fmt::format("{}: sensor {} does not exist; the recording has {}", where, input.sensor, trackers_.size()));
-        }
-        tracking::AnyTracker<double>& tracker = *trackers_[input.sensor];
-        switch (input.kind) {
-            case InputKind::column:
-                return tracker.update(input.column);
-            case InputKind::tick:
-                return tracker.tick(input.now);
-            default:
-                (void)tracker.set_hemisphere(input.hemisphere);  // a refused hemisphere is refused again
-                return std::nullopt;
-        }
-    }
-
-private:
-    void make() {
-        trackers_.clear();
-        for (int n = 0; n < settings_.sensors; ++n) {
-            trackers_.push_back(std::make_unique<tracking::AnyTracker<double>>(settings_.tracker, settings_.calibration));
-        }
-    }
-
-    TrackerSettings settings_;
-    std::vector<std::unique_ptr<tracking::AnyTracker<double>>> trackers_;
-};
-
 }  // namespace
-
-TrackerSettings with_tracker(const TrackerSettings& recorded, const std::string& tracker) {
-    TrackerSettings settings = recorded;
-    const tracking::MethodParams<double> method = method_of_name(tracker);
-    if (tracker != name_of_method(recorded.tracker.method)) {
-        settings.tracker.method = method;
-        deskew_in_turn(settings.tracker);
-    }
-    return settings;
-}
 
 ReplayReport replay(const Recording& recording, const TrackerSettings& settings, const std::string& out) {
     ReplayReport report;
-    Trackers trackers(settings);
+    InputReplay trackers(settings);
     const bool same_tracker = settings_json(settings) == settings_json(*recording.settings());
     Comparison comparison(recording.folder(), same_tracker && !recording.midway(), report);
     std::optional<OutputFile> file;

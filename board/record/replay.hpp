@@ -29,10 +29,6 @@ struct ReplayReport {
     }
 };
 
-/// Settings of a recording with another tracker: direct, previous, previous-angles or scaat. Throws InputError for an unknown
-/// name and for settings that the tracker does not support.
-TrackerSettings with_tracker(const TrackerSettings& recorded, const std::string& tracker);
-
 /// out: output file with the format of poses.csv; empty: none. Throws InputError for a damaged line, DeviceError if `out` cannot
 /// be written completely.
 ReplayReport replay(const Recording& recording, const TrackerSettings& settings, const std::string& out);

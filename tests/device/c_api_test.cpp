@@ -5,9 +5,13 @@
 #include <stdlib.h>
 
 #include <array>
+#include <cmath>
+#include <memory>
 #include <string>
 
 #include "board/c_api/tricoil.h"
+#include "core/geometry/quaternion.hpp"
+#include "core/solver/direct.hpp"
 #include "drivers/posix/file_descriptor.hpp"
 #include "drivers/posix/raw_terminal.hpp"
 
@@ -24,13 +28,98 @@ std::string refusal(const char* device) {
 }
 
 TEST(CApi, RefusesWithWhatItTakes) {
-    for (const char* device : {"sim:", "nonsense", "sim:circle", ""}) {
-        EXPECT_THAT(refusal(device), HasSubstr("give can:INTERFACE, usb:VENDOR:PRODUCT, serial:PATH or a .toml file")) << device;
-        EXPECT_THAT(refusal(device), Not(HasSubstr("use sim:"))) << device;
+    for (const char* source : {"nonsense", "", "hand"}) {
+        EXPECT_THAT(refusal(source), HasSubstr("use can:INTERFACE, usb:VENDOR:PRODUCT, serial:PATH, sim:SCENARIO")) << source;
     }
-    EXPECT_THAT(refusal(nullptr), HasSubstr("no device given; use can:"));
+    EXPECT_THAT(refusal(nullptr), HasSubstr("no source given"));
     EXPECT_THAT(refusal("usb:12345678"), HasSubstr("vendor number"));
-    EXPECT_EQ(tricoil_open("sim:", nullptr, nullptr, 0), nullptr);
+    EXPECT_THAT(refusal("sim:hnd"), HasSubstr("did you mean 'hand'"));
+    EXPECT_THAT(refusal("sim:hand,seed=-1"), HasSubstr("seed=-1: not a valid number"));
+    EXPECT_THAT(refusal("sim:hand,mux=cdm"), HasSubstr("mux"));
+    EXPECT_THAT(refusal("sim:hand,duration_s=inf"), HasSubstr("duration"));
+    EXPECT_THAT(refusal("recording:/nowhere"), HasSubstr("/nowhere"));
+    EXPECT_EQ(tricoil_open("nonsense", nullptr, nullptr, 0), nullptr);
+}
+
+struct Close {
+    void operator()(tricoil_tracker* tracker) const { tricoil_close(tracker); }
+};
+using Opened = std::unique_ptr<tricoil_tracker, Close>;
+
+TEST(CApi, PosesOfASimulationUntilItsEnd) {
+    const Opened tracker(tricoil_open("sim:hand,duration_s=1", "scaat", nullptr, 0));
+    ASSERT_NE(tracker, nullptr);
+    EXPECT_STREQ(tricoil_status(tracker.get()), "running");
+    tricoil_pose pose;
+    int poses = 0;
+    int result = 1;
+    for (std::int64_t last_us = -1; (result = tricoil_poll(tracker.get(), &pose, 1000)) == 1; last_us = pose.time_us) {
+        ++poses;
+        EXPECT_GT(pose.time_us, last_us);
+    }
+    EXPECT_EQ(result, -3);
+    EXPECT_GT(poses, 220);
+    EXPECT_EQ(pose.valid, 1);
+    EXPECT_STREQ(tricoil_status(tracker.get()), "the simulation has ended");
+    EXPECT_EQ(tricoil_poll(tracker.get(), &pose, 1000), -3);
+    for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_NEAR(pose.covariance[i][i], std::pow(pose.position_std_m[i], 2), 1e-18);
+        EXPECT_NEAR(pose.covariance[i + 3][i + 3], std::pow(pose.rotation_std_rad[i], 2), 1e-18);
+        EXPECT_EQ(pose.covariance[i][5], pose.covariance[5][i]);
+    }
+}
+
+// The direct solver on the couplings of a pose gives the pose. This fails if rows and columns are exchanged.
+TEST(CApi, CouplingsAreThoseOfThePose) {
+    const Opened tracker(tricoil_open("sim:circle,duration_s=1,noise=no", nullptr, nullptr, 0));
+    ASSERT_NE(tracker, nullptr);
+    tricoil_pose pose;
+    while (tricoil_poll(tracker.get(), &pose, 1000) == 1) {
+    }
+    Mat3<double> x;
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) {
+            x(i, j) = pose.couplings[i][j];
+        }
+    }
+    const auto solution = solver::solve_direct<double>(x, 6.75e-3);
+    ASSERT_TRUE(solution.ok());
+    const double* const q = pose.quaternion_wxyz;
+    EXPECT_NEAR((Quat<double>(q[0], q[1], q[2], q[3]).toRotationMatrix() - solution->attitude.transpose()).norm(), 0, 1e-9);
+    EXPECT_NEAR(solution->direction.cross(Vec3<double>(pose.position_m)).norm(), 0, 1e-9);
+}
+
+TEST(CApi, HemisphereTipAndBoresight) {
+    const Opened tracker(tricoil_open("sim:still,noise=no", nullptr, nullptr, 0));
+    ASSERT_NE(tracker, nullptr);
+    tricoil_pose first;
+    EXPECT_EQ(tricoil_boresight(tracker.get(), 0), -1) << "no pose yet";
+    do {
+        ASSERT_EQ(tricoil_poll(tracker.get(), &first, 1000), 1);
+    } while (first.valid == 0);
+    const double tip[3]{0, 0.1, 0};
+    EXPECT_EQ(tricoil_boresight(tracker.get(), 0), 0);
+    EXPECT_EQ(tricoil_set_tip(tracker.get(), 0, tip), 0);
+    tricoil_pose pose;
+    ASSERT_EQ(tricoil_poll(tracker.get(), &pose, 1000), 1);
+    EXPECT_NEAR(std::abs(pose.quaternion_wxyz[0]), 1, 1e-9);
+    EXPECT_NEAR((Vec3<double>(pose.position_m) - Vec3<double>(first.position_m)).norm(), 0.1, 1e-6);
+
+    const double opposite[3]{-first.position_m[0], -first.position_m[1], -first.position_m[2]};
+    const double zero[3]{0, 0, 0};
+    const double broken[3]{std::nan(""), 0, 0};
+    EXPECT_EQ(tricoil_set_hemisphere(tracker.get(), 0, zero), -1);
+    EXPECT_EQ(tricoil_set_hemisphere(tracker.get(), 0, broken), -1);
+    EXPECT_EQ(tricoil_set_hemisphere(tracker.get(), 4, opposite), -1);
+    EXPECT_EQ(tricoil_set_hemisphere(tracker.get(), -1, opposite), -1);
+    EXPECT_EQ(tricoil_set_hemisphere(tracker.get(), 0, nullptr), -1);
+    EXPECT_EQ(tricoil_set_tip(tracker.get(), 0, broken), -1);
+    EXPECT_EQ(tricoil_set_tip(nullptr, 0, tip), -1);
+    EXPECT_EQ(tricoil_set_hemisphere(tracker.get(), 0, opposite), 0);
+    const double no_tip[3]{0, 0, 0};
+    EXPECT_EQ(tricoil_set_tip(tracker.get(), 0, no_tip), 0);
+    ASSERT_EQ(tricoil_poll(tracker.get(), &pose, 1000), 1);
+    EXPECT_NEAR((Vec3<double>(pose.position_m) + Vec3<double>(first.position_m)).norm(), 0, 1e-6);
 }
 
 TEST(CApi, AlwaysSaysWhatTheConnectionIsDoing) {

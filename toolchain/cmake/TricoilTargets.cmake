@@ -20,6 +20,12 @@ if(NOT CMAKE_CROSSCOMPILING)
   string(REPLACE "-O3" "-O1" CMAKE_CXX_FLAGS_RELEASE "${CMAKE_CXX_FLAGS_RELEASE}")
 endif()
 
+# Host: every library can become part of a shared library. Symbols are hidden, so calls within a program cost nothing more; libraries and
+# programs have the same flags, so that they share precompiled headers.
+if(NOT CMAKE_CROSSCOMPILING)
+  add_compile_options(-fPIC -fvisibility=hidden)
+endif()
+
 add_library(tricoil_options INTERFACE)
 target_compile_options(tricoil_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wdouble-promotion -Wconversion -Wno-sign-conversion)
 target_compile_options(tricoil_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-psabi>)

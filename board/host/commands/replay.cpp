@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "board/host/commands/commands.hpp"
+#include "board/record/input_replay.hpp"
 #include "board/record/replay.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"

@@ -13,16 +13,11 @@
 #include "board/pose_text/pose_csv.hpp"
 #include "board/record/recorder.hpp"
 #include "board/record/tap_fan_out.hpp"
+#include "board/simulation/simulation_setup.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
-#include "board/support/nearest_name.hpp"
-#include "board/support/sim_input/fault_text.hpp"
-#include "board/support/sim_input/scenario_file.hpp"
-#include "board/support/sim_input/trajectory_file.hpp"
 #include "board/support/tracker_choice.hpp"
 #include "sim/hal/simulated_hal.hpp"
-#include "sim/motion/recorded_motion.hpp"
-#include "sim/world/metal_check.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -30,91 +25,6 @@ namespace {
 using SteadyClock = std::chrono::steady_clock;
 
 double seconds_since(SteadyClock::time_point start) { return std::chrono::duration<double>(SteadyClock::now() - start).count(); }
-
-sim::Scenario make_scenario(const RunOptions& options) {
-    sim::Scenario scenario = load_scenario(options.scenario, options.seed);
-    if (!options.trajectory.empty()) {
-        sim::RecordedMotionParams params;
-        params.place_m = options.place_m;
-        params.speed = options.speed;
-        auto motion = std::make_unique<sim::RecordedMotion>(read_trajectory(options.trajectory), params);
-        scenario.name = options.trajectory;
-        scenario.duration_s = motion->duration_s();
-        scenario.motion = std::move(motion);
-    }
-    for (const std::string& fault : options.faults) {
-        scenario.faults.push_back(host::parse_fault(fault));
-    }
-    if (options.no_noise) {
-        scenario.world.converter.noise_v_per_sqrt_hz = 0;
-        scenario.world.mains_v = 0;
-    }
-    scenario.duration_s = options.duration_s.value_or(scenario.duration_s);
-    sim::check_metal(scenario);
-    return scenario;
-}
-
-signal::AcquisitionPlan make_plan(const RunOptions& options) {
-    const std::size_t index = index_of_name("--mux", options.multiplexing, {"tdm", "fdm"});
-    const auto multiplexing = index == 0 ? signal::Multiplexing::tdm : signal::Multiplexing::fdm;
-    const auto plan = signal::plan_acquisition(signal::default_acquisition(multiplexing, options.frame_rate_hz));
-    if (!plan.ok()) {
-        throw InputError("--rate-hz " + std::to_string(options.frame_rate_hz) + " with --mux " + options.multiplexing + ": " +
-                         plan.status().message());
-    }
-    return *plan;
-}
-
-void refuse_bad(const Status& status) {
-    if (!status.ok()) {
-        throw InputError(std::string("tracker: ") + status.message());
-    }
-}
-
-/// Method and parameters from the options.
-tracking::MethodParams<double> make_method(const RunOptions& options, const signal::AcquisitionPlan& plan) {
-    tracking::MethodParams<double> method = method_of_name(options.tracker);
-    const bool is_filter = std::holds_alternative<tracking::ScaatParams<double>>(method);
-    if (options.no_deskew && (is_filter || !plan.is_tdm())) {
-        throw InputError("--no-deskew: only for --mux tdm with --tracker direct or previous");
-    }
-    set_deskew(method, plan.is_tdm() && !options.no_deskew);
-    tracking::PreviousParams previous;
-    previous.passes = options.passes;
-    refuse_bad(tracking::check(tracking::TrackerParams<double>{{}, previous}));
-    if (auto* chosen = std::get_if<tracking::PreviousParams>(&method)) {
-        chosen->passes = options.passes;
-    }
-    if (!(options.predict_ahead_s >= 0 && options.predict_ahead_s <= 10)) {
-        throw InputError("--predict must be a number of seconds, 0 to 10");
-    }
-    auto* scaat = std::get_if<tracking::ScaatParams<double>>(&method);
-    if (scaat == nullptr && options.predict_ahead_s > 0) {
-        throw InputError("--predict: only for --tracker scaat");
-    }
-    if (scaat != nullptr) {
-        scaat->predict_ahead = microseconds_from_seconds(options.predict_ahead_s);
-    }
-    return method;
-}
-
-tracking::TrackerParams<double> make_tracker(const RunOptions& options, const sim::WorldParams& world,
-                                             const signal::AcquisitionPlan& plan, const Vec3<double>& hemisphere) {
-    tracking::TrackerParams<double> params;
-    params.method = make_method(options, plan);
-    params.common.coupling_constant = world.coupling_constant_m3;
-    params.common.hemisphere = hemisphere;
-    params.common.confined = options.confined || !options.hemisphere.empty();
-    params.common.max_column_span = tracking::column_span(plan);
-    params.common.window_s = plan.window_s();
-    refuse_bad(tracking::check(params));
-    return params;
-}
-
-Vec3<double> make_hemisphere(const RunOptions& options, const sim::Motion& motion) {
-    const auto& h = options.hemisphere;
-    return h.empty() ? motion.at(0).position_m : Vec3<double>(h[0], h[1], h[2]);
-}
 
 /// Limits simulated time to real time. Time lost by a pause or a busy machine is not made up.
 void keep_pace(SteadyClock::time_point& start, double simulated_s) {
@@ -167,14 +77,12 @@ struct Pace {
 struct SimulatedBoard {
     const RunOptions& options;
     const RunObservers& observers;
-    const sim::WorldParams& world_params;
-    const signal::AcquisitionPlan& plan;
+    const SimulationSetup& setup;
     const sim::CoilWorld& world;
     sim::SimulatedClock& clock;
     sim::SimulatedCoilDriver& coils;
     sim::SimulatedCoilSampler& sampler;
     hal::Link<double>& link;
-    Vec3<double> hemisphere;
 };
 
 /// Starts the loop, and runs it to its end or an interrupt.
@@ -205,7 +113,7 @@ Pace drive(Loop& loop, const SimulatedBoard& board, const InterruptGuard& guard)
         pace.update_s += seconds_since(before);
         ++pace.updates;
         const DeviceTime now = board.clock.now();
-        HealthCounts counts = counts_of(loop, board.plan);
+        HealthCounts counts = counts_of(loop, board.setup.plan);
         newest = counts.received != received ? now : newest;
         received = counts.received;
         counts.age = now - newest;
@@ -245,9 +153,9 @@ void run_in_double(const SimulatedBoard& board, RunReport& report) {
     if (!options.samples.empty()) {
         throw InputError("--samples: only with --tracker fixed-direct or fixed-previous; use --record for the others");
     }
-    app::MainLoopParams<double> params{board.plan, board.world.demodulation(),
-                                       make_tracker(options, board.world_params, board.plan, board.hemisphere)};
-    report.deskewed = board.plan.is_tdm() && !options.no_deskew;
+    const signal::AcquisitionPlan& plan = board.setup.plan;
+    app::MainLoopParams<double> params{plan, board.world.demodulation(), make_tracker(options, board.setup)};
+    report.deskewed = plan.is_tdm() && !options.no_deskew;
     std::optional<Recorder> recorder;
     if (!options.record.empty()) {
         recorder.emplace(options.record, describe_source(options),
@@ -262,7 +170,7 @@ void run_in_double(const SimulatedBoard& board, RunReport& report) {
 }
 
 void run_in_integers(const SimulatedBoard& board, RunReport& report) {
-    const auto params = fixed_params(board.options, board.observers, board.world, board.plan, board.hemisphere);
+    const auto params = fixed_params(board.options, board.observers, board.world, board.setup.plan, board.setup.hemisphere);
     std::optional<SampleRecorder> recorder;
     if (!board.options.samples.empty()) {
         recorder.emplace(board.options.samples, params.chain, board.sampler, board.clock);
@@ -292,11 +200,9 @@ nlohmann::ordered_json describe_source(const RunOptions& o) {
 }
 
 RunReport run_simulated(const RunOptions& options, const RunObservers& observers) {
-    sim::Scenario scenario = make_scenario(options);
-    const signal::AcquisitionPlan plan = make_plan(options);
-    if (!std::isfinite(scenario.duration_s) || scenario.duration_s < plan.block_s()) {
-        throw InputError("--duration must be a finite number of seconds, at least one block");
-    }
+    const SimulationSetup setup = make_simulation(options);
+    const sim::Scenario& scenario = setup.scenario;
+    const signal::AcquisitionPlan& plan = setup.plan;
     sim::CoilWorld world(scenario.world, *scenario.motion, scenario.faults);
     world.configure(plan);
     sim::SimulatedClock clock;
@@ -324,10 +230,12 @@ RunReport run_simulated(const RunOptions& options, const RunObservers& observers
             if (csv) {
                 csv->write(estimate, {error.truth.position_m, error.truth.q_source_sensor});
             }
+            if (observers.each_pose) {
+                observers.each_pose(estimate, error);
+            }
             live.show(estimate, error);
         });
-        const SimulatedBoard board{options, observers, scenario.world, plan, world,
-                                   clock,   coils,     sampler,        link, make_hemisphere(options, *scenario.motion)};
+        const SimulatedBoard board{options, observers, setup, world, clock, coils, sampler, link};
         if (fixed_method(options.tracker)) {
             run_in_integers(board, report);
         } else {

@@ -3,37 +3,20 @@
 
 #include <functional>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string>
-#include <vector>
 
 #include "board/app/main_loop.hpp"
 #include "board/host/run/run_score.hpp"
 #include "board/pose_text/output_format.hpp"
+#include "board/simulation/simulation_options.hpp"
 #include "board/support/link_health.hpp"
-#include "sim/world/scenario.hpp"
+#include "sim/world/coil_world.hpp"
 
 namespace tricoil::host {
 
-struct RunOptions {
-    std::string scenario = "hand";
-    std::string trajectory;  // file; replaces the scenario's motion
-    Vec3<double> place_m{0.9, 0, 0};
-    double speed = 1;
-    std::string multiplexing = "fdm";
-    std::string tracker = "direct";
-    int passes = 1;
-    double frame_rate_hz = 240;
-    std::optional<double> duration_s;
-    std::vector<std::string> faults;
-    std::vector<double> hemisphere;  // empty: that of the start of the motion
-    bool confined = false;           // the sensor never leaves its hemisphere
-    bool no_noise = false;
-    bool no_deskew = false;
-    double predict_ahead_s = 0;
+struct RunOptions : SimulationOptions {
     bool realtime = false;
     bool show_live = true;
-    std::uint64_t seed = 1;
     std::string out_csv;
     OutputOptions output;  // format of the CSV; scores use the source frame
     std::string record;    // folder; empty: none
@@ -67,6 +50,7 @@ struct RunObservers {
     std::function<void()> ready;  // called once, with valid options, before the first block; may be empty
     std::function<void(app::MainLoop<double>&)> each_block;           // called between blocks; may be empty
     std::function<void(const fixed::PoseEstimate&)> each_fixed_pose;  // for an integer tracker; may be empty
+    std::function<void(const tracking::PoseEstimate<double>&, const PoseError&)> each_pose;  // needs `score`; may be empty
     std::function<bool()> paused;                        // called between blocks: true keeps the coils off; empty: never
     std::function<void(const LinkHealth&)> each_health;  // called several times per simulated second; may be empty
     bool score = true;                                   // false: unlimited run without score, CSV and live view

@@ -1,0 +1,116 @@
+#include "board/pose_source/open_source.hpp"
+
+#include <charconv>
+#include <vector>
+
+#include "board/linux/device_config.hpp"
+#include "board/pose_source/device_source.hpp"
+#include "board/pose_source/recorded_source.hpp"
+#include "board/pose_source/simulated_source.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/nearest_name.hpp"
+
+namespace tricoil::host {
+namespace {
+
+constexpr const char* kForms =
+    "can:INTERFACE, usb:VENDOR:PRODUCT, serial:PATH, sim:SCENARIO, recording:FOLDER or a .toml configuration file";
+
+template <typename Number>
+Number number_of(const std::string& key, const std::string& text) {
+    Number value{};
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc{} || end != text.data() + text.size()) {
+        throw InputError("sim: " + key + "=" + text + ": not a valid number");
+    }
+    return value;
+}
+
+bool yes_or_no(const std::string& key, const std::string& text) { return index_of_name("sim: " + key, text, {"no", "yes"}) == 1; }
+
+struct SimulationName {
+    SimulationOptions options;
+    bool realtime = false;
+};
+
+void set_key(SimulationName& name, const std::string& key, const std::string& value) {
+    SimulationOptions& o = name.options;
+    switch (index_of_name("sim: key", key, {"mux", "rate_hz", "duration_s", "seed", "predict_s", "noise", "realtime"})) {
+        case 0:
+            o.multiplexing = value;
+            break;
+        case 1:
+            o.frame_rate_hz = number_of<double>(key, value);
+            break;
+        case 2:
+            o.duration_s = number_of<double>(key, value);
+            break;
+        case 3:
+            o.seed = number_of<std::uint64_t>(key, value);
+            break;
+        case 4:
+            o.predict_ahead_s = number_of<double>(key, value);
+            break;
+        case 5:
+            o.no_noise = !yes_or_no(key, value);
+            break;
+        default:
+            name.realtime = yes_or_no(key, value);
+    }
+}
+
+/// Text after "sim:".
+SimulationName parse_simulation(const std::string& text) {
+    SimulationName name;
+    std::size_t begin = 0;
+    while (begin <= text.size()) {
+        const std::size_t end = std::min(text.find(',', begin), text.size());
+        const std::string part = text.substr(begin, end - begin);
+        const std::size_t equals = part.find('=');
+        if (begin == 0 && equals == std::string::npos) {
+            name.options.scenario = part.empty() ? name.options.scenario : part;
+        } else if (equals == std::string::npos) {
+            throw InputError("sim: '" + part + "' is not KEY=VALUE");
+        } else {
+            set_key(name, part.substr(0, equals), part.substr(equals + 1));
+        }
+        begin = end + 1;
+    }
+    return name;
+}
+
+std::unique_ptr<PoseSource> open_device(const std::string& name, const std::string& tracker) {
+    linux_board::DeviceConfig config;
+    if (name.ends_with(".toml")) {
+        config = linux_board::load_device_config(name);
+        if (config.device.empty()) {
+            throw InputError(name + ": 'device' is missing; set it there");
+        }
+    } else {
+        config.device = name;
+    }
+    config.method = tracker.empty() ? config.method : tracker;
+    return std::make_unique<DeviceSource>(config);
+}
+
+}  // namespace
+
+std::unique_ptr<PoseSource> open_source(const std::string& name, const std::string& tracker) {
+    const std::size_t colon = name.find(':');
+    const std::string scheme = name.substr(0, colon == std::string::npos ? 0 : colon);
+    const std::string rest = colon == std::string::npos ? "" : name.substr(colon + 1);
+    if (scheme == "sim") {
+        SimulationName simulation = parse_simulation(rest);
+        simulation.options.tracker = tracker.empty() ? simulation.options.tracker : tracker;
+        return std::make_unique<SimulatedSource>(simulation.options, simulation.realtime);
+    }
+    if (scheme == "recording") {
+        return std::make_unique<RecordedSource>(rest, tracker);
+    }
+    if (scheme == "can" || scheme == "usb" || scheme == "serial" || name.ends_with(".toml")) {
+        return open_device(name, tracker);
+    }
+    throw InputError("unknown source of poses '" + name + "'; use " + kForms);
+}
+
+}  // namespace tricoil::host

@@ -1,0 +1,20 @@
+// Opens a source of poses by its name.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "board/pose_source/pose_source.hpp"
+
+namespace tricoil::host {
+
+/// name:
+/// - can:INTERFACE, usb:VENDOR:PRODUCT or serial:PATH: a device; a configuration file whose name ends in .toml: its device;
+/// - sim:SCENARIO[,KEY=VALUE...]: a simulation. Keys: mux (tdm, fdm), rate_hz, duration_s, seed, predict_s, noise (yes, no),
+///   realtime (yes, no; default no: as fast as poses are polled);
+/// - recording:FOLDER: a recording of `tricoil run --record`.
+/// tracker: direct, previous, previous-angles or scaat; empty: that of the configuration or recording, otherwise direct.
+/// Throws InputError, naming the invalid part, or DeviceError if a coil line cannot be opened.
+std::unique_ptr<PoseSource> open_source(const std::string& name, const std::string& tracker);
+
+}  // namespace tricoil::host

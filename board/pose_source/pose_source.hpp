@@ -1,0 +1,86 @@
+// Origin of poses for users' programs: a device, a simulation or a recording.
+#pragma once
+
+#include <array>
+#include <deque>
+#include <optional>
+#include <string>
+
+#include "core/tracking/output_frame.hpp"
+#include "core/tracking/tracker_tap.hpp"
+
+namespace tricoil::host {
+
+/// Buffers the poses of the trackers. When full, it drops the oldest.
+class PoseQueue final : public tracking::TrackerTap<double> {
+public:
+    static constexpr std::size_t kCapacity = 256;  // 0.27 s at 960 Hz
+
+    [[nodiscard]] bool empty() const { return poses_.empty(); }
+    /// Removes the oldest pose. The queue must not be empty.
+    tracking::PoseEstimate<double> pop();
+    /// Number of dropped poses.
+    [[nodiscard]] std::uint64_t dropped() const { return dropped_; }
+
+private:
+    void do_begin(const Settings& /*settings*/) override {}
+    void do_column(const Column<double>& /*column*/) override {}
+    void do_tick(std::uint8_t /*sensor*/, DeviceTime /*now*/) override {}
+    void do_hemisphere(std::uint8_t /*sensor*/, const Vec3<double>& /*towards*/) override {}
+    void do_pose(const tracking::PoseEstimate<double>& estimate) override;
+
+    std::deque<tracking::PoseEstimate<double>> poses_;
+    std::uint64_t dropped_ = 0;
+};
+
+/// Only one thread at a time may use a source.
+class PoseSource {
+public:
+    enum class Event : std::uint8_t { pose, none, end };
+
+    PoseSource() = default;
+    PoseSource(const PoseSource&) = delete;
+    PoseSource& operator=(const PoseSource&) = delete;
+    virtual ~PoseSource() = default;
+
+    /// Waits for the next pose, at most `patience`. `pose` is set if the result is Event::pose; it is in the output frame of its
+    /// sensor. Event::end: the simulation or recording has ended. Throws InputError for a damaged recording, DeviceError if the
+    /// source fails.
+    Event poll(Microseconds patience, tracking::PoseEstimate<double>& pose);
+
+    /// Direction from the source to the half space of the sensor, source frame. Returns false for an unknown sensor, and for a
+    /// recording, whose hemisphere is part of the recording.
+    bool set_hemisphere(std::size_t sensor, const Vec3<double>& towards);
+
+    /// Tip of a tool, in the sensor frame, m. Returns false for an unknown sensor or a number that is not finite.
+    bool set_tip(std::size_t sensor, const Vec3<double>& tip_m);
+
+    /// Sets the boresight: the present attitude of the sensor reads as the identity. Returns false if it has no valid pose yet.
+    bool boresight(std::size_t sensor);
+
+    /// Status as text for the user; never empty.
+    [[nodiscard]] std::string status() const { return do_status(); }
+
+    /// Poses that were dropped because poll() was not called often enough.
+    [[nodiscard]] std::uint64_t dropped() const { return queue_.dropped(); }
+
+protected:
+    PoseQueue& queue() { return queue_; }
+
+private:
+    /// Takes a small step, at most 5 ms long. Returns false at the end of the source.
+    virtual bool do_advance() = 0;
+    virtual bool do_set_hemisphere(std::size_t sensor, const Vec3<double>& towards) = 0;
+    [[nodiscard]] virtual std::string do_status() const = 0;
+
+    struct Output {
+        std::optional<tracking::OutputFrame<double>> frame;  // empty: poses stay as the tracker gives them
+        std::optional<Quat<double>> attitude;                // of the newest valid pose, before the output frame
+    };
+
+    PoseQueue queue_;
+    std::array<Output, tracking::kMaxSensors> outputs_;
+    bool ended_ = false;
+};
+
+}  // namespace tricoil::host

@@ -1,0 +1,30 @@
+// Poses of a recording, computed again from its columns.
+#pragma once
+
+#include <optional>
+
+#include "board/pose_source/pose_source.hpp"
+#include "board/record/input_replay.hpp"
+#include "board/record/recording.hpp"
+
+namespace tricoil::host {
+
+/// A recording without columns (the device computed the poses) gives its recorded poses.
+class RecordedSource final : public PoseSource {
+public:
+    /// tracker: direct, previous, previous-angles or scaat; empty: that of the recording. Throws InputError if the folder is not
+    /// a recording, or if the recording cannot be tracked by `tracker`.
+    RecordedSource(const std::string& folder, const std::string& tracker);
+
+private:
+    bool do_advance() override;
+    bool do_set_hemisphere(std::size_t /*sensor*/, const Vec3<double>& /*towards*/) override { return false; }
+    [[nodiscard]] std::string do_status() const override;
+
+    Recording recording_;
+    std::optional<InputReplay> replay_;  // empty: recorded poses
+    RecordLines lines_;
+    bool ended_ = false;
+};
+
+}  // namespace tricoil::host

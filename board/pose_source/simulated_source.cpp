@@ -1,0 +1,60 @@
+#include "board/pose_source/simulated_source.hpp"
+
+#include <chrono>
+#include <thread>
+
+#include "board/support/errors.hpp"
+#include "drivers/posix/monotonic_clock.hpp"
+
+namespace tricoil::host {
+SimulatedSource::SimulatedSource(const SimulationOptions& options, bool realtime)
+    : setup_(make_simulation(options)),
+      world_(setup_.scenario.world, *setup_.scenario.motion, setup_.scenario.faults),
+      sampler_(world_, coils_, clock_, setup_.scenario.duration_s),
+      link_([](const tracking::PoseEstimate<double>&) {}),
+      realtime_(realtime) {
+    world_.configure(setup_.plan);
+    clock_.begin(setup_.plan.params.sample_rate_hz);
+    loop_.emplace(app::MainLoopParams<double>{setup_.plan, world_.demodulation(), make_tracker(options, setup_)},
+                  app::Devices<double>{clock_, coils_, sampler_, link_, &queue()});
+    if (const Status started = loop_->start(); !started.ok()) {
+        throw DeviceError(std::string("simulated board: ") + started.message());
+    }
+}
+
+/// True if the simulation is ahead of the host's clock. Time lost between calls of poll() is not made up.
+bool SimulatedSource::is_early() {
+    constexpr Microseconds kMaxBehind{250'000};
+    const HostTime now = drivers::host_now();
+    const Microseconds simulated = microseconds_from_seconds(clock_.elapsed_s());
+    if (!start_ || now - (*start_ + simulated) > kMaxBehind) {
+        start_ = now - simulated;
+    }
+    return now < *start_ + simulated;
+}
+
+bool SimulatedSource::do_advance() {
+    if (realtime_ && is_early()) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        return true;
+    }
+    const Status status = loop_->acquire();
+    if (status.code() == StatusCode::end_of_stream) {
+        loop_->stop();
+        ended_ = true;
+        return false;
+    }
+    if (!status.ok() && status.code() != StatusCode::timed_out) {
+        throw DeviceError(std::string("simulated board: ") + status.message());
+    }
+    loop_->process();
+    return true;
+}
+
+bool SimulatedSource::do_set_hemisphere(std::size_t sensor, const Vec3<double>& towards) {
+    return loop_->set_hemisphere(sensor, towards).ok();
+}
+
+std::string SimulatedSource::do_status() const { return ended_ ? "the simulation has ended" : "running"; }
+
+}  // namespace tricoil::host

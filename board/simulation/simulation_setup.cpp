@@ -1,0 +1,108 @@
+#include "board/simulation/simulation_setup.hpp"
+
+#include <cmath>
+
+#include "board/support/errors.hpp"
+#include "board/support/nearest_name.hpp"
+#include "board/support/sim_input/fault_text.hpp"
+#include "board/support/sim_input/scenario_file.hpp"
+#include "board/support/sim_input/trajectory_file.hpp"
+#include "board/support/tracker_choice.hpp"
+#include "sim/motion/recorded_motion.hpp"
+#include "sim/world/metal_check.hpp"
+
+namespace tricoil::host {
+namespace {
+
+sim::Scenario make_scenario(const SimulationOptions& options) {
+    sim::Scenario scenario = load_scenario(options.scenario, options.seed);
+    if (!options.trajectory.empty()) {
+        sim::RecordedMotionParams params;
+        params.place_m = options.place_m;
+        params.speed = options.speed;
+        auto motion = std::make_unique<sim::RecordedMotion>(read_trajectory(options.trajectory), params);
+        scenario.name = options.trajectory;
+        scenario.duration_s = motion->duration_s();
+        scenario.motion = std::move(motion);
+    }
+    for (const std::string& fault : options.faults) {
+        scenario.faults.push_back(parse_fault(fault));
+    }
+    if (options.no_noise) {
+        scenario.world.converter.noise_v_per_sqrt_hz = 0;
+        scenario.world.mains_v = 0;
+    }
+    scenario.duration_s = options.duration_s.value_or(scenario.duration_s);
+    sim::check_metal(scenario);
+    return scenario;
+}
+
+signal::AcquisitionPlan make_plan(const SimulationOptions& options) {
+    const std::size_t index = index_of_name("--mux", options.multiplexing, {"tdm", "fdm"});
+    const auto multiplexing = index == 0 ? signal::Multiplexing::tdm : signal::Multiplexing::fdm;
+    const auto plan = signal::plan_acquisition(signal::default_acquisition(multiplexing, options.frame_rate_hz));
+    if (!plan.ok()) {
+        throw InputError("--rate-hz " + std::to_string(options.frame_rate_hz) + " with --mux " + options.multiplexing + ": " +
+                         plan.status().message());
+    }
+    return *plan;
+}
+
+void refuse_bad(const Status& status) {
+    if (!status.ok()) {
+        throw InputError(std::string("tracker: ") + status.message());
+    }
+}
+
+/// Method and parameters from the options.
+tracking::MethodParams<double> make_method(const SimulationOptions& options, const signal::AcquisitionPlan& plan) {
+    tracking::MethodParams<double> method = method_of_name(options.tracker);
+    const bool is_filter = std::holds_alternative<tracking::ScaatParams<double>>(method);
+    if (options.no_deskew && (is_filter || !plan.is_tdm())) {
+        throw InputError("--no-deskew: only for --mux tdm with --tracker direct or previous");
+    }
+    set_deskew(method, plan.is_tdm() && !options.no_deskew);
+    tracking::PreviousParams previous;
+    previous.passes = options.passes;
+    refuse_bad(tracking::check(tracking::TrackerParams<double>{{}, previous}));
+    if (auto* chosen = std::get_if<tracking::PreviousParams>(&method)) {
+        chosen->passes = options.passes;
+    }
+    if (!(options.predict_ahead_s >= 0 && options.predict_ahead_s <= 10)) {
+        throw InputError("--predict must be a number of seconds, 0 to 10");
+    }
+    auto* scaat = std::get_if<tracking::ScaatParams<double>>(&method);
+    if (scaat == nullptr && options.predict_ahead_s > 0) {
+        throw InputError("--predict: only for --tracker scaat");
+    }
+    if (scaat != nullptr) {
+        scaat->predict_ahead = microseconds_from_seconds(options.predict_ahead_s);
+    }
+    return method;
+}
+
+}  // namespace
+
+SimulationSetup make_simulation(const SimulationOptions& options) {
+    SimulationSetup setup{make_scenario(options), make_plan(options)};
+    if (!std::isfinite(setup.scenario.duration_s) || setup.scenario.duration_s < setup.plan.block_s()) {
+        throw InputError("--duration must be a finite number of seconds, at least one block");
+    }
+    const auto& h = options.hemisphere;
+    setup.hemisphere = h.empty() ? setup.scenario.motion->at(0).position_m : Vec3<double>(h[0], h[1], h[2]);
+    return setup;
+}
+
+tracking::TrackerParams<double> make_tracker(const SimulationOptions& options, const SimulationSetup& setup) {
+    tracking::TrackerParams<double> params;
+    params.method = make_method(options, setup.plan);
+    params.common.coupling_constant = setup.scenario.world.coupling_constant_m3;
+    params.common.hemisphere = setup.hemisphere;
+    params.common.confined = options.confined || !options.hemisphere.empty();
+    params.common.max_column_span = tracking::column_span(setup.plan);
+    params.common.window_s = setup.plan.window_s();
+    refuse_bad(tracking::check(params));
+    return params;
+}
+
+}  // namespace tricoil::host
