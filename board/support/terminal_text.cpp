@@ -4,6 +4,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <utility>
 
 #include "board/support/errors.hpp"
 
@@ -12,6 +13,8 @@ namespace {
 
 // Static, because a signal handler can access only static storage.
 volatile std::sig_atomic_t reader_gone = 0;
+
+thread_local std::string* captured = nullptr;  // text of the innermost CapturedText; null: none
 
 void on_broken_pipe(int /*signal*/) { reader_gone = 1; }
 
@@ -46,7 +49,17 @@ std::string terminal_text(std::string_view text) {
     return safe;
 }
 
-void print_text(std::string_view text) { print(text, stdout); }
+CapturedText::CapturedText() : outer_(std::exchange(captured, &text_)) {}
+
+CapturedText::~CapturedText() { captured = outer_; }
+
+void print_text(std::string_view text) {
+    if (captured != nullptr) {
+        captured->append(text);
+    } else {
+        print(text, stdout);
+    }
+}
 
 void print_notice(std::string_view text) { print(text, stderr); }
 

@@ -18,6 +18,21 @@ void print_text(std::string_view text);
 /// Prints to standard error. Failures are ignored.
 void print_notice(std::string_view text);
 
+/// During its lifetime, texts that this thread prints to standard output are collected here instead.
+class CapturedText {
+public:
+    CapturedText();
+    ~CapturedText();
+    CapturedText(const CapturedText&) = delete;
+    CapturedText& operator=(const CapturedText&) = delete;
+
+    [[nodiscard]] const std::string& text() const { return text_; }
+
+private:
+    std::string text_;
+    std::string* outer_;
+};
+
 template <typename First, typename... Others>
 void print_text(fmt::format_string<First, Others...> format, First&& first, Others&&... others) {
     print_text(std::string_view(fmt::format(format, std::forward<First>(first), std::forward<Others>(others)...)));

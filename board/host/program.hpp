@@ -1,0 +1,13 @@
+// The commands of the `tricoil` program, for the program and for the Python package.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace tricoil::host {
+
+/// Parses the arguments and runs the subcommand. Returns its exit code. Throws InputError for wrong usage or input, DeviceError,
+/// ReadError, or Interrupted after a signal.
+int run_program(const std::vector<std::string>& arguments);
+
+}  // namespace tricoil::host

@@ -1,0 +1,90 @@
+// Forward model and direct solver on arrays.
+#include <algorithm>
+#include <limits>
+
+#include "board/python/parts.hpp"
+#include "board/python/rows.hpp"
+#include "core/field/concentric_dipole.hpp"
+#include "core/solver/direct.hpp"
+#include "core/solver/pose_covariance.hpp"
+
+namespace tricoil::python {
+namespace {
+
+namespace py = pybind11;
+using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
+using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+constexpr py::ssize_t kChunk = 1 << 16;  // rows between two checks for signals
+
+/// Calls `each` for all rows without the GIL.
+template <typename Each>
+void for_rows(py::ssize_t count, Each each) {
+    for (py::ssize_t begin = 0; begin < count; begin += kChunk) {
+        {
+            const py::gil_scoped_release released;
+            const py::ssize_t end = std::min(count, begin + kChunk);
+            for (py::ssize_t n = begin; n < end; ++n) {
+                each(n);
+            }
+        }
+        check_signals();
+    }
+}
+
+SolutionRow solve_row(const Mat3<double>& x, double sigma, double coupling_constant, const Vec3<double>& hemisphere) {
+    SolutionRow row;
+    const auto solution = solver::solve_direct<double>(x, coupling_constant);
+    row.solved = solution.ok() && solution->right_handed;
+    if (!row.solved) {
+        constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+        put(Vec3<double>::Constant(kNaN), row.position_m);
+        put(Quat<double>(kNaN, kNaN, kNaN, kNaN), row.quaternion_wxyz);
+        put(Mat6<double>::Constant(kNaN), row.covariance);
+        row.chi_square = kNaN;
+        return row;
+    }
+    const Vec3<double> u = solution->direction.dot(hemisphere) < 0 ? Vec3<double>(-solution->direction) : solution->direction;
+    put(solution->range_m * u, row.position_m);
+    put(Quat<double>(solution->attitude.transpose()), row.quaternion_wxyz);
+    put(solver::pose_covariance<double>(solution->strength, solution->range_m, u, sigma), row.covariance);
+    row.chi_square = solution->misfit_squared / (sigma * sigma);
+    return row;
+}
+
+/// x: (N, 3, 3); sigma: (N); hemisphere: (3).
+py::array_t<SolutionRow> solve(const Array& x, const Array& sigma, double coupling_constant, const Array& hemisphere) {
+    py::array_t<SolutionRow> rows(x.shape(0));
+    SolutionRow* const out = rows.mutable_data();
+    const double* const matrices = x.data();
+    const double* const sigmas = sigma.data();
+    const Vec3<double> towards(hemisphere.data());
+    for_rows(x.shape(0), [&](py::ssize_t n) {
+        out[n] = solve_row(Eigen::Map<const RowMajor3>(matrices + 9 * n), sigmas[n], coupling_constant, towards);
+    });
+    return rows;
+}
+
+/// position_m: (N, 3); wxyz: (N, 4), any length. Result: (N, 3, 3).
+Array couplings(const Array& position_m, const Array& wxyz, double coupling_constant) {
+    const py::ssize_t count = position_m.shape(0);
+    Array result({count, py::ssize_t{3}, py::ssize_t{3}});
+    double* const out = result.mutable_data();
+    const double* const positions = position_m.data();
+    const double* const quaternions = wxyz.data();
+    for_rows(count, [&](py::ssize_t n) {
+        const double* const q = quaternions + 4 * n;
+        const Mat3<double> o = Quat<double>(q[0], q[1], q[2], q[3]).normalized().conjugate().toRotationMatrix();
+        Eigen::Map<RowMajor3>(out + 9 * n) = field::signal_matrix<double>(coupling_constant, Vec3<double>(positions + 3 * n), o);
+    });
+    return result;
+}
+
+}  // namespace
+
+void add_solver(py::module_& module) {
+    module.def("solve", solve);
+    module.def("couplings", couplings);
+}
+
+}  // namespace tricoil::python

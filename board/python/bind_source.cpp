@@ -1,0 +1,123 @@
+// Poses one by one: device, simulation or recording.
+#include <pybind11/stl.h>
+
+#include <cmath>
+#include <mutex>
+#include <type_traits>
+
+#include "board/pose_source/open_source.hpp"
+#include "board/python/parts.hpp"
+#include "board/python/rows.hpp"
+#include "board/record/recording.hpp"
+
+namespace tricoil::python {
+namespace {
+
+namespace py = pybind11;
+
+/// A source that several threads may use: each call waits for the others.
+class LockedSource {
+public:
+    LockedSource(const std::string& name, const std::string& tracker) : source_(host::open_source(name, tracker)) {}
+
+    /// One row, or None after timeout_s. Raises StopIteration at the end.
+    py::object poll(double timeout_s) {
+        if (!(timeout_s >= 0)) {
+            throw py::value_error("timeout_s must be a number of seconds, 0 or more");
+        }
+        constexpr double kSlice_s = 0.05;  // signals are checked this often
+        for (double left_s = timeout_s;; left_s -= kSlice_s) {
+            tracking::PoseEstimate<double> estimate;
+            switch (poll_slice(std::min(std::max(left_s, 0.0), kSlice_s), estimate)) {
+                case host::PoseSource::Event::pose:
+                    return to_array(std::vector<PoseRow>{to_row(estimate)})[py::int_(0)];
+                case host::PoseSource::Event::end:
+                    throw py::stop_iteration();
+                case host::PoseSource::Event::none:
+                    break;
+            }
+            check_signals();
+            if (left_s <= kSlice_s) {
+                return py::none();
+            }
+        }
+    }
+
+    std::string status() {
+        return locked([](host::PoseSource& source) { return source.status(); });
+    }
+    std::uint64_t dropped() {
+        return locked([](host::PoseSource& source) { return source.dropped(); });
+    }
+    void set_hemisphere(std::size_t sensor, const std::array<double, 3>& towards) {
+        expect(locked([&](host::PoseSource& source) { return source.set_hemisphere(sensor, Vec3<double>(towards.data())); }),
+               "hemisphere: needs a sensor 0 to 3, a finite direction, and a source that is no recording");
+    }
+    void set_tip(std::size_t sensor, const std::array<double, 3>& tip_m) {
+        expect(locked([&](host::PoseSource& source) { return source.set_tip(sensor, Vec3<double>(tip_m.data())); }),
+               "tip: needs a sensor 0 to 3 and finite numbers");
+    }
+    void boresight(std::size_t sensor) {
+        expect(locked([&](host::PoseSource& source) { return source.boresight(sensor); }),
+               "boresight: the sensor has no valid pose yet");
+    }
+    void close() {
+        const py::gil_scoped_release released;
+        const std::lock_guard lock(mutex_);
+        source_.reset();
+    }
+
+private:
+    static void expect(bool ok, const char* message) {
+        if (!ok) {
+            throw py::value_error(message);
+        }
+    }
+
+    template <typename Function>
+    std::invoke_result_t<Function, host::PoseSource&> locked(Function function) {
+        const py::gil_scoped_release released;
+        const std::lock_guard lock(mutex_);
+        if (!source_) {
+            throw std::invalid_argument("the source is closed");
+        }
+        return function(*source_);
+    }
+
+    host::PoseSource::Event poll_slice(double patience_s, tracking::PoseEstimate<double>& estimate) {
+        return locked([&](host::PoseSource& source) { return source.poll(microseconds_from_seconds(patience_s), estimate); });
+    }
+
+    std::mutex mutex_;
+    std::unique_ptr<host::PoseSource> source_;  // empty: closed
+};
+
+py::array_t<PoseRow> load(const std::string& folder) {
+    std::vector<PoseRow> rows;
+    {
+        const py::gil_scoped_release released;
+        const host::Recording recording(folder);
+        host::RecordLines lines(folder, host::RecordFile::poses);
+        for (std::string line; lines.next(line);) {
+            rows.push_back(to_row(host::parse_pose(line, lines.where())));
+        }
+    }
+    return to_array(std::move(rows));
+}
+
+}  // namespace
+
+void add_source(py::module_& module) {
+    py::class_<LockedSource>(module, "Source")
+        .def(py::init<const std::string&, const std::string&>())
+        .def("poll", &LockedSource::poll)
+        .def("status", &LockedSource::status)
+        .def("dropped", &LockedSource::dropped)
+        .def("set_hemisphere", &LockedSource::set_hemisphere)
+        .def("set_tip", &LockedSource::set_tip)
+        .def("boresight", &LockedSource::boresight)
+        .def("close", &LockedSource::close);
+    module.def("load", load);
+}
+
+}  // namespace tricoil::python

@@ -1,0 +1,37 @@
+// Extension module tricoil._tricoil. The package's Python files document and wrap it.
+#include "board/python/parts.hpp"
+#include "board/python/rows.hpp"
+#include "board/support/errors.hpp"
+#include "core/tracking/pose_flags.hpp"
+
+namespace tricoil::python {
+namespace {
+
+void translate_error(std::exception_ptr error) {
+    try {
+        if (error) {
+            std::rethrow_exception(error);
+        }
+    } catch (const host::ReadError& e) {
+        PyErr_SetString(PyExc_OSError, e.what());
+    } catch (const host::DeviceError& e) {
+        PyErr_SetString(PyExc_OSError, e.what());
+    }
+}
+
+}  // namespace
+
+PYBIND11_MODULE(_tricoil, module) {
+    register_rows();
+    pybind11::register_exception_translator(translate_error);
+    module.attr("__version__") = TRICOIL_VERSION;
+    module.attr("INVALIDATING_FLAGS") = tracking::kInvalidating.bits();
+    add_command(module);
+    add_run(module);
+    add_source(module);
+    add_solver(module);
+    add_tracker(module);
+    add_motion(module);
+}
+
+}  // namespace tricoil::python

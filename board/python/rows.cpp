@@ -1,0 +1,54 @@
+#include "board/python/rows.hpp"
+
+#include <limits>
+
+namespace tricoil::python {
+
+void put(const Quat<double>& q, double (&wxyz)[4]) {
+    wxyz[0] = q.w();
+    wxyz[1] = q.x();
+    wxyz[2] = q.y();
+    wxyz[3] = q.z();
+}
+
+void put(const Vec3<double>& v, double (&xyz)[3]) { Eigen::Map<Vec3<double>>{xyz} = v; }
+
+void put(const Mat6<double>& m, double (&rows)[6][6]) {
+    Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>{&rows[0][0]} = m;
+}
+
+PoseRow to_row(const tracking::PoseEstimate<double>& estimate) {
+    PoseRow row;
+    row.time_s = to_seconds(estimate.time);
+    row.sequence = estimate.sequence;
+    row.flags = static_cast<std::uint16_t>(estimate.flags.bits());
+    row.sensor = estimate.sensor;
+    row.valid = estimate.valid();
+    put(estimate.position_m, row.position_m);
+    put(estimate.q_source_sensor, row.quaternion_wxyz);
+    put(estimate.covariance, row.covariance);
+    Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>{&row.couplings[0][0]} = estimate.signal_matrix;
+    row.distortion_m = estimate.distortion_m;
+    row.snr_db = estimate.snr_db;
+    row.predicted_error_m =
+        estimate.predicted_error ? estimate.predicted_error->total.position_m : std::numeric_limits<double>::quiet_NaN();
+    return row;
+}
+
+TruthRow to_row(const sim::Pose& pose) {
+    TruthRow row;
+    put(pose.position_m, row.position_m);
+    put(pose.q_source_sensor, row.quaternion_wxyz);
+    return row;
+}
+
+void register_rows() {
+    PYBIND11_NUMPY_DTYPE(PoseRow, time_s, sequence, flags, sensor, valid, position_m, quaternion_wxyz, covariance, couplings,
+                         distortion_m, snr_db, predicted_error_m);
+    PYBIND11_NUMPY_DTYPE(TruthRow, position_m, quaternion_wxyz);
+    PYBIND11_NUMPY_DTYPE(SolutionRow, position_m, quaternion_wxyz, covariance, chi_square, solved);
+    PYBIND11_NUMPY_DTYPE(UpdateRow, time_s, range_m, azimuth_rad, elevation_rad, e_rho_m, e_alpha_rad, e_beta_rad,
+                         position_error_m);
+}
+
+}  // namespace tricoil::python

@@ -1,0 +1,72 @@
+// Rows of NumPy structured arrays.
+#pragma once
+
+#include <pybind11/numpy.h>
+
+#include <cstdint>
+
+#include "core/tracking/pose_estimate.hpp"
+#include "sim/motion/motion.hpp"
+
+namespace tricoil::python {
+
+/// Pose of a tracker. The fields are those of the C interface.
+struct PoseRow {
+    double time_s = 0;
+    std::uint32_t sequence = 0;
+    std::uint16_t flags = 0;
+    std::uint8_t sensor = 0;
+    bool valid = false;
+    double position_m[3]{};
+    double quaternion_wxyz[4]{};
+    double covariance[6][6]{};  // position (m), then small rotation (rad), source frame
+    double couplings[3][3]{};   // sensor coil, source coil
+    double distortion_m = 0;
+    double snr_db = 0;
+    double predicted_error_m = 0;  // NaN: the motion is not known yet
+};
+
+struct TruthRow {
+    double position_m[3]{};
+    double quaternion_wxyz[4]{};
+};
+
+/// Solution of one signal matrix.
+struct SolutionRow {
+    double position_m[3]{};
+    double quaternion_wxyz[4]{};
+    double covariance[6][6]{};
+    double chi_square = 0;  // misfit to a dipole, 3 degrees of freedom
+    bool solved = false;
+};
+
+/// One update of the paper's simulation.
+struct UpdateRow {
+    double time_s = 0;
+    double range_m = 0;
+    double azimuth_rad = 0;
+    double elevation_rad = 0;
+    double e_rho_m[2]{};          // measured, predicted
+    double e_alpha_rad[2]{};      //
+    double e_beta_rad[2]{};       //
+    double position_error_m = 0;  // 3D, measured
+};
+
+/// Makes the rows known to NumPy. Call it once.
+void register_rows();
+
+PoseRow to_row(const tracking::PoseEstimate<double>& estimate);
+TruthRow to_row(const sim::Pose& pose);
+void put(const Quat<double>& q, double (&wxyz)[4]);
+void put(const Vec3<double>& v, double (&xyz)[3]);
+void put(const Mat6<double>& m, double (&rows)[6][6]);
+
+/// Array of one dimension that owns the rows, without a copy.
+template <typename Row>
+pybind11::array_t<Row> to_array(std::vector<Row>&& rows) {
+    auto* const owned = new std::vector<Row>(std::move(rows));
+    const pybind11::capsule owner(owned, [](void* p) { delete static_cast<std::vector<Row>*>(p); });
+    return pybind11::array_t<Row>(static_cast<pybind11::ssize_t>(owned->size()), owned->data(), owner);
+}
+
+}  // namespace tricoil::python

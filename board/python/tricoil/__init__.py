@@ -1,0 +1,43 @@
+"""AC electromagnetic tracking: poses, simulation, forward model, solver and error model.
+
+Units are SI. Positions are of the sensor in the source frame, m. Quaternions are (w, x, y, z) and convert sensor frame components of
+a vector to source frame components. Covariances are of position (m), then of a small rotation (rad), along and about the axes of the
+source frame. Couplings X[i, j] are the output of sensor coil i while source coil j is excited.
+
+>>> import tricoil
+>>> for pose in tricoil.open("sim:hand"):
+...     print(pose.time_s, pose.position_m)
+>>> run = tricoil.run("hand", tracker="scaat", seed=2)
+>>> print(run.rms_mm(), run.poses["position_m"].shape)
+"""
+
+from ._command import calibrate, command, evaluate
+from ._flags import Flag
+from ._model import COUPLING_CONSTANT, couplings, solve
+from ._motion import error_budget, motion
+from ._run import Run, load, run
+from ._source import Pose, Source, open  # noqa: A004: named like its use, tricoil.open()
+from ._sweep import sweep
+from ._tracker import Filter
+from ._tricoil import __version__
+
+__all__ = [
+    "COUPLING_CONSTANT",
+    "Filter",
+    "Flag",
+    "Pose",
+    "Run",
+    "Source",
+    "__version__",
+    "calibrate",
+    "command",
+    "couplings",
+    "error_budget",
+    "evaluate",
+    "load",
+    "motion",
+    "open",
+    "run",
+    "solve",
+    "sweep",
+]

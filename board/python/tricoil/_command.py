@@ -1,0 +1,60 @@
+"""Commands of the `tricoil` program."""
+
+import json
+import os
+import re
+from collections.abc import Sequence
+from typing import Any
+
+from . import _tricoil
+
+
+def own_names(message: str) -> str:
+    """Messages of the program name its options: --rate-hz is rate_hz here."""
+    names = {"--predict": "predict_s", "--duration": "duration_s", "--no-deskew": "deskew=False", "--place": "place_m"}
+    return re.sub(r"--[a-z-]*[a-z]", lambda m: names.get(m[0], m[0][2:].replace("-", "_")), message)
+
+
+def _words(options: dict[str, Any]) -> list[str]:
+    """{"model": "finite", "affine": True, "hemisphere": (1, 0, 0)} as --model finite --affine --hemisphere 1,0,0."""
+    words = []
+    for name, value in options.items():
+        option = "--" + name.replace("_", "-")
+        if value is True:
+            words.append(option)
+        elif value is not None and value is not False:
+            several = isinstance(value, Sequence) and not isinstance(value, str)
+            words += [option, ",".join(repr(float(v)) for v in value) if several else str(value)]
+    return words
+
+
+def command(name: str, *arguments: str | os.PathLike, **options: Any) -> Any:
+    """Result of a command of the program, as `tricoil NAME ... --json` prints it.
+
+    arguments: files and other words. options: as in `tricoil NAME --help`, with _ for -; True for an option without value.
+    Example: command("evaluate", "poses.csv", calibration="coils.toml", refit_fixtures=True). A failed check raises no error; the
+    result says so. Files are written as the program writes them. Ctrl-C raises KeyboardInterrupt.
+    """
+    words = [name, *_words(options), "--json", "--", *(os.fspath(argument) for argument in arguments)]
+    try:
+        _, text = _tricoil.command(words if arguments else words[:-1])
+    except ValueError as error:
+        raise ValueError(own_names(str(error))) from None
+    return json.loads(text)
+
+
+def calibrate(files: Sequence[str | os.PathLike], out: str | os.PathLike, **options: Any) -> dict:
+    """Calibrates coils and fixtures from measured couplings, and writes the calibration to the TOML file `out`.
+
+    files: couplings at stage poses. options: those of `tricoil calibrate`, for example model="finite", free_motion=True, or grid=True
+    with spacing_mm=50. Returns parameters with their standard deviations, residuals and warnings.
+    """
+    return command("calibrate", *files, out=os.fspath(out), **options)
+
+
+def evaluate(files: Sequence[str | os.PathLike], calibration: str | os.PathLike, **options: Any) -> dict:
+    """Pose errors of a calibrated tracker against ground truth: the result of `tricoil evaluate`.
+
+    files: couplings at stage poses. options: those of `tricoil evaluate`, for example refit_fixtures=True or dynamic=True.
+    """
+    return command("evaluate", *files, calibration=os.fspath(calibration), **options)

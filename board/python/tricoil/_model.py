@@ -1,0 +1,102 @@
+"""Forward model of concentric coils and closed-form solver, on arrays."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _tricoil
+
+#: Coupling constant C of the simulated coils and of uncalibrated devices, coupling units times m^3; equation (3) of the paper.
+COUPLING_CONSTANT = 6.75e-3
+
+
+def _finite(name, array):
+    if not np.all(np.isfinite(array)):
+        raise ValueError(f"{name}: contains NaN or infinity")
+    return array
+
+
+def _numbers(name, value):
+    try:
+        array = np.asarray(value)
+    except ValueError as error:  # rows of different lengths
+        raise ValueError(f"{name}: not an array of numbers: {error}") from None
+    if array.dtype.kind not in "fiu":
+        raise TypeError(f"{name}: must be real numbers; has dtype {array.dtype}")
+    return np.asarray(array, dtype=np.float64, order="C")
+
+
+def _rows(name, value, shape):
+    """The array as (N, *shape), and True if it had one more dimension than `shape`."""
+    array = _numbers(name, value)
+    if array.shape == shape:
+        return array[np.newaxis], False
+    if array.ndim == len(shape) + 1 and array.shape[1:] == shape:
+        return array, True
+    wanted = ", ".join(str(n) for n in shape)
+    raise ValueError(f"{name}: has shape {array.shape}; give ({wanted}) or (N, {wanted})")
+
+
+def _positive(name, value):
+    number = float(value)
+    if not (number > 0 and np.isfinite(number)):
+        raise ValueError(f"{name}: must be a positive number; is {value}")
+    return number
+
+
+def solve(
+    X: ArrayLike,
+    sigma: ArrayLike,
+    *,
+    coupling_constant: float = COUPLING_CONSTANT,
+    hemisphere: ArrayLike = (1, 0, 0),
+) -> NDArray:
+    """Poses of signal matrices: closed form, maximum likelihood for equal noise on the nine couplings.
+
+    X: couplings, shape (3, 3) or (N, 3, 3). sigma: standard deviation of one coupling, one number or shape (N,). hemisphere: direction
+    from the source to the half space of the sensor, source frame; one signal matrix cannot tell a position from its opposite.
+
+    Returns a structured array of shape (N,), or one record, with position_m (3), quaternion_wxyz (4), covariance (6, 6), chi_square
+    (misfit to a dipole, 3 degrees of freedom) and solved. Rows that have no solution (NaN, zero, rank one or two, or a coil that is
+    reversed) are NaN with solved = False.
+    """
+    matrices, many = _rows("X", X, (3, 3))
+    sigmas = _numbers("sigma", sigma)
+    if sigmas.ndim > 1 or (sigmas.ndim == 1 and len(sigmas) != len(matrices)):
+        raise ValueError(f"sigma: has shape {sigmas.shape}; give one number or ({len(matrices)},)")
+    if not np.all(sigmas > 0):
+        raise ValueError("sigma: must be positive")
+    towards = _finite("hemisphere", _numbers("hemisphere", hemisphere))
+    if towards.shape != (3,) or not towards.any():
+        raise ValueError("hemisphere: must be three numbers, not all zero")
+    sigmas = np.ascontiguousarray(np.broadcast_to(sigmas, len(matrices)))
+    rows = _tricoil.solve(matrices, sigmas, _positive("coupling_constant", coupling_constant), towards)
+    return rows if many else rows[0]
+
+
+def couplings(
+    position_m: ArrayLike,
+    quaternion_wxyz: ArrayLike = (1, 0, 0, 0),
+    *,
+    coupling_constant: float = COUPLING_CONSTANT,
+) -> NDArray:
+    """Signal matrices of poses: X = (C / rho^3) O D(u), equation (6) of the paper.
+
+    position_m: shape (3,) or (N, 3), not zero. quaternion_wxyz: shape (4,) or (N, 4), any length. Returns shape (3, 3) or (N, 3, 3).
+    """
+    positions, many = _rows("position_m", position_m, (3,))
+    quaternions, several = _rows("quaternion_wxyz", quaternion_wxyz, (4,))
+    if not (len(positions) == len(quaternions) or len(positions) == 1 or len(quaternions) == 1):
+        raise ValueError(f"{len(positions)} positions and {len(quaternions)} quaternions: give equal numbers, or one of either")
+    count = max(len(positions), len(quaternions)) if len(positions) and len(quaternions) else 0
+    _finite("position_m", positions)
+    _finite("quaternion_wxyz", quaternions)
+    if not np.all(positions.any(axis=1)):
+        raise ValueError("position_m: must not be zero")
+    if not np.all(quaternions.any(axis=1)):
+        raise ValueError("quaternion_wxyz: must not be zero")
+    x = _tricoil.couplings(
+        np.ascontiguousarray(np.broadcast_to(positions, (count, 3))),
+        np.ascontiguousarray(np.broadcast_to(quaternions, (count, 4))),
+        _positive("coupling_constant", coupling_constant),
+    )
+    return x if many or several else x[0]

@@ -1,0 +1,128 @@
+"""Poses one by one, from a device, a simulation or a recording."""
+
+import dataclasses
+import os
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _tricoil
+from ._flags import Flag
+
+
+@dataclasses.dataclass(frozen=True)
+class Pose:
+    """One pose.
+
+    time_s: device time of the newest measurement. covariance: (6, 6). couplings: signal matrix X (3, 3); zero if the device solved it.
+    distortion_m: position error (3D, RMS) that metal near the coils suggests; part of the covariance. predicted_error_m: error that
+    the motion and the noise predict; NaN while the motion is unknown.
+    """
+
+    time_s: float
+    sequence: int
+    sensor: int
+    valid: bool
+    flags: Flag
+    position_m: NDArray
+    quaternion_wxyz: NDArray
+    covariance: NDArray
+    couplings: NDArray
+    distortion_m: float
+    snr_db: float
+    predicted_error_m: float
+
+    @property
+    def position_std_m(self) -> NDArray:
+        """Standard deviations along the axes of the source frame, shape (3,)."""
+        return np.sqrt(np.diag(self.covariance)[:3])
+
+    @property
+    def rotation_std_rad(self) -> NDArray:
+        """Standard deviations of a small rotation about the axes of the source frame, shape (3,)."""
+        return np.sqrt(np.diag(self.covariance)[3:])
+
+    @classmethod
+    def from_row(cls, row: np.void) -> "Pose":
+        """From a row of Run.poses."""
+        return cls(
+            float(row["time_s"]),
+            int(row["sequence"]),
+            int(row["sensor"]),
+            bool(row["valid"]),
+            Flag(int(row["flags"])),
+            row["position_m"].copy(),
+            row["quaternion_wxyz"].copy(),
+            row["covariance"].copy(),
+            row["couplings"].copy(),
+            float(row["distortion_m"]),
+            float(row["snr_db"]),
+            float(row["predicted_error_m"]),
+        )
+
+
+class Source:
+    """Iterator over the poses of a source; also a context manager that closes it. See open()."""
+
+    def __init__(self, name: str | os.PathLike, tracker: str | None = None):
+        self._source = _tricoil.Source(os.fspath(name), "" if tracker is None else tracker)
+
+    def poll(self, timeout_s: float = 0.1) -> Pose | None:
+        """Next pose, or None if none came within timeout_s. Raises StopIteration at the end of a simulation or recording."""
+        row = self._source.poll(timeout_s)
+        return None if row is None else Pose.from_row(row)
+
+    def __iter__(self) -> "Source":
+        return self
+
+    def __next__(self) -> Pose:
+        while True:
+            pose = self.poll(1.0)
+            if pose is not None:
+                return pose
+
+    @property
+    def status(self) -> str:
+        """Status in words, for example that the device is not connected."""
+        return self._source.status()
+
+    @property
+    def dropped(self) -> int:
+        """Poses that were dropped because the program did not ask for them in time: 256 are buffered."""
+        return self._source.dropped()
+
+    def set_hemisphere(self, towards: Sequence[float], sensor: int = 0) -> None:
+        """Direction from the source to the half space of the sensor, source frame."""
+        self._source.set_hemisphere(sensor, towards)
+
+    def set_tip(self, tip_m: Sequence[float], sensor: int = 0) -> None:
+        """Tip of a tool in the sensor frame, m. From now on poses give the position of the tip."""
+        self._source.set_tip(sensor, tip_m)
+
+    def boresight(self, sensor: int = 0) -> None:
+        """From now on the present attitude of the sensor reads as the unit quaternion."""
+        self._source.boresight(sensor)
+
+    def close(self) -> None:
+        """Switches the coils off and releases the device. Later calls raise ValueError."""
+        self._source.close()
+
+    def __enter__(self) -> "Source":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def open(name: str | os.PathLike, tracker: str | None = None) -> Source:  # noqa: A001: named like its use, tricoil.open()
+    """Opens a source of poses and returns a Source.
+
+    name: can:INTERFACE, usb:VENDOR:PRODUCT, serial:PATH, a .toml configuration file of `tricoil run --config`, recording:FOLDER, or
+    sim:SCENARIO[,KEY=VALUE...] with the keys mux, rate_hz, duration_s, seed, predict_s, noise and realtime (yes or no; default no: as
+    fast as poses are asked for). tracker: direct, previous, previous-angles or scaat; None: that of the configuration or recording,
+    otherwise direct.
+
+    A device need not be connected yet: iteration waits for it; Source.status gives its state. Raises ValueError for a wrong name.
+    """
+    return Source(name, tracker)

@@ -1,0 +1,126 @@
+"""Many runs: one call for each point of a grid, in parallel."""
+
+import concurrent.futures
+import itertools
+import json
+import os
+import sys
+import traceback
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+
+
+def _points(grid):
+    if isinstance(grid, dict):
+        names = list(grid)
+        return [dict(zip(names, values)) for values in itertools.product(*(list(grid[name]) for name in names))]
+    return [dict(point) for point in grid]
+
+
+def _call(function, point):
+    """Result and error of one call. A dictionary of results becomes columns; anything else the column `result`."""
+    try:
+        result = function(**point)
+    except Exception:  # a failed point does not end the sweep
+        return None, traceback.format_exc()
+    return (dict(result) if isinstance(result, dict) else {"result": result}), None
+
+
+def _key(point):
+    return json.dumps(point, sort_keys=True, default=str)
+
+
+def _plain(value):
+    """NumPy scalars and arrays as Python numbers and lists, for JSON."""
+    return value.tolist() if isinstance(value, (np.generic, np.ndarray)) else value
+
+
+def _read(path):
+    """Finished points of an interrupted sweep. Removes an incomplete last line."""
+    done = {}
+    if path is None or not os.path.exists(path):
+        return done
+    with open(path, "r+", encoding="utf-8") as file:
+        text = file.read()
+        whole = text[: text.rfind("\n") + 1]
+        if whole != text:
+            file.truncate(len(whole.encode()))
+    for number, line in enumerate(whole.splitlines(), 1):
+        try:
+            entry = json.loads(line)
+            done[_key(entry["point"])] = entry["result"]
+        except (ValueError, KeyError, TypeError):
+            raise ValueError(f"{path}:{number}: not a line of a sweep; give another file, or delete this one") from None
+    return done
+
+
+def sweep(
+    function: Callable[..., Any],
+    grid: dict[str, Iterable] | Iterable[dict[str, Any]],
+    executor: Any = None,
+    *,
+    resume: str | os.PathLike | None = None,
+    progress: bool | None = None,
+) -> tuple[list[dict], list[tuple[dict, str]]]:
+    """Calls function(**point) for each point of a grid and returns (table, failures).
+
+    function: returns a number or a dictionary of numbers. With processes it must be importable (defined in a module or script).
+    grid: {name: values} for all combinations, or a sequence of dictionaries. executor: anything with submit(), for example
+    concurrent.futures.ThreadPoolExecutor or distributed.Client(...).get_executor(); None: one process for each processor.
+    resume: file of finished points (JSON lines); a sweep that was interrupted continues there, and runs failed points again.
+    progress: print it to standard error; None: if it is a terminal.
+
+    table: list of dictionaries, point and result together, in the order of the grid; failed points are left out. failures: list of
+    (point, traceback). The table does not depend on the executor. Ctrl-C cancels the points that have not begun.
+    """
+    points = _points(grid)
+    done = _read(resume)
+    own = executor is None
+    executor = executor or concurrent.futures.ProcessPoolExecutor()
+    progress = sys.stderr.isatty() if progress is None else progress
+    results = [done.get(_key(point)) for point in points]
+    failures = {}
+    log = None if resume is None else open(resume, "a", encoding="utf-8")
+    futures = {}
+    try:
+        futures = {executor.submit(_call, function, points[n]): n for n, result in enumerate(results) if result is None}
+        waiting = set(futures)
+        while waiting:
+            finished = {future for future in waiting if future.done()} or {_next_finished(waiting)}
+            waiting -= finished
+            for future in finished:
+                n = futures[future]
+                results[n], error = future.result()
+                if error is not None:
+                    failures[n] = error
+                elif log is not None:
+                    result = {name: _plain(value) for name, value in results[n].items()}
+                    log.write(json.dumps({"point": points[n], "result": result}, default=_plain) + "\n")
+                    log.flush()
+            if progress:
+                print(f"\rsweep: {len(points) - len(waiting)}/{len(points)}", end="", file=sys.stderr, flush=True)
+    except BaseException:
+        for future in futures:
+            future.cancel()
+        raise
+    finally:
+        if log is not None:
+            log.close()
+        if own:
+            executor.shutdown(cancel_futures=True)
+        if progress:
+            print(file=sys.stderr)
+    table = [{**point, **result} for point, result in zip(points, results) if result is not None]
+    return table, [(points[n], failures[n]) for n in sorted(failures)]
+
+
+def _next_finished(futures):
+    """One finished future. Executors of other libraries have futures of their own: those are waited for in order."""
+    if all(isinstance(future, concurrent.futures.Future) for future in futures):
+        return next(iter(concurrent.futures.wait(futures, return_when=concurrent.futures.FIRST_COMPLETED).done))
+    future = next(iter(futures))
+    future.exception()
+    return future

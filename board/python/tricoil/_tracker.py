@@ -1,0 +1,55 @@
+"""A tracker fed with measured columns."""
+
+from collections.abc import Sequence
+
+from numpy.typing import ArrayLike
+
+from . import _tricoil
+from ._model import COUPLING_CONSTANT, _numbers
+from ._source import Pose
+
+
+def _three(name, value):
+    array = _numbers(name, value)
+    if array.shape == ():
+        array = array.repeat(3)
+    if array.shape != (3,):
+        raise ValueError(f"{name}: has shape {array.shape}; give three numbers")
+    return array.tolist()
+
+
+class Filter:
+    """Tracks columns of couplings: one call for each source coil that was measured.
+
+    method: scaat (motion-compensating filter), direct, previous or previous-angles. column_span_s: time between the first and the last
+    column of a signal matrix, for the methods that need a whole one; 0 if they are simultaneous (FDM). window_s: length of a
+    demodulation window, for the predicted blur. confined: the sensor never leaves the half space `hemisphere`.
+    """
+
+    def __init__(
+        self,
+        method: str = "scaat",
+        *,
+        coupling_constant: float = COUPLING_CONSTANT,
+        hemisphere: Sequence[float] = (1, 0, 0),
+        confined: bool = False,
+        column_span_s: float = 0.0,
+        window_s: float = 0.0,
+    ):
+        self._tracker = _tricoil.Tracker(
+            method, coupling_constant, _three("hemisphere", hemisphere), confined, column_span_s, window_s
+        )
+
+    def update(self, time_s: float, source_coil: int, couplings: ArrayLike, sigma: ArrayLike) -> Pose | None:
+        """Pose after one column, or None if the tracker needs more.
+
+        time_s: middle of the window. source_coil: 0, 1 or 2. couplings: of the three sensor coils. sigma: their standard deviation,
+        one number or three. A column that is not finite or out of order is refused: the pose then is that of tick().
+        """
+        row = self._tracker.update(float(time_s), source_coil, _three("couplings", couplings), _three("sigma", sigma))
+        return None if row is None else Pose.from_row(row)
+
+    def tick(self, time_s: float) -> Pose | None:
+        """Pose at a time without measurement, flagged as coasting or stale; None if nothing is due."""
+        row = self._tracker.tick(float(time_s))
+        return None if row is None else Pose.from_row(row)

@@ -1,0 +1,70 @@
+"""Many runs."""
+
+import concurrent.futures
+import json
+import os
+import tempfile
+import unittest
+
+import tricoil
+
+
+def measure(tracker, seed):
+    run = tricoil.run("hand", duration_s=0.7, tracker=tracker, seed=seed)
+    return {"rms_mm": run.rms_mm(), "valid": int(run.poses["valid"].sum())}
+
+
+def fails_for_two(n):
+    if n == 2:
+        raise RuntimeError("two")
+    return n * n
+
+
+GRID = {"tracker": ["direct", "scaat"], "seed": [1, 2]}
+
+
+class Sweep(unittest.TestCase):
+    def test_table_is_in_the_order_of_the_grid_and_does_not_depend_on_the_executor(self):
+        table, failures = tricoil.sweep(measure, GRID)
+        self.assertEqual(failures, [])
+        self.assertEqual([(row["tracker"], row["seed"]) for row in table], [("direct", 1), ("direct", 2), ("scaat", 1), ("scaat", 2)])
+        with concurrent.futures.ThreadPoolExecutor(2) as executor:
+            self.assertEqual(tricoil.sweep(measure, GRID, executor), (table, []))
+        self.assertEqual(table[0], {"tracker": "direct", "seed": 1, **measure("direct", 1)})
+
+    def test_collects_failures(self):
+        table, failures = tricoil.sweep(fails_for_two, [{"n": n} for n in range(4)])
+        self.assertEqual([row["result"] for row in table], [0, 1, 9])
+        (point, error), = failures
+        self.assertEqual(point, {"n": 2})
+        self.assertIn("RuntimeError: two", error)
+
+    def test_resumes(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "sweep.jsonl")
+            tricoil.sweep(fails_for_two, {"n": [1, 2]}, resume=path)
+            with open(path, "a", encoding="utf-8") as file:
+                file.write('{"point": {"n": 3}, "resu')  # killed while writing
+            with open(path, encoding="utf-8") as file:
+                text = file.read().replace('"result": 1}', '"result": 100}')
+            with open(path, "w", encoding="utf-8") as file:
+                file.write(text)
+            table, failures = tricoil.sweep(fails_for_two, {"n": [1, 2, 3]}, resume=path)
+            self.assertEqual([row["result"] for row in table], [100, 9])
+            self.assertEqual(len(failures), 1)
+            with open(path, encoding="utf-8") as file:
+                self.assertEqual([json.loads(line)["point"]["n"] for line in file], [1, 3])
+
+    def test_refuses_a_file_that_is_no_sweep(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "notes.txt")
+            with open(path, "w", encoding="utf-8") as file:
+                file.write("hello\n")
+            with self.assertRaisesRegex(ValueError, "notes.txt:1: not a line of a sweep"):
+                tricoil.sweep(fails_for_two, {"n": [1]}, resume=path)
+            with open(path, encoding="utf-8") as file:
+                self.assertEqual(file.read(), "hello\n")
+
+
+if __name__ == "__main__":
+    unittest.main()
