@@ -65,7 +65,7 @@ private:
     static constexpr int kSettlingColumns = 6;   // until the velocity is known
     static constexpr int kLearningColumns = 24;  // until corrections are used to learn accelerations
     // Above this value the variance of a column is multiplied by the third power of (squared innovation / this value). Tuned for
-    // outliers of 5 to 15 sigma in one column of 20 of a moving sensor. It costs 3 % of accuracy if there are no outliers.
+    // outliers of 5 to 15 sigma in one column of 20 of a moving sensor. Without outliers it reduces the accuracy by 3 %.
     static constexpr double kDownweightAbove = 9;  // squared innovation, 3 degrees of freedom: exceeded once in 34
     // An outlier that just passes the gate moves the pose by several sigma. The reported covariance is increased until later
     // columns have corrected the pose.
