@@ -5,8 +5,8 @@
 
 namespace tricoil::hal {
 
-/// A retriggerable monostable holds the enable of the power stages; it stays on only while beat() is called often enough. When a
-/// program hangs or is killed, all coils go off.
+/// A retriggerable monostable enables the power stages only while beat() is called often enough. When a program hangs or is
+/// killed, all coils go off.
 class Heartbeat {
 public:
     Heartbeat() = default;

@@ -23,7 +23,7 @@ private:
     virtual Status do_send(const Estimate& estimate) = 0;
 };
 
-/// Scalar: the precision the tracker runs in.
+/// Scalar: precision of the tracker.
 template <typename Scalar>
 using Link = EstimateLink<tracking::PoseEstimate<Scalar>>;
 

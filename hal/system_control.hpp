@@ -12,7 +12,7 @@ enum class ResetReason : std::uint8_t {
     external,  // reset pin
     software,  // by restart()
     watchdog,  // the program hung
-    fault,     // a hard fault, recorded across the reset
+    fault,     // a processor fault or a failed assertion, recorded across the reset
 };
 
 /// Processor problems (bit numbers).
@@ -41,8 +41,8 @@ public:
     /// Resets the processor, coils off. Does not return on a processor; a simulation counts the call.
     void restart() { do_restart(); }
 
-    /// Resets into the manufacturer's bootloader for a firmware update. Call it before the watchdog is started, because a running
-    /// watchdog continues across the jump. The caller has switched the coils off.
+    /// Resets into the manufacturer's boot loader for a firmware update. No watchdog runs in the loader. The caller has switched
+    /// the coils off.
     void restart_into_loader() { do_restart_into_loader(); }
 
 private:

@@ -3,10 +3,10 @@
 
 namespace tricoil {
 
-/// Host: prints file, line and condition to standard error, then aborts. An image: each board has its own definition, which
-/// stores a fault record, switches the coils off and restarts the processor.
+/// Host: prints file, line and condition to standard error, then aborts. Image: each board has its own definition. A tracker
+/// board stores a fault record, switches the coils off and restarts the processor; an emulated board ends the emulation.
 [[noreturn]] void assertion_failed(const char* condition, const char* file, int line);
-/// The same, without a message. An image stores the return address of this call in its fault record.
+/// The same, without a message. A tracker board stores the return address of this call in its fault record.
 [[noreturn]] void assertion_failed();
 
 }  // namespace tricoil

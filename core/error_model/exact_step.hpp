@@ -18,8 +18,8 @@ struct RelativePose {
 template <typename Scalar>
 RelativePose<Scalar> relative_pose(const solver::AnglePose<Scalar>& real, const solver::AnglePose<Scalar>& previous);
 
-/// Increments (15), (16) in closed form. W = k Q D(u) with u and Q of the relative pose, so W11 = k kappa / 2, and numerator and
-/// denominator of every ratio are products of two components. Errors: not_converged if kappa <= 0, as in the solver.
+/// Increments (15), (16) in closed form. W = k Q D(u) with u and Q of the relative pose, so 2 W_ij / k = 3 (Q u)_i u_j - Q_ij and
+/// kappa = 2 W11 / k. Errors: not_converged if kappa <= 0, as in the solver.
 template <typename Scalar>
 Result<solver::TrackingIncrements<Scalar>> exact_increments(const RelativePose<Scalar>& relative, Scalar range_m);
 

@@ -46,7 +46,7 @@ template <typename Scalar>
     Vec6<Scalar> g = Vec6<Scalar>::Zero();
     for (int j = 0; j < 3; ++j) {
         const auto model = field::column_model(kUnitCoupling<Scalar>, state.position_m, o, j);
-        // x = O B, O' = -O [w]x, so x'' = O (w x (w x B - 2 B') + B''), B'' with and without acceleration.
+        // x = O B, O' = -O [w]x, so x'' = O (w x (w x B - 2 B') + B''). Terms of the accelerations are added below.
         const Vec3<Scalar> b = k * d.col(j);
         const Vec3<Scalar> db = o.transpose() * (model.by_position_per_m * state.velocity_m_s);
         const Vec3<Scalar> inner = w.cross(b) - 2 * db;

@@ -42,7 +42,7 @@ constexpr Status check(const Acquisition& acquisition) {
     }
     if (acquisition.block_samples < 16 || acquisition.block_samples > kMaxBlockSamples || acquisition.guard_samples < 0 ||
         acquisition.guard_samples > acquisition.block_samples - 16) {
-        return {StatusCode::invalid_argument, "blocks must hold 16 to 1024 samples, 16 of them behind the guard"};
+        return {StatusCode::invalid_argument, "blocks must hold 16 to 1024 samples, 16 of them after the guard"};
     }
     for (std::size_t j = 0; j < acquisition.carriers(); ++j) {
         if (acquisition.window_cycles[j] < 1 || 2 * acquisition.window_cycles[j] >= acquisition.window_samples()) {
@@ -58,7 +58,7 @@ constexpr Status check(const Acquisition& acquisition) {
 inline Result<Acquisition> acquisition_of(const signal::AcquisitionPlan& plan) {
     const double rate_hz = plan.params.sample_rate_hz;
     if (!(rate_hz >= 1 && rate_hz < 2147483648.0) || rate_hz != static_cast<double>(static_cast<std::int32_t>(rate_hz))) {
-        return Status{StatusCode::invalid_argument, "sample rate must be of whole hertz, below 2^31"};
+        return Status{StatusCode::invalid_argument, "sample rate must be a whole number of hertz below 2^31"};
     }
     const Acquisition acquisition{plan.params.multiplexing, static_cast<std::int32_t>(rate_hz), plan.block_samples,
                                   plan.params.guard_samples, plan.window_cycles};

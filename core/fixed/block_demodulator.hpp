@@ -23,7 +23,7 @@ struct DemodulatorParams {
     std::int32_t low_signal_ratio = 10;     // a column below this multiple of sigma (20 dB) is flagged low_signal
     Unit linear_share = 1;                  // share of full scale up to which the sensor amplifiers are linear
     int noise_shift = 4;                    // weight of a new block in the running noise power: 2^-noise_shift
-    int noise_jump = 4;                     // a block with this multiple of the running power is flagged noisy at once
+    int noise_jump = 4;                     // above this multiple of the running power, a block replaces it at once
 };
 
 /// Errors (invalid_argument): corrections above one or with exponents above 64, limits out of range.

@@ -23,7 +23,7 @@ struct NormalisedBlock {
     bool zero = true;  // all entries are zero
 };
 
-/// Rounds mantissas longer than 28 bits to nearest: error at most 2^-29 of the power of two of the largest entry.
+/// Mantissas longer than 28 bits are rounded to nearest: the error of an entry of y is at most 2^-29.
 NormalisedBlock normalise(const BlockMatrix& x);
 
 /// Unit vector along v; zero for zero. Error per entry below 2^-28 if the magnitude of the largest entry is at least 2^26.

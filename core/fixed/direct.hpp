@@ -20,8 +20,8 @@ struct DirectSolution {
 
 /// coupling_constant: C, normalised and positive. Maximum-likelihood solution for dipole matrices with noise. For matrices far
 /// from any dipole (saturated entries, random signs) the squared misfit exceeds the minimum by up to 1e-4 of |X|^2. Errors:
-/// invalid_argument (C is not positive), degenerate (X is zero, or the product of its two smaller
-/// singular values is below 2^-12 of the square of its largest entry).
+/// invalid_argument (C is not positive), degenerate (X is zero, or, after scaling by a power of two to a largest entry
+/// from 1/2 to 1, the product of its two smaller singular values is below 2^-12).
 Result<DirectSolution> solve_direct(const BlockMatrix& x, Scaled coupling_constant);
 
 }  // namespace tricoil::fixed

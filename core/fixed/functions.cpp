@@ -59,7 +59,7 @@ std::uint32_t square_root(std::uint64_t value) {
     if (value == 0) {
         return 0;
     }
-    // Bit by bit from the highest possible one: no division and no iteration.
+    // Bit by bit from the highest possible one: no division and no initial guess.
     std::uint64_t bit = std::uint64_t{1} << ((63 - std::countl_zero(value)) & ~1);
     std::uint64_t rest = value;
     std::uint64_t root = 0;

@@ -27,7 +27,7 @@ SineCosine sine_cosine(Angle angle);
 /// floor(sqrt(value)), exact.
 std::uint32_t square_root(std::uint64_t value);
 
-/// floor(cbrt(value)), exact; at most 2^21.
+/// floor(cbrt(value)), exact; at most 2,642,245.
 std::uint32_t cube_root(std::uint64_t value);
 
 }  // namespace tricoil::fixed

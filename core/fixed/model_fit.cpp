@@ -7,10 +7,9 @@ namespace tricoil::fixed {
 ModelFit fit_of(const NormalisedBlock& x, Scaled coupling_constant, const VectorPose& pose) {
     const Scaled range = normalise(pose.range_m.raw(), -Metres::kFractionBits);
     const Scaled strength = divide(coupling_constant, multiply(multiply(range, range), range));
-    // In units of the block, k is at most 3 for a pose solved from x; larger values are clamped to 4.
+    // In units of the block, k is at most 3 for a pose solved from x. Values above 4 are clamped.
     const Entry k = std::min(to_fixed<28>({strength.mantissa, strength.exponent - x.exponent}), Entry(4));
-    // k O D(u) = k (3 (O u) u^T - O) / 2. The bracket is at most 3 + 1 plus rounding, stored in Q28, which
-    // holds up to 8.
+    // k O D(u) = k (3 (O u) u^T - O) / 2. The bracket is at most 3 + 1 plus rounding, stored in Q28 (up to 8).
     const Vec3<Unit> v = multiply<30>(pose.attitude, pose.direction);
     std::uint64_t misfit_q52 = 0;
     std::uint64_t power_q56 = 0;  // at most 9 * 2^56

@@ -1,4 +1,4 @@
-// A pose as a line of text with all its bits.
+// A pose as a line of text with exact numbers.
 #pragma once
 
 #include "core/base/text_line.hpp"
@@ -6,8 +6,8 @@
 
 namespace tricoil::fixed {
 
-/// "pose SEQUENCE TIME_US FLAGS X Y Z W X Y Z NOISE MISFIT\n", numbers in their stored units: position in 2^-28 m, quaternion and
-/// misfit share in 2^-30, noise share in 2^-31.
+/// "pose SEQUENCE TIME_US FLAGS X Y Z W X Y Z NOISE MISFIT\n". Sequence and time (us): low 32 bits, signed. Numbers in their
+/// stored units: position in 2^-28 m, quaternion and misfit share in 2^-30, noise share in 2^-31.
 inline TextLine pose_line(const PoseEstimate& estimate) {
     TextLine line;
     line.text("pose ").decimal(static_cast<std::int32_t>(estimate.sequence)).text(" ");

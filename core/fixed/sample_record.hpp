@@ -55,7 +55,7 @@ struct RecordBlock {
     std::int64_t start_us = 0;
     std::int64_t now_us = 0;  // after the poll
     std::uint32_t sequence = 0;
-    std::int32_t state = 0;  // excitation
+    std::int32_t state = 0;  // excitation state
     std::int32_t full_scale = 0;
     std::int32_t arrived = 0;  // 0: timed out
 };

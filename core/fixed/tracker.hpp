@@ -1,6 +1,6 @@
-// Tracker of one sensor in integers: blocks of samples in, poses out. It acquires with the direct solver and follows with that or
-// the previous-measurement step. Hemisphere and flags are as in tracking::Tracker, except that the covariance contains noise
-// alone: motion and metal do not widen it, both set the flag `distorted`, and no pose is `uncertain`.
+// Tracker of one sensor in integers: blocks of samples in, poses out. The first pose comes from the direct solver, later ones
+// from the direct solver or the previous-measurement step. Hemisphere and flags are as in tracking::Tracker, with one exception:
+// only noise is estimated. A misfit due to motion or metal sets the flag `distorted`, and no pose is `uncertain`.
 #pragma once
 
 #include <optional>
@@ -28,7 +28,7 @@ struct TrackerParams {
     Unit max_misfit = Unit::from(0.1);                  // misfit share above which no sensor is assumed
     Fixed<16> distortion_gate = Fixed<16>::from(21.0);  // chi-square of 3 degrees of freedom, exceeded once in 10,000
     Microseconds lost_after{100'000};                   // without a valid pose
-    Microseconds search_after{1'000'000};               // after the loss; then the last pose is forgotten
+    Microseconds search_after{1'000'000};               // without a valid pose; then the last pose is forgotten
 };
 
 /// Errors (invalid_argument): coupling constant, limits or times not positive, passes outside 1-10.
@@ -71,7 +71,7 @@ public:
     Tracker(const Acquisition& acquisition, const DemodulatorParams& demodulator, const TrackerParams& params);
 
     /// Processes one block. Returns a pose if the block completes a signal matrix. A refused block is only counted. If
-    /// kMaxOutOfOrder blocks in a row are out of order, the device has restarted: the tracker then forgets everything.
+    /// more than kMaxOutOfOrder blocks in a row are out of order, the device has restarted: the tracker then starts again.
     std::optional<PoseEstimate> update(const SampleBlock& block);
 
     /// For times without blocks: returns the last pose, flagged stale, if it is older than lost_after.

@@ -11,8 +11,8 @@ namespace tricoil::protocol {
 
 /// Acquisition mode of a device, and whether it sends poses or columns.
 struct ModeRequest {
-    std::uint32_t frame_rate_millihertz =
-        0;  // millihertz; selects the nearest rate within 1 %; 0: first rate of the multiplexing
+    /// Selects a rate of the device within 1 % of it; 0: the first rate of the multiplexing.
+    std::uint32_t frame_rate_millihertz = 0;
     signal::Multiplexing multiplexing = signal::Multiplexing::tdm;
     bool columns = false;  // send columns instead of poses
 };

@@ -98,8 +98,8 @@ template <typename Scalar>
     return std::abs(e.q_source_sensor.squaredNorm() - 1) < kLengthTolerance ? WireError::none : WireError::impossible;
 }
 
-/// A column that is not finite is sent as zeros with the flag `no_reference`. Standard deviations are clamped to the field's
-/// range.
+/// A column that is not finite is sent with zero couplings and the flag `no_reference`. Standard deviations are clamped to the
+/// field's range.
 template <typename Scalar>
 ColumnMessage to_message(const Column<Scalar>& c, std::uint32_t message_sequence, bool transition = false) {
     ColumnMessage m;

@@ -20,7 +20,7 @@ public:
     /// Data of the next frame. Returns 0 if there is none now: the message is complete, or flow control is awaited.
     std::size_t next(std::span<std::uint8_t, kMaxFrameBytes> data);
 
-    /// Frame from the receiver; ignored unless it is flow control. An overflow or an unexpected frame aborts the message.
+    /// Frame from the receiver; ignored unless it is flow control. An overflow or an unknown flow status aborts the message.
     void on_flow_control(std::span<const std::uint8_t> data);
 
     void cancel() { *this = {}; }
@@ -39,7 +39,7 @@ private:
 
 enum class SegmentEvent : std::uint8_t { none, answer, answer_anew, taken, complete, error };
 
-/// Reassembles one message at a time in the buffer of BasicReassembler. A wrong serial number or an invalid length drops the
+/// Reassembles one message at a time in the buffer of BasicReassembler. A wrong sequence number or an invalid length drops the
 /// message. A new first frame drops it too and starts the next message.
 class ReassemblerBase {
 public:

@@ -32,7 +32,7 @@ enum class Opcode : std::uint8_t {
     start = 2,              // start measuring
     stop = 3,               // switch the coils off and end the session
     excite = 4,             // the host has switched the coils: `state`, argument: its state sequence
-    keep_alive = 5,         // resets the device's watchdog; argument: sequence of the newest received column
+    keep_alive = 5,         // resets the device's watchdog; argument: sequence of the newest received column or pose
     read_calibration = 6,   // answered by calibration
     write_calibration = 7,  // stores the calibration message that was sent before
     self_check = 8,         // answered by check messages
@@ -65,7 +65,7 @@ enum class DeviceState : std::uint8_t { idle = 0, running = 1, fault = 2 };
 /// Fault bits of a status message. Some stay set until the next start, others as long as the fault is present.
 enum class Fault : std::uint16_t {
     watchdog = 1U << 0U,       // no command from the host in time: coils are off
-    overcurrent = 1U << 1U,    // a power stage limits its current
+    overcurrent = 1U << 1U,    // the power stages have shut down because of over-current
     converter = 1U << 2U,      // samples were lost, or an amplifier is defective
     calibration = 1U << 3U,    // missing or damaged
     temperature = 1U << 4U,    // out of limits
@@ -73,7 +73,7 @@ enum class Fault : std::uint16_t {
     transition = 1U << 6U,     // the excitation state changed within a window
     send_overflow = 1U << 7U,  // messages were dropped before they were sent
     open_coil = 1U << 8U,      // no reference current although a coil is driven
-    self_check = 1U << 9U,     // a self-check row failed
+    self_check = 1U << 9U,     // a self-check row failed, or program or data memory is damaged
     hung = 1U << 10U,          // the processor was reset by the watchdog or after a program fault
     clock = 1U << 11U,         // the crystal does not run: rates are inaccurate
     stack = 1U << 12U,         // the stack is nearly full

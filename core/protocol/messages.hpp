@@ -13,7 +13,7 @@ namespace tricoil::protocol {
 /// Common fields of every message, after version and type.
 struct Stamp {
     std::uint32_t sequence = 0;  // counts the messages of this type from this sender
-    std::int64_t time_us = 0;    // sender's device time of the event; for columns and poses the middle of the window
+    std::int64_t time_us = 0;    // time of the event on the sender's clock; for columns and poses the middle of the window
 };
 
 struct CommandMessage : Stamp {

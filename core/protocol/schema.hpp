@@ -217,7 +217,7 @@ struct Schema<CheckMessage> {
 template <>
 struct Schema<RawBlockMessage> {
     static constexpr MessageInfo kInfo{
-        MessageType::raw_block,       "raw_block", "front end",
+        MessageType::raw_block,       "raw_block", "device",
         "part of a burst of samples", 16,          "samples: four 32-bit codes each, sensor coils 1-3 and the reference current"};
     static constexpr auto kFields = std::tuple{
         field(&RawBlockMessage::sensor, "sensor", detail::kSensor),

@@ -9,7 +9,7 @@ namespace tricoil::protocol {
 
 enum class WireError : std::uint8_t {
     none,
-    too_short,        // shorter than version, type and stamp
+    too_short,        // shorter than version and type; stream: not longer than a CRC
     unknown_version,  // version not supported
     unknown_type,     // message type not in this version
     wrong_length,     // wrong length for the type on this link

@@ -42,8 +42,8 @@ AcquisitionParams default_acquisition(Multiplexing multiplexing, double frame_ra
 
 /// Errors (invalid_argument, the message names the parameter): a rate is not positive or not finite; a block is not a whole
 /// number of samples or is too long; the guard is not shorter than the block; a carrier is above 0.45 of the sample rate, is not
-/// a whole number of cycles per window, has fewer than four cycles per window (TDM at high frame rates), or is within two cycles
-/// per window of another one (FDM).
+/// a whole number of cycles per window, has fewer than four cycles per window (TDM at high frame rates), or is closer than two
+/// cycles per window to another one (FDM).
 Result<AcquisitionPlan> plan_acquisition(const AcquisitionParams& params);
 
 }  // namespace tricoil::signal

@@ -9,12 +9,12 @@ namespace tricoil {
 
 /// Flags of a column (bit numbers).
 enum class ColumnFlag : std::uint8_t {
-    saturated,         // a code at full scale
-    clipped,           // flat tops below full scale: an amplifier at its limit
+    saturated,         // a code beyond the linear range
+    clipped,           // flat tops within the linear range: an amplifier at its limit
     stuck,             // a channel with constant code
     no_reference,      // no reference current: the coupling has no scale and no sign
-    dc_offset,         // mean beyond the allowed share of full scale
-    low_signal,        // all three entries below the detection limit
+    dc_offset,         // mean beyond the allowed share of the linear range
+    low_signal,        // norm of the column below the detection limit
     overrun,           // the converter lost samples within the block
     gain_changed = 8,  // FDM: the gain step changed at the start of the block; 7 is a flag of the wire only
     after_gap,         // columns between the sensor's previous column and this one were lost or refused

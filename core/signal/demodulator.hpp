@@ -39,7 +39,7 @@ struct DemodulatorParams {
     float linear_share = 1;                     // share of full scale up to which the sensor amplifiers are linear
     float dc_limit = 0.25F;                     // allowed offset relative to the linear range
     Scalar noise_smoothing = Scalar(1.0 / 16);  // weight of a new block in the running noise power
-    Scalar noise_jump = 4;                      // a block with this multiple of the running power is flagged noisy at once
+    Scalar noise_jump = 4;                      // above this multiple of the running power, a block replaces it at once
 };
 
 /// Columns of one block: one for TDM, three for FDM.

@@ -1,4 +1,4 @@
-// Acquisition plan with given numbers, for boards that know their converter clock and have no room to compute a plan.
+// Acquisition plan with given numbers, for boards with a fixed converter clock and too little flash to compute a plan.
 #pragma once
 
 #include "core/signal/acquisition_plan.hpp"

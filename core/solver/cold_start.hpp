@@ -32,8 +32,9 @@ template <typename Scalar>
 Result<RigidPose<Scalar>> corrected_direct(const field::GeneralDipole<Scalar>& model, const Mat3<Scalar>& x,
                                            const Vec3<Scalar>& towards, int passes);
 
-/// Refines the better of the corrected direct solutions of both hemispheres. If that does not converge, tries further starts near
-/// both. refinement.converged() is false if none converged. Errors: as refine and corrected_direct.
+/// Refines the better of the corrected direct solutions of both hemispheres, and the other one unless the first misfit is clearly
+/// small (clear_share). If no refinement converged, or none is clear near the coils, it also starts from other directions.
+/// refinement.converged() is false if none converged. Errors: as refine and corrected_direct.
 template <typename Scalar>
 Result<ColdSolution<Scalar>> solve_cold(const field::GeneralDipole<Scalar>& model, const Mat3<Scalar>& x,
                                         const Mat3<Scalar>& weights, const ColdStartParams<Scalar>& params = {});

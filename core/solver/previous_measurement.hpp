@@ -33,7 +33,7 @@ struct VectorPose {
 };
 
 /// (15) with W11, and (16), from W = P^ O^^T X P^^T.
-/// Errors: not_converged if W11 <= 0: the previous pose is wrong by more than 54.7 degrees.
+/// Errors: not_finite; not_converged if W11 <= 0: the previous pose is wrong by more than 54.7 degrees.
 template <typename Scalar>
 Result<TrackingIncrements<Scalar>> tracking_increments(const Mat3<Scalar>& w, Scalar coupling_constant);
 
@@ -50,6 +50,7 @@ Result<AnglePose<Scalar>> step_angles(const Mat3<Scalar>& x, Scalar coupling_con
                                       int passes = 1);
 
 /// One measurement with small rotations of u and O in place of (17), (18): equal to first order, without a pole.
+/// Errors: those of tracking_increments().
 template <typename Scalar>
 Result<VectorPose<Scalar>> step_vectors(const Mat3<Scalar>& x, Scalar coupling_constant, const VectorPose<Scalar>& previous,
                                         int passes = 1);

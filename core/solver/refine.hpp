@@ -18,7 +18,7 @@ struct RigidPose {
 
 template <typename Scalar>
 struct RefineParams {
-    int max_iterations = 20;  // Jacobians and trial steps, accepted or not
+    int max_iterations = 20;  // trial steps, accepted or not
     /// Of a step, relative to the range and in rad. Convergence is quadratic: the remaining error is the square of the last step.
     Scalar step_tolerance = Scalar(1e-4);
     Scalar max_range_step = Scalar(0.35);    // of one step, relative to the range; the field falls with the third power
@@ -58,7 +58,8 @@ struct Refinement : Minimum<Scalar> {
 
 /// Minimises the sum over i, j of (weight_ij (model_ij(pose) - x_ij))^2. At most max_iterations, no heap.
 /// weights: 1 / sigma of each entry, finite and not negative. Equal weights of any size give the same pose, but the noise gate
-/// and the covariance need 1 / sigma. Errors: not_finite (x, weights or start), degenerate (x or weights zero).
+/// and the covariance need 1 / sigma. Errors: not_finite (x, weights or start), degenerate (x or weights zero, or start at the
+/// origin).
 template <typename Scalar>
 Result<Refinement<Scalar>> refine(const field::GeneralDipole<Scalar>& model, const Mat3<Scalar>& x, const Mat3<Scalar>& weights,
                                   const RigidPose<Scalar>& start, const RefineParams<Scalar>& params = {});

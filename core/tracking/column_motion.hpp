@@ -69,8 +69,8 @@ private:
     static constexpr double kMinLongestGap_s = 0.015;
     static constexpr double kGuard = 1.1;      // a frame is longer than its window
     static constexpr double kMinGap_s = 1e-4;  // keeps the derivatives of all couplings within float
-    // The squared second derivative decays in this time. At 5 Hz 0.38 of its amplitude is left where it changes sign; the change
-    // within one and a half frames, by which it is late, is 0.19.
+    // Decay time of the squared second derivative. The derivative is late by one and a half frames. At 5 Hz it changes by 0.19 of
+    // its amplitude in this time, and 0.38 of the amplitude is left where it changes sign.
     static constexpr double kMemory_s = 0.02;
 
     struct History {

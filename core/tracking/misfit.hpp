@@ -1,4 +1,4 @@
-// Misfit of the couplings: what neither a pose nor noise nor motion explains, and the error of the pose that it suggests.
+// Misfit of the couplings: the part that pose, noise and motion do not explain, and the pose error that it suggests.
 #pragma once
 
 #include <algorithm>
@@ -15,8 +15,8 @@ namespace tricoil::tracking {
 constexpr double kHiddenShare = 2.5;
 
 /// Follows the misfit of consecutive signal matrices. A significant misfit counts once, because a single one may be chance (once
-/// in 40 s at 240 Hz). After two in a row it decays slowly, because near metal it passes through zero while the sensor moves;
-/// faster when it stays away. A smaller misfit counts if it lasts.
+/// in 40 s at 240 Hz). After two in a row the variance decays slowly, because near metal the misfit passes through zero while the
+/// sensor moves. It decays faster after 0.15 s without two in a row. A smaller misfit counts if it lasts.
 template <typename Scalar>
 class Misfit {
 public:

@@ -9,7 +9,7 @@ namespace tricoil::tracking {
 
 /// Flags of a pose (bit numbers).
 enum class PoseFlag : std::uint8_t {
-    saturated,           // a channel reached full scale or clipped, also because of an offset: couplings are too small
+    saturated,           // a channel left its linear range, clipped, or has a large offset: couplings are too small
     low_signal,          // signal-to-noise ratio below the limit
     no_sensor,           // no dipole fits the couplings: crosstalk into open inputs, or a dead channel
     distorted,           // couplings differ from a dipole's by more than noise and motion: metal

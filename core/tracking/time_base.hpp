@@ -47,7 +47,7 @@ private:
         DeviceTime time = kEarliest;
         unsigned coils = 0;
     };
-    static constexpr std::size_t kInstants = 12;  // 12 ms of FDM at 960 Hz; older stamps count as duplicates
+    static constexpr std::size_t kInstants = 12;  // 12 ms of FDM at 960 Hz; late stamps before these are refused
     static constexpr int kAgreeing = 8;           // consecutive old stamps that restart the base: 11 ms of TDM at 240 Hz
 
     static unsigned bit(int coil) { return 1U << static_cast<unsigned>(coil); }

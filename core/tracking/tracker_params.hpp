@@ -30,7 +30,7 @@ struct CommonParams {
     Scalar misfit_floor = Scalar(1e-6);     // misfit of calibrated coils without metal, per coupling, relative to k
     Scalar max_deviation_m = Scalar(0.02);  // standard deviation of the position (3D) above which a pose is invalid
     Microseconds lost_after{100'000};       // without a valid pose
-    Microseconds search_after{1'000'000};   // when lost: forget the last pose
+    Microseconds search_after{1'000'000};   // without a valid pose; then the last pose is forgotten
 };
 
 /// DirectTracker: closed-form maximum-likelihood pose of each complete signal matrix.
@@ -93,10 +93,10 @@ struct TrackerParams {
     MethodParams<Scalar> method;
 };
 
-static_assert(sizeof(TrackerParams<float>) <= 184, "set once");
+static_assert(sizeof(TrackerParams<float>) <= 184, "size of the parameters in float");
 
-/// max_column_span for a plan. FDM columns are simultaneous. Three consecutive TDM slots span two slots; a lost slot exceeds the
-/// limit.
+/// max_column_span for a plan. FDM columns are simultaneous. The first and third of three consecutive TDM columns are two slots
+/// apart; with a lost slot they exceed the limit.
 Microseconds column_span(const signal::AcquisitionPlan& plan);
 
 /// Errors (invalid_argument), with the reason: a number is not finite or out of its limits, or times are out of order.

@@ -7,7 +7,7 @@
 
 namespace tricoil::semihosting {
 
-/// fixed::pose_line of each. The console must outlive it.
+/// Prints fixed::pose_line() of each pose. The console must outlive the link.
 class FixedPoseLink final : public hal::EstimateLink<fixed::PoseEstimate> {
 public:
     explicit FixedPoseLink(hal::Console& console) : console_(console) {}

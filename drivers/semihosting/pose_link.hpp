@@ -6,8 +6,8 @@
 
 namespace tricoil::semihosting {
 
-/// "pose SEQUENCE TIME_US FLAGS X Y Z W X Y Z": position in metres, quaternion w x y z, flags as bits. The console must outlive
-/// it.
+/// "pose SEQUENCE TIME_US FLAGS X Y Z W X Y Z". Sequence and time (us): low 32 bits, signed; flags as bits; position in metres;
+/// quaternion w x y z. The console must outlive the link.
 class PoseLink final : public hal::Link<float> {
 public:
     explicit PoseLink(hal::Console& console) : console_(console) {}

@@ -17,7 +17,7 @@ private:
     std::string path_;
 };
 
-/// The master of a new pseudo terminal; a SerialPort opens path(). The terminal stays open between close() and open(), so that
+/// The master of a new pseudo terminal. A SerialPort can open path(). The terminal stays open between close() and open(), so that
 /// the path stays valid.
 class PtyPort final : public StreamPort {
 public:

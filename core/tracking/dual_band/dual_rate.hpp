@@ -37,23 +37,23 @@ struct DualRatePose {
     bool valid = false;             // solved, and position_sigma_m within its limit
 };
 
-/// State: pose and rates, bias of the high band's pose and its rates. A low-band line is the mean over the last two lines'
-/// periods of high-band rows: overlapping windows, as lock-in amplifiers with a window of two output periods give.
+/// State: pose and rates, bias of the high band's pose and its rates. A low-band line is a mean over two line periods, so
+/// the windows of consecutive lines overlap, as in lock-in amplifiers whose window is two output periods.
 ///
 /// The bias is measured in couplings: mean of the low band's model at the high band's poses, corrected by the bias so far, minus
-/// the low band's couplings. So a sensor that moves within the window causes no error, and only the error of the bias so far is
-/// linearised. Between lines nothing measures the bias; see SplitFilter.
+/// the low band's couplings. Therefore motion within the window causes no error, and only the error of the bias so far
+/// is linearised. Between lines nothing measures the bias; see SplitFilter.
 class DualRateEstimator {
 public:
     /// Models of both bands in the same source and sensor frames, each with its own moments and sensitivities.
     DualRateEstimator(const field::GeneralDipole<double>& high, const field::GeneralDipole<double>& low,
                       const DualRateParams& params);
 
-    /// One low-band line, before the high-band row of the same time. All rows_per_line rows since the last line must have been
-    /// added. Errors: not_finite; degenerate (the couplings do not determine a pose). The line is then ignored.
+    /// Adds one low-band line. Call it before add_high() of the same time. The line is ignored if a high-band row of the last two
+    /// lines is missing, or after an error. Errors: not_finite; degenerate (the couplings do not determine a pose).
     Status add_low(const Mat3<double>& couplings);
 
-    /// One high-band row. Errors: not_finite or degenerate couplings; the last pose then stays.
+    /// Adds one high-band row. Errors: not_finite or degenerate couplings; the last pose then stays.
     Result<DualRatePose> add_high(const Mat3<double>& couplings);
 
     [[nodiscard]] const BandScalar& scalar() const { return scalar_; }

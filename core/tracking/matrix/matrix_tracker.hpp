@@ -67,7 +67,7 @@ private:
     Hemisphere<Scalar> hemisphere_;
     ColumnMotion<Scalar> column_motion_;
     Misfit<Scalar> misfit_;
-    /// The last solved pose, valid or not.
+    /// The last solved pose without a fault flag, valid or not.
     struct {
         Vec3<Scalar> position_m = Vec3<Scalar>::Zero();
         Scalar deviation_m = 0;

@@ -8,7 +8,8 @@
 
 namespace tricoil::tracking {
 
-/// The parameters select the method. Coils that CoilCorrection cannot correct need the filter; it is then a GeneralTracker.
+/// The parameters select the method. Coils that CoilCorrection cannot correct need the filter; the tracker is then a
+/// GeneralTracker.
 template <typename Scalar>
 class AnyTracker {
 public:

@@ -10,7 +10,7 @@
 namespace tricoil::tracking::scaat {
 
 /// Single constraint at a time (Welch and Bishop 1997), with an outlier gate and process noise estimated from the innovations.
-/// The parameters, the model and the counters must outlive it.
+/// The parameters, the model and the counters must outlive the estimator.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 class Estimator {
 public:
@@ -54,18 +54,18 @@ public:
     /// Factor by which recent innovations and their noise exceed the covariance.
     [[nodiscard]] Scalar covariance_factor() const { return std::max({noise_.excess(), consistency_, outlier_inflation_}); }
     [[nodiscard]] bool is_inconsistent() const { return std::max(consistency_, noise_.excess()) > params_.inconsistent_above; }
-    /// True if the velocity is known: two columns of each coil were used.
+    /// True if the velocity is known: six columns were used, including the three of the start.
     [[nodiscard]] bool is_settled() const { return settled_ >= kSettlingColumns; }
-    /// True if two columns of each coil were used since the start.
+    /// True if six columns were used after the three of the start.
     [[nodiscard]] bool may_deskew() const { return settled_ >= 3 * kSourceCoils; }
     [[nodiscard]] DeviceTime last_used() const { return last_used_; }
     void set_last_used(DeviceTime time) { last_used_ = time; }
 
 private:
-    static constexpr int kSettlingColumns = 6;   // until the velocity is known: two of each coil
+    static constexpr int kSettlingColumns = 6;   // until the velocity is known
     static constexpr int kLearningColumns = 24;  // until corrections are used to learn accelerations
     // Above this value the variance of a column is multiplied by the third power of (squared innovation / this value). Tuned for
-    // outliers of 5 to 15 sigma in one column of 20 of a moving sensor. It costs 3 % of accuracy if there are no outliers.
+    // outliers of 5 to 15 sigma in one column of 20 of a moving sensor. Without outliers it reduces the accuracy by 3 %.
     static constexpr double kDownweightAbove = 9;  // squared innovation, 3 degrees of freedom: exceeded once in 34
     // An outlier that just passes the gate moves the pose by several sigma. The reported covariance is increased until later
     // columns have corrected the pose.
@@ -87,7 +87,7 @@ private:
     NoiseCheck<Scalar> noise_;
     Scalar outlier_inflation_ = 0;  // of recent columns: squared innovation over kInflateAbove, decaying
     CoilHistory history_;
-    int settled_ = 0;  // columns used since the start, at most kLearningColumns
+    int settled_ = 0;  // columns used, including the three of the start; at most kLearningColumns
     DeviceTime last_used_{};
 };
 

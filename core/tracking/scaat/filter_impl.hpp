@@ -73,7 +73,8 @@ auto Filter<Scalar, Model>::track_column(const Column<Scalar>& column) -> Pose {
     return intake_.in_frames() ? std::nullopt : finish_measurement(matrix);
 }
 
-/// Processes one of three simultaneous columns. A complete frame is used as a whole; an incomplete one when the next begins.
+/// Processes one of three simultaneous columns. A complete frame is used as a whole; an incomplete frame when the next one
+/// begins.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 auto Filter<Scalar, Model>::track_frame(const Column<Scalar>& column) -> Pose {
     if (column.midpoint > motion().time && intake_.has_waiting()) {
@@ -92,7 +93,7 @@ auto Filter<Scalar, Model>::track_frame(const Column<Scalar>& column) -> Pose {
     return finish_measurement(matrix);
 }
 
-/// Ends an incomplete frame at the first column of the next.
+/// Ends an incomplete frame at the first column of the next frame.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 auto Filter<Scalar, Model>::end_frame(const Column<Scalar>& next) -> Pose {
     use_waiting();

@@ -7,8 +7,8 @@
 
 namespace tricoil::tracking::scaat {
 
-/// General model. Coil offsets make X uneven in the position. If they are large compared with noise and motion errors, the
-/// couplings determine the hemisphere.
+/// General model. With coil offsets X is not even in the position. If the offsets are large compared with noise and motion
+/// errors, the couplings determine the hemisphere.
 template <typename Scalar>
 struct GeneralMeasurement {
     static constexpr bool kEven = false;

@@ -69,15 +69,16 @@ void grow_covariance(Mat12<Scalar>& p, const Intensity<Scalar>& q, Scalar dt) {
     p.template bottomLeftCorner<6, 6>() = cross.transpose();
 }
 
-/// Longest time over which accelerations of consecutive intervals are treated as independent. Accelerations of a hand are not:
-/// across a longer gap the acceleration stays, so the variance grows with t^4 instead of t^3, and the intensity estimated per
-/// column is too small by the factor t / kIndependent_s.
+/// Longest time over which accelerations of consecutive intervals are treated as independent. Accelerations of a hand are
+/// correlated: across a longer gap the acceleration stays, so the variance grows with t^4 instead of t^3, and the intensity
+/// estimated per column is too small by the factor t / kIndependent_s.
 constexpr double kIndependent_s = 4e-3;
 
 /// Shares of velocity and rate corrections that are added to the accelerations (1/s), for a correction with the covariance p. In
 /// an alpha-beta-gamma filter (Kalata 1984, gamma = beta^2/alpha) the acceleration gets beta/(alpha T) of each velocity
 /// correction, the ratio of velocity gain to position gain: P_vp / P_pp, here from the traces. Only a part of it is used, because
-/// the error state does not contain the uncertainty of the acceleration. With more noise filter and learning are slower.
+/// the error state does not contain the uncertainty of the acceleration. With more noise both the filter and the learning are
+/// slower.
 template <typename Scalar>
 std::array<Scalar, 2> acceleration_gains_per_s(const Mat12<Scalar>& p) {
     const auto gain = [&p](int block) {

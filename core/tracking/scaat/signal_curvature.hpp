@@ -12,7 +12,7 @@ constexpr double kMaxCurvature_per_s2 = 1e4;
 
 /// Second time derivative of a coupling divided by the coupling strength k (1/s^2): root mean square of the nine entries of (6),
 /// from k / rho^3 and the rotation of u and O. All terms are added with positive sign. The result is limited, because the gate
-/// allows for a share of the blur: an impossible state would open it without limit.
+/// allows for a share of the blur: a state with impossible rates would widen the gate without limit.
 template <typename Scalar>
 Scalar signal_curvature(const State<Scalar>& state) {
     constexpr Scalar kEntry = Scalar(0.41);  // sqrt(3/2) / 3
