@@ -8,7 +8,7 @@
 namespace tricoil::stm32g4 {
 namespace {
 
-/// Wait beyond the block time: for interrupts of higher priority, and because the wait loop runs only once per millisecond.
+/// Wait beyond the block time, because interrupts of higher priority may delay the end of a block.
 constexpr Microseconds kPollMargin{300};
 constexpr std::int32_t kTopOfOneConversion = 2047;
 constexpr Status kTripped{StatusCode::over_current, "over-current: a power stage is faulty"};
@@ -118,8 +118,8 @@ void Acquisition::run() {
     set_amplifiers();  // unconditionally: the present setting of the amplifiers is unknown
     switch_over();
     parts_.trigger.CNT = 0;
-    // A sample's time is the middle of its conversions. The first trigger comes one period after the start, the last trigger of
-    // the sample as many periods after the start as the sample has conversions.
+    // A sample's time is the middle of its conversions. The conversions of the first sample start 1 to `oversampling_` trigger
+    // periods after the start of the timer.
     start_ = parts_.clock.now() + time_of_half_triggers(1U + static_cast<unsigned>(oversampling_));
     parts_.trigger.CR1 = tim::CR1_CEN | tim::CR1_URS;
     is_running_ = true;
@@ -176,7 +176,7 @@ bool Acquisition::wait_for_block() {
     return true;
 }
 
-/// Repeats the copy once if the converters began to overwrite the block meanwhile, which happens one block time after its end.
+/// Repeats the copy once if the converters began to overwrite the block meanwhile. They do so one block time after its end.
 bool Acquisition::copy_newest(std::uint32_t& block, Conditions& conditions) {
     for (int attempt = 0; attempt < 2; ++attempt) {
         {
@@ -221,7 +221,7 @@ void Acquisition::on_over_current() {
 void Acquisition::switch_over() {
     now_.state = wanted_state_;
     parts_.lines.set(now_.state);
-    if (has_tripped_) {  // an interrupt between the two lines above has cleared the lines, and set() has set them again
+    if (has_tripped_) {  // an over-current interrupt just before set() has cleared the enable lines, and set() has set them again
         parts_.lines.off();
     }
     if (now_.gain_step != wanted_step_) {
@@ -239,7 +239,7 @@ Status Acquisition::excite(Excitation state) {
         return kTripped;
     }
     wanted_state_ = state;
-    if (has_tripped_ || state == Excitation::off) {  // tripped meanwhile: the wanted state must not become active
+    if (has_tripped_ || state == Excitation::off) {  // over-current meanwhile: the wanted state must not become active
         switch_off();
     }
     return {};

@@ -27,11 +27,12 @@ struct AcquisitionParams {
 
 /// The sampler; coils() and gain() are its two other interfaces. Sampling starts with the first poll() after start(), so that the
 /// first block already has the excitation state set by excite(). excite() and gain().choose() take effect at the end of the
-/// running block. After an over-current poll() and excite() return over_current until the next start().
+/// running block; excite(Excitation::off) clears the enable lines at once. After an over-current, poll() and excite() return
+/// over_current until the next start().
 class Acquisition final : public hal::CoilSampler {
 public:
     /// Core clock cycles from one trigger to the next. Each trigger converts every input and updates every carrier. 576.3 kHz; an
-    /// ADC at 42.5 MHz with 47.5 cycles of sampling needs 60 of the 73.75 cycles.
+    /// ADC at 42.5 MHz with 47.5 cycles of sampling needs 60 of the 73.75 ADC clock cycles.
     static constexpr std::uint32_t kTriggerTicks = 295;
 
     /// Sample rates that a plan may use; `oversampling` is 2, 4, 8 or 16.
@@ -42,7 +43,7 @@ public:
     struct Parts {
         TimRegisters& trigger;  // TIM6
         CarrierPlayer& carriers;
-        CarrierPlayer& test_carriers;  // to the amplifiers, on the chip
+        CarrierPlayer& test_carriers;  // connected to the amplifiers on the chip
         Converters& converters;
         EnableLines lines;
         SensorAmplifiers amplifiers;
@@ -52,8 +53,8 @@ public:
     Acquisition(const Parts& parts, const AcquisitionParams& params);
     ~Acquisition() override;
 
-    /// Call once, after the clocks: switches the converters on and the coils off. ok; timed_out: a converter does not respond;
-    /// start() then returns device_lost.
+    /// Call once, after the clocks are on. Switches the converters on and the coils off. ok; timed_out: a converter does not
+    /// respond; start() then returns device_lost.
     Status begin();
 
     [[nodiscard]] hal::CoilDriver& coils() { return coils_; }

@@ -12,8 +12,8 @@
 
 namespace tricoil::stm32g4 {
 
-/// Every trigger of TIM6 outputs the next value of each table, so the carriers have a constant phase relative to all other
-/// functions of this trigger.
+/// Every trigger of TIM6 outputs the next value of each table, so the carriers have a constant phase relative to the sampling,
+/// which has the same trigger.
 class CarrierPlayer {
 public:
     static constexpr std::size_t kLongestTable = 400;
@@ -38,7 +38,7 @@ public:
     /// Sets the outputs to their middle.
     void stop();
 
-    /// True if a value was late since the last call.
+    /// True if a DAC value was not ready in time since the last call.
     bool take_underrun();
 
 private:

@@ -12,7 +12,7 @@ namespace tricoil::stm32g4 {
 
 constexpr std::uint16_t kDacMiddle = 2048;
 
-/// `cycles` whole cycles in `updates` values: the shortest period.
+/// Shortest period of a carrier that is updated at a fixed rate: `cycles` whole cycles in `updates` values.
 struct CarrierPeriod {
     int updates = 0;
     int cycles = 0;

@@ -25,8 +25,8 @@ constexpr std::uint32_t hertz_of(CoreClock clock) {
 }
 
 /// Call once after reset: 170 MHz on all buses, from a 24 MHz crystal if it starts, otherwise from the internal oscillator. The
-/// clock security system then watches the crystal: if it stops, the NMI is raised and CIFR_CSSF is set. Waits some milliseconds
-/// at most.
+/// clock security system then watches the crystal: if it stops, the NMI is raised and CIFR_CSSF is set. Takes about 2 ms with a
+/// crystal, and more than 10 ms if the crystal does not start.
 CoreClock start_core_clock(RccRegisters& rcc, PwrRegisters& pwr, FlashRegisters& flash);
 
 /// Starts the 48 MHz oscillator for USB. ok; timed_out.

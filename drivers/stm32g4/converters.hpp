@@ -38,11 +38,11 @@ public:
 
     Converters(const Parts& parts, const hal::Clock& clock) : parts_(parts), clock_(clock) {}
 
-    /// Switches on and calibrates. The clocks must be on. ok; timed_out: a converter does not respond.
+    /// Switches the converters on and calibrates them. The clocks must be on. ok; timed_out: a converter does not respond.
     Status begin();
 
     /// Starts waiting for triggers. `oversampling`: 2, 4, 8 or 16. `limit_codes`: largest deviation of a reference sample from
-    /// the middle; beyond it the ADC's analog watchdog interrupts. Requires a successful begin(). ok; timed_out.
+    /// the middle; beyond it the ADC's analog watchdog raises its interrupt. Requires a successful begin(). ok; timed_out.
     Status start(std::size_t block_samples, int oversampling, std::int32_t limit_codes);
 
     /// ok; timed_out: a conversion does not end.
@@ -57,7 +57,7 @@ public:
     };
     BlockEnd take_block_end();
 
-    /// True if a sample was overwritten before it was read, since the last call.
+    /// True if a sample was overwritten before the DMA read it, since the last call.
     bool take_overrun();
 
     /// Call from the interrupt of the reference channel's analog watchdog: clears and disables it. Returns false if another

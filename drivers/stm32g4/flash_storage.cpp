@@ -66,7 +66,7 @@ bool FlashStorage::on_ecc_error() {
     return is_reading_;
 }
 
-/// In single-bank mode the pages are twice as large and a page number means another address: both slots would be in one page.
+/// In single-bank mode pages are twice as large and page numbers have other addresses: two slots would be in one page.
 bool FlashStorage::has_two_banks() const { return (registers_.OPTR & flash::OPTR_DBANK) != 0; }
 
 Status FlashStorage::unlock() {
@@ -77,7 +77,7 @@ Status FlashStorage::unlock() {
     if (!idle.ok()) {
         return idle;
     }
-    take_errors();  // a leftover error flag would make every operation fail
+    take_errors();  // an error flag of an earlier operation would make every operation fail
     if ((registers_.CR & flash::CR_LOCK) != 0) {
         registers_.KEYR = flash::KEYR_KEY1;
         registers_.KEYR = flash::KEYR_KEY2;
@@ -105,13 +105,14 @@ std::uint32_t FlashStorage::take_errors() {
     return errors;
 }
 
-/// While bank 2 is erased or programmed, a read of bank 1 may corrupt the data cache (ES0430 2.2.2). So it is off meanwhile.
+/// While bank 2 is erased or programmed, a read of bank 1 may corrupt the data cache (ES0430 2.2.2). The cache is off
+/// during these operations.
 void FlashStorage::switch_data_cache_off() {
     data_cache_ = registers_.ACR & flash::ACR_DCEN;
     registers_.ACR = registers_.ACR & ~flash::ACR_DCEN;
 }
 
-/// The data cache would still hold the old content; it can be reset only while it is off.
+/// Resets the data cache, which still holds the old content. The reset is possible only while the cache is off.
 void FlashStorage::restore_data_cache() {
     const std::uint32_t off = registers_.ACR;
     registers_.ACR = off | flash::ACR_DCRST;

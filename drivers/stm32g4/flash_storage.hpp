@@ -9,8 +9,8 @@
 
 namespace tricoil::stm32g4 {
 
-/// One slot per page. A double-word with interrupted programming may be unreadable: reading it raises the NMI, whose handler
-/// calls on_ecc_error().
+/// One slot per page. If the programming of a double-word was interrupted, a read of it may raise the NMI. The NMI handler must
+/// call on_ecc_error().
 class FlashStorage final : public hal::Storage {
 public:
     struct Pages {
@@ -22,8 +22,8 @@ public:
     FlashStorage(FlashRegisters& registers, const Pages& pages) : registers_(registers), pages_(pages) {}
 
     /// Call from the NMI handler: clears the error, which would otherwise raise the NMI again. True: a read of these pages was in
-    /// progress, so the damaged word is theirs. The address in ECCR does not decide: after an operation that a reset or a power
-    /// failure interrupted, its content is unreliable (ES0430 2.2.3).
+    /// progress, so the damaged word is in these pages. The address in ECCR is not used, because ECCR is unreliable after an
+    /// operation that a reset or a power failure interrupted (ES0430 2.2.3).
     bool on_ecc_error();
 
 private:
@@ -46,7 +46,7 @@ private:
     Pages pages_;
     std::uint32_t data_cache_ = 0;  // ACR_DCEN if the cache was on before the operation
     volatile bool is_reading_ = false;
-    volatile bool is_damaged_ = false;  // a read since the flag was cleared hit a damaged double-word
+    volatile bool is_damaged_ = false;  // the present or last do_read() hit a damaged double-word
 };
 
 }  // namespace tricoil::stm32g4

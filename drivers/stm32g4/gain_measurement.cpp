@@ -21,7 +21,7 @@ constexpr std::uint8_t kFillingStep = 1;
 constexpr int kBlocks = 4;                  // blocks per reading
 constexpr int kMaxBlocks = 3 * kBlocks;     // blocks before a reading times out
 constexpr float kLinearShare = 0.95F;       // of full scale; linear range of the op-amps
-constexpr float kOffset = 0.2F;             // largest offset, share of the linear range; the carrier uses three quarters
+constexpr float kOffset = 0.2F;             // largest offset, share of the linear range; the carrier uses 3/4 of full scale
 constexpr float kTolerance = 0.1F;          // of the gain of a step, relative
 constexpr float kShortestLag_s = 0.25e-6F;  // at the highest gain; bandwidth 40 MHz
 constexpr float kLongestLag_s = 2.4e-6F;    // at the highest gain; bandwidth 4 MHz (typical: 13 MHz)
@@ -78,7 +78,7 @@ private:
         return status;
     }
 
-    /// Sums the phasors of some blocks that were sampled with this step.
+    /// Sums the phasors of kBlocks blocks that were sampled with this step.
     Status read(std::uint8_t step, Phasors& sum) {
         (void)gain_.choose(step);
         int blocks = 0;

@@ -12,19 +12,20 @@ namespace tricoil::stm32g4 {
 /// Gain steps of SensorAmplifiers whose input can be switched to an on-chip carrier.
 class TestInputGain : public hal::GainControl {
 public:
-    /// From the sampler's next start() on, the amplifiers get the plan's carriers with this amplitude (in codes, of 2048) instead
-    /// of the sensor coils; 0: the coils again. No coil may be driven meanwhile.
+    /// From the sampler's next start() on, the inputs of the amplifiers are the plan's carriers with this amplitude (in codes, of
+    /// 2048) instead of the sensor coils; 0: the sensor coils again. No source coil may be driven meanwhile.
     void set_test_carrier(float amplitude_codes) { do_set_test_carrier(amplitude_codes); }
 
 private:
     virtual void do_set_test_carrier(float amplitude_codes) = 0;
 };
 
-/// hal::GainControl::measure(). Compares each step with the step below, using the same on-chip carrier, as large as the higher
-/// gain allows: errors of the source cancel. The follower, step 0, is assumed to have its nominal gain. An op-amp's lag is
-/// proportional to its gain; its bandwidth follows from the phase at the highest gain. Neglected, some milliradians: the lead of
-/// the ladder's capacitor (1.5 at 10 kHz), and delays between trigger and sampling other than the sampling time. Additional
-/// error: invalid_argument for a carrier without a whole number of cycles per block.
+/// Implements hal::GainControl::measure(). Compares each step with the step below. Both steps amplify the same on-chip carrier,
+/// so errors of the carrier cancel; its amplitude is as large as the higher gain allows. The follower, step 0, is assumed to have
+/// its nominal gain. An op-amp's lag is proportional to its gain; its bandwidth follows from the phase at the highest gain.
+/// Neglected phases of some milliradians: the lead of the ladder's capacitor (1.5 at 10 kHz), and delays between trigger and
+/// sampling other than the sampling time. Additional error: invalid_argument for a carrier without a whole number of cycles per
+/// block.
 Status measure_gain(hal::CoilSampler& sampler, TestInputGain& gain, const signal::AcquisitionPlan& plan,
                     signal::GainSteps<float>& steps);
 

@@ -10,7 +10,7 @@ class Pin {
 public:
     Pin(GpioRegisters& port, unsigned number) : port_(port), number_(number) {}
 
-    /// Makes it an output that is low from the start.
+    /// Makes the pin an output that is low from the start.
     void make_output() const {
         set(false);
         set_mode(gpio::MODER_output);

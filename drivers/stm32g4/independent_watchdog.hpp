@@ -6,7 +6,8 @@
 
 namespace tricoil::stm32g4 {
 
-/// The oscillator has 32 kHz within some percent, so a time-out is only approximate. At most 32 s. Only a reset stops it.
+/// The oscillator runs at 32 kHz within some percent, so a time-out is only approximate. Time-out: at most 32 s. Only a reset
+/// stops the watchdog.
 class IndependentWatchdog final : public hal::Watchdog {
 public:
     explicit IndependentWatchdog(IwdgRegisters& registers) : registers_(registers) {}

@@ -10,7 +10,8 @@ class InterruptLine {
 public:
     InterruptLine(NvicRegisters& nvic, std::uint8_t number) : nvic_(nvic), number_(number) {}
 
-    /// Makes the interrupt pending; the handler runs at once unless one of higher priority runs. Any context.
+    /// Makes the interrupt pending; the handler runs at once unless another one of equal or higher priority runs. Any
+    /// context.
     void pend() { nvic_.ISPR[number_ / 32U] = 1U << (number_ % 32U); }
 
     void enable() { nvic_.ISER[number_ / 32U] = 1U << (number_ % 32U); }

@@ -3,7 +3,7 @@
 namespace tricoil::stm32g4 {
 namespace {
 
-/// Every reset also sets the flag of the reset pin, so the order of these checks matters.
+/// Every reset also sets the flag of the reset pin, so that flag is not checked: without another reason the reset is external.
 hal::ResetReason reason_of(std::uint32_t flags, bool faulted) {
     if (faulted) {
         return hal::ResetReason::fault;

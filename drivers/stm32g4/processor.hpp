@@ -1,4 +1,4 @@
-// Reset reason, problem flags and restart of the processor.
+// Reset reason, fault flags and restart of the processor.
 #pragma once
 
 #include "drivers/stm32g4/registers/cortex.hpp"
@@ -7,15 +7,15 @@
 
 namespace tricoil::stm32g4 {
 
-/// Words in RAM that the start-up code does not clear: messages from one run to the next. After power-on their content is
-/// undefined, so only the exact values count.
+/// Words in RAM that the start-up code does not clear; they carry information across a reset. After power-on their content is
+/// undefined, so only the exact values of the constants are valid.
 struct BootRecord {
     static constexpr std::uint32_t kEnterLoader = 0x10ADE2B0;
     static constexpr std::uint32_t kFreshStart = 0xF2E5'4A27;  // set before a reset whose only purpose is a clean start
     static constexpr std::uint32_t kFaulted = 0xFA017ED5;
     static constexpr std::uint32_t kAssertionFailed = 0xA55E'27ED;
 
-    std::uint32_t request;  // one of these values, or none
+    std::uint32_t request;  // kEnterLoader or kFreshStart; any other value: none
     std::uint32_t ending;   // kFaulted: a fault, described by the words below; kAssertionFailed: described by pc
     std::uint32_t exception;
     std::uint32_t pc;  // of the faulty instruction, or of the instruction after the call of assertion_failed()
@@ -34,7 +34,7 @@ public:
     Processor(RccRegisters& rcc, ScbRegisters& scb, BootRecord& record, const Hooks& hooks)
         : rcc_(rcc), scb_(scb), record_(record), hooks_(hooks) {}
 
-    /// Call once: reads and clears the record of the last run.
+    /// Call once: reads and clears the reset flags and the `ending` of the last run.
     void begin();
 
     /// Sets a fault until the next reset. May be called in any context.

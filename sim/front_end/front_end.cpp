@@ -112,7 +112,7 @@ void SimulatedFrontEnd::serve(HostTime now) {
     }
 }
 
-/// Only the host that started the measurement resets the watchdog. Requests of other hosts do not keep the coils on.
+/// Only start, excite and keep_alive reset the watchdog. Other requests, for example `hello`, do not keep the coils on.
 void SimulatedFrontEnd::dispatch_command(const protocol::CommandMessage& command, HostTime now) {
     const auto opcode = static_cast<Opcode>(command.opcode);
     switch (opcode) {
@@ -126,12 +126,12 @@ void SimulatedFrontEnd::dispatch_command(const protocol::CommandMessage& command
             heard_ = now;
             excited_ = command.argument;
             excited_state_ = static_cast<Excitation>(command.state);
-            acknowledged_ = sequence_;  // it acknowledges the newest column
+            acknowledged_ = sequence_;  // an excite command acknowledges all columns sent before
             break;
         case Opcode::keep_alive:
             heard_ = now;
             acknowledged_ =
-                std::max(acknowledged_, std::min(command.argument + 1, sequence_));  // 0: the host has received nothing
+                std::max(acknowledged_, std::min(command.argument + 1, sequence_));  // sum 0: the host has received nothing
             break;
         case Opcode::start:
             heard_ = now;
@@ -155,7 +155,7 @@ void SimulatedFrontEnd::dispatch_command(const protocol::CommandMessage& command
     }
 }
 
-/// Requests have their own answer messages. They are refused during a measurement.
+/// Requests have their own answer messages. The self-check and raw blocks are refused during a measurement.
 protocol::AckResult SimulatedFrontEnd::answer(const protocol::CommandMessage& command) {
     using protocol::AckResult;
     const auto opcode = static_cast<Opcode>(command.opcode);

@@ -22,10 +22,10 @@ struct FrontEndParams {
     std::shared_ptr<const Scenario> scenario;  // required
     signal::Multiplexing multiplexing = signal::Multiplexing::tdm;
     double frame_rate_hz = 240;
-    double duration_s = 10;  // of sending
+    double duration_s = 10;  // of the measurement, simulated time
     Pace pace = Pace::lockstep;
-    std::uint32_t ahead = 64;            // lockstep: messages sent beyond what the host has acknowledged
-    std::int64_t patience_us = 100'000;  // longest time that a host may take for a slot
+    std::uint32_t ahead = 64;            // lockstep: no slot starts while this many columns are not acknowledged
+    std::int64_t patience_us = 100'000;  // a slot starts after this time even if the host is not ready
     std::uint64_t serial = 1;
     std::uint32_t watchdog_us = 100'000;
     std::vector<PeerFault> faults;
@@ -78,7 +78,8 @@ class SimulatedFrontEnd {
 public:
     SimulatedFrontEnd(hal::MessagePort& port, FrontEndParams params);
 
-    /// Serves the link, and measures a slot if one is due. `now`: the host's monotonic clock. Waits at most one millisecond.
+    /// Serves the link, and measures a slot if one is due. `now`: monotonic clock of this computer. Waits at most one
+    /// millisecond.
     void step(HostTime now);
 
     [[nodiscard]] bool finished() const { return finished_; }
@@ -115,10 +116,10 @@ private:
     bool running_ = false;
     bool finished_ = false;
     bool watchdog_bit_ = false;
-    bool in_loader_ = false;      // does not answer to this protocol
+    bool in_loader_ = false;      // in the bootloader, which does not use this protocol
     std::uint32_t sequence_ = 0;  // of columns
     std::uint32_t other_sequence_ = 0;
-    std::uint32_t acknowledged_ = 0;  // newest column that the host acknowledged
+    std::uint32_t acknowledged_ = 0;  // number of columns that the host acknowledged
     std::uint32_t slot_ = 0;
     std::uint32_t excited_ = 0;  // newest state sequence of the host
     Excitation excited_state_ = Excitation::off;

@@ -1,4 +1,4 @@
-// Faults of a peer's messages, by message number.
+// Faults of a device's messages, by column sequence number.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@ namespace tricoil::sim {
 
 enum class PeerFaultKind : std::uint8_t {
     drop,            // not sent
-    swap,            // sent after the next message
+    swap,            // sent after the next column
     twice,           // sent two times
     truncate,        // truncated
     corrupt,         // impossible numbers
@@ -20,7 +20,8 @@ enum class PeerFaultKind : std::uint8_t {
     second_device,   // a second device answers
 };
 
-/// Fault of the messages from `first` to `last`.
+/// Fault of the columns with sequence numbers `first` to `last`. Status messages and answers are affected while the next column
+/// is one of these.
 struct PeerFault {
     PeerFaultKind kind = PeerFaultKind::drop;
     std::uint32_t first = 0;

@@ -1,4 +1,4 @@
-// Services of an idle front end: self-check, calibration, raw blocks.
+// Services of a front end: self-check, calibration, raw blocks.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Every hal interface in virtual time, on top of a CoilWorld.
+// Clock, coil driver, gain, coil sampler and link in virtual time, on top of a CoilWorld.
 #pragma once
 
 #include <functional>
@@ -58,7 +58,7 @@ public:
     SimulatedGain(const signal::GainSteps<double>& all, std::uint8_t steps) : all_(all), steps_(steps) {}
     [[nodiscard]] std::uint8_t step() const { return step_; }
     [[nodiscard]] const signal::GainStep<double>& chosen() const { return all_[step_]; }
-    /// Sets the status that measure() returns from now on; with ok it returns the true steps.
+    /// Sets the status that measure() returns from now on; with ok, measure() gives the true steps.
     void fail_with(Status status) { status_ = status; }
     /// Emulates an amplifier that cannot measure itself: measure() changes nothing.
     void disable_measurement() { measures_ = false; }
@@ -115,7 +115,7 @@ private:
     bool running_ = false;
 };
 
-/// Passes every estimate to a function; fails only after fail_with().
+/// Passes every estimate to a function; sending fails only after fail_with().
 template <typename Scalar>
 class SimulatedLink final : public hal::Link<Scalar> {
 public:

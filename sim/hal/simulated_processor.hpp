@@ -12,7 +12,7 @@
 
 namespace tricoil::sim {
 
-/// has_expired() stays true after one missed timeout.
+/// After one missed time-out has_expired() stays true.
 class SimulatedWatchdog final : public hal::Watchdog {
 public:
     explicit SimulatedWatchdog(const hal::Clock& clock) : clock_(clock) {}

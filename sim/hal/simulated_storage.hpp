@@ -10,12 +10,12 @@ namespace tricoil::sim {
 
 /// Behaves like a microcontroller's flash: a double-word is programmed once after an erase, and a double-word with interrupted
 /// programming is unreadable. An interrupted erase leaves unchanged, erased and unreadable words. After a power failure every
-/// operation fails until restore_power().
+/// erase and program operation fails until restore_power(); read() still works.
 class SimulatedStorage final : public hal::Storage {
 public:
     SimulatedStorage(std::size_t slots, std::size_t slot_bytes);
 
-    /// Power fails within the erase or program operation number `operations`, counted from now.
+    /// Power fails within the erase or program operation number `operations` from now on; 1 is the next one.
     void fail_power_after(std::uint64_t operations) { left_ = operations; }
     void restore_power() { left_ = kForever; }
     [[nodiscard]] bool has_power() const { return left_ > 0; }

@@ -18,7 +18,7 @@ struct Rate {
     [[nodiscard]] double at(double time_s) const;
 };
 
-/// (40) uses one constant for amplitude and frequency: B + A sin(A t).
+/// Angle rates of (40) use one constant for amplitude and frequency: B + A sin(A t).
 constexpr Rate paper_angle_rate(double a_rad_s, double b_rad_s) { return {b_rad_s, a_rad_s, a_rad_s}; }
 
 struct Example {

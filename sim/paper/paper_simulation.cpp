@@ -20,7 +20,7 @@ using VectorPose = solver::VectorPose<double>;
 
 constexpr int kSubsteps = 10;            // (39): the true motion is integrated at T / 10
 constexpr double kCouplingConstant = 1;  // errors do not depend on it
-constexpr double kMaxUpdates = 2e6;      // about 300 MB of results
+constexpr double kMaxUpdates = 2e6;      // about 540 MB of results
 
 double nearest_turn(double angle, double reference) { return reference + geometry::wrap_turns(angle - reference); }
 
@@ -66,7 +66,7 @@ AnglePose angles_near(const VectorPose& vectors, const AnglePose& real) {
     return pose;
 }
 
-/// The device under test: takes one signal matrix per update and keeps its own estimate.
+/// The simulated device: takes one signal matrix per update and keeps its own estimate.
 class Device {
 public:
     Device(const SimulationParams& params, const AnglePose& start)

@@ -32,9 +32,9 @@ struct Update {
     DeviceTime stamp{};
     solver::AnglePose<double> real;
     error_model::PoseAngleError<double> measured;     // of the simulated device
-    error_model::LineOfSightError<double> predicted;  // by the error model from the true motion alone; NaN: see has_prediction
+    error_model::LineOfSightError<double> predicted;  // by the error model, from the true motion; NaN without has_prediction()
     Vec3<double> predicted_position_error_m = Vec3<double>::Zero();
-    error_model::PoseAngleError<double> exact;  // by chained exact one-step expressions, with orientation; see has_exact_chain
+    error_model::PoseAngleError<double> exact;  // by chained exact one-step expressions, with orientation, if has_exact_chain()
     Vec3<double> position_error_m = Vec3<double>::Zero();
     double rotation_error_rad = 0;
     double measured_elevation_rad = 0;
@@ -54,11 +54,11 @@ constexpr bool has_prediction(const SimulationParams& params) { return params.fo
 constexpr double kMinStartRange = 1e-3;
 constexpr double kMaxStartRange = 1e3;
 
-/// Throws std::invalid_argument if a parameter is invalid, or if the rates are too high for the update time (steps beyond 54.7
-/// degrees).
+/// Throws std::invalid_argument if a parameter is invalid, if the sensor reaches the source, or if the rates are too high for the
+/// update time (steps beyond 54.7 degrees).
 std::vector<Update> simulate(const Example& example, const SimulationParams& params);
 
-/// Throws std::invalid_argument, naming the parameter, for values that are zero, negative, not finite or out of range.
+/// Throws std::invalid_argument, naming the parameter, for a value out of range and for an unsupported combination.
 void check(const Example& example, const SimulationParams& params);
 
 }  // namespace tricoil::paper

@@ -74,7 +74,7 @@ MotionState<double> motion_state(const sim::Motion& motion, double time_s) {
 std::vector<TdmPose> simulate_tdm(const sim::Motion& motion, const TdmParams& params) {
     const auto slots = static_cast<int>(params.duration_s / params.slot_s);
     Mat3<double> x = Mat3<double>::Zero();
-    std::deque<Pose> solved;  // poses of the latest three column frames; their skew error has a period of three slots
+    std::deque<Pose> solved;  // newest poses, up to three slots back: the skew error has a period of three slots
     std::vector<TdmPose> poses;
     for (int n = 0; n < slots; ++n) {
         const double time_s = n * params.slot_s;

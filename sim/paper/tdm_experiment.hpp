@@ -10,9 +10,9 @@ namespace tricoil::paper {
 
 struct TdmParams {
     double slot_s = 1.0 / 720;
-    double settle_s = 0.5;      // not scored
+    double settle_s = 0.5;      // time at the beginning that is not scored
     double duration_s = 0;      // of the motion
-    double min_range_m = 0.15;  // poses outside are not scored
+    double min_range_m = 0.15;  // poses outside this range are not scored
     double max_range_m = 2;
 };
 

@@ -117,7 +117,7 @@ void GadgetPort::do_close() {
     if (!threads_.empty()) {
         bind("");
     }
-    while (running_ > 0) {  // repeated, because a signal that comes before the thread blocks is lost
+    while (running_ > 0) {  // repeated, because a signal that arrives before the thread blocks has no effect
         to_send_.notify_all();
         for (std::thread& thread : threads_) {
             ::pthread_kill(thread.native_handle(), kWakeSignal);

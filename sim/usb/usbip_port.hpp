@@ -19,7 +19,7 @@ struct UsbIpParams {
     std::string serial = "SIM0001";
 };
 
-/// open() plugs it in, close() pulls it out. Vendor class, one interface, bulk endpoints 0x81 and 0x01 of 512 bytes.
+/// open() plugs the device in, close() unplugs it. Vendor class, one interface, bulk endpoints 0x81 and 0x01 of 512 bytes.
 class UsbIpPort final : public PeerPort {
 public:
     explicit UsbIpPort(UsbIpParams params)

@@ -25,7 +25,7 @@ struct UsbIpRequest {
 class UsbIpWire {
 public:
     using Submit = std::function<void(const UsbIpRequest&, std::span<const std::uint8_t> data)>;
-    /// Cancels the transfer of that number. True if it was still pending.
+    /// Cancels the transfer with this number. True if the transfer was still pending.
     using Unlink = std::function<bool(std::uint32_t number)>;
 
     UsbIpWire(Submit submit, Unlink unlink) : submit_(std::move(submit)), unlink_(std::move(unlink)) {}

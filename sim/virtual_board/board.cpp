@@ -36,8 +36,8 @@ constexpr unsigned kHeartbeatPin = 9;                               // port C
 
 constexpr double kCodes = 4096;
 constexpr double kConverterNoiseCodes = 0.67;  // together with quantisation: 66 dB (DS12288)
-// Length of the idle loop in half-words. The loop lies in flash behind every image; it is long, because the emulator runs short
-// loops slowest.
+// Length in half-words of the endless loop at the end of flash bank 1, for hang(). The loop is long, because the emulator runs
+// short loops slowly.
 constexpr std::uint32_t kIdleNops = 1000;
 constexpr std::uint32_t kIdleLoop = Memory::kBankBytes - 2 * (kIdleNops + 2);
 constexpr std::uint16_t kNop = 0xBF00;

@@ -8,7 +8,8 @@
 
 namespace tricoil::virtual_board {
 
-/// NAME[:NUMBER][@BEGIN[-END]], times in seconds of simulated time. Without an end the fault stays, or happens once.
+/// NAME[:NUMBER][@BEGIN[-END]], times in seconds of simulated time. Without an end, a lasting fault stays until the
+/// end of the run.
 struct BoardFault {
     std::string name;
     unsigned number = 0;
@@ -20,7 +21,7 @@ struct BoardFault {
 class BoardFaults {
 public:
     BoardFaults(VirtualBoard& board, std::vector<BoardFault> faults);
-    /// Call between two runs of the board.
+    /// Call between two calls of VirtualBoard::run_until().
     void update();
 
 private:

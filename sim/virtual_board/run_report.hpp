@@ -8,7 +8,7 @@
 
 namespace tricoil::virtual_board {
 
-/// FNV-1a over all output of the board, by link and order.
+/// FNV-1a hash over all output of the board, with its link and in its order.
 class OutputHash {
 public:
     enum class Link : std::uint8_t { serial, can, usb };
@@ -42,7 +42,7 @@ struct WorstLatency {
 /// Longest time from an interrupt request to the first instruction of the handler, over all interrupts.
 WorstLatency worst_latency(const VirtualBoard& board);
 
-/// Share of cycles without sleep between two calls.
+/// Processor load: share of the cycles since the last call in which the processor did not sleep.
 class LoadMeter {
 public:
     explicit LoadMeter(const VirtualBoard& board) : board_(board) { take(); }

@@ -22,7 +22,7 @@ public:
     /// Steady state: amplitude cos(w t + phase); time_constant_s = L/R.
     CoilCircuit(double amplitude, double carrier_rad_s, double phase_rad, double time_constant_s, double reference_rad_s);
 
-    /// Advances to `time_s` and switches the drive on or off there. Call it at the start of every block.
+    /// Advances to `time_s` and switches the drive on or off at that time. Call it at the start of every block.
     void begin_block(double time_s, double sample_s, bool on);
 
     /// Current at the present sample; advances to the next sample.

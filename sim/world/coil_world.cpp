@@ -163,7 +163,7 @@ void CoilWorld::amplify(const signal::GainStep<double>& amplifier) {
 }
 
 /// Induction is the derivative of (coupling times current); motion adds a small voltage. `dx`: the rate of change of `x` divided
-/// by the reference frequency. An amplifier's response differs between the carriers.
+/// by the reference angular frequency. The response of an amplifier differs between the carriers.
 template <typename Matrix>
 Vec3<double> CoilWorld::sensor_voltages(const Matrix& x, const Matrix& dx, const Vec3<std::complex<double>>& current,
                                         const Vec3<std::complex<double>>& derivative) const {

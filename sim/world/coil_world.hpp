@@ -1,4 +1,4 @@
-// The simulated world in front of the converters: three source coils, a moving sensor, and all disturbances of its signals.
+// The simulated world: three source coils, a moving sensor, all disturbances of its signals, and the converters.
 #pragma once
 
 #include <array>
@@ -45,10 +45,10 @@ public:
     /// `motion` must outlive the world. Deterministic: equal parameters and calls give equal samples.
     CoilWorld(const WorldParams& params, const Motion& motion, std::vector<Fault> faults);
 
-    /// Sets carriers and rates. TDM drives each coil with amplitude 1. FDM drives with an amplitude of 0.5 and in inverse
-    /// proportion to the carrier, so that all three couplings have equal noise and the sum stays in range. The carrier phases
-    /// make the currents peak in the middle of the window: then a linear change of one coupling leaks only into the quadrature of
-    /// the others.
+    /// Sets carriers and rates. TDM drives each coil with amplitude 1. In FDM the amplitude is 0.5 at 10 kHz and inversely
+    /// proportional to the carrier frequency, so that all three couplings have equal noise and the sum stays in range. The
+    /// carrier phases make the currents peak in the middle of the window: then a linear change of one coupling leaks only into
+    /// the quadrature of the others.
     void configure(const signal::AcquisitionPlan& plan);
 
     /// Puts an amplifier before the converters of the sensor channels, or changes it.
@@ -61,7 +61,7 @@ public:
     /// limit of every sigma (also without noise), and the linear range of the amplifiers.
     [[nodiscard]] signal::DemodulatorParams<double> demodulation() const;
 
-    /// Standard deviation of one coupling entry due to the converter's noise, equal for both demodulated parts.
+    /// Standard deviation of one coupling entry due to noise and quantisation of the converter, equal in phase and in quadrature.
     [[nodiscard]] double coupling_sigma() const;
 
     /// X at a pose, without faults.
@@ -69,8 +69,8 @@ public:
     /// X at a pose with faults, except metal and faults of the currents.
     [[nodiscard]] Mat3<double> coupling(const Pose& pose, const FaultEffect& effect) const;
 
-    /// Couplings of the sensor's coils to fields along the axes of the source frame, 1/m^3; times a field of MetalBody, times
-    /// the moments of source_side(), they are what metal adds to X. Zero without sensor.
+    /// Couplings of the sensor's coils to fields along the axes of the source frame, S. With a field F of MetalSet (1/m^3) and
+    /// the moments M of source_side(), metal adds S F M to X. Zero if the sensor is unplugged.
     [[nodiscard]] Mat3<double> sensor_side(const Pose& pose, const FaultEffect& effect) const;
     /// Moments of the source coils, one column per coil.
     [[nodiscard]] Mat3<double> source_side(const FaultEffect& effect) const { return params_.source_matrix * effect.source; }

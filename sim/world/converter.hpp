@@ -1,4 +1,4 @@
-// Analogue input of one channel: offset, noise, and an ADC with resolution, range and saturation.
+// Analog input of one channel: offset, noise, and an ADC with resolution, range and saturation.
 #pragma once
 
 #include <cstdint>

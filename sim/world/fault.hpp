@@ -13,15 +13,15 @@
 namespace tricoil::sim {
 
 enum class FaultKind : std::uint8_t {
-    open_coil,       // argument: source coil S1-S3 carries no current
-    reversed_coil,   // argument: S1-S3 or sensor coil C1-C3 is connected with reversed polarity
+    open_coil,       // argument: S1-S3, the source coil that carries no current
+    reversed_coil,   // argument: S1-S3 or C1-C3, the source or sensor coil with reversed polarity
     swapped_coils,   // argument: two of S1-S3, or two of C1-C3
     stuck_channel,   // argument: C1-C3 or R; the converter repeats one code
     dropped_blocks,  // argument: share of blocks that never arrive, 0 to 1
     metal,           // arguments: shape, material, size and path of a metal object
-    unplugged,       // no sensor: open inputs that pick up a little of the drive, all equally
+    unplugged,       // no sensor: all open inputs receive the same small part of the drive
     overload,        // argument: amplitude of a mains-frequency interference on the sensor inputs, in converter ranges
-    broken_stage,    // argument: the power stage of source coil S1-S3 does not control its current and drives four times as much
+    broken_stage,    // argument: S1-S3, the source coil whose power stage drives four times the nominal current
 };
 
 enum class Triad : std::uint8_t { source, sensor };

@@ -1,4 +1,4 @@
-// The field of metal at every ADC sample of a block, interpolated between few evaluations.
+// The field of metal at every ADC sample of a block, interpolated between a few evaluations.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@ public:
         std::array<std::size_t, 3> tone_of_coil{};        // index of the coil's carrier in the set's frequencies
     };
 
-    /// Samples -1 to `samples` from `start_s` on.
+    /// Covers samples -1 to `samples` - 1 of the block that starts at `start_s`.
     MetalTrack(MetalSet& metal, const Motion& motion, const Source& source, double start_s, double sample_s, std::size_t samples);
 
     /// Added field at sample n, -1 and later; column j is that of coil j at its carrier.

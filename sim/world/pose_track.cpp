@@ -21,7 +21,7 @@ Pose PoseTrack::at(int n) {
         ++base_;
         knots_ = {knots_[1], knots_[2], knots_[3], knot(base_ + 2)};
     }
-    // q and -q are the same attitude: gives the neighbours the sign of the second knot.
+    // q and -q are the same attitude: all four knots get the sign of the second knot.
     const double t = static_cast<double>(n - base_ * kStride) / kStride;
     const std::array<double, 4> weights{-t * (t - 1) * (t - 2) / 6, (t + 1) * (t - 1) * (t - 2) / 2, -(t + 1) * t * (t - 2) / 2,
                                         (t + 1) * t * (t - 1) / 6};

@@ -25,7 +25,7 @@ constexpr std::uint32_t data_register(const BitTiming& t) {
            (t.segment_2 - 1) << DBTP_DTSEG2_Pos | (t.jump - 1) << DBTP_DSJW_Pos;
 }
 
-/// Offset of the second sample point from the measured delay, in clock cycles: the sample point.
+/// Transmitter delay compensation offset: the sample point, in clock cycles.
 constexpr std::uint32_t delay_register(const BitTiming& t) { return (1 + t.segment_1) * t.prescaler << TDCR_TDCO_Pos; }
 
 constexpr std::array<std::uint8_t, 16> kLengths{0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64};
@@ -139,7 +139,7 @@ bool FdcanPort::queue(const CanFrame& frame) {
 void FdcanPort::send_segments() { damaged().count(exchange_.go_on(to_us(clock_.now()), Sender{*this})); }
 
 /// The controller stops at bus-off. After a pause it may start again; it is back on the bus after 129 times 11 recessive bits.
-/// Configuration access empties its FIFOs, so that no stale frame is sent.
+/// Configuration access empties its FIFOs; frames in outgoing_ are kept.
 void FdcanPort::supervise() {
     interrupt_counts_.copy_to(counts());
     const bool stopped = (registers_.CCCR & CCCR_INIT) != 0;
@@ -232,7 +232,7 @@ void FdcanPort::take_frame() {
         interrupt_counts_.note_dropped();
     }
     if (fill > 1) {
-        interrupt_.pend();  // for the next frame, because its flag is already cleared
+        interrupt_.pend();  // for the next frame, because the interrupt flag is already cleared
     }
 }
 

@@ -19,9 +19,9 @@ struct FdcanParams {
     std::uint32_t data_bit_rate = 5'000'000;
 };
 
-/// The device side. The controller filters identifiers; messages longer than a frame are sent in segments during receive() and
-/// wait(). After bus-off the port is silent for 100 ms and then tries again. The board configures clock, pins and the interrupt
-/// priority beforehand.
+/// The device side. The controller filters identifiers; messages longer than a frame are sent in segments during send(),
+/// receive() and wait(). After bus-off the port is silent for 100 ms and then tries again. The board configures clock, pins and
+/// the interrupt priority beforehand.
 class FdcanPort final : public hal::MessagePort {
 public:
     FdcanPort(FdcanRegisters& registers, FdcanMessageRam& ram, InterruptLine interrupt, const hal::Clock& clock,
@@ -68,7 +68,7 @@ private:
     InterruptLine interrupt_;
     const hal::Clock& clock_;
     FdcanParams params_;
-    protocol::CanExchange<kBoardMessageBytes, 4> exchange_;  // window of 4: not more than incoming_ holds
+    protocol::CanExchange<kBoardMessageBytes, 4> exchange_;  // segment window of 4, which incoming_ can hold
     Ring<Frame, 8> incoming_;
     Ring<protocol::CanFrame, 4> outgoing_;
     Frame frame_;  // the frame being processed; received messages are views of it

@@ -8,7 +8,7 @@
 
 namespace tricoil::stm32g4 {
 
-/// Only one handler counts. 32-bit counters are read atomically, unlike a port's own 64-bit counters.
+/// Only one interrupt handler increments the counters. 32-bit counters are read atomically, unlike a port's own 64-bit counters.
 class InterruptCounts {
 public:
     void note_fault() { increase(faults_); }

@@ -1,4 +1,4 @@
-// Common part of the serial line and USB: protocol messages on a byte stream that an interrupt handler moves.
+// Common part of the serial line and USB: protocol messages on a byte stream that an interrupt handler sends and receives.
 #pragma once
 
 #include "drivers/stm32g4/interrupt_line.hpp"
@@ -30,7 +30,7 @@ protected:
     [[nodiscard]] const hal::Clock& clock() const { return clock_; }
 
 private:
-    /// Configures the peripheral; the handler may run afterwards. ok; device_lost, with the reason in reason().
+    /// Configures the peripheral; the handler may run afterwards. ok; device_lost or invalid_argument, after a call of reason().
     virtual Status start() = 0;
     /// Shuts the peripheral down; afterwards the handler has no effect.
     virtual void stop() = 0;

@@ -27,7 +27,7 @@ constexpr std::uintptr_t kTim6Base = 0x4000'1000;  // 16 bits; triggers converte
 
 namespace tim {
 constexpr std::uint32_t CR1_CEN = 1U << 0U;
-constexpr std::uint32_t CR1_URS = 1U << 2U;         // only an overflow causes an update event
+constexpr std::uint32_t CR1_URS = 1U << 2U;         // only an overflow causes an update interrupt or DMA request
 constexpr std::uint32_t CR2_MMS_update = 2U << 4U;  // TRGO on each update
 constexpr std::uint32_t EGR_UG = 1U << 0U;
 }  // namespace tim

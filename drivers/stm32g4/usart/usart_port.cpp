@@ -9,7 +9,7 @@ using namespace usart;
 
 constexpr std::uint32_t kErrors = ISR_FE | ISR_NE | ISR_ORE;
 constexpr std::uint32_t kListening = CR1_FIFOEN | CR1_TE | CR1_RE | CR1_RXFNEIE | CR1_UE;
-/// The acknowledge arrives within one bit time.
+/// TEACK and REACK are set within one bit time.
 constexpr std::uint32_t kStartPolls = 100'000;
 
 }  // namespace
@@ -20,7 +20,7 @@ Status UsartPort::start() {
         reason("serial line: the clock cannot be divided to the baud rate");
         return {StatusCode::invalid_argument, "invalid baud rate"};
     }
-    registers_.CR1 = 0;  // all other registers may be written only while it is off
+    registers_.CR1 = 0;  // the configuration registers may be written only while the USART is off
     registers_.CR2 = 0;
     registers_.CR3 = CR3_EIE;
     registers_.PRESC = 0;
@@ -51,7 +51,8 @@ void UsartPort::on_interrupt() {
 void UsartPort::take_byte(std::uint32_t flags) {
     if ((flags & ISR_RXFNE) != 0) {
         const auto byte = static_cast<std::uint8_t>(registers_.RDR);
-        // A byte with a framing error is dropped; one with noise may still be right. An overrun means that later bytes were lost.
+        // A byte with a framing error is dropped. A byte with a noise error may be correct and is kept. ORE: later bytes were
+        // lost.
         if ((flags & ISR_FE) == 0 && !incoming().push(byte)) {
             interrupt_counts().note_dropped();
         }

@@ -91,11 +91,11 @@ inline constexpr std::array<std::uint8_t, 32> kConfiguration{9,
                                                              0,
                                                              0};  //
 
-/// Selects the WinUSB driver on Windows, and the GUID by which programs find the device.
+/// Microsoft OS 2.0 descriptor set: selects the driver WinUSB on Windows and states the GUID by which programs find the device.
 constexpr std::size_t kMicrosoftHeaderBytes = 10;
 constexpr std::size_t kMicrosoftCompatibleBytes = 20;
 constexpr char kPropertyName[] = "DeviceInterfaceGUIDs";
-constexpr char kPropertyData[] = "{0e7fbf4d-3b3b-43b1-9585-6a757d26ffa8}\0";  // a list, hence the two zeros at its end
+constexpr char kPropertyData[] = "{0e7fbf4d-3b3b-43b1-9585-6a757d26ffa8}\0";  // a list of strings, which ends with two zeros
 constexpr std::size_t kMicrosoftPropertyBytes = 10 + 2 * sizeof kPropertyName + 2 * sizeof kPropertyData;
 constexpr std::size_t kMicrosoftBytes = kMicrosoftHeaderBytes + kMicrosoftCompatibleBytes + kMicrosoftPropertyBytes;
 

@@ -1,5 +1,4 @@
-// Endpoint register. Its bits follow three rules: a write keeps them if it writes 0, if it writes 1, or if it writes the present
-// value.
+// Endpoint register. It has bits of three kinds: to keep its value, a bit must be written as 0, as 1, or as its present value.
 #pragma once
 
 #include "drivers/stm32g4/registers/usb.hpp"
@@ -15,9 +14,9 @@ constexpr EndpointState send_state(std::uint16_t value) {
     return static_cast<EndpointState>((value & usb::EP_STAT_TX) >> usb::EP_STAT_TX_Pos);
 }
 
-/// Collects changes of an endpoint register that reads `now`; word() is the value to write, once. All other bits keep their
-/// values, even if the hardware changes them meanwhile. Change the state only of a direction that is not `valid`: the hardware
-/// may change the state of a valid one at any time.
+/// Collects changes of an endpoint register that reads `now`; word() is the value to write, once. The write does not affect
+/// other bits, nor changes that the hardware makes to them meanwhile. Change the state only of a direction that is not `valid`:
+/// the hardware may change the state of a valid one at any time.
 class EndpointChange {
 public:
     explicit constexpr EndpointChange(std::uint16_t now)

@@ -22,7 +22,8 @@ constexpr std::uint16_t kInterrupts = CNTR_CTRM | CNTR_RESETM | CNTR_SUSPM | CNT
 constexpr Microseconds kTransceiverStart{2};  // DS12288: 1 us
 constexpr std::uint32_t kStartPolls = 10'000;
 
-/// An answer of whole packets that is shorter than requested must end with an empty packet. No answer has such a length.
+/// An answer that consists of full packets and is shorter than requested must end with an empty packet. No answer has such a
+/// length.
 constexpr bool ends_short(std::size_t bytes) { return bytes % kControlPacketBytes != 0; }
 static_assert(ends_short(kDevice.size()) && ends_short(kConfiguration.size()) && ends_short(kBos.size()) &&
               ends_short(kMicrosoftSet.size()) && std::tuple_size_v<StringBuffer> < kControlPacketBytes);
@@ -191,7 +192,7 @@ void UsbPort::send_control(EndpointChange& change) {
     change.send(EndpointState::valid);
 }
 
-/// Changes the state of the bulk endpoints. serve_bulk() writes it to their registers.
+/// Changes the state of the bulk endpoints. serve_bulk() writes the new state to the endpoint register.
 void UsbPort::apply(ControlEffect effect) {
     switch (effect) {
         case ControlEffect::configure:
@@ -284,7 +285,7 @@ void UsbPort::take_packet() {
     }
 }
 
-/// False if there is nothing to send. If the last packet is full, an empty one follows, for hosts with larger reads.
+/// False if there is nothing to send. After a full last packet an empty packet ends the transfer for hosts with larger reads.
 bool UsbPort::write_next_packet() {
     const auto waiting = outgoing().front();
     in_flight_ = std::min<std::size_t>(waiting.size(), kBulkPacketBytes);

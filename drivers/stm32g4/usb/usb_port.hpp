@@ -14,8 +14,8 @@ struct UsbParams {
 /// State of a bulk endpoint, set by the host.
 enum class Pipe : std::uint8_t { off, halted, open };
 
-/// open() plugs the device in, close() unplugs it. The board configures the clocks of USB and CRS, HSI48, and the interrupt
-/// priority beforehand; HSI48 is then synchronised to the host's frames.
+/// open() attaches the device to the bus, close() detaches it. The board configures the clocks of USB and CRS, HSI48, and the
+/// interrupt priority beforehand; HSI48 is then synchronised to the host's frames.
 class UsbPort final : public StreamPort {
 public:
     UsbPort(UsbRegisters& registers, UsbPacketMemory& memory, CrsRegisters& crs, InterruptLine interrupt, const hal::Clock& clock,
@@ -65,8 +65,8 @@ private:
     Direction out_;
     Direction in_;
     std::size_t in_flight_ = 0;      // bytes in the packet memory; still in the queue
-    bool is_sending_ = false;        // a packet is being sent: these bytes, or none
-    bool sent_full_packet_ = false;  // the host may wait for more
+    bool is_sending_ = false;        // a packet of in_flight_ bytes, possibly empty, is being sent
+    bool sent_full_packet_ = false;  // the host may expect another packet
     std::atomic<bool> is_up_{false};
     std::atomic<bool> waits_for_room_{false};  // incoming() has no room for a packet
 };

@@ -86,7 +86,7 @@ void CoilBench::update_metal(double time_s) {
     }
 }
 
-/// Induced by the metal's field, times the reference frequency.
+/// Voltage induced by the metal's field, times the reference angular frequency.
 double CoilBench::metal_v(int coil) const {
     double induced = 0;
     for (int j = 0; j < kSourceCoils; ++j) {

@@ -1,4 +1,4 @@
-// The analogue world of the board: three source coils with their power stages, a moving sensor, preamplifiers.
+// The analog world of the board: three source coils with their power stages, a moving sensor, preamplifiers.
 #pragma once
 
 #include <array>
@@ -52,7 +52,7 @@ public:
     double take_peak();
 
 private:
-    /// What metal adds to the couplings, per R-L loop of the response.
+    /// Couplings that metal adds, per R-L loop of the response.
     struct Metal {
         sim::MetalSet set;
         EddyResponse response;

@@ -68,7 +68,7 @@ private:
     static constexpr double kNoiseV_rthz = 100e-9;  // assumed by HARDWARE.md
     static constexpr double kRailV = kHalfSupplyV - 0.05;
     static constexpr double kFillingS = 10e-3;     // time constant: 10 kOhm of the ladder, 1 uF
-    static constexpr double kLongestStepS = 5e-6;  // limit of one step, because the ladder may be off while nothing is sampled
+    static constexpr double kLongestStepS = 5e-6;  // limit of the charging time per sample; without samples the ladder may be off
 
     /// Returns the lag. The ladder amplifies the difference between input and capacitor. The output charges the capacitor through
     /// the whole ladder: with the same time constant at every gain, unless the output is at its rail.

@@ -30,7 +30,7 @@ private:
     Mapping& device_at(std::uint32_t address);
 
     std::vector<Mapping> mappings_;
-    std::size_t last_ = 0;  // the mapping found last: most accesses go to the same device
+    std::size_t last_ = 0;  // index of the mapping found last; most accesses go to the same device
 };
 
 }  // namespace tricoil::virtual_board

@@ -38,14 +38,15 @@ public:
     /// Runs until `time` or stop_soon(). Throws RunFailure; its message begins with the pc in hexadecimal.
     void run_until(Ticks time);
     void stop_soon() { stop_requested_ = true; }
-    /// Continues the interrupted program at `address`, optionally with interrupts masked; for faults. Not from an event.
+    /// Continues the interrupted program at `address`, optionally with interrupts masked; for faults. Must not be called by an
+    /// event.
     void jump(std::uint32_t address, bool masked);
 
     /// Core frequency, from the next instruction on.
     void set_ticks_per_cycle(Ticks ticks) { ticks_per_cycle_ = ticks; }
     [[nodiscard]] Ticks ticks_per_cycle() const { return ticks_per_cycle_; }
 
-    /// Cycles since power-on, sleep included.
+    /// Cycles since construction, sleep included; resets and power failures do not clear the count.
     [[nodiscard]] const std::uint64_t& cycles() const { return cycles_; }
     /// Cycles of instructions, exception entries and exception returns.
     [[nodiscard]] std::uint64_t busy_cycles() const { return busy_cycles_; }

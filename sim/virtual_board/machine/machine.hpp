@@ -19,7 +19,7 @@ public:
     /// Resets the processor and all peripherals, as after power-on or a system reset; RAM keeps its content.
     void reset();
 
-    /// Runs until `time`, across resets requested by the firmware through AIRCR. Throws RunFailure.
+    /// Runs until `time`, across resets. Returns at once after the firmware has entered the bootloader. Throws RunFailure.
     void run_until(Ticks time);
 
     /// Called on a reset requested by the firmware or a watchdog.

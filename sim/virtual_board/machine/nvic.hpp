@@ -36,8 +36,8 @@ class Nvic final : public Peripheral {
 public:
     explicit Nvic(const Events& events) : events_(events) {}
 
-    /// Interrupt output of a peripheral: a rising edge makes the interrupt pending; if it is still high when the handler returns,
-    /// the interrupt becomes pending again.
+    /// Interrupt output of a peripheral: a rising edge makes the interrupt pending; if the output is still high when the handler
+    /// returns, the interrupt becomes pending again.
     void set_level(int interrupt, bool high);
     /// Makes an exception pending.
     void pend(int exception);

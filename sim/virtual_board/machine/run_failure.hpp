@@ -6,7 +6,7 @@
 
 namespace tricoil::virtual_board {
 
-/// Peripherals throw it without an address. The processor adds the pc; the program adds the function name.
+/// Peripherals throw it without the pc. The processor adds the pc; the program adds the function name.
 class RunFailure : public std::runtime_error {
 public:
     using std::runtime_error::runtime_error;

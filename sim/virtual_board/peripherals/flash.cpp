@@ -97,7 +97,7 @@ void Flash::lose_power() {
         damaged_.insert(cut.offset);
         return;
     }
-    for (std::uint32_t at = cut.offset; at < cut.offset + kPageBytes; at += 16) {  // damages every other double-word
+    for (std::uint32_t at = cut.offset; at < cut.offset + kPageBytes; at += 16) {  // one double-word erased, the next one damaged
         std::fill_n(content_.begin() + at, 8, 0xFF);
         damaged_.insert(at + 8);
     }

@@ -10,7 +10,7 @@ namespace tricoil::sim {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double kOpaque = 30;  // skin depths: the field behind them is 1e-13
+constexpr double kOpaque = 30;  // skin depths; the field behind such a wall is 1e-13
 
 /// u_m = z I_(m+1)(z) / I_m(z) with the modified Bessel functions, for m = 0 and 1; u_m = z^2 / (2 (m + 1) + u_(m+1)).
 std::array<Complex, 2> bessel_ratios(Complex z) {
@@ -62,7 +62,7 @@ double ring_potential(double b, double z) {
     return 2 / std::numbers::pi * elliptic_k(4 * b * b / longest) / std::sqrt(longest);
 }
 
-/// The same, the ring spread over a band from `from` to `to`.
+/// As ring_potential(), with the ring spread over a band that reaches from `from` to `to` along the axis.
 double band_potential(double b, double from, double to) {
     constexpr int kPoints = 12;
     double sum = 0;
@@ -142,7 +142,7 @@ void CylinderBody::do_tune(const std::vector<double>& frequencies_hz) {
     }
 }
 
-/// The poles act as points. Nearer to an end than one diameter, a place counts as one diameter away from it.
+/// Moves a place that is nearer to an end than one diameter to that distance, because the model has point poles.
 Vec3<double> CylinderBody::far_enough(const Vec3<double>& place_m) const {
     const Vec3<double> end(0, 0, std::copysign(cylinder_.length_m / 2, place_m.z()));
     const Vec3<double> r = place_m - end;

@@ -14,7 +14,7 @@ namespace tricoil::sim {
 /// Response of a long cylinder per length, relative to its cross-section pi b^2 (b: outer radius).
 struct CylinderResponse {
     std::complex<double> across;  // moment across the axis per length = 2 pi b^2 across H; -1 for a perfect conductor
-    std::complex<double> along;   // moment along the axis per length = pi b^2 along H, H along the surface; -1 for a perfect one
+    std::complex<double> along;   // moment along the axis per length = pi b^2 along H, H along the surface; -1: perfect conductor
 };
 CylinderResponse cylinder_response(const Cylinder& cylinder, const Material& material, double hz);
 

@@ -8,22 +8,22 @@
 
 namespace tricoil::sim {
 
-/// Objects act on the source's field separately: what one adds is not scattered again by the others.
+/// Each object responds to the field of the source only. The field that an object adds does not act on the other objects.
 class MetalSet {
 public:
-    /// The object is there from `begin_s` to `end_s`. Throws std::invalid_argument if it is invalid.
+    /// The object exists from `begin_s` to `end_s`. Throws std::invalid_argument if it is invalid.
     void add(const MetalObject& object, double begin_s, double end_s);
 
     /// Sets the frequencies of field().
     void tune(const std::vector<double>& frequencies_hz);
 
     [[nodiscard]] bool empty() const { return objects_.empty(); }
-    /// True if an object is there.
+    /// True if an object exists at this time.
     [[nodiscard]] bool acts_at(double time_s) const;
 
     /// Field that the objects add at a place in the source frame (m), per frequency; one column per source dipole of unit moment
-    /// along an axis, in 1/m^3 as in MetalBody. The objects are those of `selection_s` at their places at `time_s`, so that a
-    /// block of samples has the same objects throughout. A place or source inside an object counts as one on its surface.
+    /// along an axis, in 1/m^3 as in MetalBody. Only objects that exist at `selection_s` count, at their places at `time_s`,
+    /// so that all samples of a block have the same objects. A place or source inside an object is moved to its surface.
     std::vector<ComplexMat3> field(const Vec3<double>& place_m, double time_s, double selection_s);
 
 private:

@@ -30,7 +30,7 @@ Invalid find_invalid_size(const Cylinder& c) {
     if (!is_size(c.length_m)) {
         return {{"length_m", kSizeRequirement}};
     }
-    if (c.length_m < 4 * c.diameter_m) {  // shorter ones: the end faces matter, which the model leaves out
+    if (c.length_m < 4 * c.diameter_m) {  // the model leaves out the end faces, which matter for shorter objects
         return {{"length_m", "must be at least four diameters"}};
     }
     if (!(c.wall_m >= 0 && 2 * c.wall_m < c.diameter_m)) {
@@ -96,7 +96,7 @@ bool is_inside(const Sheet& s, const Vec3<double>& p) {
     return std::abs(p.x()) < s.width_m / 2 && std::abs(p.y()) < s.height_m / 2 && std::abs(p.z()) < s.thickness_m / 2;
 }
 
-/// A point inside, pushed to the surface away from the centre or axis.
+/// Moves a point inside the shape to the surface, away from the centre, axis or middle plane.
 Vec3<double> pushed_out(const Sphere& s, const Vec3<double>& p) {
     return p.norm() > 0 ? Vec3<double>(s.radius_m * p.normalized()) : Vec3<double>(s.radius_m, 0, 0);
 }

@@ -31,7 +31,8 @@ struct Sheet {
 /// In the frame of the object: its centre is the origin.
 using MetalShape = std::variant<Sphere, Cylinder, Sheet>;
 
-/// Moves from its first place to `far_m` and back, smoothly: the displacement is (1 - cos(w t)) / 2 of the way. Turns steadily.
+/// Moves smoothly between its place at time 0 and `far_m`: the displacement is (1 - cos(w t)) / 2 of the way. Turns at a constant
+/// rate.
 struct MetalObject {
     MetalShape shape;
     Material material;
@@ -53,7 +54,7 @@ std::string shape_name(const MetalShape& shape);
 /// True if the point (object frame, m) lies inside the shape.
 bool contains(const MetalShape& shape, const Vec3<double>& point_m);
 
-/// The point itself, or for a point inside the shape one on its surface.
+/// The point itself, or a point on the surface if the point is inside the shape.
 Vec3<double> outside(const MetalShape& shape, const Vec3<double>& point_m);
 
 /// True if a point of the source frame lies inside the object at a time.

@@ -84,7 +84,7 @@ PlateModes all_modes(const Interaction& a, const Interaction& b, int count, cons
     return modes;
 }
 
-/// Distance in cells to table index.
+/// Table of `value` for distances of 0 to `count` cells along both axes.
 Eigen::MatrixXd tabulate(int count, const std::function<double(int, int)>& value) {
     Eigen::MatrixXd table(count + 1, count + 1);
     for (int i = 0; i <= count; ++i) {

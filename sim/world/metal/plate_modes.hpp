@@ -12,7 +12,8 @@ struct PlateGrid {
     double cell_y_m = 0;
 };
 
-/// A drive a of the cells gives the answer -sum of u_k g_k (u_k . a), with g_k = s l_k / (1 + s l_k).
+/// Modes u_k with values l_k. A drive a (one number per cell) gives the answer -sum of u_k g_k (u_k . a),
+/// with g_k = s l_k / (1 + s l_k).
 /// One column of `vectors` and one entry of `values` per mode.
 struct PlateModes {
     Eigen::MatrixXd vectors;

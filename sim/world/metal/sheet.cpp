@@ -19,7 +19,7 @@ Eigen::MatrixX3cd answer(const PlateModes& modes, const Eigen::VectorXcd& gains,
     return sum;
 }
 
-/// Mean over each cell of a function of the vector from a place to it: Gauss's rule of two by two points.
+/// Mean over each cell of a function of the vector from a place to the cell: Gauss's rule of two by two points.
 template <typename Function>
 Eigen::MatrixX3d cell_means(const PlateGrid& grid, const Vec3<double>& place_m, const Function& function) {
     const double x = grid.cell_x_m / (2 * std::numbers::sqrt3);
@@ -66,7 +66,7 @@ void SheetBody::do_tune(const std::vector<double>& frequencies_hz) {
     }
 }
 
-/// Nearer to the sheet than half a cell, the cells no longer look like a sheet: counts as half a cell.
+/// Moves a place that is nearer to the sheet than half a cell to that distance, because the model has discrete cells.
 Vec3<double> SheetBody::far_enough(const Vec3<double>& place_m) const {
     const double nearest_m = 0.5 * std::max(poles_.grid.cell_x_m, poles_.grid.cell_y_m);
     const bool is_beside =

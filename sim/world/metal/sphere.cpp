@@ -9,7 +9,7 @@ using Complex = std::complex<double>;
 constexpr double kTruncation = 1e-9;  // of the first term of the series
 
 /// v_n = z i_(n+1)(z) / i_n(z), with the modified spherical Bessel functions of the first kind: 0 for small z.
-/// v_n = z^2 / (2 n + 3 + v_(n+1)). That recurrence is stable downwards; upwards it is stable while n < |z|.
+/// v_n = z^2 / (2 n + 3 + v_(n+1)). This recurrence is stable for falling n; for rising n it is stable while n < |z|.
 Complex bessel_ratio(int n, Complex z) {
     constexpr double kUpwards = 60;  // beyond it, coth z = 1
     if (std::abs(z) > kUpwards) {
