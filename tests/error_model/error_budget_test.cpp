@@ -120,8 +120,8 @@ AngleLoopResult run_angle_loop(double update_s) {
     return {both.unexplained(), linearization_alone.unexplained()};
 }
 
-/// The same in the paper's angles, which adds frame propagation. The budget contains that term to second order in the turn, so the
-/// unexplained share of the error falls at least in proportion to the update time.
+/// The same in the paper's angles, which adds frame propagation. The budget contains that term to second order in the turn, so
+/// the unexplained share of the error falls at least in proportion to the update time.
 TEST(Budget, FramePropagationExplainsTheAngleLoop) {
     const auto at_240 = run_angle_loop(kUpdate);
     const auto at_480 = run_angle_loop(kUpdate / 2);

@@ -92,7 +92,7 @@ module.exports = async function pageStates(browser, html, check, pictures) {
     await page.waitForTimeout(300);
     await picture('silent');
     check(await page.textContent('#state') === '', 'without poses the state is empty');
-    check(await page.evaluate(() => getComputedStyle(document.querySelector('#numbers')).opacity) < 0.5, 'without poses the numbers are grey');
+    check(await page.evaluate(() => getComputedStyle(document.querySelector('#numbers')).opacity) < 0.5, 'without poses numbers are grey');
     check(await orangePixels(page) < 300, 'without poses no sensor is drawn');
     const warning = 'more than 1 % of the columns are missing';
     check(await page.textContent('#health') === '0.0 % missing, 42 °C', 'without a warning the health is two numbers');

@@ -49,7 +49,7 @@ async function refuseStrangers(url, controls) {
   check((await post({...json, Host: 'evil.example'})).status === 403, 'a control request with another host name is refused');
   check((await post({...bearer, 'Content-Type': 'text/plain'})).status === 415, 'a control request that is not JSON is refused');
   check((await request(url, {headers: {Host: 'evil.example:80'}})).status === 403, 'a page request with another host name is refused');
-  check((await request(url + 'stream', {headers: {Origin: 'http://evil.example'}})).status === 403, 'a stream request from another page is refused');
+  check((await request(url + 'stream', {headers: {Origin: 'http://evil.example'}})).status === 403, 'the stream for another page is refused');
   for (const bad of ['', '{', '[]', '{"hemisphere":[1,2]}', '{"hemisphere":[1,2,"x"]}', '{"hemisphere":[1,0,0],"sensor":9}', '{"run":1}'])
     check((await request(url + 'control', {method: 'POST', headers: json}, bad)).status === 400, `'${bad}' is not a valid control request`);
   check((await request(url + 'control', {method: 'POST', headers: json}, 'x'.repeat(5000))).status === 413, 'a control request that is too long is refused');
@@ -64,7 +64,7 @@ async function withoutWebGl(url) {
     await page.goto(url);
     await page.waitForFunction(() => window.tricoil?.poses > 60, null, {timeout: 30000});
     const note = await page.textContent('#ellipsoid');
-    check(/does not support WebGL/.test(note) && /x +-?\d/.test(await page.textContent('#numbers')), 'without WebGL the page says so, and numbers and plots continue');
+    check(/does not support WebGL/.test(note) && /x +-?\d/.test(await page.textContent('#numbers')), 'without WebGL numbers and plots continue');
     if (pictures) await page.screenshot({path: path.join(pictures, 'no-webgl.png')});
   } finally {
     await browser.close();
@@ -150,7 +150,7 @@ async function main() {
     const phone = await browser.newPage({viewport: {width: 390, height: 800}, isMobile: true, hasTouch: true, deviceScaleFactor: 2});
     await phone.goto(server.url);
     await phone.waitForFunction(() => window.tricoil?.poses > 60, null, {timeout: 30000});
-    check(await phone.isDisabled('#run') && /read only/.test(await phone.textContent('#access')), 'without the link for controls the page is read only');
+    check(await phone.isDisabled('#run') && /read only/.test(await phone.textContent('#access')), 'without the controls link it is read only');
     check(await phone.evaluate(() => document.documentElement.scrollWidth <= innerWidth), 'the page fits the screen of a phone');
     if (pictures) await phone.screenshot({path: path.join(pictures, 'phone.png')});
     await pageStates(browser, html, check, pictures);
