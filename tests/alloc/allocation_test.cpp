@@ -1,4 +1,4 @@
-// Tracker, demodulator and refined solver do not use the heap.
+// Demodulator, trackers, refined solver and calibration blob do not use the heap.
 #include <gtest/gtest.h>
 
 #include <memory>

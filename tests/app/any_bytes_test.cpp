@@ -84,10 +84,10 @@ TEST(AnyBytes, ForAMinuteOnAllLinks) {
         ASSERT_TRUE(running || board.coils.state() == Excitation::off);
         ASSERT_FALSE(board.watchdog.has_expired());
         if (board.system.loader_restarts() > 0) {
-            FAIL() << "the loader's key cannot occur by chance";
+            FAIL() << "the board entered its loader without the loader's key";
         }
     }
-    EXPECT_TRUE(ran && rested) << "the noise must reach both states";
+    EXPECT_TRUE(ran && rested) << "the random commands must start and stop the board";
     EXPECT_GT(board.device->refused(), 1000U);
     // The board answers commands and tracks.
     board.host().command(Opcode::stop);

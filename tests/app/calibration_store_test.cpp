@@ -1,4 +1,4 @@
-// Power fails at every word of a write, and words are damaged afterwards: the store still returns one complete calibration.
+// Power fails in each operation of a write, or a word of the newest calibration is damaged: the store returns the previous one.
 #include "board/app/calibration_store.hpp"
 
 #include <gtest/gtest.h>
@@ -105,7 +105,7 @@ TEST(CalibrationStore, ChoosesTheNewestThoughTheCountWraps) {
     CalibrationStore store(storage);
     store.open();
     ASSERT_TRUE(store.write(numbered(1)).ok());
-    // Only the check value distinguishes a damaged sequence number from a valid one.
+    // The check value covers the sequence number.
     storage.corrupt(0, 0, std::uint64_t{0xFFFFFFFF} << 32U);
     EXPECT_EQ(found(storage), std::nullopt);
 }

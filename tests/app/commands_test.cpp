@@ -33,25 +33,26 @@ struct Refusal {
 
 const std::vector<Refusal> kRefusals{
     {"start of a host that drives the coils", Opcode::start, 1, Excitation::off, AckResult::refused, AckResult::refused},
-    {"start with bits that mean nothing", Opcode::start, 0x80, Excitation::off, AckResult::bad_value, AckResult::bad_value},
-    {"start with a state", Opcode::start, 0, Excitation::s1, AckResult::bad_value, AckResult::bad_value},
+    {"start with reserved bits", Opcode::start, 0x80, Excitation::off, AckResult::bad_value, AckResult::bad_value},
+    {"start with an excitation state", Opcode::start, 0, Excitation::s1, AckResult::bad_value, AckResult::bad_value},
     {"excite", Opcode::excite, 1, Excitation::s1, AckResult::refused, AckResult::refused},
     {"excite off", Opcode::excite, 1, Excitation::off, AckResult::refused, AckResult::refused},
     {"write without a calibration", Opcode::write_calibration, 0, Excitation::off, AckResult::wrong_state,
      AckResult::wrong_state},
-    {"mode with bits that mean nothing", Opcode::mode, 1U << 31U, Excitation::off, AckResult::bad_value, AckResult::wrong_state},
-    {"mode of a rate that it has not", Opcode::mode, 100'000, Excitation::off, AckResult::bad_value, AckResult::wrong_state},
+    {"mode with reserved bits", Opcode::mode, 1U << 31U, Excitation::off, AckResult::bad_value, AckResult::wrong_state},
+    {"mode with a rate that the board does not have", Opcode::mode, 100'000, Excitation::off, AckResult::bad_value,
+     AckResult::wrong_state},
     {"mode TDM at 960 Hz", Opcode::mode, 960'000, Excitation::off, AckResult::bad_value, AckResult::wrong_state},
-    {"hemisphere of a sensor that is not there", Opcode::hemisphere, 0x01'00'00'01, Excitation::off, AckResult::bad_value,
+    {"hemisphere of a sensor that does not exist", Opcode::hemisphere, 0x01'00'00'01, Excitation::off, AckResult::bad_value,
      AckResult::bad_value},
-    {"hemisphere with a part that cannot be", Opcode::hemisphere, 0x00'00'00'80, Excitation::off, AckResult::bad_value,
+    {"hemisphere with the invalid component -128", Opcode::hemisphere, 0x00'00'00'80, Excitation::off, AckResult::bad_value,
      AckResult::bad_value},
     {"boresight neither on nor off", Opcode::boresight, 2, Excitation::off, AckResult::bad_value, AckResult::bad_value},
     {"loader without its key", Opcode::loader, 1, Excitation::off, AckResult::bad_value, AckResult::wrong_state},
-    {"a block of a state that this mode does not drive", Opcode::read_block, 0, Excitation::all, AckResult::bad_value,
-     AckResult::wrong_state},
-    {"a command that there is not", static_cast<Opcode>(14), 0, Excitation::off, AckResult::unknown, AckResult::unknown},
-    {"the last number that there is", static_cast<Opcode>(255), 0, Excitation::off, AckResult::unknown, AckResult::unknown},
+    {"read_block of an excitation state that this mode does not drive", Opcode::read_block, 0, Excitation::all,
+     AckResult::bad_value, AckResult::wrong_state},
+    {"an unknown opcode", static_cast<Opcode>(14), 0, Excitation::off, AckResult::unknown, AckResult::unknown},
+    {"the largest opcode", static_cast<Opcode>(255), 0, Excitation::off, AckResult::unknown, AckResult::unknown},
 };
 
 TEST(Refused, AtRestAndWhileMeasuring) {
@@ -89,7 +90,7 @@ TEST(Refused, WhatIsAskedInTheWrongState) {
     EXPECT_EQ(board.ask(Opcode::stop), AckResult::done);
     EXPECT_EQ(board.ask(Opcode::boresight, 1), AckResult::wrong_state) << "no pose";
     EXPECT_EQ(board.ask(Opcode::keep_alive), AckResult::wrong_state);
-    EXPECT_EQ(board.ask(Opcode::stop), AckResult::done) << "stopping twice is no mistake";
+    EXPECT_EQ(board.ask(Opcode::stop), AckResult::done) << "a second stop is accepted";
 }
 
 TEST(Refused, WhateverDrivesCoilsWhereTheyMustStayOff) {
@@ -112,7 +113,7 @@ TEST(Refused, WhateverDrivesCoilsWhereTheyMustStayOff) {
     board.run(0.01);
     board.host().hello();
     ASSERT_EQ(board.ask(Opcode::loader, protocol::kLoaderKey), AckResult::done);
-    expect_none(board, AckResult::wrong_state, "on the way to the loader");
+    expect_none(board, AckResult::wrong_state, "before the restart into the loader");
 }
 
 TEST(Refused, ACalibrationThatIsReplayed) {
@@ -133,7 +134,7 @@ TEST(Refused, ACalibrationThatIsReplayed) {
     EXPECT_EQ(board.host().result(), AckResult::replayed);
     board.host().write(a_calibration(2));
     board.run(0.01);
-    EXPECT_EQ(board.host().result(), AckResult::done) << "a host that heard no answer repeats itself";
+    EXPECT_EQ(board.host().result(), AckResult::done) << "a host repeats a message that was not acknowledged";
     EXPECT_EQ(board.storage.operations(), written);
 }
 
@@ -154,7 +155,7 @@ TEST(Refused, AHostOfAnotherVersion) {
     board.run(0.01);
     board.host().command(Opcode::hello, protocol::hello_argument({7, 9}));
     board.run(0.01);
-    EXPECT_EQ(board.host().identities.size(), 1U) << "it must be able to tell its user";
+    EXPECT_EQ(board.host().identities.size(), 1U) << "the host needs the identity for its error message";
     EXPECT_EQ(board.ask(Opcode::start), AckResult::wrong_state);
 }
 
@@ -231,7 +232,7 @@ TEST(Calibration, IsAppliedToWhatIsTracked) {
     board.run(0.2);
     const auto plain = board.host().poses.back().position;
     board.ask(Opcode::stop);
-    calibration::Calibration<double> c;  // unit of the couplings: ideal triads of this world with C = 1
+    calibration::Calibration<double> c;  // an eighth of the world's coupling constant
     c.model.source_moment = board.scenario.world.coupling_constant_m3 * 0.125 * Mat3<double>::Identity();
     board.host().write(calibration::encode(c));
     board.run(0.01);
@@ -239,7 +240,7 @@ TEST(Calibration, IsAppliedToWhatIsTracked) {
     board.host().hello();
     board.host().start();
     board.run(0.3);
-    const auto halved = board.host().poses.back().position;  // eight times the couplings at half the range
+    const auto halved = board.host().poses.back().position;  // equal couplings with C / 8: half the range
     for (std::size_t i = 0; i < 3; ++i) {
         EXPECT_NEAR(halved[i], 0.5 * plain[i], 2e4);
     }
@@ -303,17 +304,17 @@ TEST(Calibration, ThatIsNoneIsRefusedAndNothingIsWritten) {
     calibration::Calibration<double> apart;
     apart.model.source_offset_m(0, 0) = 0.02;
     const calibration::Blob of_large = calibration::encode(apart);
-    refused({of_large.begin(), of_large.end()}, AckResult::refused, "coils apart: not for this tracker");
+    refused({of_large.begin(), of_large.end()}, AckResult::refused, "coils that are not concentric: unsupported by this tracker");
     calibration::Calibration<double> corrected;
     corrected.output_offset_m(1) = 1e-3;
     const calibration::Blob of_corrected = calibration::encode(corrected);
-    refused({of_corrected.begin(), of_corrected.end()}, AckResult::refused, "an output correction: not for this tracker");
+    refused({of_corrected.begin(), of_corrected.end()}, AckResult::refused, "an output correction: unsupported by this tracker");
     EXPECT_EQ(board.storage.operations(), 0U);
     refused(sound, AckResult::done, "sound");
     const std::uint64_t written = board.storage.operations();
     EXPECT_GT(written, 60U);
     refused(sound, AckResult::done, "replayed");
-    EXPECT_EQ(board.storage.operations(), written) << "what is there already is not written again";
+    EXPECT_EQ(board.storage.operations(), written) << "a calibration equal to the stored one is not written again";
 }
 
 TEST(Calibration, InterruptedWhileItIsWrittenLeavesTheBoardTracking) {

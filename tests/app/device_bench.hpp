@@ -20,7 +20,7 @@ namespace tricoil::test {
 class TamperedSampler final : public hal::CoilSampler {
 public:
     explicit TamperedSampler(hal::CoilSampler& sampler) : sampler_(sampler) {}
-    /// Returns the result of poll().
+    /// Called with each block and its samples; returns the result of poll().
     std::function<Status(SampleBlock&, std::vector<Sample>&)> tamper;
     std::uint64_t polls = 0;
     std::function<void()> started;
@@ -63,7 +63,7 @@ struct BenchParams {
     Mat3<double> source = Mat3<double>::Identity();  // axes of the source coils
 };
 
-/// State that survives a reset: the world and the flash.
+/// Board, simulated world and hosts. The world and the flash survive boot().
 struct DeviceBench {
     static constexpr std::size_t kLinks = 3;
 
@@ -117,7 +117,7 @@ struct DeviceBench {
 
     HostEnd& host(std::size_t n = 0) { return *hosts[n]; }
 
-    /// Runs for a device time. Hosts receive, and hosts with keep_alive set send keep-alive commands.
+    /// Runs for `seconds` of device time. All hosts receive; those in fed_hosts send keep-alive commands.
     void run(double seconds) {
         const double end = clock.elapsed_s() + seconds;
         double fed = clock.elapsed_s();
@@ -132,7 +132,7 @@ struct DeviceBench {
                 hosts[n]->listen();
             }
             EXPECT_FALSE(coils.state() != Excitation::off && device->state() != protocol::DeviceState::running)
-                << "coils on though the device does not measure";
+                << "coils are on, but the device is not running";
         }
     }
 

@@ -32,7 +32,7 @@ protected:
         EXPECT_EQ(board.device->state(), DeviceState::fault);
         EXPECT_EQ(board.device->faults().bits(), static_cast<std::uint16_t>(fault));
         board.run(0.2);
-        EXPECT_EQ(board.coils.state(), Excitation::off) << "nothing but a start switches on again";
+        EXPECT_EQ(board.coils.state(), Excitation::off) << "only a start command may switch the coils on again";
         const protocol::StatusMessage& told = board.host().statuses.back();
         EXPECT_EQ(told.device_state, 2);
         EXPECT_EQ(told.faults, static_cast<std::uint16_t>(fault));
@@ -66,7 +66,7 @@ TEST_F(Faults, OverCurrent) {
     board.run(kCooling_s);
     EXPECT_EQ(board.ask(Opcode::start), AckResult::done);
     board.run(0.01);
-    EXPECT_EQ(board.device->state(), DeviceState::fault) << "still broken";
+    EXPECT_EQ(board.device->state(), DeviceState::fault) << "the over-current persists";
     board.run(kCooling_s);
     expect_recovery();
 }
@@ -206,7 +206,7 @@ TEST(FaultsOf, ADamagedCalibration) {
     EXPECT_FALSE(board.device->report().passed());
     board.run(0.2);
     board.track();
-    EXPECT_EQ(board.device->state(), DeviceState::running) << "it tracks as without a calibration, and says so";
+    EXPECT_EQ(board.device->state(), DeviceState::running) << "a damaged calibration must not prevent tracking";
     EXPECT_TRUE(board.device->faults().has(Fault::calibration));
 }
 
@@ -215,7 +215,7 @@ TEST(FaultsOf, ARestart) {
     board.track();
     board.run(0.1);
     board.device.reset();
-    EXPECT_EQ(board.coils.state(), Excitation::off) << "destruction switches off";
+    EXPECT_EQ(board.coils.state(), Excitation::off) << "the destructor must switch the coils off";
 }
 
 }  // namespace

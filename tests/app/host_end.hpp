@@ -35,6 +35,7 @@ public:
         m.request = ++request_;
         say(m);
     }
+    /// The next message gets the sequence number of the newest one.
     void say_again() { --sequence_; }
     void hello() { command(protocol::Opcode::hello, protocol::hello_argument({})); }
     void start() { command(protocol::Opcode::start); }

@@ -36,11 +36,10 @@ TEST(Board, SaysWhoItIs) {
     EXPECT_EQ(m.window_us, 1111U);
     EXPECT_EQ(m.drives_coils, 1);
     EXPECT_GE(board.host().statuses.size(), 2U);
-    EXPECT_TRUE(board.host(1).statuses.empty()) << "a link that nobody greeted must stay quiet";
+    EXPECT_TRUE(board.host(1).statuses.empty()) << "a link without hello must stay silent";
 }
 
-/// The same samples through the main loop with a runtime-selected tracker: it must give the same poses as the board's fixed
-/// tracker.
+/// Poses of the main loop alone on the same samples.
 std::vector<protocol::PoseMessage> poses_of_the_loop(double begin_s, std::size_t count) {
     DeviceBench board;  // only its world is used
     const app::DeviceParams device = board.params();
@@ -171,7 +170,7 @@ TEST(Board, StraightAheadIsWhereTheSensorPointsWhenItIsTold) {
     board.run(0.05);
     const Quat<double> truth = board.scenario.motion->at(0).q_source_sensor;
     EXPECT_NEAR(std::abs(board.host().poses.back().quaternion[0] / 8e6), std::abs(truth.w()), 1e-3);
-    EXPECT_LT(std::abs(truth.w()), 0.999) << "the scenario must not point straight ahead anyway";
+    EXPECT_LT(std::abs(truth.w()), 0.999) << "the scenario's sensor must not point straight ahead";
 }
 
 TEST(Board, IsOnTheSideThatItIsTold) {
@@ -191,7 +190,7 @@ TEST(Board, IsOnTheSideThatItIsTold) {
     board.run(0.2);
     const auto next = board.host().poses.back().position;
     for (std::size_t i = 0; i < 3; ++i) {
-        EXPECT_NEAR(next[i], before[i], 2e4) << "the board forgets what a host told it when the measurement ends";
+        EXPECT_NEAR(next[i], before[i], 2e4) << "stop must reset the hemisphere to the board's own";
     }
 }
 

@@ -120,7 +120,7 @@ int main() {
             return {s->refinement.pose.position_m, s->refinement.pose.q_source_sensor.toRotationMatrix().transpose()};
         },
         refined_s);
-    std::printf("%zu %s poses, fixtures and gains of the calibration set\n", host::count_poses(ld),
+    std::printf("%zu %s poses; fixtures and gains are fitted to the calibration set\n", host::count_poses(ld),
                 real ? "recorded" : "generated");
     print("Raab 1981, concentric gains", raab, raab_s / direct_s);
     print("direct, concentric gains", direct, 1);

@@ -36,7 +36,7 @@ struct Problem {
 /// Eigen's unsupported Levenberg-Marquardt.
 SolvedPose solve_levenberg_marquardt(const Problem& problem);
 
-/// Ceres, dense QR, default options without logging.
+/// Ceres, dense QR, function tolerance 1e-12.
 SolvedPose solve_ceres(const Problem& problem);
 
 }  // namespace tricoil::bench

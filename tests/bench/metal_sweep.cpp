@@ -41,13 +41,13 @@ Mat3<double> sphere_couplings(const Vec3<double>& centre_m, double radius_m, con
     return -onwards * at_sphere;
 }
 
-/// A resting sensor beside a sphere: error of the filter's pose after 0.1 s, and whether it was flagged.
+/// A resting sensor beside a sphere: adds the error of the filter's pose after 0.1 s and its flags to the tally.
 void add_place(double radius_m, std::mt19937_64& random, Tally& tally) {
     std::uniform_real_distribution<double> uniform(0, 1);
     const Vec3<double> sensor = (0.25 + 0.65 * uniform(random)) * random_vector(random).normalized();
     const Vec3<double> centre = sensor + (radius_m + 0.03 + 0.4 * uniform(random)) * random_vector(random).normalized();
     if (centre.norm() < radius_m + 0.05) {
-        return;  // on the source
+        return;  // too close to the source
     }
     const Mat3<double> o = geometry::rotation_vector_to_quaternion<double>(2 * random_vector(random)).toRotationMatrix();
     const Mat3<double> x =
@@ -79,8 +79,8 @@ void add_place(double radius_m, std::mt19937_64& random, Tally& tally) {
 
 int main() {
     fmt::print(
-        "conducting sphere 3 to 43 cm from the surface of a resting sensor, sensor at 0.25 to 0.9 m; noise costs 0.05 mm at 0.75 "
-        "m\n");
+        "conducting sphere with its surface 3 to 43 cm from a resting sensor; sensor at 0.25 to 0.9 m; noise causes 0.05 mm at "
+        "0.75 m\n");
     fmt::print("{:>9} {:>18} {:>9} {:>22} {:>18}\n", "radius", "places > 1 mm off", "flagged", "worst unflagged error",
                "flagged below 1 mm");
     std::mt19937_64 random(1);

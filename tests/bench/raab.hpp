@@ -13,9 +13,9 @@ struct RaabPose {
     Mat3<double> attitude;    // O, not orthonormalised: orthonormal only without noise
 };
 
-/// S = X^T X does not depend on the attitude: S = k^2 (3/4 u u^T + 1/4 I). Its trace, 3/2 k^2, gives the range; its diagonal the
-/// squares of the direction's components; its off-diagonal elements their signs against the largest one. Then O = X D(u)^-1 / k
-/// with D^-1 = 3 u u^T - 2 I.
+/// S = X^T X does not depend on the attitude: S = k^2 (3/4 u u^T + 1/4 I). Its trace, 3/2 k^2, gives the range. Its diagonal
+/// gives the squares of the direction's components, and its off-diagonal elements give their signs relative to the largest one.
+/// Then O = X D(u)^-1 / k with D^-1 = 3 u u^T - 2 I.
 inline RaabPose solve_raab(const Mat3<double>& x, double coupling_constant) {
     const Mat3<double> s = x.transpose() * x;
     const double k_squared = s.trace() / 1.5;

@@ -1,4 +1,4 @@
-// Compares time and RMSE of the closed-form solver with two iterative ones on the same noisy matrices in one run.
+// Compares time and RMSE of the direct solver with two iterative solvers on the same noisy matrices in one run.
 #include <benchmark/benchmark.h>
 
 #include <cstdio>

@@ -20,8 +20,7 @@ Mat3<double> random_rotation(std::mt19937_64& random) {
     return Eigen::AngleAxisd(random_vector(random).norm(), random_vector(random).normalized()).toRotationMatrix();
 }
 
-/// Random gains, signs, phases, angles between the sensor coils and rotation of the source; every third triad has a reversed
-/// source coil.
+/// Unequal gains; random phases, sensor coil axes and rotation of the source; every third triad has a reversed source coil.
 Calibration<double> misaligned_calibration(int n, std::mt19937_64& random) {
     Calibration<double> c;
     const Vec3<double> gain(5e-3, 7e-3, n % 3 == 0 ? -9e-3 : 9e-3);
@@ -49,13 +48,13 @@ TEST(CoilCorrection, MakeCrookedCoilsIdealAtEveryPose) {
             Vec3<double> sigma = Vec3<double>::Ones();
             columns->correct_column(j, in_phase, quadrature, sigma);
             ideal.col(j) = in_phase;
-            EXPECT_LT(quadrature.norm(), 1e-12 * in_phase.norm()) << "no quadrature is left";
+            EXPECT_LT(quadrature.norm(), 1e-12 * in_phase.norm()) << "the correction must remove the quadrature";
             EXPECT_NEAR(sigma.mean(), 1 / c.model.source_moment.col(j).norm(), 0.4 / c.model.source_moment.col(j).norm());
         }
         const auto pose = solver::solve_direct(ideal, 1.0);
         ASSERT_TRUE(pose.ok());
         const Vec3<double> found = columns->axes() * (pose->range_m * pose->direction);
-        const double sign = found.dot(position) < 0 ? -1 : 1;  // even in the direction
+        const double sign = found.dot(position) < 0 ? -1 : 1;  // couplings at p and -p are equal
         EXPECT_LT((sign * found - position).norm(), 1e-9);
         EXPECT_LT((pose->attitude * columns->axes().transpose() - attitude).norm(), 1e-9);
     }

@@ -1,4 +1,4 @@
-// Calibration without a stage: free motion, a printed grid, the wiring; names and files.
+// Calibration without a stage: free motion, a printed grid, the wiring; fixture names.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@
 namespace tricoil::host {
 namespace {
 
-/// Gains spread by 5 %, axes 3 degrees from orthogonal.
+/// Gains within 5 %; each axis turned by 3 degrees in a random direction.
 Mat3<double> misaligned_triad(test::RandomPoses& random) {
     Mat3<double> m;
     for (int c = 0; c < 3; ++c) {
@@ -127,7 +127,7 @@ TEST(GridCalibration, FindsScaleGainsAndPivotFromAPrintedGrid) {
     const auto found = calibrate_on_grid(frames, 0.05, Vec3<double>::UnitX());
     const auto truth = shape_of(source);
     const auto shape = shape_of(found.source_moment);
-    // Lengths depend on the product of the scales of both sides.
+    // Only the product of the scales of source and sensor is observable.
     const double scale = std::cbrt((found.source_moment.determinant() * found.sensor.determinant()) /
                                    (source.determinant() * sensor.determinant()));
     std::cout << "C off by " << 100 * (scale - 1) << " % (+- " << 100 * found.scale_deviation << "), pivot "

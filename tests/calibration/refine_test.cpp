@@ -36,7 +36,7 @@ Mat3<double> couplings(const Model& model, const Vec3<double>& p, const Quat<dou
 
 const Mat3<double> kEqual = Mat3<double>::Ones();
 
-/// The least-squares pose by Ceres, started at the truth.
+/// Residuals for Ceres of the pose `start`, displaced by d = (position, small rotation).
 class CeresResidual final : public ceres::SizedCostFunction<9, 6> {
 public:
     CeresResidual(const Model& model, const Mat3<double>& x, const RigidPose<double>& start)
@@ -68,6 +68,7 @@ private:
     const RigidPose<double>& start_;
 };
 
+/// Least-squares position by Ceres, started at the truth.
 Vec3<double> ceres_position(const Model& model, const Mat3<double>& x, const RigidPose<double>& truth) {
     Vec6<double> d = Vec6<double>::Zero();
     ceres::Problem problem;
@@ -249,7 +250,7 @@ TEST(Refine, ReportsNonConvergence) {
     test::RandomPoses random(55);
     const auto nonsense = solve_cold<double>(model, x.norm() * random.gaussian_matrix(), kEqual);
     EXPECT_FALSE(nonsense->refinement.converged());
-    // Two source coils determine six parameters poorly; one source coil does not determine them.
+    // One source coil does not determine six parameters.
     Mat3<double> weights = Mat3<double>::Zero();
     weights.col(0).setOnes();
     const auto blind = refine<double>(model, x, weights, {p, Quat<double>::Identity()});

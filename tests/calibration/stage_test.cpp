@@ -94,7 +94,7 @@ TEST_F(Stage, WideCoilsConvergeFromTheDataAlone) {
         EXPECT_LT(number(test, "position_rms_m"), std::string(model) == "finite" ? 1.5e-4 : 6e-4);
         EXPECT_LT(number(test, "orientation_rms_deg"), 0.1);
     }
-    // The estimated offsets equal the simulated ones, relative to their mean.
+    // The distances between the estimated source coils equal the simulated ones.
     const auto fit = tricoil("calibrate --json --model finite --out " + cal + " --blob " + blob + set("md"));
     const auto bytes = read_file(blob);
     const auto read = calibration::decode({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});

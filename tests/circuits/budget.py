@@ -28,7 +28,7 @@ GAIN_PER_K = 14e-6      # each preamplifier: two ratios of 10 ppm/K resistors
 EXPANSION_PER_K = 14e-6  # formers of glass-fibre epoxy, diameter
 CABLE_PER_K = 1e-3      # capacitance of the sensor's cable
 COPPER_PER_K = 3.9e-3
-GAIN_STEPS_TODAY = 2e-3  # of the couplings' norm: what the firmware holds in the virtual board
+GAIN_STEPS_TODAY = 2e-3  # of the norm of the couplings: error of the present firmware on the virtual board
 
 
 def modes():
@@ -36,11 +36,11 @@ def modes():
         return list(csv.DictReader(file))
 
 
-NOISES = 4  # of the causes of of_frame, the first are noise
+NOISES = 4  # number of noise causes, the first ones of of_frame
 
 
 def load_of(mode):
-    """Mode of acquisition: its weakest carrier, window, share of the full drive, crest factor of the sum."""
+    """Weakest carrier, window, share of the full drive and crest factor of the sum of a mode."""
     first, last = float(mode["f1_hz"]), float(mode["f3_hz"])
     if mode["multiplexing"] == "tdm":
         return round(first), float(mode["window_s"]), 1.0, 1.0
@@ -101,8 +101,8 @@ def _sensitivity():
 
 
 def of_frame(chain, range_m, mode, coil):
-    """Millimetres (3D RMS) by cause for one frame of TDM, in two columns: as designed (the drive is swept at calibration), and with
-    what the firmware of today does about converters and gain steps."""
+    """3D RMS position error of one TDM frame by cause, mm: (cause, as designed with a sweep of the drive at calibration, with the
+    corrections of the present firmware for converters and gain steps)."""
     s = _sensitivity()
     hz, window = round(float(mode["f1_hz"])), float(mode["window_s"])
     mm = 1e3 * range_m
@@ -121,7 +121,7 @@ def of_frame(chain, range_m, mode, coil):
         ("noise: reference", s.column * reference, None),
         ("non-linearity of the sensors' converters", s.coupling * left / amplitude, s.coupling * raw / amplitude),
         ("non-linearity of the reference's converter", s.common * left / reference_lsb, s.common * raw / reference_lsb),
-        # each step is compared at half the drive: the readings of the reference at full and at a quarter of the drive stay
+        # gain steps are compared at half the drive: the reference's errors at full and at a quarter of the drive remain
         ("gain steps (two away from the calibration's)", s.common * math.hypot(1, 4) * left / reference_lsb,
          s.coupling * GAIN_STEPS_TODAY * math.sqrt(1.5) / 3),
         ("drift: sense resistors", s.column * SENSE_PER_K * DRIFT_K, None),

@@ -1,9 +1,9 @@
-"""Limits of the results, and for each limit a wrong part with which it must fail."""
+"""Limits of the results, and for each limit a wrong part with which the check must fail."""
 import measures
 
 
 class Check:
-    """`result` must be between least and most. `wrong`: overrides of one part with which it must not."""
+    """`result` must be between least and most. `wrong`: override of one part with which the check must fail."""
 
     def __init__(self, measure, result, least=None, most=None, wrong=None):
         self.measure, self.result, self.least, self.most, self.wrong = measure, result, least, most, wrong

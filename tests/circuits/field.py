@@ -21,7 +21,7 @@ def _loop_field(axis, radius, ampere_turns, point):
 
 def largest(distance, coils, together):
     """Largest magnetic flux density, tesla, at a distance from the centre. coils: (turns, radius, amperes) about x, y, z.
-    together: sum over the coils of each one's magnitude (for the sum rule of several frequencies); else of one coil alone."""
+    together: sum of the coils' magnitudes (for the sum rule of several frequencies); otherwise the largest of one coil alone."""
     most = 0.0
     for i in range(0, 10):
         for j in range(0, 10):

@@ -36,8 +36,8 @@ def _random_rotation(rng):
 
 
 class Sensitivity:
-    """3D RMS position error, as a share of the range, of an error of 1: of each coupling by itself (1: of the largest coupling),
-    of each row's gain, of each column's gain, of all gains together."""
+    """3D RMS position error, as a share of the range, due to errors of 1. coupling: independent errors of all couplings, relative to
+    the largest coupling. row, column: independent gain errors of the sensor coils, of the source coils. common: gain error of all."""
 
     def __init__(self, poses=200, seed=1):
         rng = random.Random(seed)

@@ -97,7 +97,7 @@ def heat(**overrides):
     return result
 
 
-HIGH_SHARE, LOW_A = 0.8, 0.35  # of two bands: high carriers against those of FDM 240; low carriers
+HIGH_SHARE, LOW_A = 0.8, 0.35  # two bands: high carriers relative to those of FDM 240; low carriers, A
 
 
 def two_bands(**overrides):
@@ -152,7 +152,7 @@ def preamplifier(**overrides):
 
 
 def reference(**overrides):
-    """Overrides of the reference's netlist only."""
+    """Reference amplifier. The overrides apply to its netlist only."""
     run = spice.run("reference.cir", **overrides)
     sensor = spice.run("preamplifier.cir")
     sense = spice.run("power_drive.cir")["siemens_10805"] * FULL_DRIVE_V * spice.value("power_stage.cir", "rs")

@@ -52,7 +52,7 @@ def run_vectors(bench, **overrides):
         _run_in(folder, bench, overrides)
         written = [name for name in os.listdir(folder) if name.endswith(".txt")]
         if len(written) != 1:
-            raise RuntimeError(f"{bench} wrote {written}")
+            raise RuntimeError(f"{bench} must write one .txt file, but wrote {written}")
         rows = []
         with open(os.path.join(folder, written[0])) as file:
             for line in file:

@@ -15,7 +15,7 @@
 namespace tricoil::test {
 
 struct CliResult {
-    int exit_code = 0;  // 128 + signal if it was killed by one
+    int exit_code = 0;  // 128 + signal if a signal ended the program
     std::string out;
     std::string err;
 

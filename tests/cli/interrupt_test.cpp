@@ -18,7 +18,7 @@
 namespace tricoil::test {
 namespace {
 
-/// Starts a run of several hours, interrupts it after the CSV file has begun to grow, and returns its exit code.
+/// Starts a run of 100,000 simulated seconds, interrupts it after the CSV file has begun to grow, and returns its exit code.
 int interrupt_run(int signal, const std::string& csv, const std::string& out) {
     const pid_t child = fork();
     if (child == 0) {
@@ -66,7 +66,7 @@ protected:
     }
     void TearDown() override { fs::remove_all(folder_); }
 
-    /// Starts `tricoil figures`; if `bin` is not empty, it is the PATH.
+    /// Starts `tricoil figures`; a folder `bin` comes first in the PATH.
     [[nodiscard]] pid_t start(const std::string& bin = "") const {
         const pid_t child = fork();
         if (child == 0) {

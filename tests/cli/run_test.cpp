@@ -107,7 +107,7 @@ TEST(Run, CsvHoldsEveryPoseBesideTheTruth) {
     const std::string path = path_in_temp("poses.csv");
     run("--duration 1 --out " + path);
     const std::string text = read_file(path);
-    EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1 + 239);  // the first block of 240 settles
+    EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1 + 239);  // the first of 240 blocks is not used: the coils settle
     EXPECT_TRUE(text.starts_with("sensor,sequence,time_us,"));
     EXPECT_EQ(text.find("nan"), std::string::npos);
 }
@@ -122,14 +122,14 @@ TEST(Run, FaultsAreFlaggedAndRecoveredFrom) {
     EXPECT_EQ(drops["health"]["lost"].get<int>(), 3 * drops["blocks_lost"].get<int>());
     EXPECT_EQ(run("--duration 2")["health"]["seen_warnings"], "");
     const auto plug =
-        run("--scenario unplugged --confined");  // after two seconds without columns the sensor may have changed sides
+        run("--scenario unplugged --confined");  // not confined, the hemisphere is unknown after two seconds without columns
     EXPECT_THAT(plug["flags_seen"].get<std::string>(), ::testing::HasSubstr("no_sensor"));
     EXPECT_NEAR(plug["poses_invalid"].get<double>(), 480, 5);
     EXPECT_LT(plug["position_max_m"].get<double>(), 1e-3);
     EXPECT_GE(plug["acquisitions"].get<int>(), 2);
 }
 
-/// The motion is found from columns up to three frames apart, also at a low rate.
+/// The motion is estimated from columns up to three frames apart, also at a low rate.
 TEST(Run, EveryTrackerWorksAtLowRates) {
     for (const char* tracker : {"direct", "previous", "scaat"}) {
         const auto json = run("--duration 3 --rate-hz 60 --mux tdm --tracker " + std::string(tracker));

@@ -69,7 +69,7 @@ TEST(Usage, UnknownNamesGetASuggestion) {
     expect_usage_error("motion --example IV", "unknown example 'IV'; choices: I, II, III,");
 }
 
-/// A program that waits for the line with the addresses must not connect to a server that ends at once.
+/// Other programs connect when `serve` has printed its addresses, so it must print none if it refuses its options.
 TEST(Usage, ServePrintsNoAddressesWithInvalidOptions) {
     expect_usage_error("serve --json-lines 5005", "must be tcp:[ADDRESS:]PORT or udp:[HOST:]PORT");
     expect_usage_error("serve --json-lines udp:127.0.0.1:0", "name the port of the receiver");

@@ -35,7 +35,7 @@ nlohmann::json coils(const Mat3<double>& m) {
     return list;
 }
 
-/// Couplings of the file's field: B = (3 (m.u) u - m) / r^3, divided by 250.
+/// Calibration of one band in the convention of the files: coupling = B . n / 250 with B = (3 (m.u) u - m) / r^3.
 nlohmann::json band(const field::GeneralDipole<double>& model) {
     return {{"source_pos", coils(model.source_offset_m)},
             {"source_moment", coils(model.source_moment * 125)},

@@ -11,7 +11,7 @@ namespace tricoil::test {
 namespace {
 
 constexpr std::size_t kRatio = 128;
-constexpr std::size_t kCleanLines = 60;  // of the low band: without metal
+constexpr std::size_t kCleanLines = 60;  // lines of the low band without metal
 
 class RecordedSheet : public ::testing::Test {
 protected:
@@ -32,7 +32,7 @@ protected:
         double within_5_sigma = 0;
         std::size_t rows = 0;
     };
-    /// After the clean lines, against the median of the clean rows.
+    /// Position errors after the clean lines, relative to the median position of the clean rows.
     [[nodiscard]] static Figures figures(const std::vector<PoseRow>& rows, bool low_band_only) {
         Vec3<double> rest;
         for (int axis = 0; axis < 3; ++axis) {
@@ -70,7 +70,7 @@ TEST_F(RecordedSheet, TheRestingSensorStaysInPlace) {
     EXPECT_NEAR(result.json()["scalar"].get<double>(), 0.0264, 0.005);
     const auto rows = pose_rows(read_file(out_));
     ASSERT_EQ(rows.size(), 19200U);
-    EXPECT_GE(result.json()["rows_valid"], 19200 - 2 * 128);  // before the first comparison of the bands nothing bounds the bias
+    EXPECT_GE(result.json()["rows_valid"], 19200 - 2 * 128);  // the bias is unknown before the first comparison of the bands
     const Figures low = figures(rows, true);
     EXPECT_EQ(low.rows, 90U);
     EXPECT_LE(low.rms_mm, 0.05);

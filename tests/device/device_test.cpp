@@ -187,7 +187,7 @@ TEST_F(Device, TheFrontEndIsStartedAnew) {
 TEST_F(Device, TheUsbPlugIsPulledFiftyTimes) {
     Program peer(kFrontEnd + " --link usbip: --duration 1 --replug 60 --replug-times 50 --report /run/report.json");
     Program tracker(tricoil("--device usb:1209:0001 --confined --hemisphere 1,0,0"));
-    ASSERT_EQ(peer.wait(), 0) << complaints();  // it continued to measure after the last one
+    ASSERT_EQ(peer.wait(), 0) << complaints();  // the front end measured again after the last replug
     tracker.send(SIGTERM);
     ASSERT_EQ(tracker.wait(), 0) << complaints();
     const Judged judged = judge("/run/poses.csv");
@@ -310,7 +310,7 @@ TEST_F(Device, TakesRealTimePriorityAndLocksItsMemoryWhereAllowed) {
     EXPECT_EQ(summary()["fifo"], false);
     EXPECT_THAT(complaints(), ::testing::HasSubstr("memory is not locked ("));
     EXPECT_THAT(complaints(), ::testing::HasSubstr("no real-time priority 50 (Operation not permitted)"));
-    EXPECT_GT(judge("/run/poses.csv").valid, 600U) << "it tracks all the same";
+    EXPECT_GT(judge("/run/poses.csv").valid, 600U) << "it must track without real-time priority";
 }
 
 TEST_F(Device, MissingOrInvalidDeviceEndsWithOneLine) {

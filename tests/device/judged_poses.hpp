@@ -15,7 +15,8 @@ struct Judged {
     double worst_mm = 0;
 };
 
-constexpr double kWrongMm = 25;  // errors by noise and skew are below half of it; a wrong coil or sign causes ten times as much
+/// Errors due to noise and skew are below half of this limit. A wrong coil or sign causes ten times the limit.
+constexpr double kWrongMm = 25;
 
 inline Vec3<double> position_m(const CsvTable& poses, std::size_t row) {
     return {poses.number(row, "x_m"), poses.number(row, "y_m"), poses.number(row, "z_m")};

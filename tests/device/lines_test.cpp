@@ -38,8 +38,8 @@ TEST_F(Lines, FollowTheStatesInTurnAndThePosesAreTheSame) {
     test::expect_equal_poses("/run/poses.csv", {}, 2, 1400);
     const auto changes = trace.changes();
     EXPECT_GE(changes.size(), 2U * 1440);
-    EXPECT_EQ(test::lines_on(changes).most, 1) << "old off, then new on";
-    EXPECT_EQ(test::lines_on(changes).at_end, 0) << "off at the exit";
+    EXPECT_EQ(test::lines_on(changes).most, 1) << "two coils were on at the same time";
+    EXPECT_EQ(test::lines_on(changes).at_end, 0) << "a coil was on at the exit";
     test::pause_ms(100);
     peer.send(SIGTERM);
     peer.wait();

@@ -11,7 +11,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// A hundred updates per second with ten columns each, of which `missing_per_1000` of a thousand are lost.
+/// 100 updates per second with ten columns each; `missing_per_1000` of 1,000 columns are lost.
 class Health : public ::testing::Test {
 protected:
     void run(double duration_s, std::uint64_t missing_per_1000) {

@@ -22,7 +22,7 @@ class ScriptedPort final : public hal::MessagePort {
 public:
     protocol::Role role = protocol::Role::front_end;
     bool is_unplugged = false;
-    std::vector<Vec3<float>> hemispheres;  // that it got, in steps of 1/127
+    std::vector<Vec3<float>> hemispheres;  // received, in steps of 1/127
     std::size_t hemispheres_at_start = 0;  // before the newest start
 
     template <typename Message>
@@ -155,7 +155,7 @@ TEST_F(Loop, TheHeartStandsForColumnsThatWereTaken) {
     for (std::uint32_t n = 0; n < 10; ++n) {
         column(1, 4711);
     }
-    EXPECT_EQ(heartbeat.beats, before) << "refused, all of them";
+    EXPECT_EQ(heartbeat.beats, before) << "refused columns must cause no beat";
     const auto newest = static_cast<std::uint32_t>(loop->counters().excitations);
     column(1 + coil_index(coils.state), newest);
     EXPECT_EQ(heartbeat.beats, before + 1);
@@ -169,7 +169,7 @@ TEST_F(Loop, AFloodDoesNotHoldTheLoop) {
     loop->stop();
     EXPECT_EQ(coils.state, Excitation::off);
     hal::ReceivedMessage rest;
-    EXPECT_TRUE(static_cast<hal::MessagePort&>(port).receive(rest).ok()) << "not all of it in one step";
+    EXPECT_TRUE(static_cast<hal::MessagePort&>(port).receive(rest).ok()) << "one step must not receive all messages";
 }
 
 TEST_F(Loop, StopsWithTheCoilsOff) {
@@ -189,7 +189,7 @@ protected:
         });
     }
 
-    /// Sends a frame of three columns, with device times that are `ahead_us` too late.
+    /// Sends a frame of three columns with device times shifted by `ahead_us`.
     void see(std::int64_t ahead_us) {
         const Mat3<double> x = field::signal_matrix<double>(params.coupling_constant_m3, position_m_, Mat3<double>::Identity());
         for (int n = 0; n < kSourceCoils; ++n) {
@@ -236,8 +236,8 @@ TEST_F(LoopWithSensor, KnowsItsSideAgainAfterTheDevicesClockJumped) {
     for (int frame = 0; frame < 100; ++frame) {
         see(100'000'000);
     }
-    // A deskewing tracker confirms no pose before the third column of each coil: seven poses. The loop restores the side at the
-    // next.
+    // A deskewing tracker confirms no pose before the third column of each coil: seven poses. The loop restores the hemisphere
+    // at the eighth pose.
     EXPECT_EQ(without_side_, 8);
     EXPECT_EQ(loop->counters().hemispheres_restored, 1U);
     EXPECT_FALSE(side_is_unknown());
@@ -247,7 +247,7 @@ TEST_F(LoopWithSensor, KnowsItsSideAgainAfterTheDevicesClockJumped) {
 TEST_F(LoopWithSensor, DoesNotTrustTheConfiguredHemisphereAfterALongLoss) {
     see_frames(10);
     ASSERT_FALSE(side_is_unknown());
-    restart_after(600);  // enough to carry the sensor to its mirror image
+    restart_after(600);  // long enough for the sensor to reach its mirror image
     see_frames(10);
     EXPECT_TRUE(side_is_unknown());
     loop->set_hemisphere(0, {1, 0, 0});
@@ -268,7 +268,7 @@ TEST_F(LoopWithSensor, AHemisphereThatIsSetWithoutALinkTakesEffectAtTheNextStart
 }
 
 TEST_F(LoopWithSensor, ARefusedColumnIsNotTheNewest) {
-    EXPECT_TRUE(loop->newest()) << "the start counts, so that silence from the first column on is seen";
+    EXPECT_TRUE(loop->newest()) << "the start sets the newest time, so that silence before the first column is detected";
     see_frames(10);
     const auto newest = loop->newest();
     const auto rejected = loop->counters().rejected_columns;
@@ -289,7 +289,7 @@ TEST_F(LoopWithSensor, FlagsPosesAfterALostOrRefusedColumn) {
     EXPECT_EQ(loop->session().counters().lost_columns, 1U);
     see_frames(2);
     EXPECT_FALSE(is_flagged());
-    column(1, 4711);  // not the state that the host switched: refused
+    column(1, 4711);  // not the state sequence of the host: refused
     EXPECT_EQ(loop->session().counters().refused, 1U);
     see_frames(1);
     EXPECT_TRUE(is_flagged());
@@ -304,7 +304,7 @@ TEST_F(LoopWithSensor, TrustsTheConfiguredHemisphereIfNothingWasTracked) {
 }
 
 TEST_F(LoopWithSensor, KnowsItsSideAfterAShortLoss) {
-    position_m_ = {-2, 0, 0};  // 1.3 s from its mirror image, and not where the configuration says
+    position_m_ = {-2, 0, 0};  // 1.3 s from its mirror image, and not in the configured hemisphere
     loop->set_hemisphere(0, {-1, 0, 0});
     see_frames(10);
     ASSERT_LT(x_m(), 0);
@@ -368,7 +368,7 @@ TEST_F(LoopOfBoard, TellsTheHemisphereBeforeTheFirstStartAndTakesItBackBeforeThe
     EXPECT_EQ(port.hemispheres_at_start, 2U);
     loop->set_hemisphere(0, {0, std::nan(""), 0});
     loop->set_hemisphere(1, {0, 1, 0});
-    EXPECT_EQ(port.hemispheres.size(), 2U) << "neither is a request";
+    EXPECT_EQ(port.hemispheres.size(), 2U) << "NaN and the hemisphere of sensor 1 must not be sent";
     loop->set_hemisphere(0, {0, 1, 0});
     EXPECT_EQ(port.hemispheres.back(), kPlusY);
 }
@@ -398,12 +398,12 @@ TEST(HemisphereRestorer, RecoversOnlyWhatTheSensorCannotHaveChanged) {
     lost.position_m = -pose.position_m;  // the mirror image
     lost.flags.set(tracking::PoseFlag::hemisphere_unknown);
     HemisphereRestorer restorer;
-    EXPECT_FALSE(restorer.side(lost, host_time_us(1))) << "it was never known";
+    EXPECT_FALSE(restorer.side(lost, host_time_us(1))) << "the hemisphere was never known";
     EXPECT_FALSE(restorer.side(pose, host_time_us(1'000'000)));
     const auto side = restorer.side(lost, host_time_us(1'100'000));
     ASSERT_TRUE(side);
     EXPECT_GT(side->x(), 0);
-    EXPECT_FALSE(restorer.side(lost, host_time_us(1'500'000))) << "half a second is enough to go round to the other side";
+    EXPECT_FALSE(restorer.side(lost, host_time_us(1'500'000))) << "in half a second the sensor can reach its mirror image";
     lost.flags.set(tracking::PoseFlag::low_signal);
     EXPECT_FALSE(restorer.side(lost, host_time_us(1'100'000)));
 }

@@ -152,7 +152,7 @@ TEST_F(Pty, ModeIsSetAndTold) {
     EXPECT_EQ(out, device + ": front end, fdm, 960 frames a second\n");
     ASSERT_EQ(tricoil("run --json --device " + device + " --duration 0.5 --out " + in("poses.csv")), 0) << err;
     EXPECT_GT(test::lines(test::read_text(in("poses.csv"))).size(), 300U);
-    EXPECT_EQ(tricoil("device mode --rate-hz 960 " + device), 3) << "coils in turn are not that fast";
+    EXPECT_EQ(tricoil("device mode --rate-hz 960 " + device), 3) << "TDM does not reach 960 frames/s";
     EXPECT_THAT(err, ::testing::HasSubstr("this mode: refused: invalid value"));
     EXPECT_EQ(tricoil("device mode --mux both " + device), 2);
     EXPECT_EQ(tricoil("device mode --rate-hz -1 " + device), 2);
@@ -286,9 +286,9 @@ TEST_F(Pty, TheConfigurationsCalibrationReachesTheTracker) {
             ++compared;
         }
     }
-    std::printf("turned by the calibration: %zu poses, at most %.2f um from the turned ones\n", compared, worst_um);
+    std::printf("calibration with rotated coils: %zu poses, at most %.2f um from the rotated poses\n", compared, worst_um);
     EXPECT_GT(compared, 600U);
-    EXPECT_LT(worst_um, 1) << "the wire's rounding";
+    EXPECT_LT(worst_um, 1) << "rounding in the protocol";
 }
 
 TEST_F(Pty, ARecordingHoldsWhatWasMeasuredAndTheCalibration) {
@@ -310,7 +310,7 @@ TEST_F(Pty, ARecordingHoldsWhatWasMeasuredAndTheCalibration) {
         ++column;
     }
     EXPECT_LT(std::abs(inputs.number(column, "in_phase_1")), 0.5)
-        << "a coupling, not one of ideal coils with C = 1: as it was measured";
+        << "the measured coupling must be recorded, not that of ideal coils with C = 1";
     const auto recorded = table(recording + "/poses.csv");
     const auto delivered = table(in("poses.csv"));
     const auto recorded_rows = valid_rows(recorded);
@@ -318,7 +318,7 @@ TEST_F(Pty, ARecordingHoldsWhatWasMeasuredAndTheCalibration) {
     for (const auto& [time_us, row] : valid_rows(delivered)) {
         ASSERT_TRUE(recorded_rows.contains(time_us));
         EXPECT_LT((position_m(recorded, recorded_rows.at(time_us)) - position_m(delivered, row)).norm(), 1e-6)
-            << "one frame for all outputs";
+            << "all outputs must have the same coordinate frame";
     }
     EXPECT_EQ(tricoil("replay " + recording), 0) << err;
     EXPECT_THAT(out, ::testing::HasSubstr("bit for bit"));

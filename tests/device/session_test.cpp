@@ -87,7 +87,7 @@ TEST_F(SessionOfCoils, RefusesASequenceThatWasNeverTold) {
     EXPECT_EQ(say(column(1, 0x40000001)), SessionEvent::none);
     EXPECT_EQ(refused(), 3U);
     EXPECT_EQ(session.counters().columns, 0U);
-    EXPECT_TRUE(session.take_window_over()) << "its window is over all the same";
+    EXPECT_TRUE(session.take_window_over()) << "a refused column also ends its window";
 }
 
 TEST_F(SessionOfCoils, RefusesTheRightSequenceOfAnotherCoil) {
@@ -167,7 +167,7 @@ TEST_F(SessionOfCoils, StatusAloneDoesNotKeepTheSessionAlive) {
 TEST_F(SessionOfCoils, RefusedColumnsDoNotKeepTheSessionAlive) {
     session.note_excitation(Excitation::s1, 1);
     EXPECT_EQ(say(column(1, 1)), SessionEvent::column);
-    next = 0x10000000;  // acknowledgement of another start
+    next = 0x10000000;
     for (int n = 0; n < 7; ++n) {
         auto old = column(1, 1);
         old.sequence = 0x80000000U + static_cast<std::uint32_t>(n);
@@ -211,7 +211,7 @@ TEST_F(SessionOfCoils, APoseOfASensorThatIsNotThereIsRefused) {
 
 TEST_F(SessionOfCoils, CountsWhatTheDeviceDroppedSinceItsFirstStatus) {
     protocol::StatusMessage status;
-    for (const auto dropped : {1000U, 1003U, 2U, 3U}) {  // the third is of a device that has restarted
+    for (const auto dropped : {1000U, 1003U, 2U, 3U}) {  // the device restarts before the third status
         status.dropped = dropped;
         say(status);
     }

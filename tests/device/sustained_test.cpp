@@ -47,7 +47,7 @@ TEST(Sustained, LosesNothingAndTouchesNoHeap) {
     EXPECT_EQ(loop.session().refused().total(), 0U);
     const test::AllocationTrap again;
     (void)std::string(100, 'x').size();
-    EXPECT_GT(again.count(), 0U) << "the trap fires";
+    EXPECT_GT(again.count(), 0U) << "the trap must count an allocation";
 }
 
 }  // namespace

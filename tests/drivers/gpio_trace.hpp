@@ -1,5 +1,5 @@
-// Writes to the simulated GPIO chip, from the kernel's trace. Line levels alone are not sufficient: the kernel releases the lines
-// of a dead program, and a released line reads low.
+// Changes of the simulated GPIO lines, from the kernel's trace. Line levels alone are not sufficient: the kernel releases the
+// lines of a dead program, and a released line reads low.
 #pragma once
 
 #include <algorithm>

@@ -212,7 +212,7 @@ TEST_F(Can, CountsFramesDroppedByTheKernel) {
 }
 
 TEST_F(Can, OwnMessagesPassThroughAFlood) {
-    // Maximum rate, random lengths, foreign identifiers.
+    // FD frames at the maximum rate with increasing identifiers and lengths.
     test::shell("timeout 2 cangen vcan0 -g 0 -I i -L i -f -p 1 > /dev/null 2>&1 & sleep 0.2");
     std::mt19937_64 random(7);
     for (int i = 0; i < 300; ++i) {
@@ -221,7 +221,7 @@ TEST_F(Can, OwnMessagesPassThroughAFlood) {
         ASSERT_TRUE(test::eventually([&] { return device.send(bytes).ok(); }));
         bool found = false;
         for (int n = 0; n < 50 && !found; ++n) {
-            found = next(host) == bytes;  // the generator's frames may have our identifiers, but no valid message
+            found = next(host) == bytes;  // frames of the generator may have our identifiers, but contain no valid message
         }
         ASSERT_TRUE(found) << i;
     }

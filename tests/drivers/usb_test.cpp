@@ -158,7 +158,7 @@ TEST(Usb, AStalledDeviceTimesOutWithoutBlocking) {
         code = host.send(message).code();
     }
     EXPECT_EQ(code, StatusCode::not_ready);
-    EXPECT_LT((host_now() - begin).count(), 1'000'000) << "twenty time-outs are four seconds";
+    EXPECT_LT((host_now() - begin).count(), 1'000'000) << "twenty time-outs would take four seconds";
     ASSERT_TRUE(test::eventually([&] {
         (void)host.wait(Microseconds{5000});
         return host.counters().link_faults >= 8;
@@ -180,8 +180,8 @@ TEST(Usb, ShortAndGarbledPacketsAreCountedAndTheNextMessageIsWhole) {
     std::vector<std::uint8_t> framed(protocol::framed_bytes(message.size()));
     framed.resize(protocol::frame(message, framed));
     echo.act([&] {
-        device.send_packet({});                                      // of no length
-        device.send_packet({framed.begin(), framed.begin() + 100});  // in two
+        device.send_packet({});                                      // empty
+        device.send_packet({framed.begin(), framed.begin() + 100});  // a message in two packets
         device.send_packet({framed.begin() + 100, framed.end()});
         device.send_packet({9, 9, 9, 0});                           // garbage
         device.send_packet(std::vector<std::uint8_t>(4000, 0x55));  // longer than a packet
@@ -211,7 +211,7 @@ TEST(Usb, NamesAMissingOrForbiddenDevice) {
     const auto listing = list_usb(0x1209, 0x0001);
     ASSERT_EQ(listing.size(), 1U);
     EXPECT_EQ(listing[0].serial, "SIM0001");
-    // As user nobody, who may read but not write the device file.
+    // User nobody may read the device file, but not write it.
     test::shell("chmod 664 /dev/bus/usb/*/*");
     const pid_t child = ::fork();
     if (child == 0) {

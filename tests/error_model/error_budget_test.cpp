@@ -120,8 +120,8 @@ AngleLoopResult run_angle_loop(double update_s) {
     return {both.unexplained(), linearization_alone.unexplained()};
 }
 
-/// The same in the paper's angles, which adds the frame term. The budget knows it to second order in the turn, so the unexplained
-/// rest falls at least in proportion to the update time.
+/// The same in the paper's angles, which adds frame propagation. The budget contains that term to second order in the turn, so
+/// the unexplained share of the error falls at least in proportion to the update time.
 TEST(Budget, FramePropagationExplainsTheAngleLoop) {
     const auto at_240 = run_angle_loop(kUpdate);
     const auto at_480 = run_angle_loop(kUpdate / 2);
@@ -156,7 +156,7 @@ TEST(Budget, TotalAddsSystematicTermsAsVectorsAndNoiseInSquares) {
     EXPECT_NEAR(budget.total.position_m, std::hypot(sum.head<3>().norm(), budget.noise.position_m), 1e-12);
     EXPECT_NEAR(budget.total.rotation_rad, std::hypot(sum.tail<3>().norm(), budget.noise.rotation_rad), 1e-14);
     EXPECT_NEAR(budget.latency.position_m, 2e-3, 1e-12);
-    // Section 2: at 60 dB and 0.5 m the bound is 1.06 mm.
+    // At 60 dB and 0.5 m the position bound is 1.06 mm.
     EXPECT_NEAR(budget.noise.position_m, 1.06e-3, 1e-5);
     // The rotation bound is sqrt(8 + 8 + 2) n for the three angles together.
     EXPECT_NEAR(budget.noise.rotation_rad, std::sqrt(18.0) * 1e-3, 1e-11);

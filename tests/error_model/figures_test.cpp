@@ -88,7 +88,7 @@ TEST(MotionCommand, AcceptsUserRates) {
 TEST(MotionCommand, RefusesBadInputInOneLine) {
     expect_refused("motion", "--example");
     expect_refused("motion --example orientatoin", "did you mean 'orientation'?");
-    expect_refused("motion --example IIII", "unknown example 'IIII'; choices: I, II, III,");  // equally near to IIIo
+    expect_refused("motion --example IIII", "unknown example 'IIII'; choices: I, II, III,");  // equally near to III and IIIo
     expect_refused("motion --example I --loop opne", "did you mean 'open'?");
     expect_refused("motion --example I --kappa tow", "did you mean 'two'?");
     expect_refused("motion --example I --rate-hz 0", "--rate-hz");

@@ -89,8 +89,7 @@ TEST(PaperExamples, ExampleThreePoleFreeFormHasNoJumps) {
     EXPECT_GT(largest(run("III", Loop::closed), position_error), 0.3) << "the angle form jumps";
 }
 
-/// Chained exact steps, with orientation, equal the simulation in every example and both loops, up to the amplification at the
-/// poles.
+/// Chained exact steps equal the simulation of the examples with orientation, in both loops, up to the first pole.
 TEST(PaperExamples, ExactStepsFollowTheOrientationExamples) {
     SimulationParams params;
     params.duration_s = 0.3;  // before the first pole of theta
@@ -153,7 +152,7 @@ TEST(Approximations, HaveTheErrorsOfTheTable) {
     }
 }
 
-/// In closed loop, in the angle form, and at constant azimuth, remark 2 does not predict the jumps.
+/// Remark 2 predicts wrong instants in closed loop (angle form), and at constant azimuth.
 TEST(Singularities, AreNotPredictedByRemark2InClosedLoop) {
     SimulationParams params;
     const auto two = compare_singularities(simulate(example("II"), params), params.update_s);
@@ -193,7 +192,7 @@ TEST(Singularities, OfExampleThreeArePredictedWithinOneUpdate) {
     }
 }
 
-/// Instants are 64-bit microseconds: the same motion across 2^32 of them.
+/// Instants are 64-bit microseconds: the same motion while the count passes 2^32.
 TEST(Singularities, AreDetectedAcrossThe32BitWrap) {
     SimulationParams params;
     params.duration_s = 2;

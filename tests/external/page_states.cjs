@@ -68,38 +68,38 @@ module.exports = async function pageStates(browser, html, check, pictures) {
     const lengths = () => page.evaluate(() => [...window.tricoil.sensors.values()].map(sensor => sensor.history.times.length));
     check((await lengths()).every(length => length >= 60), `each of two sensors keeps its own plots: ${await lengths()} poses`);
     const fastest = await page.evaluate(() => Math.max(...window.tricoil.sensors.get(0).history.columns[3]));
-    check(fastest < 1, `no sensor leaps to where another is: ${fastest.toFixed(2)} m/s at most`);
+    check(fastest < 1, `no sensor jumps to the position of another: ${fastest.toFixed(2)} m/s at most`);
     check(await page.isVisible('#sensor') && /y +0\.0 /.test(await page.textContent('#numbers')), 'the numbers are the first sensor\'s');
     await page.keyboard.press('b');
     await page.selectOption('#sensor', {value: '1'});
     await wait(() => /y +100\.0 /.test(document.querySelector('#numbers').textContent));
     check(await page.evaluate(() => window.tricoil.boresight === null && window.tricoil.sensors.get(0).boresight !== null),
-          'the second sensor can be chosen, and has a boresight of its own');
+          'the second sensor can be chosen, and has its own boresight');
     const ticker = setInterval(() => both(1), 100);  // keeps the stream alive while a picture is drawn
     await wait(() => document.body.dataset.link === 'live' && document.body.dataset.pose === 'good');
     await picture('two-sensors');
     const said = await page.textContent('#ellipsoid');
     const orange = await orangePixels(page);
     clearInterval(ticker);
-    check(orange > 1500 && /3 sigma ellipsoid, drawn x\d+/.test(said), `the ellipsoids are seen: ${orange} pixels ("${said}")`);
+    check(orange > 1500 && /3 sigma ellipsoid, drawn x\d+/.test(said), `the ellipsoids are drawn: ${orange} pixels ("${said}")`);
 
     server.send([pose(0, now, 0.4), pose(1, now, 0.7, {valid: false, stale: true, flag_names: 'stale'})]);
     await wait(() => document.body.dataset.pose === 'bad');
     check(await page.evaluate(() => document.body.dataset.link === 'live' && document.querySelector('#state').textContent === ''),
-          'a sensor that fell silent beside one that did not is greyed');
+          'a silent sensor is grey while another one sends');
     server.send([]);
     await wait(() => document.body.dataset.link === 'silent');
     await page.waitForTimeout(300);
     await picture('silent');
-    check(await page.textContent('#state') === '', 'without poses there is no state');
-    check(await page.evaluate(() => getComputedStyle(document.querySelector('#numbers')).opacity) < 0.5, 'and the numbers are grey');
-    check(await orangePixels(page) < 300, 'and no sensor is drawn');
+    check(await page.textContent('#state') === '', 'without poses the state is empty');
+    check(await page.evaluate(() => getComputedStyle(document.querySelector('#numbers')).opacity) < 0.5, 'without poses numbers are grey');
+    check(await orangePixels(page) < 300, 'without poses no sensor is drawn');
     const warning = 'more than 1 % of the columns are missing';
     check(await page.textContent('#health') === '0.0 % missing, 42 °C', 'without a warning the health is two numbers');
     server.send([], {running: true, recording: false, recording_error: 'take1: recording ended early (No space left on device)',
                      health: {...healthy, warning}});
     await wait(() => /ended early .No space/.test(document.querySelector('#recording_error').textContent));
-    check(true, 'why a recording ended is said');
+    check(true, 'the reason why a recording ended is shown');
     check(await page.textContent('#health') === warning && await page.getAttribute('#health', 'data-warning') === 'true', 'a warning is shown');
     now += 2000;
     both(10);

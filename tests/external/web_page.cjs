@@ -46,15 +46,15 @@ async function refuseStrangers(url, controls) {
   const post = headers => request(url + 'control', {method: 'POST', headers}, command);
   check((await post({...json, Origin: 'http://evil.example'})).status === 403, 'a control request from another page is refused');
   check((await post({...json, Origin: 'null'})).status === 403, 'a control request from a page without an origin is refused');
-  check((await post({...json, Host: 'evil.example'})).status === 403, 'a control request under another name is refused');
-  check((await post({...bearer, 'Content-Type': 'text/plain'})).status === 415, 'a control request that is no JSON is refused');
-  check((await request(url, {headers: {Host: 'evil.example:80'}})).status === 403, 'the page is not given under another name');
-  check((await request(url + 'stream', {headers: {Origin: 'http://evil.example'}})).status === 403, 'the stream is not given to another page');
+  check((await post({...json, Host: 'evil.example'})).status === 403, 'a control request with another host name is refused');
+  check((await post({...bearer, 'Content-Type': 'text/plain'})).status === 415, 'a control request that is not JSON is refused');
+  check((await request(url, {headers: {Host: 'evil.example:80'}})).status === 403, 'a page request with another host name is refused');
+  check((await request(url + 'stream', {headers: {Origin: 'http://evil.example'}})).status === 403, 'the stream for another page is refused');
   for (const bad of ['', '{', '[]', '{"hemisphere":[1,2]}', '{"hemisphere":[1,2,"x"]}', '{"hemisphere":[1,0,0],"sensor":9}', '{"run":1}'])
     check((await request(url + 'control', {method: 'POST', headers: json}, bad)).status === 400, `'${bad}' is not a valid control request`);
   check((await request(url + 'control', {method: 'POST', headers: json}, 'x'.repeat(5000))).status === 413, 'a control request that is too long is refused');
   check((await request(url + 'control', {method: 'POST', headers: {...json, Origin: `http://${host}`}}, '{"run":true}')).status === 200,
-        'a control request from our own page is heard');
+        'a control request from our own page is accepted');
 }
 
 async function withoutWebGl(url) {
@@ -64,7 +64,7 @@ async function withoutWebGl(url) {
     await page.goto(url);
     await page.waitForFunction(() => window.tricoil?.poses > 60, null, {timeout: 30000});
     const note = await page.textContent('#ellipsoid');
-    check(/does not support WebGL/.test(note) && /x +-?\d/.test(await page.textContent('#numbers')), 'without WebGL it says so, and numbers and plots go on');
+    check(/does not support WebGL/.test(note) && /x +-?\d/.test(await page.textContent('#numbers')), 'without WebGL numbers and plots continue');
     if (pictures) await page.screenshot({path: path.join(pictures, 'no-webgl.png')});
   } finally {
     await browser.close();
@@ -95,9 +95,9 @@ async function main() {
       firsts.push(await page.evaluate(() => [window.tricoil.firstPoseMs, window.tricoil.firstPictureMs]));
     }
     // Depends on the wall clock, so printed but not checked; here the 3D view is rendered in software.
-    console.log(`web_page: first pose drawn after ${firsts.map(first => Math.round(first[0])).join(', ')} ms, in space from ` +
+    console.log(`web_page: first pose drawn after ${firsts.map(first => Math.round(first[0])).join(', ')} ms, 3D view after ` +
                 `${firsts.map(first => Math.round(first[1])).join(', ')} ms (load ${os.loadavg()[0].toFixed(1)})`);
-    check(firsts.every(([pose, picture]) => pose < picture), 'the first pose does not wait for the picture in space');
+    check(firsts.every(([pose, picture]) => pose < picture), 'the first pose does not wait for the 3D view');
 
     const position = () => page.evaluate(() => window.tricoil.newest.position_m);
     const moved = async () => {
@@ -105,7 +105,7 @@ async function main() {
       await page.waitForFunction(p => Math.hypot(...window.tricoil.newest.position_m.map((v, n) => v - p[n])) > 0.02, before, {timeout: 30000});
     };
     await moved();
-    check(await page.evaluate(() => document.body.dataset.link) === 'live', 'it is live, and the sensor moves');
+    check(await page.evaluate(() => document.body.dataset.link) === 'live', 'the page is live, and the sensor moves');
     await page.waitForFunction(() => window.tricoil.poses > 60, null, {timeout: 30000});
     if (pictures) await page.screenshot({path: path.join(pictures, 'desktop.png')});
 
@@ -113,18 +113,18 @@ async function main() {
     await page.keyboard.press('b');
     await page.waitForFunction(() => window.tricoil.boresight, null, {timeout: 10000});
     await page.keyboard.press('u');
-    check(await page.evaluate(() => window.tricoil.boresight) === null, 'boresight by key, and back');
+    check(await page.evaluate(() => window.tricoil.boresight) === null, 'keys set and clear the boresight');
     await page.click('#run');
     await page.waitForFunction(() => !window.tricoil.status.running, null, {timeout: 10000});
-    check(await page.textContent('#run') === 'Start', 'stopped by the button');
+    check(await page.textContent('#run') === 'Start', 'the button stops the tracker');
     await page.waitForFunction(() => document.body.dataset.link === 'silent', null, {timeout: 10000});
     await page.waitForFunction(() => window.tricoil.newest.stale && document.querySelector('#state').textContent === '', null, {timeout: 10000});
     check(await page.evaluate(() => document.body.dataset.pose === 'bad'),
-          'stopped, the last pose is stale, and no longer said to be tracked');
+          'after a stop the last pose is stale, and no state is shown');
     await page.locator('body').press(' ');
     await page.waitForFunction(() => window.tricoil.status.running, null, {timeout: 10000});
     await moved();
-    check(true, 'started by the key, and it moves again');
+    check(true, 'the key starts the tracker, and the sensor moves again');
     await page.selectOption('#hemisphere', '-1,0,0');
     await page.click('#set');
     await page.waitForFunction(() => window.tricoil.newest.position_m[0] < 0, null, {timeout: 10000});
@@ -143,15 +143,15 @@ async function main() {
     server = await serve(port, folder);
     await page.waitForFunction(() => document.body.dataset.link === 'live', null, {timeout: 30000});
     await moved();
-    check(true, 'it survived a restart of the server');
+    check(true, 'the page reconnects after a restart of the server');
     const own = errors.filter(text => !/ERR_CONNECTION|ERR_INCOMPLETE|ERR_EMPTY|Failed to load resource/.test(text));
     check(own.length === 0, `no errors in the page ${own.join('; ')}`);
 
     const phone = await browser.newPage({viewport: {width: 390, height: 800}, isMobile: true, hasTouch: true, deviceScaleFactor: 2});
     await phone.goto(server.url);
     await phone.waitForFunction(() => window.tricoil?.poses > 60, null, {timeout: 30000});
-    check(await phone.isDisabled('#run') && /read only/.test(await phone.textContent('#access')), 'without the link it is read only');
-    check(await phone.evaluate(() => document.documentElement.scrollWidth <= innerWidth), 'it fits a phone');
+    check(await phone.isDisabled('#run') && /read only/.test(await phone.textContent('#access')), 'without the controls link it is read only');
+    check(await phone.evaluate(() => document.documentElement.scrollWidth <= innerWidth), 'the page fits the screen of a phone');
     if (pictures) await phone.screenshot({path: path.join(pictures, 'phone.png')});
     await pageStates(browser, html, check, pictures);
     await withoutWebGl(server.url);
@@ -163,4 +163,4 @@ async function main() {
   }
 }
 
-main().catch(error => { console.error(`web_page: not so: ${error.message}`); process.exit(1); });
+main().catch(error => { console.error(`web_page: FAILED: ${error.message}`); process.exit(1); });

@@ -74,7 +74,7 @@ int __libc_start_main(Main main, int count, char** arguments, void (*init)(), vo
                       void* stack_end) {
     real_main = main;
     using Start = int (*)(Main, int, char**, void (*)(), void (*)(), void (*)(), void*);
-    const auto start = reinterpret_cast<Start>(::dlsym(RTLD_NEXT, "__libc_start_main"));  // NOLINT: as dlsym is made
+    const auto start = reinterpret_cast<Start>(::dlsym(RTLD_NEXT, "__libc_start_main"));  // NOLINT: dlsym returns void*
     return start(counted_main, count, arguments, init, fini, rtld_fini, stack_end);
 }
 }

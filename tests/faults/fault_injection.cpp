@@ -1,7 +1,7 @@
 // Preloaded into a program: makes one call of the C library fail.
 //
 // TRICOIL_FAULT="CALL:COUNT:ERRNO:PATH": the COUNT-th (from 1) call of CALL (open, read, write, fsync, rename) on a file whose
-// path contains PATH fails with the number ERRNO, and so do all after it; with "CALL!" only that one.
+// path contains PATH fails with the number ERRNO, and so do all later calls; with "CALL!" only that call fails.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/uio.h>
@@ -78,7 +78,7 @@ bool fails(const char* call, int descriptor) {
 
 template <typename Function>
 Function next(const char* name) {
-    return reinterpret_cast<Function>(::dlsym(RTLD_NEXT, name));  // NOLINT: as dlsym is made
+    return reinterpret_cast<Function>(::dlsym(RTLD_NEXT, name));  // NOLINT: dlsym returns void*
 }
 
 }  // namespace

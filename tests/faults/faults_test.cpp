@@ -44,7 +44,8 @@ std::string pose_table() {
     return text;
 }
 
-/// Samples of four converters at 200 kHz, two repeats: a carrier of 10 kHz in the reference and, weaker, in one sensor channel.
+/// Samples of four converters at 200 kHz, two repeats: a carrier of 10 kHz with 20,000 codes in the reference, 2,000 in one
+/// sensor channel and 200 in the others.
 std::string capture_text() {
     constexpr int kSamples = 200;
     std::string text = "state,repeat,sample,adc0,adc1,adc2,adc3\n";
@@ -111,7 +112,7 @@ protected:
             EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
             EXPECT_FALSE(fs::exists(out)) << arguments << ": " << call << " " << count;
         }
-        ADD_FAILURE() << arguments << ": " << call << " fails without an end";
+        ADD_FAILURE() << arguments << ": " << call << " never stops failing";
         return kMax;
     }
 

@@ -15,7 +15,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-/// Runs the program with its output to `where`; returns its standard error.
+/// Runs the program with the redirection or pipe `where`; returns its standard error.
 CliResult tricoil_into(const std::string& where, const std::string& arguments) {
     const std::string err = path_in_temp("err_of_full.txt");
     const int status = std::system((TRICOIL_PROGRAM " " + arguments + " 2>" + err + " " + where).c_str());

@@ -7,7 +7,7 @@
 
 namespace tricoil::fixed {
 
-/// Full scale: the coupling at 0.15 m for C = 1, with room for the directional factor. Unit: 2^-13.
+/// One code is 2^-13 coupling units.
 constexpr int kCodeExponent = -13;
 
 /// X for C = 1 in whole codes: up to 2.4 million codes at 0.15 m, 4,700 at 1.2 m.

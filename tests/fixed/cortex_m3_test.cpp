@@ -46,7 +46,7 @@ std::string on_cortex_m3(const fs::path& folder) {
 class CortexM3 : public ::testing::TestWithParam<Case> {
 protected:
     void SetUp() override {
-        ASSERT_TRUE(fs::exists(kImage)) << kImage << " is not there: toolchain/build qemu-an385";
+        ASSERT_TRUE(fs::exists(kImage)) << kImage << " does not exist; run toolchain/build qemu-an385";
         fs::create_directory(folder_);
     }
     void TearDown() override { fs::remove_all(folder_); }

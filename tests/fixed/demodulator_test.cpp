@@ -59,7 +59,7 @@ TEST(FixedDemodulator, AgreesWithDoubleOverTheConvertersRange) {
         worst_share = std::max(worst_share, worst / largest);
     }
     std::printf("lock-in: %.2g codes from double; couplings: %.2g of the largest\n", worst_codes, worst_share);
-    EXPECT_LT(worst_codes, 0.2);  // a converter's own noise is some tens
+    EXPECT_LT(worst_codes, 0.2);  // the noise of a converter is some tens of codes
     EXPECT_LT(worst_share, 1e-7);
 }
 

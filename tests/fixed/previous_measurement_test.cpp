@@ -71,7 +71,7 @@ TEST(FixedPreviousMeasurement, ClosedLoopStaysWithDoubleForTenMinutes) {
             worst_rotation, (to_double(ours.attitude).transpose() * to_double(ours.attitude) - Mat3<double>::Identity()).norm());
     }
     std::printf("ten minutes closed loop: %.3g mm from double, attitude off a rotation by %.3g\n", worst_m * 1e3, worst_rotation);
-    EXPECT_LT(worst_m, 1e-7);  // asked for: 1e-4 m
+    EXPECT_LT(worst_m, 1e-7);  // required: 1e-4 m
     EXPECT_LT(worst_rotation, 1e-7);
 }
 

@@ -17,7 +17,7 @@ constexpr std::int32_t kMax = std::numeric_limits<std::int32_t>::max();
 constexpr std::int32_t kMin = std::numeric_limits<std::int32_t>::min();
 constexpr int kExponents[] = {std::numeric_limits<int>::min(), -70, -1, 0, 1, 70, std::numeric_limits<int>::max()};
 
-/// Random numbers; every second one is an end of the range.
+/// Random numbers; every third one is an end of the range.
 class Extremes {
 public:
     std::int32_t next() {

@@ -106,7 +106,7 @@ struct Worst {
 
 Quat<double> to_double(const Quaternion& q) { return {q.w.to_double(), q.x.to_double(), q.y.to_double(), q.z.to_double()}; }
 
-/// The integer tracker calls motion distorted as well. In double it is known to be motion.
+/// Flags that both trackers must share. Only the tracker in double distinguishes motion from distortion.
 PoseFlags shared(PoseFlags flags) { return flags | PoseFlags{PoseFlag::distorted}; }
 
 Worst compare(signal::Multiplexing multiplexing, int bits, double seconds, Method method = Method::previous) {
@@ -130,8 +130,8 @@ Worst compare(signal::Multiplexing multiplexing, int bits, double seconds, Metho
         worst.position_squares += position_m * position_m;
         worst.attitude_squares += attitude_rad * attitude_rad;
         const auto shown = to_double(*ours);
-        // The trackers estimate the noise independently; SNR and covariance depend on it. The integers' covariance contains noise
-        // alone, not motion or misfit.
+        // The trackers estimate the noise independently; SNR and covariance depend on it. The integer tracker's covariance
+        // contains noise alone, not motion or misfit.
         const double noise_ratio = ours->noise_share.to_double() * std::pow(10, exact->snr_db / 20);
         EXPECT_NEAR(shown.snr_db, exact->snr_db - 20 * std::log10(noise_ratio), 0.01);
         const double range_m = exact->position_m.norm();
@@ -204,10 +204,10 @@ TEST(FixedTracker, StaysWithDoubleOnFrequencyDivision) {
 struct FaultRun {
     double first_invalid_s = 1e9;  // after the fault's begin
     double valid_again_s = 1e9;    // after its end
-    int answered_alone = 0;        // instants at which one tracker of the two gave a pose
+    int answered_alone = 0;        // instants at which only one of the trackers gave a pose
     int valid_within = 0;          // valid poses 20 ms into the fault and later
     PoseFlags flags;               // seen within the fault
-    double worst_valid_m = 0;      // from the truth, whenever called valid outside the fault
+    double worst_valid_m = 0;      // distance from the truth of valid poses outside the fault
     TrackerState state_at_end{};
     TrackerCounters counters;
 };
@@ -230,7 +230,7 @@ FaultRun play(const std::string& fault, double begin_s = 0.5, double end_s = 1) 
             run.flags |= ours->flags;
             run.first_invalid_s = ours->valid() ? run.first_invalid_s : std::min(run.first_invalid_s, t - begin_s);
             run.valid_within += ours->valid() && t > begin_s + 0.02 ? 1 : 0;
-            if (!exact->flags.has(PoseFlag::uncertain)) {  // only the double tracker knows how uncertain a pose is
+            if (!exact->flags.has(PoseFlag::uncertain)) {  // only the tracker in double sets this flag
                 EXPECT_EQ(ours->valid(), exact->valid()) << fault << " at " << t;
             }
             run.state_at_end = ours->state;
@@ -307,7 +307,7 @@ struct AfterLoss {
     int valid = 0;
     int unknown = 0;
     int wrong = 0;      // valid, yet on the other side
-    int different = 0;  // hemisphere known to one tracker of the two only
+    int different = 0;  // hemisphere known to only one of the trackers
 };
 
 AfterLoss lose_within(const sim::Motion& motion, double begin_s, double end_s) {
@@ -346,7 +346,7 @@ TEST(FixedHemisphere, StaysKnownThroughALossTooShortToCrossTheBoundary) {
     EXPECT_EQ(seen.unknown + seen.wrong + seen.different, 0);
 }
 
-/// The integer decision may differ from the exact one only within a rounding of a limit.
+/// The integer decision equals that of double for a time without poses that differs by at most 2 us.
 TEST(FixedSides, AnswerAsDoubleDoes) {
     std::mt19937 random(7);
     std::uniform_real_distribution<double> entry(-1.2, 1.2);

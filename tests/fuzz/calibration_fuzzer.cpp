@@ -1,5 +1,5 @@
-// Random bytes as a calibration: TOML, or a blob, whose CRC is made right so that its numbers are read. What is accepted can be
-// written and read again.
+// Random bytes as a calibration: TOML, or a blob with a corrected CRC, so that its numbers are read. An accepted calibration can
+// be written and read again.
 #include <cstring>
 
 #include "board/support/calibration_file.hpp"

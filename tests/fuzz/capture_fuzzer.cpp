@@ -1,4 +1,4 @@
-// Random text as a raw recording of converters; the first byte gives their bits.
+// Random text as a raw recording of converters; the first byte gives their resolution in bits.
 #include "board/host/capture/adc_capture.hpp"
 #include "tests/fuzz/input_file.hpp"
 

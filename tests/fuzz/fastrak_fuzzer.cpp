@@ -1,5 +1,4 @@
-// Random bytes from a client of the FASTRAK output, in portions between poses. Every answer is a record of at most the length of
-// the manual.
+// Random bytes from a client of the FASTRAK output, in portions between poses. Every answer has 1 to 600 bytes.
 #include <cstdlib>
 
 #include "board/host/serve/fastrak/session.hpp"

@@ -1,4 +1,4 @@
-// Random bytes as an HTTP request: what is passed on to the server library is short, ends once, and holds only known fields.
+// Random bytes as an HTTP request: the head for the server library has a limited length, one end, and only known fields.
 #include <array>
 #include <cstdlib>
 #include <string_view>

@@ -1,5 +1,5 @@
-// Random requests of an OpenIGTLink client. Input format: per message a length byte, then the type's first byte choice and the
-// body; header and CRC are made right in every second message, so that bodies are read.
+// Random requests of an OpenIGTLink client. Input format: per message a length byte, a kind byte and the body. With an even kind
+// byte the body gets a header with a valid CRC, so that it is read; with an odd one it is sent without a header.
 #include <igtl_util.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -18,7 +18,7 @@ using Bytes = std::span<const std::uint8_t>;
 
 constexpr std::size_t kHeaderBytes = 58;
 
-/// A message with a sound header around the body.
+/// A message with a valid header before the body.
 std::vector<char> framed(std::uint8_t kind, Bytes body) {
     constexpr std::array<const char*, 5> kTypes{"STT_TDATA", "STP_TDATA", "GET_STATUS", "GET_TRANS", "TRANSFORM"};
     std::vector<char> message(kHeaderBytes + body.size(), '\0');

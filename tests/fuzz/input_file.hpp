@@ -16,7 +16,7 @@
 
 namespace tricoil::fuzz {
 
-/// Folder of this process, in memory where the system has such a place. It is removed at the end.
+/// Folder of this process, in /dev/shm if that exists. It is removed at the end.
 class InputFolder {
 public:
     InputFolder() {
@@ -49,7 +49,7 @@ private:
     std::string path_;
 };
 
-/// Content of the newest input, written under `name`.
+/// Writes the newest input to the file `name` and returns its path.
 inline std::string input_file(const char* name, std::string_view content) {
     static const InputFolder folder;
     return folder.write(name, content);
@@ -68,7 +68,7 @@ inline std::string_view take_part(std::string_view& rest) {
     return part;
 }
 
-/// Runs a reader, which accepts its input or refuses it with one line.
+/// Runs a reader, which accepts its input or throws an InputError with a message.
 template <typename Reader>
 void accept_or_refuse(Reader&& read) {
     try {

@@ -1,4 +1,5 @@
-// Writes the seeds of the wire and session fuzzers: one message of each type in every framing. Usage: make_seeds FOLDER
+// Writes the seeds of the wire and session fuzzers: one message of each type, plain, as CAN frame and as stream. Usage:
+// make_seeds FOLDER
 #include <filesystem>
 #include <fstream>
 

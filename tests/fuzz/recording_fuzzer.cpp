@@ -13,7 +13,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     std::string line;
     fuzz::accept_or_refuse([&] {
         host::RecordLines inputs(folder.path(), host::RecordFile::inputs);
-        while (inputs.next(line)) {  // written again it is the same
+        while (inputs.next(line)) {  // a line that is written and read again stays the same
             const auto input = host::parse_input(line, "inputs");
             const std::string again = host::line_of(input);
             if (host::line_of(host::parse_input(again.substr(0, again.find('\n')), "again")) != again) {

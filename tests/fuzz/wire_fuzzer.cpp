@@ -1,5 +1,5 @@
-// Random bytes as a message of every type, as a CAN frame, as segments and as a stream. Decoded messages must encode to the same
-// bytes.
+// Random bytes as a message of every type, as a CAN frame, as segments, as a stream and as pairs of device and host times.
+// Decoded messages must encode to the same bytes.
 #include <array>
 #include <cstdlib>
 #include <cstring>

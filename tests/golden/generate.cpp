@@ -24,7 +24,7 @@ class StandardOutput final : public hal::Console {
 
 void print_scaled(double value, int bits, const char* end) { std::printf("%ld%s", std::lround(std::ldexp(value, bits)), end); }
 
-/// Poses at 0.15 to 1.2 m, every fourth with metal or noise, on axes and at poles first; the step starts 1 to 6 degrees away.
+/// Poses at 0.15 to 1.2 m, every fourth with noise; the first ones on axes and at poles. The step starts 1 to 6 degrees away.
 void write_inputs() {
     test::RandomPoses random(kSeed);
     for (int n = 0; n < kCases; ++n) {
@@ -75,6 +75,6 @@ int main(int argc, char** argv) {
     if (std::strcmp(what, "expected") == 0 || std::strcmp(what, "results") == 0) {
         return print_results(what[0] == 'r');
     }
-    std::fputs("golden_generate: wants inputs, expected or results\n", stderr);
+    std::fputs("golden_generate: give inputs, expected or results\n", stderr);
     return 2;
 }

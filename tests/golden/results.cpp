@@ -27,7 +27,7 @@ void put(TextLine& line, fixed::Fixed<F> value) {
     line.text(" ").decimal(value.raw());
 }
 
-/// At most seven numbers a line, so that doubles fit into a TextLine.
+/// One line for range and direction and one for each column, so that doubles fit into a TextLine.
 template <typename Range, typename Number>
 Status print(int n, const char* what, Range range, const Vec3<Number>& direction, const Mat3<Number>& attitude,
              hal::Console& console) {
@@ -87,7 +87,7 @@ Mat3<std::int32_t> turned(const Mat3<std::int32_t>& x) {
     return next;
 }
 
-/// The last pose of eight blocks: acquired with the third, followed by the others.
+/// The pose after eight blocks: acquisition with the third, tracking with the others.
 Status print_tracker(int n, hal::Console& console) {
     constexpr int kBlocks = 8;
     fixed::TrackerParams params;

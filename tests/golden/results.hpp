@@ -20,9 +20,9 @@ struct Input {
 
 int cases();
 
-/// Prints, per case and solver, "golden CASE SOLVER-ARITHMETIC" and thirteen numbers: range, direction, attitude by columns.
-/// Fixed also "tracker-fixed": the last pose of a few blocks of samples, with its flags and shares.
-/// float and double as the hexadecimal words of their bits, fixed as whole numbers.
+/// Prints, per case and solver, four lines "golden CASE SOLVER-ARITHMETIC PART NUMBER...": range and direction, and the columns
+/// of the attitude. print_fixed() also prints "tracker-fixed": the last pose of a few blocks of samples, with its flags and
+/// shares. Format of float and double: hexadecimal words of their bits. Format of fixed: whole numbers.
 Status print_float(int n, hal::Console& console);
 Status print_double(int n, hal::Console& console);
 Status print_fixed(int n, hal::Console& console);

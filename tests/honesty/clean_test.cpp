@@ -1,4 +1,5 @@
-// Runs without metal and faults: the flag `distorted` must stay away, and covariances must be honest.
+// Runs without metal and faults: at most one of 1,000 poses has the flag `distorted`, and at most one of 1,000 valid poses is
+// beyond five of its standard deviations.
 #include <gtest/gtest.h>
 
 #include "tests/honesty/replay_columns.hpp"

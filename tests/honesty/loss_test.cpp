@@ -1,4 +1,5 @@
-// Lost columns and faults: at most one of 1,000 valid poses is beyond five of its standard deviations, the first ones included.
+// Lost columns and faults: at most one of 1,000 valid poses is beyond five of its standard deviations. The first
+// poses are included.
 #include <gtest/gtest.h>
 
 #include "tests/honesty/replay_columns.hpp"

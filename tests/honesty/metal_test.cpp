@@ -1,4 +1,4 @@
-// Aluminium spheres of random size and place near a hand or a resting sensor: valid poses must be honest about their errors.
+// Aluminium spheres of random size and place near a hand or a resting sensor: errors of valid poses against their covariance.
 #include <gtest/gtest.h>
 
 #include <fmt/format.h>
@@ -11,7 +11,8 @@ namespace {
 constexpr int kCases = 200;
 constexpr double kMetalDuration_s = 2.5;
 
-/// A sphere of 5 to 80 mm radius, present from 0.8 to 1.8 s or always, at least its diameter away from source and sensor centre.
+/// A sphere of 5 to 80 mm radius, present from 0.8 to 1.8 s or always. Distance of its centre: at least its diameter plus 30 mm
+/// from the source, at least its diameter from a resting sensor.
 RunSettings random_case(std::uint64_t seed, signal::Multiplexing mode) {
     std::mt19937_64 random(seed);
     std::uniform_real_distribution<double> uniform(0, 1);
@@ -59,7 +60,8 @@ TEST_P(OneBand, SpheresNearTheSensor) {
     PoseRow::print_header();
     for (std::size_t n = 0; n < kMethods.size(); ++n) {
         rows[n].print(std::string(name_of(GetParam())) + " " + name_of(kMethods[n]));
-        // A TDM filter takes small effects of metal (0.1 to 3 mm) on a moving sensor for motion: 1.3 %; the goal is 1 %.
+        // A TDM filter mistakes small effects of metal (0.1 to 3 mm) on a moving sensor for motion: 1.3 % of poses; the goal is 1
+        // %.
         const bool tdm_filter = GetParam() == signal::Multiplexing::tdm && kMethods[n] == Method::scaat;
         EXPECT_LE(rows[n].beyond_share(), tdm_filter ? 2e-2 : 1e-2) << name_of(kMethods[n]);
         EXPECT_EQ(rows[n].above_limit, 0U);

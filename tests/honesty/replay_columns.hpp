@@ -41,8 +41,7 @@ inline tracking::MethodParams<double> params_of(Method method, bool is_tdm) {
     return tracking::ScaatParams<double>{};
 }
 
-/// Scores every pose, the first ones included, at its own time and within the scored range of 0.15 to 2 m. `settling_s`: poses
-/// before it do not count.
+/// Scores every pose at its own time if the sensor is at 0.15 to 2 m. Poses before `settling_s` are not scored.
 inline PoseRow replay_columns(const SimulatedColumns& run, Method method, Loss loss = {}, double settling_s = 0) {
     constexpr double kNearest_m = 0.15;
     constexpr double kFarthest_m = 2;

@@ -118,7 +118,7 @@ def moments(parts, order, permeabilities, points):
 
 
 def cylinder(aspect, levels):
-    """Of diameter 1; end faces and side."""
+    """Cylinder of diameter 1: end faces and side."""
     half = aspect / 2
     face = graded(levels, 2, False)
     side = graded(levels + int(np.log2(aspect)), max(4, int(aspect / 2)), True)
@@ -127,7 +127,7 @@ def cylinder(aspect, levels):
 
 
 def demagnetisation(c):
-    """Along the axis of a prolate spheroid, c times as long as thick."""
+    """Demagnetising factor along the axis of a prolate spheroid with length / diameter c."""
     e = np.sqrt(1 - 1 / c**2)
     return (1 - e * e) / e**3 * (np.arctanh(e) - e)
 

@@ -42,7 +42,7 @@ TEST(MetalText, KeysNameMaterialAndPath) {
         metal("sphere,material=304,radius_m=0.02,position_m=0.5/0.1/-0.1,to_m=0.5/0.4/-0.1,speed_m_s=0.3");
     EXPECT_DOUBLE_EQ(object.material.conductivity_s_m, 1.39e6);
     EXPECT_FALSE(object.is_at_rest());
-    const double there_s = 0.3 / 2 * M_PI / 0.3;  // half a period of the smooth way
+    const double there_s = 0.3 / 2 * M_PI / 0.3;  // half a period of the smooth motion
     EXPECT_LT((object.at(there_s).position_m - Vec3<double>(0.5, 0.4, -0.1)).norm(), 1e-9);
     const double step_s = 1e-5;
     const Vec3<double> fastest = object.at(there_s / 2 + step_s).position_m - object.at(there_s / 2).position_m;

@@ -29,7 +29,7 @@ WorldParams quiet() {
     return params;
 }
 
-/// Complex couplings of the last frame of a second's tenth.
+/// Complex couplings of the last frame of 24 blocks.
 ComplexMat3 demodulated(CoilWorld& world, const signal::AcquisitionPlan& plan) {
     world.configure(plan);
     signal::Demodulator<double> demodulator(plan, world.demodulation());
@@ -51,7 +51,7 @@ ComplexMat3 demodulated(CoilWorld& world, const signal::AcquisitionPlan& plan) {
     return x;
 }
 
-/// (6) and its addition by a far sphere, column by column.
+/// Couplings (6) plus those that a distant sphere adds, column by column.
 ComplexMat3 expected(const Sphere& sphere, const Vec3<double>& place, const Material& material,
                      const signal::AcquisitionPlan& plan) {
     const auto dipole = [](const Vec3<double>& r) -> Mat3<double> {
@@ -98,14 +98,14 @@ MetalObject passing_sphere() {
 }
 
 TEST(MetalWorld, AMovingSphereIsFollowed) {
-    // In the middle of the last window it gives the couplings of a sphere at rest.
+    // The moving sphere gives the couplings of a sphere that rests where the moving one is in the middle of the last window.
     const StillMotion motion(kPose);
     const auto plan = plan_of(Multiplexing::fdm);
     const double middle_s =
         23 * plan.block_s() + (plan.params.guard_samples + 0.5 * (plan.window_samples - 1)) / plan.params.sample_rate_hz;
     Fault moving = host::parse_fault("metal:0.6,0.3,0,0.08");
     moving.metal = passing_sphere();
-    moving.metal->pose.position_m.y() += 0.1;  // nearest at the middle of the window
+    moving.metal->pose.position_m.y() += 0.1;  // nearer to the sensor in the last window
     moving.metal->far_m.y() += 0.1;
     Fault still = moving;
     still.metal->pose = moving.metal->at(middle_s);

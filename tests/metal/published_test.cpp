@@ -114,7 +114,7 @@ protected:
         }
     }
 
-    /// 304 steel disturbs the low band by less than the published tracker can see.
+    /// The effect of 304 steel on the low band is too small for the published tracker.
     static bool is_detectable_low(const std::string& metal) { return metal != "304 SS"; }
 
     Table published_;

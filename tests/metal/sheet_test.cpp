@@ -152,7 +152,7 @@ TEST(MetalSheet, NearALargeSheetItReflectsLikeAnInfiniteOne) {
 }
 
 TEST(MetalSheet, SidesKeepTheirDirections) {
-    // The long side takes more magnetisation; and the width lies along x.
+    // The magnetisation is larger along the long side, the width, which is parallel to x.
     const Sheet strip{0.4, 0.1, 1e-3};
     const Material steel{1, 1000, 1000};
     const double x = far_polarisability(strip, steel, 1, Vec3<double>::UnitX(), 40).real();
