@@ -100,7 +100,7 @@ TEST(CalibrationStore, AnyDamagedWordOfTheNewestLeavesTheOneBefore) {
     }
 }
 
-TEST(CalibrationStore, ChoosesTheNewestThoughTheCountWraps) {
+TEST(CalibrationStore, RefusesADamagedSequenceNumber) {
     sim::SimulatedStorage storage(2, 512);
     CalibrationStore store(storage);
     store.open();

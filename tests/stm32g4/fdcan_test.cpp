@@ -291,7 +291,11 @@ TEST_F(Fdcan, BusOffIsReportedAndLeftAfterAPause) {
     EXPECT_EQ(registers_.CCCR, CCCR_FDOE | CCCR_BRSE);
     EXPECT_EQ(port_.receive(message).code(), StatusCode::not_ready);
     EXPECT_STREQ(port_.detail(), "");
-    EXPECT_TRUE(port_.send(Bytes(30, 5)).ok());
+    EXPECT_TRUE(port_.send(Bytes(30, 6)).ok());
+    const auto frame = transmitted();
+    ASSERT_TRUE(frame.has_value());
+    EXPECT_EQ(frame->data[0], 6) << "frames from before bus-off are dropped";
+    EXPECT_FALSE(transmitted().has_value());
     EXPECT_EQ(port_.counters().link_faults, 1U);
 }
 

@@ -1,6 +1,7 @@
 #include "drivers/stm32g4/fdcan/fdcan_port.hpp"
 
 #include "drivers/stm32g4/fdcan/bit_timing.hpp"
+#include "drivers/stm32g4/interrupts_off.hpp"
 #include "drivers/stm32g4/wait.hpp"
 
 namespace tricoil::stm32g4 {
@@ -139,7 +140,7 @@ bool FdcanPort::queue(const CanFrame& frame) {
 void FdcanPort::send_segments() { damaged().count(exchange_.go_on(to_us(clock_.now()), Sender{*this})); }
 
 /// The controller stops at bus-off. After a pause it may start again; it is back on the bus after 129 times 11 recessive bits.
-/// Configuration access empties its FIFOs; frames in outgoing_ are kept.
+/// No frame from before bus-off is sent after it: configuration access empties the controller's buffers.
 void FdcanPort::supervise() {
     interrupt_counts_.copy_to(counts());
     const bool stopped = (registers_.CCCR & CCCR_INIT) != 0;
@@ -149,6 +150,10 @@ void FdcanPort::supervise() {
         bus_off_us_ = now_us;
         ++bus_offs_;
         exchange_.reset();
+        {
+            const InterruptsOff guard;
+            outgoing_.clear();
+        }
         reason_ = "CAN: bus-off; check the wiring and the bit rates";
     } else if (stopped && now_us - bus_off_us_ >= kBusOffPauseUs) {
         registers_.CCCR = CCCR_INIT | CCCR_CCE | kRunning;

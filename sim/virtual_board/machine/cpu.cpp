@@ -26,6 +26,17 @@ void check_unicorn(uc_err error, const char* what) {
     }
 }
 
+const char* reason_of(uc_mem_type type) {
+    switch (type) {
+        case UC_MEM_WRITE_PROT:
+            return "which is flash or ROM";
+        case UC_MEM_FETCH_PROT:
+            return "which is RAM; this model executes code only in flash and ROM";
+        default:
+            return "where there is no memory";
+    }
+}
+
 const char* access_name(uc_mem_type type) {
     switch (type) {
         case UC_MEM_READ_UNMAPPED:
@@ -60,9 +71,7 @@ struct Cpu::Hooks {
     static void interrupt(uc_engine*, std::uint32_t number, void* cpu) { static_cast<Cpu*>(cpu)->on_interrupt(number); }
     static bool forbidden(uc_engine*, uc_mem_type type, std::uint64_t address, int, std::int64_t, void* cpu) {
         const auto at = static_cast<std::uint32_t>(address);
-        const bool in_flash = type == UC_MEM_WRITE_PROT;
-        static_cast<Cpu*>(cpu)->failure_ = fmt::format("{} {:#010x}, {}", access_name(type), at,
-                                                       in_flash ? "which is flash or ROM" : "where there is no memory");
+        static_cast<Cpu*>(cpu)->failure_ = fmt::format("{} {:#010x}, {}", access_name(type), at, reason_of(type));
         return false;
     }
     template <std::uint32_t kBase>
