@@ -7,7 +7,7 @@
 namespace tricoil::python {
 namespace {
 
-void translate_error(std::exception_ptr error) {
+void translate_error(std::exception_ptr error) {  // NOLINT(performance-unnecessary-value-param): pybind11's signature
     try {
         if (error) {
             std::rethrow_exception(error);

@@ -32,6 +32,7 @@ public:
     friend constexpr Microseconds operator/(Microseconds a, std::int64_t divisor) { return Microseconds{a.count_ / divisor}; }
     friend constexpr std::int64_t operator/(Microseconds a, Microseconds b) { return a.count_ / b.count_; }
     friend constexpr Microseconds operator%(Microseconds a, Microseconds b) { return Microseconds{a.count_ % b.count_}; }
+    // NOLINTNEXTLINE(modernize-use-nullptr): misread by clang-tidy 14
     friend constexpr auto operator<=>(Microseconds, Microseconds) = default;
 
 private:
@@ -60,6 +61,7 @@ public:
     friend constexpr TimePoint operator+(Microseconds duration, TimePoint time) { return time += duration; }
     friend constexpr TimePoint operator-(TimePoint time, Microseconds duration) { return time -= duration; }
     friend constexpr Microseconds operator-(TimePoint a, TimePoint b) { return a.since_start_ - b.since_start_; }
+    // NOLINTNEXTLINE(modernize-use-nullptr): misread by clang-tidy 14
     friend constexpr auto operator<=>(TimePoint, TimePoint) = default;
 
 private:

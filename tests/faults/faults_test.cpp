@@ -29,7 +29,9 @@ CliResult tricoil_with_fault(const std::string& arguments, const std::string& ca
 std::string pose_table() {
     std::string text = "x_m,y_m,z_m,qw,qx,qy,qz,x11,x12,x13,x21,x22,x23,x31,x32,x33\n";
     for (int n = 0; n < 150; ++n) {
-        const Eigen::Vector3d p(0.3 + 0.02 * (n % 5), -0.1 + 0.02 * (n / 5 % 6), -0.1 + 0.03 * (n / 30));
+        const int row = n / 5 % 6;
+        const int layer = n / 30;
+        const Eigen::Vector3d p(0.3 + 0.02 * (n % 5), -0.1 + 0.02 * row, -0.1 + 0.03 * layer);
         const Eigen::Quaterniond q(Eigen::AngleAxisd(0.5 * (n % 3), Eigen::Vector3d::UnitZ()) *
                                    Eigen::AngleAxisd(0.4 * (n % 4), Eigen::Vector3d::UnitX()));
         const Eigen::Vector3d u = p.normalized();

@@ -1,0 +1,73 @@
+"""Drawings of runs and of the error model. Needs matplotlib.
+
+>>> import tricoil.plot
+>>> tricoil.plot.run(tricoil.run("hand", tracker="scaat")).savefig("hand.png")
+"""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._flags import Flag
+from ._run import Run
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def _figure(rows: int, title: str):
+    from matplotlib.figure import Figure  # not pyplot: no window, no global state
+
+    figure = Figure(figsize=(9, 2.4 * rows), layout="constrained")
+    figure.suptitle(title)
+    return figure, figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0]
+
+
+def _shade_invalid(axes, poses: NDArray) -> None:
+    """Grey bands where poses are invalid."""
+    invalid = np.concatenate(([False], ~poses["valid"], [False])).astype(int)
+    begins, ends = np.flatnonzero(np.diff(invalid) == 1), np.flatnonzero(np.diff(invalid) == -1) - 1
+    for begin, end in zip(begins, ends):
+        axes.axvspan(poses["time_s"][begin], poses["time_s"][end], color="0.85", lw=0)
+
+
+def run(result: Run) -> "Figure":
+    """Position, position error with its standard deviation, and flags over time. Grey: invalid poses."""
+    poses, valid = result.poses, result.poses["valid"]
+    if not len(poses):
+        raise ValueError("the run has no poses")
+    summary = result.summary
+    figure, (path, error, flags) = _figure(3, f"{summary['scenario']}, {summary['tracker']}")
+    for axis, name in enumerate("xyz"):
+        path.plot(poses["time_s"], np.where(valid, poses["position_m"][:, axis], np.nan), label=name)
+        path.plot(poses["time_s"], result.truth["position_m"][:, axis], "k:", lw=0.8, label="true" if axis == 2 else None)
+    path.set_ylabel("position, m")
+    deviation = np.sqrt(np.trace(poses["covariance"][:, :3, :3], axis1=1, axis2=2))
+    error.semilogy(poses["time_s"], 1e3 * np.where(valid, result.position_errors_m(), np.nan), lw=0.8, label="error")
+    error.semilogy(poses["time_s"], 1e3 * np.where(valid, deviation, np.nan), lw=0.8, label="standard deviation")
+    error.set_ylabel("position error, mm")
+    seen = [flag for flag in Flag if np.any(poses["flags"] & flag)]
+    for row, flag in enumerate(seen):
+        times = poses["time_s"][(poses["flags"] & flag) != 0]
+        flags.plot(times, np.full(len(times), row), "|", markersize=8)
+    flags.set_yticks(range(len(seen)), [str(flag) for flag in seen])
+    flags.set_ylim(-0.5, max(len(seen), 1) - 0.5)
+    flags.set_xlabel("time, s")
+    for axes in (path, error, flags):
+        _shade_invalid(axes, poses)
+    path.legend(loc="upper right", ncols=4)
+    error.legend(loc="upper right", ncols=2)
+    return figure
+
+
+def motion(updates: NDArray, title: str = "") -> "Figure":
+    """Measured and predicted errors of range, azimuth and elevation, from tricoil.motion()."""
+    figure, rows = _figure(3, title)
+    for axes, name, label in zip(rows, ("e_rho_m", "e_alpha_rad", "e_beta_rad"), ("range, m", "azimuth, rad", "elevation, rad")):
+        axes.plot(updates["time_s"], updates[name][:, 0], label="measured")
+        axes.plot(updates["time_s"], updates[name][:, 1], "k:", label="predicted")
+        axes.set_ylabel(f"error of {label}")
+    rows[0].legend(loc="upper right", ncols=2)
+    rows[-1].set_xlabel("time, s")
+    return figure
