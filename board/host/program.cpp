@@ -71,7 +71,7 @@ int run_program(const std::vector<std::string>& arguments) {
     add_serve_command(program, action);
     refuse_unknown_command(program, arguments);
     try {
-        program.parse({arguments.rbegin(), arguments.rend()});  // CLI11 expects reverse order
+        program.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));  // CLI11 expects reverse order
     } catch (const CLI::ParseError& error) {
         if (error.get_exit_code() == 0) {  // --help and --version arrive as exceptions too
             program.exit(error);
