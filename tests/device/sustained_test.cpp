@@ -1,4 +1,5 @@
 // Ten simulated minutes at 960 FDM frames/s on the kernel's CAN: nothing lost, no heap use in the loop.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -14,8 +15,8 @@ namespace {
 TEST(Sustained, LosesNothingAndTouchesNoHeap) {
     const char* const seconds = std::getenv("TRICOIL_SUSTAINED_S");
     const double duration_s = seconds == nullptr ? 600 : std::atof(seconds);
-    test::Program peer(std::string(TRICOIL_FRONT_END) + " --link can:vcan0 --mux fdm --rate-hz 960 --duration " +
-                       std::to_string(duration_s) + " --report /run/report.json");
+    test::Program peer(fmt::format("{} --link can:vcan0 --mux fdm --rate-hz 960 --duration {} --report /run/report.json",
+                                   TRICOIL_FRONT_END, duration_s));
     drivers::CanPort port({"vcan0", 0, drivers::CanSide::host});
     std::uint64_t poses = 0;
     linux_board::DeviceLoop loop(port, {}, {}, [&](const protocol::PoseMessage&) { ++poses; });

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <numbers>
 
 #include "tests/cli/cli_runner.hpp"
 
@@ -55,7 +56,7 @@ std::string capture_text() {
         const int state = 1 + block % 3;
         const int repeat = block / 3;
         for (int n = 0; n < kSamples; ++n) {
-            const double carrier = std::sin(2 * EIGEN_PI * n / 20);
+            const double carrier = std::sin(2 * std::numbers::pi * n / 20);
             const auto code = [&](int channel) { return std::lround((channel == state ? 2000 + repeat : 200) * carrier); };
             text += fmt::format("S{},{},{},{},{},{},{}\n", state, repeat, n, code(1), code(2), code(3),
                                 std::lround(20'000 * carrier));
