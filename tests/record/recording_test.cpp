@@ -120,11 +120,12 @@ TEST(Recording, LosesAtMostTheLastSecondWhenKilled) {
 
 TEST(Recording, AFullDiskEndsTheRecordingNotTheRun) {
     const std::string folder = fresh_folder("full");
-    const auto run = tricoil("run --json --duration 5 --record " + folder, "trap '' XFSZ; ulimit -f 300");
+    // Long enough for several writes before its end, on a fast machine too.
+    const auto run = tricoil("run --json --duration 60 --record " + folder, "trap '' XFSZ; ulimit -f 300");
     EXPECT_EQ(run.exit_code, 3);
     EXPECT_THAT(run.err, HasSubstr("recording ended early"));
     EXPECT_THAT(run.err, HasSubstr("tracking continues"));
-    EXPECT_EQ(run.json()["duration_s"], 5.0);
+    EXPECT_EQ(run.json()["duration_s"], 60.0);
     EXPECT_EQ(read_file(folder + "/inputs.csv").back(), '\n');
     const auto replayed = tricoil("replay --json " + folder);
     EXPECT_EQ(replayed.exit_code, 0) << replayed.err;
