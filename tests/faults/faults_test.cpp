@@ -67,7 +67,7 @@ std::string capture_text() {
 
 class Faults : public ::testing::Test {
 protected:
-    static void SetUpTestSuite() {
+    void SetUp() override {  // not SetUpTestSuite: after a failure there, ctest counts the tests as skipped
         recording_ = path_in_temp("recording");
         fs::remove_all(recording_);
         ASSERT_EQ(tricoil("run --scenario still --duration 1 --record " + recording_).exit_code, 0);

@@ -15,12 +15,10 @@ using ::testing::HasSubstr;
 
 class Damage : public ::testing::Test {
 protected:
-    static void SetUpTestSuite() {
+    void SetUp() override {  // not SetUpTestSuite: after a failure there, ctest counts the tests as skipped
         whole_ = path_in_temp("whole");
         fs::remove_all(whole_);
         ASSERT_EQ(tricoil("run --json --duration 0.5 --record " + whole_).exit_code, 0);
-    }
-    void SetUp() override {
         fs::remove_all(folder_);
         fs::copy(whole_, folder_);
     }
