@@ -19,7 +19,7 @@ enum tricoil_flag {
     TRICOIL_FLAG_SATURATED = 1 << 0,          /* a channel reached full scale or clipped: couplings are too small */
     TRICOIL_FLAG_LOW_SIGNAL = 1 << 1,         /* signal-to-noise ratio below the limit */
     TRICOIL_FLAG_NO_SENSOR = 1 << 2,          /* no dipole fits the couplings: open inputs, or a dead channel */
-    TRICOIL_FLAG_DISTORTED = 1 << 3,          /* warning: couplings differ from a dipole's as near metal */
+    TRICOIL_FLAG_DISTORTED = 1 << 3,          /* warning: couplings differ from those of a dipole, as near metal */
     TRICOIL_FLAG_WRONG_HANDEDNESS = 1 << 4,   /* a coil is reversed, or two are swapped */
     TRICOIL_FLAG_STALE = 1 << 5,              /* no usable measurement for some time; the pose is the last known one */
     TRICOIL_FLAG_NOT_CONVERGED = 1 << 6,      /* the solver did not converge */
@@ -53,7 +53,7 @@ typedef struct tricoil_pose {
  *   `tricoil run --config` whose name ends in .toml.
  * tracker: "direct", "previous", "previous-angles" or "scaat". NULL: the configured tracker, or "direct".
  * The device need not be connected yet: tricoil_poll() waits for it, and connects again after the cable was unplugged.
- *   Poses then are invalid (hemisphere unknown) after a long pause unless the file says `confined = true` in [tracker]; a tracker
+ *   After a long pause poses are invalid (hemisphere unknown) unless the file says `confined = true` in [tracker]. A tracker
  *   that is opened again starts with the hemisphere of the file.
  * Returns NULL for invalid input, or if the coil lines are in use. `error` (error_size bytes; may be NULL) then holds the reason
  * in one line. */
