@@ -24,7 +24,7 @@ using HealthWarnings = FlagSet<HealthWarning>;
 /// A larger value is a warning.
 struct HealthLimits {
     double missing_share = 0.01;
-    Microseconds age{150'000};  // then poses are flagged stale
+    Microseconds age{150'000};  // default: the time after which poses are flagged stale
     std::size_t queued_bytes = std::size_t{256} << 10U;
     double temperature_c = 80;
 };
