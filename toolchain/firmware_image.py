@@ -145,7 +145,7 @@ class Image:
         return plain_name(self.demangled.get(name, name))
 
     def is_helper(self, address):
-        """Whether a function is a compiler helper for double, by any of its names."""
+        """True if any name of the function is that of a compiler helper for double."""
         return any(HELPERS.match(name) for name in self.names_at.get(address, ()))
 
     def double_users(self):

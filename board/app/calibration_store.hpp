@@ -15,7 +15,7 @@ namespace tricoil::app {
 class CalibrationStore {
 public:
     static constexpr std::size_t kSlots = 2;
-    static constexpr std::size_t kRecordBytes = 512;  // of a slot
+    static constexpr std::size_t kRecordBytes = 512;  // smallest size of a slot
     static_assert(calibration::kBlobBytes + 2 * hal::Storage::kWordBytes <= kRecordBytes);
 
     explicit CalibrationStore(hal::Storage& storage) : storage_(storage) {}
@@ -32,7 +32,7 @@ public:
     Status read(calibration::Blob& blob);
 
     /// Stores `blob` in place of the old one; coils must be off. Errors: those of Storage, invalid_argument (fewer than two
-    /// slots), degenerate (read back differently). After an error the old blob is still valid.
+    /// slots, or slots that are too small), degenerate (read back differently). After an error the old blob is still valid.
     Status write(const calibration::Blob& blob);
 
 private:

@@ -31,8 +31,8 @@ public:
     /// Processes one block: acquire() then process(). Errors: those of acquire().
     Status step();
 
-    /// Excites the next state if the previous one has brought a block for each sensor, then waits for a block. After timed_out
-    /// the loop continues (the block is counted as lost). After any other error it has stopped.
+    /// Excites the next state after one poll per sensor in the present state, then waits for a block. After timed_out the loop
+    /// continues (the block is counted as lost). After any other error it has stopped.
     Status acquire();
 
     /// Demodulates, tracks and sends the block from acquire(). If the block gives no pose, tick() is called instead.

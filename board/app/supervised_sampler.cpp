@@ -43,7 +43,7 @@ Status SupervisedSampler::do_poll(SampleBlock& block) {
         return fail(protocol::Fault::drive, "the heartbeat line is lost");
     }
     const Status polled = sampler_.poll(block);
-    if (polled.code() == StatusCode::over_current) {  // check this first: the block's window contains no current any more
+    if (polled.code() == StatusCode::over_current) {  // first, because no current flows in the rest of this block
         return fail(protocol::Fault::overcurrent, kTooMuchCurrent);
     }
     if (!polled.ok()) {

@@ -27,10 +27,10 @@ public:
     TrackerDevice(const TrackerDevice&) = delete;
     TrackerDevice& operator=(const TrackerDevice&) = delete;
 
-    /// Starts the watchdog, runs the self-check, reads the calibration and measures the gain steps. Call once before step().
+    /// Starts the watchdog, reads the calibration, runs the self-check and measures the gain steps. Call once before step().
     void boot();
 
-    /// One iteration: processes messages of hosts, then measures one block, or idles if no host wants poses.
+    /// One iteration: processes messages of hosts, then measures one block, or idles if no host receives the stream.
     void step();
 
     [[nodiscard]] protocol::DeviceState state() const;

@@ -22,7 +22,7 @@ enum tricoil_flag {
     TRICOIL_FLAG_SATURATED = 1 << 0,          /* a channel reached full scale or clipped: couplings are too small */
     TRICOIL_FLAG_LOW_SIGNAL = 1 << 1,         /* signal-to-noise ratio below the limit */
     TRICOIL_FLAG_NO_SENSOR = 1 << 2,          /* no dipole fits the couplings: open inputs, or a dead channel */
-    TRICOIL_FLAG_DISTORTED = 1 << 3,          /* warning: couplings differ from a dipole's as near metal */
+    TRICOIL_FLAG_DISTORTED = 1 << 3,          /* warning: couplings differ from those of a dipole, as near metal */
     TRICOIL_FLAG_WRONG_HANDEDNESS = 1 << 4,   /* a coil is reversed, or two are swapped */
     TRICOIL_FLAG_STALE = 1 << 5,              /* no usable measurement for some time; the pose is the last known one */
     TRICOIL_FLAG_NOT_CONVERGED = 1 << 6,      /* the solver did not converge */
@@ -55,16 +55,20 @@ typedef struct tricoil_pose {
 } tricoil_pose;              /* NOLINT(modernize-use-using): C */
 
 /* Opens a source of poses:
- *   can:can0, usb:1209:0001 or serial:/dev/ttyACM0        a device
- *   board.toml                                            the device of a configuration file of `tricoil run --config`
- *   sim:hand or sim:hand,mux=tdm,seed=2,realtime=yes      a simulation of a scenario of `tricoil run --list`. Keys: mux (tdm,
- * fdm), rate_hz, duration_s, seed, predict_s, noise (yes, no) and realtime (yes, no). Without realtime=yes it runs as fast as it
- * is polled. recording:FOLDER                                      a recording of `tricoil run --record`, tracked again tracker:
- * "direct", "previous", "previous-angles" or "scaat". NULL: that of the configuration or recording, otherwise "direct". A device
- * need not be connected yet: tricoil_poll() waits for it, and connects again after the cable was unplugged. Poses then are
- * invalid (hemisphere unknown) after a long pause unless the file says `confined = true` in [tracker]; a tracker that is opened
- * again starts with the hemisphere of the file. Returns NULL for invalid input, or if the coil lines are in use. `error`
- * (error_size bytes; may be NULL) then holds the reason in one line. */
+ * - can:can0, usb:1209:0001 or serial:/dev/ttyACM0: a device;
+ * - board.toml: the device of a configuration file of `tricoil run --config`;
+ * - sim:hand or sim:hand,mux=tdm,seed=2: a simulation of a scenario of `tricoil run --list`. Keys: mux (tdm, fdm), rate_hz,
+ *   duration_s, seed, predict_s, noise (yes, no), realtime (yes, no; default no: as fast as it is polled);
+ * - recording:FOLDER: a recording of `tricoil run --record`, tracked again.
+ *
+ * tracker: "direct", "previous", "previous-angles" or "scaat". NULL: that of the configuration or recording, otherwise "direct".
+ *
+ * A device need not be connected yet: tricoil_poll() waits for it, and connects again after the cable was unplugged. After a long
+ * pause poses are invalid (hemisphere unknown) unless the file says `confined = true` in [tracker]. A tracker that is opened
+ * again starts with the hemisphere of the file.
+ *
+ * Returns NULL for invalid input, or if the coil lines are in use. `error` (error_size bytes; may be NULL) then holds the reason
+ * in one line. */
 TRICOIL_API tricoil_tracker* tricoil_open(const char* source, const char* tracker, char* error, size_t error_size);
 
 /* Waits for the next pose, at most timeout_ms (negative: 0). Returns 1: *pose is set; 0: no pose came; -1: an argument is NULL;

@@ -49,7 +49,7 @@ int run_main() {
 
 }  // namespace tricoil::board
 
-// Virtual destructors refer to it; it is never called, because there is no heap.
+// Virtual destructors refer to operator delete. It is never called, because there is no heap.
 void operator delete(void*) noexcept { abort(); }
 void operator delete(void*, std::size_t) noexcept { abort(); }
 void operator delete(void*, std::size_t, std::align_val_t) noexcept { abort(); }

@@ -18,7 +18,7 @@ using protocol::WireError;
 
 constexpr Microseconds kPollTimeout{5000};
 constexpr Microseconds kPosePause{20'000};
-constexpr double kMaxAbsent_s = 5;  // longest absence of a device during listen()
+constexpr double kMaxAbsent_s = 5;  // longest time without an open port before a request fails
 
 SessionParams listening() {
     SessionParams params;
@@ -103,8 +103,8 @@ DeviceInquiry::DeviceInquiry(const std::string& uri, double wait_s)
       // From the clock: differs from the request numbers of an earlier program.
       request_(static_cast<std::uint16_t>(to_us(drivers::host_now()) >> 10U)) {}
 
-/// Identifies the device, then calls `ask` at once and every second until is_done(message), `seconds` have passed (0: no limit)
-/// or a signal comes. Returns true if is_done() was true.
+/// Identifies the device, then calls `ask` at once and after each interval `again` until is_done(message), `seconds` have passed
+/// (0: no limit) or a signal comes. Returns true if is_done() was true.
 bool DeviceInquiry::exchange(double seconds, const host::InterruptGuard& guard, const Ask& ask, const Take& is_done,
                              Microseconds again) {
     const HostTime begin = drivers::host_now();

@@ -105,8 +105,8 @@ std::string text_of(const host::Json& s) {
            "  health   " + host::health_line(s["health"]) + "\n  coils    off\n";
 }
 
-/// During its lifetime a closed pipe or a file size limit is a failed write and does not end the program, because the coils must
-/// be switched off first.
+/// While an object exists, a closed pipe or a file size limit is a failed write and does not end the program, because the coils
+/// must be switched off first.
 class IgnoredWriteSignals {
 public:
     IgnoredWriteSignals() : pipe_(std::signal(SIGPIPE, SIG_IGN)), size_(std::signal(SIGXFSZ, SIG_IGN)) {}

@@ -78,7 +78,7 @@ SessionEvent DeviceSession::service(HostTime now) {
     return SessionEvent::none;
 }
 
-/// Sends start. A tracker board first gets the hemisphere of each sensor, one after the other acknowledged.
+/// Sends start. A tracker board first gets the hemisphere of each sensor, the next one after an acknowledgement.
 void DeviceSession::request_start() {
     ++starts_asked_;
     const auto hemisphere = has_tracked_ && !params_.confined ? Vec3<double>(Vec3<double>::Zero()) : params_.hemisphere;

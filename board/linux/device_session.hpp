@@ -24,8 +24,8 @@ struct SessionParams {
     bool start = true;       // false: only identify the device
     bool any_coils = false;  // true: accept any driver of the coils
 
-    // Hemisphere of the sensors of a tracker board; empty: as set in the board. After valid poses it is unknown at the next
-    // start, because the sensor may have left it while the link was down, unless it is confined to it.
+    // Hemisphere of the sensors of a tracker board; empty: as set in the board. After valid poses the hemisphere is unknown at
+    // the next start, because the sensor may have left it while the link was down. With `confined` it stays known.
     std::optional<Vec3<double>> hemisphere;
     bool confined = false;
 };
@@ -66,7 +66,7 @@ public:
     /// Sends the new excitation state of the host's coils to the device. Columns must echo `sequence`, which starts at 1.
     void note_excitation(Excitation state, std::uint32_t sequence);
 
-    /// Sends the direction to the half space of a sensor to a tracker board; zero: unknown. It is not repeated.
+    /// Sends the direction to the half space of a sensor to a tracker board; zero: unknown. The command is not repeated.
     void set_hemisphere(std::uint8_t sensor, const Vec3<double>& towards);
 
     /// Resets the device's watchdog and acknowledges the newest message.
@@ -132,7 +132,7 @@ private:
     std::uint32_t command_sequence_ = 0;
     std::uint16_t request_ = 0;
     std::uint16_t starts_asked_ = 0;    // requests since the device was identified
-    std::uint8_t hemispheres_set_ = 0;  // sensors whose hemisphere the device has acknowledged since
+    std::uint8_t hemispheres_set_ = 0;  // number of sensors whose hemisphere the device has acknowledged since then
     std::uint64_t other_versions_ = 0;  // refused messages of another protocol version, at the last hello
     bool has_tracked_ = false;          // a tracker board has sent a valid pose
     protocol::IdentifyMessage identity_;

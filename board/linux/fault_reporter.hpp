@@ -26,7 +26,7 @@ public:
     /// Reports flags that need an action of the user, after they have lasted for one second.
     void check(tracking::PoseFlags flags, HostTime now);
 
-    /// Reports new warnings, except that of a late column, because the session says more about it.
+    /// Reports new warnings, except HealthWarning::late, because the session reports the reason.
     void check(const host::LinkHealth& health, HostTime now);
 
     /// Reports the counts of repeated faults. Call it at the end.

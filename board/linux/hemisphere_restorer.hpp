@@ -1,4 +1,4 @@
-// Restores the hemisphere of a tracker that has lost it, if the host still knows it.
+// Restores the hemisphere of a tracker from the last valid pose.
 #pragma once
 
 #include <optional>
@@ -9,11 +9,12 @@
 namespace tricoil::linux_board {
 
 /// After a jump of the device's clock or a damaged column the tracker assumes a long dropout, in which the sensor may have moved
-/// anywhere. A tracker that starts again knows nothing. The host's clock shows the real, short time. If the sensor cannot have
+/// anywhere. A restarted tracker has no earlier pose. The host's clock shows the real, short time. If the sensor cannot have
 /// reached the mirror image since the last valid pose, the hemisphere is known. After a real long dropout the user must set it.
 class HemisphereRestorer {
 public:
-    /// Call it with each pose of one sensor and the host's time. Returns the hemisphere for the tracker if only that is missing.
+    /// Call it with each pose of one sensor and the host's time. Returns the hemisphere for the tracker if only the hemisphere is
+    /// missing and it is known.
     std::optional<Vec3<double>> side(const tracking::PoseEstimate<double>& estimate, HostTime now) {
         if (estimate.valid()) {
             last_m_ = estimate.position_m;
@@ -33,7 +34,7 @@ public:
     /// True if there was a valid pose: the sensor may since have left the half space of the configuration.
     [[nodiscard]] bool has_tracked() const { return last_m_.has_value(); }
 
-    /// True if nothing but the unknown hemisphere makes the pose invalid.
+    /// True if the unknown hemisphere is the only reason why the pose is invalid.
     [[nodiscard]] static bool lacks_only_hemisphere(const tracking::PoseEstimate<double>& estimate) {
         constexpr tracking::PoseFlags kUnknown{tracking::PoseFlag::hemisphere_unknown};
         return (estimate.flags.bits() & tracking::kInvalidating.bits()) == kUnknown.bits() && estimate.position_m.allFinite();

@@ -50,7 +50,8 @@ constexpr std::uint8_t kSensor2Opamp = 6;
 constexpr std::uint8_t kSensor3Opamp = 4;
 
 constexpr AdcInput kReferenceInput{1, 1, {1, 5}};
-/// The DMA channel of the last one has the lowest priority, so the other transfers are complete when its interrupt ends a block.
+/// The DMA channel of the last input has the lowest priority, so the other transfers are complete when its interrupt ends a
+/// block.
 constexpr std::array<AdcInput, 3> kSensorInputs{{{3, 13, {2, 37}}, {4, 17, {3, 38}}, {5, 5, {4, 39}}}};
 constexpr DmaRoute kDmaDac1Channel1{5, 6};
 constexpr DmaRoute kDmaDac1Channel2{6, 7};

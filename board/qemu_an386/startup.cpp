@@ -31,7 +31,7 @@ extern std::uint32_t stack_top[];  // NOLINT(readability-identifier-naming): nam
 
 using Handler = void (*)();
 
-/// Stack pointer, reset, and the fourteen system exceptions, all unexpected.
+/// Stack pointer, reset and system exceptions, all unexpected; null: reserved.
 [[gnu::section(".vectors"), gnu::used]] const Handler kVectors[16] = {
     reinterpret_cast<Handler>(stack_top),
     reset_handler,

@@ -1,4 +1,4 @@
-// Line files that grow while a tracker runs. A separate thread writes them, so that a slow disk never delays the tracker.
+// Line files that grow while a tracker runs. A separate thread writes them, so that a slow disk does not delay a live tracker.
 #pragma once
 
 #include <atomic>

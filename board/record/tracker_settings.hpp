@@ -13,8 +13,8 @@ using TrackerSettings = tracking::TrackerTap<double>::Settings;
 /// Keys: "sensors", "tracker" ("method" and its parameters) and "calibration" (null: none; matrices by rows). Numbers are exact.
 nlohmann::ordered_json settings_json(const TrackerSettings& settings);
 
-/// Throws InputError, naming `where` and the key, for missing or unknown keys, wrong types, and settings that no tracker
-/// supports.
+/// Throws InputError, naming `where` and the key, for missing or unknown keys, wrong types, and settings that the tracker does
+/// not support.
 TrackerSettings settings_from_json(const nlohmann::json& json, const std::string& where);
 
 }  // namespace tricoil::host

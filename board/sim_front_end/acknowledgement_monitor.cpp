@@ -41,7 +41,7 @@ void AcknowledgementMonitor::inject_stop() {
 
 Status AcknowledgementMonitor::do_open() {
     is_open_ = is_open_ || port_.open().ok();
-    return is_open_ ? Status{} : Status{StatusCode::device_lost, "not there"};
+    return is_open_ ? Status{} : Status{StatusCode::device_lost, "the port cannot be opened"};
 }
 
 void AcknowledgementMonitor::do_close() {

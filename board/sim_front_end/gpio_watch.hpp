@@ -12,7 +12,7 @@
 namespace tricoil::sim_front_end {
 
 struct GpioReport {
-    std::uint64_t several_on = 0;        // reads with two or three coils on, outside FDM
+    std::uint64_t several_on = 0;        // reads with two or three coils on; expected only in FDM
     std::uint64_t out_of_turn = 0;       // coils that came on in another order than S1, S2, S3, S1
     std::uint64_t turned_on = 0;         // number of times that a coil came on
     std::int64_t longest_enable_us = 0;  // from the last heartbeat until the enable dropped

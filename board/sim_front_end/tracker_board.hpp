@@ -12,8 +12,8 @@
 
 namespace tricoil::sim_front_end {
 
-/// Sampling advances the device time; a step without a measurement advances it by one millisecond. In lockstep it waits for the
-/// host; with real pace a block lasts as long as its samples.
+/// Sampling advances the device time; a step without a measurement advances it by one millisecond. In lockstep the board waits
+/// for the host; with real pace a block lasts as long as its samples.
 class TrackerBoard {
 public:
     /// `port` must be open. Throws InputError for an impossible frame rate or an invalid calibration.

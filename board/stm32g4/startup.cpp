@@ -62,7 +62,7 @@ extern "C" {
 extern std::uint32_t stack_bottom[];
 
 /// Enters the manufacturer's boot loader if the last run requested it. No peripheral is on yet, in particular no watchdog.
-/// A loader that jumps here after a firmware update leaves its vectors and clocks behind; a reset clears them.
+/// A loader that starts the program after a firmware update leaves its vectors and clocks set; a reset clears them.
 void before_memory() {
     using namespace tricoil;
     stm32g4::ScbRegisters& scb = stm32g4::peripheral<stm32g4::ScbRegisters>(stm32g4::kScbBase);
@@ -99,7 +99,7 @@ void before_memory() {
     stm32g4_board::wait_for_reset();
 }
 
-/// Starts with a new stack, because the old one may have overflowed. Does not return.
+/// Resets the stack pointer, because the stack may have overflowed. Does not return.
 [[noreturn, gnu::naked]] void fault_handler() {
     asm volatile(
         "mrs r0, msp\n"

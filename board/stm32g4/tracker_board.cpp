@@ -4,7 +4,7 @@
 #include "board/cortex_m/stack.hpp"
 #include "board/stm32g4/boot_record.hpp"
 #include "drivers/stm32g4/registers/peripheral.hpp"
-#include "measuring.hpp"  // of the board's own folder, as pins.hpp
+#include "measuring.hpp"  // from the board's own folder, like pins.hpp
 #include "pins.hpp"
 
 namespace tricoil::stm32g4_board {

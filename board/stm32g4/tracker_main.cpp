@@ -7,7 +7,7 @@
 #include "board/stm32g4/interrupts.hpp"
 #include "board/stm32g4/tracker_board.hpp"
 #include "drivers/stm32g4/registers/peripheral.hpp"
-#include "measuring.hpp"  // of the board's own folder, as pins.hpp
+#include "measuring.hpp"  // from the board's own folder, like pins.hpp
 #include "pins.hpp"
 
 namespace {

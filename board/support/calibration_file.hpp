@@ -16,7 +16,7 @@ struct CalibrationFile {
     std::map<std::string, Rigid> source_stage;
     std::map<std::string, Rigid> mount_sensor;
     bool stage_turns_left_handed = false;
-    double residual_rms = 0;  // share of the couplings
+    double residual_rms = 0;  // relative to the couplings
 };
 
 std::string to_toml(const CalibrationFile& file);

@@ -6,7 +6,7 @@
 
 namespace tricoil::host {
 
-/// During its lifetime SIGINT, SIGTERM, SIGHUP and SIGQUIT set a flag. A second signal ends the program at once. SIGHUP stays
+/// While an object exists, SIGINT, SIGTERM, SIGHUP and SIGQUIT set a flag. A second signal ends the program at once. SIGHUP stays
 /// ignored if it was ignored before (nohup).
 class InterruptGuard {
 public:

@@ -24,7 +24,7 @@ using HealthWarnings = FlagSet<HealthWarning>;
 /// A larger value is a warning.
 struct HealthLimits {
     double missing_share = 0.01;
-    Microseconds age{150'000};  // then poses are flagged stale
+    Microseconds age{150'000};  // default: the time after which poses are flagged stale
     std::size_t queued_bytes = std::size_t{256} << 10U;
     double temperature_c = 80;
 };
@@ -55,8 +55,8 @@ class HealthMonitor {
 public:
     explicit HealthMonitor(const HealthLimits& limits = {}) { health_.limits = limits; }
 
-    /// now: time since any fixed instant. Call it at least several times a second. True, at least five times a second, if
-    /// health() is to be passed on.
+    /// now: time since any fixed instant. Call it at least five times a second. Returns true if health() must be reported: when
+    /// the warnings changed, and at least every 200 ms.
     bool update(const HealthCounts& counts, Microseconds now);
 
     [[nodiscard]] const LinkHealth& health() const { return health_; }

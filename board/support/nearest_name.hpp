@@ -10,7 +10,7 @@ namespace tricoil::host {
 /// The choice nearest to `typed` by edit distance; empty if none is near enough, or several are equally near.
 std::string nearest_name(std::string_view typed, const std::vector<std::string>& choices);
 
-/// Index of `typed` in `choices`. Throws InputError: "unknown WHAT 'typed'; did you mean '...'?" or the list of choices.
+/// Index of `typed` in `choices`. Throws InputError: "unknown WHAT 'typed'; did you mean '...'? choices: ...".
 std::size_t index_of_name(std::string_view what, std::string_view typed, const std::vector<std::string>& choices);
 
 }  // namespace tricoil::host

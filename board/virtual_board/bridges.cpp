@@ -83,7 +83,7 @@ void CanBridge::serve() {
     for (;;) {
         const Status status = socket_.receive(reception);
         if (status.code() == StatusCode::device_lost) {
-            throw host::DeviceError("CAN interface is gone");
+            throw host::DeviceError("CAN interface is gone; create it again, then start again");
         }
         if (!status.ok()) {
             return;

@@ -1,7 +1,7 @@
 # tricoil_image(NAME LINKER_SCRIPT FILE.in SOURCES ... [DEPENDS ...])
-# The image of a board without an operating system, placed by the linker script that FILE.in configures: NAME.elf, and NAME.bin and NAME.hex of it,
-# with the .bin's SHA-256 printed. Only the C library's and the compiler's archives are searched: no C++ library, no _sbrk, so
-# whatever allocates does not link.
+# Image of a board without an operating system: NAME.elf, NAME.bin and NAME.hex. FILE.in is the template of the linker script. The build
+# prints the SHA-256 of NAME.bin. Only the archives of the C library and the compiler are linked: without the C++ library and _sbrk, code
+# that allocates does not link.
 set(TRICOIL_STACK_BYTES 6144 CACHE STRING "Stack of the image; the budget is smaller")
 
 function(tricoil_image name)
