@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "board/pose_text/served_pose_line.hpp"
+#include "tests/cli/cli_runner.hpp"
 #include "tests/serve/serving.hpp"
 
 namespace tricoil::test {
@@ -74,6 +75,29 @@ TEST(JsonLines, AUdpReceiverGetsOnePosePerDatagram) {
     }
     close(receiver);
     expect_poses(poses, true);  // UDP may lose datagrams
+}
+
+TEST(JsonLines, StandardOutputHoldsPosesAlone) {
+    const auto run = tricoil("serve --json-lines - --fastrak tcp:0 --scenario still --duration 2");
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_THAT(run.err, testing::HasSubstr("serving fastrak on"));
+    const auto poses = parsed(run.out);
+    EXPECT_GE(poses.size(), 470U);
+    expect_poses(poses, false);
+}
+
+TEST(JsonLines, EndsWhenTheReaderOfStandardOutputHasGone) {
+    // The exit code of serve goes to a file, because the shell's is that of head.
+    const std::string code = path_in_temp("code");
+    const auto first = tricoil("serve --json-lines - --scenario still; echo $? >" + code + "; } | head -n 1", "{ :");
+    EXPECT_EQ(parsed(first.out).size(), 1U);
+    EXPECT_EQ(read_file(code), "0\n") << first.err;
+}
+
+TEST(JsonLines, StandardOutputIsNotShared) {
+    const auto run = tricoil("serve --json-lines - --json --scenario still");
+    EXPECT_EQ(run.exit_code, 2);
+    EXPECT_THAT(run.err, testing::HasSubstr("--json-lines - and --json exclude each other"));
 }
 
 TEST(JsonLines, AReceiverThatIsNotThereStopsNothing) {

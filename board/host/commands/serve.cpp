@@ -1,9 +1,11 @@
 // tricoil serve: tracks and sends poses to other programs.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <memory>
+#include <optional>
 
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/run_command.hpp"
@@ -73,6 +75,10 @@ void add_outputs(const ServeCommand& command, Controls controls, Server& server,
     }
     for (const std::string& where : command.json_lines) {
         auto output = json_lines::make_output(where);
+        if (where == json_lines::kStandardOutput) {
+            server.add(std::move(output.service));
+            continue;
+        }
         if (where.starts_with("tcp:")) {
             warn_of_exposure("--json-lines", output.address, Controls::none);
         } else if (!output.address.is_loopback()) {
@@ -95,17 +101,22 @@ void add_outputs(const ServeCommand& command, Controls controls, Server& server,
     }
 }
 
+bool prints_poses(const ServeCommand& command) {
+    return std::find(command.json_lines.begin(), command.json_lines.end(), json_lines::kStandardOutput) !=
+           command.json_lines.end();
+}
+
 /// Prints the addresses before the first pose. A program that starts this one waits for this line.
-void announce(const Addresses& addresses, bool json) {
-    if (json) {
-        print_text("{}\n", addresses.dump());
-    } else {
-        for (const auto& [name, address] : addresses.items()) {
-            print_text("serving {} on {}\n", name,
-                       address.is_array() ? fmt::format("{}", fmt::join(address.get<std::vector<std::string>>(), ", "))
-                                          : address.get<std::string>());
+void announce(const Addresses& addresses, bool json, bool to_standard_error) {
+    std::string text = json ? addresses.dump() + "\n" : "";
+    for (const auto& [name, address] : addresses.items()) {
+        if (!json) {
+            text += fmt::format("serving {} on {}\n", name,
+                                address.is_array() ? fmt::format("{}", fmt::join(address.get<std::vector<std::string>>(), ", "))
+                                                   : address.get<std::string>());
         }
     }
+    to_standard_error ? print_notice(text) : print_text(text);
     std::fflush(stdout);
 }
 
@@ -194,19 +205,30 @@ int run_serve(const ServeCommand& command) {
         addresses["web"] = page->url();
         publish_link(command, page->control_url(), addresses);
     }
-    if (addresses.empty()) {
+    const bool to_standard_output = prints_poses(command);
+    if (addresses.empty() && !to_standard_output) {
         throw InputError("serve: no output; add --fastrak, --openigtlink, --json-lines or --web");
+    }
+    if (to_standard_output && command.run->json) {
+        throw InputError("--json-lines - and --json exclude each other: both write to standard output");
     }
     ServiceNotice notice;
     const auto ready = [&] {
-        announce(addresses, command.run->json);
+        announce(addresses, command.run->json, to_standard_output);
         server.start();
         notice.ready();
     };
     TapFanOut taps{&server.hub(), &recordings};
+    std::optional<CapturedText> summary;  // of a device; not between the poses
+    if (to_standard_output) {
+        summary.emplace();
+    }
     const int result = is_on_device(*command.run) ? serve_device(*command.run, server.hub(), taps, control, notice, ready)
                                                   : serve_simulation(*command.run, server.hub(), taps, control, notice, ready);
     server.stop();
+    if (summary) {
+        print_notice(summary->text());
+    }
     if (recordings.status().on) {
         recordings.record(false);
     }
@@ -224,9 +246,10 @@ void add_serve_command(CLI::App& program, Action& action) {
     sub->add_flag("--fastrak-continuous", command->fastrak_continuous, "FASTRAK: start in continuous mode");
     sub->add_option("--openigtlink", command->openigtlink, "OpenIGTLink server on [ADDRESS:]PORT (18944 is usual)")
         ->check(refuse_empty);
-    sub->add_option(
-           "--json-lines", command->json_lines,
-           "Each pose as a line of JSON, to clients of tcp:[ADDRESS:]PORT, or as a datagram to udp:[HOST:]PORT; repeatable")
+    sub->add_option("--json-lines", command->json_lines,
+                    "Each pose as a line of JSON: to clients of tcp:[ADDRESS:]PORT, as a datagram to udp:[HOST:]PORT, or to "
+                    "standard output "
+                    "(-); repeatable")
         ->check(refuse_empty);
     sub->add_option("--web", command->web,
                     "Live page for browsers on [ADDRESS:]PORT; without ADDRESS, only for browsers of this machine. "

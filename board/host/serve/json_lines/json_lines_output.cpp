@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "board/host/serve/json_lines/session.hpp"
+#include "board/host/serve/json_lines/stdout_sender.hpp"
 #include "board/host/serve/json_lines/udp_sender.hpp"
 #include "board/host/serve/tcp_service.hpp"
 #include "board/support/errors.hpp"
@@ -15,9 +16,13 @@ constexpr const char* kOption = "--json-lines";
 }  // namespace
 
 Output make_output(const std::string& where) {
+    if (where == kStandardOutput) {
+        return {std::make_unique<StdoutSender>(), {}, "standard output"};
+    }
     const bool is_udp = where.starts_with("udp:");
     if (!is_udp && !where.starts_with("tcp:")) {
-        throw InputError(fmt::format("{} {}: must be tcp:[ADDRESS:]PORT or udp:[HOST:]PORT", kOption, where));
+        throw InputError(
+            fmt::format("{} {}: must be tcp:[ADDRESS:]PORT, udp:[HOST:]PORT or - (standard output)", kOption, where));
     }
     const TcpAddress address = parse_tcp_address(kOption, where.substr(4));
     if (is_udp) {

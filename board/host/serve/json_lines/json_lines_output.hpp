@@ -15,7 +15,10 @@ struct Output {
     std::string text;  // for the user
 };
 
-/// where: tcp:[ADDRESS:]PORT or udp:[HOST:]PORT. Throws InputError for other text, and as TcpListener and UdpSender do.
+constexpr const char* kStandardOutput = "-";
+
+/// where: tcp:[ADDRESS:]PORT, udp:[HOST:]PORT or kStandardOutput. Throws InputError for other text, and as TcpListener and
+/// UdpSender do.
 Output make_output(const std::string& where);
 
 }  // namespace tricoil::host::json_lines
