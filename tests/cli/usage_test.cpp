@@ -71,7 +71,7 @@ TEST(Usage, UnknownNamesGetASuggestion) {
 
 /// Other programs connect when `serve` has printed its addresses, so it must print none if it refuses its options.
 TEST(Usage, ServePrintsNoAddressesWithInvalidOptions) {
-    expect_usage_error("serve --json-lines 5005", "must be tcp:[ADDRESS:]PORT or udp:[HOST:]PORT");
+    expect_usage_error("serve --json-lines 5005", "must be tcp:[ADDRESS:]PORT, udp:[HOST:]PORT or - (standard output)");
     expect_usage_error("serve --json-lines udp:127.0.0.1:0", "name the port of the receiver");
     expect_usage_error("serve --json-lines udp:127.0.0.1:00", "name the port of the receiver");
     expect_usage_error("serve --json-lines udp:[]:9", "no such address");

@@ -21,8 +21,10 @@ namespace fs = std::filesystem;
 /// Runs with a failure of the `count`-th `call` on `path`; empty `call`: no failure.
 CliResult tricoil_with_fault(const std::string& arguments, const std::string& call, int count, int error,
                              const std::string& path) {
-    const std::string setup = "export LD_PRELOAD=" TRICOIL_FAULT_INJECTION " TRICOIL_FAULT=" + call + ":" +
-                              std::to_string(count) + ":" + std::to_string(error) + ":" + path;
+    // ASAN_OPTIONS: the address sanitizer wants to be the first library.
+    const std::string setup =
+        "export ASAN_OPTIONS=verify_asan_link_order=0 LD_PRELOAD=" TRICOIL_FAULT_INJECTION " TRICOIL_FAULT=" + call + ":" +
+        std::to_string(count) + ":" + std::to_string(error) + ":" + path;
     return tricoil(arguments, setup);
 }
 
