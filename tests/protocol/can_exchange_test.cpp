@@ -1,4 +1,4 @@
-// Both ends of the link of one node.
+// CAN exchange: host and device of one node.
 #include "core/protocol/can_exchange.hpp"
 
 #include <gtest/gtest.h>
@@ -76,7 +76,7 @@ TEST(CanExchange, DropsAbandonedMessages) {
     EXPECT_EQ(host.go_on(kJustLongEnough), WireError::bad_framing) << "no flow control came";
     EXPECT_EQ(device.go_on(kJustLongEnough), WireError::bad_framing) << "no segment came";
     EXPECT_EQ(host.go_on(2 * kJustLongEnough), WireError::none);
-    EXPECT_EQ(device.go_on(2 * kJustLongEnough), WireError::none) << "once";
+    EXPECT_EQ(device.go_on(2 * kJustLongEnough), WireError::none) << "reported once";
     EXPECT_FALSE(host.exchange.sending());
 }
 

@@ -82,7 +82,7 @@ TEST(IsoTp, DropsIncompleteMessages) {
         EXPECT_NE(last, SegmentEvent::complete) << lost;
         ASSERT_TRUE(from.begin(message));
         EXPECT_EQ(carry(from, to, Reassembler::flow_control()), message)
-            << "the next message must be complete; lost frame  " << lost;
+            << "the next message must be complete; lost frame " << lost;
     }
 }
 

@@ -1,4 +1,4 @@
-// Messages whose every number is random within its field's range.
+// Messages with random numbers within the ranges of their fields.
 #pragma once
 
 #include <cmath>

@@ -1,4 +1,5 @@
-// Damaged recordings, other versions, and folders that are not recordings: one line that names file and place, exit code 2.
+// Damaged recordings, other versions, and folders that are not recordings: one line that names file and place, exit code 2. Exit
+// code 1 if only the poses of a replay differ.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -34,7 +35,7 @@ protected:
         put("recording.json", description.dump());
     }
 
-    /// Makes the recording look as after a kill: its description has no checksums.
+    /// Makes the recording look as after a kill: incomplete, so that its checksums are not compared.
     void end_early() const {
         describe([](auto& d) { d["complete"] = false; });
     }

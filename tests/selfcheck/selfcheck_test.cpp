@@ -59,7 +59,7 @@ TEST(SelfCheck, AllocatesNothing) {
     EXPECT_EQ(allocations, before);
     EXPECT_TRUE(report.passed());
     const auto proof = std::make_unique<int>(1);
-    EXPECT_EQ(allocations, before + 1) << "the trap does not see allocations";
+    EXPECT_EQ(allocations, before + 1) << "operator new of this test does not count allocations";
 }
 
 TEST(SelfCheck, RowsAreDistinct) {

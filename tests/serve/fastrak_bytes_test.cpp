@@ -21,7 +21,7 @@ TEST(FastrakBytes, TableOfCommandsAndRecords) {
     FastrakClient client;
     client.see(kPose);
     const std::vector<Exchange> table{
-        {"a record as SSR expects it: 47 bytes", "P", "01   20.40 -61.06  30.01-150.70 -42.08 156.93\r\n"},
+        {"a record as SoundScape Renderer expects it: 47 bytes", "P", "01   20.40 -61.06  30.01-150.70 -42.08 156.93\r\n"},
         {"units: centimetres", "uP", "01   51.82-155.09  76.23-150.70 -42.08 156.93\r\n"},
         {"units: inches again", "U", ""},
         {"status: ASCII, inches, polled", "S", "21S3F0    F31  0.1.00tricoil, as a FASTRAK           \r\n"},
@@ -43,15 +43,15 @@ TEST(FastrakBytes, TableOfCommandsAndRecords) {
         {"stations", "l1\r", "21l1000\r\n"},
         {"attitude filter", "v\r", "2 v  0.200  0.200  0.800  0.950\r\n"},
         {"position filter", "x0,1,0,0\rx\r", "2 x  0.000  1.000  0.000  0.000\r\n"},
-        {"attitude filter off, and the position's", "v2\rv\rx\r",
+        {"attitude filter off, position filter also", "v2\rv\rx\r",
          "2 v  0.200  1.000  0.800  0.950\r\n2 x  0.200  1.000  0.800  0.950\r\n"},
         {"medium position filter", "x4\rx\rv\r", "2 x  0.200  0.200  0.800  0.950\r\n2 v  0.200  1.000  0.800  0.950\r\n"},
-        {"alignment at first", "A1\r", "21A   0.00   0.00   0.00  78.74   0.00   0.00   0.00  78.74   0.00\r\n"},
-        {"alignment, the axes left as they are", "A1,10,0,0\rA1\r",
+        {"default alignment", "A1\r", "21A   0.00   0.00   0.00  78.74   0.00   0.00   0.00  78.74   0.00\r\n"},
+        {"alignment with a new origin only", "A1,10,0,0\rA1\r",
          "21A  10.00   0.00   0.00  78.74   0.00   0.00   0.00  78.74   0.00\r\n"},
         {"alignment off, in centimetres", "R1\ruA1\rU", "21A   0.00   0.00   0.00 200.00   0.00   0.00   0.00 200.00   0.00\r\n"},
         {"synchronization", "y\r", "2 y0\r\n"},
-        {"nothing at all", "\r\n \r", ""},
+        {"empty lines", "\r\n \r", ""},
         {"defaults again", "W", ""},
         {"filter after defaults", "x\r", "2 x  0.200  0.200  0.800  0.950\r\n"},
     };
@@ -67,15 +67,16 @@ TEST(FastrakBytes, TableOfRefusals) {
         {"unprintable", "\x01", "2 E*ERROR*?*ERROR* EC-99*PS0*FL0*ST0\r\n"},
         {"station missing", "O\r", "2 E*ERROR*O*ERROR* EC-1*PS1*FL0*ST0\r\n"},
         {"station out of range", "H5\r", "2 E*ERROR*H5*ERROR* EC-3*PS1*FL0*ST0\r\n"},
-        {"station no number", "Bx\r", "2 E*ERROR*Bx*ERROR* EC-2*PS1*FL0*ST0\r\n"},
+        {"station not a number", "Bx\r", "2 E*ERROR*Bx*ERROR* EC-2*PS1*FL0*ST0\r\n"},
         {"item out of range", "O1,2,99\r", "2 E*ERROR*O1,2,99*ERROR* EC-3*PS5*FL2*ST0\r\n"},
         {"item left out", "O1,,2\r", "2 E*ERROR*O1,,2*ERROR* EC-1*PS3*FL1*ST0\r\n"},
         {"not a number", "N1,nan,0,0\r", "2 E*ERROR*N1,nan,0,0*ERROR* EC-2*PS3*FL1*ST0\r\n"},
-        {"of the second station", "N2,nan,0,0\r", "2 E*ERROR*N2,nan,0,0*ERROR* EC-2*PS3*FL1*ST1\r\n"},
-        {"far too far", "N1,0,1e9,0\r", "2 E*ERROR*N1,0,1e9,0*ERROR* EC-3*PS5*FL2*ST0\r\n"},
-        {"an alignment on one line", "A1,0,0,0,1,0,0,2,0,0\r", "2 E*ERROR*A1,0,0,0,1,0,0,2,0,0*ERROR* EC-3*PS3*FL1*ST0\r\n"},
+        {"not a number, second station", "N2,nan,0,0\r", "2 E*ERROR*N2,nan,0,0*ERROR* EC-2*PS3*FL1*ST1\r\n"},
+        {"tip offset out of range", "N1,0,1e9,0\r", "2 E*ERROR*N1,0,1e9,0*ERROR* EC-3*PS5*FL2*ST0\r\n"},
+        {"alignment with collinear points", "A1,0,0,0,1,0,0,2,0,0\r",
+         "2 E*ERROR*A1,0,0,0,1,0,0,2,0,0*ERROR* EC-3*PS3*FL1*ST0\r\n"},
         {"external synchronization", "y1\r", "2 E*ERROR*y1*ERROR* EC-4*PS1*FL0*ST0\r\n"},
-        {"filter beyond one", "x2,0,0,0\r", "2 E*ERROR*x2,0,0,0*ERROR* EC-3*PS1*FL0*ST0\r\n"},
+        {"filter parameter above one", "x2,0,0,0\r", "2 E*ERROR*x2,0,0,0*ERROR* EC-3*PS1*FL0*ST0\r\n"},
     };
     for (const Exchange& exchange : table) {
         EXPECT_EQ(client.say(exchange.command), exchange.reply) << exchange.name;
@@ -90,7 +91,7 @@ float float_at(const std::string& record, std::size_t offset) {
     return value;
 }
 
-// Commands of vrpn_Tracker_Fastrak in their order, and its checks of the replies.
+// Commands of VRPN's vrpn_Tracker_Fastrak in their order, with its checks of the replies.
 TEST(FastrakBytes, ConversationOfVrpn) {
     FastrakClient client;
     client.see(kPose);

@@ -1,4 +1,4 @@
-// Effects of commands: stations, rates, error letters, frames, and settings that survive a reset.
+// Effects of commands: stations, rates, error letters, coordinate frames, and settings that survive a reset.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -76,7 +76,7 @@ TEST(FastrakCommand, AContinuousClientIsToldOfSilence) {
     session.receive(std::string_view("C"));
     host::ServedPose served{fastrak_pose({10, 0, 0}, 0, 0, 0), host::utc_time_us(1'000'000)};
     session.take({&served, 1});
-    served.pose.flags.set(PoseFlag::stale);  // as SilenceWatch does: the last pose with its own time
+    served.pose.flags.set(PoseFlag::stale);  // as SilenceWatch does: the last pose again, time unchanged
     session.take({&served, 1});
     session.take({&served, 1});
     ASSERT_EQ(records.size(), 2U);

@@ -86,7 +86,7 @@ std::vector<std::string> all_messages(int pattern) {
         constexpr std::size_t kTimeBytes = 8;
         constexpr std::size_t kCrcAt = 50;
         constexpr std::size_t kCrcBytes = 8;
-        message.replace(kTimeAt, kTimeBytes, kTimeBytes, '\0').replace(kCrcAt, kCrcBytes, kCrcBytes, '\0');  // sent now
+        message.replace(kTimeAt, kTimeBytes, kTimeBytes, '\0').replace(kCrcAt, kCrcBytes, kCrcBytes, '\0');  // time of sending
         messages.push_back(std::move(message));
     }
     test::poison_fresh_memory(-1);
@@ -331,7 +331,7 @@ TEST_F(IgtlSession, GarbageEndsTheLine) {
         have(pose_at(kNow));
         gone += stream_->gone() ? 1 : 0;
     }
-    EXPECT_GT(gone, 150);  // as soon as a header is whole
+    EXPECT_GT(gone, 150);  // all with a complete header
 }
 
 }  // namespace

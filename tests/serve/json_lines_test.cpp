@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Adds the pose of a line. A machine that stops for half a second gives a stale one more; it is left out.
+/// Adds the pose of a line. Leaves out a stale pose, which the program sends if the machine pauses for half a second.
 void add(const std::string& line, std::vector<json>& poses) {
     json pose = json::parse(line);
     if (pose["flag_names"].get<std::string>().find("stale") == std::string::npos) {
@@ -25,7 +25,7 @@ void add(const std::string& line, std::vector<json>& poses) {
 std::vector<json> parsed(const std::string& text) {
     std::vector<json> poses;
     std::istringstream lines(text);
-    for (std::string line; std::getline(lines, line) && !lines.eof();) {  // without a last line that is cut
+    for (std::string line; std::getline(lines, line) && !lines.eof();) {  // without an incomplete last line
         add(line, poses);
     }
     return poses;
@@ -62,7 +62,7 @@ TEST(JsonLines, AUdpReceiverGetsOnePosePerDatagram) {
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    ASSERT_EQ(bind(receiver, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);  // NOLINT: the sockets' way
+    ASSERT_EQ(bind(receiver, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);  // NOLINT: socket API
     socklen_t size = sizeof address;
     getsockname(receiver, reinterpret_cast<sockaddr*>(&address), &size);  // NOLINT
     const Serving serving({"--json-lines", "udp:127.0.0.1:" + std::to_string(ntohs(address.sin_port)), "--scenario", "still"});

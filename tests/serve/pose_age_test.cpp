@@ -47,7 +47,7 @@ public:
         while (ages.size() < messages) {
             ages.push_back(next_age_s());
             if (std::isnan(ages.back())) {
-                ADD_FAILURE() << "no message within the time";
+                ADD_FAILURE() << "no OpenIGTLink message within 10 s";
                 return ages.back();
             }
         }
@@ -91,7 +91,7 @@ public:
             while (record.empty() || record.back() != '\n') {
                 const std::string more = read_for(line_, std::chrono::seconds(10), 1);
                 if (more.empty()) {
-                    ADD_FAILURE() << "no record within the time";
+                    ADD_FAILURE() << "no FASTRAK record within 10 s";
                     return std::nan("");
                 }
                 record += more;
@@ -139,11 +139,11 @@ private:
     std::thread thread_;
 };
 
-/// Age: of a pose at an OpenIGTLink client, plus the time that a FASTRAK client waits for its record. Other processes of the
-/// machine may delay either measurement, so one round of five must meet the limit.
+/// Age is that of a pose at an OpenIGTLink client plus the time that a FASTRAK client waits for its record. Other processes of
+/// the machine may delay either measurement, so one round of five must meet the limit.
 TEST(PoseAge, TenClientsThatFloodAtMostDoubleAnothersAge) {
     if (kSlowdown > 1) {
-        GTEST_SKIP() << "with a sanitizer the simulation is slower than real time, so its poses have no age";
+        GTEST_SKIP() << "with a sanitizer the simulation is slower than real time, so the age of its poses is undefined";
     }
     const Serving serving({"--fastrak", "tcp:0", "--openigtlink", "0", "--scenario", "still"});
     constexpr std::size_t kMessages = 500;
@@ -155,7 +155,7 @@ TEST(PoseAge, TenClientsThatFloodAtMostDoubleAnothersAge) {
         const double age_s = reader.median_age_s(kMessages);
         return age_s + asker.median_wait_s(kRequests);
     };
-    double alone_s = std::numeric_limits<double>::infinity();  // the shortest of all rounds: requests may wait from the last one
+    double alone_s = std::numeric_limits<double>::infinity();  // the shortest: requests of the previous round may still wait
     double least = std::numeric_limits<double>::infinity();
     for (int round = 0; round < 5 && least > 2; ++round) {
         alone_s = std::min(alone_s, oldest_s());

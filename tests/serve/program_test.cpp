@@ -1,4 +1,4 @@
-// `tricoil serve`: bad input, hundreds of clients, and a client that stops reading beside one that reads.
+// `tricoil serve`: bad input, a hundred clients, and a client that stops reading beside one that reads.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -148,7 +148,7 @@ TEST(ServeProgram, OfAHundredClientsSomeAreTurnedAway) {
 /// The tracker lost nothing: the columns of the recording are numbered without gaps.
 void expect_every_column(const std::string& folder) {
     const CsvTable inputs(read_file(folder + "/inputs.csv"));
-    std::map<long, int> columns;  // of each frame: three, as the coils are driven at once
+    std::map<long, int> columns;  // columns per sequence number: three in FDM
     for (std::size_t row = 0; row < inputs.rows(); ++row) {
         if (inputs.text(row, "kind") == "column") {
             ++columns[std::stol(inputs.text(row, "sequence"))];

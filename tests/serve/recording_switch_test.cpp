@@ -17,7 +17,7 @@ namespace {
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
-/// Limits the size of all files of this process during its lifetime.
+/// Limits the size of all files of this process during the lifetime of the object.
 class FullDisk {
 public:
     explicit FullDisk(rlim_t bytes) {

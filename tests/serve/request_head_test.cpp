@@ -1,4 +1,4 @@
-// The reduced form in which HTTP requests reach the library.
+// Reduced head of an HTTP request, as the HTTP library receives it.
 #include "board/host/serve/web/request_head.hpp"
 
 #include <gmock/gmock.h>

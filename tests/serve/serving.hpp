@@ -88,7 +88,7 @@ inline int connect_to(std::uint16_t port, int receive_buffer = 0) {
     address.sin_family = AF_INET;
     address.sin_port = htons(port);
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    EXPECT_EQ(connect(client, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);  // NOLINT: the sockets' way
+    EXPECT_EQ(connect(client, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);  // NOLINT: socket API
     return client;
 }
 

@@ -96,7 +96,7 @@ TEST_F(StreamPair, AClientThatIsGoneIsSeen) {
     EXPECT_FALSE(stream_->send("late"));
 }
 
-/// A client needs at most the 11.5 kB/s of a line at 115,200 baud; more is the share of the others.
+/// A flood must not delay other clients: at most 12 kB/s are read, about the 11.5 kB/s of a line at 115,200 baud.
 TEST_F(StreamPair, AFloodIsReadAtTheRateOfASerialLine) {
     const std::string flood(4000, 'P');
     ASSERT_EQ(::write(client_.get(), flood.data(), flood.size()), 4000);
@@ -121,7 +121,7 @@ TEST_F(StreamPair, AFloodIsReadAtTheRateOfASerialLine) {
 
 TEST_F(StreamPair, WhoLeavesAnswersUnreadIsNotRead) {
     ASSERT_EQ(::write(client_.get(), "P", 1), 1);
-    while (stream_->waiting() < 8000) {  // some 130 records of a pose
+    while (stream_->waiting() < 8000) {  // more than Stream::kMaxUnread
         ASSERT_TRUE(stream_->send(std::string(1000, 'x')));
     }
     EXPECT_EQ(stream_->events(), POLLOUT);
@@ -160,7 +160,7 @@ TEST(OwnName, IsAnAddressOrTheNameThatWasGiven) {
     EXPECT_TRUE(is_own("[::1]:8080", "[::1]:8080", 8080));
     EXPECT_FALSE(is_own("localhost:8081", "8080", 8080));
     EXPECT_FALSE(is_own("localhost", "8080", 8080));
-    EXPECT_TRUE(is_own("localhost", "80", 80));  // as browsers write it
+    EXPECT_TRUE(is_own("localhost", "80", 80));  // browsers omit the default port
     EXPECT_TRUE(is_own("localhost:80", "80", 80));
     EXPECT_FALSE(is_own("evil.example", "80", 80));
     EXPECT_TRUE(is_own("192.0.2.7:8080", "0.0.0.0:8080", 8080));
@@ -188,12 +188,12 @@ TEST(TcpListener, APortInUseIsSaid) {
     const TcpListener first("--x", {"127.0.0.1", "0"});
     try {
         const TcpListener second("--x", {"127.0.0.1", std::to_string(first.port())});
-        FAIL();
+        FAIL() << "the second listener opened a port in use";
     } catch (const DeviceError& error) {
         EXPECT_NE(std::string(error.what()).find("the port is used by another program"), std::string::npos);
     }
     EXPECT_THROW(TcpListener("--x", {"no.such.host.invalid", "0"}), InputError);
-    EXPECT_THROW(TcpListener("--x", {"192.0.2.1", "0"}), InputError);  // not ours
+    EXPECT_THROW(TcpListener("--x", {"192.0.2.1", "0"}), InputError);  // not an address of this machine
 }
 
 }  // namespace

@@ -105,7 +105,7 @@ TEST(ServePage, OtherAddressesThanLoopbackAreToldWhatTheyExpose) {
     EXPECT_THAT(wide.err(), HasSubstr("--web 0.0.0.0:0: everyone who reaches this address can read poses, switch the coils"));
     EXPECT_THAT(wide.err(), HasSubstr("--fastrak 0.0.0.0:0: everyone who reaches this address"));
     const Serving narrow({"--web", "0", "--openigtlink", "0", "--scenario", "still"});
-    EXPECT_THAT(narrow.err(), ::testing::Not(HasSubstr("whoever")));
+    EXPECT_THAT(narrow.err(), ::testing::Not(HasSubstr("everyone who reaches")));
 }
 
 TEST(ServePage, ANameNeedsToBeAllowed) {

@@ -1,4 +1,4 @@
-"""Clients of `tricoil serve`: hostile ones, and one that reads what it asked for."""
+"""Clients of `tricoil serve`: hostile clients, and one that reads the stream of the live page."""
 import json
 import os
 import socket
@@ -11,7 +11,7 @@ def connect(port):
 
 
 def flood(port, random, seconds):
-    """Asks without reading."""
+    """Sends requests and does not read the replies."""
     with connect(port) as line:
         line.settimeout(0.2)
         end = time.monotonic() + seconds
@@ -23,7 +23,7 @@ def flood(port, random, seconds):
 
 
 def babble(port, random, seconds):
-    """Random bytes, and goes away."""
+    """Connects repeatedly, sends random bytes and disconnects."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         try:
@@ -48,7 +48,7 @@ REQUESTS = [
 
 
 def browse(port, random, seconds):
-    """Bad requests, up to ten open at a time."""
+    """Sends requests of REQUESTS on up to ten connections at a time."""
     lines, end = [], time.monotonic() + seconds
     while time.monotonic() < end:
         try:

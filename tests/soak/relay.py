@@ -1,4 +1,4 @@
-"""A serial line between the simulated front end and the program, which can be pulled, damaged, and whose device clock can jump."""
+"""Serial line between the simulated front end and the program. Simulates a pulled cable, damaged messages and jumps of the device clock."""
 import os
 import select
 import struct
@@ -13,7 +13,7 @@ TIME_AT = 6  # offset of the device time in every message
 
 
 def decoded(frame):
-    """Message of a COBS frame without its zero; None if it is damaged."""
+    """Message of a COBS frame (without the final zero); None if the frame is damaged."""
     out, at = bytearray(), 0
     while at < len(frame):
         run = frame[at]
@@ -42,7 +42,7 @@ def encoded(message):
 
 
 class Relay(threading.Thread):
-    """Forwards bytes between the front end's line and a pseudo terminal, to which the symbolic link `path` leads."""
+    """Forwards bytes between the front end's line and a pseudo terminal. `path`: symbolic link to the pseudo terminal."""
 
     def __init__(self, front_end, path, random):
         super().__init__(daemon=True)
@@ -50,8 +50,8 @@ class Relay(threading.Thread):
         tty.setraw(self.front_end, termios.TCSANOW)
         self.path, self.random = path, random
         self.master = None
-        self.ahead_us = 0  # of the device clock
-        self.damage = 0.0  # share of the messages that lose a byte
+        self.ahead_us = 0  # added to the device time of columns
+        self.damage = 0.0  # share of messages that lose a byte
         self.partial = b""
         self.lock = threading.Lock()
         self.ends = False

@@ -1,4 +1,4 @@
-// Acquisition with converters as plain structures: coil states and gains per block; late, lost and faulty blocks.
+// Acquisition with converters as plain structures: excitation states and gains per block; late, lost and faulty blocks.
 #include "drivers/stm32g4/acquisition.hpp"
 
 #include <gtest/gtest.h>
@@ -131,7 +131,7 @@ TEST_F(AcquisitionTest, ConfiguresConvertersForSimultaneousOversampledBlocks) {
         EXPECT_EQ(adc.CFGR >> 5U & 31U, 13U);                     // TIM6_TRGO
         EXPECT_EQ(adc.CFGR >> 10U & 3U, 1U);                      // rising
         EXPECT_EQ(adc.CFGR & 3U, 3U);                             // DMA, circular
-        EXPECT_EQ(adc.CFGR2 & 0x3FFU, 1U | 2U << 2U | 1U << 9U);  // 8 conversions, each its own trigger
+        EXPECT_EQ(adc.CFGR2 & 0x3FFU, 1U | 2U << 2U | 1U << 9U);  // 8 conversions, one trigger each
         EXPECT_EQ(adc.CR, adc::CR_ADVREGEN | adc::CR_ADSTART);
     }
     EXPECT_EQ(registers.adc[0].SQR1, 13U << 6U);
@@ -139,8 +139,8 @@ TEST_F(AcquisitionTest, ConfiguresConvertersForSimultaneousOversampledBlocks) {
     EXPECT_EQ(registers.adc[2].SMPR1, 4U << 15U);
     EXPECT_NE(registers.adc[3].IER & adc::IER_AWD1IE, 0U);
     EXPECT_EQ(registers.dma.channel[3].CNDTR, 200U);
-    EXPECT_EQ(registers.dma.channel[3].CCR, 0x35AFU);  // half and end interrupts
-    EXPECT_EQ(registers.dma.channel[0].CCR, 0x35A1U);  // none
+    EXPECT_EQ(registers.dma.channel[3].CCR, 0x35AFU);  // half and end interrupts on
+    EXPECT_EQ(registers.dma.channel[0].CCR, 0x35A1U);  // no interrupts
     EXPECT_EQ(registers.dma.channel[4].CNDTR, 160U);   // 3 cycles of the carrier
     EXPECT_EQ(registers.dma.channel[4].CCR, 0x36B1U);
     EXPECT_EQ(registers.trigger.ARR, 294U);

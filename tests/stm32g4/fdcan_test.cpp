@@ -1,4 +1,4 @@
-// The CAN port against plain structures: bit timing, message RAM, exchanges with a host, bus-off.
+// The CAN port with plain structures as registers: bit timing, message RAM, exchanges with a host, bus-off.
 #include "drivers/stm32g4/fdcan/fdcan_port.hpp"
 
 #include <gtest/gtest.h>
@@ -216,7 +216,7 @@ TEST_F(Fdcan, AFloodIsCountedAndRecoveredFrom) {
     }
     registers_.IR = IR_RF0L;
     port_.on_interrupt();
-    EXPECT_EQ(registers_.IR, IR_RF0L) << "cleared by writing it";
+    EXPECT_EQ(registers_.IR, IR_RF0L) << "cleared by writing one";
     hal::ReceivedMessage message;
     int received = 0;
     while (port_.receive(message).ok()) {

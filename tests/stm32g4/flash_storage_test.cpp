@@ -88,7 +88,8 @@ TEST_F(FlashStorageTest, SwitchesTheDataCacheOnAgainAfterAnOperation) {
 
 /// Errors during a read are tested on the virtual board, which raises the NMI.
 TEST_F(FlashStorageTest, TakesAnEccErrorOutsideAReadForOneOfTheProgram) {
-    registers.ECCR = flash::ECCR_ECCD | flash::ECCR_BK_ECC | (126U * 2048U + 8U);  // the address of an own page decides nothing
+    registers.ECCR =
+        flash::ECCR_ECCD | flash::ECCR_BK_ECC | (126U * 2048U + 8U);  // an address in a page of the storage has no effect
     EXPECT_FALSE(storage.on_ecc_error());
     EXPECT_EQ(registers.ECCR, flash::ECCR_ECCD);  // written one to clear
 }

@@ -17,8 +17,8 @@ namespace {
 constexpr int kOversampling = 8;
 constexpr auto kPlan = signal::stated_tdm_plan(Acquisition::sample_rate_hz(kOversampling), 100, 20, 12);
 constexpr double kEdge_s = 295.0 / 170e6;
-constexpr double kSampling_s = 47.5 / 42.5e6;
-constexpr double kNoiseCodes = 0.6;  // time of a conversion
+constexpr double kSampling_s = 47.5 / 42.5e6;  // sampling time of a conversion
+constexpr double kNoiseCodes = 0.6;            // standard deviation of a conversion
 const double kCarrierRadS = 2 * std::numbers::pi * kPlan.params.carrier_hz[0];
 
 struct Amplifier {
@@ -29,7 +29,7 @@ struct Amplifier {
     }
 };
 
-/// Three amplifiers and their converters, conversion by conversion.
+/// Simulates three amplifiers and their converters, one conversion at a time.
 class FedAmplifiers final : public hal::CoilSampler, public TestInputGain {
 public:
     std::array<Amplifier, kSensorCoils> amplifiers;
@@ -167,7 +167,7 @@ StatusCode result_of(FedAmplifiers& fed, const signal::AcquisitionPlan& plan = k
 }
 
 TEST(GainMeasurement, RefusesABrokenLadder) {
-    for (const double gain : {1.0, 25.0, 36.0}) {  // without its capacitor the resistor ladder has no effect
+    for (const double gain : {1.0, 25.0, 36.0}) {  // gain 1: the capacitor of the ladder is missing
         FedAmplifiers fed;
         fed.amplifiers[2].gain[5] = gain;
         EXPECT_EQ(result_of(fed), StatusCode::degenerate) << gain;

@@ -18,7 +18,7 @@ TEST(HardwarePage, HasTheTablesComputedFromTheCode) {
     ASSERT_TRUE(file.is_open());
     const std::string page{std::istreambuf_iterator<char>(file), {}};
     for (const HardwareTable& table : hardware_tables()) {
-        EXPECT_NE(page.find(table.text), std::string::npos) << "HARDWARE.md: the table of " << table.name << " is not this one:\n"
+        EXPECT_NE(page.find(table.text), std::string::npos) << "HARDWARE.md: the table of " << table.name << " must be:\n"
                                                             << table.text;
     }
 }

@@ -1,4 +1,4 @@
-// The serial port against a plain structure: register writes, reception, errors and floods.
+// The serial port with a plain structure as registers: register writes, reception, errors and floods.
 #include "drivers/stm32g4/usart/usart_port.hpp"
 
 #include <gtest/gtest.h>
@@ -69,7 +69,7 @@ TEST_F(Usart, DividesItsClockToTheNearestBaudRate) {
     EXPECT_EQ(baud_divider(170'000'000, 115'200), 1476U);
     EXPECT_EQ(baud_divider(170'000'000, 921'600), 184U);
     EXPECT_EQ(baud_divider(16'000'000, 1'000'000), 16U);
-    EXPECT_EQ(baud_divider(16'000'000, 1'100'000), 0U) << "fewer than 16 samples a bit";
+    EXPECT_EQ(baud_divider(16'000'000, 1'100'000), 0U) << "fewer than 16 samples per bit";
     EXPECT_EQ(baud_divider(170'000'000, 1200), 0U) << "more than 16 bits";
     EXPECT_EQ(baud_divider(170'000'000, 0), 0U);
 }
@@ -157,7 +157,7 @@ TEST_F(Usart, RecoversFromOverrunAndFramingErrors) {
         for (std::size_t i = 0; i < stream.size(); ++i) {
             receive(stream[i], i == 2 ? error : 0);
             if (i == 2) {
-                EXPECT_EQ(registers_.ICR, error) << "the bit position in ICR is that in ISR";
+                EXPECT_EQ(registers_.ICR, error) << "ICR and ISR have the error at the same bit";
             }
         }
         const bool byte_was_kept = error == ISR_ORE;

@@ -91,7 +91,7 @@ TEST_F(Usb, StallsUnknownRequestsAndAnswersTheNext) {
     const std::vector<Request> unknown{
         {0x80, 6, 0, 6, 0, 0, 10, 0},     // device qualifier: no other speed
         {0x80, 6, 1, 2, 0, 0, 32, 0},     // a second configuration
-        {0x80, 6, 9, 3, 9, 4, 64, 0},     // a ninth string
+        {0x80, 6, 9, 3, 9, 4, 64, 0},     // string 9
         {0, 9, 2, 0, 0, 0, 0, 0},         // configuration 2
         {0, 5, 128, 0, 0, 0, 0, 0},       // an address of eight bits
         {1, 11, 1, 0, 0, 0, 0, 0},        // alternate setting 1
@@ -99,10 +99,10 @@ TEST_F(Usb, StallsUnknownRequestsAndAnswersTheNext) {
         {0x82, 0, 0, 0, 0x82, 0, 2, 0},   // endpoint 2
         {0, 3, 1, 0, 0, 0, 0, 0},         // remote wake-up
         {0x82, 12, 0, 0, 0x81, 0, 2, 0},  // synchronisation frame
-        {0x21, 0x20, 0, 0, 0, 0, 7, 0},   // of another class, with data
+        {0x21, 0x20, 0, 0, 0, 0, 7, 0},   // of another class, with data stage
         {0, 7, 0, 1, 0, 0, 18, 0},        // set descriptor
-        {0x80, 9, 1, 0, 0, 0, 0, 0},      // in the wrong direction
-        {0x00, 6, 0, 1, 0, 0, 0, 0},      // likewise
+        {0x80, 9, 1, 0, 0, 0, 0, 0},      // set configuration, wrong direction
+        {0x00, 6, 0, 1, 0, 0, 0, 0},      // get descriptor, wrong direction
     };
     Bytes packet;
     for (const Request& setup : unknown) {
@@ -126,7 +126,7 @@ TEST_F(Usb, ANewSetupEndsTheRequestInProgress) {
     EXPECT_EQ(host_.out(0, {}), Handshake::ack) << "the host ends the data stage early";
     host_.setup({0, 5, 9, 0, 0, 0, 0, 0});
     EXPECT_EQ(host_.control_in({0x80, 8, 0, 0, 0, 0, 1, 0}).value(), (Bytes{1}));
-    EXPECT_EQ(registers_.DADDR, DADDR_EF | 5) << "an address whose status was never fetched";
+    EXPECT_EQ(registers_.DADDR, DADDR_EF | 5) << "address 9 has no effect without its status stage";
 }
 
 TEST_F(Usb, AnyRequestIsAnsweredOrStalled) {

@@ -22,7 +22,7 @@ constexpr std::uint16_t after_write(std::uint16_t old, std::uint16_t word) {
     return static_cast<std::uint16_t>((old & word & kFlags) | ((old ^ word) & kToggles) | (word & kPlain) | (old & EP_SETUP));
 }
 
-/// Plain structures behind the driver; `Port` has on_interrupt().
+/// Works on the plain structures that the driver uses as registers. `Port` has on_interrupt().
 template <typename Port>
 class UsbHost {
 public:
@@ -137,7 +137,7 @@ public:
         EXPECT_TRUE(control_out({0, 9, 1, 0, 0, 0, 0, 0}));
     }
 
-    /// A host that clears a halt, or sets an interface, restarts with DATA0.
+    /// Restarts with DATA0, as a host does after it clears a halt or selects a configuration or an interface.
     void forget_toggles() { in_toggle_ = out_toggle_ = 0; }
     [[nodiscard]] std::uint16_t endpoint(std::size_t i) const { return ep_[i]; }
 

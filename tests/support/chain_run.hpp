@@ -60,7 +60,7 @@ void run_chain(const sim::Motion& motion, const ChainParams& chain, Take&& take)
     }
 }
 
-/// The score of every pose.
+/// Score of all poses.
 inline Score score_chain(const sim::Motion& motion, const ChainParams& chain) {
     Score score;
     run_chain(motion, chain, [&](const tracking::PoseEstimate<double>& e, double) { score.add(e, motion, 0); });

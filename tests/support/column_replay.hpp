@@ -18,11 +18,12 @@
 namespace tricoil::test {
 
 constexpr double kCoupling = 6.75e-3;    // C of the simulated world
-constexpr double kSigmaFloor = 1e-8;     // its converter's quantisation over a window
+constexpr double kSigmaFloor = 1e-8;     // quantisation of its converter over a window
 constexpr double kSlotsPerSecond = 720;  // 240 Hz frames
 constexpr Microseconds kTdmSpan{3500};
 
-/// Per-entry noise that costs the direct solution `cost_m` RMS at 0.75 m (Cramer-Rao bound, core/solver/pose_covariance.hpp).
+/// Noise per entry that causes a position error of `cost_m` RMS in the direct solution at 0.75 m
+/// (core/solver/pose_covariance.hpp).
 inline double sigma_for_cost(double cost_m) {
     const double share = std::sqrt(1 / 13.5 + 2 * 1.25 / 0.5625);
     return cost_m / (share * 0.75) * kCoupling / (0.75 * 0.75 * 0.75);
@@ -74,7 +75,7 @@ struct Score {
     double static_bound_squares = 0;  // of the direct solution for a sensor at rest at the same poses
     double nees_position = 0;         // sums, 3 degrees of freedom each
     double nees_rotation = 0;
-    std::size_t beyond_5_sigma = 0;  // Mahalanobis distance of position or rotation beyond that of 5 sigma in one dimension
+    std::size_t beyond_5_sigma = 0;  // Mahalanobis distance of position or rotation above 5
     std::size_t invalid = 0;
     tracking::PoseFlags flags;
 
@@ -126,7 +127,7 @@ struct Score {
     [[nodiscard]] double nees_rotation_per_dof() const { return nees_rotation / (3 * count()); }
 };
 
-/// Of the motions that replay() plays.
+/// Tracker parameters for the columns of replay().
 template <typename Scalar>
 tracking::TrackerParams<Scalar> replay_params(bool tdm, const tracking::MethodParams<Scalar>& method,
                                               const Vec3<double>& hemisphere) {
@@ -142,7 +143,7 @@ template <typename Scalar>
 tracking::TrackerParams<Scalar> direct_params(bool tdm, bool deskew, const Vec3<double>& hemisphere = Vec3<double>::UnitX()) {
     auto params = replay_params<Scalar>(tdm, tracking::DirectParams{deskew}, hemisphere);
     if (!deskew) {
-        params.common.max_deviation_m = 1;  // the naive solver's errors count, however uncertain the pose is
+        params.common.max_deviation_m = 1;  // scores uncertain poses of the naive solver, too
     }
     return params;
 }

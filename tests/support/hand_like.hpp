@@ -45,8 +45,8 @@ private:
     double at_s_;
 };
 
-/// Around the source on a great circle tilted out of every coordinate plane, tumbling about all axes: through both poles when the
-/// circle is vertical, and through all octants otherwise.
+/// Moves around the source on a circle orthogonal to `axis`, and tumbles. A vertical circle (horizontal axis) passes through both
+/// poles.
 class OrbitMotion final : public sim::Motion {
 public:
     OrbitMotion(double radius_m, const Vec3<double>& axis, double turns_per_s)

@@ -8,7 +8,7 @@
 
 namespace tricoil::test {
 
-/// Time division, one carrier, reference amplitude 2^22 codes; a pseudo-random error of up to +-16 codes on every sample.
+/// TDM, one carrier, reference amplitude 2^22 codes; a pseudo-random error of up to +-16 codes on every sample.
 class IntegerBlocks {
 public:
     static constexpr int kSamples = 200;

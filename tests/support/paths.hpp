@@ -21,7 +21,7 @@ private:
     std::function<Vec3<double>(double)> place_;
 };
 
-/// Uniform motion from one position to another between two times; at rest before and after.
+/// Smooth motion from one position to another between two times; at rest before and after.
 inline Path moved(const Vec3<double>& from, const Vec3<double>& to, double begin_s, double end_s) {
     return Path([=](double t) -> Vec3<double> {
         const double s = std::clamp((t - begin_s) / (end_s - begin_s), 0.0, 1.0);

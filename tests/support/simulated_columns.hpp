@@ -20,7 +20,7 @@ struct RunSettings {
     std::uint64_t seed = 1;
 };
 
-/// The columns of one run, what a tracker must know about them, and the true motion.
+/// Columns of one run, their plan, and the scenario with the true motion.
 struct SimulatedColumns {
     sim::Scenario scenario;
     signal::AcquisitionPlan plan;

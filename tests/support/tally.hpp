@@ -16,7 +16,7 @@ struct Tally {
     std::size_t beyond_5_sigma = 0;  // valid poses with an error above 5 sigma
     std::size_t poses = 0;
     double worst_beyond_m = 0;
-    double first_flag_s = 1e9;     // after the fault began
+    double first_flag_s = 1e9;     // first invalid pose after the fault began
     double longest_silence_s = 0;  // between poses
     double last_s = 0;
 

@@ -17,15 +17,15 @@ struct Tone {
     double phase_rad = 0;
 };
 
-/// Per channel one tone per carrier, an offset, and white noise.
+/// Each channel: one tone per carrier, an offset, white noise and hum, in codes.
 struct ToneBlock {
     std::array<std::array<Tone, kSourceCoils>, kChannels> tones{};
     std::array<double, kChannels> offset{};
     double noise = 0;
-    double hum = 0;  // amplitude of 50 Hz
+    double hum = 0;  // amplitude, 50 Hz
 };
 
-/// Samples from sample `first` of the stream on; the carriers run on from block to block.
+/// Samples of a block that begins at sample `first` of the stream. The carriers continue from block to block.
 inline std::vector<Sample> render(const ToneBlock& block, const signal::AcquisitionPlan& plan, std::mt19937_64& random,
                                   long first = 0) {
     std::normal_distribution<double> normal(0, 1);

@@ -1,4 +1,4 @@
-// Couplings of two bands, of a moving sensor beside a moving conducting sphere.
+// Couplings in two bands of a moving sensor near a moving conducting sphere.
 #pragma once
 
 #include <cmath>
@@ -20,7 +20,7 @@ struct Sphere {
     double relative_permeability;
 };
 
-/// Polarisability, m^3: dipole moment per field is 2 pi times it in units where a dipole's field is G(r) m. Wait 1951.
+/// Magnetic polarisability over 4 pi, m^3: moment = 4 pi alpha H (Wait 1951).
 inline std::complex<double> polarisability(const Sphere& s, double frequency_hz) {
     constexpr double kMu0 = 4e-7 * std::numbers::pi;
     const double mu = s.relative_permeability;
@@ -56,12 +56,12 @@ struct TwoBandData {
     std::vector<Mat3<double>> low;  // line k: mean over the 2 * ratio high-band lines before line k * ratio
     std::vector<solver::RigidPose<double>> truth;
     std::size_t first_metal_row = 0;
-    double share = 0;  // effect in the low band relative to the high band
+    double share = 0;  // effect of the sphere in the low band relative to the high band
 };
 
 namespace two_bands_detail {
 
-/// Two sines with random phases, and frequencies in the given range; each component.
+/// Each component is the sum of two sines with random phases and frequencies in the given range.
 class SmoothPath {
 public:
     SmoothPath(std::mt19937& random, double amplitude, double least_hz, double most_hz) : amplitude_(amplitude) {

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Reads what was built with readelf. Programs: position independent, read-only relocations, no executable stack. Our libraries in them:
+"""Checks built files with readelf. Programs: position independent, read-only relocations, no executable stack. Libraries of tricoil:
 protected stack, checked buffers, marked targets of indirect jumps (x86-64). Other libraries, linked statically, may differ.
 
   hardening_test.py [--unoptimised] FILE...     --unoptimised: without checked buffers, which need optimisation; FILE.a: a library

@@ -85,7 +85,7 @@ TYPED_TEST(Clock, ExtremeStampsAreRefused) {
     EXPECT_EQ(tracker.counters().accepted, 0U);
 }
 
-/// Every column twice, at the highest frame rate: each is used once.
+/// The newest 60 columns are sent twice, at 960 frames/s: each is used once.
 TEST(Duplicates, AreKnownAtEveryRate) {
     auto filter = Filtered::make(false);
     const auto motion = test::hand_like(2);
@@ -116,7 +116,8 @@ class Values : public ::testing::Test {};
 using Scalars = ::testing::Types<float, double>;
 TYPED_TEST_SUITE(Values, Scalars);
 
-/// Couplings with overflowing squares and sigmas with underflowing squares must be refused; they would make the state infinite.
+/// Couplings with overflowing squares and sigmas with over- or underflowing squares are refused; they would make the state
+/// infinite.
 TYPED_TEST(Values, WithoutASquareAreRefused) {
     using Scalar = TypeParam;
     const auto expect_refused = [](auto& tracker, Scalar coupling, Scalar sigma, Rejection reason) {

@@ -1,4 +1,4 @@
-// Dual-rate estimator on simulated couplings of two bands beside moving metal.
+// Dual-rate estimator on simulated couplings in two bands near moving metal.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ struct Score {
     double rms_m = 0;
     double max_m = 0;
     double rotation_rms_rad = 0;
-    double within_5_sigma = 0;  // share of rows whose three errors are all within
+    double within_5_sigma = 0;  // share of rows with all three errors within 5 sigma
     double valid = 0;           // share of rows
     double sigma_median_m = 0;
     double roc_area = 0;  // of the distortion figure, for errors of the high band above 1 mm

@@ -9,7 +9,7 @@
 namespace tricoil::tracking {
 namespace {
 
-/// Source coils 45 mm from one another and 3 degrees out of square; sensor coils 6 mm apart.
+/// Source coils 45 mm apart, axes 3 degrees from orthogonal; sensor coils 6 mm from their centre.
 field::GeneralDipole<double> wide_triad() {
     auto coils = field::GeneralDipole<double>::concentric(test::kCoupling);
     const double d = 0.045 / std::sqrt(2.0);
@@ -28,7 +28,7 @@ calibration::Calibration<double> known_wide_triad() {
     return known;
 }
 
-/// Columns like those of test::replay, but of these coils.
+/// Columns as from test::replay, with the couplings of wide_triad().
 template <typename Take>
 void replay_wide(const sim::Motion& motion, const test::ReplayParams& params, Take&& take) {
     const auto coils = wide_triad();
@@ -75,7 +75,7 @@ TEST(WideTriad, TracksMotionInTurn) {
             }
         });
     }
-    std::printf("45 mm triad %.4f mm, ideal triad %.4f mm; concentric model on the 45 mm triad: %zu poses, %zu called invalid\n",
+    std::printf("45 mm triad %.4f mm, ideal triad %.4f mm; concentric model on the 45 mm triad: %zu valid poses, %zu invalid\n",
                 1e3 * wide.position().rms, 1e3 * ideal.position().rms, wrong.position_m.size(), wrong.invalid);
     EXPECT_LT(wide.position().rms, 1.1 * ideal.position().rms);
     EXPECT_EQ(wide.invalid, 0U);
@@ -91,7 +91,7 @@ TEST(WideTriad, TracksFrames) {
     EXPECT_EQ(score.invalid, 0U);
 }
 
-/// Without a setting, or with a wrong one: coil offsets of 45 mm determine the hemisphere at 0.5 m, at once and in motion.
+/// Without a setting, or with a wrong one: coils 45 mm apart determine the hemisphere at about 0.75 m, from the first pose on.
 TEST(WideTriad, DeterminesTheHemisphere) {
     for (const Vec3<double>& setting : {Vec3<double>(0, 0, 0), Vec3<double>(-1, 0, 0)}) {
         for (std::uint64_t seed = 1; seed <= 10; ++seed) {
@@ -104,7 +104,7 @@ TEST(WideTriad, DeterminesTheHemisphere) {
     }
 }
 
-/// The same coils described by a calibration: equal results, also with phase errors of the channels.
+/// AnyTracker corrects the phases of the channels from the calibration: equal results with phase errors as without them.
 TEST(WideTriad, IsTrackedByItsCalibration) {
     const auto motion = test::hand_like(5);
     const test::ReplayParams params{true, test::sigma_for_cost(0.05e-3), 5, 0, 3};

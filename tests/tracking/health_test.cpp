@@ -13,10 +13,10 @@ constexpr double kBegin_s = 2;
 constexpr double kEnd_s = 3;
 
 struct FaultRun {
-    double first_flag_s = 1e9;   // after the fault's begin
-    double valid_again_s = 1e9;  // after its end
+    double first_flag_s = 1e9;   // after the beginning of the fault
+    double valid_again_s = 1e9;  // after the end of the fault
     std::size_t valid = 0;
-    std::size_t beyond_5_sigma = 0;  // valid, yet beyond 5 sigma
+    std::size_t beyond_5_sigma = 0;  // valid poses beyond 5 sigma
     std::size_t lost_poses = 0;
     PoseFlags flags;
 };
@@ -27,7 +27,7 @@ FaultRun play_fault(const std::function<bool(Column<double>&)>& spoil, std::uint
     const auto motion = test::hand_like(seed);
     const double sigma = test::sigma_for_cost(0.2e-3);
     auto params = test::scaat_params<double>(true);
-    params.common.confined = true;  // a second unseen is long enough to cross the boundary
+    params.common.confined = true;  // in a second without columns the sensor can cross the boundary
     auto filter = test::scaat_filter<double>(params);
     FaultRun run;
     test::Score all;
@@ -89,7 +89,7 @@ TEST(Fault, Outliers) {
     });
     EXPECT_TRUE(run.flags.has(PoseFlag::unconfirmed));
     EXPECT_LE(static_cast<double>(run.beyond_5_sigma), 1e-3 * static_cast<double>(run.valid));
-    EXPECT_LT(run.lost_poses, 200U);  // about 36 outliers and what follows them, of 720
+    EXPECT_LT(run.lost_poses, 200U);  // about 36 outliers in 720 columns, and poses after them
 }
 
 TEST(Fault, ReversedCoil) {

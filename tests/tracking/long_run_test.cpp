@@ -13,7 +13,7 @@
 namespace {
 std::atomic<long> allocations{0};
 }
-// glibc's own allocator behind a count: Eigen's heap goes through malloc, not operator new.
+// Counts calls and forwards to glibc's allocator: Eigen allocates with malloc, not with operator new.
 extern "C" void* __libc_malloc(std::size_t size);  // NOLINT(readability-identifier-naming): glibc's name
 extern "C" void* malloc(std::size_t size) {
     ++allocations;

@@ -1,4 +1,4 @@
-// Poses say whether columns around them were lost or refused.
+// Poses after lost or refused columns have the flag columns_missing.
 #include <gtest/gtest.h>
 
 #include <limits>

@@ -71,7 +71,7 @@ TEST(GeneratedHand, CovarianceIsHonest) {
     }
 }
 
-/// The time of a pose is its newest column's midpoint: no lag at constant velocity.
+/// The time of a pose is the midpoint of its newest column: no lag at constant velocity.
 TEST(Latency, ConstantVelocityDoesNotLag) {
     const Vec3<double> velocity(0.1, 0.9, -0.3);
     const Vec3<double> rate(0.5, -2, 4);
@@ -196,7 +196,8 @@ TEST(Still, NoiseIsHalfOfTheDirectSolversAtMost) {
     }
 }
 
-/// A jump of 10 cm: the first column after it is refused, the third restarts the filter, and it has settled three frames later.
+/// A jump of 10 cm: the first column after it is refused, the third restarts the filter. Three frames after the jump it has
+/// settled.
 TEST(Step, IsReachedWithinThreeFrames) {
     const sim::Pose before{{0.5, 0, 0}, geometry::rotation_vector_to_quaternion<double>({0.3, -0.2, 0.6})};
     sim::Pose after = before;
@@ -217,7 +218,7 @@ TEST(Step, IsReachedWithinThreeFrames) {
                                  const double t = to_seconds(column.midpoint);
                                  if (last && last->valid() && t > 0.1) {
                                      EXPECT_LT((last->position_m - motion.at(t).position_m).norm(), 0.02)
-                                         << "valid but left behind, at " << t - jump_s;
+                                         << "valid, but more than 20 mm off; s after the jump: " << t - jump_s;
                                  }
                              });
         ASSERT_TRUE(last.has_value());
@@ -229,7 +230,7 @@ TEST(Step, IsReachedWithinThreeFrames) {
     EXPECT_LT(std::sqrt(squares / kRuns), 1e-3 + direct);
 }
 
-/// No false reacquisition in ten minutes of hand motion and rest with noise.
+/// No false reacquisition in ten minutes of hand motion with noise.
 TEST(Step, CausesNoFalseReacquisition) {
     std::uint64_t reopened = 0;
     std::uint64_t opened = 0;
@@ -244,7 +245,7 @@ TEST(Step, CausesNoFalseReacquisition) {
         outliers += filter.counters().outliers;
         columns += filter.counters().accepted;
     }
-    std::printf("%llu columns: %llu refused by the gate, %llu re-openings\n", static_cast<unsigned long long>(columns),
+    std::printf("%llu columns: %llu refused by the gate, %llu reacquisitions\n", static_cast<unsigned long long>(columns),
                 static_cast<unsigned long long>(outliers), static_cast<unsigned long long>(reopened));
     EXPECT_EQ(reopened, 0U);
     EXPECT_EQ(opened, 0U);
@@ -266,7 +267,7 @@ TEST(Everywhere, SimultaneousColumnsFollowLargeMotionPerFrame) {
     EXPECT_GT(valid, poses * 9 / 10);
 }
 
-/// No jump, flag or NaN at poles of position and attitude, at the hemisphere boundary, in any octant.
+/// No jump, invalid pose or NaN at poles of position and attitude and at the hemisphere boundary.
 TEST(Everywhere, NoJumpNoFlagNoNaN) {
     const std::array<Vec3<double>, 4> axes{Vec3<double>{0, 1, 0}, Vec3<double>{1, 0, 0}, Vec3<double>{0, 0, 1},
                                            Vec3<double>{1, 1, 1}};
@@ -313,7 +314,7 @@ TEST(PaperExampleIII, SimultaneousColumns) {
     EXPECT_LT(at_once.position().max, 1e-4);
     EXPECT_EQ(at_once.invalid, 0U) << at_once.flags.bits();
 
-    // In TDM the remaining error equals the filter's error budget: accelerations between two columns of a coil.
+    // In TDM the remaining error is close to the filter's error budget: accelerations between two columns of a coil.
     auto filter = test::scaat_filter<double>(test::scaat_params<double>(true, motion.at(0).position_m));
     std::vector<double> expected_m;
     test::replay<double>(motion, tdm, [&](const Column<double>& column) {
@@ -323,7 +324,7 @@ TEST(PaperExampleIII, SimultaneousColumns) {
         }
     });
     const double expected = host::summarise(expected_m).rms;
-    std::printf("TDM: %.3f mm RMS where the budget says %.3f mm, %zu of %.0f invalid\n", 1e3 * in_turn.position().rms,
+    std::printf("TDM: %.3f mm RMS with a predicted error of %.3f mm, %zu of %.0f invalid\n", 1e3 * in_turn.position().rms,
                 1e3 * expected, in_turn.invalid, in_turn.count());
     EXPECT_LT(in_turn.position().rms, 1.5 * expected);
     EXPECT_GT(in_turn.position().rms, 0.3 * expected);

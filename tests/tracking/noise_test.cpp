@@ -55,8 +55,8 @@ TEST(UnderstatedNoise, IsNoticed) {
     }
 }
 
-/// One noisy channel among good ones, all sigmas true: the good channels must not be linearised at a pose dominated by the noisy
-/// one.
+/// One noisy channel among good ones, all sigmas correct: the good channels must not be linearised at a pose dominated by the
+/// noisy one.
 TEST(UnevenNoise, OfOneSensorChannelIsWeighed) {
     for (const double factor : {10.0, 100.0, 300.0}) {
         test::Tally tally;

@@ -60,7 +60,7 @@ struct Bank {
 
 Vec3<double> place(std::size_t sensor) { return {0.5, 0.15 * static_cast<double>(sensor) - 0.2, 0.1}; }
 
-/// `sensors` sensors at rest in different places, tracked by the filter; a fault in one of them.
+/// `sensors` sensors at rest in different places, tracked by the filter. `fault_of_second`: fault of the second sensor.
 Bank run_bank(int sensors, signal::Multiplexing multiplexing, const std::string& fault_of_second = "") {
     std::vector<std::unique_ptr<sim::StillMotion>> motions;
     std::vector<std::unique_ptr<sim::CoilWorld>> worlds;

@@ -27,7 +27,7 @@ WorldParams quiet() {
     return params;
 }
 
-/// The signal matrix that the demodulator reads from the world, averaged over a few frames after the start.
+/// Signal matrix that the demodulator computes from six blocks of the world: the newest column of each coil.
 Mat3<double> demodulated(CoilWorld& world, const signal::AcquisitionPlan& plan) {
     world.configure(plan);
     signal::Demodulator<double> demodulator(plan, world.demodulation());

@@ -130,7 +130,7 @@ TEST(Dynamic, SpeedIsThatOfTheSensor) {
     }
 }
 
-/// Gaps of the reference are not compared; the report counts them.
+/// Poses in gaps of the reference are not compared; the report counts them.
 TEST(Dynamic, GapsAreSkipped) {
     const sim::HandMotion motion({0.6, 0, 0}, 4);
     Known known;

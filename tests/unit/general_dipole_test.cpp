@@ -11,7 +11,8 @@ namespace {
 
 using Model = GeneralDipole<double>;
 
-/// Coils with offsets up to 60 mm and errors of a few degrees and per cent; optionally of finite size.
+/// Source coils with offsets up to 60 mm, sensor coils up to 20 mm, errors of a few degrees and per cent; optionally of finite
+/// size.
 Model random_model(test::RandomPoses& random, bool finite) {
     Model model;
     for (int j = 0; j < 3; ++j) {

@@ -12,7 +12,7 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 
 TEST(Rotations, FollowTable1) {
-    // Passive: a frame turned by 90 degrees about z sees the source's x axis along its -y.
+    // Passive: in a frame turned by 90 degrees about z, the source's x axis points along -y.
     EXPECT_TRUE((rotation_z(kPi / 2) * Vec3<double>::UnitX()).isApprox(-Vec3<double>::UnitY(), 1e-15));
     EXPECT_TRUE((rotation_y(kPi / 2) * Vec3<double>::UnitX()).isApprox(Vec3<double>::UnitZ(), 1e-15));
     EXPECT_TRUE((rotation_x(kPi / 2) * Vec3<double>::UnitY()).isApprox(-Vec3<double>::UnitZ(), 1e-15));

@@ -19,7 +19,7 @@ class HostileMatrix : public ::testing::Test {
 protected:
     using Limits = std::numeric_limits<Scalar>;
 
-    /// A matrix of a real pose, at the size of `scale`.
+    /// Signal matrix of a pose, multiplied by `scale`.
     static Mat3<Scalar> scaled(Scalar scale) {
         const Mat3<Scalar> o = geometry::attitude_matrix(geometry::Euler<Scalar>{Scalar(0.4), Scalar(-0.6), Scalar(1.1)});
         const Vec3<Scalar> position(Scalar(0.6), Scalar(0.64), Scalar(0.48));

@@ -166,7 +166,7 @@ TEST(RecordedMotion, RemovesRepeatsSmoothsAndPositions) {
         mean += motion.at(0.01 * i).position_m / 300;
     }
     EXPECT_LT((mean - Vec3<double>(0.9, 0, 0)).norm(), 1e-9);
-    // The smooth path follows the true one up to its placement.
+    // The smooth path follows the true one, apart from a constant offset.
     const double shift = motion.at(1.5).position_m.x() - 0.1 * std::sin(6.0);
     for (double t = 0.5; t < 2.5; t += 0.013) {
         EXPECT_NEAR(motion.at(t).position_m.x() - shift, 0.1 * std::sin(4 * t), 5e-4);

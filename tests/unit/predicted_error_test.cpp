@@ -14,7 +14,7 @@ struct Truth {
     Quat<double> q_source_sensor;
 };
 
-/// A steady motion: 1.6 m/s across the line of sight, turning at 3 rad/s.
+/// A steady motion at 1.6 m/s, turning at 3 rad/s.
 Truth truth_at(double time_s) {
     const Vec3<double> turn(1.5 * time_s, -2 * time_s, 1.7 * time_s);
     return {{0.4, 0.2 + 1.5 * time_s, -0.1 - 0.6 * time_s}, geometry::rotation_vector_to_quaternion<double>(turn)};
@@ -28,7 +28,7 @@ TrackerParams<double> params_for(Form form, int passes) {
     return params;
 }
 
-/// Three simultaneous columns with little noise.
+/// Three simultaneous columns without noise.
 PoseEstimate<double> feed(Tracker<double>& tracker, const Truth& truth, double time_s) {
     const Mat3<double> x = test::unit_signal(truth.position_m, truth.q_source_sensor);
     std::optional<PoseEstimate<double>> estimate;

@@ -44,7 +44,7 @@ protected:
     const Vec3<double> position_{0.4, 0.2, -0.1};
     const Quat<double> attitude_ = Quat<double>(0.9, 0.1, -0.3, 0.2).normalized();
     const Mat3<double> x_ = test::unit_signal(position_, attitude_);
-    DeviceTime time_ = device_time_us((std::int64_t{1} << 32) - 2000);  // exceeds 32 bits after the first step
+    DeviceTime time_ = device_time_us((std::int64_t{1} << 32) - 2000);  // exceeds 32 bits within the first frame
 };
 
 TEST_F(TrackerTest, EveryMethodFindsAStillSensor) {
@@ -106,7 +106,7 @@ TEST_F(TrackerTest, LosesASilentSensorWithinBoundedTimeAndFindsItAgain) {
     tracker.tick(time_ + Microseconds{1'500'000});
     EXPECT_EQ(tracker.state(), TrackerState::searching);
     time_ += Microseconds{2'000'000};
-    feed_frame(tracker, x_);  // a column this far ahead waits for the next to agree
+    feed_frame(tracker, x_);  // a column this far ahead is used only if the next one agrees
     EXPECT_EQ(tracker.counters().of(Rejection::time_ahead), 1U);
     // In two seconds the sensor may have crossed to the other hemisphere.
     EXPECT_TRUE(feed_frame(tracker, x_)->flags.has(PoseFlag::hemisphere_unknown));
@@ -159,7 +159,7 @@ TEST_F(TrackerTest, DistortionChiSquareHasThreeDegreesOfFreedom) {
     EXPECT_NEAR(sum / kFrames, 3.0, 0.12);  // standard error sqrt(6 / 4000) = 0.039
 }
 
-/// Neither the first pose nor one that is farther from the last than a body can move is confirmed.
+/// Unconfirmed: the first pose, and a pose farther from the previous one than a body can move.
 TEST_F(TrackerTest, APoseMustContinueTheLastOne) {
     for (const bool deskew : {false, true}) {
         auto p = params();

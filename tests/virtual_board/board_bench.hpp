@@ -21,7 +21,7 @@ namespace tricoil::test {
 inline std::vector<std::uint8_t> read_image(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
     if (!file) {
-        throw std::runtime_error(path + " is not there: toolchain/build nucleo-g474re");
+        throw std::runtime_error(path + ": cannot be opened; run toolchain/build nucleo-g474re");
     }
     return {std::istreambuf_iterator<char>(file), {}};
 }

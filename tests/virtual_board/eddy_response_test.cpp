@@ -12,7 +12,7 @@ namespace {
 
 using Complex = std::complex<double>;
 
-/// The polarisability of a sphere as a field, in units of a^3 / 2.
+/// Polarisability of a sphere at each tone, in units of a^3 / 2, times the identity.
 std::vector<sim::ComplexMat3> responses(const sim::Material& material, double radius_m) {
     std::vector<sim::ComplexMat3> fields;
     for (const double hz : EddyResponse::tones_hz()) {
@@ -22,7 +22,7 @@ std::vector<sim::ComplexMat3> responses(const sim::Material& material, double ra
     return fields;
 }
 
-/// Amplitude and phase of the derivative of the response to cos(w t), by projection over ten periods after ten others.
+/// Complex response to cos(w t): projection of its derivative over ten periods, after ten periods of settling.
 Complex driven(const EddyResponse::Terms& terms, double hz) {
     const double w = 2 * M_PI * hz;
     const double step_s = 1 / (200 * hz);

@@ -19,7 +19,7 @@ using protocol::Opcode;
 using test::BoardBench;
 
 constexpr double kBlockS = 100 * 8 * 295 / 170e6;  // time of one slot
-constexpr double kFaultS = 0.7;                    // measuring by then
+constexpr double kFaultS = 0.7;                    // beginning of the fault; the board measures
 constexpr unsigned bit(Fault fault) { return static_cast<unsigned>(fault); }
 
 bool is_on(const BoardBench& bench) { return bench.board->bench.any_driven(); }
@@ -34,8 +34,8 @@ public:
         start(links);
     }
 
-    /// Expects that coils go off within this time of the fault and stay off, and that only these faults are reported in addition
-    /// to earlier ones.
+    /// Expects that coils go off within this time of the fault and stay off, and that exactly these faults are reported, apart
+    /// from Fault::calibration.
     void expect_off(double within_s, unsigned faults) {
         run(kFaultS + 0.3 - board->now_s());
         EXPECT_FALSE(is_on(*this));
@@ -134,13 +134,13 @@ TEST(BoardFaults, CrystalThatDoesNotStartKeepsTheCoilsOff) {
     board.run(BoardBench::kBootS);
     board.host().hello();
     board.run(0.02);
-    EXPECT_EQ(board.host().identities.size(), 1U) << "it still communicates, by the other oscillator";
+    EXPECT_EQ(board.host().identities.size(), 1U) << "the board still communicates, with the other oscillator";
     EXPECT_NE(board.ask(test::on_serial, Opcode::start), AckResult::done);
     board.host().command(Opcode::read_block, 0, Excitation::s1);
     board.run(0.05);
     EXPECT_EQ(board.host().result(), AckResult::failed);
     EXPECT_NE(board.status().faults & bit(Fault::clock), 0U);
-    EXPECT_LT(board.board->bench.last_driven_s(), 0) << "never";
+    EXPECT_LT(board.board->bench.last_driven_s(), 0) << "the coils were never on";
 }
 
 TEST(BoardFaults, CrystalThatStopsResetsTheBoardOntoTheOtherOscillator) {
@@ -169,7 +169,7 @@ TEST(BoardFaults, WatchdogEndsAHang) {
     }
 }
 
-/// As if the program had called it while it measures.
+/// Jumps to assertion_failed() while the board measures.
 TEST(BoardFaults, AFailedAssertionSwitchesTheCoilsOffAndRestarts) {
     FaultyBoard board({});
     board.run(kFaultS - board.board->now_s());
@@ -264,7 +264,7 @@ public:
         host().hello();
         run(0.02);
     }
-    /// Sends a command; empty without an acknowledgement within half a second.
+    /// Writes a calibration; empty without an acknowledgement within half a second or before a reset.
     std::optional<AckResult> write(const calibration::Blob& blob) {
         host().write(blob);
         for (int n = 0; n < 100 && !host().result() && board->resets() == resets_; ++n) {

@@ -121,14 +121,14 @@ INSTANTIATE_TEST_SUITE_P(Modes, EachMultiplexing, ::testing::Values(signal::Mult
 TEST_F(GainTest, ABrokenLadderIsAFault) {
     bench.board->amplifiers[1].ladder_error[3] = -0.3;
     start_columns(signal::Multiplexing::tdm);
-    EXPECT_EQ(result, AckResult::busy) << "it was measured at boot";
+    EXPECT_EQ(result, AckResult::busy) << "the gains were measured at boot";
     EXPECT_NE(bench.status(test::on_usb).faults & static_cast<unsigned>(protocol::Fault::converter), 0U);
     bench.run(1);
     EXPECT_EQ(bench.ask(test::on_usb, Opcode::start), AckResult::failed);
     EXPECT_LT(bench.board->bench.last_driven_s(), 0);
     bench.board->amplifiers[1].ladder_error[3] = 0;
     bench.run(1.1);
-    EXPECT_EQ(bench.ask(test::on_usb, Opcode::start), AckResult::done) << "after repair it is measured again";
+    EXPECT_EQ(bench.ask(test::on_usb, Opcode::start), AckResult::done) << "after the repair the gains are measured again";
     EXPECT_EQ(bench.board->resets(), 0U);
 }
 

@@ -21,7 +21,7 @@ constexpr std::size_t kBlock = 100;
 constexpr std::int32_t kMiddle = 2048 * 8;
 constexpr std::uint64_t kHalfTriggersPerBlock = 2 * kBlock * 8;
 
-/// Nearest microsecond to a number of half triggers of 295 / 170 MHz.
+/// Duration of a number of half trigger periods (295 / 340 us each), rounded to the nearest microsecond.
 Microseconds time_of(std::uint64_t half_triggers) {
     return Microseconds{static_cast<std::int64_t>((half_triggers * 295 + 170) / 340)};
 }
@@ -76,7 +76,7 @@ private:
     std::array<Sample, kBlock> samples_{};
 };
 
-/// Simulates the board, and returns the samples of its converters and its poses.
+/// Gain measurement on the recorded samples. The recording contains the gain steps and the test carrier.
 class RecordedGain final : public stm32g4::TestInputGain {
 public:
     explicit RecordedGain(hal::CoilSampler& sampler) : sampler_(sampler) {}

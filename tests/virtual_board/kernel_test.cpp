@@ -16,7 +16,7 @@ using ::testing::HasSubstr;
 
 const std::string kBoard =
     TRICOIL_VIRTUAL_BOARD " " TRICOIL_BOARD_IMAGE ".bin --elf " TRICOIL_BOARD_IMAGE ".elf --report /run/board.json ";
-/// `tricoil run` on a device for a second of poses.
+/// `tricoil run` on a device for two seconds.
 void expect_tracking(const std::string& device) {
     test::Program tracker(TRICOIL_PROGRAM " run --json --device " + device +
                           " --duration 2 --out /run/poses.csv >/run/tricoil.out 2>/run/tricoil.err");

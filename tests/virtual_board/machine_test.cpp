@@ -53,7 +53,7 @@ protected:
         } catch (const RunFailure& failure) {
             return failure.what();
         }
-        return "it did not fail";
+        return "the job did not fail";
     }
 
     Machine machine_;

@@ -24,7 +24,7 @@ constexpr double kSettleS = 0.5;
 struct Score {
     std::size_t valid = 0;
     std::size_t invalid = 0;
-    unsigned flags = 0;  // of those
+    unsigned flags = 0;  // of the invalid poses
     double rms_mm = 0;
     double worst_mm = 0;
     double stated_mm = 0;  // RMS of the predicted errors
@@ -69,7 +69,7 @@ Score score(const sim::Scenario& scenario, const std::vector<protocol::PoseMessa
 }
 
 /// Compares poses after the first half second with the truth at their times. The board's clock starts a few milliseconds after
-/// power-on; the offset is fitted to the first two seconds.
+/// power-on; the offset is fitted to the first 1440 poses.
 Score score(const sim::Scenario& scenario, const std::vector<protocol::PoseMessage>& poses,
             const signal::AcquisitionPlan& plan = nucleo_g474re::kModes[0].plan) {
     const auto end = poses.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(poses.size(), 1440));
@@ -84,7 +84,7 @@ Score score(const sim::Scenario& scenario, const std::vector<protocol::PoseMessa
     return score(scenario, poses, plan, best_begin_s);
 }
 
-/// Errors agree with the predicted errors, and these do not exceed the noise budget of single frames.
+/// Errors do not exceed the predicted errors, nor predicted errors the noise budget of single frames, by more than 30 %.
 void expect_accurate(const Score& s) {
     std::printf("RMS %.2f mm, stated %.2f, a still frame without filter %.2f, worst %.2f\n", s.rms_mm, s.stated_mm, s.frame_mm,
                 s.worst_mm);
@@ -189,7 +189,7 @@ struct MeasuringMode {
     const char* name;
     protocol::ModeRequest request;
     std::size_t mode;    // of the board
-    double poses_per_s;  // TDM: one of each column, FDM: one of each frame
+    double poses_per_s;  // TDM: one per column, FDM: one per frame
 };
 
 class ModeOfTheBoard : public ::testing::TestWithParam<MeasuringMode> {};

@@ -91,8 +91,8 @@ std::string ilemt_name(int sensor_fixture, const std::string& suffix) {
 }
 
 std::string ilemt_text(const RealTriads& triads, const StageParams& stage, int sensor_fixture) {
-    std::mt19937_64 mounting(77 + static_cast<std::uint64_t>(sensor_fixture));  // of this fixture, in every file of it
-    std::mt19937_64 common(76);                                                 // of the source
+    std::mt19937_64 mounting(77 + static_cast<std::uint64_t>(sensor_fixture));  // equal in all files of this fixture
+    std::mt19937_64 common(76);                                                 // equal in all files
     std::mt19937_64 random(stage.seed + 1000 * static_cast<std::uint64_t>(sensor_fixture));
     std::normal_distribution<double> normal(0, 1);
     const Mat3<double> source_stage = small_turn(common, 4) * geometry::rotation_z<double>(std::numbers::pi / 2);

@@ -1,4 +1,4 @@
-// Cylindrical winding as straight filaments: field by the Biot-Savart law, pick-up by the flux through the turns.
+// Cylindrical windings as straight filaments, and their mutual coupling by Neumann's integral.
 #pragma once
 
 #include <vector>
@@ -12,8 +12,8 @@ struct WoundCoilParams {
     Vec3<double> axis = Vec3<double>::UnitZ();  // its length scales the strength; need not be 1
     double radius_m = 0.01;
     double length_m = 0.01;
-    int turns = 5;      // filaments along the length
-    int segments = 32;  // per turn
+    int turns = 5;      // along the length
+    int segments = 32;  // filaments per turn
 };
 
 /// Straight filament: a part of a turn.
@@ -25,8 +25,8 @@ struct Filament {
 /// Filaments of a winding, in the frame of `params`. The polygons have the area of the circle.
 std::vector<Filament> filaments_of(const WoundCoilParams& params);
 
-/// Neumann's double integral over the filaments of two windings, sum of dl1.dl2 / |r|: times winding_scale it is the coupling of
-/// the pair in the units of field::dipole_pair. No multipole is assumed. Both lists in one coordinate frame.
+/// Neumann's double integral over the filaments of two windings, sum of dl1.dl2 / |r|. Multiplied by winding_scale() it is the
+/// coupling of the pair in the units of field::dipole_pair. No multipole is assumed. Both lists are in one coordinate frame.
 double mutual_coupling(const std::vector<Filament>& source, const std::vector<Filament>& sensor);
 
 /// Factor that scales mutual_coupling() of a pair to that of unit dipoles times the lengths of the axes.

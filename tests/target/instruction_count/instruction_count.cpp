@@ -76,7 +76,7 @@ extern "C" [[gnu::visibility("default")]] int qemu_plugin_install(qemu_plugin_id
         }
     }
     if (begin_address == 0 || end_address == 0 || out == nullptr) {
-        std::fputs("instruction_count: wants begin=, end= and a writable out=\n", stderr);
+        std::fputs("instruction_count: needs begin=, end= and a writable out=\n", stderr);
         return -1;
     }
     qemu_plugin_register_vcpu_tb_trans_cb(id, translate);

@@ -15,14 +15,14 @@ using Concentric = scaat::ConcentricMeasurement<float>;
 using General = scaat::GeneralMeasurement<float>;
 
 constexpr int kRuns = 24;       // columns that are counted
-constexpr int kSettling = 60;   // before them
+constexpr int kSettling = 60;   // columns before the counted ones
 constexpr int kSlot_us = 1389;  // TDM at 240 frames/s
 constexpr float kSigma = 1e-4F;
 
 Column<float> column;
 bool given;
 
-/// Couplings with C = 1 of a sensor that circles and turns at about a metre and two radians per second.
+/// Couplings (C = 1) of a sensor that moves on a circle at about 1 m/s and turns at about 2 rad/s.
 template <typename Model>
 void make_column(const Model& model, int n) {
     const float t = 1e-6F * kSlot_us * static_cast<float>(n);
@@ -60,7 +60,7 @@ private:
     std::optional<Filter> filter_;
 };
 
-/// Source coils 45 mm and sensor coils 6 mm apart.
+/// Source coils 42 mm and sensor coils 6 mm apart.
 General wide_coils() {
     General model{field::GeneralDipole<float>::concentric(1)};
     model.coils.source_offset_m = 0.03F * Mat3<float>::Identity();

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kPoses = 12;
 constexpr float kNearby_rad = 0.03F;
-constexpr int kCodeExponent = -13;  // of the couplings' unit
+constexpr int kCodeExponent = -13;  // of the unit of the couplings
 constexpr fixed::Scaled kOne{1 << 30, -30};
 
 struct Inputs {

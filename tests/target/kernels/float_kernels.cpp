@@ -19,7 +19,7 @@ constexpr int kBlock = 200;
 constexpr int kCycles = 10;
 constexpr float kNearby_rad = 0.03F;  // between the pose and the start pose of the step
 
-/// Poses around the source, in every octant and on an axis, 0.2 to 0.9 m away.
+/// Poses around the source, in seven octants and on the z axis, 0.2 to 0.9 m away.
 solver::VectorPose<float> pose_of(int run) {
     const auto n = static_cast<float>(run);
     solver::VectorPose<float> pose;
@@ -112,7 +112,7 @@ std::optional<tracking::PreviousTracker<float>> previous_tracker;
 tracking::Tracker<float>* tracker = nullptr;
 std::array<Column<float>, 3> columns;
 
-/// A tracker that has followed for two frames; the next column completes a matrix.
+/// A tracker that has processed five columns; the next column completes the second matrix.
 void prepare_tracker(int run) {
     prepare_pose(run);
     tracking::TrackerParams<float> params;

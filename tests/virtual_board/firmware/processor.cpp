@@ -65,7 +65,8 @@ volatile float product;
 extern "C" {
 extern Word bss_begin, bss_end, stack_top;
 
-// Interrupt 0 pends interrupt 1; the job selects what interrupt 1 does. Each records its entry and exit.
+// Interrupt 0 pends interrupt 1, except in the job lazy_float. Interrupt 0 records its entry and exit, the others only their
+// entry.
 void interrupt_0() {
     note(100 + active_exception());
     if (mailbox.job == Job::lazy_float) {
