@@ -104,6 +104,7 @@ int tricoil_poll(tricoil_tracker* tracker, tricoil_pose* pose, int timeout_ms) {
         return -1;
     }
     try {
+        tracker->failure.clear();
         tracking::PoseEstimate<double> estimate;
         switch (tracker->source->poll(Microseconds{1000 * std::int64_t{std::max(timeout_ms, 0)}}, estimate)) {
             case host::PoseSource::Event::pose:
@@ -122,8 +123,6 @@ int tricoil_poll(tricoil_tracker* tracker, tricoil_pose* pose, int timeout_ms) {
         } catch (...) {
             return kOutOfMemory;
         }
-    } catch (...) {
-        return kFailed;
     }
     return kFailed;
 }

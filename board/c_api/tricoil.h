@@ -55,7 +55,7 @@ typedef struct tricoil_pose {
 } tricoil_pose;              /* NOLINT(modernize-use-using): C */
 
 /* Opens a source of poses:
- * - can:can0, usb:1209:0001 or serial:/dev/ttyACM0: a device;
+ * - can:can0[#NODE], usb:1209:0001[:SERIAL] or serial:/dev/ttyACM0: a device;
  * - board.toml: the device of a configuration file of `tricoil run --config`;
  * - sim:hand or sim:hand,mux=tdm,seed=2: a simulation of a scenario of `tricoil run --list`. Keys: mux (tdm, fdm), rate_hz,
  *   duration_s, seed, predict_s, noise (yes, no), realtime (yes, no; default no: as fast as it is polled);
@@ -84,8 +84,8 @@ TRICOIL_API int tricoil_set_hemisphere(tricoil_tracker* tracker, int sensor, con
  * not finite, or the sensor does not exist. */
 TRICOIL_API int tricoil_set_tip(tricoil_tracker* tracker, int sensor, const double tip_m[3]);
 
-/* From now on the present attitude of the sensor reads as the unit quaternion. Returns 0; -1: the sensor has no valid pose yet.
- */
+/* From now on the attitude of the last polled pose of this sensor reads as the unit quaternion. Returns 0; -1: that pose is not
+ * valid, there is none, or an argument is NULL or not a sensor. */
 TRICOIL_API int tricoil_boresight(tricoil_tracker* tracker, int sensor);
 
 /* Status as text for the user; never empty. The pointer is valid until the next call with this tracker. */

@@ -60,16 +60,16 @@ void DeviceLoop::switch_off() {
     }
 }
 
-void DeviceLoop::step() {
+void DeviceLoop::step(Microseconds longest_wait) {
     const HostTime now = drivers::host_now();
     (void)session_.service(now);
     follow_phase();
     if (session_.phase() == Phase::closed) {
-        timespec pause{0, kWait.count() * 1000};
+        timespec pause{0, std::min(kWait, longest_wait).count() * 1000};
         ::nanosleep(&pause, nullptr);
         return;
     }
-    Status status = port_.wait(lines_.sync != nullptr ? kSyncWait : kWait);
+    Status status = port_.wait(std::min(lines_.sync != nullptr ? kSyncWait : kWait, longest_wait));
     bool any = false;
     for (int n = 0; n < kMaxMessagesPerStep && status.code() != StatusCode::device_lost; ++n) {
         hal::ReceivedMessage message;

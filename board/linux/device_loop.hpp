@@ -54,8 +54,8 @@ public:
     DeviceLoop(const DeviceLoop&) = delete;
     DeviceLoop& operator=(const DeviceLoop&) = delete;
 
-    /// Processes arrived messages, or waits for them at most 5 ms.
-    void step();
+    /// Processes arrived messages, or waits for them at most `longest_wait`, which is limited to 5 ms.
+    void step(Microseconds longest_wait = Microseconds::max());
 
     /// AnyTracker::set_hemisphere, or the command of a tracker board. Without a session, takes effect at the next start. Does
     /// nothing for an unknown sensor.

@@ -41,8 +41,8 @@ DeviceSource::~DeviceSource() {
     port_->close();
 }
 
-bool DeviceSource::do_advance() {
-    loop_.step();
+bool DeviceSource::do_advance(Microseconds patience) {
+    loop_.step(patience);
     return true;
 }
 

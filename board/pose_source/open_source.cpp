@@ -1,7 +1,9 @@
 #include "board/pose_source/open_source.hpp"
 
+#include <array>
 #include <charconv>
-#include <vector>
+#include <string_view>
+#include <utility>
 
 #include "board/linux/device_config.hpp"
 #include "board/pose_source/device_source.hpp"
@@ -26,7 +28,9 @@ Number number_of(const std::string& key, const std::string& text) {
     return value;
 }
 
-bool yes_or_no(const std::string& key, const std::string& text) { return index_of_name("sim: " + key, text, {"no", "yes"}) == 1; }
+bool yes_or_no(const std::string& key, const std::string& text) {
+    return index_of_name("value of " + key, text, {"no", "yes"}) == 1;
+}
 
 struct SimulationName {
     SimulationOptions options;
@@ -35,7 +39,7 @@ struct SimulationName {
 
 void set_key(SimulationName& name, const std::string& key, const std::string& value) {
     SimulationOptions& o = name.options;
-    switch (index_of_name("sim: key", key, {"mux", "rate_hz", "duration_s", "seed", "predict_s", "noise", "realtime"})) {
+    switch (index_of_name("key of sim:", key, {"mux", "rate_hz", "duration_s", "seed", "predict_s", "noise", "realtime"})) {
         case 0:
             o.multiplexing = value;
             break;
@@ -79,6 +83,31 @@ SimulationName parse_simulation(const std::string& text) {
     return name;
 }
 
+/// The options of the program, by the names of the keys.
+std::string in_keys(std::string message) {
+    constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kNames{{{"--mux", "mux"},
+                                                                                   {"--rate-hz", "rate_hz"},
+                                                                                   {"--duration", "duration_s"},
+                                                                                   {"--predict", "predict_s"},
+                                                                                   {"--tracker", "tracker"}}};
+    for (const auto& [option, key] : kNames) {
+        for (std::size_t at = message.find(option); at != std::string::npos; at = message.find(option)) {
+            message.replace(at, option.size(), key);
+        }
+    }
+    return message;
+}
+
+std::unique_ptr<PoseSource> open_simulation(const std::string& text, const std::string& tracker) {
+    SimulationName simulation = parse_simulation(text);
+    simulation.options.tracker = tracker.empty() ? simulation.options.tracker : tracker;
+    try {
+        return std::make_unique<SimulatedSource>(simulation.options, simulation.realtime);
+    } catch (const InputError& error) {
+        throw InputError("sim: " + in_keys(error.what()));
+    }
+}
+
 std::unique_ptr<PoseSource> open_device(const std::string& name, const std::string& tracker) {
     linux_board::DeviceConfig config;
     if (name.ends_with(".toml")) {
@@ -100,9 +129,7 @@ std::unique_ptr<PoseSource> open_source(const std::string& name, const std::stri
     const std::string scheme = name.substr(0, colon == std::string::npos ? 0 : colon);
     const std::string rest = colon == std::string::npos ? "" : name.substr(colon + 1);
     if (scheme == "sim") {
-        SimulationName simulation = parse_simulation(rest);
-        simulation.options.tracker = tracker.empty() ? simulation.options.tracker : tracker;
-        return std::make_unique<SimulatedSource>(simulation.options, simulation.realtime);
+        return open_simulation(rest, tracker);
     }
     if (scheme == "recording") {
         return std::make_unique<RecordedSource>(rest, tracker);

@@ -4,25 +4,30 @@
 
 namespace tricoil::host {
 
-tracking::PoseEstimate<double> PoseQueue::pop() {
-    const tracking::PoseEstimate<double> oldest = poses_.front();
-    poses_.pop_front();
-    return oldest;
+const tracking::PoseEstimate<double>& PoseQueue::pop() {
+    const std::size_t oldest = begin_;
+    begin_ = (begin_ + 1) % kCapacity;
+    --size_;
+    return ring_[oldest];
 }
 
 void PoseQueue::do_pose(const tracking::PoseEstimate<double>& estimate) {
-    if (poses_.size() == kCapacity) {
-        poses_.pop_front();
+    if (size_ == kCapacity) {
+        (void)pop();
         ++dropped_;
     }
-    poses_.push_back(estimate);
+    ring_[(begin_ + size_) % kCapacity] = estimate;
+    ++size_;
 }
 
+/// While poses are queued, the source is served without waiting: otherwise a backlog would never become shorter.
 PoseSource::Event PoseSource::poll(Microseconds patience, tracking::PoseEstimate<double>& pose) {
     const HostTime end = drivers::host_now() + patience;
+    Microseconds left = queue_.empty() ? patience : Microseconds{0};
     do {
-        ended_ = ended_ || !do_advance();
-    } while (queue_.empty() && !ended_ && drivers::host_now() < end);
+        ended_ = ended_ || !do_advance(left);
+        left = end - drivers::host_now();
+    } while (queue_.empty() && !ended_ && left.count() > 0);
     if (queue_.empty()) {
         return ended_ ? Event::end : Event::none;
     }
@@ -31,9 +36,7 @@ PoseSource::Event PoseSource::poll(Microseconds patience, tracking::PoseEstimate
         return Event::pose;
     }
     Output& output = outputs_[pose.sensor];
-    if (pose.valid()) {
-        output.attitude = pose.q_source_sensor;
-    }
+    output.attitude = pose.valid() ? std::optional(pose.q_source_sensor) : std::nullopt;
     if (output.frame) {
         pose = tracking::in_frame(pose, *output.frame);
     }

@@ -2,9 +2,9 @@
 #pragma once
 
 #include <array>
-#include <deque>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/tracking/output_frame.hpp"
 #include "core/tracking/tracker_tap.hpp"
@@ -16,9 +16,9 @@ class PoseQueue final : public tracking::TrackerTap<double> {
 public:
     static constexpr std::size_t kCapacity = 256;  // 0.27 s at 960 Hz
 
-    [[nodiscard]] bool empty() const { return poses_.empty(); }
-    /// Removes the oldest pose. The queue must not be empty.
-    tracking::PoseEstimate<double> pop();
+    [[nodiscard]] bool empty() const { return size_ == 0; }
+    /// Removes the oldest pose; valid until the next call. The queue must not be empty.
+    const tracking::PoseEstimate<double>& pop();
     /// Number of dropped poses.
     [[nodiscard]] std::uint64_t dropped() const { return dropped_; }
 
@@ -29,7 +29,9 @@ private:
     void do_hemisphere(std::uint8_t /*sensor*/, const Vec3<double>& /*towards*/) override {}
     void do_pose(const tracking::PoseEstimate<double>& estimate) override;
 
-    std::deque<tracking::PoseEstimate<double>> poses_;
+    std::vector<tracking::PoseEstimate<double>> ring_ = std::vector<tracking::PoseEstimate<double>>(kCapacity);  // allocated once
+    std::size_t begin_ = 0;
+    std::size_t size_ = 0;
     std::uint64_t dropped_ = 0;
 };
 
@@ -55,7 +57,8 @@ public:
     /// Tip of a tool, in the sensor frame, m. Returns false for an unknown sensor or a number that is not finite.
     bool set_tip(std::size_t sensor, const Vec3<double>& tip_m);
 
-    /// Sets the boresight: the present attitude of the sensor reads as the identity. Returns false if it has no valid pose yet.
+    /// Sets the boresight: the attitude of the last polled pose of the sensor reads as the identity. Returns false if that pose
+    /// is not valid, or there is none.
     bool boresight(std::size_t sensor);
 
     /// Status as text for the user; never empty.
@@ -68,14 +71,14 @@ protected:
     PoseQueue& queue() { return queue_; }
 
 private:
-    /// Takes a small step, at most 5 ms long. Returns false at the end of the source.
-    virtual bool do_advance() = 0;
+    /// Takes a small step: waits at most 5 ms and at most `patience`. Returns false at the end of the source.
+    virtual bool do_advance(Microseconds patience) = 0;
     virtual bool do_set_hemisphere(std::size_t sensor, const Vec3<double>& towards) = 0;
     [[nodiscard]] virtual std::string do_status() const = 0;
 
     struct Output {
         std::optional<tracking::OutputFrame<double>> frame;  // empty: poses stay as the tracker gives them
-        std::optional<Quat<double>> attitude;                // of the newest valid pose, before the output frame
+        std::optional<Quat<double>> attitude;                // of the last polled pose, before the output frame; empty: not valid
     };
 
     PoseQueue queue_;

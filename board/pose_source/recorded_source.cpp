@@ -22,7 +22,10 @@ RecordedSource::RecordedSource(const std::string& folder, const std::string& tra
       replay_(make_replay(recording_, tracker)),
       lines_(folder, replay_ ? RecordFile::inputs : RecordFile::poses) {}
 
-bool RecordedSource::do_advance() {
+bool RecordedSource::do_advance(Microseconds /*patience*/) {
+    if (!queue().empty()) {
+        return true;
+    }
     std::string line;
     if (!lines_.next(line)) {
         ended_ = true;

@@ -17,7 +17,7 @@ public:
     RecordedSource(const std::string& folder, const std::string& tracker);
 
 private:
-    bool do_advance() override;
+    bool do_advance(Microseconds patience) override;
     bool do_set_hemisphere(std::size_t /*sensor*/, const Vec3<double>& /*towards*/) override { return false; }
     [[nodiscard]] std::string do_status() const override;
 

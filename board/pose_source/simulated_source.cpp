@@ -33,9 +33,12 @@ bool SimulatedSource::is_early() {
     return now < *start_ + simulated;
 }
 
-bool SimulatedSource::do_advance() {
+bool SimulatedSource::do_advance(Microseconds patience) {
+    if (!queue().empty()) {
+        return true;
+    }
     if (realtime_ && is_early()) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        std::this_thread::sleep_for(std::chrono::microseconds(std::min(patience.count(), std::int64_t{1000})));
         return true;
     }
     const Status status = loop_->acquire();

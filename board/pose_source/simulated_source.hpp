@@ -17,7 +17,7 @@ public:
     SimulatedSource(const SimulationOptions& options, bool realtime);
 
 private:
-    bool do_advance() override;
+    bool do_advance(Microseconds patience) override;
     bool do_set_hemisphere(std::size_t sensor, const Vec3<double>& towards) override;
     [[nodiscard]] std::string do_status() const override;
     [[nodiscard]] bool is_early();

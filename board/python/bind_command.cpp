@@ -4,6 +4,7 @@
 #include "board/host/program.hpp"
 #include "board/python/parts.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/interrupt.hpp"
 #include "board/support/terminal_text.hpp"
 
 namespace tricoil::python {
@@ -17,13 +18,13 @@ py::tuple command(const std::vector<std::string>& arguments) {
     std::string text;
     try {
         const py::gil_scoped_release released;
+        const host::BorrowedInterrupt interrupt(has_raised);
         const host::CapturedText captured;
         code = host::run_program(arguments);
         text = captured.text();
-    } catch (const host::Interrupted&) {
-        PyErr_SetNone(PyExc_KeyboardInterrupt);
-        throw py::error_already_set();
+    } catch (const host::Interrupted&) {  // Python's exception is set
     }
+    throw_if_raised();
     return py::make_tuple(code, text);
 }
 

@@ -5,6 +5,8 @@
 #include "board/host/run/simulated_run.hpp"
 #include "board/python/parts.hpp"
 #include "board/python/rows.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/interrupt.hpp"
 
 namespace tricoil::python {
 namespace {
@@ -18,20 +20,22 @@ struct RunTable {
 };
 
 RunTable run_table(const host::RunOptions& options) {
-    const py::gil_scoped_release released;
     RunTable table;
-    host::RunObservers observers;
-    observers.each_pose = [&](const tracking::PoseEstimate<double>& estimate, const host::PoseError& error) {
-        table.poses.push_back(to_row(estimate));
-        table.truth.push_back(to_row(error.truth));
-    };
-    const host::RunReport report = host::run_simulated(options, observers);
-    if (report.interrupted) {
-        const py::gil_scoped_acquire gil;
-        PyErr_SetNone(PyExc_KeyboardInterrupt);
-        throw py::error_already_set();
+    {
+        const py::gil_scoped_release released;
+        const host::BorrowedInterrupt interrupt(has_raised);
+        host::RunObservers observers;
+        observers.each_pose = [&](const tracking::PoseEstimate<double>& estimate, const host::PoseError& error) {
+            table.poses.push_back(to_row(estimate));
+            table.truth.push_back(to_row(error.truth));
+        };
+        const host::RunReport report = host::run_simulated(options, observers);
+        if (!report.recording_error.empty()) {
+            throw host::DeviceError(report.recording_error);
+        }
+        table.summary = host::run_result(report).dump();
     }
-    table.summary = host::run_result(report).dump();
+    throw_if_raised();
     return table;
 }
 

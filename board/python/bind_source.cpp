@@ -20,7 +20,7 @@ class LockedSource {
 public:
     LockedSource(const std::string& name, const std::string& tracker) : source_(host::open_source(name, tracker)) {}
 
-    /// One row, or None after timeout_s. Raises StopIteration at the end.
+    /// One row, or None after timeout_s. Raises EOFError at the end.
     py::object poll(double timeout_s) {
         if (!(timeout_s >= 0)) {
             throw py::value_error("timeout_s must be a number of seconds, 0 or more");
@@ -32,7 +32,8 @@ public:
                 case host::PoseSource::Event::pose:
                     return to_array(std::vector<PoseRow>{to_row(estimate)})[py::int_(0)];
                 case host::PoseSource::Event::end:
-                    throw py::stop_iteration();
+                    PyErr_SetString(PyExc_EOFError, "the simulation or recording has ended");
+                    throw py::error_already_set();
                 case host::PoseSource::Event::none:
                     break;
             }
@@ -59,7 +60,7 @@ public:
     }
     void boresight(std::size_t sensor) {
         expect(locked([&](host::PoseSource& source) { return source.boresight(sensor); }),
-               "boresight: the sensor has no valid pose yet");
+               "boresight: the last polled pose of this sensor is not valid, or there is none");
     }
     void close() {
         const py::gil_scoped_release released;
@@ -109,7 +110,7 @@ py::array_t<PoseRow> load(const std::string& folder) {
 
 void add_source(py::module_& module) {
     py::class_<LockedSource>(module, "Source")
-        .def(py::init<const std::string&, const std::string&>())
+        .def(py::init<const std::string&, const std::string&>(), py::call_guard<py::gil_scoped_release>())
         .def("poll", &LockedSource::poll)
         .def("status", &LockedSource::status)
         .def("dropped", &LockedSource::dropped)

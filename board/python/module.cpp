@@ -1,4 +1,5 @@
 // Extension module tricoil._tricoil. The package's Python files document and wrap it.
+#include "board/pose_text/flag_names.hpp"
 #include "board/python/parts.hpp"
 #include "board/python/rows.hpp"
 #include "board/support/errors.hpp"
@@ -25,6 +26,11 @@ PYBIND11_MODULE(_tricoil, module) {
     register_rows();
     pybind11::register_exception_translator(translate_error);
     module.attr("__version__") = TRICOIL_VERSION;
+    pybind11::list flags;  // names, in the order of the bits
+    for (unsigned bit = 0; (tracking::kAllPoseFlags.bits() >> bit) != 0; ++bit) {
+        flags.append(host::to_text(tracking::PoseFlags{static_cast<tracking::PoseFlag>(bit)}));
+    }
+    module.attr("FLAG_NAMES") = flags;
     module.attr("INVALIDATING_FLAGS") = tracking::kInvalidating.bits();
     add_command(module);
     add_run(module);

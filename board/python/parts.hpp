@@ -12,6 +12,17 @@ void add_solver(pybind11::module_& module);
 void add_tracker(pybind11::module_& module);
 void add_motion(pybind11::module_& module);
 
+/// Asks Python whether a signal handler raised. The exception stays set: call throw_if_raised() afterwards, with the GIL.
+inline bool has_raised() {
+    const pybind11::gil_scoped_acquire gil;
+    return PyErr_CheckSignals() != 0;
+}
+inline void throw_if_raised() {
+    if (PyErr_Occurred() != nullptr) {
+        throw pybind11::error_already_set();
+    }
+}
+
 /// Runs pending Python signal handlers. Throws error_already_set if one raised, for example KeyboardInterrupt.
 inline void check_signals() {
     const pybind11::gil_scoped_acquire gil;

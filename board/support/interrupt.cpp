@@ -1,5 +1,7 @@
 #include "board/support/interrupt.hpp"
 
+#include <utility>
+
 #include "board/support/errors.hpp"
 
 namespace tricoil::host {
@@ -8,11 +10,30 @@ namespace {
 // Received signal; 0: none. Static, because a signal handler can access only static storage.
 volatile std::sig_atomic_t interrupt_seen = 0;
 
+thread_local BorrowedInterrupt* borrowed = nullptr;  // innermost of this thread
+
 void on_signal(int signal) { interrupt_seen = signal; }
 
 }  // namespace
 
-InterruptGuard::InterruptGuard() {
+BorrowedInterrupt::BorrowedInterrupt(std::function<bool()> is_interrupted)
+    : is_interrupted_(std::move(is_interrupted)), outer_(std::exchange(borrowed, this)) {}
+
+BorrowedInterrupt::~BorrowedInterrupt() { borrowed = outer_; }
+
+bool BorrowedInterrupt::interrupted() {
+    const auto now = std::chrono::steady_clock::now();
+    if (!interrupted_ && now - asked_ >= kInterval) {
+        asked_ = now;
+        interrupted_ = is_interrupted_();
+    }
+    return interrupted_;
+}
+
+InterruptGuard::InterruptGuard() : borrowed_(borrowed) {
+    if (borrowed_ != nullptr) {
+        return;
+    }
     interrupt_seen = 0;
     struct sigaction action {};
     action.sa_handler = on_signal;
@@ -27,16 +48,19 @@ InterruptGuard::InterruptGuard() {
 }
 
 InterruptGuard::~InterruptGuard() {
+    if (borrowed_ != nullptr) {
+        return;
+    }
     for (std::size_t n = 0; n < kSignals.size(); ++n) {
         ::sigaction(kSignals[n], &before_[n], nullptr);
     }
 }
 
-bool InterruptGuard::interrupted() const { return interrupt_seen != 0; }
+bool InterruptGuard::interrupted() const { return borrowed_ != nullptr ? borrowed_->interrupted() : interrupt_seen != 0; }
 
 void InterruptGuard::check() const {
     if (interrupted()) {
-        throw Interrupted(interrupt_seen);
+        throw Interrupted(borrowed_ != nullptr ? SIGINT : interrupt_seen);
     }
 }
 

@@ -2,9 +2,31 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <csignal>
+#include <functional>
 
 namespace tricoil::host {
+
+/// For programs that handle signals themselves: while an object exists, InterruptGuards of this thread install no handlers. They
+/// ask `is_interrupted` instead, at most every 20 ms.
+class BorrowedInterrupt {
+public:
+    explicit BorrowedInterrupt(std::function<bool()> is_interrupted);
+    ~BorrowedInterrupt();
+    BorrowedInterrupt(const BorrowedInterrupt&) = delete;
+    BorrowedInterrupt& operator=(const BorrowedInterrupt&) = delete;
+
+    [[nodiscard]] bool interrupted();
+
+private:
+    static constexpr std::chrono::milliseconds kInterval{20};
+
+    std::function<bool()> is_interrupted_;
+    BorrowedInterrupt* outer_;
+    std::chrono::steady_clock::time_point asked_{};
+    bool interrupted_ = false;
+};
 
 /// While an object exists, SIGINT, SIGTERM, SIGHUP and SIGQUIT set a flag. A second signal ends the program at once. SIGHUP stays
 /// ignored if it was ignored before (nohup).
@@ -22,6 +44,7 @@ public:
 
 private:
     static constexpr std::array<int, 4> kSignals{SIGINT, SIGTERM, SIGHUP, SIGQUIT};
+    BorrowedInterrupt* borrowed_;  // null: own handlers
     std::array<struct sigaction, kSignals.size()> before_{};
 };
 

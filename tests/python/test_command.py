@@ -1,7 +1,9 @@
 """Commands of the program from Python."""
 
 import os
+import signal
 import tempfile
+import threading
 import unittest
 
 import numpy as np
@@ -17,15 +19,29 @@ class Command(unittest.TestCase):
     def test_options_of_every_kind(self):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "poses.csv")
-            tricoil.command("run", duration=1, out=path, no_noise=True, hemisphere=(1, 0, 0), tip=(0, 0, 0.1))
-            table = np.genfromtxt(path, delimiter=",", names=True)
-            self.assertGreater(len(table), 200)
+            places = {}
+            for tip in (np.array([0, 0, 0]), (0, 0, 0.1)):
+                tricoil.command("run", scenario="still", duration=1, out=path, no_noise=True, hemisphere=(1, 0, 0), tip=tip)
+                table = np.genfromtxt(path, delimiter=",", names=True)
+                places[tuple(tip)] = np.array([table[name][-1] for name in ("x_m", "y_m", "z_m")])
+            self.assertAlmostEqual(np.linalg.norm(np.subtract(*places.values())), 0.1, places=6)
+            faults = tricoil.command("run", duration=1, fault=["metal:0.3,0.1,0,0.02@0-1", "metal:0.3,-0.1,0,0.02@0-1"])
+            self.assertGreater(faults["poses_distorted"], 0)
+
+    def test_ctrl_c(self):
+        timer = threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT))
+        timer.start()
+        with self.assertRaises(KeyboardInterrupt):
+            tricoil.command("run", duration=100000)
+        timer.join()
 
     def test_bad_input(self):
         for name, options, message in (
             ("rnu", {}, "unknown command 'rnu'; did you mean 'run'"),
             ("run", {"rate_hz": "x"}, "rate_hz"),
-            ("run", {"colour": 1}, "colour"),
+            ("run", {"colour": 1}, "colour.*; see tricoil --help"),
+            ("run", {"help": True}, "tricoil run --help"),
+            ("run", {"duration": -1}, "^duration "),
             ("motion", {"example": "IV"}, "IV"),
         ):
             with self.assertRaisesRegex(ValueError, message):

@@ -2,8 +2,11 @@
 
 import os
 import signal
+import subprocess
+import sys
 import tempfile
 import threading
+import time
 import unittest
 
 import numpy as np
@@ -57,16 +60,47 @@ class Run(unittest.TestCase):
         ):
             with self.assertRaisesRegex(ValueError, message):
                 tricoil.run(**arguments)
-        with self.assertRaises(TypeError):
-            tricoil.run(seed=-1)
+        for arguments, message in (({"seed": -1}, "^seed: must be"), ({"hemisphere": [1, 2]}, "^hemisphere: has shape")):
+            with self.assertRaisesRegex(ValueError, message):
+                tricoil.run(**arguments)
 
     def test_ctrl_c_ends_a_run(self):
-        timer = threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT))
-        timer.start()
+        for _ in range(2):  # the first leaves Python's handlers as they were
+            timer = threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT))
+            timer.start()
+            with self.assertRaises(KeyboardInterrupt):
+                tricoil.run("still", duration_s=1e6)
+            timer.join()
+
+    def test_runs_in_threads_leave_signals_alone(self):
+        threads = [threading.Thread(target=tricoil.run, kwargs={"duration_s": d}) for d in (2, 4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
         with self.assertRaises(KeyboardInterrupt):
-            tricoil.run("still", duration_s=1e6)
+            os.kill(os.getpid(), signal.SIGINT)
+            time.sleep(5)
+
+    def test_own_signal_handler_is_called(self):
+        called = []
+        before = signal.signal(signal.SIGUSR1, lambda *_: called.append(True))
+        self.addCleanup(signal.signal, signal.SIGUSR1, before)
+        timer = threading.Timer(0.1, lambda: os.kill(os.getpid(), signal.SIGUSR1))
+        timer.start()
+        tricoil.run("still", duration_s=30)
         timer.join()
-        self.assertEqual(signal.getsignal(signal.SIGINT), signal.default_int_handler)
+        self.assertEqual(called, [True])
+
+    def test_lost_recording_is_an_error(self):
+        program = "import resource, signal, sys, tricoil; signal.signal(signal.SIGXFSZ, signal.SIG_IGN); " + (
+            "resource.setrlimit(resource.RLIMIT_FSIZE, (300000, 300000)); tricoil.run('hand', duration_s=5, record=sys.argv[1])"
+        )
+        with tempfile.TemporaryDirectory() as folder:
+            done = subprocess.run([sys.executable, "-c", program, os.path.join(folder, "take")], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("OSError", done.stderr)
+        self.assertIn("recording ended early", done.stderr)
 
 
 if __name__ == "__main__":

@@ -3,13 +3,14 @@
 import os
 import pty
 import signal
+import subprocess
 import threading
 import time
 import unittest
 
 import numpy as np
 import tricoil
-from tricoil import Flag
+from tricoil import Flag, _tricoil
 
 
 class Simulation(unittest.TestCase):
@@ -32,11 +33,22 @@ class Simulation(unittest.TestCase):
         begin = time.monotonic()
         list(tricoil.open("sim:still,duration_s=0.5,realtime=yes"))
         self.assertGreaterEqual(time.monotonic() - begin, 0.4)
+        self.assertLess(time.monotonic() - begin, 5)
+
+    def test_end_of_poll(self):
+        with tricoil.open("sim:still,duration_s=0.01") as source:
+            with self.assertRaises(EOFError):
+                while True:
+                    source.poll()
 
     def test_tip_and_boresight(self):
         with tricoil.open("sim:still,noise=no") as source:
-            with self.assertRaisesRegex(ValueError, "no valid pose yet"):
+            with self.assertRaisesRegex(ValueError, "the last polled pose of this sensor is not valid"):
                 source.boresight()
+            with self.assertRaisesRegex(ValueError, "sensor: must be 0 to 3; is 9"):
+                source.boresight(9)
+            with self.assertRaisesRegex(ValueError, "tip_m: has shape"):
+                source.set_tip([1, 2])
             before = next(pose for pose in source if pose.valid)
             source.boresight()
             source.set_tip([0, 0, 0.1])
@@ -50,6 +62,10 @@ class Simulation(unittest.TestCase):
             source.set_hemisphere(-first.position_m)
             second = next(source)
         np.testing.assert_allclose(second.position_m, -first.position_m, atol=1e-3)
+
+    def test_flags_are_those_of_the_tracker(self):
+        self.assertEqual([str(flag) for flag in Flag], _tricoil.FLAG_NAMES)
+        self.assertEqual([flag.value for flag in Flag], [1 << n for n in range(len(Flag))])
 
     def test_flags(self):
         poses = list(tricoil.open("sim:unplugged"))
@@ -73,6 +89,8 @@ class Names(unittest.TestCase):
             ("sim:hand,sed=2", "did you mean 'seed'"),
             ("sim:hand,seed=two", "seed=two: not a valid number"),
             ("sim:hand,seed", "not KEY=VALUE"),
+            ("sim:hand,mux=cdm", "unknown mux 'cdm'"),
+            ("sim:hand,rate_hz=-1", "sim: rate_hz"),
             ("recording:/nowhere", "/nowhere"),
             ("/nowhere/board.toml", "/nowhere/board.toml"),
         ):
@@ -80,6 +98,31 @@ class Names(unittest.TestCase):
                 tricoil.open(name)
         with self.assertRaisesRegex(ValueError, "direct"):
             tricoil.open("sim:hand", "dircet")
+
+
+class FrontEnd(unittest.TestCase):
+    """A simulated front end that sends poses in real time."""
+
+    def test_a_pause_of_the_program_does_not_delay_later_poses(self):
+        program = os.environ["TRICOIL_FRONT_END"]
+        front_end = subprocess.Popen(
+            [program, "--link", "pty:", "--pace", "real", "--duration", "30", "--tracks", "--mux", "fdm"], stdout=subprocess.PIPE, text=True
+        )
+        self.addCleanup(front_end.stdout.close)
+        self.addCleanup(front_end.wait)
+        self.addCleanup(front_end.kill)
+        line = next(word for text in front_end.stdout for word in text.split() if word.startswith("/dev/pts/"))
+        with tricoil.open(f"serial:{line.rstrip(',;.')}") as source:
+            lags = []
+            for pose in source:
+                lags.append(time.monotonic() - pose.time_s)
+                if len(lags) == 500:
+                    time.sleep(0.1)  # shorter than the buffer of the pseudo terminal: the front end does not wait
+                if len(lags) == 1000:
+                    break
+        least = min(lags[400:])
+        self.assertGreater(lags[500] - least, 0.08, "the pause was seen")
+        self.assertLess(min(lags[900:]) - least, 0.02)
 
 
 class Device(unittest.TestCase):

@@ -3,9 +3,11 @@
 import concurrent.futures
 import json
 import os
+import pathlib
 import tempfile
 import unittest
 
+import numpy as np
 import tricoil
 
 
@@ -18,6 +20,10 @@ def fails_for_two(n):
     if n == 2:
         raise RuntimeError("two")
     return n * n
+
+
+def gives_arrays(n, place):
+    return {"squares": np.arange(2) * n**2, "place": place.name}
 
 
 GRID = {"tracker": ["direct", "scaat"], "seed": [1, 2]}
@@ -44,7 +50,7 @@ class Sweep(unittest.TestCase):
             path = os.path.join(folder, "sweep.jsonl")
             tricoil.sweep(fails_for_two, {"n": [1, 2]}, resume=path)
             with open(path, "a", encoding="utf-8") as file:
-                file.write('{"point": {"n": 3}, "resu')  # killed while writing
+                file.write('{"function": "fails_for_two", "point": {"n": 3}, "resu')  # killed while writing
             with open(path, encoding="utf-8") as file:
                 text = file.read().replace('"result": 1}', '"result": 100}')
             with open(path, "w", encoding="utf-8") as file:
@@ -55,15 +61,28 @@ class Sweep(unittest.TestCase):
             with open(path, encoding="utf-8") as file:
                 self.assertEqual([json.loads(line)["point"]["n"] for line in file], [1, 3])
 
+    def test_resumes_points_and_results_of_any_kind(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "sweep.jsonl")
+            grid = {"n": np.arange(1, 3), "place": [pathlib.Path("/a")]}
+            first = tricoil.sweep(gives_arrays, grid, resume=path)
+            size = os.path.getsize(path)
+            self.assertEqual(tricoil.sweep(gives_arrays, grid, resume=path), first)
+            self.assertEqual(os.path.getsize(path), size, "nothing was computed again")
+            self.assertEqual([row["squares"] for row in first[0]], [[0, 1], [0, 4]])
+            with self.assertRaisesRegex(ValueError, "of the function gives_arrays, not fails_for_two"):
+                tricoil.sweep(fails_for_two, {"n": [1]}, resume=path)
+
     def test_refuses_a_file_that_is_no_sweep(self):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "notes.txt")
-            with open(path, "w", encoding="utf-8") as file:
-                file.write("hello\n")
-            with self.assertRaisesRegex(ValueError, "notes.txt:1: not a line of a sweep"):
-                tricoil.sweep(fails_for_two, {"n": [1]}, resume=path)
-            with open(path, encoding="utf-8") as file:
-                self.assertEqual(file.read(), "hello\n")
+            for text, message in (("hello\n", "notes.txt:1: not a line of a sweep"), ("hello", "notes.txt: not the file of a sweep")):
+                with open(path, "w", encoding="utf-8") as file:
+                    file.write(text)
+                with self.assertRaisesRegex(ValueError, message):
+                    tricoil.sweep(fails_for_two, {"n": [1]}, resume=path)
+                with open(path, encoding="utf-8") as file:
+                    self.assertEqual(file.read(), text)
 
 
 if __name__ == "__main__":

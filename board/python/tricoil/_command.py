@@ -9,9 +9,9 @@ from typing import Any
 from . import _tricoil
 
 
-def own_names(message: str) -> str:
-    """Messages of the program name its options: --rate-hz is rate_hz here."""
-    names = {"--predict": "predict_s", "--duration": "duration_s", "--no-deskew": "deskew=False", "--place": "place_m"}
+def own_names(message: str, names: dict[str, str] | None = None) -> str:
+    """Messages of the program name its options: --rate-hz is rate_hz here. names: arguments with other names."""
+    names = {"--help": "--help", **(names or {})}
     return re.sub(r"--[a-z-]*[a-z]", lambda m: names.get(m[0], m[0][2:].replace("-", "_")), message)
 
 
@@ -23,8 +23,11 @@ def _words(options: dict[str, Any]) -> list[str]:
         if value is True:
             words.append(option)
         elif value is not None and value is not False:
-            several = isinstance(value, Sequence) and not isinstance(value, str)
-            words += [option, ",".join(repr(float(v)) for v in value) if several else str(value)]
+            values = value.tolist() if hasattr(value, "tolist") else value
+            if isinstance(values, (list, tuple)) and values and all(isinstance(v, str) for v in values):
+                words += [word for v in values for word in (option, v)]  # a repeatable option
+            else:
+                words += [option, ",".join(map(str, values)) if isinstance(values, (list, tuple)) else str(values)]
     return words
 
 
@@ -35,6 +38,8 @@ def command(name: str, *arguments: str | os.PathLike, **options: Any) -> Any:
     Example: command("evaluate", "poses.csv", calibration="coils.toml", refit_fixtures=True). A failed check raises no error; the
     result says so. Files are written as the program writes them. Ctrl-C raises KeyboardInterrupt.
     """
+    if "help" in options:
+        raise ValueError(f"help: see `tricoil {name} --help`")
     words = [name, *_words(options), "--json", "--", *(os.fspath(argument) for argument in arguments)]
     try:
         _, text = _tricoil.command(words if arguments else words[:-1])

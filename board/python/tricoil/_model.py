@@ -25,6 +25,14 @@ def _numbers(name, value):
     return np.asarray(array, dtype=np.float64, order="C")
 
 
+def _three(name, value):
+    """Three numbers as a list; they need not be finite."""
+    array = _numbers(name, value)
+    if array.shape != (3,):
+        raise ValueError(f"{name}: has shape {array.shape}; give three numbers")
+    return array.tolist()
+
+
 def _rows(name, value, shape):
     """The array as (N, *shape), and True if it had one more dimension than `shape`."""
     array = _numbers(name, value)

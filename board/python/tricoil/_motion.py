@@ -3,7 +3,7 @@
 from numpy.typing import ArrayLike, NDArray
 
 from . import _tricoil
-from ._model import _finite, _numbers
+from ._model import _finite, _three
 
 
 def motion(
@@ -27,10 +27,7 @@ def motion(
 
 
 def _vector(name, value):
-    array = _finite(name, _numbers(name, value))
-    if array.shape != (3,):
-        raise ValueError(f"{name}: has shape {array.shape}; give three numbers")
-    return array.tolist()
+    return _finite(name, _three(name, value))
 
 
 def error_budget(

@@ -3,7 +3,6 @@
 import dataclasses
 import json
 import os
-import sys
 from collections.abc import Sequence
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 
 from . import _tricoil
 from ._command import own_names
+from ._model import _three
 
 
 def angle_between(a: NDArray, b: NDArray) -> NDArray:
@@ -19,7 +19,7 @@ def angle_between(a: NDArray, b: NDArray) -> NDArray:
     return 2 * np.arccos(np.clip(dot, 0, 1))
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, eq=False)
 class Run:
     """Result of a simulated run.
 
@@ -65,39 +65,45 @@ def run(
     passes: int = 1,
     predict_s: float = 0.0,
     record: str | os.PathLike | None = None,
-    progress: bool | None = None,
+    progress: bool = False,
 ) -> Run:
     """Tracks a simulated sensor, sample by sample, as `tricoil run` does, and returns a Run.
 
     scenario: built-in (`tricoil run --list`) or a .toml file. trajectory: file of a recorded path; it replaces the scenario's motion.
     mux: tdm (coils in turn) or fdm (all at once). tracker: direct, previous, previous-angles, scaat, fixed-direct or fixed-previous.
-    faults: texts of `tricoil run --fault`. record: folder for a recording. progress: show it on a terminal; None: if there is one.
-    The GIL is released; Ctrl-C ends the run with KeyboardInterrupt.
+    seed: of motion and noise. rate_hz: column frames per second. faults: texts of `tricoil run --fault`. noise: False for ideal
+    converters without mains hum. place_m, speed: of a trajectory. hemisphere: direction from the source to the half space of the
+    sensor; None: that of the start; zero: unknown. confined: the sensor never leaves it. deskew: for direct and previous with tdm.
+    passes: steps per pose of previous. predict_s: prediction of scaat. record: folder for a recording. progress: live view on a
+    terminal. The GIL is released; Ctrl-C ends the run with KeyboardInterrupt.
     """
     options = _tricoil.RunOptions()
     options.scenario = os.fspath(scenario)
     options.mux = mux
     options.tracker = tracker
+    if not 0 <= seed < 1 << 64:
+        raise ValueError(f"seed: must be 0 to 2^64 - 1; is {seed}")
     options.seed = seed
     options.duration_s = duration_s
     options.rate_hz = rate_hz
     options.faults = [faults] if isinstance(faults, str) else list(faults)
     options.noise = noise
     options.trajectory = "" if trajectory is None else os.fspath(trajectory)
-    options.place_m = place_m
+    options.place_m = _three("place_m", place_m)
     options.speed = speed
     if hemisphere is not None:
-        options.hemisphere = hemisphere
+        options.hemisphere = _three("hemisphere", hemisphere)
     options.confined = confined
     options.deskew = deskew
     options.passes = passes
     options.predict_s = predict_s
     options.record = "" if record is None else os.fspath(record)
-    options.progress = sys.stderr.isatty() if progress is None else progress
+    options.progress = progress
     try:
         poses, truth, summary = _tricoil.run(options)
     except ValueError as error:
-        raise ValueError(own_names(str(error))) from None
+        names = {"--predict": "predict_s", "--duration": "duration_s", "--no-deskew": "deskew=False", "--place": "place_m"}
+        raise ValueError(own_names(str(error), names)) from None
     return Run(poses, truth, json.loads(summary))
 
 

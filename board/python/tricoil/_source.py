@@ -9,9 +9,16 @@ from numpy.typing import NDArray
 
 from . import _tricoil
 from ._flags import Flag
+from ._model import _three
 
 
-@dataclasses.dataclass(frozen=True)
+def _sensor(sensor: int) -> int:
+    if not 0 <= sensor <= 3:
+        raise ValueError(f"sensor: must be 0 to 3; is {sensor}")
+    return sensor
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
 class Pose:
     """One pose.
 
@@ -69,7 +76,7 @@ class Source:
         self._source = _tricoil.Source(os.fspath(name), "" if tracker is None else tracker)
 
     def poll(self, timeout_s: float = 0.1) -> Pose | None:
-        """Next pose, or None if none came within timeout_s. Raises StopIteration at the end of a simulation or recording."""
+        """Next pose, or None if none came within timeout_s. Raises EOFError at the end of a simulation or recording."""
         row = self._source.poll(timeout_s)
         return None if row is None else Pose.from_row(row)
 
@@ -77,10 +84,13 @@ class Source:
         return self
 
     def __next__(self) -> Pose:
-        while True:
-            pose = self.poll(1.0)
-            if pose is not None:
-                return pose
+        pose = None
+        while pose is None:
+            try:
+                pose = self.poll(1.0)
+            except EOFError:
+                raise StopIteration from None
+        return pose
 
     @property
     def status(self) -> str:
@@ -94,15 +104,15 @@ class Source:
 
     def set_hemisphere(self, towards: Sequence[float], sensor: int = 0) -> None:
         """Direction from the source to the half space of the sensor, source frame."""
-        self._source.set_hemisphere(sensor, towards)
+        self._source.set_hemisphere(_sensor(sensor), _three("towards", towards))
 
     def set_tip(self, tip_m: Sequence[float], sensor: int = 0) -> None:
         """Tip of a tool in the sensor frame, m. From now on poses give the position of the tip."""
-        self._source.set_tip(sensor, tip_m)
+        self._source.set_tip(_sensor(sensor), _three("tip_m", tip_m))
 
     def boresight(self, sensor: int = 0) -> None:
-        """From now on the present attitude of the sensor reads as the unit quaternion."""
-        self._source.boresight(sensor)
+        """From now on the attitude of the last polled pose reads as the unit quaternion. Raises ValueError if that pose is invalid."""
+        self._source.boresight(_sensor(sensor))
 
     def close(self) -> None:
         """Switches the coils off and releases the device. Later calls raise ValueError."""

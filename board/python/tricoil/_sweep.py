@@ -26,34 +26,44 @@ def _call(function, point):
         result = function(**point)
     except Exception:  # a failed point does not end the sweep
         return None, traceback.format_exc()
-    return (dict(result) if isinstance(result, dict) else {"result": result}), None
+    return _plain(result if isinstance(result, dict) else {"result": result}), None
 
 
 def _key(point):
-    return json.dumps(point, sort_keys=True, default=str)
+    return json.dumps(_plain(point), sort_keys=True)
 
 
 def _plain(value):
-    """NumPy scalars and arrays as Python numbers and lists, for JSON."""
-    return value.tolist() if isinstance(value, (np.generic, np.ndarray)) else value
+    """The value as JSON has it: NumPy scalars and arrays as numbers and lists, paths and other objects as text."""
+    if isinstance(value, (np.generic, np.ndarray)):
+        value = value.tolist()
+    if isinstance(value, dict):
+        return {str(name): _plain(item) for name, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    return value if value is None or isinstance(value, (bool, int, float, str)) else str(value)
 
 
-def _read(path):
-    """Finished points of an interrupted sweep. Removes an incomplete last line."""
+def _read(path, function):
+    """Finished points of an interrupted sweep of this function. Removes an incomplete last line."""
     done = {}
     if path is None or not os.path.exists(path):
         return done
-    with open(path, "r+", encoding="utf-8") as file:
+    with open(path, encoding="utf-8") as file:
         text = file.read()
-        whole = text[: text.rfind("\n") + 1]
-        if whole != text:
-            file.truncate(len(whole.encode()))
+    whole = text[: text.rfind("\n") + 1]
+    if len(whole) < len(text) and not text[len(whole) :].startswith("{"):
+        raise ValueError(f"{path}: not the file of a sweep; give another file")
     for number, line in enumerate(whole.splitlines(), 1):
         try:
             entry = json.loads(line)
-            done[_key(entry["point"])] = entry["result"]
+            swept, key, result = entry["function"], _key(entry["point"]), entry["result"]
         except (ValueError, KeyError, TypeError):
             raise ValueError(f"{path}:{number}: not a line of a sweep; give another file, or delete this one") from None
+        if swept != function:
+            raise ValueError(f"{path}:{number}: of the function {swept}, not {function}; give another file")
+        done[key] = result
+    os.truncate(path, len(whole.encode()))
     return done
 
 
@@ -77,7 +87,8 @@ def sweep(
     (point, traceback). The table does not depend on the executor. Ctrl-C cancels the points that have not begun.
     """
     points = _points(grid)
-    done = _read(resume)
+    name = getattr(function, "__qualname__", repr(function))
+    done = _read(resume, name)
     own = executor is None
     executor = executor or concurrent.futures.ProcessPoolExecutor()
     progress = sys.stderr.isatty() if progress is None else progress
@@ -97,8 +108,7 @@ def sweep(
                 if error is not None:
                     failures[n] = error
                 elif log is not None:
-                    result = {name: _plain(value) for name, value in results[n].items()}
-                    log.write(json.dumps({"point": points[n], "result": result}, default=_plain) + "\n")
+                    log.write(json.dumps({"function": name, "point": _plain(points[n]), "result": results[n]}) + "\n")
                     log.flush()
             if progress:
                 print(f"\rsweep: {len(points) - len(waiting)}/{len(points)}", end="", file=sys.stderr, flush=True)

@@ -2,20 +2,12 @@
 
 from collections.abc import Sequence
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _tricoil
-from ._model import COUPLING_CONSTANT, _numbers
+from ._model import COUPLING_CONSTANT, _three
 from ._source import Pose
-
-
-def _three(name, value):
-    array = _numbers(name, value)
-    if array.shape == ():
-        array = array.repeat(3)
-    if array.shape != (3,):
-        raise ValueError(f"{name}: has shape {array.shape}; give three numbers")
-    return array.tolist()
 
 
 class Filter:
@@ -46,7 +38,7 @@ class Filter:
         time_s: middle of the window. source_coil: 0, 1 or 2. couplings: of the three sensor coils. sigma: their standard deviation,
         one number or three. A column that is not finite or out of order is refused: the pose then is that of tick().
         """
-        row = self._tracker.update(float(time_s), source_coil, _three("couplings", couplings), _three("sigma", sigma))
+        row = self._tracker.update(float(time_s), source_coil, _three("couplings", couplings), _three("sigma", np.broadcast_to(sigma, 3) if np.ndim(sigma) == 0 else sigma))
         return None if row is None else Pose.from_row(row)
 
     def tick(self, time_s: float) -> Pose | None:
