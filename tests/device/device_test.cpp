@@ -185,13 +185,14 @@ TEST_F(Device, TheFrontEndIsStartedAnew) {
 }
 
 TEST_F(Device, TheUsbPlugIsPulledFiftyTimes) {
-    Program peer(kFrontEnd + " --link usbip: --duration 1 --replug 60 --replug-times 50 --report /run/report.json");
+    // A third of a second between replugs: several times the delay of poses through the kernel's USB, which depends on its version.
+    Program peer(kFrontEnd + " --link usbip: --duration 1 --replug 240 --replug-times 50 --report /run/report.json");
     Program tracker(tricoil("--device usb:1209:0001 --confined --hemisphere 1,0,0"));
     ASSERT_EQ(peer.wait(), 0) << complaints();  // the front end measured again after the last replug
     tracker.send(SIGTERM);
     ASSERT_EQ(tracker.wait(), 0) << complaints();
     const Judged judged = judge("/run/poses.csv");
-    EXPECT_GT(judged.valid, 50U * 40);
+    EXPECT_GT(judged.valid, 50U * 120);
     EXPECT_LT(judged.worst_mm, kWrongMm);
     EXPECT_GE(summary()["link_losses"], 50);
     EXPECT_EQ(summary()["starts"], 51);

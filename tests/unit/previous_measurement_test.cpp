@@ -63,11 +63,11 @@ TEST(StepAngles, ErrorFallsWithTheSquareOfTheStepAndWithEveryPass) {
     EXPECT_LT(error(0.02, 3), error(0.02, 2) / 100);
 }
 
-TEST(StepAngles, RefusesAtThePole) {
-    AnglePose<double> pole{{0.6, 0.8, kPi / 2}, {}};
+TEST(StepAngles, RefusesAPoseThatIsNotFinite) {
+    AnglePose<double> broken{{0.6, 0.8, 0}, {}};
     const Mat3<double> x = signal({{0.6, 0.8, kPi / 2 - 0.01}, {0, 0, 0.01}});
-    pole.position.elevation_rad = std::numeric_limits<double>::quiet_NaN();
-    EXPECT_EQ(step_angles<double>(x, 1.0, pole).status().code(), StatusCode::not_finite);
+    broken.position.elevation_rad = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_EQ(step_angles<double>(x, 1.0, broken).status().code(), StatusCode::not_finite);
 }
 
 TEST(StepVectors, AgreesWithTheAngleFormToFirstOrder) {
