@@ -185,7 +185,8 @@ TEST_F(Device, TheFrontEndIsStartedAnew) {
 }
 
 TEST_F(Device, TheUsbPlugIsPulledFiftyTimes) {
-    // A third of a second between replugs: several times the delay of poses through the kernel's USB, which depends on its version.
+    // A third of a second between replugs: several times the delay of poses through the kernel's USB, which depends on its
+    // version.
     Program peer(kFrontEnd + " --link usbip: --duration 1 --replug 240 --replug-times 50 --report /run/report.json");
     Program tracker(tricoil("--device usb:1209:0001 --confined --hemisphere 1,0,0"));
     ASSERT_EQ(peer.wait(), 0) << complaints();  // the front end measured again after the last replug
