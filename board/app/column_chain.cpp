@@ -14,8 +14,14 @@ template <typename Scalar, typename SensorTracker>
         after_gap = true;
         return false;
     }
+    return track(*columns, after_gap, devices, counters);
+}
+
+template <typename Scalar, typename SensorTracker>
+bool ColumnChain<Scalar, SensorTracker>::track(signal::Columns<Scalar>& columns, bool& after_gap, const Devices& devices,
+                                               MainLoopCounters& counters) {
     bool gave_pose = false;
-    for (Column<Scalar>& column : *columns) {
+    for (Column<Scalar>& column : columns) {
         column.flags.set_if(std::exchange(after_gap, false), ColumnFlag::after_gap);
         if (devices.tap != nullptr) {
             devices.tap->column(column);

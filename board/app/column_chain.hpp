@@ -54,6 +54,8 @@ public:
     /// Sends the poses of the block; false if it gave none. after_gap: blocks of the sensor were lost or refused since its last
     /// one. It is set if this block is refused, cleared otherwise.
     bool update(const SampleBlock& block, bool& after_gap, const Devices& devices, MainLoopCounters& counters);
+    /// The same for the columns of a block.
+    bool track(signal::Columns<Scalar>& columns, bool& after_gap, const Devices& devices, MainLoopCounters& counters);
 
     /// Calls the tracker's tick() and sends its pose, if any.
     void tick(std::uint8_t sensor, const Devices& devices, MainLoopCounters& counters);

@@ -65,6 +65,7 @@ void add_run(py::module_& module) {
         .def_readwrite("confined", &host::RunOptions::confined)
         .def_readwrite("predict_s", &host::RunOptions::predict_ahead_s)
         .def_readwrite("seed", &host::RunOptions::seed)
+        .def_readwrite("fidelity", &host::RunOptions::fidelity)
         .def_readwrite("record", &host::RunOptions::record)
         .def_readwrite("progress", &host::RunOptions::show_live)
         .def_property(

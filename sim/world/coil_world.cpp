@@ -105,12 +105,18 @@ std::optional<MetalTrack> CoilWorld::metal_track(const FaultEffect& effect, doub
     if (effect.unplugged || !metal_.acts_at(start_s)) {
         return std::nullopt;
     }
-    const MetalTrack::Source source{source_side(effect), tone_of_coil_};
-    return MetalTrack(metal_, motion_, source, start_s, 1 / plan_.params.sample_rate_hz, samples);
+    return MetalTrack(metal_, motion_, metal_source(effect), start_s, 1 / plan_.params.sample_rate_hz, samples);
+}
+
+ComplexMat3 CoilWorld::metal_coupling(const Pose& pose, const FaultEffect& effect, double time_s, double selection_s) {
+    if (effect.unplugged || !metal_.acts_at(selection_s)) {
+        return ComplexMat3::Zero();
+    }
+    return sensor_side(pose, effect) * metal_field(metal_, metal_source(effect), pose.position_m, time_s, selection_s);
 }
 
 bool CoilWorld::sample(Excitation state, double start_s, std::span<Sample> samples) {
-    const FaultEffect effect = effect_at(faults_, start_s);
+    const FaultEffect effect = effect_at(start_s);
     const double sample_s = 1 / plan_.params.sample_rate_hz;
     for (int j = 0; j < kSourceCoils; ++j) {
         const bool on = (state == Excitation::all || coil_index(state) == j) && effect.current(j) > 0;
@@ -246,12 +252,14 @@ signal::DemodulatorParams<double> CoilWorld::demodulation() const {
     return params;
 }
 
+double CoilWorld::sample_sigma_v() const {
+    const double quantisation = volts_per_code() / std::sqrt(12.0);
+    return std::hypot(converters_.front().noise_v(), quantisation);
+}
+
 double CoilWorld::coupling_sigma() const {
-    const Converter& converter = converters_.front();
-    const double quantisation = converter.volts_per_code() / std::sqrt(12.0);
-    const double sample_v = std::hypot(converter.noise_v(), quantisation);
     const double ratio = kTurn * plan_.params.carrier_hz[0] / kReferenceRadS;
-    return sample_v * std::sqrt(2.0 / plan_.window_samples) / (drive_amplitude(0) * ratio * std::abs(channel_[0]));
+    return sample_sigma_v() * std::sqrt(2.0 / plan_.window_samples) / (drive_amplitude(0) * ratio * std::abs(channel_[0]));
 }
 
 }  // namespace tricoil::sim

@@ -61,6 +61,8 @@ public:
     /// limit of every sigma (also without noise), and the linear range of the amplifiers.
     [[nodiscard]] signal::DemodulatorParams<double> demodulation() const;
 
+    /// Standard deviation of one sample due to noise and quantisation of the converter, V.
+    [[nodiscard]] double sample_sigma_v() const;
     /// Standard deviation of one coupling entry due to noise and quantisation of the converter, equal in phase and in quadrature.
     [[nodiscard]] double coupling_sigma() const;
 
@@ -74,17 +76,24 @@ public:
     [[nodiscard]] Mat3<double> sensor_side(const Pose& pose, const FaultEffect& effect) const;
     /// Moments of the source coils, one column per coil.
     [[nodiscard]] Mat3<double> source_side(const FaultEffect& effect) const { return params_.source_matrix * effect.source; }
+    /// What metal adds to X at a pose and time; objects: those that exist at `selection_s`. Call configure() before.
+    [[nodiscard]] ComplexMat3 metal_coupling(const Pose& pose, const FaultEffect& effect, double time_s, double selection_s);
+    [[nodiscard]] FaultEffect effect_at(double time_s) const { return sim::effect_at(faults_, time_s); }
+    /// Amplitude of the nominal current of coil j at the reference channel, V.
+    [[nodiscard]] double drive_amplitude(int j) const;
     /// The metal of `faults`.
     static MetalSet metal_of(const std::vector<Fault>& faults);
 
     [[nodiscard]] const WorldParams& params() const { return params_; }
+    [[nodiscard]] const Motion& motion() const { return motion_; }
+    [[nodiscard]] const signal::AcquisitionPlan& plan() const { return plan_; }
     [[nodiscard]] double volts_per_code() const { return converters_.front().volts_per_code(); }
     [[nodiscard]] std::int32_t full_scale() const { return converters_.front().full_scale(); }
 
 private:
-    [[nodiscard]] double drive_amplitude(int j) const;
     [[nodiscard]] signal::ChannelResponse<double> channel_response() const;
     void tune_metal();
+    [[nodiscard]] MetalSource metal_source(const FaultEffect& effect) const { return {source_side(effect), tone_of_coil_}; }
     [[nodiscard]] std::optional<MetalTrack> metal_track(const FaultEffect& effect, double start_s, std::size_t samples);
     template <typename Matrix>
     [[nodiscard]] Vec3<double> sensor_voltages(const Matrix& x, const Matrix& dx, const Vec3<std::complex<double>>& current,

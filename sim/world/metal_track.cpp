@@ -5,7 +5,18 @@
 
 namespace tricoil::sim {
 
-MetalTrack::MetalTrack(MetalSet& metal, const Motion& motion, const Source& source, double start_s, double sample_s,
+ComplexMat3 metal_field(MetalSet& metal, const MetalSource& source, const Vec3<double>& place_m, double time_s,
+                        double selection_s) {
+    const std::vector<ComplexMat3> fields = metal.field(place_m, time_s, selection_s);
+    ComplexMat3 field;
+    for (std::size_t j = 0; j < source.tone_of_coil.size(); ++j) {
+        const auto column = static_cast<Eigen::Index>(j);
+        field.col(column) = fields[source.tone_of_coil[j]] * source.moments.col(column).cast<std::complex<double>>();
+    }
+    return field;
+}
+
+MetalTrack::MetalTrack(MetalSet& metal, const Motion& motion, const MetalSource& source, double start_s, double sample_s,
                        std::size_t samples) {
     const double first_s = start_s - sample_s;
     const double length_s = static_cast<double>(samples) * sample_s;
@@ -14,13 +25,7 @@ MetalTrack::MetalTrack(MetalSet& metal, const Motion& motion, const Source& sour
     knots_per_sample_ = sample_s / knot_s;
     for (int i = 0; i <= 2 * spans; ++i) {
         const double time_s = first_s + i * knot_s;
-        const std::vector<ComplexMat3> fields = metal.field(motion.at(time_s).position_m, time_s, start_s);
-        ComplexMat3 knot;
-        for (std::size_t j = 0; j < source.tone_of_coil.size(); ++j) {
-            const auto column = static_cast<Eigen::Index>(j);
-            knot.col(column) = fields[source.tone_of_coil[j]] * source.moments.col(column).cast<std::complex<double>>();
-        }
-        knots_.push_back(knot);
+        knots_.push_back(metal_field(metal, source, motion.at(time_s).position_m, time_s, start_s));
     }
 }
 

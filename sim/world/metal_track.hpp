@@ -9,18 +9,23 @@
 
 namespace tricoil::sim {
 
+struct MetalSource {
+    Mat3<double> moments = Mat3<double>::Identity();  // one column per coil
+    std::array<std::size_t, 3> tone_of_coil{};        // index of the coil's carrier in the set's frequencies
+};
+
+/// Field that metal adds at a place in the source frame; column j is that of coil j at its carrier. Times: see MetalSet::field().
+ComplexMat3 metal_field(MetalSet& metal, const MetalSource& source, const Vec3<double>& place_m, double time_s,
+                        double selection_s);
+
 /// Parabolas of at most 4 ms: for 1 m/s at 50 mm from an object the error is below 3e-4 of the added field.
 class MetalTrack {
 public:
-    struct Source {
-        Mat3<double> moments = Mat3<double>::Identity();  // one column per coil
-        std::array<std::size_t, 3> tone_of_coil{};        // index of the coil's carrier in the set's frequencies
-    };
-
     /// Covers samples -1 to `samples` - 1 of the block that starts at `start_s`.
-    MetalTrack(MetalSet& metal, const Motion& motion, const Source& source, double start_s, double sample_s, std::size_t samples);
+    MetalTrack(MetalSet& metal, const Motion& motion, const MetalSource& source, double start_s, double sample_s,
+               std::size_t samples);
 
-    /// Added field at sample n, -1 and later; column j is that of coil j at its carrier.
+    /// metal_field() at sample n, -1 and later.
     [[nodiscard]] ComplexMat3 at(int n) const;
 
 private:

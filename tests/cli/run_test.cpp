@@ -29,6 +29,27 @@ TEST(Run, FdmDirectReachesItsBound) {
     }
 }
 
+TEST(Run, ColumnFidelityFollowsTheSeedAndTheFaults) {
+    const std::string options = "--duration 2 --fidelity columns --mux tdm --tracker scaat ";
+    const auto first = run(options + "--seed 3");
+    EXPECT_EQ(first["position_rms_m"], run(options + "--seed 3")["position_rms_m"]);
+    EXPECT_NE(first["position_rms_m"], run(options + "--seed 4")["position_rms_m"]);
+    EXPECT_TRUE(first["coils_off"]);
+    EXPECT_NEAR(run(options + "--fault dropped_blocks:0.2")["blocks_lost"].get<int>(), 288, 60);
+    EXPECT_EQ(tricoil("run " + options + "--fault unplugged@0-2").exit_code, 1);
+    const auto metal = run("--duration 2 --fidelity columns --scenario still --fault metal:0.4,0.1,0,0.04@1-2");
+    EXPECT_NE(metal["flags_seen"].get<std::string>().find("distorted"), std::string::npos) << metal["flags_seen"];
+}
+
+TEST(Run, ColumnFidelityRefusesWhatNeedsSamples) {
+    for (const char* options : {"--fault overload:2", "--tracker fixed-direct", "--samples x.bin --tracker fixed-direct"}) {
+        const CliResult result = tricoil(std::string("run --fidelity columns ") + options);
+        EXPECT_EQ(result.exit_code, 2) << options;
+        EXPECT_NE(result.err.find("--fidelity columns: "), std::string::npos) << result.err;
+    }
+    EXPECT_EQ(tricoil("run --fidelity column").exit_code, 2);
+}
+
 TEST(Run, TdmWithoutDeskewHasMotionErrors) {
     const auto naive = run("--duration 4 --mux tdm --no-deskew");
     EXPECT_GT(naive["position_rms_m"].get<double>(), 10 * naive["bound_position_rms_m"].get<double>());

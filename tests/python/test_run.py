@@ -32,6 +32,11 @@ class Run(unittest.TestCase):
         np.testing.assert_array_equal(a["position_m"], b["position_m"])
         self.assertTrue((a["position_m"] != c["position_m"]).any())
 
+    def test_columns_have_the_errors_of_samples(self):
+        samples, columns = (tricoil.run("hand", duration_s=10, fidelity=fidelity) for fidelity in ("samples", "columns"))
+        self.assertEqual(len(columns.poses), len(samples.poses))
+        self.assertAlmostEqual(columns.rms_mm() / samples.rms_mm(), 1, delta=0.1)
+
     def test_couplings_of_a_pose_solve_to_it(self):
         poses = tricoil.run("circle", duration_s=0.5, noise=False).poses
         poses = poses[poses["valid"]]
@@ -53,6 +58,7 @@ class Run(unittest.TestCase):
             ({"scenario": "hnd"}, "hand"),
             ({"mux": "fdn"}, "unknown mux 'fdn'; did you mean 'fdm'"),
             ({"tracker": "skaat"}, "scaat"),
+            ({"fidelity": "colums"}, "unknown fidelity 'colums'; did you mean 'columns'"),
             ({"rate_hz": -1}, "^rate_hz"),
             ({"duration_s": float("inf")}, "^duration_s"),
             ({"predict_s": 0.01}, "^predict_s: only for tracker scaat"),

@@ -66,6 +66,7 @@ Json run_result(const RunReport& r) {
     return {
         {"scenario", r.scenario},
         {"tracker", r.tracker_name},
+        {"fidelity", r.fidelity},
         {"position_rms_m", or_null(s, s.position_m.rms)},
         {"position_p95_m", or_null(s, s.position_m.p95)},
         {"position_max_m", or_null(s, s.position_m.max)},

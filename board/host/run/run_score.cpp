@@ -11,8 +11,12 @@
 namespace tricoil::host {
 
 RunScore::RunScore(const sim::Motion& motion, const sim::CoilWorld& world, const sim::SimulatedClock& clock,
-                   const signal::AcquisitionPlan& plan)
-    : motion_(motion), world_(world), clock_(clock), window_s_(plan.window_s()) {}
+                   const signal::AcquisitionPlan& plan, int poses_per_bound)
+    : motion_(motion),
+      world_(world),
+      clock_(clock),
+      window_s_(plan.window_s()),
+      poses_per_bound_(static_cast<std::size_t>(poses_per_bound)) {}
 
 PoseError RunScore::add(const tracking::PoseEstimate<double>& estimate) {
     PoseError error;
@@ -29,10 +33,12 @@ PoseError RunScore::add(const tracking::PoseEstimate<double>& estimate) {
     } else if (!estimate.valid()) {
         ++totals_.invalid;
     } else {
+        if (position_m_.size() % poses_per_bound_ == 0) {
+            add_bound(error);
+        }
         position_m_.push_back(error.position_m);
         orientation_rad_.push_back(error.orientation_rad);
         totals_.distorted += estimate.flags.has(tracking::PoseFlag::distorted) ? 1U : 0U;
-        add_bound(error);
         if (estimate.predicted_error) {
             add_prediction(estimate.predicted_error->total);
         }
@@ -67,6 +73,7 @@ void RunScore::add_bound(const PoseError& error) {
     totals_.bound_position_m += covariance.topLeftCorner<3, 3>().trace() + blur;
     totals_.bound_orientation_rad += covariance.bottomRightCorner<3, 3>().trace() + turn * turn;
     totals_.snr_db += 20 * std::log10(k / sigma);
+    ++bounds_;
 }
 
 void RunScore::add_prediction(const error_model::ErrorTerm<double>& total) {
@@ -80,7 +87,7 @@ ScoreSummary RunScore::summary() const {
     summary.scored = position_m_.size();
     summary.position_m = summarise(position_m_);
     summary.orientation_rad = summarise(orientation_rad_);
-    const double n = summary.scored == 0 ? 1 : static_cast<double>(summary.scored);
+    const double n = bounds_ == 0 ? 1 : static_cast<double>(bounds_);
     summary.bound_position_m = std::sqrt(totals_.bound_position_m / n);
     summary.bound_orientation_rad = std::sqrt(totals_.bound_orientation_rad / n);
     summary.blur_position_m = std::sqrt(totals_.blur_position_m / n);

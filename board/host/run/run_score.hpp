@@ -42,8 +42,9 @@ public:
     static constexpr double kNearest_m = 0.15;
     static constexpr double kFarthest_m = 2.0;
 
+    /// poses_per_bound: the Cramer-Rao bound is computed for the first of each so many poses.
     RunScore(const sim::Motion& motion, const sim::CoilWorld& world, const sim::SimulatedClock& clock,
-             const signal::AcquisitionPlan& plan);
+             const signal::AcquisitionPlan& plan, int poses_per_bound = 1);
 
     /// Returns the error of one estimate, and scores it if it qualifies.
     PoseError add(const tracking::PoseEstimate<double>& estimate);
@@ -60,6 +61,8 @@ private:
     double window_s_;
     std::vector<double> position_m_;
     std::vector<double> orientation_rad_;
+    std::size_t poses_per_bound_;
+    std::size_t bounds_ = 0;
     std::size_t predictions_ = 0;
     ScoreSummary totals_;  // counts, and sums of squared bounds
 };

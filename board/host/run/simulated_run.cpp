@@ -7,6 +7,7 @@
 #include <numeric>
 #include <thread>
 
+#include "board/host/run/column_loop.hpp"
 #include "board/host/run/fixed_run.hpp"
 #include "board/host/run/live_view.hpp"
 #include "board/host/run/sample_recorder.hpp"
@@ -16,11 +17,14 @@
 #include "board/simulation/simulation_setup.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
+#include "board/support/nearest_name.hpp"
 #include "board/support/tracker_choice.hpp"
 #include "sim/hal/simulated_hal.hpp"
 
 namespace tricoil::host {
 namespace {
+
+constexpr int kColumnsPerBound = 16;  // a run by columns must be fast
 
 using SteadyClock = std::chrono::steady_clock;
 
@@ -48,6 +52,10 @@ void pause(Loop& loop, const InterruptGuard& guard, const RunObservers& observer
     }
 }
 
+bool is_by_columns(const RunOptions& options) {
+    return index_of_name("--fidelity", options.fidelity, {"samples", "columns"}) == 1;
+}
+
 /// In columns. The integer tracker counts blocks.
 template <typename Loop>
 HealthCounts counts_of(Loop& loop, const signal::AcquisitionPlan& plan) {
@@ -55,7 +63,7 @@ HealthCounts counts_of(Loop& loop, const signal::AcquisitionPlan& plan) {
     HealthCounts counts;
     counts.lost = columns_per_block * loop.counters().lost_blocks;
     counts.refused = columns_per_block * loop.counters().refused_blocks;
-    if constexpr (std::is_same_v<Loop, app::MainLoop<double>>) {
+    if constexpr (!std::is_same_v<Loop, app::FixedLoop>) {
         const tracking::TrackerCounters& tracker = loop.tracker().counters();
         counts.received = tracker.accepted;
         counts.refused = std::accumulate(tracker.rejected.begin(), tracker.rejected.end(), counts.refused);
@@ -78,7 +86,7 @@ struct SimulatedBoard {
     const RunOptions& options;
     const RunObservers& observers;
     const SimulationSetup& setup;
-    const sim::CoilWorld& world;
+    sim::CoilWorld& world;
     sim::SimulatedClock& clock;
     sim::SimulatedCoilDriver& coils;
     sim::SimulatedCoilSampler& sampler;
@@ -162,14 +170,24 @@ void run_in_double(const SimulatedBoard& board, RunReport& report) {
                          options.realtime ? Journal::WhenFull::end : Journal::WhenFull::wait);
     }
     TapFanOut taps{board.observers.tap, recorder ? &*recorder : nullptr};
-    app::MainLoop<double> loop(params, {board.clock, board.coils, board.sampler, board.link, taps.any() ? &taps : nullptr});
+    const app::Devices<double> devices{board.clock, board.coils, board.sampler, board.link, taps.any() ? &taps : nullptr};
     taps.begin({params.tracker, params.sensors});
-    run_loop(loop, board, report);
+    if (is_by_columns(options)) {
+        ColumnLoop loop(params, devices, board.setup, board.world, board.clock);
+        run_loop(loop, board, report);
+        report.tracker = loop.tracker().counters();
+    } else {
+        app::MainLoop<double> loop(params, devices);
+        run_loop(loop, board, report);
+        report.tracker = loop.tracker().counters();
+    }
     report.recording_error = recorder ? recorder->close() : "";
-    report.tracker = loop.tracker().counters();
 }
 
 void run_in_integers(const SimulatedBoard& board, RunReport& report) {
+    if (is_by_columns(board.options)) {
+        throw InputError("--fidelity columns: not with --tracker fixed-direct or fixed-previous, which process samples");
+    }
     const auto params = fixed_params(board.options, board.observers, board.world, board.setup.plan, board.setup.hemisphere);
     std::optional<SampleRecorder> recorder;
     if (!board.options.samples.empty()) {
@@ -212,7 +230,7 @@ RunReport run_simulated(const RunOptions& options, const RunObservers& observers
 
     const OutputFormat format = make_output_format(options.output);
     RunReport report;
-    RunScore score(*scenario.motion, world, clock, plan);
+    RunScore score(*scenario.motion, world, clock, plan, is_by_columns(options) ? kColumnsPerBound : 1);
     std::optional<PoseCsv> csv;
     if (!options.out_csv.empty()) {
         csv.emplace(options.out_csv, format);
@@ -248,6 +266,7 @@ RunReport run_simulated(const RunOptions& options, const RunObservers& observers
     report.scenario = scenario.name;
     report.plan = plan;
     report.tracker_name = options.tracker;
+    report.fidelity = options.fidelity;
     report.world = scenario.world;
     report.coupling_sigma = world.coupling_sigma();
     report.duration_s = scenario.duration_s;

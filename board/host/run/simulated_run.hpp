@@ -18,15 +18,17 @@ struct RunOptions : SimulationOptions {
     bool realtime = false;
     bool show_live = true;
     std::string out_csv;
-    OutputOptions output;  // format of the CSV; scores use the source frame
-    std::string record;    // folder; empty: none
-    std::string samples;   // file for the samples of an integer tracker; empty: none
+    OutputOptions output;              // format of the CSV; scores use the source frame
+    std::string record;                // folder; empty: none
+    std::string samples;               // file for the samples of an integer tracker; empty: none
+    std::string fidelity = "samples";  // "columns": columns with the right noise are computed directly, much faster
 };
 
 struct RunReport {
     std::string scenario;
     signal::AcquisitionPlan plan;
     std::string tracker_name;
+    std::string fidelity;
     bool deskewed = false;
     sim::WorldParams world;
     double coupling_sigma = 0;

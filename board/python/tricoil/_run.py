@@ -64,17 +64,19 @@ def run(
     deskew: bool = True,
     passes: int = 1,
     predict_s: float = 0.0,
+    fidelity: str = "samples",
     record: str | os.PathLike | None = None,
     progress: bool = False,
 ) -> Run:
-    """Tracks a simulated sensor, sample by sample, as `tricoil run` does, and returns a Run.
+    """Tracks a simulated sensor as `tricoil run` does, and returns a Run.
 
     scenario: built-in (`tricoil run --list`) or a .toml file. trajectory: file of a recorded path; it replaces the scenario's motion.
     mux: tdm (coils in turn) or fdm (all at once). tracker: direct, previous, previous-angles, scaat, fixed-direct or fixed-previous.
     seed: of motion and noise. rate_hz: column frames per second. faults: texts of `tricoil run --fault`. noise: False for ideal
     converters without mains hum. place_m, speed: of a trajectory. hemisphere: direction from the source to the half space of the
     sensor; None: that of the start; zero: unknown. confined: the sensor never leaves it. deskew: for direct and previous with tdm.
-    passes: steps per pose of previous. predict_s: prediction of scaat. record: folder for a recording. progress: live view on a
+    passes: steps per pose of previous. predict_s: prediction of scaat. fidelity: samples, or columns: couplings with the
+    noise of the demodulator without samples; the same errors, and many times faster. record: folder for a recording. progress: live view on a
     terminal. The GIL is released; Ctrl-C ends the run with KeyboardInterrupt.
     """
     options = _tricoil.RunOptions()
@@ -97,6 +99,7 @@ def run(
     options.deskew = deskew
     options.passes = passes
     options.predict_s = predict_s
+    options.fidelity = fidelity
     options.record = "" if record is None else os.fspath(record)
     options.progress = progress
     try:
