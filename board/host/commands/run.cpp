@@ -176,8 +176,9 @@ void add_run_command(CLI::App& program, Action& action) {
         program.add_subcommand("run", "Track a simulated sensor (poses are compared with the truth) or a real device");
     add_run_options(sub, command);
     sub->add_option("--samples", o.samples, "Integer trackers: write the input of the tracker to this file")->check(refuse_empty);
-    sub->add_option("--fidelity", o.fidelity,
-                    "samples: simulate every ADC sample; columns: compute columns with the noise of the demodulator, without samples")
+    sub->add_option(
+           "--fidelity", o.fidelity,
+           "samples: simulate every ADC sample; columns: compute columns with the noise of the demodulator, without samples")
         ->capture_default_str();
     sub->add_flag("--realtime", o.realtime, "Run in real time");
     sub->add_option("--out", o.out_csv, "Write all poses and true poses to this CSV file")->check(refuse_empty);
