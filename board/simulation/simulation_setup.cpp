@@ -75,7 +75,7 @@ tracking::MethodParams<double> make_method(const SimulationOptions& options, con
     if (scaat == nullptr && options.predict_ahead_s > 0) {
         throw InputError("--predict: only for --tracker scaat");
     }
-    if (scaat != nullptr) {
+    if (scaat != nullptr && options.predict_ahead_s > 0) {
         scaat->predict_ahead = microseconds_from_seconds(options.predict_ahead_s);
     }
     return method;

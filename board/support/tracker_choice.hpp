@@ -2,8 +2,10 @@
 #pragma once
 
 #include <algorithm>
+#include <charconv>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "board/support/errors.hpp"
@@ -36,10 +38,29 @@ inline void refuse_fixed_method(const std::string& typed) {
     }
 }
 
-/// Method named by --tracker, with default parameters. Throws InputError for an unknown name.
+/// Time of the text after `scaat,`: predict_s=SECONDS. Throws InputError.
+inline Microseconds prediction_of(const std::string& typed) {
+    constexpr std::string_view kKey = "predict_s=";
+    const char* const begin = typed.data() + std::min(kKey.size(), typed.size());
+    const char* const end = typed.data() + typed.size();
+    double seconds = -1;
+    const auto [read, error] = std::from_chars(begin, end, seconds);
+    if (!typed.starts_with(kKey) || error != std::errc{} || read != end || !(seconds >= 0 && seconds <= 10)) {
+        throw InputError("--tracker scaat," + typed + ": only predict_s=SECONDS may follow, 0 to 10");
+    }
+    return microseconds_from_seconds(seconds);
+}
+
+/// Method named by --tracker, with default parameters; `scaat,predict_s=SECONDS`: with prediction. Throws InputError for an
+/// unknown name.
 inline tracking::MethodParams<double> method_of_name(const std::string& typed) {
     using Form = tracking::PreviousParams::Form;
     refuse_fixed_method(typed);
+    if (typed.starts_with("scaat,")) {
+        tracking::ScaatParams<double> params;
+        params.predict_ahead = prediction_of(typed.substr(std::string_view("scaat,").size()));
+        return params;
+    }
     std::vector<std::string> names = kTrackerNames;
     names.insert(names.end(), kFixedTrackerNames.begin(), kFixedTrackerNames.end());
     switch (index_of_name("--tracker", typed, names)) {

@@ -37,6 +37,11 @@ TEST(CApi, RefusesWithWhatItTakes) {
     EXPECT_THAT(refusal("sim:hand,seed=-1"), HasSubstr("seed=-1: not a valid number"));
     EXPECT_THAT(refusal("sim:hand,mux=cdm"), HasSubstr("mux"));
     EXPECT_THAT(refusal("sim:hand,duration_s=inf"), HasSubstr("duration"));
+    for (const char* tracker : {"scaat,predict_s=-1", "scaat,predict_s=", "scaat,predict_s=1x", "scaat,predict=1", "scaat,"}) {
+        std::array<char, 256> error{};
+        EXPECT_EQ(tricoil_open("sim:hand", tracker, error.data(), error.size()), nullptr) << tracker;
+        EXPECT_THAT(error.data(), HasSubstr("only predict_s=SECONDS may follow")) << tracker;
+    }
     EXPECT_THAT(refusal("recording:/nowhere"), HasSubstr("/nowhere"));
     EXPECT_EQ(tricoil_open("nonsense", nullptr, nullptr, 0), nullptr);
 }
@@ -87,6 +92,29 @@ TEST(CApi, CouplingsAreThoseOfThePose) {
     const double* const q = pose.quaternion_wxyz;
     EXPECT_NEAR((Quat<double>(q[0], q[1], q[2], q[3]).toRotationMatrix() - solution->attitude.transpose()).norm(), 0, 1e-9);
     EXPECT_NEAR(solution->direction.cross(Vec3<double>(pose.position_m)).norm(), 0, 1e-9);
+}
+
+/// Prediction by one frame, 4,167 us. The sensor moves by more than 2 mm in this time.
+TEST(CApi, PredictedPosesAreThoseOfALaterTime) {
+    const auto poses = [](const char* tracker) {
+        const Opened opened(tricoil_open("sim:line,duration_s=1,noise=no", tracker, nullptr, 0));
+        std::vector<tricoil_pose> all;
+        for (tricoil_pose pose; tricoil_poll(opened.get(), &pose, 1000) == 1;) {
+            all.push_back(pose);
+        }
+        return all;
+    };
+    const auto present = poses("scaat");
+    const auto ahead = poses("scaat,predict_s=0.0041667");
+    ASSERT_EQ(ahead.size(), present.size());
+    double largest_step_m = 0;
+    for (std::size_t n = 120; n + 1 < present.size(); ++n) {
+        const auto at = [&](const tricoil_pose& pose) { return Vec3<double>(pose.position_m); };
+        EXPECT_NEAR(static_cast<double>(ahead[n].time_us - present[n + 1].time_us), 0, 2);
+        EXPECT_LT((at(ahead[n]) - at(present[n + 1])).norm(), 1e-4);
+        largest_step_m = std::max(largest_step_m, (at(present[n + 1]) - at(present[n])).norm());
+    }
+    EXPECT_GT(largest_step_m, 2e-3);
 }
 
 TEST(CApi, HemisphereTipAndBoresight) {

@@ -23,7 +23,7 @@ const char* columns(const RunReport& r) {
     if (!r.plan.is_tdm()) {
         return "simultaneous";
     }
-    if (r.tracker_name == "scaat") {
+    if (r.tracker_name.starts_with("scaat")) {
         return "each at its own time";
     }
     return r.deskewed ? "the latest three extrapolated to the time of the newest" : "the latest three taken as simultaneous";
