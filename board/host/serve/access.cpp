@@ -11,7 +11,7 @@
 namespace tricoil::host {
 namespace {
 
-/// Comparison in constant time for any token of the right length.
+/// The time of the comparison depends only on the lengths.
 bool equal(std::string_view a, std::string_view b) {
     unsigned difference = a.size() == b.size() ? 0 : 1;
     for (std::size_t n = 0; n < a.size() && n < b.size(); ++n) {

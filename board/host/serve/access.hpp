@@ -1,4 +1,4 @@
-// Access rules of a server: every client may read poses; controls need a token.
+// Access rules of a server: every client may read poses; controls need a token, are open or are off.
 #pragma once
 
 #include <string>
@@ -26,7 +26,7 @@ struct Access {
 /// 128 random bits as hexadecimal digits. Throws DeviceError if the system has no random source.
 std::string new_token();
 
-/// Name in pose events and addresses.
+/// Name in pose events.
 const char* to_text(Controls controls);
 
 }  // namespace tricoil::host

@@ -1,4 +1,4 @@
-// Passes poses from the tracker to the services. The tracker never waits.
+// Passes poses from the tracker to the services. The tracker never waits for a service.
 #pragma once
 
 #include <array>
@@ -22,10 +22,10 @@ class PoseHub final : public tracking::TrackerTap<double> {
 public:
     static constexpr std::size_t kCapacity = 512;
 
-    /// Position of a reader. It starts at the next pose.
+    /// Position of a reader. Get it from cursor(), which gives the position of the next pose.
     struct Cursor {
         std::uint64_t next = 0;
-        std::uint64_t missed = 0;
+        std::uint64_t missed = 0;  // poses overwritten before they were read
     };
 
     /// `notify` is called by the tracker's thread after each new pose. It must not wait.
@@ -34,17 +34,17 @@ public:
     [[nodiscard]] Cursor cursor() const;
     /// Appends new poses to `out`.
     void read(Cursor& cursor, std::vector<ServedPose>& out) const;
-    /// Waits for new poses, then reads them. False if none came within `patience`, or the hub is closed.
+    /// Waits up to `patience` for new poses, then appends them to `out`. False if `out` is empty or the hub is closed.
     bool wait(Cursor& cursor, std::vector<ServedPose>& out, std::chrono::milliseconds patience) const;
 
     /// Ends all present and future waits.
     void close();
     [[nodiscard]] bool closed() const;
 
-    /// Newest pose of each sensor, flagged stale if it is old. For clients that connect later.
+    /// Newest pose of each sensor, flagged stale if it is older than SilenceWatch::kLimit. For clients that connect later.
     [[nodiscard]] std::vector<ServedPose> newest() const;
 
-    /// Newest state of the measurement and its link.
+    /// Newest health of the measurement and its link.
     void set_health(const LinkHealth& health);
     [[nodiscard]] LinkHealth health() const;
 
@@ -69,7 +69,7 @@ private:
     int sensors_ = 0;
     bool closed_ = false;
     protocol::ClockMap clock_map_;
-    Microseconds lead_;  // shortest possible delay of a pose after its own time: half a window
+    Microseconds lead_;  // half a demodulation window: the shortest time from a window's midpoint to the arrival of its pose
     std::function<void()> notify_;
 };
 

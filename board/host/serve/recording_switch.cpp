@@ -11,7 +11,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uintmax_t kMinRoom = std::uintmax_t{4} << 20U;  // free bytes on the disk; enough for almost a minute
+constexpr std::uintmax_t kMinRoom = std::uintmax_t{4} << 20U;  // free bytes on the disk: about 10 s of one sensor at 240 frames/s
 
 /// Reason why no recording can start in `folder`; empty if it can.
 std::string refusal(const std::string& folder) {
@@ -138,7 +138,7 @@ void RecordingSwitch::do_pose(const tracking::PoseEstimate<double>& estimate) {
         last_m_[estimate.sensor] = estimate.position_m;
     }
     if (recorder_) {
-        died_ = recorder_->failed();  // checked before the pose is added, because a failed recorder drops it
+        died_ = recorder_->failed();  // before pose(), which prints the failure if it is not printed yet
         recorder_->pose(estimate);
     }
 }

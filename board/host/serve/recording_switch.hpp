@@ -13,19 +13,20 @@ namespace tricoil::host {
 
 struct RecordingStatus {
     bool on = false;
-    std::string error;  // reason if the last recording ended by itself; otherwise empty
+    std::string error;  // failure of the last recording, one line; empty: none
 };
 
-/// Creates and closes recordings in the caller's thread, so that the tracker's thread never waits for a disk.
+/// Creates and closes recordings in the caller's thread. The tracker's thread waits for the disk only while the description of a
+/// recording is written, once at its start.
 class RecordingSwitch final : public tracking::TrackerTap<double> {
 public:
-    /// folder: parent of the recordings, which are named by their start time; empty: no recordings. source: origin of the
-    /// columns.
+    /// folder: parent of the recordings, which are named by their start time (UTC); empty: recordings are refused. source:
+    /// origin of the columns.
     RecordingSwitch(std::string folder, nlohmann::ordered_json source) : folder_(std::move(folder)), source_(std::move(source)) {}
 
     /// Starts or stops a recording. Returns the result as text for the client.
     std::string record(bool on);
-    /// Also ends a failed recording, for example on a full disk.
+    /// Also closes a recording that has failed, for example on a full disk.
     [[nodiscard]] RecordingStatus status();
 
 private:
@@ -44,7 +45,7 @@ private:
     std::mutex asking_;  // one request at a time
     std::mutex mutex_;   // between tracker and clients
     std::unique_ptr<Recorder> recorder_;
-    bool died_ = false;  // recorder_ failed, and the failure was reported
+    bool died_ = false;  // recorder_ has failed and has printed its failure
     std::string error_;
     std::optional<Settings> settings_;
     std::array<Vec3<double>, tracking::kMaxSensors> last_m_{Vec3<double>::Zero(), Vec3<double>::Zero(), Vec3<double>::Zero(),

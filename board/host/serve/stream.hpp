@@ -14,20 +14,21 @@
 namespace tricoil::host {
 
 struct StreamLimits {
-    std::chrono::milliseconds oldest = std::chrono::hours(24);  // older records are dropped
+    std::chrono::milliseconds oldest = std::chrono::hours(24);  // records that wait longer are dropped, unless partly sent
     int socket_bytes = 0;                                       // send buffer of the socket; 0: system default
 };
 
-/// A record is sent completely or not at all. New records are dropped and counted while kMaxWaiting bytes wait. Requests are read
-/// in small chunks with pauses, at most 12 kB/s (a FASTRAK line at 115,200 baud carries 11.5 kB/s), and not while the client
-/// leaves answers unread. A client that floods therefore does not delay the others.
+/// While the connection lasts, a record is sent completely or not at all. A new record is dropped and counted if more than
+/// kMaxWaiting bytes would wait. Input is read in chunks of kShare bytes, with a pause after a full chunk: about 12 kB/s (a
+/// FASTRAK line at 115,200 baud carries 11.5 kB/s). Nothing is read while more than kMaxUnread bytes wait for the client. A
+/// client that floods therefore does not delay the others.
 class Stream {
 public:
     using Clock = std::chrono::steady_clock;
     static constexpr std::size_t kMaxWaiting = 64 * 1024;
     static constexpr std::size_t kShare = 12;                   // bytes per read
     static constexpr std::chrono::milliseconds kSharePause{1};  // pause after a full chunk
-    static constexpr std::size_t kMaxUnread = 4096;             // bytes of unread answers at which reading stops
+    static constexpr std::size_t kMaxUnread = 4096;             // waiting bytes above which reading stops
 
     /// Takes ownership of the descriptor and makes it non-blocking.
     explicit Stream(int descriptor, const StreamLimits& limits = {});
@@ -39,7 +40,8 @@ public:
     /// Sends or queues a record. False if it was dropped.
     bool send(std::string_view record);
 
-    /// Reads at most one chunk. Valid until the next call. Empty: no data, pause, or the client is gone.
+    /// Reads at most one chunk. Valid until the next call. Empty: no data, pause, too many waiting bytes,
+    /// or the client is gone.
     std::span<const char> receive();
 
     /// Events for poll(): POLLIN if a chunk may be read, POLLOUT if records wait.
@@ -67,7 +69,7 @@ private:
     struct Record {
         std::string bytes;  // unsent part
         Clock::time_point since;
-        bool begun = false;
+        bool begun = false;  // partly sent
     };
 
     void drop_old();

@@ -21,7 +21,7 @@ constexpr int kBacklog = 64;
 int port_of(int descriptor) {
     sockaddr_storage address{};
     socklen_t size = sizeof address;
-    ::getsockname(descriptor, reinterpret_cast<sockaddr*>(&address), &size);  // NOLINT: the sockets' way
+    ::getsockname(descriptor, reinterpret_cast<sockaddr*>(&address), &size);  // NOLINT: socket interface
     const auto* v4 = reinterpret_cast<const sockaddr_in*>(&address);          // NOLINT
     const auto* v6 = reinterpret_cast<const sockaddr_in6*>(&address);         // NOLINT
     return ntohs(address.ss_family == AF_INET6 ? v6->sin6_port : v4->sin_port);
@@ -61,7 +61,7 @@ TcpListener::TcpListener(const std::string& option, const TcpAddress& address) {
     addrinfo* found = nullptr;
     const int failure = ::getaddrinfo(address.host == "*" ? nullptr : address.host.c_str(), address.port.c_str(), &hints, &found);
     if (failure != 0) {
-        throw InputError(fmt::format("{}: no such address ({})", name, ::gai_strerror(failure)));
+        throw InputError(fmt::format("{}: no such address ({}); give an address of this machine", name, ::gai_strerror(failure)));
     }
     const std::unique_ptr<addrinfo, void (*)(addrinfo*)> owner(found, ::freeaddrinfo);
     descriptor_.reset(::socket(found->ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));

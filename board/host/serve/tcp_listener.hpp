@@ -13,9 +13,9 @@ struct TcpAddress {
     std::string host = "127.0.0.1";  // default: loopback
     std::string port;
 
-    /// Form of a URL: "127.0.0.1:18944", "[::1]:18944".
+    /// As in a URL: "127.0.0.1:18944", "[::1]:18944".
     [[nodiscard]] std::string text(int port_number) const;
-    /// True if the host name stands for all addresses of this machine.
+    /// True if `host` means all addresses of this machine.
     [[nodiscard]] bool is_any() const { return host == "*" || host == "0.0.0.0" || host == "::"; }
     /// True if only this machine can reach it. A host name other than localhost counts as a network address.
     [[nodiscard]] bool is_loopback() const { return host == "localhost" || host == "::1" || host.starts_with("127."); }
@@ -26,13 +26,14 @@ TcpAddress parse_tcp_address(const std::string& option, const std::string& text)
 
 class TcpListener {
 public:
-    /// Throws InputError for an address that this machine does not have, DeviceError for a port in use; both name `option`.
+    /// Throws InputError for an address that this machine does not have or a port that needs root, DeviceError for a port in use;
+    /// both name `option`.
     TcpListener(const std::string& option, const TcpAddress& address);
 
     [[nodiscard]] int descriptor() const { return descriptor_.get(); }
     /// Actual port, also if 0 was requested.
     [[nodiscard]] int port() const { return port_; }
-    /// Accepts the next client. Returns its descriptor; -1: none waits.
+    /// Accepts the next client. Returns its descriptor, or -1 if none waits or on failure.
     [[nodiscard]] int accept() const;
 
 private:

@@ -13,8 +13,8 @@
 
 namespace tricoil::host {
 
-/// Session: created by the factory with a Stream&, with receive(std::span<const char>) and take(std::span<const ServedPose>). It
-/// sends and disconnects through its stream.
+/// Session: has receive(std::span<const char>) and take(std::span<const ServedPose>). The factory gives it the Stream through
+/// which it sends and disconnects.
 template <typename Session>
 class TcpService final : public Service {
 public:

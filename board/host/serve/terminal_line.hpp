@@ -10,8 +10,9 @@ namespace tricoil::host {
 /// Pseudo terminal. Clients open path(). With a link, path() stays the same after a restart.
 class PseudoTerminal {
 public:
-    /// link: symbolic link to create; a link to a closed pseudo terminal is replaced; empty: none. Throws InputError, naming the
-    /// link, if another file exists, DeviceError if the system has no pseudo terminal.
+    /// link: symbolic link to create; empty: none. A link to a closed pseudo terminal is replaced. Throws InputError, naming the
+    /// link, if it cannot be created or is another file or a link to an open pseudo terminal; DeviceError if the system has no
+    /// pseudo terminal.
     explicit PseudoTerminal(const std::string& link);
     ~PseudoTerminal();
     PseudoTerminal(const PseudoTerminal&) = delete;
@@ -27,9 +28,9 @@ private:
     std::string link_;
 };
 
-/// Opens a serial port in raw mode at `baud`. Returns -1 on failure; `reason` then holds the reason.
+/// Opens a serial port in raw mode at `baud`, a speed that is_baud() accepts. Returns -1 on failure; `reason` then says why.
 int open_serial(const std::string& path, int baud, std::string& reason);
-/// True for a standard speed of serial ports.
+/// True for a supported speed: 9600, 19200, 38400, 57600, 115200 or 230400 baud.
 bool is_baud(int baud);
 
 }  // namespace tricoil::host

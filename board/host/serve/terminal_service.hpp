@@ -11,12 +11,14 @@
 
 namespace tricoil::host {
 
-/// Session: as for TcpService. It continues from one client to the next, like a device on a cable. Only records that wait for a
-/// client that left are discarded.
+/// Session: has receive() and take() as for TcpService, but sends through the function that the factory gets. It continues from
+/// one client to the next, like a device on a cable. When a client leaves, the records that wait for it are discarded. Records
+/// without a client are not queued.
 template <typename Session>
 class TerminalService final : public Service {
 public:
-    /// Returns the descriptor of the line, or -1. Called again, once per second, if the line is lost.
+    /// Returns the descriptor of the line, or -1. Called again, at most once per second, after a failure or an error of the line.
+    /// A hang-up is not an error: the same descriptor waits for the next client.
     using Open = std::function<int()>;
     using Factory = std::function<std::unique_ptr<Session>(std::function<void(std::string_view)> send)>;
 
@@ -30,8 +32,8 @@ public:
     }
 
     bool watch(std::vector<pollfd>& descriptors) override {
-        if (!stream_ ||
-            hung_up_) {  // poll() always reports a terminal without a client as readable, so each round checks it instead
+        // poll() returns at once for a terminal without a client, so each round checks it instead.
+        if (!stream_ || hung_up_) {
             return false;
         }
         descriptors.push_back({stream_->descriptor(), stream_->events(), 0});

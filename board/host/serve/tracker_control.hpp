@@ -23,15 +23,15 @@ public:
         const std::lock_guard lock(mutex_);
         const auto same =
             std::find_if(requests_.begin(), requests_.end(), [&](const auto& request) { return request.sensor == sensor; });
-        if (same !=
-            requests_.end()) {  // only the newest request per sensor is kept, so that a flood does not delay other clients
+        // Only the newest request per sensor is kept, so that a flood does not delay other clients.
+        if (same != requests_.end()) {
             same->towards = towards;
         } else {
             requests_.push_back({sensor, towards});
         }
     }
 
-    /// Paused: coils off, no poses.
+    /// false: coils off, no poses.
     void set_running(bool running) { running_ = running; }
     [[nodiscard]] bool running() const { return running_; }
 

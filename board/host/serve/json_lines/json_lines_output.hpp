@@ -12,13 +12,13 @@ namespace tricoil::host::json_lines {
 struct Output {
     std::unique_ptr<Service> service;
     TcpAddress address;
-    std::string text;  // for the user
+    std::string text;  // address for the user
 };
 
 constexpr const char* kStandardOutput = "-";
 
-/// where: tcp:[ADDRESS:]PORT, udp:[HOST:]PORT or kStandardOutput. Throws InputError for other text, and as TcpListener and
-/// UdpSender do.
+/// where: tcp:[ADDRESS:]PORT, udp:[HOST:]PORT or kStandardOutput. Throws InputError for any other text, and the errors of
+/// TcpListener and UdpSender.
 Output make_output(const std::string& where);
 
 }  // namespace tricoil::host::json_lines

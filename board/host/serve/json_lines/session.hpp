@@ -8,8 +8,8 @@
 
 namespace tricoil::host::json_lines {
 
-/// Sends every pose from the connection on, valid or not, and stale ones as SilenceWatch gives them. What the client sends is
-/// ignored. A client that reads too slowly misses whole lines.
+/// Sends every new pose, valid or not, and the stale pose that SilenceWatch adds. Input from the client is ignored. A client that
+/// reads too slowly misses whole lines.
 class Session {
 public:
     explicit Session(Stream& stream) : stream_(stream) {}

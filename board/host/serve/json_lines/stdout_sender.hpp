@@ -6,7 +6,7 @@
 
 namespace tricoil::host::json_lines {
 
-/// A reader that is too slow misses whole lines. When the reader has gone, the program is asked to end, as by SIGTERM.
+/// A reader that is too slow misses whole lines. When the reader closes the pipe, the program ends as on SIGTERM.
 class StdoutSender final : public Service {
 public:
     StdoutSender();

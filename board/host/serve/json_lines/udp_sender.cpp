@@ -26,7 +26,7 @@ UdpSender::UdpSender(const std::string& option, const TcpAddress& address)
         throw DeviceError(fmt::format("{}: the name server does not answer; give a numeric address", name_));
     }
     if (failure != 0) {
-        throw InputError(fmt::format("{}: no such address ({})", name_, ::gai_strerror(failure)));
+        throw InputError(fmt::format("{}: no such address ({}); check the host name", name_, ::gai_strerror(failure)));
     }
     const std::unique_ptr<addrinfo, void (*)(addrinfo*)> owner(found, ::freeaddrinfo);
     for (const addrinfo* at = found; at != nullptr; at = at->ai_next) {
@@ -35,14 +35,14 @@ UdpSender::UdpSender(const std::string& option, const TcpAddress& address)
             return;
         }
     }
-    throw DeviceError(fmt::format("{}: cannot be reached ({})", name_, std::strerror(errno)));
+    throw DeviceError(fmt::format("{}: cannot be reached ({}); check the address and the network", name_, std::strerror(errno)));
 }
 
 void UdpSender::take(std::span<const ServedPose> poses) {
     for (const ServedPose& served : poses) {
         const std::string line = served_pose_line(served);
         const bool is_sent = ::send(descriptor_.get(), line.data(), line.size(), MSG_NOSIGNAL) >= 0;
-        // Refused: nobody listens at the moment. Without room the datagram is lost, as UDP permits.
+        // ECONNREFUSED: nobody listens at present. EAGAIN, ENOBUFS: the queue is full.
         const bool is_usual = is_sent || errno == ECONNREFUSED || errno == EAGAIN || errno == ENOBUFS;
         if (!is_usual && !is_told_) {
             print_notice("tricoil: {}: poses cannot be sent ({})\n", name_, std::strerror(errno));

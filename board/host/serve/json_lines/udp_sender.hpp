@@ -9,10 +9,12 @@
 
 namespace tricoil::host::json_lines {
 
-/// One JSON line per datagram. A datagram that cannot be sent at once is lost. A lasting failure is told once.
+/// One JSON line per datagram. A datagram that cannot be sent at once is lost. A failure other than a missing receiver or a
+/// full queue is printed once.
 class UdpSender final : public Service {
 public:
-    /// Throws InputError for a host that is not known, DeviceError for one that cannot be reached; both name `option`.
+    /// Throws InputError for an unknown host; DeviceError if the name server does not answer or the host cannot be reached. Both
+    /// name `option`.
     UdpSender(const std::string& option, const TcpAddress& address);
 
     bool watch(std::vector<pollfd>& /*descriptors*/) override { return false; }
