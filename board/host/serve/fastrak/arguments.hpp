@@ -12,7 +12,7 @@
 
 namespace tricoil::host::fastrak {
 
-/// Thrown for an invalid argument. It is reported by the error record.
+/// Thrown for an invalid argument; the session answers with the error record.
 struct Refusal {
     CommandError error;
     std::size_t position = 0;
@@ -33,8 +33,8 @@ public:
         }
     }
 
-    /// Number of fields after the n-th, without trailing empty fields.
-    [[nodiscard]] std::size_t behind(std::size_t n) const {
+    /// Number of fields from the n-th on, counted from 0, without trailing empty fields.
+    [[nodiscard]] std::size_t count_from(std::size_t n) const {
         std::size_t count = fields_.size();
         while (count > n && fields_[count - 1].text.empty()) {
             --count;
@@ -54,7 +54,7 @@ public:
         return static_cast<int>(*number);
     }
 
-    /// The n-th field; empty if omitted.
+    /// The n-th field, counted from 0; empty if omitted.
     [[nodiscard]] std::optional<double> number(std::size_t n) const {
         if (n >= fields_.size() || fields_[n].text.empty()) {
             return std::nullopt;
@@ -87,7 +87,7 @@ public:
     }
 
 private:
-    static constexpr std::string_view kOfStations = "OHBbGARNl";
+    static constexpr std::string_view kOfStations = "OHBbGARNl";  // commands whose first field is a station
 
     struct Field {
         std::size_t position;
@@ -98,7 +98,7 @@ private:
         return text.substr(begin, text.find_last_not_of(' ') + 1 - begin);
     }
 
-    /// Station of the command; 1 if not determined.
+    /// Station of the command; 1 if it names none.
     [[nodiscard]] int named_station() const {
         const std::string_view text = fields_.front().text;
         const bool is_one = is_of_station_ && text.size() == 1 && text.front() >= '1' && text.front() < '1' + kStations;

@@ -18,10 +18,9 @@ struct Output {
 
 /// where: "pty" or "pty:LINK" (pseudo terminal), "serial:PATH[:BAUD]" (default 115200), "tcp:[ADDRESS:]PORT".
 /// continuous: sends records from the start, like a FASTRAK with this setting saved.
-/// controls: local lines may set a hemisphere unless it is `none`; TCP clients only if it is `open`, because the protocol has no
-/// field for a token.
-/// hub and control must outlive the service. Throws InputError for an invalid place, DeviceError if the device or port cannot be
-/// opened.
+/// controls: clients on a pseudo terminal or serial port may set a hemisphere unless it is `none`; TCP clients only if it is
+/// `open`, because the protocol has no field for a token. hub and control must outlive the service. Throws InputError for an
+/// invalid `where`, DeviceError if the device or port cannot be opened.
 Output make_output(const std::string& where, bool continuous, Controls controls, const PoseHub& hub, TrackerControl& control);
 
 }  // namespace tricoil::host::fastrak

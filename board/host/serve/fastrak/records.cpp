@@ -18,10 +18,10 @@ using tracking::PoseFlag;
 constexpr double kFarthest_m = 2.0;  // limit of each coordinate (manual, position envelope)
 constexpr const char* kVersion = "0.1.00";
 
-/// Right-aligned in seven characters, with a minus sign or none; limited to the largest number that fits. 0 for NaN.
+/// Right-aligned in seven characters. limit: largest magnitude that fits with a minus sign. 0 for NaN.
 std::string fixed_point(double value, int digits, double limit) {
     const double safe = std::isnan(value) ? 0 : std::clamp(value, -limit, limit);
-    return fmt::format("{:7.{}f}", safe == 0 ? 0.0 : safe, digits);  // no minus before a zero
+    return fmt::format("{:7.{}f}", safe == 0 ? 0.0 : safe, digits);  // -0 is written as 0
 }
 
 std::string hundredths(double value) { return fixed_point(value, 2, 999.99); }
@@ -79,7 +79,7 @@ std::string text_of(Item item) {
         case Item::line_end:
             return "\r\n";
         default:
-            return "0";  // stylus switch, which does not exist here
+            return "0";  // stylus switch: never pressed, because there is none
     }
 }
 

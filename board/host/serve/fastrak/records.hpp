@@ -10,7 +10,7 @@
 namespace tricoil::host::fastrak {
 
 /// Error letter of a pose; blank: no error. j: saturated. k: low signal. l: no signal (no sensor, or no measurement for some
-/// time). a: source not driven. g: wrong wiring. s: solution not reliable. x: out of range.
+/// time). a: source not driven. g: wrong wiring. s: solution not reliable. x: a coordinate above 2 m.
 char error_letter(const tracking::PoseEstimate<double>& pose);
 
 /// Record of one station with its output list. previous_m: position of the previous record, for item 3. pose: in the coordinate
@@ -18,7 +18,7 @@ char error_letter(const tracking::PoseEstimate<double>& pose);
 std::string data_record(const Settings& settings, int station, const tracking::PoseEstimate<double>& pose, char letter,
                         const Vec3<double>& previous_m);
 
-/// Size of a data_record() in bytes. The limit is kLongestRecord.
+/// Size of a data_record() in bytes. The limit of an ASCII record is kLongestRecord.
 std::size_t record_size(const std::vector<int>& output_list, bool binary);
 constexpr std::size_t kLongestRecord = 254;
 constexpr std::size_t kLongestList = 32;
@@ -41,7 +41,8 @@ enum class CommandError : int {
     undefined = -99,
 };
 
-/// field: counted from 0 after the command's letter; position: of that field in the command.
+/// field: counted from 0 after the command's letter. position: of that field in the command. station: from 1; the record counts
+/// from 0.
 std::string error_record(std::string_view command, CommandError error, std::size_t position, std::size_t field, int station);
 
 }  // namespace tricoil::host::fastrak

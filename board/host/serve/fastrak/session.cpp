@@ -85,8 +85,8 @@ bool Session::at_once(char c) {
         case 'S': {
             const auto& pose = newest_[static_cast<std::size_t>(status_station_ - 1)].pose;
             links_.send(status_record(settings_, status_station_, links_.sensors(), pose ? error_letter(*pose) : ' '));
-            status_station_ =
-                status_station_ % std::max(links_.sensors(), 1) + 1;  // each request reports the next station (manual)
+            // Each request reports the next station (manual).
+            status_station_ = status_station_ % std::max(links_.sensors(), 1) + 1;
             return true;
         }
         case 'W':
@@ -187,7 +187,7 @@ tracking::PoseEstimate<double> Session::reported(int number) const {
 
 void Session::answer(int number) {
     Newest& newest = newest_[static_cast<std::size_t>(number - 1)];
-    if (!newest.pose) {  // no pose yet: reported as low signal
+    if (!newest.pose) {  // no pose yet: no signal
         links_.send(data_record(settings_, number, {}, 'l', nothing()));
         return;
     }
@@ -198,7 +198,7 @@ void Session::answer(int number) {
 
 void Session::output_list(const Arguments& arguments) {
     const int number = arguments.station();
-    const std::size_t count = arguments.behind(1);
+    const std::size_t count = arguments.count_from(1);
     StationSettings& s = station(number);
     if (count == 0) {
         std::string items;
@@ -228,7 +228,7 @@ void Session::output_list(const Arguments& arguments) {
 void Session::hemisphere(const Arguments& arguments) {
     const int number = arguments.station();
     StationSettings& s = station(number);
-    if (arguments.behind(1) == 0) {
+    if (arguments.count_from(1) == 0) {
         links_.send(values_record(number, 'H', {s.hemisphere.data(), 3}));
         return;
     }
@@ -236,7 +236,7 @@ void Session::hemisphere(const Arguments& arguments) {
         arguments.refuse(0, CommandError::not_configured);
     }
     s.hemisphere = arguments.vector(1, s.hemisphere, kLongest);
-    if (!s.hemisphere.isZero()) {  // zero: hemisphere tracking, the default of this tracker
+    if (!s.hemisphere.isZero()) {  // zero selects hemisphere tracking (manual), the default of this tracker
         links_.hemisphere(static_cast<std::uint8_t>(number - 1), s.hemisphere);
     }
 }
@@ -258,7 +258,7 @@ void Session::boresight(const Arguments& arguments, bool on) {
 void Session::boresight_reference(const Arguments& arguments) {
     const int number = arguments.station();
     StationSettings& s = station(number);
-    if (arguments.behind(1) == 0) {
+    if (arguments.count_from(1) == 0) {
         links_.send(values_record(number, 'G', {s.boresight_reference_deg.data(), 3}));
         return;
     }
@@ -269,7 +269,7 @@ void Session::alignment(const Arguments& arguments) {
     const int number = arguments.station();
     StationSettings& s = station(number);
     const double scale = settings_.units_per_m();
-    if (arguments.behind(1) == 0) {
+    if (arguments.count_from(1) == 0) {
         std::array<double, 9> values{};
         for (std::size_t n = 0; n < values.size(); ++n) {
             values[n] = scale * s.alignment_m[n / 3][static_cast<Eigen::Index>(n % 3)];
@@ -277,7 +277,7 @@ void Session::alignment(const Arguments& arguments) {
         links_.send(values_record(number, 'A', values));
         return;
     }
-    std::array<Vec3<double>, 3> seen;    // in the present alignment frame, in which the user reads them
+    std::array<Vec3<double>, 3> seen;    // in the present alignment frame, like the poses that the user reads
     std::array<Vec3<double>, 3> source;  // in the source frame
     for (std::size_t n = 0; n < seen.size(); ++n) {
         seen[n] = arguments.vector(1 + 3 * n, scale * s.alignment_m[n], kLongest) / scale;
@@ -300,7 +300,7 @@ void Session::tip(const Arguments& arguments) {
     const int number = arguments.station();
     StationSettings& s = station(number);
     const double scale = settings_.units_per_m();
-    if (arguments.behind(1) == 0) {
+    if (arguments.count_from(1) == 0) {
         const Vec3<double> tip = scale * s.frame.tip_m;
         links_.send(values_record(number, 'N', {tip.data(), 3}));
         return;
@@ -310,7 +310,7 @@ void Session::tip(const Arguments& arguments) {
 
 void Session::filter(const Arguments& arguments, std::size_t which) {
     auto& values = settings_.filters[which];
-    const std::size_t count = arguments.behind(0);
+    const std::size_t count = arguments.count_from(0);
     if (count == 0) {
         std::string text;
         for (const double value : values) {

@@ -11,7 +11,7 @@
 
 namespace tricoil::host::fastrak {
 
-/// Non-volatile settings of a FASTRAK, shared by consecutive sessions on a line.
+/// Settings that ^K saves. All sessions of one output share them. They last until the program ends.
 struct Memory {
     Settings saved;
 };
@@ -25,8 +25,8 @@ struct SessionLinks {
 };
 
 /// Commands C c P S F f U u W Y ^K ^Y act at once. O H B b G A R N x v l y have arguments and end with a carriage return. Other
-/// commands, and missing or invalid arguments, get the error record. Records are sent at most 120 times per second, the maximum
-/// of a FASTRAK; a record with a changed error letter is sent at once.
+/// commands, and missing or invalid arguments, get the error record. In continuous mode each active station sends at most 120
+/// records per second, the rate of a FASTRAK with one receiver; a record with a changed error letter is sent at once.
 class Session {
 public:
     Session(SessionLinks links, std::shared_ptr<Memory> memory);
@@ -39,8 +39,8 @@ public:
 private:
     struct Newest {
         std::optional<tracking::PoseEstimate<double>> pose;  // source frame
-        Vec3<double> sent_m = Vec3<double>::Zero();          // as last reported
-        UtcTime due;                                         // time of the next record
+        Vec3<double> sent_m = Vec3<double>::Zero();          // in the last record, in the coordinate frame of the station
+        UtcTime due;                                         // time of the next record in continuous mode
     };
 
     void byte(char c);

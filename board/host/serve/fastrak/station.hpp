@@ -27,17 +27,17 @@ enum class Item : int {
 };
 constexpr int kExtended = 50;  // added to an item: extended precision
 
-/// Source frame (manual, "A": 200 cm).
+/// Default alignment, the source frame: origin, points at 2 m on the x and y axes (manual, "A": 200 cm).
 inline const std::array<Vec3<double>, 3> kAlignment_m{Vec3<double>::Zero(), Vec3<double>(2, 0, 0), Vec3<double>(0, 2, 0)};
 
-/// Filter settings F, FLOW, FHIGH, FACTOR (manual, "v": FLOW of 1 disables the filter, the others are "medium"). The manual does
-/// not define "low" and "heavy"; these values are our choice.
+/// Filter settings F, FLOW, FHIGH, FACTOR. The manual ("v") gives the values of kMediumFilter and states that a FLOW of 1
+/// disables the filter. It does not define "low" and "heavy"; these values are our choice.
 constexpr std::array<double, 4> kNoFilter{0.2, 1, 0.8, 0.95};
 constexpr std::array<double, 4> kWeakFilter{0.2, 0.4, 0.9, 0.95};
 constexpr std::array<double, 4> kMediumFilter{0.2, 0.2, 0.8, 0.95};
 constexpr std::array<double, 4> kStrongFilter{0.1, 0.05, 0.6, 0.95};
 
-/// Settings that ^K stores and ^Y restores.
+/// Settings of one station. ^K stores and ^Y restores them.
 struct StationSettings {
     bool active = true;
     std::vector<int> output_list{2, 4, 1};

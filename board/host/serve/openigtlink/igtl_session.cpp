@@ -14,8 +14,8 @@ namespace {
 constexpr std::size_t kHeaderBytes = 58;
 constexpr int kLongestResolutionMs = 60'000;
 constexpr Microseconds kJitter{1000};
-constexpr Microseconds kNoFrame{20'000};  // assumed frame time until two poses give the real one
-constexpr std::int64_t kMaxFrames = 2;    // maximum age difference of two sensors' poses in one message, frames
+constexpr Microseconds kNoFrame{20'000};  // assumed interval between poses until two poses give the real one
+constexpr std::int64_t kMaxFrames = 2;  // maximum age difference of two sensors' poses in one message, in intervals between poses
 
 // Offsets in an OpenIGTLink header. The header is parsed here, because the library does not check sizes.
 constexpr std::size_t kVersionAt = 0;
@@ -32,7 +32,7 @@ constexpr std::size_t kMetadataSizeAt = 4;
 // STT_TDATA
 constexpr std::size_t kNameAt = 4;
 constexpr std::size_t kStartBytes = 36;
-constexpr std::size_t kLongestName = 20;  // size of the header field
+constexpr std::size_t kLongestName = 20;  // size of the device name in a header
 
 /// Big-endian, like all numbers of OpenIGTLink.
 std::uint64_t number(std::string_view bytes, std::size_t at, std::size_t size) {
@@ -71,7 +71,7 @@ void Session::receive(std::span<const char> bytes) {
     received_.append(bytes.data(), bytes.size());
     while (received_.size() >= kHeaderBytes && !stream_.gone()) {
         const std::uint64_t body = body_size(received_);
-        if (body > kLongestBody) {  // invalid size
+        if (body > kLongestBody) {
             stream_.disconnect();
             return;
         }
@@ -110,7 +110,7 @@ void Session::start_tracking_data(std::string_view message) {
     if (start.size() != kStartBytes) {
         return;
     }
-    const auto resolution_ms = static_cast<std::int32_t>(number(start, 0, kNameAt));  // negative: every pose
+    const auto resolution_ms = static_cast<std::int32_t>(number(start, 0, kNameAt));  // zero or negative: every pose
     period_ = Microseconds{1000} * std::clamp(resolution_ms, 0, kLongestResolutionMs);
     due_ = {};
     if (const std::string_view name = text(start.substr(kNameAt)); !name.empty()) {

@@ -14,10 +14,11 @@
 
 namespace tricoil::host::igtl_output {
 
-/// A client without a request within kQueryTimeout gets a TRANSFORM for every valid pose. STT_TDATA selects TDATA, at most one
-/// per requested resolution; STP_TDATA ends it. GET_TRANS and GET_STATUS are answered at any time. Invalid poses are not sent; a
-/// STATUS reports begin and end of an invalid period. TDATA leaves out a sensor whose pose is more than two column frames older
-/// than the newest. Damaged messages are dropped.
+/// A client that sends neither STT_TDATA nor STP_TDATA gets a TRANSFORM for every valid pose, from kQueryTimeout after its
+/// connection. STT_TDATA selects TDATA, at most one per requested resolution (ms). STP_TDATA ends TDATA and TRANSFORM. GET_TRANS
+/// and GET_STATUS are answered at any time. Invalid poses are not sent; a STATUS reports begin and end of an invalid period.
+/// TDATA leaves out a sensor whose pose is older than the newest by more than two intervals between poses. An STT_TDATA with a
+/// wrong CRC or size is dropped. The CRC of other requests is not checked, because their content is not used.
 class Session {
 public:
     static constexpr std::chrono::milliseconds kQueryTimeout{100};
