@@ -15,7 +15,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// httplib stream of one connection, with the limits applied.
+/// httplib stream of one connection. It applies the limits of bytes and time.
 class GuardedStream final : public httplib::Stream {
 public:
     explicit GuardedStream(int socket) : socket_(socket) {}

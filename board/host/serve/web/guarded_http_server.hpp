@@ -19,7 +19,7 @@ class GuardedHttpServer final : public httplib::Server {
 public:
     static constexpr std::size_t kMaxConnections = 32;
     static constexpr std::size_t kLongestRequest = 16 * 1024;  // header and body, in bytes
-    static constexpr std::chrono::seconds kRequestTimeout{5};  // from connection to the end of the request
+    static constexpr std::chrono::seconds kRequestTimeout{5};  // from the start of service to the end of the request
     static constexpr std::chrono::seconds kAnswerTimeout{10};  // for the client to accept one piece of the answer
 
     GuardedHttpServer();
@@ -27,7 +27,7 @@ public:
     /// Listens on the port; false on failure. The backlog has room for simultaneous clients, because a client that finds it full
     /// tries again only after a second.
     bool bind(const std::string& host, int port);
-    /// Call it in a handler: protects its connection from replacement and time-out.
+    /// Call it in a handler: protects its connection from replacement.
     void keep_this_connection();
     /// Disconnects all present and future connections.
     void disconnect();

@@ -1,4 +1,4 @@
-// Checks that a browser request names this server.
+// Checks the host name of a request.
 #pragma once
 
 #include <arpa/inet.h>

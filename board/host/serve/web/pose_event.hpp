@@ -12,12 +12,13 @@ namespace tricoil::host::web {
 struct PageStatus {
     bool running = true;
     bool recording = false;
-    std::string recording_error;  // error of the last recording
+    std::string recording_error;  // failure of the last recording; empty: none
     std::string controls;         // access rule: "token", "open" or "none"
     LinkHealth health;
 };
 
-/// One server-sent event: {"status": {...}, "poses": [...]}, with only the newest pose of each sensor.
+/// One server-sent event: {"status": {...}, "poses": [...]}, with the newest pose of each sensor. Poses with NaN or infinity are
+/// left out.
 std::string pose_event(std::span<const ServedPose> poses, const PageStatus& status);
 
 }  // namespace tricoil::host::web

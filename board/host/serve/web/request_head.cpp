@@ -59,7 +59,7 @@ std::string_view take_line(std::string_view& rest) {
     return line;
 }
 
-/// "GET /path HTTP/1.1"; sets `method`.
+/// Checks a line such as "GET /path HTTP/1.1" and sets `method`.
 RequestHead reduced_request_line(std::string_view line, std::string_view& method) {
     const auto first = line.find(' ');
     const auto last = line.rfind(' ');
@@ -106,7 +106,7 @@ RequestHead reduced_head(std::string_view received) {
             continue;
         }
         if (!std::all_of(value.begin(), value.end(), is_text)) {
-            return refuse(400, fmt::format("{} contains a control character", field->name));
+            return refuse(400, fmt::format("{} contains a character that is not printable ASCII", field->name));
         }
         if (field->name == "content-length" &&
             (value.empty() || value.size() > 6 || !std::all_of(value.begin(), value.end(), is_digit))) {
@@ -116,7 +116,7 @@ RequestHead reduced_head(std::string_view received) {
             return refuse(400, fmt::format("{} is given twice", field->name));
         }
         if (field->name == "content-type" && value != "application/json") {
-            continue;  // otherwise the library parses forms
+            continue;  // the library would parse a form
         }
         head.text += fmt::format("{}: {}\r\n", field->name, value);
     }

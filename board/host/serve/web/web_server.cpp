@@ -19,8 +19,8 @@ namespace tricoil::host::web {
 namespace {
 
 static_assert(WebServer::kMaxStreams < GuardedHttpServer::kMaxConnections);  // leaves connections for other requests
-constexpr std::chrono::milliseconds kPeriod{33};                             // between two events; a page draws at this rate
-constexpr std::chrono::milliseconds kIdleEventInterval{500};                 // between two events while there are no poses
+constexpr std::chrono::milliseconds kPeriod{33};              // pause after an event; limits the rate at which a page gets poses
+constexpr std::chrono::milliseconds kIdleEventInterval{500};  // longest wait for a pose before an event without poses
 constexpr std::size_t kMaxRequestBytes = 1024;
 
 void answer(httplib::Response& response, int status, const std::string& text) {
@@ -38,7 +38,7 @@ struct Reader {
     std::vector<ServedPose> poses;
     SilenceWatch silence;
 
-    /// False after the client or the tracker is gone.
+    /// False if the client has disconnected or the hub is closed.
     bool send(httplib::DataSink& sink) {
         poses.clear();
         hub.wait(cursor, poses, kIdleEventInterval);
@@ -94,16 +94,16 @@ WebServer::WebServer(const TcpAddress& address, Access access, const PoseHub& hu
       control_(control),
       recordings_(recordings),
       server_(std::make_unique<GuardedHttpServer>()) {
-    port_ = TcpListener("--web", address).port();  // reports an invalid address with our message
+    port_ = TcpListener("--web", address).port();  // reports an invalid address or a port in use like the other outputs
     GuardedHttpServer& s = *server_;
-    s.set_socket_options(
-        [](socket_t socket) {  // unlike the library's default, connections of an earlier server do not block the port
-            const int yes = 1;
-            ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-        });
+    s.set_socket_options([](socket_t socket) {  // not SO_REUSEPORT, the library's default: connections of an earlier server must
+                                                // not block the port
+        const int yes = 1;
+        ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+    });
     s.set_payload_max_length(kMaxRequestBytes);
     s.set_exception_handler([](const httplib::Request&, httplib::Response& response, const std::exception_ptr&) {
-        answer(response, 500, "internal error");  // by default the library sends what() to the client
+        answer(response, 500, "internal error");  // by default the library sends what() in a header
     });
     s.set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
         if (is_ours(request)) {
@@ -119,7 +119,7 @@ WebServer::WebServer(const TcpAddress& address, Access access, const PoseHub& hu
         response.set_header("Referrer-Policy", "no-referrer");
         response.set_header("X-Content-Type-Options", "nosniff");
         response.set_header("Cache-Control", "no-store");
-        // A content provider, because the library compresses a plain text again for every client, which takes seconds.
+        // A content provider sends the page without a copy of it.
         response.set_content_provider(kPage.size(), "text/html", [](std::size_t at, std::size_t length, httplib::DataSink& sink) {
             const std::string_view piece = part_of(kPage, at, length);
             return sink.write(piece.data(), piece.size());
@@ -176,10 +176,12 @@ void WebServer::control(const httplib::Request& request, httplib::Response& resp
     if (!access_.permits(request.get_header_value("Authorization"))) {
         const bool read_only = access_.controls == Controls::none;
         answer(response, read_only ? 403 : 401,
-               read_only ? "this server is read only" : "for controls, open the link that tricoil serve printed at its start");
+               read_only ? "this server is read only"
+                         : "for controls, open the link with the token (printed by tricoil serve, or in its --token-file)");
         return;
     }
-    if (request.get_header_value("Content-Type") != "application/json") {  // pages of other origins cannot send this type
+    if (request.get_header_value("Content-Type") !=
+        "application/json") {  // pages of other origins need permission (CORS) to send this type
         answer(response, 415, "the request must be JSON (Content-Type: application/json)");
         return;
     }

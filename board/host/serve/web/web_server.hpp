@@ -21,14 +21,15 @@ namespace tricoil::host::web {
 
 class GuardedHttpServer;
 
-/// GET /: the page. GET /stream: its events. POST /control: a control request, if `access` permits it. Only requests that name
-/// this host and port, and do not come from another page, are answered, so that a hostile page in the same browser has no access.
+/// GET /: the page. GET /stream: its events. POST /control: a control request, if `access` permits it. A request
+/// that does not name this host and port, or comes from another page, is refused (403), so that a hostile page in the same
+/// browser has no access.
 class WebServer {
 public:
     static constexpr int kMaxStreams = 16;
 
     /// Starts to listen. hub, control and recordings must outlive this object. Throws InputError, naming --web, for an address
-    /// that this machine does not have, DeviceError for a port in use.
+    /// that this machine does not have or a port that needs root, DeviceError for a port in use.
     WebServer(const TcpAddress& address, Access access, const PoseHub& hub, TrackerControl& control, RecordingSwitch& recordings);
     ~WebServer();
     WebServer(const WebServer&) = delete;

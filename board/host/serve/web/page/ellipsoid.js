@@ -1,8 +1,8 @@
 // Ellipsoid of a sensor's position covariance, exaggerated so that it is visible.
 export const kSigmas = 3;
 const kLongest_m = 0.12;   // maximum length of a drawn half-axis
-const kTolerance = 1.5;    // hysteresis of the exaggeration, as a factor
-const kMost_m = 1;
+const kTolerance = 1.5;    // factor by which the drawn length may leave its range before the exaggeration changes
+const kMost_m = 1;         // limit of each entry of the transform
 const kSteps = [1, 2, 5];
 
 /// Cholesky factor L, row by row, of the covariance [xx, xy, xz, yy, yz, zz]. L maps the unit sphere to the 1 sigma ellipsoid.

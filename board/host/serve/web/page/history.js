@@ -1,16 +1,16 @@
 // History of one sensor over the last ten seconds, as columns for the plots.
 export const kSeconds = 10;
-const kMax = 600;
-const kGap_s = 0.3;
+const kMax = 600;  // entries
+const kGap_s = 0.3;  // a longer interval between poses is a gap
 
 /// Values of a pose, in the order of the columns. speed: m/s, or null if unknown.
 const kValues = [pose => 1000 * pose.position_m[0], pose => 1000 * pose.position_m[1], pose => 1000 * pose.position_m[2], (pose, speed) => speed,
                  pose => pose.predicted_error_mm, pose => pose.distortion_mm, pose => pose.snr_db];
-const kAlwaysValid = 6;  // column that is also valid for an invalid pose: signal-to-noise ratio
+const kAlwaysValid = 6;  // index of the column that is filled for invalid poses too: signal-to-noise ratio
 
 export class History {
   constructor() {
-    this.times = [];  // s, device time
+    this.times = [];  // s since 1970 (UTC)
     this.columns = kValues.map(() => []);
     this.previous = null;
   }
@@ -29,10 +29,10 @@ export class History {
     this.forget(t);
   }
 
-  /// True if `pose` does not continue the previous one.
+  /// True if `pose` does not continue the previous one: no valid pose before it, a gap, or time went back.
   breaksWith(pose) { return !this.previous?.valid || pose.utc_ms < this.previous.utc_ms || pose.utc_ms - this.previous.utc_ms > 1000 * kGap_s; }
 
-  /// Drops entries older than ten seconds at `now`, s.
+  /// Drops entries older than ten seconds at `now` (s since 1970), and the oldest beyond kMax.
   forget(now) {
     while (this.times.length > kMax || this.times[0] < now - kSeconds) {
       this.times.shift();

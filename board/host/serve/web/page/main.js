@@ -76,7 +76,7 @@ function showChosen() {
   plots.draw(tracked.history, pose.utc_ms / 1000 + (performance.now() - tracked.heardMs) / 1000);
 }
 
-/// Creates the 3D view. Called last, because without a graphics processor it may take a second.
+/// Creates the 3D view. Called after the first numbers and plots are painted, because it can take a second without a graphics processor.
 function openScene() {
   try {
     scene = new Scene(element('scene'));
@@ -130,7 +130,7 @@ function link(state) {
 function allowControls(controls) {
   const allowed = controls === 'open' || (controls === 'token' && token() !== null);
   for (const id of ['run', 'set', 'record', 'hemisphere']) element(id).disabled = !allowed;
-  element('access').textContent = allowed ? '' : controls === 'none' ? 'read only' : 'read only; for controls, open the link that tricoil serve printed at its start';
+  element('access').textContent = allowed ? '' : controls === 'none' ? 'read only' : 'read only; for controls, open the link with the token (printed by tricoil serve, or in its --token-file)';
 }
 
 async function ask(request) {

@@ -28,7 +28,7 @@ export class Plots {
     }).observe(parent);
   }
 
-  /// Draws the last ten seconds before `now`: device time, s, which advances also without new poses.
+  /// Draws the last ten seconds before `now`: time of the newest pose (s since 1970) plus the time since it arrived.
   draw(history, now) {
     history.forget(now);
     const ages = history.times.map(t => t - now);

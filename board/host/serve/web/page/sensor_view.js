@@ -32,7 +32,8 @@ export class SensorView {
     this.group.add(this.triad, this.ellipsoid, this.line);
   }
 
-  /// Draws a pose with the attitude q. begins: starts a new trail. An invalid pose hides the sensor.
+  /// Draws a pose with the attitude q. begins: leaves a gap in the trail before this pose. An invalid pose hides the sensor; the trail
+  /// remains.
   show(pose, q, exaggeration, begins) {
     this.triad.position.set(...pose.position_m);
     this.triad.quaternion.set(q[1], q[2], q[3], q[0]);

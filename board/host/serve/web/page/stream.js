@@ -3,7 +3,7 @@ const kSilentMs = 1500;
 const kRetryMs = 500;
 
 /// Calls receive(message) for every message, and link(state) when the state changes: 'live', 'silent' (connected, without new poses)
-/// or 'down'.
+/// or 'down' (not connected, or no message for kSilentMs after 'live').
 export function connect(receive, link) {
   let source = null;
   let heard = performance.now();
