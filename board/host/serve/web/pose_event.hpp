@@ -17,8 +17,8 @@ struct PageStatus {
     LinkHealth health;
 };
 
-/// One server-sent event: {"status": {...}, "poses": [...]}, with the newest pose of each sensor. Poses with NaN or infinity are
-/// left out.
+/// One server-sent event: {"status": {...}, "poses": [...]}, with the newest pose of each sensor. Poses whose position or
+/// covariance is not finite are left out.
 std::string pose_event(std::span<const ServedPose> poses, const PageStatus& status);
 
 }  // namespace tricoil::host::web

@@ -14,11 +14,10 @@ struct RequestHead {
 };
 
 /// `received` ends with the empty line. Only GET, HEAD and POST requests for a path of at most 256 visible ASCII characters are
-/// accepted; a POST needs a Content-Length. The result contains only
-/// the fields Host, Origin, Authorization and, for POST, Content-Length and a Content-Type of application/json, each at most
-/// once. Other fields, for example Range, Accept-Encoding or Expect, never reach the library (RFC 9110, 14.2: a server may ignore
-/// Range). A Transfer-Encoding or a folded line is refused, and so is one of the listed fields that is repeated or contains other
-/// characters than printable ASCII.
+/// accepted; a POST needs a Content-Length. The result contains only the fields Host, Origin, Authorization and, for POST,
+/// Content-Length and a Content-Type of application/json, each at most once. Other fields, for example Range, Accept-Encoding or
+/// Expect, never reach the library (RFC 9110, 14.2: a server may ignore Range). A Transfer-Encoding or a folded line is refused,
+/// and so is one of the listed fields that is repeated or contains other characters than printable ASCII.
 RequestHead reduced_head(std::string_view received);
 
 /// Complete HTTP answer for a refused request.

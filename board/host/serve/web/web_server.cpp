@@ -96,8 +96,8 @@ WebServer::WebServer(const TcpAddress& address, Access access, const PoseHub& hu
       server_(std::make_unique<GuardedHttpServer>()) {
     port_ = TcpListener("--web", address).port();  // reports an invalid address or a port in use like the other outputs
     GuardedHttpServer& s = *server_;
-    s.set_socket_options([](socket_t socket) {  // not SO_REUSEPORT, the library's default: connections of an earlier server must
-                                                // not block the port
+    // Not SO_REUSEPORT, the library's default: connections of an earlier server must not block the port.
+    s.set_socket_options([](socket_t socket) {
         const int yes = 1;
         ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
     });
@@ -180,8 +180,8 @@ void WebServer::control(const httplib::Request& request, httplib::Response& resp
                          : "for controls, open the link with the token (printed by tricoil serve, or in its --token-file)");
         return;
     }
-    if (request.get_header_value("Content-Type") !=
-        "application/json") {  // pages of other origins need permission (CORS) to send this type
+    // Pages of other origins need permission (CORS) to send this type.
+    if (request.get_header_value("Content-Type") != "application/json") {
         answer(response, 415, "the request must be JSON (Content-Type: application/json)");
         return;
     }

@@ -21,9 +21,9 @@ namespace tricoil::host::web {
 
 class GuardedHttpServer;
 
-/// GET /: the page. GET /stream: its events. POST /control: a control request, if `access` permits it. A request
-/// that does not name this host and port, or comes from another page, is refused (403), so that a hostile page in the same
-/// browser has no access.
+/// GET /: the page. GET /stream: its events. POST /control: a control request, if `access` permits it. A request that does not
+/// name this host and port, or comes from another page, is refused (403), so that a hostile page in the same browser has no
+/// access.
 class WebServer {
 public:
     static constexpr int kMaxStreams = 16;
