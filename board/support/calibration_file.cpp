@@ -15,6 +15,7 @@ namespace {
 const std::vector<std::string> kModels{"concentric", "general", "finite", "free-motion", "grid"};
 constexpr double kOrthonormalTolerance = 1e-6;
 constexpr double kLongestFixture_m = 1000;
+constexpr double kLargestStageError = 0.5;
 
 std::string text_of(const Vec3<double>& v) { return fmt::format("[{:.17g}, {:.17g}, {:.17g}]", v(0), v(1), v(2)); }
 
@@ -80,6 +81,10 @@ std::string to_toml(const CalibrationFile& file) {
     text +=
         "\n[output]\n" + line("hemisphere", c.hemisphere) + line("linear", c.output_linear) + line("offset_m", c.output_offset_m);
     text += fmt::format("\n[stage]\nturns_left_handed = {}\n", file.stage_turns_left_handed ? 1 : 0);
+    if (!file.stage_errors.is_ideal()) {
+        text += line("turning", file.stage_errors.turning) + line("room", file.stage_errors.room) +
+                line("stray", file.stage_errors.stray);
+    }
     return text + fixtures_text("source_stage", file.source_stage) + fixtures_text("mount_sensor", file.mount_sensor);
 }
 
@@ -113,6 +118,11 @@ CalibrationFile read_calibration(const std::string& path) {
     output.finish();
     auto stage = top.child("stage");
     file.stage_turns_left_handed = stage.number("turns_left_handed", 0) != 0;
+    StageErrors& errors = file.stage_errors;
+    for (const auto& [key, matrix] : {std::pair("turning", &errors.turning), {"room", &errors.room}, {"stray", &errors.stray}}) {
+        *matrix = stage.matrix(key, *matrix);
+        stage.require(matrix->cwiseAbs().maxCoeff() <= kLargestStageError, key, "is larger than 0.5; this is no stage");
+    }
     stage.finish();
     top.child("source_stage");
     top.child("mount_sensor");

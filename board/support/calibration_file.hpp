@@ -5,6 +5,7 @@
 #include <string>
 
 #include "board/support/rigid.hpp"
+#include "board/support/stage_errors.hpp"
 #include "core/calibration/calibration.hpp"
 
 namespace tricoil::host {
@@ -16,7 +17,8 @@ struct CalibrationFile {
     std::map<std::string, Rigid> source_stage;
     std::map<std::string, Rigid> mount_sensor;
     bool stage_turns_left_handed = false;
-    double residual_rms = 0;  // relative to the couplings
+    StageErrors stage_errors;  // of the set that was used; the flash blob does not contain them
+    double residual_rms = 0;   // relative to the couplings
 };
 
 std::string to_toml(const CalibrationFile& file);

@@ -12,8 +12,9 @@ namespace {
 struct Blocks {
     std::array<double, kMagnetic> magnetic{};
     RigidBlock source{}, fixture{}, jig{};
+    std::array<double, kStage> stage{};
 
-    std::vector<double*> all() { return {magnetic.data(), source.data(), fixture.data(), jig.data()}; }
+    std::vector<double*> all() { return {magnetic.data(), source.data(), fixture.data(), jig.data(), stage.data()}; }
 };
 
 /// Coils 5 % unequal, offsets to 20 mm, octupoles to 300 mm^2, small rotations; `scale` 0 leaves all rotation vectors zero.
@@ -31,6 +32,9 @@ Blocks random_blocks(std::mt19937& random, double scale) {
         for (std::size_t k = 0; k < kRigid; ++k) {
             (*block)[k] = (k < 3 ? 0.3 : 0.4 * scale) * unit(random);
         }
+    }
+    for (std::size_t k = 0; k < kStage; ++k) {
+        b.stage[k] = (k < kStray ? 0.05 : 3) * unit(random);
     }
     return b;
 }
@@ -50,7 +54,7 @@ void expect_derivatives(Blocks b, bool finite) {
                           Eigen::Matrix<double, 9, 9>::Identity() + 0.1 * Eigen::Matrix<double, 9, 9>::Ones(),
                           finite};
     const PoseResidual residual(terms);
-    const std::vector<const ceres::Manifold*> manifolds(4, nullptr);
+    const std::vector<const ceres::Manifold*> manifolds(5, nullptr);
     const ceres::GradientChecker checker(&residual, &manifolds, ceres::NumericDiffOptions());
     ceres::GradientChecker::ProbeResults results;
     std::vector<double*> blocks = b.all();

@@ -143,6 +143,61 @@ TEST_F(Stage, WritesResidualsAndAPicture) {
     EXPECT_THAT(read_file(path("pictures") + "/error_vectors.svg"), HasSubstr("<svg"));
 }
 
+/// Errors of 0.3 % make 0.15 mm at the border of the workspace. The stage's scale and its rotation about z are not observable.
+TEST_F(Stage, ErrorsOfTheStageAreFoundAndLeaveTheTracker) {
+    sim::StageParams params;
+    params.position_sigma_m = 2e-5;
+    params.noise_share = 1e-4;
+    params.turns_deg = {-90, -30, 0, 90};
+    params.turning << -1e-3, 0, 3e-3, 0, 2e-3, -2e-3, 1e-3, 0, -1e-3;
+    for (int fixture = 0; fixture < 3; ++fixture) {
+        write(sim::ilemt_name(fixture, "sag"), sim::ilemt_text(*triads_, params, fixture));
+    }
+    const std::string calibrate = "calibrate --json --model finite --out ";
+    const auto ideal = tricoil(calibrate + path("ideal.toml") + set("sag"));
+    const auto fit = tricoil(calibrate + path("sag.toml") + " --blob " + path("sag.bin") + " --stage turning" + set("sag"));
+    ASSERT_EQ(fit.exit_code, 0) << fit.err;
+    for (int row = 0; row < 3; ++row) {
+        for (int column = 0; column < 3; ++column) {
+            EXPECT_NEAR(fit.json()["stage_errors"]["turning"][row][column].get<double>(), params.turning(row, column), 3e-4)
+                << row << column;
+        }
+    }
+    EXPECT_LT(number(fit, "position_rms_m"), 0.6 * number(ideal, "position_rms_m"));
+    // The errors of this stage help another calibration of it.
+    const auto given =
+        tricoil("evaluate --json --stage-from " + path("sag.toml") + " --calibration " + path("ideal.toml") + set("sag"));
+    EXPECT_THAT(given.json()["stage_errors"].get<std::string>(), HasSubstr("sag.toml"));
+    const auto not_given = tricoil("evaluate --json --calibration " + path("ideal.toml") + set("sag"));
+    EXPECT_LT(number(given, "position_rms_m"), 0.8 * number(not_given, "position_rms_m"));
+    // They are no part of the blob.
+    ASSERT_EQ(tricoil(calibrate + path("none.toml") + " --blob " + path("none.bin") + set("sag")).exit_code, 0);
+    EXPECT_EQ(fs::file_size(path("sag.bin")), fs::file_size(path("none.bin")));
+}
+
+TEST_F(Stage, TheStageModelCostsNothingOnAnIdealStage) {
+    for (const char* stage : {"ideal", "turning", "room"}) {
+        const auto fit =
+            tricoil(std::string("calibrate --json --model finite --stage ") + stage + " --out " + path("t.toml") + set("md"));
+        ASSERT_EQ(fit.exit_code, 0) << fit.err;
+        const auto test = tricoil("evaluate --json --calibration " + path("t.toml") + set("ld"));
+        std::cout << stage << ": " << 1e3 * number(test, "position_rms_m") << " mm\n";
+        EXPECT_LT(number(test, "position_rms_m"), 1.5e-4) << stage;
+    }
+}
+
+TEST_F(Stage, WrongErrorsOfTheStageAreRefused) {
+    ASSERT_EQ(tricoil("calibrate --out " + path("i.toml") + set("md")).exit_code, 0);
+    const std::string evaluate = "evaluate --calibration " + path("i.toml") + set("ld");
+    expect_refused(tricoil(evaluate + " --stage-from " + path("i.toml")), "has no errors of the stage");
+    expect_refused(tricoil(evaluate + " --stage-from " + path("nothing.toml")), "nothing.toml");
+    expect_refused(tricoil("calibrate --stage tuning --out " + path("x.toml") + set("md")), "did you mean 'turning'");
+    std::string text = read_file(path("i.toml"));
+    text.replace(text.find("turns_left_handed"), 0, "turning = [[30, 0, 0], [0, 30, 0], [0, 0, 30]]\n");  // in millimetres
+    write("mm.toml", text);
+    expect_refused(tricoil(evaluate + " --stage-from " + path("mm.toml")), "stage.turning");
+}
+
 TEST_F(Stage, BadLinesAreExcludedAndNamed) {
     auto lines = lines_of(sim::ilemt_name(1, "md"));
     std::swap(lines[10], lines[70]);  // no error: the order does not matter

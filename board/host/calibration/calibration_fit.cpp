@@ -1,12 +1,14 @@
 #include "board/host/calibration/calibration_fit.hpp"
 
 #include <ceres/ceres.h>
+#include <ceres/normal_prior.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <numeric>
 #include <span>
 
 #include "board/host/calibration/fit_parameters.hpp"
@@ -21,7 +23,11 @@ namespace {
 
 constexpr double kFirstLoss_m = 5e-3;  // scale of the robust loss for the first fit, when the spread of the residuals is unknown
 constexpr double kLossDeviations = 4;  // scale of the robust loss for later fits, in robust standard deviations
-constexpr double kOutlierDeviations = 8;   // a pose with a larger residual is an outlier, in robust standard deviations
+constexpr double kOutlierDeviations = 8;  // a pose with a larger residual is an outlier, in robust standard deviations
+constexpr double kStageError = 0.01;      // expected size of the stage's errors, per metre
+constexpr double kStrayField_per_m3 = 1;  // expected size of a stray field, in units of C
+constexpr double kScaleError = 1e-6;
+constexpr int kPriorRows = kStage + 2;
 constexpr double kNameTolerance_deg = 15;  // largest angle between a start rotation and the fixture's name
 
 /// One fit: parameter blocks, Ceres problem and results.
@@ -40,6 +46,11 @@ public:
                 solve(static_cast<FitModel>(stage), loss_m);
                 loss_m = std::max(kLossDeviations * deviation_m(), 1e-9);
             }
+        }
+        fits_stage_ = options_.stage != StageModel::ideal;
+        for (int round = 0; round < 3 && fits_stage_; ++round) {
+            solve(options_.model, loss_m);
+            loss_m = std::max(kLossDeviations * deviation_m(), 1e-9);
         }
         return result();
     }
@@ -161,6 +172,7 @@ private:
 
     void solve(FitModel model, double loss_m) {
         problem_ = std::make_unique<ceres::Problem>();
+        pose_blocks_.clear();
         const bool finite = model == FitModel::finite;
         for (std::size_t f = 0; f < files_.size(); ++f) {
             const std::size_t s = source_index_[f];
@@ -172,11 +184,12 @@ private:
                     pose_weight(model_of(magnetic_.data(), coupling_constant_), current_pose(s, m, pose), weight_m(pose));
                 auto* cost =
                     new PoseResidual(PoseTerms{pose, source_start_[s], named_[m], jig, coupling_constant_, weight, finite});
-                problem_->AddResidualBlock(cost, new ceres::CauchyLoss(loss_m), magnetic_.data(), source_[s].data(), fixture,
-                                           jig_.data());
+                pose_blocks_.push_back(problem_->AddResidualBlock(cost, new ceres::CauchyLoss(loss_m), magnetic_.data(),
+                                                                  source_[s].data(), fixture, jig_.data(), stage_.data()));
             }
         }
         fix_gauge(model);
+        fix_stage(loss_m);
         ceres::Solver::Options options;
         options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
         options.logging_type = ceres::SILENT;
@@ -201,7 +214,7 @@ private:
     }
 
     [[nodiscard]] solver::RigidPose<double> current_pose(std::size_t s, std::size_t m, const MeasuredPose& pose) const {
-        return true_pose(source_of(s), pose, mount_of(m));
+        return true_pose(source_of(s), pose, mount_of(m), stage_errors_of(stage_.data(), coupling_constant_));
     }
 
     /// Weight of a pose's couplings, metres per coupling unit: a coupling decreases by 3 k / rho per metre.
@@ -239,6 +252,31 @@ private:
         }
     }
 
+    /// What the poses do not determine stays near zero: part of the stage's errors equals a rotation of the source and a scale.
+    void fix_stage(double deviation_m) {
+        if (!fits_stage_) {
+            problem_->SetParameterBlockConstant(stage_.data());
+            return;
+        }
+        using Prior = Eigen::Matrix<double, kPriorRows, kStage>;
+        Prior prior = Prior::Zero();
+        prior.topLeftCorner<kRoom, kRoom>().diagonal().setConstant(deviation_m / kStageError);
+        prior.block<kRoom, kRoom>(kRoom, kRoom).diagonal().setConstant(deviation_m / kStageError);
+        prior.block<kRoom, kRoom>(kStray, kStray).diagonal().setConstant(deviation_m / kStrayField_per_m3);
+        for (const int first : {kTurning, kRoom}) {
+            for (const int diagonal : {0, 4, 8}) {  // the mean scale of the stage is right
+                prior(kStage + first / kRoom, first + diagonal) = deviation_m / kScaleError;
+            }
+        }
+        prior_block_ =
+            problem_->AddResidualBlock(new ceres::NormalPrior(prior, Eigen::VectorXd::Zero(kStage)), nullptr, stage_.data());
+        if (options_.stage == StageModel::turning) {
+            std::vector<int> held(kStage - kRoom);
+            std::iota(held.begin(), held.end(), kRoom);
+            problem_->SetManifold(stage_.data(), new ceres::SubsetManifold(kStage, held));
+        }
+    }
+
     /// Free parameter blocks in the order of the Jacobian's columns: magnetic parameters first.
     [[nodiscard]] std::vector<double*> free_blocks() const {
         std::vector<double*> all;
@@ -249,12 +287,18 @@ private:
         return free;
     }
 
+    /// Of the poses. The Jacobian also has the rows of the prior, at the end.
     std::vector<double> residuals(ceres::CRSMatrix* jacobian = nullptr) {
         ceres::Problem::EvaluateOptions options;
         options.apply_loss_function = false;
+        options.residual_blocks = pose_blocks_;
+        if (fits_stage_) {
+            options.residual_blocks.push_back(prior_block_);
+        }
         options.parameter_blocks = free_blocks();
         std::vector<double> values;
         problem_->Evaluate(options, nullptr, &values, nullptr, jacobian);
+        values.resize(9 * pose_blocks_.size());
         return values;
     }
 
@@ -280,6 +324,7 @@ private:
             fit.mount_sensor[sensor_names_[m]] = mount_of(m);
         }
         fit.stage_turns_left_handed = left_handed_;
+        fit.stage_errors = stage_errors_of(stage_.data(), coupling_constant_);
         fit.start_position_rms_m = start_rms_m_;
         fit.coupling_constant = coupling_constant_;
         fit.poses = count_poses(files_);
@@ -304,8 +349,9 @@ private:
                 }
                 const auto at_pose = current_pose(source_index_[f], sensor_index_[f], pose);
                 const Mat3<double> o = at_pose.q_source_sensor.toRotationMatrix().transpose();
-                file.squares += (field::signal_matrix<double>(fit.model, at_pose.position_m, o) - pose.x).squaredNorm() /
-                                pose.x.squaredNorm();
+                const Mat3<double> stray = fit.model.sensor_sensitivity.transpose() * o * fit.stage_errors.stray;
+                const Mat3<double> x = field::signal_matrix<double>(fit.model, at_pose.position_m, o) + stray;
+                file.squares += (x - pose.x).squaredNorm() / pose.x.squaredNorm();
                 ++file.used;
             }
             files.push_back(file);
@@ -338,10 +384,14 @@ private:
     std::array<double, kMagnetic> magnetic_{};
     std::vector<RigidBlock> source_, fixture_;
     RigidBlock jig_{};
+    std::array<double, kStage> stage_{};
+    bool fits_stage_ = false;
     double coupling_constant_ = 1;
     double start_rms_m_ = 0;
     bool left_handed_ = false;
     std::unique_ptr<ceres::Problem> problem_;
+    std::vector<ceres::ResidualBlockId> pose_blocks_;
+    ceres::ResidualBlockId prior_block_ = nullptr;  // of the stage's errors
 };
 
 }  // namespace

@@ -22,9 +22,16 @@ enum class FixtureModel {
     named,  // sensor fixtures have the rotations of their names and a common position
 };
 
+enum class StageModel {
+    ideal,
+    turning,  // the first part of StageErrors
+    room,     // all of StageErrors
+};
+
 struct FitOptions {
     FitModel model = FitModel::general;
     FixtureModel fixtures = FixtureModel::free;
+    StageModel stage = StageModel::ideal;
 };
 
 /// Fitted parameter for output: name with unit, value, standard deviation.
@@ -39,6 +46,7 @@ struct CalibrationFit {
     std::map<std::string, Rigid> source_stage;  // by fixture name
     std::map<std::string, Rigid> mount_sensor;
     bool stage_turns_left_handed = false;
+    StageErrors stage_errors;
     std::vector<FittedParameter> parameters;
     double residual_rms = 0;  // of couplings, as share of the coupling strength of the pose, without outliers
     std::map<std::string, double> residual_rms_by_file;

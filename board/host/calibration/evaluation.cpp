@@ -51,6 +51,12 @@ Found solve_refined_pose(const calibration::Calibration<double>& c, const Mat3<d
     return {r.pose, r.converged() && solution->right_handed, solution->iterations, r.misfit_share};
 }
 
+/// Couplings that the stray field adds at a true pose.
+Mat3<double> stray_couplings(const CalibrationFile& calibration, const solver::RigidPose<double>& truth) {
+    const Mat3<double> o = truth.q_source_sensor.toRotationMatrix().transpose();
+    return calibration.calibration.model.sensor_sensitivity.transpose() * o * calibration.stage_errors.stray;
+}
+
 const Rigid& fixture_of(const std::map<std::string, Rigid>& known, const std::string& name, const char* side,
                         const PoseFile& file) {
     const auto found = known.find(name);
@@ -83,9 +89,10 @@ std::vector<EvaluatedPose> evaluate(const CalibrationFile& calibration, const st
         const Rigid& mount = fixture_of(calibration.mount_sensor, sensor_fixture_name(file), "sensor", file);
         for (const MeasuredPose& pose : file.poses) {
             const std::string place = fmt::format("{}:{}", file.path, pose.line);
+            const auto truth = true_pose(source, pose, mount, calibration.stage_errors);
+            const Mat3<double> x = pose.x - stray_couplings(calibration, truth);
             const Found found =
-                solver == EvaluationSolver::direct ? solve_direct_pose(c, pose.x, place) : solve_refined_pose(c, pose.x, place);
-            const auto truth = true_pose(source, pose, mount);
+                solver == EvaluationSolver::direct ? solve_direct_pose(c, x, place) : solve_refined_pose(c, x, place);
             EvaluatedPose error;
             error.file = f;
             error.line = pose.line;

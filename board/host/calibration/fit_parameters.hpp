@@ -4,6 +4,7 @@
 #include <array>
 #include <string>
 
+#include "board/support/stage_errors.hpp"
 #include "core/field/general_dipole.hpp"
 
 namespace tricoil::host {
@@ -13,6 +14,19 @@ namespace tricoil::host {
 constexpr int kMagnetic = 29;
 constexpr int kMoments = 0, kSensitivities = 6, kSourceOffsets = 11, kSensorOffsets = 17, kOctupoles = 23;
 constexpr double kLengthUnit_m = 0.1;
+
+/// Parameters of StageErrors: turning and room (9 each, row by row), stray (9, row by row, in units of C / m^3).
+constexpr int kStage = 27;
+constexpr int kTurning = 0, kRoom = 9, kStray = 18;
+
+/// `c`: coupling constant of the start, factor of the stray field.
+inline StageErrors stage_errors_of(const double* p, double c) {
+    using Rows = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+    const Eigen::Map<const Rows> turning(p + kTurning);
+    const Eigen::Map<const Rows> room(p + kRoom);
+    const Eigen::Map<const Rows> stray(p + kStray);
+    return {turning, room, c * stray};
+}
 
 inline Mat3<double> symmetric_matrix(double xx, double yy, double zz, double xy, double xz, double yz) {
     Mat3<double> m;

@@ -95,7 +95,7 @@ Eigen::VectorXd deviations(const ParameterEstimate& estimate, const SymmetricEig
     const Eigen::VectorXd inverse = eigen.values.cwiseMax(1e-300).cwiseInverse();
     const Eigen::MatrixXd covariance = eigen.vectors * inverse.asDiagonal() * eigen.vectors.transpose();
     const Eigen::MatrixXd& jacobian = estimate.jacobian;
-    Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(jacobian.rows() / 9, jacobian.cols());
+    Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(estimate.residuals.size() / 9), jacobian.cols());
     for (Eigen::Index k = 0; k < scores.rows(); ++k) {
         const Eigen::Map<const Eigen::Matrix<double, 9, 1>> r(estimate.residuals.data() + 9 * k);
         if (r.norm() <= estimate.outlier_limit_m) {
@@ -161,7 +161,8 @@ void check_parameters(const ParameterEstimate& estimate, CalibrationFit& fit) {
     Eigen::Index index = 0;
     eigen.vectors.col(0).cwiseAbs().maxCoeff(&index);
     const auto weakest = static_cast<std::size_t>(index);
-    const std::string name = weakest < estimate.magnetic.size() ? kParameterNames[weakest] : "a fixture's position or rotation";
+    const std::string name = weakest < estimate.magnetic.size() ? kParameterNames[weakest]
+                                                                : "a fixture's position or rotation, or an error of the stage";
     if (fit.condition > kMaxCondition) {
         throw InputError(fmt::format(
             "the poses do not determine all parameters (condition number {:.1e}); least determined: {}. Add poses that turn "

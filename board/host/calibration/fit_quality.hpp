@@ -26,10 +26,10 @@ struct FileResidual {
 /// far above those of the other files, or if the model does not explain the couplings.
 void check_residuals(const std::vector<FileResidual>& files, FitModel model, CalibrationFit& fit);
 
-/// Linearised fit at the solution: nine rows per pose.
+/// Linearised fit at the solution: nine rows per pose, then those of a prior, if any.
 struct ParameterEstimate {
     Eigen::MatrixXd jacobian;          // columns: free parameters, magnetic parameters first
-    std::vector<double> residuals;     // m
+    std::vector<double> residuals;     // of the poses, m
     double outlier_limit_m = 0;        // poses with a longer residual are outliers
     std::span<const double> magnetic;  // free magnetic parameters
 };

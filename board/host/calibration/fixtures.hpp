@@ -3,14 +3,17 @@
 
 #include "board/host/calibration/pose_set.hpp"
 #include "board/support/rigid.hpp"
+#include "board/support/stage_errors.hpp"
 #include "core/geometry/types.hpp"
 #include "core/solver/refine.hpp"
 
 namespace tricoil::host {
 
 /// Pose of the sensor in the source frame. source_stage: stage to source components; mount_sensor: sensor to mount components.
-inline solver::RigidPose<double> true_pose(const Rigid& source_stage, const MeasuredPose& pose, const Rigid& mount_sensor) {
-    const Vec3<double> in_stage = pose.stage_position_m + pose.stage_rotation * mount_sensor.translation_m;
+inline solver::RigidPose<double> true_pose(const Rigid& source_stage, const MeasuredPose& pose, const Rigid& mount_sensor,
+                                           const StageErrors& errors = {}) {
+    const Vec3<double> in_stage =
+        errors.position_m(pose.stage_position_m, pose.stage_rotation) + pose.stage_rotation * mount_sensor.translation_m;
     const Mat3<double> turned = source_stage.rotation * pose.stage_rotation * mount_sensor.rotation;
     return {source_stage.translation_m + source_stage.rotation * in_stage, Quat<double>(turned).normalized()};
 }

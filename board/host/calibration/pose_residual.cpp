@@ -95,8 +95,9 @@ void add_offset(Row&& row, int first, const Vec3<double>& g, int coil) {
     }
 }
 
+/// stray: uniform field of each source coil, source frame.
 CouplingDerivatives coupling_derivatives(const field::GeneralDipole<double>& model, double c, const Vec3<double>& position_m,
-                                         const Mat3<double>& o, bool finite) {
+                                         const Mat3<double>& o, const Mat3<double>& stray, bool finite) {
     CouplingDerivatives all;
     for (int i = 0; i < 3; ++i) {
         const Vec3<double> arm = o.transpose() * model.sensor_offset_m.col(i);
@@ -108,6 +109,8 @@ CouplingDerivatives coupling_derivatives(const field::GeneralDipole<double>& mod
             if (finite) {
                 add_octupoles(pair, r, m, n, model.source_octupole_m2(j), model.sensor_octupole_m2(i));
             }
+            pair.value += n.dot(stray.col(j));
+            pair.by_sensitivity += stray.col(j);
             const int at = i + 3 * j;
             all.x(at) = pair.value;
             all.by_position.row(at) = pair.by_displacement_per_m;
@@ -138,6 +141,27 @@ void write_rigid(double* out, const PoseTerms& terms, const CouplingDerivatives&
     }
 }
 
+/// Jacobian of the stage's errors. of_stage: stage to source components. field_at_sensor: sensitivities, one row per sensor coil,
+/// source frame.
+void write_stage(double* out, const PoseTerms& terms, const CouplingDerivatives& x, const Mat3<double>& of_stage,
+                 const Mat3<double>& field_at_sensor) {
+    if (out == nullptr) {
+        return;
+    }
+    const Mat3<double>& turn = terms.pose.stage_rotation;
+    const Vec3<double>& place = terms.pose.stage_position_m;
+    const Vec3<double> turned_place = turn.transpose() * place;
+    Jacobian<kStage> by_stage = Jacobian<kStage>::Zero();
+    for (int a = 0; a < 3; ++a) {
+        for (int b = 0; b < 3; ++b) {
+            by_stage.col(kTurning + 3 * a + b) = x.by_position * of_stage * turn.col(a) * turned_place(b);
+            by_stage.col(kRoom + 3 * a + b) = x.by_position * of_stage.col(a) * place(b);
+            by_stage.col(kStray + 3 * a + b).segment<3>(3 * b) = terms.coupling_constant * field_at_sensor.col(a);
+        }
+    }
+    Eigen::Map<Jacobian<kStage>>{out} = terms.weight * by_stage;
+}
+
 }  // namespace
 
 Mat3<double> rotation_of(const double* vector) {
@@ -165,14 +189,17 @@ bool PoseResidual::Evaluate(double const* const* blocks, double* residual, doubl
     const double* const source = blocks[1];
     const double* const fixture = blocks[2];
     const double* const jig = blocks[3];
+    const StageErrors stage = stage_errors_of(blocks[4], terms_.coupling_constant);
     const auto model = model_of(magnetic, terms_.coupling_constant);
     const Mat3<double> stage_source = rotation_of(source + 3) * terms_.source_start;
     const Mat3<double> fixture_rotation = terms_.named * rotation_of(fixture + 3);
     const Vec3<double> lever = fixture_rotation * length_of(jig);
     const Mat3<double> turned = stage_source * terms_.pose.stage_rotation;
-    const Vec3<double> from_source = stage_source * terms_.pose.stage_position_m + turned * (length_of(fixture) + lever);
+    const Vec3<double> place = stage.position_m(terms_.pose.stage_position_m, terms_.pose.stage_rotation);
+    const Vec3<double> from_source = stage_source * place + turned * (length_of(fixture) + lever);
     const Mat3<double> o = (turned * fixture_rotation * rotation_of(jig + 3) * terms_.jig_start).transpose();
-    const auto x = coupling_derivatives(model, terms_.coupling_constant, length_of(source) + from_source, o, terms_.finite);
+    const auto x =
+        coupling_derivatives(model, terms_.coupling_constant, length_of(source) + from_source, o, stage.stray, terms_.finite);
     const Eigen::Map<const Eigen::Matrix<double, 9, 1>> measured(terms_.pose.x.data());
     Eigen::Map<Eigen::Matrix<double, 9, 1>>{residual} = terms_.weight * (x.x - measured);
     if (jacobians == nullptr) {
@@ -189,6 +216,7 @@ bool PoseResidual::Evaluate(double const* const* blocks, double* residual, doubl
     write_rigid(jacobians[2], terms_, x, turned, -cross_matrix(turned * lever) * of_fixture, of_fixture);
     write_rigid(jacobians[3], terms_, x, turned * fixture_rotation, Mat3<double>::Zero(),
                 turned * fixture_rotation * left_jacobian(jig + 3));
+    write_stage(jacobians[4], terms_, x, stage_source, model.sensor_sensitivity.transpose() * o);
     return true;
 }
 

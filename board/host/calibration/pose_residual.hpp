@@ -35,8 +35,8 @@ struct PoseTerms {
     bool finite;                         // the coils have octupoles
 };
 
-/// Weighted coupling residual (measured minus model) of one pose, m. Parameter blocks: magnetic, source, fixture, jig.
-class PoseResidual final : public ceres::SizedCostFunction<9, kMagnetic, kRigid, kRigid, kRigid> {
+/// Weighted coupling residual (model minus measured) of one pose, m. Parameter blocks: magnetic, source, fixture, jig, stage.
+class PoseResidual final : public ceres::SizedCostFunction<9, kMagnetic, kRigid, kRigid, kRigid, kStage> {
 public:
     explicit PoseResidual(const PoseTerms& terms) : terms_(terms) {}
 

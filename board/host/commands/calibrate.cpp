@@ -26,10 +26,12 @@ namespace {
 
 const std::vector<std::string> kModels{"concentric", "general", "finite"};
 const std::vector<std::string> kFixtures{"free", "named"};
+const std::vector<std::string> kStages{"ideal", "turning", "room"};
 
 struct CalibrateCommand {
     std::string model = "general";
     std::string fixtures = "free";
+    std::string stage = "ideal";
     std::string out;
     std::string blob;
     std::vector<std::string> data;
@@ -101,6 +103,11 @@ void describe_fit(const CalibrationFit& fit, const CalibrateCommand& command, Re
     for (const FittedParameter& p : fit.parameters) {
         report.json["parameters"].push_back({{"name", p.name}, {"value", p.value}, {"deviation", p.deviation}});
     }
+    if (!fit.stage_errors.is_ideal()) {
+        report.json["stage_errors"] = {{"turning", rows_of(fit.stage_errors.turning)},
+                                       {"room", rows_of(fit.stage_errors.room)},
+                                       {"stray", rows_of(fit.stage_errors.stray)}};
+    }
     report.json["residual_rms_by_file"] = fit.residual_rms_by_file;
     report.json["outliers"] = fit.outliers;
     for (const std::string& place : fit.outliers) {
@@ -136,6 +143,7 @@ CalibrationFile calibrate_on_stage(const CalibrateCommand& command, Report& repo
     FitOptions options;
     options.model = static_cast<FitModel>(index_of_name("model", command.model, kModels));
     options.fixtures = static_cast<FixtureModel>(index_of_name("fixtures", command.fixtures, kFixtures));
+    options.stage = static_cast<StageModel>(index_of_name("--stage", command.stage, kStages));
     const auto files = read_pose_files(command.data);
     const CalibrationFit fit = fit_calibration(files, options);
     describe_fit(fit, command, report);
@@ -145,6 +153,7 @@ CalibrationFile calibrate_on_stage(const CalibrateCommand& command, Report& repo
     file.source_stage = fit.source_stage;
     file.mount_sensor = fit.mount_sensor;
     file.stage_turns_left_handed = fit.stage_turns_left_handed;
+    file.stage_errors = fit.stage_errors;
     file.residual_rms = fit.residual_rms;
     file.calibration.hemisphere = mean_direction(files, fit);
     for (const PoseFile& one : files) {
@@ -318,6 +327,11 @@ void add_calibrate_command(CLI::App& program, Action& action) {
         ->capture_default_str();
     sub->add_option("--fixtures", c->fixtures,
                     "free (estimate the rotation of each sensor fixture) | named (rotation from the fixture's name)")
+        ->capture_default_str();
+    sub->add_option(
+           "--stage", c->stage,
+           "ideal | turning (errors of the stage that are linear in its position, in the turning frame) | room (also linear in "
+           "the room, and a uniform stray field); no part of the tracker")
         ->capture_default_str();
     sub->add_flag("--affine", c->affine, "Also fit an affine correction of the positions");
     sub->add_option("--out", c->out, "Calibration as TOML");

@@ -27,6 +27,7 @@ struct EvaluateCommand {
     std::vector<std::string> data;
     std::string solver = "refined";
     std::string out;
+    std::string stage_from;  // calibration file whose errors of the stage are used; empty: those of `calibration`
     bool refit_fixtures = false;
     bool dynamic = false;
     std::optional<double> time_offset_s;
@@ -45,13 +46,14 @@ Json json_of(const ErrorBand& band) {
             {"orientation_max_deg", band.orientation_deg.max}};
 }
 
-Json result_of(const EvaluateCommand& command, const ErrorReport& report) {
+Json result_of(const EvaluateCommand& command, const ErrorReport& report, const std::string& stage_errors) {
     Json json = json_of(report.all);
     json["poses_not_converged"] = report.not_converged;
     json["iterations_max"] = report.iterations_max;
     json["misfit_share_max"] = report.misfit_share_max;
     json["solver"] = command.solver;
     json["fixtures"] = command.refit_fixtures ? "refitted on this data" : "from the calibration";
+    json["stage_errors"] = stage_errors;
     json["bands"] = Json::array();
     for (const ErrorBand& band : report.bands) {
         auto entry = json_of(band);
@@ -77,7 +79,7 @@ std::string row(const std::string& name, const Json& band) {
 std::string evaluation_text(const Json& r) {
     const char* const fixtures = r["fixtures"] == "from the calibration" ? "from the calibration" : "REFITTED on this data";
     std::string text = fill(r, "{poses} poses, {solver} solver, fixtures ") + fixtures;
-    text += fill(r, "; {poses_not_converged} did not converge\n");
+    text += fill(r, ", errors of the stage {stage_errors}; {poses_not_converged} did not converge\n");
     text += "  range           poses    RMS mm   median     95 %      max    RMS deg   median     95 %      max\n";
     for (const Json& band : r["bands"]) {
         text += row(fill(band, "{from_m:.2f}-{to_m:.2f} m"), band);
@@ -96,9 +98,30 @@ void check_options(const EvaluateCommand& command) {
     if (!command.dynamic && command.calibration.empty()) {
         throw InputError("--calibration is required: the TOML file of tricoil calibrate (or use --dynamic)");
     }
+    if (command.dynamic && !command.stage_from.empty()) {
+        throw InputError("--stage-from: not with --dynamic");
+    }
     if (!command.dynamic && command.time_offset_s) {
         throw InputError("--time-offset requires --dynamic");
     }
+}
+
+/// Sets the errors of the stage that the evaluation removes. Returns their origin.
+std::string choose_stage_errors(const EvaluateCommand& command, CalibrationFile& calibration) {
+    if (command.stage_from.empty()) {
+        return calibration.stage_errors.is_ideal() ? "none" : "from the calibration";
+    }
+    const CalibrationFile other = read_calibration(command.stage_from);
+    if (other.stage_errors.is_ideal()) {
+        throw InputError(command.stage_from +
+                         ": has no errors of the stage; make it with tricoil calibrate --stage turning or room");
+    }
+    if (!calibration.source_stage.empty() && other.stage_turns_left_handed != calibration.stage_turns_left_handed) {
+        throw InputError(command.stage_from +
+                         ": its stage counts angles in the opposite sense; the two calibrations need one stage");
+    }
+    calibration.stage_errors = {other.stage_errors.turning, other.stage_errors.room, Mat3<double>::Zero()};
+    return "from " + command.stage_from;
 }
 
 int evaluate_command(const EvaluateCommand& command) {
@@ -112,6 +135,7 @@ int evaluate_command(const EvaluateCommand& command) {
     if (calibration.source_stage.empty() && !command.refit_fixtures) {
         throw InputError(command.calibration + ": has no fixtures (not calibrated on a stage); use --refit-fixtures");
     }
+    const std::string stage_errors = choose_stage_errors(command, calibration);
     if (command.refit_fixtures) {
         calibration = with_refitted_fixtures(calibration, files, solver);
     }
@@ -124,7 +148,7 @@ int evaluate_command(const EvaluateCommand& command) {
         draw(folder.path(), {error_picture(errors)}, interrupt);
         folder.publish();
     }
-    print_result(result_of(command, report), command.json, evaluation_text);
+    print_result(result_of(command, report, stage_errors), command.json, evaluation_text);
     if (report.not_converged > 0) {
         print_notice("tricoil: {} poses did not converge; their last iterate is used\n", report.not_converged);
         return to_int(ExitCode::check_failed);
@@ -141,6 +165,11 @@ void add_evaluate_command(CLI::App& program, Action& action) {
     sub->add_option("data", c->data, "Couplings at stage poses: ILEMT text or CSV; with --dynamic TRUTH.csv POSES.csv")
         ->required();
     sub->add_option("--solver", c->solver, "direct | refined")->capture_default_str();
+    sub->add_option(
+           "--stage-from", c->stage_from,
+           "Remove the errors of the stage that another calibration of the same stage found (calibrate --stage), without its "
+           "stray field")
+        ->check(refuse_empty);
     sub->add_flag("--refit-fixtures", c->refit_fixtures, "Fit the fixtures to these data (stated in the output)");
     sub->add_flag("--dynamic", c->dynamic, "Compare a recorded pose stream with a reference: clock, frames, error due to motion");
     sub->add_option("--time-offset", c->time_offset_s,

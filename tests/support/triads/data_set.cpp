@@ -107,7 +107,8 @@ std::string ilemt_text(const RealTriads& triads, const StageParams& stage, int s
             const int layer = n / stage.steps / stage.steps;
             const Vec3<double> cell(n % stage.steps, row, layer);
             const Vec3<double> t = stage.half_width_m * (2 * cell / (stage.steps - 1) - Vec3<double>::Ones());
-            const Vec3<double> true_t = t + stage.position_sigma_m * random_vector(random);
+            const Vec3<double> true_t =
+                t + turn * stage.turning * turn.transpose() * t + stage.position_sigma_m * random_vector(random);
             const Vec3<double> p = source_offset + source_stage * (true_t + turn * mount_offset);
             const Mat3<double> o = (source_stage * turn * mount_sensor).transpose();
             Mat3<double> x = coupling_matrix(triads, p, o);
