@@ -79,6 +79,51 @@ TEST_F(RecordedStage, ErrorsOfTheStageExplainHalfOfTheErrors) {
     EXPECT_LE(room.orientation_deg, 0.04);
 }
 
+TEST_F(RecordedStage, EverySingleFileEveryPairAndAllTogetherAreCalibrated) {
+    const std::array<std::string, 3> fixtures{"YoutZup", "ZinXdown", "ZinYup"};
+    const auto file = [&](std::size_t n, const char* suffix) {
+        return " " + folder_ + "/ilemt-concentric/soYoutZup_se" + fixtures[n % 3] + "_" + suffix + ".dat";
+    };
+    std::vector<std::string> sets{set("md") + set("ld")};
+    for (std::size_t n = 0; n < 3; ++n) {
+        for (const char* suffix : {"md", "ld"}) {
+            sets.push_back(file(n, suffix));
+            sets.push_back(file(n, suffix) + file(n + 1, suffix));
+        }
+    }
+    for (const std::string& files : sets) {
+        for (const char* model : {"concentric", "general", "finite"}) {
+            const auto fit =
+                tricoil(std::string("calibrate --json --model ") + model + " --out " + path_in_temp("any.toml") + files);
+            ASSERT_EQ(fit.exit_code, 0) << files << fit.err;
+            EXPECT_LE(fit.json()["position_rms_m"].get<double>(), std::string(model) == "concentric" ? 0.9e-3 : 0.25e-3) << files;
+        }
+    }
+}
+
+/// Offsets of the source coils from single files: their differences are within three of their standard deviations.
+TEST_F(RecordedStage, DeviationsOfParametersAgreeWithTheSpreadOfSingleFiles) {
+    std::vector<nlohmann::json> fits;
+    for (const char* fixture : {"YoutZup", "ZinXdown", "ZinYup"}) {
+        const auto fit = tricoil("calibrate --json --stage room --out " + path_in_temp("single.toml") + " " + folder_ +
+                                 "/ilemt-concentric/soYoutZup_se" + fixture + "_md.dat");
+        ASSERT_EQ(fit.exit_code, 0) << fit.err;
+        fits.push_back(fit.json()["parameters"]);
+    }
+    for (std::size_t k = 0; k < fits[0].size(); ++k) {
+        const std::string name = fits[0][k]["name"];
+        if (name.starts_with("source ")) {
+            const double deviation = fits[0][k]["deviation"];
+            EXPECT_GT(deviation, 0.01) << name;
+            EXPECT_LT(deviation, 0.1) << name;
+            for (std::size_t other = 1; other < fits.size(); ++other) {
+                const double difference = fits[other][k]["value"].get<double>() - fits[0][k]["value"].get<double>();
+                EXPECT_LT(std::abs(difference), 3 * std::hypot(deviation, fits[other][k]["deviation"].get<double>())) << name;
+            }
+        }
+    }
+}
+
 TEST_F(RecordedStage, FreeMotionCalibrationReducesTheSpreadOfSingularRatios) {
     const std::string circle = folder_ + "/adc-captures/circle_signal_matrices.csv";
     const auto r = tricoil("calibrate --free-motion --json --out " + path_in_temp("circle.toml") + " " + circle);

@@ -4,8 +4,10 @@
 
 #include <filesystem>
 #include <fstream>
+#include <numbers>
 
 #include "core/calibration/blob.hpp"
+#include "core/geometry/quaternion.hpp"
 #include "tests/cli/cli_runner.hpp"
 #include "tests/support/triads/data_set.hpp"
 
@@ -132,6 +134,30 @@ TEST_F(Stage, NamedFixturesAndRefitting) {
     ASSERT_EQ(refitted.exit_code, 0) << refitted.err;
     EXPECT_THAT(refitted.json()["fixtures"].get<std::string>(), HasSubstr("refitted"));
     EXPECT_LT(number(refitted, "position_rms_m"), number(test, "position_rms_m"));
+}
+
+/// The source stands in other fixtures: the sensor is in another half space, and mostly along another axis, of its frame. The
+/// calibration holds for the region of its poses, so errors may be larger elsewhere.
+TEST_F(Stage, RefittingFindsAnyFixtureOfTheSource) {
+    ASSERT_EQ(tricoil("calibrate --model finite --out " + path("r.toml") + set("md")).exit_code, 0);
+    const double known = number(tricoil("evaluate --json --calibration " + path("r.toml") + set("md")), "position_rms_m");
+    for (const Vec3<double>& turn_deg : {Vec3<double>(0, 0, 180), {0, 90, 0}, {120, -70, 30}, {180, 0, 0}}) {
+        sim::StageParams params;
+        params.position_sigma_m = 5e-5;
+        params.noise_share = 1e-4;
+        params.source_turn =
+            geometry::rotation_vector_to_quaternion<double>(turn_deg * (std::numbers::pi / 180)).toRotationMatrix();
+        std::string files;
+        for (int fixture = 0; fixture < 3; ++fixture) {
+            const std::string name = "soOther" + sim::ilemt_name(fixture, "ot").substr(std::string("soYoutZup").size());
+            write(name, sim::ilemt_text(*triads_, params, fixture));
+            files += " " + path(name);
+        }
+        const auto refitted = tricoil("evaluate --json --refit-fixtures --calibration " + path("r.toml") + files);
+        ASSERT_EQ(refitted.exit_code, 0) << refitted.err;
+        EXPECT_LT(number(refitted, "position_rms_m"), 3 * known) << turn_deg.transpose();
+        EXPECT_LT(number(refitted, "orientation_rms_deg"), 0.1) << turn_deg.transpose();
+    }
 }
 
 TEST_F(Stage, WritesResidualsAndAPicture) {

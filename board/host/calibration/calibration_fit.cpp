@@ -277,13 +277,19 @@ private:
         }
     }
 
-    /// Free parameter blocks in the order of the Jacobian's columns: magnetic parameters first.
-    [[nodiscard]] std::vector<double*> free_blocks() const {
-        std::vector<double*> all;
-        std::vector<double*> free;
-        problem_->GetParameterBlocks(&all);
-        std::copy_if(all.begin(), all.end(), std::back_inserter(free),
-                     [&](const double* block) { return !problem_->IsParameterBlockConstant(block); });
+    /// Free parameter blocks in the order of the Jacobian's columns: magnetic parameters first. (Ceres' own order is arbitrary.)
+    std::vector<double*> free_blocks() {
+        std::vector<double*> free{magnetic_.data()};
+        const auto add = [&](double* block) {
+            if (problem_->HasParameterBlock(block) && !problem_->IsParameterBlockConstant(block)) {
+                free.push_back(block);
+            }
+        };
+        for (const auto& blocks : {std::ref(source_), std::ref(fixture_)}) {
+            std::for_each(blocks.get().begin(), blocks.get().end(), [&](RigidBlock& block) { add(block.data()); });
+        }
+        add(jig_.data());
+        add(stage_.data());
         return free;
     }
 

@@ -16,7 +16,12 @@ Eigen::MatrixXd inverse_of_definite(const Eigen::MatrixXd& a) {
 }
 
 Eigen::MatrixXd least_squares(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
-    return a.completeOrthogonalDecomposition().solve(b);
+    constexpr double kRankTolerance =
+        1e-10;  // rotations of a stage are read with five decimals: rounding must not look like rank
+    Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition;
+    decomposition.setThreshold(kRankTolerance);
+    decomposition.compute(a);
+    return decomposition.solve(b);
 }
 
 }  // namespace tricoil::host

@@ -27,6 +27,36 @@ struct Found {
     double misfit_share = 0;
 };
 
+const Rigid& fixture_of(const std::map<std::string, Rigid>& known, const std::string& name, const char* side,
+                        const PoseFile& file) {
+    const auto found = known.find(name);
+    if (found == known.end()) {
+        std::vector<std::string> names;
+        for (const auto& [key, rigid] : known) {
+            names.push_back(key);
+        }
+        throw InputError(
+            fmt::format("{}: {} fixture '{}' is not in the calibration, which has: {}; use a file with one of these, or "
+                        "--refit-fixtures",
+                        file.path, side, name, fmt::join(names, ", ")));
+    }
+    return found->second;
+}
+
+/// Direction from the source to the middle of the true positions, per source fixture: another fixture turns the source.
+std::map<std::string, Vec3<double>> hemispheres_of(const CalibrationFile& calibration, const std::vector<PoseFile>& files) {
+    std::map<std::string, Vec3<double>> sums;
+    for (const PoseFile& file : files) {
+        const std::string name = source_fixture_name(file);
+        const Rigid& source = fixture_of(calibration.source_stage, name, "source", file);
+        const Rigid& mount = fixture_of(calibration.mount_sensor, sensor_fixture_name(file), "sensor", file);
+        for (const MeasuredPose& pose : file.poses) {
+            sums.try_emplace(name, Vec3<double>::Zero()).first->second += true_pose(source, pose, mount).position_m.normalized();
+        }
+    }
+    return sums;
+}
+
 Found solve_direct_pose(const calibration::Calibration<double>& c, const Mat3<double>& x, const std::string& place) {
     const auto solution = solver::solve_direct<double>(calibration::ideal_couplings(c, x), 1.0);
     if (!solution.ok()) {
@@ -57,22 +87,6 @@ Mat3<double> stray_couplings(const CalibrationFile& calibration, const solver::R
     return calibration.calibration.model.sensor_sensitivity.transpose() * o * calibration.stage_errors.stray;
 }
 
-const Rigid& fixture_of(const std::map<std::string, Rigid>& known, const std::string& name, const char* side,
-                        const PoseFile& file) {
-    const auto found = known.find(name);
-    if (found == known.end()) {
-        std::vector<std::string> names;
-        for (const auto& [key, rigid] : known) {
-            names.push_back(key);
-        }
-        throw InputError(
-            fmt::format("{}: {} fixture '{}' is not in the calibration, which has: {}; use a file with one of these, or "
-                        "--refit-fixtures",
-                        file.path, side, name, fmt::join(names, ", ")));
-    }
-    return found->second;
-}
-
 }  // namespace
 
 std::vector<EvaluatedPose> evaluate(const CalibrationFile& calibration, const std::vector<PoseFile>& files,
@@ -81,12 +95,14 @@ std::vector<EvaluatedPose> evaluate(const CalibrationFile& calibration, const st
     if (calibration.stage_turns_left_handed) {
         transpose_rotations(turned);
     }
-    const auto& c = calibration.calibration;
+    auto c = calibration.calibration;
+    const auto hemispheres = hemispheres_of(calibration, turned);
     std::vector<EvaluatedPose> errors;
     for (std::size_t f = 0; f < turned.size(); ++f) {
         const PoseFile& file = turned[f];
         const Rigid& source = fixture_of(calibration.source_stage, source_fixture_name(file), "source", file);
         const Rigid& mount = fixture_of(calibration.mount_sensor, sensor_fixture_name(file), "sensor", file);
+        c.hemisphere = hemispheres.at(source_fixture_name(file));
         for (const MeasuredPose& pose : file.poses) {
             const std::string place = fmt::format("{}:{}", file.path, pose.line);
             const auto truth = true_pose(source, pose, mount, calibration.stage_errors);

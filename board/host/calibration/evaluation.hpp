@@ -23,8 +23,9 @@ struct EvaluatedPose {
     double misfit_share = 0;  // share of the couplings that the pose does not explain
 };
 
-/// Solves every pose without a start pose, with the hemisphere of the calibration. Poses that do not converge are marked.
-/// Throws InputError for a fixture that the calibration lacks (with the known names), or couplings without a pose.
+/// Solves every pose without a start pose, in the hemisphere of the true positions of its source fixture. Poses that do not
+/// converge are marked. Throws InputError for a fixture that the calibration lacks (with the known names), or couplings without a
+/// pose.
 std::vector<EvaluatedPose> evaluate(const CalibrationFile& calibration, const std::vector<PoseFile>& files,
                                     EvaluationSolver solver);
 

@@ -95,8 +95,9 @@ std::string ilemt_text(const RealTriads& triads, const StageParams& stage, int s
     std::mt19937_64 common(76);                                                 // equal in all files
     std::mt19937_64 random(stage.seed + 1000 * static_cast<std::uint64_t>(sensor_fixture));
     std::normal_distribution<double> normal(0, 1);
-    const Mat3<double> source_stage = small_turn(common, 4) * geometry::rotation_z<double>(std::numbers::pi / 2);
-    const Vec3<double> source_offset(stage.distance_m, 0.02, -0.01);
+    const Mat3<double> source_stage =
+        stage.source_turn * small_turn(common, 4) * geometry::rotation_z<double>(std::numbers::pi / 2);
+    const Vec3<double> source_offset = stage.source_turn * Vec3<double>(stage.distance_m, 0.02, -0.01);
     const Mat3<double> mount_sensor = fixture_rotation(sensor_fixture) * small_turn(mounting, 0.4) * small_turn(common, 2);
     const Vec3<double> mount_offset = 1e-3 * random_vector(mounting);
     std::string text;

@@ -31,9 +31,10 @@ struct StageParams {
     double half_width_m = 0.05;
     int steps = 3;  // per axis
     std::vector<double> turns_deg{-90, -45, 0, 45, 90};
-    double position_sigma_m = 0;                  // of the stage
-    Mat3<double> turning = Mat3<double>::Zero();  // a stage at t with rotation R stands at t + R turning R^T t
-    double noise_share = 0;                       // relative to the largest coupling of a pose
+    double position_sigma_m = 0;                          // of the stage
+    Mat3<double> turning = Mat3<double>::Zero();          // a stage at t with rotation R stands at t + R turning R^T t
+    double noise_share = 0;                               // relative to the largest coupling of a pose
+    Mat3<double> source_turn = Mat3<double>::Identity();  // of the source in another fixture
     std::uint64_t seed = 1;
 };
 
