@@ -66,6 +66,7 @@ int run_program(const std::vector<std::string>& arguments) {
     add_protocol_command(program, action);
     add_device_command(program, action);
     add_replay_command(program, action);
+    add_smooth_command(program, action);
     add_convert_command(program, action);
     add_couplings_command(program, action);
     add_serve_command(program, action);

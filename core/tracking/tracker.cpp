@@ -55,9 +55,7 @@ void Tracker<Scalar>::finish(std::optional<PoseEstimate<Scalar>>& estimate) {
         return;
     }
     estimate->flags.set_if(since_gap_.is_recent(), PoseFlag::columns_missing);
-    if (correction_) {
-        to_source_frame(*estimate);
-    }
+    to_source_frame(*estimate);
     Quat<Scalar>& q = estimate->q_source_sensor;
     if (q.dot(last_reported_) < 0) {
         q.coeffs() = -q.coeffs();
@@ -68,6 +66,9 @@ void Tracker<Scalar>::finish(std::optional<PoseEstimate<Scalar>>& estimate) {
 /// Not inlined, so that its temporaries do not add to the stack of the method.
 template <typename Scalar>
 [[gnu::noinline]] void Tracker<Scalar>::to_source_frame(PoseEstimate<Scalar>& estimate) const {
+    if (!correction_) {
+        return;
+    }
     if (correction_->has_own_axes()) {
         OutputFrame<Scalar> frame;
         frame.q_source_alignment = Quat<Scalar>(correction_->axes()).conjugate().normalized();

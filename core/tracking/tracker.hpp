@@ -34,6 +34,9 @@ public:
     /// Direction to the half space in which the sensor is now; zero: unknown. Errors: not_finite.
     Status set_hemisphere(const Vec3<Scalar>& towards);
 
+    /// Converts a pose of the method, in the frame of corrected columns, as update() does: source frame and output correction.
+    void to_source_frame(PoseEstimate<Scalar>& estimate) const;
+
     [[nodiscard]] TrackerState state() const { return do_state(); }
     [[nodiscard]] const TrackerCounters& counters() const { return do_counters(); }
 
@@ -52,8 +55,6 @@ private:
 
     [[nodiscard]] std::uint64_t used_columns() const { return do_counters().accepted - do_counters().outliers; }
     void finish(std::optional<PoseEstimate<Scalar>>& estimate);
-    void to_source_frame(PoseEstimate<Scalar>& estimate) const;
-
     Correction correction_;
     ColumnsSinceGap since_gap_;
     Quat<Scalar> last_reported_ = Quat<Scalar>::Identity();

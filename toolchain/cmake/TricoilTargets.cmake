@@ -34,6 +34,8 @@ target_compile_options(tricoil_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:--para
 if(TRICOIL_SANITIZE)
   target_compile_options(tricoil_options INTERFACE -fsanitize=${TRICOIL_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
   target_link_options(tricoil_options INTERFACE -fsanitize=${TRICOIL_SANITIZE})
+  # Under the address sanitizer Eigen allocates in another way than in Debian's Ceres, and matrices cross that border.
+  target_compile_definitions(tricoil_options INTERFACE EIGEN_MALLOC_ALREADY_ALIGNED=1)
 endif()
 # Programs are position independent by Debian's default of GCC and clang; tests/toolchain checks the result. Sanitizers do not work with
 # _FORTIFY_SOURCE, and it needs optimisation.

@@ -25,6 +25,7 @@ void add_evaluate_command(CLI::App& program, Action& action);
 void add_protocol_command(CLI::App& program, Action& action);
 void add_device_command(CLI::App& program, Action& action);
 void add_replay_command(CLI::App& program, Action& action);
+void add_smooth_command(CLI::App& program, Action& action);
 void add_convert_command(CLI::App& program, Action& action);
 void add_couplings_command(CLI::App& program, Action& action);
 void add_serve_command(CLI::App& program, Action& action);

@@ -180,6 +180,7 @@ void add_run_command(CLI::App& program, Action& action) {
            "--fidelity", o.fidelity,
            "samples: simulate every ADC sample; columns: compute columns with the noise of the demodulator, without samples")
         ->capture_default_str();
+    sub->add_flag("--smooth", o.smooth, "Also give the errors of the smoothed motion, for comparison (see tricoil smooth)");
     sub->add_flag("--realtime", o.realtime, "Run in real time");
     sub->add_option("--out", o.out_csv, "Write all poses and true poses to this CSV file")->check(refuse_empty);
     sub->add_option("--tip", o.output.tip_m, "With --out: position of a tool tip at x,y,z (m, sensor frame)")

@@ -78,6 +78,9 @@ Json run_result(const RunReport& r) {
         {"blur_position_rms_m", or_null(s, s.blur_position_m)},
         {"predicted_position_rms_m", or_null(s, s.predicted_position_m)},
         {"predicted_orientation_rms_deg", or_null(s, kDegrees * s.predicted_orientation_rad)},
+        {"smoothed_position_rms_m", r.smoothed ? or_null(*r.smoothed, r.smoothed->position_m.rms) : Json(nullptr)},
+        {"smoothed_orientation_rms_deg",
+         r.smoothed ? or_null(*r.smoothed, kDegrees * r.smoothed->orientation_rad.rms) : Json(nullptr)},
         {"mean_snr_db", or_null(s, s.snr_db)},
         {"poses_scored", s.scored},
         {"poses_invalid", s.invalid},
@@ -110,6 +113,12 @@ std::string run_text(const Json& r) {
     text += r["interrupted"] ? ", interrupted\n" : "\n";
     const bool scored = r["poses_scored"] > 0;
     text += scored ? fill(r, kScoreText) : "  no pose was scored\n";
+    if (!r["smoothed_position_rms_m"].is_null()) {
+        text += fill(r,
+                     "  smoothed     RMS {smoothed_position_rms_m in mm:.3f} mm, {smoothed_orientation_rms_deg:.4f} deg (each "
+                     "pose from the "
+                     "columns before and after it)\n");
+    }
     text += fill(r,
                  "  poses        {poses_scored} scored, {poses_invalid} invalid, {poses_out_of_range} out of range, "
                  "{poses_distorted} distorted; mean signal to noise ");

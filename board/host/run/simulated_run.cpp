@@ -11,6 +11,7 @@
 #include "board/host/run/fixed_run.hpp"
 #include "board/host/run/live_view.hpp"
 #include "board/host/run/sample_recorder.hpp"
+#include "board/host/smooth/smoothing_tap.hpp"
 #include "board/pose_text/pose_csv.hpp"
 #include "board/record/recorder.hpp"
 #include "board/record/tap_fan_out.hpp"
@@ -169,7 +170,9 @@ void run_in_double(const SimulatedBoard& board, RunReport& report) {
         recorder.emplace(options.record, describe_source(options),
                          options.realtime ? Journal::WhenFull::end : Journal::WhenFull::wait);
     }
-    TapFanOut taps{board.observers.tap, recorder ? &*recorder : nullptr};
+    RunScore smoothed_score(*board.setup.scenario.motion, board.world, board.clock, plan, kColumnsPerBound);
+    SmoothingTap smoothing([&](const SmoothedPose& smoothed) { smoothed_score.add(smoothed.pose); });
+    TapFanOut taps{board.observers.tap, recorder ? &*recorder : nullptr, options.smooth ? &smoothing : nullptr};
     const app::Devices<double> devices{board.clock, board.coils, board.sampler, board.link, taps.any() ? &taps : nullptr};
     taps.begin({params.tracker, params.sensors});
     if (is_by_columns(options)) {
@@ -181,12 +184,19 @@ void run_in_double(const SimulatedBoard& board, RunReport& report) {
         run_loop(loop, board, report);
         report.tracker = loop.tracker().counters();
     }
+    if (options.smooth) {
+        smoothing.finish();
+        report.smoothed = smoothed_score.summary();
+    }
     report.recording_error = recorder ? recorder->close() : "";
 }
 
 void run_in_integers(const SimulatedBoard& board, RunReport& report) {
     if (is_by_columns(board.options)) {
         throw InputError("--fidelity columns: not with --tracker fixed-direct or fixed-previous, which process samples");
+    }
+    if (board.options.smooth) {
+        throw InputError("--smooth: not with --tracker fixed-direct or fixed-previous; use scaat");
     }
     const auto params = fixed_params(board.options, board.observers, board.world, board.setup.plan, board.setup.hemisphere);
     std::optional<SampleRecorder> recorder;

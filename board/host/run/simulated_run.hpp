@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "board/app/main_loop.hpp"
@@ -21,6 +22,7 @@ struct RunOptions : SimulationOptions {
     OutputOptions output;              // format of the CSV; scores use the source frame
     std::string record;                // folder; empty: none
     std::string samples;               // file for the samples of an integer tracker; empty: none
+    bool smooth = false;               // also score the smoothed poses
     std::string fidelity = "samples";  // "columns": columns with the right noise are computed directly, much faster
 };
 
@@ -37,6 +39,7 @@ struct RunReport {
     bool interrupted = false;
     Excitation coils_at_end = Excitation::off;
     ScoreSummary score;
+    std::optional<ScoreSummary> smoothed;  // of the smoother, with the option
     app::MainLoopCounters loop;
     tracking::TrackerCounters tracker;
     double mean_update_us = 0;       // demodulation and tracking of one block

@@ -40,6 +40,17 @@ void AnyTracker<Scalar>::make(const TrackerParams<Scalar>& params, const Correct
     }
 }
 
+template <typename Scalar>
+std::optional<scaat::FilterState<Scalar>> AnyTracker<Scalar>::filter_state() const {
+    if (const auto* ideal = std::get_if<ScaatTracker<Scalar>>(&method_)) {
+        return ideal->filter_state();
+    }
+    if (const auto* general = std::get_if<GeneralTracker<Scalar>>(&method_)) {
+        return general->filter_state();
+    }
+    return std::nullopt;
+}
+
 template class AnyTracker<double>;
 
 }  // namespace tricoil::tracking

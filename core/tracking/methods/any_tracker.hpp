@@ -31,6 +31,10 @@ public:
     std::optional<PoseEstimate<Scalar>> tick(DeviceTime now) { return tracker_->tick(now); }
     Status set_hemisphere(const Vec3<Scalar>& towards) { return tracker_->set_hemisphere(towards); }
     [[nodiscard]] TrackerState state() const { return tracker_->state(); }
+    /// Tracker::to_source_frame.
+    void to_source_frame(PoseEstimate<Scalar>& estimate) const { tracker_->to_source_frame(estimate); }
+    /// Empty if the method is not the filter.
+    [[nodiscard]] std::optional<scaat::FilterState<Scalar>> filter_state() const;
     [[nodiscard]] const TrackerCounters& counters() const { return tracker_->counters(); }
 
 private:

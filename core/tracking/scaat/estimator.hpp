@@ -9,6 +9,14 @@
 
 namespace tricoil::tracking::scaat {
 
+/// The filter after a pose, for a smoother.
+template <typename Scalar>
+struct FilterState {
+    State<Scalar> state;
+    Intensity<Scalar> intensity;
+    Scalar covariance_factor = 1;  // see Estimator
+};
+
 /// Single constraint at a time (Welch and Bishop 1997), with an outlier gate and process noise estimated from the innovations.
 /// The parameters, the model and the counters must outlive the estimator.
 template <typename Scalar, MeasurementModel<Scalar> Model>

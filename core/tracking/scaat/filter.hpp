@@ -23,6 +23,10 @@ public:
 
     [[nodiscard]] const State<Scalar>& motion() const { return estimator_.state(); }
     [[nodiscard]] Intensity<Scalar> intensity() const { return estimator_.intensity(); }
+    /// In the frame of corrected columns, as motion().
+    [[nodiscard]] FilterState<Scalar> filter_state() const {
+        return {estimator_.state(), estimator_.intensity(), estimator_.covariance_factor()};
+    }
     [[nodiscard]] Scalar consistency() const { return estimator_.consistency(); }
 
 protected:

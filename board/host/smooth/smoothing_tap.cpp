@@ -1,0 +1,41 @@
+#include "board/host/smooth/smoothing_tap.hpp"
+
+namespace tricoil::host {
+
+TrackerSettings for_smoothing(TrackerSettings settings) {
+    if (!std::holds_alternative<tracking::ScaatParams<double>>(settings.tracker.method)) {
+        settings.tracker.method = tracking::ScaatParams<double>{};
+    }
+    std::get<tracking::ScaatParams<double>>(settings.tracker.method).predict_ahead = Microseconds{0};
+    return settings;
+}
+
+void SmoothingTap::finish() {
+    for (const auto& sensor : sensors_) {
+        sensor->smoother.finish(sensor->tracker);
+    }
+}
+
+void SmoothingTap::do_begin(const Settings& settings) {
+    finish();
+    sensors_.clear();
+    for (int n = 0; n < settings.sensors; ++n) {
+        sensors_.push_back(std::make_unique<Sensor>(for_smoothing(settings), receiver_));
+    }
+}
+
+void SmoothingTap::do_column(const Column<double>& column) {
+    Sensor& sensor = *sensors_.at(column.sensor);
+    if (const auto estimate = sensor.tracker.update(column)) {
+        sensor.smoother.add(*estimate, sensor.tracker);
+    }
+}
+
+/// The filter's pose of a tick has no new column: not smoothed.
+void SmoothingTap::do_tick(std::uint8_t sensor, DeviceTime now) { (void)sensors_.at(sensor)->tracker.tick(now); }
+
+void SmoothingTap::do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) {
+    (void)sensors_.at(sensor)->tracker.set_hemisphere(towards);  // a refused hemisphere is refused again
+}
+
+}  // namespace tricoil::host

@@ -1,0 +1,44 @@
+// Runs the SCAAT filter and the smoother on the inputs of trackers, for all sensors.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "board/host/smooth/smoother.hpp"
+#include "board/record/tracker_settings.hpp"
+
+namespace tricoil::host {
+
+/// Settings of trackers, with the filter as the method and without prediction.
+TrackerSettings for_smoothing(TrackerSettings settings);
+
+/// Poses arrive at the receiver with a delay of up to 36,864 poses, each sensor's in the order of time.
+class SmoothingTap final : public tracking::TrackerTap<double> {
+public:
+    explicit SmoothingTap(Smoother::Receiver receiver) : receiver_(std::move(receiver)) {}
+
+    /// Delivers the remaining poses.
+    void finish();
+    /// Number of sensors of the settings.
+    [[nodiscard]] std::size_t sensors() const { return sensors_.size(); }
+
+private:
+    struct Sensor {
+        tracking::AnyTracker<double> tracker;
+        Smoother smoother;
+
+        Sensor(const Settings& settings, const Smoother::Receiver& receiver)
+            : tracker(settings.tracker, settings.calibration), smoother(receiver) {}
+    };
+
+    void do_begin(const Settings& settings) override;
+    void do_column(const Column<double>& column) override;
+    void do_tick(std::uint8_t sensor, DeviceTime now) override;
+    void do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) override;
+    void do_pose(const tracking::PoseEstimate<double>& /*estimate*/) override {}
+
+    Smoother::Receiver receiver_;
+    std::vector<std::unique_ptr<Sensor>> sensors_;
+};
+
+}  // namespace tricoil::host
