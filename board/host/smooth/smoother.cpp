@@ -17,9 +17,9 @@ using tracking::scaat::Vec12;
 constexpr std::size_t kPiece = 32'768;     // poses
 constexpr std::size_t kFollowing = 4'096;  // poses after a piece that still have an effect on it
 
-/// Factor on the smoothed covariance. Over the recorded motions squared errors are 0.69 to 0.79 of it, because real accelerations
-/// are correlated and the model's are white.
-constexpr double kCovarianceShare = 0.85;
+/// Factor on the smoothed covariance. Over the recorded motions squared errors are 0.69 (TDM) to 0.79 (FDM) of it, because real
+/// accelerations are correlated and those of the model are white.
+constexpr double kCovarianceShare = 0.75;
 
 Vec12<double> difference(const Motion<double>& a, const Motion<double>& b) {
     Vec12<double> d;

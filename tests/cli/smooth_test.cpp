@@ -1,0 +1,58 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "tests/cli/cli_runner.hpp"
+#include "tests/support/csv_table.hpp"
+
+namespace tricoil::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(Smooth, WritesPosesWithCovarianceAndRates) {
+    const std::string take = path_in_temp("smooth_take");
+    const std::string out = path_in_temp("smooth.csv");
+    ASSERT_EQ(tricoil("run --mux tdm --tracker direct --duration 2 --record " + take).exit_code, 0);
+    const auto result = tricoil("smooth --json " + take + " --out " + out);
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    const CsvTable poses(read_file(out));
+    EXPECT_EQ(result.json()["poses"].get<std::size_t>(), poses.rows());
+    EXPECT_GT(result.json()["poses_valid"].get<int>(), 1400);
+    const std::size_t row = poses.rows() / 2;
+    EXPECT_GT(poses.number(row, "cov_xx"), 0);
+    EXPECT_GT(std::abs(poses.number(row, "vx_m_s")) + std::abs(poses.number(row, "wz_rad_s")), 0);
+    std::filesystem::remove_all(take);
+    std::remove(out.c_str());
+}
+
+TEST(Smooth, RunPrintsBoth) {
+    const auto result = tricoil("run --json --mux tdm --tracker scaat --duration 4 --smooth");
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_LT(result.json()["smoothed_position_rms_m"].get<double>(), 0.7 * result.json()["position_rms_m"].get<double>());
+    EXPECT_TRUE(tricoil("run --json --duration 1").json()["smoothed_position_rms_m"].is_null());
+    EXPECT_THAT(tricoil("run --duration 1 --smooth").out, HasSubstr("smoothed     RMS"));
+}
+
+TEST(Smooth, BadInputIsRefusedInOneLine) {
+    const std::string take = path_in_temp("smooth_short");
+    ASSERT_EQ(tricoil("run --duration 0.005 --record " + take).exit_code, 0);
+    const std::string out = path_in_temp("never.csv");
+    for (const auto& [options, message] :
+         {std::pair<std::string, std::string>{"smooth " + take + " --out " + out, "at least two are needed"},
+          {"smooth " + take + "_missing --out " + out, "smooth_short_missing"},
+          {"smooth " + take, "--out is required"},
+          {"smooth " + take + " --out " + take + "/poses.csv", "poses.csv"},
+          {"run --smooth --tracker fixed-direct", "--smooth: not with --tracker fixed-direct"}}) {
+        const auto result = tricoil(options);
+        EXPECT_EQ(result.exit_code, 2) << options;
+        EXPECT_THAT(result.err, HasSubstr(message));
+        EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    }
+    EXPECT_FALSE(std::filesystem::exists(out));
+    std::filesystem::remove_all(take);
+}
+
+}  // namespace
+}  // namespace tricoil::test
