@@ -2,6 +2,7 @@
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <pty.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -17,6 +18,7 @@
 #include <map>
 #include <thread>
 
+#include "board/host/serve/tcp_listener.hpp"
 #include "drivers/posix/raw_terminal.hpp"
 #include "tests/cli/cli_runner.hpp"
 #include "tests/serve/serving.hpp"
@@ -70,6 +72,47 @@ TEST(ServeProgram, APseudoTerminalOutlivesItsClients) {
     }
     EXPECT_EQ(serving.stop(SIGTERM), 0);
     EXPECT_FALSE(std::filesystem::exists(std::filesystem::symlink_status(link)));
+}
+
+/// Pseudo terminals stand for the port: the device file changes when the adapter is plugged in again.
+TEST(ServeProgram, ASerialPortWorksAgainAfterItWasUnplugged) {
+    const std::string port = path_in_temp("serial_port");
+    const auto plug_in = [&] {
+        int master = -1;
+        int slave = -1;
+        std::array<char, 64> name{};
+        EXPECT_EQ(openpty(&master, &slave, name.data(), nullptr, nullptr), 0);
+        close(slave);
+        EXPECT_EQ(fcntl(master, F_SETFD, FD_CLOEXEC), 0);  // the server must not hold the client's end
+        std::filesystem::remove(port);
+        std::filesystem::create_symlink(name.data(), port);
+        return master;
+    };
+    const auto has_record = [](int master) {
+        pollfd descriptor{master, POLLIN, 0};
+        std::array<char, 64> bytes{};
+        const auto end = Clock::now() + std::chrono::seconds(20);
+        while (Clock::now() < end) {
+            if (poll(&descriptor, 1, 100) > 0 && read(master, bytes.data(), bytes.size()) > 0) {
+                return true;
+            }
+        }
+        return false;
+    };
+    const int first = plug_in();
+    const Serving serving({"--fastrak", "serial:" + port, "--fastrak-continuous"});
+    EXPECT_TRUE(has_record(first));
+    close(first);
+    const int second = plug_in();
+    EXPECT_TRUE(has_record(second));
+    close(second);
+    std::filesystem::remove(port);
+}
+
+TEST(ServeProgram, AHostNameIsNotTakenForLoopback) {
+    EXPECT_TRUE(host::parse_tcp_address("--web", "127.0.0.2:80").is_loopback());
+    EXPECT_TRUE(host::parse_tcp_address("--web", "localhost:80").is_loopback());
+    EXPECT_FALSE(host::parse_tcp_address("--web", "127.example.org:80").is_loopback());
 }
 
 TEST(ServeProgram, APseudoTerminalInUseIsNotTakenAway) {

@@ -18,7 +18,10 @@ struct TcpAddress {
     /// True if `host` means all addresses of this machine.
     [[nodiscard]] bool is_any() const { return host == "*" || host == "0.0.0.0" || host == "::"; }
     /// True if only this machine can reach it. A host name other than localhost counts as a network address.
-    [[nodiscard]] bool is_loopback() const { return host == "localhost" || host == "::1" || host.starts_with("127."); }
+    [[nodiscard]] bool is_loopback() const {
+        const bool is_number = host.find_first_not_of("0123456789.") == std::string::npos;
+        return host == "localhost" || host == "::1" || (is_number && host.starts_with("127."));
+    }
 };
 
 /// Throws InputError, beginning with `option`, for an invalid address.

@@ -18,12 +18,15 @@ template <typename Session>
 class TerminalService final : public Service {
 public:
     /// Returns the descriptor of the line, or -1. Called again, at most once per second, after a failure or an error of the line.
-    /// A hang-up is not an error: the same descriptor waits for the next client.
     using Open = std::function<int()>;
     using Factory = std::function<std::unique_ptr<Session>(std::function<void(std::string_view)> send)>;
 
-    TerminalService(Open open, const Factory& factory)
-        : open_(std::move(open)), session_(factory([this](std::string_view record) {
+    /// A hang-up of a pseudo terminal means that no client is there: the same descriptor waits for the next one. A serial port
+    /// that hangs up was unplugged: it must be opened again.
+    enum class HangUp : std::uint8_t { no_client, line_lost };
+
+    TerminalService(Open open, HangUp hang_up, const Factory& factory)
+        : open_(std::move(open)), hang_up_(hang_up), session_(factory([this](std::string_view record) {
               if (stream_ && !hung_up_) {
                   stream_->send(record);
               }
@@ -46,7 +49,7 @@ public:
             return;
         }
         look();
-        if (hung_up_) {
+        if (!stream_ || hung_up_) {
             return;
         }
         stream_->flush();
@@ -56,7 +59,7 @@ public:
         }
         if (stream_->gone()) {
             look();
-            if (!hung_up_) {
+            if (stream_ && !hung_up_) {
                 stream_.reset();
             }
         }
@@ -69,7 +72,9 @@ private:
         pollfd descriptor{stream_->descriptor(), POLLIN, 0};
         ::poll(&descriptor, 1, 0);
         hung_up_ = (descriptor.revents & POLLHUP) != 0;
-        if (hung_up_) {
+        if (hung_up_ && hang_up_ == HangUp::line_lost) {
+            stream_.reset();
+        } else if (hung_up_) {
             stream_->restart();
         }
     }
@@ -87,6 +92,7 @@ private:
     }
 
     Open open_;
+    HangUp hang_up_;
     std::unique_ptr<Session> session_;
     std::optional<Stream> stream_;
     bool hung_up_ = false;  // no client has the other end open

@@ -56,13 +56,16 @@ Output make_output(const std::string& where, bool continuous, Controls controls,
         session->set_newest(hub.newest());
         return session;
     };
+    using Terminal = TerminalService<Session>;
     const auto colon = where.find(':');
     const std::string kind = where.substr(0, colon);
     const std::string rest = colon == std::string::npos ? "" : where.substr(colon + 1);
     if (kind == "pty") {
         auto terminal = std::make_shared<PseudoTerminal>(rest);
         const std::string path = terminal->path();
-        return {std::make_unique<TerminalService<Session>>([terminal] { return terminal->duplicate(); }, make_session), path};
+        return {
+            std::make_unique<Terminal>([terminal] { return terminal->duplicate(); }, Terminal::HangUp::no_client, make_session),
+            path};
     }
     if (kind == "serial" && !rest.empty()) {
         const SerialPlace place = parse_serial(rest);
@@ -75,7 +78,7 @@ Output make_output(const std::string& where, bool continuous, Controls controls,
             std::string ignored;
             return *first >= 0 ? std::exchange(*first, -1) : open_serial(place.path, place.baud, ignored);
         };
-        return {std::make_unique<TerminalService<Session>>(open, make_session), place.path};
+        return {std::make_unique<Terminal>(open, Terminal::HangUp::line_lost, make_session), place.path};
     }
     if (kind == "tcp" && !rest.empty()) {
         const TcpAddress address = parse_tcp_address(kOption, rest);
