@@ -1,5 +1,6 @@
 #include "board/support/interrupt.hpp"
 
+#include <atomic>
 #include <utility>
 
 #include "board/support/errors.hpp"
@@ -7,8 +8,10 @@
 namespace tricoil::host {
 namespace {
 
-// Received signal; 0: none. Static, because a signal handler can access only static storage.
-volatile std::sig_atomic_t interrupt_seen = 0;
+// Received signal; 0: none. Static, because a signal handler can access only static storage; atomic, because it may run in any
+// thread.
+std::atomic<int> interrupt_seen = 0;
+static_assert(std::atomic<int>::is_always_lock_free, "a signal handler must not wait");
 
 thread_local BorrowedInterrupt* borrowed = nullptr;  // innermost of this thread
 

@@ -19,7 +19,7 @@ cat > "$work/prefix.hpp" <<'PREFIX'
 PREFIX
 "$CXX" -std=c++20 -O0 -isystem "$EIGEN_INCLUDE" -x c++-header "$work/prefix.hpp" -o "$work/prefix.hpp.gch"
 
-units="selfcheck/geometry_checks selfcheck/field_checks selfcheck/solver_checks solver/direct solver/previous_measurement"
+units="base/assertion_host selfcheck/known_answer selfcheck/geometry_checks selfcheck/field_checks selfcheck/solver_checks solver/direct solver/previous_measurement"
 
 # affected FILE: units to recompile when FILE changes
 affected() {
