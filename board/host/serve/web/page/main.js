@@ -161,7 +161,7 @@ element('sensor').addEventListener('change', event => select(Number(event.target
 const keys = {' ': 'run', h: 'set', b: 'boresight', u: 'unboresight', r: 'record'};
 document.addEventListener('keydown', event => {
   const typing = ['SELECT', 'BUTTON'].includes(event.target.tagName) && event.key === ' ';
-  if (keys[event.key] && !typing && !event.ctrlKey && !event.metaKey && !event.altKey) {
+  if (keys[event.key] && !event.repeat && !typing && !event.ctrlKey && !event.metaKey && !event.altKey) {
     event.preventDefault();
     if (!element(keys[event.key]).disabled) actions[keys[event.key]]();
   }
