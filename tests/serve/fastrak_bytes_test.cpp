@@ -52,6 +52,9 @@ TEST(FastrakBytes, TableOfCommandsAndRecords) {
         {"alignment off, in centimetres", "R1\ruA1\rU", "21A   0.00   0.00   0.00 200.00   0.00   0.00   0.00 200.00   0.00\r\n"},
         {"synchronization", "y\r", "2 y0\r\n"},
         {"empty lines", "\r\n \r", ""},
+        {"line feed ends a command", "H1\n", "21H   0.00   0.00   1.00\r\n"},
+        {"carriage return and line feed end one command", "H1\r\nP",
+         "21H   0.00   0.00   1.00\r\n01   20.40 -61.06  30.01-150.70 -42.08 156.93\r\n"},
         {"defaults again", "W", ""},
         {"filter after defaults", "x\r", "2 x  0.200  0.200  0.800  0.950\r\n"},
     };
@@ -82,6 +85,7 @@ TEST(FastrakBytes, TableOfRefusals) {
         EXPECT_EQ(client.say(exchange.command), exchange.reply) << exchange.name;
     }
     EXPECT_THAT(client.say("O" + std::string(1000, '1') + "\r"), ::testing::HasSubstr("EC-5"));
+    EXPECT_THAT(client.say("O" + std::string(1000, '1') + "\n"), ::testing::HasSubstr("EC-5"));
     EXPECT_EQ(client.say("P").size(), 47U);  // the state has not changed
 }
 

@@ -36,12 +36,12 @@ void Session::receive(std::span<const char> bytes) {
 }
 
 void Session::byte(char c) {
-    const bool ends = c == '\r';
+    const bool ends = c == '\r' || c == '\n';
     if (discarding_) {
         discarding_ = !ends;
         return;
     }
-    if (command_.empty() && (ends || c == '\n' || c == ' ' || at_once(c))) {
+    if (command_.empty() && (ends || c == ' ' || at_once(c))) {
         return;
     }
     if (!ends) {

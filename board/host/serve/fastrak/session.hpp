@@ -24,7 +24,7 @@ struct SessionLinks {
     std::function<int()> sensors;                                              // number of tracked sensors
 };
 
-/// Commands C c P S F f U u W Y ^K ^Y act at once. O H B b G A R N x v l y have arguments and end with a carriage return. Other
+/// Commands C c P S F f U u W Y ^K ^Y act at once. O H B b G A R N x v l y have arguments and end with CR, LF or CR LF. Other
 /// commands, and missing or invalid arguments, get the error record. In continuous mode each active station sends at most 120
 /// records per second, the rate of a FASTRAK with one receiver; a record with a changed error letter is sent at once.
 class Session {
