@@ -33,7 +33,7 @@ TEST(ServeProgram, RefusesWhatCannotBeServed) {
         {"", "serve: no output; add --fastrak, --openigtlink, --json-lines or --web"},
         {"--fastrak nowhere", "must be pty, pty:LINK, serial:PATH[:BAUD] or tcp:[ADDRESS:]PORT"},
         {"--fastrak tcp:99999", "needs a port number up to 65535"},
-        {"--fastrak serial:/dev/ttyS0:1234", "the speed must be 9600"},
+        {"--fastrak serial:/dev/ttyS0:1234", "the speed must be 2400"},
         {"--fastrak pty:/dev/null", "exists and is not a link to a pseudo terminal"},
         {"--fastrak pty:/no/such/folder/link", "cannot be created"},
         {"--openigtlink here", "needs a port number"},
