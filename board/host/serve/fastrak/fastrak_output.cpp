@@ -40,14 +40,16 @@ SerialPlace parse_serial(const std::string& text) {
 
 }  // namespace
 
-Output make_output(const std::string& where, bool continuous, Controls controls, const PoseHub& hub, TrackerControl& control) {
+Output make_output(const std::string& where, bool continuous, Controls controls, const PoseHub& hub, TrackerControl& control,
+                   const StylusButton& button) {
     auto memory = std::make_shared<Memory>();
     memory->saved.continuous = continuous;
     const bool is_tcp = where.starts_with("tcp:");
     const bool may_control = controls == Controls::open || (controls == Controls::by_token && !is_tcp);
-    auto make_session = [memory, may_control, &hub, &control](std::function<void(std::string_view)> send,
-                                                              const std::function<void(int)>& line_speed = {}) {
-        SessionLinks links{std::move(send), {}, [&hub] { return hub.sensors(); }, line_speed};
+    auto make_session = [memory, may_control, &hub, &control, &button](std::function<void(std::string_view)> send,
+                                                                       const std::function<void(int)>& line_speed = {}) {
+        SessionLinks links{
+            std::move(send), {}, [&hub] { return hub.sensors(); }, line_speed, [&button] { return button.state(); }};
         if (may_control) {
             links.hemisphere = [&control](std::uint8_t sensor, const Vec3<double>& towards) {
                 control.set_hemisphere(sensor, towards);

@@ -86,16 +86,15 @@ std::size_t count_of(Item item) {
     return numbers_of(item, kSettings, Pose{}, Vec3<double>::Zero()).size();
 }
 
-std::string text_of(Item item) {
+std::string text_of(Item item, bool is_pressed = false) {
     switch (item) {
         case Item::space:
             return " ";
         case Item::line_end:
             return "\r\n";
         default:
-            // Stylus switch: never pressed, because there is none. The manual gives one character; the drivers of VRPN and Vrui
-            // read a blank before it, in both formats.
-            return " 0";
+            // The manual gives one character; the drivers of VRPN and Vrui read a blank before it, in both formats.
+            return is_pressed ? " 1" : " 0";
     }
 }
 
@@ -159,7 +158,8 @@ std::size_t record_size(const std::vector<int>& output_list, bool binary) {
     return bytes;
 }
 
-std::string data_record(const Settings& settings, int station, const Pose& pose, char letter, const Vec3<double>& previous_m) {
+std::string data_record(const Settings& settings, int station, const Pose& pose, char letter, const Vec3<double>& previous_m,
+                        bool is_pressed) {
     std::string record = fmt::format("0{}{}", station, letter);
     for (const int item : settings.stations[static_cast<std::size_t>(station - 1)].output_list) {
         const auto numbers = numbers_of(plain(item), settings, pose, previous_m);
@@ -167,7 +167,7 @@ std::string data_record(const Settings& settings, int station, const Pose& pose,
             record += format(item, number, settings.binary);
         }
         if (numbers.empty()) {
-            record += text_of(plain(item));
+            record += text_of(plain(item), is_pressed);
         }
     }
     return record;

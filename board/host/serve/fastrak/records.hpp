@@ -17,9 +17,9 @@ char error_letter(const tracking::PoseEstimate<double>& pose);
 char error_letter(const tracking::PoseEstimate<double>& pose, const StationSettings& limits);
 
 /// Record of one station with its output list. previous_m: position of the previous record, for item 3. pose: in the coordinate
-/// frame of the station.
+/// frame of the station. is_pressed: the button of the stylus.
 std::string data_record(const Settings& settings, int station, const tracking::PoseEstimate<double>& pose, char letter,
-                        const Vec3<double>& previous_m);
+                        const Vec3<double>& previous_m, bool is_pressed);
 
 /// Size of a data_record() in bytes. The limit of an ASCII record is kLongestRecord.
 std::size_t record_size(const std::vector<int>& output_list, bool binary);

@@ -16,6 +16,7 @@ namespace {
 constexpr std::size_t kLongestCommand = 256;
 constexpr Microseconds kPeriod{1'000'000 / 120};
 constexpr Microseconds kJitter{1000};
+constexpr Microseconds kSwitchCycle{333'333};  // 40 cycles of 1/120 s (manual, section 11)
 
 constexpr char kControlK = 11;
 constexpr char kControlQ = 17;
@@ -38,7 +39,11 @@ Quat<double> attitude_of(const Vec3<double>& angles_deg) {
 }  // namespace
 
 Session::Session(SessionLinks links, std::shared_ptr<Memory> memory)
-    : links_(std::move(links)), memory_(std::move(memory)), settings_(memory_->saved) {}
+    : links_(std::move(links)), memory_(std::move(memory)), settings_(memory_->saved) {
+    if (links_.button) {
+        button_ = links_.button();
+    }
+}
 
 void Session::receive(std::span<const char> bytes) {
     for (const char c : bytes) {
@@ -80,6 +85,7 @@ bool Session::at_once(char c) {
         case 'C':
         case 'c':
             settings_.continuous = c == 'C';
+            interrupted_ = false;
             suspended_ = false;  // there are clients that send ^S, but never ^Q
             return true;
         case 'F':
@@ -123,6 +129,7 @@ bool Session::at_once(char c) {
 void Session::restart() {
     settings_ = memory_->saved;
     newest_ = {};
+    interrupted_ = false;
     suspended_ = false;
     status_station_ = 1;
     if (links_.line_speed) {
@@ -167,7 +174,7 @@ void Session::take(std::span<const ServedPose> poses) {
         newest.pose = pose;
         const bool letter_changes = newest.letter != letter(number) && !is_first;
         newest.letter = letter(number);
-        if (!settings_.continuous || suspended_ || !station(number).active) {
+        if (!settings_.continuous || interrupted_ || suspended_ || !station(number).active) {
             continue;
         }
         const bool began_anew = served.utc < newest.due - 2 * kPeriod;
@@ -180,6 +187,27 @@ void Session::take(std::span<const ServedPose> poses) {
         } else if (letter_changes) {
             answer(number);
         }
+    }
+    follow_button();
+}
+
+void Session::follow_button() {
+    if (!links_.button) {
+        return;
+    }
+    const std::uint32_t presses = button_.presses;
+    button_ = links_.button();
+    const bool is_new = button_.presses != presses;
+    is_pressed_ = button_.down || is_new;
+    const bool repeats = button_.down && !settings_.continuous;
+    if (!station(kStylusStation).point_mode || !(is_new || repeats) || button_.time < next_press_) {
+        return;
+    }
+    next_press_ = button_.time + kSwitchCycle;
+    if (settings_.continuous) {
+        interrupted_ = !interrupted_;
+    } else {
+        answer_moved();
     }
 }
 
@@ -201,6 +229,14 @@ void Session::answer_all() {
     }
 }
 
+void Session::answer_moved() {
+    for (int number = 1; number <= std::clamp(links_.sensors(), 1, kStations); ++number) {
+        if (station(number).active && (!newest(number).pose || has_moved(number))) {
+            answer(number);
+        }
+    }
+}
+
 tracking::PoseEstimate<double> Session::mounted(int number) const {
     tracking::OutputFrame<double> mounting;
     mounting.q_source_alignment = attitude_of(station(number).mounting_deg);
@@ -215,18 +251,21 @@ char Session::letter(int number) const { return error_letter(reported(number), s
 
 /// True if the station has moved by its increment in any axis since its last record.
 bool Session::has_moved(int number) const {
+    constexpr double kRounding_m = 1e-9;
     const std::optional<Vec3<double>>& sent_m = newest(number).sent_m;
-    return !sent_m || (reported(number).position_m - *sent_m).cwiseAbs().maxCoeff() >= station(number).increment_m;
+    const double needed_m = station(number).increment_m - kRounding_m;
+    return !sent_m || (reported(number).position_m - *sent_m).cwiseAbs().maxCoeff() >= needed_m;
 }
 
 void Session::answer(int number) {
     Newest& newest = this->newest(number);
+    const bool is_pressed = number == kStylusStation && is_pressed_;
     if (!newest.pose) {  // no pose yet: no signal
-        links_.send(data_record(settings_, number, {}, 'l', nothing()));
+        links_.send(data_record(settings_, number, {}, 'l', nothing(), is_pressed));
         return;
     }
     const auto pose = reported(number);
-    links_.send(data_record(settings_, number, pose, letter(number), newest.sent_m.value_or(nothing())));
+    links_.send(data_record(settings_, number, pose, letter(number), newest.sent_m.value_or(nothing()), is_pressed));
     newest.sent_m = pose.position_m;
 }
 

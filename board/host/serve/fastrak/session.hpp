@@ -8,6 +8,7 @@
 #include <string>
 
 #include "board/host/serve/fastrak/records.hpp"
+#include "board/host/serve/stylus_button.hpp"
 
 namespace tricoil::host::fastrak {
 
@@ -23,11 +24,14 @@ struct SessionLinks {
     std::function<void(std::uint8_t sensor, const Vec3<double>&)> hemisphere;  // request to the tracker; empty: not permitted
     std::function<int()> sensors;                                              // number of tracked sensors
     std::function<void(int baud)> line_speed;  // changes the speed of a serial port; 0: as it was opened; empty: no serial port
+    std::function<StylusButton::State()> button;  // of the stylus of station 1; empty: never pressed
 };
 
 /// Commands C c P S F f U u D d W Y ^K ^Y ^Q ^S act at once. The others have arguments and end with CR, LF or CR LF. Unknown
 /// commands, and missing or invalid arguments, get the error record. In continuous mode each active station sends at most 120
 /// records per second, the rate of a FASTRAK with one receiver; a record with a changed error letter is sent at once.
+/// In point mode (command e) a press of the button requests a record of each active station, and so does every third of a second
+/// while it is held; in continuous mode a press interrupts or resumes the records.
 class Session {
 public:
     Session(SessionLinks links, std::shared_ptr<Memory> memory);
@@ -45,11 +49,13 @@ private:
         UtcTime due;                                         // time of the next record in continuous mode
     };
 
+    void follow_button();
     void byte(char c);
     bool at_once(char c);
     void run(const std::string& command);
     void restart();
     void answer_all();
+    void answer_moved();
     void answer(int station);
     [[nodiscard]] tracking::PoseEstimate<double> reported(int station) const;
 
@@ -75,9 +81,13 @@ private:
     std::shared_ptr<Memory> memory_;
     Settings settings_;
     std::array<Newest, kStations> newest_;
-    std::string command_;      // incomplete command
-    bool suspended_ = false;   // ^S: no records of the continuous mode
-    bool discarding_ = false;  // true for the rest of a command that is too long
+    std::string command_;  // incomplete command
+    StylusButton::State button_;
+    bool is_pressed_ = false;   // item 16
+    HostTime next_press_{};     // earlier presses are ignored
+    bool interrupted_ = false;  // by the button: no records of the continuous mode
+    bool suspended_ = false;    // ^S: no records of the continuous mode
+    bool discarding_ = false;   // true for the rest of a command that is too long
     int status_station_ = 1;
 };
 
