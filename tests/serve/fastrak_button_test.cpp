@@ -15,7 +15,6 @@
 namespace tricoil::test {
 namespace {
 
-constexpr std::size_t kRecord = 47;
 constexpr Microseconds kSwitchCycle{333'334};
 
 tracking::PoseEstimate<double> pose_at(double x_in) { return fastrak_pose({x_in, 0, 0}, 0, 0, 0); }

@@ -10,6 +10,8 @@
 
 namespace tricoil::test {
 
+constexpr std::size_t kRecord = 47;  // bytes of a record with the default output list
+
 /// A pose at `position_in` inches with the attitude of three angles in degrees.
 inline tracking::PoseEstimate<double> fastrak_pose(const Vec3<double>& position_in, double azimuth_deg, double elevation_deg,
                                                    double roll_deg) {

@@ -119,6 +119,31 @@ TEST(FastrakCommand, StationsInTurn) {
     EXPECT_EQ(client.say("S").substr(0, 3), "22S");
 }
 
+TEST(FastrakCommand, TheStreamBeginsWithTheFirstActiveStation) {
+    FastrakClient client(3);
+    const auto pose = fastrak_pose({10, 0, 0}, 0, 0, 0);
+    for (std::uint8_t sensor = 0; sensor < 3; ++sensor) {
+        client.see(pose, sensor);
+    }
+    client.say("l1,0\rC");
+    EXPECT_EQ(client.see(pose, 2), "");
+    EXPECT_EQ(client.see(pose, 0), "");
+    EXPECT_EQ(client.see(pose, 1).substr(0, 2), "02");
+    EXPECT_EQ(client.see(pose, 2).substr(0, 2), "03");
+    client.say("\x13");
+    EXPECT_EQ(client.see(pose, 1), "");
+    client.say("\x11");
+    EXPECT_EQ(client.see(pose, 2), "");
+    EXPECT_EQ(client.see(pose, 1).substr(0, 2), "02");
+    EXPECT_EQ(client.see(pose, 2).substr(0, 2), "03");
+    auto silent = pose;
+    silent.flags.set(PoseFlag::stale);
+    client.say("c");
+    client.see(silent, 1);
+    client.say("C");
+    EXPECT_EQ(client.see(pose, 2).substr(0, 2), "03");  // a silent station does not delay the others
+}
+
 TEST(FastrakCommand, HemisphereGoesToTheTracker) {
     FastrakClient client(2);
     client.say("H2,0,-1,0\r");

@@ -85,6 +85,7 @@ bool Session::at_once(char c) {
         case 'C':
         case 'c':
             settings_.continuous = c == 'C';
+            started_ = false;
             interrupted_ = false;
             suspended_ = false;  // there are clients that send ^S, but never ^Q
             return true;
@@ -174,7 +175,7 @@ void Session::take(std::span<const ServedPose> poses) {
         newest.pose = pose;
         const bool letter_changes = newest.letter != letter(number) && !is_first;
         newest.letter = letter(number);
-        if (!settings_.continuous || interrupted_ || suspended_ || !station(number).active) {
+        if (!is_streaming() || !station(number).active || !may_start(number)) {
             continue;
         }
         const bool began_anew = served.utc < newest.due - 2 * kPeriod;
@@ -189,6 +190,18 @@ void Session::take(std::span<const ServedPose> poses) {
         }
     }
     follow_button();
+    started_ = started_ && is_streaming();
+}
+
+/// The stream begins with the first active station, unless that station is silent (manual, section 11).
+bool Session::may_start(int number) {
+    int first = 1;
+    while (!station(first).active) {
+        ++first;
+    }
+    const auto& pose = newest(first).pose;
+    started_ = started_ || number == first || !pose || pose->flags.has(tracking::PoseFlag::stale);
+    return started_;
 }
 
 void Session::follow_button() {

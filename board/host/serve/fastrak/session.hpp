@@ -49,6 +49,8 @@ private:
         UtcTime due;                                         // time of the next record in continuous mode
     };
 
+    [[nodiscard]] bool is_streaming() const { return settings_.continuous && !interrupted_ && !suspended_; }
+    bool may_start(int station);
     void follow_button();
     void byte(char c);
     bool at_once(char c);
@@ -86,6 +88,7 @@ private:
     bool is_pressed_ = false;   // item 16
     HostTime next_press_{};     // earlier presses are ignored
     bool interrupted_ = false;  // by the button: no records of the continuous mode
+    bool started_ = false;      // the first active station has sent a record since the stream began
     bool suspended_ = false;    // ^S: no records of the continuous mode
     bool discarding_ = false;   // true for the rest of a command that is too long
     int status_station_ = 1;
