@@ -58,7 +58,7 @@ typedef struct tricoil_pose {
  * - can:can0[#NODE], usb:1209:0001[:SERIAL] or serial:/dev/ttyACM0: a device;
  * - board.toml: the device of a configuration file of `tricoil run --config`;
  * - sim:hand or sim:hand,mux=tdm,seed=2: a simulation of a scenario of `tricoil run --list`. Keys: mux (tdm, fdm), rate_hz,
- *   duration_s, seed, noise (yes, no), realtime (yes, no; default no: as fast as it is polled);
+ *   duration_s, seed, noise (yes, no), stations (1 to 4 sensors), realtime (yes, no; default no: as fast as it is polled);
  * - recording:FOLDER: a recording of `tricoil run --record`, tracked again.
  *
  * tracker: "direct", "previous", "previous-angles" or "scaat"; "scaat,predict_s=0.02" gives poses 20 ms ahead of the newest

@@ -39,7 +39,7 @@ struct SimulationName {
 
 void set_key(SimulationName& name, const std::string& key, const std::string& value) {
     SimulationOptions& o = name.options;
-    switch (index_of_name("key of sim:", key, {"mux", "rate_hz", "duration_s", "seed", "noise", "realtime"})) {
+    switch (index_of_name("key of sim:", key, {"mux", "rate_hz", "duration_s", "seed", "noise", "stations", "realtime"})) {
         case 0:
             o.multiplexing = value;
             break;
@@ -54,6 +54,9 @@ void set_key(SimulationName& name, const std::string& key, const std::string& va
             break;
         case 4:
             o.no_noise = !yes_or_no(key, value);
+            break;
+        case 5:
+            o.stations = number_of<int>(key, value);
             break;
         default:
             name.realtime = yes_or_no(key, value);
@@ -82,8 +85,11 @@ SimulationName parse_simulation(const std::string& text) {
 
 /// The options of the program, by the names of the keys.
 std::string in_keys(std::string message) {
-    constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kNames{
-        {{"--mux", "mux"}, {"--rate-hz", "rate_hz"}, {"--duration", "duration_s"}, {"--tracker", "tracker"}}};
+    constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kNames{{{"--mux", "mux"},
+                                                                                   {"--rate-hz", "rate_hz"},
+                                                                                   {"--duration", "duration_s"},
+                                                                                   {"--tracker", "tracker"},
+                                                                                   {"--stations", "stations"}}};
     for (const auto& [option, key] : kNames) {
         for (std::size_t at = message.find(option); at != std::string::npos; at = message.find(option)) {
             message.replace(at, option.size(), key);

@@ -9,14 +9,15 @@
 namespace tricoil::host {
 SimulatedSource::SimulatedSource(const SimulationOptions& options, bool realtime)
     : setup_(make_simulation(options)),
-      world_(setup_.scenario.world, *setup_.scenario.motion, setup_.scenario.faults),
-      sampler_(world_, coils_, clock_, setup_.scenario.duration_s),
+      stations_(setup_),
+      sampler_(stations_.first(), coils_, clock_, setup_.scenario.duration_s),
       link_([](const tracking::PoseEstimate<double>&) {}),
       realtime_(realtime) {
-    world_.configure(setup_.plan);
+    stations_.add_further(sampler_);
     clock_.begin(setup_.plan.params.sample_rate_hz);
-    loop_.emplace(app::MainLoopParams<double>{setup_.plan, world_.demodulation(), make_tracker(options, setup_)},
-                  app::Devices<double>{clock_, coils_, sampler_, link_, &queue()});
+    app::MainLoopParams<double> params{setup_.plan, stations_.first().demodulation(), make_tracker(options, setup_)};
+    params.sensors = setup_.stations;
+    loop_.emplace(params, app::Devices<double>{clock_, coils_, sampler_, link_, &queue()});
     if (const Status started = loop_->start(); !started.ok()) {
         throw DeviceError(std::string("simulated board: ") + started.message());
     }

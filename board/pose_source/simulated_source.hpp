@@ -5,7 +5,7 @@
 
 #include "board/app/main_loop.hpp"
 #include "board/pose_source/pose_source.hpp"
-#include "board/simulation/simulation_setup.hpp"
+#include "board/simulation/stations.hpp"
 #include "sim/hal/simulated_hal.hpp"
 
 namespace tricoil::host {
@@ -23,7 +23,7 @@ private:
     [[nodiscard]] bool is_early();
 
     SimulationSetup setup_;
-    sim::CoilWorld world_;
+    Stations stations_;
     sim::SimulatedClock clock_;
     sim::SimulatedCoilDriver coils_;
     sim::SimulatedCoilSampler sampler_;

@@ -88,6 +88,11 @@ SimulationSetup make_simulation(const SimulationOptions& options) {
     if (!std::isfinite(setup.scenario.duration_s) || setup.scenario.duration_s < setup.plan.block_s()) {
         throw InputError("--duration must be a finite number of seconds, at least one block");
     }
+    if (options.stations < 1 || options.stations > tracking::kMaxSensors) {
+        throw InputError("--stations " + std::to_string(options.stations) + ": must be 1 to " +
+                         std::to_string(tracking::kMaxSensors));
+    }
+    setup.stations = options.stations;
     const auto& h = options.hemisphere;
     setup.hemisphere = h.empty() ? setup.scenario.motion->at(0).position_m : Vec3<double>(h[0], h[1], h[2]);
     return setup;

@@ -11,6 +11,7 @@ struct SimulationSetup {
     sim::Scenario scenario;
     signal::AcquisitionPlan plan;
     Vec3<double> hemisphere = Vec3<double>::UnitX();  // at the start
+    int stations = 1;
 };
 
 /// Throws InputError, naming the option, for invalid options.

@@ -96,6 +96,10 @@ public:
     /// Ends the stream after duration_s of virtual time.
     SimulatedCoilSampler(CoilWorld& world, const SimulatedCoilDriver& coils, SimulatedClock& clock, double duration_s);
 
+    /// Adds a sensor, which is sampled at the same times as the first. `world` must have the same converter and outlive the
+    /// sampler. Each excitation brings one block per sensor, in the order of the calls. Call it before start().
+    void add_sensor(CoilWorld& world) { worlds_.push_back(&world); }
+
     /// Adds an amplifier; by default there is none.
     void amplify(const SimulatedGain& gain) { gain_ = &gain; }
 
@@ -104,10 +108,12 @@ private:
     Status do_poll(SampleBlock& block) override;
     void do_stop() override { running_ = false; }
 
-    CoilWorld& world_;
+    std::vector<CoilWorld*> worlds_;  // by sensor
     const SimulatedCoilDriver& coils_;
     SimulatedClock& clock_;
     double duration_s_;
+    std::size_t sensor_ = 0;  // of the next block
+    double start_s_ = 0;      // of the blocks of all sensors
     const SimulatedGain* gain_ = nullptr;
     signal::AcquisitionPlan plan_;
     std::vector<Sample> samples_;

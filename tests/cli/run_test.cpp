@@ -1,9 +1,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <string>
+#include <vector>
 
 #include "tests/cli/cli_runner.hpp"
 #include "tests/support/csv_table.hpp"
@@ -48,6 +51,54 @@ TEST(Run, ColumnFidelityRefusesWhatNeedsSamples) {
         EXPECT_NE(result.err.find("--fidelity columns: "), std::string::npos) << result.err;
     }
     EXPECT_EQ(tricoil("run --fidelity column").exit_code, 2);
+}
+
+TEST(Run, FurtherStationsAreTrackedAtTheSameTimes) {
+    const std::string csv = path_in_temp("stations.csv");
+    const auto alone = run("--duration 2 --scenario still");
+    const auto json = run("--duration 2 --scenario still --stations 3 --out " + csv);
+    EXPECT_EQ(json["position_rms_m"], alone["position_rms_m"]);  // the first sensor is not disturbed
+    EXPECT_EQ(json["poses_invalid"], 0);
+    const CsvTable table(read_file(csv));
+    std::map<std::string, std::vector<std::string>> times;
+    for (std::size_t row = 0; row < table.rows(); ++row) {
+        times[table.text(row, "sensor")].push_back(table.text(row, "time_us"));
+        if (times.rbegin()->second.size() > 120) {
+            EXPECT_LT(std::stod(table.text(row, "error_position_m")), 0.01) << row;
+        }
+    }
+    ASSERT_EQ(times.size(), 3U);
+    EXPECT_EQ(times["1"], times["0"]);
+    EXPECT_EQ(times["2"], times["0"]);
+    EXPECT_GT(times["0"].size(), 450U);
+}
+
+TEST(Run, FaultsOfOneSensorActOnTheFirstStation) {
+    const std::string csv = path_in_temp("stations_fault.csv");
+    const auto valid_of = [&](const std::string& fault) {
+        EXPECT_NE(tricoil("run --duration 1 --scenario still --stations 2 --fault " + fault + " --out " + csv).exit_code, 2);
+        const CsvTable table(read_file(csv));
+        std::array<int, 2> valid{};
+        for (std::size_t row = 0; row < table.rows(); ++row) {
+            valid.at(std::stoul(table.text(row, "sensor"))) += std::stoi(table.text(row, "valid"));
+        }
+        return valid;
+    };
+    const auto unplugged = valid_of("unplugged");
+    EXPECT_EQ(unplugged[0], 0);
+    EXPECT_GT(unplugged[1], 200);
+    const auto open_coil = valid_of("open_coil:S2");
+    EXPECT_EQ(open_coil[0], 0);
+    EXPECT_EQ(open_coil[1], 0);
+}
+
+TEST(Run, RefusesStationsThatCannotBeSimulated) {
+    for (const char* options : {"--stations 0", "--stations 5", "--stations 2 --fidelity columns",
+                                "--stations 2 --tracker fixed-direct", "--stations 2 --device can:none"}) {
+        const CliResult result = tricoil(std::string("run ") + options);
+        EXPECT_EQ(result.exit_code, 2) << options;
+        EXPECT_EQ(result.err.find("tricoil: --stations"), 0U) << result.err;
+    }
 }
 
 TEST(Run, TdmWithoutDeskewHasMotionErrors) {

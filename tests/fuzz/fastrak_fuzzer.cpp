@@ -20,6 +20,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         }
     };
     links.sensors = [] { return 2; };
+    std::int64_t rounds = 0;
+    links.button = [&rounds] {  // held for four rounds of eight
+        ++rounds;
+        return host::StylusButton::State{rounds % 8 < 4, static_cast<std::uint32_t>(rounds / 8), host_time_us(100'000 * rounds)};
+    };
     host::fastrak::Session session(links, std::make_shared<host::fastrak::Memory>());
     std::span<const char> rest(reinterpret_cast<const char*>(data), size);  // NOLINT: bytes as text
     for (std::uint32_t n = 0; !rest.empty(); ++n) {

@@ -119,6 +119,31 @@ TEST(FastrakCommand, StationsInTurn) {
     EXPECT_EQ(client.say("S").substr(0, 3), "22S");
 }
 
+TEST(FastrakCommand, TheStreamBeginsWithTheFirstActiveStation) {
+    FastrakClient client(3);
+    const auto pose = fastrak_pose({10, 0, 0}, 0, 0, 0);
+    for (std::uint8_t sensor = 0; sensor < 3; ++sensor) {
+        client.see(pose, sensor);
+    }
+    client.say("l1,0\rC");
+    EXPECT_EQ(client.see(pose, 2), "");
+    EXPECT_EQ(client.see(pose, 0), "");
+    EXPECT_EQ(client.see(pose, 1).substr(0, 2), "02");
+    EXPECT_EQ(client.see(pose, 2).substr(0, 2), "03");
+    client.say("\x13");
+    EXPECT_EQ(client.see(pose, 1), "");
+    client.say("\x11");
+    EXPECT_EQ(client.see(pose, 2), "");
+    EXPECT_EQ(client.see(pose, 1).substr(0, 2), "02");
+    EXPECT_EQ(client.see(pose, 2).substr(0, 2), "03");
+    auto silent = pose;
+    silent.flags.set(PoseFlag::stale);
+    client.say("c");
+    client.see(silent, 1);
+    client.say("C");
+    EXPECT_EQ(client.see(pose, 2).substr(0, 2), "03");  // a silent station does not delay the others
+}
+
 TEST(FastrakCommand, HemisphereGoesToTheTracker) {
     FastrakClient client(2);
     client.say("H2,0,-1,0\r");
@@ -169,6 +194,82 @@ TEST(FastrakCommand, AResetBringsBackWhatWasSaved) {
     EXPECT_THAT(numbers(client.say("P"))[0], ::testing::DoubleNear(25.4, 0.006));
 }
 
+TEST(FastrakCommand, EnvelopesGiveErrorLettersForTheReportedPose) {
+    FastrakClient client(2);
+    client.see(fastrak_pose({30.5, 0, 0}, 50, 0, 0));
+    client.see(fastrak_pose({30.5, 0, 0}, 50, 0, 0), 1);
+    client.say("V1,30,30,30,-30,-30,-30\r");
+    EXPECT_EQ(client.say("P").substr(0, 3), "01x");
+    EXPECT_EQ(client.say("T120\r"), "2 T120 0000\r\n");  // no new pose yet
+    client.see(fastrak_pose({30.5, 0, 0}, 50, 0, 0));
+    EXPECT_EQ(client.say("T120\r"), "2 T120 1000\r\n");
+    EXPECT_EQ(client.say("S").substr(6, 3), "120");
+    client.say("A1,1,0,0,2,0,0,1,1,0\r");
+    EXPECT_EQ(client.say("P").substr(0, 3), "01 ");  // 29.5 inches from the origin of the alignment
+    client.say("Q1,45,45,180,-45,-45,-180\r");
+    EXPECT_EQ(client.say("P").substr(0, 3), "01y");
+    EXPECT_EQ(client.say("P").substr(47, 3), "02 ");
+    client.say("B1\r");
+    EXPECT_EQ(client.say("P").substr(0, 3), "01 ");
+    client.say("V1,1,30,30\r");
+    EXPECT_EQ(client.say("P").substr(0, 3), "01x");
+}
+
+TEST(FastrakCommand, ContinuousRecordsNeedTheIncrement) {
+    FastrakClient client;
+    client.say("I1,2\rC");
+    EXPECT_EQ(client.see(fastrak_pose({10, 0, 0}, 0, 0, 0)).size(), 47U);
+    EXPECT_EQ(client.see(fastrak_pose({11.9, 1.9, -1.9}, 90, 0, 0)), "");
+    EXPECT_EQ(client.say("P").size(), 47U);  // a request is always answered
+    EXPECT_EQ(client.see(fastrak_pose({12.1, 0, 0}, 0, 0, 0)), "");
+    EXPECT_EQ(client.see(fastrak_pose({12.1, -0.2, 0}, 0, 0, 0)).size(), 47U);
+    client.say("I1,0\r");
+    EXPECT_EQ(client.see(fastrak_pose({12.1, -0.2, 0}, 0, 0, 0)).size(), 47U);
+}
+
+TEST(FastrakCommand, SuspensionStopsTheStreamOnly) {
+    FastrakClient client;
+    const auto pose = fastrak_pose({10, 0, 0}, 0, 0, 0);
+    client.say("C");
+    EXPECT_EQ(client.see(pose).size(), 47U);
+    for (const char* resume : {"\x11", "\x11", "C"}) {
+        client.say("\x13");
+        EXPECT_EQ(client.see(pose), "");
+        EXPECT_EQ(client.say("P").size(), 47U);
+        EXPECT_EQ(client.say("S").size(), 55U);
+        client.say(resume);
+        EXPECT_EQ(client.see(pose).size(), 47U);
+    }
+    client.say("\x13\x19");
+    client.say("C");
+    EXPECT_EQ(client.see(pose).size(), 47U);
+}
+
+TEST(FastrakCommand, TheMountingFrameTurnsPositionAndAttitude) {
+    FastrakClient client;
+    client.see(fastrak_pose({10, 20, 30}, 100, 0, 0));
+    client.say("r1,90,0,0\r");
+    EXPECT_THAT(numbers(client.say("P")), ::testing::Pointwise(::testing::DoubleNear(0.006), {20, -10, 30, 10, 0, 0}));
+    client.say("A1,20,-10,0,21,-10,0,20,-9,0\r");  // relative to the mounting frame
+    EXPECT_THAT(numbers(client.say("P")), ::testing::Pointwise(::testing::DoubleNear(0.006), {0, 0, 30, 10, 0, 0}));
+    client.say("B1\rR1\r");
+    EXPECT_THAT(numbers(client.say("P")), ::testing::Pointwise(::testing::DoubleNear(0.006), {20, -10, 30, 0, 0, 0}));
+    client.say("b1\rr1,0,0,180\r");  // the transmitter is mounted upside down
+    EXPECT_THAT(numbers(client.say("P")), ::testing::Pointwise(::testing::DoubleNear(0.006), {10, -20, -30, -100, 0, 180}));
+}
+
+TEST(FastrakCommand, OutputPortSetsTheSpeedOfTheLine) {
+    std::vector<int> speeds;
+    host::fastrak::Session session({[](std::string_view) {}, {}, [] { return 1; }, [&](int baud) { speeds.push_back(baud); }},
+                                   std::make_shared<host::fastrak::Memory>());
+    const auto say = [&](std::string_view text) { session.receive(text); };
+    say("o192,N,8,0\r\x0b");
+    say("o96,N,8,0\r");
+    say("o96,O,8,0\r");  // refused
+    say("\x19");         // the saved speed
+    EXPECT_THAT(speeds, ::testing::ElementsAre(19200, 9600, 19200));
+}
+
 TEST(FastrakCommand, NumbersNeverOutgrowTheirFields) {
     FastrakClient client;
     auto pose = fastrak_pose({1e7, -1e7, 0}, 0, 0, 0);
@@ -184,7 +285,9 @@ TEST(FastrakCommand, GarbageOfAnyKindIsSurvived) {
     client.see(fastrak_pose({10, 0, 0}, 0, 0, 0));
     for (int n = 0; n < 20'000; ++n) {
         std::string bytes(1 + random() % 12, ' ');
-        const std::string_view likely = "CcPSOHBbGARNxvlyFfUuWY0123456789,.-eE\r\r\n";
+        const std::string_view likely =
+            "CcPSOHBbGARNIQVrDdToXxvlyFfUuWY\x11\x13"
+            "0123456789,.-eE\r\r\n";
         for (char& c : bytes) {
             c = random() % 4 == 0 ? static_cast<char>(random() % 256) : likely[random() % likely.size()];
         }

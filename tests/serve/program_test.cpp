@@ -12,6 +12,7 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -35,7 +36,7 @@ TEST(ServeProgram, RefusesWhatCannotBeServed) {
         {"", "serve: no output; add --fastrak, --openigtlink, --json-lines or --web"},
         {"--fastrak nowhere", "must be pty, pty:LINK, serial:PATH[:BAUD] or tcp:[ADDRESS:]PORT"},
         {"--fastrak tcp:99999", "needs a port number up to 65535"},
-        {"--fastrak serial:/dev/ttyS0:1234", "the speed must be 9600"},
+        {"--fastrak serial:/dev/ttyS0:1234", "the speed must be 2400"},
         {"--fastrak pty:/dev/null", "exists and is not a link to a pseudo terminal"},
         {"--fastrak pty:/no/such/folder/link", "cannot be created"},
         {"--openigtlink here", "needs a port number"},
@@ -153,6 +154,26 @@ TEST(ServeProgram, ALaterClientGetsAPoseAtOnce) {
         close(client);
     }
     close(first);
+}
+
+TEST(ServeProgram, SimulatedStationsAreStationsOfTheFastrak) {
+    const Serving serving({"--fastrak", "tcp:0", "--scenario", "still", "--stations", "4"});
+    const int client = connect_to(serving.port("fastrak"));
+    const auto ask = [&](const char* command, std::size_t size) {
+        EXPECT_GT(write(client, command, std::strlen(command)), 0);
+        return read_for(client, std::chrono::seconds(10), size);
+    };
+    std::string records;
+    for (int n = 0; n < 1000 && std::count(records.begin(), records.end(), ' ') == 0; ++n) {
+        records = ask("P", 4 * 47);  // until the first poses
+    }
+    EXPECT_EQ(ask("l1\r", 9), "21l1111\r\n");
+    EXPECT_EQ(ask("l2,0\rl4,0\rl1\r", 9), "21l1010\r\n");
+    records = ask("P", 2 * 47);
+    ASSERT_EQ(records.size(), 2 * 47U);
+    EXPECT_EQ(records.substr(0, 2), "01");
+    EXPECT_EQ(records.substr(47, 2), "03");
+    close(client);
 }
 
 TEST(ServeProgram, ALateReaderGetsNewRecords) {

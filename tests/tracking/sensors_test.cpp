@@ -14,42 +14,6 @@ namespace {
 
 constexpr double kDuration_s = 1.5;
 
-/// One simulated converter per sensor, read in turn; all measure the same coils at the same time.
-class SensorBank final : public hal::CoilSampler {
-public:
-    SensorBank(const std::vector<std::unique_ptr<sim::CoilWorld>>& worlds, const sim::SimulatedCoilDriver& coils,
-               std::vector<sim::SimulatedClock>& clocks) {
-        for (std::size_t n = 0; n < worlds.size(); ++n) {
-            samplers_.push_back(std::make_unique<sim::SimulatedCoilSampler>(*worlds[n], coils, clocks[n], kDuration_s));
-        }
-    }
-
-private:
-    Status do_start(const signal::AcquisitionPlan& plan) override {
-        for (auto& sampler : samplers_) {
-            if (const Status status = sampler->start(plan); !status.ok()) {
-                return status;
-            }
-        }
-        return {};
-    }
-    Status do_poll(SampleBlock& block) override {
-        const std::size_t sensor = polls_ % samplers_.size();
-        const Status status = samplers_[sensor]->poll(block);
-        block.sensor = static_cast<std::uint8_t>(sensor);
-        block.sequence = polls_++;
-        return status;
-    }
-    void do_stop() override {
-        for (auto& sampler : samplers_) {
-            sampler->stop();
-        }
-    }
-
-    std::vector<std::unique_ptr<sim::SimulatedCoilSampler>> samplers_;
-    std::uint32_t polls_ = 0;
-};
-
 struct Bank {
     std::vector<double> worst_m;
     std::vector<std::size_t> valid;
@@ -64,9 +28,9 @@ Vec3<double> place(std::size_t sensor) { return {0.5, 0.15 * static_cast<double>
 Bank run_bank(int sensors, signal::Multiplexing multiplexing, const std::string& fault_of_second = "") {
     std::vector<std::unique_ptr<sim::StillMotion>> motions;
     std::vector<std::unique_ptr<sim::CoilWorld>> worlds;
-    std::vector<sim::SimulatedClock> clocks(static_cast<std::size_t>(sensors));
+    sim::SimulatedClock clock;
     const auto plan = *signal::plan_acquisition(signal::default_acquisition(multiplexing, 240));
-    for (std::size_t n = 0; n < clocks.size(); ++n) {
+    for (std::size_t n = 0; n < static_cast<std::size_t>(sensors); ++n) {
         motions.push_back(std::make_unique<sim::StillMotion>(sim::Pose{place(n), Quat<double>::Identity()}));
         std::vector<sim::Fault> faults;
         if (n == 1 && !fault_of_second.empty()) {
@@ -74,14 +38,16 @@ Bank run_bank(int sensors, signal::Multiplexing multiplexing, const std::string&
         }
         worlds.push_back(std::make_unique<sim::CoilWorld>(sim::WorldParams{}, *motions[n], faults));
         worlds[n]->configure(plan);
-        clocks[n].begin(plan.params.sample_rate_hz);
     }
     Bank bank;
-    bank.worst_m.resize(clocks.size());
-    bank.valid.resize(clocks.size());
-    bank.invalid.resize(clocks.size());
+    bank.worst_m.resize(worlds.size());
+    bank.valid.resize(worlds.size());
+    bank.invalid.resize(worlds.size());
     sim::SimulatedCoilDriver coils;
-    SensorBank sampler(worlds, coils, clocks);
+    sim::SimulatedCoilSampler sampler(*worlds[0], coils, clock, kDuration_s);
+    for (std::size_t n = 1; n < worlds.size(); ++n) {
+        sampler.add_sensor(*worlds[n]);
+    }
     sim::SimulatedLink<double> link([&](const tracking::PoseEstimate<double>& e) {
         if (!e.valid()) {
             ++bank.invalid[e.sensor];
@@ -95,7 +61,7 @@ Bank run_bank(int sensors, signal::Multiplexing multiplexing, const std::string&
     params.tracker.common.coupling_constant = worlds[0]->params().coupling_constant_m3;
     params.tracker.common.max_column_span = tracking::column_span(plan);
     params.sensors = sensors;
-    MainLoop<double> loop(params, {clocks[0], coils, sampler, link});
+    MainLoop<double> loop(params, {clock, coils, sampler, link});
     bank.started = loop.start();
     while (bank.started.ok()) {
         const Status status = loop.step();

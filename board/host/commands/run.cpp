@@ -52,6 +52,9 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
     if (!command.options.samples.empty()) {
         throw InputError("--samples: not with a device, because a device sends columns");
     }
+    if (command.options.stations != 1) {
+        throw InputError("--stations: not with a device, which has its own number of sensors");
+    }
     if (command.options.tracker != "direct" || command.config.empty()) {
         options.config.method = command.options.tracker;
     }
@@ -165,6 +168,8 @@ void add_run_options(CLI::App* sub, const std::shared_ptr<RunCommand>& command) 
     sub->add_option("--predict", o.predict_ahead_s, "scaat: deliver poses this many seconds ahead of the newest column");
     sub->add_flag("--no-noise", o.no_noise, "No converter noise and no mains; with quantisation");
     sub->add_option("--seed", o.seed, "Seed of noise and motion")->check(refuse_overflow)->capture_default_str();
+    sub->add_option("--stations", o.stations, "Simulated sensors, 1-4; the further ones are near the first and move little")
+        ->capture_default_str();
     sub->add_option("--record", o.record, "Record the run into this new folder, for tricoil replay and convert")
         ->check(refuse_empty);
 }

@@ -10,6 +10,7 @@
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/run_command.hpp"
 #include "board/host/serve/access.hpp"
+#include "board/host/serve/button_input.hpp"
 #include "board/host/serve/fastrak/fastrak_output.hpp"
 #include "board/host/serve/json_lines/json_lines_output.hpp"
 #include "board/host/serve/openigtlink/igtl_session.hpp"
@@ -36,6 +37,7 @@ struct ServeCommand {
     bool fastrak_continuous = false;
     std::string openigtlink;
     std::vector<std::string> json_lines;
+    std::string button;
     std::string web;
     std::string record_folder;
     bool open_controls = false;
@@ -66,7 +68,7 @@ void warn_of_exposure(const char* option, const TcpAddress& address, Controls co
 
 void add_outputs(const ServeCommand& command, Controls controls, Server& server, TrackerControl& control, Addresses& addresses) {
     for (const std::string& where : command.fastrak) {
-        auto output = fastrak::make_output(where, command.fastrak_continuous, controls, server.hub(), control);
+        auto output = fastrak::make_output(where, command.fastrak_continuous, controls, server.hub(), control, server.button());
         if (where.starts_with("tcp:")) {
             warn_of_exposure("--fastrak", parse_tcp_address("--fastrak", where.substr(4)), controls);
         }
@@ -99,6 +101,16 @@ void add_outputs(const ServeCommand& command, Controls controls, Server& server,
         addresses["openigtlink"] = address.text(service->port());
         server.add(std::move(service));
     }
+}
+
+void add_button(const ServeCommand& command, Server& server) {
+    if (command.button.empty()) {
+        return;
+    }
+    if (command.fastrak.empty()) {
+        throw InputError("--button: only with --fastrak");
+    }
+    server.add(std::make_unique<ButtonInput>(command.button, server.button()));
 }
 
 bool prints_poses(const ServeCommand& command) {
@@ -196,11 +208,12 @@ int run_serve(const ServeCommand& command) {
     Addresses addresses;
     const Access access = access_of(command);
     add_outputs(command, access.controls, server, control, addresses);
+    add_button(command, server);
     RecordingSwitch recordings(command.record_folder, source_of(*command.run));
     std::optional<web::WebServer> page;
     if (!command.web.empty()) {
         const TcpAddress address = parse_tcp_address("--web", command.web);
-        page.emplace(address, access, server.hub(), control, recordings);
+        page.emplace(address, access, server.hub(), control, recordings, server.button());
         warn_of_exposure("--web", address, access.controls);
         addresses["web"] = page->url();
         publish_link(command, page->control_url(), addresses);
@@ -244,6 +257,11 @@ void add_serve_command(CLI::App& program, Action& action) {
                     "Emulate a Polhemus FASTRAK on pty, pty:LINK, serial:PATH[:BAUD] or tcp:[ADDRESS:]PORT; repeatable")
         ->check(refuse_empty);
     sub->add_flag("--fastrak-continuous", command->fastrak_continuous, "FASTRAK: start in continuous mode");
+    sub->add_option(
+           "--button", command->button,
+           "FASTRAK: button of the stylus from text lines of standard input (-), or of a serial port or named pipe: an empty "
+           "line (Enter) is a click, 1 presses, 0 releases")
+        ->check(refuse_empty);
     sub->add_option("--openigtlink", command->openigtlink, "OpenIGTLink server on [ADDRESS:]PORT (18944 is usual)")
         ->check(refuse_empty);
     sub->add_option("--json-lines", command->json_lines,

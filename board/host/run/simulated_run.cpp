@@ -15,7 +15,7 @@
 #include "board/pose_text/pose_csv.hpp"
 #include "board/record/recorder.hpp"
 #include "board/record/tap_fan_out.hpp"
-#include "board/simulation/simulation_setup.hpp"
+#include "board/simulation/stations.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
 #include "board/support/nearest_name.hpp"
@@ -57,23 +57,41 @@ bool is_by_columns(const RunOptions& options) {
     return index_of_name("--fidelity", options.fidelity, {"samples", "columns"}) == 1;
 }
 
+void refuse_several_sensors(const RunOptions& options) {
+    if (options.stations > 1 && is_by_columns(options)) {
+        throw InputError("--stations: not with --fidelity columns, which simulates one sensor; use --fidelity samples");
+    }
+    if (options.stations > 1 && fixed_method(options.tracker)) {
+        throw InputError("--stations: not with --tracker fixed-direct or fixed-previous, which track one sensor");
+    }
+}
+
 /// In columns. The integer tracker counts blocks.
 template <typename Loop>
-HealthCounts counts_of(Loop& loop, const signal::AcquisitionPlan& plan) {
-    const std::uint64_t columns_per_block = plan.is_tdm() ? 1 : kSourceCoils;
+HealthCounts counts_of(Loop& loop, const SimulationSetup& setup) {
+    const std::uint64_t columns_per_block = setup.plan.is_tdm() ? 1 : kSourceCoils;
     HealthCounts counts;
     counts.lost = columns_per_block * loop.counters().lost_blocks;
     counts.refused = columns_per_block * loop.counters().refused_blocks;
     if constexpr (!std::is_same_v<Loop, app::FixedLoop>) {
-        const tracking::TrackerCounters& tracker = loop.tracker().counters();
-        counts.received = tracker.accepted;
-        counts.refused = std::accumulate(tracker.rejected.begin(), tracker.rejected.end(), counts.refused);
+        const auto add = [&counts](const tracking::TrackerCounters& tracker) {
+            counts.received += tracker.accepted;
+            counts.refused = std::accumulate(tracker.rejected.begin(), tracker.rejected.end(), counts.refused);
+        };
+        add(loop.tracker().counters());
+        if constexpr (std::is_same_v<Loop, app::MainLoop<double>>) {
+            for (std::size_t sensor = 1; sensor < static_cast<std::size_t>(setup.stations); ++sensor) {
+                add(loop.tracker(sensor).counters());
+            }
+        }
     } else {
         counts.received = columns_per_block * loop.tracker().counters().accepted;
     }
     counts.dropped = loop.counters().unsent_poses;
     return counts;
 }
+
+TruePose true_pose(const sim::Pose& pose) { return {pose.position_m, pose.q_source_sensor}; }
 
 struct Pace {
     HealthMonitor health;
@@ -122,7 +140,7 @@ Pace drive(Loop& loop, const SimulatedBoard& board, const InterruptGuard& guard)
         pace.update_s += seconds_since(before);
         ++pace.updates;
         const DeviceTime now = board.clock.now();
-        HealthCounts counts = counts_of(loop, board.setup.plan);
+        HealthCounts counts = counts_of(loop, board.setup);
         newest = counts.received != received ? now : newest;
         received = counts.received;
         counts.age = now - newest;
@@ -164,6 +182,7 @@ void run_in_double(const SimulatedBoard& board, RunReport& report) {
     }
     const signal::AcquisitionPlan& plan = board.setup.plan;
     app::MainLoopParams<double> params{plan, board.world.demodulation(), make_tracker(options, board.setup)};
+    params.sensors = board.setup.stations;
     report.deskewed = plan.is_tdm() && !options.no_deskew;
     std::optional<Recorder> recorder;
     if (!options.record.empty()) {
@@ -218,7 +237,7 @@ void run_in_integers(const SimulatedBoard& board, RunReport& report) {
 nlohmann::ordered_json describe_source(const RunOptions& o) {
     nlohmann::ordered_json source{{"kind", "simulation"},       {"scenario", o.scenario}, {"multiplexing", o.multiplexing},
                                   {"rate_hz", o.frame_rate_hz}, {"seed", o.seed},         {"faults", o.faults},
-                                  {"noise", !o.no_noise}};
+                                  {"noise", !o.no_noise},       {"stations", o.stations}};
     if (!o.trajectory.empty()) {
         source["trajectory"] = o.trajectory;
         source["speed"] = o.speed;
@@ -228,15 +247,17 @@ nlohmann::ordered_json describe_source(const RunOptions& o) {
 }
 
 RunReport run_simulated(const RunOptions& options, const RunObservers& observers) {
+    refuse_several_sensors(options);
     const SimulationSetup setup = make_simulation(options);
     const sim::Scenario& scenario = setup.scenario;
     const signal::AcquisitionPlan& plan = setup.plan;
-    sim::CoilWorld world(scenario.world, *scenario.motion, scenario.faults);
-    world.configure(plan);
+    Stations stations(setup);
+    sim::CoilWorld& world = stations.first();
     sim::SimulatedClock clock;
     clock.begin(plan.params.sample_rate_hz);
     sim::SimulatedCoilDriver coils;
     sim::SimulatedCoilSampler sampler(world, coils, clock, scenario.duration_s);
+    stations.add_further(sampler);
 
     const OutputFormat format = make_output_format(options.output);
     RunReport report;
@@ -251,12 +272,18 @@ RunReport run_simulated(const RunOptions& options, const RunObservers& observers
             if (!observers.score) {
                 return;
             }
+            if (estimate.sensor != 0) {  // only the sensor of the scenario is scored
+                if (csv) {
+                    csv->write(estimate, true_pose(stations.motion(estimate.sensor).at(clock.elapsed_s(estimate.time))));
+                }
+                return;
+            }
             const PoseError error = score.add(estimate);
             if (error.time_s >= RunScore::kSettling_s) {
                 report.seen_flags |= estimate.flags;
             }
             if (csv) {
-                csv->write(estimate, {error.truth.position_m, error.truth.q_source_sensor});
+                csv->write(estimate, true_pose(error.truth));
             }
             if (observers.each_pose) {
                 observers.each_pose(estimate, error);

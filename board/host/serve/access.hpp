@@ -7,7 +7,7 @@
 
 namespace tricoil::host {
 
-/// Controls: coils on and off, hemisphere, recordings.
+/// Controls: coils on and off, hemisphere, recordings, stylus button.
 enum class Controls : unsigned char {
     by_token,  // a request must contain the token
     open,      // every client

@@ -16,7 +16,7 @@ constexpr int kPauseMs = static_cast<int>(Stream::kSharePause.count());
 
 }  // namespace
 
-Server::Server() : bell_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)), hub_([this] { wake(); }) {
+Server::Server() : bell_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)), hub_([this] { wake(); }), button_([this] { wake(); }) {
     std::signal(SIGPIPE, SIG_IGN);  // write() reports a closed connection
 }
 

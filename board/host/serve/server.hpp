@@ -7,11 +7,12 @@
 
 #include "board/host/serve/pose_hub.hpp"
 #include "board/host/serve/service.hpp"
+#include "board/host/serve/stylus_button.hpp"
 #include "drivers/posix/file_descriptor.hpp"
 
 namespace tricoil::host {
 
-/// Owns the services and the hub, which is a tap of the tracker.
+/// Owns the services, the hub, which is a tap of the tracker, and the button of the stylus.
 class Server {
 public:
     Server();
@@ -20,6 +21,7 @@ public:
     Server& operator=(const Server&) = delete;
 
     [[nodiscard]] PoseHub& hub() { return hub_; }
+    [[nodiscard]] StylusButton& button() { return button_; }
 
     /// Call it before start().
     void add(std::unique_ptr<Service> service) { services_.push_back(std::move(service)); }
@@ -33,6 +35,7 @@ private:
 
     drivers::FileDescriptor bell_;  // eventfd that wakes the thread
     PoseHub hub_;
+    StylusButton button_;
     std::vector<std::unique_ptr<Service>> services_;
     std::thread thread_;
 };

@@ -23,8 +23,18 @@ struct Baud {
     int rate;
     speed_t speed;
 };
-constexpr std::array<Baud, 6> kBauds{
-    {{9600, B9600}, {19200, B19200}, {38400, B38400}, {57600, B57600}, {115200, B115200}, {230400, B230400}}};
+constexpr std::array<Baud, 8> kBauds{{{2400, B2400},
+                                      {4800, B4800},
+                                      {9600, B9600},
+                                      {19200, B19200},
+                                      {38400, B38400},
+                                      {57600, B57600},
+                                      {115200, B115200},
+                                      {230400, B230400}}};
+
+speed_t speed_of(int baud) {
+    return std::find_if(kBauds.begin(), kBauds.end(), [&](const Baud& b) { return b.rate == baud; })->speed;
+}
 
 void make_link(const std::string& link, const std::string& name) {
     std::error_code error;
@@ -79,19 +89,25 @@ bool is_baud(int baud) {
 }
 
 int open_serial(const std::string& path, int baud, std::string& reason) {
-    const auto* const known = std::find_if(kBauds.begin(), kBauds.end(), [&](const Baud& b) { return b.rate == baud; });
     const int descriptor = ::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
     if (descriptor < 0) {
         reason = fmt::format("{}: cannot be opened ({}){}", path, std::strerror(errno),
                              errno == EACCES ? "; add yourself to the group dialout" : "; is it plugged in?");
         return -1;
     }
-    if (!drivers::make_raw(descriptor, known->speed)) {
+    if (!drivers::make_raw(descriptor, speed_of(baud))) {
         reason = path + ": is not a serial port";
         ::close(descriptor);
         return -1;
     }
     return descriptor;
+}
+
+void set_serial_speed(const std::string& path, int baud) {
+    const drivers::FileDescriptor line(::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+    if (line.is_open()) {
+        drivers::make_raw(line.get(), speed_of(baud));
+    }
 }
 
 }  // namespace tricoil::host

@@ -30,7 +30,9 @@ private:
 
 /// Opens a serial port in raw mode at `baud`, a speed that is_baud() accepts. Returns -1 on failure; `reason` then says why.
 int open_serial(const std::string& path, int baud, std::string& reason);
-/// True for a supported speed: 9600, 19200, 38400, 57600, 115200 or 230400 baud.
+/// Changes the speed of a serial port that is open. No effect if the port is gone.
+void set_serial_speed(const std::string& path, int baud);
+/// True for a supported speed: 2400, 4800, 9600, 19200, 38400, 57600, 115200 or 230400 baud.
 bool is_baud(int baud);
 
 }  // namespace tricoil::host

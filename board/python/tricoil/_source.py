@@ -129,7 +129,7 @@ def open(name: str | os.PathLike, tracker: str | None = None) -> Source:  # noqa
     """Opens a source of poses and returns a Source.
 
     name: can:INTERFACE, usb:VENDOR:PRODUCT, serial:PATH, a .toml configuration file of `tricoil run --config`, recording:FOLDER, or
-    sim:SCENARIO[,KEY=VALUE...] with the keys mux, rate_hz, duration_s, seed, noise and realtime (yes or no; default no: as fast as poses
+    sim:SCENARIO[,KEY=VALUE...] with the keys mux, rate_hz, duration_s, seed, noise, stations (1 to 4 sensors) and realtime (yes or no; default no: as fast as poses
     are asked for). tracker: direct, previous, previous-angles, scaat or scaat,predict_s=SECONDS (poses ahead of the newest column);
     None: that of the configuration or recording, otherwise direct.
 

@@ -22,7 +22,9 @@ struct Refusal {
 
 class Arguments {
 public:
-    explicit Arguments(std::string_view command) : is_of_station_(kOfStations.find(command.front()) != std::string_view::npos) {
+    /// command: its letter and the arguments, without line end. Must outlive this object.
+    explicit Arguments(std::string_view command)
+        : is_of_station_(kOfStations.find(command.front()) != std::string_view::npos), text_(command.substr(1)) {
         for (std::size_t begin = 1;;) {
             const std::size_t end = std::min(command.find(',', begin), command.size());
             fields_.push_back({begin, trim(command.substr(begin, end - begin))});
@@ -32,6 +34,12 @@ public:
             begin = end + 1;
         }
     }
+
+    /// All arguments, with their commas and blanks.
+    [[nodiscard]] std::string_view text() const { return text_; }
+
+    /// The n-th field, counted from 0; empty if omitted.
+    [[nodiscard]] std::string_view text(std::size_t n) const { return n < fields_.size() ? fields_[n].text : std::string_view(); }
 
     /// Number of fields from the n-th on, counted from 0, without trailing empty fields.
     [[nodiscard]] std::size_t count_from(std::size_t n) const {
@@ -43,23 +51,20 @@ public:
     }
 
     /// Station in the first field.
-    [[nodiscard]] int station(int most = kStations) const {
-        const std::optional<double> number = this->number(0);
-        if (!number) {
-            refuse(0, CommandError::field_missing);
-        }
-        if (*number < 1 || *number > most || *number != std::floor(*number)) {
+    [[nodiscard]] int station() const {
+        const double number = needed_number(0);
+        if (number < 1 || number > kStations || number != std::floor(number)) {
             refuse(0, CommandError::out_of_range);
         }
-        return static_cast<int>(*number);
+        return static_cast<int>(number);
     }
 
     /// The n-th field, counted from 0; empty if omitted.
     [[nodiscard]] std::optional<double> number(std::size_t n) const {
-        if (n >= fields_.size() || fields_[n].text.empty()) {
+        std::string_view text = this->text(n);
+        if (text.empty()) {
             return std::nullopt;
         }
-        std::string_view text = fields_[n].text;
         text.remove_prefix(text.front() == '+' ? 1 : 0);
         double value = 0;
         const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -67,6 +72,15 @@ public:
             refuse(n, CommandError::not_numeric);
         }
         return value;
+    }
+
+    /// The n-th field, which must be given.
+    [[nodiscard]] double needed_number(std::size_t n) const {
+        const std::optional<double> value = number(n);
+        if (!value) {
+            refuse(n, CommandError::field_missing);
+        }
+        return *value;
     }
 
     /// The n-th field, at most `limit` in magnitude, or `otherwise` if omitted.
@@ -87,7 +101,7 @@ public:
     }
 
 private:
-    static constexpr std::string_view kOfStations = "OHBbGARNl";  // commands whose first field is a station
+    static constexpr std::string_view kOfStations = "OHBbGARNlIQVre";  // commands whose first field is a station
 
     struct Field {
         std::size_t position;
@@ -106,6 +120,7 @@ private:
     }
 
     bool is_of_station_;
+    std::string_view text_;
     std::vector<Field> fields_;
 };
 

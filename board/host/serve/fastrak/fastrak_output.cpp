@@ -31,8 +31,8 @@ SerialPlace parse_serial(const std::string& text) {
         const char* const end = text.data() + text.size();
         place.baud = 0;
         if (std::from_chars(text.data() + colon + 1, end, place.baud).ptr != end || !is_baud(place.baud)) {
-            throw InputError(
-                fmt::format("{} serial:{}: the speed must be 9600, 19200, 38400, 57600, 115200 or 230400", kOption, text));
+            throw InputError(fmt::format(
+                "{} serial:{}: the speed must be 2400, 4800, 9600, 19200, 38400, 57600, 115200 or 230400", kOption, text));
         }
     }
     return place;
@@ -40,13 +40,16 @@ SerialPlace parse_serial(const std::string& text) {
 
 }  // namespace
 
-Output make_output(const std::string& where, bool continuous, Controls controls, const PoseHub& hub, TrackerControl& control) {
+Output make_output(const std::string& where, bool continuous, Controls controls, const PoseHub& hub, TrackerControl& control,
+                   const StylusButton& button) {
     auto memory = std::make_shared<Memory>();
     memory->saved.continuous = continuous;
     const bool is_tcp = where.starts_with("tcp:");
     const bool may_control = controls == Controls::open || (controls == Controls::by_token && !is_tcp);
-    const auto make_session = [memory, may_control, &hub, &control](std::function<void(std::string_view)> send) {
-        SessionLinks links{std::move(send), {}, [&hub] { return hub.sensors(); }};
+    auto make_session = [memory, may_control, &hub, &control, &button](std::function<void(std::string_view)> send,
+                                                                       const std::function<void(int)>& line_speed = {}) {
+        SessionLinks links{
+            std::move(send), {}, [&hub] { return hub.sensors(); }, line_speed, [&button] { return button.state(); }};
         if (may_control) {
             links.hemisphere = [&control](std::uint8_t sensor, const Vec3<double>& towards) {
                 control.set_hemisphere(sensor, towards);
@@ -63,9 +66,9 @@ Output make_output(const std::string& where, bool continuous, Controls controls,
     if (kind == "pty") {
         auto terminal = std::make_shared<PseudoTerminal>(rest);
         const std::string path = terminal->path();
-        return {
-            std::make_unique<Terminal>([terminal] { return terminal->duplicate(); }, Terminal::HangUp::no_client, make_session),
-            path};
+        return {std::make_unique<Terminal>([terminal] { return terminal->duplicate(); }, Terminal::HangUp::no_client,
+                                           [make_session](auto send) { return make_session(std::move(send)); }),
+                path};
     }
     if (kind == "serial" && !rest.empty()) {
         const SerialPlace place = parse_serial(rest);
@@ -74,11 +77,19 @@ Output make_output(const std::string& where, bool continuous, Controls controls,
         if (first < 0) {
             throw DeviceError(fmt::format("{} {}", kOption, reason));
         }
-        auto open = [place, first = std::make_shared<int>(first)] {
+        auto baud = std::make_shared<int>(place.baud);  // present speed
+        auto open = [path = place.path, baud, first = std::make_shared<int>(first)] {
             std::string ignored;
-            return *first >= 0 ? std::exchange(*first, -1) : open_serial(place.path, place.baud, ignored);
+            return *first >= 0 ? std::exchange(*first, -1) : open_serial(path, *baud, ignored);
         };
-        return {std::make_unique<Terminal>(open, Terminal::HangUp::line_lost, make_session), place.path};
+        const auto line_speed = [place, baud](int wanted) {
+            *baud = wanted == 0 ? place.baud : wanted;
+            set_serial_speed(place.path, *baud);
+        };
+        return {std::make_unique<Terminal>(
+                    open, Terminal::HangUp::line_lost,
+                    [make_session, line_speed](auto send) { return make_session(std::move(send), line_speed); }),
+                place.path};
     }
     if (kind == "tcp" && !rest.empty()) {
         const TcpAddress address = parse_tcp_address(kOption, rest);

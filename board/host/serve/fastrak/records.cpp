@@ -15,17 +15,16 @@ namespace {
 using Pose = tracking::PoseEstimate<double>;
 using tracking::PoseFlag;
 
-constexpr double kFarthest_m = 2.0;  // limit of each coordinate (manual, position envelope)
 constexpr const char* kVersion = "0.1.00";
 
-/// Right-aligned in seven characters. limit: largest magnitude that fits with a minus sign. 0 for NaN.
-std::string fixed_point(double value, int digits, double limit) {
-    const double safe = std::isnan(value) ? 0 : std::clamp(value, -limit, limit);
-    return fmt::format("{:7.{}f}", safe == 0 ? 0.0 : safe, digits);  // -0 is written as 0
+constexpr NumberForm kTenThousandths{7, 4, 9.9999, ""};  // Sx.xxxx
+
+/// Right-aligned, and limited to magnitudes that fit with a minus sign. 0 for NaN.
+std::string fixed_point(double value, const NumberForm& form) {
+    const double safe = std::isnan(value) ? 0 : std::clamp(value, -form.limit, form.limit);
+    return fmt::format("{:{}.{}f}{}", safe == 0 ? 0.0 : safe, form.width, form.digits, form.after);  // -0 is written as 0
 }
 
-std::string hundredths(double value) { return fixed_point(value, 2, 999.99); }
-std::string ten_thousandths(double value) { return fixed_point(value, 4, 9.9999); }
 std::string exponential(double value) {
     const double safe = std::isfinite(value) ? value : 0;
     return fmt::format("{: .5E} ", std::abs(safe) < 1e-98 ? 0.0 : safe);
@@ -42,6 +41,23 @@ std::string little_endian(double value) {
     return bytes;
 }
 
+/// Azimuth, elevation and roll.
+Vec3<double> euler_deg(const Pose& pose) {
+    const auto e = geometry::to_euler<double>(geometry::attitude_matrix(pose.q_source_sensor));
+    return kDegrees * Vec3<double>(e.azimuth_rad, e.elevation_rad, e.roll_rad);
+}
+
+bool is_outside(const Vec3<double>& values, const Envelope& limits) {
+    constexpr double kRounding = 1e-9;  // of limits that were given in inches, and of angles at 180 degrees
+    for (std::size_t n = 0; n < 3; ++n) {
+        const double value = values[static_cast<Eigen::Index>(n)];
+        if (value > limits[n] + kRounding || value < limits[n + 3] - kRounding) {
+            return true;
+        }
+    }
+    return false;
+}
+
 /// Numbers of one item; empty for text.
 std::vector<double> numbers_of(Item item, const Settings& settings, const Pose& pose, const Vec3<double>& previous_m) {
     const double scale = settings.units_per_m();
@@ -52,10 +68,8 @@ std::vector<double> numbers_of(Item item, const Settings& settings, const Pose& 
             return three(scale * pose.position_m);
         case Item::movement:
             return three(scale * (pose.position_m - previous_m));
-        case Item::euler: {
-            const auto e = geometry::to_euler<double>(geometry::attitude_matrix(q));
-            return three(kDegrees * Vec3<double>(e.azimuth_rad, e.elevation_rad, e.roll_rad));
-        }
+        case Item::euler:
+            return three(euler_deg(pose));
         case Item::x_cosines:
         case Item::y_cosines:
         case Item::z_cosines:
@@ -72,14 +86,15 @@ std::size_t count_of(Item item) {
     return numbers_of(item, kSettings, Pose{}, Vec3<double>::Zero()).size();
 }
 
-std::string text_of(Item item) {
+std::string text_of(Item item, bool is_pressed = false) {
     switch (item) {
         case Item::space:
             return " ";
         case Item::line_end:
             return "\r\n";
         default:
-            return "0";  // stylus switch: never pressed, because there is none
+            // The manual gives one character; the drivers of VRPN and Vrui read a blank before it, in both formats.
+            return is_pressed ? " 1" : " 0";
     }
 }
 
@@ -94,7 +109,7 @@ std::string format(int item, double value, bool binary) {
     if (item >= kExtended) {
         return exponential(value);
     }
-    return has_few_decimals(plain(item)) ? hundredths(value) : ten_thousandths(value);
+    return fixed_point(value, has_few_decimals(plain(item)) ? kHundredths : kTenThousandths);
 }
 
 }  // namespace
@@ -116,7 +131,17 @@ char error_letter(const Pose& pose) {
             return letter;
         }
     }
-    return pose.position_m.cwiseAbs().maxCoeff() > kFarthest_m ? 'x' : ' ';
+    return ' ';
+}
+
+char error_letter(const Pose& pose, const StationSettings& limits) {
+    if (const char letter = error_letter(pose); letter != ' ') {
+        return letter;
+    }
+    if (is_outside(pose.position_m, limits.position_limits_m)) {
+        return 'x';
+    }
+    return is_outside(euler_deg(pose), limits.attitude_limits_deg) ? 'y' : ' ';
 }
 
 bool is_item(int item) {
@@ -133,7 +158,8 @@ std::size_t record_size(const std::vector<int>& output_list, bool binary) {
     return bytes;
 }
 
-std::string data_record(const Settings& settings, int station, const Pose& pose, char letter, const Vec3<double>& previous_m) {
+std::string data_record(const Settings& settings, int station, const Pose& pose, char letter, const Vec3<double>& previous_m,
+                        bool is_pressed) {
     std::string record = fmt::format("0{}{}", station, letter);
     for (const int item : settings.stations[static_cast<std::size_t>(station - 1)].output_list) {
         const auto numbers = numbers_of(plain(item), settings, pose, previous_m);
@@ -141,24 +167,24 @@ std::string data_record(const Settings& settings, int station, const Pose& pose,
             record += format(item, number, settings.binary);
         }
         if (numbers.empty()) {
-            record += text_of(plain(item));
+            record += text_of(plain(item), is_pressed);
         }
     }
     return record;
 }
 
 std::string status_record(const Settings& settings, int station, int sensors, char letter) {
-    const unsigned flags =
-        0x3F0U | (settings.binary ? 1U : 0U) | (settings.centimetres ? 2U : 0U) | (settings.continuous ? 8U : 0U);
+    const unsigned flags = 0x3F0U | (settings.binary ? 1U : 0U) | (settings.centimetres ? 2U : 0U) |
+                           (settings.metal_compensation ? 4U : 0U) | (settings.continuous ? 8U : 0U);
     const std::string bit = letter == ' ' ? "   " : fmt::format("{:3d}", static_cast<int>(letter));
     const unsigned map = (1U << static_cast<unsigned>(sensors)) - 1;
-    return fmt::format("2{}S{:03X}{} F3{:X}  {:<6}{:<32}\r\n", station, flags, bit, map, kVersion, "tricoil, as a FASTRAK");
+    return fmt::format("2{}S{:03X}{} F3{:X}  {:<6}{:<32}\r\n", station, flags, bit, map, kVersion, settings.identification);
 }
 
-std::string values_record(int station, char command, std::span<const double> values) {
+std::string values_record(int station, char command, std::span<const double> values, const NumberForm& form) {
     std::string record = fmt::format("2{}{}", station, command);
     for (const double value : values) {
-        record += hundredths(value);
+        record += fixed_point(value, form);
     }
     return record + "\r\n";
 }

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "board/host/serve/fastrak/arguments.hpp"
+#include "board/host/serve/fastrak/setting_commands.hpp"
 #include "core/base/angle_units.hpp"
 
 namespace tricoil::host::fastrak {
@@ -14,20 +16,34 @@ namespace {
 constexpr std::size_t kLongestCommand = 256;
 constexpr Microseconds kPeriod{1'000'000 / 120};
 constexpr Microseconds kJitter{1000};
-constexpr double kLongest = 1000;  // limit of coordinates, inches or centimetres
-
-constexpr std::size_t kPositionFilter = 0;
-constexpr std::size_t kAttitudeFilter = 1;
+constexpr Microseconds kSwitchCycle{333'333};  // 40 cycles of 1/120 s (manual, section 11)
 
 constexpr char kControlK = 11;
+constexpr char kControlQ = 17;
+constexpr char kControlS = 19;
 constexpr char kControlY = 25;
 
 Vec3<double> nothing() { return Vec3<double>::Zero(); }
 
+bool has_arguments(char letter) {
+    constexpr std::string_view kOthers = "HBblT";  // executed by the session
+    return (std::string(kSettingCommands) + std::string(kOthers)).find(letter) != std::string::npos;
+}
+
+/// Attitude with this azimuth, elevation and roll.
+Quat<double> attitude_of(const Vec3<double>& angles_deg) {
+    const Vec3<double> a = kRadians * angles_deg;
+    return geometry::attitude_quaternion<double>(geometry::attitude_matrix<double>(geometry::Euler<double>{a.x(), a.y(), a.z()}));
+}
+
 }  // namespace
 
 Session::Session(SessionLinks links, std::shared_ptr<Memory> memory)
-    : links_(std::move(links)), memory_(std::move(memory)), settings_(memory_->saved) {}
+    : links_(std::move(links)), memory_(std::move(memory)), settings_(memory_->saved) {
+    if (links_.button) {
+        button_ = links_.button();
+    }
+}
 
 void Session::receive(std::span<const char> bytes) {
     for (const char c : bytes) {
@@ -36,18 +52,17 @@ void Session::receive(std::span<const char> bytes) {
 }
 
 void Session::byte(char c) {
-    const bool ends = c == '\r';
+    const bool ends = c == '\r' || c == '\n';
     if (discarding_) {
         discarding_ = !ends;
         return;
     }
-    if (command_.empty() && (ends || c == '\n' || c == ' ' || at_once(c))) {
+    if (command_.empty() && (ends || c == ' ' || at_once(c))) {
         return;
     }
     if (!ends) {
         command_ += c;
-        constexpr std::string_view kWithArguments = "OHBbGARNxvly";
-        if (kWithArguments.find(command_.front()) == std::string_view::npos) {
+        if (!has_arguments(command_.front())) {
             links_.send(error_record(command_, CommandError::undefined, 0, 0, 1));
             command_.clear();
         } else if (command_.size() > kLongestCommand) {
@@ -70,6 +85,9 @@ bool Session::at_once(char c) {
         case 'C':
         case 'c':
             settings_.continuous = c == 'C';
+            started_ = false;
+            interrupted_ = false;
+            suspended_ = false;  // there are clients that send ^S, but never ^Q
             return true;
         case 'F':
         case 'f':
@@ -82,23 +100,27 @@ bool Session::at_once(char c) {
         case 'P':
             answer_all();
             return true;
-        case 'S': {
-            const auto& pose = newest_[static_cast<std::size_t>(status_station_ - 1)].pose;
-            links_.send(status_record(settings_, status_station_, links_.sensors(), pose ? error_letter(*pose) : ' '));
-            // Each request reports the next station (manual).
-            status_station_ = status_station_ % std::max(links_.sensors(), 1) + 1;
+        case 'S':
+            status();
             return true;
-        }
+        case 'D':
+        case 'd':
+            settings_.metal_compensation = c == 'D';
+            return true;
         case 'W':
             settings_ = Settings{};
             return true;
-        case 'Y':  // ends the point mode, which this emulation does not have
+        case 'Y':  // not in the manual; VRPN sends it to end the point mode of other devices
             return true;
         case kControlK:
             memory_->saved = settings_;
             return true;
         case kControlY:
             restart();
+            return true;
+        case kControlQ:
+        case kControlS:
+            suspended_ = c == kControlS;
             return true;
         default:
             return false;
@@ -108,35 +130,36 @@ bool Session::at_once(char c) {
 void Session::restart() {
     settings_ = memory_->saved;
     newest_ = {};
+    interrupted_ = false;
+    suspended_ = false;
     status_station_ = 1;
+    if (links_.line_speed) {
+        links_.line_speed(settings_.baud);
+    }
 }
 
 void Session::run(const std::string& command) {
     const Arguments arguments(command);
-    switch (command.front()) {
-        case 'O':
-            return output_list(arguments);
+    const char letter = command.front();
+    switch (letter) {
         case 'H':
             return hemisphere(arguments);
         case 'B':
         case 'b':
-            return boresight(arguments, command.front() == 'B');
-        case 'G':
-            return boresight_reference(arguments);
-        case 'A':
-            return alignment(arguments);
-        case 'R':
-            return reset_alignment(arguments);
-        case 'N':
-            return tip(arguments);
-        case 'x':
-            return filter(arguments, kPositionFilter);
-        case 'v':
-            return filter(arguments, kAttitudeFilter);
+            return boresight(arguments, letter == 'B');
         case 'l':
             return active(arguments);
+        case 'T':
+            return built_in_test(arguments);
         default:
-            return synchronization(arguments);
+            break;
+    }
+    const std::string record = execute_setting(settings_, letter, arguments);
+    if (!record.empty()) {
+        links_.send(record);
+    }
+    if (letter == 'o' && links_.line_speed) {
+        links_.line_speed(settings_.baud);
     }
 }
 
@@ -146,28 +169,67 @@ void Session::take(std::span<const ServedPose> poses) {
         if (pose.sensor >= kStations) {
             continue;
         }
-        Newest& newest = newest_[pose.sensor];
-        const bool letter_changes = newest.pose && error_letter(*newest.pose) != error_letter(pose);
-        newest.pose = pose;
         const int number = pose.sensor + 1;
-        if (!settings_.continuous || !station(number).active) {
+        Newest& newest = this->newest(number);
+        const bool is_first = !newest.pose;
+        newest.pose = pose;
+        const bool letter_changes = newest.letter != letter(number) && !is_first;
+        newest.letter = letter(number);
+        if (!is_streaming() || !station(number).active || !may_start(number)) {
             continue;
         }
         const bool began_anew = served.utc < newest.due - 2 * kPeriod;
         if (served.utc >= newest.due - kJitter || began_anew) {
             const bool fell_behind = served.utc > newest.due + kPeriod || began_anew;
             newest.due = (fell_behind ? served.utc : newest.due) + kPeriod;
-            answer(number);
+            if (has_moved(number) || letter_changes) {
+                answer(number);
+            }
         } else if (letter_changes) {
             answer(number);
         }
+    }
+    follow_button();
+    started_ = started_ && is_streaming();
+}
+
+/// The stream begins with the first active station, unless that station is silent (manual, section 11).
+bool Session::may_start(int number) {
+    int first = 1;
+    while (!station(first).active) {
+        ++first;
+    }
+    const auto& pose = newest(first).pose;
+    started_ = started_ || number == first || !pose || pose->flags.has(tracking::PoseFlag::stale);
+    return started_;
+}
+
+void Session::follow_button() {
+    if (!links_.button) {
+        return;
+    }
+    const std::uint32_t presses = button_.presses;
+    button_ = links_.button();
+    const bool is_new = button_.presses != presses;
+    is_pressed_ = button_.down || is_new;
+    const bool repeats = button_.down && !settings_.continuous;
+    if (!station(kStylusStation).point_mode || !(is_new || repeats) || button_.time < next_press_) {
+        return;
+    }
+    next_press_ = button_.time + kSwitchCycle;
+    if (settings_.continuous) {
+        interrupted_ = !interrupted_;
+    } else {
+        answer_moved();
     }
 }
 
 void Session::set_newest(std::span<const ServedPose> poses) {
     for (const ServedPose& served : poses) {
         if (served.pose.sensor < kStations) {
-            newest_[served.pose.sensor].pose = served.pose;
+            const int number = served.pose.sensor + 1;
+            newest(number).pose = served.pose;
+            newest(number).letter = letter(number);
         }
     }
 }
@@ -180,56 +242,58 @@ void Session::answer_all() {
     }
 }
 
+void Session::answer_moved() {
+    for (int number = 1; number <= std::clamp(links_.sensors(), 1, kStations); ++number) {
+        if (station(number).active && (!newest(number).pose || has_moved(number))) {
+            answer(number);
+        }
+    }
+}
+
+tracking::PoseEstimate<double> Session::mounted(int number) const {
+    tracking::OutputFrame<double> mounting;
+    mounting.q_source_alignment = attitude_of(station(number).mounting_deg);
+    return tracking::in_frame(*newest(number).pose, mounting);
+}
+
 tracking::PoseEstimate<double> Session::reported(int number) const {
-    const auto& newest = newest_[static_cast<std::size_t>(number - 1)];
-    return tracking::in_frame(*newest.pose, settings_.stations[static_cast<std::size_t>(number - 1)].frame);
+    return tracking::in_frame(mounted(number), station(number).frame);
+}
+
+char Session::letter(int number) const { return error_letter(reported(number), station(number)); }
+
+/// True if the station has moved by its increment in any axis since its last record.
+bool Session::has_moved(int number) const {
+    constexpr double kRounding_m = 1e-9;
+    const std::optional<Vec3<double>>& sent_m = newest(number).sent_m;
+    const double needed_m = station(number).increment_m - kRounding_m;
+    return !sent_m || (reported(number).position_m - *sent_m).cwiseAbs().maxCoeff() >= needed_m;
 }
 
 void Session::answer(int number) {
-    Newest& newest = newest_[static_cast<std::size_t>(number - 1)];
+    Newest& newest = this->newest(number);
+    const bool is_pressed = number == kStylusStation && is_pressed_;
     if (!newest.pose) {  // no pose yet: no signal
-        links_.send(data_record(settings_, number, {}, 'l', nothing()));
+        links_.send(data_record(settings_, number, {}, 'l', nothing(), is_pressed));
         return;
     }
     const auto pose = reported(number);
-    links_.send(data_record(settings_, number, pose, error_letter(*newest.pose), newest.sent_m));
+    links_.send(data_record(settings_, number, pose, letter(number), newest.sent_m.value_or(nothing()), is_pressed));
     newest.sent_m = pose.position_m;
 }
 
-void Session::output_list(const Arguments& arguments) {
-    const int number = arguments.station();
-    const std::size_t count = arguments.count_from(1);
-    StationSettings& s = station(number);
-    if (count == 0) {
-        std::string items;
-        for (const int item : s.output_list) {
-            items += fmt::format("{:2d}", item);
-        }
-        links_.send(text_record(std::to_string(number), 'O', items));
-        return;
-    }
-    std::vector<int> list;
-    for (std::size_t n = 1; n <= count; ++n) {
-        const std::optional<double> item = arguments.number(n);
-        if (!item) {
-            arguments.refuse(n, CommandError::field_missing);
-        }
-        if (*item != std::floor(*item) || std::abs(*item) > 100 || !is_item(static_cast<int>(*item)) || n > kLongestList) {
-            arguments.refuse(n, CommandError::out_of_range);
-        }
-        list.push_back(static_cast<int>(*item));
-    }
-    if (record_size(list, false) > kLongestRecord) {
-        arguments.refuse(count, CommandError::too_long);
-    }
-    s.output_list = list;
+void Session::status() {
+    const bool has_pose = newest(status_station_).pose.has_value();
+    links_.send(status_record(settings_, status_station_, links_.sensors(), has_pose ? letter(status_station_) : ' '));
+    // Each request reports the next station (manual).
+    status_station_ = status_station_ % std::max(links_.sensors(), 1) + 1;
 }
 
 void Session::hemisphere(const Arguments& arguments) {
     const int number = arguments.station();
     StationSettings& s = station(number);
     if (arguments.count_from(1) == 0) {
-        links_.send(values_record(number, 'H', {s.hemisphere.data(), 3}));
+        links_.send(values_record(number, 'H', {s.hemisphere.data(), 3}, kThousandths));
         return;
     }
     if (!links_.hemisphere) {
@@ -244,101 +308,12 @@ void Session::hemisphere(const Arguments& arguments) {
 void Session::boresight(const Arguments& arguments, bool on) {
     const int number = arguments.station();
     StationSettings& s = station(number);
-    const auto& pose = newest_[static_cast<std::size_t>(number - 1)].pose;
+    const auto& pose = newest(number).pose;
     if (!on) {
         s.frame.q_sensor_boresight = Quat<double>::Identity();
     } else if (pose && pose->valid()) {
-        const Vec3<double> reference = kRadians * s.boresight_reference_deg;
-        tracking::boresight(s.frame, pose->q_source_sensor,
-                            geometry::attitude_quaternion<double>(geometry::attitude_matrix<double>(
-                                geometry::Euler<double>{reference.x(), reference.y(), reference.z()})));
+        tracking::boresight(s.frame, mounted(number).q_source_sensor, attitude_of(s.boresight_reference_deg));
     }
-}
-
-void Session::boresight_reference(const Arguments& arguments) {
-    const int number = arguments.station();
-    StationSettings& s = station(number);
-    if (arguments.count_from(1) == 0) {
-        links_.send(values_record(number, 'G', {s.boresight_reference_deg.data(), 3}));
-        return;
-    }
-    s.boresight_reference_deg = arguments.vector(1, s.boresight_reference_deg, 180);
-}
-
-void Session::alignment(const Arguments& arguments) {
-    const int number = arguments.station();
-    StationSettings& s = station(number);
-    const double scale = settings_.units_per_m();
-    if (arguments.count_from(1) == 0) {
-        std::array<double, 9> values{};
-        for (std::size_t n = 0; n < values.size(); ++n) {
-            values[n] = scale * s.alignment_m[n / 3][static_cast<Eigen::Index>(n % 3)];
-        }
-        links_.send(values_record(number, 'A', values));
-        return;
-    }
-    std::array<Vec3<double>, 3> seen;    // in the present alignment frame, like the poses that the user reads
-    std::array<Vec3<double>, 3> source;  // in the source frame
-    for (std::size_t n = 0; n < seen.size(); ++n) {
-        seen[n] = arguments.vector(1 + 3 * n, scale * s.alignment_m[n], kLongest) / scale;
-        source[n] = s.frame.origin_m + s.frame.q_source_alignment * seen[n];
-    }
-    if (!tracking::align(s.frame, source[0], source[1], source[2]).ok()) {
-        arguments.refuse(1, CommandError::out_of_range);
-    }
-    s.alignment_m = seen;
-}
-
-void Session::reset_alignment(const Arguments& arguments) {
-    StationSettings& s = station(arguments.station());
-    s.frame.origin_m.setZero();
-    s.frame.q_source_alignment.setIdentity();
-    s.alignment_m = kAlignment_m;
-}
-
-void Session::tip(const Arguments& arguments) {
-    const int number = arguments.station();
-    StationSettings& s = station(number);
-    const double scale = settings_.units_per_m();
-    if (arguments.count_from(1) == 0) {
-        const Vec3<double> tip = scale * s.frame.tip_m;
-        links_.send(values_record(number, 'N', {tip.data(), 3}));
-        return;
-    }
-    s.frame.tip_m = arguments.vector(1, scale * s.frame.tip_m, kLongest) / scale;
-}
-
-void Session::filter(const Arguments& arguments, std::size_t which) {
-    auto& values = settings_.filters[which];
-    const std::size_t count = arguments.count_from(0);
-    if (count == 0) {
-        std::string text;
-        for (const double value : values) {
-            text += fmt::format("{:7.3f}", value);
-        }
-        links_.send(text_record(" ", which == kPositionFilter ? 'x' : 'v', text));
-        return;
-    }
-    const std::optional<double> first = arguments.number(0);
-    if (count == 1 && first && *first >= 1) {  // predefined setting, 1 to 5; 1 and 2: no filter
-        if (*first > 5 || *first != std::floor(*first)) {
-            arguments.refuse(0, CommandError::out_of_range);
-        }
-        constexpr std::array kReadyMade{kNoFilter, kNoFilter, kWeakFilter, kMediumFilter, kStrongFilter};
-        values = kReadyMade[static_cast<std::size_t>(*first) - 1];
-        if (which == kAttitudeFilter) {  // the attitude filter also sets the position filter
-            settings_.filters[kPositionFilter] = values;
-        }
-        return;
-    }
-    auto wanted = values;
-    for (std::size_t n = 0; n < wanted.size(); ++n) {
-        wanted[n] = arguments.number(n, values[n], 1);
-        if (wanted[n] < 0) {
-            arguments.refuse(n, CommandError::out_of_range);
-        }
-    }
-    values = wanted;
 }
 
 void Session::active(const Arguments& arguments) {
@@ -359,13 +334,22 @@ void Session::active(const Arguments& arguments) {
     station(number).active = *wanted == 1;
 }
 
-void Session::synchronization(const Arguments& arguments) {
-    const std::optional<double> mode = arguments.number(0);
-    if (!mode) {
-        links_.send(text_record(" ", 'y', "0"));
-    } else if (*mode != 0) {
-        arguments.refuse(0, *mode == 1 || *mode == 2 ? CommandError::not_configured : CommandError::out_of_range);
+/// Information: one digit per station, 1 if the error is present. Errors disappear with their cause, so none is cleared.
+void Session::built_in_test(const Arguments& arguments) {
+    constexpr int kFirst = 'A';
+    constexpr int kLast = 'z';
+    const double error = arguments.needed_number(0);
+    if (error != std::floor(error) || error < kFirst || error > kLast) {
+        arguments.refuse(0, CommandError::out_of_range);
     }
+    if (arguments.number(1).value_or(0) != 0) {
+        arguments.refuse(1, CommandError::out_of_range);
+    }
+    std::string present;
+    for (const Newest& newest : newest_) {
+        present += newest.pose && newest.letter == static_cast<char>(error) ? '1' : '0';
+    }
+    links_.send(text_record(" ", 'T', fmt::format("{:3.0f} {}", error, present)));
 }
 
 }  // namespace tricoil::host::fastrak

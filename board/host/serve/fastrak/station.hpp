@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <string>
 #include <vector>
 
 #include "board/pose_text/served_pose.hpp"
@@ -11,6 +12,9 @@
 namespace tricoil::host::fastrak {
 
 constexpr int kStations = 4;
+constexpr int kStylusStation = 1;  // the only station whose stylus has a button (manual, "e")
+constexpr double kLongest = 1000;  // limit of coordinates in commands, inches or centimetres
+constexpr std::size_t kIdentificationSize = 32;
 
 /// Supported items of an output list (Polhemus, FASTRAK user manual OPM00PI002, "O").
 enum class Item : int {
@@ -37,6 +41,9 @@ constexpr std::array<double, 4> kWeakFilter{0.2, 0.4, 0.9, 0.95};
 constexpr std::array<double, 4> kMediumFilter{0.2, 0.2, 0.8, 0.95};
 constexpr std::array<double, 4> kStrongFilter{0.1, 0.05, 0.6, 0.95};
 
+/// Upper limits of three values, then lower limits. Manual, "V" and "Q".
+using Envelope = std::array<double, 6>;
+
 /// Settings of one station. ^K stores and ^Y restores them.
 struct StationSettings {
     bool active = true;
@@ -45,7 +52,12 @@ struct StationSettings {
     Vec3<double> tip_m = Vec3<double>::Zero();
     Vec3<double> boresight_reference_deg = Vec3<double>::Zero();  // azimuth, elevation, roll
     std::array<Vec3<double>, 3> alignment_m{kAlignment_m};        // as set: origin, point on the x axis, point towards +y
-    tracking::OutputFrame<double> frame;
+    Vec3<double> mounting_deg = Vec3<double>::Zero();  // azimuth, elevation, roll of the mounting frame in the source frame
+    tracking::OutputFrame<double> frame;               // relative to the mounting frame, where its comments name the source frame
+    double increment_m = 0;                            // movement that a record of the continuous mode needs; 0: none
+    Envelope position_limits_m{2, 2, 2, -2, -2, -2};
+    Envelope attitude_limits_deg{180, 90, 180, -180, -90, -180};  // azimuth, elevation, roll
+    bool point_mode = true;  // the stylus button requests records; false: only item 16 shows it
 };
 
 struct Settings {
@@ -53,6 +65,9 @@ struct Settings {
     bool binary = false;
     bool centimetres = false;
     bool continuous = false;
+    bool metal_compensation = false;                                             // only shown in the status record
+    int baud = 0;                                                                // of a serial port; 0: as it was opened
+    std::string identification = "tricoil, as a FASTRAK";                        // at most kIdentificationSize characters
     std::array<std::array<double, 4>, 2> filters{kMediumFilter, kMediumFilter};  // x and v: stored, not used
 
     [[nodiscard]] double units_per_m() const { return centimetres ? 100 : 1 / 0.0254; }

@@ -59,13 +59,22 @@ struct Reader {
 };
 
 /// Executes a control request. Returns the result as text for the client; empty if the request is invalid.
-std::string execute_request(const nlohmann::json& request, TrackerControl& control, RecordingSwitch& recordings) {
+std::string execute_request(const nlohmann::json& request, TrackerControl& control, RecordingSwitch& recordings,
+                            StylusButton& button) {
     if (request.contains("run") && request["run"].is_boolean()) {
         control.set_running(request["run"].get<bool>());
         return control.running() ? "running" : "stopped, coils off";
     }
     if (request.contains("record") && request["record"].is_boolean()) {
         return recordings.record(request["record"].get<bool>());
+    }
+    if (request.contains("button") && request["button"].is_boolean()) {
+        button.set(request["button"].get<bool>());
+        return request["button"].get<bool>() ? "button pressed" : "button released";
+    }
+    if (request.contains("button") && request["button"] == "click") {
+        button.click();
+        return "button clicked";
     }
     if (request.contains("hemisphere") && request["hemisphere"].is_array() && request["hemisphere"].size() == 3) {
         Vec3<double> towards;
@@ -87,12 +96,13 @@ std::string execute_request(const nlohmann::json& request, TrackerControl& contr
 }  // namespace
 
 WebServer::WebServer(const TcpAddress& address, Access access, const PoseHub& hub, TrackerControl& control,
-                     RecordingSwitch& recordings)
+                     RecordingSwitch& recordings, StylusButton& button)
     : address_(address),
       access_(std::move(access)),
       hub_(hub),
       control_(control),
       recordings_(recordings),
+      button_(button),
       server_(std::make_unique<GuardedHttpServer>()) {
     port_ = TcpListener("--web", address).port();  // reports an invalid address or a port in use like the other outputs
     GuardedHttpServer& s = *server_;
@@ -186,7 +196,7 @@ void WebServer::control(const httplib::Request& request, httplib::Response& resp
         return;
     }
     const nlohmann::json command = nlohmann::json::parse(request.body, nullptr, false);
-    const std::string done = command.is_object() ? execute_request(command, control_, recordings_) : "";
+    const std::string done = command.is_object() ? execute_request(command, control_, recordings_, button_) : "";
     answer(response, done.empty() ? 400 : 200, done.empty() ? "unknown request" : done);
 }
 

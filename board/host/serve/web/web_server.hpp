@@ -9,6 +9,7 @@
 #include "board/host/serve/access.hpp"
 #include "board/host/serve/pose_hub.hpp"
 #include "board/host/serve/recording_switch.hpp"
+#include "board/host/serve/stylus_button.hpp"
 #include "board/host/serve/tcp_listener.hpp"
 #include "board/host/serve/tracker_control.hpp"
 
@@ -28,9 +29,10 @@ class WebServer {
 public:
     static constexpr int kMaxStreams = 16;
 
-    /// Starts to listen. hub, control and recordings must outlive this object. Throws InputError, naming --web, for an address
+    /// Starts to listen. The referenced objects must outlive this one. Throws InputError, naming --web, for an address
     /// that this machine does not have or a port that needs root, DeviceError for a port in use.
-    WebServer(const TcpAddress& address, Access access, const PoseHub& hub, TrackerControl& control, RecordingSwitch& recordings);
+    WebServer(const TcpAddress& address, Access access, const PoseHub& hub, TrackerControl& control, RecordingSwitch& recordings,
+              StylusButton& button);
     ~WebServer();
     WebServer(const WebServer&) = delete;
     WebServer& operator=(const WebServer&) = delete;
@@ -50,6 +52,7 @@ private:
     const PoseHub& hub_;
     TrackerControl& control_;
     RecordingSwitch& recordings_;
+    StylusButton& button_;
     std::atomic<int> streams_ = 0;
     std::unique_ptr<GuardedHttpServer> server_;
     std::thread thread_;

@@ -129,7 +129,7 @@ function link(state) {
 /// controls: 'open' (for everyone), 'token' (for clients with the token), 'none'.
 function allowControls(controls) {
   const allowed = controls === 'open' || (controls === 'token' && token() !== null);
-  for (const id of ['run', 'set', 'record', 'hemisphere']) element(id).disabled = !allowed;
+  for (const id of ['run', 'set', 'record', 'button', 'hemisphere']) element(id).disabled = !allowed;
   element('access').textContent = allowed ? '' : controls === 'none' ? 'read only' : 'read only; for controls, open the link with the token (printed by tricoil serve, or in its --token-file)';
 }
 
@@ -155,10 +155,11 @@ const actions = {
   boresight: () => setBoresight(page.newest?.q_wxyz),
   unboresight: () => setBoresight(null),
   record: () => ask({record: !page.status.recording}),
+  button: () => ask({button: 'click'}),
 };
 for (const [id, action] of Object.entries(actions)) element(id).addEventListener('click', action);
 element('sensor').addEventListener('change', event => select(Number(event.target.value)));
-const keys = {' ': 'run', h: 'set', b: 'boresight', u: 'unboresight', r: 'record'};
+const keys = {' ': 'run', h: 'set', b: 'boresight', u: 'unboresight', r: 'record', p: 'button'};
 document.addEventListener('keydown', event => {
   const typing = ['SELECT', 'BUTTON'].includes(event.target.tagName) && event.key === ' ';
   if (keys[event.key] && !event.repeat && !typing && !event.ctrlKey && !event.metaKey && !event.altKey) {
