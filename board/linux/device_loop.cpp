@@ -165,7 +165,8 @@ void DeviceLoop::take_pose(HostTime arrival) {
     if (params_.tap != nullptr) {
         params_.tap->pose(pose);
     }
-    deliver(session_.pose_message(), pose.valid(), arrival);
+    deliver(params_.tips.has(pose.sensor) ? protocol::to_message(params_.tips.at_tip(pose)) : session_.pose_message(),
+            pose.valid(), arrival);
     const HostTime now = drivers::host_now();
     newest_ = now;
     std::optional<Vec3<double>> side = restorers_[pose.sensor].side(pose, now);
@@ -248,7 +249,7 @@ void DeviceLoop::answer(const tracking::PoseEstimate<double>& estimate, bool val
     if (params_.tap != nullptr) {
         params_.tap->pose(estimate);
     }
-    deliver(protocol::to_message(estimate), valid, received);
+    deliver(protocol::to_message(params_.tips.at_tip(estimate)), valid, received);
 }
 
 void DeviceLoop::deliver(const protocol::PoseMessage& pose, bool valid, HostTime received) {

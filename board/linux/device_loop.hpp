@@ -8,6 +8,7 @@
 #include "board/linux/device_session.hpp"
 #include "board/linux/hemisphere_restorer.hpp"
 #include "board/linux/latency_histogram.hpp"
+#include "board/support/tool_tip.hpp"
 #include "core/tracking/methods/any_tracker.hpp"
 #include "core/tracking/tracker_tap.hpp"
 #include "hal/coil_driver.hpp"
@@ -30,6 +31,7 @@ struct DeviceLoopParams {
     std::optional<calibration::Calibration<double>> calibration;  // must suit the tracker
     Vec3<double> hemisphere = Vec3<double>::UnitX();              // at the first start; later only if session.confined
     bool publish = false;
+    host::ToolTips tips;                          // of delivered and published poses
     tracking::TrackerTap<double>* tap = nullptr;  // receives inputs and outputs of the trackers; must outlive the loop
 };
 

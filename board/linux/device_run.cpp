@@ -190,6 +190,7 @@ int run_device(const DeviceRunOptions& options) {
         recorder.emplace(options.record, describe_source(config), host::Journal::WhenFull::end);
     }
     host::TapFanOut taps{options.tap, recorder ? &*recorder : nullptr};
+    params.tips = options.tips;
     params.tap = taps.any() ? &taps : nullptr;
     const auto port = make_port(uri);
     DeviceStopwatch stopwatch;

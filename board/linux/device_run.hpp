@@ -8,6 +8,7 @@
 
 #include "board/linux/device_config.hpp"
 #include "board/linux/device_loop.hpp"
+#include "board/support/tool_tip.hpp"
 #include "core/calibration/calibration.hpp"
 #include "core/tracking/tracker_tap.hpp"
 
@@ -20,7 +21,8 @@ struct DeviceRunOptions {
     double wait_s = 5;                                            // wait for the device at the start; 0: no limit
     double give_up_after_s = 0;                                   // time without a steady device; 0: never
     bool json = false;
-    std::string record;                                        // folder; empty: none
+    host::ToolTips tips;  // of poses in CSV, JSON and on the link; recordings and `tap` get the poses of the sensors
+    std::string record;   // folder; empty: none
     tracking::TrackerTap<double>* tap = nullptr;               // receives inputs and outputs of the trackers
     std::function<void()> ready;                               // called once, with valid options; may be empty
     std::function<void(DeviceLoop&)> each_step;                // called between steps; may be empty

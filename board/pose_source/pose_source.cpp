@@ -37,6 +37,7 @@ PoseSource::Event PoseSource::poll(Microseconds patience, tracking::PoseEstimate
     }
     Output& output = outputs_[pose.sensor];
     output.attitude = pose.valid() ? std::optional(pose.q_source_sensor) : std::nullopt;
+    pose = tips_.at_tip(pose);
     if (output.frame) {
         pose = tracking::in_frame(pose, *output.frame);
     }
@@ -47,13 +48,11 @@ bool PoseSource::set_hemisphere(std::size_t sensor, const Vec3<double>& towards)
     return sensor < outputs_.size() && towards.allFinite() && !towards.isZero(0) && do_set_hemisphere(sensor, towards);
 }
 
-bool PoseSource::set_tip(std::size_t sensor, const Vec3<double>& tip_m) {
-    if (sensor >= outputs_.size() || !tip_m.allFinite()) {
+bool PoseSource::set_tip(std::size_t sensor, const Vec3<double>& tip_m, const Mat3<double>& covariance_m2) {
+    if (sensor >= outputs_.size() || !tip_m.allFinite() || !covariance_m2.allFinite()) {
         return false;
     }
-    auto& frame = outputs_[sensor].frame;
-    frame = frame.value_or(tracking::OutputFrame<double>{});
-    frame->tip_m = tip_m;
+    tips_.set({static_cast<std::uint8_t>(sensor), tip_m, covariance_m2});
     return true;
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "board/support/tool_tip.hpp"
 #include "core/tracking/output_frame.hpp"
 #include "core/tracking/tracker_tap.hpp"
 
@@ -54,8 +55,9 @@ public:
     /// recording, whose hemisphere is part of the recording.
     bool set_hemisphere(std::size_t sensor, const Vec3<double>& towards);
 
-    /// Tip of a tool, in the sensor frame, m. Returns false for an unknown sensor or a number that is not finite.
-    bool set_tip(std::size_t sensor, const Vec3<double>& tip_m);
+    /// Tip of a tool, in the sensor frame, m, with the covariance of its calibration. Returns false for an unknown sensor or a
+    /// number that is not finite.
+    bool set_tip(std::size_t sensor, const Vec3<double>& tip_m, const Mat3<double>& covariance_m2 = Mat3<double>::Zero());
 
     /// Sets the boresight: the attitude of the last polled pose of the sensor reads as the identity. Returns false if that pose
     /// is not valid, or there is none.
@@ -77,11 +79,12 @@ private:
     [[nodiscard]] virtual std::string do_status() const = 0;
 
     struct Output {
-        std::optional<tracking::OutputFrame<double>> frame;  // empty: poses stay as the tracker gives them
+        std::optional<tracking::OutputFrame<double>> frame;  // of the boresight; empty: none
         std::optional<Quat<double>> attitude;                // of the last polled pose, before the output frame; empty: not valid
     };
 
     PoseQueue queue_;
+    ToolTips tips_;
     std::array<Output, tracking::kMaxSensors> outputs_;
     bool ended_ = false;
 };

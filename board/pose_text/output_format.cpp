@@ -33,13 +33,7 @@ OutputFormat make_output_format(const OutputOptions& options) {
     format.unit = options.unit;
     format.units_per_m = kUnitsPerMetre[index_of_name("--units", options.unit, {"m", "mm", "cm", "in"})];
     format.boresight_first = options.boresight;
-    if (!options.tip_m.empty()) {
-        constexpr double kLongest_m = 100;
-        format.frame.tip_m = point(options.tip_m, 0, "--tip");
-        if (!(format.frame.tip_m.cwiseAbs().maxCoeff() <= kLongest_m)) {
-            throw InputError("--tip: must lie within 100 m of the sensor");
-        }
-    }
+    format.tips = ToolTips(options.tips);
     if (!options.align_points.empty()) {
         const Status status =
             tracking::align(format.frame, point(options.align_points, 0, "--align"), point(options.align_points, 3, "--align"),

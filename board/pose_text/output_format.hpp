@@ -5,13 +5,14 @@
 #include <string>
 #include <vector>
 
+#include "board/support/tool_tip.hpp"
 #include "core/geometry/euler_order.hpp"
 #include "core/tracking/output_frame.hpp"
 
 namespace tricoil::host {
 
 struct OutputOptions {
-    std::vector<double> tip_m;  // tip offset, sensor frame; empty: none
+    std::vector<std::string> tips;  // texts of --tip (ToolTips)
     std::vector<double>
         align_points;        // origin, point on the x axis, point towards y: nine numbers, m, source frame; empty: source frame
     bool boresight = false;  // the attitude of the first valid pose reads zero
@@ -20,7 +21,8 @@ struct OutputOptions {
 };
 
 struct OutputFormat {
-    tracking::OutputFrame<double> frame;
+    ToolTips tips;
+    tracking::OutputFrame<double> frame;  // of the tip
     bool boresight_first = false;
     std::string unit = "m";
     double units_per_m = 1;

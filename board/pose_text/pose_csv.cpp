@@ -26,8 +26,9 @@ std::string fields(const Vec3<double>& v) { return fmt::format("{:.7f},{:.7f},{:
 
 std::string fields(const Quat<double>& q) { return fmt::format("{:.8f},{:.8f},{:.8f},{:.8f}", q.w(), q.x(), q.y(), q.z()); }
 
-tracking::PoseEstimate<double> pose_of(const TruePose& truth) {
+tracking::PoseEstimate<double> pose_of(std::uint8_t sensor, const TruePose& truth) {
     tracking::PoseEstimate<double> e;
+    e.sensor = sensor;
     e.position_m = truth.position_m;
     e.q_source_sensor = truth.q_source_sensor;
     return e;
@@ -44,8 +45,8 @@ void PoseCsv::write(const tracking::PoseEstimate<double>& estimate, const TruePo
         tracking::boresight(format_.frame, estimate.q_source_sensor);
         format_.boresight_first = false;
     }
-    const auto e = tracking::in_frame(estimate, format_.frame);
-    const auto truth = tracking::in_frame(pose_of(true_pose), format_.frame);
+    const auto e = tracking::in_frame(format_.tips.at_tip(estimate), format_.frame);
+    const auto truth = tracking::in_frame(format_.tips.at_tip(pose_of(estimate.sensor, true_pose)), format_.frame);
     const double scale = format_.units_per_m;
     std::array<char, kLongestPoseText> numbers{};
     std::string line(numbers.data(), put_csv(numbers_of(e, scale), numbers));

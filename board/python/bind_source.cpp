@@ -14,6 +14,7 @@ namespace tricoil::python {
 namespace {
 
 namespace py = pybind11;
+using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
 /// A source that several threads may use: each call waits for the others.
 class LockedSource {
@@ -54,8 +55,10 @@ public:
         expect(locked([&](host::PoseSource& source) { return source.set_hemisphere(sensor, Vec3<double>(towards.data())); }),
                "hemisphere: needs a sensor 0 to 3, a finite direction, and a source that is no recording");
     }
-    void set_tip(std::size_t sensor, const std::array<double, 3>& tip_m) {
-        expect(locked([&](host::PoseSource& source) { return source.set_tip(sensor, Vec3<double>(tip_m.data())); }),
+    void set_tip(std::size_t sensor, const std::array<double, 3>& tip_m, const Array& covariance_m2) {
+        const Vec3<double> tip(tip_m.data());
+        const Mat3<double> covariance(covariance_m2.data());
+        expect(locked([&](host::PoseSource& source) { return source.set_tip(sensor, tip, covariance); }),
                "tip: needs a sensor 0 to 3 and finite numbers");
     }
     void boresight(std::size_t sensor) {

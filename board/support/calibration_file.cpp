@@ -8,6 +8,7 @@
 #include "board/support/errors.hpp"
 #include "board/support/line_reader.hpp"
 #include "board/support/text_table.hpp"
+#include "board/support/toml_text.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -17,15 +18,8 @@ constexpr double kOrthonormalTolerance = 1e-6;
 constexpr double kLongestFixture_m = 1000;
 constexpr double kLargestStageError = 0.5;
 
-std::string text_of(const Vec3<double>& v) { return fmt::format("[{:.17g}, {:.17g}, {:.17g}]", v(0), v(1), v(2)); }
-
-std::string text_of(const Mat3<double>& m) {
-    return fmt::format("[\n  {},\n  {},\n  {},\n]", text_of(Vec3<double>(m.row(0))), text_of(Vec3<double>(m.row(1))),
-                       text_of(Vec3<double>(m.row(2))));
-}
-
 /// fmt prints whole floats without a point, and TOML then treats them as integers. Both types are read.
-std::string line(const char* key, const auto& value) { return fmt::format("{} = {}\n", key, text_of(value)); }
+std::string line(const char* key, const auto& value) { return fmt::format("{} = {}\n", key, toml_text(value)); }
 
 std::string fixtures_text(const char* table, const std::map<std::string, Rigid>& fixtures) {
     std::string text;

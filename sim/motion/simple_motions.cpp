@@ -30,6 +30,13 @@ Pose CircleMotion::do_at(double time_s) const {
     return {centre_m_ + radius_m_ * offset, geometry::rotation_vector_to_quaternion<double>({0, 0, angle})};
 }
 
+Pose PivotMotion::do_at(double time_s) const {
+    const double angle = kTurn * params_.rate_hz * time_s;
+    const Vec3<double> share(std::sin(angle), std::sin(1.618 * angle), std::sin(0.618 * angle));
+    const Quat<double> q = params_.q_mean * geometry::rotation_vector_to_quaternion<double>(params_.tilt_rad.cwiseProduct(share));
+    return {params_.pivot_m - q * params_.tip_m, q};
+}
+
 Pose PaperMotion::do_at(double time_s) const {
     const PaperRates& r = rates_;
     constexpr double kRangeRate = 10 * std::numbers::pi;

@@ -1,4 +1,4 @@
-// Motions defined by formulas: still, line, circle, the paper's rates, and a random hand motion.
+// Motions defined by formulas: still, line, circle, a tilting tool, the paper's rates, and a random hand motion.
 #pragma once
 
 #include <array>
@@ -41,6 +41,24 @@ private:
     Vec3<double> centre_m_;
     double radius_m_;
     double rate_rad_s_;
+};
+
+/// A tool whose tip rests at a fixed point while the tool tilts: the rotation vector (sensor frame) from the mean attitude is a
+/// Lissajous figure.
+struct PivotParams {
+    Vec3<double> pivot_m{0.6, 0, 0};
+    Quat<double> q_mean = Quat<double>::Identity();  // v_source = q v_sensor
+    Vec3<double> tip_m{0.15, 0, 0};                  // sensor frame
+    Vec3<double> tilt_rad{0.5, 0.5, 0.5};            // amplitudes about the sensor's axes
+    double rate_hz = 0.2;
+};
+class PivotMotion final : public Motion {
+public:
+    explicit PivotMotion(const PivotParams& params) : params_(params) {}
+
+private:
+    [[nodiscard]] Pose do_at(double time_s) const override;
+    PivotParams params_;
 };
 
 /// The paper's motions, (40) and (41), integrated exactly: alpha' = B + A sin(A t), beta' likewise, rho' = 0.3 + 0.2 sin(10 pi

@@ -180,7 +180,8 @@ TEST_F(Loop, StopsWithTheCoilsOff) {
 /// Loop with a sensor that is visible to all coils.
 class LoopWithSensor : public Loop {
 protected:
-    explicit LoopWithSensor(bool confined = false) {
+    explicit LoopWithSensor(bool confined = false, const host::ToolTips& tips = {}) {
+        params.tips = tips;
         params.hemisphere = {1, 0, 0};
         params.session.confined = confined;
         loop.emplace(port, HostLines{&coils, &heartbeat, nullptr}, params, [this](const protocol::PoseMessage& pose) {
@@ -221,6 +222,23 @@ protected:
     Vec3<double> position_m_{0.4, 0.1, 0.05};
     std::uint64_t excited_before_ = 0;  // in earlier sessions
 };
+
+host::ToolTips tip_of_sensor_0() {
+    host::ToolTips tips;
+    tips.set({0, {0.1, 0, 0}, Mat3<double>::Zero()});
+    return tips;
+}
+
+class LoopWithTip : public LoopWithSensor {
+protected:
+    LoopWithTip() : LoopWithSensor(false, tip_of_sensor_0()) {}
+};
+
+TEST_F(LoopWithTip, DeliversThePosesOfTheTip) {
+    see_frames(10);
+    EXPECT_NEAR(x_m(), position_m_.x() + 0.1, 1e-4);
+    EXPECT_FALSE(side_is_unknown());
+}
 
 class ConfinedLoop : public LoopWithSensor {
 protected:
@@ -326,12 +344,14 @@ TEST_F(ConfinedLoop, KnowsItsSideAfterEveryLoss) {
 /// A tracker board, which sends poses.
 class LoopOfBoard : public Loop {
 protected:
-    explicit LoopOfBoard(bool confined = false) {
+    explicit LoopOfBoard(bool confined = false, const host::ToolTips& tips = {}) {
+        params.tips = tips;
         port.role = protocol::Role::tracker;
         params.session.host_drives_coils = false;
         params.session.hemisphere = Vec3<double>(0, 1e300, 0);
         params.session.confined = confined;
-        loop.emplace(port, HostLines{nullptr, nullptr, nullptr}, params, [](const protocol::PoseMessage&) {});
+        loop.emplace(port, HostLines{nullptr, nullptr, nullptr}, params,
+                     [this](const protocol::PoseMessage& pose) { delivered_ = pose; });
     }
     void SetUp() override {
         for (int n = 0; n < 5 && loop->session().phase() != Phase::running; ++n) {
@@ -349,7 +369,21 @@ protected:
         port.say(message);
         loop->step();
     }
+    protocol::PoseMessage delivered_;
 };
+
+class LoopOfBoardWithTip : public LoopOfBoard {
+protected:
+    LoopOfBoardWithTip() : LoopOfBoard(false, tip_of_sensor_0()) {}
+};
+
+TEST_F(LoopOfBoardWithTip, DeliversThePosesOfTheTip) {
+    pose(0.4, true);
+    EXPECT_NEAR(delivered_.position[0] / protocol::kPositionPerMetre, 0.1, 1e-6);
+    EXPECT_NEAR(delivered_.position[1] / protocol::kPositionPerMetre, 0.4, 1e-6);
+    EXPECT_EQ(delivered_.sequence, loop->session().pose_message().sequence);
+    EXPECT_EQ(delivered_.time_us, loop->session().pose_message().time_us);
+}
 
 class ConfinedLoopOfBoard : public LoopOfBoard {
 protected:

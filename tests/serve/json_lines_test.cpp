@@ -57,6 +57,19 @@ TEST(JsonLines, ATcpClientReceivesEveryPose) {
     expect_poses(poses, false);
 }
 
+TEST(JsonLines, PosesAreThoseOfTheTip) {
+    const Serving serving({"--json-lines", "tcp:0", "--scenario", "pointer", "--tip", "0.15,0,0.02"});
+    const std::string address = serving.address("json_lines");
+    const int client = connect_to(static_cast<std::uint16_t>(std::stoi(address.substr(address.rfind(':') + 1))));
+    const auto poses = parsed(read_for(client, std::chrono::seconds(30), 100'000));
+    close(client);
+    ASSERT_GT(poses.size(), 100U);
+    const std::vector<double> tip = poses.back()["position_m"];
+    EXPECT_NEAR(tip[0], 0.6, 1e-3);  // where the tip of this scenario rests
+    EXPECT_NEAR(tip[1], 0, 1e-3);
+    EXPECT_NEAR(tip[2], 0, 1e-3);
+}
+
 TEST(JsonLines, AUdpReceiverGetsOnePosePerDatagram) {
     const int receiver = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
     sockaddr_in address{};

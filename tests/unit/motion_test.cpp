@@ -50,6 +50,22 @@ TEST(ZeroPhaseFilter, KeepsSlowSignalsInPlaceAndRemovesFastOnes) {
     EXPECT_LT(smooth.col(1).segment(50, 300).cwiseAbs().maxCoeff(), 1e-3);
 }
 
+TEST(PivotMotion, KeepsTheTipAtRestAndTiltsAllAxes) {
+    PivotParams params;
+    params.q_mean = Quat<double>(Eigen::AngleAxisd(1, Vec3<double>(1, 2, 3).normalized()));
+    const PivotMotion motion(params);
+    Vec3<double> largest = Vec3<double>::Zero();
+    for (double t = 0; t < 20; t += 0.1) {
+        const Pose pose = motion.at(t);
+        EXPECT_LT((pose.position_m + pose.q_source_sensor * params.tip_m - params.pivot_m).norm(), 1e-12);
+        for (int axis = 0; axis < 3; ++axis) {
+            const Vec3<double> unit = Vec3<double>::Unit(axis);
+            largest(axis) = std::max(largest(axis), std::acos((pose.q_source_sensor * unit).dot(params.q_mean * unit)));
+        }
+    }
+    EXPECT_GT(largest.minCoeff(), 0.5);
+}
+
 TEST(PaperMotion, IntegratesTheRatesOfEquation40) {
     PaperRates rates;
     rates.azimuth_amplitude = 10 * kPi;

@@ -1,4 +1,4 @@
-// tricoil calibrate: calibrates with a stage, from free motion or on a grid, or identifies the wiring.
+// tricoil calibrate: calibrates with a stage, from free motion or on a grid, identifies the wiring, or calibrates a tip.
 #include <fmt/format.h>
 
 #include <Eigen/Dense>
@@ -11,15 +11,17 @@
 #include "board/host/calibration/grid_calibration.hpp"
 #include "board/host/calibration/self_calibration.hpp"
 #include "board/host/calibration/wiring.hpp"
+#include "board/host/commands/calibrate_pivot.hpp"
 #include "board/host/commands/commands.hpp"
-#include "board/host/commands/json_rows.hpp"
 #include "board/support/calibration_file.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/json_rows.hpp"
 #include "board/support/json_text.hpp"
 #include "board/support/nearest_name.hpp"
 #include "board/support/terminal_text.hpp"
 #include "board/support/whole_file.hpp"
 #include "core/calibration/blob.hpp"
+#include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -38,6 +40,8 @@ struct CalibrateCommand {
     bool affine = false;
     bool free_motion = false;
     bool grid = false;
+    bool pivot = false;
+    std::optional<std::uint8_t> sensor;
     double spacing_mm = 0;
     double column_skew = 0;
     std::vector<double> hemisphere{1, 0, 0};
@@ -50,8 +54,6 @@ struct Report {
     Json json;
     std::vector<std::string> warnings;
 };
-
-Json list_of(const Vec3<double>& v) { return {v(0), v(1), v(2)}; }
 
 /// Writes the blob first, so that a new TOML file never exists with an old blob. Each file is complete or absent.
 void write_files(const CalibrateCommand& command, const CalibrationFile& file) {
@@ -276,8 +278,14 @@ int check_wiring(const CalibrateCommand& command) {
 }
 
 void check_usage(const CalibrateCommand& c) {
-    if ((c.free_motion ? 1 : 0) + (c.grid ? 1 : 0) + (c.wiring.empty() ? 0 : 1) > 1) {
-        throw InputError("choose one of --free-motion, --grid and --wiring");
+    if ((c.free_motion ? 1 : 0) + (c.grid ? 1 : 0) + (c.wiring.empty() ? 0 : 1) + (c.pivot ? 1 : 0) > 1) {
+        throw InputError("choose one of --free-motion, --grid, --wiring and --pivot");
+    }
+    if (c.sensor && !c.pivot) {
+        throw InputError("--sensor: only with --pivot");
+    }
+    if (c.pivot && (c.data.size() != 1 || !c.blob.empty())) {
+        throw InputError("--pivot takes one file or folder of poses, and no --blob");
     }
     if (!(vector_of(c.hemisphere).norm() > 0)) {
         throw InputError("--hemisphere must not be zero");
@@ -288,7 +296,7 @@ void check_usage(const CalibrateCommand& c) {
     if (c.affine && (c.free_motion || c.grid)) {
         throw InputError("--affine needs poses from a stage");
     }
-    if (c.wiring.empty() && c.out.empty()) {
+    if (c.wiring.empty() && !c.pivot && c.out.empty()) {
         throw InputError("calibrate needs --out FILE.toml");
     }
 }
@@ -306,6 +314,9 @@ int calibrate(const CalibrateCommand& command) {
     if (!command.wiring.empty()) {
         return check_wiring(command);
     }
+    if (command.pivot) {
+        return calibrate_pivot_command(command.data.front(), command.sensor, command.out, command.json);
+    }
     Report report;
     const CalibrationFile file = command.free_motion ? calibrate_free_motion(command, report)
                                  : command.grid      ? calibrate_grid(command, report)
@@ -321,8 +332,10 @@ int calibrate(const CalibrateCommand& command) {
 
 void add_calibrate_command(CLI::App& program, Action& action) {
     auto c = std::make_shared<CalibrateCommand>();
-    CLI::App* sub = program.add_subcommand("calibrate", "Calibrate coils and fixtures from measured couplings");
-    sub->add_option("data", c->data, "Couplings at stage poses (ILEMT text or CSV); frames or grid nodes (CSV)")->required();
+    CLI::App* sub = program.add_subcommand(
+        "calibrate", "Calibrate coils and fixtures from measured couplings, or the tip of a pointer from poses");
+    sub->add_option("data", c->data, "Couplings at stage poses (ILEMT text or CSV); frames or grid nodes (CSV); poses")
+        ->required();
     sub->add_option("--model", c->model, "concentric | general (a position for each coil) | finite (also a size)")
         ->capture_default_str();
     sub->add_option("--fixtures", c->fixtures,
@@ -334,7 +347,7 @@ void add_calibrate_command(CLI::App& program, Action& action) {
            "the room, and a uniform stray field); no part of the tracker")
         ->capture_default_str();
     sub->add_flag("--affine", c->affine, "Also fit an affine correction of the positions");
-    sub->add_option("--out", c->out, "Calibration as TOML");
+    sub->add_option("--out", c->out, "Calibration or tip as TOML");
     sub->add_option("--blob", c->blob, "Calibration as bytes for flash");
     sub->add_flag("--free-motion", c->free_motion, "Gains and angles from any motion, without ground truth");
     sub->add_option("--column-skew", c->column_skew,
@@ -347,6 +360,12 @@ void add_calibrate_command(CLI::App& program, Action& action) {
     sub->add_option("--wiring", c->wiring, "Check the wiring: sensor at X,Y,Z with its axes along the source's")
         ->expected(3)
         ->delimiter(',');
+    sub->add_flag(
+        "--pivot", c->pivot,
+        "Tip of a pointer that was tilted to all sides with its tip at rest: recording, poses of run --out, or JSON lines; "
+        "for --tip");
+    sub->add_option("--sensor", c->sensor, "Pivot: number of the sensor on the pointer, if there are several")
+        ->check(CLI::Range(0, tracking::kMaxSensors - 1));
     sub->add_flag("--json", c->json, "Result as JSON");
     sub->callback([c, &action] { action = [c] { return calibrate(*c); }; });
 }

@@ -74,6 +74,7 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
         options.calibration = read_calibration(options.config.calibration).calibration;
     }
     options.record = command.options.record;
+    options.tips = ToolTips(command.options.output.tips);
     options.duration_s = duration_given ? command.duration_s : 0;
     options.wait_s = command.wait_s;
     options.give_up_after_s = command.give_up_after_s;
@@ -87,12 +88,19 @@ int run(RunCommand& command) {
     if (command.list) {
         return list_scenarios(command.json);
     }
+    const OutputOptions& output = command.options.output;
     if (is_on_device(command)) {
-        return linux_board::run_device(device_options(command));
+        if (!output.align_points.empty() || output.boresight || output.unit != OutputOptions{}.unit || !output.euler.empty()) {
+            throw InputError("--align, --boresight, --units and --euler: only for a simulated run");
+        }
+        const auto options = device_options(command);
+        if (!output.tips.empty() && options.config.csv.empty() && !options.json && !options.config.publish) {
+            throw InputError("--tip: no output for its poses; add --out FILE or --json");
+        }
+        return linux_board::run_device(options);
     }
     complete_simulation_options(command);
-    const OutputOptions& output = command.options.output;
-    if (command.options.out_csv.empty() && (!output.tip_m.empty() || !output.align_points.empty() || output.boresight ||
+    if (command.options.out_csv.empty() && (!output.tips.empty() || !output.align_points.empty() || output.boresight ||
                                             output.unit != OutputOptions{}.unit || !output.euler.empty())) {
         throw InputError("--tip, --align, --boresight, --units and --euler change the CSV only; add --out FILE");
     }
@@ -170,6 +178,10 @@ void add_run_options(CLI::App* sub, const std::shared_ptr<RunCommand>& command) 
     sub->add_option("--seed", o.seed, "Seed of noise and motion")->check(refuse_overflow)->capture_default_str();
     sub->add_option("--stations", o.stations, "Simulated sensors, 1-4; the further ones are near the first and move little")
         ->capture_default_str();
+    sub->add_option("--tip", o.output.tips,
+                    "Poses of a tool's tip: a file of calibrate --pivot, or [SENSOR:]X,Y,Z (m, sensor frame); repeatable. "
+                    "Recordings keep the poses of the sensor")
+        ->check(refuse_empty);
     sub->add_option("--record", o.record, "Record the run into this new folder, for tricoil replay and convert")
         ->check(refuse_empty);
 }
@@ -188,9 +200,6 @@ void add_run_command(CLI::App& program, Action& action) {
     sub->add_flag("--smooth", o.smooth, "Also give the errors of the smoothed motion, for comparison (see tricoil smooth)");
     sub->add_flag("--realtime", o.realtime, "Run in real time");
     sub->add_option("--out", o.out_csv, "Write all poses and true poses to this CSV file")->check(refuse_empty);
-    sub->add_option("--tip", o.output.tip_m, "With --out: position of a tool tip at x,y,z (m, sensor frame)")
-        ->delimiter(',')
-        ->expected(3);
     sub->add_option("--align", o.output.align_points,
                     "CSV: alignment frame from three points (m): origin, point on the x axis, point towards the y axis")
         ->delimiter(',')

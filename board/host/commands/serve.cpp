@@ -205,6 +205,7 @@ int run_serve(const ServeCommand& command) {
     refuse_fixed_method(command.run->options.tracker);
     TrackerControl control;
     Server server;
+    server.hub().set_tips(ToolTips(command.run->options.output.tips));
     Addresses addresses;
     const Access access = access_of(command);
     add_outputs(command, access.controls, server, control, addresses);

@@ -89,7 +89,7 @@ void PoseHub::do_pose(const tracking::PoseEstimate<double>& estimate) {
         const std::lock_guard lock(mutex_);
         sensors_ = std::max(sensors_, estimate.sensor + 1);
         ServedPose& served = ring_[count_ % kCapacity];
-        served.pose = estimate;
+        served.pose = tips_.at_tip(estimate);
         clock_map_.observe(estimate.time, arrival);
         served.utc = to_utc(clock_map_.to_host(estimate.time) - lead_);
         ++count_;

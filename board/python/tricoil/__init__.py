@@ -15,6 +15,7 @@ from ._command import calibrate, command, evaluate
 from ._flags import Flag
 from ._model import COUPLING_CONSTANT, couplings, solve
 from ._motion import error_budget, motion
+from ._pivot import pivot
 from ._run import Run, load, run
 from ._source import Pose, Source, open  # noqa: A004: named like its use, tricoil.open()
 from ._sweep import sweep
@@ -37,6 +38,7 @@ __all__ = [
     "load",
     "motion",
     "open",
+    "pivot",
     "run",
     "solve",
     "sweep",

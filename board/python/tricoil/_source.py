@@ -5,7 +5,7 @@ import os
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from . import _tricoil
 from ._flags import Flag
@@ -106,9 +106,15 @@ class Source:
         """Direction from the source to the half space of the sensor, source frame."""
         self._source.set_hemisphere(_sensor(sensor), _three("towards", towards))
 
-    def set_tip(self, tip_m: Sequence[float], sensor: int = 0) -> None:
-        """Tip of a tool in the sensor frame, m. From now on poses give the position of the tip."""
-        self._source.set_tip(_sensor(sensor), _three("tip_m", tip_m))
+    def set_tip(self, tip_m: Sequence[float], sensor: int = 0, covariance_m2: ArrayLike | None = None) -> None:
+        """Tip of a tool in the sensor frame, m. From now on poses give the position of the tip.
+
+        covariance_m2: of the tip, shape (3, 3), as from pivot(); it is added to that of the position.
+        """
+        covariance = np.zeros((3, 3)) if covariance_m2 is None else np.asarray(covariance_m2, dtype=float)
+        if covariance.shape != (3, 3):
+            raise ValueError(f"covariance_m2: has shape {covariance.shape}; (3, 3) is needed")
+        self._source.set_tip(_sensor(sensor), _three("tip_m", tip_m), covariance)
 
     def boresight(self, sensor: int = 0) -> None:
         """From now on the attitude of the last polled pose reads as the unit quaternion. Raises ValueError if that pose is invalid."""

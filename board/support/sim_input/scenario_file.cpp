@@ -12,6 +12,7 @@
 #include "board/support/sim_input/fault_text.hpp"
 #include "board/support/sim_input/metal_text.hpp"
 #include "board/support/text_table.hpp"
+#include "core/base/angle_units.hpp"
 #include "sim/motion/simple_motions.hpp"
 
 namespace tricoil::host {
@@ -38,11 +39,24 @@ double read_rate(CheckedTable& table) {
     return rate_hz;
 }
 
+Quat<double> read_euler(CheckedTable& table) {
+    const Vec3<double> euler = kRadians * table.vector("euler_deg", {0, 0, 0});
+    return geometry::attitude_quaternion(geometry::attitude_matrix(geometry::Euler<double>{euler.x(), euler.y(), euler.z()}));
+}
+
 sim::Pose read_pose(CheckedTable& table) {
     const Vec3<double> position = read_place(table, "position_m", {0.5, 0, 0});
-    const Vec3<double> euler = table.vector("euler_deg", {0, 0, 0}) * (std::acos(-1.0) / 180);
-    const auto o = geometry::attitude_matrix(geometry::Euler<double>{euler.x(), euler.y(), euler.z()});
-    return {position, geometry::attitude_quaternion(o)};
+    return {position, read_euler(table)};
+}
+
+sim::PivotParams read_pivot(CheckedTable& table) {
+    sim::PivotParams pivot;
+    pivot.pivot_m = read_place(table, "pivot_m", pivot.pivot_m);
+    pivot.q_mean = read_euler(table);
+    pivot.tip_m = read_place(table, "tip_m", pivot.tip_m);
+    pivot.tilt_rad = kRadians * table.vector("tilt_deg", kDegrees * pivot.tilt_rad);
+    pivot.rate_hz = read_rate(table);
+    return pivot;
 }
 
 sim::PaperRates read_rates(CheckedTable& table) {
@@ -57,7 +71,7 @@ sim::PaperRates read_rates(CheckedTable& table) {
 }
 
 std::unique_ptr<sim::Motion> read_motion(CheckedTable table, std::uint64_t seed) {
-    const std::string kind = table.choice("kind", {"still", "line", "circle", "hand", "paper"});
+    const std::string kind = table.choice("kind", {"still", "line", "circle", "pivot", "hand", "paper"});
     std::unique_ptr<sim::Motion> motion;
     if (kind == "still") {
         motion = std::make_unique<sim::StillMotion>(read_pose(table));
@@ -67,6 +81,8 @@ std::unique_ptr<sim::Motion> read_motion(CheckedTable table, std::uint64_t seed)
     } else if (kind == "circle") {
         const Vec3<double> centre = read_place(table, "centre_m", {0.5, 0, 0});
         motion = std::make_unique<sim::CircleMotion>(centre, read_length(table, "radius_m", 0.15), read_rate(table));
+    } else if (kind == "pivot") {
+        motion = std::make_unique<sim::PivotMotion>(read_pivot(table));
     } else if (kind == "hand") {
         motion = std::make_unique<sim::HandMotion>(read_place(table, "centre_m", {0.6, 0, 0}), seed);
     } else {

@@ -1,10 +1,12 @@
-// Matrices in JSON output of commands.
+// Vectors and matrices in JSON output of commands.
 #pragma once
 
 #include "board/support/json_text.hpp"
 #include "core/geometry/types.hpp"
 
 namespace tricoil::host {
+
+inline Json list_of(const Vec3<double>& v) { return {v(0), v(1), v(2)}; }
 
 /// A list of three rows.
 inline Json rows_of(const Mat3<double>& m) {

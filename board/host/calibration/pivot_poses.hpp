@@ -1,0 +1,25 @@
+// Reads the poses of one sensor for the calibration of a tip: a CSV file, JSON lines or a recording.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "board/host/calibration/pivot.hpp"
+
+namespace tricoil::host {
+
+struct PivotRecord {
+    std::string name;  // for messages
+    std::uint8_t sensor = 0;
+    std::vector<PivotPose> poses;  // the valid ones, in the order of the file
+    std::size_t invalid = 0;       // number of poses left out
+};
+
+/// `path`: the folder of a recording, which has full covariances, or a file of `run --out` or of JSON lines, which has standard
+/// deviations. `sensor`: empty: the only one in the file. Throws InputError, naming file and line: missing columns or keys,
+/// numbers that are no pose, no pose of the sensor, several sensors and none selected.
+PivotRecord read_pivot_poses(const std::string& path, std::optional<std::uint8_t> sensor);
+
+}  // namespace tricoil::host

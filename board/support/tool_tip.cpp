@@ -1,0 +1,120 @@
+#include "board/support/tool_tip.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <charconv>
+
+#include "board/support/checked_table.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/line_reader.hpp"
+#include "board/support/text_table.hpp"
+#include "board/support/toml_text.hpp"
+#include "core/tracking/output_frame.hpp"
+
+namespace tricoil::host {
+namespace {
+
+constexpr double kLongestTip_m = 100;
+constexpr double kWidest_m2 = 1;        // largest variance
+constexpr double kAsymmetry_m2 = 1e-9;  // rounding errors of a covariance
+
+[[noreturn]] void refuse(const std::string& text) {
+    throw InputError("--tip " + text + ": give X,Y,Z (m, sensor frame), SENSOR:X,Y,Z, or a .toml file of calibrate --pivot");
+}
+
+template <typename T>
+T parse_all(std::string_view field, const std::string& text) {
+    T value{};
+    const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
+    if (error != std::errc{} || end != field.data() + field.size()) {
+        refuse(text);
+    }
+    return value;
+}
+
+ToolTip parse_tip(const std::string& text) {
+    if (text.ends_with(".toml")) {
+        return read_tip(text);
+    }
+    ToolTip tip;
+    std::string_view numbers = text;
+    if (const auto colon = numbers.find(':'); colon != std::string_view::npos) {
+        tip.sensor = parse_all<std::uint8_t>(numbers.substr(0, colon), text);
+        numbers.remove_prefix(colon + 1);
+    }
+    const auto fields = split(numbers, ',');
+    if (fields.size() != 3) {
+        refuse(text);
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+        tip.tip_m(static_cast<Eigen::Index>(i)) = parse_all<double>(fields[i], text);
+    }
+    if (tip.sensor >= tracking::kMaxSensors) {
+        throw InputError(fmt::format("--tip {}: the sensor must be 0 to {}", text, tracking::kMaxSensors - 1));
+    }
+    if (!tip.tip_m.allFinite() || tip.tip_m.cwiseAbs().maxCoeff() > kLongestTip_m) {
+        throw InputError("--tip " + text + ": must lie within 100 m of the sensor");
+    }
+    return tip;
+}
+
+bool is_covariance(const Mat3<double>& m) {
+    return (m - m.transpose()).cwiseAbs().maxCoeff() <= kAsymmetry_m2 &&
+           Eigen::SelfAdjointEigenSolver<Mat3<double>>(m).eigenvalues()(0) >= -kAsymmetry_m2;
+}
+
+}  // namespace
+
+std::string to_toml(const ToolTip& tip) {
+    std::string text = "# Tip of a tool, by tricoil calibrate --pivot. Metres, sensor frame.\nversion = 1\nkind = \"tip\"\n";
+    return text + fmt::format("sensor = {}\ntip_m = {}\ncovariance_m2 = {}\n", tip.sensor, toml_text(tip.tip_m),
+                              toml_text(tip.covariance_m2));
+}
+
+ToolTip read_tip(const std::string& path) {
+    const toml::table root = parse_toml(path, read_text(path, kLongestToml));
+    if (root["kind"].value_or(std::string()) != "tip") {
+        throw InputError(path + ": is not a tip; write it with tricoil calibrate --pivot");
+    }
+    CheckedTable table(path, "", root);
+    table.require(table.number("version", 0) == 1, "version", "must be 1; calibrate again with this program");
+    (void)table.text("kind", "");
+    ToolTip tip;
+    tip.sensor = static_cast<std::uint8_t>(table.whole("sensor", 0, tracking::kMaxSensors - 1));
+    if (!table.has("tip_m")) {
+        throw InputError(path + ": 'tip_m' is missing; the file is not complete: calibrate again");
+    }
+    tip.tip_m = table.vector("tip_m", tip.tip_m);
+    table.require(tip.tip_m.cwiseAbs().maxCoeff() <= kLongestTip_m, "tip_m", "must lie within 100 m of the sensor");
+    tip.covariance_m2 = table.matrix("covariance_m2", tip.covariance_m2);
+    table.require(tip.covariance_m2.cwiseAbs().maxCoeff() <= kWidest_m2 && is_covariance(tip.covariance_m2), "covariance_m2",
+                  "must be a covariance: symmetric, with no negative variance, at most 1 m2");
+    table.finish();
+    return tip;
+}
+
+ToolTips::ToolTips(const std::vector<std::string>& texts) {
+    for (const std::string& text : texts) {
+        const ToolTip tip = parse_tip(text);
+        if (has(tip.sensor)) {
+            throw InputError(fmt::format("--tip {}: sensor {} has a tip already", text, tip.sensor));
+        }
+        set(tip);
+    }
+}
+
+tracking::PoseEstimate<double> ToolTips::at_tip(const tracking::PoseEstimate<double>& pose) const {
+    if (!has(pose.sensor)) {
+        return pose;
+    }
+    const ToolTip& tip = *tips_[pose.sensor];
+    tracking::OutputFrame<double> frame;
+    frame.tip_m = tip.tip_m;
+    auto seen = tracking::in_frame(pose, frame);
+    const Mat3<double> turn = pose.q_source_sensor.toRotationMatrix();
+    seen.covariance.topLeftCorner<3, 3>() += turn * tip.covariance_m2 * turn.transpose();
+    return seen;
+}
+
+}  // namespace tricoil::host

@@ -1,0 +1,162 @@
+// `tricoil calibrate --pivot`, and `--tip` with its result.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/cli/cli_runner.hpp"
+#include "tests/support/csv_table.hpp"
+
+namespace tricoil::test {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+void expect_pivot_refused(const std::string& arguments, const std::string& what) {
+    const auto r = tricoil(arguments);
+    EXPECT_EQ(r.exit_code, 2) << arguments << r.out << r.err;
+    EXPECT_THAT(r.err, HasSubstr(what)) << arguments;
+    EXPECT_EQ(std::count(r.err.begin(), r.err.end(), '\n'), 1) << r.err;
+}
+
+/// A recording, CSV file and JSON lines of one simulated run of the scenario `pointer`, and the tip of the recording.
+class Pointer : public ::testing::Test {
+protected:
+    static void SetUpTestSuite() {
+        fs::remove_all(take_);
+        ASSERT_EQ(tricoil("run --scenario pointer --tracker scaat --mux tdm --duration 10 --record " + take_ + " --out " + csv_)
+                      .exit_code,
+                  0);
+        ASSERT_EQ(tricoil("convert " + take_ + " --to jsonl --out " + jsonl_).exit_code, 0);
+        const auto r = tricoil("calibrate --pivot " + take_ + " --out " + tip_);
+        ASSERT_EQ(r.exit_code, 0) << r.err;
+    }
+    static void TearDownTestSuite() {
+        fs::remove_all(take_);
+        for (const std::string& path : {csv_, jsonl_, tip_}) {
+            fs::remove(path);
+        }
+    }
+    static inline const std::string take_ = path_in_temp("pointer_take");
+    static inline const std::string csv_ = path_in_temp("pointer.csv");
+    static inline const std::string jsonl_ = path_in_temp("pointer.jsonl");
+    static inline const std::string tip_ = path_in_temp("pointer_tip.toml");
+};
+
+TEST_F(Pointer, TipIsThatOfTheScenarioFromEveryKindOfFile) {
+    for (const std::string& poses : {take_, csv_, jsonl_}) {
+        const auto r = tricoil("calibrate --json --pivot " + poses).json();
+        const double x = r["tip_m"][0].get<double>() - 0.15;
+        const double y = r["tip_m"][1];
+        const double z = r["tip_m"][2].get<double>() - 0.02;
+        EXPECT_LT(std::sqrt(x * x + y * y + z * z), 0.15e-3) << poses;
+        for (int axis = 0; axis < 3; ++axis) {
+            EXPECT_LT(r["tip_std_m"][axis].get<double>(), 1e-5) << poses;
+        }
+        EXPECT_NEAR(r["pivot_m"][0].get<double>(), 0.6, 1e-4) << poses;
+        EXPECT_GT(r["invalid"].get<int>(), 0) << poses;
+    }
+}
+
+/// All poses of the tip are at the pivot, and their standard deviations are those of the tip.
+TEST_F(Pointer, TipAppliesToTheCsv) {
+    const std::string out = path_in_temp("at_tip.csv");
+    ASSERT_EQ(tricoil("run --scenario pointer --seed 2 --duration 3 --tip " + tip_ + " --out " + out).exit_code, 0);
+    const CsvTable poses(read_file(out));
+    const CsvTable sensor(read_file(csv_));
+    double squares = 0;
+    for (std::size_t row = 100; row < poses.rows(); ++row) {
+        EXPECT_NEAR(poses.number(row, "x_m"), 0.6, 1e-3);
+        EXPECT_NEAR(poses.number(row, "true_x_m"), 0.6, 1e-4);
+        EXPECT_NEAR(poses.number(row, "z_m"), 0, 1e-3);
+        squares += std::pow((poses.number(row, "z_m") - 0) / poses.number(row, "std_z_m"), 2);
+    }
+    EXPECT_NEAR(squares / static_cast<double>(poses.rows() - 100), 1, 0.3);
+    fs::remove(out);
+}
+
+TEST_F(Pointer, CovarianceOfTheTipIsAdded) {
+    const std::string out = path_in_temp("at_wide_tip.csv");
+    const std::string wide = write_file("wide.toml",
+                                        "version = 1\nkind = \"tip\"\nsensor = 0\ntip_m = [0.15, 0, 0.02]\n"
+                                        "covariance_m2 = [[1e-4, 0, 0], [0, 1e-4, 0], [0, 0, 1e-4]]\n");
+    ASSERT_EQ(tricoil("run --scenario pointer --duration 1 --tip " + wide + " --out " + out).exit_code, 0);
+    const CsvTable poses(read_file(out));
+    EXPECT_NEAR(poses.number(poses.rows() - 1, "std_y_m"), 0.01, 1e-4);
+    fs::remove(out);
+    fs::remove(wide);
+}
+
+TEST_F(Pointer, MotionThatDoesNotDetermineTheTipIsRefused) {
+    const std::string out = path_in_temp("no_tip.toml");
+    const std::string poses = path_in_temp("refused.csv");
+    const auto refuse = [&](const std::string& tilt, const std::string& what) {
+        const std::string scenario =
+            write_file("tilt.toml", "duration_s = 5\n[motion]\nkind = \"pivot\"\ntilt_deg = " + tilt + "\n");
+        ASSERT_EQ(tricoil("run --scenario " + scenario + " --out " + poses).exit_code, 0);
+        expect_pivot_refused("calibrate --pivot " + poses + " --out " + out, what);
+        fs::remove(scenario);
+    };
+    refuse("[0, 0, 30]", "about one axis only (");
+    refuse("[1, 1, 1]", "tilt the pointer to all sides");
+    ASSERT_EQ(tricoil("run --scenario hand --duration 5 --out " + poses).exit_code, 0);
+    expect_pivot_refused("calibrate --pivot " + poses + " --out " + out, "the tip is not at rest");
+    EXPECT_FALSE(fs::exists(out));
+    fs::remove(poses);
+}
+
+TEST_F(Pointer, FilesThatAreNoPosesAreNamed) {
+    const std::string head = "sensor,valid,x_m,y_m,z_m,qw,qx,qy,qz,std_x_m,std_y_m,std_z_m,std_rx_rad,std_ry_rad,std_rz_rad\n";
+    const std::string good = "0,1,0,0,0,1,0,0,0,1,1,1,1,1,1\n";
+    const auto refuse = [](const std::string& text, const std::string& what) {
+        const std::string path = write_file("poses.txt", text);
+        expect_pivot_refused("calibrate --pivot " + path, path + what);
+        fs::remove(path);
+    };
+    refuse("x_mm,y_mm\n1,2\n", ":1: no column x_m");
+    refuse(head + "0,1,0\n", ":2: 3 fields; the header has 15");
+    refuse(head + good + "0,1,0,0,x,1,0,0,0,1,1,1,1,1,1\n", ":3: 'x' is not a number");
+    refuse(head + "0,1,0,0,0,2,0,0,0,1,1,1,1,1,1\n", ":2: quaternion has length 2.000");
+    refuse(head + "0,1,0,0,0,1,0,0,0,1,1,-1,1,1,1\n", ":2: a standard deviation is negative");
+    refuse(head + "7,1,0,0,0,1,0,0,0,1,1,1,1,1,1\n", ":2: sensor 7 must be 0 to 3");
+    refuse(head + good + "1" + good.substr(1), ": has poses of sensors 0, 1; select that of the pointer with --sensor");
+    refuse(head, ": has no poses");
+    refuse(head + good, ": 1 valid poses; at least 10");
+    refuse("{\"position_m\": [1, 2]}\n", ":1: 'position_m' must be a list of 3 numbers");
+    refuse("{\n", ":1: is not a line of JSON");
+    expect_pivot_refused("calibrate --pivot " + csv_ + " --sensor 2", "has no poses of sensor 2");
+    expect_pivot_refused("calibrate --pivot /nowhere", "/nowhere");
+    expect_pivot_refused("calibrate --pivot " + csv_ + " " + csv_, "--pivot takes one file");
+    expect_pivot_refused("calibrate --pivot --grid " + csv_, "choose one of");
+    expect_pivot_refused("calibrate --sensor 1 --out x.toml " + csv_, "--sensor: only with --pivot");
+}
+
+TEST_F(Pointer, TipsThatAreNoneAreNamed) {
+    const auto refuse = [](const std::string& tip, const std::string& what) {
+        expect_pivot_refused("run --duration 1 --out /dev/null --tip " + tip, what);
+    };
+    refuse("1,2", "--tip 1,2: give X,Y,Z");
+    refuse("1,2,x", "--tip 1,2,x: give X,Y,Z");
+    refuse("9:1,2,3", "the sensor must be 0 to 3");
+    refuse("0,0,nan", "must lie within 100 m");
+    refuse("0,0,0 --tip 0:1,2,3", "sensor 0 has a tip already");
+    refuse("/nowhere.toml", "/nowhere.toml");
+    const auto refuse_file = [&](const std::string& text, const std::string& what) {
+        const std::string path = write_file("bad_tip.toml", text);
+        refuse(path, path + what);
+        fs::remove(path);
+    };
+    refuse_file("x = 1\n", ": is not a tip");
+    refuse_file("kind = \"tip\"\nversion = 2\n", ":2: 'version' must be 1");
+    refuse_file("kind = \"tip\"\nversion = 1\n", ": 'tip_m' is missing");
+    refuse_file("kind = \"tip\"\nversion = 1\ntip_m = [1, 2]\n", ":3: 'tip_m' must be three");
+    refuse_file("kind = \"tip\"\nversion = 1\ntip_m = [1, 2, 3]\ncovariance_m2 = [[1, 0, 0], [0, -1, 0], [0, 0, 1]]\n",
+                ":4: 'covariance_m2' must be a covariance");
+    refuse_file("kind = \"tip\"\nversion = 1\ntip_m = [1, 2, 3]\ntop = 1\n", ":4: 'top' is not a known key");
+    expect_pivot_refused("run --device can:vcan9 --tip 0,0,0.1", "--tip: no output for its poses");
+    expect_pivot_refused("run --device can:vcan9 --units mm --out /dev/null", "only for a simulated run");
+}
+
+}  // namespace
+}  // namespace tricoil::test
