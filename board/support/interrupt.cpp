@@ -63,7 +63,7 @@ bool InterruptGuard::interrupted() const { return borrowed_ != nullptr ? borrowe
 
 void InterruptGuard::check() const {
     if (interrupted()) {
-        throw Interrupted(borrowed_ != nullptr ? SIGINT : interrupt_seen);
+        throw Interrupted(borrowed_ != nullptr ? SIGINT : interrupt_seen.load());
     }
 }
 
