@@ -81,8 +81,8 @@ def sweep(
     function: returns a number or a dictionary of numbers. With processes it must be importable (defined in a module or script).
     grid: {name: values} for all combinations, or a sequence of dictionaries. executor: anything with submit(), for example
     concurrent.futures.ThreadPoolExecutor, or that of a Dask cluster: distributed.Client(...).get_executor(). None: one process for
-    each processor of this machine. resume: file of finished points (JSON lines); a sweep that was interrupted continues there, and runs failed points again.
-    progress: bar on standard error; None: if it is a terminal.
+    each processor of this machine. resume: file of finished points (JSON lines); a sweep that was interrupted continues there, and
+    runs failed points again. progress: bar on standard error; None: if it is a terminal.
 
     table: list of dictionaries, point and result together, in the order of the grid; failed points are left out. failures: list of
     (point, traceback). The table does not depend on the executor. Ctrl-C cancels the points that have not begun.
