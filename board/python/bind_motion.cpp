@@ -1,8 +1,10 @@
 // The error model: the paper's examples, and the budget of one pose.
 #include <pybind11/stl.h>
 
+#include <cmath>
 #include <limits>
 
+#include "board/python/long_call.hpp"
 #include "board/python/parts.hpp"
 #include "board/python/rows.hpp"
 #include "board/support/errors.hpp"
@@ -29,12 +31,17 @@ UpdateRow row_of(const paper::Update& update, bool has_prediction) {
     row.e_rho_m[1] = has_prediction ? update.predicted.range_m : kNaN;
     row.e_alpha_rad[1] = has_prediction ? update.predicted.azimuth_rad : kNaN;
     row.e_beta_rad[1] = has_prediction ? update.predicted.elevation_rad : kNaN;
+    row.e_psi_rad = update.measured.attitude.azimuth_rad;
+    row.e_theta_rad = update.measured.attitude.elevation_rad;
+    row.e_phi_rad = update.measured.attitude.roll_rad;
     row.position_error_m = update.position_error_m.norm();
     return row;
 }
 
-py::array_t<UpdateRow> motion(const std::string& example, const std::string& loop, const std::string& form, int passes,
-                              double rate_hz, double duration_s) {
+py::array_t<UpdateRow> motion(const std::string& example, const std::string& loop, const std::string& form,
+                              const std::string& kappa, int passes, double rate_hz, double duration_s,
+                              const py::object& progress) {
+    LongCall call(progress);
     std::vector<UpdateRow> rows;
     {
         const py::gil_scoped_release released;
@@ -46,35 +53,23 @@ py::array_t<UpdateRow> motion(const std::string& example, const std::string& loo
         paper::SimulationParams params;
         params.loop = static_cast<error_model::Loop>(host::index_of_name("loop", loop, {"open", "closed"}));
         params.form = static_cast<paper::Form>(host::index_of_name("form", form, {"angles", "vectors"}));
+        params.kappa = static_cast<error_model::KappaForm>(host::index_of_name("kappa", kappa, {"exact", "paper", "two"}));
         params.passes = passes;
         params.update_s = 1 / rate_hz;
         params.duration_s = duration_s;
-        for (const paper::Update& update : paper::simulate(chosen, params)) {
+        const auto updates =
+            paper::simulate(chosen, params, [&](const paper::Update& update) { call.check(update.time_s / duration_s); });
+        for (const paper::Update& update : updates) {
             rows.push_back(row_of(update, paper::has_prediction(params)));
         }
     }
     return to_array(std::move(rows));
 }
 
-py::dict term(const error_model::ErrorTerm<double>& t) {
-    py::dict dict;
-    dict["position_m"] = t.position_m;
-    dict["rotation_rad"] = t.rotation_rad;
-    return dict;
-}
+using Budget = error_model::ErrorBudget<double>;
 
-py::dict error_budget(const Vector& position_m, const Vector& velocity_m_s, const Vector& angular_rate_rad_s, double noise_ratio,
-                      const std::string& mux, double rate_hz, const std::string& solver, double latency_s) {
-    if (!(rate_hz > 0 && noise_ratio >= 0 && latency_s >= 0)) {
-        throw host::InputError("rate_hz must be positive; noise_ratio and latency_s zero or more");
-    }
-    const std::size_t is_fdm = host::index_of_name("mux", mux, {"tdm", "fdm"});
-    error_model::BudgetParams<double> params;
-    params.timing =
-        is_fdm != 0 ? error_model::fdm_timing(1 / rate_hz) : error_model::tdm_timing(1 / (3 * rate_hz), 1 / (3 * rate_hz));
-    params.timing.latency_s = latency_s;
-    params.solver =
-        static_cast<error_model::SolverForm>(host::index_of_name("solver", solver, {"direct", "previous", "previous-angles"}));
+error_model::MotionState<double> motion_state(const Vector& position_m, const Vector& velocity_m_s,
+                                              const Vector& angular_rate_rad_s) {
     error_model::MotionState<double> state;
     state.position_m = Vec3<double>(position_m.data());
     state.velocity_m_s = Vec3<double>(velocity_m_s.data());
@@ -83,15 +78,61 @@ py::dict error_budget(const Vector& position_m, const Vector& velocity_m_s, cons
           state.angular_rate_rad_s.allFinite())) {
         throw host::InputError("position_m must not be zero; all vectors must be finite");
     }
-    const auto budget = error_model::error_budget(state, noise_ratio, params);
+    return state;
+}
+
+/// One timing for each source coil that can be the newest: in TDM the trackers solve after each column.
+std::vector<error_model::BoardTiming<double>> timings(const std::string& mux, double rate_hz) {
+    if (host::index_of_name("mux", mux, {"tdm", "fdm"}) != 0) {
+        return {error_model::fdm_timing(1 / rate_hz)};
+    }
+    const double slot_s = 1 / (3 * rate_hz);
+    std::vector<error_model::BoardTiming<double>> all;
+    for (const auto last : {error_model::LastState::s1, error_model::LastState::s2, error_model::LastState::s3}) {
+        all.push_back(error_model::tdm_timing(slot_s, slot_s, last));
+    }
+    return all;
+}
+
+/// RMS of one term.
+py::dict term(const std::vector<Budget>& budgets, error_model::ErrorTerm<double> Budget::*which) {
+    double position = 0;
+    double rotation = 0;
+    for (const Budget& budget : budgets) {
+        position += std::pow((budget.*which).position_m, 2);
+        rotation += std::pow((budget.*which).rotation_rad, 2);
+    }
+    const auto count = static_cast<double>(budgets.size());
     py::dict dict;
-    dict["linearization"] = term(budget.linearization);
-    dict["frame_propagation"] = term(budget.frame_propagation);
-    dict["skew"] = term(budget.skew);
-    dict["blur"] = term(budget.blur);
-    dict["latency"] = term(budget.latency);
-    dict["noise"] = term(budget.noise);
-    dict["total"] = term(budget.total);
+    dict["position_m"] = std::sqrt(position / count);
+    dict["rotation_rad"] = std::sqrt(rotation / count);
+    return dict;
+}
+
+py::dict error_budget(const Vector& position_m, const Vector& velocity_m_s, const Vector& angular_rate_rad_s, double noise_ratio,
+                      const std::string& mux, double rate_hz, const std::string& solver, double latency_s) {
+    constexpr double kMost = 1e9;
+    if (!(rate_hz > 0 && rate_hz <= kMost && noise_ratio >= 0 && noise_ratio <= kMost && latency_s >= 0 && latency_s <= kMost)) {
+        throw host::InputError("rate_hz must be positive; noise_ratio and latency_s zero or more; all at most 1e9");
+    }
+    const auto state = motion_state(position_m, velocity_m_s, angular_rate_rad_s);
+    error_model::BudgetParams<double> params;
+    params.solver =
+        static_cast<error_model::SolverForm>(host::index_of_name("solver", solver, {"direct", "previous", "previous-angles"}));
+    std::vector<Budget> budgets;
+    for (const auto& timing : timings(mux, rate_hz)) {
+        params.timing = timing;
+        params.timing.latency_s = latency_s;
+        budgets.push_back(error_model::error_budget(state, noise_ratio, params));
+    }
+    py::dict dict;
+    dict["linearization"] = term(budgets, &Budget::linearization);
+    dict["frame_propagation"] = term(budgets, &Budget::frame_propagation);
+    dict["skew"] = term(budgets, &Budget::skew);
+    dict["blur"] = term(budgets, &Budget::blur);
+    dict["latency"] = term(budgets, &Budget::latency);
+    dict["noise"] = term(budgets, &Budget::noise);
+    dict["total"] = term(budgets, &Budget::total);
     return dict;
 }
 

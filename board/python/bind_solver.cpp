@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "board/python/long_call.hpp"
 #include "board/python/parts.hpp"
 #include "board/python/rows.hpp"
 #include "core/field/concentric_dipole.hpp"
@@ -15,20 +16,19 @@ namespace py = pybind11;
 using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
 using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
-constexpr py::ssize_t kChunk = 1 << 16;  // rows between two checks for signals
+constexpr py::ssize_t kChunk = 1 << 12;  // rows between two checks
 
 /// Calls `each` for all rows without the GIL.
 template <typename Each>
-void for_rows(py::ssize_t count, Each each) {
+void for_rows(py::ssize_t count, const py::object& progress, Each each) {
+    LongCall call(progress);
+    const py::gil_scoped_release released;
     for (py::ssize_t begin = 0; begin < count; begin += kChunk) {
-        {
-            const py::gil_scoped_release released;
-            const py::ssize_t end = std::min(count, begin + kChunk);
-            for (py::ssize_t n = begin; n < end; ++n) {
-                each(n);
-            }
+        const py::ssize_t end = std::min(count, begin + kChunk);
+        for (py::ssize_t n = begin; n < end; ++n) {
+            each(n);
         }
-        check_signals();
+        call.check(static_cast<double>(end) / static_cast<double>(count));
     }
 }
 
@@ -53,13 +53,14 @@ SolutionRow solve_row(const Mat3<double>& x, double sigma, double coupling_const
 }
 
 /// x: (N, 3, 3); sigma: (N); hemisphere: (3).
-py::array_t<SolutionRow> solve(const Array& x, const Array& sigma, double coupling_constant, const Array& hemisphere) {
+py::array_t<SolutionRow> solve(const Array& x, const Array& sigma, double coupling_constant, const Array& hemisphere,
+                               const py::object& progress) {
     py::array_t<SolutionRow> rows(x.shape(0));
     SolutionRow* const out = rows.mutable_data();
     const double* const matrices = x.data();
     const double* const sigmas = sigma.data();
     const Vec3<double> towards(hemisphere.data());
-    for_rows(x.shape(0), [&](py::ssize_t n) {
+    for_rows(x.shape(0), progress, [&](py::ssize_t n) {
         out[n] = solve_row(Eigen::Map<const RowMajor3>(matrices + 9 * n), sigmas[n], coupling_constant, towards);
     });
     return rows;
@@ -72,7 +73,7 @@ Array couplings(const Array& position_m, const Array& wxyz, double coupling_cons
     double* const out = result.mutable_data();
     const double* const positions = position_m.data();
     const double* const quaternions = wxyz.data();
-    for_rows(count, [&](py::ssize_t n) {
+    for_rows(count, py::none(), [&](py::ssize_t n) {
         const double* const q = quaternions + 4 * n;
         const Mat3<double> o = Quat<double>(q[0], q[1], q[2], q[3]).normalized().conjugate().toRotationMatrix();
         Eigen::Map<RowMajor3>(out + 9 * n) = field::signal_matrix<double>(coupling_constant, Vec3<double>(positions + 3 * n), o);

@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "board/pose_source/open_source.hpp"
+#include "board/python/long_call.hpp"
 #include "board/python/parts.hpp"
 #include "board/python/rows.hpp"
 #include "board/record/recording.hpp"
@@ -97,13 +98,15 @@ private:
 };
 
 py::array_t<PoseRow> load(const std::string& folder) {
+    LongCall call;
     std::vector<PoseRow> rows;
     {
         const py::gil_scoped_release released;
-        const host::Recording recording(folder);
+        const host::Recording recording(folder, [&] { call.check(); });
         host::RecordLines lines(folder, host::RecordFile::poses);
         for (std::string line; lines.next(line);) {
             rows.push_back(to_row(host::parse_pose(line, lines.where())));
+            call.check();
         }
     }
     return to_array(std::move(rows));

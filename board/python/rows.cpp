@@ -47,8 +47,8 @@ void register_rows() {
                          distortion_m, snr_db, predicted_error_m);
     PYBIND11_NUMPY_DTYPE(TruthRow, position_m, quaternion_wxyz);
     PYBIND11_NUMPY_DTYPE(SolutionRow, position_m, quaternion_wxyz, covariance, chi_square, solved);
-    PYBIND11_NUMPY_DTYPE(UpdateRow, time_s, range_m, azimuth_rad, elevation_rad, e_rho_m, e_alpha_rad, e_beta_rad,
-                         position_error_m);
+    PYBIND11_NUMPY_DTYPE(UpdateRow, time_s, range_m, azimuth_rad, elevation_rad, e_rho_m, e_alpha_rad, e_beta_rad, e_psi_rad,
+                         e_theta_rad, e_phi_rad, position_error_m);
 }
 
 }  // namespace tricoil::python

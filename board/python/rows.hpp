@@ -46,9 +46,12 @@ struct UpdateRow {
     double range_m = 0;
     double azimuth_rad = 0;
     double elevation_rad = 0;
-    double e_rho_m[2]{};          // measured, predicted
-    double e_alpha_rad[2]{};      //
-    double e_beta_rad[2]{};       //
+    double e_rho_m[2]{};      // measured, predicted
+    double e_alpha_rad[2]{};  //
+    double e_beta_rad[2]{};   //
+    double e_psi_rad = 0;     // of the attitude, measured
+    double e_theta_rad = 0;
+    double e_phi_rad = 0;
     double position_error_m = 0;  // 3D, measured
 };
 

@@ -47,7 +47,8 @@ RecordLines::RecordLines(const std::string& folder, RecordFile file)
 
 bool RecordLines::next(std::string& line) { return reader_.next(line) && !reader_.was_cut(); }
 
-Recording::Recording(const std::string& folder) : folder_(folder), description_(read_description(folder)) {
+Recording::Recording(const std::string& folder, const std::function<void()>& each_block)
+    : folder_(folder), description_(read_description(folder)) {
     const std::string path = (fs::path(folder) / kDescriptionFile).string();
     if (const auto trackers = description_.value("trackers", nlohmann::json()); !trackers.is_null()) {
         settings_ = settings_from_json(trackers, path + ": trackers");
@@ -61,7 +62,7 @@ Recording::Recording(const std::string& folder) : folder_(folder), description_(
         if (!files.is_object() || !files.contains(name)) {
             throw InputError(fmt::format("{}: files.{} is missing", path, name));
         }
-        check_file(name, files[name]);
+        check_file(name, files[name], each_block);
     }
 }
 
@@ -73,7 +74,7 @@ void Recording::refuse_as_output(const std::string& path) const {
     }
 }
 
-void Recording::check_file(const char* name, const nlohmann::json& extent) const {
+void Recording::check_file(const char* name, const nlohmann::json& extent, const std::function<void()>& each_block) const {
     const std::string path = (fs::path(folder_) / name).string();
     std::ifstream file(path, std::ios::binary);
     if (!file) {
@@ -86,6 +87,9 @@ void Recording::check_file(const char* name, const nlohmann::json& extent) const
         const auto count = static_cast<std::size_t>(file.gcount());
         crc = crc32_continued(crc, {reinterpret_cast<const std::uint8_t*>(buffer.data()), count});  // NOLINT: bytes as such
         bytes += count;
+        if (each_block) {
+            each_block();
+        }
     }
     if (file.bad()) {
         throw DeviceError(path + ": cannot be read to its end; check the disk");

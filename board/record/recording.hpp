@@ -1,6 +1,7 @@
 // Reads a recording line by line, after a check of its files.
 #pragma once
 
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -30,7 +31,8 @@ private:
 class Recording {
 public:
     /// Throws InputError, naming file and reason, if the folder is not a recording, has another version or is damaged.
-    explicit Recording(const std::string& folder);
+    /// each_block: called several times per second while the files are checked; it may throw; may be empty.
+    explicit Recording(const std::string& folder, const std::function<void()>& each_block = {});
 
     [[nodiscard]] const std::string& folder() const { return folder_; }
     [[nodiscard]] const nlohmann::json& description() const { return description_; }
@@ -46,7 +48,7 @@ public:
     void refuse_as_output(const std::string& path) const;
 
 private:
-    void check_file(const char* name, const nlohmann::json& extent) const;
+    void check_file(const char* name, const nlohmann::json& extent, const std::function<void()>& each_block) const;
 
     std::string folder_;
     nlohmann::json description_;

@@ -224,7 +224,8 @@ void check(const Example& example, const SimulationParams& params) {
     }
 }
 
-std::vector<Update> simulate(const Example& example, const SimulationParams& params) {
+std::vector<Update> simulate(const Example& example, const SimulationParams& params,
+                             const std::function<void(const Update&)>& each_update) {
     check(example, params);
     const auto count = static_cast<std::size_t>(std::llround(params.duration_s / params.update_s));
     const double dt_s = params.update_s / kSubsteps;
@@ -270,6 +271,9 @@ std::vector<Update> simulate(const Example& example, const SimulationParams& par
         update.measured_azimuth_rate_error_rad_s = rate - measured / params.update_s;
         update.predicted_azimuth_rate_error_rad_s = rate - predicted / params.update_s;
         updates.push_back(update);
+        if (each_update) {
+            each_update(update);
+        }
     }
     return updates;
 }

@@ -1,6 +1,7 @@
 // Simulation of the paper's sections 3.3 and 4 with the real forward model and solver, in open and closed loop.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -55,8 +56,10 @@ constexpr double kMinStartRange = 1e-3;
 constexpr double kMaxStartRange = 1e3;
 
 /// Throws std::invalid_argument if a parameter is invalid, if the sensor reaches the source, or if the rates are too high for the
-/// update time (steps beyond 54.7 degrees).
-std::vector<Update> simulate(const Example& example, const SimulationParams& params);
+/// update time (steps beyond 54.7 degrees). each_update: called after each update; it may throw to end the simulation; may be
+/// empty.
+std::vector<Update> simulate(const Example& example, const SimulationParams& params,
+                             const std::function<void(const Update&)>& each_update = {});
 
 /// Throws std::invalid_argument, naming the parameter, for a value out of range and for an unsupported combination.
 void check(const Example& example, const SimulationParams& params);

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _tricoil
+from ._progress import bar
 
 #: Coupling constant C of the simulated coils and of uncalibrated devices, coupling units times m^3; equation (3) of the paper.
 COUPLING_CONSTANT = 6.75e-3
@@ -57,11 +58,13 @@ def solve(
     *,
     coupling_constant: float = COUPLING_CONSTANT,
     hemisphere: ArrayLike = (1, 0, 0),
+    progress: bool | None = None,
 ) -> NDArray:
     """Poses of signal matrices: closed form, maximum likelihood for equal noise on the nine couplings.
 
     X: couplings, shape (3, 3) or (N, 3, 3). sigma: standard deviation of one coupling, one number or shape (N,). hemisphere: direction
     from the source to the half space of the sensor, source frame; one signal matrix cannot tell a position from its opposite.
+    progress: bar on standard error; None: if it is a terminal. The GIL is released; Ctrl-C raises KeyboardInterrupt.
 
     Returns a structured array of shape (N,), or one record, with position_m (3), quaternion_wxyz (4), covariance (6, 6), chi_square
     (misfit to a dipole, 3 degrees of freedom) and solved. Rows that have no solution (NaN, zero, rank one or two, or a coil that is
@@ -77,7 +80,8 @@ def solve(
     if towards.shape != (3,) or not towards.any():
         raise ValueError("hemisphere: must be three numbers, not all zero")
     sigmas = np.ascontiguousarray(np.broadcast_to(sigmas, len(matrices)))
-    rows = _tricoil.solve(matrices, sigmas, _positive("coupling_constant", coupling_constant), towards)
+    with bar("solve", progress) as show:
+        rows = _tricoil.solve(matrices, sigmas, _positive("coupling_constant", coupling_constant), towards, show)
     return rows if many else rows[0]
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from . import _tricoil
 from ._command import own_names
 from ._model import _three
+from ._progress import is_wanted
 
 
 def angle_between(a: NDArray, b: NDArray) -> NDArray:
@@ -66,7 +67,7 @@ def run(
     predict_s: float = 0.0,
     fidelity: str = "samples",
     record: str | os.PathLike | None = None,
-    progress: bool = False,
+    progress: bool | None = None,
 ) -> Run:
     """Tracks a simulated sensor as `tricoil run` does, and returns a Run.
 
@@ -76,8 +77,8 @@ def run(
     converters without mains hum. place_m, speed: of a trajectory. hemisphere: direction from the source to the half space of the
     sensor; None: that of the start; zero: unknown. confined: the sensor never leaves it. deskew: for direct and previous with tdm.
     passes: steps per pose of previous. predict_s: prediction of scaat. fidelity: samples, or columns: couplings with the
-    noise of the demodulator without samples; the same errors, and many times faster. record: folder for a recording. progress: live view on a
-    terminal. The GIL is released; Ctrl-C ends the run with KeyboardInterrupt.
+    noise of the demodulator without samples; the same errors, and many times faster. record: folder for a recording. progress: live view on
+    standard error; None: if it is a terminal. The GIL is released; Ctrl-C ends the run with KeyboardInterrupt.
     """
     options = _tricoil.RunOptions()
     options.scenario = os.fspath(scenario)
@@ -101,7 +102,7 @@ def run(
     options.predict_s = predict_s
     options.fidelity = fidelity
     options.record = "" if record is None else os.fspath(record)
-    options.progress = progress
+    options.progress = is_wanted(progress)
     try:
         poses, truth, summary = _tricoil.run(options)
     except ValueError as error:
@@ -111,5 +112,8 @@ def run(
 
 
 def load(folder: str | os.PathLike) -> NDArray:
-    """Poses of a recording of `tricoil run --record`, as in Run.poses. Covariances and signal matrices are those recorded."""
+    """Poses of a recording of `tricoil run --record`, as in Run.poses. Covariances and signal matrices are those recorded.
+
+    Ctrl-C raises KeyboardInterrupt.
+    """
     return _tricoil.load(os.fspath(folder))

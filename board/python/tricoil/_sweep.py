@@ -4,13 +4,14 @@ import concurrent.futures
 import itertools
 import json
 import os
-import sys
 import traceback
 
 from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
+
+from ._progress import bar
 
 
 def _points(grid):
@@ -79,9 +80,9 @@ def sweep(
 
     function: returns a number or a dictionary of numbers. With processes it must be importable (defined in a module or script).
     grid: {name: values} for all combinations, or a sequence of dictionaries. executor: anything with submit(), for example
-    concurrent.futures.ThreadPoolExecutor or distributed.Client(...).get_executor(); None: one process for each processor.
-    resume: file of finished points (JSON lines); a sweep that was interrupted continues there, and runs failed points again.
-    progress: print it to standard error; None: if it is a terminal.
+    concurrent.futures.ThreadPoolExecutor, or that of a Dask cluster: distributed.Client(...).get_executor(). None: one process for
+    each processor of this machine. resume: file of finished points (JSON lines); a sweep that was interrupted continues there, and
+    runs failed points again. progress: bar on standard error; None: if it is a terminal.
 
     table: list of dictionaries, point and result together, in the order of the grid; failed points are left out. failures: list of
     (point, traceback). The table does not depend on the executor. Ctrl-C cancels the points that have not begun.
@@ -91,18 +92,14 @@ def sweep(
     done = _read(resume, name)
     own = executor is None
     executor = executor or concurrent.futures.ProcessPoolExecutor()
-    progress = sys.stderr.isatty() if progress is None else progress
     results = [done.get(_key(point)) for point in points]
     failures = {}
     log = None if resume is None else open(resume, "a", encoding="utf-8")
     futures = {}
     try:
         futures = {executor.submit(_call, function, points[n]): n for n, result in enumerate(results) if result is None}
-        waiting = set(futures)
-        while waiting:
-            finished = {future for future in waiting if future.done()} or {_next_finished(waiting)}
-            waiting -= finished
-            for future in finished:
+        with bar("sweep", progress) as show:
+            for count, future in enumerate(_as_finished(futures), 1):
                 n = futures[future]
                 results[n], error = future.result()
                 if error is not None:
@@ -110,8 +107,8 @@ def sweep(
                 elif log is not None:
                     log.write(json.dumps({"function": name, "point": _plain(points[n]), "result": results[n]}) + "\n")
                     log.flush()
-            if progress:
-                print(f"\rsweep: {len(points) - len(waiting)}/{len(points)}", end="", file=sys.stderr, flush=True)
+                if show is not None:
+                    show(count / len(futures))
     except BaseException:
         for future in futures:
             future.cancel()
@@ -121,16 +118,12 @@ def sweep(
             log.close()
         if own:
             executor.shutdown(cancel_futures=True)
-        if progress:
-            print(file=sys.stderr)
     table = [{**point, **result} for point, result in zip(points, results) if result is not None]
     return table, [(points[n], failures[n]) for n in sorted(failures)]
 
 
-def _next_finished(futures):
-    """One finished future. Executors of other libraries have futures of their own: those are waited for in order."""
+def _as_finished(futures):
+    """Futures as they finish. Executors of other libraries have futures of their own: those come in order, finished or not."""
     if all(isinstance(future, concurrent.futures.Future) for future in futures):
-        return next(iter(concurrent.futures.wait(futures, return_when=concurrent.futures.FIRST_COMPLETED).done))
-    future = next(iter(futures))
-    future.exception()
-    return future
+        return concurrent.futures.as_completed(futures)
+    return futures

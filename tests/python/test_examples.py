@@ -1,0 +1,52 @@
+"""The notebooks of board/python/examples run without errors. They contain assertions of their own."""
+
+import asyncio
+import os
+import pathlib
+import tempfile
+import unittest
+from unittest import mock
+
+import nbformat
+from nbclient import NotebookClient
+
+FOLDER = pathlib.Path(__file__).parents[2] / "board/python/examples"
+
+
+def outputs(notebook, key):
+    return [item[key] for cell in notebook.cells for item in cell.get("outputs", []) if key in item]
+
+
+class Notebooks(unittest.TestCase):
+    def execute(self, name):
+        """Runs a notebook in a new kernel and returns it with its outputs. The home folder stays unused."""
+        notebook = nbformat.read(FOLDER / name, as_version=4)
+        self.assertEqual(outputs(notebook, "output_type"), [], "the stored notebook has outputs")
+        with tempfile.TemporaryDirectory() as folder:
+            folders = {key: folder for key in ("IPYTHONDIR", "JUPYTER_RUNTIME_DIR", "JUPYTER_CONFIG_DIR", "MPLCONFIGDIR")}
+            with mock.patch.dict(os.environ, {**folders, "PYDEVD_DISABLE_FILE_VALIDATION": "1"}):
+                client = NotebookClient(notebook, timeout=120, kernel_name="python3", resources={"metadata": {"path": folder}})
+                asyncio.run(client.async_execute())
+        self.assertNotIn("stderr", outputs(notebook, "name"))
+        return notebook
+
+    def test_all_are_tested(self):
+        tested = {"figures_of_the_paper.ipynb", "metal.ipynb", "motion_errors.ipynb"}
+        self.assertEqual({path.name for path in FOLDER.iterdir() if path.suffix == ".ipynb"}, tested)
+
+    def test_figures_of_the_paper(self):
+        notebook = self.execute("figures_of_the_paper.ipynb")
+        self.assertEqual(sum("image/png" in data for data in outputs(notebook, "data")), 3)
+        self.assertIn("kappa two: e_beta after 10 s measured -4.569 rad, predicted 3.576 rad", "".join(outputs(notebook, "text")))
+
+    def test_metal(self):
+        notebook = self.execute("metal.ipynb")
+        self.assertEqual(sum("image/png" in data for data in outputs(notebook, "data")), 3)
+
+    def test_motion_errors(self):
+        notebook = self.execute("motion_errors.ipynb")
+        self.assertEqual(sum("image/png" in data for data in outputs(notebook, "data")), 2)
+
+
+if __name__ == "__main__":
+    unittest.main()
