@@ -21,7 +21,7 @@ struct ConvertCommand {
 
 int run_convert(const ConvertCommand& command) {
     const Recording recording(command.folder);
-    if (command.out.empty()) {
+    if (command.out.empty() || command.out == kStandardOutput) {
         if (command.json) {
             throw InputError("--json: the poses need a file; add --out FILE");
         }
