@@ -20,6 +20,7 @@
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
 #include "board/support/json_text.hpp"
+#include "board/support/output_file.hpp"
 #include "board/support/terminal_text.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
 
@@ -177,7 +178,15 @@ int run_device(const DeviceRunOptions& options) {
     const IgnoredWriteSignals writes;
     std::optional<LinePump> csv;
     if (!config.csv.empty()) {
-        csv.emplace(config.csv);
+        if (config.csv == host::kStandardOutput) {
+            if (options.json) {
+                throw host::InputError("--out - and --json exclude each other: both write to standard output");
+            }
+            csv.emplace(STDOUT_FILENO, "standard output");
+            host::print_text_to_standard_error();
+        } else {
+            csv.emplace(config.csv);
+        }
         csv->push(host::pose_column_names() + '\n');
     }
     std::optional<LinePump> json;

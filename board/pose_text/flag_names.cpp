@@ -12,6 +12,8 @@ constexpr std::array<const char*, 14> kFlags{
 
 }  // namespace
 
+std::span<const char* const> flag_names() { return kFlags; }
+
 std::string to_text(tracking::PoseFlags flags) {
     std::string text;
     for (std::size_t bit = 0; bit < kFlags.size(); ++bit) {

@@ -1,13 +1,17 @@
 // Names of pose flags and tracker states.
 #pragma once
 
+#include <span>
 #include <string>
 
 #include "core/tracking/pose_estimate.hpp"
 
 namespace tricoil::host {
 
-/// For example "low_signal, distorted"; empty if no flag is set.
+/// Names of all flags, in the order of their bits.
+std::span<const char* const> flag_names();
+
+/// For messages: for example "low_signal, distorted"; empty if no flag is set.
 std::string to_text(tracking::PoseFlags flags);
 const char* to_text(tracking::TrackerState state);
 

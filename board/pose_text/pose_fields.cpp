@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "board/pose_text/flag_names.hpp"
 #include "core/base/assertion.hpp"
 #include "core/protocol/convert.hpp"
 
@@ -16,7 +17,7 @@ using Numbers = std::span<const double>;
 constexpr const char* kSignificant = "{:.8g}";  // the wire has 24 bits
 constexpr double kLongFrom = 1e12;  // larger numbers are written with an exponent, so that a pose has a limited length
 
-const std::array<PoseField, 11> kFields{{
+const std::array<PoseField, 12> kFields{{
     {"sensor", {"sensor"}, 0, "", &P::sensor},
     {"sequence", {"sequence"}, 0, "", &P::sequence},
     {"time_us", {"time_us"}, 0, "", &P::time_us},
@@ -33,6 +34,7 @@ const std::array<PoseField, 11> kFields{{
      [](const P& p) { return Numbers(p.deviation); }},
     {"distortion_mm", {"distortion_mm"}, 0, "{:.4f}", nullptr, [](const P& p) { return Numbers(&p.distortion_mm, 1); }},
     {"snr_db", {"snr_db"}, 0, "{:.2f}", nullptr, [](const P& p) { return Numbers(&p.snr_db, 1); }},
+    {"flag_names", {"flag_names"}, 0, ""},
 }};
 constexpr std::size_t kDeviation = 8;
 
@@ -54,6 +56,16 @@ public:
             print(i == 0 ? "" : ",");
             const bool is_long = std::abs(numbers[i]) >= kLongFrom;
             print(!std::isfinite(numbers[i]) ? not_finite : is_long ? kSignificant : field.format, numbers[i]);
+        }
+    }
+    void put_flag_names(std::int64_t flags) {
+        bool is_first = true;
+        const auto names = flag_names();
+        for (std::size_t bit = 0; bit < names.size(); ++bit) {
+            if ((flags >> bit & 1) != 0) {
+                print(is_first ? "{}" : " {}", names[bit]);
+                is_first = false;
+            }
         }
     }
     [[nodiscard]] std::size_t size() const { return size_; }
@@ -120,8 +132,8 @@ PoseNumbers numbers_of(const tracking::PoseEstimate<double>& e, double units_per
 std::string pose_column_names(std::string_view unit, std::string_view instead_of_deviation) {
     std::string names;
     for (const PoseField& field : kFields) {
-        if (is_deviation(field) && !instead_of_deviation.empty()) {
-            names.append(",").append(instead_of_deviation);
+        if (!instead_of_deviation.empty() && (is_deviation(field) || field.is_names())) {
+            names.append(is_deviation(field) ? "," : "").append(is_deviation(field) ? instead_of_deviation : "");
             continue;
         }
         for (std::size_t i = 0; i < field.names.size() && field.names[i] != nullptr; ++i) {
@@ -140,6 +152,8 @@ std::size_t put_csv(const PoseNumbers& pose, std::span<char> out) {
         text.print(text.size() == 0 ? "" : ",");
         if (field.integer != nullptr) {
             text.print("{}", pose.*field.integer);
+        } else if (field.is_names()) {
+            text.put_flag_names(pose.flags);
         } else {
             text.put_numbers(field, field.numbers(pose), "{}");
         }
@@ -153,6 +167,12 @@ std::size_t put_json(const PoseNumbers& pose, std::span<char> out) {
         text.print(text.size() == 0 ? "{{\"{}\":" : ",\"{}\":", field.key);
         if (field.integer != nullptr) {
             text.print("{}", pose.*field.integer);
+            continue;
+        }
+        if (field.is_names()) {
+            text.print("\"");
+            text.put_flag_names(pose.flags);
+            text.print("\"");
             continue;
         }
         const Numbers numbers = field.numbers(pose);

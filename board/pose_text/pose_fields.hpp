@@ -33,7 +33,7 @@ PoseNumbers numbers_of(const protocol::PoseMessage& message);
 /// units_per_m: unit of the output.
 PoseNumbers numbers_of(const tracking::PoseEstimate<double>& estimate, double units_per_m = 1);
 
-/// One field: an integer, or up to six numbers.
+/// One field: an integer, up to six numbers, or the names of the flags.
 struct PoseField {
     const char* key;                               // JSON
     std::array<const char*, 6> names;              // CSV columns, without unit
@@ -41,6 +41,9 @@ struct PoseField {
     const char* format;                            // fmt format of one number
     std::int64_t PoseNumbers::*integer = nullptr;  // null: the field holds numbers
     std::span<const double> (*numbers)(const PoseNumbers&) = nullptr;
+
+    /// The names of the flags, separated by spaces.
+    [[nodiscard]] bool is_names() const { return integer == nullptr && numbers == nullptr; }
 };
 
 /// All fields, in the order of all text forms.
@@ -50,7 +53,7 @@ std::span<const PoseField> pose_fields();
 bool is_deviation(const PoseField& field);
 
 /// Column names of the fields, separated by commas; `unit` is appended to names of lengths. instead_of_deviation: names of the
-/// columns that replace the standard deviations, if any.
+/// columns that replace the standard deviations, if any; such a form has no names of flags.
 std::string pose_column_names(std::string_view unit = "m", std::string_view instead_of_deviation = {});
 
 /// Additional columns of forms that have the error budget.
@@ -60,6 +63,6 @@ constexpr std::string_view kPredictedErrorNames = "predicted_error_mm,predicted_
 /// Returns the number of characters, at most kLongestPoseText.
 std::size_t put_csv(const PoseNumbers& pose, std::span<char> out);
 std::size_t put_json(const PoseNumbers& pose, std::span<char> out);
-constexpr std::size_t kLongestPoseText = 768;
+constexpr std::size_t kLongestPoseText = 1024;
 
 }  // namespace tricoil::host

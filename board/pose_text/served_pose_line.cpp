@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "board/pose_text/flag_names.hpp"
 #include "board/pose_text/pose_fields.hpp"
 
 namespace tricoil::host {
@@ -17,8 +16,7 @@ std::string served_pose_line(const ServedPose& served) {
     const std::size_t size = put_json(numbers_of(served.pose), text);
     const std::string_view fields(text.data(), size - 1);  // without the closing brace
     const std::int64_t utc_us = to_us(served.utc);
-    return fmt::format("{},\"utc_s\":{}.{:06},\"flag_names\":\"{}\"}}\n", fields, utc_us / kMicrosecondsPerSecond,
-                       utc_us % kMicrosecondsPerSecond, to_text(served.pose.flags));
+    return fmt::format("{},\"utc_s\":{}.{:06}}}\n", fields, utc_us / kMicrosecondsPerSecond, utc_us % kMicrosecondsPerSecond);
 }
 
 }  // namespace tricoil::host

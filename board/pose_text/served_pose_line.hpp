@@ -7,7 +7,7 @@
 
 namespace tricoil::host {
 
-/// The fields of all text forms (pose_fields), then utc_s (pose time, seconds since 1970) and flag_names, with line feed.
+/// The fields of all text forms (pose_fields), then utc_s (pose time, seconds since 1970), with line feed.
 std::string served_pose_line(const ServedPose& served);
 
 }  // namespace tricoil::host

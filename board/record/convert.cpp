@@ -2,8 +2,11 @@
 
 #include <array>
 #include <functional>
+#include <memory>
 
 #include "board/pose_text/candump.hpp"
+#include "board/pose_text/mat/mat_poses.hpp"
+#include "board/pose_text/mcap/mcap_poses.hpp"
 #include "board/pose_text/openigtlink/igtl_messages.hpp"
 #include "board/pose_text/pose_lines.hpp"
 #include "board/support/errors.hpp"
@@ -30,17 +33,61 @@ std::string igtl_bytes(const Pose& pose) {
     return pose.valid() ? igtl_output::transform_message(served) : igtl_output::status_message(served);
 }
 
+/// One form: a function for each pose, and one for the end, which may be empty.
+struct Form {
+    std::function<void(const Pose&)> take;
+    std::function<void()> finish = {};
+};
+
+using Put = std::function<void(std::string_view)>;
+
+Form lines_form(const Put& put, std::string (*line)(const Pose&)) {
+    return {[&put, line](const Pose& pose) { put(line(pose)); }};
+}
+
+std::string csv_line(const Pose& pose) {
+    std::array<char, kLongestPoseText> text{};
+    return std::string(text.data(), put_csv(numbers_of(pose), text)) + "\n";
+}
+
+std::string json_line(const Pose& pose) {
+    PoseLineBuffer buffer{};
+    return std::string(pose_line(protocol::to_message(pose), PoseFormat::json, buffer));
+}
+
+Form csv_form(const Put& put) {
+    put(pose_column_names() + "\n");
+    return lines_form(put, csv_line);
+}
+
+Form json_form(const Put& put) { return lines_form(put, json_line); }
+
+Form candump_form(const Put& put) {
+    return lines_form(put, [](const Pose& pose) { return candump_line(protocol::to_message(pose)); });
+}
+
+Form igtl_form(const Put& put) { return lines_form(put, igtl_bytes); }
+
+Form mat_form(const Put& put) {
+    const auto poses = std::make_shared<MatPoses>();
+    return {[poses](const Pose& pose) { poses->add(pose); }, [poses, &put] { poses->finish(put); }};
+}
+
+Form mcap_form(const Put& put) {
+    const auto poses = std::make_shared<McapPoses>(put);
+    return {[poses](const Pose& pose) { poses->add(pose); }, [poses] { poses->finish(); }};
+}
+
 }  // namespace
 
-std::uint64_t convert(const Recording& recording, const std::string& form, const std::function<void(std::string_view)>& put) {
-    const std::size_t to = index_of_name("--to", form, {"jsonl", "candump", "openigtlink"});
-    PoseLineBuffer buffer{};
-    const std::array<std::function<void(const Pose&)>, 3> take{
-        [&](const Pose& pose) { put(pose_line(protocol::to_message(pose), PoseFormat::json, buffer)); },
-        [&](const Pose& pose) { put(candump_line(protocol::to_message(pose))); },
-        [&](const Pose& pose) { put(igtl_bytes(pose)); },
-    };
-    return for_each_pose(recording, take.at(to));
+std::uint64_t convert(const Recording& recording, const std::string& name, const std::function<void(std::string_view)>& put) {
+    constexpr std::array kForms{json_form, csv_form, mat_form, mcap_form, candump_form, igtl_form};
+    const Form form = kForms.at(index_of_name("--to", name, {"jsonl", "csv", "mat", "mcap", "candump", "openigtlink"}))(put);
+    const std::uint64_t count = for_each_pose(recording, form.take);
+    if (form.finish) {
+        form.finish();
+    }
+    return count;
 }
 
 }  // namespace tricoil::host

@@ -130,7 +130,7 @@ std::string line_of(const tracking::PoseEstimate<double>& e) {
             }
         } else if (field.integer != nullptr) {
             add(numbers.*field.integer);
-        } else {
+        } else if (!field.is_names()) {
             for (const double number : field.numbers(numbers)) {
                 add(number);
             }

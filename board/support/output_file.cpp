@@ -10,6 +10,7 @@
 #include <cstring>
 
 #include "board/support/errors.hpp"
+#include "board/support/terminal_text.hpp"
 
 namespace tricoil::host {
 namespace fs = std::filesystem;
@@ -57,6 +58,12 @@ void refuse_write_protected(const fs::path& path) {
 }
 
 OutputFile::OutputFile(const fs::path& path, unsigned mode) : path_(path) {
+    if (path == kStandardOutput) {
+        path_ = "standard output";
+        open_standard_output();
+        print_text_to_standard_error();
+        return;
+    }
     std::error_code error;
     const fs::file_status status = fs::status(path, error);
     if (fs::is_directory(status)) {
@@ -65,8 +72,7 @@ OutputFile::OutputFile(const fs::path& path, unsigned mode) : path_(path) {
     // If standard output is redirected to this file, replacing the file would lose the other output.
     const bool is_stdout = fs::exists(status) && fs::equivalent(path, "/dev/stdout", error);
     if (is_stdout) {
-        std::fflush(stdout);
-        file_.reset(::fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, 0));
+        open_standard_output();
     } else if (fs::exists(status) && !fs::is_regular_file(status)) {
         file_.reset(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
     } else {
@@ -76,6 +82,14 @@ OutputFile::OutputFile(const fs::path& path, unsigned mode) : path_(path) {
     }
     if (file_.get() < 0) {
         refuse(path, std::strerror(errno));
+    }
+}
+
+void OutputFile::open_standard_output() {
+    std::fflush(stdout);
+    file_.reset(::fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, 0));
+    if (file_.get() < 0) {
+        refuse(path_, std::strerror(errno));
     }
 }
 

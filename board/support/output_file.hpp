@@ -9,9 +9,12 @@
 
 namespace tricoil::host {
 
+/// Path of the standard output.
+constexpr const char* kStandardOutput = "-";
+
 /// Writes a temporary file beside `path`; commit() renames it to the target of `path`, following symbolic links. Without commit()
 /// the temporary file is removed and an older file stays unchanged. A pipe, terminal, device, or file that is the standard output
-/// is written directly and never replaced.
+/// is written directly and never replaced. "-" is the standard output; then print_text() prints to standard error.
 class OutputFile {
 public:
     /// mode: permissions of a new file. Throws InputError, naming the path, if it is a folder or write-protected, or the file
@@ -27,6 +30,7 @@ public:
     void commit();
 
 private:
+    void open_standard_output();
     void open_aside(unsigned mode);
     void flush();
     [[noreturn]] void fail() const;

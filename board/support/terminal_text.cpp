@@ -1,5 +1,6 @@
 #include "board/support/terminal_text.hpp"
 
+#include <atomic>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -13,6 +14,8 @@ namespace {
 
 // Static, because a signal handler can access only static storage.
 volatile std::sig_atomic_t reader_gone = 0;
+
+std::atomic<bool> text_on_stderr = false;
 
 thread_local std::string* captured = nullptr;  // text of the innermost CapturedText; null: none
 
@@ -57,9 +60,11 @@ void print_text(std::string_view text) {
     if (captured != nullptr) {
         captured->append(text);
     } else {
-        print(text, stdout);
+        print(text, text_on_stderr ? stderr : stdout);
     }
 }
+
+void print_text_to_standard_error() { text_on_stderr = true; }
 
 void print_notice(std::string_view text) { print(text, stderr); }
 

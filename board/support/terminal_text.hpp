@@ -15,6 +15,8 @@ std::string terminal_text(std::string_view text);
 
 /// Prints to standard output. end_standard_output() reports a failure.
 void print_text(std::string_view text);
+/// From now on print_text() prints to standard error, because the standard output has data.
+void print_text_to_standard_error();
 /// Prints to standard error. Failures are ignored.
 void print_notice(std::string_view text);
 

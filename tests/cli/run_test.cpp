@@ -132,6 +132,35 @@ TEST(Run, WritesPosesInChosenUnitsAndAngles) {
     std::remove(csv.c_str());
 }
 
+TEST(Run, CsvNamesTheFlags) {
+    const std::string csv = path_in_temp("flag_names.csv");
+    run("--duration 1 --fault metal:0.6,0.3,0,0.08 --out " + csv);
+    const CsvTable poses(read_file(csv));
+    EXPECT_EQ(poses.number(poses.rows() - 1, "flags"), 0x1008);
+    EXPECT_EQ(poses.text(poses.rows() - 1, "flag_names"), "distorted uncertain");
+    std::remove(csv.c_str());
+}
+
+/// The summary goes to standard error.
+TEST(Run, AMinusIsStandardOutput) {
+    const std::string csv = path_in_temp("same.csv");
+    run("--duration 0.5 --out " + csv);
+    for (const std::string json : {"", " --json"}) {
+        const auto piped = tricoil("run --duration 0.5 --out -" + json);
+        EXPECT_EQ(piped.exit_code, 0) << piped.err;
+        EXPECT_EQ(piped.out, read_file(csv));
+        EXPECT_THAT(piped.err, HasSubstr("scored"));
+    }
+    const std::string take = path_in_temp("take_of_minus");
+    std::filesystem::remove_all(take);
+    run("--duration 0.5 --record " + take);
+    EXPECT_EQ(tricoil("replay " + take + " --out -").out, read_file(take + "/poses.csv"));
+    EXPECT_EQ(tricoil("convert " + take + " --out -").out, tricoil("convert " + take).out);
+    EXPECT_FALSE(std::filesystem::exists("-"));
+    std::filesystem::remove_all(take);
+    std::remove(csv.c_str());
+}
+
 TEST(Run, PosesPredictTheirOwnErrors) {
     for (const char* options :
          {"--mux tdm --no-deskew", "--mux fdm", "--mux tdm --tracker previous --no-deskew", "--mux tdm --tracker scaat"}) {

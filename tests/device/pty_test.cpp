@@ -41,11 +41,10 @@ protected:
     void TearDown() override { std::filesystem::remove_all(folder); }
 
     /// Starts the front end, and waits until it has created the pseudo terminal.
-    void plug_in(const std::string& options) {
+    void plug_in(const std::string& options, const std::string& watchdog_us = "5000000") {
         std::filesystem::remove(in("line"));
-        peer =
-            std::make_unique<Program>(std::string(TRICOIL_FRONT_END) + " --link pty: --watchdog-us 5000000 --patience-ms 5000 " +
-                                      options + " >" + in("line") + " 2>" + in("front-end.err"));
+        peer = std::make_unique<Program>(std::string(TRICOIL_FRONT_END) + " --link pty: --watchdog-us " + watchdog_us +
+                                         " --patience-ms 5000 " + options + " >" + in("line") + " 2>" + in("front-end.err"));
         ASSERT_TRUE(test::eventually([&] { return test::read_text(in("line")).find('\n') != std::string::npos; }));
         device = "serial:" + test::lines(test::read_text(in("line"))).front();
     }
@@ -93,7 +92,7 @@ TEST_F(Pty, TheFrontEndIsPulledOutAndTheLineIsGone) {
 }
 
 TEST_F(Pty, InfoTellsWhoItIs) {
-    plug_in("--duration 4 --serial 4711 --mux fdm --rate-hz 960");
+    plug_in("--duration 4 --serial 4711 --mux fdm --rate-hz 960", "100000");
     ASSERT_EQ(tricoil("device info --json " + device), 0) << err;
     const json info = json::parse(out);
     EXPECT_EQ(info["serial"], 4711);
@@ -103,6 +102,7 @@ TEST_F(Pty, InfoTellsWhoItIs) {
     EXPECT_EQ(info["drives_coils"], true);
     ASSERT_EQ(tricoil("device info " + device), 0) << err;
     EXPECT_THAT(out, ::testing::HasSubstr("serial         4711\n"));
+    EXPECT_THAT(out, ::testing::HasSubstr("watchdog_s     0.1\n"));
 }
 
 TEST_F(Pty, WatchPrintsEveryMessageAndStartsNothing) {
@@ -215,15 +215,21 @@ TEST_F(Pty, ACalibrationIsWrittenReadAndKept) {
 TEST_F(Pty, CapturedBlocksDemodulateToASensor) {
     plug_in("--duration 4 --scenario still");
     ASSERT_EQ(tricoil("device capture --repeats 3 --out " + in("capture.csv") + " " + device), 0) << err;
-    EXPECT_THAT(out, ::testing::HasSubstr("--rate-hz 144000"));
-    const auto plan = signal::default_acquisition(signal::Multiplexing::tdm, 240);
-    const std::string acquisition = " --rate-hz 144000 --carrier-hz " + std::to_string(plan.carrier_hz[0]) + " --guard " +
-                                    std::to_string(plan.guard_samples) + " --bits 24";
-    ASSERT_EQ(tricoil("demodulate --json " + in("capture.csv") + acquisition), 0) << err;
+    const std::string next = test::lines(out).at(1);  // the command to paste
+    ASSERT_TRUE(next.starts_with("tricoil demodulate " + in("capture.csv") + " --rate-hz 144000 ")) << next;
+    ASSERT_EQ(tricoil(next.substr(8) + " --json"), 0) << err;
     const json analysis = json::parse(out);
     EXPECT_EQ(analysis["sensor_present"], true);
     EXPECT_EQ(analysis["repeats"], 3);
     EXPECT_GT(analysis["determinant"], 0);
+}
+
+TEST_F(Pty, NextCommandOfACaptureQuotesItsFile) {
+    plug_in("--duration 4 --scenario still");
+    const std::string file = in("it's a capture.csv");
+    ASSERT_EQ(tricoil("device capture --out \"" + file + "\" " + device), 0) << err;
+    ASSERT_EQ(tricoil(test::lines(out).at(1).substr(8)), 0) << err;
+    EXPECT_THAT(out, ::testing::HasSubstr("signal matrix"));
 }
 
 TEST_F(Pty, SilenceEndsWithOneLine) {

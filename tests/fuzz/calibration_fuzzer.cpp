@@ -1,8 +1,9 @@
-// Random bytes as a calibration: TOML, or a blob with a corrected CRC, so that its numbers are read. An accepted calibration can
-// be written and read again.
+// Random bytes as a calibration: TOML of coils or of a tip, or a blob with a corrected CRC, so that its numbers are read. An
+// accepted calibration can be written and read again.
 #include <cstring>
 
 #include "board/support/calibration_file.hpp"
+#include "board/support/tool_tip.hpp"
 #include "core/base/crc32.hpp"
 #include "core/calibration/blob.hpp"
 #include "tests/fuzz/input_file.hpp"
@@ -16,6 +17,15 @@ void as_toml(std::string_view text) {
         const auto file = host::read_calibration(fuzz::input_file("calibration.toml", text));
         const auto again = host::read_calibration(fuzz::input_file("again.toml", host::to_toml(file)));
         if (again.calibration.hemisphere != file.calibration.hemisphere) {
+            std::abort();
+        }
+    });
+}
+
+void as_tip(std::string_view text) {
+    fuzz::accept_or_refuse([&] {
+        const auto tip = host::read_tip(fuzz::input_file("tip.toml", text));
+        if (host::read_tip(fuzz::input_file("again.toml", host::to_toml(tip))).tip_m != tip.tip_m) {
             std::abort();
         }
     });
@@ -43,7 +53,9 @@ void as_blob(std::span<const std::uint8_t> bytes) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {  // NOLINT(readability-identifier-naming)
-    if (size > 0 && data[0] % 2 == 0) {
+    if (size > 0 && data[0] == '#') {
+        as_tip(fuzz::text_of(data, size));
+    } else if (size > 0 && data[0] % 2 == 0) {
         as_toml(fuzz::text_of(data + 1, size - 1));
     } else if (size > 0) {
         as_blob({data + 1, size - 1});

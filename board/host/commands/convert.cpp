@@ -21,7 +21,7 @@ struct ConvertCommand {
 
 int run_convert(const ConvertCommand& command) {
     const Recording recording(command.folder);
-    if (command.out.empty()) {
+    if (command.out.empty() || command.out == kStandardOutput) {
         if (command.json) {
             throw InputError("--json: the poses need a file; add --out FILE");
         }
@@ -44,7 +44,9 @@ void add_convert_command(CLI::App& program, Action& action) {
     auto command = std::make_shared<ConvertCommand>();
     CLI::App* sub = program.add_subcommand("convert", "Convert the poses of a recording for other programs");
     sub->add_option("recording", command->folder, "Folder written by run --record")->required()->check(refuse_empty);
-    sub->add_option("--to", command->form, "jsonl, candump or openigtlink")->capture_default_str();
+    sub->add_option("--to", command->form,
+                    "jsonl, csv, mat (MATLAB, Octave), mcap (Foxglove, PlotJuggler), candump or openigtlink")
+        ->capture_default_str();
     sub->add_option("--out", command->out, "Output file; default: standard output")->check(refuse_empty);
     sub->add_flag("--json", command->json, "Summary as JSON");
     sub->callback([command, &action] { action = [command] { return run_convert(*command); }; });

@@ -87,9 +87,9 @@ Json identity_json(const protocol::IdentifyMessage& m) {
             {"sensors", m.sensors},
             {"multiplexing", m.multiplexing == 0 ? "tdm" : "fdm"},
             {"drives_coils", m.drives_coils != 0},
-            {"frame_rate_hz", 1e-3 * m.frame_rate_millihertz},
-            {"window_s", 1e-6 * m.window_us},
-            {"watchdog_s", 1e-6 * m.watchdog_us}};
+            {"frame_rate_hz", m.frame_rate_millihertz / 1e3},
+            {"window_s", m.window_us / 1e6},
+            {"watchdog_s", m.watchdog_us / 1e6}};
 }
 
 int show_info(const DeviceCommand& command) {
@@ -110,8 +110,8 @@ Json value_of(const protocol::FieldInfo& f, const std::uint8_t* bytes) {
         return static_cast<double>(protocol::get<float>(bytes, f.type));
     }
     const auto number = protocol::get<std::int64_t>(bytes, f.type);
-    if (f.scale != 1) {
-        return f.scale * static_cast<double>(number);
+    if (f.scale < 1) {  // a division gives the nearest double: 0.1 and not 0.09999999999999999
+        return static_cast<double>(number) / std::round(1 / f.scale);
     }
     return protocol::is_signed(f.type) ? Json(number) : Json(static_cast<std::uint64_t>(number));
 }
@@ -195,15 +195,42 @@ int send_calibration(const DeviceCommand& command) {
     return to_int(ExitCode::fine);
 }
 
+/// A word for the shell.
+std::string shell_word(const std::string& text) {
+    constexpr const char* kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./:,+-";
+    if (!text.empty() && text.front() != '-' && text.find_first_not_of(kPlain) == std::string::npos) {
+        return text;
+    }
+    std::string word = text.starts_with('-') ? "'./" : "'";
+    for (const char c : text) {
+        word += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    }
+    return word + "'";
+}
+
+/// The command that analyses a capture of this device.
+std::string next_command(const std::string& file, const protocol::IdentifyMessage& device,
+                         const protocol::RawBlockMessage& about) {
+    if (device.multiplexing != 0) {
+        return "the device multiplexes by frequency; demodulate needs TDM: tricoil device mode --mux tdm, then capture again";
+    }
+    const auto plan = signal::default_acquisition(signal::Multiplexing::tdm, device.frame_rate_millihertz / 1e3);
+    return fmt::format("tricoil demodulate {} --rate-hz {} --carrier-hz {} --guard {} --bits {}", shell_word(file),
+                       about.sample_rate_millihertz / 1e3 / about.decimation, plan.carrier_hz[0],
+                       (plan.guard_samples + about.decimation - 1) / about.decimation,
+                       std::bit_width(static_cast<std::uint32_t>(about.full_scale - 1)) + 1);
+}
+
 /// Records every excitation state in turn, in the format of tricoil demodulate.
 int capture_blocks(const DeviceCommand& command) {
     linux_board::DeviceInquiry inquiry(command.uri, command.wait_s);
+    const protocol::IdentifyMessage device = inquiry.identify();
     std::string text = "state,repeat,sample,adc0,adc1,adc2,adc3\n";
-    double rate_hz = 0;
+    std::string next;
     for (int repeat = 0; repeat < command.repeats; ++repeat) {
         for (int coil = 0; coil < kSourceCoils; ++coil) {
             const auto burst = inquiry.read_block(single_coil(coil));
-            rate_hz = 1e-3 * burst.about.sample_rate_millihertz / burst.about.decimation;
+            next = next_command(command.file, device, burst.about);
             int n = 0;
             for (const Sample& sample : burst.samples) {
                 text += fmt::format("S{},{},{},{}\n", coil + 1, repeat, n++, fmt::join(sample, ","));
@@ -211,8 +238,7 @@ int capture_blocks(const DeviceCommand& command) {
         }
     }
     write_whole_file(command.file, text);
-    print_text("{}: {} repeats; tricoil demodulate {} --rate-hz {:g} --carrier-hz ...\n", command.file, command.repeats,
-               command.file, rate_hz);
+    print_text("{}: {} repeats\n{}\n", command.file, command.repeats, next);
     return to_int(ExitCode::fine);
 }
 

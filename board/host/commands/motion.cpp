@@ -214,7 +214,7 @@ void add_motion_command(CLI::App& program, Action& action) {
     sub->add_option("--rate-hz", c->rate_hz, "Updates per second")->capture_default_str();
     sub->add_option("--gap", c->gap_s, "Processing and multiplexing gap that lengthens each update, s")->capture_default_str();
     sub->add_option("--duration", c->duration_s, "s")->capture_default_str();
-    sub->add_option("--out", c->out, "All updates as CSV")->check(refuse_empty);
+    sub->add_option("--out", c->out, "All updates as CSV; - is standard output")->check(refuse_empty);
     sub->add_flag("--json", c->json, "Result as JSON");
     sub->callback([c, &action] { action = [c] { return motion(*c); }; });
 }

@@ -88,7 +88,8 @@ void add_replay_command(CLI::App& program, Action& action) {
     sub->add_option("recording", command->folder, "Folder written by run --record")->required()->check(refuse_empty);
     sub->add_option("--tracker", command->tracker, "direct, previous, previous-angles or scaat; default: as recorded")
         ->check(refuse_empty);
-    sub->add_option("--out", command->out, "Write the poses to this file, in the format of poses.csv")->check(refuse_empty);
+    sub->add_option("--out", command->out, "Write the poses to this file, in the format of poses.csv; - is standard output")
+        ->check(refuse_empty);
     sub->add_flag("--json", command->json, "Summary as JSON");
     sub->callback([command, &action] { action = [command] { return run_replay(*command); }; });
 }

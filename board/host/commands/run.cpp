@@ -199,7 +199,8 @@ void add_run_command(CLI::App& program, Action& action) {
         ->capture_default_str();
     sub->add_flag("--smooth", o.smooth, "Also give the errors of the smoothed motion, for comparison (see tricoil smooth)");
     sub->add_flag("--realtime", o.realtime, "Run in real time");
-    sub->add_option("--out", o.out_csv, "Write all poses and true poses to this CSV file")->check(refuse_empty);
+    sub->add_option("--out", o.out_csv, "Write all poses and true poses to this CSV file; - is standard output")
+        ->check(refuse_empty);
     sub->add_option("--align", o.output.align_points,
                     "CSV: alignment frame from three points (m): origin, point on the x axis, point towards the y axis")
         ->delimiter(',')

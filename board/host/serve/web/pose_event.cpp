@@ -25,6 +25,8 @@ Json json_of(const ServedPose& served) {
     for (const PoseField& field : pose_fields()) {
         if (field.integer != nullptr) {
             pose[field.key] = numbers.*field.integer;
+        } else if (field.is_names()) {
+            pose[field.key] = to_text(e.flags);
         } else if (const auto values = field.numbers(numbers); values.size() == 1) {
             pose[field.key] = values.front();
         } else {
@@ -34,7 +36,6 @@ Json json_of(const ServedPose& served) {
     pose["utc_ms"] = 1e-3 * static_cast<double>(to_us(served.utc));
     pose["position_covariance_m2"] = {c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2), c(2, 2)};
     pose["stale"] = e.flags.has(tracking::PoseFlag::stale);
-    pose["flag_names"] = to_text(e.flags);
     pose["advice"] = advice(e.flags);
     pose["state_name"] = to_text(e.state);
     pose["predicted_error_mm"] = e.predicted_error ? Json(1e3 * e.predicted_error->total.position_m) : Json(nullptr);
