@@ -148,6 +148,28 @@ Rows rows_of(const CsvTable& table) {
     return rows;
 }
 
+/// Mean square of the error in x divided by its standard deviation, of the valid poses of the first sensor.
+double honesty(const CsvTable& poses) {
+    double squares = 0;
+    int scored = 0;
+    for (std::size_t row = 0; row < poses.rows(); ++row) {
+        if (poses.text(row, "sensor") == "0" && poses.text(row, "valid") == "1" && poses.number(row, "time_us") > 5e5) {
+            const double x = (poses.number(row, "x_m") - poses.number(row, "true_x_m")) / poses.number(row, "std_x_m");
+            squares += x * x;
+            ++scored;
+        }
+    }
+    EXPECT_GT(scored, 700);
+    return squares / scored;
+}
+
+TEST(RelativeTo, TheTipOfAToolIsRelativeToo) {
+    const std::string csv = path_in_temp("relative_tip.csv");
+    const auto result = tricoil("run --duration 4 --stations 2 --relative-to 2 --tip 0.2,0,0 --out " + csv);
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_NEAR(honesty(CsvTable(read_file(csv))), 1, 0.25);
+}
+
 TEST(RelativeTo, CsvHoldsHonestRelativePosesAndTheRecordingStaysRaw) {
     const std::string csv = path_in_temp("relative.csv");
     const std::string folder = path_in_temp("relative_recording");
@@ -157,20 +179,13 @@ TEST(RelativeTo, CsvHoldsHonestRelativePosesAndTheRecordingStaysRaw) {
     ASSERT_EQ(result.exit_code, 0) << result.err;
     const CsvTable relative(read_file(csv));
     const CsvTable raw(read_file(folder + "/poses.csv"));
-    double squares = 0;
-    int scored = 0;
+    EXPECT_NEAR(honesty(relative), 1, 0.25);
     for (std::size_t row = 0; row < relative.rows(); ++row) {
         if (relative.text(row, "sensor") == "1") {
             EXPECT_LT(relative.number(row, "error_position_m"), 1e-6);
             EXPECT_EQ(relative.number(row, "std_x_m"), 0);
-        } else if (relative.text(row, "valid") == "1" && relative.number(row, "time_us") > 5e5) {
-            const double x = (relative.number(row, "x_m") - relative.number(row, "true_x_m")) / relative.number(row, "std_x_m");
-            squares += x * x;
-            ++scored;
         }
     }
-    ASSERT_GT(scored, 700);
-    EXPECT_NEAR(squares / scored, 1, 0.25);
     // Raw poses of both sensors give the relative position.
     const Rows rows = rows_of(raw);
     int compared = 0;
