@@ -7,6 +7,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstring>
+#include <functional>
 #include <thread>
 
 #include "board/linux/device_setup.hpp"
@@ -16,12 +17,14 @@
 #include "board/linux/realtime.hpp"
 #include "board/pose_text/pose_lines.hpp"
 #include "board/record/recorder.hpp"
+#include "board/record/relative_tap.hpp"
 #include "board/record/tap_fan_out.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
 #include "board/support/json_text.hpp"
 #include "board/support/output_file.hpp"
 #include "board/support/terminal_text.hpp"
+#include "core/protocol/convert.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
 
 namespace tricoil::linux_board {
@@ -124,6 +127,21 @@ private:
     Handler size_;
 };
 
+/// Passes poses to a function.
+class PoseTap final : public tracking::TrackerTap<double> {
+public:
+    explicit PoseTap(std::function<void(const tracking::PoseEstimate<double>&)> sink) : sink_(std::move(sink)) {}
+
+private:
+    void do_begin(const Settings& /*settings*/) override {}
+    void do_column(const Column<double>& /*column*/) override {}
+    void do_tick(std::uint8_t /*sensor*/, DeviceTime /*now*/) override {}
+    void do_hemisphere(std::uint8_t /*sensor*/, const Vec3<double>& /*towards*/) override {}
+    void do_pose(const tracking::PoseEstimate<double>& estimate) override { sink_(estimate); }
+
+    std::function<void(const tracking::PoseEstimate<double>&)> sink_;
+};
+
 constexpr int kSignalled = 128;  // the exit code is this plus the signal number
 
 /// Device time since the first pose, summed over restarts of the device.
@@ -198,7 +216,20 @@ int run_device(const DeviceRunOptions& options) {
     if (!options.record.empty()) {
         recorder.emplace(options.record, describe_source(config), host::Journal::WhenFull::end);
     }
-    host::TapFanOut taps{options.tap, recorder ? &*recorder : nullptr};
+    const auto write = [&](const protocol::PoseMessage& pose) {
+        if (csv) {
+            csv->push(host::pose_line(pose, host::PoseFormat::csv, line));
+        }
+        if (json) {
+            json->push(host::pose_line(pose, host::PoseFormat::json, line));
+        }
+    };
+    PoseTap relative_writer([&](const auto& pose) { write(protocol::to_message(options.tips.at_tip(pose))); });
+    std::optional<host::RelativeTap> relative;
+    if (options.reference) {
+        relative.emplace(*options.reference, relative_writer);
+    }
+    host::TapFanOut taps{options.tap, recorder ? &*recorder : nullptr, relative ? &*relative : nullptr};
     params.tips = options.tips;
     params.tap = taps.any() ? &taps : nullptr;
     const auto port = make_port(uri);
@@ -209,11 +240,8 @@ int run_device(const DeviceRunOptions& options) {
         constexpr auto kHemisphereUnknown = tracking::PoseFlag::hemisphere_unknown;
         flags = {};
         flags.set_if((pose.flags >> static_cast<unsigned>(kHemisphereUnknown) & 1U) != 0, kHemisphereUnknown);
-        if (csv) {
-            csv->push(host::pose_line(pose, host::PoseFormat::csv, line));
-        }
-        if (json) {
-            json->push(host::pose_line(pose, host::PoseFormat::json, line));
+        if (!relative) {
+            write(pose);
         }
     });
     FaultReporter reporter(config.device, params.tap);

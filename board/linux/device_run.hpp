@@ -22,7 +22,8 @@ struct DeviceRunOptions {
     double give_up_after_s = 0;                                   // time without a steady device; 0: never
     bool json = false;
     host::ToolTips tips;  // of poses in CSV, JSON and on the link; recordings and `tap` get the poses of the sensors
-    std::string record;   // folder; empty: none
+    std::optional<std::uint8_t> reference;                     // CSV and JSON: sensor to which all poses are relative
+    std::string record;                                        // folder; empty: none
     tracking::TrackerTap<double>* tap = nullptr;               // receives inputs and outputs of the trackers
     std::function<void()> ready;                               // called once, with valid options; may be empty
     std::function<void(DeviceLoop&)> each_step;                // called between steps; may be empty

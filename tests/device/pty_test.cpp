@@ -66,6 +66,23 @@ protected:
     std::unique_ptr<Program> peer;
 };
 
+TEST_F(Pty, PosesAreRelativeToTheReference) {
+    plug_in("--duration 10");
+    ASSERT_EQ(tricoil("run --json --device " + device + " --duration 1 --relative-to 1 --out " + in("poses.csv")), 0) << err;
+    const test::CsvTable own = table(in("poses.csv"));
+    const auto rows = valid_rows(own);
+    EXPECT_GT(rows.size(), 100U);
+    for (const auto& [time, row] : rows) {
+        EXPECT_EQ(own.number(row, "x_m"), 0);
+        EXPECT_EQ(own.number(row, "std_x_m"), 0);
+    }
+    const json first = json::parse(test::lines(out).front());
+    EXPECT_EQ(first["position_m"], json::array({0.0, 0.0, 0.0}));
+    (void)tricoil("run --device " + device + " --duration 1 --relative-to 2 --out " + in("absent.csv"));
+    EXPECT_GT(table(in("absent.csv")).rows(), 100U);
+    EXPECT_TRUE(valid_rows(table(in("absent.csv"))).empty());  // the device has no second sensor
+}
+
 TEST_F(Pty, TracksToTheLastBitWithoutLoss) {
     plug_in("--duration 4");
     ASSERT_EQ(tricoil("run --json --device " + device + " --duration 2 --out " + in("poses.csv")), 0) << err;

@@ -12,6 +12,7 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -114,6 +115,29 @@ TEST(ServeProgram, AHostNameIsNotTakenForLoopback) {
     EXPECT_TRUE(host::parse_tcp_address("--web", "127.0.0.2:80").is_loopback());
     EXPECT_TRUE(host::parse_tcp_address("--web", "localhost:80").is_loopback());
     EXPECT_FALSE(host::parse_tcp_address("--web", "127.example.org:80").is_loopback());
+}
+
+TEST(ServeProgram, TheOutputPortCommandChangesTheSpeedOfASerialPort) {
+    const int port = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
+    ASSERT_EQ(grantpt(port), 0);
+    ASSERT_EQ(unlockpt(port), 0);
+    const Serving serving({"--fastrak", std::string("serial:") + ptsname(port) + ":9600", "--scenario", "still"});
+    const auto waits_for = [&](speed_t speed) {
+        termios settings{};
+        for (int n = 0; n < 1000 && cfgetospeed(&settings) != speed; ++n) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+            tcgetattr(port, &settings);  // of the other end
+        }
+        return cfgetospeed(&settings) == speed;
+    };
+    EXPECT_TRUE(waits_for(B9600));
+    EXPECT_EQ(write(port, "o192,N,8,0\r", 11), 11);
+    EXPECT_TRUE(waits_for(B19200));
+    EXPECT_EQ(write(port, "S", 1), 1);
+    EXPECT_EQ(read_for(port, std::chrono::seconds(10), 55).size(), 55U);
+    EXPECT_EQ(write(port, "\x19", 1), 1);
+    EXPECT_TRUE(waits_for(B9600));
+    close(port);
 }
 
 TEST(ServeProgram, APseudoTerminalInUseIsNotTakenAway) {

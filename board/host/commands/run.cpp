@@ -73,6 +73,7 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
     if (!options.config.calibration.empty()) {
         options.calibration = read_calibration(options.config.calibration).calibration;
     }
+    options.reference = reference_sensor(command);
     options.record = command.options.record;
     options.tips = ToolTips(command.options.output.tips);
     options.duration_s = duration_given ? command.duration_s : 0;
@@ -97,12 +98,15 @@ int run(RunCommand& command) {
         if (!output.tips.empty() && options.config.csv.empty() && !options.json && !options.config.publish) {
             throw InputError("--tip: no output for its poses; add --out FILE or --json");
         }
+        if (output.relative_to != 0 && options.config.csv.empty() && !options.json) {
+            throw InputError("--relative-to: no output for its poses; add --out FILE or --json");
+        }
         return linux_board::run_device(options);
     }
     complete_simulation_options(command);
-    if (command.options.out_csv.empty() && (!output.tips.empty() || !output.align_points.empty() || output.boresight ||
-                                            output.unit != OutputOptions{}.unit || !output.euler.empty())) {
-        throw InputError("--tip, --align, --boresight, --units and --euler change the CSV only; add --out FILE");
+    if (command.options.out_csv.empty() && (output.relative_to != 0 || !output.tips.empty() || !output.align_points.empty() ||
+                                            output.boresight || output.unit != OutputOptions{}.unit || !output.euler.empty())) {
+        throw InputError("--tip, --align, --boresight, --units, --euler and --relative-to change the CSV only; add --out FILE");
     }
     command.options.show_live = !command.json;
     const RunReport report = run_simulated(command.options);
@@ -121,6 +125,19 @@ int run(RunCommand& command) {
 
 }  // namespace
 
+std::optional<std::uint8_t> reference_sensor(const RunCommand& command) {
+    const int number = command.options.output.relative_to;
+    const int most = is_on_device(command) ? tracking::kMaxSensors : command.options.stations;
+    if (number == 0) {
+        return std::nullopt;
+    }
+    if (number < 0 || number > most) {
+        throw InputError(fmt::format("--relative-to {}: must be the number of a sensor, 1 to {}{}", number, most,
+                                     is_on_device(command) ? "" : "; --stations sets how many there are"));
+    }
+    return static_cast<std::uint8_t>(number - 1);
+}
+
 bool is_on_device(const RunCommand& command) { return command.device != "sim:" || !command.config.empty(); }
 
 void complete_simulation_options(RunCommand& command) {
@@ -128,6 +145,7 @@ void complete_simulation_options(RunCommand& command) {
     if (!command.options.hemisphere.empty()) {
         check_vector(command.options.hemisphere, "--hemisphere");
     }
+    (void)reference_sensor(command);
     command.options.place_m = Vec3<double>(command.place[0], command.place[1], command.place[2]);
     if (command.duration->count() > 0) {
         command.options.duration_s = command.duration_s;
@@ -182,6 +200,10 @@ void add_run_options(CLI::App* sub, const std::shared_ptr<RunCommand>& command) 
                     "Poses of a tool's tip: a file of calibrate --pivot, or [SENSOR:]X,Y,Z (m, sensor frame); repeatable. "
                     "Recordings keep the poses of the sensor")
         ->check(refuse_empty);
+    sub->add_option(
+        "--relative-to", o.output.relative_to,
+        "Output all poses relative to this sensor (1 is the first), with their covariance; recordings stay in the source "
+        "frame");
     sub->add_option("--record", o.record, "Record the run into this new folder, for tricoil replay and convert")
         ->check(refuse_empty);
 }

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,6 +30,9 @@ struct RunCommand {
 void add_run_options(CLI::App* sub, const std::shared_ptr<RunCommand>& command);
 
 bool is_on_device(const RunCommand& command);
+
+/// Index of the sensor of --relative-to. Throws InputError if there is no such sensor.
+std::optional<std::uint8_t> reference_sensor(const RunCommand& command);
 
 // Convert command-line options to run options. Throw InputError that names the option.
 linux_board::DeviceRunOptions device_options(const RunCommand& command);

@@ -19,6 +19,7 @@
 #include "board/host/serve/tcp_service.hpp"
 #include "board/host/serve/web/page_text.hpp"
 #include "board/host/serve/web/web_server.hpp"
+#include "board/record/relative_tap.hpp"
 #include "board/record/tap_fan_out.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/output_file.hpp"
@@ -232,7 +233,11 @@ int run_serve(const ServeCommand& command) {
         server.start();
         notice.ready();
     };
-    TapFanOut taps{&server.hub(), &recordings};
+    std::optional<RelativeTap> relative;
+    if (const auto reference = reference_sensor(*command.run)) {
+        relative.emplace(*reference, server.hub());
+    }
+    TapFanOut taps{relative ? static_cast<tracking::TrackerTap<double>*>(&*relative) : &server.hub(), &recordings};
     std::optional<CapturedText> summary;  // of a device; not between the poses
     if (to_standard_output) {
         summary.emplace();

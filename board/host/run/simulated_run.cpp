@@ -13,6 +13,7 @@
 #include "board/host/run/sample_recorder.hpp"
 #include "board/host/smooth/smoothing_tap.hpp"
 #include "board/pose_text/pose_csv.hpp"
+#include "board/pose_text/relative_poses.hpp"
 #include "board/record/recorder.hpp"
 #include "board/record/tap_fan_out.hpp"
 #include "board/simulation/stations.hpp"
@@ -92,6 +93,11 @@ HealthCounts counts_of(Loop& loop, const SimulationSetup& setup) {
 }
 
 TruePose true_pose(const sim::Pose& pose) { return {pose.position_m, pose.q_source_sensor}; }
+
+TruePose relative_true_pose(const sim::Pose& pose, const sim::Pose& reference) {
+    const Quat<double> to_reference = reference.q_source_sensor.conjugate();
+    return {to_reference * (pose.position_m - reference.position_m), to_reference * pose.q_source_sensor};
+}
 
 struct Pace {
     HealthMonitor health;
@@ -266,24 +272,31 @@ RunReport run_simulated(const RunOptions& options, const RunObservers& observers
     if (!options.out_csv.empty()) {
         csv.emplace(options.out_csv, format);
     }
+    const auto truth = [&](std::size_t sensor, DeviceTime time) { return stations.motion(sensor).at(clock.elapsed_s(time)); };
+    std::optional<RelativePoses> relative;
+    if (options.output.relative_to > 0) {
+        const auto reference = static_cast<std::uint8_t>(options.output.relative_to - 1);
+        relative.emplace(reference, [&, reference](const tracking::PoseEstimate<double>& pose) {
+            csv->write(pose, relative_true_pose(truth(pose.sensor, pose.time), truth(reference, pose.time)));
+        });
+    }
     {
         LiveView live(stderr, options.show_live && observers.score, scenario.duration_s);
         sim::SimulatedLink<double> link([&](const tracking::PoseEstimate<double>& estimate) {
             if (!observers.score) {
                 return;
             }
+            if (csv && relative) {
+                relative->take(estimate);
+            } else if (csv) {
+                csv->write(estimate, true_pose(truth(estimate.sensor, estimate.time)));
+            }
             if (estimate.sensor != 0) {  // only the sensor of the scenario is scored
-                if (csv) {
-                    csv->write(estimate, true_pose(stations.motion(estimate.sensor).at(clock.elapsed_s(estimate.time))));
-                }
                 return;
             }
             const PoseError error = score.add(estimate);
             if (error.time_s >= RunScore::kSettling_s) {
                 report.seen_flags |= estimate.flags;
-            }
-            if (csv) {
-                csv->write(estimate, true_pose(error.truth));
             }
             if (observers.each_pose) {
                 observers.each_pose(estimate, error);
