@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -19,6 +20,7 @@ namespace {
 constexpr std::size_t kMostPoints = 4000;
 constexpr std::array<const char*, tracking::kMaxSensors> kColours{"#0044cc", "#008844", "#aa6600", "#882288"};
 constexpr double kMillimetres = 1e3;
+constexpr double kShortestBar = 0.004;  // of the time axis
 
 /// The larger number; NaN only if both are.
 double worst(double a, double b) { return std::isnan(a) || b > a ? b : a; }
@@ -51,10 +53,42 @@ std::string title_of(const PoseTable& table, std::uint8_t sensor, const char* wh
 
 std::string csv_name(std::uint8_t sensor) { return fmt::format("sensor{}.csv", sensor); }
 
-Panel path_panel(const PoseTable& table, const char* title, const char* y) {
-    Panel panel{title, "x (m)", fmt::format("{:.1} (m)", y), {}, "set size ratio -1"};
+/// Box around the valid positions. No side is much shorter than the longest, so that a path along a line has a readable scale.
+Eigen::AlignedBox3d box_of(const PoseTable& table) {
+    constexpr double kShortestSide_m = 0.01;
+    constexpr double kFlattest = 0.4;
+    constexpr double kMargin = 0.55;  // of a side, from the centre
+    Eigen::AlignedBox3d box;
     for (const auto& [sensor, poses] : table) {
-        panel.curves.push_back({csv_name(sensor), "x_m", y, title_of(table, sensor, ""),
+        for (const DrawnPose& pose : poses) {
+            if (pose.valid) {
+                box.extend(pose.position_m);
+            }
+        }
+    }
+    const Vec3<double> centre = box.center();
+    const double shortest = std::max(kShortestSide_m, kFlattest * box.sizes().maxCoeff());
+    const Vec3<double> half = kMargin * box.sizes().cwiseMax(shortest);
+    return {Vec3<double>(centre - half), Vec3<double>(centre + half)};
+}
+
+/// About a third of `range`: 1, 2 or 5 times a power of ten.
+double tick_of(double range) {
+    const double power = std::pow(10, std::floor(std::log10(range / 3)));
+    const double digit = range / 3 / power;
+    return power * (digit < 1.5 ? 1 : digit < 3 ? 2 : digit < 7 ? 5 : 10);
+}
+
+/// The path along two axes: 0 x, 1 y, 2 z.
+Panel path_panel(const PoseTable& table, const char* title, Eigen::Index vertical) {
+    const Eigen::AlignedBox3d box = box_of(table);
+    const char axis = "xyz"[vertical];
+    const std::string settings =
+        fmt::format("set size ratio -1\nset xtics {}\nset xrange [{}:{}]\nset yrange [{}:{}]", tick_of(box.sizes()(0)),
+                    box.min()(0), box.max()(0), box.min()(vertical), box.max()(vertical));
+    Panel panel{title, "x (m)", fmt::format("{} (m)", axis), {}, settings};
+    for (const auto& [sensor, poses] : table) {
+        panel.curves.push_back({csv_name(sensor), "x_m", fmt::format("{}_m", axis), title_of(table, sensor, ""),
                                 fmt::format("lines lw 1.2 lc rgb '{}'", kColours.at(sensor))});
     }
     return panel;
@@ -90,6 +124,7 @@ Panel error_panel_of(const PoseTable& table, const std::string& time_range) {
 /// Intervals in which a flag is set, in the line of this flag.
 class FlagBars {
 public:
+    explicit FlagBars(double shortest_s) : shortest_s_(shortest_s) {}
     void add(unsigned bit, const std::vector<DrawnPose>& poses) {
         const auto flag = static_cast<tracking::PoseFlag>(bit);
         const std::size_t before = intervals_.size();
@@ -102,7 +137,8 @@ public:
                 ++n;
             }
             const double end_s = n + 1 < poses.size() ? poses[n + 1].time_s : poses[n].time_s;
-            intervals_.push_back(fmt::format("{:.6f},{:.6f}", poses[begin].time_s, end_s - poses[begin].time_s));
+            intervals_.push_back(
+                fmt::format("{:.6f},{:.6f}", poses[begin].time_s, std::max(end_s - poses[begin].time_s, shortest_s_)));
         }
         for (std::size_t n = before; n < intervals_.size(); ++n) {
             intervals_[n] += fmt::format(",{}\n", names_.size());
@@ -128,6 +164,7 @@ public:
 
 private:
     static constexpr const char* kBar = "vectors nohead lw 9 lc rgb '#aa6600'";
+    double shortest_s_;  // shorter intervals would be invisible
     std::vector<std::string> intervals_;
     std::vector<std::string> names_;
 };
@@ -144,16 +181,16 @@ Picture pose_picture(const std::filesystem::path& folder, const std::string& fil
             end_s = std::max(end_s, pose.time_s);
         }
     }
-    const std::string time_range = fmt::format("set xrange [{}:{}]", begin_s, std::max(end_s, begin_s + 1e-3));
-    FlagBars bars;
+    end_s = std::max(end_s, begin_s + 1e-3);
+    const std::string time_range = fmt::format("set xtics autofreq\nset xrange [{}:{}]", begin_s, end_s);
+    FlagBars bars(kShortestBar * (end_s - begin_s));
     for (unsigned bit = 0; bit < flag_names().size(); ++bit) {
         for (const auto& [sensor, poses] : table) {
             bars.add(bit, poses);
         }
     }
     write_whole_file(folder / "flags.csv", bars.csv());
-    Picture picture{
-        file, {path_panel(table, "Path from above", "y_m"), path_panel(table, "Path from the side", "z_m")}, 2, 560, 340};
+    Picture picture{file, {path_panel(table, "Path from above", 1), path_panel(table, "Path from the side", 2)}, 2, 560, 340};
     if (has(table, &DrawnPose::error_m) || has(table, &DrawnPose::deviation_m)) {
         picture.panels.push_back(error_panel_of(table, time_range));
     }
