@@ -68,6 +68,7 @@ int run_program(const std::vector<std::string>& arguments) {
     add_replay_command(program, action);
     add_smooth_command(program, action);
     add_convert_command(program, action);
+    add_plot_command(program, action);
     add_couplings_command(program, action);
     add_serve_command(program, action);
     refuse_unknown_command(program, arguments);

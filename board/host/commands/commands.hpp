@@ -28,6 +28,7 @@ void add_replay_command(CLI::App& program, Action& action);
 void add_smooth_command(CLI::App& program, Action& action);
 void add_convert_command(CLI::App& program, Action& action);
 void add_couplings_command(CLI::App& program, Action& action);
+void add_plot_command(CLI::App& program, Action& action);
 void add_serve_command(CLI::App& program, Action& action);
 
 /// Refuses an empty name: the program would treat it as an omitted option.

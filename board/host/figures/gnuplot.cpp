@@ -34,9 +34,9 @@ std::string curve_text(const Curve& curve) {
 std::string script_of(const Picture& picture) {
     const int count = static_cast<int>(picture.panels.size());
     const int rows = (count + picture.columns - 1) / picture.columns;
-    std::string text =
-        fmt::format("set terminal svg size {},{} dynamic font 'Helvetica,13' background rgb 'white'\nset output '{}'\n",
-                    picture.columns * picture.panel_width, rows * picture.panel_height, picture.file);
+    std::string text = fmt::format("set terminal {} size {},{} font 'Helvetica,13' background rgb 'white'\nset output '{}'\n",
+                                   picture.file.ends_with(".png") ? "pngcairo" : "svg dynamic",
+                                   picture.columns * picture.panel_width, rows * picture.panel_height, picture.file);
     text += fmt::format("set multiplot layout {},{}\n", rows, picture.columns);
     for (const Panel& panel : picture.panels) {
         text += fmt::format("set title '{}'\nset xlabel '{}'\nset ylabel '{}'\n{}\nplot ", panel.title, panel.x_label,
@@ -99,11 +99,11 @@ void draw(const std::filesystem::path& folder, const std::vector<Picture>& pictu
     write_whole_file(folder / script_name, script);
     const int status = run_gnuplot(folder, script_name, log_name, guard);
     if (status == 127) {
-        throw InputError("gnuplot is not installed: install the package gnuplot-nox, or use --csv-only");
+        throw InputError("gnuplot is not installed: install the package gnuplot-nox; figures also has --csv-only");
     }
     if (status != 0) {
         throw InputError(
-            fmt::format("gnuplot failed: {}; use --csv-only to write the data without it", first_line(folder / log_name)));
+            fmt::format("gnuplot failed: {}; figures --csv-only writes the data without it", first_line(folder / log_name)));
     }
     std::filesystem::remove(folder / log_name);
     std::filesystem::remove(folder / script_name);

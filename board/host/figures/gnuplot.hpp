@@ -27,7 +27,7 @@ struct Panel {
 };
 
 struct Picture {
-    std::string file;  // .svg
+    std::string file;  // .svg or .png
     std::vector<Panel> panels;
     int columns = 1;
     int panel_width = 640;

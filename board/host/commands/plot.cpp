@@ -1,0 +1,71 @@
+// tricoil plot: draws the poses of a recording or a CSV file.
+#include <unistd.h>
+
+#include <filesystem>
+#include <memory>
+
+#include "board/host/commands/commands.hpp"
+#include "board/host/figures/pose_picture.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/json_text.hpp"
+#include "board/support/line_reader.hpp"
+#include "board/support/output_file.hpp"
+#include "board/support/terminal_text.hpp"
+#include "board/support/whole_file.hpp"
+
+namespace tricoil::host {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct PlotCommand {
+    std::string poses;
+    std::string out;
+    bool json = false;
+};
+
+std::string default_name(const std::string& poses) {
+    const fs::path path = fs::path(poses).lexically_normal();
+    return (path.has_filename() ? path : path.parent_path()).stem().string() + ".svg";
+}
+
+std::string bytes_of(const fs::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+int plot(const PlotCommand& command) {
+    const std::string out = command.out.empty() ? default_name(command.poses) : command.out;
+    const std::string extension = out == kStandardOutput ? ".svg" : fs::path(out).extension().string();
+    if (extension != ".svg" && extension != ".png") {
+        throw InputError("--out " + out + ": must end with .svg or .png");
+    }
+    const PoseTable table = read_pose_table(command.poses);
+    const InterruptGuard guard;
+    const StagedFolder folder(fs::temp_directory_path() / ("tricoil-plot-" + std::to_string(::getpid())));
+    const Picture picture = pose_picture(folder.path(), "poses" + extension, table);
+    draw(folder.path(), {picture}, guard);
+    write_whole_file(out, bytes_of(folder.path() / picture.file));
+    std::size_t poses = 0;
+    for (const auto& [sensor, drawn] : table) {
+        poses += drawn.size();
+    }
+    print_result({{"poses", poses}, {"out", out}}, command.json, [](const Json& r) { return fill(r, "{out}: {poses} poses\n"); });
+    return to_int(ExitCode::fine);
+}
+
+}  // namespace
+
+void add_plot_command(CLI::App& program, Action& action) {
+    auto command = std::make_shared<PlotCommand>();
+    CLI::App* sub = program.add_subcommand("plot", "Draw path, position errors or standard deviations, and flags of poses");
+    sub->add_option("poses", command->poses, "Folder written by run --record, or CSV file of run --out or convert")
+        ->required()
+        ->check(refuse_empty);
+    sub->add_option("--out", command->out, "Picture, .svg or .png; default: name of the poses with .svg; - is standard output")
+        ->check(refuse_empty);
+    sub->add_flag("--json", command->json, "Summary as JSON");
+    sub->callback([command, &action] { action = [command] { return plot(*command); }; });
+}
+
+}  // namespace tricoil::host

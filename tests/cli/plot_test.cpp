@@ -1,0 +1,113 @@
+// `tricoil plot`: pictures of recordings and CSV files; bad input.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/cli/cli_runner.hpp"
+
+namespace tricoil::test {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class Plot : public ::testing::Test {
+protected:
+    static void SetUpTestSuite() {
+        fs::remove_all(take_);
+        const auto r = tricoil("run --duration 3 --fault unplugged@1-2 --confined --record " + take_ + " --out " + csv_);
+        ASSERT_EQ(r.exit_code, 0) << r.err;
+    }
+    static void TearDownTestSuite() {
+        fs::remove_all(take_);
+        fs::remove(csv_);
+    }
+    static void expect_plot_refused(const std::string& arguments, const std::string& what) {
+        const auto r = tricoil("plot " + arguments);
+        EXPECT_EQ(r.exit_code, 2) << r.out << r.err;
+        EXPECT_THAT(r.err, HasSubstr(what));
+        EXPECT_EQ(std::count(r.err.begin(), r.err.end(), '\n'), 1) << r.err;
+    }
+    static std::string svg_of(const std::string& poses) {
+        const auto r = tricoil("plot " + poses + " --out -");
+        EXPECT_EQ(r.exit_code, 0) << r.err;
+        EXPECT_TRUE(r.out.starts_with("<?xml")) << r.out.substr(0, 50);
+        EXPECT_TRUE(r.out.ends_with("</svg>\n\n")) << r.out.substr(r.out.size() - 20);
+        return r.out;
+    }
+    static inline const std::string take_ = path_in_temp("plotted");
+    static inline const std::string csv_ = path_in_temp("plotted.csv");
+};
+
+TEST_F(Plot, ARecordingShowsPathDeviationAndFlags) {
+    const std::string svg = svg_of(take_);
+    for (const char* text :
+         {"Path from above", "Path from the side", "Standard deviation of the position", "no_sensor", "y (m)"}) {
+        EXPECT_THAT(svg, HasSubstr(text));
+    }
+    EXPECT_THAT(svg, Not(HasSubstr("Position error")));
+    EXPECT_THAT(svg, Not(HasSubstr("saturated"))) << "flags that are never set have no line";
+}
+
+TEST_F(Plot, ACsvFileOfASimulationShowsErrorsToo) {
+    EXPECT_THAT(svg_of(csv_), HasSubstr("Position error and standard deviation"));
+    const std::string plain = path_in_temp("plain.csv");
+    ASSERT_EQ(tricoil("convert " + take_ + " --to csv --out " + plain).exit_code, 0);
+    EXPECT_EQ(svg_of(plain).size(), svg_of(take_).size()) << "coordinates differ in their last digit";
+    fs::remove(plain);
+}
+
+/// A curve is interrupted where there are no valid poses: the sensor was unplugged for a second.
+TEST_F(Plot, InvalidPosesAreNotDrawn) {
+    const std::string whole = path_in_temp("whole.csv");
+    ASSERT_EQ(tricoil("run --duration 3 --out " + whole).exit_code, 0);
+    const auto moves = [](const std::string& svg) {
+        const std::size_t path = svg.find("gnuplot_plot_1a");
+        const std::string curve = svg.substr(path, svg.find("\n\t</g>", path) - path);
+        return std::count(curve.begin(), curve.end(), 'M');
+    };
+    EXPECT_GT(moves(svg_of(csv_)), moves(svg_of(whole)));
+    fs::remove(whole);
+}
+
+TEST_F(Plot, WritesPngAndNamesTheFile) {
+    const std::string png = path_in_temp("poses.png");
+    const auto r = tricoil("plot --json " + take_ + " --out " + png);
+    ASSERT_EQ(r.exit_code, 0) << r.err;
+    EXPECT_EQ(r.json()["out"], png);
+    EXPECT_EQ(r.json()["poses"].get<int>() > 500, true);
+    EXPECT_TRUE(read_file(png).starts_with("\x89PNG"));
+    fs::remove(png);
+    const auto beside = tricoil("plot " + take_ + "/", "cd " + fs::path(take_).parent_path().string());
+    EXPECT_THAT(beside.out, HasSubstr("plotted.svg: "));
+    EXPECT_TRUE(fs::remove(take_ + ".svg"));
+}
+
+TEST_F(Plot, OnePoseWithoutFlagsIsAPicture) {
+    const std::string path = write_file("one.csv", "time_s,x_m,y_m,z_m\n1,0,0,0\n2,0.1,0,0\n");
+    EXPECT_THAT(svg_of(path), HasSubstr("none"));
+    fs::remove(path);
+}
+
+TEST_F(Plot, BadInputIsNamed) {
+    const auto refuse = [](const std::string& text, const std::string& what) {
+        const std::string path = write_file("bad.csv", text);
+        const std::string out = path_in_temp("bad.svg");
+        expect_plot_refused(path + " --out " + out, path + what);
+        EXPECT_FALSE(fs::exists(out));
+        fs::remove(path);
+    };
+    refuse("time_s,x_mm,y_mm,z_mm\n0,1,2,3\n", ":2: no x_m; give the file of run --out in metres");
+    refuse("x_m,y_m,z_m\n1,2,3\n", ":2: no time_s");
+    refuse("time_s,x_m,y_m,z_m\n0,1,2\n", ":2: 3 fields; the header has 4");
+    refuse("time_s,x_m,y_m,z_m\n0,1,2,x\n", ":2: 'x' is not a number");
+    refuse("time_s,valid,x_m,y_m,z_m\n0,0,1,2,3\n", ": has no valid pose to draw");
+    refuse("time_s,flags,x_m,y_m,z_m\n0,65535,1,2,3\n", ":2: 65535 has unknown flags");
+    refuse("time_s,sensor,x_m,y_m,z_m\n0,9,1,2,3\n", ":2: sensor 9 must be 0 to 3");
+    refuse("", ": is empty");
+    expect_plot_refused(csv_ + " --out picture.pdf", "must end with .svg or .png");
+    expect_plot_refused("/nowhere", "/nowhere");
+}
+
+}  // namespace
+}  // namespace tricoil::test
