@@ -91,7 +91,7 @@ TEST(FastrakCommand, AContinuousClientIsToldOfSilence) {
 
 TEST(FastrakCommand, ALaterClientGetsTheNewestPose) {
     std::string sent;
-    host::fastrak::Session session({[&](std::string_view record) { sent += record; }, [](auto, const auto&) {}, [] { return 1; }},
+    host::fastrak::Session session({[&](std::string_view record) { sent += record; }, [](auto, const auto&) {}, [] { return 1; }, {}, {}},
                                    std::make_shared<host::fastrak::Memory>());
     const host::ServedPose served{fastrak_pose({10, 0, 0}, 0, 0, 0), host::utc_time_us(1'000'000)};
     session.set_newest({&served, 1});
@@ -260,7 +260,7 @@ TEST(FastrakCommand, TheMountingFrameTurnsPositionAndAttitude) {
 
 TEST(FastrakCommand, OutputPortSetsTheSpeedOfTheLine) {
     std::vector<int> speeds;
-    host::fastrak::Session session({[](std::string_view) {}, {}, [] { return 1; }, [&](int baud) { speeds.push_back(baud); }},
+    host::fastrak::Session session({[](std::string_view) {}, {}, [] { return 1; }, [&](int baud) { speeds.push_back(baud); }, {}},
                                    std::make_shared<host::fastrak::Memory>());
     const auto say = [&](std::string_view text) { session.receive(text); };
     say("o192,N,8,0\r\x0b");
