@@ -24,28 +24,28 @@ void expect_pivot_refused(const std::string& arguments, const std::string& what)
 class Pointer : public ::testing::Test {
 protected:
     static void SetUpTestSuite() {
-        fs::remove_all(take_);
-        ASSERT_EQ(tricoil("run --scenario pointer --tracker scaat --mux tdm --duration 10 --record " + take_ + " --out " + csv_)
+        fs::remove_all(kTake);
+        ASSERT_EQ(tricoil("run --scenario pointer --tracker scaat --mux tdm --duration 10 --record " + kTake + " --out " + kCsv)
                       .exit_code,
                   0);
-        ASSERT_EQ(tricoil("convert " + take_ + " --to jsonl --out " + jsonl_).exit_code, 0);
-        const auto r = tricoil("calibrate --pivot " + take_ + " --out " + tip_);
+        ASSERT_EQ(tricoil("convert " + kTake + " --to jsonl --out " + kJsonl).exit_code, 0);
+        const auto r = tricoil("calibrate --pivot " + kTake + " --out " + kTip);
         ASSERT_EQ(r.exit_code, 0) << r.err;
     }
     static void TearDownTestSuite() {
-        fs::remove_all(take_);
-        for (const std::string& path : {csv_, jsonl_, tip_}) {
+        fs::remove_all(kTake);
+        for (const std::string& path : {kCsv, kJsonl, kTip}) {
             fs::remove(path);
         }
     }
-    static inline const std::string take_ = path_in_temp("pointer_take");
-    static inline const std::string csv_ = path_in_temp("pointer.csv");
-    static inline const std::string jsonl_ = path_in_temp("pointer.jsonl");
-    static inline const std::string tip_ = path_in_temp("pointer_tip.toml");
+    static inline const std::string kTake = path_in_temp("pointer_take");
+    static inline const std::string kCsv = path_in_temp("pointer.csv");
+    static inline const std::string kJsonl = path_in_temp("pointer.jsonl");
+    static inline const std::string kTip = path_in_temp("pointer_tip.toml");
 };
 
 TEST_F(Pointer, TipIsThatOfTheScenarioFromEveryKindOfFile) {
-    for (const std::string& poses : {take_, csv_, jsonl_}) {
+    for (const std::string& poses : {kTake, kCsv, kJsonl}) {
         const auto r = tricoil("calibrate --json --pivot " + poses).json();
         const double x = r["tip_m"][0].get<double>() - 0.15;
         const double y = r["tip_m"][1];
@@ -62,9 +62,9 @@ TEST_F(Pointer, TipIsThatOfTheScenarioFromEveryKindOfFile) {
 /// All poses of the tip are at the pivot, and their standard deviations are those of the tip.
 TEST_F(Pointer, TipAppliesToTheCsv) {
     const std::string out = path_in_temp("at_tip.csv");
-    ASSERT_EQ(tricoil("run --scenario pointer --seed 2 --duration 3 --tip " + tip_ + " --out " + out).exit_code, 0);
+    ASSERT_EQ(tricoil("run --scenario pointer --seed 2 --duration 3 --tip " + kTip + " --out " + out).exit_code, 0);
     const CsvTable poses(read_file(out));
-    const CsvTable sensor(read_file(csv_));
+    const CsvTable sensor(read_file(kCsv));
     double squares = 0;
     for (std::size_t row = 100; row < poses.rows(); ++row) {
         EXPECT_NEAR(poses.number(row, "x_m"), 0.6, 1e-3);
@@ -125,11 +125,11 @@ TEST_F(Pointer, FilesThatAreNoPosesAreNamed) {
     refuse(head + good, ": 1 valid poses; at least 10");
     refuse("{\"position_m\": [1, 2]}\n", ":1: 'position_m' must be a list of 3 numbers");
     refuse("{\n", ":1: is not a line of JSON");
-    expect_pivot_refused("calibrate --pivot " + csv_ + " --sensor 2", "has no poses of sensor 2");
+    expect_pivot_refused("calibrate --pivot " + kCsv + " --sensor 2", "has no poses of sensor 2");
     expect_pivot_refused("calibrate --pivot /nowhere", "/nowhere");
-    expect_pivot_refused("calibrate --pivot " + csv_ + " " + csv_, "--pivot takes one file");
-    expect_pivot_refused("calibrate --pivot --grid " + csv_, "choose one of");
-    expect_pivot_refused("calibrate --sensor 1 --out x.toml " + csv_, "--sensor: only with --pivot");
+    expect_pivot_refused("calibrate --pivot " + kCsv + " " + kCsv, "--pivot takes one file");
+    expect_pivot_refused("calibrate --pivot --grid " + kCsv, "choose one of");
+    expect_pivot_refused("calibrate --sensor 1 --out x.toml " + kCsv, "--sensor: only with --pivot");
 }
 
 TEST_F(Pointer, TipsThatAreNoneAreNamed) {

@@ -14,13 +14,13 @@ using ::testing::Not;
 class Plot : public ::testing::Test {
 protected:
     static void SetUpTestSuite() {
-        fs::remove_all(take_);
-        const auto r = tricoil("run --duration 3 --fault unplugged@1-2 --confined --record " + take_ + " --out " + csv_);
+        fs::remove_all(kTake);
+        const auto r = tricoil("run --duration 3 --fault unplugged@1-2 --confined --record " + kTake + " --out " + kCsv);
         ASSERT_EQ(r.exit_code, 0) << r.err;
     }
     static void TearDownTestSuite() {
-        fs::remove_all(take_);
-        fs::remove(csv_);
+        fs::remove_all(kTake);
+        fs::remove(kCsv);
     }
     static void expect_plot_refused(const std::string& arguments, const std::string& what) {
         const auto r = tricoil("plot " + arguments);
@@ -35,12 +35,12 @@ protected:
         EXPECT_TRUE(r.out.ends_with("</svg>\n\n")) << r.out.substr(r.out.size() - 20);
         return r.out;
     }
-    static inline const std::string take_ = path_in_temp("plotted");
-    static inline const std::string csv_ = path_in_temp("plotted.csv");
+    static inline const std::string kTake = path_in_temp("plotted");
+    static inline const std::string kCsv = path_in_temp("plotted.csv");
 };
 
 TEST_F(Plot, ARecordingShowsPathDeviationAndFlags) {
-    const std::string svg = svg_of(take_);
+    const std::string svg = svg_of(kTake);
     for (const char* text :
          {"Path from above", "Path from the side", "Standard deviation of the position", "no_sensor", "y (m)"}) {
         EXPECT_THAT(svg, HasSubstr(text));
@@ -50,10 +50,10 @@ TEST_F(Plot, ARecordingShowsPathDeviationAndFlags) {
 }
 
 TEST_F(Plot, ACsvFileOfASimulationShowsErrorsToo) {
-    EXPECT_THAT(svg_of(csv_), HasSubstr("Position error and standard deviation"));
+    EXPECT_THAT(svg_of(kCsv), HasSubstr("Position error and standard deviation"));
     const std::string plain = path_in_temp("plain.csv");
-    ASSERT_EQ(tricoil("convert " + take_ + " --to csv --out " + plain).exit_code, 0);
-    EXPECT_EQ(svg_of(plain).size(), svg_of(take_).size()) << "coordinates differ in their last digit";
+    ASSERT_EQ(tricoil("convert " + kTake + " --to csv --out " + plain).exit_code, 0);
+    EXPECT_EQ(svg_of(plain).size(), svg_of(kTake).size()) << "coordinates differ in their last digit";
     fs::remove(plain);
 }
 
@@ -66,21 +66,21 @@ TEST_F(Plot, InvalidPosesAreNotDrawn) {
         const std::string curve = svg.substr(path, svg.find("\n\t</g>", path) - path);
         return std::count(curve.begin(), curve.end(), 'M');
     };
-    EXPECT_GT(moves(svg_of(csv_)), moves(svg_of(whole)));
+    EXPECT_GT(moves(svg_of(kCsv)), moves(svg_of(whole)));
     fs::remove(whole);
 }
 
 TEST_F(Plot, WritesPngAndNamesTheFile) {
     const std::string png = path_in_temp("poses.png");
-    const auto r = tricoil("plot --json " + take_ + " --out " + png);
+    const auto r = tricoil("plot --json " + kTake + " --out " + png);
     ASSERT_EQ(r.exit_code, 0) << r.err;
     EXPECT_EQ(r.json()["out"], png);
     EXPECT_EQ(r.json()["poses"].get<int>() > 500, true);
     EXPECT_TRUE(read_file(png).starts_with("\x89PNG"));
     fs::remove(png);
-    const auto beside = tricoil("plot " + take_ + "/", "cd " + fs::path(take_).parent_path().string());
+    const auto beside = tricoil("plot " + kTake + "/", "cd " + fs::path(kTake).parent_path().string());
     EXPECT_THAT(beside.out, HasSubstr("plotted.svg: "));
-    EXPECT_TRUE(fs::remove(take_ + ".svg"));
+    EXPECT_TRUE(fs::remove(kTake + ".svg"));
 }
 
 TEST_F(Plot, OnePoseWithoutFlagsIsAPicture) {
@@ -105,7 +105,7 @@ TEST_F(Plot, BadInputIsNamed) {
     refuse("time_s,flags,x_m,y_m,z_m\n0,65535,1,2,3\n", ":2: 65535 has unknown flags");
     refuse("time_s,sensor,x_m,y_m,z_m\n0,9,1,2,3\n", ":2: sensor 9 must be 0 to 3");
     refuse("", ": is empty");
-    expect_plot_refused(csv_ + " --out picture.pdf", "must end with .svg or .png");
+    expect_plot_refused(kCsv + " --out picture.pdf", "must end with .svg or .png");
     expect_plot_refused("/nowhere", "/nowhere");
 }
 

@@ -91,8 +91,9 @@ TEST(FastrakCommand, AContinuousClientIsToldOfSilence) {
 
 TEST(FastrakCommand, ALaterClientGetsTheNewestPose) {
     std::string sent;
-    host::fastrak::Session session({[&](std::string_view record) { sent += record; }, [](auto, const auto&) {}, [] { return 1; }, {}, {}},
-                                   std::make_shared<host::fastrak::Memory>());
+    host::fastrak::Session session(
+        {[&](std::string_view record) { sent += record; }, [](auto, const auto&) {}, [] { return 1; }, {}, {}},
+        std::make_shared<host::fastrak::Memory>());
     const host::ServedPose served{fastrak_pose({10, 0, 0}, 0, 0, 0), host::utc_time_us(1'000'000)};
     session.set_newest({&served, 1});
     EXPECT_EQ(sent, "");

@@ -4,6 +4,7 @@
 #include <random>
 
 #include "core/geometry/rotations.hpp"
+#include <Eigen/Eigenvalues>
 #include "core/tracking/relative_pose.hpp"
 
 namespace tricoil::tracking {
