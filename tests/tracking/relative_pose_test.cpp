@@ -3,8 +3,8 @@
 
 #include <random>
 
-#include "core/geometry/rotations.hpp"
 #include <Eigen/Eigenvalues>
+#include "core/geometry/rotations.hpp"
 #include "core/tracking/relative_pose.hpp"
 
 namespace tricoil::tracking {
