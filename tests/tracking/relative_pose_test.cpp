@@ -4,6 +4,7 @@
 #include <random>
 
 #include <Eigen/Eigenvalues>
+
 #include "core/geometry/rotations.hpp"
 #include "core/tracking/relative_pose.hpp"
 
