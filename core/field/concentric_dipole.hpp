@@ -22,7 +22,7 @@ Scalar coupling_strength(CouplingConstant<Scalar> c, Scalar range_m) {
     return c / (range_m * range_m * range_m);
 }
 
-/// X = (C / rho^3) O D(u) of (6); X(i, j) = output of sensor coil i while source coil j is excited.
+/// X = (C / rho^3) O D(u) of (6); X(i, j) = output of sensor coil i, row M_i of (7), while source coil j is excited.
 /// position_m: sensor in the source frame, not zero; o: source components to sensor components.
 template <typename Scalar>
 Mat3<Scalar> signal_matrix(CouplingConstant<Scalar> c, const Vec3<Scalar>& position_m, const Mat3<Scalar>& o) {

@@ -32,12 +32,12 @@ struct VectorPose {
     Mat3<Scalar> attitude = Mat3<Scalar>::Identity();
 };
 
-/// (15) with W11, and (16), from W = P^ O^^T X P^^T.
+/// (15) with W11, and (16), from W = P^ O^^T X P^^T; the factor P^^T is (8), O^^T is (9) and P^ is (10).
 /// Errors: not_finite; not_converged if W11 <= 0: the previous pose is wrong by more than 54.7 degrees.
 template <typename Scalar>
 Result<TrackingIncrements<Scalar>> tracking_increments(const Mat3<Scalar>& w, Scalar coupling_constant);
 
-/// (17) and (18): converts tracking-frame increments to source-frame angles and adds them to the previous ones.
+/// (17), (18) and (13): converts tracking-frame increments to source-frame angles and adds them to the previous ones.
 /// Errors: not_converged (a previous pose exactly on a pole).
 template <typename Scalar>
 Result<AnglePose<Scalar>> add_increments(const AnglePose<Scalar>& previous, const TrackingIncrements<Scalar>& step);

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -27,6 +28,8 @@ double largest(const std::vector<Update>& updates, double (*value)(const Update&
 double e_rho(const Update& u) { return u.measured.position.range_m; }
 double e_alpha(const Update& u) { return u.measured.position.azimuth_rad; }
 double e_beta(const Update& u) { return u.measured.position.elevation_rad; }
+double predicted_e_rho(const Update& u) { return u.predicted.range_m; }
+double predicted_e_beta(const Update& u) { return u.predicted.elevation_rad; }
 double predicted_e_alpha(const Update& u) { return u.predicted.azimuth_rad; }
 double rho_difference(const Update& u) { return u.predicted.range_m - u.measured.position.range_m; }
 double beta_difference(const Update& u) { return u.predicted.elevation_rad - u.measured.position.elevation_rad; }
@@ -64,6 +67,45 @@ TEST(PaperExamples, ExampleTwoOpenLoop) {
     EXPECT_LT(largest(updates, rho_difference), 1e-12);
     EXPECT_LT(largest(updates, beta_difference), 1e-6);
     EXPECT_NEAR(run("II", Loop::open, KappaForm::two).back().predicted.elevation_rad, 3.5764, 5e-5);
+}
+
+/// (38) and remark 1: all errors vanish with the update time. Range and accumulated angles are of second order.
+TEST(PaperExamples, ErrorsVanishWithTheSquareOfTheUpdateTime) {
+    const auto errors_at = [](const char* name, double update_s) {
+        SimulationParams params;
+        params.duration_s = 2;
+        params.update_s = update_s;
+        const auto updates = simulate(example(name), params);
+        return std::array{
+            largest(updates, e_rho),           largest(updates, e_alpha),           largest(updates, e_beta),
+            largest(updates, predicted_e_rho), largest(updates, predicted_e_alpha), largest(updates, predicted_e_beta)};
+    };
+    for (const char* name : {"I", "II"}) {
+        for (const double update_s : {1.0 / 480, 1.0 / 960, 1.0 / 1920}) {
+            const auto coarse = errors_at(name, update_s);
+            const auto fine = errors_at(name, update_s / 2);
+            for (std::size_t n = 0; n < coarse.size(); ++n) {
+                EXPECT_NEAR(fine[n], coarse[n] / 4, 0.1 * coarse[n] / 4)
+                    << name << " quantity " << n << " at " << update_s << " s";
+            }
+        }
+    }
+}
+
+/// Fig. 5. The attitude passes close to poles of (18), so that errors grow without limit.
+TEST(PaperExamples, OrientationOpenLoopIsChaotic) {
+    Example changed = example("orientation");
+    changed.attitude.amplitude *= 1 + 1e-13;
+    const auto first = simulate(example("orientation"), {});
+    const auto second = simulate(changed, {});
+    const auto difference_rad = [&](double time_s) {
+        const auto n = static_cast<std::size_t>(std::lround(time_s * 240));
+        const auto& a = first[n].measured.attitude;
+        const auto& b = second[n].measured.attitude;
+        return std::hypot(a.azimuth_rad - b.azimuth_rad, a.elevation_rad - b.elevation_rad, a.roll_rad - b.roll_rad);
+    };
+    EXPECT_LT(difference_rad(1), 1e-6);
+    EXPECT_GT(difference_rad(2.5), 1);
 }
 
 TEST(PaperExamples, ExamplesOneAndTwoClosedLoop) {

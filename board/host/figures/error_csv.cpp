@@ -37,6 +37,15 @@ std::string error_csv(const std::vector<paper::Update>& updates) {
     return text;
 }
 
+std::string azimuth_rate_csv(const std::vector<paper::Update>& updates) {
+    std::string text = "time_s,e_alpha_rate_rad_s,predicted_e_alpha_rate_rad_s\n";
+    for (const paper::Update& u : updates) {
+        fmt::format_to(std::back_inserter(text), "{:.9g},{:.9g},{}\n", u.time_s, u.measured_azimuth_rate_error_rad_s,
+                       number(u.predicted_azimuth_rate_error_rad_s));
+    }
+    return text;
+}
+
 void write_error_csv(const std::string& path, const std::vector<paper::Update>& updates) {
     write_whole_file(path, error_csv(updates));
 }

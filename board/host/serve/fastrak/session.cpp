@@ -27,7 +27,8 @@ Vec3<double> nothing() { return Vec3<double>::Zero(); }
 
 bool has_arguments(char letter) {
     constexpr std::string_view kOthers = "HBblT";  // executed by the session
-    return (std::string(kSettingCommands) + std::string(kOthers)).find(letter) != std::string::npos;
+    return std::string_view(kSettingCommands).find(letter) != std::string_view::npos ||
+           kOthers.find(letter) != std::string_view::npos;
 }
 
 /// Attitude with this azimuth, elevation and roll.
