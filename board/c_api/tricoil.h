@@ -61,7 +61,7 @@ typedef struct tricoil_pose {
  *   duration_s, seed, noise (yes, no), stations (1 to 4 sensors), realtime (yes, no; default no: as fast as it is polled);
  * - recording:FOLDER: a recording of `tricoil run --record`, tracked again.
  *
- * tracker: "direct", "previous", "previous-angles" or "scaat"; "scaat,predict_s=0.02" gives poses 20 ms ahead of the newest
+ * tracker: "direct", "previous", "previous-angles" or "scaat"; "scaat,predict_s=0.02" gives poses 20 ms (at most 0.1 s) ahead of the newest
  * measurement. NULL: that of the configuration or recording, otherwise "direct".
  *
  * A device need not be connected yet: tricoil_poll() waits for it, and connects again after the cable was unplugged. After a long

@@ -68,15 +68,9 @@ tracking::MethodParams<double> make_method(const SimulationOptions& options, con
     if (auto* chosen = std::get_if<tracking::PreviousParams>(&method)) {
         chosen->passes = options.passes;
     }
-    if (!(options.predict_ahead_s >= 0 && options.predict_ahead_s <= 10)) {
-        throw InputError("--predict must be a number of seconds, 0 to 10");
-    }
-    auto* scaat = std::get_if<tracking::ScaatParams<double>>(&method);
-    if (scaat == nullptr && options.predict_ahead_s > 0) {
-        throw InputError("--predict: only for --tracker scaat");
-    }
-    if (scaat != nullptr && options.predict_ahead_s > 0) {
-        scaat->predict_ahead = microseconds_from_seconds(options.predict_ahead_s);
+    const Microseconds ahead = prediction_of_option(options.tracker, options.predict_ahead_s);
+    if (auto* scaat = std::get_if<tracking::ScaatParams<double>>(&method)) {
+        scaat->predict_ahead = ahead;
     }
     return method;
 }

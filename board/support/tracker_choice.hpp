@@ -1,6 +1,8 @@
 // Names of the trackers for options and configuration files.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <optional>
@@ -38,6 +40,20 @@ inline void refuse_fixed_method(const std::string& typed) {
     }
 }
 
+/// Longest prediction. Beyond it, hand motions leave no valid pose: the standard deviation exceeds its limit.
+constexpr double kMaxPredictionS = 0.1;
+
+/// Time of --predict with this tracker. Throws InputError.
+inline Microseconds prediction_of_option(const std::string& tracker, double seconds) {
+    if (!(seconds >= 0 && seconds <= kMaxPredictionS)) {
+        throw InputError(fmt::format("--predict {}: must be a number of seconds, 0 to {}", seconds, kMaxPredictionS));
+    }
+    if (seconds > 0 && tracker != "scaat") {
+        throw InputError("--predict: --tracker " + tracker + " estimates no velocity; use --tracker scaat");
+    }
+    return microseconds_from_seconds(seconds);
+}
+
 /// Time of the text after `scaat,`: predict_s=SECONDS. Throws InputError.
 inline Microseconds prediction_of(const std::string& typed) {
     constexpr std::string_view kKey = "predict_s=";
@@ -45,8 +61,8 @@ inline Microseconds prediction_of(const std::string& typed) {
     const char* const end = typed.data() + typed.size();
     double seconds = -1;
     const auto [read, error] = std::from_chars(begin, end, seconds);
-    if (!typed.starts_with(kKey) || error != std::errc{} || read != end || !(seconds >= 0 && seconds <= 10)) {
-        throw InputError("--tracker scaat," + typed + ": only predict_s=SECONDS may follow, 0 to 10");
+    if (!typed.starts_with(kKey) || error != std::errc{} || read != end || !(seconds >= 0 && seconds <= kMaxPredictionS)) {
+        throw InputError("--tracker scaat," + typed + ": only predict_s=SECONDS may follow, 0 to 0.1");
     }
     return microseconds_from_seconds(seconds);
 }

@@ -109,13 +109,15 @@ TEST(Usage, ConfigurationErrorsNameTheLine) {
 }
 
 TEST(Usage, OptionsWithoutEffectAreRefused) {
-    expect_usage_error("run --duration 1 --predict 0.02", "--tracker scaat");
+    expect_usage_error("run --duration 1 --predict 0.02", "--tracker direct estimates no velocity; use --tracker scaat");
+    expect_usage_error("run --duration 1 --tracker scaat --predict 10", "--predict 10: must be a number of seconds, 0 to 0.1");
     expect_usage_error("run --duration 1 --predict -1", "--predict");
     expect_usage_error("run --duration 1 --tracker scaat --predict -0.1", "--predict");
     expect_usage_error("run --duration 1 --tracker scaat --mux tdm --no-deskew", "--no-deskew");
     expect_usage_error("run --duration 1 --mux fdm --no-deskew", "--no-deskew");
     expect_usage_error("run --duration 1 --tracker fixed-direct --no-deskew", "--no-deskew: not with --tracker fixed-direct");
-    expect_usage_error("run --duration 1 --tracker fixed-direct --predict 0.1", "--predict: not with --tracker fixed-direct");
+    expect_usage_error("run --duration 1 --tracker fixed-direct --predict 0.1",
+                       "--tracker fixed-direct estimates no velocity; use --tracker scaat");
     expect_usage_error("run --duration 1 --tracker fixed-previous --record /tmp/r", "--record (use --samples)");
     expect_usage_error("run --duration 1 --samples /tmp/samples.bin", "--samples: only with --tracker fixed-direct");
     expect_usage_error("run --duration 1 --tracker fixed-direct --samples /no/such/folder/f", "--samples /no/such/folder/f");

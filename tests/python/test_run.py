@@ -61,7 +61,7 @@ class Run(unittest.TestCase):
             ({"fidelity": "colums"}, "unknown fidelity 'colums'; did you mean 'columns'"),
             ({"rate_hz": -1}, "^rate_hz"),
             ({"duration_s": float("inf")}, "^duration_s"),
-            ({"predict_s": 0.01}, "^predict_s: only for tracker scaat"),
+            ({"predict_s": 0.01}, "^predict_s: tracker direct estimates no velocity; use tracker scaat"),
             ({"faults": "metal:sphere,material=unobtainium,radius_m=0.1,position_m=1/0/0"}, "unobtainium"),
         ):
             with self.assertRaisesRegex(ValueError, message):

@@ -191,7 +191,8 @@ void add_run_options(CLI::App* sub, const std::shared_ptr<RunCommand>& command) 
                   "The sensor never leaves the half space of the start (device: of --hemisphere); the hemisphere stays known "
                   "after a loss");
     sub->add_flag("--no-deskew", o.no_deskew, "TDM, direct and previous: treat the latest three columns as simultaneous");
-    sub->add_option("--predict", o.predict_ahead_s, "scaat: deliver poses this many seconds ahead of the newest column");
+    sub->add_option("--predict", o.predict_ahead_s,
+                    "scaat: deliver poses this many seconds (at most 0.1) ahead of the newest column");
     sub->add_flag("--no-noise", o.no_noise, "No converter noise and no mains; with quantisation");
     sub->add_option("--seed", o.seed, "Seed of noise and motion")->check(refuse_overflow)->capture_default_str();
     sub->add_option("--stations", o.stations, "Simulated sensors, 1-4; the further ones are near the first and move little")

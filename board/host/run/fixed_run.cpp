@@ -27,7 +27,7 @@ app::FixedChain::Params fixed_params(const RunOptions& options, const RunObserve
                                      const signal::AcquisitionPlan& plan, const Vec3<double>& hemisphere) {
     refuse(observers.tap != nullptr || observers.each_block != nullptr, options, "serve");
     refuse(!options.record.empty(), options, "--record (use --samples)");
-    refuse(options.predict_ahead_s > 0, options, "--predict");
+    prediction_of_option(options.tracker, options.predict_ahead_s);
     refuse(options.no_deskew, options, "--no-deskew");
     app::FixedChain::Params params;
     params.plan = plan;
