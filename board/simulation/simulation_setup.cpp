@@ -69,7 +69,7 @@ tracking::MethodParams<double> make_method(const SimulationOptions& options, con
         chosen->passes = options.passes;
     }
     const Microseconds ahead = prediction_of_option(options.tracker, options.predict_ahead_s);
-    if (auto* scaat = std::get_if<tracking::ScaatParams<double>>(&method)) {
+    if (auto* scaat = std::get_if<tracking::ScaatParams<double>>(&method); scaat != nullptr && ahead.count() > 0) {
         scaat->predict_ahead = ahead;
     }
     return method;

@@ -48,7 +48,7 @@ inline Microseconds prediction_of_option(const std::string& tracker, double seco
     if (!(seconds >= 0 && seconds <= kMaxPredictionS)) {
         throw InputError(fmt::format("--predict {}: must be a number of seconds, 0 to {}", seconds, kMaxPredictionS));
     }
-    if (seconds > 0 && tracker != "scaat") {
+    if (seconds > 0 && !tracker.starts_with("scaat")) {
         throw InputError("--predict: --tracker " + tracker + " estimates no velocity; use --tracker scaat");
     }
     return microseconds_from_seconds(seconds);
