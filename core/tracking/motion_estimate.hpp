@@ -12,11 +12,11 @@ namespace tricoil::tracking {
 
 /// Velocity and angular rate from the difference to the pose one column frame earlier. In TDM both poses end on the same
 /// excitation state, so the skew error, which depends on the order of states, cancels. The noise is that of two poses over one
-/// frame. Accelerations are zero.
-template <typename Scalar>
+/// frame. Accelerations are zero. kMost: largest poses_per_frame.
+template <typename Scalar, std::size_t kMost = 3>
 class MotionEstimate {
 public:
-    /// poses_per_frame: three in TDM, where every column gives a pose; one in FDM.
+    /// poses_per_frame: three in TDM, where every column gives a pose; one in FDM and for poses of separate frames.
     explicit MotionEstimate(int poses_per_frame) : poses_per_frame_(static_cast<std::size_t>(poses_per_frame)) {}
 
     /// Adds a pose. Returns the motion at this pose, or nullopt if the pose one frame earlier is missing or older than
@@ -51,7 +51,7 @@ private:
         bool used = false;
     };
     std::size_t poses_per_frame_;
-    std::array<Entry, 3> entries_{};
+    std::array<Entry, kMost> entries_{};
     std::size_t next_ = 0;
 };
 

@@ -1,6 +1,9 @@
 // Motion errors of each tracker on generated motions: ratios, lag, prediction, rest, jumps, poles.
 #include <gtest/gtest.h>
 
+#include <random>
+
+#include "core/geometry/rotations.hpp"
 #include "tests/support/column_replay.hpp"
 #include "tests/support/hand_like.hpp"
 
@@ -265,6 +268,38 @@ TEST(Everywhere, SimultaneousColumnsFollowLargeMotionPerFrame) {
         }
     });
     EXPECT_GT(valid, poses * 9 / 10);
+}
+
+/// Sensors that already spin or pass by when the tracker is switched on: valid and right within 0.1 s.
+TEST(Everywhere, AFastSensorIsAcquired) {
+    constexpr double kUntilS = 0.4;
+    std::mt19937 random(3);
+    std::normal_distribution<double> number;
+    const auto direction = [&] { return Vec3<double>(number(random), number(random), number(random)).normalized().eval(); };
+    for (const auto& [rate_rad_s, speed_m_s] : {std::pair{36.0, 0.0}, {70.0, 0.0}, {100.0, 0.0}, {0.0, 5.0}, {100.0, 5.0}}) {
+        std::uint64_t lost = 0;
+        for (int n = 0; n < 20; ++n) {
+            const Vec3<double> along = direction();
+            const Vec3<double> aside = along.cross(direction()).normalized();
+            const Quat<double> attitude(Eigen::AngleAxisd(number(random), direction()));
+            const test::RampMotion motion({0.75 * along - 0.1 * speed_m_s * aside, attitude}, speed_m_s * aside,
+                                          rate_rad_s * direction());
+            auto filter = test::scaat_filter<double>(test::scaat_params<double>(true, along));
+            const double sigma = test::sigma_for_cost(0.5e-3);
+            double rotation_error = 1;
+            test::replay<double>(motion, {true, sigma, static_cast<std::uint64_t>(n), 0, kUntilS}, [&](const Column<double>& c) {
+                const auto e = filter.update(c);
+                if (e && to_seconds(c.midpoint) > 0.1) {
+                    rotation_error =
+                        geometry::angle_between(e->q_source_sensor, motion.at(to_seconds(c.midpoint)).q_source_sensor);
+                    EXPECT_LT(rotation_error, 0.05) << rate_rad_s << " rad/s, " << speed_m_s << " m/s, run " << n;
+                }
+            });
+            EXPECT_LT(rotation_error, 0.05);
+            lost += filter.counters().reacquisitions;
+        }
+        EXPECT_LE(lost, 20U) << rate_rad_s << " rad/s, " << speed_m_s << " m/s";
+    }
 }
 
 /// No jump, invalid pose or NaN at poles of position and attitude and at the hemisphere boundary.

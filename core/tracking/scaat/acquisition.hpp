@@ -3,6 +3,7 @@
 
 #include <array>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "core/tracking/scaat/column_update.hpp"
@@ -59,34 +60,59 @@ std::array<const Column<Scalar>*, kSourceCoils> oldest_first(const SignalMatrixA
     return order;
 }
 
+/// Rates at which a sensor starts.
+template <typename Scalar>
+struct StartRates {
+    Vec3<Scalar> velocity_m_s = Vec3<Scalar>::Zero();
+    Vec3<Scalar> rate_rad_s = Vec3<Scalar>::Zero();
+};
+
+/// Prior of a start at the time of the oldest column: the pose with a standard deviation that covers the motion between the
+/// columns.
+template <typename Scalar>
+void set_prior(State<Scalar>& state, const StartRates<Scalar>& rates, Scalar span_s, const ScaatParams<Scalar>& params) {
+    state.velocity_m_s = rates.velocity_m_s;
+    state.rate_rad_s = rates.rate_rad_s;
+    const Scalar speed = std::max(params.start_speed_m_s, rates.velocity_m_s.norm());
+    const Scalar rate = std::max(params.start_rate_rad_s, rates.rate_rad_s.norm());
+    Vec12<Scalar> deviation;
+    deviation.template segment<3>(0).setConstant(Scalar(0.03) * state.position_m.norm() + span_s * speed);
+    deviation.template segment<3>(3).setConstant(Scalar(0.1) + span_s * rate);
+    deviation.template segment<3>(6).setConstant(params.start_speed_m_s);
+    deviation.template segment<3>(9).setConstant(params.start_rate_rad_s);
+    state.covariance = deviation.cwiseAbs2().asDiagonal();
+}
+
 /// Sets `state` to the time of the newest of the assembler's three columns. The prior is the direct pose of the three columns as
-/// if simultaneous, with a standard deviation that covers the motion between them. The columns are then used a second time as
-/// updates; with this wide prior that adds less than 1 % of information. Position and velocity errors become correlated, as they
-/// must: the next three columns determine the velocity, which is the difference of two deskewed poses weighted by the noise.
+/// if simultaneous. The columns are then used a second time as updates; with the wide prior that adds less than 1 % of
+/// information. Position and velocity errors become correlated, as they must: the next three columns determine the velocity,
+/// which is the difference of two deskewed poses weighted by the noise. With `rates`, of a fast sensor, the updates are repeated
+/// from the pose that they gave, because the direct pose of the skewed columns is too far for one linear step.
 /// unmodelled_variance: of errors of the couplings other than noise (metal, or motion that the prior does not cover).
 /// Works in place to save stack: a state takes a quarter of a small processor's stack.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 [[gnu::noinline]] void start_state(State<Scalar>& state, const Model& model, const StartPose<Scalar>& start,
-                                   const SignalMatrixAssembler<Scalar>& columns, const ScaatParams<Scalar>& params,
-                                   Scalar unmodelled_variance) {
+                                   const std::optional<StartRates<Scalar>>& rates, const SignalMatrixAssembler<Scalar>& columns,
+                                   const ScaatParams<Scalar>& params, Scalar unmodelled_variance) {
+    constexpr int kFastPasses = 6;
     const auto order = oldest_first(columns);
     state = State<Scalar>{};
-    state.time = order.front()->midpoint;
     state.position_m = start.position_m;
     state.q_source_sensor = Quat<Scalar>(Mat3<Scalar>(start.attitude.transpose())).normalized();
     const Scalar span_s = seconds_as<Scalar>(order.back()->midpoint - order.front()->midpoint);
-    Vec12<Scalar> deviation;
-    deviation.template segment<3>(0).setConstant(Scalar(0.03) * start.position_m.norm() + span_s * params.start_speed_m_s);
-    deviation.template segment<3>(3).setConstant(Scalar(0.1) + span_s * params.start_rate_rad_s);
-    deviation.template segment<3>(6).setConstant(params.start_speed_m_s);
-    deviation.template segment<3>(9).setConstant(params.start_rate_rad_s);
-    state.covariance = deviation.cwiseAbs2().asDiagonal();
     const Intensity<Scalar> q{params.process.start_m2_s3, params.process.start_rad2_s3};
-    for (const auto* column : order) {
-        propagate(state, q, column->midpoint);
-        const auto innovation = column_innovation<Scalar>(model, state, state, *column, {unmodelled_variance});
-        if (innovation.ok) {
-            (void)apply(state, innovation);
+    for (int pass = 0; pass < (rates ? kFastPasses : 1); ++pass) {
+        if (pass > 0) {
+            move(state, -span_s);
+        }
+        state.time = order.front()->midpoint;
+        set_prior(state, rates.value_or(StartRates<Scalar>{}), span_s, params);
+        for (const auto* column : order) {
+            propagate(state, q, column->midpoint);
+            const auto innovation = column_innovation<Scalar>(model, state, state, *column, {unmodelled_variance});
+            if (innovation.ok) {
+                (void)apply(state, innovation);
+            }
         }
     }
 }

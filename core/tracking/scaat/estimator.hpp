@@ -27,8 +27,9 @@ public:
         reset_adaptation();
     }
 
-    /// Starts from a pose and the columns from which it was computed. unmodelled_variance: as in start_state().
-    void start(const StartPose<Scalar>& pose, const SignalMatrixAssembler<Scalar>& columns, Scalar unmodelled_variance);
+    /// Starts from a pose and the columns from which it was computed. rates, unmodelled_variance: as in start_state().
+    void start(const StartPose<Scalar>& pose, const std::optional<StartRates<Scalar>>& rates,
+               const SignalMatrixAssembler<Scalar>& columns, Scalar unmodelled_variance);
 
     /// Moves the state to `time`, which must not be before the state's time.
     void propagate_to(DeviceTime time) { propagate(state_, intensity(), time); }

@@ -8,9 +8,9 @@
 namespace tricoil::tracking::scaat {
 
 template <typename Scalar, MeasurementModel<Scalar> Model>
-void Estimator<Scalar, Model>::start(const StartPose<Scalar>& pose, const SignalMatrixAssembler<Scalar>& columns,
-                                     Scalar unmodelled_variance) {
-    start_state<Scalar>(state_, model_, pose, columns, params_, unmodelled_variance);
+void Estimator<Scalar, Model>::start(const StartPose<Scalar>& pose, const std::optional<StartRates<Scalar>>& rates,
+                                     const SignalMatrixAssembler<Scalar>& columns, Scalar unmodelled_variance) {
+    start_state<Scalar>(state_, model_, pose, rates, columns, params_, unmodelled_variance);
     last_used_ = state_.time;
     history_.start(state_.time);
     reset_adaptation();

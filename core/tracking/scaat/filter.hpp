@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/tracking/hemisphere.hpp"
+#include "core/tracking/motion_estimate.hpp"
 #include "core/tracking/scaat/estimator.hpp"
 #include "core/tracking/scaat/health.hpp"
 #include "core/tracking/scaat/intake.hpp"
@@ -60,6 +61,7 @@ private:
     Pose search(const Column<Scalar>& column);
     Pose acquire(const SignalMatrix<Scalar>& matrix, DeviceTime time);
     bool start(const SignalMatrix<Scalar>& matrix);
+    std::optional<StartRates<Scalar>> rates_since_last_start(const StartPose<Scalar>& pose, DeviceTime time);
     void resolve_hemisphere(StartPose<Scalar>& pose, const SignalMatrix<Scalar>& matrix);
     void lose(DeviceTime time);
     void forget(DeviceTime time);
@@ -75,6 +77,7 @@ private:
     Estimator<Scalar, Model> estimator_;
     Health<Scalar, Model> health_;
     Hemisphere<Scalar> hemisphere_;
+    MotionEstimate<Scalar, 1> starts_{1};
     std::uint8_t sensor_ = 0;
 };
 

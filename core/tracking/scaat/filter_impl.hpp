@@ -238,12 +238,25 @@ bool Filter<Scalar, Model>::start(const SignalMatrix<Scalar>& matrix) {
     }
     StartPose<Scalar> chosen = *pose;
     resolve_hemisphere(chosen, matrix);
-    estimator_.start(chosen, intake_.columns(), health_.start_variance());
+    estimator_.start(chosen, rates_since_last_start(chosen, matrix.newest), intake_.columns(), health_.start_variance());
     counters_.acquisitions += state_ == TrackerState::tracking ? 0U : 1U;
     state_ = TrackerState::tracking;
     health_.start();
     intake_.start();
     return true;
+}
+
+/// Rates of a sensor that is too fast for a start at rest: the filter lost it within two frames of the last start. Both poses
+/// have the same skew, so their difference does not contain it. Empty for a sensor at usual speed, and for simultaneous columns.
+template <typename Scalar, MeasurementModel<Scalar> Model>
+std::optional<StartRates<Scalar>> Filter<Scalar, Model>::rates_since_last_start(const StartPose<Scalar>& pose, DeviceTime time) {
+    const auto motion =
+        starts_.add(time, pose.position_m, geometry::attitude_quaternion(pose.attitude), 2 * common_.max_column_span);
+    if (!motion || (motion->velocity_m_s.norm() <= params_.start_speed_m_s &&
+                    motion->angular_rate_rad_s.norm() <= params_.start_rate_rad_s)) {
+        return std::nullopt;
+    }
+    return StartRates<Scalar>{motion->velocity_m_s, motion->angular_rate_rad_s};
 }
 
 /// Sign of the position: from the model if it can determine it, otherwise from the setting or by continuity.
