@@ -10,7 +10,7 @@
 namespace tricoil::nucleo_g474re {
 
 constexpr int kOversampling = 8;
-constexpr double kSampleRateHz = stm32g4::Acquisition::sample_rate_hz(kOversampling);  // 72.03 kS/s
+constexpr double kSampleRateHz = stm32g4::Acquisition::sample_rate_hz(kOversampling);  // 71.79 kS/s
 
 /// Frequency at which a sensor channel with gain 1 gives the coupling itself; the channel's response is proportional to
 /// frequency.
@@ -20,13 +20,13 @@ constexpr app::MeasuringMode with_response(const signal::AcquisitionPlan& plan) 
     return stm32g4_board::with_response(plan, kUnityResponseHz);
 }
 
-/// Modes; the first one is active after power-on. The FDM modes have the same carriers, 7.68, 9.60 and 13.45 kHz, such that no
-/// third-order product of two has the frequency of the third. TDM has one carrier, 10.81 kHz.
+/// Modes; the first one is active after power-on. The FDM modes have the same carriers, 7.66, 9.57 and 13.40 kHz, such that no
+/// third-order product of two has the frequency of the third. TDM has one carrier, 10.77 kHz.
 inline constexpr std::array kModes{
-    with_response(signal::stated_tdm_plan(kSampleRateHz, 100, 20, 12)),        // 240.1 frames/s
-    with_response(signal::stated_fdm_plan(kSampleRateHz, 300, {32, 40, 56})),  // 240.1
-    with_response(signal::stated_fdm_plan(kSampleRateHz, 75, {8, 10, 14})),    // 960.5
-    with_response(signal::stated_tdm_plan(kSampleRateHz, 50, 10, 6)),          // 480.2
+    with_response(signal::stated_tdm_plan(kSampleRateHz, 100, 20, 12)),        // 239.3 frames/s
+    with_response(signal::stated_fdm_plan(kSampleRateHz, 300, {32, 40, 56})),  // 239.3
+    with_response(signal::stated_fdm_plan(kSampleRateHz, 75, {8, 10, 14})),    // 957.2
+    with_response(signal::stated_tdm_plan(kSampleRateHz, 50, 10, 6)),          // 478.6
 };
 
 constexpr float kMaxReference_v = 1.3F;  // full amplitude gives 0.7 V; the three FDM carriers together give 1.1 V

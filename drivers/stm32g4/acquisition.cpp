@@ -142,14 +142,15 @@ Status Acquisition::do_poll(SampleBlock& block) {
         return has_failed_ ? Status{StatusCode::device_lost, "DMA transfer error"}
                            : Status{StatusCode::timed_out, "no block arrived"};
     }
-    delivered_ = sequence + 1;
+    const std::uint64_t index = delivered_ + (sequence - static_cast<std::uint32_t>(delivered_));
+    delivered_ = index + 1;
     const std::uint64_t half_triggers_per_block = std::uint64_t{2} * block_samples_ * static_cast<unsigned>(oversampling_);
     block.sensor = 0;
     block.state = conditions.state;
     block.gain_step = conditions.gain_step;
     block.scale = params_.volts_per_conversion_code / static_cast<float>(oversampling_);
     block.full_scale = kTopOfOneConversion * oversampling_;
-    block.start = start_ + time_of_half_triggers(sequence * half_triggers_per_block);
+    block.start = start_ + time_of_half_triggers(index * half_triggers_per_block);
     block.sequence = sequence;
     {
         const InterruptsOff guard;
@@ -160,16 +161,19 @@ Status Acquisition::do_poll(SampleBlock& block) {
     return {};
 }
 
+/// True if a block after the last delivered one is complete. The difference stays right when `completed_` overflows, after weeks.
+bool Acquisition::has_block() const { return static_cast<std::int32_t>(completed_ - static_cast<std::uint32_t>(delivered_)) > 0; }
+
 /// False if no block arrives in time.
 bool Acquisition::wait_for_block() {
     const std::uint64_t half_triggers = std::uint64_t{2} * block_samples_ * static_cast<unsigned>(oversampling_);
     const DeviceTime deadline = parts_.clock.now() + time_of_half_triggers(half_triggers) + kPollMargin;
-    while (completed_ == delivered_) {
+    while (!has_block()) {
         if (has_failed_ || parts_.clock.now() > deadline) {
             return false;
         }
         const InterruptsOff guard;  // without it, a block that ends between the check and the sleep would not end the sleep
-        if (completed_ == delivered_) {
+        if (!has_block()) {
             params_.sleep();
         }
     }

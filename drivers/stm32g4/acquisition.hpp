@@ -26,14 +26,18 @@ struct AcquisitionParams {
 };
 
 /// The sampler; coils() and gain() are its two other interfaces. Sampling starts with the first poll() after start(), so that the
-/// first block already has the excitation state set by excite(). excite() and gain().choose() take effect at the end of the
-/// running block; excite(Excitation::off) clears the enable lines at once. After an over-current, poll() and excite() return
-/// over_current until the next start().
+/// first block already has the excitation state set by excite(). The first conversion after a stop, or after 1 ms without
+/// conversions, may be wrong (ES0430 2.7.9, 2.7.10): users drop the first samples while the coils settle. excite() and
+/// gain().choose() take effect at the end of the running block; excite(Excitation::off) clears the enable lines at once. After an
+/// over-current, poll() and excite() return over_current until the next start().
 class Acquisition final : public hal::CoilSampler {
 public:
-    /// Core clock cycles from one trigger to the next. Each trigger converts every input and updates every carrier. 576.3 kHz; an
-    /// ADC at 42.5 MHz with 47.5 cycles of sampling needs 60 of the 73.75 ADC clock cycles.
-    static constexpr std::uint32_t kTriggerTicks = 295;
+    /// Core clock cycles from one trigger to the next. Each trigger converts every input and updates every carrier. 574.3 kHz; an
+    /// ADC at 42.5 MHz with 47.5 cycles of sampling needs 60 of the 74 ADC clock cycles.
+    static constexpr std::uint32_t kTriggerTicks = 296;
+    /// Otherwise each conversion would wait for the next edge of the ADC's clock, and the phase between the ADCs would vary,
+    /// which disturbs their results (ES0430 2.7.11).
+    static_assert(kTriggerTicks % Converters::kClockTicks == 0);
 
     /// Sample rates that a plan may use; `oversampling` is 2, 4, 8 or 16.
     static constexpr double sample_rate_hz(int oversampling) {
@@ -108,6 +112,7 @@ private:
     Status choose(std::uint8_t step);
 
     void run();
+    [[nodiscard]] bool has_block() const;
     bool wait_for_block();
     bool copy_newest(std::uint32_t& block, Conditions& conditions);
     void switch_over();
@@ -127,7 +132,7 @@ private:
     int oversampling_ = 0;
     std::uint32_t block_samples_ = 0;
     DeviceTime start_{};           // of the first block
-    std::uint32_t delivered_ = 0;  // number of blocks, lost ones included
+    std::uint64_t delivered_ = 0;  // number of blocks, lost ones included
 
     // Shared with the interrupt handlers.
     volatile std::uint32_t completed_ = 0;  // blocks

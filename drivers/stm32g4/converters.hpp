@@ -19,6 +19,7 @@ namespace tricoil::stm32g4 {
 class Converters {
 public:
     static constexpr std::size_t kLongestBlock = 300;
+    static constexpr unsigned kClockTicks = 4;  // core clock cycles per ADC clock cycle
     /// Time from a trigger until the voltage is held: 47.5 cycles of 42.5 MHz.
     static constexpr float kSampling_s = 47.5F / 42.5e6F;
 

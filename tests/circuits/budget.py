@@ -12,7 +12,7 @@ MU0 = 4e-7 * math.pi
 HALF_SUPPLY_V = 1.65
 LSB_V = 3.3 / 4096
 COMFORTABLE_V = 0.55 * HALF_SUPPLY_V  # board/app/gain_ranging.hpp
-CONVERSIONS_HZ = 170e6 / 295
+CONVERSIONS_HZ = 170e6 / 296
 
 # The chip: assumptions close to the typical figures of DS12288
 ADC_SNR_DB = 66
@@ -53,7 +53,7 @@ class Chain:
     def __init__(self, results, coil, moment):
         self.moment = moment
         self.area = coil["turns"] * math.pi * coil["radius"] ** 2
-        self.gain = {f: results[f"preamplifier.gain_{f}"] for f in (7684, 9605, 10805, 13446)}
+        self.gain = {f: results[f"preamplifier.gain_{f}"] for f in (7658, 9572, 10769, 13401)}
         self.noise = {f: results[f"preamplifier.noise_{f}"] for f in self.gain}
         self.reference_v = results["reference.full_drive_v"]
         adc_rms = HALF_SUPPLY_V / math.sqrt(2) / 10 ** (ADC_SNR_DB / 20)

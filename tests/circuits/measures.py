@@ -63,10 +63,10 @@ def drive(**overrides):
     p = parameters("power_stage.cir", ["vs", "drop", "rset"], overrides)
     run = spice.run("power_drive.cir", **overrides)
     swing = 0.98 * p["vs"] - p["drop"]
-    full = run["siemens_10805"] * FULL_DRIVE_V
+    full = run["siemens_10769"] * FULL_DRIVE_V
     limit = 24e3 / (5e3 + p["rset"])
-    result = {f"drive.ohm_{f}": run[f"ohm_{f}"] for f in (300, 1000, 7684, 9605, 10805, 13446)}
-    result.update({"drive.full_a": full, "drive.swing_v": swing, "drive.headroom_v": swing - 1.03 * full * run["ohm_10805"],
+    result = {f"drive.ohm_{f}": run[f"ohm_{f}"] for f in (300, 1000, 7658, 9572, 10769, 13401)}
+    result.update({"drive.full_a": full, "drive.swing_v": swing, "drive.headroom_v": swing - 1.03 * full * run["ohm_10769"],
                    "drive.low_band_a": min(1.5, swing / run["ohm_1000"]), "drive.limit_a": limit,
                    "drive.limit_least_a": 0.9 * limit, "drive.limit_most_a": 1.1 * limit})
     return result
@@ -104,7 +104,7 @@ def two_bands(**overrides):
     """Coil S1 with a high and a low carrier at the same time."""
     p = parameters("power_stage.cir", ["rjh", "rhs"], overrides)
     gain = spice.run("power_drive.cir")
-    hz = 7684.0
+    hz = 7658.0
     rows = spice.run_vectors("power_two_bands.cir", **_with(overrides, fc=hz, vdac=FULL_DRIVE_V * 0.65 * HIGH_SHARE,
                                                             vlow=LOW_A / gain["siemens_960"]))
     amps, out = Wave(rows, 1), Wave(rows, 2)
@@ -132,17 +132,17 @@ def _boxcar(hz):
 
 def preamplifier(**overrides):
     run = spice.run("preamplifier.cir", **overrides)
-    carriers = (7684, 9605, 10805, 13446)
+    carriers = (7658, 9572, 10769, 13401)
     gains = [run[f"gain_{f}"] for f in carriers]
     result = {f"preamplifier.gain_{f}": run[f"gain_{f}"] for f in (500, *carriers)}
     result.update({f"preamplifier.noise_{f}": run[f"noise_{f}"] for f in (500, *carriers)})
     inner = spice.run("preamplifier.cir", **_with(overrides, lcoil="4.4m", rcoil=37.9))  # 540 turns at 8.6 mm
-    result["preamplifier.noise_inner_10805"] = inner["noise_10805"]
+    result["preamplifier.noise_inner_10769"] = inner["noise_10769"]
     result["preamplifier.flatness"] = max(gains) / min(gains) - 1
-    passed = run["gain_10805"]
-    result["preamplifier.reject_conversions_db"] = 20 * math.log10(passed / run["gain_562800"])
-    images = max(run["gain_58600"] * _boxcar(58600), run["gain_61200"] * _boxcar(61200))
-    result["preamplifier.reject_samples_db"] = 20 * math.log10(passed * _boxcar(10805) / images)
+    passed = run["gain_10769"]
+    result["preamplifier.reject_conversions_db"] = 20 * math.log10(passed / run["gain_560900"])
+    images = max(run["gain_58400"] * _boxcar(58400), run["gain_61000"] * _boxcar(61000))
+    result["preamplifier.reject_samples_db"] = 20 * math.log10(passed * _boxcar(10769) / images)
     rows = spice.run_vectors("preamplifier.cir", **overrides)
     wave, hz = Wave(rows, 1), spice.value("preamplifier.cir", "fc")
     times = [1e-5 * k for k in range(1, 40)]
@@ -155,10 +155,10 @@ def reference(**overrides):
     """Reference amplifier. The overrides apply to its netlist only."""
     run = spice.run("reference.cir", **overrides)
     sensor = spice.run("preamplifier.cir")
-    sense = spice.run("power_drive.cir")["siemens_10805"] * FULL_DRIVE_V * spice.value("power_stage.cir", "rs")
-    lag = max(abs(run[f"phase_{f}"] - sensor[f"phase_{f}"]) for f in (7684, 9605, 10805, 13446))
-    return {"reference.gain": run["gain_10805"], "reference.full_drive_v": run["gain_10805"] * sense,
-            "reference.phase_match_deg": lag, "reference.noise": run["noise_10805"]}
+    sense = spice.run("power_drive.cir")["siemens_10769"] * FULL_DRIVE_V * spice.value("power_stage.cir", "rs")
+    lag = max(abs(run[f"phase_{f}"] - sensor[f"phase_{f}"]) for f in (7658, 9572, 10769, 13401))
+    return {"reference.gain": run["gain_10769"], "reference.full_drive_v": run["gain_10769"] * sense,
+            "reference.phase_match_deg": lag, "reference.noise": run["noise_10769"]}
 
 
 def coils(**overrides):
@@ -184,7 +184,7 @@ def coils(**overrides):
 def exposure(**overrides):
     """RMS field at 10 and 30 cm from the middle of the source; FDM: sum over the coils (sum rule)."""
     p = parameters("power_stage.cir", ["n1", "n2", "n3", "a1", "a2", "a3"], overrides)
-    full = spice.run("power_drive.cir")["siemens_10805"] * FULL_DRIVE_V
+    full = spice.run("power_drive.cir")["siemens_10769"] * FULL_DRIVE_V
     fdm = next(mode for mode in budget.modes() if mode["mode"] == "FDM 240")
     share = [0.65 * float(fdm["f1_hz"]) / float(fdm[f"f{k}_hz"]) for k in (1, 2, 3)]
     each = [(p[f"n{k}"], p[f"a{k}"], full) for k in (1, 2, 3)]
@@ -207,20 +207,20 @@ def accuracy(results, **overrides):
         results = {**results, **preamplifier(**overrides)}
     chain = budget.Chain(results, coil, results["coils.s2_m2"] * results["drive.full_a"])
     window = float(tdm()["window_s"])
-    result = {"budget.moment_am2": chain.moment, "budget.nearest_m": chain.nearest_m(10805)}
+    result = {"budget.moment_am2": chain.moment, "budget.nearest_m": chain.nearest_m(10769)}
     for cm in (15, 30, 60, 75, 90, 120):
-        drive_share, gain, volts = chain.ranging(cm / 100, 10805)
+        drive_share, gain, volts = chain.ranging(cm / 100, 10769)
         causes = budget.of_frame(chain, cm / 100, tdm(), coil)
-        result.update({f"range.field_{cm}_t": chain.field_t(cm / 100), f"range.coil_{cm}_v": chain.coil_v(cm / 100, 10805),
+        result.update({f"range.field_{cm}_t": chain.field_t(cm / 100), f"range.coil_{cm}_v": chain.coil_v(cm / 100, 10769),
                        f"range.drive_{cm}": drive_share, f"range.gain_{cm}": gain, f"range.converter_{cm}_v": volts,
-                       f"range.snr_{cm}_db": chain.snr_db(cm / 100, 10805, window),
+                       f"range.snr_{cm}_db": chain.snr_db(cm / 100, 10769, window),
                        f"budget.noise_{cm}_mm": math.hypot(*(row[1] for row in causes[:budget.NOISES])),
                        f"budget.total_{cm}_mm": budget.total(causes, 1), f"budget.today_{cm}_mm": budget.total(causes, 2)})
         if cm == 75:
             for name, designed, today in causes:
                 result[f"cause.{name}"], result[f"today.{name}"] = designed, today
     for gain in (1, 2, 4, 8, 16, 32, 64):
-        for name, density in zip(("preamplifier", "opamp", "converter"), chain.densities(10805, gain)):
+        for name, density in zip(("preamplifier", "opamp", "converter"), chain.densities(10769, gain)):
             result[f"density.{name}_{gain}"] = density
     for mode in budget.modes():
         load = budget.load_of(mode)

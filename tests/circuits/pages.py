@@ -66,8 +66,8 @@ def coils(r):
 def drive(r):
     full = r["drive.full_a"]
     rows = []
-    for hz, use, share in ((300, "low band", None), (1000, "low band", None), (7684, "FDM 240, S1", 0.65),
-                           (9605, "FDM 240, S2", 0.52), (10805, "TDM 240, each", 1), (13446, "FDM 240, S3", 0.37)):
+    for hz, use, share in ((300, "low band", None), (1000, "low band", None), (7658, "FDM 240, S1", 0.65),
+                           (9572, "FDM 240, S2", 0.52), (10769, "TDM 240, each", 1), (13401, "FDM 240, S3", 0.37)):
         ohm = r[f"drive.ohm_{hz}"]
         amps = share * full if share else min(1.5, r["drive.swing_v"] / ohm)
         rows.append([f"{hz / 1e3:.2f}", use, f"{ohm:.2f}", f"{amps:.2f}" + ("" if share else " (the part's limit)"), f"{ohm * amps:.1f}"])
@@ -83,7 +83,7 @@ def heat(r):
 
 def preamplifier(r):
     rows = [[f"{f / 1e3:.2f}", f"{r[f'preamplifier.gain_{f}']:.1f}", f"{1e9 * r[f'preamplifier.noise_{f}']:.2f}"]
-            for f in (500, 7684, 9605, 10805, 13446)]
+            for f in (500, 7658, 9572, 10769, 13401)]
     return _table(["kHz", "gain", "noise at the coil, nV/rtHz"], rows)
 
 

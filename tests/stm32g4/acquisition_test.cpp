@@ -143,7 +143,7 @@ TEST_F(AcquisitionTest, ConfiguresConvertersForSimultaneousOversampledBlocks) {
     EXPECT_EQ(registers.dma.channel[0].CCR, 0x35A1U);  // no interrupts
     EXPECT_EQ(registers.dma.channel[4].CNDTR, 160U);   // 3 cycles of the carrier
     EXPECT_EQ(registers.dma.channel[4].CCR, 0x36B1U);
-    EXPECT_EQ(registers.trigger.ARR, 294U);
+    EXPECT_EQ(registers.trigger.ARR, 295U);
     EXPECT_EQ(registers.trigger.CR1, 0U);  // started by the first poll
 }
 
@@ -186,14 +186,14 @@ TEST_F(AcquisitionTest, SamplesAreSignedAndStamped) {
     EXPECT_EQ(block.full_scale, 2047 * 8);
     EXPECT_FLOAT_EQ(block.scale, 3.3F / 32768);
     const DeviceTime first = block.start;
-    EXPECT_EQ((midpoint(block, 72'046'110) - block.start).count(), 687);  // 49.5 samples of 13.88 us
+    EXPECT_EQ((midpoint(block, 71'790'541) - block.start).count(), 690);  // 49.5 samples of 13.93 us
     ASSERT_TRUE(acquisition.poll(block).ok());
     EXPECT_EQ(block.samples[0][0], 2100);
-    EXPECT_EQ((block.start - first).count(), 1388);
+    EXPECT_EQ((block.start - first).count(), 1393);
     for (int n = 0; n < 998; ++n) {
         ASSERT_TRUE(acquisition.poll(block).ok());
     }
-    EXPECT_EQ((block.start - first).count(), 1'386'847);  // 999 blocks of 236000 / 170 us: no drift
+    EXPECT_EQ((block.start - first).count(), 1'391'548);  // 999 blocks of 236800 / 170 us: no drift
 }
 
 TEST_F(AcquisitionTest, GainChangesBetweenBlocks) {

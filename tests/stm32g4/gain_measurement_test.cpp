@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kOversampling = 8;
 constexpr auto kPlan = signal::stated_tdm_plan(Acquisition::sample_rate_hz(kOversampling), 100, 20, 12);
-constexpr double kEdge_s = 295.0 / 170e6;
+constexpr double kEdge_s = 296.0 / 170e6;
 constexpr double kSampling_s = 47.5 / 42.5e6;  // sampling time of a conversion
 constexpr double kNoiseCodes = 0.6;            // standard deviation of a conversion
 const double kCarrierRadS = 2 * std::numbers::pi * kPlan.params.carrier_hz[0];

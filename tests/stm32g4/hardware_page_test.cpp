@@ -55,7 +55,7 @@ TEST(HardwarePage, CircuitsAreCheckedWithTheModesOfTheBoard) {
         const auto& hz = plan.params.carrier_hz;
         char line[160];
         std::snprintf(line, sizeof line, "%s %.0f,%s,%.3f,%.6e,%.6e,%.2f,%.2f,%.2f\n", plan.is_tdm() ? "TDM" : "FDM",
-                      10 * std::floor(plan.params.frame_rate_hz / 10), plan.is_tdm() ? "tdm" : "fdm", plan.params.frame_rate_hz,
+                      10 * std::round(plan.params.frame_rate_hz / 10), plan.is_tdm() ? "tdm" : "fdm", plan.params.frame_rate_hz,
                       plan.block_s() - plan.window_s(), plan.window_s(), hz[0], hz[1], hz[2]);
         modes += line;
     }

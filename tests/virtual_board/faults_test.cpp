@@ -18,7 +18,7 @@ using protocol::Fault;
 using protocol::Opcode;
 using test::BoardBench;
 
-constexpr double kBlockS = 100 * 8 * 295 / 170e6;  // time of one slot
+constexpr double kBlockS = 100 * 8 * 296 / 170e6;  // time of one slot
 constexpr double kFaultS = 0.7;                    // beginning of the fault; the board measures
 constexpr unsigned bit(Fault fault) { return static_cast<unsigned>(fault); }
 

@@ -21,9 +21,9 @@ constexpr std::size_t kBlock = 100;
 constexpr std::int32_t kMiddle = 2048 * 8;
 constexpr std::uint64_t kHalfTriggersPerBlock = 2 * kBlock * 8;
 
-/// Duration of a number of half trigger periods (295 / 340 us each), rounded to the nearest microsecond.
+/// Duration of a number of half trigger periods (296 / 340 us each), rounded to the nearest microsecond.
 Microseconds time_of(std::uint64_t half_triggers) {
-    return Microseconds{static_cast<std::int64_t>((half_triggers * 295 + 170) / 340)};
+    return Microseconds{static_cast<std::int64_t>((half_triggers * 296 + 170) / 340)};
 }
 
 /// Samples of the converters from one start to the next.

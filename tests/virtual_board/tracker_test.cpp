@@ -27,8 +27,9 @@ struct Score {
     unsigned flags = 0;  // of the invalid poses
     double rms_mm = 0;
     double worst_mm = 0;
-    double stated_mm = 0;  // RMS of the predicted errors
-    double frame_mm = 0;   // RMS expected of single frames of a sensor at rest without filter, by the board's noise budget
+    double stated_mm = 0;    // RMS of the predicted errors
+    double frame_mm = 0;     // RMS expected of single frames of a sensor at rest without filter, by the board's noise budget
+    double frame_share = 0;  // median ratio of the predicted errors to those of single frames
 };
 
 /// Expected square of a single frame's position error at this range, mm^2 (analog_budget.hpp).
@@ -46,6 +47,7 @@ Score score(const sim::Scenario& scenario, const std::vector<protocol::PoseMessa
     double squares = 0;
     double stated = 0;
     double frame = 0;
+    std::vector<double> shares;
     for (const protocol::PoseMessage& pose : poses) {
         if (pose.time_us < poses.front().time_us + static_cast<std::int64_t>(1e6 * kSettleS)) {
             continue;
@@ -58,13 +60,18 @@ Score score(const sim::Scenario& scenario, const std::vector<protocol::PoseMessa
         s.flags |= estimate.valid() ? 0U : pose.flags;
         s.worst_mm = std::max(s.worst_mm, error_mm);
         squares += error_mm * error_mm;
-        stated += 1e6 * estimate.covariance.topLeftCorner<3, 3>().trace();
-        frame += frame_error_mm2(truth.position_m.norm(), plan);
+        const double stated_mm2 = 1e6 * estimate.covariance.topLeftCorner<3, 3>().trace();
+        const double frame_mm2 = frame_error_mm2(truth.position_m.norm(), plan);
+        stated += stated_mm2;
+        frame += frame_mm2;
+        shares.push_back(std::sqrt(stated_mm2 / frame_mm2));
     }
     const auto count = static_cast<double>(std::max<std::size_t>(s.valid + s.invalid, 1));
     s.rms_mm = std::sqrt(squares / count);
     s.stated_mm = std::sqrt(stated / count);
     s.frame_mm = std::sqrt(frame / count);
+    std::nth_element(shares.begin(), shares.begin() + static_cast<std::ptrdiff_t>(shares.size() / 2), shares.end());
+    s.frame_share = shares.empty() ? 0 : shares[shares.size() / 2];
     return s;
 }
 
@@ -84,12 +91,13 @@ Score score(const sim::Scenario& scenario, const std::vector<protocol::PoseMessa
     return score(scenario, poses, plan, best_begin_s);
 }
 
-/// Errors do not exceed the predicted errors, nor predicted errors the noise budget of single frames, by more than 30 %.
+/// Errors exceed the predicted errors by at most 30 %, and these the noise budget of single frames by at most 30 % (median:
+/// after a manoeuvre the filter states larger errors for some frames).
 void expect_accurate(const Score& s) {
-    std::printf("RMS %.2f mm, stated %.2f, a still frame without filter %.2f, worst %.2f\n", s.rms_mm, s.stated_mm, s.frame_mm,
-                s.worst_mm);
+    std::printf("RMS %.2f mm, stated %.2f, a still frame without filter %.2f (median ratio %.2f), worst %.2f\n", s.rms_mm,
+                s.stated_mm, s.frame_mm, s.frame_share, s.worst_mm);
     EXPECT_LT(s.rms_mm, 1.3 * s.stated_mm);
-    EXPECT_LT(s.stated_mm, 1.3 * s.frame_mm);
+    EXPECT_LT(s.frame_share, 1.3);
 }
 
 std::size_t lost(const std::vector<protocol::PoseMessage>& poses) {
@@ -223,11 +231,40 @@ TEST_P(ModeOfTheBoard, TracksWithTimeToSpare) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Rates, ModeOfTheBoard,
-                         ::testing::Values(MeasuringMode{"tdm_240", {240'000, signal::Multiplexing::tdm}, 0, 720.33},
-                                           MeasuringMode{"fdm_240", {240'000, signal::Multiplexing::fdm}, 1, 240.11},
-                                           MeasuringMode{"fdm_960", {960'000, signal::Multiplexing::fdm}, 2, 960.45},
-                                           MeasuringMode{"tdm_480", {480'000, signal::Multiplexing::tdm}, 3, 1440.7}),
+                         ::testing::Values(MeasuringMode{"tdm_240", {240'000, signal::Multiplexing::tdm}, 0, 717.91},
+                                           MeasuringMode{"fdm_240", {240'000, signal::Multiplexing::fdm}, 1, 239.30},
+                                           MeasuringMode{"fdm_960", {960'000, signal::Multiplexing::fdm}, 2, 957.21},
+                                           MeasuringMode{"tdm_480", {480'000, signal::Multiplexing::tdm}, 3, 1435.8}),
                          [](const auto& instance) { return instance.param.name; });
+
+/// Poses of the first 0.1 s in FDM, where every conversion of a block is used.
+std::vector<protocol::PoseMessage> first_poses(std::uint32_t error_codes) {
+    BoardBench bench;
+    for (const unsigned number : {1U, 3U, 4U, 5U}) {
+        bench.board->adc(number).set_first_error(error_codes);
+    }
+    bench.run(BoardBench::kBootS);
+    bench.host(test::on_usb).hello();
+    bench.run(0.01);
+    EXPECT_EQ(bench.ask(test::on_usb, Opcode::mode, protocol::mode_argument({240'000, signal::Multiplexing::fdm})),
+              AckResult::done);
+    EXPECT_EQ(bench.ask(test::on_usb, Opcode::start), AckResult::done);
+    bench.fed[test::on_usb] = true;
+    bench.run(0.1);
+    return bench.host(test::on_usb).poses;
+}
+
+/// ES0430 2.7.9 and 2.7.10: the first conversion after a start may be wrong. The main loop drops the blocks in which the coils
+/// settle, with this conversion.
+TEST(Tracker, PosesDoNotDependOnTheFirstConversionOfAStart) {
+    const auto poses = first_poses(1024);
+    const auto without_error = first_poses(0);
+    ASSERT_GT(poses.size(), 10U);
+    ASSERT_EQ(poses.size(), without_error.size());
+    for (std::size_t n = 0; n < poses.size(); ++n) {
+        EXPECT_TRUE(same(poses[n], without_error[n])) << n;
+    }
+}
 
 /// Runs for TRICOIL_BOARD_S seconds (default 20; long test: 3600).
 TEST(Tracker, RunsWithoutLoss) {
@@ -250,7 +287,7 @@ TEST(Tracker, RunsWithoutLoss) {
         "bytes\n",
         poses.size(), duration_s, s.invalid, s.flags, 100 * share, 1e6 * latency.seconds, latency.interrupt, stack.used,
         stack.size);
-    EXPECT_NEAR(static_cast<double>(poses.size()), 720.339 * duration_s, 10);
+    EXPECT_NEAR(static_cast<double>(poses.size()), 717.905 * duration_s, 10);
     EXPECT_EQ(lost(poses), 0U);
     EXPECT_LE(s.invalid, poses.size() / 1000)
         << "where noise or a change of gain contradicts the filter, one pose is unconfirmed";

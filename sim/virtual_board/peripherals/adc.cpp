@@ -37,6 +37,7 @@ constexpr double kMaxHz = 60e6;  // DS12288, one converter at 12 bits
 // Sampling times of the SMPR codes, in half cycles.
 constexpr std::array<int, 8> kSampling2{5, 13, 25, 49, 95, 185, 495, 1281};
 constexpr int kConverting2 = 25;
+constexpr double kMaxIdleS = 1e-3;  // ES0430 2.7.10
 
 }  // namespace
 
@@ -57,7 +58,10 @@ Adc::Adc(Machine& machine, Dma& dma, const AdcCommon& common, const AdcParams& p
                  {kSmpr1, 0}, {kSmpr2, 0}, {kTr1, 0x0FFF0000}, {0x24, 0x00FF0000},  {0x28, 0x00FF0000},
                  {kSqr1, 0},  {kDr, 0},    {0xB0, 0},          {0xB4, 0},           {0xC0, 0}},
       ready_(machine.events, [this] { flags_ |= 1U << kReady; }),
-      calibrated_(machine.events, [this] { control_ &= ~(1U << kCalibrate); }) {
+      calibrated_(machine.events, [this] {
+          control_ &= ~(1U << kCalibrate);
+          converted_ = machine_.now();
+      }) {
     reset();
 }
 
@@ -78,8 +82,12 @@ void Adc::trigger(unsigned source) {
     }
 }
 
+bool Adc::may_be_wrong() const { return !converted_ || machine_.now() - *converted_ > ticks(kMaxIdleS); }
+
 void Adc::finish(std::uint32_t code) {
     converting_ = false;
+    code ^= may_be_wrong() ? first_error_ : 0U;
+    converted_ = machine_.now();
     if (!is_set(registers_[kCfgr2], 0)) {
         store_result(code);
         return;
@@ -184,6 +192,7 @@ void Adc::control(std::uint32_t value) {
     if (is_set(value, kStop)) {
         control_ &= ~(1U << kStart);
         converting_ = false;
+        converted_.reset();
     }
 }
 
@@ -229,6 +238,7 @@ void Adc::reset() {
     sum_ = 0;
     summed_ = 0;
     converting_ = false;
+    converted_.reset();
     ready_.cancel();
     calibrated_.cancel();
 }

@@ -43,6 +43,10 @@ public:
     /// Called with each result written to DR; may be empty.
     std::function<void(std::uint32_t)> on_result;
 
+    /// Error of the first conversion after ADSTP, or after more than 1 ms without conversion or calibration (ES0430 2.7.9,
+    /// 2.7.10). The errata give no magnitude; by default a quarter of the range.
+    void set_first_error(std::uint32_t codes) { first_error_ = codes; }
+
     /// Emulates a broken converter: no conversion ends.
     void set_stuck(bool stuck) { stuck_ = stuck; }
 
@@ -52,6 +56,7 @@ public:
 
 private:
     void control(std::uint32_t value);
+    [[nodiscard]] bool may_be_wrong() const;
     void store_result(std::uint32_t result);
     void check_watchdog(std::uint32_t result);
     void show_interrupt();
@@ -65,6 +70,8 @@ private:
     Event ready_;
     Event calibrated_;
     std::optional<Ticks> regulated_from_;
+    std::optional<Ticks> converted_;  // end of the last conversion or calibration; empty after ADSTP
+    std::uint32_t first_error_ = 0x400;
     std::uint32_t control_ = 0;
     std::uint32_t flags_ = 0;
     std::uint32_t sum_ = 0;
