@@ -251,7 +251,11 @@ TEST_F(Stage, GarbledInputNamesFileAndLine) {
     expect_refused(tricoil("calibrate --out " + path("x.toml") + " " + path("garbled.dat")), "garbled.dat:4: ");
     expect_refused(tricoil("calibrate --out " + path("x.toml") + " " + path("missing.dat")), "cannot be opened");
     write("few.dat", joined({lines.begin(), lines.begin() + 10}));
-    expect_refused(tricoil("calibrate --out " + path("x.toml") + " " + path("few.dat")), "too few");
+    expect_refused(tricoil("calibrate --out " + path("x.toml") + " " + path("few.dat")),
+                   "10 poses are too few to calibrate; at least 30 are needed");
+    write("few.dat", joined({lines.begin(), lines.begin() + 29}));
+    expect_refused(tricoil("calibrate --out " + path("x.toml") + " " + path("few.dat")),
+                   "29 poses are too few to calibrate; at least 30 are needed");
     EXPECT_FALSE(fs::exists(path("x.toml")));
 }
 

@@ -22,9 +22,9 @@ namespace tricoil::host {
 namespace {
 
 constexpr double kFirstLoss_m = 5e-3;  // scale of the robust loss for the first fit, when the spread of the residuals is unknown
-constexpr double kLossDeviations = 4;  // scale of the robust loss for later fits, in robust standard deviations
-constexpr double kOutlierDeviations = 8;  // a pose with a larger residual is an outlier, in robust standard deviations
-constexpr double kStageError = 0.01;      // expected size of the stage's errors, per metre
+constexpr double kLossMedians = 4;     // scale of the robust loss for later fits, in medians of the residual norms
+constexpr double kOutlierMedians = 8;  // a pose with a larger residual is an outlier, in medians of the residual norms
+constexpr double kStageError = 0.01;   // expected size of the stage's errors, per metre
 constexpr double kStrayField_per_m3 = 1;  // expected size of a stray field, in units of C
 constexpr double kScaleError = 1e-6;
 constexpr int kPriorRows = kStage + 2;
@@ -39,18 +39,18 @@ public:
         group_fixtures();
         start();
         solve(FitModel::concentric, kFirstLoss_m);
-        double loss_m = kLossDeviations * deviation_m();
+        double loss_m = kLossMedians * median_norm_m();
         const auto last = static_cast<int>(options_.model);
         for (int stage = 0; stage <= last; ++stage) {
             for (int round = 0; round < 2; ++round) {
                 solve(static_cast<FitModel>(stage), loss_m);
-                loss_m = std::max(kLossDeviations * deviation_m(), 1e-9);
+                loss_m = std::max(kLossMedians * median_norm_m(), 1e-9);
             }
         }
         fits_stage_ = options_.stage != StageModel::ideal;
         for (int round = 0; round < 3 && fits_stage_; ++round) {
             solve(options_.model, loss_m);
-            loss_m = std::max(kLossDeviations * deviation_m(), 1e-9);
+            loss_m = std::max(kLossMedians * median_norm_m(), 1e-9);
         }
         return result();
     }
@@ -67,8 +67,8 @@ private:
                 const auto rotation = rotation_of_fixture(sensor_names_[i]);
                 if (!rotation) {
                     throw InputError(
-                        fmt::format("sensor fixture '{}' names no directions such as YoutZup; without names of that kind "
-                                    "fixtures must be estimated: leave out --fixtures named",
+                        fmt::format("the name of sensor fixture '{}' gives no directions such as YoutZup; "
+                                    "rename the file, or leave out --fixtures named",
                                     sensor_names_[i]));
                 }
                 named_[i] = *rotation;
@@ -252,20 +252,21 @@ private:
         }
     }
 
-    /// What the poses do not determine stays near zero: part of the stage's errors equals a rotation of the source and a scale.
-    void fix_stage(double deviation_m) {
+    /// Adds a prior for the stage's errors. Part of them equals a rotation of the source or a scale, which the poses do not
+    /// determine: the prior keeps this part near zero.
+    void fix_stage(double loss_m) {
         if (!fits_stage_) {
             problem_->SetParameterBlockConstant(stage_.data());
             return;
         }
         using Prior = Eigen::Matrix<double, kPriorRows, kStage>;
         Prior prior = Prior::Zero();
-        prior.topLeftCorner<kRoom, kRoom>().diagonal().setConstant(deviation_m / kStageError);
-        prior.block<kRoom, kRoom>(kRoom, kRoom).diagonal().setConstant(deviation_m / kStageError);
-        prior.block<kRoom, kRoom>(kStray, kStray).diagonal().setConstant(deviation_m / kStrayField_per_m3);
+        prior.topLeftCorner<kRoom, kRoom>().diagonal().setConstant(loss_m / kStageError);
+        prior.block<kRoom, kRoom>(kRoom, kRoom).diagonal().setConstant(loss_m / kStageError);
+        prior.block<kRoom, kRoom>(kStray, kStray).diagonal().setConstant(loss_m / kStrayField_per_m3);
         for (const int first : {kTurning, kRoom}) {
-            for (const int diagonal : {0, 4, 8}) {  // the mean scale of the stage is right
-                prior(kStage + first / kRoom, first + diagonal) = deviation_m / kScaleError;
+            for (const int diagonal : {0, 4, 8}) {  // the mean scale of the stage is assumed to be correct
+                prior(kStage + first / kRoom, first + diagonal) = loss_m / kScaleError;
             }
         }
         prior_block_ =
@@ -293,7 +294,7 @@ private:
         return free;
     }
 
-    /// Of the poses. The Jacobian also has the rows of the prior, at the end.
+    /// Residuals of the poses. The Jacobian also has the rows of the prior, at the end.
     std::vector<double> residuals(ceres::CRSMatrix* jacobian = nullptr) {
         ceres::Problem::EvaluateOptions options;
         options.apply_loss_function = false;
@@ -318,7 +319,7 @@ private:
         return norms;
     }
 
-    double deviation_m() { return median(pose_norms()); }
+    double median_norm_m() { return median(pose_norms()); }
 
     CalibrationFit result() {
         CalibrationFit fit;
@@ -380,7 +381,7 @@ private:
         return estimate;
     }
 
-    static double outlier_limit_m(const std::vector<double>& norms) { return kOutlierDeviations * median(norms) + 1e-12; }
+    static double outlier_limit_m(const std::vector<double>& norms) { return kOutlierMedians * median(norms) + 1e-12; }
 
     std::vector<PoseFile> files_;
     FitOptions options_;

@@ -38,7 +38,7 @@ Eigen::MatrixXd explained(const Eigen::MatrixXd& features, const Eigen::MatrixXd
     return features * least_squares(features, wanted);
 }
 
-void split_by_fixture(const std::vector<EvaluatedPose>& errors, const std::vector<PoseFile>& files, ErrorReport& report) {
+void split_error(const std::vector<EvaluatedPose>& errors, const std::vector<PoseFile>& files, ErrorReport& report) {
     const auto n = static_cast<Eigen::Index>(errors.size());
     Eigen::MatrixXd error(n, 3);
     Eigen::MatrixXd position(n, 20);
@@ -90,7 +90,7 @@ ErrorReport summarise_errors(const std::vector<EvaluatedPose>& errors, const std
     for (const auto& [number, band] : bands) {
         report.bands.push_back(error_band(band, kBand_m * number, kBand_m * (number + 1)));
     }
-    split_by_fixture(errors, files, report);
+    split_error(errors, files, report);
     return report;
 }
 

@@ -38,7 +38,7 @@ ErrorBand error_band(const std::vector<EvaluatedPose>& errors, double from_m = 0
 
 ErrorReport summarise_errors(const std::vector<EvaluatedPose>& errors, const std::vector<PoseFile>& files);
 
-/// One line per pose: file, line, true position, error, rotation error, misfit, iterations.
+/// One line per pose: file, line, true position and error (mm), rotation error (deg), misfit, iterations, convergence.
 std::string error_csv(const std::vector<EvaluatedPose>& errors, const std::vector<PoseFile>& files);
 
 /// Error vectors over the workspace in three views, from pose_errors.csv.

@@ -163,7 +163,6 @@ void refine_fixtures(CalibrationFile& c, const std::vector<PoseFile>& files, con
     std::size_t at = 0;
     for (std::size_t f = 0; f < files.size(); ++f) {
         const Rigid& source = c.source_stage.at(source_fixture_name(files[f]));
-        const Rigid& mount = c.mount_sensor.at(sensor_fixture_name(files[f]));
         const Eigen::Index s = column.at("source " + source_fixture_name(files[f]));
         const Eigen::Index m = column.at("mount " + sensor_fixture_name(files[f]));
         for (const MeasuredPose& pose : files[f].poses) {
@@ -180,7 +179,6 @@ void refine_fixtures(CalibrationFile& c, const std::vector<PoseFile>& files, con
             jacobian.block<3, 3>(row + 3, m + 3) = kLever_m * turned;
             residual.segment<3>(row) = e.error_m;
             residual.segment<3>(row + 3) = kLever_m * e.rotation_error_rad;
-            (void)mount;
         }
     }
     const Eigen::VectorXd step = least_squares(jacobian, residual);

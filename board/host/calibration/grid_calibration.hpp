@@ -21,8 +21,8 @@ struct GridCalibration {
 
 /// Estimates gains and angles as from free motion, the coupling constant from the grid's spacing, and the pivot from column
 /// frames in several attitudes. The attitudes need not be known. hemisphere: half space (source frame) of the grid, which the
-/// couplings do not determine. Throws InputError for fewer than 30 column frames, nodes on one line, no spread of attitudes, or
-/// positions that do not fit the grid.
+/// couplings do not determine. Throws InputError for fewer than 30 column frames, nodes on one line, no spread of attitudes,
+/// left-handed couplings, or positions that do not fit the grid.
 GridCalibration calibrate_on_grid(const std::vector<GridFrame>& frames, double spacing_m, const Vec3<double>& hemisphere);
 
 }  // namespace tricoil::host

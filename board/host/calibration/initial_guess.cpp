@@ -19,8 +19,8 @@
 namespace tricoil::host {
 namespace {
 
-constexpr std::size_t kMinPoses = 20;
-constexpr double kMinSpread = 0.02;  // ratio of the smallest to the largest principal extent of the stage positions
+constexpr std::size_t kMinPoses = 30;  // the gains need as many, see self_calibrate()
+constexpr double kMinSpread = 0.02;    // ratio of the smallest to the largest principal extent of the stage positions
 
 /// Measured pose and its direct solution.
 struct Solved {

@@ -28,7 +28,8 @@ void transpose_rotations(std::vector<PoseFile>& files);
 /// - gains from the couplings (self_calibrate), poses from the direct solution;
 /// - relative hemispheres from neighbours on the stage, the common hemisphere from the handedness of the fit;
 /// - transforms by linear least squares; the sense of the stage rotations that fits better.
-/// Throws InputError if the poses do not determine them: too few, no spread in all three directions, or left-handed couplings.
+/// Throws InputError if the poses do not determine them: fewer than 30, no spread in all
+/// three directions, no rotation, or left-handed couplings.
 InitialGuess guess_start(const std::vector<PoseFile>& files);
 
 }  // namespace tricoil::host

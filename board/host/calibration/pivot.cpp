@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t kMinPivotPoses = 10;
 constexpr double kMinTilt_rad = 0.07;      // 4 deg
 constexpr double kMinTiltToNoise = 2;      // of the attitudes
-constexpr double kMaxResidual_sigmas = 5;  // a larger residual is no noise
+constexpr double kMaxResidual_sigmas = 5;  // a larger residual is not caused by noise
 constexpr double kMaxResidual_m = 3e-4;    // play of a tip in its rest; a smaller residual is accepted
 constexpr double kSmallestSigma_m = 1e-6;  // makes the covariance of noise-free poses regular
 constexpr double kOutlierSquare = 16.27;   // chi-square with 3 degrees of freedom, 99.9 %
@@ -164,7 +164,7 @@ Fit fit_tip(const Poses& poses) {
     return fit;
 }
 
-/// Tilt of the sensor axes: mean squares without the errors of the attitudes, in increasing order.
+/// Tilt of the sensor axes: RMS without the errors of the attitudes, in increasing order.
 struct Tilt {
     Vec3<double> rms_rad;
     Mat3<double> axes;  // columns, sensor frame
@@ -192,7 +192,7 @@ void check_motion(const Tilt& tilt, const std::string& name) {
     const Vec3<double> axis = tilt.axes.col(0);
     if (tilt.rms_rad(1) < least_rad) {
         throw InputError(
-            fmt::format("{}: the poses turn by {:.1f} deg RMS only, which does not determine the tip; tilt the pointer to all "
+            fmt::format("{}: the poses turn by only {:.1f} deg RMS, which does not determine the tip; tilt the pointer to all "
                         "sides by 30 deg or more, with its tip at rest",
                         name, kDegrees * tilt.rms_rad(1)));
     }

@@ -24,17 +24,15 @@ struct PivotCalibration {
     std::size_t outliers = 0;                                 // poses that were not used
     double residual_rms_m = 0;                                // 3D, of the used poses
     double residual_sigmas = 0;                               // the same per axis, relative to the poses' standard deviations
-    double inflation = 1;                                     // of the covariance, against that of independent poses
+    double inflation = 1;                                     // factor of the covariance, relative to independent poses
     double tilt_deg = 0;                                      // RMS, of the sensor axis that tilts least
-    Vec3<double> still_axis = Vec3<double>::Zero();           // that axis, sensor frame
 };
 
 /// Weighted linear least squares in closed form, repeated with the weights and without the outliers of the previous result.
 /// A rotation error r moves the tip t by r x (q t), so each weight depends on the tip. Errors of the attitudes would also shorten
-/// the tip; the equations are corrected for it. `poses`: in order of time. Equal poses give equal results. Throws InputError if
-/// the motion does not determine the tip: fewer than 10 poses, rotation about one axis, too little rotation, or a tip that moves.
-/// `name`: of the poses, for messages.
-/// `name`: of the poses, for messages.
+/// the tip vector; the equations are corrected for this. `poses`: in order of time. Equal poses give equal results. Throws
+/// InputError if the motion does not determine the tip: fewer than 10 poses, rotation about one axis, too little rotation, or a
+/// tip that moves. `name`: of the poses, for messages.
 PivotCalibration calibrate_pivot(const std::vector<PivotPose>& poses, const std::string& name);
 
 }  // namespace tricoil::host

@@ -118,8 +118,8 @@ Mat3<double> corrected(const Mat3<double>& x, const Mat3<double>& sensor, const 
 
 SelfCalibration self_calibrate(const std::vector<Mat3<double>>& frames, double prior) {
     if (frames.size() < kMinFrames) {
-        throw InputError(fmt::format("{} frames are too few to calibrate from free motion; at least {} are needed", frames.size(),
-                                     kMinFrames));
+        throw InputError(fmt::format("{} column frames are too few to calibrate from free motion; at least {} are needed",
+                                     frames.size(), kMinFrames));
     }
     Shape sensor;
     sensor << 1, 1, 0, 0, 0;

@@ -13,7 +13,7 @@ struct SelfCalibration {
     /// strength (C) and a rotation of each triad (part of its coordinate frame).
     Mat3<double> sensor = Mat3<double>::Identity();
     Mat3<double> source = Mat3<double>::Identity();
-    Mat3<double> sensor_deviation = Mat3<double>::Zero();  // standard deviations of the entries
+    Mat3<double> sensor_deviation = Mat3<double>::Zero();  // standard deviations of the entries; only without a prior
     Mat3<double> source_deviation = Mat3<double>::Zero();
     double misfit_before = 0;  // RMS share of the couplings that no dipole explains
     double misfit_after = 0;
@@ -21,7 +21,7 @@ struct SelfCalibration {
     Vec3<double> ratios_after;
     Vec3<double> spread_before;  // standard deviations of s1 / (s2 + s3) and s2 / s3; RMS misfit share
     Vec3<double> spread_after;
-    double weakest = 0;  // smallest over largest singular value of the normalised Jacobian: identifiability
+    double weakest = 0;  // smallest over largest singular value of the Jacobian: identifiability; only without a prior
     bool converged = false;
 };
 

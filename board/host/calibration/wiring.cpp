@@ -42,9 +42,8 @@ void check_direction(const Vec3<double>& direction) {
     std::sort(size.data(), size.data() + 3);
     if (size(0) < kDistinct || size(1) - size(0) < kDistinct || size(2) - size(1) < kDistinct) {
         throw InputError(
-            "--wiring: several wirings give the same couplings in that direction; choose one off all axes and diagonals, for "
-            "example "
-            "0.4,0.2,0.1");
+            "--wiring: several wirings give the same couplings in that direction; choose a direction away from all axes and "
+            "diagonals, for example 0.4,0.2,0.1");
     }
 }
 
