@@ -112,7 +112,7 @@ TEST_F(Couplings, TheScalarCanBeGiven) {
 TEST_F(Couplings, WrongOptionsAreRefused) {
     expect_refused("--ratio must be from 2", "", "1");
     expect_refused("not an integer", "", "12.5");
-    expect_refused("--scalar must be from -20 to 20, and not -1", "--scalar -1");
+    expect_refused("--scalar must be from -20 to 20, and not within 0.05 of -1", "--scalar -0.96");
     expect_refused("--scalar must be", "--scalar nan");
     expect_refused("--rate-hz must be", "--rate-hz 0");
     expect_refused("did you mean 'direct'", "--tracker dirct");

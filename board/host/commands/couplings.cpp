@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::uint64_t kMaxRatio = 100'000;
 constexpr double kMaxScalar = 20;
-constexpr double kClosestToMinusOne = 0.05;  // at -1 both bands are equal, and nothing can be extrapolated
+constexpr double kClosestToMinusOne = 0.05;  // at -1 metal has no effect on the high band, and no bias can be estimated
 
 const std::vector<std::string> kTrackers{"scaat", "direct"};
 
@@ -52,7 +52,8 @@ tracking::DualRateParams params_of(const CouplingsCommand& c) {
     params.rows_per_line = static_cast<int>(c.files.ratio);
     params.filter = index_of_name("--tracker", c.tracker, kTrackers) == 0;
     if (c.scalar && !(std::abs(*c.scalar) <= kMaxScalar && std::abs(1 + *c.scalar) >= kClosestToMinusOne)) {
-        throw InputError(fmt::format("--scalar must be from -{0} to {0}, and not -1", kMaxScalar));
+        throw InputError(
+            fmt::format("--scalar must be from -{0} to {0}, and not within {1} of -1", kMaxScalar, kClosestToMinusOne));
     }
     params.scalar = c.scalar;
     if (!c.hemisphere.empty()) {

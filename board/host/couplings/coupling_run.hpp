@@ -13,16 +13,16 @@ namespace tricoil::host {
 struct CouplingSummary {
     std::size_t rows = 0;
     std::size_t valid = 0;
-    std::size_t low_lines = 0;
-    double scalar = 0;  // after the last line
+    std::size_t low_lines = 0;  // that the estimator accepted
+    double scalar = 0;          // after the last line
     double scalar_sigma = 0;
     ErrorSummary distortion;  // m, over valid rows
     ErrorSummary position_sigma;
 };
 
 /// CSV: time_us,x_m,y_m,z_m,qw,qx,qy,qz,std_x_m,std_y_m,std_z_m,std_rx_rad,std_ry_rad,std_rz_rad,valid,distortion_mm,low_band.
-/// low_band is 1 at rows at which a low-band line was used. Each row depends only on lines up to its own. Throws like OutputFile,
-/// and Interrupted; then no file is left.
+/// low_band is 1 at rows that have the time of a low-band line. Each row depends only on lines up to its own. Throws like
+/// OutputFile, and Interrupted; then no file is left.
 CouplingSummary run_couplings(const BandModels& models, const BandRecording& recording, const tracking::DualRateParams& params,
                               const std::string& out);
 
