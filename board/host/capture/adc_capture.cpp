@@ -77,7 +77,7 @@ void centre(Capture& capture, int bits) {
 
 Capture read_capture(const std::string& path, int bits) {
     if (bits < kFewestBits || bits > kMostBits) {
-        throw InputError(fmt::format("a converter of {} bits (--bits); {} to {} are possible", bits, kFewestBits, kMostBits));
+        throw InputError(fmt::format("--bits: {} is not possible; give {} to {}", bits, kFewestBits, kMostBits));
     }
     const auto lines = read_lines(path);
     if (lines.front() != kHeader) {

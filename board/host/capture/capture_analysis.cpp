@@ -61,8 +61,8 @@ int find_reference(const Capture& capture, const signal::AcquisitionPlan& plan, 
     for (std::size_t c = 0; c < kChannels; ++c) {
         if (c != reference && weakest[reference] < kMinReferenceRatio * strongest[c]) {
             throw InputError(
-                "cannot identify the reference channel: no channel has the strongest carrier in every block; "
-                "check --carrier-hz");
+                "cannot identify the reference channel: in every block its carrier must be at least 1.5 times as large as that "
+                "of any other channel; check --carrier-hz");
         }
     }
     mean_amplitude = sum[reference] / static_cast<double>(capture.blocks.size());

@@ -11,7 +11,7 @@
 namespace tricoil::host {
 
 struct CaptureAnalysis {
-    int reference_channel = 0;                        // in the file; the channel with the largest carrier in every block
+    int reference_channel = 0;                        // in the file; the channel with by far the largest carrier in every block
     std::array<int, kSensorCoils> sensor_channels{};  // in the file; row i of the matrix is sensor_channels[i]
     double reference_amplitude_codes = 0;
     std::array<double, kSensorCoils> phase_deg{};  // of each sensor channel relative to the reference

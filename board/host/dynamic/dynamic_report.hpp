@@ -37,7 +37,7 @@ struct DynamicReport {
     double at_rest_m = 0;
     double per_speed_s = 0;          // m per m/s
     double per_acceleration_s2 = 0;  // m per m/s^2
-    double lag_s = 0;                // fitted if the time offset is given; otherwise the remaining mean of -along / speed
+    double lag_s = 0;                // fitted if the time offset is given; otherwise the least-squares slope of -along over speed
     std::size_t in_gaps = 0;         // tracker poses not compared because of a gap in the reference
 };
 

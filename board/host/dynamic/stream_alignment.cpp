@@ -221,9 +221,11 @@ void refuse_different_motions(const PoseStream& tracker, const std::vector<std::
         left += r.segment<3>(static_cast<Eigen::Index>(6 * n)).squaredNorm();
     }
     if (!(left <= kLargestResidual * kLargestResidual * spread)) {
-        throw InputError(fmt::format("no choice of frames aligns the two streams: {:.1f} mm remain of {:.1f} mm of motion",
-                                     1e3 * std::sqrt(left / static_cast<double>(samples.size())),
-                                     1e3 * std::sqrt(spread / static_cast<double>(samples.size()))));
+        throw InputError(fmt::format(
+            "no coordinate frames align the two streams: {:.1f} mm of {:.1f} mm of motion remain; are these files of the "
+            "same motion?",
+            1e3 * std::sqrt(left / static_cast<double>(samples.size())),
+            1e3 * std::sqrt(spread / static_cast<double>(samples.size()))));
     }
 }
 

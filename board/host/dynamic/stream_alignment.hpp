@@ -28,9 +28,9 @@ struct StreamAlignment {
 /// - positions, linear in the two vectors.
 /// Then Levenberg-Marquardt refines all thirteen parameters on position and attitude errors; 1 mrad counts as 0.5 mm.
 /// `given_offset_s` fixes the clock offset. The remaining offset is the lag, which is fitted too, so that it does not bias the
-/// coordinate frames. Throws InputError if the streams overlap for less than a second, the motion does not rotate about two axes,
-/// the offset is beyond 2 s, the angular speeds do not agree (correlation below 0.7), or the residual is above half of the
-/// motion.
+/// coordinate frames. Throws InputError if the motion does not rotate about two axes, the streams overlap in fewer than 20 poses,
+/// or the residual is above half of the motion. If the offset is estimated, also if the streams overlap for less than a second,
+/// the offset is beyond 2 s, or the angular speeds do not agree (correlation below 0.7).
 StreamAlignment align_streams(const PoseStream& tracker, const PoseStream& reference, std::optional<double> given_offset_s);
 
 }  // namespace tricoil::host

@@ -1,4 +1,4 @@
-// Figures. Each function writes CSV files to a folder and returns the pictures to draw from them. After a signal it throws
+// Figures. Each function writes CSV files to a folder and returns the pictures to draw from them. After a signal each throws
 // Interrupted between two simulations.
 #pragma once
 

@@ -48,7 +48,7 @@ std::string header(const char* first, const std::vector<const char*>& values) {
     return text + "\n";
 }
 
-/// Moment of the sphere relative to that of a perfect conductor of its size (-1).
+/// Moment of the sphere by frequency, in units in which a perfect conductor of its size has -1.
 void write_response(const std::filesystem::path& file) {
     std::string text = header("frequency_hz", {"in_phase", "quadrature"});
     for (double hz = 100; hz < 1.01e5; hz *= std::pow(10, 0.05)) {

@@ -8,8 +8,8 @@
 
 namespace tricoil::host {
 
-/// Writes the curves as CSV files into `folder`. `file`: name of the picture, which ends with .svg or .png. A long table is
-/// reduced to 4,000 points; each is the worst of its poses.
+/// Writes the curves as CSV files into `folder`. `file`: name of the picture, which ends with .svg or .png. A longer
+/// table is reduced to 4,000 points per sensor: each has the first valid position and the largest error of its poses.
 Picture pose_picture(const std::filesystem::path& folder, const std::string& file, const PoseTable& table);
 
 }  // namespace tricoil::host

@@ -5,7 +5,7 @@
 
 namespace tricoil::host {
 
-/// DBC file of all messages that fit into a CAN FD frame, for node 0.
+/// DBC file of all messages of fixed length that fit into a CAN FD frame, for node 0.
 std::string dbc_file();
 
 /// Protocol description in Markdown.

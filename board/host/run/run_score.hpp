@@ -28,21 +28,21 @@ struct ScoreSummary {
     double blur_position_m = 0;       // RMS of the blur alone
     double predicted_position_m = 0;  // RMS of the errors that the poses predict
     double predicted_orientation_rad = 0;
-    double snr_db = 0;  // 20 log10(k / sigma), mean over the scored poses
+    double snr_db = 0;  // 20 log10(k / sigma), mean over the poses for which a bound is computed
     std::size_t scored = 0;
     std::size_t invalid = 0;       // after the settling time, left out
     std::size_t out_of_range = 0;  // truth outside the scored range, left out
     std::size_t distorted = 0;     // scored, but flagged
 };
 
-/// Poses of the first half second, invalid poses, and poses outside 0.15 to 2 m are not scored, but counted.
+/// Ignores poses of the first half second. Counts invalid poses and poses outside 0.15 to 2 m, and scores all others.
 class RunScore {
 public:
     static constexpr double kSettling_s = 0.5;
     static constexpr double kNearest_m = 0.15;
     static constexpr double kFarthest_m = 2.0;
 
-    /// poses_per_bound: the Cramer-Rao bound is computed for the first of each so many poses.
+    /// poses_per_bound: N computes the Cramer-Rao bound for every Nth scored pose.
     RunScore(const sim::Motion& motion, const sim::CoilWorld& world, const sim::SimulatedClock& clock,
              const signal::AcquisitionPlan& plan, int poses_per_bound = 1);
 

@@ -26,7 +26,7 @@
 namespace tricoil::host {
 namespace {
 
-constexpr int kColumnsPerBound = 16;  // a run by columns must be fast
+constexpr int kPosesPerBound = 16;  // for runs by columns and smoothed poses: a bound costs more than a pose
 
 using SteadyClock = std::chrono::steady_clock;
 
@@ -195,7 +195,7 @@ void run_in_double(const SimulatedBoard& board, RunReport& report) {
         recorder.emplace(options.record, describe_source(options),
                          options.realtime ? Journal::WhenFull::end : Journal::WhenFull::wait);
     }
-    RunScore smoothed_score(*board.setup.scenario.motion, board.world, board.clock, plan, kColumnsPerBound);
+    RunScore smoothed_score(*board.setup.scenario.motion, board.world, board.clock, plan, kPosesPerBound);
     SmoothingTap smoothing([&](const SmoothedPose& smoothed) { smoothed_score.add(smoothed.pose); });
     TapFanOut taps{board.observers.tap, recorder ? &*recorder : nullptr, options.smooth ? &smoothing : nullptr};
     const app::Devices<double> devices{board.clock, board.coils, board.sampler, board.link, taps.any() ? &taps : nullptr};
@@ -267,7 +267,7 @@ RunReport run_simulated(const RunOptions& options, const RunObservers& observers
 
     const OutputFormat format = make_output_format(options.output);
     RunReport report;
-    RunScore score(*scenario.motion, world, clock, plan, is_by_columns(options) ? kColumnsPerBound : 1);
+    RunScore score(*scenario.motion, world, clock, plan, is_by_columns(options) ? kPosesPerBound : 1);
     std::optional<PoseCsv> csv;
     if (!options.out_csv.empty()) {
         csv.emplace(options.out_csv, format);

@@ -44,12 +44,12 @@ struct RunReport {
     tracking::TrackerCounters tracker;
     double mean_update_us = 0;       // demodulation and tracking of one block
     double simulated_s_per_s = 0;    // the whole loop, simulation included
-    tracking::PoseFlags seen_flags;  // of all poses after the settling time
+    tracking::PoseFlags seen_flags;  // of all poses of sensor 0 after the settling time
     LinkHealth health;
     std::string recording_error;  // one line; empty: none
 };
 
-/// Further participants of a run.
+/// Functions that a run calls, and options of its caller.
 struct RunObservers {
     tracking::TrackerTap<double>* tap = nullptr;
     std::function<void()> ready;  // called once, with valid options, before the first block; may be empty
@@ -58,7 +58,7 @@ struct RunObservers {
     std::function<void(const tracking::PoseEstimate<double>&, const PoseError&)> each_pose;  // needs `score`; may be empty
     std::function<bool()> paused;                        // called between blocks: true keeps the coils off; empty: never
     std::function<void(const LinkHealth&)> each_health;  // called several times per simulated second; may be empty
-    bool score = true;                                   // false: unlimited run without score, CSV and live view
+    bool score = true;                                   // false: no score, CSV and live view
 };
 
 /// Describes the origin of the columns, for a recording.

@@ -19,8 +19,8 @@ struct SmoothedPose {
 /// Rauch, Tung and Striebel (1965, AIAA Journal 3(8)) for one sensor. Memory is bounded: poses are smoothed in pieces, each with
 /// the following 4,096 poses, after which later columns have no effect.
 ///
-/// The covariance contains the smoothed covariance of the filter's model and, unchanged, what the filter adds for metal and blur.
-/// Flags are those of the filter, except not_converged, which the later columns mend.
+/// The covariance is 0.75 times the smoothed covariance of the filter's model, plus the terms that the filter adds for metal and
+/// blur. Flags are those of the filter, except not_converged: it is cleared, because later columns contribute.
 class Smoother {
 public:
     using Receiver = std::function<void(const SmoothedPose&)>;

@@ -9,7 +9,7 @@
 
 namespace tricoil::host {
 
-/// Settings of trackers, with the filter as the method and without prediction.
+/// The same settings with the SCAAT filter as the method and without prediction.
 TrackerSettings for_smoothing(TrackerSettings settings);
 
 /// Poses arrive at the receiver with a delay of up to 36,864 poses, each sensor's in the order of time.
