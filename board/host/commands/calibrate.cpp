@@ -117,7 +117,7 @@ void describe_fit(const CalibrationFit& fit, const CalibrateCommand& command, Re
     }
     report.warnings.insert(report.warnings.end(), fit.warnings.begin(), fit.warnings.end());
     if (fit.stage_turns_left_handed) {
-        report.warnings.emplace_back("the stage counts angles in the left-handed sense; they are inverted");
+        report.warnings.emplace_back("the stage counts angles in the left-handed sense; its rotations are inverted");
     }
 }
 
@@ -334,7 +334,8 @@ void add_calibrate_command(CLI::App& program, Action& action) {
     auto c = std::make_shared<CalibrateCommand>();
     CLI::App* sub = program.add_subcommand(
         "calibrate", "Calibrate coils and fixtures from measured couplings, or the tip of a pointer from poses");
-    sub->add_option("data", c->data, "Couplings at stage poses (ILEMT text or CSV); frames or grid nodes (CSV); poses")
+    sub->add_option("data", c->data,
+                    "Couplings at stage poses (ILEMT text or CSV), of column frames or grid nodes (CSV); with --pivot poses")
         ->required();
     sub->add_option("--model", c->model, "concentric | general (a position for each coil) | finite (also a size)")
         ->capture_default_str();
@@ -343,8 +344,8 @@ void add_calibrate_command(CLI::App& program, Action& action) {
         ->capture_default_str();
     sub->add_option(
            "--stage", c->stage,
-           "ideal | turning (errors of the stage that are linear in its position, in the turning frame) | room (also linear in "
-           "the room, and a uniform stray field); no part of the tracker")
+           "Errors of the stage to estimate: ideal (none) | turning (linear in the position, in the turning frame) | room (also "
+           "linear in the position in the room, and a uniform stray field)")
         ->capture_default_str();
     sub->add_flag("--affine", c->affine, "Also fit an affine correction of the positions");
     sub->add_option("--out", c->out, "Calibration or tip as TOML");
@@ -362,8 +363,8 @@ void add_calibrate_command(CLI::App& program, Action& action) {
         ->delimiter(',');
     sub->add_flag(
         "--pivot", c->pivot,
-        "Tip of a pointer that was tilted to all sides with its tip at rest: recording, poses of run --out, or JSON lines; "
-        "for --tip");
+        "Calibrate the tip of a pointer for --tip. Poses: recording, CSV of run --out, or JSON lines, with the pointer tilted to "
+        "all sides and its tip at rest");
     sub->add_option("--sensor", c->sensor, "Pivot: number of the sensor on the pointer, if there are several")
         ->check(CLI::Range(0, tracking::kMaxSensors - 1));
     sub->add_flag("--json", c->json, "Result as JSON");

@@ -11,7 +11,7 @@
 
 namespace tricoil::host {
 
-/// Action of the selected subcommand. Returns the exit code; may throw InputError or DeviceError.
+/// Action of the selected subcommand. Returns the exit code; may throw the exceptions of errors.hpp.
 using Action = std::function<int()>;
 
 // Each function adds its subcommand with options to `program`. If the user selects it, `action` is set.

@@ -191,11 +191,11 @@ int send_calibration(const DeviceCommand& command) {
     }
     linux_board::DeviceInquiry inquiry(command.uri, command.wait_s);
     inquiry.write_calibration(blob);
-    print_text("{}: keeps {}\n", command.uri, command.file);
+    print_text("{}: stored {}\n", command.uri, command.file);
     return to_int(ExitCode::fine);
 }
 
-/// A word for the shell.
+/// `text` quoted as one word for the shell.
 std::string shell_word(const std::string& text) {
     constexpr const char* kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./:,+-";
     if (!text.empty() && text.front() != '-' && text.find_first_not_of(kPlain) == std::string::npos) {
@@ -209,13 +209,15 @@ std::string shell_word(const std::string& text) {
 }
 
 /// The command that analyses a capture of this device.
-std::string next_command(const std::string& file, const protocol::IdentifyMessage& device,
+std::string next_command(const DeviceCommand& command, const protocol::IdentifyMessage& device,
                          const protocol::RawBlockMessage& about) {
     if (device.multiplexing != 0) {
-        return "the device multiplexes by frequency; demodulate needs TDM: tricoil device mode --mux tdm, then capture again";
+        return fmt::format(
+            "the device uses FDM, but demodulate needs TDM: run tricoil device mode {} --mux tdm, then capture again",
+            shell_word(command.uri));
     }
     const auto plan = signal::default_acquisition(signal::Multiplexing::tdm, device.frame_rate_millihertz / 1e3);
-    return fmt::format("tricoil demodulate {} --rate-hz {} --carrier-hz {} --guard {} --bits {}", shell_word(file),
+    return fmt::format("tricoil demodulate {} --rate-hz {} --carrier-hz {} --guard {} --bits {}", shell_word(command.file),
                        about.sample_rate_millihertz / 1e3 / about.decimation, plan.carrier_hz[0],
                        (plan.guard_samples + about.decimation - 1) / about.decimation,
                        std::bit_width(static_cast<std::uint32_t>(about.full_scale - 1)) + 1);
@@ -230,7 +232,7 @@ int capture_blocks(const DeviceCommand& command) {
     for (int repeat = 0; repeat < command.repeats; ++repeat) {
         for (int coil = 0; coil < kSourceCoils; ++coil) {
             const auto burst = inquiry.read_block(single_coil(coil));
-            next = next_command(command.file, device, burst.about);
+            next = next_command(command, device, burst.about);
             int n = 0;
             for (const Sample& sample : burst.samples) {
                 text += fmt::format("S{},{},{},{}\n", coil + 1, repeat, n++, fmt::join(sample, ","));

@@ -61,7 +61,7 @@ Json result_of(const EvaluateCommand& command, const ErrorReport& report, const 
         entry["to_m"] = band.to_m;
         json["bands"].push_back(entry);
     }
-    json["residual"] = {{"stage_axes_rms_m", {report.axis_rms_m(0), report.axis_rms_m(1), report.axis_rms_m(2)}},
+    json["residual"] = {{"source_axes_rms_m", {report.axis_rms_m(0), report.axis_rms_m(1), report.axis_rms_m(2)}},
                         {"smooth_in_position_m", report.smooth_rms_m},
                         {"rough_m", report.rough_rms_m},
                         {"repeats_with_attitude_m", report.attitude_rms_m}};

@@ -183,8 +183,10 @@ void add_run_options(CLI::App* sub, const std::shared_ptr<RunCommand>& command) 
     command->duration = sub->add_option("--duration", command->duration_s,
                                         "Duration, s of simulated or device time; default: the scenario's, or until a signal");
     sub->add_option("--fault", o.faults, "Simulate a fault: NAME[:ARG][@BEGIN-END], for example open_coil:S2@1-1.5; repeatable");
-    sub->add_option("--hemisphere", o.hemisphere,
-                    "Direction to the half space of the sensor at the start, x,y,z; 0,0,0: unknown; default: from the motion")
+    sub->add_option(
+           "--hemisphere", o.hemisphere,
+           "Direction to the half space of the sensor at the start, x,y,z; 0,0,0: unknown; default: from the motion. A simulated "
+           "run with this option is also confined")
         ->delimiter(',')
         ->expected(3);
     sub->add_flag("--confined", o.confined,
@@ -222,7 +224,8 @@ void add_run_command(CLI::App& program, Action& action) {
         ->capture_default_str();
     sub->add_flag("--smooth", o.smooth, "Also give the errors of the smoothed motion, for comparison (see tricoil smooth)");
     sub->add_flag("--realtime", o.realtime, "Run in real time");
-    sub->add_option("--out", o.out_csv, "Write all poses and true poses to this CSV file; - is standard output")
+    sub->add_option("--out", o.out_csv,
+                    "Write all poses to this CSV file, in a simulated run with the true poses; - is standard output")
         ->check(refuse_empty);
     sub->add_option("--align", o.output.align_points,
                     "CSV: alignment frame from three points (m): origin, point on the x axis, point towards the y axis")

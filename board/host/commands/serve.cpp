@@ -93,7 +93,7 @@ void add_outputs(const ServeCommand& command, Controls controls, Server& server,
     if (!command.openigtlink.empty()) {
         constexpr const char* kOption = "--openigtlink";
         const TcpAddress address = parse_tcp_address(kOption, command.openigtlink);
-        warn_of_exposure(kOption, address, Controls::none);  // its clients control nothing
+        warn_of_exposure(kOption, address, Controls::none);  // its clients have no controls
         auto service = std::make_unique<TcpService<igtl_output::Session>>(kOption, address, [&server](Stream& stream) {
             auto session = std::make_unique<igtl_output::Session>(stream);
             session->set_newest(server.hub().newest());
