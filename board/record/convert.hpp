@@ -11,12 +11,12 @@ namespace tricoil::host {
 
 /// Passes all poses to `put` in one of these forms:
 /// - jsonl: one JSON object per line, like run --device --json.
-/// - csv: the columns of run --out without the true poses.
+/// - csv: the columns of run --out with a device.
 /// - mat: MAT file, for MATLAB and Octave. mcap: MCAP file, for Foxglove and PlotJuggler.
 /// - candump: log of CAN FD frames of the tricoil protocol, for canplayer and the DBC file.
-/// - openigtlink: consecutive server messages, TRANSFORM, or STATUS if the pose is invalid. Time stamps start at the recording's
-///   time zero.
-/// Returns the number of poses. Throws InputError for the unknown name of a form or a damaged line.
+/// - openigtlink: consecutive server messages, TRANSFORM, or STATUS if the pose is invalid. Time stamps are device times,
+///   not UTC.
+/// Returns the number of poses. Throws InputError for an unknown form or a damaged line.
 std::uint64_t convert(const Recording& recording, const std::string& name, const std::function<void(std::string_view)>& put);
 
 }  // namespace tricoil::host

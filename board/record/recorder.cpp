@@ -60,7 +60,7 @@ Recorder::Recorder(const std::string& folder, nlohmann::ordered_json source, Jou
                     {"trackers", nullptr},
                     {"midway", false},
                     {"conventions",
-                     "positions in m, small rotations in rad, both in the source frame; q turns sensor components into source "
+                     "positions in m, small rotations in rad, both in the source frame; q converts sensor components to source "
                      "components; times in microseconds of the device; couplings in the demodulator's unit"},
                     {"columns", describe_columns()},
                     {"complete", false}};

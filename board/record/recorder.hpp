@@ -25,7 +25,7 @@ public:
     /// hemisphere. A replay starts with new trackers, so its first poses may differ.
     void begin_while_running(const Settings& settings, std::span<const Vec3<double>> positions_m);
 
-    /// True if recording has stopped: the disk is full or too slow, or the device reconnected with other settings.
+    /// True if recording has stopped: the disk failed, is full or too slow, or the device reconnected with other settings.
     [[nodiscard]] bool failed() const { return !reason_.empty() || journal_.failed(); }
 
     /// Ends the recording. Returns one line that describes the failure; empty if there was none.

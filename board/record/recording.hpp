@@ -30,15 +30,16 @@ private:
 
 class Recording {
 public:
-    /// Throws InputError, naming file and reason, if the folder is not a recording, has another version or is damaged.
-    /// each_block: called several times per second while the files are checked; it may throw; may be empty.
+    /// Throws InputError, naming file and reason, if the folder is not a recording, has another version or is damaged,
+    /// DeviceError if the disk fails. each_block: called after every 64 KiB while the files are checked; it may throw; may be
+    /// empty.
     explicit Recording(const std::string& folder, const std::function<void()>& each_block = {});
 
     [[nodiscard]] const std::string& folder() const { return folder_; }
     [[nodiscard]] const nlohmann::json& description() const { return description_; }
     /// Empty if the device computed the poses: there are no columns to replay.
     [[nodiscard]] const std::optional<TrackerSettings>& settings() const { return settings_; }
-    /// True if the recording was completed. Otherwise the program was killed or the disk was full.
+    /// True if the recording was completed. Otherwise the program was killed or the recording failed.
     [[nodiscard]] bool complete() const { return complete_; }
 
     /// True if the trackers ran before the recording began. The first poses of a replay may then differ.

@@ -1,4 +1,4 @@
-// Passes poses relative to one sensor to another tap. Recordings stay raw: they are taps of their own.
+// Passes poses relative to one sensor to another tap. Recordings keep the absolute poses: they are separate taps.
 #pragma once
 
 #include "board/pose_text/relative_poses.hpp"

@@ -12,8 +12,9 @@ struct ReplayReport {
     std::uint64_t inputs = 0;
     std::uint64_t poses = 0;
     std::uint64_t valid_poses = 0;
-    std::uint64_t compared = 0;  // poses with a recorded pose of the same sensor and the same number or time
-    std::uint64_t equal = 0;     // compared poses that are equal bit for bit
+    std::uint64_t compared =
+        0;  // poses with a recorded pose at the same place in the file, or of the same sensor and time (midway, other tracker)
+    std::uint64_t equal = 0;  // compared poses that are equal bit for bit
     std::uint64_t only_replayed = 0;
     std::uint64_t only_recorded = 0;
     double tail_s = 0;             // from the last recorded to the last replayed pose

@@ -7,7 +7,8 @@
 
 namespace tricoil::host {
 
-/// The choice nearest to `typed` by edit distance; empty if none is near enough, or several are equally near.
+/// The only choice that begins with `typed`; otherwise the nearest by edit distance, empty if none is near enough or several are
+/// equally near.
 std::string nearest_name(std::string_view typed, const std::vector<std::string>& choices);
 
 /// Index of `typed` in `choices`. Throws InputError: "unknown WHAT 'typed'; did you mean '...'? choices: ...".

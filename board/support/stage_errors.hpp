@@ -1,4 +1,4 @@
-// Errors of the stage that gives the true poses, and of the room around it. They are no part of the tracker.
+// Errors of the stage that gives the true poses, and of the room around it. They are not part of the tracker.
 #pragma once
 
 #include "core/geometry/types.hpp"

@@ -9,8 +9,9 @@ namespace tricoil::host {
 /// Writes `text` through an OutputFile and throws like it.
 void write_whole_file(const std::filesystem::path& path, const std::string& text);
 
-/// Hidden staging folder beside its target. publish() moves its files to the target; otherwise it is removed with its files.
-/// The folder is locked while in use. Unlocked staging folders of killed programs are removed by the next program.
+/// Hidden staging folder in its target folder. publish() moves its files to the target; otherwise it is removed with its files.
+/// The folder is locked while in use. The next program with the same target removes unlocked staging folders of
+/// killed programs.
 class StagedFolder {
 public:
     /// Creates the target folder if necessary. Throws InputError, naming the folder, if it cannot be written.
