@@ -78,11 +78,11 @@ TRICOIL_API tricoil_tracker* tricoil_open(const char* source, const char* tracke
 TRICOIL_API int tricoil_poll(tricoil_tracker* tracker, tricoil_pose* pose, int timeout_ms);
 
 /* Half space of a sensor (0 to 3): direction from the source to it, source frame, any length. Returns 0; -1: an argument is NULL,
- * zero or not finite, the sensor does not exist, or the source is a recording (it contains the hemisphere). */
+ * zero or not finite, the sensor is not 0 to 3 or not simulated, or the source is a recording (it contains the hemisphere). */
 TRICOIL_API int tricoil_set_hemisphere(tricoil_tracker* tracker, int sensor, const double towards[3]);
 
 /* Tip of a tool, in the sensor frame, m: from now on poses give the position of the tip. Returns 0; -1: an argument is NULL or
- * not finite, or the sensor does not exist. */
+ * not finite, or the sensor is not 0 to 3. */
 TRICOIL_API int tricoil_set_tip(tricoil_tracker* tracker, int sensor, const double tip_m[3]);
 
 /* From now on the attitude of the last polled pose of this sensor reads as the unit quaternion. Returns 0; -1: that pose is not

@@ -83,7 +83,7 @@ SimulationName parse_simulation(const std::string& text) {
     return name;
 }
 
-/// The options of the program, by the names of the keys.
+/// Replaces the names of the program's options in a message by the names of the keys.
 std::string in_keys(std::string message) {
     constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kNames{{{"--mux", "mux"},
                                                                                    {"--rate-hz", "rate_hz"},

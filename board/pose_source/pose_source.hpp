@@ -51,8 +51,8 @@ public:
     /// source fails.
     Event poll(Microseconds patience, tracking::PoseEstimate<double>& pose);
 
-    /// Direction from the source to the half space of the sensor, source frame. Returns false for an unknown sensor, and for a
-    /// recording, whose hemisphere is part of the recording.
+    /// Direction from the source to the half space of the sensor, source frame. Returns false for an unknown sensor, for a
+    /// direction that is zero or not finite, and for a recording, whose hemisphere is part of the recording.
     bool set_hemisphere(std::size_t sensor, const Vec3<double>& towards);
 
     /// Tip of a tool, in the sensor frame, m, with the covariance of its calibration. Returns false for an unknown sensor or a

@@ -54,13 +54,14 @@ public:
     }
     void set_hemisphere(std::size_t sensor, const std::array<double, 3>& towards) {
         expect(locked([&](host::PoseSource& source) { return source.set_hemisphere(sensor, Vec3<double>(towards.data())); }),
-               "hemisphere: needs a sensor 0 to 3, a finite direction, and a source that is no recording");
+               "hemisphere: give a sensor 0 to 3 that exists and a finite direction other than zero; the source must not be a "
+               "recording");
     }
     void set_tip(std::size_t sensor, const std::array<double, 3>& tip_m, const Array& covariance_m2) {
         const Vec3<double> tip(tip_m.data());
         const Mat3<double> covariance(covariance_m2.data());
         expect(locked([&](host::PoseSource& source) { return source.set_tip(sensor, tip, covariance); }),
-               "tip: needs a sensor 0 to 3 and finite numbers");
+               "tip: give a sensor 0 to 3 and finite numbers");
     }
     void boresight(std::size_t sensor) {
         expect(locked([&](host::PoseSource& source) { return source.boresight(sensor); }),

@@ -10,7 +10,7 @@
 
 namespace tricoil::python {
 
-/// Pose of a tracker. The fields are those of the C interface.
+/// Pose of a tracker. Fields that the C interface has too have its names and units, except time_s.
 struct PoseRow {
     double time_s = 0;
     std::uint32_t sequence = 0;
@@ -55,7 +55,7 @@ struct UpdateRow {
     double position_error_m = 0;  // 3D, measured
 };
 
-/// Makes the rows known to NumPy. Call it once.
+/// Registers the row types with NumPy. Call it once.
 void register_rows();
 
 PoseRow to_row(const tracking::PoseEstimate<double>& estimate);

@@ -21,7 +21,7 @@ struct SimulationOptions {
     double frame_rate_hz = 240;
     std::optional<double> duration_s;
     std::vector<std::string> faults;
-    std::vector<double> hemisphere;  // empty: that of the start of the motion
+    std::vector<double> hemisphere;  // empty: that of the start of the motion; otherwise the run is confined
     bool confined = false;           // the sensor never leaves its hemisphere
     bool no_noise = false;
     bool no_deskew = false;

@@ -24,7 +24,7 @@ class Flag(enum.IntFlag):
     COLUMNS_MISSING = 1 << 13  # some of the last measurements were lost or refused
 
     def __str__(self) -> str:
-        """Names in lower case, separated by commas, as in the CSV files; empty if no flag is set."""
+        """Names in lower case, separated by commas, as in messages of the program; empty if no flag is set."""
         return ", ".join(flag.name.lower() for flag in type(self) if flag in self)
 
 

@@ -139,6 +139,7 @@ def open(name: str | os.PathLike, tracker: str | None = None) -> Source:  # noqa
     are asked for). tracker: direct, previous, previous-angles, scaat or scaat,predict_s=SECONDS (poses ahead of the newest column);
     None: that of the configuration or recording, otherwise direct.
 
-    A device need not be connected yet: iteration waits for it; Source.status gives its state. Raises ValueError for a wrong name.
+    A device need not be connected yet: iteration waits for it; Source.status gives its state. Raises ValueError for a wrong name
+    or configuration, OSError if a coil line or file cannot be opened.
     """
     return Source(name, tracker)
