@@ -31,7 +31,7 @@ Calibration<double> misaligned_calibration(int n, std::mt19937_64& random) {
     return c;
 }
 
-TEST(CoilCorrection, MakeCrookedCoilsIdealAtEveryPose) {
+TEST(CoilCorrection, MakesMisalignedCoilsIdealAtEveryPose) {
     std::mt19937_64 random(7);
     std::printf("seed 7\n");
     for (int n = 0; n < 500; ++n) {
@@ -60,7 +60,7 @@ TEST(CoilCorrection, MakeCrookedCoilsIdealAtEveryPose) {
     }
 }
 
-TEST(CoilCorrection, OfIdealCoilsChangeNothingButTheScale) {
+TEST(CoilCorrection, LeavesColumnsOfIdealCoilsUnchanged) {
     Calibration<double> c;
     const auto columns = Correction::ideal_triads(c);
     ASSERT_TRUE(columns.ok());
@@ -74,7 +74,7 @@ TEST(CoilCorrection, OfIdealCoilsChangeNothingButTheScale) {
     EXPECT_TRUE(columns->axes().isIdentity());
 }
 
-TEST(CoilCorrection, RefuseWhatOneColumnCannotUndo) {
+TEST(CoilCorrection, RefusesErrorsThatOneColumnDoesNotDetermine) {
     const auto reason = [](const Calibration<double>& c) { return std::string(Correction::ideal_triads(c).status().message()); };
     Calibration<double> skewed;
     skewed.model.source_moment(0, 1) = 0.01;

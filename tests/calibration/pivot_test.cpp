@@ -62,7 +62,7 @@ std::vector<PivotPose> point(const Pointing& p, std::uint64_t seed) {
 PivotCalibration calibrate(const std::vector<PivotPose>& poses) { return calibrate_pivot(poses, "take"); }
 
 struct Nees {
-    double mean = 0;  // 3 for an honest covariance
+    double mean = 0;  // 3 if the covariance is correct
     Vec3<double> bias_sigmas = Vec3<double>::Zero();
     double worst_m = 0;
 };
@@ -171,9 +171,9 @@ TEST(Pivot, RefusesRotationAboutOneAxisWithLargeNoise) {
 TEST(Pivot, RefusesTooLittleRotation) {
     Pointing little;
     little.tilt_rad = {0.05, 0.05, 0.05};
-    expect_refused(point(little, 3), "deg RMS only");
+    expect_refused(point(little, 3), "the poses turn by only ");
     little.tilt_rad.setZero();
-    expect_refused(point(little, 3), "deg RMS only");
+    expect_refused(point(little, 3), "the poses turn by only ");
 }
 
 TEST(Pivot, RefusesATipThatMoves) {

@@ -170,7 +170,7 @@ TEST_F(Stage, WritesResidualsAndAPicture) {
 }
 
 /// Errors of 0.3 % make 0.15 mm at the border of the workspace. The stage's scale and its rotation about z are not observable.
-TEST_F(Stage, ErrorsOfTheStageAreFoundAndLeaveTheTracker) {
+TEST_F(Stage, ErrorsOfTheStageAreSeparatedFromTheTracker) {
     sim::StageParams params;
     params.position_sigma_m = 2e-5;
     params.noise_share = 1e-4;
@@ -196,7 +196,7 @@ TEST_F(Stage, ErrorsOfTheStageAreFoundAndLeaveTheTracker) {
     EXPECT_THAT(given.json()["stage_errors"].get<std::string>(), HasSubstr("sag.toml"));
     const auto not_given = tricoil("evaluate --json --calibration " + path("ideal.toml") + set("sag"));
     EXPECT_LT(number(given, "position_rms_m"), 0.8 * number(not_given, "position_rms_m"));
-    // They are no part of the blob.
+    // They are not part of the blob.
     ASSERT_EQ(tricoil(calibrate + path("none.toml") + " --blob " + path("none.bin") + set("sag")).exit_code, 0);
     EXPECT_EQ(fs::file_size(path("sag.bin")), fs::file_size(path("none.bin")));
 }

@@ -83,7 +83,7 @@ TEST(Limits, TextOfManyShortLines) {
     }
 }
 
-TEST(Limits, NumbersThatAreNone) {
+TEST(Limits, InvalidNumbersAreRefused) {
     expect_refused("run --seed 99999999999999999999", "--seed: 99999999999999999999 is not an integer from 0 to");
     expect_refused("run --seed -1", "--seed");
     expect_refused("demodulate x.csv --carrier-hz 1e4 --rate-hz 2e5 --bits 32", "--bits: 32 is not possible; give 8 to 31");
@@ -102,7 +102,7 @@ TEST(Limits, ADeviceThatNeverWorksIsGivenUp) {
     EXPECT_THAT(result.err, HasSubstr("serial:/dev/nope: the device has not worked for 0.5 s; giving up"));
 }
 
-TEST(Limits, NoPoseIsNoPerfectScore) {
+TEST(Limits, ARunWithoutScoredPosesHasNoErrorFigures) {
     const auto text = tricoil("run --scenario still --duration 0.3");
     EXPECT_THAT(text.out, HasSubstr("no pose was scored"));
     EXPECT_THAT(text.out, Not(HasSubstr("0.000 mm")));

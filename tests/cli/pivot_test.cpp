@@ -106,7 +106,7 @@ TEST_F(Pointer, MotionThatDoesNotDetermineTheTipIsRefused) {
     fs::remove(poses);
 }
 
-TEST_F(Pointer, FilesThatAreNoPosesAreNamed) {
+TEST_F(Pointer, FilesWithoutPosesAreNamed) {
     const std::string head = "sensor,valid,x_m,y_m,z_m,qw,qx,qy,qz,std_x_m,std_y_m,std_z_m,std_rx_rad,std_ry_rad,std_rz_rad\n";
     const std::string good = "0,1,0,0,0,1,0,0,0,1,1,1,1,1,1\n";
     const auto refuse = [](const std::string& text, const std::string& what) {
@@ -132,7 +132,7 @@ TEST_F(Pointer, FilesThatAreNoPosesAreNamed) {
     expect_pivot_refused("calibrate --sensor 1 --out x.toml " + kCsv, "--sensor: only with --pivot");
 }
 
-TEST_F(Pointer, TipsThatAreNoneAreNamed) {
+TEST_F(Pointer, InvalidTipsAreNamed) {
     const auto refuse = [](const std::string& tip, const std::string& what) {
         expect_pivot_refused("run --duration 1 --out /dev/null --tip " + tip, what);
     };

@@ -44,7 +44,7 @@ TEST(Run, ColumnFidelityFollowsTheSeedAndTheFaults) {
     EXPECT_NE(metal["flags_seen"].get<std::string>().find("distorted"), std::string::npos) << metal["flags_seen"];
 }
 
-TEST(Run, ColumnFidelityRefusesWhatNeedsSamples) {
+TEST(Run, ColumnFidelityRefusesOptionsThatNeedSamples) {
     for (const char* options : {"--fault overload:2", "--tracker fixed-direct", "--samples x.bin --tracker fixed-direct"}) {
         const CliResult result = tricoil(std::string("run --fidelity columns ") + options);
         EXPECT_EQ(result.exit_code, 2) << options;

@@ -27,7 +27,7 @@ std::string refusal(const char* device) {
     return error.data();
 }
 
-TEST(CApi, RefusesWithWhatItTakes) {
+TEST(CApi, RefusalsNameTheValidForms) {
     for (const char* source : {"nonsense", "", "hand"}) {
         EXPECT_THAT(refusal(source), HasSubstr("use can:INTERFACE, usb:VENDOR:PRODUCT, serial:PATH, sim:SCENARIO")) << source;
     }
@@ -150,7 +150,7 @@ TEST(CApi, HemisphereTipAndBoresight) {
     EXPECT_NEAR((Vec3<double>(pose.position_m) + Vec3<double>(first.position_m)).norm(), 0, 1e-6);
 }
 
-TEST(CApi, AlwaysSaysWhatTheConnectionIsDoing) {
+TEST(CApi, StatusIsNeverEmpty) {
     EXPECT_STREQ(tricoil_status(nullptr), "not open");
     tricoil_pose pose;
     EXPECT_EQ(tricoil_poll(nullptr, &pose, 0), -1);

@@ -1,4 +1,4 @@
-// Table of numbers with named columns, read from CSV files of the program or of recordings.
+// Table with named columns, read from CSV files of the program or of recordings.
 #pragma once
 
 #include <algorithm>
@@ -32,7 +32,7 @@ public:
         return rows_.at(row).at(static_cast<std::size_t>(found - names_.begin()));
     }
 
-    /// Values of a column; NaN for empty fields.
+    /// Number of one field; NaN if it is empty.
     double number(std::size_t row, const std::string& name) const {
         const std::string& field = text(row, name);
         return field.empty() ? std::numeric_limits<double>::quiet_NaN() : std::stod(field);
