@@ -28,8 +28,8 @@ private:
     bool interrupted_ = false;
 };
 
-/// While an object exists, SIGINT, SIGTERM, SIGHUP and SIGQUIT set a flag. A second signal ends the program at once. SIGHUP stays
-/// ignored if it was ignored before (nohup).
+/// While an object exists, SIGINT, SIGTERM, SIGHUP and SIGQUIT set a flag. The same signal again ends the program at once. SIGHUP
+/// stays ignored if it was ignored before (nohup).
 class InterruptGuard {
 public:
     InterruptGuard();

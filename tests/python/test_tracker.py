@@ -37,8 +37,9 @@ class Filter(unittest.TestCase):
         ):
             with self.assertRaisesRegex(ValueError, message):
                 tracker.update(*arguments)
-        pose = tracker.update(0, 0, [np.nan] * 3, 1e-6)  # refused by the tracker itself
-        self.assertTrue(pose is None or not pose.valid)
+        for method in ("scaat", "direct"):
+            tracker = tricoil.Filter(method)
+            self.assertIsNone(tracker.update(0, 0, [np.nan] * 3, 1e-6), "refused by the tracker itself")
 
     def test_refuses_bad_settings(self):
         for arguments, message in (

@@ -48,10 +48,10 @@ struct CalibrationFit {
     bool stage_turns_left_handed = false;
     StageErrors stage_errors;
     std::vector<FittedParameter> parameters;
-    double residual_rms = 0;  // of couplings, as share of the coupling strength of the pose, without outliers
+    double residual_rms = 0;  // of couplings, relative to the norm of each signal matrix, without outliers
     std::map<std::string, double> residual_rms_by_file;
-    std::vector<std::string> warnings;  // identifiability, mixed sets, fixtures that contradict their names
-    std::vector<std::string> outliers;  // FILE:LINE of poses that the robust loss rejects
+    std::vector<std::string> warnings;  // large residuals, weakly determined parameters, fixtures that contradict their names
+    std::vector<std::string> outliers;  // FILE:LINE of poses whose residual exceeds eight medians of the residuals
     double condition = 0;               // of the normalised Jacobian
     std::size_t poses = 0;
     double coupling_constant = 1;     // unit of the printed moments
@@ -67,7 +67,8 @@ std::string source_fixture_name(const PoseFile& file);
 /// Residuals are weighted as the pose error that they would cause (metres; a rad counts as 0.1 m). The part that no pose explains
 /// has half that weight. The scale of the Cauchy loss is four times the median of the residual norms. Throws InputError like
 /// guess_start, and for unknown fixture names with FixtureModel::named, no convergence, parameters that the poses do not
-/// determine, and contradictory files (residuals of one file far above those of the others).
+/// determine, couplings that the model does not explain, and contradictory files (residuals of one file far above those of the
+/// others).
 CalibrationFit fit_calibration(const std::vector<PoseFile>& files, const FitOptions& options);
 
 }  // namespace tricoil::host

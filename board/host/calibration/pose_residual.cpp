@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "board/host/calibration/dense_algebra.hpp"
+#include "core/geometry/rotations.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -15,12 +16,6 @@ constexpr double kMisfitShare = 0.5;  // relative weight of the part of a residu
 template <int Columns>
 using Jacobian = Eigen::Matrix<double, 9, Columns, Eigen::RowMajor>;
 
-Mat3<double> cross_matrix(const Vec3<double>& v) {
-    Mat3<double> m;
-    m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-    return m;
-}
-
 /// J(w) with exp(w + dw) = exp(J(w) dw) exp(w) to first order: the left Jacobian of the rotation group.
 Mat3<double> left_jacobian(const double* vector) {
     const Vec3<double> w(vector[0], vector[1], vector[2]);
@@ -29,7 +24,7 @@ Mat3<double> left_jacobian(const double* vector) {
     const bool small = angle < 1e-4;
     const double first = small ? 0.5 - square / 24 : (1 - std::cos(angle)) / square;
     const double second = small ? 1.0 / 6 - square / 120 : (angle - std::sin(angle)) / (square * angle);
-    const Mat3<double> cross = cross_matrix(w);
+    const Mat3<double> cross = geometry::skew<double>(w);
     return Mat3<double>::Identity() + first * cross + second * cross * cross;
 }
 
@@ -208,12 +203,12 @@ bool PoseResidual::Evaluate(double const* const* blocks, double* residual, doubl
     if (jacobians[0] != nullptr) {
         Eigen::Map<Jacobian<kMagnetic>>{jacobians[0]} = terms_.weight * x.by_magnetic;
     }
-    // A small rotation d of the source or a fixture moves the sensor by d x a = -cross_matrix(a) d; a: vector from the centre of
+    // A small rotation d of the source or a fixture moves the sensor by d x a = -skew(a) d; a: vector from the centre of
     // the rotation to the sensor.
     const Mat3<double> of_source = left_jacobian(source + 3);
-    write_rigid(jacobians[1], terms_, x, Mat3<double>::Identity(), -cross_matrix(from_source) * of_source, of_source);
+    write_rigid(jacobians[1], terms_, x, Mat3<double>::Identity(), -geometry::skew<double>(from_source) * of_source, of_source);
     const Mat3<double> of_fixture = turned * terms_.named * left_jacobian(fixture + 3);
-    write_rigid(jacobians[2], terms_, x, turned, -cross_matrix(turned * lever) * of_fixture, of_fixture);
+    write_rigid(jacobians[2], terms_, x, turned, -geometry::skew<double>(turned * lever) * of_fixture, of_fixture);
     write_rigid(jacobians[3], terms_, x, turned * fixture_rotation, Mat3<double>::Zero(),
                 turned * fixture_rotation * left_jacobian(jig + 3));
     write_stage(jacobians[4], terms_, x, stage_source, model.sensor_sensitivity.transpose() * o);

@@ -16,7 +16,8 @@ struct BandModels {
 };
 
 /// JSON with the objects "high" and "low", each with source_pos, source_moment, sensor_pos, sensor_moment: lists of three coils,
-/// each [x, y, z]; positions in m. Coupling = B . n / 250, B = (3 (m.u) u - m) / r^3. Throws InputError, naming file and key.
+/// each [x, y, z]; positions in m. Coupling = B . n / 250, B = (3 (m.u) u - m) / r^3; m, n: moments of source and sensor coil;
+/// u: direction from source to sensor coil. Throws InputError, naming file and key.
 BandModels read_band_models(const std::string& path);
 
 struct BandFiles {

@@ -8,8 +8,8 @@
 
 namespace tricoil::host {
 
-/// One line per update: time, measured and predicted errors; angles without whole turns. Writes a temporary file and renames it,
-/// so that the file is complete or absent. Throws InputError if the file cannot be written.
+/// One line per update: time, measured and predicted errors; angles without whole turns. Throws like
+/// write_whole_file().
 void write_error_csv(const std::string& path, const std::vector<paper::Update>& updates);
 
 /// Returns the same text.

@@ -94,7 +94,7 @@ Json run_result(const RunReport& r) {
         {"columns_rejected", rejections},
         {"acquisitions", r.tracker.acquisitions},
         {"outliers", r.tracker.outliers},
-        {"reopened", r.tracker.reacquisitions},
+        {"reacquisitions", r.tracker.reacquisitions},
         {"clock_restarts", r.tracker.clock_restarts},
         {"health", health_json(r.health)},
         {"flags_seen", to_text(r.seen_flags)},

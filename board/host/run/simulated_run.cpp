@@ -319,7 +319,6 @@ RunReport run_simulated(const RunOptions& options, const RunObservers& observers
     report.fidelity = options.fidelity;
     report.world = scenario.world;
     report.coupling_sigma = world.coupling_sigma();
-    report.duration_s = scenario.duration_s;
     report.simulated_s = clock.elapsed_s();
     report.coils_at_end = coils.state();
     report.score = score.summary();

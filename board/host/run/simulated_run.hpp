@@ -34,7 +34,6 @@ struct RunReport {
     bool deskewed = false;
     sim::WorldParams world;
     double coupling_sigma = 0;
-    double duration_s = 0;
     double simulated_s = 0;
     bool interrupted = false;
     Excitation coils_at_end = Excitation::off;
@@ -64,7 +63,8 @@ struct RunObservers {
 /// Describes the origin of the columns, for a recording.
 nlohmann::ordered_json describe_source(const RunOptions& options);
 
-/// Runs to the end or until interrupted. Throws InputError for invalid options, DeviceError if the CSV cannot be written.
+/// Runs to the end or until interrupted. Throws InputError for invalid options, DeviceError if a file cannot be written
+/// completely.
 RunReport run_simulated(const RunOptions& options, const RunObservers& observers = {});
 
 }  // namespace tricoil::host

@@ -13,9 +13,9 @@ from ._source import Pose
 class Filter:
     """Tracks columns of couplings: one call for each source coil that was measured.
 
-    method: scaat (motion-compensating filter), direct, previous or previous-angles. column_span_s: time between the first and the last
-    column of a signal matrix, for the methods that need a whole one; 0 if they are simultaneous (FDM). window_s: length of a
-    demodulation window, for the predicted blur. confined: the sensor never leaves the half space `hemisphere`.
+    method: scaat (Kalman filter), direct, previous or previous-angles. column_span_s: longest time between the oldest and the newest column
+    of a signal matrix: with TDM 2.5 slots, that is 2.5 / 3 of the frame period; 0 if the columns are simultaneous (FDM). window_s: length of
+    a demodulation window, for the predicted blur. confined: the sensor never leaves the half space `hemisphere`.
     """
 
     def __init__(
@@ -33,10 +33,10 @@ class Filter:
         )
 
     def update(self, time_s: float, source_coil: int, couplings: ArrayLike, sigma: ArrayLike) -> Pose | None:
-        """Pose after one column, or None if the tracker needs more.
+        """Pose after one column, or None if the tracker needs more columns or refuses this one (not finite, out of order).
 
         time_s: middle of the window. source_coil: 0, 1 or 2. couplings: of the three sensor coils. sigma: their standard deviation,
-        one number or three. A column that is not finite or out of order is refused: the pose then is that of tick().
+        one number or three.
         """
         row = self._tracker.update(float(time_s), source_coil, _three("couplings", couplings), _three("sigma", np.broadcast_to(sigma, 3) if np.ndim(sigma) == 0 else sigma))
         return None if row is None else Pose.from_row(row)
