@@ -81,6 +81,7 @@ TEST(Usage, ServePrintsNoAddressesWithInvalidOptions) {
     expect_usage_error("serve --openigtlink 0 --scenario hnd", "did you mean 'hand'");
     expect_usage_error("serve --openigtlink 0 --rate-hz 1e9", "--rate-hz");
     expect_usage_error("serve --openigtlink 0 --hemisphere nan,0,0", "hemisphere");
+    expect_usage_error("serve --list", "--list");
 }
 
 TEST(Usage, ConfigurationErrorsNameTheLine) {
@@ -112,6 +113,7 @@ TEST(Usage, OptionsWithoutEffectAreRefused) {
     expect_usage_error("run --duration 1 --predict 0.02", "--tracker direct estimates no velocity; use --tracker scaat");
     expect_usage_error("run --duration 1 --tracker scaat --predict 10", "--predict 10: must be a number of seconds, 0 to 0.1");
     expect_usage_error("run --duration 1 --predict -1", "--predict");
+    expect_usage_error("run --device can:vcan9 --predict 0.02", "--tracker direct estimates no velocity; use --tracker scaat");
     expect_usage_error("run --duration 1 --tracker scaat --predict -0.1", "--predict");
     expect_usage_error("run --duration 1 --tracker scaat --mux tdm --no-deskew", "--no-deskew");
     expect_usage_error("run --duration 1 --mux fdm --no-deskew", "--no-deskew");

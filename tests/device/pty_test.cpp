@@ -83,7 +83,7 @@ TEST_F(Pty, PosesAreRelativeToTheReference) {
     EXPECT_TRUE(valid_rows(table(in("absent.csv"))).empty());  // the device has no second sensor
 }
 
-TEST_F(Pty, TracksToTheLastBitWithoutLoss) {
+TEST_F(Pty, TracksBitForBitWithoutLoss) {
     plug_in("--duration 4");
     ASSERT_EQ(tricoil("run --json --device " + device + " --duration 2 --out " + in("poses.csv")), 0) << err;
     test::expect_equal_poses(in("poses.csv"), {}, 2, 1400);
@@ -95,7 +95,7 @@ TEST_F(Pty, TracksToTheLastBitWithoutLoss) {
     EXPECT_EQ(summary["health"]["lost"], 0);
 }
 
-TEST_F(Pty, TheFrontEndIsPulledOutAndTheLineIsGone) {
+TEST_F(Pty, AVanishedLineIsReported) {
     plug_in("--duration 600");
     Program tracker(std::string(TRICOIL_PROGRAM) + " run --device " + device + " --out " + in("poses.csv") + " 2>" + in("err") +
                     " >" + in("out"));
@@ -108,7 +108,7 @@ TEST_F(Pty, TheFrontEndIsPulledOutAndTheLineIsGone) {
     EXPECT_EQ(tracker.wait(), 0);
 }
 
-TEST_F(Pty, InfoTellsWhoItIs) {
+TEST_F(Pty, InfoIdentifiesTheDevice) {
     plug_in("--duration 4 --serial 4711 --mux fdm --rate-hz 960", "100000");
     ASSERT_EQ(tricoil("device info --json " + device), 0) << err;
     const json info = json::parse(out);
@@ -163,7 +163,7 @@ TEST_F(Pty, SelfcheckEndsWithOneIfARowFailedThere) {
     EXPECT_THAT(out, ::testing::HasSubstr("1 failed: FAIL"));
 }
 
-TEST_F(Pty, ModeIsSetAndTold) {
+TEST_F(Pty, ModeIsSetAndPrinted) {
     plug_in("--duration 4 --tracks");
     ASSERT_EQ(tricoil("device mode --mux fdm --rate-hz 960 --columns " + device), 0) << err;
     EXPECT_EQ(out, device + ": front end, fdm, 960 frames a second\n");
@@ -175,7 +175,7 @@ TEST_F(Pty, ModeIsSetAndTold) {
     EXPECT_EQ(tricoil("device mode --rate-hz -1 " + device), 2);
 }
 
-TEST_F(Pty, AnswersOfATrackerAreTurnedAndSentToTheOtherSide) {
+TEST_F(Pty, BoresightAndHemisphereActOnATrackerBoard) {
     plug_in("--duration 600 --tracks --scenario still");
     ASSERT_EQ(tricoil("device boresight " + device), 0) << err;
     ASSERT_EQ(tricoil("device hemisphere --towards -1,0,0 " + device), 0) << err;
@@ -188,14 +188,14 @@ TEST_F(Pty, AnswersOfATrackerAreTurnedAndSentToTheOtherSide) {
     ASSERT_EQ(tricoil("device boresight --clear " + device), 0) << err;
 }
 
-TEST_F(Pty, AFrontEndHasNoPosesToTurn) {
+TEST_F(Pty, AFrontEndRefusesHemisphereAndBoresight) {
     plug_in("--duration 4");
     EXPECT_EQ(tricoil("device hemisphere --towards 1,0,0 " + device), 3);
     EXPECT_THAT(err, ::testing::HasSubstr("this hemisphere: refused"));
     EXPECT_EQ(tricoil("device boresight --clear " + device), 3);
 }
 
-TEST_F(Pty, TheLoaderIsEnteredAndTheProtocolIsOver) {
+TEST_F(Pty, LoaderEndsTheProtocol) {
     plug_in("--duration 4");
     ASSERT_EQ(tricoil("device loader " + device), 0) << err;
     EXPECT_THAT(out, ::testing::HasSubstr("in the boot loader"));
@@ -249,6 +249,12 @@ TEST_F(Pty, NextCommandOfACaptureQuotesItsFile) {
     EXPECT_THAT(out, ::testing::HasSubstr("signal matrix"));
 }
 
+TEST_F(Pty, NextCommandOfACaptureWithFdmSelectsTdm) {
+    plug_in("--duration 4 --scenario still --mux fdm");
+    ASSERT_EQ(tricoil("device capture --repeats 1 --out " + in("capture.csv") + " " + device), 0) << err;
+    EXPECT_THAT(test::lines(out).at(1), ::testing::HasSubstr("run tricoil device mode " + device + " --mux tdm,"));
+}
+
 TEST_F(Pty, SilenceEndsWithOneLine) {
     plug_in("--duration 600");
     peer->send(SIGSTOP);
@@ -263,7 +269,7 @@ TEST_F(Pty, SilenceEndsWithOneLine) {
     EXPECT_EQ(tricoil("device watch --duration -1 " + device), 2);
 }
 
-TEST_F(Pty, ListIsJsonWhateverThisMachineHas) {
+TEST_F(Pty, ListIsAlwaysJson) {
     ASSERT_EQ(tricoil("device list --json"), 0) << err;
     EXPECT_TRUE(json::parse(out).is_array());
     ASSERT_EQ(tricoil("device list"), 0) << err;
@@ -345,6 +351,14 @@ TEST_F(Pty, ARecordingHoldsWhatWasMeasuredAndTheCalibration) {
     }
     EXPECT_EQ(tricoil("replay " + recording), 0) << err;
     EXPECT_THAT(out, ::testing::HasSubstr("bit for bit"));
+}
+
+TEST_F(Pty, TheTrackerPredictsByTheTimeOfTheOption) {
+    plug_in("--duration 4");
+    const std::string run = "run --device " + device + " --tracker scaat --predict 0.02 --duration 1 --record " + in("recording");
+    ASSERT_EQ(tricoil(run), 0) << err;
+    const json description = json::parse(test::read_text(in("recording/recording.json")));
+    EXPECT_EQ(description["trackers"]["tracker"]["predict_ahead_us"], 20'000);
 }
 
 TEST_F(Pty, CalibrationsThatATrackerCannotTakeAreRefused) {

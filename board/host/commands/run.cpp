@@ -58,6 +58,9 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
     if (command.options.tracker != "direct" || command.config.empty()) {
         options.config.method = command.options.tracker;
     }
+    if (prediction_of_option(options.config.method, command.options.predict_ahead_s).count() > 0) {
+        options.config.method = fmt::format("scaat,predict_s={}", command.options.predict_ahead_s);
+    }
     if (!command.options.hemisphere.empty()) {
         const auto& h = command.options.hemisphere;
         check_vector(h, "--hemisphere");
@@ -154,8 +157,8 @@ void complete_simulation_options(RunCommand& command) {
 
 void add_run_options(CLI::App* sub, const std::shared_ptr<RunCommand>& command) {
     RunOptions& o = command->options;
-    sub->add_option("--scenario", o.scenario, "Built-in scenario (see --list) or a .toml file")->capture_default_str();
-    sub->add_flag("--list", command->list, "List the built-in scenarios");
+    sub->add_option("--scenario", o.scenario, "Built-in scenario (see tricoil run --list) or a .toml file")
+        ->capture_default_str();
     sub->add_option("--trajectory", o.trajectory, "Recorded path: 4x4 matrices at 100 Hz");
     sub->add_option("--place", command->place, "Centre of the recorded path: x,y,z in metres")
         ->delimiter(',')
@@ -176,13 +179,16 @@ void add_run_options(CLI::App* sub, const std::shared_ptr<RunCommand>& command) 
     sub->add_option("--mux", o.multiplexing, "tdm (coils in turn) or fdm (all at once)")->capture_default_str();
     sub->add_option(
            "--tracker", o.tracker,
-           "direct, previous, previous-angles or scaat (filter); in integers, simulated runs only: fixed-direct, fixed-previous")
+           "direct, previous, previous-angles or scaat (filter); in integers, only in a simulated tricoil run: fixed-direct, "
+           "fixed-previous")
         ->capture_default_str();
     sub->add_option("--passes", o.passes, "Passes of the previous-measurement step per frame, 1-10")->capture_default_str();
     sub->add_option("--rate-hz", o.frame_rate_hz, "Frames per second")->capture_default_str();
-    command->duration = sub->add_option("--duration", command->duration_s,
-                                        "Duration, s of simulated or device time; default: the scenario's, or until a signal");
-    sub->add_option("--fault", o.faults, "Simulate a fault: NAME[:ARG][@BEGIN-END], for example open_coil:S2@1-1.5; repeatable");
+    command->duration = sub->add_option(
+        "--duration", command->duration_s,
+        "Duration, s of simulated or device time; default: the scenario's in a simulated tricoil run, otherwise until a signal");
+    sub->add_option("--fault", o.faults,
+                    "Simulate a fault: NAME[:ARG,...][@BEGIN[-END]], for example open_coil:S2@1-1.5; repeatable");
     sub->add_option(
            "--hemisphere", o.hemisphere,
            "Direction to the half space of the sensor at the start, x,y,z; 0,0,0: unknown; default: from the motion. A simulated "
@@ -216,6 +222,7 @@ void add_run_command(CLI::App& program, Action& action) {
     RunOptions& o = command->options;
     CLI::App* sub =
         program.add_subcommand("run", "Track a simulated sensor (poses are compared with the truth) or a real device");
+    sub->add_flag("--list", command->list, "List the built-in scenarios");
     add_run_options(sub, command);
     sub->add_option("--samples", o.samples, "Integer trackers: write the input of the tracker to this file")->check(refuse_empty);
     sub->add_option(
