@@ -272,9 +272,9 @@ TEST_F(Stage, DegeneratePosesAreRefused) {
             plane.push_back(line);
         }
     }
-    write("plane.dat", joined(plane));
+    write("plane.dat", joined(plane) + joined(plane));  // twice: 27 poses are too few
     expect_refused(tricoil("calibrate --out " + path("x.toml") + " " + path("plane.dat")), "plane");
-    write("one_turn.dat", joined(one_turn));
+    write("one_turn.dat", joined(one_turn) + joined(one_turn));
     expect_refused(tricoil("calibrate --out " + path("x.toml") + " " + path("one_turn.dat")), "does not rotate");
 }
 

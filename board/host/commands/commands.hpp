@@ -51,6 +51,6 @@ inline std::string refuse_bad_time(const std::string& text, bool zero) {
     return fits ? "" : text + (zero ? " is not a number of seconds, 0 or more" : " is not a positive number of seconds");
 }
 inline std::string refuse_negative_time(const std::string& text) { return refuse_bad_time(text, true); }
-inline std::string refuse_no_time(const std::string& text) { return refuse_bad_time(text, false); }
+inline std::string refuse_nonpositive_time(const std::string& text) { return refuse_bad_time(text, false); }
 
 }  // namespace tricoil::host

@@ -310,14 +310,16 @@ void add_device_command(CLI::App& program, Action& action) {
         return one;
     };
     const auto add_wait = [&](CLI::App* one) {
-        one->add_option("--wait", command->wait_s, "Time to wait for an answer, s")->check(refuse_no_time)->capture_default_str();
+        one->add_option("--wait", command->wait_s, "Time to wait for an answer, s")
+            ->check(refuse_nonpositive_time)
+            ->capture_default_str();
         return one;
     };
     add_json(add("list", "List CAN interfaces and USB devices of this machine", &list_devices));
     add_wait(add_device(add_json(add("info", "Identify a device", &show_info))));
     add_device(add_json(add("watch", "Print every message of a device without sending commands", &watch)))
         ->add_option("--duration", command->duration_s, "Duration, s; default: until a signal")
-        ->check(refuse_no_time);
+        ->check(refuse_nonpositive_time);
     add_wait(add_device(add("read-calibration", "Read the calibration of a device", &fetch_calibration)))
         ->add_option("--out", command->file, "Output file, in the format of tricoil calibrate --blob")
         ->required();

@@ -206,14 +206,16 @@ void add_motion_command(CLI::App& program, Action& action) {
         ->capture_default_str();
     sub->add_option("--passes", c->passes, "Passes of the previous-measurement step per update")->capture_default_str();
     sub->add_option("--azimuth", c->azimuth, "A,B: azimuth rate B + A sin(A t), rad/s")->delimiter(',')->expected(2);
-    sub->add_option("--elevation", c->elevation, "A,B: elevation rate, likewise")->delimiter(',')->expected(2);
-    sub->add_option("--attitude", c->attitude, "A,B: rate of psi, theta and phi, likewise")->delimiter(',')->expected(2);
+    sub->add_option("--elevation", c->elevation, "A,B: elevation rate B + A sin(A t), rad/s")->delimiter(',')->expected(2);
+    sub->add_option("--attitude", c->attitude, "A,B: rate of psi, theta and phi, B + A sin(A t), rad/s")
+        ->delimiter(',')
+        ->expected(2);
     sub->add_option("--range", c->range, "A,B: range rate B + A sin(10 pi t), m/s")->delimiter(',')->expected(2);
-    sub->add_option("--start-range", c->start_range_m, "m")->capture_default_str();
+    sub->add_option("--start-range", c->start_range_m, "Range at the start, m")->capture_default_str();
     sub->add_option("--start-time", c->start_time_s, "Device time at the start, s")->capture_default_str();
     sub->add_option("--rate-hz", c->rate_hz, "Updates per second")->capture_default_str();
     sub->add_option("--gap", c->gap_s, "Processing and multiplexing gap that lengthens each update, s")->capture_default_str();
-    sub->add_option("--duration", c->duration_s, "s")->capture_default_str();
+    sub->add_option("--duration", c->duration_s, "Duration, s")->capture_default_str();
     sub->add_option("--out", c->out, "All updates as CSV; - is standard output")->check(refuse_empty);
     sub->add_flag("--json", c->json, "Result as JSON");
     sub->callback([c, &action] { action = [c] { return motion(*c); }; });

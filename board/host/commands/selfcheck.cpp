@@ -95,7 +95,9 @@ void add_selfcheck_command(CLI::App& program, Action& action) {
     CLI::App* sub = program.add_subcommand("selfcheck", "Run the self-check of the core: known answers, error model, arithmetic");
     sub->add_flag("--json", command->json, "Report as JSON");
     sub->add_option("--device", command->device, "Self-check of this device: can:..., usb:... or serial:...");
-    sub->add_option("--wait", command->wait_s, "Time to wait for an answer, s")->check(refuse_no_time)->capture_default_str();
+    sub->add_option("--wait", command->wait_s, "Time to wait for an answer, s")
+        ->check(refuse_nonpositive_time)
+        ->capture_default_str();
     sub->callback([command, &action] { action = [command] { return run_selfcheck(*command); }; });
 }
 
