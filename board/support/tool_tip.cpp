@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <charconv>
 
 #include "board/support/checked_table.hpp"
+#include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/line_reader.hpp"
 #include "board/support/text_table.hpp"
@@ -60,8 +60,7 @@ ToolTip parse_tip(const std::string& text) {
 }
 
 bool is_covariance(const Mat3<double>& m) {
-    return (m - m.transpose()).cwiseAbs().maxCoeff() <= kAsymmetry_m2 &&
-           Eigen::SelfAdjointEigenSolver<Mat3<double>>(m).eigenvalues()(0) >= -kAsymmetry_m2;
+    return (m - m.transpose()).cwiseAbs().maxCoeff() <= kAsymmetry_m2 && eigen_of_symmetric(m).values(0) >= -kAsymmetry_m2;
 }
 
 }  // namespace

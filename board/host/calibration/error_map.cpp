@@ -10,7 +10,7 @@
 #include <map>
 #include <numbers>
 
-#include "board/host/calibration/dense_algebra.hpp"
+#include "board/support/dense_algebra.hpp"
 
 namespace tricoil::host {
 namespace {

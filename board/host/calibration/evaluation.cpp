@@ -8,9 +8,8 @@
 #include <cmath>
 
 #include "board/host/calibration/calibration_fit.hpp"
-#include "board/host/calibration/dense_algebra.hpp"
 #include "board/host/calibration/initial_guess.hpp"
-#include "board/host/calibration/nearest_rotation.hpp"
+#include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
 #include "core/calibration/apply.hpp"
 #include "core/geometry/angles.hpp"

@@ -7,9 +7,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "board/host/calibration/dense_algebra.hpp"
 #include "board/host/calibration/fit_parameters.hpp"
 #include "board/host/calibration/fixture_name.hpp"
+#include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
 #include "core/geometry/angles.hpp"
 

@@ -4,12 +4,12 @@
 #include <ceres/rotation.h>
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <array>
 #include <cmath>
 
 #include "board/host/calibration/fit_parameters.hpp"
 #include "board/host/calibration/self_calibration.hpp"
+#include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
 #include "core/field/concentric_dipole.hpp"
 #include "core/solver/direct.hpp"
@@ -56,29 +56,13 @@ struct NodeResidual {
     }
 };
 
-/// Least-squares transform from node coordinates to positions computed with C = 1.
-struct Similarity {
-    double scale = 1;
-    Mat3<double> rotation;
-    Vec3<double> translation;
-};
-
-Similarity fit_similarity(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to) {
-    const Eigen::Matrix4d m = Eigen::umeyama(from, to, true);
-    Similarity s;
-    s.scale = std::cbrt(m.topLeftCorner<3, 3>().determinant());
-    s.rotation = m.topLeftCorner<3, 3>() / s.scale;
-    s.translation = m.topRightCorner<3, 1>();
-    return s;
-}
-
 void check_nodes(const std::vector<GridFrame>& frames) {
     Eigen::Matrix3Xd nodes(3, frames.size());
     for (std::size_t k = 0; k < frames.size(); ++k) {
         nodes.col(static_cast<Eigen::Index>(k)) = frames[k].node;
     }
     nodes.colwise() -= nodes.rowwise().mean().eval();
-    const Vec3<double> extent = nodes.jacobiSvd().singularValues();
+    const Vec3<double> extent = singular_values(nodes);
     if (extent(1) < 0.05 * extent(0) || !(extent(0) > 0)) {
         throw InputError("the grid's nodes lie on one line; place the sensor on nodes of several rows and columns");
     }
@@ -142,7 +126,7 @@ GridCalibration calibrate_on_grid(const std::vector<GridFrame>& frames, double s
         nodes.col(static_cast<Eigen::Index>(k)) = spacing_m * frames[k].node;
         positions.col(static_cast<Eigen::Index>(k)) = side * s->range_m * s->direction;
     }
-    const Similarity start = fit_similarity(nodes, positions);
+    const Similarity start = fit_similarity(nodes, positions);  // positions computed with C = 1
     const double c = 1 / std::pow(start.scale, 3);
     Parameters p;
     const Mat3<double>& n = gains.sensor;

@@ -4,15 +4,13 @@
 
 #include <Eigen/Core>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
 
-#include "board/host/calibration/dense_algebra.hpp"
-#include "board/host/calibration/nearest_rotation.hpp"
 #include "board/host/calibration/self_calibration.hpp"
+#include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
 #include "core/solver/direct.hpp"
 
@@ -53,7 +51,7 @@ void check_spread(const PoseList& list) {
         positions.col(static_cast<Eigen::Index>(i)) = list[i].first->stage_position_m;
     }
     positions.colwise() -= positions.rowwise().mean().eval();
-    const Vec3<double> extent = positions.jacobiSvd().singularValues();
+    const Vec3<double> extent = singular_values(positions);
     if (extent(2) < kMinSpread * extent(0)) {
         throw InputError(
             "the stage's positions lie in one plane or on one line; calibration needs poses spread in all three directions");
@@ -62,7 +60,7 @@ void check_spread(const PoseList& list) {
     for (const auto& [pose, file] : list) {
         mean += pose->stage_rotation / static_cast<double>(list.size());
     }
-    if (mean.jacobiSvd().singularValues()(2) > 0.999) {
+    if (singular_values(mean)(2) > 0.999) {
         throw InputError("the stage does not rotate; calibration needs poses in different attitudes (20 degrees and more)");
     }
 }

@@ -2,12 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
 
+#include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
 #include "core/base/angle_units.hpp"
 #include "core/geometry/quaternion.hpp"
@@ -43,7 +44,7 @@ struct Normal {
     Unknowns side = Unknowns::Zero();
 
     /// Also for a singular matrix: then the shortest solution.
-    [[nodiscard]] Unknowns solve() const { return matrix.completeOrthogonalDecomposition().solve(side); }
+    [[nodiscard]] Unknowns solve() const { return least_squares(matrix, side); }
 };
 
 Eigen::Matrix<double, 3, 6> design(const PivotPose& pose) {
@@ -68,8 +69,8 @@ Mat3<double> weight_of(const PivotPose& pose, const Vec3<double>& tip_m) {
 /// Mean of A^T W r at the true solution, exact to second order in the pose's error. It is not zero, because the attitude in A and
 /// W has the error that is also in r.
 Unknowns mean_gradient(const PivotPose& pose, const Vec3<double>& tip_m) {
-    const Eigen::SelfAdjointEigenSolver<Mat6<double>> solver(pose.covariance);
-    const Mat6<double> root = solver.eigenvectors() * solver.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
+    const SymmetricEigen eigen = eigen_of_symmetric(pose.covariance);
+    const Mat6<double> root = eigen.vectors * eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal();
     Unknowns mean = Unknowns::Zero();
     for (Eigen::Index n = 0; n < 12; ++n) {
         const Vec6<double> error = (n < 6 ? 1 : -1) * root.col(n % 6);
@@ -182,9 +183,9 @@ Tilt tilt_of(const std::vector<const PivotPose*>& poses) {
         noise += (rotation.trace() * Mat3<double>::Identity() - rotation) / count;
     }
     const Mat3<double> spread = Mat3<double>::Identity() - mean.transpose() * mean - noise;
-    const Eigen::SelfAdjointEigenSolver<Mat3<double>> solver(spread);
-    const Vec3<double> still = solver.eigenvectors().col(0);
-    return {solver.eigenvalues().cwiseMax(0).cwiseSqrt(), solver.eigenvectors(), std::sqrt(still.dot(noise * still))};
+    const SymmetricEigen eigen = eigen_of_symmetric(spread);
+    const Vec3<double> still = eigen.vectors.col(0);
+    return {eigen.values.cwiseMax(0).cwiseSqrt(), eigen.vectors, std::sqrt(still.dot(noise * still))};
 }
 
 void check_motion(const Tilt& tilt, const std::string& name) {
@@ -216,7 +217,7 @@ void check_residual(const Fit& fit, double rms_m, const std::string& name) {
 /// Ratio of the covariance of the result to the inverse normal matrix, from the sums of the scores over blocks of successive
 /// poses. 1 for independent residuals of the expected size; sums are larger if residuals are larger or correlated within a block.
 double covariance_inflation(const Fit& fit) {
-    const Mat6<double> inverse = fit.normal.matrix.inverse();
+    const Mat6<double> inverse = inverse_of_definite(fit.normal.matrix);
     const std::size_t blocks = std::min(kBlocks, fit.used.size());
     double measured = 0;
     double expected = 6;
@@ -263,7 +264,7 @@ PivotCalibration calibrate_pivot(const std::vector<PivotPose>& poses, const std:
     result.residual_sigmas = std::sqrt(weighted / (3 * count - 6));
     check_residual(fit, result.residual_rms_m, name);
     result.inflation = covariance_inflation(fit);
-    const Mat6<double> covariance = result.inflation * fit.normal.matrix.inverse();
+    const Mat6<double> covariance = result.inflation * inverse_of_definite(fit.normal.matrix);
     result.tip_covariance_m2 = covariance.topLeftCorner<3, 3>();
     result.pivot_covariance_m2 = covariance.bottomRightCorner<3, 3>();
     result.tilt_deg = kDegrees * tilt.rms_rad(0);

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "board/host/calibration/dense_algebra.hpp"
+#include "board/support/dense_algebra.hpp"
 #include "core/geometry/rotations.hpp"
 
 namespace tricoil::host {

@@ -4,10 +4,9 @@
 #include <ceres/normal_prior.h>
 #include <fmt/format.h>
 
-#include <Eigen/SVD>
 #include <cmath>
 
-#include "board/host/calibration/dense_algebra.hpp"
+#include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
 #include "core/field/concentric_dipole.hpp"
 #include "core/solver/direct.hpp"
@@ -56,7 +55,7 @@ Spread spread_of(const std::vector<Mat3<double>>& frames, const Mat3<double>& se
     Eigen::Array2d mean = Eigen::Array2d::Zero();
     Eigen::Array2d squares = Eigen::Array2d::Zero();
     for (const Mat3<double>& frame : frames) {
-        const Vec3<double> s = corrected(frame, sensor, source).jacobiSvd().singularValues();
+        const Vec3<double> s = singular_values(corrected(frame, sensor, source));
         sum += s / s.norm();
         const Eigen::Array2d ratio(s(0) / (s(1) + s(2)), s(1) / s(2));
         mean += ratio;

@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
 
+#include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
 #include "core/base/angle_units.hpp"
 #include "core/signal/demodulator.hpp"
@@ -148,7 +148,7 @@ void average(const std::vector<Eigen::Matrix3cd>& matrices, CaptureAnalysis& ana
 void detect_sensor(CaptureAnalysis& analysis) {
     const tracking::CommonParams<double> limits;
     const double scatter = std::sqrt(analysis.scatter.squaredNorm() / 9);
-    analysis.singular_values = analysis.mean.jacobiSvd().singularValues();
+    analysis.singular_values = singular_values(analysis.mean);
     analysis.determinant = analysis.mean.determinant();
     const auto solution = solver::solve_direct<double>(analysis.mean, 1.0);
     if (!solution.ok()) {

@@ -1,14 +1,13 @@
 #include "board/host/dynamic/stream_alignment.hpp"
 
+#include <ceres/ceres.h>
 #include <fmt/format.h>
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <unsupported/Eigen/NonLinearOptimization>
-#include <unsupported/Eigen/NumericalDiff>
 
+#include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
 #include "core/geometry/rotations.hpp"
 
@@ -23,7 +22,10 @@ constexpr double kMetresPerRadian = 0.5;
 constexpr std::size_t kMaxSamples = 3000;
 constexpr double kMinCorrelation = 0.7;
 constexpr double kLargestResidual = 0.5;  // relative to the spread of the tracker's positions
-constexpr double kMinTurning = 1e-3;      // singular value per sample; with a smaller one the rotations are not determined
+constexpr int kCorrections = 13;
+constexpr double kMinTurning = 1e-3;  // eigenvalue per sample; with a smaller one the rotations are not determined
+
+using Corrections = Eigen::Matrix<double, kCorrections, 1>;
 
 Quat<double> quaternion(const Eigen::Vector4d& wxyz) { return Quat<double>(wxyz(0), wxyz(1), wxyz(2), wxyz(3)).normalized(); }
 
@@ -123,8 +125,8 @@ double best_offset(const PoseStream& tracker, const PoseStream& reference) {
     return best;
 }
 
-/// Solves q_tracker m = q_world q_reference with m = q_mount^-1. The eight unknowns are the singular vector of the smallest
-/// singular value.
+/// Solves q_tracker m = q_world q_reference with m = q_mount^-1. The eight unknowns are the eigenvector of the smallest
+/// eigenvalue.
 void solve_attitudes(const PoseStream& tracker, const PoseStream& reference, const std::vector<std::size_t>& samples,
                      StreamAlignment& alignment) {
     Eigen::Matrix<double, 8, 8> normal = Eigen::Matrix<double, 8, 8>::Zero();
@@ -134,11 +136,11 @@ void solve_attitudes(const PoseStream& tracker, const PoseStream& reference, con
         row << left_product(p.q), -right_product(reference.at(p.time_s + alignment.time_offset_s).pose.q);
         normal += row.transpose() * row / static_cast<double>(samples.size());
     }
-    const Eigen::JacobiSVD<Eigen::Matrix<double, 8, 8>> svd(normal, Eigen::ComputeFullV);
-    if (svd.singularValues()(6) < kMinTurning) {
+    const SymmetricEigen eigen = eigen_of_symmetric(normal);
+    if (eigen.values(1) < kMinTurning) {
         throw InputError("the motion does not rotate about two axes: world frame and mount cannot be separated");
     }
-    const Eigen::Matrix<double, 8, 1> v = svd.matrixV().col(7);
+    const Eigen::Matrix<double, 8, 1> v = eigen.vectors.col(0);
     alignment.q_mount = quaternion(v.head<4>()).conjugate();
     alignment.q_world = quaternion(v.tail<4>());
 }
@@ -163,23 +165,15 @@ void solve_positions(const PoseStream& tracker, const PoseStream& reference, con
 
 /// Residuals of the refinement. Parameters: time offset, small rotation and translation of the world, then of the mount.
 struct Residuals {
-    using Scalar = double;
-    using InputType = Eigen::VectorXd;
-    using ValueType = Eigen::VectorXd;
-    using JacobianType = Eigen::MatrixXd;
-    // Eigen's names.  NOLINTNEXTLINE(readability-identifier-naming)
-    enum { InputsAtCompileTime = Eigen::Dynamic, ValuesAtCompileTime = Eigen::Dynamic };
-
     const PoseStream* tracker;
     const PoseStream* reference;
     const std::vector<std::size_t>* samples;
     StreamAlignment start;
     bool fixed_offset;
 
-    [[nodiscard]] int inputs() const { return 13; }
     [[nodiscard]] int values() const { return static_cast<int>(6 * samples->size()); }
 
-    [[nodiscard]] StreamAlignment moved(const Eigen::VectorXd& x) const {
+    [[nodiscard]] StreamAlignment moved(const Corrections& x) const {
         StreamAlignment a = start;
         (fixed_offset ? a.lag_s : a.time_offset_s) += fixed_offset ? -x(0) : x(0);
         a.q_world = geometry::rotation_vector_to_quaternion<double>(x.segment<3>(1)) * a.q_world;
@@ -189,8 +183,9 @@ struct Residuals {
         return a;
     }
 
-    int operator()(const Eigen::VectorXd& x, Eigen::VectorXd& residuals) const {
-        const StreamAlignment a = moved(x);
+    bool operator()(double const* const* x, double* all) const {
+        const StreamAlignment a = moved(Eigen::Map<const Corrections>(x[0]));
+        Eigen::Map<Eigen::VectorXd> residuals(all, values());
         for (std::size_t n = 0; n < samples->size(); ++n) {
             const TimedPose& p = tracker->poses()[(*samples)[n]];
             const TimedPose r = a.applied(*reference, p.time_s - a.lag_s).pose;
@@ -199,13 +194,13 @@ struct Residuals {
             residuals.segment<3>(at + 3) =
                 kMetresPerRadian * geometry::quaternion_to_rotation_vector<double>(p.q * r.q.conjugate());
         }
-        return 0;
+        return true;
     }
 };
 
 /// Throws InputError if the residuals are large: the fit always gives a result, even for streams of different motions.
 void refuse_different_motions(const PoseStream& tracker, const std::vector<std::size_t>& samples, const Residuals& residuals,
-                              const Eigen::VectorXd& x) {
+                              const Corrections& x) {
     Vec3<double> mean = Vec3<double>::Zero();
     for (const std::size_t n : samples) {
         mean += tracker.poses()[n].position_m / static_cast<double>(samples.size());
@@ -215,7 +210,8 @@ void refuse_different_motions(const PoseStream& tracker, const std::vector<std::
         spread += (tracker.poses()[n].position_m - mean).squaredNorm();
     }
     Eigen::VectorXd r(residuals.values());
-    residuals(x, r);
+    const double* const parameters[] = {x.data()};
+    residuals(parameters, r.data());
     double left = 0;
     for (std::size_t n = 0; n < samples.size(); ++n) {
         left += r.segment<3>(static_cast<Eigen::Index>(6 * n)).squaredNorm();
@@ -227,6 +223,22 @@ void refuse_different_motions(const PoseStream& tracker, const std::vector<std::
             1e3 * std::sqrt(left / static_cast<double>(samples.size())),
             1e3 * std::sqrt(spread / static_cast<double>(samples.size()))));
     }
+}
+
+Corrections refine(const Residuals& residuals) {
+    auto* const cost = new ceres::DynamicNumericDiffCostFunction<Residuals, ceres::CENTRAL>(new Residuals(residuals));
+    cost->AddParameterBlock(kCorrections);
+    cost->SetNumResiduals(residuals.values());
+    Corrections x = Corrections::Zero();
+    ceres::Problem problem;
+    problem.AddResidualBlock(cost, nullptr, x.data());
+    ceres::Solver::Options options;
+    options.linear_solver_type = ceres::DENSE_QR;
+    options.logging_type = ceres::SILENT;
+    options.function_tolerance = 1e-14;
+    ceres::Solver::Summary summary;
+    ceres::Solve(options, &problem, &summary);
+    return x;
 }
 
 }  // namespace
@@ -256,10 +268,7 @@ StreamAlignment align_streams(const PoseStream& tracker, const PoseStream& refer
     solve_attitudes(tracker, reference, samples, alignment);
     solve_positions(tracker, reference, samples, alignment);
     const Residuals residuals{&tracker, &reference, &samples, alignment, given_offset_s.has_value()};
-    Eigen::NumericalDiff<Residuals, Eigen::Central> differentiated(residuals, 1e-10);
-    Eigen::LevenbergMarquardt<Eigen::NumericalDiff<Residuals, Eigen::Central>> solver(differentiated);
-    Eigen::VectorXd x = Eigen::VectorXd::Zero(residuals.inputs());
-    solver.minimize(x);
+    const Corrections x = refine(residuals);
     const StreamAlignment found = residuals.moved(x);
     if (!given_offset_s && std::abs(found.time_offset_s) > kLargestOffset_s + kCoarseOffset_s) {
         throw InputError("the clocks are more than 2 s apart; give --time-offset");
