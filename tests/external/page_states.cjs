@@ -1,119 +1,141 @@
-// The live page with generated poses: several sensors, a silent sensor, gaps, covariance ellipsoids.
-const http = require('http');
-const path = require('path');
+// The live page with generated poses: several sensors, a silent sensor, gaps, faults, and the help that it gives.
+const {changedPixels, openPage, pictureOf, save, text} = require('./page_check.cjs');
+const {healthy, sample} = require('./scripted_server.cjs');
 
-/// Pose in the form in which the server sends it; t in ms.
-function pose(sensor, t, x, more) {
-  return {sensor, utc_ms: t, position_m: [x, 0.1 * sensor, 0.1], q_wxyz: [1, 0, 0, 0],
-          position_covariance_m2: [8e-7, 0, 0, 1.6e-5, 0, 1.6e-5], valid: 1, stale: false, flag_names: '', state_name: 'tracking', snr_db: 60, distortion_mm: 1, predicted_error_mm: 0.2, ...more};
-}
+const kFrame_ms = 33;
 
-const healthy = {warning: '', missing_percent: 0, temperature_c: 41.6};
-
-/// Serves the page `html`; send() adds events to its stream.
-async function scripted(html) {
-  const streams = new Set();
-  const server = http.createServer((request, response) => {
-    if (request.url !== '/stream') return response.writeHead(200, {'Content-Type': 'text/html'}).end(html);
-    response.writeHead(200, {'Content-Type': 'text/event-stream'});
-    response.flushHeaders();
-    streams.add(response);
-    response.on('close', () => streams.delete(response));
-  });
-  await new Promise(resolve => server.listen(0, '127.0.0.1', resolve));
-  return {
-    url: `http://127.0.0.1:${server.address().port}/`,
-    connected: () => streams.size > 0,
-    send(poses, status = {running: true, recording: false, recording_error: '', health: healthy}) {
-      for (const stream of streams) stream.write(`data: ${JSON.stringify({status, poses})}\n\n`);
-    },
-    close() { server.close(); server.closeAllConnections(); },
-  };
-}
-
-/// Number of orange pixels in the picture: ellipsoids, and a few hundred pixels of the source's x axis.
-async function orangePixels(page) {
-  const picture = (await page.screenshot({clip: {x: 0, y: 60, width: 760, height: 600}})).toString('base64');
-  return page.evaluate(async data => {
-    const image = new Image();
-    image.src = 'data:image/png;base64,' + data;
-    await image.decode();
-    const canvas = Object.assign(document.createElement('canvas'), {width: image.width, height: image.height});
-    const context = canvas.getContext('2d');
-    context.drawImage(image, 0, 0);
-    const bytes = context.getImageData(0, 0, canvas.width, canvas.height).data;
-    let count = 0;
-    for (let n = 0; n < bytes.length; n += 4) count += bytes[n] > 200 && bytes[n] - bytes[n + 1] > 20 && bytes[n + 1] - bytes[n + 2] > 20;
-    return count;
-  }, picture);
-}
-
-module.exports = async function pageStates(browser, html, check, pictures) {
-  const server = await scripted(html);
-  const page = await browser.newPage({viewport: {width: 1280, height: 800}});
-  const wait = (condition, argument = null) => page.waitForFunction(condition, argument, {timeout: 30000});
-  const picture = name => pictures ? page.screenshot({path: path.join(pictures, `${name}.png`)}) : null;
+async function twoSensors(browser, html, check, pictures) {
+  const {server, page, errors, wait, close} = await openPage(browser, html);
   let now = 1.7e12;
   /// Sends `count` events, one frame apart, with poses of both sensors. The pose of the second sensor is slightly older.
   const both = (count, more = {}) => {
-    for (let n = 0; n < count; ++n, now += 33) server.send([pose(0, now, 0.4 + n / 400, more), pose(1, now - 4, 0.7 - n / 400, more)]);
+    for (let n = 0; n < count; ++n, now += kFrame_ms)
+      server.send([sample(0, now, [0.4 + n / 400, 0, 0.1], more), sample(1, now - 4, [0.7 - n / 400, 0.1, 0.1], more)]);
   };
-  try {
-    await page.goto(server.url);
-    while (!server.connected()) await page.waitForTimeout(20);
-    both(1);
-    await wait(() => window.tricoil.firstPictureMs);
-    both(60);
-    await wait(() => window.tricoil.poses === 122);
-    const lengths = () => page.evaluate(() => [...window.tricoil.sensors.values()].map(sensor => sensor.history.times.length));
-    check((await lengths()).every(length => length >= 60), `each of two sensors keeps its own plots: ${await lengths()} poses`);
-    const fastest = await page.evaluate(() => Math.max(...window.tricoil.sensors.get(0).history.columns[3]));
-    check(fastest < 1, `no sensor jumps to the position of another: ${fastest.toFixed(2)} m/s at most`);
-    check(await page.isVisible('#sensor') && /y +0\.0 /.test(await page.textContent('#numbers')), 'the numbers are the first sensor\'s');
-    await page.keyboard.press('b');
-    await page.selectOption('#sensor', {value: '1'});
-    await wait(() => /y +100\.0 /.test(document.querySelector('#numbers').textContent));
-    check(await page.evaluate(() => window.tricoil.boresight === null && window.tricoil.sensors.get(0).boresight !== null),
-          'the second sensor can be chosen, and has its own boresight');
-    const ticker = setInterval(() => both(1), 100);  // keeps the stream alive while a picture is drawn
-    await wait(() => document.body.dataset.link === 'live' && document.body.dataset.pose === 'good');
-    await picture('two-sensors');
-    const said = await page.textContent('#ellipsoid');
-    const orange = await orangePixels(page);
-    clearInterval(ticker);
-    check(orange > 1500 && /3 sigma ellipsoid, drawn x\d+/.test(said), `the ellipsoids are drawn: ${orange} pixels ("${said}")`);
+  both(1);
+  await wait(() => window.tricoil.firstPictureMs);
+  both(60);
+  await wait(() => window.tricoil.poses === 122);
+  const lengths = await page.evaluate(() => [...window.tricoil.sensors.values()].map(sensor => sensor.history.length));
+  check(lengths.every(length => length >= 60), `each of two sensors keeps its own plots: ${lengths} poses`);
+  const fastest = await page.evaluate(() => {
+    const {length, columns} = window.tricoil.sensors.get(0).history;
+    return Math.max(...columns.speed.subarray(0, length).filter(Number.isFinite));
+  });
+  check(fastest < 1, `no sensor jumps to the position of another: ${fastest.toFixed(2)} m/s at most`);
+  check(await page.isVisible('#sensor') && await text(page, '#p1') === '0.0', 'the numbers are the first sensor\'s');
+  const ticker = setInterval(() => both(1), 100);  // keeps the stream alive
+  await wait(() => document.body.dataset.usable === 'true');
+  await page.keyboard.press('b');
+  check(
+      /Boresight of sensor 1: on this page only/.test(await text(page, '#answer')) && await page.isVisible('#relative'),
+      'a boresight says whom it affects');
+  await page.selectOption('#sensor', {value: '1'});
+  await wait(() => document.querySelector('#p1').textContent === '100.0');
+  check(
+      await page.evaluate(() => window.tricoil.boresight === null && window.tricoil.sensors.get(0).boresight !== null),
+      'the second sensor can be chosen, and has its own boresight');
+  await wait(() => document.body.dataset.link === 'live' && document.body.dataset.quality === 'good');
+  await save(page, pictures, 'two-sensors');
+  check(/3 sigma ellipsoid, drawn x\d+/.test(await text(page, '#ellipsoid')), `the ellipsoid tells its scale: ${await text(page, '#ellipsoid')}`);
+  const drawn = await pictureOf(page, '#scene');
+  clearInterval(ticker);
 
-    server.send([pose(0, now, 0.4), pose(1, now, 0.7, {valid: false, stale: true, flag_names: 'stale'})]);
-    await wait(() => document.body.dataset.pose === 'bad');
-    check(await page.evaluate(() => document.body.dataset.link === 'live' && document.querySelector('#state').textContent === ''),
-          'a silent sensor is grey while another one sends');
-    server.send([]);
-    await wait(() => document.body.dataset.link === 'silent');
-    await page.waitForTimeout(300);
-    await picture('silent');
-    check(await page.textContent('#state') === '', 'without poses the state is empty');
-    check(await page.evaluate(() => getComputedStyle(document.querySelector('#numbers')).opacity) < 0.5, 'without poses numbers are grey');
-    check(await orangePixels(page) < 300, 'without poses no sensor is drawn');
-    const warning = 'more than 1 % of the columns are missing';
-    check(await page.textContent('#health') === '0.0 % missing, 42 °C', 'without a warning the health is two numbers');
-    server.send([], {running: true, recording: false, recording_error: 'take1: recording ended early (No space left on device)',
-                     health: {...healthy, warning}});
-    await wait(() => /ended early .No space/.test(document.querySelector('#recording_error').textContent));
-    check(true, 'the reason why a recording ended is shown');
-    check(await page.textContent('#health') === warning && await page.getAttribute('#health', 'data-warning') === 'true', 'a warning is shown');
-    now += 2000;
-    both(10);
-    await wait(() => document.body.dataset.pose === 'good');
-    const gap = await page.evaluate(() => {
-      const {times, columns} = window.tricoil.sensors.get(0).history;
-      const n = times.findIndex((t, i) => i > 0 && t - times[i - 1] > 0.5);
-      return n > 0 && [columns[0][n], columns[3][n], columns[3][n + 1]];
-    });
-    check(gap && gap.every(value => value === null), 'two seconds without poses are a gap in the plots');
-    await page.waitForTimeout(300);
-    await picture('gap');
-  } finally {
-    await page.close();
-    server.close();
+  server.send([sample(0, now, [0.4, 0, 0.1]), sample(1, now, [0.7, 0, 0.1], {flags: ['stale']})]);
+  await wait(() => document.body.dataset.quality === 'bad');
+  check(
+      await page.evaluate(() => document.body.dataset.link === 'live' && document.querySelector('#state').textContent === '') &&
+          /No new measurement/.test(await text(page, '#reason')),
+      'a silent sensor is grey while another one sends');
+  server.send([]);
+  await wait(() => document.body.dataset.link === 'silent');
+  await page.waitForTimeout(300);
+  const changed = await changedPixels(page, drawn, await pictureOf(page, '#scene'));
+  check(changed > 1500, `sensors and ellipsoids are drawn while there are poses: ${changed} pixels differ without`);
+  check(
+      await text(page, '#state') === '' && await page.evaluate(() => getComputedStyle(document.querySelector('#numbers')).opacity) < 0.5,
+      'without poses numbers are grey');
+  check(await text(page, '#health') === '0.0 % missing, 42 °C', 'without a warning the health is two numbers');
+  const warning = 'more than 1 % of the columns are missing';
+  server.send([], {recording_error: 'take1: recording ended early (No space left on device)', health: {...healthy, warning}});
+  await wait(() => /ended early .No space/.test(document.querySelector('#problem').textContent));
+  check(
+      await text(page, '#health') === warning && await page.getAttribute('#health', 'data-warning') === 'true',
+      'a failed recording and a warning are shown');
+  now += 2000;
+  both(10);
+  await wait(() => document.body.dataset.quality === 'good');
+  const gap = await page.evaluate(() => {
+    const {length, times, columns} = window.tricoil.sensors.get(0).history;
+    const n = times.subarray(0, length).findIndex((t, i) => i > 0 && t - times[i - 1] > 0.5);
+    return n > 0 && [columns.x[n], columns.speed[n], columns.speed[n + 1]].map(Number.isFinite);
+  });
+  check(gap && gap.every(known => !known), 'two seconds without poses are a gap in the plots');
+  check(errors.length === 0, `no errors in the page ${errors.join('; ')}`);
+  await close();
+}
+
+/// Each trouble: its flag, and what the page must say.
+const kTroubles = [
+  ['no_reference', 'bad', /No source current/, /power and the cable of the source/], ['no_sensor', 'bad', /No sensor found/, /plug and the cable/],
+  ['saturated', 'bad', /saturated/, /away from the source/], ['low_signal', 'bad', /too weak/, /closer to the source/],
+  ['distorted', 'caution', /Metal disturbs the field: position off by about 6.50 mm/, /Remove metal/],
+  ['columns_missing', 'caution', /missing/, /link to the device/]
+];
+
+async function troubles(browser, html, check, pictures) {
+  const {server, page, errors, wait, close} = await openPage(browser, html);
+  let now = 1.7e12;
+  let present = {};  // of the poses that are sent now
+  const ticker = setInterval(() => server.send([sample(0, now += kFrame_ms, [0.5, -0.1, 0.1], present)]), 60);
+  await wait(
+      () => document.body.dataset.quality === 'good' && window.tricoil.firstPictureMs && Number(document.querySelector('#expected').textContent) > 0);
+  const good = Number(await text(page, '#expected'));
+  for (const [flag, level, sentence, mend] of kTroubles) {
+    present = {flags: [flag], distortion: flag === 'distorted' ? 6.5 : 0.1};
+    await wait(wanted => document.body.dataset.quality === wanted, level);
+    await wait(source => new RegExp(source).test(document.querySelector('#reason').textContent), sentence.source);
+    check(
+        mend.test(await text(page, '#mend')) && await text(page, '#word') === (level === 'bad' ? 'not usable' : 'caution'),
+        `${flag}: "${await text(page, '#reason')} ${await text(page, '#mend')}"`);
+    await wait(source => new RegExp(`^Sensor 1: .*${source}`).test(document.querySelector('#announcement').textContent), sentence.source);
+    check(true, `a screen reader is told: ${await text(page, '#announcement')}`);
+    if (flag !== 'distorted') continue;
+    await wait(least => Number(document.querySelector('#expected').textContent) > least, good + 5);
+    check(await page.getAttribute('#distortion_bar', 'data-over') === 'true', 'metal widens the expected error, and its tile is marked');
+    await save(page, pictures, 'metal');
   }
+  present = {distortion: 2.5};
+  await wait(() => /2.50 mm, above the limit of 2.00 mm/.test(document.querySelector('#reason').textContent));
+  check(
+      await page.evaluate(() => document.body.dataset.quality) === 'caution',
+      `distortion above the limit is not green, even without a flag: ${await text(page, '#reason')}`);
+
+  present = {flags: ['hemisphere_unknown']};
+  await wait(() => document.querySelectorAll('#sides button').length === 2);
+  const sides = await page.$$eval('#sides button', buttons => buttons.map(button => button.textContent));
+  check(
+      /The sensor is back/.test(await text(page, '#reason')) && sides.join() === '+x,−x',
+      `after a loss the page asks for the side: ${await text(page, '#mend')} ${sides.join(' ')}`);
+  await page.waitForTimeout(300);  // until the scene is drawn
+  await save(page, pictures, 'lost-sensor');
+  await page.click('#sides button >> nth=1');
+  await wait(() => document.querySelector('#answer').textContent === 'done');
+  check(JSON.stringify(server.asked.at(-1)) === '{"hemisphere":[-1,0,0],"sensor":0}', 'the answer sets the hemisphere of this sensor');
+
+  present = {};
+  await page.click('#run');
+  check(await page.isVisible('#stop_dialog') && /everyone/.test(await text(page, '#stop_dialog')), 'stopping the coils asks first');
+  const asked = server.asked.length;
+  await page.keyboard.press('Enter');  // the safe answer has the focus
+  await wait(() => !document.querySelector('#stop_dialog').open);
+  check(server.asked.length === asked, 'the safe answer changes nothing');
+  check(errors.length === 0, `no errors in the page ${errors.join('; ')}`);
+  clearInterval(ticker);
+  await close();
+}
+
+module.exports = async function pageStates(browser, html, check, pictures) {
+  await twoSensors(browser, html, check, pictures);
+  await troubles(browser, html, check, pictures);
 };

@@ -5,7 +5,7 @@ const fs = require('fs');
 const http = require('http');
 const os = require('os');
 const path = require('path');
-const pageStates = require('./page_states.cjs');
+const parts = ['page_states', 'page_plots', 'page_work', 'page_trouble'].map(name => require(`./${name}.cjs`));
 const [modules, program, pictures] = process.argv.slice(2);
 const {chromium} = require(path.join(modules, 'node_modules', 'playwright-core'));
 
@@ -16,8 +16,8 @@ function check(condition, what) {
 
 /// Starts the server; resolves once it has printed its address.
 function serve(port, folder) {
-  const child = spawn(program, ['serve', '--json', '--web', String(port), '--scenario', 'circle', '--record-folder', folder],
-                      {stdio: ['ignore', 'pipe', 'inherit']});
+  const child = spawn(
+      program, ['serve', '--json', '--web', String(port), '--scenario', 'circle', '--record-folder', folder], {stdio: ['ignore', 'pipe', 'inherit']});
   return new Promise((resolve, reject) => {
     child.once('exit', code => reject(new Error(`tricoil serve ended with ${code}`)));
     child.stdout.once('data', data => resolve({child, url: JSON.parse(data).web, controls: JSON.parse(data).web_controls}));
@@ -28,7 +28,9 @@ function request(url, options, body) {
   return new Promise((resolve, reject) => {
     const sent = http.request(url, options, response => {
       let text = '';
-      response.on('data', data => { text += data; });
+      response.on('data', data => {
+        text += data;
+      });
       response.on('end', () => resolve({status: response.statusCode, text}));
     });
     sent.on('error', reject);
@@ -41,8 +43,9 @@ async function refuseStrangers(url, controls) {
   const command = JSON.stringify({run: false});
   const bearer = {Authorization: `Bearer ${new URLSearchParams(new URL(controls).hash.slice(1)).get('token')}`};
   const json = {'Content-Type': 'application/json', ...bearer};
-  check((await request(url + 'control', {method: 'POST', headers: {'Content-Type': 'application/json'}}, command)).status === 401,
-        'a control request without the token is refused');
+  check(
+      (await request(url + 'control', {method: 'POST', headers: {'Content-Type': 'application/json'}}, command)).status === 401,
+      'a control request without the token is refused');
   const post = headers => request(url + 'control', {method: 'POST', headers}, command);
   check((await post({...json, Origin: 'http://evil.example'})).status === 403, 'a control request from another page is refused');
   check((await post({...json, Origin: 'null'})).status === 403, 'a control request from a page without an origin is refused');
@@ -50,11 +53,58 @@ async function refuseStrangers(url, controls) {
   check((await post({...bearer, 'Content-Type': 'text/plain'})).status === 415, 'a control request that is not JSON is refused');
   check((await request(url, {headers: {Host: 'evil.example:80'}})).status === 403, 'a page request with another host name is refused');
   check((await request(url + 'stream', {headers: {Origin: 'http://evil.example'}})).status === 403, 'the stream for another page is refused');
-  for (const bad of ['', '{', '[]', '{"hemisphere":[1,2]}', '{"hemisphere":[1,2,"x"]}', '{"hemisphere":[1,0,0],"sensor":9}', '{"run":1}'])
+  for (const bad
+           of ['', '{', '[]', '{"hemisphere":[1,2]}', '{"hemisphere":[1,2,"x"]}', '{"hemisphere":[1,0,0],"sensor":9}', '{"run":1}',
+               '{"record":true,"name":3}'])
     check((await request(url + 'control', {method: 'POST', headers: json}, bad)).status === 400, `'${bad}' is not a valid control request`);
-  check((await request(url + 'control', {method: 'POST', headers: json}, 'x'.repeat(5000))).status === 413, 'a control request that is too long is refused');
-  check((await request(url + 'control', {method: 'POST', headers: {...json, Origin: `http://${host}`}}, '{"run":true}')).status === 200,
-        'a control request from our own page is accepted');
+  check(
+      (await request(url + 'control', {method: 'POST', headers: json}, 'x'.repeat(5000))).status === 413,
+      'a control request that is too long is refused');
+  check(
+      (await request(url + 'control', {method: 'POST', headers: {...json, Origin: `http://${host}`}}, '{"run":true}')).status === 200,
+      'a control request from our own page is accepted');
+}
+
+/// Records under a name, and plays the recording.
+async function recordAndPlay(page, server, folder) {
+  const answers = pattern =>
+      page.waitForFunction(source => new RegExp(source).test(document.querySelector('#answer').textContent), pattern.source, {timeout: 10000});
+  const start = async name => {
+    await page.click('#record');
+    await page.fill('#record_name', name);
+    await page.keyboard.press('Enter');
+  };
+  await start('../take');
+  await answers(/must not begin with a dot/);
+  await start('take 1');
+  await page.waitForFunction(() => window.tricoil.status.recording && window.tricoil.status.recording_bytes > 20000, null, {timeout: 20000});
+  check(
+      /^● take 1 0:0\d, \d\.\d MB$/.test(await page.textContent('#recording')),
+      `the recording shows its name and size: ${await page.textContent('#recording')}`);
+  await page.click('#record');
+  await page.waitForFunction(() => !window.tricoil.status.recording, null, {timeout: 10000});
+  check(
+      JSON.parse(fs.readFileSync(path.join(folder, 'take 1', 'recording.json'))).complete && fs.readdirSync(folder).length === 1,
+      'it is complete, and the only one');
+  await start('take 1');
+  await answers(/take 1 exists; choose another name/);
+  await page.keyboard.press('t');
+  await page.getByRole('button', {name: 'Play'}).first().click();
+  await page.waitForFunction(() => window.tricoil.playback?.t > 0, null, {timeout: 10000});
+  const poses = await page.evaluate(() => window.tricoil.playback.sensors.get(0).poses.length);
+  const recorded = fs.readFileSync(path.join(folder, 'take 1', 'poses.csv'), 'utf8').trim().split('\n').length - 1;
+  check(poses === recorded, `every recorded pose is played: ${poses}`);
+  await page.keyboard.press('Escape');
+  await page.keyboard.press('t');
+  check(
+      (await request(server.url + 'recordings', {})).status === 401 && (await request(server.url + 'recordings/take%201', {})).status === 401,
+      'recordings need the token');
+  const bearer = {headers: {Authorization: `Bearer ${new URLSearchParams(new URL(server.controls).hash.slice(1)).get('token')}`}};
+  for (const bad of ['%2e%2e%2f', '.hidden', 'none', 'take%201%2fposes.csv'])
+    check((await request(`${server.url}recordings/${bad}`, bearer)).status === 422, `there is no recording '${bad}'`);
+  fs.appendFileSync(path.join(folder, 'take 1', 'poses.csv'), '1,2,3\n');
+  const changed = await request(`${server.url}recordings/take%201`, bearer);
+  check(changed.status === 422 && /"take 1\/poses.csv: was changed/.test(changed.text), `a changed recording is refused: ${changed.text}`);
 }
 
 async function withoutWebGl(url) {
@@ -64,11 +114,9 @@ async function withoutWebGl(url) {
     await page.goto(url);
     await page.waitForFunction(() => window.tricoil?.poses > 60, null, {timeout: 30000});
     const note = await page.textContent('#ellipsoid');
-    check(/does not support WebGL/.test(note) && /x +-?\d/.test(await page.textContent('#numbers')), 'without WebGL numbers and plots continue');
+    check(/does not support WebGL/.test(note) && /^[−\d.]+$/.test(await page.textContent('#p0')), 'without WebGL numbers and plots continue');
     if (pictures) await page.screenshot({path: path.join(pictures, 'no-webgl.png')});
-  } finally {
-    await browser.close();
-  }
+  } finally { await browser.close(); }
 }
 
 async function main() {
@@ -78,14 +126,16 @@ async function main() {
   const browser = await chromium.launch({executablePath: '/usr/bin/chromium', args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader']});
   try {
     const html = (await request(server.url, {})).text;
-    const size = html.length;
+    const size = Buffer.byteLength(html);
     check(size < 1e6, `the page has ${size} bytes, less than a million`);
     await refuseStrangers(server.url, server.controls);
 
     const page = await browser.newPage({viewport: {width: 1280, height: 800}});
     const errors = [];
     page.on('pageerror', error => errors.push(String(error)));
-    page.on('console', message => { if (message.type() === 'error') errors.push(message.text()); });
+    page.on('console', message => {
+      if (message.type() === 'error') errors.push(message.text());
+    });
     await page.goto('data:text/html,<h1>The browser itself has begun</h1>');
     await page.screenshot();
     const firsts = [];
@@ -95,8 +145,9 @@ async function main() {
       firsts.push(await page.evaluate(() => [window.tricoil.firstPoseMs, window.tricoil.firstPictureMs]));
     }
     // Depends on the wall clock, so printed but not checked; here the 3D view is rendered in software.
-    console.log(`web_page: first pose drawn after ${firsts.map(first => Math.round(first[0])).join(', ')} ms, 3D view after ` +
-                `${firsts.map(first => Math.round(first[1])).join(', ')} ms (load ${os.loadavg()[0].toFixed(1)})`);
+    console.log(
+        `web_page: first pose drawn after ${firsts.map(first => Math.round(first[0])).join(', ')} ms, 3D view after ` +
+        `${firsts.map(first => Math.round(first[1])).join(', ')} ms (load ${os.loadavg()[0].toFixed(1)})`);
     check(firsts.every(([pose, picture]) => pose < picture), 'the first pose does not wait for the 3D view');
 
     const position = () => page.evaluate(() => window.tricoil.newest.position_m);
@@ -115,12 +166,15 @@ async function main() {
     await page.keyboard.press('u');
     check(await page.evaluate(() => window.tricoil.boresight) === null, 'keys set and clear the boresight');
     await page.click('#run');
+    await page.click('#stop_yes');
     await page.waitForFunction(() => !window.tricoil.status.running, null, {timeout: 10000});
-    check(await page.textContent('#run') === 'Start', 'the button stops the tracker');
+    check(
+        await page.textContent('#run') === 'Start' && /Coils are off/.test(await page.textContent('#reason')),
+        'the button asks, and then stops the tracker');
     await page.waitForFunction(() => document.body.dataset.link === 'silent', null, {timeout: 10000});
-    await page.waitForFunction(() => window.tricoil.newest.stale && document.querySelector('#state').textContent === '', null, {timeout: 10000});
-    check(await page.evaluate(() => document.body.dataset.pose === 'bad'),
-          'after a stop the last pose is stale, and no state is shown');
+    await page.waitForFunction(
+        () => window.tricoil.newest.names.includes('stale') && document.querySelector('#state').textContent === '', null, {timeout: 10000});
+    check(await page.evaluate(() => document.body.dataset.usable === 'false'), 'after a stop the last pose is stale, and no state is shown');
     await page.locator('body').press(' ');
     await page.waitForFunction(() => window.tricoil.status.running, null, {timeout: 10000});
     await moved();
@@ -129,13 +183,7 @@ async function main() {
     await page.click('#set');
     await page.waitForFunction(() => window.tricoil.newest.position_m[0] < 0, null, {timeout: 10000});
     check(true, 'the hemisphere was set');
-    await page.click('#record');
-    await page.waitForFunction(() => window.tricoil.status.recording, null, {timeout: 10000});
-    await page.waitForTimeout(1500);
-    await page.click('#record');
-    await page.waitForFunction(() => !window.tricoil.status.recording, null, {timeout: 10000});
-    const [recording] = fs.readdirSync(folder);
-    check(JSON.parse(fs.readFileSync(path.join(folder, recording, 'recording.json'))).complete, `recorded into ${recording}`);
+    await recordAndPlay(page, server, folder);
 
     server.child.removeAllListeners('exit');
     server.child.kill('SIGKILL');
@@ -153,7 +201,8 @@ async function main() {
     check(await phone.isDisabled('#run') && /read only/.test(await phone.textContent('#access')), 'without the controls link it is read only');
     check(await phone.evaluate(() => document.documentElement.scrollWidth <= innerWidth), 'the page fits the screen of a phone');
     if (pictures) await phone.screenshot({path: path.join(pictures, 'phone.png')});
-    await pageStates(browser, html, check, pictures);
+    for (const open of [page, phone]) await open.close();  // their drawing would slow down the others
+    for (const part of parts) await part(browser, html, check, pictures);
     await withoutWebGl(server.url);
   } finally {
     await browser.close();
@@ -163,4 +212,7 @@ async function main() {
   }
 }
 
-main().catch(error => { console.error(`web_page: FAILED: ${error.message}`); process.exit(1); });
+main().catch(error => {
+  console.error(`web_page: FAILED: ${error.stack}`);
+  process.exit(1);
+});

@@ -93,5 +93,24 @@ TEST_F(RecordingSwitchTest, RefusesToBeginWhereNothingCanBeWritten) {
     EXPECT_TRUE(fs::is_empty(folder_));
 }
 
+TEST_F(RecordingSwitchTest, TakesANameThatStaysInTheFolder) {
+    for (const char* bad : {"../take", ".take", "a/b", " a", "a ", "a\nb", "a\"b", "\xc3\xa4"}) {
+        EXPECT_THAT(recordings_.record(true, bad), HasSubstr("the name may have")) << bad;
+    }
+    EXPECT_THAT(recordings_.record(true, std::string(65, 'a')), HasSubstr("the name may have"));
+    EXPECT_FALSE(recordings_.status().on);
+    EXPECT_TRUE(fs::is_empty(folder_));
+
+    EXPECT_EQ(recordings_.record(true, "take 1"), "recording into take 1");
+    track_until([&] { return recordings_.status().bytes > 10'000; });
+    const host::RecordingStatus status = recordings_.status();
+    EXPECT_EQ(status.name, "take 1");
+    EXPECT_GT(status.seconds, 0);
+    EXPECT_GT(status.bytes, 10'000U);
+    EXPECT_EQ(recordings_.record(false), "recorded");
+    EXPECT_EQ(recordings_.status().name, "");
+    EXPECT_EQ(recordings_.record(true, "take 1"), "take 1 exists; choose another name");
+}
+
 }  // namespace
 }  // namespace tricoil::test

@@ -83,13 +83,16 @@ class Page(threading.Thread):
     def read(self):
         with connect(self.port) as line:
             line.sendall(b"GET /stream HTTP/1.1\r\nHost: 127.0.0.1:%d\r\n\r\n" % self.port)
+            hello = {}
             for text in line.makefile("rb"):
                 if self.ends:
                     return
                 if text.startswith(b"data: "):
                     event = json.loads(text[6:])
                     self.events += 1
-                    self.valid += any(pose["valid"] for pose in event["poses"])
+                    hello = event.get("hello", hello)
+                    flags = hello["columns"].index("flags")
+                    self.valid += any(pose[flags] & hello["invalidating"] == 0 for pose in event["poses"])
                     self.warnings.add(event["status"].get("health", {}).get("warning", ""))
                     self.came = time.monotonic()
 

@@ -279,7 +279,8 @@ void add_serve_command(CLI::App& program, Action& action) {
                     "Live page for browsers on [ADDRESS:]PORT; without ADDRESS, only for browsers of this machine. "
                     "Browsers can use a host name that is given as ADDRESS or with --allow-host")
         ->check(refuse_empty);
-    sub->add_option("--record-folder", command->record_folder, "Folder for recordings that are started on the live page")
+    sub->add_option("--record-folder", command->record_folder,
+                    "Folder for recordings that are started and played on the live page")
         ->check(refuse_empty);
     sub->add_flag("--open-controls", command->open_controls, "Everyone may use the controls: coils, hemisphere, recordings");
     sub->add_flag("--read-only", command->read_only, "No controls");

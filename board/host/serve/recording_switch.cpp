@@ -3,6 +3,7 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <ctime>
 #include <filesystem>
 
@@ -26,14 +27,36 @@ std::string refusal(const std::string& folder) {
     return "";
 }
 
+/// Bytes of the files of a recording so far.
+std::uint64_t size_of(const fs::path& recording) {
+    std::uint64_t bytes = 0;
+    for (const char* name : kRecordFiles) {
+        std::error_code error;
+        const auto size = fs::file_size(recording / name, error);
+        bytes += error ? 0 : size;
+    }
+    return bytes;
+}
+
 }  // namespace
 
-std::string RecordingSwitch::record(bool on) {
+bool is_recording_name(std::string_view name) {
+    constexpr std::size_t kLongest = 64;
+    constexpr std::string_view kSigns = " -_.,+()=";
+    const auto is_allowed = [&](char c) {
+        return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') ||
+               kSigns.find(c) != std::string_view::npos;
+    };
+    return !name.empty() && name.size() <= kLongest && name.front() != '.' && name.front() != ' ' && name.back() != ' ' &&
+           std::all_of(name.begin(), name.end(), is_allowed);
+}
+
+std::string RecordingSwitch::record(bool on, const std::string& name) {
     const std::lock_guard asking(asking_);
     if (on == status().on) {
         return on ? "already recording" : "no recording is running";
     }
-    return on ? begin_recording() : end_recording();
+    return on ? begin_recording(name) : end_recording();
 }
 
 RecordingStatus RecordingSwitch::status() {
@@ -41,7 +64,7 @@ RecordingStatus RecordingSwitch::status() {
     {
         const std::lock_guard lock(mutex_);
         if (!died_) {
-            return {recorder_ != nullptr, error_};
+            return status_locked();
         }
         dead = std::move(recorder_);
         died_ = false;
@@ -49,18 +72,34 @@ RecordingStatus RecordingSwitch::status() {
     const std::string error = dead->close();
     const std::lock_guard lock(mutex_);
     error_ = error;
-    return {recorder_ != nullptr, error_};
+    return status_locked();
 }
 
-std::string RecordingSwitch::begin_recording() {
+RecordingStatus RecordingSwitch::status_locked() const {
+    RecordingStatus status{recorder_ != nullptr, error_, {}};
+    if (recorder_) {
+        status.name = name_;
+        status.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started_).count();
+        status.bytes = size_of(fs::path(folder_) / name_);
+    }
+    return status;
+}
+
+std::string RecordingSwitch::begin_recording(const std::string& wanted) {
     if (const std::string reason = refusal(folder_); !reason.empty()) {
         return reason;
     }
-    const std::string name = fmt::format("{:%Y-%m-%dT%H%M%SZ}", fmt::gmtime(std::time(nullptr)));
+    if (!wanted.empty() && !is_recording_name(wanted)) {
+        return "the name may have up to 64 letters, digits, spaces and -_.,+()=, and must not begin with a dot";
+    }
+    const std::string name = wanted.empty() ? fmt::format("{:%Y-%m-%dT%H%M%SZ}", fmt::gmtime(std::time(nullptr))) : wanted;
     const fs::path path = fs::path(folder_) / name;
     std::unique_ptr<Recorder> recorder;
     std::error_code ignored;
     const bool was_there = fs::exists(path, ignored);
+    if (!wanted.empty() && was_there) {
+        return name + " exists; choose another name";
+    }
     try {
         recorder = std::make_unique<Recorder>(path.string(), source_, Journal::WhenFull::end);
     } catch (const std::exception& error) {
@@ -73,13 +112,15 @@ std::string RecordingSwitch::begin_recording() {
         }
         return path.string() + ": cannot start a recording; is the disk full?";
     }
-    take_over(std::move(recorder));
+    take_over(std::move(recorder), name);
     return "recording into " + name;
 }
 
-void RecordingSwitch::take_over(std::unique_ptr<Recorder> recorder) {
+void RecordingSwitch::take_over(std::unique_ptr<Recorder> recorder, const std::string& name) {
     const std::lock_guard lock(mutex_);
     recorder_ = std::move(recorder);
+    name_ = name;
+    started_ = std::chrono::steady_clock::now();
     error_.clear();
     died_ = false;
     if (settings_) {

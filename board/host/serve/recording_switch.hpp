@@ -2,10 +2,12 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "board/record/recorder.hpp"
 
@@ -13,21 +15,31 @@ namespace tricoil::host {
 
 struct RecordingStatus {
     bool on = false;
-    std::string error;  // failure of the last recording, one line; empty: none
+    std::string error;        // failure of the last recording, one line; empty: none
+    std::string name;         // of the running recording
+    double seconds = 0;       // since its start
+    std::uint64_t bytes = 0;  // of its files
 };
+
+/// True for 1 to 64 letters, digits, spaces and -_.,+()= that do not begin with a dot or end with a space: such a name cannot
+/// leave its folder, and needs no quotes that a shell does not have.
+bool is_recording_name(std::string_view name);
 
 /// Creates and closes recordings in the caller's thread. The tracker's thread waits for the disk only while the description of a
 /// recording is written, once at its start.
 class RecordingSwitch final : public tracking::TrackerTap<double> {
 public:
-    /// folder: parent of the recordings, which are named by their start time (UTC); empty: recordings are refused. source:
-    /// origin of the columns.
+    /// folder: parent of the recordings, which are named by the client or by their start time (UTC); empty: recordings are
+    /// refused. source: origin of the columns.
     RecordingSwitch(std::string folder, nlohmann::ordered_json source) : folder_(std::move(folder)), source_(std::move(source)) {}
 
-    /// Starts or stops a recording. Returns the result as text for the client.
-    std::string record(bool on);
+    /// Starts or stops a recording. name: of a recording that starts; empty: its time. Returns the result as text for the client.
+    std::string record(bool on, const std::string& name = {});
     /// Also closes a recording that has failed, for example on a full disk.
     [[nodiscard]] RecordingStatus status();
+
+    [[nodiscard]] const std::string& folder() const { return folder_; }
+    [[nodiscard]] const nlohmann::ordered_json& source() const { return source_; }
 
 private:
     void do_begin(const Settings& settings) override;
@@ -36,8 +48,9 @@ private:
     void do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) override;
     void do_pose(const tracking::PoseEstimate<double>& estimate) override;
 
-    std::string begin_recording();
-    void take_over(std::unique_ptr<Recorder> recorder);
+    std::string begin_recording(const std::string& wanted);
+    void take_over(std::unique_ptr<Recorder> recorder, const std::string& name);
+    [[nodiscard]] RecordingStatus status_locked() const;
     std::string end_recording();
 
     std::string folder_;
@@ -47,6 +60,8 @@ private:
     std::unique_ptr<Recorder> recorder_;
     bool died_ = false;  // recorder_ has failed and has printed its failure
     std::string error_;
+    std::string name_;  // of recorder_
+    std::chrono::steady_clock::time_point started_;
     std::optional<Settings> settings_;
     std::array<Vec3<double>, tracking::kMaxSensors> last_m_{Vec3<double>::Zero(), Vec3<double>::Zero(), Vec3<double>::Zero(),
                                                             Vec3<double>::Zero()};  // last valid positions

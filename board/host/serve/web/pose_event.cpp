@@ -1,69 +1,65 @@
 #include "board/host/serve/web/pose_event.hpp"
 
-#include <array>
-#include <cmath>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <vector>
 
+#include "board/host/serve/web/compact_pose.hpp"
 #include "board/pose_text/flag_names.hpp"
-#include "board/pose_text/pose_fields.hpp"
 #include "core/tracking/pose_estimate.hpp"
-#include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::host::web {
 namespace {
 
 using Json = nlohmann::ordered_json;
+using tracking::TrackerState;
 
-/// The fields of a pose in all text forms, and those that only the page needs.
-Json json_of(const ServedPose& served) {
-    const auto& e = served.pose;
-    const auto& c = e.covariance;
-    const PoseNumbers numbers = numbers_of(e);
-    Json pose;
-    for (const PoseField& field : pose_fields()) {
-        if (field.integer != nullptr) {
-            pose[field.key] = numbers.*field.integer;
-        } else if (field.is_names()) {
-            pose[field.key] = to_text(e.flags);
-        } else if (const auto values = field.numbers(numbers); values.size() == 1) {
-            pose[field.key] = values.front();
-        } else {
-            pose[field.key] = std::vector<double>(values.begin(), values.end());
-        }
-    }
-    pose["utc_ms"] = 1e-3 * static_cast<double>(to_us(served.utc));
-    pose["position_covariance_m2"] = {c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2), c(2, 2)};
-    pose["stale"] = e.flags.has(tracking::PoseFlag::stale);
-    pose["advice"] = advice(e.flags);
-    pose["state_name"] = to_text(e.state);
-    pose["predicted_error_mm"] = e.predicted_error ? Json(1e3 * e.predicted_error->total.position_m) : Json(nullptr);
-    return pose;
+Json json_of(const PageStatus& status) {
+    return {{"running", status.running},
+            {"recording", status.recording.on},
+            {"recording_name", status.recording.name},
+            {"recording_s", status.recording.seconds},
+            {"recording_bytes", status.recording.bytes},
+            {"recording_error", status.recording.error},
+            {"controls", status.controls},
+            {"pages", status.pages},
+            {"now_ms", 1e-3 * static_cast<double>(to_us(status.now))},
+            {"health", health_json(status.health)}};
 }
 
 }  // namespace
 
-std::string pose_event(std::span<const ServedPose> poses, const PageStatus& status) {
-    std::array<const ServedPose*, tracking::kMaxSensors> newest{};
+Json greeting(const Json& source) {
+    Json shown = Json::object();
+    for (const char* key : {"kind", "scenario", "device"}) {
+        if (source.contains(key)) {
+            shown[key] = source[key];
+        }
+    }
+    const auto flags = flag_names();
+    return {{"columns", kCompactColumns},
+            {"flag_names", std::vector<std::string>(flags.begin(), flags.end())},
+            {"invalidating", tracking::kInvalidating.bits()},
+            {"states", {to_text(TrackerState::searching), to_text(TrackerState::tracking), to_text(TrackerState::lost)}},
+            {"source", shown}};
+}
+
+std::string pose_event(std::span<const ServedPose> poses, const PageStatus& status, const Json& hello) {
+    Json message{{"status", json_of(status)}};
+    if (!hello.is_null()) {
+        message["hello"] = hello;
+    }
+    std::string text = "data: " + message.dump(-1, ' ', false, Json::error_handler_t::replace);
+    text.back() = ',';  // instead of the closing brace
+    text += "\"poses\":[";
+    bool is_first = true;
     for (const ServedPose& served : poses) {
-        if (served.pose.sensor < newest.size() && served.pose.position_m.allFinite() && served.pose.covariance.allFinite()) {
-            newest[served.pose.sensor] = &served;
+        if (is_finite(served.pose)) {
+            text += is_first ? "" : ",";
+            put_compact(served, text);
+            is_first = false;
         }
     }
-    Json message{{"status",
-                  {{"running", status.running},
-                   {"recording", status.recording},
-                   {"recording_error", status.recording_error},
-                   {"controls", status.controls},
-                   {"health", health_json(status.health)}}},
-                 {"poses", Json::array()}};
-    for (const ServedPose* served : newest) {
-        if (served != nullptr) {
-            message["poses"].push_back(json_of(*served));
-        }
-    }
-    return "data: " + message.dump() + "\n\n";
+    return text + "]}\n\n";
 }
 
 }  // namespace tricoil::host::web

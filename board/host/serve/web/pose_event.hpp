@@ -1,9 +1,11 @@
 // Pose events for the live page.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
 
+#include "board/host/serve/recording_switch.hpp"
 #include "board/pose_text/served_pose.hpp"
 #include "board/support/link_health.hpp"
 
@@ -11,14 +13,19 @@ namespace tricoil::host::web {
 
 struct PageStatus {
     bool running = true;
-    bool recording = false;
-    std::string recording_error;  // failure of the last recording; empty: none
-    std::string controls;         // access rule: "token", "open" or "none"
+    RecordingStatus recording;
+    std::string controls;  // access rule: "token", "open" or "none"
+    int pages = 1;         // connected now
+    UtcTime now;
     LinkHealth health;
 };
 
-/// One server-sent event: {"status": {...}, "poses": [...]}, with the newest pose of each sensor. Poses whose position or
-/// covariance is not finite are left out.
-std::string pose_event(std::span<const ServedPose> poses, const PageStatus& status);
+/// What a page needs once: columns of the compact form, names of flags and states, the flags that make a pose invalid, the kind
+/// of the source. source: description as in a recording.
+nlohmann::ordered_json greeting(const nlohmann::ordered_json& source);
+
+/// One server-sent event: {"status": {...}, "poses": [...]} with every pose in compact form. Poses that are not finite are left
+/// out. hello: added to the first event of a stream; null: none.
+std::string pose_event(std::span<const ServedPose> poses, const PageStatus& status, const nlohmann::ordered_json& hello);
 
 }  // namespace tricoil::host::web

@@ -13,6 +13,7 @@
 #include "board/host/serve/web/own_name.hpp"
 #include "board/host/serve/web/page_text.hpp"
 #include "board/host/serve/web/pose_event.hpp"
+#include "board/host/serve/web/recording_library.hpp"
 #include "board/support/errors.hpp"
 
 namespace tricoil::host::web {
@@ -34,7 +35,9 @@ struct Reader {
     const TrackerControl& control;
     RecordingSwitch& recordings;
     std::string controls;
+    const std::atomic<int>& pages;
     PoseHub::Cursor cursor;
+    nlohmann::ordered_json hello;  // null after the first event
     std::vector<ServedPose> poses;
     SilenceWatch silence;
 
@@ -46,10 +49,11 @@ struct Reader {
         if (hub.closed()) {
             return false;
         }
-        const RecordingStatus recording = recordings.status();
         LinkHealth health = hub.health();
         health.counts.dropped += cursor.missed;  // by this page
-        const std::string event = pose_event(poses, {control.running(), recording.on, recording.error, controls, health});
+        const std::string event =
+            pose_event(poses, {control.running(), recordings.status(), controls, pages, utc_now(), health}, hello);
+        hello = nullptr;
         if (!sink.write(event.data(), event.size())) {
             return false;
         }
@@ -66,7 +70,8 @@ std::string execute_request(const nlohmann::json& request, TrackerControl& contr
         return control.running() ? "running" : "stopped, coils off";
     }
     if (request.contains("record") && request["record"].is_boolean()) {
-        return recordings.record(request["record"].get<bool>());
+        const auto name = request.value("name", nlohmann::json(""));
+        return name.is_string() ? recordings.record(request["record"].get<bool>(), name.get<std::string>()) : "";
     }
     if (request.contains("button") && request["button"].is_boolean()) {
         button.set(request["button"].get<bool>());
@@ -136,6 +141,10 @@ WebServer::WebServer(const TcpAddress& address, Access access, const PoseHub& hu
         });
     });
     s.Get("/stream", [this](const httplib::Request&, httplib::Response& response) { stream(response); });
+    s.Get("/recordings",
+          [this](const httplib::Request& request, httplib::Response& response) { list_recordings(request, response); });
+    s.Get("/recordings/(.+)",
+          [this](const httplib::Request& request, httplib::Response& response) { send_recording(request, response); });
     s.Post("/control",
            [this](const httplib::Request& request, httplib::Response& response) { this->control(request, response); });
     const std::string host = address.host == "*" ? "0.0.0.0" : address.host;
@@ -175,19 +184,55 @@ void WebServer::stream(httplib::Response& response) {
         return;
     }
     server_->keep_this_connection();
-    auto reader = std::make_shared<Reader>(Reader{hub_, control_, recordings_, to_text(access_.controls), hub_.cursor(), {}, {}});
+    auto reader = std::make_shared<Reader>(Reader{
+        hub_, control_, recordings_, to_text(access_.controls), streams_, hub_.cursor(), greeting(recordings_.source()), {}, {}});
     response.set_header("Cache-Control", "no-store");
     response.set_chunked_content_provider(
         "text/event-stream", [reader](std::size_t, httplib::DataSink& sink) { return reader->send(sink); },
         [this](bool) { --streams_; });
 }
 
+bool WebServer::is_permitted(const httplib::Request& request, httplib::Response& response, const char* what) const {
+    if (access_.permits(request.get_header_value("Authorization"))) {
+        return true;
+    }
+    const bool read_only = access_.controls == Controls::none;
+    answer(response, read_only ? 403 : 401,
+           read_only
+               ? "this server is read only"
+               : fmt::format("for {}, open the link with the token (printed by tricoil serve, or in its --token-file)", what));
+    return false;
+}
+
+void WebServer::list_recordings(const httplib::Request& request, httplib::Response& response) const {
+    if (is_permitted(request, response, "recordings")) {
+        response.set_content(nlohmann::json{{"recordings", RecordingLibrary(recordings_.folder()).list()}}.dump(),
+                             "application/json");
+    }
+}
+
+void WebServer::send_recording(const httplib::Request& request, httplib::Response& response) const {
+    if (!is_permitted(request, response, "recordings")) {
+        return;
+    }
+    const std::string name = request.matches[1];
+    std::shared_ptr<const Recording> recording;
+    try {
+        recording = std::make_shared<const Recording>(RecordingLibrary(recordings_.folder()).open(name));
+    } catch (const std::exception& error) {
+        answer(response, 422, error.what());
+        return;
+    }
+    response.set_header("Cache-Control", "no-store");
+    response.set_chunked_content_provider("application/x-ndjson", [recording](std::size_t, httplib::DataSink& sink) {
+        send_poses(*recording, [&](std::string_view piece) { return sink.write(piece.data(), piece.size()); });
+        sink.done();
+        return true;
+    });
+}
+
 void WebServer::control(const httplib::Request& request, httplib::Response& response) {
-    if (!access_.permits(request.get_header_value("Authorization"))) {
-        const bool read_only = access_.controls == Controls::none;
-        answer(response, read_only ? 403 : 401,
-               read_only ? "this server is read only"
-                         : "for controls, open the link with the token (printed by tricoil serve, or in its --token-file)");
+    if (!is_permitted(request, response, "controls")) {
         return;
     }
     // Pages of other origins need permission (CORS) to send this type.

@@ -22,9 +22,9 @@ namespace tricoil::host::web {
 
 class GuardedHttpServer;
 
-/// GET /: the page. GET /stream: its events. POST /control: a control request, if `access` permits it. A request that does not
-/// name this host and port, or comes from another page, is refused (403), so that a hostile page in the same browser has no
-/// access.
+/// GET /: the page. GET /stream: its events. POST /control: a control request, GET /recordings and /recordings/NAME: recordings,
+/// if `access` permits it. A request that does not name this host and port, or comes from another page, is refused (403), so that
+/// a hostile page in the same browser has no access.
 class WebServer {
 public:
     static constexpr int kMaxStreams = 16;
@@ -43,7 +43,11 @@ public:
 
 private:
     [[nodiscard]] bool is_ours(const httplib::Request& request) const;
+    /// Answers with the reason if the request lacks the permission. what: it asks for.
+    bool is_permitted(const httplib::Request& request, httplib::Response& response, const char* what) const;
     void stream(httplib::Response& response);
+    void list_recordings(const httplib::Request& request, httplib::Response& response) const;
+    void send_recording(const httplib::Request& request, httplib::Response& response) const;
     void control(const httplib::Request& request, httplib::Response& response);
 
     TcpAddress address_;

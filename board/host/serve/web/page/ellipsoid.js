@@ -1,17 +1,17 @@
 // Ellipsoid of a sensor's position covariance, exaggerated so that it is visible.
 export const kSigmas = 3;
-const kLongest_m = 0.12;   // maximum length of a drawn half-axis
-const kTolerance = 1.5;    // factor by which the drawn length may leave its range before the exaggeration changes
-const kMost_m = 1;         // limit of each entry of the transform
+const kLongest_m = 0.12;  // maximum length of a drawn half-axis
+const kTolerance = 1.5;   // factor by which the drawn length may leave its range before the exaggeration changes
+const kMost_m = 1;        // limit of each entry of the transform
 const kSteps = [1, 2, 5];
 
 /// Cholesky factor L, row by row, of the covariance [xx, xy, xz, yy, yz, zz]. L maps the unit sphere to the 1 sigma ellipsoid.
 export function cholesky([xx, xy, xz, yy, yz, zz]) {
   const a = Math.sqrt(Math.max(xx, 1e-14));
   const b = xy / a, c = xz / a;
-  const d = Math.sqrt(Math.max(yy - b*b, 1e-14));
-  const e = (yz - b*c) / d;
-  return [a, b, d, c, e, Math.sqrt(Math.max(zz - c*c - e*e, 1e-14))];
+  const d = Math.sqrt(Math.max(yy - b * b, 1e-14));
+  const e = (yz - b * c) / d;
+  return [a, b, d, c, e, Math.sqrt(Math.max(zz - c * c - e * e, 1e-14))];
 }
 
 /// Transform from the unit sphere to the drawn ellipsoid.

@@ -1,171 +1,359 @@
-// Live page: receives poses as a stream, draws scene and plots, sends control requests by POST.
-import {conjugate, eulerAngles, product} from './attitude.js';
+// Live page: receives poses as a stream, and shows them in scene, numbers and plots.
+import {kConventions, relative} from './attitude.js';
+import {agrees, ask, mayControl, recordOrEnd, say, showPermission, startOrStop} from './controls.js';
+import {historyCsv, save} from './csv.js';
 import {exaggerationFor, kSigmas} from './ellipsoid.js';
-import {History} from './history.js';
+import {Guide} from './guide.js';
+import {fillHelp, listen} from './keys.js';
+import {errorGradient, readPalette} from './palette.js';
+import {Playback} from './playback.js';
 import {Plots} from './plots.js';
+import {qualityOf, sidesOf} from './quality.js';
+import {Readout} from './readout.js';
+import {flags, learn} from './sample.js';
 import {Scene} from './scene.js';
+import {kUnits, onSystemTheme, set, settings} from './settings.js';
+import {page, take} from './state.js';
+import {showHealth, showRecording, showSource} from './status.js';
 import {connect} from './stream.js';
-import {token} from './token.js';
+import {Tools} from './tools.js';
 
-const kRefreshMs = 250;  // redraw interval without new poses
+const kRefreshMs = 100;  // redraw interval without new poses
+const kLinkNames = {
+  live: 'live',
+  silent: 'no poses',
+  stalled: 'stream stalls',
+  down: 'reconnecting',
+  connecting: 'connecting'
+};
 
 const element = id => document.getElementById(id);
-const plots = new Plots(element('plots'));
-let scene = null;
+readPalette();
+element('scale').style.setProperty('--gradient', errorGradient());
+const plots = new Plots(element('plots'), showPause);
+const readout = new Readout();
+const guide = new Guide(towards => ask({hemisphere: towards, sensor: page.selected ?? 0}));
+const tools = new Tools(element('tools'), say);
+const playback = new Playback(tools.recordings, showMode, say);
 let sceneRequested = false;
-let exaggeration = 1;
 
-/// State of the page. sensors: Map from sensor number to {newest, heardMs, history, boresight}.
-const page = {
-  poses: 0, firstPoseMs: null, firstPictureMs: null, status: {}, sensors: new Map(), selected: null,
-  get newest() { return chosen()?.newest ?? null; },
-  get boresight() { return chosen()?.boresight ?? null; },
-  get exaggeration() { return exaggeration; },
-};
-window.tricoil = page;  // for tests
-
-function chosen() { return page.sensors.get(page.selected); }
-
-function sensor(number) {
-  if (!page.sensors.has(number)) {
-    page.sensors.set(number, {newest: null, heardMs: 0, history: new History(), boresight: null});
-    page.selected ??= number;
-    const numbers = [...page.sensors.keys()].sort();
-    element('sensor').replaceChildren(...numbers.map(n => new Option(String(n + 1), String(n), false, n === page.selected)));
-    element('sensors').hidden = numbers.length < 2;
-  }
-  return page.sensors.get(number);
+function listSensors() {
+  const numbers = [...page.shown.keys()].sort();
+  if (!numbers.includes(page.selected)) page.selected = numbers[0] ?? null;
+  element('sensor').replaceChildren(...numbers.map(n => new Option(String(n + 1), String(n), false, n === page.selected)));
+  element('sensors').hidden = numbers.length < 2;
 }
 
 function select(number) {
-  if (!page.sensors.has(number)) return;
+  if (!page.shown.has(number)) return;
   page.selected = number;
   element('sensor').value = String(number);
+  plots.drawnMs = 0;
+  if (page.playback) playback.paintStrip();
   showChosen();
 }
 
-const isLive = () => document.body.dataset.link === 'live';
-const isGood = tracked => isLive() && tracked.newest.valid && !tracked.newest.stale;
-const turned = tracked => tracked.boresight ? product(tracked.newest.q_wxyz, conjugate(tracked.boresight)) : tracked.newest.q_wxyz;
+const isLive = () => page.link === 'live' || page.playback !== null;
 
-/// Processes a pose of any sensor.
-function take(pose) {
-  const tracked = sensor(pose.sensor);
-  const begins = tracked.history.breaksWith(pose);
-  tracked.newest = pose;
-  if (!pose.stale) {  // a stale pose repeats an earlier one
-    tracked.heardMs = performance.now();
-    tracked.history.add(pose);
-  }
-  if (pose.sensor === page.selected && pose.valid) exaggeration = exaggerationFor(pose.position_covariance_m2, exaggeration);
-  scene?.sensor(pose.sensor).show(pose, turned(tracked), exaggeration, begins);
+/// Shows the newest pose of the chosen sensor.
+function showChosen() {
+  const tracked = page.chosen;
+  const pose = tracked?.newest ?? null;
+  const status = page.playback ? {running: true} : page.status;
+  const quality = qualityOf({link: page.playback ? 'live' : page.link, status, pose, limit_mm: settings.limit_mm, cameBack: tracked?.wasTracked});
+  guide.show(quality, pose, mayControl() && !page.playback);
+  const usable = isLive() && pose !== null && pose.valid;
+  document.body.dataset.usable = String(usable);
+  element('state').textContent = isLive() && pose && !pose.names.includes('stale') ? flags.states[pose.state] ?? '' : '';
+  element('flags').textContent = isLive() && pose ? pose.names.join(', ') : '';
+  if (!pose) return;
+  readout.show(tracked);
+  const here = ['localhost', '127.0.0.1', '[::1]'].includes(location.hostname);
+  readout.showTiles(tracked, page.playback ? null : page.latency_ms ?? null, isLive());
+  element('latency').title = here ? '' : 'without the network';
+  if (page.scene) element('ellipsoid').textContent = `${kSigmas} sigma ellipsoid, drawn x${page.exaggeration}`;
+  const now = page.playback ? page.playback.t : tracked.now();
+  plots.draw(tracked.history, now, page.playback ? page.playback.from : plots.frozen ? plots.origin : now);
 }
 
-function showChosen() {
-  const tracked = chosen();
-  if (!tracked) return;
-  const pose = tracked.newest;
-  const mm = pose.position_m.map(v => (1000 * v).toFixed(1).padStart(8));
-  const angles = eulerAngles(turned(tracked)).map(v => v.toFixed(2).padStart(8));
-  element('numbers').textContent =
-    `x ${mm[0]} mm  azimuth   ${angles[0]}°\ny ${mm[1]} mm  elevation ${angles[1]}°\nz ${mm[2]} mm  roll      ${angles[2]}°`;
-  document.body.dataset.pose = isGood(tracked) ? 'good' : 'bad';
-  element('state').textContent = isLive() && !pose.stale ? pose.state_name : '';
-  element('flags').textContent = isLive() ? [pose.flag_names, pose.advice].filter(Boolean).join(': ') : '';
-  if (scene) element('ellipsoid').textContent = `${kSigmas} sigma ellipsoid, drawn x${exaggeration}`;
-  plots.draw(tracked.history, pose.utc_ms / 1000 + (performance.now() - tracked.heardMs) / 1000);
+/// Moves the sensors in the scene to their newest poses.
+function placeSensors() {
+  if (!page.scene) return;
+  for (const [number, tracked] of page.shown) {
+    const view = page.scene.sensor(number);
+    if (number === page.selected && tracked.newest.valid) page.exaggeration = exaggerationFor(tracked.newest.covariance, page.exaggeration);
+    view.show(tracked.newest, relative(tracked.newest.q_wxyz, tracked.boresight), page.exaggeration);
+    if (!isLive()) view.setVisible(false);
+  }
+  const pose = page.newest;
+  const unknown = isLive() && pose?.names.includes('hemisphere_unknown');
+  page.scene.hemisphere.show(pose?.position_m, unknown ? sidesOf(pose.position_m) : []);
+  page.scene.invalidate();
+}
+
+function drawTrails() {
+  for (const view of page.scene?.sensors.values() ?? []) {
+    view.trail.clear();
+    if (!page.shown.has(view.number)) view.setVisible(false);
+  }
+  if (!page.playback || !page.scene) return;
+  for (const [number, sensor] of page.playback.sensors) {
+    let before = null;
+    for (const pose of sensor.trail(page.playback.t)) {
+      if (pose.valid) page.scene.sensor(number).trail.add(pose.position_m, pose.t, pose.expected_mm, !before?.valid || pose.t - before.t > 0.3);
+      before = pose;
+    }
+  }
 }
 
 /// Creates the 3D view. Called after the first numbers and plots are painted, because it can take a second without a graphics processor.
 function openScene() {
   try {
-    scene = new Scene(element('scene'));
+    page.scene = new Scene(element('scene'));
+    page.scene.showField(settings.field);
+    resetView('free');
+    placeSensors();
     page.firstPictureMs = performance.now();
-  } catch {
-    element('ellipsoid').textContent = 'no 3D view: this browser does not support WebGL';
-  }
+  } catch { element('ellipsoid').textContent = 'no 3D view: this browser does not support WebGL'; }
 }
 
-function afterPaint(action) {
-  requestAnimationFrame(() => setTimeout(action));
+function resetView(name) {
+  const points = [...page.shown.values()].filter(tracked => tracked.newest?.valid).map(tracked => tracked.newest.position_m);
+  page.scene?.view(name, points);
 }
 
+function afterPaint(action) { requestAnimationFrame(() => setTimeout(action)); }
+
+/// Processes an event of the stream. Returns true if it has a new pose.
 function receive(message) {
+  if (message.hello) greet(message.hello);
+  const recordingChanged = page.status.recording !== message.status.recording;
   page.status = message.status;
-  element('run').textContent = message.status.running ? 'Stop' : 'Start';
-  element('record').textContent = message.status.recording ? 'End recording' : 'Record';
-  element('recording_error').textContent = message.status.recording_error;
-  allowControls(message.status.controls);
-  showHealth(message.status.health);
-  for (const pose of message.poses) {
-    ++page.poses;
-    take(pose);
+  showStatus();
+  if (recordingChanged && !element('tools').hidden) playback.refresh();
+  const jumps = page.clockJumps;
+  let fresh = false;
+  for (const values of message.poses) {
+    const taken = take(values, () => {
+      if (!page.playback) listSensors();
+    });
+    if (!taken) continue;
+    const {tracked, begins} = taken;
+    const pose = tracked.newest;
+    fresh ||= taken.fresh;
+    if (!pose.valid || page.playback) continue;
+    page.scene?.sensor(tracked.number).trail.add(pose.position_m, pose.t, pose.expected_mm, begins);
+    if (tracked.number === page.selected) tools.collect(pose);
   }
+  const newest = page.sensors.get(page.selected)?.newest;
+  if (newest && fresh) page.latency_ms = page.status.now_ms - newest.utc_ms;
+  if (page.clockJumps > jumps) say('The clock of the server jumped. The plots continue without a break.');
+  if (page.playback) return fresh;
+  placeSensors();
   showChosen();
-  if (page.newest && page.firstPoseMs === null) afterPaint(() => { page.firstPoseMs ??= performance.now(); });
+  if (page.newest && page.firstPoseMs === null)
+    afterPaint(() => {
+      page.firstPoseMs ??= performance.now();
+    });
   if (!sceneRequested) afterPaint(openScene);
   sceneRequested = true;
+  return fresh;
 }
 
-/// Warnings as text; otherwise the share of missing columns, and the temperature if the device measures it.
-function showHealth(health) {
-  const output = element('health');
-  output.dataset.warning = String(health.warning !== '');
-  const temperature = health.temperature_c === null ? '' : `, ${health.temperature_c.toFixed(0)} °C`;
-  const text = health.warning || `${health.missing_percent.toFixed(1)} % missing${temperature}`;
-  if (output.textContent !== text) output.textContent = text;
-  output.title = Object.entries(health).map(([key, value]) => `${key}: ${value}`).join('\n');
+function greet(hello) {
+  showSource(hello.source);
+  page.outdated = !learn(hello);
+}
+
+function showStatus() {
+  element('run').textContent = page.status.running ? 'Stop' : 'Start';
+  element('record').textContent = page.status.recording ? 'End recording' : 'Record';
+  const problem = page.outdated ? 'The server was replaced by another version: reload this page.' : page.status.recording_error;
+  if (element('problem').textContent !== problem) element('problem').textContent = problem;
+  showRecording(page.status);
+  showPermission();
+  showHealth(page.status.health, page.damaged + page.stream.damaged);
 }
 
 function link(state) {
-  document.body.dataset.link = state;
-  element('link').textContent = state === 'live' ? 'live' : state === 'silent' ? 'no poses' : 'reconnecting';
-  if (state !== 'live') {
-    for (const view of scene?.sensors.values() ?? []) view.setVisible(false);
+  page.link = document.body.dataset.link = state;
+  showMode();
+}
+
+/// Live or playback.
+function showMode() {
+  document.body.dataset.mode = page.playback ? 'playback' : 'live';
+  element('link').textContent = page.playback ? 'playback' : kLinkNames[page.link];
+  element('playback').hidden = !page.playback;
+  if (document.body.dataset.shown !== String(page.playback?.name)) {
+    document.body.dataset.shown = String(page.playback?.name);
+    plots.follow();
+    listSensors();
+    drawTrails();
+    if (page.playback) {
+      playback.paintStrip();
+      resetView('free');
+      requestAnimationFrame(play);
+    }
   }
+  if (page.shown.size) placeSensors();
   showChosen();
 }
 
-/// controls: 'open' (for everyone), 'token' (for clients with the token), 'none'.
-function allowControls(controls) {
-  const allowed = controls === 'open' || (controls === 'token' && token() !== null);
-  for (const id of ['run', 'set', 'record', 'button', 'hemisphere']) element(id).disabled = !allowed;
-  element('access').textContent = allowed ? '' : controls === 'none' ? 'read only' : 'read only; for controls, open the link with the token (printed by tricoil serve, or in its --token-file)';
+let playedMs = null;
+function play(ms) {
+  if (!page.playback) {
+    playedMs = null;
+    return;
+  }
+  playback.advance(playedMs === null ? 0 : Math.min(0.25, (ms - playedMs) / 1000));
+  playedMs = ms;
+  drawTrails();
+  placeSensors();
+  showChosen();
+  requestAnimationFrame(play);
 }
 
-async function ask(request) {
-  const answer = element('answer');
-  try {
-    const headers = {'Content-Type': 'application/json'};
-    if (token()) headers.Authorization = `Bearer ${token()}`;
-    const response = await fetch('control', {method: 'POST', headers, body: JSON.stringify(request)});
-    answer.textContent = (await response.json()).answer;
-  } catch {
-    answer.textContent = 'server not reachable';
-  }
+function showPause() {
+  const paused = plots.frozen !== null;
+  element('pause').setAttribute('aria-pressed', String(paused));
+  element('pause').textContent = paused ? 'Follow' : 'Pause';
 }
 
 function setBoresight(q) {
-  if (chosen()) chosen().boresight = q;
+  const tracked = page.chosen;
+  if (!tracked) return;
+  if (q && document.body.dataset.usable === 'false') return say('No valid pose for a boresight.');
+  tracked.boresight = q;
+  tracked.applyTurn();
+  plots.drawnMs = 0;
+  placeSensors();
+  say(q ? `Boresight of sensor ${tracked.number + 1}: on this page only. Other pages and programs keep their attitudes.` :
+          `Boresight of sensor ${tracked.number + 1} cleared.`);
+  showChosen();
 }
 
+function saveShown() {
+  const tracked = page.chosen;
+  if (!tracked) return;
+  const {from, to} = plots.shown;
+  save(`tricoil-sensor${tracked.number + 1}.csv`, historyCsv(tracked.history, from, to, tracked.number + 1, kConventions[settings.order].names));
+}
+
+function applyConventions() {
+  for (const tracked of new Set([...page.sensors.values(), ...page.shown.values()])) tracked.applyTurn();
+  readout.showConventions();
+  plots.rebuild();
+  tools.show();
+  showChosen();
+}
+
+function applyTheme() {
+  readPalette();
+  page.scene?.setTheme();
+  plots.rebuild();
+  if (page.playback) playback.paintStrip();
+  if (page.scene && page.shown.size) placeSensors();
+  showChosen();
+}
+
+async function setLimit() {
+  element('limit_value').value = String(settings.limit_mm);
+  if (!await agrees(element('limit_dialog'))) return;
+  set('limit_mm', Number(element('limit_value').value));
+  plots.rebuild();
+  showChosen();
+}
+
+function toggleTools() {
+  const tools = element('tools');
+  tools.hidden = !tools.hidden;
+  element('open_tools').setAttribute('aria-expanded', String(!tools.hidden));
+  if (!tools.hidden) playback.refresh();
+}
+
+function setField(axis) {
+  set('field', axis);
+  element('field').value = settings.field;
+  page.scene?.showField(settings.field);
+}
+
+/// Binds a choice to a setting. apply(): shows the change.
+function bind(id, name, apply, convert = String) {
+  element(id).value = String(settings[name]);
+  element(id).addEventListener('change', event => {
+    set(name, convert(event.target.value));
+    apply();
+  });
+}
+
+const next = (values, value) => values[(values.indexOf(value) + 1) % values.length];
+const cycleTheme = () => {
+  set('theme', next(['auto', 'light', 'dark'], settings.theme));
+  element('theme').value = settings.theme;
+  applyTheme();
+};
 const actions = {
-  run: () => ask({run: !page.status.running}),
+  run: startOrStop,
+  record: recordOrEnd,
+  button: () => ask({button: 'click'}),
   set: () => ask({hemisphere: element('hemisphere').value.split(',').map(Number), sensor: page.selected ?? 0}),
   boresight: () => setBoresight(page.newest?.q_wxyz),
   unboresight: () => setBoresight(null),
-  record: () => ask({record: !page.status.recording}),
-  button: () => ask({button: 'click'}),
+  point: () => tools.capture(),
+  average: () => tools.captureAverage(),
+  open_tools: toggleTools,
+  pause: () => plots.frozen ? plots.follow() : plots.pause(),
+  closer: () => plots.zoom(0.5),
+  wider: () => plots.zoom(2),
+  csv: saveShown,
+  help: () => element('help_dialog').showModal(),
+  limit: setLimit,
 };
-for (const [id, action] of Object.entries(actions)) element(id).addEventListener('click', action);
-element('sensor').addEventListener('change', event => select(Number(event.target.value)));
-const keys = {' ': 'run', h: 'set', b: 'boresight', u: 'unboresight', r: 'record', p: 'button'};
-document.addEventListener('keydown', event => {
-  const typing = ['SELECT', 'BUTTON'].includes(event.target.tagName) && event.key === ' ';
-  if (keys[event.key] && !event.repeat && !typing && !event.ctrlKey && !event.metaKey && !event.altKey) {
-    event.preventDefault();
-    if (!element(keys[event.key]).disabled) actions[keys[event.key]]();
-  }
+for (const [id, action] of Object.entries(actions)) element(id).addEventListener('click', () => action());
+for (const button of document.querySelectorAll('[data-view]')) button.addEventListener('click', () => resetView(button.dataset.view));
+const pressed = id => () => {
+  if (!element(id).disabled) actions[id]();
+};
+listen({
+  ' ': () => page.playback ? playback.toggle() : pressed('run')(),
+  h: pressed('set'),
+  b: pressed('boresight'),
+  u: pressed('unboresight'),
+  r: pressed('record'),
+  p: pressed('button'),
+  c: pressed('point'),
+  v: pressed('average'),
+  t: pressed('open_tools'),
+  k: pressed('pause'),
+  '+': pressed('closer'),
+  '-': pressed('wider'),
+  e: pressed('csv'),
+  '?': pressed('help'),
+  0: () => resetView('free'),
+  1: () => resetView('top'),
+  2: () => resetView('front'),
+  3: () => resetView('side'),
+  g: () => setField(next(['none', 'x', 'y', 'z'], settings.field)),
+  m: cycleTheme,
+  n: () => select(next([...page.shown.keys()].sort(), page.selected)),
+  Escape: () => playback.leave()
 });
-setInterval(() => { if (!isLive()) showChosen(); }, kRefreshMs);
-connect(receive, link);
+
+element('units').append(...Object.keys(kUnits).map(name => new Option(name, name)));
+element('order').append(...Object.entries(kConventions).map(([name, {label}]) => new Option(label, name)));
+bind('units', 'units', applyConventions);
+bind('order', 'order', applyConventions);
+bind('theme', 'theme', applyTheme);
+bind('window', 'window_s', () => plots.follow(), Number);
+bind('field', 'field', () => setField(settings.field));
+element('sensor').addEventListener('change', event => select(Number(event.target.value)));
+onSystemTheme(applyTheme);
+for (const button of document.querySelectorAll('[data-cancel]')) button.addEventListener('click', () => button.closest('dialog').close('no'));
+fillHelp(element('help_text'));
+readout.showConventions();
+setInterval(() => {
+  if (!isLive()) showChosen();
+}, kRefreshMs);
+page.plots = plots;
+connect(receive, link, page.stream);

@@ -1,37 +1,91 @@
-// Plots of one sensor's last ten seconds.
-import uPlot from 'uplot';
-import {kSeconds} from './history.js';
+// Charts of one sensor on a common time axis, which follows the poses, or is paused at a selection.
+import {Chart} from './chart.js';
+import {chartList} from './chart_list.js';
+import {bands, decimate} from './decimate.js';
+import {settings} from './settings.js';
 
-const kColors = ['#c33', '#2a8a4a', '#36c'];
-
-/// columns: indices into History.columns.
-const kPlots = [
-  {title: 'position, mm', names: ['x', 'y', 'z'], columns: [0, 1, 2]},
-  {title: 'speed, m/s', names: ['speed'], columns: [3]},
-  {title: 'predicted error, mm', names: ['error'], columns: [4]},
-  {title: 'distortion, mm', names: ['distortion'], columns: [5]},
-  {title: 'signal / noise, dB', names: ['S/N'], columns: [6]},
-];
+const kFastMs = 60, kSlowMs = 1000;  // least and most time between two drawings
+const kLeastHeight = 92, kMostHeight = 420;
 
 export class Plots {
-  constructor(parent) {
-    this.plots = kPlots.map(plot => {
-      const axis = {stroke: 'gray', grid: {stroke: '#8883', width: 1}, ticks: {show: false}, font: '11px system-ui', size: 30};
-      const series = plot.names.map((label, n) => ({label, stroke: kColors[n], width: 1.5, points: {show: false}}));
-      const options = {title: plot.title, width: 300, height: 120, legend: {show: false}, cursor: {show: false}, padding: [4, 8, 0, 14],
-                       scales: {x: {time: false, range: [-kSeconds, 0]}}, axes: [axis, {...axis, size: 44}], series: [{}, ...series]};
-      return {...plot, chart: new uPlot(options, [[], ...plot.names.map(() => [])], parent)};
-    });
-    new ResizeObserver(() => {
-      const height = Math.max(90, Math.floor(parent.clientHeight / kPlots.length) - 28);
-      for (const plot of this.plots) plot.chart.setSize({width: parent.clientWidth - 8, height: Math.min(height, 160)});
-    }).observe(parent);
+  /// changed(): called when the charts were paused, or continue.
+  constructor(parent, changed) {
+    this.parent = parent;
+    this.changed = changed;
+    this.frozen = null;  // {from, to} in s on the axis of the history; null: follows
+    this.range = [-settings.window_s, 0];
+    this.bands = [];
+    this.charts = [];
+    this.origin = 0;
+    this.drawnMs = 0;
+    this.rebuild();
+    new ResizeObserver(() => this.#resize()).observe(parent);
   }
 
-  /// Draws the last ten seconds before `now`: time of the newest pose (s since 1970) plus the time since it arrived.
-  draw(history, now) {
-    history.forget(now);
-    const ages = history.times.map(t => t - now);
-    for (const plot of this.plots) plot.chart.setData([ages, ...plot.columns.map(n => history.columns[n])]);
+  /// Call it after a change of units, conventions or theme.
+  rebuild() {
+    for (const chart of this.charts) chart.destroy();
+    const actions = {
+      select: (from, to) => this.freeze(this.origin + Math.min(from, to), this.origin + Math.max(from, to)),
+      reset: () => this.follow(),
+      hover: () => {
+        for (const chart of this.charts) chart.showValues();
+      },
+    };
+    this.charts = chartList().map(spec => new Chart(this.parent, spec, this, actions));
+    this.#resize();
+    this.drawnMs = 0;
+  }
+
+  get shown() { return this.frozen ?? {from: this.now - settings.window_s, to: this.now}; }
+
+  freeze(from, to) {
+    this.frozen = {from, to};
+    this.drawnMs = 0;
+    this.changed();
+  }
+
+  pause() { this.freeze(this.shown.from, this.shown.to); }
+
+  follow() {
+    this.frozen = null;
+    this.drawnMs = 0;
+    this.changed();
+  }
+
+  /// Shows more (factor > 1) or less time about the middle of a paused range.
+  zoom(factor) {
+    const {from, to} = this.shown;
+    const middle = this.frozen ? (from + to) / 2 : to;
+    this.freeze(middle - (middle - from) * factor, middle + (to - middle) * factor);
+  }
+
+  /// now: right edge of the charts. origin: the time that the axis calls 0; by default the right edge.
+  draw(history, now, origin = now) {
+    if (!this.frozen) this.now = now;
+    const ms = performance.now();
+    if (document.hidden || (this.drawnMs > 0 && ms - this.drawnMs < this.#interval())) return;
+    if (this.frozen && this.drawnMs > 0 && this.drawn === this.frozen) return;
+    this.drawn = this.frozen;
+    this.drawnMs = ms;
+    if (!this.frozen || origin !== now) this.origin = origin;
+    const {from, to} = this.shown;
+    this.range = [from - this.origin, to - this.origin];
+    this.bands = bands(history, from, to, now).map(band => ({...band, from: band.from - this.origin, to: band.to - this.origin}));
+    const count = Math.max(100, this.parent.clientWidth);
+    for (const chart of this.charts) {
+      const [times, ...values] = decimate(history, from, to, count, chart.spec.series);
+      chart.setData([times.map(t => t - this.origin), ...values]);
+    }
+  }
+
+  /// Time in which the curves move by a pixel: drawing more often would change nothing.
+  #interval() { return Math.max(kFastMs, Math.min(1000 * settings.window_s / Math.max(1, this.parent.clientWidth), kSlowMs)); }
+
+  #resize() {
+    const width = Math.max(120, this.parent.clientWidth - 8);
+    const height = Math.max(kLeastHeight, Math.floor((this.parent.clientHeight - 4) / this.charts.length) - 4);
+    for (const chart of this.charts) chart.setSize(width, Math.min(height, kMostHeight));
+    this.drawnMs = 0;
   }
 }

@@ -1,59 +1,66 @@
-// Sensor in the scene: triad, covariance ellipsoid and trail.
-import {AxesHelper, BoxGeometry, BufferAttribute, BufferGeometry, DynamicDrawUsage, Group, LineBasicMaterial, LineSegments, Matrix4, Mesh,
-        MeshBasicMaterial, MeshLambertMaterial, SphereGeometry} from 'three';
+// Sensor in the scene: triad, covariance ellipsoid, trail, and a plumb line to the grid.
+import {BufferAttribute, BufferGeometry, Color, Group, Line, LineDashedMaterial, Matrix4, Mesh, MeshBasicMaterial, SphereGeometry} from 'three';
+
 import {drawnFactor} from './ellipsoid.js';
+import {errorColor, palette} from './palette.js';
+import {Trail} from './trail.js';
+import {dispose, label, triad} from './triad.js';
 
-const kTrail = 600;
-const kColors = [0x3388ff, 0x22aa66, 0xaa44cc, 0x888800];
-
-export function triad(size, box, color) {
-  const group = new Group();
-  group.add(new AxesHelper(size));
-  group.add(new Mesh(new BoxGeometry(box, box, box), new MeshLambertMaterial({color})));
-  return group;
-}
+const kBody_m = 0.03, kAxes_m = 0.11, kText_m = 0.045;
 
 export class SensorView {
   constructor(number) {
-    const color = kColors[number % kColors.length];
-    this.triad = triad(0.1, 0.015, color);
+    this.number = number;
     // Without depth test, so that the sensor inside does not hide the ellipsoid.
-    this.ellipsoid = new Mesh(new SphereGeometry(1, 24, 16),
-                              new MeshBasicMaterial({color: 0xff8800, transparent: true, opacity: 0.45, depthTest: false, depthWrite: false}));
+    this.ellipsoid =
+        new Mesh(new SphereGeometry(1, 32, 20), new MeshBasicMaterial({transparent: true, opacity: 0.42, depthTest: false, depthWrite: false}));
     this.ellipsoid.matrixAutoUpdate = false;
     this.ellipsoid.frustumCulled = false;
-    this.trail = new BufferAttribute(new Float32Array(6 * kTrail), 3).setUsage(DynamicDrawUsage);
-    this.steps = 0;
-    this.last = null;
-    this.line = new LineSegments(new BufferGeometry().setAttribute('position', this.trail), new LineBasicMaterial({color}));
-    this.line.frustumCulled = false;
-    this.line.geometry.setDrawRange(0, 0);
+    this.trail = new Trail();
+    this.plumb = new Line(
+        new BufferGeometry().setAttribute('position', new BufferAttribute(new Float32Array(6), 3)),
+        new LineDashedMaterial({dashSize: 0.012, gapSize: 0.012}));
+    this.plumb.frustumCulled = false;
     this.group = new Group();
-    this.group.add(this.triad, this.ellipsoid, this.line);
+    this.group.add(this.ellipsoid, this.trail.line, this.plumb);
+    this.setTheme();
+    this.setVisible(false);
   }
 
-  /// Draws a pose with the attitude q. begins: leaves a gap in the trail before this pose. An invalid pose hides the sensor; the trail
-  /// remains.
-  show(pose, q, exaggeration, begins) {
-    this.triad.position.set(...pose.position_m);
+  setTheme() {
+    const visible = this.triad?.visible ?? false;
+    const [position, quaternion] = [this.triad?.position.clone(), this.triad?.quaternion.clone()];
+    if (this.triad) {
+      this.group.remove(this.triad);
+      dispose(this.triad);
+    }
+    this.triad = triad(kBody_m, kAxes_m, kText_m);
+    this.name = label(String(this.number + 1), 1.2 * kText_m, palette.ink);
+    this.name.position.set(-kText_m, -kText_m, -kText_m);
+    this.name.visible = false;
+    this.triad.add(this.name);
+    if (position) {
+      this.triad.position.copy(position);
+      this.triad.quaternion.copy(quaternion);
+    }
+    this.triad.visible = visible;
+    this.plumb.material.color = new Color(palette.muted);
+    this.group.add(this.triad);
+  }
+
+  /// Draws a pose with the attitude q. An invalid pose hides the sensor; its trail remains.
+  show(pose, q, exaggeration) {
+    const p = pose.position_m;
+    this.triad.position.set(...p);
     this.triad.quaternion.set(q[1], q[2], q[3], q[0]);
-    const [a, b, d, c, e, f] = drawnFactor(pose.position_covariance_m2, exaggeration);
-    this.ellipsoid.matrix = new Matrix4().set(a, 0, 0, pose.position_m[0], b, d, 0, pose.position_m[1], c, e, f, pose.position_m[2], 0, 0, 0, 1);
-    if (pose.valid) this.#extendTrail(pose.position_m, begins);
+    const [a, b, d, c, e, f] = drawnFactor(pose.covariance, exaggeration);
+    this.ellipsoid.matrix = new Matrix4().set(a, 0, 0, p[0], b, d, 0, p[1], c, e, f, p[2], 0, 0, 0, 1);
+    this.ellipsoid.material.color.setRGB(...errorColor(pose.expected_mm), 'srgb');
+    this.plumb.geometry.attributes.position.array.set([...p, p[0], p[1], 0]);
+    this.plumb.geometry.attributes.position.needsUpdate = true;
+    this.plumb.computeLineDistances();
     this.setVisible(pose.valid);
   }
 
-  setVisible(visible) { this.triad.visible = this.ellipsoid.visible = visible; }
-
-  #extendTrail(p, begins) {
-    if (this.last && !begins) {
-      const points = this.trail.array;
-      if (this.steps === kTrail) points.copyWithin(0, 6);
-      else ++this.steps;
-      points.set([...this.last, ...p], 6 * (this.steps - 1));
-      this.trail.needsUpdate = true;
-      this.line.geometry.setDrawRange(0, 2 * this.steps);
-    }
-    this.last = p;
-  }
+  setVisible(visible) { this.triad.visible = this.ellipsoid.visible = this.plumb.visible = visible; }
 }

@@ -1,21 +1,33 @@
 // Pose stream that reconnects automatically.
-const kSilentMs = 1500;
+const kStalledMs = 1500;
 const kRetryMs = 500;
 
-/// Calls receive(message) for every message, and link(state) when the state changes: 'live', 'silent' (connected, without new poses)
-/// or 'down' (not connected, or no message for kSilentMs after 'live').
-export function connect(receive, link) {
-  let source = null;
+/// Calls receive(message) for every message; it returns whether there was a new pose. Calls link(state) when the state changes: 'live',
+/// 'silent' (connected, without new poses), 'stalled' (connected, no message for kStalledMs) or 'down' (not connected). A damaged
+/// message is counted in statistics.damaged and left out.
+export function connect(receive, link, statistics) {
   let heard = performance.now();
   let state = '';
-  const tell = next => { if (next !== state) link(state = next); };
+  const tell = next => {
+    if (next !== state) link(state = next);
+  };
   const open = () => {
-    source = new EventSource('stream');
-    source.onmessage = event => {
-      const message = JSON.parse(event.data);
+    const source = new EventSource('stream');
+    source.onopen = () => {
       heard = performance.now();
-      tell(message.poses.some(pose => !pose.stale) ? 'live' : 'silent');
-      receive(message);
+    };
+    source.onmessage = event => {
+      heard = performance.now();
+      let message;
+      try {
+        message = JSON.parse(event.data);
+      } catch { /* counted below */
+      }
+      if (!message?.status || !Array.isArray(message.poses)) {
+        ++statistics.damaged;
+        return;
+      }
+      tell(receive(message) ? 'live' : 'silent');
     };
     source.onerror = () => {
       source.close();
@@ -23,6 +35,8 @@ export function connect(receive, link) {
       setTimeout(open, kRetryMs);
     };
   };
-  setInterval(() => { if (performance.now() - heard > kSilentMs && state === 'live') tell('down'); }, 500);
+  setInterval(() => {
+    if (performance.now() - heard > kStalledMs && (state === 'live' || state === 'silent')) tell('stalled');
+  }, 500);
   open();
 }

@@ -1,0 +1,164 @@
+// One chart: a heading with the values at the cursor, curves, bands of faults, and the limit if there is one.
+import uPlot from 'uplot';
+
+import {palette} from './palette.js';
+
+const kBandColors = {
+  1: 'caution',
+  2: 'bad',
+  3: 'muted'
+};
+const kHatch = 6;  // pixels between the lines of invalid poses
+
+function line(context, x0, y0, x1, y1) {
+  context.beginPath();
+  context.moveTo(x0, y0);
+  context.lineTo(x1, y1);
+  context.stroke();
+}
+
+/// Invalid poses are hatched, so that the bands differ without colour.
+function drawBands(u, bands) {
+  const {ctx: context, bbox: {left, top, width, height}} = u;
+  context.save();
+  context.beginPath();
+  context.rect(left, top, width, height);
+  context.clip();
+  for (const band of bands) {
+    const x = u.valToPos(band.from, 'x', true);
+    const w = Math.max(u.valToPos(band.to, 'x', true) - x, 1.5 * devicePixelRatio);
+    context.fillStyle = context.strokeStyle = palette[kBandColors[band.level]];
+    context.globalAlpha = band.level === 3 ? 0.12 : 0.2;
+    context.fillRect(x, top, w, height);
+    if (band.level !== 2) continue;
+    context.save();
+    context.beginPath();
+    context.rect(x, top, w, height);
+    context.clip();
+    context.globalAlpha = 0.55;
+    context.lineWidth = devicePixelRatio;
+    const step = kHatch * devicePixelRatio;
+    for (let at = x - height - (x - height) % step; at < x + w; at += step) line(context, at, top + height, at + height, top);
+    context.restore();
+  }
+  context.restore();
+}
+
+function drawLimit(u, limit) {
+  const {ctx: context, bbox: {left, top, width, height}} = u;
+  const y = u.valToPos(limit, 'y', true);
+  if (y < top || y > top + height) return;
+  context.save();
+  context.strokeStyle = palette.bad;
+  context.setLineDash([6 * devicePixelRatio, 4 * devicePixelRatio]);
+  context.lineWidth = 1.5 * devicePixelRatio;
+  line(context, left, y, left + width, y);
+  context.restore();
+}
+
+export class Chart {
+  /// plots: shared state: {range, bands}. select(from, to), reset(): actions of the reader; hover(): the cursor has moved.
+  constructor(parent, spec, plots, {select, reset, hover}) {
+    this.spec = spec;
+    this.box = document.createElement('figure');
+    this.heading = document.createElement('figcaption');
+    this.values = [];
+    this.box.append(this.heading);
+    parent.append(this.box);
+    this.#makeHeading();
+    const size = parseFloat(getComputedStyle(document.documentElement).fontSize);
+    const font = `${Math.round(0.75 * size)}px system-ui, sans-serif`;
+    const axis = {stroke: () => palette.muted, grid: {stroke: () => palette.grid, width: 1}, ticks: {show: false}, font};
+    const range = (u, low, high) => spanOf(this.spec, low, high);
+    this.u = new uPlot(
+        {
+          width: 300,
+          height: 110,
+          legend: {show: false},
+          padding: [6, 10, 0, 0],
+          cursor: {
+            sync: {key: 'tricoil', scales: ['x', null]},
+            y: false,
+            points: {size: 6},
+            drag: {x: true, y: false, setScale: false},
+            bind: {
+              dblclick: () => () => {
+                reset();
+                return null;
+              }
+            }
+          },
+          scales: {x: {time: false, range: () => plots.range}, y: {range}},
+          axes: [{...axis, size: 1.5 * size, gap: 3}, {...axis, size: 3.6 * size, gap: 4, space: 1.4 * size}],
+          series: [
+            {},
+            ...spec.series.map(
+                series => ({label: series.label, stroke: () => palette[series.color], width: 0.11 * size, dash: series.dash, points: {show: false}}))
+          ],
+          hooks: {
+            drawClear: [u => drawBands(u, plots.bands)],
+            draw: [u => {
+              if (this.spec.limit !== undefined) drawLimit(u, this.spec.limit);
+            }],
+            setSelect: [u => {
+              if (u.select.width < 4) return;
+              select(u.posToVal(u.select.left, 'x'), u.posToVal(u.select.left + u.select.width, 'x'));
+              u.setSelect({left: 0, top: 0, width: 0, height: 0}, false);
+            }],
+            setCursor: [() => hover()],
+          },
+        },
+        [[], ...spec.series.map(() => [])], this.box);
+    this.u.over.setAttribute('aria-hidden', 'true');
+  }
+
+  setData(data) {
+    this.data = data;
+    this.u.setData(data);
+    this.showValues();
+  }
+
+  setSize(width, height) { this.u.setSize({width, height: Math.max(60, height - this.heading.offsetHeight)}); }
+
+  /// Values at the cursor, or the newest.
+  showValues() {
+    if (!this.data) return;
+    const at = this.u.cursor.idx ?? this.data[0].length - 1;
+    this.spec.series.forEach((series, n) => {
+      const value = this.data[n + 1][at];
+      const text = value === null || value === undefined ? '–' : value.toFixed(this.spec.digits).replace('-', '−');
+      if (this.values[n].textContent !== text) this.values[n].textContent = text;
+    });
+  }
+
+  destroy() {
+    this.u.destroy();
+    this.box.remove();
+  }
+
+  #makeHeading() {
+    const title = document.createElement('strong');
+    title.textContent = this.spec.title;
+    this.heading.append(title, ` ${this.spec.unit}`);
+    for (const series of this.spec.series) {
+      const item = document.createElement('span');
+      item.className = 'key';
+      item.style.setProperty('--color', `var(--${series.color})`);
+      item.classList.toggle('dashed', series.dash !== undefined);
+      const value = document.createElement('output');
+      value.setAttribute('aria-live', 'off');
+      item.append(series.label, ' ', value);
+      this.values.push(value);
+      this.heading.append(item);
+    }
+  }
+}
+
+/// Range of the y axis: the curves with a margin, never narrower than a few of the last digits.
+function spanOf(spec, low, high) {
+  if (low === null || high === null || low === undefined) return spec.zero ? [0, 1] : [-1, 1];
+  const least = 4 * 10 ** -spec.digits;
+  const bottom = spec.zero ? 0 : low;
+  const margin = Math.max(0.08 * (high - bottom), (least - (high - bottom)) / 2, 0);
+  return [spec.zero ? 0 : bottom - margin, high + margin + (high === bottom ? least : 0)];
+}

@@ -1,0 +1,63 @@
+// Requests to the server, and the permission for them.
+import {page} from './state.js';
+import {token} from './token.js';
+
+const element = id => document.getElementById(id);
+const kAnswerMs = 7000;
+const kNeedControls = ['run', 'set', 'record', 'button', 'hemisphere'];
+const kHowTo = 'read only; for controls, open the link with the token (printed by tricoil serve, or in its --token-file)';
+
+export function headers() { return token() ? {Authorization: `Bearer ${token()}`} : {}; }
+
+let fading = null;
+
+/// Tells the reader the result of an action, for some seconds.
+export function say(text) {
+  const answer = element('answer');
+  answer.textContent = text;
+  answer.dataset.fresh = 'true';
+  clearTimeout(fading);
+  fading = setTimeout(() => {
+    answer.dataset.fresh = 'false';
+  }, kAnswerMs);
+}
+
+export async function ask(request) {
+  try {
+    const response =
+        await fetch('control', {method: 'POST', headers: {'Content-Type': 'application/json', ...headers()}, body: JSON.stringify(request)});
+    say((await response.json()).answer);
+  } catch { say('Server not reachable; nothing was changed.'); }
+}
+
+/// True if this page may control: controls are open for everyone, or this tab has the token.
+export const mayControl = () => page.status.controls === 'open' || (page.status.controls === 'token' && token() !== null);
+
+export function showPermission() {
+  const allowed = mayControl();
+  for (const id of kNeedControls) element(id).disabled = !allowed;
+  const text = allowed || !page.status.controls ? '' : page.status.controls === 'none' ? 'read only' : kHowTo;
+  if (element('access').textContent !== text) element('access').textContent = text;
+}
+
+/// Shows a dialog; resolves to true if the reader agrees.
+export function agrees(dialog) {
+  dialog.returnValue = '';
+  dialog.showModal();
+  return new Promise(resolve => dialog.addEventListener('close', () => resolve(dialog.returnValue === 'yes'), {once: true}));
+}
+
+/// Switching the coils off affects everyone, so it asks first.
+export async function startOrStop() {
+  if (!page.status.running) return ask({run: true});
+  const pages = page.status.pages ?? 1;
+  element('stop_whom').textContent = pages > 1 ? `everyone, ${pages} open pages among them` : 'everyone';
+  if (await agrees(element('stop_dialog'))) await ask({run: false});
+}
+
+/// Starts a recording, with an optional name, or ends it.
+export async function recordOrEnd() {
+  if (page.status.recording) return ask({record: false});
+  element('record_name').value = '';
+  if (await agrees(element('record_dialog'))) await ask({record: true, name: element('record_name').value.trim()});
+}

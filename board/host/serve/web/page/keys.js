@@ -1,0 +1,57 @@
+// Keys of the page, and the text of its help.
+import {errorGradient} from './palette.js';
+import {make} from './tools.js';
+
+/// [key, name in the help, meaning]. main.js has the actions, by key.
+const kKeys = [
+  [' ', 'space', 'start or stop the coils (asks first); in playback: play or pause'],
+  ['h', 'h', 'set the hemisphere'],
+  ['b', 'b', 'boresight: the present attitude reads zero, on this page only'],
+  ['u', 'u', 'clear the boresight'],
+  ['r', 'r', 'start or end a recording'],
+  ['p', 'p', 'click the button of the stylus'],
+  ['c', 'c', 'capture a point'],
+  ['v', 'v', 'capture the average of the last second'],
+  ['t', 't', 'tools: points, pivot, recordings'],
+  ['k', 'k', 'pause the plots, or follow again'],
+  ['+', '+', 'zoom the plots in'],
+  ['-', '-', 'zoom the plots out'],
+  ['e', 'e', 'save the time shown as CSV'],
+  ['0', '0', 'view: source and sensors'],
+  ['1', '1', 'view from above'],
+  ['2', '2', 'view from −x'],
+  ['3', '3', 'view from −y'],
+  ['g', 'g', 'field lines of a coil: x, y, z, off'],
+  ['n', 'n', 'next sensor'],
+  ['m', 'm', 'theme: system, light, dark'],
+  ['?', '?', 'this help'],
+  ['Escape', 'esc', 'leave playback']
+];
+const kColors = [
+  ['●', 'good', 'the pose may be used'], ['▲', 'caution', 'usable, but look: metal, missing measurements, or distortion above your limit'],
+  ['✕', 'not usable', 'the sentence tells why, and the mend'], ['○', 'no measurement', 'coils off, no poses, or no server: all values are old']
+];
+
+export function fillHelp(parent) {
+  const scale = make('span', {className: 'bar'});
+  scale.style.cssText = `display:inline-block;width:6rem;height:.5rem;border-radius:.25rem;background:${errorGradient()}`;
+  parent.append(
+      make('table', {}, ...kKeys.map(([, name, meaning]) => make('tr', {}, make('td', {}, make('kbd', {}, name)), make('td', {}, meaning)))),
+      make('h2', {}, 'Light'),
+      make('table', {}, ...kColors.map(([sign, word, meaning]) => make('tr', {}, make('td', {}, `${sign} ${word}`), make('td', {}, meaning)))),
+      make(
+          'p', {}, 'Axes: x red, y green, z blue, in scene and plots. Trail and ellipsoid: expected error, 0.1 mm ', scale,
+          ' 10 mm. The ellipsoid covers 3 sigma, drawn larger by the factor below it. Drag over a plot to zoom; double-click to follow again.'));
+}
+
+/// actions: by key.
+export function listen(actions) {
+  document.addEventListener('keydown', event => {
+    const {tagName, type} = event.target;
+    const typing = tagName === 'SELECT' || (tagName === 'INPUT' && type !== 'range') || (event.target.tagName === 'BUTTON' && event.key === ' ');
+    if (typing || event.repeat || event.ctrlKey || event.metaKey || event.altKey || document.querySelector('dialog[open]') || !actions[event.key])
+      return;
+    event.preventDefault();
+    actions[event.key]();
+  });
+}

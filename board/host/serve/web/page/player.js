@@ -1,0 +1,78 @@
+// Plays a recording: the poses of all sensors at a time that runs, stops and jumps.
+import {levelOf} from './quality.js';
+import {settings} from './settings.js';
+import {TrackedSensor} from './state.js';
+
+const kTrail_s = 10;
+
+class PlayedSensor extends TrackedSensor {
+  constructor(number, poses) {
+    super(number, poses.length * 2 + 16);
+    this.poses = [];
+    for (const pose of poses) {
+      const t = pose.utc_ms / 1000;
+      if (this.history.add(pose, t, levelOf(pose, settings.limit_mm))) this.poses.push({...pose, t});
+    }
+  }
+
+  /// Number of poses up to time t.
+  count(t) {
+    let low = 0, high = this.poses.length;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.poses[middle].t <= t)
+        low = middle + 1;
+      else
+        high = middle;
+    }
+    return low;
+  }
+
+  /// Newest pose at time t; before the first one, the first.
+  at(t) { return this.poses[Math.max(0, this.count(t) - 1)]; }
+
+  /// Poses on the trail at time t.
+  trail(t) { return this.poses.slice(this.count(t - kTrail_s), this.count(t)); }
+}
+
+export class Player {
+  /// poses: of parseRecording, at least one.
+  constructor(name, poses, note) {
+    this.name = name;
+    this.note = note;
+    this.sensors = new Map();
+    for (const number of [...new Set(poses.map(pose => pose.sensor))].sort()) {
+      this.sensors.set(number, new PlayedSensor(number, poses.filter(pose => pose.sensor === number)));
+    }
+    const all = [...this.sensors.values()];
+    this.from = Math.min(...all.map(sensor => sensor.poses[0].t));
+    this.to = Math.max(...all.map(sensor => sensor.poses.at(-1).t));
+    this.speed = 1;
+    this.playing = true;
+    this.seek(this.from);
+  }
+
+  /// Jumps to time t. The trails then have to be drawn again.
+  seek(t) {
+    this.t = Math.max(this.from, Math.min(t, this.to));
+    this.jumped = true;
+    this.#place();
+  }
+
+  /// dt: time (s) that has passed since the last call.
+  advance(dt) {
+    if (!this.playing) return;
+    this.t = Math.min(this.t + dt * this.speed, this.to);
+    if (this.t === this.to) this.playing = false;
+    this.#place();
+  }
+
+  toggle() {
+    if (!this.playing && this.t === this.to) this.seek(this.from);
+    this.playing = !this.playing;
+  }
+
+  #place() {
+    for (const sensor of this.sensors.values()) sensor.newest = sensor.at(this.t);
+  }
+}

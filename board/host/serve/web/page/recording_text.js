@@ -1,0 +1,83 @@
+// Poses of a recording: lines of the server (arrays in compact form), or a CSV file of poses that the reader has opened.
+import {decode, flags} from './sample.js';
+
+export const kMostPoses = 500_000;  // further poses are left out
+
+/// {poses, errors: [sentence]}: poses in order of time.
+export function parseRecording(text) {
+  const lines = text.split('\n').filter(line => line !== '');
+  const read = lines.length === 0 ? {poses: [], errors: ['The file is empty.']} : '[{'.includes(lines[0][0]) ? ofLines(lines) : ofCsv(lines);
+  if (read.left) read.errors.push(`Only the first ${kMostPoses} poses are shown.`);
+  if (read.poses.length === 0 && read.errors.length === 0) read.errors.push('There are no poses in it.');
+  return {poses: read.poses, errors: read.errors};
+}
+
+function ofLines(lines) {
+  const poses = [], errors = [];
+  let damaged = 0, left = false;
+  for (const line of lines) {
+    let value;
+    try {
+      value = JSON.parse(line);
+    } catch {
+      ++damaged;  // for example a last line that was cut
+      continue;
+    }
+    if (value?.error) errors.push(value.error);
+    if (!Array.isArray(value)) continue;
+    const pose = decode(value);
+    if (!pose)
+      ++damaged;
+    else if (poses.length < kMostPoses)
+      poses.push(pose);
+    else
+      left = true;
+  }
+  return {poses, errors: [...errors, ...sentenceOf(damaged)], left};
+}
+
+function ofCsv([head, ...lines]) {
+  const names = head.trim().split(',').map(name => name.replace(/^(std_)?([xyz])_m$/, '$1$2'));
+  const column = name => names.indexOf(name);
+  const needed = ['sensor', 'time_us', 'flags', 'x', 'y', 'z', 'qw', 'qx', 'qy', 'qz'];
+  const missing = needed.filter(name => column(name) < 0);
+  if (missing.length)
+    return {
+      poses: [],
+      errors: [`Not a file of poses in metres: the column${missing.length > 1 ? 's' : ''} ${
+          missing.map(name => /^[xyz]$/.test(name) ? `${name}_m` : name).join(', ')} ${
+          missing.length > 1 ? 'are' : 'is'} missing. Open poses.csv of a recording, or a file of tricoil run --out.`]
+    };
+  const poses = [];
+  let damaged = 0, left = false;
+  for (const line of lines) {
+    const fields = line.trim().split(',');
+    const pose = fields.length === names.length ?
+        decode(compact(name => fields[column(name)] === '' ? NaN : Number(fields[column(name)]), name => column(name) >= 0)) :
+        null;
+    if (!pose)
+      ++damaged;
+    else if (poses.length < kMostPoses)
+      poses.push(pose);
+    else
+      left = true;
+  }
+  return {poses, errors: sentenceOf(damaged), left};
+}
+
+const sentenceOf = damaged => damaged ? [`${damaged} damaged line${damaged > 1 ? 's were' : ' was'} left out.`] : [];
+
+/// Compact form of a line of a CSV file; value(name): its number, has(name): is there such a column?
+function compact(value, has) {
+  const covariance = has('cov_xx') ? ['xx', 'xy', 'xz', 'yy', 'yz', 'zz'].map(name => value(`cov_${name}`)) :
+                                     ['std_x', null, null, 'std_y', null, 'std_z'].map(name => name && has(name) ? value(name) ** 2 : 0);
+  const optional = name => has(name) ? value(name) : 0;
+  const error = has('predicted_error_mm') && Number.isFinite(value('predicted_error_mm')) ? value('predicted_error_mm') : null;
+  return [
+    value('sensor'), value('time_us') / 1000, value('flags'), optional('state'), ...['x', 'y', 'z', 'qw', 'qx', 'qy', 'qz'].map(value), ...covariance,
+    error, optional('distortion_mm'), optional('snr_db')
+  ];
+}
+
+/// Names of the flags are needed to read their bits; they come from the server.
+export const isReady = () => flags.names.length > 0;

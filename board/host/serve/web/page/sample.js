@@ -1,0 +1,50 @@
+// Poses in compact form: arrays in the order of kColumns, in the event stream and in recordings (compact_pose.hpp).
+const kColumns = [
+  'sensor', 'utc_ms', 'flags',    'state',         'x',     'y', 'z', 'qw', 'qx', 'qy', 'qz', 'cxx', 'cxy', 'cxz', 'cyy',
+  'cyz',    'czz',    'error_mm', 'distortion_mm', 'snr_db'
+];
+
+/// Names of the flags by bit, the bits that make a pose invalid, and names of the states. The server sends them first.
+export const flags = {
+  names: [],
+  invalidating: 0,
+  states: []
+};
+
+/// False if this page and the server do not belong together: the server was replaced by another version while the page was open.
+export function learn(hello) {
+  flags.names = hello.flag_names;
+  flags.invalidating = hello.invalidating;
+  flags.states = hello.states;
+  return hello.columns.join() === kColumns.join();
+}
+
+export const namesOf = bits => flags.names.filter((_, bit) => bits >> bit & 1);
+
+/// Pose from its compact form; null if it is damaged. sigma_mm: 3D standard deviation. expected_mm: RMS error to expect, the
+/// larger of predicted error and standard deviation, and metal.
+export function decode(values) {
+  const complete = Array.isArray(values) && values.length === kColumns.length &&
+      values.every((v, n) => Number.isFinite(v) || (v === null && kColumns[n] === 'error_mm'));
+  if (!complete) return null;
+  const [sensor, utc_ms, bits, state, x, y, z, qw, qx, qy, qz, ...rest] = values;
+  const covariance = rest.slice(0, 6);
+  const [error_mm, distortion_mm, snr_db] = rest.slice(6);
+  const sigma_mm = 1000 * Math.sqrt(Math.max(0, covariance[0] + covariance[3] + covariance[5]));
+  return {
+    sensor,
+    utc_ms,
+    flags: bits,
+    state,
+    position_m: [x, y, z],
+    q_wxyz: [qw, qx, qy, qz],
+    covariance,
+    error_mm,
+    distortion_mm,
+    snr_db,
+    sigma_mm,
+    expected_mm: Math.hypot(Math.max(error_mm ?? 0, sigma_mm), distortion_mm),
+    valid: (bits & flags.invalidating) === 0,
+    names: namesOf(bits)
+  };
+}

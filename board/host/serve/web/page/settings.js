@@ -1,0 +1,48 @@
+// Settings of the reader, kept by the browser.
+const kKey = 'tricoil';
+export const kUnits = {mm: {scale: 1, digits: 1}, cm: {scale: 0.1, digits: 2}, m: {scale: 0.001, digits: 4}, in: {scale: 1 / 25.4, digits: 3}};
+const kDefaults = {
+  units: 'mm',
+  order: 'zyx',
+  theme: 'auto',
+  limit_mm: 2,
+  field: 'none',
+  window_s: 10
+};
+const kAllowed = {
+  units: Object.keys(kUnits),
+  order: ['zyx', 'xyz', 'vector'],
+  theme: ['auto', 'light', 'dark'],
+  field: ['none', 'x', 'y', 'z'],
+  window_s: [10, 30, 60, 300, 600]
+};
+
+function stored() {
+  try {
+    return JSON.parse(localStorage.getItem(kKey)) ?? {};
+  } catch {
+    return {};  // private windows, or text that is not JSON
+  }
+}
+
+function accepted(given) {
+  const result = {...kDefaults};
+  for (const [name, values] of Object.entries(kAllowed))
+    if (values.includes(given[name])) result[name] = given[name];
+  if (given.limit_mm > 0 && given.limit_mm <= 100) result.limit_mm = given.limit_mm;
+  return result;
+}
+
+export const settings = accepted(stored());
+
+export function set(name, value) {
+  Object.assign(settings, accepted({...settings, [name]: value}));
+  try {
+    localStorage.setItem(kKey, JSON.stringify(settings));
+  } catch { /* the settings then last as long as the page */
+  }
+}
+
+const dark = matchMedia('(prefers-color-scheme: dark)');
+export const isDark = () => settings.theme === 'dark' || (settings.theme === 'auto' && dark.matches);
+export const onSystemTheme = action => dark.addEventListener('change', action);

@@ -1,0 +1,136 @@
+#include "board/host/serve/web/recording_library.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <vector>
+
+#include "board/host/serve/recording_switch.hpp"
+#include "board/host/serve/web/compact_pose.hpp"
+#include "board/record/recording.hpp"
+#include "board/support/errors.hpp"
+
+namespace tricoil::host::web {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kPieceBytes = std::size_t{64} << 10U;
+constexpr std::size_t kLongestDescriptionRead = std::size_t{1} << 20U;
+
+/// The message without the path of the folder, which is not for clients.
+std::string without_folder(std::string message, const std::string& folder) {
+    const std::string prefix = (fs::path(folder) / "").string();
+    for (auto at = message.find(prefix); at != std::string::npos; at = message.find(prefix)) {
+        message.erase(at, prefix.size());
+    }
+    return message;
+}
+
+bool is_complete(const fs::path& recording) {
+    try {
+        const auto description =
+            nlohmann::json::parse(read_text((recording / kDescriptionFile).string(), kLongestDescriptionRead), nullptr, false);
+        return description.is_object() && description.value("complete", nlohmann::json()) == true;
+    } catch (const std::exception&) {
+        return false;
+    }
+}
+
+/// Collects text and passes it on in pieces.
+class Pieces {
+public:
+    explicit Pieces(const std::function<bool(std::string_view)>& put) : put_(put) {}
+
+    std::string& text() { return text_; }
+    /// Passes the text on if there is enough of it, or at the end. False if the client does not take it.
+    bool pass(std::size_t enough) {
+        if (text_.size() < enough || text_.empty()) {
+            return true;
+        }
+        const bool taken = put_(text_);
+        text_.clear();
+        return taken;
+    }
+
+private:
+    const std::function<bool(std::string_view)>& put_;
+    std::string text_;
+};
+
+/// Appends the poses, at most kMostPlayedPoses; false if the client does not take them.
+bool put_lines(RecordLines& lines, Pieces& pieces) {
+    std::size_t count = 0;
+    for (std::string line; lines.next(line); ++count) {
+        if (count == kMostPlayedPoses) {
+            pieces.text() += Json{{"error", fmt::format("only the first {} poses are sent", count)}}.dump() + "\n";
+            return true;
+        }
+        const auto pose = parse_pose(line, lines.where());
+        if (is_finite(pose)) {
+            put_compact({pose, utc_time_us(to_us(pose.time))}, pieces.text());
+            pieces.text() += '\n';
+        }
+        if (!pieces.pass(kPieceBytes)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+}  // namespace
+
+nlohmann::json RecordingLibrary::list() const {
+    std::vector<std::string> names;
+    std::error_code error;
+    for (fs::directory_iterator entry(folder_, error), end; !error && entry != end; entry.increment(error)) {
+        const std::string name = entry->path().filename().string();
+        if (is_recording_name(name) && fs::is_regular_file(entry->path() / kDescriptionFile, error)) {
+            names.push_back(name);
+        }
+        error.clear();
+    }
+    std::sort(names.rbegin(), names.rend());
+    auto recordings = nlohmann::json::array();
+    for (const std::string& name : names) {
+        const fs::path path = fs::path(folder_) / name;
+        const auto bytes = fs::file_size(path / kRecordFiles[static_cast<std::size_t>(RecordFile::poses)], error);
+        recordings.push_back({{"name", name}, {"bytes", error ? 0 : bytes}, {"complete", is_complete(path)}});
+    }
+    return recordings;
+}
+
+Recording RecordingLibrary::open(const std::string& name) const {
+    std::error_code error;
+    if (folder_.empty() || !is_recording_name(name) || !fs::is_directory(fs::path(folder_) / name, error)) {
+        throw InputError("there is no recording of this name in the folder of --record-folder");
+    }
+    try {
+        return Recording((fs::path(folder_) / name).string());
+    } catch (const std::exception& failure) {
+        throw InputError(without_folder(failure.what(), folder_));
+    }
+}
+
+void send_poses(const Recording& recording, const std::function<bool(std::string_view)>& put) {
+    const fs::path path(recording.folder());
+    Pieces pieces(put);
+    pieces.text() = Json{{"name", path.filename().string()},
+                         {"started", recording.description().value("started", nlohmann::json())},
+                         {"complete", recording.complete()}}
+                        .dump() +
+                    "\n";
+    try {
+        RecordLines lines(recording.folder(), RecordFile::poses);
+        if (!put_lines(lines, pieces)) {
+            return;
+        }
+    } catch (const std::exception& failure) {
+        pieces.text() += Json{{"error", without_folder(failure.what(), path.parent_path().string())}}.dump() + "\n";
+    }
+    pieces.pass(0);
+}
+
+}  // namespace tricoil::host::web

@@ -1,0 +1,66 @@
+// Helpers of the browser tests: a page of a scripted server, and what it has drawn.
+const path = require('path');
+const {scripted} = require('./scripted_server.cjs');
+
+/// Opens the page of a new scripted server. errors: of the page. send() of the server adds events.
+async function openPage(browser, html, {
+  viewport = {
+    width: 1400,
+    height: 900
+  },
+  recordings = {},
+  ...context
+} = {}) {
+  const server = await scripted(html, recordings);
+  const own = await browser.newContext({viewport, ...context});
+  const page = await own.newPage();
+  const errors = [];
+  page.on('pageerror', error => errors.push(String(error)));
+  await page.goto(server.url);
+  while (!server.connected()) await page.waitForTimeout(20);
+  const wait = (condition, argument = null) => page.waitForFunction(condition, argument, {timeout: 30000});
+  return {
+    server,
+    page,
+    errors,
+    wait,
+    close: async () => {
+      await own.close();
+      server.close();
+    }
+  };
+}
+
+/// Share of the pixels of the scene that differ between two pictures of it.
+async function changedPixels(page, before, after) {
+  return page.evaluate(async pictures => {
+    const [a, b] = await Promise.all(pictures.map(async data => {
+      const image = new Image();
+      image.src = 'data:image/png;base64,' + data;
+      await image.decode();
+      const canvas = Object.assign(document.createElement('canvas'), {width: image.width, height: image.height});
+      const context = canvas.getContext('2d');
+      context.drawImage(image, 0, 0);
+      return context.getImageData(0, 0, canvas.width, canvas.height).data;
+    }));
+    let count = 0;
+    for (let n = 0; n < a.length; n += 4) count += Math.abs(a[n] - b[n]) + Math.abs(a[n + 1] - b[n + 1]) + Math.abs(a[n + 2] - b[n + 2]) > 60;
+    return count;
+  }, [before, after].map(picture => picture.toString('base64')));
+}
+
+/// Calls send() every 100 ms, so that the stream does not stall, until wait() is fulfilled.
+async function whileSending(send, wait) {
+  const ticker = setInterval(send, 100);
+  try {
+    return await wait();
+  } finally {
+    clearInterval(ticker);
+  }
+}
+
+const pictureOf = (page, id) => page.locator(id).screenshot();
+const text = (page, id) => page.textContent(id);
+const save = (page, folder, name) => folder ? page.screenshot({path: path.join(folder, `${name}.png`)}) : null;
+
+module.exports = {changedPixels, openPage, pictureOf, save, text, whileSending};

@@ -1,0 +1,170 @@
+// Data of the live page: events with poses in compact form, and recordings that it plays.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "board/host/serve/web/compact_pose.hpp"
+#include "board/host/serve/web/pose_event.hpp"
+#include "board/host/serve/web/recording_library.hpp"
+#include "board/support/errors.hpp"
+#include "tests/cli/cli_runner.hpp"
+
+namespace tricoil::test {
+namespace {
+
+using host::web::kCompactColumns;
+using ::testing::HasSubstr;
+using ::testing::Not;
+namespace fs = std::filesystem;
+
+host::ServedPose pose_at(std::int64_t us, double x) {
+    host::ServedPose served;
+    served.pose.time = device_time_us(us);
+    served.pose.position_m = {x, -0.25, 0.125};
+    served.pose.covariance(0, 0) = 4e-8;
+    served.pose.state = tracking::TrackerState::tracking;
+    served.pose.flags.set(tracking::PoseFlag::distorted);
+    served.utc = host::utc_time_us(1'700'000'000'000'000 + us);
+    return served;
+}
+
+nlohmann::json event_of(const std::vector<host::ServedPose>& poses, const nlohmann::ordered_json& hello = nullptr) {
+    const std::string text = host::web::pose_event(poses, {}, hello);
+    EXPECT_EQ(text.substr(0, 6), "data: ");
+    EXPECT_EQ(text.substr(text.size() - 2), "\n\n");
+    return nlohmann::json::parse(text.substr(6), nullptr, false);
+}
+
+double number(const nlohmann::json& pose, std::string_view column) {
+    const auto* const at = std::find(kCompactColumns.begin(), kCompactColumns.end(), column);
+    return pose.at(static_cast<std::size_t>(at - kCompactColumns.begin()));
+}
+
+TEST(PoseEvent, HoldsEveryPoseWithItsNumbers) {
+    const auto event = event_of({pose_at(0, 0.5), pose_at(4167, 0.625)});
+    ASSERT_EQ(event["poses"].size(), 2U);
+    const auto& pose = event["poses"][1];
+    EXPECT_EQ(pose.size(), kCompactColumns.size());
+    EXPECT_EQ(number(pose, "utc_ms"), 1'700'000'000'004.167);
+    EXPECT_EQ(number(pose, "flags"), 8);
+    EXPECT_EQ(number(pose, "state"), 1);
+    EXPECT_EQ(number(pose, "x"), 0.625);
+    EXPECT_EQ(number(pose, "y"), -0.25);
+    EXPECT_EQ(number(pose, "qw"), 1);
+    EXPECT_EQ(number(pose, "cxx"), 4e-8);
+    EXPECT_TRUE(pose.at(17).is_null()) << "the predicted error is unknown";
+    EXPECT_FALSE(event.contains("hello"));
+}
+
+TEST(PoseEvent, LeavesOutPosesThatAreNotFinite) {
+    auto bad = pose_at(0, std::numeric_limits<double>::quiet_NaN());
+    auto loud = pose_at(0, 0.5);
+    loud.pose.snr_db = -std::numeric_limits<double>::infinity();
+    const auto event = event_of({bad, loud});
+    ASSERT_EQ(event["poses"].size(), 1U);
+    EXPECT_LT(number(event["poses"][0], "snr_db"), -100);
+}
+
+TEST(PoseEvent, GreetsWithTheNamesThatAPageNeeds) {
+    const auto hello =
+        host::web::greeting({{"kind", "device"}, {"device", "can:can0"}, {"calibration_file", "/home/me/cal.toml"}});
+    const auto event = event_of({}, hello);
+    EXPECT_EQ(event["hello"]["flag_names"][3], "distorted");
+    EXPECT_EQ(event["hello"]["invalidating"].get<unsigned>() & 8U, 0U);
+    EXPECT_EQ(event["hello"]["states"][1], "tracking");
+    EXPECT_EQ(event["hello"]["columns"].size(), kCompactColumns.size());
+    EXPECT_EQ(event["hello"]["source"], nlohmann::json({{"kind", "device"}, {"device", "can:can0"}}));
+}
+
+class RecordingLibraryTest : public ::testing::Test {
+protected:
+    void SetUp() override {
+        fs::remove_all(folder_);
+        fs::create_directories(folder_);
+    }
+    void TearDown() override { fs::remove_all(folder_); }
+
+    void record(const std::string& name, int poses) {
+        host::Recorder recorder(folder_ + "/" + name, {{"kind", "test"}}, host::Journal::WhenFull::wait);
+        for (int n = 0; n < poses; ++n) {
+            recorder.pose(pose_at(n * 4167, 0.5).pose);
+        }
+        EXPECT_EQ(recorder.close(), "");
+    }
+    [[nodiscard]] std::vector<nlohmann::json> lines_of(const std::string& name) const {
+        std::string text;
+        host::web::send_poses(library_.open(name), [&](std::string_view piece) {
+            text += piece;
+            return true;
+        });
+        std::vector<nlohmann::json> lines;
+        std::istringstream stream(text);
+        for (std::string line; std::getline(stream, line);) {
+            lines.push_back(nlohmann::json::parse(line));
+        }
+        return lines;
+    }
+
+    std::string folder_ = path_in_temp("library");
+    host::web::RecordingLibrary library_{folder_};
+};
+
+TEST_F(RecordingLibraryTest, ListsRecordingsOnly) {
+    record("b", 3);
+    record("a c", 1);
+    fs::create_directories(folder_ + "/not a recording");
+    const auto list = library_.list();
+    ASSERT_EQ(list.size(), 2U);
+    EXPECT_EQ(list[0]["name"], "b");
+    EXPECT_EQ(list[1]["name"], "a c");
+    EXPECT_EQ(list[0]["complete"], true);
+    EXPECT_GT(list[0]["bytes"], list[1]["bytes"]);
+    EXPECT_TRUE(host::web::RecordingLibrary("").list().empty());
+}
+
+TEST_F(RecordingLibraryTest, SendsEveryPoseInPieces) {
+    record("long", 1000);
+    std::size_t pieces = 0;
+    host::web::send_poses(library_.open("long"), [&](std::string_view) { return ++pieces < 2; });
+    EXPECT_EQ(pieces, 2U) << "ends when the client does not take a piece";
+    const auto lines = lines_of("long");
+    ASSERT_EQ(lines.size(), 1001U);
+    EXPECT_EQ(lines[0]["name"], "long");
+    EXPECT_EQ(lines[0]["complete"], true);
+    EXPECT_EQ(number(lines[1000], "utc_ms"), 999 * 4.167);
+}
+
+TEST_F(RecordingLibraryTest, ADamagedLineEndsAnIncompleteRecordingWithItsReason) {
+    record("cut", 10);
+    const std::string description = folder_ + "/cut/recording.json";
+    auto content = nlohmann::json::parse(read_file(description));
+    content["complete"] = false;  // as if the program had been killed
+    std::ofstream(description) << content;
+    std::ofstream(folder_ + "/cut/poses.csv", std::ios::app) << "1,2,3\n";
+    const auto lines = lines_of("cut");
+    ASSERT_EQ(lines.size(), 12U);
+    EXPECT_THAT(lines.back()["error"], HasSubstr("cut/poses.csv:12"));
+    EXPECT_THAT(lines.back()["error"], Not(HasSubstr(folder_)));
+}
+
+TEST_F(RecordingLibraryTest, RefusesWhatIsNotARecordingOfItsFolder) {
+    record("good", 2);
+    std::ofstream(folder_ + "/good/poses.csv", std::ios::app) << "1,2,3\n";
+    for (const char* name : {"good", "none", "", ".", "..", "../library/good", "good/", "/etc", "x\n"}) {
+        try {
+            (void)library_.open(name);
+            ADD_FAILURE() << name;
+        } catch (const host::InputError& error) {
+            EXPECT_THAT(error.what(), Not(HasSubstr(folder_)));
+        }
+    }
+}
+
+}  // namespace
+}  // namespace tricoil::test
