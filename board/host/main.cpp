@@ -2,7 +2,9 @@
 #include <csignal>
 #include <exception>
 #include <new>
+#include <string>
 
+#include "board/host/build_commit.hpp"
 #include "board/host/program.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/memory_reserve.hpp"
@@ -16,13 +18,18 @@ using tricoil::host::to_int;
 constexpr int kSignalled = 128;  // the exit code is this plus the signal number
 
 int report(int code, const char* line) {
-    tricoil::host::print_notice("tricoil: {}\n", line);
+    tricoil::host::print_error("tricoil", line);
     return code;
 }
 
 int run_to_the_end(int argc, char** argv) {
     tricoil::host::ignore_broken_pipe();
-    const int code = tricoil::host::run_program({argv + 1, argv + argc});
+    tricoil::host::ProgramIdentity identity;
+    identity.typed_name = argv[0];
+    if (const std::string commit = tricoil::host::build_commit(); !commit.empty()) {
+        identity.version += " (" + commit + ")";
+    }
+    const int code = tricoil::host::run_program({argv + 1, argv + argc}, identity);
     tricoil::host::end_standard_output();
     return code;
 }

@@ -23,6 +23,7 @@
 #include "board/support/interrupt.hpp"
 #include "board/support/json_text.hpp"
 #include "board/support/output_file.hpp"
+#include "board/support/progress.hpp"
 #include "board/support/terminal_text.hpp"
 #include "core/protocol/convert.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
@@ -252,6 +253,7 @@ int run_device(const DeviceRunOptions& options) {
     }
     const RealtimeStatus realtime = request_realtime(config.lock_memory.value_or(true), config.priority);
     print_realtime_refusals(config, realtime);
+    host::Progress progress(config.device);
     const HostTime begin = drivers::host_now();
     HostTime steady = begin;  // time at which the device last worked
     const auto gives_up = [&](HostTime now) {
@@ -270,6 +272,9 @@ int run_device(const DeviceRunOptions& options) {
         loop.step();
         if (options.each_step) {
             options.each_step(loop);
+        }
+        if (options.duration_s > 0) {
+            progress.show(stopwatch.elapsed_s() / options.duration_s);
         }
         const HostTime now = drivers::host_now();
         reporter.check(loop.session(), *port, now);

@@ -18,11 +18,14 @@ namespace {
 
 using Pose = tracking::PoseEstimate<double>;
 
-std::uint64_t for_each_pose(const Recording& recording, const std::function<void(const Pose&)>& take) {
+std::uint64_t for_each_pose(const Recording& recording, const std::function<void(const Pose&)>& take, const ShowShare& progress) {
     RecordLines poses(recording.folder(), RecordFile::poses);
     std::uint64_t count = 0;
     for (std::string line; poses.next(line); ++count) {
         take(parse_pose(line, poses.where()));
+        if (progress) {
+            progress(poses.share());
+        }
     }
     return count;
 }
@@ -80,10 +83,16 @@ Form mcap_form(const Put& put) {
 
 }  // namespace
 
-std::uint64_t convert(const Recording& recording, const std::string& name, const std::function<void(std::string_view)>& put) {
+const std::vector<std::string>& convert_formats() {
+    static const std::vector<std::string> names{"jsonl", "csv", "mat", "mcap", "candump", "openigtlink"};
+    return names;
+}
+
+std::uint64_t convert(const Recording& recording, const std::string& name, const std::function<void(std::string_view)>& put,
+                      const ShowShare& progress) {
     constexpr std::array kForms{json_form, csv_form, mat_form, mcap_form, candump_form, igtl_form};
-    const Form form = kForms.at(index_of_name("--to", name, {"jsonl", "csv", "mat", "mcap", "candump", "openigtlink"}))(put);
-    const std::uint64_t count = for_each_pose(recording, form.take);
+    const Form form = kForms.at(index_of_name("--to", name, convert_formats()))(put);
+    const std::uint64_t count = for_each_pose(recording, form.take, progress);
     if (form.finish) {
         form.finish();
     }

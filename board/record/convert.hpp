@@ -4,10 +4,15 @@
 #include <functional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "board/record/recording.hpp"
+#include "board/support/progress.hpp"
 
 namespace tricoil::host {
+
+/// Names of the forms.
+const std::vector<std::string>& convert_formats();
 
 /// Passes all poses to `put` in one of these forms:
 /// - jsonl: one JSON object per line, like run --device --json.
@@ -16,7 +21,9 @@ namespace tricoil::host {
 /// - candump: log of CAN FD frames of the tricoil protocol, for canplayer and the DBC file.
 /// - openigtlink: consecutive server messages, TRANSFORM, or STATUS if the pose is invalid. Time stamps are device times,
 ///   not UTC.
-/// Returns the number of poses. Throws InputError for an unknown form or a damaged line.
-std::uint64_t convert(const Recording& recording, const std::string& name, const std::function<void(std::string_view)>& put);
+/// progress: called for every pose; may be empty. Returns the number of poses. Throws InputError for an unknown form or a damaged
+/// line.
+std::uint64_t convert(const Recording& recording, const std::string& name, const std::function<void(std::string_view)>& put,
+                      const ShowShare& progress = {});
 
 }  // namespace tricoil::host

@@ -20,6 +20,8 @@ public:
 
     /// Reads the next line; false at the end. Throws ReadError if the disk fails.
     bool next(std::string& line);
+    /// Part of the file that was read, 0 to 1.
+    [[nodiscard]] double share() const { return reader_.share(); }
     /// "FILE:LINE" of the last line read.
     [[nodiscard]] std::string where() const { return path_ + ":" + std::to_string(reader_.line()); }
 

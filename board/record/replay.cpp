@@ -85,7 +85,8 @@ private:
 
 }  // namespace
 
-ReplayReport replay(const Recording& recording, const TrackerSettings& settings, const std::string& out) {
+ReplayReport replay(const Recording& recording, const TrackerSettings& settings, const std::string& out,
+                    const ShowShare& progress) {
     ReplayReport report;
     InputReplay trackers(settings);
     const bool same_tracker = settings_json(settings) == settings_json(*recording.settings());
@@ -99,6 +100,9 @@ ReplayReport replay(const Recording& recording, const TrackerSettings& settings,
     for (std::string line; inputs.next(line);) {
         const TrackerInput input = parse_input(line, inputs.where());
         ++report.inputs;
+        if (progress) {
+            progress(inputs.share());
+        }
         if (const auto pose = trackers.take(input, inputs.where())) {
             const std::string text = line_of(*pose);
             ++report.poses;

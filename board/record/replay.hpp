@@ -5,6 +5,7 @@
 #include <string>
 
 #include "board/record/recording.hpp"
+#include "board/support/progress.hpp"
 
 namespace tricoil::host {
 
@@ -30,8 +31,9 @@ struct ReplayReport {
     }
 };
 
-/// out: output file with the format of poses.csv; empty: none. Throws InputError for a damaged line, DeviceError if `out` cannot
-/// be written completely.
-ReplayReport replay(const Recording& recording, const TrackerSettings& settings, const std::string& out);
+/// out: output file with the format of poses.csv; empty: none. progress: called for every input; may be empty. Throws InputError
+/// for a damaged line, DeviceError if `out` cannot be written completely.
+ReplayReport replay(const Recording& recording, const TrackerSettings& settings, const std::string& out,
+                    const ShowShare& progress = {});
 
 }  // namespace tricoil::host

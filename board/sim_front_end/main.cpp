@@ -8,10 +8,10 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "board/command_line/parse.hpp"
 #include "board/linux/device_uri.hpp"
 #include "board/sim_front_end/gpio_watch.hpp"
 #include "board/sim_front_end/tracker_board.hpp"
-#include "board/support/command_line.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
 #include "board/support/nearest_name.hpp"

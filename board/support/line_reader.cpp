@@ -15,6 +15,8 @@ LineReader::LineReader(const std::string& path) : path_(path) {
     if (!file_) {
         throw InputError(path + ": cannot be opened; check the path and its permissions");
     }
+    const auto size = std::filesystem::file_size(path, error);
+    size_bytes_ = error ? 0 : size;  // a pipe has none
 }
 
 bool LineReader::next(std::string& line) {
@@ -39,7 +41,12 @@ bool LineReader::next(std::string& line) {
                         "); check the disk");
     }
     ++line_;
+    read_bytes_ += line.size() + 1;
     return true;
+}
+
+double LineReader::share() const {
+    return size_bytes_ == 0 ? 1 : static_cast<double>(read_bytes_) / static_cast<double>(size_bytes_);
 }
 
 std::string read_text(const std::string& path, std::size_t most_bytes) {

@@ -19,6 +19,9 @@ public:
     /// line that is longer than kLongestLine.
     bool next(std::string& line);
 
+    /// Part of the file that was read, 0 to 1; 1 if its size is unknown.
+    [[nodiscard]] double share() const;
+
     /// True if the last line that next() returned has no line feed.
     [[nodiscard]] bool was_cut() const { return cut_; }
     /// Number of the last line, from 1.
@@ -27,6 +30,8 @@ public:
 private:
     std::string path_;
     std::ifstream file_;
+    std::uintmax_t size_bytes_ = 0;
+    std::uintmax_t read_bytes_ = 0;
     std::size_t line_ = 0;
     bool cut_ = false;
 };

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "board/support/errors.hpp"
+#include "board/support/terminal_colour.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -16,6 +17,10 @@ namespace {
 volatile std::sig_atomic_t reader_gone = 0;
 
 std::atomic<bool> text_on_stderr = false;
+
+std::atomic<std::FILE*> status_line = nullptr;  // the terminal that shows one; null: none
+
+constexpr std::string_view kClearLine = "\r\x1b[K";
 
 thread_local std::string* captured = nullptr;  // text of the innermost CapturedText; null: none
 
@@ -29,9 +34,14 @@ bool is_c1_control(std::string_view text, std::size_t at) {
     return byte(at) == 0xC2 && at + 1 < text.size() && byte(at + 1) >= 0x80 && byte(at + 1) <= 0x9F;
 }
 
+void put(std::string_view text, std::FILE* file) { (void)std::fwrite(text.data(), 1, text.size(), file); }
+
 void print(std::string_view text, std::FILE* file) {
+    if (status_line != nullptr) {
+        (void)draw_status_line(status_line, "");
+    }
     const std::string safe = terminal_text(text);
-    (void)std::fwrite(safe.data(), 1, safe.size(), file);
+    put(has_colours(file) ? coloured_by_meaning(safe) : safe, file);
 }
 
 }  // namespace
@@ -67,6 +77,21 @@ void print_text(std::string_view text) {
 void print_text_to_standard_error() { text_on_stderr = true; }
 
 void print_notice(std::string_view text) { print(text, stderr); }
+
+void print_error(std::string_view program, std::string_view text) {
+    const std::string label = std::string(program) + ":";
+    if (status_line != nullptr) {
+        (void)draw_status_line(status_line, "");
+    }
+    put((has_colours(stderr) ? painted(label, Colour::red) : label) + " " + terminal_text(text) + "\n", stderr);
+}
+
+bool draw_status_line(std::FILE* terminal, std::string_view text) {
+    status_line = text.empty() ? nullptr : terminal;
+    put(kClearLine, terminal);
+    put(text, terminal);
+    return std::fflush(terminal) == 0 && std::ferror(terminal) == 0;
+}
 
 void ignore_broken_pipe() {
     struct sigaction action {};

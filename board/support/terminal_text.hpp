@@ -1,8 +1,10 @@
-// Prints text to the terminal with control characters escaped. A failed write does not end the program.
+// Prints text to the terminal with control characters escaped, in colours if the terminal shows them. A failed write does not end
+// the program.
 #pragma once
 
 #include <fmt/format.h>
 
+#include <cstdio>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -19,6 +21,12 @@ void print_text(std::string_view text);
 void print_text_to_standard_error();
 /// Prints to standard error. Failures are ignored.
 void print_notice(std::string_view text);
+/// Prints "PROGRAM: TEXT" as a line to standard error.
+void print_error(std::string_view program, std::string_view text);
+
+/// Draws a line of progress on a terminal in place of the last one. Text that is printed later replaces it; an empty text removes
+/// it. Returns false if the terminal is closed.
+bool draw_status_line(std::FILE* terminal, std::string_view text);
 
 /// During its lifetime, texts that this thread prints to standard output are collected here instead.
 class CapturedText {

@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "board/support/command_line.hpp"
+#include "board/command_line/parse.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
 #include "board/support/nearest_name.hpp"
@@ -241,7 +241,6 @@ int main_program(int argc, char** argv) {
         faults += "\n" + help;
     }
     program.add_option("--fault", o.faults, faults);
-    program.footer("Exit codes: 0 success, 1 the firmware failed, 2 bad usage or input, 3 an interface failed.");
     return host::parse_command_line(program, argc, argv) ? run(o) : to_int(host::ExitCode::fine);
 }
 

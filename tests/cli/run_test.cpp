@@ -14,6 +14,8 @@
 namespace tricoil::test {
 namespace {
 
+using ::testing::HasSubstr;
+
 nlohmann::json run(const std::string& arguments) {
     const CliResult result = tricoil("run --json " + arguments);
     EXPECT_EQ(result.exit_code, 0) << result.err;

@@ -34,17 +34,15 @@ TEST(Usage, HelpAndVersionPrint) {
 
 TEST(Usage, EveryCommandHasJsonOutput) {
     const std::string help = tricoil("--help").out;
-    const std::string list = help.substr(help.find("Subcommands:"));
-    std::istringstream lines(list.substr(list.find('\n') + 1));
+    std::istringstream lines(help.substr(0, help.find("\nHelp:\n")));
     int commands = 0;
     for (std::string line; std::getline(lines, line);) {
-        const auto begin = line.find_first_not_of(' ');
-        if (begin != 2) {  // option description of several lines
+        if (!line.starts_with("  ") || line[2] == ' ') {  // a group, or further lines of a description
             continue;
         }
         const std::string command = line.substr(2, line.find(' ', 2) - 2);
         const std::string own = tricoil(command + " --help").out;
-        const bool has_commands = own.find("Subcommands:") != std::string::npos;
+        const bool has_commands = own.find("Commands:") != std::string::npos;
         EXPECT_TRUE(has_commands || own.find("--json") != std::string::npos) << command;
         ++commands;
     }
@@ -64,8 +62,12 @@ TEST(Usage, UnknownNamesGetASuggestion) {
     expect_usage_error("serve --openigtlink 0 --tracker fixed-direct", "--tracker fixed-direct: computes poses from samples");
     expect_usage_error("run --scenario hnd", "did you mean 'hand'");
     expect_usage_error("run --fault open_coyl:S1", "did you mean 'open_coil'");
-    expect_usage_error("run --nonsense", "--nonsense");
-    expect_usage_error("", "subcommand");
+    expect_usage_error("run --nonsense-option", "unknown option '--nonsense-option'; see tricoil run --help");
+    expect_usage_error("run --sede 3", "unknown option '--sede'; did you mean '--seed'? See tricoil run --help");
+    expect_usage_error("run -seed 3", "unknown option '-seed'; did you mean '--seed'?");
+    expect_usage_error("--verzion", "unknown option '--verzion'; did you mean '--version'? See tricoil --help");
+    expect_usage_error("device wach", "unknown command 'wach'; did you mean 'watch'?");
+    expect_usage_error("device", "tricoil device needs a command: list, info,");
     expect_usage_error("motion --example IV", "unknown example 'IV'; choices: I, II, III,");
 }
 
@@ -132,6 +134,24 @@ TEST(Usage, OptionsWithoutEffectAreRefused) {
     expect_usage_error("run --duration 1 --out /dev/null --tip 1e308,1e308,0", "--tip");
 }
 
+/// The first wrong word is named, also if a required option is missing because of it.
+TEST(Usage, WordsThatDoNotFitAreNamedOnce) {
+    expect_usage_error("run circle", "unexpected argument 'circle'; did you mean '--scenario circle'? See tricoil run --help");
+    expect_usage_error("run scaat hand", "unexpected argument 'scaat'; did you mean '--tracker scaat'?");
+    expect_usage_error("run one two", "unexpected argument 'one'; see tricoil run --help");
+    expect_usage_error("demodulate c.csv --carier-hz 1e4 --rate-hz 2e5",
+                       "unknown option '--carier-hz'; did you mean '--carrier-hz'?");
+    expect_usage_error("demodulate c.csv --rate-hz 2e5", "--carrier-hz is required (NUMBER: Frequency of the excitation)");
+    expect_usage_error("demodulate --carrier-hz 1e4 --rate-hz 2e5", "CAPTURE is required (CSV:");
+    expect_usage_error("run --out --json", "--out needs a value: FILE; see tricoil run --help");
+    expect_usage_error("run --duration 1 --out", "--out needs a value: FILE");
+    expect_usage_error("run --out= --json", "--out needs a value: FILE");
+    expect_usage_error("run --json=yes", "--json takes no value");
+    expect_usage_error("run --seed 1 --seed 2", "--seed is given 2 times; give it once");
+    expect_usage_error("run --place 1,2", "--place 1,2: expected 3 comma-separated numbers");
+    expect_usage_error("run --place 1,2,x", "--place 1,2,x: expected 3 comma-separated numbers");
+}
+
 TEST(Usage, NumbersOutOfRangeAreNamed) {
     expect_usage_error("run --rate-hz 0", "frame rate");
     expect_usage_error("run --rate-hz nan", "frame rate");
@@ -148,9 +168,9 @@ TEST(Usage, NumbersOutOfRangeAreNamed) {
     expect_usage_error("run --fault dropped_blocks:2", "0 to 1");
     expect_usage_error("run --device tcp:host", "use sim:, can:INTERFACE");
     expect_usage_error("run --seed -1", "--seed");
-    expect_usage_error("run --rate-hz fast", "expected: a number");
-    expect_usage_error("run --passes 1.5", "expected: a whole number");
-    expect_usage_error("motion --azimuth fast,1", "expected: 2 comma-separated numbers");
+    expect_usage_error("run --rate-hz fast", "--rate-hz fast: expected a number");
+    expect_usage_error("run --passes 1.5", "--passes 1.5: expected a whole number");
+    expect_usage_error("motion --azimuth fast,1", "--azimuth fast,1: expected 2 comma-separated numbers");
 }
 
 TEST(Usage, UnusableFilesAreNamed) {

@@ -171,6 +171,10 @@ private:
     }
 
     void solve(FitModel model, double loss_m) {
+        const double solves = 3 + 2 * static_cast<double>(options_.model) + (options_.stage != StageModel::ideal ? 3 : 0);
+        if (options_.progress) {
+            options_.progress(solves_++ / solves);
+        }
         problem_ = std::make_unique<ceres::Problem>();
         pose_blocks_.clear();
         const bool finite = model == FitModel::finite;
@@ -385,6 +389,7 @@ private:
 
     std::vector<PoseFile> files_;
     FitOptions options_;
+    double solves_ = 0;
     std::vector<std::string> source_names_, sensor_names_;
     std::vector<std::size_t> source_index_, sensor_index_;  // by file
     std::vector<Mat3<double>> named_, source_start_, jig_start_, mount_start_;

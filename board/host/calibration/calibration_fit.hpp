@@ -7,6 +7,7 @@
 
 #include "board/host/calibration/fixtures.hpp"
 #include "board/host/calibration/pose_set.hpp"
+#include "board/support/progress.hpp"
 #include "core/field/general_dipole.hpp"
 
 namespace tricoil::host {
@@ -32,6 +33,7 @@ struct FitOptions {
     FitModel model = FitModel::general;
     FixtureModel fixtures = FixtureModel::free;
     StageModel stage = StageModel::ideal;
+    ShowShare progress = {};  // may be empty
 };
 
 /// Fitted parameter for output: name with unit, value, standard deviation.

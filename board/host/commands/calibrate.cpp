@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <memory>
 
+#include "board/command_line/option_words.hpp"
 #include "board/host/calibration/calibration_fit.hpp"
 #include "board/host/calibration/error_map.hpp"
 #include "board/host/calibration/evaluation.hpp"
@@ -18,6 +19,7 @@
 #include "board/support/json_rows.hpp"
 #include "board/support/json_text.hpp"
 #include "board/support/nearest_name.hpp"
+#include "board/support/progress.hpp"
 #include "board/support/terminal_text.hpp"
 #include "board/support/whole_file.hpp"
 #include "core/calibration/blob.hpp"
@@ -147,6 +149,8 @@ CalibrationFile calibrate_on_stage(const CalibrateCommand& command, Report& repo
     options.fixtures = static_cast<FixtureModel>(index_of_name("fixtures", command.fixtures, kFixtures));
     options.stage = static_cast<StageModel>(index_of_name("--stage", command.stage, kStages));
     const auto files = read_pose_files(command.data);
+    Progress progress("calibrate");
+    options.progress = progress.part(0, 1);
     const CalibrationFit fit = fit_calibration(files, options);
     describe_fit(fit, command, report);
     CalibrationFile file;
@@ -336,29 +340,35 @@ void add_calibrate_command(CLI::App& program, Action& action) {
         "calibrate", "Calibrate coils and fixtures from measured couplings, or the tip of a pointer from poses");
     sub->add_option("data", c->data,
                     "Couplings at stage poses (ILEMT text or CSV), of column frames or grid nodes (CSV); with --pivot poses")
-        ->required();
-    sub->add_option("--model", c->model, "concentric | general (a position for each coil) | finite (also a size)")
+        ->required()
+        ->type_name(kFileType);
+    one_of(sub->add_option("--model", c->model, "general: a position for each coil; finite: also a size"), kModels)
         ->capture_default_str();
-    sub->add_option("--fixtures", c->fixtures,
-                    "free (estimate the rotation of each sensor fixture) | named (rotation from the fixture's name)")
+    one_of(sub->add_option("--fixtures", c->fixtures,
+                           "Estimate the rotation of each sensor fixture (free), or take it from the fixture's name (named)"),
+           kFixtures)
         ->capture_default_str();
-    sub->add_option(
-           "--stage", c->stage,
-           "Errors of the stage to estimate: ideal (none) | turning (linear in the position, in the turning frame) | room (also "
-           "linear in the position in the room, and a uniform stray field)")
+    one_of(
+        sub->add_option(
+            "--stage", c->stage,
+            "Errors of the stage to estimate: none (ideal), linear in the position in the turning frame (turning), also linear "
+            "in the position in the room, and a uniform stray field (room)"),
+        kStages)
         ->capture_default_str();
     sub->add_flag("--affine", c->affine, "Also fit an affine correction of the positions");
-    sub->add_option("--out", c->out, "Calibration or tip as TOML");
-    sub->add_option("--blob", c->blob, "Calibration as bytes for flash");
+    sub->add_option("--out", c->out, "Calibration or tip as TOML")->type_name(kFileType);
+    sub->add_option("--blob", c->blob, "Calibration as bytes for flash")->type_name(kFileType);
     sub->add_flag("--free-motion", c->free_motion, "Gains and angles from any motion, without ground truth");
     sub->add_option("--column-skew", c->column_skew,
                     "Free motion: time between columns, in frame periods (1/3 for TDM); columns are deskewed");
     sub->add_flag("--grid", c->grid, "Sensor placed on the nodes of a printed grid, in many attitudes");
     sub->add_option("--spacing-mm", c->spacing_mm, "Grid: distance between neighbouring nodes, mm");
-    sub->add_option("--hemisphere", c->hemisphere, "Grid: direction to the half space that contains it, source frame, X,Y,Z")
+    sub->add_option("--hemisphere", c->hemisphere, "Grid: direction to the half space that contains it, source frame")
+        ->type_name("X,Y,Z")
         ->expected(3)
         ->delimiter(',');
     sub->add_option("--wiring", c->wiring, "Check the wiring: sensor at X,Y,Z with its axes along the source's")
+        ->type_name("X,Y,Z")
         ->expected(3)
         ->delimiter(',');
     sub->add_flag(
@@ -368,6 +378,14 @@ void add_calibrate_command(CLI::App& program, Action& action) {
     sub->add_option("--sensor", c->sensor, "Pivot: number of the sensor on the pointer, if there are several")
         ->check(CLI::Range(0, tracking::kMaxSensors - 1));
     sub->add_flag("--json", c->json, "Result as JSON");
+    set_examples(
+        sub, {{"coils and fixtures from couplings at known poses",
+               "tricoil calibrate --model finite --out cal.toml --blob cal.bin stage/*.dat"},
+              {"gains and angles without ground truth", "tricoil calibrate --free-motion --out gains.toml motion.csv"},
+              {"sensor placed by hand on a printed grid", "tricoil calibrate --grid --spacing-mm 50 --out by_hand.toml grid.csv"},
+              {"which coil is on which channel", "tricoil calibrate --wiring 0.4,0.2,0.1 frames.csv"},
+              {"a pointer that is tilted with its tip at rest", "tricoil run --scenario pointer --record pivot"},
+              {"its tip, from that recording", "tricoil calibrate --pivot pivot --out tip.toml"}});
     sub->callback([c, &action] { action = [c] { return calibrate(*c); }; });
 }
 

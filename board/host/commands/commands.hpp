@@ -30,6 +30,9 @@ void add_convert_command(CLI::App& program, Action& action);
 void add_couplings_command(CLI::App& program, Action& action);
 void add_plot_command(CLI::App& program, Action& action);
 void add_serve_command(CLI::App& program, Action& action);
+void add_demo_command(CLI::App& program, Action& action);
+void add_help_command(CLI::App& program, Action& action);
+void add_completion_command(CLI::App& program, Action& action);
 
 /// Refuses an empty name: the program would treat it as an omitted option.
 inline std::string refuse_empty(const std::string& name) { return name.empty() ? "a name is missing" : ""; }

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "board/command_line/option_words.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/record/convert.hpp"
 #include "board/support/errors.hpp"
@@ -31,7 +32,9 @@ int run_convert(const ConvertCommand& command) {
     }
     recording.refuse_as_output(command.out);
     OutputFile file(command.out);
-    const std::uint64_t poses = convert(recording, command.form, [&](std::string_view bytes) { file.write(bytes); });
+    Progress progress("convert");
+    const std::uint64_t poses = convert(
+        recording, command.form, [&](std::string_view bytes) { file.write(bytes); }, progress.part(0, 1));
     file.commit();
     const Json result{{"poses", poses}, {"out", command.out}};
     print_text(command.json ? result.dump() + "\n" : fill(result, "{out}: {poses} poses as ") + command.form + "\n");
@@ -43,12 +46,16 @@ int run_convert(const ConvertCommand& command) {
 void add_convert_command(CLI::App& program, Action& action) {
     auto command = std::make_shared<ConvertCommand>();
     CLI::App* sub = program.add_subcommand("convert", "Convert the poses of a recording for other programs");
-    sub->add_option("recording", command->folder, "Folder written by run --record")->required()->check(refuse_empty);
-    sub->add_option("--to", command->form,
-                    "jsonl, csv, mat (MATLAB, Octave), mcap (Foxglove, PlotJuggler), candump or openigtlink")
+    sub->add_option("recording", command->folder, "Folder written by run --record")
+        ->required()
+        ->check(refuse_empty)
+        ->type_name(kFolderType);
+    one_of(sub->add_option("--to", command->form, "Format; mat: MATLAB, Octave; mcap: Foxglove, PlotJuggler"), convert_formats())
         ->capture_default_str();
-    sub->add_option("--out", command->out, "Output file; default: standard output")->check(refuse_empty);
+    sub->add_option("--out", command->out, "Output file; default: standard output")->check(refuse_empty)->type_name(kFileType);
     sub->add_flag("--json", command->json, "Summary as JSON");
+    set_examples(sub, {{"for MATLAB", "tricoil convert take1 --to mat --out take1.mat"},
+                       {"for CAN tools", "tricoil convert take1 --to candump --out take1.log"}});
     sub->callback([command, &action] { action = [command] { return run_convert(*command); }; });
 }
 

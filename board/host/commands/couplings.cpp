@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 
+#include "board/command_line/option_words.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/host/couplings/band_checks.hpp"
 #include "board/host/couplings/coupling_run.hpp"
@@ -116,25 +117,40 @@ void add_couplings_command(CLI::App& program, Action& action) {
     CLI::App* sub = program.add_subcommand("couplings", "Poses from recorded couplings of two bands, corrected for metal");
     sub->add_option("--high", c->files.high, "CSV of the high band: source1_sensor1,source1_sensor2,...")
         ->required()
-        ->check(refuse_empty);
+        ->check(refuse_empty)
+        ->type_name(kFileType);
     sub->add_option("--low", c->files.low,
                     "CSV of the low band; line k is the mean over the 2 x RATIO high-band lines before line k x RATIO")
         ->required()
-        ->check(refuse_empty);
-    sub->add_option("--ratio", c->ratio, "High-band lines for each low-band line")->required()->check(refuse_overflow);
+        ->check(refuse_empty)
+        ->type_name(kFileType);
+    sub->add_option("--ratio", c->ratio, "High-band lines for each low-band line")
+        ->required()
+        ->check(refuse_overflow)
+        ->type_name("N");
     sub->add_option("--calibration", c->calibration, "JSON with the coils of both bands: high and low")
         ->required()
-        ->check(refuse_empty);
-    sub->add_option("--out", c->out, "CSV to write: one row for each high-band line")->required()->check(refuse_empty);
+        ->check(refuse_empty)
+        ->type_name(kFileType);
+    sub->add_option("--out", c->out, "CSV to write: one row for each high-band line")
+        ->required()
+        ->check(refuse_empty)
+        ->type_name(kFileType);
     sub->add_option("--scalar", c->scalar,
                     "K of the extrapolation low - K (high - low) to zero metal; default: estimated from the data so far");
-    sub->add_option("--tracker", c->tracker, "scaat (Kalman filter of pose and bias) or direct (holds the last bias)")
+    one_of(sub->add_option("--tracker", c->tracker, "Kalman filter of pose and bias (scaat), or hold the last bias (direct)"),
+           kTrackers)
         ->capture_default_str();
     sub->add_option("--rate-hz", c->rate_hz, "High-band lines per second")->capture_default_str();
-    sub->add_option("--hemisphere", c->hemisphere, "Half space (source frame) of the first pose, X,Y,Z; default: from the coils")
+    sub->add_option("--hemisphere", c->hemisphere, "Half space (source frame) of the first pose; default: from the coils")
+        ->type_name("X,Y,Z")
         ->delimiter(',')
         ->expected(3);
     sub->add_flag("--json", c->json, "Summary as JSON");
+    set_examples(
+        sub,
+        {{"poses at the rate of the high band",
+          "tricoil couplings --high high.csv --low low.csv --ratio 8 --rate-hz 300 --calibration bands.json --out bands.csv"}});
     sub->callback([c, &action] { action = [c] { return run_command(*c); }; });
 }
 

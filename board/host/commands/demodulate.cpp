@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "board/command_line/option_words.hpp"
 #include "board/host/capture/capture_analysis.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/support/errors.hpp"
@@ -90,12 +91,16 @@ int demodulate(const DemodulateCommand& command) {
 void add_demodulate_command(CLI::App& program, Action& action) {
     auto command = std::make_shared<DemodulateCommand>();
     CLI::App* sub = program.add_subcommand("demodulate", "Compute the signal matrix and its scatter from a raw ADC recording");
-    sub->add_option("capture", command->capture, "CSV: state,repeat,sample,adc0,adc1,adc2,adc3")->required();
+    sub->add_option("capture", command->capture, "CSV: state,repeat,sample,adc0,adc1,adc2,adc3")
+        ->required()
+        ->type_name(kFileType);
     sub->add_option("--carrier-hz", command->carrier_hz, "Frequency of the excitation")->required();
     sub->add_option("--rate-hz", command->rate_hz, "Samples per second and channel")->required();
     sub->add_option("--bits", command->bits, "Resolution of the converter; unsigned codes are detected")->capture_default_str();
     sub->add_option("--guard", command->guard_samples, "Samples to discard at the start of each block")->capture_default_str();
     sub->add_flag("--json", command->json, "Result as JSON");
+    set_examples(sub,
+                 {{"a capture of tricoil device capture", "tricoil demodulate capture.csv --carrier-hz 10000 --rate-hz 200000"}});
     sub->callback([command, &action] { action = [command] { return demodulate(*command); }; });
 }
 

@@ -1,29 +1,26 @@
 // tricoil device: lists, identifies, watches and configures devices.
 #include <fmt/format.h>
-#include <net/if.h>
 
-#include <cerrno>
-#include <cstring>
 #include <fstream>
 #include <memory>
 
+#include "board/command_line/option_words.hpp"
 #include "board/host/commands/commands.hpp"
+#include "board/host/commands/device_list.hpp"
+#include "board/host/commands/option_values.hpp"
 #include "board/linux/device_inquiry.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
 #include "board/support/nearest_name.hpp"
+#include "board/support/progress.hpp"
+#include "board/support/shell_word.hpp"
 #include "board/support/terminal_text.hpp"
 #include "board/support/whole_file.hpp"
 #include "core/calibration/blob.hpp"
 #include "core/protocol/command_arguments.hpp"
-#include "drivers/libusb/usb_device.hpp"
 
 namespace tricoil::host {
 namespace {
-
-constexpr std::uint16_t kVendor = 0x1209;
-constexpr std::uint16_t kProduct = 0x0001;
-constexpr int kArphrdCan = 280;
 
 struct DeviceCommand {
     std::string uri;
@@ -39,35 +36,8 @@ struct DeviceCommand {
     bool clear = false;
 };
 
-/// CAN interfaces of the kernel. The MTU shows CAN FD.
-Json can_interfaces() {
-    Json found = Json::array();
-    struct if_nameindex* const all = ::if_nameindex();
-    if (all == nullptr) {
-        throw DeviceError(std::string("network interfaces cannot be listed (") + std::strerror(errno) + ")");
-    }
-    for (struct if_nameindex* i = all; i->if_index != 0; ++i) {
-        const std::string folder = std::string("/sys/class/net/") + i->if_name;
-        int type = 0;
-        int mtu = 0;
-        std::ifstream(folder + "/type") >> type;
-        std::ifstream(folder + "/mtu") >> mtu;
-        if (type == kArphrdCan) {
-            found.push_back({{"uri", std::string("can:") + i->if_name}, {"fd", mtu >= 72}});
-        }
-    }
-    ::if_freenameindex(all);
-    return found;
-}
-
 int list_devices(const DeviceCommand& command) {
-    Json all = can_interfaces();
-    for (const auto& usb : drivers::list_usb(kVendor, kProduct)) {
-        std::string uri = fmt::format("usb:{:04x}:{:04x}", kVendor, kProduct);
-        uri += usb.serial.empty() ? "" : ":" + usb.serial;
-        all.push_back({{"uri", uri}, {"product", usb.product}});
-    }
-    print_result(all, command.json, [](const Json& devices) {
+    print_result(connected_devices(), command.json, [](const Json& devices) {
         std::string text = devices.empty() ? "no CAN interface and no tricoil USB device found\n" : "";
         for (const Json& device : devices) {
             text += fill(device, !device.contains("fd") ? "{uri:<32} {product}\n"
@@ -195,19 +165,6 @@ int send_calibration(const DeviceCommand& command) {
     return to_int(ExitCode::fine);
 }
 
-/// `text` quoted as one word for the shell.
-std::string shell_word(const std::string& text) {
-    constexpr const char* kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./:,+-";
-    if (!text.empty() && text.front() != '-' && text.find_first_not_of(kPlain) == std::string::npos) {
-        return text;
-    }
-    std::string word = text.starts_with('-') ? "'./" : "'";
-    for (const char c : text) {
-        word += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    }
-    return word + "'";
-}
-
 /// The command that analyses a capture of this device.
 std::string next_command(const DeviceCommand& command, const protocol::IdentifyMessage& device,
                          const protocol::RawBlockMessage& about) {
@@ -229,7 +186,9 @@ int capture_blocks(const DeviceCommand& command) {
     const protocol::IdentifyMessage device = inquiry.identify();
     std::string text = "state,repeat,sample,adc0,adc1,adc2,adc3\n";
     std::string next;
+    Progress progress("capture");
     for (int repeat = 0; repeat < command.repeats; ++repeat) {
+        progress.show(static_cast<double>(repeat) / command.repeats);
         for (int coil = 0; coil < kSourceCoils; ++coil) {
             const auto burst = inquiry.read_block(single_coil(coil));
             next = next_command(command, device, burst.about);
@@ -306,11 +265,14 @@ void add_device_command(CLI::App& program, Action& action) {
         return one;
     };
     const auto add_device = [&](CLI::App* one) {
-        one->add_option("device", command->uri, "can:INTERFACE[#NODE], usb:VENDOR:PRODUCT[:SERIAL] or serial:PATH")->required();
+        one->add_option("device", command->uri, "can:INTERFACE[#NODE], usb:VENDOR:PRODUCT[:SERIAL] or serial:PATH")
+            ->required()
+            ->type_name(kDeviceType);
         return one;
     };
     const auto add_wait = [&](CLI::App* one) {
-        one->add_option("--wait", command->wait_s, "Time to wait for an answer, s")
+        one->add_option("--wait", command->wait_s, "Time to wait for an answer")
+            ->type_name("SECONDS")
             ->check(refuse_nonpositive_time)
             ->capture_default_str();
         return one;
@@ -318,24 +280,29 @@ void add_device_command(CLI::App& program, Action& action) {
     add_json(add("list", "List CAN interfaces and USB devices of this machine", &list_devices));
     add_wait(add_device(add_json(add("info", "Identify a device", &show_info))));
     add_device(add_json(add("watch", "Print every message of a device without sending commands", &watch)))
-        ->add_option("--duration", command->duration_s, "Duration, s; default: until a signal")
+        ->add_option("--duration", command->duration_s, "Duration; default: until a signal")
+        ->type_name("SECONDS")
         ->check(refuse_nonpositive_time);
     add_wait(add_device(add("read-calibration", "Read the calibration of a device", &fetch_calibration)))
         ->add_option("--out", command->file, "Output file, in the format of tricoil calibrate --blob")
-        ->required();
+        ->required()
+        ->type_name(kFileType);
     add_wait(add_device(add("write-calibration", "Store a calibration in a device", &send_calibration)))
         ->add_option("file", command->file, "File written by tricoil calibrate --blob")
-        ->required();
+        ->required()
+        ->type_name(kFileType);
     CLI::App* const mode =
         add_wait(add_device(add("mode", "Select multiplexing and frame rate, from the next start on", &set_mode)));
-    mode->add_option("--mux", command->mux, "tdm or fdm")->capture_default_str();
+    one_of(mode->add_option("--mux", command->mux, "Coils in turn (tdm) or all at once (fdm)"), {"tdm", "fdm"})
+        ->capture_default_str();
     mode->add_option("--rate-hz", command->rate_hz, "Frames per second; 0: default of the multiplexing")
         ->check(CLI::Range(0.0, 100e3))
         ->capture_default_str();
     mode->add_flag("--columns", command->columns, "Send columns instead of poses; the host tracks");
     add_wait(add_device(add("hemisphere", "Set the hemisphere: the half space of the source that contains the sensor now",
                             &set_hemisphere)))
-        ->add_option("--towards", command->towards, "Direction to the half space, source frame, x,y,z; 0,0,0: unknown")
+        ->add_option("--towards", command->towards, "Direction to the half space, source frame; 0,0,0: unknown")
+        ->type_name("X,Y,Z")
         ->delimiter(',')
         ->expected(3)
         ->required();
@@ -344,7 +311,11 @@ void add_device_command(CLI::App& program, Action& action) {
     add_wait(add_device(add("loader", "Restart a device in its boot loader, to write new firmware", &enter_loader)));
     CLI::App* const captured =
         add_wait(add_device(add("capture", "Record raw samples of every coil, for tricoil demodulate", &capture_blocks)));
-    captured->add_option("--out", command->file, "CSV file")->required();
+    captured->add_option("--out", command->file, "CSV file")->required()->type_name(kFileType);
+    set_examples(sub, {{"what is connected?", "tricoil device list"},
+                       {"serial number, firmware, mode", "tricoil device info can:can0"},
+                       {"every message", "tricoil device watch serial:/dev/ttyACM0"},
+                       {"raw samples, for tricoil demodulate", "tricoil device capture can:can0 --out capture.csv"}});
     captured->add_option("--repeats", command->repeats, "Number of times that each coil is recorded")
         ->check(CLI::Range(1, 1000))
         ->capture_default_str();

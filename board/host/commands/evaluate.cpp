@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 
+#include "board/command_line/option_words.hpp"
 #include "board/host/calibration/error_map.hpp"
 #include "board/host/calibration/evaluation.hpp"
 #include "board/host/commands/commands.hpp"
@@ -161,21 +162,28 @@ int evaluate_command(const EvaluateCommand& command) {
 void add_evaluate_command(CLI::App& program, Action& action) {
     auto c = std::make_shared<EvaluateCommand>();
     CLI::App* sub = program.add_subcommand("evaluate", "Pose errors of a calibrated tracker against ground truth");
-    sub->add_option("--calibration", c->calibration, "TOML file of tricoil calibrate");
+    sub->add_option("--calibration", c->calibration, "TOML file of tricoil calibrate")->type_name(kFileType);
     sub->add_option("data", c->data, "Couplings at stage poses: ILEMT text or CSV; with --dynamic TRUTH.csv POSES.csv")
-        ->required();
-    sub->add_option("--solver", c->solver, "direct | refined")->capture_default_str();
+        ->required()
+        ->type_name(kFileType);
+    one_of(sub->add_option("--solver", c->solver, "Closed form (direct), or Gauss-Newton with all coil parameters (refined)"),
+           kSolvers)
+        ->capture_default_str();
     sub->add_option(
            "--stage-from", c->stage_from,
            "Remove the errors of the stage that another calibration of the same stage found (calibrate --stage), without its "
            "stray field")
-        ->check(refuse_empty);
+        ->check(refuse_empty)
+        ->type_name(kFileType);
     sub->add_flag("--refit-fixtures", c->refit_fixtures, "Fit the fixtures to these data (stated in the output)");
     sub->add_flag("--dynamic", c->dynamic, "Compare a recorded pose stream with a reference: clock, frames, error due to motion");
     sub->add_option("--time-offset", c->time_offset_s,
                     "--dynamic: reference time minus tracker time, s; the lag is then estimated");
-    sub->add_option("--out", c->out, "Folder for the errors as CSV and picture");
+    sub->add_option("--out", c->out, "Folder for the errors as CSV and picture")->type_name(kFolderType);
     sub->add_flag("--json", c->json, "Result as JSON");
+    set_examples(sub,
+                 {{"poses that the calibration has not seen", "tricoil evaluate --calibration cal.toml --out errors test/*.dat"},
+                  {"a recorded pose stream against a reference", "tricoil evaluate --dynamic truth.csv poses.csv"}});
     sub->callback([c, &action] { action = [c] { return evaluate_command(*c); }; });
 }
 

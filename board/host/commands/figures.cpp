@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <memory>
 
+#include "board/command_line/option_words.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
@@ -15,6 +16,11 @@
 
 namespace tricoil::host {
 namespace {
+
+constexpr double kPaperShare = 0.1;
+constexpr double kLoopShare = 0.2;
+constexpr double kBudgetShare = 0.3;
+constexpr double kCsvShare = 0.35;
 
 struct FiguresCommand {
     std::string out;
@@ -26,12 +32,16 @@ struct FiguresCommand {
 int figures(const FiguresCommand& command) {
     const InterruptGuard guard;
     StagedFolder folder(command.out);
+    Progress progress("figures");  // the shares are those of the time with generated motions
     std::vector<Picture> pictures = paper_figures(folder.path(), guard);
+    progress.show(kPaperShare);
     pictures.push_back(loop_figure(folder.path(), guard));
-    pictures.push_back(budget_figure(folder.path(), command.hand_motion, guard));
+    progress.show(kLoopShare);
+    pictures.push_back(budget_figure(folder.path(), command.hand_motion, guard, progress.part(kLoopShare, kBudgetShare)));
     pictures.push_back(metal_figure(folder.path(), guard));
+    progress.show(kCsvShare);
     if (!command.csv_only) {
-        draw(folder.path(), pictures, guard);
+        draw(folder.path(), pictures, guard, progress.part(kCsvShare, 1));
     }
     guard.check();
     folder.publish();
@@ -50,11 +60,16 @@ void add_figures_command(CLI::App& program, Action& action) {
     auto c = std::make_shared<FiguresCommand>();
     CLI::App* sub = program.add_subcommand(
         "figures", "Write figures as CSV and SVG: 1 to 6 of the paper, comparison of closed and open loop, error budget, metal");
-    sub->add_option("--out", c->out, "Output folder; created if its parent folder exists")->required()->check(refuse_empty);
+    sub->add_option("--out", c->out, "Output folder; created if its parent folder exists")
+        ->required()
+        ->check(refuse_empty)
+        ->type_name(kFolderType);
     sub->add_option("--hand-motion", c->hand_motion,
-                    "Folder of recorded .traj files for the error budget; default: generated motions");
+                    "Folder of recorded .traj files for the error budget; default: generated motions")
+        ->type_name(kFolderType);
     sub->add_flag("--csv-only", c->csv_only, "CSV files only");
     sub->add_flag("--json", c->json, "File names as JSON");
+    set_examples(sub, {{"all figures, into the folder figures", "tricoil figures --out figures"}});
     sub->callback([c, &action] { action = [c] { return figures(*c); }; });
 }
 

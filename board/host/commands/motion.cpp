@@ -4,12 +4,14 @@
 #include <memory>
 #include <numbers>
 
+#include "board/command_line/option_words.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/host/figures/error_csv.hpp"
 #include "board/host/figures/error_maxima.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
 #include "board/support/nearest_name.hpp"
+#include "board/support/progress.hpp"
 #include "board/support/terminal_text.hpp"
 #include "core/error_model/board_timing.hpp"
 #include "sim/paper/paper_simulation.hpp"
@@ -183,7 +185,10 @@ int motion(const MotionCommand& command) {
     MotionResult result;
     result.example = make_example(command);
     result.params = make_params(command);
-    result.updates = paper::simulate(result.example, result.params);
+    Progress progress("motion");
+    const double updates = result.params.duration_s / result.params.update_s;
+    double done = 0;
+    result.updates = paper::simulate(result.example, result.params, [&](const Update&) { progress.show(++done / updates); });
     if (has_poles(result.params)) {
         result.singularities = paper::compare_singularities(result.updates, result.params.update_s);
     }
@@ -199,25 +204,32 @@ int motion(const MotionCommand& command) {
 void add_motion_command(CLI::App& program, Action& action) {
     auto c = std::make_shared<MotionCommand>();
     CLI::App* sub = program.add_subcommand("motion", "Compare the movement-induced error model with a simulation");
-    sub->add_option("--example", c->example, "I, II, III, orientation or IIIo");
-    sub->add_option("--loop", c->loop, "open (as in the paper) or closed (as in a device)")->capture_default_str();
-    sub->add_option("--kappa", c->kappa, "kappa of the prediction: exact, paper or two")->capture_default_str();
-    sub->add_option("--form", c->form, "angles (as in the paper) or vectors (pole-free, closed loop only)")
+    one_of(sub->add_option("--example", c->example, "Example of the paper"), paper::example_names());
+    one_of(sub->add_option("--loop", c->loop, "open (as in the paper) or closed (as in a device)"), kLoops)
+        ->capture_default_str();
+    one_of(sub->add_option("--kappa", c->kappa, "kappa of the prediction"), kKappas)->capture_default_str();
+    one_of(sub->add_option("--form", c->form, "angles (as in the paper) or vectors (pole-free, closed loop only)"), kForms)
         ->capture_default_str();
     sub->add_option("--passes", c->passes, "Passes of the previous-measurement step per update")->capture_default_str();
-    sub->add_option("--azimuth", c->azimuth, "A,B: azimuth rate B + A sin(A t), rad/s")->delimiter(',')->expected(2);
-    sub->add_option("--elevation", c->elevation, "A,B: elevation rate B + A sin(A t), rad/s")->delimiter(',')->expected(2);
-    sub->add_option("--attitude", c->attitude, "A,B: rate of psi, theta and phi, B + A sin(A t), rad/s")
+    sub->add_option("--azimuth", c->azimuth, "Azimuth rate B + A sin(A t), rad/s")->type_name("A,B")->delimiter(',')->expected(2);
+    sub->add_option("--elevation", c->elevation, "Elevation rate B + A sin(A t), rad/s")
+        ->type_name("A,B")
         ->delimiter(',')
         ->expected(2);
-    sub->add_option("--range", c->range, "A,B: range rate B + A sin(10 pi t), m/s")->delimiter(',')->expected(2);
+    sub->add_option("--attitude", c->attitude, "Rate of psi, theta and phi, B + A sin(A t), rad/s")
+        ->type_name("A,B")
+        ->delimiter(',')
+        ->expected(2);
+    sub->add_option("--range", c->range, "Range rate B + A sin(10 pi t), m/s")->type_name("A,B")->delimiter(',')->expected(2);
     sub->add_option("--start-range", c->start_range_m, "Range at the start, m")->capture_default_str();
     sub->add_option("--start-time", c->start_time_s, "Device time at the start, s")->capture_default_str();
     sub->add_option("--rate-hz", c->rate_hz, "Updates per second")->capture_default_str();
     sub->add_option("--gap", c->gap_s, "Processing and multiplexing gap that lengthens each update, s")->capture_default_str();
     sub->add_option("--duration", c->duration_s, "Duration, s")->capture_default_str();
-    sub->add_option("--out", c->out, "All updates as CSV; - is standard output")->check(refuse_empty);
+    sub->add_option("--out", c->out, "All updates as CSV; - is standard output")->check(refuse_empty)->type_name(kFileType);
     sub->add_flag("--json", c->json, "Result as JSON");
+    set_examples(sub, {{"example III of the paper, in a closed loop", "tricoil motion --example III --loop closed"},
+                       {"an elevation that turns at 2 rad/s", "tricoil motion --elevation 0,2 --duration 2"}});
     sub->callback([c, &action] { action = [c] { return motion(*c); }; });
 }
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "board/command_line/option_words.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/host/figures/pose_picture.hpp"
 #include "board/support/errors.hpp"
@@ -61,10 +62,14 @@ void add_plot_command(CLI::App& program, Action& action) {
     CLI::App* sub = program.add_subcommand("plot", "Draw path, position errors or standard deviations, and flags of poses");
     sub->add_option("poses", command->poses, "Folder written by run --record, or CSV file of run --out or convert")
         ->required()
-        ->check(refuse_empty);
+        ->check(refuse_empty)
+        ->type_name(kFileType);
     sub->add_option("--out", command->out, "Picture, .svg or .png; default: name of the poses with .svg; - is standard output")
-        ->check(refuse_empty);
+        ->check(refuse_empty)
+        ->type_name(kFileType);
     sub->add_flag("--json", command->json, "Summary as JSON");
+    set_examples(sub, {{"a recording", "tricoil plot take1 --out take1.svg"},
+                       {"poses of run --out", "tricoil plot poses.csv --out poses.png"}});
     sub->callback([command, &action] { action = [command] { return plot(*command); }; });
 }
 

@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "board/command_line/option_words.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/host/protocol/protocol_files.hpp"
 #include "board/support/errors.hpp"
@@ -44,9 +45,10 @@ void add_protocol_command(CLI::App& program, Action& action) {
     auto command = std::make_shared<ProtocolCommand>();
     CLI::App* sub =
         program.add_subcommand("protocol", "Print the page of the wire protocol, or write it and a DBC file for CAN tools");
-    sub->add_option("--dbc", command->dbc, "Write a DBC file (node 0)")->check(refuse_empty);
-    sub->add_option("--page", command->page, "Write the page, Markdown")->check(refuse_empty);
+    sub->add_option("--dbc", command->dbc, "Write a DBC file (node 0)")->check(refuse_empty)->type_name(kFileType);
+    sub->add_option("--page", command->page, "Write the page, Markdown")->check(refuse_empty)->type_name(kFileType);
     sub->add_flag("--json", command->json, "Names of the written files, or their contents, as JSON");
+    set_examples(sub, {{"the page", "tricoil protocol"}, {"for CAN tools", "tricoil protocol --dbc tricoil.dbc"}});
     sub->callback([command, &action] { action = [command] { return run_protocol(*command); }; });
 }
 

@@ -3,12 +3,14 @@
 
 #include <memory>
 
+#include "board/command_line/option_words.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/record/input_replay.hpp"
 #include "board/record/replay.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
 #include "board/support/terminal_text.hpp"
+#include "board/support/tracker_choice.hpp"
 #include "core/base/angle_units.hpp"
 
 namespace tricoil::host {
@@ -62,7 +64,8 @@ int run_replay(const ReplayCommand& command) {
     const TrackerSettings settings =
         command.tracker.empty() ? *recording.settings() : with_tracker(*recording.settings(), command.tracker);
     const bool same_tracker = settings_json(settings) == settings_json(*recording.settings());
-    const ReplayReport report = replay(recording, settings, command.out);
+    Progress progress("replay");
+    const ReplayReport report = replay(recording, settings, command.out, progress.part(0, 1));
     const Json result = result_of(recording, report, same_tracker);
     print_result(result, command.json, replay_text);
     if (result["expected_equal"] && !result["bit_for_bit"]) {
@@ -85,12 +88,18 @@ int run_replay(const ReplayCommand& command) {
 void add_replay_command(CLI::App& program, Action& action) {
     auto command = std::make_shared<ReplayCommand>();
     CLI::App* sub = program.add_subcommand("replay", "Track a recording again: bit for bit, or with another tracker");
-    sub->add_option("recording", command->folder, "Folder written by run --record")->required()->check(refuse_empty);
-    sub->add_option("--tracker", command->tracker, "direct, previous, previous-angles or scaat; default: as recorded")
+    sub->add_option("recording", command->folder, "Folder written by run --record")
+        ->required()
+        ->check(refuse_empty)
+        ->type_name(kFolderType);
+    one_of(sub->add_option("--tracker", command->tracker, "Another tracker; default: as recorded"), kTrackerNames)
         ->check(refuse_empty);
     sub->add_option("--out", command->out, "Write the poses to this file, in the format of poses.csv; - is standard output")
-        ->check(refuse_empty);
+        ->check(refuse_empty)
+        ->type_name(kFileType);
     sub->add_flag("--json", command->json, "Summary as JSON");
+    set_examples(sub, {{"is the recorded run reproduced bit for bit?", "tricoil replay take1"},
+                       {"with another tracker; its poses as CSV", "tricoil replay take1 --tracker direct --out direct.csv"}});
     sub->callback([command, &action] { action = [command] { return run_replay(*command); }; });
 }
 

@@ -5,7 +5,9 @@
 
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/run_command.hpp"
+#include "board/host/commands/see_it.hpp"
 #include "board/host/run/report.hpp"
+#include "board/host/serve/web/page_text.hpp"
 #include "board/linux/device_run.hpp"
 #include "board/pose_text/flag_names.hpp"
 #include "board/support/calibration_file.hpp"
@@ -86,9 +88,7 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
     return options;
 }
 
-namespace {
-
-int run(RunCommand& command) {
+int run_tracking(RunCommand& command) {
     if (command.list) {
         return list_scenarios(command.json);
     }
@@ -114,6 +114,9 @@ int run(RunCommand& command) {
     command.options.show_live = !command.json;
     const RunReport report = run_simulated(command.options);
     print_result(run_result(report), command.json, run_text);
+    if (!command.json && !web::kPage.empty() && !fixed_method(command.options.tracker)) {
+        print_text("see it: {}\n", see_it_command(*command.app));
+    }
     if (!report.recording_error.empty()) {
         throw DeviceError(report.recording_error);
     }
@@ -125,8 +128,6 @@ int run(RunCommand& command) {
     }
     return to_int(ExitCode::fine);
 }
-
-}  // namespace
 
 std::optional<std::uint8_t> reference_sensor(const RunCommand& command) {
     const int number = command.options.output.relative_to;
@@ -153,97 +154,6 @@ void complete_simulation_options(RunCommand& command) {
     if (command.duration->count() > 0) {
         command.options.duration_s = command.duration_s;
     }
-}
-
-void add_run_options(CLI::App* sub, const std::shared_ptr<RunCommand>& command) {
-    RunOptions& o = command->options;
-    sub->add_option("--scenario", o.scenario, "Built-in scenario (see tricoil run --list) or a .toml file")
-        ->capture_default_str();
-    sub->add_option("--trajectory", o.trajectory, "Recorded path: 4x4 matrices at 100 Hz");
-    sub->add_option("--place", command->place, "Centre of the recorded path: x,y,z in metres")
-        ->delimiter(',')
-        ->expected(3)
-        ->capture_default_str();
-    sub->add_option("--speed", o.speed, "Play the recorded path faster (2) or slower (0.5)")->capture_default_str();
-    command->device_option = sub->add_option("--device", command->device,
-                                             "Device: sim:, can:INTERFACE[#NODE], usb:VENDOR:PRODUCT[:SERIAL], serial:PATH")
-                                 ->capture_default_str();
-    sub->add_option("--config", command->config, "Board configuration (TOML); --device overrides it")->check(refuse_empty);
-    sub->add_option("--give-up-after", command->give_up_after_s,
-                    "End with exit code 3 if the device has not worked for this time, s; 0: never")
-        ->check(refuse_negative_time)
-        ->capture_default_str();
-    sub->add_option("--wait", command->wait_s, "Time to wait for the device at the start, s; 0: no limit")
-        ->check(refuse_negative_time)
-        ->capture_default_str();
-    sub->add_option("--mux", o.multiplexing, "tdm (coils in turn) or fdm (all at once)")->capture_default_str();
-    sub->add_option(
-           "--tracker", o.tracker,
-           "direct, previous, previous-angles or scaat (filter); in integers, only in a simulated tricoil run: fixed-direct, "
-           "fixed-previous")
-        ->capture_default_str();
-    sub->add_option("--passes", o.passes, "Passes of the previous-measurement step per frame, 1-10")->capture_default_str();
-    sub->add_option("--rate-hz", o.frame_rate_hz, "Frames per second")->capture_default_str();
-    command->duration = sub->add_option(
-        "--duration", command->duration_s,
-        "Duration, s of simulated or device time; default: the scenario's in a simulated tricoil run, otherwise until a signal");
-    sub->add_option("--fault", o.faults,
-                    "Simulate a fault: NAME[:ARG,...][@BEGIN[-END]], for example open_coil:S2@1-1.5; repeatable");
-    sub->add_option(
-           "--hemisphere", o.hemisphere,
-           "Direction to the half space of the sensor at the start, x,y,z; 0,0,0: unknown; default: from the motion. A simulated "
-           "run with this option is also confined")
-        ->delimiter(',')
-        ->expected(3);
-    sub->add_flag("--confined", o.confined,
-                  "The sensor never leaves the half space of the start (device: of --hemisphere); the hemisphere stays known "
-                  "after a loss");
-    sub->add_flag("--no-deskew", o.no_deskew, "TDM, direct and previous: treat the latest three columns as simultaneous");
-    sub->add_option("--predict", o.predict_ahead_s,
-                    "scaat: deliver poses this many seconds (at most 0.1) ahead of the newest column");
-    sub->add_flag("--no-noise", o.no_noise, "No converter noise and no mains; with quantisation");
-    sub->add_option("--seed", o.seed, "Seed of noise and motion")->check(refuse_overflow)->capture_default_str();
-    sub->add_option("--stations", o.stations, "Simulated sensors, 1-4; the further ones are near the first and move little")
-        ->capture_default_str();
-    sub->add_option("--tip", o.output.tips,
-                    "Poses of a tool's tip: a file of calibrate --pivot, or [SENSOR:]X,Y,Z (m, sensor frame); repeatable. "
-                    "Recordings keep the poses of the sensor")
-        ->check(refuse_empty);
-    sub->add_option(
-        "--relative-to", o.output.relative_to,
-        "Output all poses relative to this sensor (1 is the first), with their covariance; recordings stay in the source "
-        "frame");
-    sub->add_option("--record", o.record, "Record the run into this new folder, for tricoil replay and convert")
-        ->check(refuse_empty);
-}
-
-void add_run_command(CLI::App& program, Action& action) {
-    auto command = std::make_shared<RunCommand>();
-    RunOptions& o = command->options;
-    CLI::App* sub =
-        program.add_subcommand("run", "Track a simulated sensor (poses are compared with the truth) or a real device");
-    sub->add_flag("--list", command->list, "List the built-in scenarios");
-    add_run_options(sub, command);
-    sub->add_option("--samples", o.samples, "Integer trackers: write the input of the tracker to this file")->check(refuse_empty);
-    sub->add_option(
-           "--fidelity", o.fidelity,
-           "samples: simulate every ADC sample; columns: compute columns with the noise of the demodulator, without samples")
-        ->capture_default_str();
-    sub->add_flag("--smooth", o.smooth, "Also give the errors of the smoothed motion, for comparison (see tricoil smooth)");
-    sub->add_flag("--realtime", o.realtime, "Run in real time");
-    sub->add_option("--out", o.out_csv,
-                    "Write all poses to this CSV file, in a simulated run with the true poses; - is standard output")
-        ->check(refuse_empty);
-    sub->add_option("--align", o.output.align_points,
-                    "CSV: alignment frame from three points (m): origin, point on the x axis, point towards the y axis")
-        ->delimiter(',')
-        ->expected(9);
-    sub->add_flag("--boresight", o.output.boresight, "CSV: the attitude of the first valid pose becomes zero");
-    sub->add_option("--units", o.output.unit, "CSV: unit of positions: m, mm, cm or in")->capture_default_str();
-    sub->add_option("--euler", o.output.euler, "CSV: add Euler angles (intrinsic) in this order of axes, for example zyx")
-        ->check(refuse_empty);
-    sub->add_flag("--json", command->json, "Summary as JSON");
-    sub->callback([command, &action] { action = [command] { return run(*command); }; });
 }
 
 }  // namespace tricoil::host

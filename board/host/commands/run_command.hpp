@@ -23,11 +23,15 @@ struct RunCommand {
     double duration_s = 0;
     bool json = false;
     bool list = false;
+    const CLI::App* app = nullptr;  // of `run`; null in `serve`
     CLI::Option* duration = nullptr;
     CLI::Option* device_option = nullptr;
 };
 
 void add_run_options(CLI::App* sub, const std::shared_ptr<RunCommand>& command);
+
+/// The command `tricoil run`. Returns the exit code.
+int run_tracking(RunCommand& command);
 
 bool is_on_device(const RunCommand& command);
 

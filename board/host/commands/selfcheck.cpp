@@ -7,7 +7,9 @@
 #include <chrono>
 #include <memory>
 
+#include "board/command_line/option_words.hpp"
 #include "board/host/commands/commands.hpp"
+#include "board/host/commands/option_values.hpp"
 #include "board/linux/device_inquiry.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
@@ -94,10 +96,13 @@ void add_selfcheck_command(CLI::App& program, Action& action) {
     auto command = std::make_shared<SelfcheckCommand>();
     CLI::App* sub = program.add_subcommand("selfcheck", "Run the self-check of the core: known answers, error model, arithmetic");
     sub->add_flag("--json", command->json, "Report as JSON");
-    sub->add_option("--device", command->device, "Self-check of this device: can:..., usb:... or serial:...");
-    sub->add_option("--wait", command->wait_s, "Time to wait for an answer, s")
+    sub->add_option("--device", command->device, "Self-check of this device: can:..., usb:... or serial:...")
+        ->type_name(kDeviceType);
+    sub->add_option("--wait", command->wait_s, "Time to wait for an answer")
+        ->type_name("SECONDS")
         ->check(refuse_nonpositive_time)
         ->capture_default_str();
+    set_examples(sub, {{"of this machine", "tricoil selfcheck"}, {"of a device", "tricoil selfcheck --device can:can0"}});
     sub->callback([command, &action] { action = [command] { return run_selfcheck(*command); }; });
 }
 

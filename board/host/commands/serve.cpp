@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 
+#include "board/command_line/option_words.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/run_command.hpp"
 #include "board/host/serve/access.hpp"
@@ -259,6 +260,7 @@ int run_serve(const ServeCommand& command) {
 void add_serve_command(CLI::App& program, Action& action) {
     auto command = std::make_shared<ServeCommand>();
     CLI::App* sub = program.add_subcommand("serve", "Track, and send poses to other programs");
+    sub->option_defaults()->group("Outputs");
     sub->add_option("--fastrak", command->fastrak,
                     "Emulate a Polhemus FASTRAK on pty, pty:LINK, serial:PATH[:BAUD] or tcp:[ADDRESS:]PORT; repeatable")
         ->check(refuse_empty);
@@ -281,15 +283,24 @@ void add_serve_command(CLI::App& program, Action& action) {
         ->check(refuse_empty);
     sub->add_option("--record-folder", command->record_folder,
                     "Folder for recordings that are started and played on the live page")
-        ->check(refuse_empty);
+        ->check(refuse_empty)
+        ->type_name(kFolderType);
+    sub->option_defaults()->group("Access");
     sub->add_flag("--open-controls", command->open_controls, "Everyone may use the controls: coils, hemisphere, recordings");
     sub->add_flag("--read-only", command->read_only, "No controls");
     sub->add_option("--token-file", command->token_file, "Write the link for controls to this file, readable by this user only")
-        ->check(refuse_empty);
+        ->check(refuse_empty)
+        ->type_name(kFileType);
     sub->add_option("--allow-host", command->names, "Host name under which browsers may use the server; repeatable")
         ->check(refuse_empty);
     add_run_options(sub, command->run);
     sub->add_flag("--json", command->run->json, "Addresses of the outputs as JSON; with a device also poses and summary");
+    set_examples(sub, {{"the live page of a simulated hand; prints the link for controls", "tricoil serve --web 8080"},
+                       {"OpenIGTLink, from a front end or a tracker board on CAN FD",
+                        "tricoil serve --openigtlink 18944 --device can:can0"},
+                       {"each pose as a line of JSON", "tricoil serve --json-lines tcp:5005"},
+                       {"emulates a Polhemus FASTRAK with two stations; the Enter key is the button of the stylus",
+                        "tricoil serve --fastrak pty:fastrak --stations 2 --button -"}});
     sub->callback([command, &action] { action = [command] { return run_serve(*command); }; });
 }
 

@@ -3,12 +3,14 @@
 
 #include <memory>
 
+#include "board/command_line/option_words.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/host/smooth/smoothing_tap.hpp"
 #include "board/record/recording.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
 #include "board/support/output_file.hpp"
+#include "board/support/progress.hpp"
 #include "board/support/terminal_text.hpp"
 
 namespace tricoil::host {
@@ -82,7 +84,9 @@ int smooth(const SmoothCommand& command) {
     });
     tap.begin(*recording.settings());
     RecordLines inputs(command.recording, RecordFile::inputs);
+    Progress progress("smooth");
     for (std::string line; inputs.next(line);) {
+        progress.show(inputs.share());
         take(parse_input(line, inputs.where()), *recording.settings(), tap, inputs.where());
     }
     tap.finish();
@@ -107,11 +111,16 @@ void add_smooth_command(CLI::App& program, Action& action) {
     auto command = std::make_shared<SmoothCommand>();
     CLI::App* sub =
         program.add_subcommand("smooth", "Best estimate of a recorded motion: each pose from the columns before and after it");
-    sub->add_option("recording", command->recording, "Folder written by run --record")->required()->check(refuse_empty);
+    sub->add_option("recording", command->recording, "Folder written by run --record")
+        ->required()
+        ->check(refuse_empty)
+        ->type_name(kFolderType);
     sub->add_option("--out", command->out, "Write poses, covariances and rates to this CSV file")
         ->required()
-        ->check(refuse_empty);
+        ->check(refuse_empty)
+        ->type_name(kFileType);
     sub->add_flag("--json", command->json, "Summary as JSON");
+    set_examples(sub, {{"a recording of tricoil run --record", "tricoil smooth take1 --out path.csv"}});
     sub->callback([command, &action] { action = [command] { return smooth(*command); }; });
 }
 

@@ -17,8 +17,9 @@ std::vector<Picture> paper_figures(const std::filesystem::path& folder, const In
 Picture loop_figure(const std::filesystem::path& folder, const InterruptGuard& guard);
 
 /// Comparison of error budget and simulation, TDM at 240 Hz. recordings: folder of .traj files; empty: generated hand motions.
-/// Throws InputError if the folder contains no trajectory.
-Picture budget_figure(const std::filesystem::path& folder, const std::filesystem::path& recordings, const InterruptGuard& guard);
+/// progress: called for every motion. Throws InputError if the folder contains no trajectory.
+Picture budget_figure(const std::filesystem::path& folder, const std::filesystem::path& recordings, const InterruptGuard& guard,
+                      const ShowShare& progress);
 
 /// Metal near the coils: response of a sphere by frequency, position error by distance, position error and distortion figure.
 Picture metal_figure(const std::filesystem::path& folder, const InterruptGuard& guard);

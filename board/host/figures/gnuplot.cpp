@@ -5,6 +5,7 @@
 #include <spawn.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <csignal>
@@ -60,7 +61,7 @@ std::string first_line(const std::filesystem::path& file) {
 /// Runs gnuplot in `folder` and writes its messages to `log`. Returns the exit status, or 127 if it is not installed. After a
 /// signal it ends gnuplot and throws Interrupted.
 int run_gnuplot(const std::filesystem::path& folder, const std::string& script, const std::string& log,
-                const InterruptGuard& guard) {
+                const InterruptGuard& guard, const std::function<void()>& each_poll) {
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
     posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
@@ -81,6 +82,7 @@ int run_gnuplot(const std::filesystem::path& folder, const std::string& script, 
             ::waitpid(child, &status, 0);
         }
         guard.check();
+        each_poll();
         std::this_thread::sleep_for(kPollInterval);
     }
     guard.check();  // a signal from the terminal ends gnuplot too
@@ -89,7 +91,8 @@ int run_gnuplot(const std::filesystem::path& folder, const std::string& script, 
 
 }  // namespace
 
-void draw(const std::filesystem::path& folder, const std::vector<Picture>& pictures, const InterruptGuard& guard) {
+void draw(const std::filesystem::path& folder, const std::vector<Picture>& pictures, const InterruptGuard& guard,
+          const ShowShare& progress) {
     const std::string script_name = "draw.gp";
     const std::string log_name = "gnuplot.log";
     std::string script = "set encoding utf8\n";
@@ -97,7 +100,14 @@ void draw(const std::filesystem::path& folder, const std::vector<Picture>& pictu
         script += kSettings + script_of(picture);
     }
     write_whole_file(folder / script_name, script);
-    const int status = run_gnuplot(folder, script_name, log_name, guard);
+    const auto show_progress = [&] {
+        const auto drawn = std::count_if(pictures.begin(), pictures.end(),
+                                         [&](const Picture& one) { return std::filesystem::exists(folder / one.file); });
+        if (progress && drawn > 0) {  // the last of them is not complete
+            progress(static_cast<double>(drawn - 1) / static_cast<double>(pictures.size()));
+        }
+    };
+    const int status = run_gnuplot(folder, script_name, log_name, guard, show_progress);
     if (status == 127) {
         throw InputError("gnuplot is not installed: install the package gnuplot-nox; figures also has --csv-only");
     }

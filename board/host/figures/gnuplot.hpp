@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "board/support/interrupt.hpp"
+#include "board/support/progress.hpp"
 
 namespace tricoil::host {
 
@@ -39,7 +40,8 @@ constexpr const char* kMeasuredStyle = "lines lw 1.2 lc rgb '#cc0000'";
 constexpr const char* kCalculatedStyle = "lines lw 1.4 dt '_.' lc rgb 'black'";
 
 /// Draws into `folder`, which contains the CSV files. Throws InputError if gnuplot is not installed or fails. After a signal it
-/// stops gnuplot and throws Interrupted.
-void draw(const std::filesystem::path& folder, const std::vector<Picture>& pictures, const InterruptGuard& guard);
+/// stops gnuplot and throws Interrupted. progress: called while gnuplot draws; may be empty.
+void draw(const std::filesystem::path& folder, const std::vector<Picture>& pictures, const InterruptGuard& guard,
+          const ShowShare& progress = {});
 
 }  // namespace tricoil::host

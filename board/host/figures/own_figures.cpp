@@ -141,13 +141,15 @@ Picture loop_figure(const fs::path& folder, const InterruptGuard& guard) {
             280};
 }
 
-Picture budget_figure(const fs::path& folder, const fs::path& recordings, const InterruptGuard& guard) {
+Picture budget_figure(const fs::path& folder, const fs::path& recordings, const InterruptGuard& guard,
+                      const ShowShare& progress) {
     const auto motions = recordings.empty() ? generated_motions() : recorded_motions(recordings, guard);
     std::string table =
         "motion,poses,measured_position_rms_mm,predicted_position_rms_mm,device_position_rms_mm,measured_rotation_rms_deg,"
         "predicted_rotation_rms_deg,device_rotation_rms_deg,position_correlation,rotation_correlation\n";
     for (std::size_t n = 0; n < motions.size(); ++n) {
         guard.check();
+        progress(static_cast<double>(n) / static_cast<double>(motions.size()));
         paper::TdmParams params;
         params.duration_s = motions[n].duration_s;
         const auto poses = paper::simulate_tdm(*motions[n].motion, params);

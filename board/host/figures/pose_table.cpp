@@ -10,6 +10,7 @@
 
 #include "board/record/recording.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/progress.hpp"
 #include "board/support/text_table.hpp"
 #include "core/tracking/tracker_params.hpp"
 
@@ -22,7 +23,9 @@ PoseTable table_of_recording(const std::string& folder) {
     PoseTable table;
     const Recording recording(folder);
     RecordLines lines(folder, RecordFile::poses);
+    Progress progress("plot: reading");
     for (std::string line; lines.next(line);) {
+        progress.show(lines.share());
         const auto pose = parse_pose(line, lines.where());
         table[pose.sensor].push_back(
             {to_seconds(pose.time.since_start()), pose.valid(), pose.flags, pose.position_m, tracking::deviation_m(pose), kNaN});

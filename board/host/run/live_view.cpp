@@ -4,10 +4,14 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <numbers>
 #include <string>
+#include <vector>
 
 #include "board/pose_text/flag_names.hpp"
+#include "board/support/progress.hpp"
+#include "board/support/terminal_colour.hpp"
+#include "board/support/terminal_size.hpp"
+#include "board/support/terminal_text.hpp"
 #include "core/base/angle_units.hpp"
 
 namespace tricoil::host {
@@ -19,7 +23,31 @@ constexpr double kSpeedSpan_s = 0.05;  // long enough to average noise
 
 std::string bar(double share) {
     const int filled = static_cast<int>(std::clamp(share, 0.0, 1.0) * kBarCells);
-    return std::string(static_cast<std::size_t>(filled), '#') + std::string(static_cast<std::size_t>(kBarCells - filled), '.');
+    return "[" + std::string(static_cast<std::size_t>(filled), '#') +
+           std::string(static_cast<std::size_t>(kBarCells - filled), '.') + "]";
+}
+
+/// A part of the status line. On a narrow terminal the parts with the highest rank are left out first.
+struct Part {
+    std::string text;
+    int rank;
+};
+
+/// The parts that fit into `width` columns, with two blanks between them.
+std::vector<Part> fitting(std::vector<Part> parts, std::size_t width) {
+    std::erase_if(parts, [](const Part& part) { return part.text.empty(); });
+    const auto columns = [&] {
+        std::size_t sum = 0;
+        for (const Part& part : parts) {
+            sum += part.text.size() + 2;
+        }
+        return sum;
+    };
+    while (parts.size() > 1 && columns() > width + 2) {
+        parts.erase(std::max_element(parts.begin(), parts.end(), [](const Part& a, const Part& b) { return a.rank < b.rank; }));
+    }
+    parts.front().text.resize(std::min(parts.front().text.size(), width));
+    return parts;
 }
 
 }  // namespace
@@ -29,7 +57,7 @@ LiveView::LiveView(std::FILE* terminal, bool wanted, double duration_s)
 
 LiveView::~LiveView() {
     if (active_) {
-        draw("\r\x1b[K");  // clear: the summary follows
+        (void)draw_status_line(terminal_, "");
     }
 }
 
@@ -45,14 +73,26 @@ void LiveView::show(const tracking::PoseEstimate<double>& estimate, const PoseEr
     drawn_ = now;
     const Vec3<double> mm = 1e3 * estimate.position_m;
     const std::string verdict = estimate.valid() ? to_text(estimate.state) : to_text(estimate.flags);
-    draw(fmt::format(
-        "\r\x1b[K[{}] {:5.1f} s  ({:+5.0f},{:+5.0f},{:+5.0f}) mm  {:4.2f} m/s  error {:.2f} mm {:.2f} deg  {:.0f} dB  {}",
-        bar(error.time_s / duration_s_), error.time_s, mm.x(), mm.y(), mm.z(), speed_m_s_, 1e3 * error.position_m,
-        kDegrees * error.orientation_rad, estimate.snr_db, verdict));
-}
-
-void LiveView::draw(const std::string& text) {
-    active_ = std::fputs(text.c_str(), terminal_) >= 0 && std::fflush(terminal_) == 0;  // a closed terminal ends only the view
+    constexpr double kNoEnd_s = 1e8;  // runs until a signal or a key
+    const bool has_end = duration_s_ < kNoEnd_s;
+    const double share = error.time_s / duration_s_;
+    const auto parts = fitting({{has_end ? bar(share) : "", 5},
+                                {fmt::format("{:5.1f} s", error.time_s), 2},
+                                {time_left(std::chrono::duration<double>(now - began_).count(), share), 3},
+                                {fmt::format("({:+5.0f},{:+5.0f},{:+5.0f}) mm", mm.x(), mm.y(), mm.z()), 4},
+                                {fmt::format("{:4.2f} m/s", speed_m_s_), 6},
+                                {fmt::format("error {:.2f} mm", 1e3 * error.position_m), 1},
+                                {fmt::format("{:.2f} deg", kDegrees * error.orientation_rad), 7},
+                                {fmt::format("{:.0f} dB", estimate.snr_db), 8},
+                                {verdict, 0}},
+                               terminal_width(terminal_) - 1);
+    std::string line;
+    for (const Part& part : parts) {
+        const bool is_painted = part.rank == 0 && has_colours(terminal_);
+        line += (line.empty() ? "" : "  ") +
+                (is_painted ? painted(part.text, estimate.valid() ? Colour::green : Colour::red) : part.text);
+    }
+    active_ = draw_status_line(terminal_, line);  // a closed terminal ends only the view
 }
 
 void LiveView::track_speed(const Vec3<double>& position_m, double time_s) {

@@ -1,4 +1,5 @@
-// Status line on a terminal: progress, pose, speed, error, quality. No output without a terminal.
+// Status line on a terminal: progress, time left, pose, speed, error, quality, as far as they fit into its width. No output
+// without a terminal.
 #pragma once
 
 #include <chrono>
@@ -21,12 +22,12 @@ public:
     void show(const tracking::PoseEstimate<double>& estimate, const PoseError& error);
 
 private:
-    void draw(const std::string& text);
     void track_speed(const Vec3<double>& position_m, double time_s);
 
     std::FILE* terminal_;
     bool active_;
     double duration_s_;
+    std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
     std::chrono::steady_clock::time_point drawn_{};
     Vec3<double> mark_m_ = Vec3<double>::Zero();
     double mark_s_ = -1;

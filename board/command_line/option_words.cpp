@@ -1,0 +1,93 @@
+#include "board/command_line/option_words.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+
+namespace tricoil::host {
+namespace {
+
+constexpr char kBetweenChoices = '|';
+
+std::vector<std::string> split_choices(const std::string& text) {
+    std::vector<std::string> words;
+    std::size_t begin = 0;
+    for (std::size_t end = 0; end != std::string::npos; begin = end + 1) {
+        end = text.find(kBetweenChoices, begin);
+        words.push_back(text.substr(begin, end == std::string::npos ? end : end - begin));
+    }
+    return words;
+}
+
+}  // namespace
+
+CLI::Option* one_of(CLI::Option* option, const std::vector<std::string>& words) {
+    return option->type_name(fmt::format("{}", fmt::join(words, std::string(1, kBetweenChoices))));
+}
+
+void set_examples(CLI::App* command, const std::vector<Example>& examples) {
+    std::string text;
+    for (const Example& example : examples) {
+        text += fmt::format("# {}\n{}\n", example.what, example.line);
+    }
+    command->footer(text);
+}
+
+std::string command_path(const CLI::App& command) {
+    const CLI::App* const parent = command.get_parent();
+    return parent == nullptr ? std::filesystem::path(command.get_name()).filename().string()
+                             : command_path(*parent) + " " + command.get_name();
+}
+
+std::string shown_name(const CLI::Option& option) {
+    std::string name = option.get_name();
+    if (!option.nonpositional()) {
+        std::transform(name.begin(), name.end(), name.begin(),
+                       [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+    }
+    return name;
+}
+
+std::string type_of(const CLI::Option& option) {
+    if (is_flag(option)) {
+        return "";
+    }
+    const std::string full = option.get_type_name();
+    const std::string name = full.substr(0, full.find(':'));  // CLI11 appends the descriptions of the checks
+    static const std::map<std::string, std::string> kPlain{{"FLOAT", "NUMBER"}, {"INT", "N"}, {"UINT", "N"}};
+    const auto plain = kPlain.find(name);
+    return plain == kPlain.end() ? name : plain->second;
+}
+
+std::vector<std::string> choices_of(const CLI::Option& option) {
+    const std::string type = type_of(option);
+    return type.find(kBetweenChoices) == std::string::npos ? std::vector<std::string>{} : split_choices(type);
+}
+
+std::vector<Candidate> values_of(const CLI::Option& option, const ValueSources& sources) {
+    std::vector<Candidate> values;
+    for (const std::string& choice : choices_of(option)) {
+        values.push_back({choice, ""});
+    }
+    const auto source = sources.find(type_of(option));
+    return source == sources.end() ? values : source->second();
+}
+
+bool is_flag(const CLI::Option& option) { return option.get_items_expected_max() == 0; }
+
+bool is_help(const CLI::Option& option) { return option.check_lname("help"); }
+
+std::vector<const CLI::Option*> options_of(const CLI::App& command) {
+    return command.get_options([](const CLI::Option* option) { return option->nonpositional() && !is_help(*option); });
+}
+
+std::vector<const CLI::Option*> arguments_of(const CLI::App& command) {
+    return command.get_options([](const CLI::Option* option) { return !option->nonpositional(); });
+}
+
+std::vector<const CLI::App*> commands_of(const CLI::App& command) { return command.get_subcommands({}); }
+
+}  // namespace tricoil::host

@@ -1,0 +1,22 @@
+// Assigns the words of a command line to commands, options and values before CLI11 parses them, for help, errors and completion.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "board/command_line/option_words.hpp"
+
+namespace tricoil::host {
+
+struct WordWalk {
+    const CLI::App* command = nullptr;         // the last command that was named
+    const CLI::Option* open_option = nullptr;  // its value is missing at the end of the words
+    std::size_t arguments = 0;                 // number of the command's words without dashes
+    bool options_ended = false;                // after the word --
+    bool wants_help = false;                   // --help or -h
+    std::string error;                         // about the first wrong word, one line; empty: none
+};
+
+WordWalk walk(const CLI::App& program, std::span<const std::string> words);
+
+}  // namespace tricoil::host

@@ -1,0 +1,163 @@
+// tricoil demo: the live page on a scripted tour.
+#include <fmt/format.h>
+#include <spawn.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <memory>
+
+#include "board/command_line/help_text.hpp"
+#include "board/host/commands/commands.hpp"
+#include "board/host/demo/key_press.hpp"
+#include "board/host/demo/tour.hpp"
+#include "board/host/serve/web/page_text.hpp"
+#include "board/host/serve/web/web_server.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/interrupt.hpp"
+#include "board/support/json_text.hpp"
+#include "board/support/terminal_size.hpp"
+#include "board/support/terminal_text.hpp"
+
+extern char** environ;
+
+namespace tricoil::host {
+namespace {
+
+constexpr double kStepWithoutKeys_s = 6;
+
+struct DemoCommand {
+    std::string web = "0";
+    double step_s = 0;  // 0: until a key is pressed
+    bool no_browser = false;
+    bool json = false;
+    std::string program;
+};
+
+/// Opens the page in the user's browser, if there is a desktop. A browser that does not start is no error: the address is
+/// printed.
+void open_browser(const std::string& url) {
+    if (std::getenv("DISPLAY") == nullptr && std::getenv("WAYLAND_DISPLAY") == nullptr) {
+        return;
+    }
+    std::string opener = "xdg-open";
+    std::string address = url;
+    char* const words[] = {opener.data(), address.data(), nullptr};
+    posix_spawn_file_actions_t quiet;
+    ::posix_spawn_file_actions_init(&quiet);
+    ::posix_spawn_file_actions_addopen(&quiet, 1, "/dev/null", 1, 0);
+    ::posix_spawn_file_actions_addopen(&quiet, 2, "/dev/null", 1, 0);
+    pid_t child = 0;
+    (void)::posix_spawnp(&child, words[0], &quiet, nullptr, words, environ);
+    ::posix_spawn_file_actions_destroy(&quiet);
+}
+
+/// When a step of the tour ends, and whether the tour goes on.
+class Pacer {
+public:
+    Pacer(const InterruptGuard& guard, KeyPress& keys, double step_s) : guard_(guard), keys_(keys), step_s_(step_s) {}
+
+    void begin_step() { began_ = std::chrono::steady_clock::now(); }
+
+    bool is_step_over() {
+        const auto key = keys_.take();
+        left_ = left_ || guard_.interrupted() || key == 'q';
+        const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - began_;
+        return left_ || key.has_value() || (step_s_ > 0 && elapsed.count() > step_s_);
+    }
+
+    /// The user ended the tour.
+    [[nodiscard]] bool left() const { return left_; }
+
+private:
+    const InterruptGuard& guard_;
+    KeyPress& keys_;
+    double step_s_;
+    std::chrono::steady_clock::time_point began_;
+    bool left_ = false;
+};
+
+Json step_result(const TourStep& step, const ScoreSummary& score) {
+    return {{"step", step.name},
+            {"position_rms_m", score.scored == 0 ? Json(nullptr) : Json(score.position_m.rms)},
+            {"poses_scored", score.scored},
+            {"poses_invalid", score.invalid},
+            {"poses_distorted", score.distorted}};
+}
+
+std::string step_text(const Json& r) {
+    std::string text =
+        r["position_rms_m"].is_null() ? "   no pose was scored" : fill(r, "   position error {position_rms_m in mm:.2f} mm RMS");
+    text += r["poses_distorted"] > 0 ? fill(r, ", {poses_distorted} of {poses_scored} poses flagged as distorted") : "";
+    text += r["poses_invalid"] > 0 ? fill(r, "; {poses_invalid} poses are invalid") : "";
+    return text + "\n";
+}
+
+void print_now(const std::string& text) {
+    print_text(text);
+    end_standard_output();
+}
+
+int run_tour(const DemoCommand& command) {
+    const InterruptGuard guard;
+    TrackerControl control;
+    RecordingSwitch recordings("", {});
+    PoseHub hub;
+    StylusButton button([] {});
+    const web::WebServer page(parse_tcp_address("--web", command.web), {Controls::none, "", {}}, hub, control, recordings,
+                              button);
+    KeyPress keys;
+    const double step_s = command.step_s > 0 || keys.possible() ? command.step_s : kStepWithoutKeys_s;
+    print_now(command.json ? Json{{"web", page.url()}}.dump() + "\n"
+                           : fmt::format("live page: {}\n{}\n", page.url(),
+                                         step_s > 0 ? fmt::format("{} s for each step; Ctrl-C ends the tour", step_s)
+                                                    : "any key: next step; q: end"));
+    if (!command.no_browser && keys.possible()) {
+        open_browser(page.url());
+    }
+    Pacer pacer(guard, keys, step_s);
+    const auto steps = tour_steps();
+    for (std::size_t n = 0; n < steps.size() && !pacer.left(); ++n) {
+        if (!command.json) {
+            print_now(fmt::format("\n{} of {}: {}\n   {}\n", n + 1, steps.size(), steps[n].name,
+                                  wrapped(steps[n].shows, 3, terminal_width(stdout))));
+        }
+        pacer.begin_step();
+        const ScoreSummary score = run_step(
+            steps[n], hub, [&] { return pacer.is_step_over(); }, [&](const LinkHealth& health) { hub.set_health(health); });
+        const Json result = step_result(steps[n], score);
+        print_now(command.json ? result.dump() + "\n" : step_text(result));
+    }
+    hub.close();
+    if (!command.json) {
+        print_text("\nThe live page of your own run: {} serve --web 8080\n", command.program);
+    }
+    return to_int(ExitCode::fine);
+}
+
+int demo(const DemoCommand& command) {
+    if (web::kPage.empty()) {
+        throw InputError("demo: this program was built without the live page (TRICOIL_WEB=OFF)");
+    }
+    return run_tour(command);
+}
+
+}  // namespace
+
+void add_demo_command(CLI::App& program, Action& action) {
+    auto command = std::make_shared<DemoCommand>();
+    command->program = program.get_name();
+    CLI::App* sub =
+        program.add_subcommand("demo", "Open the live page on a tour: hand, motion error, filter, metal, unplugged sensor");
+    sub->add_option("--web", command->web, "Live page on [ADDRESS:]PORT; 0: any free port")
+        ->check(refuse_empty)
+        ->capture_default_str();
+    sub->add_option("--step", command->step_s, "Duration of a step; default: until a key is pressed, or 6 s without a terminal")
+        ->check(refuse_nonpositive_time)
+        ->type_name("SECONDS");
+    sub->add_flag("--no-browser", command->no_browser, "Do not open a browser");
+    sub->add_flag("--json", command->json, "Address and result of each step as lines of JSON");
+    set_examples(sub, {{"a key for each step", "tricoil demo"}, {"by itself, 10 s for each step", "tricoil demo --step 10"}});
+    sub->callback([command, &action] { action = [command] { return demo(*command); }; });
+}
+
+}  // namespace tricoil::host

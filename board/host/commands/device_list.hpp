@@ -1,0 +1,11 @@
+// CAN interfaces and USB devices of this machine.
+#pragma once
+
+#include "board/support/json_text.hpp"
+
+namespace tricoil::host {
+
+/// Array of objects: uri; of a CAN interface also fd, of a USB device also product. Throws DeviceError.
+Json connected_devices();
+
+}  // namespace tricoil::host

@@ -1,0 +1,194 @@
+// Options of `run`, and those that `serve` shares with it.
+#include "board/command_line/option_words.hpp"
+#include "board/host/commands/commands.hpp"
+#include "board/host/commands/option_values.hpp"
+#include "board/host/commands/run_command.hpp"
+#include "board/support/tracker_choice.hpp"
+
+namespace tricoil::host {
+namespace {
+
+constexpr const char* kVectorType = "X,Y,Z";
+constexpr const char* kSecondsType = "SECONDS";
+
+// Titles of groups.
+constexpr const char* kSimulation = "Simulated sensor";
+constexpr const char* kFaults = "Simulated noise and faults";
+constexpr const char* kDevice = "Device";
+constexpr const char* kTracking = "Tracking";
+constexpr const char* kPoses = "Poses";
+constexpr const char* kOutput = "Output";
+
+std::vector<std::string> all_trackers() {
+    auto names = kTrackerNames;
+    names.insert(names.end(), kFixedTrackerNames.begin(), kFixedTrackerNames.end());
+    return names;
+}
+
+void add_simulation_options(CLI::App* sub, RunCommand& command) {
+    sub->option_defaults()->group(kSimulation);
+    RunOptions& o = command.options;
+    sub->add_option("--scenario", o.scenario, "Built-in scenario (see tricoil run --list) or a .toml file")
+        ->type_name(kScenarioType)
+        ->capture_default_str();
+    sub->add_option("--trajectory", o.trajectory, "Recorded path: 4x4 matrices at 100 Hz")->type_name(kFileType);
+    sub->add_option("--place", command.place, "Centre of the recorded path, m")
+        ->delimiter(',')
+        ->expected(3)
+        ->type_name(kVectorType)
+        ->default_str("0.9,0,0");
+    sub->add_option("--speed", o.speed, "Play the recorded path faster (2) or slower (0.5)")->capture_default_str();
+    sub->add_option("--stations", o.stations, "Simulated sensors, 1-4; the further ones are near the first and move little")
+        ->capture_default_str();
+    sub->add_option("--seed", o.seed, "Seed of noise and motion")->check(refuse_overflow)->capture_default_str();
+}
+
+void add_fault_options(CLI::App* sub, RunOptions& o) {
+    sub->option_defaults()->group(kFaults);
+    sub->add_option("--fault", o.faults,
+                    "Simulate a fault: NAME[:ARG,...][@BEGIN[-END]], for example open_coil:S2@1-1.5; repeatable")
+        ->type_name(kFaultType);
+    sub->add_flag("--no-noise", o.no_noise, "No converter noise and no mains; with quantisation");
+}
+
+void add_device_options(CLI::App* sub, RunCommand& command) {
+    sub->option_defaults()->group(kDevice);
+    command.device_option =
+        sub->add_option("--device", command.device, "sim:, can:INTERFACE[#NODE], usb:VENDOR:PRODUCT[:SERIAL] or serial:PATH")
+            ->type_name(kDeviceType)
+            ->capture_default_str();
+    sub->add_option("--config", command.config, "Board configuration (TOML); --device overrides it")
+        ->check(refuse_empty)
+        ->type_name(kFileType);
+    sub->add_option("--wait", command.wait_s, "Time to wait for the device at the start; 0: no limit")
+        ->check(refuse_negative_time)
+        ->type_name(kSecondsType)
+        ->capture_default_str();
+    sub->add_option("--give-up-after", command.give_up_after_s,
+                    "End with exit code 3 if the device has not worked for this time; 0: never")
+        ->check(refuse_negative_time)
+        ->type_name(kSecondsType)
+        ->capture_default_str();
+}
+
+void add_tracking_options(CLI::App* sub, RunCommand& command) {
+    sub->option_defaults()->group(kTracking);
+    RunOptions& o = command.options;
+    one_of(sub->add_option("--mux", o.multiplexing, "Coils in turn (tdm) or all at once (fdm)"), {"tdm", "fdm"})
+        ->capture_default_str();
+    one_of(
+        sub->add_option(
+            "--tracker", o.tracker,
+            "Closed form (direct), previous measurement (previous; in angles: previous-angles) or filter (scaat); in integers, "
+            "only in a simulated tricoil run: fixed-direct, fixed-previous"),
+        all_trackers())
+        ->capture_default_str();
+    sub->add_option("--passes", o.passes, "Passes of the previous-measurement step per frame, 1-10")->capture_default_str();
+    sub->add_option("--rate-hz", o.frame_rate_hz, "Frames per second")->capture_default_str();
+    command.duration = sub->add_option("--duration", command.duration_s,
+                                       "Simulated or device time; default: the scenario's in a simulated tricoil run, otherwise "
+                                       "until a signal")
+                           ->type_name(kSecondsType);
+    sub->add_option(
+           "--hemisphere", o.hemisphere,
+           "Direction to the half space of the sensor at the start; 0,0,0: unknown; default: from the motion. A simulated run "
+           "with this option is also confined")
+        ->delimiter(',')
+        ->expected(3)
+        ->type_name(kVectorType);
+    sub->add_flag("--confined", o.confined,
+                  "The sensor never leaves the half space of the start (device: of --hemisphere); the hemisphere stays known "
+                  "after a loss");
+    sub->add_flag("--no-deskew", o.no_deskew, "TDM, direct and previous: treat the latest three columns as simultaneous");
+    sub->add_option("--predict", o.predict_ahead_s, "scaat: deliver poses this time (at most 0.1 s) ahead of the newest column")
+        ->type_name(kSecondsType);
+}
+
+void add_pose_options(CLI::App* sub, RunOptions& o) {
+    sub->option_defaults()->group(kPoses);
+    sub->add_option("--tip", o.output.tips,
+                    "Poses of a tool's tip: a file of calibrate --pivot, or [SENSOR:]X,Y,Z (m, sensor frame); repeatable. "
+                    "Recordings keep the poses of the sensor")
+        ->check(refuse_empty)
+        ->type_name(kFileType);
+    sub->add_option("--relative-to", o.output.relative_to,
+                    "Output all poses relative to this sensor (1 is the first), with their covariance; recordings stay in the "
+                    "source frame")
+        ->type_name("SENSOR");
+}
+
+/// Options of `run` alone that change the CSV.
+void add_csv_options(CLI::App* sub, RunOptions& o) {
+    sub->option_defaults()->group(kPoses);
+    sub->add_option(
+           "--align", o.output.align_points,
+           "CSV: alignment frame from three points (nine numbers, m): origin, point on the x axis, point towards the y axis")
+        ->delimiter(',')
+        ->expected(9)
+        ->type_name("POINTS");
+    sub->add_flag("--boresight", o.output.boresight, "CSV: the attitude of the first valid pose becomes zero");
+    one_of(sub->add_option("--units", o.output.unit, "CSV: unit of positions"), {"m", "mm", "cm", "in"})->capture_default_str();
+    sub->add_option("--euler", o.output.euler, "CSV: add Euler angles (intrinsic) in this order of axes, for example zyx")
+        ->check(refuse_empty)
+        ->type_name("AXES");
+}
+
+void add_output_options(CLI::App* sub, RunCommand& command) {
+    sub->option_defaults()->group(kOutput);
+    RunOptions& o = command.options;
+    sub->add_option("--out", o.out_csv,
+                    "Write all poses to this CSV file, in a simulated run with the true poses; - is standard output")
+        ->check(refuse_empty)
+        ->type_name(kFileType);
+    sub->add_option("--samples", o.samples, "Integer trackers: write the input of the tracker to this file")
+        ->check(refuse_empty)
+        ->type_name(kFileType);
+    sub->add_flag("--smooth", o.smooth, "Also give the errors of the smoothed motion, for comparison (see tricoil smooth)");
+    sub->add_flag("--json", command.json, "Summary as JSON");
+}
+
+void set_run_examples(CLI::App* sub) {
+    set_examples(sub, {{"a simulated hand", "tricoil run"},
+                       {"coils in turn, with the filter", "tricoil run --scenario circle --mux tdm --tracker scaat"},
+                       {"metal from 2 s to 6 s; poses and true poses as CSV",
+                        "tricoil run --fault metal:0.6,0.3,0,0.08@2-6 --out poses.csv"},
+                       {"a recording, for tricoil replay, convert and plot", "tricoil run --tracker scaat --record take1"},
+                       {"a front end or a tracker board on CAN FD", "tricoil run --device can:can0 --out poses.csv"}});
+}
+
+}  // namespace
+
+void add_run_options(CLI::App* sub, const std::shared_ptr<RunCommand>& command) {
+    RunOptions& o = command->options;
+    add_simulation_options(sub, *command);
+    add_fault_options(sub, o);
+    add_device_options(sub, *command);
+    add_tracking_options(sub, *command);
+    add_pose_options(sub, o);
+    sub->option_defaults()->group(kOutput);
+    sub->add_option("--record", o.record, "Record the run into this new folder, for tricoil replay and convert")
+        ->check(refuse_empty)
+        ->type_name(kFolderType);
+}
+
+void add_run_command(CLI::App& program, Action& action) {
+    auto command = std::make_shared<RunCommand>();
+    RunOptions& o = command->options;
+    CLI::App* sub =
+        program.add_subcommand("run", "Track a simulated sensor (poses are compared with the truth) or a real device");
+    command->app = sub;
+    add_run_options(sub, command);
+    sub->option_defaults()->group(kSimulation);
+    sub->add_flag("--list", command->list, "List the built-in scenarios");
+    one_of(sub->add_option("--fidelity", o.fidelity,
+                           "Simulate every ADC sample (samples), or compute columns with the noise of the demodulator (columns)"),
+           {"samples", "columns"})
+        ->capture_default_str();
+    sub->add_flag("--realtime", o.realtime, "Run in real time");
+    add_csv_options(sub, o);
+    add_output_options(sub, *command);
+    set_run_examples(sub);
+    sub->callback([command, &action] { action = [command] { return run_tracking(*command); }; });
+}
+
+}  // namespace tricoil::host

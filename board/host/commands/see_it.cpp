@@ -1,0 +1,44 @@
+#include "board/host/commands/see_it.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "board/command_line/option_words.hpp"
+#include "board/support/shell_word.hpp"
+
+namespace tricoil::host {
+namespace {
+
+/// A negative number needs no quotes, and shell_word() would make it a path.
+std::string value_word(const std::string& value) { return value.starts_with('-') ? value : shell_word(value); }
+
+std::string option_words(const CLI::Option& option) {
+    if (is_flag(option)) {
+        return " " + shown_name(option);
+    }
+    if (option.get_delimiter() == ',') {  // the words of one value
+        return fmt::format(" {} {}", shown_name(option), value_word(fmt::format("{}", fmt::join(option.results(), ","))));
+    }
+    std::string words;
+    for (const std::string& value : option.results()) {
+        words += fmt::format(" {} {}", shown_name(option), value_word(value));
+    }
+    return words;
+}
+
+}  // namespace
+
+std::string see_it_command(const CLI::App& run) {
+    const CLI::App& program = *run.get_parent();
+    const CLI::App& serve = *program.get_subcommand("serve");
+    std::string words = shell_word(program.get_name()) + " serve --web 8080";
+    for (const CLI::Option* option : options_of(run)) {
+        const std::string name = shown_name(*option);
+        const bool is_shared =
+            serve.get_option_no_throw(name) != nullptr && name != "--duration" && name != "--record" && name != "--json";
+        words += is_shared && option->count() > 0 ? option_words(*option) : "";
+    }
+    return words;
+}
+
+}  // namespace tricoil::host

@@ -1,0 +1,109 @@
+// Help, version and manual pages, which are made from one table of options.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <regex>
+
+#include "tests/cli/cli_runner.hpp"
+
+namespace tricoil::test {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+/// Names of the commands of the overview.
+std::vector<std::string> command_names() {
+    std::vector<std::string> names;
+    std::istringstream lines(tricoil("--help").out);
+    const std::regex row("  ([a-z]+) +[A-Z].*");
+    for (std::string line; std::getline(lines, line);) {
+        std::smatch match;
+        if (std::regex_match(line, match, row)) {
+            names.push_back(match[1]);
+        }
+    }
+    return names;
+}
+
+std::vector<std::string> options_in(const std::string& help) {
+    std::vector<std::string> options;
+    const std::regex row("  (--[a-z0-9-]+).*");
+    std::istringstream lines(help);
+    for (std::string line; std::getline(lines, line);) {
+        std::smatch match;
+        if (std::regex_match(line, match, row)) {
+            options.push_back(match[1]);
+        }
+    }
+    return options;
+}
+
+TEST(Help, WithoutArgumentsItIsTheOverview) {
+    const CliResult result = tricoil("");
+    EXPECT_EQ(result.exit_code, 0);
+    EXPECT_EQ(result.err, "");
+    EXPECT_EQ(result.out, tricoil("--help").out);
+    EXPECT_THAT(result.out, HasSubstr("Examples:\n"));
+    EXPECT_THAT(result.out, HasSubstr("\n  tricoil serve --web 8080\n"));
+    EXPECT_GE(command_names().size(), 15U);
+}
+
+TEST(Help, EveryCommandHasExamples) {
+    for (const std::string& name : command_names()) {
+        const CliResult help = tricoil("help " + name);
+        EXPECT_EQ(help.exit_code, 0) << name;
+        EXPECT_EQ(help.out, tricoil(name + " --help").out) << name;
+        EXPECT_EQ(help.out, tricoil(name + " --wrong --help").out) << name;
+        EXPECT_THAT(help.out, HasSubstr("\nExamples:\n  # ")) << name;
+        EXPECT_THAT(help.out, HasSubstr("\n  tricoil " + name)) << name;
+    }
+}
+
+TEST(Help, OptionsOfRunAreInGroups) {
+    const std::string help = tricoil("run --help").out;
+    for (const char* group : {"Simulated sensor", "Simulated noise and faults", "Device", "Tracking", "Poses", "Output"}) {
+        EXPECT_THAT(help, HasSubstr(std::string("\n") + group + ":\n  --"));
+    }
+    EXPECT_THAT(help, Not(HasSubstr("\nOptions:\n")));
+    EXPECT_THAT(help, HasSubstr("--mux tdm|fdm"));
+}
+
+TEST(Help, OfUnknownCommandsNamesTheNearest) {
+    EXPECT_EQ(tricoil("help rum").exit_code, 2);
+    EXPECT_EQ(tricoil("help rum").err.find("tricoil: unknown command 'rum'; did you mean 'run'?"), 0U);
+    EXPECT_EQ(tricoil("help device wach").err.find("tricoil: unknown command 'wach'; did you mean 'watch'?"), 0U);
+    EXPECT_EQ(tricoil("help run circle").err, "tricoil: tricoil run has no commands\n");
+}
+
+TEST(Help, VersionHasTheCommit) {
+    const std::string version = tricoil("--version").out;
+    EXPECT_TRUE(std::regex_match(version, std::regex("tricoil \\d+\\.\\d+\\.\\d+( \\([0-9a-f]{12}(, modified)?\\))?\n")))
+        << version;
+}
+
+TEST(Manual, APageForEachCommandWithItsOptions) {
+    const std::string folder = path_in_temp("man");
+    std::filesystem::create_directories(folder);
+    ASSERT_EQ(tricoil("__manual " + folder).exit_code, 0);
+    const std::string overview = read_file(folder + "/tricoil.1");
+    for (const std::string& name : command_names()) {
+        EXPECT_THAT(overview, HasSubstr(".B " + name + "\n"));
+        const std::string page = read_file(folder + "/tricoil-" + name + ".1");
+        EXPECT_THAT(page, HasSubstr(".SH EXAMPLES\n")) << name;
+        for (const std::string& option : options_in(tricoil(name + " --help").out)) {
+            EXPECT_THAT(page, HasSubstr(std::regex_replace(".B " + option, std::regex("-"), "\\-"))) << name;
+        }
+    }
+    EXPECT_THAT(read_file(folder + "/tricoil-device.1"), HasSubstr(".B \\-\\-repeats N\n"));
+    EXPECT_THAT(overview, HasSubstr("/etc/tricoil/board.toml"));
+}
+
+TEST(Manual, NeedsAFolder) {
+    EXPECT_EQ(tricoil("__manual").exit_code, 2);
+    EXPECT_EQ(tricoil("__manual /no/such/folder").exit_code, 2);
+}
+
+}  // namespace
+}  // namespace tricoil::test
