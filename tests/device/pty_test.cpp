@@ -95,6 +95,13 @@ TEST_F(Pty, TracksBitForBitWithoutLoss) {
     EXPECT_EQ(summary["health"]["lost"], 0);
 }
 
+TEST_F(Pty, TheFrontEndEndsIfNoHostMeasures) {
+    plug_in("--duration 60 --idle-s 1");
+    EXPECT_EQ(peer->wait(), 0);
+    const std::string report = test::read_text(in("line"));
+    EXPECT_NE(report.find("\"slots\": 0"), std::string::npos) << report;
+}
+
 TEST_F(Pty, AVanishedLineIsReported) {
     plug_in("--duration 600");
     Program tracker(std::string(TRICOIL_PROGRAM) + " run --device " + device + " --out " + in("poses.csv") + " 2>" + in("err") +
