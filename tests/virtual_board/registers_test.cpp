@@ -5,6 +5,7 @@
 #include "sim/virtual_board/peripherals/fdcan.hpp"
 #include "sim/virtual_board/peripherals/gpio.hpp"
 #include "sim/virtual_board/peripherals/opamp.hpp"
+#include "sim/virtual_board/peripherals/rcc.hpp"
 #include "sim/virtual_board/peripherals/timer.hpp"
 #include "sim/virtual_board/peripherals/usart.hpp"
 
@@ -71,6 +72,11 @@ TEST_F(RegistersTest, ProcessorTrapsAreRefused) {
         EXPECT_THROW(machine.control.write(0x14, 0x200U | trap), RunFailure);
     }
     EXPECT_NO_THROW(machine.control.write(0x10, 2)) << "SLEEPONEXIT has a model";
+}
+
+TEST_F(RegistersTest, ClocksOffInSleepModeAreRefused) {
+    Rcc rcc(machine);
+    EXPECT_THAT(failure_of_write(rcc, 0x68, 0), HasSubstr("AHB1SMENR: bit 0 (clock_off_in_sleep_mode)"));
 }
 
 TEST_F(RegistersTest, EveryRegisterAcceptsItsResetValue) {

@@ -33,7 +33,7 @@ constexpr std::uint32_t kFpdscr = 0x23C;
 constexpr Register kSleep{kScr, 0, "SCR", 0x16};
 constexpr Register kConfiguration{kCcr, 0x200, "CCR", 0x200,
                                   "NONBASETHRDENA@0 USERSETMPEND@1 UNALIGN_TRP@3 DIV_0_TRP@4 BFHFNMIGN@8"};
-constexpr Register kFaults{kShcsr, 0, "SHCSR", 0x70000, "active and pending flags@0-15"};  // every fault ends the run
+constexpr Register kFaults{kShcsr, 0, "SHCSR", 0x70000, "active_and_pending_flags@0-15"};  // every fault ends the run
 constexpr std::array<Register, 19> kRegisters{{{kCpuid, 0x410FC241, "CPUID", 0},
                                                {kIcsr, 0, "ICSR", kAllBits},
                                                {kVtor, 0, "VTOR", 0xFFFFFF80},
