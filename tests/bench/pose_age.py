@@ -4,7 +4,8 @@
   pose_age.py TRICOIL [SECONDS]     default: 10 s. Needs python3-websockets
 
 The simulated hand at 240 Hz in real time, TDM. The time of a pose is its own field, or, for FASTRAK and OSC, which have none, that of the
-JSON line with the same position. Half a demodulation window is part of the age. FASTRAK sends at most 120 poses a second, the page 30.
+JSON line with the same position. Half a demodulation window is part of the age. FASTRAK sends at most 120 poses a second; the page
+gets 30 events a second, each with all new poses.
 """
 import asyncio
 import json
@@ -89,9 +90,9 @@ def read_page(ages, url):
     line.sendall(f"GET /stream HTTP/1.1\r\nHost: {address}\r\n\r\n".encode())
     for text in line.makefile():
         if text.startswith("data: "):
-            for pose in json.loads(text[6:])["poses"]:
-                if pose["valid"]:
-                    ages.timed.append((time.time(), 1e-3 * pose["utc_ms"]))
+            for _sensor, utc_ms, flags, *_others in json.loads(text[6:])["poses"]:
+                if flags == 0:
+                    ages.timed.append((time.time(), 1e-3 * utc_ms))
 
 
 def read_websocket(ages, url):

@@ -11,7 +11,6 @@
 
 #include "board/host/serve/web/request_head.hpp"
 #include "board/support/errors.hpp"
-#include "board/support/terminal_text.hpp"
 
 namespace tricoil::host::websocket {
 namespace {
