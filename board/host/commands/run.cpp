@@ -2,14 +2,18 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <optional>
 
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/run_command.hpp"
+#include "board/host/run/json_lines_tap.hpp"
 #include "board/host/run/report.hpp"
 #include "board/linux/device_run.hpp"
 #include "board/pose_text/flag_names.hpp"
+#include "board/record/relative_tap.hpp"
 #include "board/support/calibration_file.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/output_file.hpp"
 #include "board/support/sim_input/scenario_file.hpp"
 #include "board/support/terminal_text.hpp"
 #include "board/support/tracker_choice.hpp"
@@ -88,31 +92,73 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
 
 namespace {
 
-int run(RunCommand& command) {
+void check_json_lines(const RunCommand& command) {
+    if (command.json_lines.empty()) {
+        return;
+    }
+    if (command.json_lines != kStandardOutput) {
+        throw InputError(
+            fmt::format("--json-lines {}: must be - (standard output); tricoil serve has tcp: and udp:", command.json_lines));
+    }
+    if (command.options.out_csv == kStandardOutput) {
+        throw InputError("--json-lines - and --out - exclude each other: both write to standard output");
+    }
+    if (fixed_method(command.options.tracker)) {
+        throw InputError("--json-lines: not with --tracker fixed-direct or fixed-previous; use direct or previous");
+    }
+}
+
+int run_on_device(const std::shared_ptr<RunCommand>& command) {
+    const OutputOptions& output = command->options.output;
+    const bool has_lines = !command->json_lines.empty();
+    if (!output.align_points.empty() || output.boresight || output.unit != OutputOptions{}.unit || !output.euler.empty()) {
+        throw InputError("--align, --boresight, --units and --euler: only for a simulated run");
+    }
+    const auto options = device_options(*command);
+    if (!output.tips.empty() && options.config.csv.empty() && !options.json && !has_lines && !options.config.publish) {
+        throw InputError("--tip: no output for its poses; add --out FILE, --json-lines - or --json");
+    }
+    if (output.relative_to != 0 && options.config.csv.empty() && !options.json && !has_lines) {
+        throw InputError("--relative-to: no output for its poses; add --out FILE, --json-lines - or --json");
+    }
+    return has_lines ? serve_json_lines(command) : linux_board::run_device(options);
+}
+
+/// The simulation, with JSON lines if the option is given.
+RunReport run_simulation(const RunCommand& command) {
+    std::optional<JsonLinesTap> lines;
+    std::optional<RelativeTap> relative;
+    RunObservers observers;
+    if (!command.json_lines.empty()) {
+        observers.tap = &lines.emplace(ToolTips(command.options.output.tips));
+        if (const auto reference = reference_sensor(command)) {
+            observers.tap = &relative.emplace(*reference, *lines);
+        }
+    }
+    return run_simulated(command.options, observers);
+}
+
+int run(const std::shared_ptr<RunCommand>& run_command) {
+    RunCommand& command = *run_command;
     if (command.list) {
         return list_scenarios(command.json);
     }
-    const OutputOptions& output = command.options.output;
+    check_json_lines(command);
     if (is_on_device(command)) {
-        if (!output.align_points.empty() || output.boresight || output.unit != OutputOptions{}.unit || !output.euler.empty()) {
-            throw InputError("--align, --boresight, --units and --euler: only for a simulated run");
-        }
-        const auto options = device_options(command);
-        if (!output.tips.empty() && options.config.csv.empty() && !options.json && !options.config.publish) {
-            throw InputError("--tip: no output for its poses; add --out FILE or --json");
-        }
-        if (output.relative_to != 0 && options.config.csv.empty() && !options.json) {
-            throw InputError("--relative-to: no output for its poses; add --out FILE or --json");
-        }
-        return linux_board::run_device(options);
+        return run_on_device(run_command);
     }
     complete_simulation_options(command);
-    if (command.options.out_csv.empty() && (output.relative_to != 0 || !output.tips.empty() || !output.align_points.empty() ||
-                                            output.boresight || output.unit != OutputOptions{}.unit || !output.euler.empty())) {
-        throw InputError("--tip, --align, --boresight, --units, --euler and --relative-to change the CSV only; add --out FILE");
+    const OutputOptions& output = command.options.output;
+    const bool has_csv = !command.options.out_csv.empty();
+    if (!has_csv &&
+        (!output.align_points.empty() || output.boresight || output.unit != OutputOptions{}.unit || !output.euler.empty())) {
+        throw InputError("--align, --boresight, --units and --euler change the CSV only; add --out FILE");
+    }
+    if (!has_csv && command.json_lines.empty() && (output.relative_to != 0 || !output.tips.empty())) {
+        throw InputError("--tip and --relative-to: no output for their poses; add --out FILE or --json-lines -");
     }
     command.options.show_live = !command.json;
-    const RunReport report = run_simulated(command.options);
+    const RunReport report = run_simulation(command);
     print_result(run_result(report), command.json, run_text);
     if (!report.recording_error.empty()) {
         throw DeviceError(report.recording_error);
@@ -234,6 +280,9 @@ void add_run_command(CLI::App& program, Action& action) {
     sub->add_option("--out", o.out_csv,
                     "Write all poses to this CSV file, in a simulated run with the true poses; - is standard output")
         ->check(refuse_empty);
+    sub->add_option("--json-lines", command->json_lines,
+                    "Write all poses as lines of JSON to standard output (-), as tricoil serve --json-lines does")
+        ->check(refuse_empty);
     sub->add_option("--align", o.output.align_points,
                     "CSV: alignment frame from three points (m): origin, point on the x axis, point towards the y axis")
         ->delimiter(',')
@@ -243,7 +292,7 @@ void add_run_command(CLI::App& program, Action& action) {
     sub->add_option("--euler", o.output.euler, "CSV: add Euler angles (intrinsic) in this order of axes, for example zyx")
         ->check(refuse_empty);
     sub->add_flag("--json", command->json, "Summary as JSON");
-    sub->callback([command, &action] { action = [command] { return run(*command); }; });
+    sub->callback([command, &action] { action = [command] { return run(command); }; });
 }
 
 }  // namespace tricoil::host
