@@ -57,6 +57,9 @@ struct Centred {
           sensor_m(original.sensor_offset_m.rowwise().mean()) {
         model.source_offset_m.colwise() -= source_m;
         model.sensor_offset_m.colwise() -= sensor_m;
+        for (field::InducedDipole<Scalar>& dipole : model.surroundings) {
+            dipole.position_m -= source_m;
+        }
     }
 
     /// Converts a pose between centred frames to one between the original frames.

@@ -45,7 +45,9 @@ void add_convert_command(CLI::App& program, Action& action) {
     CLI::App* sub = program.add_subcommand("convert", "Convert the poses of a recording for other programs");
     sub->add_option("recording", command->folder, "Folder written by run --record")->required()->check(refuse_empty);
     sub->add_option("--to", command->form,
-                    "jsonl, csv, mat (MATLAB, Octave), mcap (Foxglove, PlotJuggler), candump or openigtlink")
+                    "jsonl, csv, mat (MATLAB, Octave), mcap (Foxglove, PlotJuggler), candump, openigtlink, or rests (mean "
+                    "couplings of each "
+                    "rest, for calibrate --grid)")
         ->capture_default_str();
     sub->add_option("--out", command->out, "Output file; default: standard output")->check(refuse_empty);
     sub->add_flag("--json", command->json, "Summary as JSON");

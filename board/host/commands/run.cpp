@@ -56,6 +56,9 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
     if (!command.options.samples.empty()) {
         throw InputError("--samples: not with a device, because a device sends columns");
     }
+    if (!command.options.couplings.empty()) {
+        throw InputError("--couplings: not with a device, whose true poses are not known");
+    }
     if (command.options.stations != 1) {
         throw InputError("--stations: not with a device, which has its own number of sensors");
     }
@@ -76,6 +79,9 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
     }
     if (duration_given && !(std::isfinite(command.duration_s) && command.duration_s > 0)) {
         throw InputError("--duration must be a positive number of seconds");
+    }
+    if (!command.options.calibration.empty()) {
+        options.config.calibration = command.options.calibration;
     }
     if (!options.config.calibration.empty()) {
         options.calibration = read_calibration(options.config.calibration).calibration;
@@ -251,6 +257,10 @@ void add_run_options(CLI::App* sub, const std::shared_ptr<RunCommand>& command) 
     sub->add_option("--seed", o.seed, "Seed of noise and motion")->check(refuse_overflow)->capture_default_str();
     sub->add_option("--stations", o.stations, "Simulated sensors, 1-4; the further ones are near the first and move little")
         ->capture_default_str();
+    sub->add_option("--calibration", o.calibration,
+                    "Coils and surroundings for the tracker: TOML file of tricoil calibrate; default: that of --config, or ideal "
+                    "coils")
+        ->check(refuse_empty);
     sub->add_option("--tip", o.output.tips,
                     "Poses of a tool's tip: a file of calibrate --pivot, or [SENSOR:]X,Y,Z (m, sensor frame); repeatable. "
                     "Recordings keep the poses of the sensor")
@@ -271,6 +281,11 @@ void add_run_command(CLI::App& program, Action& action) {
     sub->add_flag("--list", command->list, "List the built-in scenarios");
     add_run_options(sub, command);
     sub->add_option("--samples", o.samples, "Integer trackers: write the input of the tracker to this file")->check(refuse_empty);
+    sub->add_option(
+           "--couplings", o.couplings,
+           "Simulated run: write true poses and couplings to this CSV file, for tricoil calibrate and evaluate; one line "
+           "per pose, averaged while the sensor rests")
+        ->check(refuse_empty);
     sub->add_option(
            "--fidelity", o.fidelity,
            "samples: simulate every ADC sample; columns: compute columns with the noise of the demodulator, without samples")
