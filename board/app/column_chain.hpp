@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <type_traits>
 
 #include "core/signal/demodulator.hpp"
 #include "core/tracking/methods/any_tracker.hpp"
@@ -30,6 +32,8 @@ struct MainLoopParams {
     tracking::TrackerParams<Scalar> tracker;  // must pass check()
     /// Correction of the measured columns; none: ideal triads.
     typename tracking::Tracker<Scalar>::Correction correction = std::nullopt;
+    /// Calibration of real coils, instead of `correction`, for trackers that support them; null: none. Read at construction.
+    const calibration::Calibration<Scalar>* coils = nullptr;
     int sensors = 1;  // each excitation brings one block per sensor, in the order 0, 1, ...
 };
 
@@ -48,8 +52,7 @@ public:
     using Devices = app::Devices<Scalar>;
     using Direction = Vec3<Scalar>;
 
-    explicit ColumnChain(const Params& params)
-        : demodulator_(params.plan, params.demodulator), tracker_(params.tracker, params.correction) {}
+    explicit ColumnChain(const Params& params) : demodulator_(params.plan, params.demodulator), tracker_(make_tracker(params)) {}
 
     /// Sends the poses of the block; false if it gave none. after_gap: blocks of the sensor were lost or refused since its last
     /// one. It is set if this block is refused, cleared otherwise.
@@ -65,6 +68,14 @@ public:
     [[nodiscard]] SensorTracker& tracker() { return tracker_; }
 
 private:
+    static SensorTracker make_tracker(const Params& params) {
+        if constexpr (std::is_same_v<SensorTracker, tracking::AnyTracker<Scalar>>) {
+            if (params.coils != nullptr) {
+                return SensorTracker(params.tracker, std::optional(*params.coils));
+            }
+        }
+        return SensorTracker(params.tracker, params.correction);
+    }
     void send(const tracking::PoseEstimate<Scalar>& estimate, const Devices& devices, MainLoopCounters& counters);
 
     signal::Demodulator<Scalar> demodulator_;

@@ -1,7 +1,8 @@
 /* C interface of tricoil: opens a device, a simulation or a recording, and polls poses.
  *
  * Position: of the sensor in the source frame, m. Quaternion: converts sensor frame components of a vector to source frame
- * components. Threads: only one thread at a time may use a tracker; several trackers may be open, each in its own thread.
+ * components. Poses come from tricoil_poll() alone; there are no callbacks. Threads: only one thread at a time may use a tracker, but
+ * not always the same one; several trackers may be open, each in its own thread.
  */
 #ifndef TRICOIL_H
 #define TRICOIL_H
@@ -74,7 +75,8 @@ TRICOIL_API tricoil_tracker* tricoil_open(const char* source, const char* tracke
 
 /* Waits for the next pose, at most timeout_ms (negative: 0). Returns 1: *pose is set; 0: no pose came; -1: an argument is NULL;
  * -2: out of memory; -3: the simulation or recording has ended; -4: the source failed, tricoil_status() gives the reason. With a
- * device, call it regularly: it also resets the device's watchdog. 256 poses are buffered; the oldest are dropped first. */
+ * device, call it regularly: it also resets the device's watchdog. 256 poses are buffered; the oldest are dropped first. A gap in
+ * `sequence` of a sensor tells how many. */
 TRICOIL_API int tricoil_poll(tricoil_tracker* tracker, tricoil_pose* pose, int timeout_ms);
 
 /* Half space of a sensor (0 to 3): direction from the source to it, source frame, any length. Returns 0; -1: an argument is NULL,

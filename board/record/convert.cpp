@@ -9,6 +9,7 @@
 #include "board/pose_text/mcap/mcap_poses.hpp"
 #include "board/pose_text/openigtlink/igtl_messages.hpp"
 #include "board/pose_text/pose_lines.hpp"
+#include "board/record/rest_couplings.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/nearest_name.hpp"
 #include "core/protocol/convert.hpp"
@@ -81,17 +82,41 @@ Form mcap_form(const Put& put) {
     return {[poses](const Pose& pose) { poses->add(pose); }, [poses] { poses->finish(); }};
 }
 
+Form rests_form(const Put& put) {
+    const auto rests = std::make_shared<RestFinder>(put);
+    return {[rests](const Pose& pose) {
+                if (pose.sensor == 0 && !pose.flags.has_any(tracking::kFaultFlags)) {
+                    rests->add(pose.time, pose.signal_matrix);
+                }
+            },
+            [rests] { rests->finish(); }};
+}
+
+/// Throws InputError if the recording has no signal matrices as measured.
+void refuse_rests(const Recording& recording) {
+    const auto& settings = recording.settings();
+    if (!settings || settings->calibration) {
+        throw InputError(recording.folder() + (settings
+                                                   ? ": recorded with a calibration; --to rests needs a recording without one"
+                                                   : ": has no couplings, because the device computed the poses"));
+    }
+}
+
 }  // namespace
 
 const std::vector<std::string>& convert_formats() {
-    static const std::vector<std::string> names{"jsonl", "csv", "mat", "mcap", "candump", "openigtlink"};
+    static const std::vector<std::string> names{"jsonl", "csv", "mat", "mcap", "candump", "openigtlink", "rests"};
     return names;
 }
 
 std::uint64_t convert(const Recording& recording, const std::string& name, const std::function<void(std::string_view)>& put,
                       const ShowShare& progress) {
-    constexpr std::array kForms{json_form, csv_form, mat_form, mcap_form, candump_form, igtl_form};
-    const Form form = kForms.at(index_of_name("--to", name, convert_formats()))(put);
+    constexpr std::array kForms{json_form, csv_form, mat_form, mcap_form, candump_form, igtl_form, rests_form};
+    const std::size_t index = index_of_name("--to", name, convert_formats());
+    if (kForms.at(index) == rests_form) {
+        refuse_rests(recording);
+    }
+    const Form form = kForms.at(index)(put);
     const std::uint64_t count = for_each_pose(recording, form.take, progress);
     if (form.finish) {
         form.finish();

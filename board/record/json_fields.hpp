@@ -88,18 +88,21 @@ void visit_tracker(Params& params, Visit&& visit) {
 
 template <typename Calibration, typename Visit>
 void visit_calibration(Calibration& known, Visit&& visit) {
-    auto& [model, phase_rad, hemisphere, output_linear, output_offset_m] = known;
-    auto& [source_offset_m, source_moment, sensor_offset_m, sensor_sensitivity, source_octupole_m2, sensor_octupole_m2] = model;
+    auto& [model, phase_rad, hemisphere, output_linear, output_offset_m, misfit_floor] = known;
+    auto& [source_offset_m, source_moment, sensor_offset_m, sensor_sensitivity, source_octupole_m2, sensor_octupole_m2,
+           surroundings] = model;
     visit("source_offset_m", source_offset_m);
     visit("source_moment", source_moment);
     visit("sensor_offset_m", sensor_offset_m);
     visit("sensor_sensitivity", sensor_sensitivity);
     visit("source_octupole_m2", source_octupole_m2);
     visit("sensor_octupole_m2", sensor_octupole_m2);
+    visit("surroundings", surroundings);
     visit("phase_rad", phase_rad);
     visit("hemisphere", hemisphere);
     visit("output_linear", output_linear);
     visit("output_offset_m", output_offset_m);
+    visit("calibrated_misfit_floor", misfit_floor);
 }
 
 }  // namespace tricoil::host

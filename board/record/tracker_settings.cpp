@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <set>
+#include <string_view>
 
 #include "board/record/json_fields.hpp"
 #include "board/support/errors.hpp"
@@ -23,6 +25,16 @@ OrderedJson value_of(const Vec3<double>& value) { return {value.x(), value.y(), 
 OrderedJson value_of(const Mat3<double>& value) {
     return {value_of(Vec3<double>(value.row(0))), value_of(Vec3<double>(value.row(1))), value_of(Vec3<double>(value.row(2)))};
 }
+OrderedJson value_of(const field::InducedDipoles<double>& dipoles) {
+    OrderedJson list = OrderedJson::array();
+    for (const field::InducedDipole<double>& dipole : dipoles) {
+        list.push_back({{"position_m", value_of(dipole.position_m)}, {"moment", value_of(dipole.moment)}});
+    }
+    return list;
+}
+
+/// Fields that older recordings of the same version do not have; their defaults are right for these.
+const std::set<std::string_view> kAddedLater{"surroundings", "calibrated_misfit_floor"};
 
 /// Reads the fields of a JSON object strictly.
 class FieldReader {
@@ -35,8 +47,11 @@ public:
 
     template <typename T>
     void operator()(const char* key, T& value) {
-        ++read_;
         const auto at = object_.find(key);
+        if (at == object_.end() && kAddedLater.contains(key)) {
+            return;
+        }
+        ++read_;
         if (at == object_.end()) {
             throw InputError(where_ + "." + key + ": is missing");
         }
@@ -91,6 +106,20 @@ private:
             value.row(i) = row;
         }
         return whole;
+    }
+    static bool take(const nlohmann::json& json, field::InducedDipoles<double>& dipoles) {
+        if (!json.is_array() || json.size() > field::kMaxInducedDipoles) {
+            return false;
+        }
+        for (const nlohmann::json& one : json) {
+            field::InducedDipole<double> dipole;
+            if (!one.is_object() || one.size() != 2 || !one.contains("position_m") || !one.contains("moment") ||
+                !take(one["position_m"], dipole.position_m) || !take(one["moment"], dipole.moment)) {
+                return false;
+            }
+            (void)dipoles.push_back(dipole);
+        }
+        return true;
     }
 
     const nlohmann::json& object_;

@@ -47,6 +47,7 @@ struct Options {
     std::string report;
     int linger_ms = 300;
     int patience_ms = 100;
+    double idle_s = 300;
     bool sync = false;
     std::string calibration;
     bool tracks = false;
@@ -108,7 +109,8 @@ void keep_blob(const std::string& path, const std::vector<std::uint8_t>& blob) {
     }
 }
 
-/// Serves the link until all messages are sent or a signal comes. Opens the link again if it is lost.
+/// Serves the link until all messages are sent, nothing was measured for the idle time, or a signal comes. Opens the link again
+/// if it is lost.
 template <typename Device>
 void serve(Device& device, hal::MessagePort& port, const Options& o, GpioWatch* gpio) {
     const host::InterruptGuard guard;
@@ -117,9 +119,18 @@ void serve(Device& device, hal::MessagePort& port, const Options& o, GpioWatch* 
     int stalls = o.stalls;
     std::uint64_t replugs = 0;
     std::uint64_t plugged_in = 0;  // slots measured until the newest replug
+    std::uint64_t seen_slots = 0;
+    HostTime last_measured = drivers::host_now();
     while (!guard.interrupted()) {
         const HostTime now = drivers::host_now();
         const std::uint64_t slots = device.counters().slots;
+        if (slots != seen_slots) {
+            seen_slots = slots;
+            last_measured = now;
+        }
+        if (o.idle_s > 0 && now - last_measured > microseconds_from_seconds(o.idle_s)) {
+            return;
+        }
         if (o.replug_slots > 0 && replugs < o.replug_times && slots - plugged_in >= o.replug_slots) {
             ++replugs;
             plugged_in = slots;
@@ -215,6 +226,9 @@ int main_program(int argc, char** argv) {
     program.add_option("--rate-hz", o.front_end.frame_rate_hz, "Frames per second")->capture_default_str();
     program.add_option("--seed", o.seed, "Seed of noise and motion")->capture_default_str();
     program.add_option("--duration", o.front_end.duration_s, "Simulated time to measure, s")->capture_default_str();
+    program.add_option("--idle-s", o.idle_s, "Longest real time without a measurement, s; 0: no limit")
+        ->check(CLI::Range(0.0, 1e6))
+        ->capture_default_str();
     program.add_option("--pace", o.pace, "real, or lockstep: wait for the host")->capture_default_str();
     program.add_option("--patience-ms", o.patience_ms, "Lockstep: longest wait for the host per slot")->capture_default_str();
     program.add_flag("--tracks", o.tracks, "Simulate a tracker board, which sends poses");

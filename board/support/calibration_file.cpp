@@ -4,6 +4,8 @@
 
 #include <fstream>
 #include <sstream>
+#include <utility>
+
 #include "board/support/checked_table.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/line_reader.hpp"
@@ -15,6 +17,7 @@ namespace {
 
 const std::vector<std::string> kModels{"concentric", "general", "finite", "free-motion", "grid"};
 constexpr double kOrthonormalTolerance = 1e-6;
+constexpr double kSymmetryTolerance = 1e-6;
 constexpr double kLongestFixture_m = 1000;
 constexpr double kLargestStageError = 0.5;
 
@@ -56,6 +59,33 @@ std::map<std::string, Rigid> read_fixtures(const std::string& path, const std::s
     return fixtures;
 }
 
+std::string surroundings_text(const std::vector<VirtualDipole>& surroundings) {
+    std::string text;
+    for (const VirtualDipole& dipole : surroundings) {
+        text +=
+            "\n[[surroundings]]\n" + line("position_m", dipole.position_m) + line("polarisability_m3", dipole.polarisability_m3);
+    }
+    return text;
+}
+
+std::vector<VirtualDipole> read_surroundings(CheckedTable& top) {
+    auto tables = top.children("surroundings");
+    top.require(tables.size() <= field::kMaxInducedDipoles, "surroundings",
+                fmt::format("has more than {} tables", field::kMaxInducedDipoles));
+    std::vector<VirtualDipole> surroundings;
+    for (CheckedTable& table : tables) {
+        VirtualDipole dipole;
+        table.require(table.has("position_m"), "position_m", "is missing");
+        dipole.position_m = table.vector("position_m", dipole.position_m);
+        dipole.polarisability_m3 = table.matrix("polarisability_m3", dipole.polarisability_m3);
+        const Mat3<double>& a = dipole.polarisability_m3;
+        table.require((a - a.transpose()).norm() <= kSymmetryTolerance * a.norm(), "polarisability_m3", "is not symmetric");
+        table.finish();
+        surroundings.push_back(dipole);
+    }
+    return surroundings;
+}
+
 void require(const std::string& path, const toml::table& root, const char* table, const char* key) {
     if (!root[table][key]) {
         throw InputError(fmt::format("{}: '{}.{}' is missing; the file is not complete: calibrate again", path, table, key));
@@ -64,10 +94,20 @@ void require(const std::string& path, const toml::table& root, const char* table
 
 }  // namespace
 
+void set_surroundings(CalibrationFile& file, std::vector<VirtualDipole> surroundings) {
+    file.surroundings = std::move(surroundings);
+    auto& model = file.calibration.model;
+    model.surroundings = {};
+    for (const VirtualDipole& dipole : file.surroundings) {
+        (void)model.surroundings.push_back(field::induced_dipole(model, dipole.position_m, dipole.polarisability_m3));
+    }
+}
+
 std::string to_toml(const CalibrationFile& file) {
     const auto& c = file.calibration;
     std::string text = "# Calibration of a tracker's coils, by tricoil calibrate. Columns are coils; lengths in metres.\n";
-    text += fmt::format("version = 1\nmodel = \"{}\"\nresidual_rms = {:.6g}\n", file.model, file.residual_rms);
+    text += fmt::format("version = 1\nmodel = \"{}\"\nresidual_rms = {:.6g}\nmisfit_floor = {:.6g}\n", file.model,
+                        file.residual_rms, c.misfit_floor);
     text += "\n[source]\n" + line("moment", c.model.source_moment) + line("offset_m", c.model.source_offset_m) +
             line("octupole_m2", c.model.source_octupole_m2);
     text += "\n[sensor]\n" + line("sensitivity", c.model.sensor_sensitivity) + line("offset_m", c.model.sensor_offset_m) +
@@ -79,7 +119,8 @@ std::string to_toml(const CalibrationFile& file) {
         text += line("turning", file.stage_errors.turning) + line("room", file.stage_errors.room) +
                 line("stray", file.stage_errors.stray);
     }
-    return text + fixtures_text("source_stage", file.source_stage) + fixtures_text("mount_sensor", file.mount_sensor);
+    return text + surroundings_text(file.surroundings) + fixtures_text("source_stage", file.source_stage) +
+           fixtures_text("mount_sensor", file.mount_sensor);
 }
 
 CalibrationFile read_calibration(const std::string& path) {
@@ -94,6 +135,7 @@ CalibrationFile read_calibration(const std::string& path) {
     require(path, root, "source", "moment");
     require(path, root, "sensor", "sensitivity");
     auto& c = file.calibration;
+    c.misfit_floor = top.number("misfit_floor", 0);
     auto source = top.child("source");
     c.model.source_moment = source.matrix("moment", c.model.source_moment);
     c.model.source_offset_m = source.matrix("offset_m", c.model.source_offset_m);
@@ -118,6 +160,7 @@ CalibrationFile read_calibration(const std::string& path) {
         stage.require(matrix->cwiseAbs().maxCoeff() <= kLargestStageError, key, "is larger than 0.5; this is no stage");
     }
     stage.finish();
+    set_surroundings(file, read_surroundings(top));
     top.child("source_stage");
     top.child("mount_sensor");
     top.finish();

@@ -26,13 +26,14 @@ public:
 
     /// Throws DeviceError, naming the path, if the text cannot be written.
     void write(std::string_view text);
+    /// Writes buffered text. Throws DeviceError like write().
+    void flush();
     /// Flushes to the disk and renames. Throws DeviceError like write(), InputError if the file cannot be renamed.
     void commit();
 
 private:
     void open_standard_output();
     void open_aside(unsigned mode);
-    void flush();
     [[noreturn]] void fail() const;
 
     std::filesystem::path path_;   // as given by the user

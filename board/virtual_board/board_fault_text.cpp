@@ -16,7 +16,7 @@ struct Kind {
     const char* name;
     const char* help;
 };
-constexpr std::array<Kind, 11> kKinds{{
+constexpr std::array<Kind, 12> kKinds{{
     {"adc_silent", "adc_silent:N  converter N (1, 3, 4 or 5) never ends a conversion"},
     {"dma_stuck", "dma_stuck  the DMA serves no request: converters overrun, carriers stop"},
     {"crystal", "crystal  the crystal stops, or does not start"},
@@ -27,6 +27,7 @@ constexpr std::array<Kind, 11> kKinds{{
     {"usb_resets", "usb_resets:N  USB bus reset every N milliseconds"},
     {"can_babble", "can_babble  another node sends identifier 0 without pause"},
     {"can_errors", "can_errors:N  the next N frames of the board are destroyed"},
+    {"button", "button  the user button B1 is pressed"},
     {"can_alone", "can_alone  no other node on the CAN bus acknowledges"},
 }};
 constexpr double kMaxNumber = 1e9;  // fits `unsigned`; larger than any count in a run

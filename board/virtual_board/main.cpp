@@ -19,6 +19,8 @@
 #include "board/support/whole_file.hpp"
 #include "board/virtual_board/board_fault_text.hpp"
 #include "board/virtual_board/bridges.hpp"
+#include "board/virtual_board/can_rate_text.hpp"
+#include "board/virtual_board/register_list.hpp"
 #include "board/virtual_board/symbols_file.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
 #include "sim/virtual_board/board_fault.hpp"
@@ -39,6 +41,8 @@ struct Options {
     std::uint64_t seed = 1;
     double duration_s = 0;
     std::string can;
+    std::string can_rate;
+    bool list_registers = false;
     bool usbip = false;
     bool serial = false;
     std::string pace = "auto";
@@ -47,7 +51,7 @@ struct Options {
     std::string report;
 };
 
-constexpr double kEndlessS = 1e9;
+constexpr double kEndlessS = 3e6;  // range of Ticks
 constexpr double kStepS = 250e-6;  // simulated time between two transfers of data on the links
 
 /// An unknown name is reported with the names of the world's faults and of the board's faults.
@@ -61,7 +65,7 @@ void check_fault_name(const std::string& text) {
 std::vector<std::uint8_t> read_file(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
     if (!file) {
-        throw host::InputError(path + ": cannot be read; give the .bin that toolchain/build nucleo-g474re makes");
+        throw host::InputError(path + ": cannot be read; give a raw .bin for flash address 0x08000000");
     }
     return {std::istreambuf_iterator<char>(file), {}};
 }
@@ -105,6 +109,9 @@ public:
         sim::check_metal(scenario_);
         board_.emplace(read_file(options.image), scenario_);
         load_flash(*board_, options.flash);
+        if (!options.can_rate.empty()) {
+            board_->can.set_rates(parse_can_rate(options.can_rate));
+        }
         faults_.emplace(*board_, std::move(faults));
         connect();
     }
@@ -139,6 +146,7 @@ public:
             {"resets", board_->resets()},
             {"in_bootloader", cpu.in_bootloader()},
             {"coils_driven", board_->bench.any_driven()},
+            {"led_changes", board_->led_changes()},
             {"output_bytes", hash_.bytes()},
             {"output_hash", fmt::format("{:016x}", hash_.value())}};
         const auto bottom = symbols_.address_of("stack_bottom");
@@ -202,6 +210,13 @@ private:
 };
 
 int run(const Options& options) {
+    if (options.list_registers) {
+        fmt::print("{}", register_list(host::load_scenario(options.scenario, options.seed)));
+        return 0;
+    }
+    if (options.image.empty()) {
+        throw host::InputError("image is missing; give a raw .bin for flash address 0x08000000");
+    }
     (void)host::index_of_name("--pace", options.pace, {"auto", "real", "fast"});
     if (!(options.duration_s >= 0 && options.duration_s <= kEndlessS)) {  // also refuses nan
         throw host::InputError(fmt::format("--duration must be a number of seconds up to {}; 0 runs until a signal", kEndlessS));
@@ -219,8 +234,9 @@ int run(const Options& options) {
 
 int main_program(int argc, char** argv) {
     Options o;
-    CLI::App program{"Runs a flash image of the tracker board, byte for byte, with simulated coils", "tricoil-virtual-board"};
-    program.add_option("image", o.image, "Image (.bin) for flash address 0x08000000")->required();
+    CLI::App program{"Runs a flash image for a NUCLEO-G474RE, byte for byte, with the tracker's simulated coils",
+                     "tricoil-virtual-board"};
+    program.add_option("image", o.image, "Image (.bin) for flash address 0x08000000, of the tracker or any other firmware");
     program.add_option("--elf", o.elf, "ELF file of the image: function names and stack size");
     program.add_option("--scenario", o.scenario, "Built-in scenario or a .toml file")->capture_default_str();
     // CLI11 would convert -1 to the largest seed.
@@ -230,11 +246,14 @@ int main_program(int argc, char** argv) {
     program.add_option("--seed", o.seed, "Seed of noise and motion")->check(not_negative)->capture_default_str();
     program.add_option("--duration", o.duration_s, "Simulated time in seconds; 0: run until a signal")->capture_default_str();
     program.add_option("--can", o.can, "CAN FD interface for the board's CAN bus, for example vcan0");
+    program.add_option("--can-rate", o.can_rate,
+                       "Bit rates of the CAN bus in bit/s, NOMINAL or NOMINAL/DATA; default 1000000/5000000");
     program.add_flag("--usbip", o.usbip, "Plug the board into the kernel's virtual USB host controller");
     program.add_flag("--serial", o.serial, "Connect the serial line to a pseudo terminal and print its path");
     program.add_option("--pace", o.pace, "Simulation speed: real, fast, or auto (real if a link is connected)")
         ->capture_default_str();
     program.add_option("--flash", o.flash, "Flash bank 2: read at the start if the file exists, written at the end");
+    program.add_flag("--registers", o.list_registers, "Print every modelled register with its modelled bits, and exit");
     program.add_option("--report", o.report, "Write the final report to this file");
     std::string faults = "Fault of the simulated world (as in tricoil run --fault) or of the board, NAME[:NUMBER][@BEGIN[-END]]:";
     for (const std::string& help : board_fault_help()) {

@@ -16,16 +16,34 @@ struct Calibration {
     Vec3<Scalar> hemisphere = Vec3<Scalar>::Zero();         // half space of the calibration poses; zero: unknown
     Mat3<Scalar> output_linear = Mat3<Scalar>::Identity();  // corrected position = linear * position + offset, source frame
     Vec3<Scalar> output_offset_m = Vec3<Scalar>::Zero();
+    Scalar misfit_floor = 0;  // misfit of clean couplings per coupling, relative to k: errors of the model
 
     template <typename Other>
     [[nodiscard]] Calibration<Other> cast() const {
-        return {model.template cast<Other>(), phase_rad.template cast<Other>(), hemisphere.template cast<Other>(),
-                output_linear.template cast<Other>(), output_offset_m.template cast<Other>()};
+        return {model.template cast<Other>(),         phase_rad.template cast<Other>(),       hemisphere.template cast<Other>(),
+                output_linear.template cast<Other>(), output_offset_m.template cast<Other>(), static_cast<Other>(misfit_floor)};
     }
 };
 
+/// Virtual dipoles of the surroundings. Errors: those of check() of a calibration.
+template <typename Scalar>
+Status check(const field::InducedDipoles<Scalar>& surroundings, const Mat3<Scalar>& source_offset_m) {
+    constexpr Scalar kNearest_m = Scalar(0.01);
+    constexpr Scalar kFarthest_m = 100;
+    for (const field::InducedDipole<Scalar>& dipole : surroundings) {
+        if (!dipole.position_m.allFinite() || !dipole.moment.allFinite()) {
+            return {StatusCode::not_finite, "calibration contains NaN or infinity"};
+        }
+        const Scalar distance_m = (source_offset_m.colwise() - dipole.position_m).colwise().norm().minCoeff();
+        if (distance_m < kNearest_m || dipole.position_m.norm() > kFarthest_m) {
+            return {StatusCode::invalid_argument, "calibration: metal of the surroundings is at the source or beyond 100 m"};
+        }
+    }
+    return {};
+}
+
 /// Errors: not_finite (NaN or infinity), invalid_argument (linearly dependent moments or sensitivities, an offset beyond 1 m, an
-/// output correction beyond 0.1).
+/// output correction or a misfit floor beyond 0.1, a virtual dipole at a source coil or beyond 100 m).
 template <typename Scalar>
 Status check(const Calibration<Scalar>& c) {
     const bool finite =
@@ -47,7 +65,10 @@ Status check(const Calibration<Scalar>& c) {
     if ((c.output_linear - Mat3<Scalar>::Identity()).cwiseAbs().maxCoeff() > Scalar(0.1)) {
         return {StatusCode::invalid_argument, "calibration: the output correction exceeds 10 %"};
     }
-    return {};
+    if (!(c.misfit_floor >= 0 && c.misfit_floor <= Scalar(0.1))) {
+        return {StatusCode::invalid_argument, "calibration: the misfit floor must be a share of 0 to 0.1"};
+    }
+    return check(c.model.surroundings, c.model.source_offset_m);
 }
 
 }  // namespace tricoil::calibration

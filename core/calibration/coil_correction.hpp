@@ -31,6 +31,9 @@ public:
         if (largest(c.model.source_octupole_m2) > kOctupole || largest(c.model.sensor_octupole_m2) > kOctupole) {
             return Status{StatusCode::invalid_argument, "coils are too large for the dipole model"};
         }
+        if (!c.model.surroundings.empty()) {
+            return Status{StatusCode::invalid_argument, "it contains metal of the surroundings"};
+        }
         CoilCorrection correction = phases(c);
         Vec3<Scalar>& gain = correction.gain_;
         Mat3<Scalar>& axes = correction.axes_;
@@ -57,6 +60,7 @@ public:
         correction.phase_rad_ = c.phase_rad;
         correction.output_linear_ = c.output_linear;
         correction.output_offset_m_ = c.output_offset_m;
+        correction.misfit_floor_ = c.misfit_floor;
         return correction;
     }
 
@@ -75,6 +79,7 @@ public:
     /// Axes of the corrected columns: v_source = axes v_coils. Identity after phases().
     [[nodiscard]] const Mat3<Scalar>& axes() const { return axes_; }
     [[nodiscard]] bool has_own_axes() const { return has_own_axes_; }
+    [[nodiscard]] Scalar misfit_floor() const { return misfit_floor_; }
 
     /// Optional output correction in the source frame: an affine map of positions, and its derivative.
     [[nodiscard]] Vec3<Scalar> corrected_position(const Vec3<Scalar>& position_m) const {
@@ -96,6 +101,7 @@ private:
     bool has_own_axes_ = false;
     Mat3<Scalar> output_linear_ = Mat3<Scalar>::Identity();
     Vec3<Scalar> output_offset_m_ = Vec3<Scalar>::Zero();
+    Scalar misfit_floor_ = 0;
 };
 
 }  // namespace tricoil::calibration

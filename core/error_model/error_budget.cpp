@@ -1,5 +1,6 @@
 #include "core/error_model/error_budget.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/base/precision.hpp"
@@ -69,7 +70,7 @@ ErrorBudget<Scalar> error_budget(const MotionState<Scalar>& state, Scalar noise_
 }
 
 template <typename Scalar>
-ErrorBudget<Scalar> budget_of(const SystematicErrors<Scalar>& errors, const Mat6<Scalar>& covariance) {
+ErrorBudget<Scalar> budget_of(const SystematicErrors<Scalar>& errors, const Mat6<Scalar>& covariance, Scalar measured_share) {
     const Scalar position_variance = covariance.template topLeftCorner<3, 3>().trace();
     const Scalar rotation_variance = covariance.template bottomRightCorner<3, 3>().trace();
     const PoseError<Scalar> sum = errors.sum();
@@ -80,20 +81,21 @@ ErrorBudget<Scalar> budget_of(const SystematicErrors<Scalar>& errors, const Mat6
     budget.blur = term(errors.blur);
     budget.latency = term(errors.latency);
     budget.noise = term(std::sqrt(position_variance), std::sqrt(rotation_variance));
-    budget.total = term(std::sqrt(sum.template head<3>().squaredNorm() + position_variance),
-                        std::sqrt(sum.template tail<3>().squaredNorm() + rotation_variance));
+    const Scalar left = std::max(1 - measured_share, Scalar(0));
+    budget.total = term(std::sqrt(sum.template head<3>().squaredNorm() + left * position_variance),
+                        std::sqrt(sum.template tail<3>().squaredNorm() + left * rotation_variance));
     return budget;
 }
 
 template SystematicErrors<float> systematic_errors(const MotionState<float>&, const BudgetParams<float>&);
 template ErrorBudget<float> error_budget(const MotionState<float>&, float, const BudgetParams<float>&);
 template SystematicErrors<float> timing_errors(const MotionState<float>&, const BoardTiming<float>&);
-template ErrorBudget<float> budget_of(const SystematicErrors<float>&, const Mat6<float>&);
+template ErrorBudget<float> budget_of(const SystematicErrors<float>&, const Mat6<float>&, float);
 #if TRICOIL_DOUBLE
 template SystematicErrors<double> systematic_errors(const MotionState<double>&, const BudgetParams<double>&);
 template ErrorBudget<double> error_budget(const MotionState<double>&, double, const BudgetParams<double>&);
 template SystematicErrors<double> timing_errors(const MotionState<double>&, const BoardTiming<double>&);
-template ErrorBudget<double> budget_of(const SystematicErrors<double>&, const Mat6<double>&);
+template ErrorBudget<double> budget_of(const SystematicErrors<double>&, const Mat6<double>&, double);
 #endif
 
 }  // namespace tricoil::error_model

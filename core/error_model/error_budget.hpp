@@ -62,9 +62,10 @@ SystematicErrors<Scalar> systematic_errors(const MotionState<Scalar>& state, con
 template <typename Scalar>
 SystematicErrors<Scalar> timing_errors(const MotionState<Scalar>& state, const BoardTiming<Scalar>& timing);
 
-/// Magnitudes of the errors. `covariance`: noise of the pose (position m, small rotation rad).
+/// Magnitudes of the errors. `covariance`: noise of the pose (position m, small rotation rad). measured_share: share of it that
+/// the squares of the systematic errors contain already, because they were computed from noisy measurements.
 template <typename Scalar>
-ErrorBudget<Scalar> budget_of(const SystematicErrors<Scalar>& errors, const Mat6<Scalar>& covariance);
+ErrorBudget<Scalar> budget_of(const SystematicErrors<Scalar>& errors, const Mat6<Scalar>& covariance, Scalar measured_share = 0);
 
 /// noise_ratio: sigma / k, noise of one entry divided by the coupling strength at this pose. The result is NaN if the motion is
 /// too large for the linearised solver.
@@ -77,7 +78,7 @@ extern template ErrorBudget<float> error_budget(const MotionState<float>&, float
 extern template ErrorBudget<double> error_budget(const MotionState<double>&, double, const BudgetParams<double>&);
 extern template SystematicErrors<float> timing_errors(const MotionState<float>&, const BoardTiming<float>&);
 extern template SystematicErrors<double> timing_errors(const MotionState<double>&, const BoardTiming<double>&);
-extern template ErrorBudget<float> budget_of(const SystematicErrors<float>&, const Mat6<float>&);
-extern template ErrorBudget<double> budget_of(const SystematicErrors<double>&, const Mat6<double>&);
+extern template ErrorBudget<float> budget_of(const SystematicErrors<float>&, const Mat6<float>&, float);
+extern template ErrorBudget<double> budget_of(const SystematicErrors<double>&, const Mat6<double>&, double);
 
 }  // namespace tricoil::error_model

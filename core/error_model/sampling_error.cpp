@@ -62,17 +62,27 @@ template <typename Scalar>
 }  // namespace
 
 template <typename Scalar>
-PoseError<Scalar> skew_error(const MotionState<Scalar>& state, const Vec3<Scalar>& column_age_s) {
+PoseError<Scalar> matrix_error(const MotionState<Scalar>& state, const Mat3<Scalar>& missing) {
     const Mat3<Scalar> o = geometry::attitude_matrix(state.q_source_sensor);
     Vec6<Scalar> g = Vec6<Scalar>::Zero();
     for (int j = 0; j < 3; ++j) {
         const auto model = field::column_model(kUnitCoupling<Scalar>, state.position_m, o, j);
-        const Vec3<Scalar> missing = column_age_s(j) * (model.by_position_per_m * state.velocity_m_s +
-                                                        model.by_rotation_per_rad * state.angular_rate_rad_s);
-        g.template head<3>() += model.by_position_per_m.transpose() * missing;
-        g.template tail<3>() += model.by_rotation_per_rad.transpose() * missing;
+        g.template head<3>() += model.by_position_per_m.transpose() * missing.col(j);
+        g.template tail<3>() += model.by_rotation_per_rad.transpose() * missing.col(j);
     }
     return solve_normal_equations(state.position_m, g);
+}
+
+template <typename Scalar>
+PoseError<Scalar> skew_error(const MotionState<Scalar>& state, const Vec3<Scalar>& column_age_s) {
+    const Mat3<Scalar> o = geometry::attitude_matrix(state.q_source_sensor);
+    Mat3<Scalar> missing;
+    for (int j = 0; j < 3; ++j) {
+        const auto model = field::column_model(kUnitCoupling<Scalar>, state.position_m, o, j);
+        missing.col(j) = column_age_s(j) *
+                         (model.by_position_per_m * state.velocity_m_s + model.by_rotation_per_rad * state.angular_rate_rad_s);
+    }
+    return matrix_error(state, missing);
 }
 
 template <typename Scalar>
@@ -80,9 +90,11 @@ PoseError<Scalar> blur_error(const MotionState<Scalar>& state, Scalar window_s) 
     return solve_normal_equations<Scalar>(state.position_m, -window_s * window_s / 24 * curvature_gradient(state));
 }
 
+template PoseError<float> matrix_error(const MotionState<float>&, const Mat3<float>&);
 template PoseError<float> skew_error(const MotionState<float>&, const Vec3<float>&);
 template PoseError<float> blur_error(const MotionState<float>&, float);
 #if TRICOIL_DOUBLE
+template PoseError<double> matrix_error(const MotionState<double>&, const Mat3<double>&);
 template PoseError<double> skew_error(const MotionState<double>&, const Vec3<double>&);
 template PoseError<double> blur_error(const MotionState<double>&, double);
 #endif

@@ -10,8 +10,13 @@ namespace tricoil::error_model {
 template <typename Scalar>
 using PoseError = Vec6<Scalar>;
 
+/// Error of the least-squares solver if a signal matrix lacks `missing` (per coupling constant, 1/m^3), to first order:
+/// (J^T J)^-1 J^T applied to `missing`.
+template <typename Scalar>
+PoseError<Scalar> matrix_error(const MotionState<Scalar>& state, const Mat3<Scalar>& missing);
+
 /// Error at the time stamp if columns of different ages are solved as if they were simultaneous. The error of the measured
-/// matrix, dX = X' diag(age), is multiplied by the Jacobian of the least-squares solver, (J^T J)^-1 J^T. First order in age.
+/// matrix is dX = X' diag(age). First order in age.
 template <typename Scalar>
 PoseError<Scalar> skew_error(const MotionState<Scalar>& state, const Vec3<Scalar>& column_age_s);
 
@@ -27,6 +32,8 @@ PoseError<Scalar> latency_error(const MotionState<Scalar>& state, Scalar latency
     return error;
 }
 
+extern template PoseError<float> matrix_error(const MotionState<float>&, const Mat3<float>&);
+extern template PoseError<double> matrix_error(const MotionState<double>&, const Mat3<double>&);
 extern template PoseError<float> skew_error(const MotionState<float>&, const Vec3<float>&);
 extern template PoseError<double> skew_error(const MotionState<double>&, const Vec3<double>&);
 extern template PoseError<float> blur_error(const MotionState<float>&, float);

@@ -14,6 +14,13 @@ struct PairCoupling {
     Scalar value;
     Vec3<Scalar> by_displacement_per_m;  // d value / d r
     Vec3<Scalar> by_sensitivity;         // d value / d n
+
+    PairCoupling& operator+=(const PairCoupling& other) {
+        value += other.value;
+        by_displacement_per_m += other.by_displacement_per_m;
+        by_sensitivity += other.by_sensitivity;
+        return *this;
+    }
 };
 
 /// X = n.B(r) with B = (3 (u.m) u - m) / (2 |r|^3), u = r / |r|: (4)-(6) for one pair of coils.

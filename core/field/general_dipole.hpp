@@ -3,6 +3,7 @@
 
 #include "core/field/coil_pair.hpp"
 #include "core/field/concentric_dipole.hpp"
+#include "core/field/induced_dipole.hpp"
 #include "core/geometry/quaternion.hpp"
 
 namespace tricoil::field {
@@ -22,6 +23,7 @@ struct GeneralDipole {
     Mat3<Scalar> sensor_sensitivity = Mat3<Scalar>::Identity();  // column i: n_i, sensor frame, no unit
     Vec3<Scalar> source_octupole_m2 = Vec3<Scalar>::Zero();      // lambda of source coil j
     Vec3<Scalar> sensor_octupole_m2 = Vec3<Scalar>::Zero();      // lambda of sensor coil i
+    InducedDipoles<Scalar> surroundings;                         // metal at rest; each dipole adds its own coupling
 
     /// Concentric model (6) with coupling constant C.
     static GeneralDipole concentric(CouplingConstant<Scalar> c) {
@@ -34,7 +36,8 @@ struct GeneralDipole {
     [[nodiscard]] GeneralDipole<Other> cast() const {
         return {source_offset_m.template cast<Other>(),    source_moment.template cast<Other>(),
                 sensor_offset_m.template cast<Other>(),    sensor_sensitivity.template cast<Other>(),
-                source_octupole_m2.template cast<Other>(), sensor_octupole_m2.template cast<Other>()};
+                source_octupole_m2.template cast<Other>(), sensor_octupole_m2.template cast<Other>(),
+                cast_dipoles<Other>(surroundings)};
     }
 };
 
@@ -62,6 +65,22 @@ PairCoupling<Scalar> octupole_correction(const Vec3<Scalar>& r_m, const Vec3<Sca
     return sum;
 }
 
+/// Dipole of metal with a polarisability (m^3, source frame; of a sphere of radius a: -a^3/2 if it conducts perfectly, at most
+/// a^3 if it is magnetic). Its moment is the polarisability times twice B of (4), which is half the field of a unit dipole. The
+/// inducing field is that of dipoles at the source coils.
+template <typename Scalar>
+InducedDipole<Scalar> induced_dipole(const GeneralDipole<Scalar>& source, const Vec3<Scalar>& position_m,
+                                     const Mat3<Scalar>& polarisability_m3) {
+    InducedDipole<Scalar> dipole;
+    dipole.position_m = position_m;
+    for (int j = 0; j < 3; ++j) {
+        const auto field =
+            dipole_pair<Scalar>(position_m - source.source_offset_m.col(j), source.source_moment.col(j), Vec3<Scalar>::Zero());
+        dipole.moment.col(j) = Scalar(2) * polarisability_m3 * field.by_sensitivity;
+    }
+    return dipole;
+}
+
 /// Column j (0-2) with its analytic Jacobian with respect to position and small rotation, both in the source frame; attitude q ->
 /// exp(r) q. position_m: origin of the sensor frame in the source frame. No sensor coil may be at the centre of a source coil. o:
 /// source components to sensor components.
@@ -77,11 +96,10 @@ ColumnModel<Scalar> column_model(const GeneralDipole<Scalar>& model, const Vec3<
         const Vec3<Scalar> r = from_coil + arm;
         PairCoupling<Scalar> x = dipole_pair<Scalar>(r, moment, n);
         if (model.source_octupole_m2(j) != Scalar(0) || model.sensor_octupole_m2(i) != Scalar(0)) {
-            const auto extra =
-                octupole_correction<Scalar>(r, moment, n, model.source_octupole_m2(j), model.sensor_octupole_m2(i));
-            x.value += extra.value;
-            x.by_displacement_per_m += extra.by_displacement_per_m;
-            x.by_sensitivity += extra.by_sensitivity;
+            x += octupole_correction<Scalar>(r, moment, n, model.source_octupole_m2(j), model.sensor_octupole_m2(i));
+        }
+        for (const InducedDipole<Scalar>& dipole : model.surroundings) {
+            x += dipole_pair<Scalar>(position_m + arm - dipole.position_m, dipole.moment.col(j), n);
         }
         column.column(i) = x.value;
         column.by_position_per_m.row(i) = x.by_displacement_per_m;

@@ -1,6 +1,8 @@
 #include "core/fixed/block_matrix.hpp"
 
 #include <algorithm>
+#include <bit>
+#include <limits>
 
 #include "core/fixed/sizes.hpp"
 
@@ -65,16 +67,32 @@ Eigen::Matrix<Unit, 3, 2> transverse_axes(const Vec3<Unit>& x) {
     return axes;
 }
 
-Unit ratio(std::int64_t numerator, std::int64_t denominator) {
+Quotients::Quotients(std::int64_t denominator) {
     if (denominator <= 0) {
-        return numerator == 0 ? Unit(0) : (numerator > 0 ? Unit::largest() : Unit::smallest());
+        return;
     }
-    const int shift = std::max(excess_bits(static_cast<std::uint64_t>(denominator), 31), 0);
-    const std::int64_t divisor = shift_right_rounded(denominator, shift);
-    const std::int64_t dividend = shift_right_rounded(numerator, shift);
-    constexpr std::int64_t kLargest = std::int64_t{1} << 32;  // beyond it the ratio exceeds two
-    const std::int64_t limited = dividend > kLargest ? kLargest : (dividend < -kLargest ? -kLargest : dividend);
-    return Unit::from_raw(saturate(limited * kOneQ30 / divisor));
+    shift_ = std::max(excess_bits(static_cast<std::uint64_t>(denominator), 31), 0);
+    divisor_ = static_cast<std::uint32_t>(shift_right_rounded(denominator, shift_));  // at most 2^31
+    up_ = std::countl_zero(divisor_);
+    inverse_ =
+        static_cast<std::uint32_t>(static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max()) / (divisor_ << up_));
+}
+
+Unit Quotients::of(std::int64_t numerator) const {
+    const std::int64_t dividend = shift_right_rounded(numerator, shift_);
+    const std::uint64_t size = size_of(dividend);
+    if (size >= 2 * std::uint64_t{divisor_}) {
+        return size == 0 ? Unit(0) : (dividend > 0 ? Unit::largest() : Unit::smallest());
+    }
+    // With 2^63 / (divisor 2^up), rounded down, the product is at most two units too small.
+    const auto half = static_cast<std::uint32_t>((size << up_) >> 1);
+    auto quotient = static_cast<std::uint32_t>((std::uint64_t{half} * inverse_) >> 32);
+    std::uint64_t rest = (size << 30) - std::uint64_t{quotient} * divisor_;
+    for (; rest >= divisor_; rest -= divisor_) {
+        ++quotient;
+    }
+    const auto magnitude = static_cast<std::int32_t>(quotient);
+    return Unit::from_raw(dividend < 0 ? -magnitude : magnitude);
 }
 
 }  // namespace tricoil::fixed

@@ -32,8 +32,20 @@ Vec3<Unit> unit_vector(const Vec3<std::int64_t>& v);
 /// Two unit vectors that complete x to a right-handed triad, as columns: geometry::transverse_axes in fixed point.
 Eigen::Matrix<Unit, 3, 2> transverse_axes(const Vec3<Unit>& x);
 
-/// numerator / denominator in Q30, saturating; denominator >= 0. Division by zero gives the limit with the sign of the numerator;
-/// 0 / 0 gives 0.
-Unit ratio(std::int64_t numerator, std::int64_t denominator);
+/// Quotients with one denominator >= 0, for one division in all. numerator / denominator in Q30, saturating. Division by zero
+/// gives the limit with the sign of the numerator; 0 / 0 gives 0.
+class Quotients {
+public:
+    explicit Quotients(std::int64_t denominator);
+    [[nodiscard]] Unit of(std::int64_t numerator) const;
+
+private:
+    int shift_ = 0;              // to the right, of both numbers, so that the divisor has at most 31 bits
+    std::uint32_t divisor_ = 0;  // zero if the denominator is not positive
+    int up_ = 0;                 // to the left, so that the divisor has 32 bits
+    std::uint32_t inverse_ = 0;  // 2^63 / (divisor 2^up)
+};
+
+inline Unit ratio(std::int64_t numerator, std::int64_t denominator) { return Quotients(denominator).of(numerator); }
 
 }  // namespace tricoil::fixed

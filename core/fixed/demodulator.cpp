@@ -84,15 +84,15 @@ Result<BlockColumn> couplings(const std::array<Phasor, kChannels>& phasors, std:
     const std::int64_t re = scaled_down(reference.re, reference_shift);
     const std::int64_t im = scaled_down(reference.im, reference_shift);
     // |r|^2 is between 2^58 and 2^61, numerators are below 2^61. Their ratio is below 8 and has three fraction bits.
-    const std::int64_t power = re * re + im * im;
+    const Quotients over_power(re * re + im * im);
     BlockColumn column;
     column.exponent = shift - reference_shift + 3 - 30;
     for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
         const std::int64_t a = scaled_down(phasors[coil].re, shift);
         const std::int64_t b = scaled_down(phasors[coil].im, shift);
         const auto i = static_cast<Eigen::Index>(coil);
-        column.in_phase(i) = ratio(shift_right_rounded(a * re + b * im, 3), power).raw();
-        column.quadrature(i) = ratio(shift_right_rounded(b * re - a * im, 3), power).raw();
+        column.in_phase(i) = over_power.of(shift_right_rounded(a * re + b * im, 3)).raw();
+        column.quadrature(i) = over_power.of(shift_right_rounded(b * re - a * im, 3)).raw();
     }
     return column;
 }

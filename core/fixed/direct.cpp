@@ -1,6 +1,7 @@
 #include "core/fixed/direct.hpp"
 
 #include <algorithm>
+#include <bit>
 
 #include "core/fixed/sizes.hpp"
 
@@ -8,48 +9,60 @@ namespace tricoil::fixed {
 namespace {
 
 /// Positive semidefinite symmetric matrix: xx, xy, xz, yy, yz, zz. Its largest entry is on the diagonal.
+template <typename Integer>
 struct Symmetric {
-    std::int64_t xx, xy, xz, yy, yz, zz;
+    Integer xx, xy, xz, yy, yz, zz;
 
-    [[nodiscard]] std::int64_t trace() const { return xx + yy + zz; }
-
-    /// Scales by a power of two such that the largest entry has 29 bits. Then the trace is below 3 * 2^29; its square and the sum
-    /// of squares are below 9 * 2^58.
-    void normalise() {
-        const auto largest = static_cast<std::uint64_t>(std::max({xx, yy, zz, std::int64_t{1}}));
-        const int shift = excess_bits(largest, 29);
-        for (std::int64_t* entry : {&xx, &xy, &xz, &yy, &yz, &zz}) {
-            *entry = scaled_down(*entry, shift);
-        }
-    }
-
-    [[nodiscard]] Symmetric squared() const {
-        return {xx * xx + xy * xy + xz * xz, xx * xy + xy * yy + xz * yz, xx * xz + xy * yz + xz * zz,
-                xy * xy + yy * yy + yz * yz, xy * xz + yy * yz + yz * zz, xz * xz + yz * yz + zz * zz};
-    }
+    [[nodiscard]] Integer trace() const { return xx + yy + zz; }
 };
+
+/// Entries of at most 29 bits. The trace is below 3 * 2^29; its square and the sum of squares are below 9 * 2^58.
+using Normalised = Symmetric<std::int32_t>;
+using Wide = Symmetric<std::int64_t>;
+
+std::int64_t product(std::int32_t a, std::int32_t b) { return std::int64_t{a} * b; }
+
+/// Scales by a power of two such that the largest entry has 29 bits; it must have 29 to 61. The upper half of entry * 2^k is the
+/// entry shifted to the right: cheaper than a shift of 64 bits.
+Normalised normalise(const Wide& g) {
+    const auto largest = static_cast<std::uint64_t>(std::max({g.xx, g.yy, g.zz}));
+    const std::uint32_t factor = std::uint32_t{1} << (std::countl_zero(largest) - 3);
+    const auto upper = [factor](std::int64_t entry) {
+        constexpr std::uint64_t kHalf = std::uint64_t{1} << 31;
+        return static_cast<std::int32_t>((static_cast<std::uint64_t>(entry) * factor + kHalf) >> 32);
+    };
+    return {upper(g.xx), upper(g.xy), upper(g.xz), upper(g.yy), upper(g.yz), upper(g.zz)};
+}
+
+Wide squared(const Normalised& g) {
+    return {product(g.xx, g.xx) + product(g.xy, g.xy) + product(g.xz, g.xz),
+            product(g.xx, g.xy) + product(g.xy, g.yy) + product(g.xz, g.yz),
+            product(g.xx, g.xz) + product(g.xy, g.yz) + product(g.xz, g.zz),
+            product(g.xy, g.xy) + product(g.yy, g.yy) + product(g.yz, g.yz),
+            product(g.xy, g.xz) + product(g.yy, g.yz) + product(g.yz, g.zz),
+            product(g.xz, g.xz) + product(g.yz, g.yz) + product(g.zz, g.zz)};
+}
 
 constexpr int kMaxSquarings = 10;
 
 /// First right singular vector of y. Each squaring of Y^T Y squares the ratios of its eigenvalues (4 for a dipole). When the
-/// largest dominates, every column is a multiple of its eigenvector. Entries of y are at most 1, of Y^T Y at most 3 * 2^56 units.
+/// largest dominates, every column is a multiple of its eigenvector. Entries of y are at most 1 and one is at least 1/2; entries
+/// of Y^T Y are at most 3 * 2^56 units.
 Vec3<Unit> first_right_singular_vector(const Mat3<Entry>& y) {
     const auto gram = [&y](Eigen::Index i, Eigen::Index j) {
         std::int64_t sum = 0;
         for (Eigen::Index n = 0; n < 3; ++n) {
-            sum += std::int64_t{y(n, i).raw()} * y(n, j).raw();
+            sum += product(y(n, i).raw(), y(n, j).raw());
         }
         return sum;
     };
-    Symmetric g{gram(0, 0), gram(0, 1), gram(0, 2), gram(1, 1), gram(1, 2), gram(2, 2)};
-    g.normalise();
+    Normalised g = normalise({gram(0, 0), gram(0, 1), gram(0, 2), gram(1, 1), gram(1, 2), gram(2, 2)});
     for (int n = 0; n < kMaxSquarings; ++n) {
-        const Symmetric square = g.squared();
+        const Wide square = squared(g);
         // With eigenvalue ratio r << 1, 1 - tr(G^2) / (tr G)^2 is about 2 r or 4 r. After one more squaring r^2 is below 2^-30.
-        const std::int64_t whole = g.trace() * g.trace();
+        const std::int64_t whole = product(g.trace(), g.trace());
         const bool single = whole - square.trace() < (whole >> 14);
-        g = square;
-        g.normalise();
+        g = normalise(square);
         if (single) {
             break;
         }
@@ -101,13 +114,13 @@ struct Plane {
 
     /// Columns of the polar factor: ye [b22 + r, -b12; -b12, b11 + r] / (sum r). Products stay below 3 * 18 * 2 * 2^55 units.
     [[nodiscard]] Eigen::Matrix<Unit, 3, 2> polar() const {
-        const std::int64_t denominator = sum * root;  // Q55
+        const Quotients over(sum * root);  // Q55
         Eigen::Matrix<Unit, 3, 2> result;
         for (Eigen::Index i = 0; i < 3; ++i) {
             const std::int64_t first = ye1(i).raw();
             const std::int64_t second = ye2(i).raw();
-            result(i, 0) = ratio(first * (b22 + root) - second * b12, denominator);
-            result(i, 1) = ratio(second * (b11 + root) - first * b12, denominator);
+            result(i, 0) = over.of(first * (b22 + root) - second * b12);
+            result(i, 1) = over.of(second * (b11 + root) - first * b12);
         }
         return result;
     }

@@ -36,6 +36,25 @@ SineCosine near_zero(std::int64_t x) {
     return {Unit::from_raw(saturate(sine)), Unit::from_raw(saturate(polynomial(kCosine, squared)))};
 }
 
+/// floor(sqrt(value)) for value >= 2^30. Newton's iteration from above, started from 1.5 * 2^15: its relative errors are below
+/// 8.4 %, 0.33 % and 6e-6. The last is 0.4 of a unit, and each division may lose one.
+std::uint32_t root_of_upper(std::uint32_t value) {
+    constexpr std::uint32_t kStart = 3U << 14;
+    std::uint32_t root = kStart / 2 + value / (2 * kStart) + 1;
+    root = (root + value / root) / 2 + 1;
+    root = (root + value / root) / 2;
+    return root - (std::uint64_t{root} * root > value ? 1 : 0);
+}
+
+/// floor(cbrt(value)) or one more, for 2^28 <= value < 2^31: Newton's iteration from above.
+std::uint32_t cube_root_of_upper(std::uint32_t value) {
+    std::uint32_t root = 1000;  // between the roots of the limits, 645 and 1290
+    for (int n = 0; n < 4; ++n) {
+        root = (2 * root + value / (root * root)) / 3 + 1;
+    }
+    return root;
+}
+
 }  // namespace
 
 SineCosine sine_cosine(Angle angle) {
@@ -59,32 +78,32 @@ std::uint32_t square_root(std::uint64_t value) {
     if (value == 0) {
         return 0;
     }
-    // Bit by bit from the highest possible one: no division and no initial guess.
-    std::uint64_t bit = std::uint64_t{1} << ((63 - std::countl_zero(value)) & ~1);
-    std::uint64_t rest = value;
-    std::uint64_t root = 0;
-    for (; bit != 0; bit >>= 2) {
-        const std::uint64_t trial = root + bit;
-        root >>= 1;
-        if (rest >= trial) {
-            rest -= trial;
-            root += bit;
-        }
-    }
-    return static_cast<std::uint32_t>(root);
+    // Zimmermann's "Karatsuba Square Root" (1999) with two digits of 16 bits: the root of the upper half, then one division.
+    const int shift = std::countl_zero(value) / 2;
+    const std::uint64_t shifted = value << (2 * shift);
+    const std::uint32_t upper = root_of_upper(static_cast<std::uint32_t>(shifted >> 32));
+    const std::uint32_t upper_rest = static_cast<std::uint32_t>(shifted >> 32) - upper * upper;  // at most 2 upper
+    const auto lower = static_cast<std::uint32_t>(shifted);
+    const std::uint32_t dividend = upper_rest << 15 | lower >> 17;  // half of the rest with one more digit
+    const std::uint32_t digit = dividend / upper;
+    const std::uint64_t rest = std::uint64_t{dividend - digit * upper} << 17 | (lower & 0x1FFFFU);
+    const std::uint32_t excess = rest < std::uint64_t{digit} * digit ? 1 : 0;
+    return static_cast<std::uint32_t>(((std::uint64_t{upper} << 16) + digit - excess) >> shift);
 }
 
 std::uint32_t cube_root(std::uint64_t value) {
-    std::uint64_t root = 0;
-    for (int shift = 63; shift >= 0; shift -= 3) {
-        root *= 2;
-        const std::uint64_t step = 3 * root * (root + 1) + 1;  // (root + 1)^3 - root^3
-        if ((value >> shift) >= step) {
-            value -= step << shift;
-            ++root;
-        }
+    if (value == 0) {
+        return 0;
     }
-    return static_cast<std::uint32_t>(root);
+    // Shifted to 62 to 64 bits. Two Newton steps from the root of the upper half give 22 bits or one unit more.
+    const int shift = std::countl_zero(value) / 3;
+    const std::uint64_t shifted = value << (3 * shift);
+    std::uint32_t root = (cube_root_of_upper(static_cast<std::uint32_t>(shifted >> 33)) + 1) << 11;
+    for (int n = 0; n < 2; ++n) {
+        root = (2 * root + static_cast<std::uint32_t>(shifted / (std::uint64_t{root} * root))) / 3;
+    }
+    root -= std::uint64_t{root} * root * root > shifted ? 1 : 0;
+    return root >> shift;
 }
 
 }  // namespace tricoil::fixed

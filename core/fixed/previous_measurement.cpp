@@ -49,7 +49,8 @@ Result<Increments> increments_of(const Mat3<Entry>& w) {
     if (k < kMinStrength) {
         return kTooFar;
     }
-    const auto over_k = [&k](std::int64_t numerator) { return ratio(numerator, k.raw()); };
+    const Quotients quotients(k.raw());
+    const auto over_k = [&quotients](std::int64_t numerator) { return quotients.of(numerator); };
     const auto entry = [&w](Eigen::Index i, Eigen::Index j) { return std::int64_t{w(i, j).raw()}; };
     const auto two_thirds = [](std::int64_t value) { return shift_right_rounded(value * kThird.raw(), 30); };
     const Increments step{k,

@@ -28,7 +28,8 @@ Quaternion attitude_quaternion(const Mat3<Unit>& o) {
         {{squares[0], wx, wy, wz}, {wx, squares[1], xy, xz}, {wy, xy, squares[2], yz}, {wz, xz, yz, squares[3]}}};
     const std::int64_t square = std::max<std::int64_t>(squares[lead], 1);              // below 2^33
     const std::int64_t twice = square_root(static_cast<std::uint64_t>(square) << 30);  // twice the largest component, Q30
-    const auto part = [&](std::size_t n) { return ratio(rows[lead][n], 2 * twice); };
+    const Quotients quotients(2 * twice);
+    const auto part = [&](std::size_t n) { return quotients.of(rows[lead][n]); };
     return {part(0), part(1), part(2), part(3)};
 }
 

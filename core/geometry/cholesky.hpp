@@ -97,7 +97,7 @@ private:
         }
     }
 
-    Matrix l_ = Matrix::Zero();
+    Matrix l_;  // only the lower triangle is used
     bool ok_ = false;
 };
 

@@ -39,13 +39,13 @@ Mat3<Scalar> model_at(const Model<Scalar>& model, const RigidPose<Scalar>& pose)
     return field::signal_matrix<Scalar>(model, pose.position_m, pose.q_source_sensor.toRotationMatrix().transpose());
 }
 
-/// Couplings of ideal concentric triads if the sensor is at `guess`.
+/// Couplings of ideal concentric triads if the sensor is at `guess`, where the model's couplings are `modelled`.
 template <typename Scalar>
-Mat3<Scalar> as_concentric(const Model<Scalar>& model, const Gains<Scalar>& gains, const Mat3<Scalar>& x,
-                           const RigidPose<Scalar>& guess) {
+Mat3<Scalar> as_concentric(const Gains<Scalar>& gains, const Mat3<Scalar>& x, const RigidPose<Scalar>& guess,
+                           const Mat3<Scalar>& modelled) {
     const Mat3<Scalar> ideal =
         field::signal_matrix<Scalar>(Scalar(1), guess.position_m, guess.q_source_sensor.toRotationMatrix().transpose());
-    return gains.undo(x - model_at(model, guess)) + ideal;
+    return gains.undo(x - modelled) + ideal;
 }
 
 /// The model with both origins at the centres of the coils, where one dipole is the best approximation of all three.
@@ -57,6 +57,9 @@ struct Centred {
           sensor_m(original.sensor_offset_m.rowwise().mean()) {
         model.source_offset_m.colwise() -= source_m;
         model.sensor_offset_m.colwise() -= sensor_m;
+        for (field::InducedDipole<Scalar>& dipole : model.surroundings) {
+            dipole.position_m -= source_m;
+        }
     }
 
     /// Converts a pose between centred frames to one between the original frames.
@@ -77,28 +80,35 @@ struct Start {
 };
 
 template <typename Scalar>
-Start<Scalar> rated(const Model<Scalar>& model, const Mat3<Scalar>& x, const Mat3<Scalar>& weights,
+Start<Scalar> rated(const Mat3<Scalar>& modelled, const Mat3<Scalar>& x, const Mat3<Scalar>& weights,
                     const RigidPose<Scalar>& pose) {
-    const Mat3<Scalar> difference = weights.cwiseProduct(model_at(model, pose) - x);
-    const Scalar cost = difference.squaredNorm();
+    const Scalar cost = weights.cwiseProduct(modelled - x).squaredNorm();
     return {pose, std::isfinite(cost) ? cost : std::numeric_limits<Scalar>::max()};
 }
 
-/// Returns the best of the passes, because near the coils they may not converge. Not inlined, like the other stages of the
-/// search, so that their stack use does not add up.
+/// Returns the best of the passes, because near the coils they may not converge. Ends earlier if a pass to a misfit below `small`
+/// hardly reduces it: the rest is noise. Not inlined, like the other stages of the search, so that their stack use does not add
+/// up.
 template <typename Scalar>
 [[gnu::noinline]] Start<Scalar> best_pass(const Model<Scalar>& model, const Gains<Scalar>& gains, const Mat3<Scalar>& x,
-                                          const Mat3<Scalar>& weights, RigidPose<Scalar> pose, int passes) {
-    Start<Scalar> best = rated(model, x, weights, pose);
+                                          const Mat3<Scalar>& weights, RigidPose<Scalar> pose, int passes, Scalar small) {
+    constexpr Scalar kHardly = Scalar(0.5);
+    Mat3<Scalar> modelled = model_at(model, pose);
+    Start<Scalar> best = rated(modelled, x, weights, pose);
     for (int pass = 0; pass < passes; ++pass) {
-        const auto solution = solve_direct<Scalar>(as_concentric(model, gains, x, pose), Scalar(1));
+        const auto solution = solve_direct<Scalar>(as_concentric(gains, x, pose, modelled), Scalar(1));
         if (!solution.ok()) {
             break;
         }
         pose = pose_of<Scalar>(*solution, pose.position_m);
-        const Start<Scalar> next = rated(model, x, weights, pose);
+        modelled = model_at(model, pose);
+        const Start<Scalar> next = rated(modelled, x, weights, pose);
+        const bool settled = next.cost < small && next.cost > kHardly * best.cost;
         if (next.cost < best.cost) {
             best = next;
+        }
+        if (settled) {
+            break;
         }
     }
     return best;
@@ -109,7 +119,13 @@ template <typename Scalar>
 class Search {
 public:
     Search(const Model<Scalar>& model, const Mat3<Scalar>& x, const Mat3<Scalar>& weights, const ColdStartParams<Scalar>& params)
-        : model_(model), x_(x), weights_(weights), params_(params), centred_(model), gains_(model) {}
+        : model_(model),
+          x_(x),
+          weights_(weights),
+          params_(params),
+          centred_(model),
+          gains_(model),
+          small_(params.refine.max_misfit_share * params.refine.max_misfit_share * weights.cwiseProduct(x).squaredNorm()) {}
 
     Status run() {
         const bool known = params_.hemisphere.squaredNorm() > 0;
@@ -138,12 +154,12 @@ private:
 
     /// Refines the better hemisphere; also the other one, unless the misfit of the first is small enough.
     [[gnu::noinline]] Status try_hemispheres(const RigidPose<Scalar>& near, bool known) {
-        Start<Scalar> first = best_pass(centred_.model, gains_, x_, weights_, near, params_.passes);
+        Start<Scalar> first = best_pass(centred_.model, gains_, x_, weights_, near, params_.passes, small_);
         if (known) {
             return try_start(first.pose);
         }
         const RigidPose<Scalar> far{-near.position_m, near.q_source_sensor};
-        Start<Scalar> second = best_pass(centred_.model, gains_, x_, weights_, far, params_.passes);
+        Start<Scalar> second = best_pass(centred_.model, gains_, x_, weights_, far, params_.passes, small_);
         if (second.cost < first.cost) {
             std::swap(first, second);
         }
@@ -206,7 +222,7 @@ private:
             polar = Scalar(0.5) * (polar + polar.inverse().transpose()).eval();
         }
         const RigidPose<Scalar> pose{range_m * u, geometry::attitude_quaternion(polar)};
-        return best_pass(centred_.model, gains_, x_, weights_, pose, 1);
+        return best_pass(centred_.model, gains_, x_, weights_, pose, 1, small_);
     }
 
     [[gnu::noinline]] Status try_start(const RigidPose<Scalar>& start) {
@@ -231,6 +247,7 @@ private:
     const ColdStartParams<Scalar>& params_;
     Centred<Scalar> centred_;
     Gains<Scalar> gains_;
+    Scalar small_;  // squared misfit below which a pose explains the couplings
     ColdSolution<Scalar> best_;
 };
 
@@ -252,7 +269,7 @@ Result<RigidPose<Scalar>> corrected_direct(const Model<Scalar>& model, const Mat
         if (pass == passes) {
             return centred.original(pose);
         }
-        corrected = as_concentric(centred.model, gains, x, pose);
+        corrected = as_concentric(gains, x, pose, model_at(centred.model, pose));
         side = pose.position_m;
     }
 }

@@ -30,8 +30,10 @@ public:
         const Scalar kept = h.columns > 0 ? Scalar(kMemory_s) / (Scalar(kMemory_s) + std::max(gap_s, Scalar(0))) : Scalar(0);
         h.curvature_squared *= kept;
         if (follows && h.columns > 1) {
-            h.curvature_squared =
-                std::max(h.curvature_squared, curvature_squared(h, slope, gap_s, column.sigma.squaredNorm() / 3));
+            bend(h, slope, gap_s, column.sigma.squaredNorm() / 3);
+        } else {
+            h.curvature.setZero();
+            h.curvature_variance = 0;
         }
         h.columns = follows ? std::min(h.columns + 1, 3) : 1;
         h.couplings = column.in_phase;
@@ -62,6 +64,27 @@ public:
         return sum / kSourceCoils;
     }
 
+    /// Error of a matrix of extrapolated columns.
+    struct Extrapolation {
+        Mat3<Scalar> missing;  // true minus extrapolated couplings
+        Scalar variance = 0;   // mean noise of its nine entries
+    };
+
+    /// From the last second difference of each column, without the noise limit of error_variance(). Zero for columns that are not
+    /// extrapolated.
+    [[nodiscard]] Extrapolation extrapolation(const SignalMatrix<Scalar>& matrix) const {
+        Extrapolation result;
+        for (std::size_t j = 0; j < kSourceCoils; ++j) {
+            const History& h = histories_[j];
+            const auto column = static_cast<Eigen::Index>(j);
+            const Scalar extrapolated_s = seconds_as<Scalar>(matrix.newest - h.time) - matrix.column_age_s(column);
+            const Scalar bend_s2 = extrapolated_s * (extrapolated_s + h.gap_s) / 2;
+            result.missing.col(column) = bend_s2 * h.curvature;
+            result.variance += bend_s2 * bend_s2 * h.curvature_variance / kSourceCoils;
+        }
+        return result;
+    }
+
     /// Forgets all columns.
     void clear() { histories_ = {}; }
 
@@ -75,11 +98,13 @@ private:
 
     struct History {
         Vec3<Scalar> couplings = Vec3<Scalar>::Zero();
-        Vec3<Scalar> slope = Vec3<Scalar>::Zero();  // 1/s
-        Scalar slope_squared = 0;                   // mean square of an entry of X', 1/s^2
-        Scalar curvature_squared = 0;               // the same of X'', 1/s^4, decaying
-        Scalar gap_s = 0;                           // between the last two columns
-        int columns = 0;                            // with short gaps; counts to 3
+        Vec3<Scalar> slope = Vec3<Scalar>::Zero();      // 1/s
+        Scalar slope_squared = 0;                       // mean square of an entry of X', 1/s^2
+        Vec3<Scalar> curvature = Vec3<Scalar>::Zero();  // X'' of the last three columns, 1/s^2
+        Scalar curvature_variance = 0;                  // its noise, per entry
+        Scalar curvature_squared = 0;                   // mean square of an entry of X'' without its noise, 1/s^4, decaying
+        Scalar gap_s = 0;                               // between the last two columns
+        int columns = 0;                                // with short gaps; counts to 3
         DeviceTime time{};
     };
 
@@ -96,12 +121,14 @@ private:
         return std::max(Scalar(0), derivative.squaredNorm() / 3 - kChance * noise);
     }
 
-    static Scalar curvature_squared(const History& before, const Vec3<Scalar>& slope, Scalar gap_s, Scalar variance) {
-        const Scalar mean_gap_s = (gap_s + before.gap_s) / 2;
+    /// Second derivative from the slope before (still in `h`) and the present one. variance: noise of a coupling.
+    static void bend(History& h, const Vec3<Scalar>& slope, Scalar gap_s, Scalar variance) {
+        const Scalar per_mean_gap = 2 / (gap_s + h.gap_s);
         const Scalar a = 1 / gap_s;
-        const Scalar b = 1 / before.gap_s;
-        const Scalar noise = variance * (a * a + b * b + (a + b) * (a + b));
-        return significant(slope - before.slope, noise) / (mean_gap_s * mean_gap_s);
+        const Scalar b = 1 / h.gap_s;
+        h.curvature = per_mean_gap * (slope - h.slope);
+        h.curvature_variance = per_mean_gap * per_mean_gap * variance * (a * a + b * b + (a + b) * (a + b));
+        h.curvature_squared = std::max(h.curvature_squared, significant(h.curvature, h.curvature_variance));
     }
 
     Scalar max_gap_s_;

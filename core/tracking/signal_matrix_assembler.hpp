@@ -28,20 +28,42 @@ public:
 
     /// Adds a column of state s1-s3. Returns the matrix if this column completes it. Ignores a column older than the stored one.
     std::optional<SignalMatrix<Scalar>> add(const Column<Scalar>& column) {
+        return note(column) ? std::optional(matrix()) : std::nullopt;
+    }
+
+    /// add() without the matrix: true if matrix() is complete.
+    bool note(const Column<Scalar>& column) {
         const auto index = static_cast<std::size_t>(coil_index(column.state));
         if (columns_[index].state != Excitation::off && column.midpoint < columns_[index].midpoint) {
-            return std::nullopt;
+            return false;
         }
         before_[index] = columns_[index];
         columns_[index] = column;
-        const auto by_time = [](const auto& a, const auto& b) { return a.midpoint < b.midpoint; };
         const auto [oldest, newest] = std::minmax_element(columns_.begin(), columns_.end(), by_time);
         const bool complete =
             std::none_of(columns_.begin(), columns_.end(), [](const auto& c) { return c.state == Excitation::off; });
-        if (!complete || newest->midpoint - oldest->midpoint > max_span_) {
-            return std::nullopt;
+        return complete && newest->midpoint - oldest->midpoint <= max_span_;
+    }
+
+    /// The matrix of the latest columns, after note() returned true.
+    [[nodiscard]] SignalMatrix<Scalar> matrix() const {
+        SignalMatrix<Scalar> matrix;
+        matrix.newest = std::max_element(columns_.begin(), columns_.end(), by_time)->midpoint;
+        // Two spans: columns of one state are one frame apart, and a frame is one slot longer than the span of its columns.
+        const Microseconds longest_gap = deskew_ ? 2 * max_span_ : Microseconds{0};
+        Scalar variance = 0;
+        for (std::size_t j = 0; j < kSourceCoils; ++j) {
+            const auto column = deskew<Scalar>(before_[j], columns_[j], matrix.newest, longest_gap);
+            matrix.x.col(static_cast<Eigen::Index>(j)) = column.in_phase;
+            matrix.flags |= columns_[j].flags;
+            if (column.variance_factor != Scalar(1)) {  // extrapolated from the previous column
+                matrix.flags |= before_[j].flags;
+            }
+            variance += columns_[j].sigma.squaredNorm() * column.variance_factor;
+            matrix.column_age_s(static_cast<Eigen::Index>(j)) = seconds_as<Scalar>(matrix.newest - column.time);
         }
-        return assemble(newest->midpoint);
+        matrix.sigma = std::sqrt(variance / 9);
+        return matrix;
     }
 
     /// The latest column of source coil j (0-2); its state is off if there was none.
@@ -54,25 +76,7 @@ public:
     }
 
 private:
-    [[nodiscard]] SignalMatrix<Scalar> assemble(DeviceTime newest) const {
-        SignalMatrix<Scalar> matrix;
-        matrix.newest = newest;
-        // Two spans: columns of one state are one frame apart, and a frame is one slot longer than the span of its columns.
-        const Microseconds longest_gap = deskew_ ? 2 * max_span_ : Microseconds{0};
-        Scalar variance = 0;
-        for (std::size_t j = 0; j < kSourceCoils; ++j) {
-            const auto column = deskew<Scalar>(before_[j], columns_[j], newest, longest_gap);
-            matrix.x.col(static_cast<Eigen::Index>(j)) = column.in_phase;
-            matrix.flags |= columns_[j].flags;
-            if (column.variance_factor != Scalar(1)) {  // extrapolated from the previous column
-                matrix.flags |= before_[j].flags;
-            }
-            variance += columns_[j].sigma.squaredNorm() * column.variance_factor;
-            matrix.column_age_s(static_cast<Eigen::Index>(j)) = seconds_as<Scalar>(newest - column.time);
-        }
-        matrix.sigma = std::sqrt(variance / 9);
-        return matrix;
-    }
+    static constexpr auto by_time = [](const auto& a, const auto& b) { return a.midpoint < b.midpoint; };
 
     Microseconds max_span_;
     bool deskew_;

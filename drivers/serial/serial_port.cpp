@@ -1,6 +1,7 @@
 #include "drivers/serial/serial_port.hpp"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/ioctl.h>
 
 #include <array>
@@ -18,6 +19,10 @@ int SerialPort::open_descriptor() {
                              : errno == EBUSY ? "; another program uses it"
                                               : "; is it plugged in?";
         reason().print("%s: cannot be opened (%s)%s", path_.c_str(), std::strerror(errno), remedy);
+        return -1;
+    }
+    if (::flock(fd.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {  // TIOCEXCL does not stop root
+        reason().print("%s: another program uses it; end that program", path_.c_str());
         return -1;
     }
     if (!make_raw(fd.get())) {

@@ -1,5 +1,6 @@
 #include "sim/motion/simple_motions.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -35,6 +36,30 @@ Pose PivotMotion::do_at(double time_s) const {
     const Vec3<double> share(std::sin(angle), std::sin(1.618 * angle), std::sin(0.618 * angle));
     const Quat<double> q = params_.q_mean * geometry::rotation_vector_to_quaternion<double>(params_.tilt_rad.cwiseProduct(share));
     return {params_.pivot_m - q * params_.tip_m, q};
+}
+
+GridMotion::GridMotion(const GridParams& params, std::uint64_t seed) : params_(params) {
+    std::mt19937_64 random(seed);
+    std::normal_distribution<double> normal;
+    for (std::size_t n = 0; n < params.poses(); ++n) {
+        const double w = normal(random);
+        const double x = normal(random);
+        const double y = normal(random);
+        attitudes_.push_back(Quat<double>(w, x, y, normal(random)).normalized());
+    }
+}
+
+Pose GridMotion::do_at(double time_s) const {
+    const double last = static_cast<double>(attitudes_.size() - 1);
+    const auto pose = static_cast<std::size_t>(std::clamp(std::floor(time_s / params_.rest_s), 0.0, last));
+    auto node = static_cast<int>(pose / static_cast<std::size_t>(params_.attitudes));
+    Vec3<double> steps;  // from the centre
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const int nodes = params_.nodes[axis];
+        steps(static_cast<Eigen::Index>(axis)) = node % nodes - 0.5 * (nodes - 1);
+        node /= nodes;
+    }
+    return {params_.centre_m + params_.spacing_m.cwiseProduct(steps), attitudes_[pose]};
 }
 
 Pose PaperMotion::do_at(double time_s) const {

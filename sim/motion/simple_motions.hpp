@@ -1,8 +1,10 @@
-// Motions defined by formulas: still, line, circle, a tilting tool, the paper's rates, and a random hand motion.
+// Motions defined by formulas: still, line, circle, a tilting tool, rests on a grid, the paper's rates, and a random hand motion.
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "core/geometry/angles.hpp"
 #include "sim/motion/motion.hpp"
@@ -59,6 +61,30 @@ public:
 private:
     [[nodiscard]] Pose do_at(double time_s) const override;
     PivotParams params_;
+};
+
+/// A sensor that rests at the nodes of a grid in turn, several times at each node, each time in another random attitude. It jumps
+/// from one pose to the next.
+struct GridParams {
+    Vec3<double> centre_m{0.5, 0, 0};
+    Vec3<double> spacing_m{0.1, 0.1, 0.1};
+    std::array<int, 3> nodes{3, 3, 3};  // along x, y, z
+    int attitudes = 1;                  // at each node
+    double rest_s = 0.1;                // in each pose
+
+    [[nodiscard]] std::size_t poses() const {
+        return static_cast<std::size_t>(nodes[0]) * static_cast<std::size_t>(nodes[1]) * static_cast<std::size_t>(nodes[2]) *
+               static_cast<std::size_t>(attitudes);
+    }
+};
+class GridMotion final : public Motion {
+public:
+    GridMotion(const GridParams& params, std::uint64_t seed);
+
+private:
+    [[nodiscard]] Pose do_at(double time_s) const override;
+    GridParams params_;
+    std::vector<Quat<double>> attitudes_;  // by pose
 };
 
 /// The paper's motions, (40) and (41), integrated exactly: alpha' = B + A sin(A t), beta' likewise, rho' = 0.3 + 0.2 sin(10 pi

@@ -10,6 +10,7 @@
 
 #include "sim/virtual_board/coils/coil_bench.hpp"
 #include "sim/virtual_board/coils/sensor_amplifier.hpp"
+#include "sim/virtual_board/general_peripherals.hpp"
 #include "sim/virtual_board/links/can_wire.hpp"
 #include "sim/virtual_board/links/serial_line.hpp"
 #include "sim/virtual_board/links/usb_wire.hpp"
@@ -17,6 +18,7 @@
 #include "sim/virtual_board/peripherals/adc.hpp"
 #include "sim/virtual_board/peripherals/dac.hpp"
 #include "sim/virtual_board/peripherals/dma.hpp"
+#include "sim/virtual_board/peripherals/exti.hpp"
 #include "sim/virtual_board/peripherals/fdcan.hpp"
 #include "sim/virtual_board/peripherals/flash.hpp"
 #include "sim/virtual_board/peripherals/gpio.hpp"
@@ -25,13 +27,11 @@
 #include "sim/virtual_board/peripherals/pwr.hpp"
 #include "sim/virtual_board/peripherals/rcc.hpp"
 #include "sim/virtual_board/peripherals/stored_registers.hpp"
-#include "sim/virtual_board/peripherals/timer.hpp"
-#include "sim/virtual_board/peripherals/usart.hpp"
 #include "sim/virtual_board/peripherals/usb.hpp"
 
 namespace tricoil::virtual_board {
 
-/// Results of the four converters at one time, as read from DR, and the coil drive at that time.
+/// Results of the tracker's four converters at one time, as read from DR, and the coil drive at that time.
 struct SampleRecord {
     Ticks time = 0;
     std::array<std::uint16_t, kChannels> codes{};  // sensor coils 1-3, reference
@@ -52,6 +52,11 @@ public:
     void run_until(double time_s) { machine.run_until(ticks(time_s)); }
     [[nodiscard]] double now_s() const { return seconds(machine.now()); }
 
+    /// Presses or releases the user button B1 (PC13), which is high while it is pressed.
+    void press_button(bool pressed) { gpio('C').set_outside(kButtonPin, pressed ? Gpio::Outside::high : Gpio::Outside::low); }
+    /// Number of level changes of the LED LD2 (PA5).
+    [[nodiscard]] unsigned led_changes() const { return led_changes_; }
+
     /// Number of resets since power-on, without the power-on reset.
     [[nodiscard]] unsigned resets() const { return resets_; }
 
@@ -70,9 +75,10 @@ public:
     Pwr pwr;
     Flash flash;
     Dma dma;
-    Usart usart;
+    Exti exti;
+    GeneralPeripherals general;
     Usb usb;
-    Fdcan fdcan;
+    std::array<std::unique_ptr<Fdcan>, 3> fdcans;  // FDCAN1 to FDCAN3
     CoilBench bench;
     SerialLine serial;
     CanWire can;
@@ -80,21 +86,36 @@ public:
     std::array<SensorAmplifier, kSensorCoils> amplifiers;
 
 private:
+    static constexpr unsigned kButtonPin = 13;
+
     void attach();
+    void attach_analog();
+    void attach_pins();
+    void attach_can();
+    void wire_pins();
+    void wire_analog();
+    void wire_low_power();
+    void add(const std::string& name, std::uint32_t base, std::uint32_t size, Peripheral& device,
+             std::uint32_t enable_register = 0, unsigned bit = 0);
+    void reset_peripheral(std::uint32_t enable_register, unsigned bit);
     void check_frequency(double hz) const;
-    void convert();
-    void trigger();
+    void check_can_pins(unsigned number) const;
+    void pin_changed(char port);
+    void sleep_deeply();
+    void wake_from_standby();
+    void trigger(unsigned timer);
     void drive();
     void update_outputs();
     void record(std::size_t channel, std::uint32_t result);
     [[nodiscard]] double internal_dac_v(unsigned channel) const;
+    [[nodiscard]] std::optional<double> internal_input_v(unsigned converter, unsigned channel) const;
+    [[nodiscard]] double sensor_input_v(unsigned channel, double& noise);
     [[nodiscard]] std::uint32_t code_of(unsigned channel);
+    [[nodiscard]] std::uint32_t free_converter_code();
     [[nodiscard]] double sensor_noise_codes(double gain, double step_s) const;
     void restart(ResetCause cause);
 
     std::array<std::unique_ptr<Gpio>, 7> gpio_;
-    Timer timer_2_;
-    Timer timer_6_;
     Dac dac_1_;
     Dac dac_2_;
     Dac dac_3_;
@@ -102,18 +123,22 @@ private:
     AdcCommon common_12_;
     AdcCommon common_345_;
     std::array<std::unique_ptr<Adc>, kChannels> adcs_;  // by channel: sensor coils 1-3, reference
+    Adc adc_2_;                                         // the tracker does not use it
     Opamp opamp_;
     Iwdg watchdog_;
     StoredRegisters<5> clock_recovery_;
-    StoredRegisters<8> system_configuration_;
+    StoredRegisters<10> system_configuration_;
+    StoredRegisters<5> debug_unit_;
+    std::vector<std::pair<std::pair<std::uint32_t, unsigned>, Peripheral*>> resettable_;  // by enable register and bit
     std::mt19937_64 random_;
     std::normal_distribution<double> normal_{0, 1};
     SampleRecord sample_;
-    Ticks triggered_ = 0;
-    Ticks triggered_by_ = 0;  // ticks per cycle at the time triggered_
-    Ticks last_conversion_ = 0;
+    std::array<Ticks, kChannels> last_conversion_{};
     bool heartbeat_ = false;
-    ResetCause cause_ = ResetCause::software;
+    bool led_ = false;
+    bool standby_ = false;
+    unsigned led_changes_ = 0;
+    std::optional<ResetCause> cause_;  // of the next reset request; empty: software
     unsigned resets_ = 0;
 };
 

@@ -47,6 +47,8 @@ void BoardFaults::begin(Planned& planned) {
         board_.can.frames_to_destroy = fault.number;
     } else if (fault.name == "can_alone") {
         board_.can.has_other_nodes = false;
+    } else if (fault.name == "button") {
+        board_.press_button(true);
     }
 }
 
@@ -66,6 +68,8 @@ void BoardFaults::end(const BoardFault& fault) {
         board_.can.babble_with(std::nullopt);
     } else if (fault.name == "can_alone") {
         board_.can.has_other_nodes = true;
+    } else if (fault.name == "button") {
+        board_.press_button(false);
     }
 }
 

@@ -14,13 +14,42 @@ namespace {
 using namespace tricoil;
 using test::Score;
 
+/// Position errors of poses predicted by the filter, and of its poses moved with the true velocity.
+struct Prediction {
+    static constexpr std::array<double, 3> kAhead_s{0.005, 0.01, 0.02};
+    std::array<std::vector<double>, 3> predicted_m;
+    std::array<std::vector<double>, 3> with_true_velocity_m;
+};
+
 struct Totals {
     std::array<Score, 4> score;  // naive, deskewed direct, scaat, scaat in float
     std::vector<double> naive_over_scaat;
     std::vector<double> naive_over_deskew;
     std::vector<double> nees_position;
     std::vector<double> nees_rotation;
+    std::uint64_t reacquisitions = 0;  // of the filter in double
+    Prediction prediction;
 };
+
+void predict(const sim::RecordedMotion& motion, test::ReplayParams params, Prediction& result) {
+    constexpr double kStep_s = 1e-4;  // for the true velocity
+    auto filter = test::scaat_filter<double>(test::scaat_params<double>(params.tdm, motion.at(0).position_m));
+    params.duration_s -= Prediction::kAhead_s.back() + kStep_s;
+    test::replay<double>(motion, params, [&](const Column<double>& column) {
+        const auto estimate = filter.update(column);
+        const double t = to_seconds(column.midpoint);
+        if (!estimate || !estimate->valid() || t < 0.5) {
+            return;
+        }
+        const Vec3<double> velocity_m_s = (motion.at(t + kStep_s).position_m - motion.at(t - kStep_s).position_m) / (2 * kStep_s);
+        for (std::size_t n = 0; n < Prediction::kAhead_s.size(); ++n) {
+            const double ahead_s = Prediction::kAhead_s[n];
+            const Vec3<double> truth = motion.at(t + ahead_s).position_m;
+            result.predicted_m[n].push_back((filter.predicted(ahead_s).position_m - truth).norm());
+            result.with_true_velocity_m[n].push_back((estimate->position_m + ahead_s * velocity_m_s - truth).norm());
+        }
+    });
+}
 
 void add_file(const sim::RecordedMotion& motion, const test::ReplayParams& params, Totals& totals) {
     const Vec3<double> start =
@@ -35,6 +64,8 @@ void add_file(const sim::RecordedMotion& motion, const test::ReplayParams& param
     for (std::size_t n = 0; n < scores.size(); ++n) {
         totals.score[n].add(scores[n]);
     }
+    totals.reacquisitions += filter.counters().reacquisitions;
+    predict(motion, params, totals.prediction);
     totals.naive_over_scaat.push_back(scores[0].position().rms / scores[2].position().rms);
     totals.naive_over_deskew.push_back(scores[0].position().rms / scores[1].position().rms);
     totals.nees_position.push_back(scores[2].nees_position_per_dof());
@@ -64,6 +95,13 @@ void print(const char* noise, const Totals& totals) {
     fmt::print("  naive / scaat {:.1f} (orientation {:.1f}), naive / deskewed {:.1f}; beyond 5 sigma {} of {}\n", naive / scaat,
                totals.score[0].orientation().rms / totals.score[2].orientation().rms, naive / totals.score[1].position().rms,
                totals.score[2].beyond_5_sigma, totals.score[2].position_m.size());
+    for (std::size_t n = 0; n < Prediction::kAhead_s.size(); ++n) {
+        const double predicted = host::summarise(totals.prediction.predicted_m[n]).rms;
+        const double perfect = host::summarise(totals.prediction.with_true_velocity_m[n]).rms;
+        fmt::print("  {:.0f} ms ahead: {:.4f} mm, with the true velocity {:.4f} mm; ratio {:.3f}\n",
+                   1e3 * Prediction::kAhead_s[n], 1e3 * predicted, 1e3 * perfect, predicted / perfect);
+    }
+    fmt::print("  scaat: {} reacquisitions\n", totals.reacquisitions);
     print_range("naive / scaat", totals.naive_over_scaat);
     print_range("naive / deskewed", totals.naive_over_deskew);
     print_range("scaat position error^2 / covariance", totals.nees_position);

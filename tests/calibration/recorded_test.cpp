@@ -43,6 +43,24 @@ protected:
     std::string folder_;
 };
 
+/// Poses without metal that were not fitted. Their misfit alone must not set the flag `distorted`, except for 0.1 %.
+TEST_F(RecordedStage, CalibratedMisfitFloorCoversTheErrorsOfTheModel) {
+    for (const std::string model : {"general", "finite"}) {
+        const std::string cal = path_in_temp("floor.toml");
+        const auto fit = tricoil("calibrate --json --model " + model + " --out " + cal + set("md"));
+        ASSERT_EQ(fit.exit_code, 0) << fit.err;
+        const auto test = tricoil("evaluate --json --calibration " + cal + set("ld"));
+        ASSERT_EQ(test.exit_code, 0) << test.err;
+        const double floor = test.json()["misfit_floor"];
+        std::cout << model << ": floor " << 100 * floor << " %, " << test.json()["poses_distorted"] << " of "
+                  << test.json()["poses"] << " poses distorted\n";
+        EXPECT_NEAR(floor, fit.json()["misfit_floor"].get<double>(), 1e-8);
+        EXPECT_GT(floor, 5e-4);
+        EXPECT_LT(floor, 2e-3);
+        EXPECT_LE(test.json()["poses_distorted"], 1);
+    }
+}
+
 TEST_F(RecordedStage, ConcentricModelAndClosedForm) {
     const auto f = figures("--model concentric", "direct");
     EXPECT_LE(f.position_m, 0.90e-3);

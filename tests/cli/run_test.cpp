@@ -1,10 +1,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <map>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -161,6 +164,53 @@ TEST(Run, AMinusIsStandardOutput) {
     EXPECT_FALSE(std::filesystem::exists("-"));
     std::filesystem::remove_all(take);
     std::remove(csv.c_str());
+}
+
+/// The poses of the recording of the same run, whose attitudes and deviations are rounded, with a time in UTC.
+TEST(Run, JsonLinesGoToStandardOutput) {
+    const std::string take = path_in_temp("take_of_lines");
+    std::filesystem::remove_all(take);
+    const auto piped = tricoil("run --duration 1 --json-lines - --record " + take);
+    EXPECT_EQ(piped.exit_code, 0) << piped.err;
+    EXPECT_THAT(piped.err, HasSubstr("scored"));
+    std::istringstream lines(piped.out);
+    std::istringstream recorded(tricoil("convert --to jsonl " + take).out);
+    int count = 0;
+    for (std::string line, other; std::getline(lines, line) && std::getline(recorded, other); ++count) {
+        const auto end = line.find("\"q_wxyz\"");
+        ASSERT_EQ(line.substr(0, end), other.substr(0, other.find("\"q_wxyz\"")));
+        ASSERT_GT(nlohmann::json::parse(line)["utc_s"].get<double>(), 1.7e9);
+    }
+    EXPECT_GT(count, 230);
+    EXPECT_EQ(std::count(piped.out.begin(), piped.out.end(), '\n'), count);
+    std::filesystem::remove_all(take);
+}
+
+TEST(Run, JsonLinesHaveTipsAndReferences) {
+    const auto last = [](const std::string& options) {
+        const std::string out = tricoil("run --scenario still --duration 1 --json-lines - " + options).out;
+        return nlohmann::json::parse(out.substr(out.rfind('\n', out.size() - 2) + 1));
+    };
+    const std::vector<double> sensor = last("")["position_m"];
+    const std::vector<double> tip = last("--tip 0.1,0,0")["position_m"];
+    EXPECT_NEAR(std::hypot(tip[0] - sensor[0], tip[1] - sensor[1], tip[2] - sensor[2]), 0.1, 1e-6);
+    const auto reference = last("--stations 2 --relative-to 2");
+    EXPECT_EQ(reference["sensor"], 1);
+    EXPECT_EQ(reference["position_m"][0], 0);
+}
+
+TEST(Run, RefusesJsonLinesThatCannotBeWritten) {
+    for (const auto& [options, reason] : std::vector<std::pair<std::string, std::string>>{
+             {"--json-lines tcp:5005", "--json-lines tcp:5005: must be - (standard output); tricoil serve has tcp: and udp:"},
+             {"--json-lines - --out -", "--json-lines - and --out - exclude each other"},
+             {"--json-lines - --tracker fixed-direct", "--json-lines: not with --tracker fixed-direct"},
+             {"--json-lines - --json --device serial:/dev/null", "exclude each other"}}) {
+        const auto result = tricoil("run " + options);
+        EXPECT_EQ(result.exit_code, 2) << options;
+        EXPECT_EQ(result.out, "") << options;
+        EXPECT_THAT(result.err, HasSubstr(reason));
+        EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    }
 }
 
 TEST(Run, PosesPredictTheirOwnErrors) {

@@ -83,6 +83,18 @@ TEST_F(Pty, PosesAreRelativeToTheReference) {
     EXPECT_TRUE(valid_rows(table(in("absent.csv"))).empty());  // the device has no second sensor
 }
 
+TEST_F(Pty, JsonLinesHoldPosesAlone) {
+    plug_in("--duration 10");
+    ASSERT_EQ(tricoil("run --json-lines - --device " + device + " --duration 1 --out " + in("poses.csv")), 0) << err;
+    EXPECT_THAT(err, ::testing::HasSubstr("columns"));  // the summary
+    const auto rows = test::lines(out);
+    EXPECT_GT(rows.size(), 100U);
+    for (const std::string& row : rows) {
+        EXPECT_TRUE(json::parse(row).contains("utc_s"));
+    }
+    EXPECT_GT(table(in("poses.csv")).rows(), 100U);
+}
+
 TEST_F(Pty, TracksBitForBitWithoutLoss) {
     plug_in("--duration 4");
     ASSERT_EQ(tricoil("run --json --device " + device + " --duration 2 --out " + in("poses.csv")), 0) << err;
@@ -93,6 +105,13 @@ TEST_F(Pty, TracksBitForBitWithoutLoss) {
     EXPECT_EQ(summary["device"], device);
     EXPECT_EQ(summary["health"]["received"], summary["columns"]);
     EXPECT_EQ(summary["health"]["lost"], 0);
+}
+
+TEST_F(Pty, TheFrontEndEndsIfNoHostMeasures) {
+    plug_in("--duration 60 --idle-s 1");
+    EXPECT_EQ(peer->wait(), 0);
+    const std::string report = test::read_text(in("line"));
+    EXPECT_NE(report.find("\"slots\": 0"), std::string::npos) << report;
 }
 
 TEST_F(Pty, AVanishedLineIsReported) {
@@ -106,6 +125,21 @@ TEST_F(Pty, AVanishedLineIsReported) {
         << test::read_text(in("err"));
     tracker.send(SIGTERM);
     EXPECT_EQ(tracker.wait(), 0);
+}
+
+TEST_F(Pty, ASecondProgramIsToldThatTheLineIsInUse) {
+    plug_in("--duration 600");
+    Program first(std::string(TRICOIL_PROGRAM) + " run --device " + device + " --out " + in("poses.csv") + " 2>" +
+                  in("first.err") + " >" + in("first.out"));
+    const auto rows = [&] { return test::lines(test::read_text(in("poses.csv"))).size(); };
+    ASSERT_TRUE(test::eventually([&] { return rows() > 100; }));
+    EXPECT_EQ(tricoil("run --wait 0.5 --device " + device), 3);
+    EXPECT_THAT(err, ::testing::HasSubstr("another program uses it"));
+    const auto before = rows();
+    EXPECT_TRUE(test::eventually([&] { return rows() > before + 100; }));  // the first is not disturbed
+    first.send(SIGTERM);
+    EXPECT_EQ(first.wait(), 0);
+    EXPECT_EQ(test::read_text(in("first.err")), "");
 }
 
 TEST_F(Pty, InfoIdentifiesTheDevice) {

@@ -143,6 +143,36 @@ TEST(Budget, SkewExplainsSimultaneousSolvingOfTdm) {
     EXPECT_GT(report.position_correlation, 0.99);
 }
 
+TEST(Budget, MatrixErrorIsTheResponseOfTheDirectSolver) {
+    MotionState<double> state;
+    state.position_m << 0.3, -0.4, 0.2;
+    state.q_source_sensor = geometry::rotation_vector_to_quaternion<double>({0.4, 1.1, -0.7});
+    const Mat3<double> x = field::signal_matrix<double>(1, state.position_m, geometry::attitude_matrix(state.q_source_sensor));
+    Mat3<double> missing;
+    missing << 1, -2, 0.5, 3, 0.2, -1, -0.7, 1.5, 2;
+    missing *= 1e-6 * x.norm();
+    const auto solved = solver::solve_direct<double>(x - missing, 1.0);
+    const Vec3<double> found_m = solved->range_m * solved->direction;
+    const double side = found_m.dot(state.position_m) < 0 ? -1 : 1;
+    const Quat<double> q = geometry::attitude_quaternion(solved->attitude);
+    PoseError<double> expected;
+    expected << state.position_m - side * found_m,
+        geometry::quaternion_to_rotation_vector<double>(state.q_source_sensor * q.conjugate());
+    EXPECT_GT(expected.norm(), 1e-7);
+    EXPECT_LT((matrix_error<double>(state, missing) - expected).norm(), 1e-4 * expected.norm());
+}
+
+/// The squares of systematic errors from noisy measurements contain a share of the noise already.
+TEST(Budget, TotalCountsMeasuredNoiseOnce) {
+    SystematicErrors<double> errors;
+    errors.skew << 3e-3, 0, 0, 0, 0, 2e-3;
+    const Mat6<double> covariance = 1e-6 * Mat6<double>::Identity();
+    EXPECT_NEAR(budget_of(errors, covariance, 0.5).total.position_m, std::sqrt(9e-6 + 1.5e-6), 1e-12);
+    EXPECT_NEAR(budget_of(errors, covariance, 0.5).total.rotation_rad, std::sqrt(4e-6 + 1.5e-6), 1e-12);
+    EXPECT_NEAR(budget_of(errors, covariance, 2.0).total.position_m, 3e-3, 1e-12);
+    EXPECT_NEAR(budget_of(errors, covariance, 0.5).noise.position_m, std::sqrt(3e-6), 1e-12);
+}
+
 TEST(Budget, TotalAddsSystematicTermsAsVectorsAndNoiseInSquares) {
     MotionState<double> state;
     state.position_m << 0.5, 0, 0;

@@ -91,6 +91,7 @@ async function playback(browser, html, check, pictures) {
     cut: whole.slice(0, whole.length / 2),
     noise: '\u0000\u0001 not a recording',
     empty: '',
+    restarted: recording(300) + recording(300),
     late: recording(100) + '{"error":"late/poses.csv:101: has 3 fields instead of 47"}\n',
     changed: {status: 422, answer: 'changed/poses.csv: was changed since it was recorded (size or CRC differ from recording.json)'},
   };
@@ -114,6 +115,12 @@ async function playback(browser, html, check, pictures) {
     await page.keyboard.press('Escape');
     check(await page.evaluate(() => window.tricoil.playback === null && document.body.dataset.mode === 'live'), 'a key leads back to live');
   }
+  await play('restarted');
+  await wait(() => window.tricoil.playback?.name === 'restarted');
+  check(
+      await page.evaluate(() => window.tricoil.playback.sensors.get(0).poses.length === 600 && window.tricoil.playback.to > 3),
+      'after a restart of the device a recording goes on');
+  await page.keyboard.press('Escape');
   await page.setInputFiles('#file', {name: 'poses.csv', mimeType: 'text/csv', buffer: Buffer.from(kCsv)});
   await says(/1 damaged line was left out/, 'a CSV file with a cut line is played');
   await page.keyboard.press('Escape');

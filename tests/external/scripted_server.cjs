@@ -9,8 +9,8 @@ const kWarnings = ['distorted', 'coasting', 'columns_missing'];
 const bits = names => names.reduce((sum, name) => sum | 1 << kFlags.indexOf(name), 0);
 const hello = {
   columns: [
-    'sensor', 'utc_ms', 'flags',    'state',         'x',     'y', 'z', 'qw', 'qx', 'qy', 'qz', 'cxx', 'cxy', 'cxz', 'cyy',
-    'cyz',    'czz',    'error_mm', 'distortion_mm', 'snr_db'
+    'sensor', 'time_us', 'utc_ms', 'flags', 'state', 'x', 'y', 'z', 'qw', 'qx', 'qy', 'qz', 'cxx', 'cxy', 'cxz', 'cyy', 'cyz', 'czz', 'error_mm',
+    'distortion_mm', 'snr_db'
   ],
   states: ['searching', 'tracking', 'lost'],
   flag_names: kFlags,
@@ -38,7 +38,7 @@ const running = {
 /// Pose in compact form; t in ms. flags: names. covariance: 0.1 mm along x and 0.2 mm along y and z, by default.
 function sample(
     sensor, t, p, {flags = [], q = [1, 0, 0, 0], covariance = [1e-8, 0, 0, 4e-8, 0, 4e-8], error = 0.2, distortion = 0.1, snr = 60, state = 1} = {}) {
-  return [sensor, t, bits(flags), state, ...p, ...q, ...covariance, error, distortion, snr];
+  return [sensor, Math.round(1000 * t), t, bits(flags), state, ...p, ...q, ...covariance, error, distortion, snr];
 }
 
 /// A server whose events are sent by send(samples, status). asked: bodies of control requests. recordings: name to text, or {status, answer}.
@@ -85,7 +85,7 @@ async function scripted(html, recordings = {}) {
     write,
     send(
         samples,
-        more = {}) { write(`data: ${JSON.stringify({status: {...running, now_ms: (samples.at(-1)?.[1] ?? 0) + 4, ...more}, poses: samples})}\n\n`); },
+        more = {}) { write(`data: ${JSON.stringify({status: {...running, now_ms: (samples.at(-1)?.[2] ?? 0) + 4, ...more}, poses: samples})}\n\n`); },
     drop() {
       for (const stream of streams) stream.destroy();
     },

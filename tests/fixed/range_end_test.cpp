@@ -97,6 +97,27 @@ TEST(RangeEnd, RatiosAndUnitVectors) {
     EXPECT_TRUE(unit_vector(Vec3<std::int64_t>::Zero()) == Vec3<Unit>::Zero());
 }
 
+/// Rounded towards zero, after both numbers were rounded such that the denominator has at most 31 bits.
+TEST(RangeEnd, QuotientsAreThoseOfADivision) {
+    Extremes extremes;
+    for (int n = 0; n < 20'000; ++n) {
+        const std::int64_t denominator = extremes.wide() & std::numeric_limits<std::int64_t>::max();
+        const Quotients quotients(denominator);
+        for (int k = 0; k < 10; ++k) {
+            const std::int64_t numerator = k % 2 == 0 ? extremes.wide() : denominator / (1 + k) - k;
+            int bits = 0;
+            while ((denominator >> bits) >> 31 != 0) {
+                ++bits;
+            }
+            const Wide divisor = rounded(denominator, bits);
+            const Wide dividend = rounded(numerator, bits);
+            const Unit expected =
+                divisor == 0 ? ratio(numerator, 0) : Unit::from_raw(clamped((dividend * (Wide{1} << 30)) / divisor));
+            ASSERT_EQ(quotients.of(numerator), expected) << numerator << " / " << denominator;
+        }
+    }
+}
+
 TEST(RangeEnd, NumbersWithAnExponent) {
     Extremes extremes;
     for (int n = 0; n < 200'000; ++n) {

@@ -16,6 +16,7 @@
 
 #include "board/host/serve/openigtlink/igtl_session.hpp"
 #include "board/pose_text/openigtlink/igtl_messages.hpp"
+#include "board/support/errors.hpp"
 #include "tests/serve/poisoned_heap.hpp"
 
 namespace tricoil::host::igtl_output {
@@ -233,6 +234,32 @@ TEST_F(IgtlSession, TrackingDataLeavesOutWhatIsOld) {
         elements.push_back(unpack<igtl::TrackingDataMessage>(bytes, unpacked)->GetNumberOfTrackingDataElements());
     }
     EXPECT_THAT(elements, ElementsAre(1, 2, 2, 2, 2, 2, 2, 2, 1, 1));
+}
+
+TEST_F(IgtlSession, SensorsHaveTheNamesOfTheUser) {
+    session_.emplace(*stream_, DeviceNames({"SensorToTracker"}));
+    wait_out();
+    have(pose_at(kNow, 0));
+    have(pose_at(kNow, 1));
+    have(invalid_at(kNow + 4167, 0));
+    ask(start(0));
+    have(pose_at(kNow + 8333, 1));
+    const auto all = messages();
+    ASSERT_EQ(all.size(), 4U);
+    int unpacked = 0;
+    EXPECT_STREQ(unpack<igtl::TransformMessage>(all[0], unpacked)->GetDeviceName(), "SensorToTracker");
+    EXPECT_STREQ(unpack<igtl::TransformMessage>(all[1], unpacked)->GetDeviceName(), "tricoil_2");
+    EXPECT_STREQ(unpack<igtl::StatusMessage>(all[2], unpacked)->GetDeviceName(), "SensorToTracker");
+    EXPECT_EQ(type_of(all[3]), "TDATA");
+}
+
+TEST(IgtlMessages, RefusesNamesThatCannotBeSent) {
+    const std::vector<std::vector<std::string>> wrong{
+        {""}, {"123456789012345678901"}, {"two words"}, {"\xc3\xbc"}, {"a", "a"}, {"tricoil_2"}, {"a", "b", "c", "d", "e"}};
+    for (const auto& names : wrong) {
+        EXPECT_THROW(DeviceNames(names, "--igtl-name"), InputError) << names.front();
+    }
+    EXPECT_EQ(DeviceNames({"12345678901234567890", "tricoil_2"}).of(1), "tricoil_2");
 }
 
 /// A message of version 2: with an extended header, and metadata behind the content.

@@ -34,7 +34,7 @@ using ::testing::HasSubstr;
 
 TEST(ServeProgram, RefusesWhatCannotBeServed) {
     const std::vector<std::pair<std::string, std::string>> lines{
-        {"", "serve: no output; add --fastrak, --openigtlink, --json-lines or --web"},
+        {"", "serve: no output; add --fastrak, --openigtlink, --json-lines, --websocket, --osc or --web"},
         {"--fastrak nowhere", "must be pty, pty:LINK, serial:PATH[:BAUD] or tcp:[ADDRESS:]PORT"},
         {"--fastrak tcp:99999", "needs a port number up to 65535"},
         {"--fastrak serial:/dev/ttyS0:1234", "the speed must be 2400"},
@@ -42,6 +42,9 @@ TEST(ServeProgram, RefusesWhatCannotBeServed) {
         {"--fastrak pty:/no/such/folder/link", "cannot be created"},
         {"--openigtlink here", "needs a port number"},
         {"--openigtlink 0 --scenario nonsense", "nonsense"},
+        {"--openigtlink 0 --igtl-name ''", "--igtl-name : must have 1 to 20 visible ASCII characters"},
+        {"--openigtlink 0 --igtl-name SensorToTrackerOfTheHead", "must have 1 to 20 visible ASCII characters"},
+        {"--json-lines tcp:0 --igtl-name SensorToTracker", "--igtl-name: only with --openigtlink"},
     };
     for (const auto& [options, reason] : lines) {
         const auto result = tricoil("serve " + options);

@@ -5,6 +5,17 @@
 
 namespace tricoil::test {
 
+/// Another motion at a multiple of its speed. The other motion must outlive it.
+class ScaledTime final : public sim::Motion {
+public:
+    ScaledTime(const sim::Motion& motion, double speed) : motion_(motion), speed_(speed) {}
+
+private:
+    [[nodiscard]] sim::Pose do_at(double t) const override { return motion_.at(speed_ * t); }
+    const sim::Motion& motion_;
+    double speed_;
+};
+
 /// The simulated hand of sim/ at 0.7 of its speed, which equals the speed of the recorded hands.
 class HandLike final : public sim::Motion {
 public:

@@ -160,6 +160,31 @@ TEST(Adaptivity, AStartingHandIsFollowedWithoutLag) {
     EXPECT_LE(static_cast<double>(score.beyond_5_sigma), 1e-3 * score.count());
 }
 
+/// A hand up to three times as fast as the recorded ones: the budget of deskewed poses contains the curvature of the couplings.
+TEST(DirectBudget, ExplainsTheErrorsOfDeskewedPoses) {
+    for (const double cost_m : {0.0, 0.05e-3}) {
+        for (const double speed : {0.7, 1.4, 2.1}) {  // of the simulated hand
+            double error = 0;
+            double predicted = 0;
+            for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+                const sim::HandMotion hand({0.75, 0, 0}, seed);
+                const test::ScaledTime motion(hand, speed);
+                auto tracker = test::direct_tracker<double>(true, true);
+                test::replay<double>(motion, {true, test::sigma_for_cost(cost_m), seed, 0, 5}, [&](const Column<double>& column) {
+                    const auto e = tracker.update(column);
+                    if (e && e->predicted_error && to_seconds(e->time) > 0.5) {
+                        error += (e->position_m - motion.at(to_seconds(e->time)).position_m).squaredNorm();
+                        predicted += e->predicted_error->total.position_m * e->predicted_error->total.position_m;
+                    }
+                });
+            }
+            std::printf("cost %.2f mm, speed %.1f: predicted / measured %.3f\n", 1e3 * cost_m, speed,
+                        std::sqrt(predicted / error));
+            EXPECT_NEAR(std::sqrt(predicted / error), 1, 0.1);
+        }
+    }
+}
+
 TEST(Prediction, BeatsHoldingTheLastPose) {
     constexpr Microseconds kAhead{20'000};
     const auto motion = test::hand_like(7);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
 #include <limits>
 #include <vector>
@@ -61,6 +62,75 @@ TEST(CalibrationBlob, RefusesEverySingleFlippedBit) {
     }
 }
 
+Calibration<double> sample_near_metal(std::size_t dipoles) {
+    test::RandomPoses random(42);
+    Calibration<double> c = sample();
+    c.misfit_floor = 1.5e-3;
+    for (std::size_t d = 0; d < dipoles; ++d) {
+        EXPECT_TRUE(c.model.surroundings.push_back({random.direction(), 1e-6 * random.gaussian_matrix()}));
+    }
+    return c;
+}
+
+TEST(CalibrationBlob, StoresSurroundingsInSinglePrecision) {
+    for (std::size_t dipoles = 0; dipoles <= field::kMaxInducedDipoles; ++dipoles) {
+        const Calibration<double> written = sample_near_metal(dipoles);
+        const Blob blob = encode(written);
+        const auto read = decode(blob);
+        ASSERT_TRUE(read.ok()) << read.status().message();
+        EXPECT_EQ(encode(*read), blob);
+        EXPECT_EQ(read->misfit_floor, static_cast<float>(written.misfit_floor));
+        EXPECT_EQ(read->model.source_moment, written.model.source_moment.cast<float>().cast<double>());
+        EXPECT_EQ(read->output_offset_m, written.output_offset_m.cast<float>().cast<double>());
+        ASSERT_EQ(read->model.surroundings.size(), dipoles);
+        for (std::size_t d = 0; d < dipoles; ++d) {
+            const auto single = written.model.surroundings[d].cast<float>();
+            EXPECT_EQ(read->model.surroundings[d].position_m, single.position_m.cast<double>());
+            EXPECT_EQ(read->model.surroundings[d].moment, single.moment.cast<double>());
+        }
+        const auto in_single = decode_single(blob);
+        ASSERT_TRUE(in_single.ok());
+        EXPECT_EQ(in_single->model.surroundings.size(), dipoles);
+    }
+}
+
+TEST(CalibrationBlob, RefusesFlippedBitsOfSurroundings) {
+    const Blob blob = encode(sample_near_metal(field::kMaxInducedDipoles));
+    for (std::size_t bit = 0; bit < 8 * blob.size(); ++bit) {
+        Blob damaged = blob;
+        damaged[bit / 8] ^= static_cast<std::uint8_t>(1U << (bit % 8));
+        EXPECT_FALSE(decode(damaged).ok()) << "bit " << bit;
+    }
+}
+
+TEST(CalibrationBlob, RefusesVersion2WithoutItsNumbersOrWithBytesBehindThem) {
+    const auto with_crc = [](Blob blob) {
+        const std::uint32_t crc = crc32({blob.data(), kBlobBytes - 4});
+        for (std::size_t i = 0; i < 4; ++i) {
+            blob[kBlobBytes - 4 + i] = static_cast<std::uint8_t>(crc >> (8 * i));
+        }
+        return blob;
+    };
+    Blob blob = encode(sample_near_metal(2));
+    blob[kBlobHeaderBytes + 4 * kLongBlobNumbers] = 1;
+    EXPECT_EQ(decode(with_crc(blob)).status().code(), StatusCode::invalid_argument);
+    blob = encode(sample_near_metal(0));
+    std::fill_n(blob.begin() + kBlobHeaderBytes + 4 * kBlobNumbers, 4, std::uint8_t{0});
+    EXPECT_EQ(decode(with_crc(blob)).status().code(), StatusCode::invalid_argument);
+}
+
+TEST(CalibrationBlob, RefusesSurroundingsOutOfRange) {
+    auto c = sample_near_metal(1);
+    c.model.surroundings[0].moment(1, 1) = std::numeric_limits<double>::infinity();
+    EXPECT_EQ(decode(encode(c)).status().code(), StatusCode::not_finite);
+    c = sample_near_metal(1);
+    c.model.surroundings[0].position_m = c.model.source_offset_m.col(2);
+    EXPECT_EQ(decode(encode(c)).status().code(), StatusCode::invalid_argument);
+    c = sample_near_metal(0);
+    c.misfit_floor = 0.2;
+    EXPECT_EQ(decode(encode(c)).status().code(), StatusCode::invalid_argument);
+}
+
 TEST(CalibrationBlob, RefusesOtherVersionsLengthsAndErasedFlash) {
     Blob blob = encode(sample());
     for (std::size_t length = 0; length < blob.size(); ++length) {
@@ -70,7 +140,7 @@ TEST(CalibrationBlob, RefusesOtherVersionsLengthsAndErasedFlash) {
     longer.push_back(0);
     EXPECT_FALSE(decode(longer).ok());
     EXPECT_FALSE(decode(std::vector<std::uint8_t>(kBlobBytes, 0xFF)).ok());
-    blob[4] = kBlobVersion + 1;
+    blob[4] = kLongBlobVersion + 1;
     const std::uint32_t crc = crc32({blob.data(), kBlobBytes - 4});
     for (std::size_t i = 0; i < 4; ++i) {
         blob[kBlobBytes - 4 + i] = static_cast<std::uint8_t>(crc >> (8 * i));

@@ -104,6 +104,14 @@ TEST_F(Processor, SleepsUntilTheTick) {
     EXPECT_LT(machine_.cpu.busy_cycles(), 2000U);
 }
 
+TEST_F(Processor, SleepsAgainAtTheEndOfAHandler) {
+    mailbox() = {Job::sleep_on_exit, 0, 0, 0, {}};
+    machine_.reset();
+    machine_.run_until(machine_.now() + ticks(0.0035));
+    EXPECT_THAT(std::vector(mailbox().results, mailbox().results + mailbox().count), ElementsAre(kTick, kTick, kTick));
+    EXPECT_EQ(mailbox().done, 0U);
+}
+
 TEST_F(Processor, ResetsItself) {
     run(Job::reset_itself);
     EXPECT_EQ(mailbox().boots, 3U);

@@ -49,6 +49,29 @@ TEST(Program, AnUnknownFaultListsBothKinds) {
     expect_refused("--duration 0.001 --fault open_coyl:S1", 2, "did you mean 'open_coil'");
 }
 
+TEST(Program, CanRatesAreBounded) {
+    for (const char* wrong : {"fast", "0", "5000", "2000000", "500000/100000", "500000/9000000", "500000/", "-1", "1e6"}) {
+        expect_refused(std::string("--duration 0.001 --can-rate=") + wrong, 2, "--can-rate '");
+    }
+    EXPECT_EQ(virtual_board("--duration 0.001 --can-rate 500000/2000000").exit_code, 0);
+}
+
+TEST(Program, ImagesAreNamedByTheirFile) {
+    const test::CliResult missing = test::tricoil("/nowhere.bin");
+    EXPECT_EQ(missing.exit_code, 2);
+    EXPECT_THAT(missing.err, HasSubstr("/nowhere.bin: cannot be read; give a raw .bin for flash address 0x08000000"));
+    EXPECT_THAT(test::tricoil("--duration 1").err, HasSubstr("image is missing"));
+    EXPECT_THAT(test::tricoil(TRICOIL_TEST_FIRMWARE "/processor.elf").err, HasSubstr("0x08000000"));
+}
+
+TEST(Program, ListsEveryRegister) {
+    const test::CliResult list = test::tricoil("--registers");
+    EXPECT_EQ(list.exit_code, 0) << list.err;
+    EXPECT_GT(std::count(list.out.begin(), list.out.end(), '\n'), 800);
+    EXPECT_THAT(list.out, HasSubstr("| TIM6 | CR1 | 0x40001000 | 0x00000000 | 0x0000039f | CMS@5-6"));
+    EXPECT_THAT(list.out, HasSubstr("| SCB | CCR | 0xe000ed14 | 0x00000200 | 0x00000200 |"));
+}
+
 TEST(Program, NumbersOfFaultsAreBounded) {
     for (const char* wrong : {"can_errors:1e99", "can_errors:nan", "can_errors:inf", "can_errors:-1", "can_errors:1.5",
                               "can_errors:0", "can_errors", "flash_power_loss:1e10", "usb_resets:0", "adc_silent:2", "hang:3",

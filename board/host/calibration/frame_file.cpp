@@ -80,11 +80,41 @@ std::vector<Mat3<double>> deskewed(const std::vector<Mat3<double>>& frames, doub
     return result;
 }
 
-std::vector<GridFrame> read_grid(const std::string& path) {
+namespace {
+
+std::vector<GridFrame> read_rests(const std::string& path, const std::vector<std::string>& lines, std::size_t before,
+                                  const std::optional<GridSize>& size) {
+    if (!size) {
+        throw InputError(path + ": contains rests; give the numbers of columns, rows and levels of the grid with --nodes C,R,L");
+    }
+    std::vector<GridFrame> frames;
+    read_table(path, before, lines, [&](const auto&, const Mat3<double>& x, const TextPlace& place) {
+        frames.push_back({Vec3<double>::Zero(), x, place.line});
+    });
+    const auto [columns, rows, levels] = *size;
+    const auto nodes = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows) * static_cast<std::size_t>(levels);
+    if (frames.empty() || frames.size() % nodes != 0) {
+        throw InputError(fmt::format("{}: {} rests do not fit {} nodes; every node needs equally many rests of 0.5 s or more",
+                                     path, frames.size(), nodes));
+    }
+    const std::size_t rests = frames.size() / nodes;
+    for (std::size_t k = 0; k < frames.size(); ++k) {
+        const auto node = static_cast<int>(k / rests);
+        frames[k].node = Vec3<double>(node % columns, node / columns % rows, node / (columns * rows));
+    }
+    return frames;
+}
+
+}  // namespace
+
+std::vector<GridFrame> read_grid(const std::string& path, const std::optional<GridSize>& size) {
     const auto lines = read_lines(path);
     const std::size_t before = columns_before(path, lines.front());
+    if (before == 3 && lines.front().starts_with("rest,start_s,duration_s,")) {
+        return read_rests(path, lines, before, size);
+    }
     if (before != 3 || !lines.front().starts_with("column,row,level,")) {
-        throw InputError(path + ":1: the header must be column,row,level,x11,...,x33");
+        throw InputError(path + ":1: the header must be column,row,level,x11,...,x33, or that of tricoil convert --to rests");
     }
     std::vector<GridFrame> frames;
     read_table(path, before, lines, [&](const auto& fields, const Mat3<double>& x, const TextPlace& place) {

@@ -1,6 +1,8 @@
 // Reads couplings without poses, recorded without a stage.
 #pragma once
 
+#include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,7 +26,23 @@ struct GridFrame {
     std::size_t line = 0;
 };
 
-/// CSV with the header column,row,level,x11,...,x33. Throws InputError, naming file and line.
-std::vector<GridFrame> read_grid(const std::string& path);
+/// Numbers of columns, rows and levels of a grid.
+using GridSize = std::array<int, 3>;
+
+/// CSV with the header column,row,level,x11,...,x33, or the rests of a recording (tricoil convert --to rests) at the nodes of a
+/// grid of `size`: in the order of columns, then rows, then levels, equally many rests at each node. Throws InputError, naming
+/// file and line.
+std::vector<GridFrame> read_grid(const std::string& path, const std::optional<GridSize>& size = std::nullopt);
+
+/// Rows of all files.
+template <typename Read>
+auto read_all(const std::vector<std::string>& paths, Read read) {
+    decltype(read(paths.front())) rows;
+    for (const std::string& path : paths) {
+        const auto part = read(path);
+        rows.insert(rows.end(), part.begin(), part.end());
+    }
+    return rows;
+}
 
 }  // namespace tricoil::host

@@ -16,18 +16,6 @@ constexpr double kMisfitShare = 0.5;  // relative weight of the part of a residu
 template <int Columns>
 using Jacobian = Eigen::Matrix<double, 9, Columns, Eigen::RowMajor>;
 
-/// J(w) with exp(w + dw) = exp(J(w) dw) exp(w) to first order: the left Jacobian of the rotation group.
-Mat3<double> left_jacobian(const double* vector) {
-    const Vec3<double> w(vector[0], vector[1], vector[2]);
-    const double square = w.squaredNorm();
-    const double angle = std::sqrt(square);
-    const bool small = angle < 1e-4;
-    const double first = small ? 0.5 - square / 24 : (1 - std::cos(angle)) / square;
-    const double second = small ? 1.0 / 6 - square / 120 : (angle - std::sin(angle)) / (square * angle);
-    const Mat3<double> cross = geometry::skew<double>(w);
-    return Mat3<double>::Identity() + first * cross + second * cross * cross;
-}
-
 /// Coupling of one pair of coils, and its gradients with respect to displacement, moment, sensitivity and octupoles.
 struct PairDerivatives {
     double value;
@@ -163,6 +151,17 @@ Mat3<double> rotation_of(const double* vector) {
     Mat3<double> rotation;
     ceres::AngleAxisToRotationMatrix(vector, ceres::ColumnMajorAdapter3x3(rotation.data()));
     return rotation;
+}
+
+Mat3<double> left_jacobian(const double* vector) {
+    const Vec3<double> w(vector[0], vector[1], vector[2]);
+    const double square = w.squaredNorm();
+    const double angle = std::sqrt(square);
+    const bool small = angle < 1e-4;
+    const double first = small ? 0.5 - square / 24 : (1 - std::cos(angle)) / square;
+    const double second = small ? 1.0 / 6 - square / 120 : (angle - std::sin(angle)) / (square * angle);
+    const Mat3<double> cross = geometry::skew<double>(w);
+    return Mat3<double>::Identity() + first * cross + second * cross * cross;
 }
 
 Eigen::Matrix<double, 9, 9> pose_weight(const field::GeneralDipole<double>& model, const solver::RigidPose<double>& pose,

@@ -16,6 +16,9 @@ using RigidBlock = std::array<double, kRigid>;
 
 Mat3<double> rotation_of(const double* vector);
 
+/// J(w) with exp(w + dw) = exp(J(w) dw) exp(w) to first order: the left Jacobian of the rotation group.
+Mat3<double> left_jacobian(const double* vector);
+
 inline Vec3<double> length_of(const double* p) { return Vec3<double>(p[0], p[1], p[2]) * kLengthUnit_m; }
 
 /// Symmetric root of J+^T diag(1, lever^2) J+ + share^2 metres^2 (I - J J+). Weights coupling residuals as the position and

@@ -12,6 +12,7 @@
 #include <regex>
 #include <set>
 
+#include "board/support/coupling_text.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/text_table.hpp"
 #include "core/base/angle_units.hpp"
@@ -21,7 +22,6 @@
 namespace tricoil::host {
 namespace {
 
-constexpr const char* kCsvHeader = "x_m,y_m,z_m,qw,qx,qy,qz,x11,x12,x13,x21,x22,x23,x31,x32,x33";
 constexpr std::size_t kStageFields = 6;
 constexpr double kQuaternionTolerance = 1e-3;
 constexpr double kFarthestPose_m = 1000;  // a larger coordinate is an error of units
@@ -126,8 +126,8 @@ MeasuredPose parse_csv(const std::vector<std::string_view>& fields, const TextPl
 PoseFile read_pose_file(const std::string& path) {
     const auto lines = read_lines(path);
     const bool csv = lines.front().find(',') != std::string::npos;
-    if (csv && lines.front() != kCsvHeader) {
-        throw InputError(path + ":1: the header must be " + kCsvHeader);
+    if (csv && lines.front() != kPoseCsvHeader) {
+        throw InputError(path + ":1: the header must be " + std::string(kPoseCsvHeader));
     }
     PoseFile file;
     file.path = path;

@@ -29,7 +29,7 @@ struct PoseFile {
 /// - ILEMT text: x y z (mm) and Euler angles Rx Ry Rz (deg; rotation Rz Ry Rx) of the stage, then nine complex couplings as
 /// +0.1-0.2i, (source 1, sensor 1), (source 2, sensor 1), ..., and optionally nine more of a second carrier, which are checked
 /// but not used. The real coupling is the magnitude with the sign of the real part.
-/// - CSV with the header x_m,y_m,z_m,qw,qx,qy,qz,x11,x12,x13,x21,x22,x23,x31,x32,x33 (xij: sensor coil i, source coil j).
+/// - CSV with the header kPoseCsvHeader.
 PoseFile read_pose_file(const std::string& path);
 
 /// All files; throws InputError also if one is named twice.

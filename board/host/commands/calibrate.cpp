@@ -10,9 +10,11 @@
 #include "board/host/calibration/evaluation.hpp"
 #include "board/host/calibration/frame_file.hpp"
 #include "board/host/calibration/grid_calibration.hpp"
-#include "board/host/calibration/self_calibration.hpp"
+#include "board/host/calibration/misfit_floor.hpp"
 #include "board/host/calibration/wiring.hpp"
+#include "board/host/commands/calibrate_free_motion.hpp"
 #include "board/host/commands/calibrate_pivot.hpp"
+#include "board/host/commands/calibrate_surroundings.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/support/calibration_file.hpp"
 #include "board/support/errors.hpp"
@@ -43,8 +45,12 @@ struct CalibrateCommand {
     bool free_motion = false;
     bool grid = false;
     bool pivot = false;
+    bool surroundings = false;
+    bool refit_fixtures = false;
+    std::string calibration;  // of the coils, for --surroundings
     std::optional<std::uint8_t> sensor;
     double spacing_mm = 0;
+    std::vector<int> nodes;  // of the grid, if the data are rests
     double column_skew = 0;
     std::vector<double> hemisphere{1, 0, 0};
     std::vector<double> wiring;
@@ -71,17 +77,6 @@ void write_files(const CalibrateCommand& command, const CalibrationFile& file) {
     if (!command.out.empty()) {
         write_whole_file(command.out, text);
     }
-}
-
-/// Rows of all files.
-template <typename Read>
-auto read_all(const std::vector<std::string>& paths, Read read) {
-    decltype(read(paths.front())) rows;
-    for (const std::string& path : paths) {
-        const auto part = read(path);
-        rows.insert(rows.end(), part.begin(), part.end());
-    }
-    return rows;
 }
 
 Vec3<double> mean_direction(const std::vector<PoseFile>& files, const CalibrationFit& fit) {
@@ -166,66 +161,18 @@ CalibrationFile calibrate_on_stage(const CalibrateCommand& command, Report& repo
         file.calibration.phase_rad += one.phase_rad / static_cast<double>(files.size());
     }
     const auto solver = options.model == FitModel::concentric ? EvaluationSolver::direct : EvaluationSolver::refined;
-    const ErrorBand all = error_band(evaluate(file, files, solver));
+    const auto errors = evaluate(file, files, solver);
+    const ErrorBand all = error_band(errors);
+    file.calibration.misfit_floor = misfit_floor_of(errors, fit.outliers.size());
+    report.json["misfit_floor"] = file.calibration.misfit_floor;
     report.json["position_rms_m"] = all.position_m.rms;
     report.json["position_p95_m"] = all.position_m.p95;
     report.json["orientation_rms_deg"] = all.orientation_deg.rms;
     report.json["orientation_p95_deg"] = all.orientation_deg.p95;
     if (command.affine) {
-        fit_output_correction(file, evaluate(file, files, solver));
+        fit_output_correction(file, errors);
         report.json["affine_position_rms_m"] = error_band(evaluate(file, files, solver)).position_m.rms;
     }
-    return file;
-}
-
-std::string free_motion_text(const Json& r) {
-    std::string text =
-        fill(r,
-             "{frames} frames; share of the couplings that no dipole explains: {misfit_before in %:.3f} % before, "
-             "{misfit_after in %:.3f} % after\n"
-             "  singular ratios {ratios_before/0:.4f} : {ratios_before/1:.4f} : 1 before, "
-             "{ratios_after/0:.4f} : {ratios_after/1:.4f} : 1 after (ideal 2 : 1 : 1)\n"
-             "  spread over the frames: s1/(s2+s3) {ratio_spread_before/0:.4f} before, {ratio_spread_after/0:.4f} after; "
-             "s2/s3 {ratio_spread_before/1:.4f} before, {ratio_spread_after/1:.4f} after\n");
-    for (const std::string name : {"sensor", "source"}) {
-        for (std::size_t i = 0; i < 3; ++i) {
-            text += fmt::format("  {:<7}", i == 0 ? name : "");
-            text += fill(r[name][i], " {0:>9.5f} {1:>9.5f} {2:>9.5f}   +-");
-            text += fill(r[name + "_deviation"][i], " {0:.5f} {1:.5f} {2:.5f}\n");
-        }
-    }
-    return text + fill(r, "  {not_observable}\n");
-}
-
-CalibrationFile calibrate_free_motion(const CalibrateCommand& command, Report& report) {
-    const auto frames = read_all(command.data, [&](const std::string& path) {
-        return command.column_skew == 0 ? read_frames(path) : deskewed(read_frames(path), command.column_skew);
-    });
-    const SelfCalibration found = self_calibrate(frames);
-    report.json = {
-        {"frames", frames.size()},
-        {"misfit_before", found.misfit_before},
-        {"misfit_after", found.misfit_after},
-        {"ratios_before", list_of(found.ratios_before)},
-        {"ratios_after", list_of(found.ratios_after)},
-        {"ratio_spread_before", {found.spread_before(0), found.spread_before(1)}},
-        {"ratio_spread_after", {found.spread_after(0), found.spread_after(1)}},
-        {"sensor", rows_of(found.sensor)},
-        {"sensor_deviation", rows_of(found.sensor_deviation)},
-        {"source", rows_of(found.source)},
-        {"source_deviation", rows_of(found.source_deviation)},
-        {"identifiability", found.weakest},
-        {"not_observable",
-         "not observable from free motion: the coupling constant C (scale of all lengths), a rotation of each triad as a "
-         "whole, coils reversed or swapped in pairs, the hemisphere; offsets of the coils are not estimated"}};
-    if (!found.converged) {
-        report.warnings.emplace_back("the fit stopped before it converged; record more motion");
-    }
-    CalibrationFile file;
-    file.model = "free-motion";
-    file.residual_rms = found.misfit_after;
-    file.calibration.model.source_moment = found.source;
-    file.calibration.model.sensor_sensitivity = found.sensor;
     return file;
 }
 
@@ -239,11 +186,13 @@ std::string grid_text(const Json& r) {
                 "pivot {pivot_m/0 in mm:.2f} {pivot_m/1 in mm:.2f} {pivot_m/2 in mm:.2f} mm from the node\n");
 }
 
+std::optional<GridSize> grid_size(const CalibrateCommand& command) {
+    const auto& n = command.nodes;
+    return n.empty() ? std::nullopt : std::optional(GridSize{n[0], n[1], n[2]});
+}
+
 CalibrationFile calibrate_grid(const CalibrateCommand& command, Report& report) {
-    if (command.spacing_mm <= 0) {
-        throw InputError("--grid needs --spacing-mm, the distance between neighbouring nodes");
-    }
-    const auto frames = read_all(command.data, read_grid);
+    const auto frames = read_all(command.data, [&](const std::string& path) { return read_grid(path, grid_size(command)); });
     const Vec3<double> hemisphere = vector_of(command.hemisphere);
     const GridCalibration found = calibrate_on_grid(frames, 1e-3 * command.spacing_mm, hemisphere);
     report.json = {{"frames", frames.size()},
@@ -264,6 +213,13 @@ CalibrationFile calibrate_grid(const CalibrateCommand& command, Report& report) 
     return file;
 }
 
+CalibrationFile calibrate_with_surroundings(const CalibrateCommand& command, Report& report) {
+    const SurroundingsCommand surroundings{
+        command.calibration,       command.data,       command.refit_fixtures,       command.grid,
+        1e-3 * command.spacing_mm, grid_size(command), vector_of(command.hemisphere)};
+    return calibrate_surroundings(surroundings, report.json);
+}
+
 int check_wiring(const CalibrateCommand& command) {
     const Wiring wiring = identify_wiring(read_all(command.data, read_frames), vector_of(command.wiring));
     const bool straight = wiring.sensor.straight() && wiring.source.straight();
@@ -281,9 +237,34 @@ int check_wiring(const CalibrateCommand& command) {
     return to_int(straight ? ExitCode::fine : ExitCode::check_failed);
 }
 
+void check_surroundings_usage(const CalibrateCommand& c) {
+    if (!c.surroundings && (!c.calibration.empty() || c.refit_fixtures)) {
+        throw InputError("--calibration and --refit-fixtures: only with --surroundings");
+    }
+    if (!c.surroundings) {
+        return;
+    }
+    if (c.calibration.empty()) {
+        throw InputError("--surroundings needs --calibration FILE.toml: the coils, calibrated where there is no metal");
+    }
+    if (c.free_motion || c.pivot || !c.wiring.empty() || c.affine || c.stage != "ideal") {
+        throw InputError("--surroundings takes poses of a stage or, with --grid, of a grid; no other kind of calibration");
+    }
+    if (c.grid && c.refit_fixtures) {
+        throw InputError("--refit-fixtures: not with --grid, whose place is always estimated");
+    }
+}
+
 void check_usage(const CalibrateCommand& c) {
     if ((c.free_motion ? 1 : 0) + (c.grid ? 1 : 0) + (c.wiring.empty() ? 0 : 1) + (c.pivot ? 1 : 0) > 1) {
         throw InputError("choose one of --free-motion, --grid, --wiring and --pivot");
+    }
+    check_surroundings_usage(c);
+    if (!c.grid && !c.nodes.empty()) {
+        throw InputError("--nodes: only with --grid");
+    }
+    if (c.grid && c.spacing_mm <= 0) {
+        throw InputError("--grid needs --spacing-mm, the distance between neighbouring nodes");
     }
     if (c.sensor && !c.pivot) {
         throw InputError("--sensor: only with --pivot");
@@ -306,7 +287,10 @@ void check_usage(const CalibrateCommand& c) {
 }
 
 std::string calibration_text(const CalibrateCommand& command, const Json& result) {
-    std::string text = command.free_motion ? free_motion_text(result) : command.grid ? grid_text(result) : stage_text(result);
+    std::string text = command.surroundings  ? surroundings_result_text(result)
+                       : command.free_motion ? free_motion_text(result)
+                       : command.grid        ? grid_text(result)
+                                             : stage_text(result);
     for (const Json& warning : result["warnings"]) {
         text += "warning: " + warning.get<std::string>() + "\n";
     }
@@ -322,9 +306,11 @@ int calibrate(const CalibrateCommand& command) {
         return calibrate_pivot_command(command.data.front(), command.sensor, command.out, command.json);
     }
     Report report;
-    const CalibrationFile file = command.free_motion ? calibrate_free_motion(command, report)
-                                 : command.grid      ? calibrate_grid(command, report)
-                                                     : calibrate_on_stage(command, report);
+    const CalibrationFile file = command.surroundings ? calibrate_with_surroundings(command, report)
+                                 : command.free_motion
+                                     ? calibrate_free_motion(command.data, command.column_skew, report.json, report.warnings)
+                                 : command.grid ? calibrate_grid(command, report)
+                                                : calibrate_on_stage(command, report);
     write_files(command, file);
     report.json["warnings"] = report.warnings;
     report.json["out"] = command.out;
@@ -363,6 +349,11 @@ void add_calibrate_command(CLI::App& program, Action& action) {
                     "Free motion: time between columns, in frame periods (1/3 for TDM); columns are deskewed");
     sub->add_flag("--grid", c->grid, "Sensor placed on the nodes of a printed grid, in many attitudes");
     sub->add_option("--spacing-mm", c->spacing_mm, "Grid: distance between neighbouring nodes, mm");
+    sub->add_option("--nodes", c->nodes,
+                    "Grid: columns,rows,levels, if the data are rests of a recording (convert --to rests) in this order of nodes")
+        ->expected(3)
+        ->delimiter(',')
+        ->check(CLI::Range(1, 1000));
     sub->add_option("--hemisphere", c->hemisphere, "Grid: direction to the half space that contains it, source frame")
         ->type_name("X,Y,Z")
         ->expected(3)
@@ -371,6 +362,15 @@ void add_calibrate_command(CLI::App& program, Action& action) {
         ->type_name("X,Y,Z")
         ->expected(3)
         ->delimiter(',');
+    sub->add_flag(
+        "--surroundings", c->surroundings,
+        "Metal at rest relative to the source: adds virtual dipoles to the calibration of the coils. Data: couplings at "
+        "stage poses, or with --grid of nodes on several levels");
+    sub->add_option("--calibration", c->calibration,
+                    "Surroundings: calibration of the coils (TOML), made where there is no metal")
+        ->check(refuse_empty);
+    sub->add_flag("--refit-fixtures", c->refit_fixtures,
+                  "Surroundings: source or sensor stand at another place of the stage than in the calibration");
     sub->add_flag(
         "--pivot", c->pivot,
         "Calibrate the tip of a pointer for --tip. Poses: recording, CSV of run --out, or JSON lines, with the pointer tilted to "

@@ -8,6 +8,7 @@
 #include "board/command_line/option_words.hpp"
 #include "board/host/calibration/error_map.hpp"
 #include "board/host/calibration/evaluation.hpp"
+#include "board/host/calibration/misfit_floor.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/evaluate_dynamic.hpp"
 #include "board/host/figures/gnuplot.hpp"
@@ -69,6 +70,14 @@ Json result_of(const EvaluateCommand& command, const ErrorReport& report, const 
     return json;
 }
 
+/// Poses whose misfit alone exceeds the limit of the flag `distorted` with the calibrated floor.
+void count_distorted(const std::vector<EvaluatedPose>& errors, double misfit_floor, Json& result) {
+    result["misfit_floor"] = misfit_floor;
+    result["poses_distorted"] = std::count_if(errors.begin(), errors.end(), [&](const EvaluatedPose& error) {
+        return misfit_floor_of(error.misfit_share) > misfit_floor;
+    });
+}
+
 std::string row(const std::string& name, const Json& band) {
     return fmt::format("  {:<14}", name) +
            fill(band,
@@ -85,10 +94,14 @@ std::string evaluation_text(const Json& r) {
     for (const Json& band : r["bands"]) {
         text += row(fill(band, "{from_m:.2f}-{to_m:.2f} m"), band);
     }
-    return text + row("all", r) +
-           fill(r["residual"],
-                "  error by cause: position in the workspace {smooth_in_position_m in mm:.3f} mm, attitude "
-                "{repeats_with_attitude_m in mm:.3f} mm, other {rough_m in mm:.3f} mm (RMS)\n");
+    text += row("all", r);
+    if (r.contains("misfit_floor")) {
+        text += fill(
+            r, "  {poses_distorted} poses have a misfit beyond the calibrated floor ({misfit_floor in %:.3f} % per coupling)\n");
+    }
+    return text + fill(r["residual"],
+                       "  error by cause: position in the workspace {smooth_in_position_m in mm:.3f} mm, attitude "
+                       "{repeats_with_attitude_m in mm:.3f} mm, other {rough_m in mm:.3f} mm (RMS)\n");
 }
 
 /// Selects the kind of evaluation and checks its options.
@@ -132,6 +145,9 @@ int evaluate_command(const EvaluateCommand& command) {
     }
     const auto solver = static_cast<EvaluationSolver>(index_of_name("solver", command.solver, kSolvers));
     CalibrationFile calibration = read_calibration(command.calibration);
+    if (solver == EvaluationSolver::direct && !calibration.surroundings.empty()) {
+        throw InputError("--solver direct: does not use the surroundings of the calibration; use refined");
+    }
     const auto files = read_pose_files(command.data);
     if (calibration.source_stage.empty() && !command.refit_fixtures) {
         throw InputError(command.calibration + ": has no fixtures (not calibrated on a stage); use --refit-fixtures");
@@ -149,7 +165,11 @@ int evaluate_command(const EvaluateCommand& command) {
         draw(folder.path(), {error_picture(errors)}, interrupt);
         folder.publish();
     }
-    print_result(result_of(command, report, stage_errors), command.json, evaluation_text);
+    Json result = result_of(command, report, stage_errors);
+    if (calibration.calibration.misfit_floor > 0) {
+        count_distorted(errors, calibration.calibration.misfit_floor, result);
+    }
+    print_result(result, command.json, evaluation_text);
     if (report.not_converged > 0) {
         print_notice("tricoil: {} poses did not converge; their last iterate is used\n", report.not_converged);
         return to_int(ExitCode::check_failed);

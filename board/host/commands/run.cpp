@@ -2,16 +2,20 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <optional>
 
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/run_command.hpp"
 #include "board/host/commands/see_it.hpp"
+#include "board/host/run/json_lines_tap.hpp"
 #include "board/host/run/report.hpp"
 #include "board/host/serve/web/page_text.hpp"
 #include "board/linux/device_run.hpp"
 #include "board/pose_text/flag_names.hpp"
+#include "board/record/relative_tap.hpp"
 #include "board/support/calibration_file.hpp"
 #include "board/support/errors.hpp"
+#include "board/support/output_file.hpp"
 #include "board/support/sim_input/scenario_file.hpp"
 #include "board/support/terminal_text.hpp"
 #include "board/support/tracker_choice.hpp"
@@ -54,6 +58,9 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
     if (!command.options.samples.empty()) {
         throw InputError("--samples: not with a device, because a device sends columns");
     }
+    if (!command.options.couplings.empty()) {
+        throw InputError("--couplings: not with a device, whose true poses are not known");
+    }
     if (command.options.stations != 1) {
         throw InputError("--stations: not with a device, which has its own number of sensors");
     }
@@ -75,6 +82,9 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
     if (duration_given && !(std::isfinite(command.duration_s) && command.duration_s > 0)) {
         throw InputError("--duration must be a positive number of seconds");
     }
+    if (!command.options.calibration.empty()) {
+        options.config.calibration = command.options.calibration;
+    }
     if (!options.config.calibration.empty()) {
         options.calibration = read_calibration(options.config.calibration).calibration;
     }
@@ -88,33 +98,79 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
     return options;
 }
 
-int run_tracking(RunCommand& command) {
+namespace {
+
+void check_json_lines(const RunCommand& command) {
+    if (command.json_lines.empty()) {
+        return;
+    }
+    if (command.json_lines != kStandardOutput) {
+        throw InputError(
+            fmt::format("--json-lines {}: must be - (standard output); tricoil serve has tcp: and udp:", command.json_lines));
+    }
+    if (command.options.out_csv == kStandardOutput) {
+        throw InputError("--json-lines - and --out - exclude each other: both write to standard output");
+    }
+    if (fixed_method(command.options.tracker)) {
+        throw InputError("--json-lines: not with --tracker fixed-direct or fixed-previous; use direct or previous");
+    }
+}
+
+int run_on_device(const std::shared_ptr<RunCommand>& command) {
+    const OutputOptions& output = command->options.output;
+    const bool has_lines = !command->json_lines.empty();
+    if (!output.align_points.empty() || output.boresight || output.unit != OutputOptions{}.unit || !output.euler.empty()) {
+        throw InputError("--align, --boresight, --units and --euler: only for a simulated run");
+    }
+    const auto options = device_options(*command);
+    if (!output.tips.empty() && options.config.csv.empty() && !options.json && !has_lines && !options.config.publish) {
+        throw InputError("--tip: no output for its poses; add --out FILE, --json-lines - or --json");
+    }
+    if (output.relative_to != 0 && options.config.csv.empty() && !options.json && !has_lines) {
+        throw InputError("--relative-to: no output for its poses; add --out FILE, --json-lines - or --json");
+    }
+    return has_lines ? serve_json_lines(command) : linux_board::run_device(options);
+}
+
+/// The simulation, with JSON lines if the option is given.
+RunReport run_simulation(const RunCommand& command) {
+    std::optional<JsonLinesTap> lines;
+    std::optional<RelativeTap> relative;
+    RunObservers observers;
+    if (!command.json_lines.empty()) {
+        observers.tap = &lines.emplace(ToolTips(command.options.output.tips));
+        if (const auto reference = reference_sensor(command)) {
+            observers.tap = &relative.emplace(*reference, *lines);
+        }
+    }
+    return run_simulated(command.options, observers);
+}
+
+}  // namespace
+
+int run_tracking(const std::shared_ptr<RunCommand>& run_command) {
+    RunCommand& command = *run_command;
     if (command.list) {
         return list_scenarios(command.json);
     }
-    const OutputOptions& output = command.options.output;
+    check_json_lines(command);
     if (is_on_device(command)) {
-        if (!output.align_points.empty() || output.boresight || output.unit != OutputOptions{}.unit || !output.euler.empty()) {
-            throw InputError("--align, --boresight, --units and --euler: only for a simulated run");
-        }
-        const auto options = device_options(command);
-        if (!output.tips.empty() && options.config.csv.empty() && !options.json && !options.config.publish) {
-            throw InputError("--tip: no output for its poses; add --out FILE or --json");
-        }
-        if (output.relative_to != 0 && options.config.csv.empty() && !options.json) {
-            throw InputError("--relative-to: no output for its poses; add --out FILE or --json");
-        }
-        return linux_board::run_device(options);
+        return run_on_device(run_command);
     }
     complete_simulation_options(command);
-    if (command.options.out_csv.empty() && (output.relative_to != 0 || !output.tips.empty() || !output.align_points.empty() ||
-                                            output.boresight || output.unit != OutputOptions{}.unit || !output.euler.empty())) {
-        throw InputError("--tip, --align, --boresight, --units, --euler and --relative-to change the CSV only; add --out FILE");
+    const OutputOptions& output = command.options.output;
+    const bool has_csv = !command.options.out_csv.empty();
+    if (!has_csv &&
+        (!output.align_points.empty() || output.boresight || output.unit != OutputOptions{}.unit || !output.euler.empty())) {
+        throw InputError("--align, --boresight, --units and --euler change the CSV only; add --out FILE");
+    }
+    if (!has_csv && command.json_lines.empty() && (output.relative_to != 0 || !output.tips.empty())) {
+        throw InputError("--tip and --relative-to: no output for their poses; add --out FILE or --json-lines -");
     }
     command.options.show_live = !command.json;
-    const RunReport report = run_simulated(command.options);
+    const RunReport report = run_simulation(command);
     print_result(run_result(report), command.json, run_text);
-    if (!command.json && !web::kPage.empty() && !fixed_method(command.options.tracker)) {
+    if (!command.json && command.json_lines.empty() && !web::kPage.empty() && !fixed_method(command.options.tracker)) {
         print_text("see it: {}\n", see_it_command(*command.app));
     }
     if (!report.recording_error.empty()) {

@@ -21,6 +21,7 @@ struct RunCommand {
     double give_up_after_s = 0;
     std::vector<double> place{0.9, 0, 0};
     double duration_s = 0;
+    std::string json_lines;  // of tricoil run: empty or "-"
     bool json = false;
     bool list = false;
     const CLI::App* app = nullptr;  // of `run`; null in `serve`
@@ -31,12 +32,15 @@ struct RunCommand {
 void add_run_options(CLI::App* sub, const std::shared_ptr<RunCommand>& command);
 
 /// The command `tricoil run`. Returns the exit code.
-int run_tracking(RunCommand& command);
+int run_tracking(const std::shared_ptr<RunCommand>& command);
 
 bool is_on_device(const RunCommand& command);
 
 /// Index of the sensor of --relative-to. Throws InputError if there is no such sensor.
 std::optional<std::uint8_t> reference_sensor(const RunCommand& command);
+
+/// Poses as JSON lines on standard output, as by `tricoil serve --json-lines -`. Returns the exit code.
+int serve_json_lines(const std::shared_ptr<RunCommand>& run);
 
 // Convert command-line options to run options. Throw InputError that names the option.
 linux_board::DeviceRunOptions device_options(const RunCommand& command);

@@ -99,6 +99,10 @@ void add_tracking_options(CLI::App* sub, RunCommand& command) {
     sub->add_flag("--confined", o.confined,
                   "The sensor never leaves the half space of the start (device: of --hemisphere); the hemisphere stays known "
                   "after a loss");
+    sub->add_option("--calibration", o.calibration,
+                    "Coils and surroundings for the tracker: file of tricoil calibrate; default: that of --config, or ideal coils")
+        ->check(refuse_empty)
+        ->type_name(kFileType);
     sub->add_flag("--no-deskew", o.no_deskew, "TDM, direct and previous: treat the latest three columns as simultaneous");
     sub->add_option("--predict", o.predict_ahead_s, "scaat: deliver poses this time (at most 0.1 s) ahead of the newest column")
         ->type_name(kSecondsType);
@@ -138,6 +142,14 @@ void add_output_options(CLI::App* sub, RunCommand& command) {
     RunOptions& o = command.options;
     sub->add_option("--out", o.out_csv,
                     "Write all poses to this CSV file, in a simulated run with the true poses; - is standard output")
+        ->check(refuse_empty)
+        ->type_name(kFileType);
+    sub->add_option("--json-lines", command.json_lines,
+                    "Write all poses as lines of JSON to standard output (-), as tricoil serve --json-lines does")
+        ->check(refuse_empty);
+    sub->add_option("--couplings", o.couplings,
+                    "Simulated run: write true poses and couplings to this CSV file, for tricoil calibrate and evaluate; one line "
+                    "per pose, averaged while the sensor rests")
         ->check(refuse_empty)
         ->type_name(kFileType);
     sub->add_option("--samples", o.samples, "Integer trackers: write the input of the tracker to this file")
@@ -188,7 +200,7 @@ void add_run_command(CLI::App& program, Action& action) {
     add_csv_options(sub, o);
     add_output_options(sub, *command);
     set_run_examples(sub);
-    sub->callback([command, &action] { action = [command] { return run_tracking(*command); }; });
+    sub->callback([command, &action] { action = [command] { return run_tracking(command); }; });
 }
 
 }  // namespace tricoil::host

@@ -18,8 +18,12 @@
 #include "board/host/serve/recording_switch.hpp"
 #include "board/host/serve/server.hpp"
 #include "board/host/serve/tcp_service.hpp"
+#include "board/host/serve/udp_service.hpp"
 #include "board/host/serve/web/page_text.hpp"
 #include "board/host/serve/web/web_server.hpp"
+#include "board/host/serve/websocket/handshake.hpp"
+#include "board/host/serve/websocket/session.hpp"
+#include "board/pose_text/osc/osc_bundle.hpp"
 #include "board/record/relative_tap.hpp"
 #include "board/record/tap_fan_out.hpp"
 #include "board/support/errors.hpp"
@@ -38,7 +42,11 @@ struct ServeCommand {
     std::vector<std::string> fastrak;
     bool fastrak_continuous = false;
     std::string openigtlink;
+    std::vector<std::string> igtl_names;
     std::vector<std::string> json_lines;
+    std::string websocket;
+    std::vector<std::string> origins;
+    std::vector<std::string> osc;
     std::string button;
     std::string web;
     std::string record_folder;
@@ -68,6 +76,65 @@ void warn_of_exposure(const char* option, const TcpAddress& address, Controls co
     }
 }
 
+void add_openigtlink(const ServeCommand& command, Server& server, Addresses& addresses) {
+    constexpr const char* kOption = "--openigtlink";
+    const igtl_output::DeviceNames names(command.igtl_names, "--igtl-name");
+    if (command.openigtlink.empty()) {
+        if (!command.igtl_names.empty()) {
+            throw InputError("--igtl-name: only with --openigtlink");
+        }
+        return;
+    }
+    const TcpAddress address = parse_tcp_address(kOption, command.openigtlink);
+    warn_of_exposure(kOption, address, Controls::none);  // its clients have no controls
+    auto service = std::make_unique<TcpService<igtl_output::Session>>(kOption, address, [&server, names](Stream& stream) {
+        auto session = std::make_unique<igtl_output::Session>(stream, names);
+        session->set_newest(server.hub().newest());
+        return session;
+    });
+    addresses["openigtlink"] = address.text(service->port());
+    server.add(std::move(service));
+}
+
+void add_websocket(const ServeCommand& command, Server& server, Addresses& addresses) {
+    constexpr const char* kOption = "--websocket";
+    for (const std::string& origin : command.origins) {
+        websocket::check_origin(origin);
+    }
+    if (command.websocket.empty()) {
+        if (!command.origins.empty()) {
+            throw InputError("--allow-origin: only with --websocket");
+        }
+        return;
+    }
+    const TcpAddress address = parse_tcp_address(kOption, command.websocket);
+    auto service = std::make_unique<TcpService<websocket::Session>>(
+        kOption, address, [&command](Stream& stream) { return std::make_unique<websocket::Session>(stream, command.origins); },
+        websocket::kLimits);
+    warn_of_exposure(kOption, address, Controls::none);
+    const TcpAddress shown = address.is_any() ? TcpAddress{"localhost", ""} : address;
+    addresses["websocket"] = fmt::format("ws://{}/", shown.text(service->port()));
+    server.add(std::move(service));
+}
+
+/// Tells that poses leave this machine.
+void warn_of_sending(const char* option, const TcpAddress& address, const std::string& where) {
+    if (!address.is_loopback()) {
+        print_notice("tricoil: {} {}: poses are sent over the network without encryption\n", option, where);
+    }
+}
+
+void add_osc(const ServeCommand& command, Server& server, Addresses& addresses) {
+    constexpr const char* kOption = "--osc";
+    for (const std::string& where : command.osc) {
+        const TcpAddress address = parse_tcp_address(kOption, where);
+        const std::string text = address.text(std::stoi(address.port));
+        server.add(std::make_unique<UdpService>(fmt::format("{} {}", kOption, text), address, osc_bundle));
+        warn_of_sending(kOption, address, where);
+        addresses["osc"].push_back(text);
+    }
+}
+
 void add_outputs(const ServeCommand& command, Controls controls, Server& server, TrackerControl& control, Addresses& addresses) {
     for (const std::string& where : command.fastrak) {
         auto output = fastrak::make_output(where, command.fastrak_continuous, controls, server.hub(), control, server.button());
@@ -85,24 +152,15 @@ void add_outputs(const ServeCommand& command, Controls controls, Server& server,
         }
         if (where.starts_with("tcp:")) {
             warn_of_exposure("--json-lines", output.address, Controls::none);
-        } else if (!output.address.is_loopback()) {
-            print_notice("tricoil: --json-lines {}: poses are sent over the network without encryption\n", where);
+        } else {
+            warn_of_sending("--json-lines", output.address, where);
         }
         addresses["json_lines"].push_back(output.text);
         server.add(std::move(output.service));
     }
-    if (!command.openigtlink.empty()) {
-        constexpr const char* kOption = "--openigtlink";
-        const TcpAddress address = parse_tcp_address(kOption, command.openigtlink);
-        warn_of_exposure(kOption, address, Controls::none);  // its clients have no controls
-        auto service = std::make_unique<TcpService<igtl_output::Session>>(kOption, address, [&server](Stream& stream) {
-            auto session = std::make_unique<igtl_output::Session>(stream);
-            session->set_newest(server.hub().newest());
-            return session;
-        });
-        addresses["openigtlink"] = address.text(service->port());
-        server.add(std::move(service));
-    }
+    add_openigtlink(command, server, addresses);
+    add_websocket(command, server, addresses);
+    add_osc(command, server, addresses);
 }
 
 void add_button(const ServeCommand& command, Server& server) {
@@ -223,7 +281,7 @@ int run_serve(const ServeCommand& command) {
     }
     const bool to_standard_output = prints_poses(command);
     if (addresses.empty() && !to_standard_output) {
-        throw InputError("serve: no output; add --fastrak, --openigtlink, --json-lines or --web");
+        throw InputError("serve: no output; add --fastrak, --openigtlink, --json-lines, --websocket, --osc or --web");
     }
     if (to_standard_output && command.run->json) {
         throw InputError("--json-lines - and --json exclude each other: both write to standard output");
@@ -257,6 +315,13 @@ int run_serve(const ServeCommand& command) {
 
 }  // namespace
 
+int serve_json_lines(const std::shared_ptr<RunCommand>& run) {
+    ServeCommand command;
+    command.run = run;
+    command.json_lines = {json_lines::kStandardOutput};
+    return run_serve(command);
+}
+
 void add_serve_command(CLI::App& program, Action& action) {
     auto command = std::make_shared<ServeCommand>();
     CLI::App* sub = program.add_subcommand("serve", "Track, and send poses to other programs");
@@ -272,10 +337,24 @@ void add_serve_command(CLI::App& program, Action& action) {
         ->check(refuse_empty);
     sub->add_option("--openigtlink", command->openigtlink, "OpenIGTLink server on [ADDRESS:]PORT (18944 is usual)")
         ->check(refuse_empty);
+    sub->add_option(
+        "--igtl-name", command->igtl_names,
+        "OpenIGTLink: name of a sensor, for example SensorToTracker, instead of tricoil_1; repeatable, in the order of "
+        "the sensors");
     sub->add_option("--json-lines", command->json_lines,
                     "Each pose as a line of JSON: to clients of tcp:[ADDRESS:]PORT, as a datagram to udp:[HOST:]PORT, or to "
                     "standard output "
                     "(-); repeatable")
+        ->check(refuse_empty);
+    sub->add_option("--websocket", command->websocket, "Each pose as a JSON message to WebSocket clients of [ADDRESS:]PORT")
+        ->check(refuse_empty);
+    sub->add_option("--allow-origin", command->origins,
+                    "WebSocket: pages of this origin may connect, for example http://localhost:3000; repeatable. Other programs "
+                    "than browsers need no permission")
+        ->check(refuse_empty);
+    sub->add_option("--osc", command->osc,
+                    "Each pose as an Open Sound Control bundle by UDP to [HOST:]PORT; repeatable. Messages: "
+                    "/tricoil/N/position (x y z, m), /tricoil/N/quaternion (w x y z), /tricoil/N/valid (1 or 0); N from 1")
         ->check(refuse_empty);
     sub->add_option("--web", command->web,
                     "Live page for browsers on [ADDRESS:]PORT; without ADDRESS, only for browsers of this machine. "

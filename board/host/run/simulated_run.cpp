@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "board/host/run/column_loop.hpp"
+#include "board/host/run/couplings_csv.hpp"
 #include "board/host/run/fixed_run.hpp"
 #include "board/host/run/live_view.hpp"
 #include "board/host/run/sample_recorder.hpp"
@@ -17,6 +18,7 @@
 #include "board/record/recorder.hpp"
 #include "board/record/tap_fan_out.hpp"
 #include "board/simulation/stations.hpp"
+#include "board/support/calibration_file.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
 #include "board/support/nearest_name.hpp"
@@ -56,6 +58,13 @@ void pause(Loop& loop, const InterruptGuard& guard, const RunObservers& observer
 
 bool is_by_columns(const RunOptions& options) {
     return index_of_name("--fidelity", options.fidelity, {"samples", "columns"}) == 1;
+}
+
+/// The couplings of a filter are not those of one time; a calibration changes them.
+void refuse_couplings(const RunOptions& options) {
+    if (!options.couplings.empty() && (options.tracker != "direct" || !options.calibration.empty() || options.stations > 1)) {
+        throw InputError("--couplings: only with --tracker direct, one sensor and no --calibration");
+    }
 }
 
 void refuse_several_sensors(const RunOptions& options) {
@@ -181,6 +190,20 @@ void run_loop(Loop& loop, const SimulatedBoard& board, RunReport& report) {
     report.simulated_s_per_s = pace.total_s > 0 ? board.clock.elapsed_s() / pace.total_s : 0;
 }
 
+/// Calibration of the tracker, if any.
+std::optional<calibration::Calibration<double>> read_coils(const RunOptions& options,
+                                                           const tracking::TrackerParams<double>& tracker) {
+    if (options.calibration.empty()) {
+        return std::nullopt;
+    }
+    const auto coils = read_calibration(options.calibration).calibration;
+    if (const Status status = tracking::AnyTracker<double>::check(tracker, coils); !status.ok()) {
+        const bool filters = std::holds_alternative<tracking::ScaatParams<double>>(tracker.method);
+        throw InputError(options.calibration + ": " + status.message() + (filters ? "" : "; use --tracker scaat"));
+    }
+    return coils;
+}
+
 void run_in_double(const SimulatedBoard& board, RunReport& report) {
     const RunOptions& options = board.options;
     if (!options.samples.empty()) {
@@ -189,6 +212,8 @@ void run_in_double(const SimulatedBoard& board, RunReport& report) {
     const signal::AcquisitionPlan& plan = board.setup.plan;
     app::MainLoopParams<double> params{plan, board.world.demodulation(), make_tracker(options, board.setup)};
     params.sensors = board.setup.stations;
+    const auto coils = read_coils(options, params.tracker);
+    params.coils = coils ? &*coils : nullptr;
     report.deskewed = plan.is_tdm() && !options.no_deskew;
     std::optional<Recorder> recorder;
     if (!options.record.empty()) {
@@ -199,7 +224,7 @@ void run_in_double(const SimulatedBoard& board, RunReport& report) {
     SmoothingTap smoothing([&](const SmoothedPose& smoothed) { smoothed_score.add(smoothed.pose); });
     TapFanOut taps{board.observers.tap, recorder ? &*recorder : nullptr, options.smooth ? &smoothing : nullptr};
     const app::Devices<double> devices{board.clock, board.coils, board.sampler, board.link, taps.any() ? &taps : nullptr};
-    taps.begin({params.tracker, params.sensors});
+    taps.begin({params.tracker, params.sensors, coils});
     if (is_by_columns(options)) {
         ColumnLoop loop(params, devices, board.setup, board.world, board.clock);
         run_loop(loop, board, report);
@@ -217,6 +242,9 @@ void run_in_double(const SimulatedBoard& board, RunReport& report) {
 }
 
 void run_in_integers(const SimulatedBoard& board, RunReport& report) {
+    if (!board.options.calibration.empty()) {
+        throw InputError("--calibration: not with --tracker fixed-direct or fixed-previous; use scaat");
+    }
     if (is_by_columns(board.options)) {
         throw InputError("--fidelity columns: not with --tracker fixed-direct or fixed-previous, which process samples");
     }
@@ -254,6 +282,7 @@ nlohmann::ordered_json describe_source(const RunOptions& o) {
 
 RunReport run_simulated(const RunOptions& options, const RunObservers& observers) {
     refuse_several_sensors(options);
+    refuse_couplings(options);
     const SimulationSetup setup = make_simulation(options);
     const sim::Scenario& scenario = setup.scenario;
     const signal::AcquisitionPlan& plan = setup.plan;
@@ -271,6 +300,10 @@ RunReport run_simulated(const RunOptions& options, const RunObservers& observers
     std::optional<PoseCsv> csv;
     if (!options.out_csv.empty()) {
         csv.emplace(options.out_csv, format);
+    }
+    std::optional<CouplingsCsv> couplings;
+    if (!options.couplings.empty()) {
+        couplings.emplace(options.couplings);
     }
     const auto truth = [&](std::size_t sensor, DeviceTime time) { return stations.motion(sensor).at(clock.elapsed_s(time)); };
     std::optional<RelativePoses> relative;
@@ -290,6 +323,9 @@ RunReport run_simulated(const RunOptions& options, const RunObservers& observers
                 relative->take(estimate);
             } else if (csv) {
                 csv->write(estimate, true_pose(truth(estimate.sensor, estimate.time)));
+            }
+            if (couplings && !estimate.flags.has_any(tracking::kFaultFlags)) {
+                couplings->add(estimate.signal_matrix, truth(estimate.sensor, estimate.time));
             }
             if (estimate.sensor != 0) {  // only the sensor of the scenario is scored
                 return;
@@ -312,6 +348,9 @@ RunReport run_simulated(const RunOptions& options, const RunObservers& observers
     }
     if (csv) {
         csv->commit();
+    }
+    if (couplings) {
+        couplings->commit();
     }
     report.scenario = scenario.name;
     report.plan = plan;

@@ -21,6 +21,8 @@ struct RunOptions : SimulationOptions {
     std::string out_csv;
     OutputOptions output;              // format of the CSV; scores use the source frame
     std::string record;                // folder; empty: none
+    std::string calibration;           // file with coils and surroundings for the tracker; empty: ideal coils
+    std::string couplings;             // file for true poses and couplings; empty: none
     std::string samples;               // file for the samples of an integer tracker; empty: none
     bool smooth = false;               // also score the smoothed poses
     std::string fidelity = "samples";  // "columns": columns with the right noise are computed directly, much faster

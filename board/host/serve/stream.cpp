@@ -20,7 +20,10 @@ Stream::Stream(int descriptor, const StreamLimits& limits) : descriptor_(descrip
 
 bool Stream::send(std::string_view record) {
     drop_old();
-    if (gone_ || bytes_waiting_ + record.size() > kMaxWaiting) {
+    if (gone_) {
+        return false;
+    }
+    if (bytes_waiting_ + record.size() > kMaxWaiting) {
         ++dropped_;
         return false;
     }

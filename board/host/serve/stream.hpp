@@ -63,6 +63,7 @@ public:
         gone_ = false;
         forget_all();
     }
+    /// Number of records that were dropped because the client read too slowly.
     [[nodiscard]] std::uint64_t dropped() const { return dropped_; }
 
 private:

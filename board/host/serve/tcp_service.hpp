@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -24,6 +25,18 @@ public:
     TcpService(std::string option, const TcpAddress& address, Factory factory, const StreamLimits& limits = {})
         : name_(std::move(option)), listener_(name_, address), factory_(std::move(factory)), limits_(limits) {}
 
+    /// Prints how many records were dropped.
+    ~TcpService() override {
+        for (const auto& client : clients_) {
+            dropped_ += client->stream.dropped();
+        }
+        if (dropped_ > 0) {
+            print_notice("tricoil: {}: {} records were dropped, because clients read too slowly\n", name_, dropped_);
+        }
+    }
+    TcpService(const TcpService&) = delete;
+    TcpService& operator=(const TcpService&) = delete;
+
     [[nodiscard]] int port() const { return listener_.port(); }
 
     bool watch(std::vector<pollfd>& descriptors) override {
@@ -44,7 +57,10 @@ public:
                 client->session->receive(bytes);
             }
         }
-        std::erase_if(clients_, [](const auto& client) { return client->stream.gone(); });
+        std::erase_if(clients_, [this](const auto& client) {
+            dropped_ += client->stream.gone() ? client->stream.dropped() : 0;
+            return client->stream.gone();
+        });
         told_full_ = told_full_ && clients_.size() == kMaxClients;
     }
 
@@ -85,6 +101,7 @@ private:
     Factory factory_;
     StreamLimits limits_;
     std::vector<std::unique_ptr<Client>> clients_;
+    std::uint64_t dropped_ = 0;  // records of clients that have left
     bool told_full_ = false;
 };
 

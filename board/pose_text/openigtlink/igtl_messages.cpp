@@ -8,8 +8,11 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 #include "board/pose_text/flag_names.hpp"
+#include "board/support/errors.hpp"
+#include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::host::igtl_output {
 namespace {
@@ -68,24 +71,45 @@ std::string whole_flags(const std::string& text, std::size_t size) {
 
 }  // namespace
 
-std::string device_name(std::uint8_t sensor) { return "tricoil_" + std::to_string(sensor + 1); }
+DeviceNames::DeviceNames(std::vector<std::string> names, const std::string& option) : names_(std::move(names)) {
+    if (names_.size() > std::size_t{tracking::kMaxSensors}) {
+        throw InputError(fmt::format("{}: there are at most {} sensors", option, tracking::kMaxSensors));
+    }
+    for (std::size_t n = 0; n < names_.size(); ++n) {
+        const std::string& name = names_[n];
+        const bool is_visible = std::all_of(name.begin(), name.end(), [](char c) { return c > ' ' && c <= '~'; });
+        if (name.empty() || name.size() > kLongest || !is_visible) {
+            throw InputError(fmt::format("{} {}: must have 1 to {} visible ASCII characters", option, name, kLongest));
+        }
+        for (std::uint8_t other = 0; other < tracking::kMaxSensors; ++other) {
+            if (other != n && of(other) == name) {
+                throw InputError(fmt::format("{} {}: is the name of sensor {} already", option, name, other + 1));
+            }
+        }
+    }
+}
 
-std::string transform_message(const ServedPose& served) {
+std::string DeviceNames::of(std::uint8_t sensor) const {
+    return sensor < names_.size() ? names_[sensor] : "tricoil_" + std::to_string(sensor + 1);
+}
+
+std::string transform_message(const ServedPose& served, const DeviceNames& names) {
     igtl::Matrix4x4 matrix;
     fill(matrix, served.pose);
     const igtl::TransformMessage::Pointer message = igtl::TransformMessage::New();
     message->SetMatrix(matrix);
-    return packed(*message, device_name(served.pose.sensor), served.utc);
+    return packed(*message, names.of(served.pose.sensor), served.utc);
 }
 
-std::string tracking_data_message(std::span<const ServedPose> poses, const std::string& coordinate_name) {
+std::string tracking_data_message(std::span<const ServedPose> poses, const std::string& coordinate_name,
+                                  const DeviceNames& names) {
     const igtl::TrackingDataMessage::Pointer message = igtl::TrackingDataMessage::New();
     UtcTime newest;
     for (const ServedPose& served : poses) {
         igtl::Matrix4x4 matrix;
         fill(matrix, served.pose);
         igtl::TrackingDataElement::Pointer element = igtl::TrackingDataElement::New();
-        element->SetName(device_name(served.pose.sensor).c_str());
+        element->SetName(names.of(served.pose.sensor).c_str());
         element->SetType(igtl::TrackingDataElement::TYPE_6D);
         element->SetMatrix(matrix);
         message->AddTrackingDataElement(element);
@@ -94,7 +118,7 @@ std::string tracking_data_message(std::span<const ServedPose> poses, const std::
     return packed(*message, coordinate_name, newest);
 }
 
-std::string status_message(const ServedPose& served) {
+std::string status_message(const ServedPose& served, const DeviceNames& names) {
     const bool valid = served.pose.valid();
     const std::string flags = to_text(served.pose.flags);
     const std::string advice = host::advice(served.pose.flags);
@@ -103,7 +127,7 @@ std::string status_message(const ServedPose& served) {
                                                    fmt::format("tracking; distortion {:.2f} mm", 1e3 * served.pose.distortion_m)}
                                     : StatusFields{igtl::StatusMessage::STATUS_NOT_READY, whole_flags(flags, kLongestErrorName),
                                                    "no valid pose: " + flags + (advice.empty() ? "" : "; " + advice)};
-    return status(fields, device_name(served.pose.sensor), served.utc);
+    return status(fields, names.of(served.pose.sensor), served.utc);
 }
 
 std::string waiting_message() {

@@ -59,6 +59,23 @@ sim::PivotParams read_pivot(CheckedTable& table) {
     return pivot;
 }
 
+sim::GridParams read_grid(CheckedTable& table) {
+    constexpr double kMostNodes = 100;
+    sim::GridParams grid;
+    grid.centre_m = read_place(table, "centre_m", grid.centre_m);
+    grid.spacing_m = read_place(table, "spacing_m", grid.spacing_m);
+    const Vec3<double> nodes = table.vector("nodes", {3, 3, 3});
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double count = nodes(static_cast<Eigen::Index>(axis));
+        table.require(count >= 1 && count <= kMostNodes && count == std::floor(count), "nodes",
+                      "must be three whole numbers, 1 to 100");
+        grid.nodes[axis] = static_cast<int>(count);
+    }
+    grid.attitudes = std::max(1, static_cast<int>(table.whole("attitudes", 1, 100)));
+    grid.rest_s = table.positive("rest_s", grid.rest_s);
+    return grid;
+}
+
 sim::PaperRates read_rates(CheckedTable& table) {
     sim::PaperRates rates;
     rates.azimuth_amplitude = table.number("azimuth_amplitude_rad_s", 0);
@@ -71,7 +88,7 @@ sim::PaperRates read_rates(CheckedTable& table) {
 }
 
 std::unique_ptr<sim::Motion> read_motion(CheckedTable table, std::uint64_t seed) {
-    const std::string kind = table.choice("kind", {"still", "line", "circle", "pivot", "hand", "paper"});
+    const std::string kind = table.choice("kind", {"still", "line", "circle", "pivot", "grid", "hand", "paper"});
     std::unique_ptr<sim::Motion> motion;
     if (kind == "still") {
         motion = std::make_unique<sim::StillMotion>(read_pose(table));
@@ -83,6 +100,8 @@ std::unique_ptr<sim::Motion> read_motion(CheckedTable table, std::uint64_t seed)
         motion = std::make_unique<sim::CircleMotion>(centre, read_length(table, "radius_m", 0.15), read_rate(table));
     } else if (kind == "pivot") {
         motion = std::make_unique<sim::PivotMotion>(read_pivot(table));
+    } else if (kind == "grid") {
+        motion = std::make_unique<sim::GridMotion>(read_grid(table), seed);
     } else if (kind == "hand") {
         motion = std::make_unique<sim::HandMotion>(read_place(table, "centre_m", {0.6, 0, 0}), seed);
     } else {

@@ -262,8 +262,15 @@ void MatrixTracker<Scalar>::predict_error(const SignalMatrix<Scalar>& matrix, St
     budget.timing.latency_s = params_.latency_s;
     budget.solver = step.form;
     budget.passes = step.passes;
-    const Scalar k = field::coupling_strength(params_.coupling_constant, estimate.position_m.norm());
-    estimate.predicted_error = error_model::error_budget(*motion, matrix.sigma / k, budget);
+    auto errors = error_model::systematic_errors(*motion, budget);
+    // Deskew leaves the curvature of the couplings, which the columns show.
+    const auto extrapolation = column_motion_.extrapolation(matrix);
+    errors.skew += error_model::matrix_error<Scalar>(*motion, extrapolation.missing / params_.coupling_constant);
+    const Scalar range_m = estimate.position_m.norm();
+    const Scalar k = field::coupling_strength(params_.coupling_constant, range_m);
+    estimate.predicted_error = error_model::budget_of<Scalar>(
+        errors, solver::pose_covariance<Scalar>(k, range_m, estimate.position_m / range_m, matrix.sigma),
+        extrapolation.variance / (matrix.sigma * matrix.sigma));
 }
 
 /// searching -> tracking on a valid pose; tracking -> lost after lost_after without one; lost -> searching after search_after.

@@ -18,8 +18,7 @@ namespace tricoil::tracking::scaat {
 template <typename Scalar>
 Vec3<Scalar> resolvable_variance(const Vec3<Scalar>& variance, const Innovation<Scalar>& innovation) {
     constexpr Scalar kShare = 64 * std::numeric_limits<Scalar>::epsilon();
-    const Scalar predicted = (innovation.h * innovation.gain_numerator.template topRows<6>()).trace();
-    return variance.cwiseMax(kShare * predicted);
+    return variance.cwiseMax(kShare * innovation.predicted.trace());
 }
 
 /// Coupling errors of a column other than noise.
@@ -39,11 +38,7 @@ Innovation<Scalar> column_innovation(const Model& model, const State<Scalar>& st
     auto result = innovation<Scalar>(model, state, around, j, column.in_phase - unmodelled.residual, measured, late_s);
     const Vec3<Scalar> variance = resolvable_variance<Scalar>(measured, result);
     if (variance != result.r) {
-        Mat3<Scalar> s = h_times(result.h, result.gain_numerator, late_s);
-        s.diagonal() += variance;
-        result.r = variance;
-        result.s = Cholesky<Scalar, 3>(s);
-        result.ok = result.ok && result.s.ok();
+        result.set_noise(variance);
     }
     return result;
 }

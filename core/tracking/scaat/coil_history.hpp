@@ -43,8 +43,9 @@ public:
 
     /// True if each coil was accepted often enough since the last inflation and none is refused at present.
     [[nodiscard]] bool confirmed() const {
-        constexpr std::array<int, kSourceCoils> kNone{};
-        return in_row_ == 0 && awaited_ == kNone && refused_ == kNone;
+        const auto is_zero = [](int count) { return count == 0; };
+        return in_row_ == 0 && std::all_of(awaited_.begin(), awaited_.end(), is_zero) &&
+               std::all_of(refused_.begin(), refused_.end(), is_zero);
     }
 
     /// True if both other coils are refused at present. If this coil contradicts the prediction too, it is not an outlier.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/geometry/cholesky.hpp"
+#include "core/geometry/unrolled.hpp"
 #include "core/tracking/scaat/measurement_model.hpp"
 #include "core/tracking/scaat/propagate.hpp"
 
@@ -18,38 +19,73 @@ struct Innovation {
     Vec3<Scalar> y;                     // measured minus predicted
     PoseJacobian<Scalar> h;             // Jacobian of the column with respect to the pose at the column's time
     GainMatrix<Scalar> gain_numerator;  // G = P H^T
+    Mat3<Scalar> predicted;             // H P H^T
     Vec3<Scalar> r;                     // measurement variances
     Cholesky<Scalar, 3> s;              // of S = H P H^T + R
     Scalar late_s = 0;                  // time of the state minus time of the column
     bool ok = false;                    // S is positive definite and all numbers are finite
 
     [[nodiscard]] Vec3<Scalar> whitened() const { return s.solve_lower(y); }
+
+    void set_noise(const Vec3<Scalar>& variances) {
+        r = variances;
+        Mat3<Scalar> sum = predicted;
+        sum.diagonal() += r;
+        s = Cholesky<Scalar, 3>(sum);
+        ok = y.allFinite() && sum.allFinite() && s.ok();
+    }
 };
 
-/// A H^T for a measurement of the pose `late_s` before the state. That pose is the present pose minus late_s times the rates.
-/// Computed row by row, so that H stays in registers.
+/// Row i of P that belongs to the pose `late_s` before the state: the present pose minus late_s times the rates.
 template <typename Scalar>
-GainMatrix<Scalar> times_h_transposed(const Mat12<Scalar>& a, const PoseJacobian<Scalar>& h, Scalar late_s) {
+[[gnu::always_inline]] inline Vec6<Scalar> pose_row(const Mat12<Scalar>& p, int i, Scalar late_s) {
+    Vec6<Scalar> row;
+    for_each_of<6>([&]<int n>() { row(n) = p(n, i); });
+    if (late_s > 0) {
+        for_each_of<6>([&]<int n>() { row(n) -= late_s * p(n + 6, i); });
+    }
+    return row;
+}
+
+/// H v, written out, so that a local copy of H stays in registers.
+template <typename Scalar>
+[[gnu::always_inline]] inline Vec3<Scalar> times(const PoseJacobian<Scalar>& h, const Vec6<Scalar>& v) {
+    Vec3<Scalar> product;
+    for_each_of<3>([&]<int m>() { product(m) = sum_of<6>([&]<int n>() { return h(m, n) * v(n); }); });
+    return product;
+}
+
+/// G = P H^T for a pose `late_s` before the state.
+template <typename Scalar>
+GainMatrix<Scalar> gain_numerator(const Mat12<Scalar>& p, const PoseJacobian<Scalar>& jacobian, Scalar late_s) {
+    const PoseJacobian<Scalar> h = jacobian;
     GainMatrix<Scalar> g;
     for (int i = 0; i < kErrorStates; ++i) {
-        g.row(i) = (h * a.template block<1, 6>(i, 0).transpose()).transpose();
-    }
-    if (late_s > 0) {
-        for (int i = 0; i < kErrorStates; ++i) {
-            g.row(i) -= late_s * (h * a.template block<1, 6>(i, 6).transpose()).transpose();
-        }
+        g.row(i) = times(h, pose_row(p, i, late_s)).transpose();
     }
     return g;
 }
 
-/// H G, in the same way.
+/// Gain K and, beside it, D of apply().
 template <typename Scalar>
-Mat3<Scalar> h_times(const PoseJacobian<Scalar>& h, const GainMatrix<Scalar>& g, Scalar late_s) {
-    Mat3<Scalar> product = h * g.template topRows<6>();
+using GainPair = Eigen::Matrix<Scalar, kErrorStates, 6, Eigen::RowMajor>;
+
+/// Entry p of row i minus K_i . g_j. apply() must round it everywhere in the same way.
+template <typename Scalar>
+[[gnu::always_inline]] inline Scalar updated_entry(Scalar p, const Vec3<Scalar>& k_i, const GainMatrix<Scalar>& g, int j) {
+    return p - k_i(0) * g(j, 0) - k_i(1) * g(j, 1) - k_i(2) * g(j, 2);
+}
+
+/// As pose_row(), of (I - K H) P = P - K G^T.
+template <typename Scalar>
+[[gnu::always_inline]] inline Vec6<Scalar> updated_pose_row(const Mat12<Scalar>& p, const Vec3<Scalar>& k_i,
+                                                            const GainMatrix<Scalar>& g, int i, Scalar late_s) {
+    Vec6<Scalar> row;
+    for_each_of<6>([&]<int n>() { row(n) = updated_entry(p(n, i), k_i, g, n); });
     if (late_s > 0) {
-        product.noalias() -= late_s * (h * g.template bottomRows<6>());
+        for_each_of<6>([&]<int n>() { row(n) -= late_s * updated_entry(p(n + 6, i), k_i, g, n + 6); });
     }
-    return product;
+    return row;
 }
 
 /// Innovation of the couplings z (variances r, column j) measured late_s before `state`. `around`: point of linearisation,
@@ -69,8 +105,10 @@ Innovation<Scalar> innovation(const Model& model, const State<Scalar>& state, co
     const auto predicted = model.column(position, q.toRotationMatrix().transpose(), j);
     Innovation<Scalar> result;
     result.late_s = late_s;
-    result.h.template leftCols<3>() = predicted.by_position_per_m;
-    result.h.template rightCols<3>() = predicted.by_rotation_per_rad;
+    for_each_of<3>([&]<int n>() {
+        result.h.col(n) = predicted.by_position_per_m.col(n);
+        result.h.col(n + 3) = predicted.by_rotation_per_rad.col(n);
+    });
     if (late_s > 0) {
         result.h.template rightCols<3>() *= back.toRotationMatrix();  // converts a present rotation error to the column's time
     }
@@ -81,22 +119,14 @@ Innovation<Scalar> innovation(const Model& model, const State<Scalar>& state, co
             geometry::quaternion_to_rotation_vector<Scalar>(state.q_source_sensor * around.q_source_sensor.conjugate());
         result.y -= result.h * offset;
     }
-    result.r = r;
-    result.gain_numerator = times_h_transposed(state.covariance, result.h, late_s);
-    Mat3<Scalar> s = h_times(result.h, result.gain_numerator, late_s);
-    s.diagonal() += r;
-    result.s = Cholesky<Scalar, 3>(s);
-    result.ok = result.y.allFinite() && s.allFinite() && result.s.ok();
+    result.gain_numerator = gain_numerator<Scalar>(state.covariance, result.h, late_s);
+    const GainMatrix<Scalar>& g = result.gain_numerator;
+    result.predicted = result.h * g.template topRows<6>();
+    if (late_s > 0) {
+        result.predicted -= late_s * (result.h * g.template bottomRows<6>());
+    }
+    result.set_noise(r);
     return result;
-}
-
-/// Multiplies the variances of the measurement by `factor`.
-template <typename Scalar>
-void inflate_noise(Innovation<Scalar>& innovation, Scalar factor) {
-    innovation.r *= factor;
-    Mat3<Scalar> s = h_times(innovation.h, innovation.gain_numerator, innovation.late_s);
-    s.diagonal() += innovation.r;
-    innovation.s = Cholesky<Scalar, 3>(s);
 }
 
 /// Adds an error state to the state.
@@ -109,49 +139,61 @@ void correct(State<Scalar>& state, const Vec12<Scalar>& error) {
     state.rate_rad_s += error.template segment<3>(9);
 }
 
-/// A -= K B^T: columns below `full_columns` completely, of the others only the upper triangle.
+/// Three entries of row i, from column j on, of P -= K G^T + D K^T. gk: these rows of [G K].
 template <typename Scalar>
-void subtract_product(Mat12<Scalar>& a, const GainMatrix<Scalar>& k, const GainMatrix<Scalar>& b, int full_columns) {
-    for (int j = 0; j < kErrorStates; ++j) {
-        const Vec3<Scalar> b_j = b.row(j);
-        const int rows = j < full_columns ? kErrorStates : j + 1;
-        for (int i = 0; i < rows; ++i) {
-            a(i, j) -= k.row(i).dot(b_j);
-        }
-    }
+Vec3<Scalar> remaining_entries(const Mat12<Scalar>& p, const GainPair<Scalar>& kd, const Eigen::Matrix<Scalar, 3, 6>& gk, int i,
+                               int j) {
+    Vec3<Scalar> entries;
+    for_each_of<3>([&]<int n>() {
+        entries(n) = p(i, j + n);
+        for_each_of<6>([&]<int c>() { entries(n) -= kd(i, c) * gk(n, c); });
+    });
+    return entries;
 }
 
+/// P -= K G^T + D K^T by columns of three, for which G and K stay in registers. Computes the upper triangle and the blocks on the
+/// diagonal, and mirrors the upper triangle, so that P stays exactly symmetric.
 template <typename Scalar>
-void mirror_upper_triangle(Mat12<Scalar>& p) {
-    for (int j = 1; j < kErrorStates; ++j) {
+void subtract_products(Mat12<Scalar>& p, const GainPair<Scalar>& kd, const GainMatrix<Scalar>& g) {
+    for (int j = 0; j < kErrorStates; j += 3) {
+        Eigen::Matrix<Scalar, 3, 6> gk;
+        for_each_of<3>([&]<int n>() { gk.row(n) << g.row(j + n), kd.row(j + n).template head<3>(); });
         for (int i = 0; i < j; ++i) {
-            p(j, i) = p(i, j);
+            const Vec3<Scalar> entries = remaining_entries(p, kd, gk, i, j);
+            p.template block<1, 3>(i, j) = entries.transpose();
+            p.template block<3, 1>(j, i) = entries;
         }
+        for (int i = j; i < j + 3; ++i) {
+            p.template block<1, 3>(i, j) = remaining_entries(p, kd, gk, i, j).transpose();
+        }
+        p(j + 1, j) = p(j, j + 1);
+        p(j + 2, j) = p(j, j + 2);
+        p(j + 2, j + 1) = p(j + 1, j + 2);
     }
 }
 
 /// x += K y and P = (I - K H) P (I - K H)^T + K R K^T (Joseph). In float a column can be 10^4 times more accurate than the
 /// prediction. The short form P - K G^T then has rounding errors of the size of the result, of first order in the error of K, and
-/// P becomes indefinite. The Joseph form is of second order in that error. Only the upper triangle of the last product is
-/// computed and mirrored, so P stays exactly symmetric; of the first product only the part that is used. Returns K y.
+/// P becomes indefinite. The Joseph form is of second order in that error. Returns K y.
 template <typename Scalar>
 Vec12<Scalar> apply(State<Scalar>& state, const Innovation<Scalar>& innovation) {
     const GainMatrix<Scalar>& g = innovation.gain_numerator;
-    const GainMatrix<Scalar> k = innovation.s.template solve<kErrorStates>(g.transpose()).transpose();
+    GainPair<Scalar> kd;
+    kd.template leftCols<3>() = innovation.s.template solve<kErrorStates>(g.transpose()).transpose();
     Vec12<Scalar> error;
     for (int i = 0; i < kErrorStates; ++i) {
-        error(i) = k.row(i).dot(innovation.y);
+        error(i) = kd.row(i).template head<3>().dot(innovation.y);
     }
     correct(state, error);
     Mat12<Scalar>& p = state.covariance;
-    subtract_product(p, k, g, innovation.late_s > 0 ? kErrorStates : kErrorStates / 2);  // (I - K H) P
-    // Second factor: subtracts ((I - K H) P H^T - K R) K^T, which is zero except for rounding errors.
-    GainMatrix<Scalar> rest = times_h_transposed<Scalar>(p, innovation.h, innovation.late_s);
+    // D = (I - K H) P H^T - K R is zero except for rounding errors. P' = (I - K H) P - D K^T.
+    const PoseJacobian<Scalar> h = innovation.h;
     for (int i = 0; i < kErrorStates; ++i) {
-        rest.row(i) -= k.row(i).cwiseProduct(innovation.r.transpose());
+        const Vec3<Scalar> k_i = kd.row(i).template head<3>();
+        const Vec3<Scalar> d_i = times(h, updated_pose_row(p, k_i, g, i, innovation.late_s));
+        kd.row(i).template tail<3>() = (d_i - k_i.cwiseProduct(innovation.r)).transpose();
     }
-    subtract_product(p, rest, k, 0);
-    mirror_upper_triangle(p);
+    subtract_products(p, kd, g);
     return error;
 }
 

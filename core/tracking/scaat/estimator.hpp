@@ -23,7 +23,7 @@ template <typename Scalar, MeasurementModel<Scalar> Model>
 class Estimator {
 public:
     Estimator(const ScaatParams<Scalar>& params, const Model& model, TrackerCounters& counters)
-        : params_(params), model_(model), counters_(counters) {
+        : params_(params), model_(model), counters_(counters), limits_(params.process) {
         reset_adaptation();
     }
 
@@ -81,15 +81,20 @@ private:
     static constexpr double kInflateAbove = 6;  // squared innovation, 3 degrees of freedom: exceeded once in 9
     static constexpr double kInflationDecay = 0.96;
     static constexpr int kMaxInflations = 4;  // per column
+    // With noise below this share of a column, the process noise does not fall while the standard deviations of the pose are
+    // below 0.1 mm and 0.1 mrad: a filter that is still quieter lags when the hand starts to move.
+    static constexpr double kNegligibleNoise = 3e-5;
+    static constexpr double kFineEnough = 1e-4;  // m, rad
 
     void inflate_covariance(Scalar factor);
-    void adapt_process_noise(const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened);
+    void adapt_process_noise(const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened, bool noiseless);
     void update_state(const Column<Scalar>& column, const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened);
     void reset_adaptation();
 
     const ScaatParams<Scalar>& params_;
     const Model& model_;
     TrackerCounters& counters_;
+    ProcessNoiseLimits<Scalar> limits_;
     State<Scalar> state_;
     ProcessNoiseState<Scalar> process_;
     Scalar consistency_ = 1;

@@ -56,7 +56,7 @@ bool Estimator<Scalar, Model>::use(const Column<Scalar>& column, const Motion<Sc
     }
     if (!use.trusted && innovation.late_s <= 0 && nis > Scalar(kDownweightAbove)) {
         const Scalar excess = nis / Scalar(kDownweightAbove);
-        inflate_noise(innovation, excess * excess * excess);
+        innovation.set_noise(excess * excess * excess * innovation.r);
     }
     update_state(column, innovation, whitened);
     return true;
@@ -73,7 +73,9 @@ void Estimator<Scalar, Model>::update_state(const Column<Scalar>& column, const 
     outlier_inflation_ = std::max(nis / Scalar(kInflateAbove), Scalar(kInflationDecay) * outlier_inflation_);
     const bool settled = is_settled();
     if (settled) {
-        adapt_process_noise(innovation, whitened);
+        adapt_process_noise(
+            innovation, whitened,
+            column.sigma.squaredNorm() < Scalar(kNegligibleNoise * kNegligibleNoise) * column.in_phase.squaredNorm());
     }
     consistency_ += settled ? params_.consistency_gain * (nis / 3 - consistency_) : Scalar(0);
     const auto gains_per_s = acceleration_gains_per_s(state_.covariance);
@@ -85,31 +87,38 @@ void Estimator<Scalar, Model>::update_state(const Column<Scalar>& column, const 
     settled_ = std::min(settled_ + 1, kLearningColumns);
 }
 
-/// Adapts the process noise with the original innovation, but with the reduced weight of the column.
+/// Adapts the process noise with the original innovation, but with the reduced weight of the column. noiseless: a low process
+/// noise would gain nothing.
 template <typename Scalar, MeasurementModel<Scalar> Model>
-void Estimator<Scalar, Model>::adapt_process_noise(const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened) {
+void Estimator<Scalar, Model>::adapt_process_noise(const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened,
+                                                   bool noiseless) {
     const auto& n = params_.process;
+    const auto least = [&](int block, Scalar limit, Scalar present) {
+        const Scalar variance = state_.covariance.template block<3, 3>(block, block).trace();
+        return noiseless && variance < Scalar(kFineEnough * kFineEnough) ? std::max(limit, present) : limit;
+    };
     const auto share = [&](int block) -> Mat3<Scalar> {
         const Eigen::Matrix<Scalar, 3, 3> h = innovation.h.template middleCols<3>(block);
         const Mat3<Scalar> a = h * state_.covariance.template block<3, 3>(block, block) * h.transpose();
         const Mat3<Scalar> half = innovation.s.solve_lower(a);
         return innovation.s.template solve_lower<3>(half.transpose());
     };
-    process_.log_translation = std::clamp(adapted_log<Scalar>(process_.log_translation, process_.information_translation,
-                                                              process_.score_translation, share(0), whitened, n),
-                                          std::log(n.least_m2_s3), std::log(n.most_m2_s3));
+    process_.log_translation =
+        std::clamp(adapted_log<Scalar>(process_.log_translation, process_.information_translation, process_.score_translation,
+                                       share(0), whitened, n),
+                   least(0, limits_.least_log_translation, process_.log_translation), limits_.most_log_translation);
     process_.log_rotation = std::clamp(
         adapted_log<Scalar>(process_.log_rotation, process_.information_rotation, process_.score_rotation, share(3), whitened, n),
-        std::log(n.least_rad2_s3), std::log(n.most_rad2_s3));
+        least(3, limits_.least_log_rotation, process_.log_rotation), limits_.most_log_rotation);
 }
 
 /// Multiplies the covariance of the prediction, and the process noise.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 void Estimator<Scalar, Model>::inflate_covariance(Scalar factor) {
-    const auto& n = params_.process;
+    const Scalar log_factor = std::log(factor);
     state_.covariance *= factor;
-    process_.log_translation = std::min(process_.log_translation + std::log(factor), std::log(n.most_m2_s3));
-    process_.log_rotation = std::min(process_.log_rotation + std::log(factor), std::log(n.most_rad2_s3));
+    process_.log_translation = std::min(process_.log_translation + log_factor, limits_.most_log_translation);
+    process_.log_rotation = std::min(process_.log_rotation + log_factor, limits_.most_log_rotation);
     ++counters_.covariance_inflations;
 }
 

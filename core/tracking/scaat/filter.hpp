@@ -55,7 +55,7 @@ private:
     bool use(const Column<Scalar>& column, const Motion<Scalar>& around, bool trusted);
     [[nodiscard]] bool is_evenly_noisy() const;
     [[nodiscard]] bool is_within_gate(const StartPose<Scalar>& pose, Scalar sigma) const;
-    Pose finish_measurement(const std::optional<SignalMatrix<Scalar>>& matrix);
+    Pose finish_measurement(bool has_matrix);
 
     // Acquisition and loss.
     Pose search(const Column<Scalar>& column);

@@ -61,16 +61,16 @@ auto Filter<Scalar, Model>::track_column(const Column<Scalar>& column) -> Pose {
         estimator_.propagate_to(column.midpoint);
     }
     if (column.flags.has_any(kUnusable)) {
-        return finish_measurement(std::nullopt);
+        return finish_measurement(false);
     }
     health_.note(column);
-    const auto matrix = in_order ? intake_.add(column) : std::nullopt;
+    const bool complete = in_order && intake_.note(column);
     const bool accepted = use(column, motion(), estimator_.history().others_refused(coil_index(column.state)));
     estimator_.history().measured(accepted);
     if (accepted) {
         health_.take(column, motion(), estimator_.may_deskew());
     }
-    return intake_.in_frames() ? std::nullopt : finish_measurement(matrix);
+    return intake_.in_frames() ? std::nullopt : finish_measurement(complete);
 }
 
 /// Processes one of three simultaneous columns. A complete frame is used as a whole; an incomplete frame when the next one
@@ -90,14 +90,14 @@ auto Filter<Scalar, Model>::track_frame(const Column<Scalar>& column) -> Pose {
     } else {
         use_waiting();
     }
-    return finish_measurement(matrix);
+    return finish_measurement(matrix.has_value());
 }
 
 /// Ends an incomplete frame at the first column of the next frame.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 auto Filter<Scalar, Model>::end_frame(const Column<Scalar>& next) -> Pose {
     use_waiting();
-    auto ended = finish_measurement(std::nullopt);
+    auto ended = finish_measurement(false);
     (void)take_into_frame(next);
     return ended;
 }
@@ -189,13 +189,14 @@ bool Filter<Scalar, Model>::is_within_gate(const StartPose<Scalar>& pose, Scalar
     return estimator_.is_within_gate(pose.position_m, direct.template topLeftCorner<3, 3>());
 }
 
-/// Report after a measurement. Starts again from the three columns of `matrix` if the filter has lost the sensor.
+/// Report after a measurement. If the filter has lost the sensor and the measurement completes a signal matrix, the filter starts
+/// again from its three columns.
 template <typename Scalar, MeasurementModel<Scalar> Model>
-auto Filter<Scalar, Model>::finish_measurement(const std::optional<SignalMatrix<Scalar>>& matrix) -> Pose {
+auto Filter<Scalar, Model>::finish_measurement(bool has_matrix) -> Pose {
     PoseFlags flags = intake_.flags();
     if (estimator_.history().has_lost_sensor() || !is_possible(motion())) {
         ++counters_.reacquisitions;
-        if (!matrix || !start(*matrix)) {
+        if (!has_matrix || !start(intake_.columns().matrix())) {
             lose(motion().time);
             flags |= health_.flags();
         } else if (!intake_.in_frames()) {
@@ -302,9 +303,11 @@ void Filter<Scalar, Model>::forget(DeviceTime time) {
 /// Always contains a value. The optional lets callers return it without a copy.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 auto Filter<Scalar, Model>::report(PoseFlags flags, Microseconds ahead) -> Pose {
-    const bool moved = ahead.count() > 0;
-    const State<Scalar> later = moved ? estimator_.predicted(ahead) : State<Scalar>{};
-    const State<Scalar>& state = moved ? later : motion();
+    std::optional<State<Scalar>> later;
+    if (ahead.count() > 0) {
+        later = estimator_.predicted(ahead);
+    }
+    const State<Scalar>& state = later ? *later : motion();
     Pose reported(std::in_place);
     PoseEstimate<Scalar>& estimate = *reported;
     report_state(estimate, state, estimator_, health_, flags);

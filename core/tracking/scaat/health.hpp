@@ -39,10 +39,9 @@ public:
 
     /// Adds a column that passed the gate. Once per frame the deskewed matrix of such columns is examined.
     void take(const Column<Scalar>& column, const State<Scalar>& state, bool may_deskew) {
-        const auto matrix = accepted_.add(column);
-        if (matrix && may_deskew && ++columns_since_ >= kSourceCoils) {
+        if (accepted_.note(column) && may_deskew && ++columns_since_ >= kSourceCoils) {
             columns_since_ = 0;
-            (void)examine(*matrix, &state);
+            (void)examine(accepted_.matrix(), &state);
         }
     }
 

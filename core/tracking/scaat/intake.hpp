@@ -38,6 +38,8 @@ public:
 
     /// Signal matrix of the latest columns if this column completes it, for a start and for the linearisation of a frame.
     std::optional<SignalMatrix<Scalar>> add(const Column<Scalar>& column) { return latest_.add(column); }
+    /// add() without the matrix: true if columns().matrix() is complete.
+    bool note(const Column<Scalar>& column) { return latest_.note(column); }
 
     /// Adds a column to the frame at the present time; false if it is unusable.
     bool wait_for_frame(const Column<Scalar>& column) {

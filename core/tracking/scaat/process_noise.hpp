@@ -1,6 +1,8 @@
 // Process noise: acceleration intensities, estimated from the innovations.
 #pragma once
 
+#include <cmath>
+
 #include "core/geometry/types.hpp"
 #include "core/tracking/tracker_params.hpp"
 
@@ -17,6 +19,21 @@ struct ProcessNoiseState {
     Scalar information_rotation = 1;
     Scalar score_translation = 0;  // d log likelihood / d log q per column, smoothed
     Scalar score_rotation = 0;
+};
+
+/// Limits of the logarithms, computed once.
+template <typename Scalar>
+struct ProcessNoiseLimits {
+    explicit ProcessNoiseLimits(const ProcessNoiseParams<Scalar>& params)
+        : least_log_translation(std::log(params.least_m2_s3)),
+          most_log_translation(std::log(params.most_m2_s3)),
+          least_log_rotation(std::log(params.least_rad2_s3)),
+          most_log_rotation(std::log(params.most_rad2_s3)) {}
+
+    Scalar least_log_translation;
+    Scalar most_log_translation;
+    Scalar least_log_rotation;
+    Scalar most_log_rotation;
 };
 
 /// Stochastic approximation of the maximum-likelihood q (score over Fisher information, as in Mehra 1970, "On the identification

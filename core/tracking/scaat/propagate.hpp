@@ -5,6 +5,7 @@
 #include <array>
 
 #include "core/geometry/rotations.hpp"
+#include "core/geometry/unrolled.hpp"
 #include "core/tracking/scaat/state.hpp"
 
 namespace tricoil::tracking::scaat {
@@ -51,22 +52,27 @@ void grow_covariance(Mat12<Scalar>& p, const Intensity<Scalar>& q, Scalar dt) {
     auto pose = p.template topLeftCorner<6, 6>();
     auto cross = p.template topRightCorner<6, 6>();
     auto rate = p.template bottomRightCorner<6, 6>();
-    const Mat6<Scalar> moved = cross + dt * rate;
-    // dt B + dt B^T + dt^2 D, symmetric up to rounding: the mean of both triangles
     for (int j = 0; j < 6; ++j) {
         for (int i = 0; i <= j; ++i) {
-            pose(i, j) += dt / 2 * (cross(i, j) + cross(j, i) + moved(i, j) + moved(j, i));
-            pose(j, i) = pose(i, j);
+            const Scalar entry = pose(i, j) + dt * ((cross(i, j) + cross(j, i)) + dt * rate(i, j));
+            pose(i, j) = entry;
+            pose(j, i) = entry;
         }
     }
-    cross = moved;
+    for (int j = 0; j < 6; ++j) {
+        for_each_of<6>([&]<int i>() {
+            const Scalar entry = cross(i, j) + dt * rate(i, j);
+            cross(i, j) = entry;
+            p(j + 6, i) = entry;
+        });
+    }
     for (int i = 0; i < 6; ++i) {
         const Scalar intensity = i < 3 ? q.translation_m2_s3 : q.rotation_rad2_s3;
         pose(i, i) += intensity * dt * dt * dt / 3;
         cross(i, i) += intensity * dt * dt / 2;
+        p(i + 6, i) = cross(i, i);
         rate(i, i) += intensity * dt;
     }
-    p.template bottomLeftCorner<6, 6>() = cross.transpose();
 }
 
 /// Longest time over which accelerations of consecutive intervals are treated as independent. Accelerations of a hand are

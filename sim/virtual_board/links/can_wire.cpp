@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -16,23 +17,22 @@ void check_rate(double hz, double bus_hz, const char* phase) {
     }
 }
 
-/// Arbitration order: a standard frame wins over an extended frame with the same first eleven bits.
+/// Arbitration order: a standard frame wins over an extended frame with the same first eleven bits, a data frame over a remote
+/// frame with the same identifier.
 std::uint64_t rank(const CanFrame& frame) {
-    return frame.extended ? std::uint64_t{frame.id} << 1U | 1U : std::uint64_t{frame.id} << 19U;
+    const std::uint64_t id = frame.extended ? std::uint64_t{frame.id} << 1U | 1U : std::uint64_t{frame.id} << 19U;
+    return id << 1U | (frame.remote ? 1U : 0U);
 }
 
 }  // namespace
 
-CanWire::CanWire(Machine& machine, Fdcan& board) : board_(board), frame_end_(machine.events, [this] { on_frame_end(); }) {
-    board.on_request = [this] { arbitrate(); };
-}
-
-/// ISO 11898-1: bits of each phase, plus 10 % for stuffing.
-Ticks CanWire::duration(const CanFrame& frame) {
-    const double bytes = static_cast<double>(frame.data.size());
-    const double slow = (frame.extended ? 52 : 32) + 13;
-    const double data = 8 * bytes + (frame.fd ? (bytes > 16 ? 35 : 31) : 20);
-    return ticks(1.1 * (slow / kNominalHz + data / (frame.fast ? kDataHz : kNominalHz)));
+CanWire::CanWire(Machine& machine, std::vector<Fdcan*> controllers)
+    : controllers_(std::move(controllers)),
+      frame_end_(
+          machine.events, [this] { on_frame_end(); }, Event::Clock::always) {
+    for (Fdcan* controller : controllers_) {
+        controller->on_request = [this] { arbitrate(); };
+    }
 }
 
 void CanWire::send(CanFrame frame) {
@@ -45,25 +45,32 @@ void CanWire::babble_with(std::optional<CanFrame> frame) {
     arbitrate();
 }
 
+void CanWire::check_own(const Fdcan& controller, const CanFrame& frame) const {
+    check_timing(controller, frame.fast);
+    if (frame.fast && controller.compensates_delay() && controller.compensation_offset() != controller.data_sample_point()) {
+        throw RunFailure("FDCAN's TDCR.TDCO differs from the sample point of the data phase");
+    }
+}
+
 void CanWire::arbitrate() {
     if (frame_end_.is_due()) {
         return;
     }
-    const auto own = board_.waiting();
     std::uint64_t best = std::numeric_limits<std::uint64_t>::max();
-    const auto offer = [&](const CanFrame& frame, Sender sender) {
+    own_sender_ = nullptr;
+    const auto offer = [&](const CanFrame& frame, Sender sender, Fdcan* own = nullptr) {
         if (rank(frame) < best) {
             best = rank(frame);
             on_bus_ = frame;
             sender_ = sender;
+            own_sender_ = own;
         }
     };
-    if (own) {
-        check_timing(own->fast);
-        if (own->fast && board_.compensation_offset() != board_.data_sample_point()) {
-            throw RunFailure("FDCAN's TDCR.TDCO differs from the sample point of the data phase");
+    for (Fdcan* controller : controllers_) {
+        if (const auto own = controller->waiting()) {
+            check_own(*controller, *own);
+            offer(*own, Sender::board, controller);
         }
-        offer(*own, Sender::board);
     }
     if (!outgoing_.empty()) {
         offer(outgoing_.front(), Sender::others);
@@ -72,42 +79,64 @@ void CanWire::arbitrate() {
         offer(*babble_, Sender::babbler);
     }
     if (best != std::numeric_limits<std::uint64_t>::max()) {
-        frame_end_.in(duration(on_bus_));
+        frame_end_.in(frame_time(on_bus_, rates_.nominal_hz, rates_.data_hz));
+        if (own_sender_ != nullptr) {
+            own_sender_->win_arbitration();
+        }
     }
 }
 
 /// Checks the bit rates of a controller that receives or sends.
-void CanWire::check_timing(bool fast) const {
-    check_rate(board_.nominal_hz(), kNominalHz, "arbitration");
-    check_rate(fast ? board_.data_hz() : kDataHz, kDataHz, "data");
+void CanWire::check_timing(const Fdcan& controller, bool fast) const {
+    check_rate(controller.nominal_hz(), rates_.nominal_hz, "arbitration");
+    if (fast) {
+        check_rate(controller.data_hz(), rates_.data_hz, "data");
+    }
 }
 
-void CanWire::deliver(const CanFrame& frame) {
-    if (board_.is_on()) {
-        check_timing(frame.fast);
+void CanWire::deliver(const CanFrame& frame, const Fdcan* sender) {
+    for (Fdcan* controller : controllers_) {
+        if (controller != sender && controller->is_on()) {
+            check_timing(*controller, frame.fast);
+            controller->receive(frame);
+        }
     }
-    board_.receive(frame);
+}
+
+bool CanWire::is_acknowledged() const {
+    return has_other_nodes || std::any_of(controllers_.begin(), controllers_.end(), [this](const Fdcan* controller) {
+               return controller != own_sender_ && controller->acknowledges();
+           });
+}
+
+void CanWire::finish_own() {
+    Fdcan& sender = *own_sender_;
+    if (frames_to_destroy > 0) {
+        --frames_to_destroy;
+        sender.bus_error(true);
+        return;
+    }
+    const bool acknowledged = is_acknowledged();
+    sender.sent(acknowledged);
+    if (acknowledged) {
+        deliver(on_bus_, &sender);
+    }
+    if (has_other_nodes && on_frame) {
+        on_frame(on_bus_);
+    }
 }
 
 void CanWire::on_frame_end() {
     switch (sender_) {
         case Sender::board:
-            if (frames_to_destroy > 0) {
-                --frames_to_destroy;
-                board_.bus_error(true);
-            } else {
-                board_.sent(has_other_nodes);
-                if (has_other_nodes && on_frame) {
-                    on_frame(on_bus_);
-                }
-            }
+            finish_own();
             break;
         case Sender::others:
-            deliver(on_bus_);
+            deliver(on_bus_, nullptr);
             outgoing_.pop_front();
             break;
         case Sender::babbler:
-            deliver(on_bus_);
+            deliver(on_bus_, nullptr);
             break;
     }
     arbitrate();

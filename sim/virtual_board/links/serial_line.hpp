@@ -1,9 +1,11 @@
-// The remote end of a serial line, at the line's bit rate.
+// The remote end of the Nucleo's serial line, at the bit rate of the port that uses it.
 #pragma once
 
+#include <algorithm>
 #include <deque>
 #include <functional>
 #include <span>
+#include <vector>
 
 #include "sim/virtual_board/peripherals/usart.hpp"
 
@@ -11,13 +13,26 @@ namespace tricoil::virtual_board {
 
 class SerialLine {
 public:
-    SerialLine(Machine& machine, Usart& usart) : usart_(usart), next_(machine.events, [this] { deliver(); }) {
-        usart.on_sent = [this](std::uint8_t byte) {
-            if (on_byte) {
-                on_byte(byte);
-            }
-        };
+    /// A port that can use the line, and whether its pins are connected to it.
+    struct Port {
+        Usart* usart;
+        std::function<bool()> is_connected;
+    };
+
+    SerialLine(Machine& machine, std::vector<Port> ports)
+        : ports_(std::move(ports)),
+          next_(
+              machine.events, [this] { deliver(); }, Event::Clock::always) {
+        for (const Port& port : ports_) {
+            port.usart->on_sent = [this, &port](std::uint8_t byte) {
+                if (on_byte && port.is_connected()) {
+                    on_byte(byte);
+                }
+            };
+        }
     }
+    SerialLine(const SerialLine&) = delete;
+    SerialLine& operator=(const SerialLine&) = delete;
 
     /// Queues bytes; one reaches the board per byte time. A byte that arrives while the board does not listen is lost.
     void send(std::span<const std::uint8_t> bytes) {
@@ -32,17 +47,27 @@ public:
     std::function<void(std::uint8_t)> on_byte;
 
 private:
-    void pace() { next_.in(std::max(usart_.byte_time(), ticks(1e-6))); }
+    void pace() {
+        Ticks time = ticks(1e-6);
+        for (const Port& port : ports_) {
+            time = port.usart->listens() && port.is_connected() ? std::max(time, port.usart->byte_time()) : time;
+        }
+        next_.in(time);
+    }
     void deliver() {
         const std::uint8_t byte = outgoing_.front();
         outgoing_.pop_front();
-        usart_.receive(byte);
+        for (const Port& port : ports_) {
+            if (port.is_connected()) {
+                port.usart->receive(byte);
+            }
+        }
         if (!outgoing_.empty()) {
             pace();
         }
     }
 
-    Usart& usart_;
+    std::vector<Port> ports_;
     Event next_;
     std::deque<std::uint8_t> outgoing_;
 };

@@ -3,6 +3,8 @@
 namespace tricoil::virtual_board {
 namespace {
 
+constexpr std::uint32_t kSev = 0xBF40;
+
 /// Coprocessors 10 and 11 are the floating-point unit (ARMv7-M A6.4 to A6.7).
 bool is_float(std::uint32_t first, std::uint32_t second) { return (first & 0xEC00U) == 0xEC00U && (second & 0x0E00U) == 0x0A00U; }
 
@@ -17,6 +19,7 @@ BlockFacts analyse_block(std::span<const std::uint8_t> code) {
         if (is_long && facts.first_float == BlockFacts::kNoFloat && is_float(half(at), half(at + 2))) {
             facts.first_float = static_cast<std::uint16_t>(at);
         }
+        facts.sends_event = facts.sends_event || half(at) == kSev;
         ++facts.instructions;
         at += is_long ? 4 : 2;
     }

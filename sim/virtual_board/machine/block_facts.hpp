@@ -11,6 +11,8 @@ struct BlockFacts {
     std::uint16_t instructions = 0;
     std::uint16_t first_float = kNoFloat;  // offset of the first floating-point instruction
 
+    bool sends_event = false;  // SEV
+
     static constexpr std::uint16_t kNoFloat = 0xFFFF;
 };
 

@@ -2,9 +2,66 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <sstream>
+#include <utility>
+
 #include "sim/virtual_board/machine/run_failure.hpp"
 
 namespace tricoil::virtual_board {
+namespace {
+
+struct Absent {
+    const char* name;
+    std::uint32_t base;
+    std::uint32_t size = 0x400;
+};
+
+/// Peripherals of the STM32G474 without a model (RM0440, memory map).
+constexpr std::array<Absent, 24> kAbsent{{{"TAMP", 0x40002400},
+                                          {"RTC", 0x40002800},
+                                          {"SPI2", 0x40003800},
+                                          {"SPI3", 0x40003C00},
+                                          {"I2C1", 0x40005400},
+                                          {"I2C2", 0x40005800},
+                                          {"I2C3", 0x40007800},
+                                          {"LPTIM1", 0x40007C00},
+                                          {"I2C4", 0x40008400},
+                                          {"UCPD1", 0x4000A000},
+                                          {"VREFBUF", 0x40010030, 0x1D0},
+                                          {"COMP", 0x40010200, 0x100},
+                                          {"SPI1", 0x40013000},
+                                          {"SPI4", 0x40013C00},
+                                          {"SAI1", 0x40015400},
+                                          {"HRTIM1", 0x40016800},
+                                          {"CORDIC", 0x40020C00},
+                                          {"FMAC", 0x40021400},
+                                          {"AES", 0x50060000},
+                                          {"FMC", 0xA0000000},
+                                          {"QUADSPI", 0xA0001000},
+                                          {"ITM", 0xE0000000, 0x1000},
+                                          {"FPB", 0xE0002000, 0x1000},
+                                          {"TPIU", 0xE0040000, 0x1000}}};
+
+}  // namespace
+
+void Register::refuse(std::uint32_t value) const {
+    const int bit = std::countr_zero((value ^ reset) & ~modelled);
+    std::string field = "reserved";
+    std::istringstream fields(others);
+    for (std::string one; fields >> one;) {
+        const std::size_t at = one.find('@');
+        const int first = std::stoi(one.substr(at + 1));
+        const std::size_t dash = one.find('-', at);
+        const int last = dash == std::string::npos ? first : std::stoi(one.substr(dash + 1));
+        if (bit >= first && bit <= last) {
+            field = one.substr(0, at);
+        }
+    }
+    throw RunFailure(fmt::format("{}: bit {} ({}) is not in this model", name, bit, field));
+}
 
 void Peripheral::write_narrow(std::uint32_t offset, std::uint32_t, unsigned bytes) {
     throw RunFailure(fmt::format("{}-byte write to a 4-byte register at offset {:#x}", bytes, offset));
@@ -23,7 +80,10 @@ Mapping& Bus::device_at(std::uint32_t address) {
             return mappings_[i];
         }
     }
-    throw RunFailure(fmt::format("no peripheral at {:#010x}", address));
+    const auto* const absent =
+        std::find_if(kAbsent.begin(), kAbsent.end(), [&](const auto& p) { return address - p.base < p.size; });
+    throw RunFailure(absent == kAbsent.end() ? fmt::format("no peripheral at {:#010x}", address)
+                                             : fmt::format("{} at {:#010x} is not in this model", absent->name, address));
 }
 
 std::uint32_t Bus::read(std::uint32_t address, unsigned bytes) {

@@ -25,6 +25,7 @@ public:
     std::uint32_t read(std::uint32_t address, unsigned bytes);
     void write(std::uint32_t address, std::uint32_t value, unsigned bytes);
     void reset();
+    [[nodiscard]] const std::vector<Mapping>& mappings() const { return mappings_; }
 
 private:
     Mapping& device_at(std::uint32_t address);

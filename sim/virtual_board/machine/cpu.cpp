@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <utility>
 
 #include "sim/virtual_board/machine/run_failure.hpp"
 #include "sim/virtual_board/machine/store_speed.hpp"
@@ -111,6 +112,7 @@ Cpu::Cpu(Memory& memory, Bus& bus, Events& events, Nvic& nvic, SystemControl& co
     Hooks::map<Memory::kFlashBase + Memory::kBankBytes, Memory::kBankBytes>(uc_, this);
     Hooks::map<0x40000000, 0x10000000>(uc_, this);
     Hooks::map<0x50000000, 0x10000000>(uc_, this);
+    Hooks::map<0xA0000000, 0x2000>(uc_, this);
     Hooks::map<0xE0000000, 0x00100000>(uc_, this);
     uc_hook hook = 0;
     const auto add = [&](int type, auto* callback) {
@@ -155,6 +157,9 @@ void Cpu::reset() {
     running_ = 0;
     float_context_ = false;
     asleep_ = false;
+    deeply_asleep_ = false;
+    event_ = false;
+    halted_ = false;
     in_bootloader_ = false;
     stop_requested_ = false;
 }
@@ -189,6 +194,7 @@ void Cpu::on_block(std::uint32_t address, std::uint32_t bytes) {
     if (facts.first_float != BlockFacts::kNoFloat) {
         use_float(address + facts.first_float);
     }
+    event_ = event_ || facts.sends_event;
     in_bootloader_ = address - Memory::kSystemBase < Memory::kSystemBytes;
     spend(facts.instructions);
 }
@@ -211,9 +217,30 @@ void Cpu::on_interrupt(std::uint32_t number) {
     uc_emu_stop(uc_);
 }
 
+void Cpu::start_sleep(bool until_event) {
+    until_event_ = until_event;
+    if (until_event && std::exchange(event_, false)) {
+        return;
+    }
+    asleep_ = true;
+    if (control_.sleeps_deeply() && on_deep_sleep && !wakes()) {
+        deeply_asleep_ = true;
+        on_deep_sleep();
+    }
+}
+
+bool Cpu::wakes() const {
+    if (halted_) {
+        return false;
+    }
+    if (until_event_ && (event_ || (control_.pending_is_event() && nvic_.has_pending()))) {
+        return true;
+    }
+    return nvic_.may_take() && nvic_.wakes(masks());
+}
+
 void Cpu::sleep() {
-    const Masks still = masks();
-    while (!nvic_.may_take() || !nvic_.wakes(still)) {
+    while (!wakes()) {
         const Ticks until = std::min(events_.next(), limit_);
         const Ticks left = std::max<Ticks>(until - events_.now(), 0);
         const Ticks slept = (left + ticks_per_cycle_ - 1) / ticks_per_cycle_;  // whole cycles
@@ -224,6 +251,10 @@ void Cpu::sleep() {
         }
     }
     asleep_ = false;
+    event_ = event_ && !until_event_;
+    if (std::exchange(deeply_asleep_, false)) {
+        on_deep_wake();
+    }
 }
 
 void Cpu::run() {
@@ -236,8 +267,12 @@ void Cpu::run() {
         const auto bytes = memory_.at(at, 2);
         return bytes.empty() ? 0U : static_cast<std::uint32_t>(bytes[0] | bytes[1] << 8U);
     };
-    if (error == UC_ERR_INSN_INVALID && (instruction(pc() - 2) == kWfe || instruction(pc() - 2) == kYield)) {
-        return;  // hints; no effect with one processor
+    if (error == UC_ERR_INSN_INVALID && instruction(pc() - 2) == kYield) {
+        return;  // a hint; no effect with one processor
+    }
+    if (error == UC_ERR_INSN_INVALID && instruction(pc() - 2) == kWfe) {
+        start_sleep(true);
+        return;
     }
     if (error != UC_ERR_OK) {
         failure_ = error == UC_ERR_INSN_INVALID ? "undefined instruction" : uc_strerror(error);
@@ -245,7 +280,7 @@ void Cpu::run() {
         if (instruction(pc() - 2) != kWfi) {
             failure_ = "the emulator stopped for an unknown reason";
         }
-        asleep_ = true;
+        start_sleep(false);
     }
 }
 
@@ -261,6 +296,9 @@ void Cpu::run_until(Ticks time) {
                 }
             }
             take_exceptions();
+            if (asleep_) {  // SLEEPONEXIT
+                continue;
+            }
             run();
             if (failure_) {
                 throw RunFailure(*failure_);

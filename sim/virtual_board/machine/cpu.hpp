@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -42,6 +43,14 @@ public:
     /// event.
     void jump(std::uint32_t address, bool masked);
 
+    /// An event for WFE.
+    void signal_event() { event_ = true; }
+    /// Standby and shutdown: only a reset starts the processor again.
+    void halt() { halted_ = true; }
+    /// Called when the processor enters and leaves deep sleep (SCR.SLEEPDEEP); may be empty.
+    std::function<void()> on_deep_sleep;
+    std::function<void()> on_deep_wake;
+
     /// Core frequency, from the next instruction on.
     void set_ticks_per_cycle(Ticks ticks) { ticks_per_cycle_ = ticks; }
     [[nodiscard]] Ticks ticks_per_cycle() const { return ticks_per_cycle_; }
@@ -67,7 +76,9 @@ private:
     const BlockFacts& facts_at(std::uint32_t address, std::uint32_t bytes);
     void fail(const std::string& reason);
     void run();
+    void start_sleep(bool until_event);
     void sleep();
+    [[nodiscard]] bool wakes() const;
     void spend(int cycles);
 
     // Exceptions: cpu_exceptions.cpp.
@@ -93,13 +104,17 @@ private:
     SystemControl& control_;
     uc_struct* uc_ = nullptr;
 
-    Ticks ticks_per_cycle_ = 510;
+    Ticks ticks_per_cycle_ = ticks_of_cycle(16e6);
     std::uint64_t cycles_ = 0;
     std::uint64_t busy_cycles_ = 0;
     Ticks limit_ = 0;
     bool stop_requested_ = false;
     bool stopping_ = false;  // uc_emu_stop was called from a hook
     bool asleep_ = false;
+    bool deeply_asleep_ = false;
+    bool until_event_ = false;  // sleeps by WFE
+    bool event_ = false;        // event register
+    bool halted_ = false;
     bool in_bootloader_ = false;
     bool float_context_ = false;  // CONTROL.FPCA
     int running_ = 0;             // IPSR

@@ -102,6 +102,7 @@ void Cpu::enter(bool tail_chained, std::uint32_t exc_return) {
         spend(kTailChainCycles);
     }
     nvic_.enter(exception);
+    event_ = true;
     running_ = exception;
     control_.set_running(exception);
     set(UC_ARM_REG_XPSR, kThumb | static_cast<std::uint32_t>(exception));  // selects the main stack
@@ -159,6 +160,10 @@ void Cpu::unstack_frame(std::uint32_t exc_return) {
     }
     sync_float_context(with_float);
     set(UC_ARM_REG_PC, pc | 1U);
+    event_ = true;
+    if (to_thread && control_.sleeps_on_exit()) {
+        start_sleep(false);
+    }
 }
 
 void Cpu::take_exceptions() {

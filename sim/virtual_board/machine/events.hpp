@@ -1,6 +1,7 @@
 // Timed events of the board's hardware outside the processor.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <utility>
 #include <vector>
@@ -22,58 +23,123 @@ public:
     /// Advances time without running events; they run at the next advance().
     void pass(Ticks time) { now_ += time; }
 
+    /// Stop mode: the pending events of the chip's stopped clocks wait until thaw().
+    void freeze();
+    void thaw();
+    /// A reset in Stop mode: the waiting events are gone.
+    void forget_frozen() {
+        frozen_.clear();
+        is_frozen_ = false;
+    }
+    [[nodiscard]] bool is_frozen() const { return is_frozen_; }
+
 private:
     friend class Event;
+    void add(Event& event);
+    void drop(Event& event);
     void look_for_next();
 
     Ticks now_ = 0;
     Ticks next_ = kNever;
-    std::vector<Event*> events_;
+    unsigned constructed_ = 0;
+    std::vector<Event*> pending_;
+    std::vector<std::pair<Event*, Ticks>> frozen_;  // remaining time
+    bool is_frozen_ = false;
 };
 
 /// One event, pending at most once. Lives as long as its Events.
 class Event {
 public:
-    Event(Events& events, std::function<void()> act) : events_(events), act_(std::move(act)) { events.events_.push_back(this); }
+    /// Clock that drives an event: one that stops in Stop mode, or one that always runs (low-speed oscillators, other boards).
+    enum class Clock : bool { stops, always };
+
+    Event(Events& events, std::function<void()> act, Clock clock = Clock::stops)
+        : events_(events), act_(std::move(act)), number_(events.constructed_++), clock_(clock) {}
     Event(const Event&) = delete;
     Event& operator=(const Event&) = delete;
 
-    void at(Ticks time) {
-        when_ = time;
-        events_.look_for_next();
-    }
+    void at(Ticks time);
     void in(Ticks delay) { at(events_.now() + delay); }
-    void cancel() { at(kNever); }
+    void cancel();
     [[nodiscard]] bool is_due() const { return when_ != kNever; }
     [[nodiscard]] Ticks when() const { return when_; }
 
 private:
     friend class Events;
+    [[nodiscard]] bool before(const Event& other) const {
+        return when_ != other.when_ ? when_ < other.when_ : number_ < other.number_;
+    }
+
     Events& events_;
     std::function<void()> act_;
     Ticks when_ = kNever;
+    unsigned number_;
+    Clock clock_;
 };
+
+inline void Event::at(Ticks time) {
+    const bool was_due = is_due();
+    when_ = time;
+    if (was_due) {
+        events_.look_for_next();
+    } else {
+        events_.add(*this);
+    }
+}
+
+inline void Event::cancel() {
+    if (is_due()) {
+        when_ = kNever;
+        events_.drop(*this);
+    }
+}
+
+inline void Events::add(Event& event) {
+    pending_.push_back(&event);
+    next_ = std::min(next_, event.when_);
+}
+
+inline void Events::drop(Event& event) {
+    std::erase(pending_, &event);
+    look_for_next();
+}
 
 inline void Events::look_for_next() {
     next_ = kNever;
-    for (const Event* event : events_) {
-        next_ = event->when_ < next_ ? event->when_ : next_;
+    for (const Event* event : pending_) {
+        next_ = std::min(next_, event->when_);
     }
 }
 
 inline void Events::advance(Ticks time) {
     while (next_ <= time) {
-        for (Event* event : events_) {
-            if (event->when_ == next_) {
-                now_ = next_;
-                event->when_ = kNever;
-                look_for_next();
-                event->act_();
-                break;
-            }
+        Event* first = pending_.front();
+        for (Event* event : pending_) {
+            first = event->before(*first) ? event : first;
         }
+        now_ = next_;
+        first->cancel();
+        first->act_();
     }
     now_ = time;
+}
+
+inline void Events::freeze() {
+    is_frozen_ = true;
+    const auto waiting = pending_;
+    for (Event* event : waiting) {
+        if (event->clock_ == Event::Clock::stops) {
+            frozen_.emplace_back(event, event->when_ - now_);
+            event->cancel();
+        }
+    }
+}
+
+inline void Events::thaw() {
+    is_frozen_ = false;
+    for (const auto& [event, left] : std::exchange(frozen_, {})) {
+        event->in(left);
+    }
 }
 
 }  // namespace tricoil::virtual_board

@@ -33,12 +33,19 @@ void Machine::load(std::span<const std::uint8_t> image) {
     if (!stack_in_ram || !start_in_image) {
         throw std::invalid_argument(
             fmt::format("image does not begin with a vector table for flash at {:#010x} (stack {:#010x}, reset "
-                        "{:#010x}); give the .bin of nucleo-g474re",
+                        "{:#010x}); give a raw .bin that is linked for this address",
                         Memory::kFlashBase, stack, start));
     }
 }
 
+void Machine::set_core_clock(Ticks ticks_per_cycle) {
+    const std::uint32_t count = sys_tick_.count();
+    cpu.set_ticks_per_cycle(ticks_per_cycle);
+    sys_tick_.count_from(count);
+}
+
 void Machine::reset() {
+    events.forget_frozen();
     bus.reset();
     cpu.reset();
 }

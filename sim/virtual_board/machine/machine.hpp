@@ -22,6 +22,9 @@ public:
     /// Runs until `time`, across resets. Returns at once after the firmware has entered the bootloader. Throws RunFailure.
     void run_until(Ticks time);
 
+    /// Frequency of the processor and SysTick, from the next instruction on.
+    void set_core_clock(Ticks ticks_per_cycle);
+
     /// Called on a reset requested by the firmware or a watchdog.
     std::function<void()> on_reset_request;
     /// Requests a reset before the next instruction.

@@ -22,6 +22,9 @@ struct Memory {
 
     Memory();
 
+    [[nodiscard]] static constexpr bool is_ram(std::uint32_t address) {
+        return address - kRamBase < kRamBytes || address - kCcmBase < kCcmBytes;
+    }
     /// Host memory of `size` bytes at this address; empty if a part of it is outside memory.
     std::span<std::uint8_t> at(std::uint32_t address, std::uint32_t size);
     [[nodiscard]] std::uint32_t word(std::uint32_t address);

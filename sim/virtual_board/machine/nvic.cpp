@@ -21,12 +21,13 @@ bool in(std::uint32_t offset, std::uint32_t first) { return offset >= first && o
 
 }  // namespace
 
-void Nvic::set_level(int interrupt, bool high) {
-    State& s = state(kFirstInterrupt + interrupt);
-    const bool rises = high && !s.level;
-    s.level = high;
-    if (rises) {
-        pend(kFirstInterrupt + interrupt);
+void Nvic::set_level(InterruptLine line, bool high) {
+    State& s = state(kFirstInterrupt + line.number);
+    const std::uint32_t before = s.levels;
+    const std::uint32_t mine = 1U << line.source;
+    s.levels = high ? before | mine : before & ~mine;
+    if (before == 0 && s.levels != 0) {
+        pend(kFirstInterrupt + line.number);
     }
 }
 
@@ -112,7 +113,7 @@ void Nvic::leave(int exception) {
     s.active = false;
     --active_count_;
     changed();
-    if (s.level) {
+    if (s.levels != 0) {
         pend(exception);
     }
 }
@@ -175,7 +176,7 @@ void Nvic::write(std::uint32_t offset, std::uint32_t value) {
     } else if (in(offset, kClearPending)) {
         for_bits(word, value, [this](int e) {
             unpend(e);
-            if (state(e).level && !state(e).active) {
+            if (state(e).levels != 0 && !state(e).active) {
                 pend(e);  // the interrupt output of the peripheral is still high
             }
         });

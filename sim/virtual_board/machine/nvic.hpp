@@ -18,6 +18,13 @@ constexpr int kSvCall = 11;
 constexpr int kPendSv = 14;
 constexpr int kSysTick = 15;
 
+/// Line at the interrupt controller. Peripherals that share a line have different sources; the line is high while one of them is.
+struct InterruptLine {
+    InterruptLine(int line, unsigned from = 0) : number(line), source(from) {}  // NOLINT: most lines have one source
+    int number;
+    unsigned source;
+};
+
 /// Mask registers of the processor.
 struct Masks {
     bool primask = false;
@@ -38,13 +45,15 @@ public:
 
     /// Interrupt output of a peripheral: a rising edge makes the interrupt pending; if the output is still high when the handler
     /// returns, the interrupt becomes pending again.
-    void set_level(int interrupt, bool high);
+    void set_level(InterruptLine line, bool high);
     /// Makes an exception pending.
     void pend(int exception);
     void unpend(int exception);
 
     /// True if an exception is more urgent than the running one, without regard to the masks. If false, to_take() returns 0.
     [[nodiscard]] bool may_take() const { return pending_count_ > 0 && most_urgent() != 0; }
+    /// True if an exception is pending, enabled or not.
+    [[nodiscard]] bool has_pending() const { return pending_count_ > 0; }
     /// The exception to enter now; 0: none.
     [[nodiscard]] int to_take(const Masks& masks) const;
     /// True if WFI ends: like to_take(), but ignores PRIMASK (ARMv7-M B1.5.19).
@@ -80,7 +89,7 @@ private:
         bool enabled = false;
         bool pending = false;
         bool active = false;
-        bool level = false;
+        std::uint32_t levels = 0;  // of the sources
         std::uint8_t priority = 0;
         Ticks since = 0;  // time at which it became pending
     };

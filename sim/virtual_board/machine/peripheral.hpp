@@ -2,8 +2,30 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 namespace tricoil::virtual_board {
+
+constexpr std::uint32_t kAllBits = 0xFFFF'FFFF;
+
+/// A register and the bits that the model knows: their effect is modelled, or nothing that is simulated depends on them.
+struct Register {
+    std::uint32_t offset = 0;
+    std::uint32_t reset = 0;
+    const char* name = "";
+    std::uint32_t modelled = 0;
+    const char* others = "";  // fields that are not modelled: "ARPE@7 CKD@8-9"
+
+    /// Throws RunFailure, with the names of register and field, if `value` changes a bit that is not modelled.
+    void check(std::uint32_t value) const {
+        if (((value ^ reset) & ~modelled) != 0) {
+            refuse(value);
+        }
+    }
+
+private:
+    [[noreturn]] void refuse(std::uint32_t value) const;
+};
 
 /// Registers of 32 bits at offsets from a base. An unknown offset throws RunFailure.
 class Peripheral {
@@ -17,6 +39,8 @@ public:
     virtual void write(std::uint32_t offset, std::uint32_t value) = 0;
     /// A write of 1 or 2 bytes. The default throws RunFailure, because few registers allow it.
     virtual void write_narrow(std::uint32_t offset, std::uint32_t value, unsigned bytes);
+    /// The registers, for lists. Empty for memories.
+    [[nodiscard]] virtual std::span<const Register> registers() const { return {}; }
     /// State after power-on or a system reset.
     virtual void reset() = 0;
 };

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <array>
+
 #include "sim/virtual_board/machine/run_failure.hpp"
 
 namespace tricoil::virtual_board {
@@ -28,6 +30,32 @@ constexpr std::uint32_t kFpccr = 0x234;
 constexpr std::uint32_t kFpcar = 0x238;
 constexpr std::uint32_t kFpdscr = 0x23C;
 
+constexpr Register kSleep{kScr, 0, "SCR", 0x16};
+constexpr Register kConfiguration{kCcr, 0x200, "CCR", 0x200,
+                                  "NONBASETHRDENA@0 USERSETMPEND@1 UNALIGN_TRP@3 DIV_0_TRP@4 BFHFNMIGN@8"};
+constexpr Register kFaults{kShcsr, 0, "SHCSR", 0x70000, "active_and_pending_flags@0-15"};  // every fault ends the run
+constexpr std::array<Register, 19> kRegisters{{{kCpuid, 0x410FC241, "CPUID", 0},
+                                               {kIcsr, 0, "ICSR", kAllBits},
+                                               {kVtor, 0, "VTOR", 0xFFFFFF80},
+                                               {kAircr, 0xFA050000, "AIRCR", 0xFFFF0704},
+                                               kSleep,
+                                               kConfiguration,
+                                               {kPriorities, 0, "SHPR1", 0xF0F0F0},
+                                               {kPriorities + 4, 0, "SHPR2", 0xF0000000},
+                                               {kPriorities + 8, 0, "SHPR3", 0xF0F00000},
+                                               kFaults,
+                                               {kCfsr, 0, "CFSR", kAllBits},
+                                               {kHfsr, 0, "HFSR", kAllBits},
+                                               {kMmfar, 0, "MMFAR", 0},
+                                               {kBfar, 0, "BFAR", 0},
+                                               {kCpacr, 0, "CPACR", 0x00F00000},
+                                               {kDemcr, 0, "DEMCR", 0x01000000},
+                                               {kFpccr, 0xC0000000, "FPCCR", kAllBits},
+                                               {kFpcar, 0, "FPCAR", 0xFFFFFFF8},
+                                               {kFpdscr, 0, "FPDSCR", 0x07C00000}}};
+constexpr std::array<Register, 4> kTickRegisters{
+    {{0x0, 0, "CTRL", 0x7}, {0x4, 0, "LOAD", 0xFFFFFF}, {0x8, 0, "VAL", kAllBits}, {0xC, 0, "CALIB", 0}}};
+constexpr std::array<Register, 2> kCycleRegisters{{{0x0, 0x40000000, "CTRL", 0x1}, {0x4, 0, "CYCCNT", kAllBits}}};
 constexpr std::uint32_t kPriorityBytes = 12;
 constexpr std::uint32_t kSystemResetRequest = 1U << 2U;
 
@@ -129,15 +157,15 @@ void SystemControl::write(std::uint32_t offset, std::uint32_t value) {
             }
             break;
         case kScr:
-            if ((value & 4U) != 0) {
-                throw RunFailure("SLEEPDEEP: deep sleep is not modelled");
-            }
+            kSleep.check(value);
             scr_ = value;
             break;
         case kCcr:
+            kConfiguration.check(value);
             ccr_ = value;
             break;
         case kShcsr:
+            kFaults.check(value);
             shcsr_ = value;
             break;
         case kCfsr:
@@ -175,6 +203,12 @@ void SystemControl::write_narrow(std::uint32_t offset, std::uint32_t value, unsi
     }
 }
 
+std::span<const Register> SystemControl::registers() const { return kRegisters; }
+
+std::span<const Register> SysTick::registers() const { return kTickRegisters; }
+
+std::span<const Register> CycleCounter::registers() const { return kCycleRegisters; }
+
 void SystemControl::reset() {
     vtor_ = 0;
     scr_ = 0;
@@ -200,9 +234,19 @@ void SysTick::wrap() {
 
 void SysTick::start() {
     if ((control_ & 1U) != 0 && load_ != 0) {
-        wrap_.in(period());
+        wrap_.in((Ticks{load_} + 1) * ticks_per_count());
     } else {
         wrap_.cancel();
+    }
+}
+
+std::uint32_t SysTick::count() const {
+    return wrap_.is_due() ? static_cast<std::uint32_t>((wrap_.when() - events_.now()) / ticks_per_count()) : 0;
+}
+
+void SysTick::count_from(std::uint32_t count) {
+    if (wrap_.is_due()) {
+        wrap_.in(Ticks{count} * ticks_per_count());
     }
 }
 
@@ -216,7 +260,7 @@ std::uint32_t SysTick::read(std::uint32_t offset) {
         case 0x4:
             return load_;
         case 0x8:
-            return wrap_.is_due() ? static_cast<std::uint32_t>((wrap_.when() - events_.now()) / ticks_per_cycle_()) : 0;
+            return count();
         case 0xC:
             return 0;
         default:
@@ -227,10 +271,7 @@ std::uint32_t SysTick::read(std::uint32_t offset) {
 void SysTick::write(std::uint32_t offset, std::uint32_t value) {
     switch (offset) {
         case 0x0:
-            if ((value & 5U) == 1U) {
-                throw RunFailure("SysTick with HCLK/8 is not in this model; set CLKSOURCE");
-            }
-            if (((control_ ^ value) & 1U) != 0) {
+            if (((control_ ^ value) & 5U) != 0) {
                 control_ = value & 7U;
                 start();
             }

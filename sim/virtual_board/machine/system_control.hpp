@@ -17,6 +17,10 @@ public:
     [[nodiscard]] bool float_is_on() const { return (cpacr_ >> 20U & 0xFU) == 0xFU; }
     [[nodiscard]] bool stack_aligned() const { return (ccr_ & 1U << 9U) != 0; }
 
+    [[nodiscard]] bool sleeps_on_exit() const { return (scr_ & 2U) != 0; }
+    [[nodiscard]] bool sleeps_deeply() const { return (scr_ & 4U) != 0; }
+    [[nodiscard]] bool pending_is_event() const { return (scr_ & 0x10U) != 0; }
+
     // FPCCR and FPCAR: stack address of the interrupted program's floating-point registers while their save is pending.
     [[nodiscard]] bool saves_float() const { return (fpccr_ & 1U << 31U) != 0; }
     [[nodiscard]] bool saves_lazily() const { return (fpccr_ & 1U << 30U) != 0; }
@@ -29,6 +33,7 @@ public:
     std::uint32_t read(std::uint32_t offset) override;
     void write(std::uint32_t offset, std::uint32_t value) override;
     void write_narrow(std::uint32_t offset, std::uint32_t value, unsigned bytes) override;
+    [[nodiscard]] std::span<const Register> registers() const override;
     void reset() override;
 
     /// Number of the running exception, for ICSR.
@@ -53,20 +58,26 @@ private:
     int running_ = 0;
 };
 
-/// 0xE000E010: down-counter of processor cycles.
+/// 0xE000E010: down-counter of processor cycles, or of every eighth.
 class SysTick final : public Peripheral {
 public:
     /// `ticks_per_cycle`: at the present core clock.
     SysTick(Events& events, Nvic& nvic, std::function<Ticks()> ticks_per_cycle);
 
+    [[nodiscard]] std::uint32_t count() const;
+    /// Continues at `count` at the present frequency.
+    void count_from(std::uint32_t count);
+
     std::uint32_t read(std::uint32_t offset) override;
     void write(std::uint32_t offset, std::uint32_t value) override;
+    [[nodiscard]] std::span<const Register> registers() const override;
     void reset() override;
 
 private:
     void wrap();
     void start();
-    [[nodiscard]] Ticks period() const { return (Ticks{load_} + 1) * ticks_per_cycle_(); }
+    [[nodiscard]] Ticks ticks_per_count() const { return ticks_per_cycle_() * (is_divided() ? 8 : 1); }
+    [[nodiscard]] bool is_divided() const { return (control_ & 4U) == 0; }
 
     Events& events_;
     Nvic& nvic_;
@@ -83,6 +94,7 @@ public:
     explicit CycleCounter(const std::uint64_t& cycles) : cycles_(cycles) {}
     std::uint32_t read(std::uint32_t offset) override;
     void write(std::uint32_t offset, std::uint32_t value) override;
+    [[nodiscard]] std::span<const Register> registers() const override;
     void reset() override { control_ = 0; }
 
 private:

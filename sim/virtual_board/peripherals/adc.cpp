@@ -1,6 +1,9 @@
 #include "sim/virtual_board/peripherals/adc.hpp"
 
+#include <algorithm>
 #include <array>
+
+#include "sim/virtual_board/peripherals/adc_registers.hpp"
 
 namespace tricoil::virtual_board {
 namespace {
@@ -15,8 +18,12 @@ constexpr std::uint32_t kSmpr2 = 0x18;
 constexpr std::uint32_t kTr1 = 0x20;
 constexpr std::uint32_t kSqr1 = 0x30;
 constexpr std::uint32_t kDr = 0x40;
+constexpr std::uint32_t kOffset1 = 0x60;
+constexpr std::uint32_t kCalibration = 0xB4;
+constexpr std::uint32_t kGain = 0xC0;
 
 constexpr unsigned kReady = 0;
+constexpr unsigned kEndOfSampling = 1;
 constexpr unsigned kEndOfConversion = 2;
 constexpr unsigned kEndOfSequence = 3;
 constexpr unsigned kOverrun = 4;
@@ -30,66 +37,116 @@ constexpr unsigned kRegulator = 28;
 constexpr unsigned kDeepPowerDown = 29;
 constexpr unsigned kCalibrate = 31;
 
+// Bits of CFGR and CFGR2.
+constexpr unsigned kDma = 0;
+constexpr unsigned kDmaEndless = 1;
+constexpr unsigned kOverwrite = 12;
+constexpr unsigned kContinuous = 13;
+constexpr unsigned kAlignLeft = 15;
+constexpr unsigned kOversample = 0;
+constexpr unsigned kTriggerEach = 9;
+constexpr unsigned kGainOn = 16;
+
 constexpr double kReadyS = 1e-6;            // DS12288, stabilisation time after power-up
 constexpr double kRegulatorStartS = 20e-6;  // DS12288, start-up time of the converter's voltage regulator
-constexpr double kCalibrationCycles = 116;
+constexpr Ticks kCalibrationCycles = 116;
 constexpr double kMaxHz = 60e6;  // DS12288, one converter at 12 bits
-// Sampling times of the SMPR codes, in half cycles.
+// Sampling times of the SMPR codes, and conversion times of the RES codes, in half cycles.
 constexpr std::array<int, 8> kSampling2{5, 13, 25, 49, 95, 185, 495, 1281};
-constexpr int kConverting2 = 25;
+constexpr std::array<int, 4> kConverting2{25, 21, 17, 13};
+constexpr std::array<unsigned, 4> kLeftShifts{4, 6, 8, 2};
 constexpr double kMaxIdleS = 1e-3;  // ES0430 2.7.10
 
 }  // namespace
-
-unsigned AdcCommon::divider() const {
-    const std::uint32_t mode = field(registers_[0x08], 16, 2);
-    if (mode == 0) {
-        throw RunFailure("the converters' asynchronous clock is not in this model; set CKMODE");
-    }
-    return 1U << (mode - 1U);
-}
 
 Adc::Adc(Machine& machine, Dma& dma, const AdcCommon& common, const AdcParams& params)
     : machine_(machine),
       dma_(dma),
       common_(common),
       params_(params),
-      registers_{{kIsr, 0},   {kIer, 0},   {kCr, 0},           {kCfgr, 0x80000000}, {kCfgr2, 0},
-                 {kSmpr1, 0}, {kSmpr2, 0}, {kTr1, 0x0FFF0000}, {0x24, 0x00FF0000},  {0x28, 0x00FF0000},
-                 {kSqr1, 0},  {kDr, 0},    {0xB0, 0},          {0xB4, 0},           {0xC0, 0}},
-      ready_(machine.events, [this] { flags_ |= 1U << kReady; }),
-      calibrated_(machine.events, [this] {
-          control_ &= ~(1U << kCalibrate);
-          converted_ = machine_.now();
-      }) {
+      registers_(adc_registers()),
+      ready_(machine.events,
+             [this] {
+                 is_ready_ = true;
+                 flags_ |= 1U << kReady;
+                 show_interrupt();
+             }),
+      calibrated_(machine.events,
+                  [this] {
+                      control_ &= ~(1U << kCalibrate);
+                      registers_.at(kCalibration) = 0x40;
+                      converted_ = machine_.now();
+                  }),
+      finished_(machine.events, [this] { finish(); }) {
+    dma_.on_enable(params_.request, [this] { waits_ = waits_ && !dma_.request(params_.request); });
     reset();
+}
+
+unsigned Adc::channel() const {
+    const unsigned place = rank_ + 1;  // SQR1 begins with the length
+    return field(registers_[kSqr1 + 4 * (place / 5)], 6 * (place % 5), 5);
 }
 
 Ticks Adc::sampling_time() const {
     const unsigned n = channel();
     const std::uint32_t code = n < 10 ? field(registers_[kSmpr1], 3 * n, 3) : field(registers_[kSmpr2], 3 * (n - 10), 3);
-    return kSampling2[code] * Ticks{common_.divider()} * machine_.cpu.ticks_per_cycle() / 2;
+    return kSampling2[code] * common_.clock() / 2;
 }
 
-Ticks Adc::conversion_time() const {
-    return sampling_time() + kConverting2 * Ticks{common_.divider()} * machine_.cpu.ticks_per_cycle() / 2;
-}
+bool Adc::is_by_software() const { return field(registers_[kCfgr], 10, 2) == 0; }
 
 void Adc::trigger(unsigned source) {
     const std::uint32_t cfgr = registers_[kCfgr];
-    if (runs() && field(cfgr, 10, 2) == 1 && field(cfgr, 5, 5) == source) {
-        converting_ = !stuck_;
+    if (!runs() || is_by_software() || field(cfgr, 5, 5) != source) {
+        return;
+    }
+    if (field(cfgr, 10, 2) == 2) {
+        throw RunFailure("conversions on the falling edge of a trigger are not in this model");
+    }
+    if (finished_.is_due()) {
+        throw RunFailure("a conversion lasts longer than the time between two triggers");
+    }
+    convert();
+}
+
+void Adc::convert() {
+    if (!stuck_) {
+        const Ticks converting = kConverting2[field(registers_[kCfgr], 3, 2)] * common_.clock() / 2;
+        finished_.in(sampling_time() + converting);
     }
 }
 
 bool Adc::may_be_wrong() const { return !converted_ || machine_.now() - *converted_ > ticks(kMaxIdleS); }
 
-void Adc::finish(std::uint32_t code) {
-    converting_ = false;
+/// Gain, offset and alignment of a result.
+std::uint32_t Adc::corrected(std::uint32_t code) const {
+    const std::uint32_t cfgr = registers_[kCfgr];
+    if (is_set(registers_[kCfgr2], kGainOn)) {
+        code = std::min(code * registers_[kGain] / 4096, 0xFFFFU);
+    }
+    for (std::uint32_t offset = kOffset1; offset < kOffset1 + 16; offset += 4) {
+        const std::uint32_t setting = registers_[offset];
+        if (is_set(setting, 31) && field(setting, 26, 5) == channel()) {
+            const std::uint32_t shift = 2 * field(cfgr, 3, 2);
+            code -= field(setting, 0, 12) >> shift;
+            const bool saturates = is_set(setting, 25);
+            code = saturates && static_cast<std::int32_t>(code) < 0 ? 0 : code;
+        }
+    }
+    const bool left = is_set(cfgr, kAlignLeft) && !is_set(registers_[kCfgr2], kOversample);
+    return (left ? code << kLeftShifts[field(cfgr, 3, 2)] : code) & 0xFFFFU;
+}
+
+void Adc::finish() {
+    const std::uint32_t resolution = field(registers_[kCfgr], 3, 2);
+    const Ticks held = machine_.now() - kConverting2[resolution] * common_.clock() / 2;
+    std::uint32_t code = sample ? sample(held) : 0;
     code ^= may_be_wrong() ? first_error_ : 0U;
+    code >>= 2 * resolution;
     converted_ = machine_.now();
-    if (!is_set(registers_[kCfgr2], 0)) {
-        store_result(code);
+    flags_ |= 1U << kEndOfSampling;
+    if (!is_set(registers_[kCfgr2], kOversample)) {
+        store_result(corrected(code));
         return;
     }
     sum_ += code;
@@ -98,35 +155,58 @@ void Adc::finish(std::uint32_t code) {
         const std::uint32_t result = sum_ >> field(registers_[kCfgr2], 5, 4) & 0xFFFFU;
         sum_ = 0;
         summed_ = 0;
-        store_result(result);
+        store_result(corrected(result));
+    } else if (!is_set(registers_[kCfgr2], kTriggerEach)) {
+        convert();
     }
 }
 
 void Adc::store_result(std::uint32_t result) {
     check_watchdog(result);
-    const bool by_dma = is_set(registers_[kCfgr], 0);
+    const std::uint32_t cfgr = registers_[kCfgr];
     const bool unread = is_set(flags_, kEndOfConversion);
-    if (unread) {
-        flags_ |= 1U << kOverrun;
-    }
-    if (!unread || is_set(registers_[kCfgr], 12)) {  // OVRMOD
+    flags_ |= flag(unread, kOverrun);
+    if (!unread || is_set(cfgr, kOverwrite)) {
         registers_.at(kDr) = result;
     }
-    flags_ |= 1U << kEndOfConversion | 1U << kEndOfSequence;
+    flags_ |= 1U << kEndOfConversion;
     if (on_result) {
         on_result(result);
     }
-    if (by_dma && !is_set(flags_, kOverrun)) {  // after an overrun there are no more requests until the flag is cleared
-        dma_.request(params_.request);
+    if (is_set(cfgr, kDma) &&
+        !is_set(flags_, kOverrun)) {  // after an overrun there are no more requests until the flag is cleared
+        waits_ = !dma_.request(params_.request);
     }
+    advance_sequence();
     show_interrupt();
+}
+
+void Adc::advance_sequence() {
+    const std::uint32_t cfgr = registers_[kCfgr];
+    const bool last = rank_ == field(registers_[kSqr1], 0, 4);
+    rank_ = last ? 0 : rank_ + 1;
+    flags_ |= flag(last, kEndOfSequence);
+    if (waits_ && !is_set(cfgr, kDmaEndless)) {  // the DMA has moved its last item
+        rank_ = 0;
+        return;
+    }
+    if (!runs()) {
+        return;
+    }
+    if (!last || is_set(cfgr, kContinuous)) {
+        convert();
+    } else if (is_by_software()) {
+        control_ &= ~(1U << kStart);
+    }
 }
 
 void Adc::check_watchdog(std::uint32_t result) {
     const std::uint32_t cfgr = registers_[kCfgr];
     const bool is_watched = is_set(cfgr, 23) && (!is_set(cfgr, 22) || field(cfgr, 26, 5) == channel());
-    const bool oversamples = is_set(registers_[kCfgr2], 0);
-    const std::uint32_t seen = oversamples ? result >> 4U : result;
+    const bool oversamples = is_set(registers_[kCfgr2], kOversample);
+    const std::uint32_t seen = oversamples                ? result >> 4U
+                               : is_set(cfgr, kAlignLeft) ? result >> (kLeftShifts[field(cfgr, 3, 2)] - 2 * field(cfgr, 3, 2))
+                                                          : result << 2 * field(cfgr, 3, 2);
     const std::uint32_t limits = registers_[kTr1];
     if (is_watched && (seen < field(limits, 0, 12) || seen > field(limits, 16, 12))) {
         flags_ |= 1U << kWatchdog1;
@@ -135,64 +215,87 @@ void Adc::check_watchdog(std::uint32_t result) {
 
 void Adc::show_interrupt() { machine_.nvic.set_level(params_.interrupt, (flags_ & registers_[kIer]) != 0); }
 
-void Adc::control(std::uint32_t value) {
+bool Adc::is_powered() const { return is_set(control_, kRegulator) && !is_set(control_, kDeepPowerDown); }
+
+void Adc::power(std::uint32_t value) {
     constexpr std::uint32_t kPowers = 1U << kRegulator | 1U << kDeepPowerDown;
     control_ = (control_ & ~kPowers) | (value & kPowers);
-    if (!is_set(control_, kRegulator) || is_set(control_, kDeepPowerDown)) {
+    if (!is_powered()) {
         regulated_from_.reset();
     } else if (!regulated_from_) {
         regulated_from_ = machine_.now() + ticks(kRegulatorStartS);
     }
-    const bool powered = is_set(control_, kRegulator) && !is_set(control_, kDeepPowerDown);
-    const std::uint32_t adc_hz_divider = common_.divider();
+}
+
+void Adc::calibrate() {
+    if (!is_powered() || is_set(control_, kEnable)) {
+        throw RunFailure("calibration requires the regulator to be on and the converter to be disabled");
+    }
+    if (machine_.now() < *regulated_from_) {
+        throw RunFailure("calibration starts before the regulator is ready");
+    }
+    control_ |= 1U << kCalibrate;
+    calibrated_.in(kCalibrationCycles * common_.clock());
+}
+
+void Adc::enable() {
+    if (!is_powered() || is_set(control_, kCalibrate)) {
+        throw RunFailure("converter is enabled without its regulator, or during calibration");
+    }
+    if (static_cast<double>(kTicksPerSecond) > kMaxHz * static_cast<double>(common_.clock())) {
+        throw RunFailure("the converter clock is above 60 MHz");
+    }
+    control_ |= 1U << kEnable;
+    is_ready_ = false;
+    ready_.in(ticks(kReadyS));
+}
+
+void Adc::start() {
+    if (!is_set(control_, kEnable) || !is_ready_) {
+        throw RunFailure("conversion starts before ADRDY");
+    }
+    if (runs()) {
+        return;
+    }
+    control_ |= 1U << kStart;
+    sum_ = 0;
+    summed_ = 0;
+    rank_ = 0;
+    waits_ = false;
+    if (is_by_software()) {
+        convert();
+    }
+}
+
+void Adc::stop() {
+    control_ &= ~(1U << kStart);
+    finished_.cancel();
+    converted_.reset();
+    rank_ = 0;
+}
+
+void Adc::control(std::uint32_t value) {
+    power(value);
     if (is_set(value, kCalibrate)) {
-        if (!powered || is_set(control_, kEnable)) {
-            throw RunFailure("calibration requires the regulator to be on and the converter to be disabled");
-        }
-        if (machine_.now() < *regulated_from_) {
-            throw RunFailure("calibration starts before the regulator is ready");
-        }
-        control_ |= 1U << kCalibrate;
-        calibrated_.in(static_cast<Ticks>(kCalibrationCycles) * adc_hz_divider * machine_.cpu.ticks_per_cycle());
+        calibrate();
         return;
     }
     if (is_set(value, kEnable) && !is_set(control_, kEnable)) {
-        if (!powered || is_set(control_, kCalibrate)) {
-            throw RunFailure("converter is enabled without its regulator, or during calibration");
-        }
-        const double hz =
-            static_cast<double>(kTicksPerSecond) / static_cast<double>(machine_.cpu.ticks_per_cycle()) / adc_hz_divider;
-        if (hz > kMaxHz) {
-            throw RunFailure("the converter clock is above 60 MHz");
-        }
-        control_ |= 1U << kEnable;
-        ready_.in(ticks(kReadyS));
+        enable();
     }
     if (is_set(value, kDisable)) {
-        control_ &= ~(1U << kEnable | 1U << kStart);
-        converting_ = false;
+        if (runs()) {
+            throw RunFailure("the converter is disabled (ADDIS) while it converts; stop it with ADSTP first");
+        }
+        control_ &= ~(1U << kEnable);
+        is_ready_ = false;
+        ready_.cancel();
     }
     if (is_set(value, kStart)) {
-        if (!is_set(control_, kEnable) || !is_set(flags_, kReady)) {
-            throw RunFailure("conversion starts before ADRDY");
-        }
-        if (field(registers_[kCfgr], 10, 2) != 1) {
-            throw RunFailure("only conversions on a rising trigger edge are in this model");
-        }
-        if (field(registers_[kSqr1], 0, 4) != 0) {
-            throw RunFailure("only sequences of one conversion are in this model");
-        }
-        if (is_set(registers_[kCfgr2], 0) && !is_set(registers_[kCfgr2], 9)) {
-            throw RunFailure("oversampling without TROVS is not in this model");
-        }
-        control_ |= 1U << kStart;
-        sum_ = 0;
-        summed_ = 0;
+        start();
     }
-    if (is_set(value, kStop)) {
-        control_ &= ~(1U << kStart);
-        converting_ = false;
-        converted_.reset();
+    if (is_set(value, kStop) && runs()) {
+        stop();
     }
 }
 
@@ -204,6 +307,7 @@ std::uint32_t Adc::read(std::uint32_t offset) {
             return control_;
         case kDr:
             flags_ &= ~(1U << kEndOfConversion);
+            show_interrupt();
             return registers_[kDr];
         default:
             return registers_.at(offset);
@@ -211,6 +315,7 @@ std::uint32_t Adc::read(std::uint32_t offset) {
 }
 
 void Adc::write(std::uint32_t offset, std::uint32_t value) {
+    registers_.check(offset, value);
     const bool set_up = offset != kIsr && offset != kIer && offset != kCr && offset != kTr1;
     if (set_up && runs()) {
         throw RunFailure("register is written while conversions run");
@@ -237,10 +342,14 @@ void Adc::reset() {
     flags_ = 0;
     sum_ = 0;
     summed_ = 0;
-    converting_ = false;
+    rank_ = 0;
+    is_ready_ = false;
+    waits_ = false;
     converted_.reset();
     ready_.cancel();
     calibrated_.cancel();
+    finished_.cancel();
+    show_interrupt();
 }
 
 }  // namespace tricoil::virtual_board

@@ -1,29 +1,18 @@
-// Analog-to-digital converter (RM0440 section 21): one channel, triggered conversions, oversampling, analog watchdog 1.
+// Analog-to-digital converter (RM0440 section 21): regular sequences by software or trigger, oversampling, offsets, watchdog 1.
 #pragma once
 
 #include <functional>
 #include <optional>
 
+#include "sim/virtual_board/machine/machine.hpp"
+#include "sim/virtual_board/peripherals/adc_common.hpp"
 #include "sim/virtual_board/peripherals/dma.hpp"
 
 namespace tricoil::virtual_board {
 
-/// Clock of a group of converters, ADCx_CCR.
-class AdcCommon final : public Peripheral {
-public:
-    /// Bus clock cycles per converter clock cycle.
-    [[nodiscard]] unsigned divider() const;
-    std::uint32_t read(std::uint32_t offset) override { return registers_.at(offset); }
-    void write(std::uint32_t offset, std::uint32_t value) override { registers_.at(offset) = value; }
-    void reset() override { registers_.reset(); }
-
-private:
-    RegisterFile<4> registers_{{0x00, 0}, {0x08, 0}, {0x0C, 0}};
-};
-
 struct AdcParams {
     unsigned request = 0;  // number at the DMA request multiplexer
-    int interrupt = 0;
+    InterruptLine interrupt;
 };
 
 class Adc final : public Peripheral {
@@ -32,14 +21,11 @@ public:
 
     /// External trigger `source`: starts a conversion if the converter is configured for it.
     void trigger(unsigned source);
-    [[nodiscard]] bool is_converting() const { return converting_; }
-    /// Time from the trigger until the voltage is held.
     [[nodiscard]] Ticks sampling_time() const;
-    [[nodiscard]] Ticks conversion_time() const;
-    [[nodiscard]] unsigned channel() const { return field(registers_[0x30], 6, 5); }
-    /// Ends the conversion with this code, 0 to 4095.
-    void finish(std::uint32_t code);
-
+    /// Channel of the present conversion.
+    [[nodiscard]] unsigned channel() const;
+    /// Code, 0 to 4095, of the voltage that was held at this time; set by the board.
+    std::function<std::uint32_t(Ticks held)> sample;
     /// Called with each result written to DR; may be empty.
     std::function<void(std::uint32_t)> on_result;
 
@@ -52,11 +38,23 @@ public:
 
     std::uint32_t read(std::uint32_t offset) override;
     void write(std::uint32_t offset, std::uint32_t value) override;
+    [[nodiscard]] std::span<const Register> registers() const override { return registers_.list(); }
     void reset() override;
 
 private:
     void control(std::uint32_t value);
+    void power(std::uint32_t value);
+    void calibrate();
+    void enable();
+    void start();
+    void stop();
+    void convert();
+    void finish();
+    void advance_sequence();
     [[nodiscard]] bool may_be_wrong() const;
+    [[nodiscard]] bool is_powered() const;
+    [[nodiscard]] bool is_by_software() const;
+    [[nodiscard]] std::uint32_t corrected(std::uint32_t code) const;
     void store_result(std::uint32_t result);
     void check_watchdog(std::uint32_t result);
     void show_interrupt();
@@ -69,6 +67,7 @@ private:
     RegisterFile<49> registers_;
     Event ready_;
     Event calibrated_;
+    Event finished_;
     std::optional<Ticks> regulated_from_;
     std::optional<Ticks> converted_;  // end of the last conversion or calibration; empty after ADSTP
     std::uint32_t first_error_ = 0x400;
@@ -76,7 +75,9 @@ private:
     std::uint32_t flags_ = 0;
     std::uint32_t sum_ = 0;
     unsigned summed_ = 0;
-    bool converting_ = false;
+    unsigned rank_ = 0;      // in the sequence, from 0
+    bool is_ready_ = false;  // ADRDY was set; software may have cleared the flag since
+    bool waits_ = false;     // a DMA request
     bool stuck_ = false;
 };
 

@@ -4,8 +4,10 @@ namespace tricoil::virtual_board {
 namespace {
 
 constexpr std::uint32_t kCr = 0x00;
-constexpr std::uint32_t kHold1 = 0x08;  // DHR12R1
-constexpr std::uint32_t kHold2 = 0x14;  // DHR12R2
+constexpr std::uint32_t kSoftware = 0x04;  // SWTRIGR
+constexpr std::uint32_t kHold1 = 0x08;     // DHR12R1; left-aligned and 8-bit registers follow
+constexpr std::uint32_t kHold2 = 0x14;     // DHR12R2
+constexpr std::uint32_t kHoldBoth = 0x20;  // DHR12RD
 constexpr std::uint32_t kOutput1 = 0x2C;
 constexpr std::uint32_t kOutput2 = 0x30;
 constexpr std::uint32_t kSr = 0x34;
@@ -19,10 +21,35 @@ constexpr double kFastBusHz = 160e6;
 
 }  // namespace
 
-Dac::Dac(Dma& dma, std::array<unsigned, 2> requests, std::function<double()> core_hz)
-    : dma_(dma), requests_(requests), core_hz_(std::move(core_hz)), registers_{{kCr, 0},    {0x04, 0},     {kHold1, 0},
-                                                                               {kHold2, 0}, {kOutput1, 0}, {kOutput2, 0},
-                                                                               {kSr, 0},    {0x38, 0},     {kMcr, 0}} {}
+Dac::Dac(Machine& machine, Dma& dma, InterruptLine interrupt, std::array<unsigned, 2> requests, std::function<double()> core_hz)
+    : machine_(machine),
+      dma_(dma),
+      interrupt_(interrupt),
+      requests_(requests),
+      core_hz_(std::move(core_hz)),
+      registers_{{kCr, 0, "CR", 0x3F3F3F3F, "WAVE1@6-7 CEN1@14 WAVE2@22-23 CEN2@30"},
+                 {kSoftware, 0, "SWTRIGR", 0x3, "SWTRIGB1@16 SWTRIGB2@17"},
+                 {kHold1, 0, "DHR12R1", 0xFFFF, "DACC1DHRB@16-27"},
+                 {0x0C, 0, "DHR12L1", 0xFFFF, "DACC1DHRB@20-31"},
+                 {0x10, 0, "DHR8R1", 0xFF, "DACC1DHRB@8-15"},
+                 {kHold2, 0, "DHR12R2", 0xFFFF, "DACC2DHRB@16-27"},
+                 {0x18, 0, "DHR12L2", 0xFFFF, "DACC2DHRB@20-31"},
+                 {0x1C, 0, "DHR8R2", 0xFF, "DACC2DHRB@8-15"},
+                 {kHoldBoth, 0, "DHR12RD", kAllBits},
+                 {0x24, 0, "DHR12LD", kAllBits},
+                 {0x28, 0, "DHR8RD", 0xFFFF},
+                 {kOutput1, 0, "DOR1", kAllBits},
+                 {kOutput2, 0, "DOR2", kAllBits},
+                 {kSr, 0, "SR", kAllBits},
+                 {0x38, 0, "CCR", 0, "OTRIM1@0-4 OTRIM2@16-20"},
+                 {0x40, 0, "SHSR1", 0, "TSAMPLE1@0-9"},
+                 {0x44, 0, "SHSR2", 0, "TSAMPLE2@0-9"},
+                 {0x48, 0x10001, "SHHR", 0, "THOLD@0-31"},
+                 {0x4C, 0x10001, "SHRR", 0, "TREFRESH@0-31"},
+                 {0x58, 0, "STR1", 0, "STRSTDATA1@0-11 STDIR1@12 STINCDATA1@16-31"},
+                 {0x5C, 0, "STR2", 0, "STRSTDATA2@0-11 STDIR2@12 STINCDATA2@16-31"},
+                 {0x60, 0, "STMODR", 0, "STRSTTRIGSEL1@0-3 STINCTRIGSEL1@8-11 STRSTTRIGSEL2@16-19 STINCTRIGSEL2@24-27"},
+                 {kMcr, 0, "MCR", 0x0007C007, "DMADOUBLE1@8 SINFORMAT1@9 DMADOUBLE2@24 SINFORMAT2@25"}} {}
 
 void Dac::trigger(unsigned source) {
     for (unsigned n = 0; n < 2; ++n) {
@@ -30,12 +57,25 @@ void Dac::trigger(unsigned source) {
         if (!is_set(control, 0) || !is_set(control, kTriggered) || field(control, 2, 4) != source) {
             continue;
         }
-        outputs_[n] = held_[n];
-        if (is_set(control, kDma) && !underrun_[n]) {
-            underrun_[n] = waits_[n];
-            waits_[n] = !dma_.request(requests_[n]);
+        trigger_channel(n);
+    }
+}
+
+void Dac::trigger_channel(unsigned channel) {
+    outputs_[channel] = held_[channel];
+    if (is_set(registers_[kCr], 16 * channel + kDma) && !underrun_[channel]) {
+        underrun_[channel] = waits_[channel];
+        waits_[channel] = !dma_.request(requests_[channel]);
+        if (underrun_[channel]) {
+            show_interrupt();
         }
     }
+}
+
+void Dac::show_interrupt() {
+    const std::uint32_t cr = registers_[kCr];
+    const bool wanted = (underrun_[0] && is_set(cr, kUnderrun)) || (underrun_[1] && is_set(cr, 16 + kUnderrun));
+    machine_.nvic.set_level(interrupt_, wanted);
 }
 
 void Dac::hold(unsigned channel, std::uint32_t code) {
@@ -43,6 +83,21 @@ void Dac::hold(unsigned channel, std::uint32_t code) {
     waits_[channel] = false;
     if (!is_set(registers_[kCr], 16 * channel + kTriggered)) {
         outputs_[channel] = held_[channel];
+    }
+}
+
+/// Registers of a channel: right-aligned, left-aligned, 8 bits; then those of both channels.
+void Dac::hold_aligned(std::uint32_t offset, std::uint32_t value) {
+    const std::uint32_t alignment = (offset - kHold1) / 4 % 3;
+    const unsigned width = alignment == 2 ? 8 : 16;
+    const auto code = [alignment](std::uint32_t bits) {
+        return alignment == 1 ? bits >> 4U : alignment == 2 ? bits << 4U : bits;
+    };
+    if (offset >= kHoldBoth) {
+        hold(0, code(field(value, 0, width)));
+        hold(1, code(field(value, width, width)));
+    } else {
+        hold(offset < kHold2 ? 0 : 1, code(value));
     }
 }
 
@@ -65,12 +120,19 @@ std::uint32_t Dac::read(std::uint32_t offset) {
 }
 
 void Dac::write(std::uint32_t offset, std::uint32_t value) {
+    registers_.check(offset, value);
+    if (offset >= kHold1 && offset <= 0x28) {
+        hold_aligned(offset, value);
+        return;
+    }
     switch (offset) {
-        case kHold1:
-            hold(0, value);
-            break;
-        case kHold2:
-            hold(1, value);
+        case kSoftware:
+            for (unsigned n = 0; n < 2; ++n) {
+                const std::uint32_t control = field(registers_[kCr], 16 * n, 16);
+                if (is_set(value, n) && is_set(control, 0) && is_set(control, kTriggered) && field(control, 2, 4) == 0) {
+                    trigger_channel(n);
+                }
+            }
             break;
         case kSr:
             for (unsigned n = 0; n < 2; ++n) {
@@ -79,9 +141,6 @@ void Dac::write(std::uint32_t offset, std::uint32_t value) {
             }
             break;
         case kCr:
-            if ((value & 0x00C000C0U) != 0) {
-                throw RunFailure("wave generation is not in this model");
-            }
             if ((value & 0x00010001U) != 0 && core_hz_() > kFastBusHz && field(registers_[kMcr], 14, 2) != 2) {
                 throw RunFailure("MCR.HFSEL must be 2 with a bus above 160 MHz");
             }
@@ -90,10 +149,11 @@ void Dac::write(std::uint32_t offset, std::uint32_t value) {
         default:
             registers_.at(offset) = value;
     }
+    show_interrupt();
 }
 
 void Dac::write_narrow(std::uint32_t offset, std::uint32_t value, unsigned bytes) {
-    if (bytes != 2 || (offset != kHold1 && offset != kHold2)) {
+    if (offset < kHold1 || offset > 0x28 || (offset & 3U) != 0) {
         Peripheral::write_narrow(offset, value, bytes);
     }
     write(offset, value);
@@ -105,6 +165,7 @@ void Dac::reset() {
     outputs_ = {};
     waits_ = {};
     underrun_ = {};
+    show_interrupt();
 }
 
 }  // namespace tricoil::virtual_board

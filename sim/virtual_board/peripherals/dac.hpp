@@ -12,7 +12,7 @@ namespace tricoil::virtual_board {
 class Dac final : public Peripheral {
 public:
     /// `requests`: the channels' numbers at the DMA request multiplexer. `core_hz`: checked against HFSEL.
-    Dac(Dma& dma, std::array<unsigned, 2> requests, std::function<double()> core_hz);
+    Dac(Machine& machine, Dma& dma, InterruptLine interrupt, std::array<unsigned, 2> requests, std::function<double()> core_hz);
 
     /// Trigger `source`.
     void trigger(unsigned source);
@@ -26,15 +26,21 @@ public:
     std::uint32_t read(std::uint32_t offset) override;
     void write(std::uint32_t offset, std::uint32_t value) override;
     void write_narrow(std::uint32_t offset, std::uint32_t value, unsigned bytes) override;
+    [[nodiscard]] std::span<const Register> registers() const override { return registers_.list(); }
     void reset() override;
 
 private:
     void hold(unsigned channel, std::uint32_t code);
+    void hold_aligned(std::uint32_t offset, std::uint32_t value);
+    void trigger_channel(unsigned channel);
+    void show_interrupt();
 
+    Machine& machine_;
     Dma& dma_;
+    InterruptLine interrupt_;
     std::array<unsigned, 2> requests_;
     std::function<double()> core_hz_;
-    RegisterFile<21> registers_;
+    RegisterFile<25> registers_;
     std::array<std::uint32_t, 2> held_{};
     std::array<std::uint32_t, 2> outputs_{};
     std::array<bool, 2> waits_{};  // for the DMA

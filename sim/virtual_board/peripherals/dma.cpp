@@ -12,17 +12,60 @@ constexpr unsigned kFromMemory = 4;
 constexpr unsigned kCircular = 5;
 constexpr unsigned kPeripheralMoves = 6;
 constexpr unsigned kMemoryMoves = 7;
+constexpr unsigned kMemoryToMemory = 14;
 constexpr unsigned kComplete = 1;  // flags of a channel, and their enables in its control
 constexpr unsigned kHalf = 2;
-constexpr std::array<int, Dma::kChannels> kLines{11, 12, 13, 14, 15, 16, 17, 96};
+constexpr std::uint32_t kStatus = 0x80;  // of the multiplexer: CSR, CFR
+constexpr std::uint32_t kClearFlags = 0x84;
+constexpr std::array<std::array<int, Dma::kChannels>, Dma::kControllers> kLines{
+    {{11, 12, 13, 14, 15, 16, 17, 96}, {56, 57, 58, 59, 60, 97, 98, 99}}};
 
-unsigned bytes(std::uint32_t size) { return 1U << size; }
+constexpr std::uint32_t kClear = 4;  // IFCR
+constexpr std::uint32_t kFirst = 8;  // registers of the first channel
+constexpr std::uint32_t kStep = 20;
+constexpr Register kControl{0x08, 0, "CCR", 0x7FFF, ""};
+/// Of each channel; the others follow at steps of 20 bytes.
+constexpr std::array<Register, 6> kRegisters{{{0x00, 0, "ISR", kAllBits, ""},
+                                              {kClear, 0, "IFCR", kAllBits, ""},
+                                              kControl,
+                                              {0x0C, 0, "CNDTR", 0xFFFF, ""},
+                                              {0x10, 0, "CPAR", kAllBits, ""},
+                                              {0x14, 0, "CMAR", kAllBits, ""}}};
+constexpr Register kRoute{0x00, 0, "CxCR", 0x7F, "SOIE@8 EGE@9 SE@16 SPOL@17-18 NBREQ@19-23 SYNC_ID@24-28"};
+constexpr std::array<Register, 3> kRoutes{{kRoute, {kStatus, 0, "CSR", 0, ""}, {kClearFlags, 0, "CFR", kAllBits, ""}}};
+
+unsigned bytes(std::uint32_t size) {
+    if (size > 2) {
+        throw RunFailure("CCR: PSIZE or MSIZE is reserved");
+    }
+    return 1U << size;
+}
 
 }  // namespace
 
-Dma::Dma(Machine& machine) : machine_(machine) {}
+Dma::Dma(Machine& machine) : machine_(machine), controllers_{{{*this, 0}, {*this, 1}}} {}
+
+bool Dma::request(unsigned id) {
+    for (unsigned n = 0; n < kControllers * kChannels && !stuck_; ++n) {
+        if (multiplexer_.requests[n] == id && controllers_[n / kChannels].accepts(n % kChannels)) {
+            controllers_[n / kChannels].move(n % kChannels);
+            return true;
+        }
+    }
+    return false;
+}
+
+void Dma::enabled(unsigned id) {
+    const auto found = waiting_.find(id);
+    if (found != waiting_.end() && !stuck_) {
+        found->second();
+    }
+}
 
 std::uint32_t Dma::Multiplexer::read(std::uint32_t offset) {
+    if (offset == kStatus || offset == kClearFlags) {
+        return 0;
+    }
     if (offset >= 4 * requests.size()) {
         throw RunFailure("request generators are not in this model");
     }
@@ -30,66 +73,103 @@ std::uint32_t Dma::Multiplexer::read(std::uint32_t offset) {
 }
 
 void Dma::Multiplexer::write(std::uint32_t offset, std::uint32_t value) {
-    if (offset >= 4 * requests.size() || (value & ~0x7FU) != 0) {
-        throw RunFailure("synchronisation and request generators are not in this model");
+    if (offset == kClearFlags) {
+        return;  // of synchronisation overruns, which do not occur
     }
+    if (offset >= 4 * requests.size()) {
+        throw RunFailure("request generators are not in this model");
+    }
+    kRoute.check(value);
     requests[offset / 4] = value;
 }
 
-bool Dma::request(unsigned id) {
-    for (unsigned n = 0; n < kChannels && !stuck_; ++n) {
-        if (multiplexer_.requests[n] == id && is_set(channels_[n].control, kEnable) && channels_[n].left > 0) {
-            move(n);
-            return true;
-        }
-    }
-    return false;
+std::span<const Register> Dma::Multiplexer::registers() const { return kRoutes; }
+
+std::span<const Register> Dma::Controller::registers() const { return kRegisters; }
+
+bool Dma::Controller::accepts(unsigned channel) const {
+    const Channel& c = channels_[channel];
+    return is_set(c.control, kEnable) && !is_set(c.control, kMemoryToMemory) && c.left > 0;
 }
 
-void Dma::move(unsigned n) {
-    Channel& c = channels_[n];
+std::uint32_t Dma::Controller::fetch(std::uint32_t address, unsigned bytes) {
+    const auto host = dma_.machine_.memory.at(address, bytes);
+    if (host.empty()) {
+        return dma_.machine_.bus.read(address, bytes);
+    }
+    std::uint32_t value = 0;
+    std::memcpy(&value, host.data(), bytes);
+    return value;
+}
+
+void Dma::Controller::store(std::uint32_t address, std::uint32_t value, unsigned bytes) {
+    const auto host = dma_.machine_.memory.at(address, bytes);
+    if (host.empty()) {
+        dma_.machine_.bus.write(address, value, bytes);
+        return;
+    }
+    if (!Memory::is_ram(address)) {
+        throw RunFailure(fmt::format("DMA writes to {:#010x}, which is flash or ROM", address));
+    }
+    std::memcpy(host.data(), &value, bytes);
+}
+
+void Dma::Controller::copy(const Channel& c) {
     const unsigned there = bytes(field(c.control, 8, 2));
     const unsigned here = bytes(field(c.control, 10, 2));
     const std::uint32_t peripheral = c.peripheral + (is_set(c.control, kPeripheralMoves) ? c.at * there : 0);
     const std::uint32_t memory = c.memory + (is_set(c.control, kMemoryMoves) ? c.at * here : 0);
-    const auto host = machine_.memory.at(memory, here);
-    if (host.empty()) {
-        throw RunFailure(fmt::format("DMA channel {}: no memory at {:#010x}", n + 1, memory));
-    }
-    std::uint32_t value = 0;
     if (is_set(c.control, kFromMemory)) {
-        std::memcpy(&value, host.data(), here);
-        machine_.bus.write(peripheral, value, there);
+        store(peripheral, fetch(memory, here), there);
     } else {
-        value = machine_.bus.read(peripheral, there);
-        std::memcpy(host.data(), &value, here);
+        store(memory, fetch(peripheral, there), here);
     }
+}
+
+void Dma::Controller::move(unsigned channel) {
+    Channel& c = channels_[channel];
+    copy(c);
     ++c.at;
     --c.left;
     if (c.left == c.reload / 2) {
-        flags_ |= 1U << (4 * n + kHalf);
+        flags_ |= 1U << (4 * channel + kHalf);
     }
     if (c.left == 0) {
-        flags_ |= 1U << (4 * n + kComplete);
+        flags_ |= 1U << (4 * channel + kComplete);
         c.at = 0;
         c.left = is_set(c.control, kCircular) ? c.reload : 0;
     }
-    show_interrupt(n);
+    show_interrupt(channel);
 }
 
-void Dma::show_interrupt(unsigned n) {
-    const std::uint32_t mine = field(flags_, 4 * n, 4) & 0xEU;
-    flags_ = mine != 0 ? flags_ | 1U << 4 * n : flags_ & ~(1U << 4 * n);
-    machine_.nvic.set_level(kLines[n], (mine & channels_[n].control & 0xEU) != 0);
+void Dma::Controller::enable(unsigned channel) {
+    Channel& c = channels_[channel];
+    c.at = 0;
+    if (is_set(c.control, kMemoryToMemory)) {
+        if (is_set(c.control, kCircular)) {
+            throw RunFailure("CCR: CIRC and MEM2MEM exclude each other");
+        }
+        while (c.left > 0) {
+            move(channel);
+        }
+        return;
+    }
+    dma_.enabled(dma_.multiplexer_.requests[kChannels * number_ + channel]);
 }
 
-std::uint32_t& Dma::word(std::uint32_t offset) {
-    const std::uint32_t n = (offset - 8) / 20;
-    if (offset < 8 || n >= kChannels) {
+void Dma::Controller::show_interrupt(unsigned channel) {
+    const std::uint32_t mine = field(flags_, 4 * channel, 4) & 0xEU;
+    flags_ = mine != 0 ? flags_ | 1U << 4 * channel : flags_ & ~(1U << 4 * channel);
+    dma_.machine_.nvic.set_level(kLines[number_][channel], (mine & channels_[channel].control & 0xEU) != 0);
+}
+
+std::uint32_t& Dma::Controller::word(std::uint32_t offset) {
+    const std::uint32_t n = (offset - kFirst) / kStep;
+    if (offset < kFirst || n >= kChannels) {
         throw RunFailure("no such register");
     }
     Channel& c = channels_[n];
-    switch ((offset - 8) % 20) {
+    switch ((offset - kFirst) % kStep) {
         case 0:
             return c.control;
         case 4:
@@ -103,10 +183,10 @@ std::uint32_t& Dma::word(std::uint32_t offset) {
     }
 }
 
-std::uint32_t Dma::read(std::uint32_t offset) { return offset == 0 ? flags_ : word(offset); }
+std::uint32_t Dma::Controller::read(std::uint32_t offset) { return offset == 0 ? flags_ : offset == kClear ? 0 : word(offset); }
 
-void Dma::write(std::uint32_t offset, std::uint32_t value) {
-    if (offset == 4) {
+void Dma::Controller::write(std::uint32_t offset, std::uint32_t value) {
+    if (offset == kClear) {
         for (unsigned n = 0; n < kChannels; ++n) {
             const std::uint32_t cleared = field(value, 4 * n, 4);
             flags_ &= ~((is_set(cleared, 0) ? 0xFU : cleared) << 4 * n);
@@ -115,28 +195,33 @@ void Dma::write(std::uint32_t offset, std::uint32_t value) {
         return;
     }
     std::uint32_t& target = word(offset);
-    Channel& c = channels_[(offset - 8) / 20];
+    const unsigned n = (offset - kFirst) / kStep;
+    Channel& c = channels_[n];
     const bool is_control = &target == &c.control;
-    if (!is_control && is_set(c.control, kEnable)) {
-        throw RunFailure(fmt::format("DMA channel {} is configured while it is enabled", (offset - 8) / 20 + 1));
+    const bool was_enabled = is_set(c.control, kEnable);
+    if (!is_control && was_enabled) {
+        throw RunFailure(fmt::format("channel {} is configured while it is enabled", n + 1));
     }
-    if (is_control && (value & 1U << 14U) != 0) {
-        throw RunFailure("memory to memory is not in this model");
+    if (is_control) {
+        kControl.check(value);
     }
-    const bool switched_on = is_control && is_set(value, kEnable) && !is_set(c.control, kEnable);
     target = value;
     if (&target == &c.left) {
-        c.reload = value & 0xFFFFU;
+        target &= 0xFFFFU;
+        c.reload = target;
     }
-    if (switched_on) {
-        c.at = 0;
+    show_interrupt(n);
+    if (is_control && is_set(value, kEnable) && !was_enabled) {
+        enable(n);
     }
-    show_interrupt((offset - 8) / 20);
 }
 
-void Dma::reset() {
+void Dma::Controller::reset() {
     channels_.fill({});
     flags_ = 0;
+    for (unsigned n = 0; n < kChannels; ++n) {
+        show_interrupt(n);
+    }
 }
 
 }  // namespace tricoil::virtual_board

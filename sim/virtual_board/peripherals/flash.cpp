@@ -25,8 +25,12 @@ constexpr std::uint32_t kErrors = 0xC3FA;
 constexpr unsigned kProgram = 0;
 constexpr unsigned kErasePage = 1;
 constexpr unsigned kBank2 = 11;
+constexpr unsigned kEraseBank2 = 15;  // MER2
 constexpr unsigned kStart = 16;
+constexpr unsigned kEndInterrupt = 24;  // EOPIE; without it EOP is not set either
+constexpr unsigned kOptionLock = 30;
 constexpr unsigned kLock = 31;
+constexpr int kLine = 4;  // interrupt of the flash
 constexpr unsigned kDoubleError = 31;
 constexpr unsigned kCorrectionInterrupt = 24;
 
@@ -34,7 +38,25 @@ constexpr unsigned kCorrectionInterrupt = 24;
 
 Flash::Flash(Machine& machine)
     : machine_(machine),
-      registers_{{kAcr, 0x600}, {0x04, 0}, {kKeyr, 0}, {0x0C, 0}, {kSr, 0}, {kCr, 0xC0000000}, {kEccr, 0}, {kOptr, 0xFFEFF8AA}},
+      registers_{{kAcr, 0x00040600, "ACR", 0x45F0F, "RUN_PD@13"},
+                 {0x04, 0, "PDKEYR", 0, "PDKEYR@0-31"},
+                 {kKeyr, 0, "KEYR", kAllBits},
+                 {0x0C, 0, "OPTKEYR", 0, "OPTKEYR@0-31"},
+                 {kSr, 0, "SR", kAllBits},
+                 {kCr, 0xC0000000, "CR", 0xC1018BFB,
+                  "MER1@2 OPTSTRT@17 FSTPG@18 ERRIE@25 RDERRIE@26 OBL_LAUNCH@27 SEC_PROT1@28 SEC_PROT2@29"},
+                 {kEccr, 0, "ECCR", 0xC0FFFFFF, "ECCCIE@24 ECCC2@28 ECCD2@29"},
+                 {kOptr, 0xFFEFF8AA, "OPTR", 0, "OPTR@0-31"},  // option bytes: factory values, read-only
+                 {0x24, 0xFFFFFFFF, "PCROP1SR", 0, "PCROP1_STRT@0-14"},
+                 {0x28, 0xFFFF8000, "PCROP1ER", 0, "PCROP1_END@0-14 PCROP_RDP@31"},
+                 {0x2C, 0xFF80FFFF, "WRP1AR", 0, "WRP1A_STRT@0-6 WRP1A_END@16-22"},
+                 {0x30, 0xFF80FFFF, "WRP1BR", 0, "WRP1B_STRT@0-6 WRP1B_END@16-22"},
+                 {0x44, 0xFFFFFFFF, "PCROP2SR", 0, "PCROP2_STRT@0-14"},
+                 {0x48, 0xFFFF8000, "PCROP2ER", 0, "PCROP2_END@0-14"},
+                 {0x4C, 0xFF80FFFF, "WRP2AR", 0, "WRP2A_STRT@0-6 WRP2A_END@16-22"},
+                 {0x50, 0xFF80FFFF, "WRP2BR", 0, "WRP2B_STRT@0-6 WRP2B_END@16-22"},
+                 {0x70, 0xFFFEFF00, "SEC1R", 0, "SEC_SIZE1@0-7 BOOT_LOCK@16"},
+                 {0x74, 0xFFFFFF00, "SEC2R", 0, "SEC_SIZE2@0-7"}},
       bank_(*this),
       finish_(machine.events, [this] { finish(); }),
       interrupt_(machine.events, [this] { std::exchange(on_interrupted_, {})(); }),
@@ -79,11 +101,16 @@ void Flash::finish() {
     if (done.words) {
         std::memcpy(content_.data() + done.offset, done.words->data(), sizeof *done.words);
     } else {
-        std::fill_n(content_.begin() + done.offset, kPageBytes, 0xFF);
-        damaged_.erase(damaged_.lower_bound(done.offset), damaged_.lower_bound(done.offset + kPageBytes));
+        std::fill_n(content_.begin() + done.offset, done.erased, 0xFF);
+        damaged_.erase(damaged_.lower_bound(done.offset), damaged_.lower_bound(done.offset + done.erased));
     }
     registers_.at(kSr) &= ~(1U << kBusy);
-    registers_.at(kSr) |= 1U << kEndOfOperation;
+    registers_.at(kSr) |= flag(is_set(registers_[kCr], kEndInterrupt), kEndOfOperation);
+    show_interrupt();
+}
+
+void Flash::show_interrupt() {
+    machine_.nvic.set_level(kLine, is_set(registers_[kSr], kEndOfOperation) && is_set(registers_[kCr], kEndInterrupt));
 }
 
 void Flash::lose_power() {
@@ -97,7 +124,7 @@ void Flash::lose_power() {
         damaged_.insert(cut.offset);
         return;
     }
-    for (std::uint32_t at = cut.offset; at < cut.offset + kPageBytes; at += 16) {  // one double-word erased, the next one damaged
+    for (std::uint32_t at = cut.offset; at < cut.offset + cut.erased; at += 16) {  // one double-word erased, the next one damaged
         std::fill_n(content_.begin() + at, 8, 0xFF);
         damaged_.insert(at + 8);
     }
@@ -177,12 +204,17 @@ void Flash::control(std::uint32_t value) {
     if (is_locked()) {
         throw RunFailure("CR is written while the flash is locked");
     }
-    registers_.at(kCr) = value & ~(1U << kStart);
+    registers_.at(kCr) = (value & ~(1U << kStart)) | (registers_[kCr] & 1U << kOptionLock);
+    show_interrupt();
     if (!is_set(value, kStart)) {
         return;
     }
-    if (!is_set(value, kErasePage) || is_set(value, kProgram) || (registers_[kSr] & kErrors) != 0) {
+    if (is_set(value, kErasePage) == is_set(value, kEraseBank2) || is_set(value, kProgram) || (registers_[kSr] & kErrors) != 0) {
         error(kSequenceError);
+        return;
+    }
+    if (is_set(value, kEraseBank2)) {
+        begin({0, std::nullopt, Memory::kBankBytes}, kEraseS);
         return;
     }
     if (!is_set(value, kBank2)) {
@@ -194,12 +226,14 @@ void Flash::control(std::uint32_t value) {
 std::uint32_t Flash::read(std::uint32_t offset) { return registers_.at(offset); }
 
 void Flash::write(std::uint32_t offset, std::uint32_t value) {
+    registers_.check(offset, value);
     switch (offset) {
         case kKeyr:
             unlock(value);
             break;
         case kSr:
             registers_.at(kSr) &= ~(value & (kErrors | 1U));
+            show_interrupt();
             break;
         case kCr:
             control(value);
@@ -213,7 +247,7 @@ void Flash::write(std::uint32_t offset, std::uint32_t value) {
             registers_.at(kAcr) = value;
             break;
         default:
-            throw RunFailure("option bytes and fast programming are not in this model");
+            throw RunFailure("option bytes are read-only in this model");
     }
 }
 

@@ -19,7 +19,7 @@ class Flash final : public Peripheral {
 public:
     static constexpr std::uint32_t kPageBytes = 2048;
     static constexpr double kProgramS = 85e-6;  // DS12288: 64 bits
-    static constexpr double kEraseS = 22e-3;    // per page
+    static constexpr double kEraseS = 22e-3;    // per page, or the whole bank
 
     explicit Flash(Machine& machine);
 
@@ -41,6 +41,7 @@ public:
 
     std::uint32_t read(std::uint32_t offset) override;
     void write(std::uint32_t offset, std::uint32_t value) override;
+    [[nodiscard]] std::span<const Register> registers() const override { return registers_.list(); }
     void reset() override;
 
 private:
@@ -54,10 +55,11 @@ private:
     private:
         Flash& flash_;
     };
-    /// Operation in progress: a page erase or the programming of a double-word.
+    /// Operation in progress: an erase or the programming of a double-word.
     struct Operation {
         std::uint32_t offset = 0;
-        std::optional<std::array<std::uint32_t, 2>> words;  // empty: page erase
+        std::optional<std::array<std::uint32_t, 2>> words;  // empty: erase
+        std::uint32_t erased = kPageBytes;                  // bytes
     };
 
     static constexpr std::uint32_t kAcr = 0x00;
@@ -69,10 +71,11 @@ private:
     void begin(Operation operation, double duration_s);
     void finish();
     void error(unsigned bit);
+    void show_interrupt();
     [[nodiscard]] bool is_locked() const;
 
     Machine& machine_;
-    RegisterFile<9> registers_;
+    RegisterFile<30> registers_;
     Bank bank_;
     Event finish_;
     Event interrupt_;

@@ -1,32 +1,110 @@
 #include "sim/virtual_board/peripherals/gpio.hpp"
 
+#include <fmt/format.h>
+
 namespace tricoil::virtual_board {
 namespace {
 
+constexpr std::uint32_t kTypes = 0x04;
+constexpr std::uint32_t kPulls = 0x0C;
 constexpr std::uint32_t kInput = 0x10;
 constexpr std::uint32_t kOutput = 0x14;
 constexpr std::uint32_t kSetReset = 0x18;
+constexpr std::uint32_t kLock = 0x1C;
+constexpr std::uint32_t kHighFunctions = 0x24;
 constexpr std::uint32_t kReset = 0x28;
+constexpr unsigned kLockKey = 16;
+constexpr unsigned kLockSteps = 3;  // writes of the key: 1, 0, 1, with the same pins
+
+/// Bits of a pin in a configuration register; 0: the register has none, or the lock does not include it.
+unsigned bits_of_a_pin(std::uint32_t offset) {
+    switch (offset) {
+        case 0x00:
+        case 0x08:
+        case kPulls:
+            return 2;
+        case kTypes:
+            return 1;
+        case 0x20:
+        case kHighFunctions:
+            return 4;
+        default:
+            return 0;
+    }
+}
 
 }  // namespace
 
 Gpio::Gpio(std::uint32_t modes, std::uint32_t speeds, std::uint32_t pulls)
-    : registers_{{0x00, modes},  {0x04, 0}, {0x08, speeds}, {0x0C, pulls}, {kInput, 0}, {kOutput, 0},
-                 {kSetReset, 0}, {0x1C, 0}, {0x20, 0},      {0x24, 0},     {kReset, 0}} {}
+    : registers_{{0x00, modes, "MODER", kAllBits},      {kTypes, 0, "OTYPER", 0xFFFF}, {0x08, speeds, "OSPEEDR", kAllBits},
+                 {kPulls, pulls, "PUPDR", kAllBits},    {kInput, 0, "IDR", kAllBits},  {kOutput, 0, "ODR", 0xFFFF},
+                 {kSetReset, 0, "BSRR", kAllBits},      {kLock, 0, "LCKR", 0x1FFFF},   {0x20, 0, "AFRL", kAllBits},
+                 {kHighFunctions, 0, "AFRH", kAllBits}, {kReset, 0, "BRR", 0xFFFF}} {}
+
+bool Gpio::floats(unsigned pin) const {
+    return mode(pin) != Mode::output || (is_set(registers_[kTypes], pin) && is_set(registers_[kOutput], pin));
+}
+
+bool Gpio::drives_high(unsigned pin) const { return !floats(pin) && is_set(registers_[kOutput], pin); }
+
+bool Gpio::level(unsigned pin) const {
+    if (!floats(pin)) {
+        return is_set(registers_[kOutput], pin);
+    }
+    if (mode(pin) == Mode::analog) {
+        return false;  // the input stage is off
+    }
+    const bool pulled_up = field(registers_[kPulls], 2 * pin, 2) == 1;
+    return outside_[pin] == Outside::high || (outside_[pin] == Outside::open && pulled_up);
+}
+
+void Gpio::set_outside(unsigned pin, Outside level) {
+    outside_.at(pin) = level;
+    if (on_change) {
+        on_change();
+    }
+}
 
 std::uint32_t Gpio::read(std::uint32_t offset) {
+    if (offset == kLock) {
+        return (registers_[kLock] & 0xFFFFU) | flag(locked_ != 0, kLockKey);
+    }
     if (offset != kInput) {
         return registers_.at(offset);
     }
     std::uint32_t levels = 0;
     for (unsigned pin = 0; pin < 16; ++pin) {
-        const bool pulled_up = mode(pin) == Mode::input && field(registers_[0x0C], 2 * pin, 2) == 1;
-        levels |= flag(drives_high(pin) || pulled_up, pin);
+        levels |= flag(level(pin), pin);
     }
     return levels;
 }
 
+/// RM0440: the key bit is written 1, 0, 1 with the same pins, then LCKR is read. After that the pins stay locked until a reset.
+void Gpio::lock(std::uint32_t value) {
+    if (locked_ != 0) {
+        throw RunFailure("LCKR is written while pins are locked");
+    }
+    const bool key = is_set(value, kLockKey);
+    const bool continues = lock_step_ > 0 && (value & 0xFFFFU) == lock_written_ && key == (lock_step_ != 1);
+    lock_step_ = continues ? lock_step_ + 1 : key ? 1 : 0;
+    lock_written_ = value & 0xFFFFU;
+    registers_.at(kLock) = lock_written_;
+    locked_ = lock_step_ == kLockSteps ? lock_written_ : 0;
+}
+
+void Gpio::check_lock(std::uint32_t offset, std::uint32_t value) const {
+    const unsigned width = bits_of_a_pin(offset);
+    const std::uint32_t changed = value ^ registers_[offset];
+    for (unsigned bit = 0; bit < 32 && width != 0; ++bit) {
+        const unsigned pin = bit / width + (offset == kHighFunctions ? 8 : 0);
+        if (is_set(changed, bit) && is_set(locked_, pin)) {
+            throw RunFailure(fmt::format("pin {} is locked (LCKR) until the next reset", pin));
+        }
+    }
+}
+
 void Gpio::write(std::uint32_t offset, std::uint32_t value) {
+    registers_.check(offset, value);
     switch (offset) {
         case kInput:
             throw RunFailure("IDR is read-only");
@@ -36,7 +114,13 @@ void Gpio::write(std::uint32_t offset, std::uint32_t value) {
         case kReset:
             registers_.at(kOutput) &= ~value;
             break;
+        case kLock:
+            lock(value);
+            break;
         default:
+            if (locked_ != 0) {
+                check_lock(offset, value);
+            }
             registers_.at(offset) = value;
     }
     if (on_change) {
@@ -44,8 +128,19 @@ void Gpio::write(std::uint32_t offset, std::uint32_t value) {
     }
 }
 
+/// RM0440: the registers of a port accept bytes, half-words and words.
+void Gpio::write_narrow(std::uint32_t offset, std::uint32_t value, unsigned bytes) {
+    const std::uint32_t word = offset & ~3U;
+    const unsigned shift = 8 * (offset & 3U);
+    const std::uint32_t mask = ((1U << 8U * bytes) - 1U) << shift;
+    const bool is_command = word == kSetReset || word == kReset;
+    write(word, (value << shift & mask) | (is_command ? 0 : registers_.at(word) & ~mask));
+}
+
 void Gpio::reset() {
     registers_.reset();
+    locked_ = 0;
+    lock_step_ = 0;
     if (on_change) {
         on_change();
     }

@@ -1,6 +1,7 @@
-// Independent watchdog (RM0440 section 43): clocked by the 32 kHz oscillator; cannot be stopped.
+// Independent watchdog (RM0440 section 43) with its window: clocked by the 32 kHz oscillator; cannot be stopped.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 
 #include "sim/virtual_board/machine/machine.hpp"
@@ -11,10 +12,16 @@ namespace tricoil::virtual_board {
 class Iwdg final : public Peripheral {
 public:
     Iwdg(Machine& machine, std::function<void()> on_expired)
-        : expires_(machine.events, std::move(on_expired)),
-          prescaler_(machine.events, [] {}),
-          reload_(machine.events, [] {}),
-          window_(machine.events, [] {}) {}
+        : events_(machine.events),
+          on_expired_(std::move(on_expired)),
+          expires_(
+              machine.events, [this] { on_expired_(); }, Event::Clock::always),
+          prescaler_(
+              machine.events, [] {}, Event::Clock::always),
+          reload_(
+              machine.events, [] {}, Event::Clock::always),
+          window_(
+              machine.events, [] {}, Event::Clock::always) {}
 
     [[nodiscard]] bool runs() const { return expires_.is_due(); }
 
@@ -23,23 +30,25 @@ public:
                (offset == kStatus ? flag(prescaler_.is_due(), 0) | flag(reload_.is_due(), 1) | flag(window_.is_due(), 2) : 0U);
     }
     void write(std::uint32_t offset, std::uint32_t value) override {
-        if (offset != kKey) {
-            if (!unlocked_) {
-                throw RunFailure("PR, RLR or WINR is written without the key 0x5555");
-            }
-            Event& update = offset == kPrescaler ? prescaler_ : offset == kReload ? reload_ : window_;
-            if (update.is_due()) {
-                throw RunFailure("PR, RLR or WINR is written again before its last update has finished");
-            }
-            update.in(kUpdateCycles * kTicksPerCycle);
-            registers_.at(offset) = value;
+        registers_.check(offset, value);
+        if (offset == kKey) {
+            take_key(value);
             return;
         }
-        unlocked_ = value == 0x5555;
-        if (value == 0xCCCC || (value == 0xAAAA && runs())) {
+        if (!unlocked_) {
+            throw RunFailure("PR, RLR or WINR is written without the key 0x5555");
+        }
+        Event& update = offset == kPrescaler ? prescaler_ : offset == kReload ? reload_ : window_;
+        if (update.is_due()) {
+            throw RunFailure("PR, RLR or WINR is written again before its last update has finished");
+        }
+        update.in(kUpdateCycles * kTicksPerCycle);
+        registers_.at(offset) = value;
+        if (offset == kWindow && runs()) {  // also reloads the counter
             expires_.in(period());
         }
     }
+    [[nodiscard]] std::span<const Register> registers() const override { return registers_.list(); }
     void reset() override {
         registers_.reset();
         expires_.cancel();
@@ -54,13 +63,29 @@ private:
     static constexpr std::uint32_t kPrescaler = 0x04;
     static constexpr std::uint32_t kReload = 0x08;
     static constexpr std::uint32_t kStatus = 0x0C;
+    static constexpr std::uint32_t kWindow = 0x10;
     static constexpr Ticks kUpdateCycles = 5;  // RM0440, IWDG_SR
     static constexpr Ticks kTicksPerCycle = kTicksPerSecond / 32'000;
-    [[nodiscard]] Ticks period() const {
-        return (Ticks{registers_[0x08] & 0xFFFU} + 1) * (Ticks{4} << (registers_[0x04] & 7U)) * kTicksPerCycle;
+    [[nodiscard]] Ticks step() const { return (Ticks{4} << std::min(registers_[kPrescaler] & 7U, 6U)) * kTicksPerCycle; }
+    [[nodiscard]] Ticks period() const { return (Ticks{registers_[kReload]} + 1) * step(); }
+    [[nodiscard]] Ticks count() const { return (expires_.when() - events_.now()) / step(); }
+
+    void take_key(std::uint32_t key) {
+        unlocked_ = key == 0x5555;
+        if (key == 0xAAAA && runs() && count() > Ticks{registers_[kWindow]}) {
+            on_expired_();  // reloaded outside the window
+        } else if (key == 0xCCCC || (key == 0xAAAA && runs())) {
+            expires_.in(period());
+        }
     }
 
-    RegisterFile<5> registers_{{kKey, 0}, {0x04, 0}, {0x08, 0xFFF}, {0x0C, 0}, {0x10, 0xFFF}};
+    RegisterFile<5> registers_{{kKey, 0, "KR", kAllBits},
+                               {kPrescaler, 0, "PR", 0x7},
+                               {kReload, 0xFFF, "RLR", 0xFFF},
+                               {kStatus, 0, "SR", kAllBits},
+                               {kWindow, 0xFFF, "WINR", 0xFFF}};
+    const Events& events_;
+    std::function<void()> on_expired_;
     Event expires_;
     Event prescaler_;  // SR.PVU is set while it is pending
     Event reload_;     // SR.RVU

@@ -32,12 +32,29 @@ public:
     }
 
     std::uint32_t read(std::uint32_t offset) override { return registers_.at(offset); }
-    void write(std::uint32_t offset, std::uint32_t value) override { registers_.at(offset) = value; }
+    void write(std::uint32_t offset, std::uint32_t value) override {
+        registers_.check(offset, value);
+        registers_.at(offset) = value;
+    }
+    [[nodiscard]] std::span<const Register> registers() const override { return registers_.list(); }
     void reset() override { registers_.reset(); }
 
 private:
-    RegisterFile<12> registers_{{0x00, 0}, {0x04, 0}, {0x08, 0}, {0x0C, 0}, {0x10, 0}, {0x14, 0},
-                                {0x18, 0}, {0x1C, 0}, {0x20, 0}, {0x24, 0}, {0x28, 0}, {0x2C, 0}};
+    static constexpr std::uint32_t kControl = 0x4007C1ED;
+    static constexpr const char* kOthers =
+        "FORCE_VP@1 USERTRIM@4 CALON@11 CALSEL@12-13 TRIMOFFSETP@19-23 TRIMOFFSETN@24-28 LOCK@31";
+    RegisterFile<12> registers_{{0x00, 0, "OPAMP1_CSR", kControl, kOthers},
+                                {0x4, 0, "OPAMP2_CSR", kControl, kOthers},
+                                {0x8, 0, "OPAMP3_CSR", kControl, kOthers},
+                                {0xc, 0, "OPAMP4_CSR", kControl, kOthers},
+                                {0x10, 0, "OPAMP5_CSR", kControl, kOthers},
+                                {0x14, 0, "OPAMP6_CSR", kControl, kOthers},
+                                {0x18, 0, "OPAMP1_TCMR", 0, "VMS_SEL@0 VPS_SEL@1-2 T1CM_EN@3 T8CM_EN@4 T20CM_EN@5 LOCK@31"},
+                                {0x1C, 0, "OPAMP2_TCMR", 0, "VMS_SEL@0 VPS_SEL@1-2 T1CM_EN@3 T8CM_EN@4 T20CM_EN@5 LOCK@31"},
+                                {0x20, 0, "OPAMP3_TCMR", 0, "VMS_SEL@0 VPS_SEL@1-2 T1CM_EN@3 T8CM_EN@4 T20CM_EN@5 LOCK@31"},
+                                {0x24, 0, "OPAMP4_TCMR", 0, "VMS_SEL@0 VPS_SEL@1-2 T1CM_EN@3 T8CM_EN@4 T20CM_EN@5 LOCK@31"},
+                                {0x28, 0, "OPAMP5_TCMR", 0, "VMS_SEL@0 VPS_SEL@1-2 T1CM_EN@3 T8CM_EN@4 T20CM_EN@5 LOCK@31"},
+                                {0x2C, 0, "OPAMP6_TCMR", 0, "VMS_SEL@0 VPS_SEL@1-2 T1CM_EN@3 T8CM_EN@4 T20CM_EN@5 LOCK@31"}};
 };
 
 }  // namespace tricoil::virtual_board

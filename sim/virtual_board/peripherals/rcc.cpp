@@ -4,18 +4,24 @@
 
 #include <array>
 
+#include "sim/virtual_board/peripherals/rcc_registers.hpp"
+
 namespace tricoil::virtual_board {
 namespace {
 
 constexpr std::uint32_t kCr = 0x00;
-constexpr std::uint32_t kCfgr = 0x08;
 constexpr std::uint32_t kPllCfgr = 0x0C;
+constexpr std::uint32_t kCier = 0x18;
 constexpr std::uint32_t kCifr = 0x1C;
 constexpr std::uint32_t kCicr = 0x20;
-constexpr std::uint32_t kCsr = 0x94;
+constexpr std::uint32_t kFirstReset = 0x28;
+constexpr std::uint32_t kLastReset = 0x40;
+constexpr std::uint32_t kEnablesFromResets = 0x20;
+constexpr std::uint32_t kBdcr = 0x90;
 constexpr std::uint32_t kCrrcr = 0x98;
 
 constexpr unsigned kHsiOn = 8;
+constexpr unsigned kHsiReady = 10;
 constexpr unsigned kHseOn = 16;
 constexpr unsigned kHseReady = 17;
 constexpr unsigned kSecurityOn = 19;
@@ -23,12 +29,20 @@ constexpr unsigned kPllOn = 24;
 constexpr unsigned kPllReady = 25;
 constexpr unsigned kSecurityFlag = 8;
 constexpr unsigned kRemoveFlags = 23;
+constexpr unsigned kBackupReset = 16;
 
 constexpr double kHsiHz = 16e6;
-constexpr double kHseHz = 24e6;          // the Nucleo's crystal
-constexpr double kCrystalStartS = 2e-3;  // DS12288, HSE oscillator start-up time
-constexpr double kPllLockS = 40e-6;      // DS12288, PLL lock time
-constexpr double kHsi48StartS = 6e-6;    // DS12288, HSI48 start-up time
+constexpr double kHseHz = 24e6;  // the Nucleo's crystals
+constexpr double kLseHz = 32'768;
+constexpr double kCrystalStartS = 2e-3;  // DS12288, start-up times: HSE, LSE, LSI, HSI48, and PLL lock time
+constexpr double kWatchCrystalStartS = 2;
+constexpr double kSlowStartS = 130e-6;
+constexpr double kHsi48StartS = 6e-6;
+constexpr double kPllLockS = 40e-6;
+
+constexpr int kLine = 5;  // interrupt of RCC
+constexpr std::uint32_t kPllOutputs = 1U << 16U | 1U << 20U | 1U << 24U;
+constexpr std::array<unsigned, 3> kPllEnables{16, 20, 24};  // PEN, QEN, REN
 
 enum Source : std::uint32_t { from_hsi = 1, from_hse = 2, from_pll = 3 };
 
@@ -36,32 +50,61 @@ enum Source : std::uint32_t { from_hsi = 1, from_hse = 2, from_pll = 3 };
 
 Rcc::Rcc(Machine& machine)
     : machine_(machine),
-      registers_{{kCr, 0x500}, {0x04, 0x40000000}, {kCfgr, 0x5}, {kPllCfgr, 0x1000}, {0x18, 0},      {kCifr, 0},
-                 {kCicr, 0},   {kAhb1, 0x100},     {kAhb2, 0},   {0x50, 0},          {kApb1, 0x400}, {0x5C, 0},
-                 {kApb2, 0},   {kCcipr, 0},        {0x90, 0},    {kCsr, 0},          {kCrrcr, 0}},
-      crystal_ready_(machine.events, [this] { registers_.at(kCr) |= 1U << kHseReady; }),
-      pll_ready_(machine.events, [this] { registers_.at(kCr) |= 1U << kPllReady; }),
-      hsi48_ready_(machine.events, [this] { registers_.at(kCrrcr) |= 2U; }) {}
+      registers_(rcc_registers()),
+      crystal_ready_(machine.events, [this] { become_ready(kCr, kHseReady, 4); }),
+      pll_ready_(machine.events, [this] { become_ready(kCr, kPllReady, 5); }),
+      hsi48_ready_(machine.events, [this] { become_ready(kCrrcr, 1, 10); }),
+      slow_ready_(
+          machine.events, [this] { become_ready(kCsr, 1, 0); }, Event::Clock::always),
+      watch_crystal_ready_(
+          machine.events, [this] { become_ready(kBdcr, 1, 1); }, Event::Clock::always) {}
+
+/// `interrupt`: position of the enable in CIER and of the flag in CIFR, which is set only if it is enabled.
+void Rcc::become_ready(std::uint32_t control_register, unsigned ready_bit, unsigned interrupt) {
+    registers_.at(control_register) |= 1U << ready_bit;
+    ready_interrupts_ |= registers_[kCier] & 1U << interrupt;
+    show_interrupt();
+}
+
+void Rcc::show_interrupt() { machine_.nvic.set_level(kLine, (ready_interrupts_ & registers_[kCier]) != 0); }
 
 void Rcc::reset() {
+    const std::uint32_t backup = registers_[kBdcr];  // keeps its content until a power failure
     registers_.reset();
+    registers_.at(kBdcr) = backup;
     crystal_ready_.cancel();
     pll_ready_.cancel();
     hsi48_ready_.cancel();
+    slow_ready_.cancel();
     security_interrupt_ = false;
+    ready_interrupts_ = 0;
+    show_interrupt();
     apply();
 }
 
 void Rcc::set_reset_cause(ResetCause cause) {
     const bool power = cause == ResetCause::power;
     causes_ = (power ? 0U : causes_) | 1U << static_cast<unsigned>(cause) | 1U << static_cast<unsigned>(ResetCause::pin);
+    if (power) {
+        registers_.at(kBdcr) = 0;
+        watch_crystal_ready_.cancel();
+    }
 }
 
 std::function<bool()> Rcc::clock(std::uint32_t enable_register, unsigned bit) const {
     return [this, enable_register, bit] { return is_set(registers_[enable_register], bit); };
 }
 
-bool Rcc::has_48_mhz() const { return is_set(registers_[kCrrcr], 1) && field(registers_[kCcipr], 26, 2) == 0; }
+double Rcc::usb_hz() const {
+    switch (field(registers_[kCcipr], 26, 2)) {
+        case 0:
+            return is_set(registers_[kCrrcr], 1) ? 48e6 : 0;
+        case 2:
+            return pll_hz(PllOutput::q);
+        default:
+            return 0;
+    }
+}
 
 double Rcc::pll_input_hz() const {
     switch (field(registers_[kPllCfgr], 0, 2)) {
@@ -74,15 +117,30 @@ double Rcc::pll_input_hz() const {
     }
 }
 
-double Rcc::system_hz() const {
+double Rcc::pll_hz(PllOutput output) const {
     const std::uint32_t pll = registers_[kPllCfgr];
+    if (!is_set(registers_[kCr], kPllReady) || !is_set(pll, kPllEnables[static_cast<std::size_t>(output)])) {
+        return 0;
+    }
+    const double vco = pll_input_hz() / (field(pll, 4, 4) + 1) * field(pll, 8, 7);
+    switch (output) {
+        case PllOutput::p: {
+            const std::uint32_t fine = field(pll, 27, 5);
+            return vco / (fine >= 2 ? fine : is_set(pll, 17) ? 17 : 7);
+        }
+        case PllOutput::q:
+            return vco / (2.0 * (field(pll, 21, 2) + 1));
+        default:
+            return vco / (2.0 * (field(pll, 25, 2) + 1));
+    }
+}
+
+double Rcc::system_hz() const {
     switch (field(registers_[kCfgr], 0, 2)) {
         case from_hse:
             return kHseHz;
-        case from_pll: {
-            const double input = pll_input_hz() / (field(pll, 4, 4) + 1);
-            return input * field(pll, 8, 7) / (2.0 * (field(pll, 25, 2) + 1));
-        }
+        case from_pll:
+            return pll_hz(PllOutput::r);
         default:
             return kHsiHz;
     }
@@ -94,59 +152,152 @@ double Rcc::core_hz() const {
     return system_hz() / (divider < 8 ? 1U : 1U << kShift[divider - 8]);
 }
 
+double Rcc::apb_hz(Apb bus) const {
+    const std::uint32_t divider = field(registers_[kCfgr], bus == Apb::one ? 8 : 11, 3);
+    return core_hz() / (divider < 4 ? 1U : 2U << (divider - 4));
+}
+
+Ticks Rcc::timer_ticks(Apb bus) const {
+    const double hz = apb_hz(bus);
+    return ticks_of_cycle(hz == core_hz() ? hz : 2 * hz);
+}
+
+Ticks Rcc::serial_ticks(unsigned position, Apb bus) const {
+    switch (field(registers_[kCcipr], position, 2)) {
+        case 1:
+            return ticks_of_cycle(system_hz());
+        case 2:
+            return ticks_of_cycle(is_set(registers_[kCr], kHsiOn) ? kHsiHz : 0);
+        case 3:
+            return ticks_of_cycle(is_set(registers_[kBdcr], 1) ? kLseHz : 0);
+        default:
+            return ticks_of_cycle(apb_hz(bus));
+    }
+}
+
+double Rcc::fdcan_hz() const {
+    switch (field(registers_[kCcipr], 24, 2)) {
+        case 0:
+            return is_set(registers_[kCr], kHseReady) ? kHseHz : 0;
+        case 1:
+            return pll_hz(PllOutput::q);
+        case 2:
+            return apb_hz(Apb::one);
+        default:
+            return 0;
+    }
+}
+
+double Rcc::adc_hz(unsigned position) const {
+    switch (field(registers_[kCcipr], position, 2)) {
+        case 1:
+            return pll_hz(PllOutput::p);
+        case 2:
+            return system_hz();
+        default:
+            return 0;
+    }
+}
+
 void Rcc::apply() {
     const double hz = core_hz();
     if (check_frequency) {
         check_frequency(hz);
     }
-    const double ticks = static_cast<double>(kTicksPerSecond) / hz;
-    if (ticks != static_cast<double>(static_cast<Ticks>(ticks))) {
-        throw RunFailure(fmt::format("a cycle of a core clock of {} Hz is not a whole number of ticks in this model", hz));
+    machine_.set_core_clock(ticks_of_cycle(hz));
+    for (const auto& changed : on_change) {
+        changed();
     }
-    machine_.cpu.set_ticks_per_cycle(static_cast<Ticks>(ticks));
 }
 
-void Rcc::start_oscillator(unsigned enable_bit, Event& ready, double after_s) {
-    if (!is_set(registers_[kCr], enable_bit)) {
+/// The ready flag is one position above the enable bit.
+void Rcc::start_oscillator(std::uint32_t control_register, unsigned enable_bit, Event& ready, double after_s) {
+    if (!is_set(registers_[control_register], enable_bit)) {
         ready.cancel();
-        registers_.at(kCr) &= ~(2U << enable_bit);
-    } else if (!is_set(registers_[kCr], enable_bit + 1) && !ready.is_due()) {
+        registers_.at(control_register) &= ~(2U << enable_bit);
+    } else if (!is_set(registers_[control_register], enable_bit + 1) && !ready.is_due()) {
         ready.in(ticks(after_s));
     }
 }
 
+void Rcc::check_pll() const {
+    const double input = pll_input_hz() / (field(registers_[kPllCfgr], 4, 4) + 1);
+    const double vco = input * field(registers_[kPllCfgr], 8, 7);
+    if (input < 2.66e6 || input > 16e6 || vco < 96e6 || vco > 344e6) {  // DS12288, PLL characteristics
+        throw RunFailure(fmt::format("PLL out of range: input {} Hz, VCO {} Hz", input, vco));
+    }
+}
+
 void Rcc::control(std::uint32_t value) {
-    constexpr std::uint32_t kWritable = 1U << kHsiOn | 1U << 9U | 1U << kHseOn | 1U << 18U | 1U << kSecurityOn | 1U << kPllOn;
+    constexpr std::uint32_t kWritable = 1U << kHsiOn | 1U << 9U | 1U << kHseOn | 1U << kSecurityOn | 1U << kPllOn;
     const std::uint32_t source = field(registers_[kCfgr], 2, 2);
-    if ((source == from_pll && !is_set(value, kPllOn)) || (source == from_hsi && !is_set(value, kHsiOn))) {
+    const bool pll_stops = !is_set(value, kPllOn);
+    if ((source == from_pll && pll_stops) || (source == from_hsi && !is_set(value, kHsiOn)) ||
+        (source == from_hse && !is_set(value, kHseOn))) {
         throw RunFailure("the source of the processor clock is switched off");
     }
     registers_.at(kCr) = (registers_[kCr] & ~kWritable) | (value & kWritable);
-    registers_.at(kCr) = (registers_[kCr] & ~(1U << 10U)) | flag(is_set(value, kHsiOn), 10);
-    if (crystal_works_) {
-        start_oscillator(kHseOn, crystal_ready_, kCrystalStartS);
+    if (!is_set(value, kHsiOn)) {
+        registers_.at(kCr) &= ~(1U << kHsiReady);
+    } else if (!is_set(registers_[kCr], kHsiReady)) {
+        become_ready(kCr, kHsiReady, 3);
     }
-    if (is_set(value, kPllOn) && !is_set(registers_[kCr], kPllReady)) {
-        const double input = pll_input_hz() / (field(registers_[kPllCfgr], 4, 4) + 1);
-        const double vco = input * field(registers_[kPllCfgr], 8, 7);
-        if (input < 2.66e6 || input > 16e6 || vco < 96e6 || vco > 344e6) {  // DS12288, PLL characteristics
-            throw RunFailure(fmt::format("PLL out of range: input {} Hz, VCO {} Hz", input, vco));
+    if (crystal_works_) {
+        start_oscillator(kCr, kHseOn, crystal_ready_, kCrystalStartS);
+    }
+    if (!pll_stops && !is_set(registers_[kCr], kPllReady)) {
+        check_pll();
+    }
+    start_oscillator(kCr, kPllOn, pll_ready_, kPllLockS);
+}
+
+/// RM0440: source, multiplier and dividers are for a stopped PLL; the vendor's driver enables the outputs after PLLON.
+void Rcc::write_pll(std::uint32_t value) {
+    const std::uint32_t changed = value ^ registers_[kPllCfgr];
+    if (is_set(registers_[kCr], kPllOn) && (changed & ~kPllOutputs) != 0) {
+        throw RunFailure("PLLCFGR is written while the PLL runs; only its outputs PEN, QEN, REN may change");
+    }
+    if (field(registers_[kCfgr], 2, 2) == from_pll && is_set(changed, kPllEnables[2])) {
+        throw RunFailure("the PLL output that drives the processor is switched off (PLLCFGR.PLLREN)");
+    }
+    registers_.at(kPllCfgr) = value;
+}
+
+void Rcc::write_backup(std::uint32_t value) {
+    if (check_backup) {
+        check_backup();
+    }
+    const bool is_reset = is_set(value, kBackupReset);
+    registers_.at(kBdcr) = is_reset ? 1U << kBackupReset : (value & ~2U) | (registers_[kBdcr] & 2U);
+    start_oscillator(kBdcr, 0, watch_crystal_ready_, kWatchCrystalStartS);
+}
+
+void Rcc::reset_peripherals(std::uint32_t offset, std::uint32_t value) {
+    const std::uint32_t rising = value & ~registers_[offset];
+    registers_.at(offset) = value;
+    for (unsigned bit = 0; bit < 32; ++bit) {
+        if (is_set(rising, bit) && on_peripheral_reset) {
+            on_peripheral_reset(offset + kEnablesFromResets, bit);
         }
     }
-    start_oscillator(kPllOn, pll_ready_, kPllLockS);
 }
 
 void Rcc::choose(std::uint32_t value) {
     const std::uint32_t source = field(value, 0, 2);
     const bool ready = source == from_hsi || (source == from_hse && is_set(registers_[kCr], kHseReady)) ||
-                       (source == from_pll && is_set(registers_[kCr], kPllReady) && is_set(registers_[kPllCfgr], 24));
+                       (source == from_pll && pll_hz(PllOutput::r) > 0);
     if (!ready) {
         throw RunFailure(fmt::format("clock source {} is selected before it is ready", source));
     }
-    if (field(value, 8, 6) != 0) {
-        throw RunFailure("dividers of the peripheral clocks are not in this model");
-    }
     registers_.at(kCfgr) = (value & ~0xCU) | source << 2U;
+    apply();
+}
+
+void Rcc::leave_stop() {
+    registers_.at(kCr) = (registers_[kCr] & ~(3U << kHseOn | 3U << kPllOn)) | 1U << kHsiOn | 1U << 10U;
+    registers_.at(kCfgr) = (registers_[kCfgr] & ~0xFU) | from_hsi | from_hsi << 2U;
+    crystal_ready_.cancel();
+    pll_ready_.cancel();
     apply();
 }
 
@@ -164,36 +315,29 @@ void Rcc::break_crystal() {
         throw RunFailure("the crystal stops while the clock security system is off: the processor stops");
     }
     if (in_use) {  // clock security system: back to HSI, with a non-maskable interrupt
-        registers_.at(kCr) &= ~(1U << kHseOn | 1U << kPllOn | 1U << kPllReady);
-        registers_.at(kCfgr) = (registers_[kCfgr] & ~0xFU) | from_hsi | from_hsi << 2U;
-        apply();
+        leave_stop();
         security_interrupt_ = true;
         machine_.nvic.pend(kNmi);
-    }
-}
-
-void Rcc::start_hsi48(bool on) {
-    if (on && !is_set(registers_[kCrrcr], 0)) {
-        registers_.at(kCrrcr) = 1;
-        hsi48_ready_.in(ticks(kHsi48StartS));
-    } else if (!on) {
-        registers_.at(kCrrcr) = 0;
-        hsi48_ready_.cancel();
     }
 }
 
 std::uint32_t Rcc::read(std::uint32_t offset) {
     switch (offset) {
         case kCifr:
-            return flag(security_interrupt_, kSecurityFlag);
+            return flag(security_interrupt_, kSecurityFlag) | ready_interrupts_;
         case kCsr:
-            return registers_[kCsr] | flag(is_set(registers_[kCsr], 0), 1) | causes_;
+            return registers_[kCsr] | causes_;
         default:
             return registers_.at(offset);
     }
 }
 
 void Rcc::write(std::uint32_t offset, std::uint32_t value) {
+    registers_.check(offset, value);
+    if (offset >= kFirstReset && offset <= kLastReset && registers_.has(offset)) {
+        reset_peripherals(offset, value);
+        return;
+    }
     switch (offset) {
         case kCr:
             control(value);
@@ -202,23 +346,28 @@ void Rcc::write(std::uint32_t offset, std::uint32_t value) {
             choose(value);
             break;
         case kPllCfgr:
-            if (is_set(registers_[kCr], kPllOn)) {
-                throw RunFailure("PLLCFGR is written while the PLL runs");
-            }
-            registers_.at(kPllCfgr) = value;
+            write_pll(value);
             break;
         case kCicr:
             security_interrupt_ = security_interrupt_ && !is_set(value, kSecurityFlag);
+            ready_interrupts_ &= ~value;
+            show_interrupt();
+            break;
+        case kBdcr:
+            write_backup(value);
             break;
         case kCsr:
             causes_ = is_set(value, kRemoveFlags) ? 0 : causes_;
-            registers_.at(kCsr) = value & 1U;
+            registers_.at(kCsr) = (registers_[kCsr] & 2U) | (value & 1U);
+            start_oscillator(kCsr, 0, slow_ready_, kSlowStartS);
             break;
         case kCrrcr:
-            start_hsi48(is_set(value, 0));
+            registers_.at(kCrrcr) = (registers_[kCrrcr] & 2U) | (value & 1U);
+            start_oscillator(kCrrcr, 0, hsi48_ready_, kHsi48StartS);
             break;
         default:
             registers_.at(offset) = value;
+            show_interrupt();
     }
 }
 

@@ -1,5 +1,7 @@
 #include "sim/virtual_board/peripherals/timer.hpp"
 
+#include <algorithm>
+
 namespace tricoil::virtual_board {
 namespace {
 
@@ -8,102 +10,330 @@ constexpr std::uint32_t kCr2 = 0x04;
 constexpr std::uint32_t kDier = 0x0C;
 constexpr std::uint32_t kSr = 0x10;
 constexpr std::uint32_t kEgr = 0x14;
+constexpr std::uint32_t kModes = 0x18;  // CCMR1, CCMR2
 constexpr std::uint32_t kCnt = 0x24;
 constexpr std::uint32_t kPsc = 0x28;
 constexpr std::uint32_t kArr = 0x2C;
-constexpr std::uint32_t kUpdateIsTrigger = 2;
+constexpr std::uint32_t kRcr = 0x30;
+constexpr std::uint32_t kCompare = 0x34;  // CCR1; the others follow
+
+constexpr unsigned kNoUpdates = 1;      // UDIS
+constexpr unsigned kOnlyOverflows = 2;  // URS
+constexpr unsigned kOnePulse = 3;
+constexpr unsigned kPreload = 7;
+constexpr unsigned kUpdateDma = 8;
+
+enum TriggerMode : std::uint32_t { by_reset, by_enable, by_update };
 
 }  // namespace
 
-Timer::Timer(Machine& machine, unsigned bits, int interrupt)
-    : machine_(machine),
-      max_count_(bits == 32 ? 0xFFFFFFFFU : 0xFFFFU),
-      interrupt_(interrupt),
-      registers_{{kCr1, 0}, {kCr2, 0}, {kDier, 0}, {kSr, 0}, {kEgr, 0}, {kCnt, 0}, {kPsc, 0}, {kArr, max_count_}},
-      overflow_(machine.events, [this] { overflow(); }) {}
+std::vector<Register> Timer::list(const TimerParams& params) {
+    const std::uint32_t max = params.bits == 32 ? 0xFFFFFFFFU : 0xFFFFU;
+    const std::uint32_t channels = ((1U << params.channels) - 1U) << 1U;  // bits of their flags
+    std::vector<Register> all{
+        {kCr1, 0, "CR1", 0x39F, "CMS@5-6 UIFREMAP@11 DITHEN@12"},
+        {kCr2, 0, "CR2", params.channels > 0 ? 0x3FF70U : 0x70U, "CCPC@0 CCUS@2 CCDS@3 TI1S@7 OIS@8-18 MMS2@20-23 MMS[3]@25"},
+        {0x08, 0, "SMCR", 0, "SMS@0-2 OCCS@3 TS@4-6 MSM@7 ETF@8-11 ETPS@12-13 ECE@14 ETP@15 SMS[3]@16 TS[4:3]@20-21"},
+        {kDier, 0, "DIER",
+         1U | channels | (params.update_request ? 1U << kUpdateDma : 0U) | (params.compare_request ? channels << 8U : 0U),
+         "CC1IE@1 CC2IE@2 CC3IE@3 CC4IE@4 COMIE@5 TIE@6 BIE@7 UDE@8 CC1DE@9 CC2DE@10 CC3DE@11 CC4DE@12 COMDE@13 TDE@14"},
+        {kSr, 0, "SR", kAllBits},
+        {kEgr, 0, "EGR", 1U | channels, "CC1G@1 CC2G@2 CC3G@3 CC4G@4 COMG@5 TG@6 BG@7"},
+        {kCnt, 0, "CNT", kAllBits},
+        {kPsc, 0, "PSC", 0xFFFF},
+        {kArr, max, "ARR", max}};
+    if (params.channels > 0) {
+        all.push_back({kModes, 0, "CCMR1", 0x01017C7C, "CC1S@0-1 OC1CE@7 CC2S@8-9 OC2CE@15"});
+        all.push_back({0x20, 0, "CCER", 0xFFFF});
+        static constexpr std::array kNames{"CCR1", "CCR2", "CCR3", "CCR4"};
+        for (unsigned n = 0; n < params.channels; ++n) {
+            all.push_back({kCompare + 4 * n, 0, kNames[n], max});
+        }
+    }
+    if (params.channels > 2) {
+        all.push_back({kModes + 4, 0, "CCMR2", 0x01017C7C, "CC3S@0-1 OC3CE@7 CC4S@8-9 OC4CE@15"});
+    }
+    if (params.channels > 0) {
+        all.push_back({0x50, 0, "CCMR3", 0, "OC5M@2-7 OC6M@8-15 OC5M[3]@16 OC6M[3]@24"});
+        all.push_back({0x54, 0, "DTR2", 0, "DTGF@0-7 DTAE@16 DTPE@17"});
+        all.push_back({0x58, 0, "ECR", 0, "IE@0-31"});
+        all.push_back({0x5C, 0, "TISEL", 0, "TI1SEL@0-3 TI2SEL@8-11 TI3SEL@16-19 TI4SEL@24-27"});
+        all.push_back({0x60, params.advanced ? 1U : 0U, "AF1", 0, "BKINE@0 BKCMP@1-8 BKINP@9-13 ETRSEL@14-17"});
+        all.push_back({0x64, params.advanced ? 1U : 0U, "AF2", 0, "BK2INE@0 BK2CMP@1-8 BK2INP@9-13 OCRSEL@16-18"});
+    }
+    if (params.advanced) {
+        all.push_back({kRcr, 0, "RCR", 0xFFFF});
+        all.push_back(
+            {0x44, 0, "BDTR", 0x020FECFF, "LOCK@8-9 BKE@12 BK2F@20-23 BK2E@24 BKDSRM@26 BK2DSRM@27 BKBID@28 BK2BID@29"});
+    }
+    return all;
+}
 
-Ticks Timer::ticks_per_count() const { return (Ticks{prescaler_} + 1) * machine_.cpu.ticks_per_cycle(); }
-Ticks Timer::period() const { return (Ticks{registers_[kArr]} + 1) * ticks_per_count(); }
+Timer::Timer(Machine& machine, Dma& dma, TimerParams params)
+    : machine_(machine),
+      dma_(dma),
+      params_(std::move(params)),
+      max_count_(params_.bits == 32 ? 0xFFFFFFFFU : 0xFFFFU),
+      registers_(list(params_)),
+      overflow_(machine.events, [this] { overflow(); }),
+      match_(machine.events, [this] { settle(); }) {
+    reset();
+}
+
+void Timer::clock_changed() {
+    const std::uint32_t at = count();
+    clock_ = params_.clock();
+    restart(at);
+}
+
+/// Counts since the period began.
+std::uint32_t Timer::elapsed() const {
+    const Ticks left = overflow_.when() - machine_.now();
+    return static_cast<std::uint32_t>(std::clamp<Ticks>((period() - left) / ticks_per_count(), 0, reload_));
+}
 
 std::uint32_t Timer::count() const {
-    return is_running() ? static_cast<std::uint32_t>((machine_.now() - zero_) / ticks_per_count() % (Ticks{registers_[kArr]} + 1))
-                        : stopped_at_;
+    if (!overflow_.is_due()) {
+        return stopped_at_;
+    }
+    return counts_down() ? reload_ - elapsed() : elapsed();
 }
+
+/// Counts of the period at which a channel matches; larger than the period: never.
+std::uint32_t Timer::point(unsigned channel) const {
+    return counts_down() && compare_[channel] <= reload_ ? reload_ - compare_[channel] : compare_[channel];
+}
+
+bool Timer::is_preloaded(unsigned channel) const { return is_set(registers_[kModes + 4 * (channel / 2)], 8 * (channel % 2) + 3); }
 
 void Timer::restart(std::uint32_t count) {
     stopped_at_ = count;
-    if (is_running()) {
-        zero_ = machine_.now() - Ticks{count} * ticks_per_count();
-        overflow_.at(zero_ + period());
-    } else {
+    if (!is_running()) {
         overflow_.cancel();
+        match_.cancel();
+        return;
+    }
+    if (count > reload_) {
+        throw RunFailure("CNT is above ARR while the timer runs; counting to the maximum is not in this model");
+    }
+    const std::uint32_t done = counts_down() ? reload_ - count : count;
+    overflow_.in(period() - Ticks{done} * ticks_per_count());
+    for (unsigned n = 0; n < params_.channels; ++n) {
+        matched_[n] = point(n) < done;
+    }
+    schedule_match();
+}
+
+void Timer::schedule_match() {
+    const std::uint32_t wanted = registers_[kDier] | registers_[kDier] >> 8U;  // interrupt or DMA
+    std::uint32_t next = max_count_;
+    bool any = false;
+    for (unsigned n = 0; n < params_.channels; ++n) {
+        if (is_set(wanted, n + 1) && !matched_[n] && point(n) <= reload_) {
+            next = std::min(next, point(n));
+            any = true;
+        }
+    }
+    if (any && overflow_.is_due()) {
+        match_.at(overflow_.when() - period() + Ticks{next} * ticks_per_count());
+    } else {
+        match_.cancel();
+    }
+}
+
+void Timer::settle() {
+    if (params_.channels == 0 || !overflow_.is_due()) {
+        return;
+    }
+    const std::uint32_t done = elapsed();
+    for (unsigned n = 0; n < params_.channels; ++n) {
+        if (!matched_[n] && point(n) <= done) {
+            match(n);
+        }
+    }
+    schedule_match();
+    show_interrupt();
+}
+
+void Timer::match(unsigned channel) {
+    matched_[channel] = true;
+    registers_.at(kSr) |= 2U << channel;
+    if (is_set(registers_[kDier], 9 + channel) && params_.compare_request) {
+        (void)dma_.request(*params_.compare_request + channel);
     }
 }
 
 void Timer::overflow() {
-    zero_ = machine_.now();
-    update();
-    overflow_.at(zero_ + period());
-    registers_.at(kSr) |= 1U;
+    for (unsigned n = 0; n < params_.channels; ++n) {
+        if (!matched_[n] && point(n) <= reload_) {
+            match(n);
+        }
+        matched_[n] = false;
+    }
+    if (repetitions_ > 0) {
+        --repetitions_;
+    } else {
+        update(false);
+    }
+    stopped_at_ = counts_down() ? reload_ : 0;
+    if (is_running()) {
+        overflow_.in(period());
+        if (params_.channels > 0) {
+            schedule_match();
+        }
+    }
     show_interrupt();
 }
 
-void Timer::update() {
+/// Update event: the preloaded registers take effect.
+void Timer::update(bool by_software) {
+    if (is_set(registers_[kCr1], kNoUpdates)) {
+        return;
+    }
     prescaler_ = registers_[kPsc];
-    if (field(registers_[kCr2], 4, 3) == kUpdateIsTrigger) {
-        for (const auto& trigger : on_trigger) {
-            trigger();
+    reload_ = registers_[kArr];
+    if (params_.advanced) {
+        repetitions_ = registers_[kRcr];
+    }
+    for (unsigned n = 0; n < params_.channels; ++n) {
+        compare_[n] = registers_[kCompare + 4 * n];
+    }
+    if (!by_software || !is_set(registers_[kCr1], kOnlyOverflows)) {
+        registers_.at(kSr) |= 1U;
+        if (is_set(registers_[kDier], kUpdateDma)) {
+            (void)dma_.request(*params_.update_request);
+        }
+    }
+    if (!by_software && is_set(registers_[kCr1], kOnePulse)) {
+        registers_.at(kCr1) &= ~1U;
+    }
+    trigger(by_update);
+}
+
+void Timer::trigger(std::uint32_t mode) {
+    if (field(registers_[kCr2], 4, 3) == mode) {
+        for (const auto& act : on_trigger) {
+            act();
         }
     }
 }
 
-void Timer::show_interrupt() { machine_.nvic.set_level(interrupt_, is_set(registers_[kSr], 0) && is_set(registers_[kDier], 0)); }
+void Timer::show_interrupt() {
+    const std::uint32_t wanted = registers_[kSr] & registers_[kDier] & 0x1FU;
+    const std::uint32_t on_update_line = params_.compare ? wanted & 1U : wanted;
+    machine_.nvic.set_level(params_.update, on_update_line != 0);
+    if (params_.compare) {
+        machine_.nvic.set_level(*params_.compare, (wanted & 0x1EU) != 0);
+    }
+}
 
-std::uint32_t Timer::read(std::uint32_t offset) { return offset == kCnt ? count() : registers_.at(offset); }
+std::uint32_t Timer::read(std::uint32_t offset) {
+    if (offset == kCnt) {
+        return count();
+    }
+    if (offset == kSr) {
+        settle();
+    }
+    return registers_.at(offset);
+}
+
+void Timer::write_reload(std::uint32_t value) {
+    const std::uint32_t at = count();
+    registers_.at(kArr) = value;
+    if (is_set(registers_[kCr1], kPreload)) {
+        return;
+    }
+    if (is_running() && at > value) {
+        throw RunFailure("ARR is set below CNT while the timer runs; counting to the maximum is not in this model");
+    }
+    reload_ = value;
+    restart(at);
+}
+
+void Timer::write_compare(unsigned channel, std::uint32_t value) {
+    settle();
+    registers_.at(kCompare + 4 * channel) = value;
+    if (is_preloaded(channel)) {
+        return;
+    }
+    compare_[channel] = value;
+    matched_[channel] = overflow_.is_due() && point(channel) < elapsed();
+    schedule_match();
+}
+
+void Timer::generate(std::uint32_t value) {
+    registers_.at(kSr) |= value & 0x1EU;
+    if (is_set(value, 0)) {
+        update(true);
+        restart(counts_down() ? reload_ : 0);
+        trigger(by_reset);
+    }
+}
 
 void Timer::write(std::uint32_t offset, std::uint32_t value) {
+    registers_.check(offset, value);
     switch (offset) {
         case kCr1: {
-            if ((value & ~0x87U) != 0) {
-                throw RunFailure("one-pulse mode, down-counting and clock division are not in this model");
-            }
+            settle();
             const std::uint32_t at = count();
+            const bool starts = is_set(value, 0) && !is_set(registers_[kCr1], 0);
             registers_.at(kCr1) = value;
-            restart(at);
+            clock_ = params_.clock();
+            restart(starts && counts_down() && at == 0 ? reload_ : at);
+            if (starts) {
+                trigger(by_enable);
+            }
             break;
         }
+        case kCr2:
+            if (field(value, 4, 3) > by_update) {
+                throw RunFailure("CR2: only reset, enable and update (MMS = 0 to 2) are trigger outputs in this model");
+            }
+            registers_.at(kCr2) = value;
+            break;
         case kSr:
+            settle();
             registers_.at(kSr) &= value;
-            show_interrupt();
             break;
         case kEgr:
-            if (is_set(value, 0)) {
-                update();
-                restart(0);
-                registers_.at(kSr) |= is_set(registers_[kCr1], 2) ? 0U : 1U;
-                show_interrupt();
-            }
+            generate(value);
             break;
         case kCnt:
             restart(value & max_count_);
             break;
-        case kArr: {
-            const std::uint32_t at = count();
-            registers_.at(kArr) = value & max_count_;
-            restart(at);
+        case kArr:
+            write_reload(value);
             break;
-        }
         default:
-            registers_.at(offset) = value;
-            show_interrupt();
+            if (offset >= kCompare && offset < kCompare + 4 * params_.channels) {
+                write_compare((offset - kCompare) / 4, value);
+            } else {
+                registers_.at(offset) = value;
+                schedule_match();
+            }
     }
+    show_interrupt();
+}
+
+/// The bus duplicates a half-word; most registers have 16 bits.
+void Timer::write_narrow(std::uint32_t offset, std::uint32_t value, unsigned bytes) {
+    if (bytes != 2 || (offset & 3U) != 0) {
+        Peripheral::write_narrow(offset, value, bytes);
+    }
+    write(offset, max_count_ > 0xFFFFU && offset >= kCnt ? value | value << 16U : value);
 }
 
 void Timer::reset() {
     registers_.reset();
     overflow_.cancel();
+    match_.cancel();
     stopped_at_ = 0;
     prescaler_ = 0;
+    reload_ = registers_[kArr];
+    repetitions_ = 0;
+    compare_.fill(0);
+    matched_.fill(false);
+    show_interrupt();
 }
 
 }  // namespace tricoil::virtual_board

@@ -1,9 +1,13 @@
 #include "sim/virtual_board/peripherals/usart.hpp"
 
+#include <array>
+#include <bit>
+
 namespace tricoil::virtual_board {
 namespace {
 
 constexpr std::uint32_t kCr1 = 0x00;
+constexpr std::uint32_t kCr2 = 0x04;
 constexpr std::uint32_t kCr3 = 0x08;
 constexpr std::uint32_t kBrr = 0x0C;
 constexpr std::uint32_t kRqr = 0x18;
@@ -13,51 +17,156 @@ constexpr std::uint32_t kRdr = 0x24;
 constexpr std::uint32_t kTdr = 0x28;
 constexpr std::uint32_t kPresc = 0x2C;
 
+// Bits of CR1.
 constexpr unsigned kEnable = 0;
+constexpr unsigned kStopEnable = 1;  // UESM
 constexpr unsigned kReceive = 2;
 constexpr unsigned kTransmit = 3;
+constexpr unsigned kOddParity = 9;
+constexpr unsigned kParity = 10;
+constexpr unsigned kWordM0 = 12;
+constexpr unsigned kOver8 = 15;
+constexpr unsigned kWordM1 = 28;
 constexpr unsigned kFifoOn = 29;
+// Bits of CR3.
+constexpr unsigned kErrorInterrupt = 0;
+constexpr unsigned kDmaReceive = 6;
+constexpr unsigned kDmaTransmit = 7;
+constexpr unsigned kNoOverrun = 12;
+constexpr unsigned kWakeUpInterrupt = 22;
+constexpr unsigned kSendThresholdInterrupt = 23;
+constexpr unsigned kReceiveThresholdInterrupt = 28;
+// Flags of ISR; several have the position of their interrupt enable in CR1.
 constexpr unsigned kFramingError = 1;
 constexpr unsigned kOverrun = 3;
-constexpr unsigned kNotEmpty = 5;  // flag in ISR; interrupt enable in CR1
+constexpr unsigned kIdle = 4;
+constexpr unsigned kNotEmpty = 5;
 constexpr unsigned kComplete = 6;
 constexpr unsigned kNotFull = 7;
-constexpr int kBitsOfAByte = 10;
+constexpr unsigned kBusy = 16;
+constexpr unsigned kWakeUp = 20;
+constexpr unsigned kSendEnabled = 21;
+constexpr unsigned kReceiveEnabled = 22;
+constexpr unsigned kFifoEmpty = 23;  // interrupt enable: CR1 bit 30
+constexpr unsigned kFifoFull = 24;   // CR1 bit 31
+constexpr unsigned kReceiveThreshold = 26;
+constexpr unsigned kSendThreshold = 27;
+
+constexpr std::array<unsigned, 8> kThresholds{1, 2, 4, 6, 7, 8, 8, 8};  // bytes of the FIFO; RXFTCFG, TXFTCFG
+constexpr std::array<unsigned, 16> kPrescalers{1, 2, 4, 6, 8, 10, 12, 16, 32, 64, 128, 256, 256, 256, 256, 256};
+
+std::vector<Register> usart_registers() {
+    return {{kCr1, 0, "CR1", 0xF00097FF, "WAKE@11 MME@13 CMIE@14 DEDT@16-20 DEAT@21-25 RTOIE@26 EOBIE@27"},
+            {kCr2, 0, "CR2", 0x3000,
+             "SLVEN@0 DIS_NSS@3 ADDM7@4 LBDL@5 LBDIE@6 LBCL@8 CPHA@9 CPOL@10 CLKEN@11 LINEN@14 SWAP@15 RXINV@16 TXINV@17 "
+             "DATAINV@18 MSBFIRST@19 ABREN@20 ABRMOD@21-22 RTOEN@23 ADD@24-31"},
+            {kCr3, 0, "CR3", 0xFEF018C1,
+             "IREN@1 IRLP@2 HDSEL@3 NACK@4 SCEN@5 RTSE@8 CTSE@9 CTSIE@10 DDRE@13 DEM@14 DEP@15 SCARCNT@17-19 "
+             "TCBGTIE@24"},
+            {kBrr, 0, "BRR", 0xFFFFF},
+            {0x10, 0, "GTPR", 0, "PSC@0-7 GT@8-15"},
+            {0x14, 0, "RTOR", 0, "RTO@0-23 BLEN@24-31"},
+            {kRqr, 0, "RQR", 0x18, "ABRRQ@0 SBKRQ@1 MMRQ@2"},
+            {kIsr, 0, "ISR", kAllBits},
+            {kIcr, 0, "ICR", kAllBits},
+            {kRdr, 0, "RDR", kAllBits},
+            {kTdr, 0, "TDR", 0x1FF},
+            {kPresc, 0, "PRESC", 0xF}};
+}
 
 }  // namespace
 
-Usart::Usart(Machine& machine, int interrupt)
+Usart::Usart(Machine& machine, Dma& dma, UsartParams params)
     : machine_(machine),
-      interrupt_(interrupt),
-      registers_{{kCr1, 0}, {0x04, 0}, {kCr3, 0}, {kBrr, 0}, {0x10, 0}, {0x14, 0},
-                 {kRqr, 0}, {kIsr, 0}, {kIcr, 0}, {kRdr, 0}, {kTdr, 0}, {kPresc, 0}},
-      sent_(machine.events, [this] { sent(); }) {}
+      dma_(dma),
+      params_(std::move(params)),
+      registers_(usart_registers()),
+      sent_(machine.events, [this] { sent(); }),
+      idle_(machine.events, [this] {
+          idle_flag_ = true;
+          show_interrupt();
+      }) {
+    dma_.on_enable(params_.receive_request, [this] { serve_dma(); });
+    dma_.on_enable(params_.send_request, [this] { serve_dma(); });
+}
 
-Ticks Usart::byte_time() const { return kBitsOfAByte * Ticks{registers_[kBrr]} * machine_.cpu.ticks_per_cycle(); }
+Ticks Usart::bit_time() const {
+    const Ticks cycle = params_.clock() * Ticks{kPrescalers[registers_[kPresc] & 0xFU]};
+    const std::uint32_t brr = registers_[kBrr];
+    if (params_.low_power) {
+        return cycle * Ticks{brr} / 256;
+    }
+    if (is_set(registers_[kCr1], kOver8)) {
+        return cycle * Ticks{(brr & 0xFFF0U) | (brr & 7U) << 1U} / 2;
+    }
+    return cycle * Ticks{brr};
+}
 
-double Usart::baud() const { return kBitsOfAByte * static_cast<double>(kTicksPerSecond) / static_cast<double>(byte_time()); }
+/// Data bits of a frame, without parity.
+unsigned Usart::data_bits() const {
+    const std::uint32_t cr1 = registers_[kCr1];
+    const unsigned bits = is_set(cr1, kWordM1) ? 7 : is_set(cr1, kWordM0) ? 9 : 8;
+    return bits - (is_set(cr1, kParity) ? 1 : 0);
+}
 
-bool Usart::listens() const { return is_set(registers_[kCr1], kEnable) && is_set(registers_[kCr1], kReceive); }
+double Usart::stop_bits() const {
+    constexpr std::array<double, 4> kStops{1, 0.5, 2, 1.5};
+    return kStops[field(registers_[kCr2], 12, 2)];
+}
+
+Ticks Usart::byte_time() const {
+    const double bits = 1 + data_bits() + (is_set(registers_[kCr1], kParity) ? 1 : 0) + stop_bits();
+    return static_cast<Ticks>(bits * static_cast<double>(bit_time()));
+}
+
+double Usart::baud() const { return static_cast<double>(kTicksPerSecond) / static_cast<double>(bit_time()); }
+
+bool Usart::listens() const {
+    return is_set(registers_[kCr1], kEnable) && is_set(registers_[kCr1], kReceive) &&
+           (!machine_.events.is_frozen() || is_set(registers_[kCr1], kStopEnable));
+}
 
 std::size_t Usart::room() const { return is_set(registers_[kCr1], kFifoOn) ? kFifo : 1; }
 
+/// The other end sends with the same parity; the parity bit is above the data bits in RDR.
 void Usart::receive(std::uint8_t byte, bool framing_error) {
     if (!listens()) {
         return;
     }
-    if (incoming_.size() >= room()) {
+    std::uint32_t word = byte & ((1U << data_bits()) - 1U);
+    if (is_set(registers_[kCr1], kParity)) {
+        const bool odd = std::popcount(word) % 2 == 1;
+        word |= flag(odd != is_set(registers_[kCr1], kOddParity), data_bits());
+    }
+    if (incoming_.size() >= room() && !is_set(registers_[kCr3], kNoOverrun)) {
         overrun_ = true;
     } else {
-        incoming_.push_back({byte, framing_error});
+        if (incoming_.size() >= room()) {
+            incoming_.pop_back();
+        }
+        incoming_.push_back({word, framing_error});
         framing_ = framing_ || (framing_error && incoming_.size() == 1);
     }
+    if (machine_.events.is_frozen()) {
+        wake_up();
+    }
+    idle_.in(byte_time() + bit_time() / 2);  // the next byte of an unbroken stream comes before
+    serve_dma();
     show_interrupt();
+}
+
+/// A byte in Stop mode: WUF, if CR3.WUS selects the start bit or the received byte.
+void Usart::wake_up() {
+    if (!is_set(registers_[kCr3], 21)) {
+        throw RunFailure("wake-up by an address (CR3.WUS = 0) is not in this model");
+    }
+    wake_up_ = true;
 }
 
 void Usart::send() {
     if (!outgoing_.empty() && !sent_.is_due() && is_set(registers_[kCr1], kTransmit)) {
-        if (check_pins) {
-            check_pins();
+        if (params_.check_pins) {
+            params_.check_pins();
         }
         sent_.in(byte_time());
     }
@@ -70,91 +179,163 @@ void Usart::sent() {
         on_sent(byte);
     }
     send();
+    serve_dma();
+    complete_ = complete_ || outgoing_.empty();
     show_interrupt();
+}
+
+/// Requests last as long as there is a byte to read, or room for one.
+void Usart::serve_dma() {
+    const std::uint32_t cr3 = registers_[kCr3];
+    if (serving_dma_ || !is_set(registers_[kCr1], kEnable)) {
+        return;
+    }
+    serving_dma_ = true;
+    for (std::size_t before = incoming_.size(); is_set(cr3, kDmaReceive) && before > 0; before = incoming_.size()) {
+        if (!dma_.request(params_.receive_request) || incoming_.size() == before) {
+            break;
+        }
+    }
+    while (is_set(cr3, kDmaTransmit) && is_set(registers_[kCr1], kTransmit) && queued() < room()) {
+        const std::size_t before = outgoing_.size();
+        if (!dma_.request(params_.send_request) || outgoing_.size() == before) {
+            break;
+        }
+    }
+    serving_dma_ = false;
 }
 
 std::uint32_t Usart::flags() const {
     const std::uint32_t cr1 = registers_[kCr1];
-    const std::size_t queued = outgoing_.size() - (sent_.is_due() ? 1 : 0);
-    return flag(framing_, kFramingError) | flag(overrun_, kOverrun) | flag(!incoming_.empty(), kNotEmpty) |
-           flag(outgoing_.empty(), kComplete) | flag(queued < room(), kNotFull) |
-           flag(is_set(cr1, kEnable) && is_set(cr1, kTransmit), 21) | flag(listens(), 22) | flag(queued == 0, 23);
+    const std::uint32_t cr3 = registers_[kCr3];
+    const bool fifo = is_set(cr1, kFifoOn);
+    const bool enabled = is_set(cr1, kEnable);
+    return flag(framing_, kFramingError) | flag(overrun_, kOverrun) | flag(idle_flag_, kIdle) |
+           flag(!incoming_.empty(), kNotEmpty) | flag(complete_, kComplete) | flag(queued() < room(), kNotFull) |
+           flag(idle_.is_due(), kBusy) | flag(wake_up_, kWakeUp) | flag(enabled && is_set(cr1, kTransmit), kSendEnabled) |
+           flag(enabled && is_set(cr1, kReceive), kReceiveEnabled) | flag(fifo && queued() == 0, kFifoEmpty) |
+           flag(fifo && incoming_.size() == kFifo, kFifoFull) |
+           flag(fifo && incoming_.size() >= kThresholds[field(cr3, 25, 3)], kReceiveThreshold) |
+           flag(fifo && kFifo - queued() >= kThresholds[field(cr3, 29, 3)], kSendThreshold);
 }
 
 void Usart::show_interrupt() {
+    constexpr std::uint32_t kSamePositions = 1U << kIdle | 1U << kNotEmpty | 1U << kComplete | 1U << kNotFull;
     const std::uint32_t cr1 = registers_[kCr1];
+    const std::uint32_t cr3 = registers_[kCr3];
     const std::uint32_t now = flags();
-    const bool errors = framing_ && is_set(registers_[kCr3], 0);
-    const bool wanted = (now & cr1 & (1U << kNotEmpty | 1U << kComplete | 1U << kNotFull)) != 0 || errors ||
-                        (overrun_ && (is_set(cr1, kNotEmpty) || is_set(registers_[kCr3], 0)));
-    machine_.nvic.set_level(interrupt_, is_set(cr1, kEnable) && wanted);
+    const bool wanted = (now & cr1 & kSamePositions) != 0 || (wake_up_ && is_set(cr3, kWakeUpInterrupt)) ||
+                        (framing_ && is_set(cr3, kErrorInterrupt)) ||
+                        (overrun_ && (is_set(cr1, kNotEmpty) || is_set(cr3, kErrorInterrupt))) ||
+                        (is_set(now, kFifoEmpty) && is_set(cr1, 30)) || (is_set(now, kFifoFull) && is_set(cr1, 31)) ||
+                        (is_set(now, kReceiveThreshold) && is_set(cr3, kReceiveThresholdInterrupt)) ||
+                        (is_set(now, kSendThreshold) && is_set(cr3, kSendThresholdInterrupt));
+    machine_.nvic.set_level(params_.interrupt, is_set(cr1, kEnable) && wanted);
 }
 
-std::uint32_t Usart::read(std::uint32_t offset) {
-    if (offset == kIsr) {
-        return flags();
-    }
-    if (offset != kRdr) {
-        return registers_.at(offset);
-    }
-    std::uint32_t byte = 0;
+std::uint32_t Usart::take() {
+    std::uint32_t word = 0;
     if (!incoming_.empty()) {
-        byte = incoming_.front().byte;
+        word = incoming_.front().word;
         incoming_.pop_front();
         framing_ = framing_ || (!incoming_.empty() && incoming_.front().framing_error);
     }
     show_interrupt();
-    return byte;
+    return word;
+}
+
+std::uint32_t Usart::read(std::uint32_t offset) {
+    switch (offset) {
+        case kIsr:
+            return flags();
+        case kRdr:
+            return take();
+        default:
+            return registers_.at(offset);
+    }
+}
+
+void Usart::put(std::uint32_t value) {
+    if (queued() >= room() || !is_set(registers_[kCr1], kEnable)) {
+        throw RunFailure("TDR is written while it is full or the USART is off");
+    }
+    outgoing_.push_back(static_cast<std::uint8_t>(value & ((1U << data_bits()) - 1U)));
+    complete_ = false;
+    send();
+}
+
+void Usart::control(std::uint32_t value) {
+    constexpr std::uint32_t kFixed =
+        1U << kFifoOn | 1U << kWordM0 | 1U << kWordM1 | 1U << kOver8 | 1U << kParity | 1U << kOddParity;
+    const std::uint32_t before = registers_[kCr1];
+    if (is_set(before, kEnable) && is_set(value, kEnable) && ((before ^ value) & kFixed) != 0) {
+        throw RunFailure("CR1: FIFOEN, M, OVER8, PCE or PS changes while the USART is on");
+    }
+    if (params_.low_power && is_set(value, kOver8)) {
+        throw RunFailure("CR1: an LPUART has no OVER8");
+    }
+    if (is_set(value, kEnable) && registers_[kBrr] < (params_.low_power ? 0x300U : 16U)) {
+        throw RunFailure("the USART is enabled without a valid baud rate");
+    }
+    if (is_set(value, kEnable) && params_.clock() == 0) {
+        throw RunFailure("the USART is enabled without a kernel clock (RCC CCIPR)");
+    }
+    registers_.at(kCr1) = value;
+    if (!is_set(value, kEnable)) {
+        outgoing_.clear();
+        incoming_.clear();
+        sent_.cancel();
+        idle_.cancel();
+        complete_ = true;
+    }
+    send();
+}
+
+void Usart::clear_flags(std::uint32_t value) {
+    overrun_ = overrun_ && !is_set(value, kOverrun);
+    framing_ = framing_ && !is_set(value, kFramingError);
+    idle_flag_ = idle_flag_ && !is_set(value, kIdle);
+    complete_ = complete_ && !is_set(value, kComplete);
+    wake_up_ = wake_up_ && !is_set(value, kWakeUp);
 }
 
 void Usart::write(std::uint32_t offset, std::uint32_t value) {
+    registers_.check(offset, value);
+    const bool set_up = offset == kCr2 || offset == kBrr || offset == kPresc;
+    if (set_up && value != registers_.at(offset) && is_set(registers_[kCr1], kEnable)) {
+        throw RunFailure("CR2, BRR or PRESC is written while the USART is on");
+    }
     switch (offset) {
         case kTdr:
-            if (!is_set(flags(), kNotFull) || !is_set(registers_[kCr1], kEnable)) {
-                throw RunFailure("TDR is written while it is full or the USART is off");
-            }
-            outgoing_.push_back(static_cast<std::uint8_t>(value));
-            send();
+            put(value);
             break;
         case kIcr:
-            overrun_ = overrun_ && !is_set(value, kOverrun);
-            framing_ = framing_ && !is_set(value, kFramingError);
+            clear_flags(value);
             break;
         case kCr1:
-            if (is_set(value, kEnable) && registers_[kBrr] < 16) {
-                throw RunFailure("the USART is enabled without a baud rate");
-            }
-            if ((value & (1U << 12U | 1U << 28U | 1U << 10U | 1U << 15U)) != 0 || registers_[kPresc] != 0) {
-                throw RunFailure("only 8 data bits, no parity, 16 times oversampling and no prescaler are in this model");
-            }
-            registers_.at(kCr1) = value;
-            if (!is_set(value, kEnable)) {
-                outgoing_.clear();
-                incoming_.clear();
-                sent_.cancel();
-            }
-            break;
-        case kBrr:
-            if (is_set(registers_[kCr1], kEnable)) {
-                throw RunFailure("BRR is written while the USART is on");
-            }
-            registers_.at(kBrr) = value;
+            control(value);
             break;
         case kRqr:
             if (is_set(value, 3)) {
                 incoming_.clear();
             }
-            break;
-        case kCr3:
-            if ((value & 0xC0U) != 0) {
-                throw RunFailure("DMA for the USART is not in this model");
+            if (is_set(value, 4)) {
+                outgoing_.resize(sent_.is_due() ? 1 : 0);
             }
-            registers_.at(kCr3) = value;
             break;
         default:
             registers_.at(offset) = value;
     }
+    serve_dma();
     show_interrupt();
+}
+
+/// DMA and drivers write bytes to the data register.
+void Usart::write_narrow(std::uint32_t offset, std::uint32_t value, unsigned bytes) {
+    if (offset != kTdr) {
+        Peripheral::write_narrow(offset, value, bytes);
+    }
+    write(offset, value);
 }
 
 void Usart::reset() {
@@ -162,8 +343,13 @@ void Usart::reset() {
     outgoing_.clear();
     incoming_.clear();
     sent_.cancel();
+    idle_.cancel();
     overrun_ = false;
     framing_ = false;
+    idle_flag_ = false;
+    wake_up_ = false;
+    complete_ = true;
+    show_interrupt();
 }
 
 }  // namespace tricoil::virtual_board

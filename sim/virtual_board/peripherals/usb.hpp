@@ -39,6 +39,7 @@ public:
     std::uint32_t read(std::uint32_t offset) override;
     void write(std::uint32_t offset, std::uint32_t value) override;
     void write_narrow(std::uint32_t offset, std::uint32_t value, unsigned bytes) override;
+    [[nodiscard]] std::span<const Register> registers() const override { return registers_.list(); }
     void reset() override;
 
 private:

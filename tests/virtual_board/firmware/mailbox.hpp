@@ -34,6 +34,7 @@ enum class Job : std::uint32_t {
     hang,
     bootloader,
     hints,
+    sleep_on_exit,
 };
 
 struct Mailbox {

@@ -240,6 +240,14 @@ void run() {
             asm volatile("sev\n wfe\n nop\n yield");
             note(1);
             break;
+        case Job::sleep_on_exit:
+            at(0xE000ED10) = 2;
+            at(0xE000E014) = 16000 - 1;
+            at(0xE000E018) = 0;
+            at(0xE000E010) = 7;
+            asm volatile("wfi" : : : "memory");
+            note(1);
+            break;
         case Job::hang:
             for (;;) {
             }

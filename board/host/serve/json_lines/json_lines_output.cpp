@@ -4,8 +4,9 @@
 
 #include "board/host/serve/json_lines/session.hpp"
 #include "board/host/serve/json_lines/stdout_sender.hpp"
-#include "board/host/serve/json_lines/udp_sender.hpp"
 #include "board/host/serve/tcp_service.hpp"
+#include "board/host/serve/udp_service.hpp"
+#include "board/pose_text/served_pose_line.hpp"
 #include "board/support/errors.hpp"
 
 namespace tricoil::host::json_lines {
@@ -26,10 +27,8 @@ Output make_output(const std::string& where) {
     }
     const TcpAddress address = parse_tcp_address(kOption, where.substr(4));
     if (is_udp) {
-        if (std::stoi(address.port) == 0) {
-            throw InputError(fmt::format("{} {}: name the port of the receiver", kOption, where));
-        }
-        return {std::make_unique<UdpSender>(kOption, address), address, "udp:" + address.text(std::stoi(address.port))};
+        const std::string text = "udp:" + address.text(std::stoi(address.port));
+        return {std::make_unique<UdpService>(fmt::format("{} {}", kOption, text), address, served_pose_line), address, text};
     }
     auto service =
         std::make_unique<TcpService<Session>>(kOption, address, [](Stream& stream) { return std::make_unique<Session>(stream); });

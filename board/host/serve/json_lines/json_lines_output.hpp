@@ -18,7 +18,7 @@ struct Output {
 constexpr const char* kStandardOutput = "-";
 
 /// where: tcp:[ADDRESS:]PORT, udp:[HOST:]PORT or kStandardOutput. Throws InputError for any other text, and the errors of
-/// TcpListener and UdpSender.
+/// TcpListener and UdpService.
 Output make_output(const std::string& where);
 
 }  // namespace tricoil::host::json_lines

@@ -6,8 +6,6 @@
 #include <cstdlib>
 #include <vector>
 
-#include "board/pose_text/openigtlink/igtl_messages.hpp"
-
 namespace tricoil::host::igtl_output {
 namespace {
 
@@ -32,7 +30,6 @@ constexpr std::size_t kMetadataSizeAt = 4;
 // STT_TDATA
 constexpr std::size_t kNameAt = 4;
 constexpr std::size_t kStartBytes = 36;
-constexpr std::size_t kLongestName = 20;  // size of the device name in a header
 
 /// Big-endian, like all numbers of OpenIGTLink.
 std::uint64_t number(std::string_view bytes, std::size_t at, std::size_t size) {
@@ -96,7 +93,7 @@ void Session::request(std::string_view type, std::string_view message) {
             if (sensor.newest) {
                 any = true;
                 const bool transform = type == "GET_TRANS" && sensor.newest->pose.valid();
-                stream_.send(transform ? transform_message(*sensor.newest) : status_message(*sensor.newest));
+                stream_.send(transform ? transform_message(*sensor.newest, names_) : status_message(*sensor.newest, names_));
             }
         }
         if (!any) {
@@ -114,7 +111,7 @@ void Session::start_tracking_data(std::string_view message) {
     period_ = Microseconds{1000} * std::clamp(resolution_ms, 0, kLongestResolutionMs);
     due_ = {};
     if (const std::string_view name = text(start.substr(kNameAt)); !name.empty()) {
-        coordinate_name_ = name.substr(0, kLongestName);
+        coordinate_name_ = name.substr(0, DeviceNames::kLongest);
     }
     mode_ = Mode::tracking_data;
 }
@@ -134,7 +131,7 @@ void Session::take(std::span<const ServedPose> poses) {
             send_sensor_status(sensor);
         }
         if (mode_ == Mode::transforms && served.pose.valid()) {
-            stream_.send(transform_message(served));
+            stream_.send(transform_message(served, names_));
         } else if (mode_ == Mode::tracking_data && served.pose.valid()) {
             send_tracking_data(served.utc, sensor.frame);
         }
@@ -152,7 +149,7 @@ void Session::set_newest(std::span<const ServedPose> poses) {
 void Session::send_sensor_status(Sensor& sensor) {
     const bool valid = sensor.newest->pose.valid();
     if (sensor.told ? sensor.told_valid != valid : !valid) {  // a valid start needs no STATUS
-        stream_.send(status_message(*sensor.newest));
+        stream_.send(status_message(*sensor.newest, names_));
     }
     sensor.told = true;
     sensor.told_valid = valid;
@@ -171,7 +168,7 @@ void Session::send_tracking_data(UtcTime utc, Microseconds frame) {
             valid.push_back(*sensor.newest);
         }
     }
-    stream_.send(tracking_data_message(valid, coordinate_name_));
+    stream_.send(tracking_data_message(valid, coordinate_name_, names_));
 }
 
 }  // namespace tricoil::host::igtl_output

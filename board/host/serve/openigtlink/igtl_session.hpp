@@ -6,8 +6,10 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "board/host/serve/stream.hpp"
+#include "board/pose_text/openigtlink/igtl_messages.hpp"
 #include "board/pose_text/served_pose.hpp"
 #include "core/tracking/pose_estimate.hpp"
 #include "core/tracking/tracker_params.hpp"
@@ -24,7 +26,7 @@ public:
     static constexpr std::chrono::milliseconds kQueryTimeout{100};
     static constexpr std::size_t kLongestBody = 4096;  // of a request; a client that announces more is disconnected
 
-    explicit Session(Stream& stream) : stream_(stream) {}
+    explicit Session(Stream& stream, DeviceNames names = DeviceNames()) : stream_(stream), names_(std::move(names)) {}
 
     void receive(std::span<const char> bytes);
     void take(std::span<const ServedPose> poses);
@@ -46,6 +48,7 @@ private:
     void send_sensor_status(Sensor& sensor);
 
     Stream& stream_;
+    DeviceNames names_;
     std::string received_;
     Mode mode_ = Mode::waiting;
     std::chrono::steady_clock::time_point came_ = std::chrono::steady_clock::now();

@@ -24,7 +24,7 @@ void put_compact(const ServedPose& served, std::string& out) {
     const auto& q = e.q_source_sensor;
     const auto& c = e.covariance;
     const auto put = std::back_inserter(out);
-    fmt::format_to(put, "[{},{:.3f},{},{},{:.7f},{:.7f},{:.7f},{:.7f},{:.7f},{:.7f},{:.7f}", e.sensor,
+    fmt::format_to(put, "[{},{},{:.3f},{},{},{:.7f},{:.7f},{:.7f},{:.7f},{:.7f},{:.7f},{:.7f}", e.sensor, to_us(e.time),
                    1e-3 * static_cast<double>(to_us(served.utc)), e.flags.bits(), static_cast<int>(e.state), p.x(), p.y(), p.z(),
                    q.w(), q.x(), q.y(), q.z());
     fmt::format_to(put, ",{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g}", c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2), c(2, 2));

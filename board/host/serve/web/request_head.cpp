@@ -3,23 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <nlohmann/json.hpp>
 #include <utility>
+#include <vector>
 
 namespace tricoil::host::web {
 namespace {
 
 constexpr std::size_t kLongestTarget = 256;
 constexpr std::string_view kLineEnd = "\r\n";
-
-struct Field {
-    std::string_view name;  // in lower case
-    bool for_post_only;
-};
-constexpr std::array kFields{Field{"host", false}, Field{"origin", false}, Field{"authorization", false},
-                             Field{"content-type", true}, Field{"content-length", true}};
 
 RequestHead refuse(int status, std::string reason) { return {status, std::move(reason), {}}; }
 
@@ -86,11 +79,12 @@ RequestHead reduced_request_line(std::string_view line, std::string_view& method
 
 }  // namespace
 
-RequestHead reduced_head(std::string_view received) {
+RequestHead reduced_head(std::string_view received, std::span<const HeadField> fields) {
     std::string_view rest = received;
     std::string_view method;
     RequestHead head = reduced_request_line(take_line(rest), method);
-    std::array<bool, kFields.size()> seen{};
+    std::vector<bool> seen(fields.size());
+    bool has_length = false;
     for (std::string_view line = take_line(rest); head.refusal == 0 && !line.empty(); line = take_line(rest)) {
         const auto colon = std::min(line.find(':'), line.size());
         const std::string name = lower(line.substr(0, colon));
@@ -101,8 +95,8 @@ RequestHead reduced_head(std::string_view received) {
         if (name == "transfer-encoding") {
             return refuse(501, "transfer encodings are not supported");
         }
-        const auto* const field = std::find_if(kFields.begin(), kFields.end(), [&](const Field& f) { return f.name == name; });
-        if (field == kFields.end() || (field->for_post_only && method != "POST")) {
+        const auto field = std::find_if(fields.begin(), fields.end(), [&](const HeadField& f) { return f.name == name; });
+        if (field == fields.end() || (field->for_post_only && method != "POST")) {
             continue;
         }
         if (!std::all_of(value.begin(), value.end(), is_text)) {
@@ -112,26 +106,35 @@ RequestHead reduced_head(std::string_view received) {
             (value.empty() || value.size() > 6 || !std::all_of(value.begin(), value.end(), is_digit))) {
             return refuse(400, "Content-Length is malformed");
         }
-        if (std::exchange(seen[static_cast<std::size_t>(field - kFields.begin())], true)) {
+        const auto place = static_cast<std::size_t>(field - fields.begin());
+        if (seen[place]) {
             return refuse(400, fmt::format("{} is given twice", field->name));
         }
+        seen[place] = true;
+        has_length = has_length || field->name == "content-length";
         if (field->name == "content-type" && value != "application/json") {
             continue;  // the library would parse a form
         }
         head.text += fmt::format("{}: {}\r\n", field->name, value);
     }
-    if (head.refusal == 0 && method == "POST" && !seen.back()) {
+    if (head.refusal == 0 && method == "POST" && !has_length) {
         return refuse(411, "Content-Length is missing");
     }
     head.text += head.refusal == 0 ? kLineEnd : "";
     return head;
 }
 
-std::string refusal_answer(const RequestHead& head) {
+std::string_view value_of(std::string_view reduced, std::string_view name) {
+    const std::string begin = fmt::format("{}{}: ", kLineEnd, name);
+    const auto at = reduced.find(begin);
+    return at == std::string_view::npos ? std::string_view() : take_line(reduced = reduced.substr(at + begin.size()));
+}
+
+std::string refusal_answer(const RequestHead& head, std::string_view further_fields) {
     const std::string body = nlohmann::json{{"answer", head.reason}}.dump();
     return fmt::format(
-        "HTTP/1.1 {} Refused\r\nContent-Type: application/json\r\nContent-Length: {}\r\nConnection: close\r\n\r\n{}",
-        head.refusal, body.size(), body);
+        "HTTP/1.1 {} Refused\r\nContent-Type: application/json\r\nContent-Length: {}\r\nConnection: close\r\n{}\r\n{}",
+        head.refusal, body.size(), further_fields, body);
 }
 
 }  // namespace tricoil::host::web

@@ -58,9 +58,12 @@ function ofColumn(column, starts, {scale, wraps}) {
   return values;
 }
 
+const kUnseen = 1000;  // a gap between bands that is shorter than this part of the time shown is less than a pixel
+
 /// Runs of one level within [from, to]: [{from, to, level}], level > 0 only.
 export function bands(history, from, to, until = to) {
   const runs = [];
+  const unseen = (to - from) / kUnseen;
   const {times, columns} = history;
   const first = Math.max(0, history.at(from) - 1);
   for (let n = first; n < history.length && times[n] <= to; ++n) {
@@ -69,7 +72,7 @@ export function bands(history, from, to, until = to) {
     const end = n + 1 < history.length ? times[n + 1] : until;
     if (level === 0) continue;
     const run = runs.at(-1);
-    if (run && run.level === level && run.to >= begin - 1e-9)
+    if (run && run.level === level && begin - run.to < unseen)
       run.to = end;
     else
       runs.push({from: begin, to: end, level});

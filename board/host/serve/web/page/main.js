@@ -147,7 +147,7 @@ function receive(message) {
   }
   const newest = page.sensors.get(page.selected)?.newest;
   if (newest && fresh) page.latency_ms = page.status.now_ms - newest.utc_ms;
-  if (page.clockJumps > jumps) say('The clock of the server jumped. The plots continue without a break.');
+  if (page.clockJumps > jumps) say('The clock of the device jumped. The plots continue without a break.');
   if (page.playback) return fresh;
   placeSensors();
   showChosen();

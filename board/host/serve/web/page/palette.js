@@ -11,9 +11,9 @@ export function readPalette() {
   palette = Object.fromEntries(kNames.map(name => [name, style.getPropertyValue(`--${name}`).trim()]));
 }
 
-// Scale of errors: blue, amber, red on a logarithmic axis. It has no green, which would look like an approval.
+// Scale of errors: blue, violet, amber, red on a logarithmic axis. It has no green, which would look like an approval.
 export const kLeast_mm = 0.1, kMost_mm = 10;
-const kStops = [[0.16, 0.47, 0.84], [0.45, 0.62, 0.86], [0.95, 0.68, 0.12], [0.89, 0.33, 0.13], [0.66, 0.06, 0.22]];
+const kStops = [[0.16, 0.47, 0.84], [0.52, 0.45, 0.82], [0.96, 0.62, 0.14], [0.89, 0.33, 0.13], [0.66, 0.06, 0.22]];
 
 /// Red, green and blue (0 to 1) of an error.
 export function errorColor(error_mm) {

@@ -4,13 +4,16 @@ import {settings} from './settings.js';
 import {TrackedSensor} from './state.js';
 
 const kTrail_s = 10;
+const kBack_s = 0.5, kRestart_s = 1;  // a larger step back of the time is a restart of the device, shown as a gap of a second
 
 class PlayedSensor extends TrackedSensor {
   constructor(number, poses) {
     super(number, poses.length * 2 + 16);
     this.poses = [];
+    let shift = 0;  // of the axis, because the device was restarted
     for (const pose of poses) {
-      const t = pose.utc_ms / 1000;
+      if (this.poses.length && pose.time_s + shift < this.poses.at(-1).t - kBack_s) shift = this.poses.at(-1).t + kRestart_s - pose.time_s;
+      const t = pose.time_s + shift;
       if (this.history.add(pose, t, levelOf(pose, settings.limit_mm))) this.poses.push({...pose, t});
     }
   }

@@ -74,7 +74,7 @@ function compact(value, has) {
   const optional = name => has(name) ? value(name) : 0;
   const error = has('predicted_error_mm') && Number.isFinite(value('predicted_error_mm')) ? value('predicted_error_mm') : null;
   return [
-    value('sensor'), value('time_us') / 1000, value('flags'), optional('state'), ...['x', 'y', 'z', 'qw', 'qx', 'qy', 'qz'].map(value), ...covariance,
+    value('sensor'), value('time_us'), value('time_us') / 1000, value('flags'), optional('state'), ...['x', 'y', 'z', 'qw', 'qx', 'qy', 'qz'].map(value), ...covariance,
     error, optional('distortion_mm'), optional('snr_db')
   ];
 }

@@ -1,7 +1,7 @@
 // Poses in compact form: arrays in the order of kColumns, in the event stream and in recordings (compact_pose.hpp).
 const kColumns = [
-  'sensor', 'utc_ms', 'flags',    'state',         'x',     'y', 'z', 'qw', 'qx', 'qy', 'qz', 'cxx', 'cxy', 'cxz', 'cyy',
-  'cyz',    'czz',    'error_mm', 'distortion_mm', 'snr_db'
+  'sensor', 'time_us', 'utc_ms', 'flags', 'state', 'x', 'y', 'z', 'qw', 'qx', 'qy', 'qz', 'cxx', 'cxy', 'cxz', 'cyy', 'cyz', 'czz', 'error_mm',
+  'distortion_mm', 'snr_db'
 ];
 
 /// Names of the flags by bit, the bits that make a pose invalid, and names of the states. The server sends them first.
@@ -21,18 +21,19 @@ export function learn(hello) {
 
 export const namesOf = bits => flags.names.filter((_, bit) => bits >> bit & 1);
 
-/// Pose from its compact form; null if it is damaged. sigma_mm: 3D standard deviation. expected_mm: RMS error to expect, the
+/// Pose from its compact form; null if it is damaged. time_s: of the device. sigma_mm: 3D standard deviation. expected_mm: RMS error to expect, the
 /// larger of predicted error and standard deviation, and metal.
 export function decode(values) {
   const complete = Array.isArray(values) && values.length === kColumns.length &&
       values.every((v, n) => Number.isFinite(v) || (v === null && kColumns[n] === 'error_mm'));
   if (!complete) return null;
-  const [sensor, utc_ms, bits, state, x, y, z, qw, qx, qy, qz, ...rest] = values;
+  const [sensor, time_us, utc_ms, bits, state, x, y, z, qw, qx, qy, qz, ...rest] = values;
   const covariance = rest.slice(0, 6);
   const [error_mm, distortion_mm, snr_db] = rest.slice(6);
   const sigma_mm = 1000 * Math.sqrt(Math.max(0, covariance[0] + covariance[3] + covariance[5]));
   return {
     sensor,
+    time_s: time_us / 1e6,
     utc_ms,
     flags: bits,
     state,

@@ -69,7 +69,7 @@ export function take(values, added) {
     return {tracked, begins: true, fresh: false};
   }
   const heard = performance.now();
-  const t = timeline.at(pose.sensor, pose.utc_ms / 1000, heard / 1000);
+  const t = timeline.at(pose.sensor, pose.time_s, heard / 1000);
   const begins = !before?.valid || tracked.history.breaksAt(t);
   tracked.history.add(pose, t, levelOf(pose, settings.limit_mm));
   tracked.newest = {...pose, t};

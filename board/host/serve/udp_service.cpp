@@ -1,4 +1,4 @@
-#include "board/host/serve/json_lines/udp_sender.hpp"
+#include "board/host/serve/udp_service.hpp"
 
 #include <fmt/format.h>
 #include <netdb.h>
@@ -7,15 +7,18 @@
 #include <cerrno>
 #include <cstring>
 #include <memory>
+#include <utility>
 
-#include "board/pose_text/served_pose_line.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/terminal_text.hpp"
 
-namespace tricoil::host::json_lines {
+namespace tricoil::host {
 
-UdpSender::UdpSender(const std::string& option, const TcpAddress& address)
-    : name_(fmt::format("{} udp:{}", option, address.text(std::stoi(address.port)))) {
+UdpService::UdpService(std::string name, const TcpAddress& address, Encode encode)
+    : name_(std::move(name)), encode_(std::move(encode)) {
+    if (std::stoi(address.port) == 0) {
+        throw InputError(fmt::format("{}: name the port of the receiver", name_));
+    }
     addrinfo hints{};
     hints.ai_flags = AI_NUMERICSERV;
     hints.ai_socktype = SOCK_DGRAM;
@@ -38,17 +41,25 @@ UdpSender::UdpSender(const std::string& option, const TcpAddress& address)
     throw DeviceError(fmt::format("{}: cannot be reached ({}); check the address and the network", name_, std::strerror(errno)));
 }
 
-void UdpSender::take(std::span<const ServedPose> poses) {
+UdpService::~UdpService() {
+    if (lost_ > 0) {
+        print_notice("tricoil: {}: {} poses were lost, because the network was too slow\n", name_, lost_);
+    }
+}
+
+void UdpService::take(std::span<const ServedPose> poses) {
     for (const ServedPose& served : poses) {
-        const std::string line = served_pose_line(served);
-        const bool is_sent = ::send(descriptor_.get(), line.data(), line.size(), MSG_NOSIGNAL) >= 0;
-        // ECONNREFUSED: nobody listens at present. EAGAIN, ENOBUFS: the queue is full.
-        const bool is_usual = is_sent || errno == ECONNREFUSED || errno == EAGAIN || errno == ENOBUFS;
-        if (!is_usual && !is_told_) {
+        const std::string datagram = encode_(served);
+        if (::send(descriptor_.get(), datagram.data(), datagram.size(), MSG_NOSIGNAL) >= 0 || errno == ECONNREFUSED) {
+            continue;  // ECONNREFUSED: nobody listens at present
+        }
+        const bool is_full = errno == EAGAIN || errno == ENOBUFS;
+        lost_ += is_full ? 1U : 0U;
+        if (!is_full && !is_told_) {
             print_notice("tricoil: {}: poses cannot be sent ({})\n", name_, std::strerror(errno));
             is_told_ = true;
         }
     }
 }
 
-}  // namespace tricoil::host::json_lines
+}  // namespace tricoil::host

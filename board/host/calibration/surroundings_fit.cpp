@@ -1,0 +1,282 @@
+#include "board/host/calibration/surroundings_fit.hpp"
+
+#include <ceres/ceres.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <tuple>
+
+#include "board/host/calibration/dipole_search.hpp"
+#include "board/host/calibration/fit_quality.hpp"
+#include "board/support/dense_algebra.hpp"
+#include "board/support/errors.hpp"
+
+namespace tricoil::host {
+namespace {
+
+constexpr std::size_t kLeastPlaces = 18;  // 3 x 3 x 2 nodes
+constexpr double kSamePlace_m = 1e-3;     // places nearer to each other than this are one
+constexpr double kLeastSpread = 0.05;     // of the places along their shortest axis, relative to the longest
+constexpr double kClearance = 0.2;        // of a dipole from source and poses, relative to the range of the nearest pose
+constexpr double kWorthwhile = 0.9;       // a dipole must reduce the standard deviation of the residuals to this share
+constexpr double kLossScale = 4;          // scale of the robust loss of the last fit, in medians of the residual norms
+constexpr double kMinLoss_m = 1e-9;
+
+/// Keeps a dipole at a distance from a pose or the source: the residual is the missing distance, m.
+class Clearance final : public ceres::CostFunction {
+public:
+    Clearance(const Vec3<double>& from_m, double least_m, int dipole, int dipoles)
+        : from_m_(from_m), least_m_(least_m), dipole_(dipole), dipoles_(dipoles) {
+        set_num_residuals(1);
+        *mutable_parameter_block_sizes() = {kDipole * dipoles};
+    }
+
+    bool Evaluate(double const* const* blocks, double* residual, double** jacobians) const override {
+        const Vec3<double> away = length_of(blocks[0] + kDipole * dipole_) - from_m_;
+        const double distance_m = away.norm();
+        residual[0] = std::max(least_m_ - distance_m, 0.0);
+        if (jacobians != nullptr && jacobians[0] != nullptr) {
+            std::fill_n(jacobians[0], kDipole * dipoles_, 0.0);
+            if (residual[0] > 0 && distance_m > 0) {
+                Eigen::Map<Vec3<double>>{jacobians[0] + kDipole* dipole_} = -kLengthUnit_m / distance_m * away;
+            }
+        }
+        return true;
+    }
+
+private:
+    Vec3<double> from_m_;
+    double least_m_;
+    int dipole_;
+    int dipoles_;
+};
+
+void check_places(const std::vector<PlacedCouplings>& poses) {
+    std::vector<Vec3<double>> places;
+    for (const PlacedCouplings& pose : poses) {
+        if (std::none_of(places.begin(), places.end(),
+                         [&](const Vec3<double>& other) { return (pose.place_m - other).norm() < kSamePlace_m; })) {
+            places.push_back(pose.place_m);
+        }
+    }
+    if (places.size() < kLeastPlaces) {
+        throw InputError(fmt::format("the poses are at {} places; surroundings need {}, for example a grid of 3 x 3 x 2 nodes",
+                                     places.size(), kLeastPlaces));
+    }
+    Vec3<double> mean = Vec3<double>::Zero();
+    for (const Vec3<double>& place : places) {
+        mean += place / static_cast<double>(places.size());
+    }
+    Mat3<double> scatter = Mat3<double>::Zero();
+    for (const Vec3<double>& place : places) {
+        scatter += (place - mean) * (place - mean).transpose();
+    }
+    const Eigen::VectorXd squares = eigen_of_symmetric(scatter).values;
+    if (squares(0) < kLeastSpread * kLeastSpread * squares(2)) {
+        throw InputError("the poses lie in one plane or on one line; surroundings need a grid of several levels");
+    }
+}
+
+/// Unknowns of the fit, and fits with a growing number of dipoles.
+class SurroundingsSearch {
+public:
+    SurroundingsSearch(const field::GeneralDipole<double>& coils, const SurroundingsData& data)
+        : coils_(coils), data_(data), frame_(data.frame), mount_(data.mount), turns_(data.poses.size()) {}
+
+    SurroundingsFit run() {
+        solve(nullptr);
+        SurroundingsFit fit;
+        fit.residual_before_m = rms_m();
+        double deviation = deviation_m();
+        while (dipoles() < static_cast<int>(field::kMaxInducedDipoles)) {
+            const Unknowns before{frame_, mount_, turns_, dipoles_};
+            const DipoleBlock next = best_dipole(coils_, linearised(), clearance_m());
+            dipoles_.insert(dipoles_.end(), next.begin(), next.end());
+            for (int round = 0; round < 2; ++round) {  // the second with the weights at the new solution
+                solve(nullptr);
+            }
+            if (!(deviation_m() < kWorthwhile * deviation)) {
+                std::tie(frame_, mount_, turns_, dipoles_) = before;
+                break;
+            }
+            deviation = deviation_m();
+        }
+        if (dipoles_.empty()) {
+            throw InputError(
+                fmt::format("no metal found: dipoles explain the couplings no better than the coils alone ({:.3f} mm RMS); use "
+                            "the calibration without surroundings",
+                            1e3 * fit.residual_before_m));
+        }
+        solve(std::make_unique<ceres::CauchyLoss>(std::max(kLossScale * median(norms_m()), kMinLoss_m)));
+        fit.residual_m = rms_m();
+        for (int d = 0; d < dipoles(); ++d) {
+            fit.dipoles.push_back(dipole_of(&dipoles_[static_cast<std::size_t>(kDipole * d)]));
+        }
+        fit.frame = {rotation_of(frame_.data() + 3) * data_.starts.frame, length_of(frame_.data())};
+        fit.mount = {rotation_of(mount_.data() + 3) * data_.starts.mount, length_of(mount_.data())};
+        for (std::size_t k = 0; k < data_.poses.size(); ++k) {
+            fit.truths.push_back(pose(k));
+        }
+        return fit;
+    }
+
+private:
+    using Turn = std::array<double, kTurn>;
+    using Unknowns = std::tuple<RigidBlock, RigidBlock, std::vector<Turn>, std::vector<double>>;
+
+    [[nodiscard]] int dipoles() const { return static_cast<int>(dipoles_.size()) / kDipole; }
+
+    [[nodiscard]] solver::RigidPose<double> pose(std::size_t k) const {
+        return placed_pose(data_.poses[k], data_.starts, frame_.data(), mount_.data(), turns_[k].data());
+    }
+
+    [[nodiscard]] double clearance_m() const {
+        double nearest = pose(0).position_m.norm();
+        for (std::size_t k = 1; k < data_.poses.size(); ++k) {
+            nearest = std::min(nearest, pose(k).position_m.norm());
+        }
+        return kClearance * nearest;
+    }
+
+    [[nodiscard]] Eigen::Matrix<double, 9, 9> weight(std::size_t k) const {
+        const auto at = pose(k);
+        const double strength = data_.poses[k].x.norm() / std::sqrt(1.5);
+        return pose_weight(with_surroundings(coils_, dipoles_), at, at.position_m.norm() / (3 * strength));
+    }
+
+    [[nodiscard]] std::vector<const double*> blocks(std::size_t k) const {
+        return {frame_.data(), mount_.data(), turns_[k].data(), dipoles_.data()};
+    }
+
+    /// Least squares from the present values. The weights are those of the present values.
+    void solve(std::unique_ptr<ceres::LossFunction> loss) {
+        ceres::Problem::Options ownership;
+        ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+        ceres::Problem problem(ownership);
+        for (std::size_t k = 0; k < data_.poses.size(); ++k) {
+            std::vector<double*> parameters{frame_.data(), mount_.data(), turns_[k].data()};
+            if (!dipoles_.empty()) {
+                parameters.push_back(dipoles_.data());
+            }
+            problem.AddResidualBlock(new SurroundingsResidual(coils_, data_.poses[k], data_.starts, weight(k), dipoles()),
+                                     loss.get(), parameters);
+        }
+        fix_known(problem);
+        keep_clear(problem);
+        if (problem.NumParameterBlocks() == constant_blocks(problem)) {
+            return;
+        }
+        ceres::Solver::Options options;
+        options.linear_solver_type = data_.attitudes_known ? ceres::DENSE_NORMAL_CHOLESKY : ceres::DENSE_SCHUR;
+        options.logging_type = ceres::SILENT;
+        options.max_num_iterations = 100;
+        ceres::Solver::Summary summary;
+        ceres::Solve(options, &problem, &summary);
+        if (!summary.IsSolutionUsable()) {
+            throw InputError("the fit of the surroundings does not converge: " + summary.message);
+        }
+    }
+
+    void fix_known(ceres::Problem& problem) {
+        if (data_.fixtures_known) {
+            problem.SetParameterBlockConstant(frame_.data());
+            problem.SetParameterBlockConstant(mount_.data());
+        } else if (!data_.attitudes_known) {  // the attitudes contain the rotation of the mount
+            problem.SetManifold(mount_.data(), new ceres::SubsetManifold(kRigid, {3, 4, 5}));
+        }
+        for (Turn& turn : turns_) {
+            if (data_.attitudes_known) {
+                problem.SetParameterBlockConstant(turn.data());
+            }
+        }
+    }
+
+    void keep_clear(ceres::Problem& problem) {
+        const double least_m = clearance_m() / 2;
+        for (int d = 0; d < dipoles(); ++d) {
+            problem.AddResidualBlock(new Clearance(Vec3<double>::Zero(), least_m, d, dipoles()), nullptr, dipoles_.data());
+            for (std::size_t k = 0; k < data_.poses.size(); ++k) {
+                problem.AddResidualBlock(new Clearance(pose(k).position_m, least_m, d, dipoles()), nullptr, dipoles_.data());
+            }
+        }
+    }
+
+    static int constant_blocks(const ceres::Problem& problem) {
+        std::vector<double*> all;
+        problem.GetParameterBlocks(&all);
+        return static_cast<int>(
+            std::count_if(all.begin(), all.end(), [&](double* block) { return problem.IsParameterBlockConstant(block); }));
+    }
+
+    [[nodiscard]] std::vector<LinearisedPose> linearised() const {
+        std::vector<LinearisedPose> all;
+        for (std::size_t k = 0; k < data_.poses.size(); ++k) {
+            LinearisedPose one{pose(k), weight(k), {}, {}, {}};
+            Eigen::Matrix<double, 9, kRigid, Eigen::RowMajor> frame;
+            Eigen::Matrix<double, 9, kRigid, Eigen::RowMajor> mount;
+            Eigen::Matrix<double, 9, kTurn, Eigen::RowMajor> turn;
+            std::array<double*, 4> jacobians{frame.data(), mount.data(), turn.data(), nullptr};
+            const SurroundingsResidual cost(coils_, data_.poses[k], data_.starts, one.weight, dipoles());
+            cost.Evaluate(blocks(k).data(), one.residual.data(), jacobians.data());
+            const Eigen::Index of_mount = data_.attitudes_known ? kRigid : 3;
+            one.nuisance.resize(9, data_.fixtures_known ? 0 : kRigid + of_mount);
+            if (!data_.fixtures_known) {
+                one.nuisance << frame, mount.leftCols(of_mount);
+            }
+            one.own.resize(9, data_.attitudes_known ? 0 : kTurn);
+            if (!data_.attitudes_known) {
+                one.own << turn;
+            }
+            all.push_back(one);
+        }
+        return all;
+    }
+
+    /// Norm of the residual of each pose.
+    [[nodiscard]] std::vector<double> norms_m() const {
+        std::vector<double> norms;
+        for (std::size_t k = 0; k < data_.poses.size(); ++k) {
+            Eigen::Matrix<double, 9, 1> residual;
+            const SurroundingsResidual cost(coils_, data_.poses[k], data_.starts, weight(k), dipoles());
+            cost.Evaluate(blocks(k).data(), residual.data(), nullptr);
+            norms.push_back(residual.norm());
+        }
+        return norms;
+    }
+
+    [[nodiscard]] double sum_of_squares() const {
+        double sum = 0;
+        for (const double norm : norms_m()) {
+            sum += norm * norm;
+        }
+        return sum;
+    }
+
+    [[nodiscard]] double rms_m() const { return std::sqrt(sum_of_squares() / static_cast<double>(data_.poses.size())); }
+
+    /// Standard deviation of a residual, corrected for the number of unknowns.
+    [[nodiscard]] double deviation_m() const {
+        const auto poses = static_cast<double>(data_.poses.size());
+        const double shared = data_.fixtures_known ? 0 : (data_.attitudes_known ? 2 * kRigid : kRigid + 3);
+        const double own = data_.attitudes_known ? 0 : kTurn;
+        return std::sqrt(sum_of_squares() / ((9 - own) * poses - shared - static_cast<double>(dipoles_.size())));
+    }
+
+    const field::GeneralDipole<double>& coils_;
+    const SurroundingsData& data_;
+    RigidBlock frame_;
+    RigidBlock mount_;
+    std::vector<Turn> turns_;
+    std::vector<double> dipoles_;  // kDipole numbers each
+};
+
+}  // namespace
+
+SurroundingsFit fit_surroundings(const field::GeneralDipole<double>& coils, const SurroundingsData& data) {
+    check_places(data.poses);
+    return SurroundingsSearch(coils, data).run();
+}
+
+}  // namespace tricoil::host

@@ -1,0 +1,96 @@
+#include "board/host/commands/calibrate_surroundings.hpp"
+
+#include <fmt/format.h>
+
+#include "board/host/calibration/calibration_fit.hpp"
+#include "board/host/calibration/misfit_floor.hpp"
+#include "board/host/calibration/surroundings_data.hpp"
+#include "board/support/errors.hpp"
+#include "board/support/json_rows.hpp"
+
+namespace tricoil::host {
+namespace {
+
+/// Reads the calibration of the coils and removes its surroundings.
+CalibrationFile read_coils(const std::string& path) {
+    CalibrationFile coils = read_calibration(path);
+    const auto& c = coils.calibration;
+    if (!c.output_linear.isIdentity(0) || !c.output_offset_m.isZero(0)) {
+        throw InputError(path + ": has an affine output correction; calibrate the coils without --affine");
+    }
+    if (coils.model == "free-motion") {
+        throw InputError(path + ": has no scale of lengths; calibrate the coils on a stage or a grid");
+    }
+    set_surroundings(coils, {});
+    coils.stage_errors.stray.setZero();  // the surroundings replace it
+    return coils;
+}
+
+SurroundingsData read_data(const SurroundingsCommand& command, const CalibrationFile& coils) {
+    if (command.grid) {
+        const auto& known = coils.calibration.hemisphere;
+        return data_on_grid(coils,
+                            read_all(command.data, [&](const std::string& path) { return read_grid(path, command.nodes); }),
+                            command.spacing_m, known.isZero(0) ? command.hemisphere : known);
+    }
+    auto files = read_pose_files(command.data);
+    return command.refit_fixtures ? data_at_unknown_fixtures(coils, std::move(files))
+                                  : data_at_known_fixtures(coils, std::move(files));
+}
+
+Json json_of(const ModelErrors& errors) {
+    return {{"position_rms_m", errors.position_rms_m},
+            {"position_max_m", errors.position_max_m},
+            {"not_converged", errors.not_converged}};
+}
+
+}  // namespace
+
+CalibrationFile calibrate_surroundings(const SurroundingsCommand& command, Json& result) {
+    const CalibrationFile coils = read_coils(command.calibration);
+    const SurroundingsData data = read_data(command, coils);
+    const SurroundingsFit fit = fit_surroundings(coils.calibration.model, data);
+    CalibrationFile file = coils;
+    set_surroundings(file, fit.dipoles);
+    if (command.refit_fixtures) {
+        const PoseFile named = read_pose_file(command.data.front());
+        file.source_stage = {{source_fixture_name(named), fit.frame}};
+        file.mount_sensor = {{sensor_fixture_name(named), fit.mount}};
+    }
+    const ModelErrors without = errors_of_model(coils.calibration.model, data, fit.truths);
+    const ModelErrors with = errors_of_model(file.calibration.model, data, fit.truths);
+    file.calibration.misfit_floor = misfit_floor_of(with.misfit_max);
+    result["poses"] = data.poses.size();
+    result["dipoles"] = Json::array();
+    for (const VirtualDipole& dipole : fit.dipoles) {
+        result["dipoles"].push_back(
+            {{"position_m", list_of(dipole.position_m)}, {"polarisability_m3", rows_of(dipole.polarisability_m3)}});
+    }
+    result["residual_before_m"] = fit.residual_before_m;
+    result["residual_m"] = fit.residual_m;
+    result["without_surroundings"] = json_of(without);
+    result["with_surroundings"] = json_of(with);
+    result["misfit_floor"] = file.calibration.misfit_floor;
+    if (!command.grid && !command.refit_fixtures) {
+        return file;
+    }
+    result["frame_source"] = {{"translation_m", list_of(fit.frame.translation_m)}, {"rotation", rows_of(fit.frame.rotation)}};
+    result["sensor_m"] = list_of(fit.mount.translation_m);
+    return file;
+}
+
+std::string surroundings_result_text(const Json& r) {
+    std::string text = fill(r, "{poses} poses; ") + fmt::format("{} virtual dipoles", r["dipoles"].size()) +
+                       fill(r,
+                            "; residuals as pose errors {residual_before_m in mm:.3f} mm without them, {residual_m in mm:.3f} "
+                            "mm with them (RMS)\n");
+    for (const Json& dipole : r["dipoles"]) {
+        text += fill(dipole, "  dipole at {position_m/0 in mm:>8.1f} {position_m/1 in mm:>8.1f} {position_m/2 in mm:>8.1f} mm\n");
+    }
+    return text + fill(r,
+                       "  on these poses: {without_surroundings/position_rms_m in mm:.3f} mm RMS without surroundings, "
+                       "{with_surroundings/position_rms_m in mm:.3f} mm with them (maximum "
+                       "{with_surroundings/position_max_m in mm:.3f} mm)\n");
+}
+
+}  // namespace tricoil::host

@@ -1,0 +1,58 @@
+#include "board/host/run/couplings_csv.hpp"
+
+#include <fmt/format.h>
+
+#include "board/support/coupling_text.hpp"
+
+namespace tricoil::host {
+namespace {
+
+constexpr int kFirst = 3;  // matrices at the start of a rest that are left out
+
+bool is_same(const sim::Pose& a, const sim::Pose& b) {
+    return a.position_m == b.position_m && a.q_source_sensor.coeffs() == b.q_source_sensor.coeffs();
+}
+
+}  // namespace
+
+CouplingsCsv::CouplingsCsv(const std::string& path) : file_(path) {
+    file_.write(kPoseCsvHeader);
+    file_.write("\n");
+}
+
+void CouplingsCsv::add(const Mat3<double>& x, const sim::Pose& truth) {
+    if (!pose_ || !is_same(*pose_, truth)) {
+        end_pose();
+        pose_ = truth;
+        matrices_ = 0;
+        sum_.setZero();
+    } else if (matrices_ > kFirst) {
+        sum_ += last_;
+    }
+    last_ = x;
+    ++matrices_;
+}
+
+void CouplingsCsv::end_pose() {
+    const int averaged = matrices_ - kFirst - 1;
+    if (!pose_ || (matrices_ > 1 && averaged < 1)) {  // a rest that is too short
+        return;
+    }
+    const Mat3<double> x = matrices_ == 1 ? last_ : Mat3<double>(sum_ / averaged);
+    const Quat<double>& q = pose_->q_source_sensor;
+    std::string line;
+    for (const double value : {pose_->position_m.x(), pose_->position_m.y(), pose_->position_m.z(), q.w(), q.x(), q.y(), q.z()}) {
+        line += fmt::format("{:.10g},", value);
+    }
+    for (Eigen::Index i = 0; i < 3; ++i) {
+        line += fmt::format("{:.10g},{:.10g},{:.10g}{}", x(i, 0), x(i, 1), x(i, 2), i < 2 ? "," : "\n");
+    }
+    file_.write(line);
+}
+
+void CouplingsCsv::commit() {
+    end_pose();
+    file_.commit();
+}
+
+}  // namespace tricoil::host

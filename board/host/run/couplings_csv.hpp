@@ -1,0 +1,34 @@
+// CSV file with true poses and couplings of a simulated run, as tricoil calibrate and evaluate read them.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "board/support/output_file.hpp"
+#include "sim/motion/motion.hpp"
+
+namespace tricoil::host {
+
+/// One line per pose. The signal matrices of a resting sensor are averaged, without the first three and the last of a rest: their
+/// windows and columns may be older or later than the rest.
+class CouplingsCsv {
+public:
+    /// Opens the file and writes the header. Throws like OutputFile.
+    explicit CouplingsCsv(const std::string& path);
+
+    void add(const Mat3<double>& x, const sim::Pose& truth);
+
+    /// Writes the last pose and moves the file into place; without commit() no file remains. Throws like OutputFile::commit().
+    void commit();
+
+private:
+    void end_pose();
+
+    OutputFile file_;
+    std::optional<sim::Pose> pose_;
+    int matrices_ = 0;  // of this pose
+    Mat3<double> last_ = Mat3<double>::Zero();
+    Mat3<double> sum_ = Mat3<double>::Zero();  // of all but the first three and the last
+};
+
+}  // namespace tricoil::host

@@ -1,0 +1,39 @@
+// Sends each pose as one UDP datagram.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "board/host/serve/service.hpp"
+#include "board/host/serve/tcp_listener.hpp"
+#include "drivers/posix/file_descriptor.hpp"
+
+namespace tricoil::host {
+
+/// A datagram that cannot be sent at once is lost and counted; the number is printed at the end. A failure other than a missing
+/// receiver or a full queue is printed once.
+class UdpService final : public Service {
+public:
+    using Encode = std::function<std::string(const ServedPose&)>;
+
+    /// name: option and address, for messages. Throws InputError for an unknown host or port 0; DeviceError if the name server
+    /// does not answer or the host cannot be reached.
+    UdpService(std::string name, const TcpAddress& address, Encode encode);
+    ~UdpService() override;
+    UdpService(const UdpService&) = delete;
+    UdpService& operator=(const UdpService&) = delete;
+
+    bool watch(std::vector<pollfd>& /*descriptors*/) override { return false; }
+    void handle() override {}
+    void take(std::span<const ServedPose> poses) override;
+
+private:
+    std::string name_;
+    Encode encode_;
+    drivers::FileDescriptor descriptor_;
+    std::uint64_t lost_ = 0;  // datagrams
+    bool is_told_ = false;
+};
+
+}  // namespace tricoil::host

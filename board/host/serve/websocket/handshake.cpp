@@ -1,0 +1,106 @@
+#include "board/host/serve/websocket/handshake.hpp"
+
+#include <fmt/format.h>
+#include <openssl/evp.h>
+#include <openssl/sha.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <span>
+
+#include "board/host/serve/web/request_head.hpp"
+#include "board/support/errors.hpp"
+
+namespace tricoil::host::websocket {
+namespace {
+
+constexpr std::array kHandshakeFields{web::HeadField{"origin"}, web::HeadField{"upgrade"}, web::HeadField{"connection"},
+                                      web::HeadField{"sec-websocket-version"}, web::HeadField{"sec-websocket-key"}};
+
+HandshakeAnswer refuse_handshake(int status, std::string reason, std::string_view further_fields = {}) {
+    return {false, web::refusal_answer({status, std::move(reason), {}}, further_fields)};
+}
+
+std::string base64(std::span<const unsigned char> bytes) {
+    std::string text(4 * ((bytes.size() + 2) / 3) + 1, '\0');                                      // the library adds a zero
+    const int size = EVP_EncodeBlock(reinterpret_cast<unsigned char*>(text.data()), bytes.data(),  // NOLINT: bytes as text
+                                     static_cast<int>(bytes.size()));
+    text.resize(static_cast<std::size_t>(size));
+    return text;
+}
+
+/// 16 random bytes of the client in base64.
+bool is_key(std::string_view key) {
+    constexpr std::size_t kSize = 24;
+    std::array<unsigned char, kSize> bytes{};
+    return key.size() == kSize && key.ends_with("==") &&
+           EVP_DecodeBlock(bytes.data(), reinterpret_cast<const unsigned char*>(key.data()), kSize) > 0;  // NOLINT
+}
+
+std::string accepted_key(std::string_view key) {
+    const std::string text = std::string(key) + "258EAFA5-E914-47DA-95CA-C5AB0DC85B11";  // RFC 6455, 1.3
+    std::array<unsigned char, SHA_DIGEST_LENGTH> digest{};
+    SHA1(reinterpret_cast<const unsigned char*>(text.data()), text.size(), digest.data());  // NOLINT
+    return base64(digest);
+}
+
+/// True if the list, separated by commas, has the word; case is ignored.
+bool has_word(std::string_view list, std::string_view word) {
+    const auto equal_letters = [](char a, char b) {
+        return std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b));
+    };
+    while (!list.empty()) {
+        const auto end = std::min(list.find(','), list.size());
+        std::string_view item = list.substr(0, end);
+        list.remove_prefix(std::min(end + 1, list.size()));
+        item.remove_prefix(std::min(item.find_first_not_of(' '), item.size()));
+        item = item.substr(0, item.find_last_not_of(' ') + 1);
+        if (std::equal(item.begin(), item.end(), word.begin(), word.end(), equal_letters)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+}  // namespace
+
+HandshakeAnswer answer_handshake(std::string_view head, const std::vector<std::string>& origins) {
+    const web::RequestHead reduced = web::reduced_head(head, kHandshakeFields);
+    if (reduced.refusal != 0) {
+        return {false, web::refusal_answer(reduced)};
+    }
+    const auto field = [&](std::string_view name) { return web::value_of(reduced.text, name); };
+    if (!reduced.text.starts_with("GET ") || !has_word(field("upgrade"), "websocket") ||
+        !has_word(field("connection"), "upgrade")) {
+        return refuse_handshake(426, "this port serves WebSocket clients only",
+                                "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n");
+    }
+    if (field("sec-websocket-version") != "13") {
+        return refuse_handshake(426, "the version of the protocol must be 13", "Sec-WebSocket-Version: 13\r\n");
+    }
+    if (!is_key(field("sec-websocket-key"))) {
+        return refuse_handshake(400, "Sec-WebSocket-Key is missing or malformed");
+    }
+    const std::string_view origin = field("origin");
+    if (!origin.empty() && std::find(origins.begin(), origins.end(), origin) == origins.end()) {
+        return refuse_handshake(
+            403, fmt::format("pages of {} may not connect; to permit them, use --allow-origin {}", origin, origin));
+    }
+    return {true, fmt::format("HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+                              "Sec-WebSocket-Accept: {}\r\n\r\n",
+                              accepted_key(field("sec-websocket-key")))};
+}
+
+void check_origin(const std::string& origin) {
+    const auto scheme_end = origin.find("://");
+    const bool has_host = scheme_end != std::string::npos && scheme_end > 0 && scheme_end + 3 < origin.size();
+    const std::string_view host = has_host ? std::string_view(origin).substr(scheme_end + 3) : std::string_view();
+    const bool is_plain = std::all_of(origin.begin(), origin.end(), [](char c) { return c > ' ' && c <= '~'; });
+    if (origin != "null" && (!has_host || !is_plain || host.find('/') != std::string_view::npos)) {
+        throw InputError(
+            fmt::format("--allow-origin {}: must be an origin as in http://localhost:3000, without a path, or null", origin));
+    }
+}
+
+}  // namespace tricoil::host::websocket

@@ -1,0 +1,49 @@
+// Session of one WebSocket client.
+#pragma once
+
+#include <wslay/wslay.h>
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "board/host/serve/stream.hpp"
+#include "board/pose_text/served_pose.hpp"
+
+namespace tricoil::host::websocket {
+
+/// Limits the age of what waits for a client that reads too slowly: some seconds of one sensor's poses at 240 Hz.
+inline constexpr StreamLimits kLimits{std::chrono::hours(24), 256 * 1024};
+
+/// Sends every new pose, valid or not, as one text message: the JSON object of --json-lines. Pings are answered; messages from
+/// the client are ignored. A client that reads too slowly misses whole messages.
+class Session {
+public:
+    static constexpr std::size_t kLongestHead = 16 * 1024;     // of the handshake, in bytes
+    static constexpr std::uint64_t kLongestFrame = 64 * 1024;  // from the client
+
+    /// origins: of pages that may connect; must outlive this object.
+    Session(Stream& stream, const std::vector<std::string>& origins);
+
+    void receive(std::span<const char> bytes);
+    void take(std::span<const ServedPose> poses);
+
+private:
+    struct Release {
+        void operator()(wslay_event_context* context) const { wslay_event_context_free(context); }
+    };
+
+    void open();
+    void send_frames();
+
+    Stream& stream_;
+    const std::vector<std::string>& origins_;
+    std::string received_;                                    // not yet processed
+    std::string frames_;                                      // complete frames for the client
+    std::unique_ptr<wslay_event_context, Release> protocol_;  // null before the handshake
+};
+
+}  // namespace tricoil::host::websocket

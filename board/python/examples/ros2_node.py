@@ -1,0 +1,73 @@
+#!/usr/bin/env python3
+"""ROS 2 node: publishes the valid poses of tricoil as geometry_msgs/PoseWithCovarianceStamped and as transforms.
+
+  python3 ros2_node.py --ros-args -p source:=serial:/dev/ttyACM0 -p tracker:=scaat
+
+Parameters: source and tracker, as for tricoil.open(); frame_id: name of the source's coordinate frame. Topics: sensor_1/pose to
+sensor_4/pose. Transforms: from frame_id to sensor_1 to sensor_4.
+"""
+
+import collections
+
+import rclpy
+from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
+from rclpy.node import Node
+from rclpy.time import Time
+from tf2_ros import TransformBroadcaster
+
+import tricoil
+
+
+class TricoilNode(Node):
+    def __init__(self):
+        super().__init__("tricoil")
+        parameter = lambda name, default: self.declare_parameter(name, default).value  # noqa: E731
+        self.frame_id = parameter("frame_id", "tricoil_source")
+        self.source = tricoil.open(parameter("source", "sim:hand,realtime=yes"), parameter("tracker", "scaat"))
+        self.delays_ns = collections.deque(maxlen=1000)  # ROS time minus device time
+        self.broadcaster = TransformBroadcaster(self)
+        self.topics = [self.create_publisher(PoseWithCovarianceStamped, f"sensor_{n}/pose", 10) for n in range(1, 5)]
+
+    def stamp(self, time_s):
+        """ROS time of a device time. The pose with the shortest delay sets the difference of the clocks."""
+        time_ns = round(1e9 * time_s)
+        self.delays_ns.append(self.get_clock().now().nanoseconds - time_ns)
+        return Time(nanoseconds=time_ns + min(self.delays_ns)).to_msg()
+
+    def publish(self, pose):
+        position = dict(zip("xyz", map(float, pose.position_m)))
+        rotation = dict(zip("wxyz", map(float, pose.quaternion_wxyz)))  # from the sensor's frame to the source's
+        message, transform = PoseWithCovarianceStamped(), TransformStamped()
+        message.header.stamp = transform.header.stamp = self.stamp(pose.time_s)
+        message.header.frame_id = transform.header.frame_id = self.frame_id
+        transform.child_frame_id = f"sensor_{pose.sensor + 1}"
+        for axis, value in position.items():
+            setattr(message.pose.pose.position, axis, value)
+            setattr(transform.transform.translation, axis, value)
+        for axis, value in rotation.items():
+            setattr(message.pose.pose.orientation, axis, value)
+            setattr(transform.transform.rotation, axis, value)
+        message.pose.covariance = pose.covariance.ravel()  # position, rotation about the axes of frame_id: the same order
+        self.topics[pose.sensor].publish(message)
+        self.broadcaster.sendTransform(transform)
+
+
+def main():
+    rclpy.init()
+    node = TricoilNode()
+    try:
+        while rclpy.ok():
+            pose = node.source.poll(0.01)
+            if pose is not None and pose.valid:
+                node.publish(pose)
+            rclpy.spin_once(node, timeout_sec=0)
+    except (KeyboardInterrupt, EOFError):  # EOFError: end of a simulation or recording
+        pass
+    finally:
+        node.source.close()
+        node.destroy_node()
+        rclpy.try_shutdown()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,35 @@
+#include "board/virtual_board/can_rate_text.hpp"
+
+#include <charconv>
+
+#include "board/support/errors.hpp"
+
+namespace tricoil::virtual_board {
+namespace {
+
+constexpr unsigned kLowestHz = 10'000;  // ISO 11898: 1 Mbit/s in the arbitration phase, 8 Mbit/s in the data phase
+constexpr unsigned kHighestNominalHz = 1'000'000;
+constexpr unsigned kHighestDataHz = 8'000'000;
+
+/// 0: not a whole number.
+unsigned whole_number(const std::string& text) {
+    unsigned value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    return error == std::errc() && end == text.data() + text.size() ? value : 0;
+}
+
+}  // namespace
+
+CanWire::Rates parse_can_rate(const std::string& text) {
+    const auto slash = text.find('/');
+    const unsigned nominal = whole_number(text.substr(0, slash));
+    const unsigned data = slash == std::string::npos ? nominal : whole_number(text.substr(slash + 1));
+    if (nominal < kLowestHz || nominal > kHighestNominalHz || data < nominal || data > kHighestDataHz) {
+        throw host::InputError("--can-rate '" + text +
+                               "': give NOMINAL or NOMINAL/DATA in bit/s, 10000 to 1000000 and at most 8000000, for example "
+                               "500000/2000000");
+    }
+    return {static_cast<double>(nominal), static_cast<double>(data)};
+}
+
+}  // namespace tricoil::virtual_board

@@ -1,0 +1,52 @@
+// Clock and internal inputs of a group of converters (RM0440 section 21), ADCx_CCR.
+#pragma once
+
+#include <array>
+#include <functional>
+
+#include "sim/virtual_board/machine/peripheral.hpp"
+#include "sim/virtual_board/machine/time.hpp"
+#include "sim/virtual_board/peripherals/register_file.hpp"
+
+namespace tricoil::virtual_board {
+
+class AdcCommon final : public Peripheral {
+public:
+    /// `bus`: ticks per cycle of the bus clock; `asynchronous`: of the clock that RCC selects, 0 if none.
+    AdcCommon(std::function<Ticks()> bus, std::function<Ticks()> asynchronous)
+        : bus_(std::move(bus)), asynchronous_(std::move(asynchronous)) {}
+
+    /// Ticks per cycle of the converters' clock.
+    [[nodiscard]] Ticks clock() const {
+        const std::uint32_t mode = field(registers_[kCcr], 16, 2);
+        if (mode != 0) {
+            return bus_() << (mode - 1U);
+        }
+        constexpr std::array<unsigned, 16> kDividers{1, 2, 4, 6, 8, 10, 12, 16, 32, 64, 128, 256, 256, 256, 256, 256};
+        const Ticks cycle = asynchronous_();
+        if (cycle == 0) {
+            throw RunFailure("the converters have no clock: set CKMODE here, or select a clock in RCC CCIPR");
+        }
+        return cycle * kDividers[field(registers_[kCcr], 18, 4)];
+    }
+    // Internal inputs.
+    [[nodiscard]] bool reference_is_on() const { return is_set(registers_[kCcr], 22); }
+    [[nodiscard]] bool thermometer_is_on() const { return is_set(registers_[kCcr], 23); }
+    [[nodiscard]] bool battery_is_on() const { return is_set(registers_[kCcr], 24); }
+
+    std::uint32_t read(std::uint32_t offset) override { return registers_.at(offset); }
+    void write(std::uint32_t offset, std::uint32_t value) override {
+        registers_.check(offset, value);
+        registers_.at(offset) = value;
+    }
+    [[nodiscard]] std::span<const Register> registers() const override { return registers_.list(); }
+    void reset() override { registers_.reset(); }
+
+private:
+    static constexpr std::uint32_t kCcr = 0x08;
+    std::function<Ticks()> bus_;
+    std::function<Ticks()> asynchronous_;
+    RegisterFile<4> registers_{{kCcr, 0, "CCR", 0x01FF0000, "DUAL@0-4 DELAY@8-11 DMACFG@13 MDMA@14-15"}};
+};
+
+}  // namespace tricoil::virtual_board

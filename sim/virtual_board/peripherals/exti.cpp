@@ -1,0 +1,109 @@
+#include "sim/virtual_board/peripherals/exti.hpp"
+
+#include <array>
+#include <utility>
+
+namespace tricoil::virtual_board {
+namespace {
+
+constexpr std::uint32_t kInterruptMask = 0x00;
+constexpr std::uint32_t kEventMask = 0x04;
+constexpr std::uint32_t kSoftware = 0x10;
+constexpr std::uint32_t kPending = 0x14;
+constexpr const char* kOthers =
+    "RTC_alarm@17 USB@18 RTC_tamper@19 RTC_wakeup@20 COMP1@21 COMP2@22 I2C1@23 I2C2@24 USART1@25 USART2@26 I2C3@27 USART3@28 "
+    "COMP3@29 COMP4@30 COMP5@31";
+constexpr const char* kUpperOthers = "COMP6@0 COMP7@1 UART4@2 UART5@3 LPUART1@4 LPTIM1@5 PVM@6-9 I2C4@10 UCPD1@11";
+constexpr std::uint32_t kLines = 0x1FFFF;  // pins and the voltage detector, whose output never changes here
+// Direct lines of serial ports, whose interrupts end Stop mode themselves.
+constexpr std::uint32_t kDirect = 0x16000000;
+constexpr std::uint32_t kUpperDirect = 0x1C;
+
+/// Interrupts of groups of lines (RM0440, vector table).
+struct Group {
+    std::uint32_t lines;
+    int interrupt;
+};
+constexpr std::array<Group, 8> kGroups{
+    {{0x1, 6}, {0x2, 7}, {0x4, 8}, {0x8, 9}, {0x10, 10}, {0x3E0, 23}, {0xFC00, 40}, {0x10000, 1}}};
+
+}  // namespace
+
+Exti::Exti(Machine& machine)
+    : machine_(machine),
+      registers_{{kInterruptMask, 0x1F840000, "IMR1", kLines | kDirect, kOthers},
+                 {kEventMask, 0, "EMR1", kLines, kOthers},
+                 {kRising, 0, "RTSR1", kLines, kOthers},
+                 {kFalling, 0, "FTSR1", kLines, kOthers},
+                 {kSoftware, 0, "SWIER1", kLines, kOthers},
+                 {kPending, 0, "PR1", kAllBits},
+                 {0x20, 0, "IMR2", kUpperDirect, kUpperOthers},
+                 {0x24, 0, "EMR2", 0, kUpperOthers},
+                 {0x28, 0, "RTSR2", 0, kUpperOthers},
+                 {0x2C, 0, "FTSR2", 0, kUpperOthers},
+                 {0x30, 0, "SWIER2", 0, kUpperOthers},
+                 {0x34, 0, "PR2", kAllBits}} {}
+
+void Exti::trigger(std::uint32_t lines) {
+    registers_.at(kPending) |= lines & registers_[kInterruptMask];
+    if ((lines & registers_[kEventMask]) != 0) {
+        machine_.cpu.signal_event();
+    }
+    show_interrupts();
+}
+
+std::uint32_t Exti::levels() const {
+    std::uint32_t now = 0;
+    for (unsigned line = 0; line < kPinLines && level_of; ++line) {
+        now |= flag(level_of(line), line);
+    }
+    return now;
+}
+
+void Exti::look() {
+    const std::uint32_t before = std::exchange(levels_, levels());
+    const std::uint32_t edges = (levels_ & ~before & registers_[kRising]) | (before & ~levels_ & registers_[kFalling]);
+    if (edges != 0) {
+        trigger(edges);
+    }
+}
+
+void Exti::show_interrupts() {
+    const std::uint32_t wanted = registers_[kPending] & registers_[kInterruptMask];
+    for (const Group& group : kGroups) {
+        machine_.nvic.set_level(group.interrupt, (wanted & group.lines) != 0);
+    }
+}
+
+void Exti::write(std::uint32_t offset, std::uint32_t value) {
+    registers_.check(offset, value);
+    switch (offset) {
+        case kPending:
+            registers_.at(kPending) &= ~value;
+            registers_.at(kSoftware) &= ~value;
+            show_interrupts();
+            break;
+        case kSoftware: {
+            const std::uint32_t rising = value & ~registers_[kSoftware];
+            registers_.at(kSoftware) |= value;
+            trigger(rising);
+            break;
+        }
+        case kRising:
+        case kFalling:
+            levels_ = levels();
+            registers_.at(offset) = value;
+            break;
+        default:
+            registers_.at(offset) = value;
+            show_interrupts();
+    }
+}
+
+void Exti::reset() {
+    registers_.reset();
+    levels_ = 0;
+    show_interrupts();
+}
+
+}  // namespace tricoil::virtual_board

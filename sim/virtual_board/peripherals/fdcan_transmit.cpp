@@ -1,0 +1,197 @@
+// Transmission of the CAN FD controller: buffers, cancellation, errors, internal loop-back, FIFO of transmit events.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "sim/virtual_board/peripherals/fdcan.hpp"
+#include "sim/virtual_board/peripherals/fdcan_registers.hpp"
+
+namespace tricoil::virtual_board {
+
+using namespace fdcan;
+
+Ticks frame_time(const CanFrame& frame, double nominal_hz, double data_hz) {
+    const double bytes = frame.remote ? 0 : static_cast<double>(frame.data.size());
+    const double slow = (frame.extended ? 52 : 32) + 13;
+    const double data = 8 * bytes + (frame.fd ? (bytes > 16 ? 35 : 31) : 20);
+    return ticks(1.1 * (slow / nominal_hz + data / (frame.fast ? data_hz : nominal_hz)));
+}
+
+int Fdcan::next_buffer() const {
+    const bool in_order = !is_set(registers_[kTxbc], 24);  // a FIFO sends in the order of requests
+    const auto age = [&](unsigned buffer) { return (buffer + kDepth - put_index_) % kDepth; };
+    const auto id = [&](unsigned buffer) { return memory_.words[(kBuffers + kElement * buffer) / 4] & 0x5FFFFFFFU; };
+    int best = -1;
+    for (unsigned n = 0; n < kDepth; ++n) {
+        const auto first = static_cast<unsigned>(best);
+        if (is_set(requests_, n) && (best < 0 || (in_order ? age(n) < age(first) : id(n) < id(first)))) {
+            best = static_cast<int>(n);
+        }
+    }
+    return best;
+}
+
+CanFrame Fdcan::frame_in(unsigned buffer) const {
+    const std::uint32_t* element = memory_.words.data() + (kBuffers + kElement * buffer) / 4;
+    CanFrame frame;
+    frame.extended = is_set(element[0], 30);
+    frame.remote = is_set(element[0], 29);
+    frame.id = frame.extended ? element[0] & 0x1FFFFFFFU : field(element[0], 18, 11);
+    frame.fd = is_set(element[1], 21) && is_set(registers_[kCccr], kFdOn) && !frame.remote;
+    frame.fast = frame.fd && is_set(element[1], 20) && is_set(registers_[kCccr], kSwitchOn);
+    const unsigned size = std::min(bytes_of_code(field(element[1], 16, 4)), frame.fd ? 64U : 8U);
+    for (unsigned i = 0; i < size; ++i) {
+        frame.data.push_back(frame.remote ? 0 : static_cast<std::uint8_t>(element[2 + i / 4] >> 8U * (i % 4)));
+    }
+    return frame;
+}
+
+void Fdcan::check_timing_of(const CanFrame& frame) const {
+    if (frame.fast && !compensates_delay() && data_sample_point() / kernel_hz_() < kLongestLoopDelayS) {
+        throw RunFailure("FDCAN sends with bit rate switching, but transmitter delay compensation is off");
+    }
+}
+
+std::optional<CanFrame> Fdcan::waiting() const {
+    const int n = is_on() && !is_set(registers_[kCccr], kMonitor) ? next_buffer() : -1;
+    if (n < 0) {
+        return std::nullopt;
+    }
+    if (check_pins) {
+        check_pins();
+    }
+    const CanFrame frame = frame_in(static_cast<unsigned>(n));
+    check_timing_of(frame);
+    return frame;
+}
+
+void Fdcan::win_arbitration() { sending_ = next_buffer(); }
+
+void Fdcan::request(std::uint32_t buffers) {
+    for (unsigned n = 0; n < kDepth; ++n) {
+        if (!is_set(buffers, n)) {
+            continue;
+        }
+        if (is_set(requests_, n)) {
+            throw RunFailure(fmt::format("transmit buffer {} is requested while its last request is pending", n));
+        }
+        requests_ |= 1U << n;
+        put_index_ = (n + 1) % kDepth;
+        registers_.at(kTxbto) &= ~(1U << n);
+        registers_.at(kTxbcf) &= ~(1U << n);
+    }
+    start_loop();
+    if (on_request) {
+        on_request();
+    }
+}
+
+/// Internal loop-back: the controller sends to itself, without the bus.
+void Fdcan::start_loop() {
+    const int n = runs() && is_loop() && !looped_.is_due() ? next_buffer() : -1;
+    if (n >= 0) {
+        sending_ = n;
+        looped_.in(frame_time(frame_in(static_cast<unsigned>(n)), nominal_hz(), data_hz()));
+    }
+}
+
+void Fdcan::end_loop() {
+    if (sending_ >= 0) {
+        accept(frame_in(static_cast<unsigned>(sending_)));
+        sent(true);
+    }
+    start_loop();
+}
+
+void Fdcan::count_send_error(int change) {
+    send_errors_ = std::max(0, send_errors_ + change);
+    if (send_errors_ >= kOffAt) {
+        bus_off_ = true;
+        send_errors_ = 0;
+        registers_.at(kCccr) |= 1U << kInit;
+        interrupts_ |= 1U << kBusOff;
+    } else if (change > 0 && send_errors_ >= kPassiveAt) {
+        interrupts_ |= 1U << kErrorPassive;
+    } else if (change > 0 && send_errors_ >= kWarningAt) {
+        interrupts_ |= 1U << kWarning;
+    }
+    show_interrupt();
+}
+
+/// A transmission failed: it is repeated, unless software cancelled it or disabled retransmission.
+void Fdcan::give_up(unsigned buffer) {
+    const bool once = is_set(registers_[kCccr], kNoRetransmission);
+    cancel(std::exchange(cancelling_, 0U) | (once ? 1U << buffer : 0U));
+}
+
+void Fdcan::sent(bool acknowledged) {
+    const int n = std::exchange(sending_, -1);
+    if (n < 0 || !is_set(requests_, static_cast<unsigned>(n))) {
+        return;
+    }
+    if (!acknowledged) {
+        give_up(static_cast<unsigned>(n));
+        last_error_ = 3;
+        if (send_errors_ < kPassiveAt) {  // an error-passive node does not count missing acknowledges
+            count_send_error(8);
+        }
+        return;
+    }
+    const std::uint32_t buffer = 1U << n;
+    requests_ &= ~buffer;
+    registers_.at(kTxbto) |= buffer;
+    registers_.at(kTxbcf) |= std::exchange(cancelling_, 0U);  // sent although cancelled meanwhile: both flags
+    interrupts_ |= flag((registers_[kTxbtie] & buffer) != 0, kTransmitted) | flag(requests_ == 0, kQueueEmpty);
+    store_event(static_cast<unsigned>(n));
+    last_error_ = 0;
+    count_send_error(-1);
+}
+
+/// Ends requests that are not on the bus.
+void Fdcan::cancel(std::uint32_t buffers) {
+    const std::uint32_t ended = buffers & requests_;
+    requests_ &= ~ended;
+    registers_.at(kTxbcf) |= ended;
+    interrupts_ |= flag((registers_[kTxbcie] & ended) != 0, kCancelled);
+}
+
+void Fdcan::bus_error(bool while_sending) {
+    if (while_sending) {
+        const int n = std::exchange(sending_, -1);
+        give_up(static_cast<unsigned>(std::max(n, 0)));
+    }
+    last_error_ = 2;
+    interrupts_ |= 1U << kProtocolError;
+    if (while_sending) {
+        count_send_error(8);
+    } else {
+        receive_errors_ = std::min(receive_errors_ + 1, 127);
+    }
+    show_interrupt();
+}
+
+/// The element's EFC bit asks for an event with its message marker.
+void Fdcan::store_event(unsigned buffer) {
+    const std::uint32_t* element = memory_.words.data() + (kBuffers + kElement * buffer) / 4;
+    if (!is_set(element[1], 23)) {
+        return;
+    }
+    if (events_.level == kDepth) {
+        events_.lost = true;
+        interrupts_ |= 4U << kNewEvent;
+        return;
+    }
+    std::uint32_t* event = memory_.words.data() + (events_.base + kEventBytes * ((events_.get + events_.level) % kDepth)) / 4;
+    event[0] = element[0];
+    event[1] = (element[1] & 0xFF3F0000U) | (cancelling_ != 0 ? 2U : 1U) << 22U;
+    ++events_.level;
+    interrupts_ |= 1U << kNewEvent | (events_.level == kDepth ? 2U << kNewEvent : 0U);
+}
+
+std::uint32_t Fdcan::event_status() const {
+    return events_.level | events_.get << 8U | (events_.get + events_.level) % kDepth << 16U | flag(events_.level == kDepth, 24) |
+           flag(events_.lost, 25);
+}
+
+}  // namespace tricoil::virtual_board

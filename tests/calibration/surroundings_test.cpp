@@ -1,0 +1,172 @@
+// `tricoil calibrate --surroundings`: from a simulated grid above a table of metal to poses of a tracker.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+
+#include "tests/cli/cli_runner.hpp"
+
+namespace tricoil::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr double kSpacing_m = 0.2;  // of the scenario table
+
+class Surroundings : public ::testing::Test {
+protected:
+    /// Coils calibrated without metal, and couplings above the table: on the grid, and between its nodes.
+    static void SetUpTestSuite() {
+        const std::string clean = write("soYoutZup_seYoutZup_clean.toml",
+                                        "duration_s = 6\n[motion]\nkind = \"grid\"\ncentre_m = [0.45, 0.0, 0.05]\n"
+                                        "nodes = [4, 4, 4]\nspacing_m = [0.1, 0.1, 0.1]\nrest_s = 0.09\n");
+        simulate("--seed 3 --duration 5.76 --scenario " + clean, "clean");
+        simulate("--scenario table", "grid");
+        const std::string table = read_file(TRICOIL_SCENARIOS "/table.toml");
+        const std::string between = write("between.toml",
+                                          "[motion]\nkind = \"grid\"\ncentre_m = [0.45, 0.0, 0.05]\nnodes = [4, 4, 4]\n"
+                                          "spacing_m = [0.11, 0.11, 0.11]\nrest_s = 0.09\n" +
+                                              table.substr(table.find("[[metal]]")));
+        simulate("--seed 5 --duration 5.76 --scenario " + between, "between");
+        const auto fit = tricoil("calibrate --json --model concentric --out " + path("coils.toml") + " " + data("clean"));
+        EXPECT_EQ(fit.exit_code, 0) << fit.err;
+    }
+    static void TearDownTestSuite() { std::filesystem::remove_all(folder_); }
+
+    static std::string write(const std::string& name, const std::string& text) {
+        std::filesystem::create_directories(folder_);
+        std::ofstream(path(name), std::ios::binary) << text;
+        return path(name);
+    }
+    static std::string path(const std::string& name) { return folder_ + "/" + name; }
+    /// The names state that all data are of the same fixtures.
+    static std::string data(const std::string& name) { return path("soYoutZup_seYoutZup_" + name + ".csv"); }
+    static void simulate(const std::string& options, const std::string& name) {
+        const auto run = tricoil("run --json --fidelity columns --couplings " + data(name) + " " + options);
+        ASSERT_EQ(run.exit_code, 0) << run.err;
+    }
+    static std::vector<std::string> lines_of(const std::string& file) {
+        std::ifstream in(file);
+        std::vector<std::string> lines;
+        for (std::string line; std::getline(in, line);) {
+            lines.push_back(line);
+        }
+        return lines;
+    }
+    static CliResult calibrate(const std::string& options) {
+        return tricoil("calibrate --surroundings --json --calibration " + path("coils.toml") + " --out " + path("room.toml") +
+                       " " + options);
+    }
+    static double error_m(const std::string& calibration, const std::string& options = "") {
+        const auto test = tricoil("evaluate --json " + options + " --calibration " + path(calibration) + " " + data("between"));
+        EXPECT_TRUE(test.exit_code == 0 || test.exit_code == 1) << test.err;
+        return test.json()["position_rms_m"];
+    }
+    static void expect_refused(const CliResult& r, const std::string& what) {
+        EXPECT_EQ(r.exit_code, 2) << r.out << r.err;
+        EXPECT_THAT(r.err, HasSubstr(what));
+        EXPECT_EQ(std::count(r.err.begin(), r.err.end(), '\n'), 1) << r.err;
+        EXPECT_FALSE(std::filesystem::exists(path("room.toml")));
+    }
+    /// The grid as a user records it by hand: nodes by number, attitudes unknown.
+    static std::string printed_grid() {
+        std::string text = "column,row,level,x11,x12,x13,x21,x22,x23,x31,x32,x33\n";
+        const auto lines = lines_of(data("grid"));
+        for (std::size_t n = 1; n < lines.size(); ++n) {
+            const std::string& line = lines[n];
+            double place[3] = {0, 0, 0};
+            std::sscanf(line.c_str(), "%lf,%lf,%lf", &place[0], &place[1], &place[2]);
+            std::size_t at = 0;
+            for (int comma = 0; comma < 7; ++comma) {
+                at = line.find(',', at) + 1;
+            }
+            for (const double coordinate : place) {
+                text += std::to_string(std::lround(coordinate / kSpacing_m)) + ",";
+            }
+            text += line.substr(at) + "\n";
+        }
+        return text;
+    }
+
+    static inline const std::string folder_ = path_in_temp("surroundings");
+    void SetUp() override { std::filesystem::remove(path("room.toml")); }
+};
+
+TEST_F(Surroundings, ReduceTheErrorOffTheGridToLessThanATenth) {
+    const auto fit = calibrate(data("grid"));
+    ASSERT_EQ(fit.exit_code, 0) << fit.err;
+    EXPECT_EQ(fit.json()["poses"], 27);
+    const double without = error_m("coils.toml");
+    const double with = error_m("room.toml");
+    std::cout << "off the grid: " << 1e3 * without << " mm without surroundings, " << 1e3 * with << " mm with "
+              << fit.json()["dipoles"].size() << " dipoles\n";
+    EXPECT_GT(without, 2e-2);
+    EXPECT_LT(with, 0.1 * without);
+}
+
+TEST_F(Surroundings, AreUsedByTheFilter) {
+    ASSERT_EQ(calibrate(data("grid")).exit_code, 0);
+    const std::string run = "run --json --scenario table-hand --duration 4 --fidelity columns --tracker scaat --calibration ";
+    const auto without = tricoil(run + path("coils.toml"));
+    const auto with = tricoil(run + path("room.toml"));
+    ASSERT_EQ(with.exit_code, 0) << with.err;
+    const double error_m = with.json()["position_rms_m"];
+    std::cout << "filter: " << 1e3 * error_m << " mm with surroundings, " << with.json()["poses_invalid"] << " invalid; without "
+              << without.json()["position_rms_m"] << " m, " << without.json()["poses_invalid"] << " invalid\n";
+    EXPECT_LT(error_m, 1.5e-3);
+    EXPECT_EQ(with.json()["poses_invalid"], 0);
+    const auto direct = tricoil("run --duration 1 --calibration " + path("room.toml"));
+    EXPECT_EQ(direct.exit_code, 2);
+    EXPECT_THAT(direct.err, HasSubstr("use --tracker scaat"));
+}
+
+TEST_F(Surroundings, AreFoundOnAPrintedGrid) {
+    const std::string grid = write("grid.csv", printed_grid());
+    const auto fit = calibrate("--grid --spacing-mm 200 " + grid);
+    ASSERT_EQ(fit.exit_code, 0) << fit.err;
+    const double without = error_m("coils.toml", "--refit-fixtures");
+    const double with = error_m("room.toml", "--refit-fixtures");
+    std::cout << "printed grid, fixtures fitted: " << 1e3 * without << " mm without surroundings, " << 1e3 * with << " mm with\n";
+    EXPECT_LT(with, 0.1 * without);
+}
+
+TEST_F(Surroundings, AreFoundFromARecordingOfRests) {
+    const std::string take = path("take");
+    std::filesystem::remove_all(take);
+    ASSERT_EQ(tricoil("run --scenario table --fidelity columns --record " + take).exit_code, 0);
+    ASSERT_EQ(tricoil("convert " + take + " --to rests --out " + path("rests.csv")).exit_code, 0);
+    EXPECT_EQ(lines_of(path("rests.csv")).size(), 28U);
+    const auto fit = calibrate("--grid --spacing-mm 200 --nodes 3,3,3 " + path("rests.csv"));
+    ASSERT_EQ(fit.exit_code, 0) << fit.err;
+    EXPECT_LT(error_m("room.toml", "--refit-fixtures"), 0.1 * error_m("coils.toml", "--refit-fixtures"));
+    std::filesystem::remove(path("room.toml"));
+    expect_refused(calibrate("--grid --spacing-mm 200 " + path("rests.csv")), "--nodes C,R,L");
+    expect_refused(calibrate("--grid --spacing-mm 200 --nodes 3,3,2 " + path("rests.csv")), "27 rests do not fit 18 nodes");
+}
+
+TEST_F(Surroundings, RefuseTooFewPosesAndDegenerateGrids) {
+    const auto lines = lines_of(data("grid"));
+    std::string few = lines[0] + "\n";
+    for (std::size_t n = 1; n <= 17; ++n) {
+        few += lines[n] + "\n";
+    }
+    expect_refused(calibrate(write("soYoutZup_seYoutZup_few.csv", few)), "17 places; surroundings need 18");
+    write("table.toml", "[motion]\nkind = \"grid\"\nnodes = [5, 5, 1]\nrest_s = 0.1\n");
+    simulate("--duration 2.5 --fault metal:0.5,0,-0.3,0.1 --scenario " + path("table.toml"), "flat");
+    expect_refused(calibrate(data("flat")), "lie in one plane");
+    expect_refused(calibrate(data("clean")), "no metal found");
+    expect_refused(calibrate("--grid " + data("grid")), "--spacing-mm");
+    expect_refused(calibrate("--affine " + data("grid")), "no other kind of calibration");
+    expect_refused(tricoil("calibrate --surroundings --out " + path("room.toml") + " " + data("grid")),
+                   "--calibration FILE.toml");
+    expect_refused(calibrate(path("coils.toml")), "header must");
+    std::filesystem::copy_file(data("grid"), path("grid.csv"), std::filesystem::copy_options::overwrite_existing);
+    expect_refused(calibrate(path("grid.csv")), "is not in the calibration; use --refit-fixtures");
+}
+
+}  // namespace
+}  // namespace tricoil::test

@@ -1,0 +1,15 @@
+# Run by cpack after it has built the packages, to correct their control files: cpack gives all packages the synopsis of the project, and
+# the package of the library scripts that call ldconfig, where Debian's policy wants a trigger.
+foreach(package ${CPACK_PACKAGE_FILES})
+  set(folder ${CPACK_TEMPORARY_DIRECTORY}-control)
+  file(REMOVE_RECURSE ${folder})
+  execute_process(COMMAND dpkg-deb --raw-extract ${package} ${folder} COMMAND_ERROR_IS_FATAL ANY)
+  file(READ ${folder}/DEBIAN/control control)
+  string(REGEX REPLACE "\nDescription: ${CPACK_PACKAGE_DESCRIPTION_SUMMARY}\n " "\nDescription: " control "${control}")
+  file(WRITE ${folder}/DEBIAN/control "${control}")
+  if(package MATCHES "/libtricoil[0-9][^/]*$")
+    file(REMOVE ${folder}/DEBIAN/postinst ${folder}/DEBIAN/postrm)
+    file(WRITE ${folder}/DEBIAN/triggers "activate-noawait ldconfig\n")
+  endif()
+  execute_process(COMMAND dpkg-deb --root-owner-group --build ${folder} ${package} OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
+endforeach()

@@ -1,0 +1,18 @@
+# Run by cpack before it packs the folders of the components: adds copyright and changelog to each package, and compresses what Debian's
+# policy wants compressed. Removes LICENSE, which the copyright file replaces.
+file(GLOB folders ${CPACK_TEMPORARY_DIRECTORY}/*)
+foreach(folder ${folders})
+  get_filename_component(component ${folder} NAME)
+  set(package ${CPACK_TRICOIL_PACKAGE_OF_${component}})
+  if(NOT package)
+    continue()
+  endif()
+  set(documents ${folder}/usr/share/doc/${package})
+  file(MAKE_DIRECTORY ${documents})
+  file(COPY_FILE ${CPACK_TRICOIL_PACKAGE_FOLDER}/copyright ${documents}/copyright)
+  file(COPY_FILE ${CPACK_TRICOIL_PACKAGE_FOLDER}/changelog ${documents}/changelog)
+  file(REMOVE ${documents}/LICENSE)
+  file(GLOB pages ${folder}/usr/share/man/man*/*)
+  execute_process(COMMAND gzip -9nf ${documents}/changelog ${pages} COMMAND_ERROR_IS_FATAL ANY)
+  file(CHMOD ${documents}/copyright ${documents}/changelog.gz PERMISSIONS OWNER_READ OWNER_WRITE GROUP_READ WORLD_READ)
+endforeach()
