@@ -1,8 +1,8 @@
 /* C interface of tricoil: opens a device, a simulation or a recording, and polls poses.
  *
  * Position: of the sensor in the source frame, m. Quaternion: converts sensor frame components of a vector to source frame
- * components. Poses come from tricoil_poll() alone; there are no callbacks. Threads: only one thread at a time may use a tracker, but
- * not always the same one; several trackers may be open, each in its own thread.
+ * components. Poses come from tricoil_poll() alone; there are no callbacks. Threads: only one thread at a time may use a tracker,
+ * but not always the same one; several trackers may be open, each in its own thread.
  */
 #ifndef TRICOIL_H
 #define TRICOIL_H

@@ -99,8 +99,9 @@ void add_tracking_options(CLI::App* sub, RunCommand& command) {
     sub->add_flag("--confined", o.confined,
                   "The sensor never leaves the half space of the start (device: of --hemisphere); the hemisphere stays known "
                   "after a loss");
-    sub->add_option("--calibration", o.calibration,
-                    "Coils and surroundings for the tracker: file of tricoil calibrate; default: that of --config, or ideal coils")
+    sub->add_option(
+           "--calibration", o.calibration,
+           "Coils and surroundings for the tracker: file of tricoil calibrate; default: that of --config, or ideal coils")
         ->check(refuse_empty)
         ->type_name(kFileType);
     sub->add_flag("--no-deskew", o.no_deskew, "TDM, direct and previous: treat the latest three columns as simultaneous");
@@ -147,9 +148,10 @@ void add_output_options(CLI::App* sub, RunCommand& command) {
     sub->add_option("--json-lines", command.json_lines,
                     "Write all poses as lines of JSON to standard output (-), as tricoil serve --json-lines does")
         ->check(refuse_empty);
-    sub->add_option("--couplings", o.couplings,
-                    "Simulated run: write true poses and couplings to this CSV file, for tricoil calibrate and evaluate; one line "
-                    "per pose, averaged while the sensor rests")
+    sub->add_option(
+           "--couplings", o.couplings,
+           "Simulated run: write true poses and couplings to this CSV file, for tricoil calibrate and evaluate; one line "
+           "per pose, averaged while the sensor rests")
         ->check(refuse_empty)
         ->type_name(kFileType);
     sub->add_option("--samples", o.samples, "Integer trackers: write the input of the tracker to this file")
