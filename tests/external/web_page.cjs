@@ -82,6 +82,7 @@ async function recordAndPlay(page, server, folder) {
       /^● take 1 0:0\d, \d\.\d MB$/.test(await page.textContent('#recording')),
       `the recording shows its name and size: ${await page.textContent('#recording')}`);
   await page.click('#record');
+  await answers(/recorded/);  // the answer comes after the recording is complete, the status before
   await page.waitForFunction(() => !window.tricoil.status.recording, null, {timeout: 10000});
   check(
       JSON.parse(fs.readFileSync(path.join(folder, 'take 1', 'recording.json'))).complete && fs.readdirSync(folder).length === 1,

@@ -39,7 +39,7 @@ class Command(unittest.TestCase):
         for name, options, message in (
             ("rnu", {}, "unknown command 'rnu'; did you mean 'run'"),
             ("run", {"rate_hz": "x"}, "rate_hz"),
-            ("run", {"colour": 1}, "colour.*; see tricoil --help"),
+            ("run", {"colour": 1}, "colour.*; see tricoil run --help"),
             ("run", {"help": True}, "tricoil run --help"),
             ("run", {"duration": -1}, "^duration "),
             ("motion", {"example": "IV"}, "IV"),

