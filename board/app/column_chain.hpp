@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "board/app/band_stage.hpp"
 #include "core/signal/demodulator.hpp"
 #include "core/tracking/methods/any_tracker.hpp"
 #include "core/tracking/tracker_tap.hpp"
@@ -31,6 +32,7 @@ struct MainLoopParams {
     /// Correction of the measured columns; none: ideal triads.
     typename tracking::Tracker<Scalar>::Correction correction = std::nullopt;
     int sensors = 1;  // each excitation brings one block per sensor, in the order 0, 1, ...
+    typename BandStage<Scalar>::Params bands{};
 };
 
 struct MainLoopCounters {
@@ -49,7 +51,7 @@ public:
     using Direction = Vec3<Scalar>;
 
     explicit ColumnChain(const Params& params)
-        : demodulator_(params.plan, params.demodulator), tracker_(params.tracker, params.correction) {}
+        : demodulator_(params.plan, params.demodulator), bands_(params.bands), tracker_(params.tracker, params.correction) {}
 
     /// Sends the poses of the block; false if it gave none. after_gap: blocks of the sensor were lost or refused since its last
     /// one. It is set if this block is refused, cleared otherwise.
@@ -68,6 +70,7 @@ private:
     void send(const tracking::PoseEstimate<Scalar>& estimate, const Devices& devices, MainLoopCounters& counters);
 
     signal::Demodulator<Scalar> demodulator_;
+    [[no_unique_address]] BandStage<Scalar> bands_;
     SensorTracker tracker_;
 };
 

@@ -52,6 +52,9 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
     if (!command.options.samples.empty()) {
         throw InputError("--samples: not with a device, because a device sends columns");
     }
+    if (command.options.bands != 1) {
+        throw InputError("--bands: not with a device, which sends the columns of one band");
+    }
     if (command.options.stations != 1) {
         throw InputError("--stations: not with a device, which has its own number of sensors");
     }
@@ -177,6 +180,11 @@ void add_run_options(CLI::App* sub, const std::shared_ptr<RunCommand>& command) 
         ->check(refuse_negative_time)
         ->capture_default_str();
     sub->add_option("--mux", o.multiplexing, "tdm (coils in turn) or fdm (all at once)")->capture_default_str();
+    sub->add_option(
+           "--bands", o.bands,
+           "1, or 2: FDM with a second set of low tones (480, 720 and 960 Hz at 240 frames/s) that corrects the effect of "
+           "metal")
+        ->capture_default_str();
     sub->add_option(
            "--tracker", o.tracker,
            "direct, previous, previous-angles or scaat (filter); in integers, only in a simulated tricoil run: fixed-direct, "

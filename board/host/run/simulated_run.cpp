@@ -58,7 +58,10 @@ bool is_by_columns(const RunOptions& options) {
     return index_of_name("--fidelity", options.fidelity, {"samples", "columns"}) == 1;
 }
 
-void refuse_several_sensors(const RunOptions& options) {
+void refuse_unsupported(const RunOptions& options) {
+    if (options.bands == 2 && is_by_columns(options)) {
+        throw InputError("--bands 2: not with --fidelity columns, which has no samples of the low band; use --fidelity samples");
+    }
     if (options.stations > 1 && is_by_columns(options)) {
         throw InputError("--stations: not with --fidelity columns, which simulates one sensor; use --fidelity samples");
     }
@@ -189,6 +192,7 @@ void run_in_double(const SimulatedBoard& board, RunReport& report) {
     const signal::AcquisitionPlan& plan = board.setup.plan;
     app::MainLoopParams<double> params{plan, board.world.demodulation(), make_tracker(options, board.setup)};
     params.sensors = board.setup.stations;
+    params.bands = make_two_bands(board.setup, board.world);
     report.deskewed = plan.is_tdm() && !options.no_deskew;
     std::optional<Recorder> recorder;
     if (!options.record.empty()) {
@@ -253,7 +257,7 @@ nlohmann::ordered_json describe_source(const RunOptions& o) {
 }
 
 RunReport run_simulated(const RunOptions& options, const RunObservers& observers) {
-    refuse_several_sensors(options);
+    refuse_unsupported(options);
     const SimulationSetup setup = make_simulation(options);
     const sim::Scenario& scenario = setup.scenario;
     const signal::AcquisitionPlan& plan = setup.plan;
