@@ -88,11 +88,15 @@ def read_page(ages, url):
     address = url.removeprefix("http://").rstrip("/")
     line = connected(address)
     line.sendall(f"GET /stream HTTP/1.1\r\nHost: {address}\r\n\r\n".encode())
+    columns = None
     for text in line.makefile():
         if text.startswith("data: "):
-            for _sensor, utc_ms, flags, *_others in json.loads(text[6:])["poses"]:
-                if flags == 0:
-                    ages.timed.append((time.time(), 1e-3 * utc_ms))
+            event = json.loads(text[6:])
+            columns = event.get("hello", {}).get("columns", columns)
+            for values in event["poses"]:
+                pose = dict(zip(columns, values))
+                if pose["flags"] == 0:
+                    ages.timed.append((time.time(), 1e-3 * pose["utc_ms"]))
 
 
 def read_websocket(ages, url):
