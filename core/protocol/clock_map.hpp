@@ -1,6 +1,6 @@
 // Conversion of device time to host time, from pairs of send time (device) and receive time (host). The delay of messages varies
 // but is never negative. The messages with the least delay in each interval therefore lie on the line that relates the two
-// clocks. Its slope is the drift.
+// clocks. Its slope is the drift. No message lies below it.
 #pragma once
 
 #include <algorithm>
@@ -44,6 +44,7 @@ public:
                 fit();
             }
         }
+        keep_below(point);
     }
 
     [[nodiscard]] bool ready() const { return count_ > 0; }
@@ -103,15 +104,27 @@ private:
         drift_ = count_ >= kMinForDrift && spread > 0 ? (n * xy - x * y) / spread : 0;
         const double intercept = (y - drift_ * x) / n;
         offset_us_ = static_cast<double>(base) + intercept;
+        for (std::size_t i = 0; i < count_; ++i) {
+            keep_below(least_[i]);
+        }
         bound_us_ = 1;  // both clocks tick in whole microseconds
         for (std::size_t i = 0; i < count_; ++i) {
-            if (!counts(i)) {
-                continue;
+            if (counts(i)) {
+                bound_us_ = std::fmax(bound_us_, 1 + above_line(least_[i]));
             }
-            const auto dx = static_cast<double>(least_[i].device_us - origin_us_);
-            const auto dy = static_cast<double>(least_[i].lateness_us - base);
-            bound_us_ = std::fmax(bound_us_, 1 + std::abs(dy - intercept - drift_ * dx));
         }
+    }
+
+    /// Lateness of a message above the line, us.
+    [[nodiscard]] double above_line(const Point& point) const {
+        return static_cast<double>(point.lateness_us) - offset_us_ - drift_ * static_cast<double>(point.device_us - origin_us_);
+    }
+
+    /// Moves the line so that it does not lie above a message: no message arrives before it was sent.
+    void keep_below(const Point& point) {
+        const double early_us = std::fmax(0, -above_line(point));
+        offset_us_ -= early_us;
+        bound_us_ += early_us;
     }
 
     std::array<Point, kStretches> least_{};

@@ -8,9 +8,10 @@ async function twoSensors(browser, html, check, pictures) {
   const {server, page, errors, wait, close} = await openPage(browser, html);
   let now = 1.7e12;
   /// Sends `count` events, one frame apart, with poses of both sensors. The pose of the second sensor is slightly older.
+  let status = {};
   const both = (count, more = {}) => {
     for (let n = 0; n < count; ++n, now += kFrame_ms)
-      server.send([sample(0, now, [0.4 + n / 400, 0, 0.1], more), sample(1, now - 4, [0.7 - n / 400, 0.1, 0.1], more)]);
+      server.send([sample(0, now, [0.4 + n / 400, 0, 0.1], more), sample(1, now - 4, [0.7 - n / 400, 0.1, 0.1], more)], status);
   };
   both(1);
   await wait(() => window.tricoil.firstPictureMs);
@@ -39,6 +40,17 @@ async function twoSensors(browser, html, check, pictures) {
   await save(page, pictures, 'two-sensors');
   check(/3 sigma ellipsoid, drawn x\d+/.test(await text(page, '#ellipsoid')), `the ellipsoid tells its scale: ${await text(page, '#ellipsoid')}`);
   const drawn = await pictureOf(page, '#scene');
+  status = {confined_to: [[1, 0, 0], [1, 0, 0]]};
+  await wait(() => window.tricoil.status.confined_to.length === 2);
+  await page.waitForTimeout(300);  // until the scene is drawn
+  const boundary = await changedPixels(page, drawn, await pictureOf(page, '#scene'));
+  check(boundary > 5000, `the boundary of the half space of a confined sensor is drawn: ${boundary} pixels`);
+  await save(page, pictures, 'confined');
+  status = {};
+  await wait(() => window.tricoil.status.confined_to.length === 0);
+  await page.waitForTimeout(300);
+  const unbounded = await changedPixels(page, drawn, await pictureOf(page, '#scene'));
+  check(unbounded < boundary / 10, `without a confined sensor there is no boundary: ${unbounded} pixels`);
   clearInterval(ticker);
 
   server.send([sample(0, now, [0.4, 0, 0.1]), sample(1, now, [0.7, 0, 0.1], {flags: ['stale']})]);

@@ -32,7 +32,8 @@ const running = {
   recording_error: '',
   controls: 'open',
   pages: 1,
-  health: healthy
+  health: healthy,
+  confined_to: []
 };
 
 /// Pose in compact form; t in ms. flags: names. covariance: 0.1 mm along x and 0.2 mm along y and z, by default.

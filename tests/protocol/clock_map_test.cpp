@@ -29,6 +29,22 @@ TEST(ClockMap, FindsDriftAndOffsetThroughJitterAndKeepsItsBound) {
     }
 }
 
+/// A busy host: for seconds every message is late, so the least delay of an interval is long.
+TEST(ClockMap, PutsNoMessageAfterItsArrival) {
+    std::mt19937_64 random(7);
+    std::exponential_distribution<> jitter(1 / 200.0);
+    std::uniform_real_distribution<> busy_delay(0, 30'000);
+    ClockMap map;
+    std::int64_t earliest = 1'000'000;
+    for (std::int64_t device = 0; device < 60'000'000; device += 4167) {
+        const bool busy = device / 3'000'000 % 3 == 1;
+        const HostTime host = host_time_us(5'000'000'000 + device + std::llround(busy ? busy_delay(random) : jitter(random)));
+        map.observe(device_time_us(device), host);
+        earliest = std::min(earliest, (host - map.to_host(device_time_us(device))).count());
+    }
+    EXPECT_GE(earliest, -1) << "us; the map rounds to whole microseconds";
+}
+
 TEST(ClockMap, RestartsWithTheDevice) {
     ClockMap map;
     EXPECT_FALSE(map.ready());

@@ -76,11 +76,25 @@ int PoseHub::sensors() const {
     return sensors_;
 }
 
+std::vector<Vec3<double>> PoseHub::confinement() const {
+    const std::lock_guard lock(mutex_);
+    return confinement_;
+}
+
 void PoseHub::do_begin(const Settings& settings) {
     const std::lock_guard lock(mutex_);
     sensors_ = settings.sensors;
+    const auto& common = settings.tracker.common;
+    confinement_.assign(common.confined ? static_cast<std::size_t>(sensors_) : 0, common.hemisphere);
     clock_map_ = {};
-    lead_ = microseconds_from_seconds(settings.tracker.common.window_s / 2);
+    lead_ = microseconds_from_seconds(common.window_s / 2);
+}
+
+void PoseHub::do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) {
+    const std::lock_guard lock(mutex_);
+    if (sensor < confinement_.size()) {
+        confinement_[sensor] = towards;
+    }
 }
 
 void PoseHub::do_pose(const tracking::PoseEstimate<double>& estimate) {

@@ -55,11 +55,15 @@ public:
     /// Number of tracked sensors; 0 before the start of the tracker.
     [[nodiscard]] int sensors() const;
 
+    /// Of each sensor the direction to the half space that it never leaves, in the source frame. Empty if the trackers are not
+    /// confined: then the half space follows the sensor.
+    [[nodiscard]] std::vector<Vec3<double>> confinement() const;
+
 private:
     void do_begin(const Settings& settings) override;
     void do_column(const Column<double>& /*column*/) override {}
     void do_tick(std::uint8_t /*sensor*/, DeviceTime /*now*/) override {}
-    void do_hemisphere(std::uint8_t /*sensor*/, const Vec3<double>& /*towards*/) override {}
+    void do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) override;
     void do_pose(const tracking::PoseEstimate<double>& estimate) override;
 
     void read_locked(Cursor& cursor, std::vector<ServedPose>& out) const;
@@ -71,6 +75,7 @@ private:
     std::array<std::optional<ServedPose>, tracking::kMaxSensors> newest_;
     LinkHealth health_;
     int sensors_ = 0;
+    std::vector<Vec3<double>> confinement_;
     bool closed_ = false;
     ToolTips tips_;
     protocol::ClockMap clock_map_;

@@ -14,6 +14,10 @@ using Json = nlohmann::ordered_json;
 using tracking::TrackerState;
 
 Json json_of(const PageStatus& status) {
+    Json confined_to = Json::array();
+    for (const Vec3<double>& towards : status.confinement) {
+        confined_to.push_back({towards.x(), towards.y(), towards.z()});
+    }
     return {{"running", status.running},
             {"recording", status.recording.on},
             {"recording_name", status.recording.name},
@@ -23,7 +27,8 @@ Json json_of(const PageStatus& status) {
             {"controls", status.controls},
             {"pages", status.pages},
             {"now_ms", 1e-3 * static_cast<double>(to_us(status.now))},
-            {"health", health_json(status.health)}};
+            {"health", health_json(status.health)},
+            {"confined_to", confined_to}};
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "board/host/serve/recording_switch.hpp"
 #include "board/pose_text/served_pose.hpp"
@@ -18,6 +19,7 @@ struct PageStatus {
     int pages = 1;         // connected now
     UtcTime now;
     LinkHealth health;
+    std::vector<Vec3<double>> confinement;  // of PoseHub
 };
 
 /// What a page needs once: columns of the compact form, names of flags and states, the flags that make a pose invalid, the kind

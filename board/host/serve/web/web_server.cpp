@@ -51,8 +51,8 @@ struct Reader {
         }
         LinkHealth health = hub.health();
         health.counts.dropped += cursor.missed;  // by this page
-        const std::string event =
-            pose_event(poses, {control.running(), recordings.status(), controls, pages, utc_now(), health}, hello);
+        const std::string event = pose_event(
+            poses, {control.running(), recordings.status(), controls, pages, utc_now(), health, hub.confinement()}, hello);
         hello = nullptr;
         if (!sink.write(event.data(), event.size())) {
             return false;

@@ -1,13 +1,33 @@
-// The two positions of which one is the sensor's, and the plane that parts the hemispheres.
-import {CircleGeometry, DoubleSide, Group, Mesh, MeshBasicMaterial, Quaternion, SphereGeometry, Vector3} from 'three';
+// The hemispheres of a sensor: the two positions of which one is the sensor's, and the boundary of the half space that it never leaves.
+import {ArrowHelper, CircleGeometry, DoubleSide, Group, Mesh, MeshBasicMaterial, Quaternion, SphereGeometry, Vector3} from 'three';
 
 import {palette} from './palette.js';
 import {dispose, label} from './triad.js';
 
-const kBall_m = 0.035, kText_m = 0.07, kPlane_m = 0.3;
+const kBall_m = 0.035, kText_m = 0.07, kPlane_m = 0.3, kArrow_m = 0.12, kSmallText_m = 0.04;
 
 export class HemisphereView {
-  constructor() { this.group = new Group(); }
+  constructor() {
+    this.question = new Group();
+    this.boundary = new Group();
+    this.group = new Group();
+    this.group.add(this.question, this.boundary);
+  }
+
+  /// towards: direction to the half space that the sensor never leaves; null: it may be on both sides.
+  confine(towards) {
+    const key = `${towards} ${palette.muted}`;
+    if (key === this.boundaryKey) return;
+    this.boundaryKey = key;
+    dispose(this.boundary);
+    this.boundary.clear();
+    if (!towards) return;
+    const direction = new Vector3(...towards).normalize();
+    const name = label('hemisphere', kSmallText_m, palette.muted);
+    name.position.copy(direction).multiplyScalar(kArrow_m + kSmallText_m).add(new Vector3(0, 0, -kPlane_m).projectOnPlane(direction));
+    const arrow = new ArrowHelper(direction, new Vector3(0, 0, -kPlane_m).projectOnPlane(direction), kArrow_m, palette.muted);
+    this.boundary.add(plane(direction), arrow, name);
+  }
 
   /// sides: of sidesOf(), with the position of the sensor; empty: nothing to choose.
   show(position_m, sides) {
@@ -21,22 +41,26 @@ export class HemisphereView {
   }
 
   #rebuild(sides) {
-    dispose(this.group);
-    this.group.clear();
+    dispose(this.question);
+    this.question.clear();
     this.balls = sides.map(side => {
       const ball = new Group();
       ball.add(new Mesh(new SphereGeometry(kBall_m, 24, 16), new MeshBasicMaterial({color: palette.bad, transparent: true, opacity: 0.55})));
       const name = label(side.name, kText_m, palette.ink);
       name.position.set(0, 0, -kText_m);
       ball.add(name);
-      this.group.add(ball);
+      this.question.add(ball);
       return ball;
     });
-    if (!sides.length) return;
-    const plane = new Mesh(
-        new CircleGeometry(kPlane_m, 64),
-        new MeshBasicMaterial({color: palette.muted, transparent: true, opacity: 0.16, side: DoubleSide, depthWrite: false}));
-    plane.quaternion.copy(new Quaternion().setFromUnitVectors(new Vector3(0, 0, 1), new Vector3(...sides[0].towards)));
-    this.group.add(plane);
+    if (sides.length) this.question.add(plane(new Vector3(...sides[0].towards)));
   }
+}
+
+/// Disc about the source.
+function plane(normal) {
+  const disc = new Mesh(
+      new CircleGeometry(kPlane_m, 64),
+      new MeshBasicMaterial({color: palette.muted, transparent: true, opacity: 0.16, side: DoubleSide, depthWrite: false}));
+  disc.quaternion.copy(new Quaternion().setFromUnitVectors(new Vector3(0, 0, 1), normal));
+  return disc;
 }

@@ -88,6 +88,7 @@ function placeSensors() {
   const pose = page.newest;
   const unknown = isLive() && pose?.names.includes('hemisphere_unknown');
   page.scene.hemisphere.show(pose?.position_m, unknown ? sidesOf(pose.position_m) : []);
+  page.scene.hemisphere.confine(page.playback || unknown ? null : page.status.confined_to?.[page.selected] ?? null);
   page.scene.invalidate();
 }
 
