@@ -7,6 +7,7 @@
 #include "board/linux/device_uri.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
+#include "board/support/progress.hpp"
 #include "core/protocol/convert.hpp"
 #include "drivers/posix/monotonic_clock.hpp"
 
@@ -110,8 +111,12 @@ bool DeviceInquiry::exchange(double seconds, const host::InterruptGuard& guard, 
     const HostTime begin = drivers::host_now();
     HostTime due = begin;
     HostTime there = begin;  // time at which the port was last open
+    host::Progress progress(uri_ + ": waiting for an answer");
     for (HostTime now = begin; !guard.interrupted() && (seconds <= 0 || to_seconds(now - begin) <= seconds);
          now = drivers::host_now()) {
+        if (ask && seconds > 0) {
+            progress.show(to_seconds(now - begin) / seconds);
+        }
         if (!session_.has_identity()) {
             session_.service(now);
         } else if (ask && now >= due) {
