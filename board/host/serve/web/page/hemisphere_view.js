@@ -1,4 +1,4 @@
-// The two positions of which one is the sensor's, and the plane that parts the hemispheres.
+// Shows the two possible positions of the sensor, and the plane between the hemispheres.
 import {CircleGeometry, DoubleSide, Group, Mesh, MeshBasicMaterial, Quaternion, SphereGeometry, Vector3} from 'three';
 
 import {palette} from './palette.js';
