@@ -19,7 +19,7 @@ public:
             text_ += fmt::format("{}\t{}\n", word, meaning.substr(0, meaning.find('\n')));
         }
     }
-    /// `before`: what stands before the value in the same word, as in --out=FILE.
+    /// `before`: text before the value in the same word, as in --out=FILE.
     void add_values(const CLI::Option& option, const ValueSources& sources, const std::string& before = "") {
         const std::string type = type_of(option);
         text_ += type == kFileType ? kFileRequest : type == kFolderType ? kFolderRequest : "";

@@ -19,7 +19,7 @@ constexpr std::size_t kWidestHelp = 120;
 
 void print_help(const CLI::App& command) { print_text(help_text(command, std::min(terminal_width(stdout), kWidestHelp))); }
 
-/// Command lines for scripts and the build. False: it is none of them.
+/// Executes a command line of scripts or the build. Returns false for any other command line.
 bool serve_scripts(const CLI::App& program, const std::vector<std::string>& words, const CommandLineParams& params) {
     if (words.empty() || (words.front() != kCompleteWord && words.front() != kManualWord)) {
         return false;

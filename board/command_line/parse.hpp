@@ -14,7 +14,7 @@ namespace tricoil::host {
 constexpr const char* kCompleteWord = "__complete";  // candidates for the last of the words that follow
 constexpr const char* kManualWord = "__manual";      // writes the manual pages into the folder that follows
 
-/// What the table of options does not contain.
+/// Texts that the table of options does not contain.
 struct CommandLineParams {
     ValueSources sources;
     std::vector<ManualSection> manual_sections;

@@ -42,7 +42,7 @@ const CLI::Option* option_in(const CLI::App& command, const std::string& text) {
 
 std::string joined(const std::vector<std::string>& words) { return fmt::format("{}", fmt::join(words, ",")); }
 
-/// What the values of an option must be.
+/// Requirement on the values of an option.
 std::string expectation(const CLI::Option& option) {
     const int count = option.get_items_expected_max();
     const std::string type = type_of(option);

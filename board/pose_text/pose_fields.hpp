@@ -46,7 +46,7 @@ struct PoseField {
     [[nodiscard]] bool is_names() const { return integer == nullptr && numbers == nullptr; }
 };
 
-/// All fields, in the order of all text forms.
+/// All fields, in the order in which every text form has them.
 std::span<const PoseField> pose_fields();
 
 /// The field of the standard deviations. A form with the whole covariance replaces it.

@@ -39,7 +39,8 @@ void RelativePoses::remember(const Pose& pose) {
     }
 }
 
-/// Gives the poses that wait, up to the first that the reference has not reached and that has not waited too long at `now`.
+/// Delivers waiting poses, up to the first that must wait longer: the reference is older, and the patience is not exhausted at
+/// `now`.
 void RelativePoses::release(DeviceTime now) {
     while (!waiting_.empty()) {
         const DeviceTime time = waiting_.front().time;

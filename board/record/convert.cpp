@@ -92,7 +92,7 @@ Form rests_form(const Put& put) {
             [rests] { rests->finish(); }};
 }
 
-/// Throws InputError if the recording has no signal matrices as measured.
+/// Throws InputError if the recording has no measured signal matrices: poses of a device, or a calibration was used.
 void refuse_rests(const Recording& recording) {
     const auto& settings = recording.settings();
     if (!settings || settings->calibration) {

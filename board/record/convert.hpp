@@ -23,7 +23,7 @@ const std::vector<std::string>& convert_formats();
 ///   not UTC.
 /// - rests: mean couplings of each rest of the first sensor, for tricoil calibrate --grid (RestFinder).
 /// progress: called for every pose; may be empty. Returns the number of poses. Throws InputError for an unknown form, a damaged
-/// line, and rests of a recording without couplings as measured.
+/// line, and rests of a recording without measured couplings.
 std::uint64_t convert(const Recording& recording, const std::string& name, const std::function<void(std::string_view)>& put,
                       const ShowShare& progress = {});
 

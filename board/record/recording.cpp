@@ -70,7 +70,7 @@ void Recording::refuse_as_output(const std::string& path) const {
     std::error_code error;
     const fs::path within = fs::weakly_canonical(path, error).lexically_relative(fs::weakly_canonical(folder_, error));
     if (!within.empty() && *within.begin() != "..") {
-        throw InputError(path + ": is in the recording that is read; choose another --out");
+        throw InputError(path + ": lies in the folder of the recording; choose another --out");
     }
 }
 

@@ -27,7 +27,7 @@ struct SimulationOptions {
     bool no_deskew = false;
     double predict_ahead_s = 0;
     std::uint64_t seed = 1;
-    int stations = 1;  // sensors, 1 to 4; the further ones are near the first and move little
+    int stations = 1;  // number of sensors, 1 to 4; sensors 2 to 4 are near the first and move little
 };
 
 }  // namespace tricoil::host

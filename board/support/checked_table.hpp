@@ -39,7 +39,7 @@ public:
 
     std::vector<CheckedTable> children(const std::string& key);  // [[key]]; none if absent
 
-    /// Throws InputError with the key's place unless `good`. `what`: the requirement.
+    /// Throws InputError with file, line and key if `good` is false. `what`: the violated requirement.
     void require(bool good, const std::string& key, const std::string& what);
 
     /// Throws InputError for keys that no getter has read.

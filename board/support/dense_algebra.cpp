@@ -20,7 +20,7 @@ Eigen::MatrixXd inverse_of_definite(const Eigen::MatrixXd& a) {
 
 Eigen::MatrixXd least_squares(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
     constexpr double kRankTolerance =
-        1e-10;  // rotations of a stage are read with five decimals: rounding must not look like rank
+        1e-10;  // rotations of a stage are read with five decimals, so rounding must not increase the rank
     Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition;
     decomposition.setThreshold(kRankTolerance);
     decomposition.compute(a);

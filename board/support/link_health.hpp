@@ -21,7 +21,7 @@ enum class HealthWarning : std::uint8_t {
 };
 using HealthWarnings = FlagSet<HealthWarning>;
 
-/// A larger value is a warning.
+/// Limits; a larger value causes a warning.
 struct HealthLimits {
     double missing_share = 0.01;
     Microseconds age{150'000};  // default: the time after which poses are flagged stale

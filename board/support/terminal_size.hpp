@@ -6,7 +6,7 @@
 
 namespace tricoil::host {
 
-/// Columns of the terminal behind `file`; 80 if it is none or does not say.
+/// Columns of the terminal behind `file`; 80 if `file` is not a terminal or its width is unknown.
 std::size_t terminal_width(std::FILE* file);
 
 }  // namespace tricoil::host

@@ -21,7 +21,7 @@ struct ToolTip {
 
 /// TOML file of a tip.
 std::string to_toml(const ToolTip& tip);
-/// Throws InputError, naming file and line, for a file that is not such a file.
+/// Throws InputError, naming file and line, for any other file.
 ToolTip read_tip(const std::string& path);
 
 /// Tip of each sensor that has one.

@@ -25,9 +25,10 @@ CanWire::Rates parse_can_rate(const std::string& text) {
     const unsigned nominal = whole_number(text.substr(0, slash));
     const unsigned data = slash == std::string::npos ? nominal : whole_number(text.substr(slash + 1));
     if (nominal < kLowestHz || nominal > kHighestNominalHz || data < nominal || data > kHighestDataHz) {
-        throw host::InputError("--can-rate '" + text +
-                               "': give NOMINAL or NOMINAL/DATA in bit/s, 10000 to 1000000 and at most 8000000, for example "
-                               "500000/2000000");
+        throw host::InputError(
+            "--can-rate '" + text +
+            "': give NOMINAL or NOMINAL/DATA in bit/s: NOMINAL 10000 to 1000000, DATA up to 8000000, for example "
+            "500000/2000000");
     }
     return {static_cast<double>(nominal), static_cast<double>(data)};
 }

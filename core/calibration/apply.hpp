@@ -1,4 +1,4 @@
-// Functions that apply a calibration to couplings and positions.
+// Functions that apply a calibration to signal matrices and positions.
 #pragma once
 
 #include <Eigen/LU>
@@ -7,12 +7,6 @@
 #include "core/calibration/calibration.hpp"
 
 namespace tricoil::calibration {
-
-/// Real couplings of one column: the part of (in phase, quadrature) along the phase of each channel.
-template <typename Scalar>
-Vec3<Scalar> at_phase(const Calibration<Scalar>& c, const Vec3<Scalar>& in_phase, const Vec3<Scalar>& quadrature) {
-    return c.phase_rad.array().cos() * in_phase.array() + c.phase_rad.array().sin() * quadrature.array();
-}
 
 /// Couplings of ideal concentric triads with C = 1: removes gains and coil angles, N^-T X M^-1. Offsets are not removed.
 template <typename Scalar>

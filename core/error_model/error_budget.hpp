@@ -62,8 +62,8 @@ SystematicErrors<Scalar> systematic_errors(const MotionState<Scalar>& state, con
 template <typename Scalar>
 SystematicErrors<Scalar> timing_errors(const MotionState<Scalar>& state, const BoardTiming<Scalar>& timing);
 
-/// Magnitudes of the errors. `covariance`: noise of the pose (position m, small rotation rad). measured_share: share of it that
-/// the squares of the systematic errors contain already, because they were computed from noisy measurements.
+/// Magnitudes of the errors. `covariance`: noise of the pose (position m, small rotation rad). measured_share: share of the
+/// noise that the squares of the systematic errors already contain, because these errors were computed from noisy measurements.
 template <typename Scalar>
 ErrorBudget<Scalar> budget_of(const SystematicErrors<Scalar>& errors, const Mat6<Scalar>& covariance, Scalar measured_share = 0);
 

@@ -49,23 +49,4 @@ Scalar azimuth_increment_error(KappaForm form, const LineOfSightStep<Scalar>& st
     return step.d_azimuth_rad - measured_azimuth_increment(form, step, step.elevation_rad - elevation_error_rad);
 }
 
-/// e_beta' (19), (28), (31): error of the measured rate over one update. rate_rad_s: true rate at the start of the update.
-template <typename Scalar>
-Scalar elevation_rate_error(KappaForm form, const LineOfSightStep<Scalar>& step, Scalar rate_rad_s, Scalar update_s) {
-    return rate_rad_s - measured_elevation_increment(form, step) / update_s;
-}
-
-/// e_alpha' (24), (33)-(35).
-template <typename Scalar>
-Scalar azimuth_rate_error(KappaForm form, const LineOfSightStep<Scalar>& step, Scalar elevation_error_rad, Scalar rate_rad_s,
-                          Scalar update_s) {
-    return rate_rad_s - measured_azimuth_increment(form, step, step.elevation_rad - elevation_error_rad) / update_s;
-}
-
-/// (21): error of the increment from the error of the rate.
-template <typename Scalar>
-Scalar increment_error_from_rate_error(Scalar rate_error_rad_s, Scalar increment_rad, Scalar rate_rad_s, Scalar update_s) {
-    return increment_rad - rate_rad_s * update_s + rate_error_rad_s * update_s;
-}
-
 }  // namespace tricoil::error_model

@@ -72,7 +72,7 @@ OctupoleCoupling<Scalar> octupole_pair(const Vec3<Scalar>& r_m, const Vec3<Scala
     result.by_displacement_per_m = (strength * inverse) * (by_alpha * (axis - alpha * u) + by_beta * (sensitivity - beta * u)) -
                                    (Scalar(5) * value * inverse) * u;
     result.by_sensitivity = strength * (by_beta * u + by_gamma * axis);
-    // a.a = 1 was used in the form, so the gradient along a is undefined. Rotations of a do not need it.
+    // The expression above uses a.a = 1, so its gradient along a has no meaning. Rotations of a do not need that component.
     result.by_axis = strength * (by_alpha * u + by_gamma * sensitivity);
     return result;
 }

@@ -147,7 +147,7 @@ struct Schema<ColumnMessage> {
               count(WireType::u32, "sequence number of the measured excitation state")),
         fields(&ColumnMessage::in_phase, detail::kInPhase, info(WireType::f32, 1, "", -1e6, 1e6, "coupling to each sensor coil")),
         fields(&ColumnMessage::quadrature, detail::kQuadrature,
-               info(WireType::f32, 1, "", -1e6, 1e6, "quadrature part; shows metal, but hardly thick copper and aluminium")),
+               info(WireType::f32, 1, "", -1e6, 1e6, "quadrature part; caused by metal, small for thick copper and aluminium")),
         fields(&ColumnMessage::sigma, detail::kSigma,
                info(WireType::f32, 1, "", 1e-12, 1e6, "standard deviation of a coupling"))};
 };
@@ -195,7 +195,7 @@ struct Schema<IdentifyMessage> {
                    field(&IdentifyMessage::drives_coils, "drives_coils",
                          code(WireType::u8, 0, 1, "1: the device drives the coils, 0: the host")),
                    field(&IdentifyMessage::frame_rate_millihertz, "frame_rate",
-                         info(WireType::u32, 1e-3, "Hz", 1e3, 1e8, "signal matrices a second")),
+                         info(WireType::u32, 1e-3, "Hz", 1e3, 1e8, "signal matrices per second")),
                    field(&IdentifyMessage::window_us, "window", info(WireType::u32, 1e-6, "s", 0, 1e6, "demodulation window")),
                    field(&IdentifyMessage::watchdog_us, "watchdog",
                          info(WireType::u32, 1e-6, "s", 0, 1e7, "silence of the host after which the coils are switched off"))};

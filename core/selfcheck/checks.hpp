@@ -21,7 +21,7 @@ void check_direct(Report& report);
 template <typename Scalar>
 void check_solver(Report& report);
 
-/// The paper's examples, shortened: predicted and measured errors compared, open and closed loop, poles.
+/// The paper's examples, shortened: compares predicted and measured errors in open and closed loop, also at poles.
 template <typename Scalar>
 void check_examples(Report& report);
 

@@ -43,7 +43,7 @@ void check_demodulator(Report& report) {
         const double quadrature = std::abs(static_cast<double>(phasors[channel].imag()) - amplitude * answer.imag());
         worst = std::max({worst, in_phase, quadrature});
     }
-    // Each sample is rounded to a whole code; in addition the rounding of the scalar type.
+    // Limit: rounding of each sample to a whole code, plus rounding of the scalar type.
     report.add(CheckId::demodulator_tone, precision_of<Scalar>(), "demodulated tone (codes)", worst,
                0.5 + kAmplitude * roundings<Scalar>(16));
 }

@@ -40,7 +40,7 @@ double spherical() {
     return std::max(worst_difference(p, answer), worst_difference(angles, known<3, 1>(1.3, 0.8, 0.35)));
 }
 
-/// Away from the poles, and at a pole, where roll is zero by definition; also close to a pole.
+/// Attitudes away from the poles, close to a pole, and at a pole, where roll is zero by definition.
 template <typename Scalar>
 double attitude() {
     const auto answer =

@@ -62,7 +62,7 @@ Status check_process_noise(const ProcessNoiseParams<Scalar>& n) {
         return refused("weights of a column must lie between 0 and 1");
     }
     if (n.smoothing > 1 || n.rise < 1 || n.rise > 10 || n.largest_step > 10) {
-        return refused("process noise: smoothing at most 1, rise 1 to 10, largest step at most 10");
+        return refused("process noise: smoothing must be at most 1, rise 1 to 10, largest_step at most 10");
     }
     return {};
 }

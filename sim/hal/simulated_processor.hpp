@@ -60,7 +60,6 @@ private:
 
 class SimulatedIndicator final : public hal::Indicator {
 public:
-    [[nodiscard]] bool is_lit() const { return lit_; }
     [[nodiscard]] std::uint64_t changes() const { return changes_; }
 
 private:

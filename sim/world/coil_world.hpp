@@ -76,7 +76,7 @@ public:
     [[nodiscard]] Mat3<double> sensor_side(const Pose& pose, const FaultEffect& effect) const;
     /// Moments of the source coils, one column per coil.
     [[nodiscard]] Mat3<double> source_side(const FaultEffect& effect) const { return params_.source_matrix * effect.source; }
-    /// What metal adds to X at a pose and time; objects: those that exist at `selection_s`. Call configure() before.
+    /// Contribution of metal to X at a pose and time; objects: those that exist at `selection_s`. Call configure() before.
     [[nodiscard]] ComplexMat3 metal_coupling(const Pose& pose, const FaultEffect& effect, double time_s, double selection_s);
     [[nodiscard]] FaultEffect effect_at(double time_s) const { return sim::effect_at(faults_, time_s); }
     /// Amplitude of the nominal current of coil j at the reference channel, V.

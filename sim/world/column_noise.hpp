@@ -17,7 +17,8 @@ public:
 
     using Phasors = std::array<std::complex<double>, kSourceCoils>;
 
-    /// Errors of all carriers of one channel, for samples with a standard deviation of 1. Carriers beyond the plan's: zero.
+    /// Errors of all carriers of one channel, for samples with a standard deviation of 1. Zero for carriers that the plan does
+    /// not use.
     Phasors draw(std::mt19937_64& random);
 
 private:

@@ -25,7 +25,7 @@ public:
     MetalTrack(MetalSet& metal, const Motion& motion, const MetalSource& source, double start_s, double sample_s,
                std::size_t samples);
 
-    /// metal_field() at sample n, -1 and later.
+    /// Interpolated metal_field() at sample n, -1 or later.
     [[nodiscard]] ComplexMat3 at(int n) const;
 
 private:

@@ -47,7 +47,7 @@ TEST(CalibrationStore, ReadsTheNewestOfMany) {
     EXPECT_EQ(storage.operations(), 9 * kOperations);
 }
 
-TEST(CalibrationStore, KeepsTheOldOneWhereverPowerFails) {
+TEST(CalibrationStore, KeepsTheOldRecordWhenPowerFails) {
     for (std::uint64_t after = 1; after <= kOperations + 1; ++after) {
         sim::SimulatedStorage storage(2, 2048);
         CalibrationStore store(storage);
@@ -67,7 +67,7 @@ TEST(CalibrationStore, KeepsTheOldOneWhereverPowerFails) {
     }
 }
 
-TEST(CalibrationStore, PowerThatFailsInTheVeryFirstWriteLeavesNoneOrADamagedOne) {
+TEST(CalibrationStore, PowerFailureInTheFirstWriteLeavesNoValidRecord) {
     for (std::uint64_t after = 1; after <= kOperations; ++after) {
         sim::SimulatedStorage storage(2, 2048);
         CalibrationStore store(storage);
@@ -82,7 +82,7 @@ TEST(CalibrationStore, PowerThatFailsInTheVeryFirstWriteLeavesNoneOrADamagedOne)
     }
 }
 
-TEST(CalibrationStore, AnyDamagedWordOfTheNewestLeavesTheOneBefore) {
+TEST(CalibrationStore, ADamagedRecordLeavesThePreviousOne) {
     for (std::size_t at = 0; at < 8 * (kOperations - 1); at += 8) {
         for (const bool told : {true, false}) {
             sim::SimulatedStorage storage(2, 2048);
@@ -117,7 +117,7 @@ TEST(CalibrationStore, RefusesAStorageThatIsTooSmall) {
     EXPECT_EQ(CalibrationStore(tight).write(numbered(1)).code(), StatusCode::invalid_argument);
 }
 
-TEST(CalibrationStore, TellsOfAMemoryThatDoesNotTakeWhatIsWritten) {
+TEST(CalibrationStore, ReportsMemoryThatReadsBackDifferently) {
     sim::SimulatedStorage storage(2, 512);
     CalibrationStore store(storage);
     store.open();

@@ -75,7 +75,7 @@ TEST(Refused, AtRestAndWhileMeasuring) {
     EXPECT_GT(measuring.host().poses.size(), poses + 60);
 }
 
-TEST(Refused, WhatIsAskedInTheWrongState) {
+TEST(Refused, CommandsInTheWrongState) {
     DeviceBench board;
     board.track();
     board.run(0.05);
@@ -93,7 +93,7 @@ TEST(Refused, WhatIsAskedInTheWrongState) {
     EXPECT_EQ(board.ask(Opcode::stop), AckResult::done) << "a second stop is accepted";
 }
 
-TEST(Refused, WhateverDrivesCoilsWhereTheyMustStayOff) {
+TEST(Refused, CommandsThatDriveCoilsThatMustStayOff) {
     const auto expect_none = [](DeviceBench& board, AckResult result, const std::string& reason) {
         EXPECT_EQ(board.ask(Opcode::start), result) << reason;
         for (const Excitation state : {Excitation::s1, Excitation::s2, Excitation::s3}) {
@@ -159,7 +159,7 @@ TEST(Refused, AHostOfAnotherVersion) {
     EXPECT_EQ(board.ask(Opcode::start), AckResult::wrong_state);
 }
 
-TEST(Refused, ACommandThatWasHeardBefore) {
+TEST(Refused, RepeatedCommand) {
     DeviceBench board;
     board.track();
     board.run(0.05);
@@ -226,7 +226,7 @@ TEST(Calibration, IsKeptOverAResetAndReadBack) {
     EXPECT_EQ(board.device->faults().bits(), 0);
 }
 
-TEST(Calibration, IsAppliedToWhatIsTracked) {
+TEST(Calibration, IsAppliedToThePoses) {
     DeviceBench board({.scenario = "still"});
     board.track();
     board.run(0.2);
@@ -278,7 +278,7 @@ TEST(Calibration, OfTurnedSourceCoilsGivesPosesInTheSourcesFrame) {
     EXPECT_NEAR(std::abs(board.host().poses.back().quaternion[0] / 8e6), 1, 1e-6);
 }
 
-TEST(Calibration, ThatIsNoneIsRefusedAndNothingIsWritten) {
+TEST(Calibration, InvalidBlobIsRefusedAndNothingIsWritten) {
     DeviceBench board;
     board.run(0.01);
     board.host().hello();
@@ -317,7 +317,7 @@ TEST(Calibration, ThatIsNoneIsRefusedAndNothingIsWritten) {
     EXPECT_EQ(board.storage.operations(), written) << "a calibration equal to the stored one is not written again";
 }
 
-TEST(Calibration, InterruptedWhileItIsWrittenLeavesTheBoardTracking) {
+TEST(Calibration, PowerFailureDuringAWriteLeavesTheBoardTracking) {
     DeviceBench board;
     board.run(0.01);
     board.host().hello();

@@ -179,7 +179,7 @@ TEST(FaultsOf, AHostThatTakesNothing) {
     EXPECT_GT(board.host(0).statuses.back().dropped, 100U);
 }
 
-TEST(FaultsOf, NoHostWhereNoneIsNeeded) {
+TEST(FaultsOf, NoHostSilenceWithoutALimit) {
     DeviceBench board({.host_silence = Microseconds{0}});
     board.track();
     board.fed_hosts[0] = false;

@@ -30,14 +30,14 @@ TEST(GainRanging, GoesDownAtOnceAndUpWithPatience) {
     EXPECT_EQ(ranging.next(0.9F, 1), 0);
 }
 
-TEST(GainRanging, ASingleLargeBlockBeginsThePatienceAnew) {
+TEST(GainRanging, LargeBlockRestartsThePatience) {
     GainRanging ranging(fours(), 4);
     for (int n = 0; n < 100; ++n) {
         EXPECT_EQ(ranging.next(n % 10 == 0 ? 0.3F : 0.1F, 0), 0);
     }
 }
 
-TEST(GainRanging, ABlockFromBeforeTheChangeDecidesNothing) {
+TEST(GainRanging, IgnoresBlocksFromBeforeAChange) {
     GainRanging ranging(fours(), 4);
     for (int n = 0; n < 18; ++n) {
         ranging.next(0.1F, 0);
@@ -64,7 +64,7 @@ TEST(GainRanging, HasHysteresis) {
     }
 }
 
-TEST(GainRanging, StaysWithinTheStepsThatThereAre) {
+TEST(GainRanging, StaysWithinTheAvailableSteps) {
     GainRanging one(fours(), 1);
     for (int n = 0; n < 100; ++n) {
         EXPECT_EQ(one.next(0.001F, 0), 0);
@@ -231,7 +231,7 @@ double tracking_error_mm(DeviceBench& board) {
     return 1e3 * std::sqrt(squares / count);
 }
 
-TEST(Amplified, TheBoardTracksAsWellAsItKnowsItsSteps) {
+TEST(Amplified, MeasuredStepsReduceTheTrackingError) {
     const test::BenchParams params{.scenario = "hand", .gains = real_amplifier(), .gain_steps = 4, .converter_bits = 16};
     DeviceBench measured(params);
     DeviceBench stated(params);
@@ -258,7 +258,7 @@ struct BrokenAmplifier : ::testing::Test {
     DeviceBench board;
 };
 
-TEST_F(BrokenAmplifier, IsToldAtBootAndKeepsTheBoardFromStartingUntilItIsMended) {
+TEST_F(BrokenAmplifier, IsReportedAtBootAndPreventsStartsUntilRepaired) {
     EXPECT_TRUE(board.device->faults().has(protocol::Fault::converter));
     EXPECT_EQ(board.ask(protocol::Opcode::start), protocol::AckResult::busy);
     board.run(kPause_s);
@@ -271,7 +271,7 @@ TEST_F(BrokenAmplifier, IsToldAtBootAndKeepsTheBoardFromStartingUntilItIsMended)
     EXPECT_FALSE(board.device->faults().has(protocol::Fault::converter));
 }
 
-TEST_F(BrokenAmplifier, IsMeasuredOnceHoweverManyStartsCome) {
+TEST_F(BrokenAmplifier, IsMeasuredOnceForManyStarts) {
     board.run(kPause_s);
     const int before = board.gain.attempts();
     for (int n = 0; n < 8; ++n) {
@@ -283,7 +283,7 @@ TEST_F(BrokenAmplifier, IsMeasuredOnceHoweverManyStartsCome) {
     EXPECT_EQ(board.gain.attempts(), before + 1);
 }
 
-TEST_F(BrokenAmplifier, ACurrentWhereNoneShouldBeIsToldAsThat) {
+TEST_F(BrokenAmplifier, CurrentDuringTheMeasurementIsReportedAsOverCurrent) {
     board.gain.fail_with({StatusCode::over_current, "over-current"});
     board.run(kPause_s);
     EXPECT_EQ(board.ask(protocol::Opcode::start), protocol::AckResult::failed);
@@ -292,7 +292,7 @@ TEST_F(BrokenAmplifier, ACurrentWhereNoneShouldBeIsToldAsThat) {
 }
 
 /// A constexpr plan equals the one that plan_acquisition() computes.
-TEST(StatedPlan, EqualsThePlanThatIsMade) {
+TEST(StatedPlan, EqualsThePlannedOne) {
     for (const signal::AcquisitionPlan& stated : test::kBenchModes) {
         const auto planned = signal::plan_acquisition(stated.params);
         ASSERT_TRUE(planned.ok()) << planned.status().message();

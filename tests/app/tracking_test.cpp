@@ -23,7 +23,7 @@ TEST(Board, PassesItsSelfCheckAndWaitsWithCoilsOff) {
     EXPECT_GT(board.indicator.changes(), 0U);
 }
 
-TEST(Board, SaysWhoItIs) {
+TEST(Board, IdentifiesItself) {
     DeviceBench board;
     board.run(0.01);
     board.host().hello();
@@ -62,7 +62,7 @@ std::vector<protocol::PoseMessage> poses_of_the_loop(double begin_s, std::size_t
     return poses;
 }
 
-TEST(Board, SendsTheHandsPosesOnAllLinksEqualToThoseOfTheLoopAlone) {
+TEST(Board, PosesOnAllLinksEqualThoseOfTheMainLoop) {
     DeviceBench board;
     double begun_s = 0;
     board.tampered.started = [&] { begun_s = board.clock.elapsed_s(); };
@@ -104,7 +104,7 @@ TEST(Board, FollowsTheHandWithinMillimetres) {
     EXPECT_LT(worst_m, 3e-3);
 }
 
-TEST(Board, GoesOnSayingThatThereIsNoSensor) {
+TEST(Board, KeepsSendingFlaggedPosesWithoutASensor) {
     DeviceBench board({.scenario = "unplugged"});
     board.track();
     const std::size_t first = board.host().poses.size();
@@ -120,7 +120,7 @@ TEST(Board, GoesOnSayingThatThereIsNoSensor) {
     EXPECT_GT(invalid, 300U);
 }
 
-TEST(Board, SendsColumnsInsteadOfPosesToAHostThatTracksItself) {
+TEST(Board, SendsColumnsToAHostThatTracks) {
     DeviceBench board;
     board.run(0.01);
     board.host().hello();
@@ -141,7 +141,7 @@ TEST(Board, SendsColumnsInsteadOfPosesToAHostThatTracksItself) {
     }
 }
 
-TEST(Board, GoesOnWithTheOtherHostsWhenOneStops) {
+TEST(Board, ContinuesForOtherHostsWhenOneStops) {
     DeviceBench board;
     board.track(2);
     board.run(0.1);
@@ -158,7 +158,7 @@ TEST(Board, GoesOnWithTheOtherHostsWhenOneStops) {
     EXPECT_EQ(board.device->faults().bits(), 0);
 }
 
-TEST(Board, StraightAheadIsWhereTheSensorPointsWhenItIsTold) {
+TEST(Board, BoresightZeroesThePresentAttitude) {
     DeviceBench board({.scenario = "still"});
     board.track();
     board.run(0.3);
@@ -173,7 +173,7 @@ TEST(Board, StraightAheadIsWhereTheSensorPointsWhenItIsTold) {
     EXPECT_LT(std::abs(truth.w()), 0.999) << "the scenario's sensor must not point straight ahead";
 }
 
-TEST(Board, IsOnTheSideThatItIsTold) {
+TEST(Board, UsesTheCommandedHemisphere) {
     DeviceBench board({.scenario = "still"});
     board.track();
     board.run(0.2);
@@ -194,7 +194,7 @@ TEST(Board, IsOnTheSideThatItIsTold) {
     }
 }
 
-TEST(Board, TellsABlockOfSamplesInParts) {
+TEST(Board, SendsARawBlockInParts) {
     DeviceBench board;
     board.run(0.01);
     board.host().hello();
@@ -209,7 +209,7 @@ TEST(Board, TellsABlockOfSamplesInParts) {
     EXPECT_EQ(board.coils.state(), Excitation::off);
 }
 
-TEST(Board, RunsItsSelfCheckWhenAsked) {
+TEST(Board, RunsItsSelfCheckOnCommand) {
     DeviceBench board;
     board.run(0.01);
     board.host().hello();
@@ -226,7 +226,7 @@ TEST(Board, RunsItsSelfCheckWhenAsked) {
     }
 }
 
-TEST(Board, EntersTheLoaderAfterItHasSaidSo) {
+TEST(Board, AcknowledgesTheLoaderCommandBeforeTheRestart) {
     DeviceBench board;
     board.run(0.01);
     board.host().hello();

@@ -114,7 +114,7 @@ TEST(Refine, NeedsAtMostThreeIterationsFromThePreviousPoseAt240Hertz) {
 
 struct ColdRates {
     double converged = 0;     // share of poses
-    double within_seven = 0;  // iterations of all starts together
+    double within_seven = 0;  // share of poses found with at most seven iterations, summed over all starts
     int wrong = 0;            // reported as converged at a wrong pose
     int most = 0;
 };

@@ -20,7 +20,7 @@ std::vector<nlohmann::json> json_lines(const std::string& text) {
     return lines;
 }
 
-TEST(Demo, RunsByItselfAndShowsWhatItClaims) {
+TEST(Demo, RunsByItselfAndItsResultsAgreeWithItsTexts) {
     const CliResult result = tricoil("demo --step 3 --json");
     ASSERT_EQ(result.exit_code, 0) << result.err;
     const auto lines = json_lines(result.out);

@@ -91,7 +91,7 @@ TEST(Demodulate, NamesEveryErrorWithItsLine) {
     expect(header + "S1,0,0,1,2,nan,4\n", "bad.csv:2: 'nan' is not finite");
     expect(header + "S1,0,0,1,2,70000,4\n", "bad.csv:2: 70000 is not a whole number");
     expect(header + "S1,0,0,1,2,3.5,4\n", "3.5 is not a whole number");
-    expect(header + "S1,0,1,1,2,3,4\n", "sample 1 where 0 comes next");
+    expect(header + "S1,0,1,1,2,3,4\n", "sample 1 instead of 0");
     expect(good.substr(0, good.size() / 2), "");
     expect(good.substr(0, good.rfind("S3,1,199")), "199 samples, the first has 200");
     expect(good, "whole cycles", " --carrier-hz 10123 --rate-hz 200000");

@@ -16,7 +16,7 @@
 
 namespace tricoil::test {
 
-/// What is typed after a text has appeared. "\x03" is Ctrl-C.
+/// Keys to type after a text has appeared. "\x03" is Ctrl-C.
 struct Typed {
     std::string after;
     std::string keys;

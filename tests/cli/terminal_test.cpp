@@ -12,7 +12,7 @@ using ::testing::Not;
 
 constexpr const char* kColour = "\x1b[3";  // start of every colour
 
-/// Output up to the summary: the live line.
+/// Output before the summary, which contains the live line.
 std::string live_part(const std::string& out) { return out.substr(0, out.find("hand:")); }
 
 TEST(Terminal, LiveLineFitsItsWidth) {

@@ -135,7 +135,7 @@ TEST(Usage, OptionsWithoutEffectAreRefused) {
 }
 
 /// The first wrong word is named, also if a required option is missing because of it.
-TEST(Usage, WordsThatDoNotFitAreNamedOnce) {
+TEST(Usage, UnexpectedWordsAreNamedOnce) {
     expect_usage_error("run circle", "unexpected argument 'circle'; did you mean '--scenario circle'? See tricoil run --help");
     expect_usage_error("run scaat hand", "unexpected argument 'scaat'; did you mean '--tracker scaat'?");
     expect_usage_error("run one two", "unexpected argument 'one'; see tricoil run --help");

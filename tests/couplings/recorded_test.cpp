@@ -87,7 +87,7 @@ TEST_F(RecordedSheet, HoldingTheLastBiasIsMuchWorse) {
     EXPECT_GE(held.within_5_sigma, 0.99);
 }
 
-TEST_F(RecordedSheet, DistortionTellsErrorsOfTheHighBand) {
+TEST_F(RecordedSheet, DistortionIndicatesErrorsOfTheHighBand) {
     ASSERT_EQ(run("").exit_code, 0);
     const auto rows = pose_rows(read_file(out_));
     double clean = 0;

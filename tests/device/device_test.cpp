@@ -98,7 +98,7 @@ TEST_F(Device, ReorderedAndDoubledColumnsAreRefused) {
     EXPECT_EQ(s["starts"], 1);
 }
 
-TEST_F(Device, DamagedMessagesAreRefusedByKindAndToldOnceASecond) {
+TEST_F(Device, DamagedMessagesAreRefusedByKindAndReportedOncePerSecond) {
     const json s = run_with("--fault truncate@100-119 --fault corrupt@200-219 --fault version@300-319 --fault type@400-419");
     EXPECT_EQ(s["refused"]["wrong_length"], 20);
     EXPECT_EQ(s["refused"]["impossible"], 20);
@@ -169,7 +169,7 @@ TEST_F(Device, ForeignTrafficLoadsTheBusToNineTenths) {
     EXPECT_GE(bus.load(), 0.9);
 }
 
-TEST_F(Device, TheFrontEndIsStartedAnew) {
+TEST_F(Device, TheFrontEndRestarts) {
     auto peer = std::make_unique<Program>(front_end("--duration 60"));
     Program tracker(tricoil("--device can:vcan0 --duration 3"));
     for (int i = 0; i < 2; ++i) {
@@ -210,7 +210,7 @@ TEST_F(Device, RecoversFromAUsbStall) {
     EXPECT_EQ(summary()["columns_lost"], 0);
 }
 
-TEST_F(Device, ListShowsWhatTheMachineHas) {
+TEST_F(Device, ListShowsTheInterfacesOfTheMachine) {
     Program peer(kFrontEnd + " --link usbip: --duration 600");
     json found;
     EXPECT_TRUE(test::eventually([&] {
@@ -226,7 +226,7 @@ TEST_F(Device, ListShowsWhatTheMachineHas) {
     EXPECT_THAT(test::read_text("/run/list.txt"), ::testing::HasSubstr("classic CAN; messages need CAN FD"));
 }
 
-TEST_F(Device, QuestionsAreAnsweredOverCanAndUsb) {
+TEST_F(Device, RequestsAreAnsweredOverCanAndUsb) {
     const std::string blob = "/run/calibration.bin";
     const auto bytes = calibration::encode(calibration::Calibration<double>{});
     test::write_text(blob, std::string(bytes.begin(), bytes.end()));

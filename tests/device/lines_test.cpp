@@ -124,7 +124,7 @@ TEST_F(Lines, AreOffAfterSigtermAndTheEnableDropsAfterSigkill) {
     }
 }
 
-TEST_F(Lines, AreOffHoweverTheOutputEnds) {
+TEST_F(Lines, AreOffAfterEveryEndOfTheOutput) {
     const auto ends = [&](const std::string& command, int signal_after_ms, const std::string& what) {
         const test::GpioTrace trace;
         Program peer(front_end(watched() + kPatientEnable + "--duration 60"));

@@ -77,7 +77,7 @@ TEST_F(Health, ADroppedLineIsAWarningForTwoSeconds) {
     EXPECT_TRUE(health().warnings.empty());
 }
 
-TEST_F(Health, IsPassedOnFiveTimesASecond) {
+TEST_F(Health, IsReportedFiveTimesPerSecond) {
     run(10, 0);
     EXPECT_GE(passed_, 49);
     EXPECT_LE(passed_, 51);

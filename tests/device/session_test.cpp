@@ -72,7 +72,7 @@ protected:
     std::uint32_t next = 0;
 };
 
-TEST_F(SessionOfCoils, BelievesAColumnThatEchoesWhatTheHostSwitched) {
+TEST_F(SessionOfCoils, AcceptsAColumnThatEchoesTheStateSequence) {
     session.note_excitation(Excitation::s1, 1);
     EXPECT_EQ(say(column(1, 1)), SessionEvent::column);
     session.note_excitation(Excitation::s2, 2);
@@ -80,7 +80,7 @@ TEST_F(SessionOfCoils, BelievesAColumnThatEchoesWhatTheHostSwitched) {
     EXPECT_EQ(refused(), 0U);
 }
 
-TEST_F(SessionOfCoils, RefusesASequenceThatWasNeverTold) {
+TEST_F(SessionOfCoils, RefusesASequenceThatWasNeverSent) {
     session.note_excitation(Excitation::s1, 1);
     EXPECT_EQ(say(column(1, 2)), SessionEvent::none);
     EXPECT_EQ(say(column(1, 0)), SessionEvent::none) << "before the first";
@@ -90,7 +90,7 @@ TEST_F(SessionOfCoils, RefusesASequenceThatWasNeverTold) {
     EXPECT_TRUE(session.take_window_over()) << "a refused column also ends its window";
 }
 
-TEST_F(SessionOfCoils, RefusesTheRightSequenceOfAnotherCoil) {
+TEST_F(SessionOfCoils, RefusesTheSequenceOfAnotherCoil) {
     session.note_excitation(Excitation::s1, 1);
     session.note_excitation(Excitation::s2, 2);
     EXPECT_EQ(say(column(2, 1)), SessionEvent::none);
@@ -99,7 +99,7 @@ TEST_F(SessionOfCoils, RefusesTheRightSequenceOfAnotherCoil) {
     EXPECT_EQ(refused(), 2U);
 }
 
-TEST_F(SessionOfCoils, RefusesAnEchoOfLongAgo) {
+TEST_F(SessionOfCoils, RefusesAnOldSequence) {
     for (std::uint32_t n = 1; n <= 5; ++n) {
         session.note_excitation(single_coil(static_cast<int>((n - 1) % 3)), n);
     }
@@ -117,7 +117,7 @@ TEST_F(SessionOfCoils, RefusesAColumnThatSpansATransition) {
     EXPECT_EQ(refused(), 1U);
 }
 
-TEST_F(SessionOfCoils, BelievesEveryColumnOfAllCoilsAtOnce) {
+TEST_F(SessionOfCoils, AcceptsEveryColumnOfAllCoilsAtOnce) {
     session.note_excitation(Excitation::all, 1);
     for (const int coil : {1, 2, 3}) {
         EXPECT_EQ(say(column(coil, 1)), SessionEvent::column);
@@ -126,7 +126,7 @@ TEST_F(SessionOfCoils, BelievesEveryColumnOfAllCoilsAtOnce) {
     EXPECT_EQ(refused(), 1U);
 }
 
-TEST_F(SessionOfCoils, ForgetsWhatItSwitchedBeforeTheDeviceWasStartedAnew) {
+TEST_F(SessionOfCoils, ForgetsStateSequencesFromBeforeARestart) {
     session.note_excitation(Excitation::s1, 1);
     session.service(now += Microseconds{600'000});  // silence
     session.service(now += Microseconds{200'000});
@@ -135,7 +135,7 @@ TEST_F(SessionOfCoils, ForgetsWhatItSwitchedBeforeTheDeviceWasStartedAnew) {
     EXPECT_EQ(refused(), 1U);
 }
 
-TEST_F(SessionOfCoils, AWindowOfManySensorsIsOverOnce) {
+TEST_F(SessionOfCoils, WindowOfSeveralSensorsEndsOnce) {
     identity.sensors = 2;
     session.service(now += Microseconds{600'000});
     ASSERT_NO_FATAL_FAILURE(start());
@@ -177,7 +177,7 @@ TEST_F(SessionOfCoils, RefusedColumnsDoNotKeepTheSessionAlive) {
     EXPECT_NE(session.phase(), Phase::running);
 }
 
-TEST_F(SessionOfCoils, ASecondDeviceEndsTheRunAndBothAreToldToStop) {
+TEST_F(SessionOfCoils, SecondDeviceEndsTheRunAndBothGetStop) {
     session.note_excitation(Excitation::s1, 1);
     identity.serial = 7;
     say(identity);
@@ -186,7 +186,7 @@ TEST_F(SessionOfCoils, ASecondDeviceEndsTheRunAndBothAreToldToStop) {
     EXPECT_EQ(session.refused().of(WireError::duplicate_node), 1U);
 }
 
-TEST_F(SessionOfCoils, AnAnswerToSomebodyElseStartsNothing) {
+TEST_F(SessionOfCoils, AnswerToAnotherHostStartsNothing) {
     session.service(now += Microseconds{600'000});
     say(identity);
     session.service(now += Microseconds{1});
@@ -197,7 +197,7 @@ TEST_F(SessionOfCoils, AnAnswerToSomebodyElseStartsNothing) {
     EXPECT_EQ(say(started()), SessionEvent::started);
 }
 
-TEST_F(SessionOfCoils, APoseOfASensorThatIsNotThereIsRefused) {
+TEST_F(SessionOfCoils, PoseOfAnUnknownSensorIsRefused) {
     session.service(now += Microseconds{600'000});
     identity.role = static_cast<std::uint8_t>(protocol::Role::tracker);
     ASSERT_NO_FATAL_FAILURE(start());
@@ -209,7 +209,7 @@ TEST_F(SessionOfCoils, APoseOfASensorThatIsNotThereIsRefused) {
     EXPECT_EQ(say(pose), SessionEvent::pose);
 }
 
-TEST_F(SessionOfCoils, CountsWhatTheDeviceDroppedSinceItsFirstStatus) {
+TEST_F(SessionOfCoils, CountsMessagesDroppedSinceTheFirstStatus) {
     protocol::StatusMessage status;
     for (const auto dropped : {1000U, 1003U, 2U, 3U}) {  // the device restarts before the third status
         status.dropped = dropped;
@@ -218,7 +218,7 @@ TEST_F(SessionOfCoils, CountsWhatTheDeviceDroppedSinceItsFirstStatus) {
     EXPECT_EQ(session.counters().dropped, 4U);
 }
 
-TEST(SessionOfOldBoard, SaysThatTheVersionsDiffer) {
+TEST(SessionOfOldBoard, ReportsDifferentVersions) {
     test::DeafPort port;
     DeviceSession session(port, {});
     HostTime now = host_time_us(1);
@@ -260,7 +260,7 @@ TEST(SessionOfBoard, SendsTheHemisphereAgainAfterARefusedStart) {
     EXPECT_STREQ(session.detail(), "the device refuses to start (1)");
 }
 
-TEST_F(SessionOfCoils, ADeviceThatFailsIsTriedAfterGrowingPauses) {
+TEST_F(SessionOfCoils, FailingDeviceIsTriedAfterGrowingPauses) {
     std::vector<std::int64_t> pauses_us;
     for (int failure = 0; failure < 10; ++failure) {
         while (session.phase() == Phase::running) {
@@ -279,7 +279,7 @@ TEST_F(SessionOfCoils, ADeviceThatFailsIsTriedAfterGrowingPauses) {
     EXPECT_TRUE(std::is_sorted(pauses_us.begin(), pauses_us.end()));
 }
 
-TEST(RepeatedTexts, AreToldOnceAMinuteOfSilence) {
+TEST(RepeatedTexts, AreReportedOncePerMinuteOfSilence) {
     RepeatedTexts texts;
     EXPECT_TRUE(texts.should_print("a", host_time_us(1'000'000)));
     for (int n = 0; n < 100; ++n) {

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Rows of the tables in board/ACCURACY.md must agree with the tables of the pages that own them.
+"""Rows of the tables in README.md and board/ACCURACY.md must agree with the tables of the pages from which they come.
 
-  accuracy_test.py [PAGE]
+  accuracy_test.py [PAGE...]
 
 A comment `rows of PATH` precedes each table. The cells of a row must occur in this order in one row of a table of that page.
 """
@@ -27,8 +27,8 @@ def contains(owner, cells):
     return all(cell in rest for cell in cells)
 
 
-def main():
-    page = sys.argv[1] if len(sys.argv) > 1 else os.path.join(ROOT, "board/ACCURACY.md")
+def check(page):
+    """Number of rows; their errors, a line each."""
     with open(page) as file:
         tables = re.findall(r"<!-- rows of (\S+) -->\n((?:\|.*\n)+)", file.read())
     if not tables:
@@ -41,7 +41,14 @@ def main():
             count += 1
             if not any(contains(row, cells) for row in owned):
                 wrong.append(f"{page}: {owner} has no row with these figures: {' | '.join(cells)}")
-    print("\n".join(wrong) if wrong else f"{count} rows in {len(tables)} tables, all as in the pages that own them")
+    return count, wrong
+
+
+def main():
+    pages = sys.argv[1:] or [os.path.join(ROOT, page) for page in ("README.md", "board/ACCURACY.md")]
+    counts, errors = zip(*map(check, pages))
+    wrong = sum(errors, [])
+    print("\n".join(wrong) if wrong else f"{sum(counts)} rows in {len(pages)} pages, all as in the pages that own them")
     sys.exit(1 if wrong else 0)
 
 

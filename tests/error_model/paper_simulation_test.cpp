@@ -147,7 +147,7 @@ TEST(PaperExamples, ExactStepsFollowTheOrientationExamples) {
     }
 }
 
-/// The research page's table of approximations: each against the exact expression, worst of all updates, open loop.
+/// Table of approximations in core/error_model/README.md: largest error of each over all updates in open loop.
 TEST(Approximations, HaveTheErrorsOfTheTable) {
     struct Column {
         const char* name;

@@ -103,13 +103,13 @@ async function troubles(browser, html, check, pictures) {
   await wait(
       () => document.body.dataset.quality === 'good' && window.tricoil.firstPictureMs && Number(document.querySelector('#expected').textContent) > 0);
   const good = Number(await text(page, '#expected'));
-  for (const [flag, level, sentence, mend] of kTroubles) {
+  for (const [flag, level, sentence, remedy] of kTroubles) {
     present = {flags: [flag], distortion: flag === 'distorted' ? 6.5 : 0.1};
     await wait(wanted => document.body.dataset.quality === wanted, level);
     await wait(source => new RegExp(source).test(document.querySelector('#reason').textContent), sentence.source);
     check(
-        mend.test(await text(page, '#mend')) && await text(page, '#word') === (level === 'bad' ? 'not usable' : 'caution'),
-        `${flag}: "${await text(page, '#reason')} ${await text(page, '#mend')}"`);
+        remedy.test(await text(page, '#remedy')) && await text(page, '#word') === (level === 'bad' ? 'not usable' : 'caution'),
+        `${flag}: "${await text(page, '#reason')} ${await text(page, '#remedy')}"`);
     await wait(source => new RegExp(`^Sensor 1: .*${source}`).test(document.querySelector('#announcement').textContent), sentence.source);
     check(true, `a screen reader is told: ${await text(page, '#announcement')}`);
     if (flag !== 'distorted') continue;
@@ -128,7 +128,7 @@ async function troubles(browser, html, check, pictures) {
   const sides = await page.$$eval('#sides button', buttons => buttons.map(button => button.textContent));
   check(
       /The sensor is back/.test(await text(page, '#reason')) && sides.join() === '+x,−x',
-      `after a loss the page asks for the side: ${await text(page, '#mend')} ${sides.join(' ')}`);
+      `after a loss the page asks for the side: ${await text(page, '#remedy')} ${sides.join(' ')}`);
   await page.waitForTimeout(300);  // until the scene is drawn
   await save(page, pictures, 'lost-sensor');
   await page.click('#sides button >> nth=1');

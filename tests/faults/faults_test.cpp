@@ -144,7 +144,7 @@ TEST_F(Faults, AFailedReadIsNotTheEndOfAFile) {
     }
 }
 
-TEST_F(Faults, AReadThatFailsInAKilledRecordingIsTold) {  // the file has no CRC
+TEST_F(Faults, FailedReadInAKilledRecordingIsReported) {  // the file has no CRC
     const std::string killed = path_in_temp("killed");
     fs::remove_all(killed);
     fs::copy(recording_, killed);
@@ -158,7 +158,7 @@ TEST_F(Faults, AReadThatFailsInAKilledRecordingIsTold) {  // the file has no CRC
     EXPECT_GT(expect_each_is_told("replay " + killed + " --out " + out_, "read", killed + "/inputs.csv", out_), 1);
 }
 
-TEST_F(Faults, AnOutputFileIsWholeOrNotThere) {
+TEST_F(Faults, OutputFileIsCompleteOrAbsent) {
     const std::vector<std::string> commands{
         "run --scenario still --duration 1 --json --out ",
         "convert " + recording_ + " --out ",
@@ -188,7 +188,7 @@ TEST_F(Faults, AnOlderFileOutlivesAFailure) {
     }
 }
 
-TEST_F(Faults, ARecordingOnADiskThatFailsIsTold) {
+TEST_F(Faults, RecordingOnAFailingDiskIsReported) {
     const std::string folder = path_in_temp("failing");
     for (const char* call : {"open", "write", "fsync", "rename"}) {
         fs::remove_all(folder);

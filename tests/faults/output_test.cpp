@@ -22,7 +22,7 @@ CliResult tricoil_into(const std::string& where, const std::string& arguments) {
     return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), "", read_file(err)};
 }
 
-TEST(Output, ThatIsLostIsNoSuccess) {
+TEST(Output, LostOutputIsReported) {
     const std::string recording = path_in_temp("recording_full");
     std::filesystem::remove_all(recording);
     ASSERT_EQ(tricoil("run --scenario still --duration 1 --record " + recording).exit_code, 0);
@@ -38,7 +38,7 @@ TEST(Output, ThatIsLostIsNoSuccess) {
     }
 }
 
-TEST(Output, AReaderThatGoesAwayLeavesFilesWhole) {
+TEST(Output, ClosedPipeLeavesFilesComplete) {
     const std::string out = path_in_temp("beside_a_pipe.csv");
     std::filesystem::remove(out);
     // The reader closes the pipe at once. The summary must be printed after the file is complete.
@@ -48,7 +48,7 @@ TEST(Output, AReaderThatGoesAwayLeavesFilesWhole) {
     EXPECT_TRUE(text.ends_with('\n'));
 }
 
-TEST(Output, NamesReachNoTerminalAsCommands) {
+TEST(Output, ControlCharactersOfNamesAreEscaped) {
     const std::string name = "\x1b]0;owned\x07\xc2\x9b";
     const auto refused = tricoil("replay '" + name + "'");
     EXPECT_EQ(refused.exit_code, 2);

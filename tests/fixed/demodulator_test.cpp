@@ -87,7 +87,7 @@ long double worst_of_oscillator(int cycles, int window) {
     return worst;
 }
 
-TEST(FixedDemodulator, OscillatorStaysWithinWhatIsStated) {
+TEST(FixedDemodulator, OscillatorStaysWithinTheStatedError) {
     long double worst = worst_of_oscillator(113, 757);
     for (int window = 16; window <= kMaxBlockSamples; window += 37) {
         for (const int cycles : {1, window / 7, window / 3, (window - 1) / 2}) {
@@ -100,7 +100,7 @@ TEST(FixedDemodulator, OscillatorStaysWithinWhatIsStated) {
 }
 
 /// Phasors of any size, against exact quotients.
-TEST(FixedDemodulator, CouplingsStayWithinWhatIsStated) {
+TEST(FixedDemodulator, CouplingsStayWithinTheStatedError) {
     std::mt19937_64 random(43);
     const auto any = [&random](int bits) {
         return static_cast<std::int64_t>(random()) >> (2 + random() % static_cast<unsigned>(bits));
@@ -151,7 +151,7 @@ TEST(FixedDemodulator, LargestCodesDoNotOverflow) {
     }
 }
 
-TEST(FixedDemodulator, SaysWhenThereIsNoReference) {
+TEST(FixedDemodulator, ReportsAMissingReference) {
     std::mt19937_64 random(42);
     const auto samples = tones(10, 200, {1e6, 1e6, 1e6, 100}, random);
     const auto sums = lock_in(Oscillator(10, 200), samples);

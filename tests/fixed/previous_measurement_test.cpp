@@ -75,7 +75,7 @@ TEST(FixedPreviousMeasurement, ClosedLoopStaysWithDoubleForTenMinutes) {
     EXPECT_LT(worst_rotation, 1e-7);
 }
 
-TEST(FixedPreviousMeasurement, SaysWhenThePoseIsTooFarOff) {
+TEST(FixedPreviousMeasurement, ReportsAPreviousPoseTooFarAway) {
     const auto codes = as_codes(test::unit_signal({0.5, 0, 0}, Quat<double>::Identity()));
     VectorPose sideways;
     sideways.direction = Vec3<Unit>(0, 1, 0);
@@ -84,7 +84,7 @@ TEST(FixedPreviousMeasurement, SaysWhenThePoseIsTooFarOff) {
     EXPECT_EQ(step_vectors(codes, Scaled{}, {}).status().code(), StatusCode::invalid_argument);
 }
 
-TEST(FixedPreviousMeasurement, RefusesWhatIsNoPose) {
+TEST(FixedPreviousMeasurement, RefusesAnInvalidPose) {
     const auto codes = as_codes(test::unit_signal({0.5, 0, 0}, Quat<double>::Identity()));
     const auto refused = [&codes](auto&& change) {
         VectorPose pose;

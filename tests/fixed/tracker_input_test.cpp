@@ -76,7 +76,7 @@ TEST_F(FixedTrackerInput, RefusesAndCounts) {
     EXPECT_EQ(tracker_.counters().restarts, 0U);
 }
 
-TEST_F(FixedTrackerInput, ADeviceThatBeganAnewIsFollowed) {
+TEST_F(FixedTrackerInput, RestartedDeviceIsFollowed) {
     for (int n = 0; n < 60; ++n) {
         (void)tracker_.update(next());
     }
@@ -91,7 +91,7 @@ TEST_F(FixedTrackerInput, ADeviceThatBeganAnewIsFollowed) {
 }
 
 /// After a restart of the clock, the old times have no effect.
-TEST_F(FixedTrackerInput, ADeviceThatBeganAnewWithoutASensorGoesStale) {
+TEST_F(FixedTrackerInput, RestartedDeviceWithoutSensorGoesStale) {
     for (int n = 0; n < 600; ++n) {
         (void)tracker_.update(next());
     }
@@ -125,7 +125,7 @@ TEST_F(FixedTrackerInput, RefusedBlocksDoNotHideANewSequence) {
 }
 
 /// After a restart the hemisphere is unknown, unless the sensor is confined.
-TEST(FixedTrackerAnew, HasToBeToldTheHemisphere) {
+TEST(FixedTrackerAfterRestart, NeedsTheHemisphere) {
     const Mat3<std::int32_t> x = Vec3<std::int32_t>(400'000, -200'000, -200'000).asDiagonal();
     Tracker tracker(test::IntegerBlocks::kAcquisition, {}, {});
     std::optional<PoseEstimate> pose;

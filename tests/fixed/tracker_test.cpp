@@ -347,7 +347,7 @@ TEST(FixedHemisphere, StaysKnownThroughALossTooShortToCrossTheBoundary) {
 }
 
 /// The integer decision equals that of double for a time without poses that differs by at most 2 us.
-TEST(FixedSides, AnswerAsDoubleDoes) {
+TEST(FixedSides, EqualThoseOfDouble) {
     std::mt19937 random(7);
     std::uniform_real_distribution<double> entry(-1.2, 1.2);
     std::uniform_int_distribution<std::int64_t> age(0, 600'000);

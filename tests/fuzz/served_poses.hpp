@@ -7,7 +7,7 @@
 
 namespace tricoil::fuzz {
 
-/// Two sensors' poses, number n of a stream at 240 Hz; some are invalid.
+/// Pose number n of a stream of two sensors at 240 Hz; some poses are invalid.
 inline std::vector<host::ServedPose> served_poses(std::uint32_t n) {
     std::vector<host::ServedPose> poses(2);
     for (std::uint8_t sensor = 0; sensor < 2; ++sensor) {

@@ -1,4 +1,4 @@
-// Metal in the samples: what the demodulator reads from the simulated world.
+// Metal in the samples of the simulated world, by the couplings that the demodulator computes.
 #include <gtest/gtest.h>
 
 #include <numbers>

@@ -35,7 +35,7 @@ protected:
         put("recording.json", description.dump());
     }
 
-    /// Makes the recording look as after a kill: incomplete, so that its checksums are not compared.
+    /// Marks the recording as incomplete, as after a killed program, so that its checksums are not compared.
     void end_early() const {
         describe([](auto& d) { d["complete"] = false; });
     }

@@ -155,7 +155,7 @@ TEST(Recording, IsNotOverwrittenByReplayOrConvert) {
           "replay " + folder + " --out " + folder + "/new.csv"}) {
         const auto refused = tricoil(command);
         EXPECT_EQ(refused.exit_code, 2) << command;
-        EXPECT_THAT(refused.err, HasSubstr("is in the recording that is read"));
+        EXPECT_THAT(refused.err, HasSubstr("lies in the folder of the recording"));
     }
     EXPECT_EQ(tricoil("replay " + folder).exit_code, 0);
 }

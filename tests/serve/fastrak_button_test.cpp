@@ -210,7 +210,7 @@ TEST(FastrakButton, AControlRequestPressesIt) {
     close(line);
 }
 
-TEST(FastrakButton, RefusesWhatIsNoButton) {
+TEST(FastrakButton, RefusesInvalidButtons) {
     const std::vector<std::tuple<std::string, int, std::string>> lines{
         {"--web 0 --button -", 2, "--button: only with --fastrak"},
         {"--fastrak pty --button /etc/passwd", 2, "must be -, a terminal, a serial port or a named pipe"},

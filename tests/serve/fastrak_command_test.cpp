@@ -68,7 +68,7 @@ TEST(FastrakCommand, ContinuousAtMost120TimesASecond) {
     EXPECT_NEAR(static_cast<double>(records), 1200, 3);
 }
 
-TEST(FastrakCommand, AContinuousClientIsToldOfSilence) {
+TEST(FastrakCommand, SilenceIsReportedToAContinuousClient) {
     std::vector<std::string> records;
     host::fastrak::Session session(
         {[&](std::string_view record) { records.emplace_back(record); }, [](auto, const auto&) {}, [] { return 1; }},
@@ -162,7 +162,7 @@ TEST(FastrakCommand, TipTurnsWithTheSensor) {
     EXPECT_THAT(numbers(client.say("P")), ::testing::Pointwise(::testing::DoubleNear(0.006), {10, 4, 0, 90, 0, 0}));
 }
 
-TEST(FastrakCommand, AlignmentIsRelativeToTheOneInForce) {
+TEST(FastrakCommand, AlignmentIsRelativeToThePresentOne) {
     FastrakClient client;
     client.see(fastrak_pose({10, 20, 30}, 90, 0, 0));
     client.say("A1,0,0,0,0,1,0,-1,0,0\r");  // x along +y
@@ -183,7 +183,7 @@ TEST(FastrakCommand, BoresightReadsTheReferenceAngles) {
     EXPECT_THAT(numbers(client.say("P")), ::testing::Pointwise(::testing::DoubleNear(0.006), {10, 0, 0, 0, -15, 0}));
 }
 
-TEST(FastrakCommand, AResetBringsBackWhatWasSaved) {
+TEST(FastrakCommand, RestartRestoresTheSavedSettings) {
     FastrakClient client;
     client.see(fastrak_pose({10, 0, 0}, 0, 0, 0));
     client.say("O1,2,1\ru\x0b");
@@ -280,7 +280,7 @@ TEST(FastrakCommand, NumbersNeverOutgrowTheirFields) {
     EXPECT_EQ(client.say("O1,2,52,1\rP").size(), 3 + 21 + 39 + 2U);
 }
 
-TEST(FastrakCommand, GarbageOfAnyKindIsSurvived) {
+TEST(FastrakCommand, ArbitraryBytesAreSurvived) {
     std::mt19937 random(11);
     FastrakClient client(2);
     client.see(fastrak_pose({10, 0, 0}, 0, 0, 0));

@@ -17,7 +17,7 @@ tracking::PoseEstimate<double> numbered(std::uint32_t sequence) {
     return pose;
 }
 
-TEST(PoseHub, ReadersGetWhatCameSince) {
+TEST(PoseHub, ReadersGetPosesSinceTheirLastCall) {
     PoseHub hub;
     hub.pose(numbered(1));
     PoseHub::Cursor cursor = hub.cursor();
@@ -99,7 +99,7 @@ TEST(PoseHub, WaitsForPosesUntilClosed) {
     end.join();
 }
 
-TEST(SilenceWatch, TellsOnceThatAPoseHasGrownOld) {
+TEST(SilenceWatch, FlagsASilentSensorOnce) {
     constexpr UtcTime kNow = utc_time_us(1'000'000);
     SilenceWatch watch;
     std::vector<ServedPose> poses{{numbered(1), {}}};

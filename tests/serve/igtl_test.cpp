@@ -185,7 +185,7 @@ TEST_F(IgtlSession, AClientWithoutRequestGetsTransforms) {
     EXPECT_THAT(types(), ElementsAre("TRANSFORM", "TRANSFORM"));
 }
 
-TEST_F(IgtlSession, TrackingDataAtTheRateAskedFor) {
+TEST_F(IgtlSession, TrackingDataHasTheRequestedRate) {
     ask(start(20));
     for (int n = 0; n < 240; ++n) {
         have(pose_at(kNow + n * 4167));
@@ -219,7 +219,7 @@ TEST_F(IgtlSession, TrackingDataHoldsAllSensorsThatAreValid) {
     EXPECT_STREQ(message->GetDeviceName(), "Patient");
 }
 
-TEST_F(IgtlSession, TrackingDataLeavesOutWhatIsOld) {
+TEST_F(IgtlSession, TrackingDataLeavesOutOldPoses) {
     ask(start(0));
     for (int n = 0; n < 3; ++n) {
         have(pose_at(kNow + n * 4167, 0));
@@ -320,7 +320,7 @@ TEST_F(IgtlSession, AnInvalidPoseIsNeverSent) {
     EXPECT_EQ(unpack<igtl::StatusMessage>(all[2], unpacked)->GetCode(), igtl::StatusMessage::STATUS_OK);
 }
 
-TEST_F(IgtlSession, AnswersQuestions) {
+TEST_F(IgtlSession, AnswersRequests) {
     ask(header_only<igtl::GetStatusMessage>());
     EXPECT_THAT(types(), ElementsAre("STATUS"));
     have(pose_at(kNow));
@@ -345,7 +345,7 @@ TEST_F(IgtlSession, DamagedRequestsAreDropped) {
     EXPECT_THAT(types(), ElementsAre("TDATA"));
 }
 
-TEST_F(IgtlSession, GarbageEndsTheLine) {
+TEST_F(IgtlSession, GarbageEndsTheConnection) {
     std::mt19937 random(3);
     int gone = 0;
     for (int n = 0; n < 200; ++n) {

@@ -71,26 +71,19 @@ TEST(JsonLines, PosesAreThoseOfTheTip) {
 }
 
 TEST(JsonLines, AUdpReceiverGetsOnePosePerDatagram) {
-    const int receiver = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    ASSERT_EQ(bind(receiver, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);  // NOLINT: socket API
-    socklen_t size = sizeof address;
-    getsockname(receiver, reinterpret_cast<sockaddr*>(&address), &size);  // NOLINT
-    const Serving serving({"--json-lines", "udp:127.0.0.1:" + std::to_string(ntohs(address.sin_port)), "--scenario", "still"});
+    const UdpReceiver receiver;
+    const Serving serving({"--json-lines", "udp:127.0.0.1:" + receiver.port(), "--scenario", "still"});
     std::vector<json> poses;
     while (poses.size() < 500) {
-        const std::string datagram = read_for(receiver, std::chrono::seconds(10), 1);
+        const std::string datagram = receiver.datagram();
         ASSERT_FALSE(datagram.empty());
         ASSERT_EQ(datagram.find('\n'), datagram.size() - 1);
         add(datagram, poses);
     }
-    close(receiver);
     expect_poses(poses, true);  // UDP may lose datagrams
 }
 
-TEST(JsonLines, StandardOutputHoldsPosesAlone) {
+TEST(JsonLines, StandardOutputContainsOnlyPoses) {
     const auto run = tricoil("serve --json-lines - --fastrak tcp:0 --scenario still --duration 2");
     EXPECT_EQ(run.exit_code, 0) << run.err;
     EXPECT_THAT(run.err, testing::HasSubstr("serving fastrak on"));
@@ -113,7 +106,7 @@ TEST(JsonLines, StandardOutputIsNotShared) {
     EXPECT_THAT(run.err, testing::HasSubstr("--json-lines - and --json exclude each other"));
 }
 
-TEST(JsonLines, AReceiverThatIsNotThereStopsNothing) {
+TEST(JsonLines, MissingReceiverStopsNothing) {
     const Serving serving({"--json-lines", "udp:127.0.0.1:9", "--fastrak", "tcp:0", "--scenario", "still"});
     const int client = connect_to(serving.port("fastrak"));
     EXPECT_EQ(write(client, "C", 1), 1);

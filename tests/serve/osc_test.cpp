@@ -95,25 +95,17 @@ TEST(Osc, ABundleHasPositionAndAttitudeOfAValidPose) {
 }
 
 TEST(Osc, AReceiverGetsTheSensorOfTheScenario) {
-    const int receiver = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    ASSERT_EQ(bind(receiver, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);  // NOLINT: socket API
-    socklen_t size = sizeof address;
-    getsockname(receiver, reinterpret_cast<sockaddr*>(&address), &size);  // NOLINT
-    const std::string port = std::to_string(ntohs(address.sin_port));
-    const Serving serving({"--osc", port, "--scenario", "still"});
-    EXPECT_EQ(serving.address("osc"), "127.0.0.1:" + port);
+    const UdpReceiver receiver;
+    const Serving serving({"--osc", receiver.port(), "--scenario", "still"});
+    EXPECT_EQ(serving.address("osc"), "127.0.0.1:" + receiver.port());
     OscMessage position;
     for (int n = 0; n < 500 && position.floats.empty(); ++n) {  // until the first valid pose
-        const std::string datagram = read_for(receiver, std::chrono::seconds(10), 1);
+        const std::string datagram = receiver.datagram();
         ASSERT_FALSE(datagram.empty());
         position = messages_of(datagram)["/tricoil/1/position"];
     }
     ASSERT_EQ(position.floats.size(), 3U);
     EXPECT_NEAR(position.floats[0], 0.5, 2e-3);  // where the sensor of this scenario rests
-    close(receiver);
 }
 
 TEST(Osc, RefusesWrongOptions) {

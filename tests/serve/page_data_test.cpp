@@ -72,7 +72,7 @@ TEST(PoseEvent, LeavesOutPosesThatAreNotFinite) {
     EXPECT_LT(number(event["poses"][0], "snr_db"), -100);
 }
 
-TEST(PoseEvent, GreetsWithTheNamesThatAPageNeeds) {
+TEST(PoseEvent, BeginsWithTheNamesThatAPageNeeds) {
     const auto hello =
         host::web::greeting({{"kind", "device"}, {"device", "can:can0"}, {"calibration_file", "/home/me/cal.toml"}});
     const auto event = event_of({}, hello);
@@ -154,7 +154,7 @@ TEST_F(RecordingLibraryTest, ADamagedLineEndsAnIncompleteRecordingWithItsReason)
     EXPECT_THAT(lines.back()["error"], Not(HasSubstr(folder_)));
 }
 
-TEST_F(RecordingLibraryTest, RefusesWhatIsNotARecordingOfItsFolder) {
+TEST_F(RecordingLibraryTest, RefusesOtherNamesAndDamagedRecordings) {
     record("good", 2);
     std::ofstream(folder_ + "/good/poses.csv", std::ios::app) << "1,2,3\n";
     for (const char* name : {"good", "none", "", ".", "..", "../library/good", "good/", "/etc", "x\n"}) {

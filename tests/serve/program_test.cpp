@@ -32,7 +32,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-TEST(ServeProgram, RefusesWhatCannotBeServed) {
+TEST(ServeProgram, RefusesInvalidOutputs) {
     const std::vector<std::pair<std::string, std::string>> lines{
         {"", "serve: no output; add --fastrak, --openigtlink, --json-lines, --websocket, --osc or --web"},
         {"--fastrak nowhere", "must be pty, pty:LINK, serial:PATH[:BAUD] or tcp:[ADDRESS:]PORT"},
@@ -213,7 +213,7 @@ TEST(ServeProgram, ALateReaderGetsNewRecords) {
     close(client);
 }
 
-TEST(ServeProgram, OfAHundredClientsSomeAreTurnedAway) {
+TEST(ServeProgram, ClientsBeyondTheLimitAreRefused) {
     const Serving serving({"--fastrak", "tcp:0", "--scenario", "still"});
     std::vector<int> clients;
     for (int n = 0; n < 100; ++n) {

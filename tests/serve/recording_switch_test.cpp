@@ -58,7 +58,7 @@ protected:
     host::RecordingSwitch recordings_{folder_, {{"kind", "test"}}};
 };
 
-TEST_F(RecordingSwitchTest, SaysThatARecordingDiedAndWhy) {
+TEST_F(RecordingSwitchTest, ReportsAFailedRecordingWithItsReason) {
     host::RecordingStatus status;
     std::string begun;
     std::string ended;
@@ -82,7 +82,7 @@ TEST_F(RecordingSwitchTest, SaysThatARecordingDiedAndWhy) {
     EXPECT_EQ(recordings_.record(false), "recorded");
 }
 
-TEST_F(RecordingSwitchTest, RefusesToBeginWhereNothingCanBeWritten) {
+TEST_F(RecordingSwitchTest, RefusesAFolderThatCannotBeWritten) {
     std::string answer;
     {
         const FullDisk full(64);
@@ -93,7 +93,7 @@ TEST_F(RecordingSwitchTest, RefusesToBeginWhereNothingCanBeWritten) {
     EXPECT_TRUE(fs::is_empty(folder_));
 }
 
-TEST_F(RecordingSwitchTest, TakesANameThatStaysInTheFolder) {
+TEST_F(RecordingSwitchTest, AcceptsNamesThatStayInTheFolder) {
     for (const char* bad : {"../take", ".take", "a/b", " a", "a ", "a\nb", "a\"b", "\xc3\xa4"}) {
         EXPECT_THAT(recordings_.record(true, bad), HasSubstr("the name may have")) << bad;
     }

@@ -32,7 +32,7 @@ tracking::PoseEstimate<double> pose_of(int sensor, std::int64_t time_us, double 
 /// Relative poses to sensor 1, collected.
 class Collector {
 public:
-    /// What comes out for one pose.
+    /// Output for one pose.
     std::vector<tracking::PoseEstimate<double>> take(const tracking::PoseEstimate<double>& pose) {
         out_.clear();
         poses_.take(pose);

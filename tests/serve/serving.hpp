@@ -110,4 +110,29 @@ inline std::string read_for(int descriptor, std::chrono::milliseconds limit, std
     return text;
 }
 
+/// UDP socket on a free port of the loopback interface.
+class UdpReceiver {
+public:
+    UdpReceiver() {
+        sockaddr_in address{};
+        address.sin_family = AF_INET;
+        address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+        socklen_t size = sizeof address;
+        EXPECT_EQ(bind(socket_, reinterpret_cast<sockaddr*>(&address), size), 0);          // NOLINT: socket API
+        EXPECT_EQ(getsockname(socket_, reinterpret_cast<sockaddr*>(&address), &size), 0);  // NOLINT
+        port_ = std::to_string(ntohs(address.sin_port));
+    }
+    UdpReceiver(const UdpReceiver&) = delete;
+    UdpReceiver& operator=(const UdpReceiver&) = delete;
+    ~UdpReceiver() { close(socket_); }
+
+    [[nodiscard]] const std::string& port() const { return port_; }
+    /// Next datagram; empty after 10 s without one.
+    [[nodiscard]] std::string datagram() const { return read_for(socket_, std::chrono::seconds(10), 1); }
+
+private:
+    int socket_ = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    std::string port_;
+};
+
 }  // namespace tricoil::test

@@ -87,7 +87,7 @@ TEST_F(StreamPair, OldRecordsAreDropped) {
     EXPECT_GT(stream_->dropped(), 0U);
 }
 
-TEST_F(StreamPair, AClientThatIsGoneIsSeen) {
+TEST_F(StreamPair, DisconnectedClientIsDetected) {
     EXPECT_TRUE(stream_->receive().empty());
     EXPECT_FALSE(stream_->gone());
     client_.reset();
@@ -119,7 +119,7 @@ TEST_F(StreamPair, AFloodIsReadAtTheRateOfASerialLine) {
     EXPECT_LT(rate, 13'000) << "bytes per second";
 }
 
-TEST_F(StreamPair, WhoLeavesAnswersUnreadIsNotRead) {
+TEST_F(StreamPair, ClientThatDoesNotReadAnswersIsNotRead) {
     ASSERT_EQ(::write(client_.get(), "P", 1), 1);
     while (stream_->waiting() < 8000) {  // more than Stream::kMaxUnread
         ASSERT_TRUE(stream_->send(std::string(1000, 'x')));
@@ -133,7 +133,7 @@ TEST_F(StreamPair, WhoLeavesAnswersUnreadIsNotRead) {
     EXPECT_EQ(stream_->receive().size(), 1U);
 }
 
-TEST(TcpAddress, AsPeopleWriteIt) {
+TEST(TcpAddress, ParsesTheTextOfAnOption) {
     EXPECT_EQ(parse_tcp_address("--x", "18944").host, "127.0.0.1");
     EXPECT_EQ(parse_tcp_address("--x", ":18944").host, "127.0.0.1");
     EXPECT_EQ(parse_tcp_address("--x", "*:1").host, "*");
@@ -144,7 +144,7 @@ TEST(TcpAddress, AsPeopleWriteIt) {
     }
 }
 
-TEST(TcpAddress, AsProgramsWantIt) {
+TEST(TcpAddress, FormatsItselfAsInAUrl) {
     EXPECT_EQ(parse_tcp_address("--x", "18944").text(18944), "127.0.0.1:18944");
     EXPECT_EQ(parse_tcp_address("--x", "[::1]:0").text(7), "[::1]:7");
     EXPECT_EQ(parse_tcp_address("--x", "tracker.local:99").text(99), "tracker.local:99");
@@ -152,7 +152,7 @@ TEST(TcpAddress, AsProgramsWantIt) {
     EXPECT_FALSE(parse_tcp_address("--x", "[::1]:0").is_any());
 }
 
-TEST(OwnName, IsAnAddressOrTheNameThatWasGiven) {
+TEST(OwnName, IsANumericAddressOrTheGivenName) {
     const auto is_own = [](const char* host, const char* address, int port) {
         return web::is_own_name(host, parse_tcp_address("--web", address), port);
     };
@@ -184,7 +184,7 @@ TEST(Page, HasNoPartBeyondItsEnd) {
     EXPECT_EQ(web::part_of(kText, 99'999'999, 1), "");
 }
 
-TEST(TcpListener, APortInUseIsSaid) {
+TEST(TcpListener, PortInUseIsReported) {
     const TcpListener first("--x", {"127.0.0.1", "0"});
     try {
         const TcpListener second("--x", {"127.0.0.1", std::to_string(first.port())});

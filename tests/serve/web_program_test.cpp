@@ -36,7 +36,7 @@ TEST(ServePage, ARangeGivesThePageAndNothingBeyondIt) {
     }
 }
 
-TEST(ServePage, TheStreamTellsTheHealthOfTheMeasurement) {
+TEST(ServePage, TheStreamContainsTheHealthOfTheMeasurement) {
     const Serving serving({"--web", "0", "--scenario", "still", "--fault", "dropped_blocks:0.3"});
     const int client = connect_to(serving.port("web"));
     const std::string request = "GET /stream HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(serving.port("web")) + "\r\n\r\n";
@@ -80,7 +80,7 @@ TEST(ServePage, ControlsNeedTheToken) {
     EXPECT_NE(token_of(other.address("web_controls")), token);
 }
 
-TEST(ServePage, ControlsAreOpenOrClosedWhereAskedFor) {
+TEST(ServePage, ControlsAreOpenOrClosedByOption) {
     const Serving open({"--web", "0", "--scenario", "still", "--open-controls"});
     EXPECT_THAT(ask(open.port("web"), R"({"run":true})", ""), HasSubstr("200"));
     const Serving closed({"--web", "0", "--scenario", "still", "--read-only"});
@@ -88,7 +88,7 @@ TEST(ServePage, ControlsAreOpenOrClosedWhereAskedFor) {
     EXPECT_EQ(tricoil("serve --web 0 --read-only --open-controls").exit_code, 2);
 }
 
-TEST(ServePage, TheLinkGoesToAFileOfTheUsersOwn) {
+TEST(ServePage, TheLinkGoesToAFileThatOnlyTheUserReads) {
     const std::string path = write_file("controls", "older\n");
     const Serving serving({"--web", "0", "--scenario", "still", "--token-file", path});
     const std::string link = read_file(path);
@@ -99,7 +99,7 @@ TEST(ServePage, TheLinkGoesToAFileOfTheUsersOwn) {
     EXPECT_EQ(about.st_mode & 0777U, 0600U);
 }
 
-TEST(ServePage, OtherAddressesThanLoopbackAreToldWhatTheyExpose) {
+TEST(ServePage, AddressesOtherThanLoopbackCauseAWarning) {
     const Serving wide({"--web", "0.0.0.0:0", "--fastrak", "tcp:0.0.0.0:0", "--open-controls", "--scenario", "still"});
     EXPECT_THAT(wide.err(), HasSubstr("--web 0.0.0.0:0: everyone who reaches this address can read poses, switch the coils"));
     EXPECT_THAT(wide.err(), HasSubstr("--fastrak 0.0.0.0:0: everyone who reaches this address"));

@@ -87,7 +87,7 @@ public:
         }
     }
 
-    /// The next frame that is no pose.
+    /// The next frame that does not contain a pose.
     Frame next_answer() {
         constexpr int kMost = 5000;
         Frame frame = next();

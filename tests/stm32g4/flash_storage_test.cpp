@@ -87,7 +87,7 @@ TEST_F(FlashStorageTest, SwitchesTheDataCacheOnAgainAfterAnOperation) {
 }
 
 /// Errors during a read are tested on the virtual board, which raises the NMI.
-TEST_F(FlashStorageTest, TakesAnEccErrorOutsideAReadForOneOfTheProgram) {
+TEST_F(FlashStorageTest, EccErrorOutsideAReadBelongsToTheProgram) {
     registers.ECCR =
         flash::ECCR_ECCD | flash::ECCR_BK_ECC | (126U * 2048U + 8U);  // an address in a page of the storage has no effect
     EXPECT_FALSE(storage.on_ecc_error());

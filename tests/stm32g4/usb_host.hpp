@@ -10,7 +10,7 @@
 
 namespace tricoil::test {
 
-/// How a device answers a token.
+/// Answer of a device to a token.
 enum class Handshake { none, ack, nak, stall };
 
 /// Content of an endpoint register with content `old` after a write of `word`.

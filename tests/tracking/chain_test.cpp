@@ -61,7 +61,7 @@ TEST(Blur, IsNotTakenForMetal) {
 }
 
 /// At 2,000 m/s^2 the error of the filter must be close to that of the direct solver with the same nine couplings.
-TEST(Blur, DoesNotLeadTheFilterAstray) {
+TEST(Blur, DoesNotMisleadTheFilter) {
     sim::PaperRates rates;
     rates.azimuth_amplitude = 8 * 3.14159265358979323846;
     rates.elevation_amplitude = 1.5 * 3.14159265358979323846;
@@ -128,7 +128,7 @@ FaultRun play_fault(const FaultCase& fault, bool filtered, std::uint64_t seed) {
 
 /// Each fault of the simulator for one second: flagged within 50 ms; poses are valid again within 50 ms after the fault; at most
 /// 0.1 % of the valid poses are beyond 5 sigma.
-TEST_P(ChainFault, IsFlaggedAndNeverLies) {
+TEST_P(ChainFault, IsFlaggedAndValidPosesAreRight) {
     for (const std::uint64_t seed : {3U, 5U}) {
         const FaultRun run = play_fault(GetParam(), true, seed);
         std::printf("%s: %zu of %.0f valid poses beyond 5 sigma, largest error %.1f mm, flags %x\n", GetParam().fault,

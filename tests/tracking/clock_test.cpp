@@ -58,7 +58,7 @@ TYPED_TEST(Clock, OneStampFarAheadCostsItsColumnsOnly) {
     }
 }
 
-TYPED_TEST(Clock, StartedAnewIsFollowed) {
+TYPED_TEST(Clock, RestartIsFollowed) {
     for (const bool tdm : {true, false}) {
         const auto [valid, counters] = play<TypeParam>(tdm, [&](Column<double>& column) {
             column.midpoint += to_us(column.midpoint) < 1'000'000 ? Microseconds{100'000'000} : Microseconds{0};

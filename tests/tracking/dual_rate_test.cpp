@@ -191,7 +191,7 @@ TEST(BandScalar, NoiseAloneDoesNotMoveIt) {
     EXPECT_EQ(scalar.value(), 0);
 }
 
-TEST(BandScalar, AMovingSensorLeavesItToTheRedundantPart) {
+TEST(BandScalar, MovingSensorUsesTheRedundantPart) {
     std::mt19937 random(4);
     std::normal_distribution<double> normal;
     const auto vector = [&] { return Vec3<double>(normal(random), normal(random), normal(random)); };

@@ -208,7 +208,7 @@ TEST(FilterParams, OutOfRangeIsRefusedWithAReason) {
     expect_bad([](auto&, auto& c) { c.hemisphere.x() = std::numeric_limits<float>::infinity(); });
 }
 
-TEST(FilterParams, ACouplingConstantThatIsNoneIsRefused) {
+TEST(FilterParams, InvalidCouplingConstantIsRefused) {
     TrackerParams<double> params{{}, ScaatParams<double>{}};
     for (const double bad : {0.0, -1.0, kNaN, std::numeric_limits<double>::infinity()}) {
         params.common.coupling_constant = bad;
@@ -219,7 +219,7 @@ TEST(FilterParams, ACouplingConstantThatIsNoneIsRefused) {
 }
 
 /// A prediction to an earlier or equal time has no effect; the covariance only grows.
-TEST_F(FilterInput, PredictionBackwardsIsNone) {
+TEST_F(FilterInput, PredictionBackwardsHasNoEffect) {
     for (const double ahead_s : {-1.0, kNaN, 0.0}) {
         EXPECT_EQ(filter_.predicted(ahead_s).covariance, filter_.motion().covariance);
     }

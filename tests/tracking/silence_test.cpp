@@ -45,7 +45,7 @@ Tally unheard(int coil, Silence how, bool tdm, std::uint64_t seed, bool& valid_a
     return tally;
 }
 
-TEST(UnheardState, MakesThePoseStaleAndIsRecoveredFrom) {
+TEST(MissingCoil, MakesThePoseStaleUntilItReturns) {
     for (const Silence how : {Silence::dropped, Silence::not_a_number}) {
         for (const bool tdm : {true, false}) {
             Tally all;

@@ -58,7 +58,7 @@ double worst_prediction_mm(Form form, int passes) {
     return worst;
 }
 
-TEST(PredictedError, KnowsHowManyPassesTheStepTakes) {
+TEST(PredictedError, DependsOnTheNumberOfPasses) {
     for (const Form form : {Form::vectors, Form::angles}) {
         EXPECT_LT(worst_prediction_mm(form, 1), 5e-3);
         EXPECT_LT(worst_prediction_mm(form, 2), 1e-5);
@@ -66,7 +66,7 @@ TEST(PredictedError, KnowsHowManyPassesTheStepTakes) {
     }
 }
 
-TEST(PredictedError, OfTheFirstPassIsNotNothing) {
+TEST(PredictedError, OfTheFirstPassIsNotZero) {
     PreviousTracker<double> tracker(params_for(Form::vectors, 1));
     for (int n = 0; n < 3; ++n) {
         feed(tracker, truth_at(n * kUpdate), n * kUpdate);

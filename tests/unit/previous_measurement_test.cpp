@@ -30,7 +30,7 @@ double distance(const AnglePose<double>& a, const AnglePose<double>& b) {
 }
 
 TEST(TrackingIncrements, InvertEquation14) {
-    // R of (14) for small increments, exactly.
+    // R that satisfies (14) exactly.
     const double a = 1e-3;
     const double b = -2e-3;
     const double psi = 0.5e-3;

@@ -34,7 +34,7 @@ TEST(TimeBase, CountsInstantsAndNotColumns) {
     EXPECT_EQ(base.take(0, device_time_us(5'000) + 7 * kStep, true), TimeBase::Verdict::restarted);
 }
 
-TEST(TimeBase, AGoodStampBetweenOldOnesBeginsTheCountAnew) {
+TEST(TimeBase, GoodStampBetweenOldOnesRestartsTheCount) {
     TimeBase base = started_at(device_time_us(10'000'000));
     for (int n = 0; n < 7; ++n) {
         (void)base.take(n % 3, device_time_us(5'000) + n * kStep, true);

@@ -5,9 +5,9 @@
 #include <cstdlib>
 #include <limits>
 
-#include "board/nucleo_g474re/analog_budget.hpp"
 #include "core/protocol/command_arguments.hpp"
 #include "core/protocol/convert.hpp"
+#include "tests/virtual_board/analog_budget.hpp"
 #include "tests/virtual_board/board_bench.hpp"
 
 namespace tricoil {

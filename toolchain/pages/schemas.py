@@ -12,7 +12,7 @@ JSON_COMMANDS = {
     "selfcheck": ["selfcheck", "--json"],
 }
 CSV_FILES = {
-    "Poses of a simulated run (`run --out`); without the true poses: of a device, `convert --to csv`": ["run", "--duration", "1", "--out", "{csv}"],
+    "Poses of a simulated run (`run --out`). Files of a device and of `convert --to csv` have no true poses": ["run", "--duration", "1", "--out", "{csv}"],
     "Poses in other units (`--units mm --euler zyx`)": ["run", "--duration", "1", "--units", "mm", "--euler", "zyx", "--out", "{csv}"],
     "Examples of the paper (`motion --out`)": ["motion", "--example", "I", "--out", "{csv}"],
 }

@@ -7,13 +7,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <filesystem>
 #include <numeric>
 #include <span>
 
 #include "board/host/calibration/fit_parameters.hpp"
 #include "board/host/calibration/fit_quality.hpp"
-#include "board/host/calibration/fixture_name.hpp"
+#include "board/host/calibration/fixture_groups.hpp"
 #include "board/host/calibration/initial_guess.hpp"
 #include "board/host/calibration/pose_residual.hpp"
 #include "board/support/errors.hpp"
@@ -33,10 +32,10 @@ constexpr double kNameTolerance_deg = 15;  // largest angle between a start rota
 /// One fit: parameter blocks, Ceres problem and results.
 class Fit {
 public:
-    Fit(std::vector<PoseFile> files, const FitOptions& options) : files_(std::move(files)), options_(options) {}
+    Fit(std::vector<PoseFile> files, const FitOptions& options)
+        : files_(std::move(files)), options_(options), fixtures_(files_, options.fixtures) {}
 
     CalibrationFit run() {
-        group_fixtures();
         start();
         solve(FitModel::concentric, kFirstLoss_m);
         double loss_m = kLossMedians * median_norm_m();
@@ -56,47 +55,18 @@ public:
     }
 
 private:
-    void group_fixtures() {
-        for (const PoseFile& file : files_) {
-            source_index_.push_back(index_in(source_names_, source_fixture_name(file)));
-            sensor_index_.push_back(index_in(sensor_names_, sensor_fixture_name(file)));
-        }
-        named_.assign(sensor_names_.size(), Mat3<double>::Identity());
-        if (options_.fixtures == FixtureModel::named) {
-            for (std::size_t i = 0; i < sensor_names_.size(); ++i) {
-                const auto rotation = rotation_of_fixture(sensor_names_[i]);
-                if (!rotation) {
-                    throw InputError(
-                        fmt::format("the name of sensor fixture '{}' gives no directions such as YoutZup; "
-                                    "rename the file, or leave out --fixtures named",
-                                    sensor_names_[i]));
-                }
-                named_[i] = *rotation;
-            }
-        }
-    }
-
-    static std::size_t index_in(std::vector<std::string>& names, const std::string& name) {
-        const auto found = std::find(names.begin(), names.end(), name);
-        if (found != names.end()) {
-            return static_cast<std::size_t>(found - names.begin());
-        }
-        names.push_back(name);
-        return names.size() - 1;
-    }
-
     void start() {
-        source_.assign(source_names_.size(), {});
-        fixture_.assign(sensor_names_.size(), {});
-        source_start_.assign(source_names_.size(), Mat3<double>::Identity());
-        jig_start_.assign(sensor_names_.size(), Mat3<double>::Identity());
+        source_.assign(fixtures_.source_names.size(), {});
+        fixture_.assign(fixtures_.sensor_names.size(), {});
+        source_start_.assign(fixtures_.source_names.size(), Mat3<double>::Identity());
+        jig_start_.assign(fixtures_.sensor_names.size(), Mat3<double>::Identity());
         magnetic_ = {};
-        for (std::size_t s = 0; s < source_names_.size(); ++s) {
+        for (std::size_t s = 0; s < fixtures_.source_names.size(); ++s) {
             start_source(s);
         }
         if (options_.fixtures == FixtureModel::named) {
             check_names();
-            std::fill(jig_start_.begin(), jig_start_.end(), (named_[0].transpose() * mount_start_[0]).eval());
+            std::fill(jig_start_.begin(), jig_start_.end(), (fixtures_.named[0].transpose() * mount_start_[0]).eval());
         } else {
             jig_start_ = mount_start_;
         }
@@ -107,9 +77,9 @@ private:
         std::vector<PoseFile> mine;
         std::vector<std::size_t> sensor;
         for (std::size_t f = 0; f < files_.size(); ++f) {
-            if (source_index_[f] == s) {
+            if (fixtures_.source_index[f] == s) {
                 mine.push_back(files_[f]);
-                sensor.push_back(sensor_index_[f]);
+                sensor.push_back(fixtures_.sensor_index[f]);
             }
         }
         const InitialGuess guess = guess_start(mine);
@@ -125,7 +95,7 @@ private:
         }
         if (guess.stage_turns_left_handed) {
             for (std::size_t f = 0; f < files_.size(); ++f) {
-                if (source_index_[f] == s) {
+                if (fixtures_.source_index[f] == s) {
                     std::vector<PoseFile> one{std::move(files_[f])};
                     transpose_rotations(one);
                     files_[f] = std::move(one[0]);
@@ -134,7 +104,7 @@ private:
         }
         set_translation(source_[s], guess.source_stage.translation_m);
         source_start_[s] = guess.source_stage.rotation;
-        mount_start_.resize(sensor_names_.size(), Mat3<double>::Identity());
+        mount_start_.resize(fixtures_.sensor_names.size(), Mat3<double>::Identity());
         for (std::size_t i = 0; i < mine.size(); ++i) {
             set_translation(fixture_[sensor[i]], guess.mount_sensor[i].translation_m);
             mount_start_[sensor[i]] = guess.mount_sensor[i].rotation;
@@ -148,13 +118,14 @@ private:
     }
 
     void check_names() {
-        for (std::size_t i = 1; i < named_.size(); ++i) {
-            const double off = degrees_between(named_[0].transpose() * mount_start_[0], named_[i].transpose() * mount_start_[i]);
+        for (std::size_t i = 1; i < fixtures_.named.size(); ++i) {
+            const double off = degrees_between(fixtures_.named[0].transpose() * mount_start_[0],
+                                               fixtures_.named[i].transpose() * mount_start_[i]);
             if (off > kNameTolerance_deg) {
                 throw InputError(
                     fmt::format("the couplings show a rotation between the fixtures '{}' and '{}' that differs by {:.0f} deg "
                                 "from that in their names; correct the name, or leave out --fixtures named",
-                                sensor_names_[0], sensor_names_[i], off));
+                                fixtures_.sensor_names[0], fixtures_.sensor_names[i], off));
             }
         }
     }
@@ -179,15 +150,15 @@ private:
         pose_blocks_.clear();
         const bool finite = model == FitModel::finite;
         for (std::size_t f = 0; f < files_.size(); ++f) {
-            const std::size_t s = source_index_[f];
-            const std::size_t m = sensor_index_[f];
+            const std::size_t s = fixtures_.source_index[f];
+            const std::size_t m = fixtures_.sensor_index[f];
             double* fixture = options_.fixtures == FixtureModel::named ? fixture_[0].data() : fixture_[m].data();
             for (const MeasuredPose& pose : files_[f].poses) {
                 const Mat3<double>& jig = jig_start_[m];
                 const auto weight =
                     pose_weight(model_of(magnetic_.data(), coupling_constant_), current_pose(s, m, pose), weight_m(pose));
-                auto* cost =
-                    new PoseResidual(PoseTerms{pose, source_start_[s], named_[m], jig, coupling_constant_, weight, finite});
+                auto* cost = new PoseResidual(
+                    PoseTerms{pose, source_start_[s], fixtures_.named[m], jig, coupling_constant_, weight, finite});
                 pose_blocks_.push_back(problem_->AddResidualBlock(cost, new ceres::CauchyLoss(loss_m), magnetic_.data(),
                                                                   source_[s].data(), fixture, jig_.data(), stage_.data()));
             }
@@ -209,7 +180,7 @@ private:
 
     [[nodiscard]] Rigid mount_of(std::size_t m) const {
         const RigidBlock& block = options_.fixtures == FixtureModel::named ? fixture_[0] : fixture_[m];
-        const Mat3<double> turned = named_[m] * rotation_of(block.data() + 3);
+        const Mat3<double> turned = fixtures_.named[m] * rotation_of(block.data() + 3);
         return {turned * rotation_of(jig_.data() + 3) * jig_start_[m], length_of(block.data()) + turned * length_of(jig_.data())};
     }
 
@@ -329,10 +300,10 @@ private:
         CalibrationFit fit;
         fit.model = model_of(magnetic_.data(), coupling_constant_);
         for (std::size_t s = 0; s < source_.size(); ++s) {
-            fit.source_stage[source_names_[s]] = source_of(s);
+            fit.source_stage[fixtures_.source_names[s]] = source_of(s);
         }
-        for (std::size_t m = 0; m < sensor_names_.size(); ++m) {
-            fit.mount_sensor[sensor_names_[m]] = mount_of(m);
+        for (std::size_t m = 0; m < fixtures_.sensor_names.size(); ++m) {
+            fit.mount_sensor[fixtures_.sensor_names[m]] = mount_of(m);
         }
         fit.stage_turns_left_handed = left_handed_;
         fit.stage_errors = stage_errors_of(stage_.data(), coupling_constant_);
@@ -341,7 +312,7 @@ private:
         fit.poses = count_poses(files_);
         check_residuals(residuals_by_file(fit), options_.model, fit);
         check_parameters(parameter_estimate(), fit);
-        check_fixture_names(sensor_names_, fit);
+        check_fixture_names(fixtures_.sensor_names, fit);
         return fit;
     }
 
@@ -358,7 +329,7 @@ private:
                     fit.outliers.push_back(fmt::format("{}:{}", files_[f].path, pose.line));
                     continue;
                 }
-                const auto at_pose = current_pose(source_index_[f], sensor_index_[f], pose);
+                const auto at_pose = current_pose(fixtures_.source_index[f], fixtures_.sensor_index[f], pose);
                 const Mat3<double> o = at_pose.q_source_sensor.toRotationMatrix().transpose();
                 const Mat3<double> stray = fit.model.sensor_sensitivity.transpose() * o * fit.stage_errors.stray;
                 const Mat3<double> x = field::signal_matrix<double>(fit.model, at_pose.position_m, o) + stray;
@@ -389,10 +360,9 @@ private:
 
     std::vector<PoseFile> files_;
     FitOptions options_;
+    FixtureGroups fixtures_;
     double solves_ = 0;
-    std::vector<std::string> source_names_, sensor_names_;
-    std::vector<std::size_t> source_index_, sensor_index_;  // by file
-    std::vector<Mat3<double>> named_, source_start_, jig_start_, mount_start_;
+    std::vector<Mat3<double>> source_start_, jig_start_, mount_start_;
     std::array<double, kMagnetic> magnetic_{};
     std::vector<RigidBlock> source_, fixture_;
     RigidBlock jig_{};
@@ -407,12 +377,6 @@ private:
 };
 
 }  // namespace
-
-std::string sensor_fixture_name(const PoseFile& file) {
-    return file.sensor_fixture.empty() ? std::filesystem::path(file.path).stem().string() : file.sensor_fixture;
-}
-
-std::string source_fixture_name(const PoseFile& file) { return file.source_fixture.empty() ? "source" : file.source_fixture; }
 
 CalibrationFit fit_calibration(const std::vector<PoseFile>& files, const FitOptions& options) {
     return Fit(files, options).run();

@@ -60,10 +60,6 @@ struct CalibrationFit {
     double start_position_rms_m = 0;  // of the closed-form start values
 };
 
-/// Name of a file's fixture: as stated by the file, otherwise the file name.
-std::string sensor_fixture_name(const PoseFile& file);
-std::string source_fixture_name(const PoseFile& file);
-
 /// Levenberg-Marquardt (Ceres), starting from guess_start. Gauge: moments and sensitivities are symmetric matrices, the latter
 /// with trace three; offsets of each side sum to zero; if the stage only turns about z, the first mount's offset along z is zero.
 /// Residuals are weighted as the pose error that they would cause (metres; a rad counts as 0.1 m). The part that no pose explains

@@ -85,7 +85,9 @@ namespace {
 std::vector<GridFrame> read_rests(const std::string& path, const std::vector<std::string>& lines, std::size_t before,
                                   const std::optional<GridSize>& size) {
     if (!size) {
-        throw InputError(path + ": contains rests; give the numbers of columns, rows and levels of the grid with --nodes C,R,L");
+        throw InputError(
+            path +
+            ": contains rests of a recording; give the numbers of columns, rows and levels of the grid with --nodes C,R,L");
     }
     std::vector<GridFrame> frames;
     read_table(path, before, lines, [&](const auto&, const Mat3<double>& x, const TextPlace& place) {
@@ -94,8 +96,9 @@ std::vector<GridFrame> read_rests(const std::string& path, const std::vector<std
     const auto [columns, rows, levels] = *size;
     const auto nodes = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows) * static_cast<std::size_t>(levels);
     if (frames.empty() || frames.size() % nodes != 0) {
-        throw InputError(fmt::format("{}: {} rests do not fit {} nodes; every node needs equally many rests of 0.5 s or more",
-                                     path, frames.size(), nodes));
+        throw InputError(
+            fmt::format("{}: {} rests do not fit {} nodes; every node needs the same number of rests of 0.5 s or more", path,
+                        frames.size(), nodes));
     }
     const std::size_t rests = frames.size() / nodes;
     for (std::size_t k = 0; k < frames.size(); ++k) {

@@ -21,7 +21,7 @@ constexpr std::size_t kMinPivotPoses = 10;
 constexpr double kMinTilt_rad = 0.07;      // 4 deg
 constexpr double kMinTiltToNoise = 2;      // of the attitudes
 constexpr double kMaxResidual_sigmas = 5;  // a larger residual is not caused by noise
-constexpr double kMaxResidual_m = 3e-4;    // play of a tip in its rest; a smaller residual is accepted
+constexpr double kMaxResidual_m = 3e-4;    // play of a tip in its hole; a smaller residual is accepted
 constexpr double kSmallestSigma_m = 1e-6;  // makes the covariance of noise-free poses regular
 constexpr double kOutlierSquare = 16.27;   // chi-square with 3 degrees of freedom, 99.9 %
 constexpr double kMedian = 2.366;          // its median
@@ -31,8 +31,8 @@ constexpr std::size_t kScoredPoses = 300;
 constexpr int kPasses = 30;
 constexpr double kConverged_m = 1e-10;
 constexpr std::size_t kBlocks = 20;
-// Errors that all poses share do not average out. Simulated motion (scenario pointer) moves the tip by 1 to 2 um, the standard
-// deviation for about this number of poses.
+// Errors that all poses share do not average out. In simulated motion (scenario pointer) they move the tip by 1 to 2 um, which is
+// its standard deviation for about this number of poses.
 constexpr double kMostIndependentPoses = 1000;
 
 using Unknowns = Vec6<double>;  // tip (sensor frame), pivot (source frame)

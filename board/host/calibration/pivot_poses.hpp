@@ -19,7 +19,7 @@ struct PivotRecord {
 
 /// `path`: the folder of a recording, which has full covariances, or a file of `run --out` or of JSON lines, which has standard
 /// deviations. `sensor`: empty: the only one in the file. Throws InputError, naming file and line: missing columns or keys,
-/// numbers that are no pose, no pose of the sensor, several sensors and none selected.
+/// numbers that are not a pose, a file without poses of the sensor, or several sensors of which none is selected.
 PivotRecord read_pivot_poses(const std::string& path, std::optional<std::uint8_t> sensor);
 
 }  // namespace tricoil::host

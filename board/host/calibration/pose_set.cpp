@@ -179,4 +179,10 @@ std::size_t count_poses(const std::vector<PoseFile>& files) {
     return count;
 }
 
+std::string sensor_fixture_name(const PoseFile& file) {
+    return file.sensor_fixture.empty() ? std::filesystem::path(file.path).stem().string() : file.sensor_fixture;
+}
+
+std::string source_fixture_name(const PoseFile& file) { return file.source_fixture.empty() ? "source" : file.source_fixture; }
+
 }  // namespace tricoil::host

@@ -25,6 +25,10 @@ struct PoseFile {
     Vec3<double> phase_rad = Vec3<double>::Zero();  // of each sensor channel, if the format has complex couplings
 };
 
+/// Name of a file's fixture: as stated by the file, otherwise "source" or the file name.
+std::string sensor_fixture_name(const PoseFile& file);
+std::string source_fixture_name(const PoseFile& file);
+
 /// Reads either format. Throws InputError, naming file and line.
 /// - ILEMT text: x y z (mm) and Euler angles Rx Ry Rz (deg; rotation Rz Ry Rx) of the stage, then nine complex couplings as
 /// +0.1-0.2i, (source 1, sensor 1), (source 2, sensor 1), ..., and optionally nine more of a second carrier, which are checked

@@ -107,8 +107,8 @@ Capture read_capture(const std::string& path, int bits) {
         auto& samples = capture.blocks.back().samples;
         const auto index = static_cast<std::int64_t>(samples.size());
         if (parse_integer(fields[2], place, 0, 1'000'000) != index) {
-            throw InputError(fmt::format("{}: sample {} where {} comes next; samples are missing or out of order", place.str(),
-                                         fields[2], index));
+            throw InputError(
+                fmt::format("{}: sample {} instead of {}; samples are missing or out of order", place.str(), fields[2], index));
         }
         Sample sample;
         for (std::size_t c = 0; c < kChannels; ++c) {

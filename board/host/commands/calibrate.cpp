@@ -248,7 +248,8 @@ void check_surroundings_usage(const CalibrateCommand& c) {
         throw InputError("--surroundings needs --calibration FILE.toml: the coils, calibrated where there is no metal");
     }
     if (c.free_motion || c.pivot || !c.wiring.empty() || c.affine || c.stage != "ideal") {
-        throw InputError("--surroundings takes poses of a stage or, with --grid, of a grid; no other kind of calibration");
+        throw InputError(
+            "--surroundings works with poses of a stage or, with --grid, of a grid; remove the other kind of calibration");
     }
     if (c.grid && c.refit_fixtures) {
         throw InputError("--refit-fixtures: not with --grid, whose place is always estimated");
@@ -325,7 +326,7 @@ void add_calibrate_command(CLI::App& program, Action& action) {
     CLI::App* sub = program.add_subcommand(
         "calibrate", "Calibrate coils and fixtures from measured couplings, or the tip of a pointer from poses");
     sub->add_option("data", c->data,
-                    "Couplings at stage poses (ILEMT text or CSV), of column frames or grid nodes (CSV); with --pivot poses")
+                    "Couplings at stage poses (ILEMT text or CSV), or of column frames or grid nodes (CSV); with --pivot: poses")
         ->required()
         ->type_name(kFileType);
     one_of(sub->add_option("--model", c->model, "general: a position for each coil; finite: also a size"), kModels)
@@ -358,7 +359,7 @@ void add_calibrate_command(CLI::App& program, Action& action) {
         ->type_name("X,Y,Z")
         ->expected(3)
         ->delimiter(',');
-    sub->add_option("--wiring", c->wiring, "Check the wiring: sensor at X,Y,Z with its axes along the source's")
+    sub->add_option("--wiring", c->wiring, "Check the wiring: sensor at X,Y,Z, its axes parallel to those of the source")
         ->type_name("X,Y,Z")
         ->expected(3)
         ->delimiter(',');
@@ -370,7 +371,7 @@ void add_calibrate_command(CLI::App& program, Action& action) {
                     "Surroundings: calibration of the coils (TOML), made where there is no metal")
         ->check(refuse_empty);
     sub->add_flag("--refit-fixtures", c->refit_fixtures,
-                  "Surroundings: source or sensor stand at another place of the stage than in the calibration");
+                  "Surroundings: estimate the fixtures again, because the source or the sensor was moved on the stage");
     sub->add_flag(
         "--pivot", c->pivot,
         "Calibrate the tip of a pointer for --tip. Poses: recording, CSV of run --out, or JSON lines, with the pointer tilted to "
@@ -383,7 +384,7 @@ void add_calibrate_command(CLI::App& program, Action& action) {
                "tricoil calibrate --model finite --out cal.toml --blob cal.bin stage/*.dat"},
               {"gains and angles without ground truth", "tricoil calibrate --free-motion --out gains.toml motion.csv"},
               {"sensor placed by hand on a printed grid", "tricoil calibrate --grid --spacing-mm 50 --out by_hand.toml grid.csv"},
-              {"which coil is on which channel", "tricoil calibrate --wiring 0.4,0.2,0.1 frames.csv"},
+              {"coil and polarity of each channel", "tricoil calibrate --wiring 0.4,0.2,0.1 frames.csv"},
               {"a pointer that is tilted with its tip at rest", "tricoil run --scenario pointer --record pivot"},
               {"its tip, from that recording", "tricoil calibrate --pivot pivot --out tip.toml"}});
     sub->callback([c, &action] { action = [c] { return calibrate(*c); }; });

@@ -137,7 +137,7 @@ void add_couplings_command(CLI::App& program, Action& action) {
         ->check(refuse_empty)
         ->type_name(kFileType);
     sub->add_option("--scalar", c->scalar,
-                    "K of the extrapolation low - K (high - low) to zero metal; default: estimated from the data so far");
+                    "K of the extrapolation to zero metal: low - K (high - low); default: estimated from the data so far");
     one_of(sub->add_option("--tracker", c->tracker, "Kalman filter of pose and bias (scaat), or hold the last bias (direct)"),
            kTrackers)
         ->capture_default_str();

@@ -51,7 +51,7 @@ void open_browser(const std::string& url) {
     ::posix_spawn_file_actions_destroy(&quiet);
 }
 
-/// When a step of the tour ends, and whether the tour goes on.
+/// End of a step, and end of the tour.
 class Pacer {
 public:
     Pacer(const InterruptGuard& guard, KeyPress& keys, double step_s) : guard_(guard), keys_(keys), step_s_(step_s) {}

@@ -132,7 +132,7 @@ std::string choose_stage_errors(const EvaluateCommand& command, CalibrationFile&
     }
     if (!calibration.source_stage.empty() && other.stage_turns_left_handed != calibration.stage_turns_left_handed) {
         throw InputError(command.stage_from +
-                         ": its stage counts angles in the opposite sense; the two calibrations need one stage");
+                         ": its stage counts angles in the opposite sense; use a calibration of the same stage");
     }
     calibration.stage_errors = {other.stage_errors.turning, other.stage_errors.room, Mat3<double>::Zero()};
     return "from " + command.stage_from;
@@ -201,9 +201,9 @@ void add_evaluate_command(CLI::App& program, Action& action) {
                     "--dynamic: reference time minus tracker time, s; the lag is then estimated");
     sub->add_option("--out", c->out, "Folder for the errors as CSV and picture")->type_name(kFolderType);
     sub->add_flag("--json", c->json, "Result as JSON");
-    set_examples(sub,
-                 {{"poses that the calibration has not seen", "tricoil evaluate --calibration cal.toml --out errors test/*.dat"},
-                  {"a recorded pose stream against a reference", "tricoil evaluate --dynamic truth.csv poses.csv"}});
+    set_examples(
+        sub, {{"poses that were not used for the calibration", "tricoil evaluate --calibration cal.toml --out errors test/*.dat"},
+              {"a recorded pose stream against a reference", "tricoil evaluate --dynamic truth.csv poses.csv"}});
     sub->callback([c, &action] { action = [c] { return evaluate_command(*c); }; });
 }
 

@@ -14,8 +14,7 @@ void add_help_command(CLI::App& program, Action& action) {
     auto words = std::make_shared<std::vector<std::string>>();
     CLI::App* sub = program.add_subcommand("help", "Print the help of a command, with examples");
     sub->add_option("command", *words, "Name of the command; none: overview")->type_name(kCommandType);
-    set_examples(
-        sub, {{"the same as tricoil run --help", "tricoil help run"}, {"a command of a command", "tricoil help device watch"}});
+    set_examples(sub, {{"the same as tricoil run --help", "tricoil help run"}, {"a subcommand", "tricoil help device watch"}});
     sub->callback([words, &program, &action] {
         action = [words, &program] {
             print_help_of(program, *words);

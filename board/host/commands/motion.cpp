@@ -229,7 +229,7 @@ void add_motion_command(CLI::App& program, Action& action) {
     sub->add_option("--out", c->out, "All updates as CSV; - is standard output")->check(refuse_empty)->type_name(kFileType);
     sub->add_flag("--json", c->json, "Result as JSON");
     set_examples(sub, {{"example III of the paper, in a closed loop", "tricoil motion --example III --loop closed"},
-                       {"an elevation that turns at 2 rad/s", "tricoil motion --elevation 0,2 --duration 2"}});
+                       {"an elevation rate of 2 rad/s", "tricoil motion --elevation 0,2 --duration 2"}});
     sub->callback([c, &action] { action = [c] { return motion(*c); }; });
 }
 

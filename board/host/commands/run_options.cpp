@@ -38,7 +38,8 @@ void add_simulation_options(CLI::App* sub, RunCommand& command) {
         ->type_name(kVectorType)
         ->default_str("0.9,0,0");
     sub->add_option("--speed", o.speed, "Play the recorded path faster (2) or slower (0.5)")->capture_default_str();
-    sub->add_option("--stations", o.stations, "Simulated sensors, 1-4; the further ones are near the first and move little")
+    sub->add_option("--stations", o.stations,
+                    "Number of simulated sensors, 1-4; sensors 2 to 4 are near the first and move little")
         ->capture_default_str();
     sub->add_option("--seed", o.seed, "Seed of noise and motion")->check(refuse_overflow)->capture_default_str();
 }
@@ -48,7 +49,7 @@ void add_fault_options(CLI::App* sub, RunOptions& o) {
     sub->add_option("--fault", o.faults,
                     "Simulate a fault: NAME[:ARG,...][@BEGIN[-END]], for example open_coil:S2@1-1.5; repeatable")
         ->type_name(kFaultType);
-    sub->add_flag("--no-noise", o.no_noise, "No converter noise and no mains; with quantisation");
+    sub->add_flag("--no-noise", o.no_noise, "No converter noise and no mains hum; quantisation remains");
 }
 
 void add_device_options(CLI::App* sub, RunCommand& command) {
@@ -76,12 +77,11 @@ void add_tracking_options(CLI::App* sub, RunCommand& command) {
     RunOptions& o = command.options;
     one_of(sub->add_option("--mux", o.multiplexing, "Coils in turn (tdm) or all at once (fdm)"), {"tdm", "fdm"})
         ->capture_default_str();
-    one_of(
-        sub->add_option(
-            "--tracker", o.tracker,
-            "Closed form (direct), previous measurement (previous; in angles: previous-angles) or filter (scaat); in integers, "
-            "only in a simulated tricoil run: fixed-direct, fixed-previous"),
-        all_trackers())
+    one_of(sub->add_option("--tracker", o.tracker,
+                           "direct: closed form; previous, previous-angles: previous-measurement technique in vectors or in "
+                           "angles; scaat: filter; "
+                           "fixed-direct, fixed-previous: in integers, only in a simulated tricoil run"),
+           all_trackers())
         ->capture_default_str();
     sub->add_option("--passes", o.passes, "Passes of the previous-measurement step per frame, 1-10")->capture_default_str();
     sub->add_option("--rate-hz", o.frame_rate_hz, "Frames per second")->capture_default_str();

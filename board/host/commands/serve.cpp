@@ -117,7 +117,7 @@ void add_websocket(const ServeCommand& command, Server& server, Addresses& addre
     server.add(std::move(service));
 }
 
-/// Tells that poses leave this machine.
+/// Prints a warning that poses leave this machine.
 void warn_of_sending(const char* option, const TcpAddress& address, const std::string& where) {
     if (!address.is_loopback()) {
         print_notice("tricoil: {} {}: poses are sent over the network without encryption\n", option, where);
@@ -349,8 +349,8 @@ void add_serve_command(CLI::App& program, Action& action) {
     sub->add_option("--websocket", command->websocket, "Each pose as a JSON message to WebSocket clients of [ADDRESS:]PORT")
         ->check(refuse_empty);
     sub->add_option("--allow-origin", command->origins,
-                    "WebSocket: pages of this origin may connect, for example http://localhost:3000; repeatable. Other programs "
-                    "than browsers need no permission")
+                    "WebSocket: pages of this origin may connect, for example http://localhost:3000; repeatable. Programs "
+                    "other than browsers need no permission")
         ->check(refuse_empty);
     sub->add_option("--osc", command->osc,
                     "Each pose as an Open Sound Control bundle by UDP to [HOST:]PORT; repeatable. Messages: "

@@ -37,16 +37,16 @@ std::vector<TourStep> tour_steps() {
          tour_options("hand", "scaat")},
         {"motion, without the filter",
          "The sensor moves in a circle. The source coils carry current in turn, and three columns of different times are taken "
-         "as "
-         "simultaneous: the pose is millimetres wrong.",
+         "as simultaneous: the position error is some millimetres.",
          without_deskew(tour_options("circle", "direct"))},
         {"motion, with the filter", "The same circle. The filter uses each column at its own time: the motion error is gone.",
          tour_options("circle", "scaat")},
         {"metal",
-         "An aluminium sphere of 16 cm beside the hand bends the field. The poses are flagged as distorted where it matters.",
+         "An aluminium sphere of 16 cm beside the hand bends the field. Poses with a significant error are flagged as distorted.",
          tour_options("metal", "scaat")},
         {"unplugged sensor",
-         "After 2 s the plug is pulled: no pose is better than a wrong one. After 5 s it is put back, and tracking resumes.",
+         "After 2 s the sensor is unplugged, and its poses become invalid. After 5 s it is plugged in again, and tracking "
+         "resumes.",
          with_fault(tour_options("hand", "scaat"), "unplugged@2-5")},
     };
 }

@@ -1,4 +1,4 @@
-// Scripted tour of the live page with a simulated sensor: what each step shows, and the run behind it.
+// Scripted tour of the live page with a simulated sensor: text and simulated run of each step.
 #pragma once
 
 #include <functional>

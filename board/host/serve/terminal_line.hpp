@@ -28,7 +28,7 @@ private:
     std::string link_;
 };
 
-/// Opens a serial port in raw mode at `baud`, a speed that is_baud() accepts. Returns -1 on failure; `reason` then says why.
+/// Opens a serial port in raw mode at `baud`, a speed that is_baud() accepts. Returns -1 on failure; `reason` then has the cause.
 int open_serial(const std::string& path, int baud, std::string& reason);
 /// Changes the speed of a serial port that is open. No effect if the port is gone.
 void set_serial_speed(const std::string& path, int baud);

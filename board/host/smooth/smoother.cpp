@@ -42,7 +42,7 @@ State<double> step_back(const FilterState<double>& filter, const State<double>& 
     return smoothed;
 }
 
-/// A vector of the frame of corrected columns in the source frame.
+/// Converts a vector from the frame of corrected columns to the source frame.
 Vec3<double> in_source_frame(const Vec3<double>& vector, const tracking::AnyTracker<double>& tracker) {
     tracking::PoseEstimate<double> end;
     tracking::PoseEstimate<double> begin;

@@ -10,7 +10,7 @@ from . import _tricoil
 
 
 def own_names(message: str, names: dict[str, str] | None = None) -> str:
-    """Messages of the program name its options: --rate-hz is rate_hz here. names: arguments with other names."""
+    """Replaces option names in messages of the program by argument names: --rate-hz becomes rate_hz. names: arguments whose names differ."""
     names = {"--help": "--help", **(names or {})}
     return re.sub(r"--[a-z-]*[a-z]", lambda m: names.get(m[0], m[0][2:].replace("-", "_")), message)
 

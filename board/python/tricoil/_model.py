@@ -98,7 +98,7 @@ def couplings(
     positions, many = _rows("position_m", position_m, (3,))
     quaternions, several = _rows("quaternion_wxyz", quaternion_wxyz, (4,))
     if not (len(positions) == len(quaternions) or len(positions) == 1 or len(quaternions) == 1):
-        raise ValueError(f"{len(positions)} positions and {len(quaternions)} quaternions: give equal numbers, or one of either")
+        raise ValueError(f"{len(positions)} positions and {len(quaternions)} quaternions: give equal numbers of both, or one position or one quaternion")
     count = max(len(positions), len(quaternions)) if len(positions) and len(quaternions) else 0
     _finite("position_m", positions)
     _finite("quaternion_wxyz", quaternions)

@@ -22,7 +22,7 @@ def is_wanted(progress: bool | None) -> bool:
 
 @contextlib.contextmanager
 def bar(label: str, progress: bool | None) -> Iterator[Callable[[float], None] | None]:
-    """Gives a function that takes the finished share and draws a bar on standard error; None if no bar is wanted."""
+    """Returns a function that takes the finished share and draws a bar on standard error; None if no bar is wanted."""
     if not is_wanted(progress):
         yield None
         return

@@ -22,7 +22,7 @@ def _points(grid):
 
 
 def _call(function, point):
-    """Result and error of one call. A dictionary of results becomes columns; anything else the column `result`."""
+    """Result and error of one call. A dictionary of results becomes columns; any other result becomes the column `result`."""
     try:
         result = function(**point)
     except Exception:  # a failed point does not end the sweep
@@ -35,7 +35,7 @@ def _key(point):
 
 
 def _plain(value):
-    """The value as JSON has it: NumPy scalars and arrays as numbers and lists, paths and other objects as text."""
+    """Converts a value to JSON types: NumPy scalars and arrays as numbers and lists, paths and other objects as text."""
     if isinstance(value, (np.generic, np.ndarray)):
         value = value.tolist()
     if isinstance(value, dict):
@@ -123,7 +123,7 @@ def sweep(
 
 
 def _as_finished(futures):
-    """Futures as they finish. Executors of other libraries have futures of their own: those come in order, finished or not."""
+    """Futures in the order in which they finish; futures of other libraries in the order of their submission."""
     if all(isinstance(future, concurrent.futures.Future) for future in futures):
         return concurrent.futures.as_completed(futures)
     return futures

@@ -19,10 +19,11 @@ struct DualRateParams {
     Vec3<double> hemisphere = Vec3<double>::Zero();  // of the first pose, source frame; zero: unknown
     double max_misfit_share = 0.1;                   // of the high band; beyond it no dipole explains the couplings
     double max_sigma_m = 0.02;                       // of the position per axis; beyond it the pose is not valid
-    /// One scalar for all couplings leaves this share of the low band's own error: 0.026 of 0.13 mm (recorded aluminium sheet).
+    /// Share of the low band's error that remains, because one scalar serves all couplings: 0.026 of 0.13 mm (recorded aluminium
+    /// sheet).
     double scalar_spread = 0.2;
-    /// Change of the misfit of calibrated coils over the range, share of the couplings. It is equal in both bands (calibrated
-    /// coils leave 0.3-0.8 %).
+    /// Variation of the misfit of calibrated coils over the range, as a share of the couplings. It is equal in both bands
+    /// (calibrated coils leave 0.3-0.8 %).
     double misfit_share = 0.003;
     double split_spread = 0.2;  // sigma of the bias' change since the last line, relative to its largest plausible value
     SplitParams split;

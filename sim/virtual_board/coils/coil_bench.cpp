@@ -117,7 +117,6 @@ void CoilBench::advance(double time_s) {
     }
     update_coupling(time_s);
     hum_v_ = hum_v(std::sin(kTurn * scenario_.world.mains_hz * time_s));
-    peak_v_ = std::max(peak_v_, std::abs(reference_v()));
 }
 
 double CoilBench::reference_v() const {
@@ -149,7 +148,5 @@ double CoilBench::sensor_v(int coil) const {
     const sim::WorldParams& world = scenario_.world;
     return world.channel_gain[static_cast<std::size_t>(coil)] * induced / kReferenceRadS + hum_v_;
 }
-
-double CoilBench::take_peak() { return std::exchange(peak_v_, 0.0); }
 
 }  // namespace tricoil::virtual_board

@@ -48,8 +48,6 @@ public:
     [[nodiscard]] bool any_driven() const { return is_driven(0) || is_driven(1) || is_driven(2); }
     /// Time at which a stage was last on; for deadlines.
     [[nodiscard]] double last_driven_s() const { return last_driven_s_; }
-    /// Largest current since the last call, in reference volts.
-    double take_peak();
 
 private:
     /// Couplings that metal adds, per R-L loop of the response.
@@ -78,7 +76,6 @@ private:
     double now_s_ = 0;
     double heartbeat_s_ = -1;
     double last_driven_s_ = -1;
-    double peak_v_ = 0;
     double hum_v_ = 0;
     double knot_s_ = -1;  // couplings are known at this time and kKnotS later
     std::array<Mat3<double>, 2> knots_;

@@ -13,7 +13,7 @@ namespace tricoil::virtual_board {
 
 class SerialLine {
 public:
-    /// A port that can use the line, and whether its pins are connected to it.
+    /// A port that can use the line. is_connected: true if its pins are connected to the line.
     struct Port {
         Usart* usart;
         std::function<bool()> is_connected;

@@ -4,17 +4,18 @@
 #include <array>
 #include <functional>
 
-#include "sim/virtual_board/machine/peripheral.hpp"
 #include "sim/virtual_board/machine/time.hpp"
-#include "sim/virtual_board/peripherals/register_file.hpp"
+#include "sim/virtual_board/peripherals/stored_registers.hpp"
 
 namespace tricoil::virtual_board {
 
-class AdcCommon final : public Peripheral {
+class AdcCommon final : public StoredPeripheral<4> {
 public:
     /// `bus`: ticks per cycle of the bus clock; `asynchronous`: of the clock that RCC selects, 0 if none.
     AdcCommon(std::function<Ticks()> bus, std::function<Ticks()> asynchronous)
-        : bus_(std::move(bus)), asynchronous_(std::move(asynchronous)) {}
+        : StoredPeripheral({{kCcr, 0, "CCR", 0x01FF0000, "DUAL@0-4 DELAY@8-11 DMACFG@13 MDMA@14-15"}}),
+          bus_(std::move(bus)),
+          asynchronous_(std::move(asynchronous)) {}
 
     /// Ticks per cycle of the converters' clock.
     [[nodiscard]] Ticks clock() const {
@@ -34,19 +35,10 @@ public:
     [[nodiscard]] bool thermometer_is_on() const { return is_set(registers_[kCcr], 23); }
     [[nodiscard]] bool battery_is_on() const { return is_set(registers_[kCcr], 24); }
 
-    std::uint32_t read(std::uint32_t offset) override { return registers_.at(offset); }
-    void write(std::uint32_t offset, std::uint32_t value) override {
-        registers_.check(offset, value);
-        registers_.at(offset) = value;
-    }
-    [[nodiscard]] std::span<const Register> registers() const override { return registers_.list(); }
-    void reset() override { registers_.reset(); }
-
 private:
     static constexpr std::uint32_t kCcr = 0x08;
     std::function<Ticks()> bus_;
     std::function<Ticks()> asynchronous_;
-    RegisterFile<4> registers_{{kCcr, 0, "CCR", 0x01FF0000, "DUAL@0-4 DELAY@8-11 DMACFG@13 MDMA@14-15"}};
 };
 
 }  // namespace tricoil::virtual_board

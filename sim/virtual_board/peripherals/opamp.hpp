@@ -1,13 +1,26 @@
 // Operational amplifiers 1-6 (RM0440 section 25) as programmable gain amplifiers.
 #pragma once
 
-#include "sim/virtual_board/machine/peripheral.hpp"
-#include "sim/virtual_board/peripherals/register_file.hpp"
+#include "sim/virtual_board/peripherals/stored_registers.hpp"
 
 namespace tricoil::virtual_board {
 
-class Opamp final : public Peripheral {
+class Opamp final : public StoredPeripheral<12> {
 public:
+    Opamp()
+        : StoredPeripheral({{0x00, 0, "OPAMP1_CSR", kControl, kOthers},
+                            {0x04, 0, "OPAMP2_CSR", kControl, kOthers},
+                            {0x08, 0, "OPAMP3_CSR", kControl, kOthers},
+                            {0x0C, 0, "OPAMP4_CSR", kControl, kOthers},
+                            {0x10, 0, "OPAMP5_CSR", kControl, kOthers},
+                            {0x14, 0, "OPAMP6_CSR", kControl, kOthers},
+                            {0x18, 0, "OPAMP1_TCMR", 0, kTimed},
+                            {0x1C, 0, "OPAMP2_TCMR", 0, kTimed},
+                            {0x20, 0, "OPAMP3_TCMR", 0, kTimed},
+                            {0x24, 0, "OPAMP4_TCMR", 0, kTimed},
+                            {0x28, 0, "OPAMP5_TCMR", 0, kTimed},
+                            {0x2C, 0, "OPAMP6_TCMR", 0, kTimed}}) {}
+
     /// Signal source of an op-amp.
     enum class Input { pin, dac };  // VINP0; the on-chip DAC of this op-amp
     [[nodiscard]] Input input(unsigned n) const { return field(registers_[4 * (n - 1)], 2, 2) == 3 ? Input::dac : Input::pin; }
@@ -31,30 +44,11 @@ public:
         }
     }
 
-    std::uint32_t read(std::uint32_t offset) override { return registers_.at(offset); }
-    void write(std::uint32_t offset, std::uint32_t value) override {
-        registers_.check(offset, value);
-        registers_.at(offset) = value;
-    }
-    [[nodiscard]] std::span<const Register> registers() const override { return registers_.list(); }
-    void reset() override { registers_.reset(); }
-
 private:
     static constexpr std::uint32_t kControl = 0x4007C1ED;
     static constexpr const char* kOthers =
         "FORCE_VP@1 USERTRIM@4 CALON@11 CALSEL@12-13 TRIMOFFSETP@19-23 TRIMOFFSETN@24-28 LOCK@31";
-    RegisterFile<12> registers_{{0x00, 0, "OPAMP1_CSR", kControl, kOthers},
-                                {0x4, 0, "OPAMP2_CSR", kControl, kOthers},
-                                {0x8, 0, "OPAMP3_CSR", kControl, kOthers},
-                                {0xc, 0, "OPAMP4_CSR", kControl, kOthers},
-                                {0x10, 0, "OPAMP5_CSR", kControl, kOthers},
-                                {0x14, 0, "OPAMP6_CSR", kControl, kOthers},
-                                {0x18, 0, "OPAMP1_TCMR", 0, "VMS_SEL@0 VPS_SEL@1-2 T1CM_EN@3 T8CM_EN@4 T20CM_EN@5 LOCK@31"},
-                                {0x1C, 0, "OPAMP2_TCMR", 0, "VMS_SEL@0 VPS_SEL@1-2 T1CM_EN@3 T8CM_EN@4 T20CM_EN@5 LOCK@31"},
-                                {0x20, 0, "OPAMP3_TCMR", 0, "VMS_SEL@0 VPS_SEL@1-2 T1CM_EN@3 T8CM_EN@4 T20CM_EN@5 LOCK@31"},
-                                {0x24, 0, "OPAMP4_TCMR", 0, "VMS_SEL@0 VPS_SEL@1-2 T1CM_EN@3 T8CM_EN@4 T20CM_EN@5 LOCK@31"},
-                                {0x28, 0, "OPAMP5_TCMR", 0, "VMS_SEL@0 VPS_SEL@1-2 T1CM_EN@3 T8CM_EN@4 T20CM_EN@5 LOCK@31"},
-                                {0x2C, 0, "OPAMP6_TCMR", 0, "VMS_SEL@0 VPS_SEL@1-2 T1CM_EN@3 T8CM_EN@4 T20CM_EN@5 LOCK@31"}};
+    static constexpr const char* kTimed = "VMS_SEL@0 VPS_SEL@1-2 T1CM_EN@3 T8CM_EN@4 T20CM_EN@5 LOCK@31";
 };
 
 }  // namespace tricoil::virtual_board

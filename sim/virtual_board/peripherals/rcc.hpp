@@ -37,7 +37,6 @@ public:
     /// Clock of USB and RNG; 0: off. Hz.
     [[nodiscard]] double usb_hz() const;
     [[nodiscard]] bool has_48_mhz() const { return usb_hz() == 48e6; }
-    [[nodiscard]] bool low_speed_oscillator_is_on() const { return is_set(registers_[kCsr], 1); }
 
     /// Throws RunFailure if flash wait states or core voltage do not allow this frequency; set by the board.
     std::function<void(double hz)> check_frequency;

@@ -1,4 +1,4 @@
-// Peripherals without a behaviour that could be seen here: the registers store what is written.
+// Peripherals whose registers only store the written values.
 #pragma once
 
 #include <functional>
@@ -8,14 +8,33 @@
 
 namespace tricoil::virtual_board {
 
+/// Base class. Access to part of a register is refused.
 template <std::size_t kWords>
-class StoredRegisters final : public Peripheral {
+class StoredPeripheral : public Peripheral {
 public:
-    StoredRegisters(std::initializer_list<Register> registers) : registers_(registers) {}
-    std::uint32_t read(std::uint32_t offset) override { return registers_.at(offset); }
+    std::uint32_t read(std::uint32_t offset) final { return registers_.at(offset); }
     void write(std::uint32_t offset, std::uint32_t value) override {
         registers_.check(offset, value);
         registers_.at(offset) = value;
+    }
+    [[nodiscard]] std::span<const Register> registers() const final { return registers_.list(); }
+    void reset() final { registers_.reset(); }
+
+protected:
+    StoredPeripheral(std::initializer_list<Register> registers) : registers_(registers) {}
+    RegisterFile<kWords> registers_;
+};
+
+/// Peripheral without behaviour that this model simulates.
+template <std::size_t kWords>
+class StoredRegisters final : public StoredPeripheral<kWords> {
+    using Base = StoredPeripheral<kWords>;
+    using Base::registers_;
+
+public:
+    StoredRegisters(std::initializer_list<Register> registers) : Base(registers) {}
+    void write(std::uint32_t offset, std::uint32_t value) override {
+        Base::write(offset, value);
         if (on_write) {
             on_write();
         }
@@ -26,14 +45,9 @@ public:
         write(offset & ~3U, (registers_.at(offset & ~3U) & ~mask) | (value << shift & mask));
     }
     [[nodiscard]] std::uint32_t operator[](std::uint32_t offset) const { return registers_[offset]; }
-    [[nodiscard]] std::span<const Register> registers() const override { return registers_.list(); }
-    void reset() override { registers_.reset(); }
 
     /// Called after each write; may be empty.
     std::function<void()> on_write;
-
-private:
-    RegisterFile<kWords> registers_;
 };
 
 /// Clock recovery system (RM0440 section 8): trims the 48 MHz oscillator by the host's start-of-frame packets; here the

@@ -53,7 +53,7 @@ struct StationSettings {
     Vec3<double> boresight_reference_deg = Vec3<double>::Zero();  // azimuth, elevation, roll
     std::array<Vec3<double>, 3> alignment_m{kAlignment_m};        // as set: origin, point on the x axis, point towards +y
     Vec3<double> mounting_deg = Vec3<double>::Zero();  // azimuth, elevation, roll of the mounting frame in the source frame
-    tracking::OutputFrame<double> frame;               // relative to the mounting frame, where its comments name the source frame
+    tracking::OutputFrame<double> frame;               // its source frame is the mounting frame here
     double increment_m = 0;                            // movement that a record of the continuous mode needs; 0: none
     Envelope position_limits_m{2, 2, 2, -2, -2, -2};
     Envelope attitude_limits_deg{180, 90, 180, -180, -90, -180};  // azimuth, elevation, roll

@@ -27,7 +27,7 @@ public:
     /// Listens on the port; false on failure. The backlog has room for simultaneous clients, because a client that finds it full
     /// tries again only after a second.
     bool bind(const std::string& host, int port);
-    /// Call it in a handler: protects its connection from replacement.
+    /// A handler calls it to protect its connection from replacement.
     void keep_this_connection();
     /// Disconnects all present and future connections.
     void disconnect();

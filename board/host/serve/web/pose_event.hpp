@@ -22,8 +22,8 @@ struct PageStatus {
     std::vector<Vec3<double>> confinement;  // of PoseHub
 };
 
-/// What a page needs once: columns of the compact form, names of flags and states, the flags that make a pose invalid, the kind
-/// of the source. source: description as in a recording.
+/// Data that a page needs once: columns of the compact form, names of flags and states, the flags that make a pose invalid, the
+/// kind of the source. source: description as in a recording.
 nlohmann::ordered_json greeting(const nlohmann::ordered_json& source);
 
 /// One server-sent event: {"status": {...}, "poses": [...]} with every pose in compact form. Poses that are not finite are left

@@ -43,7 +43,7 @@ public:
 
 private:
     [[nodiscard]] bool is_ours(const httplib::Request& request) const;
-    /// Answers with the reason if the request lacks the permission. what: it asks for.
+    /// If the request lacks the permission, answers with the reason and returns false. what: requested action, for the reason.
     bool is_permitted(const httplib::Request& request, httplib::Response& response, const char* what) const;
     void stream(httplib::Response& response);
     void list_recordings(const httplib::Request& request, httplib::Response& response) const;

@@ -57,7 +57,7 @@ function drawLimit(u, limit) {
 }
 
 export class Chart {
-  /// plots: shared state: {range, bands}. select(from, to), reset(): actions of the reader; hover(): the cursor has moved.
+  /// plots: shared state: {range, bands}. select(from, to), reset(): actions of the user; hover(): the cursor has moved.
   constructor(parent, spec, plots, {select, reset, hover}) {
     this.spec = spec;
     this.box = document.createElement('figure');

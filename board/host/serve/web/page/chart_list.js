@@ -3,7 +3,7 @@ import {kConventions} from './attitude.js';
 import {kUnits, settings} from './settings.js';
 
 const kAxes = ['x', 'y', 'z'];
-/// Colour of each angle: the axis about which it turns.
+/// Each angle has the colour of its rotation axis.
 const kAngleColors = {
   zyx: ['z', 'y', 'x'],
   xyz: kAxes,

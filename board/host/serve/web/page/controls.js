@@ -11,7 +11,7 @@ export function headers() { return token() ? {Authorization: `Bearer ${token()}`
 
 let fading = null;
 
-/// Tells the reader the result of an action, for some seconds.
+/// Shows the result of an action for some seconds.
 export function say(text) {
   const answer = element('answer');
   answer.textContent = text;
@@ -40,18 +40,18 @@ export function showPermission() {
   if (element('access').textContent !== text) element('access').textContent = text;
 }
 
-/// Shows a dialog; resolves to true if the reader agrees.
+/// Shows a dialog; resolves to true if the user agrees.
 export function agrees(dialog) {
   dialog.returnValue = '';
   dialog.showModal();
   return new Promise(resolve => dialog.addEventListener('close', () => resolve(dialog.returnValue === 'yes'), {once: true}));
 }
 
-/// Switching the coils off affects everyone, so it asks first.
+/// Switching the coils off affects all users, so the page asks for confirmation.
 export async function startOrStop() {
   if (!page.status.running) return ask({run: true});
   const pages = page.status.pages ?? 1;
-  element('stop_whom').textContent = pages > 1 ? `everyone, ${pages} open pages among them` : 'everyone';
+  element('stop_whom').textContent = pages > 1 ? `everyone, including ${pages} open pages` : 'everyone';
   if (await agrees(element('stop_dialog'))) await ask({run: false});
 }
 

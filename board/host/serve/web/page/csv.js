@@ -1,4 +1,4 @@
-// CSV files of what the page shows.
+// CSV files of the data that the page shows.
 import {angles} from './attitude.js';
 import {namesOf} from './sample.js';
 

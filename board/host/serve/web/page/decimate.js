@@ -1,4 +1,4 @@
-// Reduces columns of a history to what a plot can show: the extremes of each interval, so that no peak is lost.
+// Reduces columns of a history to the resolution of a plot: keeps the extremes of each interval, so that no peak is lost.
 
 /// from, to: times. count: number of intervals. fields: [{name, scale, wraps}]. Returns [times, values of each field...]; a gap is null.
 /// At most two points an interval; every pose, if there are fewer.
@@ -30,7 +30,7 @@ function extremes(history, first, last, from, to, count, fields) {
   return [times, ...fields.map(field => ofColumn(history.columns[field.name], starts, field))];
 }
 
-/// wraps: an interval with a hole stays empty, because an angle turns over there.
+/// wraps: an interval with a gap stays empty, because the angle wraps there.
 function ofColumn(column, starts, {scale, wraps}) {
   const values = [];
   for (let i = 0; i + 1 < starts.length; ++i) {

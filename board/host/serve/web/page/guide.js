@@ -1,4 +1,4 @@
-// Line with the quality of the measurement: a light, a sentence, the mend, and a question if one answer helps.
+// Line with the quality of the measurement: a light, a sentence, the remedy, and a question if its answer is the remedy.
 import {sidesOf} from './quality.js';
 
 const kSigns = {
@@ -25,7 +25,7 @@ export class Guide {
   #announced = null;
   #asked = '';
 
-  /// answer(towards): the reader has chosen a side of the source.
+  /// answer(towards): the user has chosen a side of the source.
   constructor(answer) { this.answer = answer; }
 
   show(quality, pose, mayControl) {
@@ -39,7 +39,7 @@ export class Guide {
     element('light').textContent = kSigns[quality.level];
     element('word').textContent = kWords[quality.level];
     element('reason').textContent = quality.text;
-    element('mend').textContent = quality.mend;
+    element('remedy').textContent = quality.remedy;
     if (ms - this.#sinceMs >= kSteadyMs) this.#announce(quality, pose);
     const sides = quality.cause === 'hemisphere_unknown' && pose ? sidesOf(pose.position_m) : [];
     const asked = sides.map(side => side.name).join() + mayControl;
@@ -47,12 +47,12 @@ export class Guide {
     this.#asked = asked;
   }
 
-  /// For a screen reader, which must not be flooded.
+  /// Text for a screen reader; changes rarely, because a screen reader speaks every change.
   #announce(quality, pose) {
     if (quality.cause === this.#announced) return;
     this.#announced = quality.cause;
     element('announcement').textContent =
-        `Sensor ${(pose?.sensor ?? 0) + 1}: ${kWords[quality.level]}. ${quality.cause === 'tracking' ? '' : `${quality.text} ${quality.mend}`}`;
+        `Sensor ${(pose?.sensor ?? 0) + 1}: ${kWords[quality.level]}. ${quality.cause === 'tracking' ? '' : `${quality.text} ${quality.remedy}`}`;
   }
 
   #ask(sides, mayControl) {

@@ -1,4 +1,4 @@
-// The hemispheres of a sensor: the two positions of which one is the sensor's, and the boundary of the half space that it never leaves.
+// Shows the two possible positions of the sensor with the plane between the hemispheres, and the boundary of a sensor's half space.
 import {ArrowHelper, CircleGeometry, DoubleSide, Group, Mesh, MeshBasicMaterial, Quaternion, SphereGeometry, Vector3} from 'three';
 
 import {palette} from './palette.js';

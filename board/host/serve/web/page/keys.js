@@ -28,8 +28,8 @@ const kKeys = [
   ['Escape', 'esc', 'leave playback']
 ];
 const kColors = [
-  ['●', 'good', 'the pose may be used'], ['▲', 'caution', 'usable, but look: metal, missing measurements, or distortion above your limit'],
-  ['✕', 'not usable', 'the sentence tells why, and the mend'], ['○', 'no measurement', 'coils off, no poses, or no server: all values are old']
+  ['●', 'good', 'the pose may be used'], ['▲', 'caution', 'usable, with a warning: metal, missing measurements, or distortion above your limit'],
+  ['✕', 'not usable', 'the sentence states the cause and the remedy'], ['○', 'no measurement', 'coils off, no poses, or no server: all values are old']
 ];
 
 export function fillHelp(parent) {

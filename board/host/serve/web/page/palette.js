@@ -15,7 +15,7 @@ export function readPalette() {
 export const kLeast_mm = 0.1, kMost_mm = 10;
 const kStops = [[0.16, 0.47, 0.84], [0.52, 0.45, 0.82], [0.96, 0.62, 0.14], [0.89, 0.33, 0.13], [0.66, 0.06, 0.22]];
 
-/// Red, green and blue (0 to 1) of an error.
+/// Colour of an error: red, green and blue, 0 to 1.
 export function errorColor(error_mm) {
   const at = Math.log(Math.max(kLeast_mm, Math.min(error_mm, kMost_mm)) / kLeast_mm) / Math.log(kMost_mm / kLeast_mm) * (kStops.length - 1);
   const n = Math.min(Math.floor(at), kStops.length - 2);

@@ -17,7 +17,7 @@ const kBandColors = {
 };
 
 export class Playback {
-  /// section: list of recordings. changed(): playback began or ended. say(text): tells the reader about a failure.
+  /// section: list of recordings. changed(): playback began or ended. say(text): shows a failure.
   constructor(section, changed, say) {
     this.section = section;
     this.changed = changed;

@@ -4,11 +4,11 @@ import {chartList} from './chart_list.js';
 import {bands, decimate} from './decimate.js';
 import {settings} from './settings.js';
 
-const kFastMs = 60, kSlowMs = 1000;  // least and most time between two drawings
+const kFastMs = 60, kSlowMs = 1000;  // shortest and longest time between two drawings
 const kLeastHeight = 92, kMostHeight = 420;
 
 export class Plots {
-  /// changed(): called when the charts were paused, or continue.
+  /// changed(): called when the charts pause or resume.
   constructor(parent, changed) {
     this.parent = parent;
     this.changed = changed;
@@ -79,7 +79,7 @@ export class Plots {
     }
   }
 
-  /// Time in which the curves move by a pixel: drawing more often would change nothing.
+  /// Interval between two drawings: the time in which the curves move by one pixel.
   #interval() { return Math.max(kFastMs, Math.min(1000 * settings.window_s / Math.max(1, this.parent.clientWidth), kSlowMs)); }
 
   #resize() {

@@ -1,27 +1,27 @@
-// Quality of the measurement: a level, a sentence and the mend. Metal and errors are never 'good'.
+// Quality of the measurement: a level, a sentence and the remedy. Metal and errors are never 'good'.
 import {Level} from './history.js';
 
 /// Flags in the order of their importance: the first that is set gives the sentence.
 const kFlags = {
-  no_reference: {level: 'bad', text: 'No source current.', mend: 'Check the power and the cable of the source.'},
-  no_sensor: {level: 'bad', text: 'No sensor found.', mend: 'Check the plug and the cable of the sensor.'},
-  wrong_handedness: {level: 'bad', text: 'A coil is reversed, or two coils are swapped.', mend: 'Check the wiring with: tricoil calibrate --wiring'},
-  saturated: {level: 'bad', text: 'Signal too strong: an amplifier is saturated.', mend: 'Move the sensor away from the source.'},
-  low_signal: {level: 'bad', text: 'Signal too weak.', mend: 'Move the sensor closer to the source.'},
-  stale: {level: 'bad', text: 'No new measurement of this sensor.', mend: 'Check its plug and the link to the device.'},
-  hemisphere_unknown: {level: 'bad', text: 'The side of the source is unknown.', mend: 'Which side of the source is the sensor on?'},
-  inconsistent: {level: 'bad', text: 'Measurements contradict each other.', mend: 'Keep the sensor still for a moment; look for metal that moves.'},
-  unconfirmed: {level: 'bad', text: 'The last measurements contradict the motion.', mend: 'Wait a moment. If it stays, keep the sensor still.'},
-  not_converged: {level: 'bad', text: 'No position fits the measurement.', mend: 'Keep the sensor within the range of the source.'},
-  uncertain: {level: 'bad', text: 'Position too uncertain.', mend: 'Move the sensor closer to the source.'},
-  distorted: {level: 'caution', text: 'Metal disturbs the field.', mend: 'Remove metal near source and sensor, or measure elsewhere.'},
-  coasting: {level: 'caution', text: 'Measurements are missing; the pose is predicted.', mend: 'Check the link to the device.'},
-  columns_missing: {level: 'caution', text: 'Some measurements are missing.', mend: 'Check the link to the device.'},
+  no_reference: {level: 'bad', text: 'No source current.', remedy: 'Check the power and the cable of the source.'},
+  no_sensor: {level: 'bad', text: 'No sensor found.', remedy: 'Check the plug and the cable of the sensor.'},
+  wrong_handedness: {level: 'bad', text: 'A coil is reversed, or two coils are swapped.', remedy: 'Check the wiring with: tricoil calibrate --wiring'},
+  saturated: {level: 'bad', text: 'Signal too strong: an amplifier is saturated.', remedy: 'Move the sensor away from the source.'},
+  low_signal: {level: 'bad', text: 'Signal too weak.', remedy: 'Move the sensor closer to the source.'},
+  stale: {level: 'bad', text: 'No new measurement of this sensor.', remedy: 'Check its plug and the link to the device.'},
+  hemisphere_unknown: {level: 'bad', text: 'The side of the source is unknown.', remedy: 'Which side of the source is the sensor on?'},
+  inconsistent: {level: 'bad', text: 'Measurements contradict each other.', remedy: 'Keep the sensor still for a moment; look for metal that moves.'},
+  unconfirmed: {level: 'bad', text: 'The last measurements contradict the motion.', remedy: 'Wait a moment. If it stays, keep the sensor still.'},
+  not_converged: {level: 'bad', text: 'No position fits the measurement.', remedy: 'Keep the sensor within the range of the source.'},
+  uncertain: {level: 'bad', text: 'Position too uncertain.', remedy: 'Move the sensor closer to the source.'},
+  distorted: {level: 'caution', text: 'Metal disturbs the field.', remedy: 'Remove metal near source and sensor, or measure elsewhere.'},
+  coasting: {level: 'caution', text: 'Measurements are missing; the pose is predicted.', remedy: 'Check the link to the device.'},
+  columns_missing: {level: 'caution', text: 'Some measurements are missing.', remedy: 'Check the link to the device.'},
 };
 const kUnknown = {
   level: 'bad',
   text: '',
-  mend: 'See the list of flags in the manual.'
+  remedy: 'See the list of flags in the manual.'
 };
 
 /// Level of a pose in the history.
@@ -38,14 +38,14 @@ function ofLink(link, status) {
       level: 'off',
       cause: 'down',
       text: 'Server not reachable.',
-      mend: 'Is tricoil serve running? The page connects by itself. All values are old.'
+      remedy: 'Is tricoil serve running? The page connects by itself. All values are old.'
     };
-  if (link === 'connecting') return {level: 'off', cause: 'connecting', text: 'Connecting.', mend: ''};
-  if (status.running === false) return {level: 'off', cause: 'stopped', text: 'Coils are off.', mend: 'Start switches them on.'};
+  if (link === 'connecting') return {level: 'off', cause: 'connecting', text: 'Connecting.', remedy: ''};
+  if (status.running === false) return {level: 'off', cause: 'stopped', text: 'Coils are off.', remedy: 'Start switches them on.'};
   if (link === 'stalled')
-    return {level: 'off', cause: 'stalled', text: 'The stream stalls.', mend: 'Network or server is too slow. All values are old.'};
+    return {level: 'off', cause: 'stalled', text: 'The stream stalls.', remedy: 'Network or server is too slow. All values are old.'};
   if (link === 'silent')
-    return {level: 'off', cause: 'silent', text: 'No poses from the device.', mend: status.health?.warning || 'Check the device and its link.'};
+    return {level: 'off', cause: 'silent', text: 'No poses from the device.', remedy: status.health?.warning || 'Check the device and its link.'};
   return null;
 }
 
@@ -55,12 +55,12 @@ function ofFlags(pose) {
   return pose.valid ? null : {...kUnknown, cause: 'invalid', text: `Invalid pose: ${pose.names.join(', ')}.`};
 }
 
-/// pose: newest of the sensor, or null. came_back: a hemisphere question follows a loss. Returns {level, cause, text, mend};
+/// pose: newest of the sensor, or null. came_back: the sensor was lost before its hemisphere became unknown. Returns {level, cause, text, remedy};
 /// level: good, caution, bad or off (no measurement).
 export function qualityOf({link, status, pose, limit_mm, cameBack}) {
   const linked = ofLink(link, status);
   if (linked) return linked;
-  if (!pose) return {level: 'off', cause: 'waiting', text: 'Waiting for the first pose.', mend: ''};
+  if (!pose) return {level: 'off', cause: 'waiting', text: 'Waiting for the first pose.', remedy: ''};
   const flagged = ofFlags(pose);
   if (flagged?.cause === 'hemisphere_unknown' && cameBack) return {...flagged, text: 'The sensor is back.'};
   if (flagged?.cause === 'distorted')
@@ -71,15 +71,15 @@ export function qualityOf({link, status, pose, limit_mm, cameBack}) {
       level: 'caution',
       cause: 'distortion',
       text: `Distortion of ${millimetres(pose.distortion_mm)}, above the limit of ${millimetres(limit_mm)}.`,
-      mend: 'Look for metal near source and sensor.'
+      remedy: 'Look for metal near source and sensor.'
     };
   }
   if (status.health?.warning)
-    return {level: 'caution', cause: 'health', text: `Device or link: ${status.health.warning}.`, mend: 'Check the link to the device.'};
-  return {level: 'good', cause: 'tracking', text: `Tracking. Expected error ${millimetres(pose.expected_mm)} RMS.`, mend: ''};
+    return {level: 'caution', cause: 'health', text: `Device or link: ${status.health.warning}.`, remedy: 'Check the link to the device.'};
+  return {level: 'good', cause: 'tracking', text: `Tracking. Expected error ${millimetres(pose.expected_mm)} RMS.`, remedy: ''};
 }
 
-/// The two sides of which one is the sensor's: along the longest component of its position.
+/// The two possible sides of the sensor, along the longest component of its position.
 export function sidesOf(position_m) {
   const axis = position_m.reduce((longest, v, n) => Math.abs(v) > Math.abs(position_m[longest]) ? n : longest, 0);
   return [1, -1].map(sign => ({name: `${sign > 0 ? '+' : '−'}${'xyz'[axis]}`, towards: [0, 1, 2].map(n => n === axis ? sign : 0)}));

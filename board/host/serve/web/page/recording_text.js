@@ -1,39 +1,46 @@
-// Poses of a recording: lines of the server (arrays in compact form), or a CSV file of poses that the reader has opened.
+// Reads the poses of a recording: lines from the server (arrays in compact form), or a CSV file that the user opens.
 import {decode, flags} from './sample.js';
 
-export const kMostPoses = 500_000;  // further poses are left out
+export const kMostPoses = 500_000;  // the rest is left out
 
 /// {poses, errors: [sentence]}: poses in order of time.
 export function parseRecording(text) {
   const lines = text.split('\n').filter(line => line !== '');
   const read = lines.length === 0 ? {poses: [], errors: ['The file is empty.']} : '[{'.includes(lines[0][0]) ? ofLines(lines) : ofCsv(lines);
   if (read.left) read.errors.push(`Only the first ${kMostPoses} poses are shown.`);
-  if (read.poses.length === 0 && read.errors.length === 0) read.errors.push('There are no poses in it.');
+  if (read.poses.length === 0 && read.errors.length === 0) read.errors.push('The file contains no poses.');
   return {poses: read.poses, errors: read.errors};
 }
 
-function ofLines(lines) {
-  const poses = [], errors = [];
+/// poseOf(line): its pose, null if the line is damaged, undefined if it contains none.
+function collect(lines, poseOf) {
+  const poses = [];
   let damaged = 0, left = false;
   for (const line of lines) {
+    const pose = poseOf(line);
+    if (pose === null)
+      ++damaged;
+    else if (pose && poses.length < kMostPoses)
+      poses.push(pose);
+    else if (pose)
+      left = true;
+  }
+  return {poses, errors: damaged ? [`${damaged} damaged line${damaged > 1 ? 's were' : ' was'} left out.`] : [], left};
+}
+
+function ofLines(lines) {
+  const errors = [];
+  const read = collect(lines, line => {
     let value;
     try {
       value = JSON.parse(line);
     } catch {
-      ++damaged;  // for example a last line that was cut
-      continue;
+      return null;  // for example a last line that was cut
     }
     if (value?.error) errors.push(value.error);
-    if (!Array.isArray(value)) continue;
-    const pose = decode(value);
-    if (!pose)
-      ++damaged;
-    else if (poses.length < kMostPoses)
-      poses.push(pose);
-    else
-      left = true;
-  }
-  return {poses, errors: [...errors, ...sentenceOf(damaged)], left};
+    return Array.isArray(value) ? decode(value) : undefined;
+  });
+  return {...read, errors: [...errors, ...read.errors]};
 }
 
 function ofCsv([head, ...lines]) {
@@ -48,24 +55,12 @@ function ofCsv([head, ...lines]) {
           missing.map(name => /^[xyz]$/.test(name) ? `${name}_m` : name).join(', ')} ${
           missing.length > 1 ? 'are' : 'is'} missing. Open poses.csv of a recording, or a file of tricoil run --out.`]
     };
-  const poses = [];
-  let damaged = 0, left = false;
-  for (const line of lines) {
+  return collect(lines, line => {
     const fields = line.trim().split(',');
-    const pose = fields.length === names.length ?
-        decode(compact(name => fields[column(name)] === '' ? NaN : Number(fields[column(name)]), name => column(name) >= 0)) :
-        null;
-    if (!pose)
-      ++damaged;
-    else if (poses.length < kMostPoses)
-      poses.push(pose);
-    else
-      left = true;
-  }
-  return {poses, errors: sentenceOf(damaged), left};
+    const value = name => fields[column(name)] === '' ? NaN : Number(fields[column(name)]);
+    return fields.length === names.length ? decode(compact(value, name => column(name) >= 0)) : null;
+  });
 }
-
-const sentenceOf = damaged => damaged ? [`${damaged} damaged line${damaged > 1 ? 's were' : ' was'} left out.`] : [];
 
 /// Compact form of a line of a CSV file; value(name): its number, has(name): is there such a column?
 function compact(value, has) {

@@ -21,8 +21,8 @@ export function learn(hello) {
 
 export const namesOf = bits => flags.names.filter((_, bit) => bits >> bit & 1);
 
-/// Pose from its compact form; null if it is damaged. time_s: of the device. sigma_mm: 3D standard deviation. expected_mm: RMS error to expect, the
-/// larger of predicted error and standard deviation, and metal.
+/// Pose from its compact form; null if it is damaged. time_s: of the device. sigma_mm: 3D standard deviation. expected_mm: expected RMS error; root of
+/// the sum of squares of the distortion and the larger of predicted error and standard deviation.
 export function decode(values) {
   const complete = Array.isArray(values) && values.length === kColumns.length &&
       values.every((v, n) => Number.isFinite(v) || (v === null && kColumns[n] === 'error_mm'));

@@ -1,4 +1,4 @@
-// Settings of the reader, kept by the browser.
+// Settings of the user, stored by the browser.
 const kKey = 'tricoil';
 export const kUnits = {mm: {scale: 1, digits: 1}, cm: {scale: 0.1, digits: 2}, m: {scale: 0.001, digits: 4}, in: {scale: 1 / 25.4, digits: 3}};
 const kDefaults = {

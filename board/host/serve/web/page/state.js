@@ -5,7 +5,7 @@ import {decode} from './sample.js';
 import {settings} from './settings.js';
 import {Timeline} from './timeline.js';
 
-/// What the page knows of one sensor.
+/// Data of one sensor.
 export class TrackedSensor {
   constructor(number, most) {
     this.number = number;

@@ -2,7 +2,7 @@
 const kSecond = 1;
 const kPiece_s = 0.1;
 const kDegree = 3;
-const kLeast = 6;  // poses of a piece
+const kLeast = 6;  // fewest poses of a piece
 
 /// Poses per second; null without poses.
 export function rate(history) {

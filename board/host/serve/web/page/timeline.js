@@ -1,6 +1,6 @@
 // Time axis of the page. It continues steadily if the device's clock jumps.
 const kBack_s = 0.5;   // a larger step back is a jump
-const kForward_s = 2;  // so is a step forward that is this much longer than the time that passed here
+const kForward_s = 2;  // a step forward that exceeds the time passed on this computer by more than this is a jump, too
 
 export class Timeline {
   #shift_s = 0;       // sum of all jumps

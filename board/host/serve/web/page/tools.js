@@ -17,12 +17,12 @@ export function make(tag, attributes = {}, ...children) {
 const inUnit = mm => (mm * kUnits[settings.units].scale).toFixed(kUnits[settings.units].digits + 1);
 
 export class Tools {
-  /// say(text): tells the reader the result of an action.
+  /// say(text): shows the result of an action.
   constructor(panel, say) {
     this.panel = panel;
     this.say = say;
     this.points = [];
-    this.from = null;   // point from which distances are measured; null: each from the one before it
+    this.from = null;   // point from which distances are measured; null: each from the previous point
     this.pivot = null;  // Pivot while poses are collected
     this.pivotText = 'Put the tip into a small hole, start, and tilt the pointer to all sides for 20 s.';
     this.pointRows = make('tbody');
@@ -44,7 +44,7 @@ export class Tools {
             make('th')));
     return make(
         'section', {ariaLabel: 'Points'}, make('h2', {}, 'Points'), make('table', {id: 'points'}, head, this.pointRows),
-        make('p', {}, 'Distances are from the point before, or from the one that you choose with “from”.'),
+        make('p', {}, 'Distances are from the previous point, or from the point that you choose with “from”.'),
         make('button', {onclick: () => save('points.csv', pointsCsv(this.points, this.from))}, 'CSV'), ' ',
         make(
             'button', {

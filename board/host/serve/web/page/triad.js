@@ -1,4 +1,4 @@
-// Solids of the scene: a body with three coils and labelled axes, and labels that face the reader.
+// Solids of the scene: a body with three coils and labelled axes, and labels that face the viewer.
 import {BoxGeometry, CanvasTexture, ConeGeometry, CylinderGeometry, Group, Mesh, MeshLambertMaterial, Quaternion, Sprite, SpriteMaterial, SRGBColorSpace, TorusGeometry, Vector3} from 'three';
 
 import {palette} from './palette.js';
@@ -12,7 +12,7 @@ const kUp = new Vector3(0, 1, 0);  // axis of cylinders and cones
 const kTorusAxis = new Vector3(0, 0, 1);
 const kPixels = 96;
 
-/// Text that faces the reader; height in m.
+/// Text that faces the viewer; height in m.
 export function label(text, height, color) {
   const canvas = document.createElement('canvas');
   const context = canvas.getContext('2d');

@@ -1,5 +1,4 @@
-// Coils, amplifiers and converters of the board's first design. The virtual board still simulates this design. The circuits to
-// build are in circuits/, their figures in circuits/results.csv. Not part of the image.
+// Noise of the board's first design, which the virtual board simulates. The present design is in board/nucleo_g474re/circuits.
 #pragma once
 
 #include <algorithm>
@@ -13,26 +12,13 @@ namespace tricoil::nucleo_g474re {
 
 constexpr double kVacuum = 4e-7 * std::numbers::pi;  // permeability, V s / (A m)
 constexpr double kSupply_v = 3.3;
-constexpr double kCopper_ohm_m = 1.72e-8;
 
-/// A round winding of rectangular cross-section.
+/// A round winding.
 struct Winding {
     int turns;
     double radius_m;  // mean radius
-    double length_m;  // along the axis
-    double depth_m;   // of the layers
-    double wire_m;    // diameter of the copper
 
     [[nodiscard]] double area_m2() const { return turns * std::numbers::pi * radius_m * radius_m; }
-    [[nodiscard]] double wire_length_m() const { return turns * 2 * std::numbers::pi * radius_m; }
-    [[nodiscard]] double resistance_ohm() const {
-        return kCopper_ohm_m * wire_length_m() / (std::numbers::pi / 4 * wire_m * wire_m);
-    }
-    /// Wheeler 1928, multilayer coils, in SI units; accurate to about 1 % for such proportions.
-    [[nodiscard]] double inductance_h() const {
-        const double square = turns * radius_m;
-        return 31.6e-6 * square * square / (6 * radius_m + 9 * length_m + 10 * depth_m);
-    }
 };
 
 /// Load of the most critical coil in a mode.
@@ -53,40 +39,20 @@ struct ModeLoad {
 };
 
 struct AnalogDesign {
-    Winding source{60, 0.030, 0.010, 0.002, 0.5e-3};
-    double current_a = 1.0;              // amplitude at full drive
-    double shunt_ohm = 0.1;              // of all three coils together
-    double series_capacitor_f = 780e-9;  // 680 nF and 100 nF
-    Winding sensor{400, 0.005, 0.004, 0.0015, 0.1e-3};
+    Winding source{60, 0.030};
+    double current_a = 1.0;  // amplitude at full drive
+    Winding sensor{400, 0.005};
     double preamplifier_v_rthz = 3.2e-9;  // AD8421, referred to its input
     double opamp_v_rthz = 100e-9;         // of the processor's op-amps at 10 kHz; estimated, its share is small
     double adc_snr_db = 66;               // of a 12-bit conversion of a full-scale sine; estimated, about as in DS12288
-    double external_snr_db = 108;         // of a 24-bit converter with a full-scale sine
-    double external_rate_hz = 144e3;
-    double external_full_scale_v = 2.5;  // amplitude
 };
 
 class AnalogBudget {
 public:
     explicit AnalogBudget(const AnalogDesign& design = {}) : d_(design) {}
 
-    [[nodiscard]] const AnalogDesign& design() const { return d_; }
-
     // --- Source
     [[nodiscard]] double moment_a_m2() const { return d_.source.area_m2() * d_.current_a; }
-    /// Voltage across coil and series capacitor for a current amplitude.
-    [[nodiscard]] double drive_v(double current_a, double hz) const {
-        const double reactance = w(hz) * d_.source.inductance_h() - 1 / (w(hz) * d_.series_capacitor_f);
-        return current_a * std::hypot(d_.source.resistance_ohm() + d_.shunt_ohm, reactance);
-    }
-    /// The same without the capacitor.
-    [[nodiscard]] double bare_drive_v(double current_a, double hz) const {
-        return current_a * std::hypot(d_.source.resistance_ohm() + d_.shunt_ohm, w(hz) * d_.source.inductance_h());
-    }
-    [[nodiscard]] double resonance_hz() const {
-        return 1 / (2 * std::numbers::pi * std::sqrt(d_.source.inductance_h() * d_.series_capacitor_f));
-    }
-    [[nodiscard]] double reference_gain() const { return kFullReference_v / (d_.current_a * d_.shunt_ohm); }
 
     // --- Sensor
     /// Field amplitude on the axis of the source coil: mu0 m / (2 pi r^3).
@@ -140,16 +106,6 @@ public:
         const int step = gain_step(range_m, load);
         const double sensor = density(step) / (signal_v(range_m, load) * gain(step));
         return in_db(sensor, adc_density() / (kFullReference_v * load.drive), load.window_s);
-    }
-    /// With external converters at the preamplifiers and at the shunt; no gain steps.
-    [[nodiscard]] double external_snr_db(double range_m, const ModeLoad& load) const {
-        const double adc = external_density();
-        const double sensor = std::hypot(adc, d_.preamplifier_v_rthz * preamplifier_gain()) / signal_v(range_m, load);
-        return in_db(sensor, adc / (kFullReference_v * load.drive), load.window_s);
-    }
-    [[nodiscard]] double external_density() const {
-        const double rms_v = d_.external_full_scale_v / std::numbers::sqrt2 / std::pow(10, d_.external_snr_db / 20);
-        return rms_v / std::sqrt(d_.external_rate_hz / 2);
     }
 
     /// Errors of one frame: of the range, and of each coordinate perpendicular to it (closed-form bound; core/solver).
