@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "core/base/flag_set.hpp"
+#include "hal/system_report.hpp"
 
 namespace tricoil::hal {
 
@@ -35,6 +36,9 @@ public:
     /// Present state; polled many times a second. Thread context.
     [[nodiscard]] SystemFaults faults() const { return do_faults(); }
 
+    /// Does not change after boot.
+    [[nodiscard]] const SystemReport& report() const { return do_report(); }
+
     /// Sleeps until an interrupt, at most one millisecond, when a board has nothing to do. Thread context.
     void idle() { do_idle(); }
 
@@ -48,6 +52,7 @@ public:
 private:
     [[nodiscard]] virtual ResetReason do_reset_reason() const = 0;
     [[nodiscard]] virtual SystemFaults do_faults() const = 0;
+    [[nodiscard]] virtual const SystemReport& do_report() const = 0;
     virtual void do_idle() = 0;
     virtual void do_restart() = 0;
     virtual void do_restart_into_loader() = 0;

@@ -63,7 +63,7 @@ void TrackerDevice::take(HostLink& link, std::span<const std::uint8_t> bytes) {
     }
     const AckResult result = process_command(link, command);
     const bool answers_itself = opcode == Opcode::keep_alive || opcode == Opcode::read_calibration ||
-                                opcode == Opcode::self_check || opcode == Opcode::read_block;
+                                opcode == Opcode::self_check || opcode == Opcode::read_block || opcode == Opcode::read_condition;
     if (result != AckResult::done || !answers_itself) {
         const bool tells_rate = opcode == Opcode::mode && result == AckResult::done;
         acknowledge(link, command.opcode, command.request, result, tells_rate ? millihertz(plan().params.frame_rate_hz) : 0);
@@ -93,6 +93,22 @@ void TrackerDevice::greet(HostLink& link, const protocol::CommandMessage& comman
     m.window_us = static_cast<std::uint32_t>(1e6 * plan().window_s() + 0.5);
     m.watchdog_us = static_cast<std::uint32_t>(params_.host_silence.count());
     (void)send(link, m);  // if this message is lost, the host repeats hello
+}
+
+void TrackerDevice::send_condition(HostLink& link, std::uint16_t request) {
+    static_assert(static_cast<int>(hal::ResetReason::fault) == 4 && static_cast<int>(hal::CrashRecord::Kind::stack) == 4);
+    const hal::SystemReport& report = hardware_.system.report();
+    protocol::ConditionMessage m;
+    m.request = request;
+    m.reset_reason = static_cast<std::uint8_t>(hardware_.system.reset_reason());
+    m.crash = static_cast<std::uint8_t>(report.crash.kind);
+    m.crashes = report.crash.count;
+    m.exception = report.crash.exception;
+    m.pc = report.crash.pc;
+    m.lr = report.crash.lr;
+    m.cfsr = report.crash.cfsr;
+    m.address = report.crash.address;
+    (void)send(link, m);  // if this message is lost, the host repeats the command
 }
 
 /// Checks whether the command is allowed, and executes it. `stop` is never refused.
@@ -144,6 +160,9 @@ AckResult TrackerDevice::dispatch_command(HostLink& link, const protocol::Comman
             return AckResult::done;
         case Opcode::read_block:
             return execute_read_block(link, static_cast<Excitation>(command.state));
+        case Opcode::read_condition:
+            send_condition(link, command.request);
+            return AckResult::done;
         case Opcode::mode:
             return execute_mode(command.argument);
         case Opcode::hemisphere:

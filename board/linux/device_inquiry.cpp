@@ -148,13 +148,16 @@ bool DeviceInquiry::exchange(double seconds, const host::InterruptGuard& guard, 
 void DeviceInquiry::inquire(const char* what, Opcode opcode, const Ask& ask, const Take& is_answer) {
     std::string error;
     const auto is_over = [&](const hal::ReceivedMessage& message) {
+        if (session_.has_identity() && is_answer(message)) {
+            return true;
+        }
         protocol::AckMessage ack;
         const bool is_ours = protocol::decode(message.bytes, ack) == WireError::none && ack.request == request_ &&
                              ack.opcode == static_cast<std::uint8_t>(opcode);
         if (is_ours && ack.result != 0 && ack.result != static_cast<std::uint8_t>(protocol::AckResult::busy)) {
             error = text_of(ack.result);
         }
-        return !error.empty() || (session_.has_identity() && is_answer(message));
+        return !error.empty();
     };
     const host::InterruptGuard guard;
     ++request_;
@@ -174,6 +177,23 @@ void DeviceInquiry::command(Opcode opcode, Excitation state, std::uint32_t argum
 const protocol::IdentifyMessage& DeviceInquiry::identify() {
     inquire("identify", Opcode::hello, {}, [](const auto&) { return true; });
     return session_.identity();
+}
+
+std::optional<protocol::ConditionMessage> DeviceInquiry::read_condition() {
+    std::optional<protocol::ConditionMessage> condition;
+    const auto is_answer = [&](const hal::ReceivedMessage& message) {
+        protocol::ConditionMessage answer;
+        protocol::AckMessage ack;
+        if (protocol::decode(message.bytes, answer) == WireError::none && answer.request == request_) {
+            condition = answer;
+        }
+        const bool has_none = protocol::decode(message.bytes, ack) == WireError::none && ack.request == request_ &&
+                              ack.result == static_cast<std::uint8_t>(protocol::AckResult::unknown);
+        return condition || has_none;
+    };
+    inquire(
+        "read condition", Opcode::read_condition, [&] { command(Opcode::read_condition); }, is_answer);
+    return condition;
 }
 
 std::vector<protocol::CheckMessage> DeviceInquiry::self_check() {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,9 @@ public:
     DeviceInquiry(const std::string& uri, double wait_s);
 
     const protocol::IdentifyMessage& identify();
+
+    /// Empty if the device does not report its condition.
+    std::optional<protocol::ConditionMessage> read_condition();
 
     /// Runs the device's self-check and returns all rows in order.
     std::vector<protocol::CheckMessage> self_check();

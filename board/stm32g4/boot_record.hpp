@@ -1,7 +1,7 @@
 // Memory that is kept through a reset.
 #pragma once
 
-#include "drivers/stm32g4/processor.hpp"
+#include "drivers/stm32g4/boot_record.hpp"
 
 namespace tricoil::stm32g4_board {
 

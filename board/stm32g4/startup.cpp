@@ -30,24 +30,24 @@ constexpr std::uintptr_t kLoader = 0x1FFF'0000;  // system memory; has its own v
     }
 }
 
-[[noreturn]] void end_after_assertion(const void* return_address) {
+[[noreturn]] void end_at(const void* return_address) {
     switch_outputs_off();
-    boot_record.ending = BootRecord::kAssertionFailed;
-    boot_record.pc = static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(return_address));
+    std::uint32_t exception = 0;
+    asm volatile("mrs %0, ipsr" : "=r"(exception));
+    boot_record.note({.ending = BootRecord::kAssertionFailed,
+                      .exception = exception,
+                      .pc = static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(return_address))});
     wait_for_reset();
 }
 
 }  // namespace
 }  // namespace tricoil::stm32g4_board
 
-[[noreturn]] void tricoil::board::halt() {
-    stm32g4_board::switch_outputs_off();
-    stm32g4_board::wait_for_reset();
-}
+[[noreturn]] void tricoil::board::halt() { stm32g4_board::end_at(__builtin_return_address(0)); }
 
 // The fault record has the address after the call; addr2line names the line.
-void tricoil::assertion_failed() { stm32g4_board::end_after_assertion(__builtin_return_address(0)); }
-void tricoil::assertion_failed(const char*, const char*, int) { stm32g4_board::end_after_assertion(__builtin_return_address(0)); }
+void tricoil::assertion_failed() { stm32g4_board::end_at(__builtin_return_address(0)); }
+void tricoil::assertion_failed(const char*, const char*, int) { stm32g4_board::end_at(__builtin_return_address(0)); }
 
 /// For programs that end. A tracker board does not end.
 void tricoil::board::finish(int) {
@@ -60,6 +60,14 @@ void tricoil::board::finish(int) {
 extern "C" {
 // NOLINTNEXTLINE(readability-identifier-naming): name of the linker script
 extern std::uint32_t stack_bottom[];
+
+/// The stack begins at the start of RAM. Below it nothing can be stored.
+static bool is_stack_overflow(std::uint32_t cfsr, std::uint32_t address) {
+    using namespace tricoil::stm32g4;
+    constexpr std::uint32_t kGuardBytes = 0x8000;
+    const auto bottom = static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(stack_bottom));
+    return (cfsr & (scb::CFSR_MSTKERR | scb::CFSR_STKERR)) != 0 || bottom - 1 - address < kGuardBytes;
+}
 
 /// Enters the manufacturer's boot loader if the last run requested it. No peripheral is on yet, in particular no watchdog.
 /// A loader that starts the program after a firmware update leaves its vectors and clocks set; a reset clears them.
@@ -90,12 +98,18 @@ void before_memory() {
     using namespace tricoil;
     stm32g4_board::switch_outputs_off();
     stm32g4::BootRecord& record = stm32g4_board::boot_record;
+    const stm32g4::ScbRegisters& scb = stm32g4::peripheral<const stm32g4::ScbRegisters>(stm32g4::kScbBase);
+    const std::uint32_t cfsr = scb.CFSR;
+    const std::uint32_t address = (cfsr & stm32g4::scb::CFSR_MMARVALID) != 0   ? scb.MMFAR
+                                  : (cfsr & stm32g4::scb::CFSR_BFARVALID) != 0 ? scb.BFAR
+                                                                               : 0;
     const bool readable = frame >= stack_bottom && frame + 8 <= stack_top;
-    record.ending = stm32g4::BootRecord::kFaulted;
-    record.exception = exception;
-    record.lr = readable ? frame[5] : 0;
-    record.pc = readable ? frame[6] : 0;
-    record.cfsr = stm32g4::peripheral<stm32g4::ScbRegisters>(stm32g4::kScbBase).CFSR;
+    record.note({.ending = is_stack_overflow(cfsr, address) ? stm32g4::BootRecord::kStackOverflow : stm32g4::BootRecord::kFaulted,
+                 .exception = exception,
+                 .pc = readable ? frame[6] : 0,
+                 .lr = readable ? frame[5] : 0,
+                 .cfsr = cfsr,
+                 .address = address});
     stm32g4_board::wait_for_reset();
 }
 

@@ -16,12 +16,15 @@ struct Kind {
     const char* name;
     const char* help;
 };
-constexpr std::array<Kind, 12> kKinds{{
+constexpr std::array<Kind, 15> kKinds{{
     {"adc_silent", "adc_silent:N  converter N (1, 3, 4 or 5) never ends a conversion"},
     {"dma_stuck", "dma_stuck  the DMA serves no request: converters overrun, carriers stop"},
     {"crystal", "crystal  the crystal stops, or does not start"},
     {"hang", "hang  the main program stops, interrupts continue"},
     {"hang_masked", "hang_masked  the main program and all interrupts stop"},
+    {"bad_access", "bad_access  the program reads an address without memory: a processor fault"},
+    {"stack_overflow", "stack_overflow  the program pushes registers until its stack is full"},
+    {"code_in_ram", "code_in_ram  the program jumps to RAM"},
     {"power_loss", "power_loss  power off and on again"},
     {"flash_power_loss", "flash_power_loss:N  power is lost within the N-th flash erase or program operation from then on"},
     {"usb_resets", "usb_resets:N  USB bus reset every N milliseconds"},

@@ -6,7 +6,8 @@
 namespace tricoil::protocol {
 
 /// Protocol versions of this code. The version is the first byte of every message. Since version 2 the pose flags have bits 12
-/// and 13, and `distortion` is a length.
+/// and 13, and `distortion` is a length. An addition keeps the version if an older peer never receives it unasked: a command that
+/// an older device answers by `unknown`, and the message that answers it.
 constexpr std::uint8_t kOldestVersion = 2;
 constexpr std::uint8_t kNewestVersion = 2;
 
@@ -21,8 +22,9 @@ enum class MessageType : std::uint8_t {
     check = 9,
     raw_block = 10,
     calibration = 11,
+    condition = 12,
 };
-constexpr std::uint8_t kMaxMessageType = 11;
+constexpr std::uint8_t kMaxMessageType = 12;
 
 /// front_end: measures; the host tracks. tracker: tracks on the device.
 enum class Role : std::uint8_t { front_end = 1, tracker = 2 };
@@ -41,13 +43,20 @@ enum class Opcode : std::uint8_t {
     hemisphere = 11,        // present half space of the sensor; argument: hemisphere_argument()
     boresight = 12,         // argument 1: the present attitude reads as zero from now on; 0: removes that correction
     loader = 13,            // restart in the manufacturer's boot loader for a firmware update; argument: kLoaderKey
+    read_condition = 14,    // answered by condition
 };
-constexpr std::uint8_t kOpcodes = 13;
+constexpr std::uint8_t kOpcodes = 14;
 
 /// Argument of `loader`, a guard against accidental commands.
 constexpr std::uint32_t kLoaderKey = 0x4C4F4144;
 
-/// Result of a command. refused: this device does not support it.
+/// Argument of an acknowledgement with `refused`: why.
+enum class Refusal : std::uint8_t {
+    unsupported = 0,    // the device does not do this
+    no_permission = 1,  // a person must first press the button of the device
+};
+
+/// Result of a command. refused: see Refusal.
 enum class AckResult : std::uint8_t {
     done = 0,
     refused = 1,

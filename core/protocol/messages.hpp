@@ -105,6 +105,24 @@ struct RawBlockMessage : Stamp {
     std::span<const std::uint8_t> tail{};
 };
 
+/// Answer to read_condition.
+struct ConditionMessage : Stamp {
+    std::uint16_t request = 0;
+    std::uint8_t reset_reason = 0;
+    std::uint8_t crash = 0;
+    std::uint16_t crashes = 0;
+    std::uint16_t exception = 0;
+    std::uint32_t pc = 0;
+    std::uint32_t lr = 0;
+    std::uint32_t cfsr = 0;
+    std::uint32_t address = 0;
+    std::uint8_t image = 0;
+    std::uint8_t permission_s = 0;
+    std::uint32_t image_crc = 0;
+    std::uint32_t options = 0;
+    std::uint16_t settings = 0;
+};
+
 /// The tail is a calibration blob. Empty: no calibration.
 struct CalibrationMessage : Stamp {
     std::uint16_t request = 0;

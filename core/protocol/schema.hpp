@@ -83,7 +83,7 @@ inline constexpr FieldInfo kState = code(WireType::u8, 0, 4, "excitation: 0 off,
 inline constexpr FieldInfo kOpcode = code(WireType::u8, 1, 255,
                                           "1 hello, 2 start, 3 stop, 4 excite, 5 keep alive, 6 read calibration, 7 write "
                                           "calibration, 8 self-check, 9 read a raw block, 10 mode, 11 hemisphere, 12 boresight, "
-                                          "13 loader");
+                                          "13 loader, 14 read condition");
 inline constexpr FieldInfo kRequest = count(WireType::u16, "number of the request, repeated in the answer");
 }  // namespace detail
 
@@ -109,28 +109,29 @@ struct Schema<AckMessage> {
                    "0 done, 1 refused, 2 unknown command, 3 busy, 4 failed, 5 bad value, 6 not in this state, 7 replayed, "
                    "8 unreadable")),
         field(&AckMessage::request, "request", detail::kRequest),
-        field(&AckMessage::argument, "argument", count(WireType::u32, "depends on the opcode"))};
+        field(&AckMessage::argument, "argument",
+              count(WireType::u32, "depends on the opcode; refused: 1 no permission, else 0 not supported"))};
 };
 
 template <>
 struct Schema<StatusMessage> {
     static constexpr MessageInfo kInfo{MessageType::status, "status", "device",
                                        "state and faults; ten times a second or on change"};
-    static constexpr auto kFields =
-        std::tuple{field(&StatusMessage::device_state, "device_state", code(WireType::u8, 0, 2, "0 idle, 1 running, 2 fault")),
-                   field(&StatusMessage::state, "state", detail::kState),
-                   field(&StatusMessage::faults, "faults",
-                         count(WireType::u16,
-                               "bits: 0 host silent, 1 overcurrent, 2 converter, 3 calibration, 4 temperature, 5 supply, "
-                               "6 coils changed in a window, 7 send queue overflowed, 8 open coil, 9 self-check, 10 restarted "
-                               "after a hang or fault, "
-                               "11 clock, 12 stack, 13 memory, 14 drive")),
-                   field(&StatusMessage::dropped, "dropped", count(WireType::u32, "messages that could not be sent")),
-                   field(&StatusMessage::overruns, "overruns", count(WireType::u32, "samples that the converter lost")),
-                   field(&StatusMessage::transitions, "transitions", count(WireType::u32, "windows in which the coils changed")),
-                   field(&StatusMessage::temperature_cdeg, "temperature",
-                         info(WireType::i16, 1e-2, "degC", -10000, 20000, "of the power stages")),
-                   field(&StatusMessage::supply_mv, "supply", info(WireType::u16, 1e-3, "V", "of the power stages"))};
+    static constexpr auto kFields = std::tuple{
+        field(&StatusMessage::device_state, "device_state", code(WireType::u8, 0, 2, "0 idle, 1 running, 2 fault")),
+        field(&StatusMessage::state, "state", detail::kState),
+        field(&StatusMessage::faults, "faults",
+              count(WireType::u16,
+                    "bits: 0 host silent, 1 overcurrent, 2 converter, 3 calibration, 4 temperature, 5 supply, "
+                    "6 coils changed in a window, 7 send queue overflowed, 8 open coil, 9 self-check, 10 restarted "
+                    "after a hang or fault, "
+                    "11 clock, 12 stack, 13 memory, 14 drive")),
+        field(&StatusMessage::dropped, "dropped", count(WireType::u32, "messages that could not be sent")),
+        field(&StatusMessage::overruns, "overruns", count(WireType::u32, "samples that the converter lost")),
+        field(&StatusMessage::transitions, "transitions", count(WireType::u32, "windows in which the coils changed")),
+        field(&StatusMessage::temperature_cdeg, "temperature",
+              info(WireType::i16, 1e-2, "degC", -10000, 20000, "of the power stages; of a tracker board: of its processor")),
+        field(&StatusMessage::supply_mv, "supply", info(WireType::u16, 1e-3, "V", "the same; 0: neither is measured"))};
 };
 
 template <>
@@ -248,6 +249,34 @@ struct Schema<CalibrationMessage> {
     static constexpr auto kFields = std::tuple{field(&CalibrationMessage::request, "request", detail::kRequest)};
 };
 
+template <>
+struct Schema<ConditionMessage> {
+    static constexpr MessageInfo kInfo{MessageType::condition, "condition", "device",
+                                       "last program error, image and settings of the device"};
+    static constexpr auto kFields = std::tuple{
+        field(&ConditionMessage::request, "request", detail::kRequest),
+        field(&ConditionMessage::reset_reason, "reset_reason",
+              code(WireType::u8, 0, 4, "0 power-on, 1 reset pin, 2 software, 3 watchdog, 4 program error")),
+        field(&ConditionMessage::crash, "crash",
+              code(WireType::u8, 0, 4,
+                   "last program error since power-on: 0 none, 1 processor fault, 2 assertion, 3 watchdog, 4 stack overflow")),
+        field(&ConditionMessage::crashes, "crashes", count(WireType::u16, "program errors since power-on")),
+        field(&ConditionMessage::exception, "exception", count(WireType::u16, "number of the exception; 0: none")),
+        field(&ConditionMessage::pc, "pc", count(WireType::u32, "program counter; 0: unknown")),
+        field(&ConditionMessage::lr, "lr", count(WireType::u32, "link register; 0: unknown")),
+        field(&ConditionMessage::cfsr, "cfsr", count(WireType::u32, "configurable fault status register (ARMv7-M)")),
+        field(&ConditionMessage::address, "address", count(WireType::u32, "address of the failed access; 0: unknown")),
+        field(&ConditionMessage::image, "image", code(WireType::u8, 0, 2, "0 not checked, 1 sound, 2 damaged")),
+        field(&ConditionMessage::permission_s, "permission",
+              info(WireType::u8, 1, "s", "time for which one loader or calibration command is permitted; 255: always")),
+        field(&ConditionMessage::image_crc, "image_crc", count(WireType::u32, "CRC-32 of the image, as computed at boot")),
+        field(&ConditionMessage::options, "options", count(WireType::u32, "option bytes of the processor")),
+        field(&ConditionMessage::settings, "settings",
+              code(WireType::u16, 0, 127,
+                   "bits: 0 options were checked, 1 brown-out level below 2.8 V, 2 read protection level 1, 3 read protection "
+                   "level 2, 4 flash as one bank, 5 boots from bank 2, 6 does not boot from flash"))};
+};
+
 /// Calls visit(Schema<Message>{}) for every message.
 template <typename Visitor>
 constexpr void for_each_message(Visitor visit) {
@@ -260,6 +289,7 @@ constexpr void for_each_message(Visitor visit) {
     visit(Schema<CheckMessage>{});
     visit(Schema<RawBlockMessage>{});
     visit(Schema<CalibrationMessage>{});
+    visit(Schema<ConditionMessage>{});
 }
 
 /// Calls visit(name, info, byte offset) for every number of a message, including the stamp.
@@ -288,6 +318,7 @@ constexpr std::size_t kFixedBytes = fixed_bytes(Schema<Message>{});
 
 static_assert(kFixedBytes<PoseMessage> == kMaxFrameBytes, "a pose fills one CAN FD frame");
 static_assert(kFixedBytes<ColumnMessage> <= kMaxFrameBytes, "a column fits one CAN FD frame");
+static_assert(kFixedBytes<ConditionMessage> <= kMaxFrameBytes, "a condition fits one CAN FD frame");
 
 /// Size of a message type without its tail, and size of one element of its tail; {0, 0} for an unknown type.
 struct MessageSize {

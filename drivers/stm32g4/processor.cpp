@@ -17,16 +17,36 @@ hal::ResetReason reason_of(std::uint32_t flags, bool faulted) {
     return (flags & rcc::CSR_BORRSTF) != 0 ? hal::ResetReason::power_on : hal::ResetReason::external;
 }
 
+hal::CrashRecord crash_of(const BootRecord& record) {
+    static_assert(static_cast<std::uint32_t>(hal::CrashRecord::Kind::fault) == BootRecord::kFaulted);
+    static_assert(static_cast<std::uint32_t>(hal::CrashRecord::Kind::assertion) == BootRecord::kAssertionFailed);
+    static_assert(static_cast<std::uint32_t>(hal::CrashRecord::Kind::watchdog) == BootRecord::kHung);
+    static_assert(static_cast<std::uint32_t>(hal::CrashRecord::Kind::stack) == BootRecord::kStackOverflow);
+    const BootRecord::Error& e = record.error;
+    return {static_cast<hal::CrashRecord::Kind>(e.ending),
+            static_cast<std::uint16_t>(record.count),
+            static_cast<std::uint16_t>(e.exception),
+            e.pc,
+            e.lr,
+            e.cfsr,
+            e.address};
+}
+
 }  // namespace
 
 void Processor::begin() {
     const std::uint32_t flags = rcc_.CSR;
-    // The content of RAM is undefined after power-on.
-    const bool ended_itself = record_.ending == BootRecord::kFaulted || record_.ending == BootRecord::kAssertionFailed;
-    const bool faulted = ended_itself && (flags & rcc::CSR_BORRSTF) == 0;
-    reason_ = reason_of(flags, faulted);
-    record_.ending = 0;
     rcc_.CSR = flags | rcc::CSR_RMVF;
+    if ((flags & rcc::CSR_BORRSTF) != 0 || !record_.is_valid()) {  // the content of RAM is undefined after power-on
+        record_.forget();
+    }
+    const bool has_crashed = record_.take_news();
+    reason_ = reason_of(flags, has_crashed);
+    if (reason_ == hal::ResetReason::watchdog) {
+        record_.note({.ending = BootRecord::kHung});
+        (void)record_.take_news();
+    }
+    report_.crash = crash_of(record_);
 }
 
 void Processor::report(hal::SystemFault trouble) { faults_.set(trouble); }

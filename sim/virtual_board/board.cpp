@@ -16,22 +16,6 @@ constexpr int kTimer7DacLine = 55;
 constexpr unsigned kAdc12Clock = 28;  // fields of CCIPR
 constexpr unsigned kAdc345Clock = 30;
 
-// Length in half-words of the endless loop at the end of flash bank 1, for hang(). The loop is long, because the emulator runs
-// short loops slowly.
-constexpr std::uint32_t kIdleNops = 1000;
-constexpr std::uint32_t kIdleLoop = Memory::kBankBytes - 2 * (kIdleNops + 2);
-constexpr std::uint16_t kNop = 0xBF00;
-
-/// Writes nops and a branch back to the first one (ARMv7-M A7.7.12, encoding T2).
-void put_idle_loop(Memory& memory) {
-    for (std::uint32_t n = 0; n <= kIdleNops; ++n) {
-        const bool last = n == kIdleNops;
-        const std::uint32_t half = last ? 0xE000U | ((2048U - n - 2U) & 0x7FFU) : kNop;
-        memory.flash[kIdleLoop + 2 * n] = static_cast<std::uint8_t>(half);
-        memory.flash[kIdleLoop + 2 * n + 1] = static_cast<std::uint8_t>(half >> 8U);
-    }
-}
-
 }  // namespace
 
 VirtualBoard::VirtualBoard(std::span<const std::uint8_t> image, const sim::Scenario& scenario)
@@ -96,7 +80,7 @@ VirtualBoard::VirtualBoard(std::span<const std::uint8_t> image, const sim::Scena
     pwr.check_frequency = [this] { check_frequency(rcc.core_hz()); };
     machine.on_reset_request = [this] { restart(std::exchange(cause_, std::nullopt).value_or(ResetCause::software)); };
     machine.load(image);
-    put_idle_loop(machine.memory);
+    put_injected_code(machine.memory);
     power_cycle();
 }
 
@@ -155,7 +139,12 @@ void VirtualBoard::restart(ResetCause cause) {
     }
 }
 
-void VirtualBoard::hang(bool with_interrupts) { machine.cpu.jump(Memory::kFlashBase + kIdleLoop, !with_interrupts); }
+void VirtualBoard::inject(InjectedCode code, bool masks_interrupts) {
+    if (code != InjectedCode::idle) {
+        machine.cpu.take_next_fault();
+    }
+    machine.cpu.jump(address_of(code), masks_interrupts);
+}
 
 void VirtualBoard::wire_low_power() {
     machine.cpu.on_deep_sleep = [this] { sleep_deeply(); };

@@ -11,6 +11,7 @@
 #include "sim/virtual_board/coils/coil_bench.hpp"
 #include "sim/virtual_board/coils/sensor_amplifier.hpp"
 #include "sim/virtual_board/general_peripherals.hpp"
+#include "sim/virtual_board/injected_code.hpp"
 #include "sim/virtual_board/links/can_wire.hpp"
 #include "sim/virtual_board/links/serial_line.hpp"
 #include "sim/virtual_board/links/usb_wire.hpp"
@@ -62,8 +63,8 @@ public:
 
     /// Called with each set of converter results; may be empty.
     std::function<void(const SampleRecord&)> on_sample;
-    /// Stops the main program in an endless loop; interrupts continue, unless `with_interrupts` is false.
-    void hang(bool with_interrupts);
+    /// The program continues in this code. A fault that it causes is an exception, as on the chip.
+    void inject(InjectedCode code, bool masks_interrupts = false);
 
     Gpio& gpio(char port) { return *gpio_[static_cast<std::size_t>(port - 'A')]; }
     [[nodiscard]] const Gpio& gpio(char port) const { return *gpio_[static_cast<std::size_t>(port - 'A')]; }

@@ -36,7 +36,13 @@ void BoardFaults::begin(Planned& planned) {
     } else if (fault.name == "crystal") {
         board_.rcc.break_crystal();
     } else if (fault.name == "hang" || fault.name == "hang_masked") {
-        board_.hang(fault.name == "hang");
+        board_.inject(InjectedCode::idle, fault.name == "hang_masked");
+    } else if (fault.name == "bad_access") {
+        board_.inject(InjectedCode::bad_access);
+    } else if (fault.name == "stack_overflow") {
+        board_.inject(InjectedCode::stack_overflow);
+    } else if (fault.name == "code_in_ram") {
+        board_.inject(InjectedCode::code_in_ram);
     } else if (fault.name == "power_loss") {
         board_.power_cycle();
     } else if (fault.name == "flash_power_loss") {

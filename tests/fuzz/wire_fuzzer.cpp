@@ -54,6 +54,7 @@ void decode_all(Bytes bytes) {
     decode_as<protocol::CheckMessage>(bytes);
     decode_as<protocol::RawBlockMessage>(bytes);
     decode_as<protocol::CalibrationMessage>(bytes);
+    decode_as<protocol::ConditionMessage>(bytes);
 }
 
 void as_frame(Bytes bytes) {

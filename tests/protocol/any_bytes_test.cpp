@@ -27,6 +27,7 @@ int decode_as_everything(std::span<const std::uint8_t> bytes) {
     as(CheckMessage{});
     as(RawBlockMessage{});
     as(CalibrationMessage{});
+    as(ConditionMessage{});
     return passed;
 }
 

@@ -140,7 +140,7 @@ struct ProcessorTest : testing::Test {
 
     RccRegisters rcc{};
     ScbRegisters scb{};
-    BootRecord record{0x1234, 0x5678, 0, 0, 0, 0};
+    BootRecord record{0x1234, 0x5678, 0x9ABC, {0xDEF0}, 0};  // random, as after power-on
     Processor processor{rcc, scb, record, {[] { return full; }, [] {}, [] { ++resets; }}};
 
     hal::ResetReason reason_for(std::uint32_t flags) {
@@ -159,13 +159,39 @@ TEST_F(ProcessorTest, ReportsTheResetReason) {
 }
 
 TEST_F(ProcessorTest, ReportsAFaultOnce) {
-    record.ending = BootRecord::kFaulted;
-    EXPECT_EQ(reason_for(rcc::CSR_PINRSTF | rcc::CSR_IWDGRSTF), hal::ResetReason::fault);
-    EXPECT_EQ(reason_for(rcc::CSR_PINRSTF | rcc::CSR_IWDGRSTF), hal::ResetReason::watchdog);
-    record.ending = BootRecord::kAssertionFailed;
-    EXPECT_EQ(reason_for(rcc::CSR_PINRSTF | rcc::CSR_IWDGRSTF), hal::ResetReason::fault);
-    record.ending = BootRecord::kFaulted;  // RAM contents after power-on are random
+    using Kind = hal::CrashRecord::Kind;
+    constexpr std::uint32_t kWatchdog = rcc::CSR_PINRSTF | rcc::CSR_IWDGRSTF;
     EXPECT_EQ(reason_for(rcc::CSR_BORRSTF), hal::ResetReason::power_on);
+    EXPECT_EQ(processor.report().crash.kind, Kind::none);
+    record.note({BootRecord::kFaulted, 3, 0x0800'1234, 0x0800'5679, 0x8200, 0x6000'0000});
+    EXPECT_EQ(reason_for(kWatchdog), hal::ResetReason::fault);
+    EXPECT_EQ(reason_for(rcc::CSR_PINRSTF), hal::ResetReason::external) << "reported as a reason once";
+    const hal::CrashRecord& crash = processor.report().crash;
+    EXPECT_EQ(crash.kind, Kind::fault) << "the record stays";
+    EXPECT_EQ(crash.count, 1);
+    EXPECT_EQ(crash.exception, 3);
+    EXPECT_EQ(crash.pc, 0x0800'1234U);
+    EXPECT_EQ(crash.lr, 0x0800'5679U);
+    EXPECT_EQ(crash.cfsr, 0x8200U);
+    EXPECT_EQ(crash.address, 0x6000'0000U);
+    record.note({.ending = BootRecord::kAssertionFailed});
+    EXPECT_EQ(reason_for(kWatchdog), hal::ResetReason::fault);
+    EXPECT_EQ(crash.kind, Kind::assertion);
+    EXPECT_EQ(crash.pc, 0U);
+    EXPECT_EQ(reason_for(kWatchdog), hal::ResetReason::watchdog);
+    EXPECT_EQ(crash.kind, Kind::watchdog);
+    EXPECT_EQ(crash.count, 3);
+    EXPECT_EQ(reason_for(rcc::CSR_BORRSTF), hal::ResetReason::power_on);
+    EXPECT_EQ(crash.kind, Kind::none) << "the record is lost with the power";
+    EXPECT_EQ(crash.count, 0);
+}
+
+TEST_F(ProcessorTest, RefusesARecordThatWasChanged) {
+    EXPECT_EQ(reason_for(rcc::CSR_BORRSTF), hal::ResetReason::power_on);
+    record.note({.ending = BootRecord::kFaulted, .pc = 0x0800'1234});
+    record.error.pc ^= 1U << 20U;
+    EXPECT_EQ(reason_for(rcc::CSR_PINRSTF), hal::ResetReason::external);
+    EXPECT_EQ(processor.report().crash.kind, hal::CrashRecord::Kind::none);
 }
 
 TEST_F(ProcessorTest, ReportsClockAndStackFaults) {

@@ -145,6 +145,30 @@ TEST_F(Processor, FailsWithAddressAndReason) {
     EXPECT_THAT(symbols.name_of(*symbols.address_of("run") & ~1U), "run");
 }
 
+/// On request a fault is an exception, as on the chip.
+TEST_F(Processor, TakesAFaultAsHardFault) {
+    const Symbols symbols = read_symbols(TRICOIL_TEST_FIRMWARE "/processor.elf");
+    constexpr std::uint32_t kForced = 1U << 30U;
+    struct Expected {
+        Job job;
+        std::uint32_t cfsr;
+        std::uint32_t address;
+    };
+    for (const auto& [job, cfsr, address] : {Expected{Job::read_nowhere, 1U << 9U | 1U << 15U, 0x30000000},
+                                             Expected{Job::write_flash, 1U << 9U | 1U << 15U, 0x08001000},
+                                             Expected{Job::undefined, 1U << 16U, 0}, Expected{Job::jump_nowhere, 1U << 8U, 0}}) {
+        machine_.cpu.take_next_fault();
+        const auto seen = run(job);
+        ASSERT_EQ(seen.size(), 5U) << static_cast<int>(job);
+        EXPECT_EQ(seen[0], 103U);
+        EXPECT_EQ(seen[1], cfsr) << static_cast<int>(job);
+        EXPECT_EQ(seen[2], kForced);
+        EXPECT_EQ(seen[3], address);
+        EXPECT_TRUE(job == Job::jump_nowhere ? seen[4] == 0x30000000 : symbols.name_of(seen[4]) == "run") << std::hex << seen[4];
+    }
+    EXPECT_THAT(failure(Job::read_nowhere), HasSubstr("read from 0x30000000")) << "only the requested fault is an exception";
+}
+
 TEST_F(Processor, RefusesInvalidImages) {
     EXPECT_THROW(machine_.load(std::vector<std::uint8_t>(8)), std::invalid_argument);
     EXPECT_THROW(machine_.load(std::vector<std::uint8_t>(4096, 0xFF)), std::invalid_argument);

@@ -6,6 +6,7 @@
 
 #include "board/command_line/option_words.hpp"
 #include "board/host/commands/commands.hpp"
+#include "board/host/commands/device_condition.hpp"
 #include "board/host/commands/device_list.hpp"
 #include "board/host/commands/option_values.hpp"
 #include "board/linux/device_inquiry.hpp"
@@ -62,12 +63,28 @@ Json identity_json(const protocol::IdentifyMessage& m) {
             {"watchdog_s", m.watchdog_us / 1e6}};
 }
 
+std::string text_of(const std::string& key, const Json& value) {
+    return key == "crash" ? crash_text(value) : value.is_string() ? value.get<std::string>() : value.dump();
+}
+
 int show_info(const DeviceCommand& command) {
     linux_board::DeviceInquiry inquiry(command.uri, command.wait_s);
-    print_result(identity_json(inquiry.identify()), command.json, [](const Json& identity) {
+    Json info = identity_json(inquiry.identify());
+    std::vector<std::string> warnings;
+    if (const auto condition = inquiry.read_condition()) {
+        info.update(condition_json(*condition));
+        warnings = condition_warnings(*condition);
+    }
+    info["warnings"] = warnings;
+    print_result(info, command.json, [](const Json& all) {
         std::string text;
-        for (const auto& [key, value] : identity.items()) {
-            text += fmt::format("{:<14} {}\n", key, value.is_string() ? value.get<std::string>() : value.dump());
+        for (const auto& [key, value] : all.items()) {
+            if (key != "warnings") {
+                text += fmt::format("{:<14} {}\n", key, text_of(key, value));
+            }
+        }
+        for (const Json& warning : all["warnings"]) {
+            text += fmt::format("warning: {}\n", warning.get<std::string>());
         }
         return text;
     });

@@ -38,6 +38,10 @@ constexpr std::uintptr_t kDemcr = 0xE000'EDFC;  // bit 24 enables the cycle coun
 
 namespace scb {
 constexpr std::uint32_t AIRCR_reset = 0x05FA'0004;  // key, SYSRESETREQ
+constexpr std::uint32_t CFSR_MSTKERR = 1U << 4U;    // the exception could not push its registers: memory protection
+constexpr std::uint32_t CFSR_MMARVALID = 1U << 7U;  // MMFAR holds the address of the access
+constexpr std::uint32_t CFSR_STKERR = 1U << 12U;    // the exception could not push its registers: bus error
+constexpr std::uint32_t CFSR_BFARVALID = 1U << 15U;
 constexpr std::size_t SHPR_SysTick = 15 - 4;
 }  // namespace scb
 

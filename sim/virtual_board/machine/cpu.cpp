@@ -72,7 +72,10 @@ struct Cpu::Hooks {
     static void interrupt(uc_engine*, std::uint32_t number, void* cpu) { static_cast<Cpu*>(cpu)->on_interrupt(number); }
     static bool forbidden(uc_engine*, uc_mem_type type, std::uint64_t address, int, std::int64_t, void* cpu) {
         const auto at = static_cast<std::uint32_t>(address);
-        static_cast<Cpu*>(cpu)->failure_ = fmt::format("{} {:#010x}, {}", access_name(type), at, reason_of(type));
+        auto& self = *static_cast<Cpu*>(cpu);
+        const bool fetches = type == UC_MEM_FETCH_UNMAPPED || type == UC_MEM_FETCH_PROT;
+        self.failure_ = fmt::format("{} {:#010x}, {}", access_name(type), at, reason_of(type));
+        self.fault_ = Fault{fetches ? Fault::Kind::fetch : Fault::Kind::data, at};
         return false;
     }
     template <std::uint32_t kBase>
@@ -276,6 +279,7 @@ void Cpu::run() {
     }
     if (error != UC_ERR_OK) {
         failure_ = error == UC_ERR_INSN_INVALID ? "undefined instruction" : uc_strerror(error);
+        fault_ = error == UC_ERR_INSN_INVALID ? std::optional(Fault{Fault::Kind::instruction, 0}) : std::nullopt;
     } else if (!stopping_) {
         if (instruction(pc() - 2) != kWfi) {
             failure_ = "the emulator stopped for an unknown reason";
@@ -300,13 +304,16 @@ void Cpu::run_until(Ticks time) {
                 continue;
             }
             run();
-            if (failure_) {
+            if (failure_ && fault_ && takes_fault_) {
+                take_fault();
+            } else if (failure_) {
                 throw RunFailure(*failure_);
             }
         }
         events_.advance(events_.now());
     } catch (const RunFailure& failure) {
         failure_.reset();
+        fault_.reset();
         const std::uint32_t at = pc();
         throw RunFailure(fmt::format("{:#010x}: {}", at, failure.what()));
     }

@@ -43,6 +43,10 @@ public:
     /// event.
     void jump(std::uint32_t address, bool masked);
 
+    /// The next access to an address without memory, jump to such an address, or undefined instruction becomes an exception, as
+    /// on the chip. Without this call it ends the run.
+    void take_next_fault() { takes_fault_ = true; }
+
     /// An event for WFE.
     void signal_event() { event_ = true; }
     /// Standby and shutdown: only a reset starts the processor again.
@@ -66,6 +70,13 @@ public:
 private:
     static constexpr std::uint32_t kThumb = 1U << 24U;  // EPSR.T
 
+    /// Cause of a fault exception.
+    struct Fault {
+        enum class Kind : std::uint8_t { data, fetch, instruction };
+        Kind kind;
+        std::uint32_t address;
+    };
+
     struct Hooks;  // callbacks of Unicorn
     friend struct Hooks;
 
@@ -83,6 +94,8 @@ private:
 
     // Exceptions: cpu_exceptions.cpp.
     void take_exceptions();
+    void take_fault();
+    void push_frame(std::uint32_t frame, std::uint32_t xpsr);
     void enter(bool tail_chained, std::uint32_t exc_return);
     void stack_frame();
     void leave(std::uint32_t exc_return);
@@ -120,6 +133,8 @@ private:
     int running_ = 0;             // IPSR
     std::optional<std::uint32_t> exception_return_;
     std::optional<std::string> failure_;
+    std::optional<Fault> fault_;  // the reason for failure_, if it is a fault exception on the chip
+    bool takes_fault_ = false;
     std::uint32_t block_ = 0;              // address of the running block
     std::vector<BlockFacts> flash_facts_;  // by half-word
     BlockFacts other_facts_;

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstring>
+#include <utility>
 
 #include "sim/virtual_board/machine/cpu.hpp"
 
@@ -76,11 +77,7 @@ void Cpu::stack_frame() {
     const std::uint32_t before = get(UC_ARM_REG_SP);
     const bool pads = control_.stack_aligned() && ((before - size) & 4U) != 0;
     const std::uint32_t frame = before - size - (pads ? 4 : 0);
-    for (std::uint32_t n = 0; n < kFrameRegisters.size(); ++n) {
-        store(frame + 4 * n, get(kFrameRegisters[n]));
-    }
-    store(frame + 0x18, pc());
-    store(frame + 0x1C, (get(UC_ARM_REG_XPSR) & ~kPadded) | (pads ? kPadded : 0) | kThumb);
+    push_frame(frame, (get(UC_ARM_REG_XPSR) & ~kPadded) | (pads ? kPadded : 0) | kThumb);
     if (with_float && control_.saves_lazily()) {
         control_.wait_for_lazy_save(frame + kBasicFrame);
     } else if (with_float) {
@@ -94,6 +91,41 @@ void Cpu::stack_frame() {
     events_.advance(
         events_.now());  // late arrival: a more urgent exception that becomes pending up to this point is entered first
     enter(false, exc_return);
+}
+
+/// While a fault becomes an exception, a frame outside RAM is itself a fault, which joins the first one (ARMv7-M B1.5.15).
+void Cpu::push_frame(std::uint32_t frame, std::uint32_t xpsr) {
+    const bool in_fault = std::exchange(takes_fault_, takes_fault_ && !fault_) && fault_;
+    fault_.reset();
+    if (in_fault && !Memory::is_ram(frame)) {
+        control_.note_fault(SystemControl::kStackingError, 0);
+        return;
+    }
+    for (std::uint32_t n = 0; n < kFrameRegisters.size(); ++n) {
+        store(frame + 4 * n, get(kFrameRegisters[n]));
+    }
+    store(frame + 0x18, pc());
+    store(frame + 0x1C, xpsr);
+}
+
+/// Makes the fault a pending HardFault. The handlers of the single faults are modelled as disabled (see Shcsr).
+void Cpu::take_fault() {
+    failure_.reset();
+    if (nvic_.is_active(kHardFault) || nvic_.is_active(kNmi)) {
+        fail("fault in the handler of a fault: the processor locks up");
+    }
+    switch (fault_->kind) {
+        case Fault::Kind::data:
+            control_.note_fault(SystemControl::kDataBusError, fault_->address);
+            break;
+        case Fault::Kind::fetch:
+            control_.note_fault(SystemControl::kFetchError, 0);
+            break;
+        case Fault::Kind::instruction:
+            control_.note_fault(SystemControl::kUndefined, 0);
+            break;
+    }
+    nvic_.pend(kHardFault);
 }
 
 void Cpu::enter(bool tail_chained, std::uint32_t exc_return) {

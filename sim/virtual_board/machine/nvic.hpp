@@ -14,6 +14,7 @@ constexpr int kInterrupts = 102;     // of the STM32G4
 constexpr int kExceptions = kFirstInterrupt + kInterrupts;
 
 constexpr int kNmi = 2;
+constexpr int kHardFault = 3;
 constexpr int kSvCall = 11;
 constexpr int kPendSv = 14;
 constexpr int kSysTick = 15;
@@ -62,6 +63,7 @@ public:
     void enter(int exception);
     void leave(int exception);
     [[nodiscard]] bool is_pending(int exception) const { return state(exception).pending; }
+    [[nodiscard]] bool is_active(int exception) const { return state(exception).active; }
     [[nodiscard]] int active_count() const { return active_count_; }
     /// Lowest number of the pending and enabled exceptions, without regard to priority; for ICSR.
     [[nodiscard]] int first_pending() const;

@@ -33,7 +33,8 @@ constexpr std::uint32_t kFpdscr = 0x23C;
 constexpr Register kSleep{kScr, 0, "SCR", 0x16};
 constexpr Register kConfiguration{kCcr, 0x200, "CCR", 0x200,
                                   "NONBASETHRDENA@0 USERSETMPEND@1 UNALIGN_TRP@3 DIV_0_TRP@4 BFHFNMIGN@8"};
-constexpr Register kFaults{kShcsr, 0, "SHCSR", 0x70000, "active_and_pending_flags@0-15"};  // every fault ends the run
+// Every fault ends the run, or is a HardFault: the handlers of single faults stay disabled.
+constexpr Register kFaults{kShcsr, 0, "SHCSR", 0, "active_and_pending_flags@0-15 MEMFAULTENA@16 BUSFAULTENA@17 USGFAULTENA@18"};
 constexpr std::array<Register, 19> kRegisters{{{kCpuid, 0x410FC241, "CPUID", 0},
                                                {kIcsr, 0, "ICSR", kAllBits},
                                                {kVtor, 0, "VTOR", 0xFFFFFF80},
@@ -58,10 +59,18 @@ constexpr std::array<Register, 4> kTickRegisters{
 constexpr std::array<Register, 2> kCycleRegisters{{{0x0, 0x40000000, "CTRL", 0x1}, {0x4, 0, "CYCCNT", kAllBits}}};
 constexpr std::uint32_t kPriorityBytes = 12;
 constexpr std::uint32_t kSystemResetRequest = 1U << 2U;
+constexpr std::uint32_t kForced = 1U << 30U;           // HFSR
+constexpr std::uint32_t kBusAddressValid = 1U << 15U;  // CFSR.BFARVALID
 
 std::uint32_t bit(bool set, unsigned at) { return set ? 1U << at : 0U; }
 
 }  // namespace
+
+void SystemControl::note_fault(std::uint32_t bits, std::uint32_t address) {
+    cfsr_ |= bits;
+    hfsr_ |= kForced;
+    bfar_ = (bits & kBusAddressValid) != 0 ? address : bfar_;
+}
 
 void SystemControl::wait_for_lazy_save(std::uint32_t address) {
     fpcar_ = address;
@@ -123,8 +132,9 @@ std::uint32_t SystemControl::read(std::uint32_t offset) {
             return fpcar_;
         case kFpdscr:
             return fpdscr_;
-        case kMmfar:
         case kBfar:
+            return bfar_;
+        case kMmfar:
         case kMpuType:
         case kDhcsr:
             return 0;  // no debugger is attached
@@ -214,6 +224,9 @@ void SystemControl::reset() {
     scr_ = 0;
     ccr_ = 0x200;  // STKALIGN
     shcsr_ = 0;
+    cfsr_ = 0;
+    hfsr_ = 0;
+    bfar_ = 0;
     cpacr_ = 0;
     fpccr_ = 0xC0000000;  // ASPEN, LSPEN
     fpcar_ = 0;

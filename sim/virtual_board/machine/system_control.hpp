@@ -30,6 +30,14 @@ public:
     void end_lazy_save() { fpccr_ &= ~1U; }
     [[nodiscard]] std::uint32_t default_fpscr() const { return fpdscr_; }
 
+    // Bits of CFSR.
+    static constexpr std::uint32_t kFetchError = 1U << 8U;                // IBUSERR
+    static constexpr std::uint32_t kDataBusError = 1U << 9U | 1U << 15U;  // PRECISERR, BFARVALID
+    static constexpr std::uint32_t kStackingError = 1U << 12U;            // STKERR
+    static constexpr std::uint32_t kUndefined = 1U << 16U;                // UNDEFINSTR
+    /// Notes a fault that is escalated to HardFault. `address`: for BFAR, if it becomes valid.
+    void note_fault(std::uint32_t bits, std::uint32_t address);
+
     std::uint32_t read(std::uint32_t offset) override;
     void write(std::uint32_t offset, std::uint32_t value) override;
     void write_narrow(std::uint32_t offset, std::uint32_t value, unsigned bytes) override;
@@ -51,6 +59,7 @@ private:
     std::uint32_t shcsr_ = 0;
     std::uint32_t cfsr_ = 0;
     std::uint32_t hfsr_ = 0;
+    std::uint32_t bfar_ = 0;
     std::uint32_t cpacr_ = 0;
     std::uint32_t fpccr_ = 0;
     std::uint32_t fpcar_ = 0;

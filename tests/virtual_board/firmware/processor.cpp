@@ -87,6 +87,18 @@ void interrupt_0() {
 void interrupt_1() { note(100 + active_exception()); }
 void interrupt_2() { note(100 + active_exception()); }
 void svc_handler() { note(100 + active_exception()); }
+[[gnu::used]] void note_fault(const Word* frame) {
+    note(100 + active_exception());
+    note(at(0xE000ED28));  // CFSR
+    note(at(0xE000ED2C));  // HFSR
+    note(at(0xE000ED38));  // BFAR
+    note(reinterpret_cast<Word>(frame) >= 0x20000000 ? frame[6] : 0);
+    mailbox.done = 1;
+    for (;;) {
+        asm volatile("wfi");
+    }
+}
+[[gnu::naked]] void hard_fault_handler() { asm volatile("mrs r0, msp\n ldr r1, =stack_top\n msr msp, r1\n b note_fault"); }
 void sys_tick_handler() { note(100 + active_exception()); }
 void overflow_handler() {
     pend(3);
@@ -274,7 +286,7 @@ using Handler = void (*)();
     reinterpret_cast<Handler>(&stack_top),
     reset_handler,
     nullptr,
-    nullptr,
+    hard_fault_handler,
     nullptr,
     nullptr,
     nullptr,

@@ -1,0 +1,72 @@
+// Memory that carries information across a reset: the boot request and the last program error.
+#pragma once
+
+#include <cstdint>
+#include <initializer_list>
+
+namespace tricoil::stm32g4 {
+
+/// Words in RAM that the start-up code does not clear. After power-on their content is undefined: a request is valid only with
+/// the exact value of a constant, a program error only with its check word.
+struct BootRecord {
+    static constexpr std::uint32_t kEnterLoader = 0x10ADE2B0;
+    static constexpr std::uint32_t kFreshStart = 0xF2E5'4A27;  // set before a reset whose only purpose is a clean start
+
+    enum Ending : std::uint32_t { kNone, kFaulted, kAssertionFailed, kHung, kStackOverflow };
+
+    /// Program error. A number that is zero is unknown.
+    struct Error {
+        std::uint32_t ending = kNone;
+        std::uint32_t exception = 0;
+        std::uint32_t pc = 0;  // of the faulty instruction, or of the instruction after the call of assertion_failed()
+        std::uint32_t lr = 0;
+        std::uint32_t cfsr = 0;     // ARMv7-M B3.2.15
+        std::uint32_t address = 0;  // of the failed access
+    };
+
+    /// Stores the reason why this run ends. Uses little stack and no objects.
+    void note(const Error& why) {
+        count = (is_valid() ? count : 0) + 1;
+        is_news = 1;
+        error = why;
+        check = sum();
+    }
+
+    /// Error of any run since power-on; kNone without one.
+    [[nodiscard]] bool is_valid() const { return check == sum(); }
+
+    /// True if the run before this one ended with an error. Call once at boot.
+    bool take_news() {
+        const bool news = is_valid() && is_news != 0;
+        if (news) {
+            is_news = 0;
+            check = sum();
+        }
+        return news;
+    }
+
+    void forget() {
+        error = {};
+        count = 0;
+        is_news = 0;
+        check = sum();
+    }
+
+    std::uint32_t request;  // kEnterLoader or kFreshStart; any other value: none
+    std::uint32_t is_news;  // the error is of the last run
+    std::uint32_t count;    // errors since power-on
+    Error error;
+    std::uint32_t check;
+
+private:
+    [[nodiscard]] std::uint32_t sum() const {
+        std::uint32_t value = 0xC4A5'4ED0;
+        for (const std::uint32_t word :
+             {is_news, count, error.ending, error.exception, error.pc, error.lr, error.cfsr, error.address}) {
+            value = (value << 5U | value >> 27U) ^ word;
+        }
+        return value;
+    }
+};
+
+}  // namespace tricoil::stm32g4
