@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <utility>
 
 #include "board/app/tracker_device.hpp"
 #include "core/protocol/negotiation.hpp"
@@ -108,6 +109,7 @@ void TrackerDevice::send_condition(HostLink& link, std::uint16_t request) {
     m.lr = report.crash.lr;
     m.cfsr = report.crash.cfsr;
     m.address = report.crash.address;
+    m.permission_s = permission_.remaining_s(now_);
     (void)send(link, m);  // if this message is lost, the host repeats the command
 }
 
@@ -170,11 +172,7 @@ AckResult TrackerDevice::dispatch_command(HostLink& link, const protocol::Comman
         case Opcode::boresight:
             return execute_boresight(command.argument);
         case Opcode::loader:
-            if (command.argument != protocol::kLoaderKey) {
-                return AckResult::bad_value;
-            }
-            loader_at_ = now_ + kLoaderPause;
-            return AckResult::done;
+            return execute_loader(command.argument);
         case Opcode::excite:  // this board drives its coils itself
             return AckResult::refused;
         default:  // write_calibration: acknowledged when the calibration message arrives
@@ -284,6 +282,27 @@ AckResult TrackerDevice::execute_read_block(HostLink& link, Excitation state) {
     return AckResult::done;
 }
 
+/// Without permission the acknowledgement states this reason.
+bool TrackerDevice::has_permission() {
+    const bool given = permission_.is_given(now_);
+    refusal_ = given ? refusal_ : protocol::Refusal::no_permission;
+    return given;
+}
+
+AckResult TrackerDevice::execute_loader(std::uint32_t argument) {
+    if (argument != protocol::kLoaderKey) {
+        return AckResult::bad_value;
+    }
+    if (!loader_at_) {  // a host repeats a command after a lost acknowledgement
+        if (!has_permission()) {
+            return AckResult::refused;
+        }
+        permission_.use();
+        loader_at_ = now_ + kLoaderPause;
+    }
+    return AckResult::done;
+}
+
 /// A calibration that is already stored is not written again, because a host repeats a message after a lost acknowledgement.
 AckResult TrackerDevice::store_calibration(HostLink& link, const protocol::CalibrationMessage& message) {
     const bool is_new = link.is_new_calibration(message.sequence);
@@ -304,9 +323,13 @@ AckResult TrackerDevice::store_calibration(HostLink& link, const protocol::Calib
     if (store_.read(blob).ok() && std::equal(blob.begin(), blob.end(), message.tail.begin(), message.tail.end())) {
         return AckResult::done;
     }
+    if (!has_permission()) {
+        return AckResult::refused;
+    }
     if (!is_new) {
         return AckResult::replayed;
     }
+    permission_.use();
     std::copy(message.tail.begin(), message.tail.end(), blob.begin());
     hardware_.coils.switch_off();
     hardware_.watchdog.feed();
@@ -324,7 +347,8 @@ void TrackerDevice::acknowledge(HostLink& link, std::uint8_t opcode, std::uint16
     ack.opcode = opcode;
     ack.request = request;
     ack.result = static_cast<std::uint8_t>(result);
-    ack.argument = argument;
+    const auto refusal = static_cast<std::uint32_t>(std::exchange(refusal_, protocol::Refusal::unsupported));
+    ack.argument = result == AckResult::refused ? refusal : argument;
     (void)send(link, ack);  // if this message is lost, the host repeats the command
 }
 

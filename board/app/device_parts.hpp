@@ -13,6 +13,7 @@
 #include "hal/heartbeat.hpp"
 #include "hal/indicator.hpp"
 #include "hal/message_port.hpp"
+#include "hal/push_button.hpp"
 #include "hal/storage.hpp"
 #include "hal/system_control.hpp"
 #include "hal/watchdog.hpp"
@@ -30,6 +31,7 @@ struct DeviceHardware {
     hal::Watchdog& watchdog;
     hal::SystemControl& system;
     hal::Indicator& indicator;
+    hal::PushButton& button;
     std::span<hal::MessagePort* const> ports;  // at most kMaxPorts; each must carry messages of kMaxBoardMessage bytes
 };
 
@@ -59,6 +61,8 @@ struct DeviceParams {
     /// Time without a command after which a host counts as gone. Without hosts the coils are off. Zero: no limit.
     Microseconds host_silence{250'000};
     Microseconds watchdog{500'000};
+    /// False only for simulated devices: loader and calibration commands need a press of the button.
+    bool needs_permission = true;
 };
 
 }  // namespace tricoil::app

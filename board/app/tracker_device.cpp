@@ -26,7 +26,8 @@ TrackerDevice::TrackerDevice(const DeviceHardware& hardware, const DeviceParams&
       params_(params),
       sampler_(hardware.sampler, hardware.gain, hardware.heartbeat, params.demodulator.gain_steps, params.most_reference_v),
       hemisphere_(params.hemisphere),
-      store_(hardware.storage) {
+      store_(hardware.storage),
+      permission_(params.needs_permission) {
     hardware_.coils.switch_off();
     hardware_.ports = hardware_.ports.first(std::min(hardware_.ports.size(), links_.size()));
     for (std::size_t n = 0; n < hardware_.ports.size(); ++n) {
@@ -117,6 +118,7 @@ DeviceState TrackerDevice::state() const {
 void TrackerDevice::step() {
     now_ = hardware_.clock.now();
     check_processor();
+    permission_.update(hardware_.button.is_pressed(), now_);
     for (HostLink& link : links()) {
         receive_messages(link);
     }

@@ -9,6 +9,7 @@
 #include "board/app/calibration_store.hpp"
 #include "board/app/device_parts.hpp"
 #include "board/app/host_link.hpp"
+#include "board/app/local_permission.hpp"
 #include "board/app/main_loop.hpp"
 #include "board/app/supervised_sampler.hpp"
 #include "core/protocol/command_arguments.hpp"
@@ -52,6 +53,8 @@ private:
     protocol::AckResult execute_hemisphere(std::uint32_t argument);
     protocol::AckResult execute_boresight(std::uint32_t argument);
     protocol::AckResult execute_read_block(HostLink& link, Excitation state);
+    [[nodiscard]] bool has_permission();
+    protocol::AckResult execute_loader(std::uint32_t argument);
     protocol::AckResult store_calibration(HostLink& link, const protocol::CalibrationMessage& message);
     void acknowledge(HostLink& link, std::uint8_t opcode, std::uint16_t request, protocol::AckResult result,
                      std::uint32_t argument);
@@ -123,6 +126,8 @@ private:
     DeviceTime last_status_{};              // time of the last status message
     std::uint32_t last_status_faults_ = 0;  // faults and device state of the last status message
     DeviceTime not_before_{};               // earliest time at which a coil may be driven
+    LocalPermission permission_;
+    protocol::Refusal refusal_ = protocol::Refusal::unsupported;  // of the command in execution
     std::optional<DeviceTime> loader_at_;
 };
 

@@ -28,9 +28,13 @@ SessionParams listening() {
     return params;
 }
 
-const char* text_of(std::uint8_t result) {
-    switch (static_cast<protocol::AckResult>(result)) {
+const char* text_of(const protocol::AckMessage& ack) {
+    switch (static_cast<protocol::AckResult>(ack.result)) {
         case protocol::AckResult::refused:
+            if (ack.argument == static_cast<std::uint32_t>(protocol::Refusal::no_permission)) {
+                return "refused without permission; press the button of the device (B1, blue), then repeat the command within 60 "
+                       "s";
+            }
             return "refused: the device measures for another program, leaves coils or tracking to its host, or does not support "
                    "this calibration";
         case protocol::AckResult::unknown:
@@ -155,7 +159,7 @@ void DeviceInquiry::inquire(const char* what, Opcode opcode, const Ask& ask, con
         const bool is_ours = protocol::decode(message.bytes, ack) == WireError::none && ack.request == request_ &&
                              ack.opcode == static_cast<std::uint8_t>(opcode);
         if (is_ours && ack.result != 0 && ack.result != static_cast<std::uint8_t>(protocol::AckResult::busy)) {
-            error = text_of(ack.result);
+            error = text_of(ack);
         }
         return !error.empty();
     };

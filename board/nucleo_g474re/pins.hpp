@@ -35,6 +35,7 @@ constexpr PinName kSensor3Capacitor{'B', 10};  // OPAMP4_VINM0
 constexpr PinName kReference{'A', 0};          // ADC1_IN1: coil current, always at gain one
 
 constexpr PinName kStatusLed{'C', 10};  // high is on
+constexpr PinName kButton{'C', 13};     // B1, the blue button of the Nucleo: high while it is pressed
 
 constexpr PinName kSerialTx{'A', 2};  // USART2, to the ST-LINK's virtual serial port
 constexpr PinName kSerialRx{'A', 3};

@@ -243,6 +243,8 @@ int main_program(int argc, char** argv) {
     program.add_flag("--sync", o.sync, "Pulse line 4 of the chip at the end of each window");
     program.add_option("--calibration", o.calibration, "Flash file: the calibration is read at the start and written at the end");
     program.add_flag("--fail-self-check", o.front_end.fails_self_check, "Report a failed self-check");
+    program.add_flag("--locked", o.front_end.is_locked,
+                     "Refuse loader and calibration commands, like a board whose button nobody presses");
     program.add_option("--replug", o.replug_slots, "Number of slots after which the device is unplugged and plugged in again");
     program.add_option("--replug-times", o.replug_times, "Number of replugs")->capture_default_str();
     program.add_option("--stall", o.stalls, "usbip: number of transfers that stall");

@@ -53,7 +53,7 @@ TrackerBoard::TrackerBoard(hal::MessagePort& port, const sim::FrontEndParams& pa
 }
 
 app::DeviceHardware TrackerBoard::hardware() {
-    return {clock_, coils_, sampler_, gain_, heartbeat_, storage_, watchdog_, system_, indicator_, ports_};
+    return {clock_, coils_, sampler_, gain_, heartbeat_, storage_, watchdog_, system_, indicator_, button_, ports_};
 }
 
 app::DeviceParams TrackerBoard::device_params() {
@@ -66,6 +66,7 @@ app::DeviceParams TrackerBoard::device_params() {
     p.hemisphere = params_.scenario->motion->at(0).position_m.cast<float>();
     p.most_reference_v = kMaxReference_v;
     p.host_silence = Microseconds{params_.watchdog_us};
+    p.needs_permission = params_.is_locked;
     return p;
 }
 

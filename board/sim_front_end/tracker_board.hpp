@@ -51,6 +51,7 @@ private:
     sim::SimulatedWatchdog watchdog_{clock_};
     sim::SimulatedSystem system_{clock_};
     sim::SimulatedIndicator indicator_;
+    sim::SimulatedButton button_;
     sim::SimulatedHeartbeat heartbeat_;
     std::optional<app::TrackerDevice> device_;
 

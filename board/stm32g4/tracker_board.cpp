@@ -81,6 +81,7 @@ void set_pins() {
     for (const PinName name : {kEnable1, kEnable2, kEnable3, kHeartbeat, kStatusLed}) {
         pin(name).make_output();
     }
+    pin(kButton).make_input();
     auto& power = peripheral<PwrRegisters>(kPwrBase);
     power.CR3 = power.CR3 | pwr::CR3_UCPD1_DBDIS;  // disables the pull-down on PB6
     pin(kSerialTx).make_alternate(kSerialFunction);
@@ -117,6 +118,7 @@ TrackerBoard::TrackerBoard(CoreClock core_clock)
               {&peripheral<volatile std::uint64_t>(kCalibrationMemory), kFirstCalibrationPage, kCalibrationPages}),
       heartbeat(pin(kHeartbeat)),
       status_led(pin(kStatusLed)),
+      button(pin(kButton)),
       carriers(carrier_parts()),
       test_carriers(test_carrier_parts()),
       converters(converter_parts(), clock),
@@ -151,8 +153,9 @@ void TrackerBoard::begin() {
 }
 
 app::DeviceHardware TrackerBoard::hardware() {
-    return {clock,     acquisition.coils(), acquisition, acquisition.gain(), heartbeat, storage, watchdog,
-            processor, status_led,          ports};
+    return {
+        clock, acquisition.coils(), acquisition, acquisition.gain(), heartbeat, storage, watchdog, processor, status_led, button,
+        ports};
 }
 
 std::uint64_t unique_number() {

@@ -33,6 +33,7 @@ struct TrackerBoard {
     stm32g4::FlashStorage storage;
     stm32g4::HeartbeatLine heartbeat;
     stm32g4::StatusLed status_led;
+    stm32g4::ButtonLine button;
     stm32g4::CarrierPlayer carriers;
     stm32g4::CarrierPlayer test_carriers;
     stm32g4::Converters converters;

@@ -1,4 +1,4 @@
-// GPIO pins: pin function and output level.
+// GPIO pins: pin function and level.
 #pragma once
 
 #include "drivers/stm32g4/registers/gpio.hpp"
@@ -23,6 +23,13 @@ public:
         set_field(port_.PUPDR, pulled_up ? gpio::PUPDR_pull_up : 0);
         set_mode(gpio::MODER_alternate);
     }
+
+    /// An input that is low while it is open.
+    void make_input() const {
+        set_field(port_.PUPDR, gpio::PUPDR_pull_down);
+        set_mode(gpio::MODER_input);
+    }
+    [[nodiscard]] bool is_high() const { return (port_.IDR >> number_ & 1U) != 0; }
 
     /// Any context: a single write that changes no other pin.
     void set(bool high) const { port_.BSRR = 1U << (number_ + (high ? 0U : 16U)); }

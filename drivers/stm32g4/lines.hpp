@@ -1,9 +1,10 @@
-// Heartbeat line and status LED.
+// Heartbeat line, status LED and button.
 #pragma once
 
 #include "drivers/stm32g4/gpio.hpp"
 #include "hal/heartbeat.hpp"
 #include "hal/indicator.hpp"
+#include "hal/push_button.hpp"
 
 namespace tricoil::stm32g4 {
 
@@ -29,6 +30,17 @@ public:
 
 private:
     void do_show(bool lit) override { pin_.set(lit); }
+
+    Pin pin_;
+};
+
+/// High while it is pressed.
+class ButtonLine final : public hal::PushButton {
+public:
+    explicit ButtonLine(const Pin& pin) : pin_(pin) {}
+
+private:
+    [[nodiscard]] bool do_is_pressed() const override { return pin_.is_high(); }
 
     Pin pin_;
 };

@@ -145,8 +145,10 @@ void SimulatedFrontEnd::dispatch_command(const protocol::CommandMessage& command
         case Opcode::mode:
         case Opcode::hemisphere:
         case Opcode::boresight:
-        case Opcode::loader:
             acknowledge(opcode, command.request, set(command));
+            break;
+        case Opcode::loader:
+            acknowledge(opcode, command.request, enter_loader(command.argument), protocol::Refusal::no_permission);
             break;
         default:
             if (const auto result = answer(command); result != protocol::AckResult::done) {
@@ -187,17 +189,19 @@ protocol::AckResult SimulatedFrontEnd::answer(const protocol::CommandMessage& co
 
 protocol::AckResult SimulatedFrontEnd::set(const protocol::CommandMessage& command) {
     using protocol::AckResult;
-    switch (static_cast<Opcode>(command.opcode)) {
-        case Opcode::mode:
-            return set_mode(command.argument);
-        case Opcode::hemisphere:
-        case Opcode::boresight:
-            return AckResult::refused;  // a front end sends no poses
-        default:
-            break;
+    if (static_cast<Opcode>(command.opcode) == Opcode::mode) {
+        return set_mode(command.argument);
     }
-    if (command.argument != protocol::kLoaderKey) {
+    return AckResult::refused;  // hemisphere, boresight: a front end sends no poses
+}
+
+protocol::AckResult SimulatedFrontEnd::enter_loader(std::uint32_t argument) {
+    using protocol::AckResult;
+    if (argument != protocol::kLoaderKey) {
         return AckResult::bad_value;
+    }
+    if (params_.is_locked) {
+        return AckResult::refused;
     }
     in_loader_ = !running_;
     finished_ = finished_ || in_loader_;
@@ -227,15 +231,20 @@ protocol::AckResult SimulatedFrontEnd::set_mode(std::uint32_t argument) {
 }
 
 void SimulatedFrontEnd::keep_calibration(const protocol::CalibrationMessage& message) {
+    if (params_.is_locked) {
+        acknowledge(Opcode::write_calibration, message.request, protocol::AckResult::refused, protocol::Refusal::no_permission);
+        return;
+    }
     const auto result = running_ ? protocol::AckResult::refused : services_.keep_calibration(message.tail);
     acknowledge(Opcode::write_calibration, message.request, result);
 }
 
-void SimulatedFrontEnd::acknowledge(Opcode opcode, std::uint16_t request, protocol::AckResult result) {
+void SimulatedFrontEnd::acknowledge(Opcode opcode, std::uint16_t request, protocol::AckResult result, protocol::Refusal refusal) {
     protocol::AckMessage ack;
     ack.opcode = static_cast<std::uint8_t>(opcode);
     ack.request = request;
     ack.result = static_cast<std::uint8_t>(result);
+    ack.argument = result == protocol::AckResult::refused ? static_cast<std::uint32_t>(refusal) : 0;
     transmit(stamped(ack));
 }
 

@@ -37,6 +37,9 @@ struct FrontEndParams {
     /// Calibration blob; empty: none.
     std::vector<std::uint8_t> calibration;
     bool fails_self_check = false;  // the last row fails
+    /// Refuses loader and calibration commands like a board whose button nobody presses. Otherwise they are permitted: a
+    /// simulated device has nothing to protect.
+    bool is_locked = false;
 };
 
 struct FrontEndCounters {
@@ -93,8 +96,10 @@ private:
     [[nodiscard]] protocol::AckResult answer(const protocol::CommandMessage& command);
     [[nodiscard]] protocol::AckResult set(const protocol::CommandMessage& command);
     [[nodiscard]] protocol::AckResult set_mode(std::uint32_t argument);
+    [[nodiscard]] protocol::AckResult enter_loader(std::uint32_t argument);
     void keep_calibration(const protocol::CalibrationMessage& message);
-    void acknowledge(protocol::Opcode opcode, std::uint16_t request, protocol::AckResult result);
+    void acknowledge(protocol::Opcode opcode, std::uint16_t request, protocol::AckResult result,
+                     protocol::Refusal refusal = protocol::Refusal::unsupported);
     void start(HostTime now);
     void stop();
     [[nodiscard]] bool slot_is_due(HostTime now) const;

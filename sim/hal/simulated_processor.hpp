@@ -1,4 +1,4 @@
-// Watchdog, resets, status LED and heartbeat line of a microcontroller, in virtual time.
+// Watchdog, resets, status LED, button and heartbeat line of a microcontroller, in virtual time.
 #pragma once
 
 #include <algorithm>
@@ -6,6 +6,7 @@
 
 #include "hal/heartbeat.hpp"
 #include "hal/indicator.hpp"
+#include "hal/push_button.hpp"
 #include "hal/system_control.hpp"
 #include "hal/watchdog.hpp"
 #include "sim/hal/simulated_hal.hpp"
@@ -72,6 +73,15 @@ private:
     }
     bool lit_ = false;
     std::uint64_t changes_ = 0;
+};
+
+class SimulatedButton final : public hal::PushButton {
+public:
+    void press(bool pressed) { pressed_ = pressed; }
+
+private:
+    [[nodiscard]] bool do_is_pressed() const override { return pressed_; }
+    bool pressed_ = false;
 };
 
 class SimulatedHeartbeat final : public hal::Heartbeat {

@@ -112,6 +112,7 @@ TEST(Refused, CommandsThatDriveCoilsThatMustStayOff) {
     DeviceBench board;
     board.run(0.01);
     board.host().hello();
+    board.press_button();
     ASSERT_EQ(board.ask(Opcode::loader, protocol::kLoaderKey), AckResult::done);
     expect_none(board, AckResult::wrong_state, "before the restart into the loader");
 }
@@ -121,19 +122,15 @@ TEST(Refused, ACalibrationThatIsReplayed) {
     board.run(0.01);
     board.host().hello();
     board.run(0.01);
-    board.host().write(a_calibration(1));
-    board.run(0.01);
-    board.host().write(a_calibration(2));
-    board.run(0.01);
+    board.write(a_calibration(1));
+    board.write(a_calibration(2));
     ASSERT_EQ(board.host().result(), AckResult::done);
     const auto written = board.storage.operations();
     board.host().say_again();
     board.host().say_again();
-    board.host().write(a_calibration(1));
-    board.run(0.01);
+    board.write(a_calibration(1));
     EXPECT_EQ(board.host().result(), AckResult::replayed);
-    board.host().write(a_calibration(2));
-    board.run(0.01);
+    board.write(a_calibration(2));
     EXPECT_EQ(board.host().result(), AckResult::done) << "a host repeats a message that was not acknowledged";
     EXPECT_EQ(board.storage.operations(), written);
 }
@@ -215,8 +212,7 @@ TEST(Calibration, IsKeptOverAResetAndReadBack) {
     ASSERT_EQ(board.host().blobs.size(), 1U);
     EXPECT_TRUE(board.host().blobs.back().empty());
     const calibration::Blob blob = a_calibration(1.25);
-    board.host().write(blob);
-    board.run(0.01);
+    board.write(blob);
     EXPECT_EQ(board.host().result(), AckResult::done);
     board.boot();
     board.run(0.2);
@@ -234,8 +230,7 @@ TEST(Calibration, IsAppliedToThePoses) {
     board.ask(Opcode::stop);
     calibration::Calibration<double> c;  // an eighth of the world's coupling constant
     c.model.source_moment = board.scenario.world.coupling_constant_m3 * 0.125 * Mat3<double>::Identity();
-    board.host().write(calibration::encode(c));
-    board.run(0.01);
+    board.write(calibration::encode(c));
     ASSERT_EQ(board.host().result(), AckResult::done);
     board.host().hello();
     board.host().start();
@@ -256,8 +251,7 @@ TEST(Calibration, OfTurnedSourceCoilsGivesPosesInTheSourcesFrame) {
     c.model.source_moment = board.scenario.world.coupling_constant_m3 * turned;
     const sim::Pose truth = board.scenario.motion->at(0);
     c.hemisphere = truth.position_m;
-    board.host().write(calibration::encode(c));
-    board.run(0.01);
+    board.write(calibration::encode(c));
     ASSERT_EQ(board.host().result(), AckResult::done);
     board.track();
     board.run(0.3);
@@ -283,8 +277,7 @@ TEST(Calibration, InvalidBlobIsRefusedAndNothingIsWritten) {
     board.run(0.01);
     board.host().hello();
     const auto refused = [&](std::vector<std::uint8_t> bytes, AckResult reason, const char* what) {
-        board.host().write(bytes);
-        board.run(0.02);
+        board.write(bytes);
         EXPECT_EQ(board.host().result(), reason) << what;
     };
     const calibration::Blob good = a_calibration();
@@ -321,11 +314,9 @@ TEST(Calibration, PowerFailureDuringAWriteLeavesTheBoardTracking) {
     DeviceBench board;
     board.run(0.01);
     board.host().hello();
-    board.host().write(a_calibration(1));
-    board.run(0.01);
+    board.write(a_calibration(1));
     board.storage.fail_power_after(30);
-    board.host().write(a_calibration(2));
-    board.run(0.01);
+    board.write(a_calibration(2));
     EXPECT_EQ(board.host().result(), AckResult::failed);
     EXPECT_TRUE(board.device->faults().has(protocol::Fault::memory));
     board.storage.restore_power();

@@ -110,8 +110,9 @@ struct DeviceBench {
 
     /// Restarts from reset. The content of the storage is kept.
     void boot() {
-        device.emplace(app::DeviceHardware{clock, coils, tampered, gain, heartbeat, storage, watchdog, system, indicator, ports},
-                       params());
+        device.emplace(
+            app::DeviceHardware{clock, coils, tampered, gain, heartbeat, storage, watchdog, system, indicator, button, ports},
+            params());
         device->boot();
     }
 
@@ -144,6 +145,21 @@ struct DeviceBench {
         return host(n).result();
     }
 
+    /// Presses the button for a tenth of a second.
+    void press_button() {
+        button.press(true);
+        run(0.1);
+        button.press(false);
+        run(0.05);
+    }
+
+    /// Presses the button, then sends a calibration on the first link.
+    void write(std::span<const std::uint8_t> blob) {
+        press_button();
+        host().write(blob);
+        run(0.02);
+    }
+
     /// Opens the links, sends hello and start, and enables keep-alive commands.
     void track(std::size_t links = 1) {
         run(0.01);
@@ -168,6 +184,7 @@ struct DeviceBench {
     sim::SimulatedWatchdog watchdog{clock};
     sim::SimulatedSystem system{clock};
     sim::SimulatedIndicator indicator;
+    sim::SimulatedButton button;
     sim::SimulatedHeartbeat heartbeat;
     std::array<sim::MemoryPort, kLinks> device_ends;
     std::array<hal::MessagePort*, kLinks> ports{};

@@ -230,6 +230,7 @@ TEST(Board, AcknowledgesTheLoaderCommandBeforeTheRestart) {
     DeviceBench board;
     board.run(0.01);
     board.host().hello();
+    board.press_button();
     EXPECT_EQ(board.ask(Opcode::loader, protocol::kLoaderKey), AckResult::done);
     EXPECT_EQ(board.system.loader_restarts(), 0);
     EXPECT_EQ(board.ask(Opcode::start), AckResult::wrong_state);

@@ -51,6 +51,7 @@ std::string pins() {
         {kSensor3, "sensor coil 3", "OPAMP4_VINP0"},
         {kSensor3Capacitor, "1 uF to ground", "OPAMP4_VINM0"},
         {kStatusLed, "status LED through 1 kOhm to ground", "GPIO"},
+        {kButton, "button B1 of the Nucleo, high while pressed", "GPIO"},
         {kSerialTx, "serial line, to the ST-LINK", "USART2_TX"},
         {kSerialRx, "serial line, from the ST-LINK", "USART2_RX"},
         {kCanRx, "CAN transceiver's RXD", "FDCAN2_RX"},

@@ -32,6 +32,19 @@ TEST(Pin, TakesAnAlternateFunction) {
     EXPECT_EQ(port.AFR[1], 7U << 8U);
 }
 
+TEST(ButtonLine, IsPressedWhileItIsHigh) {
+    GpioRegisters port{};
+    port.MODER = 0xFFFF'FFFFU;
+    const Pin pin(port, 13);
+    pin.make_input();
+    EXPECT_EQ(port.MODER, 0xF3FF'FFFFU);
+    EXPECT_EQ(port.PUPDR, 2U << 26U) << "low while the contact is open";
+    const ButtonLine button(pin);
+    EXPECT_FALSE(button.is_pressed());
+    reinterpret_cast<std::uint32_t&>(port.IDR) = 1U << 13U;
+    EXPECT_TRUE(button.is_pressed());
+}
+
 TEST(EnableLines, SwitchOffBeforeOn) {
     GpioRegisters port{};
     const EnableLines lines(port, {6, 7, 8});

@@ -81,6 +81,14 @@ public:
         }
     }
 
+    /// A person presses the button B1: permits one loader or calibration command.
+    void press_button() {
+        board->press_button(true);
+        run(0.1);
+        board->press_button(false);
+        run(0.05);
+    }
+
     [[nodiscard]] protocol::StatusMessage status(std::size_t link = on_serial) {
         const std::size_t before = host(link).statuses.size();
         for (int n = 0; n < 150 && host(link).statuses.size() == before; ++n) {

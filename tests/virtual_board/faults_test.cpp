@@ -266,6 +266,7 @@ public:
     }
     /// Writes a calibration; empty without an acknowledgement within half a second or before a reset.
     std::optional<AckResult> write(const calibration::Blob& blob) {
+        press_button();
         host().write(blob);
         for (int n = 0; n < 100 && !host().result() && board->resets() == resets_; ++n) {
             run(0.005);

@@ -102,11 +102,12 @@ std::vector<protocol::PoseMessage> poses_of(const std::vector<Burst>& bursts) {
     sim::SimulatedWatchdog watchdog(clock);
     sim::SimulatedSystem system(clock);
     sim::SimulatedIndicator indicator;
+    sim::SimulatedButton button;
     sim::SimulatedHeartbeat heartbeat;
     sim::MemoryPort device_end(4096);
     test::HostEnd host(device_end);
     const std::array<hal::MessagePort*, 1> ports{&device_end};
-    app::TrackerDevice device({clock, coils, sampler, gain, heartbeat, storage, watchdog, system, indicator, ports},
+    app::TrackerDevice device({clock, coils, sampler, gain, heartbeat, storage, watchdog, system, indicator, button, ports},
                               nucleo_g474re::device_params(1, 0));
     device.boot();
     device.step();  // opens its ports

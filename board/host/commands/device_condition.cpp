@@ -48,7 +48,9 @@ Json crash_json(const protocol::ConditionMessage& m) {
 }  // namespace
 
 Json condition_json(const protocol::ConditionMessage& m) {
-    return {{"reset_reason", kResetReasons[m.reset_reason]}, {"crash", crash_json(m)}};
+    return {{"reset_reason", kResetReasons[m.reset_reason]},
+            {"crash", crash_json(m)},
+            {"permission_s", m.permission_s == 255 ? Json("always") : Json(m.permission_s)}};
 }
 
 std::string crash_text(const Json& crash) {

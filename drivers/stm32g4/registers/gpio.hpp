@@ -25,6 +25,7 @@ constexpr std::uintptr_t kGpioABase = 0x4800'0000;
 constexpr std::uintptr_t kGpioPortBytes = 0x400;  // distance between two ports
 
 namespace gpio {
+constexpr std::uint32_t MODER_input = 0;
 constexpr std::uint32_t MODER_output = 1;
 constexpr std::uint32_t MODER_alternate = 2;
 constexpr std::uint32_t MODER_analog = 3;

@@ -1,0 +1,20 @@
+// Button of a device.
+#pragma once
+
+namespace tricoil::hal {
+
+class PushButton {
+public:
+    PushButton() = default;
+    PushButton(const PushButton&) = delete;
+    PushButton& operator=(const PushButton&) = delete;
+    virtual ~PushButton() = default;
+
+    /// Present level of the contact, without debouncing. Any context; cannot fail.
+    [[nodiscard]] bool is_pressed() const { return do_is_pressed(); }
+
+private:
+    [[nodiscard]] virtual bool do_is_pressed() const = 0;
+};
+
+}  // namespace tricoil::hal
