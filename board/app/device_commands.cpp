@@ -109,6 +109,10 @@ void TrackerDevice::send_condition(HostLink& link, std::uint16_t request) {
     m.lr = report.crash.lr;
     m.cfsr = report.crash.cfsr;
     m.address = report.crash.address;
+    m.image = static_cast<std::uint8_t>(report.image);
+    m.image_crc = report.image_crc;
+    m.options = report.settings;
+    m.settings = static_cast<std::uint16_t>((report.has_settings ? 1U : 0U) | report.setting_faults.bits() << 1U);
     m.permission_s = permission_.remaining_s(now_);
     (void)send(link, m);  // if this message is lost, the host repeats the command
 }

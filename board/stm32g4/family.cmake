@@ -36,7 +36,7 @@ function(tricoil_stm32g4_tracker name)
     VERBATIM)
   set(links tricoil_app tricoil_stm32g4_usart tricoil_stm32g4_fdcan tricoil_stm32g4_usb)
   tricoil_stm32g4_sources(${name}_parts DEPENDS ${links}
-    SOURCES tracker_main.cpp tracker_board.cpp tracker_vectors.cpp image_header.cpp)
+    SOURCES tracker_main.cpp tracker_board.cpp tracker_vectors.cpp image_header.cpp image_check.cpp)
   add_dependencies(${name}_parts image_version)
   target_include_directories(${name}_parts PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/version)
   target_compile_definitions(${name}_parts PRIVATE TRICOIL_BOARD_NAME="${ARG_BOARD_NAME}")

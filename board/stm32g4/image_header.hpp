@@ -10,17 +10,19 @@ namespace tricoil::stm32g4_board {
 constexpr std::uint32_t kImageHeaderOffset = 0x200;  // from the start of the flash; also in board/cortex_m/sections.ld
 constexpr std::uint32_t kImageMagic = 0x49435254;    // "TRCI"
 
-/// Little-endian.
+/// Little-endian. Version 2 has the CRC.
 struct ImageHeader {
     std::uint32_t magic = kImageMagic;
-    std::uint16_t header_version = 1;
+    std::uint16_t header_version = 2;
     std::uint8_t oldest_protocol = 0;
     std::uint8_t newest_protocol = 0;
     std::uint32_t firmware = 0;            // major << 16, minor << 8, patch
     const std::byte* image_end = nullptr;  // address after the last byte
     std::array<char, 16> commit{};         // zero-terminated; ends in + if files differ from the commit
     std::array<char, 16> board{};
+    std::uint32_t crc = 0;  // of the image with zero in this place, CRC-32 of IEEE 802.3; filled in by toolchain/image-seal
 };
+static_assert(offsetof(ImageHeader, commit) != 16 || offsetof(ImageHeader, crc) == 48);  // where pointers have 4 bytes
 
 extern const ImageHeader image_header;
 

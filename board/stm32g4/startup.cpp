@@ -20,6 +20,8 @@ namespace {
 
 using namespace tricoil::stm32g4;
 
+constexpr unsigned kGuardLog2Bytes = 15;  // below RAM
+constexpr std::uint32_t kGuardBytes = 1U << kGuardLog2Bytes;
 constexpr std::uintptr_t kLoader = 0x1FFF'0000;  // system memory; has its own vectors (AN2606)
 
 /// Waits until the watchdog resets the processor.
@@ -61,12 +63,32 @@ extern "C" {
 // NOLINTNEXTLINE(readability-identifier-naming): name of the linker script
 extern std::uint32_t stack_bottom[];
 
-/// The stack begins at the start of RAM. Below it nothing can be stored.
+/// No access below the stack, which begins at the start of RAM, and no code in RAM. The guard also covers option bytes, which are
+/// read elsewhere, and takes no RAM.
+static void protect_memory() {
+    using namespace tricoil::stm32g4;
+    struct Region {
+        std::uint32_t base;
+        unsigned log2_bytes;
+        std::uint32_t access;
+    };
+    MpuRegisters& unit = peripheral<MpuRegisters>(kMpuBase);
+    std::uint32_t number = 0;
+    for (const auto& [base, log2_bytes, access] :
+         {Region{0x2000'0000 - tricoil::stm32g4_board::kGuardBytes, tricoil::stm32g4_board::kGuardLog2Bytes, mpu::RASR_AP_none},
+          Region{0x2000'0000, 17, mpu::RASR_AP_full | mpu::RASR_C | mpu::RASR_S},
+          Region{0x1000'0000, 15, mpu::RASR_AP_full | mpu::RASR_C | mpu::RASR_S}}) {
+        unit.RBAR = base | mpu::RBAR_VALID | number++;
+        unit.RASR = access | mpu::RASR_XN | (log2_bytes - 1) << mpu::RASR_SIZE_Pos | mpu::RASR_ENABLE;
+    }
+    unit.CTRL = mpu::CTRL_ENABLE | mpu::CTRL_PRIVDEFENA;
+    asm volatile("dsb\n isb" ::: "memory");
+}
+
 static bool is_stack_overflow(std::uint32_t cfsr, std::uint32_t address) {
     using namespace tricoil::stm32g4;
-    constexpr std::uint32_t kGuardBytes = 0x8000;
     const auto bottom = static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(stack_bottom));
-    return (cfsr & (scb::CFSR_MSTKERR | scb::CFSR_STKERR)) != 0 || bottom - 1 - address < kGuardBytes;
+    return (cfsr & (scb::CFSR_MSTKERR | scb::CFSR_STKERR)) != 0 || bottom - 1 - address < tricoil::stm32g4_board::kGuardBytes;
 }
 
 /// Enters the manufacturer's boot loader if the last run requested it. No peripheral is on yet, in particular no watchdog.
@@ -86,6 +108,7 @@ void before_memory() {
     }
     scb.VTOR = 0;
     if (std::exchange(record.request, 0U) != stm32g4::BootRecord::kEnterLoader) {
+        protect_memory();
         return;
     }
     scb.VTOR = stm32g4_board::kLoader;

@@ -3,6 +3,7 @@
 #include "board/cortex_m/program.hpp"
 #include "board/cortex_m/stack.hpp"
 #include "board/stm32g4/boot_record.hpp"
+#include "board/stm32g4/image_check.hpp"
 #include "drivers/stm32g4/registers/peripheral.hpp"
 #include "measuring.hpp"  // from the board's own folder, like pins.hpp
 #include "pins.hpp"
@@ -65,7 +66,7 @@ Converters::Parts converter_parts() {
 
 void switch_peripherals_on() {
     auto& rcc = peripheral<RccRegisters>(kRccBase);
-    rcc.AHB1ENR = rcc.AHB1ENR | rcc::AHB1ENR_DMA1EN | rcc::AHB1ENR_DMAMUX1EN;
+    rcc.AHB1ENR = rcc.AHB1ENR | rcc::AHB1ENR_DMA1EN | rcc::AHB1ENR_DMAMUX1EN | rcc::AHB1ENR_CRCEN;
     rcc.AHB2ENR = rcc.AHB2ENR | rcc::AHB2ENR_GPIOAEN | rcc::AHB2ENR_GPIOBEN | rcc::AHB2ENR_GPIOCEN | rcc::AHB2ENR_ADC12EN |
                   rcc::AHB2ENR_ADC345EN | rcc::AHB2ENR_DAC1EN | rcc::AHB2ENR_DAC2EN | rcc::AHB2ENR_DAC3EN | rcc::AHB2ENR_DAC4EN;
     rcc.APB1ENR1 = rcc.APB1ENR1 | rcc::APB1ENR1_TIM2EN | rcc::APB1ENR1_TIM6EN | rcc::APB1ENR1_CRSEN | rcc::APB1ENR1_USART2EN |
@@ -141,6 +142,9 @@ void TrackerBoard::begin() {
     set_pins();
     clock.start(hertz_of(core));
     processor.begin();
+    const ImageCheck image = check_image();
+    processor.report_image(image.is_sound, image.crc);
+    processor.report_settings(peripheral<const FlashRegisters>(kFlashBase).OPTR);
     if (core != CoreClock::crystal) {
         processor.report(hal::SystemFault::clock);
     }

@@ -16,7 +16,7 @@ struct Kind {
     const char* name;
     const char* help;
 };
-constexpr std::array<Kind, 15> kKinds{{
+constexpr std::array<Kind, 16> kKinds{{
     {"adc_silent", "adc_silent:N  converter N (1, 3, 4 or 5) never ends a conversion"},
     {"dma_stuck", "dma_stuck  the DMA serves no request: converters overrun, carriers stop"},
     {"crystal", "crystal  the crystal stops, or does not start"},
@@ -31,9 +31,11 @@ constexpr std::array<Kind, 15> kKinds{{
     {"can_babble", "can_babble  another node sends identifier 0 without pause"},
     {"can_errors", "can_errors:N  the next N frames of the board are destroyed"},
     {"button", "button  the user button B1 is pressed"},
+    {"option_bytes", "option_bytes:N  the option bytes are N (FLASH_OPTR), for example 0xFFEFF8AA of the factory"},
     {"can_alone", "can_alone  no other node on the CAN bus acknowledges"},
 }};
 constexpr double kMaxNumber = 1e9;  // fits `unsigned`; larger than any count in a run
+constexpr double kMaxWord = 4294967295;
 constexpr double kAlways = std::numeric_limits<double>::infinity();
 
 double number(const std::string& text, const std::string& fault) {
@@ -58,6 +60,12 @@ unsigned count(const Kind& kind, const std::string& field, const std::string& fa
         return 0;
     }
     const double value = number(field.empty() ? field : field.substr(1), fault);
+    if (std::string_view(kind.name) == "option_bytes") {
+        if (value > kMaxWord || value != std::floor(value)) {
+            throw host::InputError("fault '" + fault + "': give a 32-bit number, for example 0xFFEFF8AA");
+        }
+        return static_cast<unsigned>(value);
+    }
     if (value < 1 || value > kMaxNumber || value != std::floor(value)) {
         throw host::InputError("fault '" + fault + "': give a whole number from 1 to 1000000000");
     }

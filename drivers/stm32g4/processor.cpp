@@ -1,5 +1,7 @@
 #include "drivers/stm32g4/processor.hpp"
 
+#include "drivers/stm32g4/option_bytes.hpp"
+
 namespace tricoil::stm32g4 {
 namespace {
 
@@ -47,6 +49,18 @@ void Processor::begin() {
         (void)record_.take_news();
     }
     report_.crash = crash_of(record_);
+}
+
+void Processor::report_image(bool is_sound, std::uint32_t crc) {
+    report_.image = is_sound ? hal::ImageState::sound : hal::ImageState::damaged;
+    report_.image_crc = crc;
+    faults_.set_if(!is_sound, hal::SystemFault::memory);
+}
+
+void Processor::report_settings(std::uint32_t options) {
+    report_.has_settings = true;
+    report_.settings = options;
+    report_.setting_faults = setting_faults(options);
 }
 
 void Processor::report(hal::SystemFault trouble) { faults_.set(trouble); }

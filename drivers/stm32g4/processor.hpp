@@ -22,6 +22,11 @@ public:
     /// Call once: reads and clears the reset flags, and reads the error of the last run.
     void begin();
 
+    /// A damaged image is a fault: the coils stay off.
+    void report_image(bool is_sound, std::uint32_t crc);
+
+    void report_settings(std::uint32_t options);
+
     /// Sets a fault until the next reset. May be called in any context.
     void report(hal::SystemFault fault);
 

@@ -55,6 +55,8 @@ void BoardFaults::begin(Planned& planned) {
         board_.can.has_other_nodes = false;
     } else if (fault.name == "button") {
         board_.press_button(true);
+    } else if (fault.name == "option_bytes") {
+        board_.flash.set_options(fault.number);
     }
 }
 

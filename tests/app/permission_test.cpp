@@ -9,7 +9,6 @@ namespace {
 
 using protocol::AckResult;
 using protocol::Opcode;
-using protocol::Refusal;
 using test::DeviceBench;
 
 calibration::Blob blob_of(double gain) {
@@ -40,14 +39,14 @@ struct Permission : ::testing::Test {
 
 TEST_F(Permission, IsNeededForLoaderAndCalibration) {
     EXPECT_EQ(write(1), AckResult::refused);
-    EXPECT_EQ(reason(), static_cast<std::uint32_t>(Refusal::no_permission));
+    EXPECT_EQ(reason(), static_cast<std::uint32_t>(protocol::Refusal::no_permission));
     EXPECT_EQ(board.ask(Opcode::loader, protocol::kLoaderKey), AckResult::refused);
-    EXPECT_EQ(reason(), static_cast<std::uint32_t>(Refusal::no_permission));
+    EXPECT_EQ(reason(), static_cast<std::uint32_t>(protocol::Refusal::no_permission));
     board.run(0.2);
     EXPECT_EQ(board.storage.operations(), 0U);
     EXPECT_EQ(board.system.loader_restarts(), 0);
     EXPECT_EQ(board.ask(Opcode::excite), AckResult::refused);
-    EXPECT_EQ(reason(), static_cast<std::uint32_t>(Refusal::unsupported)) << "the button does not help here";
+    EXPECT_EQ(reason(), static_cast<std::uint32_t>(protocol::Refusal::unsupported)) << "the button does not help here";
 }
 
 TEST_F(Permission, OfOnePressIsForOneCommand) {

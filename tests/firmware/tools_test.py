@@ -7,10 +7,20 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import zlib
 
 TOOLCHAIN = pathlib.Path(__file__).resolve().parents[2] / "toolchain"
 BOARD = slice(0x220, 0x230)  # where an image names its board (board/stm32g4/image_header.hpp)
+CRC = slice(0x230, 0x234)
 IMAGE = pathlib.Path(sys.argv.pop(1))
+
+
+def sealed(image):
+    """The image with the CRC of its content."""
+    image = bytearray(image)
+    image[CRC] = bytes(4)
+    image[CRC] = zlib.crc32(image).to_bytes(4, "little")
+    return bytes(image)
 
 
 def run(tool, *arguments, path=os.environ["PATH"]):
@@ -49,6 +59,8 @@ class Tools(unittest.TestCase):
         self.assertEqual(said["board"], "nucleo-g474re")
         self.assertEqual(int(said["bytes"]), IMAGE.stat().st_size)
         self.assertEqual(len(said["sha256"]), 64)
+        self.assertEqual(sealed(IMAGE.read_bytes()), IMAGE.read_bytes())
+        self.assertEqual(int(said["crc"], 16).to_bytes(4, "little"), IMAGE.read_bytes()[CRC])
         self.assertRegex(said["commit"], r"^([0-9a-f]{10}\+?|unknown)$")
 
     def test_invalid_images_are_refused(self):
@@ -56,6 +68,30 @@ class Tools(unittest.TestCase):
         self.refused(run("image-info", self.file(b"short")), 2, "5 bytes")
         self.refused(run("image-info", self.file(bytes(10000))), 2, "no image header")
         self.refused(run("image-info", self.file(IMAGE.read_bytes()[:-1])), 2, "the file is damaged")
+
+        for at in (0x1000, IMAGE.stat().st_size - 1, 0x210, CRC.start):
+            damaged = bytearray(IMAGE.read_bytes())
+            damaged[at] ^= 4
+            self.refused(run("image-info", self.file(damaged)), 2, "CRC", "the file is damaged")
+        old = bytearray(IMAGE.read_bytes())
+        old[0x204] = 1
+        self.refused(run("image-info", self.file(sealed(old))), 2, "version 1")
+        large = bytearray(IMAGE.read_bytes()) + bytes(512 * 1024)
+        large[0x20C:0x210] = (0x08000000 + len(large)).to_bytes(4, "little")
+        self.refused(run("image-info", self.file(sealed(large))), 2, "but the chip holds 262144")
+        for at, address in ((0, 0x10010000), (0, 0x20080000), (4, 0x00400101)):
+            other = bytearray(IMAGE.read_bytes())
+            other[at:at + 4] = address.to_bytes(4, "little")
+            self.refused(run("image-info", self.file(sealed(other))), 2, "for another chip")
+
+    def test_seal_refuses_what_is_not_an_image(self):
+        self.refused(run("image-seal", self.folder / "none"), 2, "none")
+        self.refused(run("image-seal", self.file(b"text")), 2, "not a 32-bit little-endian ELF file")
+        self.refused(run("image-seal", IMAGE), 2, "not a 32-bit little-endian ELF file")
+        elf = IMAGE.with_suffix(".elf")
+        copy = self.file(elf.read_bytes())
+        self.assertEqual(run("image-seal", copy).returncode, 0)
+        self.assertEqual(copy.read_bytes(), elf.read_bytes(), "sealed by the build")
 
     def test_flash_refuses_bad_usage(self):
         self.refused(run("flash", "radio", IMAGE), 2, "'radio'")
@@ -68,7 +104,7 @@ class Tools(unittest.TestCase):
             image = bytearray(IMAGE.read_bytes())
             image[BOARD] = board.ljust(16, b"\0")
             for way in ("dfu", "stlink"):
-                done = run("flash", way, self.file(image), path=path)
+                done = run("flash", way, self.file(sealed(image)), path=path)
                 self.refused(done, 2, f"'{board.decode()}'", "nucleo-g474re;", "toolchain/build")
         self.assertEqual(list(self.folder.glob("*.said")), [])
 

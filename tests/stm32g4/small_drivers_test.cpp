@@ -5,6 +5,7 @@
 #include "drivers/stm32g4/enable_lines.hpp"
 #include "drivers/stm32g4/independent_watchdog.hpp"
 #include "drivers/stm32g4/lines.hpp"
+#include "drivers/stm32g4/option_bytes.hpp"
 #include "drivers/stm32g4/processor.hpp"
 #include "drivers/stm32g4/sensor_amplifiers.hpp"
 #include "drivers/stm32g4/timer_clock.hpp"
@@ -205,6 +206,34 @@ TEST_F(ProcessorTest, RefusesARecordThatWasChanged) {
     record.error.pc ^= 1U << 20U;
     EXPECT_EQ(reason_for(rcc::CSR_PINRSTF), hal::ResetReason::external);
     EXPECT_EQ(processor.report().crash.kind, hal::CrashRecord::Kind::none);
+}
+
+TEST_F(ProcessorTest, ReportsADamagedImage) {
+    processor.report_image(true, 0x1234'5678);
+    EXPECT_EQ(processor.report().image, hal::ImageState::sound);
+    EXPECT_TRUE(processor.faults().empty());
+    processor.report_image(false, 0x1234'5679);
+    EXPECT_EQ(processor.report().image, hal::ImageState::damaged);
+    EXPECT_EQ(processor.report().image_crc, 0x1234'5679U);
+    EXPECT_TRUE(processor.faults().has(hal::SystemFault::memory));
+}
+
+TEST_F(ProcessorTest, ReportsSettings) {
+    using hal::SettingFault;
+    using hal::SettingFaults;
+    EXPECT_FALSE(processor.report().has_settings);
+    processor.report_settings(0xFFEF'F8AA);
+    EXPECT_TRUE(processor.report().has_settings);
+    EXPECT_EQ(processor.report().settings, 0xFFEF'F8AAU);
+    EXPECT_EQ(processor.report().setting_faults, SettingFaults{SettingFault::brown_out}) << "of the factory";
+    EXPECT_TRUE(setting_faults(0xFFEF'FCAA).empty());
+    EXPECT_EQ(setting_faults(0xFFEF'FBAA), SettingFaults{SettingFault::brown_out}) << "2.5 V";
+    EXPECT_EQ(setting_faults(0xFFEF'FC00), SettingFaults{SettingFault::readout_1});
+    EXPECT_EQ(setting_faults(0xFFEF'FCCC), SettingFaults{SettingFault::readout_2});
+    EXPECT_EQ(setting_faults(0xFFAF'FCAA), SettingFaults{SettingFault::one_bank});
+    EXPECT_EQ(setting_faults(0xFFFF'FCAA), SettingFaults{SettingFault::other_bank});
+    EXPECT_EQ(setting_faults(0xF3EF'FCAA), SettingFaults{SettingFault::no_flash});
+    EXPECT_TRUE(setting_faults(0xF7EF'FCAA).empty()) << "nBOOT0 counts only if nSWBOOT0 is 0";
 }
 
 TEST_F(ProcessorTest, ReportsClockAndStackFaults) {

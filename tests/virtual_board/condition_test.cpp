@@ -49,6 +49,7 @@ public:
 
 enum Reason : std::uint8_t { kPowerOn, kResetPin, kSoftware, kWatchdog, kProgramError };
 enum Crash : std::uint8_t { kNone, kFault, kAssertion, kHung, kStack };
+enum Image : std::uint8_t { kUnchecked, kSound, kDamaged };
 constexpr std::uint32_t kBadAddress = 0x30000000;  // of the fault bad_access
 constexpr std::uint16_t kHardFault = 3;
 
@@ -95,12 +96,82 @@ TEST(BoardCondition, TellsTheOtherReasons) {
     c = board.after("stack_overflow");
     EXPECT_EQ(c.reset_reason, kProgramError);
     EXPECT_EQ(c.crash, kStack);
+    EXPECT_EQ(c.cfsr, 0x92U) << "the MPU forbade the access, and the processor's own";
+    EXPECT_LT(virtual_board::Memory::kRamBase - c.address, 64U) << std::hex << c.address;
     EXPECT_EQ(c.pc, 0U) << "the processor could not store it";
     EXPECT_EQ(c.crashes, 2U);
     c = board.after("code_in_ram");
     EXPECT_EQ(c.crash, kFault);
+    EXPECT_EQ(c.cfsr, 0x01U) << "the MPU forbade the instruction";
     EXPECT_EQ(c.pc, virtual_board::Memory::kRamBase);
     EXPECT_EQ(c.crashes, 3U);
+}
+
+TEST(BoardCondition, FindsTheImageSound) {
+    ReportingBoard board;
+    const ConditionMessage c = board.condition();
+    EXPECT_EQ(c.image, kSound);
+    EXPECT_EQ(board.status().faults & static_cast<unsigned>(protocol::Fault::self_check), 0U);
+}
+
+/// One bit of the header's text, of the constants, or of the last word, is wrong: the board communicates, but drives no coil.
+TEST(BoardCondition, ADamagedImageKeepsTheCoilsOff) {
+    const std::vector<std::uint8_t> image = test::read_image(TRICOIL_BOARD_IMAGE ".bin");
+    constexpr std::size_t kCommit = 0x210;
+    constexpr std::size_t kCrc = 0x230;
+    for (const std::size_t at : {kCommit, kCrc, image.size() - 1}) {
+        ReportingBoard board;
+        board.board->machine.memory.flash[at] ^= 0x10;
+        board.board->power_cycle();
+        board.greet();
+        const ConditionMessage c = board.condition();
+        EXPECT_EQ(c.image, kDamaged) << at;
+        EXPECT_NE(board.status().faults & static_cast<unsigned>(protocol::Fault::self_check), 0U) << at;
+        EXPECT_EQ(board.ask(test::on_serial, Opcode::start), protocol::AckResult::failed) << at;
+        board.host().command(Opcode::read_block, 0, Excitation::s1);
+        board.run(0.1);
+        EXPECT_EQ(board.host().result(), protocol::AckResult::failed) << at;
+        EXPECT_LT(board.board->bench.last_driven_s(), 0) << "the coils were never on";
+    }
+}
+
+TEST(BoardCondition, ChecksTheOptionBytes) {
+    struct Case {
+        const char* fault;
+        std::uint16_t settings;
+    };
+    enum : std::uint16_t { kChecked = 1, kBrownOut = 2, kLevel1 = 4, kLevel2 = 8, kOneBank = 16, kBank2 = 32, kNotFlash = 64 };
+    for (const auto& [fault, settings] : {Case{"option_bytes:0xFFEFF8AA", kBrownOut}, Case{"option_bytes:0xFFEFFCAA", 0},
+                                          Case{"option_bytes:0xFFEFFCBB", kLevel1}, Case{"option_bytes:0xFFEFFCCC", kLevel2},
+                                          Case{"option_bytes:0xFFAFFCAA", kOneBank}, Case{"option_bytes:0xFFFFFCAA", kBank2},
+                                          Case{"option_bytes:0xF3EFFCAA", kNotFlash}, Case{"option_bytes:0xFBEFFCAA", 0}}) {
+        ReportingBoard board;
+        virtual_board::BoardFaults faults(*board.board, {virtual_board::parse_board_fault(fault)});
+        faults.update();
+        board.board->power_cycle();
+        board.greet();
+        const ConditionMessage c = board.condition();
+        EXPECT_EQ(c.settings, kChecked | settings) << fault;
+        EXPECT_EQ(c.options, std::stoul(std::string(fault).substr(13), nullptr, 16));
+    }
+}
+
+TEST(BoardPermission, IsGivenByTheButtonOnly) {
+    ReportingBoard board;
+    const auto loader = [&](std::size_t link) { return board.ask(link, Opcode::loader, protocol::kLoaderKey); };
+    board.host(test::on_can).hello();
+    board.run(0.02);
+    EXPECT_EQ(loader(test::on_can), protocol::AckResult::refused) << "an unknown node of the bus";
+    EXPECT_EQ(loader(test::on_serial), protocol::AckResult::refused);
+    EXPECT_EQ(board.condition().permission_s, 0);
+    board.press_button();
+    EXPECT_EQ(board.condition().permission_s, 60);
+    board.run(60);
+    EXPECT_EQ(loader(test::on_serial), protocol::AckResult::refused) << "too late";
+    board.press_button();
+    EXPECT_EQ(loader(test::on_serial), protocol::AckResult::done);
+    board.run(0.2);
+    EXPECT_TRUE(board.board->machine.cpu.in_bootloader());
 }
 
 }  // namespace

@@ -169,6 +169,45 @@ TEST_F(Processor, TakesAFaultAsHardFault) {
     EXPECT_THAT(failure(Job::read_nowhere), HasSubstr("read from 0x30000000")) << "only the requested fault is an exception";
 }
 
+/// Regions of the tracker's firmware: a guard below RAM, and no code in RAM.
+TEST_F(Processor, MemoryProtectionTellsForbiddenFromMissing) {
+    SystemControl& control = machine_.control;
+    const auto region = [&](std::uint32_t number, std::uint32_t base, std::uint32_t attributes) {
+        control.write(0x9C, base | 1U << 4U | number);
+        control.write(0xA0, attributes | 1U);
+    };
+    constexpr std::uint32_t kNoAccess = 0;
+    constexpr std::uint32_t kFull = 3U << 24U;
+    constexpr std::uint32_t kNoExecute = 1U << 28U;
+    const auto size = [](unsigned log2_bytes) { return (log2_bytes - 1) << 1U; };
+    EXPECT_EQ(control.read(0x90), 0x800U);
+    region(0, 0x1FFF8000, kNoAccess | size(15));
+    region(1, 0x20000000, kFull | kNoExecute | size(17));
+    EXPECT_FALSE(control.mpu().forbids(0x1FFFFFFC, false)) << "the unit is off";
+    control.write(0x94, 5);
+    EXPECT_TRUE(control.mpu().forbids(0x1FFFFFFC, false));
+    EXPECT_TRUE(control.mpu().forbids(0x1FFF8000, false));
+    EXPECT_FALSE(control.mpu().forbids(0x1FFF7FFC, false));
+    EXPECT_FALSE(control.mpu().forbids(0x20000000, false));
+    EXPECT_TRUE(control.mpu().forbids(0x20000000, true));
+    EXPECT_FALSE(control.mpu().forbids(0x20020000, true));
+    const auto refusal = [](auto act) -> std::string {
+        try {
+            act();
+        } catch (const RunFailure& failure) {
+            return failure.what();
+        }
+        return "accepted";
+    };
+    EXPECT_THAT(refusal([&] { region(2, 0x20000000, kNoAccess | size(12)); }), HasSubstr("forbids access to memory"));
+    control.reset();
+    EXPECT_THAT(refusal([&] { control.write(0x94, 1); }), HasSubstr("without PRIVDEFENA"));
+    EXPECT_THAT(refusal([&] { control.write(0x94, 7); }), HasSubstr("HFNMIENA"));
+    control.write(0x94, 5);
+    EXPECT_THAT(refusal([&] { region(0, 0x20000000, kFull | size(15) | 1U << 8U); }), HasSubstr("SRD"));
+    EXPECT_THAT(refusal([&] { region(0, 0x20001000, kFull | size(17)); }), HasSubstr("a multiple of the size"));
+}
+
 TEST_F(Processor, RefusesInvalidImages) {
     EXPECT_THROW(machine_.load(std::vector<std::uint8_t>(8)), std::invalid_argument);
     EXPECT_THROW(machine_.load(std::vector<std::uint8_t>(4096, 0xFF)), std::invalid_argument);

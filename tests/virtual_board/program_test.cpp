@@ -3,6 +3,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdio>
+#include <fstream>
 
 #include "tests/cli/cli_runner.hpp"
 
@@ -64,6 +66,19 @@ TEST(Program, ImagesAreNamedByTheirFile) {
     EXPECT_THAT(test::tricoil(TRICOIL_TEST_FIRMWARE "/processor.elf").err, HasSubstr("0x08000000"));
 }
 
+TEST(Program, ImagesThatDoNotFitTheChipAreRefused) {
+    const std::string path = ::testing::TempDir() + "tricoil-large.bin";
+    std::ofstream(path, std::ios::binary) << std::string(600 * 1024, 'x');
+    const test::CliResult large = test::tricoil(path);
+    EXPECT_EQ(large.exit_code, 2);
+    EXPECT_THAT(large.err, HasSubstr("image of 614400 bytes: give a raw .bin of 64 to 262144 bytes"));
+    std::ofstream(path, std::ios::binary) << std::string(1024, 'x');
+    const test::CliResult other = test::tricoil(path);
+    EXPECT_EQ(other.exit_code, 2);
+    EXPECT_THAT(other.err, HasSubstr("does not begin with a vector table"));
+    std::remove(path.c_str());
+}
+
 TEST(Program, ListsEveryRegister) {
     const test::CliResult list = test::tricoil("--registers");
     EXPECT_EQ(list.exit_code, 0) << list.err;
@@ -75,7 +90,8 @@ TEST(Program, ListsEveryRegister) {
 TEST(Program, NumbersOfFaultsAreBounded) {
     for (const char* wrong : {"can_errors:1e99", "can_errors:nan", "can_errors:inf", "can_errors:-1", "can_errors:1.5",
                               "can_errors:0", "can_errors", "flash_power_loss:1e10", "usb_resets:0", "adc_silent:2", "hang:3",
-                              "can_errors:1@nan", "can_errors:1@2-1", "can_errors:1@inf"}) {
+                              "can_errors:1@nan", "can_errors:1@2-1", "can_errors:1@inf", "option_bytes", "option_bytes:-1",
+                              "option_bytes:0x100000000", "option_bytes:1.5", "bad_access:1"}) {
         expect_refused(std::string("--duration 0.001 --fault ") + wrong, 2, std::string("fault '") + wrong + "'");
     }
 }

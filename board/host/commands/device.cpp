@@ -295,7 +295,7 @@ void add_device_command(CLI::App& program, Action& action) {
         return one;
     };
     add_json(add("list", "List CAN interfaces and USB devices of this machine", &list_devices));
-    add_wait(add_device(add_json(add("info", "Identify a device", &show_info))));
+    add_wait(add_device(add_json(add("info", "Identify a device; show its last program error, image and settings", &show_info))));
     add_device(add_json(add("watch", "Print every message of a device without sending commands", &watch)))
         ->add_option("--duration", command->duration_s, "Duration; default: until a signal")
         ->type_name("SECONDS")
@@ -304,7 +304,7 @@ void add_device_command(CLI::App& program, Action& action) {
         ->add_option("--out", command->file, "Output file, in the format of tricoil calibrate --blob")
         ->required()
         ->type_name(kFileType);
-    add_wait(add_device(add("write-calibration", "Store a calibration in a device", &send_calibration)))
+    add_wait(add_device(add("write-calibration", "Store a calibration in a device; press its button first", &send_calibration)))
         ->add_option("file", command->file, "File written by tricoil calibrate --blob")
         ->required()
         ->type_name(kFileType);
@@ -325,12 +325,13 @@ void add_device_command(CLI::App& program, Action& action) {
         ->required();
     add_wait(add_device(add("boresight", "Set the boresight: the present attitude becomes straight ahead", &set_boresight)))
         ->add_flag("--clear", command->clear, "Clear the boresight");
-    add_wait(add_device(add("loader", "Restart a device in its boot loader, to write new firmware", &enter_loader)));
+    add_wait(add_device(
+        add("loader", "Restart a device in its boot loader, to write new firmware; press its button first", &enter_loader)));
     CLI::App* const captured =
         add_wait(add_device(add("capture", "Record raw samples of every coil, for tricoil demodulate", &capture_blocks)));
     captured->add_option("--out", command->file, "CSV file")->required()->type_name(kFileType);
     set_examples(sub, {{"what is connected?", "tricoil device list"},
-                       {"serial number, firmware, mode", "tricoil device info can:can0"},
+                       {"serial number, firmware, mode, last program error", "tricoil device info can:can0"},
                        {"every message", "tricoil device watch serial:/dev/ttyACM0"},
                        {"raw samples, for tricoil demodulate", "tricoil device capture can:can0 --out capture.csv"}});
     captured->add_option("--repeats", command->repeats, "Number of times that each coil is recorded")

@@ -10,6 +10,33 @@ namespace {
 constexpr std::array<const char*, 5> kResetReasons{"power-on", "reset pin", "software", "watchdog", "program error"};
 constexpr std::array<const char*, 5> kCrashes{"none", "processor fault", "assertion", "watchdog", "stack overflow"};
 
+constexpr std::array<const char*, 3> kImages{"not checked", "sound", "damaged"};
+constexpr std::uint8_t kDamaged = 2;
+
+/// Bits of ConditionMessage::settings.
+enum Setting : std::uint16_t {
+    kChecked = 1U << 0U,
+    kBrownOut = 1U << 1U,
+    kReadout1 = 1U << 2U,
+    kReadout2 = 1U << 3U,
+    kOneBank = 1U << 4U,
+    kOtherBank = 1U << 5U,
+    kNotFlash = 1U << 6U,
+};
+struct SettingText {
+    Setting bit;
+    const char* problem;
+    const char* option;  // of STM32_Programmer_CLI -c port=SWD -ob; null: no remedy
+};
+constexpr std::array<SettingText, 6> kSettings{{
+    {kBrownOut, "brown-out level below 2.8 V: a falling supply may damage the stored calibration", "BOR_LEV=4"},
+    {kReadout1, "read protection level 1: new firmware needs an erase of the whole flash", "RDP=0xAA"},
+    {kReadout2, "read protection level 2: this firmware can never be replaced; use another board for updates", nullptr},
+    {kOneBank, "the flash is one bank: no calibration can be stored", "DBANK=1"},
+    {kOtherBank, "the processor tries to boot from bank 2, which holds the calibration", "BFB2=0"},
+    {kNotFlash, "the processor boots its loader instead of the firmware", "nBOOT0=1"},
+}};
+
 std::string hexadecimal(std::uint32_t number) { return fmt::format("0x{:08x}", number); }
 
 /// Name of an exception (ARMv7-M B1.5.2).
@@ -45,11 +72,23 @@ Json crash_json(const protocol::ConditionMessage& m) {
             {"address", known(m.address)}};
 }
 
+/// Level 0 to 2; null: not known.
+Json read_protection(std::uint16_t settings) {
+    if ((settings & kChecked) == 0) {
+        return nullptr;
+    }
+    return (settings & kReadout2) != 0 ? 2 : (settings & kReadout1) != 0 ? 1 : 0;
+}
+
 }  // namespace
 
 Json condition_json(const protocol::ConditionMessage& m) {
     return {{"reset_reason", kResetReasons[m.reset_reason]},
             {"crash", crash_json(m)},
+            {"image", kImages[m.image]},
+            {"image_crc", hexadecimal(m.image_crc)},
+            {"options", (m.settings & kChecked) != 0 ? Json(hexadecimal(m.options)) : Json(nullptr)},
+            {"read_protection", read_protection(m.settings)},
             {"permission_s", m.permission_s == 255 ? Json("always") : Json(m.permission_s)}};
 }
 
@@ -73,6 +112,16 @@ std::vector<std::string> condition_warnings(const protocol::ConditionMessage& m)
                                : fmt::format("a program error restarted the device; for its place run arm-none-eabi-addr2line "
                                              "-fe tricoil_board.elf {}, then report it",
                                              hexadecimal(m.pc)));
+    }
+    if (m.image == kDamaged) {
+        warnings.emplace_back("the image is damaged, the coils stay off; write it again with toolchain/flash");
+    }
+    for (const auto& [bit, problem, option] : kSettings) {
+        if ((m.settings & bit) != 0) {
+            warnings.push_back(problem + (option == nullptr
+                                              ? std::string()
+                                              : fmt::format("; set STM32_Programmer_CLI -c port=SWD -ob {}", option)));
+        }
     }
     return warnings;
 }

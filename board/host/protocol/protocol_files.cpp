@@ -98,6 +98,9 @@ that has sent start, until this host sends stop or is silent. Without such a hos
 | hemisphere | x, y, z of its direction as signed bytes, index of the sensor in the highest byte; all zero: unknown; a tracker board forgets it when the measurement ends |
 | boresight | 1: the present attitude becomes zero; 0: removes this correction |
 | loader | 0x4C4F4144 |
+
+A tracker board executes loader, and stores a calibration, only after a press of its button: one of them within 60 s. Otherwise it
+answers `ack` refused with the argument 1.
 )";
 
 std::string protocol_page() {

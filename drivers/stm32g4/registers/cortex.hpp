@@ -32,6 +32,16 @@ struct SysTickRegisters {
     volatile std::uint32_t CALIB;
 };
 
+struct MpuRegisters {
+    volatile std::uint32_t TYPE;
+    volatile std::uint32_t CTRL;
+    volatile std::uint32_t RNR;
+    volatile std::uint32_t RBAR;
+    volatile std::uint32_t RASR;
+};
+static_assert(offsetof(MpuRegisters, RASR) == 0x10);
+
+constexpr std::uintptr_t kMpuBase = 0xE000'ED90;
 constexpr std::uintptr_t kScbBase = 0xE000'ED00;
 constexpr std::uintptr_t kSysTickBase = 0xE000'E010;
 constexpr std::uintptr_t kDemcr = 0xE000'EDFC;  // bit 24 enables the cycle counter's unit
@@ -44,6 +54,19 @@ constexpr std::uint32_t CFSR_STKERR = 1U << 12U;    // the exception could not p
 constexpr std::uint32_t CFSR_BFARVALID = 1U << 15U;
 constexpr std::size_t SHPR_SysTick = 15 - 4;
 }  // namespace scb
+
+namespace mpu {
+constexpr std::uint32_t CTRL_ENABLE = 1U << 0U;
+constexpr std::uint32_t CTRL_PRIVDEFENA = 1U << 2U;  // outside the regions the default map applies
+constexpr std::uint32_t RBAR_VALID = 1U << 4U;       // bits 0-3 are the number of the region
+constexpr std::uint32_t RASR_ENABLE = 1U << 0U;
+constexpr unsigned RASR_SIZE_Pos = 1;  // the size is 2^(n + 1) bytes
+constexpr std::uint32_t RASR_C = 1U << 17U;
+constexpr std::uint32_t RASR_S = 1U << 18U;
+constexpr std::uint32_t RASR_AP_none = 0U << 24U;
+constexpr std::uint32_t RASR_AP_full = 3U << 24U;
+constexpr std::uint32_t RASR_XN = 1U << 28U;
+}  // namespace mpu
 
 namespace systick {
 constexpr std::uint32_t CSR_ENABLE = 1U << 0U;

@@ -49,7 +49,15 @@ constexpr std::uint32_t ECCR_BK_ECC = 1U << 21U;
 constexpr std::uint32_t ECCR_ECCD2 = 1U << 29U;  // single-bank mode with 128-bit words: the upper half
 constexpr std::uint32_t ECCR_ECCD = 1U << 31U;   // uncorrectable error in a double-word; raises the NMI; write 1 to clear
 
+constexpr std::uint32_t OPTR_RDP = 255U;  // read protection; every other value: level 1
+constexpr std::uint32_t OPTR_RDP_0 = 0xAAU;
+constexpr std::uint32_t OPTR_RDP_2 = 0xCCU;
+constexpr std::uint32_t OPTR_BOR_LEV = 7U << 8U;
+constexpr std::uint32_t OPTR_BOR_LEV_2V8 = 4U << 8U;
+constexpr std::uint32_t OPTR_BFB2 = 1U << 20U;  // boots from bank 2 if it has a program
 constexpr std::uint32_t OPTR_DBANK = 1U << 22U;
+constexpr std::uint32_t OPTR_nSWBOOT0 = 1U << 26U;  // 1: the pin PB8 is BOOT0
+constexpr std::uint32_t OPTR_nBOOT0 = 1U << 27U;
 }  // namespace flash
 
 }  // namespace tricoil::stm32g4

@@ -67,6 +67,7 @@ constexpr std::uint32_t CICR_CSSC = 1U << 8U;
 
 constexpr std::uint32_t AHB1ENR_DMA1EN = 1U << 0U;
 constexpr std::uint32_t AHB1ENR_DMAMUX1EN = 1U << 2U;
+constexpr std::uint32_t AHB1ENR_CRCEN = 1U << 12U;
 constexpr std::uint32_t AHB2ENR_GPIOAEN = 1U << 0U;
 constexpr std::uint32_t AHB2ENR_GPIOBEN = 1U << 1U;
 constexpr std::uint32_t AHB2ENR_GPIOCEN = 1U << 2U;

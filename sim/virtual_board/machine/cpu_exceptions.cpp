@@ -98,7 +98,8 @@ void Cpu::push_frame(std::uint32_t frame, std::uint32_t xpsr) {
     const bool in_fault = std::exchange(takes_fault_, takes_fault_ && !fault_) && fault_;
     fault_.reset();
     if (in_fault && !Memory::is_ram(frame)) {
-        control_.note_fault(SystemControl::kStackingError, 0);
+        const bool forbidden = control_.mpu().forbids(frame, false);
+        control_.note_fault(forbidden ? SystemControl::kForbiddenStacking : SystemControl::kStackingError, 0);
         return;
     }
     for (std::uint32_t n = 0; n < kFrameRegisters.size(); ++n) {
@@ -110,16 +111,22 @@ void Cpu::push_frame(std::uint32_t frame, std::uint32_t xpsr) {
 
 /// Makes the fault a pending HardFault. The handlers of the single faults are modelled as disabled (see Shcsr).
 void Cpu::take_fault() {
+    const std::uint32_t address = fault_->address;
+    const bool is_fetch = fault_->kind == Fault::Kind::fetch;
+    const bool forbidden = fault_->kind != Fault::Kind::instruction && control_.mpu().forbids(address, is_fetch);
+    if (is_fetch && Memory::is_ram(address) && !forbidden) {
+        fail(*failure_);  // the chip would run the code
+    }
     failure_.reset();
     if (nvic_.is_active(kHardFault) || nvic_.is_active(kNmi)) {
         fail("fault in the handler of a fault: the processor locks up");
     }
     switch (fault_->kind) {
         case Fault::Kind::data:
-            control_.note_fault(SystemControl::kDataBusError, fault_->address);
+            control_.note_fault(forbidden ? SystemControl::kForbiddenData : SystemControl::kDataBusError, address);
             break;
         case Fault::Kind::fetch:
-            control_.note_fault(SystemControl::kFetchError, 0);
+            control_.note_fault(forbidden ? SystemControl::kForbiddenFetch : SystemControl::kFetchError, 0);
             break;
         case Fault::Kind::instruction:
             control_.note_fault(SystemControl::kUndefined, 0);

@@ -12,8 +12,7 @@ constexpr std::uint32_t kThermometer110 = 0x75C8;  // TS_CAL2 is the upper half-
 constexpr std::uint32_t kUniqueId = 0x7590;
 constexpr std::uint32_t kFlashSize = 0x75E0;
 constexpr std::uint32_t kOptionBytes = 0x7800;
-constexpr std::uint32_t kUserOptions = 0xFFEFF8AA;  // of the factory
-constexpr std::uint32_t kBootloaderEntry = 0x100;   // any address in system memory: the machine detects code that runs there
+constexpr std::uint32_t kBootloaderEntry = 0x100;  // any address in system memory: the machine detects code that runs there
 
 void put(std::vector<std::uint8_t>& memory, std::uint32_t at, std::uint32_t word) {
     std::memcpy(memory.data() + at, &word, sizeof word);
@@ -30,10 +29,14 @@ Memory::Memory() : flash(kBankBytes, 0xFF), ram(kRamBytes), system(kSystemBytes,
     put(system, kUniqueId + 4, 0x56425254);     // lot number, ASCII
     put(system, kUniqueId + 8, 0x304C4F43);
     put(system, kFlashSize, 512);
-    put(system, kOptionBytes, kUserOptions);
-    put(system, kOptionBytes + 4, ~kUserOptions);
+    set_options(kUserOptions);
     put(system, kThermometer30, 1654U << 16U | 1038U);     // 1.212 V, 0.76 V
     put(system, kThermometer110, 1311U << 16U | 0xFFFFU);  // 0.96 V: 2.5 mV per degree
+}
+
+void Memory::set_options(std::uint32_t options) {
+    put(system, kOptionBytes, options);
+    put(system, kOptionBytes + 4, ~options);
 }
 
 void Memory::lose_ram() { std::fill(ram.begin(), ram.end(), kNeverWritten); }

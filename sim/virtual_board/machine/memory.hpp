@@ -20,6 +20,8 @@ struct Memory {
     static constexpr std::uint32_t kSystemBase = 0x1FFF0000;
     static constexpr std::uint32_t kSystemBytes = 0x8000;
 
+    static constexpr std::uint32_t kUserOptions = 0xFFEFF8AA;  // option bytes of the factory
+
     Memory();
 
     [[nodiscard]] static constexpr bool is_ram(std::uint32_t address) {
@@ -28,6 +30,8 @@ struct Memory {
     /// Host memory of `size` bytes at this address; empty if a part of it is outside memory.
     std::span<std::uint8_t> at(std::uint32_t address, std::uint32_t size);
     [[nodiscard]] std::uint32_t word(std::uint32_t address);
+    /// Option bytes in the system memory: the word and its complement.
+    void set_options(std::uint32_t options);
 
     /// Initial content of RAM: not zero, and the same in every run.
     static constexpr std::uint8_t kNeverWritten = 0xC5;

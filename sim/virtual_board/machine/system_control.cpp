@@ -23,7 +23,6 @@ constexpr std::uint32_t kHfsr = 0x2C;
 constexpr std::uint32_t kMmfar = 0x34;
 constexpr std::uint32_t kBfar = 0x38;
 constexpr std::uint32_t kCpacr = 0x88;
-constexpr std::uint32_t kMpuType = 0x90;
 constexpr std::uint32_t kDhcsr = 0xF0;
 constexpr std::uint32_t kDemcr = 0xFC;
 constexpr std::uint32_t kFpccr = 0x234;
@@ -35,7 +34,7 @@ constexpr Register kConfiguration{kCcr, 0x200, "CCR", 0x200,
                                   "NONBASETHRDENA@0 USERSETMPEND@1 UNALIGN_TRP@3 DIV_0_TRP@4 BFHFNMIGN@8"};
 // Every fault ends the run, or is a HardFault: the handlers of single faults stay disabled.
 constexpr Register kFaults{kShcsr, 0, "SHCSR", 0, "active_and_pending_flags@0-15 MEMFAULTENA@16 BUSFAULTENA@17 USGFAULTENA@18"};
-constexpr std::array<Register, 19> kRegisters{{{kCpuid, 0x410FC241, "CPUID", 0},
+constexpr std::array<Register, 24> kRegisters{{{kCpuid, 0x410FC241, "CPUID", 0},
                                                {kIcsr, 0, "ICSR", kAllBits},
                                                {kVtor, 0, "VTOR", 0xFFFFFF80},
                                                {kAircr, 0xFA050000, "AIRCR", 0xFFFF0704},
@@ -50,6 +49,11 @@ constexpr std::array<Register, 19> kRegisters{{{kCpuid, 0x410FC241, "CPUID", 0},
                                                {kMmfar, 0, "MMFAR", 0},
                                                {kBfar, 0, "BFAR", 0},
                                                {kCpacr, 0, "CPACR", 0x00F00000},
+                                               kMpuRegisters[0],
+                                               kMpuRegisters[1],
+                                               kMpuRegisters[2],
+                                               kMpuRegisters[3],
+                                               kMpuRegisters[4],
                                                {kDemcr, 0, "DEMCR", 0x01000000},
                                                {kFpccr, 0xC0000000, "FPCCR", kAllBits},
                                                {kFpcar, 0, "FPCAR", 0xFFFFFFF8},
@@ -59,8 +63,9 @@ constexpr std::array<Register, 4> kTickRegisters{
 constexpr std::array<Register, 2> kCycleRegisters{{{0x0, 0x40000000, "CTRL", 0x1}, {0x4, 0, "CYCCNT", kAllBits}}};
 constexpr std::uint32_t kPriorityBytes = 12;
 constexpr std::uint32_t kSystemResetRequest = 1U << 2U;
-constexpr std::uint32_t kForced = 1U << 30U;           // HFSR
-constexpr std::uint32_t kBusAddressValid = 1U << 15U;  // CFSR.BFARVALID
+constexpr std::uint32_t kForced = 1U << 30U;             // HFSR
+constexpr std::uint32_t kMemoryAddressValid = 1U << 7U;  // CFSR.MMARVALID
+constexpr std::uint32_t kBusAddressValid = 1U << 15U;    // CFSR.BFARVALID
 
 std::uint32_t bit(bool set, unsigned at) { return set ? 1U << at : 0U; }
 
@@ -69,6 +74,7 @@ std::uint32_t bit(bool set, unsigned at) { return set ? 1U << at : 0U; }
 void SystemControl::note_fault(std::uint32_t bits, std::uint32_t address) {
     cfsr_ |= bits;
     hfsr_ |= kForced;
+    mmfar_ = (bits & kMemoryAddressValid) != 0 ? address : mmfar_;
     bfar_ = (bits & kBusAddressValid) != 0 ? address : bfar_;
 }
 
@@ -105,6 +111,9 @@ std::uint32_t SystemControl::read(std::uint32_t offset) {
         }
         return value;
     }
+    if (offset >= Mpu::kFirst && offset <= Mpu::kLast) {
+        return mpu_.read(offset);
+    }
     switch (offset) {
         case kCpuid:
             return 0x410FC241;  // Cortex-M4 r0p1
@@ -135,7 +144,7 @@ std::uint32_t SystemControl::read(std::uint32_t offset) {
         case kBfar:
             return bfar_;
         case kMmfar:
-        case kMpuType:
+            return mmfar_;
         case kDhcsr:
             return 0;  // no debugger is attached
         case kDemcr:
@@ -148,6 +157,10 @@ std::uint32_t SystemControl::read(std::uint32_t offset) {
 void SystemControl::write(std::uint32_t offset, std::uint32_t value) {
     if (offset >= kPriorities && offset < kPriorities + kPriorityBytes) {
         write_narrow(offset, value, 4);
+        return;
+    }
+    if (offset >= Mpu::kFirst && offset <= Mpu::kLast) {
+        mpu_.write(offset, value);
         return;
     }
     switch (offset) {
@@ -226,7 +239,9 @@ void SystemControl::reset() {
     shcsr_ = 0;
     cfsr_ = 0;
     hfsr_ = 0;
+    mmfar_ = 0;
     bfar_ = 0;
+    mpu_.reset();
     cpacr_ = 0;
     fpccr_ = 0xC0000000;  // ASPEN, LSPEN
     fpcar_ = 0;

@@ -3,6 +3,7 @@
 
 #include <functional>
 
+#include "sim/virtual_board/machine/mpu.hpp"
 #include "sim/virtual_board/machine/nvic.hpp"
 
 namespace tricoil::virtual_board {
@@ -30,12 +31,17 @@ public:
     void end_lazy_save() { fpccr_ &= ~1U; }
     [[nodiscard]] std::uint32_t default_fpscr() const { return fpdscr_; }
 
+    [[nodiscard]] const Mpu& mpu() const { return mpu_; }
+
     // Bits of CFSR.
+    static constexpr std::uint32_t kForbiddenFetch = 1U << 0U;            // IACCVIOL
+    static constexpr std::uint32_t kForbiddenData = 1U << 1U | 1U << 7U;  // DACCVIOL, MMARVALID
+    static constexpr std::uint32_t kForbiddenStacking = 1U << 4U;         // MSTKERR
     static constexpr std::uint32_t kFetchError = 1U << 8U;                // IBUSERR
     static constexpr std::uint32_t kDataBusError = 1U << 9U | 1U << 15U;  // PRECISERR, BFARVALID
     static constexpr std::uint32_t kStackingError = 1U << 12U;            // STKERR
     static constexpr std::uint32_t kUndefined = 1U << 16U;                // UNDEFINSTR
-    /// Notes a fault that is escalated to HardFault. `address`: for BFAR, if it becomes valid.
+    /// Notes a fault that is escalated to HardFault. `address`: for MMFAR or BFAR, if it becomes valid.
     void note_fault(std::uint32_t bits, std::uint32_t address);
 
     std::uint32_t read(std::uint32_t offset) override;
@@ -59,7 +65,9 @@ private:
     std::uint32_t shcsr_ = 0;
     std::uint32_t cfsr_ = 0;
     std::uint32_t hfsr_ = 0;
+    std::uint32_t mmfar_ = 0;
     std::uint32_t bfar_ = 0;
+    Mpu mpu_;
     std::uint32_t cpacr_ = 0;
     std::uint32_t fpccr_ = 0;
     std::uint32_t fpcar_ = 0;

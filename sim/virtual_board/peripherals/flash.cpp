@@ -14,6 +14,7 @@ constexpr std::uint32_t kEccr = 0x18;
 constexpr std::uint32_t kOptr = 0x20;
 
 constexpr unsigned kDataCache = 10;
+constexpr unsigned kDualBank = 22;  // DBANK
 
 constexpr unsigned kEndOfOperation = 0;
 constexpr unsigned kProgramError = 3;
@@ -46,7 +47,7 @@ Flash::Flash(Machine& machine)
                  {kCr, 0xC0000000, "CR", 0xC1018BFB,
                   "MER1@2 OPTSTRT@17 FSTPG@18 ERRIE@25 RDERRIE@26 OBL_LAUNCH@27 SEC_PROT1@28 SEC_PROT2@29"},
                  {kEccr, 0, "ECCR", 0xC0FFFFFF, "ECCCIE@24 ECCC2@28 ECCD2@29"},
-                 {kOptr, 0xFFEFF8AA, "OPTR", 0, "OPTR@0-31"},  // option bytes: factory values, read-only
+                 {kOptr, Memory::kUserOptions, "OPTR", 0, "OPTR@0-31"},  // option bytes: factory values, read-only
                  {0x24, 0xFFFFFFFF, "PCROP1SR", 0, "PCROP1_STRT@0-14"},
                  {0x28, 0xFFFF8000, "PCROP1ER", 0, "PCROP1_END@0-14 PCROP_RDP@31"},
                  {0x2C, 0xFF80FFFF, "WRP1AR", 0, "WRP1A_STRT@0-6 WRP1A_END@16-22"},
@@ -67,8 +68,21 @@ bool Flash::is_locked() const { return is_set(registers_[kCr], kLock); }
 void Flash::reset() {
     lose_power();  // a reset damages an operation in progress like a power failure
     registers_.reset();
+    registers_.at(kOptr) = options_;
     first_word_.reset();
     keys_ = 0;
+}
+
+void Flash::set_options(std::uint32_t options) {
+    options_ = options;
+    registers_.at(kOptr) = options;
+    machine_.memory.set_options(options);
+}
+
+void Flash::check_banks() const {
+    if (!is_set(options_, kDualBank)) {
+        throw RunFailure("bank 2 is accessed, but option DBANK makes the flash one bank, which is not in this model");
+    }
 }
 
 void Flash::interrupt_operation(std::uint64_t n, std::function<void()> act) {
@@ -131,6 +145,7 @@ void Flash::lose_power() {
 }
 
 std::uint32_t Flash::read_bank(std::uint32_t offset) {
+    check_banks();
     if (operation_) {
         throw RunFailure("bank 2 is read while it is erased or programmed");
     }
@@ -154,6 +169,7 @@ void Flash::report_damage(std::uint32_t double_word) {
 }
 
 void Flash::write_bank(std::uint32_t offset, std::uint32_t value) {
+    check_banks();
     if (is_locked() || !is_set(registers_[kCr], kProgram)) {
         throw RunFailure("store to flash without unlocking and PG");
     }

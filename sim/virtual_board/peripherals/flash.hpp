@@ -32,6 +32,9 @@ public:
     /// Power failure: an operation in progress leaves damage.
     void lose_power();
 
+    /// Option bytes (FLASH_OPTR), as if they were loaded now. They survive resets and power failures.
+    void set_options(std::uint32_t options);
+
     [[nodiscard]] std::vector<std::uint8_t>& content() { return content_; }
     [[nodiscard]] std::set<std::uint32_t>& damaged() { return damaged_; }
     [[nodiscard]] std::uint64_t operations() const { return operations_; }
@@ -64,6 +67,7 @@ private:
 
     static constexpr std::uint32_t kAcr = 0x00;
     std::uint32_t read_bank(std::uint32_t offset);
+    void check_banks() const;
     void report_damage(std::uint32_t double_word);
     void write_bank(std::uint32_t offset, std::uint32_t value);
     void control(std::uint32_t value);
@@ -84,6 +88,7 @@ private:
     std::optional<Operation> operation_;
     std::optional<std::array<std::uint32_t, 2>> first_word_;  // offset, value
     int keys_ = 0;
+    std::uint32_t options_ = Memory::kUserOptions;
     std::uint64_t operations_ = 0;
     std::optional<std::uint64_t> interrupted_operation_;
     std::function<void()> on_interrupted_;

@@ -1,0 +1,102 @@
+#include "sim/virtual_board/machine/mpu.hpp"
+
+#include <fmt/format.h>
+
+#include "sim/virtual_board/machine/memory.hpp"
+#include "sim/virtual_board/machine/run_failure.hpp"
+
+namespace tricoil::virtual_board {
+namespace {
+
+constexpr std::uint32_t kType = 0x90;
+constexpr std::uint32_t kControl = 0x94;
+constexpr std::uint32_t kNumber = 0x98;
+constexpr std::uint32_t kBase = 0x9C;  // and kAttributes: repeated three times
+constexpr std::uint32_t kEnable = 1U << 0U;
+constexpr std::uint32_t kDefaultMap = 1U << 2U;  // PRIVDEFENA
+constexpr std::uint32_t kRegionIsValid = 1U << 4U;
+constexpr std::uint32_t kNoExecute = 1U << 28U;
+constexpr std::uint32_t kAccess = 7U << 24U;        // AP; 0: none, 1 to 3: the privileged program may read and write
+constexpr std::uint32_t kMinSize = 4;               // 32 bytes
+constexpr std::uint32_t kPeripherals = 0x40000000;  // from here on no code can run in any case
+
+bool overlaps(std::uint32_t a, std::uint64_t bytes_a, std::uint32_t b, std::uint64_t bytes_b) {
+    return a < b + bytes_b && b < a + bytes_a;
+}
+
+}  // namespace
+
+std::uint32_t Mpu::read(std::uint32_t offset) const {
+    switch (offset) {
+        case kType:
+            return static_cast<std::uint32_t>(regions_.size()) << 8U;
+        case kControl:
+            return control_;
+        case kNumber:
+            return number_;
+        default:
+            return (offset - kBase) % 8 == 0 ? regions_[number_].base | number_ : regions_[number_].attributes;
+    }
+}
+
+void Mpu::write(std::uint32_t offset, std::uint32_t value) {
+    if (offset == kControl || offset == kNumber) {
+        kMpuRegisters[(offset - kType) / 4].check(value);
+        if (offset == kNumber) {
+            number_ = value;
+            return;
+        }
+        if ((value & (kEnable | kDefaultMap)) == kEnable) {
+            throw RunFailure("MPU_CTRL enables a map without PRIVDEFENA, which is not in this model");
+        }
+        control_ = value;
+    } else if (offset >= kBase && (offset - kBase) % 8 == 0) {
+        number_ = (value & kRegionIsValid) != 0 ? value & 7U : number_;
+        regions_[number_].base = value & ~0x1FU;
+    } else if (offset >= kBase) {
+        kMpuRegisters[4].check(value);
+        regions_[number_].attributes = value;
+    } else {
+        throw RunFailure("the register is read-only");
+    }
+    for (const Region& region : regions_) {
+        if ((control_ & kEnable) != 0 && is_on(region)) {
+            check(region);
+        }
+    }
+}
+
+void Mpu::check(const Region& region) const {
+    const std::uint64_t size = size_of(region);
+    if (size < 1U << (kMinSize + 1) || region.base % size != 0) {
+        throw RunFailure(fmt::format(
+            "MPU region at {:#010x} of {} bytes: at least 32 bytes, and the address a multiple of the size", region.base, size));
+    }
+    const std::uint32_t access = (region.attributes & kAccess) >> 24U;
+    const bool has_memory = overlaps(region.base, size, 0, Memory::kBankBytes) ||
+                            overlaps(region.base, size, Memory::kFlashBase, 2 * Memory::kBankBytes) ||
+                            overlaps(region.base, size, Memory::kSystemBase, Memory::kSystemBytes) ||
+                            overlaps(region.base, size, Memory::kCcmBase, Memory::kCcmBytes) ||
+                            overlaps(region.base, size, Memory::kRamBase, Memory::kRamBytes) || region.base + size > kPeripherals;
+    const bool is_ram = Memory::is_ram(region.base) && Memory::is_ram(static_cast<std::uint32_t>(region.base + size - 1));
+    const bool forbids_code_only =
+        access >= 1 && access <= 3 && (is_ram || region.base >= kPeripherals || (region.attributes & kNoExecute) == 0);
+    if (has_memory && !forbids_code_only) {
+        throw RunFailure(fmt::format("MPU region at {:#010x} forbids access to memory, which is not in this model", region.base));
+    }
+}
+
+bool Mpu::forbids(std::uint32_t address, bool is_fetch) const {
+    if ((control_ & kEnable) == 0) {
+        return false;
+    }
+    for (auto region = regions_.rbegin(); region != regions_.rend(); ++region) {  // the highest number counts
+        if (is_on(*region) && address - region->base < size_of(*region)) {
+            const bool none = (region->attributes & kAccess) == 0;
+            return none || (is_fetch && (region->attributes & kNoExecute) != 0);
+        }
+    }
+    return false;
+}
+
+}  // namespace tricoil::virtual_board

@@ -1,0 +1,113 @@
+// `tricoil device` with the flash image on a pseudo terminal: condition of the board, and the permission of its button.
+#include <gmock/gmock.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "core/calibration/blob.hpp"
+#include "tests/device/program.hpp"
+
+namespace tricoil {
+namespace {
+
+using nlohmann::json;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+class DeviceInfo : public ::testing::Test {
+protected:
+    void SetUp() override {
+        std::string name = ::testing::TempDir() + "tricoil-info-XXXXXX";
+        ASSERT_NE(::mkdtemp(name.data()), nullptr);
+        folder_ = name + "/";
+    }
+    void TearDown() override { std::filesystem::remove_all(folder_); }
+
+    [[nodiscard]] std::string in(const std::string& file) const { return folder_ + file; }
+
+    /// Starts the board with these faults, and waits for its serial line.
+    void plug_in(const std::string& options) {
+        board_ = std::make_unique<test::Program>(TRICOIL_VIRTUAL_BOARD " " TRICOIL_BOARD_IMAGE ".bin --serial --report " +
+                                                 in("report.json") + " " + options + " >" + in("line") + " 2>" + in("board.err"));
+        ASSERT_TRUE(test::eventually([&] { return test::read_text(in("line")).find('\n') != std::string::npos; }))
+            << test::read_text(in("board.err"));
+        const std::string line = test::lines(test::read_text(in("line"))).front();  // serial /dev/pts/0
+        device_ = "serial:" + line.substr(line.find(' ') + 1);
+    }
+    int tricoil(const std::string& arguments) {
+        test::Program program(TRICOIL_PROGRAM " " + arguments + " >" + in("out") + " 2>" + in("err"));
+        const int code = program.wait();
+        out = test::read_text(in("out"));
+        err = test::read_text(in("err"));
+        return code;
+    }
+    json info() {
+        EXPECT_EQ(tricoil("device info --json " + device_), 0) << err;
+        return json::parse(out);
+    }
+    bool eventually_info(const std::function<bool(const json&)>& is_so) {
+        for (int n = 0; n < 50; ++n) {
+            if (is_so(info())) {
+                return true;
+            }
+        }
+        return false;
+    }
+
+    std::string device_;
+    std::string out;
+    std::string err;
+
+private:
+    std::string folder_;
+    std::unique_ptr<test::Program> board_;
+};
+
+TEST_F(DeviceInfo, ShowsThePlaceOfAProgramError) {
+    plug_in("--fault bad_access@0.6");
+    ASSERT_TRUE(eventually_info([](const json& now) { return !now["crash"].is_null(); }));
+    const json now = info();
+    EXPECT_EQ(now["reset_reason"], "program error");
+    EXPECT_EQ(now["crash"]["reason"], "processor fault");
+    EXPECT_EQ(now["crash"]["exception"], "HardFault");
+    EXPECT_EQ(now["crash"]["address"], "0x30000000");
+    EXPECT_EQ(now["crash"]["cfsr"], "0x00008200");
+    EXPECT_EQ(now["crash"]["count"], 1);
+    EXPECT_EQ(now["image"], "sound");
+    EXPECT_THAT(now["warnings"], Contains(HasSubstr("arm-none-eabi-addr2line")));
+    ASSERT_EQ(tricoil("device info " + device_), 0) << err;
+    EXPECT_THAT(out, HasSubstr("processor fault, exception HardFault, pc 0x0803"));
+    EXPECT_THAT(out, HasSubstr("\nwarning: a program error restarted the device"));
+}
+
+TEST_F(DeviceInfo, WarnsOfOptionBytesWithTheRemedy) {
+    plug_in("--fault option_bytes:0xFFAFF8BB");
+    const json now = info();
+    EXPECT_EQ(now["options"], "0xffaff8bb");
+    EXPECT_EQ(now["read_protection"], 1);
+    for (const char* const remedy : {"-ob BOR_LEV=4", "-ob RDP=0xAA", "-ob DBANK=1"}) {
+        EXPECT_THAT(now["warnings"], Contains(HasSubstr(remedy)));
+    }
+    EXPECT_EQ(now["warnings"].size(), 3U);
+}
+
+TEST_F(DeviceInfo, LoaderAndCalibrationNeedTheButton) {
+    const auto blob = calibration::encode(calibration::Calibration<double>{});
+    std::ofstream(in("cal.bin"), std::ios::binary).write(reinterpret_cast<const char*>(blob.data()), std::ssize(blob));
+    plug_in("--fault option_bytes:0xFFEFFCAA --fault button@4-4.2");
+    for (const std::string& command : {"device loader " + device_, "device write-calibration " + device_ + " " + in("cal.bin")}) {
+        EXPECT_EQ(tricoil(command), 3);
+        EXPECT_THAT(err, HasSubstr("refused without permission; press the button of the device (B1, blue)"));
+        EXPECT_EQ(std::count(err.begin(), err.end(), '\n'), 1) << err;
+    }
+    EXPECT_THAT(info()["warnings"], ::testing::IsEmpty());
+    ASSERT_TRUE(eventually_info([](const json& now) { return now["permission_s"] > 0; }));
+    EXPECT_EQ(tricoil("device write-calibration " + device_ + " " + in("cal.bin")), 0) << err;
+    EXPECT_EQ(info()["permission_s"], 0);
+    EXPECT_EQ(tricoil("device loader " + device_), 3) << "one press is for one command";
+}
+
+}  // namespace
+}  // namespace tricoil
