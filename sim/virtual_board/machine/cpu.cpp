@@ -262,7 +262,8 @@ void Cpu::sleep() {
 
 void Cpu::run() {
     stopping_ = false;
-    const uc_err error = uc_emu_start(uc_, pc() | 1U, 0, 0, 0);
+    // In steps while a fault is awaited, because within a block the pc of an access is not known.
+    const uc_err error = uc_emu_start(uc_, pc() | 1U, 0, 0, takes_fault_ ? 1 : 0);
     if (failure_) {
         return;
     }
@@ -281,6 +282,9 @@ void Cpu::run() {
         failure_ = error == UC_ERR_INSN_INVALID ? "undefined instruction" : uc_strerror(error);
         fault_ = error == UC_ERR_INSN_INVALID ? std::optional(Fault{Fault::Kind::instruction, 0}) : std::nullopt;
     } else if (!stopping_) {
+        if (takes_fault_ && instruction(pc() - 2) != kWfi) {
+            return;
+        }
         if (instruction(pc() - 2) != kWfi) {
             failure_ = "the emulator stopped for an unknown reason";
         }
