@@ -28,7 +28,7 @@ constexpr std::uintptr_t kLoader = 0x1FFF'0000;  // system memory; has its own v
 [[noreturn]] void wait_for_reset() {
     peripheral<IwdgRegisters>(kIwdgBase).KR = iwdg::KR_start;
     for (;;) {
-        asm volatile("");
+        asm volatile("" ::: "memory");  // the record must be in memory
     }
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <initializer_list>
+#include <type_traits>
 
 namespace tricoil::stm32g4 {
 
@@ -28,11 +29,16 @@ struct BootRecord {
     void note(const Error& why) {
         count = (is_valid() ? count : 0) + 1;
         is_news = 1;
-        error = why;
+        ending = why.ending;
+        exception = why.exception;
+        pc = why.pc;
+        lr = why.lr;
+        cfsr = why.cfsr;
+        address = why.address;
         check = sum();
     }
 
-    /// Error of any run since power-on; kNone without one.
+    /// True if the words are those that note() or forget() stored.
     [[nodiscard]] bool is_valid() const { return check == sum(); }
 
     /// True if the run before this one ended with an error. Call once at boot.
@@ -46,7 +52,7 @@ struct BootRecord {
     }
 
     void forget() {
-        error = {};
+        note({});
         count = 0;
         is_news = 0;
         check = sum();
@@ -55,18 +61,25 @@ struct BootRecord {
     std::uint32_t request;  // kEnterLoader or kFreshStart; any other value: none
     std::uint32_t is_news;  // the error is of the last run
     std::uint32_t count;    // errors since power-on
-    Error error;
+    std::uint32_t ending;
+    std::uint32_t exception;
+    std::uint32_t pc;
+    std::uint32_t lr;
+    std::uint32_t cfsr;
+    std::uint32_t address;
     std::uint32_t check;
 
 private:
     [[nodiscard]] std::uint32_t sum() const {
         std::uint32_t value = 0xC4A5'4ED0;
-        for (const std::uint32_t word :
-             {is_news, count, error.ending, error.exception, error.pc, error.lr, error.cfsr, error.address}) {
+        for (const std::uint32_t word : {is_news, count, ending, exception, pc, lr, cfsr, address}) {
             value = (value << 5U | value >> 27U) ^ word;
         }
         return value;
     }
 };
+
+// Otherwise a constructor would clear the record at boot.
+static_assert(std::is_trivially_default_constructible_v<BootRecord>);
 
 }  // namespace tricoil::stm32g4

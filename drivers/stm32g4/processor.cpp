@@ -24,14 +24,13 @@ hal::CrashRecord crash_of(const BootRecord& record) {
     static_assert(static_cast<std::uint32_t>(hal::CrashRecord::Kind::assertion) == BootRecord::kAssertionFailed);
     static_assert(static_cast<std::uint32_t>(hal::CrashRecord::Kind::watchdog) == BootRecord::kHung);
     static_assert(static_cast<std::uint32_t>(hal::CrashRecord::Kind::stack) == BootRecord::kStackOverflow);
-    const BootRecord::Error& e = record.error;
-    return {static_cast<hal::CrashRecord::Kind>(e.ending),
+    return {static_cast<hal::CrashRecord::Kind>(record.ending),
             static_cast<std::uint16_t>(record.count),
-            static_cast<std::uint16_t>(e.exception),
-            e.pc,
-            e.lr,
-            e.cfsr,
-            e.address};
+            static_cast<std::uint16_t>(record.exception),
+            record.pc,
+            record.lr,
+            record.cfsr,
+            record.address};
 }
 
 }  // namespace

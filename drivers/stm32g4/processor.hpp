@@ -27,6 +27,7 @@ public:
 
     void report_settings(std::uint32_t options);
 
+    using hal::SystemControl::report;
     /// Sets a fault until the next reset. May be called in any context.
     void report(hal::SystemFault fault);
 

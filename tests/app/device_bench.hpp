@@ -110,9 +110,9 @@ struct DeviceBench {
 
     /// Restarts from reset. The content of the storage is kept.
     void boot() {
-        device.emplace(
-            app::DeviceHardware{clock, coils, tampered, gain, heartbeat, storage, watchdog, system, indicator, button, ports},
-            params());
+        device.emplace(app::DeviceHardware{clock, coils, tampered, gain, heartbeat, storage, watchdog, system, indicator, button,
+                                           monitor, ports},
+                       params());
         device->boot();
     }
 
@@ -147,6 +147,8 @@ struct DeviceBench {
 
     /// Presses the button for a tenth of a second.
     void press_button() {
+        button.press(false);
+        run(0.05);
         button.press(true);
         run(0.1);
         button.press(false);
@@ -157,7 +159,7 @@ struct DeviceBench {
     void write(std::span<const std::uint8_t> blob) {
         press_button();
         host().write(blob);
-        run(0.02);
+        run(0.01);
     }
 
     /// Opens the links, sends hello and start, and enables keep-alive commands.
@@ -185,6 +187,7 @@ struct DeviceBench {
     sim::SimulatedSystem system{clock};
     sim::SimulatedIndicator indicator;
     sim::SimulatedButton button;
+    sim::SimulatedMonitor monitor;
     sim::SimulatedHeartbeat heartbeat;
     std::array<sim::MemoryPort, kLinks> device_ends;
     std::array<hal::MessagePort*, kLinks> ports{};

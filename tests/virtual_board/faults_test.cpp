@@ -183,8 +183,8 @@ TEST(BoardFaults, AFailedAssertionSwitchesTheCoilsOffAndRestarts) {
     EXPECT_FALSE(is_on(board));
     stm32g4::BootRecord record{};
     std::memcpy(&record, machine.memory.at(*record_address, sizeof record).data(), sizeof record);
-    EXPECT_EQ(record.error.ending, stm32g4::BootRecord::kAssertionFailed);
-    EXPECT_FALSE(board.symbols.name_of(record.error.pc).empty());
+    EXPECT_EQ(record.ending, stm32g4::BootRecord::kAssertionFailed);
+    EXPECT_FALSE(board.symbols.name_of(record.pc).empty());
     board.fed[test::on_serial] = false;
     board.run(2);
     EXPECT_EQ(board.board->resets(), 1U);
