@@ -6,6 +6,7 @@
 
 #include "core/signal/acquisition_plan.hpp"
 #include "core/signal/demodulator.hpp"
+#include "hal/board_monitor.hpp"
 #include "hal/clock.hpp"
 #include "hal/coil_driver.hpp"
 #include "hal/coil_sampler.hpp"
@@ -32,6 +33,7 @@ struct DeviceHardware {
     hal::SystemControl& system;
     hal::Indicator& indicator;
     hal::PushButton& button;
+    hal::BoardMonitor& monitor;
     std::span<hal::MessagePort* const> ports;  // at most kMaxPorts; each must carry messages of kMaxBoardMessage bytes
 };
 

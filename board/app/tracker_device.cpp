@@ -15,6 +15,10 @@ using protocol::DeviceState;
 using protocol::Fault;
 
 constexpr Microseconds kStatusPause{100'000};
+constexpr Microseconds kReadingPause{1'000'000};
+constexpr std::uint16_t kMinSupply_mv = 3000;  // 3.3 V, and the tolerance of the levels of the analog circuits
+constexpr std::uint16_t kMaxSupply_mv = 3600;
+constexpr std::int16_t kMaxTemperature_cdeg = 10'000;  // 5 degrees below the limit of the junction (DS12288)
 constexpr Microseconds kPauseAfterFailure{1'000'000};  // lets an overloaded power stage cool
 /// A channel that is constant in this many consecutive columns is stuck: noise alone would change it.
 constexpr int kStuckColumns = 6;
@@ -53,6 +57,16 @@ void TrackerDevice::boot() {
             fail(fault_of_start(measured));
         }
     }
+    read_monitor();
+}
+
+/// The converter measures coils at other times, so the reading of a running board is that of its start.
+void TrackerDevice::read_monitor() {
+    reading_ = hardware_.monitor.read();
+    last_reading_ = now_;
+    const bool is_known = reading_.supply_mv != 0;
+    faults_.set_to(is_known && (reading_.supply_mv < kMinSupply_mv || reading_.supply_mv > kMaxSupply_mv), Fault::supply);
+    faults_.set_to(is_known && reading_.temperature_cdeg > kMaxTemperature_cdeg, Fault::temperature);
 }
 
 /// The measurement takes long. After a failure, start commands are therefore refused for some time.
@@ -131,6 +145,9 @@ void TrackerDevice::step() {
             loader_at_.reset();
             hardware_.coils.switch_off();
             hardware_.system.restart_into_loader();
+        }
+        if (now_ - last_reading_ > kReadingPause && !answers_.is_busy()) {
+            read_monitor();
         }
         hardware_.system.idle();
     }
@@ -296,6 +313,8 @@ void TrackerDevice::report_status() {
         status.dropped += link.dropped();
     }
     status.overruns = sampler_.overruns();
+    status.temperature_cdeg = reading_.temperature_cdeg;
+    status.supply_mv = reading_.supply_mv;
     const std::size_t bytes = protocol::encode(status, buffer_);
     for (HostLink& link : links()) {
         if (link.has_session()) {

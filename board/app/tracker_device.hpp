@@ -74,6 +74,7 @@ private:
     static Result<calibration::CoilCorrection<float>> usable(const calibration::Calibration<float>& c);
     void use_calibration();
     void run_self_check();
+    void read_monitor();
     void report_status();
     [[nodiscard]] bool is_streaming() const;
     [[nodiscard]] const signal::AcquisitionPlan& plan() const { return params_.modes[mode_].plan; }
@@ -123,6 +124,8 @@ private:
     std::uint32_t columns_ = 0;   // column messages sent
     std::uint32_t messages_ = 0;  // other messages sent
     DeviceTime now_{};
+    hal::BoardReading reading_;
+    DeviceTime last_reading_{};
     DeviceTime last_status_{};              // time of the last status message
     std::uint32_t last_status_faults_ = 0;  // faults and device state of the last status message
     DeviceTime not_before_{};               // earliest time at which a coil may be driven

@@ -200,6 +200,13 @@ std::optional<protocol::ConditionMessage> DeviceInquiry::read_condition() {
     return condition;
 }
 
+protocol::StatusMessage DeviceInquiry::read_status() {
+    protocol::StatusMessage status;
+    inquire("read state", Opcode::hello, {},
+            [&](const hal::ReceivedMessage& message) { return protocol::decode(message.bytes, status) == WireError::none; });
+    return status;
+}
+
 std::vector<protocol::CheckMessage> DeviceInquiry::self_check() {
     std::map<int, protocol::CheckMessage> rows;
     const auto is_answer = [&](const hal::ReceivedMessage& message) {
@@ -278,13 +285,7 @@ void DeviceInquiry::order(const char* what, Opcode opcode, std::uint32_t argumen
 }
 
 void DeviceInquiry::boresight() {
-    bool is_running = false;
-    inquire("read state", Opcode::hello, {}, [&](const hal::ReceivedMessage& message) {
-        protocol::StatusMessage status;
-        const bool is_status = protocol::decode(message.bytes, status) == WireError::none;
-        is_running = is_status && status.device_state == static_cast<std::uint8_t>(protocol::DeviceState::running);
-        return is_status;
-    });
+    const bool is_running = read_status().device_state == static_cast<std::uint8_t>(protocol::DeviceState::running);
     if (!is_running) {
         order("starting", Opcode::start, 0);
         await_pose();

@@ -32,6 +32,9 @@ public:
     /// Empty if the device does not report its condition.
     std::optional<protocol::ConditionMessage> read_condition();
 
+    /// The next status message.
+    protocol::StatusMessage read_status();
+
     /// Runs the device's self-check and returns all rows in order.
     std::vector<protocol::CheckMessage> self_check();
 

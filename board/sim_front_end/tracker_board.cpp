@@ -53,7 +53,7 @@ TrackerBoard::TrackerBoard(hal::MessagePort& port, const sim::FrontEndParams& pa
 }
 
 app::DeviceHardware TrackerBoard::hardware() {
-    return {clock_, coils_, sampler_, gain_, heartbeat_, storage_, watchdog_, system_, indicator_, button_, ports_};
+    return {clock_, coils_, sampler_, gain_, heartbeat_, storage_, watchdog_, system_, indicator_, button_, monitor_, ports_};
 }
 
 app::DeviceParams TrackerBoard::device_params() {

@@ -52,6 +52,7 @@ private:
     sim::SimulatedSystem system_{clock_};
     sim::SimulatedIndicator indicator_;
     sim::SimulatedButton button_;
+    sim::SimulatedMonitor monitor_;
     sim::SimulatedHeartbeat heartbeat_;
     std::optional<app::TrackerDevice> device_;
 

@@ -18,6 +18,10 @@ constexpr std::uint8_t kFirstCalibrationPage = 126;  // of bank 2
 constexpr std::uint8_t kCalibrationPages = 2;
 constexpr std::uintptr_t kCalibrationMemory = kFlashBank2 + kFirstCalibrationPage * kFlashPageBytes;
 constexpr std::uintptr_t kUniqueNumber = 0x1FFF'7590;
+// Factory calibration (DS12288): TS_CAL1, VREFINT_CAL, TS_CAL2.
+constexpr std::uintptr_t kThermometer30 = 0x1FFF'75A8;
+constexpr std::uintptr_t kVoltageReference = 0x1FFF'75AA;
+constexpr std::uintptr_t kThermometer110 = 0x1FFF'75CA;
 constexpr std::uint32_t kTicksPerSecond = 1000;
 
 void sleep() { asm volatile("dsb\n wfi\n" ::: "memory"); }
@@ -62,6 +66,11 @@ Converters::Parts converter_parts() {
         peripheral<AdcCommonRegisters>(kAdc12CommonBase),
         peripheral<AdcCommonRegisters>(kAdc345CommonBase),
         {{converter(kSensorInputs[0]), converter(kSensorInputs[1]), converter(kSensorInputs[2]), converter(kReferenceInput)}}};
+}
+
+SupplyMonitor::Factory factory_calibration() {
+    const auto word = [](std::uintptr_t address) { return peripheral<const volatile std::uint16_t>(address); };
+    return {word(kVoltageReference), word(kThermometer30), word(kThermometer110)};
 }
 
 void switch_peripherals_on() {
@@ -123,6 +132,7 @@ TrackerBoard::TrackerBoard(CoreClock core_clock)
       carriers(carrier_parts()),
       test_carriers(test_carrier_parts()),
       converters(converter_parts(), clock),
+      monitor(converters, factory_calibration()),
       acquisition({peripheral<TimRegisters>(kTim6Base),
                    carriers,
                    test_carriers,
@@ -157,9 +167,12 @@ void TrackerBoard::begin() {
 }
 
 app::DeviceHardware TrackerBoard::hardware() {
-    return {
-        clock, acquisition.coils(), acquisition, acquisition.gain(), heartbeat, storage, watchdog, processor, status_led, button,
-        ports};
+    return {clock,       acquisition.coils(),
+            acquisition, acquisition.gain(),
+            heartbeat,   storage,
+            watchdog,    processor,
+            status_led,  button,
+            monitor,     ports};
 }
 
 std::uint64_t unique_number() {

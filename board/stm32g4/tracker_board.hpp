@@ -11,6 +11,7 @@
 #include "drivers/stm32g4/independent_watchdog.hpp"
 #include "drivers/stm32g4/lines.hpp"
 #include "drivers/stm32g4/processor.hpp"
+#include "drivers/stm32g4/supply_monitor.hpp"
 #include "drivers/stm32g4/timer_clock.hpp"
 #include "drivers/stm32g4/usart/usart_port.hpp"
 #include "drivers/stm32g4/usb/usb_port.hpp"
@@ -37,6 +38,7 @@ struct TrackerBoard {
     stm32g4::CarrierPlayer carriers;
     stm32g4::CarrierPlayer test_carriers;
     stm32g4::Converters converters;
+    stm32g4::SupplyMonitor monitor;
     stm32g4::Acquisition acquisition;
     stm32g4::UsartPort serial;
     stm32g4::FdcanPort can;

@@ -60,7 +60,7 @@ std::string to_text(HealthWarnings warnings, const HealthLimits& limits) {
     add(HealthWarning::missing, fmt::format("more than {:g} % of the columns are missing", 100 * limits.missing_share));
     add(HealthWarning::late, fmt::format("no usable column for more than {:g} ms", milliseconds(limits.age)));
     add(HealthWarning::queue, "link or output too slow: data waits or was dropped");
-    add(HealthWarning::hot, fmt::format("power stages hotter than {:g} degC", limits.temperature_c));
+    add(HealthWarning::hot, fmt::format("device hotter than {:g} degC", limits.temperature_c));
     return text;
 }
 

@@ -17,7 +17,7 @@ enum class HealthWarning : std::uint8_t {
     missing,  // too many columns were lost or refused in the last second
     late,     // no usable column for too long
     queue,    // outputs wait for their readers, or messages or lines were dropped in the last two seconds
-    hot,      // power stages above their limit
+    hot,      // power stages, or the processor of a tracker board, above their limit
 };
 using HealthWarnings = FlagSet<HealthWarning>;
 
@@ -37,7 +37,7 @@ struct HealthCounts {
     std::uint64_t dropped = 0;            // messages and lines, because a queue was full
     std::size_t queued_bytes = 0;         // lines that wait for files and pipes
     Microseconds age;                     // since the newest usable column
-    std::optional<double> temperature_c;  // of the power stages; empty: not measured
+    std::optional<double> temperature_c;  // of the power stages, or of a tracker board's processor; empty: not measured
 };
 
 struct LinkHealth {

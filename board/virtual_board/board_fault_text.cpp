@@ -16,7 +16,7 @@ struct Kind {
     const char* name;
     const char* help;
 };
-constexpr std::array<Kind, 16> kKinds{{
+constexpr std::array<Kind, 18> kKinds{{
     {"adc_silent", "adc_silent:N  converter N (1, 3, 4 or 5) never ends a conversion"},
     {"dma_stuck", "dma_stuck  the DMA serves no request: converters overrun, carriers stop"},
     {"crystal", "crystal  the crystal stops, or does not start"},
@@ -32,6 +32,8 @@ constexpr std::array<Kind, 16> kKinds{{
     {"can_errors", "can_errors:N  the next N frames of the board are destroyed"},
     {"button", "button  the user button B1 is pressed"},
     {"option_bytes", "option_bytes:N  the option bytes are N (FLASH_OPTR), for example 0xFFEFF8AA of the factory"},
+    {"chip_temperature", "chip_temperature:N  the chip has N degrees Celsius"},
+    {"supply", "supply:N  the chip's voltage reference shows a supply of N millivolts"},
     {"can_alone", "can_alone  no other node on the CAN bus acknowledges"},
 }};
 constexpr double kMaxNumber = 1e9;  // fits `unsigned`; larger than any count in a run

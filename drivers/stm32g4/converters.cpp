@@ -20,7 +20,7 @@ constexpr unsigned kChannelsPerSampleRegister = 10;
 }  // namespace
 
 Status Converters::begin() {
-    parts_.common_12.CCR = adc::CCR_CKMODE_HCLK_4;
+    parts_.common_12.CCR = adc::CCR_CKMODE_HCLK_4 | adc::CCR_VREFEN | adc::CCR_VSENSESEL;
     parts_.common_345.CCR = adc::CCR_CKMODE_HCLK_4;
     for (Input& input : parts_.inputs) {
         if (const Status status = switch_on(input.adc); !status.ok()) {
@@ -112,6 +112,28 @@ Status Converters::stop() {
         input.dma.stop();
     }
     return status;
+}
+
+/// The first conversion after a pause may be wrong (ES0430 2.7.9), so the second one counts.
+Result<std::uint16_t> Converters::measure_inside(std::uint8_t channel) {
+    AdcRegisters& adc = reference();
+    if ((adc.CR & adc::CR_ADSTART) != 0) {
+        return Status{StatusCode::not_ready, "the converter takes samples"};
+    }
+    adc.CFGR = adc::CFGR_JQDIS | adc::CFGR_OVRMOD_overwrite;
+    adc.CFGR2 = 0;
+    adc.SMPR2 = adc::SMPR_640_5_cycles << (3 * (channel - kChannelsPerSampleRegister));
+    adc.SQR1 = std::uint32_t{channel} << adc::SQR1_SQ1_Pos;
+    std::uint16_t code = 0;
+    for (int n = 0; n < 2; ++n) {
+        adc.ISR = adc::ISR_EOC | adc::ISR_EOS | adc::ISR_OVR;
+        adc.CR = adc::CR_ADVREGEN | adc::CR_ADSTART;
+        if (!await(adc.ISR, adc::ISR_EOC, adc::ISR_EOC)) {
+            return Status{StatusCode::timed_out, "a conversion does not end"};
+        }
+        code = static_cast<std::uint16_t>(adc.DR);
+    }
+    return code;
 }
 
 Converters::BlockEnd Converters::take_block_end() {

@@ -49,6 +49,12 @@ public:
     /// ok; timed_out: a conversion does not end.
     Status stop();
 
+    // Internal inputs of ADC1, the converter of the reference channel (RM0440, "ADC connectivity").
+    static constexpr std::uint8_t kThermometer = 16;
+    static constexpr std::uint8_t kVoltageReference = 18;
+    /// Code of an internal input. Requires a successful begin(). Errors: not_ready (samples are being taken); timed_out.
+    Result<std::uint16_t> measure_inside(std::uint8_t channel);
+
     /// Call from the interrupt of the DMA channel of sensor coil 3: returns the completed halves of the buffer.
     struct BlockEnd {
         bool first_half = false;

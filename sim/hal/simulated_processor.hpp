@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "hal/board_monitor.hpp"
 #include "hal/heartbeat.hpp"
 #include "hal/indicator.hpp"
 #include "hal/push_button.hpp"
@@ -82,6 +83,15 @@ public:
 private:
     [[nodiscard]] bool do_is_pressed() const override { return pressed_; }
     bool pressed_ = false;
+};
+
+class SimulatedMonitor final : public hal::BoardMonitor {
+public:
+    void set(const hal::BoardReading& reading) { reading_ = reading; }
+
+private:
+    [[nodiscard]] hal::BoardReading do_read() override { return reading_; }
+    hal::BoardReading reading_{3300, 2500};
 };
 
 class SimulatedHeartbeat final : public hal::Heartbeat {

@@ -61,6 +61,10 @@ public:
     /// Number of resets since power-on, without the power-on reset.
     [[nodiscard]] unsigned resets() const { return resets_; }
 
+    /// Temperature of the chip, and supply as its voltage reference shows it; the analog circuits keep their voltages.
+    double chip_celsius = 30;
+    double shown_supply_v = CoilBench::kSupplyV;
+
     /// Called with each set of converter results; may be empty.
     std::function<void(const SampleRecord&)> on_sample;
     /// The program continues in this code. A fault that it causes is an exception, as on the chip.

@@ -31,6 +31,7 @@ constexpr double kConverterNoiseCodes = 0.67;  // together with quantisation: 66
 constexpr unsigned kReferenceVoltageInput = 18;
 constexpr double kReferenceVoltageV = 1.212;
 constexpr double kThermometerV = 0.76;  // at 30 degrees Celsius
+constexpr double kThermometerVPerDegree = 2.5e-3;
 constexpr double kBatteryV = CoilBench::kSupplyV / 3;
 
 /// Trigger numbers of a timer's TRGO at the DACs and converters; 0xFF: not connected (RM0440, tables of triggers).
@@ -70,7 +71,7 @@ void VirtualBoard::wire_analog() {
 /// The converter of the reference channel finishes last.
 void VirtualBoard::record(std::size_t channel, std::uint32_t result) {
     sample_.codes[channel] = static_cast<std::uint16_t>(result);
-    if (channel != kReferenceChannel || !on_sample) {
+    if (channel != kReferenceChannel || adcs_[channel]->channel() != kReferenceInput || !on_sample) {
         return;
     }
     sample_.time = machine.now();
@@ -111,11 +112,13 @@ std::optional<double> VirtualBoard::internal_input_v(unsigned converter, unsigne
     const AdcCommon& common = converter <= 2 ? common_12_ : common_345_;
     const bool is_thermometer = (converter == 1 && channel == 16) || (converter == 5 && channel == 4);
     const bool is_battery = channel == 17 && (converter == 1 || converter == 5);
+    const double scale = CoilBench::kSupplyV / shown_supply_v;
     if (channel == kReferenceVoltageInput && converter != 2) {
-        return common.reference_is_on() ? kReferenceVoltageV : 0;
+        return common.reference_is_on() ? scale * kReferenceVoltageV : 0;
     }
     if (is_thermometer) {
-        return common.thermometer_is_on() ? kThermometerV : 0;
+        const double volts = kThermometerV + kThermometerVPerDegree * (chip_celsius - 30);
+        return common.thermometer_is_on() ? scale * volts : 0;
     }
     return is_battery ? std::optional(common.battery_is_on() ? kBatteryV : 0) : std::nullopt;
 }

@@ -55,6 +55,10 @@ void BoardFaults::begin(Planned& planned) {
         board_.can.has_other_nodes = false;
     } else if (fault.name == "button") {
         board_.press_button(true);
+    } else if (fault.name == "chip_temperature") {
+        board_.chip_celsius = fault.number;
+    } else if (fault.name == "supply") {
+        board_.shown_supply_v = 1e-3 * fault.number;
     } else if (fault.name == "option_bytes") {
         board_.flash.set_options(fault.number);
     }

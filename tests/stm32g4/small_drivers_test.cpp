@@ -8,6 +8,7 @@
 #include "drivers/stm32g4/option_bytes.hpp"
 #include "drivers/stm32g4/processor.hpp"
 #include "drivers/stm32g4/sensor_amplifiers.hpp"
+#include "drivers/stm32g4/supply_monitor.hpp"
 #include "drivers/stm32g4/timer_clock.hpp"
 
 namespace tricoil::stm32g4 {
@@ -42,7 +43,7 @@ TEST(ButtonLine, IsPressedWhileItIsHigh) {
     EXPECT_EQ(port.PUPDR, 2U << 26U) << "low while the contact is open";
     const ButtonLine button(pin);
     EXPECT_FALSE(button.is_pressed());
-    reinterpret_cast<std::uint32_t&>(port.IDR) = 1U << 13U;
+    port.IDR = 1U << 13U;
     EXPECT_TRUE(button.is_pressed());
 }
 
@@ -154,7 +155,7 @@ struct ProcessorTest : testing::Test {
 
     RccRegisters rcc{};
     ScbRegisters scb{};
-    BootRecord record{0x1234, 0x5678, 0x9ABC, {0xDEF0}, 0};  // random, as after power-on
+    BootRecord record{0x1234, 0x5678, 0x9ABC, 0xDEF0, 1, 2, 3, 4, 5, 6};  // random, as after power-on
     Processor processor{rcc, scb, record, {[] { return full; }, [] {}, [] { ++resets; }}};
 
     hal::ResetReason reason_for(std::uint32_t flags) {
@@ -203,7 +204,7 @@ TEST_F(ProcessorTest, ReportsAFaultOnce) {
 TEST_F(ProcessorTest, RefusesARecordThatWasChanged) {
     EXPECT_EQ(reason_for(rcc::CSR_BORRSTF), hal::ResetReason::power_on);
     record.note({.ending = BootRecord::kFaulted, .pc = 0x0800'1234});
-    record.error.pc ^= 1U << 20U;
+    record.pc ^= 1U << 20U;
     EXPECT_EQ(reason_for(rcc::CSR_PINRSTF), hal::ResetReason::external);
     EXPECT_EQ(processor.report().crash.kind, hal::CrashRecord::Kind::none);
 }
@@ -234,6 +235,21 @@ TEST_F(ProcessorTest, ReportsSettings) {
     EXPECT_EQ(setting_faults(0xFFFF'FCAA), SettingFaults{SettingFault::other_bank});
     EXPECT_EQ(setting_faults(0xF3EF'FCAA), SettingFaults{SettingFault::no_flash});
     EXPECT_TRUE(setting_faults(0xF7EF'FCAA).empty()) << "nBOOT0 counts only if nSWBOOT0 is 0";
+}
+
+TEST(SupplyMonitor, UsesTheFactorysCodes) {
+    constexpr SupplyMonitor::Factory kFactory{1654, 1038, 1311};  // 1.212 V, 0.76 V, 0.96 V at 3.0 V
+    const auto at = [&](double supply_v, double reference_v, double thermometer_v) {
+        const auto code = [&](double volts) { return static_cast<int>(volts / supply_v * 4096 + 0.5); };
+        return SupplyMonitor::reading_of(code(reference_v), code(thermometer_v), kFactory);
+    };
+    EXPECT_NEAR(at(3.3, 1.212, 0.76).supply_mv, 3300, 3);
+    EXPECT_NEAR(at(3.3, 1.212, 0.76).temperature_cdeg, 3000, 60);
+    EXPECT_NEAR(at(2.7, 1.212, 0.6975).supply_mv, 2700, 3);
+    EXPECT_NEAR(at(2.7, 1.212, 0.6975).temperature_cdeg, 500, 60);
+    EXPECT_NEAR(at(3.3, 1.212, 0.96).temperature_cdeg, 11000, 60);
+    EXPECT_EQ(SupplyMonitor::reading_of(0, 900, kFactory).supply_mv, 0U) << "no reading";
+    EXPECT_EQ(SupplyMonitor::reading_of(1500, 900, {1654, 0xFFFF, 0xFFFF}).supply_mv, 0U) << "no calibration";
 }
 
 TEST_F(ProcessorTest, ReportsClockAndStackFaults) {

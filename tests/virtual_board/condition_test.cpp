@@ -156,6 +156,25 @@ TEST(BoardCondition, ChecksTheOptionBytes) {
     }
 }
 
+TEST(BoardCondition, MeasuresSupplyAndTemperature) {
+    ReportingBoard board;
+    EXPECT_NEAR(board.status().supply_mv, 3300, 10);
+    EXPECT_NEAR(board.status().temperature_cdeg, 3000, 150);
+    board.board->shown_supply_v = 3.1;
+    board.board->chip_celsius = 85;
+    board.run(1.5);
+    EXPECT_NEAR(board.status().supply_mv, 3100, 10);
+    EXPECT_NEAR(board.status().temperature_cdeg, 8500, 150);
+    EXPECT_EQ(board.status().faults & 0x30U, 0U);
+    board.board->shown_supply_v = 2.9;
+    board.board->chip_celsius = 110;
+    board.run(1.5);
+    EXPECT_EQ(board.status().faults & 0x30U, 0x30U) << "temperature and supply out of limits";
+    board.board->adc(1).set_stuck(true);
+    board.run(1.5);
+    EXPECT_EQ(board.status().supply_mv, 0U) << "not measured";
+}
+
 TEST(BoardPermission, IsGivenByTheButtonOnly) {
     ReportingBoard board;
     const auto loader = [&](std::size_t link) { return board.ask(link, Opcode::loader, protocol::kLoaderKey); };

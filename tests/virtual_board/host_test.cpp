@@ -103,12 +103,14 @@ std::vector<protocol::PoseMessage> poses_of(const std::vector<Burst>& bursts) {
     sim::SimulatedSystem system(clock);
     sim::SimulatedIndicator indicator;
     sim::SimulatedButton button;
+    sim::SimulatedMonitor monitor;
     sim::SimulatedHeartbeat heartbeat;
     sim::MemoryPort device_end(4096);
     test::HostEnd host(device_end);
     const std::array<hal::MessagePort*, 1> ports{&device_end};
-    app::TrackerDevice device({clock, coils, sampler, gain, heartbeat, storage, watchdog, system, indicator, button, ports},
-                              nucleo_g474re::device_params(1, 0));
+    app::TrackerDevice device(
+        {clock, coils, sampler, gain, heartbeat, storage, watchdog, system, indicator, button, monitor, ports},
+        nucleo_g474re::device_params(1, 0));
     device.boot();
     device.step();  // opens its ports
     host.hello();

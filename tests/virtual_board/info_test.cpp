@@ -33,8 +33,8 @@ protected:
                                                  in("report.json") + " " + options + " >" + in("line") + " 2>" + in("board.err"));
         ASSERT_TRUE(test::eventually([&] { return test::read_text(in("line")).find('\n') != std::string::npos; }))
             << test::read_text(in("board.err"));
-        const std::string line = test::lines(test::read_text(in("line"))).front();  // serial /dev/pts/0
-        device_ = "serial:" + line.substr(line.find(' ') + 1);
+        const std::string line = test::read_text(in("line"));  // serial /dev/pts/0
+        device_ = "serial:" + line.substr(line.find(' ') + 1, line.find('\n') - line.find(' ') - 1);
     }
     int tricoil(const std::string& arguments) {
         test::Program program(TRICOIL_PROGRAM " " + arguments + " >" + in("out") + " 2>" + in("err"));
@@ -76,6 +76,8 @@ TEST_F(DeviceInfo, ShowsThePlaceOfAProgramError) {
     EXPECT_EQ(now["crash"]["cfsr"], "0x00008200");
     EXPECT_EQ(now["crash"]["count"], 1);
     EXPECT_EQ(now["image"], "sound");
+    EXPECT_NEAR(now["supply_v"].get<double>(), 3.3, 0.01);
+    EXPECT_NEAR(now["temperature_c"].get<double>(), 30, 1.5);
     EXPECT_THAT(now["warnings"], Contains(HasSubstr("arm-none-eabi-addr2line")));
     ASSERT_EQ(tricoil("device info " + device_), 0) << err;
     EXPECT_THAT(out, HasSubstr("processor fault, exception HardFault, pc 0x0803"));

@@ -74,6 +74,7 @@ int show_info(const DeviceCommand& command) {
     if (const auto condition = inquiry.read_condition()) {
         info.update(condition_json(*condition));
         warnings = condition_warnings(*condition);
+        info.update(supply_json(inquiry.read_status()));
     }
     info["warnings"] = warnings;
     print_result(info, command.json, [](const Json& all) {

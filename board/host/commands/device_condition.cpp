@@ -92,6 +92,12 @@ Json condition_json(const protocol::ConditionMessage& m) {
             {"permission_s", m.permission_s == 255 ? Json("always") : Json(m.permission_s)}};
 }
 
+Json supply_json(const protocol::StatusMessage& m) {
+    const bool is_known = m.supply_mv != 0;
+    return {{"supply_v", is_known ? Json(m.supply_mv / 1e3) : Json(nullptr)},
+            {"temperature_c", is_known ? Json(m.temperature_cdeg / 1e2) : Json(nullptr)}};
+}
+
 std::string crash_text(const Json& crash) {
     if (crash.is_null()) {
         return "none since power-on";

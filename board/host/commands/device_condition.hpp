@@ -12,6 +12,9 @@ namespace tricoil::host {
 /// Keys of tricoil device info.
 [[nodiscard]] Json condition_json(const protocol::ConditionMessage& m);
 
+/// Supply voltage and temperature; null: not measured.
+[[nodiscard]] Json supply_json(const protocol::StatusMessage& m);
+
 /// One sentence for each problem, with its remedy.
 [[nodiscard]] std::vector<std::string> condition_warnings(const protocol::ConditionMessage& m);
 

@@ -76,10 +76,13 @@ constexpr unsigned CFGR2_OVSR_Pos = 2;           // value n: 2^(n+1) conversions
 constexpr std::uint32_t CFGR2_TROVS = 1U << 9U;  // one trigger per conversion
 
 constexpr std::uint32_t SMPR_47_5_cycles = 4;
+constexpr std::uint32_t SMPR_640_5_cycles = 7;
 
 constexpr unsigned TR1_HT1_Pos = 16;
 constexpr unsigned SQR1_SQ1_Pos = 6;
 constexpr std::uint32_t CCR_CKMODE_HCLK_4 = 3U << 16U;
+constexpr std::uint32_t CCR_VREFEN = 1U << 22U;     // the voltage reference is an input
+constexpr std::uint32_t CCR_VSENSESEL = 1U << 23U;  // the temperature sensor is an input
 }  // namespace adc
 
 }  // namespace tricoil::stm32g4
