@@ -197,11 +197,8 @@ protocol::AckResult SimulatedFrontEnd::set(const protocol::CommandMessage& comma
 
 protocol::AckResult SimulatedFrontEnd::enter_loader(std::uint32_t argument) {
     using protocol::AckResult;
-    if (argument != protocol::kLoaderKey) {
-        return AckResult::bad_value;
-    }
-    if (params_.is_locked) {
-        return AckResult::refused;
+    if (argument != protocol::kLoaderKey || params_.is_locked) {
+        return params_.is_locked ? AckResult::refused : AckResult::bad_value;
     }
     in_loader_ = !running_;
     finished_ = finished_ || in_loader_;
@@ -231,12 +228,10 @@ protocol::AckResult SimulatedFrontEnd::set_mode(std::uint32_t argument) {
 }
 
 void SimulatedFrontEnd::keep_calibration(const protocol::CalibrationMessage& message) {
-    if (params_.is_locked) {
-        acknowledge(Opcode::write_calibration, message.request, protocol::AckResult::refused, protocol::Refusal::no_permission);
-        return;
-    }
-    const auto result = running_ ? protocol::AckResult::refused : services_.keep_calibration(message.tail);
-    acknowledge(Opcode::write_calibration, message.request, result);
+    const bool is_refused = running_ || params_.is_locked;
+    const auto result = is_refused ? protocol::AckResult::refused : services_.keep_calibration(message.tail);
+    acknowledge(Opcode::write_calibration, message.request, result,
+                params_.is_locked ? protocol::Refusal::no_permission : protocol::Refusal::unsupported);
 }
 
 void SimulatedFrontEnd::acknowledge(Opcode opcode, std::uint16_t request, protocol::AckResult result, protocol::Refusal refusal) {
