@@ -35,6 +35,7 @@ bool HostLink::send(std::span<const std::uint8_t> bytes) {
 void HostLink::start_session(std::uint32_t sequence) {
     has_session_ = true;
     commands_.restart();
+    calibrations_.restart();  // a host program that starts again counts from zero
     (void)commands_.check(sequence);
 }
 

@@ -64,6 +64,17 @@ TEST_F(Permission, OfOnePressIsForOneCommand) {
     EXPECT_EQ(board.system.loader_restarts(), 1);
 }
 
+/// A program that is started again counts its calibrations from zero.
+TEST_F(Permission, IsForTheNextProgramToo) {
+    EXPECT_EQ(write(1), AckResult::refused);
+    board.press_button();
+    board.host().hello();
+    board.run(0.01);
+    board.host().say_again();
+    board.host().say_again();  // the number of the refused calibration
+    EXPECT_EQ(write(1), AckResult::done);
+}
+
 TEST_F(Permission, IsNotUsedByARefusedCommand) {
     board.press_button();
     board.host().write(std::vector<std::uint8_t>(100));

@@ -48,8 +48,8 @@ protected:
         return json::parse(out);
     }
     bool eventually_info(const std::function<bool(const json&)>& is_so) {
-        for (int n = 0; n < 50; ++n) {
-            if (is_so(info())) {
+        for (int n = 0; n < 50; ++n) {  // no answer while the board restarts
+            if (tricoil("device info --json " + device_) == 0 && is_so(json::parse(out))) {
                 return true;
             }
         }
