@@ -58,7 +58,8 @@ VirtualBoard::VirtualBoard(std::span<const std::uint8_t> image, const sim::Scena
       clock_recovery_(virtual_board::clock_recovery()),
       system_configuration_(virtual_board::system_configuration()),
       debug_unit_(virtual_board::debug_unit()),
-      random_(scenario.world.seed + 2) {
+      random_(scenario.world.seed + 2),
+      inside_random_(scenario.world.seed + 4) {
     for (std::size_t n = 0; n < gpio_.size(); ++n) {
         gpio_[n] = n == 0   ? std::make_unique<Gpio>(0xABFFFFFF, 0x0C000000, 0x64000000)
                    : n == 1 ? std::make_unique<Gpio>(0xFFFFFEBF, 0x000000C0, 0x00000100)

@@ -136,7 +136,10 @@ private:
     StoredRegisters<5> debug_unit_;
     std::vector<std::pair<std::pair<std::uint32_t, unsigned>, Peripheral*>> resettable_;  // by enable register and bit
     std::mt19937_64 random_;
+    std::mt19937_64
+        inside_random_;  // noise of the internal inputs; the noise of the coils does not depend on how often they are read
     std::normal_distribution<double> normal_{0, 1};
+    std::normal_distribution<double> inside_normal_{0, 1};
     SampleRecord sample_;
     std::array<Ticks, kChannels> last_conversion_{};
     bool heartbeat_ = false;

@@ -147,7 +147,8 @@ std::uint32_t VirtualBoard::code_of(unsigned channel) {
     const Adc& adc = *adcs_[channel];
     double volts = -CoilBench::kHalfSupplyV;  // an unconnected input, or an op-amp that is off
     double noise = kConverterNoiseCodes;
-    if (const auto inside = internal_input_v(kConverters[channel], adc.channel()); inside) {
+    const auto inside = internal_input_v(kConverters[channel], adc.channel());
+    if (inside) {
         volts = *inside - CoilBench::kHalfSupplyV;
     } else if (channel != kReferenceChannel) {
         volts = sensor_input_v(channel, noise);
@@ -155,7 +156,8 @@ std::uint32_t VirtualBoard::code_of(unsigned channel) {
         volts = bench.reference_v();
     }
     last_conversion_[channel] = machine.now();
-    const double code = (volts + CoilBench::kHalfSupplyV) * kCodes / CoilBench::kSupplyV + noise * normal_(random_);
+    const double code = (volts + CoilBench::kHalfSupplyV) * kCodes / CoilBench::kSupplyV +
+                        noise * (inside ? inside_normal_(inside_random_) : normal_(random_));
     const bool stuck = bench.is_stuck(static_cast<int>(channel));
     return stuck ? 2048U : static_cast<std::uint32_t>(std::clamp(std::nearbyint(code), 0.0, kCodes - 1));
 }
