@@ -18,9 +18,10 @@ struct Intensity {
 };
 
 /// Time constant with which a mean acceleration decays, because hands reverse their direction (motion at 6 Hz: 27 ms per radian).
-/// This value and kAccelerationShare were chosen on recorded hand motions; errors change by 3 % if either is halved or doubled.
+/// This value and kAccelerationShare were chosen on half of the recorded hand motions; errors change by 3 % if either is halved
+/// or doubled, on the other half as well.
 constexpr double kAccelerationMemory_s = 0.1;
-constexpr double kAccelerationShare = 0.2;
+constexpr double kAccelerationShare = 0.3;
 /// Largest rate at which velocity corrections are added to the acceleration. Without noise the gain would be one per column.
 constexpr double kFastestLearning_per_s = 500;
 
