@@ -130,6 +130,7 @@ bool Estimator<Scalar, Model>::is_within_gate(const Vec3<Scalar>& position_m, co
 template <typename Scalar, MeasurementModel<Scalar> Model>
 State<Scalar> Estimator<Scalar, Model>::predicted(Microseconds ahead) const {
     State<Scalar> state = state_;
+    expect_acceleration<Scalar>(state, seconds_as<Scalar>(ahead));
     propagate(state, intensity(), state_.time + ahead);
     return state;
 }

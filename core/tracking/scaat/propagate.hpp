@@ -103,6 +103,18 @@ void learn_acceleration(State<Scalar>& state, const Vec12<Scalar>& correction, c
     state.angular_acceleration_rad_s2 += gains_per_s[1] * correction.template segment<3>(9);
 }
 
+/// Increases the accelerations for a prediction by dt > 0 (s). The mean accelerations are a part of those of a hand, because they
+/// are learnt slowly and decay. In a prediction of some 10 ms the decay of move() makes it worse. Factor and time were chosen on
+/// half of the recorded hand motions: on the other half positions 10 and 20 ms ahead improve by 3 and 9 %.
+template <typename Scalar>
+void expect_acceleration(Motion<Scalar>& motion, Scalar dt) {
+    constexpr Scalar kLearntShare = Scalar(1 / 1.3);
+    constexpr Scalar kLongest_s = Scalar(0.04);
+    const Scalar factor = (1 + std::min(dt, kLongest_s) / Scalar(kAccelerationMemory_s)) / kLearntShare;
+    motion.acceleration_m_s2 *= factor;
+    motion.angular_acceleration_rad_s2 *= factor;
+}
+
 /// Moves state and covariance to `time`, not before the state's own. Not inlined, so that its temporaries leave the stack.
 template <typename Scalar>
 [[gnu::noinline]] void propagate(State<Scalar>& state, const Intensity<Scalar>& q, DeviceTime time) {
