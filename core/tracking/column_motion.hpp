@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <optional>
 
 #include "core/tracking/signal_matrix_assembler.hpp"
 #include "core/tracking/tracker_params.hpp"
@@ -17,23 +18,28 @@ class ColumnMotion {
 public:
     explicit ColumnMotion(const CommonParams<Scalar>& params) : max_gap_s_(longest_gap_s(params)) {}
 
+    /// X'' of the last three columns of a coil; zero if they are too few or too far apart.
+    struct Curvature {
+        Vec3<Scalar> value = Vec3<Scalar>::Zero();  // 1/s^2
+        Scalar variance = 0;                        // its noise, per entry
+    };
+
     /// Adds a column, unless it is older than the last of its coil. sigma of the column: noise of its entries, which the second
-    /// difference contains as well.
-    void add(const Column<Scalar>& column) {
+    /// difference contains as well. Returns the curvature up to this column; nullopt for an older column.
+    std::optional<Curvature> add(const Column<Scalar>& column) {
         History& h = histories_[static_cast<std::size_t>(coil_index(column.state))];
         if (h.columns > 0 && column.midpoint < h.time) {
-            return;
+            return std::nullopt;
         }
         const Scalar gap_s = seconds_as<Scalar>(column.midpoint - h.time);
         const bool follows = h.columns > 0 && gap_s > Scalar(kMinGap_s) && gap_s < max_gap_s_;
         const Vec3<Scalar> slope = follows ? Vec3<Scalar>((column.in_phase - h.couplings) / gap_s) : Vec3<Scalar>::Zero();
         const Scalar kept = h.columns > 0 ? Scalar(kMemory_s) / (Scalar(kMemory_s) + std::max(gap_s, Scalar(0))) : Scalar(0);
         h.curvature_squared *= kept;
+        Curvature curvature;
         if (follows && h.columns > 1) {
-            bend(h, slope, gap_s, column.sigma.squaredNorm() / 3);
-        } else {
-            h.curvature.setZero();
-            h.curvature_variance = 0;
+            curvature = bend(h, slope, gap_s, column.sigma.squaredNorm() / 3);
+            h.curvature_squared = std::max(h.curvature_squared, significant(curvature.value, curvature.variance));
         }
         h.columns = follows ? std::min(h.columns + 1, 3) : 1;
         h.couplings = column.in_phase;
@@ -41,6 +47,7 @@ public:
         h.slope_squared = follows ? significant(slope, 2 * column.sigma.squaredNorm() / (3 * gap_s * gap_s)) : Scalar(0);
         h.gap_s = gap_s;
         h.time = column.midpoint;
+        return curvature;
     }
 
     /// True if two columns of each coil precede the newest, with gaps within the limits.
@@ -70,17 +77,18 @@ public:
         Scalar variance = 0;   // mean noise of its nine entries
     };
 
-    /// From the last second difference of each column, without the noise limit of error_variance(). Zero for columns that are not
+    /// From the last curvature of each coil's columns, without the noise limit of error_variance(). Zero for columns that are not
     /// extrapolated.
-    [[nodiscard]] Extrapolation extrapolation(const SignalMatrix<Scalar>& matrix) const {
+    [[nodiscard]] Extrapolation extrapolation(const SignalMatrix<Scalar>& matrix,
+                                              const std::array<Curvature, kSourceCoils>& curvatures) const {
         Extrapolation result;
         for (std::size_t j = 0; j < kSourceCoils; ++j) {
             const History& h = histories_[j];
             const auto column = static_cast<Eigen::Index>(j);
             const Scalar extrapolated_s = seconds_as<Scalar>(matrix.newest - h.time) - matrix.column_age_s(column);
             const Scalar bend_s2 = extrapolated_s * (extrapolated_s + h.gap_s) / 2;
-            result.missing.col(column) = bend_s2 * h.curvature;
-            result.variance += bend_s2 * bend_s2 * h.curvature_variance / kSourceCoils;
+            result.missing.col(column) = bend_s2 * curvatures[j].value;
+            result.variance += bend_s2 * bend_s2 * curvatures[j].variance / kSourceCoils;
         }
         return result;
     }
@@ -98,13 +106,11 @@ private:
 
     struct History {
         Vec3<Scalar> couplings = Vec3<Scalar>::Zero();
-        Vec3<Scalar> slope = Vec3<Scalar>::Zero();      // 1/s
-        Scalar slope_squared = 0;                       // mean square of an entry of X', 1/s^2
-        Vec3<Scalar> curvature = Vec3<Scalar>::Zero();  // X'' of the last three columns, 1/s^2
-        Scalar curvature_variance = 0;                  // its noise, per entry
-        Scalar curvature_squared = 0;                   // mean square of an entry of X'' without its noise, 1/s^4, decaying
-        Scalar gap_s = 0;                               // between the last two columns
-        int columns = 0;                                // with short gaps; counts to 3
+        Vec3<Scalar> slope = Vec3<Scalar>::Zero();  // 1/s
+        Scalar slope_squared = 0;                   // mean square of an entry of X', 1/s^2
+        Scalar curvature_squared = 0;               // the same of X'' without its noise, 1/s^4, decaying
+        Scalar gap_s = 0;                           // between the last two columns
+        int columns = 0;                            // with short gaps; counts to 3
         DeviceTime time{};
     };
 
@@ -122,13 +128,11 @@ private:
     }
 
     /// Second derivative from the slope before (still in `h`) and the present one. variance: noise of a coupling.
-    static void bend(History& h, const Vec3<Scalar>& slope, Scalar gap_s, Scalar variance) {
+    static Curvature bend(const History& h, const Vec3<Scalar>& slope, Scalar gap_s, Scalar variance) {
         const Scalar per_mean_gap = 2 / (gap_s + h.gap_s);
         const Scalar a = 1 / gap_s;
         const Scalar b = 1 / h.gap_s;
-        h.curvature = per_mean_gap * (slope - h.slope);
-        h.curvature_variance = per_mean_gap * per_mean_gap * variance * (a * a + b * b + (a + b) * (a + b));
-        h.curvature_squared = std::max(h.curvature_squared, significant(h.curvature, h.curvature_variance));
+        return {per_mean_gap * (slope - h.slope), per_mean_gap * per_mean_gap * variance * (a * a + b * b + (a + b) * (a + b))};
     }
 
     Scalar max_gap_s_;

@@ -2,6 +2,7 @@
 // and time ratio. Uses recorded couplings if present (TRICOIL_DATA_DIR), else generated ones.
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
@@ -52,7 +53,23 @@ struct Accuracy {
     double orientation_deg = 0;
 };
 
-/// RMS error of `solve` (position up to its sign, O) against the stage, and the time of all calls.
+/// Time of one call: the shortest of several batches, because other programs only lengthen it.
+template <typename Call>
+double shortest_s(const Call& call) {
+    constexpr int kBatches = 5;
+    constexpr int kCalls = 10;
+    double shortest = 1e9;
+    for (int batch = 0; batch < kBatches; ++batch) {
+        const auto start = std::chrono::steady_clock::now();
+        for (int n = 0; n < kCalls; ++n) {
+            call();
+        }
+        shortest = std::min(shortest, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() / kCalls);
+    }
+    return shortest;
+}
+
+/// RMS error of `solve` (position up to its sign, O) against the stage, and the sum over the poses of the time of one call.
 template <typename Solve>
 Accuracy measure(const host::CalibrationFit& fit, const std::vector<host::PoseFile>& files, Solve solve, double& seconds) {
     Accuracy sum;
@@ -62,14 +79,11 @@ Accuracy measure(const host::CalibrationFit& fit, const std::vector<host::PoseFi
         for (const host::MeasuredPose& pose : file.poses) {
             const auto truth = host::true_pose(fit.source_stage.at(host::source_fixture_name(file)), pose,
                                                fit.mount_sensor.at(host::sensor_fixture_name(file)));
-            constexpr int kRepeats = 20;
-            const auto start = std::chrono::steady_clock::now();
             bench::RaabPose answer;
-            for (int k = 0; k < kRepeats; ++k) {
+            seconds += shortest_s([&] {
                 answer = solve(pose.x, truth);
                 benchmark::DoNotOptimize(answer);
-            }
-            seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+            });
             const double side = answer.position_m.dot(truth.position_m) < 0 ? -1 : 1;
             const double turn = geometry::angle_between(geometry::attitude_quaternion(answer.attitude), truth.q_source_sensor);
             sum.position_m += (side * answer.position_m - truth.position_m).squaredNorm();

@@ -76,8 +76,7 @@ TEST(Innovation, JacobianEqualsNumericDifferentiation) {
         for (const double late : {0.0, 0.005}) {
             for (int j = 0; j < 3; ++j) {
                 const Vec3<double> z(0.01, 0.02, 0.03);
-                const auto here = innovation<double>(kModel, state, state, j, z, Vec3<double>::Ones(), late);
-                ASSERT_TRUE(here.ok);
+                const auto here = innovation<double>(kModel, state, state, j, z, late);
                 Eigen::Matrix<double, 3, 12> h;
                 h << here.h, -late * here.h;
                 for (int i = 0; i < kErrorStates; ++i) {
@@ -85,7 +84,7 @@ TEST(Innovation, JacobianEqualsNumericDifferentiation) {
                     const auto at = [&](double sign) {
                         State<double> moved = state;
                         correct<double>(moved, sign * step * Vec12<double>::Unit(i));
-                        return innovation<double>(kModel, moved, moved, j, z, Vec3<double>::Ones(), late).y;
+                        return innovation<double>(kModel, moved, moved, j, z, late).y;
                     };
                     const Vec3<double> numeric = -(at(1) - at(-1)) / (2 * step);
                     // The block of the rates neglects half the turn w dt of a late column: up to 15 rad/s times 5 ms.
@@ -102,7 +101,9 @@ TEST(Update, EqualsTheInformationForm) {
     State<double> state = random_state(random);
     const Mat12<double> before = state.covariance;
     const Vec3<double> r(1e-8, 2e-8, 3e-8);
-    const auto y = innovation<double>(kModel, state, state, 1, {0.02, 0.01, 0}, r, 0);
+    auto y = innovation<double>(kModel, state, state, 1, {0.02, 0.01, 0}, 0);
+    y.set_noise(r);
+    ASSERT_TRUE(y.ok);
     Eigen::Matrix<double, 3, 12> h = Eigen::Matrix<double, 3, 12>::Zero();
     h.leftCols<6>() = y.h;
     apply(state, y);

@@ -168,7 +168,7 @@ TEST(SameSamples, GiveEqualPosesOnTheHost) {
     std::printf("%zu of %zu poses equal in every digit; largest difference %ld units of position, %ld of quaternion\n", equal,
                 count, static_cast<long>(position), static_cast<long>(quaternion));
     EXPECT_LE(position, 20);
-    EXPECT_LE(quaternion, 30);
+    EXPECT_LE(quaternion, 20);
 }
 
 }  // namespace

@@ -57,7 +57,9 @@ std::optional<PoseEstimate<Scalar>> MatrixTracker<Scalar>::do_update(const Colum
         return std::nullopt;
     }
     ++counters_.accepted;
-    column_motion_.add(column);
+    if (const auto curvature = column_motion_.add(column)) {
+        curvatures_[static_cast<std::size_t>(coil_index(column.state))] = *curvature;
+    }
     const auto matrix = assembler_.add(column);
     if (!matrix) {
         return std::nullopt;
@@ -131,7 +133,7 @@ std::optional<Rejection> MatrixTracker<Scalar>::rejection_of(const Column<Scalar
         last_valid_ = column.midpoint;
         assembler_.clear();
         motion_.clear();
-        column_motion_.clear();
+        forget_column_motion();
         solved_.exists = false;
         hemisphere_.forget();
     }
@@ -148,7 +150,7 @@ void MatrixTracker<Scalar>::flag_recent_faults(PoseEstimate<Scalar>& estimate, b
     }
     const bool faulty = estimate.flags.has_any(kFaultFlags);
     if (faulty) {
-        column_motion_.clear();
+        forget_column_motion();
         misfit_ = {};
     }
     const bool bad = faulty || jumped;
@@ -264,13 +266,19 @@ void MatrixTracker<Scalar>::predict_error(const SignalMatrix<Scalar>& matrix, St
     budget.passes = step.passes;
     auto errors = error_model::systematic_errors(*motion, budget);
     // Deskew leaves the curvature of the couplings, which the columns show.
-    const auto extrapolation = column_motion_.extrapolation(matrix);
+    const auto extrapolation = column_motion_.extrapolation(matrix, curvatures_);
     errors.skew += error_model::matrix_error<Scalar>(*motion, extrapolation.missing / params_.coupling_constant);
     const Scalar range_m = estimate.position_m.norm();
     const Scalar k = field::coupling_strength(params_.coupling_constant, range_m);
     estimate.predicted_error = error_model::budget_of<Scalar>(
         errors, solver::pose_covariance<Scalar>(k, range_m, estimate.position_m / range_m, matrix.sigma),
         extrapolation.variance / (matrix.sigma * matrix.sigma));
+}
+
+template <typename Scalar>
+void MatrixTracker<Scalar>::forget_column_motion() {
+    column_motion_.clear();
+    curvatures_ = {};
 }
 
 /// searching -> tracking on a valid pose; tracking -> lost after lost_after without one; lost -> searching after search_after.

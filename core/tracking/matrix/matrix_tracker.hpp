@@ -53,6 +53,7 @@ private:
     [[nodiscard]] Scalar linearization_share(const Pose& pose) const;
     [[nodiscard]] bool is_continuation(const PoseEstimate<Scalar>& estimate) const;
     void predict_error(const SignalMatrix<Scalar>& matrix, Step step, PoseEstimate<Scalar>& estimate);
+    void forget_column_motion();
     void advance(bool valid, DeviceTime time);
 
     CommonParams<Scalar> params_;
@@ -66,6 +67,7 @@ private:
     TimeBase time_base_;
     Hemisphere<Scalar> hemisphere_;
     ColumnMotion<Scalar> column_motion_;
+    std::array<typename ColumnMotion<Scalar>::Curvature, kSourceCoils> curvatures_{};
     Misfit<Scalar> misfit_;
     /// The last solved pose without a fault flag, valid or not.
     struct {

@@ -28,18 +28,27 @@ struct Unmodelled {
     Vec3<Scalar> residual = Vec3<Scalar>::Zero();  // known error, coupling units
 };
 
-/// Innovation of a column, with resolvable_variance(). `around` as in innovation().
+/// Variance of the second-order terms that the linearisation omits. They are the square of the relative error of the predicted
+/// column: a column falls with the third power of the range. With noise far below them, the covariance would otherwise be too
+/// small while the sensor accelerates. squared: of the column.
+template <typename Scalar>
+Scalar second_order_variance(const Innovation<Scalar>& innovation, Scalar squared) {
+    const Scalar predicted = innovation.predicted.trace();
+    return predicted * predicted / std::max(squared, predicted);
+}
+
+/// Innovation of a column, with second_order_variance() and resolvable_variance(). `around` as in innovation(); a point other
+/// than the state is a measured pose, for which second-order terms are small.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 Innovation<Scalar> column_innovation(const Model& model, const State<Scalar>& state, const Motion<Scalar>& around,
                                      const Column<Scalar>& column, const Unmodelled<Scalar>& unmodelled) {
     const Scalar late_s = column.midpoint < state.time ? seconds_as<Scalar>(state.time - column.midpoint) : Scalar(0);
     const int j = coil_index(column.state);
-    const Vec3<Scalar> measured = column.sigma.cwiseAbs2().array() + unmodelled.variance;
-    auto result = innovation<Scalar>(model, state, around, j, column.in_phase - unmodelled.residual, measured, late_s);
-    const Vec3<Scalar> variance = resolvable_variance<Scalar>(measured, result);
-    if (variance != result.r) {
-        result.set_noise(variance);
-    }
+    auto result = innovation<Scalar>(model, state, around, j, column.in_phase - unmodelled.residual, late_s);
+    const bool at_state = &around == static_cast<const Motion<Scalar>*>(&state);
+    const Scalar curved = at_state ? second_order_variance<Scalar>(result, column.in_phase.squaredNorm()) : Scalar(0);
+    const Vec3<Scalar> variance = column.sigma.cwiseAbs2().array() + (unmodelled.variance + curved);
+    result.set_noise(resolvable_variance<Scalar>(variance, result));
     return result;
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 
 #include "core/base/time.hpp"
 #include "core/signal/excitation.hpp"
@@ -26,7 +27,7 @@ public:
         accepted_at_[c] = std::max(accepted_at_[c], time);
         refused_[c] = 0;
         far_[c] = false;
-        awaited_[c] = std::max(awaited_[c] - 1, 0);
+        awaited_[c] = static_cast<std::uint8_t>(std::max(awaited_[c] - 1, 0));
     }
 
     /// far: the deviation is so large that the sensor must have jumped.
@@ -48,10 +49,9 @@ public:
                std::all_of(refused_.begin(), refused_.end(), is_zero);
     }
 
-    /// True if both other coils are refused at present. If this coil contradicts the prediction too, it is not an outlier.
-    [[nodiscard]] bool others_refused(int coil) const {
-        return (coil == 0 || refused_[0] > 0) && (coil == 1 || refused_[1] > 0) && (coil == 2 || refused_[2] > 0);
-    }
+    /// True if two columns are refused at present, of one coil or of two. If the next column contradicts the prediction too, it
+    /// is not an outlier: the sensor has accelerated. Some motions contradict one coil only.
+    [[nodiscard]] bool several_refused() const { return refused_[0] + refused_[1] + refused_[2] >= kSeveral; }
 
     [[nodiscard]] bool any_far() const { return far_[0] || far_[1] || far_[2]; }
 
@@ -67,14 +67,15 @@ public:
     }
 
 private:
+    static constexpr int kSeveral = 2;
     static constexpr int kMaxRefused = 3;
-    static constexpr int kConfirming = 2;
+    static constexpr std::uint8_t kConfirming = 2;
     static std::size_t index(int coil) { return static_cast<std::size_t>(coil); }
 
     std::array<DeviceTime, kSourceCoils> accepted_at_{};
     std::array<int, kSourceCoils> refused_{};  // in a row
     std::array<bool, kSourceCoils> far_{};
-    std::array<int, kSourceCoils> awaited_{};  // acceptances still needed after an inflation of the covariance
+    std::array<std::uint8_t, kSourceCoils> awaited_{};  // acceptances still needed after an inflation of the covariance
     int in_row_ = 0;
 };
 

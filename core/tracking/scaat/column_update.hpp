@@ -88,11 +88,12 @@ template <typename Scalar>
     return row;
 }
 
-/// Innovation of the couplings z (variances r, column j) measured late_s before `state`. `around`: point of linearisation,
-/// usually `state`. Another point gives the iterated extended Kalman filter (Bar-Shalom et al. 2001, section 10.5.2).
+/// Innovation of the couplings z (column j) measured late_s before `state`, without its noise: set_noise() completes it.
+/// `around`: point of linearisation, usually `state`. Another point gives the iterated extended Kalman filter (Bar-Shalom et al.
+/// 2001, section 10.5.2).
 template <typename Scalar, MeasurementModel<Scalar> Model>
 Innovation<Scalar> innovation(const Model& model, const State<Scalar>& state, const Motion<Scalar>& around, int j,
-                              const Vec3<Scalar>& z, const Vec3<Scalar>& r, Scalar late_s) {
+                              const Vec3<Scalar>& z, Scalar late_s) {
     Vec3<Scalar> position = around.position_m;
     Quat<Scalar> q = around.q_source_sensor;
     Quat<Scalar> back = Quat<Scalar>::Identity();
@@ -125,7 +126,6 @@ Innovation<Scalar> innovation(const Model& model, const State<Scalar>& state, co
     if (late_s > 0) {
         result.predicted -= late_s * (result.h * g.template bottomRows<6>());
     }
-    result.set_noise(r);
     return result;
 }
 

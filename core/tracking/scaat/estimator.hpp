@@ -81,13 +81,12 @@ private:
     static constexpr double kInflateAbove = 6;  // squared innovation, 3 degrees of freedom: exceeded once in 9
     static constexpr double kInflationDecay = 0.96;
     static constexpr int kMaxInflations = 4;  // per column
-    // With noise below this share of a column, the process noise does not fall while the standard deviations of the pose are
-    // below 0.1 mm and 0.1 mrad: a filter that is still quieter lags when the hand starts to move.
-    static constexpr double kNegligibleNoise = 3e-5;
-    static constexpr double kFineEnough = 1e-4;  // m, rad
+    // The process noise does not fall while the standard deviation of the pose is below this share of the range, and below this
+    // angle: a filter that is still quieter lags when a hand starts to move. Chosen on recorded hand motions without noise.
+    static constexpr double kFineEnough = 4e-5;
 
     void inflate_covariance(Scalar factor);
-    void adapt_process_noise(const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened, bool noiseless);
+    void adapt_process_noise(const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened);
     void update_state(const Column<Scalar>& column, const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened);
     void reset_adaptation();
 
@@ -98,8 +97,8 @@ private:
     State<Scalar> state_;
     ProcessNoiseState<Scalar> process_;
     Scalar consistency_ = 1;
-    NoiseCheck<Scalar> noise_;
     Scalar outlier_inflation_ = 0;  // of recent columns: squared innovation over kInflateAbove, decaying
+    NoiseCheck<Scalar> noise_;
     CoilHistory history_;
     int settled_ = 0;  // columns used, including the three of the start; at most kLearningColumns
     DeviceTime last_used_{};

@@ -73,9 +73,7 @@ void Estimator<Scalar, Model>::update_state(const Column<Scalar>& column, const 
     outlier_inflation_ = std::max(nis / Scalar(kInflateAbove), Scalar(kInflationDecay) * outlier_inflation_);
     const bool settled = is_settled();
     if (settled) {
-        adapt_process_noise(
-            innovation, whitened,
-            column.sigma.squaredNorm() < Scalar(kNegligibleNoise * kNegligibleNoise) * column.in_phase.squaredNorm());
+        adapt_process_noise(innovation, whitened);
     }
     consistency_ += settled ? params_.consistency_gain * (nis / 3 - consistency_) : Scalar(0);
     const auto gains_per_s = acceleration_gains_per_s(state_.covariance);
@@ -87,29 +85,28 @@ void Estimator<Scalar, Model>::update_state(const Column<Scalar>& column, const 
     settled_ = std::min(settled_ + 1, kLearningColumns);
 }
 
-/// Adapts the process noise with the original innovation, but with the reduced weight of the column. noiseless: a low process
-/// noise would gain nothing.
+/// Adapts the process noise with the original innovation, but with the reduced weight of the column.
 template <typename Scalar, MeasurementModel<Scalar> Model>
-void Estimator<Scalar, Model>::adapt_process_noise(const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened,
-                                                   bool noiseless) {
+void Estimator<Scalar, Model>::adapt_process_noise(const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened) {
     const auto& n = params_.process;
-    const auto least = [&](int block, Scalar limit, Scalar present) {
+    const auto least = [&](int block, Scalar unit_squared, Scalar limit, Scalar present) {
         const Scalar variance = state_.covariance.template block<3, 3>(block, block).trace();
-        return noiseless && variance < Scalar(kFineEnough * kFineEnough) ? std::max(limit, present) : limit;
+        return variance < Scalar(kFineEnough * kFineEnough) * unit_squared ? std::max(limit, present) : limit;
     };
+    const Scalar range_squared = state_.position_m.squaredNorm();
     const auto share = [&](int block) -> Mat3<Scalar> {
         const Eigen::Matrix<Scalar, 3, 3> h = innovation.h.template middleCols<3>(block);
         const Mat3<Scalar> a = h * state_.covariance.template block<3, 3>(block, block) * h.transpose();
         const Mat3<Scalar> half = innovation.s.solve_lower(a);
         return innovation.s.template solve_lower<3>(half.transpose());
     };
-    process_.log_translation =
-        std::clamp(adapted_log<Scalar>(process_.log_translation, process_.information_translation, process_.score_translation,
-                                       share(0), whitened, n),
-                   least(0, limits_.least_log_translation, process_.log_translation), limits_.most_log_translation);
+    process_.log_translation = std::clamp(adapted_log<Scalar>(process_.log_translation, process_.information_translation,
+                                                              process_.score_translation, share(0), whitened, n),
+                                          least(0, range_squared, limits_.least_log_translation, process_.log_translation),
+                                          limits_.most_log_translation);
     process_.log_rotation = std::clamp(
         adapted_log<Scalar>(process_.log_rotation, process_.information_rotation, process_.score_rotation, share(3), whitened, n),
-        least(3, limits_.least_log_rotation, process_.log_rotation), limits_.most_log_rotation);
+        least(3, Scalar(1), limits_.least_log_rotation, process_.log_rotation), limits_.most_log_rotation);
 }
 
 /// Multiplies the covariance of the prediction, and the process noise.
@@ -133,6 +130,7 @@ bool Estimator<Scalar, Model>::is_within_gate(const Vec3<Scalar>& position_m, co
 template <typename Scalar, MeasurementModel<Scalar> Model>
 State<Scalar> Estimator<Scalar, Model>::predicted(Microseconds ahead) const {
     State<Scalar> state = state_;
+    expect_acceleration<Scalar>(state, seconds_as<Scalar>(ahead));
     propagate(state, intensity(), state_.time + ahead);
     return state;
 }

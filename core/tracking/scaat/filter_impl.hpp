@@ -65,7 +65,7 @@ auto Filter<Scalar, Model>::track_column(const Column<Scalar>& column) -> Pose {
     }
     health_.note(column);
     const bool complete = in_order && intake_.note(column);
-    const bool accepted = use(column, motion(), estimator_.history().others_refused(coil_index(column.state)));
+    const bool accepted = use(column, motion(), estimator_.history().several_refused());
     estimator_.history().measured(accepted);
     if (accepted) {
         health_.take(column, motion(), estimator_.may_deskew());
@@ -124,7 +124,7 @@ template <typename Scalar, MeasurementModel<Scalar> Model>
 void Filter<Scalar, Model>::use_waiting() {
     for (int j = 0; j < kSourceCoils; ++j) {
         if (intake_.is_waiting(j)) {
-            const bool trusted = estimator_.history().others_refused(j);
+            const bool trusted = estimator_.history().several_refused();
             estimator_.history().measured(use(intake_.columns().latest(j), motion(), trusted));
         }
     }

@@ -46,7 +46,7 @@ public:
     }
 
     /// Notes a usable column.
-    void note(const Column<Scalar>& column) { motion_.add(column); }
+    void note(const Column<Scalar>& column) { (void)motion_.add(column); }
 
     /// Start of the filter: the motion is unknown.
     void start() {

@@ -97,8 +97,8 @@ void prepare_update(const Model& model, int run) {
 template <typename Model>
 void run_update(const Model& model, int run) {
     scaat::propagate(state, scaat::Intensity<float>{}, column.midpoint);
-    const Vec3<float> variance = column.sigma.cwiseAbs2();
-    innovation = scaat::innovation(model, state, state, run % 3, column.in_phase, variance, 0.0F);
+    innovation = scaat::innovation(model, state, state, run % 3, column.in_phase, 0.0F);
+    innovation->set_noise(column.sigma.cwiseAbs2());
     (void)scaat::apply(state, *innovation);
 }
 
