@@ -240,8 +240,8 @@ void MatrixTracker<Scalar>::fill_estimate(const SignalMatrix<Scalar>& matrix, co
     estimate.q_source_sensor = geometry::attitude_quaternion(pose.attitude);
     const Scalar floor = params_.misfit_floor * k;
     const Scalar linearization = stepped ? k * linearization_share(pose) : Scalar(0);
-    const Scalar variance = matrix.sigma * matrix.sigma + column_motion_.error_variance(matrix, params_.window_s) +
-                            floor * floor + linearization * linearization;
+    const Scalar still = matrix.sigma * matrix.sigma + floor * floor;
+    const Scalar variance = still + column_motion_.error_variance(matrix, params_.window_s) + linearization * linearization;
     // A step is no least-squares fit, so its misfit contains some of the pose's noise (simulated: 1.16 times the misfit of a
     // fit).
     constexpr Scalar kStepMisfit = Scalar(1.16);
@@ -255,11 +255,11 @@ void MatrixTracker<Scalar>::fill_estimate(const SignalMatrix<Scalar>& matrix, co
     estimate.flags.set_if(significant && misfit > params_.max_misfit * matrix.x.squaredNorm(), PoseFlag::no_sensor);
     if (unconfirmed_ == 0) {  // a fault is not metal
         const Scalar metal = estimate.flags.has_any(kFaultFlags) ? Scalar(0) : misfit;
-        misfit_.add(metal, expected, params_.distortion_gate, matrix.newest);
+        misfit_.add(metal, expected, still, params_.distortion_gate, matrix.newest);
     }
-    const Scalar distorted = misfit_.variance();
-    estimate.distortion_m = position_deviation(k, pose.range_m, std::sqrt(distorted));
-    estimate.covariance = solver::pose_covariance<Scalar>(k, pose.range_m, pose.direction, std::sqrt(variance + distorted));
+    estimate.distortion_m = position_deviation(k, pose.range_m, std::sqrt(misfit_.variance()));
+    estimate.covariance =
+        solver::pose_covariance<Scalar>(k, pose.range_m, pose.direction, std::sqrt(variance + misfit_.covered_variance()));
     estimate.flags.set_if(!(deviation_m(estimate) <= params_.max_deviation_m), PoseFlag::uncertain);
 }
 
