@@ -9,7 +9,8 @@
 namespace tricoil::calibration {
 
 /// Two kinds. ideal_triads(): corrects phases, gains, signs, sensor coil angles and the source's attitude column by column. It is
-/// for trackers with the concentric model. phases(): corrects phases only; the tracker's general model contains the rest.
+/// for trackers with the concentric model, which add the coupling of metal at rest themselves. phases(): corrects phases only;
+/// the tracker's general model contains the rest.
 template <typename Scalar>
 class CoilCorrection {
 public:
@@ -31,9 +32,6 @@ public:
         if (largest(c.model.source_octupole_m2) > kOctupole || largest(c.model.sensor_octupole_m2) > kOctupole) {
             return Status{StatusCode::invalid_argument, "coils are too large for the dipole model"};
         }
-        if (!c.model.surroundings.empty()) {
-            return Status{StatusCode::invalid_argument, "it contains metal of the surroundings"};
-        }
         CoilCorrection correction = phases(c);
         Vec3<Scalar>& gain = correction.gain_;
         Mat3<Scalar>& axes = correction.axes_;
@@ -51,6 +49,10 @@ public:
         }
         correction.sensor_ = c.model.sensor_sensitivity.transpose().inverse();
         correction.has_own_axes_ = true;
+        for (const field::InducedDipole<Scalar>& dipole : c.model.surroundings) {
+            (void)correction.surroundings_.push_back(
+                {axes.transpose() * dipole.position_m, axes.transpose() * dipole.moment * gain.cwiseInverse().asDiagonal()});
+        }
         return correction;
     }
 
@@ -80,6 +82,8 @@ public:
     [[nodiscard]] const Mat3<Scalar>& axes() const { return axes_; }
     [[nodiscard]] bool has_own_axes() const { return has_own_axes_; }
     [[nodiscard]] Scalar misfit_floor() const { return misfit_floor_; }
+    /// Metal at rest in the frame and units of the corrected columns. Empty after phases().
+    [[nodiscard]] const field::InducedDipoles<Scalar>& surroundings() const { return surroundings_; }
 
     /// Optional output correction in the source frame: an affine map of positions, and its derivative.
     [[nodiscard]] Vec3<Scalar> corrected_position(const Vec3<Scalar>& position_m) const {
@@ -102,6 +106,7 @@ private:
     Mat3<Scalar> output_linear_ = Mat3<Scalar>::Identity();
     Vec3<Scalar> output_offset_m_ = Vec3<Scalar>::Zero();
     Scalar misfit_floor_ = 0;
+    field::InducedDipoles<Scalar> surroundings_;
 };
 
 }  // namespace tricoil::calibration

@@ -16,13 +16,14 @@ constexpr double kHiddenShare = 2.5;
 
 /// Follows the misfit of consecutive signal matrices. A significant misfit counts once, because a single one may be chance (once
 /// in 40 s at 240 Hz). After two in a row the variance decays slowly, because near metal the misfit passes through zero while the
-/// sensor moves. It decays faster after 0.15 s without two in a row. A smaller misfit counts if it lasts.
+/// sensor moves. It decays faster after 0.15 s without two in a row. A smaller misfit counts if it lasts. Metal that appears at
+/// once looks like a fast motion for some columns: a misfit that mostly motion explains is doubtful, and widens the covariance.
 template <typename Scalar>
 class Misfit {
 public:
     /// squared: squared misfit, 3 degrees of freedom. expected: variance of a coupling from noise, motion and calibration, in the
-    /// same unit squared. gate: chi-square above which the misfit is significant.
-    void add(Scalar squared, Scalar expected, Scalar gate, DeviceTime time) {
+    /// same unit squared; still: the same without motion. gate: chi-square above which the misfit is significant.
+    void add(Scalar squared, Scalar expected, Scalar still, Scalar gate, DeviceTime time) {
         const Scalar elapsed_s = std::clamp(seconds_as<Scalar>(time - time_), Scalar(0), Scalar(kMaxElapsed_s));
         const bool started_before = started_;
         const Scalar weight = started_before ? elapsed_s / (elapsed_s + Scalar(kMemory_s)) : Scalar(0);
@@ -39,6 +40,8 @@ public:
             quiet_s_ = 0;
         }
         last_ = last;
+        const bool is_doubtful = 3 * ratio > Scalar(kDoubtfulAbove) && expected > Scalar(kMostlyMotion) * still;
+        doubtful_ = is_doubtful ? squared / 3 : Scalar(0);
         lasting_ = std::max(mean_ratio_ - Scalar(kChance), Scalar(0)) * expected;
     }
 
@@ -46,17 +49,25 @@ public:
     /// significant.
     [[nodiscard]] Scalar variance() const { return Scalar(kHiddenShare * kHiddenShare) * std::max({last_, held_, lasting_}); }
 
+    /// variance(), and that of the last misfit if it is doubtful: for the covariance.
+    [[nodiscard]] Scalar covered_variance() const {
+        return std::max(variance(), Scalar(kHiddenShare * kHiddenShare) * doubtful_);
+    }
+
 private:
     static constexpr double kMemory_s = 0.1;
     static constexpr double kPassing_s = 0.15;     // near metal a moving sensor's misfit is small for a shorter time
     static constexpr double kMaxElapsed_s = 0.02;  // a longer gap counts as this
     static constexpr double kLongMemory_s = 0.4;
-    static constexpr double kChance = 1.2;   // mean ratio of 190 independent matrices: three standard deviations above 1
-    static constexpr double kMaxRatio = 10;  // limits how long the mean remembers a large misfit
+    static constexpr double kChance = 1.2;       // mean ratio of 190 independent matrices: three standard deviations above 1
+    static constexpr double kMaxRatio = 10;      // limits how long the mean remembers a large misfit
+    static constexpr double kDoubtfulAbove = 9;  // chi-square, 3 degrees of freedom: exceeded once in 34
+    static constexpr double kMostlyMotion = 4;   // of the expected variance to that without motion
 
     Scalar last_ = 0;        // variance of a coupling if the last misfit was significant; else zero
     Scalar held_ = 0;        // the same, decaying; zero until two in a row were significant
     Scalar lasting_ = 0;     // the same from the mean ratio
+    Scalar doubtful_ = 0;    // the same of the last misfit if it is doubtful
     Scalar mean_ratio_ = 1;  // of misfit to its expectation
     Scalar quiet_s_ = 0;     // since two significant misfits in a row
     bool started_ = false;

@@ -46,6 +46,11 @@ protected:
     /// Parameters for corrected columns.
     static CommonParams<Scalar> corrected(CommonParams<Scalar> params, const Correction& correction);
 
+    /// Metal at rest that acts on corrected columns; null: none. Exists as long as the tracker.
+    [[nodiscard]] const field::InducedDipoles<Scalar>* surroundings() const {
+        return correction_ && !correction_->surroundings().empty() ? &correction_->surroundings() : nullptr;
+    }
+
 private:
     virtual std::optional<PoseEstimate<Scalar>> do_update(const Column<Scalar>& column) = 0;
     virtual std::optional<PoseEstimate<Scalar>> do_tick(DeviceTime now) = 0;

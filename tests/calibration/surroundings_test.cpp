@@ -108,20 +108,23 @@ TEST_F(Surroundings, ReduceTheErrorOffTheGridToLessThanATenth) {
     EXPECT_LT(with, 0.1 * without);
 }
 
-TEST_F(Surroundings, AreUsedByTheFilter) {
+TEST_F(Surroundings, AreUsedByEveryTracker) {
     ASSERT_EQ(calibrate(data("grid")).exit_code, 0);
-    const std::string run = "run --json --scenario table-hand --duration 4 --fidelity columns --tracker scaat --calibration ";
-    const auto without = tricoil(run + path("coils.toml"));
-    const auto with = tricoil(run + path("room.toml"));
-    ASSERT_EQ(with.exit_code, 0) << with.err;
-    const double error_m = with.json()["position_rms_m"];
-    std::cout << "filter: " << 1e3 * error_m << " mm with surroundings, " << with.json()["poses_invalid"] << " invalid; without "
-              << without.json()["position_rms_m"] << " m, " << without.json()["poses_invalid"] << " invalid\n";
-    EXPECT_LT(error_m, 1.5e-3);
-    EXPECT_EQ(with.json()["poses_invalid"], 0);
-    const auto direct = tricoil("run --duration 1 --calibration " + path("room.toml"));
-    EXPECT_EQ(direct.exit_code, 2);
-    EXPECT_THAT(direct.err, HasSubstr("use --tracker scaat"));
+    for (const char* mux : {"tdm", "fdm"}) {
+        for (const char* tracker : {"direct", "previous", "previous-angles", "scaat"}) {
+            const std::string run = std::string("run --json --scenario table-hand --duration 4 --fidelity columns --mux ") + mux +
+                                    " --tracker " + tracker + " --calibration ";
+            const auto without = tricoil(run + path("coils.toml"));
+            const auto with = tricoil(run + path("room.toml"));
+            ASSERT_EQ(with.exit_code, 0) << with.err;
+            const double error_m = with.json()["position_rms_m"];
+            std::cout << mux << ' ' << tracker << ": " << 1e3 * error_m << " mm with surroundings, " << with.json()["poses_invalid"]
+                      << " invalid; without " << without.json()["position_rms_m"] << " m, " << without.json()["poses_invalid"]
+                      << " invalid\n";
+            EXPECT_LT(error_m, 1.5e-3);
+            EXPECT_LT(with.json()["poses_invalid"], 30);
+        }
+    }
 }
 
 TEST_F(Surroundings, AreFoundOnAPrintedGrid) {

@@ -311,5 +311,26 @@ TEST(Run, MetalRaisesTheDistortion) {
     EXPECT_GT(metal["position_rms_m"].get<double>(), clean["position_rms_m"].get<double>());
 }
 
+/// The couplings are for a calibration of this metal, so the poses of the tracker, which does not know it, do not matter.
+TEST(Run, CouplingsAreASuccessWithoutAValidPose) {
+    const std::string file = path_in_temp("soOx_seEx_metal.csv");
+    const std::string metal = "run --scenario still --duration 1 --fidelity columns --fault metal:0.25,0.12,0,0.06";
+    const auto poses = tricoil(metal);
+    EXPECT_EQ(poses.exit_code, 1) << poses.out;
+    const auto couplings = tricoil(metal + " --couplings " + file);
+    EXPECT_EQ(couplings.exit_code, 0) << couplings.err;
+    EXPECT_THAT(couplings.err, HasSubstr("no valid pose"));
+    EXPECT_EQ(CsvTable(read_file(file)).rows(), 1U);
+    std::filesystem::remove(file);
+}
+
+TEST(Run, CouplingsWithoutAPoseAreAnErrorWithoutAFile) {
+    const std::string file = path_in_temp("soOx_seEx_unplugged.csv");
+    const auto result = tricoil("run --scenario still --duration 1 --fault unplugged --couplings " + file);
+    EXPECT_EQ(result.exit_code, 1) << result.out;
+    EXPECT_THAT(result.err, HasSubstr("not written, because no pose has couplings: no_sensor"));
+    EXPECT_FALSE(std::filesystem::exists(file));
+}
+
 }  // namespace
 }  // namespace tricoil::test

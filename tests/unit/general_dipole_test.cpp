@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/field/induced_field.hpp"
 #include "tests/support/random_poses.hpp"
 
 namespace tricoil::field {
@@ -209,6 +210,32 @@ TEST(GeneralDipole, OctupoleIsTheNextOrderOfAFiniteCoil) {
         EXPECT_NEAR(truth, point + as_sensor, 4e-4 * scale);  // the remaining error is of order (size / range)^4
         // Reciprocity: the same coil as a source, seen by a point-like sensor.
         EXPECT_NEAR(octupole_correction<double>(r, axis, moment, lambda, 0.0).value, as_sensor, 1e-12 * scale);
+    }
+}
+
+/// The parts that trackers of ideal triads use agree with the general model.
+TEST(InducedField, AgreesWithTheGeneralModel) {
+    test::RandomPoses random(18);
+    for (int n = 0; n < 200; ++n) {
+        const Model metal = random_model(random, false, true);
+        constexpr double kC = 6.75e-3;
+        Model ideal = Model::concentric(kC);
+        ideal.surroundings = metal.surroundings;
+        const Vec3<double> p = random.uniform(0.3, 0.9) * random.direction();
+        if (is_near_dipole(ideal, p)) {
+            continue;
+        }
+        const Mat3<double> o = geometry::attitude_matrix(random.attitude());
+        for (int j = 0; j < 3; ++j) {
+            const auto expected = column_model(ideal, p, o, j);
+            auto column = column_model<double>(kC, p, o, j);
+            add_induced(ideal.surroundings, p, o, j, column);
+            EXPECT_TRUE(column.column.isApprox(expected.column, 1e-12));
+            EXPECT_TRUE(column.by_position_per_m.isApprox(expected.by_position_per_m, 1e-12));
+            EXPECT_TRUE(column.by_rotation_per_rad.isApprox(expected.by_rotation_per_rad, 1e-12));
+        }
+        const Mat3<double> x = signal_matrix<double>(kC, p, o) + induced_couplings(ideal.surroundings, p, o);
+        EXPECT_TRUE(x.isApprox(signal_matrix(ideal, p, o), 1e-12));
     }
 }
 

@@ -176,11 +176,17 @@ int run_tracking(const std::shared_ptr<RunCommand>& run_command) {
     if (!report.recording_error.empty()) {
         throw DeviceError(report.recording_error);
     }
+    if (!command.options.couplings.empty() && report.coupling_poses == 0) {
+        print_notice("tricoil: {}: not written, because no pose has couplings: {}\n", command.options.couplings,
+                     to_text(report.seen_flags));
+        return to_int(ExitCode::check_failed);
+    }
     if (report.score.scored == 0 && report.score.invalid > 0) {
         const bool side_unknown = report.seen_flags.has(tracking::PoseFlag::hemisphere_unknown);
         print_notice("tricoil: no valid pose: {}{}\n", to_text(report.seen_flags),
                      side_unknown ? "; give the half space of the sensor with --hemisphere X,Y,Z, or use --confined" : "");
-        return to_int(ExitCode::check_failed);
+        // Couplings for a calibration do not need valid poses of this tracker.
+        return to_int(command.options.couplings.empty() ? ExitCode::check_failed : ExitCode::fine);
     }
     return to_int(ExitCode::fine);
 }

@@ -48,11 +48,15 @@ void CouplingsCsv::end_pose() {
         line += fmt::format("{:.10g},{:.10g},{:.10g}{}", x(i, 0), x(i, 1), x(i, 2), i < 2 ? "," : "\n");
     }
     file_.write(line);
+    ++poses_;
 }
 
-void CouplingsCsv::commit() {
+std::size_t CouplingsCsv::commit() {
     end_pose();
-    file_.commit();
+    if (poses_ > 0) {
+        file_.commit();
+    }
+    return poses_;
 }
 
 }  // namespace tricoil::host

@@ -1,6 +1,7 @@
 // CSV file with true poses and couplings of a simulated run, as tricoil calibrate and evaluate read them.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 
@@ -18,15 +19,17 @@ public:
 
     void add(const Mat3<double>& x, const sim::Pose& truth);
 
-    /// Writes the last pose and moves the file into place; without commit() no file remains. Throws like OutputFile::commit().
-    void commit();
+    /// Writes the last pose and moves the file into place; without a pose no file remains. Returns the number of poses. Throws
+    /// like OutputFile::commit().
+    std::size_t commit();
 
 private:
     void end_pose();
 
     OutputFile file_;
     std::optional<sim::Pose> pose_;
-    int matrices_ = 0;  // of this pose
+    std::size_t poses_ = 0;  // written
+    int matrices_ = 0;       // of this pose
     Mat3<double> last_ = Mat3<double>::Zero();
     Mat3<double> sum_ = Mat3<double>::Zero();  // of all but the first three and the last
 };

@@ -350,7 +350,7 @@ RunReport run_simulated(const RunOptions& options, const RunObservers& observers
         csv->commit();
     }
     if (couplings) {
-        couplings->commit();
+        report.coupling_poses = couplings->commit();
     }
     report.scenario = scenario.name;
     report.plan = plan;

@@ -47,7 +47,8 @@ struct RunReport {
     double simulated_s_per_s = 0;    // the whole loop, simulation included
     tracking::PoseFlags seen_flags;  // of all poses of sensor 0 after the settling time
     LinkHealth health;
-    std::string recording_error;  // one line; empty: none
+    std::string recording_error;     // one line; empty: none
+    std::size_t coupling_poses = 0;  // written to the file of couplings
 };
 
 /// Functions that a run calls, and options of its caller.

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "core/base/precision.hpp"
-#include "core/field/concentric_dipole.hpp"
-#include "core/solver/direct.hpp"
+#include "core/field/induced_field.hpp"
+#include "core/solver/direct_near_metal.hpp"
 #include "core/solver/pose_covariance.hpp"
 #include "core/tracking/body_motion.hpp"
 #include "core/tracking/signal_flags.hpp"
@@ -21,6 +21,11 @@ bool shows_side(const PoseEstimate<Scalar>& estimate) {
     others.clear(PoseFlag::uncertain);
     return estimate.valid() ||
            (!others.has_any(kInvalidating) && kDeviations * deviation_m(estimate) < estimate.position_m.norm());
+}
+
+template <typename Scalar>
+Mat3<Scalar> induced_couplings(const field::InducedDipoles<Scalar>& metal, const solver::VectorPose<Scalar>& pose) {
+    return field::induced_couplings<Scalar>(metal, pose.range_m * pose.direction, pose.attitude);
 }
 
 }  // namespace
@@ -165,9 +170,20 @@ auto MatrixTracker<Scalar>::step(const Mat3<Scalar>& x) -> Result<Pose> {
     if (state_ != TrackerState::tracking || !has_last_) {
         return Status{StatusCode::not_ready, "no previous pose"};
     }
-    const Result<Pose> next = do_step(x, last_);
+    const Result<Pose> next = this->surroundings() == nullptr ? do_step(x, last_) : step_near_metal(x);
     if (next.ok() && misfit_squared(x, *next) > params_.max_misfit * x.squaredNorm()) {
         return Status{StatusCode::not_converged, "the step from the last pose does not explain the couplings"};
+    }
+    return next;
+}
+
+/// The method's step without the couplings of metal at the pose that the step gives.
+template <typename Scalar>
+auto MatrixTracker<Scalar>::step_near_metal(const Mat3<Scalar>& x) -> Result<Pose> {
+    constexpr int kSteps = 5;  // each reduces the error of the metal's couplings to a third or less
+    Result<Pose> next = last_;
+    for (int n = 0; n < kSteps && next.ok(); ++n) {
+        next = do_step(x - induced_couplings(*this->surroundings(), *next), last_);
     }
     return next;
 }
@@ -183,13 +199,25 @@ auto MatrixTracker<Scalar>::acquire(const SignalMatrix<Scalar>& matrix) -> Resul
     if (hemisphere_.must_mirror(pose.range_m * pose.direction, matrix.newest)) {
         pose.direction = -pose.direction;
     }
-    return pose;
+    if (this->surroundings() == nullptr) {
+        return pose;
+    }
+    const auto solved = solver::solve_near_metal<Scalar>(*this->surroundings(), matrix.x, params_.coupling_constant,
+                                                         pose.range_m * pose.direction, pose.attitude);
+    if (!solved.ok()) {
+        return solved.status();
+    }
+    return Pose{solved->range_m, solved->direction, solved->attitude};
 }
 
 template <typename Scalar>
 Scalar MatrixTracker<Scalar>::misfit_squared(const Mat3<Scalar>& x, const Pose& pose) const {
     const Scalar k = field::coupling_strength(params_.coupling_constant, pose.range_m);
-    return (x - k * pose.attitude * field::dipole_factor(pose.direction)).squaredNorm();
+    Mat3<Scalar> rest = x - k * pose.attitude * field::dipole_factor(pose.direction);
+    if (this->surroundings() != nullptr) {
+        rest -= induced_couplings(*this->surroundings(), pose);
+    }
+    return rest.squaredNorm();
 }
 
 /// Linearization error of a step from the last pose to `pose`, per coupling and relative to k: second order in the change of
@@ -214,8 +242,8 @@ void MatrixTracker<Scalar>::fill_estimate(const SignalMatrix<Scalar>& matrix, co
     estimate.q_source_sensor = geometry::attitude_quaternion(pose.attitude);
     const Scalar floor = params_.misfit_floor * k;
     const Scalar linearization = stepped ? k * linearization_share(pose) : Scalar(0);
-    const Scalar variance = matrix.sigma * matrix.sigma + column_motion_.error_variance(matrix, params_.window_s) +
-                            floor * floor + linearization * linearization;
+    const Scalar still = matrix.sigma * matrix.sigma + floor * floor;
+    const Scalar variance = still + column_motion_.error_variance(matrix, params_.window_s) + linearization * linearization;
     // A step is no least-squares fit, so its misfit contains some of the pose's noise (simulated: 1.16 times the misfit of a
     // fit).
     constexpr Scalar kStepMisfit = Scalar(1.16);
@@ -229,11 +257,11 @@ void MatrixTracker<Scalar>::fill_estimate(const SignalMatrix<Scalar>& matrix, co
     estimate.flags.set_if(significant && misfit > params_.max_misfit * matrix.x.squaredNorm(), PoseFlag::no_sensor);
     if (unconfirmed_ == 0) {  // a fault is not metal
         const Scalar metal = estimate.flags.has_any(kFaultFlags) ? Scalar(0) : misfit;
-        misfit_.add(metal, expected, params_.distortion_gate, matrix.newest);
+        misfit_.add(metal, expected, still, params_.distortion_gate, matrix.newest);
     }
-    const Scalar distorted = misfit_.variance();
-    estimate.distortion_m = position_deviation(k, pose.range_m, std::sqrt(distorted));
-    estimate.covariance = solver::pose_covariance<Scalar>(k, pose.range_m, pose.direction, std::sqrt(variance + distorted));
+    estimate.distortion_m = position_deviation(k, pose.range_m, std::sqrt(misfit_.variance()));
+    estimate.covariance =
+        solver::pose_covariance<Scalar>(k, pose.range_m, pose.direction, std::sqrt(variance + misfit_.covered_variance()));
     estimate.flags.set_if(!(deviation_m(estimate) <= params_.max_deviation_m), PoseFlag::uncertain);
 }
 

@@ -48,6 +48,7 @@ private:
     [[nodiscard]] Result<Pose> step(const Mat3<Scalar>& x);
     [[nodiscard]] Result<Pose> acquire(const SignalMatrix<Scalar>& matrix);
     void flag_recent_faults(PoseEstimate<Scalar>& estimate, bool jumped);
+    [[nodiscard]] Result<Pose> step_near_metal(const Mat3<Scalar>& x);
     [[nodiscard]] Scalar misfit_squared(const Mat3<Scalar>& x, const Pose& pose) const;
     void fill_estimate(const SignalMatrix<Scalar>& matrix, const Pose& pose, bool stepped, PoseEstimate<Scalar>& estimate);
     [[nodiscard]] Scalar linearization_share(const Pose& pose) const;

@@ -24,7 +24,11 @@ Filter<Scalar, Model>::Filter(const CommonParams<Scalar>& common, const ScaatPar
       intake_(common, params.max_lateness),
       estimator_(params_, model_, counters_),
       health_(common_, model_),
-      hemisphere_(common_.hemisphere, common.confined) {}
+      hemisphere_(common_.hemisphere, common.confined) {
+    if constexpr (requires { model_.surroundings; }) {
+        model_.surroundings = Tracker<Scalar>::surroundings();
+    }
+}
 
 template <typename Scalar, MeasurementModel<Scalar> Model>
 auto Filter<Scalar, Model>::do_update(const Column<Scalar>& column) -> Pose {
@@ -271,7 +275,7 @@ void Filter<Scalar, Model>::resolve_hemisphere(StartPose<Scalar>& pose, const Si
         return;
     }
     pose.position_m = -pose.position_m;
-    if constexpr (!Model::kEven) {  // refine from the mirror image, which is only approximately a solution
+    if (!model_.is_even()) {  // refine from the mirror image, which is only approximately a solution
         const auto turned = model_.near(matrix.x, pose.position_m, geometry::attitude_quaternion(pose.attitude));
         pose = turned.ok() ? *turned : pose;
     }
@@ -360,7 +364,7 @@ template <typename Scalar, MeasurementModel<Scalar> Model>
 void Filter<Scalar, Model>::do_set_hemisphere(const Vec3<Scalar>& towards) {
     hemisphere_.set(towards);
     if (motion().position_m.dot(towards) < 0) {
-        if constexpr (Model::kEven) {
+        if (model_.is_even()) {
             estimator_.mirror_state();
         } else {  // X is not even: the mirror image is not a solution, so search again
             lose(motion().time);

@@ -11,8 +11,9 @@ namespace tricoil::tracking::scaat {
 /// errors, the couplings determine the hemisphere.
 template <typename Scalar>
 struct GeneralMeasurement {
-    static constexpr bool kEven = false;
     field::GeneralDipole<Scalar> coils;
+
+    [[nodiscard]] static constexpr bool is_even() { return false; }
 
     [[nodiscard]] field::ColumnModel<Scalar> column(const Vec3<Scalar>& position_m, const Mat3<Scalar>& o, int j) const {
         return field::column_model(coils, position_m, o, j);

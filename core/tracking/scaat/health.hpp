@@ -74,6 +74,7 @@ public:
     [[nodiscard]] auto residual(int j) const { return residual_.col(j); }
     /// Variance of a coupling that the misfit suggests, coupling units squared, and the coupling strength.
     [[nodiscard]] Scalar misfit_variance() const { return misfit_.variance(); }
+    [[nodiscard]] Scalar covered_misfit_variance() const { return misfit_.covered_variance(); }
     [[nodiscard]] Scalar strength() const { return strength_; }
 
 private:
@@ -84,7 +85,8 @@ private:
         const Scalar floor = params_.misfit_floor * pose.strength;
         blur_variance_ = blur * blur;
         // Motion from the columns, not from the state: a state that takes metal for motion would explain its misfit.
-        const Scalar variance = matrix.sigma * matrix.sigma + motion_.error_variance(matrix, params_.window_s) + floor * floor;
+        const Scalar still = matrix.sigma * matrix.sigma + floor * floor;
+        const Scalar variance = still + motion_.error_variance(matrix, params_.window_s);
         const Scalar snr = pose.strength / matrix.sigma;
         distortion_chi_square_ = pose.misfit_squared / variance;
         snr_db_ = 20 * std::log10(snr);
@@ -98,7 +100,7 @@ private:
         strength_ = pose.strength;
         start_variance_ = beside == nullptr && significant ? pose.misfit_squared / 3 : Scalar(0);
         if (!moving) {
-            misfit_.add(pose.misfit_squared, variance, params_.distortion_gate, matrix.newest);
+            misfit_.add(pose.misfit_squared, variance, still, params_.distortion_gate, matrix.newest);
         }
         if (significant && !moving) {
             find_residual(pose, 1 - params_.distortion_gate / distortion_chi_square_);

@@ -5,8 +5,8 @@
 #include <concepts>
 
 #include "core/base/status.hpp"
-#include "core/field/concentric_dipole.hpp"
-#include "core/solver/direct.hpp"
+#include "core/field/induced_field.hpp"
+#include "core/solver/direct_near_metal.hpp"
 
 namespace tricoil::tracking::scaat {
 
@@ -26,24 +26,30 @@ struct StartPose {
 ///                    frame;
 ///   start(X)         pose of three columns taken as simultaneous, without prior knowledge; errors as solve_direct;
 ///   near(X, p, q)    the same, near the pose (p, q);
-///   kEven            true if X is the same at -p, so that a state has a mirror image.
+///   is_even()        true if X is the same at -p, so that a state has a mirror image.
 template <typename Model, typename Scalar>
 concept MeasurementModel = requires(const Model& model, const Vec3<Scalar>& p, const Mat3<Scalar>& m, int j) {
     { model.column(p, m, j) } -> std::same_as<field::ColumnModel<Scalar>>;
     { model.start(m) } -> std::same_as<Result<StartPose<Scalar>>>;
     { model.near(m, p, Quat<Scalar>()) } -> std::same_as<Result<StartPose<Scalar>>>;
-    { Model::kEven } -> std::convertible_to<bool>;
+    { model.is_even() } -> std::convertible_to<bool>;
 };
 
-/// Concentric triads, (6). X is even in the position, at rest and in motion. No trajectory determines the hemisphere, so start()
-/// does not resolve it.
+/// Concentric triads, (6), and metal at rest. Without metal X is even in the position, at rest and in motion: no trajectory
+/// determines the hemisphere. Far metal shows it only within noise. So start() does not resolve it.
 template <typename Scalar>
 struct ConcentricMeasurement {
-    static constexpr bool kEven = true;
-    Scalar coupling_constant = 1;  // C, coupling units times m^3
+    Scalar coupling_constant = 1;                                 // C, coupling units times m^3
+    const field::InducedDipoles<Scalar>* surroundings = nullptr;  // null: no metal
+
+    [[nodiscard]] bool is_even() const { return surroundings == nullptr; }
 
     [[nodiscard]] field::ColumnModel<Scalar> column(const Vec3<Scalar>& position_m, const Mat3<Scalar>& o, int j) const {
-        return field::column_model(coupling_constant, position_m, o, j);
+        auto column = field::column_model(coupling_constant, position_m, o, j);
+        if (surroundings != nullptr) {
+            field::add_induced(*surroundings, position_m, o, j, column);
+        }
+        return column;
     }
 
     [[nodiscard]] Result<StartPose<Scalar>> start(const Mat3<Scalar>& x) const {
@@ -51,17 +57,17 @@ struct ConcentricMeasurement {
         if (!direct.ok()) {
             return direct.status();
         }
-        return StartPose<Scalar>{direct->range_m * direct->direction,
-                                 direct->attitude,
-                                 direct->strength,
-                                 direct->misfit_squared,
-                                 direct->right_handed,
-                                 false};
+        return surroundings == nullptr ? start_pose(*direct) : start_near_metal(x, *direct);
     }
 
-    /// The direct solution does not need the given pose. The pose only determines the sign of the position.
+    /// Without metal the direct solution does not need the given pose, which only determines the sign of the position.
     [[nodiscard]] Result<StartPose<Scalar>> near(const Mat3<Scalar>& x, const Vec3<Scalar>& position_m,
-                                                 const Quat<Scalar>& /*q*/) const {
+                                                 const Quat<Scalar>& q) const {
+        if (surroundings != nullptr) {
+            const auto solved = solver::solve_near_metal<Scalar>(*surroundings, x, coupling_constant, position_m,
+                                                                 q.toRotationMatrix().transpose());
+            return solved.ok() ? start_pose(*solved) : start(x);
+        }
         auto pose = start(x);
         if (!pose.ok() || pose->position_m.dot(position_m) >= 0) {
             return pose;
@@ -69,6 +75,30 @@ struct ConcentricMeasurement {
         StartPose<Scalar> mirrored = *pose;
         mirrored.position_m = -mirrored.position_m;
         return mirrored;
+    }
+
+private:
+    static StartPose<Scalar> start_pose(const solver::DirectSolution<Scalar>& direct) {
+        return {direct.range_m * direct.direction,
+                direct.attitude,
+                direct.strength,
+                direct.misfit_squared,
+                direct.right_handed,
+                false};
+    }
+
+    /// Not inlined, to save stack.
+    [[nodiscard, gnu::noinline]] Result<StartPose<Scalar>> start_near_metal(const Mat3<Scalar>& x,
+                                                                            const solver::DirectSolution<Scalar>& plain) const {
+        const Vec3<Scalar> position_m = plain.range_m * plain.direction;
+        auto solved = solver::solve_near_metal<Scalar>(*surroundings, x, coupling_constant, position_m, plain.attitude);
+        if (!solved.ok()) {
+            solved = solver::solve_near_metal<Scalar>(*surroundings, x, coupling_constant, -position_m, plain.attitude);
+        }
+        if (!solved.ok()) {
+            return solved.status();
+        }
+        return start_pose(*solved);
     }
 };
 

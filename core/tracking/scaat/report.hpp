@@ -46,14 +46,14 @@ error_model::ErrorBudget<Scalar> expected_error(const State<Scalar>& state, cons
 /// Adds the error that the misfit suggests to the covariance, and states it in metres. Systematic: averaging does not reduce it.
 template <typename Scalar, typename Model>
 void cover_misfit(PoseEstimate<Scalar>& estimate, const Health<Scalar, Model>& health) {
-    const Scalar variance = health.misfit_variance();
+    const Scalar variance = health.covered_misfit_variance();
     if (!(variance > 0)) {
         return;
     }
-    const Scalar sigma = std::sqrt(variance);
     const Scalar range_m = estimate.position_m.norm();
-    estimate.covariance += solver::pose_covariance<Scalar>(health.strength(), range_m, estimate.position_m / range_m, sigma);
-    estimate.distortion_m = position_deviation(health.strength(), range_m, sigma);
+    estimate.covariance +=
+        solver::pose_covariance<Scalar>(health.strength(), range_m, estimate.position_m / range_m, std::sqrt(variance));
+    estimate.distortion_m = position_deviation(health.strength(), range_m, std::sqrt(health.misfit_variance()));
 }
 
 /// Adds the blur to the covariance in all directions. Blur is systematic: it stays from column to column, and averaging does not
