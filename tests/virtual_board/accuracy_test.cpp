@@ -180,8 +180,9 @@ void add_board(std::uint64_t seed, Multiplexing multiplexing, std::map<int, AtRa
     }
 }
 
-/// Prints the table of circuits/ACCURACY.md. TDM is compared with the budget: noise within 30 %, and noise and offset together
-/// with the row of the firmware without correction of the converters.
+/// Prints the table of circuits/ACCURACY.md. TDM is compared with the budget. Noise: at most 30 % above; the budget is for the
+/// largest possible coupling, so drive or gain may be one step of 2 higher and the noise half as large. Noise and offset
+/// together: the budget of the firmware without correction of the converters.
 TEST(Accuracy, StillSensorOfDrawnBoards) {
     const test::CircuitBudget budget;
     std::map<Multiplexing, std::map<int, AtRange>> measured;
@@ -198,7 +199,8 @@ TEST(Accuracy, StillSensorOfDrawnBoards) {
         const double today_mm = budget.uncorrected_mm(cm);
         std::printf("| %.2f | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f |\n", 0.01 * cm, tdm.noise_mm(), tdm.offset_mm(), noise_mm,
                     today_mm, fdm.noise_mm(), fdm.offset_mm());
-        EXPECT_NEAR(tdm.noise_mm() / noise_mm, 1, 0.3) << cm;
+        EXPECT_LT(tdm.noise_mm(), 1.3 * noise_mm) << cm;
+        EXPECT_GT(tdm.noise_mm(), noise_mm / 2 / 1.3) << cm;
         EXPECT_LT(std::hypot(tdm.noise_mm(), tdm.offset_mm()), today_mm) << cm;
     }
 }
