@@ -9,7 +9,8 @@
 
 namespace tricoil::hal {
 
-/// One gain step applies to all three sensor channels; the reference channel has no amplifier. Step 0 has the lowest gain.
+/// One gain step applies to all three sensor channels; the reference channel has no amplifier. Step 0 has the lowest gain. The
+/// first steps may reduce the drive of the source (GainStep::drive), for sensors that are near.
 class GainControl {
 public:
     GainControl() = default;

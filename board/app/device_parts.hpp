@@ -56,6 +56,7 @@ struct DeviceParams {
     /// Gain steps, noise floor, minimum reference. The responses come from the mode.
     signal::DemodulatorParams<float> demodulator;
     float coupling_constant_m3 = 0;                 // C, if there is no calibration
+    Vec3<float> moments = Vec3<float>::Ones();      // of the source coils, if there is no calibration; relative
     Vec3<float> hemisphere = Vec3<float>::UnitX();  // hemisphere at power-on
 
     /// Limit of the reference channel's amplitude, V; above it a power stage is defective. In FDM: of the sum of three carriers.

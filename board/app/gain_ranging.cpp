@@ -7,7 +7,10 @@ namespace tricoil::app {
 GainRanging::GainRanging(const signal::GainSteps<float>& steps, std::size_t count, const GainRangingParams& params)
     : params_(params), last_(static_cast<std::uint8_t>(std::clamp<std::size_t>(count, 1, steps.size()) - 1)) {
     for (std::size_t n = 0; n < steps.size(); ++n) {
-        gain_[n] = *std::max_element(steps[n].gain.begin(), steps[n].gain.end());
+        gain_[n] = steps[n].drive * *std::max_element(steps[n].gain.begin(), steps[n].gain.end());
+    }
+    while (step_ < last_ && steps[step_].drive < 1) {
+        ++step_;
     }
 }
 

@@ -1,4 +1,4 @@
-// Automatic gain: the largest gain with which the converters are not saturated.
+// Automatic drive and gain: the largest ones with which the converters are not saturated.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ struct GainRangingParams {
 /// The signal falls with the cube of the distance: 54 dB between 0.15 and 1.2 m, more than the headroom of the converters.
 class GainRanging {
 public:
-    /// `count`: number of steps, at least one.
+    /// `count`: number of steps, at least one. Begins with the lowest gain at full drive.
     GainRanging(const signal::GainSteps<float>& steps, std::size_t count, const GainRangingParams& params = {});
 
     /// Gain step for the next blocks. share: largest sensor code of a block relative to full scale. sampled_with: the block's
@@ -27,7 +27,7 @@ public:
 
 private:
     GainRangingParams params_;
-    std::array<float, signal::kMaxGainSteps> gain_{};  // the largest of the three channels
+    std::array<float, signal::kMaxGainSteps> gain_{};  // the largest of the three channels, times the drive
     std::uint8_t last_;
     std::uint8_t step_ = 0;
     int quiet_ = 0;  // consecutive blocks that allow the next gain

@@ -90,9 +90,20 @@ Result<calibration::CoilCorrection<float>> TrackerDevice::usable(const calibrati
     return calibration::CoilCorrection<float>::ideal_triads(c);
 }
 
-/// Uses the stored calibration; without one the coils are assumed ideal.
+/// Correction for nominal coils; none for equal coils. Not inlined, to save stack.
+[[gnu::noinline]] std::optional<calibration::CoilCorrection<float>> TrackerDevice::nominal() const {
+    if (params_.moments == Vec3<float>::Ones()) {
+        return std::nullopt;
+    }
+    calibration::Calibration<float> c;
+    c.model.source_moment = (params_.coupling_constant_m3 * params_.moments).asDiagonal();
+    const auto correction = usable(c);
+    return correction.ok() ? std::optional(*correction) : std::nullopt;
+}
+
+/// Uses the stored calibration; without one the coils are assumed nominal. A damaged one is a fault.
 void TrackerDevice::use_calibration() {
-    coils_.reset();
+    coils_ = stored_ == CalibrationStore::Content::none ? nominal() : std::nullopt;
     calibration::Blob blob{};
     if (stored_ == CalibrationStore::Content::sound && store_.read(blob).ok()) {
         const auto stored = calibration::decode_single(blob);

@@ -72,6 +72,7 @@ private:
     void check_hosts();
     void check_processor();
     static Result<calibration::CoilCorrection<float>> usable(const calibration::Calibration<float>& c);
+    [[nodiscard]] std::optional<calibration::CoilCorrection<float>> nominal() const;
     void use_calibration();
     void run_self_check();
     void read_monitor();

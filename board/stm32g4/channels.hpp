@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "board/app/device_parts.hpp"
-#include "drivers/stm32g4/sensor_amplifiers.hpp"
+#include "drivers/stm32g4/range_steps.hpp"
 
 namespace tricoil::stm32g4_board {
 
@@ -26,8 +26,9 @@ constexpr app::MeasuringMode with_response(const signal::AcquisitionPlan& plan, 
 /// Nominal values; the board measures the actual ones at boot.
 inline signal::GainSteps<float> gain_steps() {
     signal::GainSteps<float> steps{};
-    for (std::uint8_t n = 0; n < stm32g4::SensorAmplifiers::kSteps; ++n) {
-        const float gain = stm32g4::SensorAmplifiers::gain_of(n);
+    for (std::uint8_t n = 0; n < stm32g4::kRangeSteps; ++n) {
+        const float gain = stm32g4::SensorAmplifiers::gain_of(stm32g4::amplifier_step(n));
+        steps[n].drive = stm32g4::drive_of(n);
         steps[n].gain = {gain, gain, gain};
         steps[n].lag_s.fill(gain / (2 * std::numbers::pi_v<float> * kGainBandwidthHz));
     }

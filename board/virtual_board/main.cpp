@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -39,6 +40,8 @@ struct Options {
     std::string elf;
     std::string scenario = "hand";
     std::uint64_t seed = 1;
+    std::uint64_t board_seed = 0;
+    double warmer_k = 0;
     double duration_s = 0;
     std::string can;
     std::string can_rate;
@@ -52,6 +55,7 @@ struct Options {
 };
 
 constexpr double kEndlessS = 3e6;  // range of Ticks
+constexpr double kLargestChangeK = 60;
 constexpr double kStepS = 250e-6;  // simulated time between two transfers of data on the links
 
 /// An unknown name is reported with the names of the world's faults and of the board's faults.
@@ -107,7 +111,7 @@ public:
         }
         scenario_.duration_s = options.duration_s > 0 ? options.duration_s : std::numeric_limits<double>::infinity();
         sim::check_metal(scenario_);
-        board_.emplace(read_file(options.image), scenario_);
+        board_.emplace(read_file(options.image), scenario_, BoardCircuit::draw(options.board_seed, options.warmer_k));
         load_flash(*board_, options.flash);
         if (!options.can_rate.empty()) {
             board_->can.set_rates(parse_can_rate(options.can_rate));
@@ -221,6 +225,9 @@ int run(const Options& options) {
     if (!(options.duration_s >= 0 && options.duration_s <= kEndlessS)) {  // also refuses nan
         throw host::InputError(fmt::format("--duration must be a number of seconds up to {}; 0 runs until a signal", kEndlessS));
     }
+    if (!(std::abs(options.warmer_k) <= kLargestChangeK)) {
+        throw host::InputError(fmt::format("--warmer must be a change of temperature of at most {} K", kLargestChangeK));
+    }
     Run run(options);
     run.go();
     const std::string text = run.report().dump(2) + "\n";
@@ -244,6 +251,13 @@ int main_program(int argc, char** argv) {
         return text.starts_with('-') ? "must be a whole number of at least 0" : "";
     };
     program.add_option("--seed", o.seed, "Seed of noise and motion")->check(not_negative)->capture_default_str();
+    program
+        .add_option("--board-seed", o.board_seed,
+                    "Parts of the board: tolerances and converter errors; 0: nominal parts, exact converters")
+        ->check(not_negative)
+        ->capture_default_str();
+    program.add_option("--warmer", o.warmer_k, "Temperature of the board above that of its calibration, K")
+        ->capture_default_str();
     program.add_option("--duration", o.duration_s, "Simulated time in seconds; 0: run until a signal")->capture_default_str();
     program.add_option("--can", o.can, "CAN FD interface for the board's CAN bus, for example vcan0");
     program.add_option("--can-rate", o.can_rate,

@@ -8,7 +8,7 @@
 
 namespace tricoil::signal {
 
-constexpr std::size_t kMaxGainSteps = 8;
+constexpr std::size_t kMaxGainSteps = 12;
 
 /// Amplification of each sensor channel at one step, in addition to DemodulatorParams::response: gain / (1 + i w lag), because
 /// the bandwidth of an amplifier falls as its gain rises. The default is no amplification.
@@ -16,6 +16,7 @@ template <typename Scalar>
 struct GainStep {
     std::array<Scalar, kSensorCoils> gain{1, 1, 1};
     std::array<Scalar, kSensorCoils> lag_s{};
+    Scalar drive = 1;  // of the source, relative to full drive; division by the reference removes it from the couplings
 
     /// Response at an angular frequency, rad/s.
     [[nodiscard]] std::complex<Scalar> response(std::size_t coil, Scalar w_rad_s) const {

@@ -82,7 +82,7 @@ Status Acquisition::do_start(const signal::AcquisitionPlan& plan) {
     }
     oversampling_ = oversampling;
     block_samples_ = static_cast<std::uint32_t>(plan.block_samples);
-    const float codes = has_test_carrier_ ? test_carrier_codes_ : params_.carrier_amplitude_codes;
+    const float codes = has_test_carrier_ ? test_carrier_codes_ : params_.carrier_amplitude_codes * drive_of(wanted_step_);
     if (const Status loaded = player().load(plan, oversampling, codes); !loaded.ok()) {
         return loaded;
     }
@@ -166,7 +166,9 @@ bool Acquisition::has_block() const { return static_cast<std::int32_t>(completed
 
 /// False if no block arrives in time.
 bool Acquisition::wait_for_block() {
-    const std::uint64_t half_triggers = std::uint64_t{2} * block_samples_ * static_cast<unsigned>(oversampling_);
+    const std::uint32_t skipped = static_cast<std::uint32_t>(delivered_) - completed_;
+    const std::uint64_t blocks = skipped == 1 ? 2 : 1;
+    const std::uint64_t half_triggers = 2 * blocks * block_samples_ * static_cast<unsigned>(oversampling_);
     const DeviceTime deadline = parts_.clock.now() + time_of_half_triggers(half_triggers) + kPollMargin;
     while (!has_block()) {
         if (has_failed_ || parts_.clock.now() > deadline) {
@@ -235,7 +237,8 @@ void Acquisition::switch_over() {
 }
 
 void Acquisition::set_amplifiers() {
-    parts_.amplifiers.set(now_.gain_step, has_test_carrier_ ? SensorAmplifiers::Input::inside : SensorAmplifiers::Input::coils);
+    parts_.amplifiers.set(amplifier_step(now_.gain_step),
+                          has_test_carrier_ ? SensorAmplifiers::Input::inside : SensorAmplifiers::Input::coils);
 }
 
 Status Acquisition::excite(Excitation state) {
@@ -255,10 +258,17 @@ void Acquisition::switch_off() {
 }
 
 Status Acquisition::choose(std::uint8_t step) {
-    if (step >= SensorAmplifiers::kSteps) {
+    if (step >= kRangeSteps) {
         return {StatusCode::invalid_argument, "no such gain step"};
     }
+    const bool changes_drive = drive_of(step) != drive_of(wanted_step_) && !has_test_carrier_;
+    if (changes_drive && is_armed_) {
+        player().set_amplitude(params_.carrier_amplitude_codes * drive_of(step));
+    }
     wanted_step_ = step;
+    if (changes_drive && is_running_) {  // skips the running block, which has both amplitudes
+        delivered_ += completed_ + 1 - static_cast<std::uint32_t>(delivered_);
+    }
     return {};
 }
 

@@ -9,8 +9,8 @@
 #include "drivers/stm32g4/converters.hpp"
 #include "drivers/stm32g4/enable_lines.hpp"
 #include "drivers/stm32g4/gain_measurement.hpp"
+#include "drivers/stm32g4/range_steps.hpp"
 #include "drivers/stm32g4/registers/tim.hpp"
-#include "drivers/stm32g4/sensor_amplifiers.hpp"
 #include "hal/clock.hpp"
 #include "hal/coil_driver.hpp"
 #include "hal/coil_sampler.hpp"
@@ -28,8 +28,8 @@ struct AcquisitionParams {
 /// The sampler; coils() and gain() are its two other interfaces. Sampling starts with the first poll() after start(), so that the
 /// first block already has the excitation state set by excite(). The first conversion after a stop, or after 1 ms without
 /// conversions, may be wrong (ES0430 2.7.9, 2.7.10): users drop the first samples while the coils settle. excite() and
-/// gain().choose() take effect at the end of the running block; excite(Excitation::off) clears the enable lines at once. After an
-/// over-current, poll() and excite() return over_current until the next start().
+/// gain().choose() take effect at the end of the running block; a change of the drive skips one block; excite(Excitation::off)
+/// clears the enable lines at once. After an over-current, poll() and excite() return over_current until the next start().
 class Acquisition final : public hal::CoilSampler {
 public:
     /// Core clock cycles from one trigger to the next. Each trigger converts every input and updates every carrier. 574.3 kHz; an
@@ -85,7 +85,7 @@ private:
         explicit Gain(Acquisition& all) : all_(all) {}
 
     private:
-        [[nodiscard]] std::uint8_t do_steps() const override { return SensorAmplifiers::kSteps; }
+        [[nodiscard]] std::uint8_t do_steps() const override { return kRangeSteps; }
         Status do_choose(std::uint8_t step) override { return all_.choose(step); }
         Status do_measure(const signal::AcquisitionPlan& plan, signal::GainSteps<float>& steps) override {
             return measure_gain(all_, *this, plan, steps);
@@ -100,7 +100,7 @@ private:
     /// Excitation state and gain of a block.
     struct Conditions {
         Excitation state = Excitation::off;
-        std::uint8_t gain_step = 0;
+        std::uint8_t gain_step = kDriveSteps;
     };
 
     Status do_start(const signal::AcquisitionPlan& plan) override;
@@ -140,7 +140,7 @@ private:
     volatile bool has_failed_ = false;
     volatile bool has_tripped_ = false;
     volatile Excitation wanted_state_ = Excitation::off;
-    volatile std::uint8_t wanted_step_ = 0;
+    volatile std::uint8_t wanted_step_ = kDriveSteps;
     Conditions now_;                       // of the running block
     std::array<Conditions, 2> of_half_{};  // of the newest complete block in each half of the converters' buffer
 

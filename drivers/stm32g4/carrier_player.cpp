@@ -1,6 +1,5 @@
 #include "drivers/stm32g4/carrier_player.hpp"
 
-#include "drivers/stm32g4/carrier_table.hpp"
 #include "drivers/stm32g4/wait.hpp"
 
 namespace tricoil::stm32g4 {
@@ -33,25 +32,30 @@ Status CarrierPlayer::begin() {
 
 Status CarrierPlayer::load(const signal::AcquisitionPlan& plan, int updates_per_sample, float amplitude_codes) {
     stop();
-    std::array<CarrierPeriod, kSourceCoils> periods{};
-    for (std::size_t n = 0; n < periods.size(); ++n) {
-        periods[n] = shortest_period(plan.window_samples * updates_per_sample, plan.window_cycles[n]);
-        if (periods[n].updates < 1 || periods[n].updates > static_cast<int>(kLongestTable)) {
+    for (std::size_t n = 0; n < periods_.size(); ++n) {
+        periods_[n] = shortest_period(plan.window_samples * updates_per_sample, plan.window_cycles[n]);
+        if (periods_[n].updates < 1 || periods_[n].updates > static_cast<int>(kLongestTable)) {
             return {StatusCode::invalid_argument,
                     "the carrier's period is too long for this board's tables; choose a carrier that divides the rate"};
         }
+        shares_[n] = plan.is_tdm()
+                         ? 1
+                         : kShareOfThree * static_cast<float>(plan.window_cycles[0]) / static_cast<float>(plan.window_cycles[n]);
     }
+    set_amplitude(amplitude_codes);
     volatile std::uint32_t* const outputs[] = {&parts_.pair.DHR12R1, &parts_.pair.DHR12R2, &parts_.single.DHR12R1};
-    for (std::size_t n = 0; n < periods.size(); ++n) {
-        const float share =
-            plan.is_tdm() ? 1
-                          : kShareOfThree * static_cast<float>(plan.window_cycles[0]) / static_cast<float>(plan.window_cycles[n]);
-        write_carrier(periods[n], share * amplitude_codes, tables_[n]);
+    for (std::size_t n = 0; n < periods_.size(); ++n) {
         parts_.dma[n].start(DmaChannel::Direction::to_converter, *outputs[n], tables_[n].data(),
-                            static_cast<std::size_t>(periods[n].updates));
+                            static_cast<std::size_t>(periods_[n].updates));
     }
     set_channels(kPlaying);
     return {};
+}
+
+void CarrierPlayer::set_amplitude(float amplitude_codes) {
+    for (std::size_t n = 0; n < periods_.size(); ++n) {
+        write_carrier(periods_[n], shares_[n] * amplitude_codes, tables_[n]);
+    }
 }
 
 void CarrierPlayer::stop() {

@@ -7,6 +7,7 @@
 
 #include "core/base/status.hpp"
 #include "core/signal/acquisition_plan.hpp"
+#include "drivers/stm32g4/carrier_table.hpp"
 #include "drivers/stm32g4/dma_channel.hpp"
 #include "drivers/stm32g4/registers/dac.hpp"
 
@@ -35,6 +36,9 @@ public:
     /// currents stays in range. ok; invalid_argument: a carrier whose period is longer than kLongestTable updates.
     Status load(const signal::AcquisitionPlan& plan, int updates_per_sample, float amplitude_codes);
 
+    /// Changes the amplitude of the loaded carriers; takes about half a millisecond, in which both amplitudes are output.
+    void set_amplitude(float amplitude_codes);
+
     /// Sets the outputs to their middle.
     void stop();
 
@@ -45,6 +49,8 @@ private:
     void set_channels(std::uint32_t channel1) const;
 
     Parts parts_;
+    std::array<CarrierPeriod, kSourceCoils> periods_{};  // of the loaded carriers
+    std::array<float, kSourceCoils> shares_{};           // of the amplitude
     std::array<std::array<std::uint16_t, kLongestTable>, kSourceCoils> tables_{};
 };
 

@@ -5,6 +5,7 @@
 #include "core/signal/block_health.hpp"
 #include "core/signal/lock_in.hpp"
 #include "drivers/stm32g4/acquisition.hpp"
+#include "drivers/stm32g4/range_steps.hpp"
 #include "drivers/stm32g4/staircase.hpp"
 
 namespace tricoil::stm32g4 {
@@ -40,13 +41,16 @@ public:
         for (std::uint8_t n = 1; n <= kTop && status.ok(); ++n) {
             status = compare(n);
             for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
-                steps[n].gain[coil] = std::abs(product_[coil]);
+                steps[kDriveSteps + n].gain[coil] = std::abs(product_[coil]);
             }
         }
         return status.ok() ? separate(steps) : status;
     }
 
 private:
+    /// `step`: of the amplifiers.
+    void choose(std::uint8_t step) { (void)gain_.choose(static_cast<std::uint8_t>(kDriveSteps + step)); }
+
     /// Starts sampling with the largest carrier that step n can amplify.
     Status start(std::uint8_t n) {
         gain_.set_test_carrier(kOutputCodes / SensorAmplifiers::gain_of(n));
@@ -54,7 +58,7 @@ private:
     }
 
     Status fill() {
-        (void)gain_.choose(kFillingStep);
+        choose(kFillingStep);
         Status status = start(kFillingStep);
         DeviceTime end = DeviceTime::max();
         while (status.ok() && block_.start < end) {
@@ -80,13 +84,13 @@ private:
 
     /// Sums the phasors of kBlocks blocks that were sampled with this step.
     Status read(std::uint8_t step, Phasors& sum) {
-        (void)gain_.choose(step);
+        choose(step);
         int blocks = 0;
         for (int n = 0; n < kMaxBlocks && blocks < kBlocks; ++n) {
             if (const Status polled = sampler_.poll(block_); !polled.ok()) {
                 return polled;
             }
-            if (block_.gain_step != step || block_.overrun_count > 0) {
+            if (block_.gain_step != step + kDriveSteps || block_.overrun_count > 0) {
                 continue;
             }
             const auto window = block_.samples.subspan(static_cast<std::size_t>(plan_.params.guard_samples));
@@ -118,7 +122,7 @@ private:
             is_in_tolerance = is_in_tolerance && top_lag_s > kShortestLag_s && top_lag_s < 0.99F * kLongestLag_s;
             for (std::uint8_t n = 1; n <= kTop; ++n) {
                 const float stated = SensorAmplifiers::gain_of(n);
-                signal::GainStep<float>& step = steps[n];
+                signal::GainStep<float>& step = steps[kDriveSteps + n];
                 step.lag_s[coil] = lag_s * stated;
                 step.gain[coil] /= std::abs(staircase.response(step.lag_s[coil]));
                 is_in_tolerance = is_in_tolerance && std::abs(step.gain[coil] - stated) < kTolerance * stated;

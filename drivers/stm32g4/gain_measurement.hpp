@@ -9,7 +9,7 @@
 
 namespace tricoil::stm32g4 {
 
-/// Gain steps of SensorAmplifiers whose input can be switched to an on-chip carrier.
+/// Steps of range_steps.hpp whose input can be switched to an on-chip carrier.
 class TestInputGain : public hal::GainControl {
 public:
     /// From the sampler's next start() on, the inputs of the amplifiers are the plan's carriers with this amplitude (in codes, of
@@ -21,7 +21,7 @@ private:
 };
 
 /// Implements hal::GainControl::measure(). Compares each step with the step below. Both steps amplify the same on-chip carrier,
-/// so errors of the carrier cancel; its amplitude is as large as the higher gain allows. The follower, step 0, is assumed to have
+/// so errors of the carrier cancel; its amplitude is as large as the higher gain allows. The follower is assumed to have
 /// its nominal gain. An op-amp's lag is proportional to its gain; its bandwidth follows from the phase at the highest gain.
 /// Neglected phases of some milliradians: the lead of the ladder's capacitor (1.5 at 10 kHz), and delays between trigger and
 /// sampling other than the sampling time. Additional error: invalid_argument for a carrier without a whole number of cycles per

@@ -15,6 +15,7 @@ inline signal::DemodulatorParams<float> in_single(const signal::DemodulatorParam
         }
     }
     for (std::size_t n = 0; n < signal::kMaxGainSteps; ++n) {
+        single.gain_steps[n].drive = static_cast<float>(p.gain_steps[n].drive);
         for (std::size_t c = 0; c < kSensorCoils; ++c) {
             single.gain_steps[n].gain[c] = static_cast<float>(p.gain_steps[n].gain[c]);
             single.gain_steps[n].lag_s[c] = static_cast<float>(p.gain_steps[n].lag_s[c]);

@@ -18,7 +18,7 @@ constexpr unsigned kAdc345Clock = 30;
 
 }  // namespace
 
-VirtualBoard::VirtualBoard(std::span<const std::uint8_t> image, const sim::Scenario& scenario)
+VirtualBoard::VirtualBoard(std::span<const std::uint8_t> image, const sim::Scenario& scenario, const BoardCircuit& parts)
     : rcc(machine),
       pwr(machine),
       flash(machine),
@@ -34,7 +34,8 @@ VirtualBoard::VirtualBoard(std::span<const std::uint8_t> image, const sim::Scena
       fdcans{std::make_unique<Fdcan>(machine, kFdcanLines[0], [this] { return rcc.fdcan_hz() / fdcans[0]->clock_divider(); }),
              std::make_unique<Fdcan>(machine, kFdcanLines[1], [this] { return rcc.fdcan_hz() / fdcans[0]->clock_divider(); }),
              std::make_unique<Fdcan>(machine, kFdcanLines[2], [this] { return rcc.fdcan_hz() / fdcans[0]->clock_divider(); })},
-      bench(scenario),
+      circuit(parts),
+      bench(scenario, circuit),
       serial(machine, {{&general.serial(2), [this] { return gpio('A').is_alternate(2, 7); }},
                        {&general.serial(0), [this] { return gpio('A').is_alternate(2, 12); }}}),
       can(machine, {fdcans[0].get(), fdcans[1].get(), fdcans[2].get()}),
@@ -65,8 +66,9 @@ VirtualBoard::VirtualBoard(std::span<const std::uint8_t> image, const sim::Scena
                    : n == 1 ? std::make_unique<Gpio>(0xFFFFFEBF, 0x000000C0, 0x00000100)
                             : std::make_unique<Gpio>(0xFFFFFFFF, 0, 0);
     }
-    std::mt19937_64 factory(scenario.world.seed + 3);
-    amplifiers = {SensorAmplifier(factory), SensorAmplifier(factory), SensorAmplifier(factory)};
+    std::transform(circuit.channels.begin(), circuit.channels.end(), low_pass_.begin(),
+                   [](const AnalogChannel& channel) { return LowPass(channel.corner_hz); });
+    std::copy_n(low_pass_.begin(), flux_low_pass_.size(), flux_low_pass_.begin());
     attach();
     wire_pins();
     wire_analog();
@@ -134,7 +136,7 @@ void VirtualBoard::restart(ResetCause cause) {
     }
     rcc.set_reset_cause(cause);
     if (cause == ResetCause::power) {
-        for (SensorAmplifier& amplifier : amplifiers) {
+        for (SensorAmplifier& amplifier : circuit.amplifiers) {
             amplifier.lose_power();
         }
     }

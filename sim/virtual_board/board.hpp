@@ -8,8 +8,9 @@
 #include <span>
 #include <vector>
 
+#include "sim/virtual_board/coils/board_circuit.hpp"
 #include "sim/virtual_board/coils/coil_bench.hpp"
-#include "sim/virtual_board/coils/sensor_amplifier.hpp"
+#include "sim/virtual_board/coils/low_pass.hpp"
 #include "sim/virtual_board/general_peripherals.hpp"
 #include "sim/virtual_board/injected_code.hpp"
 #include "sim/virtual_board/links/can_wire.hpp"
@@ -43,7 +44,8 @@ struct SampleRecord {
 class VirtualBoard {
 public:
     /// `scenario` must outlive the board. Throws std::invalid_argument for an invalid image.
-    VirtualBoard(std::span<const std::uint8_t> image, const sim::Scenario& scenario);
+    VirtualBoard(std::span<const std::uint8_t> image, const sim::Scenario& scenario,
+                 const BoardCircuit& circuit = BoardCircuit::draw(0));
 
     /// Power off and on again: RAM is lost, flash is kept.
     void power_cycle();
@@ -84,11 +86,11 @@ public:
     GeneralPeripherals general;
     Usb usb;
     std::array<std::unique_ptr<Fdcan>, 3> fdcans;  // FDCAN1 to FDCAN3
+    BoardCircuit circuit;                          // its amplifiers have a state
     CoilBench bench;
     SerialLine serial;
     CanWire can;
     UsbWire usb_wire;
-    std::array<SensorAmplifier, kSensorCoils> amplifiers;
 
 private:
     static constexpr unsigned kButtonPin = 13;
@@ -114,10 +116,10 @@ private:
     void record(std::size_t channel, std::uint32_t result);
     [[nodiscard]] double internal_dac_v(unsigned channel) const;
     [[nodiscard]] std::optional<double> internal_input_v(unsigned converter, unsigned channel) const;
-    [[nodiscard]] double sensor_input_v(unsigned channel, double& noise);
+    [[nodiscard]] double sensor_input_v(unsigned channel, double step_s, double& noise);
     [[nodiscard]] std::uint32_t code_of(unsigned channel);
     [[nodiscard]] std::uint32_t free_converter_code();
-    [[nodiscard]] double sensor_noise_codes(double gain, double step_s) const;
+    [[nodiscard]] double filtered(unsigned channel, double step_s);
     void restart(ResetCause cause);
 
     std::array<std::unique_ptr<Gpio>, 7> gpio_;
@@ -142,6 +144,8 @@ private:
     std::normal_distribution<double> inside_normal_{0, 1};
     SampleRecord sample_;
     std::array<Ticks, kChannels> last_conversion_{};
+    std::array<LowPass, kChannels> low_pass_;  // for voltages
+    std::array<LowPass, kSensorCoils> flux_low_pass_;
     bool heartbeat_ = false;
     bool led_ = false;
     bool standby_ = false;

@@ -103,8 +103,21 @@ double VirtualBoard::internal_dac_v(unsigned channel) const {
     return dac.code(input.dac_channel) / kCodes * CoilBench::kSupplyV - CoilBench::kHalfSupplyV;
 }
 
-double VirtualBoard::sensor_noise_codes(double gain, double step_s) const {
-    return bench.noise_v_per_sqrt_hz() * std::sqrt(0.5 / step_s) * gain * kCodes / CoilBench::kSupplyV;
+/// Output of a channel's amplifier with noise and low-pass. The output stage is supplied by AVDD. Steps of the DAC, which the
+/// low-pass removes, are small in flux and current, but not in the derivative of the flux, where sampling would alias them onto
+/// the carrier.
+double VirtualBoard::filtered(unsigned channel, double step_s) {
+    constexpr double kRailV = CoilBench::kHalfSupplyV - 0.05;
+    const double noise_v = circuit.channels[channel].noise_v_per_sqrt_hz * std::sqrt(0.5 / step_s) * normal_(random_);
+    const int coil = static_cast<int>(channel);
+    double volts = 0;
+    if (channel == kReferenceChannel) {
+        volts = low_pass_[channel].follow(bench.reference_v() + noise_v, step_s);
+    } else {
+        (void)flux_low_pass_[channel].follow(bench.flux_vs(coil), step_s);
+        volts = low_pass_[channel].follow(bench.sensor_v(coil) + noise_v, step_s) + flux_low_pass_[channel].slope();
+    }
+    return std::clamp(volts, -kRailV, kRailV);
 }
 
 /// Voltage above ground of an internal input; empty: the channel is not one of them.
@@ -124,20 +137,18 @@ std::optional<double> VirtualBoard::internal_input_v(unsigned converter, unsigne
 }
 
 /// Voltage of a sensor coil behind its op-amp, relative to half the supply. Adds to `noise`, in codes.
-double VirtualBoard::sensor_input_v(unsigned channel, double& noise) {
+double VirtualBoard::sensor_input_v(unsigned channel, double step_s, double& noise) {
     const SensorInput& input = kSensors[channel];
     const Adc& adc = *adcs_[channel];
     const double gain = opamp_.gain(input.amplifier);
     if (gain <= 0 || adc.channel() != input.channel || !gpio(input.port).is_analog(input.pin)) {
         return -CoilBench::kHalfSupplyV;
     }
-    const double step_s = std::max(seconds(machine.now() - last_conversion_[channel]), 1e-9);
-    SensorAmplifier& amplifier = amplifiers[channel];
+    SensorAmplifier& amplifier = circuit.amplifiers[channel];
     if (opamp_.input(input.amplifier) == Opamp::Input::dac) {
         amplifier.jump(internal_dac_v(channel), gain, step_s, seconds(adc.sampling_time()));
     } else {
-        amplifier.follow(bench.sensor_v(static_cast<int>(channel)), gain, step_s);
-        noise = std::hypot(noise, sensor_noise_codes(gain, step_s));
+        amplifier.follow(filtered(channel, step_s), gain, step_s);
     }
     noise = std::hypot(noise, amplifier.noise_v(gain) * kCodes / CoilBench::kSupplyV);
     return amplifier.output_v();
@@ -147,17 +158,19 @@ std::uint32_t VirtualBoard::code_of(unsigned channel) {
     const Adc& adc = *adcs_[channel];
     double volts = -CoilBench::kHalfSupplyV;  // an unconnected input, or an op-amp that is off
     double noise = kConverterNoiseCodes;
+    const double step_s = std::max(seconds(machine.now() - last_conversion_[channel]), 1e-9);
     const auto inside = internal_input_v(kConverters[channel], adc.channel());
     if (inside) {
         volts = *inside - CoilBench::kHalfSupplyV;
     } else if (channel != kReferenceChannel) {
-        volts = sensor_input_v(channel, noise);
+        volts = sensor_input_v(channel, step_s, noise);
     } else if (adc.channel() == kReferenceInput && gpio('A').is_analog(kReferencePin)) {
-        volts = bench.reference_v();
+        volts = filtered(channel, step_s);
     }
     last_conversion_[channel] = machine.now();
-    const double code = (volts + CoilBench::kHalfSupplyV) * kCodes / CoilBench::kSupplyV +
-                        noise * (inside ? inside_normal_(inside_random_) : normal_(random_));
+    const double ideal = (volts + CoilBench::kHalfSupplyV) * kCodes / CoilBench::kSupplyV;
+    const double code =
+        circuit.converters[channel].code(ideal + noise * (inside ? inside_normal_(inside_random_) : normal_(random_)));
     const bool stuck = bench.is_stuck(static_cast<int>(channel));
     return stuck ? 2048U : static_cast<std::uint32_t>(std::clamp(std::nearbyint(code), 0.0, kCodes - 1));
 }

@@ -48,6 +48,26 @@ TEST(GainRanging, IgnoresBlocksFromBeforeAChange) {
     }
 }
 
+/// Steps 0 and 1 have less drive; the sensor comes near and goes away again.
+TEST(GainRanging, ReducesTheDriveBelowTheLowestGain) {
+    signal::GainSteps<float> steps{};
+    steps[0].drive = 0.25F;
+    steps[1].drive = 0.5F;
+    steps[3].gain.fill(2);
+    GainRanging ranging(steps, 4);
+    EXPECT_EQ(ranging.step(), 2) << "full drive, lowest gain";
+    EXPECT_EQ(ranging.next(1, 2), 1);
+    EXPECT_EQ(ranging.next(1, 1), 0);
+    EXPECT_EQ(ranging.next(1, 0), 0);
+    for (int n = 0; n < 100; ++n) {
+        EXPECT_EQ(ranging.next(0.3F, 0), 0) << "0.6 of full scale at the next drive";
+    }
+    for (int n = 0; n < 3 * 18; ++n) {
+        ranging.next(0.2F, ranging.step());
+    }
+    EXPECT_EQ(ranging.step(), 3);
+}
+
 /// No signal amplitude makes the gain oscillate.
 TEST(GainRanging, HasHysteresis) {
     for (float volts = 0.001F; volts < 1; volts *= 1.01F) {

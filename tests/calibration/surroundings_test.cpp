@@ -118,9 +118,9 @@ TEST_F(Surroundings, AreUsedByEveryTracker) {
             const auto with = tricoil(run + path("room.toml"));
             ASSERT_EQ(with.exit_code, 0) << with.err;
             const double error_m = with.json()["position_rms_m"];
-            std::cout << mux << ' ' << tracker << ": " << 1e3 * error_m << " mm with surroundings, " << with.json()["poses_invalid"]
-                      << " invalid; without " << without.json()["position_rms_m"] << " m, " << without.json()["poses_invalid"]
-                      << " invalid\n";
+            std::cout << mux << ' ' << tracker << ": " << 1e3 * error_m << " mm with surroundings, "
+                      << with.json()["poses_invalid"] << " invalid; without " << without.json()["position_rms_m"] << " m, "
+                      << without.json()["poses_invalid"] << " invalid\n";
             EXPECT_LT(error_m, 1.5e-3);
             EXPECT_LT(with.json()["poses_invalid"], 30);
         }

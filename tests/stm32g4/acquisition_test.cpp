@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <numeric>
 
@@ -198,30 +199,52 @@ TEST_F(AcquisitionTest, SamplesAreSignedAndStamped) {
 
 TEST_F(AcquisitionTest, GainChangesBetweenBlocks) {
     ASSERT_TRUE(acquisition.begin().ok());
-    EXPECT_EQ(acquisition.gain().steps(), 7);
-    EXPECT_EQ(acquisition.gain().choose(7).code(), StatusCode::invalid_argument);
+    EXPECT_EQ(acquisition.gain().steps(), kRangeSteps);
+    EXPECT_EQ(acquisition.gain().choose(kRangeSteps).code(), StatusCode::invalid_argument);
     ASSERT_TRUE(acquisition.start(kTdm).ok());
     ASSERT_TRUE(acquisition.poll(block).ok());
-    ASSERT_TRUE(acquisition.gain().choose(3).ok());
+    ASSERT_TRUE(acquisition.gain().choose(kDriveSteps + 3).ok());
     EXPECT_EQ(registers.amplifiers.CSR[2] >> 5U & 3U, 3U);
     ASSERT_TRUE(acquisition.poll(block).ok());
-    EXPECT_EQ(block.gain_step, 0);
+    EXPECT_EQ(block.gain_step, kDriveSteps);
     EXPECT_EQ(registers.amplifiers.CSR[2] >> 14U & 31U, 8U + 2U);
     ASSERT_TRUE(acquisition.poll(block).ok());
-    EXPECT_EQ(block.gain_step, 3);
+    EXPECT_EQ(block.gain_step, kDriveSteps + 3);
+}
+
+TEST_F(AcquisitionTest, LessDriveSkipsTheBlockWithBothAmplitudes) {
+    const auto amplitude = [&] {
+        const std::uint16_t* table = memory_of(5);
+        return *std::max_element(table, table + 160) - 2048;
+    };
+    ASSERT_TRUE(acquisition.begin().ok());
+    ASSERT_TRUE(acquisition.start(kTdm).ok());
+    ASSERT_TRUE(acquisition.poll(block).ok());
+    EXPECT_NEAR(amplitude(), 1792, 1);
+    ASSERT_TRUE(acquisition.gain().choose(kDriveSteps - 2).ok());
+    EXPECT_NEAR(amplitude(), 1792 / 4, 1);
+    ASSERT_TRUE(acquisition.poll(block).ok());
+    EXPECT_EQ(block.sequence, 2U);
+    EXPECT_EQ(block.gain_step, kDriveSteps - 2);
+    EXPECT_EQ(registers.amplifiers.CSR[2] >> 5U & 3U, 3U) << "the amplifier has gain 1";
+    acquisition.stop();
+    ASSERT_TRUE(acquisition.start(kTdm).ok());
+    EXPECT_NEAR(amplitude(), 1792 / 4, 1) << "the step stays";
+    ASSERT_TRUE(acquisition.gain().choose(kDriveSteps).ok());
+    EXPECT_NEAR(amplitude(), 1792, 1);
 }
 
 TEST_F(AcquisitionTest, ARestartReportsTheGainInUse) {
     ASSERT_TRUE(acquisition.begin().ok());
     ASSERT_TRUE(acquisition.start(kTdm).ok());
-    ASSERT_TRUE(acquisition.gain().choose(1).ok());
+    ASSERT_TRUE(acquisition.gain().choose(kDriveSteps + 1).ok());
     ASSERT_TRUE(acquisition.poll(block).ok());
-    ASSERT_TRUE(acquisition.gain().choose(0).ok());
+    ASSERT_TRUE(acquisition.gain().choose(kDriveSteps).ok());
     acquisition.stop();  // before the end of a block applies it to the amplifiers
     ASSERT_NE(registers.amplifiers.CSR[2] >> 5U & 3U, 3U);
     ASSERT_TRUE(acquisition.start(kTdm).ok());
     ASSERT_TRUE(acquisition.poll(block).ok());
-    EXPECT_EQ(block.gain_step, 0);
+    EXPECT_EQ(block.gain_step, kDriveSteps);
     EXPECT_EQ(registers.amplifiers.CSR[2] >> 5U & 3U, 3U) << "the amplifier has gain 1";
 }
 

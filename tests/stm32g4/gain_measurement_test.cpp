@@ -1,5 +1,6 @@
 // Gain measurement of amplifiers with gain and lag errors.
 #include "drivers/stm32g4/gain_measurement.hpp"
+#include "drivers/stm32g4/range_steps.hpp"
 
 #include <gtest/gtest.h>
 
@@ -41,9 +42,9 @@ public:
     bool runs = false;
 
 private:
-    [[nodiscard]] std::uint8_t do_steps() const override { return SensorAmplifiers::kSteps; }
+    [[nodiscard]] std::uint8_t do_steps() const override { return kRangeSteps; }
     Status do_choose(std::uint8_t step) override {
-        wanted_ = obeys ? step : wanted_;
+        wanted_ = obeys ? amplifier_step(step) : wanted_;
         return {};
     }
     Status do_measure(const signal::AcquisitionPlan& plan, signal::GainSteps<float>& steps) override {
@@ -72,7 +73,7 @@ private:
             samples_[50][0] += 9000;
         }
         block.full_scale = 2047 * kOversampling;
-        block.gain_step = step_;
+        block.gain_step = static_cast<std::uint8_t>(kDriveSteps + step_);
         block.samples = samples_;
         block.start = device_time_us(static_cast<std::int64_t>(1e6 * kEdge_s * static_cast<double>(edges_)));
         step_ = wanted_;
@@ -140,10 +141,12 @@ TEST(GainMeasurement, MeasuresEveryStep) {
     signal::GainSteps<float> steps{};
     ASSERT_TRUE(measure_gain(fed, fed, kPlan, steps).ok());
     for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
-        EXPECT_EQ(steps[0].gain[coil], 1);
+        EXPECT_EQ(steps[kDriveSteps].gain[coil], 1);
         for (std::size_t n = 1; n < SensorAmplifiers::kSteps; ++n) {
-            EXPECT_NEAR(static_cast<double>(steps[n].gain[coil]) / fed.amplifiers[coil].gain[n], 1, 1e-3) << coil << ", " << n;
-            EXPECT_NEAR(static_cast<double>(steps[n].lag_s[coil]) / fed.amplifiers[coil].lag_s(n), 1, 0.05) << coil << ", " << n;
+            EXPECT_NEAR(static_cast<double>(steps[kDriveSteps + n].gain[coil]) / fed.amplifiers[coil].gain[n], 1, 1e-3)
+                << coil << ", " << n;
+            EXPECT_NEAR(static_cast<double>(steps[kDriveSteps + n].lag_s[coil]) / fed.amplifiers[coil].lag_s(n), 1, 0.05)
+                << coil << ", " << n;
         }
     }
     EXPECT_EQ(fed.fed, 0) << "the inputs must be the sensor coils again";
@@ -155,7 +158,7 @@ TEST(GainMeasurement, SkipsBlocksThatLostSamples) {
     fed.overruns = 1;
     signal::GainSteps<float> steps{};
     ASSERT_TRUE(measure_gain(fed, fed, kPlan, steps).ok());
-    EXPECT_NEAR(static_cast<double>(steps[6].gain[0]), 64, 0.064);
+    EXPECT_NEAR(static_cast<double>(steps[kDriveSteps + 6].gain[0]), 64, 0.064);
 }
 
 StatusCode result_of(FedAmplifiers& fed, const signal::AcquisitionPlan& plan = kPlan) {

@@ -33,8 +33,9 @@ public:
     explicit BoardBench(const std::string& scenario_name = "hand", const std::vector<std::string>& faults = {})
         : BoardBench(with_faults(host::load_scenario(scenario_name, 1), faults)) {}
 
-    explicit BoardBench(sim::Scenario what) : scenario(std::move(what)) {
-        board.emplace(read_image(TRICOIL_BOARD_IMAGE ".bin"), scenario);
+    explicit BoardBench(sim::Scenario what, const virtual_board::BoardCircuit& circuit = virtual_board::BoardCircuit::draw(0))
+        : scenario(std::move(what)) {
+        board.emplace(read_image(TRICOIL_BOARD_IMAGE ".bin"), scenario, circuit);
         ends[on_serial] = std::make_unique<SerialEnd>(*board);
         ends[on_can] = std::make_unique<CanEnd>(*board);
         ends[on_usb] = std::make_unique<UsbEnd>(*board);

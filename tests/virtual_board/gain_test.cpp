@@ -14,10 +14,12 @@ using protocol::AckResult;
 using protocol::Opcode;
 using test::BoardBench;
 
+constexpr double kCarrierHz = 10.77e3;
+
 /// A sensor that rests at several ranges in turn.
 class Stations final : public sim::Motion {
 public:
-    static constexpr std::array kRanges_m{0.17, 0.21, 0.27, 0.34, 0.43, 0.55, 0.70};
+    static constexpr std::array kRanges_m{0.46, 0.57, 0.71, 0.90, 1.14, 1.43, 1.80};
     static constexpr double kStayS = 0.3;
     static constexpr double kBeginS = BoardBench::kBootS;
 
@@ -96,10 +98,9 @@ TEST_P(EachMultiplexing, NoStepShowsInTheCouplings) {
     start_columns(GetParam());
     ASSERT_EQ(result, AckResult::done);
     bench.run(Stations::kStayS * Stations::kRanges_m.size());
-    const sim::CoilWorld world(bench.scenario.world, *bench.scenario.motion, {});
     double worst_make = 0;
     for (std::size_t n = 0; n < gains.size(); ++n) {
-        const Mat3<double> truth = world.coupling(Stations::at_station(n));
+        const Mat3<double> truth = bench.board->bench.coupling(Stations::at_station(n), kCarrierHz);
         const Seen seen = seen_at(n, bench.host(test::on_usb).columns);
         const double error = (seen.in_phase - truth).cwiseAbs().maxCoeff() / truth.norm();
         const double quadrature = seen.quadrature.cwiseAbs().maxCoeff() / truth.norm();
@@ -107,7 +108,7 @@ TEST_P(EachMultiplexing, NoStepShowsInTheCouplings) {
                     1e3 * error, 1e3 * quadrature);
         EXPECT_LT(error, 2e-3) << "gain " << gains[n];
         EXPECT_LT(quadrature, 5e-3) << "gain " << gains[n];
-        for (const virtual_board::SensorAmplifier& amplifier : bench.board->amplifiers) {
+        for (const virtual_board::SensorAmplifier& amplifier : bench.board->circuit.amplifiers) {
             worst_make = std::max(worst_make, std::abs(amplifier.gain(gains[n]) / gains[n] - 1));
         }
     }
@@ -119,21 +120,21 @@ INSTANTIATE_TEST_SUITE_P(Modes, EachMultiplexing, ::testing::Values(signal::Mult
                          [](const auto& instance) { return instance.param == signal::Multiplexing::tdm ? "tdm" : "fdm"; });
 
 TEST_F(GainTest, ABrokenLadderIsAFault) {
-    bench.board->amplifiers[1].ladder_error[3] = -0.3;
+    bench.board->circuit.amplifiers[1].ladder_error[3] = -0.3;
     start_columns(signal::Multiplexing::tdm);
     EXPECT_EQ(result, AckResult::busy) << "the gains were measured at boot";
     EXPECT_NE(bench.status(test::on_usb).faults & static_cast<unsigned>(protocol::Fault::converter), 0U);
     bench.run(1);
     EXPECT_EQ(bench.ask(test::on_usb, Opcode::start), AckResult::failed);
     EXPECT_LT(bench.board->bench.last_driven_s(), 0);
-    bench.board->amplifiers[1].ladder_error[3] = 0;
+    bench.board->circuit.amplifiers[1].ladder_error[3] = 0;
     bench.run(1.1);
     EXPECT_EQ(bench.ask(test::on_usb, Opcode::start), AckResult::done) << "after the repair the gains are measured again";
     EXPECT_EQ(bench.board->resets(), 0U);
 }
 
 TEST_F(GainTest, ACapacitorThatIsNotSolderedIsAFault) {
-    bench.board->amplifiers[2].has_capacitor = false;
+    bench.board->circuit.amplifiers[2].has_capacitor = false;
     start_columns(signal::Multiplexing::tdm);
     EXPECT_EQ(result, AckResult::busy);
     EXPECT_NE(bench.status(test::on_usb).faults & static_cast<unsigned>(protocol::Fault::converter), 0U);

@@ -7,6 +7,7 @@
 #include "board/app/tracker_device.hpp"
 #include "board/nucleo_g474re/measuring.hpp"
 #include "drivers/stm32g4/gain_measurement.hpp"
+#include "drivers/stm32g4/range_steps.hpp"
 #include "sim/hal/simulated_processor.hpp"
 #include "sim/hal/simulated_storage.hpp"
 #include "tests/virtual_board/board_bench.hpp"
@@ -57,7 +58,7 @@ private:
         const SampleRecord& middle = records[kBlock / 2];
         block = SampleBlock{};
         block.state = middle.driven == 0 ? Excitation::off : single_coil(std::countr_zero(middle.driven));
-        block.gain_step = static_cast<std::uint8_t>(std::countr_zero(middle.gain));
+        block.gain_step = static_cast<std::uint8_t>(stm32g4::kDriveSteps + std::countr_zero(middle.gain));
         block.scale = 3.3F / 4096 / 8;
         block.full_scale = 2047 * 8;
         block.start = start_ + time_of(sequence_ * kHalfTriggersPerBlock);
@@ -82,7 +83,7 @@ public:
     explicit RecordedGain(hal::CoilSampler& sampler) : sampler_(sampler) {}
 
 private:
-    [[nodiscard]] std::uint8_t do_steps() const override { return stm32g4::SensorAmplifiers::kSteps; }
+    [[nodiscard]] std::uint8_t do_steps() const override { return stm32g4::kRangeSteps; }
     Status do_choose(std::uint8_t) override { return {}; }
     void do_set_test_carrier(float) override {}
     Status do_measure(const signal::AcquisitionPlan& plan, signal::GainSteps<float>& steps) override {

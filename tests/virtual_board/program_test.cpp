@@ -45,6 +45,16 @@ TEST(Program, SeedIsAWholeNumber) {
     }
 }
 
+TEST(Program, BoardsAreDrawn) {
+    for (const char* wrong : {"-1", "nan", "1e30"}) {
+        expect_refused(std::string("--duration 0.001 --board-seed ") + wrong, 2, "--board-seed");
+    }
+    for (const char* wrong : {"nan", "61", "-inf"}) {
+        expect_refused(std::string("--duration 0.001 --warmer=") + wrong, 2, "--warmer");
+    }
+    EXPECT_EQ(virtual_board("--duration 0.001 --board-seed 3 --warmer=-5").exit_code, 0);
+}
+
 TEST(Program, AnUnknownFaultListsBothKinds) {
     expect_refused("--duration 0.001 --fault foo", 2, "broken_stage, adc_silent");
     expect_refused("--duration 0.001 --fault can_eror:3", 2, "did you mean 'can_errors'");

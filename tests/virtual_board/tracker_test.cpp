@@ -5,10 +5,11 @@
 #include <cstdlib>
 #include <limits>
 
+#include "board/nucleo_g474re/measuring.hpp"
 #include "core/protocol/command_arguments.hpp"
 #include "core/protocol/convert.hpp"
-#include "tests/virtual_board/analog_budget.hpp"
 #include "tests/virtual_board/board_bench.hpp"
+#include "tests/virtual_board/circuit_budget.hpp"
 
 namespace tricoil {
 namespace {
@@ -28,20 +29,17 @@ struct Score {
     double rms_mm = 0;
     double worst_mm = 0;
     double stated_mm = 0;    // RMS of the predicted errors
-    double frame_mm = 0;     // RMS expected of single frames of a sensor at rest without filter, by the board's noise budget
+    double frame_mm = 0;     // RMS expected of single frames of a sensor at rest without filter, by the noise budget
     double frame_share = 0;  // median ratio of the predicted errors to those of single frames
 };
 
-/// Expected square of a single frame's position error at this range, mm^2 (analog_budget.hpp).
-double frame_error_mm2(double range_m, const signal::AcquisitionPlan& plan) {
-    using nucleo_g474re::AnalogBudget;
-    const double snr_db = AnalogBudget().snr_db(range_m, nucleo_g474re::ModeLoad::of(plan));
-    const double along_mm = 1e3 * AnalogBudget::range_error_m(range_m, snr_db);
-    const double across_mm = 1e3 * AnalogBudget::cross_error_m(range_m, snr_db);
-    return along_mm * along_mm + 2 * across_mm * across_mm;
+/// Expected square of a single frame's position error at this range, mm^2, by the noise of the circuits.
+double frame_error_mm2(double range_m, std::size_t mode) {
+    static const test::CircuitBudget budget;
+    return std::pow(budget.noise_mm(range_m, mode), 2);
 }
 
-Score score(const sim::Scenario& scenario, const std::vector<protocol::PoseMessage>& poses, const signal::AcquisitionPlan& plan,
+Score score(const sim::Scenario& scenario, const std::vector<protocol::PoseMessage>& poses, std::size_t mode,
             double clock_begin_s) {
     Score s;
     double squares = 0;
@@ -61,7 +59,7 @@ Score score(const sim::Scenario& scenario, const std::vector<protocol::PoseMessa
         s.worst_mm = std::max(s.worst_mm, error_mm);
         squares += error_mm * error_mm;
         const double stated_mm2 = 1e6 * estimate.covariance.topLeftCorner<3, 3>().trace();
-        const double frame_mm2 = frame_error_mm2(truth.position_m.norm(), plan);
+        const double frame_mm2 = frame_error_mm2(truth.position_m.norm(), mode);
         stated += stated_mm2;
         frame += frame_mm2;
         shares.push_back(std::sqrt(stated_mm2 / frame_mm2));
@@ -77,18 +75,17 @@ Score score(const sim::Scenario& scenario, const std::vector<protocol::PoseMessa
 
 /// Compares poses after the first half second with the truth at their times. The board's clock starts a few milliseconds after
 /// power-on; the offset is fitted to the first 1440 poses.
-Score score(const sim::Scenario& scenario, const std::vector<protocol::PoseMessage>& poses,
-            const signal::AcquisitionPlan& plan = nucleo_g474re::kModes[0].plan) {
+Score score(const sim::Scenario& scenario, const std::vector<protocol::PoseMessage>& poses, std::size_t mode = 0) {
     const auto end = poses.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(poses.size(), 1440));
     const std::vector<protocol::PoseMessage> first(poses.begin(), end);
     double best_begin_s = 0;
     double best_mm = std::numeric_limits<double>::infinity();
     for (double begin_s = 0; begin_s < 6e-3; begin_s += 0.1e-3) {
-        const double rms_mm = score(scenario, first, plan, begin_s).rms_mm;
+        const double rms_mm = score(scenario, first, mode, begin_s).rms_mm;
         best_begin_s = rms_mm < best_mm ? begin_s : best_begin_s;
         best_mm = std::min(best_mm, rms_mm);
     }
-    return score(scenario, poses, plan, best_begin_s);
+    return score(scenario, poses, mode, best_begin_s);
 }
 
 /// Errors exceed the predicted errors by at most 30 %, and these the noise budget of single frames by at most 30 % (median:
@@ -205,7 +202,6 @@ class ModeOfTheBoard : public ::testing::TestWithParam<MeasuringMode> {};
 /// Every mode tracks without losses and leaves processor time unused. An instruction counts as one cycle (see sim/virtual_board).
 TEST_P(ModeOfTheBoard, TracksWithTimeToSpare) {
     const auto& [name, request, mode, expected_per_s] = GetParam();
-    const signal::AcquisitionPlan& plan = nucleo_g474re::kModes[mode].plan;
     BoardBench bench;
     bench.run(BoardBench::kBootS);
     bench.host(test::on_usb).hello();
@@ -220,7 +216,7 @@ TEST_P(ModeOfTheBoard, TracksWithTimeToSpare) {
     const double share = load.take();
     const auto& poses = bench.host(test::on_usb).poses;
     const double poses_per_s = static_cast<double>(poses.size() - before);
-    const Score s = score(bench.scenario, poses, plan);
+    const Score s = score(bench.scenario, poses, mode);
     std::printf("%s: CPU load %.1f %%, %.0f poses in a second, worst interrupt latency %.2f us\n", name, 100 * share, poses_per_s,
                 1e6 * virtual_board::worst_latency(*bench.board).seconds);
     EXPECT_LT(share, 0.9);

@@ -11,22 +11,33 @@ constexpr double kReferenceRadS = kTurn * 10e3;  // frequency at which couplings
 constexpr double kMetalKnotS = 1e-3;             // for 1 m/s at 50 mm from an object the error is 3e-4 of its field
 constexpr double kKnotS = 32e-6;  // linear interpolation over this time: error 1e-6 of the amplitude for a 10 Hz oscillation
 
-DrivenCoil::Params coil_params(const sim::WorldParams& world) {
-    DrivenCoil::Params params;
-    params.resistance_ohm = world.coil_resistance_ohm;
-    params.inductance_h = world.coil_inductance_h;
-    const double impedance = std::hypot(params.resistance_ohm, kReferenceRadS * params.inductance_h);
-    params.volts_per_ohm = impedance * CoilBench::kFullReferenceV / CoilBench::kHalfSupplyV;
-    return params;
+constexpr double kVacuum = 4e-7 * std::numbers::pi;  // permeability, V s / (A m)
+constexpr double kUnit_m2 = 0.1;                     // of the matrices that contain the areas of the coils
+
+/// The scenario's world with the coils of the board: couplings in volts at a sensor coil per ampere, at 10 kHz.
+sim::WorldParams world_of(const sim::WorldParams& scenario, const BoardCircuit& circuit) {
+    sim::WorldParams world = scenario;
+    world.coupling_constant_m3 = kVacuum / (2 * std::numbers::pi) * kReferenceRadS * kUnit_m2 * kUnit_m2;
+    for (int c = 0; c < 3; ++c) {
+        world.source_matrix.col(c) *= circuit.source_m2[static_cast<std::size_t>(c)] / kUnit_m2;
+    }
+    world.sensor_matrix = circuit.sensor_axes * world.sensor_matrix;
+    for (int c = 0; c < 3; ++c) {
+        world.sensor_matrix.row(c) *= circuit.sensor_m2[static_cast<std::size_t>(c)] / kUnit_m2;
+    }
+    return world;
 }
+
+/// Magnitude of the response of a channel's low-pass.
+double low_pass_at(double hz, double corner_hz) { return 1 / std::hypot(1, hz / corner_hz * hz / corner_hz); }
 
 }  // namespace
 
-CoilBench::CoilBench(const sim::Scenario& scenario)
+CoilBench::CoilBench(const sim::Scenario& scenario, const BoardCircuit& circuit)
     : scenario_(scenario),
-      world_(scenario.world, *scenario.motion, scenario.faults),
-      coils_{DrivenCoil(coil_params(scenario.world)), DrivenCoil(coil_params(scenario.world)),
-             DrivenCoil(coil_params(scenario.world))} {
+      circuit_(circuit),
+      world_(world_of(scenario.world, circuit), *scenario.motion, scenario.faults),
+      coils_{DrivenCoil(circuit.stages[0]), DrivenCoil(circuit.stages[1]), DrivenCoil(circuit.stages[2])} {
     metal_.set = sim::CoilWorld::metal_of(scenario.faults);
     metal_.set.tune(EddyResponse::tones_hz());
     update_coupling(0);
@@ -50,9 +61,8 @@ void CoilBench::update_coupling(double time_s) {
         knots_[0] = follows ? knots_[1] : at(first);
         knots_[1] = at(first + kKnotS);
         knot_s_ = first;
-        coupling_rate_ = (knots_[1] - knots_[0]) / kKnotS;
     }
-    coupling_ = knots_[0] + (time_s - knot_s_) * coupling_rate_;
+    coupling_ = knots_[0] + (time_s - knot_s_) / kKnotS * (knots_[1] - knots_[0]);
     update_metal(time_s);
 }
 
@@ -110,7 +120,7 @@ void CoilBench::advance(double time_s) {
         last_driven_s_ = driven ? time_s : last_driven_s_;
         DrivenCoil& coil = coils_[static_cast<std::size_t>(j)];
         const double before = coil.derivative();
-        coil.advance(driven ? drive_v_[static_cast<std::size_t>(j)] : 0, step_s);
+        coil.advance(drive_v_[static_cast<std::size_t>(j)], driven, step_s);
         if (!metal_.set.empty()) {
             metal_.loops[static_cast<std::size_t>(j)].advance(step_s, before, coil.derivative(), coil.current());
         }
@@ -122,9 +132,10 @@ void CoilBench::advance(double time_s) {
 double CoilBench::reference_v() const {
     double sum = 0;
     for (int j = 0; j < kSourceCoils; ++j) {
-        sum += coils_[static_cast<std::size_t>(j)].current() * effect_.current(j);
+        sum +=
+            circuit_.sense_ohm[static_cast<std::size_t>(j)] * coils_[static_cast<std::size_t>(j)].current() * effect_.current(j);
     }
-    return sum;
+    return circuit_.channels[kReferenceChannel].gain * sum;
 }
 
 /// Mains interference as in CoilWorld: the fundamental, the third harmonic with 1/3 and the fifth harmonic with 1/5 of its
@@ -136,17 +147,34 @@ double CoilBench::hum_v(double sine) const {
     return scenario_.world.mains_v * (sine + third / 3 + fifth / 5) + effect_.overload_ranges * kHalfSupplyV * sine;
 }
 
-double CoilBench::sensor_v(int coil) const {
-    double induced = 0;
+double CoilBench::flux_vs(int coil) const {
+    double flux = 0;
     for (int j = 0; j < kSourceCoils; ++j) {
-        const DrivenCoil& source = coils_[static_cast<std::size_t>(j)];
-        induced += (coupling_(coil, j) * source.derivative() + coupling_rate_(coil, j) * source.current()) * effect_.current(j);
+        flux += coupling_(coil, j) * coils_[static_cast<std::size_t>(j)].current() * effect_.current(j);
     }
-    if (metal_.is_active) {
-        induced += metal_v(coil);
+    return sensor_gain(coil) * flux / kReferenceRadS;
+}
+
+double CoilBench::sensor_v(int coil) const {
+    return (metal_.is_active ? sensor_gain(coil) * metal_v(coil) / kReferenceRadS : 0) + hum_v_;
+}
+
+double CoilBench::sensor_gain(int coil) const {
+    const auto c = static_cast<std::size_t>(coil);
+    return circuit_.channels[c].gain * scenario_.world.channel_gain[c];
+}
+
+Mat3<double> CoilBench::coupling(const sim::Pose& pose, double hz) const {
+    const AnalogChannel& reference = circuit_.channels[kReferenceChannel];
+    Mat3<double> x = world_.coupling(pose);
+    for (int j = 0; j < kSourceCoils; ++j) {
+        x.col(j) /= reference.gain * circuit_.sense_ohm[static_cast<std::size_t>(j)];
     }
-    const sim::WorldParams& world = scenario_.world;
-    return world.channel_gain[static_cast<std::size_t>(coil)] * induced / kReferenceRadS + hum_v_;
+    for (int i = 0; i < kSensorCoils; ++i) {
+        const double corner_hz = circuit_.channels[static_cast<std::size_t>(i)].corner_hz;
+        x.row(i) *= sensor_gain(i) * low_pass_at(hz, corner_hz) / low_pass_at(hz, reference.corner_hz);
+    }
+    return x;
 }
 
 }  // namespace tricoil::virtual_board

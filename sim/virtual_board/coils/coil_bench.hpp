@@ -2,10 +2,8 @@
 #pragma once
 
 #include <array>
-#include <cmath>
-#include <random>
 
-#include "sim/virtual_board/coils/driven_coil.hpp"
+#include "sim/virtual_board/coils/board_circuit.hpp"
 #include "sim/virtual_board/coils/eddy_response.hpp"
 #include "sim/virtual_board/machine/time.hpp"
 #include "sim/world/scenario.hpp"
@@ -18,13 +16,12 @@ class CoilBench {
 public:
     static constexpr double kSupplyV = 3.3;
     static constexpr double kHalfSupplyV = kSupplyV / 2;
-    /// Reference amplitude at 10 kHz when a coil is driven with the DAC's full range; follows from the shunt in the wiring plan.
-    static constexpr double kFullReferenceV = 0.7;
     /// The enable of the power stages drops this long after the last heartbeat edge.
     static constexpr double kHeartbeatHoldS = 20e-3;
-    static constexpr double kPreamplifierV_rthz = 226e-9;
 
-    explicit CoilBench(const sim::Scenario& scenario);
+    /// From the scenario's world only motion, faults, mains and the matrices of gains and angles are used; both must outlive the
+    /// bench.
+    CoilBench(const sim::Scenario& scenario, const BoardCircuit& circuit);
 
     /// Outputs of the board from now on: voltage relative to half the supply, and the state of the enable line.
     void drive(int coil, double volts, bool on);
@@ -33,15 +30,16 @@ public:
     /// Advances to `time_s`; earlier times have no effect.
     void advance(double time_s);
 
-    /// Present voltages relative to half the supply: preamplifiers of sensor coils 1-3, and the current shunt.
+    /// Present signals before the low-pass filters of preamplifier and reference amplifier, relative to half the supply. A sensor
+    /// coil's voltage is the derivative of flux_vs() plus sensor_v(); the latter contains hum and metal.
+    [[nodiscard]] double flux_vs(int coil) const;
     [[nodiscard]] double sensor_v(int coil) const;
     [[nodiscard]] double reference_v() const;
+    /// Couplings that exact converters would measure at a pose with a carrier at `hz`, without faults, as the firmware defines
+    /// them: relative to the reference, of a channel with unity response at 10 kHz.
+    [[nodiscard]] Mat3<double> coupling(const sim::Pose& pose, double hz) const;
     /// The channel's converter repeats one code.
     [[nodiscard]] bool is_stuck(int channel) const { return effect_.stuck[static_cast<std::size_t>(channel)]; }
-    /// White noise of the preamplifiers (HARDWARE.md) and of the scenario's converters, before any gain.
-    [[nodiscard]] double noise_v_per_sqrt_hz() const {
-        return std::hypot(kPreamplifierV_rthz, scenario_.world.converter.noise_v_per_sqrt_hz);
-    }
 
     /// True if both the stage's enable and the hardware enable are on.
     [[nodiscard]] bool is_driven(int coil) const;
@@ -67,8 +65,10 @@ private:
     [[nodiscard]] EddyResponse::Terms metal_terms(double time_s);
     [[nodiscard]] double metal_v(int coil) const;
     [[nodiscard]] double hum_v(double sine) const;
+    [[nodiscard]] double sensor_gain(int coil) const;
 
     const sim::Scenario& scenario_;
+    const BoardCircuit& circuit_;
     sim::CoilWorld world_;
     std::array<DrivenCoil, kSourceCoils> coils_;
     std::array<double, kSourceCoils> drive_v_{};
@@ -80,7 +80,6 @@ private:
     double knot_s_ = -1;  // couplings are known at this time and kKnotS later
     std::array<Mat3<double>, 2> knots_;
     Mat3<double> coupling_ = Mat3<double>::Zero();
-    Mat3<double> coupling_rate_ = Mat3<double>::Zero();
     sim::FaultEffect effect_;
     Metal metal_;
 };

@@ -1,10 +1,16 @@
 #include "sim/virtual_board/coils/driven_coil.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace tricoil::virtual_board {
 
-DrivenCoil::DrivenCoil(const Params& params) : params_(params), coil_s_(params.inductance_h / params.resistance_ohm) {}
+DrivenCoil::DrivenCoil(const Params& params) : params_(params), coil_s_(params.inductance_h / params.resistance_ohm) {
+    constexpr double kNearlyEqual = 1e-4;  // equal time constants have no solution of this form
+    if (std::abs(coil_s_ / params_.smoothing_s - 1) < kNearlyEqual) {
+        coil_s_ = params_.smoothing_s * (1 + kNearlyEqual);
+    }
+}
 
 const DrivenCoil::Decay& DrivenCoil::decay(double step_s) {
     for (const Decay& d : decays_) {
@@ -17,17 +23,28 @@ const DrivenCoil::Decay& DrivenCoil::decay(double step_s) {
     return d;
 }
 
-void DrivenCoil::advance(double drive_v, double step_s) {
+void DrivenCoil::advance(double drive_v, bool on, double step_s) {
     const Decay& d = decay(step_s);
-    // v' = (u - v)/T1, i' = (v/R - i)/T2: the new steady state plus one exponential per time constant.
-    const double settled = drive_v * params_.volts_per_ohm / params_.resistance_ohm;
-    const double from_stage =
-        (stage_v_ - drive_v) * params_.volts_per_ohm / params_.resistance_ohm / (1 - coil_s_ / params_.smoothing_s);
-    const double own = current_ - settled - from_stage;
-    current_ = settled + from_stage * d.stage + own * d.coil;
+    const double before_v = stage_v_;
     stage_v_ = drive_v + (stage_v_ - drive_v) * d.stage;
+    if (!on) {
+        discharge(step_s);
+        return;
+    }
+    // v' = (u - v)/T1, i' = (g v - i)/T2: the new steady state plus one exponential per time constant.
+    const double gain = params_.amperes_per_volt;
+    const double settled = drive_v * gain;
+    const double from_stage = (before_v - drive_v) * gain / (1 - coil_s_ / params_.smoothing_s);
+    const double own = current_ - settled - from_stage;
+    current_ = std::clamp(settled + from_stage * d.stage + own * d.coil, -params_.limit_a, params_.limit_a);
+    derivative_ = (stage_v_ * gain - current_) / coil_s_;
 }
 
-double DrivenCoil::derivative() const { return (stage_v_ * params_.volts_per_ohm / params_.resistance_ohm - current_) / coil_s_; }
+void DrivenCoil::discharge(double step_s) {
+    const double rate = params_.supply_v / params_.inductance_h;
+    const double left = std::max(std::abs(current_) - rate * step_s, 0.0);
+    derivative_ = left > 0 ? -std::copysign(rate, current_) : 0;
+    current_ = std::copysign(left, current_);
+}
 
 }  // namespace tricoil::virtual_board

@@ -1,0 +1,40 @@
+// Analog parameters of one board: results of its netlists, and the deviations of real parts.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/geometry/types.hpp"
+#include "core/signal/sample_block.hpp"
+#include "sim/virtual_board/coils/converter_error.hpp"
+#include "sim/virtual_board/coils/driven_coil.hpp"
+#include "sim/virtual_board/coils/sensor_amplifier.hpp"
+
+namespace tricoil::virtual_board {
+
+/// One preamplifier with its low-pass, or the reference amplifier.
+struct AnalogChannel {
+    double gain = 1;                 // far below the corner frequency; of the reference: per sense resistor
+    double corner_hz = 40e3;         // Butterworth, second order
+    double noise_v_per_sqrt_hz = 0;  // at the converter
+};
+
+/// The firmware's headers have no part in these numbers. They come from board/nucleo_g474re/circuits/results.csv (generated
+/// header circuit_results.hpp) and, for the chip, from DS12288.
+struct BoardCircuit {
+    std::array<DrivenCoil::Params, kSourceCoils> stages;
+    std::array<double, kSourceCoils> source_m2{};  // turns times area
+    std::array<double, kSourceCoils> sense_ohm{};
+    std::array<double, kSensorCoils> sensor_m2{};
+    Mat3<double> sensor_axes = Mat3<double>::Identity();   // one row per coil
+    std::array<AnalogChannel, kChannels> channels;         // sensor coils 1-3, reference
+    std::array<SensorAmplifier, kSensorCoils> amplifiers;  // on the chip
+    std::array<ConverterError, kChannels> converters;
+
+    /// Board `seed`. Op-amps differ from board to board. Board 0 has exact converters, coils and resistors; those of the others
+    /// have errors within their tolerances. `warmer_k`: temperature above that of calibration; each part drifts with its own
+    /// coefficient.
+    static BoardCircuit draw(std::uint64_t seed, double warmer_k = 0);
+};
+
+}  // namespace tricoil::virtual_board

@@ -1,0 +1,44 @@
+#include "sim/virtual_board/coils/converter_error.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tricoil::virtual_board {
+
+ConverterError::ConverterError(std::mt19937_64& random) {
+    constexpr double kOffset = 2;
+    constexpr double kGain = 1e-3;
+    constexpr double kLargest = 1;
+    std::uniform_real_distribution<double> unit(-1, 1);
+    std::normal_distribution<double> normal(0, 1);
+    offset_ = kOffset * unit(random);
+    gain_ = 1 + kGain * unit(random);
+    std::array<double, kBits> deviation{};
+    double sum = 0;
+    for (int bit = 0; bit < kBits; ++bit) {
+        deviation[static_cast<std::size_t>(bit)] = normal(random) * std::sqrt(std::ldexp(1.0, bit));
+        sum += deviation[static_cast<std::size_t>(bit)];
+    }
+    std::array<double, kCodes> errors{};
+    double largest = 0;
+    for (int code = 0; code < kCodes; ++code) {
+        double& error = errors[static_cast<std::size_t>(code)];
+        error = -sum * code / (kCodes - 1);  // from the line through both ends
+        for (int bit = 0; bit < kBits; ++bit) {
+            error += (code >> bit & 1) != 0 ? deviation[static_cast<std::size_t>(bit)] : 0;
+        }
+        largest = std::max(largest, std::abs(error));
+    }
+    std::transform(errors.begin(), errors.end(), error_.begin(),
+                   [&](double error) { return static_cast<float>(kLargest * error / largest); });
+}
+
+double ConverterError::code(double ideal) const {
+    const double place = std::clamp(ideal, 0.0, kCodes - 1.001);
+    const auto below = static_cast<std::size_t>(place);
+    const double part = place - static_cast<double>(below);
+    const double error = (1 - part) * double{error_[below]} + part * double{error_[below + 1]};
+    return kCodes / 2 + gain_ * (ideal - kCodes / 2) + offset_ + error;
+}
+
+}  // namespace tricoil::virtual_board
