@@ -4,7 +4,6 @@
 #include <functional>
 #include <memory>
 #include <numbers>
-#include <optional>
 
 #include "board/app/tracker_device.hpp"
 #include "board/support/sim_input/scenario_file.hpp"
@@ -62,7 +61,6 @@ struct BenchParams {
     Microseconds host_silence{250'000};
     hal::ResetReason reset = hal::ResetReason::power_on;
     Mat3<double> source = Mat3<double>::Identity();  // axes of the source coils
-    std::optional<sim::MetalObject> metal = std::nullopt;
 };
 
 /// Board, simulated world and hosts. The world and the flash survive boot().
@@ -88,12 +86,6 @@ struct DeviceBench {
     static sim::WorldParams world_of(sim::Scenario& scenario, const BenchParams& p) {
         scenario.world.converter.bits = p.converter_bits;
         scenario.world.source_matrix = p.source;
-        if (p.metal) {
-            sim::Fault fault;
-            fault.kind = sim::FaultKind::metal;
-            fault.metal = p.metal;
-            scenario.faults.push_back(fault);
-        }
         return scenario.world;
     }
 
@@ -118,7 +110,8 @@ struct DeviceBench {
 
     /// Restarts from reset. The content of the storage is kept.
     void boot() {
-        device.emplace(app::DeviceHardware{clock, coils, tampered, gain, heartbeat, storage, watchdog, system, indicator, ports},
+        device.emplace(app::DeviceHardware{clock, coils, tampered, gain, heartbeat, storage, watchdog, system, indicator, button,
+                                           monitor, ports},
                        params());
         device->boot();
     }
@@ -152,6 +145,23 @@ struct DeviceBench {
         return host(n).result();
     }
 
+    /// Presses the button for a tenth of a second.
+    void press_button() {
+        button.press(false);
+        run(0.05);
+        button.press(true);
+        run(0.1);
+        button.press(false);
+        run(0.05);
+    }
+
+    /// Presses the button, then sends a calibration on the first link.
+    void write(std::span<const std::uint8_t> blob) {
+        press_button();
+        host().write(blob);
+        run(0.01);
+    }
+
     /// Opens the links, sends hello and start, and enables keep-alive commands.
     void track(std::size_t links = 1) {
         run(0.01);
@@ -176,6 +186,8 @@ struct DeviceBench {
     sim::SimulatedWatchdog watchdog{clock};
     sim::SimulatedSystem system{clock};
     sim::SimulatedIndicator indicator;
+    sim::SimulatedButton button;
+    sim::SimulatedMonitor monitor;
     sim::SimulatedHeartbeat heartbeat;
     std::array<sim::MemoryPort, kLinks> device_ends;
     std::array<hal::MessagePort*, kLinks> ports{};
