@@ -272,38 +272,6 @@ TEST(Calibration, OfTurnedSourceCoilsGivesPosesInTheSourcesFrame) {
     EXPECT_NEAR(std::abs(board.host().poses.back().quaternion[0] / 8e6), 1, 1e-6);
 }
 
-/// A copper sphere is a dipole with a polarisability of nearly -a^3/2.
-TEST(Calibration, WithSurroundingsRemovesTheEffectOfMetal) {
-    constexpr double kRadius_m = 0.06;
-    sim::MetalObject sphere;
-    sphere.shape = sim::Sphere{kRadius_m};
-    sphere.material.conductivity_s_m = 5.96e7;
-    sphere.pose.position_m = Vec3<double>(0.3, 0, -0.25);
-    DeviceBench board({.scenario = "still", .metal = sphere});
-    const sim::Pose truth = board.scenario.motion->at(0);
-    calibration::Calibration<double> c;
-    c.model.source_moment = board.scenario.world.coupling_constant_m3 * Mat3<double>::Identity();
-    const auto error_m = [&] {
-        board.run(0.01);
-        board.host().hello();
-        board.host().write(calibration::encode(c));
-        board.run(0.02);
-        EXPECT_EQ(board.host().result(), AckResult::done);
-        board.track();
-        board.run(0.3);
-        tracking::PoseEstimate<double> e;
-        EXPECT_EQ(protocol::from_message(board.host().poses.back(), e), protocol::WireError::none);
-        board.ask(Opcode::stop);
-        return (e.position_m - truth.position_m).norm();
-    };
-    const double without = error_m();
-    const Mat3<double> polarisability_m3 = -0.5 * kRadius_m * kRadius_m * kRadius_m * Mat3<double>::Identity();
-    ASSERT_TRUE(c.model.surroundings.push_back(field::induced_dipole(c.model, sphere.pose.position_m, polarisability_m3)));
-    const double with = error_m();
-    EXPECT_GT(without, 1e-3);
-    EXPECT_LT(with, 0.1 * without);
-}
-
 TEST(Calibration, InvalidBlobIsRefusedAndNothingIsWritten) {
     DeviceBench board;
     board.run(0.01);

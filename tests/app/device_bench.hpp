@@ -4,7 +4,6 @@
 #include <functional>
 #include <memory>
 #include <numbers>
-#include <optional>
 
 #include "board/app/tracker_device.hpp"
 #include "board/support/sim_input/scenario_file.hpp"
@@ -62,7 +61,6 @@ struct BenchParams {
     Microseconds host_silence{250'000};
     hal::ResetReason reset = hal::ResetReason::power_on;
     Mat3<double> source = Mat3<double>::Identity();  // axes of the source coils
-    std::optional<sim::MetalObject> metal = std::nullopt;
 };
 
 /// Board, simulated world and hosts. The world and the flash survive boot().
@@ -88,12 +86,6 @@ struct DeviceBench {
     static sim::WorldParams world_of(sim::Scenario& scenario, const BenchParams& p) {
         scenario.world.converter.bits = p.converter_bits;
         scenario.world.source_matrix = p.source;
-        if (p.metal) {
-            sim::Fault fault;
-            fault.kind = sim::FaultKind::metal;
-            fault.metal = p.metal;
-            scenario.faults.push_back(fault);
-        }
         return scenario.world;
     }
 
