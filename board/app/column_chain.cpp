@@ -14,6 +14,7 @@ template <typename Scalar, typename SensorTracker>
         after_gap = true;
         return false;
     }
+    bands_.correct(block, *columns);
     return track(*columns, after_gap, devices, counters);
 }
 
@@ -26,7 +27,8 @@ bool ColumnChain<Scalar, SensorTracker>::track(signal::Columns<Scalar>& columns,
         if (devices.tap != nullptr) {
             devices.tap->column(column);
         }
-        if (const auto estimate = tracker_.update(column)) {
+        if (auto estimate = tracker_.update(column)) {
+            bands_.finish(*estimate);
             send(*estimate, devices, counters);
             gave_pose = true;
         }
@@ -40,7 +42,8 @@ void ColumnChain<Scalar, SensorTracker>::tick(std::uint8_t sensor, const Devices
     if (devices.tap != nullptr) {
         devices.tap->tick(sensor, now);
     }
-    if (const auto estimate = tracker_.tick(now)) {
+    if (auto estimate = tracker_.tick(now)) {
+        bands_.finish(*estimate);
         send(*estimate, devices, counters);
     }
 }

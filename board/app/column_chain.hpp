@@ -5,6 +5,7 @@
 #include <optional>
 #include <type_traits>
 
+#include "board/app/band_stage.hpp"
 #include "core/signal/demodulator.hpp"
 #include "core/tracking/methods/any_tracker.hpp"
 #include "core/tracking/tracker_tap.hpp"
@@ -35,6 +36,7 @@ struct MainLoopParams {
     /// Calibration of real coils, instead of `correction`, for trackers that support them; null: none. Read at construction.
     const calibration::Calibration<Scalar>* coils = nullptr;
     int sensors = 1;  // each excitation brings one block per sensor, in the order 0, 1, ...
+    typename BandStage<Scalar>::Params bands{};
 };
 
 struct MainLoopCounters {
@@ -52,7 +54,8 @@ public:
     using Devices = app::Devices<Scalar>;
     using Direction = Vec3<Scalar>;
 
-    explicit ColumnChain(const Params& params) : demodulator_(params.plan, params.demodulator), tracker_(make_tracker(params)) {}
+    explicit ColumnChain(const Params& params)
+        : demodulator_(params.plan, params.demodulator), bands_(params.bands), tracker_(make_tracker(params)) {}
 
     /// Sends the poses of the block; false if it gave none. after_gap: blocks of the sensor were lost or refused since its last
     /// one. It is set if this block is refused, cleared otherwise.
@@ -79,6 +82,7 @@ private:
     void send(const tracking::PoseEstimate<Scalar>& estimate, const Devices& devices, MainLoopCounters& counters);
 
     signal::Demodulator<Scalar> demodulator_;
+    [[no_unique_address]] BandStage<Scalar> bands_;
     SensorTracker tracker_;
 };
 

@@ -17,6 +17,7 @@ SimulatedSource::SimulatedSource(const SimulationOptions& options, bool realtime
     clock_.begin(setup_.plan.params.sample_rate_hz);
     app::MainLoopParams<double> params{setup_.plan, stations_.first().demodulation(), make_tracker(options, setup_)};
     params.sensors = setup_.stations;
+    params.bands = make_two_bands(setup_, stations_.first());
     loop_.emplace(params, app::Devices<double>{clock_, coils_, sampler_, link_, &queue()});
     if (const Status started = loop_->start(); !started.ok()) {
         throw DeviceError(std::string("simulated board: ") + started.message());

@@ -16,6 +16,7 @@ struct SimulationOptions {
     Vec3<double> place_m{0.9, 0, 0};
     double speed = 1;
     std::string multiplexing = "fdm";
+    int bands = 1;  // 2: low tones as well, which correct the effect of metal
     std::string tracker = "direct";
     int passes = 1;
     double frame_rate_hz = 240;

@@ -48,6 +48,30 @@ signal::AcquisitionPlan make_plan(const SimulationOptions& options) {
     return *plan;
 }
 
+constexpr double kTwoBandRate_hz = 240;
+
+std::optional<signal::LowBandPlan> make_low_band(const SimulationOptions& options, const signal::AcquisitionPlan& plan) {
+    if (options.bands != 1 && options.bands != 2) {
+        throw InputError("--bands " + std::to_string(options.bands) + ": must be 1 or 2");
+    }
+    if (options.bands == 1) {
+        return std::nullopt;
+    }
+    if (fixed_method(options.tracker)) {
+        throw InputError("--bands 2: not with --tracker " + options.tracker + "; use direct, previous or scaat");
+    }
+    if (options.frame_rate_hz != kTwoBandRate_hz) {
+        throw InputError("--bands 2: not with --rate-hz " + std::to_string(options.frame_rate_hz) +
+                         "; the responses of metals are known for the tones at 240 frames/s");
+    }
+    const auto low_band = signal::plan_low_band(plan);
+    if (!low_band.ok()) {
+        throw InputError("--bands 2 with --mux " + options.multiplexing + " --rate-hz " + std::to_string(options.frame_rate_hz) +
+                         ": " + low_band.status().message());
+    }
+    return *low_band;
+}
+
 void refuse_bad(const Status& status) {
     if (!status.ok()) {
         throw InputError(std::string("tracker: ") + status.message());
@@ -87,6 +111,7 @@ SimulationSetup make_simulation(const SimulationOptions& options) {
                          std::to_string(tracking::kMaxSensors));
     }
     setup.stations = options.stations;
+    setup.low_band = make_low_band(options, setup.plan);
     const auto& h = options.hemisphere;
     setup.hemisphere = h.empty() ? setup.scenario.motion->at(0).position_m : Vec3<double>(h[0], h[1], h[2]);
     return setup;
@@ -101,6 +126,17 @@ tracking::TrackerParams<double> make_tracker(const SimulationOptions& options, c
     params.common.max_column_span = tracking::column_span(setup.plan);
     params.common.window_s = setup.plan.window_s();
     refuse_bad(tracking::check(params));
+    return params;
+}
+
+std::optional<tracking::TwoBandParams> make_two_bands(const SimulationSetup& setup, const sim::CoilWorld& world) {
+    if (!setup.low_band) {
+        return std::nullopt;
+    }
+    tracking::TwoBandParams params{setup.plan, world.low_band_demodulation(), {}};
+    params.correction.high_hz = setup.plan.params.carrier_hz;
+    params.correction.low_band = *setup.low_band;
+    params.correction.coupling_constant = setup.scenario.world.coupling_constant_m3;
     return params;
 }
 

@@ -59,6 +59,9 @@ Stations::Stations(const SimulationSetup& setup) {
         worlds_.push_back(std::make_unique<sim::CoilWorld>(params, *motions_.back(), common));
     }
     for (const auto& world : worlds_) {
+        if (setup.low_band) {
+            world->transmit_low_band(*setup.low_band);
+        }
         world->configure(setup.plan);
     }
 }

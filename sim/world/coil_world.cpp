@@ -22,6 +22,8 @@ Mat3<double> dipole_field(const Vec3<double>& r) {
     return inverse_cube * (1.5 / squared * r * r.transpose() - 0.5 * Mat3<double>::Identity());
 }
 
+constexpr double kLowAmplitude_v_hz = 0.4 * 480;  // amplitude times frequency of the low tones
+
 double mains_shape(double phase_rad) { return std::sin(phase_rad) + std::sin(3 * phase_rad) / 3 + std::sin(5 * phase_rad) / 5; }
 
 void require(bool ok, const char* what) {
@@ -69,6 +71,11 @@ void CoilWorld::configure(const signal::AcquisitionPlan& plan) {
         const double phase = -carrier * middle_s;
         circuits_[static_cast<std::size_t>(j)] = CoilCircuit(drive_amplitude(j), carrier, phase, time_constant_s, kReferenceRadS);
     }
+    for (std::size_t j = 0; low_band_ && j < kSourceCoils; ++j) {
+        const double tone = kTurn * low_band_->tone_hz(j);
+        low_circuits_[j] =
+            CoilCircuit(kLowAmplitude_v_hz / low_band_->tone_hz(j), tone, -tone * middle_s, time_constant_s, kReferenceRadS);
+    }
     converters_.assign(kChannels, Converter(params_.converter, rate));
     mains_.clear();
     const double period = rate / params_.mains_hz;
@@ -91,12 +98,19 @@ MetalSet CoilWorld::metal_of(const std::vector<Fault>& faults) {
 
 void CoilWorld::tune_metal() {
     std::vector<double> tones_hz;
-    for (std::size_t j = 0; j < kSourceCoils; ++j) {
-        const auto tone = std::find(tones_hz.begin(), tones_hz.end(), plan_.params.carrier_hz[j]);
-        tone_of_coil_[j] = static_cast<std::size_t>(tone - tones_hz.begin());
+    const auto index_of = [&tones_hz](double hz) {
+        const auto tone = std::find(tones_hz.begin(), tones_hz.end(), hz);
+        const auto index = static_cast<std::size_t>(tone - tones_hz.begin());
         if (tone == tones_hz.end()) {
-            tones_hz.push_back(plan_.params.carrier_hz[j]);
+            tones_hz.push_back(hz);
         }
+        return index;
+    };
+    for (std::size_t j = 0; j < kSourceCoils; ++j) {
+        tone_of_coil_[j] = index_of(plan_.params.carrier_hz[j]);
+    }
+    for (std::size_t j = 0; low_band_ && j < kSourceCoils; ++j) {
+        tone_of_low_tone_[j] = index_of(low_band_->tone_hz(j));
     }
     metal_.tune(tones_hz);
 }
@@ -105,7 +119,9 @@ std::optional<MetalTrack> CoilWorld::metal_track(const FaultEffect& effect, doub
     if (effect.unplugged || !metal_.acts_at(start_s)) {
         return std::nullopt;
     }
-    return MetalTrack(metal_, motion_, metal_source(effect), start_s, 1 / plan_.params.sample_rate_hz, samples);
+    const std::array bands{metal_source(effect), low_metal_source(effect)};
+    return MetalTrack(metal_, motion_, std::span(bands).first(low_band_ ? 2 : 1), start_s, 1 / plan_.params.sample_rate_hz,
+                      samples);
 }
 
 ComplexMat3 CoilWorld::metal_coupling(const Pose& pose, const FaultEffect& effect, double time_s, double selection_s) {
@@ -115,46 +131,61 @@ ComplexMat3 CoilWorld::metal_coupling(const Pose& pose, const FaultEffect& effec
     return sensor_side(pose, effect) * metal_field(metal_, metal_source(effect), pose.position_m, time_s, selection_s);
 }
 
+CoilWorld::Currents CoilWorld::next_currents(Circuits& circuits, const FaultEffect& effect) {
+    Currents now;
+    for (Eigen::Index j = 0; j < kSourceCoils; ++j) {
+        const CoilCurrent coil = circuits[static_cast<std::size_t>(j)].next();
+        const double share = std::max(1.0, effect.current(j));  // 1 for an open coil: its circuit is off
+        now.current(j) = share * coil.current;
+        now.derivative(j) = share * coil.derivative;
+    }
+    return now;
+}
+
 bool CoilWorld::sample(Excitation state, double start_s, std::span<Sample> samples) {
     const FaultEffect effect = effect_at(start_s);
     const double sample_s = 1 / plan_.params.sample_rate_hz;
-    for (int j = 0; j < kSourceCoils; ++j) {
-        const bool on = (state == Excitation::all || coil_index(state) == j) && effect.current(j) > 0;
-        circuits_[static_cast<std::size_t>(j)].begin_block(start_s, sample_s, on);
+    const std::size_t bands = low_band_ ? 2 : 1;
+    const std::array<Circuits*, 2> circuits{&circuits_, &low_circuits_};
+    for (std::size_t band = 0; band < bands; ++band) {
+        for (int j = 0; j < kSourceCoils; ++j) {
+            const bool on = (state == Excitation::all || coil_index(state) == j) && effect.current(j) > 0;
+            (*circuits[band])[static_cast<std::size_t>(j)].begin_block(start_s, sample_s, on);
+        }
     }
     PoseTrack track(motion_, start_s, sample_s);
     const std::optional<MetalTrack> metal = metal_track(effect, start_s, samples.size());
-    const auto with_metal = [&](const Pose& pose, const Mat3<double>& x, int n) -> ComplexMat3 {
-        return x + sensor_side(pose, effect) * metal->at(n);
+    const auto with_metal = [&](const Pose& pose, const Mat3<double>& x, int n, std::size_t band) -> ComplexMat3 {
+        return x + sensor_side(pose, effect) * metal->at(n, band);
     };
     const Pose first = track.at(-1);
     Mat3<double> before = coupling(first, effect);
-    ComplexMat3 before_with_metal = metal ? with_metal(first, before, -1) : ComplexMat3::Zero();
+    std::array<ComplexMat3, 2> before_with_metal;
+    for (std::size_t band = 0; metal && band < bands; ++band) {
+        before_with_metal[band] = with_metal(first, before, -1, band);
+    }
     const double per_sample = 1 / (sample_s * kReferenceRadS);
     for (std::size_t n = 0; n < samples.size(); ++n) {
         const Pose pose = track.at(static_cast<int>(n));
         const Mat3<double> x = coupling(pose, effect);
-        Vec3<std::complex<double>> current;
-        Vec3<std::complex<double>> derivative;
-        for (Eigen::Index j = 0; j < kSourceCoils; ++j) {
-            const CoilCurrent coil = circuits_[static_cast<std::size_t>(j)].next();
-            const double share = std::max(1.0, effect.current(j));  // 1 for an open coil: its circuit is off
-            current(j) = share * coil.current;
-            derivative(j) = share * coil.derivative;
-        }
-        Vec3<double> sensor_v;
-        if (metal) {
-            const ComplexMat3 now = with_metal(pose, x, static_cast<int>(n));
-            const ComplexMat3 change = (now - before_with_metal) * per_sample;
-            sensor_v = sensor_voltages(now, change, current, derivative);
-            before_with_metal = now;
-        } else {
-            const Mat3<double> change = (x - before) / (sample_s * kReferenceRadS);
-            sensor_v = sensor_voltages(x, change, current, derivative);
+        const Mat3<double> change = (x - before) / (sample_s * kReferenceRadS);
+        Vec3<double> sensor_v = Vec3<double>::Zero();
+        double reference_v = 0;
+        for (std::size_t band = 0; band < bands; ++band) {
+            const Currents currents = next_currents(*circuits[band], effect);
+            reference_v += currents.current.sum().real();
+            if (metal) {
+                const ComplexMat3 now = with_metal(pose, x, static_cast<int>(n), band);
+                const ComplexMat3 change_with_metal = (now - before_with_metal[band]) * per_sample;
+                sensor_v += sensor_voltages(now, change_with_metal, currents);
+                before_with_metal[band] = now;
+            } else {
+                sensor_v += sensor_voltages(x, change, currents);
+            }
         }
         before = x;
         const double time_s = start_s + static_cast<double>(n) * sample_s;
-        samples[n] = convert(sensor_v, current.sum().real(), time_s, effect);
+        samples[n] = convert(sensor_v, reference_v, time_s, effect);
     }
     return std::uniform_real_distribution<double>(0, 1)(drop_random_) >= effect.drop_share;
 }
@@ -171,8 +202,8 @@ void CoilWorld::amplify(const signal::GainStep<double>& amplifier) {
 /// Induction is the derivative of (coupling times current); motion adds a small voltage. `dx`: the rate of change of `x` divided
 /// by the reference angular frequency. The response of an amplifier differs between the carriers.
 template <typename Matrix>
-Vec3<double> CoilWorld::sensor_voltages(const Matrix& x, const Matrix& dx, const Vec3<std::complex<double>>& current,
-                                        const Vec3<std::complex<double>>& derivative) const {
+Vec3<double> CoilWorld::sensor_voltages(const Matrix& x, const Matrix& dx, const Currents& currents) const {
+    const auto& [current, derivative] = currents;
     Vec3<std::complex<double>> sum = Vec3<std::complex<double>>::Zero();
     if (amplifier_) {
         for (Eigen::Index j = 0; j < kSourceCoils; ++j) {
@@ -249,6 +280,17 @@ signal::DemodulatorParams<double> CoilWorld::demodulation() const {
     params.response = channel_response();
     params.sigma_floor = volts_per_code() / std::sqrt(12.0) * std::sqrt(2.0 / plan_.window_samples);
     params.linear_share = static_cast<float>(std::min(1.0, kBelowRail * params_.converter.rail_v / params_.converter.range_v));
+    return params;
+}
+
+signal::LowBandParams CoilWorld::low_band_demodulation() const {
+    signal::LowBandParams params;
+    params.plan = *low_band_;
+    for (std::size_t j = 0; j < kSourceCoils; ++j) {
+        for (std::size_t c = 0; c < kSensorCoils; ++c) {
+            params.response[j][c] = std::complex<double>(0, kTurn * low_band_->tone_hz(j) / kReferenceRadS) * channel_[c];
+        }
+    }
     return params;
 }
 

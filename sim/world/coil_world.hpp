@@ -11,6 +11,7 @@
 
 #include "core/signal/acquisition_plan.hpp"
 #include "core/signal/demodulator.hpp"
+#include "core/signal/low_band.hpp"
 #include "sim/motion/motion.hpp"
 #include "sim/world/coil_circuit.hpp"
 #include "sim/world/converter.hpp"
@@ -51,6 +52,10 @@ public:
     /// the quadrature of the others.
     void configure(const signal::AcquisitionPlan& plan);
 
+    /// Adds low tones to the currents of all coils; call it before configure(). Their amplitudes are inversely proportional to
+    /// their frequencies, 0.4 at 480 Hz: the sum of all six tones stays within the range of the reference channel.
+    void transmit_low_band(const signal::LowBandPlan& plan) { low_band_ = plan; }
+
     /// Puts an amplifier before the converters of the sensor channels, or changes it.
     void amplify(const signal::GainStep<double>& amplifier);
 
@@ -60,6 +65,9 @@ public:
     /// Ideal demodulator parameters of these channels: exact gains and phases, the quantisation of the converter as the lower
     /// limit of every sigma (also without noise), and the linear range of the amplifiers.
     [[nodiscard]] signal::DemodulatorParams<double> demodulation() const;
+
+    /// Exact response of these channels at the low tones.
+    [[nodiscard]] signal::LowBandParams low_band_demodulation() const;
 
     /// Standard deviation of one sample due to noise and quantisation of the converter, V.
     [[nodiscard]] double sample_sigma_v() const;
@@ -92,12 +100,21 @@ public:
 
 private:
     [[nodiscard]] signal::ChannelResponse<double> channel_response() const;
+    /// Currents of all coils at one sample.
+    struct Currents {
+        Vec3<std::complex<double>> current;
+        Vec3<std::complex<double>> derivative;
+    };
+    using Circuits = std::array<CoilCircuit, kSourceCoils>;
+    static Currents next_currents(Circuits& circuits, const FaultEffect& effect);
     void tune_metal();
     [[nodiscard]] MetalSource metal_source(const FaultEffect& effect) const { return {source_side(effect), tone_of_coil_}; }
+    [[nodiscard]] MetalSource low_metal_source(const FaultEffect& effect) const {
+        return {source_side(effect), tone_of_low_tone_};
+    }
     [[nodiscard]] std::optional<MetalTrack> metal_track(const FaultEffect& effect, double start_s, std::size_t samples);
     template <typename Matrix>
-    [[nodiscard]] Vec3<double> sensor_voltages(const Matrix& x, const Matrix& dx, const Vec3<std::complex<double>>& current,
-                                               const Vec3<std::complex<double>>& derivative) const;
+    [[nodiscard]] Vec3<double> sensor_voltages(const Matrix& x, const Matrix& dx, const Currents& currents) const;
     Sample convert(const Vec3<double>& sensor_v, double reference_v, double time_s, const FaultEffect& effect);
 
     WorldParams params_;
@@ -105,8 +122,11 @@ private:
     std::vector<Fault> faults_;
     MetalSet metal_;
     std::array<std::size_t, kSourceCoils> tone_of_coil_{};
+    std::array<std::size_t, kSourceCoils> tone_of_low_tone_{};
     signal::AcquisitionPlan plan_;
-    std::array<CoilCircuit, kSourceCoils> circuits_;
+    std::optional<signal::LowBandPlan> low_band_;
+    Circuits circuits_;
+    Circuits low_circuits_;
     std::vector<Converter> converters_;  // one per channel
     std::vector<double> mains_;          // one period if it is a whole number of samples; otherwise empty
     std::array<std::complex<double>, kSensorCoils> channel_;

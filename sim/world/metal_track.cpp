@@ -7,7 +7,10 @@ namespace tricoil::sim {
 
 ComplexMat3 metal_field(MetalSet& metal, const MetalSource& source, const Vec3<double>& place_m, double time_s,
                         double selection_s) {
-    const std::vector<ComplexMat3> fields = metal.field(place_m, time_s, selection_s);
+    return metal_field(metal.field(place_m, time_s, selection_s), source);
+}
+
+ComplexMat3 metal_field(const std::vector<ComplexMat3>& fields, const MetalSource& source) {
     ComplexMat3 field;
     for (std::size_t j = 0; j < source.tone_of_coil.size(); ++j) {
         const auto column = static_cast<Eigen::Index>(j);
@@ -16,8 +19,9 @@ ComplexMat3 metal_field(MetalSet& metal, const MetalSource& source, const Vec3<d
     return field;
 }
 
-MetalTrack::MetalTrack(MetalSet& metal, const Motion& motion, const MetalSource& source, double start_s, double sample_s,
-                       std::size_t samples) {
+MetalTrack::MetalTrack(MetalSet& metal, const Motion& motion, std::span<const MetalSource> bands, double start_s, double sample_s,
+                       std::size_t samples)
+    : knots_(bands.size()) {
     const double first_s = start_s - sample_s;
     const double length_s = static_cast<double>(samples) * sample_s;
     const int spans = std::max(1, static_cast<int>(std::ceil(length_s / kMaxSpan_s)));
@@ -25,16 +29,20 @@ MetalTrack::MetalTrack(MetalSet& metal, const Motion& motion, const MetalSource&
     knots_per_sample_ = sample_s / knot_s;
     for (int i = 0; i <= 2 * spans; ++i) {
         const double time_s = first_s + i * knot_s;
-        knots_.push_back(metal_field(metal, source, motion.at(time_s).position_m, time_s, start_s));
+        const std::vector<ComplexMat3> fields = metal.field(motion.at(time_s).position_m, time_s, start_s);
+        for (std::size_t band = 0; band < bands.size(); ++band) {
+            knots_[band].push_back(metal_field(fields, bands[band]));
+        }
     }
 }
 
-ComplexMat3 MetalTrack::at(int n) const {
+ComplexMat3 MetalTrack::at(int n, std::size_t band) const {
+    const std::vector<ComplexMat3>& knots = knots_[band];
     const double place = (n + 1) * knots_per_sample_;
-    const std::size_t last = knots_.size() - 3;
+    const std::size_t last = knots.size() - 3;
     const std::size_t base = std::min(last, 2 * static_cast<std::size_t>(place / 2));
     const double t = place - static_cast<double>(base) - 1;  // -1 to 1
-    return t * (t - 1) / 2 * knots_[base] + (1 - t * t) * knots_[base + 1] + t * (t + 1) / 2 * knots_[base + 2];
+    return t * (t - 1) / 2 * knots[base] + (1 - t * t) * knots[base + 1] + t * (t + 1) / 2 * knots[base + 2];
 }
 
 }  // namespace tricoil::sim

@@ -130,7 +130,7 @@ TEST(MetalWorld, ParabolasFollowAPassingSphere) {
     constexpr double kSample_s = 1 / 72e3;
     constexpr int kSamples = 288;
     for (const double start_s : {kNearest_s - 0.03, kNearest_s - 0.002, kNearest_s + 0.01}) {
-        const MetalTrack track(set, motion, {}, start_s, kSample_s, kSamples);
+        const MetalTrack track(set, motion, std::array{MetalSource{}}, start_s, kSample_s, kSamples);
         double largest = 0;
         double error = 0;
         for (int n = -1; n < kSamples; n += 7) {

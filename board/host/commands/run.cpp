@@ -61,6 +61,9 @@ linux_board::DeviceRunOptions device_options(const RunCommand& command) {
     if (!command.options.couplings.empty()) {
         throw InputError("--couplings: not with a device, whose true poses are not known");
     }
+    if (command.options.bands != 1) {
+        throw InputError("--bands: not with a device, which sends the columns of one band");
+    }
     if (command.options.stations != 1) {
         throw InputError("--stations: not with a device, which has its own number of sensors");
     }

@@ -76,6 +76,9 @@ void add_tracking_options(CLI::App* sub, RunCommand& command) {
     RunOptions& o = command.options;
     one_of(sub->add_option("--mux", o.multiplexing, "Coils in turn (tdm) or all at once (fdm)"), {"tdm", "fdm"})
         ->capture_default_str();
+    sub->add_option("--bands", o.bands,
+                    "1, or 2: FDM with a second set of low tones (480, 720 and 960 Hz) that corrects the effect of metal")
+        ->capture_default_str();
     one_of(
         sub->add_option(
             "--tracker", o.tracker,

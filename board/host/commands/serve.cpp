@@ -263,6 +263,9 @@ int run_serve(const ServeCommand& command) {
         throw InputError("serve: this program was built without the live page (TRICOIL_WEB=OFF)");
     }
     refuse_fixed_method(command.run->options.tracker);
+    if (command.run->options.bands == 2 && (!command.record_folder.empty() || !command.run->options.record.empty())) {
+        throw InputError("--bands 2: not with --record-folder or --record, because a recording keeps the columns of one band");
+    }
     TrackerControl control;
     Server server;
     server.hub().set_tips(ToolTips(command.run->options.output.tips));

@@ -67,7 +67,16 @@ void refuse_couplings(const RunOptions& options) {
     }
 }
 
-void refuse_several_sensors(const RunOptions& options) {
+void refuse_unsupported(const RunOptions& options) {
+    if (options.bands == 2 && is_by_columns(options)) {
+        throw InputError("--bands 2: not with --fidelity columns, which has no samples of the low band; use --fidelity samples");
+    }
+    if (options.bands == 2 && !options.calibration.empty()) {
+        throw InputError("--bands 2: not with --calibration, because the correction of metal assumes ideal coils");
+    }
+    if (options.bands == 2 && !options.record.empty()) {
+        throw InputError("--bands 2: not with --record, because a recording keeps the columns of one band; use --out");
+    }
     if (options.stations > 1 && is_by_columns(options)) {
         throw InputError("--stations: not with --fidelity columns, which simulates one sensor; use --fidelity samples");
     }
@@ -214,6 +223,7 @@ void run_in_double(const SimulatedBoard& board, RunReport& report) {
     params.sensors = board.setup.stations;
     const auto coils = read_coils(options, params.tracker);
     params.coils = coils ? &*coils : nullptr;
+    params.bands = make_two_bands(board.setup, board.world);
     report.deskewed = plan.is_tdm() && !options.no_deskew;
     std::optional<Recorder> recorder;
     if (!options.record.empty()) {
@@ -281,7 +291,7 @@ nlohmann::ordered_json describe_source(const RunOptions& o) {
 }
 
 RunReport run_simulated(const RunOptions& options, const RunObservers& observers) {
-    refuse_several_sensors(options);
+    refuse_unsupported(options);
     refuse_couplings(options);
     const SimulationSetup setup = make_simulation(options);
     const sim::Scenario& scenario = setup.scenario;
