@@ -13,7 +13,7 @@ struct CrashRecord {
         none,
         fault,      // exception of the processor, described by all numbers
         assertion,  // `pc`: after the call of assertion_failed()
-        watchdog,   // the program hung at `pc`, if that is known
+        watchdog,   // the program hung; its place is not known
         stack,      // stack overflow
     };
     Kind kind = Kind::none;

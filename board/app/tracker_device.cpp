@@ -91,29 +91,41 @@ Result<calibration::CoilCorrection<float>> TrackerDevice::usable(const calibrati
 }
 
 /// Correction for nominal coils; none for equal coils. Not inlined, to save stack.
-[[gnu::noinline]] std::optional<calibration::CoilCorrection<float>> TrackerDevice::nominal() const {
+[[gnu::noinline]] void TrackerDevice::assume_nominal() {
     if (params_.moments == Vec3<float>::Ones()) {
-        return std::nullopt;
+        return;
     }
     calibration::Calibration<float> c;
     c.model.source_moment = (params_.coupling_constant_m3 * params_.moments).asDiagonal();
-    const auto correction = usable(c);
-    return correction.ok() ? std::optional(*correction) : std::nullopt;
+    if (const auto correction = usable(c); correction.ok()) {
+        coils_ = *correction;
+    }
 }
 
-/// Uses the stored calibration; without one the coils are assumed nominal. A damaged one is a fault.
-void TrackerDevice::use_calibration() {
-    coils_ = stored_ == CalibrationStore::Content::none ? nominal() : std::nullopt;
+/// Uses the stored calibration. False if there is none that this tracker can use. Not inlined, to save stack.
+[[gnu::noinline]] bool TrackerDevice::use_stored() {
     calibration::Blob blob{};
-    if (stored_ == CalibrationStore::Content::sound && store_.read(blob).ok()) {
-        const auto stored = calibration::decode_single(blob);
-        const auto columns = stored.ok() ? usable(*stored) : stored.status();
-        if (columns.ok()) {
-            coils_ = *columns;
-            hemisphere_ = stored->hemisphere.isZero(0) ? hemisphere_ : stored->hemisphere;
-        }
+    if (stored_ != CalibrationStore::Content::sound || !store_.read(blob).ok()) {
+        return false;
     }
-    faults_.set_to(stored_ != CalibrationStore::Content::none && !coils_, Fault::calibration);
+    const auto stored = calibration::decode_single(blob);
+    const auto columns = stored.ok() ? usable(*stored) : stored.status();
+    if (!columns.ok()) {
+        return false;
+    }
+    coils_ = *columns;
+    hemisphere_ = stored->hemisphere.isZero(0) ? hemisphere_ : stored->hemisphere;
+    return true;
+}
+
+/// Uses the stored calibration; without one that is usable the coils are assumed nominal. A damaged one is a fault.
+void TrackerDevice::use_calibration() {
+    coils_.reset();
+    const bool is_used = use_stored();
+    if (!is_used) {
+        assume_nominal();
+    }
+    faults_.set_to(stored_ != CalibrationStore::Content::none && !is_used, Fault::calibration);
 }
 
 void TrackerDevice::run_self_check() {
@@ -122,7 +134,8 @@ void TrackerDevice::run_self_check() {
     if (stored_ == CalibrationStore::Content::none) {
         report_.add_absent(selfcheck::CheckId::calibration_crc, "calibration: none stored on this device");
     } else {
-        report_.add(selfcheck::CheckId::calibration_crc, selfcheck::Precision::none, "calibrations damaged", coils_ ? 0 : 1, 0);
+        report_.add(selfcheck::CheckId::calibration_crc, selfcheck::Precision::none, "calibrations damaged",
+                    faults_.has(Fault::calibration) ? 1 : 0, 0);
     }
     hardware_.watchdog.feed();
     // A damaged calibration is reported as Fault::calibration. Writing a new one clears it.

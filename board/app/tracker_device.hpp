@@ -72,7 +72,8 @@ private:
     void check_hosts();
     void check_processor();
     static Result<calibration::CoilCorrection<float>> usable(const calibration::Calibration<float>& c);
-    [[nodiscard]] std::optional<calibration::CoilCorrection<float>> nominal() const;
+    void assume_nominal();
+    bool use_stored();
     void use_calibration();
     void run_self_check();
     void read_monitor();

@@ -21,7 +21,7 @@ constexpr std::uintptr_t kUniqueNumber = 0x1FFF'7590;
 // Factory calibration (DS12288): TS_CAL1, VREFINT_CAL, TS_CAL2.
 constexpr std::uintptr_t kThermometer30 = 0x1FFF'75A8;
 constexpr std::uintptr_t kVoltageReference = 0x1FFF'75AA;
-constexpr std::uintptr_t kThermometer110 = 0x1FFF'75CA;
+constexpr std::uintptr_t kThermometer130 = 0x1FFF'75CA;
 constexpr std::uint32_t kTicksPerSecond = 1000;
 
 void sleep() { asm volatile("dsb\n wfi\n" ::: "memory"); }
@@ -70,7 +70,7 @@ Converters::Parts converter_parts() {
 
 SupplyMonitor::Factory factory_calibration() {
     const auto word = [](std::uintptr_t address) { return peripheral<const volatile std::uint16_t>(address); };
-    return {word(kVoltageReference), word(kThermometer30), word(kThermometer110)};
+    return {word(kVoltageReference), word(kThermometer30), word(kThermometer130)};
 }
 
 void switch_peripherals_on() {

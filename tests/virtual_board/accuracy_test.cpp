@@ -23,7 +23,7 @@ using signal::Multiplexing;
 using test::BoardBench;
 using virtual_board::BoardCircuit;
 
-constexpr double kBeginS = BoardBench::kBootS + 0.15;
+constexpr double kBeginS = BoardBench::kBootS + 0.4;
 constexpr double kStayS = 0.5;
 constexpr double kUsedS = 0.25;  // at the end of a rest
 
@@ -84,6 +84,7 @@ std::vector<std::vector<Mat3<double>>> measure(const BoardCircuit& circuit, Mult
     host.hello();
     bench.run(0.01);
     if (blob != nullptr) {
+        bench.press_button();
         host.write(*blob);
         for (int n = 0; n < 20 && !host.result(); ++n) {
             bench.run(0.002);

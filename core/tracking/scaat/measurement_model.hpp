@@ -45,11 +45,8 @@ struct ConcentricMeasurement {
     [[nodiscard]] bool is_even() const { return surroundings == nullptr; }
 
     [[nodiscard]] field::ColumnModel<Scalar> column(const Vec3<Scalar>& position_m, const Mat3<Scalar>& o, int j) const {
-        auto column = field::column_model(coupling_constant, position_m, o, j);
-        if (surroundings != nullptr) {
-            field::add_induced(*surroundings, position_m, o, j, column);
-        }
-        return column;
+        return surroundings == nullptr ? field::column_model(coupling_constant, position_m, o, j)
+                                       : column_near_metal(position_m, o, j);
     }
 
     [[nodiscard]] Result<StartPose<Scalar>> start(const Mat3<Scalar>& x) const {
@@ -85,6 +82,14 @@ private:
                 direct.misfit_squared,
                 direct.right_handed,
                 false};
+    }
+
+    /// Not inlined, so that column() stays short without metal.
+    [[nodiscard, gnu::noinline]] field::ColumnModel<Scalar> column_near_metal(const Vec3<Scalar>& position_m,
+                                                                              const Mat3<Scalar>& o, int j) const {
+        auto column = field::column_model(coupling_constant, position_m, o, j);
+        field::add_induced(*surroundings, position_m, o, j, column);
+        return column;
     }
 
     /// Not inlined, to save stack.

@@ -8,7 +8,7 @@ namespace {
 
 // RM0440 section 48 (device electronic signature).
 constexpr std::uint32_t kThermometer30 = 0x75A8;   // TS_CAL1 and VREFINT_CAL: codes at 30 degrees Celsius and a supply of 3.0 V
-constexpr std::uint32_t kThermometer110 = 0x75C8;  // TS_CAL2 is the upper half-word
+constexpr std::uint32_t kThermometer130 = 0x75C8;  // TS_CAL2 is the upper half-word
 constexpr std::uint32_t kUniqueId = 0x7590;
 constexpr std::uint32_t kFlashSize = 0x75E0;
 constexpr std::uint32_t kOptionBytes = 0x7800;
@@ -31,7 +31,7 @@ Memory::Memory() : flash(kBankBytes, 0xFF), ram(kRamBytes), system(kSystemBytes,
     put(system, kFlashSize, 512);
     set_options(kUserOptions);
     put(system, kThermometer30, 1654U << 16U | 1038U);     // 1.212 V, 0.76 V
-    put(system, kThermometer110, 1311U << 16U | 0xFFFFU);  // 0.96 V: 2.5 mV per degree
+    put(system, kThermometer130, 1379U << 16U | 0xFFFFU);  // 1.01 V at 130 degrees: 2.5 mV per degree
 }
 
 void Memory::set_options(std::uint32_t options) {
