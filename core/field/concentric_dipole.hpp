@@ -43,14 +43,22 @@ template <typename Scalar>
 ColumnModel<Scalar> column_model(CouplingConstant<Scalar> c, const Vec3<Scalar>& position_m, const Mat3<Scalar>& o, int j) {
     const Scalar range = position_m.norm();
     const Vec3<Scalar> u = position_m / range;
-    const Vec3<Scalar> m = Vec3<Scalar>::Unit(j);
     const Scalar k = coupling_strength(c, range);
-    const Vec3<Scalar> b = k * (Scalar(1.5) * u(j) * u - Scalar(0.5) * m);
-    // dB/dp = (3k / 2 rho) (u m^T + m u^T + (u.m) (I - 5 u u^T)).
-    const Mat3<Scalar> db = (Scalar(1.5) * k / range) *
-                            (u * m.transpose() + m * u.transpose() + u(j) * (Mat3<Scalar>::Identity() - 5 * u * u.transpose()));
-    // O -> O exp(-[r]x), so d(O B) = -O (r x B) = O [B]x r.
-    return {o * b, o * db, o * geometry::skew<Scalar>(b)};
+    Vec3<Scalar> b = (Scalar(1.5) * k * u(j)) * u;
+    b(j) -= Scalar(0.5) * k;
+    // O B and O dB/dp with dB/dp = (3k / 2 rho) (u m^T + m u^T + (u.m) (I - 5 u u^T)), from O u and O m alone.
+    const Vec3<Scalar> ou = o * u;
+    const Scalar slope = Scalar(1.5) * k / range;
+    const Vec3<Scalar> across = slope * (o.col(j) - (5 * u(j)) * ou);
+    ColumnModel<Scalar> model;
+    model.column = (Scalar(1.5) * k * u(j)) * ou - (Scalar(0.5) * k) * o.col(j);
+    model.by_position_per_m = (slope * u(j)) * o + across * u.transpose();
+    model.by_position_per_m.col(j) += slope * ou;
+    // O -> O exp(-[r]x), so d(O B) = -O (r x B) = O [B]x r. Columns of O [B]x:
+    model.by_rotation_per_rad.col(0) = b.z() * o.col(1) - b.y() * o.col(2);
+    model.by_rotation_per_rad.col(1) = b.x() * o.col(2) - b.z() * o.col(0);
+    model.by_rotation_per_rad.col(2) = b.y() * o.col(0) - b.x() * o.col(1);
+    return model;
 }
 
 /// Jacobian of vec(X), in column order, with respect to (position, small rotation), source frame: 9 x 6.
