@@ -157,7 +157,8 @@ CalibrationFile read_calibration(const std::string& path) {
     StageErrors& errors = file.stage_errors;
     for (const auto& [key, matrix] : {std::pair("turning", &errors.turning), {"room", &errors.room}, {"stray", &errors.stray}}) {
         *matrix = stage.matrix(key, *matrix);
-        stage.require(matrix->cwiseAbs().maxCoeff() <= kLargestStageError, key, "is larger than 0.5; errors of a real stage are smaller");
+        stage.require(matrix->cwiseAbs().maxCoeff() <= kLargestStageError, key,
+                      "is larger than 0.5; errors of a real stage are smaller");
     }
     stage.finish();
     set_surroundings(file, read_surroundings(top));
