@@ -44,20 +44,20 @@ ColumnModel<Scalar> column_model(CouplingConstant<Scalar> c, const Vec3<Scalar>&
     const Scalar range = position_m.norm();
     const Vec3<Scalar> u = position_m / range;
     const Scalar k = coupling_strength(c, range);
-    Vec3<Scalar> b = (Scalar(1.5) * k * u(j)) * u;
-    b(j) -= Scalar(0.5) * k;
+    const Scalar along = Scalar(1.5) * k * u(j);
+    const Scalar against = Scalar(0.5) * k;
+    Vec3<Scalar> b = along * u;
+    b(j) -= against;
     // O B and O dB/dp with dB/dp = (3k / 2 rho) (u m^T + m u^T + (u.m) (I - 5 u u^T)), from O u and O m alone.
     const Vec3<Scalar> ou = o * u;
     const Scalar slope = Scalar(1.5) * k / range;
     const Vec3<Scalar> across = slope * (o.col(j) - (5 * u(j)) * ou);
     ColumnModel<Scalar> model;
-    model.column = (Scalar(1.5) * k * u(j)) * ou - (Scalar(0.5) * k) * o.col(j);
+    model.column = along * ou - against * o.col(j);
     model.by_position_per_m = (slope * u(j)) * o + across * u.transpose();
     model.by_position_per_m.col(j) += slope * ou;
-    // O -> O exp(-[r]x), so d(O B) = -O (r x B) = O [B]x r. Columns of O [B]x:
-    model.by_rotation_per_rad.col(0) = b.z() * o.col(1) - b.y() * o.col(2);
-    model.by_rotation_per_rad.col(1) = b.x() * o.col(2) - b.z() * o.col(0);
-    model.by_rotation_per_rad.col(2) = b.y() * o.col(0) - b.x() * o.col(1);
+    // O -> O exp(-[r]x), so d(O B) = -O (r x B) = O [B]x r.
+    model.by_rotation_per_rad = geometry::times_skew<Scalar>(o, b);
     return model;
 }
 

@@ -8,8 +8,8 @@
 
 namespace tricoil::field {
 
-/// Adds what the dipoles add to column j (0-2) and to its Jacobian. position_m, o: as in column_model(). Not inlined, to save
-/// stack.
+/// Adds the couplings of the dipoles to column j (0-2), and their derivatives to its Jacobian. position_m, o: as in
+/// column_model(). Not inlined, to save stack.
 template <typename Scalar>
 [[gnu::noinline]] void add_induced(const InducedDipoles<Scalar>& dipoles, const Vec3<Scalar>& position_m, const Mat3<Scalar>& o,
                                    int j, ColumnModel<Scalar>& column) {
@@ -30,10 +30,10 @@ template <typename Scalar>
     }
     column.column += o * b;
     column.by_position_per_m += o * db;
-    column.by_rotation_per_rad += o * geometry::skew<Scalar>(b);
+    column.by_rotation_per_rad += geometry::times_skew<Scalar>(o, b);
 }
 
-/// What the dipoles add to X.
+/// Couplings of the dipoles: a summand of X.
 template <typename Scalar>
 Mat3<Scalar> induced_couplings(const InducedDipoles<Scalar>& dipoles, const Vec3<Scalar>& position_m, const Mat3<Scalar>& o) {
     Mat3<Scalar> b = Mat3<Scalar>::Zero();  // fields, one column per source coil

@@ -37,6 +37,16 @@ Mat3<Scalar> skew(const Vec3<Scalar>& v) {
     return (Mat3<Scalar>() << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0).finished();
 }
 
+/// a [v]x, without products with zero.
+template <typename Scalar>
+Mat3<Scalar> times_skew(const Mat3<Scalar>& a, const Vec3<Scalar>& v) {
+    Mat3<Scalar> product;
+    product.col(0) = v.z() * a.col(1) - v.y() * a.col(2);
+    product.col(1) = v.x() * a.col(2) - v.z() * a.col(0);
+    product.col(2) = v.y() * a.col(0) - v.x() * a.col(1);
+    return product;
+}
+
 /// Active rotation by |r| (rad) about r, as a unit quaternion. Exact for any angle and smooth at zero.
 template <typename Scalar>
 Quat<Scalar> rotation_vector_to_quaternion(const Vec3<Scalar>& r) {

@@ -197,8 +197,11 @@ protocol::AckResult SimulatedFrontEnd::set(const protocol::CommandMessage& comma
 
 protocol::AckResult SimulatedFrontEnd::enter_loader(std::uint32_t argument) {
     using protocol::AckResult;
-    if (argument != protocol::kLoaderKey || params_.is_locked) {
-        return params_.is_locked ? AckResult::refused : AckResult::bad_value;
+    if (params_.is_locked) {
+        return AckResult::refused;
+    }
+    if (argument != protocol::kLoaderKey) {
+        return AckResult::bad_value;
     }
     in_loader_ = !running_;
     finished_ = finished_ || in_loader_;

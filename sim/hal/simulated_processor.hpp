@@ -43,7 +43,6 @@ public:
     explicit SimulatedSystem(SimulatedClock& clock) : clock_(clock) {}
     void set_reset_reason(hal::ResetReason reason) { reason_ = reason; }
     void set_faults(hal::SystemFaults faults) { faults_ = faults; }
-    void set_report(const hal::SystemReport& report) { report_ = report; }
     [[nodiscard]] int restarts() const { return restarts_; }
     [[nodiscard]] int loader_restarts() const { return loader_restarts_; }
 
@@ -86,12 +85,7 @@ private:
 };
 
 class SimulatedMonitor final : public hal::BoardMonitor {
-public:
-    void set(const hal::BoardReading& reading) { reading_ = reading; }
-
-private:
-    [[nodiscard]] hal::BoardReading do_read() override { return reading_; }
-    hal::BoardReading reading_{3300, 2500};
+    [[nodiscard]] hal::BoardReading do_read() override { return {3300, 2500}; }
 };
 
 class SimulatedHeartbeat final : public hal::Heartbeat {

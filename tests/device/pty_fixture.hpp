@@ -10,7 +10,7 @@
 #include <string>
 
 #include "tests/device/judged_poses.hpp"
-#include "tests/device/program.hpp"
+#include "tests/device/program_folder.hpp"
 #include "tests/device/reference.hpp"
 
 namespace tricoil::test {
@@ -30,15 +30,8 @@ inline std::map<std::int64_t, std::size_t> valid_rows(const CsvTable& poses) {
     return found;
 }
 
-class Pty : public ::testing::Test {
+class Pty : public ProgramFolder {
 protected:
-    void SetUp() override {
-        std::string name = ::testing::TempDir() + "tricoil-pty-XXXXXX";
-        ASSERT_NE(::mkdtemp(name.data()), nullptr);
-        folder = name + "/";
-    }
-    void TearDown() override { std::filesystem::remove_all(folder); }
-
     /// Starts the front end, and waits until it has created the pseudo terminal.
     void plug_in(const std::string& options, const std::string& watchdog_us = "5000000") {
         std::filesystem::remove(in("line"));
@@ -47,21 +40,8 @@ protected:
         ASSERT_TRUE(eventually([&] { return read_text(in("line")).find('\n') != std::string::npos; }));
         device = "serial:" + lines(read_text(in("line"))).front();
     }
-    [[nodiscard]] std::string in(const std::string& file) const { return folder + file; }
 
-    /// Runs `tricoil ARGUMENTS` and returns its exit code. Output: `out` and `err`.
-    int tricoil(const std::string& arguments) {
-        Program program(std::string(TRICOIL_PROGRAM) + " " + arguments + " >" + in("out") + " 2>" + in("err"));
-        const int code = program.wait();
-        out = read_text(in("out"));
-        err = read_text(in("err"));
-        return code;
-    }
-
-    std::string folder;
     std::string device;
-    std::string out;
-    std::string err;
     std::unique_ptr<Program> peer;
 };
 

@@ -2,12 +2,11 @@
 #include <gmock/gmock.h>
 
 #include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "core/calibration/blob.hpp"
-#include "tests/device/program.hpp"
+#include "tests/device/program_folder.hpp"
 
 namespace tricoil {
 namespace {
@@ -16,17 +15,8 @@ using nlohmann::json;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 
-class DeviceInfo : public ::testing::Test {
+class DeviceInfo : public test::ProgramFolder {
 protected:
-    void SetUp() override {
-        std::string name = ::testing::TempDir() + "tricoil-info-XXXXXX";
-        ASSERT_NE(::mkdtemp(name.data()), nullptr);
-        folder_ = name + "/";
-    }
-    void TearDown() override { std::filesystem::remove_all(folder_); }
-
-    [[nodiscard]] std::string in(const std::string& file) const { return folder_ + file; }
-
     /// Starts the board with these faults, and waits for its serial line.
     void plug_in(const std::string& options) {
         board_ = std::make_unique<test::Program>(TRICOIL_VIRTUAL_BOARD " " TRICOIL_BOARD_IMAGE ".bin --serial --report " +
@@ -35,13 +25,6 @@ protected:
             << test::read_text(in("board.err"));
         const std::string line = test::read_text(in("line"));  // serial /dev/pts/0
         device_ = "serial:" + line.substr(line.find(' ') + 1, line.find('\n') - line.find(' ') - 1);
-    }
-    int tricoil(const std::string& arguments) {
-        test::Program program(TRICOIL_PROGRAM " " + arguments + " >" + in("out") + " 2>" + in("err"));
-        const int code = program.wait();
-        out = test::read_text(in("out"));
-        err = test::read_text(in("err"));
-        return code;
     }
     json info() {
         EXPECT_EQ(tricoil("device info --json " + device_), 0) << err;
@@ -57,11 +40,8 @@ protected:
     }
 
     std::string device_;
-    std::string out;
-    std::string err;
 
 private:
-    std::string folder_;
     std::unique_ptr<test::Program> board_;
 };
 

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "sim/virtual_board/coils/circuit_results.hpp"
+#include "sim/virtual_board/coils/low_pass.hpp"
 
 namespace tricoil::virtual_board {
 namespace {
@@ -52,7 +53,7 @@ private:
 };
 
 double response_of_pole(double lag_s) { return 1 / std::hypot(1, 2 * std::numbers::pi * kCarrierHz * lag_s); }
-double response_of_low_pass() { return 1 / std::hypot(1, std::pow(kCarrierHz / kCornerHz, 2)); }
+double response_of_low_pass() { return LowPass::response(kCarrierHz, kCornerHz); }
 
 /// The coil settles exponentially through the resistance of coil and stage, which follows from the settling time of S1.
 void draw_source(Parts& parts, double expansion, BoardCircuit& board) {

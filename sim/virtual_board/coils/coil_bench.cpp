@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "sim/virtual_board/coils/low_pass.hpp"
+
 namespace tricoil::virtual_board {
 namespace {
 
@@ -18,18 +20,13 @@ constexpr double kUnit_m2 = 0.1;                     // of the matrices that con
 sim::WorldParams world_of(const sim::WorldParams& scenario, const BoardCircuit& circuit) {
     sim::WorldParams world = scenario;
     world.coupling_constant_m3 = kVacuum / (2 * std::numbers::pi) * kReferenceRadS * kUnit_m2 * kUnit_m2;
-    for (int c = 0; c < 3; ++c) {
-        world.source_matrix.col(c) *= circuit.source_m2[static_cast<std::size_t>(c)] / kUnit_m2;
-    }
     world.sensor_matrix = circuit.sensor_axes * world.sensor_matrix;
     for (int c = 0; c < 3; ++c) {
+        world.source_matrix.col(c) *= circuit.source_m2[static_cast<std::size_t>(c)] / kUnit_m2;
         world.sensor_matrix.row(c) *= circuit.sensor_m2[static_cast<std::size_t>(c)] / kUnit_m2;
     }
     return world;
 }
-
-/// Magnitude of the response of a channel's low-pass.
-double low_pass_at(double hz, double corner_hz) { return 1 / std::hypot(1, hz / corner_hz * hz / corner_hz); }
 
 }  // namespace
 
@@ -172,7 +169,7 @@ Mat3<double> CoilBench::coupling(const sim::Pose& pose, double hz) const {
     }
     for (int i = 0; i < kSensorCoils; ++i) {
         const double corner_hz = circuit_.channels[static_cast<std::size_t>(i)].corner_hz;
-        x.row(i) *= sensor_gain(i) * low_pass_at(hz, corner_hz) / low_pass_at(hz, reference.corner_hz);
+        x.row(i) *= sensor_gain(i) * LowPass::response(hz, corner_hz) / LowPass::response(hz, reference.corner_hz);
     }
     return x;
 }

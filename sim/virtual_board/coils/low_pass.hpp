@@ -1,7 +1,7 @@
 // Butterworth low-pass of second order, solved exactly between samples.
 #pragma once
 
-#include <array>
+#include <cmath>
 #include <complex>
 #include <numbers>
 
@@ -13,6 +13,9 @@ public:
     explicit LowPass(double corner_hz)
         : pole_(std::polar(2 * std::numbers::pi * corner_hz, 0.75 * std::numbers::pi)),
           residue_(std::norm(pole_) / (pole_ - std::conj(pole_))) {}
+
+    /// Magnitude of the response.
+    static double response(double hz, double corner_hz) { return 1 / std::hypot(1, hz / corner_hz * hz / corner_hz); }
 
     /// Output; the input moved linearly since the last call, `step_s` ago.
     double follow(double input, double step_s) {

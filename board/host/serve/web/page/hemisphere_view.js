@@ -23,10 +23,10 @@ export class HemisphereView {
     this.boundary.clear();
     if (!towards) return;
     const direction = new Vector3(...towards).normalize();
+    const top = new Vector3(0, 0, -kPlane_m).projectOnPlane(direction);
     const name = label('hemisphere', kSmallText_m, palette.muted);
-    name.position.copy(direction).multiplyScalar(kArrow_m + kSmallText_m).add(new Vector3(0, 0, -kPlane_m).projectOnPlane(direction));
-    const arrow = new ArrowHelper(direction, new Vector3(0, 0, -kPlane_m).projectOnPlane(direction), kArrow_m, palette.muted);
-    this.boundary.add(plane(direction), arrow, name);
+    name.position.copy(top).addScaledVector(direction, kArrow_m + kSmallText_m);
+    this.boundary.add(plane(direction), new ArrowHelper(direction, top, kArrow_m, palette.muted), name);
   }
 
   /// sides: of sidesOf(), with the position of the sensor; empty: nothing to choose.
