@@ -109,7 +109,8 @@ Column<Scalar> Demodulator<Scalar>::make_column(const SampleBlock& block, int so
 
     const std::complex<Scalar> reference = phasors[kReferenceChannel];
     const Scalar reference_amplitude = std::abs(reference);
-    if (reference_amplitude * static_cast<Scalar>(block.scale) < params_.min_reference_v) {
+    const Scalar least_v = params_.min_reference_v * params_.gain_steps[block.gain_step].drive;
+    if (reference_amplitude * static_cast<Scalar>(block.scale) < least_v) {
         column.flags.set(ColumnFlag::no_reference);
         column.sigma.setConstant(params_.sigma_floor);
         return column;

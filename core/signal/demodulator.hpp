@@ -32,12 +32,12 @@ constexpr ChannelResponse<Scalar> unit_response() {
 template <typename Scalar>
 struct DemodulatorParams {
     ChannelResponse<Scalar> response = unit_response<Scalar>();
-    GainSteps<Scalar> gain_steps{};             // of the amplifier, by SampleBlock::gain_step
-    Scalar sigma_floor = Scalar(1e-9);          // coupling units: quantisation of the converter, the smallest sigma
-    Scalar min_reference_v = Scalar(10e-3);     // amplitude of the reference channel below which the flag no_reference is set
-    Scalar low_signal_ratio = 10;               // a column below this multiple of sigma (20 dB) is flagged low_signal
-    float linear_share = 1;                     // share of full scale up to which the sensor amplifiers are linear
-    float dc_limit = 0.25F;                     // allowed offset relative to the linear range
+    GainSteps<Scalar> gain_steps{};          // of the amplifier, by SampleBlock::gain_step
+    Scalar sigma_floor = Scalar(1e-9);       // coupling units: quantisation of the converter, the smallest sigma
+    Scalar min_reference_v = Scalar(10e-3);  // amplitude of the reference channel at full drive below which no_reference is set
+    Scalar low_signal_ratio = 10;            // a column below this multiple of sigma (20 dB) is flagged low_signal
+    float linear_share = 1;                  // share of full scale up to which the sensor amplifiers are linear
+    float dc_limit = 0.25F;                  // allowed offset relative to the linear range
     Scalar noise_smoothing = Scalar(1.0 / 16);  // weight of a new block in the running noise power
     Scalar noise_jump = 4;                      // above this multiple of the running power, a block replaces it at once
 };
