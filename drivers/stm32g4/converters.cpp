@@ -110,6 +110,7 @@ Status Converters::stop() {
             }
         }
         input.dma.stop();
+        static_cast<void>(adc.DR);  // a result that a stalled DMA left, and its request: the next start would move it first
     }
     return status;
 }

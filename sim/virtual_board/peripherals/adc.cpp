@@ -305,8 +305,9 @@ std::uint32_t Adc::read(std::uint32_t offset) {
             return flags_;
         case kCr:
             return control_;
-        case kDr:
+        case kDr:  // takes the result, so nothing is left for the DMA
             flags_ &= ~(1U << kEndOfConversion);
+            waits_ = false;
             show_interrupt();
             return registers_[kDr];
         default:
