@@ -122,7 +122,8 @@ TEST_F(Surroundings, AreUsedByEveryTracker) {
                       << with.json()["poses_invalid"] << " invalid; without " << without.json()["position_rms_m"] << " m, "
                       << without.json()["poses_invalid"] << " invalid\n";
             EXPECT_LT(error_m, 1.5e-3);
-            EXPECT_LT(with.json()["poses_invalid"], 30);
+            const bool lags = std::string(mux) == "tdm" && std::string(tracker) == "scaat";  // the floor acts as noise of columns
+            EXPECT_LT(with.json()["poses_invalid"], lags ? 30 : 1);
         }
     }
 }
@@ -163,7 +164,7 @@ TEST_F(Surroundings, RefuseTooFewPosesAndDegenerateGrids) {
     expect_refused(calibrate(data("flat")), "lie in one plane");
     expect_refused(calibrate(data("clean")), "no metal found");
     expect_refused(calibrate("--grid " + data("grid")), "--spacing-mm");
-    expect_refused(calibrate("--affine " + data("grid")), "no other kind of calibration");
+    expect_refused(calibrate("--affine " + data("grid")), "remove the other kind of calibration");
     expect_refused(tricoil("calibrate --surroundings --out " + path("room.toml") + " " + data("grid")),
                    "--calibration FILE.toml");
     expect_refused(calibrate(path("coils.toml")), "header must");

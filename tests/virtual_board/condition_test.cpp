@@ -96,7 +96,7 @@ TEST(BoardCondition, TellsTheOtherReasons) {
     c = board.after("stack_overflow");
     EXPECT_EQ(c.reset_reason, kProgramError);
     EXPECT_EQ(c.crash, kStack);
-    EXPECT_EQ(c.cfsr, 0x92U) << "the MPU forbade the access, and the processor's own";
+    EXPECT_EQ(c.cfsr, 0x92U) << "the MPU forbade the push, and that of the exception entry";
     EXPECT_LT(virtual_board::Memory::kRamBase - c.address, 64U) << std::hex << c.address;
     EXPECT_EQ(c.pc, 0U) << "the processor could not store it";
     EXPECT_EQ(c.crashes, 2U);
@@ -114,12 +114,13 @@ TEST(BoardCondition, FindsTheImageSound) {
     EXPECT_EQ(board.status().faults & static_cast<unsigned>(protocol::Fault::self_check), 0U);
 }
 
-/// One bit of the header's text, of the constants, or of the last word, is wrong: the board communicates, but drives no coil.
+/// One bit of the header's end address, text or CRC, or of the last word, is wrong: the board communicates, but drives no coil.
 TEST(BoardCondition, ADamagedImageKeepsTheCoilsOff) {
     const std::vector<std::uint8_t> image = test::read_image(TRICOIL_BOARD_IMAGE ".bin");
+    constexpr std::size_t kEnd = 0x20F;  // its highest byte: an end outside the flash
     constexpr std::size_t kCommit = 0x210;
     constexpr std::size_t kCrc = 0x230;
-    for (const std::size_t at : {kCommit, kCrc, image.size() - 1}) {
+    for (const std::size_t at : {kEnd, kCommit, kCrc, image.size() - 1}) {
         ReportingBoard board;
         board.board->machine.memory.flash[at] ^= 0x10;
         board.board->power_cycle();
