@@ -17,7 +17,8 @@ constexpr double kHiddenShare = 2.5;
 /// Follows the misfit of consecutive signal matrices. A significant misfit counts once, because a single one may be chance (once
 /// in 40 s at 240 Hz). After two in a row the variance decays slowly, because near metal the misfit passes through zero while the
 /// sensor moves. It decays faster after 0.15 s without two in a row. A smaller misfit counts if it lasts. Metal that appears at
-/// once looks like a fast motion for some columns: a misfit that mostly motion explains is doubtful, and widens the covariance.
+/// once looks like a very fast motion for some columns: a misfit that almost only motion explains is doubtful, and widens the
+/// covariance.
 template <typename Scalar>
 class Misfit {
 public:
@@ -62,7 +63,7 @@ private:
     static constexpr double kChance = 1.2;       // mean ratio of 190 independent matrices: three standard deviations above 1
     static constexpr double kMaxRatio = 10;      // limits how long the mean remembers a large misfit
     static constexpr double kDoubtfulAbove = 9;  // chi-square, 3 degrees of freedom: exceeded once in 34
-    static constexpr double kMostlyMotion = 4;   // of the expected variance to that without motion
+    static constexpr double kMostlyMotion = 25;  // of the expected variance to that without motion
 
     Scalar last_ = 0;        // variance of a coupling if the last misfit was significant; else zero
     Scalar held_ = 0;        // the same, decaying; zero until two in a row were significant

@@ -1,5 +1,7 @@
 #include "core/tracking/tracker.hpp"
 
+#include <algorithm>
+
 #include "core/base/precision.hpp"
 #include "core/tracking/output_frame.hpp"
 
@@ -7,25 +9,16 @@ namespace tricoil::tracking {
 
 template <typename Scalar>
 CommonParams<Scalar> Tracker<Scalar>::corrected(CommonParams<Scalar> params, const Correction& correction) {
-    if (correction && correction->has_own_axes()) {
+    if (!correction) {
+        return params;
+    }
+    params.misfit_floor = std::max(params.misfit_floor, correction->misfit_floor());
+    if (correction->has_own_axes()) {
         params.coupling_constant = 1;
         params.hemisphere = correction->axes().transpose() * params.hemisphere;
     }
     return params;
 }
-
-namespace {
-
-/// Errors of the calibrated model act like noise. `share`: of a coupling, relative to k; the norm of a column is k/2 to k.
-template <typename Scalar>
-void add_model_error(Scalar share, Column<Scalar>& column) {
-    if (share > 0) {
-        const Scalar variance = share * share * column.in_phase.squaredNorm();
-        column.sigma = (column.sigma.cwiseAbs2().array() + variance).sqrt().matrix();
-    }
-}
-
-}  // namespace
 
 template <typename Scalar>
 std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::update(const Column<Scalar>& column) {
@@ -33,7 +26,6 @@ std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::update(const Column<Scalar>
     const int coil = coil_index(column.state);
     if (correction_ && coil >= 0) {
         correction_->correct_column(coil, corrected.in_phase, corrected.quadrature, corrected.sigma);
-        add_model_error(correction_->misfit_floor(), corrected);
     }
     const std::uint64_t used = used_columns();
     std::optional<PoseEstimate<Scalar>> estimate = do_update(corrected);

@@ -121,9 +121,10 @@ TEST_F(Surroundings, AreUsedByEveryTracker) {
             std::cout << mux << ' ' << tracker << ": " << 1e3 * error_m << " mm with surroundings, "
                       << with.json()["poses_invalid"] << " invalid; without " << without.json()["position_rms_m"] << " m, "
                       << without.json()["poses_invalid"] << " invalid\n";
-            EXPECT_LT(error_m, 1.5e-3);
-            const bool lags = std::string(mux) == "tdm" && std::string(tracker) == "scaat";  // the floor acts as noise of columns
-            EXPECT_LT(with.json()["poses_invalid"], lags ? 30 : 1);
+            EXPECT_LT(error_m, 0.5e-3);
+            // The errors of the dipoles change while the sensor moves, so the TDM filter refuses a column now and then.
+            const bool refuses = std::string(mux) == "tdm" && std::string(tracker) == "scaat";
+            EXPECT_LT(with.json()["poses_invalid"], refuses ? 20 : 1);
         }
     }
 }

@@ -167,8 +167,8 @@ bool Filter<Scalar, Model>::use(const Column<Scalar>& column, const Motion<Scala
     const Vec3<Scalar> residual = health_.residual(coil_index(column.state));
     const Scalar change =
         intake_.in_frames() ? Scalar(0) : Scalar(kResidualChange * kResidualChange / 3) * residual.squaredNorm();
-    return estimator_.use(column, around,
-                          {trusted, intake_.in_frames(), {unmodelled + change + health_.start_variance(), residual}});
+    const Scalar variance = unmodelled + change + health_.start_variance() + health_.unremoved_variance();
+    return estimator_.use(column, around, {trusted, intake_.in_frames(), {variance, residual}});
 }
 
 /// True if the nine noise values are similar enough for the direct pose, which gives all nine numbers equal weight.

@@ -1,6 +1,7 @@
 // Signal health: flags and diagnostics of a complete signal matrix. Needs no motion model.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/tracking/column_motion.hpp"
@@ -70,11 +71,14 @@ public:
     /// Variance of a coupling due to a significant misfit of the signal matrix with which the filter started. Motion between its
     /// columns, or metal, causes this misfit. Zero after the next matrix that gives a pose.
     [[nodiscard]] Scalar start_variance() const { return start_variance_; }
-    /// Part of column j of the last matrix that no pose explains, if it is significant; else close to zero. Coupling units.
+    /// Part of column j of the last matrix that neither a pose nor noise and motion explain. Coupling units.
     [[nodiscard]] auto residual(int j) const { return residual_.col(j); }
+    /// Variance of a coupling due to errors of the calibrated coils that residual() does not contain, coupling units squared.
+    [[nodiscard]] Scalar unremoved_variance() const { return unremoved_variance_; }
     /// Variance of a coupling that the misfit suggests, coupling units squared, and the coupling strength.
     [[nodiscard]] Scalar misfit_variance() const { return misfit_.variance(); }
-    [[nodiscard]] Scalar covered_misfit_variance() const { return misfit_.covered_variance(); }
+    /// Variance of a coupling for the covariance of the pose: of misfit and of the calibrated coils, coupling units squared.
+    [[nodiscard]] Scalar systematic_variance() const { return misfit_.covered_variance() + floor_variance(); }
     [[nodiscard]] Scalar strength() const { return strength_; }
 
 private:
@@ -85,8 +89,10 @@ private:
         const Scalar floor = params_.misfit_floor * pose.strength;
         blur_variance_ = blur * blur;
         // Motion from the columns, not from the state: a state that takes metal for motion would explain its misfit.
-        const Scalar still = matrix.sigma * matrix.sigma + floor * floor;
-        const Scalar variance = still + motion_.error_variance(matrix, params_.window_s);
+        const Scalar noise = matrix.sigma * matrix.sigma;
+        const Scalar still = noise + floor * floor;
+        const Scalar moved = motion_.error_variance(matrix, params_.window_s);
+        const Scalar variance = still + moved;
         const Scalar snr = pose.strength / matrix.sigma;
         distortion_chi_square_ = pose.misfit_squared / variance;
         snr_db_ = 20 * std::log10(snr);
@@ -102,9 +108,14 @@ private:
         if (!moving) {
             misfit_.add(pose.misfit_squared, variance, still, params_.distortion_gate, matrix.newest);
         }
-        if (significant && !moving) {
-            find_residual(pose, 1 - params_.distortion_gate / distortion_chi_square_);
+        const Scalar unexplained = pose.misfit_squared / (noise + moved);  // part of it may be an error of the calibrated coils
+        const Scalar removed =
+            unexplained > params_.distortion_gate && !moving ? 1 - params_.distortion_gate / unexplained : Scalar(0);
+        if (removed > 0) {
+            find_residual(pose, removed);
         }
+        const Scalar left = (1 - removed) * (1 - removed) * pose.misfit_squared / 3;
+        unremoved_variance_ = std::clamp(left - noise, Scalar(0), floor_variance());
     }
 
     /// The residual of the columns at `pose`, times `weight`. It lies in the directions that do not depend on the pose, so that
@@ -113,6 +124,14 @@ private:
         for (int j = 0; j < kSourceCoils; ++j) {
             residual_.col(j) = weight * (x_.col(j) - model_.column(pose.position_m, pose.attitude, j).column);
         }
+    }
+
+    static constexpr double kLeastFloor = 1e-5;  // relative to k; below it, errors of the calibrated coils are neglected
+
+    /// Variance of a coupling due to errors of the calibrated coils.
+    [[nodiscard]] Scalar floor_variance() const {
+        const Scalar floor = params_.misfit_floor * strength_;
+        return params_.misfit_floor > Scalar(kLeastFloor) ? floor * floor : Scalar(0);
     }
 
     const CommonParams<Scalar>& params_;
@@ -126,6 +145,7 @@ private:
     Scalar blur_variance_ = 0;
     Scalar start_variance_ = 0;
     Scalar strength_ = 1;
+    Scalar unremoved_variance_ = 0;
     Mat3<Scalar> residual_ = Mat3<Scalar>::Zero();
     ColumnMotion<Scalar> motion_;
     Misfit<Scalar> misfit_;

@@ -43,10 +43,11 @@ error_model::ErrorBudget<Scalar> expected_error(const State<Scalar>& state, cons
     return error_model::budget_of(error_model::timing_errors(motion, timing), covariance);
 }
 
-/// Adds the error that the misfit suggests to the covariance, and states it in metres. Systematic: averaging does not reduce it.
+/// Adds the errors of the calibrated coils, and those that the misfit suggests, to the covariance; states the latter in metres.
+/// Systematic: averaging does not reduce them.
 template <typename Scalar, typename Model>
 void cover_misfit(PoseEstimate<Scalar>& estimate, const Health<Scalar, Model>& health) {
-    const Scalar variance = health.covered_misfit_variance();
+    const Scalar variance = health.systematic_variance();
     if (!(variance > 0)) {
         return;
     }
