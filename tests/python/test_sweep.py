@@ -45,6 +45,18 @@ class Sweep(unittest.TestCase):
         self.assertEqual(point, {"n": 2})
         self.assertIn("RuntimeError: two", error)
 
+    def test_bad_input(self):
+        for function, grid, error, message in (
+            (3, {"n": [1]}, TypeError, "function: 3 cannot be called"),
+            (lambda n: n, {"n": [1]}, ValueError, "function: .*lambda.* cannot be sent to another process"),
+            (fails_for_two, {"n": 3}, TypeError, "grid: the values of n are 3"),
+            (fails_for_two, {"n": "direct"}, TypeError, "grid: the values of n are 'direct'"),
+        ):
+            with self.assertRaisesRegex(error, message):
+                tricoil.sweep(function, grid)
+        with concurrent.futures.ThreadPoolExecutor(1) as executor:
+            self.assertEqual(tricoil.sweep(lambda n: n, {"n": [1]}, executor), ([{"n": 1, "result": 1}], []))
+
     def test_resumes(self):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "sweep.jsonl")

@@ -4,6 +4,7 @@ import concurrent.futures
 import itertools
 import json
 import os
+import pickle
 import traceback
 
 from collections.abc import Callable, Iterable
@@ -16,9 +17,25 @@ from ._progress import bar
 
 def _points(grid):
     if isinstance(grid, dict):
-        names = list(grid)
-        return [dict(zip(names, values)) for values in itertools.product(*(list(grid[name]) for name in names))]
+        for name, values in grid.items():
+            if isinstance(values, (str, bytes)) or not isinstance(values, Iterable):
+                raise TypeError(f"grid: the values of {name} are {values!r}; give a list")
+        return [dict(zip(grid, values)) for values in itertools.product(*grid.values())]
     return [dict(point) for point in grid]
+
+
+def _check_function(function, is_sent):
+    """is_sent: to another process."""
+    if not callable(function):
+        raise TypeError(f"function: {function!r} cannot be called")
+    try:
+        if is_sent:
+            pickle.dumps(function)
+    except (pickle.PicklingError, AttributeError, TypeError):
+        raise ValueError(
+            f"function: {function!r} cannot be sent to another process; define it in a module or script, "
+            "or give executor=concurrent.futures.ThreadPoolExecutor()"
+        ) from None
 
 
 def _call(function, point):
@@ -88,6 +105,7 @@ def sweep(
     (point, traceback). The table does not depend on the executor. Ctrl-C cancels the points that have not begun.
     """
     points = _points(grid)
+    _check_function(function, executor is None)
     name = getattr(function, "__qualname__", repr(function))
     done = _read(resume, name)
     own = executor is None
