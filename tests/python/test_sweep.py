@@ -22,6 +22,12 @@ def fails_for_two(n):
     return n * n
 
 
+def dies_for_two(n):
+    if n == 2:
+        os._exit(1)
+    return n
+
+
 def gives_arrays(n, place):
     return {"squares": np.arange(2) * n**2, "place": place.name}
 
@@ -44,6 +50,16 @@ class Sweep(unittest.TestCase):
         (point, error), = failures
         self.assertEqual(point, {"n": 2})
         self.assertIn("RuntimeError: two", error)
+
+    def test_a_process_that_dies_is_a_failure(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "sweep.jsonl")
+            table, failures = tricoil.sweep(dies_for_two, {"n": range(200)}, resume=path)
+            self.assertEqual(len(table) + len(failures), 200)
+            self.assertIn({"n": 2}, [point for point, _ in failures])
+            self.assertIn("BrokenProcessPool", failures[0][1])
+            again, failures = tricoil.sweep(dies_for_two, [{"n": n} for n in range(200) if n != 2], resume=path)
+            self.assertEqual((len(again), failures), (199, []))
 
     def test_bad_input(self):
         for function, grid, error, message in (
