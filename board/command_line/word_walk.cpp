@@ -31,6 +31,9 @@ public:
 
     void take(const std::string& word) {
         if (walk_.open_option != nullptr && !is_own_option(word)) {
+            if (word.empty()) {  // CLI11 would take it as zero
+                complain(missing_value(*walk_.command, *walk_.open_option));
+            }
             walk_.open_option = nullptr;
         } else if (walk_.options_ended || !looks_like_option(word)) {
             take_bare(word);

@@ -291,7 +291,10 @@ int run_device(const DeviceRunOptions& options) {
         const bool waits_in_vain =
             options.wait_s > 0 && loop.session().counters().starts == 0 && to_seconds(now - begin) > options.wait_s;
         if (waits_in_vain) {
-            throw host::DeviceError(fmt::format("{}: {}", config.device, loop.session().detail()));
+            const char* const reason = loop.session().detail();
+            throw host::DeviceError(fmt::format(
+                "{}: {}", config.device,
+                reporter.has_printed(reason) ? fmt::format("not ready in {:g} s; giving up", options.wait_s) : reason));
         }
         if (gives_up(now)) {
             error = fmt::format("{}: the device has not worked for {:g} s; giving up", config.device, options.give_up_after_s);

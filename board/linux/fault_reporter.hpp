@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <cstring>
 #include <optional>
 #include <string>
 
@@ -28,6 +29,9 @@ public:
 
     /// Reports new warnings, except HealthWarning::late, because the session reports the reason.
     void check(const host::LinkHealth& health, HostTime now);
+
+    /// True if this is the state of the session that was reported last.
+    [[nodiscard]] bool has_printed(const char* detail) const { return std::strcmp(detail, reported_detail_.data()) == 0; }
 
     /// Reports the counts of repeated faults. Call it at the end.
     void print_repeated() const;

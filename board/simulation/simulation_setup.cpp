@@ -24,6 +24,8 @@ sim::Scenario make_scenario(const SimulationOptions& options) {
         scenario.name = options.trajectory;
         scenario.duration_s = motion->duration_s();
         scenario.motion = std::move(motion);
+    } else if (options.speed != 1 || options.place_m != SimulationOptions{}.place_m) {
+        throw InputError("--speed and --place: no recorded path to play; add --trajectory FILE");
     }
     for (const std::string& fault : options.faults) {
         scenario.faults.push_back(parse_fault(fault));

@@ -150,6 +150,9 @@ TEST(Usage, UnexpectedWordsAreNamedOnce) {
     expect_usage_error("run --seed 1 --seed 2", "--seed is given 2 times; give it once");
     expect_usage_error("run --place 1,2", "--place 1,2: expected 3 comma-separated numbers");
     expect_usage_error("run --place 1,2,x", "--place 1,2,x: expected 3 comma-separated numbers");
+    expect_usage_error("run --predict ''", "--predict needs a value: SECONDS");
+    expect_usage_error("run --trajectory '' --duration 1", "--trajectory needs a value: FILE");
+    expect_usage_error("run --speed 2", "--speed and --place: no recorded path to play; add --trajectory FILE");
 }
 
 TEST(Usage, NumbersOutOfRangeAreNamed) {

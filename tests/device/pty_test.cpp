@@ -74,6 +74,7 @@ TEST_F(Pty, SecondProgramGetsLineInUse) {
     ASSERT_TRUE(eventually([&] { return rows() > 100; }));
     EXPECT_EQ(tricoil("run --wait 0.5 --device " + device), 3);
     EXPECT_THAT(err, ::testing::HasSubstr("another program uses it"));
+    EXPECT_EQ(err.find("another program"), err.rfind("another program")) << "the reason is printed once: " << err;
     const auto before = rows();
     EXPECT_TRUE(eventually([&] { return rows() > before + 100; }));  // the first is not disturbed
     first.send(SIGTERM);

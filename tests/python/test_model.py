@@ -90,6 +90,7 @@ class Solve(unittest.TestCase):
             ((np.ones((2, 3)), 1), r"X: has shape \(2, 3\); give \(3, 3\) or \(N, 3, 3\)"),
             ((x, 0), "sigma: must be positive"),
             ((x, np.nan), "sigma: must be positive"),
+            ((x, np.inf), "sigma: must be positive and finite"),
             ((x[np.newaxis], [1, 2]), r"sigma: has shape \(2,\)"),
             ((x + 1j, 1), "X: must be real numbers; has dtype complex128"),
             (([[1, 2], [3]], 1), "X: not an array"),

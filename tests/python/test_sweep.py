@@ -22,6 +22,12 @@ def fails_for_two(n):
     return n * n
 
 
+def dies_for_two(n):
+    if n == 2:
+        os._exit(1)
+    return n
+
+
 def gives_arrays(n, place):
     return {"squares": np.arange(2) * n**2, "place": place.name}
 
@@ -44,6 +50,28 @@ class Sweep(unittest.TestCase):
         (point, error), = failures
         self.assertEqual(point, {"n": 2})
         self.assertIn("RuntimeError: two", error)
+
+    def test_a_process_that_dies_is_a_failure(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "sweep.jsonl")
+            table, failures = tricoil.sweep(dies_for_two, {"n": range(200)}, resume=path)
+            self.assertEqual(len(table) + len(failures), 200)
+            self.assertIn({"n": 2}, [point for point, _ in failures])
+            self.assertIn("BrokenProcessPool", failures[0][1])
+            again, failures = tricoil.sweep(dies_for_two, [{"n": n} for n in range(200) if n != 2], resume=path)
+            self.assertEqual((len(again), failures), (199, []))
+
+    def test_bad_input(self):
+        for function, grid, error, message in (
+            (3, {"n": [1]}, TypeError, "function: 3 cannot be called"),
+            (lambda n: n, {"n": [1]}, ValueError, "function: .*lambda.* cannot be sent to another process"),
+            (fails_for_two, {"n": 3}, TypeError, "grid: the values of n are 3"),
+            (fails_for_two, {"n": "direct"}, TypeError, "grid: the values of n are 'direct'"),
+        ):
+            with self.assertRaisesRegex(error, message):
+                tricoil.sweep(function, grid)
+        with concurrent.futures.ThreadPoolExecutor(1) as executor:
+            self.assertEqual(tricoil.sweep(lambda n: n, {"n": [1]}, executor), ([{"n": 1, "result": 1}], []))
 
     def test_resumes(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -74,8 +74,8 @@ def solve(
     sigmas = _numbers("sigma", sigma)
     if sigmas.ndim > 1 or (sigmas.ndim == 1 and len(sigmas) != len(matrices)):
         raise ValueError(f"sigma: has shape {sigmas.shape}; give one number or ({len(matrices)},)")
-    if not np.all(sigmas > 0):
-        raise ValueError("sigma: must be positive")
+    if not np.all((sigmas > 0) & (sigmas < np.inf)):
+        raise ValueError("sigma: must be positive and finite")
     towards = _finite("hemisphere", _numbers("hemisphere", hemisphere))
     if towards.shape != (3,) or not towards.any():
         raise ValueError("hemisphere: must be three numbers, not all zero")

@@ -4,6 +4,7 @@ import concurrent.futures
 import itertools
 import json
 import os
+import pickle
 import traceback
 
 from collections.abc import Callable, Iterable
@@ -16,9 +17,25 @@ from ._progress import bar
 
 def _points(grid):
     if isinstance(grid, dict):
-        names = list(grid)
-        return [dict(zip(names, values)) for values in itertools.product(*(list(grid[name]) for name in names))]
+        for name, values in grid.items():
+            if isinstance(values, (str, bytes)) or not isinstance(values, Iterable):
+                raise TypeError(f"grid: the values of {name} are {values!r}; give a list")
+        return [dict(zip(grid, values)) for values in itertools.product(*grid.values())]
     return [dict(point) for point in grid]
+
+
+def _check_function(function, is_sent):
+    """is_sent: to another process."""
+    if not callable(function):
+        raise TypeError(f"function: {function!r} cannot be called")
+    try:
+        if is_sent:
+            pickle.dumps(function)
+    except (pickle.PicklingError, AttributeError, TypeError):
+        raise ValueError(
+            f"function: {function!r} cannot be sent to another process; define it in a module or script, "
+            "or give executor=concurrent.futures.ThreadPoolExecutor()"
+        ) from None
 
 
 def _call(function, point):
@@ -85,9 +102,10 @@ def sweep(
     runs failed points again. progress: bar on standard error; None: if it is a terminal.
 
     table: list of dictionaries, point and result together, in the order of the grid; failed points are left out. failures: list of
-    (point, traceback). The table does not depend on the executor. Ctrl-C cancels the points that have not begun.
+    (point, traceback); if a process dies, also the points that it leaves without a process. The table does not depend on the executor. Ctrl-C cancels the points that have not begun.
     """
     points = _points(grid)
+    _check_function(function, executor is None)
     name = getattr(function, "__qualname__", repr(function))
     done = _read(resume, name)
     own = executor is None
@@ -97,11 +115,11 @@ def sweep(
     log = None if resume is None else open(resume, "a", encoding="utf-8")
     futures = {}
     try:
-        futures = {executor.submit(_call, function, points[n]): n for n, result in enumerate(results) if result is None}
+        futures = {_submit(executor, function, points[n]): n for n, result in enumerate(results) if result is None}
         with bar("sweep", progress) as show:
             for count, future in enumerate(_as_finished(futures), 1):
                 n = futures[future]
-                results[n], error = future.result()
+                results[n], error = _outcome(future)
                 if error is not None:
                     failures[n] = error
                 elif log is not None:
@@ -120,6 +138,23 @@ def sweep(
             executor.shutdown(cancel_futures=True)
     table = [{**point, **result} for point, result in zip(points, results) if result is not None]
     return table, [(points[n], failures[n]) for n in sorted(failures)]
+
+
+def _submit(executor, function, point):
+    try:
+        return executor.submit(_call, function, point)
+    except concurrent.futures.BrokenExecutor as error:  # a process died meanwhile
+        future = concurrent.futures.Future()
+        future.set_exception(error)
+        return future
+
+
+def _outcome(future):
+    """As _call. The failure of a process or of its connection is that of the point."""
+    try:
+        return future.result()
+    except Exception:
+        return None, traceback.format_exc()
 
 
 def _as_finished(futures):

@@ -2,6 +2,7 @@
 import uPlot from 'uplot';
 
 import {palette} from './palette.js';
+import {fixed} from './readout.js';
 
 const kBandColors = {
   1: 'caution',
@@ -69,6 +70,7 @@ export class Chart {
     const size = parseFloat(getComputedStyle(document.documentElement).fontSize);
     const font = `${Math.round(0.75 * size)}px system-ui, sans-serif`;
     const axis = {stroke: () => palette.muted, grid: {stroke: () => palette.grid, width: 1}, ticks: {show: false}, font};
+    const numbers = (u, splits) => splits.map(v => v === null ? '' : String(Number(v.toPrecision(6))).replace('-', '−'));
     const range = (u, low, high) => spanOf(this.spec, low, high);
     this.u = new uPlot(
         {
@@ -89,7 +91,8 @@ export class Chart {
             }
           },
           scales: {x: {time: false, range: () => plots.range}, y: {range}},
-          axes: [{...axis, size: 1.5 * size, gap: 3}, {...axis, size: 3.6 * size, gap: 4, space: 1.4 * size}],
+          // The lowest number of y reaches below the plot: the numbers of x keep clear of it.
+          axes: [{...axis, values: numbers, size: 1.7 * size, gap: 7}, {...axis, values: numbers, size: 3.6 * size, gap: 4, space: 1.4 * size}],
           series: [
             {},
             ...spec.series.map(
@@ -126,7 +129,7 @@ export class Chart {
     const at = this.u.cursor.idx ?? this.data[0].length - 1;
     this.spec.series.forEach((series, n) => {
       const value = this.data[n + 1][at];
-      const text = value === null || value === undefined ? '–' : value.toFixed(this.spec.digits).replace('-', '−');
+      const text = value === null || value === undefined ? '–' : fixed(value, this.spec.digits);
       if (this.values[n].textContent !== text) this.values[n].textContent = text;
     });
   }

@@ -12,7 +12,7 @@ function put(id, text) {
 }
 
 /// Text of a number, with a sign only if it is not zero.
-const fixed = (value, digits) => value.toFixed(digits).replace(/^-(?=0\.?0*$)/, '').replace('-', '−');
+export const fixed = (value, digits) => value.toFixed(digits).replace(/^-(?=0\.?0*$)/, '').replace('-', '−');
 const number = (value, digits) => value === null || !Number.isFinite(value) ? '–' : fixed(value, digits);
 
 /// Lengths of some micrometres to metres with three digits.
