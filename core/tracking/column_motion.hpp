@@ -123,7 +123,7 @@ private:
 
     /// Mean square of the entries of a derivative without the part that noise of the given variance explains.
     static Scalar significant(const Vec3<Scalar>& derivative, Scalar noise) {
-        constexpr Scalar kChance = 4;  // mean of three squares: exceeded once in 140
+        constexpr Scalar kChance = 4;  // mean of three squares: exceeded once in 135
         return std::max(Scalar(0), derivative.squaredNorm() / 3 - kChance * noise);
     }
 
