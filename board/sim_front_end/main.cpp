@@ -146,7 +146,7 @@ void serve(Device& device, hal::MessagePort& port, const Options& o, GpioWatch* 
             ::usleep(20'000);
         }
         if (gpio != nullptr) {
-            gpio->look(drivers::host_now());
+            gpio->read_lines(drivers::host_now());
         }
         finished = device.finished() && !finished ? now : finished;
         if (finished && now - *finished > Microseconds{1000 * o.linger_ms}) {
@@ -185,7 +185,7 @@ int run(Options& o) {
             if (sync) {  // high between two windows; no short pulse, because the simulated chip loses edges within 1 ms
                 gpio->drive_sync(false);
             }
-            return gpio->look(drivers::host_now());
+            return gpio->read_lines(drivers::host_now());
         };
     }
     if (o.sync && !gpio) {

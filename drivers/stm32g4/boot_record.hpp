@@ -42,13 +42,13 @@ struct BootRecord {
     [[nodiscard]] bool is_valid() const { return check == sum(); }
 
     /// True if the run before this one ended with an error. Call once at boot.
-    bool take_news() {
-        const bool news = is_valid() && is_from_last_run != 0;
-        if (news) {
+    bool take_last_run_failed() {
+        const bool has_failed = is_valid() && is_from_last_run != 0;
+        if (has_failed) {
             is_from_last_run = 0;
             check = sum();
         }
-        return news;
+        return has_failed;
     }
 
     void forget() {

@@ -101,7 +101,7 @@ double correlation(const PoseStream& tracker, const PoseStream& reference, doubl
 double best_offset(const PoseStream& tracker, const PoseStream& reference) {
     double best = 0;
     double highest = -1;
-    const auto look = [&](double from, double to, double step) {
+    const auto search = [&](double from, double to, double step) {
         for (double offset = from; offset <= to; offset += step) {
             const double c = correlation(tracker, reference, offset);
             if (c > highest) {
@@ -110,9 +110,9 @@ double best_offset(const PoseStream& tracker, const PoseStream& reference) {
             }
         }
     };
-    look(-kLargestOffset_s, kLargestOffset_s, kCoarseOffset_s);
+    search(-kLargestOffset_s, kLargestOffset_s, kCoarseOffset_s);
     const double near = best;
-    look(near - kCoarseOffset_s, near + kCoarseOffset_s, kOffsetStep_s);
+    search(near - kCoarseOffset_s, near + kCoarseOffset_s, kOffsetStep_s);
     if (highest < 0) {
         throw InputError("the streams overlap by less than 1 s at all offsets within 2 s, or their poses do not rotate");
     }

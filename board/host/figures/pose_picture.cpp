@@ -22,7 +22,7 @@ constexpr std::array<const char*, tracking::kMaxSensors> kColours{"#0044cc", "#0
 constexpr double kMillimetres = 1e3;
 constexpr double kShortestBar = 0.004;  // of the time axis
 
-/// The larger number; NaN only if both are.
+/// The larger number; NaN only if both are NaN.
 double worst(double a, double b) { return std::isnan(a) || b > a ? b : a; }
 
 /// One line for `step` poses: the first valid position and the largest error and deviation.
