@@ -31,7 +31,7 @@ enum class ImageState : std::uint8_t { unchecked, sound, damaged };
 enum class SettingFault : std::uint8_t {
     brown_out,   // the processor runs at a supply at which flash operations and coils are undefined
     readout_1,   // read protection: the image can be replaced only after an erase of the whole flash
-    readout_2,   // read protection for ever
+    readout_2,   // permanent read protection
     one_bank,    // the calibration cannot be stored
     other_bank,  // the processor boots from the memory of the calibration
     no_flash,    // the processor does not boot from the flash

@@ -110,7 +110,7 @@ class Image:
 
     @functools.cached_property
     def functions(self):
-        """Functions by address, as a name may belong to several functions and a function may have several names."""
+        """Functions by address, because a name may belong to several functions and a function may have several names."""
         functions = {}
         current = None
         for line in run_tool("objdump", "-d", "--no-show-raw-insn", self.path).splitlines():
@@ -287,14 +287,6 @@ class StackAnalysis:
             below = [self.depth(callee, (*above, address)) for callee in self.callees(function)]
             self.depths[address] = function.frame + max(below, default=0)
         return self.depths[address]
-
-    def deepest_path(self, address):
-        """(frame, name) of each function on the deepest call path. Shows which functions need less stack if a budget is exceeded."""
-        path = []
-        while (function := self.image.functions.get(address)) is not None:
-            path.append((function.frame, self.plain_name(address)))
-            address = max(self.callees(function), key=self.depth, default=None)
-        return path
 
     def check_against_compiler(self, build_folder):
         """Checks that no frame reported by -fstack-usage exceeds the frame computed from the instructions."""

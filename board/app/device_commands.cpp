@@ -59,7 +59,7 @@ void TrackerDevice::take(HostLink& link, std::span<const std::uint8_t> bytes) {
     const auto opcode = static_cast<Opcode>(command.opcode);
     if (opcode == Opcode::hello && is_off(command.state)) {
         link.note_command(now_);
-        greet(link, command);
+        answer_hello(link, command);
         return;
     }
     const AckResult result = process_command(link, command);
@@ -79,7 +79,7 @@ void TrackerDevice::report_unreadable(HostLink& link, WireError error) {
 }
 
 /// Answers every readable hello with identify, also without a common version, so that the host can show its user the reason.
-void TrackerDevice::greet(HostLink& link, const protocol::CommandMessage& command) {
+void TrackerDevice::answer_hello(HostLink& link, const protocol::CommandMessage& command) {
     if (protocol::common_version(protocol::range_of_hello(command.argument), {}) != 0) {
         link.start_session(command.sequence);
     } else {

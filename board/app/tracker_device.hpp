@@ -58,7 +58,7 @@ private:
     protocol::AckResult store_calibration(HostLink& link, const protocol::CalibrationMessage& message);
     void acknowledge(HostLink& link, std::uint8_t opcode, std::uint16_t request, protocol::AckResult result,
                      std::uint32_t argument);
-    void greet(HostLink& link, const protocol::CommandMessage& command);
+    void answer_hello(HostLink& link, const protocol::CommandMessage& command);
     void send_condition(HostLink& link, std::uint16_t request);
 
     // Measurement: tracker_device.cpp.

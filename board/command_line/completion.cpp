@@ -56,7 +56,7 @@ std::string candidates_for(const CLI::App& program, std::span<const std::string>
         return "";
     }
     const std::string& typed = words.back();
-    const WordWalk before = walk(program, words.first(words.size() - 1));
+    const WordWalk before = walk_words(program, words.first(words.size() - 1));
     const CLI::App& command = *before.command;
     Offer offer(typed);
     if (before.open_option != nullptr) {

@@ -40,7 +40,7 @@ bool parse_words(CLI::App& program, const std::vector<std::string>& words, const
     if (serve_scripts(program, words, params)) {
         return false;
     }
-    const WordWalk seen = walk(program, words);
+    const WordWalk seen = walk_words(program, words);
     if (seen.wants_help || (words.empty() && !commands_of(program).empty())) {
         print_help(*seen.command);
         return false;
@@ -64,7 +64,7 @@ bool parse_words(CLI::App& program, const std::vector<std::string>& words, const
 }
 
 void print_help_of(const CLI::App& program, const std::vector<std::string>& words) {
-    const WordWalk seen = walk(program, words);
+    const WordWalk seen = walk_words(program, words);
     const bool has_more = seen.arguments > 0 && seen.error.empty();
     if (has_more || !seen.error.empty()) {
         throw InputError(has_more ? fmt::format("{} has no commands", command_path(*seen.command)) : seen.error);

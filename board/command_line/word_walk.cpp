@@ -92,7 +92,7 @@ private:
 
 }  // namespace
 
-WordWalk walk(const CLI::App& program, std::span<const std::string> words) {
+WordWalk walk_words(const CLI::App& program, std::span<const std::string> words) {
     Walker walker(program);
     for (const std::string& word : words) {
         walker.take(word);

@@ -17,6 +17,6 @@ struct WordWalk {
     std::string error;                         // about the first wrong word, one line; empty: none
 };
 
-WordWalk walk(const CLI::App& program, std::span<const std::string> words);
+WordWalk walk_words(const CLI::App& program, std::span<const std::string> words);
 
 }  // namespace tricoil::host

@@ -35,7 +35,8 @@ const char* text_of(const protocol::AckMessage& ack) {
                 return "refused without permission; press the button of the device (B1, blue), then repeat the command within 60 "
                        "s";
             }
-            return "refused: the device measures for another program, leaves coils or tracking to its host, or does not support "
+            return "refused: the device measures for another program, its host drives the coils or tracks, or it does not "
+                   "support "
                    "this calibration";
         case protocol::AckResult::unknown:
             return "unknown command; update the firmware of the device";

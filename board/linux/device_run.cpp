@@ -148,7 +148,7 @@ constexpr int kSignalled = 128;  // the exit code is this plus the signal number
 /// Device time since the first pose, summed over restarts of the device.
 class DeviceStopwatch {
 public:
-    void see(std::int64_t time_us) {
+    void add_pose_time(std::int64_t time_us) {
         const std::int64_t step = time_us - last_us_.value_or(time_us);
         elapsed_us_ += step > 0 && step < kLongestStepUs ? step : 0;
         last_us_ = time_us;
@@ -237,7 +237,7 @@ int run_device(const DeviceRunOptions& options) {
     DeviceStopwatch stopwatch;
     tracking::PoseFlags flags;  // of the newest pose; only flags that the user can clear by an action
     DeviceLoop loop(*port, lines.lines(), params, [&](const protocol::PoseMessage& pose) {
-        stopwatch.see(pose.time_us);
+        stopwatch.add_pose_time(pose.time_us);
         constexpr auto kHemisphereUnknown = tracking::PoseFlag::hemisphere_unknown;
         flags = {};
         flags.set_if((pose.flags >> static_cast<unsigned>(kHemisphereUnknown) & 1U) != 0, kHemisphereUnknown);

@@ -113,7 +113,8 @@ std::string LinePump::close() {
         return fmt::format("{}: poses could not be written completely ({}); is the disk full?", name_, std::strerror(error_));
     }
     if (dropped_ > 0 || size_ > 0) {
-        return fmt::format("{}: {} poses were dropped, as its reader is too slow", name_, std::max<std::uint64_t>(dropped_, 1));
+        return fmt::format("{}: {} poses were dropped, because its reader is too slow", name_,
+                           std::max<std::uint64_t>(dropped_, 1));
     }
     return "";
 }

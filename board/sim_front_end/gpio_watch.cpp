@@ -34,7 +34,7 @@ bool GpioWatch::level(std::size_t line) const {
     return ::pread(values_[line].get(), &value, 1, 0) == 1 && value == '1';
 }
 
-Excitation GpioWatch::look(HostTime now) {
+Excitation GpioWatch::read_lines(HostTime now) {
     const bool beat = level(3);
     if (beat != beat_level_) {
         beat_level_ = beat;

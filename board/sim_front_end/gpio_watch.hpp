@@ -26,7 +26,7 @@ public:
     GpioWatch(const std::string& folder, Microseconds hold, bool has_heartbeat);
 
     /// Reads the lines once.
-    Excitation look(HostTime now);
+    Excitation read_lines(HostTime now);
     /// Drives the sync line (4), an input of the host. Throws DeviceError on failure.
     void drive_sync(bool high);
     [[nodiscard]] bool enabled() const { return enabled_; }

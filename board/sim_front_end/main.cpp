@@ -146,7 +146,7 @@ void serve(Device& device, hal::MessagePort& port, const Options& o, GpioWatch* 
             ::usleep(20'000);
         }
         if (gpio != nullptr) {
-            gpio->look(drivers::host_now());
+            gpio->read_lines(drivers::host_now());
         }
         finished = device.finished() && !finished ? now : finished;
         if (finished && now - *finished > Microseconds{1000 * o.linger_ms}) {
@@ -182,10 +182,10 @@ int run(Options& o) {
     if (!o.gpio.empty()) {
         gpio.emplace(o.gpio, microseconds_from_seconds(1e-3 * o.hold_ms), o.heartbeat);
         o.front_end.sense_coils = [&gpio, sync = o.sync] {
-            if (sync) {  // high between two windows; a short pulse is not possible, as the simulated chip loses edges within 1 ms
+            if (sync) {  // high between two windows; no short pulse, because the simulated chip loses edges within 1 ms
                 gpio->drive_sync(false);
             }
-            return gpio->look(drivers::host_now());
+            return gpio->read_lines(drivers::host_now());
         };
     }
     if (o.sync && !gpio) {

@@ -30,8 +30,9 @@ bool is_of_one_sensor(const sim::Fault& fault) {
     }
 }
 
-/// Place of sensor 1, 2 or 3: in the direction of the start of the first sensor, a fifth of its range nearer and a fifth aside,
-/// so that all are in one half space and apart from each other.
+/// Pose of sensor 1, 2 or 3. Relative to the start of sensor 0, the position is 20 % of the range nearer to the source and 20 %
+/// of the range to one side, in a different direction for each sensor. So all sensors are in one half space, apart from each
+/// other.
 sim::Pose place(const Vec3<double>& start_m, std::size_t sensor) {
     constexpr double kAside = 0.2;
     constexpr double kThird_rad = 2.0943951023931953;

@@ -116,7 +116,7 @@ Blob encode(const Calibration<double>& calibration) {
 
 namespace {
 
-/// Dipoles of a blob of version 2: the others are zero, like the bytes behind them.
+/// Number of dipoles in a blob of version 2. The places of unused dipoles and the bytes after them are zero.
 std::size_t used_dipoles(std::span<const std::uint8_t> bytes) {
     constexpr std::size_t kDipoleBytes = 4 * 12;
     std::size_t end = kBlobBytes - 4;

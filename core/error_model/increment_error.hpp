@@ -43,10 +43,4 @@ Scalar elevation_increment_error(KappaForm form, const LineOfSightStep<Scalar>& 
     return step.d_elevation_rad - measured_elevation_increment(form, step);
 }
 
-/// e_Delta_alpha (25), (36). elevation_error_rad: e_beta, the elevation error of the device's estimate in the divisor.
-template <typename Scalar>
-Scalar azimuth_increment_error(KappaForm form, const LineOfSightStep<Scalar>& step, Scalar elevation_error_rad) {
-    return step.d_azimuth_rad - measured_azimuth_increment(form, step, step.elevation_rad - elevation_error_rad);
-}
-
 }  // namespace tricoil::error_model

@@ -72,7 +72,7 @@ ColumnFlags inspect_window(std::span<const Sample> window, int natural_run, std:
         const ChannelRange range = measure(window, channel);
         const bool known = linear_range > 0;
         flags.set_if(known && (range.highest >= linear_range || range.lowest <= -linear_range), ColumnFlag::saturated);
-        // |sum| / N > full scale / 4; at most 2^33 N.
+        // |sum| / N > full scale / 4. Both sides of the comparison are at most 2^33 N.
         flags.set_if(known && kDcDivisor * static_cast<std::int64_t>(size_of(range.sum)) > samples * linear_range,
                      ColumnFlag::dc_offset);
         flags.set_if(range.lowest == range.highest && channel != kReferenceChannel, ColumnFlag::stuck);

@@ -44,7 +44,7 @@ Fixed<Out> dot(const Eigen::MatrixBase<A>& a, const Eigen::MatrixBase<B>& b) {
     return Fixed<Out>::from_raw(saturate(shift_right_rounded(sum, kBits)));
 }
 
-/// a b with inner dimension three, by dot().
+/// Product a b with inner dimension three; each entry is computed by dot().
 template <int Out, typename A, typename B>
 Eigen::Matrix<Fixed<Out>, A::RowsAtCompileTime, B::ColsAtCompileTime> multiply(const Eigen::MatrixBase<A>& a,
                                                                                const Eigen::MatrixBase<B>& b) {

@@ -35,8 +35,8 @@ public:
     }
     [[nodiscard]] std::uint8_t node() const { return node_; }
 
-    /// Starts to send a message that is longer than a frame. The message is copied; go_on() sends it. False: the message is too
-    /// long, or another one is being sent.
+    /// Starts to send a message that is longer than a frame. The message is copied; send_due() sends it. False: the message is
+    /// too long, or another one is being sent.
     bool begin(std::span<const std::uint8_t> message, std::int64_t now_us) {
         if (sending() || message.size() > kBytes) {
             return false;
@@ -54,7 +54,7 @@ public:
     /// Call this often. It sends due frames: flow control and segments. send(frame) returns false if the frame must wait.
     /// bad_framing: the other end stopped in the middle of a message; the message is dropped.
     template <typename Send>
-    WireError go_on(std::int64_t now_us, Send send) {
+    WireError send_due(std::int64_t now_us, Send send) {
         owes_answer_ = owes_answer_ && !send(answer());
         const bool sender_is_silent = reassembler_.busy() && now_us > receive_deadline_us_;
         if (sender_is_silent) {
@@ -116,7 +116,7 @@ private:
             segments_taken_ = 0;
             owes_answer_ = true;
         }
-        const WireError silence = go_on(now_us, send);
+        const WireError silence = send_due(now_us, send);
         if (event == SegmentEvent::complete) {
             message = reassembler_.message();
             return {true, silence};

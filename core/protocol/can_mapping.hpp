@@ -13,7 +13,6 @@ namespace tricoil::protocol {
 
 /// Standard (11-bit) identifier: 0x100 | type << 4 | node. Types are in order of priority; 14 and 15 are segments.
 constexpr std::uint32_t kCanBase = 0x100;
-constexpr std::uint32_t kCanMask = 0x700;  // of the base
 constexpr std::uint8_t kSegmentsFromDevice = 14;
 constexpr std::uint8_t kSegmentsFromHost = 15;
 
@@ -31,7 +30,6 @@ constexpr std::uint32_t can_id(std::uint8_t channel, std::uint8_t node) {
 }
 constexpr std::uint32_t can_id(MessageType type, std::uint8_t node) { return can_id(static_cast<std::uint8_t>(type), node); }
 constexpr std::uint8_t channel_of(std::uint32_t id) { return static_cast<std::uint8_t>((id >> 4U) & 0x0FU); }
-constexpr std::uint8_t node_of(std::uint32_t id) { return static_cast<std::uint8_t>(id & 0x0FU); }
 
 /// Smallest CAN FD frame length for `bytes` (at most 64).
 constexpr std::uint8_t can_fd_length(std::size_t bytes) {

@@ -14,7 +14,7 @@ enum class Order : std::uint8_t {
 
 class SequenceCheck {
 public:
-    /// Numbers that differ by more than this are strange.
+    /// Largest difference from the expected number; beyond it a number is `strange`.
     static constexpr std::int32_t kFarthest = 4096;
 
     Order check(std::uint32_t sequence) {

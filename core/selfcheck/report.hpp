@@ -57,7 +57,7 @@ struct Check {
     Outcome outcome = Outcome::fail;
     float limit = 0;
     float measured = 0;
-    const char* what = "";  // a literal; with the unit of limit and measured
+    const char* what = "";  // a string literal that contains the unit of `limit` and `measured`
 };
 
 constexpr std::size_t kMaxChecks = 80;

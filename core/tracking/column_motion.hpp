@@ -12,7 +12,7 @@
 namespace tricoil::tracking {
 
 /// First and second time derivative of each column of X from differences of consecutive columns. They give the size of the errors
-/// that motion within a window and between columns causes. Without them these errors would be taken for metal.
+/// that motion within a window and between columns causes. Without them these errors would be attributed to metal.
 template <typename Scalar>
 class ColumnMotion {
 public:
@@ -38,7 +38,7 @@ public:
         h.curvature_squared *= kept;
         Curvature curvature;
         if (follows && h.columns > 1) {
-            curvature = bend(h, slope, gap_s, column.sigma.squaredNorm() / 3);
+            curvature = second_derivative(h, slope, gap_s, column.sigma.squaredNorm() / 3);
             h.curvature_squared = std::max(h.curvature_squared, significant(curvature.value, curvature.variance));
         }
         h.columns = follows ? std::min(h.columns + 1, 3) : 1;
@@ -123,12 +123,12 @@ private:
 
     /// Mean square of the entries of a derivative without the part that noise of the given variance explains.
     static Scalar significant(const Vec3<Scalar>& derivative, Scalar noise) {
-        constexpr Scalar kChance = 4;  // mean of three squares: exceeded once in 140
+        constexpr Scalar kChance = 4;  // mean of three squares: exceeded once in 135
         return std::max(Scalar(0), derivative.squaredNorm() / 3 - kChance * noise);
     }
 
     /// Second derivative from the slope before (still in `h`) and the present one. variance: noise of a coupling.
-    static Curvature bend(const History& h, const Vec3<Scalar>& slope, Scalar gap_s, Scalar variance) {
+    static Curvature second_derivative(const History& h, const Vec3<Scalar>& slope, Scalar gap_s, Scalar variance) {
         const Scalar per_mean_gap = 2 / (gap_s + h.gap_s);
         const Scalar a = 1 / gap_s;
         const Scalar b = 1 / h.gap_s;

@@ -1,4 +1,5 @@
-// Hemisphere of the sensor: given by a setting, then continued from pose to pose; after a loss known only within limits.
+// Hemisphere of the sensor. A setting gives it at the start; each pose then takes it from the previous pose. After a loss of the
+// sensor it stays known only for a limited time.
 #pragma once
 
 #include "core/base/time.hpp"
@@ -27,7 +28,7 @@ struct Sides {
     }
 };
 
-/// X is even in the position, so a pose from one signal matrix may be the mirror image behind the source. At the start of
+/// X is equal at p and -p, so a pose from one signal matrix may be the mirror image behind the source. At the start of
 /// tracking the setting decides, then continuity does. The setting ends with the first continued pose, because the sensor may
 /// since have moved to the other side. It stays in force only if the sensor is confined to that half space (wall, table).
 template <typename Scalar, typename SidesOf = Sides<Scalar>>

@@ -84,7 +84,7 @@ Status CanPort::send_frame(const CanFrame& frame) {
 }
 
 void CanPort::send_segments() {
-    damaged().count(exchange_.go_on(to_us(host_now()), [this](const CanFrame& frame) { return send_frame(frame).ok(); }));
+    damaged().count(exchange_.send_due(to_us(host_now()), [this](const CanFrame& frame) { return send_frame(frame).ok(); }));
 }
 
 Status CanPort::do_receive(hal::ReceivedMessage& message) {

@@ -209,7 +209,7 @@ void Acquisition::on_block_end() {
         of_half_[completed_ % 2] = now_;
         completed_ = completed_ + 1;
     }
-    // Both halves at once: this handler ran a block too late, and so did the switch-over.
+    // If both halves are complete, this handler runs one block too late, and so does the switch-over.
     const bool late = ended > 1 || (ended > 0 && end.uneven) || parts_.converters.take_overrun() || player().take_underrun();
     overruns_ = overruns_ + (late ? 1U : 0U);
     if (ended > 0) {

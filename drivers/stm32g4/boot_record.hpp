@@ -28,7 +28,7 @@ struct BootRecord {
     /// Stores the reason why this run ends. Uses little stack and no objects.
     void note(const Error& why) {
         count = (is_valid() ? count : 0) + 1;
-        is_news = 1;
+        is_from_last_run = 1;
         ending = why.ending;
         exception = why.exception;
         pc = why.pc;
@@ -42,25 +42,25 @@ struct BootRecord {
     [[nodiscard]] bool is_valid() const { return check == sum(); }
 
     /// True if the run before this one ended with an error. Call once at boot.
-    bool take_news() {
-        const bool news = is_valid() && is_news != 0;
-        if (news) {
-            is_news = 0;
+    bool take_last_run_failed() {
+        const bool has_failed = is_valid() && is_from_last_run != 0;
+        if (has_failed) {
+            is_from_last_run = 0;
             check = sum();
         }
-        return news;
+        return has_failed;
     }
 
     void forget() {
         note({});
         count = 0;
-        is_news = 0;
+        is_from_last_run = 0;
         check = sum();
     }
 
-    std::uint32_t request;  // kEnterLoader or kFreshStart; any other value: none
-    std::uint32_t is_news;  // the error is of the last run
-    std::uint32_t count;    // errors since power-on
+    std::uint32_t request;           // kEnterLoader or kFreshStart; any other value: none
+    std::uint32_t is_from_last_run;  // 1: the last run ended with this error
+    std::uint32_t count;             // errors since power-on
     std::uint32_t ending;
     std::uint32_t exception;
     std::uint32_t pc;
@@ -72,7 +72,7 @@ struct BootRecord {
 private:
     [[nodiscard]] std::uint32_t sum() const {
         std::uint32_t value = 0xC4A5'4ED0;
-        for (const std::uint32_t word : {is_news, count, ending, exception, pc, lr, cfsr, address}) {
+        for (const std::uint32_t word : {is_from_last_run, count, ending, exception, pc, lr, cfsr, address}) {
             value = (value << 5U | value >> 27U) ^ word;
         }
         return value;

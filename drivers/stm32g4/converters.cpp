@@ -110,7 +110,8 @@ Status Converters::stop() {
             }
         }
         input.dma.stop();
-        static_cast<void>(adc.DR);  // a result that a stalled DMA left, and its request: the next start would move it first
+        // Discards a result, and its DMA request, that a stalled DMA left. Otherwise the next start would transfer it first.
+        static_cast<void>(adc.DR);
     }
     return status;
 }
@@ -119,7 +120,7 @@ Status Converters::stop() {
 Result<std::uint16_t> Converters::measure_inside(std::uint8_t channel) {
     AdcRegisters& adc = reference();
     if ((adc.CR & adc::CR_ADSTART) != 0) {
-        return Status{StatusCode::not_ready, "the converter takes samples"};
+        return Status{StatusCode::not_ready, "not possible while the converter takes samples"};
     }
     adc.CFGR = adc::CFGR_JQDIS | adc::CFGR_OVRMOD_overwrite;
     adc.CFGR2 = 0;

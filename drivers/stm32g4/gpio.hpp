@@ -24,7 +24,7 @@ public:
         set_mode(gpio::MODER_alternate);
     }
 
-    /// An input that is low while it is open.
+    /// Makes the pin an input with pull-down: low if nothing drives it.
     void make_input() const {
         set_field(port_.PUPDR, gpio::PUPDR_pull_down);
         set_mode(gpio::MODER_input);

@@ -41,11 +41,11 @@ void Processor::begin() {
     if ((flags & rcc::CSR_BORRSTF) != 0 || !record_.is_valid()) {  // the content of RAM is undefined after power-on
         record_.forget();
     }
-    const bool has_crashed = record_.take_news();
+    const bool has_crashed = record_.take_last_run_failed();
     reason_ = reason_of(flags, has_crashed);
     if (reason_ == hal::ResetReason::watchdog) {
         record_.note({.ending = BootRecord::kHung});
-        (void)record_.take_news();
+        (void)record_.take_last_run_failed();
     }
     report_.crash = crash_of(record_);
 }

@@ -23,7 +23,7 @@ public:
             return {};
         }
         const int supply_mv = kFactory_mv * factory.reference / reference;
-        if (supply_mv > kLargest_mv) {  // no chip lives at this supply
+        if (supply_mv > kLargest_mv) {  // above the absolute maximum rating of the chip: the reading is wrong
             return {};
         }
         const int at_factory_supply = thermometer * supply_mv / kFactory_mv;

@@ -143,9 +143,11 @@ void SimulatedFrontEnd::dispatch_command(const protocol::CommandMessage& command
             acknowledge(opcode, command.request, protocol::AckResult::done);
             break;
         case Opcode::mode:
+            acknowledge(opcode, command.request, set_mode(command.argument));
+            break;
         case Opcode::hemisphere:
         case Opcode::boresight:
-            acknowledge(opcode, command.request, set(command));
+            acknowledge(opcode, command.request, protocol::AckResult::refused);  // a front end sends no poses
             break;
         case Opcode::loader:
             acknowledge(opcode, command.request, enter_loader(command.argument), protocol::Refusal::no_permission);
@@ -185,14 +187,6 @@ protocol::AckResult SimulatedFrontEnd::answer(const protocol::CommandMessage& co
     }
     services_.send_block(*block, bench_->plan().params.sample_rate_hz);
     return AckResult::done;
-}
-
-protocol::AckResult SimulatedFrontEnd::set(const protocol::CommandMessage& command) {
-    using protocol::AckResult;
-    if (static_cast<Opcode>(command.opcode) == Opcode::mode) {
-        return set_mode(command.argument);
-    }
-    return AckResult::refused;  // hemisphere, boresight: a front end sends no poses
 }
 
 protocol::AckResult SimulatedFrontEnd::enter_loader(std::uint32_t argument) {

@@ -94,7 +94,6 @@ private:
     void serve(HostTime now);
     void dispatch_command(const protocol::CommandMessage& command, HostTime now);
     [[nodiscard]] protocol::AckResult answer(const protocol::CommandMessage& command);
-    [[nodiscard]] protocol::AckResult set(const protocol::CommandMessage& command);
     [[nodiscard]] protocol::AckResult set_mode(std::uint32_t argument);
     [[nodiscard]] protocol::AckResult enter_loader(std::uint32_t argument);
     void keep_calibration(const protocol::CalibrationMessage& message);

@@ -137,7 +137,7 @@ void VirtualBoard::pin_changed(char port) {
         ++led_changes_;
     }
     if (exti.is_watching()) {
-        exti.look();
+        exti.check_pins();
     }
     for (const WakePin& wake : kWakePins) {
         if (wake.port == port) {

@@ -10,7 +10,7 @@ namespace tricoil::virtual_board {
 enum class InjectedCode : std::uint8_t {
     idle,            // endless loop
     bad_access,      // reads an address without memory
-    stack_overflow,  // pushes registers for ever
+    stack_overflow,  // pushes registers without end
     code_in_ram,     // jumps to RAM
 };
 

@@ -26,7 +26,7 @@ struct Problem {
         return (field::signal_matrix<double>(1.0, pose.position_m, geometry::attitude_matrix(pose.q_source_sensor)) - x)
             .reshaped();
     }
-    /// Derivative with respect to d. Exact for small rotations in d (here about 1e-3, as the start is the truth).
+    /// Derivative with respect to d. Exact for small rotations in d (here about 1e-3, because the start is the truth).
     [[nodiscard]] Eigen::Matrix<double, 9, 6> jacobian(const Vec6<double>& d) const {
         const SolvedPose pose = at(d);
         return field::signal_matrix_jacobian<double>(1.0, pose.position_m, geometry::attitude_matrix(pose.q_source_sensor));

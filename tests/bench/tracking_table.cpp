@@ -53,7 +53,7 @@ void predict(const sim::RecordedMotion& motion, test::ReplayParams params, Predi
 
 void add_file(const sim::RecordedMotion& motion, const test::ReplayParams& params, Totals& totals) {
     const Vec3<double> start =
-        motion.at(0).position_m;  // the initial hemisphere must be set, as some paths begin behind the source
+        motion.at(0).position_m;  // the initial hemisphere must be set, because some paths begin behind the source
     auto naive = test::direct_tracker<double>(params.tdm, false, start);
     auto deskewed = test::direct_tracker<double>(params.tdm, true, start);
     auto filter = test::scaat_filter<double>(test::scaat_params<double>(params.tdm, start));

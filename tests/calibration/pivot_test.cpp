@@ -97,7 +97,7 @@ TEST(Pivot, CovarianceIncludesTheCorrelationOfSuccessiveErrors) {
     EXPECT_LT(nees.mean, 4.4);
 }
 
-/// Poses that state half their errors.
+/// Poses whose stated standard deviations are half of their true errors.
 TEST(Pivot, CovarianceFollowsTheResiduals) {
     Pointing doubtful;
     doubtful.stated = 0.5;
@@ -121,7 +121,7 @@ TEST(Pivot, ErrorsOfTheAttitudeDoNotShortenTheTip) {
 TEST(Pivot, LeavesOutOutlyingPoses) {
     auto poses = point({}, 7);
     const Vec3<double> clean = calibrate(poses).tip_m;
-    for (std::size_t n = 0; n < poses.size(); n += 3) {  // a third: before and after the tip was in its hole, and jumps
+    for (std::size_t n = 0; n < poses.size(); n += 3) {  // one third of the poses, as before and after the tip was in its hole
         poses[n].position_m += Vec3<double>(0.02, 0.05, n % 2 == 0 ? 0.1 : -0.3);
     }
     const PivotCalibration found = calibrate(poses);

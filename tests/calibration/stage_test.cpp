@@ -190,7 +190,7 @@ TEST_F(Stage, ErrorsOfTheStageAreSeparatedFromTheTracker) {
         }
     }
     EXPECT_LT(number(fit, "position_rms_m"), 0.6 * number(ideal, "position_rms_m"));
-    // The errors of this stage help another calibration of it.
+    // The estimated errors of the stage improve an evaluation with another calibration on the same stage.
     const auto given =
         tricoil("evaluate --json --stage-from " + path("sag.toml") + " --calibration " + path("ideal.toml") + set("sag"));
     EXPECT_THAT(given.json()["stage_errors"].get<std::string>(), HasSubstr("sag.toml"));

@@ -97,8 +97,8 @@ TEST_F(Plot, BadInputIsNamed) {
         EXPECT_FALSE(fs::exists(out));
         fs::remove(path);
     };
-    refuse("time_s,x_mm,y_mm,z_mm\n0,1,2,3\n", ":2: no x_m; give the file of run --out in metres");
-    refuse("x_m,y_m,z_m\n1,2,3\n", ":2: no time_s");
+    refuse("time_s,x_mm,y_mm,z_mm\n0,1,2,3\n", ":2: x_m is missing; give the file of run --out in metres");
+    refuse("x_m,y_m,z_m\n1,2,3\n", ":2: time_s is missing");
     refuse("time_s,x_m,y_m,z_m\n0,1,2\n", ":2: 3 fields; the header has 4");
     refuse("time_s,x_m,y_m,z_m\n0,1,2,x\n", ":2: 'x' is not a number");
     refuse("time_s,valid,x_m,y_m,z_m\n0,0,1,2,3\n", ": has no valid pose to draw");

@@ -7,6 +7,7 @@
 
 #include "core/error_model/accumulated_error.hpp"
 #include "core/field/concentric_dipole.hpp"
+#include "tests/error_model/azimuth_increment_error.hpp"
 
 namespace tricoil::error_model {
 namespace {

@@ -11,6 +11,7 @@
 #include "core/error_model/increment_error.hpp"
 #include "core/error_model/singularity.hpp"
 #include "core/error_model/whole_turns.hpp"
+#include "tests/error_model/azimuth_increment_error.hpp"
 
 namespace tricoil::error_model {
 namespace {

@@ -80,10 +80,10 @@ TEST_F(FixedTrackerInput, RestartedDeviceIsFollowed) {
     for (int n = 0; n < 60; ++n) {
         (void)tracker_.update(next());
     }
-    test::IntegerBlocks anew;
+    test::IntegerBlocks restarted;
     bool valid = false;
     for (int n = 0; n < Tracker::kMaxOutOfOrder + 4 + 6; ++n) {
-        const auto pose = tracker_.update(anew.next(x_));
+        const auto pose = tracker_.update(restarted.next(x_));
         valid = pose && pose->valid();
     }
     EXPECT_TRUE(valid);
@@ -95,10 +95,10 @@ TEST_F(FixedTrackerInput, RestartedDeviceWithoutSensorGoesStale) {
     for (int n = 0; n < 600; ++n) {
         (void)tracker_.update(next());
     }
-    test::IntegerBlocks anew;
+    test::IntegerBlocks restarted;
     SampleBlock block;
     for (int n = 0; n < Tracker::kMaxOutOfOrder + 4; ++n) {
-        block = anew.next(Mat3<std::int32_t>::Zero());
+        block = restarted.next(Mat3<std::int32_t>::Zero());
         (void)tracker_.update(block);
     }
     ASSERT_EQ(tracker_.counters().restarts, 1U);

@@ -16,8 +16,8 @@ constexpr std::int64_t kJustLongEnough = 1'000'001;  // us
 struct End {
     explicit End(CanSide side) : exchange(side, 2) {}
 
-    WireError go_on(std::int64_t now_us) {
-        return exchange.go_on(now_us, [this](const CanFrame& frame) { return push(frame); });
+    WireError send_due(std::int64_t now_us) {
+        return exchange.send_due(now_us, [this](const CanFrame& frame) { return push(frame); });
     }
     CanArrival take(const CanFrame& frame, std::int64_t now_us) {
         return exchange.take(frame, true, now_us, message, [this](const CanFrame& f) { return push(f); });
@@ -49,7 +49,7 @@ TEST(CanExchange, CarriesLongMessagesBothWaysAtOnceThroughAQueueOfOne) {
     Bytes at_host;
     for (std::int64_t now_us = 0; now_us < 100'000; now_us += 1000) {
         for (auto [from, to, got] : {std::tuple{&host, &device, &at_device}, std::tuple{&device, &host, &at_host}}) {
-            EXPECT_EQ(from->go_on(now_us), WireError::none);
+            EXPECT_EQ(from->send_due(now_us), WireError::none);
             if (!from->sent.empty()) {
                 const CanFrame frame = from->sent.front();
                 from->sent.pop_front();
@@ -69,14 +69,14 @@ TEST(CanExchange, DropsAbandonedMessages) {
     End device(CanSide::device);
     const Bytes message(200, 1);
     ASSERT_TRUE(host.exchange.begin(message, 0));
-    EXPECT_EQ(host.go_on(0), WireError::none);
+    EXPECT_EQ(host.send_due(0), WireError::none);
     EXPECT_EQ(device.take(host.sent.front(), 0).error, WireError::none);
-    EXPECT_EQ(host.go_on(kJustLongEnough - 1), WireError::none);
-    EXPECT_EQ(device.go_on(kJustLongEnough - 1), WireError::none);
-    EXPECT_EQ(host.go_on(kJustLongEnough), WireError::bad_framing) << "no flow control came";
-    EXPECT_EQ(device.go_on(kJustLongEnough), WireError::bad_framing) << "no segment came";
-    EXPECT_EQ(host.go_on(2 * kJustLongEnough), WireError::none);
-    EXPECT_EQ(device.go_on(2 * kJustLongEnough), WireError::none) << "reported once";
+    EXPECT_EQ(host.send_due(kJustLongEnough - 1), WireError::none);
+    EXPECT_EQ(device.send_due(kJustLongEnough - 1), WireError::none);
+    EXPECT_EQ(host.send_due(kJustLongEnough), WireError::bad_framing) << "no flow control came";
+    EXPECT_EQ(device.send_due(kJustLongEnough), WireError::bad_framing) << "no segment came";
+    EXPECT_EQ(host.send_due(2 * kJustLongEnough), WireError::none);
+    EXPECT_EQ(device.send_due(2 * kJustLongEnough), WireError::none) << "reported once";
     EXPECT_FALSE(host.exchange.sending());
 }
 
@@ -85,7 +85,7 @@ TEST(CanExchange, CountsAnInterruptedMessageAndAnswersTheNewOne) {
     End device(CanSide::device);
     for (const WireError expected : {WireError::none, WireError::bad_framing}) {
         ASSERT_TRUE(host.exchange.begin(Bytes(200, 1), 0));
-        host.go_on(0);
+        host.send_due(0);
         EXPECT_EQ(device.take(host.sent.front(), 0).error, expected);
         EXPECT_EQ(device.sent.front().data[0], 0x30) << "clear to send";
         host.exchange.reset();

@@ -161,7 +161,7 @@ TEST(FastrakBytes, ConversationOfVrpn) {
 }
 
 // VRPN's second reset: single bytes, for modes that tricoil does not have.
-TEST(FastrakBytes, StubbornResetOfVrpn) {
+TEST(FastrakBytes, SecondResetOfVrpn) {
     FastrakClient client;
     EXPECT_EQ(client.say("\r"), "");
     EXPECT_EQ(client.say("Y"), "");

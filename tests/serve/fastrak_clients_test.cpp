@@ -255,7 +255,7 @@ TEST(FastrakClients, PylhemusReadsAndRestoresTheSettings) {
         device.say(std::string(command) + "\r");
         EXPECT_EQ(device.rest(), "") << command;
     }
-    device.say("\x13");  // as its command stream --continuous, which never sends ^Q
+    device.say("\x13");  // ^S without a later ^Q: the client's command `stream --continuous` sends this
     device.say("c\rF\ru\rC\r");
     EXPECT_EQ(device.read(20 * kRecord).size(), 20 * kRecord);
 }

@@ -28,7 +28,7 @@ void poison_fresh_memory(int pattern) { poison = pattern; }
 
 }  // namespace tricoil::test
 
-// Replaced, as M_PERTURB of the C library does not fill small blocks that were used before.
+// Replaces operator new, because M_PERTURB of the C library does not fill small blocks that were used before.
 void* operator new(std::size_t size) { return fresh(size); }
 void* operator new[](std::size_t size) { return fresh(size); }
 void operator delete(void* memory) noexcept { std::free(memory); }

@@ -243,7 +243,7 @@ TEST_F(Fdcan, LongMessagesGoBothWaysByIsoTp) {
         Bytes from_host;
         Bytes from_device;
         for (int round = 0; round < 60; ++round) {
-            host.go_on(0, send);
+            host.send_due(0, send);
             if (!to_device.empty()) {
                 arrive(to_device.front());
                 to_device.pop_front();

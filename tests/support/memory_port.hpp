@@ -8,8 +8,8 @@
 
 namespace tricoil::sim {
 
-/// A message sent at one end is received at the other, complete and in order; at most `room` messages wait. Tests must inject
-/// refusals and damage themselves.
+/// A message sent at one end is received at the other, complete and in order; at most `room` messages wait. The ports
+/// simulate no other errors.
 class MemoryPort final : public hal::MessagePort {
 public:
     explicit MemoryPort(std::size_t room = 64) : room_(room) {}

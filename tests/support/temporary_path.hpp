@@ -1,4 +1,4 @@
-// Temporary paths that are unique per process, as tests run in parallel.
+// Temporary paths that are unique per process, because tests run in parallel.
 #pragma once
 
 #include <gtest/gtest.h>

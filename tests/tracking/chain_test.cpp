@@ -91,8 +91,8 @@ struct FaultRun {
     double first_flag_s = 1e9;
     double valid_again_s = 1e9;
     double longest_silence_s = 0;
-    std::size_t far_unsaid = 0;  // valid poses 5 cm off without the flag distorted
-    std::size_t far_after = 0;   // valid poses 5 cm off after the fault's end
+    std::size_t far_unflagged = 0;  // valid poses 5 cm off without the flag distorted
+    std::size_t far_after = 0;      // valid poses 5 cm off after the fault's end
 };
 
 /// The run lasts 4 s; the fault lasts from 2 s to 3 s.
@@ -119,7 +119,7 @@ FaultRun play_fault(const FaultCase& fault, bool filtered, std::uint64_t seed) {
         }
         run.valid_again_s = now_s >= 3 && e.valid() ? std::min(run.valid_again_s, now_s - 3) : run.valid_again_s;
         if (e.valid() && (e.position_m - motion.at(t).position_m).norm() > 0.05) {
-            run.far_unsaid += e.flags.has(PoseFlag::distorted) ? 0U : 1U;
+            run.far_unflagged += e.flags.has(PoseFlag::distorted) ? 0U : 1U;
             run.far_after += now_s >= 3 ? 1U : 0U;
         }
     });
@@ -146,7 +146,7 @@ TEST_P(ChainFault, IsFlaggedAndValidPosesAreRight) {
 /// must be good again.
 TEST_P(ChainFault, LeavesTheDirectSolverAsItWas) {
     const FaultRun run = play_fault(GetParam(), false, 3);
-    EXPECT_EQ(run.far_unsaid, 0U);
+    EXPECT_EQ(run.far_unflagged, 0U);
     EXPECT_EQ(run.far_after, 0U);
     EXPECT_LT(run.valid_again_s, 0.05);
 }

@@ -12,7 +12,7 @@ namespace {
 template <typename T>
 class Clock : public ::testing::Test {};
 
-// Confined to one hemisphere, as the duration of a clock restart and the motion during it are unknown.
+// Confined to one hemisphere, because the duration of a clock restart and the motion during it are unknown.
 struct Filtered {
     static auto make(bool tdm) {
         auto params = test::scaat_params<double>(tdm);

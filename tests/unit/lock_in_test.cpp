@@ -52,8 +52,8 @@ TYPED_TEST(LockIn, MeasuresAmplitudeAndPhaseDespiteOffsetAndOtherCarriers) {
         const Oscillator<TypeParam> oscillator(plan.window_cycles[j], plan.window_samples);
         const auto phasors = lock_in<TypeParam>(oscillator, samples);
         const auto exact = std::polar(block.tones[0][j].amplitude, block.tones[0][j].phase_rad);
-        // Codes are rounded: 0.29 sqrt(2/300) = 0.024 for each part, as the three carriers repeat after 300 samples. The limit is
-        // five times that.
+        // Codes are rounded: 0.29 sqrt(2/300) = 0.024 for each part, because the three carriers repeat after 300 samples. The
+        // limit is five times that.
         EXPECT_LT(std::abs(std::complex<double>(phasors[0]) - exact), sizeof(TypeParam) == 4 ? 6.0 : 0.12) << j;
         EXPECT_LT(std::abs(phasors[1]), 2.0);  // channel with an offset and no carrier
     }

@@ -15,8 +15,8 @@ using test::BoardBench;
 /// Board with a session on its serial link.
 class ReportingBoard : public BoardBench {
 public:
-    ReportingBoard() { greet(); }
-    void greet() {
+    ReportingBoard() { send_hello(); }
+    void send_hello() {
         run(kBootS);
         host().hello();
         run(0.02);
@@ -42,7 +42,7 @@ public:
         fed[test::on_serial] = false;
         run(1);
         EXPECT_LT(board->bench.last_driven_s() - begin_s, off_within_s) << fault;
-        greet();
+        send_hello();
         return condition();
     }
 };
@@ -75,14 +75,14 @@ TEST(BoardCondition, TellsTheProcessorFaultUntilThePowerIsOff) {
     EXPECT_EQ(c.address, kBadAddress);
 
     board.board->machine.request_reset();
-    board.greet();
+    board.send_hello();
     c = board.condition();
     EXPECT_EQ(c.reset_reason, kSoftware);
     EXPECT_EQ(c.crash, kFault) << "the record stays";
     EXPECT_EQ(c.address, kBadAddress);
 
     board.board->power_cycle();
-    board.greet();
+    board.send_hello();
     c = board.condition();
     EXPECT_EQ(c.reset_reason, kPowerOn);
     EXPECT_EQ(c.crash, kNone);
@@ -124,7 +124,7 @@ TEST(BoardCondition, ADamagedImageKeepsTheCoilsOff) {
         ReportingBoard board;
         board.board->machine.memory.flash[at] ^= 0x10;
         board.board->power_cycle();
-        board.greet();
+        board.send_hello();
         const ConditionMessage c = board.condition();
         EXPECT_EQ(c.image, kDamaged) << at;
         EXPECT_NE(board.status().faults & static_cast<unsigned>(protocol::Fault::self_check), 0U) << at;
@@ -150,7 +150,7 @@ TEST(BoardCondition, ChecksTheOptionBytes) {
         virtual_board::BoardFaults faults(*board.board, {virtual_board::parse_board_fault(fault)});
         faults.update();
         board.board->power_cycle();
-        board.greet();
+        board.send_hello();
         const ConditionMessage c = board.condition();
         EXPECT_EQ(c.settings, kChecked | settings) << fault;
         EXPECT_EQ(c.options, std::stoul(std::string(fault).substr(13), nullptr, 16));

@@ -258,8 +258,8 @@ calibration::Blob blob_of(double gain) {
 /// Idle board with a session on its serial link.
 class CalibratedBoard : public BoardBench {
 public:
-    CalibratedBoard() { greet(); }
-    void greet() {
+    CalibratedBoard() { send_hello(); }
+    void send_hello() {
         run(kBootS);
         host().hello();
         run(0.02);
@@ -292,7 +292,7 @@ TEST(BoardFlash, KeepsACalibrationThroughLossOfPower) {
     const auto blob = blob_of(1.01);
     EXPECT_EQ(board.write(blob), AckResult::done);
     board.board->power_cycle();
-    board.greet();
+    board.send_hello();
     EXPECT_THAT(board.read(), ::testing::ElementsAreArray(blob));
     EXPECT_EQ(board.status().faults & bit(Fault::calibration), 0U);
 }
@@ -310,7 +310,7 @@ TEST(BoardFlash, LosesNothingWhenAWriteIsInterrupted) {
         const auto next = blob_of(1 + 1e-3 * static_cast<double>(n));
         board.board->lose_power_in_flash_operation(n);
         (void)board.write(next);
-        board.greet();
+        board.send_hello();
         const auto found = board.read();
         const bool is_new = std::equal(found.begin(), found.end(), next.begin(), next.end());
         kept_new += is_new ? 1 : 0;
@@ -329,7 +329,7 @@ TEST(BoardFlash, ReportsACorruptedCalibration) {
         byte ^= byte == 0xFF ? 0 : 0x04;
     }
     board.board->power_cycle();
-    board.greet();
+    board.send_hello();
     EXPECT_NE(board.status().faults & bit(Fault::calibration), 0U);
     EXPECT_EQ(board.write(blob_of(1.02)), AckResult::done);
     EXPECT_EQ(board.status().faults & bit(Fault::calibration), 0U);

@@ -1,4 +1,4 @@
-// The board measures the real gain of each step of its amplifiers, as op-amps deviate from their data sheet.
+// The board measures the real gain of each step of its amplifiers, because op-amps deviate from their data sheet.
 #include <gtest/gtest.h>
 
 #include <set>

@@ -121,7 +121,7 @@ TEST_F(TimerTest, WithUpdatesDisabledThereIsNoFlagAndNoDma) {
 
 TEST_F(TimerTest, CountingDownRepeatingAndComparing) {
     timer.write(0x2C, 99);
-    timer.write(0x30, 1);  // every second overflow
+    timer.write(0x30, 1);  // an update at every second overflow
     timer.write(0x34, 30);
     timer.write(0x0C, 2);
     timer.write(0x00, 1U << 4U);

@@ -82,7 +82,7 @@ public:
             }
             waiting_.pop_front();
         }
-        exchange_.go_on(now_us(), [this](const protocol::CanFrame& frame) { return send(frame); });
+        exchange_.send_due(now_us(), [this](const protocol::CanFrame& frame) { return send(frame); });
     }
     void send_raw(std::span<const std::uint8_t> bytes) override {
         virtual_board::CanFrame frame;

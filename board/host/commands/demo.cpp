@@ -33,8 +33,8 @@ struct DemoCommand {
     std::string program;
 };
 
-/// Opens the page in the user's browser, if there is a desktop. A browser that does not start is no error: the address is
-/// printed.
+/// Opens the page in the user's browser, if there is a desktop. If the browser does not start, this is not an error, because the
+/// address is printed too.
 void open_browser(const std::string& url) {
     if (std::getenv("DISPLAY") == nullptr && std::getenv("WAYLAND_DISPLAY") == nullptr) {
         return;

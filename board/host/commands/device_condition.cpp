@@ -113,20 +113,20 @@ std::string crash_text(const Json& crash) {
 std::vector<std::string> condition_warnings(const protocol::ConditionMessage& m) {
     std::vector<std::string> warnings;
     if (m.crash != 0) {
-        warnings.push_back(m.pc == 0
-                               ? "a program error restarted the device; report the line 'crash'"
-                               : fmt::format("a program error restarted the device; for its place run arm-none-eabi-addr2line "
-                                             "-fe tricoil_board.elf {}, then report it",
-                                             hexadecimal(m.pc)));
+        warnings.push_back(m.pc == 0 ? "a program error restarted the device; report the line 'crash'"
+                                     : fmt::format("a program error restarted the device; to find its source line, run "
+                                                   "arm-none-eabi-addr2line -fe tricoil_board.elf {}, then report it",
+                                                   hexadecimal(m.pc)));
     }
     if (m.image == kDamaged) {
         warnings.emplace_back("the image is damaged, the coils stay off; write it again with toolchain/flash");
     }
     for (const auto& [bit, problem, option] : kSettings) {
         if ((m.settings & bit) != 0) {
-            warnings.push_back(problem + (option == nullptr
-                                              ? std::string()
-                                              : fmt::format("; set STM32_Programmer_CLI -c port=SWD -ob {}", option)));
+            warnings.push_back(problem +
+                               (option == nullptr
+                                    ? std::string()
+                                    : fmt::format("; to correct it, run STM32_Programmer_CLI -c port=SWD -ob {}", option)));
         }
     }
     return warnings;

@@ -7,7 +7,7 @@
 
 namespace tricoil::host {
 
-/// While an object exists, standard input delivers each key at once, without echo. Nothing changes if it is no terminal.
+/// While an object exists, standard input delivers each key at once, without echo. Nothing changes if it is not a terminal.
 class KeyPress {
 public:
     KeyPress();
@@ -15,7 +15,7 @@ public:
     KeyPress(const KeyPress&) = delete;
     KeyPress& operator=(const KeyPress&) = delete;
 
-    /// False if standard input is no terminal, so that nobody can press a key.
+    /// False if standard input is not a terminal: then keys cannot be read.
     [[nodiscard]] bool possible() const { return before_.has_value(); }
     /// A key that was pressed since the last call, if any. Does not wait.
     std::optional<char> take();

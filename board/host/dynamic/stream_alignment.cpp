@@ -101,7 +101,7 @@ double correlation(const PoseStream& tracker, const PoseStream& reference, doubl
 double best_offset(const PoseStream& tracker, const PoseStream& reference) {
     double best = 0;
     double highest = -1;
-    const auto look = [&](double from, double to, double step) {
+    const auto search = [&](double from, double to, double step) {
         for (double offset = from; offset <= to; offset += step) {
             const double c = correlation(tracker, reference, offset);
             if (c > highest) {
@@ -110,11 +110,11 @@ double best_offset(const PoseStream& tracker, const PoseStream& reference) {
             }
         }
     };
-    look(-kLargestOffset_s, kLargestOffset_s, kCoarseOffset_s);
+    search(-kLargestOffset_s, kLargestOffset_s, kCoarseOffset_s);
     const double near = best;
-    look(near - kCoarseOffset_s, near + kCoarseOffset_s, kOffsetStep_s);
+    search(near - kCoarseOffset_s, near + kCoarseOffset_s, kOffsetStep_s);
     if (highest < 0) {
-        throw InputError("the streams overlap by less than 1 s at all offsets within 2 s, or do not rotate");
+        throw InputError("the streams overlap by less than 1 s at all offsets within 2 s, or their poses do not rotate");
     }
     if (highest < kMinCorrelation) {
         throw InputError(fmt::format(
@@ -138,7 +138,8 @@ void solve_attitudes(const PoseStream& tracker, const PoseStream& reference, con
     }
     const SymmetricEigen eigen = eigen_of_symmetric(normal);
     if (eigen.values(1) < kMinTurning) {
-        throw InputError("the motion does not rotate about two axes: world frame and mount cannot be separated");
+        throw InputError(
+            "the sensor must rotate about two axes, or world frame and mount cannot be separated; record other motion");
     }
     const Eigen::Matrix<double, 8, 1> v = eigen.vectors.col(0);
     alignment.q_mount = quaternion(v.head<4>()).conjugate();

@@ -22,7 +22,7 @@ constexpr std::array<const char*, tracking::kMaxSensors> kColours{"#0044cc", "#0
 constexpr double kMillimetres = 1e3;
 constexpr double kShortestBar = 0.004;  // of the time axis
 
-/// The larger number; NaN only if both are.
+/// The larger number; NaN only if both are NaN.
 double worst(double a, double b) { return std::isnan(a) || b > a ? b : a; }
 
 /// One line for `step` poses: the first valid position and the largest error and deviation.
@@ -79,7 +79,7 @@ double tick_of(double range) {
     return power * (digit < 1.5 ? 1 : digit < 3 ? 2 : digit < 7 ? 5 : 10);
 }
 
-/// The path along two axes: 0 x, 1 y, 2 z.
+/// The path in the plane of x and the axis `vertical` (1: y, 2: z).
 Panel path_panel(const PoseTable& table, const char* title, Eigen::Index vertical) {
     const Eigen::AlignedBox3d box = box_of(table);
     const char axis = "xyz"[vertical];

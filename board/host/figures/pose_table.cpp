@@ -50,8 +50,8 @@ public:
     [[nodiscard]] double number(std::string_view name) const {
         const auto value = find(name);
         if (!value) {
-            throw InputError(
-                fmt::format("{}: no {}; give the file of run --out in metres, or the folder of a recording", place_.str(), name));
+            throw InputError(fmt::format("{}: {} is missing; give the file of run --out in metres, or the folder of a recording",
+                                         place_.str(), name));
         }
         return *value;
     }

@@ -61,7 +61,7 @@ public:
             dropped_ += client->stream.gone() ? client->stream.dropped() : 0;
             return client->stream.gone();
         });
-        told_full_ = told_full_ && clients_.size() == kMaxClients;
+        reported_full_ = reported_full_ && clients_.size() == kMaxClients;
     }
 
     void take(std::span<const ServedPose> poses) override {
@@ -85,9 +85,9 @@ private:
             }
             auto client = std::make_unique<Client>(descriptor, limits_);
             if (clients_.size() >= kMaxClients) {
-                if (!told_full_) {
+                if (!reported_full_) {
                     print_notice("tricoil: {}: limit of {} clients reached; new clients are refused\n", name_, kMaxClients);
-                    told_full_ = true;
+                    reported_full_ = true;
                 }
                 continue;
             }
@@ -102,7 +102,7 @@ private:
     StreamLimits limits_;
     std::vector<std::unique_ptr<Client>> clients_;
     std::uint64_t dropped_ = 0;  // records of clients that have left
-    bool told_full_ = false;
+    bool reported_full_ = false;
 };
 
 }  // namespace tricoil::host

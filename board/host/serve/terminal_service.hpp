@@ -48,7 +48,7 @@ public:
             reopen();
             return;
         }
-        look();
+        check_for_hang_up();
         if (!stream_ || hung_up_) {
             return;
         }
@@ -58,7 +58,7 @@ public:
             session_->receive(bytes);
         }
         if (stream_->gone()) {
-            look();
+            check_for_hang_up();
             if (stream_ && !hung_up_) {
                 stream_.reset();
             }
@@ -68,7 +68,7 @@ public:
     void take(std::span<const ServedPose> poses) override { session_->take(poses); }
 
 private:
-    void look() {
+    void check_for_hang_up() {
         pollfd descriptor{stream_->descriptor(), POLLIN, 0};
         ::poll(&descriptor, 1, 0);
         hung_up_ = (descriptor.revents & POLLHUP) != 0;

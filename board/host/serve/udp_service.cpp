@@ -55,9 +55,9 @@ void UdpService::take(std::span<const ServedPose> poses) {
         }
         const bool is_full = errno == EAGAIN || errno == ENOBUFS;
         lost_ += is_full ? 1U : 0U;
-        if (!is_full && !is_told_) {
+        if (!is_full && !is_reported_) {
             print_notice("tricoil: {}: poses cannot be sent ({})\n", name_, std::strerror(errno));
-            is_told_ = true;
+            is_reported_ = true;
         }
     }
 }

@@ -33,7 +33,7 @@ private:
     Encode encode_;
     drivers::FileDescriptor descriptor_;
     std::uint64_t lost_ = 0;  // datagrams
-    bool is_told_ = false;
+    bool is_reported_ = false;
 };
 
 }  // namespace tricoil::host

@@ -31,7 +31,7 @@ void SmoothingTap::do_column(const Column<double>& column) {
     }
 }
 
-/// The filter's pose of a tick has no new column: not smoothed.
+/// A pose from tick() contains no new column, so it is not smoothed.
 void SmoothingTap::do_tick(std::uint8_t sensor, DeviceTime now) { (void)sensors_.at(sensor)->tracker.tick(now); }
 
 void SmoothingTap::do_hemisphere(std::uint8_t sensor, const Vec3<double>& towards) {

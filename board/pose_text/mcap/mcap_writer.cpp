@@ -69,7 +69,7 @@ Bytes map_of(const std::map<std::uint16_t, std::uint64_t>& numbers) {
 
 }  // namespace
 
-void McapWriter::Times::see(std::uint64_t time_ns) {
+void McapWriter::Times::extend_to(std::uint64_t time_ns) {
     begin_ns = std::min(begin_ns, time_ns);
     end_ns = std::max(end_ns, time_ns);
 }
@@ -102,8 +102,8 @@ std::uint16_t McapWriter::add_channel(std::string_view topic, std::string_view s
 void McapWriter::add_message(std::uint16_t channel, std::uint32_t sequence, std::uint64_t time_ns, std::string_view json) {
     chunk_index_[channel] += Bytes().number(time_ns).number(std::uint64_t{chunk_.size()}).str();
     chunk_ += record(Op::message, Bytes().number(channel).number(sequence).number(time_ns).number(time_ns).raw(json));
-    chunk_times_.see(time_ns);
-    times_.see(time_ns);
+    chunk_times_.extend_to(time_ns);
+    times_.extend_to(time_ns);
     ++counts_[channel];
     if (chunk_.size() >= kChunkBytes) {
         write_chunk();

@@ -29,7 +29,7 @@ private:
     struct Times {
         std::uint64_t begin_ns = UINT64_MAX;
         std::uint64_t end_ns = 0;
-        void see(std::uint64_t time_ns);
+        void extend_to(std::uint64_t time_ns);
     };
     void put(std::string_view bytes);
     void write_chunk();

@@ -58,8 +58,6 @@ public:
     Result<DualRatePose> add_high(const Mat3<double>& couplings);
 
     [[nodiscard]] const BandScalar& scalar() const { return scalar_; }
-    /// High band minus low band at the last line that was used, in m.
-    [[nodiscard]] const Vec3<double>& disagreement_m() const { return disagreement_m_; }
 
 private:
     using Vec9 = Eigen::Matrix<double, 9, 1>;
@@ -114,8 +112,8 @@ private:
     Vec3<double> line_turned_rad_ = Vec3<double>::Zero();
     Vec3<double> held_bias_m_ = Vec3<double>::Zero();  // as measured at the last line
     Vec3<double> held_bias_rad_ = Vec3<double>::Zero();
-    Vec3<double> disagreement_m_ = Vec3<double>::Zero();
-    double low_variance_ = 0;  // of one low coupling
+    Vec3<double> disagreement_m_ = Vec3<double>::Zero();  // high band minus low band at the last line that was used
+    double low_variance_ = 0;                             // of one low coupling
     bool compared_ = false;
     Vec3<double> last_low_m_ = Vec3<double>::Zero();
     Vec3<double> last_disagreement_m_ = Vec3<double>::Zero();

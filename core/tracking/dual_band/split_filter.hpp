@@ -84,7 +84,8 @@ public:
 
 private:
     // The sum, not the motion, is a state: its variance is small by itself, not as a difference of large ones.
-    enum State : int { kSum, kSumRate, kBias, kBiasRate, kThisLine, kLastLine, kStates };  // k...Line: mean bias of that line
+    // kThisLine, kLastLine: mean bias during that line.
+    enum State : int { kSum, kSumRate, kBias, kBiasRate, kThisLine, kLastLine, kStates };
     using States = Eigen::Matrix<double, kStates, 1>;
     using Covariance = Eigen::Matrix<double, kStates, kStates>;
 

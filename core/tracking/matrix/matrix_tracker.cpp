@@ -244,7 +244,7 @@ void MatrixTracker<Scalar>::fill_estimate(const SignalMatrix<Scalar>& matrix, co
     const Scalar linearization = stepped ? k * linearization_share(pose) : Scalar(0);
     const Scalar still = matrix.sigma * matrix.sigma + floor * floor;
     const Scalar variance = still + column_motion_.error_variance(matrix, params_.window_s) + linearization * linearization;
-    // A step is no least-squares fit, so its misfit contains some of the pose's noise (simulated: 1.16 times the misfit of a
+    // A step is not a least-squares fit, so its misfit contains some of the pose's noise (simulated: 1.16 times the misfit of a
     // fit).
     constexpr Scalar kStepMisfit = Scalar(1.16);
     const Scalar expected = stepped ? kStepMisfit * variance : variance;

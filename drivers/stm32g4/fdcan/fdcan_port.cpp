@@ -137,7 +137,7 @@ bool FdcanPort::queue(const CanFrame& frame) {
     return true;
 }
 
-void FdcanPort::send_segments() { damaged().count(exchange_.go_on(to_us(clock_.now()), Sender{*this})); }
+void FdcanPort::send_segments() { damaged().count(exchange_.send_due(to_us(clock_.now()), Sender{*this})); }
 
 /// The controller stops at bus-off. After a pause it may start again; it is back on the bus after 129 times 11 recessive bits.
 /// No frame from before bus-off is sent after it: configuration access empties the controller's buffers.

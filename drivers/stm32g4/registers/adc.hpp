@@ -37,7 +37,6 @@ struct AdcCommonRegisters {
 static_assert(offsetof(AdcCommonRegisters, CCR) == 0x08);
 
 constexpr std::uintptr_t kAdc1Base = 0x5000'0000;
-constexpr std::uintptr_t kAdc2Base = 0x5000'0100;
 constexpr std::uintptr_t kAdc12CommonBase = 0x5000'0300;
 constexpr std::uintptr_t kAdc3Base = 0x5000'0400;
 constexpr std::uintptr_t kAdc4Base = 0x5000'0500;

@@ -83,10 +83,7 @@ static_assert(sizeof(FdcanMessageRam) == 0x350);
 
 constexpr std::uintptr_t kFdcan2Base = 0x4000'6800;
 constexpr std::uintptr_t kFdcan2RamBase = 0x4000'A400 + sizeof(FdcanMessageRam);  // after the message RAM of FDCAN1
-constexpr std::uintptr_t kFdcan3Base = 0x4000'6C00;
-constexpr std::uintptr_t kFdcan3RamBase = 0x4000'A400 + 2 * sizeof(FdcanMessageRam);
 constexpr std::uint8_t kFdcan2Interrupt0 = 86;
-constexpr std::uint8_t kFdcan3Interrupt0 = 88;
 
 namespace fdcan {
 constexpr std::uint32_t CCCR_INIT = 1U << 0U;
@@ -122,7 +119,6 @@ constexpr unsigned RXGFC_LSS_Pos = 16;
 constexpr std::uint32_t RXF0S_F0FL_Msk = 0xFU;
 constexpr unsigned RXF0S_F0GI_Pos = 8;
 // TXFQS
-constexpr std::uint32_t TXFQS_TFFL_Msk = 0x7U;
 constexpr unsigned TXFQS_TFQPI_Pos = 16;
 constexpr std::uint32_t TXFQS_TFQF = 1U << 21U;
 // Standard filter: two identifiers, to FIFO 0.

@@ -94,7 +94,6 @@ constexpr std::uint32_t CCIPR_ADC12SEL_SYSCLK = 2U << 28U;
 constexpr std::uint32_t CCIPR_ADC345SEL = 3U << 30U;
 constexpr std::uint32_t CCIPR_ADC345SEL_SYSCLK = 2U << 30U;
 
-constexpr std::uint32_t CSR_LSION = 1U << 0U;
 constexpr std::uint32_t CSR_LSIRDY = 1U << 1U;
 constexpr std::uint32_t CSR_RMVF = 1U << 23U;
 constexpr std::uint32_t CSR_PINRSTF = 1U << 26U;

@@ -7,13 +7,6 @@ namespace tricoil::stm32g4 {
 
 enum class EndpointState : std::uint8_t { disabled = 0, stall = 1, nak = 2, valid = 3 };
 
-constexpr EndpointState receive_state(std::uint16_t value) {
-    return static_cast<EndpointState>((value & usb::EP_STAT_RX) >> usb::EP_STAT_RX_Pos);
-}
-constexpr EndpointState send_state(std::uint16_t value) {
-    return static_cast<EndpointState>((value & usb::EP_STAT_TX) >> usb::EP_STAT_TX_Pos);
-}
-
 /// Collects changes of an endpoint register that reads `now`; word() is the value to write, once. The write does not affect
 /// other bits, nor changes that the hardware makes to them meanwhile. Change the state only of a direction that is not `valid`:
 /// the hardware may change the state of a valid one at any time.

@@ -30,8 +30,8 @@ public:
     /// Advances to `time_s`; earlier times have no effect.
     void advance(double time_s);
 
-    /// Present signals before the low-pass filters of preamplifier and reference amplifier, relative to half the supply. A sensor
-    /// coil's voltage is the derivative of flux_vs() plus sensor_v(); the latter contains hum and metal.
+    /// Signals at the current time before the low-pass filters of preamplifier and reference amplifier, relative to half the
+    /// supply. The voltage of a sensor coil is the sum of d/dt flux_vs() and sensor_v(), which contains hum and metal.
     [[nodiscard]] double flux_vs(int coil) const;
     [[nodiscard]] double sensor_v(int coil) const;
     [[nodiscard]] double reference_v() const;

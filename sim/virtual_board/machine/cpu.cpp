@@ -199,10 +199,10 @@ void Cpu::on_block(std::uint32_t address, std::uint32_t bytes) {
     }
     event_ = event_ || facts.sends_event;
     in_bootloader_ = address - Memory::kSystemBase < Memory::kSystemBytes;
-    spend(facts.instructions);
+    add_cycles(facts.instructions);
 }
 
-void Cpu::spend(int cycles) {
+void Cpu::add_cycles(int cycles) {
     cycles_ += static_cast<std::uint64_t>(cycles);
     busy_cycles_ += static_cast<std::uint64_t>(cycles);
     events_.pass(cycles * ticks_per_cycle_);

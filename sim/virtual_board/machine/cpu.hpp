@@ -90,7 +90,7 @@ private:
     void start_sleep(bool until_event);
     void sleep();
     [[nodiscard]] bool wakes() const;
-    void spend(int cycles);
+    void add_cycles(int cycles);
 
     // Exceptions: cpu_exceptions.cpp.
     void take_exceptions();

@@ -87,7 +87,7 @@ void Cpu::stack_frame() {
     set(UC_ARM_REG_SP, frame);
     const std::uint32_t exc_return =
         kExcReturn | (running_ == 0 ? kToThread : 0) | (process_stack ? kToProcessStack : 0) | (with_float ? 0 : kWithoutFloat);
-    spend(kEntryCycles);
+    add_cycles(kEntryCycles);
     events_.advance(
         events_.now());  // late arrival: a more urgent exception that becomes pending up to this point is entered first
     enter(false, exc_return);
@@ -138,7 +138,7 @@ void Cpu::take_fault() {
 void Cpu::enter(bool tail_chained, std::uint32_t exc_return) {
     const int exception = nvic_.to_take(masks());
     if (tail_chained) {
-        spend(kTailChainCycles);
+        add_cycles(kTailChainCycles);
     }
     nvic_.enter(exception);
     event_ = true;
@@ -164,7 +164,7 @@ void Cpu::leave(std::uint32_t exc_return) {
         return;
     }
     unstack_frame(exc_return);
-    spend(kReturnCycles);
+    add_cycles(kReturnCycles);
 }
 
 void Cpu::unstack_frame(std::uint32_t exc_return) {

@@ -37,7 +37,7 @@ private:
     friend class Event;
     void add(Event& event);
     void drop(Event& event);
-    void look_for_next();
+    void update_next();
 
     Ticks now_ = 0;
     Ticks next_ = kNever;
@@ -81,7 +81,7 @@ inline void Event::at(Ticks time) {
     const bool was_due = is_due();
     when_ = time;
     if (was_due) {
-        events_.look_for_next();
+        events_.update_next();
     } else {
         events_.add(*this);
     }
@@ -101,10 +101,10 @@ inline void Events::add(Event& event) {
 
 inline void Events::drop(Event& event) {
     std::erase(pending_, &event);
-    look_for_next();
+    update_next();
 }
 
-inline void Events::look_for_next() {
+inline void Events::update_next() {
     next_ = kNever;
     for (const Event* event : pending_) {
         next_ = std::min(next_, event->when_);

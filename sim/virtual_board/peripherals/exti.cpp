@@ -60,7 +60,7 @@ std::uint32_t Exti::levels() const {
     return now;
 }
 
-void Exti::look() {
+void Exti::check_pins() {
     const std::uint32_t before = std::exchange(levels_, levels());
     const std::uint32_t edges = (levels_ & ~before & registers_[kRising]) | (before & ~levels_ & registers_[kFalling]);
     if (edges != 0) {

@@ -19,7 +19,7 @@ public:
     /// Level of the pin that SYSCFG connects to line 0 to 15; set by the board.
     std::function<bool(unsigned line)> level_of;
     /// Call it after the level of a pin may have changed.
-    void look();
+    void check_pins();
 
     std::uint32_t read(std::uint32_t offset) override { return registers_.at(offset); }
     void write(std::uint32_t offset, std::uint32_t value) override;

@@ -11,10 +11,10 @@
 
 namespace tricoil::sim {
 
-/// Response of a long cylinder per length, relative to its cross-section pi b^2 (b: outer radius).
+/// Response of a long cylinder with outer radius b. A perfect conductor has -1 for both.
 struct CylinderResponse {
-    std::complex<double> across;  // moment across the axis per length = 2 pi b^2 across H; -1 for a perfect conductor
-    std::complex<double> along;   // moment along the axis per length = pi b^2 along H, H along the surface; -1: perfect conductor
+    std::complex<double> across;  // moment per length, perpendicular to the axis, divided by 2 pi b^2 H
+    std::complex<double> along;   // moment per length, along the axis, divided by pi b^2 H; H at the surface
 };
 CylinderResponse cylinder_response(const Cylinder& cylinder, const Material& material, double hz);
 

@@ -43,7 +43,7 @@ int main() {
     params.common.coupling_constant = kCouplingConstant;  // C of the coils, coupling units times m^3
     params.common.hemisphere = {1, 0, 0};                 // the sensor starts on the +x side of the source
     params.common.max_column_span = Microseconds{2'800};  // TDM: two slots of 1/720 s
-    tracking::ScaatTracker<float> tracker(params);        // 2.7 KB, no heap
+    tracking::ScaatTracker<float> tracker(params);        // 3.3 KB, no heap
 
     for (int slot = 0; slot < kSlots; ++slot) {
         const auto pose = tracker.update(measure(slot));  // in: three couplings to one source coil, noise, time

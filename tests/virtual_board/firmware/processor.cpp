@@ -163,7 +163,7 @@ void run() {
             pend(1);
             fence();
             note(1);
-            asm volatile("wfi" : : : "memory");  // returns at once, as an interrupt is pending
+            asm volatile("wfi" : : : "memory");  // returns at once, because an interrupt is pending
             note(2);
             asm volatile("cpsie i" : : : "memory");
             fence();
@@ -184,7 +184,7 @@ void run() {
             note(stack_pointer() == reinterpret_cast<Word>(&stack[64]) ? 1 : 0);
             asm volatile("mov r4, #0\n msr control, r4\n isb" : : : "r4", "memory");
             note(stack_pointer() == main_stack ? 1 : 0);
-            note(stack[64 - 1] >> 24U);  // the stacked xPSR: Thumb bit
+            note(stack[64 - 1] >> 24U);  // Thumb bit of the stacked xPSR
             break;
         }
         case Job::system_call:

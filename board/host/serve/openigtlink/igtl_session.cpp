@@ -148,11 +148,11 @@ void Session::set_newest(std::span<const ServedPose> poses) {
 
 void Session::send_sensor_status(Sensor& sensor) {
     const bool valid = sensor.newest->pose.valid();
-    if (sensor.told ? sensor.told_valid != valid : !valid) {  // a valid start needs no STATUS
+    if (sensor.reported ? sensor.reported_valid != valid : !valid) {  // no STATUS if the first pose is valid
         stream_.send(status_message(*sensor.newest, names_));
     }
-    sensor.told = true;
-    sensor.told_valid = valid;
+    sensor.reported = true;
+    sensor.reported_valid = valid;
 }
 
 void Session::send_tracking_data(UtcTime utc, Microseconds frame) {

@@ -38,8 +38,8 @@ private:
     struct Sensor {
         std::optional<ServedPose> newest;
         Microseconds frame;  // interval between the two newest poses
-        bool told_valid = false;
-        bool told = false;
+        bool reported_valid = false;
+        bool reported = false;
     };
 
     void request(std::string_view type, std::string_view message);

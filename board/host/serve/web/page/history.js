@@ -3,7 +3,7 @@ import {angles} from './attitude.js';
 
 const kGap_s = 0.3;                // a longer interval between poses is a gap
 const kSpeedBase_s = 0.03;         // interval over which the speed is measured
-const kStep_deg = 180;             // a larger step of an angle is one turn less
+const kStep_deg = 180;             // a larger step means that the angle has wrapped
 const kFirst = 4096;               // entries at first
 export const kMostLive = 160_000;  // then the oldest quarter is dropped: eleven minutes at 240 poses/s
 

@@ -11,7 +11,7 @@ const kFlags = {
   stale: {level: 'bad', text: 'No new measurement of this sensor.', remedy: 'Check its plug and the link to the device.'},
   hemisphere_unknown: {level: 'bad', text: 'The side of the source is unknown.', remedy: 'Which side of the source is the sensor on?'},
   inconsistent: {level: 'bad', text: 'Measurements contradict each other.', remedy: 'Keep the sensor still for a moment; look for metal that moves.'},
-  unconfirmed: {level: 'bad', text: 'The last measurements contradict the motion.', remedy: 'Wait a moment. If it stays, keep the sensor still.'},
+  unconfirmed: {level: 'bad', text: 'The last measurements contradict the motion.', remedy: 'Wait a moment. If this message stays, keep the sensor still.'},
   not_converged: {level: 'bad', text: 'No position fits the measurement.', remedy: 'Keep the sensor within the range of the source.'},
   uncertain: {level: 'bad', text: 'Position too uncertain.', remedy: 'Move the sensor closer to the source.'},
   distorted: {level: 'caution', text: 'Metal disturbs the field.', remedy: 'Remove metal near source and sensor, or measure elsewhere.'},
