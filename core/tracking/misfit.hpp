@@ -16,9 +16,9 @@ constexpr double kHiddenShare = 2.5;
 
 /// Follows the misfit of consecutive signal matrices. A significant misfit counts once, because a single one may be chance (once
 /// in 40 s at 240 Hz). After two in a row the variance decays slowly, because near metal the misfit passes through zero while the
-/// sensor moves. It decays faster after 0.15 s without two in a row. A smaller misfit counts if it lasts. Metal that appears at
-/// once looks like a very fast motion for some columns: a misfit that almost only motion explains is doubtful, and widens the
-/// covariance.
+/// sensor moves. It decays faster after 0.15 s without two in a row. A smaller misfit counts if it lasts. Metal that
+/// appears suddenly looks like a very fast motion for some columns: a misfit that almost only motion explains is doubtful, and
+/// widens the covariance.
 template <typename Scalar>
 class Misfit {
 public:
@@ -57,10 +57,10 @@ public:
 
 private:
     static constexpr double kMemory_s = 0.1;
-    static constexpr double kPassing_s = 0.15;     // near metal a moving sensor's misfit is small for a shorter time
+    static constexpr double kPassing_s = 0.15;     // near metal the misfit of a moving sensor passes through zero in less time
     static constexpr double kMaxElapsed_s = 0.02;  // a longer gap counts as this
     static constexpr double kLongMemory_s = 0.4;
-    static constexpr double kChance = 1.2;       // mean ratio of 190 independent matrices: three standard deviations above 1
+    static constexpr double kChance = 1.2;  // mean ratio of 190 independent matrices: more than three standard deviations above 1
     static constexpr double kMaxRatio = 10;      // limits how long the mean remembers a large misfit
     static constexpr double kDoubtfulAbove = 9;  // chi-square, 3 degrees of freedom: exceeded once in 34
     static constexpr double kMostlyMotion = 25;  // of the expected variance to that without motion
@@ -68,7 +68,7 @@ private:
     Scalar last_ = 0;        // variance of a coupling if the last misfit was significant; else zero
     Scalar held_ = 0;        // the same, decaying; zero until two in a row were significant
     Scalar lasting_ = 0;     // the same from the mean ratio
-    Scalar doubtful_ = 0;    // the same of the last misfit if it is doubtful
+    Scalar doubtful_ = 0;    // variance of a coupling of the last misfit if that is doubtful; else zero
     Scalar mean_ratio_ = 1;  // of misfit to its expectation
     Scalar quiet_s_ = 0;     // since two significant misfits in a row
     bool started_ = false;

@@ -84,11 +84,11 @@ public:
 private:
     /// beside: the state, or null at a start.
     void judge(const SignalMatrix<Scalar>& matrix, const StartPose<Scalar>& pose, const State<Scalar>* beside) {
-        const bool moving = beside == nullptr || !motion_.known();  // perhaps: the misfit may be due to motion
+        const bool moving = beside == nullptr || !motion_.known();  // possibly: the misfit may be due to motion
         const Scalar blur = beside == nullptr ? Scalar(0) : pose.strength * signal_curvature(*beside) * blur_s2(params_.window_s);
         const Scalar floor = params_.misfit_floor * pose.strength;
         blur_variance_ = blur * blur;
-        // Motion from the columns, not from the state: a state that takes metal for motion would explain its misfit.
+        // Motion from the columns, not from the state: a state that mistakes metal for motion would explain its misfit.
         const Scalar noise = matrix.sigma * matrix.sigma;
         const Scalar still = noise + floor * floor;
         const Scalar moved = motion_.error_variance(matrix, params_.window_s);

@@ -9,10 +9,10 @@
 
 namespace tricoil::tracking::scaat {
 
-/// The process noise follows the innovations. If the stated sigma is too small, the filter therefore takes noise for motion and
-/// its covariance becomes too small. Third differences of a coil's columns separate the two. For white noise of variance v they
-/// have variance 20 v, and consecutive ones have covariance -15 v. Hand motion is smooth over a few columns; its contribution to
-/// that covariance is positive.
+/// The process noise follows the innovations. If the stated sigma is too small, the filter therefore mistakes noise for motion
+/// and its covariance becomes too small. Third differences of a coil's columns separate the two. For white noise of variance v
+/// they have variance 20 v, and consecutive ones have covariance -15 v. Hand motion is smooth over a few columns; its
+/// contribution to that covariance is positive.
 template <typename Scalar>
 class NoiseCheck {
 public:
