@@ -75,6 +75,14 @@ private:
     DeviceTime time_{};
 };
 
+/// Variance of a coupling due to errors of the calibrated coils; zero if negligible. misfit_floor: relative to `strength`.
+template <typename Scalar>
+Scalar floor_variance(Scalar misfit_floor, Scalar strength) {
+    constexpr Scalar kNegligible = Scalar(1e-5);
+    const Scalar floor = misfit_floor * strength;
+    return misfit_floor > kNegligible ? floor * floor : Scalar(0);
+}
+
 /// Root mean square of the position error that an error of `sigma` in each coupling causes: the trace of pose_covariance().
 template <typename Scalar>
 Scalar position_deviation(Scalar strength, Scalar range_m, Scalar sigma) {

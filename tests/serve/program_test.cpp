@@ -42,7 +42,7 @@ TEST(ServeProgram, RefusesInvalidOutputs) {
         {"--fastrak pty:/no/such/folder/link", "cannot be created"},
         {"--openigtlink here", "needs a port number"},
         {"--openigtlink 0 --scenario nonsense", "nonsense"},
-        {"--openigtlink 0 --igtl-name ''", "--igtl-name : must have 1 to 20 visible ASCII characters"},
+        {"--openigtlink 0 --igtl-name ''", "--igtl-name needs a value: TEXT"},
         {"--openigtlink 0 --igtl-name SensorToTrackerOfTheHead", "must have 1 to 20 visible ASCII characters"},
         {"--json-lines tcp:0 --igtl-name SensorToTracker", "--igtl-name: only with --openigtlink"},
     };

@@ -298,8 +298,7 @@ void MatrixTracker<Scalar>::predict_error(const SignalMatrix<Scalar>& matrix, St
     errors.skew += error_model::matrix_error<Scalar>(*motion, extrapolation.missing / params_.coupling_constant);
     const Scalar range_m = estimate.position_m.norm();
     const Scalar k = field::coupling_strength(params_.coupling_constant, range_m);
-    const Scalar floor = params_.misfit_floor * k;
-    const Scalar variance = matrix.sigma * matrix.sigma + floor * floor;
+    const Scalar variance = matrix.sigma * matrix.sigma + floor_variance(params_.misfit_floor, k);
     estimate.predicted_error = error_model::budget_of<Scalar>(
         errors, solver::pose_covariance<Scalar>(k, range_m, estimate.position_m / range_m, std::sqrt(variance)),
         extrapolation.variance / variance);

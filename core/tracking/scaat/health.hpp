@@ -126,13 +126,8 @@ private:
         }
     }
 
-    static constexpr double kLeastFloor = 1e-5;  // relative to k; below it, errors of the calibrated coils are neglected
-
     /// Variance of a coupling due to errors of the calibrated coils.
-    [[nodiscard]] Scalar floor_variance() const {
-        const Scalar floor = params_.misfit_floor * strength_;
-        return params_.misfit_floor > Scalar(kLeastFloor) ? floor * floor : Scalar(0);
-    }
+    [[nodiscard]] Scalar floor_variance() const { return tracking::floor_variance(params_.misfit_floor, strength_); }
 
     const CommonParams<Scalar>& params_;
     const Model& model_;
