@@ -29,7 +29,8 @@ DeviceUri parse_device_uri(const std::string& text) {
     const std::string scheme = text.substr(0, colon);
     const std::string rest = colon == std::string::npos ? "" : text.substr(colon + 1);
     if (scheme == "sim") {
-        throw host::InputError("device '" + text + "': only tricoil run supports the simulated device");
+        throw host::InputError("device '" + text +
+                               "': the simulated device is 'sim:', only in tricoil run and serve, with --scenario");
     }
     if (rest.empty() || (scheme != "can" && scheme != "usb" && scheme != "serial")) {
         throw host::InputError("unknown device '" + text + "'; " + kForms);

@@ -125,7 +125,7 @@ Column<Scalar> Demodulator<Scalar>::make_column(const SampleBlock& block, int so
         column.in_phase(entry) = coupling.real();
         column.quadrature(entry) = coupling.imag();
         // Noise of the coil's own channel, and of the reference multiplied by the ratio.
-        const Scalar power = sample_power_[coil] + std::norm(ratio) * reference_power;
+        const Scalar power = params_.gain_steps[block.gain_step].noise * sample_power_[coil] + std::norm(ratio) * reference_power;
         column.sigma(entry) = std::max(params_.sigma_floor, amplitude_noise * std::sqrt(power) / std::abs(amplified));
     }
     column.flags.set_if(column.in_phase.norm() < params_.low_signal_ratio * column.sigma.maxCoeff(), ColumnFlag::low_signal);

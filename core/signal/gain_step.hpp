@@ -16,6 +16,7 @@ template <typename Scalar>
 struct GainStep {
     std::array<Scalar, kSensorCoils> gain{1, 1, 1};
     std::array<Scalar, kSensorCoils> lag_s{};
+    Scalar noise = 1;  // power of the noise at the carriers relative to that of NoiseEstimator, which assumes white noise
     Scalar drive = 1;  // of the source, relative to full drive; division by the reference removes it from the couplings
 
     /// Response at an angular frequency, rad/s.

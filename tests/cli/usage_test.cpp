@@ -170,6 +170,7 @@ TEST(Usage, NumbersOutOfRangeAreNamed) {
     expect_usage_error("run --hemisphere inf,0,0", "--hemisphere");
     expect_usage_error("run --fault dropped_blocks:2", "0 to 1");
     expect_usage_error("run --device tcp:host", "use sim:, can:INTERFACE");
+    expect_usage_error("run --device sim:hand", "the simulated device is 'sim:', only in tricoil run and serve, with --scenario");
     expect_usage_error("run --seed -1", "--seed");
     expect_usage_error("run --rate-hz fast", "--rate-hz fast: expected a number");
     expect_usage_error("run --passes 1.5", "--passes 1.5: expected a whole number");

@@ -122,6 +122,9 @@ async function troubles(browser, html, check, pictures) {
   check(
       await page.evaluate(() => document.body.dataset.quality) === 'caution',
       `distortion above the limit is not green, even without a flag: ${await text(page, '#reason')}`);
+  present = {error: 2.6};
+  await wait(() => /2.60 mm RMS, above the limit of 2.00 mm/.test(document.querySelector('#reason').textContent));
+  check(await page.evaluate(() => document.body.dataset.quality) === 'caution', `neither is an expected error: ${await text(page, '#reason')}`);
 
   present = {flags: ['hemisphere_unknown']};
   await wait(() => document.querySelectorAll('#sides button').length === 2);

@@ -40,15 +40,19 @@ sim::Scenario stations() {
     return scenario;
 }
 
-/// Mean coupling of the columns measured in the second half of each rest.
+/// Mean coupling of the columns measured in the second half of each rest, and the variance of their couplings relative to that
+/// stated.
 struct Seen {
     Mat3<double> in_phase = Mat3<double>::Zero();
     Mat3<double> quadrature = Mat3<double>::Zero();
+    double variance_ratio = 0;
 };
 
 Seen seen_at(std::size_t station, const std::vector<protocol::ColumnMessage>& columns) {
     Seen seen;
     Vec3<double> count = Vec3<double>::Zero();
+    Mat3<double> squares = Mat3<double>::Zero();
+    Mat3<double> stated = Mat3<double>::Zero();
     const double end_s = Stations::kBeginS + Stations::kStayS * static_cast<double>(station + 1);
     for (const protocol::ColumnMessage& column : columns) {
         const double time_s = 1e-6 * static_cast<double>(column.time_us);
@@ -59,12 +63,16 @@ Seen seen_at(std::size_t station, const std::vector<protocol::ColumnMessage>& co
         count(j) += 1;
         for (int i = 0; i < kSensorCoils; ++i) {
             seen.in_phase(i, j) += static_cast<double>(column.in_phase[static_cast<std::size_t>(i)]);
+            squares(i, j) += std::pow(static_cast<double>(column.in_phase[static_cast<std::size_t>(i)]), 2);
+            stated(i, j) += std::pow(static_cast<double>(column.sigma[static_cast<std::size_t>(i)]), 2);
             seen.quadrature(i, j) += static_cast<double>(column.quadrature[static_cast<std::size_t>(i)]);
         }
     }
     EXPECT_GT(count.minCoeff(), 20) << "station " << station;
     const Mat3<double> scale = count.cwiseInverse().asDiagonal();
-    return {seen.in_phase * scale, seen.quadrature * scale};
+    const Mat3<double> mean = seen.in_phase * scale;
+    const Mat3<double> variance = squares * scale - mean.cwiseAbs2();
+    return {mean, seen.quadrature * scale, variance.cwiseQuotient(stated * scale).mean()};
 }
 
 struct GainTest : ::testing::Test {
@@ -104,8 +112,9 @@ TEST_P(EachMultiplexing, NoStepShowsInTheCouplings) {
         const Seen seen = seen_at(n, bench.host(test::on_usb).columns);
         const double error = (seen.in_phase - truth).cwiseAbs().maxCoeff() / truth.norm();
         const double quadrature = seen.quadrature.cwiseAbs().maxCoeff() / truth.norm();
-        std::printf("%.2f m, gain %2u: in phase off by %.2f per mille, quadrature %.2f\n", Stations::kRanges_m[n], gains[n],
-                    1e3 * error, 1e3 * quadrature);
+        std::printf("%.2f m, gain %2u: in phase off by %.2f per mille, quadrature %.2f, noise %.2f of the stated variance\n",
+                    Stations::kRanges_m[n], gains[n], 1e3 * error, 1e3 * quadrature, seen.variance_ratio);
+        EXPECT_NEAR(seen.variance_ratio, 1, 0.3) << "gain " << gains[n];
         EXPECT_LT(error, gains[n] <= 8 ? 0.1e-3 : 0.5e-3) << "gain " << gains[n] << ": see HARDWARE.md";
         EXPECT_LT(quadrature, 5e-3) << "gain " << gains[n];
         for (const virtual_board::SensorAmplifier& amplifier : bench.board->circuit.amplifiers) {

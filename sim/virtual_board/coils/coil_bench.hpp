@@ -16,8 +16,8 @@ class CoilBench {
 public:
     static constexpr double kSupplyV = 3.3;
     static constexpr double kHalfSupplyV = kSupplyV / 2;
-    /// The enable of the power stages drops this long after the last heartbeat edge.
-    static constexpr double kHeartbeatHoldS = 20e-3;
+    /// The enable of the power stages drops this long after the last heartbeat edge: 47 kohm and 1 uF at the monostable.
+    static constexpr double kHeartbeatHoldS = 47e-3;
 
     /// From the scenario's world only motion, faults, mains and the matrices of gains and angles are used; both must outlive the
     /// bench.

@@ -27,7 +27,7 @@ const kUnknown = {
 /// Level of a pose in the history.
 export function levelOf(pose, limit_mm) {
   if (!pose.valid) return Level.invalid;
-  return pose.names.some(name => name in kFlags) || pose.distortion_mm > limit_mm ? Level.caution : Level.good;
+  return pose.names.some(name => name in kFlags) || pose.distortion_mm > limit_mm || pose.expected_mm > limit_mm ? Level.caution : Level.good;
 }
 
 const millimetres = value => value < 10 ? `${value.toFixed(2)} mm` : `${value.toFixed(0)} mm`;
@@ -72,6 +72,14 @@ export function qualityOf({link, status, pose, limit_mm, cameBack}) {
       cause: 'distortion',
       text: `Distortion of ${millimetres(pose.distortion_mm)}, above the limit of ${millimetres(limit_mm)}.`,
       remedy: 'Look for metal near source and sensor.'
+    };
+  }
+  if (pose.expected_mm > limit_mm) {
+    return {
+      level: 'caution',
+      cause: 'error',
+      text: `Expected error of ${millimetres(pose.expected_mm)} RMS, above the limit of ${millimetres(limit_mm)}.`,
+      remedy: 'Move the sensor closer to the source, or more slowly.'
     };
   }
   if (status.health?.warning)
