@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "board/stm32g4/channels.hpp"
+#include "board/stm32g4/parameters/channels.hpp"
 #include "core/signal/stated_plan.hpp"
 #include "drivers/stm32g4/acquisition.hpp"
 

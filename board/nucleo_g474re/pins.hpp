@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "board/stm32g4/wiring.hpp"
+#include "board/stm32g4/parameters/wiring.hpp"
 
 namespace tricoil::nucleo_g474re {
 

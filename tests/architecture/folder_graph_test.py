@@ -12,10 +12,11 @@ TOOL = TOOLCHAIN / "folder-graph"
 MODULE = TOOLCHAIN / "cmake/TargetSources.cmake"
 
 RULES = """
-one_node = ["low/pair"]
 subtree_targets = ["high"]
 freestanding = ["low"]
 hosted_headers = ["vector"]
+[supplied_headers]
+"part.hpp" = ["high/sub"]
 [may_include]
 "low/**" = []
 "middle" = ["low/**"]
@@ -26,7 +27,7 @@ TREE = {
     "rules.toml": RULES,
     "low/a.hpp": "#include <array>\n",
     "low/pair/b.hpp": '#include "low/pair/inner/c.hpp"\n',
-    "low/pair/inner/c.hpp": '#include "low/pair/b.hpp"\n#include "low/a.hpp"\n',
+    "low/pair/inner/c.hpp": '#include "low/a.hpp"\n',
     "middle/m.cpp": '#include "low/a.hpp"\n#include <vector>\nint m() { return 1; }\n',
     "high/h.cpp": '#include "middle/m.hpp"\nint h() { return 1; }\n',
     "high/sub/s.cpp": "int s() { return 1; }\n",
@@ -83,6 +84,15 @@ class MadeUpTree(unittest.TestCase):
             self.write(f"high/{a}/x.hpp", f'#include "high/{b}/x.hpp"\n')
             self.write(f"high/{a}/README.md", "x\n")
         self.assert_breach(self.check(), "cycle: high/p/x.hpp includes high/q/x.hpp, high/q/x.hpp includes high/r/x.hpp")
+
+    def test_cycle_through_a_supplied_header_is_reported(self):
+        self.write("high/x.hpp", '#include "part.hpp"\n')
+        self.write("high/sub/part.hpp", '#include "high/h.hpp"\n')
+        self.assert_breach(self.check(), "cycle: high/x.hpp includes part.hpp, high/sub/part.hpp includes high/h.hpp")
+
+    def test_header_without_a_folder_is_reported(self):
+        self.write("high/x.hpp", '#include "other.hpp"\n')
+        self.assert_breach(self.check(), 'high/x.hpp includes "other.hpp": name its folder')
 
     def test_forbidden_edge_is_reported(self):
         self.write("middle/up.hpp", '#include <low/a.hpp>\n#  include "high/h.hpp"\n')
