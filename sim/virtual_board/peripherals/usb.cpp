@@ -34,8 +34,6 @@ enum Type : std::uint32_t { bulk, control };
 constexpr unsigned kForcedReset = 0;
 constexpr unsigned kPowerDown = 1;
 constexpr unsigned kResetEvent = 10;
-constexpr unsigned kSuspendEvent = 11;
-constexpr unsigned kWakeEvent = 12;
 constexpr unsigned kTransferEvent = 15;
 constexpr unsigned kEnabled = 7;  // DADDR.EF
 constexpr unsigned kPullUp = 15;  // BCDR.DPPU
@@ -119,16 +117,6 @@ void Usb::bus_reset() {
     endpoints_.fill(0);
     registers_.at(kDaddr) = 0;
     events_ |= 1U << kResetEvent;
-    show_interrupt();
-}
-
-void Usb::suspend() {
-    events_ |= 1U << kSuspendEvent;
-    show_interrupt();
-}
-
-void Usb::resume() {
-    events_ |= 1U << kWakeEvent;
     show_interrupt();
 }
 

@@ -33,8 +33,6 @@ public:
     /// `toggle`: of the data packet; a repeated packet is acknowledged and dropped.
     Handshake out(std::uint8_t address, unsigned endpoint, bool toggle, std::span<const std::uint8_t> data);
     Handshake in(std::uint8_t address, unsigned endpoint, bool& toggle, std::vector<std::uint8_t>& data);
-    void suspend();
-    void resume();
 
     std::uint32_t read(std::uint32_t offset) override;
     void write(std::uint32_t offset, std::uint32_t value) override;
