@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <Eigen/Core>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -11,7 +11,7 @@
 #include "board/host/calibration/initial_guess.hpp"
 #include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
-#include "core/calibration/apply.hpp"
+#include "core/calibration/coil_correction.hpp"
 #include "core/geometry/angles.hpp"
 #include "core/solver/cold_start.hpp"
 #include "core/solver/direct.hpp"
@@ -56,8 +56,13 @@ std::map<std::string, Vec3<double>> hemispheres_of(const CalibrationFile& calibr
     return sums;
 }
 
+/// Couplings of ideal concentric triads with C = 1: removes gains and coil angles, N^-T X M^-1. Offsets are not removed.
+Mat3<double> ideal_couplings(const field::GeneralDipole<double>& coils, const Mat3<double>& x) {
+    return coils.sensor_sensitivity.transpose().inverse() * x * coils.source_moment.inverse();
+}
+
 Found solve_direct_pose(const calibration::Calibration<double>& c, const Mat3<double>& x, const std::string& place) {
-    const auto solution = solver::solve_direct<double>(calibration::ideal_couplings(c, x), 1.0);
+    const auto solution = solver::solve_direct<double>(ideal_couplings(c.model, x), 1.0);
     if (!solution.ok()) {
         throw InputError(place + ": " + solution.status().message());
     }
@@ -96,6 +101,7 @@ std::vector<EvaluatedPose> evaluate(const CalibrationFile& calibration, const st
     }
     auto c = calibration.calibration;
     const auto hemispheres = hemispheres_of(calibration, turned);
+    const auto output = calibration::CoilCorrection<double>::phases(c);
     std::vector<EvaluatedPose> errors;
     for (std::size_t f = 0; f < turned.size(); ++f) {
         const PoseFile& file = turned[f];
@@ -114,7 +120,7 @@ std::vector<EvaluatedPose> evaluate(const CalibrationFile& calibration, const st
             error.converged = found.converged;
             error.iterations = found.iterations;
             error.truth_m = truth.position_m;
-            error.error_m = calibration::corrected_position(c, found.pose.position_m) - truth.position_m;
+            error.error_m = output.corrected_position(found.pose.position_m) - truth.position_m;
             error.rotation_error_rad =
                 geometry::quaternion_to_rotation_vector<double>(found.pose.q_source_sensor * truth.q_source_sensor.conjugate());
             error.misfit_share = found.misfit_share;
