@@ -82,6 +82,5 @@ public:
 private:
     std::array<std::uint8_t, kBytes> storage_{};
 };
-using Reassembler = BasicReassembler<kMaxMessageBytes>;
 
 }  // namespace tricoil::protocol

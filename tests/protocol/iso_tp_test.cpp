@@ -8,6 +8,7 @@ namespace tricoil::protocol {
 namespace {
 
 using Data = std::array<std::uint8_t, kMaxFrameBytes>;
+using Reassembler = BasicReassembler<kMaxMessageBytes>;
 
 /// Transfers one message with `flow` as flow control. Returns the received message, empty if it was dropped.
 std::vector<std::uint8_t> carry(Segmenter& from, Reassembler& to, std::span<const std::uint8_t> flow) {
