@@ -170,6 +170,27 @@ TEST(DualRate, RowsAreCausal) {
     }
 }
 
+TEST(DualRate, QuaternionIsContinuousOverALoss) {
+    const TwoBandData data = test::two_bands({.duration_s = 0.1, .metal_from_s = 0});
+    DualRateParams params;
+    params.rows_per_line = 1;
+    DualRateEstimator estimator(data.high_model, data.low_model, params);
+    const Vec3<double> position_m = data.truth.front().position_m;
+    const auto turned = [&](double degrees) {
+        const Mat3<double> o = Eigen::AngleAxisd(-degrees * 0.0174532925, Vec3<double>::UnitZ()).toRotationMatrix();
+        EXPECT_TRUE(estimator.add_low(field::signal_matrix(data.low_model, position_m, o)).ok());
+        return estimator.add_high(field::signal_matrix(data.high_model, position_m, o));
+    };
+    Quat<double> last;
+    for (int n = 0; n <= 400; ++n) {
+        last = turned(190 + 0.25 * n)->pose.q_source_sensor;
+    }
+    EXPECT_FALSE(estimator.add_high(Mat3<double>::Ones())->valid);
+    const auto after = turned(290);
+    ASSERT_TRUE(after->solved);
+    EXPECT_GT(after->pose.q_source_sensor.dot(last), 0.99);
+}
+
 TEST(DualRate, UnusableCouplingsAreRefused) {
     const TwoBandData data = test::two_bands({.duration_s = 0.1, .metal_from_s = 0});
     DualRateEstimator estimator(data.high_model, data.low_model, {});

@@ -131,7 +131,11 @@ bool DualRateEstimator::cold_start(const Mat3<double>& couplings) {
     if (!found.ok() || !found->refinement.converged() || !found->right_handed) {
         return false;
     }
+    const Quat<double> before = high_pose_.q_source_sensor;
     high_pose_ = found->refinement.pose;
+    if (high_pose_.q_source_sensor.dot(before) < 0) {
+        high_pose_.q_source_sensor.coeffs() *= -1;
+    }
     tracking_ = true;
     return true;
 }
