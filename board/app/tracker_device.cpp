@@ -4,6 +4,7 @@
 #include <new>
 
 #include "board/app/status_light.hpp"
+#include "core/base/assertion.hpp"
 #include "core/protocol/convert.hpp"
 #include "core/selfcheck/selfcheck.hpp"
 #include "core/tracking/output_frame.hpp"
@@ -33,6 +34,7 @@ TrackerDevice::TrackerDevice(const DeviceHardware& hardware, const DeviceParams&
       store_(hardware.storage),
       permission_(params.needs_permission) {
     hardware_.coils.switch_off();
+    TRICOIL_ASSERT(!params.modes.empty() && !hardware.ports.empty() && params.coupling_constant_m3 > 0);
     hardware_.ports = hardware_.ports.first(std::min(hardware_.ports.size(), links_.size()));
     for (std::size_t n = 0; n < hardware_.ports.size(); ++n) {
         links_[n].attach(*hardware_.ports[n]);

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <memory>
 
 #include "board/command_line/option_words.hpp"
@@ -14,6 +13,7 @@
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
 #include "board/support/terminal_text.hpp"
+#include "drivers/posix/monotonic_clock.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -22,10 +22,7 @@ using selfcheck::Check;
 using selfcheck::Outcome;
 using selfcheck::Report;
 
-DeviceTime steady_now(const void*) {
-    return device_time_us(
-        std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now().time_since_epoch()).count());
-}
+DeviceTime steady_now(const void*) { return device_time_us(to_us(drivers::host_now())); }
 
 Json result_of(const Report& report) {
     Json checks = Json::array();

@@ -1,5 +1,7 @@
 #include "core/tracking/methods/any_tracker.hpp"
 
+#include "core/base/assertion.hpp"
+
 namespace tricoil::tracking {
 namespace {
 
@@ -31,6 +33,7 @@ AnyTracker<Scalar>::AnyTracker(const TrackerParams<Scalar>& params, const Correc
 
 template <typename Scalar>
 void AnyTracker<Scalar>::make(const TrackerParams<Scalar>& params, const Correction& correction) {
+    TRICOIL_ASSERT(tracking::check(params).ok());
     if (std::holds_alternative<DirectParams>(params.method)) {
         tracker_ = &method_.template emplace<DirectTracker<Scalar>>(params, correction);
     } else if (std::holds_alternative<PreviousParams>(params.method)) {
