@@ -86,9 +86,8 @@ private:
     static constexpr double kFineEnough = 4e-5;
 
     void inflate_covariance(Scalar factor);
-    void adapt_process_noise(const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened, bool in_frame);
-    void update_state(const Column<Scalar>& column, const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened,
-                      bool in_frame);
+    void adapt_process_noise(const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened);
+    void update_state(const Column<Scalar>& column, const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened);
     void reset_adaptation();
 
     const ScaatParams<Scalar>& params_;

@@ -58,14 +58,14 @@ bool Estimator<Scalar, Model>::use(const Column<Scalar>& column, const Motion<Sc
         const Scalar excess = nis / Scalar(kDownweightAbove);
         innovation.set_noise(excess * excess * excess * innovation.r);
     }
-    update_state(column, innovation, whitened, use.in_frame);
+    update_state(column, innovation, whitened);
     return true;
 }
 
 /// Updates the state, and the estimates that depend on the innovation.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 void Estimator<Scalar, Model>::update_state(const Column<Scalar>& column, const Innovation<Scalar>& innovation,
-                                            const Vec3<Scalar>& whitened, bool in_frame) {
+                                            const Vec3<Scalar>& whitened) {
     const Scalar nis = whitened.squaredNorm();
     if (innovation.late_s <= 0) {
         noise_.add(column);
@@ -73,7 +73,7 @@ void Estimator<Scalar, Model>::update_state(const Column<Scalar>& column, const 
     outlier_inflation_ = std::max(nis / Scalar(kInflateAbove), Scalar(kInflationDecay) * outlier_inflation_);
     const bool settled = is_settled();
     if (settled) {
-        adapt_process_noise(innovation, whitened, in_frame);
+        adapt_process_noise(innovation, whitened);
     }
     consistency_ += settled ? params_.consistency_gain * (nis / 3 - consistency_) : Scalar(0);
     const auto gains_per_s = acceleration_gains_per_s(state_.covariance);
@@ -85,12 +85,9 @@ void Estimator<Scalar, Model>::update_state(const Column<Scalar>& column, const 
     settled_ = std::min(settled_ + 1, kLearningColumns);
 }
 
-/// Adapts the process noise with the original innovation, but with the reduced weight of the column. After the first column of a
-/// frame, position and rotation are correlated: the sum of their shares of S may be far above S itself. With such an information
-/// the process noise would no longer change. Therefore both shares are reduced.
+/// Adapts the process noise with the original innovation, but with the reduced weight of the column.
 template <typename Scalar, MeasurementModel<Scalar> Model>
-void Estimator<Scalar, Model>::adapt_process_noise(const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened,
-                                                   bool in_frame) {
+void Estimator<Scalar, Model>::adapt_process_noise(const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened) {
     const auto& n = params_.process;
     const auto least = [&](int block, Scalar unit_squared, Scalar limit, Scalar present) {
         const Scalar variance = state_.covariance.template block<3, 3>(block, block).trace();
@@ -103,19 +100,12 @@ void Estimator<Scalar, Model>::adapt_process_noise(const Innovation<Scalar>& inn
         const Mat3<Scalar> half = innovation.s.solve_lower(a);
         return innovation.s.template solve_lower<3>(half.transpose());
     };
-    Mat3<Scalar> translation = share(0);
-    Mat3<Scalar> rotation = share(3);
-    const Scalar whole = in_frame ? (translation.trace() + rotation.trace()) / 3 : Scalar(0);
-    if (whole > 1) {
-        translation *= 1 / whole;
-        rotation *= 1 / whole;
-    }
     process_.log_translation = std::clamp(adapted_log<Scalar>(process_.log_translation, process_.information_translation,
-                                                              process_.score_translation, translation, whitened, n),
+                                                              process_.score_translation, share(0), whitened, n),
                                           least(0, range_squared, limits_.least_log_translation, process_.log_translation),
                                           limits_.most_log_translation);
     process_.log_rotation = std::clamp(
-        adapted_log<Scalar>(process_.log_rotation, process_.information_rotation, process_.score_rotation, rotation, whitened, n),
+        adapted_log<Scalar>(process_.log_rotation, process_.information_rotation, process_.score_rotation, share(3), whitened, n),
         least(3, Scalar(1), limits_.least_log_rotation, process_.log_rotation), limits_.most_log_rotation);
 }
 
