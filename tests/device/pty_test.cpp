@@ -55,11 +55,15 @@ TEST_F(Pty, TheFrontEndEndsIfNoHostMeasures) {
 
 TEST_F(Pty, AVanishedLineIsReported) {
     plug_in("--duration 600");
-    Program tracker(std::string(TRICOIL_PROGRAM) + " run --device " + device + " --out " + in("poses.csv") + " 2>" + in("err") +
-                    " >" + in("out"));
+    // A link, because other programs receive the number of a closed pseudo terminal.
+    const std::string link = in("serial_line");
+    std::filesystem::create_symlink(device.substr(device.find(':') + 1), link);
+    Program tracker(std::string(TRICOIL_PROGRAM) + " run --device serial:" + link + " --out " + in("poses.csv") + " 2>" +
+                    in("err") + " >" + in("out"));
     ASSERT_TRUE(eventually([&] { return lines(read_text(in("poses.csv"))).size() > 100; }));
     peer->send(SIGKILL);
     peer->wait();
+    std::filesystem::remove(link);
     EXPECT_TRUE(eventually([&] { return read_text(in("err")).find("cannot be opened") != std::string::npos; }))
         << read_text(in("err"));
     tracker.send(SIGTERM);
