@@ -7,7 +7,9 @@
 #include <limits>
 #include <vector>
 
+#include "board/host/calibration/ideal_couplings.hpp"
 #include "core/base/crc32.hpp"
+#include "core/calibration/coil_correction.hpp"
 #include "tests/support/random_poses.hpp"
 
 namespace tricoil::calibration {
@@ -157,6 +159,20 @@ TEST(CalibrationBlob, RefusesNumbersOutOfRange) {
     c = sample();
     c.model.source_offset_m(0, 0) = 30;  // offsets in millimetres instead of metres
     EXPECT_EQ(decode(encode(c)).status().code(), StatusCode::invalid_argument);
+}
+
+TEST(CalibrationApply, UndoesGains) {
+    auto c = sample();
+    c.model.source_offset_m.setZero();
+    c.model.sensor_offset_m.setZero();
+    c.model.source_octupole_m2.setZero();
+    c.model.sensor_octupole_m2.setZero();
+    const Vec3<double> p(0.3, -0.1, 0.2);
+    const Mat3<double> o = geometry::attitude_matrix(geometry::Euler<double>{0.3, 0.4, -1.0});
+    const Mat3<double> x = field::signal_matrix(c.model, p, o);
+    EXPECT_TRUE(host::ideal_couplings(c.model, x).isApprox(field::signal_matrix<double>(1.0, p, o), 1e-12));
+    c.output_linear.setIdentity();
+    EXPECT_TRUE(CoilCorrection<double>::phases(c).corrected_position(p).isApprox(p + c.output_offset_m, 1e-12));
 }
 
 }  // namespace

@@ -3,11 +3,12 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <Eigen/LU>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
 #include "board/host/calibration/calibration_fit.hpp"
+#include "board/host/calibration/ideal_couplings.hpp"
 #include "board/host/calibration/initial_guess.hpp"
 #include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
@@ -54,11 +55,6 @@ std::map<std::string, Vec3<double>> hemispheres_of(const CalibrationFile& calibr
         }
     }
     return sums;
-}
-
-/// Couplings of ideal concentric triads with C = 1: removes gains and coil angles, N^-T X M^-1. Offsets are not removed.
-Mat3<double> ideal_couplings(const field::GeneralDipole<double>& coils, const Mat3<double>& x) {
-    return coils.sensor_sensitivity.transpose().inverse() * x * coils.source_moment.inverse();
 }
 
 Found solve_direct_pose(const calibration::Calibration<double>& c, const Mat3<double>& x, const std::string& place) {
