@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/geometry/quaternion_sign.hpp"
 #include "core/tracking/relative_pose.hpp"
 
 namespace tricoil::host {
@@ -87,8 +88,8 @@ std::optional<RelativePoses::Pose> RelativePoses::reference_at(DeviceTime time) 
 void RelativePoses::give(Pose pose) {
     if (pose.sensor < last_.size()) {
         auto& last = last_[pose.sensor];
-        if (last && last->coeffs().dot(pose.q_source_sensor.coeffs()) < 0) {
-            pose.q_source_sensor.coeffs() *= -1;
+        if (last) {
+            pose.q_source_sensor = geometry::with_sign_of(pose.q_source_sensor, *last);
         }
         last = pose.q_source_sensor;
     }

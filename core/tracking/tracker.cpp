@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/base/precision.hpp"
+#include "core/geometry/quaternion_sign.hpp"
 #include "core/tracking/output_frame.hpp"
 
 namespace tricoil::tracking {
@@ -63,9 +64,7 @@ void Tracker<Scalar>::finish(std::optional<PoseEstimate<Scalar>>& estimate) {
     estimate->flags.set_if(since_gap_.is_recent(), PoseFlag::columns_missing);
     to_source_frame(*estimate);
     Quat<Scalar>& q = estimate->q_source_sensor;
-    if (q.dot(last_reported_) < 0) {
-        q.coeffs() = -q.coeffs();
-    }
+    q = geometry::with_sign_of(q, last_reported_);
     last_reported_ = q;
 }
 

@@ -9,6 +9,7 @@
 
 #include "board/support/errors.hpp"
 #include "board/support/text_table.hpp"
+#include "core/geometry/quaternion_sign.hpp"
 #include "core/geometry/rotations.hpp"
 
 namespace tricoil::host {
@@ -99,9 +100,7 @@ PoseStream::PoseStream(std::vector<TimedPose> poses, const std::string& name) : 
         throw InputError(fmt::format("{}: {} valid poses; at least {} are needed", name, poses_.size(), kMinPoses));
     }
     for (std::size_t n = 1; n < poses_.size(); ++n) {
-        if (poses_[n].q.dot(poses_[n - 1].q) < 0) {
-            poses_[n].q.coeffs() = -poses_[n].q.coeffs();
-        }
+        poses_[n].q = geometry::with_sign_of(poses_[n].q, poses_[n - 1].q);
     }
     std::vector<double> intervals;
     for (std::size_t n = 1; n < poses_.size(); ++n) {

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "core/geometry/quaternion_sign.hpp"
 #include "core/tracking/scaat/column_update.hpp"
 #include "core/tracking/scaat/report.hpp"
 
@@ -87,9 +88,7 @@ SmoothedPose Smoother::reported(const Step& step, const tracking::scaat::State<d
     pose.covariance = kCovarianceShare * smoothed.covariance.topLeftCorner<6, 6>();
     tracker.to_source_frame(pose);
     pose.covariance += step.filtered.covariance - own.covariance;  // metal, blur
-    if (pose.q_source_sensor.dot(step.filtered.q_source_sensor) < 0) {
-        pose.q_source_sensor.coeffs() = -pose.q_source_sensor.coeffs();
-    }
+    pose.q_source_sensor = geometry::with_sign_of(pose.q_source_sensor, step.filtered.q_source_sensor);
     pose.flags.clear(tracking::PoseFlag::not_converged);
     pose.predicted_error.reset();
     result.velocity_m_s = in_source_frame(smoothed.velocity_m_s, tracker);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/geometry/cholesky.hpp"
+#include "core/geometry/quaternion_sign.hpp"
 #include "core/geometry/rotations.hpp"
 #include "core/solver/cold_start.hpp"
 
@@ -133,9 +134,7 @@ bool DualRateEstimator::cold_start(const Mat3<double>& couplings) {
     }
     const Quat<double> before = high_pose_.q_source_sensor;
     high_pose_ = found->refinement.pose;
-    if (high_pose_.q_source_sensor.dot(before) < 0) {
-        high_pose_.q_source_sensor.coeffs() *= -1;
-    }
+    high_pose_.q_source_sensor = geometry::with_sign_of(high_pose_.q_source_sensor, before);
     tracking_ = true;
     return true;
 }
