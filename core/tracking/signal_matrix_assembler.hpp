@@ -39,7 +39,7 @@ public:
         }
         before_[index] = columns_[index];
         columns_[index] = column;
-        const auto [oldest, newest] = std::minmax_element(columns_.begin(), columns_.end(), by_time);
+        const auto [oldest, newest] = std::minmax_element(columns_.begin(), columns_.end(), kByTime);
         const bool complete =
             std::none_of(columns_.begin(), columns_.end(), [](const auto& c) { return c.state == Excitation::off; });
         return complete && newest->midpoint - oldest->midpoint <= max_span_;
@@ -48,7 +48,7 @@ public:
     /// The matrix of the latest columns, after note() returned true.
     [[nodiscard]] SignalMatrix<Scalar> matrix() const {
         SignalMatrix<Scalar> matrix;
-        matrix.newest = std::max_element(columns_.begin(), columns_.end(), by_time)->midpoint;
+        matrix.newest = std::max_element(columns_.begin(), columns_.end(), kByTime)->midpoint;
         // Two spans: columns of one state are one frame apart, and a frame is one slot longer than the span of its columns.
         const Microseconds longest_gap = deskew_ ? 2 * max_span_ : Microseconds{0};
         Scalar variance = 0;
@@ -76,7 +76,7 @@ public:
     }
 
 private:
-    static constexpr auto by_time = [](const auto& a, const auto& b) { return a.midpoint < b.midpoint; };
+    static constexpr auto kByTime = [](const auto& a, const auto& b) { return a.midpoint < b.midpoint; };
 
     Microseconds max_span_;
     bool deskew_;

@@ -66,7 +66,8 @@ std::optional<unsigned> request(unsigned number) { return number == 0 ? std::nul
 
 }  // namespace
 
-GeneralPeripherals::GeneralPeripherals(Machine& machine, Dma& dma, Rcc& rcc, std::function<bool(const TransmitPin&)> is_pin,
+GeneralPeripherals::GeneralPeripherals(Machine& machine, Dma& dma, Rcc& rcc,
+                                       const std::function<bool(const TransmitPin&)>& is_pin,
                                        std::function<void()> on_window_watchdog)
     : rcc_(rcc),
       rng_(machine, 90, [&rcc] { return rcc.usb_hz() > 0; }),

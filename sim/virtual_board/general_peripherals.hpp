@@ -32,7 +32,7 @@ using Attach = std::function<void(const std::string& name, std::uint32_t base, s
 class GeneralPeripherals {
 public:
     /// `is_pin`: true if the pin is configured with this function. `on_window_watchdog`: resets the chip.
-    GeneralPeripherals(Machine& machine, Dma& dma, Rcc& rcc, std::function<bool(const TransmitPin&)> is_pin,
+    GeneralPeripherals(Machine& machine, Dma& dma, Rcc& rcc, const std::function<bool(const TransmitPin&)>& is_pin,
                        std::function<void()> on_window_watchdog);
 
     void attach(const Attach& attach);

@@ -35,14 +35,14 @@ protected:
         const auto fit = tricoil("calibrate --json --model concentric --out " + path("coils.toml") + " " + data("clean"));
         EXPECT_EQ(fit.exit_code, 0) << fit.err;
     }
-    static void TearDownTestSuite() { std::filesystem::remove_all(folder_); }
+    static void TearDownTestSuite() { std::filesystem::remove_all(kFolder); }
 
     static std::string write(const std::string& name, const std::string& text) {
-        std::filesystem::create_directories(folder_);
+        std::filesystem::create_directories(kFolder);
         std::ofstream(path(name), std::ios::binary) << text;
         return path(name);
     }
-    static std::string path(const std::string& name) { return folder_ + "/" + name; }
+    static std::string path(const std::string& name) { return kFolder + "/" + name; }
     /// The names state that all data are of the same fixtures.
     static std::string data(const std::string& name) { return path("soYoutZup_seYoutZup_" + name + ".csv"); }
     static void simulate(const std::string& options, const std::string& name) {
@@ -92,7 +92,7 @@ protected:
         return text;
     }
 
-    static inline const std::string folder_ = path_in_temp("surroundings");
+    static inline const std::string kFolder = path_in_temp("surroundings");
     void SetUp() override { std::filesystem::remove(path("room.toml")); }
 };
 

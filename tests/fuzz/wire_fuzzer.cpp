@@ -70,7 +70,7 @@ void as_frame(Bytes bytes) {
 
 /// Input format: per segment a length byte, then that many bytes.
 void as_segments(Bytes bytes) {
-    static protocol::Reassembler reassembler;
+    static protocol::BasicReassembler<protocol::kMaxMessageBytes> reassembler;
     protocol::Segmenter segmenter;
     static const std::array<std::uint8_t, 1000> kMessage{};
     segmenter.begin(kMessage);

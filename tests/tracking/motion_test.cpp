@@ -301,7 +301,9 @@ TEST(Everywhere, AFastSensorIsAcquired) {
     std::mt19937 random(3);
     std::normal_distribution<double> number;
     const auto direction = [&] { return Vec3<double>(number(random), number(random), number(random)).normalized().eval(); };
-    for (const auto& [rate_rad_s, speed_m_s] : {std::pair{36.0, 0.0}, {70.0, 0.0}, {100.0, 0.0}, {0.0, 5.0}, {100.0, 5.0}}) {
+    for (const auto& motion_case : {std::pair{36.0, 0.0}, {70.0, 0.0}, {100.0, 0.0}, {0.0, 5.0}, {100.0, 5.0}}) {
+        const double rate_rad_s = motion_case.first;
+        const double speed_m_s = motion_case.second;
         std::uint64_t lost = 0;
         for (int n = 0; n < 20; ++n) {
             const Vec3<double> along = direction();

@@ -141,10 +141,18 @@ TEST(BoardCondition, ChecksTheOptionBytes) {
         const char* fault;
         std::uint16_t settings;
     };
-    enum : std::uint16_t { kChecked = 1, kBrownOut = 2, kLevel1 = 4, kLevel2 = 8, kOneBank = 16, kBank2 = 32, kNotFlash = 64 };
+    enum : std::uint16_t {
+        kChecked = 1,
+        kBrownOut = 2,
+        kLevelOne = 4,
+        kLevelTwo = 8,
+        kOneBank = 16,
+        kBankTwo = 32,
+        kNotFlash = 64
+    };
     for (const auto& [fault, settings] : {Case{"option_bytes:0xFFEFF8AA", kBrownOut}, Case{"option_bytes:0xFFEFFCAA", 0},
-                                          Case{"option_bytes:0xFFEFFCBB", kLevel1}, Case{"option_bytes:0xFFEFFCCC", kLevel2},
-                                          Case{"option_bytes:0xFFAFFCAA", kOneBank}, Case{"option_bytes:0xFFFFFCAA", kBank2},
+                                          Case{"option_bytes:0xFFEFFCBB", kLevelOne}, Case{"option_bytes:0xFFEFFCCC", kLevelTwo},
+                                          Case{"option_bytes:0xFFAFFCAA", kOneBank}, Case{"option_bytes:0xFFFFFCAA", kBankTwo},
                                           Case{"option_bytes:0xF3EFFCAA", kNotFlash}, Case{"option_bytes:0xFBEFFCAA", 0}}) {
         ReportingBoard board;
         virtual_board::BoardFaults faults(*board.board, {virtual_board::parse_board_fault(fault)});

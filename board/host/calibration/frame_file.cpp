@@ -103,7 +103,8 @@ std::vector<GridFrame> read_rests(const std::string& path, const std::vector<std
     const std::size_t rests = frames.size() / nodes;
     for (std::size_t k = 0; k < frames.size(); ++k) {
         const auto node = static_cast<int>(k / rests);
-        frames[k].node = Vec3<double>(node % columns, node / columns % rows, node / (columns * rows));
+        const Vec3<int> place(node % columns, node / columns % rows, node / (columns * rows));
+        frames[k].node = place.cast<double>();
     }
     return frames;
 }

@@ -17,8 +17,8 @@ constexpr std::uint8_t kDamaged = 2;
 enum Setting : std::uint16_t {
     kChecked = 1U << 0U,
     kBrownOut = 1U << 1U,
-    kReadout1 = 1U << 2U,
-    kReadout2 = 1U << 3U,
+    kReadoutOne = 1U << 2U,
+    kReadoutTwo = 1U << 3U,
     kOneBank = 1U << 4U,
     kOtherBank = 1U << 5U,
     kNotFlash = 1U << 6U,
@@ -30,8 +30,8 @@ struct SettingText {
 };
 constexpr std::array<SettingText, 6> kSettings{{
     {kBrownOut, "brown-out level below 2.8 V: a falling supply may damage the stored calibration", "BOR_LEV=4"},
-    {kReadout1, "read protection level 1: new firmware needs an erase of the whole flash", "RDP=0xAA"},
-    {kReadout2, "read protection level 2: this firmware can never be replaced; use another board for updates", nullptr},
+    {kReadoutOne, "read protection level 1: new firmware needs an erase of the whole flash", "RDP=0xAA"},
+    {kReadoutTwo, "read protection level 2: this firmware can never be replaced; use another board for updates", nullptr},
     {kOneBank, "the flash is one bank: no calibration can be stored", "DBANK=1"},
     {kOtherBank, "the processor tries to boot from bank 2, which holds the calibration", "BFB2=0"},
     {kNotFlash, "the processor boots its loader instead of the firmware", "nBOOT0=1"},
@@ -77,7 +77,7 @@ Json read_protection(std::uint16_t settings) {
     if ((settings & kChecked) == 0) {
         return nullptr;
     }
-    return (settings & kReadout2) != 0 ? 2 : (settings & kReadout1) != 0 ? 1 : 0;
+    return (settings & kReadoutTwo) != 0 ? 2 : (settings & kReadoutOne) != 0 ? 1 : 0;
 }
 
 }  // namespace

@@ -58,7 +58,7 @@ template <typename Scalar>
 /// G = P H^T for a pose `late_s` before the state.
 template <typename Scalar>
 GainMatrix<Scalar> gain_numerator(const Mat12<Scalar>& p, const PoseJacobian<Scalar>& jacobian, Scalar late_s) {
-    const PoseJacobian<Scalar> h = jacobian;
+    const PoseJacobian<Scalar> h = jacobian;  // NOLINT(performance-unnecessary-copy-initialization): stays in registers
     GainMatrix<Scalar> g;
     for (int i = 0; i < kErrorStates; ++i) {
         g.row(i) = times(h, pose_row(p, i, late_s)).transpose();

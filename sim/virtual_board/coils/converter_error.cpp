@@ -38,7 +38,8 @@ double ConverterError::code(double ideal) const {
     const auto below = static_cast<std::size_t>(place);
     const double part = place - static_cast<double>(below);
     const double error = (1 - part) * double{error_[below]} + part * double{error_[below + 1]};
-    return kCodes / 2 + gain_ * (ideal - kCodes / 2) + offset_ + error;
+    constexpr double kMiddle = 0.5 * kCodes;
+    return kMiddle + gain_ * (ideal - kMiddle) + offset_ + error;
 }
 
 }  // namespace tricoil::virtual_board
