@@ -28,7 +28,7 @@ GAIN_PER_K = 14e-6      # each preamplifier: two ratios of 10 ppm/K resistors
 EXPANSION_PER_K = 14e-6  # formers of glass-fibre epoxy, diameter
 CABLE_PER_K = 1e-3      # capacitance of the sensor's cable
 COPPER_PER_K = 3.9e-3
-GAIN_STEPS_TODAY = 2e-3  # of the norm of the couplings: error of the present firmware on the virtual board
+GAIN_STEP_TODAY = 0.77e-3  # error of one step, present firmware: RMS of 12 simulated converters (ACCURACY.md, "What is left")
 
 
 def modes():
@@ -123,7 +123,7 @@ def of_frame(chain, range_m, mode, coil):
         ("non-linearity of the reference's converter", s.common * left / reference_lsb, s.common * raw / reference_lsb),
         # gain steps are compared at half the drive: the reference's errors at full and at a quarter of the drive remain
         ("gain steps (two away from the calibration's)", s.common * math.hypot(1, 4) * left / reference_lsb,
-         s.coupling * GAIN_STEPS_TODAY * math.sqrt(1.5) / 3),
+         s.row * GAIN_STEP_TODAY * math.sqrt(2)),
         ("drift: sense resistors", s.column * SENSE_PER_K * DRIFT_K, None),
         ("drift: preamplifiers' gain", s.row * GAIN_PER_K * DRIFT_K, None),
         ("drift: size of the coils", s.common * 2 * expansion, None),
