@@ -177,6 +177,31 @@ TEST_F(AdcTest, ConversionEndsAtItsOwnTimeAndReadingClearsTheInterrupt) {
     EXPECT_TRUE(is_pending(18)) << "a new edge, because reading DR lowered the line";
 }
 
+/// RM0440, "ADC overrun (OVR, OVRMOD)".
+TEST_F(AdcTest, AnOverrunKeepsTheUnreadResultAndDiscardsLaterOnesUntilItsFlagIsCleared) {
+    std::uint32_t code = 1;
+    adc.sample = [&](Ticks) { return code; };
+    const auto convert = [&](std::uint32_t next) {
+        code = next;
+        adc.write(0x08, 1U << 28U | 1U << 2U);
+        pass(1e-6);
+    };
+    convert(1);
+    convert(2);
+    EXPECT_EQ(adc.read(0x00) & 0x10U, 0x10U);
+    EXPECT_EQ(adc.read(0x40), 1U);
+    convert(3);
+    EXPECT_EQ(adc.read(0x40), 1U) << "discarded, although the first result has been read";
+    adc.write(0x00, 0x10);
+    convert(4);
+    EXPECT_EQ(adc.read(0x40), 4U);
+    adc.write(0x0C, 0x80000000U | 1U << 12U);
+    convert(5);
+    convert(6);
+    EXPECT_EQ(adc.read(0x00) & 0x10U, 0x10U);
+    EXPECT_EQ(adc.read(0x40), 6U) << "OVRMOD: the newest result";
+}
+
 TEST_F(AdcTest, ResolutionAlignmentAndContinuousMode) {
     adc.write(0x0C, 0x80000000U | 1U << 3U | 1U << 13U | 1U << 12U | 1U << 15U);  // 10 bits, left
     adc.write(0x08, 1U << 28U | 1U << 2U);

@@ -166,7 +166,8 @@ void Adc::store_result(std::uint32_t result) {
     const std::uint32_t cfgr = registers_[kCfgr];
     const bool unread = is_set(flags_, kEndOfConversion);
     flags_ |= flag(unread, kOverrun);
-    if (!unread || is_set(cfgr, kOverwrite)) {
+    // Without OVRMOD the unread result stays, and later ones are lost until the flag is cleared (RM0440, ADC overrun).
+    if (!is_set(flags_, kOverrun) || is_set(cfgr, kOverwrite)) {
         registers_.at(kDr) = result;
     }
     flags_ |= 1U << kEndOfConversion;
