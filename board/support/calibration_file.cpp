@@ -15,7 +15,7 @@
 namespace tricoil::host {
 namespace {
 
-const std::vector<std::string> kModels{"concentric", "general", "finite", "free-motion", "grid"};
+const std::vector<std::string> kModels{"concentric", "general", "finite", kFreeMotionModel, "grid"};
 constexpr double kOrthonormalTolerance = 1e-6;
 constexpr double kSymmetryTolerance = 1e-6;
 constexpr double kLongestFixture_m = 1000;

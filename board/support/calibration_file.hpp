@@ -17,6 +17,9 @@ struct VirtualDipole {
     Mat3<double> polarisability_m3 = Mat3<double>::Zero();  // symmetric
 };
 
+/// Model of coils from free motion without a coupling constant: the scale of all lengths is not known.
+inline constexpr const char* kFreeMotionModel = "free-motion";
+
 /// Content of the file: parameters for the tracker, and fixtures for evaluation.
 struct CalibrationFile {
     calibration::Calibration<double> calibration;

@@ -6,8 +6,11 @@
 #include <iostream>
 #include <numbers>
 
+#include "board/host/calibration/fit_parameters.hpp"
+#include "board/host/calibration/fit_quality.hpp"
 #include "board/host/calibration/fixture_name.hpp"
 #include "board/host/calibration/frame_file.hpp"
+#include "board/host/calibration/free_motion_fit.hpp"
 #include "board/host/calibration/grid_calibration.hpp"
 #include "board/host/calibration/self_calibration.hpp"
 #include "board/host/calibration/wiring.hpp"
@@ -126,21 +129,105 @@ TEST(GridCalibration, FindsScaleGainsAndPivotFromAPrintedGrid) {
     }
     const auto found = calibrate_on_grid(frames, 0.05, Vec3<double>::UnitX());
     const auto truth = shape_of(source);
-    const auto shape = shape_of(found.source_moment);
+    const auto& moment = found.coils.model.source_moment;
+    const auto& sensitivity = found.coils.model.sensor_sensitivity;
+    const auto shape = shape_of(moment);
     // Only the product of the scales of source and sensor is observable.
-    const double scale = std::cbrt((found.source_moment.determinant() * found.sensor.determinant()) /
-                                   (source.determinant() * sensor.determinant()));
+    const double scale =
+        std::cbrt((moment.determinant() * sensitivity.determinant()) / (source.determinant() * sensor.determinant()));
     std::cout << "C off by " << 100 * (scale - 1) << " % (+- " << 100 * found.scale_deviation << "), pivot "
-              << 1e3 * found.pivot_m.transpose() << " mm, positions " << 1e3 * found.position_rms_m << " mm\n";
+              << 1e3 * found.pivot_m.front().transpose() << " mm, positions " << 1e3 * found.position_rms_m << " mm\n";
     EXPECT_NEAR(scale, 1, 0.005);
     EXPECT_LT((shape.gain - truth.gain).cwiseAbs().maxCoeff(), 0.003);
     EXPECT_LT((shape.angle_deg - truth.angle_deg).cwiseAbs().maxCoeff(), 0.3);
-    EXPECT_NEAR(found.pivot_m.norm(), pivot.norm(),
+    EXPECT_NEAR(found.pivot_m.front().norm(), pivot.norm(),
                 5e-4);  // its direction depends on the rotation of the sensor frame, which is not observable
     EXPECT_LT(found.position_rms_m, 1.5e-3);
     std::vector<GridFrame> one_row;
     std::copy_if(frames.begin(), frames.end(), std::back_inserter(one_row), [](const GridFrame& f) { return f.node.y() == 0; });
     EXPECT_THROW(calibrate_on_grid(one_row, 0.05, Vec3<double>::UnitX()), InputError);
+}
+
+/// Coils with positions and sizes, and their couplings in random poses, three quarters of them in front of the source.
+struct RealCoils {
+    static constexpr double kC = 2.5e-3;
+    std::array<double, kMagnetic> parameters{};
+    std::vector<solver::RigidPose<double>> poses;
+    std::vector<Mat3<double>> frames;
+
+    explicit RealCoils(int count) {
+        test::RandomPoses random(64);
+        for (int k = 0; k < kMagnetic; ++k) {
+            const double spread = k < kSourceOffsets ? 0.05 : k < kOctupoles ? 0.03 : 0.002;
+            parameters[k] = random.uniform(-spread, spread);
+        }
+        for (const int diagonal : {0, 1, 2, kSensitivities, kSensitivities + 1}) {
+            parameters[diagonal] += 1;
+        }
+        parameters[2] = 3 - parameters[0] - parameters[1];
+        for (int source = 0; source < 3; ++source) {
+            parameters[kOctupoles + source] -= 0.008;
+        }
+        const auto model = model_of(parameters.data(), kC);
+        for (int k = 0; k < count; ++k) {
+            Vec3<double> direction = random.direction();
+            if (direction.x() < 0 && k % 2 == 0) {
+                direction = -direction;
+            }
+            poses.push_back({random.uniform(0.2, 0.35) * direction, random.attitude()});
+            const Mat3<double> x = field::signal_matrix<double>(model, poses.back().position_m,
+                                                                poses.back().q_source_sensor.toRotationMatrix().transpose());
+            frames.push_back(x + 1e-5 * x.norm() * random.gaussian_matrix());
+        }
+    }
+};
+
+TEST(FreeMotionFit, FindsPositionsAndSizesOfAllCoilsWithinTheirDeviations) {
+    const RealCoils real(400);
+    const auto found = fit_free_motion(real.frames, FitModel::finite, RealCoils::kC, Vec3<double>::UnitX());
+    double worst = 0;
+    for (std::size_t k = 0; k < found.coils.parameters.size(); ++k) {
+        const FittedParameter& p = found.coils.parameters[k];
+        const double error = std::abs(p.value - unit_of(k) * real.parameters[k]);
+        worst = std::max(worst, error / (p.deviation + 1e-6 * unit_of(k)));
+        EXPECT_LT(error, 5 * p.deviation + 1e-5 * unit_of(k)) << p.name << " " << p.value << " +- " << p.deviation;
+    }
+    double squares = 0;
+    for (std::size_t k = 0; k < real.poses.size(); ++k) {
+        squares += (found.poses[k].position_m - real.poses[k].position_m).squaredNorm();
+    }
+    std::cout << "worst parameter " << worst << " deviations; positions "
+              << 1e3 * std::sqrt(squares / static_cast<double>(real.poses.size())) << " mm RMS, stated "
+              << 100 * found.position_error_share << " % of the range\n";
+    EXPECT_EQ(found.coils.parameters.size(), static_cast<std::size_t>(kMagnetic));
+    EXPECT_TRUE(found.coils.warnings.empty()) << found.coils.warnings.front();
+    EXPECT_LT(std::sqrt(squares / static_cast<double>(real.poses.size())), 5e-5);
+}
+
+TEST(FreeMotionFit, WarnsOfMotionThatTurnsAboutOneAxis) {
+    RealCoils real(300);
+    const auto model = model_of(real.parameters.data(), RealCoils::kC);
+    test::RandomPoses random(65);
+    for (std::size_t k = 0; k < real.frames.size(); ++k) {
+        const Mat3<double> o = Eigen::AngleAxisd(random.uniform(-2, 2), Vec3<double>::UnitZ()).toRotationMatrix();
+        const Vec3<double> place = Vec3<double>(0.25, 0, 0) + 0.05 * random.uniform(0, 1) * random.direction();
+        const Mat3<double> x = field::signal_matrix<double>(model, place, o);
+        real.frames[k] = x + 1e-3 * x.norm() * random.gaussian_matrix();
+    }
+    const auto found = fit_free_motion(real.frames, FitModel::finite, RealCoils::kC, Vec3<double>::UnitX());
+    ASSERT_FALSE(found.coils.warnings.empty());
+    EXPECT_THAT(found.coils.warnings.back(), ::testing::HasSubstr("determines the coils weakly"));
+    EXPECT_GT(found.position_error_share, 5e-3);
+}
+
+TEST(FreeMotionFit, RefusesFewFramesAndLeftHandedCouplings) {
+    RealCoils real(60);
+    const std::vector<Mat3<double>> few(real.frames.begin(), real.frames.begin() + 20);
+    EXPECT_THROW(fit_free_motion(few, FitModel::finite, 1, Vec3<double>::UnitX()), InputError);
+    for (Mat3<double>& x : real.frames) {
+        x.row(0) *= -1;
+    }
+    EXPECT_THROW(fit_free_motion(real.frames, FitModel::finite, 1, Vec3<double>::UnitX()), InputError);
 }
 
 TEST(Wiring, FindsEveryOrderAndSignOfEqualHandedness) {

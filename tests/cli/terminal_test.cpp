@@ -16,7 +16,7 @@ constexpr const char* kColour = "\x1b[3";  // start of every colour
 std::string live_part(const std::string& out) { return out.substr(0, out.find("hand:")); }
 
 TEST(Terminal, LiveLineFitsItsWidth) {
-    for (const unsigned short columns : {20, 40, 80, 120}) {
+    for (const std::uint16_t columns : std::initializer_list<std::uint16_t>{20, 40, 80, 120}) {
         const auto result = tricoil_on_terminal("run --duration 1 --realtime", columns);
         EXPECT_EQ(result.exit_code, 0) << result.out;
         const std::string live = live_part(result.out);

@@ -57,7 +57,7 @@ TEST(FastrakCommand, ContinuousAtMost120TimesASecond) {
     EXPECT_EQ(client.see(pose), "");
 
     std::size_t records = 0;
-    host::fastrak::Session session({[&](std::string_view) { ++records; }, [](auto, const auto&) {}, [] { return 1; }},
+    host::fastrak::Session session({[&](std::string_view) { ++records; }, [](auto, const auto&) {}, [] { return 1; }, {}, {}},
                                    std::make_shared<host::fastrak::Memory>());
     session.receive(std::string_view("C"));
     std::mt19937 random(5);
@@ -71,7 +71,7 @@ TEST(FastrakCommand, ContinuousAtMost120TimesASecond) {
 TEST(FastrakCommand, SilenceIsReportedToAContinuousClient) {
     std::vector<std::string> records;
     host::fastrak::Session session(
-        {[&](std::string_view record) { records.emplace_back(record); }, [](auto, const auto&) {}, [] { return 1; }},
+        {[&](std::string_view record) { records.emplace_back(record); }, [](auto, const auto&) {}, [] { return 1; }, {}, {}},
         std::make_shared<host::fastrak::Memory>());
     session.receive(std::string_view("C"));
     host::ServedPose served{fastrak_pose({10, 0, 0}, 0, 0, 0), host::utc_time_us(1'000'000)};

@@ -20,10 +20,7 @@
 namespace tricoil::host {
 namespace {
 
-constexpr double kFirstLoss_m = 5e-3;  // scale of the robust loss for the first fit, when the spread of the residuals is unknown
-constexpr double kLossMedians = 4;     // scale of the robust loss for later fits, in medians of the residual norms
-constexpr double kOutlierMedians = 8;  // a pose with a larger residual is an outlier, in medians of the residual norms
-constexpr double kStageError = 0.01;   // expected size of the stage's errors, per metre
+constexpr double kStageError = 0.01;      // expected size of the stage's errors, per metre
 constexpr double kStrayField_per_m3 = 1;  // expected size of a stray field, in units of C
 constexpr double kScaleError = 1e-6;
 constexpr int kPriorRows = kStage + 2;
@@ -155,8 +152,8 @@ private:
             double* fixture = options_.fixtures == FixtureModel::named ? fixture_[0].data() : fixture_[m].data();
             for (const MeasuredPose& pose : files_[f].poses) {
                 const Mat3<double>& jig = jig_start_[m];
-                const auto weight =
-                    pose_weight(model_of(magnetic_.data(), coupling_constant_), current_pose(s, m, pose), weight_m(pose));
+                const auto weight = pose_weight(model_of(magnetic_.data(), coupling_constant_), current_pose(s, m, pose),
+                                                metres_per_coupling(pose.x, coupling_constant_));
                 auto* cost = new PoseResidual(
                     PoseTerms{pose, source_start_[s], fixtures_.named[m], jig, coupling_constant_, weight, finite});
                 pose_blocks_.push_back(problem_->AddResidualBlock(cost, new ceres::CauchyLoss(loss_m), magnetic_.data(),
@@ -192,21 +189,8 @@ private:
         return true_pose(source_of(s), pose, mount_of(m), stage_errors_of(stage_.data(), coupling_constant_));
     }
 
-    /// Weight of a pose's couplings, metres per coupling unit: a coupling decreases by 3 k / rho per metre.
-    [[nodiscard]] double weight_m(const MeasuredPose& pose) const {
-        const double strength = pose.x.norm() / std::sqrt(1.5);
-        const double range = std::cbrt(coupling_constant_ / strength);
-        return range / (3 * strength);
-    }
-
     void fix_gauge(FitModel model) {
-        std::vector<int> constant;
-        for (int k = free_magnetic(model); k < kMagnetic; ++k) {
-            constant.push_back(k);
-        }
-        if (!constant.empty()) {
-            problem_->SetManifold(magnetic_.data(), new ceres::SubsetManifold(kMagnetic, constant));
-        }
+        hold_parameters(*problem_, magnetic_.data(), free_magnetic(model));
         const bool named = options_.fixtures == FixtureModel::named;
         const bool about_z = turns_about_z_only();
         if (named) {

@@ -18,6 +18,10 @@ enum class FitModel {
     finite,      // also a size for every coil (axial octupole)
 };
 
+inline const char* to_string(FitModel model) {
+    return model == FitModel::concentric ? "concentric" : model == FitModel::general ? "general" : "finite";
+}
+
 enum class FixtureModel {
     free,   // every sensor fixture has its own position and rotation
     named,  // sensor fixtures have the rotations of their names and a common position

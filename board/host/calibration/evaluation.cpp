@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "board/host/calibration/calibration_fit.hpp"
+#include "board/host/calibration/free_motion_fit.hpp"
 #include "board/host/calibration/ideal_couplings.hpp"
 #include "board/host/calibration/initial_guess.hpp"
 #include "board/support/dense_algebra.hpp"
@@ -150,15 +151,18 @@ void fit_output_correction(CalibrationFile& calibration, const std::vector<Evalu
 
 namespace {
 
-/// One Gauss-Newton step that changes the transforms of all fixtures so that the pose errors decrease.
+/// Free motion without a known coupling constant leaves the scale of all lengths open.
+bool has_free_scale(const CalibrationFile& c) { return c.model == kFreeMotionModel; }
+
+/// One Gauss-Newton step that changes the transforms of all fixtures, and a free scale, so that the pose errors decrease.
 void refine_fixtures(CalibrationFile& c, const std::vector<PoseFile>& files, const std::vector<EvaluatedPose>& errors) {
     std::map<std::string, Eigen::Index> column;
     for (const PoseFile& file : files) {
         column.try_emplace("source " + source_fixture_name(file), 6 * static_cast<Eigen::Index>(column.size()));
         column.try_emplace("mount " + sensor_fixture_name(file), 6 * static_cast<Eigen::Index>(column.size()));
     }
-    Eigen::MatrixXd jacobian =
-        Eigen::MatrixXd::Zero(6 * static_cast<Eigen::Index>(errors.size()), 6 * static_cast<Eigen::Index>(column.size()));
+    const auto scale = 6 * static_cast<Eigen::Index>(column.size());  // last column
+    Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(6 * static_cast<Eigen::Index>(errors.size()), scale + 1);
     Eigen::VectorXd residual(jacobian.rows());
     constexpr double kLever_m = 0.1;
     std::size_t at = 0;
@@ -178,11 +182,15 @@ void refine_fixtures(CalibrationFile& c, const std::vector<PoseFile>& files, con
             jacobian.block<3, 3>(row, m) = turned;
             jacobian.block<3, 3>(row + 3, s + 3) = kLever_m * Mat3<double>::Identity();
             jacobian.block<3, 3>(row + 3, m + 3) = kLever_m * turned;
+            if (has_free_scale(c)) {
+                jacobian.block<3, 1>(row, scale) = -(e.truth_m + e.error_m);
+            }
             residual.segment<3>(row) = e.error_m;
             residual.segment<3>(row + 3) = kLever_m * e.rotation_error_rad;
         }
     }
     const Eigen::VectorXd step = least_squares(jacobian, residual);
+    c.calibration.model = with_scaled_lengths(c.calibration.model, 1 + step(scale));
     const auto turn = [](const Vec3<double>& w, const Mat3<double>& r) -> Mat3<double> {
         return geometry::rotation_vector_to_quaternion<double>(w).toRotationMatrix() * r;
     };
@@ -213,6 +221,10 @@ CalibrationFile with_refitted_fixtures(const CalibrationFile& calibration, const
     }
     for (const auto& [name, group] : by_source) {
         const InitialGuess guess = guess_start(group);
+        if (has_free_scale(result)) {
+            auto& model = result.calibration.model;
+            model = with_scaled_lengths(model, std::cbrt(3 * guess.coupling_constant / model.source_moment.trace()));
+        }
         // The guess uses another gauge than the calibration, so it is used only for fixtures that the calibration lacks.
         if (result.source_stage.try_emplace(name, guess.source_stage).second) {
             result.stage_turns_left_handed = guess.stage_turns_left_handed;

@@ -106,18 +106,17 @@ Eigen::VectorXd deviations(const ParameterEstimate& estimate, const SymmetricEig
     return spread.colwise().norm().transpose().cwiseQuotient(norms);
 }
 
-/// Factor from a parameter's internal unit to the unit in its name.
-double unit_of(std::size_t parameter) {
-    const auto k = static_cast<int>(parameter);
-    return k < kSourceOffsets ? 1 : k < kOctupoles ? 1e3 * kLengthUnit_m : 1e6 * kLengthUnit_m * kLengthUnit_m;
-}
-
 }  // namespace
 
 double median(std::vector<double> values) {
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
     std::nth_element(values.begin(), middle, values.end());
     return *middle;
+}
+
+double unit_of(std::size_t parameter) {
+    const auto k = static_cast<int>(parameter);
+    return k < kSourceOffsets ? 1 : k < kOctupoles ? 1e3 * kLengthUnit_m : 1e6 * kLengthUnit_m * kLengthUnit_m;
 }
 
 double degrees_between(const Mat3<double>& a, const Mat3<double>& b) {

@@ -41,6 +41,13 @@ void check_parameters(const ParameterEstimate& estimate, CalibrationFit& fit);
 /// Adds a warning for each fixture whose rotation relative to the first fixture contradicts their names.
 void check_fixture_names(const std::vector<std::string>& sensor_fixtures, CalibrationFit& fit);
 
+constexpr double kFirstLoss_m = 5e-3;  // scale of the robust loss for the first fit, when the spread of the residuals is unknown
+constexpr double kLossMedians = 4;     // scale of the robust loss for later fits, in medians of the residual norms
+constexpr double kOutlierMedians = 8;  // a pose with a larger residual is an outlier, in medians of the residual norms
+
+/// Factor from the internal unit of a magnetic parameter to the unit in its name.
+double unit_of(std::size_t parameter);
+
 /// Number of free magnetic parameters of a model.
 int free_magnetic(FitModel model);
 

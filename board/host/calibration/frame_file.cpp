@@ -133,4 +133,16 @@ std::vector<GridFrame> read_grid(const std::string& path, const std::optional<Gr
     return frames;
 }
 
+std::vector<GridFrame> read_grids(const std::vector<std::string>& paths, const std::optional<GridSize>& size) {
+    std::size_t file = 0;
+    return read_all(paths, [&](const std::string& path) {
+        auto frames = read_grid(path, size);
+        for (GridFrame& frame : frames) {
+            frame.file = file;
+        }
+        ++file;
+        return frames;
+    });
+}
+
 }  // namespace tricoil::host

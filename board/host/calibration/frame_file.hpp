@@ -23,6 +23,7 @@ std::vector<Mat3<double>> deskewed(const std::vector<Mat3<double>>& frames, doub
 struct GridFrame {
     Vec3<double> node;  // column, row, level: whole steps
     Mat3<double> x;
+    std::size_t file = 0;  // from 0: the sensor is held in the same way within a file
     std::size_t line = 0;
 };
 
@@ -33,6 +34,9 @@ using GridSize = std::array<int, 3>;
 /// grid of `size`: in the order of columns, then rows, then levels, equally many rests at each node. Throws InputError, naming
 /// file and line.
 std::vector<GridFrame> read_grid(const std::string& path, const std::optional<GridSize>& size = std::nullopt);
+
+/// Column frames of all files, with the numbers of their files.
+std::vector<GridFrame> read_grids(const std::vector<std::string>& paths, const std::optional<GridSize>& size = std::nullopt);
 
 /// Rows of all files.
 template <typename Read>

@@ -8,6 +8,9 @@
 #include <cmath>
 
 #include "board/host/calibration/fit_parameters.hpp"
+#include "board/host/calibration/free_motion_fit.hpp"
+#include "board/host/calibration/grid_placement.hpp"
+#include "board/host/calibration/misfit_floor.hpp"
 #include "board/host/calibration/self_calibration.hpp"
 #include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
@@ -18,14 +21,13 @@ namespace tricoil::host {
 namespace {
 
 constexpr double kMisfitLever_m = 0.02;  // position error with the same weight as a misfit of 100 %
-constexpr double kLoss_m = 3e-3;         // scale of the robust loss; a hand places the sensor with about this error
 constexpr double kWorstFit = 0.1;        // RMS position error relative to the grid's extent; a larger one is refused
 
 struct Parameters {
     std::array<double, 5> sensor{1, 1, 0, 0, 0};
     std::array<double, 6> moment{1, 1, 1, 0, 0, 0};  // in units of the start value of C
     std::array<double, 6> grid{};                    // translation (0.1 m), rotation vector relative to the start value
-    std::array<double, 3> pivot{};                   // 0.1 m
+    std::vector<std::array<double, 3>> pivot;        // by file, 0.1 m
 };
 
 struct NodeResidual {
@@ -56,7 +58,8 @@ struct NodeResidual {
     }
 };
 
-void check_nodes(const std::vector<GridFrame>& frames) {
+/// RMS distance of the nodes from their middle, in steps. Throws InputError for nodes on one line.
+double extent_of(const std::vector<GridFrame>& frames) {
     Eigen::Matrix3Xd nodes(3, frames.size());
     for (std::size_t k = 0; k < frames.size(); ++k) {
         nodes.col(static_cast<Eigen::Index>(k)) = frames[k].node;
@@ -66,22 +69,22 @@ void check_nodes(const std::vector<GridFrame>& frames) {
     if (extent(1) < 0.05 * extent(0) || !(extent(0) > 0)) {
         throw InputError("the grid's nodes lie on one line; place the sensor on nodes of several rows and columns");
     }
-}
-
-double extent_of(const Eigen::Matrix3Xd& nodes) {
-    return std::sqrt((nodes.colwise() - nodes.rowwise().mean().eval()).squaredNorm() / static_cast<double>(nodes.cols()));
+    return std::sqrt(nodes.squaredNorm() / static_cast<double>(nodes.cols()));
 }
 
 GridCalibration result_of(const Parameters& p, double c, const Similarity& start, const std::vector<double>& residuals,
-                          std::size_t frames, double extent, double misfit_before) {
+                          std::size_t frames, double misfit_before) {
     GridCalibration result;
-    result.sensor =
+    result.coils.model.sensor_sensitivity =
         symmetric_matrix(p.sensor[0], p.sensor[1], 3 - p.sensor[0] - p.sensor[1], p.sensor[2], p.sensor[3], p.sensor[4]);
-    result.source_moment = c * symmetric_matrix(p.moment[0], p.moment[1], p.moment[2], p.moment[3], p.moment[4], p.moment[5]);
+    result.coils.model.source_moment =
+        c * symmetric_matrix(p.moment[0], p.moment[1], p.moment[2], p.moment[3], p.moment[4], p.moment[5]);
     Mat3<double> turn;
     ceres::AngleAxisToRotationMatrix(p.grid.data() + 3, turn.data());
     result.source_grid = {turn * start.rotation, kLengthUnit_m * Vec3<double>(p.grid[0], p.grid[1], p.grid[2])};
-    result.pivot_m = kLengthUnit_m * Vec3<double>(p.pivot[0], p.pivot[1], p.pivot[2]);
+    for (const auto& pivot : p.pivot) {
+        result.pivot_m.push_back(kLengthUnit_m * Vec3<double>(pivot[0], pivot[1], pivot[2]));
+    }
     double position = 0;
     double misfit = 0;
     for (std::size_t at = 0; at < residuals.size(); at += 12) {
@@ -92,27 +95,35 @@ GridCalibration result_of(const Parameters& p, double c, const Similarity& start
     result.position_rms_m = std::sqrt(position / count);
     result.misfit_before = misfit_before;
     result.misfit_after = std::sqrt(misfit / count / 1.5) / kMisfitLever_m;
-    result.scale_deviation = 3 * result.position_rms_m / (extent * std::sqrt(count));
-    if (result.position_rms_m > kWorstFit * extent) {
-        throw InputError(fmt::format(
-            "the positions differ from the grid by {:.1f} mm RMS: nodes and couplings do not belong together, or the grid "
-            "crosses the plane of the source",
-            1e3 * result.position_rms_m));
-    }
     return result;
 }
 
-}  // namespace
-
-GridCalibration calibrate_on_grid(const std::vector<GridFrame>& frames, double spacing_m, const Vec3<double>& hemisphere) {
-    if (!(spacing_m > 0 && spacing_m < 1)) {
-        throw InputError(fmt::format("--spacing-mm must be between 0 and 1000; got {}", 1e3 * spacing_m));
-    }
-    check_nodes(frames);
+std::vector<Mat3<double>> couplings_of(const std::vector<GridFrame>& frames) {
     std::vector<Mat3<double>> couplings;
     for (const GridFrame& frame : frames) {
         couplings.push_back(frame.x);
     }
+    return couplings;
+}
+
+GridCalibration coils_with_positions(const std::vector<GridFrame>& frames, double spacing_m, const Vec3<double>& hemisphere,
+                                     FitModel model) {
+    const auto couplings = couplings_of(frames);
+    FreeMotionFit motion = fit_free_motion(couplings, model, 1, hemisphere);
+    const GridPlacement placement = place_on_grid(frames, motion.poses, spacing_m);
+    GridCalibration result;
+    result.misfit_before = self_calibrate(couplings).misfit_before;
+    result.misfit_after = motion.coils.residual_rms;
+    result.misfit_floor = misfit_floor_of(motion.misfit_shares, motion.outliers);
+    result.coils = with_scaled_lengths(std::move(motion.coils), placement.scale);
+    result.source_grid = placement.source_grid;
+    result.pivot_m = placement.pivot_m;
+    result.position_rms_m = placement.position_rms_m;
+    return result;
+}
+
+GridCalibration ideal_triads(const std::vector<GridFrame>& frames, double spacing_m, const Vec3<double>& hemisphere) {
+    const auto couplings = couplings_of(frames);
     const SelfCalibration gains = self_calibrate(couplings);
     Eigen::Matrix3Xd nodes(3, frames.size());
     Eigen::Matrix3Xd positions(3, frames.size());
@@ -136,11 +147,15 @@ GridCalibration calibrate_on_grid(const std::vector<GridFrame>& frames, double s
     for (std::size_t k = 0; k < 3; ++k) {
         p.grid[k] = start.translation(static_cast<Eigen::Index>(k)) / start.scale / kLengthUnit_m;
     }
+    for (const GridFrame& frame : frames) {
+        p.pivot.resize(std::max(p.pivot.size(), frame.file + 1));
+    }
     ceres::Problem problem;
     for (const GridFrame& frame : frames) {
         problem.AddResidualBlock(new ceres::NumericDiffCostFunction<NodeResidual, ceres::CENTRAL, 12, 5, 6, 6, 3>(
                                      new NodeResidual{spacing_m * frame.node, frame.x, start.rotation, c, hemisphere}),
-                                 new ceres::CauchyLoss(kLoss_m), p.sensor.data(), p.moment.data(), p.grid.data(), p.pivot.data());
+                                 new ceres::CauchyLoss(kHandError_m), p.sensor.data(), p.moment.data(), p.grid.data(),
+                                 p.pivot[frame.file].data());
     }
     ceres::Solver::Options options;
     options.linear_solver_type = ceres::DENSE_QR;
@@ -152,8 +167,27 @@ GridCalibration calibrate_on_grid(const std::vector<GridFrame>& frames, double s
     ceres::Problem::EvaluateOptions evaluate;
     evaluate.apply_loss_function = false;
     problem.Evaluate(evaluate, nullptr, &residuals, nullptr, nullptr);
+    return result_of(p, c, start, residuals, frames.size(), gains.misfit_before);
+}
 
-    return result_of(p, c, start, residuals, frames.size(), extent_of(nodes), gains.misfit_before);
+}  // namespace
+
+GridCalibration calibrate_on_grid(const std::vector<GridFrame>& frames, double spacing_m, const Vec3<double>& hemisphere,
+                                  FitModel model) {
+    if (!(spacing_m > 0 && spacing_m < 1)) {
+        throw InputError(fmt::format("--spacing-mm must be between 0 and 1000; got {}", 1e3 * spacing_m));
+    }
+    const double extent = spacing_m * extent_of(frames);
+    GridCalibration result = model == FitModel::concentric ? ideal_triads(frames, spacing_m, hemisphere)
+                                                           : coils_with_positions(frames, spacing_m, hemisphere, model);
+    result.scale_deviation = 3 * result.position_rms_m / (extent * std::sqrt(static_cast<double>(frames.size())));
+    if (result.position_rms_m > kWorstFit * extent) {
+        throw InputError(fmt::format(
+            "the positions differ from the grid by {:.1f} mm RMS: nodes and couplings do not belong together, or the grid "
+            "crosses the plane of the source",
+            1e3 * result.position_rms_m));
+    }
+    return result;
 }
 
 }  // namespace tricoil::host

@@ -18,14 +18,19 @@ inline double misfit_floor_of(double misfit_share) {
     return std::sqrt(1.5 / tracking::CommonParams<double>{}.distortion_gate) * misfit_share;
 }
 
-/// The same for the largest misfit of these poses; the `outliers` largest ones are left out.
+/// The same for the largest of several misfits; the `outliers` largest ones are left out.
+inline double misfit_floor_of(std::vector<double> shares, std::size_t outliers) {
+    std::sort(shares.begin(), shares.end(), std::greater<>());
+    return misfit_floor_of(shares[std::min(outliers, shares.size() - 1)]);
+}
+
+/// The same for these poses.
 inline double misfit_floor_of(const std::vector<EvaluatedPose>& errors, std::size_t outliers) {
     std::vector<double> shares;
     for (const EvaluatedPose& error : errors) {
         shares.push_back(error.converged ? error.misfit_share : 0);
     }
-    std::sort(shares.begin(), shares.end(), std::greater<>());
-    return misfit_floor_of(shares[std::min(outliers, shares.size() - 1)]);
+    return misfit_floor_of(std::move(shares), outliers);
 }
 
 }  // namespace tricoil::host

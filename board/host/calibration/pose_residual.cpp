@@ -1,8 +1,12 @@
 #include "board/host/calibration/pose_residual.hpp"
 
+#include <ceres/manifold.h>
+#include <ceres/problem.h>
 #include <ceres/rotation.h>
 
 #include <cmath>
+#include <numeric>
+#include <vector>
 
 #include "board/support/dense_algebra.hpp"
 #include "core/geometry/rotations.hpp"
@@ -176,6 +180,20 @@ Eigen::Matrix<double, 9, 9> pose_weight(const field::GeneralDipole<double>& mode
     square += share * share * (Eigen::Matrix<double, 9, 9>::Identity() - jacobian * pseudo);
     const SymmetricEigen eigen = eigen_of_symmetric(square);
     return eigen.vectors * eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal() * eigen.vectors.transpose();
+}
+
+double metres_per_coupling(const Mat3<double>& x, double coupling_constant) {
+    const double strength = x.norm() / std::sqrt(1.5);
+    const double range = std::cbrt(coupling_constant / strength);
+    return range / (3 * strength);
+}
+
+void hold_parameters(ceres::Problem& problem, double* magnetic, int free) {
+    std::vector<int> constant(static_cast<std::size_t>(kMagnetic - free));
+    std::iota(constant.begin(), constant.end(), free);
+    if (!constant.empty()) {
+        problem.SetManifold(magnetic, new ceres::SubsetManifold(kMagnetic, constant));
+    }
 }
 
 bool PoseResidual::Evaluate(double const* const* blocks, double* residual, double** jacobians) const {

@@ -9,6 +9,10 @@
 #include "board/host/calibration/fit_parameters.hpp"
 #include "board/host/calibration/fixtures.hpp"
 
+namespace ceres {
+class Problem;
+}
+
 namespace tricoil::host {
 
 constexpr int kRigid = 6;  // translation (units of 0.1 m), rotation vector (rad) relative to the start rotation
@@ -25,6 +29,12 @@ inline Vec3<double> length_of(const double* p) { return Vec3<double>(p[0], p[1],
 /// rotation error that they cause (J+), and the part that no pose explains with `share`. metres: metres per coupling unit.
 Eigen::Matrix<double, 9, 9> pose_weight(const field::GeneralDipole<double>& model, const solver::RigidPose<double>& pose,
                                         double metres);
+
+/// Weight of the couplings of one pose, metres per coupling unit: a coupling decreases by 3 k / rho per metre.
+double metres_per_coupling(const Mat3<double>& x, double coupling_constant);
+
+/// Only the first `free` magnetic parameters vary.
+void hold_parameters(ceres::Problem& problem, double* magnetic, int free);
 
 /// Constants of the residual of one pose. Sensor frame to mount: d + N W (j + J .), with named rotation N, fixture (d, W) and
 /// common jig (j, J).

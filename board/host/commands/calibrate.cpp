@@ -16,6 +16,7 @@
 #include "board/host/commands/calibrate_pivot.hpp"
 #include "board/host/commands/calibrate_surroundings.hpp"
 #include "board/host/commands/commands.hpp"
+#include "board/host/commands/fitted_parameters.hpp"
 #include "board/support/calibration_file.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_rows.hpp"
@@ -30,12 +31,13 @@
 namespace tricoil::host {
 namespace {
 
-const std::vector<std::string> kModels{"concentric", "general", "finite"};
+const std::vector<std::string> kModels{to_string(FitModel::concentric), to_string(FitModel::general),
+                                       to_string(FitModel::finite)};
 const std::vector<std::string> kFixtures{"free", "named"};
 const std::vector<std::string> kStages{"ideal", "turning", "room"};
 
 struct CalibrateCommand {
-    std::string model = "general";
+    std::string model;  // empty: general on a stage, otherwise concentric
     std::string fixtures = "free";
     std::string stage = "ideal";
     std::string out;
@@ -52,10 +54,19 @@ struct CalibrateCommand {
     double spacing_mm = 0;
     std::vector<int> nodes;  // of the grid, if the data are rests
     double column_skew = 0;
+    std::optional<double> coupling_constant;
     std::vector<double> hemisphere{1, 0, 0};
     std::vector<double> wiring;
     bool json = false;
 };
+
+/// Without --model: what the data usually determine.
+FitModel model_of(const CalibrateCommand& command) {
+    if (command.model.empty()) {
+        return command.free_motion || command.grid ? FitModel::concentric : FitModel::general;
+    }
+    return static_cast<FitModel>(index_of_name("model", command.model, kModels));
+}
 
 /// Result as JSON, with the warnings so far.
 struct Report {
@@ -92,16 +103,13 @@ Vec3<double> mean_direction(const std::vector<PoseFile>& files, const Calibratio
 
 void describe_fit(const CalibrationFit& fit, const CalibrateCommand& command, Report& report) {
     report.json["poses"] = fit.poses;
-    report.json["model"] = command.model;
+    report.json["model"] = to_string(model_of(command));
     report.json["fixtures"] = command.fixtures;
     report.json["start_position_rms_m"] = fit.start_position_rms_m;
     report.json["residual_rms"] = fit.residual_rms;
     report.json["condition"] = fit.condition;
     report.json["coupling_constant"] = fit.coupling_constant;
-    report.json["parameters"] = Json::array();
-    for (const FittedParameter& p : fit.parameters) {
-        report.json["parameters"].push_back({{"name", p.name}, {"value", p.value}, {"deviation", p.deviation}});
-    }
+    report.json["parameters"] = parameters_json(fit);
     if (!fit.stage_errors.is_ideal()) {
         report.json["stage_errors"] = {{"turning", rows_of(fit.stage_errors.turning)},
                                        {"room", rows_of(fit.stage_errors.room)},
@@ -124,9 +132,7 @@ std::string stage_text(const Json& r) {
              "{poses} poses, model {model}, fixtures {fixtures}; closed-form start {start_position_rms_m in mm:.2f} mm, "
              "couplings unexplained {residual_rms in %:.3f} %, condition number {condition:.0f}\n"
              "  moments in units of C = {coupling_constant:.6g}\n");
-    for (const Json& p : r["parameters"]) {
-        text += fill(p, "  {name:<24} {value:>12.6f} +- {deviation:.6f}\n");
-    }
+    text += parameters_text(r["parameters"]);
     for (const auto& [path, rms] : r["residual_rms_by_file"].items()) {
         text += fmt::format("  {}: couplings unexplained {:.3f} %\n", path, 100 * rms.get<double>());
     }
@@ -140,7 +146,7 @@ std::string stage_text(const Json& r) {
 
 CalibrationFile calibrate_on_stage(const CalibrateCommand& command, Report& report) {
     FitOptions options;
-    options.model = static_cast<FitModel>(index_of_name("model", command.model, kModels));
+    options.model = model_of(command);
     options.fixtures = static_cast<FixtureModel>(index_of_name("fixtures", command.fixtures, kFixtures));
     options.stage = static_cast<StageModel>(index_of_name("--stage", command.stage, kStages));
     const auto files = read_pose_files(command.data);
@@ -150,7 +156,7 @@ CalibrationFile calibrate_on_stage(const CalibrateCommand& command, Report& repo
     describe_fit(fit, command, report);
     CalibrationFile file;
     file.calibration.model = fit.model;
-    file.model = command.model;
+    file.model = to_string(options.model);
     file.source_stage = fit.source_stage;
     file.mount_sensor = fit.mount_sensor;
     file.stage_turns_left_handed = fit.stage_turns_left_handed;
@@ -179,11 +185,15 @@ CalibrationFile calibrate_on_stage(const CalibrateCommand& command, Report& repo
 Vec3<double> vector_of(const std::vector<double>& v) { return {v[0], v[1], v[2]}; }
 
 std::string grid_text(const Json& r) {
-    return fill(r,
-                "{frames} frames on the grid: positions fit to {position_rms_m in mm:.3f} mm RMS; couplings unexplained "
-                "{misfit_before in %:.3f} % before, {misfit_after in %:.3f} % after\n"
-                "  coupling constant {coupling_constant:.6g} +- {coupling_constant_deviation in %:.2f} %; "
-                "pivot {pivot_m/0 in mm:.2f} {pivot_m/1 in mm:.2f} {pivot_m/2 in mm:.2f} mm from the node\n");
+    std::string text =
+        fill(r,
+             "{frames} frames on the grid: positions fit to {position_rms_m in mm:.3f} mm RMS; couplings unexplained "
+             "{misfit_before in %:.3f} % before, {misfit_after in %:.3f} % after\n"
+             "  coupling constant {coupling_constant:.6g} +- {coupling_constant_deviation in %:.2f} %\n");
+    for (const Json& pivot : r["pivots_m"]) {
+        text += fill(pivot, "  pivot {0 in mm:.2f} {1 in mm:.2f} {2 in mm:.2f} mm from the node\n");
+    }
+    return text + parameters_text(r["parameters"]);
 }
 
 std::optional<GridSize> grid_size(const CalibrateCommand& command) {
@@ -192,23 +202,28 @@ std::optional<GridSize> grid_size(const CalibrateCommand& command) {
 }
 
 CalibrationFile calibrate_grid(const CalibrateCommand& command, Report& report) {
-    const auto frames = read_all(command.data, [&](const std::string& path) { return read_grid(path, grid_size(command)); });
+    const auto frames = read_grids(command.data, grid_size(command));
     const Vec3<double> hemisphere = vector_of(command.hemisphere);
-    const GridCalibration found = calibrate_on_grid(frames, 1e-3 * command.spacing_mm, hemisphere);
+    const GridCalibration found = calibrate_on_grid(frames, 1e-3 * command.spacing_mm, hemisphere, model_of(command));
     report.json = {{"frames", frames.size()},
                    {"position_rms_m", found.position_rms_m},
                    {"misfit_before", found.misfit_before},
                    {"misfit_after", found.misfit_after},
-                   {"coupling_constant", found.source_moment.trace() / 3},
+                   {"coupling_constant", found.coils.model.source_moment.trace() / 3},
                    {"coupling_constant_deviation", found.scale_deviation},
-                   {"pivot_m", list_of(found.pivot_m)},
-                   {"source_moment", rows_of(found.source_moment)},
-                   {"sensor", rows_of(found.sensor)}};
+                   {"pivots_m", Json::array()},
+                   {"source_moment", rows_of(found.coils.model.source_moment)},
+                   {"sensor", rows_of(found.coils.model.sensor_sensitivity)},
+                   {"parameters", parameters_json(found.coils)}};
+    for (const Vec3<double>& pivot : found.pivot_m) {
+        report.json["pivots_m"].push_back(list_of(pivot));
+    }
+    report.warnings = found.coils.warnings;
     CalibrationFile file;
     file.model = "grid";
     file.residual_rms = found.misfit_after;
-    file.calibration.model.source_moment = found.source_moment;
-    file.calibration.model.sensor_sensitivity = found.sensor;
+    file.calibration.model = found.coils.model;
+    file.calibration.misfit_floor = found.misfit_floor;
     file.calibration.hemisphere = hemisphere.normalized();
     return file;
 }
@@ -273,14 +288,23 @@ void check_usage(const CalibrateCommand& c) {
     if (c.pivot && (c.data.size() != 1 || !c.blob.empty())) {
         throw InputError("--pivot takes one file or folder of poses, and no --blob");
     }
+    if (c.coupling_constant && !c.free_motion) {
+        throw InputError("--coupling-constant: only with --free-motion; a stage or a grid gives the scale of the lengths");
+    }
+    if (c.coupling_constant && !(*c.coupling_constant > 0 && std::isfinite(*c.coupling_constant))) {
+        throw InputError(fmt::format("--coupling-constant must be above zero; got {}", *c.coupling_constant));
+    }
+    if (!c.free_motion && c.column_skew != 0) {
+        throw InputError("--column-skew: only with --free-motion");
+    }
     if (!(vector_of(c.hemisphere).norm() > 0)) {
         throw InputError("--hemisphere must not be zero");
     }
     if (!(std::abs(c.column_skew) < 1)) {
         throw InputError(fmt::format("--column-skew must lie between -1 and 1 frames; got {}", c.column_skew));
     }
-    if (c.affine && (c.free_motion || c.grid)) {
-        throw InputError("--affine needs poses from a stage");
+    if ((c.affine || c.stage != "ideal" || c.fixtures != "free") && (c.free_motion || c.grid)) {
+        throw InputError("--affine, --stage and --fixtures need poses from a stage; remove them or --free-motion and --grid");
     }
     if (c.wiring.empty() && !c.pivot && c.out.empty()) {
         throw InputError("calibrate needs --out FILE.toml");
@@ -298,6 +322,10 @@ std::string calibration_text(const CalibrateCommand& command, const Json& result
     return text + fill(result, "wrote {out}\n");
 }
 
+FreeMotionCommand free_motion_of(const CalibrateCommand& command) {
+    return {command.data, model_of(command), command.column_skew, command.coupling_constant, vector_of(command.hemisphere)};
+}
+
 int calibrate(const CalibrateCommand& command) {
     check_usage(command);
     if (!command.wiring.empty()) {
@@ -309,7 +337,7 @@ int calibrate(const CalibrateCommand& command) {
     Report report;
     const CalibrationFile file = command.surroundings ? calibrate_with_surroundings(command, report)
                                  : command.free_motion
-                                     ? calibrate_free_motion(command.data, command.column_skew, report.json, report.warnings)
+                                     ? calibrate_free_motion(free_motion_of(command), report.json, report.warnings)
                                  : command.grid ? calibrate_grid(command, report)
                                                 : calibrate_on_stage(command, report);
     write_files(command, file);
@@ -329,8 +357,11 @@ void add_calibrate_command(CLI::App& program, Action& action) {
                     "Couplings at stage poses (ILEMT text or CSV), or of column frames or grid nodes (CSV); with --pivot: poses")
         ->required()
         ->type_name(kFileType);
-    one_of(sub->add_option("--model", c->model, "general: a position for each coil; finite: also a size"), kModels)
-        ->capture_default_str();
+    one_of(
+        sub->add_option("--model", c->model,
+                        "concentric: gains and angles (default of --free-motion and --grid); general: also a position for each "
+                        "coil (default with a stage); finite: also a size"),
+        kModels);
     one_of(sub->add_option("--fixtures", c->fixtures,
                            "Estimate the rotation of each sensor fixture (free), or take it from the fixture's name (named)"),
            kFixtures)
@@ -345,7 +376,11 @@ void add_calibrate_command(CLI::App& program, Action& action) {
     sub->add_flag("--affine", c->affine, "Also fit an affine correction of the positions");
     sub->add_option("--out", c->out, "Calibration or tip as TOML")->type_name(kFileType);
     sub->add_option("--blob", c->blob, "Calibration as bytes for flash")->type_name(kFileType);
-    sub->add_flag("--free-motion", c->free_motion, "Gains and angles from any motion, without ground truth");
+    sub->add_flag("--free-motion", c->free_motion, "Coils from any motion, without ground truth");
+    sub->add_option(
+        "--coupling-constant", c->coupling_constant,
+        "Free motion: coupling constant C, mean moment of the source coils (coupling units times m^3); the scale of all "
+        "lengths, which free motion does not determine (default 1)");
     sub->add_option("--column-skew", c->column_skew,
                     "Free motion: time between columns, in frame periods (1/3 for TDM); columns are deskewed");
     sub->add_flag("--grid", c->grid, "Sensor placed on the nodes of a printed grid, in many attitudes");
@@ -355,7 +390,8 @@ void add_calibrate_command(CLI::App& program, Action& action) {
         ->expected(3)
         ->delimiter(',')
         ->check(CLI::Range(1, 1000));
-    sub->add_option("--hemisphere", c->hemisphere, "Grid: direction to the half space that contains it, source frame")
+    sub->add_option("--hemisphere", c->hemisphere,
+                    "Grid, free motion: direction to the half space of most positions, source frame")
         ->type_name("X,Y,Z")
         ->expected(3)
         ->delimiter(',');
@@ -383,6 +419,8 @@ void add_calibrate_command(CLI::App& program, Action& action) {
         sub, {{"coils and fixtures from couplings at known poses",
                "tricoil calibrate --model finite --out cal.toml --blob cal.bin stage/*.dat"},
               {"gains and angles without ground truth", "tricoil calibrate --free-motion --out gains.toml motion.csv"},
+              {"also positions and sizes of the coils, with a known coupling constant",
+               "tricoil calibrate --free-motion --model finite --coupling-constant 2.5e-3 --out coils.toml motion.csv"},
               {"sensor placed by hand on a printed grid", "tricoil calibrate --grid --spacing-mm 50 --out by_hand.toml grid.csv"},
               {"coil and polarity of each channel", "tricoil calibrate --wiring 0.4,0.2,0.1 frames.csv"},
               {"a pointer that is tilted with its tip at rest", "tricoil run --scenario pointer --record pivot"},

@@ -3,10 +3,48 @@
 #include <fmt/format.h>
 
 #include "board/host/calibration/frame_file.hpp"
+#include "board/host/calibration/free_motion_fit.hpp"
+#include "board/host/calibration/misfit_floor.hpp"
 #include "board/host/calibration/self_calibration.hpp"
+#include "board/host/commands/fitted_parameters.hpp"
 #include "board/support/json_rows.hpp"
+#include "board/support/progress.hpp"
 
 namespace tricoil::host {
+namespace {
+
+/// Couplings of a file of column frames (CSV), or of poses of a stage (any other format).
+std::vector<Mat3<double>> couplings_of(const std::string& path) {
+    if (path.ends_with(".csv")) {
+        return read_frames(path);
+    }
+    std::vector<Mat3<double>> couplings;
+    for (const MeasuredPose& pose : read_pose_file(path).poses) {
+        couplings.push_back(pose.x);
+    }
+    return couplings;
+}
+
+/// Positions and sizes of the coils, in addition to the gains.
+void fit_coils(const FreeMotionCommand& command, const std::vector<Mat3<double>>& frames, CalibrationFile& file, Json& result,
+               std::vector<std::string>& warnings) {
+    Progress progress("calibrate");
+    const FreeMotionFit found =
+        fit_free_motion(frames, command.model, command.coupling_constant.value_or(1), command.hemisphere, progress.part(0, 1));
+    warnings.insert(warnings.end(), found.coils.warnings.begin(), found.coils.warnings.end());
+    file.calibration.model = found.coils.model;
+    file.calibration.hemisphere = command.hemisphere.normalized();
+    file.calibration.misfit_floor = misfit_floor_of(found.misfit_shares, found.outliers);
+    file.residual_rms = found.coils.residual_rms;
+    result["residual_rms"] = found.coils.residual_rms;
+    result["outliers"] = found.outliers;
+    result["condition"] = found.coils.condition;
+    result["misfit_floor"] = file.calibration.misfit_floor;
+    result["position_error_share"] = found.position_error_share;
+    result["parameters"] = parameters_json(found.coils);
+}
+
+}  // namespace
 
 std::string free_motion_text(const Json& r) {
     std::string text =
@@ -24,13 +62,19 @@ std::string free_motion_text(const Json& r) {
             text += fill(r[name + "_deviation"][i], " {0:.5f} {1:.5f} {2:.5f}\n");
         }
     }
+    if (r.contains("parameters")) {
+        text +=
+            fill(r,
+                 "  with positions and sizes of the coils: couplings unexplained {residual_rms in %:.3f} %, {outliers} outliers; "
+                 "estimated error of positions from these coils {position_error_share in %:.3f} % of the range\n") +
+            parameters_text(r["parameters"]);
+    }
     return text + fill(r, "  {not_observable}\n");
 }
 
-CalibrationFile calibrate_free_motion(const std::vector<std::string>& data, double column_skew, Json& result,
-                                      std::vector<std::string>& warnings) {
-    const auto frames = read_all(data, [&](const std::string& path) {
-        return column_skew == 0 ? read_frames(path) : deskewed(read_frames(path), column_skew);
+CalibrationFile calibrate_free_motion(const FreeMotionCommand& command, Json& result, std::vector<std::string>& warnings) {
+    const auto frames = read_all(command.data, [&](const std::string& path) {
+        return command.column_skew == 0 ? couplings_of(path) : deskewed(couplings_of(path), command.column_skew);
     });
     const SelfCalibration found = self_calibrate(frames);
     result = {{"frames", frames.size()},
@@ -47,15 +91,19 @@ CalibrationFile calibrate_free_motion(const std::vector<std::string>& data, doub
               {"identifiability", found.weakest},
               {"not_observable",
                "not observable from free motion: the coupling constant C (scale of all lengths), a rotation of each triad as a "
-               "whole, coils reversed or swapped in pairs, the hemisphere; offsets of the coils are not estimated"}};
+               "whole, coils reversed or swapped in pairs, the hemisphere"}};
     if (!found.converged) {
         warnings.emplace_back("the fit stopped before it converged; record more motion");
     }
     CalibrationFile file;
-    file.model = "free-motion";
+    const double coupling_constant = command.coupling_constant.value_or(1);
+    file.model = command.coupling_constant ? to_string(command.model) : kFreeMotionModel;
     file.residual_rms = found.misfit_after;
-    file.calibration.model.source_moment = found.source;
+    file.calibration.model.source_moment = coupling_constant * found.source;
     file.calibration.model.sensor_sensitivity = found.sensor;
+    if (command.model != FitModel::concentric) {
+        fit_coils(command, frames, file, result, warnings);
+    }
     return file;
 }
 

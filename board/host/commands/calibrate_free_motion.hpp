@@ -1,18 +1,27 @@
 // `tricoil calibrate --free-motion`.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "board/host/calibration/calibration_fit.hpp"
 #include "board/support/calibration_file.hpp"
 #include "board/support/json_text.hpp"
 
 namespace tricoil::host {
 
-/// Gains and angles from the frames of all files. column_skew: see deskewed(). Sets the result and adds warnings. Throws
-/// InputError.
-CalibrationFile calibrate_free_motion(const std::vector<std::string>& data, double column_skew, Json& result,
-                                      std::vector<std::string>& warnings);
+struct FreeMotionCommand {
+    std::vector<std::string> data;
+    FitModel model = FitModel::concentric;
+    double column_skew = 0;                   // see deskewed()
+    std::optional<double> coupling_constant;  // gives the scale of all lengths
+    Vec3<double> hemisphere = Vec3<double>::UnitX();
+};
+
+/// Gains and angles (concentric), also positions (general) and sizes (finite) of the coils, from the column frames of all files.
+/// Of files with poses of a stage, only the couplings are used. Sets the result and adds warnings. Throws InputError.
+CalibrationFile calibrate_free_motion(const FreeMotionCommand& command, Json& result, std::vector<std::string>& warnings);
 
 std::string free_motion_text(const Json& result);
 

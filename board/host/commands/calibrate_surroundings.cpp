@@ -18,8 +18,10 @@ CalibrationFile read_coils(const std::string& path) {
     if (!c.output_linear.isIdentity(0) || !c.output_offset_m.isZero(0)) {
         throw InputError(path + ": has an affine output correction; calibrate the coils without --affine");
     }
-    if (coils.model == "free-motion") {
-        throw InputError(path + ": has no scale of lengths; calibrate the coils on a stage or a grid");
+    if (coils.model == kFreeMotionModel) {
+        throw InputError(path +
+                         ": has no scale of lengths; give --coupling-constant to calibrate --free-motion, or calibrate the coils "
+                         "on a stage or a grid");
     }
     set_surroundings(coils, {});
     coils.stage_errors.stray.setZero();  // the surroundings replace it
