@@ -143,6 +143,12 @@ TEST(GridCalibration, FindsScaleGainsAndPivotFromAPrintedGrid) {
     EXPECT_NEAR(found.pivot_m.front().norm(), pivot.norm(),
                 5e-4);  // its direction depends on the rotation of the sensor frame, which is not observable
     EXPECT_LT(found.position_rms_m, 1.5e-3);
+    const auto finite = calibrate_on_grid(frames, 0.05, Vec3<double>::UnitX(), FitModel::finite);
+    EXPECT_NEAR(finite.coils.model.source_moment.trace() * finite.coils.model.sensor_sensitivity.trace() /
+                    (moment.trace() * sensitivity.trace()),
+                1, 0.01);
+    EXPECT_LT(finite.position_rms_m, 1.5e-3);
+    EXPECT_NEAR(finite.pivot_m.front().norm(), pivot.norm(), 1e-3);
     std::vector<GridFrame> one_row;
     std::copy_if(frames.begin(), frames.end(), std::back_inserter(one_row), [](const GridFrame& f) { return f.node.y() == 0; });
     EXPECT_THROW(calibrate_on_grid(one_row, 0.05, Vec3<double>::UnitX()), InputError);

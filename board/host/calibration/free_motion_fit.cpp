@@ -23,7 +23,7 @@ namespace {
 constexpr double kRange_m = 0.25;          // median range during the fit; the result is scaled to the coupling constant
 constexpr double kWeakShare = 5e-3;        // larger position errors from the coils, relative to the range, cause a warning
 constexpr double kMeanMomentError = 1e-6;  // standard deviation of the prior of the mean moment
-constexpr double kMirrored = 0.25;         // a mirrored pose must have a smaller misfit by this factor
+constexpr double kUnusual = 3;             // a larger misfit is unusual, in medians
 constexpr int kFitsPerModel = 3;           // the hemisphere of every pose is tested between them
 
 /// Standard deviation of the prior of a parameter, in its internal unit. Lengths at a range of 0.25 m: an offset of 5 mm, an
@@ -189,16 +189,25 @@ private:
         return {rows, Eigen::Map<const Eigen::VectorXd>(ideal_.data(), kMagnetic)};
     }
 
-    /// A pose and its mirror image have equal couplings if all coils of a triad have one centre. The offsets tell them apart.
+    /// A pose and its mirror image have equal couplings if all coils of a triad have one centre. The offsets tell them apart: a
+    /// pose is mirrored if its misfit is unusual and the mirror image's is not.
     void choose_hemispheres() {
         const auto model = model_of(magnetic_.data(), coupling_constant_);
+        const auto solved = [&](std::size_t k, const solver::RigidPose<double>& start) {
+            const auto found = solver::minimise<double>(model, measured_[k].x, Mat3<double>::Ones(), start);
+            return found.ok() ? *found : solver::Minimum<double>{};
+        };
+        std::vector<double> shares;
         for (std::size_t k = 0; k < poses_.size(); ++k) {
-            const solver::RigidPose<double> mirrored{-poses_[k].position_m, poses_[k].q_source_sensor};
-            const Mat3<double> weights = Mat3<double>::Ones();
-            const auto other = solver::minimise<double>(model, measured_[k].x, weights, mirrored);
-            const auto same = solver::minimise<double>(model, measured_[k].x, weights, poses_[k]);
-            if (other.ok() && other->converged() && same.ok() && other->misfit_squared < kMirrored * same->misfit_squared) {
-                poses_[k] = other->pose;
+            shares.push_back(solved(k, poses_[k]).misfit_share);
+        }
+        const double usual = kUnusual * median(shares);
+        for (std::size_t k = 0; k < poses_.size(); ++k) {
+            if (shares[k] > usual) {
+                const auto mirrored = solved(k, {-poses_[k].position_m, poses_[k].q_source_sensor});
+                if (mirrored.converged() && mirrored.misfit_share < usual) {
+                    poses_[k] = mirrored.pose;
+                }
             }
         }
     }
