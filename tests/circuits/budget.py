@@ -28,6 +28,7 @@ GAIN_PER_K = 14e-6      # each preamplifier: two ratios of 10 ppm/K resistors
 EXPANSION_PER_K = 14e-6  # formers of glass-fibre epoxy, diameter
 CABLE_PER_K = 1e-3      # capacitance of the sensor's cable
 COPPER_PER_K = 3.9e-3
+CALIBRATED_M = 0.65     # middle of the ranges of the calibration: its gains are those of this range
 GAIN_STEP_TODAY = 0.77e-3  # error of one step, present firmware: RMS of 12 simulated converters (ACCURACY.md, "What is left")
 
 
@@ -79,6 +80,15 @@ class Chain:
             gain *= 2
         return drive, gain, volts * drive * gain
 
+    def gain_steps(self, range_m, hz):
+        """Steps of 2 between the gain for a range and that of the calibration; a row of couplings may be smaller than the largest
+        coupling, so the number is not rounded."""
+        wanted = []
+        for r in (range_m, CALIBRATED_M):
+            drive, _, _ = self.ranging(r, hz)
+            wanted.append(COMFORTABLE_V / (self.coil_v(r, hz) * self.gain[hz] * drive))
+        return abs(math.log2(wanted[0] / wanted[1]))
+
     def densities(self, hz, gain):
         """Noise densities at the converter, V/sqrt(Hz): coil and preamplifier; op-amp of the chip with aliases; converter."""
         reach = math.pi / 2 * OPAMP_GBW / gain
@@ -107,7 +117,7 @@ def of_frame(chain, range_m, mode, coil):
     hz, window = round(float(mode["f1_hz"])), float(mode["window_s"])
     mm = 1e3 * range_m
     pre, opamp, adc, reference = chain.relative_noise(range_m, hz, window)
-    _, _, volts = chain.ranging(range_m, hz)
+    drive, _, volts = chain.ranging(range_m, hz)
     amplitude = volts / LSB_V
     noise_lsb = math.hypot(pre, opamp, adc) * amplitude * math.sqrt(window / (SWEEP_S / 3 * 0.8))
     raw, left = rms_errors(ADC_INL_LSB, noise_lsb)
@@ -120,10 +130,11 @@ def of_frame(chain, range_m, mode, coil):
         ("noise: converter", s.coupling * adc, None),
         ("noise: reference", s.column * reference, None),
         ("non-linearity of the sensors' converters", s.coupling * left / amplitude, s.coupling * raw / amplitude),
-        ("non-linearity of the reference's converter", s.common * left / reference_lsb, s.common * raw / reference_lsb),
+        ("non-linearity of the reference's converter", s.common * left / reference_lsb / drive,
+         s.common * raw / reference_lsb / drive),
         # gain steps are compared at half the drive: the reference's errors at full and at a quarter of the drive remain
-        ("gain steps (two away from the calibration's)", s.common * math.hypot(1, 4) * left / reference_lsb,
-         s.row * GAIN_STEP_TODAY * math.sqrt(2)),
+        (f"gain steps (calibration at {CALIBRATED_M} m)", s.common * math.hypot(1, 4) * left / reference_lsb,
+         s.row * GAIN_STEP_TODAY * math.sqrt(chain.gain_steps(range_m, hz))),
         ("drift: sense resistors", s.column * SENSE_PER_K * DRIFT_K, None),
         ("drift: preamplifiers' gain", s.row * GAIN_PER_K * DRIFT_K, None),
         ("drift: size of the coils", s.common * 2 * expansion, None),
