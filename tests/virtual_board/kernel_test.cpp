@@ -32,6 +32,9 @@ void expect_tracking(const std::string& device) {
 
 TEST(FlashImage, TracksOverTheKernelsCan) {
     test::Program board(kBoard + "--can vcan0 2>/run/board.err");
+    test::Program info(TRICOIL_PROGRAM
+                       " device info can:vcan0 --wait 60 >/run/info.out 2>&1");  // an emulated PC boots the image slowly
+    ASSERT_EQ(info.wait(), 0) << test::read_text("/run/info.out");
     expect_tracking("can:vcan0");
     board.send(SIGTERM);
     EXPECT_EQ(board.wait(), 0) << test::read_text("/run/board.err");

@@ -15,6 +15,7 @@
 #include "board/host/calibration/fixture_groups.hpp"
 #include "board/host/calibration/initial_guess.hpp"
 #include "board/host/calibration/pose_residual.hpp"
+#include "board/host/calibration/solver_summary.hpp"
 #include "board/support/errors.hpp"
 
 namespace tricoil::host {
@@ -170,9 +171,7 @@ private:
         options.num_threads = 2;
         ceres::Solver::Summary summary;
         ceres::Solve(options, problem_.get(), &summary);
-        if (!summary.IsSolutionUsable()) {
-            throw InputError("the calibration does not converge: " + summary.message);
-        }
+        refuse_unusable(summary);
     }
 
     [[nodiscard]] Rigid mount_of(std::size_t m) const {

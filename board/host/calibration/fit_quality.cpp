@@ -88,6 +88,13 @@ void refuse_unexplained(const std::vector<FileResidual>& files, FitModel model) 
     }
 }
 
+void warn_of_unexplained(FitModel model, CalibrationFit& fit) {
+    if (fit.residual_rms > kPoorShare) {
+        fit.warnings.push_back(fmt::format("the model leaves {:.1f} % of the couplings unexplained{}", 100 * fit.residual_rms,
+                                           model == FitModel::concentric ? "; try --model general" : ""));
+    }
+}
+
 /// Standard deviations for any distribution of the residuals, if the poses are independent:
 /// (J^T J)^-1 (sum over poses of J_k^T r_k r_k^T J_k) (J^T J)^-1 (White 1980, Econometrica 48(4)). `eigen`: of J^T J with columns
 /// divided by `norms`.
@@ -140,10 +147,19 @@ void check_residuals(const std::vector<FileResidual>& files, FitModel model, Cal
     fit.residual_rms = std::sqrt(squares / std::max(static_cast<double>(used), 1.0));
     refuse_mixed_sets(files);
     refuse_unexplained(files, model);
-    if (fit.residual_rms > kPoorShare) {
-        fit.warnings.push_back(fmt::format("the model leaves {:.1f} % of the couplings unexplained{}", 100 * fit.residual_rms,
-                                           model == FitModel::concentric ? "; try --model general" : ""));
+    warn_of_unexplained(model, fit);
+}
+
+void check_residuals_of_motion(const FileResidual& data, FitModel model, CalibrationFit& fit) {
+    fit.residual_rms = data.rms();
+    const std::size_t outliers = data.poses - data.used;
+    if (2 * outliers > data.poses || fit.residual_rms > kMaxGeneralResidual) {
+        throw InputError(
+            fmt::format("the model leaves {:.1f} % of the couplings unexplained, {} of {} column frames are outliers; causes: "
+                        "noise, motion within a column frame (see --column-skew), metal, or a gain that changed",
+                        100 * fit.residual_rms, outliers, data.poses));
     }
+    warn_of_unexplained(model, fit);
 }
 
 void check_parameters(const ParameterEstimate& estimate, CalibrationFit& fit) {

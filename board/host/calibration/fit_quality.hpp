@@ -26,6 +26,9 @@ struct FileResidual {
 /// far above those of the other files, or if the model does not explain the couplings.
 void check_residuals(const std::vector<FileResidual>& files, FitModel model, CalibrationFit& fit);
 
+/// The same for data of one set without poses of a stage.
+void check_residuals_of_motion(const FileResidual& data, FitModel model, CalibrationFit& fit);
+
 /// Linearised fit at the solution: nine rows per pose, then those of a prior, if any.
 struct ParameterEstimate {
     Eigen::MatrixXd jacobian;          // columns: free parameters, magnetic parameters first

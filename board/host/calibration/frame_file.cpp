@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <filesystem>
+#include <set>
 
 #include "board/support/coupling_text.hpp"
 #include "board/support/errors.hpp"
@@ -30,9 +32,10 @@ std::size_t columns_before(const std::string& path, const std::string& header) {
     throw InputError(path + ":1: the header must end in x11,x12,x13,x21,x22,x23,x31,x32,x33 (xij: sensor coil i, source coil j)");
 }
 
-/// Numbers of every line. Checks their count and the rank of the couplings.
+/// Numbers of every line. Checks their count and the rank of the couplings, and that there is a line.
 template <typename Take>
 void read_table(const std::string& path, std::size_t before, const std::vector<std::string>& lines, Take take) {
+    bool is_empty = true;
     for (std::size_t n = 1; n < lines.size(); ++n) {
         const TextPlace place{path, n + 1};
         if (lines[n].empty()) {
@@ -43,6 +46,10 @@ void read_table(const std::string& path, std::size_t before, const std::vector<s
             throw InputError(fmt::format("{}: {} columns; {} are needed", place.str(), fields.size(), before + kCouplings));
         }
         take(fields, parse_couplings(std::span(fields).subspan(before), place), place);
+        is_empty = false;
+    }
+    if (is_empty) {
+        throw InputError(path + ": holds no column frames");
     }
 }
 
@@ -91,7 +98,7 @@ std::vector<GridFrame> read_rests(const std::string& path, const std::vector<std
     }
     std::vector<GridFrame> frames;
     read_table(path, before, lines, [&](const auto&, const Mat3<double>& x, const TextPlace& place) {
-        frames.push_back({Vec3<double>::Zero(), x, place.line});
+        frames.push_back({Vec3<double>::Zero(), x, 0, place.str()});
     });
     const auto [columns, rows, levels] = *size;
     const auto nodes = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows) * static_cast<std::size_t>(levels);
@@ -127,10 +134,21 @@ std::vector<GridFrame> read_grid(const std::string& path, const std::optional<Gr
             frame.node(static_cast<Eigen::Index>(k)) = parse_number(fields[k], place);
         }
         frame.x = x;
-        frame.line = place.line;
+        frame.place = place.str();
         frames.push_back(frame);
     });
     return frames;
+}
+
+void refuse_repeated(const std::vector<std::string>& paths) {
+    std::set<std::string> seen;
+    for (const std::string& path : paths) {
+        std::error_code error;
+        const auto canonical = std::filesystem::weakly_canonical(path, error).string();
+        if (!seen.insert(error ? path : canonical).second) {
+            throw InputError(path + ": given twice; give each file once");
+        }
+    }
 }
 
 std::vector<GridFrame> read_grids(const std::vector<std::string>& paths, const std::optional<GridSize>& size) {

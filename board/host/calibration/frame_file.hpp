@@ -11,7 +11,7 @@
 namespace tricoil::host {
 
 /// Reads CSV with any header that ends in x11,x12,x13,x21,...,x33 (or m11,...), xij: sensor coil i, source coil j. Columns before
-/// these are ignored. Throws InputError, naming file and line.
+/// these are ignored. Throws InputError, naming file and line, also for a file without column frames.
 std::vector<Mat3<double>> read_frames(const std::string& path);
 
 /// Interpolates the columns of each column frame to the time of the middle column (cubic, four column frames). Column j was
@@ -24,7 +24,7 @@ struct GridFrame {
     Vec3<double> node;  // column, row, level: whole steps
     Mat3<double> x;
     std::size_t file = 0;  // from 0: the sensor is held in the same way within a file
-    std::size_t line = 0;
+    std::string place;     // path and line
 };
 
 /// Numbers of columns, rows and levels of a grid.
@@ -38,9 +38,13 @@ std::vector<GridFrame> read_grid(const std::string& path, const std::optional<Gr
 /// Column frames of all files, with the numbers of their files.
 std::vector<GridFrame> read_grids(const std::vector<std::string>& paths, const std::optional<GridSize>& size = std::nullopt);
 
-/// Rows of all files.
+/// Throws InputError for a file that is given twice.
+void refuse_repeated(const std::vector<std::string>& paths);
+
+/// Rows of all files. Throws InputError for a file that is given twice.
 template <typename Read>
 auto read_all(const std::vector<std::string>& paths, Read read) {
+    refuse_repeated(paths);
     decltype(read(paths.front())) rows;
     for (const std::string& path : paths) {
         const auto part = read(path);

@@ -11,6 +11,7 @@
 #include "board/host/calibration/fit_quality.hpp"
 #include "board/host/calibration/pose_residual.hpp"
 #include "board/host/calibration/self_calibration.hpp"
+#include "board/host/calibration/solver_summary.hpp"
 #include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
 #include "core/geometry/angles.hpp"
@@ -69,7 +70,7 @@ public:
         fit.poses = poses_.size();
         fit.model = model_of(magnetic_.data(), coupling_constant_);
         const double limit = kOutlierMedians * median(norms_m()) + 1e-12;
-        FileResidual residual{"these data", poses_.size()};
+        FileResidual residual{"", poses_.size()};
         for (std::size_t k = 0; k < poses_.size(); ++k) {
             const Mat3<double> o = poses_[k].q_source_sensor.toRotationMatrix().transpose();
             const Mat3<double> x = field::signal_matrix<double>(fit.model, poses_[k].position_m, o);
@@ -81,15 +82,15 @@ public:
             }
         }
         result.outliers = residual.poses - residual.used;
-        check_residuals({residual}, model_, fit);
+        check_residuals_of_motion(residual, model_, fit);
         const ParameterEstimate linear = estimate(limit);
         check_parameters(linear, fit);
         const Eigen::MatrixXd covariance =
             sigma_m_ * sigma_m_ * inverse_of_definite(linear.jacobian.transpose() * linear.jacobian);
         widen_deviations(covariance, fit);
-        const double error_m = position_error_m(covariance);
-        warn_of_weak_motion(error_m, fit);
-        result.position_error_share = error_m / kRange_m;
+        const double noise_share = position_error_m(covariance) / kRange_m;
+        result.position_error_share = systematic() * noise_share;
+        warn_of_weak_motion(result.position_error_share, noise_share, fit);
         fit = with_scaled_lengths(std::move(fit), scale);
         result.poses = poses_;
         for (auto& pose : result.poses) {
@@ -169,9 +170,7 @@ private:
         options.num_threads = 2;
         ceres::Solver::Summary summary;
         ceres::Solve(options, &problem, &summary);
-        if (!summary.IsSolutionUsable()) {
-            throw InputError("the calibration does not converge: " + summary.message);
-        }
+        refuse_unusable(summary);
         for (std::size_t k = 0; k < poses_.size(); ++k) {
             const Mat3<double> turned = poses_[k].q_source_sensor.toRotationMatrix() * rotation_of(blocks[k].data() + 3);
             poses_[k] = {length_of(blocks[k].data()), Quat<double>(turned).normalized()};
@@ -260,38 +259,46 @@ private:
         return estimate;
     }
 
-    /// Includes what the prior leaves open in the deviations.
-    static void widen_deviations(const Eigen::MatrixXd& covariance, CalibrationFit& fit) {
+    /// Ratio of the true deviations to those of independent residuals. Residuals of real coils are systematic, so only as many as
+    /// there are parameters count as independent, not three redundant numbers per pose (measured on recorded couplings: see
+    /// README).
+    [[nodiscard]] double systematic() const {
+        return std::max(1.0, std::sqrt(3 * static_cast<double>(poses_.size()) / free_magnetic(model_)));
+    }
+
+    /// Includes what the prior leaves open in the deviations, and systematic residuals, up to the deviation of the prior.
+    void widen_deviations(const Eigen::MatrixXd& covariance, CalibrationFit& fit) const {
         for (std::size_t k = 0; k < fit.parameters.size(); ++k) {
             const auto index = static_cast<Eigen::Index>(k);
             double& deviation = fit.parameters[k].deviation;
-            deviation = std::max(deviation, unit_of(k) * std::sqrt(covariance(index, index)));
+            const double largest = unit_of(k) * prior_deviation(static_cast<int>(k));
+            deviation = std::min(systematic() * std::max(deviation, unit_of(k) * std::sqrt(covariance(index, index))), largest);
         }
     }
 
-    /// Warns of motion that determines the coils weakly, with the parameter that is least determined relative to its prior.
-    static void warn_of_weak_motion(double error_m, CalibrationFit& fit) {
-        if (error_m < kWeakShare * kRange_m) {
+    /// Warns of data that determine the coils weakly, with the parameter that is least determined relative to its prior.
+    static void warn_of_weak_motion(double share_of_range, double noise_share, CalibrationFit& fit) {
+        if (share_of_range < kWeakShare) {
             return;
         }
-        const auto share = [](const FittedParameter& p, std::size_t k) {
+        const auto open_share = [](const FittedParameter& p, std::size_t k) {
             return p.deviation / (unit_of(k) * prior_deviation(static_cast<int>(k)));
         };
         std::size_t weakest = 0;
         for (std::size_t k = 1; k < fit.parameters.size(); ++k) {
-            if (share(fit.parameters[k], k) > share(fit.parameters[weakest], weakest)) {
+            if (open_share(fit.parameters[k], k) > open_share(fit.parameters[weakest], weakest)) {
                 weakest = k;
             }
         }
         fit.warnings.push_back(
-            fmt::format("this motion determines the coils weakly: positions are uncertain by {:.1f} % of the range; least "
-                        "determined: {}. Turn the sensor about all its axes at places all around, or use --model concentric",
-                        100 * error_m / kRange_m, fit.parameters[weakest].name));
+            fmt::format("these data determine the coils weakly: positions are uncertain by {:.1f} % of the range, or {:.2f} % if "
+                        "the unexplained {:.2f} % of the couplings are only noise; least determined: {}. Turn the sensor about "
+                        "all its axes at places all around, or use --model concentric",
+                        100 * share_of_range, 100 * noise_share, 100 * fit.residual_rms, fit.parameters[weakest].name));
     }
 
     /// RMS error of the positions that errors of the magnetic parameters cause. What equals a rigid motion or a scale of all
-    /// positions is not counted. Residuals of real coils are systematic, so only as many as there are parameters count as
-    /// independent (measured on recorded couplings: see README).
+    /// positions is not counted.
     [[nodiscard]] double position_error_m(const Eigen::MatrixXd& covariance) const {
         const SymmetricEigen eigen = eigen_of_symmetric(covariance);
         const Eigen::MatrixXd root = eigen.vectors * eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal();
@@ -309,14 +316,13 @@ private:
             similarity.middleRows<3>(row) << Mat3<double>::Identity(), geometry::skew<double>(p), p;
         }
         const Eigen::MatrixXd rest = moved - similarity * least_squares(similarity, moved);
-        const auto parameters = static_cast<double>(covariance.rows());
-        return rest.norm() * std::sqrt(3 / parameters);  // three redundant numbers per pose
+        return rest.norm() / std::sqrt(static_cast<double>(poses_.size()));
     }
 
     FitModel model_;
     Vec3<double> hemisphere_;
     double coupling_constant_ = 1;
-    double sigma_m_ = 0;  // of the residuals
+    double sigma_m_ = 0;  // median norm of the residuals
     std::array<double, kMagnetic> magnetic_{}, ideal_{};
     std::vector<MeasuredPose> measured_;
     std::vector<solver::RigidPose<double>> poses_;

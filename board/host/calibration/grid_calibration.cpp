@@ -4,6 +4,7 @@
 #include <ceres/rotation.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -12,6 +13,7 @@
 #include "board/host/calibration/grid_placement.hpp"
 #include "board/host/calibration/misfit_floor.hpp"
 #include "board/host/calibration/self_calibration.hpp"
+#include "board/host/calibration/solver_summary.hpp"
 #include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
 #include "core/field/concentric_dipole.hpp"
@@ -85,17 +87,34 @@ GridCalibration result_of(const Parameters& p, double c, const Similarity& start
     for (const auto& pivot : p.pivot) {
         result.pivot_m.push_back(kLengthUnit_m * Vec3<double>(pivot[0], pivot[1], pivot[2]));
     }
-    double position = 0;
     double misfit = 0;
     for (std::size_t at = 0; at < residuals.size(); at += 12) {
-        position += Eigen::Map<const Vec3<double>>(residuals.data() + at).squaredNorm();
+        result.distances_m.push_back(Eigen::Map<const Vec3<double>>(residuals.data() + at).norm());
         misfit += Eigen::Map<const Eigen::Matrix<double, 9, 1>>(residuals.data() + at + 3).squaredNorm();
     }
     const auto count = static_cast<double>(frames);
-    result.position_rms_m = std::sqrt(position / count);
     result.misfit_before = misfit_before;
     result.misfit_after = std::sqrt(misfit / count / 1.5) / kMisfitLever_m;
     return result;
+}
+
+/// Sets RMS and standard deviation of the scale. Throws InputError if the positions do not fit the grid.
+void check_distances(const std::vector<GridFrame>& frames, double extent_m, GridCalibration& result) {
+    double squares = 0;
+    for (const double distance_m : result.distances_m) {
+        squares += distance_m * distance_m;
+    }
+    const auto count = static_cast<double>(frames.size());
+    result.position_rms_m = std::sqrt(squares / count);
+    result.scale_deviation = 3 * std::hypot(result.position_rms_m / (extent_m * std::sqrt(count)), result.position_error_share);
+    if (!(result.position_rms_m <= kWorstFit * extent_m)) {
+        const auto farthest = std::max_element(result.distances_m.begin(), result.distances_m.end());
+        throw InputError(fmt::format(
+            "the positions differ from the grid by {:.1f} mm RMS, most at {} ({:.1f} mm): nodes and couplings do not belong "
+            "together, the grid is on another side of the source than --hemisphere says, or it crosses the plane of the source",
+            1e3 * result.position_rms_m, frames[static_cast<std::size_t>(farthest - result.distances_m.begin())].place,
+            1e3 * *farthest));
+    }
 }
 
 std::vector<Mat3<double>> couplings_of(const std::vector<GridFrame>& frames) {
@@ -118,7 +137,9 @@ GridCalibration coils_with_positions(const std::vector<GridFrame>& frames, doubl
     result.coils = with_scaled_lengths(std::move(motion.coils), placement.scale);
     result.source_grid = placement.source_grid;
     result.pivot_m = placement.pivot_m;
-    result.position_rms_m = placement.position_rms_m;
+    result.distances_m = placement.distances_m;
+    result.position_error_share = motion.position_error_share;
+    result.outliers = motion.outliers;
     return result;
 }
 
@@ -130,8 +151,7 @@ GridCalibration ideal_triads(const std::vector<GridFrame>& frames, double spacin
     for (std::size_t k = 0; k < frames.size(); ++k) {
         const auto s = solver::solve_direct<double>(corrected(frames[k].x, gains.sensor, gains.source), 1.0);
         if (!s.ok() || !s->right_handed) {
-            throw InputError(
-                fmt::format("line {}: the couplings are left-handed or degenerate; correct the wiring", frames[k].line));
+            throw InputError(frames[k].place + ": the couplings are left-handed or degenerate; correct the wiring");
         }
         const double side = s->direction.dot(hemisphere) < 0 ? -1 : 1;
         nodes.col(static_cast<Eigen::Index>(k)) = spacing_m * frames[k].node;
@@ -163,6 +183,7 @@ GridCalibration ideal_triads(const std::vector<GridFrame>& frames, double spacin
     options.max_num_iterations = 100;
     ceres::Solver::Summary summary;
     ceres::Solve(options, &problem, &summary);
+    refuse_unusable(summary);
     std::vector<double> residuals;
     ceres::Problem::EvaluateOptions evaluate;
     evaluate.apply_loss_function = false;
@@ -174,19 +195,13 @@ GridCalibration ideal_triads(const std::vector<GridFrame>& frames, double spacin
 
 GridCalibration calibrate_on_grid(const std::vector<GridFrame>& frames, double spacing_m, const Vec3<double>& hemisphere,
                                   FitModel model) {
-    if (!(spacing_m > 0 && spacing_m < 1)) {
-        throw InputError(fmt::format("--spacing-mm must be between 0 and 1000; got {}", 1e3 * spacing_m));
+    if (!(spacing_m >= 1e-3 && spacing_m <= 1)) {
+        throw InputError(fmt::format("--spacing-mm must be between 1 and 1000; got {}", 1e3 * spacing_m));
     }
-    const double extent = spacing_m * extent_of(frames);
+    const double extent_m = spacing_m * extent_of(frames);
     GridCalibration result = model == FitModel::concentric ? ideal_triads(frames, spacing_m, hemisphere)
                                                            : coils_with_positions(frames, spacing_m, hemisphere, model);
-    result.scale_deviation = 3 * result.position_rms_m / (extent * std::sqrt(static_cast<double>(frames.size())));
-    if (result.position_rms_m > kWorstFit * extent) {
-        throw InputError(fmt::format(
-            "the positions differ from the grid by {:.1f} mm RMS: nodes and couplings do not belong together, or the grid "
-            "crosses the plane of the source",
-            1e3 * result.position_rms_m));
-    }
+    check_distances(frames, extent_m, result);
     return result;
 }
 

@@ -13,11 +13,14 @@ struct GridCalibration {
     CalibrationFit coils;               // parameters only with positions of the coils
     Rigid source_grid;                  // grid to source components
     std::vector<Vec3<double>> pivot_m;  // by file: vector from the node to the sensor, sensor frame
-    double position_rms_m = 0;          // solved positions relative to the nodes
+    std::vector<double> distances_m;    // solved positions from their nodes, by column frame
+    double position_rms_m = 0;          // RMS of these
     double misfit_before = 0;           // share of the couplings that no pose explains, of ideal triads
     double misfit_after = 0;            // of these coils
     double misfit_floor = 0;            // for the distortion test; only with positions of the coils
     double scale_deviation = 0;         // relative standard deviation of the coupling constant
+    double position_error_share = 0;    // as of FreeMotionFit; only with positions of the coils
+    std::size_t outliers = 0;           // column frames; only with positions of the coils
 };
 
 /// Estimates the coils as from free motion, the coupling constant from the grid's spacing, and the pivot of each file from column

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "board/host/calibration/fit_parameters.hpp"
+#include "board/host/calibration/solver_summary.hpp"
 #include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
 
@@ -67,6 +68,7 @@ GridPlacement place_on_grid(const std::vector<GridFrame>& frames, const std::vec
     options.max_num_iterations = 100;
     ceres::Solver::Summary summary;
     ceres::Solve(options, &problem, &summary);
+    refuse_unusable(summary);
     GridPlacement placement;
     placement.scale = scale;
     Mat3<double> turn;
@@ -75,14 +77,12 @@ GridPlacement place_on_grid(const std::vector<GridFrame>& frames, const std::vec
     for (const auto& pivot : pivots) {
         placement.pivot_m.push_back(kLengthUnit_m * Vec3<double>(pivot[0], pivot[1], pivot[2]));
     }
-    double squares = 0;
     for (std::size_t k = 0; k < frames.size(); ++k) {
         const Vec3<double> node = nodes.col(static_cast<Eigen::Index>(k));
         const Vec3<double> on_grid = placement.source_grid.translation_m + placement.source_grid.rotation * node +
                                      poses[k].q_source_sensor * placement.pivot_m[frames[k].file];
-        squares += (scale * poses[k].position_m - on_grid).squaredNorm();
+        placement.distances_m.push_back((scale * poses[k].position_m - on_grid).norm());
     }
-    placement.position_rms_m = std::sqrt(squares / static_cast<double>(frames.size()));
     return placement;
 }
 

@@ -13,7 +13,7 @@ struct GridPlacement {
     double scale = 1;                   // the true positions are the given ones times this
     Rigid source_grid;                  // grid to source components
     std::vector<Vec3<double>> pivot_m;  // by file: vector from the node to the sensor, sensor frame
-    double position_rms_m = 0;          // scaled positions relative to the nodes
+    std::vector<double> distances_m;    // scaled positions from their nodes, by column frame
 };
 
 constexpr double kHandError_m = 3e-3;  // scale of the robust loss; a hand places the sensor with about this error

@@ -7,11 +7,10 @@
 #include <charconv>
 #include <cmath>
 #include <complex>
-#include <filesystem>
 #include <numbers>
 #include <regex>
-#include <set>
 
+#include "board/host/calibration/frame_file.hpp"
 #include "board/support/coupling_text.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/text_table.hpp"
@@ -158,14 +157,9 @@ PoseFile read_pose_file(const std::string& path) {
 }
 
 std::vector<PoseFile> read_pose_files(const std::vector<std::string>& paths) {
+    refuse_repeated(paths);
     std::vector<PoseFile> files;
-    std::set<std::string> seen;
     for (const std::string& path : paths) {
-        std::error_code error;
-        const auto canonical = std::filesystem::weakly_canonical(path, error).string();
-        if (!seen.insert(error ? path : canonical).second) {
-            throw InputError(path + ": given twice; give each file once");
-        }
         files.push_back(read_pose_file(path));
     }
     return files;

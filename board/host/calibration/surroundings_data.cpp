@@ -93,8 +93,7 @@ SurroundingsData data_on_grid(const CalibrationFile& coils, const std::vector<Gr
     for (std::size_t k = 0; k < frames.size(); ++k) {
         const auto solution = solve_tolerant(coils.calibration.model, frames[k].x, hemisphere);
         if (!solution.ok() || !solution->right_handed) {
-            throw InputError(
-                fmt::format("line {}: the couplings are left-handed or degenerate; correct the wiring", frames[k].line));
+            throw InputError(frames[k].place + ": the couplings are left-handed or degenerate; correct the wiring");
         }
         nodes.col(static_cast<Eigen::Index>(k)) = spacing_m * frames[k].node;
         positions.col(static_cast<Eigen::Index>(k)) = solution->refinement.pose.position_m;

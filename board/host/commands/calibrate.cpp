@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Dense>
+#include <filesystem>
 #include <memory>
 
 #include "board/command_line/option_words.hpp"
@@ -22,9 +23,9 @@
 #include "board/support/json_rows.hpp"
 #include "board/support/json_text.hpp"
 #include "board/support/nearest_name.hpp"
+#include "board/support/output_file.hpp"
 #include "board/support/progress.hpp"
 #include "board/support/terminal_text.hpp"
-#include "board/support/whole_file.hpp"
 #include "core/calibration/blob.hpp"
 #include "core/tracking/tracker_params.hpp"
 
@@ -55,7 +56,7 @@ struct CalibrateCommand {
     std::vector<int> nodes;  // of the grid, if the data are rests
     double column_skew = 0;
     std::optional<double> coupling_constant;
-    std::vector<double> hemisphere{1, 0, 0};
+    std::vector<double> hemisphere;
     std::vector<double> wiring;
     bool json = false;
 };
@@ -74,20 +75,22 @@ struct Report {
     std::vector<std::string> warnings;
 };
 
-/// Writes the blob first, so that a new TOML file never exists with an old blob. Each file is complete or absent.
+/// Replaces older files only when both new ones are complete.
 void write_files(const CalibrateCommand& command, const CalibrationFile& file) {
     const Status status = calibration::check(file.calibration);
     if (!status.ok()) {
         throw InputError(status.message());
     }
-    const std::string text = to_toml(file);
+    OutputFile out(command.out);
+    out.write(to_toml(file));
     if (!command.blob.empty()) {
-        const auto blob = calibration::encode(file.calibration);
-        write_whole_file(command.blob, std::string(blob.begin(), blob.end()));
+        const auto bytes = calibration::encode(file.calibration);
+        OutputFile blob(command.blob);
+        blob.write(std::string(bytes.begin(), bytes.end()));
+        out.flush();
+        blob.commit();
     }
-    if (!command.out.empty()) {
-        write_whole_file(command.out, text);
-    }
+    out.commit();
 }
 
 Vec3<double> mean_direction(const std::vector<PoseFile>& files, const CalibrationFit& fit) {
@@ -184,6 +187,10 @@ CalibrationFile calibrate_on_stage(const CalibrateCommand& command, Report& repo
 
 Vec3<double> vector_of(const std::vector<double>& v) { return {v[0], v[1], v[2]}; }
 
+Vec3<double> hemisphere_of(const CalibrateCommand& command) {
+    return command.hemisphere.empty() ? Vec3<double>::UnitX().eval() : vector_of(command.hemisphere);
+}
+
 std::string grid_text(const Json& r) {
     std::string text =
         fill(r,
@@ -192,6 +199,11 @@ std::string grid_text(const Json& r) {
              "  coupling constant {coupling_constant:.6g} +- {coupling_constant_deviation in %:.2f} %\n");
     for (const Json& pivot : r["pivots_m"]) {
         text += fill(pivot, "  pivot {0 in mm:.2f} {1 in mm:.2f} {2 in mm:.2f} mm from the node\n");
+    }
+    if (r.contains("position_error_share")) {
+        text += fill(r,
+                     "  {outliers} outliers; estimated error of positions from these coils {position_error_share in %:.3f} % of "
+                     "the range\n");
     }
     return text + parameters_text(r["parameters"]);
 }
@@ -203,7 +215,7 @@ std::optional<GridSize> grid_size(const CalibrateCommand& command) {
 
 CalibrationFile calibrate_grid(const CalibrateCommand& command, Report& report) {
     const auto frames = read_grids(command.data, grid_size(command));
-    const Vec3<double> hemisphere = vector_of(command.hemisphere);
+    const Vec3<double> hemisphere = hemisphere_of(command);
     const GridCalibration found = calibrate_on_grid(frames, 1e-3 * command.spacing_mm, hemisphere, model_of(command));
     report.json = {{"frames", frames.size()},
                    {"position_rms_m", found.position_rms_m},
@@ -218,20 +230,23 @@ CalibrationFile calibrate_grid(const CalibrateCommand& command, Report& report) 
     for (const Vec3<double>& pivot : found.pivot_m) {
         report.json["pivots_m"].push_back(list_of(pivot));
     }
+    if (model_of(command) != FitModel::concentric) {
+        report.json["position_error_share"] = found.position_error_share;
+        report.json["outliers"] = found.outliers;
+    }
     report.warnings = found.coils.warnings;
     CalibrationFile file;
     file.model = "grid";
     file.residual_rms = found.misfit_after;
     file.calibration.model = found.coils.model;
     file.calibration.misfit_floor = found.misfit_floor;
-    file.calibration.hemisphere = hemisphere.normalized();
+    file.calibration.hemisphere = hemisphere.stableNormalized();
     return file;
 }
 
 CalibrationFile calibrate_with_surroundings(const CalibrateCommand& command, Report& report) {
-    const SurroundingsCommand surroundings{
-        command.calibration,       command.data,       command.refit_fixtures,       command.grid,
-        1e-3 * command.spacing_mm, grid_size(command), vector_of(command.hemisphere)};
+    const SurroundingsCommand surroundings{command.calibration,       command.data,       command.refit_fixtures, command.grid,
+                                           1e-3 * command.spacing_mm, grid_size(command), hemisphere_of(command)};
     return calibrate_surroundings(surroundings, report.json);
 }
 
@@ -271,6 +286,23 @@ void check_surroundings_usage(const CalibrateCommand& c) {
     }
 }
 
+void refuse_input_as_output(const CalibrateCommand& c) {
+    std::error_code error;
+    for (const auto& [option, output] : {std::pair("--out", c.out), std::pair("--blob", c.blob)}) {
+        for (const std::string& input : c.data) {
+            if (std::filesystem::equivalent(input, output, error)) {
+                throw InputError(fmt::format("{} {}: is also an input file; choose another file", option, output));
+            }
+        }
+    }
+    const auto place = [&](const std::string& path) {
+        return std::filesystem::weakly_canonical(std::filesystem::absolute(path), error);
+    };
+    if (!c.blob.empty() && place(c.blob) == place(c.out)) {
+        throw InputError("--out and --blob name the same file; choose two files");
+    }
+}
+
 void check_usage(const CalibrateCommand& c) {
     if ((c.free_motion ? 1 : 0) + (c.grid ? 1 : 0) + (c.wiring.empty() ? 0 : 1) + (c.pivot ? 1 : 0) > 1) {
         throw InputError("choose one of --free-motion, --grid, --wiring and --pivot");
@@ -291,14 +323,24 @@ void check_usage(const CalibrateCommand& c) {
     if (c.coupling_constant && !c.free_motion) {
         throw InputError("--coupling-constant: only with --free-motion; a stage or a grid gives the scale of the lengths");
     }
-    if (c.coupling_constant && !(*c.coupling_constant > 0 && std::isfinite(*c.coupling_constant))) {
-        throw InputError(fmt::format("--coupling-constant must be above zero; got {}", *c.coupling_constant));
+    if (c.coupling_constant && !(*c.coupling_constant >= 1e-12 && *c.coupling_constant <= 1e12)) {
+        throw InputError(fmt::format("--coupling-constant must lie between 1e-12 and 1e12; got {}", *c.coupling_constant));
+    }
+    if (c.free_motion && !c.coupling_constant && !c.blob.empty()) {
+        throw InputError(
+            "--blob: with --free-motion it needs --coupling-constant, because all positions of a tracker follow from it");
     }
     if (!c.free_motion && c.column_skew != 0) {
         throw InputError("--column-skew: only with --free-motion");
     }
-    if (!(vector_of(c.hemisphere).norm() > 0)) {
-        throw InputError("--hemisphere must not be zero");
+    if (!c.grid && c.spacing_mm != 0) {
+        throw InputError("--spacing-mm: only with --grid");
+    }
+    if (!c.hemisphere.empty() && !c.grid && !c.free_motion) {
+        throw InputError("--hemisphere: only with --grid or --free-motion");
+    }
+    if (!hemisphere_of(c).allFinite() || hemisphere_of(c).isZero(0)) {
+        throw InputError("--hemisphere must be a direction: three finite numbers, not all zero");
     }
     if (!(std::abs(c.column_skew) < 1)) {
         throw InputError(fmt::format("--column-skew must lie between -1 and 1 frames; got {}", c.column_skew));
@@ -309,6 +351,7 @@ void check_usage(const CalibrateCommand& c) {
     if (c.wiring.empty() && !c.pivot && c.out.empty()) {
         throw InputError("calibrate needs --out FILE.toml");
     }
+    refuse_input_as_output(c);
 }
 
 std::string calibration_text(const CalibrateCommand& command, const Json& result) {
@@ -323,7 +366,8 @@ std::string calibration_text(const CalibrateCommand& command, const Json& result
 }
 
 FreeMotionCommand free_motion_of(const CalibrateCommand& command) {
-    return {command.data, model_of(command), command.column_skew, command.coupling_constant, vector_of(command.hemisphere)};
+    return {command.data, model_of(command), command.column_skew, command.coupling_constant,
+            command.hemisphere.empty() ? std::nullopt : std::optional(hemisphere_of(command))};
 }
 
 int calibrate(const CalibrateCommand& command) {
@@ -391,7 +435,7 @@ void add_calibrate_command(CLI::App& program, Action& action) {
         ->delimiter(',')
         ->check(CLI::Range(1, 1000));
     sub->add_option("--hemisphere", c->hemisphere,
-                    "Grid, free motion: direction to the half space of most positions, source frame")
+                    "Grid, free motion: direction to the half space of most positions, source frame (default 1,0,0)")
         ->type_name("X,Y,Z")
         ->expected(3)
         ->delimiter(',');

@@ -2,38 +2,84 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
+#include <fstream>
+
 #include "board/host/calibration/frame_file.hpp"
 #include "board/host/calibration/free_motion_fit.hpp"
 #include "board/host/calibration/misfit_floor.hpp"
 #include "board/host/calibration/self_calibration.hpp"
 #include "board/host/commands/fitted_parameters.hpp"
+#include "board/support/errors.hpp"
 #include "board/support/json_rows.hpp"
 #include "board/support/progress.hpp"
 
 namespace tricoil::host {
 namespace {
 
-/// Couplings of a file of column frames (CSV), or of poses of a stage (any other format).
-std::vector<Mat3<double>> couplings_of(const std::string& path) {
-    if (path.ends_with(".csv")) {
-        return read_frames(path);
+constexpr std::size_t kLeftHandedShare = 10;  // one column frame in ten may be left-handed
+
+struct Couplings {
+    std::vector<Mat3<double>> frames;
+    Vec3<double> phase_rad = Vec3<double>::Zero();  // of each sensor channel; only of poses of a stage
+};
+
+/// True for a table whose header ends in couplings. A pipe cannot be read twice, so it must be such a table.
+bool holds_column_frames(const std::string& path) {
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(path, error)) {
+        return true;
     }
-    std::vector<Mat3<double>> couplings;
-    for (const MeasuredPose& pose : read_pose_file(path).poses) {
-        couplings.push_back(pose.x);
+    std::string header;
+    std::getline(std::ifstream(path), header);
+    header.erase(header.find_last_not_of(" \r") + 1);
+    return header.ends_with("x33") || header.ends_with("m33");
+}
+
+/// Column frames, deskewed, or the couplings of poses of a stage.
+Couplings read_couplings(const std::string& path, double column_skew) {
+    if (holds_column_frames(path)) {
+        auto frames = read_frames(path);
+        return {column_skew == 0 ? std::move(frames) : deskewed(frames, column_skew), Vec3<double>::Zero()};
+    }
+    if (column_skew != 0) {
+        throw InputError(path + ": holds poses of a stage; --column-skew is only for column frames in sequence");
+    }
+    const PoseFile file = read_pose_file(path);
+    Couplings couplings{{}, file.phase_rad};
+    for (const MeasuredPose& pose : file.poses) {
+        couplings.frames.push_back(pose.x);
     }
     return couplings;
+}
+
+/// Removes the few left-handed couplings that noise can cause, with a warning. Throws InputError if there are more.
+void remove_left_handed(const std::string& path, std::vector<Mat3<double>>& frames, std::vector<std::string>& warnings) {
+    const std::size_t all = frames.size();
+    const std::size_t removed = std::erase_if(frames, [](const Mat3<double>& x) { return x.determinant() <= 0; });
+    if (kLeftHandedShare * removed > all) {
+        throw InputError(fmt::format(
+            "{}: {} of {} column frames are left-handed; correct the wiring or the signs (tricoil calibrate --wiring)", path,
+            removed, all));
+    }
+    if (removed > 0) {
+        warnings.push_back(fmt::format("{}: {} of {} column frames are left-handed, not used", path, removed, all));
+    }
 }
 
 /// Positions and sizes of the coils, in addition to the gains.
 void fit_coils(const FreeMotionCommand& command, const std::vector<Mat3<double>>& frames, CalibrationFile& file, Json& result,
                std::vector<std::string>& warnings) {
     Progress progress("calibrate");
-    const FreeMotionFit found =
-        fit_free_motion(frames, command.model, command.coupling_constant.value_or(1), command.hemisphere, progress.part(0, 1));
+    const FreeMotionFit found = fit_free_motion(frames, command.model, command.coupling_constant.value_or(1),
+                                                command.hemisphere.value_or(Vec3<double>::UnitX()), progress.part(0, 1));
     warnings.insert(warnings.end(), found.coils.warnings.begin(), found.coils.warnings.end());
     file.calibration.model = found.coils.model;
-    file.calibration.hemisphere = command.hemisphere.normalized();
+    file.calibration.hemisphere = command.hemisphere.value_or(Vec3<double>::UnitX()).stableNormalized();
+    if (!command.coupling_constant) {
+        warnings.emplace_back(
+            "all lengths are for a coupling constant of 1; give --coupling-constant, or calibrate with --grid or a stage");
+    }
     file.calibration.misfit_floor = misfit_floor_of(found.misfit_shares, found.outliers);
     file.residual_rms = found.coils.residual_rms;
     result["residual_rms"] = found.coils.residual_rms;
@@ -73,8 +119,12 @@ std::string free_motion_text(const Json& r) {
 }
 
 CalibrationFile calibrate_free_motion(const FreeMotionCommand& command, Json& result, std::vector<std::string>& warnings) {
+    CalibrationFile file;
     const auto frames = read_all(command.data, [&](const std::string& path) {
-        return command.column_skew == 0 ? couplings_of(path) : deskewed(couplings_of(path), command.column_skew);
+        Couplings one = read_couplings(path, command.column_skew);
+        remove_left_handed(path, one.frames, warnings);
+        file.calibration.phase_rad += one.phase_rad / static_cast<double>(command.data.size());
+        return one.frames;
     });
     const SelfCalibration found = self_calibrate(frames);
     result = {{"frames", frames.size()},
@@ -95,12 +145,12 @@ CalibrationFile calibrate_free_motion(const FreeMotionCommand& command, Json& re
     if (!found.converged) {
         warnings.emplace_back("the fit stopped before it converged; record more motion");
     }
-    CalibrationFile file;
     const double coupling_constant = command.coupling_constant.value_or(1);
     file.model = command.coupling_constant ? to_string(command.model) : kFreeMotionModel;
     file.residual_rms = found.misfit_after;
     file.calibration.model.source_moment = coupling_constant * found.source;
     file.calibration.model.sensor_sensitivity = found.sensor;
+    file.calibration.hemisphere = command.hemisphere.value_or(Vec3<double>::Zero()).stableNormalized();
     if (command.model != FitModel::concentric) {
         fit_coils(command, frames, file, result, warnings);
     }

@@ -16,7 +16,7 @@ struct FreeMotionCommand {
     FitModel model = FitModel::concentric;
     double column_skew = 0;                   // see deskewed()
     std::optional<double> coupling_constant;  // gives the scale of all lengths
-    Vec3<double> hemisphere = Vec3<double>::UnitX();
+    std::optional<Vec3<double>> hemisphere;   // default: +x
 };
 
 /// Gains and angles (concentric), also positions (general) and sizes (finite) of the coils, from the column frames of all files.

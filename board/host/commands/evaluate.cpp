@@ -48,13 +48,14 @@ Json json_of(const ErrorBand& band) {
             {"orientation_max_deg", band.orientation_deg.max}};
 }
 
-Json result_of(const EvaluateCommand& command, const ErrorReport& report, const std::string& stage_errors) {
+Json result_of(const EvaluateCommand& command, const ErrorReport& report, const std::string& stage_errors, bool fits_scale) {
     Json json = json_of(report.all);
     json["poses_not_converged"] = report.not_converged;
     json["iterations_max"] = report.iterations_max;
     json["misfit_share_max"] = report.misfit_share_max;
     json["solver"] = command.solver;
     json["fixtures"] = command.refit_fixtures ? "refitted on this data" : "from the calibration";
+    json["scale"] = fits_scale ? "refitted on this data" : "from the calibration";
     json["stage_errors"] = stage_errors;
     json["bands"] = Json::array();
     for (const ErrorBand& band : report.bands) {
@@ -87,8 +88,10 @@ std::string row(const std::string& name, const Json& band) {
 }
 
 std::string evaluation_text(const Json& r) {
-    const char* const fixtures = r["fixtures"] == "from the calibration" ? "from the calibration" : "REFITTED on this data";
-    std::string text = fill(r, "{poses} poses, {solver} solver, fixtures ") + fixtures;
+    const char* const fixtures = r["fixtures"] == "from the calibration" ? "fixtures from the calibration"
+                                 : r["scale"] == "from the calibration"  ? "fixtures REFITTED on this data"
+                                                                         : "fixtures and scale REFITTED on this data";
+    std::string text = fill(r, "{poses} poses, {solver} solver, ") + fixtures;
     text += fill(r, ", errors of the stage {stage_errors}; {poses_not_converged} did not converge\n");
     text += "  range           poses    RMS mm   median     95 %      max    RMS deg   median     95 %      max\n";
     for (const Json& band : r["bands"]) {
@@ -153,6 +156,7 @@ int evaluate_command(const EvaluateCommand& command) {
         throw InputError(command.calibration + ": has no fixtures (not calibrated on a stage); use --refit-fixtures");
     }
     const std::string stage_errors = choose_stage_errors(command, calibration);
+    const bool fits_scale = command.refit_fixtures && calibration.model == kFreeMotionModel;
     if (command.refit_fixtures) {
         calibration = with_refitted_fixtures(calibration, files, solver);
     }
@@ -165,7 +169,7 @@ int evaluate_command(const EvaluateCommand& command) {
         draw(folder.path(), {error_picture(errors)}, interrupt);
         folder.publish();
     }
-    Json result = result_of(command, report, stage_errors);
+    Json result = result_of(command, report, stage_errors, fits_scale);
     if (calibration.calibration.misfit_floor > 0) {
         count_distorted(errors, calibration.calibration.misfit_floor, result);
     }
@@ -195,7 +199,8 @@ void add_evaluate_command(CLI::App& program, Action& action) {
            "stray field")
         ->check(refuse_empty)
         ->type_name(kFileType);
-    sub->add_flag("--refit-fixtures", c->refit_fixtures, "Fit the fixtures to these data (stated in the output)");
+    sub->add_flag("--refit-fixtures", c->refit_fixtures,
+                  "Fit the fixtures to these data, and the scale of a free-motion calibration (stated in the output)");
     sub->add_flag("--dynamic", c->dynamic, "Compare a recorded pose stream with a reference: clock, frames, error due to motion");
     sub->add_option("--time-offset", c->time_offset_s,
                     "--dynamic: reference time minus tracker time, s; the lag is then estimated");
