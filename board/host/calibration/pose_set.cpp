@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cmath>
 #include <complex>
+#include <filesystem>
 #include <numbers>
 #include <regex>
 
