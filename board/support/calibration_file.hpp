@@ -32,6 +32,9 @@ struct CalibrationFile {
     std::vector<VirtualDipole> surroundings;  // set_surroundings() sets the dipoles of the tracker from these
 };
 
+/// Free motion without a known coupling constant leaves the scale of all lengths open.
+inline bool has_free_scale(const CalibrationFile& file) { return file.model == kFreeMotionModel; }
+
 /// Sets the virtual dipoles, also those of the tracker: moments that the source coils of the file induce.
 void set_surroundings(CalibrationFile& file, std::vector<VirtualDipole> surroundings);
 

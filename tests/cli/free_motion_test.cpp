@@ -50,9 +50,9 @@ TEST_F(FreeMotion, OptionsThatDoNotFitAreNamed) {
     expect_coils_refused(free + " --spacing-mm 50", "--spacing-mm: only with --grid");
     expect_coils_refused("--hemisphere 1,0,0 " + kMotion, "--hemisphere: only with");
     expect_coils_refused(free + " --blob " + kBlob, "--coupling-constant");
-    expect_coils_refused(
-        "--grid --spacing-mm 1e-9 " + write_file("grid.csv", "column,row,level," + kCouplings + "0,0,0,2,0,0,0,1,0,0,0,1\n"),
-        "--spacing-mm must be between 1 and 1000");
+    const std::string grid = write_file("grid.csv", "column,row,level," + kCouplings + "0,0,0,2,0,0,0,1,0,0,0,1\n");
+    expect_coils_refused("--grid --spacing-mm 1e-9 " + grid, "--spacing-mm must be between 1 and 1000");
+    fs::remove(grid);
     EXPECT_FALSE(fs::exists(kOut));
 }
 

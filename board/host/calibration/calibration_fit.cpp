@@ -10,12 +10,12 @@
 #include <numeric>
 #include <span>
 
+#include "board/host/calibration/ceres_solver.hpp"
 #include "board/host/calibration/fit_parameters.hpp"
 #include "board/host/calibration/fit_quality.hpp"
 #include "board/host/calibration/fixture_groups.hpp"
 #include "board/host/calibration/initial_guess.hpp"
 #include "board/host/calibration/pose_residual.hpp"
-#include "board/host/calibration/solver_summary.hpp"
 #include "board/support/errors.hpp"
 
 namespace tricoil::host {

@@ -151,9 +151,6 @@ void fit_output_correction(CalibrationFile& calibration, const std::vector<Evalu
 
 namespace {
 
-/// Free motion without a known coupling constant leaves the scale of all lengths open.
-bool has_free_scale(const CalibrationFile& c) { return c.model == kFreeMotionModel; }
-
 /// One Gauss-Newton step that changes the transforms of all fixtures, and a free scale, so that the pose errors decrease.
 void refine_fixtures(CalibrationFile& c, const std::vector<PoseFile>& files, const std::vector<EvaluatedPose>& errors) {
     std::map<std::string, Eigen::Index> column;

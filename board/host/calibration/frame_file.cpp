@@ -4,7 +4,7 @@
 
 #include <cmath>
 #include <filesystem>
-#include <set>
+#include <fstream>
 
 #include "board/support/coupling_text.hpp"
 #include "board/support/errors.hpp"
@@ -54,6 +54,17 @@ void read_table(const std::string& path, std::size_t before, const std::vector<s
 }
 
 }  // namespace
+
+bool holds_column_frames(const std::string& path) {
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(path, error)) {
+        return true;
+    }
+    std::string header;
+    std::getline(std::ifstream(path), header);
+    header.erase(header.find_last_not_of(" \r") + 1);
+    return header.ends_with("x33") || header.ends_with("m33");
+}
 
 std::vector<Mat3<double>> read_frames(const std::string& path) {
     const auto lines = read_lines(path);
@@ -138,17 +149,6 @@ std::vector<GridFrame> read_grid(const std::string& path, const std::optional<Gr
         frames.push_back(frame);
     });
     return frames;
-}
-
-void refuse_repeated(const std::vector<std::string>& paths) {
-    std::set<std::string> seen;
-    for (const std::string& path : paths) {
-        std::error_code error;
-        const auto canonical = std::filesystem::weakly_canonical(path, error).string();
-        if (!seen.insert(error ? path : canonical).second) {
-            throw InputError(path + ": given twice; give each file once");
-        }
-    }
 }
 
 std::vector<GridFrame> read_grids(const std::vector<std::string>& paths, const std::optional<GridSize>& size) {

@@ -6,9 +6,13 @@
 #include <string>
 #include <vector>
 
+#include "board/support/distinct_files.hpp"
 #include "core/geometry/types.hpp"
 
 namespace tricoil::host {
+
+/// True for a table whose header ends in couplings. A pipe cannot be read twice, so it must be such a table.
+bool holds_column_frames(const std::string& path);
 
 /// Reads CSV with any header that ends in x11,x12,x13,x21,...,x33 (or m11,...), xij: sensor coil i, source coil j. Columns before
 /// these are ignored. Throws InputError, naming file and line, also for a file without column frames.
@@ -37,9 +41,6 @@ std::vector<GridFrame> read_grid(const std::string& path, const std::optional<Gr
 
 /// Column frames of all files, with the numbers of their files.
 std::vector<GridFrame> read_grids(const std::vector<std::string>& paths, const std::optional<GridSize>& size = std::nullopt);
-
-/// Throws InputError for a file that is given twice.
-void refuse_repeated(const std::vector<std::string>& paths);
 
 /// Rows of all files. Throws InputError for a file that is given twice.
 template <typename Read>

@@ -8,10 +8,10 @@
 #include <array>
 #include <cmath>
 
+#include "board/host/calibration/ceres_solver.hpp"
 #include "board/host/calibration/fit_quality.hpp"
 #include "board/host/calibration/pose_residual.hpp"
 #include "board/host/calibration/self_calibration.hpp"
-#include "board/host/calibration/solver_summary.hpp"
 #include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
 #include "core/geometry/angles.hpp"

@@ -8,12 +8,12 @@
 #include <array>
 #include <cmath>
 
+#include "board/host/calibration/ceres_solver.hpp"
 #include "board/host/calibration/fit_parameters.hpp"
 #include "board/host/calibration/free_motion_fit.hpp"
 #include "board/host/calibration/grid_placement.hpp"
 #include "board/host/calibration/misfit_floor.hpp"
 #include "board/host/calibration/self_calibration.hpp"
-#include "board/host/calibration/solver_summary.hpp"
 #include "board/support/dense_algebra.hpp"
 #include "board/support/errors.hpp"
 #include "core/field/concentric_dipole.hpp"
@@ -177,13 +177,7 @@ GridCalibration ideal_triads(const std::vector<GridFrame>& frames, double spacin
                                  new ceres::CauchyLoss(kHandError_m), p.sensor.data(), p.moment.data(), p.grid.data(),
                                  p.pivot[frame.file].data());
     }
-    ceres::Solver::Options options;
-    options.linear_solver_type = ceres::DENSE_QR;
-    options.logging_type = ceres::SILENT;
-    options.max_num_iterations = 100;
-    ceres::Solver::Summary summary;
-    ceres::Solve(options, &problem, &summary);
-    refuse_unusable(summary);
+    solve_dense(problem);
     std::vector<double> residuals;
     ceres::Problem::EvaluateOptions evaluate;
     evaluate.apply_loss_function = false;

@@ -6,10 +6,9 @@
 #include <array>
 #include <cmath>
 
+#include "board/host/calibration/ceres_solver.hpp"
 #include "board/host/calibration/fit_parameters.hpp"
-#include "board/host/calibration/solver_summary.hpp"
 #include "board/support/dense_algebra.hpp"
-#include "board/support/errors.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -62,13 +61,7 @@ GridPlacement place_on_grid(const std::vector<GridFrame>& frames, const std::vec
                                      new PlacementResidual{node, poses[k], poses[k].q_source_sensor.toRotationMatrix()}),
                                  new ceres::CauchyLoss(kHandError_m), &scale, grid.data(), pivots[frames[k].file].data());
     }
-    ceres::Solver::Options options;
-    options.linear_solver_type = ceres::DENSE_QR;
-    options.logging_type = ceres::SILENT;
-    options.max_num_iterations = 100;
-    ceres::Solver::Summary summary;
-    ceres::Solve(options, &problem, &summary);
-    refuse_unusable(summary);
+    solve_dense(problem);
     GridPlacement placement;
     placement.scale = scale;
     Mat3<double> turn;

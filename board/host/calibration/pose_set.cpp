@@ -11,8 +11,8 @@
 #include <numbers>
 #include <regex>
 
-#include "board/host/calibration/frame_file.hpp"
 #include "board/support/coupling_text.hpp"
+#include "board/support/distinct_files.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/text_table.hpp"
 #include "core/base/angle_units.hpp"

@@ -10,15 +10,17 @@
 #include "board/host/calibration/error_map.hpp"
 #include "board/host/calibration/evaluation.hpp"
 #include "board/host/calibration/frame_file.hpp"
-#include "board/host/calibration/grid_calibration.hpp"
 #include "board/host/calibration/misfit_floor.hpp"
 #include "board/host/calibration/wiring.hpp"
 #include "board/host/commands/calibrate_free_motion.hpp"
+#include "board/host/commands/calibrate_grid.hpp"
 #include "board/host/commands/calibrate_pivot.hpp"
 #include "board/host/commands/calibrate_surroundings.hpp"
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/fitted_parameters.hpp"
+#include "board/host/commands/hemisphere_option.hpp"
 #include "board/support/calibration_file.hpp"
+#include "board/support/distinct_files.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_rows.hpp"
 #include "board/support/json_text.hpp"
@@ -187,25 +189,12 @@ CalibrationFile calibrate_on_stage(const CalibrateCommand& command, Report& repo
 
 Vec3<double> vector_of(const std::vector<double>& v) { return {v[0], v[1], v[2]}; }
 
-Vec3<double> hemisphere_of(const CalibrateCommand& command) {
-    return command.hemisphere.empty() ? Vec3<double>::UnitX().eval() : vector_of(command.hemisphere);
+std::optional<Vec3<double>> given_hemisphere(const CalibrateCommand& command) {
+    return command.hemisphere.empty() ? std::nullopt : std::optional(hemisphere_of(command.hemisphere));
 }
 
-std::string grid_text(const Json& r) {
-    std::string text =
-        fill(r,
-             "{frames} frames on the grid: positions fit to {position_rms_m in mm:.3f} mm RMS; couplings unexplained "
-             "{misfit_before in %:.3f} % before, {misfit_after in %:.3f} % after\n"
-             "  coupling constant {coupling_constant:.6g} +- {coupling_constant_deviation in %:.2f} %\n");
-    for (const Json& pivot : r["pivots_m"]) {
-        text += fill(pivot, "  pivot {0 in mm:.2f} {1 in mm:.2f} {2 in mm:.2f} mm from the node\n");
-    }
-    if (r.contains("position_error_share")) {
-        text += fill(r,
-                     "  {outliers} outliers; estimated error of positions from these coils {position_error_share in %:.3f} % of "
-                     "the range\n");
-    }
-    return text + parameters_text(r["parameters"]);
+Vec3<double> hemisphere_or_default(const CalibrateCommand& command) {
+    return given_hemisphere(command).value_or(Vec3<double>::UnitX());
 }
 
 std::optional<GridSize> grid_size(const CalibrateCommand& command) {
@@ -213,40 +202,10 @@ std::optional<GridSize> grid_size(const CalibrateCommand& command) {
     return n.empty() ? std::nullopt : std::optional(GridSize{n[0], n[1], n[2]});
 }
 
-CalibrationFile calibrate_grid(const CalibrateCommand& command, Report& report) {
-    const auto frames = read_grids(command.data, grid_size(command));
-    const Vec3<double> hemisphere = hemisphere_of(command);
-    const GridCalibration found = calibrate_on_grid(frames, 1e-3 * command.spacing_mm, hemisphere, model_of(command));
-    report.json = {{"frames", frames.size()},
-                   {"position_rms_m", found.position_rms_m},
-                   {"misfit_before", found.misfit_before},
-                   {"misfit_after", found.misfit_after},
-                   {"coupling_constant", found.coils.model.source_moment.trace() / 3},
-                   {"coupling_constant_deviation", found.scale_deviation},
-                   {"pivots_m", Json::array()},
-                   {"source_moment", rows_of(found.coils.model.source_moment)},
-                   {"sensor", rows_of(found.coils.model.sensor_sensitivity)},
-                   {"parameters", parameters_json(found.coils)}};
-    for (const Vec3<double>& pivot : found.pivot_m) {
-        report.json["pivots_m"].push_back(list_of(pivot));
-    }
-    if (model_of(command) != FitModel::concentric) {
-        report.json["position_error_share"] = found.position_error_share;
-        report.json["outliers"] = found.outliers;
-    }
-    report.warnings = found.coils.warnings;
-    CalibrationFile file;
-    file.model = "grid";
-    file.residual_rms = found.misfit_after;
-    file.calibration.model = found.coils.model;
-    file.calibration.misfit_floor = found.misfit_floor;
-    file.calibration.hemisphere = hemisphere.stableNormalized();
-    return file;
-}
-
 CalibrationFile calibrate_with_surroundings(const CalibrateCommand& command, Report& report) {
-    const SurroundingsCommand surroundings{command.calibration,       command.data,       command.refit_fixtures, command.grid,
-                                           1e-3 * command.spacing_mm, grid_size(command), hemisphere_of(command)};
+    const SurroundingsCommand surroundings{
+        command.calibration,       command.data,       command.refit_fixtures,        command.grid,
+        1e-3 * command.spacing_mm, grid_size(command), hemisphere_or_default(command)};
     return calibrate_surroundings(surroundings, report.json);
 }
 
@@ -286,15 +245,10 @@ void check_surroundings_usage(const CalibrateCommand& c) {
     }
 }
 
-void refuse_input_as_output(const CalibrateCommand& c) {
+void check_files(const CalibrateCommand& c) {
+    refuse_input_as_output("--out", c.out, c.data);
+    refuse_input_as_output("--blob", c.blob, c.data);
     std::error_code error;
-    for (const auto& [option, output] : {std::pair("--out", c.out), std::pair("--blob", c.blob)}) {
-        for (const std::string& input : c.data) {
-            if (std::filesystem::equivalent(input, output, error)) {
-                throw InputError(fmt::format("{} {}: is also an input file; choose another file", option, output));
-            }
-        }
-    }
     const auto place = [&](const std::string& path) {
         return std::filesystem::weakly_canonical(std::filesystem::absolute(path), error);
     };
@@ -339,9 +293,7 @@ void check_usage(const CalibrateCommand& c) {
     if (!c.hemisphere.empty() && !c.grid && !c.free_motion) {
         throw InputError("--hemisphere: only with --grid or --free-motion");
     }
-    if (!hemisphere_of(c).allFinite() || hemisphere_of(c).isZero(0)) {
-        throw InputError("--hemisphere must be a direction: three finite numbers, not all zero");
-    }
+    (void)given_hemisphere(c);
     if (!(std::abs(c.column_skew) < 1)) {
         throw InputError(fmt::format("--column-skew must lie between -1 and 1 frames; got {}", c.column_skew));
     }
@@ -351,7 +303,7 @@ void check_usage(const CalibrateCommand& c) {
     if (c.wiring.empty() && !c.pivot && c.out.empty()) {
         throw InputError("calibrate needs --out FILE.toml");
     }
-    refuse_input_as_output(c);
+    check_files(c);
 }
 
 std::string calibration_text(const CalibrateCommand& command, const Json& result) {
@@ -366,8 +318,11 @@ std::string calibration_text(const CalibrateCommand& command, const Json& result
 }
 
 FreeMotionCommand free_motion_of(const CalibrateCommand& command) {
-    return {command.data, model_of(command), command.column_skew, command.coupling_constant,
-            command.hemisphere.empty() ? std::nullopt : std::optional(hemisphere_of(command))};
+    return {command.data, model_of(command), command.column_skew, command.coupling_constant, given_hemisphere(command)};
+}
+
+GridCommand grid_of(const CalibrateCommand& command) {
+    return {command.data, model_of(command), 1e-3 * command.spacing_mm, grid_size(command), hemisphere_or_default(command)};
 }
 
 int calibrate(const CalibrateCommand& command) {
@@ -382,7 +337,7 @@ int calibrate(const CalibrateCommand& command) {
     const CalibrationFile file = command.surroundings ? calibrate_with_surroundings(command, report)
                                  : command.free_motion
                                      ? calibrate_free_motion(free_motion_of(command), report.json, report.warnings)
-                                 : command.grid ? calibrate_grid(command, report)
+                                 : command.grid ? calibrate_grid(grid_of(command), report.json, report.warnings)
                                                 : calibrate_on_stage(command, report);
     write_files(command, file);
     report.json["warnings"] = report.warnings;

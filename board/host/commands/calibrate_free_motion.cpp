@@ -2,9 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
-#include <fstream>
-
 #include "board/host/calibration/frame_file.hpp"
 #include "board/host/calibration/free_motion_fit.hpp"
 #include "board/host/calibration/misfit_floor.hpp"
@@ -23,18 +20,6 @@ struct Couplings {
     std::vector<Mat3<double>> frames;
     Vec3<double> phase_rad = Vec3<double>::Zero();  // of each sensor channel; only of poses of a stage
 };
-
-/// True for a table whose header ends in couplings. A pipe cannot be read twice, so it must be such a table.
-bool holds_column_frames(const std::string& path) {
-    std::error_code error;
-    if (!std::filesystem::is_regular_file(path, error)) {
-        return true;
-    }
-    std::string header;
-    std::getline(std::ifstream(path), header);
-    header.erase(header.find_last_not_of(" \r") + 1);
-    return header.ends_with("x33") || header.ends_with("m33");
-}
 
 /// Column frames, deskewed, or the couplings of poses of a stage.
 Couplings read_couplings(const std::string& path, double column_skew) {
@@ -71,11 +56,12 @@ void remove_left_handed(const std::string& path, std::vector<Mat3<double>>& fram
 void fit_coils(const FreeMotionCommand& command, const std::vector<Mat3<double>>& frames, CalibrationFile& file, Json& result,
                std::vector<std::string>& warnings) {
     Progress progress("calibrate");
-    const FreeMotionFit found = fit_free_motion(frames, command.model, command.coupling_constant.value_or(1),
-                                                command.hemisphere.value_or(Vec3<double>::UnitX()), progress.part(0, 1));
+    const Vec3<double> hemisphere = command.hemisphere.value_or(Vec3<double>::UnitX());
+    const FreeMotionFit found =
+        fit_free_motion(frames, command.model, command.coupling_constant.value_or(1), hemisphere, progress.part(0, 1));
     warnings.insert(warnings.end(), found.coils.warnings.begin(), found.coils.warnings.end());
     file.calibration.model = found.coils.model;
-    file.calibration.hemisphere = command.hemisphere.value_or(Vec3<double>::UnitX()).stableNormalized();
+    file.calibration.hemisphere = hemisphere.stableNormalized();
     if (!command.coupling_constant) {
         warnings.emplace_back(
             "all lengths are for a coupling constant of 1; give --coupling-constant, or calibrate with --grid or a stage");

@@ -18,7 +18,7 @@ CalibrationFile read_coils(const std::string& path) {
     if (!c.output_linear.isIdentity(0) || !c.output_offset_m.isZero(0)) {
         throw InputError(path + ": has an affine output correction; calibrate the coils without --affine");
     }
-    if (coils.model == kFreeMotionModel) {
+    if (has_free_scale(coils)) {
         throw InputError(path +
                          ": has no scale of lengths; give --coupling-constant to calibrate --free-motion, or calibrate the coils "
                          "on a stage or a grid");
@@ -31,9 +31,8 @@ CalibrationFile read_coils(const std::string& path) {
 SurroundingsData read_data(const SurroundingsCommand& command, const CalibrationFile& coils) {
     if (command.grid) {
         const auto& known = coils.calibration.hemisphere;
-        return data_on_grid(coils,
-                            read_all(command.data, [&](const std::string& path) { return read_grid(path, command.nodes); }),
-                            command.spacing_m, known.isZero(0) ? command.hemisphere : known);
+        return data_on_grid(coils, read_grids(command.data, command.nodes), command.spacing_m,
+                            known.isZero(0) ? command.hemisphere : known);
     }
     auto files = read_pose_files(command.data);
     return command.refit_fixtures ? data_at_unknown_fixtures(coils, std::move(files))

@@ -2,14 +2,15 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <filesystem>
 #include <memory>
 #include <optional>
 
 #include "board/command_line/option_words.hpp"
 #include "board/host/commands/commands.hpp"
+#include "board/host/commands/hemisphere_option.hpp"
 #include "board/host/couplings/band_checks.hpp"
 #include "board/host/couplings/coupling_run.hpp"
+#include "board/support/distinct_files.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
 #include "board/support/nearest_name.hpp"
@@ -58,21 +59,9 @@ tracking::DualRateParams params_of(const CouplingsCommand& c) {
     }
     params.scalar = c.scalar;
     if (!c.hemisphere.empty()) {
-        params.hemisphere = {c.hemisphere[0], c.hemisphere[1], c.hemisphere[2]};
-        if (!params.hemisphere.allFinite() || params.hemisphere.isZero(0)) {
-            throw InputError("--hemisphere must be a direction: three finite numbers, not all zero");
-        }
+        params.hemisphere = hemisphere_of(c.hemisphere);
     }
     return params;
-}
-
-void refuse_input_as_output(const CouplingsCommand& c) {
-    for (const std::string& input : {c.files.high, c.files.low, c.calibration}) {
-        std::error_code error;
-        if (std::filesystem::equivalent(input, c.out, error)) {
-            throw InputError("--out " + c.out + ": is also an input file; choose another file");
-        }
-    }
 }
 
 Json result_of(const CouplingsCommand& c, const CouplingSummary& s) {
@@ -101,7 +90,7 @@ std::string couplings_text(const Json& r) {
 int run_command(CouplingsCommand& c) {
     c.files.ratio = ratio_of(c.ratio);
     const auto params = params_of(c);
-    refuse_input_as_output(c);
+    refuse_input_as_output("--out", c.out, {c.files.high, c.files.low, c.calibration});
     const BandModels models = read_band_models(c.calibration);
     const BandRecording recording = read_bands(c.files);
     check_bands(c.files, models, recording, params.hemisphere);

@@ -156,7 +156,7 @@ int evaluate_command(const EvaluateCommand& command) {
         throw InputError(command.calibration + ": has no fixtures (not calibrated on a stage); use --refit-fixtures");
     }
     const std::string stage_errors = choose_stage_errors(command, calibration);
-    const bool fits_scale = command.refit_fixtures && calibration.model == kFreeMotionModel;
+    const bool fits_scale = command.refit_fixtures && has_free_scale(calibration);
     if (command.refit_fixtures) {
         calibration = with_refitted_fixtures(calibration, files, solver);
     }

@@ -1,0 +1,56 @@
+#include "board/host/commands/calibrate_grid.hpp"
+
+#include "board/host/calibration/grid_calibration.hpp"
+#include "board/host/commands/fitted_parameters.hpp"
+#include "board/support/json_rows.hpp"
+
+namespace tricoil::host {
+
+std::string grid_text(const Json& r) {
+    std::string text =
+        fill(r,
+             "{frames} frames on the grid: positions fit to {position_rms_m in mm:.3f} mm RMS; couplings unexplained "
+             "{misfit_before in %:.3f} % before, {misfit_after in %:.3f} % after\n"
+             "  coupling constant {coupling_constant:.6g} +- {coupling_constant_deviation in %:.2f} %\n");
+    for (const Json& pivot : r["pivots_m"]) {
+        text += fill(pivot, "  pivot {0 in mm:.2f} {1 in mm:.2f} {2 in mm:.2f} mm from the node\n");
+    }
+    if (r.contains("position_error_share")) {
+        text += fill(r,
+                     "  {outliers} outliers; estimated error of positions from these coils {position_error_share in %:.3f} % of "
+                     "the range\n");
+    }
+    return text + parameters_text(r["parameters"]);
+}
+
+CalibrationFile calibrate_grid(const GridCommand& command, Json& result, std::vector<std::string>& warnings) {
+    const auto frames = read_grids(command.data, command.nodes);
+    const GridCalibration found = calibrate_on_grid(frames, command.spacing_m, command.hemisphere, command.model);
+    result = {{"frames", frames.size()},
+              {"position_rms_m", found.position_rms_m},
+              {"misfit_before", found.misfit_before},
+              {"misfit_after", found.misfit_after},
+              {"coupling_constant", found.coils.model.source_moment.trace() / 3},
+              {"coupling_constant_deviation", found.scale_deviation},
+              {"pivots_m", Json::array()},
+              {"source_moment", rows_of(found.coils.model.source_moment)},
+              {"sensor", rows_of(found.coils.model.sensor_sensitivity)},
+              {"parameters", parameters_json(found.coils)}};
+    for (const Vec3<double>& pivot : found.pivot_m) {
+        result["pivots_m"].push_back(list_of(pivot));
+    }
+    if (command.model != FitModel::concentric) {
+        result["position_error_share"] = found.position_error_share;
+        result["outliers"] = found.outliers;
+    }
+    warnings.insert(warnings.end(), found.coils.warnings.begin(), found.coils.warnings.end());
+    CalibrationFile file;
+    file.model = "grid";
+    file.residual_rms = found.misfit_after;
+    file.calibration.model = found.coils.model;
+    file.calibration.misfit_floor = found.misfit_floor;
+    file.calibration.hemisphere = command.hemisphere.stableNormalized();
+    return file;
+}
+
+}  // namespace tricoil::host
