@@ -54,14 +54,18 @@ constexpr Status check(const Acquisition& acquisition) {
 }
 
 /// Converts a plan that was computed in double. Errors (invalid_argument): a sample rate that is not an integer in hertz or not
-/// below 2^31, and those of check().
+/// below 2^31, two bands, and those of check().
 inline Result<Acquisition> acquisition_of(const signal::AcquisitionPlan& plan) {
     const double rate_hz = plan.params.sample_rate_hz;
     if (!(rate_hz >= 1 && rate_hz < 2147483648.0) || rate_hz != static_cast<double>(static_cast<std::int32_t>(rate_hz))) {
         return Status{StatusCode::invalid_argument, "sample rate must be a whole number of hertz below 2^31"};
     }
-    const Acquisition acquisition{plan.params.multiplexing, static_cast<std::int32_t>(rate_hz), plan.block_samples,
-                                  plan.params.guard_samples, plan.window_cycles};
+    if (plan.has_low_band()) {
+        return Status{StatusCode::invalid_argument, "integer trackers use one band"};
+    }
+    Acquisition acquisition{plan.params.multiplexing, static_cast<std::int32_t>(rate_hz), plan.block_samples,
+                            plan.params.guard_samples};
+    std::copy_n(plan.window_cycles.begin(), acquisition.window_cycles.size(), acquisition.window_cycles.begin());
     const Status status = check(acquisition);
     return status.ok() ? Result<Acquisition>(acquisition) : status;
 }

@@ -15,7 +15,7 @@
 namespace tricoil::protocol {
 
 static_assert(static_cast<int>(tracking::PoseFlag::columns_missing) == 13, "the schema lists the pose flags by number");
-static_assert(static_cast<int>(ColumnFlag::overrun) == 6 && static_cast<int>(ColumnFlag::after_gap) == 9,
+static_assert(static_cast<int>(ColumnFlag::overrun) == 6 && static_cast<int>(ColumnFlag::low_band) == 10,
               "the schema lists the column flags by number");
 
 /// Wire-only flag. The receiver must refuse such a column.
@@ -133,7 +133,7 @@ template <typename Scalar>
     c.state_sequence = m.state_sequence;
     c.sequence = m.sequence;
     c.midpoint = device_time_us(m.time_us);
-    for (int bit = 0; bit <= static_cast<int>(ColumnFlag::after_gap); ++bit) {
+    for (int bit = 0; bit <= static_cast<int>(ColumnFlag::low_band); ++bit) {
         c.flags.set_if((m.flags >> bit & 1) != 0, static_cast<ColumnFlag>(bit));
     }
     for (std::size_t i = 0; i < 3; ++i) {

@@ -141,9 +141,10 @@ struct Schema<ColumnMessage> {
         field(&ColumnMessage::sensor, "sensor", detail::kSensor),
         field(&ColumnMessage::state, "state", code(WireType::u8, 1, 3, "source coil: 1-3")),
         field(&ColumnMessage::flags, "flags",
-              code(WireType::u16, 0, 1023,
+              code(WireType::u16, 0, 2047,
                    "bits: 0 saturated, 1 clipped, 2 stuck, 3 no reference, 4 offset, 5 low signal, "
-                   "6 overrun, 7 the coils changed within the window, 8 the gain step changed, 9 columns before it are missing")),
+                   "6 overrun, 7 the coils changed within the window, 8 the gain step changed, 9 columns before it are missing, "
+                   "10 low band")),
         field(&ColumnMessage::state_sequence, "state_sequence",
               count(WireType::u32, "sequence number of the measured excitation state")),
         fields(&ColumnMessage::in_phase, detail::kInPhase, info(WireType::f32, 1, "", -1e6, 1e6, "coupling to each sensor coil")),

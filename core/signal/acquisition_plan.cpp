@@ -1,5 +1,6 @@
 #include "core/signal/acquisition_plan.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <numeric>
@@ -13,6 +14,8 @@ constexpr int kMinCycles = 4;
 constexpr int kMinCyclesApart = 2;
 constexpr double kTdmCarrierHz = 10e3;
 constexpr std::array<double, kSourceCoils> kFdmCarriersHz{7.7e3, 10e3, 13.4e3};
+constexpr std::array<double, kSourceCoils> kLowCarriersHz{480, 720, 960};
+constexpr int kMinLowCycles = 2;
 constexpr int kGuardDivisor = 5;
 /// A carrier is shifted by at most this fraction, to give it the same phase in all blocks.
 constexpr double kFarthestShare = 0.2;
@@ -47,7 +50,7 @@ Status check_rates(const AcquisitionParams& params) {
     return {};
 }
 
-Status check_carrier(double carrier_hz, double cycles, double sample_rate_hz) {
+Status check_carrier(double carrier_hz, double cycles, double sample_rate_hz, bool is_low) {
     if (!is_positive(carrier_hz)) {
         return invalid("carrier frequency must be a positive number of hertz");
     }
@@ -57,8 +60,29 @@ Status check_carrier(double carrier_hz, double cycles, double sample_rate_hz) {
     if (!is_whole(cycles)) {
         return invalid("carrier does not fill the window with whole cycles: use a multiple of sample rate / window samples");
     }
-    if (cycles < kMinCycles - 0.5) {
+    if (is_low && cycles < kMinLowCycles - 0.5) {
+        return invalid("fewer than two cycles of a low carrier per window: lower the frame rate or use one band");
+    }
+    if (!is_low && cycles < kMinCycles - 0.5) {
         return invalid("fewer than four carrier cycles per window: lower the frame rate or use FDM");
+    }
+    return {};
+}
+
+/// Distance of carrier j to the carriers before it.
+Status check_distances(const AcquisitionPlan& plan, std::size_t j) {
+    const bool is_low = j >= kSourceCoils;
+    for (std::size_t other = 0; other < j; ++other) {
+        const int apart = plan.window_cycles[other] - plan.window_cycles[j];
+        if (is_low && other < kSourceCoils && apart < kMinCyclesApart) {
+            return invalid("low carriers must be at least two cycles per window below all high carriers");
+        }
+        if (is_low && apart == 0) {
+            return invalid("low carriers have equal cycles per window: spread them, or lower the frame rate");
+        }
+        if (!is_low && std::abs(apart) < kMinCyclesApart) {
+            return invalid("FDM carriers are closer than two cycles per window: spread them");
+        }
     }
     return {};
 }
@@ -101,21 +125,32 @@ Result<AcquisitionPlan> plan_acquisition(const AcquisitionParams& params) {
         return invalid("guard must be at least zero and shorter than the block");
     }
     plan.window_samples = plan.block_samples - params.guard_samples;
-    for (std::size_t j = 0; j < kSourceCoils; ++j) {
+    const bool has_low_band = std::any_of(params.carrier_hz.begin() + kSourceCoils, params.carrier_hz.end(),
+                                          [](double carrier_hz) { return carrier_hz != 0; });
+    if (has_low_band && plan.is_tdm()) {
+        return invalid("two bands need FDM: all coils at once");
+    }
+    for (std::size_t j = 0; j < (has_low_band ? kMaxCarriers : kSourceCoils); ++j) {
         const double carrier = plan.is_tdm() ? params.carrier_hz[0] : params.carrier_hz[j];
         const double cycles = carrier * plan.window_s();
-        if (const Status status = check_carrier(carrier, cycles, params.sample_rate_hz); !status.ok()) {
+        if (const Status status = check_carrier(carrier, cycles, params.sample_rate_hz, j >= kSourceCoils); !status.ok()) {
             return status;
         }
         plan.params.carrier_hz[j] = carrier;
         plan.window_cycles[j] = static_cast<int>(std::lround(cycles));
-        for (std::size_t other = 0; other < j && !plan.is_tdm(); ++other) {
-            if (std::abs(plan.window_cycles[j] - plan.window_cycles[other]) < kMinCyclesApart) {
-                return invalid("FDM carriers are closer than two cycles per window: spread them");
-            }
+        if (const Status status = plan.is_tdm() ? Status{} : check_distances(plan, j); !status.ok()) {
+            return status;
         }
     }
     return plan;
+}
+
+AcquisitionParams with_low_band(AcquisitionParams fdm) {
+    const bool is_valid = is_positive(fdm.frame_rate_hz);
+    for (std::size_t j = 0; j < kSourceCoils; ++j) {
+        fdm.carrier_hz[kSourceCoils + j] = is_valid ? snap_to_cycles(kLowCarriersHz[j], 1 / fdm.frame_rate_hz) : 0;
+    }
+    return fdm;
 }
 
 }  // namespace tricoil::signal

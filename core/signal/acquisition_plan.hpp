@@ -16,10 +16,11 @@ enum class Multiplexing : std::uint8_t { tdm, fdm };
 /// Settings of the user. All frequencies in Hz.
 struct AcquisitionParams {
     Multiplexing multiplexing = Multiplexing::tdm;
-    double sample_rate_hz = 144e3;                  // per channel; 144 kS/s is the ADS1274's fastest 24-bit rate
-    double frame_rate_hz = 240;                     // three columns per frame; the paper's 1/T
-    std::array<double, kSourceCoils> carrier_hz{};  // per source coil; TDM uses the first for all
-    int guard_samples = 0;                          // dropped at the start of each TDM slot while the coil current settles
+    double sample_rate_hz = 144e3;  // per channel; 144 kS/s is the ADS1274's fastest 24-bit rate
+    double frame_rate_hz = 240;     // three columns per frame; the paper's 1/T
+    /// High band, then low band, each per source coil; TDM uses the first for all coils. Low band: zero without it, only in FDM.
+    std::array<double, kMaxCarriers> carrier_hz{};
+    int guard_samples = 0;  // dropped at the start of each TDM slot while the coil current settles
 };
 
 /// Quantities derived from valid parameters.
@@ -27,10 +28,12 @@ struct AcquisitionPlan {
     AcquisitionParams params;
     int block_samples = 0;                          // one TDM slot, or one FDM frame
     int window_samples = 0;                         // demodulated: block minus guard
-    std::array<int, kSourceCoils> window_cycles{};  // whole carrier cycles in the window
+    std::array<int, kMaxCarriers> window_cycles{};  // whole carrier cycles in the window
 
     [[nodiscard]] bool is_tdm() const { return params.multiplexing == Multiplexing::tdm; }
-    [[nodiscard]] int carriers() const { return is_tdm() ? 1 : kSourceCoils; }
+    [[nodiscard]] bool has_low_band() const { return window_cycles[kSourceCoils] > 0; }
+    /// Carriers at the same time.
+    [[nodiscard]] int carriers() const { return is_tdm() ? 1 : (has_low_band() ? kMaxCarriers : kSourceCoils); }
     [[nodiscard]] double window_s() const { return window_samples / params.sample_rate_hz; }
     [[nodiscard]] double block_s() const { return block_samples / params.sample_rate_hz; }
 };
@@ -40,10 +43,14 @@ struct AcquisitionPlan {
 /// be validated.
 AcquisitionParams default_acquisition(Multiplexing multiplexing, double frame_rate_hz, double sample_rate_hz = 144e3);
 
+/// FDM parameters with a low band added: carriers near 480, 720 and 960 Hz, rounded to whole cycles per window. Metal acts
+/// differently on both bands.
+AcquisitionParams with_low_band(AcquisitionParams fdm);
+
 /// Errors (invalid_argument, the message names the parameter): a rate is not positive or not finite; a block is not a whole
 /// number of samples or is too long; the guard is not shorter than the block; a carrier is above 0.45 of the sample rate, is not
 /// a whole number of cycles per window, has fewer than four cycles per window (TDM at high frame rates), or is closer than two
-/// cycles per window to another one (FDM).
+/// cycles per window to another one (FDM). Low band: TDM; fewer than two cycles, or equal carriers; not below all high carriers.
 Result<AcquisitionPlan> plan_acquisition(const AcquisitionParams& params);
 
 }  // namespace tricoil::signal

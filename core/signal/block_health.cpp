@@ -30,9 +30,11 @@ ChannelRange measure(std::span<const Sample> window, std::size_t channel) {
     return range;
 }
 
-/// Longest run of samples that a cosine of the slowest carrier spends within 1 % of its peak, plus one for rounding of the start.
+/// Longest run of samples that a cosine of the slowest high carrier (at a peak the curvature of the low ones is small) spends within 1 % of its peak,
+/// plus one for rounding of the start.
 int longest_natural_run(const AcquisitionPlan& plan) {
-    const int cycles = *std::min_element(plan.window_cycles.begin(), plan.window_cycles.end());
+    const int high_carriers = std::min(plan.carriers(), kSourceCoils);
+    const int cycles = *std::min_element(plan.window_cycles.begin(), plan.window_cycles.begin() + high_carriers);
     const float step_rad = 2 * std::numbers::pi_v<float> * static_cast<float>(cycles) / static_cast<float>(plan.window_samples);
     return static_cast<int>(kNearPeakWidth_rad / step_rad) + 2;
 }

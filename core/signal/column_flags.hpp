@@ -1,4 +1,4 @@
-// Defects of the samples of a column.
+// Defects of the samples of a column, and its band.
 #pragma once
 
 #include <cstdint>
@@ -18,11 +18,12 @@ enum class ColumnFlag : std::uint8_t {
     overrun,           // the converter lost samples within the block
     gain_changed = 8,  // FDM: the gain step changed at the start of the block; 7 is a flag of the wire only
     after_gap,         // columns between the sensor's previous column and this one were lost or refused
+    low_band,          // not a defect: measured at the coil's low carrier, for trackers that use two bands
 };
 using ColumnFlags = FlagSet<ColumnFlag>;
 
-constexpr ColumnFlags kAllColumnFlags{ColumnFlag::saturated,    ColumnFlag::clipped,      ColumnFlag::stuck,
-                                      ColumnFlag::no_reference, ColumnFlag::dc_offset,    ColumnFlag::low_signal,
-                                      ColumnFlag::overrun,      ColumnFlag::gain_changed, ColumnFlag::after_gap};
+constexpr ColumnFlags kAllColumnFlags{
+    ColumnFlag::saturated,  ColumnFlag::clipped, ColumnFlag::stuck,        ColumnFlag::no_reference, ColumnFlag::dc_offset,
+    ColumnFlag::low_signal, ColumnFlag::overrun, ColumnFlag::gain_changed, ColumnFlag::after_gap,    ColumnFlag::low_band};
 
 }  // namespace tricoil

@@ -50,13 +50,12 @@ Result<Columns<Scalar>> Demodulator<Scalar>::demodulate(const SampleBlock& block
     const CarrierPhasors phasors = read_carriers(window);
     Columns<Scalar> columns;
     for (int carrier = 0; carrier < plan_.carriers(); ++carrier) {
-        const int source_coil = plan_.is_tdm() ? coil_index(block.state) : carrier;
-        columns.push_back(make_column(block, source_coil, carrier, phasors[static_cast<std::size_t>(carrier)], flags));
+        columns.push_back(make_column(block, carrier, phasors[static_cast<std::size_t>(carrier)], flags));
     }
     return columns;
 }
 
-/// Amplitude and phase of each carrier, without hum.
+/// Amplitude and phase of each carrier, in the high band without hum.
 template <typename Scalar>
 auto Demodulator<Scalar>::read_carriers(std::span<const Sample> window) const -> CarrierPhasors {
     const auto count = static_cast<std::size_t>(plan_.carriers());
@@ -65,7 +64,7 @@ auto Demodulator<Scalar>::read_carriers(std::span<const Sample> window) const ->
         phasors[j] = lock_in(oscillators_[j], window);
     }
     const auto step = hum_step<Scalar>(std::span(oscillators_).first(count), std::span(phasors).first(count), window);
-    for (std::size_t j = 0; j < count; ++j) {
+    for (std::size_t j = 0; j < std::min<std::size_t>(count, kSourceCoils); ++j) {
         const auto hum = hum_leakage(oscillators_[j], step, window.size());
         for (std::size_t channel = 0; channel < kChannels; ++channel) {
             phasors[j][channel] -= hum[channel];
@@ -96,16 +95,17 @@ std::complex<Scalar> Demodulator<Scalar>::response(const SampleBlock& block, int
 }
 
 template <typename Scalar>
-Column<Scalar> Demodulator<Scalar>::make_column(const SampleBlock& block, int source_coil, int carrier,
-                                                const ChannelPhasors<Scalar>& phasors, ColumnFlags flags) const {
+Column<Scalar> Demodulator<Scalar>::make_column(const SampleBlock& block, int carrier, const ChannelPhasors<Scalar>& phasors,
+                                                ColumnFlags flags) const {
     Column<Scalar> column;
     column.sensor = block.sensor;
-    column.state = single_coil(source_coil);
+    column.state = plan_.is_tdm() ? block.state : single_coil(carrier % kSourceCoils);
     column.state_sequence = block.sequence;
     column.sequence = block.sequence;
     column.midpoint = block.start + midpoint_offset_;
     column.flags = flags;
     column.flags.set_if(block.overrun_count != 0, ColumnFlag::overrun);
+    column.flags.set_if(carrier >= kSourceCoils, ColumnFlag::low_band);
 
     const std::complex<Scalar> reference = phasors[kReferenceChannel];
     const Scalar reference_amplitude = std::abs(reference);

@@ -15,10 +15,10 @@
 
 namespace tricoil::signal {
 
-/// Complex response of each sensor channel relative to the reference channel, per carrier: [carrier][coil]. Division by it gives
-/// the real coupling. A coil's voltage is the derivative of the flux, so an ideal channel has the response i w / w0.
+/// Complex response of each sensor channel relative to the reference channel, per carrier of the plan: [carrier][coil]. Division
+/// by it gives the real coupling. A coil's voltage is the derivative of the flux, so an ideal channel has the response i w / w0.
 template <typename Scalar>
-using ChannelResponse = std::array<std::array<std::complex<Scalar>, kSensorCoils>, kSourceCoils>;
+using ChannelResponse = std::array<std::array<std::complex<Scalar>, kSensorCoils>, kMaxCarriers>;
 
 template <typename Scalar>
 constexpr ChannelResponse<Scalar> unit_response() {
@@ -42,34 +42,34 @@ struct DemodulatorParams {
     Scalar noise_jump = 4;                      // above this multiple of the running power, a block replaces it at once
 };
 
-/// Columns of one block: one for TDM, three for FDM.
+/// Columns of one block: one for TDM, three for FDM; with two bands three of the high, then three of the low band.
 template <typename Scalar>
-using Columns = StaticVector<Column<Scalar>, kSourceCoils>;
+using Columns = StaticVector<Column<Scalar>, kMaxCarriers>;
 
 template <typename Scalar>
 class Demodulator {
 public:
     Demodulator(const AcquisitionPlan& plan, const DemodulatorParams<Scalar>& params);
 
-    /// Couplings of one block, after removal of mains hum. Flagged columns are delivered too; no_reference sets their values to
-    /// zero. In FDM the coils are always driven, so the first block of another gain step contains the switching transient: its
-    /// columns are flagged gain_changed.
-    /// Errors (invalid_argument): length differs from the plan, the excitation state is not in the plan, or the gain step is out
-    /// of range.
+    /// Couplings of one block, after removal of mains hum from the high band. At the low carriers this removal would multiply the
+    /// noise by up to four; hum is zero in the mean over a whole number of its cycles. Flagged columns are delivered too; no_reference
+    /// sets their values to zero. In FDM the coils are always driven, so the first block of another gain step contains the
+    /// switching transient: its columns are flagged gain_changed. Errors (invalid_argument): length differs from the plan, the
+    /// excitation state is not in the plan, or the gain step is out of range.
     Result<Columns<Scalar>> demodulate(const SampleBlock& block);
 
 private:
-    using CarrierPhasors = std::array<ChannelPhasors<Scalar>, kSourceCoils>;
+    using CarrierPhasors = std::array<ChannelPhasors<Scalar>, kMaxCarriers>;
     [[nodiscard]] CarrierPhasors read_carriers(std::span<const Sample> window) const;
     void update_noise(std::span<const Sample> window);
-    Column<Scalar> make_column(const SampleBlock& block, int source_coil, int carrier, const ChannelPhasors<Scalar>& phasors,
+    Column<Scalar> make_column(const SampleBlock& block, int carrier, const ChannelPhasors<Scalar>& phasors,
                                ColumnFlags flags) const;
     [[nodiscard]] std::complex<Scalar> response(const SampleBlock& block, int carrier, std::size_t coil) const;
 
     AcquisitionPlan plan_;
     DemodulatorParams<Scalar> params_;
-    std::array<Oscillator<Scalar>, kSourceCoils> oscillators_;
-    std::array<Scalar, kSourceCoils> carrier_rad_s_{};
+    std::array<Oscillator<Scalar>, kMaxCarriers> oscillators_;
+    std::array<Scalar, kMaxCarriers> carrier_rad_s_{};
     NoiseEstimator<Scalar> noise_estimator_;
     std::array<Scalar, kChannels> sample_power_{};  // running noise power per channel, codes squared
     bool has_noise_ = false;

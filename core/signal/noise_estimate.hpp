@@ -22,7 +22,7 @@ public:
     [[nodiscard]] std::array<Scalar, kChannels> sample_sigma(std::span<const Sample> window) const;
 
 private:
-    static constexpr int kMaxTaps = 2 + 2 * kSourceCoils;
+    static constexpr int kMaxTaps = 2 + 2 * kMaxCarriers;
     std::array<Scalar, kMaxTaps> taps_{};
     int tap_count_ = 0;
     Scalar noise_gain_ = 1;  // sum of squared taps

@@ -1,6 +1,8 @@
 // Acquisition plan with given numbers, for boards with a fixed converter clock and too little flash to compute a plan.
 #pragma once
 
+#include <algorithm>
+
 #include "core/signal/acquisition_plan.hpp"
 
 namespace tricoil::signal {
@@ -9,11 +11,14 @@ namespace tricoil::signal {
 constexpr AcquisitionPlan stated_tdm_plan(double sample_rate_hz, int block, int guard, int cycles) {
     AcquisitionPlan plan;
     const double carrier_hz = sample_rate_hz * cycles / (block - guard);
-    plan.params = {
-        Multiplexing::tdm, sample_rate_hz, sample_rate_hz / (kSourceCoils * block), {carrier_hz, carrier_hz, carrier_hz}, guard};
+    plan.params = {Multiplexing::tdm,
+                   sample_rate_hz,
+                   sample_rate_hz / (kSourceCoils * block),
+                   {carrier_hz, carrier_hz, carrier_hz, 0, 0, 0},
+                   guard};
     plan.block_samples = block;
     plan.window_samples = block - guard;
-    plan.window_cycles = {cycles, cycles, cycles};
+    plan.window_cycles = {cycles, cycles, cycles, 0, 0, 0};
     return plan;
 }
 
@@ -26,7 +31,7 @@ constexpr AcquisitionPlan stated_fdm_plan(double sample_rate_hz, int block, cons
     }
     plan.block_samples = block;
     plan.window_samples = block;
-    plan.window_cycles = cycles;
+    std::copy(cycles.begin(), cycles.end(), plan.window_cycles.begin());
     return plan;
 }
 

@@ -64,10 +64,11 @@ void CoilWorld::configure(const signal::AcquisitionPlan& plan) {
     const double rate = plan.params.sample_rate_hz;
     const double middle_s = (plan.params.guard_samples + 0.5 * (plan.window_samples - 1)) / rate;
     const double time_constant_s = params_.coil_inductance_h / params_.coil_resistance_ohm;
-    for (int j = 0; j < kSourceCoils; ++j) {
-        const double carrier = kTurn * plan.params.carrier_hz[static_cast<std::size_t>(j)];
+    for (std::size_t n = 0; n < currents(); ++n) {
+        const double carrier = kTurn * plan.params.carrier_hz[n];
         const double phase = -carrier * middle_s;
-        circuits_[static_cast<std::size_t>(j)] = CoilCircuit(drive_amplitude(j), carrier, phase, time_constant_s, kReferenceRadS);
+        const double amplitude = drive_amplitude(static_cast<int>(n));
+        circuits_[n] = CoilCircuit(amplitude, carrier, phase, time_constant_s, kReferenceRadS);
     }
     converters_.assign(kChannels, Converter(params_.converter, rate));
     mains_.clear();
@@ -90,15 +91,15 @@ MetalSet CoilWorld::metal_of(const std::vector<Fault>& faults) {
 }
 
 void CoilWorld::tune_metal() {
-    std::vector<double> tones_hz;
-    for (std::size_t j = 0; j < kSourceCoils; ++j) {
-        const auto tone = std::find(tones_hz.begin(), tones_hz.end(), plan_.params.carrier_hz[j]);
-        tone_of_coil_[j] = static_cast<std::size_t>(tone - tones_hz.begin());
-        if (tone == tones_hz.end()) {
-            tones_hz.push_back(plan_.params.carrier_hz[j]);
+    std::vector<double> frequencies_hz;
+    for (std::size_t n = 0; n < currents(); ++n) {
+        const auto found = std::find(frequencies_hz.begin(), frequencies_hz.end(), plan_.params.carrier_hz[n]);
+        metal_frequencies_[n] = static_cast<std::size_t>(found - frequencies_hz.begin());
+        if (found == frequencies_hz.end()) {
+            frequencies_hz.push_back(plan_.params.carrier_hz[n]);
         }
     }
-    metal_.tune(tones_hz);
+    metal_.tune(frequencies_hz);
 }
 
 std::optional<MetalTrack> CoilWorld::metal_track(const FaultEffect& effect, double start_s, std::size_t samples) {
@@ -108,81 +109,90 @@ std::optional<MetalTrack> CoilWorld::metal_track(const FaultEffect& effect, doub
     return MetalTrack(metal_, motion_, metal_source(effect), start_s, 1 / plan_.params.sample_rate_hz, samples);
 }
 
-ComplexMat3 CoilWorld::metal_coupling(const Pose& pose, const FaultEffect& effect, double time_s, double selection_s) {
+CurrentColumns CoilWorld::metal_coupling(const Pose& pose, const FaultEffect& effect, double time_s, double selection_s) {
     if (effect.unplugged || !metal_.acts_at(selection_s)) {
-        return ComplexMat3::Zero();
+        return CurrentColumns::Zero(3, static_cast<Eigen::Index>(currents()));
     }
     return sensor_side(pose, effect) * metal_field(metal_, metal_source(effect), pose.position_m, time_s, selection_s);
 }
 
+/// Couplings at one sample, and their change since the sample before. Without metal both bands have the same.
+struct CoilWorld::Couplings {
+    Mat3<double> x;
+    Mat3<double> dx;       // rate of change divided by the reference angular frequency
+    CurrentColumns metal;  // no columns: no metal
+    CurrentColumns metal_change;
+};
+
 bool CoilWorld::sample(Excitation state, double start_s, std::span<Sample> samples) {
     const FaultEffect effect = effect_at(start_s);
     const double sample_s = 1 / plan_.params.sample_rate_hz;
-    for (int j = 0; j < kSourceCoils; ++j) {
-        const bool on = (state == Excitation::all || coil_index(state) == j) && effect.current(j) > 0;
-        circuits_[static_cast<std::size_t>(j)].begin_block(start_s, sample_s, on);
+    for (std::size_t n = 0; n < currents(); ++n) {
+        const auto coil = static_cast<int>(n % kSourceCoils);
+        const bool on = (state == Excitation::all || coil_index(state) == coil) && effect.current(coil) > 0;
+        circuits_[n].begin_block(start_s, sample_s, on);
     }
     PoseTrack track(motion_, start_s, sample_s);
     const std::optional<MetalTrack> metal = metal_track(effect, start_s, samples.size());
-    const auto with_metal = [&](const Pose& pose, const Mat3<double>& x, int n) -> ComplexMat3 {
-        return x + sensor_side(pose, effect) * metal->at(n);
-    };
-    const Pose first = track.at(-1);
-    Mat3<double> before = coupling(first, effect);
-    ComplexMat3 before_with_metal = metal ? with_metal(first, before, -1) : ComplexMat3::Zero();
+    const auto with_metal = [&](const Pose& pose, int n) -> CurrentColumns { return sensor_side(pose, effect) * metal->at(n); };
     const double per_sample = 1 / (sample_s * kReferenceRadS);
+    const Pose first = track.at(-1);
+    Couplings now;
+    now.x = coupling(first, effect);
+    if (metal) {
+        now.metal = with_metal(first, -1);
+    }
+    std::array<CoilCurrent, kMaxCarriers> source{};
     for (std::size_t n = 0; n < samples.size(); ++n) {
         const Pose pose = track.at(static_cast<int>(n));
         const Mat3<double> x = coupling(pose, effect);
-        Vec3<std::complex<double>> current;
-        Vec3<std::complex<double>> derivative;
-        for (Eigen::Index j = 0; j < kSourceCoils; ++j) {
-            const CoilCurrent coil = circuits_[static_cast<std::size_t>(j)].next();
-            const double share = std::max(1.0, effect.current(j));  // 1 for an open coil: its circuit is off
-            current(j) = share * coil.current;
-            derivative(j) = share * coil.derivative;
-        }
-        Vec3<double> sensor_v;
+        now.dx = (x - now.x) * per_sample;
+        now.x = x;
         if (metal) {
-            const ComplexMat3 now = with_metal(pose, x, static_cast<int>(n));
-            const ComplexMat3 change = (now - before_with_metal) * per_sample;
-            sensor_v = sensor_voltages(now, change, current, derivative);
-            before_with_metal = now;
-        } else {
-            const Mat3<double> change = (x - before) / (sample_s * kReferenceRadS);
-            sensor_v = sensor_voltages(x, change, current, derivative);
+            const CurrentColumns added = with_metal(pose, static_cast<int>(n));
+            now.metal_change = (added - now.metal) * per_sample;
+            now.metal = added;
         }
-        before = x;
+        double reference_v = 0;
+        for (std::size_t k = 0; k < currents(); ++k) {
+            source[k] = circuits_[k].next();
+            // 1 for an open coil: its circuit is off
+            const double share = std::max(1.0, effect.current(static_cast<Eigen::Index>(k % kSourceCoils)));
+            source[k].current *= share;
+            source[k].derivative *= share;
+            reference_v += source[k].current.real();
+        }
+        const Vec3<double> sensor_v = sensor_voltages(now, std::span(source).first(currents()));
         const double time_s = start_s + static_cast<double>(n) * sample_s;
-        samples[n] = convert(sensor_v, current.sum().real(), time_s, effect);
+        samples[n] = convert(sensor_v, reference_v, time_s, effect);
     }
     return std::uniform_real_distribution<double>(0, 1)(drop_random_) >= effect.drop_share;
 }
 
 void CoilWorld::amplify(const signal::GainStep<double>& amplifier) {
     amplifier_ = amplifier;
-    for (std::size_t j = 0; j < kSourceCoils; ++j) {
+    for (std::size_t n = 0; n < currents(); ++n) {
         for (std::size_t c = 0; c < kSensorCoils; ++c) {
-            amplification_[j][c] = amplifier.response(c, kTurn * plan_.params.carrier_hz[j]);
+            amplification_[n][c] = amplifier.response(c, kTurn * plan_.params.carrier_hz[n]);
         }
     }
 }
 
-/// Induction is the derivative of (coupling times current); motion adds a small voltage. `dx`: the rate of change of `x` divided
-/// by the reference angular frequency. The response of an amplifier differs between the carriers.
-template <typename Matrix>
-Vec3<double> CoilWorld::sensor_voltages(const Matrix& x, const Matrix& dx, const Vec3<std::complex<double>>& current,
-                                        const Vec3<std::complex<double>>& derivative) const {
+/// Induction is the derivative of (coupling times current); motion adds a small voltage. The response of an amplifier differs
+/// between the carriers.
+Vec3<double> CoilWorld::sensor_voltages(const Couplings& now, std::span<const CoilCurrent> currents) const {
     Vec3<std::complex<double>> sum = Vec3<std::complex<double>>::Zero();
-    if (amplifier_) {
-        for (Eigen::Index j = 0; j < kSourceCoils; ++j) {
-            for (Eigen::Index c = 0; c < kSensorCoils; ++c) {
-                sum(c) += amplification_[static_cast<std::size_t>(j)][static_cast<std::size_t>(c)] *
-                          (x(c, j) * derivative(j) + dx(c, j) * current(j));
-            }
+    for (std::size_t n = 0; n < currents.size(); ++n) {
+        const auto column = static_cast<Eigen::Index>(n);
+        const auto coil = static_cast<Eigen::Index>(n % kSourceCoils);
+        const auto& [current, derivative] = currents[n];
+        Vec3<std::complex<double>> induced = now.x.col(coil) * derivative + now.dx.col(coil) * current;
+        if (now.metal.cols() > 0) {
+            induced += now.metal.col(column) * derivative + now.metal_change.col(column) * current;
         }
-    } else {
-        sum = x * derivative + dx * current;
+        for (Eigen::Index c = 0; c < kSensorCoils; ++c) {
+            sum(c) += amplifier_ ? amplification_[n][static_cast<std::size_t>(c)] * induced(c) : induced(c);
+        }
     }
     Vec3<double> volts;
     for (Eigen::Index c = 0; c < kSensorCoils; ++c) {
@@ -228,16 +238,19 @@ Mat3<double> CoilWorld::sensor_side(const Pose& pose, const FaultEffect& effect)
            geometry::attitude_matrix(pose.q_source_sensor);
 }
 
-double CoilWorld::drive_amplitude(int j) const {
-    return plan_.is_tdm() ? 1.0 : 0.5 * kReferenceRadS / (kTurn * plan_.params.carrier_hz[static_cast<std::size_t>(j)]);
+double CoilWorld::drive_amplitude(int n) const {
+    constexpr double kHighVoltHertz = 0.5 * 10e3;
+    constexpr double kLowVoltHertz = 0.25 * 720;
+    const double carrier_hz = plan_.params.carrier_hz[static_cast<std::size_t>(n)];
+    return plan_.is_tdm() ? 1.0 : (n < kSourceCoils ? kHighVoltHertz : kLowVoltHertz) / carrier_hz;
 }
 
 signal::ChannelResponse<double> CoilWorld::channel_response() const {
     auto response = signal::unit_response<double>();
-    for (std::size_t j = 0; j < kSourceCoils; ++j) {
-        const double ratio = kTurn * plan_.params.carrier_hz[j] / kReferenceRadS;
+    for (std::size_t n = 0; n < currents(); ++n) {
+        const double ratio = kTurn * plan_.params.carrier_hz[n] / kReferenceRadS;
         for (std::size_t c = 0; c < kSensorCoils; ++c) {
-            response[j][c] = std::complex<double>(0, ratio) * channel_[c];
+            response[n][c] = std::complex<double>(0, ratio) * channel_[c];
         }
     }
     return response;

@@ -46,9 +46,10 @@ public:
     CoilWorld(const WorldParams& params, const Motion& motion, std::vector<Fault> faults);
 
     /// Sets carriers and rates. TDM drives each coil with amplitude 1. In FDM the amplitude is 0.5 at 10 kHz and inversely
-    /// proportional to the carrier frequency, so that all three couplings have equal noise and the sum stays in range. The
-    /// carrier phases make the currents peak in the middle of the window: then a linear change of one coupling leaks only into
-    /// the quadrature of the others.
+    /// proportional to the carrier frequency, so that all three couplings have equal noise and the sum stays in range. Low
+    /// carriers have 0.25 at 720 Hz by the same rule: a coil's voltage grows with the frequency, so their noise is 28 times that
+    /// of the high carriers. The carrier phases make the currents peak in the middle of the window: then a linear change of one
+    /// coupling leaks only into the quadrature of the others.
     void configure(const signal::AcquisitionPlan& plan);
 
     /// Puts an amplifier before the converters of the sensor channels, or changes it.
@@ -76,11 +77,12 @@ public:
     [[nodiscard]] Mat3<double> sensor_side(const Pose& pose, const FaultEffect& effect) const;
     /// Moments of the source coils, one column per coil.
     [[nodiscard]] Mat3<double> source_side(const FaultEffect& effect) const { return params_.source_matrix * effect.source; }
-    /// Contribution of metal to X at a pose and time; objects: those that exist at `selection_s`. Call configure() before.
-    [[nodiscard]] ComplexMat3 metal_coupling(const Pose& pose, const FaultEffect& effect, double time_s, double selection_s);
+    /// Couplings that metal adds at a pose and time, per current; objects: those that exist at `selection_s`. Call configure()
+    /// before.
+    [[nodiscard]] CurrentColumns metal_coupling(const Pose& pose, const FaultEffect& effect, double time_s, double selection_s);
     [[nodiscard]] FaultEffect effect_at(double time_s) const { return sim::effect_at(faults_, time_s); }
-    /// Amplitude of the nominal current of coil j at the reference channel, V.
-    [[nodiscard]] double drive_amplitude(int j) const;
+    /// Amplitude of nominal current n at the reference channel, V. Currents: see CurrentColumns.
+    [[nodiscard]] double drive_amplitude(int n) const;
     /// The metal of `faults`.
     static MetalSet metal_of(const std::vector<Fault>& faults);
 
@@ -93,22 +95,24 @@ public:
 private:
     [[nodiscard]] signal::ChannelResponse<double> channel_response() const;
     void tune_metal();
-    [[nodiscard]] MetalSource metal_source(const FaultEffect& effect) const { return {source_side(effect), tone_of_coil_}; }
+    struct Couplings;
+    [[nodiscard]] std::size_t currents() const { return plan_.has_low_band() ? kMaxCarriers : kSourceCoils; }
+    [[nodiscard]] MetalSource metal_source(const FaultEffect& effect) const {
+        return {source_side(effect), metal_frequencies_, currents()};
+    }
     [[nodiscard]] std::optional<MetalTrack> metal_track(const FaultEffect& effect, double start_s, std::size_t samples);
-    template <typename Matrix>
-    [[nodiscard]] Vec3<double> sensor_voltages(const Matrix& x, const Matrix& dx, const Vec3<std::complex<double>>& current,
-                                               const Vec3<std::complex<double>>& derivative) const;
+    [[nodiscard]] Vec3<double> sensor_voltages(const Couplings& now, std::span<const CoilCurrent> currents) const;
     Sample convert(const Vec3<double>& sensor_v, double reference_v, double time_s, const FaultEffect& effect);
 
     WorldParams params_;
     const Motion& motion_;
     std::vector<Fault> faults_;
     MetalSet metal_;
-    std::array<std::size_t, kSourceCoils> tone_of_coil_{};
+    std::array<std::size_t, kMaxCarriers> metal_frequencies_{};  // see MetalSource
     signal::AcquisitionPlan plan_;
-    std::array<CoilCircuit, kSourceCoils> circuits_;
-    std::vector<Converter> converters_;  // one per channel
-    std::vector<double> mains_;          // one period if it is a whole number of samples; otherwise empty
+    std::array<CoilCircuit, kMaxCarriers> circuits_;  // one per current: a coil's currents add
+    std::vector<Converter> converters_;               // one per channel
+    std::vector<double> mains_;                       // one period if it is a whole number of samples; otherwise empty
     std::array<std::complex<double>, kSensorCoils> channel_;
     std::optional<signal::GainStep<double>> amplifier_;
     signal::ChannelResponse<double> amplification_ = signal::unit_response<double>();  // at the carriers

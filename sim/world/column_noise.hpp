@@ -15,16 +15,16 @@ class ColumnNoise {
 public:
     explicit ColumnNoise(const signal::AcquisitionPlan& plan);
 
-    using Phasors = std::array<std::complex<double>, kSourceCoils>;
+    using Phasors = std::array<std::complex<double>, kMaxCarriers>;
 
     /// Errors of all carriers of one channel, for samples with a standard deviation of 1. Zero for carriers that the plan does
     /// not use.
     Phasors draw(std::mt19937_64& random);
 
 private:
-    using Parts = Eigen::Matrix<double, 2 * kSourceCoils, 1>;  // real and imaginary part of each carrier
+    using Parts = Eigen::Matrix<double, 2 * kMaxCarriers, 1>;  // real and imaginary part of each carrier
     int parts_;
-    Eigen::Matrix<double, 2 * kSourceCoils, 2 * kSourceCoils> factor_;  // lower triangle; times its transpose: the covariance
+    Eigen::Matrix<double, 2 * kMaxCarriers, 2 * kMaxCarriers> factor_;  // lower triangle; times its transpose: the covariance
     std::normal_distribution<double> normal_{0, 1};
 };
 

@@ -46,8 +46,7 @@ bool ColumnWorld::simulate(const Block& block, signal::Columns<double>& columns)
     const bool saturated = saturates(block, coupling.mean, effect);
     columns = {};
     for (int n = 0; n < plan_.carriers(); ++n) {
-        const int coil = plan_.is_tdm() ? coil_index(block.state) : n;
-        columns.push_back(make_column(block, coil, coupling, effect, noise));
+        columns.push_back(make_column(block, n, coupling, effect, noise));
         columns[static_cast<std::size_t>(n)].flags.set_if(saturated, ColumnFlag::saturated);
     }
     return std::uniform_real_distribution<double>(0, 1)(drop_random_) >= effect.drop_share;
@@ -70,20 +69,27 @@ ColumnWorld::WindowCoupling ColumnWorld::window_coupling(const FaultEffect& effe
     const Mat3<double> x = world_.coupling(poses_[1], effect);
     const Mat3<double> after = world_.coupling(poses_[2], effect);
     const Mat3<double> mean = x + share * share / 24 * (after - 2 * x + before);
-    return {mean + world_.metal_coupling(poses_[1], effect, start_s + middle_s_, start_s), (after - before) / (2 * block_s)};
+    CurrentColumns with_metal = world_.metal_coupling(poses_[1], effect, start_s + middle_s_, start_s);
+    for (Eigen::Index n = 0; n < with_metal.cols(); ++n) {
+        with_metal.col(n) += mean.col(n % kSourceCoils);
+    }
+    return {with_metal, (after - before) / (2 * block_s)};
 }
 
 /// Computes phasors of the channels, then the column as the demodulator does.
-Column<double> ColumnWorld::make_column(const Block& block, int coil, const WindowCoupling& coupling, const FaultEffect& effect,
-                                        const ChannelNoise& noise) const {
-    const auto carrier = static_cast<std::size_t>(plan_.is_tdm() ? 0 : coil);
+Column<double> ColumnWorld::make_column(const Block& block, int carrier_index, const WindowCoupling& coupling,
+                                        const FaultEffect& effect, const ChannelNoise& noise) const {
+    const auto carrier = static_cast<std::size_t>(carrier_index);
+    const int current = plan_.is_tdm() ? coil_index(block.state) : carrier_index;
+    const int coil = current % kSourceCoils;
     Column<double> column;
     column.state = single_coil(coil);
     column.state_sequence = block.sequence;
     column.sequence = block.sequence;
     column.midpoint = block.start + microseconds_from_seconds(middle_s_);
 
-    const std::complex<double> current_v = world_.drive_amplitude(coil) * effect.current(coil) * current_phase_[carrier];
+    column.flags.set_if(current >= kSourceCoils, ColumnFlag::low_band);
+    const std::complex<double> current_v = world_.drive_amplitude(current) * effect.current(coil) * current_phase_[carrier];
     const std::complex<double> reference_v = current_v + sample_sigma_v_ * noise[kReferenceChannel][carrier];
     if (std::abs(reference_v) < demodulator_.min_reference_v) {
         column.flags.set(ColumnFlag::no_reference);
@@ -96,7 +102,7 @@ Column<double> ColumnWorld::make_column(const Block& block, int coil, const Wind
         const std::complex<double> response = demodulator_.response[carrier][channel];
         // Motion induces a voltage 90 degrees from that of the carrier.
         const std::complex<double> x =
-            coupling.mean(c, coil) - std::complex<double>(0, coupling.rate(c, coil) / carrier_rad_s(carrier));
+            coupling.mean(c, current) - std::complex<double>(0, coupling.rate(c, coil) / carrier_rad_s(carrier));
         const std::complex<double> sensor_v = x * response * current_v + sample_sigma_v_ * noise[channel][carrier];
         const std::complex<double> ratio = sensor_v / reference_v;
         column.in_phase(c) = (ratio / response).real();
@@ -109,13 +115,14 @@ Column<double> ColumnWorld::make_column(const Block& block, int coil, const Wind
 }
 
 /// True if the carriers of a sensor channel exceed its linear range where their peaks coincide.
-bool ColumnWorld::saturates(const Block& block, const ComplexMat3& coupling, const FaultEffect& effect) const {
+bool ColumnWorld::saturates(const Block& block, const CurrentColumns& coupling, const FaultEffect& effect) const {
     Vec3<double> peak_v = Vec3<double>::Zero();
     for (int n = 0; n < plan_.carriers(); ++n) {
-        const int coil = plan_.is_tdm() ? coil_index(block.state) : n;
+        const int current = plan_.is_tdm() ? coil_index(block.state) : n;
         for (Eigen::Index c = 0; c < kSensorCoils; ++c) {
             const std::complex<double> response = demodulator_.response[static_cast<std::size_t>(n)][static_cast<std::size_t>(c)];
-            peak_v(c) += std::abs(coupling(c, coil) * response) * world_.drive_amplitude(coil) * effect.current(coil);
+            const double amplitude_v = world_.drive_amplitude(current) * effect.current(current % kSourceCoils);
+            peak_v(c) += std::abs(coupling(c, current) * response) * amplitude_v;
         }
     }
     return peak_v.maxCoeff() >= static_cast<double>(demodulator_.linear_share) * world_.params().converter.range_v;

@@ -27,17 +27,17 @@ public:
 
 private:
     struct WindowCoupling {
-        ComplexMat3 mean;   // over the window
-        Mat3<double> rate;  // 1/s
+        CurrentColumns mean;  // over the window
+        Mat3<double> rate;    // without metal, 1/s
     };
     using ChannelNoise = std::array<ColumnNoise::Phasors, kChannels>;
 
     void advance(double start_s);
     [[nodiscard]] WindowCoupling window_coupling(const FaultEffect& effect, double start_s);
     [[nodiscard]] double carrier_rad_s(std::size_t carrier) const;
-    [[nodiscard]] Column<double> make_column(const Block& block, int coil, const WindowCoupling& coupling,
+    [[nodiscard]] Column<double> make_column(const Block& block, int carrier_index, const WindowCoupling& coupling,
                                              const FaultEffect& effect, const ChannelNoise& noise) const;
-    [[nodiscard]] bool saturates(const Block& block, const ComplexMat3& coupling, const FaultEffect& effect) const;
+    [[nodiscard]] bool saturates(const Block& block, const CurrentColumns& coupling, const FaultEffect& effect) const;
 
     CoilWorld& world_;
     signal::AcquisitionPlan plan_;
@@ -45,7 +45,7 @@ private:
     ColumnNoise noise_;
     double sample_sigma_v_;
     double middle_s_;                                               // of the window, after the start of its block
-    std::array<std::complex<double>, kSourceCoils> current_phase_;  // of the carriers' phasors; the currents peak in the middle
+    std::array<std::complex<double>, kMaxCarriers> current_phase_;  // of the carriers' phasors; the currents peak in the middle
     std::array<Pose, 3> poses_;                                     // at the middle of the previous, present and next window
     double present_s_ = -1;                                         // start of the present block
     std::mt19937_64 random_;

@@ -5,13 +5,14 @@
 
 namespace tricoil::sim {
 
-ComplexMat3 metal_field(MetalSet& metal, const MetalSource& source, const Vec3<double>& place_m, double time_s,
-                        double selection_s) {
+CurrentColumns metal_field(MetalSet& metal, const MetalSource& source, const Vec3<double>& place_m, double time_s,
+                           double selection_s) {
     const std::vector<ComplexMat3> fields = metal.field(place_m, time_s, selection_s);
-    ComplexMat3 field;
-    for (std::size_t j = 0; j < source.tone_of_coil.size(); ++j) {
-        const auto column = static_cast<Eigen::Index>(j);
-        field.col(column) = fields[source.tone_of_coil[j]] * source.moments.col(column).cast<std::complex<double>>();
+    CurrentColumns field(3, static_cast<Eigen::Index>(source.currents));
+    for (std::size_t n = 0; n < source.currents; ++n) {
+        const auto coil = static_cast<Eigen::Index>(n % kSourceCoils);
+        field.col(static_cast<Eigen::Index>(n)) =
+            fields[source.frequencies[n]] * source.moments.col(coil).cast<std::complex<double>>();
     }
     return field;
 }
@@ -29,7 +30,7 @@ MetalTrack::MetalTrack(MetalSet& metal, const Motion& motion, const MetalSource&
     }
 }
 
-ComplexMat3 MetalTrack::at(int n) const {
+CurrentColumns MetalTrack::at(int n) const {
     const double place = (n + 1) * knots_per_sample_;
     const std::size_t last = knots_.size() - 3;
     const std::size_t base = std::min(last, 2 * static_cast<std::size_t>(place / 2));

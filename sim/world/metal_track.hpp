@@ -4,19 +4,24 @@
 #include <array>
 #include <vector>
 
+#include "core/signal/excitation.hpp"
 #include "sim/motion/motion.hpp"
 #include "sim/world/metal/metal_set.hpp"
 
 namespace tricoil::sim {
 
+/// One column per current of the source: coils 1-3, with two bands again coils 1-3 at their low carriers.
+using CurrentColumns = Eigen::Matrix<std::complex<double>, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kMaxCarriers>;
+
 struct MetalSource {
-    Mat3<double> moments = Mat3<double>::Identity();  // one column per coil
-    std::array<std::size_t, 3> tone_of_coil{};        // index of the coil's carrier in the set's frequencies
+    Mat3<double> moments = Mat3<double>::Identity();      // one column per coil
+    std::array<std::size_t, kMaxCarriers> frequencies{};  // index of each current's carrier in the set's frequencies
+    std::size_t currents = kSourceCoils;
 };
 
-/// Field that metal adds at a place in the source frame; column j is that of coil j at its carrier. Times: see MetalSet::field().
-ComplexMat3 metal_field(MetalSet& metal, const MetalSource& source, const Vec3<double>& place_m, double time_s,
-                        double selection_s);
+/// Field that metal adds at a place in the source frame, per current. Times: see MetalSet::field().
+CurrentColumns metal_field(MetalSet& metal, const MetalSource& source, const Vec3<double>& place_m, double time_s,
+                           double selection_s);
 
 /// Parabolas of at most 4 ms: for 1 m/s at 50 mm from an object the error is below 3e-4 of the added field.
 class MetalTrack {
@@ -26,12 +31,12 @@ public:
                std::size_t samples);
 
     /// Interpolated metal_field() at sample n, -1 or later.
-    [[nodiscard]] ComplexMat3 at(int n) const;
+    [[nodiscard]] CurrentColumns at(int n) const;
 
 private:
     static constexpr double kMaxSpan_s = 4e-3;
 
-    std::vector<ComplexMat3> knots_;  // two per parabola, and a last one
+    std::vector<CurrentColumns> knots_;  // two per parabola, and a last one
     double knots_per_sample_ = 0;
 };
 

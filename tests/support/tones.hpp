@@ -19,7 +19,7 @@ struct Tone {
 
 /// Each channel: one tone per carrier, an offset, white noise and hum, in codes.
 struct ToneBlock {
-    std::array<std::array<Tone, kSourceCoils>, kChannels> tones{};
+    std::array<std::array<Tone, kMaxCarriers>, kChannels> tones{};
     std::array<double, kChannels> offset{};
     double noise = 0;
     double hum = 0;  // amplitude, 50 Hz
@@ -35,7 +35,7 @@ inline std::vector<Sample> render(const ToneBlock& block, const signal::Acquisit
         for (std::size_t c = 0; c < kChannels; ++c) {
             double value =
                 block.offset[c] + block.hum * std::sin(2 * std::numbers::pi * 50 * t + 0.4) + block.noise * normal(random);
-            for (std::size_t j = 0; j < kSourceCoils; ++j) {
+            for (std::size_t j = 0; j < kMaxCarriers; ++j) {
                 const Tone& tone = block.tones[c][j];
                 value += tone.amplitude * std::cos(2 * std::numbers::pi * plan.params.carrier_hz[j] * t + tone.phase_rad);
             }

@@ -12,6 +12,7 @@ using ::testing::HasSubstr;
 
 AcquisitionParams tdm() { return default_acquisition(Multiplexing::tdm, 240); }
 AcquisitionParams fdm() { return default_acquisition(Multiplexing::fdm, 240); }
+AcquisitionParams dual_band() { return with_low_band(fdm()); }
 
 TEST(AcquisitionPlan, DefaultsAreValidAtTheUsualRates) {
     for (const double rate : {60.0, 120.0, 240.0, 480.0}) {
@@ -32,6 +33,22 @@ TEST(AcquisitionPlan, TdmDefaultHasTheSamePhaseInEveryBlock) {
     EXPECT_EQ(plan->window_samples, 160);
     const double cycles_per_block = plan->params.carrier_hz[0] * plan->block_s();
     EXPECT_NEAR(cycles_per_block, std::round(cycles_per_block), 1e-9);
+}
+
+TEST(AcquisitionPlan, LowBandHasWholeCyclesInTheSameWindow) {
+    for (const double rate : {160.0, 200.0, 240.0}) {
+        const auto plan = plan_acquisition(with_low_band(default_acquisition(Multiplexing::fdm, rate)));
+        ASSERT_TRUE(plan.ok()) << rate << ": " << plan.status().message();
+        EXPECT_TRUE(plan->has_low_band());
+        EXPECT_EQ(plan->carriers(), 6);
+        for (std::size_t j = 3; j < 6; ++j) {
+            EXPECT_NEAR(plan->params.carrier_hz[j], plan->window_cycles[j] * rate, 1e-6);
+            EXPECT_GT(plan->params.carrier_hz[j], 300);
+            EXPECT_LT(plan->params.carrier_hz[j], 1100);
+        }
+    }
+    EXPECT_EQ(plan_acquisition(dual_band())->window_cycles, (std::array{32, 42, 56, 2, 3, 4}));
+    EXPECT_FALSE(plan_acquisition(fdm())->has_low_band());
 }
 
 struct Refusal {
@@ -60,6 +77,12 @@ TEST(AcquisitionPlan, NamesEachInvalidParameter) {
         {"Nyquist", changed(tdm(), [](auto& p) { p.carrier_hz[0] = 70e3; })},
         {"whole cycles", changed(tdm(), [](auto& p) { p.carrier_hz[0] = 10'123; })},
         {"four carrier cycles", changed(tdm(), [](auto& p) { p.carrier_hz[0] = 900; })},
+        {"two bands need FDM", with_low_band(tdm())},
+        {"fewer than two cycles", with_low_band(default_acquisition(Multiplexing::fdm, 480))},
+        {"carrier frequency must be", changed(dual_band(), [](auto& p) { p.carrier_hz[4] = 0; })},
+        {"whole cycles", changed(dual_band(), [](auto& p) { p.carrier_hz[4] = 700; })},
+        {"equal cycles", changed(dual_band(), [](auto& p) { p.carrier_hz[4] = p.carrier_hz[3]; })},
+        {"below all high carriers", changed(dual_band(), [](auto& p) { p.carrier_hz[5] = p.carrier_hz[0]; })},
         {"closer than two cycles", changed(fdm(), [](auto& p) { p.carrier_hz[1] = p.carrier_hz[0] + 240; })},
     };
     for (const Refusal& refusal : refusals) {

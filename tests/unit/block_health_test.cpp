@@ -49,7 +49,8 @@ TEST(BlockHealth, TheSlowestCarrierAloneIsNotClipped) {
     AcquisitionParams params = default_acquisition(Multiplexing::fdm, 240);
     params.carrier_hz = {9'600, 960, 12'000};
     const auto plan = *plan_acquisition(params);
-    const auto slowest = std::min_element(plan.window_cycles.begin(), plan.window_cycles.end()) - plan.window_cycles.begin();
+    const auto slowest =
+        std::min_element(plan.window_cycles.begin(), plan.window_cycles.begin() + plan.carriers()) - plan.window_cycles.begin();
     const auto fastest = *std::max_element(plan.window_cycles.begin(), plan.window_cycles.end());
     ASSERT_LT(plan.window_cycles[static_cast<std::size_t>(slowest)], fastest);
     test::ToneBlock block;

@@ -32,7 +32,7 @@ signal::AcquisitionPlan make_plan(const Capture& capture, double carrier_hz, dou
     params.multiplexing = signal::Multiplexing::tdm;
     params.sample_rate_hz = rate_hz;
     params.frame_rate_hz = rate_hz / (kSourceCoils * static_cast<double>(capture.blocks.front().samples.size()));
-    params.carrier_hz.fill(carrier_hz);
+    params.carrier_hz[0] = carrier_hz;
     params.guard_samples = guard_samples;
     const auto plan = signal::plan_acquisition(params);
     if (!plan.ok()) {
