@@ -83,6 +83,9 @@ void visit_tracker(Params& params, Visit&& visit) {
         visit_previous(*previous, visit);
     } else if (auto* scaat = std::get_if<tracking::ScaatParams<double>>(&params.method)) {
         visit_scaat(*scaat, visit);
+    } else if (auto* bands = std::get_if<tracking::DualBandParams>(&params.method)) {
+        visit("frame_s", bands->frame_s);
+        visit("window_frames", bands->window_frames);
     }
 }
 

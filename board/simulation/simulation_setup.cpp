@@ -40,9 +40,10 @@ sim::Scenario make_scenario(const SimulationOptions& options) {
 }
 
 signal::AcquisitionPlan make_plan(const SimulationOptions& options) {
-    const std::size_t index = index_of_name("--mux", options.multiplexing, {"tdm", "fdm"});
+    const std::size_t index = index_of_name("--mux", options.multiplexing, {"tdm", "fdm", "dual-band"});
     const auto multiplexing = index == 0 ? signal::Multiplexing::tdm : signal::Multiplexing::fdm;
-    const auto plan = signal::plan_acquisition(signal::default_acquisition(multiplexing, options.frame_rate_hz));
+    const signal::AcquisitionParams params = signal::default_acquisition(multiplexing, options.frame_rate_hz);
+    const auto plan = signal::plan_acquisition(index == 2 ? signal::with_low_band(params) : params);
     if (!plan.ok()) {
         throw InputError("--rate-hz " + std::to_string(options.frame_rate_hz) + " with --mux " + options.multiplexing + ": " +
                          plan.status().message());
@@ -60,6 +61,12 @@ void refuse_bad(const Status& status) {
 tracking::MethodParams<double> make_method(const SimulationOptions& options, const signal::AcquisitionPlan& plan) {
     tracking::MethodParams<double> method = method_of_name(options.tracker);
     const bool is_filter = std::holds_alternative<tracking::ScaatParams<double>>(method);
+    if (std::holds_alternative<tracking::DualBandParams>(method)) {
+        if (!plan.has_low_band()) {
+            throw InputError("--tracker dual-band: needs two bands; use --mux dual-band");
+        }
+        method = tracking::dual_band_params(plan);
+    }
     if (options.no_deskew && (is_filter || !plan.is_tdm())) {
         throw InputError("--no-deskew: only for --mux tdm with --tracker direct or previous");
     }

@@ -17,7 +17,7 @@
 
 namespace tricoil::host {
 
-inline const std::vector<std::string> kTrackerNames{"direct", "previous", "previous-angles", "scaat"};
+inline const std::vector<std::string> kTrackerNames{"direct", "previous", "previous-angles", "scaat", "dual-band"};
 
 /// Integer trackers, in the order of fixed::Method.
 inline const std::vector<std::string> kFixedTrackerNames{"fixed-direct", "fixed-previous"};
@@ -86,15 +86,17 @@ inline tracking::MethodParams<double> method_of_name(const std::string& typed) {
             return tracking::PreviousParams{Form::vectors};
         case 2:
             return tracking::PreviousParams{Form::angles};
-        default:
+        case 3:
             return tracking::ScaatParams<double>{};
+        default:
+            return tracking::DualBandParams{};
     }
 }
 
 inline const std::string& name_of_method(const tracking::MethodParams<double>& method) {
     const auto* previous = std::get_if<tracking::PreviousParams>(&method);
     const bool angles = previous != nullptr && previous->form == tracking::PreviousParams::Form::angles;
-    return kTrackerNames[angles || method.index() == 2 ? method.index() + 1 : method.index()];
+    return kTrackerNames[angles || method.index() >= 2 ? method.index() + 1 : method.index()];
 }
 
 /// Sets deskew of a method that solves signal matrices; no effect on the filter.

@@ -25,8 +25,13 @@ template <typename Scalar>
 std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::update(const Column<Scalar>& column) {
     Column<Scalar> corrected = column;
     const int coil = coil_index(column.state);
+    const bool is_low = column.flags.has(ColumnFlag::low_band);
     if (correction_ && coil >= 0) {
-        correction_->correct_column(coil, corrected.in_phase, corrected.quadrature, corrected.sigma);
+        correction_->correct_column(coil, is_low, corrected.in_phase, corrected.quadrature, corrected.sigma);
+    }
+    if (is_low) {
+        do_update_low(corrected);
+        return std::nullopt;
     }
     const std::uint64_t used = used_columns();
     std::optional<PoseEstimate<Scalar>> estimate = do_update(corrected);

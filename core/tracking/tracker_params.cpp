@@ -1,5 +1,6 @@
 #include "core/tracking/tracker_params.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/base/precision.hpp"
@@ -40,6 +41,16 @@ Status check_common(const CommonParams<Scalar>& p) {
 Status check_passes(int passes) {
     constexpr int kMaxPasses = 10;
     return passes < 1 || passes > kMaxPasses ? refused("passes must be 1 to 10") : Status{};
+}
+
+Status check_window(Microseconds column_span, const DualBandParams& p) {
+    if (column_span.count() != 0) {
+        return refused("two bands need simultaneous columns: max_column_span must be zero");
+    }
+    if (!is_positive(p.frame_s) || p.window_frames < 2 || p.window_frames > DualBandParams::kMaxWindowFrames) {
+        return refused("two bands are compared over 2 to 64 frames: use a frame rate that is a multiple of 10 Hz");
+    }
+    return {};
 }
 
 template <typename Scalar>
@@ -118,11 +129,26 @@ Microseconds column_span(const signal::AcquisitionPlan& plan) {
     return plan.is_tdm() ? microseconds_from_seconds(2.5 * plan.block_s()) : Microseconds{0};
 }
 
+DualBandParams dual_band_params(const signal::AcquisitionPlan& plan) {
+    constexpr double kWindow_s = 0.1;
+    DualBandParams params;
+    params.frame_s = plan.block_s();
+    params.window_frames = 0;
+    for (int n = 1; n * kWindow_s <= DualBandParams::kMaxWindowFrames * params.frame_s && params.window_frames == 0; ++n) {
+        const double frames = n * kWindow_s / params.frame_s;
+        params.window_frames = std::abs(frames - std::round(frames)) < 1e-6 * frames ? static_cast<int>(std::lround(frames)) : 0;
+    }
+    return params;
+}
+
 template <typename Scalar>
 Status check(const TrackerParams<Scalar>& params) {
     Status status = check_common(params.common);
     if (const auto* previous = std::get_if<PreviousParams>(&params.method); previous != nullptr && status.ok()) {
         status = check_passes(previous->passes);
+    }
+    if (const auto* bands = std::get_if<DualBandParams>(&params.method); bands != nullptr && status.ok()) {
+        status = check_window(params.common.max_column_span, *bands);
     }
     if (const auto* filter = std::get_if<ScaatParams<Scalar>>(&params.method); filter != nullptr) {
         status = status.ok() ? check_process_noise(filter->process) : status;

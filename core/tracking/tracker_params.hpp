@@ -83,9 +83,20 @@ struct ScaatParams {
     Microseconds predict_ahead{0};             // predict poses by this time, to compensate the delay of a display
 };
 
+/// DualBandTracker, only in double: two bands of FDM columns. The window of their comparison holds a whole number of mains cycles
+/// (50 and 60 Hz: 0.1 s).
+struct DualBandParams {
+    static constexpr int kMaxWindowFrames = 64;
+    double frame_s = 1.0 / 240;
+    int window_frames = 24;
+};
+/// Parameters for a plan with a low band. window_frames is zero, which check() refuses, if no allowed window holds a whole number
+/// of mains cycles.
+DualBandParams dual_band_params(const signal::AcquisitionPlan& plan);
+
 /// Method of a tracker, with its parameters.
 template <typename Scalar>
-using MethodParams = std::variant<DirectParams, PreviousParams, ScaatParams<Scalar>>;
+using MethodParams = std::variant<DirectParams, PreviousParams, ScaatParams<Scalar>, DualBandParams>;
 
 template <typename Scalar>
 struct TrackerParams {

@@ -113,13 +113,13 @@ inline MetalCase random_metal_case(std::uint64_t seed) {
 }
 
 /// Columns of the case from sim::ColumnWorld, without samples.
-inline SimulatedColumns columns_of(MetalCase&& metal_case, signal::Multiplexing multiplexing, std::uint64_t seed) {
+inline SimulatedColumns columns_of(MetalCase&& metal_case, const signal::AcquisitionParams& acquisition, std::uint64_t seed) {
     SimulatedColumns run;
     run.scenario.duration_s = MetalCase::kDuration_s;
     run.scenario.motion = std::move(metal_case.motion);
     run.scenario.faults = {metal_case.metal};
     run.scenario.world.seed = seed;
-    run.plan = *signal::plan_acquisition(signal::default_acquisition(multiplexing, 240));
+    run.plan = *signal::plan_acquisition(acquisition);
     sim::CoilWorld world(run.scenario.world, *run.scenario.motion, run.scenario.faults);
     world.configure(run.plan);
     sim::ColumnWorld columns(world, run.scenario.faults);

@@ -14,6 +14,8 @@
 
 namespace tricoil::test {
 
+inline constexpr double kDualBandCoupling = 6.75e-3;  // m^3, as in the simulation
+
 struct Sphere {
     double radius_m;
     double conductivity_s_m;

@@ -75,11 +75,13 @@ void add_device_options(CLI::App* sub, RunCommand& command) {
 void add_tracking_options(CLI::App* sub, RunCommand& command) {
     sub->option_defaults()->group(kTracking);
     RunOptions& o = command.options;
-    one_of(sub->add_option("--mux", o.multiplexing, "Coils in turn (tdm) or all at once (fdm)"), {"tdm", "fdm"})
+    one_of(sub->add_option("--mux", o.multiplexing,
+                           "Coils in turn (tdm), all at once (fdm), or all at once with a low carrier each (dual-band)"),
+           {"tdm", "fdm", "dual-band"})
         ->capture_default_str();
     one_of(sub->add_option("--tracker", o.tracker,
                            "direct: closed form; previous, previous-angles: previous-measurement technique in vectors or in "
-                           "angles; scaat: filter; "
+                           "angles; scaat: filter; dual-band: removes the error of metal, needs --mux dual-band; "
                            "fixed-direct, fixed-previous: in integers, only in a simulated tricoil run"),
            all_trackers())
         ->capture_default_str();

@@ -17,7 +17,9 @@ constexpr const char* kScoreText =
     "  predicted    RMS {predicted_position_rms_m in mm:.3f} mm, {predicted_orientation_rms_deg:.4f} deg "
     "(error budget of the poses)\n";
 
-const char* multiplexing(const RunReport& report) { return report.plan.is_tdm() ? "tdm" : "fdm"; }
+const char* multiplexing(const RunReport& report) {
+    return report.plan.is_tdm() ? "tdm" : (report.plan.has_low_band() ? "dual-band" : "fdm");
+}
 
 const char* columns(const RunReport& r) {
     if (!r.plan.is_tdm()) {

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/geometry/cholesky.hpp"
 #include "core/geometry/quaternion_sign.hpp"
 #include "core/geometry/rotations.hpp"
 #include "core/solver/cold_start.hpp"
+#include "core/tracking/dual_band/pose_information.hpp"
 
 namespace tricoil::tracking {
 namespace {
@@ -21,23 +21,6 @@ SplitParams scaled(SplitParams params, double unit) {
     params.min_noise *= unit * unit;
     return params;
 }
-
-/// Covariance of (position, small rotation) for unit noise of each coupling; zero if it is not determined. Computed with lengths
-/// relative to the range, for better conditioning.
-Mat6<double> unit_covariance(const Eigen::Matrix<double, 9, 6>& jacobian, double range_m) {
-    Vec6<double> units = Vec6<double>::Ones();
-    units.head<3>().setConstant(range_m);
-    const Eigen::Matrix<double, 9, 6> j = jacobian * units.asDiagonal();
-    const Mat6<double> information = j.transpose() * j;
-    const Cholesky<double, 6> cholesky(information);
-    if (!cholesky.ok()) {
-        return Mat6<double>::Zero();
-    }
-    const Mat6<double> inverse = cholesky.solve<6>(Mat6<double>::Identity());
-    return units.asDiagonal() * inverse * units.asDiagonal();
-}
-
-Eigen::Matrix<double, 9, 1> vec(const Mat3<double>& m) { return Eigen::Map<const Eigen::Matrix<double, 9, 1>>(m.data()); }
 
 }  // namespace
 

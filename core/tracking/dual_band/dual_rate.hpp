@@ -7,6 +7,7 @@
 #include "core/field/general_dipole.hpp"
 #include "core/solver/refine.hpp"
 #include "core/tracking/dual_band/band_scalar.hpp"
+#include "core/tracking/dual_band/pose_information.hpp"
 #include "core/tracking/dual_band/split_filter.hpp"
 
 namespace tricoil::tracking {
@@ -60,8 +61,8 @@ public:
     [[nodiscard]] const BandScalar& scalar() const { return scalar_; }
 
 private:
-    using Vec9 = Eigen::Matrix<double, 9, 1>;
-    using Jacobian = Eigen::Matrix<double, 9, 6>;
+    using Vec9 = tracking::Vec9<double>;
+    using Jacobian = PoseJacobian;
 
     /// Sums over the high-band rows of one line.
     struct Line {

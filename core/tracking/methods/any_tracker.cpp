@@ -38,6 +38,8 @@ void AnyTracker<Scalar>::make(const TrackerParams<Scalar>& params, const Correct
         tracker_ = &method_.template emplace<DirectTracker<Scalar>>(params, correction);
     } else if (std::holds_alternative<PreviousParams>(params.method)) {
         tracker_ = &method_.template emplace<PreviousTracker<Scalar>>(params, correction);
+    } else if (std::holds_alternative<DualBandParams>(params.method)) {
+        tracker_ = &method_.template emplace<DualBandTracker>(params, correction);
     } else {
         tracker_ = &method_.template emplace<ScaatTracker<Scalar>>(params, correction);
     }

@@ -1,6 +1,7 @@
 // Tracker with a method chosen at run time, without heap. For programs that offer all methods.
 #pragma once
 
+#include "core/tracking/dual_band/dual_band_tracker.hpp"
 #include "core/tracking/matrix/direct_tracker.hpp"
 #include "core/tracking/matrix/previous_tracker.hpp"
 #include "core/tracking/scaat/general_tracker.hpp"
@@ -17,7 +18,7 @@ public:
     using Correction = typename Tracker<Scalar>::Correction;
 
     /// Errors (invalid_argument or not_finite, with the reason): those of the parameters and of the calibration; coils that need
-    /// the filter while another method is selected.
+    /// the filter while another method is selected; those of DualBandTracker::check().
     static Status check(const TrackerParams<Scalar>& params, const Calibration& coils);
 
     /// Both must pass check().
@@ -40,7 +41,8 @@ public:
 private:
     void make(const TrackerParams<Scalar>& params, const Correction& correction);
 
-    std::variant<std::monostate, DirectTracker<Scalar>, PreviousTracker<Scalar>, ScaatTracker<Scalar>, GeneralTracker<Scalar>>
+    std::variant<std::monostate, DirectTracker<Scalar>, PreviousTracker<Scalar>, ScaatTracker<Scalar>, GeneralTracker<Scalar>,
+                 DualBandTracker>
         method_;
     Tracker<Scalar>* tracker_ = nullptr;  // in method_
 };

@@ -11,7 +11,11 @@ Status AnyTracker<Scalar>::check(const TrackerParams<Scalar>& params, const Cali
     }
     status = calibration::check(*coils);
     if (status.ok() && !std::holds_alternative<ScaatParams<Scalar>>(params.method)) {
-        status = calibration::CoilCorrection<Scalar>::ideal_triads(*coils).status();
+        const auto correction = calibration::CoilCorrection<Scalar>::ideal_triads(*coils);
+        status = correction.status();
+        if (status.ok() && std::holds_alternative<DualBandParams>(params.method)) {
+            status = DualBandTracker::check(*correction);
+        }
     }
     return status;
 }

@@ -1,0 +1,80 @@
+// Comparison of both bands over the last frames.
+#pragma once
+
+#include <array>
+
+#include "core/base/assertion.hpp"
+#include "core/tracking/dual_band/pose_information.hpp"
+
+namespace tricoil::tracking {
+
+/// Couplings of the low band compared with their model at a pose, which is that of the high band minus `offset`.
+struct BandFrame {
+    Vec9<double> excess = Vec9<double>::Zero();  // model minus low band
+    PoseJacobian jacobian = PoseJacobian::Zero();
+    Vec6<double> offset = Vec6<double>::Zero();  // position (m), small rotation (rad), source frame
+    Vec9<double> high_misfit = Vec9<double>::Zero();
+    double low_variance = 0;  // of one low coupling
+
+    void add(const BandFrame& other, double weight) {
+        excess += weight * other.excess;
+        jacobian += weight * other.jacobian;
+        offset += weight * other.offset;
+        high_misfit += weight * other.high_misfit;
+        low_variance += weight * weight * other.low_variance;
+    }
+};
+
+/// Pose of the high band minus pose of the low band, to first order, and the misfits: parts of the couplings that no pose
+/// explains.
+struct BandDifference {
+    Vec6<double> pose;
+    Vec9<double> high_misfit;
+    Vec9<double> low_misfit;
+    Mat6<double> covariance;  // of a pose for unit noise of each coupling
+    double low_variance;
+
+    explicit BandDifference(const BandFrame& mean, double range_m)
+        : covariance(unit_covariance(mean.jacobian, range_m)), low_variance(mean.low_variance) {
+        const auto pose_of = [&](const Vec9<double>& v) -> Vec6<double> { return covariance * (mean.jacobian.transpose() * v); };
+        const Vec6<double> unexpected = pose_of(mean.excess);
+        pose = mean.offset + unexpected;
+        low_misfit = mean.jacobian * unexpected - mean.excess;
+        high_misfit = mean.high_misfit - mean.jacobian * pose_of(mean.high_misfit);
+    }
+};
+
+/// Means over the last `frames` frames. Hum in the low band is much larger than its noise, but adds to the couplings of the
+/// sensor's coils in the same way in motion and at rest: a mean over a whole number of mains cycles contains none.
+class BandWindow {
+public:
+    static constexpr int kMaxFrames = 64;
+
+    explicit BandWindow(int frames) : frames_(frames) { TRICOIL_ASSERT(frames >= 2 && frames <= kMaxFrames); }
+
+    void clear() { count_ = 0; }
+    void add(const BandFrame& frame) {
+        ring_[static_cast<std::size_t>(count_ % kStored)] = frame;
+        ++count_;
+    }
+    [[nodiscard]] int frames() const { return frames_; }
+    /// True if mean(age) exists.
+    [[nodiscard]] bool has_mean(int age = 0) const { return count_ >= frames_ + age; }
+    /// Of the window that ended `age` frames ago, at most half a window.
+    [[nodiscard]] BandFrame mean(int age = 0) const {
+        BandFrame mean;
+        for (int n = age + 1; n <= age + frames_; ++n) {
+            mean.add(ring_[static_cast<std::size_t>((count_ - n) % kStored)], 1.0 / frames_);
+        }
+        return mean;
+    }
+
+private:
+    static constexpr int kStored = kMaxFrames + kMaxFrames / 2;
+
+    int frames_;
+    long count_ = 0;
+    std::array<BandFrame, kStored> ring_{};
+};
+
+}  // namespace tricoil::tracking

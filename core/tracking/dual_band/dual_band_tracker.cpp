@@ -1,0 +1,145 @@
+#include "core/tracking/dual_band/dual_band_tracker.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/geometry/rotations.hpp"
+#include "core/solver/pose_covariance.hpp"
+
+namespace tricoil::tracking {
+
+Status DualBandTracker::check(const Correction& correction) {
+    if (correction && !correction->surroundings().empty()) {
+        return {StatusCode::invalid_argument,
+                "surroundings are calibrated for one band; two bands need a calibration without them"};
+    }
+    return {};
+}
+
+DualBandTracker::DualBandTracker(const TrackerParams<double>& params, const Correction& correction)
+    : Tracker<double>(correction),
+      params_(corrected(params.common, correction)),
+      frame_s_(std::get_if<DualBandParams>(&params.method)->frame_s),
+      high_({params_, DirectParams{}}),
+      bias_({params_.coupling_constant, std::get_if<DualBandParams>(&params.method)->window_frames, params_.misfit_floor}) {}
+
+void DualBandTracker::do_set_hemisphere(const Vec3<double>& towards) {
+    (void)high_.set_hemisphere(towards);
+    bias_.clear();
+}
+
+void DualBandTracker::do_update_low(const Column<double>& column) {
+    constexpr ColumnFlags kUnusable{ColumnFlag::saturated,    ColumnFlag::clipped, ColumnFlag::stuck,
+                                    ColumnFlag::no_reference, ColumnFlag::overrun, ColumnFlag::gain_changed};
+    if (!awaits_low_ || column.midpoint != last_frame_ || invalid_field(column) || column.flags.has_any(kUnusable)) {
+        return;
+    }
+    if (const auto matrix = low_.add(column)) {
+        awaits_low_ = false;
+        bias_.add_low(matrix->x, matrix->sigma);
+    }
+}
+
+std::optional<PoseEstimate<double>> DualBandTracker::do_update(const Column<double>& column) {
+    auto estimate = high_.update(column);
+    const TrackerCounters own = counters_;
+    counters_ = high_.counters();
+    counters_.poses = own.poses;
+    counters_.acquisitions = own.acquisitions;
+    counters_.invalid_poses = own.invalid_poses;
+    if (!estimate) {
+        return std::nullopt;
+    }
+    follow(*estimate);
+    if (const auto bias = awaits_low_ ? bias_.estimate() : std::nullopt) {
+        correct(*bias, *estimate);
+    }
+    if (estimate->valid()) {
+        last_ = *estimate;
+    }
+    count(*estimate, estimate->time);
+    return estimate;
+}
+
+/// Passes the frame to the bias, which starts again after a lost frame of either band, a jump of the clock, a fault, or a change
+/// of the hemisphere.
+void DualBandTracker::follow(const PoseEstimate<double>& high) {
+    constexpr double kTolerance = 0.5;  // of a frame
+    const double step_s = seconds_as<double>(high.time - last_frame_);
+    const bool is_next = std::abs(step_s - frame_s_) < kTolerance * frame_s_;
+    const bool is_low_missing = awaits_low_;
+    const bool is_mirrored = high.position_m.dot(last_position_m_) < 0;
+    awaits_low_ = !high.flags.has_any(kFaultFlags);
+    if (!awaits_low_ || is_low_missing || !is_next || is_mirrored) {
+        bias_.clear();
+    }
+    low_.clear();
+    last_frame_ = high.time;
+    last_position_m_ = high.position_m;
+    if (awaits_low_) {
+        bias_.add_high(high.signal_matrix, {high.position_m, high.q_source_sensor});
+    }
+}
+
+void DualBandTracker::correct(const MetalBiasEstimate& bias, PoseEstimate<double>& estimate) const {
+    const auto& [position, rotation, covariance] = bias;
+    const Mat6<double> both = noise_covariance(estimate) + covariance;
+    const double both_m = std::sqrt(both.topLeftCorner<3, 3>().trace());
+    if (both_m < std::hypot(deviation_m(estimate), position.magnitude)) {
+        estimate.position_m -= position.value;
+        estimate.q_source_sensor =
+            (geometry::rotation_vector_to_quaternion(Vec3<double>(-rotation.value)) * estimate.q_source_sensor).normalized();
+        estimate.covariance = both;
+    } else {
+        estimate.covariance.diagonal().head<3>().array() += position.magnitude * position.magnitude / 3;
+        estimate.covariance.diagonal().tail<3>().array() += rotation.magnitude * rotation.magnitude / 3;
+    }
+    constexpr double kDeviations = 5;
+    const double bias_m = position.value.norm();
+    estimate.distortion_m = std::max(estimate.distortion_m, bias_m);
+    estimate.flags.set_if(bias_m > kDeviations * position.sigma, PoseFlag::distorted);
+    estimate.flags.clear(PoseFlag::uncertain);  // that was the high band alone
+    estimate.flags.set_if(!(deviation_m(estimate) <= params_.max_deviation_m), PoseFlag::uncertain);
+}
+
+/// Of the high band's pose, from noise and the misfit of calibrated coils, without metal.
+Mat6<double> DualBandTracker::noise_covariance(const PoseEstimate<double>& estimate) const {
+    const double range_m = estimate.position_m.norm();
+    const double k = field::coupling_strength(params_.coupling_constant, range_m);
+    const double noise = k / std::pow(10, estimate.snr_db / 20);
+    const Vec3<double> direction = estimate.position_m / range_m;
+    return solver::pose_covariance<double>(k, range_m, direction, std::hypot(noise, params_.misfit_floor * k));
+}
+
+/// States as in MatrixTracker, for the poses of this tracker.
+void DualBandTracker::count(PoseEstimate<double>& estimate, DeviceTime time) {
+    estimate.sequence = static_cast<std::uint32_t>(counters_.poses++);
+    if (estimate.valid()) {
+        counters_.acquisitions += state_ == TrackerState::tracking ? 0U : 1U;
+        state_ = TrackerState::tracking;
+        last_valid_ = time;
+    } else {
+        ++counters_.invalid_poses;
+        const Microseconds age = time - last_valid_;
+        if (state_ == TrackerState::tracking && age > params_.lost_after) {
+            state_ = TrackerState::lost;
+        }
+        if (state_ == TrackerState::lost && age > params_.search_after) {
+            state_ = TrackerState::searching;
+        }
+    }
+    estimate.state = state_;
+}
+
+std::optional<PoseEstimate<double>> DualBandTracker::do_tick(DeviceTime now) {
+    if (counters_.acquisitions == 0 || now > TimeBase::kLatest || now < TimeBase::kEarliest ||
+        now - last_valid_ <= params_.lost_after) {
+        return std::nullopt;
+    }
+    PoseEstimate<double> estimate = last_;
+    estimate.flags.set(PoseFlag::stale);
+    count(estimate, now);
+    return estimate;
+}
+
+}  // namespace tricoil::tracking
