@@ -12,8 +12,8 @@ int main(int count, char** arguments) {
         std::fprintf(stderr, "metal_sweep: CASES must be a positive number\n");
         return 2;
     }
-    for (const auto multiplexing : {signal::Multiplexing::tdm, signal::Multiplexing::fdm}) {
-        print(test::sweep_metal(multiplexing, first_seed, cases), test::name_of(multiplexing));
+    for (const test::SweepMode mode : test::kSweepModes) {
+        print(test::sweep_metal(mode, first_seed, cases), test::name_of(mode));
     }
     return 0;
 }

@@ -53,7 +53,7 @@ TEST(Completion, Values) {
     EXPECT_THAT(candidates("run --fault ''"), IsSupersetOf({"metal:", "open_coil:", "unplugged"}));
     EXPECT_THAT(candidates("run --device s"), Contains("sim:"));
     EXPECT_THAT(candidates("device info s"), Contains("sim:"));
-    EXPECT_THAT(candidates("run --mux ''"), ElementsAre("tdm", "fdm"));
+    EXPECT_THAT(candidates("run --mux ''"), ElementsAre("tdm", "fdm", "dual-band"));
     EXPECT_THAT(candidates("completion ''"), ElementsAre("bash", "zsh", "fish"));
     EXPECT_THAT(candidates("run --out p"), ElementsAre(":file"));
     EXPECT_THAT(candidates("replay t"), ElementsAre(":folder"));

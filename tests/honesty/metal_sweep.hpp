@@ -1,6 +1,7 @@
-// Sweep over metal objects: one table of poses per multiplexing and tracker.
+// Sweep over metal objects: one table of poses per mode and tracker.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <string>
 #include <vector>
@@ -10,38 +11,57 @@
 
 namespace tricoil::test {
 
-/// Result of the sweep of one multiplexing.
+enum class SweepMode { tdm, fdm, dual_band };
+constexpr std::array kSweepModes{SweepMode::tdm, SweepMode::fdm, SweepMode::dual_band};
+
+inline const char* name_of(SweepMode mode) {
+    constexpr std::array kNames{"tdm", "fdm", "dual_band"};
+    return kNames[static_cast<std::size_t>(mode)];
+}
+
+inline signal::AcquisitionParams acquisition_of(SweepMode mode) {
+    const auto multiplexing = mode == SweepMode::tdm ? signal::Multiplexing::tdm : signal::Multiplexing::fdm;
+    const signal::AcquisitionParams one_band = signal::default_acquisition(multiplexing, 240);
+    return mode == SweepMode::dual_band ? signal::with_low_band(one_band) : one_band;
+}
+
+/// Result of the sweep of one mode.
 struct MetalSweep {
     struct Tracker {
+        Method method = Method::direct;
         PoseRow all;
         std::array<PoseRow, MetalCase::kShapes.size()> by_shape;
         std::array<PoseRow, 4> by_motion;  // bit 0: the sensor moves; bit 1: the metal moves
         std::uint64_t worst_seed = 0;
         double worst_m = 0;
     };
-    std::array<Tracker, kMethods.size()> trackers;
-    std::vector<std::uint64_t> late;  // seeds: 0.5 s after the metal has gone, a pose of the filter is invalid or 5 mm wrong
+    std::vector<Tracker> trackers;    // the last one: the filter, or the tracker for two bands
+    std::vector<std::uint64_t> late;  // seeds: 0.5 s after the metal has gone, a pose of the last one is invalid or 5 mm wrong
 };
 
-inline bool is_late(const SimulatedColumns& run) {
+inline bool is_late(const SimulatedColumns& run, Method method) {
     constexpr double kBack_s = 0.5;
     constexpr double kBack_m = 5e-3;
-    const PoseRow after = replay_columns(run, Method::scaat, {}, MetalCase::kMetalEnd_s + kBack_s);
+    const PoseRow after = replay_columns(run, method, {}, MetalCase::kMetalEnd_s + kBack_s);
     return after.valid < after.poses || after.max_m() > kBack_m;
 }
 
 /// Cases `first_seed` to `first_seed + cases - 1`.
-inline MetalSweep sweep_metal(signal::Multiplexing multiplexing, std::uint64_t first_seed, std::uint64_t cases) {
+inline MetalSweep sweep_metal(SweepMode mode, std::uint64_t first_seed, std::uint64_t cases) {
+    const std::vector<Method> methods = mode == SweepMode::dual_band ? std::vector{Method::direct, Method::dual_band}
+                                                                     : std::vector(kMethods.begin(), kMethods.end());
     MetalSweep sweep;
+    for (const Method method : methods) {
+        sweep.trackers.emplace_back().method = method;
+    }
     for (std::uint64_t seed = first_seed; seed < first_seed + cases; ++seed) {
         MetalCase metal_case = random_metal_case(seed);
         const std::size_t shape = metal_case.shape;
         const std::size_t motion = (metal_case.sensor_moves ? 1U : 0U) + (metal_case.metal_moves ? 2U : 0U);
         const bool goes = metal_case.metal.end_s < MetalCase::kDuration_s;
-        const SimulatedColumns run = columns_of(std::move(metal_case), multiplexing, seed);
-        for (std::size_t n = 0; n < kMethods.size(); ++n) {
-            const PoseRow row = replay_columns(run, kMethods[n]);
-            MetalSweep::Tracker& tracker = sweep.trackers[n];
+        const SimulatedColumns run = columns_of(std::move(metal_case), acquisition_of(mode), seed);
+        for (MetalSweep::Tracker& tracker : sweep.trackers) {
+            const PoseRow row = replay_columns(run, tracker.method);
             tracker.all.add(row);
             tracker.by_shape[shape].add(row);
             tracker.by_motion[motion].add(row);
@@ -50,19 +70,18 @@ inline MetalSweep sweep_metal(signal::Multiplexing multiplexing, std::uint64_t f
                 tracker.worst_seed = seed;
             }
         }
-        if (goes && is_late(run)) {
+        if (goes && is_late(run, methods.back())) {
             sweep.late.push_back(seed);
         }
     }
     return sweep;
 }
 
-inline void print(const MetalSweep& sweep, const char* multiplexing) {
+inline void print(const MetalSweep& sweep, const char* mode) {
     constexpr std::array kMotions{"all at rest", "sensor moves", "metal moves", "both move"};
     PoseRow::print_header();
-    for (std::size_t n = 0; n < kMethods.size(); ++n) {
-        const MetalSweep::Tracker& tracker = sweep.trackers[n];
-        const std::string name = std::string(multiplexing) + " " + name_of(kMethods[n]);
+    for (const MetalSweep::Tracker& tracker : sweep.trackers) {
+        const std::string name = std::string(mode) + " " + name_of(tracker.method);
         tracker.all.print(name);
         for (std::size_t s = 0; s < MetalCase::kShapes.size(); ++s) {
             tracker.by_shape[s].print("  " + name + ", " + MetalCase::kShapes[s]);
@@ -72,7 +91,7 @@ inline void print(const MetalSweep& sweep, const char* multiplexing) {
         }
         std::printf("  largest error: seed %llu\n", static_cast<unsigned long long>(tracker.worst_seed));
     }
-    std::printf("%s: %zu cases in which the filter is late after the metal has gone\n", multiplexing, sweep.late.size());
+    std::printf("%s: %zu cases in which the last tracker is late after the metal has gone\n", mode, sweep.late.size());
 }
 
 }  // namespace tricoil::test

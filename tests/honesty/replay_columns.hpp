@@ -10,11 +10,11 @@
 
 namespace tricoil::test {
 
-enum class Method { direct, previous, scaat };
-constexpr std::array<Method, 3> kMethods{Method::direct, Method::previous, Method::scaat};
+enum class Method { direct, previous, scaat, dual_band };
+constexpr std::array<Method, 3> kMethods{Method::direct, Method::previous, Method::scaat};  // of one band
 
 inline const char* name_of(Method method) {
-    constexpr std::array kNames{"direct", "previous", "scaat"};
+    constexpr std::array kNames{"direct", "previous", "scaat", "dual-band"};
     return kNames[static_cast<std::size_t>(method)];
 }
 
@@ -26,7 +26,8 @@ struct Loss {
     int burst = 1;
 };
 
-inline tracking::MethodParams<double> params_of(Method method, bool is_tdm) {
+inline tracking::MethodParams<double> params_of(Method method, const signal::AcquisitionPlan& plan) {
+    const bool is_tdm = plan.is_tdm();
     switch (method) {
         case Method::direct:
             return tracking::DirectParams{is_tdm};
@@ -35,6 +36,8 @@ inline tracking::MethodParams<double> params_of(Method method, bool is_tdm) {
             previous.deskew = is_tdm;
             return previous;
         }
+        case Method::dual_band:
+            return tracking::dual_band_params(plan);
         case Method::scaat:
             break;
     }
@@ -45,7 +48,7 @@ inline tracking::MethodParams<double> params_of(Method method, bool is_tdm) {
 inline PoseRow replay_columns(const SimulatedColumns& run, Method method, Loss loss = {}, double settling_s = 0) {
     constexpr double kNearest_m = 0.15;
     constexpr double kFarthest_m = 2;
-    const auto params = run.tracker_params(params_of(method, run.plan.is_tdm()));
+    const auto params = run.tracker_params(params_of(method, run.plan));
     tracking::AnyTracker<double> tracker(params);
     std::mt19937 random(42);
     std::uniform_real_distribution<double> uniform(0, 1);
