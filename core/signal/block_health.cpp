@@ -30,8 +30,8 @@ ChannelRange measure(std::span<const Sample> window, std::size_t channel) {
     return range;
 }
 
-/// Longest run of samples that a cosine of the slowest high carrier (at a peak the curvature of the low ones is small) spends within 1 % of its peak,
-/// plus one for rounding of the start.
+/// Longest run of samples that a cosine of the slowest high carrier spends within 1 % of its peak, plus one for rounding of the
+/// start. Low carriers are slower, but at a peak of the sum the high ones dominate the curvature.
 int longest_natural_run(const AcquisitionPlan& plan) {
     const int high_carriers = std::min(plan.carriers(), kSourceCoils);
     const int cycles = *std::min_element(plan.window_cycles.begin(), plan.window_cycles.begin() + high_carriers);

@@ -52,10 +52,11 @@ public:
     Demodulator(const AcquisitionPlan& plan, const DemodulatorParams<Scalar>& params);
 
     /// Couplings of one block, after removal of mains hum from the high band. At the low carriers this removal would multiply the
-    /// noise by up to four; hum is zero in the mean over a whole number of its cycles. Flagged columns are delivered too; no_reference
-    /// sets their values to zero. In FDM the coils are always driven, so the first block of another gain step contains the
-    /// switching transient: its columns are flagged gain_changed. Errors (invalid_argument): length differs from the plan, the
-    /// excitation state is not in the plan, or the gain step is out of range.
+    /// noise by up to four; hum is zero in the mean over a whole number of its cycles.
+    /// Flagged columns are delivered too; no_reference sets their values to zero. In FDM the coils are always driven, so the
+    /// first block of another gain step contains the switching transient: its columns are flagged gain_changed.
+    /// Errors (invalid_argument): length differs from the plan, the excitation state is not in the plan, or the gain step is
+    /// out of range.
     Result<Columns<Scalar>> demodulate(const SampleBlock& block);
 
 private:
