@@ -147,7 +147,7 @@ Result<AcquisitionPlan> plan_acquisition(const AcquisitionParams& params) {
 
 AcquisitionParams with_low_band(AcquisitionParams fdm) {
     const bool is_valid = is_positive(fdm.frame_rate_hz);
-    for (std::size_t j = 0; j < kSourceCoils; ++j) {
+    for (std::size_t j = 0; kSourceCoils + j < fdm.carrier_hz.size(); ++j) {
         fdm.carrier_hz[kSourceCoils + j] = is_valid ? snap_to_cycles(kLowCarriersHz[j], 1 / fdm.frame_rate_hz) : 0;
     }
     return fdm;

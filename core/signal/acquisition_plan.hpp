@@ -31,7 +31,7 @@ struct AcquisitionPlan {
     std::array<int, kMaxCarriers> window_cycles{};  // whole carrier cycles in the window
 
     [[nodiscard]] bool is_tdm() const { return params.multiplexing == Multiplexing::tdm; }
-    [[nodiscard]] bool has_low_band() const { return window_cycles[kSourceCoils] > 0; }
+    [[nodiscard]] bool has_low_band() const { return kHasLowBand && window_cycles[kMaxCarriers - kSourceCoils] > 0; }
     /// Carriers at the same time.
     [[nodiscard]] int carriers() const { return is_tdm() ? 1 : (has_low_band() ? kMaxCarriers : kSourceCoils); }
     [[nodiscard]] double window_s() const { return window_samples / params.sample_rate_hz; }

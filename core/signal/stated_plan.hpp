@@ -11,14 +11,11 @@ namespace tricoil::signal {
 constexpr AcquisitionPlan stated_tdm_plan(double sample_rate_hz, int block, int guard, int cycles) {
     AcquisitionPlan plan;
     const double carrier_hz = sample_rate_hz * cycles / (block - guard);
-    plan.params = {Multiplexing::tdm,
-                   sample_rate_hz,
-                   sample_rate_hz / (kSourceCoils * block),
-                   {carrier_hz, carrier_hz, carrier_hz, 0, 0, 0},
-                   guard};
+    plan.params = {Multiplexing::tdm, sample_rate_hz, sample_rate_hz / (kSourceCoils * block), {}, guard};
+    std::fill_n(plan.params.carrier_hz.begin(), kSourceCoils, carrier_hz);
     plan.block_samples = block;
     plan.window_samples = block - guard;
-    plan.window_cycles = {cycles, cycles, cycles, 0, 0, 0};
+    std::fill_n(plan.window_cycles.begin(), kSourceCoils, cycles);
     return plan;
 }
 

@@ -25,7 +25,7 @@ template <typename Scalar>
 std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::update(const Column<Scalar>& column) {
     Column<Scalar> corrected = column;
     const int coil = coil_index(column.state);
-    const bool is_low = column.flags.has(ColumnFlag::low_band);
+    const bool is_low = kHasLowBand && column.flags.has(ColumnFlag::low_band);
     if (correction_ && coil >= 0) {
         correction_->correct_column(coil, is_low, corrected.in_phase, corrected.quadrature, corrected.sigma);
     }
