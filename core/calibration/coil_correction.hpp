@@ -66,18 +66,23 @@ public:
         return correction;
     }
 
-    /// Corrects column j (0-2): in phase, quadrature and standard deviations. After ideal_triads() the result has C = 1. The
-    /// phases are those of the high band; the phases of a column of the low band are not corrected.
-    void correct_column(int j, bool is_low_band, Vec3<Scalar>& in_phase, Vec3<Scalar>& quadrature, Vec3<Scalar>& sigma) const {
-        const Vec3<Scalar> phase_rad = is_low_band ? Vec3<Scalar>(Vec3<Scalar>::Zero()) : phase_rad_;
-        const auto cosine = phase_rad.array().cos();
-        const auto sine = phase_rad.array().sin();
+    /// Corrects column j (0-2): in phase, quadrature and standard deviations. After ideal_triads() the result has C = 1.
+    void correct_column(int j, Vec3<Scalar>& in_phase, Vec3<Scalar>& quadrature, Vec3<Scalar>& sigma) const {
+        const auto cosine = phase_rad_.array().cos();
+        const auto sine = phase_rad_.array().sin();
         const Vec3<Scalar> along = cosine * in_phase.array() + sine * quadrature.array();
         const Vec3<Scalar> across = cosine * quadrature.array() - sine * in_phase.array();
         in_phase = sensor_ * along / gain_(j);
         quadrature = sensor_ * across / gain_(j);
         const Vec3<Scalar> variance = sensor_.cwiseAbs2() * sigma.cwiseAbs2();
         sigma = variance.cwiseSqrt() / std::abs(gain_(j));
+    }
+
+    /// The same for a column of the low band, whose phases are not calibrated.
+    void correct_low_column(int j, Vec3<Scalar>& in_phase, Vec3<Scalar>& quadrature, Vec3<Scalar>& sigma) const {
+        CoilCorrection without_phases = *this;
+        without_phases.phase_rad_.setZero();
+        without_phases.correct_column(j, in_phase, quadrature, sigma);
     }
 
     /// Axes of the corrected columns: v_source = axes v_coils. Identity after phases().

@@ -23,15 +23,14 @@ CommonParams<Scalar> Tracker<Scalar>::corrected(CommonParams<Scalar> params, con
 
 template <typename Scalar>
 std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::update(const Column<Scalar>& column) {
+    if (kHasLowBand && column.flags.has(ColumnFlag::low_band)) {
+        update_low(column);
+        return std::nullopt;
+    }
     Column<Scalar> corrected = column;
     const int coil = coil_index(column.state);
-    const bool is_low = kHasLowBand && column.flags.has(ColumnFlag::low_band);
     if (correction_ && coil >= 0) {
-        correction_->correct_column(coil, is_low, corrected.in_phase, corrected.quadrature, corrected.sigma);
-    }
-    if (is_low) {
-        do_update_low(corrected);
-        return std::nullopt;
+        correction_->correct_column(coil, corrected.in_phase, corrected.quadrature, corrected.sigma);
     }
     const std::uint64_t used = used_columns();
     std::optional<PoseEstimate<Scalar>> estimate = do_update(corrected);
@@ -42,6 +41,16 @@ std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::update(const Column<Scalar>
     }
     finish(estimate);
     return estimate;
+}
+
+template <typename Scalar>
+void Tracker<Scalar>::update_low(const Column<Scalar>& column) {
+    Column<Scalar> corrected = column;
+    const int coil = coil_index(column.state);
+    if (correction_ && coil >= 0) {
+        correction_->correct_low_column(coil, corrected.in_phase, corrected.quadrature, corrected.sigma);
+    }
+    do_update_low(corrected);
 }
 
 template <typename Scalar>

@@ -62,6 +62,7 @@ private:
     [[nodiscard]] virtual const TrackerCounters& do_counters() const = 0;
 
     [[nodiscard]] std::uint64_t used_columns() const { return do_counters().accepted - do_counters().outliers; }
+    void update_low(const Column<Scalar>& column);
     void finish(std::optional<PoseEstimate<Scalar>>& estimate);
     Correction correction_;
     ColumnsSinceGap since_gap_;

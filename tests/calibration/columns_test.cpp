@@ -46,7 +46,7 @@ TEST(CoilCorrection, MakesMisalignedCoilsIdealAtEveryPose) {
             Vec3<double> in_phase = c.phase_rad.array().cos() * x.col(j).array();
             Vec3<double> quadrature = c.phase_rad.array().sin() * x.col(j).array();
             Vec3<double> sigma = Vec3<double>::Ones();
-            columns->correct_column(j, false, in_phase, quadrature, sigma);
+            columns->correct_column(j, in_phase, quadrature, sigma);
             ideal.col(j) = in_phase;
             EXPECT_LT(quadrature.norm(), 1e-12 * in_phase.norm()) << "the correction must remove the quadrature";
             EXPECT_NEAR(sigma.mean(), 1 / c.model.source_moment.col(j).norm(), 0.4 / c.model.source_moment.col(j).norm());
@@ -67,7 +67,7 @@ TEST(CoilCorrection, LeavesColumnsOfIdealCoilsUnchanged) {
     Vec3<double> in_phase(1, 2, 3);
     Vec3<double> quadrature(4, 5, 6);
     Vec3<double> sigma(7, 8, 9);
-    columns->correct_column(1, false, in_phase, quadrature, sigma);
+    columns->correct_column(1, in_phase, quadrature, sigma);
     EXPECT_TRUE(in_phase.isApprox(Vec3<double>(1, 2, 3)));
     EXPECT_TRUE(quadrature.isApprox(Vec3<double>(4, 5, 6)));
     EXPECT_TRUE(sigma.isApprox(Vec3<double>(7, 8, 9)));
