@@ -23,9 +23,11 @@ CommonParams<Scalar> Tracker<Scalar>::corrected(CommonParams<Scalar> params, con
 
 template <typename Scalar>
 std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::update(const Column<Scalar>& column) {
-    if (kHasLowBand && column.flags.has(ColumnFlag::low_band)) {
-        update_low(column);
-        return std::nullopt;
+    if constexpr (kHasLowBand) {
+        if (column.flags.has(ColumnFlag::low_band)) {
+            update_low(column);
+            return std::nullopt;
+        }
     }
     Column<Scalar> corrected = column;
     const int coil = coil_index(column.state);
