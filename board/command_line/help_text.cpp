@@ -11,9 +11,23 @@ constexpr std::size_t kIndent = 2;
 constexpr std::size_t kColumn = 26;  // of the meanings
 constexpr std::size_t kLeastWidth = 60;
 
-/// A row of two columns; a long heading has its own line.
+/// A heading in lines of at most `width`, broken between the words of a list.
+std::string heading_lines(std::string rest, std::size_t width) {
+    std::string out;
+    while (rest.size() > width) {
+        const std::size_t bar = rest.rfind('|', width - 1);
+        if (bar == std::string::npos) {
+            break;
+        }
+        out += rest.substr(0, bar + 1) + "\n";
+        rest = std::string(3 * kIndent, ' ') + rest.substr(bar + 1);
+    }
+    return out + rest;
+}
+
+/// A row of two columns; a long heading has its own lines.
 std::string row(const std::string& heading, const std::string& meaning, std::size_t width) {
-    std::string out = std::string(kIndent, ' ') + heading;
+    std::string out = heading_lines(std::string(kIndent, ' ') + heading, width);
     if (out.size() + 2 > kColumn) {
         out += "\n" + std::string(kColumn, ' ');
     } else {

@@ -12,7 +12,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr const char* kTitanium = " --fault metal:rod,material=titanium,diameter_m=0.01,length_m=0.1,position_m=0.25/0.08/0";
+constexpr const char* kTitanium = " --fault metal:rod,material=titanium,diameter_m=0.03,length_m=0.15,position_m=0.3/0.09/0";
 
 nlohmann::json run(const std::string& arguments) {
     const CliResult result = tricoil("run --json --mux dual-band --duration 3 " + arguments);
