@@ -8,14 +8,6 @@
 
 namespace tricoil::tracking {
 
-Status DualBandTracker::check(const Correction& correction) {
-    if (correction && !correction->surroundings().empty()) {
-        return {StatusCode::invalid_argument,
-                "surroundings are calibrated for one band; two bands need a calibration without them"};
-    }
-    return {};
-}
-
 DualBandTracker::DualBandTracker(const TrackerParams<double>& params, const Correction& correction)
     : Tracker<double>(correction),
       params_(corrected(params.common, correction)),

@@ -12,7 +12,13 @@ namespace tricoil::tracking {
 class DualBandTracker final : public Tracker<double> {
 public:
     /// Errors (invalid_argument) of a correction that this tracker cannot use: surroundings are known for the high band only.
-    static Status check(const Correction& correction);
+    static Status check(const Correction& correction) {
+        if (correction && !correction->surroundings().empty()) {
+            return {StatusCode::invalid_argument,
+                    "surroundings are calibrated for one band; two bands need a calibration without them"};
+        }
+        return {};
+    }
 
     /// `params` must pass tracking::check() and hold DualBandParams; `correction` must pass check().
     explicit DualBandTracker(const TrackerParams<double>& params, const Correction& correction = std::nullopt);
