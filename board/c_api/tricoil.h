@@ -59,11 +59,13 @@ typedef struct tricoil_pose {
  * - can:can0[#NODE], usb:1209:0001[:SERIAL] or serial:/dev/ttyACM0: a device;
  * - board.toml: the device of a configuration file of `tricoil run --config`;
  * - sim:hand or sim:hand,mux=tdm,seed=2: a simulation of a scenario of `tricoil run --list`. Keys: mux (tdm, fdm, dual-band),
- *   rate_hz, duration_s, seed, noise (yes, no), stations (1 to 4 sensors), realtime (yes, no; default no: as fast as it is polled);
+ *   rate_hz, duration_s, seed, noise (yes, no), stations (1 to 4 sensors), realtime (yes, no; default no: as fast as it is
+ *   polled);
  * - recording:FOLDER: a recording of `tricoil run --record`, tracked again.
  *
- * tracker: "direct", "previous", "previous-angles", "scaat", or "dual-band" with mux=dual-band; "scaat,predict_s=0.02" gives poses
- * 20 ms (at most 0.1 s) ahead of the newest measurement. NULL: that of the configuration or recording, otherwise "direct".
+ * tracker: "direct", "previous", "previous-angles", "scaat", or "dual-band" with mux=dual-band; "scaat,predict_s=0.02" gives
+ * poses 20 ms (at most 0.1 s) ahead of the newest measurement. NULL: that of the configuration or recording, otherwise
+ * "direct".
  *
  * A device need not be connected yet: tricoil_poll() waits for it, and connects again after the cable was unplugged. After a long
  * pause poses are invalid (hemisphere unknown) unless the file says `confined = true` in [tracker]. A tracker that is opened

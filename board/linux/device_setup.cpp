@@ -30,9 +30,7 @@ DeviceLoopParams loop_params(const DeviceConfig& config, const std::optional<cal
     params.session.serial = config.serial;
     params.session.host_drives_coils = config.coils.has_value();
     params.method = host::method_of_name(config.method);
-    if (std::holds_alternative<tracking::DualBandParams>(params.method)) {
-        throw host::InputError("tracker dual-band: front ends measure one band; only a simulated run measures two");
-    }
+    host::refuse_dual_band(params.method, "front ends measure one band; only a simulated run measures two");
     params.coupling_constant_m3 = config.coupling_constant_m3;
     params.hemisphere = config.hemisphere.value_or(Vec3<double>::UnitX());
     params.publish = config.publish;

@@ -16,9 +16,7 @@ tracking::TrackerParams<double> make_params(const std::string& method, double co
                                             double window_s) {
     tracking::TrackerParams<double> params;
     params.method = host::method_of_name(method);
-    if (std::holds_alternative<tracking::DualBandParams>(params.method)) {
-        throw host::InputError("tracker dual-band: these columns are of one band; tricoil.run simulates two");
-    }
+    host::refuse_dual_band(params.method, "these columns are of one band; tricoil.run simulates two");
     params.common.coupling_constant = coupling_constant;
     params.common.hemisphere = Vec3<double>(hemisphere.data());
     params.common.confined = confined;

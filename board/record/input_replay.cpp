@@ -11,10 +11,7 @@ TrackerSettings with_tracker(const TrackerSettings& recorded, const std::string&
     TrackerSettings settings = recorded;
     const tracking::MethodParams<double> method = method_of_name(tracker);
     if (tracker != name_of_method(recorded.tracker.method)) {
-        if (std::holds_alternative<tracking::DualBandParams>(method)) {
-            throw InputError(
-                "--tracker dual-band: the recording was not made with it (tricoil run --mux dual-band --tracker dual-band)");
-        }
+        refuse_dual_band(method, "the recording was not made with it (tricoil run --mux dual-band --tracker dual-band)");
         settings.tracker.method = method;
         deskew_in_turn(settings.tracker);
     }

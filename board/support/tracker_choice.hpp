@@ -40,6 +40,13 @@ inline void refuse_fixed_method(const std::string& typed) {
     }
 }
 
+/// Throws InputError with the reason for the tracker that needs columns of two bands.
+inline void refuse_dual_band(const tracking::MethodParams<double>& method, const std::string& reason) {
+    if (std::holds_alternative<tracking::DualBandParams>(method)) {
+        throw InputError("--tracker dual-band: " + reason);
+    }
+}
+
 /// Longest prediction. Beyond it, hand motions leave no valid pose: the standard deviation exceeds its limit.
 constexpr double kMaxPredictionS = 0.1;
 

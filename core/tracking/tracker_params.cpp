@@ -1,6 +1,5 @@
 #include "core/tracking/tracker_params.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 #include "core/base/precision.hpp"

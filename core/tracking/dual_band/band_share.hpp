@@ -20,7 +20,7 @@ public:
 
     /// Means over a window, once a frame, in coupling units. variance: of one low coupling. floor: misfit of calibrated coils per
     /// coupling.
-    void add(const Vec9<double>& low, const Vec9<double>& high, double variance, double floor) {
+    void add(const Vec9& low, const Vec9& high, double variance, double floor) {
         const double weight = variance > 0 ? frame_weight_ / variance : 0;
         low_high_ = (1 - frame_weight_) * low_high_ + weight * low.dot(high);
         high_high_ = (1 - frame_weight_) * high_high_ + weight * high.squaredNorm();

@@ -5,15 +5,16 @@
 
 #include "core/base/assertion.hpp"
 #include "core/tracking/dual_band/pose_information.hpp"
+#include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::tracking {
 
 /// Couplings of the low band compared with their model at a pose, which is that of the high band minus `offset`.
 struct BandFrame {
-    Vec9<double> excess = Vec9<double>::Zero();  // model minus low band
+    Vec9 excess = Vec9::Zero();  // model minus low band
     PoseJacobian jacobian = PoseJacobian::Zero();
     Vec6<double> offset = Vec6<double>::Zero();  // position (m), small rotation (rad), source frame
-    Vec9<double> high_misfit = Vec9<double>::Zero();
+    Vec9 high_misfit = Vec9::Zero();
     double low_variance = 0;  // of one low coupling
 
     void add(const BandFrame& other, double weight) {
@@ -29,14 +30,14 @@ struct BandFrame {
 /// explains.
 struct BandDifference {
     Vec6<double> pose;
-    Vec9<double> high_misfit;
-    Vec9<double> low_misfit;
+    Vec9 high_misfit;
+    Vec9 low_misfit;
     Mat6<double> covariance;  // of a pose for unit noise of each coupling
     double low_variance;
 
     explicit BandDifference(const BandFrame& mean, double range_m)
         : covariance(unit_covariance(mean.jacobian, range_m)), low_variance(mean.low_variance) {
-        const auto pose_of = [&](const Vec9<double>& v) -> Vec6<double> { return covariance * (mean.jacobian.transpose() * v); };
+        const auto pose_of = [&](const Vec9& v) -> Vec6<double> { return covariance * (mean.jacobian.transpose() * v); };
         const Vec6<double> unexpected = pose_of(mean.excess);
         pose = mean.offset + unexpected;
         low_misfit = mean.jacobian * unexpected - mean.excess;
@@ -48,9 +49,9 @@ struct BandDifference {
 /// sensor's coils in the same way in motion and at rest: a mean over a whole number of mains cycles contains none.
 class BandWindow {
 public:
-    static constexpr int kMaxFrames = 64;
-
-    explicit BandWindow(int frames) : frames_(frames) { TRICOIL_ASSERT(frames >= 2 && frames <= kMaxFrames); }
+    explicit BandWindow(int frames) : frames_(frames) {
+        TRICOIL_ASSERT(frames >= 2 && frames <= DualBandParams::kMaxWindowFrames);
+    }
 
     void clear() { count_ = 0; }
     void add(const BandFrame& frame) {
@@ -70,7 +71,7 @@ public:
     }
 
 private:
-    static constexpr int kStored = kMaxFrames + kMaxFrames / 2;
+    static constexpr int kStored = DualBandParams::kMaxWindowFrames + DualBandParams::kMaxWindowFrames / 2;
 
     int frames_;
     long count_ = 0;

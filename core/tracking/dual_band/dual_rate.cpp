@@ -161,7 +161,7 @@ Status DualRateEstimator::compare(const Mat3<double>& low, Comparison& result) c
     }
     result.low_norm = low.norm();
     const double each = 1 / static_cast<double>(2 * params_.rows_per_line);
-    const Jacobian jacobian = each * (last_line_.jacobian + this_line_.jacobian);
+    const PoseJacobian jacobian = each * (last_line_.jacobian + this_line_.jacobian);
     const Vec9 excess = vec(each * (last_line_.low_model + this_line_.low_model) - low);
     result.covariance = unit_covariance(jacobian, high_pose_.position_m.norm());
     if (!(result.covariance(0, 0) > 0)) {

@@ -61,14 +61,11 @@ public:
     [[nodiscard]] const BandScalar& scalar() const { return scalar_; }
 
 private:
-    using Vec9 = tracking::Vec9<double>;
-    using Jacobian = PoseJacobian;
-
     /// Sums over the high-band rows of one line.
     struct Line {
         Vec6<double> expected = Vec6<double>::Zero();   // disagreement of the bands expected from the bias so far
         Mat3<double> low_model = Mat3<double>::Zero();  // low-band couplings at the poses corrected by the bias so far
-        Jacobian jacobian = Jacobian::Zero();           // of low_model
+        PoseJacobian jacobian = PoseJacobian::Zero();   // of low_model
         Vec9 high_residual = Vec9::Zero();              // of the high band's fit, in units of the low band
         Vec3<double> position_m = Vec3<double>::Zero();
         Vec3<double> rotation_rad = Vec3<double>::Zero();

@@ -49,7 +49,7 @@ MetalBias::MetalBias(const MetalBiasParams& params)
 void MetalBias::clear() {
     window_.clear();
     share_ = BandShare(params_.window_frames);
-    frames_ = 0;
+    has_frame_ = false;
 }
 
 void MetalBias::add_high(const Mat3<double>& couplings, const solver::RigidPose<double>& pose) {
@@ -57,15 +57,15 @@ void MetalBias::add_high(const Mat3<double>& couplings, const solver::RigidPose<
     last_misfit_ = misfit_;
     misfit_ = vec(couplings - field::signal_matrix(model_, pose.position_m,
                                                    Mat3<double>(pose.q_source_sensor.conjugate().toRotationMatrix())));
-    if (frames_ > 0 && misfit_jumps()) {
+    if (has_frame_ && misfit_jumps()) {
         clear();
-    } else if (frames_ > 0) {
+    } else if (has_frame_) {
         constexpr int kMemory = 50;
         changes_ = std::min(changes_ + 1, kMemory);
         const double seen = (misfit_ - last_misfit_).squaredNorm() / 6;
         high_variance_ += (seen - high_variance_) / changes_;
     }
-    ++frames_;
+    has_frame_ = true;
 }
 
 /// True if metal has come or gone within one frame.

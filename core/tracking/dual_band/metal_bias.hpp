@@ -62,12 +62,12 @@ private:
     BandWindow window_;
     BandShare share_;
     solver::RigidPose<double> pose_;
-    Vec9<double> misfit_ = Vec9<double>::Zero();  // of the high band
-    Vec9<double> last_misfit_ = Vec9<double>::Zero();
+    Vec9 misfit_ = Vec9::Zero();  // of the high band
+    Vec9 last_misfit_ = Vec9::Zero();
     double high_variance_ = 0;  // of one high coupling
     double systematic_ = 0;     // error of a low coupling that no mean reduces
     int changes_ = 0;           // of its misfit from frame to frame that high_variance_ contains
-    int frames_ = 0;            // of the high band since clear()
+    bool has_frame_ = false;    // of the high band since clear()
 };
 
 }  // namespace tricoil::tracking

@@ -6,14 +6,13 @@
 
 namespace tricoil::tracking {
 
-template <typename Scalar>
-using Vec9 = Eigen::Matrix<Scalar, 9, 1>;
+using Vec9 = Eigen::Matrix<double, 9, 1>;
 
 /// Of the nine couplings by position (m) and small rotation (rad).
 using PoseJacobian = Eigen::Matrix<double, 9, 6>;
 
 /// Column by column.
-inline Vec9<double> vec(const Mat3<double>& m) { return Eigen::Map<const Vec9<double>>(m.data()); }
+inline Vec9 vec(const Mat3<double>& m) { return Eigen::Map<const Vec9>(m.data()); }
 
 /// Covariance of (position, small rotation) for unit noise of each coupling; zero if it is not determined. Computed with lengths
 /// relative to the range, for better conditioning.
