@@ -130,7 +130,8 @@ Result<AcquisitionPlan> plan_acquisition(const AcquisitionParams& params) {
     if (has_low_band && plan.is_tdm()) {
         return invalid("two bands need FDM: all coils at once");
     }
-    for (std::size_t j = 0; j < (has_low_band ? kMaxCarriers : kSourceCoils); ++j) {
+    const std::size_t carriers = has_low_band ? kMaxCarriers : kSourceCoils;
+    for (std::size_t j = 0; j < carriers; ++j) {
         const double carrier = plan.is_tdm() ? params.carrier_hz[0] : params.carrier_hz[j];
         const double cycles = carrier * plan.window_s();
         if (const Status status = check_carrier(carrier, cycles, params.sample_rate_hz, j >= kSourceCoils); !status.ok()) {
