@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "core/base/angle_units.hpp"
-#include "tests/support/column_replay.hpp"
+#include "tests/support/prediction_score.hpp"
 #include "tests/support/recordings.hpp"
 
 namespace {
@@ -14,42 +14,15 @@ namespace {
 using namespace tricoil;
 using test::Score;
 
-/// Position errors of poses predicted by the filter, and of its poses moved with the true velocity.
-struct Prediction {
-    static constexpr std::array<double, 3> kAhead_s{0.005, 0.01, 0.02};
-    std::array<std::vector<double>, 3> predicted_m;
-    std::array<std::vector<double>, 3> with_true_velocity_m;
-};
-
 struct Totals {
     std::array<Score, 4> score;  // naive, deskewed direct, scaat, scaat in float
     std::vector<double> naive_over_scaat;
     std::vector<double> naive_over_deskew;
     std::vector<double> nees_position;
     std::vector<double> nees_rotation;
-    std::uint64_t reacquisitions = 0;  // of the filter in double
-    Prediction prediction;
+    std::uint64_t reacquisitions = 0;                 // of the filter in double
+    std::array<test::PredictionScore, 2> prediction;  // TDM, FDM
 };
-
-void predict(const sim::RecordedMotion& motion, test::ReplayParams params, Prediction& result) {
-    constexpr double kStep_s = 1e-4;  // for the true velocity
-    auto filter = test::scaat_filter<double>(test::scaat_params<double>(params.tdm, motion.at(0).position_m));
-    params.duration_s -= Prediction::kAhead_s.back() + kStep_s;
-    test::replay<double>(motion, params, [&](const Column<double>& column) {
-        const auto estimate = filter.update(column);
-        const double t = to_seconds(column.midpoint);
-        if (!estimate || !estimate->valid() || t < 0.5) {
-            return;
-        }
-        const Vec3<double> velocity_m_s = (motion.at(t + kStep_s).position_m - motion.at(t - kStep_s).position_m) / (2 * kStep_s);
-        for (std::size_t n = 0; n < Prediction::kAhead_s.size(); ++n) {
-            const double ahead_s = Prediction::kAhead_s[n];
-            const Vec3<double> truth = motion.at(t + ahead_s).position_m;
-            result.predicted_m[n].push_back((filter.predicted(ahead_s).position_m - truth).norm());
-            result.with_true_velocity_m[n].push_back((estimate->position_m + ahead_s * velocity_m_s - truth).norm());
-        }
-    });
-}
 
 void add_file(const sim::RecordedMotion& motion, const test::ReplayParams& params, Totals& totals) {
     const Vec3<double> start =
@@ -65,7 +38,11 @@ void add_file(const sim::RecordedMotion& motion, const test::ReplayParams& param
         totals.score[n].add(scores[n]);
     }
     totals.reacquisitions += filter.counters().reacquisitions;
-    predict(motion, params, totals.prediction);
+    for (const bool tdm : {true, false}) {
+        auto multiplexed = params;
+        multiplexed.tdm = tdm;
+        test::add_predictions(motion, multiplexed, totals.prediction[tdm ? 0 : 1]);
+    }
     totals.naive_over_scaat.push_back(scores[0].position().rms / scores[2].position().rms);
     totals.naive_over_deskew.push_back(scores[0].position().rms / scores[1].position().rms);
     totals.nees_position.push_back(scores[2].nees_position_per_dof());
@@ -95,11 +72,13 @@ void print(const char* noise, const Totals& totals) {
     fmt::print("  naive / scaat {:.1f} (orientation {:.1f}), naive / deskewed {:.1f}; beyond 5 sigma {} of {}\n", naive / scaat,
                totals.score[0].orientation().rms / totals.score[2].orientation().rms, naive / totals.score[1].position().rms,
                totals.score[2].beyond_5_sigma, totals.score[2].position_m.size());
-    for (std::size_t n = 0; n < Prediction::kAhead_s.size(); ++n) {
-        const double predicted = host::summarise(totals.prediction.predicted_m[n]).rms;
-        const double perfect = host::summarise(totals.prediction.with_true_velocity_m[n]).rms;
-        fmt::print("  {:.0f} ms ahead: {:.4f} mm, with the true velocity {:.4f} mm; ratio {:.3f}\n",
-                   1e3 * Prediction::kAhead_s[n], 1e3 * predicted, 1e3 * perfect, predicted / perfect);
+    for (std::size_t m = 0; m < totals.prediction.size(); ++m) {
+        for (std::size_t n = 0; n < test::PredictionScore::kAhead_s.size(); ++n) {
+            const test::PredictionScore& score = totals.prediction[m];
+            fmt::print("  {} {:2.0f} ms ahead: {:.4f} mm, with the true velocity {:.4f} mm; ratio {:.3f}\n",
+                       m == 0 ? "TDM" : "FDM", 1e3 * test::PredictionScore::kAhead_s[n], 1e3 * score.predicted_rms_m(n),
+                       1e3 * score.true_velocity_rms_m(n), score.ratio(n));
+        }
     }
     fmt::print("  scaat: {} reacquisitions\n", totals.reacquisitions);
     print_range("naive / scaat", totals.naive_over_scaat);
@@ -122,7 +101,8 @@ int main(int argc, char** argv) {
         const char* name;
         double sigma;
     };
-    const std::array<Noise, 3> noises{{{"none", 0},
+    const std::array<Noise, 4> noises{{{"none", 0},
+                                       {"0.01 mm static at 0.75 m", test::sigma_for_cost(0.01e-3)},
                                        {"0.05 mm static at 0.75 m", test::sigma_for_cost(0.05e-3)},
                                        {"0.5 mm static at 0.75 m", test::sigma_for_cost(0.5e-3)}}};
     fmt::print("{} files, TDM, slots of 1/720 s\n", (files.size() + step - 1) / step);

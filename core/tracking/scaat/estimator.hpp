@@ -32,7 +32,7 @@ public:
                const SignalMatrixAssembler<Scalar>& columns, Scalar unmodelled_variance);
 
     /// Moves the state to `time`, which must not be before the state's time.
-    void propagate_to(DeviceTime time) { propagate(state_, intensity(), time); }
+    void propagate_to(DeviceTime time);
     [[nodiscard]] State<Scalar> predicted(Microseconds ahead) const;
 
     /// Information on a column from the caller.
@@ -86,8 +86,9 @@ private:
     static constexpr double kFineEnough = 4e-5;
 
     void inflate_covariance(Scalar factor);
-    void adapt_process_noise(const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened);
-    void update_state(const Column<Scalar>& column, const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened);
+    void adapt_process_noise(const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened, bool in_frame);
+    void update_state(const Column<Scalar>& column, const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened,
+                      bool in_frame);
     void reset_adaptation();
 
     const ScaatParams<Scalar>& params_;
@@ -100,7 +101,8 @@ private:
     Scalar outlier_inflation_ = 0;  // of recent columns: squared innovation over kInflateAbove, decaying
     NoiseCheck<Scalar> noise_;
     CoilHistory history_;
-    int settled_ = 0;  // columns used, including the three of the start; at most kLearningColumns
+    int settled_ = 0;        // columns used, including the three of the start; at most kLearningColumns
+    Scalar interval_s_ = 0;  // of the last two times of the state
     DeviceTime last_used_{};
 };
 

@@ -58,14 +58,14 @@ bool Estimator<Scalar, Model>::use(const Column<Scalar>& column, const Motion<Sc
         const Scalar excess = nis / Scalar(kDownweightAbove);
         innovation.set_noise(excess * excess * excess * innovation.r);
     }
-    update_state(column, innovation, whitened);
+    update_state(column, innovation, whitened, use.in_frame);
     return true;
 }
 
 /// Updates the state, and the estimates that depend on the innovation.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 void Estimator<Scalar, Model>::update_state(const Column<Scalar>& column, const Innovation<Scalar>& innovation,
-                                            const Vec3<Scalar>& whitened) {
+                                            const Vec3<Scalar>& whitened, bool in_frame) {
     const Scalar nis = whitened.squaredNorm();
     if (innovation.late_s <= 0) {
         noise_.add(column);
@@ -73,7 +73,7 @@ void Estimator<Scalar, Model>::update_state(const Column<Scalar>& column, const 
     outlier_inflation_ = std::max(nis / Scalar(kInflateAbove), Scalar(kInflationDecay) * outlier_inflation_);
     const bool settled = is_settled();
     if (settled) {
-        adapt_process_noise(innovation, whitened);
+        adapt_process_noise(innovation, whitened, in_frame);
     }
     consistency_ += settled ? params_.consistency_gain * (nis / 3 - consistency_) : Scalar(0);
     const auto gains_per_s = acceleration_gains_per_s(state_.covariance);
@@ -85,9 +85,12 @@ void Estimator<Scalar, Model>::update_state(const Column<Scalar>& column, const 
     settled_ = std::min(settled_ + 1, kLearningColumns);
 }
 
-/// Adapts the process noise with the original innovation, but with the reduced weight of the column.
+/// Adapts the process noise with the original innovation, but with the reduced weight of the column. After the first column of a
+/// frame the errors of position and rotation are correlated, and the sum of their shares exceeds the prediction's. With such an
+/// information the process noise would not fall any more, so both shares are reduced to the prediction's.
 template <typename Scalar, MeasurementModel<Scalar> Model>
-void Estimator<Scalar, Model>::adapt_process_noise(const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened) {
+void Estimator<Scalar, Model>::adapt_process_noise(const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened,
+                                                   bool in_frame) {
     const auto& n = params_.process;
     const auto least = [&](int block, Scalar unit_squared, Scalar limit, Scalar present) {
         const Scalar variance = state_.covariance.template block<3, 3>(block, block).trace();
@@ -100,12 +103,19 @@ void Estimator<Scalar, Model>::adapt_process_noise(const Innovation<Scalar>& inn
         const Mat3<Scalar> half = innovation.s.solve_lower(a);
         return innovation.s.template solve_lower<3>(half.transpose());
     };
+    Mat3<Scalar> translation = share(0);
+    Mat3<Scalar> rotation = share(3);
+    if (in_frame) {
+        const Scalar factor = std::min(Scalar(1), innovation.predicted_share() / (translation.trace() + rotation.trace()));
+        translation *= factor;
+        rotation *= factor;
+    }
     process_.log_translation = std::clamp(adapted_log<Scalar>(process_.log_translation, process_.information_translation,
-                                                              process_.score_translation, share(0), whitened, n),
+                                                              process_.score_translation, translation, whitened, n),
                                           least(0, range_squared, limits_.least_log_translation, process_.log_translation),
                                           limits_.most_log_translation);
     process_.log_rotation = std::clamp(
-        adapted_log<Scalar>(process_.log_rotation, process_.information_rotation, process_.score_rotation, share(3), whitened, n),
+        adapted_log<Scalar>(process_.log_rotation, process_.information_rotation, process_.score_rotation, rotation, whitened, n),
         least(3, Scalar(1), limits_.least_log_rotation, process_.log_rotation), limits_.most_log_rotation);
 }
 
@@ -128,9 +138,17 @@ bool Estimator<Scalar, Model>::is_within_gate(const Vec3<Scalar>& position_m, co
 }
 
 template <typename Scalar, MeasurementModel<Scalar> Model>
+void Estimator<Scalar, Model>::propagate_to(DeviceTime time) {
+    if (time > state_.time) {
+        interval_s_ = seconds_as<Scalar>(time - state_.time);
+    }
+    propagate(state_, intensity(), time);
+}
+
+template <typename Scalar, MeasurementModel<Scalar> Model>
 State<Scalar> Estimator<Scalar, Model>::predicted(Microseconds ahead) const {
     State<Scalar> state = state_;
-    expect_acceleration<Scalar>(state, seconds_as<Scalar>(ahead));
+    expect_acceleration<Scalar>(state, interval_s_, seconds_as<Scalar>(ahead));
     propagate(state, intensity(), state_.time + ahead);
     return state;
 }
