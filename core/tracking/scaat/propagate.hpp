@@ -117,13 +117,16 @@ Scalar velocity_delay_s(const Mat12<Scalar>& p, Scalar interval_s) {
 
 /// Prepares a state for a prediction by dt > 0 (s). The accelerations stay the same in its short time, which cancels the decay of
 /// move(). The velocity makes up a part of its delay; all of it would increase the noise too much. The share was chosen on half
-/// of the recorded hand motions, for noises of 0 to 0.1 mm. The rates have a shorter delay and are left as they are.
+/// of the recorded hand motions, for noises of 0 to 0.1 mm. This part is as uncertain as it is large, above all after lost
+/// columns. The rates have a shorter delay and are left as they are.
 template <typename Scalar>
 void expect_acceleration(State<Scalar>& state, Scalar interval_s, Scalar dt) {
     constexpr Scalar kDelayShare = Scalar(0.4);
     constexpr Scalar kLongest_s = Scalar(0.04);
     const Scalar undecayed = 1 + std::min(dt, kLongest_s) / Scalar(kAccelerationMemory_s);
-    state.velocity_m_s += kDelayShare * velocity_delay_s(state.covariance, interval_s) * state.acceleration_m_s2;
+    const Vec3<Scalar> missing = kDelayShare * velocity_delay_s(state.covariance, interval_s) * state.acceleration_m_s2;
+    state.velocity_m_s += missing;
+    state.covariance.template block<3, 3>(6, 6) += missing * missing.transpose();
     state.acceleration_m_s2 *= undecayed;
     state.angular_acceleration_rad_s2 *= undecayed;
 }
