@@ -13,8 +13,9 @@ namespace tricoil::tracking {
 template <typename Scalar>
 struct SignalMatrix {
     Mat3<Scalar> x;
-    Scalar sigma = 0;   // root mean square of the nine entries' noise
-    ColumnFlags flags;  // of all three columns
+    Scalar sigma = 0;               // root mean square of the nine entries' noise
+    Scalar quadrature_squared = 0;  // sum of the nine, not extrapolated
+    ColumnFlags flags;              // of all three columns
     DeviceTime newest{};
     Vec3<Scalar> column_age_s = Vec3<Scalar>::Zero();  // age of each column's values in x relative to the newest column
 };
@@ -59,6 +60,7 @@ public:
             if (column.variance_factor != Scalar(1)) {  // extrapolated from the previous column
                 matrix.flags |= before_[j].flags;
             }
+            matrix.quadrature_squared += columns_[j].quadrature.squaredNorm();
             variance += columns_[j].sigma.squaredNorm() * column.variance_factor;
             matrix.column_age_s(static_cast<Eigen::Index>(j)) = seconds_as<Scalar>(matrix.newest - column.time);
         }

@@ -1,6 +1,8 @@
 #include "core/tracking/tracker_params.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "core/base/precision.hpp"
 
@@ -24,6 +26,9 @@ Status check_common(const CommonParams<Scalar>& p) {
     }
     if (!(p.misfit_floor >= 0 && p.misfit_floor < 1) || !is_positive(p.max_deviation_m)) {
         return refused("misfit floor must lie between 0 and 1, the largest deviation must be positive and finite");
+    }
+    if (!(p.quadrature_floor >= 0 && p.quadrature_floor <= 1) || !is_positive(p.carrier_rad_s)) {
+        return refused("quadrature floor must lie between 0 and 1, the carrier must be positive and finite");
     }
     if (p.max_column_span.count() < 0 || p.lost_after.count() <= 0 || p.search_after < p.lost_after) {
         return refused("times must be positive, and search_after not shorter than lost_after");
@@ -126,6 +131,11 @@ Status check_filter_times(const CommonParams<Scalar>& common, const ScaatParams<
 
 Microseconds column_span(const signal::AcquisitionPlan& plan) {
     return plan.is_tdm() ? microseconds_from_seconds(2.5 * plan.block_s()) : Microseconds{0};
+}
+
+double lowest_carrier_rad_s(const signal::AcquisitionPlan& plan) {
+    const auto& hz = plan.params.carrier_hz;
+    return 2 * std::numbers::pi * *std::min_element(hz.begin(), hz.begin() + kSourceCoils);
 }
 
 DualBandParams dual_band_params(const signal::AcquisitionPlan& plan) {

@@ -28,6 +28,8 @@ struct CommonParams {
     Scalar max_misfit = Scalar(0.1);
     Scalar distortion_gate = 21;            // chi-square of 3 degrees of freedom, exceeded once in 10,000
     Scalar misfit_floor = Scalar(1e-6);     // misfit of calibrated coils without metal, per coupling, relative to k
+    Scalar quadrature_floor = 1;            // quadrature of clean coils per coupling, relative to k; 1: unknown, it is not judged
+    Scalar carrier_rad_s = Scalar(4.4e4);   // lowest carrier, for the quadrature that motion induces
     Scalar max_deviation_m = Scalar(0.02);  // standard deviation of the position (3D) above which a pose is invalid
     Microseconds lost_after{100'000};       // without a valid pose
     Microseconds search_after{1'000'000};   // without a valid pose; then the last pose is forgotten
@@ -104,11 +106,13 @@ struct TrackerParams {
     MethodParams<Scalar> method;
 };
 
-static_assert(sizeof(TrackerParams<float>) <= 184, "size of the parameters in float");
+static_assert(sizeof(TrackerParams<float>) <= 192, "size of the parameters in float");
 
 /// max_column_span for a plan. FDM columns are simultaneous. The first and third of three consecutive TDM columns are two slots
 /// apart; with a lost slot they exceed the limit.
 Microseconds column_span(const signal::AcquisitionPlan& plan);
+/// carrier_rad_s for a plan.
+double lowest_carrier_rad_s(const signal::AcquisitionPlan& plan);
 
 /// Errors (invalid_argument), with the reason: a number is not finite or out of its limits, or times are out of order.
 template <typename Scalar>

@@ -157,6 +157,7 @@ void MatrixTracker<Scalar>::flag_recent_faults(PoseEstimate<Scalar>& estimate, b
     if (faulty) {
         forget_column_motion();
         misfit_ = {};
+        quadrature_ = {};
     }
     const bool bad = faulty || jumped;
     estimate.flags.set_if(unconfirmed_ > 0, PoseFlag::unconfirmed);
@@ -253,15 +254,18 @@ void MatrixTracker<Scalar>::fill_estimate(const SignalMatrix<Scalar>& matrix, co
     estimate.flags.set_if(matrix.x.determinant() < 0, PoseFlag::wrong_handedness);
     estimate.flags.set_if(snr < params_.min_snr, PoseFlag::low_signal);
     const bool significant = estimate.distortion_chi_square > params_.distortion_gate;
-    estimate.flags.set_if(significant && column_motion_.known(), PoseFlag::distorted);
+    const bool is_faulty = unconfirmed_ > 0 || estimate.flags.has_any(kFaultFlags);  // a fault is not metal
+    const bool has_quadrature = !is_faulty && quadrature_.add(matrix, k, column_motion_, params_);
+    estimate.flags.set_if((significant || has_quadrature) && column_motion_.known(), PoseFlag::distorted);
     estimate.flags.set_if(significant && misfit > params_.max_misfit * matrix.x.squaredNorm(), PoseFlag::no_sensor);
-    if (unconfirmed_ == 0) {  // a fault is not metal
+    if (unconfirmed_ == 0) {
         const Scalar metal = estimate.flags.has_any(kFaultFlags) ? Scalar(0) : misfit;
         misfit_.add(metal, expected, still, params_.distortion_gate, matrix.newest);
     }
-    estimate.distortion_m = position_deviation(k, pose.range_m, std::sqrt(misfit_.variance()));
-    estimate.covariance =
-        solver::pose_covariance<Scalar>(k, pose.range_m, pose.direction, std::sqrt(variance + misfit_.covered_variance()));
+    const Scalar shown = quadrature_.variance();
+    estimate.distortion_m = position_deviation(k, pose.range_m, std::sqrt(std::max(misfit_.variance(), shown)));
+    const Scalar metal = std::max(misfit_.covered_variance(), shown);
+    estimate.covariance = solver::pose_covariance<Scalar>(k, pose.range_m, pose.direction, std::sqrt(variance + metal));
     estimate.flags.set_if(!(deviation_m(estimate) <= params_.max_deviation_m), PoseFlag::uncertain);
 }
 

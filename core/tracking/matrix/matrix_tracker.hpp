@@ -7,6 +7,7 @@
 #include "core/tracking/hemisphere.hpp"
 #include "core/tracking/misfit.hpp"
 #include "core/tracking/motion_estimate.hpp"
+#include "core/tracking/quadrature_check.hpp"
 #include "core/tracking/signal_matrix_assembler.hpp"
 #include "core/tracking/tracker.hpp"
 
@@ -70,6 +71,7 @@ private:
     ColumnMotion<Scalar> column_motion_;
     std::array<typename ColumnMotion<Scalar>::Curvature, kSourceCoils> curvatures_{};
     Misfit<Scalar> misfit_;
+    QuadratureCheck<Scalar> quadrature_;
     /// The last solved pose without a fault flag, valid or not.
     struct {
         Vec3<Scalar> position_m = Vec3<Scalar>::Zero();

@@ -7,6 +7,7 @@
 #include "core/tracking/column_motion.hpp"
 #include "core/tracking/misfit.hpp"
 #include "core/tracking/pose_flags.hpp"
+#include "core/tracking/quadrature_check.hpp"
 #include "core/tracking/scaat/measurement_model.hpp"
 #include "core/tracking/scaat/signal_curvature.hpp"
 #include "core/tracking/signal_matrix_assembler.hpp"
@@ -75,10 +76,12 @@ public:
     [[nodiscard]] auto residual(int j) const { return residual_.col(j); }
     /// Variance of a coupling due to errors of the calibrated coils that residual() does not contain, coupling units squared.
     [[nodiscard]] Scalar unremoved_variance() const { return unremoved_variance_; }
-    /// Variance of a coupling that the misfit suggests, coupling units squared, and the coupling strength.
-    [[nodiscard]] Scalar misfit_variance() const { return misfit_.variance(); }
+    /// Variance of a coupling that misfit and quadrature suggest, coupling units squared, and the coupling strength.
+    [[nodiscard]] Scalar misfit_variance() const { return std::max(misfit_.variance(), quadrature_.variance()); }
     /// Variance of a coupling for the covariance of the pose: of misfit and of the calibrated coils, coupling units squared.
-    [[nodiscard]] Scalar systematic_variance() const { return misfit_.covered_variance() + floor_variance(); }
+    [[nodiscard]] Scalar systematic_variance() const {
+        return std::max(misfit_.covered_variance(), quadrature_.variance()) + floor_variance();
+    }
     [[nodiscard]] Scalar strength() const { return strength_; }
 
 private:
@@ -107,6 +110,7 @@ private:
         start_variance_ = beside == nullptr && significant ? pose.misfit_squared / 3 : Scalar(0);
         if (!moving) {
             misfit_.add(pose.misfit_squared, variance, still, params_.distortion_gate, matrix.newest);
+            flags_.set_if(quadrature_.add(matrix, pose.strength, motion_, params_), PoseFlag::distorted);
         }
         const Scalar unexplained = pose.misfit_squared / (noise + moved);  // part of it may be an error of the calibrated coils
         const Scalar removed =
@@ -144,6 +148,7 @@ private:
     Mat3<Scalar> residual_ = Mat3<Scalar>::Zero();
     ColumnMotion<Scalar> motion_;
     Misfit<Scalar> misfit_;
+    QuadratureCheck<Scalar> quadrature_;
 };
 
 }  // namespace tricoil::tracking::scaat
