@@ -10,7 +10,7 @@ namespace tricoil::host {
 template <typename Params, typename Visit>
 void visit_common(Params& params, Visit&& visit) {
     auto& [coupling_constant, hemisphere, confined, max_column_span, window_s, latency_s, min_snr, max_misfit, distortion_gate,
-           misfit_floor, quadrature_floor, carrier_rad_s, max_deviation_m, lost_after, search_after] = params;
+           misfit_floor, quadrature_floor, quadrature_lag_s, max_deviation_m, lost_after, search_after] = params;
     visit("coupling_constant_m3", coupling_constant);
     visit("hemisphere", hemisphere);
     visit("confined", confined);
@@ -22,7 +22,7 @@ void visit_common(Params& params, Visit&& visit) {
     visit("distortion_gate", distortion_gate);
     visit("misfit_floor", misfit_floor);
     visit("quadrature_floor", quadrature_floor);
-    visit("carrier_rad_s", carrier_rad_s);
+    visit("quadrature_lag_s", quadrature_lag_s);
     visit("max_deviation_m", max_deviation_m);
     visit("lost_after_us", lost_after);
     visit("search_after_us", search_after);

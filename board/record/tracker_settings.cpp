@@ -34,7 +34,7 @@ OrderedJson value_of(const field::InducedDipoles<double>& dipoles) {
 }
 
 /// Fields that older recordings of the same version do not have; their defaults are right for these.
-const std::set<std::string_view> kAddedLater{"surroundings", "calibrated_misfit_floor", "quadrature_floor", "carrier_rad_s"};
+const std::set<std::string_view> kAddedLater{"surroundings", "calibrated_misfit_floor", "quadrature_floor", "quadrature_lag_s"};
 
 /// Reads the fields of a JSON object strictly.
 class FieldReader {

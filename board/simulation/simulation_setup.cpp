@@ -110,7 +110,7 @@ tracking::TrackerParams<double> make_tracker(const SimulationOptions& options, c
     params.common.max_column_span = tracking::column_span(setup.plan);
     params.common.window_s = setup.plan.window_s();
     params.common.quadrature_floor = 0;  // the simulated channels' phases are known
-    params.common.carrier_rad_s = tracking::lowest_carrier_rad_s(setup.plan);
+    params.common.quadrature_lag_s = tracking::quadrature_lag_s(setup.plan);
     refuse_bad(tracking::check(params));
     return params;
 }

@@ -71,14 +71,13 @@ public:
         return sum / kSourceCoils;
     }
 
-    /// Mean variance of the nine quadratures due to motion, coupling units squared: the coil that moves at the rate X' in the
-    /// field of a carrier of carrier_rad_s receives the voltage of X'/carrier_rad_s, a quarter of a period late.
-    [[nodiscard]] Scalar induced_variance(Scalar carrier_rad_s) const {
+    /// Mean variance of the nine quadratures due to motion, coupling units squared. lag_s: CommonParams::quadrature_lag_s.
+    [[nodiscard]] Scalar quadrature_variance(Scalar lag_s) const {
         Scalar sum = 0;
         for (const History& h : histories_) {
             sum += h.slope_squared;
         }
-        return sum / (kSourceCoils * carrier_rad_s * carrier_rad_s);
+        return lag_s * lag_s * sum / kSourceCoils;
     }
 
     /// Error of a matrix of extrapolated columns.

@@ -22,7 +22,7 @@ public:
         }
         const Scalar floor = params.quadrature_floor * strength;
         const Scalar still = matrix.sigma * matrix.sigma + floor * floor;
-        const Scalar expected = still + motion.induced_variance(params.carrier_rad_s);
+        const Scalar expected = still + motion.quadrature_variance(params.quadrature_lag_s);
         const Scalar squared = matrix.quadrature_squared / 3;  // as the misfit: per three degrees of freedom
         const Scalar gate = Scalar(kNineDegrees) * params.distortion_gate;
         misfit_.add(squared, expected, still, gate, matrix.newest);

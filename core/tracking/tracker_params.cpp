@@ -27,8 +27,8 @@ Status check_common(const CommonParams<Scalar>& p) {
     if (!(p.misfit_floor >= 0 && p.misfit_floor < 1) || !is_positive(p.max_deviation_m)) {
         return refused("misfit floor must lie between 0 and 1, the largest deviation must be positive and finite");
     }
-    if (!(p.quadrature_floor >= 0 && p.quadrature_floor <= 1) || !is_positive(p.carrier_rad_s)) {
-        return refused("quadrature floor must lie between 0 and 1, the carrier must be positive and finite");
+    if (!(p.quadrature_floor >= 0 && p.quadrature_floor <= 1) || !(p.quadrature_lag_s >= 0 && p.quadrature_lag_s < 1)) {
+        return refused("quadrature floor must lie between 0 and 1, its lag between 0 and 1 s");
     }
     if (p.max_column_span.count() < 0 || p.lost_after.count() <= 0 || p.search_after < p.lost_after) {
         return refused("times must be positive, and search_after not shorter than lost_after");
@@ -133,9 +133,19 @@ Microseconds column_span(const signal::AcquisitionPlan& plan) {
     return plan.is_tdm() ? microseconds_from_seconds(2.5 * plan.block_s()) : Microseconds{0};
 }
 
-double lowest_carrier_rad_s(const signal::AcquisitionPlan& plan) {
-    const auto& hz = plan.params.carrier_hz;
-    return 2 * std::numbers::pi * *std::min_element(hz.begin(), hz.begin() + kSourceCoils);
+double quadrature_lag_s(const signal::AcquisitionPlan& plan) {
+    const auto square_s2 = [](double hz) { return std::pow(2 * std::numbers::pi * hz, -2); };
+    const auto& carrier_hz = plan.params.carrier_hz;
+    const auto carriers = static_cast<std::size_t>(plan.carriers());
+    double most_s2 = 0;
+    for (std::size_t j = 0; j < std::min<std::size_t>(carriers, kSourceCoils); ++j) {
+        double sum_s2 = square_s2(carrier_hz[j]);
+        for (std::size_t other = 0; other < carriers; ++other) {
+            sum_s2 += other == j ? 0 : square_s2(carrier_hz[j] - carrier_hz[other]);
+        }
+        most_s2 = std::max(most_s2, sum_s2);
+    }
+    return std::sqrt(most_s2);
 }
 
 DualBandParams dual_band_params(const signal::AcquisitionPlan& plan) {

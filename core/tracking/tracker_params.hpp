@@ -26,13 +26,13 @@ struct CommonParams {
     /// Share of squared couplings that no dipole explains; above it no sensor is assumed. Rank-one crosstalk has 1/3, real
     /// sensors have up to 0.034.
     Scalar max_misfit = Scalar(0.1);
-    Scalar distortion_gate = 21;            // chi-square of 3 degrees of freedom, exceeded once in 10,000
-    Scalar misfit_floor = Scalar(1e-6);     // misfit of calibrated coils without metal, per coupling, relative to k
-    Scalar quadrature_floor = 1;            // quadrature of clean coils per coupling, relative to k; 1: unknown, it is not judged
-    Scalar carrier_rad_s = Scalar(4.4e4);   // lowest carrier, for the quadrature that motion induces
-    Scalar max_deviation_m = Scalar(0.02);  // standard deviation of the position (3D) above which a pose is invalid
-    Microseconds lost_after{100'000};       // without a valid pose
-    Microseconds search_after{1'000'000};   // without a valid pose; then the last pose is forgotten
+    Scalar distortion_gate = 21;         // chi-square of 3 degrees of freedom, exceeded once in 10,000
+    Scalar misfit_floor = Scalar(1e-6);  // misfit of calibrated coils without metal, per coupling, relative to k
+    Scalar quadrature_floor = 1;         // quadrature of clean coils per coupling, relative to k; 1: unknown, it is not judged
+    Scalar quadrature_lag_s = Scalar(1e-4);  // quadrature that motion causes, over the rate of the couplings
+    Scalar max_deviation_m = Scalar(0.02);   // standard deviation of the position (3D) above which a pose is invalid
+    Microseconds lost_after{100'000};        // without a valid pose
+    Microseconds search_after{1'000'000};    // without a valid pose; then the last pose is forgotten
 };
 
 /// DirectTracker: closed-form maximum-likelihood pose of each complete signal matrix.
@@ -111,8 +111,9 @@ static_assert(sizeof(TrackerParams<float>) <= 192, "size of the parameters in fl
 /// max_column_span for a plan. FDM columns are simultaneous. The first and third of three consecutive TDM columns are two slots
 /// apart; with a lost slot they exceed the limit.
 Microseconds column_span(const signal::AcquisitionPlan& plan);
-/// carrier_rad_s for a plan.
-double lowest_carrier_rad_s(const signal::AcquisitionPlan& plan);
+/// quadrature_lag_s for a plan: a coil that moves at the rate X' in the field of a carrier w receives the voltage of X'/w, a
+/// quarter of a period late, and the change of the other carriers' amplitudes leaks X'/(their distance).
+double quadrature_lag_s(const signal::AcquisitionPlan& plan);
 
 /// Errors (invalid_argument), with the reason: a number is not finite or out of its limits, or times are out of order.
 template <typename Scalar>

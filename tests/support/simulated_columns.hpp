@@ -38,7 +38,7 @@ struct SimulatedColumns {
         params.common.max_column_span = tracking::column_span(plan);
         params.common.window_s = plan.window_s();
         params.common.quadrature_floor = 0;
-        params.common.carrier_rad_s = tracking::lowest_carrier_rad_s(plan);
+        params.common.quadrature_lag_s = tracking::quadrature_lag_s(plan);
         return params;
     }
 };
