@@ -135,11 +135,12 @@ Microseconds column_span(const signal::AcquisitionPlan& plan) {
 
 double quadrature_lag_s(const signal::AcquisitionPlan& plan) {
     const auto square_s2 = [](double hz) { return std::pow(2 * std::numbers::pi * hz, -2); };
+    constexpr double kOwn = 1.5;  // the voltage, and half of it from the sum of the frequency with itself
     const auto& carrier_hz = plan.params.carrier_hz;
     const auto carriers = static_cast<std::size_t>(plan.carriers());
     double most_s2 = 0;
     for (std::size_t j = 0; j < std::min<std::size_t>(carriers, kSourceCoils); ++j) {
-        double sum_s2 = square_s2(carrier_hz[j]);
+        double sum_s2 = kOwn * kOwn * square_s2(carrier_hz[j]);
         for (std::size_t other = 0; other < carriers; ++other) {
             sum_s2 += other == j ? 0 : square_s2(carrier_hz[j] - carrier_hz[other]);
         }

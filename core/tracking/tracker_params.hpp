@@ -111,8 +111,8 @@ static_assert(sizeof(TrackerParams<float>) <= 192, "size of the parameters in fl
 /// max_column_span for a plan. FDM columns are simultaneous. The first and third of three consecutive TDM columns are two slots
 /// apart; with a lost slot they exceed the limit.
 Microseconds column_span(const signal::AcquisitionPlan& plan);
-/// quadrature_lag_s for a plan: a coil that moves at the rate X' in the field of a carrier w receives the voltage of X'/w, a
-/// quarter of a period late, and the change of the other carriers' amplitudes leaks X'/(their distance).
+/// quadrature_lag_s for a plan: motion at the rate X' induces X'/w at a carrier w and leaks, in a window, X'/2w into the same
+/// carrier and X'/d into a carrier at the distance d.
 double quadrature_lag_s(const signal::AcquisitionPlan& plan);
 
 /// Errors (invalid_argument), with the reason: a number is not finite or out of its limits, or times are out of order.
