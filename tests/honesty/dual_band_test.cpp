@@ -21,14 +21,14 @@ RunSettings dual_band(const char* scenario, double duration_s, std::uint64_t see
 }
 
 TEST(DualBand, CleanRunIsNotDistorted) {
-    constexpr int kSeeds = 10;
+    constexpr std::uint64_t kRuns = 10;
     constexpr double kFirstComparison_s = 0.11;
     PoseRow::print_header();
     for (const char* scenario : {"hand", "circle", "still"}) {
         for (const bool noise : {true, false}) {
             PoseRow row;
             PoseRow direct;
-            for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+            for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
                 RunSettings settings = dual_band(scenario, 3, seed);
                 settings.noise = noise;
                 const auto run = simulate_columns(settings);
