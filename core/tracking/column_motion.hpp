@@ -71,11 +71,12 @@ public:
         return sum / kSourceCoils;
     }
 
-    /// Mean variance of the nine quadratures due to motion, coupling units squared. lag_s: CommonParams::quadrature_lag_s.
+    /// Mean variance of the nine quadratures due to motion, coupling units squared. lag_s: CommonParams::quadrature_lag_s. The
+    /// slope of a column is that of half a gap before.
     [[nodiscard]] Scalar quadrature_variance(Scalar lag_s) const {
         Scalar sum = 0;
         for (const History& h : histories_) {
-            sum += h.slope_squared;
+            sum += h.slope_squared + h.gap_s * h.gap_s / 4 * h.curvature_squared;
         }
         return lag_s * lag_s * sum / kSourceCoils;
     }

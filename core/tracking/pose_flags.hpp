@@ -12,7 +12,7 @@ enum class PoseFlag : std::uint8_t {
     saturated,           // a channel left its linear range, clipped, or has a large offset: couplings are too small
     low_signal,          // signal-to-noise ratio below the limit
     no_sensor,           // no dipole fits the couplings: crosstalk into open inputs, or a dead channel
-    distorted,           // couplings differ from a dipole's by more than noise and motion: metal
+    distorted,           // couplings differ from a dipole's, or have a quadrature, by more than noise and motion: metal
     wrong_handedness,    // det X < 0: a coil is reversed or two are swapped
     stale,               // no usable measurement for some time; the pose is the last known one
     not_converged,       // the solver did not converge

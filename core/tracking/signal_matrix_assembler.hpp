@@ -13,9 +13,10 @@ namespace tricoil::tracking {
 template <typename Scalar>
 struct SignalMatrix {
     Mat3<Scalar> x;
-    Scalar sigma = 0;               // root mean square of the nine entries' noise
-    Scalar quadrature_squared = 0;  // sum of the nine, not extrapolated
-    ColumnFlags flags;              // of all three columns
+    Scalar sigma = 0;                // root mean square of the nine entries' noise
+    Scalar quadrature_squared = 0;   // sum of the nine, not extrapolated
+    Scalar quadrature_variance = 0;  // mean variance of the nine quadratures' noise
+    ColumnFlags flags;               // of all three columns
     DeviceTime newest{};
     Vec3<Scalar> column_age_s = Vec3<Scalar>::Zero();  // age of each column's values in x relative to the newest column
 };
@@ -61,6 +62,7 @@ public:
                 matrix.flags |= before_[j].flags;
             }
             matrix.quadrature_squared += columns_[j].quadrature.squaredNorm();
+            matrix.quadrature_variance += columns_[j].sigma.squaredNorm() / 9;
             variance += columns_[j].sigma.squaredNorm() * column.variance_factor;
             matrix.column_age_s(static_cast<Eigen::Index>(j)) = seconds_as<Scalar>(matrix.newest - column.time);
         }

@@ -135,7 +135,7 @@ Microseconds column_span(const signal::AcquisitionPlan& plan) {
 
 double quadrature_lag_s(const signal::AcquisitionPlan& plan) {
     const auto square_s2 = [](double hz) { return std::pow(2 * std::numbers::pi * hz, -2); };
-    constexpr double kOwn = 1.5;  // the voltage, and half of it from the sum of the frequency with itself
+    constexpr double kOwn = 1.5;  // induced X'/w, and leakage X'/2w from the component at 2w
     const auto& carrier_hz = plan.params.carrier_hz;
     const auto carriers = static_cast<std::size_t>(plan.carriers());
     double most_s2 = 0;

@@ -29,7 +29,7 @@ struct CommonParams {
     Scalar distortion_gate = 21;         // chi-square of 3 degrees of freedom, exceeded once in 10,000
     Scalar misfit_floor = Scalar(1e-6);  // misfit of calibrated coils without metal, per coupling, relative to k
     Scalar quadrature_floor = 1;         // quadrature of clean coils per coupling, relative to k; 1: unknown, it is not judged
-    Scalar quadrature_lag_s = Scalar(1e-4);  // quadrature that motion causes, over the rate of the couplings
+    Scalar quadrature_lag_s = Scalar(1e-4);  // s; see quadrature_lag_s() below
     Scalar max_deviation_m = Scalar(0.02);   // standard deviation of the position (3D) above which a pose is invalid
     Microseconds lost_after{100'000};        // without a valid pose
     Microseconds search_after{1'000'000};    // without a valid pose; then the last pose is forgotten

@@ -105,7 +105,7 @@ int main(int argc, char** argv) {
                                        {"0.01 mm static at 0.75 m", test::sigma_for_cost(0.01e-3)},
                                        {"0.05 mm static at 0.75 m", test::sigma_for_cost(0.05e-3)},
                                        {"0.5 mm static at 0.75 m", test::sigma_for_cost(0.5e-3)}}};
-    fmt::print("{} files, TDM, slots of 1/720 s\n", (files.size() + step - 1) / step);
+    fmt::print("{} files, TDM with slots of 1/720 s; predictions also in FDM, 240 frames/s\n", (files.size() + step - 1) / step);
     for (const Noise& noise : noises) {
         Totals totals;
         for (std::size_t n = 0; n < files.size(); n += step) {

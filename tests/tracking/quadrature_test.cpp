@@ -23,27 +23,47 @@ struct Seen {
     double deviation_m = 0;
 };
 
-/// Poses of FDM columns of a motion, 0.5 s after the start. quadrature: of every coupling, relative to k at 0.5 m. lag_s: the
-/// quadrature that motion causes, over the rate of the couplings.
-Seen play(const MethodParams<double>& method, double floor, double quadrature, const sim::Motion& motion, double lag_s = 0) {
-    auto params = test::scaat_params<double>(false, motion.at(0).position_m);
+/// True rates of the couplings (1/s).
+Mat3<double> rates(const sim::Motion& motion, double t) {
+    constexpr double kStep_s = 1e-4;
+    const auto couplings = [&](double at_s) {
+        const sim::Pose pose = motion.at(at_s);
+        const Mat3<double> attitude = geometry::attitude_matrix(pose.q_source_sensor);
+        Mat3<double> x;
+        for (int j = 0; j < kSourceCoils; ++j) {
+            x.col(j) = field::column_model<double>(test::kCoupling, pose.position_m, attitude, j).column;
+        }
+        return x;
+    };
+    return (couplings(t + kStep_s) - couplings(t - kStep_s)) / (2 * kStep_s);
+}
+
+struct Setup {
+    double floor = 0;
+    double quadrature = 0;  // of every coupling, relative to k at 0.5 m
+    double lag_s = 0;       // quadrature over the rate of the couplings: 0.8 from the next coil, 0.6 from the coil itself
+    bool tdm = false;
+};
+
+/// Poses of columns of a motion, 0.3 s after the start.
+Seen play(const MethodParams<double>& method, const sim::Motion& motion, const Setup& setup) {
+    auto params = test::scaat_params<double>(setup.tdm, motion.at(0).position_m);
     params.method = method;
-    params.common.quadrature_floor = floor;
+    params.common.quadrature_floor = setup.floor;
     params.common.quadrature_lag_s = kLag_s;
     AnyTracker<double> tracker(params);
     std::mt19937_64 random(7);
     std::normal_distribution<double> normal(0, kNoise);
     const double k = field::coupling_strength(test::kCoupling, 0.5);
-    std::array<Vec3<double>, kSourceCoils> last;
     Seen seen;
-    test::replay<double>(motion, {false, kNoise, 3, 0, 1.5}, [&](Column<double> column) {
-        Vec3<double>& before = last[static_cast<std::size_t>(coil_index(column.state))];
-        const Vec3<double> rate = (column.in_phase - before) * (test::kSlotsPerSecond / 3);
-        before = column.in_phase;
-        column.quadrature = Vec3<double>::Constant(quadrature * k) + lag_s * rate;
+    test::replay<double>(motion, {setup.tdm, kNoise, 3, 0, 2.5}, [&](Column<double> column) {
+        const Mat3<double> rate = rates(motion, to_seconds(column.midpoint));
+        const int j = coil_index(column.state);
+        column.quadrature = Vec3<double>::Constant(setup.quadrature * k) +
+                            setup.lag_s * (0.6 * rate.col(j) + 0.8 * rate.col((j + 1) % kSourceCoils));
         column.quadrature += Vec3<double>(normal(random), normal(random), normal(random));
         const auto pose = tracker.update(column);
-        if (pose && to_seconds(pose->time) > 0.5) {
+        if (pose && to_seconds(pose->time) > 0.3) {
             ++seen.poses;
             seen.distorted += pose->flags.has(PoseFlag::distorted) ? 1 : 0;
             seen.distortion_m = pose->distortion_m;
@@ -60,29 +80,39 @@ protected:
 };
 
 TEST_P(Quadrature, OfNoiseIsNotMetal) {
-    const Seen seen = play(GetParam(), 0, 0, rest_);
-    EXPECT_GT(seen.poses, 200);
-    EXPECT_EQ(seen.distorted, 0);
-    EXPECT_EQ(seen.distortion_m, 0);
+    for (const bool tdm : {false, true}) {
+        const Seen seen = play(GetParam(), rest_, {.tdm = tdm});
+        EXPECT_GT(seen.poses, 400);
+        EXPECT_EQ(seen.distorted, 0) << tdm;
+        EXPECT_EQ(seen.distortion_m, 0) << tdm;
+    }
 }
 
 /// 1e-4 of k is a position error of 0.1 mm; the figure takes the in-phase effect as 2.5 times as large.
 TEST_P(Quadrature, IsMetal) {
-    const Seen seen = play(GetParam(), 0, 1e-4, rest_);
-    EXPECT_EQ(seen.distorted, seen.poses);
-    EXPECT_NEAR(seen.distortion_m, 2.5 * 2.1256 * 0.5 * 1e-4, 0.1 * seen.distortion_m);
-    EXPECT_GE(seen.deviation_m, seen.distortion_m);
+    for (const bool tdm : {false, true}) {
+        const Seen seen = play(GetParam(), rest_, {.quadrature = 1e-4, .tdm = tdm});
+        EXPECT_EQ(seen.distorted, seen.poses) << tdm;
+        EXPECT_NEAR(seen.distortion_m, 2.5 * 2.1256 * 0.5 * 1e-4, 0.1 * seen.distortion_m) << tdm;
+        EXPECT_GE(seen.deviation_m, seen.distortion_m) << tdm;
+    }
 }
 
 TEST_P(Quadrature, WithinThePhaseErrorsIsNotMetal) {
-    EXPECT_EQ(play(GetParam(), 1e-3, 1e-4, rest_).distorted, 0);
-    EXPECT_EQ(play(GetParam(), CommonParams<double>{}.quadrature_floor, 1e-2, rest_).distorted, 0) << "unknown clean quadrature";
+    EXPECT_EQ(play(GetParam(), rest_, {.floor = 1e-3, .quadrature = 1e-4}).distorted, 0);
+    const double unknown = CommonParams<double>{}.quadrature_floor;
+    EXPECT_EQ(play(GetParam(), rest_, {.floor = unknown, .quadrature = 1e-2}).distorted, 0);
 }
 
+/// All rates of the couplings pass through zero where a sensor turns back on a line.
 TEST_P(Quadrature, OfMotionIsNotMetal) {
+    const sim::Pose centre = rest_.at(0);
+    const sim::LineMotion line(centre, Vec3<double>(0.05, 0, 0), 3);
     const auto hand = test::hand_like(4);
-    EXPECT_EQ(play(GetParam(), 0, 0, hand, kLag_s).distorted, 0);
-    EXPECT_GT(play(GetParam(), 0, 0, hand, 10 * kLag_s).distorted, 50);
+    for (const sim::Motion* motion : std::initializer_list<const sim::Motion*>{&line, &hand}) {
+        EXPECT_EQ(play(GetParam(), *motion, {.lag_s = kLag_s}).distorted, 0);
+        EXPECT_GT(play(GetParam(), *motion, {.lag_s = 10 * kLag_s}).distorted, 50);
+    }
 }
 
 std::string name_of(const ::testing::TestParamInfo<MethodParams<double>>& method) {

@@ -157,7 +157,7 @@ void MatrixTracker<Scalar>::flag_recent_faults(PoseEstimate<Scalar>& estimate, b
     if (faulty) {
         forget_column_motion();
         misfit_ = {};
-        quadrature_ = {};
+        quadrature_.clear();
     }
     const bool bad = faulty || jumped;
     estimate.flags.set_if(unconfirmed_ > 0, PoseFlag::unconfirmed);
@@ -254,11 +254,10 @@ void MatrixTracker<Scalar>::fill_estimate(const SignalMatrix<Scalar>& matrix, co
     estimate.flags.set_if(matrix.x.determinant() < 0, PoseFlag::wrong_handedness);
     estimate.flags.set_if(snr < params_.min_snr, PoseFlag::low_signal);
     const bool significant = estimate.distortion_chi_square > params_.distortion_gate;
-    const bool is_faulty = unconfirmed_ > 0 || estimate.flags.has_any(kFaultFlags);  // a fault is not metal
-    const bool has_quadrature = !is_faulty && quadrature_.add(matrix, k, column_motion_, params_);
-    estimate.flags.set_if((significant || has_quadrature) && column_motion_.known(), PoseFlag::distorted);
     estimate.flags.set_if(significant && misfit > params_.max_misfit * matrix.x.squaredNorm(), PoseFlag::no_sensor);
-    if (unconfirmed_ == 0) {
+    const bool has_quadrature = judge_quadrature(matrix, k, estimate.flags);
+    estimate.flags.set_if((significant || has_quadrature) && column_motion_.known(), PoseFlag::distorted);
+    if (unconfirmed_ == 0) {  // a fault is not metal
         const Scalar metal = estimate.flags.has_any(kFaultFlags) ? Scalar(0) : misfit;
         misfit_.add(metal, expected, still, params_.distortion_gate, matrix.newest);
     }
@@ -267,6 +266,18 @@ void MatrixTracker<Scalar>::fill_estimate(const SignalMatrix<Scalar>& matrix, co
     const Scalar metal = std::max(misfit_.covered_variance(), shown);
     estimate.covariance = solver::pose_covariance<Scalar>(k, pose.range_m, pose.direction, std::sqrt(variance + metal));
     estimate.flags.set_if(!(deviation_m(estimate) <= params_.max_deviation_m), PoseFlag::uncertain);
+}
+
+/// True if the quadrature shows metal. Faults and unknown motion cause a quadrature too.
+template <typename Scalar>
+bool MatrixTracker<Scalar>::judge_quadrature(const SignalMatrix<Scalar>& matrix, Scalar strength, PoseFlags flags) {
+    constexpr ColumnFlags kUnknownPhase{ColumnFlag::overrun, ColumnFlag::gain_changed};
+    const bool is_faulty = unconfirmed_ > 0 || flags.has_any(kFaultFlags) || matrix.flags.has_any(kUnknownPhase);
+    if (is_faulty || !column_motion_.known()) {
+        quadrature_.clear();
+        return false;
+    }
+    return quadrature_.add(matrix, strength, column_motion_, params_);
 }
 
 /// True if the last solved pose is near enough in time and place for the motion of a body.

@@ -54,6 +54,7 @@ private:
     void fill_estimate(const SignalMatrix<Scalar>& matrix, const Pose& pose, bool stepped, PoseEstimate<Scalar>& estimate);
     [[nodiscard]] Scalar linearization_share(const Pose& pose) const;
     [[nodiscard]] bool is_continuation(const PoseEstimate<Scalar>& estimate) const;
+    bool judge_quadrature(const SignalMatrix<Scalar>& matrix, Scalar strength, PoseFlags flags);
     void predict_error(const SignalMatrix<Scalar>& matrix, Step step, PoseEstimate<Scalar>& estimate);
     void forget_column_motion();
     void advance(bool valid, DeviceTime time);

@@ -26,10 +26,11 @@ struct Innovation {
     bool ok = false;                    // S is positive definite and all numbers are finite
 
     [[nodiscard]] Vec3<Scalar> whitened() const { return s.solve_lower(y); }
-    /// Trace of S^-1/2 (H P H^T) S^-T/2: share of the prediction in S, 0 to 3.
+    /// Trace of S^-1/2 (H P H^T) S^-T/2, 0 to 3: how many of the three innovations come from errors of the prediction, not from
+    /// noise.
     [[nodiscard]] Scalar predicted_share() const {
         const Mat3<Scalar> root = s.template solve_lower<3>(Mat3<Scalar>::Identity());
-        return 3 - root.cwiseAbs2().colwise().sum().dot(r.transpose());
+        return std::max(Scalar(0), 3 - root.cwiseAbs2().colwise().sum().dot(r.transpose()));
     }
 
     void set_noise(const Vec3<Scalar>& variances) {

@@ -85,9 +85,10 @@ void Estimator<Scalar, Model>::update_state(const Column<Scalar>& column, const 
     settled_ = std::min(settled_ + 1, kLearningColumns);
 }
 
-/// Adapts the process noise with the original innovation, but with the reduced weight of the column. After the first column of a
-/// frame the errors of position and rotation are correlated, and the sum of their shares exceeds the prediction's. With such an
-/// information the process noise would not fall any more, so both shares are reduced to the prediction's.
+/// Adapts the process noise with the original innovation, but with the reduced weight of the column. In a frame, the first column
+/// correlates the errors of position and rotation. The shares of the two then add up to more than the share of the whole
+/// prediction, the Fisher information is too large, and the steps of log q are too small: after a fast motion q stays high. Both
+/// shares are therefore scaled to the share of the prediction. In TDM this has little effect and is left out.
 template <typename Scalar, MeasurementModel<Scalar> Model>
 void Estimator<Scalar, Model>::adapt_process_noise(const Innovation<Scalar>& innovation, const Vec3<Scalar>& whitened,
                                                    bool in_frame) {

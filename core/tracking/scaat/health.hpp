@@ -111,6 +111,8 @@ private:
         if (!moving) {
             misfit_.add(pose.misfit_squared, variance, still, params_.distortion_gate, matrix.newest);
             flags_.set_if(quadrature_.add(matrix, pose.strength, motion_, params_), PoseFlag::distorted);
+        } else {
+            quadrature_.clear();
         }
         const Scalar unexplained = pose.misfit_squared / (noise + moved);  // part of it may be an error of the calibrated coils
         const Scalar removed =

@@ -108,17 +108,17 @@ void learn_acceleration(State<Scalar>& state, const Vec12<Scalar>& correction, c
 /// traces.
 template <typename Scalar>
 Scalar velocity_delay_s(const Mat12<Scalar>& p, Scalar interval_s) {
-    constexpr Scalar kLongest_s = Scalar(0.03);
+    constexpr Scalar kLongestDelay_s = Scalar(0.03);  // above the delays of recorded hands at any noise
     const Scalar pp = p.template block<3, 3>(0, 0).trace();
     const Scalar pv = p.template block<3, 3>(0, 6).trace();
-    const Scalar ratio_s = pp < kLongest_s * pv ? pp / pv : kLongest_s;
+    const Scalar ratio_s = pp < kLongestDelay_s * pv ? pp / pv : kLongestDelay_s;
     return std::max(ratio_s - interval_s / 2, Scalar(0));
 }
 
-/// Prepares a state for a prediction by dt > 0 (s). The accelerations stay the same in its short time, which cancels the decay of
-/// move(). The velocity makes up a part of its delay; all of it would increase the noise too much. The share was chosen on half
-/// of the recorded hand motions, for noises of 0 to 0.1 mm. This part is as uncertain as it is large, above all after lost
-/// columns. The rates have a shorter delay and are left as they are.
+/// Prepares a state for a prediction by dt > 0 (s). The decay of the accelerations in move() is cancelled up to 40 ms: it would
+/// make predictions of some 10 ms worse. A part of the velocity's delay is corrected; all of it would increase the noise too
+/// much. The part was chosen on half of the recorded hand motions, for noises of 0 to 0.1 mm. The correction is as uncertain as
+/// it is large, above all after lost columns. The rates have a shorter delay and are not corrected.
 template <typename Scalar>
 void expect_acceleration(State<Scalar>& state, Scalar interval_s, Scalar dt) {
     constexpr Scalar kDelayShare = Scalar(0.4);
