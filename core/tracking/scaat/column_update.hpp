@@ -26,11 +26,10 @@ struct Innovation {
     bool ok = false;                    // S is positive definite and all numbers are finite
 
     [[nodiscard]] Vec3<Scalar> whitened() const { return s.solve_lower(y); }
-    /// Trace of S^-1/2 (H P H^T) S^-T/2, 0 to 3: how many of the three innovations come from errors of the prediction, not from
-    /// noise.
-    [[nodiscard]] Scalar predicted_share() const {
-        const Mat3<Scalar> root = s.template solve_lower<3>(Mat3<Scalar>::Identity());
-        return std::max(Scalar(0), 3 - root.cwiseAbs2().colwise().sum().dot(r.transpose()));
+    /// S^-1/2 A S^-T/2: the share of a covariance A of three couplings in S. Not inlined, to save flash.
+    [[gnu::noinline]] [[nodiscard]] Mat3<Scalar> share_of(const Mat3<Scalar>& a) const {
+        const Mat3<Scalar> half = s.solve_lower(a);
+        return s.template solve_lower<3>(half.transpose());
     }
 
     void set_noise(const Vec3<Scalar>& variances) {

@@ -100,14 +100,13 @@ void Estimator<Scalar, Model>::adapt_process_noise(const Innovation<Scalar>& inn
     const Scalar range_squared = state_.position_m.squaredNorm();
     const auto share = [&](int block) -> Mat3<Scalar> {
         const Eigen::Matrix<Scalar, 3, 3> h = innovation.h.template middleCols<3>(block);
-        const Mat3<Scalar> a = h * state_.covariance.template block<3, 3>(block, block) * h.transpose();
-        const Mat3<Scalar> half = innovation.s.solve_lower(a);
-        return innovation.s.template solve_lower<3>(half.transpose());
+        return innovation.share_of(h * state_.covariance.template block<3, 3>(block, block) * h.transpose());
     };
     Mat3<Scalar> translation = share(0);
     Mat3<Scalar> rotation = share(3);
     if (in_frame) {
-        const Scalar factor = std::min(Scalar(1), innovation.predicted_share() / (translation.trace() + rotation.trace()));
+        const Scalar whole = innovation.share_of(innovation.predicted).trace();
+        const Scalar factor = std::min(Scalar(1), whole / (translation.trace() + rotation.trace()));
         translation *= factor;
         rotation *= factor;
     }
