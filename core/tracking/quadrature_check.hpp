@@ -31,10 +31,14 @@ public:
     }
 
     /// As Misfit::variance().
-    [[nodiscard]] Scalar variance() const { return misfit_.variance(); }
+    [[nodiscard]] Scalar variance() const { return kIsJudged ? misfit_.variance() : Scalar(0); }
 
     /// For columns that cannot be judged: faults, or unknown motion.
-    void clear() { misfit_ = {}; }
+    void clear() {
+        if constexpr (kIsJudged) {
+            misfit_ = {};
+        }
+    }
 
 private:
     // Boards do not know the quadrature of clean coils, so their images, compiled for one band, leave the check out.
