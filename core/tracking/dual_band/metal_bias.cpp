@@ -9,10 +9,6 @@
 namespace tricoil::tracking {
 namespace {
 
-/// Factor on the covariance of the bias. The share changes where the metal or the sensor moves, and the window's mean follows
-/// late. Chosen over the random objects of tests/support/metal_case.hpp.
-constexpr double kCovarianceMargin = 2;
-
 constexpr double kSystematic = 1e-4;  // error of the low band by motion within a frame, relative to the couplings
 
 /// Fraction of a difference that is used: none if it is within its noise, all if it is much larger (positive-part James-Stein
@@ -126,7 +122,7 @@ std::optional<MetalBiasEstimate> MetalBias::estimate() const {
     const double noise = now.low_variance + systematic_ * systematic_;
     const double coupling_variance = share_.gain() * share_.gain() * noise + new_misfit_variance(now);
     MetalBiasEstimate out;
-    out.covariance = kCovarianceMargin * coupling_variance * now.covariance;
+    out.covariance = coupling_variance * now.covariance;
     const auto bias = [&](int first) {
         const Vec3<double> earlier = before.pose.segment<3>(first);
         auto covariance = out.covariance.block<3, 3>(first, first);
@@ -135,7 +131,7 @@ std::optional<MetalBiasEstimate> MetalBias::estimate() const {
         const Vec3<double>& d = present.difference;
         const double by_change = share_.gain() * share_.gain() * present.change_variance;
         const double by_share = share_.gain_sigma() * share_.gain_sigma() * d.squaredNorm() / 3;
-        covariance.diagonal().array() += kCovarianceMargin * (by_change + by_share);
+        covariance.diagonal().array() += by_change + by_share;
         return Bias{share_.gain() * significant_fraction(d, noise * unit_variance) * d,
                     std::abs(share_.gain()) * std::sqrt(significant_square(d, noise * unit_variance)),
                     std::sqrt(covariance.trace() / 3)};
