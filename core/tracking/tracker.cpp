@@ -14,8 +14,8 @@ CommonParams<Scalar> Tracker<Scalar>::corrected(CommonParams<Scalar> params, con
         return params;
     }
     params.misfit_floor = std::max(params.misfit_floor, correction->misfit_floor());
-    params.quadrature_floor =
-        1;  // a calibration does not contain the quadrature of its surroundings, nor the errors of its phases
+    // Unknown: a calibration contains neither the quadrature of its surroundings nor the errors of its phases.
+    params.quadrature_floor = 1;
     if (correction->has_own_axes()) {
         params.coupling_constant = 1;
         params.hemisphere = correction->axes().transpose() * params.hemisphere;

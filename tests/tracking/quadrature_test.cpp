@@ -28,12 +28,7 @@ Mat3<double> rates(const sim::Motion& motion, double t) {
     constexpr double kStep_s = 1e-4;
     const auto couplings = [&](double at_s) {
         const sim::Pose pose = motion.at(at_s);
-        const Mat3<double> attitude = geometry::attitude_matrix(pose.q_source_sensor);
-        Mat3<double> x;
-        for (int j = 0; j < kSourceCoils; ++j) {
-            x.col(j) = field::column_model<double>(test::kCoupling, pose.position_m, attitude, j).column;
-        }
-        return x;
+        return field::signal_matrix<double>(test::kCoupling, pose.position_m, geometry::attitude_matrix(pose.q_source_sensor));
     };
     return (couplings(t + kStep_s) - couplings(t - kStep_s)) / (2 * kStep_s);
 }

@@ -157,7 +157,6 @@ void MatrixTracker<Scalar>::flag_recent_faults(PoseEstimate<Scalar>& estimate, b
     if (faulty) {
         forget_column_motion();
         misfit_ = {};
-        quadrature_.clear();
     }
     const bool bad = faulty || jumped;
     estimate.flags.set_if(unconfirmed_ > 0, PoseFlag::unconfirmed);
@@ -268,11 +267,11 @@ void MatrixTracker<Scalar>::fill_estimate(const SignalMatrix<Scalar>& matrix, co
     estimate.flags.set_if(!(deviation_m(estimate) <= params_.max_deviation_m), PoseFlag::uncertain);
 }
 
-/// True if the quadrature shows metal. Faults and unknown motion cause a quadrature too.
+/// True if the quadrature shows metal. Faults, columns of unknown phase and unknown motion cause a quadrature too. flags: those
+/// of the columns (signal_flags()) and of the pose so far.
 template <typename Scalar>
 bool MatrixTracker<Scalar>::judge_quadrature(const SignalMatrix<Scalar>& matrix, Scalar strength, PoseFlags flags) {
-    constexpr ColumnFlags kUnknownPhase{ColumnFlag::overrun, ColumnFlag::gain_changed};
-    const bool is_faulty = unconfirmed_ > 0 || flags.has_any(kFaultFlags) || matrix.flags.has_any(kUnknownPhase);
+    const bool is_faulty = unconfirmed_ > 0 || flags.has_any(kFaultFlags | PoseFlags{PoseFlag::unconfirmed});
     if (is_faulty || !column_motion_.known()) {
         quadrature_.clear();
         return false;
