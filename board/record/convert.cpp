@@ -9,6 +9,7 @@
 #include "board/pose_text/mcap/mcap_poses.hpp"
 #include "board/pose_text/openigtlink/igtl_messages.hpp"
 #include "board/pose_text/pose_lines.hpp"
+#include "board/record/column_quadratures.hpp"
 #include "board/record/rest_couplings.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/nearest_name.hpp"
@@ -82,24 +83,23 @@ Form mcap_form(const Put& put) {
     return {[poses](const Pose& pose) { poses->add(pose); }, [poses] { poses->finish(); }};
 }
 
-Form rests_form(const Put& put) {
-    const auto rests = std::make_shared<RestFinder>(put);
-    return {[rests](const Pose& pose) {
-                if (pose.sensor == 0 && !pose.flags.has_any(tracking::kFaultFlags)) {
-                    rests->add(pose.time, pose.signal_matrix);
-                }
-            },
-            [rests] { rests->finish(); }};
-}
-
 /// Throws InputError if the recording has no measured signal matrices: poses of a device, or a calibration was used.
-void refuse_rests(const Recording& recording) {
+Form rests_form(const Put& put, const Recording& recording) {
     const auto& settings = recording.settings();
     if (!settings || settings->calibration) {
         throw InputError(recording.folder() + (settings
                                                    ? ": recorded with a calibration; --to rests needs a recording without one"
                                                    : ": has no couplings, because the device computed the poses"));
     }
+    const auto quadratures = std::make_shared<ColumnQuadratures>(recording.folder());
+    const auto rests =
+        std::make_shared<RestFinder>(put, [quadratures](DeviceTime from, DeviceTime to) { return quadratures->mean(from, to); });
+    return {[rests](const Pose& pose) {
+                if (pose.sensor == 0 && !pose.flags.has_any(tracking::kFaultFlags)) {
+                    rests->add(pose.time, pose.signal_matrix);
+                }
+            },
+            [rests] { rests->finish(); }};
 }
 
 }  // namespace
@@ -111,12 +111,9 @@ const std::vector<std::string>& convert_formats() {
 
 std::uint64_t convert(const Recording& recording, const std::string& name, const std::function<void(std::string_view)>& put,
                       const ShowShare& progress) {
-    constexpr std::array kForms{json_form, csv_form, mat_form, mcap_form, candump_form, igtl_form, rests_form};
+    constexpr std::array kForms{json_form, csv_form, mat_form, mcap_form, candump_form, igtl_form};  // of poses alone
     const std::size_t index = index_of_name("--to", name, convert_formats());
-    if (kForms.at(index) == rests_form) {
-        refuse_rests(recording);
-    }
-    const Form form = kForms.at(index)(put);
+    const Form form = index < kForms.size() ? kForms.at(index)(put) : rests_form(put, recording);
     const std::uint64_t count = for_each_pose(recording, form.take, progress);
     if (form.finish) {
         form.finish();

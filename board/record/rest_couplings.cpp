@@ -5,48 +5,53 @@
 #include <string>
 #include <utility>
 
+#include "board/support/coupling_text.hpp"
+
 namespace tricoil::host {
 namespace {
 
 constexpr double kTolerance = 0.01;
-constexpr double kShortest_s = 0.5;
-constexpr double kMargin_s = 0.1;
+constexpr Microseconds kShortest{500'000};
+constexpr Microseconds kMargin{100'000};
 
 }  // namespace
 
-RestFinder::RestFinder(Put put) : put_(std::move(put)) { put_("rest,start_s,duration_s,x11,x12,x13,x21,x22,x23,x31,x32,x33\n"); }
+RestFinder::RestFinder(Put put, Quadratures quadratures) : put_(std::move(put)), quadratures_(std::move(quadratures)) {
+    put_("rest,start_s,duration_s,x11,x12,x13,x21,x22,x23,x31,x32,x33" + std::string(kQuadratureHeader) + "\n");
+}
 
 void RestFinder::add(DeviceTime time, const Mat3<double>& x) {
     const auto count = static_cast<double>(rest_.size());
     if (!rest_.empty() && !((count * x - sum_).norm() <= kTolerance * sum_.norm())) {
         end_rest();
     }
-    rest_.push_back({1e-6 * static_cast<double>(to_us(time)), x});
+    rest_.push_back({time, x});
     sum_ += x;
 }
 
 void RestFinder::end_rest() {
     const std::vector<Matrix> rest = std::exchange(rest_, {});
     sum_.setZero();
-    if (rest.empty() || rest.back().time_s - rest.front().time_s < kShortest_s) {
+    if (rest.empty() || rest.back().time - rest.front().time < kShortest) {
         return;
     }
+    const DeviceTime from = rest.front().time + kMargin;
+    const DeviceTime to = rest.back().time - kMargin;
     Mat3<double> sum = Mat3<double>::Zero();
     int used = 0;
     for (const Matrix& matrix : rest) {
-        if (matrix.time_s >= rest.front().time_s + kMargin_s && matrix.time_s <= rest.back().time_s - kMargin_s) {
+        if (matrix.time >= from && matrix.time <= to) {
             sum += matrix.x;
             ++used;
         }
     }
-    if (used == 0) {  // the columns in the middle of the rest are missing
+    const Mat3<double> quadrature = quadratures_(from, to);
+    if (used == 0 || !quadrature.allFinite()) {  // the columns in the middle of the rest are missing
         return;
     }
-    std::string line = fmt::format("{},{:.3f},{:.3f}", ++rests_, rest.front().time_s, rest.back().time_s - rest.front().time_s);
-    for (Eigen::Index k = 0; k < 9; ++k) {
-        line += fmt::format(",{:.10g}", sum(k / 3, k % 3) / used);
-    }
-    put_(line + "\n");
+    put_(fmt::format("{},{:.3f},{:.3f}", ++rests_, to_seconds(rest.front().time),
+                     to_seconds(rest.back().time - rest.front().time)) +
+         "," + matrix_text(sum / used) + "," + matrix_text(quadrature) + "\n");
 }
 
 void RestFinder::finish() { end_rest(); }

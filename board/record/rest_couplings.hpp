@@ -15,21 +15,25 @@ namespace tricoil::host {
 class RestFinder {
 public:
     using Put = std::function<void(std::string_view)>;
+    /// Mean quadratures of the couplings between two times; NaN for a source coil without columns.
+    using Quadratures = std::function<Mat3<double>(DeviceTime from, DeviceTime to)>;
 
-    /// Writes CSV lines: number, start and duration of the rest (s), and nine couplings. Writes the header at once.
-    explicit RestFinder(Put put);
+    /// Writes CSV lines: number, start and duration of the rest (s), nine couplings, and their quadratures. Writes the header at
+    /// once. `quadratures` is called with times in order.
+    RestFinder(Put put, Quadratures quadratures);
 
     void add(DeviceTime time, const Mat3<double>& x);
     void finish();
 
 private:
     struct Matrix {
-        double time_s;
+        DeviceTime time;
         Mat3<double> x;
     };
     void end_rest();
 
     Put put_;
+    Quadratures quadratures_;
     std::vector<Matrix> rest_;
     Mat3<double> sum_ = Mat3<double>::Zero();
     int rests_ = 0;

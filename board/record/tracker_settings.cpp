@@ -34,7 +34,8 @@ OrderedJson value_of(const field::InducedDipoles<double>& dipoles) {
 }
 
 /// Fields that older recordings of the same version do not have; their defaults are right for these.
-const std::set<std::string_view> kAddedLater{"surroundings", "calibrated_misfit_floor", "quadrature_floor", "quadrature_lag_s"};
+const std::set<std::string_view> kAddedLater{"surroundings", "calibrated_misfit_floor", "calibrated_quadrature_floor",
+                                             "quadrature_floor", "quadrature_lag_s"};
 
 /// Reads the fields of a JSON object strictly.
 class FieldReader {
@@ -133,6 +134,16 @@ void refuse_bad(const Status& status, const std::string& where) {
     }
 }
 
+/// Older recordings have one phase for each sensor channel.
+nlohmann::json with_phases_of_couplings(nlohmann::json known) {
+    if (known.is_object() && known.contains("phase_rad") && known["phase_rad"].is_array()) {
+        for (nlohmann::json& phase : known["phase_rad"]) {
+            phase = phase.is_number() ? nlohmann::json{phase, phase, phase} : phase;
+        }
+    }
+    return known;
+}
+
 tracking::MethodParams<double> read_method(FieldReader& tracker, const std::string& where) {
     std::string name;
     tracker("method", name);
@@ -171,7 +182,7 @@ TrackerSettings settings_from_json(const nlohmann::json& json, const std::string
     if (!json.contains("calibration")) {
         throw InputError(where + ".calibration: is missing");
     }
-    if (const auto& known = json["calibration"]; !known.is_null()) {
+    if (const auto known = with_phases_of_couplings(json["calibration"]); !known.is_null()) {
         FieldReader calibration(known, where + ".calibration");
         settings.calibration.emplace();
         visit_calibration(*settings.calibration, calibration);

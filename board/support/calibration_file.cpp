@@ -108,10 +108,12 @@ std::string to_toml(const CalibrationFile& file) {
     std::string text = "# Calibration of a tracker's coils, by tricoil calibrate. Columns are coils; lengths in metres.\n";
     text += fmt::format("version = 1\nmodel = \"{}\"\nresidual_rms = {:.6g}\nmisfit_floor = {:.6g}\n", file.model,
                         file.residual_rms, c.misfit_floor);
+    text += c.quadrature_floor < 1 ? fmt::format("quadrature_floor = {:.6g}\n", c.quadrature_floor) : "";
     text += "\n[source]\n" + line("moment", c.model.source_moment) + line("offset_m", c.model.source_offset_m) +
             line("octupole_m2", c.model.source_octupole_m2);
     text += "\n[sensor]\n" + line("sensitivity", c.model.sensor_sensitivity) + line("offset_m", c.model.sensor_offset_m) +
-            line("octupole_m2", c.model.sensor_octupole_m2) + line("phase_rad", c.phase_rad);
+            line("octupole_m2", c.model.sensor_octupole_m2);
+    text += "\n[couplings]\n" + line("phase_rad", c.phase_rad);
     text +=
         "\n[output]\n" + line("hemisphere", c.hemisphere) + line("linear", c.output_linear) + line("offset_m", c.output_offset_m);
     text += fmt::format("\n[stage]\nturns_left_handed = {}\n", file.stage_turns_left_handed ? 1 : 0);
@@ -136,6 +138,7 @@ CalibrationFile read_calibration(const std::string& path) {
     require(path, root, "sensor", "sensitivity");
     auto& c = file.calibration;
     c.misfit_floor = top.number("misfit_floor", 0);
+    c.quadrature_floor = top.number("quadrature_floor", 1);
     auto source = top.child("source");
     c.model.source_moment = source.matrix("moment", c.model.source_moment);
     c.model.source_offset_m = source.matrix("offset_m", c.model.source_offset_m);
@@ -145,7 +148,13 @@ CalibrationFile read_calibration(const std::string& path) {
     c.model.sensor_sensitivity = sensor.matrix("sensitivity", c.model.sensor_sensitivity);
     c.model.sensor_offset_m = sensor.matrix("offset_m", c.model.sensor_offset_m);
     c.model.sensor_octupole_m2 = sensor.vector("octupole_m2", c.model.sensor_octupole_m2);
-    c.phase_rad = sensor.vector("phase_rad", c.phase_rad);
+    if (auto couplings = top.child("couplings"); couplings.has("phase_rad")) {
+        c.phase_rad = couplings.matrix("phase_rad", c.phase_rad);
+        couplings.finish();
+    } else {  // older files: one phase for each channel
+        c.phase_rad.colwise() = sensor.vector("phase_rad", Vec3<double>::Zero());
+        couplings.finish();
+    }
     sensor.finish();
     auto output = top.child("output");
     c.hemisphere = output.vector("hemisphere", c.hemisphere);

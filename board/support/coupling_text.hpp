@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <string_view>
 
 #include "board/support/text_table.hpp"
@@ -12,8 +13,16 @@ namespace tricoil::host {
 /// Header of a CSV file of couplings at known poses; xij: sensor coil i, source coil j.
 constexpr std::string_view kPoseCsvHeader = "x_m,y_m,z_m,qw,qx,qy,qz,x11,x12,x13,x21,x22,x23,x31,x32,x33";
 
-/// Nine fields x(i, j), sensor coil i, source coil j, row by row. Throws InputError, naming the place, for a field that is not a
-/// finite number and for couplings of rank below three.
-Mat3<double> parse_couplings(std::span<const std::string_view> fields, const TextPlace& place);
+/// Columns that may follow the couplings of any CSV header: their quadratures, in the same order.
+constexpr std::string_view kQuadratureHeader = ",q11,q12,q13,q21,q22,q23,q31,q32,q33";
+
+/// Nine fields (i, j), row by row, as the readers below expect them.
+std::string matrix_text(const Mat3<double>& matrix);
+
+/// Nine fields (i, j), row by row. Throws InputError, naming the place, for a field that is not a finite number.
+Mat3<double> parse_matrix(std::span<const std::string_view> fields, const TextPlace& place);
+
+/// Throws InputError, naming the place, for couplings that are zero or have rank below three.
+void check_couplings(const Mat3<double>& in_phase, const Mat3<double>& quadrature, const TextPlace& place);
 
 }  // namespace tricoil::host

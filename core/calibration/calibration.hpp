@@ -12,16 +12,18 @@ namespace tricoil::calibration {
 template <typename Scalar>
 struct Calibration {
     field::GeneralDipole<Scalar> model;                     // moments and sensitivities hold gains and non-orthogonality
-    Vec3<Scalar> phase_rad = Vec3<Scalar>::Zero();          // of each sensor channel relative to the reference current
+    Mat3<Scalar> phase_rad = Mat3<Scalar>::Zero();          // (i, j): of sensor channel i at the carrier of source coil j
     Vec3<Scalar> hemisphere = Vec3<Scalar>::Zero();         // half space of the calibration poses; zero: unknown
     Mat3<Scalar> output_linear = Mat3<Scalar>::Identity();  // corrected position = linear * position + offset, source frame
     Vec3<Scalar> output_offset_m = Vec3<Scalar>::Zero();
-    Scalar misfit_floor = 0;  // misfit of clean couplings per coupling, relative to k: errors of the model
+    Scalar misfit_floor = 0;      // misfit of clean couplings per coupling, relative to k: errors of the model
+    Scalar quadrature_floor = 1;  // quadrature of clean couplings after phase_rad, likewise; 1: unknown
 
     template <typename Other>
     [[nodiscard]] Calibration<Other> cast() const {
         return {model.template cast<Other>(),         phase_rad.template cast<Other>(),       hemisphere.template cast<Other>(),
-                output_linear.template cast<Other>(), output_offset_m.template cast<Other>(), static_cast<Other>(misfit_floor)};
+                output_linear.template cast<Other>(), output_offset_m.template cast<Other>(), static_cast<Other>(misfit_floor),
+                static_cast<Other>(quadrature_floor)};
     }
 };
 
@@ -43,7 +45,8 @@ Status check(const field::InducedDipoles<Scalar>& surroundings, const Mat3<Scala
 }
 
 /// Errors: not_finite (NaN or infinity), invalid_argument (linearly dependent moments or sensitivities, an offset beyond 1 m, an
-/// output correction or a misfit floor beyond 0.1, a virtual dipole at a source coil or beyond 100 m).
+/// output correction or a misfit floor beyond 0.1, a quadrature floor beyond 1, a virtual dipole at a source coil or beyond 100
+/// m).
 template <typename Scalar>
 Status check(const Calibration<Scalar>& c) {
     const bool finite =
@@ -67,6 +70,9 @@ Status check(const Calibration<Scalar>& c) {
     }
     if (!(c.misfit_floor >= 0 && c.misfit_floor <= Scalar(0.1))) {
         return {StatusCode::invalid_argument, "calibration: the misfit floor must be a share of 0 to 0.1"};
+    }
+    if (!(c.quadrature_floor >= 0 && c.quadrature_floor <= 1)) {
+        return {StatusCode::invalid_argument, "calibration: the quadrature floor must be a share of 0 to 1"};
     }
     return check(c.model.surroundings, c.model.source_offset_m);
 }

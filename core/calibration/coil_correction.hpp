@@ -63,13 +63,14 @@ public:
         correction.output_linear_ = c.output_linear;
         correction.output_offset_m_ = c.output_offset_m;
         correction.misfit_floor_ = c.misfit_floor;
+        correction.quadrature_floor_ = c.quadrature_floor;
         return correction;
     }
 
     /// Corrects column j (0-2): in phase, quadrature and standard deviations. After ideal_triads() the result has C = 1.
     void correct_column(int j, Vec3<Scalar>& in_phase, Vec3<Scalar>& quadrature, Vec3<Scalar>& sigma) const {
-        const auto cosine = phase_rad_.array().cos();
-        const auto sine = phase_rad_.array().sin();
+        const auto cosine = phase_rad_.col(j).array().cos();
+        const auto sine = phase_rad_.col(j).array().sin();
         const Vec3<Scalar> along = cosine * in_phase.array() + sine * quadrature.array();
         const Vec3<Scalar> across = cosine * quadrature.array() - sine * in_phase.array();
         in_phase = sensor_ * along / gain_(j);
@@ -89,6 +90,7 @@ public:
     [[nodiscard]] const Mat3<Scalar>& axes() const { return axes_; }
     [[nodiscard]] bool has_own_axes() const { return has_own_axes_; }
     [[nodiscard]] Scalar misfit_floor() const { return misfit_floor_; }
+    [[nodiscard]] Scalar quadrature_floor() const { return quadrature_floor_; }
     /// Metal at rest in the frame and units of the corrected columns. Empty after phases().
     [[nodiscard]] const field::InducedDipoles<Scalar>& surroundings() const { return surroundings_; }
 
@@ -105,7 +107,7 @@ private:
         return m.cwiseAbs().maxCoeff();
     }
 
-    Vec3<Scalar> phase_rad_ = Vec3<Scalar>::Zero();
+    Mat3<Scalar> phase_rad_ = Mat3<Scalar>::Zero();
     Vec3<Scalar> gain_ = Vec3<Scalar>::Ones();
     Mat3<Scalar> axes_ = Mat3<Scalar>::Identity();
     Mat3<Scalar> sensor_ = Mat3<Scalar>::Identity();  // N^-T
@@ -113,6 +115,7 @@ private:
     Mat3<Scalar> output_linear_ = Mat3<Scalar>::Identity();
     Vec3<Scalar> output_offset_m_ = Vec3<Scalar>::Zero();
     Scalar misfit_floor_ = 0;
+    Scalar quadrature_floor_ = 1;
     field::InducedDipoles<Scalar> surroundings_;
 };
 

@@ -25,10 +25,12 @@ public:
         const Scalar still = matrix.quadrature_variance + floor * floor;
         const Scalar expected = still + motion.quadrature_variance(params.quadrature_lag_s);
         const Scalar squared = matrix.quadrature_squared / 3;  // as the misfit: of three degrees of freedom
-        const Scalar gate = Scalar(kNineDegrees) * params.distortion_gate;
-        misfit_.add(squared, expected, still, gate, matrix.newest);
-        return squared > gate * expected;
+        misfit_.add(squared, expected, still, gate(params), matrix.newest);
+        return squared > gate(params) * expected;
     }
+
+    /// Limit of a third of the sum of the nine squared quadratures, relative to the variance of one.
+    static Scalar gate(const CommonParams<Scalar>& params) { return Scalar(kNineDegrees) * params.distortion_gate; }
 
     /// As Misfit::variance().
     [[nodiscard]] Scalar variance() const { return kIsJudged ? misfit_.variance() : Scalar(0); }
@@ -41,7 +43,8 @@ public:
     }
 
 private:
-    // Boards do not know the quadrature of clean coils, so their images, compiled for one band, leave the check out.
+    // A calibration's phases are those of one kind of multiplexing, and a host may change that of a board. Therefore images,
+    // compiled for one band, leave the check out.
     static constexpr bool kIsJudged = kHasLowBand;
     // Chi-square of nine degrees of freedom over that of three that is exceeded once in 10,000, each per degree of freedom.
     static constexpr double kNineDegrees = 33.7 / 9 / (21.1 / 3);

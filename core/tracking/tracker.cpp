@@ -14,8 +14,7 @@ CommonParams<Scalar> Tracker<Scalar>::corrected(CommonParams<Scalar> params, con
         return params;
     }
     params.misfit_floor = std::max(params.misfit_floor, correction->misfit_floor());
-    // Unknown: a calibration contains neither the quadrature of its surroundings nor the errors of its phases.
-    params.quadrature_floor = 1;
+    params.quadrature_floor = correction->quadrature_floor();
     if (correction->has_own_axes()) {
         params.coupling_constant = 1;
         params.hemisphere = correction->axes().transpose() * params.hemisphere;

@@ -27,7 +27,7 @@ Calibration<double> misaligned_calibration(int n, std::mt19937_64& random) {
     const Mat3<double> turn = Eigen::AngleAxisd(0.3, random_vector(random).normalized()).toRotationMatrix();
     c.model.source_moment = turn * gain.asDiagonal();
     c.model.sensor_sensitivity = Mat3<double>::Identity() + 0.1 * Mat3<double>::Random();
-    c.phase_rad = 0.2 * random_vector(random);
+    c.phase_rad = 0.2 * Mat3<double>::Random();
     return c;
 }
 
@@ -43,8 +43,8 @@ TEST(CoilCorrection, MakesMisalignedCoilsIdealAtEveryPose) {
         const Mat3<double> x = field::signal_matrix(c.model, position, attitude);
         Mat3<double> ideal;
         for (int j = 0; j < 3; ++j) {
-            Vec3<double> in_phase = c.phase_rad.array().cos() * x.col(j).array();
-            Vec3<double> quadrature = c.phase_rad.array().sin() * x.col(j).array();
+            Vec3<double> in_phase = c.phase_rad.col(j).array().cos() * x.col(j).array();
+            Vec3<double> quadrature = c.phase_rad.col(j).array().sin() * x.col(j).array();
             Vec3<double> sigma = Vec3<double>::Ones();
             columns->correct_column(j, in_phase, quadrature, sigma);
             ideal.col(j) = in_phase;
@@ -86,7 +86,7 @@ TEST(CoilCorrection, RefusesErrorsThatOneColumnDoesNotDetermine) {
     large.model.sensor_octupole_m2(1) = 1e-3;
     EXPECT_THAT(reason(large), ::testing::HasSubstr("too large"));
     Calibration<double> broken;
-    broken.phase_rad(0) = std::nan("");
+    broken.phase_rad(0, 0) = std::nan("");
     EXPECT_THAT(reason(broken), ::testing::HasSubstr("NaN"));
     Calibration<double> nearly;
     nearly.model.source_moment(0, 1) = 5e-4;

@@ -66,6 +66,35 @@ TEST_F(RecordedStage, CalibratedMisfitFloorCoversTheErrorsOfTheModel) {
     }
 }
 
+/// The clean coils of this source have a quadrature of 0.3 % that follows the phase of each coupling, and 0.05 % that does not.
+/// The trackers judge what is left. With one phase for each sensor channel, as older calibration files have, most poses would
+/// seem to be near metal.
+TEST_F(RecordedStage, CalibratedPhasesExplainTheQuadratureOfCleanCoils) {
+    const std::string cal = path_in_temp("quadrature.toml");
+    const auto fit = tricoil("calibrate --json --out " + cal + set("md"));
+    ASSERT_EQ(fit.exit_code, 0) << fit.err;
+    const double floor = fit.json()["quadrature_floor"];
+    EXPECT_GT(floor, 1e-4);
+    EXPECT_LT(floor, 3e-4);
+    const auto count = [&](const std::string& file) {
+        const auto test = tricoil("evaluate --json --calibration " + file + set("ld"));
+        EXPECT_EQ(test.exit_code, 0) << test.err;
+        const int poses = test.json()["poses_beyond_quadrature_floor"];
+        std::cout << file << ": floor " << 100 * floor << " %, " << poses << " of 1896 poses beyond\n";
+        return poses;
+    };
+    EXPECT_LE(count(cal), 1);
+
+    std::string older = read_file(cal);
+    const std::size_t at = older.find("[couplings]");
+    ASSERT_NE(at, std::string::npos);
+    older.replace(at, older.find("[output]") - at, "");
+    older.insert(older.find("\n[output]"), "phase_rad = [0.0006, 0.0052, -0.0026]\n");  // means of the three files' channels
+    const std::string channels = path_in_temp("channels.toml");
+    std::ofstream(channels) << older;
+    EXPECT_GT(count(channels), 1500);
+}
+
 TEST_F(RecordedStage, ConcentricModelAndClosedForm) {
     const auto f = figures("--model concentric", "direct");
     EXPECT_LE(f.position_m, 0.90e-3);

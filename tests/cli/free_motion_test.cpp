@@ -82,7 +82,7 @@ TEST_F(FreeMotion, TheHeaderNotTheNameStatesTheKindOfFile) {
 
 TEST_F(FreeMotion, FewLeftHandedFramesAreLeftOut) {
     const std::string one = path_in_temp("one.csv");
-    std::ofstream(one) << read_file(kMotion) << "0,0,0,1,0,0,0,-2,0,0,0,1,0,0,0,1\n";
+    std::ofstream(one) << read_file(kMotion) << "0,0,0,1,0,0,0,-2,0,0,0,1,0,0,0,1,0,0,0,0,0,0,0,0,0\n";
     const auto r = calibrate("--free-motion --model general " + one);
     EXPECT_EQ(r.exit_code, 0) << r.err;
     EXPECT_THAT(r.out, HasSubstr("one.csv: 1 of 480 column frames are left-handed, not used"));

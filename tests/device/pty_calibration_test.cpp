@@ -36,7 +36,7 @@ TEST_F(Pty, ATrackerBoardShowsItsCondition) {
 TEST_F(Pty, ACalibrationIsWrittenReadAndKept) {
     calibration::Calibration<double> c;
     c.model.source_moment *= 7e-3;
-    c.phase_rad = Vec3<double>(0.01, -0.02, 0.03);
+    c.phase_rad.colwise() = Vec3<double>(0.01, -0.02, 0.03);
     const auto blob = calibration::encode(c);
     std::ofstream(in("cal.bin"), std::ios::binary).write(reinterpret_cast<const char*>(blob.data()), std::ssize(blob));
     plug_in("--duration 4 --calibration " + in("flash"));

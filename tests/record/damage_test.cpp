@@ -120,6 +120,30 @@ TEST_F(Damage, InvalidSettings) {
     expect_refused("sensors: must be 1 to 4");
 }
 
+/// They have one phase for each sensor channel, and no floor of the quadrature.
+TEST_F(Damage, OlderRecordingsWithACalibrationAreReplayed) {
+    const std::string coils = path_in_temp("coils.toml");
+    std::ofstream(coils)
+        << "version = 1\nmodel = \"concentric\"\n[source]\nmoment = [[0.005, 0, 0], [0, 0.005, 0], [0, 0, 0.005]]\n"
+           "[sensor]\nsensitivity = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\nphase_rad = [0.01, -0.02, 0.03]\n";
+    fs::remove_all(folder_);
+    const auto run = tricoil("run --json --duration 0.5 --calibration " + coils + " --record " + folder_);
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    describe([](auto& d) {
+        auto& known = d["trackers"]["calibration"];
+        const nlohmann::json expected = {{0.01, 0.01, 0.01}, {-0.02, -0.02, -0.02}, {0.03, 0.03, 0.03}};
+        EXPECT_EQ(known["phase_rad"], expected);
+        known["phase_rad"] = {0.01, -0.02, 0.03};
+        EXPECT_EQ(known.erase("calibrated_quadrature_floor"), 1U);
+    });
+    const auto replayed = tricoil("replay --json " + folder_);
+    ASSERT_EQ(replayed.exit_code, 0) << replayed.err;
+    EXPECT_TRUE(replayed.json()["bit_for_bit"]);
+    describe([](auto& d) { d["trackers"]["calibration"]["phase_rad"] = {0.01, -0.02}; });
+    expect_refused("trackers.calibration.phase_rad: has a wrong type or value");
+    fs::remove(coils);
+}
+
 TEST_F(Damage, InvalidLines) {
     end_early();
     const std::string inputs = get("inputs.csv");

@@ -3,6 +3,8 @@
 
 #include <array>
 #include <cmath>
+#include <complex>
+#include <optional>
 #include <random>
 #include <string>
 
@@ -33,20 +35,22 @@ Mat3<double> rates(const sim::Motion& motion, double t) {
     return (couplings(t + kStep_s) - couplings(t - kStep_s)) / (2 * kStep_s);
 }
 
-struct Setup {
+struct Signal {
     double floor = 0;
     double quadrature = 0;  // of every coupling, relative to k at 0.5 m
     double lag_s = 0;       // quadrature over the rate of the couplings: 0.8 from the next coil, 0.6 from the coil itself
     bool tdm = false;
+    Mat3<double> phase_rad = Mat3<double>::Zero();  // of the columns
+    std::optional<calibration::Calibration<double>> calibration = std::nullopt;
 };
 
 /// Poses of columns of a motion, 0.3 s after the start.
-Seen play(const MethodParams<double>& method, const sim::Motion& motion, const Setup& setup) {
+Seen play(const MethodParams<double>& method, const sim::Motion& motion, const Signal& setup) {
     auto params = test::scaat_params<double>(setup.tdm, motion.at(0).position_m);
     params.method = method;
     params.common.quadrature_floor = setup.floor;
     params.common.quadrature_lag_s = kLag_s;
-    AnyTracker<double> tracker(params);
+    AnyTracker<double> tracker(params, setup.calibration);
     std::mt19937_64 random(7);
     std::normal_distribution<double> normal(0, kNoise);
     const double k = field::coupling_strength(test::kCoupling, 0.5);
@@ -57,6 +61,11 @@ Seen play(const MethodParams<double>& method, const sim::Motion& motion, const S
         column.quadrature = Vec3<double>::Constant(setup.quadrature * k) +
                             setup.lag_s * (0.6 * rate.col(j) + 0.8 * rate.col((j + 1) % kSourceCoils));
         column.quadrature += Vec3<double>(normal(random), normal(random), normal(random));
+        for (int i = 0; i < kSensorCoils; ++i) {
+            const auto turned = std::polar(1.0, setup.phase_rad(i, j)) * std::complex(column.in_phase(i), column.quadrature(i));
+            column.in_phase(i) = turned.real();
+            column.quadrature(i) = turned.imag();
+        }
         const auto pose = tracker.update(column);
         if (pose && to_seconds(pose->time) > 0.3) {
             ++seen.poses;
@@ -97,6 +106,26 @@ TEST_P(Quadrature, WithinThePhaseErrorsIsNotMetal) {
     EXPECT_EQ(play(GetParam(), rest_, {.floor = 1e-3, .quadrature = 1e-4}).distorted, 0);
     const double unknown = CommonParams<double>{}.quadrature_floor;
     EXPECT_EQ(play(GetParam(), rest_, {.floor = unknown, .quadrature = 1e-2}).distorted, 0);
+}
+
+/// A calibration has the phase of each coupling, and the quadrature that these phases leave.
+TEST_P(Quadrature, IsJudgedAfterTheCalibratedPhases) {
+    Signal setup;
+    setup.phase_rad = 1e-3 * (Mat3<double>() << 0.1, -4.9, 4.7, 3.5, -0.4, 10.2, -1.8, -7.9, -0.1).finished();
+    setup.calibration.emplace();
+    setup.calibration->model.source_moment *= test::kCoupling;
+    setup.calibration->phase_rad = setup.phase_rad;
+    setup.calibration->quadrature_floor = 1e-4;
+    const Seen clean = play(GetParam(), rest_, setup);
+    EXPECT_GT(clean.poses, 400);
+    EXPECT_EQ(clean.distorted, 0);
+    setup.quadrature = 1e-3;
+    EXPECT_EQ(play(GetParam(), rest_, setup).distorted, clean.poses);
+    setup.quadrature = 0;
+    setup.calibration->phase_rad.colwise() = setup.phase_rad.rowwise().mean().eval();
+    EXPECT_EQ(play(GetParam(), rest_, setup).distorted, clean.poses) << "one phase for each channel is not enough";
+    setup.calibration->quadrature_floor = 1;
+    EXPECT_EQ(play(GetParam(), rest_, setup).distorted, 0) << "the floor is unknown";
 }
 
 /// All rates of the couplings pass through zero where a sensor turns back on a line.

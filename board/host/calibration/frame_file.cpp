@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <span>
 
 #include "board/support/coupling_text.hpp"
 #include "board/support/errors.hpp"
@@ -15,9 +18,19 @@
 namespace tricoil::host {
 namespace {
 
-/// Number of columns before the couplings. Throws InputError unless the header ends in all nine couplings, in order.
-std::size_t columns_before(const std::string& path, const std::string& header) {
-    const auto names = split(header, ',');
+/// Columns of a table.
+struct TableForm {
+    std::size_t before = 0;  // columns before the couplings
+    bool has_quadrature = false;
+
+    [[nodiscard]] std::size_t columns() const { return before + (has_quadrature ? 2 : 1) * kCouplings; }
+};
+
+/// Throws InputError unless the header ends in all nine couplings, in order, and optionally their quadratures.
+TableForm form_of(const std::string& path, std::string_view header) {
+    TableForm form;
+    form.has_quadrature = header.ends_with(kQuadratureHeader);
+    header.remove_suffix(form.has_quadrature ? kQuadratureHeader.size() : 0);
     for (const char letter : {'x', 'm'}) {
         std::string wanted;
         for (int i = 1; i <= 3; ++i) {
@@ -25,16 +38,20 @@ std::size_t columns_before(const std::string& path, const std::string& header) {
                 wanted += fmt::format("{}{}{}{}", wanted.empty() ? "" : ",", letter, i, j);
             }
         }
-        if (names.size() >= kCouplings && header.ends_with(wanted)) {
-            return names.size() - kCouplings;
+        const std::size_t names = split(header, ',').size();
+        if (names >= kCouplings && header.ends_with(wanted)) {
+            form.before = names - kCouplings;
+            return form;
         }
     }
-    throw InputError(path + ":1: the header must end in x11,x12,x13,x21,x22,x23,x31,x32,x33 (xij: sensor coil i, source coil j)");
+    throw InputError(path +
+                     ":1: the header must end in x11,x12,x13,x21,x22,x23,x31,x32,x33 (xij: sensor coil i, source coil j), "
+                     "optionally followed by q11,...,q33");
 }
 
 /// Numbers of every line. Checks their count and the rank of the couplings, and that there is a line.
 template <typename Take>
-void read_table(const std::string& path, std::size_t before, const std::vector<std::string>& lines, Take take) {
+void read_table(const std::string& path, const TableForm& form, const std::vector<std::string>& lines, Take take) {
     bool is_empty = true;
     for (std::size_t n = 1; n < lines.size(); ++n) {
         const TextPlace place{path, n + 1};
@@ -42,10 +59,16 @@ void read_table(const std::string& path, std::size_t before, const std::vector<s
             continue;
         }
         const auto fields = split(lines[n], ',');
-        if (fields.size() != before + kCouplings) {
-            throw InputError(fmt::format("{}: {} columns; {} are needed", place.str(), fields.size(), before + kCouplings));
+        if (fields.size() != form.columns()) {
+            throw InputError(fmt::format("{}: {} columns; {} are needed", place.str(), fields.size(), form.columns()));
         }
-        take(fields, parse_couplings(std::span(fields).subspan(before), place), place);
+        const std::span couplings = std::span(fields).subspan(form.before);
+        CouplingFrame frame{parse_matrix(couplings.first(kCouplings), place)};
+        if (form.has_quadrature) {
+            frame.quadrature = parse_matrix(couplings.last(kCouplings), place);
+        }
+        check_couplings(frame.x, frame.quadrature.value_or(Mat3<double>::Zero()), place);
+        take(fields, frame, place);
         is_empty = false;
     }
     if (is_empty) {
@@ -63,15 +86,21 @@ bool holds_column_frames(const std::string& path) {
     std::string header;
     std::getline(std::ifstream(path), header);
     header.erase(header.find_last_not_of(" \r") + 1);
-    return header.ends_with("x33") || header.ends_with("m33");
+    return header.ends_with("x33") || header.ends_with("m33") || header.ends_with("q33");
 }
 
-std::vector<Mat3<double>> read_frames(const std::string& path) {
+std::vector<CouplingFrame> read_frames(const std::string& path) {
     const auto lines = read_lines(path);
-    std::vector<Mat3<double>> frames;
-    read_table(path, columns_before(path, lines.front()), lines,
-               [&](const auto&, const Mat3<double>& x, const TextPlace&) { frames.push_back(x); });
+    std::vector<CouplingFrame> frames;
+    read_table(path, form_of(path, lines.front()), lines,
+               [&](const auto&, const CouplingFrame& frame, const TextPlace&) { frames.push_back(frame); });
     return frames;
+}
+
+std::vector<Mat3<double>> in_phase(const std::vector<CouplingFrame>& frames) {
+    std::vector<Mat3<double>> x;
+    std::transform(frames.begin(), frames.end(), std::back_inserter(x), [](const CouplingFrame& frame) { return frame.x; });
+    return x;
 }
 
 std::vector<Mat3<double>> deskewed(const std::vector<Mat3<double>>& frames, double skew) {
@@ -100,7 +129,7 @@ std::vector<Mat3<double>> deskewed(const std::vector<Mat3<double>>& frames, doub
 
 namespace {
 
-std::vector<GridFrame> read_rests(const std::string& path, const std::vector<std::string>& lines, std::size_t before,
+std::vector<GridFrame> read_rests(const std::string& path, const std::vector<std::string>& lines, const TableForm& form,
                                   const std::optional<GridSize>& size) {
     if (!size) {
         throw InputError(
@@ -108,8 +137,8 @@ std::vector<GridFrame> read_rests(const std::string& path, const std::vector<std
             ": contains rests of a recording; give the numbers of columns, rows and levels of the grid with --nodes C,R,L");
     }
     std::vector<GridFrame> frames;
-    read_table(path, before, lines, [&](const auto&, const Mat3<double>& x, const TextPlace& place) {
-        frames.push_back({Vec3<double>::Zero(), x, 0, place.str()});
+    read_table(path, form, lines, [&](const auto&, const CouplingFrame& frame, const TextPlace& place) {
+        frames.push_back({Vec3<double>::Zero(), frame.x, 0, place.str(), frame.quadrature});
     });
     const auto [columns, rows, levels] = *size;
     const auto nodes = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows) * static_cast<std::size_t>(levels);
@@ -131,20 +160,23 @@ std::vector<GridFrame> read_rests(const std::string& path, const std::vector<std
 
 std::vector<GridFrame> read_grid(const std::string& path, const std::optional<GridSize>& size) {
     const auto lines = read_lines(path);
-    const std::size_t before = columns_before(path, lines.front());
-    if (before == 3 && lines.front().starts_with("rest,start_s,duration_s,")) {
-        return read_rests(path, lines, before, size);
+    const TableForm form = form_of(path, lines.front());
+    if (form.before == 3 && lines.front().starts_with("rest,start_s,duration_s,")) {
+        return read_rests(path, lines, form, size);
     }
-    if (before != 3 || !lines.front().starts_with("column,row,level,")) {
-        throw InputError(path + ":1: the header must be column,row,level,x11,...,x33, or that of tricoil convert --to rests");
+    if (form.before != 3 || !lines.front().starts_with("column,row,level,")) {
+        throw InputError(path +
+                         ":1: the header must be column,row,level,x11,...,x33, optionally followed by q11,...,q33, or that of "
+                         "tricoil convert --to rests");
     }
     std::vector<GridFrame> frames;
-    read_table(path, before, lines, [&](const auto& fields, const Mat3<double>& x, const TextPlace& place) {
+    read_table(path, form, lines, [&](const auto& fields, const CouplingFrame& couplings, const TextPlace& place) {
         GridFrame frame;
         for (std::size_t k = 0; k < 3; ++k) {
             frame.node(static_cast<Eigen::Index>(k)) = parse_number(fields[k], place);
         }
-        frame.x = x;
+        frame.x = couplings.x;
+        frame.quadrature = couplings.quadrature;
         frame.place = place.str();
         frames.push_back(frame);
     });

@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <complex>
 #include <filesystem>
 #include <numbers>
 #include <regex>
+#include <span>
 
 #include "board/support/coupling_text.hpp"
 #include "board/support/distinct_files.hpp"
@@ -57,20 +57,7 @@ void check_position(const Vec3<double>& position_m, const TextPlace& place) {
     }
 }
 
-void check_couplings(const Mat3<double>& x, const TextPlace& place) {
-    const double scale = x.norm();
-    if (!(scale > 0)) {
-        throw InputError(place.str() + ": all nine couplings are zero; remove the line");
-    }
-    if (std::abs(x.determinant()) < 1e-6 * scale * scale * scale) {
-        throw InputError(place.str() + ": the couplings have rank below three: a coil or a channel was dead; remove the line");
-    }
-}
-
-/// Adds the squared couplings to `squared`, by sensor channel. The phase of a square is twice the phase of the channel and does
-/// not depend on the sign of the coupling.
-MeasuredPose parse_ilemt(const std::vector<std::string_view>& fields, const TextPlace& place,
-                         std::array<std::complex<double>, 3>& squared) {
+MeasuredPose parse_ilemt(const std::vector<std::string_view>& fields, const TextPlace& place) {
     if (fields.size() != kStageFields + kCouplings && fields.size() != kStageFields + 2 * kCouplings) {
         throw InputError(
             fmt::format("{}: {} fields; a line has 6 stage numbers and 9 or 18 couplings; the line is truncated or damaged",
@@ -87,24 +74,27 @@ MeasuredPose parse_ilemt(const std::vector<std::string_view>& fields, const Text
     pose.stage_rotation = (Axis(kRadians * stage[5], Vec3<double>::UnitZ()) * Axis(kRadians * stage[4], Vec3<double>::UnitY()) *
                            Axis(kRadians * stage[3], Vec3<double>::UnitX()))
                               .toRotationMatrix();
+    pose.quadrature.emplace();
     for (std::size_t i = 0; i < fields.size() - kStageFields; ++i) {
         const std::complex<double> coupling = parse_complex(fields[kStageFields + i], place);
         if (i < kCouplings) {
-            pose.x(static_cast<Eigen::Index>(i / 3), static_cast<Eigen::Index>(i % 3)) =
-                std::copysign(std::abs(coupling), coupling.real());
-            squared[i / 3] += coupling * coupling;
+            const auto row = static_cast<Eigen::Index>(i / 3);
+            const auto column = static_cast<Eigen::Index>(i % 3);
+            pose.x(row, column) = coupling.real();
+            (*pose.quadrature)(row, column) = coupling.imag();
         }
     }
     return pose;
 }
 
-MeasuredPose parse_csv(const std::vector<std::string_view>& fields, const TextPlace& place) {
-    constexpr std::size_t kFields = 7 + kCouplings;
-    if (fields.size() != kFields) {
-        throw InputError(fmt::format("{}: {} columns; {} are needed", place.str(), fields.size(), kFields));
+MeasuredPose parse_csv(const std::vector<std::string_view>& fields, bool has_quadrature, const TextPlace& place) {
+    constexpr std::size_t kBefore = 7;
+    const std::size_t count = kBefore + (has_quadrature ? 2 : 1) * kCouplings;
+    if (fields.size() != count) {
+        throw InputError(fmt::format("{}: {} columns; {} are needed", place.str(), fields.size(), count));
     }
-    double v[kFields];
-    for (std::size_t i = 0; i < kFields; ++i) {
+    double v[kBefore];
+    for (std::size_t i = 0; i < kBefore; ++i) {
         v[i] = parse_number(fields[i], place);
     }
     const Quat<double> q(v[3], v[4], v[5], v[6]);
@@ -115,8 +105,10 @@ MeasuredPose parse_csv(const std::vector<std::string_view>& fields, const TextPl
     pose.line = place.line;
     pose.stage_position_m = {v[0], v[1], v[2]};
     pose.stage_rotation = q.normalized().toRotationMatrix();
-    for (std::size_t i = 0; i < kCouplings; ++i) {
-        pose.x(static_cast<Eigen::Index>(i / 3), static_cast<Eigen::Index>(i % 3)) = v[7 + i];
+    const std::span couplings(fields.begin() + kBefore, fields.end());
+    pose.x = parse_matrix(couplings.first(kCouplings), place);
+    if (has_quadrature) {
+        pose.quadrature = parse_matrix(couplings.last(kCouplings), place);
     }
     return pose;
 }
@@ -126,8 +118,11 @@ MeasuredPose parse_csv(const std::vector<std::string_view>& fields, const TextPl
 PoseFile read_pose_file(const std::string& path) {
     const auto lines = read_lines(path);
     const bool csv = lines.front().find(',') != std::string::npos;
-    if (csv && lines.front() != kPoseCsvHeader) {
-        throw InputError(path + ":1: the header must be " + std::string(kPoseCsvHeader));
+    const std::string header(kPoseCsvHeader);
+    const bool has_quadrature = csv && lines.front() == header + std::string(kQuadratureHeader);
+    if (csv && !has_quadrature && lines.front() != header) {
+        throw InputError(path + ":1: the header must be " + header + ", optionally followed by " +
+                         std::string(kQuadratureHeader));
     }
     PoseFile file;
     file.path = path;
@@ -137,22 +132,19 @@ PoseFile read_pose_file(const std::string& path) {
         file.source_fixture = match[1];
         file.sensor_fixture = match[2];
     }
-    std::array<std::complex<double>, 3> squared{};
     for (std::size_t i = csv ? 1 : 0; i < lines.size(); ++i) {
         const TextPlace place{path, i + 1};
         const auto fields = split(lines[i], csv ? ',' : ' ');
         if (fields.empty() || (fields.size() == 1 && fields[0].empty())) {
             continue;
         }
-        file.poses.push_back(csv ? parse_csv(fields, place) : parse_ilemt(fields, place, squared));
-        check_position(file.poses.back().stage_position_m, place);
-        check_couplings(file.poses.back().x, place);
+        file.poses.push_back(csv ? parse_csv(fields, has_quadrature, place) : parse_ilemt(fields, place));
+        const MeasuredPose& pose = file.poses.back();
+        check_position(pose.stage_position_m, place);
+        check_couplings(pose.x, pose.quadrature.value_or(Mat3<double>::Zero()), place);
     }
     if (file.poses.empty()) {
         throw InputError(path + ": holds no poses");
-    }
-    for (std::size_t i = 0; i < 3; ++i) {
-        file.phase_rad(static_cast<Eigen::Index>(i)) = std::arg(squared[i]) / 2;
     }
     return file;
 }

@@ -1,6 +1,7 @@
 // Couplings at known stage poses, for calibration and evaluation.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,8 +13,9 @@ namespace tricoil::host {
 struct MeasuredPose {
     Vec3<double> stage_position_m;
     Mat3<double> stage_rotation;
-    Mat3<double> x;        // couplings; x(i, j): sensor coil i, source coil j
-    std::size_t line = 0;  // in the file, from 1
+    Mat3<double> x;                                         // couplings in phase; x(i, j): sensor coil i, source coil j
+    std::size_t line = 0;                                   // in the file, from 1
+    std::optional<Mat3<double>> quadrature = std::nullopt;  // of the couplings, if the file has it
 };
 
 /// One file, recorded with fixed fixtures; only the stage moves.
@@ -22,7 +24,6 @@ struct PoseFile {
     std::string source_fixture;  // from the file name, "YoutZup" for soYoutZup_...; empty if not given
     std::string sensor_fixture;
     std::vector<MeasuredPose> poses;
-    Vec3<double> phase_rad = Vec3<double>::Zero();  // of each sensor channel, if the format has complex couplings
 };
 
 /// Name of a file's fixture: as stated by the file, otherwise "source" or the file name.
@@ -32,8 +33,8 @@ std::string source_fixture_name(const PoseFile& file);
 /// Reads either format. Throws InputError, naming file and line.
 /// - ILEMT text: x y z (mm) and Euler angles Rx Ry Rz (deg; rotation Rz Ry Rx) of the stage, then nine complex couplings as
 /// +0.1-0.2i, (source 1, sensor 1), (source 2, sensor 1), ..., and optionally nine more of a second carrier, which are checked
-/// but not used. The real coupling is the magnitude with the sign of the real part.
-/// - CSV with the header kPoseCsvHeader.
+/// but not used.
+/// - CSV with the header kPoseCsvHeader, and optionally kQuadratureHeader.
 PoseFile read_pose_file(const std::string& path);
 
 /// All files; throws InputError also if one is named twice.

@@ -7,6 +7,7 @@
 
 #include "board/command_line/option_words.hpp"
 #include "board/host/calibration/calibration_fit.hpp"
+#include "board/host/calibration/coupling_phases.hpp"
 #include "board/host/calibration/error_map.hpp"
 #include "board/host/calibration/evaluation.hpp"
 #include "board/host/calibration/frame_file.hpp"
@@ -154,7 +155,9 @@ CalibrationFile calibrate_on_stage(const CalibrateCommand& command, Report& repo
     options.model = model_of(command);
     options.fixtures = static_cast<FixtureModel>(index_of_name("fixtures", command.fixtures, kFixtures));
     options.stage = static_cast<StageModel>(index_of_name("--stage", command.stage, kStages));
-    const auto files = read_pose_files(command.data);
+    auto files = read_pose_files(command.data);
+    const Mat3<double> phase_rad = phases_of(files);
+    remove_phases_of(files, phase_rad);
     Progress progress("calibrate");
     options.progress = progress.part(0, 1);
     const CalibrationFit fit = fit_calibration(files, options);
@@ -168,9 +171,8 @@ CalibrationFile calibrate_on_stage(const CalibrateCommand& command, Report& repo
     file.stage_errors = fit.stage_errors;
     file.residual_rms = fit.residual_rms;
     file.calibration.hemisphere = mean_direction(files, fit);
-    for (const PoseFile& one : files) {
-        file.calibration.phase_rad += one.phase_rad / static_cast<double>(files.size());
-    }
+    file.calibration.phase_rad = phase_rad;
+    file.calibration.quadrature_floor = quadrature_floor_of(quadrature_shares(file.calibration, files));
     const auto solver = options.model == FitModel::concentric ? EvaluationSolver::direct : EvaluationSolver::refined;
     const auto errors = evaluate(file, files, solver);
     const ErrorBand all = error_band(errors);
@@ -210,7 +212,7 @@ CalibrationFile calibrate_with_surroundings(const CalibrateCommand& command, Rep
 }
 
 int check_wiring(const CalibrateCommand& command) {
-    const Wiring wiring = identify_wiring(read_all(command.data, read_frames), vector_of(command.wiring));
+    const Wiring wiring = identify_wiring(in_phase(read_all(command.data, read_frames)), vector_of(command.wiring));
     const bool straight = wiring.sensor.straight() && wiring.source.straight();
     const Json result = {{"sensor", to_text(wiring.sensor)},      {"source", to_text(wiring.source)}, {"misfit", wiring.misfit},
                          {"second_misfit", wiring.second_misfit}, {"certain", wiring.is_certain()},   {"straight", straight}};
@@ -311,6 +313,9 @@ std::string calibration_text(const CalibrateCommand& command, const Json& result
                        : command.free_motion ? free_motion_text(result)
                        : command.grid        ? grid_text(result)
                                              : stage_text(result);
+    if (result.contains("quadrature_floor")) {
+        text += fill(result, "  quadrature of the couplings, expected by trackers: {quadrature_floor in %:.3f} % per coupling\n");
+    }
     for (const Json& warning : result["warnings"]) {
         text += "warning: " + warning.get<std::string>() + "\n";
     }
@@ -340,6 +345,9 @@ int calibrate(const CalibrateCommand& command) {
                                  : command.grid ? calibrate_grid(grid_of(command), report.json, report.warnings)
                                                 : calibrate_on_stage(command, report);
     write_files(command, file);
+    if (file.calibration.quadrature_floor < 1) {
+        report.json["quadrature_floor"] = file.calibration.quadrature_floor;
+    }
     report.json["warnings"] = report.warnings;
     report.json["out"] = command.out;
     print_text(command.json ? report.json.dump(2) + "\n" : calibration_text(command, report.json));

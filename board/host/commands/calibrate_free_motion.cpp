@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "board/host/calibration/coupling_phases.hpp"
 #include "board/host/calibration/frame_file.hpp"
 #include "board/host/calibration/free_motion_fit.hpp"
 #include "board/host/calibration/misfit_floor.hpp"
@@ -16,32 +17,31 @@ namespace {
 
 constexpr std::size_t kLeftHandedShare = 10;  // one column frame in ten may be left-handed
 
-struct Couplings {
-    std::vector<Mat3<double>> frames;
-    Vec3<double> phase_rad = Vec3<double>::Zero();  // of each sensor channel; only of poses of a stage
-};
-
 /// Column frames, deskewed, or the couplings of poses of a stage.
-Couplings read_couplings(const std::string& path, double column_skew) {
+std::vector<CouplingFrame> read_couplings(const std::string& path, double column_skew) {
+    std::vector<CouplingFrame> couplings;
     if (holds_column_frames(path)) {
-        auto frames = read_frames(path);
-        return {column_skew == 0 ? std::move(frames) : deskewed(frames, column_skew), Vec3<double>::Zero()};
+        if (column_skew == 0) {
+            return read_frames(path);
+        }
+        for (const Mat3<double>& x : deskewed(in_phase(read_frames(path)), column_skew)) {
+            couplings.push_back({x});
+        }
+        return couplings;
     }
     if (column_skew != 0) {
         throw InputError(path + ": holds poses of a stage; --column-skew is only for column frames in sequence");
     }
-    const PoseFile file = read_pose_file(path);
-    Couplings couplings{{}, file.phase_rad};
-    for (const MeasuredPose& pose : file.poses) {
-        couplings.frames.push_back(pose.x);
+    for (const MeasuredPose& pose : read_pose_file(path).poses) {
+        couplings.push_back({pose.x, pose.quadrature});
     }
     return couplings;
 }
 
 /// Removes the few left-handed couplings that noise can cause, with a warning. Throws InputError if there are more.
-void remove_left_handed(const std::string& path, std::vector<Mat3<double>>& frames, std::vector<std::string>& warnings) {
+void remove_left_handed(const std::string& path, std::vector<CouplingFrame>& frames, std::vector<std::string>& warnings) {
     const std::size_t all = frames.size();
-    const std::size_t removed = std::erase_if(frames, [](const Mat3<double>& x) { return x.determinant() <= 0; });
+    const std::size_t removed = std::erase_if(frames, [](const CouplingFrame& frame) { return frame.x.determinant() <= 0; });
     if (kLeftHandedShare * removed > all) {
         throw InputError(fmt::format(
             "{}: {} of {} column frames are left-handed; correct the wiring or the signs (tricoil calibrate --wiring)", path,
@@ -106,12 +106,14 @@ std::string free_motion_text(const Json& r) {
 
 CalibrationFile calibrate_free_motion(const FreeMotionCommand& command, Json& result, std::vector<std::string>& warnings) {
     CalibrationFile file;
-    const auto frames = read_all(command.data, [&](const std::string& path) {
-        Couplings one = read_couplings(path, command.column_skew);
-        remove_left_handed(path, one.frames, warnings);
-        file.calibration.phase_rad += one.phase_rad / static_cast<double>(command.data.size());
-        return one.frames;
+    auto couplings = read_all(command.data, [&](const std::string& path) {
+        std::vector<CouplingFrame> one = read_couplings(path, command.column_skew);
+        remove_left_handed(path, one, warnings);
+        return one;
     });
+    file.calibration.phase_rad = phases_of(couplings);
+    remove_phases_of(couplings, file.calibration.phase_rad);
+    const std::vector<Mat3<double>> frames = in_phase(couplings);
     const SelfCalibration found = self_calibrate(frames);
     result = {{"frames", frames.size()},
               {"misfit_before", found.misfit_before},
@@ -140,6 +142,7 @@ CalibrationFile calibrate_free_motion(const FreeMotionCommand& command, Json& re
     if (command.model != FitModel::concentric) {
         fit_coils(command, frames, file, result, warnings);
     }
+    file.calibration.quadrature_floor = quadrature_floor_of(quadrature_shares(file.calibration, couplings));
     return file;
 }
 

@@ -1,5 +1,6 @@
 #include "board/host/commands/calibrate_grid.hpp"
 
+#include "board/host/calibration/coupling_phases.hpp"
 #include "board/host/calibration/grid_calibration.hpp"
 #include "board/host/commands/fitted_parameters.hpp"
 #include "board/support/json_rows.hpp"
@@ -24,7 +25,9 @@ std::string grid_text(const Json& r) {
 }
 
 CalibrationFile calibrate_grid(const GridCommand& command, Json& result, std::vector<std::string>& warnings) {
-    const auto frames = read_grids(command.data, command.nodes);
+    auto frames = read_grids(command.data, command.nodes);
+    const Mat3<double> phase_rad = phases_of(frames);
+    remove_phases_of(frames, phase_rad);
     const GridCalibration found = calibrate_on_grid(frames, command.spacing_m, command.hemisphere, command.model);
     result = {{"frames", frames.size()},
               {"position_rms_m", found.position_rms_m},
@@ -49,6 +52,8 @@ CalibrationFile calibrate_grid(const GridCommand& command, Json& result, std::ve
     file.residual_rms = found.misfit_after;
     file.calibration.model = found.coils.model;
     file.calibration.misfit_floor = found.misfit_floor;
+    file.calibration.phase_rad = phase_rad;
+    file.calibration.quadrature_floor = quadrature_floor_of(quadrature_shares(file.calibration, frames));
     file.calibration.hemisphere = command.hemisphere.stableNormalized();
     return file;
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "board/host/calibration/calibration_fit.hpp"
+#include "board/host/calibration/coupling_phases.hpp"
 #include "board/host/calibration/misfit_floor.hpp"
 #include "board/host/calibration/surroundings_data.hpp"
 #include "board/support/errors.hpp"
@@ -29,12 +30,15 @@ CalibrationFile read_coils(const std::string& path) {
 }
 
 SurroundingsData read_data(const SurroundingsCommand& command, const CalibrationFile& coils) {
+    const Mat3<double>& phase_rad = coils.calibration.phase_rad;
     if (command.grid) {
         const auto& known = coils.calibration.hemisphere;
-        return data_on_grid(coils, read_grids(command.data, command.nodes), command.spacing_m,
-                            known.isZero(0) ? command.hemisphere : known);
+        auto frames = read_grids(command.data, command.nodes);
+        remove_phases_of(frames, phase_rad);
+        return data_on_grid(coils, frames, command.spacing_m, known.isZero(0) ? command.hemisphere : known);
     }
     auto files = read_pose_files(command.data);
+    remove_phases_of(files, phase_rad);
     return command.refit_fixtures ? data_at_unknown_fixtures(coils, std::move(files))
                                   : data_at_known_fixtures(coils, std::move(files));
 }
@@ -52,6 +56,7 @@ CalibrationFile calibrate_surroundings(const SurroundingsCommand& command, Json&
     const SurroundingsData data = read_data(command, coils);
     const SurroundingsFit fit = fit_surroundings(coils.calibration.model, data);
     CalibrationFile file = coils;
+    file.calibration.quadrature_floor = 1;  // the dipoles do not describe the quadrature of the surroundings
     set_surroundings(file, fit.dipoles);
     if (command.refit_fixtures) {
         const PoseFile named = read_pose_file(command.data.front());

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "board/command_line/option_words.hpp"
+#include "board/host/calibration/coupling_phases.hpp"
 #include "board/host/calibration/error_map.hpp"
 #include "board/host/calibration/evaluation.hpp"
 #include "board/host/calibration/misfit_floor.hpp"
@@ -79,6 +80,17 @@ void count_distorted(const std::vector<EvaluatedPose>& errors, double misfit_flo
     });
 }
 
+/// The same for the quadrature.
+void count_quadratures(const calibration::Calibration<double>& known, const std::vector<PoseFile>& files, Json& result) {
+    const std::vector<double> shares = quadrature_shares(known, files);
+    if (shares.empty() || known.quadrature_floor >= 1) {
+        return;
+    }
+    result["quadrature_floor"] = known.quadrature_floor;
+    result["poses_beyond_quadrature_floor"] = std::count_if(
+        shares.begin(), shares.end(), [&](double share) { return exceeds_quadrature_floor(share, known.quadrature_floor); });
+}
+
 std::string row(const std::string& name, const Json& band) {
     return fmt::format("  {:<14}", name) +
            fill(band,
@@ -101,6 +113,12 @@ std::string evaluation_text(const Json& r) {
     if (r.contains("misfit_floor")) {
         text += fill(
             r, "  {poses_distorted} poses have a misfit beyond the calibrated floor ({misfit_floor in %:.3f} % per coupling)\n");
+    }
+    if (r.contains("quadrature_floor")) {
+        text += fill(r,
+                     "  {poses_beyond_quadrature_floor} poses have a quadrature beyond the calibrated floor ({quadrature_floor "
+                     "in %:.3f} % "
+                     "per coupling)\n");
     }
     return text + fill(r["residual"],
                        "  error by cause: position in the workspace {smooth_in_position_m in mm:.3f} mm, attitude "
@@ -151,7 +169,8 @@ int evaluate_command(const EvaluateCommand& command) {
     if (solver == EvaluationSolver::direct && !calibration.surroundings.empty()) {
         throw InputError("--solver direct: does not use the surroundings of the calibration; use refined");
     }
-    const auto files = read_pose_files(command.data);
+    auto files = read_pose_files(command.data);
+    remove_phases_of(files, calibration.calibration.phase_rad);
     if (calibration.source_stage.empty() && !command.refit_fixtures) {
         throw InputError(command.calibration + ": has no fixtures (not calibrated on a stage); use --refit-fixtures");
     }
@@ -173,6 +192,7 @@ int evaluate_command(const EvaluateCommand& command) {
     if (calibration.calibration.misfit_floor > 0) {
         count_distorted(errors, calibration.calibration.misfit_floor, result);
     }
+    count_quadratures(calibration.calibration, files, result);
     print_result(result, command.json, evaluation_text);
     if (report.not_converged > 0) {
         print_notice("tricoil: {} poses did not converge; their last iterate is used\n", report.not_converged);

@@ -17,6 +17,7 @@ bool is_same(const sim::Pose& a, const sim::Pose& b) {
 
 CouplingsCsv::CouplingsCsv(const std::string& path) : file_(path) {
     file_.write(kPoseCsvHeader);
+    file_.write(kQuadratureHeader);
     file_.write("\n");
 }
 
@@ -25,12 +26,19 @@ void CouplingsCsv::add(const Mat3<double>& x, const sim::Pose& truth) {
         end_pose();
         pose_ = truth;
         matrices_ = 0;
-        sum_.setZero();
+        sum_ = {};
     } else if (matrices_ > kFirst) {
-        sum_ += last_;
+        sum_.in_phase += last_.in_phase;
+        sum_.quadrature += last_.quadrature;
     }
-    last_ = x;
+    last_ = {x, quadrature_};
     ++matrices_;
+}
+
+void CouplingsCsv::do_column(const Column<double>& column) {
+    if (const int coil = coil_index(column.state); coil >= 0 && !column.flags.has(ColumnFlag::low_band)) {
+        quadrature_.col(coil) = column.quadrature;
+    }
 }
 
 void CouplingsCsv::end_pose() {
@@ -38,15 +46,14 @@ void CouplingsCsv::end_pose() {
     if (!pose_ || (matrices_ > 1 && averaged < 1)) {  // a rest that is too short
         return;
     }
-    const Mat3<double> x = matrices_ == 1 ? last_ : Mat3<double>(sum_ / averaged);
+    const double weight = matrices_ == 1 ? 1 : 1.0 / averaged;
+    const Couplings& sum = matrices_ == 1 ? last_ : sum_;
     const Quat<double>& q = pose_->q_source_sensor;
     std::string line;
     for (const double value : {pose_->position_m.x(), pose_->position_m.y(), pose_->position_m.z(), q.w(), q.x(), q.y(), q.z()}) {
         line += fmt::format("{:.10g},", value);
     }
-    for (Eigen::Index i = 0; i < 3; ++i) {
-        line += fmt::format("{:.10g},{:.10g},{:.10g}{}", x(i, 0), x(i, 1), x(i, 2), i < 2 ? "," : "\n");
-    }
+    line += matrix_text(weight * sum.in_phase) + "," + matrix_text(weight * sum.quadrature) + "\n";
     file_.write(line);
     ++poses_;
 }

@@ -6,17 +6,20 @@
 #include <string>
 
 #include "board/support/output_file.hpp"
+#include "core/tracking/tracker_tap.hpp"
 #include "sim/motion/motion.hpp"
 
 namespace tricoil::host {
 
-/// One line per pose. The signal matrices of a resting sensor are averaged, without the first three and the last of a rest: their
-/// windows and columns may be older or later than the rest.
-class CouplingsCsv {
+/// One line per pose: kPoseCsvHeader and kQuadratureHeader. As a tap it takes the quadratures. The signal matrices of a resting
+/// sensor are averaged, without the first three and the last of a rest: their windows and columns may be older or later than the
+/// rest.
+class CouplingsCsv final : public tracking::TrackerTap<double> {
 public:
     /// Opens the file and writes the header. Throws like OutputFile.
     explicit CouplingsCsv(const std::string& path);
 
+    /// x: of the columns that the tap took last.
     void add(const Mat3<double>& x, const sim::Pose& truth);
 
     /// Writes the last pose and moves the file into place; without a pose no file remains. Returns the number of poses. Throws
@@ -24,14 +27,25 @@ public:
     std::size_t commit();
 
 private:
+    struct Couplings {
+        Mat3<double> in_phase = Mat3<double>::Zero();
+        Mat3<double> quadrature = Mat3<double>::Zero();
+    };
+
+    void do_begin(const Settings& /*settings*/) override {}
+    void do_column(const Column<double>& column) override;
+    void do_tick(std::uint8_t /*sensor*/, DeviceTime /*now*/) override {}
+    void do_hemisphere(std::uint8_t /*sensor*/, const Vec3<double>& /*towards*/) override {}
+    void do_pose(const tracking::PoseEstimate<double>& /*estimate*/) override {}
     void end_pose();
 
     OutputFile file_;
     std::optional<sim::Pose> pose_;
     std::size_t poses_ = 0;  // written
     int matrices_ = 0;       // of this pose
-    Mat3<double> last_ = Mat3<double>::Zero();
-    Mat3<double> sum_ = Mat3<double>::Zero();  // of all but the first three and the last
+    Couplings last_;
+    Couplings sum_;                                   // of all but the first three and the last
+    Mat3<double> quadrature_ = Mat3<double>::Zero();  // of the last columns
 };
 
 }  // namespace tricoil::host

@@ -125,6 +125,7 @@ struct SimulatedBoard {
     sim::SimulatedCoilDriver& coils;
     sim::SimulatedCoilSampler& sampler;
     hal::Link<double>& link;
+    tracking::TrackerTap<double>* couplings;  // may be null
 };
 
 /// Starts the loop, and runs it to its end or an interrupt.
@@ -222,7 +223,7 @@ void run_in_double(const SimulatedBoard& board, RunReport& report) {
     }
     RunScore smoothed_score(*board.setup.scenario.motion, board.world, board.clock, plan, kPosesPerBound);
     SmoothingTap smoothing([&](const SmoothedPose& smoothed) { smoothed_score.add(smoothed.pose); });
-    TapFanOut taps{board.observers.tap, recorder ? &*recorder : nullptr, options.smooth ? &smoothing : nullptr};
+    TapFanOut taps{board.observers.tap, recorder ? &*recorder : nullptr, options.smooth ? &smoothing : nullptr, board.couplings};
     const app::Devices<double> devices{board.clock, board.coils, board.sampler, board.link, taps.any() ? &taps : nullptr};
     taps.begin({params.tracker, params.sensors, coils});
     if (is_by_columns(options)) {
@@ -339,7 +340,8 @@ RunReport run_simulated(const RunOptions& options, const RunObservers& observers
             }
             live.show(estimate, error);
         });
-        const SimulatedBoard board{options, observers, setup, world, clock, coils, sampler, link};
+        const SimulatedBoard board{
+            options, observers, setup, world, clock, coils, sampler, link, couplings ? &*couplings : nullptr};
         if (fixed_method(options.tracker)) {
             run_in_integers(board, report);
         } else {

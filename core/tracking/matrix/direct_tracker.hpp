@@ -21,6 +21,6 @@ private:
     }
 };
 
-static_assert(sizeof(DirectTracker<float>) <= 2272, "size of a tracker in float without a filter");
+static_assert(sizeof(DirectTracker<float>) <= 2304, "size of a tracker in float without a filter");
 
 }  // namespace tricoil::tracking

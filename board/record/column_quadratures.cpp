@@ -1,0 +1,50 @@
+#include "board/record/column_quadratures.hpp"
+
+#include "core/tracking/signal_flags.hpp"
+
+namespace tricoil::host {
+namespace {
+
+bool is_used(const TrackerInput& input) {
+    const ColumnFlags flags = input.column.flags;
+    return input.kind == InputKind::column && input.sensor == 0 && !flags.has(ColumnFlag::low_band) &&
+           !tracking::signal_flags(flags).has_any(tracking::kFaultFlags);
+}
+
+}  // namespace
+
+/// Reads the next usable column. False at the end.
+bool ColumnQuadratures::advance() {
+    has_next_ = false;
+    for (std::string line; !has_next_ && lines_.next(line);) {
+        next_ = parse_input(line, lines_.where());
+        has_next_ = is_used(next_);
+    }
+    return has_next_;
+}
+
+/// The device has started again: skips its older columns.
+void ColumnQuadratures::skip_to_restart() {
+    for (DeviceTime last = next_.column.midpoint; has_next_ && next_.column.midpoint >= last; (void)advance()) {
+        last = next_.column.midpoint;
+    }
+}
+
+Mat3<double> ColumnQuadratures::mean(DeviceTime from, DeviceTime to) {
+    if (from < until_) {
+        skip_to_restart();
+    }
+    until_ = to;
+    Mat3<double> sum = Mat3<double>::Zero();
+    Vec3<double> count = Vec3<double>::Zero();
+    for (bool more = has_next_ || advance(); more && next_.column.midpoint <= to; more = advance()) {
+        if (next_.column.midpoint >= from) {
+            const int coil = coil_index(next_.column.state);
+            sum.col(coil) += next_.column.quadrature;
+            count(coil) += 1;
+        }
+    }
+    return sum.array().rowwise() / count.transpose().array();
+}
+
+}  // namespace tricoil::host
