@@ -233,8 +233,7 @@ Status TrackerDevice::begin() {
     tracking::CommonParams<float>& common = params.tracker.common;
     common.coupling_constant = params_.coupling_constant_m3;
     common.hemisphere = commanded_hemisphere_.value_or(hemisphere_);
-    common.max_column_span = tracking::column_span(plan());
-    common.window_s = static_cast<float>(plan().window_s());
+    tracking::set_plan(common, plan());
     params.correction = coils_;
     loop_.emplace(params, Devices<float>{hardware_.clock, hardware_.coils, sampler_, *this, this});
     const Status status = loop_->start();

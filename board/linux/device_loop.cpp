@@ -18,25 +18,21 @@ constexpr int kMaxMessagesPerStep = 256;           // per step, so that a flood 
 constexpr Microseconds kHemispherePause{100'000};  // between commands to a tracker board, which answers with its next poses
 constexpr Microseconds kColumnSilence{150'000};    // longest time without a column before poses are flagged stale
 
-/// Timing parameters from the identity of the front end.
-struct Timing {
-    bool is_tdm = true;
-    Microseconds max_column_span{0};
-    double window_s = 0;
-};
-
-Timing timing_of(const protocol::IdentifyMessage& identity) {
-    Timing timing;
-    timing.is_tdm = identity.multiplexing == 0;
-    timing.window_s = 1e-6 * identity.window_us;
-    const auto multiplexing = timing.is_tdm ? signal::Multiplexing::tdm : signal::Multiplexing::fdm;
+/// Sets the parameters that follow from the timing of the front end. If its plan is unknown, the quadrature is not judged.
+void set_timing(const protocol::IdentifyMessage& identity, tracking::TrackerTap<double>::Settings& settings) {
+    tracking::CommonParams<double>& common = settings.tracker.common;
+    const bool is_tdm = identity.multiplexing == 0;
+    const auto multiplexing = is_tdm ? signal::Multiplexing::tdm : signal::Multiplexing::fdm;
     const auto plan = signal::plan_acquisition(signal::default_acquisition(multiplexing, 1e-3 * identity.frame_rate_millihertz));
     if (plan.ok()) {
-        timing.max_column_span = tracking::column_span(*plan);
-    } else if (timing.is_tdm) {
-        timing.max_column_span = microseconds_from_seconds(0.8e3 / identity.frame_rate_millihertz);
+        tracking::set_plan(common, *plan);
+    } else {
+        common.max_column_span = microseconds_from_seconds(is_tdm ? 0.8e3 / identity.frame_rate_millihertz : 0);
+        if (settings.calibration) {
+            settings.calibration->quadrature_floor = 1;
+        }
     }
-    return timing;
+    common.window_s = 1e-6 * identity.window_us;
 }
 
 }  // namespace
@@ -121,8 +117,7 @@ void DeviceLoop::take(const hal::ReceivedMessage& message) {
 }
 
 void DeviceLoop::begin() {
-    const Timing timing = timing_of(session_.identity());
-    is_tdm_ = timing.is_tdm;
+    is_tdm_ = session_.identity().multiplexing == 0;
     tracking::TrackerTap<double>::Settings settings;
     settings.sensors = session_.identity().sensors;
     settings.calibration = params_.calibration;
@@ -131,9 +126,8 @@ void DeviceLoop::begin() {
     common.coupling_constant = params_.coupling_constant_m3;
     common.hemisphere = params_.hemisphere;
     common.confined = params_.session.confined;
-    common.max_column_span = timing.max_column_span;
-    common.window_s = timing.window_s;
-    host::set_deskew(settings.tracker.method, timing.is_tdm);
+    set_timing(session_.identity(), settings);
+    host::set_deskew(settings.tracker.method, is_tdm_);
     for (std::size_t n = 0; n < std::min<std::size_t>(session_.identity().sensors, trackers_.size()); ++n) {
         trackers_[n].emplace(settings.tracker, settings.calibration);
     }

@@ -107,10 +107,8 @@ tracking::TrackerParams<double> make_tracker(const SimulationOptions& options, c
     params.common.coupling_constant = setup.scenario.world.coupling_constant_m3;
     params.common.hemisphere = setup.hemisphere;
     params.common.confined = options.confined || !options.hemisphere.empty();
-    params.common.max_column_span = tracking::column_span(setup.plan);
-    params.common.window_s = setup.plan.window_s();
+    tracking::set_plan(params.common, setup.plan);
     params.common.quadrature_floor = 0;  // the simulated channels' phases are known
-    params.common.quadrature_lag_s = tracking::quadrature_lag_s(setup.plan);
     refuse_bad(tracking::check(params));
     return params;
 }

@@ -127,13 +127,9 @@ Status check_filter_times(const CommonParams<Scalar>& common, const ScaatParams<
     return {};
 }
 
-}  // namespace
-
-Microseconds column_span(const signal::AcquisitionPlan& plan) {
-    return plan.is_tdm() ? microseconds_from_seconds(2.5 * plan.block_s()) : Microseconds{0};
-}
-
-double quadrature_lag_s(const signal::AcquisitionPlan& plan) {
+/// Motion at the rate X' induces X'/w at a carrier w and leaks, in a window, X'/2w into the same carrier and X'/d into a carrier
+/// at the distance d.
+[[maybe_unused]] double quadrature_lag_s(const signal::AcquisitionPlan& plan) {
     const auto square_s2 = [](double hz) { return std::pow(2 * std::numbers::pi * hz, -2); };
     constexpr double kOwn = 1.5;  // induced X'/w, and leakage X'/2w from the component at 2w
     const auto& carrier_hz = plan.params.carrier_hz;
@@ -147,6 +143,21 @@ double quadrature_lag_s(const signal::AcquisitionPlan& plan) {
         most_s2 = std::max(most_s2, sum_s2);
     }
     return std::sqrt(most_s2);
+}
+
+}  // namespace
+
+Microseconds column_span(const signal::AcquisitionPlan& plan) {
+    return plan.is_tdm() ? microseconds_from_seconds(2.5 * plan.block_s()) : Microseconds{0};
+}
+
+template <typename Scalar>
+void set_plan(CommonParams<Scalar>& common, const signal::AcquisitionPlan& plan) {
+    common.max_column_span = column_span(plan);
+    common.window_s = static_cast<Scalar>(plan.window_s());
+    if constexpr (kHasLowBand) {  // images do not judge the quadrature
+        common.quadrature_lag_s = static_cast<Scalar>(quadrature_lag_s(plan));
+    }
 }
 
 DualBandParams dual_band_params(const signal::AcquisitionPlan& plan) {
@@ -178,8 +189,10 @@ Status check(const TrackerParams<Scalar>& params) {
     return status;
 }
 
+template void set_plan(CommonParams<float>&, const signal::AcquisitionPlan&);
 template Status check(const TrackerParams<float>&);
 #if TRICOIL_DOUBLE_TRACKERS
+template void set_plan(CommonParams<double>&, const signal::AcquisitionPlan&);
 template Status check(const TrackerParams<double>&);
 #endif
 

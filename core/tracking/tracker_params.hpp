@@ -29,7 +29,7 @@ struct CommonParams {
     Scalar distortion_gate = 21;         // chi-square of 3 degrees of freedom, exceeded once in 10,000
     Scalar misfit_floor = Scalar(1e-6);  // misfit of calibrated coils without metal, per coupling, relative to k
     Scalar quadrature_floor = 1;         // quadrature of clean coils per coupling, relative to k; 1: unknown, it is not judged
-    Scalar quadrature_lag_s = Scalar(1e-4);  // s; see quadrature_lag_s() below
+    Scalar quadrature_lag_s = Scalar(1e-4);  // quadrature that motion causes, over the rate X'; set_plan() computes it
     Scalar max_deviation_m = Scalar(0.02);   // standard deviation of the position (3D) above which a pose is invalid
     Microseconds lost_after{100'000};        // without a valid pose
     Microseconds search_after{1'000'000};    // without a valid pose; then the last pose is forgotten
@@ -111,14 +111,16 @@ static_assert(sizeof(TrackerParams<float>) <= 192, "size of the parameters in fl
 /// max_column_span for a plan. FDM columns are simultaneous. The first and third of three consecutive TDM columns are two slots
 /// apart; with a lost slot they exceed the limit.
 Microseconds column_span(const signal::AcquisitionPlan& plan);
-/// quadrature_lag_s for a plan: motion at the rate X' induces X'/w at a carrier w and leaks, in a window, X'/2w into the same
-/// carrier and X'/d into a carrier at the distance d.
-double quadrature_lag_s(const signal::AcquisitionPlan& plan);
+/// Sets the parameters that follow from a plan: max_column_span, window_s, quadrature_lag_s.
+template <typename Scalar>
+void set_plan(CommonParams<Scalar>& common, const signal::AcquisitionPlan& plan);
 
 /// Errors (invalid_argument), with the reason: a number is not finite or out of its limits, or times are out of order.
 template <typename Scalar>
 Status check(const TrackerParams<Scalar>& params);
 
+extern template void set_plan(CommonParams<float>&, const signal::AcquisitionPlan&);
+extern template void set_plan(CommonParams<double>&, const signal::AcquisitionPlan&);
 extern template Status check(const TrackerParams<float>&);
 extern template Status check(const TrackerParams<double>&);
 

@@ -66,8 +66,7 @@ tracking::TrackerParams<double> ColumnSource::tracker_params() const {
     params.method = tracking::DirectParams{plan_.is_tdm()};
     params.common.coupling_constant = scenario_->world.coupling_constant_m3;
     params.common.hemisphere = scenario_->motion->at(0).position_m;
-    params.common.max_column_span = tracking::column_span(plan_);
-    params.common.window_s = plan_.window_s();
+    tracking::set_plan(params.common, plan_);
     return params;
 }
 

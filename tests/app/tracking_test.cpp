@@ -51,8 +51,7 @@ std::vector<protocol::PoseMessage> poses_of_the_loop(double begin_s, std::size_t
     params.tracker.method = tracking::ScaatParams<float>{};
     params.tracker.common.coupling_constant = device.coupling_constant_m3;
     params.tracker.common.hemisphere = device.hemisphere;
-    params.tracker.common.max_column_span = tracking::column_span(params.plan);
-    params.tracker.common.window_s = static_cast<float>(params.plan.window_s());
+    tracking::set_plan(params.tracker.common, params.plan);
     app::BoardLoop loop(params, {board.clock, board.coils, board.sampler, link});
     board.clock.pause(begin_s);
     EXPECT_TRUE(loop.start().ok());

@@ -51,8 +51,7 @@ void run_chain(const sim::Motion& motion, const ChainParams& chain, Take&& take)
     common.coupling_constant = world_params.coupling_constant_m3;
     common.hemisphere = motion.at(0).position_m;
     common.confined = chain.confined;
-    common.max_column_span = tracking::column_span(plan);
-    common.window_s = plan.window_s();
+    tracking::set_plan(common, plan);
     app::MainLoop<double> loop(params, {clock, coils, sampler, link});
     Status status = loop.start();
     while (status.ok() || status.code() == StatusCode::timed_out) {

@@ -35,10 +35,8 @@ struct SimulatedColumns {
         params.common.coupling_constant = scenario.world.coupling_constant_m3;
         params.common.hemisphere = scenario.motion->at(0).position_m;
         params.common.confined = true;
-        params.common.max_column_span = tracking::column_span(plan);
-        params.common.window_s = plan.window_s();
+        tracking::set_plan(params.common, plan);
         params.common.quadrature_floor = 0;
-        params.common.quadrature_lag_s = tracking::quadrature_lag_s(plan);
         return params;
     }
 };
