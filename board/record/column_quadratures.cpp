@@ -7,8 +7,8 @@ namespace {
 
 bool is_used(const TrackerInput& input) {
     const ColumnFlags flags = input.column.flags;
-    return input.kind == InputKind::column && input.sensor == 0 && !flags.has(ColumnFlag::low_band) &&
-           !tracking::signal_flags(flags).has_any(tracking::kFaultFlags);
+    return input.kind == InputKind::column && input.sensor == 0 && coil_index(input.column.state) >= 0 &&
+           !flags.has(ColumnFlag::low_band) && !tracking::signal_flags(flags).has_any(tracking::kFaultFlags);
 }
 
 }  // namespace
@@ -23,7 +23,6 @@ bool ColumnQuadratures::advance() {
     return has_next_;
 }
 
-/// The device has started again: skips its older columns.
 void ColumnQuadratures::skip_to_restart() {
     for (DeviceTime last = next_.column.midpoint; has_next_ && next_.column.midpoint >= last; (void)advance()) {
         last = next_.column.midpoint;
@@ -31,10 +30,6 @@ void ColumnQuadratures::skip_to_restart() {
 }
 
 Mat3<double> ColumnQuadratures::mean(DeviceTime from, DeviceTime to) {
-    if (from < until_) {
-        skip_to_restart();
-    }
-    until_ = to;
     Mat3<double> sum = Mat3<double>::Zero();
     Vec3<double> count = Vec3<double>::Zero();
     for (bool more = has_next_ || advance(); more && next_.column.midpoint <= to; more = advance()) {

@@ -94,8 +94,16 @@ Form rests_form(const Put& put, const Recording& recording) {
     const auto quadratures = std::make_shared<ColumnQuadratures>(recording.folder());
     const auto rests =
         std::make_shared<RestFinder>(put, [quadratures](DeviceTime from, DeviceTime to) { return quadratures->mean(from, to); });
-    return {[rests](const Pose& pose) {
-                if (pose.sensor == 0 && !pose.flags.has_any(tracking::kFaultFlags)) {
+    return {[rests, quadratures, last = DeviceTime{}](const Pose& pose) mutable {
+                if (pose.sensor != 0) {
+                    return;
+                }
+                if (pose.time < last) {  // the device started again
+                    rests->finish();
+                    quadratures->skip_to_restart();
+                }
+                last = pose.time;
+                if (!pose.flags.has_any(tracking::kFaultFlags)) {
                     rests->add(pose.time, pose.signal_matrix);
                 }
             },

@@ -17,7 +17,7 @@ constexpr Microseconds kMargin{100'000};
 }  // namespace
 
 RestFinder::RestFinder(Put put, Quadratures quadratures) : put_(std::move(put)), quadratures_(std::move(quadratures)) {
-    put_("rest,start_s,duration_s,x11,x12,x13,x21,x22,x23,x31,x32,x33" + std::string(kQuadratureHeader) + "\n");
+    put_("rest,start_s,duration_s,x11,x12,x13,x21,x22,x23,x31,x32,x33" + std::string(kQuadratureColumns) + "\n");
 }
 
 void RestFinder::add(DeviceTime time, const Mat3<double>& x) {

@@ -148,13 +148,13 @@ CalibrationFile read_calibration(const std::string& path) {
     c.model.sensor_sensitivity = sensor.matrix("sensitivity", c.model.sensor_sensitivity);
     c.model.sensor_offset_m = sensor.matrix("offset_m", c.model.sensor_offset_m);
     c.model.sensor_octupole_m2 = sensor.vector("octupole_m2", c.model.sensor_octupole_m2);
-    if (auto couplings = top.child("couplings"); couplings.has("phase_rad")) {
+    auto couplings = top.child("couplings");
+    if (couplings.has("phase_rad")) {
         c.phase_rad = couplings.matrix("phase_rad", c.phase_rad);
-        couplings.finish();
     } else {  // older files: one phase for each channel
         c.phase_rad.colwise() = sensor.vector("phase_rad", Vec3<double>::Zero());
-        couplings.finish();
     }
+    couplings.finish();
     sensor.finish();
     auto output = top.child("output");
     c.hemisphere = output.vector("hemisphere", c.hemisphere);

@@ -13,10 +13,10 @@ namespace tricoil::host {
 /// Header of a CSV file of couplings at known poses; xij: sensor coil i, source coil j.
 constexpr std::string_view kPoseCsvHeader = "x_m,y_m,z_m,qw,qx,qy,qz,x11,x12,x13,x21,x22,x23,x31,x32,x33";
 
-/// Columns that may follow the couplings of any CSV header: their quadratures, in the same order.
-constexpr std::string_view kQuadratureHeader = ",q11,q12,q13,q21,q22,q23,q31,q32,q33";
+/// Quadratures of the couplings, which may follow them in a CSV header, in the same order. Begins with a comma.
+constexpr std::string_view kQuadratureColumns = ",q11,q12,q13,q21,q22,q23,q31,q32,q33";
 
-/// Nine fields (i, j), row by row, as the readers below expect them.
+/// Nine fields (i, j), row by row: ten digits, separated by commas.
 std::string matrix_text(const Mat3<double>& matrix);
 
 /// Nine fields (i, j), row by row. Throws InputError, naming the place, for a field that is not a finite number.

@@ -79,11 +79,7 @@ Blob encode(const Calibration<double>& calibration) {
     return blob;
 }
 
-namespace {
-
-/// Converts the numbers of a blob to the precision of the caller.
-template <typename Scalar>
-Result<Calibration<Scalar>> decode_as(std::span<const std::uint8_t> bytes) {
+Result<Calibration<float>> decode_single(std::span<const std::uint8_t> bytes) {
     if (bytes.size() < kBlobHeaderBytes || get<4>(bytes.data()) != kBlobMagic) {
         return Status{StatusCode::invalid_argument, "no calibration: wrong magic; calibrate and store one"};
     }
@@ -96,17 +92,17 @@ Result<Calibration<Scalar>> decode_as(std::span<const std::uint8_t> bytes) {
     if (get<4>(bytes.data() + kBlobBytes - 4) != crc32(bytes.first(kBlobBytes - 4))) {
         return Status{StatusCode::invalid_argument, "calibration is damaged: its CRC does not match; store it again"};
     }
-    Calibration<Scalar> calibration;
+    Calibration<float> calibration;
     const std::uint8_t* at = bytes.data() + kBlobHeaderBytes;
-    const auto read = [&](Scalar& value) {
-        value = static_cast<Scalar>(std::bit_cast<float>(static_cast<std::uint32_t>(get<4>(at))));
+    const auto read = [&](float& value) {
+        value = std::bit_cast<float>(static_cast<std::uint32_t>(get<4>(at)));
         at += 4;
     };
     visit(calibration, read);
     const std::uint64_t dipoles = get<4>(at);
     at += 4;
     for (std::uint64_t d = 0; d < std::min<std::uint64_t>(dipoles, field::kMaxInducedDipoles); ++d) {
-        field::InducedDipole<Scalar> dipole;
+        field::InducedDipole<float> dipole;
         visit_dipole(dipole, read);
         (void)calibration.model.surroundings.push_back(dipole);
     }
@@ -120,10 +116,10 @@ Result<Calibration<Scalar>> decode_as(std::span<const std::uint8_t> bytes) {
     return calibration;
 }
 
-}  // namespace
-
-Result<Calibration<double>> decode(std::span<const std::uint8_t> bytes) { return decode_as<double>(bytes); }
-
-Result<Calibration<float>> decode_single(std::span<const std::uint8_t> bytes) { return decode_as<float>(bytes); }
+/// Checked in the precision of the blob: limits are rounded like the numbers.
+Result<Calibration<double>> decode(std::span<const std::uint8_t> bytes) {
+    const auto single = decode_single(bytes);
+    return single.ok() ? Result<Calibration<double>>(single->cast<double>()) : single.status();
+}
 
 }  // namespace tricoil::calibration

@@ -12,7 +12,7 @@ namespace tricoil::calibration {
 constexpr std::uint32_t kBlobMagic = 0x4C414354;  // "TCAL", little-endian
 constexpr std::size_t kBlobHeaderBytes = 8;       // magic (4), version (2), payload length (2)
 constexpr std::uint16_t kBlobVersion = 3;
-/// Numbers in single precision: coils, floors; then the number of virtual dipoles (32-bit integer) and twelve numbers for each.
+/// Numbers of a Calibration in single precision; then the number of virtual dipoles (32-bit integer) and twelve numbers for each.
 constexpr std::size_t kBlobNumbers = 68;
 constexpr std::size_t kPayloadBytes = 4 * (kBlobNumbers + 1 + 12 * field::kMaxInducedDipoles);
 constexpr std::size_t kBlobBytes = 492;  // all bytes after the last dipole are zero

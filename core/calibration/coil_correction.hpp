@@ -79,8 +79,8 @@ public:
         sigma = variance.cwiseSqrt() / std::abs(gain_(j));
     }
 
-    /// The same for a column of the low band, whose phases are not calibrated.
-    void correct_low_column(int j, Vec3<Scalar>& in_phase, Vec3<Scalar>& quadrature, Vec3<Scalar>& sigma) const {
+    /// The same without the phases: for the low band, whose phases are not calibrated.
+    void correct_without_phases(int j, Vec3<Scalar>& in_phase, Vec3<Scalar>& quadrature, Vec3<Scalar>& sigma) const {
         CoilCorrection without_phases = *this;
         without_phases.phase_rad_.setZero();
         without_phases.correct_column(j, in_phase, quadrature, sigma);

@@ -1,4 +1,4 @@
-// Quadrature of the couplings that noise, motion and the phases of the channels do not explain: a sign of metal.
+// Quadrature of the couplings that noise, motion and the calibrated phases do not explain: a sign of metal.
 #pragma once
 
 #include "core/tracking/column_motion.hpp"

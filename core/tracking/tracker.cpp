@@ -51,7 +51,7 @@ void Tracker<Scalar>::update_low(const Column<Scalar>& column) {
     Column<Scalar> corrected = column;
     const int coil = coil_index(column.state);
     if (correction_ && coil >= 0) {
-        correction_->correct_low_column(coil, corrected.in_phase, corrected.quadrature, corrected.sigma);
+        correction_->correct_without_phases(coil, corrected.in_phase, corrected.quadrature, corrected.sigma);
     }
     do_update_low(corrected);
 }

@@ -103,7 +103,8 @@ TEST(QuadratureFloor, IsThatOfTheTrackersCouplings) {
     for (const Mat3<double>& ideal : random_couplings(20, 5)) {
         const Mat3<double> gains = coils.model.sensor_sensitivity.diagonal() * coils.model.source_moment.diagonal().transpose();
         const Mat3<double> quadrature = Mat3<double>::Constant(kQuadrature * ideal.norm() / 3);
-        const double share = quadrature_share(coils, ideal.cwiseProduct(gains), quadrature.cwiseProduct(gains));
+        const double share = quadrature_share(*calibration::CoilCorrection<double>::ideal_triads(coils),
+                                              ideal.cwiseProduct(gains), quadrature.cwiseProduct(gains));
         EXPECT_NEAR(share, kQuadrature, 1e-8);
     }
 }

@@ -2,11 +2,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <complex>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <sstream>
 
 #include "board/support/text_table.hpp"
 #include "core/geometry/types.hpp"
@@ -16,6 +21,7 @@ namespace tricoil::test {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr double kSpacing_m = 0.2;  // of the scenario table
 
@@ -75,8 +81,8 @@ protected:
         EXPECT_FALSE(std::filesystem::exists(path("room.toml")));
     }
     /// The grid as a user records it by hand: nodes by number, attitudes unknown.
-    static std::string printed_grid() {
-        const auto lines = lines_of(data("grid"));
+    static std::string printed_grid(const std::string& name = "grid", double spacing_m = kSpacing_m) {
+        const auto lines = lines_of(data(name));
         std::string text = "column,row,level" + lines[0].substr(lines[0].find(",x11")) + "\n";
         for (std::size_t n = 1; n < lines.size(); ++n) {
             const std::string& line = lines[n];
@@ -87,14 +93,39 @@ protected:
                 at = line.find(',', at) + 1;
             }
             for (const double coordinate : place) {
-                text += std::to_string(std::lround(coordinate / kSpacing_m)) + ",";
+                text += std::to_string(std::lround(coordinate / spacing_m)) + ",";
             }
             text += line.substr(at) + "\n";
         }
         return text;
     }
 
-    /// The true poses' couplings are another mean of the same columns.
+    /// The last 18 columns of a table, couplings and quadratures, turned by a phase for each coupling.
+    static std::string with_phases(const std::string& table, const std::array<double, 9>& phase_rad) {
+        std::istringstream lines(table);
+        std::string text;
+        std::getline(lines, text);
+        text += "\n";
+        for (std::string line; std::getline(lines, line);) {
+            const auto fields = host::split(line, ',');
+            const std::size_t first = fields.size() - 18;
+            const auto number = [&](std::size_t k) { return std::stod(std::string(fields[first + k])); };
+            std::array<std::string, 18> turned;
+            for (std::size_t k = 0; k < 9; ++k) {
+                const auto z = std::complex(number(k), number(k + 9)) * std::polar(1.0, phase_rad[k]);
+                turned[k] = fmt::format(",{:.12g}", z.real());
+                turned[k + 9] = fmt::format(",{:.12g}", z.imag());
+            }
+            text += line.substr(0, static_cast<std::size_t>(fields[first].data() - line.data()) - 1);
+            for (const std::string& field : turned) {
+                text += field;
+            }
+            text += "\n";
+        }
+        return text;
+    }
+
+    /// Both files average the same columns over slightly different times.
     static void expect_the_quadratures_of_the_grid(const std::vector<std::string>& rests) {
         const auto last_nine = [](const std::string& line) {
             const auto fields = host::split(line, ',');
@@ -121,6 +152,8 @@ TEST_F(Surroundings, ReduceTheErrorOffTheGridToLessThanATenth) {
     const auto fit = calibrate(data("grid"));
     ASSERT_EQ(fit.exit_code, 0) << fit.err;
     EXPECT_EQ(fit.json()["poses"], 27);
+    EXPECT_THAT(read_file(path("coils.toml")), HasSubstr("quadrature_floor"));
+    EXPECT_THAT(read_file(path("room.toml")), Not(HasSubstr("quadrature_floor"))) << "the dipoles do not describe it";
     const double without = error_m("coils.toml");
     const double with = error_m("room.toml");
     std::cout << "off the grid: " << 1e3 * without << " mm without surroundings, " << 1e3 * with << " mm with "
@@ -172,6 +205,31 @@ TEST_F(Surroundings, AreFoundFromARecordingOfRests) {
     std::filesystem::remove(path("room.toml"));
     expect_refused(calibrate("--grid --spacing-mm 200 " + path("rests.csv")), "--nodes C,R,L");
     expect_refused(calibrate("--grid --spacing-mm 200 --nodes 3,3,2 " + path("rests.csv")), "27 rests do not fit 18 nodes");
+}
+
+/// Every kind of calibration estimates the phase of each coupling; couplings at rest also give the floor of the quadrature.
+TEST_F(Surroundings, AndCoilsHaveThePhasesOfTheirCouplings) {
+    const std::array<double, 9> phase_rad{0.001, -0.049, 0.047, 0.035, -0.004, 0.1, -0.018, -0.079, -0.001};
+    const std::string grid = write("turned.csv", with_phases(printed_grid("clean", 0.05), phase_rad));
+    const std::string stage = write("soYoutZup_seYoutZup_turned.csv", with_phases(read_file(data("clean")), phase_rad));
+    for (const std::string& kind : {"--grid --spacing-mm 50 " + grid, "--free-motion --coupling-constant 1 " + grid,
+                                    "--free-motion --coupling-constant 1 " + stage, "--model concentric " + stage}) {
+        const auto fit = tricoil("calibrate --json --out " + path("turned.toml") + " " + kind);
+        ASSERT_EQ(fit.exit_code, 0) << fit.err;
+        const std::string text = read_file(path("turned.toml"));
+        std::array<double, 9> found{};
+        ASSERT_EQ(std::sscanf(text.c_str() + text.find("[couplings]"),
+                              "[couplings] phase_rad = [ [%lf, %lf, %lf], [%lf, %lf, %lf], [%lf, %lf, %lf]", &found[0], &found[1],
+                              &found[2], &found[3], &found[4], &found[5], &found[6], &found[7], &found[8]),
+                  9)
+            << text;
+        for (std::size_t k = 0; k < 9; ++k) {
+            EXPECT_NEAR(found[k], phase_rad[k], 1e-4) << kind << ' ' << k;
+        }
+        const bool is_moving = kind.starts_with("--free-motion");
+        EXPECT_EQ(fit.json().contains("quadrature_floor"), !is_moving) << kind;
+        EXPECT_LT(fit.json().value("quadrature_floor", 0.0), 1e-4) << kind;
+    }
 }
 
 TEST_F(Surroundings, RefuseTooFewPosesAndDegenerateGrids) {

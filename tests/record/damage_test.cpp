@@ -144,6 +144,13 @@ TEST_F(Damage, OlderRecordingsWithACalibrationAreReplayed) {
     fs::remove(coils);
 }
 
+TEST_F(Damage, RestsLeaveOutColumnsWithoutACoil) {
+    end_early();
+    put("inputs.csv", get("inputs.csv") + "column,0,400000,0,1,1,0,1,1,1,1,1,1,1,1,1\n");
+    const auto result = tricoil("convert " + folder_ + " --to rests --out " + path_in_temp("rests.csv"));
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+}
+
 TEST_F(Damage, InvalidLines) {
     end_early();
     const std::string inputs = get("inputs.csv");

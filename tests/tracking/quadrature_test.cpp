@@ -45,24 +45,24 @@ struct Signal {
 };
 
 /// Poses of columns of a motion, 0.3 s after the start.
-Seen play(const MethodParams<double>& method, const sim::Motion& motion, const Signal& setup) {
-    auto params = test::scaat_params<double>(setup.tdm, motion.at(0).position_m);
+Seen play(const MethodParams<double>& method, const sim::Motion& motion, const Signal& signal) {
+    auto params = test::scaat_params<double>(signal.tdm, motion.at(0).position_m);
     params.method = method;
-    params.common.quadrature_floor = setup.floor;
+    params.common.quadrature_floor = signal.floor;
     params.common.quadrature_lag_s = kLag_s;
-    AnyTracker<double> tracker(params, setup.calibration);
+    AnyTracker<double> tracker(params, signal.calibration);
     std::mt19937_64 random(7);
     std::normal_distribution<double> normal(0, kNoise);
     const double k = field::coupling_strength(test::kCoupling, 0.5);
     Seen seen;
-    test::replay<double>(motion, {setup.tdm, kNoise, 3, 0, 2.5}, [&](Column<double> column) {
+    test::replay<double>(motion, {signal.tdm, kNoise, 3, 0, 2.5}, [&](Column<double> column) {
         const Mat3<double> rate = rates(motion, to_seconds(column.midpoint));
         const int j = coil_index(column.state);
-        column.quadrature = Vec3<double>::Constant(setup.quadrature * k) +
-                            setup.lag_s * (0.6 * rate.col(j) + 0.8 * rate.col((j + 1) % kSourceCoils));
+        column.quadrature = Vec3<double>::Constant(signal.quadrature * k) +
+                            signal.lag_s * (0.6 * rate.col(j) + 0.8 * rate.col((j + 1) % kSourceCoils));
         column.quadrature += Vec3<double>(normal(random), normal(random), normal(random));
         for (int i = 0; i < kSensorCoils; ++i) {
-            const auto turned = std::polar(1.0, setup.phase_rad(i, j)) * std::complex(column.in_phase(i), column.quadrature(i));
+            const auto turned = std::polar(1.0, signal.phase_rad(i, j)) * std::complex(column.in_phase(i), column.quadrature(i));
             column.in_phase(i) = turned.real();
             column.quadrature(i) = turned.imag();
         }
@@ -110,22 +110,22 @@ TEST_P(Quadrature, WithinThePhaseErrorsIsNotMetal) {
 
 /// A calibration has the phase of each coupling, and the quadrature that these phases leave.
 TEST_P(Quadrature, IsJudgedAfterTheCalibratedPhases) {
-    Signal setup;
-    setup.phase_rad = 1e-3 * (Mat3<double>() << 0.1, -4.9, 4.7, 3.5, -0.4, 10.2, -1.8, -7.9, -0.1).finished();
-    setup.calibration.emplace();
-    setup.calibration->model.source_moment *= test::kCoupling;
-    setup.calibration->phase_rad = setup.phase_rad;
-    setup.calibration->quadrature_floor = 1e-4;
-    const Seen clean = play(GetParam(), rest_, setup);
+    Signal signal;
+    signal.phase_rad = 1e-3 * (Mat3<double>() << 0.1, -4.9, 4.7, 3.5, -0.4, 10.2, -1.8, -7.9, -0.1).finished();
+    signal.calibration.emplace();
+    signal.calibration->model.source_moment *= test::kCoupling;
+    signal.calibration->phase_rad = signal.phase_rad;
+    signal.calibration->quadrature_floor = 1e-4;
+    const Seen clean = play(GetParam(), rest_, signal);
     EXPECT_GT(clean.poses, 400);
     EXPECT_EQ(clean.distorted, 0);
-    setup.quadrature = 1e-3;
-    EXPECT_EQ(play(GetParam(), rest_, setup).distorted, clean.poses);
-    setup.quadrature = 0;
-    setup.calibration->phase_rad.colwise() = setup.phase_rad.rowwise().mean().eval();
-    EXPECT_EQ(play(GetParam(), rest_, setup).distorted, clean.poses) << "one phase for each channel is not enough";
-    setup.calibration->quadrature_floor = 1;
-    EXPECT_EQ(play(GetParam(), rest_, setup).distorted, 0) << "the floor is unknown";
+    signal.quadrature = 1e-3;
+    EXPECT_EQ(play(GetParam(), rest_, signal).distorted, clean.poses);
+    signal.quadrature = 0;
+    signal.calibration->phase_rad.colwise() = signal.phase_rad.rowwise().mean().eval();
+    EXPECT_EQ(play(GetParam(), rest_, signal).distorted, clean.poses) << "one phase for each channel is not enough";
+    signal.calibration->quadrature_floor = 1;
+    EXPECT_EQ(play(GetParam(), rest_, signal).distorted, 0) << "the floor is unknown";
 }
 
 /// All rates of the couplings pass through zero where a sensor turns back on a line.

@@ -38,27 +38,20 @@ void remove_phases(const Mat3<double>& phase_rad, Mat3<double>& in_phase, Mat3<d
     in_phase = along;
 }
 
-double quadrature_share(const calibration::Calibration<double>& calibration, const Mat3<double>& in_phase,
+double quadrature_share(const calibration::CoilCorrection<double>& correction, const Mat3<double>& in_phase,
                         const Mat3<double>& quadrature) {
-    using Correction = calibration::CoilCorrection<double>;
-    calibration::Calibration<double> without_phases = calibration;
-    without_phases.phase_rad.setZero();
-    const auto ideal = Correction::ideal_triads(without_phases);
-    const Correction correction = ideal.ok() ? *ideal : Correction::phases(without_phases);
     double in_phase_squared = 0;
     double squared = 0;
     for (int j = 0; j < 3; ++j) {
         Vec3<double> x = in_phase.col(j);
         Vec3<double> y = quadrature.col(j);
         Vec3<double> sigma = Vec3<double>::Zero();
-        correction.correct_column(j, x, y, sigma);
+        correction.correct_without_phases(j, x, y, sigma);
         in_phase_squared += x.squaredNorm();
         squared += y.squaredNorm();
     }
     return std::sqrt(squared / (in_phase_squared + squared));
 }
-
-// |X|^2 = 3/2 k^2 by (6), so that a share s is a mean of the nine squares of s^2 k^2 / 6.
 
 double quadrature_floor_of(std::vector<double> shares) {
     constexpr std::size_t kFewest = 18;
@@ -69,11 +62,11 @@ double quadrature_floor_of(std::vector<double> shares) {
     std::sort(shares.begin(), shares.end());
     const double limit = kOutlier * shares[shares.size() / 2];
     const auto largest = std::prev(std::upper_bound(shares.begin(), shares.end(), limit));
-    return *largest / std::sqrt(6.0);
+    return *largest / std::sqrt(6.0);  // |X|^2 = 3/2 k^2 by (6): a share s is a mean of the nine squares of s^2 k^2 / 6
 }
 
 bool exceeds_quadrature_floor(double share, double floor) {
-    const double third_of_sum = 0.5 * share * share;  // of the nine squares, relative to k^2
+    const double third_of_sum = share * share / 2;  // of the nine squares, relative to k^2
     return third_of_sum > tracking::QuadratureCheck<double>::gate({}) * floor * floor;
 }
 

@@ -71,16 +71,19 @@ void remove_phases_of(Rows& rows, const Mat3<double>& phase_rad) {
     });
 }
 
-/// Share of the quadrature in the couplings of a tracker with this calibration. The phases are already removed.
-double quadrature_share(const calibration::Calibration<double>& calibration, const Mat3<double>& in_phase,
+/// Share of the quadrature in couplings whose phases are removed, as a tracker with this correction judges them.
+double quadrature_share(const calibration::CoilCorrection<double>& correction, const Mat3<double>& in_phase,
                         const Mat3<double>& quadrature);
 
 /// The same for each row; empty if they have no quadrature.
 template <typename Rows>
-std::vector<double> quadrature_shares(const calibration::Calibration<double>& calibration, const Rows& rows) {
+std::vector<double> quadrature_shares(const calibration::Calibration<double>& known, const Rows& rows) {
+    using Correction = calibration::CoilCorrection<double>;
+    const auto ideal = Correction::ideal_triads(known);
+    const Correction correction = ideal.ok() ? *ideal : Correction::phases(known);
     std::vector<double> shares;
     if (have_quadrature(rows)) {
-        for_each_row(rows, [&](const auto& row) { shares.push_back(quadrature_share(calibration, row.x, *row.quadrature)); });
+        for_each_row(rows, [&](const auto& row) { shares.push_back(quadrature_share(correction, row.x, *row.quadrature)); });
     }
     return shares;
 }

@@ -29,8 +29,8 @@ struct TableForm {
 /// Throws InputError unless the header ends in all nine couplings, in order, and optionally their quadratures.
 TableForm form_of(const std::string& path, std::string_view header) {
     TableForm form;
-    form.has_quadrature = header.ends_with(kQuadratureHeader);
-    header.remove_suffix(form.has_quadrature ? kQuadratureHeader.size() : 0);
+    form.has_quadrature = header.ends_with(kQuadratureColumns);
+    header.remove_suffix(form.has_quadrature ? kQuadratureColumns.size() : 0);
     for (const char letter : {'x', 'm'}) {
         std::string wanted;
         for (int i = 1; i <= 3; ++i) {
@@ -97,7 +97,7 @@ std::vector<CouplingFrame> read_frames(const std::string& path) {
     return frames;
 }
 
-std::vector<Mat3<double>> in_phase(const std::vector<CouplingFrame>& frames) {
+std::vector<Mat3<double>> in_phase_of(const std::vector<CouplingFrame>& frames) {
     std::vector<Mat3<double>> x;
     std::transform(frames.begin(), frames.end(), std::back_inserter(x), [](const CouplingFrame& frame) { return frame.x; });
     return x;

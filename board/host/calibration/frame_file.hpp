@@ -21,12 +21,12 @@ struct CouplingFrame {
 };
 
 /// Reads CSV with any header that ends in x11,x12,x13,x21,...,x33 (or m11,...), xij: sensor coil i, source coil j, and optionally
-/// kQuadratureHeader. Columns before these are ignored. Throws InputError, naming file and line, also for a file without column
+/// kQuadratureColumns. Columns before these are ignored. Throws InputError, naming file and line, also for a file without column
 /// frames.
 std::vector<CouplingFrame> read_frames(const std::string& path);
 
 /// The couplings in phase.
-std::vector<Mat3<double>> in_phase(const std::vector<CouplingFrame>& frames);
+std::vector<Mat3<double>> in_phase_of(const std::vector<CouplingFrame>& frames);
 
 /// Interpolates the columns of each column frame to the time of the middle column (cubic, four column frames). Column j was
 /// measured j * skew frame periods after column 0; column frames have a constant period. The first two and the last two column
@@ -45,7 +45,7 @@ struct GridFrame {
 /// Numbers of columns, rows and levels of a grid.
 using GridSize = std::array<int, 3>;
 
-/// CSV with the header column,row,level,x11,...,x33, optionally with kQuadratureHeader, or the rests of a recording (tricoil
+/// CSV with the header column,row,level,x11,...,x33, optionally with kQuadratureColumns, or the rests of a recording (tricoil
 /// convert --to rests) at the nodes of a grid of `size`: in the order of columns, then rows, then levels, equally many rests at
 /// each node. Throws InputError, naming file and line.
 std::vector<GridFrame> read_grid(const std::string& path, const std::optional<GridSize>& size = std::nullopt);

@@ -119,10 +119,10 @@ PoseFile read_pose_file(const std::string& path) {
     const auto lines = read_lines(path);
     const bool csv = lines.front().find(',') != std::string::npos;
     const std::string header(kPoseCsvHeader);
-    const bool has_quadrature = csv && lines.front() == header + std::string(kQuadratureHeader);
+    const bool has_quadrature = csv && lines.front() == header + std::string(kQuadratureColumns);
     if (csv && !has_quadrature && lines.front() != header) {
         throw InputError(path + ":1: the header must be " + header + ", optionally followed by " +
-                         std::string(kQuadratureHeader));
+                         std::string(kQuadratureColumns));
     }
     PoseFile file;
     file.path = path;

@@ -212,7 +212,7 @@ CalibrationFile calibrate_with_surroundings(const CalibrateCommand& command, Rep
 }
 
 int check_wiring(const CalibrateCommand& command) {
-    const Wiring wiring = identify_wiring(in_phase(read_all(command.data, read_frames)), vector_of(command.wiring));
+    const Wiring wiring = identify_wiring(in_phase_of(read_all(command.data, read_frames)), vector_of(command.wiring));
     const bool straight = wiring.sensor.straight() && wiring.source.straight();
     const Json result = {{"sensor", to_text(wiring.sensor)},      {"source", to_text(wiring.source)}, {"misfit", wiring.misfit},
                          {"second_misfit", wiring.second_misfit}, {"certain", wiring.is_certain()},   {"straight", straight}};

@@ -24,7 +24,7 @@ std::vector<CouplingFrame> read_couplings(const std::string& path, double column
         if (column_skew == 0) {
             return read_frames(path);
         }
-        for (const Mat3<double>& x : deskewed(in_phase(read_frames(path)), column_skew)) {
+        for (const Mat3<double>& x : deskewed(in_phase_of(read_frames(path)), column_skew)) {
             couplings.push_back({x});
         }
         return couplings;
@@ -113,7 +113,7 @@ CalibrationFile calibrate_free_motion(const FreeMotionCommand& command, Json& re
     });
     file.calibration.phase_rad = phases_of(couplings);
     remove_phases_of(couplings, file.calibration.phase_rad);
-    const std::vector<Mat3<double>> frames = in_phase(couplings);
+    const std::vector<Mat3<double>> frames = in_phase_of(couplings);
     const SelfCalibration found = self_calibrate(frames);
     result = {{"frames", frames.size()},
               {"misfit_before", found.misfit_before},
@@ -142,8 +142,7 @@ CalibrationFile calibrate_free_motion(const FreeMotionCommand& command, Json& re
     if (command.model != FitModel::concentric) {
         fit_coils(command, frames, file, result, warnings);
     }
-    file.calibration.quadrature_floor = quadrature_floor_of(quadrature_shares(file.calibration, couplings));
-    return file;
+    return file;  // with an unknown quadrature floor, because motion causes quadratures too
 }
 
 }  // namespace tricoil::host

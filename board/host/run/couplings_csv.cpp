@@ -17,7 +17,7 @@ bool is_same(const sim::Pose& a, const sim::Pose& b) {
 
 CouplingsCsv::CouplingsCsv(const std::string& path) : file_(path) {
     file_.write(kPoseCsvHeader);
-    file_.write(kQuadratureHeader);
+    file_.write(kQuadratureColumns);
     file_.write("\n");
 }
 

@@ -11,7 +11,7 @@
 
 namespace tricoil::host {
 
-/// One line per pose: kPoseCsvHeader and kQuadratureHeader. As a tap it takes the quadratures. The signal matrices of a resting
+/// One line per pose: kPoseCsvHeader and kQuadratureColumns. As a tap it takes the quadratures. The signal matrices of a resting
 /// sensor are averaged, without the first three and the last of a rest: their windows and columns may be older or later than the
 /// rest.
 class CouplingsCsv final : public tracking::TrackerTap<double> {
