@@ -5,7 +5,9 @@
 
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
+#include "board/support/text_table.hpp"
 #include "tests/cli/cli_runner.hpp"
 
 namespace tricoil::test {
@@ -142,6 +144,38 @@ TEST_F(Damage, OlderRecordingsWithACalibrationAreReplayed) {
     describe([](auto& d) { d["trackers"]["calibration"]["phase_rad"] = {0.01, -0.02}; });
     expect_refused("trackers.calibration.phase_rad: has a wrong type or value");
     fs::remove(coils);
+}
+
+/// The device's clock starts again, at times that it had before; all quadratures of the second part are 0.001.
+TEST_F(Damage, RestsAfterARestartHaveTheirOwnQuadratures) {
+    fs::remove_all(folder_);
+    ASSERT_EQ(tricoil("run --json --scenario still --tracker direct --duration 2 --record " + folder_).exit_code, 0);
+    end_early();
+    const std::string poses = get("poses.csv");
+    put("poses.csv", poses + poses.substr(poses.find('\n') + 1));
+    std::istringstream inputs(get("inputs.csv"));
+    std::string second;
+    std::string line;
+    for (std::getline(inputs, line); std::getline(inputs, line);) {
+        auto fields = host::split(line, ',');
+        const bool is_column = fields[0] == "column";
+        for (std::size_t k = 0; k < fields.size(); ++k) {
+            second += (k > 0 ? "," : "") + std::string(is_column && k >= 10 && k < 13 ? "0.001" : fields[k]);
+        }
+        second += "\n";
+    }
+    put("inputs.csv", get("inputs.csv") + second);
+    const std::string rests = path_in_temp("rests.csv");
+    const auto result = tricoil("convert " + folder_ + " --to rests --out " + rests);
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    std::istringstream lines(read_file(rests));
+    std::getline(lines, line);
+    for (const bool is_second : {false, true}) {
+        ASSERT_TRUE(std::getline(lines, line)) << is_second;
+        EXPECT_EQ(line.ends_with(",0.001,0.001,0.001,0.001,0.001,0.001,0.001,0.001,0.001"), is_second) << line;
+    }
+    EXPECT_FALSE(std::getline(lines, line));
+    fs::remove(rests);
 }
 
 TEST_F(Damage, RestsLeaveOutColumnsWithoutACoil) {
