@@ -18,6 +18,8 @@ std::string matrix_text(const Mat3<double>& matrix) {
     return text;
 }
 
+namespace {
+
 Mat3<double> parse_matrix(std::span<const std::string_view> fields, const TextPlace& place) {
     Mat3<double> matrix;
     for (std::size_t k = 0; k < fields.size(); ++k) {
@@ -26,9 +28,20 @@ Mat3<double> parse_matrix(std::span<const std::string_view> fields, const TextPl
     return matrix;
 }
 
-void check_couplings(const Mat3<double>& in_phase, const Mat3<double>& quadrature, const TextPlace& place) {
+}  // namespace
+
+CouplingFrame parse_couplings(std::span<const std::string_view> fields, const TextPlace& place) {
+    CouplingFrame couplings{parse_matrix(fields.first(kCouplings), place)};
+    if (fields.size() > kCouplings) {
+        couplings.quadrature = parse_matrix(fields.last(kCouplings), place);
+    }
+    return couplings;
+}
+
+void check_couplings(const CouplingFrame& couplings, const TextPlace& place) {
     using Complex = std::complex<double>;
-    const Mat3<Complex> x = in_phase.cast<Complex>() + Complex(0, 1) * quadrature.cast<Complex>();
+    const Mat3<double> quadrature = couplings.quadrature.value_or(Mat3<double>::Zero());
+    const Mat3<Complex> x = couplings.x.cast<Complex>() + Complex(0, 1) * quadrature.cast<Complex>();
     if (!(std::abs(x.determinant()) > 1e-6 * std::pow(x.norm(), 3))) {
         throw InputError(place.str() +
                          ": the couplings are zero or have rank below three: a coil or a channel was dead; remove the line");

@@ -1,12 +1,15 @@
 // Couplings in text files.
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 
 #include "board/support/text_table.hpp"
 #include "core/geometry/types.hpp"
+#include "core/signal/excitation.hpp"
 
 namespace tricoil::host {
 
@@ -19,10 +22,20 @@ constexpr std::string_view kQuadratureColumns = ",q11,q12,q13,q21,q22,q23,q31,q3
 /// Nine fields (i, j), row by row: ten digits, separated by commas.
 std::string matrix_text(const Mat3<double>& matrix);
 
-/// Nine fields (i, j), row by row. Throws InputError, naming the place, for a field that is not a finite number.
-Mat3<double> parse_matrix(std::span<const std::string_view> fields, const TextPlace& place);
+/// Couplings of a sensor in an unknown pose.
+struct CouplingFrame {
+    Mat3<double> x;                                         // in phase
+    std::optional<Mat3<double>> quadrature = std::nullopt;  // if the file has it
+};
+
+/// Number of fields of the couplings in a line.
+constexpr std::size_t coupling_fields(bool has_quadrature) { return (has_quadrature ? 2 : 1) * kCouplings; }
+
+/// Fields (i, j), row by row: nine, or eighteen with the quadratures. Throws InputError, naming the place, for a field that is
+/// not a finite number.
+CouplingFrame parse_couplings(std::span<const std::string_view> fields, const TextPlace& place);
 
 /// Throws InputError, naming the place, for couplings that are zero or have rank below three.
-void check_couplings(const Mat3<double>& in_phase, const Mat3<double>& quadrature, const TextPlace& place);
+void check_couplings(const CouplingFrame& couplings, const TextPlace& place);
 
 }  // namespace tricoil::host

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "board/host/calibration/fit_quality.hpp"
 #include "core/tracking/quadrature_check.hpp"
 
 namespace tricoil::host {
@@ -30,39 +31,31 @@ Mat3<double> CouplingPhases::phase_rad() const {
     return phase_rad;
 }
 
-void remove_phases(const Mat3<double>& phase_rad, Mat3<double>& in_phase, Mat3<double>& quadrature) {
-    const auto cosine = phase_rad.array().cos();
-    const auto sine = phase_rad.array().sin();
-    const Mat3<double> along = cosine * in_phase.array() + sine * quadrature.array();
-    quadrature = cosine * quadrature.array() - sine * in_phase.array();
-    in_phase = along;
-}
-
-double quadrature_share(const calibration::CoilCorrection<double>& correction, const Mat3<double>& in_phase,
-                        const Mat3<double>& quadrature) {
-    double in_phase_squared = 0;
-    double squared = 0;
+void correct_columns(const CoilCorrection& correction, Mat3<double>& in_phase, Mat3<double>& quadrature) {
     for (int j = 0; j < 3; ++j) {
         Vec3<double> x = in_phase.col(j);
         Vec3<double> y = quadrature.col(j);
-        Vec3<double> sigma = Vec3<double>::Zero();
-        correction.correct_without_phases(j, x, y, sigma);
-        in_phase_squared += x.squaredNorm();
-        squared += y.squaredNorm();
+        Vec3<double> sigma = Vec3<double>::Zero();  // not used
+        correction.correct_column(j, x, y, sigma);
+        in_phase.col(j) = x;
+        quadrature.col(j) = y;
     }
-    return std::sqrt(squared / (in_phase_squared + squared));
+}
+
+double quadrature_share(const CoilCorrection& correction, Mat3<double> in_phase, Mat3<double> quadrature) {
+    correct_columns(correction, in_phase, quadrature);
+    return quadrature.norm() / std::hypot(in_phase.norm(), quadrature.norm());
 }
 
 double quadrature_floor_of(std::vector<double> shares) {
     constexpr std::size_t kFewest = 18;
-    constexpr double kOutlier = 8;
     if (shares.size() < kFewest) {
         return 1;
     }
-    std::sort(shares.begin(), shares.end());
-    const double limit = kOutlier * shares[shares.size() / 2];
-    const auto largest = std::prev(std::upper_bound(shares.begin(), shares.end(), limit));
-    return *largest / std::sqrt(6.0);  // |X|^2 = 3/2 k^2 by (6): a share s is a mean of the nine squares of s^2 k^2 / 6
+    const double limit = kOutlierMedians * median(shares);
+    std::erase_if(shares, [&](double share) { return share > limit; });
+    const double largest = *std::max_element(shares.begin(), shares.end());
+    return largest / std::sqrt(6.0);  // |X|^2 = 3/2 k^2 by (6): a share s is a mean of the nine squares of s^2 k^2 / 6
 }
 
 bool exceeds_quadrature_floor(double share, double floor) {

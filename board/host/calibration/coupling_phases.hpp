@@ -59,28 +59,40 @@ Mat3<double> phases_of(const Rows& rows) {
     return phases.phase_rad();
 }
 
-/// Turns couplings by -phase_rad, as calibration::CoilCorrection does.
-void remove_phases(const Mat3<double>& phase_rad, Mat3<double>& in_phase, Mat3<double>& quadrature);
+using CoilCorrection = calibration::CoilCorrection<double>;
+
+/// Corrects all columns.
+void correct_columns(const CoilCorrection& correction, Mat3<double>& in_phase, Mat3<double>& quadrature);
 
 template <typename Rows>
 void remove_phases_of(Rows& rows, const Mat3<double>& phase_rad) {
+    calibration::Calibration<double> known;
+    known.phase_rad = phase_rad;
+    const CoilCorrection correction = CoilCorrection::phases(known);
     for_each_row(rows, [&](auto& row) {
         if (row.quadrature) {
-            remove_phases(phase_rad, row.x, *row.quadrature);
+            correct_columns(correction, row.x, *row.quadrature);
         }
     });
 }
 
-/// Share of the quadrature in couplings whose phases are removed, as a tracker with this correction judges them.
-double quadrature_share(const calibration::CoilCorrection<double>& correction, const Mat3<double>& in_phase,
-                        const Mat3<double>& quadrature);
-
-/// The same for each row; empty if they have no quadrature.
+/// Removes the phases that the rows have themselves, and returns them.
 template <typename Rows>
-std::vector<double> quadrature_shares(const calibration::Calibration<double>& known, const Rows& rows) {
-    using Correction = calibration::CoilCorrection<double>;
-    const auto ideal = Correction::ideal_triads(known);
-    const Correction correction = ideal.ok() ? *ideal : Correction::phases(known);
+Mat3<double> remove_own_phases(Rows& rows) {
+    const Mat3<double> phase_rad = phases_of(rows);
+    remove_phases_of(rows, phase_rad);
+    return phase_rad;
+}
+
+/// Share of the quadrature in couplings, as a tracker with this correction judges them.
+double quadrature_share(const CoilCorrection& correction, Mat3<double> in_phase, Mat3<double> quadrature);
+
+/// The same for each row, without its phases, which are already removed; empty if the rows have no quadrature.
+template <typename Rows>
+std::vector<double> quadrature_shares(calibration::Calibration<double> known, const Rows& rows) {
+    known.phase_rad.setZero();
+    const auto ideal = CoilCorrection::ideal_triads(known);
+    const CoilCorrection correction = ideal.ok() ? *ideal : CoilCorrection::phases(known);
     std::vector<double> shares;
     if (have_quadrature(rows)) {
         for_each_row(rows, [&](const auto& row) { shares.push_back(quadrature_share(correction, row.x, *row.quadrature)); });

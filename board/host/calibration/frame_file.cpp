@@ -9,7 +9,6 @@
 #include <iterator>
 #include <span>
 
-#include "board/support/coupling_text.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/text_table.hpp"
 #include "core/geometry/quaternion.hpp"
@@ -23,7 +22,7 @@ struct TableForm {
     std::size_t before = 0;  // columns before the couplings
     bool has_quadrature = false;
 
-    [[nodiscard]] std::size_t columns() const { return before + (has_quadrature ? 2 : 1) * kCouplings; }
+    [[nodiscard]] std::size_t columns() const { return before + coupling_fields(has_quadrature); }
 };
 
 /// Throws InputError unless the header ends in all nine couplings, in order, and optionally their quadratures.
@@ -31,6 +30,7 @@ TableForm form_of(const std::string& path, std::string_view header) {
     TableForm form;
     form.has_quadrature = header.ends_with(kQuadratureColumns);
     header.remove_suffix(form.has_quadrature ? kQuadratureColumns.size() : 0);
+    const std::size_t names = split(header, ',').size();
     for (const char letter : {'x', 'm'}) {
         std::string wanted;
         for (int i = 1; i <= 3; ++i) {
@@ -38,7 +38,6 @@ TableForm form_of(const std::string& path, std::string_view header) {
                 wanted += fmt::format("{}{}{}{}", wanted.empty() ? "" : ",", letter, i, j);
             }
         }
-        const std::size_t names = split(header, ',').size();
         if (names >= kCouplings && header.ends_with(wanted)) {
             form.before = names - kCouplings;
             return form;
@@ -62,12 +61,8 @@ void read_table(const std::string& path, const TableForm& form, const std::vecto
         if (fields.size() != form.columns()) {
             throw InputError(fmt::format("{}: {} columns; {} are needed", place.str(), fields.size(), form.columns()));
         }
-        const std::span couplings = std::span(fields).subspan(form.before);
-        CouplingFrame frame{parse_matrix(couplings.first(kCouplings), place)};
-        if (form.has_quadrature) {
-            frame.quadrature = parse_matrix(couplings.last(kCouplings), place);
-        }
-        check_couplings(frame.x, frame.quadrature.value_or(Mat3<double>::Zero()), place);
+        const CouplingFrame frame = parse_couplings(std::span(fields).subspan(form.before), place);
+        check_couplings(frame, place);
         take(fields, frame, place);
         is_empty = false;
     }

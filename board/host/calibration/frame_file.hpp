@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "board/support/coupling_text.hpp"
 #include "board/support/distinct_files.hpp"
 #include "core/geometry/types.hpp"
 
@@ -13,12 +14,6 @@ namespace tricoil::host {
 
 /// True for a table whose header ends in couplings. A pipe cannot be read twice, so it must be such a table.
 bool holds_column_frames(const std::string& path);
-
-/// Couplings of a sensor in an unknown pose.
-struct CouplingFrame {
-    Mat3<double> x;                                         // in phase
-    std::optional<Mat3<double>> quadrature = std::nullopt;  // if the file has it
-};
 
 /// Reads CSV with any header that ends in x11,x12,x13,x21,...,x33 (or m11,...), xij: sensor coil i, source coil j, and optionally
 /// kQuadratureColumns. Columns before these are ignored. Throws InputError, naming file and line, also for a file without column

@@ -89,7 +89,7 @@ MeasuredPose parse_ilemt(const std::vector<std::string_view>& fields, const Text
 
 MeasuredPose parse_csv(const std::vector<std::string_view>& fields, bool has_quadrature, const TextPlace& place) {
     constexpr std::size_t kBefore = 7;
-    const std::size_t count = kBefore + (has_quadrature ? 2 : 1) * kCouplings;
+    const std::size_t count = kBefore + coupling_fields(has_quadrature);
     if (fields.size() != count) {
         throw InputError(fmt::format("{}: {} columns; {} are needed", place.str(), fields.size(), count));
     }
@@ -105,11 +105,9 @@ MeasuredPose parse_csv(const std::vector<std::string_view>& fields, bool has_qua
     pose.line = place.line;
     pose.stage_position_m = {v[0], v[1], v[2]};
     pose.stage_rotation = q.normalized().toRotationMatrix();
-    const std::span couplings(fields.begin() + kBefore, fields.end());
-    pose.x = parse_matrix(couplings.first(kCouplings), place);
-    if (has_quadrature) {
-        pose.quadrature = parse_matrix(couplings.last(kCouplings), place);
-    }
+    const CouplingFrame couplings = parse_couplings(std::span(fields).subspan(kBefore), place);
+    pose.x = couplings.x;
+    pose.quadrature = couplings.quadrature;
     return pose;
 }
 
@@ -141,7 +139,7 @@ PoseFile read_pose_file(const std::string& path) {
         file.poses.push_back(csv ? parse_csv(fields, has_quadrature, place) : parse_ilemt(fields, place));
         const MeasuredPose& pose = file.poses.back();
         check_position(pose.stage_position_m, place);
-        check_couplings(pose.x, pose.quadrature.value_or(Mat3<double>::Zero()), place);
+        check_couplings({pose.x, pose.quadrature}, place);
     }
     if (file.poses.empty()) {
         throw InputError(path + ": holds no poses");

@@ -156,8 +156,7 @@ CalibrationFile calibrate_on_stage(const CalibrateCommand& command, Report& repo
     options.fixtures = static_cast<FixtureModel>(index_of_name("fixtures", command.fixtures, kFixtures));
     options.stage = static_cast<StageModel>(index_of_name("--stage", command.stage, kStages));
     auto files = read_pose_files(command.data);
-    const Mat3<double> phase_rad = phases_of(files);
-    remove_phases_of(files, phase_rad);
+    const Mat3<double> phase_rad = remove_own_phases(files);
     Progress progress("calibrate");
     options.progress = progress.part(0, 1);
     const CalibrationFit fit = fit_calibration(files, options);

@@ -111,8 +111,7 @@ CalibrationFile calibrate_free_motion(const FreeMotionCommand& command, Json& re
         remove_left_handed(path, one, warnings);
         return one;
     });
-    file.calibration.phase_rad = phases_of(couplings);
-    remove_phases_of(couplings, file.calibration.phase_rad);
+    file.calibration.phase_rad = remove_own_phases(couplings);
     const std::vector<Mat3<double>> frames = in_phase_of(couplings);
     const SelfCalibration found = self_calibrate(frames);
     result = {{"frames", frames.size()},

@@ -26,8 +26,7 @@ std::string grid_text(const Json& r) {
 
 CalibrationFile calibrate_grid(const GridCommand& command, Json& result, std::vector<std::string>& warnings) {
     auto frames = read_grids(command.data, command.nodes);
-    const Mat3<double> phase_rad = phases_of(frames);
-    remove_phases_of(frames, phase_rad);
+    const Mat3<double> phase_rad = remove_own_phases(frames);
     const GridCalibration found = calibrate_on_grid(frames, command.spacing_m, command.hemisphere, command.model);
     result = {{"frames", frames.size()},
               {"position_rms_m", found.position_rms_m},

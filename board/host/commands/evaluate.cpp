@@ -82,10 +82,10 @@ void count_distorted(const std::vector<EvaluatedPose>& errors, double misfit_flo
 
 /// The same for the quadrature.
 void count_quadratures(const calibration::Calibration<double>& known, const std::vector<PoseFile>& files, Json& result) {
-    const std::vector<double> shares = quadrature_shares(known, files);
-    if (shares.empty() || known.quadrature_floor >= 1) {
+    if (known.quadrature_floor >= 1 || !have_quadrature(files)) {
         return;
     }
+    const std::vector<double> shares = quadrature_shares(known, files);
     result["quadrature_floor"] = known.quadrature_floor;
     result["poses_beyond_quadrature_floor"] = std::count_if(
         shares.begin(), shares.end(), [&](double share) { return exceeds_quadrature_floor(share, known.quadrature_floor); });
@@ -116,9 +116,8 @@ std::string evaluation_text(const Json& r) {
     }
     if (r.contains("quadrature_floor")) {
         text += fill(r,
-                     "  {poses_beyond_quadrature_floor} poses have a quadrature beyond the calibrated floor ({quadrature_floor "
-                     "in %:.3f} % "
-                     "per coupling)\n");
+                     "  {poses_beyond_quadrature_floor} poses have a quadrature beyond the calibrated floor "
+                     "({quadrature_floor in %:.3f} % per coupling)\n");
     }
     return text + fill(r["residual"],
                        "  error by cause: position in the workspace {smooth_in_position_m in mm:.3f} mm, attitude "

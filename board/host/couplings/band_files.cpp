@@ -85,9 +85,9 @@ std::vector<Mat3<double>> read_couplings(const std::string& path) {
         if (fields.size() != kCouplings) {
             throw InputError(fmt::format("{}: {} columns; {} are needed", place.str(), fields.size(), kCouplings));
         }
-        const Mat3<double> x = parse_matrix(fields, place);
-        check_couplings(x, Mat3<double>::Zero(), place);
-        matrices.push_back(x.transpose());  // the columns' order is source by source
+        const CouplingFrame couplings = parse_couplings(fields, place);
+        check_couplings(couplings, place);
+        matrices.push_back(couplings.x.transpose());  // the columns' order is source by source
     }
     if (matrices.empty()) {
         throw InputError(path + ": holds a header but no couplings");
