@@ -26,7 +26,8 @@ bool ColumnChain<Scalar, SensorTracker>::track(signal::Columns<Scalar>& columns,
         if (devices.tap != nullptr) {
             devices.tap->column(column);
         }
-        if (const auto estimate = tracker_.update(column)) {
+        const bool is_used = std::is_same_v<Scalar, double> || !column.flags.has(ColumnFlag::low_band);
+        if (const auto estimate = is_used ? tracker_.update(column) : std::nullopt) {
             send(*estimate, devices, counters);
             gave_pose = true;
         }

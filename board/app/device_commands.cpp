@@ -89,7 +89,7 @@ void TrackerDevice::answer_hello(HostLink& link, const protocol::CommandMessage&
     m.role = static_cast<std::uint8_t>(sends_columns_ ? protocol::Role::front_end : protocol::Role::tracker);
     m.serial = params_.serial;
     m.firmware = params_.firmware;
-    m.multiplexing = plan().is_tdm() ? 0 : 1;
+    m.multiplexing = static_cast<std::uint8_t>(plan().params.multiplexing);
     m.frame_rate_millihertz = millihertz(plan().params.frame_rate_hz);
     m.window_us = static_cast<std::uint32_t>(1e6 * plan().window_s() + 0.5);
     m.watchdog_us = static_cast<std::uint32_t>(params_.host_silence.count());

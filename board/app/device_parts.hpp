@@ -59,7 +59,8 @@ struct DeviceParams {
     Vec3<float> moments = Vec3<float>::Ones();      // of the source coils, if there is no calibration; relative
     Vec3<float> hemisphere = Vec3<float>::UnitX();  // hemisphere at power-on
 
-    /// Limit of the reference channel's amplitude, V; above it a power stage is defective. In FDM: of the sum of three carriers.
+    /// Limit of the reference channel's amplitude, V; above it a power stage is defective. It is half of the peak-to-peak value
+    /// of the sum of all carriers.
     float most_reference_v = 0;
     /// Time without a command after which a host counts as gone. Without hosts the coils are off. Zero: no limit.
     Microseconds host_silence{250'000};

@@ -21,18 +21,21 @@ constexpr Microseconds kColumnSilence{150'000};    // longest time without a col
 /// Sets the parameters that follow from the timing of the front end. If its plan is unknown, the quadrature is not judged.
 void set_timing(const protocol::IdentifyMessage& identity, tracking::TrackerTap<double>::Settings& settings) {
     tracking::CommonParams<double>& common = settings.tracker.common;
-    const bool is_tdm = identity.multiplexing == 0;
-    const auto multiplexing = is_tdm ? signal::Multiplexing::tdm : signal::Multiplexing::fdm;
-    const auto plan = signal::plan_acquisition(signal::default_acquisition(multiplexing, 1e-3 * identity.frame_rate_millihertz));
+    const auto multiplexing = static_cast<signal::Multiplexing>(identity.multiplexing);
+    const double frame_rate_hz = 1e-3 * identity.frame_rate_millihertz;
+    const auto plan = signal::plan_acquisition(signal::default_acquisition(multiplexing, frame_rate_hz));
     if (plan.ok()) {
         tracking::set_plan(common, *plan);
     } else {
-        common.max_column_span = microseconds_from_seconds(is_tdm ? 0.8e3 / identity.frame_rate_millihertz : 0);
+        common.max_column_span = microseconds_from_seconds(multiplexing == signal::Multiplexing::tdm ? 0.8 / frame_rate_hz : 0);
         if (settings.calibration) {
             settings.calibration->quadrature_floor = 1;
         }
     }
     common.window_s = 1e-6 * identity.window_us;
+    if (auto* bands = std::get_if<tracking::DualBandParams>(&settings.tracker.method)) {
+        *bands = tracking::dual_band_params(1 / frame_rate_hz);
+    }
 }
 
 }  // namespace

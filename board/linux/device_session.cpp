@@ -21,6 +21,19 @@ constexpr Microseconds kConflict{1'000'000};
 constexpr Microseconds kFeed{20'000};  // longest interval between keep_alive messages
 constexpr std::uint16_t kProduct = 1;
 
+/// Reason why the tracker for two bands cannot use this device; null: it can.
+const char* lacks_two_bands(const protocol::IdentifyMessage& identity) {
+    const bool sends_columns = identity.role == static_cast<std::uint8_t>(protocol::Role::front_end);
+    if (!sends_columns || identity.multiplexing != static_cast<std::uint8_t>(signal::Multiplexing::dual_band)) {
+        return "the device does not send columns of two bands; use 'tricoil device mode DEVICE --mux dual-band --columns'";
+    }
+    if (tracking::dual_band_params(1e3 / identity.frame_rate_millihertz).window_frames == 0) {
+        return "no 0.1, 0.2, ... s hold a whole number of the device's frames, at most 64; use 'tricoil device mode DEVICE --mux "
+               "dual-band --columns'";
+    }
+    return nullptr;
+}
+
 }  // namespace
 
 void DeviceSession::command(Opcode opcode, std::uint16_t request, std::uint32_t argument, Excitation state) {
@@ -214,6 +227,10 @@ SessionEvent DeviceSession::take_identity(const hal::ReceivedMessage& message) {
     if (!params_.any_coils && params_.host_drives_coils == (identity.drives_coils != 0)) {
         reason_.print(params_.host_drives_coils ? "the device drives the coils itself; remove [coils] from the configuration"
                                                 : "the host must drive the coils; give their lines in [coils]");
+        return refuse(WireError::wrong_sender);
+    }
+    if (const char* lacks = params_.dual_band ? lacks_two_bands(identity) : nullptr; lacks != nullptr) {
+        reason_.print("%s", lacks);
         return refuse(WireError::wrong_sender);
     }
     if (phase_ != Phase::greeting || now_ < conflict_) {

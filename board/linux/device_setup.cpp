@@ -30,7 +30,7 @@ DeviceLoopParams loop_params(const DeviceConfig& config, const std::optional<cal
     params.session.serial = config.serial;
     params.session.host_drives_coils = config.coils.has_value();
     params.method = host::method_of_name(config.method);
-    host::refuse_dual_band(params.method, "front ends measure one band; only a simulated run measures two");
+    params.session.dual_band = std::holds_alternative<tracking::DualBandParams>(params.method);
     params.coupling_constant_m3 = config.coupling_constant_m3;
     params.hemisphere = config.hemisphere.value_or(Vec3<double>::UnitX());
     params.publish = config.publish;

@@ -11,7 +11,7 @@ TrackerSettings with_tracker(const TrackerSettings& recorded, const std::string&
     TrackerSettings settings = recorded;
     const tracking::MethodParams<double> method = method_of_name(tracker);
     if (tracker != name_of_method(recorded.tracker.method)) {
-        refuse_dual_band(method, "the recording was not made with it (tricoil run --mux dual-band --tracker dual-band)");
+        refuse_dual_band(method, "the recording was not made with it (tricoil run --tracker dual-band)");
         settings.tracker.method = method;
         deskew_in_turn(settings.tracker);
     }

@@ -93,7 +93,7 @@ void visit_tracker(Params& params, Visit&& visit) {
 
 template <typename Calibration, typename Visit>
 void visit_calibration(Calibration& known, Visit&& visit) {
-    auto& [model, phase_rad, hemisphere, output_linear, output_offset_m, misfit_floor, quadrature_floor] = known;
+    auto& [model, phase_rad, hemisphere, output_linear, output_offset_m, misfit_floor, quadrature_floor, low_band] = known;
     auto& [source_offset_m, source_moment, sensor_offset_m, sensor_sensitivity, source_octupole_m2, sensor_octupole_m2,
            surroundings] = model;
     visit("source_offset_m", source_offset_m);
@@ -109,6 +109,7 @@ void visit_calibration(Calibration& known, Visit&& visit) {
     visit("output_offset_m", output_offset_m);
     visit("calibrated_misfit_floor", misfit_floor);
     visit("calibrated_quadrature_floor", quadrature_floor);
+    visit("low_band_ratio", low_band.ratio);
 }
 
 }  // namespace tricoil::host

@@ -34,8 +34,8 @@ OrderedJson value_of(const field::InducedDipoles<double>& dipoles) {
 }
 
 /// Fields that older recordings of the same version do not have; their defaults are right for these.
-const std::set<std::string_view> kAddedLater{"surroundings", "calibrated_misfit_floor", "calibrated_quadrature_floor",
-                                             "quadrature_floor", "quadrature_lag_s"};
+const std::set<std::string_view> kAddedLater{"surroundings",     "calibrated_misfit_floor", "calibrated_quadrature_floor",
+                                             "quadrature_floor", "quadrature_lag_s",        "low_band_ratio"};
 
 /// Reads the fields of a JSON object strictly.
 class FieldReader {

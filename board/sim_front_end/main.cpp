@@ -14,7 +14,7 @@
 #include "board/sim_front_end/tracker_board.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/interrupt.hpp"
-#include "board/support/nearest_name.hpp"
+#include "board/support/multiplexing_names.hpp"
 #include "board/support/sim_input/peer_fault_text.hpp"
 #include "board/support/sim_input/scenario_file.hpp"
 #include "board/support/whole_file.hpp"
@@ -172,8 +172,7 @@ int run(Options& o) {
     scenario->duration_s = o.front_end.duration_s;
     sim::check_metal(*scenario);
     o.front_end.scenario = scenario;
-    o.front_end.multiplexing =
-        index_of_name("--mux", o.mux, {"tdm", "fdm"}) == 0 ? signal::Multiplexing::tdm : signal::Multiplexing::fdm;
+    o.front_end.multiplexing = host::multiplexing_of_name(o.mux);
     o.front_end.pace = index_of_name("--pace", o.pace, {"real", "lockstep"}) == 0 ? sim::Pace::real : sim::Pace::lockstep;
     for (const std::string& fault : o.faults) {
         o.front_end.faults.push_back(host::parse_peer_fault(fault));
@@ -222,7 +221,7 @@ int main_program(int argc, char** argv) {
     program.add_option("--link", o.link, "can:INTERFACE[#NODE], usbip:, gadget:FOLDER or pty: (prints its path)")
         ->capture_default_str();
     program.add_option("--scenario", o.scenario, "Built-in scenario or a .toml file")->capture_default_str();
-    program.add_option("--mux", o.mux, "tdm or fdm")->capture_default_str();
+    program.add_option("--mux", o.mux, "tdm, fdm or dual-band")->capture_default_str();
     program.add_option("--rate-hz", o.front_end.frame_rate_hz, "Frames per second")->capture_default_str();
     program.add_option("--seed", o.seed, "Seed of noise and motion")->capture_default_str();
     program.add_option("--duration", o.front_end.duration_s, "Simulated time to measure, s")->capture_default_str();

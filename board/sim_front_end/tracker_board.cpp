@@ -11,7 +11,7 @@ namespace tricoil::sim_front_end {
 namespace {
 
 constexpr Microseconds kWait{1000};
-constexpr float kMaxReference_v = 1.8F;  // the simulated reference is 1 V in TDM, 1.6 V in FDM
+constexpr float kMaxReference_v = 2.45F;  // the simulated reference is 1 V in TDM, 1.6 V in FDM, 2.4 V in two bands
 
 signal::AcquisitionPlan planned(signal::Multiplexing multiplexing, double rate_hz) {
     const auto plan = signal::plan_acquisition(signal::default_acquisition(multiplexing, rate_hz));
@@ -30,6 +30,7 @@ std::vector<app::MeasuringMode> all_modes(const sim::FrontEndParams& params, sim
         world.configure(plan);
         modes.insert(modes.begin(), {plan, sim::in_single(world.demodulation()).response});
     };
+    add(Multiplexing::dual_band, 240);
     add(Multiplexing::fdm, 960);
     add(Multiplexing::fdm, 480);
     add(Multiplexing::fdm, 240);

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "board/support/errors.hpp"
-#include "board/support/nearest_name.hpp"
+#include "board/support/multiplexing_names.hpp"
 #include "board/support/sim_input/fault_text.hpp"
 #include "board/support/sim_input/scenario_file.hpp"
 #include "board/support/sim_input/trajectory_file.hpp"
@@ -40,10 +40,8 @@ sim::Scenario make_scenario(const SimulationOptions& options) {
 }
 
 signal::AcquisitionPlan make_plan(const SimulationOptions& options) {
-    const std::size_t index = index_of_name("--mux", options.multiplexing, {"tdm", "fdm", "dual-band"});
-    const auto multiplexing = index == 0 ? signal::Multiplexing::tdm : signal::Multiplexing::fdm;
-    const signal::AcquisitionParams params = signal::default_acquisition(multiplexing, options.frame_rate_hz);
-    const auto plan = signal::plan_acquisition(index == 2 ? signal::with_low_band(params) : params);
+    const auto plan =
+        signal::plan_acquisition(signal::default_acquisition(multiplexing_of_name(options.multiplexing), options.frame_rate_hz));
     if (!plan.ok()) {
         throw InputError("--rate-hz " + std::to_string(options.frame_rate_hz) + " with --mux " + options.multiplexing + ": " +
                          plan.status().message());
@@ -65,7 +63,7 @@ tracking::MethodParams<double> make_method(const SimulationOptions& options, con
         if (!plan.has_low_band()) {
             throw InputError("--tracker dual-band: needs two bands; use --mux dual-band");
         }
-        method = tracking::dual_band_params(plan);
+        method = tracking::dual_band_params(plan.block_s());
     }
     if (options.no_deskew && (is_filter || !plan.is_tdm())) {
         throw InputError("--no-deskew: only for --mux tdm with --tracker direct or previous");

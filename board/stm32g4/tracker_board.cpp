@@ -1,5 +1,7 @@
 #include "board/stm32g4/tracker_board.hpp"
 
+#include <algorithm>
+
 #include "board/cortex_m/program.hpp"
 #include "board/cortex_m/stack.hpp"
 #include "board/stm32g4/boot_record.hpp"
@@ -24,6 +26,14 @@ constexpr std::uintptr_t kVoltageReference = 0x1FFF'75AA;
 constexpr std::uintptr_t kThermometer130 = 0x1FFF'75CA;
 constexpr std::uint32_t kTicksPerSecond = 1000;
 
+/// The tables of all modes fit, and those of the gain measurement in the first mode.
+constexpr bool tables_fit() {
+    const auto values = [](const app::MeasuringMode& mode) { return CarrierPlayer::table_values(mode.plan, kOversampling); };
+    return values(kModes.front()) <= TrackerBoard::kTestTableValues &&
+           std::ranges::all_of(kModes, [&](const auto& mode) { return values(mode) <= TrackerBoard::kTableValues; });
+}
+static_assert(tables_fit());
+
 void sleep() { asm volatile("dsb\n wfi\n" ::: "memory"); }
 
 GpioRegisters& port(char name) {
@@ -38,19 +48,21 @@ DmaChannel dma(DmaRoute route) {
 
 InterruptLine line(InterruptPlan plan) { return {peripheral<NvicRegisters>(kNvicBase), plan.number}; }
 
-CarrierPlayer::Parts carrier_parts() {
+CarrierPlayer::Parts carrier_parts(std::span<std::uint16_t> memory) {
     return {peripheral<DacRegisters>(kDac1Base),
             peripheral<DacRegisters>(kDac2Base),
             {dma(kDmaDac1Channel1), dma(kDmaDac1Channel2), dma(kDmaDac2Channel1)},
-            dac::MCR_MODE1_pin};
+            dac::MCR_MODE1_pin,
+            memory};
 }
 
 /// Test carriers for the op-amps of sensor coils 2, 1 and 3.
-CarrierPlayer::Parts test_carrier_parts() {
+CarrierPlayer::Parts test_carrier_parts(std::span<std::uint16_t> memory) {
     return {peripheral<DacRegisters>(kDac3Base),
             peripheral<DacRegisters>(kDac4Base),
             {dma(kDmaDac3Channel1), dma(kDmaDac3Channel2), dma(kDmaDac4Channel1)},
-            dac::MCR_MODE1_inside};
+            dac::MCR_MODE1_inside,
+            memory};
 }
 
 constexpr std::uintptr_t adc_base(std::uint8_t number) {
@@ -129,8 +141,8 @@ TrackerBoard::TrackerBoard(CoreClock core_clock)
       heartbeat(pin(kHeartbeat)),
       status_led(pin(kStatusLed)),
       button(pin(kButton)),
-      carriers(carrier_parts()),
-      test_carriers(test_carrier_parts()),
+      carriers(carrier_parts(carrier_memory)),
+      test_carriers(test_carrier_parts(test_carrier_memory)),
       converters(converter_parts(), clock),
       monitor(converters, factory_calibration()),
       acquisition({peripheral<TimRegisters>(kTim6Base),

@@ -35,6 +35,10 @@ struct TrackerBoard {
     stm32g4::HeartbeatLine heartbeat;
     stm32g4::StatusLed status_led;
     stm32g4::ButtonLine button;
+    static constexpr std::size_t kTableValues = 2600;     // two bands: 1,200 + 800 + 600
+    static constexpr std::size_t kTestTableValues = 480;  // the first mode
+    std::array<std::uint16_t, kTableValues> carrier_memory{};
+    std::array<std::uint16_t, kTestTableValues> test_carrier_memory{};
     stm32g4::CarrierPlayer carriers;
     stm32g4::CarrierPlayer test_carriers;
     stm32g4::Converters converters;

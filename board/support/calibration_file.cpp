@@ -114,6 +114,7 @@ std::string to_toml(const CalibrationFile& file) {
     text += "\n[sensor]\n" + line("sensitivity", c.model.sensor_sensitivity) + line("offset_m", c.model.sensor_offset_m) +
             line("octupole_m2", c.model.sensor_octupole_m2);
     text += "\n[couplings]\n" + line("phase_rad", c.phase_rad);
+    text += c.low_band.ratio.isOnes(0) ? "" : line("low_band_ratio", c.low_band.ratio);
     text +=
         "\n[output]\n" + line("hemisphere", c.hemisphere) + line("linear", c.output_linear) + line("offset_m", c.output_offset_m);
     text += fmt::format("\n[stage]\nturns_left_handed = {}\n", file.stage_turns_left_handed ? 1 : 0);
@@ -154,6 +155,7 @@ CalibrationFile read_calibration(const std::string& path) {
     } else {  // older files: one phase for each channel
         c.phase_rad.colwise() = sensor.vector("phase_rad", Vec3<double>::Zero());
     }
+    c.low_band.ratio = couplings.matrix("low_band_ratio", c.low_band.ratio);
     couplings.finish();
     sensor.finish();
     auto output = top.child("output");

@@ -2,12 +2,21 @@
 #pragma once
 
 #include <cmath>
+#include <type_traits>
 
 #include "core/base/status.hpp"
 #include "core/field/general_dipole.hpp"
 #include "core/geometry/quaternion.hpp"
 
 namespace tricoil::calibration {
+
+/// Only in double, because only programs run trackers for two bands. The default leaves columns unchanged.
+template <typename Scalar>
+struct LowBandRatio {};
+template <>
+struct LowBandRatio<double> {
+    Mat3<double> ratio = Mat3<double>::Ones();  // (i, j): low coupling / high coupling without metal, as the phases
+};
 
 template <typename Scalar>
 struct Calibration {
@@ -18,12 +27,14 @@ struct Calibration {
     Vec3<Scalar> output_offset_m = Vec3<Scalar>::Zero();
     Scalar misfit_floor = 0;      // misfit of clean couplings per coupling, relative to k: errors of the model
     Scalar quadrature_floor = 1;  // quadrature of clean couplings after phase_rad, likewise; 1: unknown
+    [[no_unique_address]] LowBandRatio<Scalar> low_band;
 
     template <typename Other>
-    [[nodiscard]] Calibration<Other> cast() const {
-        return {model.template cast<Other>(),         phase_rad.template cast<Other>(),       hemisphere.template cast<Other>(),
-                output_linear.template cast<Other>(), output_offset_m.template cast<Other>(), static_cast<Other>(misfit_floor),
-                static_cast<Other>(quadrature_floor)};
+    [[nodiscard]] Calibration<Other> cast() const {  // without low_band
+        return {model.template cast<Other>(),           phase_rad.template cast<Other>(),
+                hemisphere.template cast<Other>(),      output_linear.template cast<Other>(),
+                output_offset_m.template cast<Other>(), static_cast<Other>(misfit_floor),
+                static_cast<Other>(quadrature_floor),   {}};
     }
 };
 
@@ -45,8 +56,8 @@ Status check(const field::InducedDipoles<Scalar>& surroundings, const Mat3<Scala
 }
 
 /// Errors: not_finite (NaN or infinity), invalid_argument (linearly dependent moments or sensitivities, an offset beyond 1 m, an
-/// output correction or a misfit floor beyond 0.1, a quadrature floor beyond 1, a virtual dipole at a source coil or beyond 100
-/// m).
+/// output correction or a misfit floor beyond 0.1, a quadrature floor beyond 1, a ratio of the bands beyond 0.5 to 2, a virtual
+/// dipole at a source coil or beyond 100 m).
 template <typename Scalar>
 Status check(const Calibration<Scalar>& c) {
     const bool finite =
@@ -73,6 +84,12 @@ Status check(const Calibration<Scalar>& c) {
     }
     if (!(c.quadrature_floor >= 0 && c.quadrature_floor <= 1)) {
         return {StatusCode::invalid_argument, "calibration: the quadrature floor must be a share of 0 to 1"};
+    }
+    if constexpr (std::is_same_v<Scalar, double>) {
+        const auto ratio = c.low_band.ratio.array();
+        if (!(ratio >= 0.5).all() || !(ratio <= 2).all()) {
+            return {StatusCode::invalid_argument, "calibration: the ratio of the low to the high band must be 0.5 to 2"};
+        }
     }
     return check(c.model.surroundings, c.model.source_offset_m);
 }

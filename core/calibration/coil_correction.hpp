@@ -64,6 +64,7 @@ public:
         correction.output_offset_m_ = c.output_offset_m;
         correction.misfit_floor_ = c.misfit_floor;
         correction.quadrature_floor_ = c.quadrature_floor;
+        correction.low_band_ = c.low_band;
         return correction;
     }
 
@@ -75,15 +76,16 @@ public:
         const Vec3<Scalar> across = cosine * quadrature.array() - sine * in_phase.array();
         in_phase = sensor_ * along / gain_(j);
         quadrature = sensor_ * across / gain_(j);
-        const Vec3<Scalar> variance = sensor_.cwiseAbs2() * sigma.cwiseAbs2();
-        sigma = variance.cwiseSqrt() / std::abs(gain_(j));
+        correct_sigma(j, sigma);
     }
 
-    /// The same without the phases: for the low band, whose phases are not calibrated.
-    void correct_without_phases(int j, Vec3<Scalar>& in_phase, Vec3<Scalar>& quadrature, Vec3<Scalar>& sigma) const {
-        CoilCorrection without_phases = *this;
-        without_phases.phase_rad_.setZero();
-        without_phases.correct_column(j, in_phase, quadrature, sigma);
+    /// The same for a column of the low band, whose phases are not calibrated.
+    void correct_low_column(int j, Vec3<Scalar>& in_phase, Vec3<Scalar>& quadrature, Vec3<Scalar>& sigma) const {
+        const auto ratio = low_band_.ratio.col(j).array();
+        in_phase = sensor_ * (in_phase.array() / ratio).matrix() / gain_(j);
+        quadrature = sensor_ * (quadrature.array() / ratio).matrix() / gain_(j);
+        sigma.array() /= ratio;
+        correct_sigma(j, sigma);
     }
 
     /// Axes of the corrected columns: v_source = axes v_coils. Identity after phases().
@@ -102,6 +104,11 @@ public:
     [[nodiscard]] bool corrects_output() const { return !output_linear_.isIdentity(0) || !output_offset_m_.isZero(0); }
 
 private:
+    void correct_sigma(int j, Vec3<Scalar>& sigma) const {
+        const Vec3<Scalar> variance = sensor_.cwiseAbs2() * sigma.cwiseAbs2();
+        sigma = variance.cwiseSqrt() / std::abs(gain_(j));
+    }
+
     template <typename Derived>
     static Scalar largest(const Eigen::MatrixBase<Derived>& m) {
         return m.cwiseAbs().maxCoeff();
@@ -117,6 +124,7 @@ private:
     Scalar misfit_floor_ = 0;
     Scalar quadrature_floor_ = 1;
     field::InducedDipoles<Scalar> surroundings_;
+    [[no_unique_address]] LowBandRatio<Scalar> low_band_;
 };
 
 }  // namespace tricoil::calibration

@@ -19,15 +19,19 @@ struct ModeRequest {
 constexpr std::uint32_t kModeRateMask = (1U << 28U) - 1;
 constexpr std::uint32_t kModeFdmBit = 1U << 28U;
 constexpr std::uint32_t kModeColumnsBit = 1U << 29U;
+constexpr std::uint32_t kModeDualBandBit = 1U << 30U;
 
 constexpr std::uint32_t mode_argument(const ModeRequest& mode) {
-    return (mode.frame_rate_millihertz & kModeRateMask) | (mode.multiplexing == signal::Multiplexing::fdm ? kModeFdmBit : 0U) |
-           (mode.columns ? kModeColumnsBit : 0U);
+    using signal::Multiplexing;
+    return (mode.frame_rate_millihertz & kModeRateMask) | (mode.multiplexing == Multiplexing::fdm ? kModeFdmBit : 0U) |
+           (mode.multiplexing == Multiplexing::dual_band ? kModeDualBandBit : 0U) | (mode.columns ? kModeColumnsBit : 0U);
 }
 
-/// False if undefined bits are set.
+/// False if undefined bits, or both bits of the multiplexing, are set.
 constexpr bool mode_of_argument(std::uint32_t argument, ModeRequest& mode) {
-    mode = {argument & kModeRateMask, (argument & kModeFdmBit) != 0 ? signal::Multiplexing::fdm : signal::Multiplexing::tdm,
+    using signal::Multiplexing;
+    const Multiplexing one_band = (argument & kModeFdmBit) != 0 ? Multiplexing::fdm : Multiplexing::tdm;
+    mode = {argument & kModeRateMask, (argument & kModeDualBandBit) != 0 ? Multiplexing::dual_band : one_band,
             (argument & kModeColumnsBit) != 0};
     return argument == mode_argument(mode);
 }

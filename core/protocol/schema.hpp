@@ -175,7 +175,7 @@ struct Schema<PoseMessage> {
                     "the largest number also stands for larger values")),
         field(&PoseMessage::distortion, "distortion",
               info(WireType::u16, 1e-5, "m",
-                   "position error that the misfit suggests; the largest number also stands for larger values")),
+                   "position error that misfit and quadratures suggest; the largest number also stands for larger values")),
         field(&PoseMessage::snr_cdb, "snr", info(WireType::i16, 1e-2, "dB", "20 log10(k / sigma)"))};
 };
 
@@ -193,7 +193,7 @@ struct Schema<IdentifyMessage> {
                    field(&IdentifyMessage::serial, "serial", count(WireType::u64, "unique to the device")),
                    field(&IdentifyMessage::firmware, "firmware", count(WireType::u32, "version: major << 16, minor << 8, patch")),
                    field(&IdentifyMessage::product, "product", count(WireType::u16, "1: tricoil")),
-                   field(&IdentifyMessage::multiplexing, "multiplexing", code(WireType::u8, 0, 1, "0 TDM, 1 FDM")),
+                   field(&IdentifyMessage::multiplexing, "multiplexing", code(WireType::u8, 0, 2, "0 TDM, 1 FDM, 2 dual-band")),
                    field(&IdentifyMessage::drives_coils, "drives_coils",
                          code(WireType::u8, 0, 1, "1: the device drives the coils, 0: the host")),
                    field(&IdentifyMessage::frame_rate_millihertz, "frame_rate",

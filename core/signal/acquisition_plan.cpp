@@ -113,6 +113,10 @@ AcquisitionParams default_acquisition(Multiplexing multiplexing, double frame_ra
         params.carrier_hz[j] =
             choose_carrier(is_tdm ? kTdmCarrierHz : kFdmCarriersHz[j], block, params.guard_samples, sample_rate_hz);
     }
+    const std::size_t carriers = multiplexing == Multiplexing::dual_band ? kMaxCarriers : kSourceCoils;
+    for (std::size_t j = kSourceCoils; j < carriers; ++j) {
+        params.carrier_hz[j] = snap_to_cycles(kLowCarriersHz[j - kSourceCoils], 1 / frame_rate_hz);
+    }
     return params;
 }
 
@@ -125,12 +129,12 @@ Result<AcquisitionPlan> plan_acquisition(const AcquisitionParams& params) {
         return invalid("guard must be at least zero and shorter than the block");
     }
     plan.window_samples = plan.block_samples - params.guard_samples;
-    const bool has_low_band = std::any_of(params.carrier_hz.begin() + kSourceCoils, params.carrier_hz.end(),
-                                          [](double carrier_hz) { return carrier_hz != 0; });
-    if (has_low_band && plan.is_tdm()) {
-        return invalid("two bands need FDM: all coils at once");
+    const bool is_low_stated = std::any_of(params.carrier_hz.begin() + kSourceCoils, params.carrier_hz.end(),
+                                           [](double carrier_hz) { return carrier_hz != 0; });
+    if (is_low_stated && !plan.has_low_band()) {
+        return invalid("low carriers need two bands: choose dual-band multiplexing");
     }
-    const std::size_t carriers = has_low_band ? kMaxCarriers : kSourceCoils;
+    const std::size_t carriers = plan.has_low_band() ? kMaxCarriers : kSourceCoils;
     for (std::size_t j = 0; j < carriers; ++j) {
         const double carrier = plan.is_tdm() ? params.carrier_hz[0] : params.carrier_hz[j];
         const double cycles = carrier * plan.window_s();
@@ -144,14 +148,6 @@ Result<AcquisitionPlan> plan_acquisition(const AcquisitionParams& params) {
         }
     }
     return plan;
-}
-
-AcquisitionParams with_low_band(AcquisitionParams fdm) {
-    const bool is_valid = is_positive(fdm.frame_rate_hz);
-    for (std::size_t j = 0; kSourceCoils + j < fdm.carrier_hz.size(); ++j) {
-        fdm.carrier_hz[kSourceCoils + j] = is_valid ? snap_to_cycles(kLowCarriersHz[j], 1 / fdm.frame_rate_hz) : 0;
-    }
-    return fdm;
 }
 
 }  // namespace tricoil::signal

@@ -89,7 +89,7 @@ void Demodulator<Scalar>::update_noise(std::span<const Sample> window) {
 template <typename Scalar>
 std::complex<Scalar> Demodulator<Scalar>::response(const SampleBlock& block, int carrier, std::size_t coil) const {
     const auto j = static_cast<std::size_t>(carrier);
-    const std::complex<Scalar> gain = params_.gain_steps[block.gain_step].response(coil, carrier_rad_s_[j]);
+    const std::complex<Scalar> gain = params_.gain_steps[block.gain_step].response(coil, carrier_rad_s_[j], params_.ladder_s);
     const std::complex<Scalar> channel = params_.response[j][coil];
     return multiply(channel, gain);
 }

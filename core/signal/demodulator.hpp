@@ -33,6 +33,7 @@ template <typename Scalar>
 struct DemodulatorParams {
     ChannelResponse<Scalar> response = unit_response<Scalar>();
     GainSteps<Scalar> gain_steps{};          // of the amplifier, by SampleBlock::gain_step
+    Scalar ladder_s = 0;                     // time constant of the capacitor at the end of its feedback ladder; 0: none
     Scalar sigma_floor = Scalar(1e-9);       // coupling units: quantisation of the converter, the smallest sigma
     Scalar min_reference_v = Scalar(10e-3);  // amplitude of the reference channel at full drive below which no_reference is set
     Scalar low_signal_ratio = 10;            // a column below this multiple of sigma (20 dB) is flagged low_signal

@@ -13,7 +13,7 @@ constexpr int kSourceCoils = 3;
 constexpr int kSensorCoils = 3;
 constexpr std::size_t kCouplings = kSourceCoils * kSensorCoils;
 
-/// Two bands: off for boards, which measure one band and have little RAM and stack. Equal in all files of a program.
+/// Two bands: off for images without TRICOIL_LOW_BAND, which have little RAM and stack. Equal in all files of a program.
 #ifndef TRICOIL_LOW_BAND
 #define TRICOIL_LOW_BAND 1
 #endif

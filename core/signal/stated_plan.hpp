@@ -32,4 +32,16 @@ constexpr AcquisitionPlan stated_fdm_plan(double sample_rate_hz, int block, cons
     return plan;
 }
 
+/// Two bands: every block is a frame and holds `cycles` of each coil's high carrier and `low_cycles` of its low carrier.
+constexpr AcquisitionPlan stated_dual_band_plan(double sample_rate_hz, int block, const std::array<int, kSourceCoils>& cycles,
+                                                const std::array<int, kSourceCoils>& low_cycles) {
+    AcquisitionPlan plan = stated_fdm_plan(sample_rate_hz, block, cycles);
+    plan.params.multiplexing = Multiplexing::dual_band;
+    for (std::size_t j = 0; j < low_cycles.size(); ++j) {
+        plan.params.carrier_hz[kSourceCoils + j] = sample_rate_hz * low_cycles[j] / block;
+        plan.window_cycles[kSourceCoils + j] = low_cycles[j];
+    }
+    return plan;
+}
+
 }  // namespace tricoil::signal

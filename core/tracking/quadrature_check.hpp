@@ -43,9 +43,9 @@ public:
     }
 
 private:
-    // A calibration's phases are those of one kind of multiplexing, and a host may change that of a board. Therefore images,
-    // compiled for one band, leave the check out.
-    static constexpr bool kIsJudged = kHasLowBand;
+    // A calibration's phases are those of one kind of multiplexing, and a host may change that of a board. Therefore images
+    // leave the check out.
+    static constexpr bool kIsJudged = kJudgesQuadrature;
     // Chi-square of nine degrees of freedom over that of three that is exceeded once in 10,000, each per degree of freedom.
     static constexpr double kNineDegrees = 33.7 / 9 / (21.1 / 3);
 

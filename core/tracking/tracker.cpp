@@ -1,6 +1,7 @@
 #include "core/tracking/tracker.hpp"
 
 #include <algorithm>
+#include <type_traits>
 
 #include "core/base/precision.hpp"
 #include "core/geometry/quaternion_sign.hpp"
@@ -24,7 +25,7 @@ CommonParams<Scalar> Tracker<Scalar>::corrected(CommonParams<Scalar> params, con
 
 template <typename Scalar>
 std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::update(const Column<Scalar>& column) {
-    if constexpr (kHasLowBand) {
+    if constexpr (std::is_same_v<Scalar, double>) {
         if (column.flags.has(ColumnFlag::low_band)) {
             update_low(column);
             return std::nullopt;
@@ -47,13 +48,15 @@ std::optional<PoseEstimate<Scalar>> Tracker<Scalar>::update(const Column<Scalar>
 }
 
 template <typename Scalar>
-void Tracker<Scalar>::update_low(const Column<Scalar>& column) {
-    Column<Scalar> corrected = column;
-    const int coil = coil_index(column.state);
-    if (correction_ && coil >= 0) {
-        correction_->correct_without_phases(coil, corrected.in_phase, corrected.quadrature, corrected.sigma);
+void Tracker<Scalar>::update_low([[maybe_unused]] const Column<Scalar>& column) {
+    if constexpr (std::is_same_v<Scalar, double>) {
+        Column<Scalar> corrected = column;
+        const int coil = coil_index(column.state);
+        if (correction_ && coil >= 0) {
+            correction_->correct_low_column(coil, corrected.in_phase, corrected.quadrature, corrected.sigma);
+        }
+        do_update_low(corrected);
     }
-    do_update_low(corrected);
 }
 
 template <typename Scalar>

@@ -26,7 +26,7 @@ public:
 
     /// Processes one column. Returns a pose if the method has one at its time. A refused column is counted. Like a column with
     /// the flag `after_gap`, it sets `columns_missing` in the next poses. A column of the low band gives no pose by itself and is
-    /// not counted.
+    /// not counted; only in double, because trackers in float use one band.
     std::optional<PoseEstimate<Scalar>> update(const Column<Scalar>& column);
 
     /// For times without columns: returns a pose flagged coasting or stale, if the method supports it.
@@ -54,7 +54,7 @@ protected:
 
 private:
     virtual std::optional<PoseEstimate<Scalar>> do_update(const Column<Scalar>& column) = 0;
-    /// A column of the low band. Methods with one band ignore it.
+    /// A column of the low band; called only in double. Methods with one band ignore it.
     virtual void do_update_low(const Column<Scalar>& /*column*/) {}
     virtual std::optional<PoseEstimate<Scalar>> do_tick(DeviceTime now) = 0;
     virtual void do_set_hemisphere(const Vec3<Scalar>& towards) = 0;

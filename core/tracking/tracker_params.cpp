@@ -52,7 +52,8 @@ Status check_window(Microseconds column_span, const DualBandParams& p) {
         return refused("two bands need simultaneous columns: max_column_span must be zero");
     }
     if (!is_positive(p.frame_s) || p.window_frames < 2 || p.window_frames > DualBandParams::kMaxWindowFrames) {
-        return refused("two bands are compared over 2 to 64 frames: use a frame rate that is a multiple of 10 Hz");
+        return refused(
+            "two bands are compared over 2 to 64 frames in a multiple of 0.1 s: use another frame rate, for example 240 Hz");
     }
     return {};
 }
@@ -155,19 +156,21 @@ template <typename Scalar>
 void set_plan(CommonParams<Scalar>& common, const signal::AcquisitionPlan& plan) {
     common.max_column_span = column_span(plan);
     common.window_s = static_cast<Scalar>(plan.window_s());
-    if constexpr (kHasLowBand) {  // images do not judge the quadrature
+    if constexpr (kJudgesQuadrature) {
         common.quadrature_lag_s = static_cast<Scalar>(quadrature_lag_s(plan));
     }
 }
 
-DualBandParams dual_band_params(const signal::AcquisitionPlan& plan) {
+DualBandParams dual_band_params(double frame_s) {
     constexpr double kWindow_s = 0.1;
+    constexpr double kTolerance = 4e-3;
     DualBandParams params;
-    params.frame_s = plan.block_s();
+    params.frame_s = frame_s;
     params.window_frames = 0;
     for (int n = 1; n * kWindow_s <= DualBandParams::kMaxWindowFrames * params.frame_s && params.window_frames == 0; ++n) {
         const double frames = n * kWindow_s / params.frame_s;
-        params.window_frames = std::abs(frames - std::round(frames)) < 1e-6 * frames ? static_cast<int>(std::lround(frames)) : 0;
+        params.window_frames =
+            std::abs(frames - std::round(frames)) < kTolerance * frames ? static_cast<int>(std::lround(frames)) : 0;
     }
     return params;
 }

@@ -10,6 +10,12 @@
 
 namespace tricoil::tracking {
 
+/// Check of the quadrature: off for images. Equal in all files of a program.
+#ifndef TRICOIL_QUADRATURE_CHECK
+#define TRICOIL_QUADRATURE_CHECK 1
+#endif
+constexpr bool kJudgesQuadrature = TRICOIL_QUADRATURE_CHECK != 0;
+
 /// Largest number of sensors of one source; size of all tables per sensor.
 constexpr int kMaxSensors = 4;
 
@@ -92,9 +98,9 @@ struct DualBandParams {
     double frame_s = 1.0 / 240;
     int window_frames = 24;
 };
-/// Parameters for a plan with a low band. window_frames is zero, which check() refuses, if no allowed window holds a whole number
-/// of mains cycles.
-DualBandParams dual_band_params(const signal::AcquisitionPlan& plan);
+/// Parameters for frames of this length. window_frames is zero, which check() refuses, if no allowed window holds a whole number
+/// of mains cycles within 0.4 %; the frequency of the mains may differ by 1 % (EN 50160).
+DualBandParams dual_band_params(double frame_s);
 
 /// Method of a tracker, with its parameters.
 template <typename Scalar>

@@ -13,6 +13,10 @@ constexpr std::uint32_t kUnderruns = dac::SR_DMAUDR1 | dac::SR_DMAUDR1 << dac::k
 // Share of the first carrier when three are active at once, relative to a single carrier. A sensor coil's signal grows with the
 // frequency, so the other carriers get less and all three couplings have equal noise.
 constexpr float kShareOfThree = 0.65F;
+// In two bands the high carriers have 0.8 of that, and each low carrier 0.29 (0.35 A): limit of the exposure of people
+// (board/nucleo_g474re/circuits/SAFETY.md).
+constexpr float kHighShare = 0.8F * kShareOfThree;
+constexpr float kLowShare = 0.29F;
 
 constexpr std::uint32_t both(std::uint32_t channel1) { return channel1 | channel1 << dac::kChannel2Shift; }
 
@@ -32,29 +36,35 @@ Status CarrierPlayer::begin() {
 
 Status CarrierPlayer::load(const signal::AcquisitionPlan& plan, int updates_per_sample, float amplitude_codes) {
     stop();
-    for (std::size_t n = 0; n < periods_.size(); ++n) {
-        periods_[n] = shortest_period(plan.window_samples * updates_per_sample, plan.window_cycles[n]);
-        if (periods_[n].updates < 1 || periods_[n].updates > static_cast<int>(kLongestTable)) {
+    const bool has_low_band = plan.has_low_band();
+    std::span<std::uint16_t> memory = parts_.memory;
+    for (std::size_t n = 0; n < channels_.size(); ++n) {
+        Channel& channel = channels_[n];
+        channel.period = period_of(plan, updates_per_sample, n);
+        const auto length = static_cast<std::size_t>(channel.period.updates);
+        if (length < 1 || length > memory.size()) {
             return {StatusCode::invalid_argument,
-                    "the carrier's period is too long for this board's tables; choose a carrier that divides the rate"};
+                    "the carriers' period is too long for this board's tables; choose carriers that divide the rate"};
         }
-        shares_[n] = plan.is_tdm()
-                         ? 1
-                         : kShareOfThree * static_cast<float>(plan.window_cycles[0]) / static_cast<float>(plan.window_cycles[n]);
+        channel.table = memory.first(length);
+        memory = memory.subspan(length);
+        const float first = static_cast<float>(plan.window_cycles[0]) / static_cast<float>(plan.window_cycles[n]);
+        channel.share = plan.is_tdm() ? 1 : (has_low_band ? kHighShare : kShareOfThree) * first;
+        channel.low_share = has_low_band ? kLowShare : 0;
     }
     set_amplitude(amplitude_codes);
     volatile std::uint32_t* const outputs[] = {&parts_.pair.DHR12R1, &parts_.pair.DHR12R2, &parts_.single.DHR12R1};
-    for (std::size_t n = 0; n < periods_.size(); ++n) {
-        parts_.dma[n].start(DmaChannel::Direction::to_converter, *outputs[n], tables_[n].data(),
-                            static_cast<std::size_t>(periods_[n].updates));
+    for (std::size_t n = 0; n < channels_.size(); ++n) {
+        const std::span<std::uint16_t> table = channels_[n].table;
+        parts_.dma[n].start(DmaChannel::Direction::to_converter, *outputs[n], table.data(), table.size());
     }
     set_channels(kPlaying);
     return {};
 }
 
 void CarrierPlayer::set_amplitude(float amplitude_codes) {
-    for (std::size_t n = 0; n < periods_.size(); ++n) {
-        write_carrier(periods_[n], shares_[n] * amplitude_codes, tables_[n]);
+    for (const Channel& channel : channels_) {
+        write_carriers(channel.period, channel.share * amplitude_codes, channel.low_share * amplitude_codes, channel.table);
     }
 }
 

@@ -115,10 +115,13 @@ private:
         constexpr auto kEdge_s = static_cast<float>(Acquisition::kTriggerTicks) / static_cast<float>(kFullSpeedHz);
         const float w_rad_s = 2 * std::numbers::pi_v<float> * static_cast<float>(plan_.params.carrier_hz[0]);
         const Staircase staircase{w_rad_s, kEdge_s, Converters::kSampling_s};
+        constexpr float kTopGain = SensorAmplifiers::gain_of(kTop);
+        const std::complex<float> ladder =
+            signal::GainStep<float>{{kTopGain, kTopGain, kTopGain}}.response(0, w_rad_s, SensorAmplifiers::kLadder_s);
         bool is_in_tolerance = true;
         for (std::size_t coil = 0; coil < kSensorCoils; ++coil) {
-            const float top_lag_s = staircase.lag_of(product_[coil], kLongestLag_s);
-            const float lag_s = top_lag_s / SensorAmplifiers::gain_of(kTop);
+            const float top_lag_s = staircase.lag_of(signal::divide(product_[coil], ladder), kLongestLag_s);
+            const float lag_s = top_lag_s / kTopGain;
             is_in_tolerance = is_in_tolerance && top_lag_s > kShortestLag_s && top_lag_s < 0.99F * kLongestLag_s;
             for (std::uint8_t n = 1; n <= kTop; ++n) {
                 const float stated = SensorAmplifiers::gain_of(n);

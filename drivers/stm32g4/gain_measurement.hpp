@@ -23,9 +23,8 @@ private:
 /// Implements hal::GainControl::measure(). Compares each step with the step below. Both steps amplify the same on-chip carrier,
 /// so errors of the carrier cancel; its amplitude is as large as the higher gain allows. The follower is assumed to have
 /// its nominal gain. An op-amp's lag is proportional to its gain; its bandwidth follows from the phase at the highest gain.
-/// Neglected phases of some milliradians: the lead of the ladder's capacitor (1.5 at 10 kHz), and delays between trigger and
-/// sampling other than the sampling time. Additional error: invalid_argument for a carrier without a whole number of cycles per
-/// block.
+/// Neglected phases: delays between trigger and sampling other than the sampling time. Additional error: invalid_argument for a
+/// carrier without a whole number of cycles per block.
 Status measure_gain(hal::CoilSampler& sampler, TestInputGain& gain, const signal::AcquisitionPlan& plan,
                     signal::GainSteps<float>& steps);
 

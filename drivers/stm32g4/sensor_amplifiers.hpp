@@ -14,6 +14,7 @@ namespace tricoil::stm32g4 {
 class SensorAmplifiers {
 public:
     static constexpr std::uint8_t kSteps = 7;
+    static constexpr float kLadder_s = 10e-3F;  // 1 uF, and 10 kOhm of the ladder at its end (DS12288), at every gain
 
     static constexpr float gain_of(std::uint8_t step) { return static_cast<float>(1U << step); }
 

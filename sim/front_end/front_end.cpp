@@ -367,7 +367,7 @@ void SimulatedFrontEnd::send_identity(std::uint64_t serial) {
     m.role = static_cast<std::uint8_t>(protocol::Role::front_end);
     m.serial = serial;
     m.firmware = 0x000100;
-    m.multiplexing = plan.is_tdm() ? 0 : 1;
+    m.multiplexing = static_cast<std::uint8_t>(plan.params.multiplexing);
     m.drives_coils = params_.sense_coils ? 0 : 1;
     m.frame_rate_millihertz = static_cast<std::uint32_t>(std::lround(1e3 * params_.frame_rate_hz));
     m.window_us = static_cast<std::uint32_t>(std::lround(1e6 * plan.window_s()));

@@ -56,7 +56,7 @@ protected:
 TEST_F(Faults, OverCurrent) {
     board.tampered.tamper = [](SampleBlock&, std::vector<Sample>& samples) {
         for (Sample& sample : samples) {
-            sample[kReferenceChannel] *= 2;
+            sample[kReferenceChannel] *= 3;
         }
         return Status{};
     };

@@ -140,6 +140,48 @@ TEST(Board, SendsColumnsToAHostThatTracks) {
     }
 }
 
+TEST(Board, SendsColumnsOfBothBandsAndTracksTheHighOne) {
+    DeviceBench board({.scenario = "still"});
+    board.run(0.01);
+    board.host().hello();
+    for (const bool columns : {true, false}) {
+        ASSERT_EQ(board.ask(Opcode::mode, protocol::mode_argument({0, signal::Multiplexing::dual_band, columns})),
+                  AckResult::done);
+        board.host().hello();
+        board.host().start();
+        board.fed_hosts[0] = true;
+        board.run(0.5);
+        EXPECT_EQ(board.host().identities.back().multiplexing, 2);
+        EXPECT_EQ(board.ask(Opcode::stop), AckResult::done);
+    }
+    const auto& host = board.host();
+    ASSERT_GT(host.columns.size(), 600U);
+    for (std::size_t k = 0; k < host.columns.size(); ++k) {
+        EXPECT_EQ(host.columns[k].state, 1 + k % 3);
+        const bool is_low = (host.columns[k].flags & 1U << static_cast<unsigned>(ColumnFlag::low_band)) != 0;
+        EXPECT_EQ(is_low, k % 6 >= 3);
+    }
+    // Mains hum in the low band is zero in the mean over whole cycles.
+    const std::size_t frames = host.columns.size() / 6 / 24 * 24;
+    for (std::size_t j = 0; j < 3; ++j) {
+        for (std::size_t i = 0; i < 3; ++i) {
+            double difference = 0;
+            double sigma = 0;
+            for (std::size_t n = 0; n < frames; ++n) {
+                const protocol::ColumnMessage& high = host.columns[6 * n + j];
+                const protocol::ColumnMessage& low = host.columns[6 * n + j + 3];
+                difference += static_cast<double>(low.in_phase[i] - high.in_phase[i]) / static_cast<double>(frames);
+                sigma += static_cast<double>(low.sigma[i]) / std::pow(static_cast<double>(frames), 1.5);
+            }
+            EXPECT_NEAR(difference, 0, 6 * sigma) << "sensor coil " << i << ", source coil " << j;
+        }
+    }
+    ASSERT_GT(host.poses.size(), 100U);
+    for (std::size_t k = 24; k < host.poses.size(); ++k) {
+        EXPECT_EQ(host.poses[k].flags, 0) << k;
+    }
+}
+
 TEST(Board, ContinuesForOtherHostsWhenOneStops) {
     DeviceBench board;
     board.track(2);

@@ -12,7 +12,7 @@ int main(int count, char** arguments) {
         std::fprintf(stderr, "metal_sweep: CASES must be a positive number\n");
         return 2;
     }
-    for (const test::SweepMode mode : test::kSweepModes) {
+    for (const signal::Multiplexing mode : test::kSweepModes) {
         print(test::sweep_metal(mode, first_seed, cases), test::name_of(mode));
     }
     return 0;

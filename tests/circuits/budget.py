@@ -37,6 +37,8 @@ def modes():
         return list(csv.DictReader(file))
 
 
+HIGH_SHARE, LOW_SHARE = 0.8, 0.29  # two bands: high carriers relative to those of FDM 240; low carriers relative to full drive
+LOW_HZ = 500  # at which the netlist of the preamplifier is run for the low band
 NOISES = 4  # number of noise causes, the first ones of of_frame
 
 
@@ -45,7 +47,8 @@ def load_of(mode):
     first, last = float(mode["f1_hz"]), float(mode["f3_hz"])
     if mode["multiplexing"] == "tdm":
         return round(first), float(mode["window_s"]), 1.0, 1.0
-    return round(last), float(mode["window_s"]), 0.65 * first / last, math.sqrt(3)
+    share = HIGH_SHARE if mode["multiplexing"] == "dual-band" else 1.0
+    return round(last), float(mode["window_s"]), 0.65 * share * first / last, math.sqrt(3)
 
 
 class Chain:
@@ -54,7 +57,7 @@ class Chain:
     def __init__(self, results, coil, moment):
         self.moment = moment
         self.area = coil["turns"] * math.pi * coil["radius"] ** 2
-        self.gain = {f: results[f"preamplifier.gain_{f}"] for f in (7658, 9572, 10769, 13401)}
+        self.gain = {f: results[f"preamplifier.gain_{f}"] for f in (LOW_HZ, 7658, 9572, 10769, 13401)}
         self.noise = {f: results[f"preamplifier.noise_{f}"] for f in self.gain}
         self.reference_v = results["reference.full_drive_v"]
         adc_rms = HALF_SUPPLY_V / math.sqrt(2) / 10 ** (ADC_SNR_DB / 20)
@@ -103,6 +106,16 @@ class Chain:
 
     def snr_db(self, range_m, hz, window_s, share=1.0, crest=1.0):
         return -20 * math.log10(math.hypot(*self.relative_noise(range_m, hz, window_s, share, crest)))
+
+    def low_snr_db(self, range_m, mode):
+        """Of the weakest low carrier in two bands. The high carriers decide drive and gain."""
+        high_hz, window_s, share, crest = load_of(mode)
+        low_hz = float(mode["low1_hz"])
+        drive, gain, _ = self.ranging(range_m, high_hz, share, crest)
+        preamplifier = self.gain[LOW_HZ]
+        volts = self.coil_v(range_m, low_hz) * preamplifier * LOW_SHARE * drive * gain
+        own = [d / math.sqrt(window_s) / volts for d in self.densities(LOW_HZ, gain)]
+        return -20 * math.log10(math.hypot(*own, self.adc / math.sqrt(window_s) / (self.reference_v * LOW_SHARE * drive)))
 
 
 @functools.cache

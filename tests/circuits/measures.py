@@ -97,7 +97,7 @@ def heat(**overrides):
     return result
 
 
-HIGH_SHARE, LOW_A = 0.8, 0.35  # two bands: high carriers relative to those of FDM 240; low carriers, A
+HIGH_SHARE, LOW_A = budget.HIGH_SHARE, 0.35  # two bands: low carriers, A
 
 
 def two_bands(**overrides):
@@ -226,4 +226,6 @@ def accuracy(results, **overrides):
         load = budget.load_of(mode)
         for cm in (30, 60, 120):
             result[f"snr.{mode['mode']}_{cm}_db"] = chain.snr_db(cm / 100, *load)
+            if mode["multiplexing"] == "dual-band":
+                result[f"snr.low band 240_{cm}_db"] = chain.low_snr_db(cm / 100, mode)
     return result

@@ -39,6 +39,9 @@ def modes(r):
         hz, window, _, _ = budget.load_of(mode)
         rows.append([mode["mode"], f"{1e3 * window:.2f}", f"{hz / 1e3:.2f}",
                      *(f"{r['snr.' + mode['mode'] + f'_{cm}_db']:.1f}" for cm in (30, 60, 120))])
+        if mode["multiplexing"] == "dual-band":
+            rows.append(["its low band", f"{1e3 * window:.2f}", f"{float(mode['low1_hz']) / 1e3:.2f}",
+                         *(f"{r[f'snr.low band 240_{cm}_db']:.1f}" for cm in (30, 60, 120))])
     return _table(head, rows)
 
 

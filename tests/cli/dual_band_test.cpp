@@ -45,6 +45,37 @@ TEST(DualBand, ARecordingReplaysBitForBit) {
               read_file(record("direct") + "/poses.csv"));  // the low band does not change a tracker of one band
 }
 
+std::string coils(const std::string& name, const std::string& low_band_ratio = "") {
+    return write_file(
+        name,
+        "version = 1\nmodel = \"concentric\"\n[source]\nmoment = [[6.75e-3, 0, 0], [0, 6.75e-3, 0], [0, 0, 6.75e-3]]\n"
+        "[sensor]\nsensitivity = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\n" +
+            low_band_ratio);
+}
+
+TEST(DualBand, TheRatioOfTheBandsIsCalibrated) {
+    const std::string take = path_in_temp("turned");
+    std::filesystem::remove_all(take);
+    run("--tracker dual-band --record " + take);
+    const std::string both = path_in_temp("both.toml");
+    const CliResult fit =
+        tricoil("calibrate --json --low-band --calibration " + coils("coils.toml") + " --out " + both + " " + take);
+    ASSERT_EQ(fit.exit_code, 0) << fit.err;
+    EXPECT_GT(fit.json()["columns"], 2000);
+    const double sigma = fit.json()["ratio_sigma"].get<double>();
+    EXPECT_LT(sigma, 1e-3);
+    EXPECT_NEAR(fit.json()["least_ratio"].get<double>(), 1, 5 * sigma);
+    EXPECT_NEAR(fit.json()["most_ratio"].get<double>(), 1, 5 * sigma);
+    EXPECT_THAT(read_file(both), HasSubstr("low_band_ratio"));
+    const auto error_m = [](const std::string& calibration) {
+        return run("--scenario still --tracker dual-band --calibration " + calibration + kTitanium)["position_rms_m"]
+            .get<double>();
+    };
+    const std::string wrong =
+        coils("wrong.toml", "[couplings]\nlow_band_ratio = [[1.02, 1.02, 1.02], [1.02, 1.02, 1.02], [1.02, 1.02, 1.02]]\n");
+    EXPECT_LT(error_m(both), error_m(wrong) / 5);
+}
+
 TEST(DualBand, UnsuitableOptionsAreRefused) {
     const std::string take = path_in_temp("one_band_take");
     std::filesystem::remove_all(take);
@@ -54,11 +85,17 @@ TEST(DualBand, UnsuitableOptionsAreRefused) {
         const char* message;
     } refusals[] = {
         {"run --mux fdm --tracker dual-band", "--tracker dual-band: needs two bands; use --mux dual-band"},
-        {"run --mux dual-band --rate-hz 144 --tracker dual-band", "use a frame rate that is a multiple of 10 Hz"},
+        {"run --mux dual-band --rate-hz 144 --tracker dual-band", "use another frame rate"},
         {"run --mux dual-band --rate-hz 480", "fewer than two cycles of a low carrier per window"},
         {"run --mux dual-band --tracker fixed-direct", "integer trackers use one band"},
-        {"run --device can:none --tracker dual-band", "front ends measure one band"},
         {"replay " + take + " --tracker dual-band", "the recording was not made with it"},
+        {"calibrate --low-band --out x.toml " + take, "--low-band needs --calibration FILE.toml"},
+        {"calibrate --low-band --calibration " + coils("coils.toml") + " --out x.toml " + take, "has no columns of two bands"},
+        {"calibrate --low-band --grid --spacing-mm 50 --calibration " + coils("coils.toml") + " --out x.toml " + take,
+         "remove the other options"},
+        {"run --mux dual-band --tracker dual-band --calibration " +
+             coils("absurd.toml", "[couplings]\nlow_band_ratio = [[9, 1, 1], [1, 1, 1], [1, 1, 1]]\n"),
+         "ratio of the low to the high band must be 0.5 to 2"},
     };
     for (const auto& [command, message] : refusals) {
         const CliResult result = tricoil(command);

@@ -46,6 +46,39 @@ TEST_F(Pty, TracksBitForBitWithoutLoss) {
     EXPECT_EQ(summary["health"]["lost"], 0);
 }
 
+TEST_F(Pty, TracksInTwoBandsBitForBit) {
+    plug_in("--mux dual-band --duration 4");
+    sim::FrontEndParams params;
+    params.multiplexing = signal::Multiplexing::dual_band;
+    ASSERT_EQ(tricoil("run --json --tracker dual-band --device " + device + " --duration 2 --out " + in("poses.csv")), 0) << err;
+    expect_equal_poses(in("poses.csv"), params, 2, 470);
+}
+
+TEST_F(Pty, ATrackerBoardSendsColumnsOfTwoBands) {
+    plug_in("--tracks --duration 10");
+    ASSERT_EQ(tricoil("device mode --mux dual-band --columns " + device), 0) << err;
+    ASSERT_EQ(tricoil("run --json --tracker dual-band --device " + device + " --duration 2 --out " + in("poses.csv")), 0) << err;
+    const Judged judged = judge(table(in("poses.csv")), *default_scenario()->motion, 0.2);
+    EXPECT_GT(judged.valid, 400U);
+    EXPECT_EQ(judged.invalid, 0U);
+    EXPECT_LT(judged.worst_mm, kWrongMm);
+}
+
+TEST_F(Pty, TwoBandsNeedADeviceThatMeasuresThem) {
+    plug_in("--duration 60");
+    EXPECT_EQ(tricoil("run --wait 1 --tracker dual-band --device " + device), 3);
+    EXPECT_THAT(err, ::testing::HasSubstr("does not send columns of two bands; use 'tricoil device mode"));
+    ASSERT_EQ(tricoil("device mode --mux dual-band --columns " + device), 0) << err;
+    EXPECT_THAT(out, ::testing::HasSubstr("front end, dual-band, 240 frames a second"));
+    EXPECT_EQ(tricoil("run --tracker dual-band --duration 0.5 --device " + device), 0) << err;
+    ASSERT_EQ(tricoil("device mode --mux dual-band --columns --rate-hz 225 " + device), 0) << err;
+    EXPECT_EQ(tricoil("run --tracker dual-band --duration 0.5 --device " + device), 0) << err;  // 45 frames are 0.2 s
+    ASSERT_EQ(tricoil("device mode --mux dual-band --columns --rate-hz 144 " + device), 0) << err;
+    EXPECT_EQ(tricoil("run --wait 1 --tracker dual-band --device " + device), 3);
+    EXPECT_THAT(err, ::testing::HasSubstr("hold a whole number of the device's frames"));
+    EXPECT_EQ(tricoil("device mode --mux dual-band --columns --rate-hz 480 " + device), 3);  // fewer than two cycles
+}
+
 TEST_F(Pty, TheFrontEndEndsIfNoHostMeasures) {
     plug_in("--duration 60 --idle-s 1");
     EXPECT_EQ(peer->wait(), 0);

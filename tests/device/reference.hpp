@@ -10,7 +10,7 @@
 #include "board/pose_text/pose_lines.hpp"
 #include "board/support/sim_input/scenario_file.hpp"
 #include "core/protocol/convert.hpp"
-#include "core/tracking/matrix/direct_tracker.hpp"
+#include "core/tracking/methods/any_tracker.hpp"
 #include "sim/front_end/front_end.hpp"
 #include "tests/drivers/shell.hpp"
 
@@ -28,7 +28,10 @@ inline std::vector<protocol::PoseMessage> reference_poses(sim::FrontEndParams pa
     auto tracker_params = source.tracker_params();
     tracker_params.common.hemisphere = Vec3<double>::UnitX();
     tracker_params.common.window_s = 1e-6 * static_cast<double>(std::lround(1e6 * tracker_params.common.window_s));
-    tracking::DirectTracker<double> tracker(tracker_params);
+    if (source.plan().has_low_band()) {
+        tracker_params.method = tracking::dual_band_params(source.plan().block_s());
+    }
+    tracking::AnyTracker<double> tracker(tracker_params);
     std::vector<protocol::PoseMessage> poses;
     std::uint32_t number = 0;
     for (std::uint32_t slot = 0; source.elapsed_s() + source.plan().block_s() <= duration_s + 1e-9; ++slot) {

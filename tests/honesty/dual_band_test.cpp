@@ -15,9 +15,7 @@ double rms(const PoseRow& row) {
 }
 
 RunSettings dual_band(const char* scenario, double duration_s, std::uint64_t seed = 1) {
-    RunSettings settings{scenario, signal::Multiplexing::fdm, true, {}, duration_s, seed};
-    settings.low_band = true;
-    return settings;
+    return {scenario, signal::Multiplexing::dual_band, true, {}, duration_s, seed};
 }
 
 TEST(DualBand, CleanRunIsNotDistorted) {

@@ -11,19 +11,7 @@
 
 namespace tricoil::test {
 
-enum class SweepMode { tdm, fdm, dual_band };
-constexpr std::array kSweepModes{SweepMode::tdm, SweepMode::fdm, SweepMode::dual_band};
-
-inline const char* name_of(SweepMode mode) {
-    constexpr std::array kNames{"tdm", "fdm", "dual_band"};
-    return kNames[static_cast<std::size_t>(mode)];
-}
-
-inline signal::AcquisitionParams acquisition_of(SweepMode mode) {
-    const auto multiplexing = mode == SweepMode::tdm ? signal::Multiplexing::tdm : signal::Multiplexing::fdm;
-    const signal::AcquisitionParams one_band = signal::default_acquisition(multiplexing, 240);
-    return mode == SweepMode::dual_band ? signal::with_low_band(one_band) : one_band;
-}
+constexpr std::array kSweepModes{signal::Multiplexing::tdm, signal::Multiplexing::fdm, signal::Multiplexing::dual_band};
 
 /// Result of the sweep of one mode.
 struct MetalSweep {
@@ -47,9 +35,9 @@ inline bool is_late(const SimulatedColumns& run, Method method) {
 }
 
 /// Cases `first_seed` to `first_seed + cases - 1`.
-inline MetalSweep sweep_metal(SweepMode mode, std::uint64_t first_seed, std::uint64_t cases) {
-    const std::vector<Method> methods = mode == SweepMode::dual_band ? std::vector{Method::direct, Method::dual_band}
-                                                                     : std::vector(kMethods.begin(), kMethods.end());
+inline MetalSweep sweep_metal(signal::Multiplexing mode, std::uint64_t first_seed, std::uint64_t cases) {
+    const std::vector<Method> methods = mode == signal::Multiplexing::dual_band ? std::vector{Method::direct, Method::dual_band}
+                                                                                : std::vector(kMethods.begin(), kMethods.end());
     MetalSweep sweep;
     for (const Method method : methods) {
         sweep.trackers.emplace_back().method = method;
@@ -59,7 +47,7 @@ inline MetalSweep sweep_metal(SweepMode mode, std::uint64_t first_seed, std::uin
         const std::size_t shape = metal_case.shape;
         const std::size_t motion = (metal_case.sensor_moves ? 1U : 0U) + (metal_case.metal_moves ? 2U : 0U);
         const bool goes = metal_case.metal.end_s < MetalCase::kDuration_s;
-        const SimulatedColumns run = columns_of(std::move(metal_case), acquisition_of(mode), seed);
+        const SimulatedColumns run = columns_of(std::move(metal_case), signal::default_acquisition(mode, 240), seed);
         for (MetalSweep::Tracker& tracker : sweep.trackers) {
             const PoseRow row = replay_columns(run, tracker.method);
             tracker.all.add(row);

@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::uint64_t kSweepCases = 2000;
 
-class MetalSweepTest : public ::testing::TestWithParam<SweepMode> {};
+class MetalSweepTest : public ::testing::TestWithParam<signal::Multiplexing> {};
 
 TEST_P(MetalSweepTest, ValidPosesAreHonest) {
     constexpr double kMaxError_m = 0.05;

@@ -18,7 +18,10 @@ inline const char* name_of(Method method) {
     return kNames[static_cast<std::size_t>(method)];
 }
 
-inline const char* name_of(signal::Multiplexing mode) { return mode == signal::Multiplexing::tdm ? "tdm" : "fdm"; }
+inline const char* name_of(signal::Multiplexing mode) {
+    constexpr std::array kNames{"tdm", "fdm", "dual_band"};
+    return kNames[static_cast<std::size_t>(mode)];
+}
 
 /// Lost columns: a share of all, in bursts of consecutive columns.
 struct Loss {
@@ -37,7 +40,7 @@ inline tracking::MethodParams<double> params_of(Method method, const signal::Acq
             return previous;
         }
         case Method::dual_band:
-            return tracking::dual_band_params(plan);
+            return tracking::dual_band_params(plan.block_s());
         case Method::scaat:
             break;
     }

@@ -6,7 +6,7 @@ namespace tricoil::protocol {
 namespace {
 
 TEST(ModeArgument, RoundTrips) {
-    for (const auto multiplexing : {signal::Multiplexing::tdm, signal::Multiplexing::fdm}) {
+    for (const auto multiplexing : {signal::Multiplexing::tdm, signal::Multiplexing::fdm, signal::Multiplexing::dual_band}) {
         for (const bool columns : {false, true}) {
             for (const std::uint32_t rate : {0U, 240'000U, 100'000'000U, kModeRateMask}) {
                 ModeRequest mode;
@@ -21,7 +21,7 @@ TEST(ModeArgument, RoundTrips) {
 
 TEST(ModeArgument, RefusesUnusedBits) {
     ModeRequest mode;
-    EXPECT_FALSE(mode_of_argument(1U << 30U, mode));
+    EXPECT_FALSE(mode_of_argument(kModeFdmBit | kModeDualBandBit, mode));
     EXPECT_FALSE(mode_of_argument(1U << 31U, mode));
 }
 

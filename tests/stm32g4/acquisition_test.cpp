@@ -102,9 +102,14 @@ protected:
 
     Registers registers;
     HardwareClock clock{registers};
-    CarrierPlayer carriers{{registers.dac1, registers.dac2, {channel(5), channel(6), channel(7)}, dac::MCR_MODE1_pin}};
-    CarrierPlayer test_carriers{
-        {registers.dac3, registers.dac4, {channel(5, 105), channel(6, 106), channel(7, 107)}, dac::MCR_MODE1_inside}};
+    std::array<std::uint16_t, 1200> memory{};
+    std::array<std::uint16_t, 480> test_memory{};
+    CarrierPlayer carriers{{registers.dac1, registers.dac2, {channel(5), channel(6), channel(7)}, dac::MCR_MODE1_pin, memory}};
+    CarrierPlayer test_carriers{{registers.dac3,
+                                 registers.dac4,
+                                 {channel(5, 105), channel(6, 106), channel(7, 107)},
+                                 dac::MCR_MODE1_inside,
+                                 test_memory}};
     Converters converters{{registers.common_12,
                            registers.common_345,
                            {{{registers.adc[0], 13, channel(2)},

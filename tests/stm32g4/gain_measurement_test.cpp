@@ -19,6 +19,7 @@ constexpr int kOversampling = 8;
 constexpr auto kPlan = signal::stated_tdm_plan(Acquisition::sample_rate_hz(kOversampling), 100, 20, 12);
 constexpr double kEdge_s = 296.0 / 170e6;
 constexpr double kSampling_s = 47.5 / 42.5e6;  // sampling time of a conversion
+constexpr double kLadder_s = 10e-3;            // 10 kOhm of the ladder, 1 uF
 constexpr double kNoiseCodes = 0.6;            // standard deviation of a conversion
 const double kCarrierRadS = 2 * std::numbers::pi * kPlan.params.carrier_hz[0];
 
@@ -86,7 +87,8 @@ private:
             const double lag_s = amplifiers[coil].lag_s(step_);
             double& output = output_[coil];
             output = last_[coil] + (output - last_[coil]) * std::exp(-(kEdge_s - kSampling_s) / lag_s);
-            last_[coil] = amplifiers[coil].gain[step_] * played;
+            capacitor_[coil] += (played - capacitor_[coil]) * kEdge_s / kLadder_s;
+            last_[coil] = played + (amplifiers[coil].gain[step_] - 1) * (played - capacitor_[coil]);
             output = last_[coil] + (output - last_[coil]) * std::exp(-kSampling_s / lag_s);
             const double code = output + kNoiseCodes * normal_(random_);
             sample[coil] += static_cast<std::int32_t>(std::lround(std::clamp(code, -2048.0, 2047.0)));
@@ -98,6 +100,7 @@ private:
     double amplitude_ = 0;
     std::int64_t edges_ = 0;
     int polls_ = 0;
+    std::array<double, kSensorCoils> capacitor_{};  // voltage at the end of the ladder
     std::array<double, kSensorCoils> last_{};
     std::array<double, kSensorCoils> output_{};
     std::vector<Sample> samples_;

@@ -49,14 +49,17 @@ TEST(HardwarePage, CircuitsAreCheckedWithTheModesOfTheBoard) {
     std::ifstream file(TRICOIL_SOURCE_DIR "/board/nucleo_g474re/circuits/modes.csv");
     ASSERT_TRUE(file.is_open());
     const std::string stated{std::istreambuf_iterator<char>(file), {}};
-    std::string modes = "mode,multiplexing,frame_hz,guard_s,window_s,f1_hz,f2_hz,f3_hz\n";
+    std::string modes = "mode,multiplexing,frame_hz,guard_s,window_s,f1_hz,f2_hz,f3_hz,low1_hz,low2_hz,low3_hz\n";
+    constexpr std::array kNames{"TDM", "FDM", "two bands"};
+    constexpr std::array kKinds{"tdm", "fdm", "dual-band"};
     for (const app::MeasuringMode& mode : nucleo_g474re::kModes) {
         const signal::AcquisitionPlan& plan = mode.plan;
         const auto& hz = plan.params.carrier_hz;
-        char line[160];
-        std::snprintf(line, sizeof line, "%s %.0f,%s,%.3f,%.6e,%.6e,%.2f,%.2f,%.2f\n", plan.is_tdm() ? "TDM" : "FDM",
-                      10 * std::round(plan.params.frame_rate_hz / 10), plan.is_tdm() ? "tdm" : "fdm", plan.params.frame_rate_hz,
-                      plan.block_s() - plan.window_s(), plan.window_s(), hz[0], hz[1], hz[2]);
+        const auto kind = static_cast<std::size_t>(plan.params.multiplexing);
+        char line[200];
+        std::snprintf(line, sizeof line, "%s %.0f,%s,%.3f,%.6e,%.6e,%.2f,%.2f,%.2f,%.2f,%.2f,%.2f\n", kNames[kind],
+                      10 * std::round(plan.params.frame_rate_hz / 10), kKinds[kind], plan.params.frame_rate_hz,
+                      plan.block_s() - plan.window_s(), plan.window_s(), hz[0], hz[1], hz[2], hz[3], hz[4], hz[5]);
         modes += line;
     }
     EXPECT_EQ(stated, modes);

@@ -1,6 +1,9 @@
 // Drivers of pins, clock, watchdog, amplifiers and processor, with registers as plain structures.
 #include <gtest/gtest.h>
 
+#include <numeric>
+#include <span>
+
 #include "drivers/stm32g4/carrier_table.hpp"
 #include "drivers/stm32g4/enable_lines.hpp"
 #include "drivers/stm32g4/independent_watchdog.hpp"
@@ -127,21 +130,42 @@ TEST(SensorAmplifiers, HaveGainOneAtStepZeroAndDoubleWithEachStep) {
     EXPECT_EQ(SensorAmplifiers::gain_of(6), 64);
 }
 
+/// Amplitude of a sine with `cycles` whole cycles in the table.
+double amplitude_of(int cycles, std::span<const std::uint16_t> table) {
+    const auto length = static_cast<double>(table.size());
+    double sum = 0;
+    for (std::size_t n = 0; n < table.size(); ++n) {
+        sum += (table[n] - 2048.0) * std::sin(2 * std::numbers::pi * cycles * static_cast<double>(n) / length);
+    }
+    return 2 * sum / length;
+}
+
 TEST(CarrierTable, HoldsWholeCycles) {
     constexpr CarrierPeriod period = shortest_period(640, 12);
     EXPECT_EQ(period.updates, 160);
     EXPECT_EQ(period.cycles, 3);
     std::array<std::uint16_t, 160> table{};
-    write_carrier(period, 1792, table);
-    double in_phase = 0;
-    double mean = 0;
-    for (std::size_t n = 0; n < table.size(); ++n) {
-        mean += table[n] / 160.0;
-        in_phase += (table[n] - 2048.0) * std::sin(2 * std::numbers::pi * 3 * static_cast<double>(n) / 160) / 80;
-    }
-    EXPECT_NEAR(mean, 2048, 1e-9);
-    EXPECT_NEAR(in_phase, 1792, 0.1);
+    write_carriers(period, 1792, 0, table);
+    EXPECT_NEAR(std::accumulate(table.begin(), table.end(), 0.0) / 160, 2048, 0.02);
+    EXPECT_NEAR(amplitude_of(3, table), 1792, 0.1);
     EXPECT_EQ(shortest_period(0, 0).updates, 0);
+}
+
+TEST(CarrierTable, HoldsBothCarriersOfTwoBands) {
+    constexpr CarrierPeriod period = shortest_period(2400, 42, 3);
+    EXPECT_EQ(period.updates, 800);
+    EXPECT_EQ(period.cycles, 14);
+    EXPECT_EQ(period.low_cycles, 1);
+    std::array<std::uint16_t, 800> table{};
+    write_carriers(period, 900, 500, table);
+    EXPECT_NEAR(amplitude_of(14, table), 900, 0.1);
+    EXPECT_NEAR(amplitude_of(1, table), 500, 0.1);
+    double worst = 0;
+    for (std::size_t n = 0; n < table.size(); ++n) {
+        const double turn = 2 * std::numbers::pi * static_cast<double>(n) / 800;
+        worst = std::max(worst, std::abs(table[n] - 2048 - 900 * std::sin(14 * turn) - 500 * std::sin(turn)));
+    }
+    EXPECT_LT(worst, 0.51) << "rounding to codes alone";
 }
 
 bool full = false;

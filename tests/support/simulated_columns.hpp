@@ -18,7 +18,6 @@ struct RunSettings {
     std::vector<std::string> faults;  // in addition to the scenario's; as parse_fault() reads them
     double duration_s = 5;
     std::uint64_t seed = 1;
-    bool low_band = false;  // add it to FDM
 };
 
 /// Columns of one run, their plan, and the scenario with the true motion.
@@ -66,8 +65,7 @@ inline SimulatedColumns simulate_columns(const RunSettings& settings) {
         run.scenario.world.converter.noise_v_per_sqrt_hz = 0;
         run.scenario.world.mains_v = 0;
     }
-    const signal::AcquisitionParams one_band = signal::default_acquisition(settings.multiplexing, 240);
-    run.plan = *signal::plan_acquisition(settings.low_band ? signal::with_low_band(one_band) : one_band);
+    run.plan = *signal::plan_acquisition(signal::default_acquisition(settings.multiplexing, 240));
     sim::CoilWorld world(run.scenario.world, *run.scenario.motion, run.scenario.faults);
     world.configure(run.plan);
     sim::SimulatedClock clock;

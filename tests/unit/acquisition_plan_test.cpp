@@ -12,7 +12,7 @@ using ::testing::HasSubstr;
 
 AcquisitionParams tdm() { return default_acquisition(Multiplexing::tdm, 240); }
 AcquisitionParams fdm() { return default_acquisition(Multiplexing::fdm, 240); }
-AcquisitionParams dual_band() { return with_low_band(fdm()); }
+AcquisitionParams dual_band() { return default_acquisition(Multiplexing::dual_band, 240); }
 
 TEST(AcquisitionPlan, DefaultsAreValidAtTheUsualRates) {
     for (const double rate : {60.0, 120.0, 240.0, 480.0}) {
@@ -37,7 +37,7 @@ TEST(AcquisitionPlan, TdmDefaultHasTheSamePhaseInEveryBlock) {
 
 TEST(AcquisitionPlan, LowBandHasWholeCyclesInTheSameWindow) {
     for (const double rate : {160.0, 200.0, 240.0}) {
-        const auto plan = plan_acquisition(with_low_band(default_acquisition(Multiplexing::fdm, rate)));
+        const auto plan = plan_acquisition(default_acquisition(Multiplexing::dual_band, rate));
         ASSERT_TRUE(plan.ok()) << rate << ": " << plan.status().message();
         EXPECT_TRUE(plan->has_low_band());
         EXPECT_EQ(plan->carriers(), 6);
@@ -77,8 +77,8 @@ TEST(AcquisitionPlan, NamesEachInvalidParameter) {
         {"Nyquist", changed(tdm(), [](auto& p) { p.carrier_hz[0] = 70e3; })},
         {"whole cycles", changed(tdm(), [](auto& p) { p.carrier_hz[0] = 10'123; })},
         {"four carrier cycles", changed(tdm(), [](auto& p) { p.carrier_hz[0] = 900; })},
-        {"two bands need FDM", with_low_band(tdm())},
-        {"fewer than two cycles", with_low_band(default_acquisition(Multiplexing::fdm, 480))},
+        {"choose dual-band", changed(dual_band(), [](auto& p) { p.multiplexing = Multiplexing::fdm; })},
+        {"fewer than two cycles", default_acquisition(Multiplexing::dual_band, 480)},
         {"carrier frequency must be", changed(dual_band(), [](auto& p) { p.carrier_hz[4] = 0; })},
         {"whole cycles", changed(dual_band(), [](auto& p) { p.carrier_hz[4] = 700; })},
         {"equal cycles", changed(dual_band(), [](auto& p) { p.carrier_hz[4] = p.carrier_hz[3]; })},

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "core/signal/phase_calibration.hpp"
 #include "tests/support/tones.hpp"
 
@@ -78,7 +80,7 @@ TEST_F(DemodulatorTest, FdmGivesThreeColumnsWithTheSameTime) {
 }
 
 TEST_F(DemodulatorTest, TwoBandsGiveSixColumnsWithTheirNoise) {
-    const AcquisitionPlan plan = *plan_acquisition(with_low_band(default_acquisition(Multiplexing::fdm, 240)));
+    const AcquisitionPlan plan = *plan_acquisition(default_acquisition(Multiplexing::dual_band, 240));
     test::ToneBlock tones;
     tones.noise = 200;
     const auto coupling = [](std::size_t carrier) { return 0.1 * static_cast<double>(carrier + 1); };
@@ -109,7 +111,7 @@ TEST_F(DemodulatorTest, TwoBandsGiveSixColumnsWithTheirNoise) {
 }
 
 TEST_F(DemodulatorTest, HumVanishesFromTheMeanOfTheLowBand) {
-    const AcquisitionPlan plan = *plan_acquisition(with_low_band(default_acquisition(Multiplexing::fdm, 240)));
+    const AcquisitionPlan plan = *plan_acquisition(default_acquisition(Multiplexing::dual_band, 240));
     test::ToneBlock tones;
     tones.hum = 1e4;
     for (std::size_t j = 0; j < kMaxCarriers; ++j) {
@@ -257,6 +259,21 @@ TEST_F(DemodulatorTest, SigmaNeverFallsBelowItsFloor) {
     Demodulator<double> demodulator(tdm_, params);
     const auto columns = demodulator.demodulate(block(tdm_, Excitation::s1, coupled({0.5, -0.25, 0.125}, {0, 0, 0})));
     EXPECT_DOUBLE_EQ((*columns)[0].sigma.minCoeff(), 1e-3);
+}
+
+TEST(GainStep, HasTheResponseOfAmplifierAndLadder) {
+    using Complex = std::complex<double>;
+    GainStep<double> step;
+    step.gain = {8, 8, 8};
+    step.lag_s.fill(1e-7);
+    for (const double ladder_s : {0.0, 10e-3}) {
+        for (const double hz : {480.0, 10e3}) {
+            const Complex iw(0, 2 * std::numbers::pi * hz);
+            const Complex ladder = ladder_s > 0 ? iw * ladder_s / (1.0 + iw * ladder_s) : 1.0;
+            const Complex expected = (1.0 + 7.0 * ladder) / (1.0 + iw * 1e-7);
+            EXPECT_LT(std::abs(step.response(1, iw.imag(), ladder_s) - expected), 1e-12) << hz;
+        }
+    }
 }
 
 }  // namespace

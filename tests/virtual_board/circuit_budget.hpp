@@ -31,7 +31,7 @@ public:
 
     /// From noise at any range, in a mode of measuring.hpp.
     [[nodiscard]] double noise_mm(double range_m, std::size_t mode) const {
-        static constexpr std::array kNames{"TDM 240", "FDM 240", "FDM 960", "TDM 480"};
+        static constexpr std::array kNames{"TDM 240", "FDM 240", "FDM 960", "TDM 480", "two bands 240"};
         std::size_t n = 1;
         while (n + 2 < kRangesCm.size() && 100 * range_m > kRangesCm[n + 1]) {
             ++n;

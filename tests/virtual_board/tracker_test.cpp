@@ -241,7 +241,8 @@ INSTANTIATE_TEST_SUITE_P(Rates, ModeOfTheBoard,
                          ::testing::Values(MeasuringMode{"tdm_240", {240'000, signal::Multiplexing::tdm}, 0, 717.91},
                                            MeasuringMode{"fdm_240", {240'000, signal::Multiplexing::fdm}, 1, 239.30},
                                            MeasuringMode{"fdm_960", {960'000, signal::Multiplexing::fdm}, 2, 957.21},
-                                           MeasuringMode{"tdm_480", {480'000, signal::Multiplexing::tdm}, 3, 1435.8}),
+                                           MeasuringMode{"tdm_480", {480'000, signal::Multiplexing::tdm}, 3, 1435.8},
+                                           MeasuringMode{"two_bands", {240'000, signal::Multiplexing::dual_band}, 4, 239.30}),
                          [](const auto& instance) { return instance.param.name; });
 
 /// Poses of the first 0.1 s in FDM, where every conversion of a block is used.

@@ -27,6 +27,8 @@ enum class FixtureModel {
     named,  // sensor fixtures have the rotations of their names and a common position
 };
 
+inline const char* to_string(FixtureModel fixtures) { return fixtures == FixtureModel::free ? "free" : "named"; }
+
 enum class StageModel {
     ideal,
     turning,  // the first part of StageErrors

@@ -31,7 +31,7 @@ struct Solved {
 
 using PoseList = std::vector<std::pair<const MeasuredPose*, std::size_t>>;
 
-PoseList list_of(const std::vector<PoseFile>& files) {
+PoseList all_poses(const std::vector<PoseFile>& files) {
     PoseList list;
     for (std::size_t f = 0; f < files.size(); ++f) {
         for (const MeasuredPose& pose : files[f].poses) {
@@ -198,7 +198,7 @@ double attitude_rms(const std::vector<Solved>& solved, const InitialGuess& guess
 }
 
 InitialGuess guess_with_gains(const std::vector<PoseFile>& files, const SelfCalibration& gains) {
-    const PoseList list = list_of(files);
+    const PoseList list = all_poses(files);
     InitialGuess guess;
     guess.mount_sensor.resize(files.size());
     guess.sensor = gains.sensor;
@@ -236,9 +236,9 @@ void transpose_rotations(std::vector<PoseFile>& files) {
 }
 
 InitialGuess guess_start(const std::vector<PoseFile>& files) {
-    check_spread(list_of(files));
+    check_spread(all_poses(files));
     std::vector<Mat3<double>> frames;
-    for (const auto& [pose, file] : list_of(files)) {
+    for (const auto& [pose, file] : all_poses(files)) {
         frames.push_back(pose->x);
     }
     const SelfCalibration gains = self_calibrate(frames, 0.02);

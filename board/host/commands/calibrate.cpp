@@ -1,33 +1,27 @@
 // tricoil calibrate: calibrates with a stage, from free motion or on a grid, identifies the wiring, or calibrates a tip.
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <filesystem>
 #include <memory>
 
 #include "board/command_line/option_words.hpp"
 #include "board/host/calibration/calibration_fit.hpp"
-#include "board/host/calibration/coupling_phases.hpp"
-#include "board/host/calibration/error_map.hpp"
-#include "board/host/calibration/evaluation.hpp"
 #include "board/host/calibration/frame_file.hpp"
-#include "board/host/calibration/misfit_floor.hpp"
 #include "board/host/calibration/wiring.hpp"
 #include "board/host/commands/calibrate_free_motion.hpp"
 #include "board/host/commands/calibrate_grid.hpp"
+#include "board/host/commands/calibrate_low_band.hpp"
+#include "board/host/commands/calibrate_on_stage.hpp"
 #include "board/host/commands/calibrate_pivot.hpp"
 #include "board/host/commands/calibrate_surroundings.hpp"
 #include "board/host/commands/commands.hpp"
-#include "board/host/commands/fitted_parameters.hpp"
 #include "board/host/commands/hemisphere_option.hpp"
 #include "board/support/calibration_file.hpp"
 #include "board/support/distinct_files.hpp"
 #include "board/support/errors.hpp"
-#include "board/support/json_rows.hpp"
 #include "board/support/json_text.hpp"
 #include "board/support/nearest_name.hpp"
 #include "board/support/output_file.hpp"
-#include "board/support/progress.hpp"
 #include "board/support/terminal_text.hpp"
 #include "core/calibration/blob.hpp"
 #include "core/tracking/tracker_params.hpp"
@@ -37,7 +31,7 @@ namespace {
 
 const std::vector<std::string> kModels{to_string(FitModel::concentric), to_string(FitModel::general),
                                        to_string(FitModel::finite)};
-const std::vector<std::string> kFixtures{"free", "named"};
+const std::vector<std::string> kFixtures{to_string(FixtureModel::free), to_string(FixtureModel::named)};
 const std::vector<std::string> kStages{"ideal", "turning", "room"};
 
 struct CalibrateCommand {
@@ -52,8 +46,9 @@ struct CalibrateCommand {
     bool grid = false;
     bool pivot = false;
     bool surroundings = false;
+    bool low_band = false;
     bool refit_fixtures = false;
-    std::string calibration;  // of the coils, for --surroundings
+    std::string calibration;  // of the coils, for --surroundings and --low-band
     std::optional<std::uint8_t> sensor;
     double spacing_mm = 0;
     std::vector<int> nodes;  // of the grid, if the data are rests
@@ -96,98 +91,6 @@ void write_files(const CalibrateCommand& command, const CalibrationFile& file) {
     out.commit();
 }
 
-Vec3<double> mean_direction(const std::vector<PoseFile>& files, const CalibrationFit& fit) {
-    Vec3<double> sum = Vec3<double>::Zero();
-    for (const PoseFile& file : files) {
-        for (const MeasuredPose& pose : file.poses) {
-            sum += true_pose(fit.source_stage.at(source_fixture_name(file)), pose, fit.mount_sensor.at(sensor_fixture_name(file)))
-                       .position_m.normalized();
-        }
-    }
-    return sum.normalized();
-}
-
-void describe_fit(const CalibrationFit& fit, const CalibrateCommand& command, Report& report) {
-    report.json["poses"] = fit.poses;
-    report.json["model"] = to_string(model_of(command));
-    report.json["fixtures"] = command.fixtures;
-    report.json["start_position_rms_m"] = fit.start_position_rms_m;
-    report.json["residual_rms"] = fit.residual_rms;
-    report.json["condition"] = fit.condition;
-    report.json["coupling_constant"] = fit.coupling_constant;
-    report.json["parameters"] = parameters_json(fit);
-    if (!fit.stage_errors.is_ideal()) {
-        report.json["stage_errors"] = {{"turning", rows_of(fit.stage_errors.turning)},
-                                       {"room", rows_of(fit.stage_errors.room)},
-                                       {"stray", rows_of(fit.stage_errors.stray)}};
-    }
-    report.json["residual_rms_by_file"] = fit.residual_rms_by_file;
-    report.json["outliers"] = fit.outliers;
-    for (const std::string& place : fit.outliers) {
-        report.warnings.push_back(place + ": outlier, not used");
-    }
-    report.warnings.insert(report.warnings.end(), fit.warnings.begin(), fit.warnings.end());
-    if (fit.stage_turns_left_handed) {
-        report.warnings.emplace_back("the stage counts angles in the left-handed sense; its rotations are inverted");
-    }
-}
-
-std::string stage_text(const Json& r) {
-    std::string text =
-        fill(r,
-             "{poses} poses, model {model}, fixtures {fixtures}; closed-form start {start_position_rms_m in mm:.2f} mm, "
-             "couplings unexplained {residual_rms in %:.3f} %, condition number {condition:.0f}\n"
-             "  moments in units of C = {coupling_constant:.6g}\n");
-    text += parameters_text(r["parameters"]);
-    for (const auto& [path, rms] : r["residual_rms_by_file"].items()) {
-        text += fmt::format("  {}: couplings unexplained {:.3f} %\n", path, 100 * rms.get<double>());
-    }
-    text += fill(r,
-                 "  on these poses: {position_rms_m in mm:.4f} mm, {orientation_rms_deg:.4f} deg RMS "
-                 "(95 % {position_p95_m in mm:.4f} mm, {orientation_p95_deg:.4f} deg)\n");
-    return text + (r.contains("affine_position_rms_m")
-                       ? fill(r, "  affine output correction: {affine_position_rms_m in mm:.4f} mm RMS on the same poses\n")
-                       : "");
-}
-
-CalibrationFile calibrate_on_stage(const CalibrateCommand& command, Report& report) {
-    FitOptions options;
-    options.model = model_of(command);
-    options.fixtures = static_cast<FixtureModel>(index_of_name("fixtures", command.fixtures, kFixtures));
-    options.stage = static_cast<StageModel>(index_of_name("--stage", command.stage, kStages));
-    auto files = read_pose_files(command.data);
-    const Mat3<double> phase_rad = remove_own_phases(files);
-    Progress progress("calibrate");
-    options.progress = progress.part(0, 1);
-    const CalibrationFit fit = fit_calibration(files, options);
-    describe_fit(fit, command, report);
-    CalibrationFile file;
-    file.calibration.model = fit.model;
-    file.model = to_string(options.model);
-    file.source_stage = fit.source_stage;
-    file.mount_sensor = fit.mount_sensor;
-    file.stage_turns_left_handed = fit.stage_turns_left_handed;
-    file.stage_errors = fit.stage_errors;
-    file.residual_rms = fit.residual_rms;
-    file.calibration.hemisphere = mean_direction(files, fit);
-    file.calibration.phase_rad = phase_rad;
-    file.calibration.quadrature_floor = quadrature_floor_of(quadrature_shares(file.calibration, files));
-    const auto solver = options.model == FitModel::concentric ? EvaluationSolver::direct : EvaluationSolver::refined;
-    const auto errors = evaluate(file, files, solver);
-    const ErrorBand all = error_band(errors);
-    file.calibration.misfit_floor = misfit_floor_of(errors, fit.outliers.size());
-    report.json["misfit_floor"] = file.calibration.misfit_floor;
-    report.json["position_rms_m"] = all.position_m.rms;
-    report.json["position_p95_m"] = all.position_m.p95;
-    report.json["orientation_rms_deg"] = all.orientation_deg.rms;
-    report.json["orientation_p95_deg"] = all.orientation_deg.p95;
-    if (command.affine) {
-        fit_output_correction(file, errors);
-        report.json["affine_position_rms_m"] = error_band(evaluate(file, files, solver)).position_m.rms;
-    }
-    return file;
-}
-
 Vec3<double> vector_of(const std::vector<double>& v) { return {v[0], v[1], v[2]}; }
 
 std::optional<Vec3<double>> given_hemisphere(const CalibrateCommand& command) {
@@ -228,8 +131,8 @@ int check_wiring(const CalibrateCommand& command) {
 }
 
 void check_surroundings_usage(const CalibrateCommand& c) {
-    if (!c.surroundings && (!c.calibration.empty() || c.refit_fixtures)) {
-        throw InputError("--calibration and --refit-fixtures: only with --surroundings");
+    if (!c.surroundings && ((!c.calibration.empty() && !c.low_band) || c.refit_fixtures)) {
+        throw InputError("--calibration and --refit-fixtures: only with --surroundings (--calibration also with --low-band)");
     }
     if (!c.surroundings) {
         return;
@@ -243,6 +146,16 @@ void check_surroundings_usage(const CalibrateCommand& c) {
     }
     if (c.grid && c.refit_fixtures) {
         throw InputError("--refit-fixtures: not with --grid, whose place is always estimated");
+    }
+}
+
+void check_low_band_usage(const CalibrateCommand& c) {
+    if (c.low_band && c.calibration.empty()) {
+        throw InputError("--low-band needs --calibration FILE.toml: the coils, calibrated in the high band");
+    }
+    if (c.low_band && (c.free_motion || c.grid || c.pivot || c.surroundings || !c.wiring.empty() || !c.model.empty() ||
+                       c.affine || c.stage != "ideal" || c.fixtures != "free" || !c.blob.empty())) {
+        throw InputError("--low-band takes recordings, --calibration and --out alone; remove the other options");
     }
 }
 
@@ -263,6 +176,7 @@ void check_usage(const CalibrateCommand& c) {
         throw InputError("choose one of --free-motion, --grid, --wiring and --pivot");
     }
     check_surroundings_usage(c);
+    check_low_band_usage(c);
     if (!c.grid && !c.nodes.empty()) {
         throw InputError("--nodes: only with --grid");
     }
@@ -309,6 +223,7 @@ void check_usage(const CalibrateCommand& c) {
 
 std::string calibration_text(const CalibrateCommand& command, const Json& result) {
     std::string text = command.surroundings  ? surroundings_result_text(result)
+                       : command.low_band    ? low_band_text(result)
                        : command.free_motion ? free_motion_text(result)
                        : command.grid        ? grid_text(result)
                                              : stage_text(result);
@@ -329,6 +244,11 @@ GridCommand grid_of(const CalibrateCommand& command) {
     return {command.data, model_of(command), 1e-3 * command.spacing_mm, grid_size(command), hemisphere_or_default(command)};
 }
 
+StageCommand stage_of(const CalibrateCommand& command) {
+    return {command.data, model_of(command), static_cast<FixtureModel>(index_of_name("fixtures", command.fixtures, kFixtures)),
+            static_cast<StageModel>(index_of_name("--stage", command.stage, kStages)), command.affine};
+}
+
 int calibrate(const CalibrateCommand& command) {
     check_usage(command);
     if (!command.wiring.empty()) {
@@ -339,10 +259,11 @@ int calibrate(const CalibrateCommand& command) {
     }
     Report report;
     const CalibrationFile file = command.surroundings ? calibrate_with_surroundings(command, report)
+                                 : command.low_band   ? calibrate_low_band(command.calibration, command.data, report.json)
                                  : command.free_motion
                                      ? calibrate_free_motion(free_motion_of(command), report.json, report.warnings)
                                  : command.grid ? calibrate_grid(grid_of(command), report.json, report.warnings)
-                                                : calibrate_on_stage(command, report);
+                                                : calibrate_on_stage(stage_of(command), report.json, report.warnings);
     write_files(command, file);
     if (file.calibration.quadrature_floor < 1) {
         report.json["quadrature_floor"] = file.calibration.quadrature_floor;
@@ -410,10 +331,13 @@ void add_calibrate_command(CLI::App& program, Action& action) {
         "Metal at rest relative to the source: adds virtual dipoles to the calibration of the coils. Data: couplings at "
         "stage poses, or with --grid of nodes on several levels");
     sub->add_option("--calibration", c->calibration,
-                    "Surroundings: calibration of the coils (TOML), made where there is no metal")
+                    "Surroundings, low band: calibration of the coils (TOML), made where there is no metal")
         ->check(refuse_empty);
     sub->add_flag("--refit-fixtures", c->refit_fixtures,
                   "Surroundings: estimate the fixtures again, because the source or the sensor was moved on the stage");
+    sub->add_flag("--low-band", c->low_band,
+                  "Ratio of the low to the high band of each coupling. Data: recordings in two bands, without metal, with the "
+                  "sensor turned about all its axes");
     sub->add_flag(
         "--pivot", c->pivot,
         "Calibrate the tip of a pointer for --tip. Poses: recording, CSV of run --out, or JSON lines, with the pointer tilted to "
@@ -429,6 +353,9 @@ void add_calibrate_command(CLI::App& program, Action& action) {
                "tricoil calibrate --free-motion --model finite --coupling-constant 2.5e-3 --out coils.toml motion.csv"},
               {"sensor placed by hand on a printed grid", "tricoil calibrate --grid --spacing-mm 50 --out by_hand.toml grid.csv"},
               {"coil and polarity of each channel", "tricoil calibrate --wiring 0.4,0.2,0.1 frames.csv"},
+              {"a recording in two bands, without metal", "tricoil run --mux dual-band --record turned"},
+              {"the ratio of both bands, from that recording",
+               "tricoil calibrate --low-band --calibration cal.toml --out both.toml turned"},
               {"a pointer that is tilted with its tip at rest", "tricoil run --scenario pointer --record pivot"},
               {"its tip, from that recording", "tricoil calibrate --pivot pivot --out tip.toml"}});
     sub->callback([c, &action] { action = [c] { return calibrate(*c); }; });

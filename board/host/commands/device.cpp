@@ -12,7 +12,7 @@
 #include "board/linux/device_inquiry.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_text.hpp"
-#include "board/support/nearest_name.hpp"
+#include "board/support/multiplexing_names.hpp"
 #include "board/support/progress.hpp"
 #include "board/support/shell_word.hpp"
 #include "board/support/terminal_text.hpp"
@@ -56,7 +56,7 @@ Json identity_json(const protocol::IdentifyMessage& m) {
             {"firmware", fmt::format("{}.{}.{}", m.firmware >> 16U, m.firmware >> 8U & 0xFFU, m.firmware & 0xFFU)},
             {"protocol", {m.oldest_version, m.newest_version}},
             {"sensors", m.sensors},
-            {"multiplexing", m.multiplexing == 0 ? "tdm" : "fdm"},
+            {"multiplexing", kMultiplexingNames[m.multiplexing]},
             {"drives_coils", m.drives_coils != 0},
             {"frame_rate_hz", m.frame_rate_millihertz / 1e3},
             {"window_s", m.window_us / 1e6},
@@ -188,8 +188,8 @@ std::string next_command(const DeviceCommand& command, const protocol::IdentifyM
                          const protocol::RawBlockMessage& about) {
     if (device.multiplexing != 0) {
         return fmt::format(
-            "the device uses FDM, but demodulate needs TDM: run tricoil device mode {} --mux tdm, then capture again",
-            shell_word(command.uri));
+            "the device uses {}, but demodulate needs tdm: run tricoil device mode {} --mux tdm, then capture again",
+            kMultiplexingNames[device.multiplexing], shell_word(command.uri));
     }
     const auto plan = signal::default_acquisition(signal::Multiplexing::tdm, device.frame_rate_millihertz / 1e3);
     return fmt::format("tricoil demodulate {} --rate-hz {} --carrier-hz {} --guard {} --bits {}", shell_word(command.file),
@@ -226,8 +226,7 @@ int set_mode(const DeviceCommand& command) {
         throw InputError("--rate-hz must be a finite number");
     }
     protocol::ModeRequest mode;
-    mode.multiplexing =
-        index_of_name("--mux", command.mux, {"tdm", "fdm"}) == 0 ? signal::Multiplexing::tdm : signal::Multiplexing::fdm;
+    mode.multiplexing = multiplexing_of_name(command.mux);
     mode.frame_rate_millihertz = static_cast<std::uint32_t>(std::lround(1e3 * command.rate_hz));
     mode.columns = command.columns;
     linux_board::DeviceInquiry(command.uri, command.wait_s)
@@ -311,7 +310,9 @@ void add_device_command(CLI::App& program, Action& action) {
         ->type_name(kFileType);
     CLI::App* const mode =
         add_wait(add_device(add("mode", "Select multiplexing and frame rate, from the next start on", &set_mode)));
-    one_of(mode->add_option("--mux", command->mux, "Coils in turn (tdm) or all at once (fdm)"), {"tdm", "fdm"})
+    one_of(mode->add_option("--mux", command->mux,
+                            "Coils in turn (tdm), all at once (fdm), or all at once with a low carrier each (dual-band)"),
+           kMultiplexingNames)
         ->capture_default_str();
     mode->add_option("--rate-hz", command->rate_hz, "Frames per second; 0: default of the multiplexing")
         ->check(CLI::Range(0.0, 100e3))

@@ -3,6 +3,7 @@
 #include "board/host/commands/commands.hpp"
 #include "board/host/commands/option_values.hpp"
 #include "board/host/commands/run_command.hpp"
+#include "board/support/multiplexing_names.hpp"
 #include "board/support/tracker_choice.hpp"
 
 namespace tricoil::host {
@@ -77,7 +78,7 @@ void add_tracking_options(CLI::App* sub, RunCommand& command) {
     RunOptions& o = command.options;
     one_of(sub->add_option("--mux", o.multiplexing,
                            "Coils in turn (tdm), all at once (fdm), or all at once with a low carrier each (dual-band)"),
-           {"tdm", "fdm", "dual-band"})
+           kMultiplexingNames)
         ->capture_default_str();
     one_of(sub->add_option("--tracker", o.tracker,
                            "direct: closed form; previous, previous-angles: previous-measurement technique in vectors or in "

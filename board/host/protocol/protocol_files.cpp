@@ -94,7 +94,7 @@ that has sent start, until this host sends stop or is silent. Without such a hos
 | start | 0; 1: the host drives the coils |
 | excite | state sequence |
 | keep alive | sequence of the newest received column or pose |
-| mode | bits 0-27: frame rate in mHz, 0: default; bit 28: FDM; bit 29: columns instead of poses. `ack` returns the frame rate |
+| mode | bits 0-27: frame rate in mHz, 0: default; bit 28: FDM; bit 30: dual-band, without bit 28; bit 29: columns instead of poses. `ack` returns the frame rate |
 | hemisphere | x, y, z of its direction as signed bytes, index of the sensor in the highest byte; all zero: unknown; a tracker board forgets it when the measurement ends |
 | boresight | 1: the present attitude becomes zero; 0: removes this correction |
 | loader | 0x4C4F4144 |

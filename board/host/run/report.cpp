@@ -1,6 +1,7 @@
 #include "board/host/run/report.hpp"
 
 #include "board/pose_text/flag_names.hpp"
+#include "board/support/multiplexing_names.hpp"
 #include "core/base/angle_units.hpp"
 
 namespace tricoil::host {
@@ -17,8 +18,8 @@ constexpr const char* kScoreText =
     "  predicted    RMS {predicted_position_rms_m in mm:.3f} mm, {predicted_orientation_rms_deg:.4f} deg "
     "(error budget of the poses)\n";
 
-const char* multiplexing(const RunReport& report) {
-    return report.plan.is_tdm() ? "tdm" : (report.plan.has_low_band() ? "dual-band" : "fdm");
+const std::string& multiplexing(const RunReport& report) {
+    return kMultiplexingNames[static_cast<std::size_t>(report.plan.params.multiplexing)];
 }
 
 const char* columns(const RunReport& r) {

@@ -25,6 +25,7 @@ constexpr double kPreamplifierMake = 2e-3;  // two ratios of 0.1 % resistors
 constexpr double kCornerMake = 10e-3;       // NP0 capacitors
 constexpr double kAngle_rad = 10e-3;        // between sensor coils
 constexpr double kStageMake = 5e-3;
+constexpr double kFillingMake = 0.2;  // resistor of the ladder, capacitor
 
 // Temperature coefficients, 1/K.
 constexpr double kSenseDrift = 15e-6;
@@ -112,6 +113,9 @@ BoardCircuit BoardCircuit::draw(std::uint64_t seed, double warmer_k) {
     }
     for (ConverterError& converter : board.converters) {
         converter = seed != 0 ? ConverterError(parts.random()) : ConverterError();
+    }
+    for (SensorAmplifier& amplifier : board.amplifiers) {
+        amplifier.filling_s *= parts.make(kFillingMake);
     }
     return board;
 }

@@ -72,12 +72,12 @@ public:
     std::array<double, kLadderSteps> ladder_error{};
     double bandwidth_hz = 13e6;
     bool has_capacitor = true;
+    double filling_s = 10e-3;  // time constant: 10 kOhm of the ladder, 1 uF
 
 private:
     static constexpr double kHalfSupplyV = 1.65;
     static constexpr double kNoiseV_rthz = 100e-9;  // assumed by HARDWARE.md
     static constexpr double kRailV = kHalfSupplyV - 0.05;
-    static constexpr double kFillingS = 10e-3;     // time constant: 10 kOhm of the ladder, 1 uF
     static constexpr double kLongestStepS = 5e-6;  // limit of the charging time per sample; without samples the ladder may be off
 
     /// Amplification of the difference between input and capacitor, in addition to the input.
@@ -90,7 +90,7 @@ private:
         const double times = ladder(nominal);
         const double before_v = capacitor_v_;
         if (times > 0) {
-            const double filled = -std::expm1(-std::min(step_s, kLongestStepS) / kFillingS);
+            const double filled = -std::expm1(-std::min(step_s, kLongestStepS) / filling_s);
             const double wanted_v = input_v + times * (input_v - capacitor_v_);
             capacitor_v_ += (std::clamp(wanted_v, -kRailV, kRailV) - capacitor_v_) / (1 + times) * filled;
         }

@@ -1,0 +1,64 @@
+// The ratio of two bands, from columns of a moving sensor.
+#include "board/host/calibration/band_ratio.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace tricoil::host {
+namespace {
+
+constexpr double kNoise = 1e-3;  // of a low coupling
+
+/// Columns with random couplings of up to 1.
+BandRatio measured(const Mat3<double>& truth, int columns, std::uint64_t seed) {
+    std::mt19937_64 random(seed);
+    std::uniform_real_distribution<double> coupling(-1, 1);
+    std::normal_distribution<double> noise(0, kNoise);
+    BandRatio bands(1);
+    for (int n = 0; n < columns; ++n) {
+        const int j = n % 3;
+        const Vec3<double> high(coupling(random), coupling(random), coupling(random));
+        const Vec3<double> low = high.cwiseProduct(truth.col(j)) + Vec3<double>(noise(random), noise(random), noise(random));
+        bands.add(j, high, low);
+    }
+    return bands;
+}
+
+TEST(BandRatio, IsFoundWithItsStandardDeviation) {
+    Mat3<double> truth;
+    truth << 1.002, 0.999, 1, 0.997, 1.001, 1.003, 1, 1, 0.998;
+    constexpr int kRuns = 200;
+    constexpr int kColumns = 900;
+    const double expected = kNoise / std::sqrt(kColumns / 3 / 3.0);  // the mean square of a coupling is 1/3
+    Mat3<double> squares = Mat3<double>::Zero();
+    for (int run = 0; run < kRuns; ++run) {
+        const BandRatio bands = measured(truth, kColumns, static_cast<std::uint64_t>(run));
+        EXPECT_EQ(bands.columns(), kColumns);
+        EXPECT_LT((bands.sigma().array() / expected - 1).abs().maxCoeff(), 0.25);
+        squares += (bands.ratio() - truth).cwiseAbs2() / kRuns;
+    }
+    EXPECT_LT((squares.cwiseSqrt().array() / expected - 1).abs().maxCoeff(), 0.25) << squares.cwiseSqrt();
+}
+
+/// Hum whose sign changes from column to column, and a gap within one mean.
+TEST(BandRatio, MeansRemoveHum) {
+    BandRatio bands(4);
+    const Vec3<double> high(0.5, -0.4, 0.3);
+    const Vec3<double> hum(0.1, 0.1, 0.1);
+    for (int n = 0; n < 120; ++n) {
+        bands.add(0, high, 1.01 * high + (n % 2 == 0 ? hum : Vec3<double>(-hum)));
+    }
+    bands.add(0, high, high + hum);
+    bands.restart(0);
+    EXPECT_LT((bands.ratio().col(0).array() - 1.01).abs().maxCoeff(), 1e-12);
+    EXPECT_LT(bands.sigma().col(0).maxCoeff(), 1e-6);
+}
+
+TEST(BandRatio, IsUnknownWithoutColumns) {
+    EXPECT_FALSE(BandRatio(1).ratio().allFinite());
+    EXPECT_FALSE(BandRatio(1).sigma().maxCoeff() <= 1);
+}
+
+}  // namespace
+}  // namespace tricoil::host

@@ -1,0 +1,49 @@
+// Both bands of boards with drawn parts.
+#include <gtest/gtest.h>
+
+#include "board/host/calibration/band_ratio.hpp"
+#include "core/protocol/command_arguments.hpp"
+#include "tests/virtual_board/board_bench.hpp"
+
+namespace tricoil {
+namespace {
+
+/// Couplings of both bands of a drawn board, from the hand's motion without metal.
+host::BandRatio ratio_of_board(std::uint64_t seed) {
+    using protocol::Opcode;
+    constexpr protocol::ModeRequest kMode{240'000, signal::Multiplexing::dual_band, true};
+    constexpr double kDuration_s = 3;
+    test::BoardBench bench(host::load_scenario("hand", 1), virtual_board::BoardCircuit::draw(seed));
+    bench.run(test::BoardBench::kBootS);
+    test::HostEnd& host = bench.host(test::on_usb);
+    host.hello();
+    bench.run(0.01);
+    EXPECT_EQ(bench.ask(test::on_usb, Opcode::mode, protocol::mode_argument(kMode)), protocol::AckResult::done);
+    EXPECT_EQ(bench.ask(test::on_usb, Opcode::start), protocol::AckResult::done);
+    bench.fed[test::on_usb] = true;
+    bench.run(kDuration_s);
+    host::BandRatio bands(24);
+    const auto vector = [](const std::array<float, 3>& v) { return Vec3<float>(v[0], v[1], v[2]).cast<double>().eval(); };
+    for (std::size_t n = 0; n + 5 < host.columns.size(); n += 6) {
+        for (std::size_t j = 0; j < 3; ++j) {
+            bands.add(static_cast<int>(j), vector(host.columns[n + j].in_phase), vector(host.columns[n + j + 3].in_phase));
+        }
+    }
+    return bands;
+}
+
+/// Parts within their tolerances: low-pass filters, converters, amplifiers, ladder capacitors.
+TEST(BandRatio, IsNearOneForEveryBoard) {
+    constexpr double kLargest = 3e-3;
+    for (const std::uint64_t seed : {1U, 2U, 3U}) {
+        const host::BandRatio bands = ratio_of_board(seed);
+        const double error = (bands.ratio().array() - 1).abs().maxCoeff();
+        std::printf("board %u: ratios within %.2f per mille of 1, standard deviation %.2f\n", static_cast<unsigned>(seed),
+                    1e3 * error, 1e3 * bands.sigma().maxCoeff());
+        EXPECT_GT(bands.columns(), 2000);
+        EXPECT_LT(error, kLargest + 5 * bands.sigma().maxCoeff());
+    }
+}
+
+}  // namespace
+}  // namespace tricoil
