@@ -26,8 +26,10 @@ bool ColumnChain<Scalar, SensorTracker>::track(signal::Columns<Scalar>& columns,
         if (devices.tap != nullptr) {
             devices.tap->column(column);
         }
-        const bool is_used = std::is_same_v<Scalar, double> || !column.flags.has(ColumnFlag::low_band);
-        if (const auto estimate = is_used ? tracker_.update(column) : std::nullopt) {
+        if (!std::is_same_v<Scalar, double> && column.flags.has(ColumnFlag::low_band)) {
+            continue;  // trackers in float use one band
+        }
+        if (const auto estimate = tracker_.update(column)) {
             send(*estimate, devices, counters);
             gave_pose = true;
         }

@@ -63,9 +63,9 @@ typedef struct tricoil_pose {
  *   polled);
  * - recording:FOLDER: a recording of `tricoil run --record`, tracked again.
  *
- * tracker: "direct", "previous", "previous-angles", "scaat", or "dual-band" with columns of two bands (mux=dual-band); "scaat,predict_s=0.02" gives
- * poses 20 ms (at most 0.1 s) ahead of the newest measurement. NULL: that of the configuration or recording, otherwise
- * "direct".
+ * tracker: "direct", "previous", "previous-angles", "scaat", or "dual-band" with columns of two bands (mux=dual-band);
+ * "scaat,predict_s=0.02" gives poses 20 ms (at most 0.1 s) ahead of the newest measurement. NULL: that of the configuration or
+ * recording, otherwise "direct".
  *
  * A device need not be connected yet: tricoil_poll() waits for it, and connects again after the cable was unplugged. After a long
  * pause poses are invalid (hemisphere unknown) unless the file says `confined = true` in [tracker]. A tracker that is opened

@@ -1,15 +1,9 @@
 #include "board/record/column_quadratures.hpp"
 
-#include "core/tracking/signal_flags.hpp"
-
 namespace tricoil::host {
 namespace {
 
-bool is_used(const TrackerInput& input) {
-    const ColumnFlags flags = input.column.flags;
-    return input.kind == InputKind::column && input.sensor == 0 && coil_index(input.column.state) >= 0 &&
-           !flags.has(ColumnFlag::low_band) && !tracking::signal_flags(flags).has_any(tracking::kFaultFlags);
-}
+bool is_used(const TrackerInput& input) { return has_couplings(input) && !input.column.flags.has(ColumnFlag::low_band); }
 
 }  // namespace
 

@@ -11,6 +11,7 @@
 #include "board/support/errors.hpp"
 #include "board/support/text_table.hpp"
 #include "core/base/angle_units.hpp"
+#include "core/tracking/signal_flags.hpp"
 
 namespace tricoil::host {
 namespace {
@@ -86,6 +87,11 @@ constexpr std::string_view kCovarianceNames =
 std::string text_of(const Vec3<double>& v) { return fmt::format("{},{},{}", v.x(), v.y(), v.z()); }
 
 }  // namespace
+
+bool has_couplings(const TrackerInput& input) {
+    return input.kind == InputKind::column && input.sensor == 0 && coil_index(input.column.state) >= 0 &&
+           !tracking::signal_flags(input.column.flags).has_any(tracking::kFaultFlags);
+}
 
 std::string line_of(const TrackerInput& input) {
     const char* kind = kInputKinds[static_cast<std::size_t>(input.kind)];

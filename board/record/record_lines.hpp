@@ -20,6 +20,9 @@ struct TrackerInput {
     Vec3<double> hemisphere = Vec3<double>::Zero();
 };
 
+/// True for a column of the first sensor that measures couplings, in either band.
+bool has_couplings(const TrackerInput& input);
+
 std::string line_of(const TrackerInput& input);
 std::string line_of(const tracking::PoseEstimate<double>& estimate);
 

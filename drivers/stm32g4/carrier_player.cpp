@@ -36,7 +36,6 @@ Status CarrierPlayer::begin() {
 
 Status CarrierPlayer::load(const signal::AcquisitionPlan& plan, int updates_per_sample, float amplitude_codes) {
     stop();
-    const bool has_low_band = plan.has_low_band();
     std::span<std::uint16_t> memory = parts_.memory;
     for (std::size_t n = 0; n < channels_.size(); ++n) {
         Channel& channel = channels_[n];
@@ -49,8 +48,7 @@ Status CarrierPlayer::load(const signal::AcquisitionPlan& plan, int updates_per_
         channel.table = memory.first(length);
         memory = memory.subspan(length);
         const float first = static_cast<float>(plan.window_cycles[0]) / static_cast<float>(plan.window_cycles[n]);
-        channel.share = plan.is_tdm() ? 1 : (has_low_band ? kHighShare : kShareOfThree) * first;
-        channel.low_share = has_low_band ? kLowShare : 0;
+        channel.share = plan.is_tdm() ? 1 : (plan.has_low_band() ? kHighShare : kShareOfThree) * first;
     }
     set_amplitude(amplitude_codes);
     volatile std::uint32_t* const outputs[] = {&parts_.pair.DHR12R1, &parts_.pair.DHR12R2, &parts_.single.DHR12R1};
@@ -64,7 +62,7 @@ Status CarrierPlayer::load(const signal::AcquisitionPlan& plan, int updates_per_
 
 void CarrierPlayer::set_amplitude(float amplitude_codes) {
     for (const Channel& channel : channels_) {
-        write_carriers(channel.period, channel.share * amplitude_codes, channel.low_share * amplitude_codes, channel.table);
+        write_carriers(channel.period, channel.share * amplitude_codes, kLowShare * amplitude_codes, channel.table);
     }
 }
 

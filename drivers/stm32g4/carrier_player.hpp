@@ -66,8 +66,7 @@ private:
     /// Carriers of one channel.
     struct Channel {
         CarrierPeriod period;
-        float share = 0;      // amplitude of the high carrier, relative to a single carrier
-        float low_share = 0;  // of the low carrier
+        float share = 0;  // amplitude of the high carrier, relative to a single carrier
         std::span<std::uint16_t> table{};
     };
     std::array<Channel, kSourceCoils> channels_{};

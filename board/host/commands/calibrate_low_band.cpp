@@ -10,17 +10,10 @@
 #include "board/record/recording.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_rows.hpp"
-#include "core/tracking/signal_flags.hpp"
 #include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::host {
 namespace {
-
-bool is_used(const TrackerInput& input) {
-    const ColumnFlags flags = input.column.flags;
-    return input.kind == InputKind::column && input.sensor == 0 && coil_index(input.column.state) >= 0 &&
-           !tracking::signal_flags(flags).has_any(tracking::kFaultFlags);
-}
 
 /// Time between frames. Throws InputError if the recording has no columns of two bands.
 double frame_of(const std::string& folder) {
@@ -28,7 +21,7 @@ double frame_of(const std::string& folder) {
     std::optional<Column<double>> first;
     for (std::string line; lines.next(line);) {
         const TrackerInput input = parse_input(line, lines.where());
-        if (!is_used(input) || !input.column.flags.has(ColumnFlag::low_band)) {
+        if (!has_couplings(input) || !input.column.flags.has(ColumnFlag::low_band)) {
             continue;
         }
         if (first && first->state == input.column.state && input.column.midpoint > first->midpoint) {
@@ -47,7 +40,7 @@ void add_recording(const std::string& folder, double frame_s, BandRatio& bands) 
     std::array<DeviceTime, kSourceCoils> last{};      // time of its low column
     for (std::string line; lines.next(line);) {
         const TrackerInput input = parse_input(line, lines.where());
-        if (!is_used(input)) {
+        if (!has_couplings(input)) {
             continue;
         }
         const Column<double>& column = input.column;
@@ -65,25 +58,33 @@ void add_recording(const std::string& folder, double frame_s, BandRatio& bands) 
     }
 }
 
-/// All recordings must have the frame rate of the first one.
-BandRatio ratio_of(const std::vector<std::string>& recordings) {
-    const double frame_s = frame_of(Recording(recordings.front()).folder());
+BandRatio ratio_for(const std::string& folder, double frame_s) {
     const int window = tracking::dual_band_params(frame_s).window_frames;
     if (window == 0) {
-        throw InputError(recordings.front() + ": 0.1 to 0.2 s hold no whole number of its frames; record at another frame rate");
+        throw InputError(folder + ": 0.1 to 0.2 s hold no whole number of its frames; record at another frame rate");
     }
-    BandRatio bands(window);
+    return BandRatio(window);
+}
+
+/// All recordings must have the frame rate of the first one.
+BandRatio ratio_of(const std::vector<std::string>& recordings) {
+    std::optional<BandRatio> bands;
+    double first_s = 0;
     for (const std::string& folder : recordings) {
-        const double own_s = frame_of(Recording(folder).folder());
-        if (std::abs(own_s / frame_s - 1) > 0.01) {
+        const Recording recording(folder);  // checks the files
+        const double frame_s = frame_of(folder);
+        if (!bands) {
+            bands = ratio_for(folder, frame_s);
+            first_s = frame_s;
+        } else if (std::abs(frame_s / first_s - 1) > 0.01) {
             throw InputError(folder + ": has another frame rate than " + recordings.front() + "; calibrate from one rate");
         }
         for (int j = 0; j < kSourceCoils; ++j) {
-            bands.restart(j);
+            bands->restart(j);
         }
-        add_recording(folder, own_s, bands);
+        add_recording(folder, frame_s, *bands);
     }
-    return bands;
+    return *bands;
 }
 
 void refuse_undetermined(const Mat3<double>& sigma) {
