@@ -110,6 +110,8 @@ void visit_calibration(Calibration& known, Visit&& visit) {
     visit("calibrated_misfit_floor", misfit_floor);
     visit("calibrated_quadrature_floor", quadrature_floor);
     visit("low_band_ratio", low_band.ratio);
+    visit("low_band_phase_rad", low_band.phase_rad);
+    visit("low_band_quadrature_floor", low_band.quadrature_floor);
 }
 
 }  // namespace tricoil::host

@@ -92,6 +92,15 @@ void require(const std::string& path, const toml::table& root, const char* table
     }
 }
 
+std::string low_band_text(const calibration::LowBand<double>& low) {
+    std::string text = low.ratio.isOnes(0) ? "" : line("low_band_ratio", low.ratio);
+    text += low.phase_rad.isZero(0) ? "" : line("low_band_phase_rad", low.phase_rad);
+    if (low.quadrature_floor < 1) {
+        text += fmt::format("low_band_quadrature_floor = {:.6g}\n", low.quadrature_floor);
+    }
+    return text;
+}
+
 }  // namespace
 
 void set_surroundings(CalibrationFile& file, std::vector<VirtualDipole> surroundings) {
@@ -114,7 +123,7 @@ std::string to_toml(const CalibrationFile& file) {
     text += "\n[sensor]\n" + line("sensitivity", c.model.sensor_sensitivity) + line("offset_m", c.model.sensor_offset_m) +
             line("octupole_m2", c.model.sensor_octupole_m2);
     text += "\n[couplings]\n" + line("phase_rad", c.phase_rad);
-    text += c.low_band.ratio.isOnes(0) ? "" : line("low_band_ratio", c.low_band.ratio);
+    text += low_band_text(c.low_band);
     text +=
         "\n[output]\n" + line("hemisphere", c.hemisphere) + line("linear", c.output_linear) + line("offset_m", c.output_offset_m);
     text += fmt::format("\n[stage]\nturns_left_handed = {}\n", file.stage_turns_left_handed ? 1 : 0);
@@ -156,6 +165,8 @@ CalibrationFile read_calibration(const std::string& path) {
         c.phase_rad.colwise() = sensor.vector("phase_rad", Vec3<double>::Zero());
     }
     c.low_band.ratio = couplings.matrix("low_band_ratio", c.low_band.ratio);
+    c.low_band.phase_rad = couplings.matrix("low_band_phase_rad", c.low_band.phase_rad);
+    c.low_band.quadrature_floor = couplings.number("low_band_quadrature_floor", 1);
     couplings.finish();
     sensor.finish();
     auto output = top.child("output");

@@ -10,12 +10,15 @@
 
 namespace tricoil::calibration {
 
-/// Only in double, because only programs run trackers for two bands. The default leaves columns unchanged.
+/// Low couplings without metal. Only in double, because only programs run trackers for two bands. The default leaves columns
+/// unchanged.
 template <typename Scalar>
-struct LowBandRatio {};
+struct LowBand {};
 template <>
-struct LowBandRatio<double> {
-    Mat3<double> ratio = Mat3<double>::Ones();  // (i, j): low coupling / high coupling without metal, as the phases
+struct LowBand<double> {
+    Mat3<double> ratio = Mat3<double>::Ones();      // (i, j): low coupling / high coupling, as the phases of the high band
+    Mat3<double> phase_rad = Mat3<double>::Zero();  // (i, j): of sensor channel i at the low carrier of source coil j
+    double quadrature_floor = 1;                    // uncertainty of phase_rad as a quadrature, per coupling; 1: unknown
 };
 
 template <typename Scalar>
@@ -27,7 +30,7 @@ struct Calibration {
     Vec3<Scalar> output_offset_m = Vec3<Scalar>::Zero();
     Scalar misfit_floor = 0;      // misfit of clean couplings per coupling, relative to k: errors of the model
     Scalar quadrature_floor = 1;  // quadrature of clean couplings after phase_rad, likewise; 1: unknown
-    [[no_unique_address]] LowBandRatio<Scalar> low_band;
+    [[no_unique_address]] LowBand<Scalar> low_band;
 
     template <typename Other>
     [[nodiscard]] Calibration<Other> cast() const {  // without low_band
@@ -56,8 +59,8 @@ Status check(const field::InducedDipoles<Scalar>& surroundings, const Mat3<Scala
 }
 
 /// Errors: not_finite (NaN or infinity), invalid_argument (linearly dependent moments or sensitivities, an offset beyond 1 m, an
-/// output correction or a misfit floor beyond 0.1, a quadrature floor beyond 1, a ratio of the bands beyond 0.5 to 2, a virtual
-/// dipole at a source coil or beyond 100 m).
+/// output correction or a misfit floor beyond 0.1, a quadrature floor beyond 1, a ratio of the bands beyond 0.5 to 2, a phase of
+/// the low band that is not finite, a virtual dipole at a source coil or beyond 100 m).
 template <typename Scalar>
 Status check(const Calibration<Scalar>& c) {
     const bool finite =
@@ -89,6 +92,10 @@ Status check(const Calibration<Scalar>& c) {
         const auto ratio = c.low_band.ratio.array();
         if (!(ratio >= 0.5).all() || !(ratio <= 2).all()) {
             return {StatusCode::invalid_argument, "calibration: the ratio of the low to the high band must be 0.5 to 2"};
+        }
+        if (!c.low_band.phase_rad.allFinite() || !(c.low_band.quadrature_floor >= 0 && c.low_band.quadrature_floor <= 1)) {
+            return {StatusCode::invalid_argument,
+                    "calibration: phases of the low band must be finite, their quadrature floor a share of 0 to 1"};
         }
     }
     return check(c.model.surroundings, c.model.source_offset_m);

@@ -3,6 +3,7 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <complex>
 
 #include "core/calibration/calibration.hpp"
 
@@ -79,13 +80,16 @@ public:
         correct_sigma(j, sigma);
     }
 
-    /// The same for a column of the low band, whose phases are not calibrated.
+    /// The same for a column of the low band, which first becomes one of the high band. Only in double.
     void correct_low_column(int j, Vec3<Scalar>& in_phase, Vec3<Scalar>& quadrature, Vec3<Scalar>& sigma) const {
-        const auto ratio = low_band_.ratio.col(j).array();
-        in_phase = sensor_ * (in_phase.array() / ratio).matrix() / gain_(j);
-        quadrature = sensor_ * (quadrature.array() / ratio).matrix() / gain_(j);
-        sigma.array() /= ratio;
-        correct_sigma(j, sigma);
+        for (Eigen::Index i = 0; i < in_phase.size(); ++i) {
+            const Scalar phase_rad = phase_rad_(i, j) - low_band_.phase_rad(i, j);
+            const auto high = std::polar(1 / low_band_.ratio(i, j), phase_rad) * std::complex<Scalar>(in_phase(i), quadrature(i));
+            in_phase(i) = high.real();
+            quadrature(i) = high.imag();
+            sigma(i) /= low_band_.ratio(i, j);
+        }
+        correct_column(j, in_phase, quadrature, sigma);
     }
 
     /// Axes of the corrected columns: v_source = axes v_coils. Identity after phases().
@@ -93,6 +97,7 @@ public:
     [[nodiscard]] bool has_own_axes() const { return has_own_axes_; }
     [[nodiscard]] Scalar misfit_floor() const { return misfit_floor_; }
     [[nodiscard]] Scalar quadrature_floor() const { return quadrature_floor_; }
+    [[nodiscard]] const LowBand<Scalar>& low_band() const { return low_band_; }
     /// Metal at rest in the frame and units of the corrected columns. Empty after phases().
     [[nodiscard]] const field::InducedDipoles<Scalar>& surroundings() const { return surroundings_; }
 
@@ -124,7 +129,7 @@ private:
     Scalar misfit_floor_ = 0;
     Scalar quadrature_floor_ = 1;
     field::InducedDipoles<Scalar> surroundings_;
-    [[no_unique_address]] LowBandRatio<Scalar> low_band_;
+    [[no_unique_address]] LowBand<Scalar> low_band_;
 };
 
 }  // namespace tricoil::calibration

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 
 namespace tricoil::host {
@@ -20,7 +21,7 @@ BandRatio measured(const Mat3<double>& truth, int columns, std::uint64_t seed) {
         const int j = n % 3;
         const Vec3<double> high(coupling(random), coupling(random), coupling(random));
         const Vec3<double> low = high.cwiseProduct(truth.col(j)) + Vec3<double>(noise(random), noise(random), noise(random));
-        bands.add(j, high, low);
+        bands.add(j, high, low, Vec3<double>::Zero());
     }
     return bands;
 }
@@ -47,12 +48,35 @@ TEST(BandRatio, MeansRemoveHum) {
     const Vec3<double> high(0.5, -0.4, 0.3);
     const Vec3<double> hum(0.1, 0.1, 0.1);
     for (int n = 0; n < 120; ++n) {
-        bands.add(0, high, 1.01 * high + (n % 2 == 0 ? hum : Vec3<double>(-hum)));
+        bands.add(0, high, 1.01 * high + (n % 2 == 0 ? hum : Vec3<double>(-hum)), Vec3<double>::Zero());
     }
-    bands.add(0, high, high + hum);
+    bands.add(0, high, high + hum, hum);
     bands.restart(0);
     EXPECT_LT((bands.ratio().col(0).array() - 1.01).abs().maxCoeff(), 1e-12);
     EXPECT_LT(bands.sigma().col(0).maxCoeff(), 1e-6);
+}
+
+/// A phase turns a part of the coupling into quadrature; the ratio is that of the amplitudes. Motion causes another quadrature.
+TEST(BandRatio, PhasesComeFromRests) {
+    constexpr double kPhase_rad = 0.03;
+    constexpr double kRatio = 1.02;
+    std::mt19937_64 random(5);
+    std::uniform_real_distribution<double> coupling(-1, 1);
+    BandRatio bands(2);
+    EXPECT_FALSE(bands.knows_phases());
+    for (int n = 0; n < 300; ++n) {
+        const Vec3<double> high(coupling(random), coupling(random), coupling(random));
+        const bool rests = n < 150;
+        for (const double change : {0.0, rests ? 1e-4 : 0.1}) {
+            const Vec3<double> now = (1 + change) * high;
+            const Vec3<double> quadrature = kRatio * std::sin(kPhase_rad) * now;
+            bands.add(n % 3, now, kRatio * std::cos(kPhase_rad) * now, rests ? quadrature : Vec3<double>(Vec3<double>::Ones()));
+        }
+    }
+    EXPECT_TRUE(bands.knows_phases());
+    EXPECT_LT((bands.ratio().array() - kRatio).abs().maxCoeff(), 1e-12);
+    EXPECT_LT((bands.phase_rad().array() - kPhase_rad).abs().maxCoeff(), 1e-12);
+    EXPECT_LT(bands.phase_sigma_rad().maxCoeff(), 1e-6);
 }
 
 TEST(BandRatio, IsUnknownWithoutColumns) {

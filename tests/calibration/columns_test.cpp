@@ -60,6 +60,33 @@ TEST(CoilCorrection, MakesMisalignedCoilsIdealAtEveryPose) {
     }
 }
 
+TEST(CoilCorrection, LowBandBecomesThatOfTheHighBand) {
+    std::mt19937_64 random(8);
+    for (int n = 0; n < 100; ++n) {
+        auto c = misaligned_calibration(n, random);
+        c.low_band.ratio = Mat3<double>::Ones() + 0.1 * Mat3<double>::Random();
+        c.low_band.phase_rad = 0.2 * Mat3<double>::Random();
+        const auto columns = Correction::ideal_triads(c);
+        ASSERT_TRUE(columns.ok()) << columns.status().message();
+        const auto measured = [](const Vec3<double>& coupling, const auto& phase_rad, const auto& correct) {
+            Vec3<double> in_phase = phase_rad.array().cos() * coupling.array();
+            Vec3<double> quadrature = phase_rad.array().sin() * coupling.array();
+            Vec3<double> sigma = Vec3<double>::Ones();
+            correct(in_phase, quadrature, sigma);
+            EXPECT_LT(quadrature.norm(), 1e-12 * in_phase.norm());
+            return in_phase;
+        };
+        for (int j = 0; j < 3; ++j) {
+            const Vec3<double> coupling = random_vector(random);
+            const Vec3<double> high =
+                measured(coupling, c.phase_rad.col(j), [&](auto&... column) { columns->correct_column(j, column...); });
+            const Vec3<double> low = measured(coupling.cwiseProduct(c.low_band.ratio.col(j)), c.low_band.phase_rad.col(j),
+                                              [&](auto&... column) { columns->correct_low_column(j, column...); });
+            EXPECT_LT((low - high).norm(), 1e-12 * high.norm());
+        }
+    }
+}
+
 TEST(CoilCorrection, LeavesColumnsOfIdealCoilsUnchanged) {
     Calibration<double> c;
     const auto columns = Correction::ideal_triads(c);

@@ -14,6 +14,9 @@ using ::testing::HasSubstr;
 
 constexpr const char* kTitanium = " --fault metal:rod,material=titanium,diameter_m=0.03,length_m=0.15,position_m=0.3/0.09/0";
 
+constexpr const char* kAluminium =
+    " --fault metal:sheet,material=aluminium,width_m=0.15,height_m=0.15,thickness_m=0.0013,position_m=0.25/0.15/0,axis=0/1/0";
+
 nlohmann::json run(const std::string& arguments) {
     const CliResult result = tricoil("run --json --mux dual-band --duration 3 " + arguments);
     EXPECT_EQ(result.exit_code, 0) << result.err;
@@ -57,23 +60,30 @@ TEST(DualBand, TheRatioOfTheBandsIsCalibrated) {
     const std::string take = path_in_temp("turned");
     std::filesystem::remove_all(take);
     run("--tracker dual-band --record " + take);
+    const std::string rest = path_in_temp("resting");
+    std::filesystem::remove_all(rest);
+    run("--scenario still --tracker dual-band --record " + rest);
     const std::string both = path_in_temp("both.toml");
     const CliResult fit =
-        tricoil("calibrate --json --low-band --calibration " + coils("coils.toml") + " --out " + both + " " + take);
+        tricoil("calibrate --json --low-band --calibration " + coils("coils.toml") + " --out " + both + " " + take + " " + rest);
     ASSERT_EQ(fit.exit_code, 0) << fit.err;
     EXPECT_GT(fit.json()["columns"], 2000);
     const double sigma = fit.json()["ratio_sigma"].get<double>();
     EXPECT_LT(sigma, 1e-3);
     EXPECT_NEAR(fit.json()["least_ratio"].get<double>(), 1, 5 * sigma);
     EXPECT_NEAR(fit.json()["most_ratio"].get<double>(), 1, 5 * sigma);
+    EXPECT_LT(fit.json()["low_band_quadrature_floor"].get<double>(), 5e-3);
     EXPECT_THAT(read_file(both), HasSubstr("low_band_ratio"));
-    const auto error_m = [](const std::string& calibration) {
-        return run("--scenario still --tracker dual-band --calibration " + calibration + kTitanium)["position_rms_m"]
-            .get<double>();
+    EXPECT_THAT(read_file(both), HasSubstr("low_band_phase_rad"));
+    const auto error_m = [](const std::string& calibration, const char* metal = kTitanium) {
+        return run("--scenario still --tracker dual-band --calibration " + calibration + metal)["position_rms_m"].get<double>();
     };
     const std::string wrong =
         coils("wrong.toml", "[couplings]\nlow_band_ratio = [[1.02, 1.02, 1.02], [1.02, 1.02, 1.02], [1.02, 1.02, 1.02]]\n");
     EXPECT_LT(error_m(both), error_m(wrong) / 5);
+    // Quadratures show aluminium if the phases of both bands are known.
+    const std::string with_phases = write_file("with_phases.toml", "quadrature_floor = 1e-4\n" + read_file(both));
+    EXPECT_LT(error_m(with_phases, kAluminium), 0.9 * error_m(both, kAluminium));
 }
 
 TEST(DualBand, UnsuitableOptionsAreRefused) {
@@ -93,6 +103,9 @@ TEST(DualBand, UnsuitableOptionsAreRefused) {
         {"calibrate --low-band --calibration " + coils("coils.toml") + " --out x.toml " + take, "has no columns of two bands"},
         {"calibrate --low-band --grid --spacing-mm 50 --calibration " + coils("coils.toml") + " --out x.toml " + take,
          "remove the other options"},
+        {"run --mux dual-band --tracker dual-band --calibration " +
+             coils("no_floor.toml", "[couplings]\nlow_band_quadrature_floor = 2\n"),
+         "their quadrature floor a share of 0 to 1"},
         {"run --mux dual-band --tracker dual-band --calibration " +
              coils("absurd.toml", "[couplings]\nlow_band_ratio = [[9, 1, 1], [1, 1, 1], [1, 1, 1]]\n"),
          "ratio of the low to the high band must be 0.5 to 2"},

@@ -68,12 +68,13 @@ TEST_P(DualBandMetal, RemovesTheErrorOfMetal) {
 INSTANTIATE_TEST_SUITE_P(
     Metal, DualBandMetal,
     ::testing::Values(
-        // Its share in the low band is 0.8: what is left comes from the differences of the shares between the couplings.
+        // Its effect in the low band is 0.8 of that in the high band.
         MetalAtRest{
             "aluminium_sheet",
-            "metal:sheet,material=aluminium,width_m=0.15,height_m=0.15,thickness_m=0.0013,position_m=0.25/0.15/0,axis=0/1/0", 3},
-        MetalAtRest{"titanium_rod", "metal:rod,material=titanium,diameter_m=0.03,length_m=0.15,position_m=0.3/0.09/0", 10},
-        MetalAtRest{"steel_304_rod", "metal:rod,material=304,diameter_m=0.03,length_m=0.15,position_m=0.3/0.09/0", 10}),
+            "metal:sheet,material=aluminium,width_m=0.15,height_m=0.15,thickness_m=0.0013,position_m=0.25/0.15/0,axis=0/1/0", 10},
+        MetalAtRest{"copper_sphere", "metal:sphere,material=copper,radius_m=0.02,position_m=0.25/0.1/0", 1},
+        MetalAtRest{"titanium_rod", "metal:rod,material=titanium,diameter_m=0.03,length_m=0.15,position_m=0.3/0.09/0", 15},
+        MetalAtRest{"steel_304_rod", "metal:rod,material=304,diameter_m=0.03,length_m=0.15,position_m=0.3/0.09/0", 15}),
     [](const auto& metal) { return metal.param.name; });
 
 }  // namespace

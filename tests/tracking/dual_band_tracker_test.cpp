@@ -1,6 +1,7 @@
 // Tracker for two bands: columns in, poses out, with gaps, faults and a calibration.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 
 #include "core/tracking/dual_band/dual_band_tracker.hpp"
@@ -117,6 +118,26 @@ TEST_F(DualBandTest, LostFramesAndAClockRestartStartANewWindow) {
     run(tracker, 1, {.effect = -1e-4, .low = false});
     EXPECT_GT(error_m(run(tracker, 12, metal)), high_m / 2);
     EXPECT_LT(error_m(run(tracker, 60, metal)), high_m / 8);
+}
+
+/// A refused column must not reach the comparison of the bands.
+TEST_F(DualBandTest, QuadraturesOfRefusedColumnsAreNotUsed) {
+    params_.common.quadrature_floor = 0;
+    DualBandTracker tracker(params_);
+    const double high_m = error_m(run(tracker, 1, {.effect = -1e-4}));
+    Column<double> broken;
+    broken.state = Excitation::s2;
+    broken.midpoint = device_time_us(time_us_ - kFrame_us);
+    broken.sigma.setConstant(1e-6);
+    broken.quadrature.setConstant(std::nan(""));
+    for (int n = 0; n < 60; ++n) {
+        broken.midpoint = device_time_us(time_us_ - kFrame_us);
+        EXPECT_FALSE(tracker.update(broken));
+        run(tracker, 1, {.effect = -1e-4});
+    }
+    const auto pose = run(tracker, 1, {.effect = -1e-4});
+    EXPECT_LT(error_m(pose), high_m / 8);
+    EXPECT_LT(error_m(pose), 5 * deviation_m(pose));
 }
 
 TEST_F(DualBandTest, TheLastPoseBecomesStale) {

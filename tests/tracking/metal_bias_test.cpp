@@ -10,10 +10,19 @@
 namespace tricoil::tracking {
 namespace {
 
-/// A resting sensor at 0.5 m. A sphere adds its effect to the high band, and `share` of it to the low band.
+/// What metal adds, relative to its in-phase effect on the high band.
+struct Ratios {
+    double low = 0;
+    double low_quadrature = 0;
+    double high_quadrature = 0;
+};
+
+/// A resting sensor at 0.5 m beside a sphere.
 class Bench {
 public:
-    Bench(double share, double effect) : share_(share), effect_(effect) {
+    Bench(double share, double effect) : Bench(Ratios{share}, effect) {}
+    Bench(const Ratios& ratios, double effect, double low_noise = 1e-5)
+        : ratios_(ratios), effect_(effect), low_noise_(low_noise) {
         pose_.position_m = {0.4, 0.2, 0.2};
         pose_.q_source_sensor = geometry::rotation_vector_to_quaternion<double>(Vec3<double>(0.3, -0.5, 0.7));
     }
@@ -25,8 +34,9 @@ public:
             const Mat3<double> metal = effect_ * test::two_bands_detail::through_sphere(model, pose_, {0.2, -0.1, 0.15});
             const Mat3<double> high = clean + metal + noise(1e-6);
             high_ = solver::minimise<double>(model, high, Mat3<double>(Mat3<double>::Ones()), pose_)->pose;
-            bias.add_high(high, high_);
-            bias.add_low(clean + share_ * metal + noise(kLowNoise), kLowNoise);
+            bias.add_high({high, ratios_.high_quadrature * metal + noise(1e-6)}, high_);
+            bias.add_low({clean + ratios_.low * metal + noise(low_noise_), ratios_.low_quadrature * metal + noise(low_noise_)},
+                         low_noise_);
         }
     }
 
@@ -35,14 +45,14 @@ public:
     void set_effect(double effect) { effect_ = effect; }
 
 private:
-    static constexpr double kLowNoise = 1e-5;
     [[nodiscard]] Mat3<double> attitude() const { return pose_.q_source_sensor.conjugate().toRotationMatrix(); }
     Mat3<double> noise(double sigma) {
         return sigma * Mat3<double>::NullaryExpr([this] { return normal_(random_); });
     }
 
-    double share_;
+    Ratios ratios_;
     double effect_;
+    double low_noise_;
     solver::RigidPose<double> pose_;
     solver::RigidPose<double> high_;
     std::mt19937 random_{7};
@@ -65,6 +75,26 @@ TEST(MetalBias, IsThatOfTheHighBand) {
         EXPECT_NEAR(bias.share().value(), share, 3 * bias.share().sigma()) << share;
         EXPECT_LT(bias.share().sigma(), 0.2 + 0.25 * std::abs(share));
     }
+}
+
+/// A sphere of 40 mm and 25 MS/m: ratios from its exact polarisability. They are equal in all couplings, so the share alone would
+/// do as well; tests/honesty/dual_band_test.cpp has metal with unequal ones.
+TEST(MetalBias, QuadraturesGiveIt) {
+    const auto position_with = [](double quadrature_floor) {
+        MetalBiasParams params;
+        params.coupling_constant = test::kDualBandCoupling;
+        params.misfit_floor = 1e-6;
+        params.quadrature_floor = quadrature_floor;
+        MetalBias bias(params);
+        Bench bench(Ratios{0.77, 0.251, 0.077}, -1e-4, 1e-6);
+        bench.run(bias, 80);
+        const Bias position = bias.estimate()->position_m;
+        const double error_m = (position.value - bench.true_bias()).norm();
+        EXPECT_LT(error_m, 0.1 * bench.true_bias().norm()) << quadrature_floor;
+        EXPECT_LT(error_m, 4 * position.sigma) << quadrature_floor;
+        return position.value;
+    };
+    EXPECT_NE(position_with(0), position_with(1));
 }
 
 TEST(MetalBias, IsZeroWithoutMetal) {

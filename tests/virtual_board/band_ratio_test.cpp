@@ -39,7 +39,8 @@ host::BandRatio ratio_of_board(std::uint64_t seed) {
                 bands.restart(static_cast<int>(j));
                 continue;
             }
-            bands.add(static_cast<int>(j), vector(host.columns[n + j].in_phase), vector(host.columns[n + j + 3].in_phase));
+            const auto& low = host.columns[n + j + 3];
+            bands.add(static_cast<int>(j), vector(host.columns[n + j].in_phase), vector(low.in_phase), vector(low.quadrature));
         }
     }
     return bands;

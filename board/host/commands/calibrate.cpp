@@ -336,8 +336,8 @@ void add_calibrate_command(CLI::App& program, Action& action) {
     sub->add_flag("--refit-fixtures", c->refit_fixtures,
                   "Surroundings: estimate the fixtures again, because the source or the sensor was moved on the stage");
     sub->add_flag("--low-band", c->low_band,
-                  "Ratio of the low to the high band of each coupling. Data: recordings in two bands, without metal, with the "
-                  "sensor turned about all its axes");
+                  "Ratio of the low to the high band of each coupling, and phases of the low band. Data: recordings in two "
+                  "bands, without metal, with the sensor turned about all its axes, and at rest for the phases");
     sub->add_flag(
         "--pivot", c->pivot,
         "Calibrate the tip of a pointer for --tip. Poses: recording, CSV of run --out, or JSON lines, with the pointer tilted to "

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>
@@ -10,6 +11,7 @@
 #include "board/record/recording.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_rows.hpp"
+#include "core/calibration/coil_correction.hpp"
 #include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::host {
@@ -32,8 +34,9 @@ double frame_of(const std::string& folder) {
     throw InputError(folder + ": has no columns of two bands; record with --mux dual-band, or with a device in this mode");
 }
 
-/// The low columns of a frame follow its high columns.
-void add_recording(const std::string& folder, double frame_s, BandRatio& bands) {
+/// The low columns of a frame follow its high columns. phases: of the high band.
+void add_recording(const std::string& folder, double frame_s, const calibration::CoilCorrection<double>& phases,
+                   BandRatio& bands) {
     const Microseconds longest_step = microseconds_from_seconds(1.5 * frame_s);
     RecordLines lines(folder, RecordFile::inputs);
     std::array<Column<double>, kSourceCoils> high{};  // the newest of each source coil
@@ -53,7 +56,9 @@ void add_recording(const std::string& folder, double frame_s, BandRatio& bands) 
                 bands.restart(coil);
             }
             last[j] = column.midpoint;
-            bands.add(coil, high[j].in_phase, column.in_phase);
+            Column<double> corrected = high[j];
+            phases.correct_column(coil, corrected.in_phase, corrected.quadrature, corrected.sigma);
+            bands.add(coil, corrected.in_phase, column.in_phase, column.quadrature);
         }
     }
 }
@@ -67,7 +72,8 @@ BandRatio ratio_for(const std::string& folder, double frame_s) {
 }
 
 /// All recordings must have the frame rate of the first one.
-BandRatio ratio_of(const std::vector<std::string>& recordings) {
+BandRatio ratio_of(const std::vector<std::string>& recordings, const calibration::Calibration<double>& coils) {
+    const auto phases = calibration::CoilCorrection<double>::phases(coils);
     std::optional<BandRatio> bands;
     double first_s = 0;
     for (const std::string& folder : recordings) {
@@ -82,7 +88,7 @@ BandRatio ratio_of(const std::vector<std::string>& recordings) {
         for (int j = 0; j < kSourceCoils; ++j) {
             bands->restart(j);
         }
-        add_recording(folder, frame_s, *bands);
+        add_recording(folder, frame_s, phases, *bands);
     }
     return *bands;
 }
@@ -104,10 +110,18 @@ void refuse_undetermined(const Mat3<double>& sigma) {
 
 CalibrationFile calibrate_low_band(const std::string& calibration, const std::vector<std::string>& recordings, Json& result) {
     CalibrationFile file = read_calibration(calibration);
-    const BandRatio bands = ratio_of(recordings);
+    const BandRatio bands = ratio_of(recordings, file.calibration);
     const Mat3<double> sigma = bands.sigma();
     refuse_undetermined(sigma);
-    file.calibration.low_band.ratio = bands.ratio();
+    auto& low_band = file.calibration.low_band;
+    low_band = {};
+    low_band.ratio = bands.ratio();
+    if (bands.knows_phases()) {
+        low_band.phase_rad = bands.phase_rad();
+        low_band.quadrature_floor = std::min(bands.phase_sigma_rad().maxCoeff(), 1.0);
+        result["low_band_phase_rad"] = rows_of(low_band.phase_rad);
+    }
+    result["low_band_quadrature_floor"] = low_band.quadrature_floor;
     result["columns"] = bands.columns();
     result["low_band_ratio"] = rows_of(bands.ratio());
     result["least_ratio"] = bands.ratio().minCoeff();
@@ -119,7 +133,10 @@ CalibrationFile calibrate_low_band(const std::string& calibration, const std::ve
 std::string low_band_text(const Json& result) {
     return fill(result,
                 "{columns} columns; couplings of the low band relative to the high band: {least_ratio:.5f} to {most_ratio:.5f}, "
-                "standard deviation {ratio_sigma:.2g}\n");
+                "standard deviation {ratio_sigma:.2g}\n") +
+           (result.contains("low_band_phase_rad")
+                ? fill(result, "phases of the low band, standard deviation {low_band_quadrature_floor:.2g} rad\n")
+                : "phases of the low band: unknown; let the sensor rest for some seconds in several attitudes\n");
 }
 
 }  // namespace tricoil::host

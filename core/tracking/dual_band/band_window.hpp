@@ -4,7 +4,7 @@
 #include <array>
 
 #include "core/base/assertion.hpp"
-#include "core/tracking/dual_band/pose_information.hpp"
+#include "core/tracking/dual_band/signal_ratios.hpp"
 #include "core/tracking/tracker_params.hpp"
 
 namespace tricoil::tracking {
@@ -15,34 +15,42 @@ struct BandFrame {
     PoseJacobian jacobian = PoseJacobian::Zero();
     Vec6<double> offset = Vec6<double>::Zero();  // position (m), small rotation (rad), source frame
     Vec9 high_misfit = Vec9::Zero();
-    double low_variance = 0;  // of one low coupling
+    Vec9 low_quadrature = Vec9::Zero();
+    Vec9 high_quadrature = Vec9::Zero();
+    Vec9 high = Vec9::Zero();  // couplings; means do not contain them
+    double low_variance = 0;   // of one low coupling
 
     void add(const BandFrame& other, double weight) {
         excess += weight * other.excess;
         jacobian += weight * other.jacobian;
         offset += weight * other.offset;
         high_misfit += weight * other.high_misfit;
+        low_quadrature += weight * other.low_quadrature;
+        high_quadrature += weight * other.high_quadrature;
         low_variance += weight * weight * other.low_variance;
     }
 };
 
-/// Pose of the high band minus pose of the low band, to first order, and the misfits: parts of the couplings that no pose
-/// explains.
-struct BandDifference {
-    Vec6<double> pose;
+/// The signals of metal (MetalSignals) as changes of the pose, to first order, and their misfits: the parts of the couplings that
+/// no pose explains.
+struct BandComparison {
+    Eigen::Matrix<double, 6, 3>
+        pose;  // column i: by signal i; the last one is the pose of the high band minus that of the low band
+    SignalCouplings misfit;
     Vec9 high_misfit;
-    Vec9 low_misfit;
     Mat6<double> covariance;  // of a pose for unit noise of each coupling
     double low_variance;
 
-    explicit BandDifference(const BandFrame& mean, double range_m)
+    explicit BandComparison(const BandFrame& mean, double range_m)
         : covariance(unit_covariance(mean.jacobian, range_m)), low_variance(mean.low_variance) {
         const auto pose_of = [&](const Vec9& v) -> Vec6<double> { return covariance * (mean.jacobian.transpose() * v); };
-        const Vec6<double> unexpected = pose_of(mean.excess);
-        pose = mean.offset + unexpected;
-        low_misfit = mean.jacobian * unexpected - mean.excess;
-        high_misfit = mean.high_misfit - mean.jacobian * pose_of(mean.high_misfit);
+        const auto misfit_of = [&](const Vec9& v) -> Vec9 { return v - mean.jacobian * pose_of(v); };
+        high_misfit = misfit_of(mean.high_misfit);
+        pose << pose_of(mean.low_quadrature), pose_of(mean.high_quadrature), mean.offset + pose_of(mean.excess);
+        misfit << misfit_of(mean.low_quadrature), misfit_of(mean.high_quadrature), high_misfit + misfit_of(mean.excess);
     }
+
+    [[nodiscard]] Vec9 low_misfit() const { return high_misfit - misfit.col(2); }
 };
 
 /// Means over the last `frames` frames. Hum in the low band is much larger than its noise, but adds to the couplings of the
@@ -65,12 +73,17 @@ public:
     [[nodiscard]] BandFrame mean(int age = 0) const {
         BandFrame mean;
         for (int n = age + 1; n <= age + frames_; ++n) {
-            mean.add(ring_[static_cast<std::size_t>((count_ - n) % kStored)], 1.0 / frames_);
+            mean.add(frame(n), 1.0 / frames_);
         }
         return mean;
     }
 
+    /// Change of the high band's couplings over mean().
+    [[nodiscard]] Vec9 change() const { return frame(1).high - frame(frames_).high; }
+
 private:
+    [[nodiscard]] const BandFrame& frame(int age) const { return ring_[static_cast<std::size_t>((count_ - age) % kStored)]; }
+
     static constexpr int kStored = DualBandParams::kMaxWindowFrames + DualBandParams::kMaxWindowFrames / 2;
 
     int frames_;

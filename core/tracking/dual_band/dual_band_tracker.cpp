@@ -8,12 +8,38 @@
 
 namespace tricoil::tracking {
 
+namespace {
+
+/// common: of corrected columns.
+MetalBiasParams bias_params(const CommonParams<double>& common, const DualBandParams& bands,
+                            const Tracker<double>::Correction& correction) {
+    MetalBiasParams params;
+    params.coupling_constant = common.coupling_constant;
+    params.window_frames = bands.window_frames;
+    params.misfit_floor = common.misfit_floor;
+    params.quadrature_floor = common.quadrature_floor;
+    if (correction) {
+        params.quadrature_floor = std::max(params.quadrature_floor, correction->low_band().quadrature_floor);
+    }
+    params.quadrature_lag_s = common.quadrature_lag_s;
+    params.frame_s = bands.frame_s;
+    return params;
+}
+
+Mat3<double> quadrature_of(const SignalMatrixAssembler<double>& columns) {
+    Mat3<double> quadrature;
+    quadrature << columns.latest(0).quadrature, columns.latest(1).quadrature, columns.latest(2).quadrature;
+    return quadrature;
+}
+
+}  // namespace
+
 DualBandTracker::DualBandTracker(const TrackerParams<double>& params, const Correction& correction)
     : Tracker<double>(correction),
       params_(corrected(params.common, correction)),
       frame_s_(std::get_if<DualBandParams>(&params.method)->frame_s),
       high_({params_, DirectParams{}}),
-      bias_({params_.coupling_constant, std::get_if<DualBandParams>(&params.method)->window_frames, params_.misfit_floor}) {}
+      bias_(bias_params(params_, *std::get_if<DualBandParams>(&params.method), correction)) {}
 
 void DualBandTracker::do_set_hemisphere(const Vec3<double>& towards) {
     (void)high_.set_hemisphere(towards);
@@ -28,7 +54,7 @@ void DualBandTracker::do_update_low(const Column<double>& column) {
     }
     if (const auto matrix = low_.add(column)) {
         awaits_low_ = false;
-        bias_.add_low(matrix->x, matrix->sigma);
+        bias_.add_low({matrix->x, quadrature_of(low_)}, matrix->sigma);
     }
 }
 
@@ -36,6 +62,9 @@ std::optional<PoseEstimate<double>> DualBandTracker::do_update(const Column<doub
     auto estimate = high_.update(column);
     const TrackerCounters own = counters_;
     counters_ = high_.counters();
+    if (counters_.accepted > own.accepted) {
+        high_quadrature_.col(coil_index(column.state)) = column.quadrature;
+    }
     counters_.poses = own.poses;
     counters_.acquisitions = own.acquisitions;
     counters_.invalid_poses = own.invalid_poses;
@@ -69,7 +98,7 @@ void DualBandTracker::follow(const PoseEstimate<double>& high) {
     last_frame_ = high.time;
     last_position_m_ = high.position_m;
     if (awaits_low_) {
-        bias_.add_high(high.signal_matrix, {high.position_m, high.q_source_sensor});
+        bias_.add_high({high.signal_matrix, high_quadrature_}, {high.position_m, high.q_source_sensor});
     }
 }
 

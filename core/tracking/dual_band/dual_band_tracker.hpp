@@ -40,6 +40,7 @@ private:
     double frame_s_;
     DirectTracker<double> high_;
     MetalBias bias_;
+    Mat3<double> high_quadrature_ = Mat3<double>::Zero();  // of the latest column of each source coil
     SignalMatrixAssembler<double> low_{Microseconds{0}};
     bool awaits_low_ = false;  // the newest frame of the high band is usable, and its low band has not come
     DeviceTime last_frame_{};

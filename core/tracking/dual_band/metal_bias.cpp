@@ -24,18 +24,20 @@ double significant_square(const Vec3<double>& difference, double variance) {
     return std::max(difference.squaredNorm() - 3 * variance, 0.0);
 }
 
-/// Difference of the bands at the present, and the variance per axis of its change since the window.
+/// A bias at the present, and the variance per axis of its change since the window.
 struct Present {
-    Vec3<double> difference;
+    Vec3<double> bias;
     double change_variance;
 };
 
 /// before: mean of a window half a window earlier. Both windows share half of their frames, so their difference has the variance
-/// of one. The middle of the newer window is half a window and one frame old.
-Present extrapolate(const Vec3<double>& mean, const Vec3<double>& before, double variance) {
+/// of one, and their average three quarters of it. The middle of the newer window is half a window and one frame old, that of
+/// both three quarters of a window: too old if something moves.
+Present extrapolate(const Vec3<double>& mean, const Vec3<double>& before, double variance, bool rests) {
     constexpr double kRelativeError = 0.5;
     const Vec3<double> change = significant_fraction(mean - before, variance) * (mean - before);
-    return {mean + change, kRelativeError * kRelativeError * change.squaredNorm()};
+    const Vec3<double> middle = rests ? Vec3<double>(0.5 * (mean + before)) : mean;
+    return {middle + (rests ? 1.5 : 1) * change, kRelativeError * kRelativeError * change.squaredNorm()};
 }
 
 }  // namespace
@@ -44,19 +46,24 @@ MetalBias::MetalBias(const MetalBiasParams& params)
     : params_(params),
       model_(field::GeneralDipole<double>::concentric(params.coupling_constant)),
       window_(params.window_frames),
-      share_(params.window_frames) {}
+      share_(params.window_frames),
+      ratios_(params.window_frames) {}
 
 void MetalBias::clear() {
     window_.clear();
     share_ = BandShare(params_.window_frames);
+    ratios_ = SignalRatios(params_.window_frames);
+    spectrum_.reset();
     has_frame_ = false;
 }
 
-void MetalBias::add_high(const Mat3<double>& couplings, const solver::RigidPose<double>& pose) {
+void MetalBias::add_high(const ComplexCouplings& couplings, const solver::RigidPose<double>& pose) {
     pose_ = pose;
     last_misfit_ = misfit_;
-    misfit_ = vec(couplings - field::signal_matrix(model_, pose.position_m,
-                                                   Mat3<double>(pose.q_source_sensor.conjugate().toRotationMatrix())));
+    high_ = vec(couplings.in_phase);
+    high_quadrature_ = couplings.quadrature;
+    misfit_ = high_ - vec(field::signal_matrix(model_, pose.position_m,
+                                               Mat3<double>(pose.q_source_sensor.conjugate().toRotationMatrix())));
     if (has_frame_ && misfit_jumps()) {
         clear();
     } else if (has_frame_) {
@@ -78,32 +85,95 @@ bool MetalBias::misfit_jumps() const {
            change > kJump * std::max(misfit_.squaredNorm(), last_misfit_.squaredNorm());
 }
 
-void MetalBias::add_low(const Mat3<double>& couplings, double sigma) {
+void MetalBias::add_low(const ComplexCouplings& couplings, double sigma) {
     BandFrame frame;
     if (const auto bias = estimate()) {  // the model is linear only near the pose of the low band
-        frame.offset.head<3>() = bias->position_m.value / share_.gain();
-        frame.offset.tail<3>() = bias->rotation_rad.value / share_.gain();
+        frame.offset.head<3>() = difference_ratio() * bias->position_m.value;
+        frame.offset.tail<3>() = difference_ratio() * bias->rotation_rad.value;
     }
     const Quat<double> q = geometry::rotation_vector_to_quaternion(Vec3<double>(-frame.offset.tail<3>())) * pose_.q_source_sensor;
     const auto model = field::signal_model(model_, Vec3<double>(pose_.position_m - frame.offset.head<3>()),
                                            Mat3<double>(q.normalized().conjugate().toRotationMatrix()));
-    frame.excess = vec(model.x - couplings);
+    frame.excess = vec(model.x - couplings.in_phase);
     frame.jacobian = model.jacobian;
     frame.high_misfit = misfit_;
+    frame.low_quadrature = vec(couplings.quadrature);
+    frame.high_quadrature = vec(high_quadrature_);
+    frame.high = high_;
     frame.low_variance = sigma * sigma;
-    systematic_ = kSystematic * couplings.norm() / 3;
+    systematic_ = kSystematic * couplings.in_phase.norm() / 3;
     window_.add(frame);
     if (window_.has_mean()) {
-        const BandDifference now = difference(0);
-        share_.add(now.low_misfit, now.high_misfit, now.low_variance,
-                   params_.misfit_floor * field::coupling_strength(params_.coupling_constant, pose_.position_m.norm()));
+        const BandComparison now = comparison(0);
+        share_.add(now.low_misfit(), now.high_misfit, now.low_variance, params_.misfit_floor * strength());
+        if (params_.quadrature_floor < 1) {
+            ratios_.add(now.misfit, now.high_misfit, noise(now));
+            spectrum_ = MetalSpectrum::fit(ratios_.value(), ratios_.variance());
+        }
     }
 }
 
-BandDifference MetalBias::difference(int age) const { return BandDifference(window_.mean(age), pose_.position_m.norm()); }
+/// True if neither sensor nor metal moves much.
+bool MetalBias::rests() const {
+    constexpr double kRest = 2e-3;  // change of the couplings within a window, relative: 0.3 mm at 0.5 m
+    return window_.change().norm() < kRest * high_.norm();
+}
+
+double MetalBias::strength() const { return field::coupling_strength(params_.coupling_constant, pose_.position_m.norm()); }
+
+BandComparison MetalBias::comparison(int age) const { return BandComparison(window_.mean(age), pose_.position_m.norm()); }
+
+/// Difference of the bands relative to the bias of the high band.
+double MetalBias::difference_ratio() const { return spectrum_ ? ratios_.value()(2) : 1 / share_.gain(); }
+
+/// Variance of the signals of one coupling in the mean of the newest window. Motion causes a quadrature: a mean rate X' at most
+/// X' T / 2 in the low band, where T is the length of a frame.
+MetalSignals MetalBias::noise(const BandComparison& window) const {
+    constexpr double kLowLag = 0.5;    // of a frame
+    constexpr double kLeakage = 2e-6;  // quadrature of one coil by the others, relative to k
+    const double window_s = window_.frames() * params_.frame_s;
+    const double rate_squared = window_.change().squaredNorm() / 9 / (window_s * window_s);
+    const double floor = std::max(params_.quadrature_floor, kLeakage) * strength();
+    const auto by_motion = [&](double lag_s) { return lag_s * lag_s * rate_squared + floor * floor; };
+    return {window.low_variance + by_motion(kLowLag * params_.frame_s),
+            high_variance_ / window_.frames() + by_motion(params_.quadrature_lag_s),
+            window.low_variance + systematic_ * systematic_};
+}
+
+MetalBias::Extrapolation MetalBias::by_share() const {
+    return {Vec3<double>(0, 0, share_.gain()), 0, share_.gain_sigma() / std::abs(share_.gain())};
+}
+
+/// The spectrum must be known.
+MetalBias::Extrapolation MetalBias::by_spectrum(const BandComparison& window) const {
+    const double misfit_squared = window.high_misfit.squaredNorm();
+    const auto [weights, variance] = spectrum_->extrapolate(misfit_squared / 3, noise(window));
+    // What the spectrum leaves of the misfit is a sample of its error. The factor was chosen over random objects.
+    constexpr double kHiddenSquare = 4;
+    const double left = (window.high_misfit - window.misfit * weights).squaredNorm() / 3;
+    // The misfit of the coils is in no signal. Noise changes the ratios and so the weights.
+    const double floor = params_.misfit_floor * strength();
+    const double by_floor_squared = 3 * floor * floor / std::max(misfit_squared, 1e-30);
+    const double by_ratios_squared = weights.cwiseAbs2().dot(ratios_.variance());
+    return {weights, variance + kHiddenSquare * left, std::sqrt(by_floor_squared + by_ratios_squared)};
+}
+
+/// The way with the smaller error.
+MetalBias::Extrapolation MetalBias::extrapolation(const BandComparison& window) const {
+    const auto variance = [&](const Extrapolation& e) {
+        const double effect_variance = window.high_misfit.squaredNorm() / 3;
+        return e.weights.cwiseAbs2().dot(noise(window)) + e.variance + e.relative_error * e.relative_error * effect_variance;
+    };
+    const Extrapolation share = by_share();
+    if (!spectrum_) {
+        return share;
+    }
+    const Extrapolation spectrum = by_spectrum(window);
+    return variance(spectrum) < variance(share) ? spectrum : share;
+}
 
 /// Variance of a coupling by metal that has come or gone since the window: the misfit shows three of nine directions.
-double MetalBias::new_misfit_variance(const BandDifference& window) const {
+double MetalBias::new_misfit_variance(const BandComparison& window) const {
     constexpr double kSignificant = 20;  // chi-square of three degrees of freedom
     const double squared = (misfit_ - window.high_misfit).squaredNorm();
     return squared > kSignificant * high_variance_ ? kHiddenShare * kHiddenShare * squared / 3 : 0;
@@ -114,27 +184,25 @@ std::optional<MetalBiasEstimate> MetalBias::estimate() const {
         return std::nullopt;
     }
     const int half = window_.frames() / 2;
-    const BandDifference now = difference(0);
-    const BandDifference before = window_.has_mean(half) ? difference(half) : now;
+    const BandComparison now = comparison(0);
+    const BandComparison before = window_.has_mean(half) ? comparison(half) : now;
     if (!(now.covariance(0, 0) > 0)) {
         return std::nullopt;
     }
-    const double noise = now.low_variance + systematic_ * systematic_;
-    const double coupling_variance = share_.gain() * share_.gain() * noise + new_misfit_variance(now);
+    const Extrapolation to_bias = extrapolation(now);
+    const double noise_variance = to_bias.weights.cwiseAbs2().dot(noise(now));
     MetalBiasEstimate out;
-    out.covariance = coupling_variance * now.covariance;
+    out.covariance = (noise_variance + to_bias.variance + new_misfit_variance(now)) * now.covariance;
     const auto bias = [&](int first) {
-        const Vec3<double> earlier = before.pose.segment<3>(first);
+        const Vec3<double> mean = now.pose.middleRows<3>(first) * to_bias.weights;
+        const Vec3<double> earlier = before.pose.middleRows<3>(first) * to_bias.weights;
         auto covariance = out.covariance.block<3, 3>(first, first);
-        const double unit_variance = now.covariance.block<3, 3>(first, first).trace() / 3;
-        const Present present = extrapolate(now.pose.segment<3>(first), earlier, noise * unit_variance);
-        const Vec3<double>& d = present.difference;
-        const double by_change = share_.gain() * share_.gain() * present.change_variance;
-        const double by_share = share_.gain_sigma() * share_.gain_sigma() * d.squaredNorm() / 3;
-        covariance.diagonal().array() += by_change + by_share;
-        return Bias{share_.gain() * significant_fraction(d, noise * unit_variance) * d,
-                    std::abs(share_.gain()) * std::sqrt(significant_square(d, noise * unit_variance)),
-                    std::sqrt(covariance.trace() / 3)};
+        const double variance = noise_variance * now.covariance.block<3, 3>(first, first).trace() / 3;
+        const Present present = extrapolate(mean, earlier, variance, rests());
+        const double by_extrapolation = to_bias.relative_error * to_bias.relative_error * present.bias.squaredNorm() / 3;
+        covariance.diagonal().array() += present.change_variance + by_extrapolation;
+        return Bias{significant_fraction(present.bias, variance) * present.bias,
+                    std::sqrt(significant_square(present.bias, variance)), std::sqrt(covariance.trace() / 3)};
     };
     out.position_m = bias(0);
     out.rotation_rad = bias(3);

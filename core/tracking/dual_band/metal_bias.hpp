@@ -7,13 +7,22 @@
 #include "core/solver/refine.hpp"
 #include "core/tracking/dual_band/band_share.hpp"
 #include "core/tracking/dual_band/band_window.hpp"
+#include "core/tracking/dual_band/metal_spectrum.hpp"
 
 namespace tricoil::tracking {
 
 struct MetalBiasParams {
     double coupling_constant = 1;
-    int window_frames = 24;   // a whole number of mains cycles
-    double misfit_floor = 0;  // misfit of calibrated coils per coupling, relative to the coupling strength k
+    int window_frames = 24;          // a whole number of mains cycles
+    double misfit_floor = 0;         // misfit of calibrated coils per coupling, relative to the coupling strength k
+    double quadrature_floor = 1;     // quadrature of clean coils in both bands, likewise; 1: unknown, quadratures are not used
+    double quadrature_lag_s = 1e-4;  // as CommonParams::quadrature_lag_s
+    double frame_s = 1.0 / 240;
+};
+
+struct ComplexCouplings {
+    Mat3<double> in_phase = Mat3<double>::Zero();
+    Mat3<double> quadrature = Mat3<double>::Zero();
 };
 
 /// A bias as it is to be subtracted: zero if it is within the noise of the low band.
@@ -32,9 +41,12 @@ struct MetalBiasEstimate {
 };
 
 /// Each frame gives the difference of the bands' poses: the low band's couplings minus their model at the high band's pose, to
-/// first order. Motion is the same in both bands, so only metal and noise are left. The mean difference over a window,
-/// extrapolated to the present and divided by 1 - share (BandShare), is the bias. Sigma contains the noise of the low band, the
-/// error of the extrapolation and of the share, and metal that the misfit of the high band shows since the window.
+/// first order. Motion is the same in both bands, so only metal and noise are left. From the means over a window the bias of the
+/// high band follows in the better of two ways, and is then extrapolated to the present:
+/// - MetalSpectrum, if the quadratures are known and the metal is not magnetic: a sum of the quadratures and the difference.
+/// - BandShare: the difference, divided by 1 - share.
+/// Sigma contains the noise of the low band, the error of the extrapolation and of the spectrum or share, and metal that the
+/// misfit of the high band shows since the window.
 ///
 /// Metal that comes or goes within one frame starts a new window.
 class MetalBias {
@@ -42,9 +54,9 @@ public:
     explicit MetalBias(const MetalBiasParams& params);
 
     /// One frame of the high band, with the pose that solves it.
-    void add_high(const Mat3<double>& couplings, const solver::RigidPose<double>& pose);
+    void add_high(const ComplexCouplings& couplings, const solver::RigidPose<double>& pose);
     /// The low band's frame of the same time, after add_high(). sigma: of a coupling.
-    void add_low(const Mat3<double>& couplings, double sigma);
+    void add_low(const ComplexCouplings& couplings, double sigma);
     /// Forgets all frames. Call it after lost frames, because hum is zero only in the mean over consecutive ones.
     void clear();
 
@@ -53,14 +65,32 @@ public:
     [[nodiscard]] const BandShare& share() const { return share_; }
 
 private:
+    /// To the effect on the high band: weights of the signals and their errors.
+    struct Extrapolation {
+        Vec3<double> weights;
+        double variance = 0;        // of a coupling
+        double relative_error = 0;  // of the bias
+    };
+
     [[nodiscard]] bool misfit_jumps() const;
-    [[nodiscard]] BandDifference difference(int age) const;
-    [[nodiscard]] double new_misfit_variance(const BandDifference& window) const;
+    [[nodiscard]] BandComparison comparison(int age) const;
+    [[nodiscard]] MetalSignals noise(const BandComparison& window) const;
+    [[nodiscard]] Extrapolation by_share() const;
+    [[nodiscard]] Extrapolation by_spectrum(const BandComparison& window) const;
+    [[nodiscard]] Extrapolation extrapolation(const BandComparison& window) const;
+    [[nodiscard]] double new_misfit_variance(const BandComparison& window) const;
+    [[nodiscard]] double difference_ratio() const;
+    [[nodiscard]] double strength() const;
+    [[nodiscard]] bool rests() const;
 
     MetalBiasParams params_;
     field::GeneralDipole<double> model_;
     BandWindow window_;
     BandShare share_;
+    SignalRatios ratios_;
+    std::optional<MetalSpectrum> spectrum_;
+    Mat3<double> high_quadrature_ = Mat3<double>::Zero();
+    Vec9 high_ = Vec9::Zero();
     solver::RigidPose<double> pose_;
     Vec9 misfit_ = Vec9::Zero();  // of the high band
     Vec9 last_misfit_ = Vec9::Zero();
