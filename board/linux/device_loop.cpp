@@ -227,10 +227,10 @@ void DeviceLoop::track(const hal::ReceivedMessage& message) {
     tracking::AnyTracker<double>& tracker = *trackers_[column.sensor];
     const std::uint64_t accepted = tracker.counters().accepted;
     const auto estimate = tracker.update(column);
-    if (tracker.counters().accepted == accepted) {
-        ++counters_.rejected_columns;
-    } else {
+    if (tracker.counters().accepted > accepted) {
         newest_ = column_time_;
+    } else if (!column.flags.has(ColumnFlag::low_band)) {  // trackers do not count the low band
+        ++counters_.rejected_columns;
     }
     if (estimate) {
         answer(*estimate, estimate->valid(), message.arrival);

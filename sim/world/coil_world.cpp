@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <stdexcept>
 
@@ -60,6 +61,7 @@ CoilWorld::CoilWorld(const WorldParams& params, const Motion& motion, std::vecto
 
 void CoilWorld::configure(const signal::AcquisitionPlan& plan) {
     plan_ = plan;
+    end_s_ = -std::numeric_limits<double>::infinity();
     tune_metal();
     const double rate = plan.params.sample_rate_hz;
     const double middle_s = (plan.params.guard_samples + 0.5 * (plan.window_samples - 1)) / rate;
@@ -127,10 +129,14 @@ struct CoilWorld::Couplings {
 bool CoilWorld::sample(Excitation state, double start_s, std::span<Sample> samples) {
     const FaultEffect effect = effect_at(start_s);
     const double sample_s = 1 / plan_.params.sample_rate_hz;
+    if (start_s > end_s_ + sample_s) {
+        drive_start_s_ = start_s;
+    }
+    end_s_ = start_s + static_cast<double>(samples.size()) * sample_s;
     for (std::size_t n = 0; n < currents(); ++n) {
         const auto coil = static_cast<int>(n % kSourceCoils);
         const bool on = (state == Excitation::all || coil_index(state) == coil) && effect.current(coil) > 0;
-        circuits_[n].begin_block(start_s, sample_s, on);
+        circuits_[n].begin_block(start_s - drive_start_s_, sample_s, on);
     }
     PoseTrack track(motion_, start_s, sample_s);
     const std::optional<MetalTrack> metal = metal_track(effect, start_s, samples.size());

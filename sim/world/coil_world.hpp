@@ -111,6 +111,8 @@ private:
     std::array<std::size_t, kMaxCarriers> metal_frequencies_{};  // see MetalSource
     signal::AcquisitionPlan plan_;
     std::array<CoilCircuit, kMaxCarriers> circuits_;  // one per current: a coil's currents add
+    double drive_start_s_ = 0;                        // when the carriers started
+    double end_s_ = 0;                                // of the newest block
     std::vector<Converter> converters_;               // one per channel
     std::vector<double> mains_;                       // one period if it is a whole number of samples; otherwise empty
     std::array<std::complex<double>, kSensorCoils> channel_;

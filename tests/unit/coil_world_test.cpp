@@ -27,8 +27,9 @@ WorldParams quiet() {
     return params;
 }
 
-/// Signal matrix that the demodulator computes from six blocks of the world: the newest column of each coil.
-Mat3<double> demodulated(CoilWorld& world, const signal::AcquisitionPlan& plan) {
+/// Signal matrix that the demodulator computes from six blocks of the world: the newest column of each coil, in the low band if
+/// there is one.
+Mat3<double> demodulated(CoilWorld& world, const signal::AcquisitionPlan& plan, double start_s = 0) {
     world.configure(plan);
     signal::Demodulator<double> demodulator(plan, world.demodulation());
     std::vector<Sample> samples(static_cast<std::size_t>(plan.block_samples));
@@ -36,7 +37,7 @@ Mat3<double> demodulated(CoilWorld& world, const signal::AcquisitionPlan& plan) 
     for (std::uint32_t n = 0; n < 6; ++n) {
         SampleBlock block;
         block.state = plan.is_tdm() ? single_coil(static_cast<int>(n % 3)) : Excitation::all;
-        world.sample(block.state, n * plan.block_s(), samples);
+        world.sample(block.state, start_s + n * plan.block_s(), samples);
         block.scale = static_cast<float>(world.volts_per_code());
         block.full_scale = world.full_scale();
         block.sequence = n;
@@ -56,6 +57,19 @@ TEST(CoilWorld, DemodulatedCouplingsEqualTheFieldModel) {
     for (const auto multiplexing : {Multiplexing::tdm, Multiplexing::fdm}) {
         CoilWorld world(quiet(), motion, {});
         EXPECT_LT((demodulated(world, plan_of(multiplexing)) - model).norm(), 1e-5 * model.norm());
+    }
+}
+
+TEST(CoilWorld, MotionLeaksIntoTheQuadratureAlsoAfterAStartAtAnyTime) {
+    const LineMotion motion({{0.6, 0.1, 0.2}, Quat<double>::Identity()}, {0.05, 0.05, 0.05}, 2);
+    for (const auto multiplexing : {Multiplexing::fdm, Multiplexing::dual_band}) {
+        const auto plan = plan_of(multiplexing);
+        CoilWorld world(quiet(), motion, {});
+        for (const double start_s : {0.0, 0.0013, 0.1018, 0.2}) {
+            const Mat3<double> x = demodulated(world, plan, start_s);
+            const Mat3<double> model = world.coupling(motion.at(start_s + 5.5 * plan.block_s()));
+            EXPECT_LT((x - model).norm(), 2e-4 * model.norm()) << plan.carriers() << " carriers from " << start_s << " s";
+        }
     }
 }
 
