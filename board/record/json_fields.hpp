@@ -112,6 +112,7 @@ void visit_calibration(Calibration& known, Visit&& visit) {
     visit("low_band_ratio", low_band.ratio);
     visit("low_band_phase_rad", low_band.phase_rad);
     visit("low_band_quadrature_floor", low_band.quadrature_floor);
+    visit("motion_lag_s", low_band.motion_lag_s);
 }
 
 }  // namespace tricoil::host

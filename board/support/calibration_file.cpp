@@ -98,6 +98,7 @@ std::string low_band_text(const calibration::LowBand<double>& low) {
     if (low.quadrature_floor < 1) {
         text += fmt::format("low_band_quadrature_floor = {:.6g}\n", low.quadrature_floor);
     }
+    text += low.motion_lag_s.isZero(0) ? "" : line("motion_lag_s", low.motion_lag_s);
     return text;
 }
 
@@ -167,6 +168,7 @@ CalibrationFile read_calibration(const std::string& path) {
     c.low_band.ratio = couplings.matrix("low_band_ratio", c.low_band.ratio);
     c.low_band.phase_rad = couplings.matrix("low_band_phase_rad", c.low_band.phase_rad);
     c.low_band.quadrature_floor = couplings.number("low_band_quadrature_floor", 1);
+    c.low_band.motion_lag_s = couplings.matrix("motion_lag_s", c.low_band.motion_lag_s);
     couplings.finish();
     sensor.finish();
     auto output = top.child("output");

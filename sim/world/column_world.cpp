@@ -31,6 +31,28 @@ ColumnWorld::ColumnWorld(CoilWorld& world, const std::vector<Fault>& faults)
     for (std::size_t j = 0; j < static_cast<std::size_t>(plan_.carriers()); ++j) {
         current_phase_[j] = std::polar(1.0, -carrier_rad_s(j) * half_window_s);
     }
+    find_motion_lags();
+}
+
+/// A rate X' induces X' / w at the own carrier w. The signal X' t sin(w_j t) of each carrier also leaks into the phasor of
+/// carrier i, where t is zero in the middle of the window. In TDM the phase of the carrier differs between the slots, so that
+/// part is left out; it is at most half of the first.
+void ColumnWorld::find_motion_lags() {
+    motion_lag_s_.setZero();
+    for (int i = 0; i < plan_.carriers(); ++i) {
+        const double own_rad_s = carrier_rad_s(static_cast<std::size_t>(i));
+        motion_lag_s_(i, i) = -1 / own_rad_s;
+        for (int j = 0; j < plan_.carriers() && !plan_.is_tdm(); ++j) {
+            const double other_rad_s = carrier_rad_s(static_cast<std::size_t>(j));
+            double leakage_s = 0;
+            for (int n = 0; n < plan_.window_samples; ++n) {
+                const double time_s = (n - 0.5 * (plan_.window_samples - 1)) / plan_.params.sample_rate_hz;
+                leakage_s += 2.0 / plan_.window_samples * time_s * std::sin(other_rad_s * time_s) * std::cos(own_rad_s * time_s);
+            }
+            const double induced_v = other_rad_s * world_.drive_amplitude(j);
+            motion_lag_s_(j, i) += induced_v / (own_rad_s * world_.drive_amplitude(i)) * leakage_s;
+        }
+    }
 }
 
 double ColumnWorld::carrier_rad_s(std::size_t carrier) const { return 2 * std::numbers::pi * plan_.params.carrier_hz[carrier]; }
@@ -100,9 +122,11 @@ Column<double> ColumnWorld::make_column(const Block& block, int carrier_index, c
     for (Eigen::Index c = 0; c < kSensorCoils; ++c) {
         const auto channel = static_cast<std::size_t>(c);
         const std::complex<double> response = demodulator_.response[carrier][channel];
-        // Motion induces a voltage 90 degrees from that of the carrier.
-        const std::complex<double> x =
-            coupling.mean(c, current) - std::complex<double>(0, coupling.rate(c, coil) / carrier_rad_s(carrier));
+        double by_motion = 0;
+        for (int n = 0; n < plan_.carriers(); ++n) {
+            by_motion += motion_lag_s_(n, carrier_index) * coupling.rate(c, plan_.is_tdm() ? coil : n % kSourceCoils);
+        }
+        const std::complex<double> x = coupling.mean(c, current) + std::complex<double>(0, by_motion);
         const std::complex<double> sensor_v = x * response * current_v + sample_sigma_v_ * noise[channel][carrier];
         const std::complex<double> ratio = sensor_v / reference_v;
         column.in_phase(c) = (ratio / response).real();

@@ -7,8 +7,7 @@
 namespace tricoil::sim {
 
 /// Computes the columns that the demodulator gives for the samples of a CoilWorld: couplings averaged over the window, noise of
-/// the sensor and reference channels, flags. Left out: mains hum, switching transients, and leakage between carriers due to
-/// motion.
+/// the sensor and reference channels, quadrature due to motion, flags. Left out: mains hum and switching transients.
 class ColumnWorld {
 public:
     /// `world` must be configured and outlive this object. Throws std::invalid_argument for a fault that acts on samples: a stuck
@@ -34,6 +33,7 @@ private:
 
     void advance(double start_s);
     [[nodiscard]] WindowCoupling window_coupling(const FaultEffect& effect, double start_s);
+    void find_motion_lags();
     [[nodiscard]] double carrier_rad_s(std::size_t carrier) const;
     [[nodiscard]] Column<double> make_column(const Block& block, int carrier_index, const WindowCoupling& coupling,
                                              const FaultEffect& effect, const ChannelNoise& noise) const;
@@ -46,8 +46,10 @@ private:
     double sample_sigma_v_;
     double middle_s_;                                               // of the window, after the start of its block
     std::array<std::complex<double>, kMaxCarriers> current_phase_;  // of the carriers' phasors; the currents peak in the middle
-    std::array<Pose, 3> poses_;                                     // at the middle of the previous, present and next window
-    double present_s_ = -1;                                         // start of the present block
+    Eigen::Matrix<double, kMaxCarriers, kMaxCarriers>
+        motion_lag_s_;           // (j, i): quadrature of current i over the rate of current j
+    std::array<Pose, 3> poses_;  // at the middle of the previous, present and next window
+    double present_s_ = -1;      // start of the present block
     std::mt19937_64 random_;
     std::mt19937_64 drop_random_;
 };

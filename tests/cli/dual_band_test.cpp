@@ -75,6 +75,7 @@ TEST(DualBand, TheRatioOfTheBandsIsCalibrated) {
     EXPECT_LT(fit.json()["low_band_quadrature_floor"].get<double>(), 5e-3);
     EXPECT_THAT(read_file(both), HasSubstr("low_band_ratio"));
     EXPECT_THAT(read_file(both), HasSubstr("low_band_phase_rad"));
+    EXPECT_THAT(read_file(both), HasSubstr("motion_lag_s"));
     const auto error_m = [](const std::string& calibration, const char* metal = kTitanium) {
         return run("--scenario still --tracker dual-band --calibration " + calibration + metal)["position_rms_m"].get<double>();
     };
@@ -106,6 +107,9 @@ TEST(DualBand, UnsuitableOptionsAreRefused) {
         {"run --mux dual-band --tracker dual-band --calibration " +
              coils("no_floor.toml", "[couplings]\nlow_band_quadrature_floor = 2\n"),
          "their quadrature floor a share of 0 to 1"},
+        {"run --mux dual-band --tracker dual-band --calibration " +
+             coils("slow.toml", "[couplings]\nmotion_lag_s = [[1, 0, 0], [0, 0, 0], [0, 0, 0]]\n"),
+         "the lag by motion must be -0.1 to 0.1 s"},
         {"run --mux dual-band --tracker dual-band --calibration " +
              coils("absurd.toml", "[couplings]\nlow_band_ratio = [[9, 1, 1], [1, 1, 1], [1, 1, 1]]\n"),
          "ratio of the low to the high band must be 0.5 to 2"},

@@ -16,7 +16,7 @@ TEST_P(MetalSweepTest, ValidPosesAreHonest) {
     print(sweep, name_of(GetParam()));
     for (const MetalSweep::Tracker& tracker : sweep.trackers) {
         const double max_beyond =
-            tracker.method == Method::dual_band ? 0.002 : 0.01;  // most of it: errors within the low band's noise
+            tracker.method == Method::dual_band ? 0.001 : 0.01;  // most of it: errors within the low band's noise
         const PoseRow& row = tracker.all;
         EXPECT_LE(row.beyond_share(), max_beyond) << name_of(tracker.method);
         EXPECT_EQ(row.above_limit, 0U) << name_of(tracker.method);

@@ -6,6 +6,7 @@
 
 #include "core/tracking/methods/any_tracker.hpp"
 #include "tests/honesty/pose_table.hpp"
+#include "tests/honesty/two_band_calibration.hpp"
 #include "tests/support/simulated_columns.hpp"
 
 namespace tricoil::test {
@@ -52,7 +53,8 @@ inline PoseRow replay_columns(const SimulatedColumns& run, Method method, Loss l
     constexpr double kNearest_m = 0.15;
     constexpr double kFarthest_m = 2;
     const auto params = run.tracker_params(params_of(method, run.plan));
-    tracking::AnyTracker<double> tracker(params);
+    const auto coils = method == Method::dual_band ? std::optional(two_band_calibration(run.plan)) : std::nullopt;
+    tracking::AnyTracker<double> tracker(params, coils);
     std::mt19937 random(42);
     std::uniform_real_distribution<double> uniform(0, 1);
     PoseRow row;

@@ -112,13 +112,10 @@ inline MetalCase random_metal_case(std::uint64_t seed) {
     return result;
 }
 
-/// Columns of the case from sim::ColumnWorld, without samples.
-inline SimulatedColumns columns_of(MetalCase&& metal_case, const signal::AcquisitionParams& acquisition, std::uint64_t seed) {
+/// Columns of a scenario from sim::ColumnWorld, without samples.
+inline SimulatedColumns columns_of(sim::Scenario&& scenario, const signal::AcquisitionParams& acquisition) {
     SimulatedColumns run;
-    run.scenario.duration_s = MetalCase::kDuration_s;
-    run.scenario.motion = std::move(metal_case.motion);
-    run.scenario.faults = {metal_case.metal};
-    run.scenario.world.seed = seed;
+    run.scenario = std::move(scenario);
     run.plan = *signal::plan_acquisition(acquisition);
     sim::CoilWorld world(run.scenario.world, *run.scenario.motion, run.scenario.faults);
     world.configure(run.plan);
@@ -134,6 +131,15 @@ inline SimulatedColumns columns_of(MetalCase&& metal_case, const signal::Acquisi
         }
     }
     return run;
+}
+
+inline SimulatedColumns columns_of(MetalCase&& metal_case, const signal::AcquisitionParams& acquisition, std::uint64_t seed) {
+    sim::Scenario scenario;
+    scenario.duration_s = MetalCase::kDuration_s;
+    scenario.motion = std::move(metal_case.motion);
+    scenario.faults = {metal_case.metal};
+    scenario.world.seed = seed;
+    return columns_of(std::move(scenario), acquisition);
 }
 
 }  // namespace tricoil::test

@@ -20,6 +20,9 @@ struct RunSettings {
     std::uint64_t seed = 1;
 };
 
+/// Misfit and quadrature that simulated ideal coils leave, relative to k: quantisation of a resting sensor without noise.
+constexpr double kSimulatedFloor = 1e-6;
+
 /// Columns of one run, their plan, and the scenario with the true motion.
 struct SimulatedColumns {
     sim::Scenario scenario;
@@ -35,7 +38,7 @@ struct SimulatedColumns {
         params.common.hemisphere = scenario.motion->at(0).position_m;
         params.common.confined = true;
         tracking::set_plan(params.common, plan);
-        params.common.quadrature_floor = 0;
+        params.common.quadrature_floor = kSimulatedFloor;
         return params;
     }
 };

@@ -25,9 +25,10 @@ protected:
 
     struct Scene {
         double share = 0.1;
-        double effect = 0;  // of the sphere
-        double misfit = 0;  // of the coils, relative to k, equal in both bands
-        bool low = true;    // the low band's columns come
+        double effect = 0;      // of the sphere
+        double misfit = 0;      // of the coils, relative to k, equal in both bands
+        bool low = true;        // the low band's columns come
+        double quadrature = 0;  // of the high band's couplings
     };
 
     /// The last pose.
@@ -40,11 +41,11 @@ protected:
         const Mat3<double> coils = clean + scene.misfit * k * pattern_;
         const Mat3<double> metal = scene.effect * test::two_bands_detail::through_sphere(model, pose_, {0.2, -0.1, 0.15});
         for (int n = 0; n < frames; ++n, time_us_ += kFrame_us) {
-            if (const auto pose = add(tracker, coils + metal, 1e-6, false)) {
+            if (const auto pose = add(tracker, coils + metal, scene.quadrature, 1e-6, false)) {
                 last = *pose;
             }
             if (scene.low) {
-                EXPECT_FALSE(add(tracker, coils + scene.share * metal, 1e-5, true));
+                EXPECT_FALSE(add(tracker, coils + scene.share * metal, 0, 1e-5, true));
             }
         }
         return last;
@@ -56,7 +57,8 @@ protected:
     std::int64_t time_us_ = 1'000'000;
 
 private:
-    std::optional<PoseEstimate<double>> add(DualBandTracker& tracker, const Mat3<double>& x, double sigma, bool is_low) {
+    std::optional<PoseEstimate<double>> add(DualBandTracker& tracker, const Mat3<double>& x, double quadrature, double sigma,
+                                            bool is_low) {
         std::optional<PoseEstimate<double>> last;
         for (int j = 0; j < kSourceCoils; ++j) {
             Column<double> column;
@@ -64,6 +66,7 @@ private:
             column.midpoint = device_time_us(time_us_);
             column.sigma.setConstant(sigma);
             column.in_phase = x.col(j) + sigma * Vec3<double>::NullaryExpr([this] { return normal_(random_); });
+            column.quadrature.setConstant(quadrature);
             column.flags.set_if(is_low, ColumnFlag::low_band);
             const auto pose = tracker.update(column);
             last = pose ? pose : last;
@@ -138,6 +141,20 @@ TEST_F(DualBandTest, QuadraturesOfRefusedColumnsAreNotUsed) {
     const auto pose = run(tracker, 1, {.effect = -1e-4});
     EXPECT_LT(error_m(pose), high_m / 8);
     EXPECT_LT(error_m(pose), 5 * deviation_m(pose));
+}
+
+/// Neither the misfit nor the low band shows this metal.
+TEST_F(DualBandTest, AQuadratureBelowTheNoiseWidensTheDeviation) {
+    const auto deviation_after = [&](double quadrature_floor, int frames, double quadrature) {
+        params_.common.quadrature_floor = quadrature_floor;
+        DualBandTracker tracker(params_);
+        return deviation_m(run(tracker, frames, {.quadrature = quadrature}));
+    };
+    const double clean_m = deviation_after(0, 20, 0);
+    EXPECT_GT(deviation_after(0, 20, 1e-6), 3 * clean_m);
+    EXPECT_GT(deviation_after(0, 60, 1e-6), 3 * clean_m);
+    EXPECT_LT(deviation_after(1, 60, 1e-6), 1.1 * clean_m) << "phases unknown";
+    EXPECT_LT(deviation_after(0, 60, 1e-3), 100 * clean_m) << "the low band would show such an effect";
 }
 
 TEST_F(DualBandTest, TheLastPoseBecomesStale) {

@@ -116,7 +116,7 @@ TEST(ColumnWorld, MovingSensorGivesTheMeanOverTheWindow) {
     WorldParams params;
     params.mains_v = 0;
     params.converter.noise_v_per_sqrt_hz = 0;
-    for (const auto multiplexing : {Multiplexing::tdm, Multiplexing::fdm}) {
+    for (const auto multiplexing : {Multiplexing::tdm, Multiplexing::fdm, Multiplexing::dual_band}) {
         const auto plan = default_plan(multiplexing);
         CoilWorld world = configured(params, motion, plan);
         const auto expected = from_samples(world, plan, 60);
@@ -125,8 +125,10 @@ TEST(ColumnWorld, MovingSensorGivesTheMeanOverTheWindow) {
             const double size = expected[n].in_phase.norm();
             EXPECT_EQ(columns[n].state, expected[n].state);
             EXPECT_EQ(columns[n].midpoint, expected[n].midpoint);
-            EXPECT_LT((columns[n].in_phase - expected[n].in_phase).norm(), 2e-4 * size) << n;
-            EXPECT_LT((columns[n].quadrature - expected[n].quadrature).norm(), (plan.is_tdm() ? 5e-4 : 5e-2) * size) << n;
+            // Curvature also leaks between low carriers, which have few cycles in a window.
+            const bool is_low = columns[n].flags.has(ColumnFlag::low_band);
+            EXPECT_LT((columns[n].in_phase - expected[n].in_phase).norm(), (is_low ? 1e-2 : 2e-4) * size) << n;
+            EXPECT_LT((columns[n].quadrature - expected[n].quadrature).norm(), (is_low ? 3e-3 : 5e-4) * size) << n;
         }
     }
 }

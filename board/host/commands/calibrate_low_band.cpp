@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "board/host/calibration/band_ratio.hpp"
+#include "board/host/calibration/motion_lag.hpp"
 #include "board/record/recording.hpp"
 #include "board/support/errors.hpp"
 #include "board/support/json_rows.hpp"
@@ -34,13 +35,51 @@ double frame_of(const std::string& folder) {
     throw InputError(folder + ": has no columns of two bands; record with --mux dual-band, or with a device in this mode");
 }
 
-/// The low columns of a frame follow its high columns. phases: of the high band.
-void add_recording(const std::string& folder, double frame_s, const calibration::CoilCorrection<double>& phases,
-                   BandRatio& bands) {
+/// What the recordings give.
+struct Bands {
+    BandRatio ratio;
+    MotionLag lag;
+};
+
+/// Corrections of high columns: of the phases alone, for the ratio; as the tracker corrects them, for the lag.
+struct Corrections {
+    calibration::CoilCorrection<double> phases;
+    calibration::CoilCorrection<double> tracker;
+};
+
+/// Columns of the high band at one time.
+class HighFrame {
+public:
+    /// Corrects the column. True if it completes the frame.
+    bool add(Column<double> column, const calibration::CoilCorrection<double>& correction) {
+        const int j = coil_index(column.state);
+        correction.correct_column(j, column.in_phase, column.quadrature, column.sigma);
+        columns_ = column.midpoint == time_ ? columns_ + 1 : 1;
+        time_ = column.midpoint;
+        in_phase_.col(j) = column.in_phase;
+        quadrature_.col(j) = column.quadrature;
+        return columns_ == kSourceCoils;
+    }
+    [[nodiscard]] DeviceTime time() const { return time_; }
+    [[nodiscard]] const Mat3<double>& in_phase() const { return in_phase_; }
+    [[nodiscard]] const Mat3<double>& quadrature() const { return quadrature_; }
+
+private:
+    DeviceTime time_{};
+    int columns_ = 0;
+    Mat3<double> in_phase_ = Mat3<double>::Zero();
+    Mat3<double> quadrature_ = Mat3<double>::Zero();
+};
+
+/// The low columns of a frame follow its high columns.
+void add_recording(const std::string& folder, double frame_s, const Corrections& corrections, Bands& bands) {
     const Microseconds longest_step = microseconds_from_seconds(1.5 * frame_s);
     RecordLines lines(folder, RecordFile::inputs);
     std::array<Column<double>, kSourceCoils> high{};  // the newest of each source coil
     std::array<DeviceTime, kSourceCoils> last{};      // time of its low column
+    HighFrame frame;
+    DeviceTime last_frame{};
+    bands.lag.restart();
     for (std::string line; lines.next(line);) {
         const TrackerInput input = parse_input(line, lines.where());
         if (!has_couplings(input)) {
@@ -51,14 +90,21 @@ void add_recording(const std::string& folder, double frame_s, const calibration:
         const auto j = static_cast<std::size_t>(coil);
         if (!column.flags.has(ColumnFlag::low_band)) {
             high[j] = column;
+            if (frame.add(column, corrections.tracker)) {
+                if (frame.time() - last_frame > longest_step || frame.time() < last_frame) {
+                    bands.lag.restart();
+                }
+                last_frame = frame.time();
+                bands.lag.add(frame.in_phase(), frame.quadrature(), frame_s);
+            }
         } else if (high[j].midpoint == column.midpoint) {
             if (column.midpoint - last[j] > longest_step || column.midpoint < last[j]) {
-                bands.restart(coil);
+                bands.ratio.restart(coil);
             }
             last[j] = column.midpoint;
             Column<double> corrected = high[j];
-            phases.correct_column(coil, corrected.in_phase, corrected.quadrature, corrected.sigma);
-            bands.add(coil, corrected.in_phase, column.in_phase, column.quadrature);
+            corrections.phases.correct_column(coil, corrected.in_phase, corrected.quadrature, corrected.sigma);
+            bands.ratio.add(coil, corrected.in_phase, column.in_phase, column.quadrature);
         }
     }
 }
@@ -72,23 +118,25 @@ BandRatio ratio_for(const std::string& folder, double frame_s) {
 }
 
 /// All recordings must have the frame rate of the first one.
-BandRatio ratio_of(const std::vector<std::string>& recordings, const calibration::Calibration<double>& coils) {
+Bands bands_of(const std::vector<std::string>& recordings, const calibration::Calibration<double>& coils) {
     const auto phases = calibration::CoilCorrection<double>::phases(coils);
-    std::optional<BandRatio> bands;
+    const auto ideal = calibration::CoilCorrection<double>::ideal_triads(coils);
+    const Corrections corrections{phases, ideal.ok() ? *ideal : phases};
+    std::optional<Bands> bands;
     double first_s = 0;
     for (const std::string& folder : recordings) {
         const Recording recording(folder);  // checks the files
         const double frame_s = frame_of(folder);
         if (!bands) {
-            bands = ratio_for(folder, frame_s);
+            bands = Bands{ratio_for(folder, frame_s), {}};
             first_s = frame_s;
         } else if (std::abs(frame_s / first_s - 1) > 0.01) {
             throw InputError(folder + ": has another frame rate than " + recordings.front() + "; calibrate from one rate");
         }
         for (int j = 0; j < kSourceCoils; ++j) {
-            bands->restart(j);
+            bands->ratio.restart(j);
         }
-        add_recording(folder, frame_s, phases, *bands);
+        add_recording(folder, frame_s, corrections, *bands);
     }
     return *bands;
 }
@@ -110,7 +158,7 @@ void refuse_undetermined(const Mat3<double>& sigma) {
 
 CalibrationFile calibrate_low_band(const std::string& calibration, const std::vector<std::string>& recordings, Json& result) {
     CalibrationFile file = read_calibration(calibration);
-    const BandRatio bands = ratio_of(recordings, file.calibration);
+    const auto [bands, lag] = bands_of(recordings, file.calibration);
     const Mat3<double> sigma = bands.sigma();
     refuse_undetermined(sigma);
     auto& low_band = file.calibration.low_band;
@@ -120,6 +168,11 @@ CalibrationFile calibrate_low_band(const std::string& calibration, const std::ve
         low_band.phase_rad = bands.phase_rad();
         low_band.quadrature_floor = std::min(bands.phase_sigma_rad().maxCoeff(), 1.0);
         result["low_band_phase_rad"] = rows_of(low_band.phase_rad);
+    }
+    if (lag.is_known()) {
+        low_band.motion_lag_s = lag.lag_s();
+        result["motion_lag_s"] = rows_of(low_band.motion_lag_s);
+        result["motion_lag_sigma_s"] = lag.sigma_s().maxCoeff();
     }
     result["low_band_quadrature_floor"] = low_band.quadrature_floor;
     result["columns"] = bands.columns();
@@ -136,7 +189,10 @@ std::string low_band_text(const Json& result) {
                 "standard deviation {ratio_sigma:.2g}\n") +
            (result.contains("low_band_phase_rad")
                 ? fill(result, "phases of the low band, standard deviation {low_band_quadrature_floor:.2g} rad\n")
-                : "phases of the low band: unknown; let the sensor rest for some seconds in several attitudes\n");
+                : "phases of the low band: unknown; let the sensor rest for some seconds in several attitudes\n") +
+           (result.contains("motion_lag_s")
+                ? fill(result, "quadrature by motion, standard deviation {motion_lag_sigma_s:.2g} s\n")
+                : "quadrature by motion: unknown; move and turn the sensor faster, near the source\n");
 }
 
 }  // namespace tricoil::host

@@ -26,6 +26,15 @@ MetalBiasParams bias_params(const CommonParams<double>& common, const DualBandPa
     return params;
 }
 
+MeanQuadratureParams quadrature_params(const CommonParams<double>& common, const DualBandParams& bands,
+                                       const Tracker<double>::Correction& correction) {
+    MeanQuadratureParams params{bands.frame_s, bands.window_frames, common.quadrature_lag_s};
+    if (correction) {
+        params.motion_lag_s = correction->low_band().motion_lag_s;
+    }
+    return params;
+}
+
 Mat3<double> quadrature_of(const SignalMatrixAssembler<double>& columns) {
     Mat3<double> quadrature;
     quadrature << columns.latest(0).quadrature, columns.latest(1).quadrature, columns.latest(2).quadrature;
@@ -39,7 +48,8 @@ DualBandTracker::DualBandTracker(const TrackerParams<double>& params, const Corr
       params_(corrected(params.common, correction)),
       frame_s_(std::get_if<DualBandParams>(&params.method)->frame_s),
       high_({params_, DirectParams{}}),
-      bias_(bias_params(params_, *std::get_if<DualBandParams>(&params.method), correction)) {}
+      bias_(bias_params(params_, *std::get_if<DualBandParams>(&params.method), correction)),
+      mean_quadrature_(quadrature_params(params_, *std::get_if<DualBandParams>(&params.method), correction)) {}
 
 void DualBandTracker::do_set_hemisphere(const Vec3<double>& towards) {
     (void)high_.set_hemisphere(towards);
@@ -72,8 +82,12 @@ std::optional<PoseEstimate<double>> DualBandTracker::do_update(const Column<doub
         return std::nullopt;
     }
     follow(*estimate);
-    if (const auto bias = awaits_low_ ? bias_.estimate() : std::nullopt) {
-        correct(*bias, *estimate);
+    if (awaits_low_) {
+        const auto bias = bias_.estimate();
+        const bool is_corrected = bias && correct(*bias, *estimate);
+        if (!is_corrected) {
+            cover_hidden_metal(bias, *estimate);
+        }
     }
     if (estimate->valid()) {
         last_ = *estimate;
@@ -94,19 +108,25 @@ void DualBandTracker::follow(const PoseEstimate<double>& high) {
     if (!awaits_low_ || is_low_missing || !is_next || is_mirrored) {
         bias_.clear();
     }
+    if (!awaits_low_ || !is_next) {
+        mean_quadrature_.clear();
+    }
     low_.clear();
     last_frame_ = high.time;
     last_position_m_ = high.position_m;
     if (awaits_low_) {
         bias_.add_high({high.signal_matrix, high_quadrature_}, {high.position_m, high.q_source_sensor});
+        mean_quadrature_.add(high.signal_matrix, high_quadrature_, std::pow(noise(high), 2));
     }
 }
 
-void DualBandTracker::correct(const MetalBiasEstimate& bias, PoseEstimate<double>& estimate) const {
+/// False if the bias is within the noise of the low band: the pose then stays as it is.
+bool DualBandTracker::correct(const MetalBiasEstimate& bias, PoseEstimate<double>& estimate) const {
     const auto& [position, rotation, covariance] = bias;
     const Mat6<double> both = noise_covariance(estimate) + covariance;
     const double both_m = std::sqrt(both.topLeftCorner<3, 3>().trace());
-    if (both_m < std::hypot(deviation_m(estimate), position.magnitude)) {
+    const bool is_better = both_m < std::hypot(deviation_m(estimate), position.magnitude);
+    if (is_better) {
         estimate.position_m -= position.value;
         estimate.q_source_sensor =
             (geometry::rotation_vector_to_quaternion(Vec3<double>(-rotation.value)) * estimate.q_source_sensor).normalized();
@@ -125,15 +145,40 @@ void DualBandTracker::correct(const MetalBiasEstimate& bias, PoseEstimate<double
     estimate.flags.set_if(bias_m > kDeviations * position.sigma, PoseFlag::distorted);
     estimate.flags.clear(PoseFlag::uncertain);  // that was the high band alone
     estimate.flags.set_if(!(deviation_m(estimate) <= params_.max_deviation_m), PoseFlag::uncertain);
+    return is_better;
+}
+
+/// Metal that only the mean quadrature shows. The error that it may cause is at most what the low band would not show either.
+void DualBandTracker::cover_hidden_metal(const std::optional<MetalBiasEstimate>& bias, PoseEstimate<double>& estimate) const {
+    if (params_.quadrature_floor >= 1) {
+        return;
+    }
+    const double effect = std::sqrt(mean_quadrature_.effect_variance(params_.quadrature_floor * strength(estimate)));
+    const Mat6<double> hidden = covariance_for(effect, estimate);
+    const auto variance = [](const Mat6<double>& c) { return c.topLeftCorner<3, 3>().trace(); };
+    const bool is_limited = bias && variance(bias->covariance) < variance(hidden);
+    estimate.covariance += is_limited ? bias->covariance : hidden;
+    estimate.flags.set_if(!(deviation_m(estimate) <= params_.max_deviation_m), PoseFlag::uncertain);
+}
+
+double DualBandTracker::strength(const PoseEstimate<double>& estimate) const {
+    return field::coupling_strength(params_.coupling_constant, estimate.position_m.norm());
+}
+
+/// Standard deviation of a coupling by noise.
+double DualBandTracker::noise(const PoseEstimate<double>& estimate) const {
+    return strength(estimate) / std::pow(10, estimate.snr_db / 20);
 }
 
 /// Of the high band's pose, from noise and the misfit of calibrated coils, without metal.
 Mat6<double> DualBandTracker::noise_covariance(const PoseEstimate<double>& estimate) const {
+    return covariance_for(std::hypot(noise(estimate), params_.misfit_floor * strength(estimate)), estimate);
+}
+
+/// sigma: of a coupling.
+Mat6<double> DualBandTracker::covariance_for(double sigma, const PoseEstimate<double>& estimate) const {
     const double range_m = estimate.position_m.norm();
-    const double k = field::coupling_strength(params_.coupling_constant, range_m);
-    const double noise = k / std::pow(10, estimate.snr_db / 20);
-    const Vec3<double> direction = estimate.position_m / range_m;
-    return solver::pose_covariance<double>(k, range_m, direction, std::hypot(noise, params_.misfit_floor * k));
+    return solver::pose_covariance<double>(strength(estimate), range_m, estimate.position_m / range_m, sigma);
 }
 
 /// States as in MatrixTracker, for the poses of this tracker.

@@ -1,6 +1,7 @@
 // Tracker for two bands: poses at the frame rate, with the error that metal causes removed.
 #pragma once
 
+#include "core/tracking/dual_band/mean_quadrature.hpp"
 #include "core/tracking/dual_band/metal_bias.hpp"
 #include "core/tracking/matrix/direct_tracker.hpp"
 
@@ -32,14 +33,19 @@ private:
     [[nodiscard]] const TrackerCounters& do_counters() const override { return counters_; }
 
     void follow(const PoseEstimate<double>& high);
-    void correct(const MetalBiasEstimate& bias, PoseEstimate<double>& estimate) const;
+    bool correct(const MetalBiasEstimate& bias, PoseEstimate<double>& estimate) const;
+    void cover_hidden_metal(const std::optional<MetalBiasEstimate>& bias, PoseEstimate<double>& estimate) const;
     [[nodiscard]] Mat6<double> noise_covariance(const PoseEstimate<double>& estimate) const;
+    [[nodiscard]] Mat6<double> covariance_for(double sigma, const PoseEstimate<double>& estimate) const;
+    [[nodiscard]] double noise(const PoseEstimate<double>& estimate) const;
+    [[nodiscard]] double strength(const PoseEstimate<double>& estimate) const;
     void count(PoseEstimate<double>& estimate, DeviceTime time);
 
     CommonParams<double> params_;
     double frame_s_;
     DirectTracker<double> high_;
     MetalBias bias_;
+    MeanQuadrature mean_quadrature_;
     Mat3<double> high_quadrature_ = Mat3<double>::Zero();  // of the latest column of each source coil
     SignalMatrixAssembler<double> low_{Microseconds{0}};
     bool awaits_low_ = false;  // the newest frame of the high band is usable, and its low band has not come
